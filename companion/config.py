@@ -1,0 +1,342 @@
+"""A vessel's TOML → frozen dataclasses, with every error of the file at once and its place.
+
+Angles stand in the file in degrees (`azimuth_deg`) and in the dataclasses in radians (`azimuth_rad`); everything else is SI in both.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from importlib import resources
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import AfterValidator, ConfigDict, Field, TypeAdapter, ValidationError
+
+_STRICT = ConfigDict(extra="forbid", allow_inf_nan=False)
+_FROM_DEGREES = AfterValidator(math.radians)
+
+Positive = Annotated[float, Field(gt=0.0)]
+NonNegative = Annotated[float, Field(ge=0.0)]
+Latitude = Annotated[float, Field(ge=-89.0, le=89.0)]
+Longitude = Annotated[float, Field(ge=-180.0, le=180.0)]
+Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]{0,31}$")]
+
+
+class ConfigError(Exception):
+    """A vessel file that cannot be used. `problems` holds one line for each fault, each with its place."""
+
+    def __init__(self, problems: Sequence[str]) -> None:
+        super().__init__("\n".join(problems))
+        self.problems = tuple(problems)
+
+
+@dataclass(frozen=True, slots=True)
+class HomeConfig:
+    """Where the boat lives: the origin of its local frame, and where SITL starts."""
+
+    __pydantic_config__ = _STRICT
+    lat_deg: Latitude
+    lon_deg: Longitude
+    yaw_rad: Annotated[float, Field(alias="heading_deg", ge=-360.0, le=360.0), _FROM_DEGREES] = 0.0
+    altitude_m: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class DampingConfig:
+    """Hydrodynamic damping in Fossen's derivatives, positive where it resists: X = −(x_u u + x_uu |u|u + x_uuu u³) and so on.
+
+    Y = −(y_v v + y_vv |v|v + y_rv |r|v + y_r r + y_vr |v|r + y_rr |r|r), N likewise with n_.
+    """
+
+    __pydantic_config__ = _STRICT
+    x_u: float = 0.0
+    x_uu: float = 0.0
+    x_uuu: float = 0.0
+    y_v: float = 0.0
+    y_vv: float = 0.0
+    y_rv: float = 0.0
+    y_r: float = 0.0
+    y_vr: float = 0.0
+    y_rr: float = 0.0
+    n_v: float = 0.0
+    n_vv: float = 0.0
+    n_rv: float = 0.0
+    n_r: float = 0.0
+    n_vr: float = 0.0
+    n_rr: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class HullConfig:
+    """Inertia with added mass, and damping: M = [[m11, 0, 0], [0, m22, m23], [0, m32, m33]]."""
+
+    __pydantic_config__ = _STRICT
+    m11_kg: Positive
+    m22_kg: Positive
+    m33_kgm2: Positive
+    m23_kgm: float = 0.0
+    m32_kgm: float | None = None  # None: as m23
+    damping: DampingConfig = field(default_factory=DampingConfig)
+
+
+@dataclass(frozen=True, slots=True)
+class WindageConfig:
+    """Wind areas and coefficients: X = ½ρ cx A_F V² cos γ, Y = ½ρ cy A_L V² sin γ, N = ½ρ cn A_L L V² sin 2γ."""
+
+    __pydantic_config__ = _STRICT
+    frontal_m2: NonNegative = 0.0
+    lateral_m2: NonNegative = 0.0
+    cx: float = 0.7
+    cy: float = 0.9
+    cn: float = 0.1
+
+
+@dataclass(frozen=True, slots=True)
+class ThrusterConfig:
+    """One thruster. Force F = ahead_n·u|u| (u ≥ 0) or astern_n·u|u| (u < 0), u the throttle −1…1, within [min_n, max_n].
+
+    `azimuth_rad` is its direction at rest: the way it pushes the boat, clockwise from the bow. Kind "azimuth" turns at most
+    `azimuth_rate_radps`, within [azimuth_min_rad, azimuth_max_rad] where those are given, else endlessly.
+    """
+
+    __pydantic_config__ = _STRICT
+    name: Name
+    kind: Literal["azimuth", "fixed"]
+    x_m: float
+    y_m: float
+    max_n: Positive
+    min_n: Annotated[float, Field(le=0.0)]
+    ahead_n: Positive
+    astern_n: Positive
+    force_rate_nps: Positive
+    azimuth_rad: Annotated[float, Field(alias="azimuth_deg", ge=-360.0, le=360.0), _FROM_DEGREES] = 0.0
+    azimuth_rate_radps: Annotated[float, Field(alias="azimuth_rate_dps", ge=0.0), _FROM_DEGREES] = 0.0
+    azimuth_min_rad: Annotated[float | None, Field(alias="azimuth_min_deg")] = None
+    azimuth_max_rad: Annotated[float | None, Field(alias="azimuth_max_deg")] = None
+    manual_azimuth_rad: Annotated[float, Field(alias="manual_azimuth_deg", ge=0.0, le=180.0), _FROM_DEGREES] = 0.0
+    dead_band: Annotated[float, Field(ge=0.0, lt=0.5)] = 0.0  # throttle below which nothing turns
+
+    def __post_init__(self) -> None:
+        for name in ("azimuth_min_rad", "azimuth_max_rad"):
+            value = getattr(self, name)
+            if value is not None:
+                object.__setattr__(self, name, math.radians(value))
+
+
+@dataclass(frozen=True, slots=True)
+class SensorConfig:
+    """One sensor: its driver (a row of `companion/io/sensors`), its port, and where it sits in body axes."""
+
+    __pydantic_config__ = _STRICT
+    name: Name
+    driver: str
+    port: str
+    x_m: float = 0.0
+    y_m: float = 0.0
+    z_m: float = 0.0
+    heading_offset_rad: Annotated[float, Field(alias="heading_offset_deg", ge=-360.0, le=360.0), _FROM_DEGREES] = 0.0
+    rate_hz: Positive = 10.0
+    timeout_s: Positive = 2.0
+    latency_s: NonNegative = 0.0  # from the moment of validity to the arrival of the bytes
+
+
+@dataclass(frozen=True, slots=True)
+class ActuatorConfig:
+    """One bridge: its driver (a row of `companion/io/actuators`), its port, and the thrusters it drives, by name."""
+
+    __pydantic_config__ = _STRICT
+    name: Name
+    driver: str
+    port: str
+    thrusters: tuple[Name, ...]
+    timeout_s: Positive = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class LimitsConfig:
+    """What the controller may ask of all thrusters together."""
+
+    __pydantic_config__ = _STRICT
+    surge_n: Positive
+    sway_n: NonNegative
+    yaw_nm: Positive
+
+
+@dataclass(frozen=True, slots=True)
+class PlantConfig:
+    """One set of truth for SITL: the hull as it really is, and what the thrusters really do."""
+
+    __pydantic_config__ = _STRICT
+    hull: HullConfig
+    windage: WindageConfig = field(default_factory=WindageConfig)
+    thruster_lag_s: NonNegative = 0.3
+    thruster_x_m: tuple[float, ...] | None = None  # None: where the vessel says
+
+
+@dataclass(frozen=True, slots=True)
+class SitlConfig:
+    __pydantic_config__ = _STRICT
+    plant: str
+    plants: dict[str, PlantConfig]
+
+
+@dataclass(frozen=True, slots=True)
+class VesselConfig:
+    """A vessel, whole. `hull` and `windage` are the controller's own model; `parameters` go over the table's defaults."""
+
+    __pydantic_config__ = _STRICT
+    name: Name
+    title: str
+    length_m: Positive
+    beam_m: Positive
+    control_rate_hz: Annotated[float, Field(ge=1.0, le=100.0)]
+    home: HomeConfig
+    hull: HullConfig
+    limits: LimitsConfig
+    thrusters: Annotated[tuple[ThrusterConfig, ...], Field(alias="thruster", min_length=1)]
+    sensors: Annotated[tuple[SensorConfig, ...], Field(alias="sensor", min_length=1)]
+    actuators: Annotated[tuple[ActuatorConfig, ...], Field(alias="actuator", min_length=1)]
+    windage: WindageConfig = field(default_factory=WindageConfig)
+    links: tuple[str, ...] = ()
+    parameters: dict[str, float] = field(default_factory=dict)
+    sitl: SitlConfig | None = None
+
+
+def bundled() -> tuple[str, ...]:
+    """Names of the vessels that come with the program."""
+    files = resources.files("companion.vessels").iterdir()
+    return tuple(sorted(f.name.removesuffix(".toml") for f in files if f.name.endswith(".toml")))
+
+
+def find(vessel: str) -> Path:
+    """The file of a bundled name or a path. Raises ConfigError with the remedy."""
+    if vessel in bundled():
+        return Path(str(resources.files("companion.vessels").joinpath(f"{vessel}.toml")))
+    path = Path(vessel)
+    if path.is_file():
+        return path
+    if vessel.endswith(".toml") or "/" in vessel:
+        raise ConfigError([f"{vessel}: no such file"])
+    raise ConfigError([f"no vessel named '{vessel}'; bundled: {', '.join(bundled())}; or give the path of a TOML file"])
+
+
+def load(path: Path) -> VesselConfig:
+    """Read and check a vessel's file. Raises ConfigError with every problem and its line."""
+    try:
+        text = path.read_text(encoding="utf-8")
+        return parse(text, str(path))
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigError([f"{path}: cannot be read: {error}"]) from error
+
+
+def parse(text: str, place: str) -> VesselConfig:
+    """As `load`, for text already in hand; `place` names it in the messages."""
+    try:
+        data = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise ConfigError([f"{place}: not valid TOML: {error}"]) from error
+    lines = text.splitlines()
+
+    def located(loc: Sequence[str | int], message: str) -> str:
+        line = _line_of(lines, loc)
+        return f"{place}{f':{line}' if line else ''}: {_dotted(loc)}: {message}"
+
+    try:
+        config = TypeAdapter(VesselConfig).validate_python(data)
+    except ValidationError as error:
+        raise ConfigError([located(e["loc"], _remedy(e["msg"])) for e in error.errors()]) from error
+    problems = [located(loc, message) for loc, message in _cross_checks(config)]
+    if problems:
+        raise ConfigError(problems)
+    return config
+
+
+def _remedy(message: str) -> str:
+    """pydantic's wording, turned towards a person who edits a TOML."""
+    return message.replace("Unexpected keyword argument", "unknown key; check the spelling").replace("Input should", "should")
+
+
+def _cross_checks(config: VesselConfig) -> list[tuple[tuple[str | int, ...], str]]:
+    """What no single field can know."""
+    problems: list[tuple[tuple[str | int, ...], str]] = []
+    tables = {
+        "thruster": [row.name for row in config.thrusters],
+        "sensor": [row.name for row in config.sensors],
+        "actuator": [row.name for row in config.actuators],
+    }
+    for table, names in tables.items():
+        for i, name in enumerate(names):
+            if name in names[:i]:
+                problems.append(((table, i, "name"), f"'{name}' is used twice"))
+    known = {thruster.name for thruster in config.thrusters}
+    driven: set[str] = set()
+    for i, actuator in enumerate(config.actuators):
+        for name in actuator.thrusters:
+            if name not in known:
+                problems.append((("actuator", i, "thrusters"), f"no thruster named '{name}'"))
+            if name in driven:
+                problems.append((("actuator", i, "thrusters"), f"'{name}' is driven by two bridges"))
+            driven.add(name)
+    problems += [(("thruster",), f"'{name}' is driven by no bridge") for name in sorted(known - driven)]
+    for i, thruster in enumerate(config.thrusters):
+        if thruster.kind == "azimuth" and thruster.azimuth_rate_radps <= 0.0:
+            problems.append((("thruster", i, "azimuth_rate_dps"), "an azimuth thruster needs a rate above 0"))
+    if config.hull.m22_kg * config.hull.m33_kgm2 <= config.hull.m23_kgm * (config.hull.m32_kgm or config.hull.m23_kgm):
+        problems.append((("hull", "m23_kgm"), "the inertia matrix is not positive definite"))
+    if config.sitl is not None:
+        if config.sitl.plant not in config.sitl.plants:
+            problems.append((("sitl", "plant"), f"no plant named '{config.sitl.plant}'; there is {', '.join(config.sitl.plants)}"))
+        for name, plant in config.sitl.plants.items():
+            if plant.thruster_x_m is not None and len(plant.thruster_x_m) != len(config.thrusters):
+                problems.append((("sitl", "plants", name, "thruster_x_m"), f"needs {len(config.thrusters)} values, one a thruster"))
+    return problems
+
+
+def _dotted(loc: Sequence[str | int]) -> str:
+    """('thruster', 1, 'max_n') → 'thruster[2].max_n': counted from one, as a person counts."""
+    text = ""
+    for part in loc:
+        text += f"[{part + 1}]" if isinstance(part, int) else f".{part}" if text else part
+    return text or "file"
+
+
+def _line_of(lines: Sequence[str], loc: Sequence[str | int]) -> int | None:
+    """Line (from 1) of the key at `loc`, or of the nearest table above it that the file has."""
+    counts: dict[str, int] = {}
+    prefix: tuple[str | int, ...] = ()
+    best: tuple[int, int] | None = None  # (parts matched, line)
+    for number, raw in enumerate(lines, start=1):
+        line = raw.strip()
+        if header := re.match(r"^\[\[\s*([^\]]+?)\s*\]\]", line):
+            name = header[1]
+            counts[name] = counts.get(name, -1) + 1
+            prefix = (*name.split("."), counts[name])
+        elif header := re.match(r"^\[\s*([^\]]+?)\s*\]", line):
+            prefix = tuple(header[1].split("."))
+        elif key := re.match(r"^([A-Za-z0-9_.\-\"']+)\s*=", line):
+            found = (*prefix, *(part.strip("\"'") for part in key[1].split(".")))
+            matched = len(found) if tuple(loc[: len(found)]) == found else 0
+            if matched and (best is None or matched > best[0]):
+                best = (matched, number)
+            continue
+        else:
+            continue
+        if tuple(loc[: len(prefix)]) == prefix and (best is None or len(prefix) > best[0]):
+            best = (len(prefix), number)
+    return best[1] if best else None
+
+
+def with_home(config: VesselConfig, home: HomeConfig) -> VesselConfig:
+    """The same vessel, based elsewhere."""
+    return replace(config, home=home)
+
+
+def parameter_lines(text: str) -> Mapping[str, int]:
+    """Line of each entry of `[parameters]`, for messages about names and values that only the parameter table can judge."""
+    data = tomllib.loads(text).get("parameters", {})
+    lines = text.splitlines()
+    return {name: _line_of(lines, ("parameters", name)) or 0 for name in data}

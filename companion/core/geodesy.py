@@ -1,0 +1,57 @@
+"""Geodetic positions and the local NED plane around an origin (WGS 84)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from geographiclib.constants import Constants
+from geographiclib.geodesic import Geodesic
+
+_A_M = Constants.WGS84_a
+_E2 = Constants.WGS84_f * (2.0 - Constants.WGS84_f)
+
+
+def _radii_m(lat_rad: float) -> tuple[float, float]:
+    """Radii of curvature (meridian, prime vertical)."""
+    w2 = 1.0 - _E2 * math.sin(lat_rad) ** 2
+    w = math.sqrt(w2)
+    return _A_M * (1.0 - _E2) / (w2 * w), _A_M / w
+
+
+@dataclass(frozen=True, slots=True)
+class LocalFrame:
+    """North and east in metres from an origin, to third order in distance (millimetres at 10 km)."""
+
+    lat_deg: float
+    lon_deg: float
+
+    def to_ned(self, lat_deg: float, lon_deg: float) -> tuple[float, float]:
+        """(lat, lon) in degrees → (north_m, east_m)."""
+        lat0, lat = math.radians(self.lat_deg), math.radians(lat_deg)
+        dlon = math.radians(math.remainder(lon_deg - self.lon_deg, 360.0))
+        meridian, _ = _radii_m(0.5 * (lat0 + lat))
+        _, vertical = _radii_m(lat)
+        east = vertical * math.cos(lat) * dlon
+        # a parallel curves towards the pole: seen from the origin's meridian it lies further north
+        north = meridian * (lat - lat0) + 0.5 * east * dlon * math.sin(lat)
+        return north, east - east * dlon * dlon * math.sin(lat) ** 2 / 6.0
+
+    def to_geodetic(self, north_m: float, east_m: float) -> tuple[float, float]:
+        """(north_m, east_m) → (lat, lon) in degrees; the inverse of `to_ned` to under a millimetre within 100 km."""
+        lat0 = math.radians(self.lat_deg)
+        meridian, vertical = _radii_m(lat0)
+        lat = lat0 + north_m / meridian
+        dlon = east_m / (vertical * math.cos(lat0))
+        for _ in range(3):
+            north, east = self.to_ned(math.degrees(lat), self.lon_deg + math.degrees(dlon))
+            lat += (north_m - north) / meridian
+            dlon += (east_m - east) / (vertical * math.cos(lat))
+        lon_deg = self.lon_deg + math.degrees(dlon)
+        return math.degrees(lat), math.remainder(lon_deg, 360.0)
+
+
+def distance_and_bearing(lat1_deg: float, lon1_deg: float, lat2_deg: float, lon2_deg: float) -> tuple[float, float]:
+    """Geodesic distance in metres and initial bearing in radians (−π…π)."""
+    inverse = Geodesic.WGS84.Inverse(lat1_deg, lon1_deg, lat2_deg, lon2_deg, Geodesic.DISTANCE | Geodesic.AZIMUTH)
+    return inverse["s12"], math.radians(inverse["azi1"])

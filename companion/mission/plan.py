@@ -1,0 +1,115 @@
+"""Plans as data: items exactly as a ground station sent them, and the three lists that a vessel keeps.
+
+Items are stored raw (integers and frame as received) so that a download equals the upload bit for bit; what they mean is read
+through properties. Numbers are those of MAVLink (MAV_CMD, MAV_FRAME, MAV_MISSION_TYPE, MAV_MISSION_RESULT).
+"""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+
+GLOBAL_FRAMES = frozenset({0, 3, 5, 6, 10, 11})  # a boat takes them all as the same horizontal frame
+
+
+class PlanKind(IntEnum):
+    """The numbers are those of MAV_MISSION_TYPE."""
+
+    MISSION = 0
+    FENCE = 1
+    RALLY = 2
+
+
+class PlanResult(IntEnum):
+    """The numbers are those of MAV_MISSION_RESULT."""
+
+    ACCEPTED = 0
+    ERROR = 1
+    UNSUPPORTED_FRAME = 2
+    UNSUPPORTED = 3
+    NO_SPACE = 4
+    INVALID = 5
+    INVALID_PARAM1 = 6
+    INVALID_PARAM2 = 7
+    INVALID_PARAM3 = 8
+    INVALID_PARAM4 = 9
+    INVALID_PARAM5_X = 10
+    INVALID_PARAM6_Y = 11
+    INVALID_PARAM7 = 12
+    INVALID_SEQUENCE = 13
+    DENIED = 14
+    OPERATION_CANCELLED = 15
+
+
+@dataclass(frozen=True, slots=True)
+class PlanRefusal:
+    """Why a plan was not taken. `seq` is the item at fault, or None for the plan as a whole."""
+
+    result: PlanResult
+    text: str
+    seq: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class PlanItem:
+    """One item as in MISSION_ITEM_INT: params may be NaN; x, y are degrees·1e7 in a global frame, else raw."""
+
+    seq: int
+    command: int
+    frame: int
+    param1: float
+    param2: float
+    param3: float
+    param4: float
+    x: int
+    y: int
+    z: float
+    autocontinue: int = 1
+    current: int = 0
+
+    @property
+    def lat_deg(self) -> float:
+        return self.x * 1e-7
+
+    @property
+    def lon_deg(self) -> float:
+        return self.y * 1e-7
+
+
+class Plans:
+    """The mission, the fence and the rally points now in force. A list is replaced whole or not at all."""
+
+    def __init__(self) -> None:
+        self._items: dict[PlanKind, tuple[PlanItem, ...]] = dict.fromkeys(PlanKind, ())
+        self._ids: dict[PlanKind, int] = dict.fromkeys(PlanKind, 0)
+        self._listeners: list[Callable[[PlanKind], None]] = []
+
+    def items(self, kind: PlanKind) -> tuple[PlanItem, ...]:
+        return self._items[kind]
+
+    def plan_id(self, kind: PlanKind) -> int:
+        """Changes with the content; 0 for an empty list (MAVLink's opaque_id)."""
+        return self._ids[kind]
+
+    def replace(self, kind: PlanKind, items: Sequence[PlanItem]) -> None:
+        """Put validated `items` in force and tell the listeners (persistence, executor, fence), in the order they were added."""
+        self._items[kind] = tuple(items)
+        self._ids[kind] = plan_id(items)
+        for listener in self._listeners:
+            listener(kind)
+
+    def on_change(self, listener: Callable[[PlanKind], None]) -> None:
+        self._listeners.append(listener)
+
+
+def plan_id(items: Sequence[PlanItem]) -> int:
+    """A number other than 0 that changes with the content of `items`; 0 when there are none."""
+    if not items:
+        return 0
+    crc = 0
+    for i in items:
+        crc = zlib.crc32(struct.pack("<HBffffiif", i.command, i.frame, i.param1, i.param2, i.param3, i.param4, i.x, i.y, i.z), crc)
+    return crc or 1

@@ -1,0 +1,28 @@
+"""What the vessel has to say: to ground stations as STATUSTEXT, to the log as events."""
+
+from __future__ import annotations
+
+from companion.core.types import Event, Severity
+
+
+class EventLog:
+    """Collects events between ticks. The same text under the same name within `repeat_s` is said once."""
+
+    def __init__(self, repeat_s: float = 10.0) -> None:
+        self._repeat_s = repeat_s
+        self._pending: list[Event] = []
+        self._last: dict[str, Event] = {}
+
+    def say(self, t_s: float, severity: Severity, name: str, text: str) -> None:
+        """`name`: stable, for programs (`mode_changed`, `gcs_lost`); `text`: for people."""
+        last = self._last.get(name)
+        if last is not None and last.text == text and t_s - last.t_s < self._repeat_s:
+            return
+        event = Event(t_s, severity, name, text)
+        self._last[name] = event
+        self._pending.append(event)
+
+    def drain(self) -> tuple[Event, ...]:
+        """Events since the last call, oldest first."""
+        pending, self._pending = tuple(self._pending), []
+        return pending

@@ -1,0 +1,228 @@
+"""The one table of parameters, and the store that holds their values.
+
+Everything that can be tuned under way stands here once: name, default, unit, range, group and text feed MAVLink, the state file,
+ground-station metadata and the documentation. A vessel's TOML overrides defaults in its `[parameters]` table; what an operator sets
+goes over that and is kept in the state file (`companion/record/state_file.py`). Blocks hold the `Parameters` object and read
+`parameters["NAME"]` each time, so that every change takes effect at once.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import Any
+
+
+class ParamType(Enum):
+    REAL32 = "Float"
+    INT32 = "Int32"
+
+
+@dataclass(frozen=True, slots=True)
+class ParamSpec:
+    """One parameter. `choices` names the values of an enumeration."""
+
+    name: str
+    default: float
+    minimum: float
+    maximum: float
+    unit: str
+    group: str
+    text: str
+    type: ParamType = ParamType.REAL32
+    decimals: int = 2
+    reboot: bool = False
+    read_only: bool = False
+    choices: Mapping[int, str] = field(default_factory=dict)
+
+
+class ParamRefusal(Enum):
+    """Why a value was not taken; the names are those of MAVLink's MAV_PARAM_ERROR."""
+
+    DOES_NOT_EXIST = 1
+    VALUE_OUT_OF_RANGE = 2
+    READ_ONLY = 5
+
+
+def _real(name: str, default: float, minimum: float, maximum: float, unit: str, group: str, text: str, **more: Any) -> ParamSpec:
+    return ParamSpec(name, default, minimum, maximum, unit, group, text, **more)
+
+
+def _int(name: str, default: int, minimum: int, maximum: int, unit: str, group: str, text: str, **more: Any) -> ParamSpec:
+    return ParamSpec(name, default, minimum, maximum, unit, group, text, ParamType.INT32, 0, **more)
+
+
+def _choice(name: str, default: int, choices: Mapping[int, str], group: str, text: str, **more: Any) -> ParamSpec:
+    return _int(name, default, min(choices), max(choices), "", group, text, choices=choices, **more)
+
+
+def _fixed(name: str, value: int, text: str) -> ParamSpec:
+    """A name that QGroundControl's PX4 pages look up; served so that they do not complain, and read-only."""
+    return _int(name, value, value, value, "", "Compatibility", text, read_only=True)
+
+
+FAILSAFE_ACTIONS = {0: "Ignore", 1: "Hold", 2: "RTL", 3: "Neutral"}
+_YES_NO = {0: "No", 1: "Yes"}
+_DEGREES_PER_S = "deg/s"
+
+TABLE: tuple[ParamSpec, ...] = (
+    # identity
+    _int("MAV_SYS_ID", 1, 1, 250, "", "MAVLink", "System id of this vessel", reboot=True),
+    # failsafes
+    _choice("NAV_DLL_ACT", 1, FAILSAFE_ACTIONS, "Failsafe", "What to do when no ground station has been heard for COM_DL_LOSS_T, armed and in a mode steered by itself"),
+    _real("COM_DL_LOSS_T", 10.0, 1.0, 300.0, "s", "Failsafe", "Silence of all ground stations that counts as loss"),
+    _choice("NAV_RCL_ACT", 1, FAILSAFE_ACTIONS, "Failsafe", "What to do when the sticks fall silent in a mode steered by sticks"),
+    _real("COM_RC_LOSS_T", 0.5, 0.2, 10.0, "s", "Failsafe", "Silence of the sticks that counts as loss; thrust goes to zero at once"),
+    _choice("FS_POS_ACT", 3, FAILSAFE_ACTIONS, "Failsafe", "What to do when the position is lost in a mode that needs it (Hold and RTL need it too: they become Neutral)"),
+    _real("FS_POS_T", 5.0, 0.5, 60.0, "s", "Failsafe", "How long dead reckoning may go on before the position counts as lost"),
+    _choice("COM_LOW_BAT_ACT", 2, FAILSAFE_ACTIONS, "Failsafe", "What to do when the battery is below BAT_CRIT_THR"),
+    _real("BAT_LOW_THR", 0.25, 0.05, 0.9, "norm", "Failsafe", "Battery share left at which to warn", decimals=2),
+    _real("BAT_CRIT_THR", 0.12, 0.02, 0.8, "norm", "Failsafe", "Battery share left at which to act"),
+    _choice("FS_LEAK_ACT", 2, FAILSAFE_ACTIONS, "Failsafe", "What to do when the leak sensor is wet"),
+    _choice("FS_ACT_ACT", 3, FAILSAFE_ACTIONS, "Failsafe", "What to do when a thruster bridge stops answering"),
+    # arming and home
+    _choice("ARM_CHECKS", 1, _YES_NO, "Arming", "Refuse to arm while a check fails"),
+    _choice("ARM_NEED_POS", 1, _YES_NO, "Arming", "A valid position and heading are needed to arm, also in manual modes"),
+    _choice("HOME_ON_ARM", 0, _YES_NO, "Arming", "Move home to where the boat is each time it is armed"),
+    # manual
+    _choice("MAN_AXIS_SURGE", 0, {0: "x (stick forward)", 1: "z (throttle)"}, "Manual", "Axis of MANUAL_CONTROL that gives surge"),
+    _int("MAN_GCS_SYSID", 0, 0, 255, "", "Manual", "System id whose MANUAL_CONTROL is obeyed; 0: any"),
+    _real("MAN_DEADBAND", 0.05, 0.0, 0.5, "norm", "Manual", "Stick share around the centre that counts as centred"),
+    _real("MAN_YAW_RATE", 20.0, 1.0, 90.0, _DEGREES_PER_S, "Manual", "Turn of the heading setpoint at full stick in Heading and Hold"),
+    _choice("MAN_RC_SAFE_CH", 5, {0: "None", 5: "5", 6: "6", 7: "7", 8: "8"}, "Manual", "Transmitter channel whose high position always forces Manual"),
+    # dynamic positioning
+    _real("DP_BW_SURGE", 0.35, 0.05, 2.0, "rad/s", "Dynamic positioning", "Bandwidth of the surge loop; higher holds tighter and works the thrusters more"),
+    _real("DP_BW_SWAY", 0.35, 0.05, 2.0, "rad/s", "Dynamic positioning", "Bandwidth of the sway loop"),
+    _real("DP_BW_YAW", 0.45, 0.05, 3.0, "rad/s", "Dynamic positioning", "Bandwidth of the yaw loop"),
+    _real("DP_DAMPING", 0.9, 0.3, 2.0, "", "Dynamic positioning", "Relative damping of the three loops"),
+    _real("DP_INTEGRAL", 0.12, 0.0, 0.5, "", "Dynamic positioning", "Integral action as a share of the bandwidth; 0 switches it off"),
+    _real("DP_FEEDFORWARD", 1.0, 0.0, 1.5, "", "Dynamic positioning", "Share of the model feed-forward that is used"),
+    _real("DP_SPEED_AHEAD", 0.5, 0.05, 10.0, "m/s", "Dynamic positioning", "Largest speed ahead of the reference"),
+    _real("DP_SPEED_ASTERN", 0.2, 0.05, 10.0, "m/s", "Dynamic positioning", "Largest speed astern of the reference"),
+    _real("DP_SPEED_SWAY", 0.1, 0.02, 5.0, "m/s", "Dynamic positioning", "Largest sideways speed of the reference"),
+    _real("DP_YAW_RATE", 3.0, 0.5, 60.0, _DEGREES_PER_S, "Dynamic positioning", "Largest yaw rate of the reference"),
+    _real("DP_ACC_SURGE", 0.1, 0.01, 3.0, "m/s^2", "Dynamic positioning", "Largest surge acceleration of the reference"),
+    _real("DP_ACC_SWAY", 0.04, 0.01, 3.0, "m/s^2", "Dynamic positioning", "Largest sway acceleration of the reference"),
+    _real("DP_ACC_YAW", 1.5, 0.1, 60.0, "deg/s^2", "Dynamic positioning", "Largest yaw acceleration of the reference"),
+    _real("DP_TRANSIT_DIST", 6.0, 0.0, 200.0, "m", "Dynamic positioning", "Go-to points further off than this are sailed to bow first; nearer ones are taken in any direction"),
+    _real("DP_WATCH_R", 3.0, 0.2, 100.0, "m", "Dynamic positioning", "Watch circle around a held point; outside it the boat warns"),
+    # path
+    _choice("PATH_KIND", 1, {0: "Linear", 1: "PCHIP", 2: "Modified Akima", 3: "Cubic spline"}, "Path", "Curve laid through the waypoints"),
+    _real("PATH_LOOKAHEAD", 3.0, 0.5, 100.0, "m", "Path", "Shortest look-ahead distance"),
+    _real("PATH_LOOK_TIME", 2.5, 0.5, 20.0, "s", "Path", "Look-ahead as a time at the present speed, where that is longer"),
+    _real("PATH_INTEGRAL", 0.25, 0.0, 2.0, "", "Path", "Integral gain of the line of sight, against current and wind"),
+    _real("PATH_ACC_LAT", 0.1, 0.01, 5.0, "m/s^2", "Path", "Largest sideways acceleration in a bend; lowers the speed ahead of tight curves"),
+    _real("PATH_YAW_RATE", 12.0, 1.0, 90.0, _DEGREES_PER_S, "Path", "Largest yaw rate in a bend"),
+    _real("PATH_ACC", 0.08, 0.01, 5.0, "m/s^2", "Path", "Acceleration and braking along the path"),
+    _real("PATH_BW_SURGE", 0.4, 0.05, 3.0, "rad/s", "Path", "Bandwidth of the speed loop"),
+    _real("PATH_BW_YAW", 0.8, 0.05, 5.0, "rad/s", "Path", "Bandwidth of the heading loop under way"),
+    _real("NAV_ACC_RAD", 1.5, 0.2, 100.0, "m", "Path", "Acceptance radius of a waypoint that does not bring its own"),
+    _real("WP_SPEED", 0.6, 0.05, 20.0, "m/s", "Path", "Speed on missions, until the mission changes it"),
+    _real("MPC_XY_VEL_MAX", 1.0, 0.1, 25.0, "m/s", "Path", "Top speed in any mode steered by itself"),
+    # mission
+    _choice("MIS_ON_START", 0, {0: "Stay in Hold, disarmed", 1: "Resume"}, "Mission", "After a restart in mid-mission"),
+    _choice("MIS_DONE_ACT", 1, {1: "Hold", 2: "RTL", 3: "Neutral"}, "Mission", "What to do after the last item"),
+    _choice("RTL_USE_RALLY", 1, _YES_NO, "Mission", "RTL goes to the nearest of home and the rally points"),
+    _choice("FENCE_GROUP0", 0, {0: "Inside all", 1: "Inside any"}, "Fence", "How inclusion zones of group 0 count together"),
+    _choice("GF_ACTION", 1, {0: "None", 1: "Warn", 2: "Hold", 3: "RTL"}, "Fence", "What to do when the boat leaves the fence"),
+    # allocation
+    _int("ALLOC_ITER", 3, 1, 6, "", "Allocation", "Re-linearisations of the thrust allocation in a cycle"),
+    _real("ALLOC_W_POWER", 1.0, 0.0, 100.0, "", "Allocation", "Weight of power in the thrust allocation"),
+    _real("ALLOC_W_TURN", 1.0, 0.0, 100.0, "", "Allocation", "Weight against turning the azimuths"),
+    # names that QGroundControl's PX4 pages look up
+    _fixed("SYS_AUTOSTART", 50000, "Airframe"),
+    _fixed("SYS_AUTOCONFIG", 0, "Airframe reset"),
+    _fixed("CAL_GYRO0_ID", 1, "Gyro present"),
+    _fixed("CAL_ACC0_ID", 1, "Accelerometer present"),
+    _fixed("CAL_MAG0_ID", 1, "Heading source present"),
+    _fixed("CAL_MAG1_ID", 0, "No second magnetometer"),
+    _fixed("CAL_MAG2_ID", 0, "No third magnetometer"),
+    _fixed("SYS_HAS_MAG", 0, "No magnetometer to calibrate"),
+    _fixed("COM_RC_IN_MODE", 1, "Joystick only: no transmitter to calibrate"),
+    *(_fixed(f"COM_FLTMODE{n}", -1, "No mode switch") for n in range(1, 7)),
+    *(_fixed(f"RC_MAP_{n}", 0, "No transmitter map") for n in ("ROLL", "PITCH", "YAW", "THROTTLE", "FLAPS", "AUX1", "AUX2", "FLTMODE")),
+    _fixed("RTL_RETURN_ALT", 0, "A boat stays on the water"),
+    _fixed("RTL_DESCEND_ALT", 0, "A boat stays on the water"),
+    _fixed("RTL_LAND_DELAY", -1, "RTL ends in Hold"),
+    _fixed("COM_DISARM_LAND", -1, "No disarming by itself"),
+    _fixed("BAT_EMERGEN_THR", 0, "Not used"),
+    _fixed("GF_MAX_VER_DIST", 0, "A boat stays on the water"),
+    _fixed("SDLOG_MODE", 0, "Logs are always written"),
+)
+
+
+class Parameters:
+    """Values of all parameters. Reading is a dictionary look-up; the table never changes while the process runs."""
+
+    def __init__(self, defaults: Mapping[str, float] | None = None, table: Iterable[ParamSpec] = TABLE) -> None:
+        """`defaults`: the vessel's own, over the table's. Raises ValueError for a name or value that the table refuses."""
+        self.specs: tuple[ParamSpec, ...] = tuple(sorted(table, key=lambda spec: spec.name))
+        self._by_name = {spec.name: spec for spec in self.specs}
+        self.index = {spec.name: i for i, spec in enumerate(self.specs)}
+        self.defaults = {spec.name: self._coerced(spec, spec.default) for spec in self.specs}
+        for name, value in (defaults or {}).items():
+            refusal = self.refusal(name, value)
+            if refusal is not None:
+                raise ValueError(f"parameter {name} = {value}: {refusal.name.lower().replace('_', ' ')}")
+            self.defaults[name] = self._coerced(self._by_name[name], value)
+        self._values = dict(self.defaults)
+        self._listeners: list[Callable[[str, float], None]] = []
+
+    def __getitem__(self, name: str) -> float:
+        return self._values[name]
+
+    def spec(self, name: str) -> ParamSpec | None:
+        return self._by_name.get(name)
+
+    def changed(self) -> dict[str, float]:
+        """What differs from the defaults: what the state file keeps."""
+        return {name: value for name, value in self._values.items() if value != self.defaults[name]}
+
+    def on_change(self, listener: Callable[[str, float], None]) -> None:
+        """`listener(name, value)` after every accepted change."""
+        self._listeners.append(listener)
+
+    def refusal(self, name: str, value: float) -> ParamRefusal | None:
+        """Why `value` would not be taken, or None."""
+        spec = self._by_name.get(name)
+        if spec is None:
+            return ParamRefusal.DOES_NOT_EXIST
+        if spec.read_only:
+            return ParamRefusal.READ_ONLY
+        if not math.isfinite(value) or not spec.minimum <= self._coerced(spec, value) <= spec.maximum:
+            return ParamRefusal.VALUE_OUT_OF_RANGE
+        if spec.choices and int(value) not in spec.choices:
+            return ParamRefusal.VALUE_OUT_OF_RANGE
+        return None
+
+    def set(self, name: str, value: float) -> ParamRefusal | None:
+        """Take `value` and tell the listeners, or say why not and leave all as it was."""
+        refusal = self.refusal(name, value)
+        if refusal is None:
+            value = self._coerced(self._by_name[name], value)
+            self._values[name] = value
+            for listener in self._listeners:
+                listener(name, value)
+        return refusal
+
+    def reset(self) -> None:
+        """All back to the vessel's defaults."""
+        for name, value in self.defaults.items():
+            if self._values[name] != value:
+                self.set(name, value)
+
+    @staticmethod
+    def _coerced(spec: ParamSpec, value: float) -> float:
+        if spec.type is ParamType.INT32:
+            return round(value) if math.isfinite(value) else value
+        return _float32(value)
+
+
+def _float32(value: float) -> float:
+    """The nearest value that survives a MAVLink float, so that what a client wrote equals what it reads back."""
+    if not math.isfinite(value):
+        return value
+    mantissa, exponent = math.frexp(value)
+    return math.ldexp(round(math.ldexp(mantissa, 24)), exponent - 24)
