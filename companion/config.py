@@ -9,15 +9,16 @@ import math
 import re
 import tomllib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from importlib import resources
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, ConfigDict, Field, TypeAdapter, ValidationError
 
 _STRICT = ConfigDict(extra="forbid", allow_inf_nan=False)
 _FROM_DEGREES = AfterValidator(math.radians)
+_FROM_DEGREES_OR_NONE = AfterValidator(lambda degrees: None if degrees is None else math.radians(degrees))
 
 Positive = Annotated[float, Field(gt=0.0)]
 NonNegative = Annotated[float, Field(ge=0.0)]
@@ -85,7 +86,10 @@ class HullConfig:
 
 @dataclass(frozen=True, slots=True)
 class WindageConfig:
-    """Wind areas and coefficients: X = ½ρ cx A_F V² cos γ, Y = ½ρ cy A_L V² sin γ, N = ½ρ cn A_L L V² sin 2γ."""
+    """Wind areas and coefficients (Fossen 2011, 8.1.3), with (ax, ay) the velocity of the air relative to the boat in body axes:
+
+    X = ½ρ cx A_F V ax, Y = ½ρ cy A_L V ay, N = −ρ cn A_L L ax ay (½ρ cn A_L L V² sin 2γ: the bow turns away from the wind).
+    """
 
     __pydantic_config__ = _STRICT
     frontal_m2: NonNegative = 0.0
@@ -115,16 +119,10 @@ class ThrusterConfig:
     force_rate_nps: Positive
     azimuth_rad: Annotated[float, Field(alias="azimuth_deg", ge=-360.0, le=360.0), _FROM_DEGREES] = 0.0
     azimuth_rate_radps: Annotated[float, Field(alias="azimuth_rate_dps", ge=0.0), _FROM_DEGREES] = 0.0
-    azimuth_min_rad: Annotated[float | None, Field(alias="azimuth_min_deg")] = None
-    azimuth_max_rad: Annotated[float | None, Field(alias="azimuth_max_deg")] = None
+    azimuth_min_rad: Annotated[float | None, Field(alias="azimuth_min_deg"), _FROM_DEGREES_OR_NONE] = None
+    azimuth_max_rad: Annotated[float | None, Field(alias="azimuth_max_deg"), _FROM_DEGREES_OR_NONE] = None
     manual_azimuth_rad: Annotated[float, Field(alias="manual_azimuth_deg", ge=0.0, le=180.0), _FROM_DEGREES] = 0.0
     dead_band: Annotated[float, Field(ge=0.0, lt=0.5)] = 0.0  # throttle below which nothing turns
-
-    def __post_init__(self) -> None:
-        for name in ("azimuth_min_rad", "azimuth_max_rad"):
-            value = getattr(self, name)
-            if value is not None:
-                object.__setattr__(self, name, math.radians(value))
 
 
 @dataclass(frozen=True, slots=True)
@@ -335,8 +333,43 @@ def with_home(config: VesselConfig, home: HomeConfig) -> VesselConfig:
     return replace(config, home=home)
 
 
-def parameter_lines(text: str) -> Mapping[str, int]:
-    """Line of each entry of `[parameters]`, for messages about names and values that only the parameter table can judge."""
-    data = tomllib.loads(text).get("parameters", {})
-    lines = text.splitlines()
-    return {name: _line_of(lines, ("parameters", name)) or 0 for name in data}
+def with_model_error(config: VesselConfig, fraction: float) -> VesselConfig:
+    """The same vessel with a controller that believes in inertia and damping wrong by `fraction`; the plants stay true."""
+    hull, damping = config.hull, config.hull.damping
+    factor = 1.0 + fraction
+    wrong = replace(damping, **{name: getattr(damping, name) * factor for name in damping.__slots__})
+    return replace(
+        config,
+        hull=HullConfig(
+            m11_kg=hull.m11_kg * factor,
+            m22_kg=hull.m22_kg * factor,
+            m33_kgm2=hull.m33_kgm2 * factor,
+            m23_kgm=hull.m23_kgm * factor,
+            m32_kgm=None if hull.m32_kgm is None else hull.m32_kgm * factor,
+            damping=wrong,
+        ),
+    )
+
+
+def as_dict(config: VesselConfig) -> dict[str, Any]:
+    """For the manifest of a log: the configuration in force, with the field names of this module."""
+    return asdict(config)
+
+
+def raw_parameters(path: Path) -> dict[str, float]:
+    """Entries of `[parameters]` that are numbers, of a file whose other parts may be wrong."""
+    try:
+        entries = tomllib.loads(path.read_text(encoding="utf-8")).get("parameters", {})
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError):
+        return {}
+    numbers = entries.items() if isinstance(entries, dict) else ()
+    return {name: float(value) for name, value in numbers if isinstance(value, (int, float)) and not isinstance(value, bool)}
+
+
+def parameter_lines(path: Path) -> Mapping[str, int]:
+    """Line of each entry of `[parameters]`, for messages about what only the parameter table can judge."""
+    try:
+        lines = path.read_text(encoding="utf-8").splitlines()
+    except (OSError, UnicodeDecodeError):
+        return {}
+    return {name: _line_of(lines, ("parameters", name)) or 0 for name in raw_parameters(path)}

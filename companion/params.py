@@ -191,9 +191,10 @@ class Parameters:
             return ParamRefusal.DOES_NOT_EXIST
         if spec.read_only:
             return ParamRefusal.READ_ONLY
-        if not math.isfinite(value) or not spec.minimum <= self._coerced(spec, value) <= spec.maximum:
+        if not math.isfinite(value):
             return ParamRefusal.VALUE_OUT_OF_RANGE
-        if spec.choices and int(value) not in spec.choices:
+        low, taken, high = (self._coerced(spec, number) for number in (spec.minimum, value, spec.maximum))
+        if not low <= taken <= high or (spec.choices and taken not in spec.choices):
             return ParamRefusal.VALUE_OUT_OF_RANGE
         return None
 

@@ -103,3 +103,11 @@ class Clock(Protocol):
     def now_s(self) -> float: ...
 
     def time_unix_ns(self) -> int: ...
+
+
+class WaitingClock(Clock, Protocol):
+    """A clock that a run can wait by."""
+
+    def wait(self, until_s: float, filenos: Sequence[int]) -> bool:
+        """Until `until_s`, or until a descriptor is readable: True then, and there may be more time to wait."""
+        ...

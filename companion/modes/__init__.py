@@ -1,0 +1,45 @@
+"""The modes of the vessel, in the order in which ground stations show them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from companion.config import VesselConfig
+from companion.core.geodesy import LocalFrame
+from companion.core.types import ModeId
+from companion.mission.executor import MissionExecutor
+from companion.mission.plan import Plans
+from companion.modes.events import EventLog
+from companion.modes.forces import ForcesMode
+from companion.modes.heading import HeadingMode
+from companion.modes.hold import HoldMode
+from companion.modes.manual import ManualMode
+from companion.modes.mission import MissionMode
+from companion.modes.mode import Mode
+from companion.modes.rtl import ReturnPoint, RtlMode
+from companion.modes.unavailable import UnavailableMode
+from companion.params import Parameters
+
+
+def build_modes(
+    config: VesselConfig,
+    parameters: Parameters,
+    plans: Plans,
+    executor: MissionExecutor,
+    events: EventLog,
+    frame: Callable[[], LocalFrame],
+) -> dict[ModeId, Mode]:
+    """Every mode of the table, in display order. `frame` gives the local NED plane that the estimator works in."""
+    point = ReturnPoint(parameters, plans, frame)
+    modes: tuple[Mode, ...] = (
+        ManualMode(config, parameters),
+        ForcesMode(config, parameters),
+        HeadingMode(config, parameters),
+        HoldMode(config, parameters, events),
+        MissionMode(config, parameters, executor, point, events, frame),
+        RtlMode(config, parameters, point, events),
+        UnavailableMode(ModeId.DOCK),
+        UnavailableMode(ModeId.FOLLOW),
+        UnavailableMode(ModeId.OFFBOARD),
+    )
+    return {mode.id: mode for mode in modes}

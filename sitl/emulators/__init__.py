@@ -1,0 +1,49 @@
+"""Emulated devices, by the driver that talks to them. A new one is one file and one row."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+from companion.config import ActuatorConfig, ConfigError, SensorConfig
+from sitl.battery import BatteryModel
+from sitl.emulators.device import Device, Surroundings
+from sitl.emulators.gnss import GnssEmulator
+from sitl.emulators.microcontroller import MicrocontrollerEmulator
+from sitl.emulators.wind_sensor import WindEmulator
+from sitl.emulators.xsens import XsensEmulator
+from sitl.faults import Faults
+from sitl.memory import MemoryDevice
+from sitl.thrusters import Thruster
+
+
+def _nmea0183(config: SensorConfig, port: MemoryDevice, around: Surroundings) -> Device:
+    """Many kinds of device speak it: one called wind… is a wind sensor, any other a satellite receiver."""
+    kind = WindEmulator if config.name.startswith("wind") else GnssEmulator
+    return kind(config, port, around)
+
+
+SENSORS: Mapping[str, Callable[[SensorConfig, MemoryDevice, Surroundings], Device]] = {
+    "nmea0183": _nmea0183,
+    "mtdata2": XsensEmulator,
+}
+BOARDS: Mapping[str, Callable[[ActuatorConfig, MemoryDevice, Sequence[Thruster], BatteryModel, Faults], MicrocontrollerEmulator]] = {
+    "microcontroller": MicrocontrollerEmulator,
+}
+
+
+def sensor(config: SensorConfig, port: MemoryDevice, around: Surroundings) -> Device:
+    """The device that `config.driver` talks to. Raises ConfigError where there is none."""
+    make = SENSORS.get(config.driver)
+    if make is None:
+        raise ConfigError([f"sensor '{config.name}': no simulated device for driver '{config.driver}'; there is {', '.join(SENSORS)}"])
+    return make(config, port, around)
+
+
+def board(
+    config: ActuatorConfig, port: MemoryDevice, thrusters: Sequence[Thruster], battery: BatteryModel, faults: Faults
+) -> MicrocontrollerEmulator:
+    """The board that `config.driver` talks to, with the thrusters on it. Raises ConfigError where there is none."""
+    make = BOARDS.get(config.driver)
+    if make is None:
+        raise ConfigError([f"actuator '{config.name}': no simulated device for driver '{config.driver}'; there is {', '.join(BOARDS)}"])
+    return make(config, port, thrusters, battery, faults)

@@ -1,0 +1,21 @@
+"""Drivers of thruster bridges: commands → bytes, one file a bridge, all in one table."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from companion.config import ActuatorConfig, ConfigError, VesselConfig
+from companion.core.ports import Actuator, ByteStream
+from companion.io.actuators.microcontroller import MicrocontrollerBridge
+
+DRIVERS: Mapping[str, Callable[[ActuatorConfig, VesselConfig, ByteStream], Actuator]] = {
+    "microcontroller": MicrocontrollerBridge,
+}
+
+
+def open_actuator(config: ActuatorConfig, vessel: VesselConfig, stream: ByteStream) -> Actuator:
+    """The driver that `config` names, on `stream`. Raises ConfigError for a name that is not in the table."""
+    driver = DRIVERS.get(config.driver)
+    if driver is None:
+        raise ConfigError([f"actuator '{config.name}': no driver '{config.driver}'; known: {', '.join(sorted(DRIVERS))}"])
+    return driver(config, vessel, stream)

@@ -1,0 +1,173 @@
+"""THE WIRING: configuration, ports and clock → the vessel. The only file that knows every concrete class."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+from companion import config as config_module
+from companion.allocation.allocator import Allocator
+from companion.config import ConfigError, VesselConfig
+from companion.control.controller import Controller
+from companion.core.ports import StreamOpener, WaitingClock, World
+from companion.core.types import Severity
+from companion.io.actuators import open_actuator
+from companion.io.mavlink.hub import Hub
+from companion.io.mavlink.links import Link
+from companion.io.sensors import open_sensor
+from companion.loop import Blocks, Devices, Vessel
+from companion.mission.executor import MissionExecutor
+from companion.mission.plan import PlanKind, Plans
+from companion.mission.validation import check_plan
+from companion.modes.events import EventLog
+from companion.modes.supervisor import Supervisor
+from companion.nav.estimator import Estimator
+from companion.params import Parameters
+from companion.record.progress_keeper import ProgressKeeper
+from companion.record.recorder import LogFolder
+from companion.record.state_file import StateFile
+from companion.safety import Gate
+
+
+def program_version() -> str:
+    try:
+        return version("usv-companion")
+    except PackageNotFoundError:
+        return "0.0.0"
+
+
+def load_vessel(vessel: str) -> VesselConfig:
+    """Find, read and check a vessel, its parameters included. Raises ConfigError with every problem."""
+    path = config_module.find(vessel)
+    problems: list[str] = []
+    try:
+        config = config_module.load(path)
+        settings: Mapping[str, float] = config.parameters
+    except ConfigError as error:
+        problems += error.problems
+        settings = config_module.raw_parameters(path)
+    table = Parameters()
+    lines = config_module.parameter_lines(path)
+    for name, value in settings.items():
+        if (refusal := table.refusal(name, value)) is not None:
+            why = refusal.name.lower().replace("_", " ")
+            problems.append(f"{path}:{lines.get(name, 0)}: parameters.{name}: {value:g}: {why}{_allowed(table, name)}")
+    if problems:
+        raise ConfigError(problems)
+    return config
+
+
+def _allowed(table: Parameters, name: str) -> str:
+    spec = table.spec(name)
+    return f"; allowed {spec.minimum:g} to {spec.maximum:g} {spec.unit}".rstrip() if spec is not None else ""
+
+
+@dataclass(frozen=True, slots=True)
+class Surroundings:
+    """What a vessel is put into: its clock, its ports, and where it keeps things."""
+
+    clock: WaitingClock
+    opener: StreamOpener
+    world: World
+    links: Sequence[Link]
+    state: StateFile | None = None
+    log_folder: Path | None = None
+    durable_log: bool = False  # have the medium keep each row: on a boat, not in lockstep
+    manifest: Mapping[str, Any] | None = None
+    defaults: Mapping[str, float] | None = None  # of parameters, over the vessel's own
+
+
+def build(config: VesselConfig, around: Surroundings) -> Vessel:
+    """Put a vessel together. Raises ConfigError for a driver that does not exist, OSError for a log folder that cannot be written."""
+    events = EventLog()
+    warn = _warner(events, around.clock)
+    if around.state is not None:
+        around.state.on_warning = warn
+    parameters = _parameters(config, around, warn)
+    plans = _plans(around.state, warn)
+    executor = MissionExecutor(plans)
+    estimator = Estimator(config, parameters)
+    supervisor = Supervisor(config, parameters, plans, executor, events, lambda: estimator.frame)
+    blocks = Blocks(estimator, supervisor, Controller(config, parameters), Allocator(config, parameters), Gate(config))
+    devices = Devices(
+        world=around.world,
+        sensors=tuple(open_sensor(sensor, around.opener.open(sensor.name, sensor.port)) for sensor in config.sensors),
+        actuators=tuple(open_actuator(bridge, config, around.opener.open(bridge.name, bridge.port)) for bridge in config.actuators),
+    )
+    vessel = Vessel(config, parameters, plans, executor, events, blocks, devices, around.clock)
+    if around.state is not None:
+        vessel.add_recorder(ProgressKeeper(executor, around.state, warn))
+    log = _log_folder(config, parameters, around, warn)
+    if log is not None:
+        vessel.add_recorder(log)
+    vessel.attach(Hub(vessel, around.links, program_version(), tap=_tap(log, around.clock)))
+    return vessel
+
+
+def _warner(events: EventLog, clock: WaitingClock) -> Callable[[str], None]:
+    return lambda text: events.say(clock.now_s(), Severity.WARNING, "storage", text)
+
+
+def _parameters(config: VesselConfig, around: Surroundings, warn: Callable[[str], None]) -> Parameters:
+    """The table, over it the vessel's own and this run's, over those what an operator kept."""
+    parameters = Parameters({**config.parameters, **(around.defaults or {})})
+    kept: Mapping[str, float] = {}
+    if around.state is not None:
+        kept, warnings = around.state.load_parameters()
+        for text in warnings:
+            warn(text)
+    for name, value in kept.items():
+        if (refusal := parameters.set(name, value)) is not None:
+            warn(f"parameter {name} = {value:g} not taken over: {refusal.name.lower().replace('_', ' ')}")
+    if around.state is not None:
+        state = around.state
+        parameters.on_change(lambda _name, _value: state.save_parameters(parameters.changed()))
+    return parameters
+
+
+def _plans(state: StateFile | None, warn: Callable[[str], None]) -> Plans:
+    plans = Plans()
+    if state is not None:
+        kept, warnings = state.load_plans()
+        for text in warnings:
+            warn(text)
+        for kind, items in kept.items():
+            refusal = check_plan(kind, items) if items else None
+            if refusal is None:
+                plans.replace(kind, items)
+            else:
+                warn(f"{kind.name.lower()} not taken over: {refusal.text}")
+
+        def save(kind: PlanKind) -> None:
+            state.save_plan(kind, plans.items(kind))
+
+        plans.on_change(save)
+    return plans
+
+
+def _log_folder(config: VesselConfig, parameters: Parameters, around: Surroundings, warn: Callable[[str], None]) -> LogFolder | None:
+    if around.log_folder is None:
+        return None
+    manifest = {
+        "version": program_version(),
+        "python": sys.version.split()[0],
+        "vessel": config.name,
+        "started_unix_ns": around.clock.time_unix_ns(),
+        **(around.manifest or {}),
+        "parameters": {spec.name: parameters[spec.name] for spec in parameters.specs},
+        "configuration": config_module.as_dict(config),
+    }
+    thrusters = [thruster.name for thruster in config.thrusters]
+    devices = [*(sensor.name for sensor in config.sensors), *(bridge.name for bridge in config.actuators)]
+    return LogFolder(around.log_folder, thrusters, devices, manifest, warn, sync=around.durable_log)
+
+
+def _tap(log: LogFolder | None, clock: WaitingClock) -> Callable[[bytes], None] | None:
+    """Where every packet, in and out, goes besides."""
+    if log is None:
+        return None
+    return lambda packet: log.packets(packet, clock.time_unix_ns())

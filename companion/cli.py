@@ -1,0 +1,332 @@
+"""The commands. Also where the companion and the simulator are composed: nothing else knows both."""
+
+from __future__ import annotations
+
+import argparse
+import gc
+import os
+import signal
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from companion import config as config_module
+from companion.app import Surroundings, build, load_vessel, program_version
+from companion.clock import PacedClock, SimulatedClock, WallClock
+from companion.config import ConfigError, HomeConfig, VesselConfig
+from companion.io.mavlink.links import Link, LinkError, MemoryLink, open_link
+from companion.io.transport import TransportError, TransportOpener
+from companion.loop import RealWorld, Vessel, run
+from companion.record.state_file import StateFile, StateFileBusy
+
+if TYPE_CHECKING:
+    from sitl.scenarios.rig import Conditions
+    from sitl.world import World
+
+_SITL_LINKS = ("udpout:127.0.0.1:14550", "tcpin:127.0.0.1:5760")
+
+
+class UsageError(Exception):
+    """A command line that cannot be carried out; one line that says what to do."""
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run a command. Returns its exit code: 0 well, 1 a check that failed, 2 a mistake in what was asked."""
+    arguments = _parser().parse_args(argv)
+    try:
+        code: int = arguments.command(arguments)
+        return code
+    except ConfigError as error:
+        for problem in error.problems:
+            print(problem, file=sys.stderr)
+    except (UsageError, LinkError, TransportError, StateFileBusy, OSError) as error:
+        print(f"companion: {error}", file=sys.stderr)
+    return 2
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="companion", description="Autopilot for small uncrewed boats, flown by any MAVLink ground station.")
+    parser.add_argument("--version", action="version", version=f"USV companion {program_version()}")
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+
+    run_ = commands.add_parser("run", help="run a vessel, real or simulated")
+    run_.add_argument("vessel", metavar="VESSEL", help=f"a bundled name ({', '.join(config_module.bundled())}) or a TOML file")
+    run_.add_argument("--sitl", action="store_true", help="with the simulated boat in place of its devices")
+    run_.add_argument("--speed", type=float, default=1.0, metavar="N", help="with --sitl: N times as fast as the wall clock")
+    run_.add_argument("--link", action="append", metavar="URL", help="replaces the vessel's links; udpout:, udpin:, tcpin:, tcpout:, serial:")
+    run_.add_argument("--home", metavar="LAT,LON,HEADING_DEG", help="replaces the vessel's home")
+    run_.add_argument("--state", type=Path, metavar="DIR", help="where parameters and plans are kept")
+    run_.add_argument("--log", type=Path, metavar="DIR", help="where the log folder is made")
+    run_.add_argument("--seed", type=int, default=0, help="with --sitl: seed of all noise")
+    run_.add_argument("--wind", metavar="MPS@FROM_DEG", help="with --sitl")
+    run_.add_argument("--current", metavar="MPS@TOWARDS_DEG", help="with --sitl")
+    run_.add_argument("--fault", action="append", default=[], metavar="NAME@T_S[+DURATION_S]", help="with --sitl")
+    run_.add_argument("--duration", type=float, metavar="S", help="end after this long, in the boat's time")
+    run_.set_defaults(command=_run)
+
+    check = commands.add_parser("check", help="every error of a vessel's file at once, with its place")
+    check.add_argument("vessel", metavar="VESSEL")
+    check.set_defaults(command=_check)
+
+    mission = commands.add_parser("mission", help="summary of a .plan or .waypoints file")
+    mission.add_argument("file", type=Path, metavar="FILE")
+    mission.add_argument("--speed", type=float, default=None, metavar="MPS", help="cruise speed where the file brings none")
+    mission.add_argument("--convert", type=Path, metavar="OUT", help="write it in the format of OUT's suffix")
+    mission.set_defaults(command=_mission)
+
+    scenario = commands.add_parser("scenario", help="sail a named scenario in lockstep and check it")
+    verbs = scenario.add_subparsers(required=True, metavar="list | run")
+    verbs.add_parser("list", help="the scenarios and their settings").set_defaults(command=_scenario_list)
+    sail = verbs.add_parser("run", help="sail one")
+    sail.add_argument("name", metavar="NAME")
+    sail.add_argument("--vessel", metavar="V")
+    sail.add_argument("--seed", type=int, default=0)
+    sail.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", dest="changes")
+    sail.add_argument("--out", type=Path, metavar="DIR", help="folder of the log and result.json")
+    sail.set_defaults(command=_scenario_run)
+    return parser
+
+
+# --- run -----------------------------------------------------------------------------------------------------------
+
+
+def _run(arguments: argparse.Namespace) -> int:
+    config = load_vessel(arguments.vessel)
+    if arguments.home:
+        config = config_module.with_home(config, _home(arguments.home))
+    kept = _kept_in(config, arguments)
+    stamp = time.strftime("%Y%m%d-%H%M%S")
+    log_folder = _fresh(kept / "logs" if arguments.log is None else arguments.log, f"{config.name}-{stamp}")
+    state = StateFile(kept / "state" if arguments.state is None else arguments.state)
+    vessel, clock = _compose_run(config, arguments, state, log_folder)
+    _say_hello(config, arguments, state, log_folder)
+    stop = _Stop(clock, vessel, arguments.duration)
+    gc.collect()
+    gc.freeze()
+    try:
+        run(vessel, clock, stop)
+    finally:
+        vessel.close()
+        state.close()
+    if vessel.restart_requested:
+        os.execv(sys.executable, [sys.executable, "-m", "companion", *sys.argv[1:]])
+    return 0
+
+
+def _compose_run(
+    config: VesselConfig, arguments: argparse.Namespace, state: StateFile, log_folder: Path
+) -> tuple[Vessel, WallClock | PacedClock]:
+    urls = arguments.link or (_SITL_LINKS if arguments.sitl else config.links)
+    manifest = {"command": " ".join(sys.argv), "seed": arguments.seed if arguments.sitl else None}
+    if not arguments.sitl:
+        for flag in ("wind", "current", "fault"):
+            if getattr(arguments, flag):
+                raise UsageError(f"--{flag} needs --sitl: a real boat brings its own")
+        wall = WallClock()
+        around = Surroundings(wall, TransportOpener(), RealWorld(), _links(urls), state, log_folder, True, manifest)
+        return build(config, around), wall
+    if not arguments.speed > 0.0:
+        raise UsageError(f"--speed {arguments.speed:g}: above 0, please")
+    from sitl.truth_log import TruthLog
+    from sitl.world import EPOCH_UNIX_NS, World
+
+    world = World(config, seed=arguments.seed, wind=arguments.wind, current=arguments.current, faults=tuple(arguments.fault))
+    paced = PacedClock(arguments.speed, EPOCH_UNIX_NS)
+    # people and ground stations live in wall time: what they may take must not shrink as the boat's time speeds up
+    patience = {"COM_DL_LOSS_T": min(300.0, 10.0 * arguments.speed), "COM_RC_LOSS_T": min(10.0, 0.5 * arguments.speed)}
+    defaults = patience if arguments.speed > 1.0 else {}
+    vessel = build(config, Surroundings(paced, world, world, _links(urls), state, log_folder, True, manifest, defaults))
+    vessel.add_recorder(TruthLog(log_folder, world, tuple(thruster.name for thruster in config.thrusters)))
+    return vessel, paced
+
+
+def _links(urls: Sequence[str]) -> list[Link]:
+    opened: list[Link] = []
+    try:
+        for url in urls:
+            opened.append(open_link(url))
+    except LinkError:
+        for link in opened:
+            link.close()
+        raise
+    return opened
+
+
+def _home(text: str) -> HomeConfig:
+    import math
+
+    try:
+        lat_deg, lon_deg, *heading_deg = (float(part) for part in text.split(","))
+    except ValueError as error:
+        raise UsageError(f"--home {text}: write LAT,LON,HEADING_DEG, as 63.4389,10.3990,0") from error
+    if not (-89.0 <= lat_deg <= 89.0 and -180.0 <= lon_deg <= 180.0 and len(heading_deg) <= 1):
+        raise UsageError(f"--home {text}: no such place; write LAT,LON,HEADING_DEG")
+    return HomeConfig(lat_deg, lon_deg, math.radians(heading_deg[0]) if heading_deg else 0.0)
+
+
+def _kept_in(config: VesselConfig, arguments: argparse.Namespace) -> Path:
+    """Where this vessel's things are kept, apart from those of its simulation."""
+    base = Path(os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state")
+    return base / "usv-companion" / (f"{config.name}-sitl" if arguments.sitl else config.name)
+
+
+def _fresh(directory: Path, name: str) -> Path:
+    """A folder that is not there yet."""
+    folder, n = directory / name, 2
+    while folder.exists():
+        folder, n = directory / f"{name}-{n}", n + 1
+    return folder
+
+
+def _say_hello(config: VesselConfig, arguments: argparse.Namespace, state: StateFile, log_folder: Path) -> None:
+    how = f"simulated, {arguments.speed:g} times real time" if arguments.sitl else "on its own devices"
+    links = ", ".join(arguments.link or (_SITL_LINKS if arguments.sitl else config.links))
+    print(f"USV companion {program_version()}: {config.title}, {how}")
+    print(f"links: {links}")
+    print(f"state: {state.directory}")
+    print(f"log:   {log_folder}", flush=True)
+
+
+class _Stop:
+    """Whether the run should end: Ctrl-C, SIGTERM, the duration, a restart asked for."""
+
+    def __init__(self, clock: WallClock | PacedClock, vessel: Vessel, duration_s: float | None) -> None:
+        self._clock, self._vessel, self._duration_s = clock, vessel, duration_s
+        self._asked = False
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, self._ask)
+
+    def _ask(self, number: int, frame: object) -> None:
+        self._asked = True
+
+    def __call__(self) -> bool:
+        over = self._duration_s is not None and self._clock.now_s() >= self._duration_s
+        return self._asked or over or self._vessel.restart_requested
+
+
+# --- check, mission ------------------------------------------------------------------------------------------------
+
+
+def _check(arguments: argparse.Namespace) -> int:
+    config = load_vessel(arguments.vessel)
+    print(f"{config.name}: {config.title}: no errors")
+    return 0
+
+
+def _mission(arguments: argparse.Namespace) -> int:
+    from companion.mission import files, summary
+    from companion.mission.plan import PlanKind
+    from companion.mission.validation import check_item, check_plan
+    from companion.params import Parameters
+
+    try:
+        plan = files.read(arguments.file.name, arguments.file.read_text(encoding="utf-8"))
+        converted = None if arguments.convert is None else files.write(arguments.convert.name, plan)
+    except (files.PlanFileError, UnicodeDecodeError) as error:
+        problems = error.problems if isinstance(error, files.PlanFileError) else (f"{arguments.file}: not a text file",)
+        raise ConfigError(problems) from error
+    lists = {PlanKind.MISSION: plan.mission, PlanKind.FENCE: plan.fence, PlanKind.RALLY: plan.rally}
+    refusals = [check_item(kind, item) for kind, items in lists.items() for item in items]
+    refusals += [check_plan(kind, items) for kind, items in lists.items() if items]
+    cruise_mps = arguments.speed or plan.cruise_speed_mps or Parameters()["WP_SPEED"]
+    print(summary.format_summary(summary.summarise(plan.mission, cruise_mps, plan.home)))
+    print(f"fence: {len(plan.fence)} items, rally points: {len(plan.rally)}")
+    if converted is not None:
+        arguments.convert.write_text(converted, encoding="utf-8")
+        print(f"written: {arguments.convert}")
+    found = [refusal for refusal in refusals if refusal is not None]
+    for refusal in found:
+        print(f"the boat would refuse: {refusal.text} ({refusal.result.name})", file=sys.stderr)
+    return 1 if found else 0
+
+
+# --- scenario ------------------------------------------------------------------------------------------------------
+
+
+class LockstepRig:
+    """A composed vessel in lockstep, with a memory link whose far end the scenario holds."""
+
+    def __init__(self, conditions: Conditions, folder: Path) -> None:
+        from sitl.truth_log import TruthLog
+        from sitl.world import EPOCH_UNIX_NS, World
+
+        self.config = load_vessel(conditions.vessel)
+        believed = config_module.with_model_error(self.config, conditions.model_error) if conditions.model_error else self.config
+        self.world: World = World(
+            self.config,
+            seed=conditions.seed,
+            wind=conditions.wind,
+            current=conditions.current,
+            gnss=conditions.gnss,
+            plant=conditions.plant,
+            waves_m=conditions.waves_m,
+            faults=conditions.faults,
+        )
+        self._clock = SimulatedClock(EPOCH_UNIX_NS)
+        self._link = MemoryLink("memory:scenario")
+        manifest = {"seed": conditions.seed, "conditions": repr(conditions)}
+        around = Surroundings(
+            self._clock, self.world, self.world, [self._link], None, folder, False, manifest, conditions.parameters
+        )
+        self.vessel = build(believed, around)
+        self.vessel.add_recorder(TruthLog(folder, self.world, tuple(thruster.name for thruster in self.config.thrusters)))
+        self._steps = 0
+
+    @property
+    def now_s(self) -> float:
+        return self._clock.now_s()
+
+    def step(self) -> None:
+        self._clock.wait(self._steps * self.vessel.period_s, ())
+        self.vessel.tick(self._clock.now_s())
+        self._steps += 1
+
+    def send(self, data: bytes) -> None:
+        self._link.to_vessel(data)
+
+    def receive(self) -> bytes:
+        return self._link.from_vessel()
+
+    def close(self) -> None:
+        self.vessel.close()
+
+
+def _scenario_list(arguments: argparse.Namespace) -> int:
+    from sitl.scenarios import SCENARIOS
+
+    for scenario in SCENARIOS.values():
+        settings = " ".join(f"{key}={value}" for key, value in scenario.defaults.items())
+        print(f"{scenario.name:20} {scenario.text} ({scenario.vessel}); {settings}")
+    return 0
+
+
+def _scenario_run(arguments: argparse.Namespace) -> int:
+    from sitl.scenarios import SCENARIOS
+    from sitl.scenarios.scenario import ScenarioError
+    from sitl.scenarios.scenario import run as sail
+
+    if arguments.name not in SCENARIOS:
+        raise UsageError(f"no scenario '{arguments.name}'; there is {', '.join(SCENARIOS)}")
+    changes: dict[str, str] = {}
+    for change in arguments.changes:
+        key, equals, value = change.partition("=")
+        if not equals:
+            raise UsageError(f"--set {change}: write KEY=VALUE")
+        changes[key] = value
+    folder = arguments.out or _fresh(Path("out"), f"{arguments.name}-seed{arguments.seed}")
+    started_s = time.perf_counter()
+    try:
+        outcome = sail(SCENARIOS[arguments.name], LockstepRig, folder, arguments.seed, arguments.vessel, changes)
+    except (ScenarioError, ValueError) as error:
+        raise UsageError(str(error)) from error
+    for name, value in outcome.metrics.items():
+        print(f"{name:24} {value:10.3f}")
+    for check in outcome.checks:
+        relation = "at least" if check.at_least else "at most"
+        print(f"{'ok  ' if check.ok else 'FAIL'} {check.name}: {check.value:.3f} {check.unit}, {relation} {check.limit:g}")
+    if outcome.error:
+        print(f"FAIL {outcome.error}")
+    print(f"{folder}: {time.perf_counter() - started_s:.1f} s")
+    return 0 if outcome.ok else 1

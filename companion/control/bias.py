@@ -1,0 +1,63 @@
+"""The steady force on the hull that nothing else explains (current, mean wind, model error): the integral action of all control laws."""
+
+from __future__ import annotations
+
+import math
+
+from companion.config import LimitsConfig
+from companion.core.frames import body_to_ned, ned_to_body
+from companion.core.types import Wrench
+
+_SHARE = 0.9  # of the limits, that the bias may take
+_DEAD_SHARE = 0.01  # shortfall, as a share of the limit, that is no saturation
+_UNWIND_RADPS = 0.5
+
+
+class BiasForce:
+    """A force in north and east and a moment, to be added to the demanded wrench. It stays fixed in NED while the boat turns, and it is
+    one for all laws, so that a change of law is no bump."""
+
+    __slots__ = ("_east_n", "_limits", "_north_n", "_yaw_nm")
+
+    def __init__(self, limits: LimitsConfig) -> None:
+        self._limits = limits
+        self.reset()
+
+    def reset(self) -> None:
+        self._north_n = self._east_n = self._yaw_nm = 0.0
+
+    def in_body(self, yaw_rad: float) -> tuple[float, float, float]:
+        """(surge_n, sway_n, yaw_nm)."""
+        x, y = ned_to_body(self._north_n, self._east_n, yaw_rad)
+        return x, y, self._yaw_nm
+
+    def grow(self, surge_nps: float, sway_nps: float, yaw_nmps: float, yaw_rad: float, dt_s: float) -> None:
+        """Integrate rates given in body axes, and keep within the limits."""
+        x, y = ned_to_body(self._north_n, self._east_n, yaw_rad)
+        limits = self._limits
+        bound_x, bound_y, bound_n = _SHARE * limits.surge_n, _SHARE * limits.sway_n, _SHARE * limits.yaw_nm
+        x = min(bound_x, max(-bound_x, x + surge_nps * dt_s))
+        y = min(bound_y, max(-bound_y, y + sway_nps * dt_s))
+        self._north_n, self._east_n = body_to_ned(x, y, yaw_rad)
+        self._yaw_nm = min(bound_n, max(-bound_n, self._yaw_nm + yaw_nmps * dt_s))
+
+    def unwind(self, demanded: Wrench, achieved: Wrench, yaw_rad: float, dt_s: float) -> None:
+        """Give back what the thrusters could not deliver in the last cycle: back-calculation that ends at zero, so that a demand cut short
+        in a hard turn never leaves a bias of the other sign."""
+        limits = self._limits
+        x, y, n = self.in_body(yaw_rad)
+        step = _UNWIND_RADPS * dt_s
+        x = _given_back(x, step * _beyond(achieved.surge_n - demanded.surge_n, _DEAD_SHARE * limits.surge_n))
+        y = _given_back(y, step * _beyond(achieved.sway_n - demanded.sway_n, _DEAD_SHARE * limits.sway_n))
+        self._north_n, self._east_n = body_to_ned(x, y, yaw_rad)
+        self._yaw_nm = _given_back(n, step * _beyond(achieved.yaw_nm - demanded.yaw_nm, _DEAD_SHARE * limits.yaw_nm))
+
+
+def _beyond(value: float, dead: float) -> float:
+    return math.copysign(max(0.0, abs(value) - dead), value)
+
+
+def _given_back(bias: float, change: float) -> float:
+    if bias * change >= 0.0:
+        return bias
+    return math.copysign(max(0.0, abs(bias) - abs(change)), bias)

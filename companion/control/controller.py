@@ -1,0 +1,80 @@
+"""Setpoint and state → wrench: each kind of setpoint goes to its own law, and all share one bias force."""
+
+from __future__ import annotations
+
+from companion.config import VesselConfig
+from companion.control.bias import BiasForce
+from companion.control.dynamic_positioning import DynamicPositioning, finite
+from companion.control.heading import HeadingControl, YawLoop
+from companion.control.path_tracking import PathTracking
+from companion.control.wind import wind_force
+from companion.core.types import ZERO_WRENCH, NavState, Setpoint, SetpointKind, Wrench
+from companion.params import Parameters
+
+_STEERED = (SetpointKind.POSE, SetpointKind.PATH, SetpointKind.HEADING)
+
+
+class Controller:
+    """`update(setpoint, nav, achieved, dt_s)` → wrench within the vessel's limits.
+
+    Remembers the bias force (one for all laws: a change of law is no bump), the wrench last demanded and whether a law demanded it. The bias
+    is kept while a person steers by force or thruster, and forgotten when the boat is neutral. `achieved` is what the allocation of
+    the last cycle said the thrusters give; the bias gives back what fell short.
+    """
+
+    def __init__(self, config: VesselConfig, parameters: Parameters) -> None:
+        self._config = config
+        yaw = YawLoop(config, parameters)
+        self._positioning = DynamicPositioning(config, parameters)
+        self._tracking = PathTracking(config, parameters, yaw)
+        self._heading = HeadingControl(yaw)
+        self._bias = BiasForce(config.limits)
+        self._demanded: Wrench | None = None
+
+    def reset(self) -> None:
+        """Forget the bias force."""
+        self._bias.reset()
+        self._demanded = None
+
+    def update(self, setpoint: Setpoint, nav: NavState, achieved: Wrench, dt_s: float) -> Wrench:
+        """The wrench that the setpoint asks for now."""
+        kind = setpoint.kind
+        if kind not in _STEERED:
+            self._demanded = None
+            if kind is SetpointKind.WRENCH and setpoint.wrench is not None and finite(setpoint.wrench):
+                return self._saturated(setpoint.wrench)
+            if kind is SetpointKind.NEUTRAL:
+                self._bias.reset()
+            return ZERO_WRENCH
+        if self._demanded is not None and finite(achieved):
+            self._bias.unwind(self._learning(kind, self._demanded, achieved), achieved, nav.yaw_rad, dt_s)
+        law = self._positioning if kind is SetpointKind.POSE else self._tracking if kind is SetpointKind.PATH else self._heading
+        wrench = self._against_wind(law.update(setpoint, nav, self._bias, dt_s), kind, nav)
+        if not finite(wrench):
+            self.reset()
+            return ZERO_WRENCH
+        self._demanded = wrench
+        return self._saturated(wrench)
+
+    @staticmethod
+    def _learning(kind: SetpointKind, demanded: Wrench, achieved: Wrench) -> Wrench:
+        """The demand on the axes whose bias the law now learns; on the others nothing falls short."""
+        if kind is SetpointKind.POSE:
+            return demanded
+        surge = demanded.surge_n if kind is SetpointKind.PATH else achieved.surge_n
+        return Wrench(surge, achieved.sway_n, demanded.yaw_nm)
+
+    def _against_wind(self, wrench: Wrench, kind: SetpointKind, nav: NavState) -> Wrench:
+        """The wrench plus what counters the wind; forces that the stick asks for are left as they are."""
+        x, y, n = wind_force(self._config.windage, self._config.length_m, nav)
+        if kind is SetpointKind.HEADING:
+            return Wrench(wrench.surge_n, wrench.sway_n, wrench.yaw_nm - n)
+        return Wrench(wrench.surge_n - x, wrench.sway_n - y, wrench.yaw_nm - n)
+
+    def _saturated(self, wrench: Wrench) -> Wrench:
+        limits = self._config.limits
+        return Wrench(
+            min(limits.surge_n, max(-limits.surge_n, wrench.surge_n)),
+            min(limits.sway_n, max(-limits.sway_n, wrench.sway_n)),
+            min(limits.yaw_nm, max(-limits.yaw_nm, wrench.yaw_nm)),
+        )

@@ -1,0 +1,75 @@
+"""Dynamic positioning: PID on the pose error in body axes, over feed-forward from the model and the wind (ReVolt thesis 4.1…4.17, mended).
+
+τ = share·(M ν̇_d + C(ν_d) ν_d + D(ν_d) ν_d) − Kp e − Kd (ν − ν_d) + bias − wind, with the gains placed by bandwidth ω and damping ζ of each
+axis on the model's inertia: Kp = m ω², Kd = 2 ζ ω m − d, and the bias growing by −Ki e, Ki = share·ω Kp.
+"""
+
+from __future__ import annotations
+
+import math
+
+from companion.config import VesselConfig
+from companion.control.bias import BiasForce
+from companion.control.model import force_for
+from companion.core.angles import wrap_pi
+from companion.core.frames import ned_to_body
+from companion.core.types import NavState, Setpoint, Wrench
+from companion.params import Parameters
+
+
+class DynamicPositioning:
+    """`update(setpoint, nav, bias, dt_s)` → wrench before saturation, without the wind's share. Remembers nothing itself; the integral is
+    the `bias` given. A setpoint without position, or without heading, leaves those axes to damping."""
+
+    def __init__(self, config: VesselConfig, parameters: Parameters) -> None:
+        self._hull = config.hull
+        self._parameters = parameters
+
+    def update(self, setpoint: Setpoint, nav: NavState, bias: BiasForce, dt_s: float) -> Wrench:
+        """Wrench that brings the boat to the reference and keeps it there."""
+        ex, ey, eyaw = self._errors(setpoint, nav)
+        turn = 0.0 if setpoint.yaw_rad is None else wrap_pi(nav.yaw_rad - setpoint.yaw_rad)
+        u, v = ned_to_body(setpoint.surge_mps, setpoint.sway_mps, turn)
+        ax, ay = ned_to_body(setpoint.surge_mps2, setpoint.sway_mps2, turn)
+        forward = force_for(self._hull, u, v, setpoint.yaw_rate_radps, ax, ay, setpoint.yaw_radps2)
+        share = self._parameters["DP_FEEDFORWARD"]
+        (px, ix, dx), (py, iy, dy), (pn, i_n, dn) = self._gains()
+        bias.grow(-ix * ex, -iy * ey, -i_n * eyaw, nav.yaw_rad, dt_s)
+        bx, by, bn = bias.in_body(nav.yaw_rad)
+        return Wrench(
+            share * forward.surge_n - px * ex - dx * (nav.surge_mps - u) + bx,
+            share * forward.sway_n - py * ey - dy * (nav.sway_mps - v) + by,
+            share * forward.yaw_nm - pn * eyaw - dn * (nav.yaw_rate_radps - setpoint.yaw_rate_radps) + bn,
+        )
+
+    @staticmethod
+    def _errors(setpoint: Setpoint, nav: NavState) -> tuple[float, float, float]:
+        """Where the boat is, seen from the reference, in the boat's axes."""
+        ex = ey = 0.0
+        if setpoint.north_m is not None and setpoint.east_m is not None:
+            ex, ey = ned_to_body(nav.north_m - setpoint.north_m, nav.east_m - setpoint.east_m, nav.yaw_rad)
+        eyaw = 0.0 if setpoint.yaw_rad is None else wrap_pi(nav.yaw_rad - setpoint.yaw_rad)
+        return ex, ey, eyaw
+
+    def _gains(self) -> tuple[tuple[float, float, float], ...]:
+        """(Kp, Ki, Kd) of surge, sway and yaw."""
+        hull, parameters = self._hull, self._parameters
+        damping, share = parameters["DP_DAMPING"], parameters["DP_INTEGRAL"]
+        return (
+            pole_placement(hull.m11_kg, hull.damping.x_u, parameters["DP_BW_SURGE"], damping, share),
+            pole_placement(hull.m22_kg, hull.damping.y_v, parameters["DP_BW_SWAY"], damping, share),
+            pole_placement(hull.m33_kgm2, hull.damping.n_r, parameters["DP_BW_YAW"], damping, share),
+        )
+
+
+def pole_placement(inertia: float, drag: float, bandwidth_radps: float, damping: float, integral: float) -> tuple[float, float, float]:
+    """(Kp, Ki, Kd) that give m s² + (d + Kd) s + Kp the bandwidth and relative damping asked for. Drag that would do it alone still leaves a
+    quarter of the damping to the controller, since the model's drag is doubtful at low speed."""
+    kp = inertia * bandwidth_radps * bandwidth_radps
+    whole = 2.0 * damping * bandwidth_radps * inertia
+    return kp, integral * bandwidth_radps * kp, max(0.25 * whole, whole - max(0.0, drag))
+
+
+def finite(wrench: Wrench) -> bool:
+    """Whether all three axes are numbers to act on."""
+    return math.isfinite(wrench.surge_n) and math.isfinite(wrench.sway_n) and math.isfinite(wrench.yaw_nm)

@@ -1,0 +1,46 @@
+"""The controller's model of the hull: M ν̇ + C(ν) ν + D(ν) ν = τ in plain floats (Fossen 2021; C with the sign of the theses mended)."""
+
+from __future__ import annotations
+
+from companion.config import HullConfig
+from companion.core.types import Wrench
+
+
+def coriolis(hull: HullConfig, surge_mps: float, sway_mps: float, yaw_rate_radps: float) -> tuple[float, float, float]:
+    """C(ν) ν, in N, N, Nm."""
+    lateral = hull.m22_kg * sway_mps + hull.m23_kgm * yaw_rate_radps
+    x = -lateral * yaw_rate_radps
+    y = hull.m11_kg * surge_mps * yaw_rate_radps
+    n = lateral * surge_mps - hull.m11_kg * surge_mps * sway_mps
+    return x, y, n
+
+
+def damping(hull: HullConfig, surge_mps: float, sway_mps: float, yaw_rate_radps: float) -> tuple[float, float, float]:
+    """D(ν) ν: the force that the water takes, in N, N, Nm."""
+    d = hull.damping
+    u, v, r = surge_mps, sway_mps, yaw_rate_radps
+    au, av, ar = abs(u), abs(v), abs(r)
+    x = (d.x_u + d.x_uu * au + d.x_uuu * u * u) * u
+    y = (d.y_v + d.y_vv * av + d.y_rv * ar) * v + (d.y_r + d.y_vr * av + d.y_rr * ar) * r
+    n = (d.n_v + d.n_vv * av + d.n_rv * ar) * v + (d.n_r + d.n_vr * av + d.n_rr * ar) * r
+    return x, y, n
+
+
+def force_for(
+    hull: HullConfig,
+    surge_mps: float,
+    sway_mps: float,
+    yaw_rate_radps: float,
+    surge_mps2: float,
+    sway_mps2: float,
+    yaw_radps2: float,
+) -> Wrench:
+    """The wrench that moves the hull so: τ = M ν̇ + C(ν) ν + D(ν) ν, all in body axes."""
+    m32 = hull.m23_kgm if hull.m32_kgm is None else hull.m32_kgm
+    cx, cy, cn = coriolis(hull, surge_mps, sway_mps, yaw_rate_radps)
+    dx, dy, dn = damping(hull, surge_mps, sway_mps, yaw_rate_radps)
+    return Wrench(
+        hull.m11_kg * surge_mps2 + cx + dx,
+        hull.m22_kg * sway_mps2 + hull.m23_kgm * yaw_radps2 + cy + dy,
+        m32 * sway_mps2 + hull.m33_kgm2 * yaw_radps2 + cn + dn,
+    )

@@ -1,0 +1,347 @@
+"""The frame between the companion and a microcontroller that drives thrusters: a pure codec, used by the bridge and by the emulated board.
+
+On the wire, over any byte stream (115200 baud 8N1 is usual), both directions:
+
+    00 | COBS(message) | 00
+
+COBS (Cheshire and Baker, 1999) takes all zero bytes out of the message: the message is cut at its zeros, and before each piece goes one
+byte, the piece's length + 1. Messages are at most 253 bytes, so the length byte 0xFF never occurs. A receiver collects bytes up to a 00
+and drops what does not decode; two 00 in a row are an empty frame and mean nothing. The 00 at both ends keeps garbage on one side of a
+frame from costing the frame on its other side.
+
+A message is, all numbers little endian, bit 0 the least significant:
+
+    0      version   u8    1. Messages of another version are dropped
+    1      type      u8    see below
+    2 …              …     body of the type
+    last 2 crc       u16   CRC-16/CCITT-FALSE of all bytes before it: polynomial 0x1021, start 0xFFFF, no reflection, no final
+                           inversion ("123456789" gives 0x29B1)
+
+Type 1, COMMAND, host → board, once a control step:
+
+    2      sequence  u8    counts up by one, wraps
+    3      flags     u8    bit 0: armed. bit 1: bow thruster let down. Others 0
+    4      lights    u8    bits 0–1 red, 2–3 yellow, 4–5 green: 0 off, 1 steady, 2 blink. Others 0
+    5      n         u8    thrusters, 0…16
+    6+4i   throttle  i16   of thruster i, −10000…10000 ↔ −1…1
+    8+4i   azimuth   i16   1e-4 rad in (−π, π], the way the thruster pushes the boat, clockwise from the bow; −32768: it does not turn
+
+    A board drives its thrusters neutral unless the last valid COMMAND was armed and is less than 0.5 s old, whatever else is in it. An
+    azimuth drive that turns endlessly takes the shorter way round; one with stops takes the turn within its stops that is nearest.
+
+Type 2, STATUS, board → host, 20 times a second:
+
+    2      sequence  u8    of the last valid COMMAND
+    3      flags     u8    bit 0: neutral because commands stopped coming. bit 1: leak sensor wet. bit 2: RC receiver present.
+                           bit 3: RC receiver has no signal. Others 0
+    4      battery   u16   mV; 65535: not measured
+    6      current   i32   mA out of the battery; −2147483648: not measured
+    10     remaining u8    0…254 ↔ 0…1 of the battery's charge; 255: unknown
+    11     RC        8×u16 pulse widths in µs, channel 1 first; 0: no such channel
+    27     n         u8    thrusters, 0…16
+    28+5i  throttle  i16   what thruster i really does, as in COMMAND
+    30+5i  azimuth   i16   where it really points, as in COMMAND
+    32+5i  ok        u8    bit 0: the thruster works. Others 0
+
+Type 3, IDENT_REQUEST, host → board: no body. Answered with IDENT.
+
+Type 4, IDENT, board → host, at power-up and when asked:
+
+    2      firmware  3×u8  major, minor, patch
+    5      n         u8    thrusters that the board drives
+    6      length    u8    of the name, 0…32
+    7      name      ASCII
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+from binascii import crc_hqx
+from dataclasses import dataclass
+from enum import IntEnum
+
+from companion.core.angles import wrap_pi
+
+VERSION = 1
+MAX_THRUSTERS = 16
+RC_CHANNELS = 8
+WATCHDOG_S = 0.5  # a board without a valid command for this long goes neutral
+
+_COMMAND, _STATUS, _IDENT_REQUEST, _IDENT = 1, 2, 3, 4
+_MAX_NAME = 32
+_MAX_MESSAGE = 253  # shorter than the 254 from which COBS would need its long blocks
+_MAX_ENCODED = _MAX_MESSAGE + 1
+_CRC_START = 0xFFFF
+_THROTTLE_SCALE = 10000
+_AZIMUTH_SCALE = 1e4
+_NO_AZIMUTH = -32768
+_MAX_AZIMUTH = 31416
+_NO_VOLTAGE = 0xFFFF
+_NO_CURRENT = -(2**31)
+_NO_REMAINING = 255
+
+_COMMAND_HEAD = struct.Struct("<BBBBBB")
+_COMMAND_THRUSTER = struct.Struct("<hh")
+_STATUS_HEAD = struct.Struct("<BBBBHiB8HB")
+_STATUS_THRUSTER = struct.Struct("<hhB")
+_IDENT_HEAD = struct.Struct("<BBBBBBB")
+_CRC = struct.Struct("<H")
+
+
+class Light(IntEnum):
+    """State of one lamp of the beacon."""
+
+    OFF = 0
+    STEADY = 1
+    BLINK = 2
+
+
+@dataclass(frozen=True, slots=True)
+class ThrusterDemand:
+    """Throttle −1…1; azimuth None where the thruster does not turn."""
+
+    throttle: float
+    azimuth_rad: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class ThrusterState:
+    """What a thruster really does."""
+
+    throttle: float
+    azimuth_rad: float | None = None
+    ok: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """COMMAND: what the board shall do."""
+
+    sequence: int
+    armed: bool
+    thrusters: tuple[ThrusterDemand, ...]
+    bow_thruster_down: bool = False
+    red: Light = Light.OFF
+    yellow: Light = Light.OFF
+    green: Light = Light.OFF
+
+
+@dataclass(frozen=True, slots=True)
+class BoardStatus:
+    """STATUS: how the board is. `remaining` 0…1. `rc_us` are eight pulse widths, 0 where there is no such channel."""
+
+    sequence: int
+    neutral_by_watchdog: bool
+    leak_wet: bool
+    rc_present: bool
+    rc_lost: bool
+    voltage_v: float | None
+    current_a: float | None
+    remaining: float | None
+    rc_us: tuple[int, ...]
+    thrusters: tuple[ThrusterState, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class IdentRequest:
+    """IDENT_REQUEST: who are you?"""
+
+
+@dataclass(frozen=True, slots=True)
+class Ident:
+    """IDENT: firmware version (major, minor, patch), number of thrusters, name."""
+
+    firmware: tuple[int, int, int]
+    thrusters: int
+    name: str
+
+
+Message = Command | BoardStatus | IdentRequest | Ident
+
+
+def encode(message: Message) -> bytes:
+    """A message as the bytes of one frame, both delimiters included.
+
+    Values outside their range are limited; a throttle that is not a number becomes 0 and an azimuth that is none, "none". Raises ValueError
+    for more than 16 thrusters.
+    """
+    if isinstance(message, Command):
+        body = _encode_command(message)
+    elif isinstance(message, BoardStatus):
+        body = _encode_status(message)
+    elif isinstance(message, Ident):
+        name = message.name.encode("ascii", "replace")[:_MAX_NAME]
+        body = _IDENT_HEAD.pack(VERSION, _IDENT, *message.firmware, message.thrusters, len(name)) + name
+    else:
+        body = bytes((VERSION, _IDENT_REQUEST))
+    return frame(body + _CRC.pack(crc_hqx(body, _CRC_START)))
+
+
+def frame(message: bytes) -> bytes:
+    """COBS of up to 253 bytes, between delimiters."""
+    return b"\0" + b"".join([bytes((len(piece) + 1,)) + piece for piece in message.split(b"\0")]) + b"\0"
+
+
+def unframe(encoded: bytes) -> bytes | None:
+    """The inverse of COBS, for what stood between two delimiters; None where it cannot be."""
+    pieces: list[bytes] = []
+    at, end = 0, len(encoded)
+    while at < end:
+        following = at + encoded[at]
+        if following > end or following == at:
+            return None
+        pieces.append(encoded[at + 1 : following])
+        at = following
+    return b"\0".join(pieces)
+
+
+class FrameDecoder:
+    """Bytes as they come in → messages. Remembers the unfinished frame, of bounded length, and counts `frames` and `errors`."""
+
+    def __init__(self) -> None:
+        self.frames = 0
+        self.errors = 0
+        self._buffer = bytearray()
+        self._overrun = False
+
+    def feed(self, data: bytes) -> list[Message]:
+        """The messages that `data` completes, in order. Garbage costs at most the frame it hits."""
+        messages: list[Message] = []
+        *complete, rest = data.split(b"\0")
+        for part in complete:
+            self._collect(part)
+            if self._buffer or self._overrun:
+                message = None if self._overrun else decode(bytes(self._buffer))
+                if message is None:
+                    self.errors += 1
+                else:
+                    self.frames += 1
+                    messages.append(message)
+            self._buffer.clear()
+            self._overrun = False
+        self._collect(rest)
+        return messages
+
+    def _collect(self, part: bytes) -> None:
+        if len(self._buffer) + len(part) > _MAX_ENCODED:
+            self._overrun = True
+            self._buffer.clear()
+        elif not self._overrun:
+            self._buffer += part
+
+
+def decode(encoded: bytes) -> Message | None:
+    """The message between two delimiters, or None if it is damaged, unknown, of another version, or says what cannot be."""
+    raw = unframe(encoded)
+    if raw is None or len(raw) < 4 or raw[0] != VERSION:
+        return None
+    body = raw[:-2]
+    if crc_hqx(body, _CRC_START) != _CRC.unpack_from(raw, len(body))[0]:
+        return None
+    kind = body[1]
+    if kind == _COMMAND:
+        return _decode_command(body)
+    if kind == _STATUS:
+        return _decode_status(body)
+    if kind == _IDENT:
+        return _decode_ident(body)
+    return IdentRequest() if kind == _IDENT_REQUEST and len(body) == 2 else None
+
+
+def _encode_command(message: Command) -> bytes:
+    lights = message.red | message.yellow << 2 | message.green << 4
+    flags = message.armed | message.bow_thruster_down << 1
+    parts = [_COMMAND_HEAD.pack(VERSION, _COMMAND, message.sequence & 0xFF, flags, lights, _count(message.thrusters))]
+    parts += [_COMMAND_THRUSTER.pack(_throttle(t.throttle), _azimuth(t.azimuth_rad)) for t in message.thrusters]
+    return b"".join(parts)
+
+
+def _decode_command(body: bytes) -> Command | None:
+    if len(body) < _COMMAND_HEAD.size:
+        return None
+    _, _, sequence, flags, lights, n = _COMMAND_HEAD.unpack_from(body)
+    red, yellow, green = lights & 3, lights >> 2 & 3, lights >> 4
+    if n > MAX_THRUSTERS or len(body) != _COMMAND_HEAD.size + n * _COMMAND_THRUSTER.size:
+        return None
+    if flags > 3 or max(red, yellow, green) > Light.BLINK:
+        return None
+    demands = tuple(_COMMAND_THRUSTER.iter_unpack(body[_COMMAND_HEAD.size :]))
+    if not all(_sensible(throttle, azimuth) for throttle, azimuth in demands):
+        return None
+    thrusters = tuple([ThrusterDemand(throttle / _THROTTLE_SCALE, _azimuth_rad(azimuth)) for throttle, azimuth in demands])
+    return Command(sequence, bool(flags & 1), thrusters, bool(flags & 2), Light(red), Light(yellow), Light(green))
+
+
+def _encode_status(message: BoardStatus) -> bytes:
+    flags = message.neutral_by_watchdog | message.leak_wet << 1 | message.rc_present << 2 | message.rc_lost << 3
+    voltage = _NO_VOLTAGE if message.voltage_v is None else _scaled(message.voltage_v, 1e3, 0, _NO_VOLTAGE - 1)
+    current = _NO_CURRENT if message.current_a is None else _scaled(message.current_a, 1e3, _NO_CURRENT + 1, 2**31 - 1)
+    remaining = _NO_REMAINING if message.remaining is None else _scaled(message.remaining, 254.0, 0, 254)
+    rc_us = [*(min(max(us, 0), 65535) for us in message.rc_us[:RC_CHANNELS]), *[0] * (RC_CHANNELS - len(message.rc_us))]
+    n = _count(message.thrusters)
+    parts = [_STATUS_HEAD.pack(VERSION, _STATUS, message.sequence & 0xFF, flags, voltage, current, remaining, *rc_us, n)]
+    parts += [_STATUS_THRUSTER.pack(_throttle(t.throttle), _azimuth(t.azimuth_rad), t.ok) for t in message.thrusters]
+    return b"".join(parts)
+
+
+def _decode_status(body: bytes) -> BoardStatus | None:
+    if len(body) < _STATUS_HEAD.size:
+        return None
+    _, _, sequence, flags, voltage, current, remaining, *rc_us, n = _STATUS_HEAD.unpack_from(body)
+    if n > MAX_THRUSTERS or len(body) != _STATUS_HEAD.size + n * _STATUS_THRUSTER.size or flags > 15:
+        return None
+    states = tuple(_STATUS_THRUSTER.iter_unpack(body[_STATUS_HEAD.size :]))
+    if not all(_sensible(throttle, azimuth) and ok < 2 for throttle, azimuth, ok in states):
+        return None
+    return BoardStatus(
+        sequence=sequence,
+        neutral_by_watchdog=bool(flags & 1),
+        leak_wet=bool(flags & 2),
+        rc_present=bool(flags & 4),
+        rc_lost=bool(flags & 8),
+        voltage_v=None if voltage == _NO_VOLTAGE else voltage / 1e3,
+        current_a=None if current == _NO_CURRENT else current / 1e3,
+        remaining=None if remaining == _NO_REMAINING else remaining / 254.0,
+        rc_us=tuple(rc_us),
+        thrusters=tuple([ThrusterState(throttle / _THROTTLE_SCALE, _azimuth_rad(azimuth), ok == 1) for throttle, azimuth, ok in states]),
+    )
+
+
+def _decode_ident(body: bytes) -> Ident | None:
+    if len(body) < _IDENT_HEAD.size:
+        return None
+    _, _, major, minor, patch, thrusters, length = _IDENT_HEAD.unpack_from(body)
+    name = body[_IDENT_HEAD.size :]
+    if length != len(name) or length > _MAX_NAME or not name.isascii():
+        return None
+    return Ident((major, minor, patch), thrusters, name.decode("ascii"))
+
+
+def _sensible(throttle: int, azimuth: int) -> bool:
+    return abs(throttle) <= _THROTTLE_SCALE and (abs(azimuth) <= _MAX_AZIMUTH or azimuth == _NO_AZIMUTH)
+
+
+def _count(thrusters: tuple[ThrusterDemand, ...] | tuple[ThrusterState, ...]) -> int:
+    if len(thrusters) > MAX_THRUSTERS:
+        raise ValueError(f"{len(thrusters)} thrusters; a frame holds {MAX_THRUSTERS}")
+    return len(thrusters)
+
+
+def _scaled(value: float, scale: float, low: int, high: int) -> int:
+    """round(value·scale) within [low, high]; 0 for what is not a number."""
+    return 0 if math.isnan(value) else round(min(max(value * scale, low), high))
+
+
+def _throttle(throttle: float) -> int:
+    return _scaled(throttle, _THROTTLE_SCALE, -_THROTTLE_SCALE, _THROTTLE_SCALE)
+
+
+def _azimuth(azimuth_rad: float | None) -> int:
+    if azimuth_rad is None or not math.isfinite(azimuth_rad):
+        return _NO_AZIMUTH
+    return round(wrap_pi(azimuth_rad) * _AZIMUTH_SCALE)
+
+
+def _azimuth_rad(azimuth: int) -> float | None:
+    return None if azimuth == _NO_AZIMUTH else azimuth / _AZIMUTH_SCALE

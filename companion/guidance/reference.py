@@ -1,0 +1,214 @@
+"""Reference for dynamic positioning: from where the boat is, moving as it does, to a pose at rest, within speed and acceleration limits.
+
+Two stages. The *core* moves the pose (north, east, yaw) along the straight line to the target in all three axes in step, at the highest
+rate that the body-frame limits allow, on the braking curve that ends at the target exactly (a trapezoid of speed). A moving average
+over SMOOTHING_S then makes the acceleration continuous: it keeps position, velocity and acceleration consistent, keeps the limits (a mean
+never exceeds its terms), never overshoots, and arrives exactly, SMOOTHING_S later.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+
+from companion.core.angles import nearest_turn, wrap_pi
+from companion.core.frames import body_to_ned, ned_to_body
+from companion.core.types import Setpoint, SetpointKind
+from companion.guidance.stopping import BRAKE_SHARE, stopping_time_s
+from companion.guidance.stopping import SMOOTHING_S as SMOOTHING_S
+from companion.params import Parameters
+
+_QUARTER_TURN = 0.5 * math.pi
+_AT_REST = 1.0e-7  # m and rad: from here on the core stands on the target
+
+Sample = tuple[float, float, float, float, float, float, float, float, float]  # pose, velocity, acceleration (north, east, yaw)
+
+
+class Limits:
+    """Body-frame limits of the reference, read from the parameters."""
+
+    __slots__ = ("acc_surge", "acc_sway", "acc_yaw", "ahead", "astern", "sway", "yaw")
+
+    def __init__(self, parameters: Parameters, speed_mps: float | None) -> None:
+        cap = math.inf if speed_mps is None else max(speed_mps, 0.01)
+        self.ahead = min(parameters["DP_SPEED_AHEAD"], cap)
+        self.astern = min(parameters["DP_SPEED_ASTERN"], cap)
+        self.sway = min(parameters["DP_SPEED_SWAY"], cap)
+        self.yaw = math.radians(parameters["DP_YAW_RATE"])
+        self.acc_surge = parameters["DP_ACC_SURGE"]
+        self.acc_sway = parameters["DP_ACC_SWAY"]
+        self.acc_yaw = math.radians(parameters["DP_ACC_YAW"])
+
+    def along(self, north: float, east: float, yaw: float, headings_rad: tuple[float, ...]) -> tuple[float, float]:
+        """Largest rate and acceleration (1/s, 1/s²) of a motion along (north, east, yaw) that keeps the limits at all `headings_rad`."""
+        rate = self.yaw / abs(yaw) if yaw != 0.0 else math.inf
+        acceleration = self.acc_yaw / abs(yaw) if yaw != 0.0 else math.inf
+        for heading in headings_rad:
+            x, y = ned_to_body(north, east, heading)
+            if abs(x) > 1.0e-12:
+                rate = min(rate, (self.ahead if x > 0.0 else self.astern) / abs(x))
+                acceleration = min(acceleration, self.acc_surge / abs(x))
+            if abs(y) > 1.0e-12:
+                rate = min(rate, self.sway / abs(y))
+                acceleration = min(acceleration, self.acc_sway / abs(y))
+        return rate, acceleration
+
+
+def _headings_between(from_rad: float, to_rad: float, course_rad: float) -> tuple[float, ...]:
+    """Both ends, and the headings between them at which `course_rad` lies ahead, abeam or astern: there the limits are tightest."""
+    low, high = min(from_rad, to_rad), max(from_rad, to_rad)
+    first = course_rad + _QUARTER_TURN * math.ceil((low - course_rad) / _QUARTER_TURN)
+    count = int((high - first) // _QUARTER_TURN) + 1 if high >= first else 0
+    return (from_rad, to_rad, *(first + _QUARTER_TURN * i for i in range(min(count, 4))))
+
+
+class _Core:
+    """The trapezoid: pose, velocity and target in (north, east, yaw), yaw unwrapped."""
+
+    __slots__ = ("acceleration", "pose", "resting", "target", "velocity")
+
+    def __init__(self, pose: tuple[float, float, float], velocity: tuple[float, float, float], target: tuple[float, float, float]) -> None:
+        self.pose = pose
+        self.velocity = velocity
+        self.acceleration = (0.0, 0.0, 0.0)
+        self.target = target
+        self.resting = False
+
+    def advance(self, limits: Limits, dt_s: float) -> None:
+        """One step of constant acceleration towards the target."""
+        if self.resting:
+            self.velocity = self.acceleration = (0.0, 0.0, 0.0)
+            return
+        (n, e, y), (vn, ve, vy) = self.pose, self.velocity
+        dn, de, dy = self.target[0] - n, self.target[1] - e, self.target[2] - y
+        wanted = self._wanted_rate(dn, de, dy, limits, dt_s)
+        an, ae, ay = (dn * wanted - vn) / dt_s, (de * wanted - ve) / dt_s, (dy * wanted - vy) / dt_s
+        ax, ax_side = ned_to_body(an, ae, y)
+        excess = max(abs(ax) / limits.acc_surge, abs(ax_side) / limits.acc_sway, abs(ay) / limits.acc_yaw)
+        if excess > 1.0:
+            an, ae, ay = an / excess, ae / excess, ay / excess
+        half = 0.5 * dt_s * dt_s
+        self.pose = (n + vn * dt_s + an * half, e + ve * dt_s + ae * half, y + vy * dt_s + ay * half)
+        self.velocity = (vn + an * dt_s, ve + ae * dt_s, vy + ay * dt_s)
+        self.acceleration = (an, ae, ay)
+        if all(abs(a - b) < _AT_REST for a, b in zip(self.pose, self.target, strict=True)) and max(map(abs, self.velocity)) < 1.0e-4:
+            self.pose = self.target
+            self.resting = True
+
+    def _wanted_rate(self, dn: float, de: float, dy: float, limits: Limits, dt_s: float) -> float:
+        """Share of the remaining way to cover per second: as fast as the limits allow, and able to stop at its end.
+
+        After this step, begun at rate v₀ and ended at v, the way left must be v²/2a: v²/2a + v dt/2 + v₀ dt/2 − 1 = 0.
+        """
+        yaw = self.pose[2]
+        headings = _headings_between(yaw, yaw + dy, math.atan2(de, dn)) if dn != 0.0 or de != 0.0 else (yaw,)
+        fastest, acceleration = limits.along(dn, de, dy, headings)
+        if math.isinf(acceleration):
+            return 0.0
+        acceleration *= BRAKE_SHARE
+        present = self._present_rate(dn, de, dy, limits)
+        left = 1.0 - 0.5 * present * dt_s
+        if left <= 0.0:
+            return 0.0
+        braking = acceleration * (math.sqrt(0.25 * dt_s * dt_s + 2.0 * left / acceleration) - 0.5 * dt_s)
+        return min(fastest, braking)
+
+    def _present_rate(self, dn: float, de: float, dy: float, limits: Limits) -> float:
+        """How fast the present velocity covers the remaining way, in the measure in which the axes' accelerations weigh the same."""
+        w, wy = 1.0 / (limits.acc_surge * limits.acc_sway), 1.0 / (limits.acc_yaw * limits.acc_yaw)
+        square = w * (dn * dn + de * de) + wy * dy * dy
+        along = w * (dn * self.velocity[0] + de * self.velocity[1]) + wy * dy * self.velocity[2]
+        return max(0.0, along / square) if square > 0.0 else 0.0
+
+
+class ReferenceGenerator:
+    """`start` at the boat's state, `retarget` at will, `update(dt_s)` → Setpoint of kind POSE.
+
+    Remembers the core's state and the samples of the last SMOOTHING_S. Positions in metres NED, velocities and accelerations of the setpoint
+    in the reference's own body axes. Limits are the DP_* parameters, read at every step. `dt_s` is meant to be the same at every call.
+    """
+
+    def __init__(self, parameters: Parameters) -> None:
+        self._parameters = parameters
+        self._speed_mps: float | None = None
+        self.start(0.0, 0.0, 0.0)
+
+    def start(
+        self, north_m: float, east_m: float, yaw_rad: float, surge_mps: float = 0.0, sway_mps: float = 0.0, yaw_rate_radps: float = 0.0
+    ) -> None:
+        """Begin at this state; the target is where the boat comes to rest from it."""
+        vn, ve = body_to_ned(surge_mps, sway_mps, yaw_rad)
+        way = 0.5 * (SMOOTHING_S + stopping_time_s(surge_mps, sway_mps, yaw_rate_radps, self._parameters))
+        pose = (north_m, east_m, yaw_rad)
+        target = (north_m + vn * way, east_m + ve * way, yaw_rad + yaw_rate_radps * way)
+        self._core = _Core(pose, (vn, ve, yaw_rate_radps), target)
+        self._window: deque[Sample] = deque()
+        self._sum = [0.0] * 9
+        self._speed_mps = None
+
+    def retarget(self, north_m: float, east_m: float, yaw_rad: float, speed_mps: float | None = None) -> None:
+        """Go on from the present motion to another pose, turning the short way; `speed_mps` lowers the limits of speed."""
+        self._core.target = (north_m, east_m, nearest_turn(yaw_rad, self._core.pose[2]))
+        self._core.resting = False
+        self._speed_mps = speed_mps
+
+    @property
+    def target(self) -> tuple[float, float, float]:
+        """(north_m, east_m, yaw_rad) where the reference leads to."""
+        north, east, yaw = self._core.target
+        return north, east, wrap_pi(yaw)
+
+    @property
+    def arrived(self) -> bool:
+        """Whether the reference stands at its target."""
+        core, window = self._core, self._window
+        return core.resting and bool(window) and window[0][:3] == core.target
+
+    def update(self, dt_s: float) -> Setpoint:
+        """The reference `dt_s` later."""
+        core = self._core
+        if not self._window:
+            self._fill(dt_s)
+        core.advance(Limits(self._parameters, self._speed_mps), dt_s)
+        newest = (*core.pose, *core.velocity, *core.acceleration)
+        oldest = self._window.popleft()
+        self._window.append(newest)
+        if core.resting and oldest[:3] == core.pose:
+            mean = list(newest)  # no rounding is left over from the running sum
+            self._sum = [value * len(self._window) for value in mean]
+        else:
+            self._sum = [s + new - old for s, new, old in zip(self._sum, newest, oldest, strict=True)]
+            share = 1.0 / len(self._window)
+            mean = [s * share for s in self._sum]
+        return self._setpoint(mean)
+
+    def _fill(self, dt_s: float) -> None:
+        """The run-up: samples of uniform motion whose mean is the state that was asked for."""
+        count = max(1, round(SMOOTHING_S / dt_s))
+        (n, e, y), (vn, ve, vy) = self._core.pose, self._core.velocity
+        for k in range(count):
+            t = (k - 0.5 * (count - 1)) * dt_s
+            self._window.append((n + vn * t, e + ve * t, y + vy * t, vn, ve, vy, 0.0, 0.0, 0.0))
+        self._core.pose = self._window[-1][:3]
+        self._sum = [sum(column) for column in zip(*self._window, strict=True)]
+
+    def _setpoint(self, mean: list[float]) -> Setpoint:
+        north, east, yaw, vn, ve, vy, an, ae, ay = mean
+        target_north, target_east, _ = self._core.target
+        c, s = math.cos(yaw), math.sin(yaw)
+        u, v = c * vn + s * ve, -s * vn + c * ve
+        return Setpoint(
+            SetpointKind.POSE,
+            north_m=north,
+            east_m=east,
+            yaw_rad=wrap_pi(yaw),
+            surge_mps=u,
+            sway_mps=v,
+            yaw_rate_radps=vy,
+            surge_mps2=c * an + s * ae + vy * v,  # d/dt(Rᵀ) = −S(r) Rᵀ
+            sway_mps2=-s * an + c * ae - vy * u,
+            yaw_radps2=ay,
+            target_north_m=target_north,
+            target_east_m=target_east,
+            distance_to_go_m=math.hypot(target_north - north, target_east - east),
+        )

@@ -1,0 +1,116 @@
+"""The reference filter of the ReVolt thesis (3.1, 3.6): third order in north, east and yaw, led by a "carrot" cut to body-frame limits.
+
+    η''' + (2Δ+I)Ω η'' + (2Δ+I)Ω² η' + Ω³ η = Ω³ η_in,   η_in = η + R(ψ) sat(R(ψ)ᵀ (η_target − η))
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from companion.core.angles import wrap_pi
+from companion.core.frames import body_to_ned, ned_to_body
+from companion.core.types import Setpoint, SetpointKind
+from companion.guidance.stopping import stopping_time_s
+from companion.params import Parameters
+
+_OMEGA_RADPS = 0.6
+_DAMPING = 1.0
+_ARRIVED_M = 0.01
+_ARRIVED_RAD = math.radians(0.5)
+
+
+@dataclass(frozen=True, slots=True)
+class Carrot:
+    """How far ahead of the reference its input may lie. The steady speed is Ω/(2Δ+1) = 0.2 of it each second."""
+
+    ahead_m: float = 1.5
+    astern_m: float = 1.0
+    starboard_m: float = 0.6
+    port_m: float = 0.5
+    yaw_rad: float = math.radians(35.0)
+
+
+SEA_TRIAL = Carrot()
+SIMULATION = Carrot(1.0, 0.5, 0.3, 0.3, math.radians(15.0))
+
+
+class ThesisReference:
+    """Same interface as `ReferenceGenerator`. Integrated by Euler, stable for dt ≤ 2/Ω. Remembers η, η', η'' and the target."""
+
+    def __init__(self, parameters: Parameters, carrot: Carrot = SEA_TRIAL) -> None:
+        self._parameters = parameters
+        self._carrot = carrot
+        self._speed_mps: float | None = None
+        self.start(0.0, 0.0, 0.0)
+
+    def start(
+        self, north_m: float, east_m: float, yaw_rad: float, surge_mps: float = 0.0, sway_mps: float = 0.0, yaw_rate_radps: float = 0.0
+    ) -> None:
+        """Begin at this state; the target is where the boat comes to rest from it."""
+        vn, ve = body_to_ned(surge_mps, sway_mps, yaw_rad)
+        half = 0.5 * stopping_time_s(surge_mps, sway_mps, yaw_rate_radps, self._parameters)
+        self._pose = [north_m, east_m, yaw_rad]
+        self._velocity = [vn, ve, yaw_rate_radps]
+        self._acceleration = [0.0, 0.0, 0.0]
+        self._target = (north_m + vn * half, east_m + ve * half, yaw_rad + yaw_rate_radps * half)
+        self._speed_mps = None
+
+    def retarget(self, north_m: float, east_m: float, yaw_rad: float, speed_mps: float | None = None) -> None:
+        """Go on to another pose; `speed_mps` shortens the carrot."""
+        self._target = (north_m, east_m, yaw_rad)
+        self._speed_mps = speed_mps
+
+    @property
+    def target(self) -> tuple[float, float, float]:
+        """(north_m, east_m, yaw_rad) where the reference leads to."""
+        return self._target[0], self._target[1], wrap_pi(self._target[2])
+
+    @property
+    def arrived(self) -> bool:
+        """Whether the reference is at its target, which the filter only nears."""
+        dn, de, dy = self._errors()
+        return math.hypot(dn, de) < _ARRIVED_M and abs(dy) < _ARRIVED_RAD
+
+    def update(self, dt_s: float) -> Setpoint:
+        """The reference `dt_s` later."""
+        dn, de, dy = self._errors()
+        x, y = ned_to_body(dn, de, self._pose[2])
+        carrot = self._carrot
+        cap = math.inf if self._speed_mps is None else self._speed_mps * (2.0 * _DAMPING + 1.0) / _OMEGA_RADPS
+        x = max(-min(carrot.astern_m, cap), min(carrot.ahead_m, cap, x))
+        y = max(-min(carrot.port_m, cap), min(carrot.starboard_m, cap, y))
+        leads = (*body_to_ned(x, y, self._pose[2]), max(-carrot.yaw_rad, min(carrot.yaw_rad, dy)))
+        damping = 2.0 * _DAMPING + 1.0
+        for i, lead in enumerate(leads):
+            velocity, acceleration = self._velocity[i], self._acceleration[i]
+            jerk = _OMEGA_RADPS**3 * lead - damping * _OMEGA_RADPS**2 * velocity - damping * _OMEGA_RADPS * acceleration
+            self._pose[i] += velocity * dt_s
+            self._velocity[i] += acceleration * dt_s
+            self._acceleration[i] += jerk * dt_s
+        return self._setpoint()
+
+    def _errors(self) -> tuple[float, float, float]:
+        north, east, yaw = self._pose
+        return self._target[0] - north, self._target[1] - east, wrap_pi(self._target[2] - yaw)
+
+    def _setpoint(self) -> Setpoint:
+        north, east, yaw = self._pose
+        u, v = ned_to_body(self._velocity[0], self._velocity[1], yaw)
+        ax, ay = ned_to_body(self._acceleration[0], self._acceleration[1], yaw)
+        rate = self._velocity[2]
+        return Setpoint(
+            SetpointKind.POSE,
+            north_m=north,
+            east_m=east,
+            yaw_rad=wrap_pi(yaw),
+            surge_mps=u,
+            sway_mps=v,
+            yaw_rate_radps=rate,
+            surge_mps2=ax + rate * v,
+            sway_mps2=ay - rate * u,
+            yaw_radps2=self._acceleration[2],
+            target_north_m=self._target[0],
+            target_east_m=self._target[1],
+            distance_to_go_m=math.hypot(self._target[0] - north, self._target[1] - east),
+        )

@@ -1,0 +1,157 @@
+"""The line that is really sailed: a path with its corners rounded as much as the acceptance radii of its waypoints allow.
+
+Every point is the mean of the path over a window around it. On a straight or gently bent path that changes next to nothing (w²/24R); a
+corner of angle θ is cut by w/4·sin(θ/2) and becomes a bend of finite curvature, whatever curve made it. Two means in a row, a wide and a
+narrow one, keep the curvature continuous. The window shrinks to nothing at both ends, so the track begins and ends where the path does.
+"""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_right
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from companion.guidance.path import Path, PathPoint
+
+_WINDOW_PER_RADIUS = 2.4
+_WIDE, _NARROW = 0.8, 0.25  # widths of the two means, as shares of the window
+_LARGEST_CUT = 0.6  # of a waypoint's radius
+_SAMPLES_PER_WINDOW = 24
+_FEWEST_M = 0.02
+_MOST_SAMPLES = 200_000
+
+Floats = NDArray[np.float64]
+
+
+class Track:
+    """Sampled line with course and curvature, addressed by its own arc length. Never changes.
+
+    `s_m` lists the arc length of the samples, `curvature_1pm` their curvature, `waypoint_s_m` the station abeam of each waypoint.
+    """
+
+    def __init__(self, path: Path, waypoints: Sequence[tuple[float, float]], radii_m: Sequence[float], widest_m: float) -> None:
+        """`waypoints`, `radii_m`: the points that made `path` and how near each must be passed; `widest_m`: window that is wide enough."""
+        widths = [min(_WINDOW_PER_RADIUS * r, widest_m) for r in radii_m]
+        spacing = max(min(widths) / _SAMPLES_PER_WINDOW, _FEWEST_M, path.length_m / _MOST_SAMPLES)
+        grid, north, east = _evenly(*path.samples(0.5 * spacing), spacing)
+        stations = np.asarray(path.waypoint_s_m) * (grid[-1] / path.length_m if path.length_m > 0.0 else 1.0)
+        for _ in range(6):
+            window = np.interp(grid, stations, widths)
+            smooth_north, smooth_east = _smoothed(grid, north, east, window)
+            cuts = np.hypot(
+                np.interp(stations, grid, smooth_north) - [w[0] for w in waypoints], np.interp(stations, grid, smooth_east) - [w[1] for w in waypoints]
+            )
+            if np.all(cuts <= _LARGEST_CUT * np.asarray(radii_m) + 1.0e-9):
+                break
+            widths = [0.6 * w if cut > _LARGEST_CUT * r else w for w, cut, r in zip(widths, cuts, radii_m, strict=True)]
+        self._measure(grid, smooth_north, smooth_east, stations, spacing)
+
+    def _measure(self, grid: Floats, north: Floats, east: Floats, stations: Floats, spacing: float) -> None:
+        """Arc length, course and curvature of the smoothed samples; those where it stands still, at the tip of a turn back, are dropped."""
+        steps = np.hypot(np.diff(north), np.diff(east))
+        length = np.concatenate(([0.0], np.cumsum(steps)))
+        self.waypoint_s_m: tuple[float, ...] = tuple(np.interp(stations, grid, length).tolist())
+        self.length_m = float(length[-1])
+        apart = 0.3 * spacing
+        keep = [0]
+        for i in range(1, len(length)):
+            if length[i] - length[keep[-1]] >= apart:
+                keep.append(i)
+        if len(keep) == 1:
+            keep.append(len(length) - 1)
+        keep[-1] = len(length) - 1
+        s, n, e = length[keep], north[keep], east[keep]
+        if self.length_m <= 0.0:
+            s = np.array([0.0, 1.0e-9])
+        legs = np.unwrap(np.arctan2(np.diff(e), np.diff(n)))
+        middle = 0.5 * (s[1:] + s[:-1])
+        course = np.interp(s, middle, legs)
+        bend = np.diff(legs) / np.diff(middle) if len(legs) > 1 else np.zeros(0)
+        curvature = np.concatenate(([0.0], bend, [0.0]))
+        self.s_m: list[float] = s.tolist()
+        self.curvature_1pm: list[float] = curvature.tolist()
+        self._north: list[float] = n.tolist()
+        self._east: list[float] = e.tolist()
+        self._course: list[float] = course.tolist()
+
+    def index(self, s_m: float) -> int:
+        """The sample at or before `s_m`, never the last."""
+        return min(len(self.s_m) - 2, max(0, bisect_right(self.s_m, s_m) - 1))
+
+    def at(self, s_m: float) -> PathPoint:
+        """The point at that arc length; beyond the ends, the end. The course is not wrapped."""
+        i = self.index(s_m)
+        low = self.s_m[i]
+        x = min(1.0, max(0.0, (s_m - low) / (self.s_m[i + 1] - low)))
+        return PathPoint(
+            self._north[i] + x * (self._north[i + 1] - self._north[i]),
+            self._east[i] + x * (self._east[i + 1] - self._east[i]),
+            self._course[i] + x * (self._course[i + 1] - self._course[i]),
+            self.curvature_1pm[i] + x * (self.curvature_1pm[i + 1] - self.curvature_1pm[i]),
+        )
+
+    def project(self, north_m: float, east_m: float, near_s_m: float, window_m: float) -> float:
+        """Arc length of the nearest point, found by walking downhill from `near_s_m`, at most `window_m` either way: it never jumps to
+        another branch that passes nearer by."""
+        low, high = max(0.0, near_s_m - window_m), min(self.length_m, near_s_m + window_m)
+        i = self.index(near_s_m)
+        s = self._foot(i, north_m, east_m)
+        direction = 1 if s >= self.s_m[i + 1] else -1 if s <= self.s_m[i] else 0
+        while direction:
+            j = i + direction
+            if not 0 <= j < len(self.s_m) - 1 or not low <= s <= high:
+                break
+            foot = self._foot(j, north_m, east_m)
+            if foot == s:  # the corner between the two samples is the nearest
+                break
+            i, s = j, foot
+            if self.s_m[i] < s < self.s_m[i + 1]:
+                break
+        return min(high, max(low, s))
+
+    def _foot(self, i: int, north_m: float, east_m: float) -> float:
+        """Arc length of the nearest point between samples i and i+1."""
+        n, e = self._north[i], self._east[i]
+        dn, de = self._north[i + 1] - n, self._east[i + 1] - e
+        square = dn * dn + de * de
+        x = ((north_m - n) * dn + (east_m - e) * de) / square if square > 0.0 else 0.0
+        if x <= 0.0:
+            return self.s_m[i]
+        if x >= 1.0:
+            return self.s_m[i + 1]
+        return self.s_m[i] + x * (self.s_m[i + 1] - self.s_m[i])
+
+
+def _evenly(north: Floats, east: Floats, spacing: float) -> tuple[Floats, Floats, Floats]:
+    """The same line at even steps of arc length: (arc length, north, east)."""
+    length = np.concatenate(([0.0], np.cumsum(np.hypot(np.diff(north), np.diff(east)))))
+    grid = np.linspace(0.0, length[-1], max(3, math.ceil(length[-1] / spacing) + 1))
+    return grid, np.interp(grid, length, north), np.interp(grid, length, east)
+
+
+def _smoothed(grid: Floats, north: Floats, east: Floats, window: Floats) -> tuple[Floats, Floats]:
+    for share in (_WIDE, _NARROW):
+        half = np.minimum(0.5 * share * window, np.minimum(grid, grid[-1] - grid))
+        north, east = _mean(grid, north, half), _mean(grid, east, half)
+    return north, east
+
+
+def _mean(grid: Floats, values: Floats, half: Floats) -> Floats:
+    """Mean of the piecewise linear `values` over [grid − half, grid + half], exactly."""
+    step = grid[1] - grid[0]
+    if step <= 0.0:
+        return values
+    integral = np.concatenate(([0.0], np.cumsum(0.5 * step * (values[1:] + values[:-1]))))
+
+    def up_to(s: Floats) -> Floats:
+        i = np.clip((s / step).astype(np.intp), 0, len(grid) - 2)
+        x = s - grid[i]
+        result: Floats = integral[i] + x * (values[i] + 0.5 * x * (values[i + 1] - values[i]) / step)
+        return result
+
+    wide = half > 1.0e-9
+    spread = np.where(wide, half, 1.0)
+    return np.where(wide, (up_to(grid + half) - up_to(grid - half)) / (2.0 * spread), values)

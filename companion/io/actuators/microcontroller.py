@@ -1,0 +1,162 @@
+"""Bridge to a microcontroller board that drives thrusters, in the frames of `companion.core.microcontroller_frame`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from companion.config import ActuatorConfig, ConfigError, VesselConfig
+from companion.core.microcontroller_frame import (
+    MAX_THRUSTERS,
+    BoardStatus,
+    Command,
+    FrameDecoder,
+    Ident,
+    IdentRequest,
+    Light,
+    ThrusterDemand,
+    encode,
+)
+from companion.core.ports import ByteStream
+from companion.core.types import ActuatorCommand, Battery, DeviceHealth, Leak, RcInput, Reading, ThrusterFeedback
+
+_IDENT_PERIOD_S = 1.0
+_COMMAND_GRACE_S = 1.0  # a board that has not had our commands for so long is asked about its watchdog
+_RC_CENTRE_US = 1500
+_RC_HALF_RANGE_US = 500.0
+_SILENT_BYTES = 400  # that many bytes without one valid frame: not the language or not the speed
+
+
+class MicrocontrollerBridge:
+    """`ActuatorCommand` → COMMAND frames; STATUS frames → `Battery`, `Leak`, `RcInput`, `ThrusterFeedback`.
+
+    Of several STATUS frames in one read the newest counts. Thruster indices are those of the vessel. The beacon's lamps: red steady for a
+    wet leak sensor; yellow blinking when armed, steady when not; green blinking when all is well, steady when the board complains.
+    Remembers the last status, the board's identity, the sequence number, and when it was last heard and asked.
+    """
+
+    def __init__(self, config: ActuatorConfig, vessel: VesselConfig, stream: ByteStream) -> None:
+        """Raises ConfigError for a thruster that the vessel does not have, or more of them than a frame holds."""
+        self.name = config.name
+        self._config = config
+        self._stream = stream
+        names = [thruster.name for thruster in vessel.thrusters]
+        unknown = [name for name in config.thrusters if name not in names]
+        if unknown:
+            raise ConfigError([f"actuator '{config.name}': the vessel has no thruster named '{name}'" for name in unknown])
+        if len(config.thrusters) > MAX_THRUSTERS:
+            raise ConfigError([f"actuator '{config.name}': drives {len(config.thrusters)} thrusters; a board drives up to {MAX_THRUSTERS}"])
+        self._indices = tuple(names.index(name) for name in config.thrusters)
+        self._decoder = FrameDecoder()
+        self._status: BoardStatus | None = None
+        self._ident: Ident | None = None
+        self._heard_s: float | None = None
+        self._asked_s: float | None = None
+        self._writing_since_s: float | None = None
+        self._bytes_since_frame = 0
+        self._sequence = 0
+
+    def read(self, now_s: float) -> Sequence[Reading]:
+        """Readings of the newest status that has come in since the last call, at its time of arrival."""
+        newest: tuple[float, BoardStatus] | None = None
+        for arrival_s, data in self._stream.read(now_s):
+            self._bytes_since_frame += len(data)
+            for message in self._decoder.feed(data):
+                self._bytes_since_frame = 0
+                if isinstance(message, BoardStatus):
+                    newest = arrival_s, message
+                elif isinstance(message, Ident):
+                    self._ident = message
+        if newest is None:
+            return ()
+        self._heard_s, self._status = newest
+        return self._readings(*newest)
+
+    def write(self, command: ActuatorCommand, now_s: float) -> None:
+        """One COMMAND frame; neutral throttle unless armed. Asks for the board's identity until it is known."""
+        if self._ident is None and (self._asked_s is None or now_s - self._asked_s >= _IDENT_PERIOD_S):
+            self._asked_s = now_s
+            self._stream.write(encode(IdentRequest()), now_s)
+        demands = []
+        for index in self._indices:
+            thruster = command.thrusters[index]
+            demands.append(ThrusterDemand(thruster.throttle if command.armed else 0.0, thruster.azimuth_rad))
+        well = not self._complaint(now_s)
+        self._sequence = (self._sequence + 1) & 0xFF
+        message = Command(
+            sequence=self._sequence,
+            armed=command.armed,
+            thrusters=tuple(demands),
+            bow_thruster_down=command.armed,
+            red=Light.STEADY if self._status is not None and self._status.leak_wet else Light.OFF,
+            yellow=Light.BLINK if command.armed else Light.STEADY,
+            green=Light.BLINK if well else Light.STEADY,
+        )
+        self._stream.write(encode(message), now_s)
+        if self._writing_since_s is None:
+            self._writing_since_s = now_s
+
+    def health(self, now_s: float) -> DeviceHealth:
+        """Ok while status frames come in time and none reports what needs a hand; else what to do."""
+        age_s = None if self._heard_s is None else now_s - self._heard_s
+        complaint = self._complaint(now_s)
+        counts = f"{self._firmware()}{self._decoder.frames} frames, {self._decoder.errors} bad"
+        return DeviceHealth(self.name, not complaint, age_s, f"{complaint} ({counts})" if complaint else counts)
+
+    def fileno(self) -> int | None:
+        return self._stream.fileno()
+
+    def close(self) -> None:
+        self._stream.close()
+
+    def _complaint(self, now_s: float) -> str:
+        """What is wrong and what to do, or an empty text."""
+        fault = self._stream.fault()
+        if fault is not None:
+            return fault
+        if self._heard_s is None or now_s - self._heard_s > self._config.timeout_s:
+            return self._silence(now_s)
+        return self._reported(now_s)
+
+    def _silence(self, now_s: float) -> str:
+        if self._bytes_since_frame >= _SILENT_BYTES:
+            return f"bytes arrive but no valid frames: wrong baud rate in '{self._config.port}', or other firmware on the board"
+        if self._heard_s is None:
+            return "nothing received yet: check the board's power, cable and firmware"
+        return f"silent for {now_s - self._heard_s:.1f} s: check the board's power and cable; it goes neutral by itself"
+
+    def _reported(self, now_s: float) -> str:
+        """What the board itself says, its last status being fresh."""
+        status, n = self._status, len(self._indices)
+        if status is None:
+            return ""
+        if len(status.thrusters) != n:
+            has = len(status.thrusters)
+            return f"the board drives {has} thrusters, the vessel's file gives it {n}: correct 'thrusters' there or the firmware"
+        writing_s = 0.0 if self._writing_since_s is None else now_s - self._writing_since_s
+        if status.neutral_by_watchdog and writing_s > _COMMAND_GRACE_S:
+            return "the board hears no commands and is neutral: check the wire from the companion's TX to the board's RX"
+        return ""
+
+    def _firmware(self) -> str:
+        return "" if self._ident is None else f"{self._ident.name} firmware {'.'.join(map(str, self._ident.firmware))}, "
+
+    def _readings(self, arrival_s: float, status: BoardStatus) -> list[Reading]:
+        name = self.name
+        readings: list[Reading] = [Leak(arrival_s, name, status.leak_wet)]
+        if status.voltage_v is not None:
+            readings.append(Battery(arrival_s, name, status.voltage_v, status.current_a, status.remaining))
+        if status.rc_present:
+            readings.append(RcInput(arrival_s, name, _channels(status.rc_us), status.rc_lost))
+        for index, state in zip(self._indices, status.thrusters, strict=False):
+            readings.append(ThrusterFeedback(arrival_s, name, index, state.throttle, state.azimuth_rad, state.ok))
+        return readings
+
+
+def _channels(pulses_us: Sequence[int]) -> tuple[float, ...]:
+    """Pulse widths → −1…1, 1000…2000 µs, up to the first channel that is not there."""
+    channels: list[float] = []
+    for pulse_us in pulses_us:
+        if pulse_us == 0:
+            break
+        channels.append(min(max((pulse_us - _RC_CENTRE_US) / _RC_HALF_RANGE_US, -1.0), 1.0))
+    return tuple(channels)

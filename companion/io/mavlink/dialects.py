@@ -1,0 +1,106 @@
+"""What a ground station is told that the vehicle is. A dialect belongs to a link; the vessel's state knows nothing of it.
+
+Numbers: PX4's `custom_mode` is main << 16 | sub << 24; ArduPilot's is that of Rover (MAVLink, ardupilotmega.xml, ROVER_MODE).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from companion.core.types import ModeId
+from companion.io.mavlink import messages as mavlink
+
+_PX4_MODES = {
+    ModeId.MANUAL: 0x00010000,
+    ModeId.FORCES: 0x00020000,
+    ModeId.HEADING: 0x00070000,
+    ModeId.HOLD: 0x03040000,
+    ModeId.MISSION: 0x04040000,
+    ModeId.RTL: 0x05040000,
+    ModeId.DOCK: 0x06040000,
+    ModeId.FOLLOW: 0x08040000,
+    ModeId.OFFBOARD: 0x00060000,
+}
+_ROVER_MODES = {
+    ModeId.MANUAL: 0,
+    ModeId.FORCES: 1,  # ACRO
+    ModeId.HEADING: 3,  # STEERING
+    ModeId.HOLD: 4,
+    ModeId.FOLLOW: 6,
+    ModeId.DOCK: 8,
+    ModeId.MISSION: 10,  # AUTO
+    ModeId.RTL: 11,
+    ModeId.OFFBOARD: 15,  # GUIDED
+}
+_ROVER_ALIASES = {5: ModeId.HOLD, 12: ModeId.RTL, 15: ModeId.HOLD}  # LOITER, SMART_RTL; GUIDED on a vessel without Offboard
+
+_BASE_MODES = {
+    ModeId.MANUAL: mavlink.MAV_MODE_FLAG_MANUAL_INPUT_ENABLED,
+    ModeId.FORCES: mavlink.MAV_MODE_FLAG_MANUAL_INPUT_ENABLED,
+    ModeId.HEADING: mavlink.MAV_MODE_FLAG_MANUAL_INPUT_ENABLED | mavlink.MAV_MODE_FLAG_STABILIZE_ENABLED,
+    ModeId.HOLD: mavlink.MAV_MODE_FLAG_STABILIZE_ENABLED | mavlink.MAV_MODE_FLAG_GUIDED_ENABLED,
+    ModeId.OFFBOARD: mavlink.MAV_MODE_FLAG_STABILIZE_ENABLED | mavlink.MAV_MODE_FLAG_GUIDED_ENABLED,
+}
+_BASE_MODE_AUTO = mavlink.MAV_MODE_FLAG_STABILIZE_ENABLED | mavlink.MAV_MODE_FLAG_GUIDED_ENABLED | mavlink.MAV_MODE_FLAG_AUTO_ENABLED
+
+
+@dataclass(frozen=True, slots=True)
+class Dialect:
+    """One identity: autopilot type, mode numbers, how parameters are encoded, what mission item 0 means.
+
+    `bytewise_parameters`: an INT32 travels as its four bytes in the float field (PX4), else as the float of the same value (ArduPilot).
+    `home_is_item_zero`: in missions item 0 is home, and the first real item is number 1.
+    `zero_yaw_is_unset`: clients of this dialect send 0 where MAVLink says NaN for a heading that does not matter.
+    """
+
+    name: str
+    autopilot: int
+    modes: Mapping[ModeId, int]
+    bytewise_parameters: bool
+    home_is_item_zero: bool
+    zero_yaw_is_unset: bool = False
+    packs_main_and_sub: bool = True  # custom_mode is made of a main and a sub mode
+    aliases: Mapping[int, ModeId] = field(default_factory=dict)  # numbers that are understood but never sent
+
+    def __hash__(self) -> int:
+        return hash(self.name)
+
+    def custom_mode(self, mode: ModeId) -> int:
+        """The number under which `mode` is sent."""
+        return self.modes[mode]
+
+    def mode(self, custom_mode: int, offered: frozenset[ModeId] = frozenset(ModeId)) -> ModeId | None:
+        """The mode that a number asks for, among those offered; None for a number that means none of them."""
+        for mode, number in self.modes.items():
+            if number == custom_mode and mode in offered:
+                return mode
+        alias = self.aliases.get(custom_mode)
+        return alias if alias in offered else None
+
+    def base_mode(self, mode: ModeId, armed: bool) -> int:
+        """HEARTBEAT.base_mode: always with CUSTOM_MODE_ENABLED; the other flags inform only, but for SAFETY_ARMED."""
+        flags: int = mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED | _BASE_MODES.get(mode, _BASE_MODE_AUTO)
+        return flags | mavlink.MAV_MODE_FLAG_SAFETY_ARMED if armed else flags
+
+    @property
+    def first_item(self) -> int:
+        """Number, in this dialect, of the vessel's mission item 0."""
+        return 1 if self.home_is_item_zero else 0
+
+
+PX4 = Dialect("px4", mavlink.MAV_AUTOPILOT_PX4, _PX4_MODES, bytewise_parameters=True, home_is_item_zero=False)
+GENERIC = Dialect("generic", mavlink.MAV_AUTOPILOT_GENERIC, _PX4_MODES, bytewise_parameters=True, home_is_item_zero=False)
+ARDUPILOT = Dialect(
+    "ardupilot",
+    mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA,
+    _ROVER_MODES,
+    bytewise_parameters=False,
+    home_is_item_zero=True,
+    zero_yaw_is_unset=True,
+    packs_main_and_sub=False,
+    aliases=_ROVER_ALIASES,
+)
+
+DIALECTS: Mapping[str, Dialect] = {dialect.name: dialect for dialect in (PX4, ARDUPILOT, GENERIC)}
+DEFAULT_DIALECT = PX4

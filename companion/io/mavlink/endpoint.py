@@ -1,0 +1,122 @@
+"""One remote on one link: what it has been sent, what it may be sent, and the identity that it is shown."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from companion.io.mavlink.dialects import Dialect
+from companion.io.mavlink.framer import Framer, Packed, frame
+
+DATAGRAM_BYTES = 1200  # several messages share a datagram up to this size, which no network splits
+FAST_BYTES_PER_S = 1_000_000.0  # what is assumed of a network
+_BACKLOG_BYTES = 65536
+_SLOW_BACKLOG_S = 1.0
+
+
+@dataclass(slots=True)
+class Traffic:
+    """Counts since the endpoint was first seen. `dropped`: messages that the line could not take."""
+
+    sent: int = 0
+    sent_bytes: int = 0
+    dropped: int = 0
+
+
+class Endpoint:
+    """One remote on one link, with its own framer, sequence numbers and message intervals.
+
+    `send` and `send_bytes` collect; `flush` puts what is collected on the line, as far as the line takes it. `bytes_per_s` is what the
+    line carries; `backlog` bytes still wait. `intervals_s` holds what the remote has asked for (message id → period, negative: never).
+    """
+
+    def __init__(
+        self,
+        name: str,
+        dialect: Dialect,
+        transmit: Callable[[bytes, float], int],
+        *,
+        datagrams: bool = False,
+        bytes_per_s: float = FAST_BYTES_PER_S,
+        framer: Framer | None = None,
+    ) -> None:
+        """`transmit(data, now_s)` returns how many bytes the line took: for datagrams all or none."""
+        self.name = name
+        self.dialect = dialect
+        self.bytes_per_s = bytes_per_s
+        self.framer = Framer() if framer is None else framer
+        self.traffic = Traffic()
+        self.last_heard_s: float | None = None
+        self.gone = False
+        self.intervals_s: dict[int, float] = {}
+        self._transmit = transmit
+        self._datagrams = datagrams
+        self._sequence = 0
+        self._waiting = bytearray()
+        self._cuts: list[int] = []  # datagrams: where one ends and the next begins
+        self._limit = _BACKLOG_BYTES if bytes_per_s >= FAST_BYTES_PER_S else max(1024, int(bytes_per_s * _SLOW_BACKLOG_S))
+        self._allowance = 0.0
+        self._allowed_s: float | None = None
+
+    @property
+    def backlog(self) -> int:
+        """Bytes collected and not yet on the line."""
+        return len(self._waiting)
+
+    @property
+    def busy(self) -> bool:
+        """Half of what may wait does: whoever can put off sending should."""
+        return 2 * len(self._waiting) > self._limit
+
+    def send(self, packed: Packed, system: int, component: int) -> None:
+        """Frame a packed message with this endpoint's next sequence number, and collect it."""
+        self.send_bytes(frame(packed, self._sequence, system, component))
+        self._sequence = (self._sequence + 1) & 0xFF
+
+    def send_bytes(self, data: bytes) -> None:
+        """Collect one whole frame; dropped when too much waits already."""
+        waiting = self._waiting
+        if self.gone or len(waiting) + len(data) > self._limit:
+            self.traffic.dropped += 1
+            return
+        if self._datagrams and waiting and len(waiting) - (self._cuts[-1] if self._cuts else 0) + len(data) > DATAGRAM_BYTES:
+            self._cuts.append(len(waiting))
+        waiting += data
+        self.traffic.sent += 1
+
+    def flush(self, now_s: float) -> None:
+        """Put on the line what it takes now."""
+        if not self._waiting or self.gone:
+            return
+        if self._datagrams:
+            self._flush_datagrams(now_s)
+        elif self.bytes_per_s >= FAST_BYTES_PER_S:
+            self._drain(len(self._waiting), now_s)
+        else:
+            self._drain(self._affordable(now_s), now_s)
+
+    def _flush_datagrams(self, now_s: float) -> None:
+        start = 0
+        for end in (*self._cuts, len(self._waiting)):
+            taken = self._transmit(bytes(self._waiting[start:end]), now_s)
+            if taken:
+                self.traffic.sent_bytes += taken
+            else:
+                self.traffic.dropped += 1
+            start = end
+        self._waiting.clear()
+        self._cuts.clear()
+
+    def _drain(self, most: int, now_s: float) -> None:
+        taken = self._transmit(bytes(self._waiting[:most]), now_s) if most > 0 else 0
+        del self._waiting[:taken]
+        self.traffic.sent_bytes += taken
+        self._allowance -= taken
+
+    def _affordable(self, now_s: float) -> int:
+        """Bytes that a slow line has had the time to carry, saved up for at most a quarter of a second."""
+        most = max(300.0, 0.25 * self.bytes_per_s)
+        elapsed_s = 0.25 if self._allowed_s is None else max(0.0, now_s - self._allowed_s)
+        self._allowed_s = now_s
+        self._allowance = min(most, self._allowance + elapsed_s * self.bytes_per_s)
+        return int(self._allowance)

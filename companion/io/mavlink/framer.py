@@ -1,0 +1,279 @@
+"""Bytes ↔ MAVLink messages.
+
+`Framer` finds the frames in what a link delivers. A frame counts only when its checksum holds; where it does not, the search goes on
+one byte further, so that a stray start byte costs nothing but itself. `pack` and `frame` go the other way; a packed message is put into
+as many frames as there are endpoints, each with its own sequence number.
+"""
+
+from __future__ import annotations
+
+import re
+import struct
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+from operator import attrgetter, itemgetter
+from typing import Any
+
+from fastcrc import crc16
+
+from companion.io.mavlink.messages import MESSAGES
+
+_MARKER_1, _MARKER_2 = 0xFE, 0xFD
+_SIGNED = 0x01
+_SIGNATURE_LENGTH = 13
+_HEADER_2 = struct.Struct("<BBBBBBBHB")  # marker, length, incompatible, compatible, sequence, system, component, id low, id high
+_HEADER_2_LENGTH, _HEADER_1_LENGTH = 10, 6
+_CRC = struct.Struct("<H")
+_marker = re.compile(b"[\xfd\xfe]").search
+_mcrf4xx = crc16.mcrf4xx
+_ZEROS = bytes(255)
+
+
+# --- out -----------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Packed:
+    """A message's payload on the wire, trailing zeros cut, ready to be framed."""
+
+    id: int
+    crc_extra: bytes
+    payload: bytes
+
+
+@cache
+def _wire_values(number: int) -> Callable[[Any], tuple[Any, ...]]:
+    """A function that gives a message's values in the order of its class's `unpacker`."""
+    cls = MESSAGES[number]
+    types = dict(zip(cls.fieldnames, cls.fieldtypes, strict=True))
+    arrays = [types[name] != "char" and length > 0 for name, length in zip(cls.ordered_fieldnames, cls.array_lengths, strict=True)]
+    names = [
+        f"_{name}_raw" if types[name] == "char" and length else name
+        for name, length in zip(cls.ordered_fieldnames, cls.array_lengths, strict=True)
+    ]
+    get = attrgetter(*names)
+    if len(names) == 1 and not arrays[0]:
+        return lambda message: (get(message),)
+    if not any(arrays):
+        return get
+
+    def flattened(message: Any) -> tuple[Any, ...]:
+        flat: list[Any] = []
+        for name, array in zip(names, arrays, strict=True):
+            value = getattr(message, name)
+            if array:
+                flat.extend(value)
+            else:
+                flat.append(value)
+        return tuple(flat)
+
+    return flattened
+
+
+def pack(message: Any) -> Packed:
+    """Payload of a message. Raises struct.error for a value that does not fit its field."""
+    cls = type(message)
+    payload: bytes = cls.unpacker.pack(*_wire_values(cls.id)(message))
+    if payload[-1] == 0:
+        payload = payload.rstrip(b"\x00") or b"\x00"
+    return Packed(cls.id, bytes((cls.crc_extra,)), payload)
+
+
+def frame(packed: Packed, sequence: int, system: int, component: int) -> bytes:
+    """One MAVLink 2 frame, not signed."""
+    number, payload = packed.id, packed.payload
+    head = _HEADER_2.pack(_MARKER_2, len(payload), 0, 0, sequence, system, component, number & 0xFFFF, number >> 16)
+    body = head + payload
+    return body + _CRC.pack(_mcrf4xx(body[1:] + packed.crc_extra))
+
+
+# --- in ------------------------------------------------------------------------------------------------------------
+
+
+class UnknownMessage:
+    """A frame whose id is in no dialect we have; its checksum cannot be judged."""
+
+    __slots__ = ("_component", "_msgbuf", "_number", "_system")
+
+    def __init__(self, number: int, system: int, component: int, data: bytes) -> None:
+        self._number = number
+        self._system, self._component, self._msgbuf = system, component, data
+
+    def get_msgId(self) -> int:
+        return self._number
+
+    def get_srcSystem(self) -> int:
+        return self._system
+
+    def get_srcComponent(self) -> int:
+        return self._component
+
+    def get_msgbuf(self) -> bytes:
+        return self._msgbuf
+
+    def get_type(self) -> str:
+        return f"UNKNOWN_{self._number}"
+
+
+@cache
+def _reader(number: int) -> tuple[bytes, int, Callable[[bytes], Any]]:
+    """(crc_extra, payload size, payload → message) of a known id."""
+    cls = MESSAGES[number]
+    unpack, size = cls.unpacker.unpack, cls.unpacker.size
+    orders, lengths = cls.orders, cls.lengths
+    offsets = [sum(lengths[:i]) for i in range(len(lengths))]
+    plain = sum(lengths) == len(lengths) and "char" not in cls.fieldtypes
+    if plain and orders == sorted(orders):
+        return bytes((cls.crc_extra,)), size, lambda payload: cls(*unpack(payload))
+    if plain:
+        declared = itemgetter(*orders)
+        return bytes((cls.crc_extra,)), size, lambda payload: cls(*declared(unpack(payload)))
+
+    def read(payload: bytes) -> Any:
+        wire = unpack(payload)
+        values: list[Any] = []
+        for order in orders:
+            value, length = wire[offsets[order]], lengths[order]
+            if isinstance(value, bytes):
+                values.append(value.rstrip(b"\x00"))
+            else:
+                values.append(value if length == 1 else list(wire[offsets[order] : offsets[order] + length]))
+        return cls(*values)
+
+    return bytes((cls.crc_extra,)), size, read
+
+
+_GARBAGE = -1  # no frame begins here
+_INCOMPLETE = 0  # one may, but its end has not come yet
+
+
+class Framer:
+    """Takes bytes as they come, gives the messages that are whole. Remembers an unfinished frame (at most 280 bytes) and counts.
+
+    `received`, `unknown`: frames; `garbage`: bytes that belonged to none.
+    """
+
+    def __init__(self) -> None:
+        self._rest = b""
+        self.received = 0
+        self.unknown = 0
+        self.garbage = 0
+
+    @property
+    def pending(self) -> bool:
+        """An unfinished frame waits for its end."""
+        return bool(self._rest)
+
+    def feed(self, data: bytes) -> list[Any]:
+        """Messages now complete, in order; `UnknownMessage` for ids of other dialects."""
+        return self._scan(self._rest + data if self._rest else data, False)
+
+    def flush(self) -> list[Any]:
+        """As if nothing more will come to what is unfinished: at the end of a datagram, or when a line has gone silent."""
+        return self._scan(self._rest, True) if self._rest else []
+
+    def _scan(self, buffer: bytes, last: bool) -> list[Any]:
+        messages: list[Any] = []
+        position = 0
+        while (found := _marker(buffer, position)) is not None:
+            start = found.start()
+            self.garbage += start - position
+            position = start
+            length, message = _frame_at(buffer, start)
+            if length > 0 and message.__class__ is UnknownMessage:
+                inner = _known_inside(buffer, start + 1, start + length, last)
+                if inner == _INCOMPLETE:
+                    self._rest = buffer[start:]
+                    return messages
+                if inner > 0:
+                    length = _GARBAGE
+            if length == _INCOMPLETE and not last:
+                self._rest = buffer[start:]
+                return messages
+            if length > 0:
+                position += length
+                messages.append(message)
+                if message.__class__ is UnknownMessage:
+                    self.unknown += 1
+                else:
+                    self.received += 1
+            else:
+                position += 1
+                self.garbage += 1
+        self.garbage += len(buffer) - position
+        self._rest = b""
+        return messages
+
+
+def _frame_at(buffer: bytes, start: int) -> tuple[int, Any]:
+    """The frame that begins at `start`: (its length, message), or (_GARBAGE or _INCOMPLETE, None)."""
+    if buffer[start] == _MARKER_1:
+        return _frame_1_at(buffer, start)
+    if len(buffer) < start + _HEADER_2_LENGTH:
+        known_bad = len(buffer) > start + 2 and buffer[start + 2] & ~_SIGNED
+        return (_GARBAGE if known_bad else _INCOMPLETE), None
+    _, length, incompatible, _, sequence, system, component, low, high = _HEADER_2.unpack_from(buffer, start)
+    if incompatible & ~_SIGNED:
+        return _GARBAGE, None
+    payload_end = start + _HEADER_2_LENGTH + length
+    total = _HEADER_2_LENGTH + length + 2 + (_SIGNATURE_LENGTH if incompatible else 0)
+    if len(buffer) < start + total:
+        return _INCOMPLETE, None
+    return _finish(buffer, start, start + _HEADER_2_LENGTH, payload_end, total, (low | high << 16, sequence, system, component))
+
+
+def _frame_1_at(buffer: bytes, start: int) -> tuple[int, Any]:
+    if len(buffer) < start + _HEADER_1_LENGTH:
+        return _INCOMPLETE, None
+    length, sequence, system, component, number = buffer[start + 1 : start + _HEADER_1_LENGTH]
+    payload_end = start + _HEADER_1_LENGTH + length
+    total = _HEADER_1_LENGTH + length + 2
+    if len(buffer) < start + total:
+        return _INCOMPLETE, None
+    return _finish(buffer, start, start + _HEADER_1_LENGTH, payload_end, total, (number, sequence, system, component))
+
+
+def _finish(buffer: bytes, start: int, payload_start: int, payload_end: int, total: int, header: tuple[int, int, int, int]) -> tuple[int, Any]:
+    """Check the checksum of a whole frame and read it. `header`: id, sequence, system, component."""
+    number, sequence, system, component = header
+    if number not in MESSAGES:
+        return total, UnknownMessage(number, system, component, buffer[start : start + total])
+    crc_extra, size, read = _reader(number)
+    crc = buffer[payload_end] | buffer[payload_end + 1] << 8
+    if _mcrf4xx(buffer[start + 1 : payload_end] + crc_extra) != crc:
+        return _GARBAGE, None
+    payload = buffer[payload_start:payload_end]
+    if len(payload) != size:
+        payload = payload[:size] if len(payload) > size else payload + _ZEROS[: size - len(payload)]
+    message = read(payload)
+    head = message._header
+    head.seq, head.srcSystem, head.srcComponent = sequence, system, component
+    message._msgbuf = buffer[start : start + total]
+    return total, message
+
+
+def _known_inside(buffer: bytes, start: int, end: int, last: bool) -> int:
+    """Whether a frame of a known id begins in [start, end): 1 yes, _INCOMPLETE perhaps, _GARBAGE no.
+
+    The checksum of an unknown frame cannot be judged, so a stray start byte may pose as one. A true frame within it gives that away.
+    """
+    position = start
+    while (found := _marker(buffer, position, end)) is not None:
+        position = found.start()
+        length, message = _frame_at(buffer, position)
+        if length > 0 and message.__class__ is not UnknownMessage:
+            return 1
+        if length == _INCOMPLETE and not last and _could_be_known(buffer, position):
+            return _INCOMPLETE
+        position += 1
+    return _GARBAGE
+
+
+def _could_be_known(buffer: bytes, start: int) -> bool:
+    """Whether an unfinished frame bears a known id, as far as its header has come."""
+    if buffer[start] == _MARKER_1:
+        return len(buffer) < start + _HEADER_1_LENGTH or buffer[start + 5] in MESSAGES
+    if len(buffer) < start + _HEADER_2_LENGTH:
+        return True
+    return buffer[start + 7] | buffer[start + 8] << 8 | buffer[start + 9] << 16 in MESSAGES

@@ -1,0 +1,216 @@
+"""All ground stations on all links: receives, routes to services, sends what they answer.
+
+A service is an object with `handles` (message id → handler) and `update(now_s)`. A handler `(message, peer, now_s)` is called only for
+messages addressed to us or to everybody, and answers before it returns:
+
+    hub.send(peer, message)             to who asked, on the endpoint where it asked
+    hub.broadcast(message)              to everybody
+    hub.announce(now_s, id, …)          telemetry messages to everybody now, as each endpoint's dialect has them, without waiting for their turn
+"""
+
+from __future__ import annotations
+
+import weakref
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from companion.core.types import DeviceHealth, Severity, Tick
+from companion.io.mavlink import messages as mavlink
+from companion.io.mavlink.dialects import DEFAULT_DIALECT
+from companion.io.mavlink.endpoint import Endpoint
+from companion.io.mavlink.framer import Packed, UnknownMessage, pack
+from companion.io.mavlink.links import PEER_TIMEOUT_S, Link
+from companion.io.mavlink.statustext import statustexts
+from companion.io.mavlink.telemetry import Telemetry, prearm_texts
+from companion.io.mavlink.vessel import VesselFace
+
+COMPONENT = 1  # MAV_COMP_ID_AUTOPILOT1: ground stations make a vehicle of no other
+
+
+@dataclass(frozen=True, slots=True)
+class Peer:
+    """Who asked: a system and component behind an endpoint."""
+
+    endpoint: Endpoint
+    system: int
+    component: int
+
+
+Handler = Callable[[Any, Peer, float], None]
+
+
+class Service(Protocol):
+    """A part of the protocol: the messages that it handles, and what it does by itself as time passes."""
+
+    @property
+    def handles(self) -> Mapping[int, Handler]: ...
+
+    def update(self, now_s: float) -> None: ...
+
+
+class _LogOutlet(Endpoint):
+    """An endpoint that never answers: the log, which keeps each packet by itself."""
+
+    def __init__(self, tap: Callable[[bytes], None]) -> None:
+        super().__init__("log", DEFAULT_DIALECT, lambda data, now_s: len(data))
+        self._tap = tap
+
+    def send_bytes(self, data: bytes) -> None:
+        self._tap(data)
+
+
+class Hub:
+    """Implements `core.ports.Stations`. Remembers which systems are ground stations, and when each endpoint last heard one."""
+
+    def __init__(
+        self,
+        vessel: VesselFace,
+        links: Sequence[Link],
+        version: str,
+        *,
+        tap: Callable[[bytes], None] | None = None,
+        services: Callable[[Hub], Sequence[Service]] | None = None,
+    ) -> None:
+        """`version`: of the program. `tap`: is given every packet, in and out. `services`: instead of those of `services.py`."""
+        from companion.io.mavlink.services import default_services  # they build on the hub in turn
+
+        self.vessel = vessel
+        self.version = version
+        self.system = int(vessel.parameters["MAV_SYS_ID"])
+        self._links = tuple(links)
+        self._log = None if tap is None else _LogOutlet(tap)
+        self._tap = tap
+        self._stations: set[int] = set()
+        self._greeted_s: weakref.WeakKeyDictionary[Endpoint, float] = weakref.WeakKeyDictionary()
+        self._statustext_id = 0
+        self._supervisor_version = vessel.supervisor.version
+        self.telemetry = Telemetry(self, vessel)
+        self._services = tuple((services or default_services)(self))
+        self._handlers: dict[int, tuple[Handler, ...]] = {}
+        for service in self._services:
+            for number, handler in service.handles.items():
+                self._handlers[number] = (*self._handlers.get(number, ()), handler)
+
+    # --- Stations --------------------------------------------------------------------------------------------------
+
+    def serve(self, now_s: float) -> None:
+        """Read what came in, answer it at once."""
+        for link in self._links:
+            for endpoint, message in link.receive(now_s):
+                self._take(endpoint, message, now_s)
+        self._tell_changes(now_s)
+        self._flush(now_s)
+
+    def publish(self, tick: Tick) -> None:
+        """Telemetry of a tick, as far as it is due on each endpoint, and what the services do by themselves."""
+        self._supervisor_version = self.vessel.supervisor.version
+        self.telemetry.publish(tick)
+        for service in self._services:
+            service.update(tick.t_s)
+        self._tell_changes(tick.t_s)
+        self._flush(tick.t_s)
+
+    def health(self, now_s: float) -> Sequence[DeviceHealth]:
+        return [link.health(now_s) for link in self._links]
+
+    def filenos(self) -> Sequence[int]:
+        return [number for link in self._links for number in link.filenos()]
+
+    def close(self) -> None:
+        for link in self._links:
+            link.close()
+
+    # --- for services ----------------------------------------------------------------------------------------------
+
+    @property
+    def endpoints(self) -> Iterator[Endpoint]:
+        """Every remote that can be written to now."""
+        for link in self._links:
+            yield from link.endpoints
+
+    @property
+    def outlets(self) -> Iterator[Endpoint]:
+        """The endpoints, and the log."""
+        yield from self.endpoints
+        if self._log is not None:
+            yield self._log
+
+    def send(self, peer: Peer, message: Any) -> None:
+        """One message to who asked."""
+        packed = pack(message)
+        self.send_packed(peer.endpoint, packed)
+        if self._log is not None:
+            self.send_packed(self._log, packed)
+
+    def broadcast(self, message: Any) -> None:
+        """One message to everybody."""
+        packed = pack(message)
+        for outlet in self.outlets:
+            self.send_packed(outlet, packed)
+
+    def send_packed(self, outlet: Endpoint, packed: Packed) -> None:
+        outlet.send(packed, self.system, COMPONENT)
+
+    def announce(self, now_s: float, *numbers: int) -> None:
+        """Telemetry messages of these ids to everybody now."""
+        self.telemetry.announce(self.vessel.supervisor.status(now_s), now_s, numbers)
+
+    def say(self, peer: Peer, severity: Severity, text: str) -> None:
+        """A text for who asked; what everybody should know goes to `vessel.events`."""
+        for message in self.texts(severity, text):
+            self.send(peer, message)
+
+    def texts(self, severity: Severity, text: str) -> Sequence[Any]:
+        """STATUSTEXT messages of one text."""
+        self._statustext_id = self._statustext_id % 0xFFFF + 1
+        return statustexts(severity, text, self._statustext_id)
+
+    # --- receiving -------------------------------------------------------------------------------------------------
+
+    def _take(self, endpoint: Endpoint, message: Any, now_s: float) -> None:
+        system, component = message.get_srcSystem(), message.get_srcComponent()
+        if self._tap is not None:
+            self._tap(bytes(message.get_msgbuf()))
+        if isinstance(message, UnknownMessage) or (system == self.system and component == COMPONENT):
+            return
+        peer = Peer(endpoint, system, component)
+        number = message.get_msgId()  # `.id` is a field of its own in some messages
+        if number == mavlink.MAVLINK_MSG_ID_HEARTBEAT and message.type == mavlink.MAV_TYPE_GCS:
+            self._stations.add(system)
+        if system in self._stations:
+            self._station_heard(peer, now_s)
+        handlers = self._handlers.get(number)
+        if handlers is None or not self._is_ours(message):
+            return
+        for handler in handlers:
+            try:
+                handler(message, peer, now_s)
+            except Exception as error:  # noqa: BLE001  the boat does not stop for what a peer sent
+                self.vessel.events.say(
+                    now_s, Severity.ERROR, "mavlink_handler_failed", f"{message.get_type()} not handled: {type(error).__name__}: {error}"
+                )
+
+    def _is_ours(self, message: Any) -> bool:
+        system = getattr(message, "target_system", 0)
+        return system in (0, self.system) and getattr(message, "target_component", 0) in (0, COMPONENT)
+
+    def _station_heard(self, peer: Peer, now_s: float) -> None:
+        self.vessel.supervisor.station_heard(peer.system, now_s)
+        before_s = self._greeted_s.get(peer.endpoint)
+        self._greeted_s[peer.endpoint] = now_s
+        if before_s is None or now_s - before_s > PEER_TIMEOUT_S:
+            self.say(peer, Severity.INFO, f"USV companion {self.version}")
+            for text in prearm_texts(self.vessel.supervisor.status(now_s)):
+                self.say(peer, Severity.WARNING, text)
+
+    def _tell_changes(self, now_s: float) -> None:
+        """A change of mode or arming is known to everybody before anything else happens."""
+        version = self.vessel.supervisor.version
+        if version != self._supervisor_version:
+            self._supervisor_version = version
+            self.telemetry.tell_changes(self.vessel.supervisor.status(now_s), now_s)
+
+    def _flush(self, now_s: float) -> None:
+        for endpoint in self.endpoints:
+            endpoint.flush(now_s)

@@ -1,0 +1,27 @@
+"""Texts for people as STATUSTEXT messages."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from companion.core.types import Severity
+from companion.io.mavlink import messages as mavlink
+
+CHUNK = 50
+_MOST_CHUNKS = 8
+_PLAIN = str.maketrans(
+    {"°": " deg", "−": "-", "–": "-", "—": "-", "…": "...", "→": "->", "’": "'", "‘": "'", "“": '"', "”": '"', "·": "*", "²": "2", "×": "x", "\t": " ", "\n": " "}
+)
+
+
+def statustexts(severity: Severity, text: str, number: int) -> list[Any]:
+    """One message for a text of up to 50 bytes, else chunks under the id `number` (not 0), the last of them shorter than 50.
+
+    Plain ASCII, since stations differ in what they make of other bytes; never ends in a tab, which QGroundControl hides.
+    """
+    data = text.translate(_PLAIN).strip().encode("ascii", errors="replace")
+    data = data[: CHUNK * _MOST_CHUNKS - 1]
+    if len(data) <= CHUNK:
+        return [mavlink.MAVLink_statustext_message(severity, data, 0, 0)]
+    starts = range(0, len(data) + 1, CHUNK)  # an exact multiple ends in an empty chunk
+    return [mavlink.MAVLink_statustext_message(severity, data[start : start + CHUNK], number, i) for i, start in enumerate(starts)]

@@ -1,0 +1,269 @@
+"""What is sent without being asked, and how often: made from the tick, per endpoint at the rates that its ground station has chosen.
+
+A message is made and packed once in a tick, however many endpoints it goes to; only sequence number and checksum differ.
+Default rates: those that QGroundControl, MAVSDK and MAVProxy are content with, 2.5 kB/s in all; slower on lines that carry less.
+"""
+
+from __future__ import annotations
+
+import struct
+import weakref
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from companion.core.types import Severity, Status, Tick
+from companion.io.mavlink import messages as mavlink
+from companion.io.mavlink import telemetry_motion as motion
+from companion.io.mavlink import telemetry_state as state
+from companion.io.mavlink.dialects import Dialect
+from companion.io.mavlink.endpoint import Endpoint
+from companion.io.mavlink.framer import Packed, pack
+from companion.io.mavlink.vessel import VesselFace
+from companion.io.mavlink.view import View
+
+if TYPE_CHECKING:
+    from companion.io.mavlink.hub import Hub, Peer
+
+Builder = Callable[[View, Dialect], Any]
+
+NEVER = -1.0
+PREARM_PERIOD_S = 30.0
+_FASTEST_S = 0.02
+_TOTAL_BYTES_PER_S = 2500.0  # of all messages at default rates
+_TELEMETRY_SHARE = 0.6  # of a slow line; the rest is for answers
+_EARLY_S = 1e-3  # a tick this much before its time is the right one
+
+
+@dataclass(frozen=True, slots=True)
+class Stream:
+    """A message that can be streamed or requested. `interval_s`: by default, NEVER for only when asked."""
+
+    build: Builder
+    interval_s: float
+    by_dialect: bool = False
+
+
+HEARTBEAT: int = mavlink.MAVLINK_MSG_ID_HEARTBEAT
+_MODE_MESSAGES = (HEARTBEAT, mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE, mavlink.MAVLINK_MSG_ID_CURRENT_MODE)
+
+STREAMS: dict[int, Stream] = {
+    HEARTBEAT: Stream(state.heartbeat, 1.0, True),
+    mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE: Stream(state.extended_sys_state, 1.0),
+    mavlink.MAVLINK_MSG_ID_SYS_STATUS: Stream(state.sys_status, 1.0),
+    mavlink.MAVLINK_MSG_ID_CURRENT_MODE: Stream(state.current_mode, 2.0, True),
+    mavlink.MAVLINK_MSG_ID_AVAILABLE_MODES_MONITOR: Stream(state.available_modes_monitor, 3.0),
+    mavlink.MAVLINK_MSG_ID_HOME_POSITION: Stream(state.home_position, 1.0),
+    mavlink.MAVLINK_MSG_ID_MISSION_CURRENT: Stream(state.mission_current, 1.0, True),
+    mavlink.MAVLINK_MSG_ID_MISSION_ITEM_REACHED: Stream(state.mission_item_reached, NEVER, True),
+    mavlink.MAVLINK_MSG_ID_BATTERY_STATUS: Stream(state.battery_status, 1.0),
+    mavlink.MAVLINK_MSG_ID_SYSTEM_TIME: Stream(state.system_time, 1.0),
+    mavlink.MAVLINK_MSG_ID_RC_CHANNELS: Stream(state.rc_channels, 0.5),
+    mavlink.MAVLINK_MSG_ID_ATTITUDE: Stream(motion.attitude, 0.1),
+    mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT: Stream(motion.global_position_int, 0.2),
+    mavlink.MAVLINK_MSG_ID_GPS_RAW_INT: Stream(motion.gps_raw_int, 0.5),
+    mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED: Stream(motion.local_position_ned, 0.5),
+    mavlink.MAVLINK_MSG_ID_VFR_HUD: Stream(motion.vfr_hud, 0.25),
+    mavlink.MAVLINK_MSG_ID_NAV_CONTROLLER_OUTPUT: Stream(motion.nav_controller_output, 0.5),
+    mavlink.MAVLINK_MSG_ID_POSITION_TARGET_GLOBAL_INT: Stream(motion.position_target_global_int, 1.0),
+    mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS: Stream(motion.estimator_status, 1.0),
+    mavlink.MAVLINK_MSG_ID_WIND_COV: Stream(motion.wind_cov, 1.0),
+    mavlink.MAVLINK_MSG_ID_ACTUATOR_OUTPUT_STATUS: Stream(motion.actuator_output_status, 1.0),
+}
+
+_DATA_STREAMS: dict[int, tuple[int, ...]] = {
+    mavlink.MAV_DATA_STREAM_EXTENDED_STATUS: (
+        mavlink.MAVLINK_MSG_ID_SYS_STATUS,
+        mavlink.MAVLINK_MSG_ID_GPS_RAW_INT,
+        mavlink.MAVLINK_MSG_ID_NAV_CONTROLLER_OUTPUT,
+        mavlink.MAVLINK_MSG_ID_MISSION_CURRENT,
+    ),
+    mavlink.MAV_DATA_STREAM_RC_CHANNELS: (mavlink.MAVLINK_MSG_ID_RC_CHANNELS, mavlink.MAVLINK_MSG_ID_ACTUATOR_OUTPUT_STATUS),
+    mavlink.MAV_DATA_STREAM_POSITION: (mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT, mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED),
+    mavlink.MAV_DATA_STREAM_EXTRA1: (mavlink.MAVLINK_MSG_ID_ATTITUDE,),
+    mavlink.MAV_DATA_STREAM_EXTRA2: (mavlink.MAVLINK_MSG_ID_VFR_HUD,),
+    mavlink.MAV_DATA_STREAM_EXTRA3: (mavlink.MAVLINK_MSG_ID_BATTERY_STATUS, mavlink.MAVLINK_MSG_ID_SYSTEM_TIME, mavlink.MAVLINK_MSG_ID_WIND_COV),
+}
+_DATA_STREAMS[mavlink.MAV_DATA_STREAM_ALL] = tuple(number for group in _DATA_STREAMS.values() for number in group)
+
+
+class _Slot:
+    """One message on one endpoint."""
+
+    __slots__ = ("due_s", "interval_s", "number")
+
+    def __init__(self, number: int, interval_s: float, due_s: float) -> None:
+        self.number, self.interval_s, self.due_s = number, interval_s, due_s
+
+
+class Telemetry:
+    """Remembers, per endpoint, when each message is due and what its ground station asked; and what was last told of changes."""
+
+    def __init__(self, hub: Hub, vessel: VesselFace) -> None:
+        self._hub = hub
+        self._vessel = vessel
+        self._slots: weakref.WeakKeyDictionary[Endpoint, dict[int, _Slot]] = weakref.WeakKeyDictionary()
+        self._told_mode: Any = None
+        self._told_home: Any = None
+        self._told_mission: Any = None
+        self._told_reached = 0
+        self._modes: Any = None
+        self._modes_seq = 0
+        self._prearm_s: float | None = None
+
+    # --- streaming -------------------------------------------------------------------------------------------------
+
+    def publish(self, tick: Tick) -> None:
+        """All that is due on each endpoint, what has changed, and the tick's events."""
+        now_s = tick.t_s
+        self.tell_changes(tick.status, now_s, tick)
+        view = self._view(tick.status, now_s, tick)
+        built: dict[Any, Packed | None] = {}
+        for outlet in self._hub.outlets:
+            busy = outlet.busy
+            for slot in self._schedule(outlet, now_s).values():
+                if slot.due_s > now_s + _EARLY_S or slot.interval_s < 0.0 or (busy and slot.number != HEARTBEAT):
+                    continue
+                slot.due_s += slot.interval_s
+                if slot.due_s <= now_s:  # so late that a turn was missed
+                    slot.due_s = now_s + slot.interval_s
+                self._send(outlet, slot.number, view, built)
+        for event in tick.events:
+            for message in self._hub.texts(event.severity, event.text):
+                self._hub.broadcast(message)
+        self._tell_refusals(tick.status, now_s)
+
+    def tell_changes(self, status: Status, now_s: float, tick: Tick | None = None) -> None:
+        """To everybody at once what has changed: mode or arming, home, the mission's item."""
+        numbers: list[int] = []
+        mode = (status.mode, status.intended_mode, status.armed, bool(status.failsafes))
+        if mode != self._told_mode:
+            self._told_mode = mode
+            numbers += _MODE_MESSAGES
+        if status.home != self._told_home:
+            self._told_home = status.home
+            numbers.append(mavlink.MAVLINK_MSG_ID_HOME_POSITION)
+        mission = (status.mission.state, status.mission.seq, status.mission.count)
+        if mission != self._told_mission:
+            self._told_mission = mission
+            numbers.append(mavlink.MAVLINK_MSG_ID_MISSION_CURRENT)
+        if status.mission.reached > self._told_reached:
+            numbers.append(mavlink.MAVLINK_MSG_ID_MISSION_ITEM_REACHED)
+        self._told_reached = status.mission.reached
+        if numbers:
+            self.announce(status, now_s, numbers, tick)
+
+    def announce(self, status: Status, now_s: float, numbers: Iterable[int], tick: Tick | None = None) -> None:
+        """These messages to everybody now; their next turn is one interval away."""
+        view = self._view(status, now_s, tick)
+        built: dict[Any, Packed | None] = {}
+        for outlet in self._hub.outlets:
+            schedule = self._schedule(outlet, now_s)
+            for number in numbers:
+                self._send(outlet, number, view, built)
+                slot = schedule[number]
+                if slot.interval_s > 0.0:
+                    slot.due_s = now_s + slot.interval_s
+
+    def send_to(self, peer: Peer, number: int, now_s: float) -> bool:
+        """One message to who asked. False when there is nothing to say in it now."""
+        message = self.message(number, peer.endpoint.dialect, now_s)
+        if message is not None:
+            self._hub.send(peer, message)
+        return message is not None
+
+    def message(self, number: int, dialect: Dialect, now_s: float) -> Any:
+        """The message of one of STREAMS as it would be sent now; None when there is nothing to say in it."""
+        view = self._view(self._vessel.supervisor.status(now_s), now_s)
+        return STREAMS[number].build(view, dialect)
+
+    # --- rates -----------------------------------------------------------------------------------------------------
+
+    def interval_s(self, endpoint: Endpoint, number: int, now_s: float) -> float | None:
+        """Period of a message on an endpoint, NEVER for not streamed; None for a message that cannot be."""
+        slot = self._schedule(endpoint, now_s).get(number)
+        return None if slot is None else slot.interval_s
+
+    def set_interval(self, endpoint: Endpoint, number: int, interval_s: float | None, now_s: float) -> bool:
+        """Stream a message every `interval_s` (negative: never, None: as by default). False for one that cannot be streamed."""
+        if number not in STREAMS:
+            return False
+        if interval_s is None:
+            endpoint.intervals_s.pop(number, None)
+        else:
+            endpoint.intervals_s[number] = interval_s
+        self._reschedule(endpoint, number, self._default_s(endpoint, number) if interval_s is None else interval_s, now_s)
+        return True
+
+    def set_data_stream(self, endpoint: Endpoint, group: int, rate_hz: float, start: bool, now_s: float) -> None:
+        """REQUEST_DATA_STREAM: the rate of a group, but for messages whose own interval was asked for."""
+        for number in _DATA_STREAMS.get(group, ()):
+            if number not in endpoint.intervals_s:
+                self._reschedule(endpoint, number, 1.0 / rate_hz if start and rate_hz > 0.0 else NEVER, now_s)
+
+    def _reschedule(self, endpoint: Endpoint, number: int, interval_s: float, now_s: float) -> None:
+        slot = self._schedule(endpoint, now_s)[number]
+        slot.interval_s = NEVER if interval_s < 0.0 else max(_FASTEST_S, interval_s)
+        slot.due_s = now_s
+
+    def _schedule(self, endpoint: Endpoint, now_s: float) -> dict[int, _Slot]:
+        slots = self._slots.get(endpoint)
+        if slots is None:
+            slots = {}
+            for i, number in enumerate(STREAMS):
+                interval_s = self._default_s(endpoint, number)
+                offset_s = 0.0 if number == HEARTBEAT else (0.37 * i) % 1.0 * min(1.0, abs(interval_s))  # not all in the same tick
+                slots[number] = _Slot(number, interval_s, now_s + offset_s)
+            self._slots[endpoint] = slots
+        return slots
+
+    @staticmethod
+    def _default_s(endpoint: Endpoint, number: int) -> float:
+        interval_s = STREAMS[number].interval_s
+        if interval_s < 0.0 or number == HEARTBEAT:
+            return interval_s
+        return interval_s * max(1.0, _TOTAL_BYTES_PER_S / (_TELEMETRY_SHARE * endpoint.bytes_per_s))
+
+    # --- making ----------------------------------------------------------------------------------------------------
+
+    def _view(self, status: Status, now_s: float, tick: Tick | None = None) -> View:
+        modes = tuple((mode.id, mode.selectable) for mode in self._vessel.supervisor.modes)
+        if modes != self._modes:
+            self._modes_seq = self._modes_seq + 1 & 0xFF
+            self._modes = modes
+        return View(self._vessel, self._vessel.last_tick if tick is None else tick, status, now_s, self._modes_seq)
+
+    def _send(self, outlet: Endpoint, number: int, view: View, built: dict[Any, Packed | None]) -> None:
+        stream = STREAMS[number]
+        key = (number, outlet.dialect.name) if stream.by_dialect else number
+        if key not in built:
+            built[key] = self._packed(stream.build, view, outlet.dialect)
+        packed = built[key]
+        if packed is not None:
+            self._hub.send_packed(outlet, packed)
+
+    def _packed(self, build: Builder, view: View, dialect: Dialect) -> Packed | None:
+        """None too for numbers that no field can carry: the boat goes on, and the log says so."""
+        try:
+            message = build(view, dialect)
+            return None if message is None else pack(message)
+        except (struct.error, ValueError, OverflowError) as error:
+            self._vessel.events.say(view.now_s, Severity.ERROR, "telemetry_failed", f"{build.__name__}: {error}")
+            return None
+
+    # --- texts -----------------------------------------------------------------------------------------------------
+
+    def _tell_refusals(self, status: Status, now_s: float) -> None:
+        """Why it cannot be armed, every 30 s: QGroundControl shows each for 35 s."""
+        if status.armed or not status.arming_refusals:
+            return
+        if self._prearm_s is None or now_s - self._prearm_s >= PREARM_PERIOD_S:
+            self._prearm_s = now_s
+            for text in prearm_texts(status):
+                for message in self._hub.texts(Severity.WARNING, text):
+                    self._hub.broadcast(message)
+
+
+def prearm_texts(status: Status) -> list[str]:
+    """Why the vessel would not be armed, in the form that ground stations show beside the arming switch; none when armed."""
+    return [] if status.armed else [f"PreArm: {reason}" for reason in status.arming_refusals]

@@ -1,0 +1,213 @@
+"""Messages about where the boat is, how it moves, what it aims at and what its thrusters do."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from companion.core.frames import body_to_ned
+from companion.core.types import FixType, Setpoint, SetpointKind
+from companion.io.mavlink import messages as mavlink
+from companion.io.mavlink.dialects import Dialect
+from companion.io.mavlink.view import (
+    INT16_MAX,
+    UINT8_UNKNOWN,
+    UINT16_UNKNOWN,
+    View,
+    centidegrees,
+    degrees_e7,
+    fitted,
+    millimetres,
+    whole_degrees,
+)
+
+_COURSE_SPEED_MPS = 0.2  # below it a course over ground is noise
+_IGNORE_POSITION = 0b111
+_IGNORE_Z = 0b100100100  # position, velocity and acceleration downwards
+_IGNORE_VELOCITY = 0b111000
+_IGNORE_ACCELERATION = 0b111000000
+_IGNORE_YAW = 1 << 10
+_IGNORE_YAW_RATE = 1 << 11
+_OUTPUTS = 32
+
+
+def attitude(view: View, dialect: Dialect) -> Any:
+    if view.tick is None:
+        return None
+    nav = view.tick.nav
+    return mavlink.MAVLink_attitude_message(
+        view.boot_ms, nav.roll_rad, nav.pitch_rad, nav.yaw_rad, nav.roll_rate_radps, nav.pitch_rate_radps, nav.yaw_rate_radps
+    )
+
+
+def global_position_int(view: View, dialect: Dialect) -> Any:
+    if view.tick is None:
+        return None
+    nav, home = view.tick.nav, view.status.home
+    return mavlink.MAVLink_global_position_int_message(
+        view.boot_ms,
+        degrees_e7(nav.lat_deg),
+        degrees_e7(nav.lon_deg),
+        millimetres(nav.altitude_m),
+        0 if home is None else millimetres(nav.altitude_m - home.altitude_m),
+        fitted(nav.north_mps, 100.0, -INT16_MAX, INT16_MAX, 0),
+        fitted(nav.east_mps, 100.0, -INT16_MAX, INT16_MAX, 0),
+        0,
+        centidegrees(nav.yaw_rad if nav.heading_valid else None),
+    )
+
+
+def gps_raw_int(view: View, dialect: Dialect) -> Any:
+    if view.tick is None:
+        return None
+    nav = view.tick.nav
+    speed_mps = math.hypot(nav.north_mps, nav.east_mps)
+    course = centidegrees(math.atan2(nav.east_mps, nav.north_mps) if speed_mps > _COURSE_SPEED_MPS else None)
+    yaw = (centidegrees(nav.yaw_rad) or 36000) if nav.heading_valid else 0  # 0 here means that there is none
+    return mavlink.MAVLink_gps_raw_int_message(
+        view.unix_us,
+        nav.fix,
+        degrees_e7(nav.lat_deg),
+        degrees_e7(nav.lon_deg),
+        millimetres(nav.altitude_m),
+        fitted(nav.hdop, 100.0, 0, UINT16_UNKNOWN, UINT16_UNKNOWN),
+        UINT16_UNKNOWN,
+        fitted(speed_mps, 100.0, 0, UINT16_UNKNOWN, UINT16_UNKNOWN),
+        course,
+        fitted(nav.satellites, 1.0, 0, UINT8_UNKNOWN - 1, UINT8_UNKNOWN),
+        h_acc=fitted(nav.position_accuracy_m, 1000.0, 0, 0xFFFFFFFF, 0),
+        vel_acc=fitted(nav.velocity_accuracy_mps, 1000.0, 0, 0xFFFFFFFF, 0),
+        hdg_acc=fitted(nav.heading_accuracy_rad, math.degrees(1e5), 0, 0xFFFFFFFF, 0),
+        yaw=yaw,
+    )
+
+
+def local_position_ned(view: View, dialect: Dialect) -> Any:
+    """Only while it is valid: MAVSDK takes its coming as a sign that the position is good."""
+    if view.tick is None or not view.tick.nav.position_valid:
+        return None
+    nav = view.tick.nav
+    return mavlink.MAVLink_local_position_ned_message(view.boot_ms, nav.north_m, nav.east_m, 0.0, nav.north_mps, nav.east_mps, 0.0)
+
+
+def vfr_hud(view: View, dialect: Dialect) -> Any:
+    tick = view.tick
+    if tick is None:
+        return None
+    nav, wind, thrusters = tick.nav, tick.inputs.wind, tick.command.thrusters
+    throttle = sum(abs(thruster.throttle) for thruster in thrusters) / len(thrusters) if thrusters else 0.0
+    return mavlink.MAVLink_vfr_hud_message(
+        0.0 if wind is None else wind.speed_mps,
+        math.hypot(nav.north_mps, nav.east_mps),
+        whole_degrees(nav.yaw_rad),
+        fitted(throttle, 100.0, 0, 100, 0),
+        nav.altitude_m,
+        0.0,
+    )
+
+
+def nav_controller_output(view: View, dialect: Dialect) -> Any:
+    if view.tick is None:
+        return None
+    nav, setpoint = view.tick.nav, view.tick.setpoint
+    bearing_rad, distance_m = 0.0, 0.0
+    if setpoint.target_north_m is not None and setpoint.target_east_m is not None:
+        north_m, east_m = setpoint.target_north_m - nav.north_m, setpoint.target_east_m - nav.east_m
+        bearing_rad, distance_m = math.atan2(east_m, north_m), math.hypot(north_m, east_m)
+    if setpoint.distance_to_go_m is not None:
+        distance_m = setpoint.distance_to_go_m
+    desired_rad = setpoint.yaw_rad if setpoint.yaw_rad is not None else setpoint.course_rad
+    return mavlink.MAVLink_nav_controller_output_message(
+        0.0,
+        0.0,
+        whole_degrees(desired_rad if desired_rad is not None else nav.yaw_rad),
+        whole_degrees(bearing_rad),
+        fitted(distance_m, 1.0, 0, UINT16_UNKNOWN, 0),
+        0.0,
+        0.0,
+        setpoint.cross_track_error_m or 0.0,
+    )
+
+
+def position_target_global_int(view: View, dialect: Dialect) -> Any:
+    """The setpoint; nothing while there is none."""
+    if view.tick is None:
+        return None
+    setpoint, frame = view.tick.setpoint, view.vessel.frame
+    mask = _IGNORE_Z
+    north_m, east_m = setpoint.north_m, setpoint.east_m
+    if north_m is None or east_m is None or frame is None:
+        if setpoint.yaw_rad is None:
+            return None
+        mask |= _IGNORE_POSITION
+        lat_deg = lon_deg = 0.0
+    else:
+        lat_deg, lon_deg = frame.to_geodetic(north_m, east_m)
+    velocity, acceleration, mask = _motion(setpoint, mask)
+    if setpoint.yaw_rad is None:
+        mask |= _IGNORE_YAW | _IGNORE_YAW_RATE
+    return mavlink.MAVLink_position_target_global_int_message(
+        view.boot_ms,
+        mavlink.MAV_FRAME_GLOBAL_INT,
+        mask,
+        degrees_e7(lat_deg),
+        degrees_e7(lon_deg),
+        view.tick.nav.altitude_m,
+        *velocity,
+        0.0,
+        *acceleration,
+        0.0,
+        0.0 if setpoint.yaw_rad is None else setpoint.yaw_rad,
+        setpoint.yaw_rate_radps,
+    )
+
+
+def _motion(setpoint: Setpoint, mask: int) -> tuple[tuple[float, float], tuple[float, float], int]:
+    """(velocity north, east), (acceleration north, east) and the mask of what is not meant."""
+    still = (0.0, 0.0)
+    if setpoint.yaw_rad is None or setpoint.kind not in (SetpointKind.POSE, SetpointKind.PATH):
+        return still, still, mask | _IGNORE_VELOCITY | _IGNORE_ACCELERATION
+    velocity = body_to_ned(setpoint.surge_mps, setpoint.sway_mps, setpoint.yaw_rad)
+    if setpoint.kind is SetpointKind.PATH:
+        return velocity, still, mask | _IGNORE_ACCELERATION
+    return velocity, body_to_ned(setpoint.surge_mps2, setpoint.sway_mps2, setpoint.yaw_rad), mask
+
+
+def estimator_status(view: View, dialect: Dialect) -> Any:
+    if view.tick is None:
+        return None
+    nav = view.tick.nav
+    flags = 0
+    if nav.heading_valid:
+        flags |= mavlink.ESTIMATOR_ATTITUDE
+    if nav.position_valid:
+        flags |= mavlink.ESTIMATOR_VELOCITY_HORIZ | mavlink.ESTIMATOR_POS_HORIZ_REL | mavlink.ESTIMATOR_POS_HORIZ_ABS
+    if nav.fix <= FixType.NONE:
+        flags |= mavlink.ESTIMATOR_CONST_POS_MODE
+    return mavlink.MAVLink_estimator_status_message(
+        view.unix_us, flags, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, nav.position_accuracy_m, math.nan
+    )
+
+
+def wind_cov(view: View, dialect: Dialect) -> Any:
+    """True wind as the direction it blows to; only where the boat knows it."""
+    if view.tick is None:
+        return None
+    nav = view.tick.nav
+    if nav.wind_speed_mps is None or nav.wind_from_rad is None:
+        return None
+    north_mps, east_mps = -nav.wind_speed_mps * math.cos(nav.wind_from_rad), -nav.wind_speed_mps * math.sin(nav.wind_from_rad)
+    unknown = math.nan
+    return mavlink.MAVLink_wind_cov_message(view.unix_us, north_mps, east_mps, 0.0, unknown, unknown, nav.altitude_m, unknown, unknown)
+
+
+def actuator_output_status(view: View, dialect: Dialect) -> Any:
+    """Throttles −1…1 in the order of the vessel's file, then the azimuths of those that turn, as shares of half a turn."""
+    if view.tick is None:
+        return None
+    thrusters = view.tick.command.thrusters
+    outputs = [thruster.throttle for thruster in thrusters]
+    outputs += [thruster.azimuth_rad / math.pi for thruster in thrusters if thruster.azimuth_rad is not None]
+    outputs = outputs[:_OUTPUTS]
+    active = (1 << len(outputs)) - 1 if view.tick.command.armed else 0
+    return mavlink.MAVLink_actuator_output_status_message(view.unix_us, active, outputs + [0.0] * (_OUTPUTS - len(outputs)))

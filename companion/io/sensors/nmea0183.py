@@ -1,0 +1,236 @@
+"""NMEA 0183: satellite receivers, compasses and wind sensors of any maker, over serial or network.
+
+Source: NMEA 0183 version 4.11 as pynmea2 knows it; sentences without a checksum are not trusted. The two letters of the talker do not
+matter. Between the sentences may stand anything, so RTCM or a maker's binary messages on the same line do no harm.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Mapping
+from datetime import date, time
+from functools import reduce
+from operator import xor
+from typing import Any
+
+import pynmea2
+
+from companion.config import SensorConfig
+from companion.core.angles import wrap_pi
+from companion.core.ports import ByteStream
+from companion.core.types import FixType, GnssFix, GroundVelocity, Heading, Reading, TimeOfDay, Wind
+from companion.io.sensors.driver import StreamDriver
+
+_LONGEST = 120  # of a sentence between $ and *: receivers with many digits go past the standard's 82
+_SENTENCE = re.compile(rb"\$([ -#%%-)+-~]{6,%d})\*([0-9A-Fa-f]{2})" % _LONGEST)
+_KEPT_BYTES = _LONGEST + 4
+
+_QUALITY = {
+    1: FixType.FIX_3D,
+    2: FixType.DGPS,
+    3: FixType.FIX_3D,  # precise positioning service
+    4: FixType.RTK_FIXED,
+    5: FixType.RTK_FLOAT,
+    9: FixType.DGPS,  # satellite-based corrections, as some makers say it
+}  # 0 no fix, 6 dead reckoning, 7 typed in by hand, 8 simulator: not a position
+_SIGMA_M = {FixType.FIX_2D: 5.0, FixType.FIX_3D: 1.5, FixType.DGPS: 0.6, FixType.RTK_FLOAT: 0.25, FixType.RTK_FIXED: 0.03}
+_HDOP_RANGE = (0.7, 20.0)
+_STATISTICS_AGE_S = 3.0  # how long a GST holds for the fixes after it
+_PREFERRED_AGE_S = 2.0  # GLL and RMC count only where nothing better came for that long
+_MPS = {"N": 1852.0 / 3600.0, "K": 1.0 / 3.6, "M": 1.0, "S": 1609.344 / 3600.0}
+_STANDSTILL_MPS = 0.2  # below this, a course left empty means "none" and not "unknown"
+_COMPASS_SIGMA_RAD = math.radians(3.0)
+_UNIX_DAY = date(1970, 1, 1).toordinal()
+
+
+class THS(pynmea2.TalkerSentence):  # type: ignore[misc]  # pynmea2 is untyped
+    """True heading and status, which pynmea2 does not know; defining it enters it in pynmea2's table."""
+
+    fields = (("True heading", "heading", float), ("Mode", "mode"))
+
+
+class Nmea0183Sensor(StreamDriver):
+    """NMEA sentences → `GnssFix`, `GroundVelocity`, `Heading`, `TimeOfDay`, `Wind`.
+
+    Without a fix a `GnssFix` of type NONE is reported, its coordinates NaN. Times are those of arrival of a sentence's first byte, less
+    the configured latency. Remembers the unfinished sentence, the last error statistics, and when each type of sentence last came.
+    """
+
+    messages = "NMEA sentences"
+
+    def __init__(self, config: SensorConfig, stream: ByteStream) -> None:
+        super().__init__(config, stream)
+        self._tail = b""
+        self._tail_arrival_s = 0.0
+        self._sigma_m: float | None = None
+        self._seen_s: dict[str, float] = {}
+        self._handlers: Mapping[str, Callable[[Any, float, list[Reading]], None]] = {
+            "GGA": self._gga,
+            "GLL": self._gll,
+            "RMC": self._rmc,
+            "VTG": self._vtg,
+            "HDT": self._hdt,
+            "THS": self._ths,
+            "HDG": self._hdg,
+            "ZDA": self._zda,
+            "GST": self._gst,
+            "MWV": self._mwv,
+        }
+
+    def _feed(self, arrival_s: float, data: bytes, readings: list[Reading]) -> None:
+        kept = len(self._tail)
+        buffer = self._tail + data if kept else data
+        done = 0
+        for match in _SENTENCE.finditer(buffer):
+            began_s = self._tail_arrival_s if match.start() < kept else arrival_s
+            done = match.end()
+            body = match[1]
+            if reduce(xor, body) == int(match[2], 16):
+                self._count_valid(arrival_s)
+                self._sentence(body.decode("ascii"), began_s - self._config.latency_s, readings)
+            else:
+                self._bad += 1
+        begin = buffer.rfind(b"$", done)
+        unfinished = begin >= 0 and len(buffer) - begin <= _KEPT_BYTES
+        if unfinished and begin >= kept:
+            self._tail_arrival_s = arrival_s
+        self._tail = buffer[begin:] if unfinished else b""
+
+    def _sentence(self, body: str, t_s: float, readings: list[Reading]) -> None:
+        kind = body[2:5]
+        handler = self._handlers.get(kind)
+        if handler is None or body[5] != ",":
+            return
+        sentence = pynmea2.TalkerSentence.sentence_types[kind](body[:2], kind, body[6:].split(","))
+        try:
+            handler(sentence, t_s, readings)
+        except (ValueError, OverflowError):  # fields that are not what their place says
+            self._bad += 1
+        self._seen_s[kind] = t_s
+
+    def _recent(self, kind: str, t_s: float) -> bool:
+        return t_s - self._seen_s.get(kind, -math.inf) < _PREFERRED_AGE_S
+
+    def _gga(self, sentence: Any, t_s: float, readings: list[Reading]) -> None:
+        fix = _QUALITY.get(int(_number(sentence.gps_qual) or 0), FixType.NONE)
+        satellites, hdop = _number(sentence.num_sats), _number(sentence.horizontal_dil)
+        count = None if satellites is None else int(satellites)
+        place = _place(sentence) if fix is not FixType.NONE else None
+        if place is None:
+            readings.append(GnssFix(t_s, self.name, math.nan, math.nan, None, FixType.NONE, count, hdop))
+            return
+        accuracy = self._accuracy_m(fix, hdop, t_s)
+        readings.append(GnssFix(t_s, self.name, *place, _number(sentence.altitude), fix, count, hdop, accuracy))
+
+    def _accuracy_m(self, fix: FixType, hdop: float | None, t_s: float) -> float:
+        """One sigma on each horizontal axis: as the receiver itself estimates it, else typical of the kind of fix."""
+        if self._sigma_m is not None and t_s - self._seen_s["GST"] < _STATISTICS_AGE_S:
+            return self._sigma_m
+        low, high = _HDOP_RANGE
+        return _SIGMA_M[fix] * min(max(1.0 if hdop is None else hdop, low), high)
+
+    def _gst(self, sentence: Any, t_s: float, readings: list[Reading]) -> None:
+        north, east = _number(sentence.std_dev_latitude), _number(sentence.std_dev_longitude)
+        self._sigma_m = math.sqrt(0.5 * (north * north + east * east)) or None if north is not None and east is not None else None
+
+    def _gll(self, sentence: Any, t_s: float, readings: list[Reading]) -> None:
+        if sentence.status == "A" and not self._recent("GGA", t_s):
+            self._plain_fix(sentence, t_s, readings)
+
+    def _plain_fix(self, sentence: Any, t_s: float, readings: list[Reading]) -> None:
+        """A position whose sentence does not say how good it is."""
+        place = _place(sentence)
+        if place is not None:
+            accuracy = self._accuracy_m(FixType.FIX_3D, None, t_s)
+            readings.append(GnssFix(t_s, self.name, *place, None, FixType.FIX_3D, None, None, accuracy))
+
+    def _rmc(self, sentence: Any, t_s: float, readings: list[Reading]) -> None:
+        if sentence.status != "A":
+            return
+        if not self._recent("GGA", t_s) and not self._recent("GLL", t_s):
+            self._plain_fix(sentence, t_s, readings)
+        if not self._recent("VTG", t_s):
+            self._velocity(_number(sentence.spd_over_grnd), _MPS["N"], _number(sentence.true_course), t_s, readings)
+        if not self._recent("ZDA", t_s):
+            self._time_of_day(sentence.datestamp, sentence.timestamp, t_s, readings)
+
+    def _vtg(self, sentence: Any, t_s: float, readings: list[Reading]) -> None:
+        if sentence.faa_mode == "N":
+            return
+        speed, unit = _number(sentence.spd_over_grnd_kmph), _MPS["K"]
+        if speed is None:
+            speed, unit = _number(sentence.spd_over_grnd_kts), _MPS["N"]
+        self._velocity(speed, unit, _number(sentence.true_track), t_s, readings)
+
+    def _velocity(self, speed: float | None, unit_mps: float, course_deg: float | None, t_s: float, readings: list[Reading]) -> None:
+        if speed is None or speed < 0.0:
+            return
+        speed_mps = speed * unit_mps
+        if course_deg is None:
+            if speed_mps > _STANDSTILL_MPS:
+                return
+            course_deg = speed_mps = 0.0
+        course_rad = math.radians(course_deg)
+        readings.append(GroundVelocity(t_s, self.name, speed_mps * math.cos(course_rad), speed_mps * math.sin(course_rad)))
+
+    def _hdt(self, sentence: Any, t_s: float, readings: list[Reading]) -> None:
+        self._heading(_number(sentence.heading), None, t_s, readings)
+
+    def _ths(self, sentence: Any, t_s: float, readings: list[Reading]) -> None:
+        if sentence.mode == "A":
+            self._heading(_number(sentence.heading), None, t_s, readings)
+
+    def _hdg(self, sentence: Any, t_s: float, readings: list[Reading]) -> None:
+        """Magnetic: a true heading only where the compass knows the variation, and no better one is on the line."""
+        heading = _number(sentence.heading)
+        variation = _signed(sentence.variation, sentence.var_dir)
+        if heading is None or variation is None or self._recent("HDT", t_s) or self._recent("THS", t_s):
+            return
+        deviation = _signed(sentence.deviation, sentence.dev_dir) or 0.0
+        self._heading(heading + deviation + variation, _COMPASS_SIGMA_RAD, t_s, readings)
+
+    def _heading(self, heading_deg: float | None, accuracy_rad: float | None, t_s: float, readings: list[Reading]) -> None:
+        if heading_deg is not None:
+            yaw_rad = wrap_pi(math.radians(heading_deg) + self._config.heading_offset_rad)
+            readings.append(Heading(t_s, self.name, yaw_rad, accuracy_rad))
+
+    def _zda(self, sentence: Any, t_s: float, readings: list[Reading]) -> None:
+        day, month, year = _number(sentence.day), _number(sentence.month), _number(sentence.year)
+        if day is not None and month is not None and year is not None:
+            self._time_of_day(date(int(year), int(month), int(day)), sentence.timestamp, t_s, readings)
+
+    def _time_of_day(self, day: object, clock: object, t_s: float, readings: list[Reading]) -> None:
+        if isinstance(day, date) and isinstance(clock, time):
+            seconds = (day.toordinal() - _UNIX_DAY) * 86400 + clock.hour * 3600 + clock.minute * 60 + clock.second
+            readings.append(TimeOfDay(t_s, self.name, seconds * 1_000_000_000 + clock.microsecond * 1000))
+
+    def _mwv(self, sentence: Any, t_s: float, readings: list[Reading]) -> None:
+        angle, speed = _number(sentence.wind_angle), _number(sentence.wind_speed)
+        unit = _MPS.get(sentence.wind_speed_units)
+        if sentence.status == "A" and sentence.reference == "R" and angle is not None and speed is not None and unit is not None:
+            readings.append(Wind(t_s, self.name, speed * unit, wrap_pi(math.radians(angle) + self._config.heading_offset_rad)))
+
+
+def _number(value: object) -> float | None:
+    """A field as a number. pynmea2 hands back the text of a field that is empty or that it could not convert."""
+    if value is None or value == "":
+        return None
+    number = float(value)  # type: ignore[arg-type]  # ValueError for text that is no number: the caller drops the sentence
+    if not math.isfinite(number):
+        raise ValueError("not finite")
+    return number
+
+
+def _signed(value: object, side: object) -> float | None:
+    """An angle with its E or W, positive east."""
+    number = _number(value)
+    return None if number is None or side not in ("E", "W") else (number if side == "E" else -number)
+
+
+def _place(sentence: Any) -> tuple[float, float] | None:
+    """(latitude, longitude) in degrees; None where the fields are empty or impossible."""
+    if not (sentence.lat and sentence.lon and sentence.lat_dir in ("N", "S") and sentence.lon_dir in ("E", "W")):
+        return None
+    latitude, longitude = float(sentence.latitude), float(sentence.longitude)
+    return (latitude, longitude) if abs(latitude) <= 90.0 and abs(longitude) <= 180.0 else None

@@ -1,0 +1,288 @@
+"""The tick: sense → estimate → decide → guide → control → allocate → gate → act → record.
+
+`Vessel` holds the blocks and says that order in one function. `run` calls it at absolute deadlines and, between two ticks, lets
+the vessel answer whatever comes in on its links. Neither knows whether the world outside is real.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+from companion.allocation.allocator import Allocator
+from companion.config import VesselConfig
+from companion.control.controller import Controller
+from companion.core.geodesy import LocalFrame
+from companion.core.ports import Actuator, Clock, Recorder, Sensor, Stations, WaitingClock, World
+from companion.core.types import (
+    ZERO_WRENCH,
+    ActuatorCommand,
+    Allocation,
+    Battery,
+    DeviceHealth,
+    Inputs,
+    Leak,
+    NavState,
+    RcInput,
+    Reading,
+    Setpoint,
+    SetpointKind,
+    Severity,
+    Status,
+    ThrusterFeedback,
+    Tick,
+    Wind,
+    Wrench,
+)
+from companion.mission.executor import MissionExecutor
+from companion.mission.plan import Plans
+from companion.modes.events import EventLog
+from companion.modes.supervisor import Supervisor
+from companion.nav.estimator import Estimator
+from companion.params import Parameters
+from companion.safety import Gate
+
+
+@dataclass(frozen=True, slots=True)
+class Blocks:
+    """The arithmetic of a vessel, wired by `app.build`."""
+
+    estimator: Estimator
+    supervisor: Supervisor
+    controller: Controller
+    allocator: Allocator
+    gate: Gate
+
+
+@dataclass(frozen=True, slots=True)
+class Devices:
+    """What the vessel has plugged in."""
+
+    world: World
+    sensors: tuple[Sensor, ...]
+    actuators: tuple[Actuator, ...]
+
+
+class Vessel:
+    """One boat: its blocks, its devices, its ground stations, and the values that they share."""
+
+    def __init__(
+        self,
+        config: VesselConfig,
+        parameters: Parameters,
+        plans: Plans,
+        executor: MissionExecutor,
+        events: EventLog,
+        blocks: Blocks,
+        devices: Devices,
+        clock: Clock,
+    ) -> None:
+        self.config = config
+        self.parameters = parameters
+        self.plans = plans
+        self.executor = executor
+        self.events = events
+        self.supervisor = blocks.supervisor
+        self.last_tick: Tick | None = None
+        self.restart_requested = False
+        self.load = 0.0  # share of the period that the last tick took, as the runner measured it
+        self.period_s = 1.0 / config.control_rate_hz
+        self._blocks = blocks
+        self._devices = devices
+        self._clock = clock
+        self._stations: Stations = NoStations()
+        self._recorders: list[Recorder] = []
+        self._arrived: list[Reading] = []  # readings that came in between two ticks
+        self._inputs = Inputs()
+        self._feedback: list[ThrusterFeedback | None] = [None] * len(config.thrusters)
+        self._achieved: Wrench = ZERO_WRENCH
+        self._device_ok: dict[str, bool] = {}
+
+    @property
+    def frame(self) -> LocalFrame:
+        """The local NED plane that the estimator works in."""
+        return self._blocks.estimator.frame
+
+    def attach(self, stations: Stations) -> None:
+        """The ground stations; they hold the vessel in turn, so they come after it."""
+        self._stations = stations
+
+    def add_recorder(self, recorder: Recorder) -> None:
+        self._recorders.append(recorder)
+
+    def request_restart(self) -> None:
+        """Asked for by a ground station; the runner ends the process with the exit code that a supervisor restarts on."""
+        self.restart_requested = True
+
+    def filenos(self) -> Sequence[int]:
+        """Descriptors that become readable when something arrives."""
+        devices = (device.fileno() for device in (*self._devices.sensors, *self._devices.actuators))
+        return [*self._stations.filenos(), *(fd for fd in devices if fd is not None)]
+
+    def serve(self, now_s: float) -> None:
+        """Between two ticks: stamp and keep what the sensors sent, answer the ground stations."""
+        self._collect(now_s)
+        self._stations.serve(now_s)
+
+    def tick(self, now_s: float) -> Tick:
+        """One cycle, whole."""
+        readings = self.sense(now_s)
+        nav = self._blocks.estimator.update(readings, now_s)
+        health = self.device_health(now_s)
+        status = self.supervisor.update(nav, self._inputs, health, now_s)
+        setpoint = self.supervisor.guide(nav, now_s, self.period_s)
+        wrench = self._blocks.controller.update(setpoint, nav, self._achieved, self.period_s)
+        allocation = self.allocate(setpoint, wrench, status)
+        command = self._blocks.gate.update(allocation, status.armed, now_s, self.period_s)
+        self.act(command, now_s)
+        return self.record(nav, status, setpoint, wrench, allocation, command, health)
+
+    def sense(self, now_s: float) -> Sequence[Reading]:
+        """All readings since the last tick; the slow ones are kept for the steps and the telemetry that look at the newest."""
+        self._devices.world.advance(now_s)
+        self._stations.serve(now_s)
+        self._collect(now_s)
+        readings, self._arrived = self._arrived, []
+        inputs = self._inputs
+        for reading in readings:
+            match reading:
+                case Battery():
+                    inputs = replace(inputs, battery=reading)
+                case Leak():
+                    inputs = replace(inputs, leak=reading)
+                case RcInput():
+                    inputs = replace(inputs, rc=reading)
+                case Wind():
+                    inputs = replace(inputs, wind=reading)
+                case ThrusterFeedback():
+                    self._mind_thruster(reading)
+        self._inputs = inputs
+        return readings
+
+    def device_health(self, now_s: float) -> tuple[DeviceHealth, ...]:
+        """Health of every device; a change is said."""
+        health = tuple(device.health(now_s) for device in (*self._devices.sensors, *self._devices.actuators))
+        for device in health:
+            before = self._device_ok.get(device.name)
+            if before is not None and before != device.ok:
+                if device.ok:
+                    self.events.say(now_s, Severity.NOTICE, f"{device.name}_back", f"{device.name}: back")
+                else:
+                    self.events.say(now_s, Severity.WARNING, f"{device.name}_lost", f"{device.name}: {device.text}")
+            if before is not None or device.ok:  # what never answered is said by the arming checks
+                self._device_ok[device.name] = device.ok
+        return health
+
+    def allocate(self, setpoint: Setpoint, wrench: Wrench, status: Status) -> Allocation:
+        """Thruster demands; what the thrusters cannot give is remembered for the integrators."""
+        allocator = self._blocks.allocator
+        if not status.armed or setpoint.kind is SetpointKind.NEUTRAL:
+            allocation = allocator.neutral()
+        elif setpoint.kind is SetpointKind.THRUSTERS and setpoint.thrusters is not None:
+            allocation = allocator.direct(setpoint.thrusters)
+        else:
+            allocation = allocator.update(wrench, self.period_s)
+        self._achieved = allocation.achieved
+        return allocation
+
+    def act(self, command: ActuatorCommand, now_s: float) -> None:
+        for actuator in self._devices.actuators:
+            actuator.write(command, now_s)
+
+    def record(
+        self,
+        nav: NavState,
+        status: Status,
+        setpoint: Setpoint,
+        wrench: Wrench,
+        allocation: Allocation,
+        command: ActuatorCommand,
+        health: tuple[DeviceHealth, ...],
+    ) -> Tick:
+        """The cycle as one record, for the log and the telemetry."""
+        tick = Tick(
+            t_s=nav.t_s,
+            time_unix_ns=self._clock.time_unix_ns(),
+            nav=nav,
+            status=status,
+            setpoint=setpoint,
+            wrench=wrench,
+            allocation=allocation,
+            command=command,
+            inputs=self._inputs,
+            feedback=tuple(self._feedback),
+            health=(*health, *self._stations.health(nav.t_s)),
+            events=self.events.drain(),
+            load=self.load,
+        )
+        self.last_tick = tick
+        for recorder in self._recorders:
+            recorder.record(tick)
+        self._stations.publish(tick)
+        return tick
+
+    def close(self) -> None:
+        """Neutral to the bridges, then everything shut."""
+        now_s = self._clock.now_s()
+        neutral = self._blocks.gate.update(self._blocks.allocator.neutral(), False, now_s, self.period_s)
+        self.act(neutral, now_s)
+        self._stations.close()
+        for recorder in self._recorders:
+            recorder.close()
+        for device in (*self._devices.sensors, *self._devices.actuators):
+            device.close()
+
+    def _mind_thruster(self, reading: ThrusterFeedback) -> None:
+        """A thruster that reports itself dead is left out of the allocation, until it reports itself well."""
+        before = self._feedback[reading.index]
+        self._feedback[reading.index] = reading
+        if reading.ok != (before is None or before.ok):
+            self._blocks.allocator.set_failed(reading.index, not reading.ok)
+            name = self.config.thrusters[reading.index].name
+            severity, state = (Severity.NOTICE, "runs again") if reading.ok else (Severity.CRITICAL, "does not run: the others make up for it")
+            self.events.say(reading.t_s, severity, f"thruster_{name}", f"Thruster {name} {state}")
+
+    def _collect(self, now_s: float) -> None:
+        for sensor in self._devices.sensors:
+            self._arrived.extend(sensor.read(now_s))
+        for actuator in self._devices.actuators:
+            self._arrived.extend(actuator.read(now_s))
+
+
+class NoStations:
+    """A vessel without ground stations."""
+
+    def serve(self, now_s: float) -> None:
+        pass
+
+    def publish(self, tick: Tick) -> None:
+        pass
+
+    def health(self, now_s: float) -> Sequence[DeviceHealth]:
+        return ()
+
+    def filenos(self) -> Sequence[int]:
+        return ()
+
+    def close(self) -> None:
+        pass
+
+
+class RealWorld:
+    """On a boat the world advances by itself."""
+
+    def advance(self, now_s: float) -> None:
+        pass
+
+
+def run(vessel: Vessel, clock: WaitingClock, stop: Callable[[], bool]) -> None:
+    """Tick at absolute deadlines until `stop()`. A deadline that was missed by more than a period is skipped, not caught up."""
+    deadline_s = clock.now_s()
+    while not stop():
+        while clock.wait(deadline_s, vessel.filenos()):
+            vessel.serve(clock.now_s())
+        vessel.tick(clock.now_s())
+        late_s = clock.now_s() - deadline_s
+        vessel.load = late_s / vessel.period_s
+        deadline_s += vessel.period_s * max(1, math.ceil(late_s / vessel.period_s))

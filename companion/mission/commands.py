@@ -1,0 +1,204 @@
+"""The commands that a plan may hold, and the one table of what each of them asks for.
+
+Numbers, parameters and ranges are those of MAV_CMD in MAVLink's common.xml. Commands for a camera that is not there are accepted and
+do nothing, so that survey plans drawn in a ground station can be sailed. Everything else is refused.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import Enum, IntEnum
+
+from companion.mission.plan import PlanItem, PlanKind
+
+
+class Command(IntEnum):
+    """The numbers are those of MAV_CMD."""
+
+    NAV_WAYPOINT = 16
+    NAV_LOITER_UNLIM = 17
+    NAV_LOITER_TIME = 19
+    NAV_RETURN_TO_LAUNCH = 20
+    NAV_DELAY = 93
+    CONDITION_YAW = 115
+    DO_JUMP = 177
+    DO_CHANGE_SPEED = 178
+    DO_SET_HOME = 179
+    DO_SET_ROI_LOCATION = 195
+    DO_SET_ROI_WPNEXT_OFFSET = 196
+    DO_SET_ROI_NONE = 197
+    DO_SET_ROI = 201
+    DO_DIGICAM_CONTROL = 203
+    DO_MOUNT_CONFIGURE = 204
+    DO_MOUNT_CONTROL = 205
+    DO_SET_CAM_TRIGG_DIST = 206
+    SET_CAMERA_MODE = 530
+    IMAGE_START_CAPTURE = 2000
+    IMAGE_STOP_CAPTURE = 2001
+    VIDEO_START_CAPTURE = 2500
+    VIDEO_STOP_CAPTURE = 2501
+    FENCE_RETURN_POINT = 5000
+    FENCE_POLYGON_INCLUSION = 5001
+    FENCE_POLYGON_EXCLUSION = 5002
+    FENCE_CIRCLE_INCLUSION = 5003
+    FENCE_CIRCLE_EXCLUSION = 5004
+    RALLY_POINT = 5100
+
+
+class Role(Enum):
+    """What an item is to the executor."""
+
+    NAVIGATION = "navigation"  # the boat has something to do until it is done
+    CONDITION = "condition"  # likewise, between two navigation items
+    DO = "do"  # takes effect at once, on the way
+    IGNORED = "ignored"  # accepted, without effect
+    ZONE = "zone"  # part of a fence, or a rally point
+
+
+@dataclass(frozen=True, slots=True)
+class Range:
+    """What one parameter may be: `low`…`high` (finite), or one of `also`, or NaN where there is a default. `number` is 1…4."""
+
+    number: int
+    label: str
+    remedy: str
+    low: float
+    high: float = 3.4e38  # any finite float32
+    whole: bool = False
+    nan: bool = False
+    also: tuple[float, ...] = ()
+
+    def allows(self, value: float) -> bool:
+        if self.low <= value <= self.high:
+            return not self.whole or value == int(value)
+        return (self.nan and value != value) or value in self.also
+
+
+@dataclass(frozen=True, slots=True)
+class Rule:
+    """What holds for one command. `position`: x, y must be a latitude and a longitude."""
+
+    role: Role
+    kind: PlanKind = PlanKind.MISSION
+    position: bool = False
+    ranges: tuple[Range, ...] = ()
+
+
+_HEADING = Range(4, "heading", "give −360 to 360 degrees, or NaN for none", -360.0, 360.0, nan=True)
+_IGNORED = Rule(Role.IGNORED)
+_POLYGON = Rule(
+    Role.ZONE,
+    PlanKind.FENCE,
+    position=True,
+    ranges=(
+        Range(1, "vertex count", "a polygon has 3 vertices or more", 3, whole=True),
+        Range(2, "inclusion group", "give a whole number, 0 or more", 0, whole=True),
+    ),
+)
+_CIRCLE = Rule(
+    Role.ZONE,
+    PlanKind.FENCE,
+    position=True,
+    ranges=(
+        Range(1, "radius", "give a radius above 0 m", 1e-3),
+        Range(2, "inclusion group", "give a whole number, 0 or more", 0, whole=True),
+    ),
+)
+
+RULES: dict[int, Rule] = {
+    Command.NAV_WAYPOINT: Rule(
+        Role.NAVIGATION,
+        position=True,
+        ranges=(
+            Range(1, "hold time", "give 0 s or more", 0),
+            Range(2, "acceptance radius", "give 0 m or more; 0 means the vessel's own", 0, nan=True),
+            _HEADING,
+        ),
+    ),
+    Command.NAV_LOITER_UNLIM: Rule(Role.NAVIGATION, position=True, ranges=(_HEADING,)),
+    Command.NAV_LOITER_TIME: Rule(Role.NAVIGATION, position=True, ranges=(Range(1, "time", "give 0 s or more", 0), _HEADING)),
+    Command.NAV_RETURN_TO_LAUNCH: Rule(Role.NAVIGATION),
+    Command.NAV_DELAY: Rule(
+        Role.NAVIGATION,
+        ranges=(Range(1, "delay", "give 0 s or more, or −1 to wait for the time of day in params 2 to 4", 0, also=(-1.0,)),),
+    ),
+    Command.CONDITION_YAW: Rule(
+        Role.CONDITION,
+        ranges=(
+            Range(1, "angle", "give 0 to 360 degrees; param3 says which way round", 0, 360),
+            Range(2, "angular speed", "give 0 deg/s or more; 0 means the vessel's own", 0, nan=True),
+            Range(3, "direction", "give −1, 0 or 1", -1, 1, whole=True),
+            Range(4, "relative", "give 0 or 1", 0, 1, whole=True),
+        ),
+    ),
+    Command.DO_JUMP: Rule(
+        Role.DO,
+        ranges=(
+            Range(1, "target", "give the number of an item of this plan", 0, whole=True),
+            Range(2, "repeat count", "give a whole number, 0 or more, or −1 for ever", -1, whole=True),
+        ),
+    ),
+    Command.DO_CHANGE_SPEED: Rule(
+        Role.DO,
+        ranges=(
+            Range(1, "speed type", "give 1 (ground speed) or 0", 0, 1, whole=True),
+            Range(2, "speed", "give more than 0 m/s, −1 for no change or −2 for the vessel's own", 1e-3, also=(-1.0, -2.0)),
+        ),
+    ),
+    Command.DO_SET_HOME: Rule(
+        Role.DO, ranges=(Range(1, "use current position", "give 1 (here) or 0 (the position given)", 0, 1, whole=True),)
+    ),
+    Command.DO_SET_ROI_LOCATION: _IGNORED,
+    Command.DO_SET_ROI_WPNEXT_OFFSET: _IGNORED,
+    Command.DO_SET_ROI_NONE: _IGNORED,
+    Command.DO_SET_ROI: _IGNORED,
+    Command.DO_DIGICAM_CONTROL: _IGNORED,
+    Command.DO_MOUNT_CONFIGURE: _IGNORED,
+    Command.DO_MOUNT_CONTROL: _IGNORED,
+    Command.DO_SET_CAM_TRIGG_DIST: _IGNORED,
+    Command.SET_CAMERA_MODE: _IGNORED,
+    Command.IMAGE_START_CAPTURE: _IGNORED,
+    Command.IMAGE_STOP_CAPTURE: _IGNORED,
+    Command.VIDEO_START_CAPTURE: _IGNORED,
+    Command.VIDEO_STOP_CAPTURE: _IGNORED,
+    Command.FENCE_RETURN_POINT: Rule(Role.ZONE, PlanKind.FENCE, position=True),
+    Command.FENCE_POLYGON_INCLUSION: _POLYGON,
+    Command.FENCE_POLYGON_EXCLUSION: _POLYGON,
+    Command.FENCE_CIRCLE_INCLUSION: _CIRCLE,
+    Command.FENCE_CIRCLE_EXCLUSION: _CIRCLE,
+    Command.RALLY_POINT: Rule(Role.ZONE, PlanKind.RALLY, position=True),
+}
+
+TASKS = frozenset(command for command, rule in RULES.items() if rule.role in (Role.NAVIGATION, Role.CONDITION))
+DESTINATIONS = frozenset(command for command, rule in RULES.items() if rule.role is Role.NAVIGATION and rule.position)
+POLYGONS = frozenset({Command.FENCE_POLYGON_INCLUSION, Command.FENCE_POLYGON_EXCLUSION})
+CIRCLES = frozenset({Command.FENCE_CIRCLE_INCLUSION, Command.FENCE_CIRCLE_EXCLUSION})
+
+
+def name_of(command: int) -> str:
+    """Name for people, of any number."""
+    return Command(command).name if command in RULES else f"command {command}"
+
+
+def heading_rad(item: PlanItem) -> float | None:
+    """Heading that a waypoint or loiter item asks for.
+
+    A waypoint without hold time and with param4 exactly 0 asks for none: ground stations of the ArduPilot family fill unused
+    parameters with 0, and taken at its word the boat would stop and turn north at every waypoint of their plans. 360 means north.
+    """
+    if not math.isfinite(item.param4):
+        return None
+    if item.command == Command.NAV_WAYPOINT and item.param4 == 0.0 and not item.param1 > 0.0:
+        return None
+    return math.radians(math.remainder(item.param4, 360.0))
+
+
+def must_stay(item: PlanItem) -> bool:
+    """Whether the boat comes to rest at this destination and stays for a while, or takes up a heading there."""
+    return item.command != Command.NAV_WAYPOINT or item.param1 > 0.0 or heading_rad(item) is not None
+
+
+def stay_s(item: PlanItem) -> float | None:
+    """How long it stays at this destination; None for ever."""
+    return None if item.command == Command.NAV_LOITER_UNLIM else item.param1

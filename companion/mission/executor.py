@@ -1,0 +1,251 @@
+"""The state machine of a mission: what the boat has to do now, and what comes after it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from enum import Enum
+from typing import Any
+
+from companion.core.types import MissionProgress, MissionState
+from companion.mission.commands import Command, must_stay
+from companion.mission.cursor import Cursor
+from companion.mission.itinerary import task_at
+from companion.mission.plan import PlanItem, PlanKind, Plans, plan_id
+from companion.mission.snapshot import SnapshotError, read_snapshot, write_snapshot
+from companion.mission.tasks import Action, Complete, Sail, SetSpeed, Task
+
+_COMPLETE = Complete()
+
+
+class Replaced(Enum):
+    """What a new plan did to a mission that was under way."""
+
+    CONTINUED = "continued"  # at the same item, because all up to it is the same
+    RESTARTED = "restarted"  # from the first item
+
+
+class MissionExecutor:
+    """Goes through the mission that is in force in `plans`, told of each item that the boat has finished.
+
+    Remembers: the state (MISSION_STATE), the place in the plan, the count of each jump, the speed that the mission has set, and whether
+    the boat has arrived at a destination where it stays. Knows no time: durations stand in the tasks, and who carries them out counts.
+    Navigation follows MAVLink's mission protocol; an item counts as reached when it is done, one with a hold on arrival.
+    """
+
+    def __init__(self, plans: Plans) -> None:
+        self._plans = plans
+        self._items: tuple[PlanItem, ...] = plans.items(PlanKind.MISSION)
+        self._cursor = Cursor(self._items)
+        self._state = MissionState.NOT_STARTED if self._items else MissionState.NO_MISSION
+        self._arrived = False
+        self._reached = 0
+        self._reached_seq: int | None = None
+        self._task: Task | None = None  # made when asked for
+        self._passed = 0  # points of the present route that lie behind
+        self._just_passed: int | None = None  # the item passed last, while sailing on
+        self._actions: list[Action] = []
+        self.replaced: Replaced | None = None
+        """What the last change of plan did to the mission under way; None again as soon as the mission moves on."""
+        plans.on_change(self._on_change)
+
+    @property
+    def progress(self) -> MissionProgress:
+        count = len(self._items)
+        return MissionProgress(self._state, max(0, min(self._cursor.seq, count - 1)), count, self._reached_seq, self._reached)
+
+    @property
+    def task(self) -> Task | None:
+        """What to do now: the same object until something changes. None while not ACTIVE, but `Complete` when all is done."""
+        if self._state is MissionState.COMPLETE:
+            return _COMPLETE
+        if self._state is not MissionState.ACTIVE:
+            return None
+        if self._task is None:
+            self._task = task_at(self._cursor, self._arrived)
+            self._passed = 0
+        return self._task
+
+    def take_actions(self) -> tuple[Action, ...]:
+        """Actions of "do" items that ran when the mission began, was set to another item or was replaced; each is given once."""
+        actions, self._actions = tuple(self._actions), []
+        return actions
+
+    def begin(self, first: int | None = None) -> str | None:
+        """Start or resume; returns why not, or None.
+
+        A mission paused or interrupted goes on at its current item, a complete one starts over, and `first` starts afresh at that item.
+        """
+        if not self._items:
+            return "no mission: upload one first"
+        if first is not None and (refusal := self._outside(first)) is not None:
+            return refusal
+        afresh = first is not None or self._state is MissionState.COMPLETE
+        ahead = Cursor(self._items, first or 0) if afresh else self._cursor.copy()
+        seq = ahead.seq
+        ahead.settle()
+        if ahead.item is None:
+            return f"nothing to sail to from item {seq} to the end of the mission"
+        if afresh:
+            self._rewind(seq)
+        self._state = MissionState.ACTIVE
+        self.replaced = None
+        self._settle()
+        return None
+
+    def pause(self) -> None:
+        """Interrupt an active mission; `begin` goes on with it."""
+        if self._state is MissionState.ACTIVE:
+            self._state = MissionState.PAUSED
+            self._task = None
+
+    def set_current(self, seq: int, reset: bool = False) -> str | None:
+        """Make `seq` the current item, in the present state; returns why not, or None. `reset` forgets the jumps taken.
+
+        A complete mission becomes one that has not started, at `seq`.
+        """
+        if not self._items:
+            return "no mission: upload one first"
+        if (refusal := self._outside(seq)) is not None:
+            return refusal
+        self._cursor.seq = seq
+        if reset:
+            self._cursor.jumps.clear()
+        self._arrived = False
+        self._just_passed = None
+        self._task = None
+        self.replaced = None
+        if self._state is MissionState.ACTIVE:
+            self._settle()
+        elif self._state is MissionState.COMPLETE:
+            self._state = MissionState.NOT_STARTED
+        return None
+
+    def complete(self, seq: int) -> tuple[Action, ...]:
+        """The boat has passed or finished item `seq` of the present task; returns what changes by it, in order.
+
+        Points of a route before `seq` count as passed too. A `seq` that is not ahead in the present task is ignored, and so is the
+        point passed last if it is told again.
+        """
+        task = self.task
+        actions: list[Action] = []
+        if task is None or isinstance(task, Complete):
+            return ()
+        if isinstance(task, Sail):
+            for _ in range(self._points_up_to(task, seq)):
+                actions += self._pass_point(task)
+        elif task.seq == seq:
+            item = self._cursor.item
+            if not self._arrived or (item is not None and item.command == Command.NAV_LOITER_TIME):
+                self._count(seq)
+            actions += self._advance()
+            self._just_passed = None
+            self._task = None
+        return (*self.take_actions(), *actions)
+
+    def snapshot(self) -> dict[str, Any]:
+        """Where the mission stands, for JSON."""
+        return write_snapshot(
+            self._plans.plan_id(PlanKind.MISSION), self._state, self._cursor, self._arrived, (self._reached, self._reached_seq)
+        )
+
+    def restore(self, snapshot: Mapping[str, Any]) -> str | None:
+        """Stand where `snapshot` was taken; returns why not, or None. An ACTIVE mission comes back as ACTIVE: `begin` or `pause` it."""
+        if snapshot.get("plan_id") != self._plans.plan_id(PlanKind.MISSION):
+            return "it belongs to another mission"
+        try:
+            kept = read_snapshot(snapshot, len(self._items))
+        except SnapshotError as error:
+            return str(error)
+        self._cursor = Cursor(self._items, kept.seq, kept.jumps, kept.speed_mps)
+        self._state = kept.state
+        item = self._cursor.item
+        self._arrived = kept.arrived and item is not None and must_stay(item)
+        self._reached, self._reached_seq = kept.reached, kept.reached_seq
+        self._just_passed = None
+        self._task = None
+        if self._state is MissionState.ACTIVE:
+            self._settle()
+        return None
+
+    # --- moving on -------------------------------------------------------------------------------------------------
+
+    def _points_up_to(self, sail: Sail, seq: int) -> int:
+        """How many points lie ahead up to and including `seq`; 0 if it is not ahead."""
+        if sail.route[self._passed].seq != seq == self._just_passed:
+            return 0
+        for number, point in enumerate(sail.route[self._passed :], start=1):
+            if point.seq == seq:
+                return number
+        return 0
+
+    def _pass_point(self, sail: Sail) -> list[Action]:
+        seq = sail.route[self._passed].seq
+        last = self._passed == len(sail.route) - 1
+        self._passed += 1
+        self._just_passed = seq
+        if last:
+            self._task = None
+        item = self._items[seq]
+        if last and must_stay(item):
+            self._arrived = True
+            if item.command != Command.NAV_LOITER_TIME:
+                self._count(seq)
+            return []
+        self._count(seq)
+        return self._advance()
+
+    def _count(self, seq: int) -> None:
+        self._reached += 1
+        self._reached_seq = seq
+
+    def _advance(self) -> list[Action]:
+        self.replaced = None
+        self._arrived = False
+        actions = self._cursor.advance()
+        if self._cursor.item is None:
+            self._state = MissionState.COMPLETE
+        return actions
+
+    def _settle(self) -> None:
+        self._actions += self._cursor.settle()
+        if self._cursor.item is None:
+            self._state = MissionState.COMPLETE
+
+    def _rewind(self, seq: int) -> None:
+        """Forget jumps and speed, and stand at `seq`."""
+        if self._cursor.speed_mps is not None:
+            self._actions.append(SetSpeed(None))
+        self._cursor = Cursor(self._items, seq)
+        self._arrived = False
+        self._just_passed = None
+        self._task = None
+
+    def _outside(self, seq: int) -> str | None:
+        if 0 <= seq < len(self._items):
+            return None
+        return f"no item {seq}: the mission has {len(self._items)} items, 0 to {len(self._items) - 1}"
+
+    # --- a new plan ------------------------------------------------------------------------------------------------
+
+    def _on_change(self, kind: PlanKind) -> None:
+        if kind is not PlanKind.MISSION:
+            return
+        before, self._items = self._items, self._plans.items(PlanKind.MISSION)
+        underway = self._state in (MissionState.ACTIVE, MissionState.PAUSED)
+        upto = self._cursor.seq + 1
+        self._task = None
+        self.replaced = None
+        if underway and len(self._items) >= upto and plan_id(before[:upto]) == plan_id(self._items[:upto]):
+            jumps = {seq: taken for seq, taken in self._cursor.jumps.items() if seq < upto}
+            self._cursor = Cursor(self._items, self._cursor.seq, jumps, self._cursor.speed_mps)
+            self.replaced = Replaced.CONTINUED
+            return
+        self._rewind(0)
+        if not self._items:
+            self._state = MissionState.NO_MISSION
+        elif self._state is MissionState.ACTIVE:
+            self.replaced = Replaced.RESTARTED
+            self._settle()
+        else:
+            self.replaced = Replaced.RESTARTED if underway else None
+            self._state = MissionState.NOT_STARTED

@@ -1,0 +1,46 @@
+"""Plan files as text, by suffix: `.plan` of QGroundControl, `.waypoints` of Mission Planner, MAVProxy and QGroundControl.
+
+Text in, data out, and back; opening files is for others. A new format is one file with `read` and `write`, and one row here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import PurePath
+from typing import NamedTuple
+
+from companion.mission import qgc_plan, waypoints
+from companion.mission.plan_file import PlanFile, PlanFileError
+
+__all__ = ["FORMATS", "Format", "PlanFile", "PlanFileError", "read", "write"]
+
+
+class Format(NamedTuple):
+    """`read(name, text)` and `write(name, plan)`; both raise PlanFileError."""
+
+    text: str
+    read: Callable[[str, str], PlanFile]
+    write: Callable[[str, PlanFile], str]
+
+
+FORMATS: dict[str, Format] = {
+    ".plan": Format("QGroundControl plan", qgc_plan.read, qgc_plan.write),
+    ".waypoints": Format("QGC WPL 110", waypoints.read, waypoints.write),
+}
+
+
+def read(name: str, text: str) -> PlanFile:
+    """The plan in `text`, whose format the suffix of `name` tells. Raises PlanFileError with all problems."""
+    return _format(name).read(name, text)
+
+
+def write(name: str, plan: PlanFile) -> str:
+    """Text of `plan` in the format that the suffix of `name` tells. Raises PlanFileError for what the format cannot hold."""
+    return _format(name).write(name, plan)
+
+
+def _format(name: str) -> Format:
+    suffix = PurePath(name).suffix.lower()
+    if suffix not in FORMATS:
+        raise PlanFileError([f"{name}: unknown kind of plan file; use one of {', '.join(FORMATS)}"])
+    return FORMATS[suffix]

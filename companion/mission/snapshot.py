@@ -1,0 +1,70 @@
+"""Where a mission stands, as it survives a restart: plain values to and from the executor's own."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from companion.core.types import MissionState
+from companion.mission.cursor import Cursor
+
+
+class SnapshotError(ValueError):
+    """The values are not those of a snapshot."""
+
+
+@dataclass(frozen=True, slots=True)
+class Snapshot:
+    state: MissionState
+    seq: int
+    arrived: bool
+    jumps: dict[int, int]
+    speed_mps: float | None
+    reached: int
+    reached_seq: int | None
+
+
+def write_snapshot(plan_id: int, state: MissionState, cursor: Cursor, arrived: bool, reached: tuple[int, int | None]) -> dict[str, Any]:
+    """For JSON. `reached`: how many arrivals, and the last one."""
+    return {
+        "plan_id": plan_id,
+        "state": int(state),
+        "seq": cursor.seq,
+        "arrived": arrived,
+        "jumps": {str(seq): taken for seq, taken in cursor.jumps.items()},
+        "speed_mps": cursor.speed_mps,
+        "reached": reached[0],
+        "reached_seq": reached[1],
+    }
+
+
+def read_snapshot(values: Mapping[str, Any], count: int) -> Snapshot:
+    """Of a mission of `count` items (that it is the same one is for the caller to check). Raises SnapshotError where a value is missing, of the wrong kind or out of range."""
+    try:
+        state = MissionState(values["state"])
+        seq, reached = _whole(values["seq"]), _whole(values["reached"])
+        jumps = {_whole(int(key)): _whole(taken) for key, taken in values["jumps"].items()}
+        speed_mps = None if values["speed_mps"] is None else _speed(values["speed_mps"])
+        reached_seq = None if values["reached_seq"] is None else _whole(values["reached_seq"])
+        arrived = bool(values["arrived"])
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        raise SnapshotError(f"it cannot be read ({error})") from error
+    furthest = count if state is MissionState.COMPLETE else count - 1
+    if seq > max(0, furthest) or (state is MissionState.NO_MISSION) != (count == 0):
+        raise SnapshotError(f"item {seq} in state {state.name} does not fit a mission of {count} items")
+    return Snapshot(state, seq, arrived, jumps, speed_mps, reached, reached_seq)
+
+
+def _speed(value: Any) -> float:
+    speed_mps = float(value)
+    if not 0.0 < speed_mps < math.inf:
+        raise ValueError(f"{value!r} is no speed")
+    return speed_mps
+
+
+def _whole(value: Any) -> int:
+    if not isinstance(value, int) or value < 0:
+        raise ValueError(f"{value!r} is no count")
+    return value

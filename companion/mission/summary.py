@@ -1,0 +1,168 @@
+"""How long a mission is, and how long it takes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from companion.core.angles import wrap_two_pi
+from companion.core.geodesy import distance_and_bearing
+from companion.mission.commands import DESTINATIONS, RULES, Command, Role, must_stay, name_of, stay_s
+from companion.mission.cursor import ENDLESS, Cursor
+from companion.mission.plan import PlanItem
+from companion.mission.tasks import SetHome
+
+_MOST_LEGS = 100_000
+
+
+@dataclass(frozen=True, slots=True)
+class Leg:
+    """From the place before to item `seq`, and what is done there. Length and course are None where the place before is not known."""
+
+    seq: int
+    command: int
+    length_m: float | None
+    course_rad: float | None
+    speed_mps: float
+    sailing_s: float
+    hold_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class Summary:
+    """`length_m` and `time_s` are sums over `legs`: at steady speed, without the way into bends, turns on the spot or the weather.
+
+    `waypoints`, `holds`, `jumps` and `ignored` count items, `items` all of them. `notes` say what the sums leave out.
+    """
+
+    legs: tuple[Leg, ...]
+    length_m: float
+    time_s: float
+    items: int
+    waypoints: int
+    holds: int
+    jumps: int
+    ignored: int
+    notes: tuple[str, ...]
+
+
+Place = tuple[float, float]
+
+
+@dataclass(slots=True)
+class _Voyage:
+    """The boat of the estimate: where it is, where home is, what it has sailed."""
+
+    cruise_speed_mps: float
+    place: Place | None
+    home: Place | None
+    legs: list[Leg] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+    lines: dict[tuple[Place, Place], tuple[float, float]] = field(default_factory=dict)  # laps sail the same legs again
+
+    def sail(self, seq: int, command: int, target: Place | None, speed_mps: float | None, hold_s: float) -> None:
+        speed = speed_mps or self.cruise_speed_mps
+        if self.place is None or target is None:
+            self.legs.append(Leg(seq, command, None, None, speed, 0.0, hold_s))
+        else:
+            line = (self.place, target)
+            if line not in self.lines:
+                self.lines[line] = distance_and_bearing(*self.place, *target)
+            length_m, course_rad = self.lines[line]
+            self.legs.append(Leg(seq, command, length_m, course_rad, speed, length_m / speed, hold_s))
+        self.place = target or self.place
+
+
+def summarise(items: Sequence[PlanItem], cruise_speed_mps: float, home: tuple[float, float, float] | None = None) -> Summary:
+    """Follow `items` from `home` (lat_deg, lon_deg, altitude_m), with counted jumps, speed changes and holds.
+
+    Lengths are geodesics on WGS 84. Endless jumps are passed by; a stay for ever ends the mission.
+    """
+    start = home[:2] if home is not None else None
+    voyage = _Voyage(cruise_speed_mps, start, start)
+    cursor = Cursor(items, follow_endless=False)
+    _move_home(voyage, cursor.settle())
+    while (item := cursor.item) is not None:
+        if len(voyage.legs) == _MOST_LEGS:
+            voyage.notes.append(f"only the first {_MOST_LEGS} legs are counted")
+            break
+        if not _follow(voyage, item, cursor.speed_mps):
+            break
+        _move_home(voyage, cursor.advance())
+    voyage.notes += [f"item {i.seq} jumps to {i.param1:g} for ever: one lap is counted" for i in items if _is_endless(i)]
+    return Summary(
+        tuple(voyage.legs),
+        sum(leg.length_m or 0.0 for leg in voyage.legs),
+        sum(leg.sailing_s + leg.hold_s for leg in voyage.legs),
+        len(items),
+        sum(item.command in DESTINATIONS for item in items),
+        sum(item.command in DESTINATIONS and must_stay(item) for item in items),
+        sum(item.command == Command.DO_JUMP for item in items),
+        sum(item.command in RULES and RULES[item.command].role is Role.IGNORED for item in items),
+        tuple(dict.fromkeys(voyage.notes)),
+    )
+
+
+def format_summary(summary: Summary) -> str:
+    """A table for people, one leg a line, ending without a newline."""
+    lines = ["item  command               length m  course °  speed m/s   sails   holds"]
+    for leg in summary.legs:
+        length = f"{leg.length_m:8.1f}" if leg.length_m is not None else "       –"
+        course = f"{math.degrees(wrap_two_pi(leg.course_rad)):8.0f}" if leg.course_rad is not None and leg.length_m else "       –"
+        lines.append(
+            f"{leg.seq:4d}  {name_of(leg.command):20.20s}  {length}  {course}  {leg.speed_mps:9.2f}"
+            f"  {_clock(leg.sailing_s):>6s}  {_clock(leg.hold_s) if leg.hold_s else '–':>6s}"
+        )
+    lines.append(
+        f"{summary.items} items: {summary.waypoints} waypoints, {summary.holds} of them with a stay; {summary.jumps} jumps; {summary.ignored} without effect"
+    )
+    lines.append(f"length {summary.length_m:.1f} m, time {_clock(summary.time_s)}")
+    lines += [f"note: {note}" for note in summary.notes]
+    return "\n".join(lines)
+
+
+def _follow(voyage: _Voyage, item: PlanItem, speed_mps: float | None) -> bool:
+    """Sail to `item`, or wait there; False if the mission ends with it."""
+    hold_s = 0.0
+    target = voyage.place
+    if item.command in DESTINATIONS:
+        target = (item.x / 1e7, item.y / 1e7)
+        stay = stay_s(item)
+        if stay is None:
+            voyage.notes.append(f"the boat stays at item {item.seq} for ever")
+            voyage.sail(item.seq, item.command, target, speed_mps, 0.0)
+            return False
+        hold_s = _duration_s(stay)
+    elif item.command == Command.NAV_RETURN_TO_LAUNCH:
+        target = voyage.home
+        if target is None:
+            voyage.notes.append(f"item {item.seq} returns home, and where that is the file does not say: not counted")
+    elif item.command == Command.NAV_DELAY:
+        hold_s = _duration_s(item.param1)
+        if item.param1 < 0.0:
+            voyage.notes.append(f"item {item.seq} waits for a time of day: not counted")
+    voyage.sail(item.seq, item.command, target, speed_mps, hold_s)
+    return True
+
+
+def _move_home(voyage: _Voyage, actions: Sequence[object]) -> None:
+    for action in actions:
+        if isinstance(action, SetHome):
+            lat_deg, lon_deg = action.lat_deg, action.lon_deg
+            voyage.home = voyage.place if lat_deg is None or lon_deg is None else (lat_deg, lon_deg)
+
+
+def _duration_s(value: float) -> float:
+    """Of a plan that has perhaps not been checked yet."""
+    return value if 0.0 < value < math.inf else 0.0
+
+
+def _is_endless(item: PlanItem) -> bool:
+    return item.command == Command.DO_JUMP and item.param2 == ENDLESS
+
+
+def _clock(seconds: float) -> str:
+    whole = round(seconds)
+    hours, minutes = whole // 3600, whole // 60 % 60
+    return f"{hours}:{minutes:02d}:{whole % 60:02d}" if hours else f"{minutes}:{whole % 60:02d}"

@@ -1,0 +1,111 @@
+"""What a mission has the boat do (tasks), and what it changes on the way (actions). All frozen; `seq` is the item it comes from."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+_DAY_S = 86400
+
+
+@dataclass(frozen=True, slots=True)
+class RoutePoint:
+    """A point to pass. `radius_m` None: the vessel's own acceptance radius; `speed_mps` towards it, None: the vessel's own."""
+
+    seq: int
+    lat_deg: float
+    lon_deg: float
+    radius_m: float | None
+    speed_mps: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class Sail:
+    """Pass these points in this order, and come to rest at the last one if `stop`.
+
+    Each one passed is told to the executor, and the task stays the same until the last. In a mission that sails laps a `seq` may occur
+    several times: the order counts.
+    """
+
+    route: tuple[RoutePoint, ...]
+    stop: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Stay:
+    """Hold at this point. `yaw_rad` None: any heading; `duration_s` None: for ever."""
+
+    seq: int
+    lat_deg: float
+    lon_deg: float
+    yaw_rad: float | None
+    duration_s: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class Wait:
+    """Hold where the boat is, for `duration_s` or until a time of day.
+
+    `until_utc` (hour, minute, second; −1 matches any) is None for a plain duration; where it is given, `duration_s` is infinite,
+    and `wait_s` says how long the wait is from a given moment.
+    """
+
+    seq: int
+    duration_s: float
+    until_utc: tuple[int, int, int] | None = None
+
+    def wait_s(self, time_unix_ns: int | None) -> float:
+        """Duration of the wait if it begins at `time_unix_ns`: to the next moment that matches. Infinite while the time is unknown."""
+        if self.until_utc is None:
+            return self.duration_s
+        if time_unix_ns is None:
+            return math.inf
+        now_s, fraction_ns = divmod(time_unix_ns, 1_000_000_000)
+        hours, minutes, seconds = (
+            range(limit) if value < 0 else (value,) for value, limit in zip(self.until_utc, (24, 60, 60), strict=True)
+        )
+        whole_s = min((h * 3600 + m * 60 + s - now_s) % _DAY_S for h in hours for m in minutes for s in seconds)
+        return whole_s - fraction_ns * 1e-9 if whole_s else 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Turn:
+    """Turn on the spot: to `yaw_rad`, or by it if `relative`. `direction`: −1 to port, 1 to starboard, 0 the shorter way."""
+
+    seq: int
+    yaw_rad: float
+    relative: bool
+    direction: int
+
+
+@dataclass(frozen=True, slots=True)
+class ReturnHome:
+    """Sail home, or to the rally point that RTL would choose."""
+
+    seq: int
+
+
+@dataclass(frozen=True, slots=True)
+class Complete:
+    """Nothing is left to do."""
+
+
+Task = Sail | Stay | Wait | Turn | ReturnHome | Complete
+
+
+@dataclass(frozen=True, slots=True)
+class SetSpeed:
+    """From here on sail at this speed; None: the vessel's own."""
+
+    speed_mps: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class SetHome:
+    """Move home; None, None: to where the boat is."""
+
+    lat_deg: float | None
+    lon_deg: float | None
+
+
+Action = SetSpeed | SetHome

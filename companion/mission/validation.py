@@ -1,0 +1,199 @@
+"""What a vessel takes as a mission, a fence and rally points, and why it does not.
+
+Each refusal names the item and the remedy, and carries the MAV_MISSION_RESULT that a ground station shows beside the offending value.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from companion.mission.commands import CIRCLES, POLYGONS, RULES, TASKS, Command, Rule, name_of
+from companion.mission.cursor import ENDLESS
+from companion.mission.plan import GLOBAL_FRAMES, PlanItem, PlanKind, PlanRefusal, PlanResult
+from companion.mission.polygon import MOST_VERTICES, find_crossing
+
+CAPACITY = 10_000
+"""Most items in one list; MISSION_COUNT above it is answered with NO_SPACE."""
+
+_LAT_LIMIT = 900_000_000
+_LON_LIMIT = 1_800_000_000
+_PARAM_RESULTS = (PlanResult.INVALID_PARAM1, PlanResult.INVALID_PARAM2, PlanResult.INVALID_PARAM3, PlanResult.INVALID_PARAM4)
+_KIND_NAMES = {PlanKind.MISSION: "the mission", PlanKind.FENCE: "the fence", PlanKind.RALLY: "the rally points"}
+
+
+def check_item(kind: PlanKind, item: PlanItem) -> PlanRefusal | None:
+    """Why `item` cannot be part of such a list, by itself; None if it can. About a microsecond. The altitude is never a reason."""
+    rule = RULES.get(item.command)
+    if rule is None or rule.kind is not kind:
+        return _unknown(kind, item, rule)
+    if rule.position and (refusal := _check_position(item)) is not None:
+        return refusal
+    for allowed in rule.ranges:
+        number = allowed.number
+        value = item.param1 if number == 1 else item.param2 if number == 2 else item.param3 if number == 3 else item.param4
+        if not allowed.allows(value):
+            return _refuse(item, _PARAM_RESULTS[number - 1], f"{allowed.label} (param{number}) is {value:g}; {allowed.remedy}")
+    more = _MORE.get(item.command)
+    return None if more is None else more(item)
+
+
+def check_plan(kind: PlanKind, items: Sequence[PlanItem]) -> PlanRefusal | None:
+    """Why `items`, each of which has passed `check_item`, cannot be put in force together; None if they can, or if there are none."""
+    if len(items) > CAPACITY:
+        return PlanRefusal(PlanResult.NO_SPACE, f"{len(items)} items are too many: {_KIND_NAMES[kind]} can hold {CAPACITY}")
+    for i, item in enumerate(items):
+        if item.seq != i:
+            return PlanRefusal(
+                PlanResult.INVALID_SEQUENCE, f"item {i}: it carries sequence number {item.seq}; number items from 0 without gaps", i
+            )
+    if kind is PlanKind.MISSION:
+        return _check_mission(items)
+    if kind is PlanKind.FENCE:
+        return _check_fence(items)
+    return None
+
+
+def _refuse(item: PlanItem, result: PlanResult, text: str) -> PlanRefusal:
+    return PlanRefusal(result, f"item {item.seq}: {name_of(item.command)} {text}", item.seq)
+
+
+def _unknown(kind: PlanKind, item: PlanItem, rule: Rule | None) -> PlanRefusal:
+    if rule is None:
+        return _refuse(item, PlanResult.UNSUPPORTED, "is not supported; remove it")
+    return _refuse(item, PlanResult.UNSUPPORTED, f"belongs to {_KIND_NAMES[rule.kind]}, not to {_KIND_NAMES[kind]}; remove it")
+
+
+# --- one item ------------------------------------------------------------------------------------------------------
+
+
+def _check_position(item: PlanItem) -> PlanRefusal | None:
+    if item.frame not in GLOBAL_FRAMES:
+        text = f"is in frame {item.frame}; give latitude and longitude in a global frame (0, 3, 5, 6, 10 or 11)"
+        return _refuse(item, PlanResult.UNSUPPORTED_FRAME, text)
+    if not -_LAT_LIMIT <= item.x <= _LAT_LIMIT:
+        return _refuse(item, PlanResult.INVALID_PARAM5_X, f"latitude is {item.lat_deg:.7f}; give −90 to 90 degrees")
+    if not -_LON_LIMIT <= item.y <= _LON_LIMIT:
+        return _refuse(item, PlanResult.INVALID_PARAM6_Y, f"longitude is {item.lon_deg:.7f}; give −180 to 180 degrees")
+    return None
+
+
+def _check_delay(item: PlanItem) -> PlanRefusal | None:
+    """With param1 −1: a time of day, of which at least one field is given."""
+    if item.param1 >= 0.0:
+        return None
+    fields = ((2, "hour", item.param2, 23), (3, "minute", item.param3, 59), (4, "second", item.param4, 59))
+    for number, label, value, highest in fields:
+        if not (-1.0 <= value <= highest and value == int(value)):
+            return _refuse(item, _PARAM_RESULTS[number - 1], f"{label} (param{number}) is {value:g}; give 0 to {highest}, or −1 for any")
+    if item.param2 == item.param3 == item.param4 == -1.0:
+        return _refuse(item, PlanResult.INVALID_PARAM2, "waits for no time; give a delay in param1, or hour, minute and second (UTC)")
+    return None
+
+
+def _check_home(item: PlanItem) -> PlanRefusal | None:
+    return _check_position(item) if item.param1 == 0.0 else None
+
+
+_MORE: dict[int, Callable[[PlanItem], PlanRefusal | None]] = {Command.NAV_DELAY: _check_delay, Command.DO_SET_HOME: _check_home}
+
+
+# --- a mission -----------------------------------------------------------------------------------------------------
+
+
+def _check_mission(items: Sequence[PlanItem]) -> PlanRefusal | None:
+    jumps = [item for item in items if item.command == Command.DO_JUMP]
+    for jump in jumps:
+        if not 0 <= jump.param1 < len(items):
+            text = f"item {jump.seq}: DO_JUMP to {jump.param1:g}, but the plan has {len(items)} items; give 0 to {len(items) - 1}"
+            return PlanRefusal(PlanResult.INVALID_PARAM1, text, jump.seq)
+        if jump.param1 == jump.seq:
+            return PlanRefusal(PlanResult.INVALID_PARAM1, f"item {jump.seq}: DO_JUMP to itself; give the number of another item", jump.seq)
+    if any(jump.param2 == ENDLESS for jump in jumps) and (refusal := _check_loops(items)) is not None:
+        return refusal
+    if items and not any(item.command in TASKS for item in items):
+        return PlanRefusal(PlanResult.INVALID, "the mission has nothing to do; add a waypoint")
+    return None
+
+
+def _check_loops(items: Sequence[PlanItem]) -> PlanRefusal | None:
+    """Finds an endless loop without a task: follows the way that is left when all counted jumps are used up, from each item once."""
+    settled = [item.command in TASKS for item in items]
+    for start in range(len(items)):
+        way: set[int] = set()
+        seq = start
+        while seq < len(items) and not settled[seq]:
+            if seq in way:
+                jump = _jump_ahead(items, seq)
+                text = f"item {jump}: DO_JUMP to {items[jump].param1:g} for ever, with nothing to do in between; add a waypoint to the loop"
+                return PlanRefusal(PlanResult.INVALID_PARAM1, text, jump)
+            way.add(seq)
+            seq = int(items[seq].param1) if _is_endless(items[seq]) else seq + 1
+        for passed in way:
+            settled[passed] = True
+    return None
+
+
+def _jump_ahead(items: Sequence[PlanItem], seq: int) -> int:
+    """Number of the first endless jump at `seq` or after it."""
+    while not _is_endless(items[seq]):
+        seq += 1
+    return seq
+
+
+def _is_endless(item: PlanItem) -> bool:
+    return item.command == Command.DO_JUMP and item.param2 == ENDLESS
+
+
+# --- a fence -------------------------------------------------------------------------------------------------------
+
+
+def _check_fence(items: Sequence[PlanItem]) -> PlanRefusal | None:
+    return_point: int | None = None
+    at = 0
+    while at < len(items):
+        item = items[at]
+        if item.command in POLYGONS:
+            if (refusal := _check_polygon(items, at)) is not None:
+                return refusal
+            at += int(item.param1)
+            continue
+        if item.command not in CIRCLES:
+            if return_point is not None:
+                text = f"item {at}: a second return point, after the one at item {return_point}; keep one of them"
+                return PlanRefusal(PlanResult.INVALID, text, at)
+            return_point = at
+        at += 1
+    return None
+
+
+def _check_polygon(items: Sequence[PlanItem], first: int) -> PlanRefusal | None:
+    """The polygon that begins at item `first`: as many equal vertices as it says, and no sides that cross."""
+    head = items[first]
+    if not head.param1 >= 3:
+        return PlanRefusal(PlanResult.INVALID_PARAM1, f"item {first}: a polygon of {head.param1:g} vertices; it needs 3 or more", first)
+    if head.param1 > MOST_VERTICES:
+        text = f"item {first}: a polygon of {head.param1:g} vertices; draw it with {MOST_VERTICES} or fewer"
+        return PlanRefusal(PlanResult.NO_SPACE, text, first)
+    count = int(head.param1)
+    vertices = items[first : first + count]
+    for vertex in vertices:
+        named = f"item {vertex.seq}: in the polygon of {count} vertices that begins at item {first}"
+        if vertex.command != head.command:
+            return PlanRefusal(
+                PlanResult.INVALID, f"{named} stands {name_of(vertex.command)}; send its vertices one after the other", vertex.seq
+            )
+        if vertex.param1 != head.param1:
+            text = f"{named} a vertex says {vertex.param1:g}; give each vertex the same count (param1)"
+            return PlanRefusal(PlanResult.INVALID_PARAM1, text, vertex.seq)
+        if vertex.param2 != head.param2:
+            text = f"{named} a vertex is of group {vertex.param2:g}; give each vertex the same group (param2)"
+            return PlanRefusal(PlanResult.INVALID_PARAM2, text, vertex.seq)
+    if len(vertices) < count:
+        text = f"item {first}: the polygon that begins here has {len(vertices)} of its {count} vertices; send the rest, or correct param1"
+        return PlanRefusal(PlanResult.INVALID_PARAM1, text, first)
+    crossing = find_crossing([(vertex.x, vertex.y) for vertex in vertices])
+    if crossing is not None:
+        sides = " and ".join(f"{first + i}–{first + (i + 1) % count}" for i in crossing)
+        text = f"item {first + crossing[0]}: the polygon crosses itself, sides {sides}; put its vertices in order around the area"
+        return PlanRefusal(PlanResult.INVALID, text, first + crossing[0])
+    return None

@@ -1,0 +1,55 @@
+"""Whether the boat may be armed. A new check is one function and one row of CHECKS."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+from companion.modes.situation import Situation
+
+Check = Callable[[Situation], Iterator[str]]
+
+
+def arming_refusals(situation: Situation) -> tuple[str, ...]:
+    """Every reason against arming, for people; empty when arming would be accepted. Without ARM_CHECKS only what makes the mode impossible."""
+    checks = CHECKS if situation.parameters["ARM_CHECKS"] else (_mode,)
+    return tuple(reason for check in checks for reason in check(situation))
+
+
+def _position(s: Situation) -> Iterator[str]:
+    if s.parameters["ARM_NEED_POS"] and not s.nav.position_valid:
+        yield "position not valid"
+
+
+def _heading(s: Situation) -> Iterator[str]:
+    if s.parameters["ARM_NEED_POS"] and not s.nav.heading_valid:
+        yield "heading not valid"
+
+
+def _mode(s: Situation) -> Iterator[str]:
+    if s.mode_refusal is not None:
+        yield f"{s.mode.id.value}: {s.mode_refusal}"
+
+
+def _devices(s: Situation) -> Iterator[str]:
+    for device in (*s.sensors.values(), *s.bridges.values()):
+        if not device.ok:
+            yield f"{device.name}: {device.text or 'no data'}"
+
+
+def _battery(s: Situation) -> Iterator[str]:
+    battery = s.inputs.battery
+    if battery is not None and battery.remaining is not None and battery.remaining < s.parameters["BAT_CRIT_THR"]:
+        yield f"battery critical: {100.0 * battery.remaining:.0f} % left"
+
+
+def _leak(s: Situation) -> Iterator[str]:
+    if s.inputs.leak is not None and s.inputs.leak.wet:
+        yield "water in the hull"
+
+
+def _safe_switch(s: Situation) -> Iterator[str]:
+    if s.safe_switch:
+        yield "safe switch of the transmitter is on"
+
+
+CHECKS: tuple[Check, ...] = (_position, _heading, _mode, _devices, _battery, _leak, _safe_switch)

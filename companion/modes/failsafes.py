@@ -1,0 +1,245 @@
+"""What the vessel does by itself when something fails: one table, and the monitor that watches it. A new failsafe is one row.
+
+A failsafe begins when its cause lasts and it applies to what the boat is doing. It acts once, at its onset; what an operator asks for
+afterwards stands, until it has ended and begins again. While a more severe one (higher in the table) that acted lasts, the others wait: they
+act when it ends, if they still last then. With the action Neutral the thrusters give nothing while the failsafe lasts: the boat stays
+armed in its mode, and goes on in it afterwards.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import IntEnum
+
+from companion.core.types import Severity
+from companion.modes.situation import Situation
+
+_BATTERY_HYSTERESIS = 0.03
+
+
+class Action(IntEnum):
+    """The numbers are those of the failsafe parameters."""
+
+    IGNORE = 0
+    HOLD = 1
+    RTL = 2
+    NEUTRAL = 3
+
+
+@dataclass(frozen=True, slots=True)
+class Failsafe:
+    """One row. `cause` and `applies` are told whether it is active already. `action`: what to do, or the parameter that says it."""
+
+    name: str
+    severity: Severity
+    cause: Callable[[Situation, bool], bool]
+    applies: Callable[[Situation, bool], bool]
+    action: str | Action
+    starts: Callable[[Situation], str]
+    ends: str
+
+
+def _silent_bridges(s: Situation) -> list[str]:
+    return [bridge.name for bridge in s.bridges.values() if not bridge.ok]
+
+
+def _battery_below(name: str) -> Callable[[Situation, bool], bool]:
+    def below(s: Situation, active: bool) -> bool:
+        battery = s.inputs.battery
+        if battery is None or battery.remaining is None:
+            return active
+        return battery.remaining < s.parameters[name] + (_BATTERY_HYSTERESIS if active else 0.0)
+
+    return below
+
+
+def _battery_text(s: Situation) -> str:
+    battery = s.inputs.battery
+    return "" if battery is None or battery.remaining is None else f"{100.0 * battery.remaining:.0f} % left"
+
+
+def _armed(s: Situation, _active: bool) -> bool:
+    return s.armed
+
+
+def _always(_s: Situation, _active: bool) -> bool:
+    return True
+
+
+def _self_steered(s: Situation, _active: bool) -> bool:
+    return s.armed and not s.mode.by_stick
+
+
+def _by_stick(s: Situation, active: bool) -> bool:
+    return s.armed and (s.mode.by_stick or (active and s.intended.by_stick))
+
+
+def _by_safe_switch(s: Situation, active: bool) -> bool:
+    return s.safe_switch and _by_stick(s, active)
+
+
+def _by_other_sticks(s: Situation, active: bool) -> bool:
+    return not s.safe_switch and _by_stick(s, active)
+
+
+def _sticks_silent(s: Situation, _active: bool) -> bool:
+    return s.sticks_age_s is not None and s.sticks_age_s > s.parameters["COM_RC_LOSS_T"]
+
+
+def _stations_silent(s: Situation, _active: bool) -> bool:
+    return s.station_age_s is not None and s.station_age_s > s.parameters["COM_DL_LOSS_T"]
+
+
+FAILSAFES: tuple[Failsafe, ...] = (  # most severe first
+    Failsafe(
+        "bridge_silent",
+        Severity.CRITICAL,
+        lambda s, _: bool(_silent_bridges(s)),
+        _armed,
+        "FS_ACT_ACT",
+        lambda s: f"Thruster bridge silent: {', '.join(_silent_bridges(s))}",
+        "Thruster bridges answer again",
+    ),
+    Failsafe(
+        "position_lost",
+        Severity.CRITICAL,
+        lambda s, _: not s.nav.position_valid,
+        lambda s, _: s.armed and s.mode.needs_position,
+        "FS_POS_ACT",
+        lambda _: "Position lost",
+        "Position is back",
+    ),
+    Failsafe(
+        "heading_lost",
+        Severity.CRITICAL,
+        lambda s, _: not s.nav.heading_valid,
+        lambda s, _: s.armed and s.mode.needs_heading,
+        "FS_POS_ACT",
+        lambda _: "Heading lost",
+        "Heading is back",
+    ),
+    Failsafe(
+        "leak",
+        Severity.CRITICAL,
+        lambda s, active: s.inputs.leak.wet if s.inputs.leak is not None else active,
+        _always,
+        "FS_LEAK_ACT",
+        lambda _: "Water in the hull",
+        "Leak sensor is dry again",
+    ),
+    Failsafe(
+        "battery_critical",
+        Severity.CRITICAL,
+        _battery_below("BAT_CRIT_THR"),
+        _always,
+        "COM_LOW_BAT_ACT",
+        lambda s: f"Battery critical, {_battery_text(s)}",
+        "Battery no longer critical",
+    ),
+    Failsafe(
+        "battery_low",
+        Severity.WARNING,
+        _battery_below("BAT_LOW_THR"),
+        _always,
+        Action.IGNORE,
+        lambda s: f"Battery low, {_battery_text(s)}",
+        "Battery no longer low",
+    ),
+    Failsafe(
+        "transmitter_lost",  # by its safe switch a person has taken the boat in hand: it must not sail off by itself
+        Severity.CRITICAL,
+        _sticks_silent,
+        _by_safe_switch,
+        Action.NEUTRAL,
+        lambda _: "Transmitter silent with its safe switch on",
+        "Transmitter is back",
+    ),
+    Failsafe(
+        "sticks_lost",
+        Severity.CRITICAL,
+        _sticks_silent,
+        _by_other_sticks,
+        "NAV_RCL_ACT",
+        lambda _: "Sticks silent",
+        "Sticks are back",
+    ),
+    Failsafe(
+        "station_lost",
+        Severity.CRITICAL,
+        _stations_silent,
+        _self_steered,
+        "NAV_DLL_ACT",
+        lambda s: f"No ground station for {s.parameters['COM_DL_LOSS_T']:.0f} s",
+        "Ground station is back",
+    ),
+)
+
+
+@dataclass(slots=True)
+class Active:
+    """A failsafe that lasts. `acted`: it has had its turn. `released`: an operator has taken over since. `neutral`: it keeps the thrusters still."""
+
+    failsafe: Failsafe
+    action: Action
+    acted: bool = False
+    released: bool = False
+    neutral: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Changes:
+    """What a tick brought: begun, over (and whether its cause went, not just the mode), and the one that is to act now."""
+
+    begun: tuple[Active, ...]
+    over: tuple[tuple[Failsafe, bool], ...]
+    demand: Active | None
+
+
+class FailsafeMonitor:
+    """`update(situation)` once a tick → Changes. Remembers which failsafes last and which have acted."""
+
+    def __init__(self, table: tuple[Failsafe, ...] = FAILSAFES) -> None:
+        self._table = table
+        self._active: dict[str, Active] = {}
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Those that last, most severe first."""
+        return tuple(row.name for row in self._table if row.name in self._active)
+
+    @property
+    def neutral(self) -> bool:
+        """Whether one of them keeps the thrusters still."""
+        return any(active.neutral for active in self._active.values())
+
+    def update(self, situation: Situation) -> Changes:
+        begun: list[Active] = []
+        over: list[tuple[Failsafe, bool]] = []
+        for row in self._table:
+            was = row.name in self._active
+            cause = row.cause(situation, was)
+            lasts = cause and row.applies(situation, was)
+            if lasts and not was:
+                action = row.action if isinstance(row.action, Action) else Action(int(situation.parameters[row.action]))
+                active = Active(row, action, released=not situation.armed)
+                self._active[row.name] = active
+                begun.append(active)
+            elif was and not lasts:
+                del self._active[row.name]
+                over.append((row, not cause))
+        return Changes(tuple(begun), tuple(over), self._demand())
+
+    def _demand(self) -> Active | None:
+        """The most severe one that has something to do and was not released, unless it has done it already."""
+        for row in self._table:
+            active = self._active.get(row.name)
+            if active is not None and active.action is not Action.IGNORE and not active.released:
+                return None if active.acted else active
+        return None
+
+    def override(self) -> None:
+        """An operator has taken over: what lasts now has had its turn and lets go of the thrusters."""
+        for active in self._active.values():
+            active.released = True
+            active.neutral = False

@@ -1,0 +1,204 @@
+"""Mission: carries out what the executor says, task by task."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from companion.config import VesselConfig
+from companion.core.geodesy import LocalFrame
+from companion.core.types import MissionState, ModeId, Setpoint, Severity
+from companion.guidance.path_following import PathFollower, Waypoint
+from companion.mission.executor import MissionExecutor
+from companion.mission.tasks import Action, Complete, ReturnHome, RoutePoint, Sail, Stay, Task, Turn, Wait
+from companion.modes.events import EventLog
+from companion.modes.mode import Mode, ModeInputs
+from companion.modes.rtl import ReturnPoint
+from companion.modes.station import Station
+from companion.modes.turn import TurnPlan
+from companion.params import Parameters
+
+_TASKS_A_TICK = 4
+
+
+class MissionMode(Mode):
+    """Sails, stays, waits, turns and returns as the executor's task says, and tells it what is done.
+
+    Remembers the task under way, the route that the present path was laid through and how much of it is passed, when a stay began, and
+    the actions that the supervisor has yet to perform. While disarmed the chosen mode idles; the mission starts when the boat is armed.
+    """
+
+    id = ModeId.MISSION
+    text = "Sails the mission; starts when armed"
+
+    def __init__(
+        self,
+        config: VesselConfig,
+        parameters: Parameters,
+        executor: MissionExecutor,
+        point: ReturnPoint,
+        events: EventLog,
+        frame: Callable[[], LocalFrame],
+    ) -> None:
+        self._parameters = parameters
+        self._executor = executor
+        self._point = point
+        self._events = events
+        self._frame = frame
+        self._can_sway = config.limits.sway_n > 0.0
+        self._station = Station(config, parameters)
+        self._follower = PathFollower(parameters, self._can_sway)
+        self._task: Task | None = None
+        self._route: tuple[RoutePoint, ...] = ()
+        self._told = 0  # points of the route that the executor knows to be passed
+        self._since_s: float | None = None
+        self._wait_s = math.inf
+        self._turn: TurnPlan | None = None
+        self._turning = False  # its last step has not been asked for yet
+        self._actions: list[Action] = []
+
+    @property
+    def ended(self) -> MissionState | None:
+        """COMPLETE when the last item is done, NO_MISSION when the mission was taken away, None while there is something to do."""
+        state = self._executor.progress.state
+        return state if state in (MissionState.COMPLETE, MissionState.NO_MISSION) else None
+
+    def take_actions(self) -> tuple[Action, ...]:
+        """What the mission wants changed; each is given once."""
+        actions, self._actions = (*self._actions, *self._executor.take_actions()), []
+        return actions
+
+    def check(self, inputs: ModeInputs) -> str | None:
+        return "no mission loaded" if self._executor.progress.state is MissionState.NO_MISSION else None
+
+    def enter(self, inputs: ModeInputs) -> str | None:
+        refusal = self._executor.begin()
+        if refusal is None:
+            self._task = None
+            self._station.stop_here(inputs.nav)
+        return refusal
+
+    def resume(self, inputs: ModeInputs) -> str | None:
+        """Begin the present task anew, from where the boat is; what is complete is not started over."""
+        if self.ended is None:
+            return self.enter(inputs)
+        self._task = None
+        return None
+
+    def leave(self) -> None:
+        self._executor.pause()
+        self._task = None
+
+    def update(self, inputs: ModeInputs) -> Setpoint:
+        for _ in range(_TASKS_A_TICK):
+            task = self._executor.task
+            if task is None or isinstance(task, Complete):
+                break
+            if task is not self._task:
+                self._take_up(task, inputs)
+            setpoint = self._sail(task, inputs) if isinstance(task, Sail) else self._stand(task, inputs)
+            if self._executor.task is task:
+                return setpoint
+        return self._rest(inputs)
+
+    def _rest(self, inputs: ModeInputs) -> Setpoint:
+        """Stop where the tasks ran out."""
+        if not isinstance(self._task, Complete):
+            if not isinstance(self._task, Stay | Wait | Turn | ReturnHome):
+                self._station.stop_here(inputs.nav)
+            self._task = Complete()
+        return self._station.update(inputs.nav, None, inputs.speed_mps, inputs.dt_s)
+
+    # --- taking up a task ------------------------------------------------------------------------------------------
+
+    def _take_up(self, task: Task, inputs: ModeInputs) -> None:
+        before, self._task = self._task, task
+        self._since_s = None
+        match task:
+            case Sail():
+                if isinstance(before, Sail) and before.stop == task.stop and self._route[self._told :] == task.route:
+                    return  # the rest of what is being sailed
+                self._lay_path(task, inputs)
+            case Stay():
+                north_m, east_m = self._frame().to_ned(task.lat_deg, task.lon_deg)
+                self._station.go_to(inputs.nav, north_m, east_m, task.yaw_rad, None, fresh=isinstance(before, Sail))
+            case Wait():
+                self._wait_s = math.inf
+                if isinstance(before, Sail | None):
+                    self._station.stop_here(inputs.nav)
+            case Turn():
+                if isinstance(before, Sail | None):
+                    self._station.stop_here(inputs.nav)
+                self._turn = TurnPlan(inputs.nav.yaw_rad, task.yaw_rad, task.relative, task.direction)
+                self._turning = True
+                if not self._can_sway:
+                    self._events.say(inputs.now_s, Severity.NOTICE, "turn_skipped", f"Item {task.seq}: this boat cannot turn on the spot")
+            case ReturnHome():
+                point = self._point.nearest(inputs.nav, inputs.home)
+                if point is None:
+                    self._station.stop_here(inputs.nav)
+                    self._events.say(inputs.now_s, Severity.WARNING, "no_home", f"Item {task.seq}: no home position, holding here")
+                else:
+                    self._station.go_to(inputs.nav, point[1], point[2], None, None)
+
+    def _lay_path(self, task: Sail, inputs: ModeInputs) -> None:
+        frame = self._frame()
+        self._route = task.route
+        self._told = 0
+        waypoints = [Waypoint(*frame.to_ned(p.lat_deg, p.lon_deg), p.radius_m, p.speed_mps) for p in task.route]
+        self._follower.start(waypoints, inputs.nav, stop_at_end=task.stop)
+
+    # --- carrying it out -------------------------------------------------------------------------------------------
+
+    def _sail(self, task: Sail, inputs: ModeInputs) -> Setpoint:
+        progress = self._follower.update(inputs.nav, inputs.speed_mps, inputs.dt_s)
+        passed = len(self._route) if progress.finished else progress.passed
+        if task.stop and not progress.finished:
+            passed = min(passed, len(self._route) - 1)  # the last one is reached at rest
+        while self._told < passed and self._executor.task is task:
+            seq = self._route[self._told].seq
+            self._told += 1
+            self._complete(seq, inputs)
+        return progress.setpoint
+
+    def _stand(self, task: Stay | Wait | Turn | ReturnHome, inputs: ModeInputs) -> Setpoint:
+        setpoint = self._station.update(inputs.nav, None, inputs.speed_mps, inputs.dt_s)
+        if self._is_done(task, setpoint, inputs):
+            self._complete(task.seq, inputs)
+        return setpoint
+
+    def _is_done(self, task: Stay | Wait | Turn | ReturnHome, setpoint: Setpoint, inputs: ModeInputs) -> bool:
+        match task:
+            case Stay(duration_s=duration_s):
+                if self._since_s is None and self._is_near(inputs):
+                    self._since_s = inputs.now_s
+                return duration_s is not None and self._since_s is not None and inputs.now_s - self._since_s >= duration_s
+            case Wait():
+                if self._since_s is None or math.isinf(self._wait_s):
+                    self._since_s = inputs.now_s
+                    self._wait_s = task.wait_s(inputs.nav.time_unix_ns)
+                return inputs.now_s - self._since_s >= self._wait_s
+            case Turn():
+                return self._is_turned(setpoint)
+            case ReturnHome():
+                return not self._station.going and self._point.nearest(inputs.nav, inputs.home) is not None
+
+    def _is_near(self, inputs: ModeInputs) -> bool:
+        north_m, east_m = self._station.target
+        off_m = math.hypot(north_m - inputs.nav.north_m, east_m - inputs.nav.east_m)
+        return not self._station.in_transit and off_m <= self._parameters["NAV_ACC_RAD"]
+
+    def _is_turned(self, setpoint: Setpoint) -> bool:
+        if not self._can_sway or self._turn is None or setpoint.yaw_rad is None:
+            return True
+        if self._turning:
+            self._station.turn_to(self._turn.update(setpoint.yaw_rad))
+            self._turning = not self._turn.in_last_step
+            return False
+        return self._station.arrived
+
+    def _complete(self, seq: int, inputs: ModeInputs) -> None:
+        before = self._executor.progress.reached
+        self._actions += self._executor.complete(seq)
+        if self._executor.progress.reached != before:
+            self._events.say(inputs.now_s, Severity.INFO, "item_reached", f"Mission item {seq} reached")

@@ -1,0 +1,54 @@
+"""What every mode of the vessel is: it may refuse to be entered, then gives one setpoint a tick."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+
+from companion.core.types import Home, ManualInput, ModeId, NavState, Setpoint
+
+
+@dataclass(frozen=True, slots=True)
+class ModeInputs:
+    """What a mode sees of a tick. `manual`: live sticks that may be obeyed, else None. `speed_mps`: what a self-steered mode should sail at."""
+
+    nav: NavState
+    manual: ManualInput | None
+    home: Home | None
+    speed_mps: float
+    now_s: float
+    dt_s: float
+
+
+class Mode(ABC):
+    """One way of steering the boat. It is entered only while armed; while disarmed a chosen mode idles.
+
+    `text` is shown to people. `by_stick`: silence of the sticks is a failure. `needs_position`, `needs_heading`: what of the
+    estimate must be valid for it.
+    """
+
+    id: ModeId
+    text: str
+    by_stick: bool = False
+    needs_position: bool = True
+    needs_heading: bool = True
+    selectable: bool = True
+
+    def check(self, inputs: ModeInputs) -> str | None:
+        """Why it could not be entered now, apart from the validity of position and heading. Changes nothing."""
+        return None
+
+    def enter(self, inputs: ModeInputs) -> str | None:
+        """Start from the boat's present motion. A reason where that cannot be."""
+        return None
+
+    def resume(self, inputs: ModeInputs) -> str | None:
+        """Go on with what it was about, after a failsafe had the thrusters in neutral."""
+        return self.enter(inputs)
+
+    @abstractmethod
+    def update(self, inputs: ModeInputs) -> Setpoint:
+        """What the boat should do now."""
+
+    def leave(self) -> None:  # noqa: B027  most modes have nothing to put away
+        """Another mode takes over, or the boat is disarmed."""

@@ -1,0 +1,436 @@
+"""What the vessel decides to be: answers requests, arms, watches for failures, and lets the active mode steer."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from companion.config import VesselConfig
+from companion.core.geodesy import LocalFrame, distance_and_bearing
+from companion.core.types import (
+    ACCEPTED,
+    NEUTRAL_SETPOINT,
+    DeviceHealth,
+    Home,
+    Inputs,
+    ManualInput,
+    MissionState,
+    ModeId,
+    NavState,
+    Outcome,
+    Result,
+    Setpoint,
+    Severity,
+    Status,
+)
+from companion.mission.executor import MissionExecutor, Replaced
+from companion.mission.plan import Plans
+from companion.mission.tasks import SetHome, SetSpeed
+from companion.modes import build_modes
+from companion.modes.arming import arming_refusals
+from companion.modes.events import EventLog
+from companion.modes.failsafes import Action, Active, FailsafeMonitor
+from companion.modes.helm import Helm
+from companion.modes.hold import HoldMode
+from companion.modes.homing import HomeKeeper, is_on_earth
+from companion.modes.mission import MissionMode
+from companion.modes.mode import ModeInputs
+from companion.modes.situation import NO_ESTIMATE, Situation, usable
+from companion.modes.sticks import Sticks
+from companion.modes.unavailable import UnavailableMode
+from companion.params import Parameters
+
+_FURTHEST_GO_TO_M = 50_000.0
+
+
+@dataclass(frozen=True, slots=True)
+class ModeInfo:
+    """One mode as ground stations list it."""
+
+    id: ModeId
+    selectable: bool
+    by_stick: bool
+    text: str
+
+
+class Supervisor:
+    """Requests come in between ticks; once a tick `update` → Status, then `guide` → Setpoint. None of it ever raises.
+
+    Remembers the newest estimate, inputs and device health, home, the speed asked for, the sticks, when a ground station was last heard,
+    and through its parts the active mode, arming and failsafes. The boat starts disarmed and in Manual. Refusals are said as events too.
+    """
+
+    def __init__(
+        self,
+        config: VesselConfig,
+        parameters: Parameters,
+        plans: Plans,
+        executor: MissionExecutor,
+        events: EventLog,
+        frame_of: Callable[[], LocalFrame],
+    ) -> None:
+        self._config = config
+        self._parameters = parameters
+        self._executor = executor
+        self._events = events
+        self._frame_of = frame_of
+        modes = build_modes(config, parameters, plans, executor, events, frame_of)
+        hold, mission = modes[ModeId.HOLD], modes[ModeId.MISSION]
+        assert isinstance(hold, HoldMode) and isinstance(mission, MissionMode)
+        self._hold, self._mission = hold, mission
+        self._sticks = Sticks(parameters)
+        self._home = HomeKeeper(events)
+        self._monitor = FailsafeMonitor()
+        self._helm = Helm(modes, self._sticks, events, self._mode_inputs)
+        self._bridges = frozenset(bridge.name for bridge in config.actuators)
+        self._nav = NO_ESTIMATE
+        self._inputs = Inputs()
+        self._health: Sequence[DeviceHealth] = ()
+        self._speed_mps: float | None = None
+        self._station_s: float | None = None
+        self._replaced: Replaced | None = None
+        self._restored = False
+        self.modes = tuple(ModeInfo(mode.id, mode.selectable, mode.by_stick, mode.text) for mode in modes.values())
+
+    @property
+    def version(self) -> int:
+        """Grows with every change of mode or arming."""
+        return self._helm.version
+
+    # --- what comes in between ticks -------------------------------------------------------------------------------
+
+    def manual_input(self, manual: ManualInput) -> None:
+        """Sticks of a ground station."""
+        self._sticks.station_input(manual)
+
+    def station_heard(self, system_id: int, now_s: float) -> None:
+        """A ground station is there."""
+        self._station_s = now_s
+
+    def request_mode(self, mode: ModeId, now_s: float) -> Outcome:
+        """Choose a mode, armed or not; it never arms. The present mode again: Hold gives up a go-to, a mission that has ended starts over."""
+        chosen = self._helm.modes[mode]
+        if isinstance(chosen, UnavailableMode):
+            return self._refuse(Result.DENIED, f"{mode.value}: not available in this version", now_s)
+        reason = self._switch_forbids(mode, now_s) or self._helm.refusal(mode, self._nav, now_s)
+        if reason is None and self._helm.mode is chosen:
+            reason = self._same_mode(now_s)
+        elif reason is None:
+            reason = self._helm.switch(mode, self._nav, now_s)
+        if reason is not None:
+            return self._refuse(Result.TEMPORARILY_REJECTED, f"{mode.value} refused: {reason}", now_s)
+        self._taken_over(now_s)
+        return ACCEPTED
+
+    def arm(self, now_s: float, force: bool = False) -> Outcome:
+        """`force` passes over the checks, but cannot enter a mode that cannot be."""
+        if self._helm.armed:
+            return ACCEPTED
+        situation = self._situation(now_s)
+        reasons: tuple[str, ...] = () if force else arming_refusals(situation)
+        if not reasons and situation.mode_refusal is not None:
+            reasons = (f"{situation.mode.id.value}: {situation.mode_refusal}",)
+        if not reasons and (reason := self._helm.arm(now_s)) is not None:
+            reasons = (f"{situation.mode.id.value}: {reason}",)
+        if reasons:
+            for reason in reasons:
+                self._events.say(now_s, Severity.WARNING, "arming_refused", f"PreArm: {reason}")
+            return Outcome(Result.TEMPORARILY_REJECTED, "; ".join(reasons))
+        if self._parameters["HOME_ON_ARM"]:
+            self._home.set_here(self._nav, now_s)
+        self._monitor.override()
+        self._events.say(now_s, Severity.NOTICE, "armed", "Armed by force" if force else "Armed")
+        return ACCEPTED
+
+    def disarm(self, now_s: float, force: bool = False) -> Outcome:
+        """Always possible, also under way: the thrusters stop. `force` changes nothing."""
+        if self._helm.armed:
+            self._helm.disarm(now_s)
+            self._speed_mps = None
+            self._events.say(now_s, Severity.NOTICE, "disarmed", "Disarmed")
+        return ACCEPTED
+
+    def terminate(self, now_s: float) -> Outcome:
+        """Neutral and disarmed at once."""
+        self._events.say(now_s, Severity.CRITICAL, "terminated", "Terminated: thrusters stopped")
+        return self.disarm(now_s, force=True)
+
+    def go_to(self, lat_deg: float, lon_deg: float, yaw_rad: float | None, speed_mps: float | None, now_s: float) -> Outcome:
+        """Hold, at that point. A yaw that is None or not a number: as the boat arrives; likewise a speed: as on missions."""
+        if not is_on_earth(lat_deg, lon_deg):
+            return self._refuse(Result.DENIED, "Go-to refused: not a position", now_s)
+        if not self._helm.armed:
+            return self._refuse(Result.TEMPORARILY_REJECTED, "Go-to refused: arm first", now_s)
+        reason = self._switch_forbids(ModeId.HOLD, now_s) or self._helm.refusal(ModeId.HOLD, self._nav, now_s)
+        if reason is not None:
+            return self._refuse(Result.TEMPORARILY_REJECTED, f"Go-to refused: {reason}", now_s)
+        distance_m, _ = distance_and_bearing(self._nav.lat_deg, self._nav.lon_deg, lat_deg, lon_deg)
+        if distance_m > _FURTHEST_GO_TO_M:
+            return self._refuse(Result.DENIED, f"Go-to refused: {distance_m / 1000.0:.0f} km away", now_s)
+        if self._helm.mode is not self._hold and (reason := self._helm.switch(ModeId.HOLD, self._nav, now_s)) is not None:
+            return self._refuse(Result.TEMPORARILY_REJECTED, f"Go-to refused: {reason}", now_s)
+        self._taken_over(now_s)
+        yaw_rad = yaw_rad if yaw_rad is not None and math.isfinite(yaw_rad) else None
+
+        def go() -> None:
+            north_m, east_m = self._frame_of().to_ned(lat_deg, lon_deg)
+            self._hold.go_to(self._nav, north_m, east_m, yaw_rad, self._limited(speed_mps))
+
+        if (reason := self._helm.guarded(self._hold, go, now_s)) is not None:
+            return self._refuse(Result.FAILED, f"Go-to {reason}", now_s)
+        self._events.say(now_s, Severity.INFO, "go_to", f"Going to a point {distance_m:.0f} m away")
+        return ACCEPTED
+
+    def hold_here(self, now_s: float) -> Outcome:
+        """Hold at the present place; what is held already stays as it is, a go-to is given up."""
+        return self.request_mode(ModeId.HOLD, now_s)
+
+    def start_mission(self, first: int | None, now_s: float) -> Outcome:
+        """Mission mode, from item `first` where that is given. Starts when armed; does not arm."""
+        if first is not None and (outcome := self.set_current(first, True, now_s)) != ACCEPTED:
+            return outcome
+        return self.request_mode(ModeId.MISSION, now_s)
+
+    def pause(self, now_s: float) -> Outcome:
+        """From any self-steered mode: hold here. A mission keeps its place."""
+        if self._helm.mode.by_stick:
+            return self._refuse(Result.TEMPORARILY_REJECTED, f"Pause refused: {self._helm.mode.id.value} is steered by stick", now_s)
+        return self.hold_here(now_s)
+
+    def resume(self, now_s: float) -> Outcome:
+        """Back to a mission that was paused."""
+        if self._helm.mode is self._mission:
+            return self.request_mode(ModeId.MISSION, now_s)
+        if self._executor.progress.state is not MissionState.PAUSED:
+            return self._refuse(Result.TEMPORARILY_REJECTED, "Resume refused: no paused mission", now_s)
+        return self.request_mode(ModeId.MISSION, now_s)
+
+    def set_current(self, seq: int, reset: bool, now_s: float) -> Outcome:
+        """Make `seq` the mission's current item, under way or not."""
+        reason = self._executor.set_current(seq, reset)
+        if reason is not None:
+            return self._refuse(Result.DENIED, f"Mission item {seq} refused: {reason}", now_s)
+        return ACCEPTED
+
+    def change_speed(self, speed_mps: float | None, now_s: float) -> Outcome:
+        """Speed of self-steered modes until the mission changes it or the boat is disarmed; None: WP_SPEED. Capped by MPC_XY_VEL_MAX."""
+        if speed_mps is not None and not (math.isfinite(speed_mps) and speed_mps > 0.0):
+            return self._refuse(Result.DENIED, f"Speed {speed_mps:g} m/s refused: it must be above 0", now_s)
+        self._speed_mps = self._limited(speed_mps)
+        self._hold.drop_speed()
+        limited = self._speed_mps != speed_mps
+        text = f"Speed {self._cruise_mps():.2f} m/s" + (", the most MPC_XY_VEL_MAX allows" if limited else "")
+        self._events.say(now_s, Severity.INFO, "speed_changed", text)
+        return ACCEPTED
+
+    def set_home(self, home: Home | None, now_s: float) -> Outcome:
+        """None: home is where the boat is."""
+        if home is None and not self._home.set_here(self._nav, now_s):
+            return self._refuse(Result.TEMPORARILY_REJECTED, "Home refused: position not valid", now_s)
+        if home is not None and not self._home.set(home, now_s):
+            return self._refuse(Result.DENIED, "Home refused: not a position", now_s)
+        return ACCEPTED
+
+    def status(self, now_s: float) -> Status:
+        """As the vessel stands at this moment."""
+        helm = self._helm
+        return Status(
+            t_s=now_s,
+            mode=helm.mode.id,
+            intended_mode=helm.intended.id,
+            armed=helm.armed,
+            arming_refusals=() if helm.armed else arming_refusals(self._situation(now_s)),
+            failsafes=self._monitor.names,
+            home=self._home.home,
+            mission=self._executor.progress,
+            speed_override_mps=self._speed_mps,
+        )
+
+    # --- once a tick -----------------------------------------------------------------------------------------------
+
+    def update(self, nav: NavState, inputs: Inputs, health: Sequence[DeviceHealth], now_s: float) -> Status:
+        """Look at everything, act on failures, and say what the vessel is. `health`: of every sensor and bridge."""
+        self._nav, self._inputs, self._health = usable(nav), inputs, health
+        self._restore(now_s)
+        self._home.update(self._nav, now_s)
+        self._sticks.update(inputs.rc, now_s)
+        self._obey_safe_switch(now_s)
+        self._watch(now_s)
+        self._tell_of_new_plan(now_s)
+        return self.status(now_s)
+
+    def guide(self, nav: NavState, now_s: float, dt_s: float) -> Setpoint:
+        """What the boat should do now: neutral while disarmed or kept still, else the active mode's setpoint."""
+        self._nav = usable(nav)
+        helm = self._helm
+        if not helm.armed or helm.stopped or self._monitor.neutral:
+            return NEUTRAL_SETPOINT
+        setpoint = helm.guide(self._mode_inputs(now_s, dt_s))
+        if helm.mode is self._mission:
+            self._after_mission_tick(now_s)
+        return NEUTRAL_SETPOINT if setpoint is None or helm.stopped else setpoint
+
+    # --- parts of requests -----------------------------------------------------------------------------------------
+
+    def _refuse(self, result: Result, text: str, now_s: float) -> Outcome:
+        self._events.say(now_s, Severity.WARNING, "refused", text)
+        return Outcome(result, text)
+
+    def _switch_forbids(self, mode: ModeId, now_s: float) -> str | None:
+        """The transmitter's safe switch allows Manual only, while the transmitter is heard."""
+        if not self._sticks.safe_switch or mode is ModeId.MANUAL:
+            return None
+        return "safe switch of the transmitter is on" if self._sticks.transmitter_live(now_s) else None
+
+    def _same_mode(self, now_s: float) -> str | None:
+        helm = self._helm
+        helm.intended = helm.mode
+        if not helm.armed:
+            return None
+        if helm.mode is self._hold:
+            if self._hold.going:
+                self._hold.hold_here(self._nav)
+            return None
+        if helm.mode is self._mission and self._executor.progress.state is not MissionState.ACTIVE:
+            return helm.enter_again(now_s)
+        return None
+
+    def _taken_over(self, now_s: float) -> None:
+        """A person has decided: failsafes that last have had their turn, and thrust is free again."""
+        if self._sticks.safe_switch and not self._sticks.transmitter_live(now_s):
+            self._sticks.release_switch()
+        if self._helm.armed and (self._monitor.neutral or self._helm.stopped):
+            self._helm.resume(now_s)
+        self._monitor.override()
+
+    def _limited(self, speed_mps: float | None) -> float | None:
+        if speed_mps is None or not math.isfinite(speed_mps) or speed_mps <= 0.0:
+            return None
+        return min(speed_mps, self._parameters["MPC_XY_VEL_MAX"])
+
+    def _cruise_mps(self) -> float:
+        speed_mps = self._parameters["WP_SPEED"] if self._speed_mps is None else self._speed_mps
+        return min(speed_mps, self._parameters["MPC_XY_VEL_MAX"])
+
+    def _mode_inputs(self, now_s: float, dt_s: float) -> ModeInputs:
+        return ModeInputs(self._nav, self._sticks.obeyed(now_s), self._home.home, self._cruise_mps(), now_s, dt_s)
+
+    def _situation(self, now_s: float) -> Situation:
+        helm = self._helm
+        return Situation(
+            now_s=now_s,
+            nav=self._nav,
+            inputs=self._inputs,
+            bridges={device.name: device for device in self._health if device.name in self._bridges},
+            sensors={device.name: device for device in self._health if device.name not in self._bridges},
+            parameters=self._parameters,
+            armed=helm.armed,
+            mode=helm.mode,
+            intended=helm.intended,
+            mode_refusal=None if helm.armed else helm.refusal(helm.mode.id, self._nav, now_s),
+            sticks_age_s=self._sticks.age_s(now_s) if self._sticks.heard else None,
+            station_age_s=None if self._station_s is None else now_s - self._station_s,
+            safe_switch=self._sticks.safe_switch,
+        )
+
+    # --- parts of a tick -------------------------------------------------------------------------------------------
+
+    def _restore(self, now_s: float) -> None:
+        """On the first tick: a mission that a restart interrupted waits, and goes on when armed if MIS_ON_START says so."""
+        if self._restored:
+            return
+        self._restored = True
+        if self._executor.progress.state is not MissionState.ACTIVE:
+            return
+        self._executor.pause()
+        goes_on = bool(self._parameters["MIS_ON_START"])
+        self._helm.choose_disarmed(ModeId.MISSION if goes_on else ModeId.HOLD)
+        remedy = "goes on when armed" if goes_on else "choose Mission to go on"
+        text = f"Mission was interrupted at item {self._executor.progress.seq}: {remedy}"
+        self._events.say(now_s, Severity.NOTICE, "mission_interrupted", text)
+
+    def _obey_safe_switch(self, now_s: float) -> None:
+        helm = self._helm
+        if helm.mode.id is ModeId.MANUAL or not self._sticks.safe_switch or not self._sticks.transmitter_live(now_s):
+            return
+        self._events.say(now_s, Severity.WARNING, "safe_switch", "Safe switch of the transmitter: Manual")
+        helm.switch(ModeId.MANUAL, self._nav, now_s)
+        self._monitor.override()
+
+    def _watch(self, now_s: float) -> None:
+        """Failsafes: begin, act, end."""
+        was_neutral = self._monitor.neutral
+        changes = self._monitor.update(self._situation(now_s))
+        for failsafe, cause_gone in changes.over:
+            if cause_gone:
+                self._events.say(now_s, Severity.NOTICE, f"{failsafe.name}_over", failsafe.ends)
+        if changes.demand is not None:
+            self._act(changes.demand, now_s)
+        for active in changes.begun:
+            if active is not changes.demand:
+                text = active.failsafe.starts(self._situation(now_s))
+                self._events.say(now_s, active.failsafe.severity, active.failsafe.name, text)
+        if was_neutral and not self._monitor.neutral and self._helm.armed:
+            self._helm.resume(now_s)
+
+    def _act(self, active: Active, now_s: float) -> None:
+        """Do what the failsafe demands, or the next best: RTL, else Hold, else neutral."""
+        text = active.failsafe.starts(self._situation(now_s))
+        active.acted = True
+        done = "neutral"
+        if self._sticks.safe_switch and active.action is not Action.NEUTRAL:
+            done = "left to the transmitter"
+        elif active.action is Action.RTL and self._bring_to(ModeId.RTL, now_s):
+            done = "RTL"
+        elif active.action is not Action.NEUTRAL and self._bring_to(ModeId.HOLD, now_s):
+            done = self._helm.mode.id.value
+        else:
+            active.neutral = True
+            self._sticks.demand_centre(now_s, even_if_silent=True)
+        self._events.say(now_s, active.failsafe.severity, active.failsafe.name, f"{text}: {done}")
+
+    def _bring_to(self, mode: ModeId, now_s: float) -> bool:
+        """Have the boat in `mode`; on its way home already, it is not stopped by a Hold."""
+        helm = self._helm
+        present = helm.mode.id
+        if present is mode or present is ModeId.RTL:
+            if helm.refusal(present, self._nav, now_s) is not None:
+                return False
+            if present is ModeId.HOLD and self._hold.going:
+                self._hold.hold_here(self._nav)
+            return True
+        return helm.switch(mode, self._nav, now_s, intended=False) is None
+
+    def _after_mission_tick(self, now_s: float) -> None:
+        """Perform what the mission asks of the vessel, and what comes after its end."""
+        for action in self._mission.take_actions():
+            if isinstance(action, SetSpeed):
+                self._speed_mps = self._limited(action.speed_mps)
+            elif isinstance(action, SetHome):
+                self._set_home_by_mission(action, now_s)
+        ended = self._mission.ended
+        if ended is None:
+            return
+        text = "Mission complete" if ended is MissionState.COMPLETE else "Mission cleared"
+        self._events.say(now_s, Severity.NOTICE, "mission_ended", text)
+        action_then = Action(int(self._parameters["MIS_DONE_ACT"])) if ended is MissionState.COMPLETE else Action.HOLD
+        switch = self._helm.switch
+        if action_then is Action.RTL and switch(ModeId.RTL, self._nav, now_s) is None:
+            return
+        if action_then is Action.NEUTRAL or switch(ModeId.HOLD, self._nav, now_s) is not None:
+            self._helm.stop()
+
+    def _set_home_by_mission(self, action: SetHome, now_s: float) -> None:
+        if action.lat_deg is None or action.lon_deg is None:
+            self._home.set_here(self._nav, now_s)
+        else:
+            self._home.set(Home(action.lat_deg, action.lon_deg, self._nav.altitude_m), now_s)
+
+    def _tell_of_new_plan(self, now_s: float) -> None:
+        replaced = self._executor.replaced
+        if replaced is not None and replaced is not self._replaced:
+            seq = self._executor.progress.seq
+            text = f"New mission goes on at item {seq}" if replaced is Replaced.CONTINUED else "New mission begins at its first item"
+            self._events.say(now_s, Severity.NOTICE, "mission_replaced", text)
+        self._replaced = replaced

@@ -1,0 +1,260 @@
+"""Readings → `NavState`: sorts them in time, chooses sources, and hands them to the solution in use."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from operator import attrgetter
+
+from companion.config import VesselConfig
+from companion.core.frames import ned_to_body
+from companion.core.geodesy import LocalFrame, distance_and_bearing
+from companion.core.types import FixType, GnssFix, GroundVelocity, Heading, Imu, NavState, Reading, TimeOfDay, Wind
+from companion.nav.inertial import InertialSolution
+from companion.nav.lever_arms import ZERO, Vector, normal_gravity_mps2
+from companion.nav.no_imu import PoseSolution
+from companion.nav.solution import Motion
+from companion.nav.sources import AbsoluteTime, GradeWatch, SourceSelector, TrueWind, plausible
+from companion.nav.wild_points import FirstPosition, Verdict
+from companion.params import Parameters
+
+_FAR_FROM_HOME_M = 50_000.0
+_UNKNOWN_ACCURACY_M = 3.0
+_SMALLEST_SIGMA_M = 0.02  # timing and mounting are no better, whatever the receiver says
+_CORRELATED_FACTOR = 3.0  # errors of fixes without carrier phase wander: each counts as that much noisier
+_CORRELATED_SHARE = 0.7  # and averaging does not take away more than the rest
+_HEADING_SIGMA_RAD = math.radians(0.4)
+_HEADING_USABLE_RAD = math.radians(20.0)
+_VELOCITY_SIGMA_MPS = 0.06
+_COURSE_SPEED_MPS = 1.0  # from there on, course over ground serves as a weak heading
+_COURSE_SIGMA_RAD = math.radians(15.0)
+_COURSE_PERIOD_S = 1.0
+_COURSE_AFTER_S = 2.0  # without a heading
+_ALTITUDE_SHARE = 0.05
+_IMU_TIMEOUT_S = 0.5
+_WIND_TIMEOUT_S = 2.0
+_NAVIGATION = (GnssFix, GroundVelocity, Heading, Imu)
+
+
+class Estimator:
+    """Readings of a tick, in any order → the boat's motion at `now_s`, of its origin, in NED around `frame`.
+
+    The filter runs behind the present by the longest configured latency, so that delayed measurements meet the state of their own
+    time; the samples after that carry its result to the present. Without inertial sensors, or while they are silent, or before there
+    is a heading, the low-pass filter of `no_imu` takes over. Remembers all of that, and when each kind was last accepted.
+    """
+
+    def __init__(self, config: VesselConfig, parameters: Parameters) -> None:
+        self._parameters = parameters
+        self._home = config.home
+        self.frame = LocalFrame(config.home.lat_deg, config.home.lon_deg)
+        self._levers: dict[str, Vector] = {row.name: (row.x_m, row.y_m, row.z_m) for row in config.sensors}
+        timeouts_s = {row.name: row.timeout_s for row in config.sensors}
+        self._positions, self._headings = SourceSelector(timeouts_s), SourceSelector(timeouts_s)
+        self._velocities, self._imus, self._winds = SourceSelector(timeouts_s), SourceSelector(timeouts_s), SourceSelector(timeouts_s)
+        self._timeouts_s = timeouts_s
+        self._lag_s = max(row.latency_s for row in config.sensors)
+        self._pending: list[Reading] = []
+        self._inertial: InertialSolution | None = None
+        self._pose = PoseSolution()
+        self._first = FirstPosition()
+        self._grade = GradeWatch()
+        self._time = AbsoluteTime()
+        self._wind = TrueWind(_WIND_TIMEOUT_S)
+        self._fix: GnssFix | None = None
+        self._altitude_m = config.home.altitude_m
+        self._altitude_known = False
+        self._common_sigma_m = 0.0
+        self._position_s = self._heading_s = self._imu_s = 0.0
+        self._course_s = -math.inf
+
+    def update(self, readings: Sequence[Reading], now_s: float) -> NavState:
+        """Take the readings that came in since the last call; `now_s` must not go back."""
+        readings = [reading for reading in readings if plausible(reading, now_s)]
+        self._pending.extend(reading for reading in readings if isinstance(reading, _NAVIGATION))
+        self._pending.sort(key=attrgetter("t_s"))
+        horizon_s = now_s - self._lag_s
+        due = 0
+        for reading in self._pending:
+            if reading.t_s > horizon_s:
+                break
+            due += 1
+            self._take(reading)
+        del self._pending[:due]
+        self._mind_imu(horizon_s)
+        motion = self._motion(now_s)
+        self._side_readings(readings, motion)
+        return self._state(motion, now_s)
+
+    def _take(self, reading: Reading) -> None:
+        kind = type(reading)
+        if kind is Imu:
+            self._take_imu(reading)  # type: ignore[arg-type]
+        elif kind is GnssFix:
+            self._take_fix(reading)  # type: ignore[arg-type]
+        elif kind is Heading:
+            self._take_heading(reading)  # type: ignore[arg-type]
+        else:
+            self._take_velocity(reading)  # type: ignore[arg-type]
+
+    def _solution(self) -> InertialSolution | PoseSolution:
+        inertial = self._inertial
+        return inertial if inertial is not None and inertial.running else self._pose
+
+    def _take_imu(self, imu: Imu) -> None:
+        if not self._imus.offer(imu.source, imu.t_s):
+            return
+        if self._inertial is None:
+            self._inertial = InertialSolution(normal_gravity_mps2(self.frame.lat_deg), self._levers.get(imu.source, ZERO))
+        inertial = self._inertial
+        if inertial.running and imu.t_s - inertial.t_s > _IMU_TIMEOUT_S:
+            self._leave_inertial(inertial.t_s)
+        inertial.sample(imu)
+        self._imu_s = max(self._imu_s, imu.t_s)
+        if not inertial.running and self._pose.started and self._pose.oriented:
+            tilt = inertial.levelling.tilt()
+            if tilt is not None:
+                inertial.start(self._pose.motion(imu.t_s), tilt)
+
+    def _mind_imu(self, horizon_s: float) -> None:
+        """Leave the filter when its samples have stopped coming."""
+        inertial = self._inertial
+        if inertial is not None and inertial.running and horizon_s - inertial.t_s > _IMU_TIMEOUT_S:
+            self._leave_inertial(inertial.t_s)
+
+    def _leave_inertial(self, t_s: float) -> None:
+        assert self._inertial is not None
+        self._pose.follow(self._inertial.motion(t_s))
+        self._inertial.stop()
+
+    def _take_fix(self, fix: GnssFix) -> None:
+        good = fix.fix >= FixType.FIX_2D and math.isfinite(fix.lat_deg) and math.isfinite(fix.lon_deg)
+        used = self._positions.offer(fix.source, fix.t_s, good)
+        if used or self._fix is None or self._fix.source == fix.source:
+            self._fix = fix
+        if not used:
+            return
+        lever = self._levers.get(fix.source, ZERO)
+        sigma_m = max(fix.position_accuracy_m or _UNKNOWN_ACCURACY_M, _SMALLEST_SIGMA_M)
+        north, east = self.frame.to_ned(fix.lat_deg, fix.lon_deg)
+        if not self._pose.started:
+            self._first_fix(fix, north, east, lever, sigma_m)
+            return
+        solution = self._solution()
+        doubt = self._grade.update(fix.t_s, fix.fix, sigma_m)
+        if doubt > 0.0:
+            solution.doubt_position(doubt)
+        carrier_phase = fix.fix >= FixType.RTK_FLOAT
+        weighed_sigma_m = sigma_m if carrier_phase else _CORRELATED_FACTOR * sigma_m
+        if solution.position(fix.t_s, north, east, lever, weighed_sigma_m) is not Verdict.REJECT:
+            self._position_s = max(self._position_s, fix.t_s)
+            self._common_sigma_m = 0.0 if carrier_phase else _CORRELATED_SHARE * sigma_m
+            self._take_altitude(fix, lever)
+
+    def _first_fix(self, fix: GnssFix, north: float, east: float, lever: Vector, sigma_m: float) -> None:
+        approved = self._first.update(north, east, sigma_m, fix.t_s)
+        if approved is None:
+            return
+        if distance_and_bearing(self._home.lat_deg, self._home.lon_deg, fix.lat_deg, fix.lon_deg)[0] > _FAR_FROM_HOME_M:
+            self.frame = LocalFrame(fix.lat_deg, fix.lon_deg)
+            approved = (0.0, 0.0)
+            if self._inertial is not None:
+                self._inertial.filter.gravity_mps2 = normal_gravity_mps2(fix.lat_deg)
+        self._pose.begin(fix.t_s, *approved, lever, sigma_m)
+        self._position_s = fix.t_s
+        self._take_altitude(fix, lever)
+
+    def _take_altitude(self, fix: GnssFix, lever: Vector) -> None:
+        if fix.altitude_m is not None:
+            share = _ALTITUDE_SHARE if self._altitude_known else 1.0
+            self._altitude_m += share * (fix.altitude_m + lever[2] - self._altitude_m)
+            self._altitude_known = True
+
+    def _take_velocity(self, velocity: GroundVelocity) -> None:
+        if not self._velocities.offer(velocity.source, velocity.t_s):
+            return
+        lever = self._levers.get(velocity.source, ZERO)
+        self._course_as_heading(velocity)
+        if self._pose.started:
+            self._solution().velocity(velocity.t_s, velocity.north_mps, velocity.east_mps, lever, _VELOCITY_SIGMA_MPS)
+
+    def _course_as_heading(self, velocity: GroundVelocity) -> None:
+        """Where there is no heading, a boat under way points roughly where it goes."""
+        t_s = velocity.t_s
+        fast = math.hypot(velocity.north_mps, velocity.east_mps) >= _COURSE_SPEED_MPS
+        if fast and t_s - self._heading_s > _COURSE_AFTER_S and t_s - self._course_s >= _COURSE_PERIOD_S:
+            course = math.atan2(velocity.east_mps, velocity.north_mps)
+            if self._solution().heading(t_s, course, _COURSE_SIGMA_RAD) is not Verdict.REJECT:
+                self._course_s = t_s
+
+    def _take_heading(self, heading: Heading) -> None:
+        if not self._headings.offer(heading.source, heading.t_s):
+            return
+        sigma = heading.accuracy_rad or _HEADING_SIGMA_RAD
+        if self._solution().heading(heading.t_s, heading.yaw_rad, sigma) is not Verdict.REJECT:
+            self._heading_s = max(self._heading_s, heading.t_s)
+
+    def _side_readings(self, readings: Sequence[Reading], motion: Motion) -> None:
+        """What does not move the estimate: time of day and wind."""
+        for reading in readings:
+            if type(reading) is TimeOfDay:
+                self._time.update(reading.t_s, reading.time_unix_ns)
+            elif type(reading) is Wind and self._pose.oriented and self._winds.offer(reading.source, reading.t_s):
+                yaw, (north, east, _) = motion.attitude[2], motion.velocity
+                self._wind.update(reading.t_s, reading.speed_mps, reading.from_rad, yaw, north, east)
+
+    def _motion(self, now_s: float) -> Motion:
+        solution = self._solution()
+        if isinstance(solution, InertialSolution):
+            later = [reading for reading in self._pending if type(reading) is Imu and reading.t_s <= now_s]
+            return solution.motion(now_s, later)
+        motion, inertial = solution.motion(now_s), self._inertial
+        if inertial is None or now_s - self._lag_s - inertial.t_s > _IMU_TIMEOUT_S:
+            return motion
+        roll, pitch = inertial.levelling.tilt() or (0.0, 0.0)
+        return replace(motion, attitude=(roll, pitch, motion.attitude[2]), rates=inertial.rates)
+
+    def _state(self, motion: Motion, now_s: float) -> NavState:
+        (north, east, _), (vn, ve, _), (roll, pitch, yaw) = motion.position, motion.velocity, motion.attitude
+        lat, lon = self.frame.to_geodetic(north, east)
+        surge, sway = ned_to_body(vn, ve, yaw)
+        position_age_s = now_s - self._position_s
+        heading_age_s = now_s - max(self._heading_s, self._course_s)
+        patience_s = self._parameters["FS_POS_T"]
+        heading_ok = self._pose.oriented and heading_age_s <= patience_s and motion.yaw_sigma_rad <= _HEADING_USABLE_RAD
+        fix = self._fix
+        heard = fix is not None and now_s - fix.t_s <= self._timeouts_s.get(fix.source, patience_s)
+        wind_speed, wind_from = self._wind.at(now_s)
+        return NavState(
+            t_s=now_s,
+            position_valid=self._pose.started and position_age_s <= patience_s,
+            heading_valid=heading_ok,
+            lat_deg=lat,
+            lon_deg=lon,
+            altitude_m=self._altitude_m,
+            north_m=north,
+            east_m=east,
+            roll_rad=roll,
+            pitch_rad=pitch,
+            yaw_rad=yaw,
+            surge_mps=surge,
+            sway_mps=sway,
+            north_mps=vn,
+            east_mps=ve,
+            roll_rate_radps=motion.rates[0],
+            pitch_rate_radps=motion.rates[1],
+            yaw_rate_radps=motion.rates[2],
+            position_accuracy_m=math.hypot(motion.position_sigma_m, self._common_sigma_m),
+            velocity_accuracy_mps=motion.velocity_sigma_mps,
+            heading_accuracy_rad=motion.yaw_sigma_rad,
+            position_age_s=position_age_s,
+            heading_age_s=heading_age_s,
+            imu_age_s=now_s - self._imu_s,
+            fix=fix.fix if heard and fix is not None else FixType.NONE,
+            satellites=fix.satellites if heard and fix is not None else None,
+            hdop=fix.hdop if heard and fix is not None else None,
+            time_unix_ns=self._time.at_ns(now_s),
+            wind_speed_mps=wind_speed,
+            wind_from_rad=wind_from,
+        )

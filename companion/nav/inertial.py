@@ -1,0 +1,195 @@
+"""Navigation with inertial sensors: levelling, start and stop of the error-state filter, and the gates before it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from companion.core.angles import wrap_pi
+from companion.core.types import Imu
+from companion.nav.error_state import ErrorStateFilter, Innovation
+from companion.nav.lever_arms import ZERO, Vector, euler_of, relative, rotate, velocity_ned
+from companion.nav.solution import Motion
+from companion.nav.wild_points import HEADING_GATE, POSITION_GATE, VELOCITY_GATE, InnovationGate, Verdict
+
+_RATES_TIME_S = 0.05  # low-pass of the angular rates that go out
+_DOWN_PERIOD_S = 0.2
+_DOWN_SIGMA_M = 0.3
+_DOWN_SIGMA_MPS = 0.3
+_RESET_SIGMA_MPS = 0.1  # doubt about the velocity after the position had to be reset
+_LONGEST_LAG_S = 1.0
+_LONGEST_COAST_S = 0.5
+_TILT_SIGMA_RAD = math.radians(2.0)
+_ACCELEROMETER_BIAS_LIMIT_MPS2 = 0.5
+_GYRO_BIAS_LIMIT_RADPS = math.radians(2.0)
+
+
+class Levelling:
+    """Roll and pitch from the direction of gravity: the mean specific force of the last second or so, after at least one second.
+
+    Remembers the mean and since when samples have come without a gap.
+    """
+
+    _TIME_S = 1.0
+    _GAP_S = 0.5
+
+    def __init__(self) -> None:
+        self._since_s = self._last_s = -math.inf
+        self._mean: Vector = (0.0, 0.0, 0.0)
+
+    def update(self, t_s: float, force: Vector) -> None:
+        if not 0.0 <= t_s - self._last_s <= self._GAP_S:
+            self._since_s = t_s
+            self._mean = force
+        weight = 1.0 - math.exp(-(t_s - self._last_s) / self._TIME_S) if t_s > self._since_s else 0.0
+        m = self._mean
+        self._mean = (m[0] + weight * (force[0] - m[0]), m[1] + weight * (force[1] - m[1]), m[2] + weight * (force[2] - m[2]))
+        self._last_s = t_s
+
+    def tilt(self) -> tuple[float, float] | None:
+        """(roll_rad, pitch_rad), None until known."""
+        if self._last_s - self._since_s < self._TIME_S or math.isinf(self._last_s):
+            return None
+        x, y, z = self._mean
+        return math.atan2(-y, -z), math.atan2(x, math.hypot(y, z))
+
+
+class InertialSolution:
+    """A `Solution` by the error-state filter. Runs from `start` until `stop` or until a number runs away.
+
+    `imu_lever_m`: where the IMU sits, from the boat's origin. Remembers the filter, the gates, and the smoothed rates.
+    """
+
+    def __init__(self, gravity_mps2: float, imu_lever_m: Vector) -> None:
+        self.filter = ErrorStateFilter(gravity_mps2)
+        self.running = False
+        self.levelling = Levelling()
+        self.t_s = -math.inf  # of the last sample
+        self.rates: Vector = (0.0, 0.0, 0.0)
+        self._imu_lever_m = imu_lever_m
+        self._down_s = -math.inf
+        self._position_gate = InnovationGate(POSITION_GATE)
+        self._velocity_gate = InnovationGate(VELOCITY_GATE)
+        self._heading_gate = InnovationGate(HEADING_GATE)
+
+    def start(self, motion: Motion, tilt: tuple[float, float]) -> None:
+        """Begin from another solution's motion and the tilt. Biases learnt before are kept, with the doubt of the first time."""
+        noise = self.filter.noise
+        sigmas = [max(motion.position_sigma_m, 0.02)] * 3 + [max(motion.velocity_sigma_mps, 0.1)] * 3
+        sigmas += [_TILT_SIGMA_RAD, _TILT_SIGMA_RAD, max(motion.yaw_sigma_rad, 0.01)]
+        sigmas += [noise.accelerometer_switch_on_mps2] * 3 + [noise.gyro_switch_on_radps] * 3
+        attitude = (tilt[0], tilt[1], motion.attitude[2])
+        self.filter.start((0.0, 0.0, 0.0), motion.velocity, attitude, sigmas)
+        arm = rotate(self.filter.rotation, self._imu_lever_m)
+        self.filter.position = (motion.position[0] + arm[0], motion.position[1] + arm[1], 0.0)
+        for gate in (self._position_gate, self._velocity_gate, self._heading_gate):
+            gate.clear()
+        self.running = True
+
+    def stop(self) -> None:
+        self.running = False
+
+    def sample(self, imu: Imu) -> None:
+        """One IMU sample, in the order of time; an older one is dropped."""
+        dt = imu.t_s - self.t_s
+        force = (imu.x_mps2, imu.y_mps2, imu.z_mps2)
+        rates = (imu.roll_rate_radps, imu.pitch_rate_radps, imu.yaw_rate_radps)
+        if dt <= 0.0:
+            return
+        self.t_s = imu.t_s
+        self._smooth(rates, dt)
+        if not self.running:
+            self.levelling.update(imu.t_s, force)
+            return
+        self.filter.predict(force, rates, dt)
+        if imu.t_s - self._down_s >= _DOWN_PERIOD_S:
+            self._down_s = imu.t_s
+            self.filter.fuse_down(0.0, _DOWN_SIGMA_M**2, _DOWN_SIGMA_MPS**2)
+            self._bound_biases()
+
+    def position(self, t_s: float, north_m: float, east_m: float, lever_m: Vector, sigma_m: float) -> Verdict:
+        lag_s = self.t_s - t_s
+        if lag_s > _LONGEST_LAG_S:
+            return Verdict.REJECT
+        arm, variance = relative(lever_m, self._imu_lever_m), sigma_m * sigma_m
+        innovation = self.filter.position_innovation(north_m, east_m, arm, variance, lag_s)
+        verdict = self._judge(self._position_gate, innovation, sigma_m)
+        if verdict is Verdict.RESET:
+            vn, ve, _ = self.filter.velocity
+            self.filter.reset_position(north_m + lag_s * vn, east_m + lag_s * ve, arm, variance, _RESET_SIGMA_MPS**2)
+        return verdict
+
+    def velocity(self, t_s: float, north_mps: float, east_mps: float, lever_m: Vector, sigma_mps: float) -> Verdict:
+        if self.t_s - t_s > _LONGEST_LAG_S:
+            return Verdict.REJECT
+        arm, variance = relative(lever_m, self._imu_lever_m), sigma_mps * sigma_mps
+        innovation = self.filter.velocity_innovation(north_mps, east_mps, arm, variance)
+        verdict = self._judge(self._velocity_gate, innovation, sigma_mps)
+        if verdict is Verdict.RESET:
+            self.filter.reset_velocity(north_mps, east_mps, arm, variance)
+        return verdict
+
+    def heading(self, t_s: float, yaw_rad: float, sigma_rad: float) -> Verdict:
+        lag_s = self.t_s - t_s
+        if lag_s > _LONGEST_LAG_S:
+            return Verdict.REJECT
+        innovation = self.filter.heading_innovation(yaw_rad, sigma_rad * sigma_rad, lag_s)
+        verdict = self._judge(self._heading_gate, innovation, sigma_rad)
+        if verdict is Verdict.RESET:
+            self.filter.reset_heading(yaw_rad + lag_s * self.filter.rates[2], sigma_rad * sigma_rad)
+        return verdict
+
+    def _judge(self, gate: InnovationGate, innovation: Innovation, sigma: float) -> Verdict:
+        verdict = gate.update(innovation.y1, innovation.y2, innovation.normalised_square, sigma)
+        if verdict is Verdict.ACCEPT:
+            self.filter.fuse(innovation)
+        return verdict
+
+    def doubt_position(self, variance_m2: float) -> None:
+        self.filter.inflate_position(variance_m2)
+
+    def motion(self, now_s: float, later: Sequence[Imu] = ()) -> Motion:
+        """Motion of the boat's origin: through the samples that the filter has not taken yet, then evenly on to `now_s`."""
+        steps: list[tuple[Vector, Vector, float]] = []
+        t_s = self.t_s
+        for imu in later:
+            if imu.t_s > t_s:
+                force = (imu.x_mps2, imu.y_mps2, imu.z_mps2)
+                steps.append((force, (imu.roll_rate_radps, imu.pitch_rate_radps, imu.yaw_rate_radps), imu.t_s - t_s))
+                t_s = imu.t_s
+        position, velocity, matrix, rates = self.filter.preview(steps)
+        arm, swing = rotate(matrix, self._imu_lever_m), velocity_ned(matrix, rates, self._imu_lever_m)
+        coast_s = min(max(now_s - t_s, 0.0), _LONGEST_COAST_S)
+        vn, ve, vd = relative(velocity, swing)
+        roll, pitch, yaw = euler_of(matrix)
+        sigmas = self.filter.sigmas()
+        return Motion(
+            now_s,
+            (position[0] - arm[0] + vn * coast_s, position[1] - arm[1] + ve * coast_s, position[2] - arm[2]),
+            (vn, ve, vd),
+            (roll, pitch, wrap_pi(yaw + rates[2] * coast_s)),
+            self.rates,
+            *sigmas,
+        )
+
+    def _smooth(self, rates: Vector, dt_s: float) -> None:
+        bias, (p, q, r) = self.filter.gyro_bias, self.rates
+        share = 1.0 - math.exp(-dt_s / _RATES_TIME_S)
+        self.rates = (
+            p + share * (rates[0] - bias[0] - p),
+            q + share * (rates[1] - bias[1] - q),
+            r + share * (rates[2] - bias[2] - r),
+        )
+
+    def _bound_biases(self) -> None:
+        """No calibrated sensor is that far out: beyond the limits it is the filter that errs. If a number ran away, stop."""
+        if not self.filter.healthy():
+            self.running = False
+            self.rates = self.filter.accelerometer_bias = self.filter.gyro_bias = ZERO
+        self.filter.accelerometer_bias = _clipped(self.filter.accelerometer_bias, _ACCELEROMETER_BIAS_LIMIT_MPS2)
+        self.filter.gyro_bias = _clipped(self.filter.gyro_bias, _GYRO_BIAS_LIMIT_RADPS)
+
+
+def _clipped(vector: Vector, limit: float) -> Vector:
+    x, y, z = vector
+    return max(-limit, min(limit, x)), max(-limit, min(limit, y)), max(-limit, min(limit, z))

@@ -1,0 +1,178 @@
+"""Navigation without inertial sensors: positions, headings and velocities low-pass filtered and differenced.
+
+Source: the thesis's fallback velocity; here as a fading-memory filter of first degree (Morrison 1969; Brookner 1998, chapter 1): with
+θ = exp(−Δt/τ) the share of an innovation that goes into the value is 1 − θ², and (1 − θ)²/Δt of it into the rate.
+"""
+
+from __future__ import annotations
+
+import math
+
+from companion.core.angles import wrap_pi
+from companion.core.frames import body_to_ned
+from companion.nav.lever_arms import Vector
+from companion.nav.solution import Motion
+from companion.nav.wild_points import HEADING_GATE, POSITION_GATE, VELOCITY_GATE, InnovationGate, Verdict
+
+_TIME_S = 0.5
+_TIME_SIGMA_M = 0.05  # noisier positions are smoothed longer, as the square root of their sigma
+_TIME_LONGEST_S = 4.0
+_VELOCITY_TIME_S = 0.5
+_VELOCITY_FRESH_S = 1.0  # measured velocities are used instead of differences while they come
+_FIRST_STEP_S = 1.0  # a gap longer than this gives no new rate
+_ACCELERATION_MPS2 = 0.3  # what the boat may do unseen
+_YAW_ACCELERATION_RADPS2 = 0.1
+_RATES_FADE_S = 5.0  # without measurements the rates die out
+
+
+class PoseSolution:
+    """A `Solution` from pose measurements alone; roll and pitch are taken as 0.
+
+    Remembers position, velocity, heading and yaw rate, each with the time of its last measurement.
+    """
+
+    def __init__(self) -> None:
+        self._t_s = self._position_t_s = self._yaw_t_s = self._velocity_t_s = -math.inf
+        self._north = self._east = self._vn = self._ve = self._yaw = self._rate = 0.0
+        self._sigma_m, self._sigma_mps, self._sigma_rad = 0.0, 0.5, math.pi
+        self._position_gate = InnovationGate(POSITION_GATE)
+        self._velocity_gate = InnovationGate(VELOCITY_GATE)
+        self._heading_gate = InnovationGate(HEADING_GATE)
+
+    @property
+    def started(self) -> bool:
+        """Whether there is a position."""
+        return self._t_s > -math.inf
+
+    @property
+    def oriented(self) -> bool:
+        """Whether there is a heading."""
+        return self._yaw_t_s > -math.inf
+
+    def follow(self, motion: Motion) -> None:
+        """Go on from another solution's motion."""
+        self._t_s = self._position_t_s = self._yaw_t_s = motion.t_s
+        self._velocity_t_s = -math.inf
+        (self._north, self._east, _), (self._vn, self._ve, _) = motion.position, motion.velocity
+        self._yaw, self._rate = motion.attitude[2], motion.rates[2]
+        self._sigma_m, self._sigma_mps = motion.position_sigma_m, motion.velocity_sigma_mps
+        self._sigma_rad = motion.yaw_sigma_rad
+
+    def begin(self, t_s: float, north_m: float, east_m: float, lever_m: Vector, sigma_m: float) -> None:
+        """The first position."""
+        self._t_s = self._position_t_s = t_s
+        self._set_position(north_m, east_m, lever_m, sigma_m)
+
+    def position(self, t_s: float, north_m: float, east_m: float, lever_m: Vector, sigma_m: float) -> Verdict:
+        ahead_s = t_s - self._t_s
+        fade = self._fading(max(ahead_s, 0.0))
+        arm_n, arm_e = body_to_ned(lever_m[0], lever_m[1], self._yaw_at(t_s))
+        dn = north_m - arm_n - self._north - self._vn * fade
+        de = east_m - arm_e - self._east - self._ve * fade
+        sigma = math.hypot(sigma_m, self._position_sigma(ahead_s))
+        verdict = self._position_gate.update(dn, de, (dn * dn + de * de) / (sigma * sigma), sigma_m)
+        if verdict is Verdict.RESET:
+            self._set_position(north_m, east_m, lever_m, sigma_m)
+        elif verdict is Verdict.ACCEPT and t_s > self._position_t_s:
+            self._advance(t_s)
+            self._blend(t_s, dn, de, sigma_m)
+        if verdict is not Verdict.REJECT:
+            self._t_s, self._position_t_s = max(t_s, self._t_s), max(t_s, self._position_t_s)
+        return verdict
+
+    def _advance(self, t_s: float) -> None:
+        """Carry the position on to `t_s`."""
+        ahead_s = t_s - self._t_s
+        if ahead_s > 0.0:
+            fade = self._fading(ahead_s)
+            self._sigma_m = self._position_sigma(ahead_s)
+            self._north += self._vn * fade
+            self._east += self._ve * fade
+            self._t_s = t_s
+
+    def _blend(self, t_s: float, dn: float, de: float, sigma_m: float) -> None:
+        dt = t_s - self._position_t_s
+        time_s = min(_TIME_S * math.sqrt(max(sigma_m / _TIME_SIGMA_M, 1.0)), _TIME_LONGEST_S)
+        theta = math.exp(-dt / time_s)
+        gain = 1.0 - theta * theta
+        self._north += gain * dn
+        self._east += gain * de
+        self._sigma_m = sigma_m * math.sqrt(gain)
+        if t_s - self._velocity_t_s > _VELOCITY_FRESH_S and dt <= max(_FIRST_STEP_S, time_s):
+            rate_gain = (1.0 - theta) ** 2 / dt
+            self._vn += rate_gain * dn
+            self._ve += rate_gain * de
+            self._sigma_mps = max(sigma_m / time_s, 0.02)
+
+    def velocity(self, t_s: float, north_mps: float, east_mps: float, lever_m: Vector, sigma_mps: float) -> Verdict:
+        arm_n, arm_e = body_to_ned(-self._rate * lever_m[1], self._rate * lever_m[0], self._yaw_at(t_s))
+        dn, de = north_mps - arm_n - self._vn, east_mps - arm_e - self._ve
+        gap_s = min(max(t_s - self._velocity_t_s, 0.0), 10.0)
+        sigma = math.hypot(sigma_mps, self._sigma_mps + _ACCELERATION_MPS2 * gap_s)
+        verdict = self._velocity_gate.update(dn, de, (dn * dn + de * de) / (sigma * sigma), sigma_mps)
+        if verdict is not Verdict.REJECT:
+            self._advance(t_s)
+            share = 1.0 if verdict is Verdict.RESET else 1.0 - math.exp(-gap_s / _VELOCITY_TIME_S)
+            self._vn += share * dn
+            self._ve += share * de
+            self._sigma_mps = sigma_mps
+            self._velocity_t_s = t_s
+        return verdict
+
+    def heading(self, t_s: float, yaw_rad: float, sigma_rad: float) -> Verdict:
+        if not self.oriented:
+            self._yaw, self._rate, self._yaw_t_s, self._sigma_rad = yaw_rad, 0.0, t_s, sigma_rad
+            return Verdict.RESET
+        dt = t_s - self._yaw_t_s
+        error = wrap_pi(yaw_rad - self._yaw_at(t_s))
+        sigma = math.hypot(sigma_rad, self._yaw_sigma(dt))
+        verdict = self._heading_gate.update(error, 0.0, error * error / (sigma * sigma), sigma_rad)
+        if verdict is Verdict.REJECT or dt <= 0.0:
+            return verdict
+        if verdict is Verdict.RESET:
+            self._yaw, self._rate = yaw_rad, 0.0
+        else:
+            theta = math.exp(-dt / _TIME_S)
+            self._yaw = wrap_pi(self._yaw_at(t_s) + (1.0 - theta * theta) * error)
+            if dt <= _FIRST_STEP_S:
+                self._rate += (1.0 - theta) ** 2 / dt * error
+        self._yaw_t_s, self._sigma_rad = t_s, sigma_rad
+        return verdict
+
+    def doubt_position(self, variance_m2: float) -> None:
+        self._sigma_m = math.hypot(self._sigma_m, math.sqrt(variance_m2))
+
+    def motion(self, now_s: float) -> Motion:
+        dt = max(now_s - self._t_s, 0.0) if self.started else 0.0
+        fade, left = self._fading(dt), math.exp(-dt / _RATES_FADE_S)
+        yaw_gap_s = max(now_s - self._yaw_t_s, 0.0) if self.oriented else 0.0
+        return Motion(
+            now_s,
+            (self._north + self._vn * fade, self._east + self._ve * fade, 0.0),
+            (self._vn * left, self._ve * left, 0.0),
+            (0.0, 0.0, self._yaw_at(now_s)),
+            (0.0, 0.0, self._rate * math.exp(-yaw_gap_s / _RATES_FADE_S)),
+            self._position_sigma(dt),
+            self._sigma_mps + _ACCELERATION_MPS2 * min(dt, 10.0),
+            min(self._yaw_sigma(yaw_gap_s), math.pi),
+        )
+
+    def _set_position(self, north_m: float, east_m: float, lever_m: Vector, sigma_m: float) -> None:
+        arm_n, arm_e = body_to_ned(lever_m[0], lever_m[1], self._yaw)
+        self._north, self._east, self._sigma_m = north_m - arm_n, east_m - arm_e, sigma_m
+
+    def _yaw_at(self, t_s: float) -> float:
+        return wrap_pi(self._yaw + self._rate * self._fading(max(t_s - self._yaw_t_s, 0.0))) if self.oriented else 0.0
+
+    def _position_sigma(self, dt_s: float) -> float:
+        gap_s = min(max(dt_s, 0.0), 60.0)
+        return self._sigma_m + self._sigma_mps * gap_s + 0.5 * _ACCELERATION_MPS2 * gap_s * gap_s
+
+    def _yaw_sigma(self, dt_s: float) -> float:
+        gap_s = min(max(dt_s, 0.0), 60.0)
+        return self._sigma_rad + 0.5 * _YAW_ACCELERATION_RADPS2 * gap_s * gap_s
+
+    @staticmethod
+    def _fading(dt_s: float) -> float:
+        """How far a rate that dies out carries in `dt_s`, as a time."""
+        return _RATES_FADE_S * (1.0 - math.exp(-dt_s / _RATES_FADE_S))

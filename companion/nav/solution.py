@@ -1,0 +1,37 @@
+"""What both ways of navigating give: with inertial sensors (`inertial.py`) and without (`no_imu.py`)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+from companion.nav.lever_arms import Vector
+from companion.nav.wild_points import Verdict
+
+
+@dataclass(frozen=True, slots=True)
+class Motion:
+    """Motion of the boat's origin at `t_s`: NED position (m) and velocity (m/s), attitude (rad), body rates (rad/s), one sigma each."""
+
+    t_s: float
+    position: Vector
+    velocity: Vector
+    attitude: Vector
+    rates: Vector
+    position_sigma_m: float
+    velocity_sigma_mps: float
+    yaw_sigma_rad: float
+
+
+class Solution(Protocol):
+    """Takes measurements at their time of validity, `lever_m` from the boat's origin, and says what became of each."""
+
+    def position(self, t_s: float, north_m: float, east_m: float, lever_m: Vector, sigma_m: float) -> Verdict: ...
+
+    def velocity(self, t_s: float, north_mps: float, east_mps: float, lever_m: Vector, sigma_mps: float) -> Verdict: ...
+
+    def heading(self, t_s: float, yaw_rad: float, sigma_rad: float) -> Verdict: ...
+
+    def doubt_position(self, variance_m2: float) -> None: ...
+
+    def motion(self, now_s: float) -> Motion: ...

@@ -1,0 +1,152 @@
+"""Which readings are listened to: plausible ones, of the source in use; and what readings say that does not move the estimate."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+from companion.core.types import FixType, GroundVelocity, Heading, Imu, Reading, Wind
+
+REACCEPTANCE_S = 5.0
+_UNKNOWN_TIMEOUT_S = 2.0
+
+
+_LARGEST_FORCE_MPS2 = 160.0  # sixteen times gravity
+_LARGEST_RATE_RADPS = 35.0
+_LARGEST_SPEED_MPS = 100.0
+_EARLIEST_S, _LATEST_S = -30.0, 1.0  # against now; such a time stamp is no time stamp
+
+
+def plausible(reading: Reading, now_s: float) -> bool:
+    """Whether a reading can be a measurement at all; what cannot never reaches the estimate, and comparisons with NaN are false."""
+    if not now_s + _EARLIEST_S <= reading.t_s <= now_s + _LATEST_S:
+        return False
+    if isinstance(reading, Imu):
+        force = math.hypot(reading.x_mps2, reading.y_mps2, reading.z_mps2)
+        rate = math.hypot(reading.roll_rate_radps, reading.pitch_rate_radps, reading.yaw_rate_radps)
+        return force <= _LARGEST_FORCE_MPS2 and rate <= _LARGEST_RATE_RADPS
+    if isinstance(reading, GroundVelocity):
+        return math.hypot(reading.north_mps, reading.east_mps) <= _LARGEST_SPEED_MPS
+    if isinstance(reading, Heading):
+        return math.isfinite(reading.yaw_rad)
+    if isinstance(reading, Wind):
+        return 0.0 <= reading.speed_mps <= _LARGEST_SPEED_MPS and math.isfinite(reading.from_rad)
+    return True
+
+
+class SourceSelector:
+    """Readings of one kind from several sources → the one source in use.
+
+    The first in the vessel's file that is alive is used. When it falls silent (its time-out) or says itself that it is no good, the
+    next takes over at once; the first is taken back only after it has been good without a break for `REACCEPTANCE_S`. Remembers, for
+    each source, when it was last good and since when without a break.
+    """
+
+    def __init__(self, timeouts_s: Mapping[str, float]) -> None:
+        self._timeouts_s = dict(timeouts_s)
+        self._order = list(timeouts_s)
+        self._last_s: dict[str, float] = {}
+        self._since_s: dict[str, float] = {}
+        self._current: str | None = None
+
+    def offer(self, source: str, t_s: float, good: bool = True) -> bool:
+        """A reading of `source`, valid at `t_s`: is it the one to use? A reading that is no good never is."""
+        if source not in self._timeouts_s:
+            self._timeouts_s[source] = _UNKNOWN_TIMEOUT_S
+            self._order.append(source)
+        if not good:
+            self._last_s.pop(source, None)
+            return False
+        if not self._alive(source, t_s):
+            self._since_s[source] = t_s
+        self._last_s[source] = t_s
+        if source != self._current and self._better(source, t_s):
+            self._current = source
+        return source == self._current
+
+    def _alive(self, source: str, t_s: float) -> bool:
+        last_s = self._last_s.get(source)
+        return last_s is not None and t_s - last_s <= self._timeouts_s[source]
+
+    def _better(self, source: str, t_s: float) -> bool:
+        current = self._current
+        if current is None or not self._alive(current, t_s):
+            rivals = self._order[: self._order.index(source)]
+            return not any(self._alive(rival, t_s) for rival in rivals)
+        proven = t_s - self._since_s[source] >= REACCEPTANCE_S
+        return proven and self._order.index(source) < self._order.index(current)
+
+
+class GradeWatch:
+    """Fix type and sigma of the position in use → doubt to add (m²) when a better grade takes over.
+
+    The slow error of the lesser grade is then still in the estimate, the more the longer it lasted, and the estimate believes itself
+    better than it is: without the doubt the first good fixes would look like wild points. Remembers grade, sigma and since when.
+    """
+
+    _FULL_S = 10.0
+
+    def __init__(self) -> None:
+        self._grade: FixType | None = None
+        self._sigma_m = 0.0
+        self._since_s = 0.0
+
+    def update(self, t_s: float, grade: FixType, sigma_m: float) -> float:
+        doubt = 0.0
+        if grade is not self._grade:
+            if self._grade is not None and grade > self._grade and sigma_m < self._sigma_m:
+                doubt = self._sigma_m**2 * min(max(t_s - self._since_s, 0.0) / self._FULL_S, 1.0)
+            self._since_s = t_s
+        self._grade, self._sigma_m = grade, sigma_m
+        return doubt
+
+
+class AbsoluteTime:
+    """`TimeOfDay` of a receiver → absolute time of any moment.
+
+    Remembers the difference of the two clocks, in whole nanoseconds; a tenth of each new difference is taken over, a second or more at once.
+    """
+
+    _JUMP_NS = 1_000_000_000
+
+    def __init__(self) -> None:
+        self._offset_ns: int | None = None
+
+    def update(self, t_s: float, time_unix_ns: int) -> None:
+        offset = time_unix_ns - round(t_s * 1e9)
+        if self._offset_ns is None or abs(offset - self._offset_ns) >= self._JUMP_NS:
+            self._offset_ns = offset
+        else:
+            self._offset_ns += (offset - self._offset_ns) // 10
+
+    def at_ns(self, now_s: float) -> int | None:
+        """Absolute time at `now_s`, None until a receiver has said it."""
+        return None if self._offset_ns is None else self._offset_ns + round(now_s * 1e9)
+
+
+class TrueWind:
+    """Apparent wind and the boat's own motion → true wind, low-pass filtered over 1 s. Remembers the filtered vector (NED, towards)."""
+
+    _TIME_S = 1.0
+
+    def __init__(self, timeout_s: float) -> None:
+        self._timeout_s = timeout_s
+        self._last_s = -math.inf
+        self._north = self._east = 0.0
+
+    def update(self, t_s: float, speed_mps: float, from_rad: float, yaw_rad: float, north_mps: float, east_mps: float) -> None:
+        """`from_rad` clockwise from the bow, as `core.types.Wind`; the boat's heading and velocity over ground."""
+        towards = yaw_rad + from_rad + math.pi
+        north = speed_mps * math.cos(towards) + north_mps
+        east = speed_mps * math.sin(towards) + east_mps
+        stale = t_s - self._last_s > self._timeout_s
+        share = 1.0 if stale else 1.0 - math.exp(-max(t_s - self._last_s, 0.0) / self._TIME_S)
+        self._north += share * (north - self._north)
+        self._east += share * (east - self._east)
+        self._last_s = t_s
+
+    def at(self, now_s: float) -> tuple[float | None, float | None]:
+        """(speed_mps, from_rad in NED); Nones when the sensor is silent."""
+        if now_s - self._last_s > self._timeout_s:
+            return None, None
+        return math.hypot(self._north, self._east), math.atan2(-self._east, -self._north)

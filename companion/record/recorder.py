@@ -1,0 +1,178 @@
+"""The log folder: ticks.csv, events.csv, telemetry.tlog, manifest.json. Written through at every row.
+
+Each row leaves the process with one `write`, so `kill -9` loses at most the row being written; on a boat a second thread asks
+the medium to keep it (`fdatasync`) as fast as the medium can, so that a power cut loses at most what the medium had in hand. The
+control thread never waits for a medium. (The ReVolt thesis lost a recording at each power cut.)
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import struct
+import threading
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from companion.core.types import Event, SetpointKind, Tick
+
+_POSE = ("north_m", "east_m", "yaw_rad", "surge_mps", "sway_mps", "yaw_rate_radps")
+_WRENCH = ("surge_n", "sway_n", "yaw_nm")
+_DESIRED_MOTION = frozenset({SetpointKind.POSE, SetpointKind.PATH})
+
+
+class WrittenThrough:
+    """A file that a reader may open at any moment, whatever becomes of this process."""
+
+    def __init__(self, path: Path, on_warning: Callable[[str], None]) -> None:
+        self._path = path
+        self._on_warning = on_warning
+        self._fd: int | None = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_APPEND | os.O_CLOEXEC, 0o644)
+        self.dirty = False
+
+    def write(self, data: bytes) -> None:
+        """One system call. A full disk ends this file with a warning, never the run."""
+        if self._fd is None:
+            return
+        try:
+            os.write(self._fd, data)
+            self.dirty = True
+        except OSError as error:
+            self.close()
+            self._on_warning(f"log {self._path.name} ends here: {error.strerror}")
+
+    def sync(self) -> None:
+        """Have the medium keep what was written. Called from the syncing thread."""
+        if self.dirty and self._fd is not None:
+            self.dirty = False
+            try:
+                os.fdatasync(self._fd)
+            except OSError:
+                return  # closed meanwhile, or a file system that cannot: the row is still with the kernel
+
+    def close(self) -> None:
+        fd, self._fd = self._fd, None
+        if fd is not None:
+            os.close(fd)
+
+
+class Syncer:
+    """The thread that asks the medium to keep what the files hold."""
+
+    def __init__(self, files: Sequence[WrittenThrough], pause_s: float = 0.02) -> None:
+        self._files = files
+        self._pause_s = pause_s
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="log-sync", daemon=True)
+        self._thread.start()
+
+    def _run(self) -> None:
+        while not self._stop.wait(self._pause_s):
+            for file in self._files:
+                file.sync()
+
+    def close(self) -> None:
+        self._stop.set()
+        self._thread.join(timeout=5.0)
+        for file in self._files:
+            file.sync()
+
+
+class LogFolder:
+    """Recorder of a run. `thrusters` and `devices` name the columns."""
+
+    def __init__(
+        self,
+        folder: Path,
+        thrusters: Sequence[str],
+        devices: Sequence[str],
+        manifest: Mapping[str, Any],
+        on_warning: Callable[[str], None],
+        sync: bool,
+    ) -> None:
+        """Raises OSError when the folder cannot be written: that is an error at start, not a fault under way."""
+        folder.mkdir(parents=True, exist_ok=True)
+        self.folder = folder
+        (folder / "manifest.json").write_text(json.dumps(manifest, indent=1, default=str) + "\n", encoding="utf-8")
+        self._ticks = WrittenThrough(folder / "ticks.csv", on_warning)
+        self._events = WrittenThrough(folder / "events.csv", on_warning)
+        self._packets = WrittenThrough(folder / "telemetry.tlog", on_warning)
+        self._devices = tuple(devices)
+        self._ticks.write((",".join(tick_columns(thrusters, devices)) + "\n").encode())
+        self._events.write(b"t_s,time_unix_ns,severity,name,text\n")
+        self._syncer = Syncer((self._ticks, self._events, self._packets)) if sync else None
+
+    def record(self, tick: Tick) -> None:
+        self._ticks.write(tick_row(tick, self._devices).encode())
+        for event in tick.events:
+            self._events.write(event_row(event, tick.time_unix_ns).encode())
+
+    def packets(self, data: bytes, time_unix_ns: int) -> None:
+        """Whole MAVLink packets, sent or received, in the .tlog form: microseconds since 1970, big-endian, then the packet."""
+        self._packets.write(struct.pack(">Q", time_unix_ns // 1000) + data)
+
+    def close(self) -> None:
+        if self._syncer is not None:
+            self._syncer.close()
+        for file in (self._ticks, self._events, self._packets):
+            file.close()
+
+
+def tick_columns(thrusters: Sequence[str], devices: Sequence[str]) -> list[str]:
+    """Header of ticks.csv."""
+    return [
+        "t_s",
+        "time_unix_ns",
+        "mode",
+        "armed",
+        *_POSE,
+        *(f"desired_{name}" for name in _POSE),
+        *(f"demanded_{name}" for name in _WRENCH),
+        *(f"achieved_{name}" for name in _WRENCH),
+        *(f"{name}_{part}" for name in thrusters for part in ("throttle", "azimuth_rad", "force_n")),
+        "position_accuracy_m",
+        "heading_accuracy_rad",
+        "position_valid",
+        "heading_valid",
+        "cross_track_error_m",
+        "mission_seq",
+        "failsafes",
+        "load",
+        *(f"{name}_ok" for name in devices),
+    ]
+
+
+def tick_row(tick: Tick, devices: Sequence[str]) -> str:
+    """One line of ticks.csv, with its newline. What is not there is empty."""
+    nav, status, setpoint = tick.nav, tick.status, tick.setpoint
+    motion = setpoint.kind in _DESIRED_MOTION
+    demanded, achieved = tick.wrench, tick.allocation.achieved
+    cells = [
+        f"{tick.t_s:.3f},{tick.time_unix_ns},{status.mode.value},{status.armed:d}"
+        f",{nav.north_m:.4f},{nav.east_m:.4f},{nav.yaw_rad:.5f},{nav.surge_mps:.4f},{nav.sway_mps:.4f},{nav.yaw_rate_radps:.5f}",
+        _optional(setpoint.north_m),
+        _optional(setpoint.east_m),
+        _optional(setpoint.yaw_rad),
+        f"{setpoint.surge_mps:.4f},{setpoint.sway_mps:.4f},{setpoint.yaw_rate_radps:.5f}" if motion else ",,",
+        f"{demanded.surge_n:.3f},{demanded.sway_n:.3f},{demanded.yaw_nm:.3f}"
+        f",{achieved.surge_n:.3f},{achieved.sway_n:.3f},{achieved.yaw_nm:.3f}",
+    ]
+    cells += [f"{t.throttle:.4f},{_optional(t.azimuth_rad)},{t.force_n:.3f}" for t in tick.command.thrusters]
+    cells.append(
+        f"{nav.position_accuracy_m:.4f},{nav.heading_accuracy_rad:.5f},{nav.position_valid:d},{nav.heading_valid:d}"
+        f",{_optional(setpoint.cross_track_error_m)},{status.mission.seq},{';'.join(status.failsafes)},{tick.load:.3f}"
+    )
+    ok = {device.name: device.ok for device in tick.health}
+    cells += [f"{ok.get(name, False):d}" for name in devices]
+    return ",".join(cells) + "\n"
+
+
+def event_row(event: Event, time_unix_ns: int) -> str:
+    """One line of events.csv; the text is quoted."""
+    text = event.text.replace('"', "'").replace("\n", " ")
+    return f'{event.t_s:.3f},{time_unix_ns},{event.severity.name},{event.name},"{text}"\n'
+
+
+def _optional(value: float | None) -> str:
+    return "" if value is None else f"{value:.5f}"

@@ -1,0 +1,254 @@
+"""What a vessel must remember over a restart: changed parameters, the three plans, where the mission stood.
+
+One small JSON file each, in one directory that one process holds at a time. A file is replaced whole (temporary file, fsync,
+rename, fsync of the directory), so a power cut leaves the old content or the new and never a mixture. What cannot be read is set
+aside under another name and told about; what cannot be written is told about. Nothing here raises after the directory is held.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import fcntl
+import json
+import math
+import os
+import struct
+from collections.abc import Callable, Collection, Mapping, Sequence
+from pathlib import Path
+from typing import Any, TypeVar
+
+from companion.mission.plan import PlanItem, PlanKind
+from companion.params import TABLE
+
+_FORMAT = 1
+_LOCK_NAME = "lock"
+_PARAMETERS = "parameters.json"
+_PROGRESS = "progress.json"
+_PLANS = {PlanKind.MISSION: "mission.json", PlanKind.FENCE: "fence.json", PlanKind.RALLY: "rally.json"}
+_COLUMNS = ("command", "frame", "param1", "param2", "param3", "param4", "x", "y", "z", "autocontinue", "current")
+_INT32 = range(-(2**31), 2**31)
+_FLOAT32 = struct.Struct("<f")
+_LARGEST_FLOAT32 = 3.4028234663852886e38
+_USUAL_NAN = _FLOAT32.pack(math.nan)
+
+T = TypeVar("T")
+
+
+class StateFileBusy(Exception):
+    """Another companion holds the state directory; the text says what to do."""
+
+
+class StateFile:
+    """The state directory of one vessel.
+
+    In: what to keep. Out: what was kept, with one line of warning for each thing that was not as it should be. Remembers the parameters
+    of other versions, so that they are still there when that version runs again. `on_warning` is told of what goes wrong while
+    saving, and in the constructor.
+    """
+
+    def __init__(
+        self,
+        directory: Path,
+        on_warning: Callable[[str], None] = lambda text: None,
+        known_parameters: Collection[str] | None = None,
+    ) -> None:
+        """Create and hold `directory`. Raises StateFileBusy where another process holds it; all else is a warning."""
+        self.directory = directory
+        self.on_warning = on_warning
+        self._known = frozenset(spec.name for spec in TABLE) if known_parameters is None else frozenset(known_parameters)
+        self._strangers: dict[str, float] = {}
+        self._lock_fd: int | None = None
+        try:
+            directory.mkdir(parents=True, exist_ok=True)
+            self._hold()
+        except OSError as error:
+            self.on_warning(f"state directory {directory}: {error.strerror}; nothing will be kept over a restart")
+
+    def close(self) -> None:
+        """Let another process have the directory."""
+        fd, self._lock_fd = self._lock_fd, None
+        if fd is not None:
+            os.close(fd)
+
+    # --- parameters ------------------------------------------------------------------------------------------------
+
+    def load_parameters(self) -> tuple[dict[str, float], list[str]]:
+        """Values by name, of the names that this version knows, and warnings."""
+        warnings: list[str] = []
+        values = self._load(_PARAMETERS, _parameters_of, warnings) or {}
+        self._strangers = {name: value for name, value in values.items() if name not in self._known}
+        if self._strangers:
+            warnings.append(f"parameters of another version, kept aside: {', '.join(sorted(self._strangers))}")
+        return {name: value for name, value in values.items() if name in self._known}, warnings
+
+    def save_parameters(self, values: Mapping[str, float]) -> None:
+        """Keep exactly `values` (what differs from the defaults)."""
+        self._save(_PARAMETERS, {"format": _FORMAT, "parameters": {**self._strangers, **values}})
+
+    # --- plans -----------------------------------------------------------------------------------------------------
+
+    def load_plans(self) -> tuple[dict[PlanKind, tuple[PlanItem, ...]], list[str]]:
+        """The three lists, an empty one where there is none, and warnings."""
+        warnings: list[str] = []
+        plans = {kind: self._load(name, _items_of, warnings) or () for kind, name in _PLANS.items()}
+        return plans, warnings
+
+    def save_plan(self, kind: PlanKind, items: Sequence[PlanItem]) -> None:
+        """Keep `items` bit for bit."""
+        rows = [_row(item) for item in items]
+        self._save(_PLANS[kind], {"format": _FORMAT, "columns": _COLUMNS, "items": rows})
+
+    # --- progress --------------------------------------------------------------------------------------------------
+
+    def load_progress(self) -> tuple[dict[str, Any], list[str]]:
+        """Where the mission stood, {} where that is unknown, and warnings."""
+        warnings: list[str] = []
+        return self._load(_PROGRESS, _progress_of, warnings) or {}, warnings
+
+    def save_progress(self, progress: Mapping[str, Any]) -> None:
+        """Keep `progress` (names to numbers, texts, None, or lists of them)."""
+        self._save(_PROGRESS, {"format": _FORMAT, "progress": dict(progress)})
+
+    # --- files -----------------------------------------------------------------------------------------------------
+
+    def _hold(self) -> None:
+        fd = os.open(self.directory / _LOCK_NAME, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
+        try:
+            fcntl.flock(fd, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            os.close(fd)
+            raise StateFileBusy(
+                f"state directory {self.directory} is in use by another companion; stop that one, or give this one its own with --state DIR"
+            ) from None
+        self._lock_fd = fd
+
+    def _save(self, name: str, content: dict[str, Any]) -> None:
+        path = self.directory / name
+        temporary = self.directory / f"{name}.tmp"
+        try:
+            data = json.dumps(content, separators=(",", ":")).encode()
+            fd = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_CLOEXEC, 0o644)
+            try:
+                _write_all(fd, data)
+                os.fsync(fd)
+            finally:
+                os.close(fd)
+            temporary.replace(path)
+            _sync_directory(self.directory)
+        except OSError as error:
+            with contextlib.suppress(OSError):
+                temporary.unlink(missing_ok=True)
+            self.on_warning(f"{path} not saved: {error.strerror}; it keeps what it had")
+        except (TypeError, ValueError) as error:
+            self.on_warning(f"{path} not saved: {error}; it keeps what it had")
+
+    def _load(self, name: str, understand: Callable[[dict[str, Any]], T], warnings: list[str]) -> T | None:
+        """The content of a file, or None where there is none; a bad one is set aside."""
+        path = self.directory / name
+        try:
+            content = json.loads(path.read_bytes())
+            if not isinstance(content, dict) or content.get("format") != _FORMAT:
+                raise ValueError("not in a format that this version knows")
+            return understand(content)
+        except (FileNotFoundError, NotADirectoryError):
+            return None
+        except OSError as error:
+            reason = error.strerror or "unreadable"
+        except (ValueError, TypeError, KeyError, OverflowError, RecursionError) as error:
+            reason = f"corrupt ({error})"
+        warnings.append(f"{path}: {reason}; {self._set_aside(path)}")
+        return None
+
+    @staticmethod
+    def _set_aside(path: Path) -> str:
+        number = 1
+        while path.with_name(f"{path.name}.corrupt-{number}").exists():
+            number += 1
+        aside = path.with_name(f"{path.name}.corrupt-{number}")
+        try:
+            path.rename(aside)
+        except OSError as error:
+            return f"could not be set aside: {error.strerror}"
+        return f"set aside as {aside.name}"
+
+
+def _write_all(fd: int, data: bytes) -> None:
+    view = memoryview(data)
+    while view:
+        view = view[os.write(fd, view) :]
+
+
+def _sync_directory(directory: Path) -> None:
+    fd = os.open(directory, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
+    try:
+        os.fsync(fd)
+    finally:
+        os.close(fd)
+
+
+def _parameters_of(content: dict[str, Any]) -> dict[str, float]:
+    values = content["parameters"]
+    if not isinstance(values, dict) or not all(_is_number(value) and math.isfinite(value) for value in values.values()):
+        raise ValueError("a parameter is no number")
+    return values
+
+
+def _progress_of(content: dict[str, Any]) -> dict[str, Any]:
+    progress = content["progress"]
+    if not isinstance(progress, dict):
+        raise ValueError("no progress in it")
+    return progress
+
+
+def _items_of(content: dict[str, Any]) -> tuple[PlanItem, ...]:
+    if tuple(content["columns"]) != _COLUMNS:
+        raise ValueError("other columns")
+    return tuple(_item(seq, row) for seq, row in enumerate(content["items"]))
+
+
+def _row(item: PlanItem) -> list[float | str | None]:
+    params = (item.param1, item.param2, item.param3, item.param4)
+    return [
+        item.command,
+        item.frame,
+        *(p if p == p else _nan(p) for p in params),
+        item.x,
+        item.y,
+        item.z if item.z == item.z else _nan(item.z),
+        item.autocontinue,
+        item.current,
+    ]
+
+
+def _nan(value: float) -> str | None:
+    """JSON has no NaN: null for the usual one, else its bits, for the plan's id depends on them."""
+    bits = _FLOAT32.pack(value)
+    return None if bits == _USUAL_NAN else bits.hex()
+
+
+def _item(seq: int, row: Sequence[Any]) -> PlanItem:
+    command, frame, param1, param2, param3, param4, x, y, z, autocontinue, current = row
+    for value, top in ((command, 0xFFFF), (frame, 0xFF), (autocontinue, 0xFF), (current, 0xFF)):
+        if type(value) is not int or not 0 <= value <= top:
+            raise ValueError(f"item {seq} is out of range")
+    if type(x) is not int or type(y) is not int or x not in _INT32 or y not in _INT32:
+        raise ValueError(f"item {seq} is out of range")
+    return PlanItem(
+        seq, command, frame, _real(param1), _real(param2), _real(param3), _real(param4), x, y, _real(z), autocontinue, current
+    )  # fmt: skip
+
+
+def _real(value: Any) -> float:
+    if value is None:
+        return math.nan
+    if isinstance(value, str):
+        bits = bytes.fromhex(value)
+        if len(bits) == _FLOAT32.size and math.isnan(_FLOAT32.unpack(bits)[0]):
+            return float(_FLOAT32.unpack(bits)[0])
+    if not _is_number(value) or (abs(value) > _LARGEST_FLOAT32 and math.isfinite(value)):
+        raise ValueError(f"{value!r} is no number that MAVLink can carry")
+    return float(value)
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)

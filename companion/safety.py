@@ -1,0 +1,101 @@
+"""The last gate before the bridges. It knows no controller and no allocation, only the vessel's own limits, and trusts nobody."""
+
+from __future__ import annotations
+
+import math
+
+from companion.config import ThrusterConfig, VesselConfig
+from companion.core.types import ActuatorCommand, Allocation, ThrusterCommand
+
+_FORCE_RATE_SHARE = 1.5  # of the configured rate: only what should never come is cut here
+_FORCE_SLACK_SHARE = 0.02  # of full force, for rounding
+_SECTOR_SLACK_RAD = 1.0e-6
+
+
+class Gate:
+    """`update(allocation, armed, now_s, dt_s)` → ActuatorCommand that is finite, within limits and slow enough.
+
+    Remembers the last force and azimuth of each thruster. `gated` names each limit that changed the demand: "count" for a wrong number of
+    thrusters, else "<thruster>.finite", ".throttle", ".slew" or ".azimuth". Disarmed: every throttle is exactly 0, at once.
+    """
+
+    def __init__(self, config: VesselConfig) -> None:
+        self._thrusters = config.thrusters
+        self._forces = [0.0] * len(config.thrusters)
+        self._azimuths = [t.azimuth_rad for t in config.thrusters]
+
+    def update(self, allocation: Allocation, armed: bool, now_s: float, dt_s: float) -> ActuatorCommand:
+        """What may go to the bridges."""
+        gated: list[str] = []
+        demands: tuple[ThrusterCommand | None, ...] = allocation.thrusters
+        if len(demands) != len(self._thrusters):
+            gated.append("count")
+            demands = (None,) * len(self._thrusters)
+        commands = tuple(self._one(i, demand, armed, dt_s, gated) for i, demand in enumerate(demands))
+        return ActuatorCommand(now_s, armed, commands, tuple(gated))
+
+    def _one(self, i: int, demand: ThrusterCommand | None, armed: bool, dt_s: float, gated: list[str]) -> ThrusterCommand:
+        thruster = self._thrusters[i]
+        throttle = self._throttle(thruster, demand, gated) if armed else 0.0
+        force = _force_n(thruster, throttle)
+        if armed:
+            slewed = self._slewed(thruster, self._forces[i], force, dt_s)
+            if slewed != force:
+                gated.append(f"{thruster.name}.slew")
+                force, throttle = slewed, _throttle_for(thruster, slewed)
+        self._forces[i] = force
+        azimuth = None
+        if thruster.kind == "azimuth":
+            azimuth = self._azimuths[i] = self._azimuth(thruster, self._azimuths[i], demand, gated)
+        return ThrusterCommand(force, throttle, azimuth)
+
+    @staticmethod
+    def _throttle(thruster: ThrusterConfig, demand: ThrusterCommand | None, gated: list[str]) -> float:
+        """The demanded throttle within −1…1 and the thruster's own limits; 0 for none or no number."""
+        if demand is None:
+            return 0.0
+        if not math.isfinite(demand.throttle):
+            gated.append(f"{thruster.name}.finite")
+            return 0.0
+        highest = min(1.0, math.sqrt(thruster.max_n / thruster.ahead_n))
+        lowest = -min(1.0, math.sqrt(-thruster.min_n / thruster.astern_n))
+        throttle = min(highest, max(lowest, demand.throttle))
+        if abs(throttle - demand.throttle) > 1.0e-9:
+            gated.append(f"{thruster.name}.throttle")
+        return throttle
+
+    @staticmethod
+    def _slewed(thruster: ThrusterConfig, last_n: float, force_n: float, dt_s: float) -> float:
+        """The force as near to the demanded one as the rate allows. Thrust towards zero is never held back."""
+        if last_n * force_n >= 0.0 and abs(force_n) <= abs(last_n):
+            return force_n
+        begin = 0.0 if last_n * force_n < 0.0 else last_n
+        reach = _FORCE_RATE_SHARE * thruster.force_rate_nps * (max(0.0, dt_s) if math.isfinite(dt_s) else 0.0)
+        reach += _FORCE_SLACK_SHARE * thruster.max_n
+        return min(begin + reach, max(begin - reach, force_n))
+
+    @staticmethod
+    def _azimuth(thruster: ThrusterConfig, last_rad: float, demand: ThrusterCommand | None, gated: list[str]) -> float:
+        """The demanded azimuth inside the sector; the last one for none or no number."""
+        if demand is None or demand.azimuth_rad is None:
+            return last_rad
+        azimuth = demand.azimuth_rad
+        if not math.isfinite(azimuth):
+            gated.append(f"{thruster.name}.finite")
+            return last_rad
+        low = -math.inf if thruster.azimuth_min_rad is None else thruster.azimuth_min_rad
+        high = math.inf if thruster.azimuth_max_rad is None else thruster.azimuth_max_rad
+        held = min(high, max(low, azimuth))
+        if abs(held - azimuth) > _SECTOR_SLACK_RAD:
+            gated.append(f"{thruster.name}.azimuth")
+        return held
+
+
+def _force_n(thruster: ThrusterConfig, throttle: float) -> float:
+    gain = thruster.ahead_n if throttle >= 0.0 else thruster.astern_n
+    return 0.0 if abs(throttle) < thruster.dead_band else gain * throttle * abs(throttle)
+
+
+def _throttle_for(thruster: ThrusterConfig, force_n: float) -> float:
+    gain = thruster.ahead_n if force_n >= 0.0 else thruster.astern_n
+    return math.copysign(math.sqrt(abs(force_n) / gain), force_n)

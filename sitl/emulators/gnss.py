@@ -1,0 +1,84 @@
+"""A dual-antenna satellite receiver that prints NMEA 0183: GGA, HDT, VTG and ZDA each time."""
+
+from __future__ import annotations
+
+import math
+from datetime import UTC, datetime
+
+from companion.config import SensorConfig
+from sitl.emulators.device import Surroundings
+from sitl.emulators.nmea import sentence
+from sitl.memory import MemoryDevice
+from sitl.sensors import GnssModel, GnssSample
+
+_MODES = {1: "A", 2: "D", 4: "R"}
+_KNOTS = 3600.0 / 1852.0
+_GEOID_M = 40.0  # height of the geoid that the receiver prints; altitudes are above mean sea level
+
+
+class GnssEmulator:
+    """Prints what its receiver model measures, `latency_s` later than it is valid."""
+
+    def __init__(self, config: SensorConfig, port: MemoryDevice, around: Surroundings) -> None:
+        self.name = config.name
+        self.rate_hz = min(config.rate_hz, around.step_hz)
+        self._port = port
+        self._around = around
+        self._latency_s = config.latency_s
+        self._model = GnssModel(config, around.home, around.gnss, 1.0 / self.rate_hz, around.seed)
+        self._date_of: tuple[int, str] = (-1, "")
+
+    def speak(self, t_s: float) -> None:
+        around = self._around
+        sample = self._model.sample(around.hull, around.waves, around.faults.active)
+        self._port.send(self.sentences(sample, t_s).encode("ascii"), t_s + self._latency_s)
+
+    def sentences(self, sample: GnssSample, t_s: float) -> str:
+        """The four sentences of one epoch."""
+        clock, date = self._utc(t_s)
+        heading = "" if sample.heading_rad is None else f"{math.degrees(sample.heading_rad) % 360.0:.2f}"
+        return "".join(
+            (
+                sentence(_gga(sample, clock)),
+                sentence(f"GPHDT,{heading},T"),
+                sentence(_vtg(sample)),
+                sentence(f"GPZDA,{clock},{date},00,00"),
+            )
+        )
+
+    def _utc(self, t_s: float) -> tuple[str, str]:
+        """(hhmmss.ss, dd,mm,yyyy) of simulated time."""
+        centiseconds = (self._around.epoch_unix_ns + round(t_s * 1e9) + 5_000_000) // 10_000_000
+        days, of_day = divmod(centiseconds, 8_640_000)
+        if days != self._date_of[0]:
+            self._date_of = days, datetime.fromtimestamp(days * 86400, UTC).strftime("%d,%m,%Y")
+        minutes, rest = divmod(of_day, 6000)
+        return f"{minutes // 60:02d}{minutes % 60:02d}{rest // 100:02d}.{rest % 100:02d}", self._date_of[1]
+
+
+def _gga(sample: GnssSample, clock: str) -> str:
+    grade = sample.grade
+    if sample.position is None:
+        return f"GNGGA,{clock},,,,,0,00,99.9,,M,,M,,"
+    lat_deg, lon_deg, altitude_m = sample.position
+    latitude, longitude = _degrees_minutes(lat_deg, 2), _degrees_minutes(lon_deg, 3)
+    north, east = "N" if lat_deg >= 0.0 else "S", "E" if lon_deg >= 0.0 else "W"
+    correction = "1.0,0001" if grade.quality != 1 else ","
+    return (
+        f"GNGGA,{clock},{latitude},{north},{longitude},{east},{grade.quality},{grade.satellites:02d},{grade.hdop:.1f},"
+        f"{altitude_m:.3f},M,{_GEOID_M:.1f},M,{correction}"
+    )
+
+
+def _degrees_minutes(angle_deg: float, digits: int) -> str:
+    """(d)ddmm.mmmmmmm: 1e-7 minutes, 0.2 mm."""
+    degrees, minutes = divmod(round(abs(angle_deg) * 600_000_000.0), 600_000_000)
+    return f"{degrees:0{digits}d}{minutes // 10_000_000:02d}.{minutes % 10_000_000:07d}"
+
+
+def _vtg(sample: GnssSample) -> str:
+    if sample.position is None:
+        return "GNVTG,,T,,M,,N,,K,N"
+    speed_mps = math.hypot(sample.north_mps, sample.east_mps)
+    course_deg = math.degrees(math.atan2(sample.east_mps, sample.north_mps)) % 360.0
+    return f"GNVTG,{course_deg:.2f},T,,M,{speed_mps * _KNOTS:.3f},N,{speed_mps * 3.6:.3f},K,{_MODES[sample.grade.quality]}"

@@ -1,0 +1,104 @@
+"""A board that drives thrusters, speaking `companion.core.microcontroller_frame`, with a watchdog of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from companion.config import ActuatorConfig
+from companion.core.microcontroller_frame import (
+    RC_CHANNELS,
+    WATCHDOG_S,
+    BoardStatus,
+    Command,
+    FrameDecoder,
+    Ident,
+    IdentRequest,
+    ThrusterState,
+    encode,
+)
+from sitl.battery import BatteryModel
+from sitl.faults import Faults
+from sitl.memory import MemoryDevice
+from sitl.thrusters import Thruster
+
+_STATUS_HZ = 20.0
+_FIRMWARE = (1, 0, 0)
+_RC_CENTRED = (1500, 1500, 1500, 1500, 1000, 1000, 1000, 1000)
+_RC_SAFE = (1500, 1500, 1500, 1500, 2000, 2000, 2000, 2000)
+_LOW_VOLTAGE_V = 10.8
+_LOW_REMAINING = 0.08
+_NONE = (0,) * RC_CHANNELS
+
+
+class MicrocontrollerEmulator:
+    """Obeys armed commands, neutral without them. `rc_us` are the pulses of a transmitter, None where there is no receiver."""
+
+    def __init__(
+        self, config: ActuatorConfig, port: MemoryDevice, thrusters: Sequence[Thruster], battery: BatteryModel, faults: Faults
+    ) -> None:
+        self.name = config.name
+        self.rate_hz = _STATUS_HZ
+        self._port = port
+        self.last_command: Command | None = None
+        self.rc_us: Sequence[int] | None = _RC_CENTRED if faults.planned("rc_") else None
+        self._thrusters = tuple(thrusters)
+        self._battery = battery
+        self._faults = faults
+        self._decoder = FrameDecoder()
+        self._last_command_s: float | None = None
+        self._neutral = True
+        self._introduced = False
+
+    def listen(self, t_s: float) -> None:
+        """Take the commands that have arrived by `t_s`; mind the watchdog."""
+        for _, data in self._port.receive(t_s):
+            if not self._faults.active.isdisjoint(("mcu_silent", "mcu_deaf")):
+                continue
+            for message in self._decoder.feed(data):
+                if isinstance(message, Command) and len(message.thrusters) == len(self._thrusters):
+                    self.last_command = message
+                    self._last_command_s = t_s
+                    self._obey(message)
+                elif isinstance(message, IdentRequest):
+                    self._introduced = False
+        stopped = "mcu_silent" in self._faults.active
+        if not self._neutral and (stopped or self._last_command_s is None or t_s - self._last_command_s >= WATCHDOG_S - 1e-9):
+            self._go_neutral()
+
+    def speak(self, t_s: float) -> None:
+        if "mcu_silent" in self._faults.active:
+            return
+        if not self._introduced:
+            self._introduced = True
+            self._port.send(encode(Ident(_FIRMWARE, len(self._thrusters), self.name)), t_s)
+        self._port.send(encode(self.status()), t_s)
+
+    def status(self) -> BoardStatus:
+        active = self._faults.active
+        low = "battery_low" in active
+        rc_lost = "rc_lost" in active
+        pulses = _RC_SAFE if "rc_safe" in active else self.rc_us
+        return BoardStatus(
+            sequence=0 if self.last_command is None else self.last_command.sequence,
+            neutral_by_watchdog=self._neutral,
+            leak_wet="leak" in active,
+            rc_present=pulses is not None,
+            rc_lost=pulses is not None and rc_lost,
+            voltage_v=_LOW_VOLTAGE_V if low else self._battery.voltage_v,
+            current_a=self._battery.current_a,
+            remaining=_LOW_REMAINING if low else self._battery.remaining,
+            rc_us=_NONE if pulses is None or rc_lost else tuple(pulses),
+            thrusters=tuple(
+                [ThrusterState(each.throttle(), each.azimuth_rad if each.steerable else None, not each.dead) for each in self._thrusters]
+            ),
+        )
+
+    def _obey(self, command: Command) -> None:
+        self._neutral = False
+        for thruster, demand in zip(self._thrusters, command.thrusters, strict=True):
+            thruster.demand(demand.throttle if command.armed else 0.0, demand.azimuth_rad if command.armed else None)
+
+    def _go_neutral(self) -> None:
+        self._neutral = True
+        for thruster in self._thrusters:
+            thruster.demand(0.0, None)

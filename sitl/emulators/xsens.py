@@ -1,0 +1,77 @@
+"""An Xsens MTi that prints MTData2, configured for the NED frame and aligned so that its axes are forward, starboard, down.
+
+Source: MT Low-Level Communication Protocol. FA FF 36 LEN DATA CS: all bytes after FA add up to 0 modulo 256, numbers are big-endian. DATA is
+a row of (identifier u16, size u8, value); in the low nibble of an identifier 0 stands for 32-bit floats and 4 for the NED frame.
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+
+from companion.config import SensorConfig
+from sitl.emulators.device import Surroundings
+from sitl.memory import MemoryDevice
+from sitl.sensors import ImuModel
+
+_PACKET_COUNTER = 0x1020
+_SAMPLE_TIME_FINE = 0x1060
+_QUATERNION_NED = 0x2014
+_ACCELERATION = 0x4020
+_RATE_OF_TURN = 0x8020
+_STATUS_WORD = 0xE020
+_STATUS_GOOD = 0x00000003  # self-test passed, filter valid
+_TICKS_PER_S = 10_000
+
+_MESSAGE = struct.Struct(">BBBB HBH HBI HB4f HB3f HB3f HBI".replace(" ", ""))
+_LENGTH = _MESSAGE.size - 4
+
+
+class XsensEmulator:
+    """Prints what its inertial model measures, `latency_s` later than it is valid."""
+
+    def __init__(self, config: SensorConfig, port: MemoryDevice, around: Surroundings) -> None:
+        self.name = config.name
+        self.rate_hz = min(config.rate_hz, around.step_hz)
+        self.model = ImuModel(config, around.home, 1.0 / self.rate_hz, around.seed)
+        self._port = port
+        self._around = around
+        self._latency_s = config.latency_s
+        self._counter = 0
+
+    def speak(self, t_s: float) -> None:
+        around = self._around
+        sample = self.model.sample(around.hull, around.waves)
+        if "imu_lost" not in around.faults.active:
+            self._port.send(self.message(sample, t_s), t_s + self._latency_s)
+
+    def message(self, sample: tuple[float, ...], t_s: float) -> bytes:
+        """One MTData2 message."""
+        x, y, z, p, q, r, roll, pitch, yaw = sample
+        counter, self._counter = self._counter, (self._counter + 1) & 0xFFFF
+        ticks = round(t_s * _TICKS_PER_S) & 0xFFFFFFFF
+        # fmt: off
+        raw = _MESSAGE.pack(
+            0xFA, 0xFF, 0x36, _LENGTH,
+            _PACKET_COUNTER, 2, counter,
+            _SAMPLE_TIME_FINE, 4, ticks,
+            _QUATERNION_NED, 16, *_quaternion(roll, pitch, yaw),
+            _ACCELERATION, 12, x, y, z,
+            _RATE_OF_TURN, 12, p, q, r,
+            _STATUS_WORD, 4, _STATUS_GOOD,
+        )
+        # fmt: on
+        return raw + bytes(((0xFA - sum(raw)) & 0xFF,))
+
+
+def _quaternion(roll: float, pitch: float, yaw: float) -> tuple[float, float, float, float]:
+    """Body → NED, scalar first."""
+    c1, s1 = math.cos(0.5 * roll), math.sin(0.5 * roll)
+    c2, s2 = math.cos(0.5 * pitch), math.sin(0.5 * pitch)
+    c3, s3 = math.cos(0.5 * yaw), math.sin(0.5 * yaw)
+    return (
+        c1 * c2 * c3 + s1 * s2 * s3,
+        s1 * c2 * c3 - c1 * s2 * s3,
+        c1 * s2 * c3 + s1 * c2 * s3,
+        c1 * c2 * s3 - s1 * s2 * c3,
+    )

@@ -1,0 +1,99 @@
+"""Faults that a run can be given: NAME@T[+DURATION], times in seconds. Without a duration a fault stays."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from companion.config import ConfigError, VesselConfig
+
+_FIXED = {
+    "gnss_lost": "receivers have no fix, position, velocity and heading fields stay empty",
+    "gnss_jump": "positions are 25 m off to the north-east",
+    "gnss_wild": "every tenth position lies near the Equator",
+    "rtk_lost": "receivers fall back to a standalone fix",
+    "heading_lost": "the heading sentence stays empty",
+    "imu_lost": "inertial sensors are silent",
+    "leak": "the leak sensor is wet",
+    "battery_low": "the battery reports 8 % and a low voltage",
+    "mcu_silent": "boards have stopped: they neither hear nor speak, thrust is neutral",
+    "mcu_deaf": "commands do not reach the boards, whose watchdogs go neutral",
+    "rc_safe": "the transmitter's safe switch is thrown",
+    "rc_lost": "the RC receiver has no signal",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """One fault: active in [start_s, end_s)."""
+
+    name: str
+    start_s: float
+    end_s: float = math.inf
+
+
+def known(vessel: VesselConfig) -> dict[str, str]:
+    """Names of the faults of this vessel, each with what it does."""
+    devices = [sensor.name for sensor in vessel.sensors] + [bridge.name for bridge in vessel.actuators]
+    return {
+        **_FIXED,
+        **{f"thruster_{thruster.name}_dead": f"thruster {thruster.name} gives nothing" for thruster in vessel.thrusters},
+        **{f"{device}_unplugged": f"the port of {device} vanishes" for device in devices},
+    }
+
+
+def parse(text: str, vessel: VesselConfig) -> Fault:
+    """`leak@60` or `gnss_lost@120+12` → Fault. Raises ConfigError that says what is wrong, with the names that exist."""
+    name, at, times = text.partition("@")
+    start, plus, duration = times.partition("+")
+    try:
+        start_s = float(start) if at else 0.0
+        duration_s = float(duration) if plus else math.inf
+    except ValueError as error:
+        raise ConfigError([f"fault '{text}': write NAME@T or NAME@T+DURATION, in seconds, as gnss_lost@120+12"]) from error
+    if not at or not (0.0 <= start_s < math.inf and duration_s > 0.0):
+        raise ConfigError([f"fault '{text}': write NAME@T or NAME@T+DURATION, in seconds, as gnss_lost@120+12"])
+    names = known(vessel)
+    if name not in names:
+        raise ConfigError([f"fault '{text}': no fault named '{name}'; known: {', '.join(sorted(names))}"])
+    return Fault(name, start_s, start_s + duration_s)
+
+
+class Faults:
+    """The faults of a run. Remembers which are `active`, a set of names that the emulated devices look into."""
+
+    __slots__ = ("_change_s", "_faults", "active")
+
+    def __init__(self, texts: Sequence[str], vessel: VesselConfig) -> None:
+        """Raises ConfigError with a line for each text that is wrong."""
+        self._faults: list[Fault] = []
+        problems: list[str] = []
+        for text in texts:
+            try:
+                self._faults.append(parse(text, vessel))
+            except ConfigError as error:
+                problems += error.problems
+        if problems:
+            raise ConfigError(problems)
+        self.active: frozenset[str] = frozenset()
+        self._change_s = -math.inf
+
+    def planned(self, prefix: str) -> bool:
+        """Whether a fault whose name begins so will ever be active."""
+        return any(fault.name.startswith(prefix) for fault in self._faults)
+
+    def add(self, fault: Fault) -> None:
+        """One more, at run time."""
+        self._faults.append(fault)
+        self._change_s = -math.inf
+
+    def update(self, t_s: float) -> bool:
+        """Bring `active` up to `t_s`; True if it may have changed."""
+        if t_s < self._change_s:
+            return False
+        now_s = t_s + 1e-9
+        self.active = frozenset(fault.name for fault in self._faults if fault.start_s <= now_s < fault.end_s)
+        edges = [edge for fault in self._faults for edge in (fault.start_s, fault.end_s) if edge > now_s]
+        self._change_s = min(edges, default=math.inf) - 1e-9
+        return True

@@ -1,0 +1,125 @@
+"""The hull in three degrees of freedom: surge, sway, yaw.
+
+M ν̇_r + C(ν_r) ν_r + D(ν_r) ν_r = τ, with ν_r the velocity through the water. In this form (Fossen, Handbook of Marine Craft
+Hydrodynamics, 2nd ed., property 10.1) it holds for a current that is constant and irrotational, and a boat that turns while it drifts
+is carried along as it should be.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from companion.config import HullConfig
+from companion.core.angles import wrap_pi
+
+Dynamics = Callable[[float, float, float, float, float, float], tuple[float, float, float]]
+
+
+def dynamics(config: HullConfig) -> Dynamics:
+    """A function of velocity through the water and force, (u, v, r, surge_n, sway_n, yaw_nm) → (u̇, v̇, ṙ), all in body axes.
+
+    C follows from M: [[0, 0, −(m22 v + m23 r)], [0, 0, m11 u], [m22 v + m23 r, −m11 u, 0]], with the mean of m23 and m32 for m23, so that
+    it does no work. Damping as in `DampingConfig`.
+    """
+    m11, m22, m33, m23 = config.m11_kg, config.m22_kg, config.m33_kgm2, config.m23_kgm
+    m32 = m23 if config.m32_kgm is None else config.m32_kgm
+    coupling = 0.5 * (m23 + m32)
+    determinant = m22 * m33 - m23 * m32
+    i11, i22, i23, i32, i33 = 1.0 / m11, m33 / determinant, -m23 / determinant, -m32 / determinant, m22 / determinant
+    d = config.damping
+    x_u, x_uu, x_uuu = d.x_u, d.x_uu, d.x_uuu
+    y_v, y_vv, y_rv, y_r, y_vr, y_rr = d.y_v, d.y_vv, d.y_rv, d.y_r, d.y_vr, d.y_rr
+    n_v, n_vv, n_rv, n_r, n_vr, n_rr = d.n_v, d.n_vv, d.n_rv, d.n_r, d.n_vr, d.n_rr
+
+    def derivative(u: float, v: float, r: float, surge_n: float, sway_n: float, yaw_nm: float) -> tuple[float, float, float]:
+        abs_u, abs_v, abs_r = abs(u), abs(v), abs(r)
+        sway_momentum = m22 * v + coupling * r
+        surge_momentum = m11 * u
+        x = surge_n + sway_momentum * r - u * (x_u + abs_u * (x_uu + abs_u * x_uuu))
+        y = sway_n - surge_momentum * r - v * (y_v + y_vv * abs_v + y_rv * abs_r) - r * (y_r + y_vr * abs_v + y_rr * abs_r)
+        n = yaw_nm - sway_momentum * u + surge_momentum * v
+        n -= v * (n_v + n_vv * abs_v + n_rv * abs_r) + r * (n_r + n_vr * abs_v + n_rr * abs_r)
+        return i11 * x, i22 * y + i23 * n, i32 * y + i33 * n
+
+    return derivative
+
+
+class Hull:
+    """State of the hull. In: force on it in body axes; out: pose, velocity, and the mean acceleration and turn of the last step.
+
+    Positions are NED from home, velocities over ground; `water_*` are through the water, in body axes. `surge_mps2`, `sway_mps2` are the
+    acceleration over ground and `turn_radps` the turn, both as means of the last step, so that what integrates them ends where the hull is.
+    """
+
+    __slots__ = (
+        "_derivative",
+        "current_east_mps",
+        "current_north_mps",
+        "east_m",
+        "east_mps",
+        "north_m",
+        "north_mps",
+        "surge_mps2",
+        "sway_mps2",
+        "turn_radps",
+        "water_surge_mps",
+        "water_sway_mps",
+        "yaw_rad",
+        "yaw_rate_radps",
+    )
+
+    def __init__(self, config: HullConfig) -> None:
+        self._derivative = dynamics(config)
+        self.current_north_mps = self.current_east_mps = 0.0
+        self.place(0.0, 0.0, 0.0)
+
+    def place(
+        self, north_m: float, east_m: float, yaw_rad: float, surge_mps: float = 0.0, sway_mps: float = 0.0, yaw_rate_radps: float = 0.0
+    ) -> None:
+        """Put the boat somewhere, with velocities over ground in body axes."""
+        self.north_m, self.east_m, self.yaw_rad = north_m, east_m, wrap_pi(yaw_rad)
+        self.yaw_rate_radps = self.turn_radps = yaw_rate_radps
+        c, s = math.cos(yaw_rad), math.sin(yaw_rad)
+        self.north_mps, self.east_mps = c * surge_mps - s * sway_mps, s * surge_mps + c * sway_mps
+        self.surge_mps2 = self.sway_mps2 = 0.0
+        self.set_current(self.current_north_mps, self.current_east_mps)
+
+    def set_current(self, north_mps: float, east_mps: float) -> None:
+        """Let the water move; the boat's velocity over ground stays as it is."""
+        self.current_north_mps, self.current_east_mps = north_mps, east_mps
+        c, s = math.cos(self.yaw_rad), math.sin(self.yaw_rad)
+        north, east = self.north_mps - north_mps, self.east_mps - east_mps
+        self.water_surge_mps, self.water_sway_mps = c * north + s * east, c * east - s * north
+
+    @property
+    def surge_mps(self) -> float:
+        """Over ground."""
+        return math.cos(self.yaw_rad) * self.north_mps + math.sin(self.yaw_rad) * self.east_mps
+
+    @property
+    def sway_mps(self) -> float:
+        """Over ground."""
+        return math.cos(self.yaw_rad) * self.east_mps - math.sin(self.yaw_rad) * self.north_mps
+
+    def step(self, surge_n: float, sway_n: float, yaw_nm: float, dt_s: float) -> None:
+        """Advance by `dt_s` under a constant force, second order in `dt_s` (midpoint rule)."""
+        u, v, r = self.water_surge_mps, self.water_sway_mps, self.yaw_rate_radps
+        half_s = 0.5 * dt_s
+        du, dv, dr = self._derivative(u, v, r, surge_n, sway_n, yaw_nm)
+        mid_u, mid_v, mid_r = u + half_s * du, v + half_s * dv, r + half_s * dr
+        du, dv, dr = self._derivative(mid_u, mid_v, mid_r, surge_n, sway_n, yaw_nm)
+        u, v, r = u + dt_s * du, v + dt_s * dv, r + dt_s * dr
+        mid_yaw = self.yaw_rad + half_s * mid_r
+        c, s = math.cos(mid_yaw), math.sin(mid_yaw)
+        self.north_m += dt_s * (c * mid_u - s * mid_v + self.current_north_mps)
+        self.east_m += dt_s * (s * mid_u + c * mid_v + self.current_east_mps)
+        yaw_rad = self.yaw_rad = wrap_pi(self.yaw_rad + dt_s * mid_r)
+        self.turn_radps = mid_r
+        self.water_surge_mps, self.water_sway_mps, self.yaw_rate_radps = u, v, r
+        c_end, s_end = math.cos(yaw_rad), math.sin(yaw_rad)
+        north_mps = c_end * u - s_end * v + self.current_north_mps
+        east_mps = s_end * u + c_end * v + self.current_east_mps
+        north_mps2, east_mps2 = (north_mps - self.north_mps) / dt_s, (east_mps - self.east_mps) / dt_s
+        self.surge_mps2, self.sway_mps2 = c * north_mps2 + s * east_mps2, c * east_mps2 - s * north_mps2
+        self.north_mps, self.east_mps = north_mps, east_mps

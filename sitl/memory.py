@@ -1,0 +1,102 @@
+"""`memory:` streams: a port whose other end is an emulated device in the same process."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Sequence
+
+_MAX_BYTES = 65536  # either way; a side that does not read loses the oldest
+_SOON_S = 1e-9
+
+
+class _Queue:
+    """Chunks with the time from which they can be read, bounded."""
+
+    __slots__ = ("_bytes", "_chunks")
+
+    def __init__(self) -> None:
+        self._chunks: deque[tuple[float, bytes]] = deque()
+        self._bytes = 0
+
+    def put(self, t_s: float, data: bytes) -> None:
+        chunks = self._chunks
+        chunks.append((t_s, data))
+        self._bytes += len(data)
+        while self._bytes > _MAX_BYTES:
+            self._bytes -= len(chunks.popleft()[1])
+
+    def take(self, now_s: float) -> list[tuple[float, bytes]]:
+        chunks, taken = self._chunks, []
+        while chunks and chunks[0][0] <= now_s + _SOON_S:
+            chunk = chunks.popleft()
+            self._bytes -= len(chunk[1])
+            taken.append(chunk)
+        return taken
+
+    def clear(self) -> None:
+        self._chunks.clear()
+        self._bytes = 0
+
+
+class MemoryStream:
+    """The host's end: a `companion.core.ports.ByteStream`."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self.device = MemoryDevice(self)
+        self.to_host = _Queue()
+        self.to_device = _Queue()
+        self.plugged = True
+        self._closed = False
+
+    def read(self, now_s: float) -> Sequence[tuple[float, bytes]]:
+        """Chunks that have arrived by `now_s`, each with the time at which the device's bytes arrived."""
+        return self.to_host.take(now_s) if self.plugged and not self._closed else ()
+
+    def write(self, data: bytes, now_s: float) -> None:
+        if self.plugged and not self._closed:
+            self.to_device.put(now_s, data)
+
+    def fault(self) -> str | None:
+        if self._closed:
+            return "closed"
+        return None if self.plugged else f"memory:{self.name}: no such device; is it plugged in?"
+
+    def fileno(self) -> int | None:
+        return None
+
+    def close(self) -> None:
+        self._closed = True
+        self.to_host.clear()
+
+    def reopen(self) -> None:
+        """Open again after `close`, without what came in meanwhile."""
+        if self._closed:
+            self._closed = False
+            self.to_host.clear()
+
+
+class MemoryDevice:
+    """The device's end. `unplug` makes the port vanish, with what was under way in it; `plug` brings it back."""
+
+    __slots__ = ("_stream",)
+
+    def __init__(self, stream: MemoryStream) -> None:
+        self._stream = stream
+
+    def send(self, data: bytes, t_s: float) -> None:
+        """Bytes that arrive at the host at `t_s`."""
+        if self._stream.plugged:
+            self._stream.to_host.put(t_s, data)
+
+    def receive(self, now_s: float) -> list[tuple[float, bytes]]:
+        """What the host has written by `now_s`."""
+        return self._stream.to_device.take(now_s)
+
+    def unplug(self) -> None:
+        self._stream.plugged = False
+        self._stream.to_host.clear()
+        self._stream.to_device.clear()
+
+    def plug(self) -> None:
+        self._stream.plugged = True

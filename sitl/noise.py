@@ -1,0 +1,35 @@
+"""Seeded random streams: one for each source of noise, so that one more source does not change the others."""
+
+from __future__ import annotations
+
+import math
+import random
+
+
+def stream(seed: int, name: str) -> random.Random:
+    """The random stream `name` of a run."""
+    return random.Random(f"{seed}/{name}")
+
+
+class GaussMarkov:
+    """First-order Gauss–Markov (Ornstein–Uhlenbeck) process with zero mean, sampled exactly: `sigma` stationary, time constant `tau_s`.
+
+    Starts from its stationary distribution. `value` is the present one.
+    """
+
+    __slots__ = ("_decay", "_dt_s", "_kick", "_rng", "_sigma", "_tau_s", "value")
+
+    def __init__(self, rng: random.Random, sigma: float, tau_s: float) -> None:
+        self._rng, self._sigma, self._tau_s = rng, sigma, tau_s
+        self._dt_s = self._decay = self._kick = 0.0
+        self.value = rng.gauss(0.0, sigma) if sigma > 0.0 else 0.0
+
+    def update(self, dt_s: float) -> float:
+        """Advance by `dt_s`; returns the new value."""
+        if dt_s != self._dt_s:
+            self._dt_s = dt_s
+            self._decay = math.exp(-dt_s / self._tau_s)
+            self._kick = self._sigma * math.sqrt(1.0 - self._decay * self._decay)
+        if self._sigma > 0.0:
+            self.value = self._decay * self.value + self._rng.gauss(0.0, self._kick)
+        return self.value

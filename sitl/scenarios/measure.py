@@ -1,0 +1,82 @@
+"""Figures from a run's truth.csv, computed with nothing of the companion's."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+Track = list[dict[str, float]]
+Point = tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Check:
+    """One thing that must hold: `value` at most `limit`, or at least where `at_least`."""
+
+    name: str
+    value: float
+    limit: float
+    unit: str
+    at_least: bool = False
+
+    @property
+    def ok(self) -> bool:
+        return self.value >= self.limit if self.at_least else self.value <= self.limit
+
+    def row(self) -> dict[str, Any]:
+        return {**asdict(self), "ok": self.ok}
+
+
+def read_truth(folder: Path) -> Track:
+    with (folder / "truth.csv").open(encoding="utf-8") as file:
+        return [{key: float(value) for key, value in row.items()} for row in csv.DictReader(file)]
+
+
+def between(track: Track, from_s: float, to_s: float = math.inf) -> Track:
+    return [row for row in track if from_s <= row["t_s"] <= to_s]
+
+
+def rms(values: Sequence[float]) -> float:
+    return math.sqrt(sum(value * value for value in values) / len(values)) if values else math.nan
+
+
+def distance_to(row: dict[str, float], north_m: float, east_m: float) -> float:
+    return math.hypot(row["north_m"] - north_m, row["east_m"] - east_m)
+
+
+def closest(track: Track, point: Point) -> float:
+    """Smallest distance of the track to a point, in metres."""
+    return min(distance_to(row, *point) for row in track)
+
+
+def sampled_path(points: Sequence[Point], kind: str, step_m: float = 0.05) -> list[Point]:
+    """The curve through `points` by scipy, over chord length, densely sampled: the yardstick for cross-track errors."""
+    import numpy as np
+    from scipy.interpolate import Akima1DInterpolator, CubicSpline, PchipInterpolator
+
+    steps = [math.dist(a, b) for a, b in zip(points, points[1:], strict=False)]
+    chord = np.concatenate([[0.0], np.cumsum(steps)])
+    at = np.linspace(0.0, chord[-1], max(2, int(chord[-1] / step_m)))
+
+    def column(values: Any) -> Any:
+        if kind == "linear":
+            return np.interp(at, chord, values)
+        if kind == "cubic":
+            return CubicSpline(chord, values)(at)
+        return PchipInterpolator(chord, values)(at) if kind == "pchip" else Akima1DInterpolator(chord, values, method="makima")(at)
+
+    north, east = (column(np.array([point[axis] for point in points])) for axis in (0, 1))
+    return list(zip(north.tolist(), east.tolist(), strict=True))
+
+
+def cross_track_errors(track: Track, path: Sequence[Point]) -> list[float]:
+    """Distance of each row to the sampled path."""
+    import numpy as np
+    from scipy.spatial import cKDTree
+
+    distances, _ = cKDTree(np.array(path)).query(np.array([(row["north_m"], row["east_m"]) for row in track]))
+    return [float(distance) for distance in np.atleast_1d(distances)]

@@ -1,0 +1,60 @@
+"""What a scenario stands on: a composed vessel in lockstep. The command line composes it; scenarios know only this face."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Protocol
+
+from companion.config import VesselConfig
+from sitl.world import World
+
+
+class Rig(Protocol):
+    """A vessel, its plant and a clock that moves when told to. One MAVLink link ends here, in bytes."""
+
+    @property
+    def config(self) -> VesselConfig: ...
+
+    @property
+    def world(self) -> World: ...
+
+    @property
+    def now_s(self) -> float: ...
+
+    def step(self) -> None:
+        """One tick of the vessel."""
+        ...
+
+    def send(self, data: bytes) -> None:
+        """Bytes from the ground station to the vessel."""
+        ...
+
+    def receive(self) -> bytes:
+        """Bytes from the vessel to the ground station since the last call."""
+        ...
+
+    def close(self) -> None: ...
+
+
+@dataclass(frozen=True, slots=True)
+class Conditions:
+    """What a scenario asks of its world and its controller."""
+
+    vessel: str
+    seed: int = 0
+    wind: str | None = None
+    current: str | None = None
+    gnss: str = "rtk"
+    waves_m: float = 0.0
+    model_error: float = 0.0
+    plant: str | None = None
+    faults: tuple[str, ...] = ()
+    parameters: Mapping[str, float] = field(default_factory=dict)
+
+
+class Composer(Protocol):
+    """Builds a rig that records into `folder`."""
+
+    def __call__(self, conditions: Conditions, folder: Path) -> Rig: ...

@@ -1,0 +1,203 @@
+"""What the sensors measure of the true motion: lever arms, noise, slowly changing errors. Bytes are the emulators' affair."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Set
+from dataclasses import dataclass
+
+from companion.config import ConfigError, HomeConfig, SensorConfig
+from companion.core.angles import wrap_pi
+from companion.core.geodesy import LocalFrame
+from sitl.environment import Waves
+from sitl.hull import Hull
+from sitl.noise import GaussMarkov, stream
+
+_JUMP_M = (18.0, 17.3)  # 25 m to the north-east
+_WILD_EVERY = 10
+
+
+@dataclass(frozen=True, slots=True)
+class Grade:
+    """How good a receiver is: one sigma on each axis, white and slowly changing."""
+
+    quality: int  # as GGA says it
+    satellites: int
+    hdop: float
+    white_m: float
+    slow_m: float
+    slow_tau_s: float
+    velocity_mps: float
+
+
+GRADES = {
+    "rtk": Grade(4, 18, 0.6, 0.005, 0.008, 60.0, 0.015),
+    "sbas": Grade(2, 14, 0.8, 0.05, 0.25, 150.0, 0.03),
+    "standalone": Grade(1, 11, 1.1, 0.15, 1.2, 300.0, 0.06),
+}
+_HEADING_WHITE_RAD = math.radians(0.10)
+_HEADING_SLOW_RAD = math.radians(0.10)
+_HEADING_TAU_S = 30.0
+_ALTITUDE_FACTOR = 1.7
+
+
+def grade(name: str) -> Grade:
+    """Raises ConfigError with the grades that exist."""
+    if name not in GRADES:
+        raise ConfigError([f"gnss '{name}': one of {', '.join(GRADES)}"])
+    return GRADES[name]
+
+
+def gravity_mps2(lat_deg: float) -> float:
+    """Normal gravity on the WGS 84 ellipsoid (Somigliana)."""
+    s2 = math.sin(math.radians(lat_deg)) ** 2
+    return 9.7803253359 * (1.0 + 0.00193185265241 * s2) / math.sqrt(1.0 - 0.00669437999013 * s2)
+
+
+@dataclass(frozen=True, slots=True)
+class GnssSample:
+    """What a receiver has computed. Position None without a fix, heading None without a baseline solution."""
+
+    grade: Grade
+    position: tuple[float, float, float] | None  # latitude and longitude in degrees, altitude in m
+    north_mps: float
+    east_mps: float
+    heading_rad: float | None  # of the antenna baseline
+
+
+class GnssModel:
+    """A dual-antenna receiver. In: true motion; out: `GnssSample` for its antenna. Remembers its slow errors."""
+
+    def __init__(self, config: SensorConfig, home: HomeConfig, grade_name: str, dt_s: float, seed: int) -> None:
+        self._config = config
+        self._home = home
+        self._frame = LocalFrame(home.lat_deg, home.lon_deg)
+        self._grade = grade(grade_name)
+        self._dt_s = dt_s
+        rng = self._rng = stream(seed, f"{config.name} white")
+        self._slow = {g.quality: [GaussMarkov(rng, g.slow_m, g.slow_tau_s) for _ in range(3)] for g in GRADES.values()}
+        self._slow_heading = GaussMarkov(rng, _HEADING_SLOW_RAD, _HEADING_TAU_S)
+        self._samples = 0
+
+    def sample(self, hull: Hull, waves: Waves, faults: Set[str]) -> GnssSample:
+        self._samples += 1
+        now = GRADES["standalone"] if "rtk_lost" in faults else self._grade
+        heading_error = self._slow_heading.update(self._dt_s) + self._rng.gauss(0.0, _HEADING_WHITE_RAD)
+        if "gnss_lost" in faults:
+            return GnssSample(now, None, 0.0, 0.0, None)
+        gauss, config = self._rng.gauss, self._config
+        x, y, down = _levelled(config.x_m, config.y_m, config.z_m, waves.roll_rad, waves.pitch_rad)
+        c, s = math.cos(hull.yaw_rad), math.sin(hull.yaw_rad)
+        slow_north, slow_east, slow_up = (process.update(self._dt_s) for process in self._slow[now.quality])
+        north_m = hull.north_m + c * x - s * y + slow_north + gauss(0.0, now.white_m)
+        east_m = hull.east_m + s * x + c * y + slow_east + gauss(0.0, now.white_m)
+        altitude_m = self._home.altitude_m - down + _ALTITUDE_FACTOR * (slow_up + gauss(0.0, now.white_m))
+        x_mps = waves.pitch_rate_radps * config.z_m - hull.yaw_rate_radps * y
+        y_mps = hull.yaw_rate_radps * x - waves.roll_rate_radps * config.z_m
+        return GnssSample(
+            now,
+            (*self._place(north_m, east_m, faults), altitude_m),
+            hull.north_mps + c * x_mps - s * y_mps + gauss(0.0, now.velocity_mps),
+            hull.east_mps + s * x_mps + c * y_mps + gauss(0.0, now.velocity_mps),
+            None if "heading_lost" in faults else wrap_pi(hull.yaw_rad - config.heading_offset_rad + heading_error),
+        )
+
+    def _place(self, north_m: float, east_m: float, faults: Set[str]) -> tuple[float, float]:
+        if "gnss_jump" in faults:
+            north_m, east_m = north_m + _JUMP_M[0], east_m + _JUMP_M[1]
+        lat_deg, lon_deg = self._frame.to_geodetic(north_m, east_m)
+        if "gnss_wild" in faults and self._samples % _WILD_EVERY == 0:
+            return 0.001 * lat_deg, lon_deg
+        return lat_deg, lon_deg
+
+
+def _levelled(x: float, y: float, z: float, roll_rad: float, pitch_rad: float) -> tuple[float, float, float]:
+    """A vector in body axes, turned by roll and pitch into the level frame that has the boat's heading."""
+    c, s = math.cos(roll_rad), math.sin(roll_rad)
+    y, z = c * y - s * z, s * y + c * z
+    c, s = math.cos(pitch_rad), math.sin(pitch_rad)
+    return c * x + s * z, y, c * z - s * x
+
+
+# An MTi-710 class sensor at 100 Hz: noise densities 60 µg/√Hz and 0.01 °/s/√Hz over 50 Hz; biases as they remain after calibration.
+_ACCEL_WHITE_MPS2 = 0.0045
+_ACCEL_BIAS_MPS2 = 0.02
+_GYRO_WHITE_RADPS = math.radians(0.07)
+_GYRO_BIAS_RADPS = math.radians(0.03)
+_BIAS_TAU_S = 1800.0
+_TILT_RAD = math.radians(0.2)
+_TILT_TAU_S = 60.0
+_YAW_RAD = math.radians(1.0)
+_YAW_TAU_S = 300.0
+_SLOW_EVERY = 50  # samples between two steps of the slow errors
+
+ImuSample = tuple[float, float, float, float, float, float, float, float, float]
+
+
+class ImuModel:
+    """An inertial sensor with its own attitude filter, axes forward, starboard, down. Remembers its biases.
+
+    In: true motion over the last step; out: (x, y, z specific force in m/s², roll, pitch, yaw rate in rad/s, roll, pitch, yaw in rad).
+    """
+
+    def __init__(self, config: SensorConfig, home: HomeConfig, dt_s: float, seed: int) -> None:
+        self._config = config
+        self._lever = bool(config.x_m or config.y_m or config.z_m)
+        self._gravity_mps2 = gravity_mps2(home.lat_deg)
+        self._slow_s = _SLOW_EVERY * dt_s
+        self._dt_s = dt_s
+        self._samples = 0
+        self._gauss = stream(seed, f"{config.name} white").gauss
+        rng = stream(seed, f"{config.name} biases")
+        biases = [(_ACCEL_BIAS_MPS2, _BIAS_TAU_S)] * 3 + [(_GYRO_BIAS_RADPS, _BIAS_TAU_S)] * 3
+        attitude = [(_TILT_RAD, _TILT_TAU_S)] * 2 + [(_YAW_RAD, _YAW_TAU_S)]
+        self._slow = [GaussMarkov(rng, sigma, tau_s) for sigma, tau_s in biases + attitude]
+        self._errors = tuple(process.value for process in self._slow)
+        self._rates: tuple[float, float, float] | None = None
+
+    @property
+    def biases(self) -> tuple[float, ...]:
+        """Three of specific force, three of rate: what an estimator should find."""
+        return self._errors[:6]
+
+    def sample(self, hull: Hull, waves: Waves) -> ImuSample:
+        self._samples += 1
+        if self._samples % _SLOW_EVERY == 0:
+            self._errors = tuple([process.update(self._slow_s) for process in self._slow])
+        roll, pitch, turn = waves.roll_rad, waves.pitch_rad, hull.turn_radps
+        c_roll, s_roll, c_pitch, s_pitch = math.cos(roll), math.sin(roll), math.cos(pitch), math.sin(pitch)
+        p = waves.roll_rate_radps - turn * s_pitch
+        q = waves.pitch_rate_radps * c_roll + turn * s_roll * c_pitch
+        r = turn * c_roll * c_pitch - waves.pitch_rate_radps * s_roll
+        forward, starboard = hull.surge_mps2, hull.sway_mps2
+        z = s_pitch * forward - c_pitch * self._gravity_mps2
+        x, y, z = c_pitch * forward + s_pitch * self._gravity_mps2, c_roll * starboard + s_roll * z, c_roll * z - s_roll * starboard
+        if self._lever:
+            dx, dy, dz = self._lever_arm(p, q, r)
+            x, y, z = x + dx, y + dy, z + dz
+        ex, ey, ez, ep, eq, er, e_roll, e_pitch, e_yaw = self._errors
+        gauss = self._gauss
+        return (
+            x + ex + gauss(0.0, _ACCEL_WHITE_MPS2),
+            y + ey + gauss(0.0, _ACCEL_WHITE_MPS2),
+            z + ez + gauss(0.0, _ACCEL_WHITE_MPS2),
+            p + ep + gauss(0.0, _GYRO_WHITE_RADPS),
+            q + eq + gauss(0.0, _GYRO_WHITE_RADPS),
+            r + er + gauss(0.0, _GYRO_WHITE_RADPS),
+            roll + e_roll,
+            pitch + e_pitch,
+            wrap_pi(hull.yaw_rad + e_yaw),
+        )
+
+    def _lever_arm(self, p: float, q: float, r: float) -> tuple[float, float, float]:
+        """ω̇ × l + ω × (ω × l), with ω̇ over the last sample."""
+        before, self._rates = self._rates or (p, q, r), (p, q, r)
+        dp, dq, dr = ((now - then) / self._dt_s for now, then in zip((p, q, r), before, strict=True))
+        x, y, z = self._config.x_m, self._config.y_m, self._config.z_m
+        along = p * x + q * y + r * z
+        squared = p * p + q * q + r * r
+        return (
+            dq * z - dr * y + p * along - squared * x,
+            dr * x - dp * z + q * along - squared * y,
+            dp * y - dq * x + r * along - squared * z,
+        )

@@ -1,0 +1,102 @@
+"""Thrusters as they really are: curve, limits and dead band, a lag in force, a limited rate of turn."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from companion.config import ThrusterConfig
+from companion.core.angles import TWO_PI, wrap_pi
+
+
+class Thruster:
+    """One thruster. In: throttle −1…1 and azimuth; out: `force_n` along `azimuth_rad`.
+
+    The force that the throttle asks for is K u|u| with K by sign, within [min_n, max_n], nothing in the dead band; the force follows it
+    with a first-order lag. A steerable one turns at its rate: the shorter way if endless, else to the demanded direction's turn within
+    its stops that is nearest. A dead one gives nothing and does not turn.
+    """
+
+    __slots__ = ("_config", "_lag_s", "_target_n", "_target_rad", "_turns", "_x_m", "_y_m", "azimuth_rad", "dead", "force_n")
+
+    def __init__(self, config: ThrusterConfig, lag_s: float, x_m: float | None = None) -> None:
+        self._config = config
+        self._lag_s = lag_s
+        self._x_m = config.x_m if x_m is None else x_m
+        self._y_m = config.y_m
+        self._turns = config.kind == "azimuth"
+        self._target_n = 0.0
+        self.azimuth_rad = config.azimuth_rad  # may hold more than a turn where there are stops
+        self._target_rad = config.azimuth_rad
+        self.force_n = 0.0
+        self.dead = False
+
+    @property
+    def max_n(self) -> float:
+        """The largest force, either way."""
+        return max(self._config.max_n, -self._config.min_n)
+
+    def demand(self, throttle: float, azimuth_rad: float | None) -> None:
+        """What the bridge asks for. None leaves the direction as demanded before."""
+        config = self._config
+        u = min(max(throttle, -1.0), 1.0)
+        if abs(u) < config.dead_band:
+            u = 0.0
+        force_n = (config.ahead_n if u >= 0.0 else config.astern_n) * u * abs(u)
+        self._target_n = min(max(force_n, config.min_n), config.max_n)
+        if self._turns and azimuth_rad is not None:
+            self._target_rad = self._reachable(azimuth_rad)
+
+    def step(self, dt_s: float) -> None:
+        target_n = 0.0 if self.dead else self._target_n
+        if self._lag_s > 0.0:
+            self.force_n += (target_n - self.force_n) * -math.expm1(-dt_s / self._lag_s)
+        else:
+            self.force_n = target_n
+        if self._turns and not self.dead:
+            self._turn(dt_s)
+
+    def wrench(self) -> tuple[float, float, float]:
+        """(surge_n, sway_n, yaw_nm) on the hull: τ = [cos α, sin α, lx sin α − ly cos α]ᵀ F."""
+        x_n, y_n = self.force_n * math.cos(self.azimuth_rad), self.force_n * math.sin(self.azimuth_rad)
+        return x_n, y_n, self._x_m * y_n - self._y_m * x_n
+
+    def throttle(self) -> float:
+        """The throttle that the present force corresponds to."""
+        curve_n = self._config.ahead_n if self.force_n >= 0.0 else self._config.astern_n
+        return math.copysign(math.sqrt(abs(self.force_n) / curve_n), self.force_n)
+
+    @property
+    def steerable(self) -> bool:
+        return self._turns
+
+    def _turn(self, dt_s: float) -> None:
+        error = self._target_rad - self.azimuth_rad
+        if self._endless:
+            error = wrap_pi(error)
+        if error:
+            most = self._config.azimuth_rate_radps * dt_s
+            turned = self.azimuth_rad + min(max(error, -most), most)
+            self.azimuth_rad = wrap_pi(turned) if self._endless else turned
+
+    @property
+    def _endless(self) -> bool:
+        return self._config.azimuth_min_rad is None and self._config.azimuth_max_rad is None
+
+    def _reachable(self, azimuth_rad: float) -> float:
+        """The turn of this direction that the drive goes to; the nearer stop where the direction lies beyond both."""
+        if self._endless:
+            return wrap_pi(azimuth_rad)
+        low = -math.inf if self._config.azimuth_min_rad is None else self._config.azimuth_min_rad
+        high = math.inf if self._config.azimuth_max_rad is None else self._config.azimuth_max_rad
+        nearest = self.azimuth_rad + wrap_pi(azimuth_rad - self.azimuth_rad)
+        within = [turn for turn in (nearest, nearest - TWO_PI, nearest + TWO_PI) if low <= turn <= high]
+        if within:
+            return min(within, key=lambda turn: abs(turn - self.azimuth_rad))
+        return min((stop for stop in (low, high) if math.isfinite(stop)), key=lambda stop: abs(wrap_pi(azimuth_rad - stop)))
+
+
+def build(configs: Sequence[ThrusterConfig], lag_s: float, x_m: Sequence[float] | None) -> tuple[Thruster, ...]:
+    """All thrusters of a vessel, at their true places `x_m` where those are given."""
+    places = [None] * len(configs) if x_m is None else list(x_m)
+    return tuple(Thruster(config, lag_s, x) for config, x in zip(configs, places, strict=True))

@@ -1,0 +1,241 @@
+"""The boat's world: hull, thrusters, weather, sensors and their devices, stepped together at 100 Hz."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from companion.config import ConfigError, PlantConfig, VesselConfig
+from companion.core.angles import wrap_pi
+from companion.core.frames import ned_to_body
+from companion.core.ports import ByteStream
+from sitl import emulators
+from sitl import thrusters as thruster_models
+from sitl.battery import BatteryModel
+from sitl.emulators.device import Surroundings
+from sitl.environment import UPDATE_S, Current, Waves, Wind, parse_directed, wind_force
+from sitl.faults import Faults, parse
+from sitl.hull import Hull
+from sitl.memory import MemoryDevice, MemoryStream
+from sitl.sensors import grade
+
+EPOCH_UNIX_NS = 1_780_315_200_000_000_000  # 2026-06-01T12:00:00Z, where simulated time begins
+STEP_HZ = 100
+STEP_S = 1.0 / STEP_HZ
+
+_UPDATE_STEPS = round(UPDATE_S * STEP_HZ)
+_CAPACITY_WH = 900.0
+_FULL_POWER_W = 340.0  # of all thrusters together
+_HOTEL_POWER_W = 20.0
+
+
+@dataclass(frozen=True, slots=True)
+class Truth:
+    """What the boat really does. North and east from home; velocities over ground in body axes; thrusters as (force_n, azimuth_rad)."""
+
+    t_s: float
+    north_m: float
+    east_m: float
+    yaw_rad: float
+    surge_mps: float
+    sway_mps: float
+    yaw_rate_radps: float
+    wind_speed_mps: float
+    wind_from_rad: float
+    current_north_mps: float
+    current_east_mps: float
+    thrusters: tuple[tuple[float, float], ...]
+    battery_v: float
+    battery_remaining: float
+
+
+class World:
+    """The plant and the devices on it: a `companion.core.ports.World` and the `StreamOpener` of its devices' ports.
+
+    The boat starts at home, at rest over ground, its boards neutral. Time is the caller's: `advance(now_s)` takes as many whole steps as
+    have become due since 0.
+    """
+
+    def __init__(
+        self,
+        vessel: VesselConfig,
+        *,
+        seed: int = 0,
+        wind: str | None = None,
+        current: str | None = None,
+        gnss: str = "rtk",
+        plant: str | None = None,
+        waves_m: float = 0.0,
+        faults: Sequence[str] = (),
+        current_variation_mps: float = 0.0,
+        capacity_wh: float = _CAPACITY_WH,
+        epoch_unix_ns: int = EPOCH_UNIX_NS,
+    ) -> None:
+        """`wind` "MPS@FROM_DEG", `current` "MPS@TOWARDS_DEG", directions from the seed where left out; `plant` None: as the vessel's file
+        says. Raises ConfigError for what the vessel or the arguments do not offer.
+        """
+        self._vessel = vessel
+        self._plant = _chosen_plant(vessel, plant)
+        grade(gnss)
+        self.faults = Faults(faults, vessel)
+        self.wind = Wind(*(parse_directed(wind, "wind") if wind else (0.0, None)), seed)
+        self.current = Current(*(parse_directed(current, "current") if current else (0.0, None)), seed, current_variation_mps)
+        self.waves = Waves(waves_m, self.wind, vessel.length_m, seed)
+        self.battery = BatteryModel(capacity_wh)
+        self.hull = Hull(self._plant.hull)
+        self.thrusters = thruster_models.build(vessel.thrusters, self._plant.thruster_lag_s, self._plant.thruster_x_m)
+        self._steps = 0
+        self._streams: dict[str, MemoryStream] = {}
+        around = Surroundings(self.hull, self.waves, self.wind, self.faults, vessel.home, gnss, seed, epoch_unix_ns, STEP_HZ)
+        by_name = {config.name: thruster for config, thruster in zip(vessel.thrusters, self.thrusters, strict=True)}
+        self.sensors = [emulators.sensor(config, self._port(config.name), around) for config in vessel.sensors]
+        self.boards = [
+            emulators.board(config, self._port(config.name), [by_name[name] for name in config.thrusters], self.battery, self.faults)
+            for config in vessel.actuators
+        ]
+        self._devices = (*self.sensors, *self.boards)
+        self._due = [0.0] * len(self._devices)
+        self.hull.set_current(self.current.north_mps, self.current.east_mps)
+        self.set_state()
+
+    # --- ports -----------------------------------------------------------------------------------------------------
+
+    def open(self, name: str, url: str) -> ByteStream:
+        """The port of the device `name`; its `url` is for a real boat. Raises ConfigError for a device that is not there."""
+        stream = self._streams.get(name)
+        if stream is None:
+            raise ConfigError([f"no simulated device named '{name}'; there is {', '.join(self._streams)}"])
+        stream.reopen()
+        return stream
+
+    def advance(self, now_s: float) -> None:
+        """Bring the world up to `now_s`."""
+        due = math.floor(now_s * STEP_HZ + 1e-6)
+        while self._steps < due:
+            self._step()
+
+    # --- what tests and scenarios see and set ----------------------------------------------------------------------
+
+    @property
+    def t_s(self) -> float:
+        """Time that the world has reached."""
+        return self._steps / STEP_HZ
+
+    @property
+    def truth(self) -> Truth:
+        hull = self.hull
+        return Truth(
+            t_s=self.t_s,
+            north_m=hull.north_m,
+            east_m=hull.east_m,
+            yaw_rad=hull.yaw_rad,
+            surge_mps=hull.surge_mps,
+            sway_mps=hull.sway_mps,
+            yaw_rate_radps=hull.yaw_rate_radps,
+            wind_speed_mps=self.wind.speed_mps,
+            wind_from_rad=self.wind.from_rad,
+            current_north_mps=self.current.north_mps,
+            current_east_mps=self.current.east_mps,
+            thrusters=tuple([(thruster.force_n, wrap_pi(thruster.azimuth_rad)) for thruster in self.thrusters]),
+            battery_v=self.battery.voltage_v,
+            battery_remaining=self.battery.remaining,
+        )
+
+    def set_state(
+        self,
+        north_m: float = 0.0,
+        east_m: float = 0.0,
+        yaw_rad: float | None = None,
+        surge_mps: float = 0.0,
+        sway_mps: float = 0.0,
+        yaw_rate_radps: float = 0.0,
+    ) -> None:
+        """Put the boat somewhere, north and east of home; `yaw_rad` None: home's. Velocities over ground in body axes."""
+        yaw = self._vessel.home.yaw_rad if yaw_rad is None else yaw_rad
+        self.hull.place(north_m, east_m, yaw, surge_mps, sway_mps, yaw_rate_radps)
+
+    def add_fault(self, name: str, duration_s: float = math.inf) -> None:
+        """A fault from now on. Raises ConfigError for a name that does not exist."""
+        times = f"{self.t_s}" if math.isinf(duration_s) else f"{self.t_s}+{duration_s}"
+        self.faults.add(parse(f"{name}@{times}", self._vessel))
+
+    def set_transmitter(self, channels_us: Sequence[int] | None) -> None:
+        """Pulses of the hand-held transmitter on all boards; None: no receiver."""
+        for board in self.boards:
+            board.rc_us = channels_us
+
+    def _port(self, name: str) -> MemoryDevice:
+        if name in self._streams:
+            raise ConfigError([f"two devices are named '{name}'"])
+        stream = self._streams[name] = MemoryStream(name)
+        return stream.device
+
+    # --- a step ----------------------------------------------------------------------------------------------------
+
+    def _step(self) -> None:
+        self._steps += 1
+        t_s = self._steps / STEP_HZ
+        if self.faults.update(t_s):
+            self._apply_faults()
+        for board in self.boards:
+            board.listen(t_s)
+        if self._steps % _UPDATE_STEPS == 0:
+            self._update_weather()
+        self.waves.update(t_s)
+        self._push(t_s)
+        self._let_speak(t_s)
+
+    def _push(self, t_s: float) -> None:
+        """Forces on the hull, and its step."""
+        hull = self.hull
+        c, s = math.cos(hull.yaw_rad), math.sin(hull.yaw_rad)
+        air_north, air_east = self.wind.north_mps - hull.north_mps, self.wind.east_mps - hull.east_mps
+        surge_n, sway_n, yaw_nm = wind_force(
+            self._plant.windage, self._vessel.length_m, c * air_north + s * air_east, c * air_east - s * air_north
+        )
+        for thruster in self.thrusters:
+            thruster.step(STEP_S)
+            x_n, y_n, n_nm = thruster.wrench()
+            surge_n, sway_n, yaw_nm = surge_n + x_n, sway_n + y_n, yaw_nm + n_nm
+        if self.waves.push:
+            surge_mps2, sway_mps2 = ned_to_body(*self.waves.acceleration(t_s), hull.yaw_rad)
+            surge_n += self._plant.hull.m11_kg * surge_mps2
+            sway_n += self._plant.hull.m22_kg * sway_mps2
+        hull.step(surge_n, sway_n, yaw_nm, STEP_S)
+
+    def _let_speak(self, t_s: float) -> None:
+        due = self._due
+        for i, device in enumerate(self._devices):
+            due[i] += device.rate_hz * STEP_S
+            if due[i] >= 1.0 - 1e-9:
+                due[i] = max(due[i] - 1.0, 0.0)
+                device.speak(t_s)
+
+    def _update_weather(self) -> None:
+        self.wind.update(UPDATE_S)
+        if self.current.varies:
+            self.current.update(UPDATE_S)
+            self.hull.set_current(self.current.north_mps, self.current.east_mps)
+        shares = [(abs(thruster.force_n) / thruster.max_n) ** 1.5 for thruster in self.thrusters]
+        self.battery.step(_HOTEL_POWER_W + _FULL_POWER_W * sum(shares) / len(shares), UPDATE_S)
+
+    def _apply_faults(self) -> None:
+        active = self.faults.active
+        for config, thruster in zip(self._vessel.thrusters, self.thrusters, strict=True):
+            thruster.dead = f"thruster_{config.name}_dead" in active
+        for name, stream in self._streams.items():
+            gone = f"{name}_unplugged" in active
+            if gone and stream.plugged:
+                stream.device.unplug()
+            elif not gone and not stream.plugged:
+                stream.device.plug()
+
+
+def _chosen_plant(vessel: VesselConfig, name: str | None) -> PlantConfig:
+    if vessel.sitl is None:
+        raise ConfigError([f"{vessel.name}: the vessel's file has no [sitl] table, so there is nothing to simulate"])
+    chosen = vessel.sitl.plant if name is None else name
+    if chosen not in vessel.sitl.plants:
+        raise ConfigError([f"{vessel.name}: no plant named '{chosen}'; there is {', '.join(vessel.sitl.plants)}"])
+    return vessel.sitl.plants[chosen]

@@ -1,0 +1,184 @@
+"""`make bench`: figures of speed, as medians and ratios. Nothing is asserted: a shared machine is not a stop-watch."""
+
+from __future__ import annotations
+
+import os
+import resource
+import socket
+import statistics
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from pymavlink.dialects.v20 import common as mavlink
+
+from companion.cli import LockstepRig
+from sitl.scenarios.rig import Conditions
+from sitl.scenarios.station import Station
+from tests.protocol.process import Companion
+
+_HOLD = 0x03040000
+
+
+def line(what: str, value: str, aim: str) -> None:
+    print(f"{what:58} {value:>28}   aim {aim}", flush=True)
+
+
+def median_and_range(values: list[float], form: str) -> str:
+    return f"{statistics.median(values):{form}} ({min(values):{form}}…{max(values):{form}})"
+
+
+class Client:
+    """A ground station on UDP that speaks pymavlink."""
+
+    def __init__(self, companion: Companion) -> None:
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._socket.bind(("127.0.0.1", companion.udp_port))
+        self._socket.settimeout(2.0)
+        self._vehicle: Any = None
+        self._codec = mavlink.MAVLink(None, srcSystem=255, srcComponent=190)
+        self._codec.robust_parsing = True
+
+    def send(self, message: Any) -> None:
+        self._socket.sendto(message.pack(self._codec), self._vehicle)
+        self._codec.seq = (self._codec.seq + 1) % 256
+
+    def wait_for(self, *kinds: str) -> Any:
+        while True:
+            data, self._vehicle = self._socket.recvfrom(65535)
+            for message in self._codec.parse_buffer(data) or ():
+                if message.get_type() in kinds:
+                    return message
+
+    def upload(self, count: int) -> tuple[int, float]:
+        """(MAV_MISSION_RESULT, seconds)."""
+        items = [
+            mavlink.MAVLink_mission_item_int_message(
+                1, 1, seq, 3, 16, 0, 1, 0.0, 0.0, 0.0, float("nan"), 634389000 + seq, 103990000 + 37 * (seq % 100), 0.0
+            )
+            for seq in range(min(count, 10_000))
+        ]
+        started_s = time.perf_counter()
+        self.send(mavlink.MAVLink_mission_count_message(1, 1, count))
+        while True:
+            message = self.wait_for("MISSION_REQUEST_INT", "MISSION_ACK")
+            if message.get_type() == "MISSION_ACK":
+                return message.type, time.perf_counter() - started_s
+            self.send(items[message.seq])
+
+    def close(self) -> None:
+        self._socket.close()
+
+
+def start_up(folder: Path, runs: int = 7) -> None:
+    times_s = []
+    for n in range(runs):
+        companion = Companion(folder / f"start{n}")
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as listener:
+            listener.bind(("127.0.0.1", companion.udp_port))
+            listener.settimeout(20.0)
+            codec = mavlink.MAVLink(None)
+            codec.robust_parsing = True
+            started_s = time.perf_counter()
+            with companion:
+                while not any(m.get_type() == "HEARTBEAT" for m in codec.parse_buffer(listener.recv(65535)) or ()):
+                    pass
+                times_s.append(time.perf_counter() - started_s)
+    line("process start to first HEARTBEAT", median_and_range(times_s, ".2f") + " s", "0.8 s")
+
+
+def transfers(folder: Path) -> None:
+    with Companion(folder / "transfers") as companion:
+        client = Client(companion)
+        client.wait_for("HEARTBEAT")
+        rates = []
+        for _ in range(5):
+            result, took_s = client.upload(2000)
+            assert result == mavlink.MAV_MISSION_ACCEPTED
+            rates.append(2000 / took_s)
+        line("mission upload over UDP loopback, pymavlink client", median_and_range(rates, ".0f") + " items/s", "3000 items/s")
+        result, took_s = client.upload(10_000)
+        line("largest mission accepted", f"10000: result {result}, {took_s:.1f} s", "10000 items")
+        result, _ = client.upload(20_000)
+        line("  20000 items", f"refused with {result} (NO_SPACE is 4)", "refused")
+        assert companion.process is not None
+        before_s, wall_s = cpu_s(companion.process.pid), time.perf_counter()
+        time.sleep(10.0)
+        share = (cpu_s(companion.process.pid) - before_s) / (time.perf_counter() - wall_s)
+        line("whole process with plant, real time, one station", f"{100 * share:.1f} % of a core", "-")
+        line("peak memory of that process", f"{peak_mb(companion.process.pid):.0f} MB", "120 MB")
+        client.close()
+
+
+def cpu_s(pid: int) -> float:
+    fields = Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def peak_mb(pid: int) -> float:
+    status = Path(f"/proc/{pid}/status").read_text()
+    return next(int(row.split()[1]) / 1024 for row in status.splitlines() if row.startswith("VmHWM"))
+
+
+def lockstep(folder: Path, duration_s: float = 120.0) -> None:
+    """Hold in wind with everything on: bytes, plant, estimator, telemetry, log."""
+    rig = LockstepRig(Conditions("revolt", seed=1, wind="2"), folder / "lockstep")
+    plant_s = 0.0
+    steps_s: list[float] = []
+    advance = rig.world.advance
+
+    def timed_advance(now_s: float) -> None:
+        nonlocal plant_s
+        started_s = time.perf_counter()
+        advance(now_s)
+        plant_s += time.perf_counter() - started_s
+
+    station = Station(rig)
+    station.ready()
+    station.set_mode(_HOLD)
+    station.arm()
+    rig.world.advance = timed_advance  # type: ignore[method-assign]
+    started_s, cpu_started_s = time.perf_counter(), time.process_time()
+    from_s = rig.now_s
+    tick = rig.vessel.tick
+    rig.vessel.tick = _timed(tick, steps_s, lambda: plant_s)  # type: ignore[method-assign]
+    station.sail(duration_s)
+    took_s, cpu_took_s = time.perf_counter() - started_s, time.process_time() - cpu_started_s
+    sailed_s = rig.now_s - from_s
+    rig.close()
+    steps_s.sort()
+    line("lockstep, whole stack, one core", f"{sailed_s / cpu_took_s:.0f} × real time (wall {sailed_s / took_s:.0f})", "100 ×")
+    line("  of which plant and emulators", f"{1e3 * plant_s / sailed_s:.1f} ms a boat second", "-")
+    line(
+        "tick without the plant",
+        f"median {1e3 * statistics.median(steps_s):.2f} ms, p99 {1e3 * steps_s[int(0.99 * len(steps_s))]:.2f} ms",
+        "p99 under 1 ms",
+    )
+    line("on-board part at real time", f"{100 * sum(steps_s) / sailed_s:.2f} % of a core", "under 4 %")
+
+
+def _timed(tick: Callable[[float], Any], steps_s: list[float], plant_s: Callable[[], float]) -> Callable[[float], Any]:
+    def timed(now_s: float) -> Any:
+        plant_before_s, started_s = plant_s(), time.perf_counter()
+        result = tick(now_s)
+        steps_s.append(time.perf_counter() - started_s - (plant_s() - plant_before_s))
+        return result
+
+    return timed
+
+
+def main() -> None:
+    print(f"Python {sys.version.split()[0]}, {os.cpu_count()} cores")
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        lockstep(folder)
+        start_up(folder)
+        transfers(folder)
+    line("peak memory of this bench process", f"{resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024:.0f} MB", "-")
+
+
+if __name__ == "__main__":
+    main()

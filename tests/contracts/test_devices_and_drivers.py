@@ -1,0 +1,153 @@
+"""Each emulated device with the driver that reads it: two pieces of code that know the same protocol apart from each other."""
+
+from __future__ import annotations
+
+import math
+import statistics
+from dataclasses import replace
+from typing import TypeVar
+
+import pytest
+
+from companion.config import SensorConfig, VesselConfig, find, load
+from companion.core.geodesy import LocalFrame
+from companion.core.ports import Actuator, Sensor
+from companion.core.types import (
+    ActuatorCommand,
+    Battery,
+    FixType,
+    GnssFix,
+    GroundVelocity,
+    Heading,
+    Imu,
+    Leak,
+    Reading,
+    ThrusterCommand,
+    ThrusterFeedback,
+    TimeOfDay,
+    Wind,
+)
+from companion.io.actuators import open_actuator
+from companion.io.sensors import open_sensor
+from sitl.world import EPOCH_UNIX_NS, World
+
+T = TypeVar("T")
+REVOLT = load(find("revolt"))
+GNSS, IMU = REVOLT.sensors
+FORWARD = (ThrusterCommand(6.75, 0.5, 0.2), ThrusterCommand(6.75, 0.5, -0.2), ThrusterCommand(0.0, 0.3, None))
+
+
+class Boat:
+    """A world and the drivers of its devices; no controller."""
+
+    def __init__(self, vessel: VesselConfig = REVOLT, **arguments: object) -> None:
+        self.world = World(vessel, **arguments)  # type: ignore[arg-type]
+        self.sensors: list[Sensor] = [open_sensor(config, self.world.open(config.name, config.port)) for config in vessel.sensors]
+        self.bridges: list[Actuator] = [
+            open_actuator(config, vessel, self.world.open(config.name, config.port)) for config in vessel.actuators
+        ]
+        self.now_s = 0.0
+
+    def sail(self, seconds: float, armed: bool = True) -> list[Reading]:
+        readings: list[Reading] = []
+        for _ in range(round(seconds * 10)):
+            self.now_s = round(self.now_s + 0.1, 6)
+            self.world.advance(self.now_s)
+            for device in (*self.sensors, *self.bridges):
+                readings += device.read(self.now_s)
+            for bridge in self.bridges:
+                bridge.write(ActuatorCommand(self.now_s, armed, FORWARD), self.now_s)
+        return readings
+
+    def ok(self) -> dict[str, bool]:
+        return {device.name: device.health(self.now_s).ok for device in (*self.sensors, *self.bridges)}
+
+
+def last(readings: list[Reading], kind: type[T]) -> T:
+    return [reading for reading in readings if isinstance(reading, kind)][-1]
+
+
+def vessel(*sensors: SensorConfig, yaw_deg: float = 0.0) -> VesselConfig:
+    return replace(REVOLT, sensors=sensors or REVOLT.sensors, home=replace(REVOLT.home, yaw_rad=math.radians(yaw_deg)))
+
+
+def test_what_the_drivers_read_is_what_the_boat_does() -> None:
+    boat = Boat(vessel(yaw_deg=120.0))
+    readings = boat.sail(20.0)
+    truth = boat.world.truth
+    frame = LocalFrame(REVOLT.home.lat_deg, REVOLT.home.lon_deg)
+    fix = last(readings, GnssFix)
+    assert fix.fix is FixType.RTK_FIXED and fix.t_s == pytest.approx(20.0)
+    north, east = frame.to_ned(fix.lat_deg, fix.lon_deg)
+    c, s = math.cos(truth.yaw_rad), math.sin(truth.yaw_rad)
+    assert (north, east) == pytest.approx((truth.north_m - 0.81 * c, truth.east_m - 0.81 * s), abs=0.05)
+    velocity = last(readings, GroundVelocity)
+    assert c * velocity.north_mps + s * velocity.east_mps == pytest.approx(truth.surge_mps, abs=0.06)
+    assert last(readings, Heading).yaw_rad == pytest.approx(truth.yaw_rad, abs=math.radians(0.8))
+    assert last(readings, TimeOfDay).time_unix_ns == pytest.approx(EPOCH_UNIX_NS + 20 * 10**9, abs=1e6)
+    imu = last(readings, Imu)
+    assert imu.z_mps2 == pytest.approx(-9.82, abs=0.1)
+    assert imu.yaw_rate_radps == pytest.approx(truth.yaw_rate_radps, abs=math.radians(0.4))
+    assert imu.yaw_rad == pytest.approx(truth.yaw_rad, abs=math.radians(4.0))
+    assert imu.t_s == pytest.approx(20.0)
+    feedback = {reading.index: reading for reading in readings if isinstance(reading, ThrusterFeedback)}
+    assert {index: reading.throttle for index, reading in feedback.items()} == pytest.approx({0: 0.5, 1: 0.5, 2: 0.3}, abs=1e-3)
+    assert [feedback[index].azimuth_rad for index in (0, 1)] == pytest.approx([0.2, -0.2], abs=1e-4)
+    assert last(readings, Battery).remaining == pytest.approx(truth.battery_remaining, abs=0.005)
+    assert not last(readings, Leak).wet
+    assert all(boat.ok().values())
+
+
+def test_a_baseline_mounted_askew_is_put_right() -> None:
+    boat = Boat(vessel(replace(GNSS, heading_offset_rad=math.radians(90.0)), IMU, yaw_deg=30.0))
+    assert last(boat.sail(1.0, armed=False), Heading).yaw_rad == pytest.approx(math.radians(30.0), abs=math.radians(1.0))
+
+
+def test_latency_is_taken_out_of_the_time_of_validity() -> None:
+    boat = Boat(vessel(replace(GNSS, latency_s=0.06), IMU))
+    readings = boat.sail(1.0)
+    times = [reading.t_s for reading in readings if isinstance(reading, GnssFix)]
+    assert times[-1] == pytest.approx(0.9) and times[0] == pytest.approx(0.05)
+
+
+def test_wind_sensor_gives_apparent_wind() -> None:
+    boat = Boat(vessel(*REVOLT.sensors, replace(GNSS, name="wind", x_m=0.0, z_m=0.0, rate_hz=4.0), yaw_deg=90.0), wind="8@180")
+    readings = [reading for reading in boat.sail(20.0, armed=False) if isinstance(reading, Wind)]
+    assert statistics.fmean(reading.speed_mps for reading in readings) == pytest.approx(8.0, abs=2.5)
+    assert all(0.0 < reading.from_rad < math.pi for reading in readings)  # bow east, wind from the south: from starboard
+
+
+@pytest.mark.parametrize(
+    ("fault", "device"),
+    [
+        ("imu_lost", "imu"),
+        ("imu_unplugged", "imu"),
+        ("gnss_unplugged", "gnss"),
+        ("mcu_silent", "microcontroller"),
+        ("mcu_deaf", "microcontroller"),
+        ("microcontroller_unplugged", "microcontroller"),
+        ("thruster_bow_dead", "microcontroller"),
+    ],
+)
+def test_a_fault_shows_in_the_health_of_its_device_and_goes(fault: str, device: str) -> None:
+    boat = Boat(faults=[f"{fault}@2+4"])
+    boat.sail(1.9)
+    assert all(boat.ok().values())
+    boat.sail(4.0)
+    assert [name for name, ok in boat.ok().items() if not ok] == [device]
+    boat.sail(1.9)
+    assert all(boat.ok().values())
+
+
+def test_without_a_fix_the_receiver_is_well_and_says_so() -> None:
+    boat = Boat(faults=["gnss_lost@1"])
+    boat.sail(1.0)
+    readings = boat.sail(1.0)
+    assert last(readings, GnssFix).fix is FixType.NONE
+    assert not any(isinstance(reading, Heading) for reading in readings)
+
+
+def test_leak_and_low_battery_arrive() -> None:
+    readings = Boat(faults=["leak@1", "battery_low@1"]).sail(2.0)
+    assert last(readings, Leak).wet
+    assert last(readings, Battery).remaining == pytest.approx(0.08, abs=0.005)

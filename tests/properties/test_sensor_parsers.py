@@ -1,0 +1,72 @@
+"""Whatever comes down the line, the parsers do not raise, do not grow, and believe no bad checksum."""
+
+from __future__ import annotations
+
+import random
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from companion.config import SensorConfig
+from companion.io.sensors import DRIVERS, open_sensor
+from tests.unit.io.sensors.test_mtdata2 import BY_HAND
+from tests.unit.io.sensors.test_nmea0183 import GGA, HDT, VTG, Line
+
+WHOLE = {"nmea0183": GGA + HDT + VTG, "mtdata2": BY_HAND * 3}
+
+
+def driver(name: str) -> tuple[Any, Line]:
+    line = Line()
+    return open_sensor(SensorConfig("sensor", name, "serial:/dev/x:9600"), line), line
+
+
+def held(sensor: Any) -> int:
+    """Bytes that the driver keeps for later."""
+    return len(getattr(sensor, "_tail", b"")) + len(getattr(sensor, "_buffer", b""))
+
+
+@pytest.mark.parametrize("name", DRIVERS)
+def test_random_bytes(name: str) -> None:
+    generator = random.Random(4)
+    alphabet = b"$*,.0123456789ABCDEFGHINPTVZ\r\n\xfa\xff\x36"
+    sensor, line = driver(name)
+    for k in range(400):
+        noise = generator.randbytes(125) + bytes(generator.choices(alphabet, k=125))
+        line.chunks = [(0.01 * k, noise)]
+        assert sensor.read(0.01 * k) == []
+        assert held(sensor) < 5000
+    assert sensor._valid == 0
+    assert not sensor.health(4.0).ok
+    line.chunks = [(5.0, bytes(3000) + WHOLE[name])]
+    assert len(sensor.read(5.0)) == 3
+
+
+@pytest.mark.parametrize("name", DRIVERS)
+@settings(deadline=None, derandomize=True, max_examples=60)
+@given(data=st.data())
+def test_one_spoilt_byte_never_gives_a_wrong_reading(name: str, data: st.DataObject) -> None:
+    stream = bytearray(WHOLE[name])
+    at = data.draw(st.integers(0, len(stream) - 1))
+    stream[at] = data.draw(st.integers(0, 255))
+    cut = data.draw(st.integers(0, len(stream)))
+    clean, clean_line = driver(name)
+    clean_line.chunks = [(1.0, WHOLE[name])]
+    expected = [repr(reading) for reading in clean.read(1.0)]
+    sensor, line = driver(name)
+    line.chunks = [(1.0, bytes(stream[:cut])), (1.0, bytes(stream[cut:]))]
+    assert all(repr(reading) in expected for reading in sensor.read(1.0))
+
+
+@pytest.mark.parametrize("kind", ["GGA", "GLL", "RMC", "VTG", "HDT", "THS", "HDG", "ZDA", "GST", "MWV", "ROT"])
+@settings(deadline=None, derandomize=True, max_examples=40)
+@given(fields=st.lists(st.one_of(st.sampled_from(["", "A", "N", "E", "R", "K", "120000.5", "-1", "1e999", "280511"]), st.text("0123456789.-+eEnaNif", max_size=9)), max_size=16))
+def test_any_fields_under_a_good_checksum(kind: str, fields: list[str]) -> None:
+    body = f"GP{kind},{','.join(fields)}".encode()
+    total = 0
+    for byte in body:
+        total ^= byte
+    sensor, line = driver("nmea0183")
+    line.chunks = [(1.0, b"$%s*%02X\r\n" % (body, total))]
+    sensor.read(1.0)

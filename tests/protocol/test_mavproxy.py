@@ -1,0 +1,100 @@
+"""A day's work by MAVProxy, headless, against the running process."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import pytest
+
+from companion.core.geodesy import LocalFrame
+from companion.params import TABLE
+from tests.protocol.mavproxy import MavProxy
+from tests.protocol.process import Companion
+
+pytestmark = pytest.mark.process
+
+FRAME = LocalFrame(63.4389, 10.3990)
+CORNERS = ((8.0, 0.0), (8.0, 8.0), (0.0, 8.0), (0.0, 0.0))
+
+
+def row(seq: int, command: int, point: tuple[float, float] | None = None, params: tuple[float, ...] = (0, 0, 0, 0), frame: int = 3) -> str:
+    lat_deg, lon_deg = FRAME.to_geodetic(*point) if point else (0.0, 0.0)
+    cells = [seq, int(seq == 0), frame, command, *params, f"{lat_deg:.7f}", f"{lon_deg:.7f}", 0.0, 1]
+    return "\t".join(str(cell) for cell in cells)
+
+
+def twelve_rows() -> list[str]:
+    far = ((20.0, -8.0), (60.0, -8.0), (60.0, -20.0), (20.0, -20.0), (0.0, 0.0))
+    rows = [row(0, 178, params=(1.0, 0.9, -1.0, 0.0))]
+    rows += [row(n, 16, corner) for n, corner in enumerate(CORNERS, start=1)]
+    rows += [row(5, 19, (-4.0, 4.0), (2.0, 0, 0, 0)), row(6, 93, params=(1.0, -1.0, -1.0, -1.0))]
+    return rows + [row(n, 16, point) for n, point in enumerate(far, start=7)]
+
+
+def write(path: Path, rows: list[str]) -> Path:
+    path.write_text("QGC WPL 110\n" + "\n".join(rows) + "\n", encoding="utf-8")
+    return path
+
+
+def items_of(path: Path) -> list[list[float]]:
+    lines = path.read_text(encoding="utf-8").splitlines()[1:]
+    return [[float(cell) for cell in line.split("\t")] for line in lines if line.strip()]
+
+
+def same_items(first: Path, second: Path) -> bool:
+    """Everything but the `current` flag, which is a state of the vehicle, not of the plan."""
+    a, b = ([[*item[:1], *item[2:]] for item in items_of(path)] for path in (first, second))
+    return len(a) == len(b) and all(
+        math.isclose(x, y, abs_tol=1.5e-7) for left, right in zip(a, b, strict=True) for x, y in zip(left, right, strict=True)
+    )
+
+
+def test_a_mission_from_upload_to_disarming(tmp_path: Path) -> None:
+    with Companion(tmp_path, speed=10.0) as companion, MavProxy(f"tcp:127.0.0.1:{companion.tcp_port}", tmp_path / "mavproxy") as station:
+        station.expect("online system 1")
+        station.expect(f"Received {len(TABLE)} parameters", 60.0)
+        station.ask("param show DP_BW_SURGE", r"DP_BW_SURGE\s+0\.35")
+        station.say("param set DP_BW_SURGE 0.5")
+        station.ask("param show DP_BW_SURGE", r"DP_BW_SURGE\s+0\.5")
+        station.say("mode")
+        station.expect("Available modes.*MISSION")
+
+        plan = write(tmp_path / "plan.txt", twelve_rows())
+        station.say(f"wp load {plan}")
+        station.expect(r"Loaded 12 waypoints in")
+        station.say("wp list")
+        station.expect(r"(?s)Requesting 12 waypoints.*Saved 12 waypoints")
+        station.say(f"wp save {tmp_path / 'back.txt'}")
+        station.expect(r"Saved 12 waypoints to .*back.txt")
+        assert same_items(plan, tmp_path / "back.txt")
+
+        rally = write(tmp_path / "rally.txt", [row(0, 5100, (3.0, -3.0)), row(1, 5100, (30.0, 30.0))])
+        station.say(f"rally load {rally}")
+        station.expect(r"Loaded 2 rally items in")
+        box = [row(n, 5001, (150.0 * math.cos(a), 150.0 * math.sin(a)), (4.0, 0, 0, 0)) for n, a in enumerate((0.7, 2.4, 3.9, 5.5))]
+        fence = write(tmp_path / "fence.txt", box)
+        station.say(f"fence load {fence}")
+        station.expect(r"Loaded 4 fence items in")
+
+        station.ask("arm throttle", "Got COMMAND_ACK: COMPONENT_ARM_DISARM: ACCEPTED", again_s=2.0)
+        station.say("long DO_SET_MODE 1 4 4")
+        station.expect(r"Mode MISSION|MISSION> ")
+        station.expect(r"Reached waypoint #2|waypoint 2|MISSION_CURRENT|Passed WP|reached", 60.0)
+        station.say("long DO_SET_MODE 1 4 3")
+        station.expect(r"Mode LOITER|LOITER> ")
+        station.say("guided {} {} 0".format(*FRAME.to_geodetic(-6.0, -6.0)))
+        station.expect("Got COMMAND_ACK: DO_REPOSITION: ACCEPTED")
+        station.say("long DO_SET_MODE 1 4 4")
+        station.expect(r"Mode MISSION|MISSION> ")
+        station.say("rtl")
+        station.expect(r"Mode RTL|RTL> ")
+        station.say("disarm")
+        station.expect("Got COMMAND_ACK: COMPONENT_ARM_DISARM: ACCEPTED")
+    companion.start()
+    try:
+        with MavProxy(f"tcp:127.0.0.1:{companion.tcp_port}", tmp_path / "mavproxy2") as station:
+            station.expect(f"Received {len(TABLE)} parameters", 60.0)
+            station.ask("param show DP_BW_SURGE", r"DP_BW_SURGE\s+0\.5")
+    finally:
+        companion.kill()

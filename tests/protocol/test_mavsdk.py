@@ -1,0 +1,174 @@
+"""A day's work by MAVSDK, from its wheel, against the running process."""
+
+from __future__ import annotations
+
+import json
+import math
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+from mavsdk import ComponentType, Configuration, Mavsdk, System
+from mavsdk.plugins.action import Action
+from mavsdk.plugins.mavlink_direct import MavlinkDirect, MavlinkMessage
+from mavsdk.plugins.mission_raw import MissionItem, MissionRaw
+from mavsdk.plugins.param import Param
+from mavsdk.plugins.telemetry import FlightMode, Telemetry
+
+from companion.core.geodesy import LocalFrame
+from companion.params import TABLE, ParamType
+from tests.protocol.process import Companion
+
+pytestmark = pytest.mark.process
+
+FRAME = LocalFrame(63.4389, 10.3990)
+WAYPOINT, LOITER_TIME, DELAY, CONDITION_YAW, JUMP, SPEED = 16, 19, 93, 115, 177, 178
+
+
+@contextmanager
+def connected(companion: Companion) -> Iterator[System]:
+    with Mavsdk(Configuration.create_with_component_type(ComponentType.GROUND_STATION)) as sdk:
+        sdk.add_any_connection(f"udpin://127.0.0.1:{companion.udp_port}")
+        system = sdk.first_autopilot(10.0)
+        assert system is not None, "MAVSDK found no autopilot"
+        yield system
+
+
+def until(what: str, condition: Callable[[], bool], timeout_s: float = 30.0) -> None:
+    """The client is another thread's business: look at it again until it has seen what it should."""
+    end_s = time.monotonic() + timeout_s
+    while not condition():
+        assert time.monotonic() < end_s, f"{what}: not within {timeout_s:g} s"
+        time.sleep(0.02)
+
+
+def item(seq: int, command: int, point: tuple[float, float] | None, *params: float, frame: int = 6) -> MissionItem:
+    x, y = (round(1e7 * degrees) for degrees in FRAME.to_geodetic(*point)) if point else (0, 0)
+    padded = (*params, *(0.0 for _ in range(4 - len(params))))
+    return MissionItem(seq, frame if point else 2, command, int(seq == 0), 1, *padded, x, y, 0.0, 0)
+
+
+def twelve_items() -> list[MissionItem]:
+    """A small tour of everything that a mission may hold."""
+    nan = math.nan
+    return [
+        item(0, SPEED, None, 1.0, 0.875, -1.0),
+        item(1, WAYPOINT, (8.0, 0.0), 0.0, 0.0, 0.0, nan),
+        item(2, WAYPOINT, (8.0, 8.0), 2.0, 1.0, 0.0, nan),
+        item(3, CONDITION_YAW, None, 45.0, 0.0, 0.0, 0.0),
+        item(4, DELAY, None, 1.0, -1.0, -1.0, -1.0),
+        item(5, WAYPOINT, (0.0, 8.0), 0.0, 0.0, 0.0, nan),
+        item(6, LOITER_TIME, (-4.0, 4.0), 2.0, 0.0, 0.0, nan),
+        item(7, JUMP, None, 9.0, 1.0),
+        item(8, WAYPOINT, (90.0, 90.0), 0.0, 0.0, 0.0, nan),
+        item(9, WAYPOINT, (20.0, -8.0), 0.0, 0.0, 0.0, nan),
+        item(10, WAYPOINT, (60.0, -8.0), 0.0, 0.0, 0.0, nan),
+        item(11, WAYPOINT, (0.0, 0.0), 0.0, 0.0, 0.0, nan),
+    ]
+
+
+def fence_items() -> list[MissionItem]:
+    corners = ((150.0, -150.0), (150.0, 150.0), (-150.0, 150.0), (-150.0, -150.0))
+    polygon = [item(n, 5001, corner, 4.0, frame=5) for n, corner in enumerate(corners)]
+    circle = item(4, 5004, (80.0, 80.0), 10.0, frame=5)
+    for entry in (*polygon, circle):
+        entry.mission_type, entry.autocontinue = 1, 0
+    return [*polygon, circle]
+
+
+def rally_items() -> list[MissionItem]:
+    points = [item(0, 5100, (3.0, -3.0), frame=6), item(1, 5100, (30.0, 30.0), frame=6)]
+    for point in points:
+        point.mission_type = 2
+    return points
+
+
+def same(first: list[MissionItem], second: list[MissionItem]) -> bool:
+    def key(i: MissionItem) -> tuple[Any, ...]:
+        params = tuple("nan" if math.isnan(p) else p for p in (i.param1, i.param2, i.param3, i.param4, i.z))
+        return (i.seq, i.frame, i.command, i.autocontinue, *params, i.x, i.y, i.mission_type)
+
+    return [key(i) for i in first] == [key(i) for i in second]
+
+
+def mode_names(system: System) -> dict[int, str]:
+    """AVAILABLE_MODES as MAVSDK decodes them."""
+    direct = MavlinkDirect(system)
+    found: dict[int, dict[str, Any]] = {}
+
+    def take(message: MavlinkMessage, _user: Any) -> None:
+        fields = json.loads(message.fields_json)
+        found[fields["mode_index"]] = fields
+
+    direct.subscribe_message("AVAILABLE_MODES", take)
+    request = {"target_system": 1, "target_component": 1, "command": 512, "confirmation": 0}
+    request |= {"param1": 435.0} | {f"param{n}": 0.0 for n in range(2, 8)}
+    direct.send_message(MavlinkMessage("COMMAND_LONG", 0, 0, 1, 1, json.dumps(request)))
+    until("all modes", lambda: bool(found) and len(found) == next(iter(found.values()))["number_modes"])
+    direct.destroy()
+    return {fields["custom_mode"]: fields["mode_name"] for fields in found.values()}
+
+
+def test_connect_parameters_and_restart(tmp_path: Path) -> None:
+    companion = Companion(tmp_path, speed=5.0).start()
+    with connected(companion) as system:
+        names = mode_names(system)
+        assert names[0x00010000] == "Manual" and names[0x03040000] == "Hold" and names[0x04040000] == "Mission"
+        parameters = Param(system)
+        everything = parameters.get_all_params()
+        served = {p.name: ParamType.INT32 for p in everything.int_params} | {p.name: ParamType.REAL32 for p in everything.float_params}
+        assert served == {spec.name: spec.type for spec in TABLE}
+        parameters.set_param_float("DP_BW_SURGE", 0.5)
+        parameters.set_param_int("NAV_DLL_ACT", 2)
+        assert parameters.get_param_float("DP_BW_SURGE") == 0.5
+    companion.kill()
+    with companion, connected(companion) as system:
+        assert Param(system).get_param_float("DP_BW_SURGE") == 0.5
+        assert Param(system).get_param_int("NAV_DLL_ACT") == 2
+
+
+def test_a_mission_from_upload_to_disarming(tmp_path: Path) -> None:
+    with Companion(tmp_path, speed=10.0) as companion, connected(companion) as system:
+        telemetry, action, mission = Telemetry(system), Action(system), MissionRaw(system)
+        until("healthy", lambda: telemetry.health_all_ok())
+        until("ready to arm", lambda: telemetry.health().is_armable)
+
+        mission.upload_mission(twelve_items())
+        mission.upload_geofence(fence_items())
+        mission.upload_rally_points(rally_items())
+        assert same(mission.download_mission(), twelve_items())
+        assert same(mission.download_geofence(), fence_items())
+        assert same(mission.download_rallypoints(), rally_items())
+
+        action.arm()
+        until("armed", lambda: telemetry.armed())
+        mission.start_mission()
+        until("Mission", lambda: telemetry.flight_mode() == FlightMode.MISSION)
+        until("progress", lambda: mission.mission_progress().current >= 2, 60.0)
+
+        mission.pause_mission()
+        until("Hold", lambda: telemetry.flight_mode() == FlightMode.HOLD)
+        paused_at = mission.mission_progress().current
+
+        action.goto_location(*FRAME.to_geodetic(-6.0, -6.0), 0.0, math.nan)
+        until("the go-to point", lambda: near(telemetry, -6.0, -6.0), 60.0)
+
+        mission.start_mission()
+        until("Mission again", lambda: telemetry.flight_mode() == FlightMode.MISSION)
+        until("the jump was taken", lambda: mission.mission_progress().current >= 9, 90.0)
+        assert mission.mission_progress().current >= paused_at
+
+        action.return_to_launch()
+        until("RTL", lambda: telemetry.flight_mode() == FlightMode.RETURN_TO_LAUNCH)
+        until("home or a rally point", lambda: near(telemetry, 0.0, 0.0) or near(telemetry, 3.0, -3.0), 90.0)
+        action.disarm()
+        until("disarmed", lambda: not telemetry.armed())
+
+
+def near(telemetry: Telemetry, north_m: float, east_m: float, within_m: float = 1.5) -> bool:
+    position = telemetry.position()
+    north, east = FRAME.to_ned(position.latitude_deg, position.longitude_deg)
+    return math.hypot(north - north_m, east - east_m) < within_m

@@ -1,0 +1,141 @@
+"""The process as a person meets it: starting, ending, mistakes on the command line, a neighbour on the same machine, a power cut."""
+
+from __future__ import annotations
+
+import csv
+import json
+import socket
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from pymavlink import mavutil
+from pymavlink.dialects.v20 import common as mavlink
+
+from tests.protocol.process import Companion, free_port
+
+pytestmark = pytest.mark.process
+
+
+def companion(*arguments: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([sys.executable, "-m", "companion", *arguments], capture_output=True, text=True, timeout=60, check=False)
+
+
+def heard(port_socket: socket.socket, kind: str) -> bool:
+    codec = mavlink.MAVLink(None)
+    codec.robust_parsing = True
+    return any(m.get_type() == kind for _ in range(200) for m in codec.parse_buffer(port_socket.recv(65535)) or ())
+
+
+@pytest.mark.parametrize(
+    ("arguments", "remedy"),
+    [
+        (("run", "revlot", "--sitl"), "no vessel named 'revlot'; bundled: revolt"),
+        (("run", "no/such.toml"), "no such file"),
+        (("run", "revolt", "--sitl", "--home", "north"), "write LAT,LON,HEADING_DEG"),
+        (("run", "revolt", "--sitl", "--speed", "0"), "above 0"),
+        (("run", "revolt", "--wind", "3"), "--sitl"),
+        (("run", "revolt", "--sitl", "--fault", "kraken@10"), "kraken"),
+        (("run", "revolt", "--sitl", "--link", "carrier-pigeon:1"), "carrier-pigeon"),
+        (("check", "revlot"), "no vessel named"),
+        (("mission", "no.plan"), "no.plan"),
+        (("scenario", "run", "kraken"), "there is hold, mission_square"),
+        (("scenario", "run", "hold", "--set", "wind"), "KEY=VALUE"),
+        (("scenario", "run", "hold", "--set", "moon=full"), "has no setting moon"),
+    ],
+)
+def test_a_mistake_is_one_line_that_says_what_to_do(arguments: tuple[str, ...], remedy: str, tmp_path: Path) -> None:
+    extra = ("--state", str(tmp_path / "state"), "--log", str(tmp_path / "log")) if arguments[0] == "run" else ()
+    done = companion(*arguments, *extra)
+    assert done.returncode == 2
+    assert remedy in done.stderr and len(done.stderr.strip().splitlines()) == 1, done.stderr
+
+
+def test_check_lists_every_error_with_its_line(tmp_path: Path) -> None:
+    text = (Path(__file__).parents[2] / "companion" / "vessels" / "revolt.toml").read_text(encoding="utf-8")
+    for right, wrong in (("beam_m = 0.72", "beam_m = -1.0"), ('kind = "fixed"', 'kind = "jet"'), ("surge_n = 50.0", "surge = 50.0")):
+        text = text.replace(right, wrong, 1)
+    text = text.replace("[parameters]", "[parameters]\nDP_BW_SURGE = 99.0\nDP_BW_SURGEE = 1.0")
+    file = tmp_path / "boat.toml"
+    file.write_text(text, encoding="utf-8")
+    done = companion("check", str(file))
+    lines = done.stderr.strip().splitlines()
+    assert done.returncode == 2 and len(lines) == 6, done.stderr
+    assert all(line.startswith(f"{file}:") for line in lines)
+    assert "parameters.DP_BW_SURGE" in done.stderr and "allowed 0.05 to 2 rad/s" in done.stderr
+    assert companion("check", "revolt").returncode == 0
+
+
+def test_a_port_in_use_is_said(tmp_path: Path) -> None:
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        link = f"tcpin:127.0.0.1:{taken.getsockname()[1]}"
+        done = companion("run", "revolt", "--sitl", "--link", link, "--state", str(tmp_path), "--log", str(tmp_path))
+    assert done.returncode == 2 and len(done.stderr.strip().splitlines()) == 1
+    assert link in done.stderr and "in use" in done.stderr
+
+
+def test_missing_devices_are_said_and_the_boat_keeps_waiting_for_them(tmp_path: Path) -> None:
+    """Without --sitl on a machine that has none of the devices: it runs, refuses to arm, and says what to plug in."""
+    port = free_port()
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as station:
+        station.bind(("127.0.0.1", port))
+        arguments = ("run", "revolt", "--link", f"udpout:127.0.0.1:{port}", "--state", str(tmp_path / "s"), "--log", str(tmp_path / "l"))
+        done = companion(*arguments, "--duration", "2")
+        assert done.returncode == 0, done.stderr
+        station.settimeout(1.0)
+        assert heard(station, "HEARTBEAT")
+    rows = list(csv.DictReader(next((tmp_path / "l").glob("*/ticks.csv")).read_text(encoding="utf-8").splitlines()))
+    assert len(rows) >= 15 and {row["gnss_ok"] for row in rows} == {"0"} and {row["armed"] for row in rows} == {"0"}
+
+
+def test_two_companions_side_by_side(tmp_path: Path) -> None:
+    first, second = Companion(tmp_path / "a", speed=5.0), Companion(tmp_path / "b", speed=5.0)
+    with first, second, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as a, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as b:
+        for listener, process in ((a, first), (b, second)):
+            listener.bind(("127.0.0.1", process.udp_port))
+            listener.settimeout(10.0)
+            assert heard(listener, "GLOBAL_POSITION_INT")
+
+
+def test_one_state_folder_serves_one_companion(tmp_path: Path) -> None:
+    with Companion(tmp_path) as running:
+        done = companion("run", "revolt", "--sitl", "--state", str(running.folder / "state"), "--log", str(tmp_path), "--link", "udpout:127.0.0.1:9")
+    assert done.returncode == 2 and len(done.stderr.strip().splitlines()) == 1
+    assert "--state" in done.stderr
+
+
+def test_a_log_is_valid_after_a_power_cut(tmp_path: Path) -> None:
+    running = Companion(tmp_path, speed=20.0).start()
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as listener:
+        listener.bind(("127.0.0.1", running.udp_port))
+        listener.settimeout(10.0)
+        assert heard(listener, "SYS_STATUS") and heard(listener, "SYS_STATUS")
+    running.kill()
+    folder = running.log_folder
+    manifest = json.loads((folder / "manifest.json").read_text(encoding="utf-8"))
+    assert manifest["vessel"] == "revolt" and manifest["parameters"]["MAV_SYS_ID"] == 1
+    for name in ("ticks.csv", "truth.csv"):
+        header, *rows = csv.reader((folder / name).read_text(encoding="utf-8").splitlines())
+        assert len(rows) > 10 and {len(row) for row in rows[:-1]} == {len(header)}
+        times_s = [float(row[0]) for row in rows[:-1]]
+        steps = [b - a for a, b in zip(times_s, times_s[1:], strict=False)]
+        assert max(steps) <= 0.1 + 1e-6, "ten rows a second, none missing"
+    log = mavutil.mavlink_connection(str(folder / "telemetry.tlog"))
+    kinds = set()
+    while (message := log.recv_msg()) is not None:
+        kinds.add(message.get_type())
+    assert {"HEARTBEAT", "ATTITUDE", "GLOBAL_POSITION_INT"} <= kinds
+
+
+def test_a_corrupt_state_file_is_set_aside(tmp_path: Path) -> None:
+    with Companion(tmp_path):
+        pass
+    for file in (tmp_path / "state").glob("*.json"):
+        file.write_bytes(b'{"half a')
+    (tmp_path / "state" / "parameters.json").write_bytes(b"\x00\xff")
+    with Companion(tmp_path):
+        pass
+    assert list((tmp_path / "state").glob("parameters.json.corrupt-*"))

@@ -1,0 +1,62 @@
+"""The named scenarios over several seeds, judged by raw truth."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from companion.cli import LockstepRig
+from sitl.scenarios import SCENARIOS
+from sitl.scenarios.scenario import run
+
+
+def sail(name: str, folder: Path, seed: int, **changes: str) -> dict[str, float]:
+    outcome = run(SCENARIOS[name], LockstepRig, folder, seed=seed, changes=changes)
+    assert outcome.ok, f"{outcome.error or [check.row() for check in outcome.checks if not check.ok]}"
+    assert json.loads((folder / "result.json").read_text(encoding="utf-8"))["ok"] is True
+    return dict(outcome.metrics)
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_mission_square_in_wind(tmp_path: Path, seed: int) -> None:
+    metrics = sail("mission_square", tmp_path, seed, wind="2")
+    assert metrics["cross_track_rms_m"] < 0.5 and metrics["worst_miss_m"] <= 1.5 and metrics["waypoints_reached"] == 4
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_hold_in_wind(tmp_path: Path, seed: int) -> None:
+    metrics = sail("hold", tmp_path, seed, wind="2")
+    assert metrics["position_rms_m"] < 0.15 and metrics["heading_rms_deg"] < 2.0
+
+
+@pytest.mark.parametrize("error", ["-0.4", "0.4"])
+def test_hold_with_the_controllers_model_wrong(tmp_path: Path, error: str) -> None:
+    sail("hold", tmp_path, 1, wind="2", current="0.1", model_error=error)
+
+
+@pytest.mark.parametrize("error", ["-0.4", "0.4"])
+def test_mission_square_with_the_controllers_model_wrong(tmp_path: Path, error: str) -> None:
+    sail("mission_square", tmp_path, 2, wind="2", current="0.1", model_error=error)
+
+
+@pytest.mark.sweep
+@pytest.mark.parametrize("seed", range(32))
+@pytest.mark.parametrize("wind", ["0", "2", "3"])
+@pytest.mark.parametrize("name", sorted(SCENARIOS))
+def test_sweep(tmp_path: Path, name: str, wind: str, seed: int) -> None:
+    sail(name, tmp_path, seed, wind=wind)
+
+
+def test_the_same_seed_sails_the_same_track(tmp_path: Path) -> None:
+    first, second = (sail("mission_square", tmp_path / name, 4, wind="2") for name in ("a", "b"))
+    assert first == second
+    assert (tmp_path / "a" / "truth.csv").read_bytes() == (tmp_path / "b" / "truth.csv").read_bytes()
+
+
+def test_a_check_can_fail(tmp_path: Path) -> None:
+    """No thruster can hold this wind: the scenario must say so."""
+    outcome = run(SCENARIOS["hold"], LockstepRig, tmp_path, seed=0, changes={"wind": "14"})
+    assert not outcome.ok
+    assert json.loads((tmp_path / "result.json").read_text(encoding="utf-8"))["ok"] is False

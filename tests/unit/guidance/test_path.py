@@ -1,0 +1,144 @@
+"""Curves through waypoints, against scipy and against geometry."""
+
+from __future__ import annotations
+
+import math
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+from scipy.interpolate import Akima1DInterpolator, CubicSpline, PchipInterpolator
+
+from companion.guidance.path import Path, PathKind, build_path
+
+ROUTE = [(0.0, 0.0), (40.0, 10.0), (60.0, 50.0), (55.0, 90.0), (90.0, 100.0), (120.0, 60.0)]
+SQUARE = [(0.0, 0.0), (20.0, 0.0), (20.0, 20.0), (0.0, 20.0), (0.0, 0.0)]
+
+
+def chords(points: list[tuple[float, float]]) -> np.ndarray:
+    return np.concatenate(([0.0], np.cumsum([math.dist(a, b) for a, b in zip(points, points[1:], strict=False)])))
+
+
+@pytest.mark.parametrize(
+    ("kind", "oracle"),
+    [
+        (PathKind.PCHIP, PchipInterpolator),
+        (PathKind.CUBIC, CubicSpline),
+        (PathKind.MAKIMA, lambda t, p: Akima1DInterpolator(t, p, method="makima")),
+    ],
+)
+def test_curves_agree_with_scipy_and_are_measured_by_arc_length(kind: PathKind, oracle: object) -> None:
+    assert callable(oracle)
+    knots = chords(ROUTE)
+    curve = oracle(knots, np.array(ROUTE))
+    path = build_path(ROUTE, kind)
+    speed = curve.derivative()
+
+    def length(t: float) -> float:
+        parts = [k for k in knots if k < t] + [t]
+        return sum(quad(lambda x: float(np.hypot(*speed(x))), a, b, epsabs=1e-11)[0] for a, b in zip(parts, parts[1:], strict=False))
+
+    assert path.length_m == pytest.approx(length(knots[-1]), abs=1e-6)
+    for t in np.linspace(0.5, knots[-1] - 0.5, 25):
+        point = path.at(length(float(t)))
+        north, east = curve(t)
+        dn, de = speed(t)
+        assert (point.north_m, point.east_m) == pytest.approx((north, east), abs=1e-6)
+        assert math.remainder(point.course_rad - math.atan2(de, dn), 2.0 * math.pi) == pytest.approx(0.0, abs=1e-6)
+
+
+def test_pchip_evaluator_is_scipys_to_a_billionth() -> None:
+    knots = chords(ROUTE)
+    curve = PchipInterpolator(knots, np.array(ROUTE))
+    path = build_path(ROUTE, PathKind.PCHIP)
+    for t in np.linspace(0.0, knots[-1], 500):
+        point = path._point(float(t))
+        assert (point.north_m, point.east_m) == pytest.approx(tuple(curve(t)), abs=1e-9)
+
+
+def test_pchip_stays_between_its_waypoints_and_the_spline_does_not() -> None:
+    island = [(0.0, 0.0), (50.0, 0.0), (51.0, 10.0), (51.0, 60.0)]
+
+    def highest(kind: PathKind) -> float:
+        path = build_path(island, kind)
+        return max(path.position(s)[0] for s in np.linspace(0.0, path.length_m, 400))
+
+    assert highest(PathKind.PCHIP) <= 51.0 + 1e-9
+    assert highest(PathKind.CUBIC) > 51.5
+
+
+def test_curvature_of_a_circle() -> None:
+    points = [(10.0 * math.sin(a), 10.0 - 10.0 * math.cos(a)) for a in np.linspace(0.0, 5.0, 60)]
+    path = build_path(points, PathKind.CUBIC)
+    assert path.length_m == pytest.approx(50.0, rel=1e-4)
+    for s in (5.0, 20.0, 40.0):
+        assert path.at(s).curvature_1pm == pytest.approx(0.1, rel=1e-2)
+        assert path.at(s).course_rad == pytest.approx(math.remainder(s / 10.0, 2.0 * math.pi), abs=1e-3)
+
+
+def test_waypoint_stations_of_doubled_and_near_points() -> None:
+    path = build_path([(0.0, 0.0), (10.0, 0.0), (10.0, 0.0), (10.1, 0.0), (20.0, 0.0)], PathKind.PCHIP)
+    assert path.waypoint_s_m == pytest.approx((0.0, 10.0, 10.0, 10.1, 20.0))
+
+
+def test_a_square_by_pchip_is_the_square() -> None:
+    path = build_path(SQUARE, PathKind.PCHIP)
+    assert path.length_m == pytest.approx(80.0)
+    assert path.waypoint_s_m == pytest.approx((0.0, 20.0, 40.0, 60.0, 80.0))
+    assert path.at(30.0).course_rad == pytest.approx(math.pi / 2.0)
+
+
+@pytest.mark.parametrize("kind", list(PathKind))
+def test_there_and_back_again(kind: PathKind) -> None:
+    path = build_path([(0.0, 0.0), (20.0, 0.0), (0.0, 0.0), (-10.0, 0.0)], kind)
+    assert path.position(path.waypoint_s_m[1]) == pytest.approx((20.0, 0.0), abs=1e-6)
+    assert path.position(path.waypoint_s_m[2]) == pytest.approx((0.0, 0.0), abs=1e-6)
+    assert abs(path.at(path.waypoint_s_m[1] + 5.0).course_rad) == pytest.approx(math.pi)
+
+
+def test_projection_keeps_to_its_branch_where_the_path_crosses_itself() -> None:
+    eight = [(20.0 * math.sin(a), 10.0 * math.sin(2.0 * a)) for a in np.linspace(0.0, 2.0 * math.pi, 41)]
+    path = build_path(eight, PathKind.PCHIP)
+    s = 0.0
+    for wanted in np.linspace(0.0, path.length_m, 400):
+        n, e = path.position(float(wanted))
+        s = path.project(n + 0.05, e - 0.05, s, 3.0)
+        assert s == pytest.approx(wanted, abs=0.3)
+
+
+def test_a_projection_is_the_foot_of_the_perpendicular() -> None:
+    path = build_path([(0.0, 0.0), (100.0, 0.0)], PathKind.LINEAR)
+    assert path.project(42.5, 3.0, 40.0, 10.0) == pytest.approx(42.5, abs=1e-5)
+    assert path.project(80.0, 0.0, 40.0, 10.0) == pytest.approx(50.0, abs=1e-5), "no further than the window"
+    assert path.project(-5.0, 0.0, 2.0, 10.0) == pytest.approx(0.0, abs=1e-5)
+
+
+def test_one_point_is_a_path_of_no_length_and_none_is_refused() -> None:
+    path = build_path([(1.0, 2.0), (1.0, 2.0)], PathKind.PCHIP)
+    assert path.length_m == 0.0
+    assert path.position(3.0) == (1.0, 2.0)
+    with pytest.raises(ValueError, match="points"):
+        build_path([], PathKind.PCHIP)
+    with pytest.raises(ValueError, match="finite"):
+        build_path([(0.0, math.nan)], PathKind.PCHIP)
+
+
+def test_straight_lines_do_without_scipy() -> None:
+    script = (
+        "import sys\n"
+        "from companion.guidance.path import PathKind, build_path\n"
+        "build_path([(0, 0), (5, 5), (9, 0)], PathKind.LINEAR)\n"
+        "[build_path([(0, 0), (5, 5)], kind) for kind in PathKind]\n"
+        "assert 'scipy' not in sys.modules\n"
+    )
+    subprocess.run([sys.executable, "-c", script], check=True)
+
+
+def test_samples_follow_the_path() -> None:
+    path: Path = build_path(ROUTE, PathKind.PCHIP)
+    north, east = path.samples(0.5)
+    assert (north[0], east[0]) == ROUTE[0]
+    assert (north[-1], east[-1]) == pytest.approx(ROUTE[-1])
+    assert max(np.hypot(np.diff(north), np.diff(east))) < 0.8

@@ -1,0 +1,55 @@
+"""Speeds along a track against the formulas they follow."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from companion.guidance.speed_profile import SpeedProfile
+
+S_M = [0.1 * i for i in range(1001)]
+
+
+def profile(curvature: list[float] | None = None, ends: tuple[float, ...] = (100.0,), speeds: tuple[float, ...] = (1.0,), stop: bool = True) -> SpeedProfile:
+    return SpeedProfile(S_M, curvature or [0.0] * len(S_M), ends, speeds, 0.1, math.radians(12.0), 0.08, stop)
+
+
+def test_a_stop_is_braked_for_at_the_given_rate() -> None:
+    speeds = profile()
+    assert speeds.at(50.0) == 1.0
+    assert speeds.at(100.0) == 0.0
+    for s in (95.0, 98.0, 99.5):
+        assert speeds.at(s) == pytest.approx(math.sqrt(2.0 * 0.08 * (100.0 - s)), rel=1e-6)
+    assert profile(stop=False).at(100.0) == 1.0
+
+
+def test_bends_limit_by_sideways_acceleration_and_by_yaw_rate() -> None:
+    gentle = profile([0.15 if 400 <= i <= 600 else 0.0 for i in range(1001)])
+    assert gentle.at(50.0) == pytest.approx(math.sqrt(0.1 / 0.15))
+    tight = profile([0.8 if 400 <= i <= 600 else 0.0 for i in range(1001)])
+    assert tight.at(50.0) == pytest.approx(math.radians(12.0) / 0.8)
+    assert tight.at(39.0) == pytest.approx(math.sqrt(tight.at(40.0) ** 2 + 2.0 * 0.08 * 1.0), rel=1e-6), "braked for before the bend"
+    assert tight.at(61.0) == pytest.approx(math.sqrt(tight.at(60.0) ** 2 + 2.0 * 0.08 * 1.0), rel=1e-6), "left at the same rate"
+
+
+def test_no_bend_stops_the_boat() -> None:
+    hairpin = profile([1000.0 if i == 500 else 0.0 for i in range(1001)])
+    assert hairpin.at(50.0) == pytest.approx(0.25)
+
+
+def test_each_leg_has_its_speed() -> None:
+    legs = profile(ends=(30.0, 60.0, 100.0), speeds=(1.0, 0.5, 0.8))
+    assert legs.at(10.0) == 1.0
+    assert legs.at(31.0) == 0.5
+    assert legs.at(30.2) <= 0.5 + 0.02, "braked for before the slower leg"
+    assert legs.at(75.0) == pytest.approx(0.8)
+
+
+def test_acceleration_is_bounded_everywhere() -> None:
+    rng = np.random.default_rng(4)
+    speeds = profile(list(rng.uniform(-1.0, 1.0, len(S_M))))
+    values = [speeds.at(s) for s in S_M]
+    for a, b in zip(values, values[1:-1], strict=False):
+        assert abs(b * b - a * a) <= 2.0 * 0.08 * 0.1 + 1e-9

@@ -1,0 +1,249 @@
+"""NMEA sentences, checked by hand, through the driver."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import pytest
+
+from companion.config import ConfigError, SensorConfig
+from companion.core.types import FixType, GnssFix, GroundVelocity, Heading, Reading, TimeOfDay, Wind
+from companion.io.sensors import DRIVERS, open_sensor
+
+# sentences as makers' manuals print them, with their checksums
+GGA = b"$GPGGA,092750.000,5321.6802,N,00630.3372,W,1,8,1.03,61.7,M,55.2,M,,*76\r\n"
+RMC = b"$GPRMC,092750.000,A,5321.6802,N,00630.3372,W,0.02,31.66,280511,,,A*43\r\n"
+VTG = b"$GPVTG,054.7,T,034.4,M,005.5,N,010.2,K*48\r\n"
+HDT = b"$GPHDT,123.456,T*32\r\n"
+ZDA = b"$GPZDA,201530.00,04,07,2002,00,00*60\r\n"
+
+
+def sentence(body: str) -> bytes:
+    """The body with a checksum made the slow way."""
+    total = 0
+    for character in body:
+        total ^= ord(character)
+    return f"${body}*{total:02X}\r\n".encode()
+
+
+class Line:
+    """A ByteStream in memory."""
+
+    name = "line"
+
+    def __init__(self) -> None:
+        self.chunks: list[tuple[float, bytes]] = []
+        self.broken: str | None = None
+
+    def read(self, now_s: float) -> Sequence[tuple[float, bytes]]:
+        chunks, self.chunks = self.chunks, []
+        return chunks
+
+    def write(self, data: bytes, now_s: float) -> None:
+        raise AssertionError("a sensor is not written to")
+
+    def fault(self) -> str | None:
+        return self.broken
+
+    def fileno(self) -> int | None:
+        return 7
+
+    def close(self) -> None:
+        self.broken = "closed"
+
+
+def driver(**more: Any) -> tuple[Any, Line]:
+    line = Line()
+    return open_sensor(SensorConfig("gnss", "nmea0183", "serial:/dev/x:9600", **more), line), line
+
+
+def read(*chunks: bytes, **more: Any) -> list[Reading]:
+    """Readings of chunks that came in at 1 s, 2 s, …"""
+    sensor, line = driver(**more)
+    line.chunks = [(1.0 + i, chunk) for i, chunk in enumerate(chunks)]
+    return list(sensor.read(9.0))
+
+
+def test_gga_by_hand() -> None:
+    (fix,) = read(GGA)
+    assert isinstance(fix, GnssFix)
+    assert fix.lat_deg == pytest.approx(53.0 + 21.6802 / 60.0)
+    assert fix.lon_deg == pytest.approx(-(6.0 + 30.3372 / 60.0))
+    assert (fix.t_s, fix.source, fix.fix, fix.satellites, fix.hdop, fix.altitude_m) == (1.0, "gnss", FixType.FIX_3D, 8, 1.03, 61.7)
+    assert fix.position_accuracy_m == pytest.approx(1.5 * 1.03)
+
+
+def test_rmc_gives_position_velocity_and_time() -> None:
+    fix, velocity, time = read(RMC)
+    assert isinstance(fix, GnssFix) and fix.fix is FixType.FIX_3D
+    assert isinstance(velocity, GroundVelocity)
+    assert math.hypot(velocity.north_mps, velocity.east_mps) == pytest.approx(0.02 * 1852.0 / 3600.0)
+    assert isinstance(time, TimeOfDay)
+    assert time.time_unix_ns == 1_306_574_870_000_000_000  # date -u -d '2011-05-28 09:27:50' +%s
+
+
+def test_rmc_steps_back_where_better_sentences_come() -> None:
+    readings = read(GGA + VTG + ZDA + RMC)
+    assert [type(reading) for reading in readings] == [GnssFix, GroundVelocity, TimeOfDay]
+
+
+def test_vtg_by_hand() -> None:
+    (velocity,) = read(VTG)
+    assert isinstance(velocity, GroundVelocity)
+    assert velocity.north_mps == pytest.approx(10.2 / 3.6 * math.cos(math.radians(54.7)))
+    assert velocity.east_mps == pytest.approx(10.2 / 3.6 * math.sin(math.radians(54.7)))
+
+
+def test_vtg_at_rest_has_no_course() -> None:
+    assert read(sentence("GNVTG,,T,,M,0.02,N,0.04,K,A")) == [GroundVelocity(1.0, "gnss", 0.0, 0.0)]
+    assert read(sentence("GNVTG,,T,,M,2.0,N,3.7,K,A")) == []
+    assert read(sentence("GNVTG,10.0,T,,M,2.0,N,3.7,K,N")) == []
+
+
+def test_zda_by_hand() -> None:
+    (time,) = read(ZDA)
+    assert time == TimeOfDay(1.0, "gnss", 1_025_813_730_000_000_000)  # date -u -d '2002-07-04 20:15:30' +%s
+
+
+def test_fraction_of_a_second() -> None:
+    (time,) = read(sentence("GPZDA,201530.05,04,07,2002,00,00"))
+    assert isinstance(time, TimeOfDay)
+    assert time.time_unix_ns == 1_025_813_730_050_000_000
+
+
+def test_heading_with_offset_and_wrap() -> None:
+    (plain,) = read(HDT)
+    (turned,) = read(HDT, heading_offset_rad=math.radians(90.0))
+    assert isinstance(plain, Heading) and isinstance(turned, Heading)
+    assert plain.yaw_rad == pytest.approx(math.radians(123.456))
+    assert turned.yaw_rad == pytest.approx(math.radians(123.456 + 90.0 - 360.0))
+
+
+def test_ths_by_status() -> None:
+    (heading,) = read(sentence("GNTHS,271.5,A"))
+    assert isinstance(heading, Heading)
+    assert heading.yaw_rad == pytest.approx(math.radians(-88.5))
+    assert read(sentence("GNTHS,271.5,V")) == []
+
+
+def test_hdg_only_with_its_variation() -> None:
+    (heading,) = read(sentence("HCHDG,98.3,1.0,W,12.6,E"))
+    assert isinstance(heading, Heading)
+    assert heading.yaw_rad == pytest.approx(math.radians(98.3 - 1.0 + 12.6))
+    assert heading.accuracy_rad is not None
+    assert read(sentence("HCHDG,98.3,0.0,E,,")) == []
+    assert [type(r) for r in read(HDT + sentence("HCHDG,98.3,1.0,W,12.6,E"))] == [Heading]
+
+
+@pytest.mark.parametrize(
+    "quality, fix",
+    [(1, FixType.FIX_3D), (2, FixType.DGPS), (3, FixType.FIX_3D), (4, FixType.RTK_FIXED), (5, FixType.RTK_FLOAT), (9, FixType.DGPS)]
+    + [(quality, FixType.NONE) for quality in (0, 6, 7, 8)],
+)
+def test_quality(quality: int, fix: FixType) -> None:
+    (reading,) = read(sentence(f"GNGGA,120000.00,6326.33401,N,01023.94001,E,{quality},12,0.8,10.4,M,40.0,M,1.0,0001"))
+    assert isinstance(reading, GnssFix)
+    assert reading.fix is fix
+    assert math.isnan(reading.lat_deg) == (fix is FixType.NONE)
+
+
+def test_no_fix_is_reported_without_a_place() -> None:
+    (fix,) = read(sentence("GNGGA,120000.00,,,,,0,00,,,M,,M,,"))
+    assert isinstance(fix, GnssFix)
+    assert (fix.fix, fix.satellites, fix.hdop, fix.altitude_m) == (FixType.NONE, 0, None, None)
+    assert math.isnan(fix.lat_deg) and math.isnan(fix.lon_deg)
+
+
+def test_accuracy_from_gst() -> None:
+    gst = sentence("GNGST,120000.00,1.2,0.020,0.010,45.0,0.012,0.016,0.030")
+    fix = next(reading for reading in read(gst + GGA) if isinstance(reading, GnssFix))
+    assert fix.position_accuracy_m == pytest.approx(math.sqrt((0.012**2 + 0.016**2) / 2.0))
+    stale = read(gst, b"", b"", b"", b"", GGA)[-1]
+    assert isinstance(stale, GnssFix)
+    assert stale.position_accuracy_m == pytest.approx(1.5 * 1.03)
+
+
+def test_gll_and_rot_and_unknown() -> None:
+    (fix,) = read(sentence("GPGLL,4916.45,S,12311.12,E,225444,A,A"))
+    assert isinstance(fix, GnssFix)
+    assert (fix.lat_deg, fix.lon_deg) == pytest.approx((-(49.0 + 16.45 / 60.0), 123.0 + 11.12 / 60.0))
+    assert read(sentence("GPGLL,4916.45,S,12311.12,E,225444,V,N")) == []
+    sensor, line = driver()
+    line.chunks = [(1.0, sentence("TIROT,-0.3,A") + sentence("GPXYZ,1,2,3") + sentence("PASHR,1.0,2.0"))]
+    assert sensor.read(1.0) == []
+    assert sensor.health(1.0).ok
+
+
+def test_wind() -> None:
+    (wind,) = read(sentence("WIMWV,214.8,R,0.1,K,A"))
+    assert wind == Wind(1.0, "gnss", pytest.approx(0.1 / 3.6), pytest.approx(math.radians(214.8 - 360.0)))
+    (knots,) = read(sentence("WIMWV,45.0,R,10.0,N,A"))
+    assert isinstance(knots, Wind)
+    assert knots.speed_mps == pytest.approx(5.14444, abs=1e-4)
+    assert read(sentence("WIMWV,45.0,T,10.0,N,A")) == []
+    assert read(sentence("WIMWV,45.0,R,10.0,N,V")) == []
+
+
+def test_time_of_validity_is_arrival_less_latency() -> None:
+    """Of the first byte: a sentence that trickles in was valid when it began."""
+    (fix,) = read(b"noise" + GGA[:20], GGA[20:60], GGA[60:], latency_s=0.05)
+    assert fix.t_s == pytest.approx(0.95)
+
+
+def test_every_split_gives_the_same() -> None:
+    whole = GGA + b"\xd3\x00\x13$\xff\x00binary" + HDT + VTG
+    for at in range(1, len(whole)):
+        assert len(read(whole[:at], whole[at:])) == 3
+    assert len(read(*(whole[i : i + 1] for i in range(len(whole))))) == 3
+
+
+@pytest.mark.parametrize(
+    "bad",
+    [
+        HDT.replace(b"*32", b"*33"),
+        HDT.replace(b"*32", b""),
+        HDT.replace(b"123.456", b"123.457"),
+        b"$GPHDT," + b"1" * 200 + b",T*00\r\n",
+        sentence("GPHDT,north,T"),
+        sentence("GPHDT,,T"),
+        sentence("GPHDT,nan,T"),
+        sentence("GPHDT,inf,T"),
+        sentence("GPHDT"),
+        sentence("GPGLL,9916.45,N,12311.12,W,225444,A,A"),
+        sentence("GPGLL,49x6.45,N,12311.12,W,225444,A,A"),
+        sentence("GPZDA,201530.00,31,02,2002,00,00"),
+        sentence("GPZDA,999999.00,01,02,2002,00,00"),
+        sentence("WIMWV,45.0,R,10.0,X,A"),
+    ],
+)
+def test_bad_sentences_give_nothing(bad: bytes) -> None:
+    assert read(bad) == []
+
+
+def test_health_tells_wrong_baud_rate_from_silence_and_fault() -> None:
+    sensor, line = driver(timeout_s=2.0)
+    health = sensor.health(5.0)
+    assert not health.ok and health.age_s is None and "nothing received" in health.text
+    line.chunks = [(5.0, bytes(range(128, 256)) * 6)]
+    sensor.read(5.0)
+    health = sensor.health(5.0)
+    assert not health.ok and "wrong baud rate in 'serial:/dev/x:9600'" in health.text
+    line.chunks = [(6.0, HDT)]
+    sensor.read(6.0)
+    health = sensor.health(6.5)
+    assert health.ok and health.age_s == 0.5 and health.text == "1 NMEA sentences, 0 bad"
+    assert "silent for 3.0 s" in sensor.health(9.0).text
+    line.broken = "serial:/dev/x:9600: no such device"
+    assert not sensor.health(6.5).ok and "no such device" in sensor.health(6.5).text
+
+
+def test_table() -> None:
+    assert set(DRIVERS) == {"nmea0183", "mtdata2"}
+    with pytest.raises(ConfigError, match="no driver 'sextant'; known: mtdata2, nmea0183"):
+        open_sensor(SensorConfig("gnss", "sextant", "serial:/dev/x"), Line())
+    sensor, line = driver()
+    assert sensor.fileno() == 7
+    sensor.close()
+    assert line.broken == "closed"

@@ -1,0 +1,282 @@
+"""Ports that come and go, on real pseudo-terminals and loopback sockets."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import select
+import socket
+from collections.abc import Iterator
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+
+from companion.core.ports import ByteStream
+from companion.io.transport import Endpoint, Line, TransportError, TransportOpener, parse_url
+
+
+@pytest.mark.parametrize(
+    "text, endpoint",
+    [
+        ("serial:/dev/ttyUSB0:57600", Endpoint("serial", path="/dev/ttyUSB0", baud=57600)),
+        ("serial:/dev/ttyUSB0", Endpoint("serial", path="/dev/ttyUSB0", baud=115200)),
+        (
+            "serial:/dev/serial/by-path/pci-0000:00:14.0-usb-0:1:1.0-port0:9600?parity=even",
+            Endpoint("serial", path="/dev/serial/by-path/pci-0000:00:14.0-usb-0:1:1.0-port0", baud=9600, options={"parity": "even"}),
+        ),
+        ("udpout:192.168.1.20:14550", Endpoint("udpout", host="192.168.1.20", port=14550)),
+        ("udpin:0.0.0.0:0", Endpoint("udpin", host="0.0.0.0")),
+        ("tcpin:[::1]:5760?dialect=ardupilot", Endpoint("tcpin", host="::1", port=5760, options={"dialect": "ardupilot"})),
+        ("tcpout:boat.local:1", Endpoint("tcpout", host="boat.local", port=1)),
+    ],
+)
+def test_parse(text: str, endpoint: Endpoint) -> None:
+    assert parse_url(text) == endpoint
+
+
+@pytest.mark.parametrize(
+    "text, says",
+    [
+        ("", "should begin with one of serial:, udpin:"),
+        ("/dev/ttyUSB0", "should begin with one of"),
+        ("bluetooth:x:1", "should begin with one of"),
+        ("serial:", "serial:/dev/name:baud"),
+        ("serial:/dev/x:7", "baud rate 7"),
+        ("udpout:14550", "udpout:host:port"),
+        ("udpout:host:http", "udpout:host:port"),
+        ("tcpin:host:70000", "port 70000"),
+        ("tcpin:host:²", "tcpin:host:port"),
+        ("udpin:0.0.0.0:1?dialect", "?key=value"),
+    ],
+)
+def test_parse_errors_are_one_line(text: str, says: str) -> None:
+    with pytest.raises(TransportError) as caught:
+        parse_url(text)
+    assert says in str(caught.value) and "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "url, says",
+    [
+        ("udpout:boat.local:5000", "should be an IP address"),
+        ("serial:/dev/x:9600?parity=odder", "none, even, odd"),
+        ("udpin:0.0.0.0:1?parity=odd", "unknown option 'parity'; known here: none"),
+    ],
+)
+def test_opener_refuses_what_never_can_work(url: str, says: str) -> None:
+    with pytest.raises(TransportError, match=says):
+        TransportOpener().open("x", url)
+
+
+@contextlib.contextmanager
+def opened(url: str) -> Iterator[Line]:
+    line = TransportOpener().open("device", url)
+    try:
+        assert isinstance(line, ByteStream)
+        yield line
+    finally:
+        line.close()
+
+
+def wait_readable(line: Line) -> None:
+    descriptor = line.fileno()
+    assert descriptor is not None
+    assert select.select([descriptor], [], [], 2.0)[0]
+
+
+def text_of(line: Line, now_s: float) -> bytes:
+    return b"".join(data for _, data in line.read(now_s))
+
+
+class Terminal:
+    """A pseudo-terminal behind a name that can be pulled out and plugged in again."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.master = -1
+
+    def plug(self) -> None:
+        self.master, slave = os.openpty()
+        self.path.unlink(missing_ok=True)
+        self.path.symlink_to(os.ttyname(slave))
+        os.set_blocking(self.master, False)
+        self._slave = slave
+
+    def let_go(self) -> None:
+        """Close our own end of the slave, as the device side of a plugged cable has none."""
+        os.close(self._slave)
+
+    def pull(self) -> None:
+        os.close(self.master)
+        self.path.unlink()
+
+
+def test_serial_reads_writes_and_comes_back(tmp_path: Path) -> None:
+    terminal = Terminal(tmp_path / "tty")
+    with opened(f"serial:{terminal.path}:9600") as line:
+        assert "no such device" in (line.fault() or "") and line.fileno() is None
+        assert not line.read(0.0)
+        terminal.plug()
+        assert not line.read(0.4)  # not before 0.5 s are over
+        line.write(b"lost", 0.45)
+        line.read(0.5)
+        terminal.let_go()
+        assert line.fault() is None
+        os.write(terminal.master, b"$hello\r\n\x00\xff")
+        wait_readable(line)
+        assert list(line.read(1.25)) == [(1.25, b"$hello\r\n\x00\xff")]
+        assert not line.read(1.3)
+        line.write(b"\r\n\x03\x11ok", 1.3)
+        assert os.read(terminal.master, 100) == b"\r\n\x03\x11ok"
+
+        terminal.pull()
+        assert not line.read(2.0)
+        assert line.fault() is not None and line.fileno() is None
+        terminal.plug()
+        for now_s in (2.1, 2.3, 2.5, 3.0):
+            line.read(now_s)
+        assert line.fault() is None
+        terminal.let_go()
+        os.write(terminal.master, b"again")
+        wait_readable(line)
+        assert text_of(line, 4.0) == b"again"
+        os.close(terminal.master)
+    assert line.fault() == "closed" and not line.read(9.0)
+
+
+def test_serial_retries_at_growing_distances(tmp_path: Path) -> None:
+    with opened(f"serial:{tmp_path}/none:9600") as line:
+        tries: list[float] = []
+        line._connect = lambda: tries.append(now_s) or (_ for _ in ()).throw(FileNotFoundError(2, "none"))  # type: ignore[method-assign,func-returns-value]
+        for k in range(300):
+            now_s = 0.1 * k
+            line.read(now_s)
+        gaps = [b - a for a, b in pairwise(tries)]
+    assert gaps == pytest.approx([0.5, 1.0, 2.0, 4.0, 5.0, 5.0, 5.0, 5.0], abs=0.11)
+
+
+def test_serial_is_locked_to_one(tmp_path: Path) -> None:
+    terminal = Terminal(tmp_path / "tty")
+    terminal.plug()
+    with opened(f"serial:{terminal.path}:9600") as first, opened(f"serial:{terminal.path}:9600") as second:
+        assert first.fault() is None
+        assert "busy; another program has it open" in (second.fault() or "")
+        assert "\n" not in (second.fault() or "")
+    terminal.let_go()
+    os.close(terminal.master)
+
+
+def test_a_full_serial_line_drops_whole_messages(tmp_path: Path) -> None:
+    """Nobody reads: writing never blocks, and what arrives in the end is whole messages."""
+    terminal = Terminal(tmp_path / "tty")
+    terminal.plug()
+    with opened(f"serial:{terminal.path}:9600") as line:
+        for k in range(3000):
+            line.write(b"%06d....................\n" % k, 0.001 * k)
+        got = b""
+        for k in range(200):
+            with contextlib.suppress(BlockingIOError):
+                got += os.read(terminal.master, 65536)
+            line.read(4.0 + k)
+        messages = got.split(b"\n")
+        assert messages[-1] == b"" and len(messages) > 10
+        assert all(len(text) == 26 and text[:6].isdigit() for text in messages[:-1])
+        assert len(messages) < 3000
+    terminal.let_go()
+    os.close(terminal.master)
+
+
+def test_permission_denied_says_what_to_do(tmp_path: Path) -> None:
+    with opened(f"serial:{tmp_path}/none:9600") as line:
+        assert "usermod -aG dialout" in line._explain(PermissionError(13, "Permission denied"))
+
+
+def test_udp_both_ways() -> None:
+    with opened("udpin:127.0.0.1:0") as inward:
+        port = inward._socket.getsockname()[1]  # type: ignore[attr-defined]
+        inward.write(b"to nobody yet", 0.0)
+        with opened(f"udpout:localhost:{port}") as outward:
+            assert not inward.read(0.0)
+            outward.write(b"one", 0.0)
+            outward.write(b"two", 0.0)
+            wait_readable(inward)
+            assert list(inward.read(1.0)) == [(1.0, b"one"), (1.0, b"two")]
+            inward.write(b"back", 1.0)
+            wait_readable(outward)
+            assert text_of(outward, 1.0) == b"back"
+        with opened(f"udpin:127.0.0.1:{port}") as second:
+            assert "port in use" in (second.fault() or "")
+
+
+def test_udp_to_nobody_is_no_fault() -> None:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    with opened(f"udpout:127.0.0.1:{port}") as line:
+        for k in range(5):
+            line.write(b"hello?", float(k))
+            assert not line.read(float(k))
+        assert line.fault() is None
+
+
+def test_tcp_server_takes_a_newer_connection_and_goes_on_after_a_loss() -> None:
+    with opened("tcpin:127.0.0.1:0") as server:
+        address = server._listener.getsockname()  # type: ignore[attr-defined]
+        assert "waiting for the device" in (server.fault() or "")
+        with socket.create_connection(address) as client:
+            wait_readable(server)
+            server.read(0.0)
+            assert server.fault() is None
+            client.sendall(b"hello")
+            wait_readable(server)
+            assert text_of(server, 0.1) == b"hello"
+            server.write(b"there", 0.1)
+            assert client.recv(10) == b"there"
+            with socket.create_connection(address) as newer:
+                newer.sendall(b"new")
+                assert select.select([server._listener], [], [], 2.0)[0]  # type: ignore[attr-defined]
+                assert text_of(server, 0.2) == b"new"
+                server.write(b"!", 0.3)
+                assert newer.recv(10) == b"!"
+        wait_readable(server)
+        server.read(0.4)
+        server.read(0.5)
+        assert "waiting for the device" in (server.fault() or "")
+        with socket.create_connection(address) as client:
+            wait_readable(server)
+            server.write(b"welcome", 0.6)
+            assert client.recv(10) == b"welcome"
+
+
+def test_tcp_client_connects_without_waiting_and_again_after_a_loss() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        port = listener.getsockname()[1]
+        with opened(f"tcpout:127.0.0.1:{port}") as client:
+            peer, _ = listener.accept()
+            client.write(b"hello", 0.0)
+            assert peer.recv(10) == b"hello"
+            assert client.fault() is None
+            peer.close()
+            wait_readable(client)
+            assert not client.read(1.0)
+            assert "closed the connection" in (client.fault() or "")
+            client.read(1.3)
+            assert client.fileno() is None
+            client.read(1.6)
+            peer, _ = listener.accept()
+            client.read(1.7)
+            assert client.fault() is None
+            peer.sendall(b"again")
+            wait_readable(client)
+            assert text_of(client, 1.8) == b"again"
+            peer.close()
+
+
+def test_tcp_client_refused() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        port = listener.getsockname()[1]
+    with opened(f"tcpout:127.0.0.1:{port}") as client:
+        for k in range(5):
+            client.write(b"x", 0.1 * k)
+        assert "refused; nothing listens there" in (client.fault() or "")

@@ -1,0 +1,52 @@
+"""Jumps, and loops in which there is nothing to do."""
+
+import math
+from dataclasses import replace
+
+from companion.mission.cursor import Cursor
+from companion.mission.plan import PlanItem
+from companion.mission.tasks import SetSpeed
+
+
+def _item(command: int, p1: float = 0.0, p2: float = 0.0) -> PlanItem:
+    return PlanItem(0, command, 3, p1, p2, 0.0, math.nan, 0, 0, 0.0)
+
+
+def _plan(*items: PlanItem) -> tuple[PlanItem, ...]:
+    return tuple(replace(item, seq=seq) for seq, item in enumerate(items))
+
+
+def test_an_endless_loop_without_a_task_is_left_behind() -> None:
+    cursor = Cursor(_plan(_item(178, 1.0, 2.0), _item(177, 0.0, -1.0), _item(16)))
+    actions = cursor.settle()
+    assert cursor.seq == 2
+    assert set(actions) == {SetSpeed(2.0)}
+    assert len(actions) <= 10_001
+
+
+def test_a_counted_loop_without_a_task_runs_out() -> None:
+    cursor = Cursor(_plan(_item(206), _item(177, 0.0, 5.0), _item(16)))
+    cursor.settle()
+    assert (cursor.seq, cursor.jumps) == (2, {1: 5})
+
+
+def test_two_endless_jumps_at_each_other() -> None:
+    cursor = Cursor(_plan(_item(177, 1.0, -1.0), _item(177, 0.0, -1.0)))
+    cursor.settle()
+    assert cursor.item is None
+
+
+def test_a_jump_out_of_the_plan_is_passed_by() -> None:
+    for target in (5.0, -1.0, math.nan, math.inf):
+        cursor = Cursor(_plan(_item(177, target, 1.0), _item(16)))
+        cursor.settle()
+        assert cursor.seq == 1
+
+
+def test_a_copy_looks_ahead_alone() -> None:
+    cursor = Cursor(_plan(_item(16), _item(177, 0.0, 1.0), _item(178, 1.0, 3.0), _item(16)))
+    ahead = cursor.copy()
+    ahead.advance()
+    ahead.advance()
+    assert (ahead.seq, ahead.speed_mps, ahead.jumps) == (3, 3.0, {1: 1})
+    assert (cursor.seq, cursor.speed_mps, cursor.jumps) == (0, None, {})

@@ -1,0 +1,107 @@
+"""Lengths and times against sums by hand and geographiclib."""
+
+import math
+from dataclasses import replace
+
+import pytest
+from geographiclib.geodesic import Geodesic
+
+from companion.core.geodesy import LocalFrame
+from companion.mission.plan import PlanItem
+from companion.mission.summary import format_summary, summarise
+
+HOME = (63.4389, 10.3990, 0.0)
+FRAME = LocalFrame(*HOME[:2])
+
+
+def _at(north_m: float, east_m: float, command: int = 16, p1: float = 0.0, p2: float = 0.0) -> PlanItem:
+    lat_deg, lon_deg = FRAME.to_geodetic(north_m, east_m)
+    return PlanItem(0, command, 3, p1, p2, 0.0, math.nan, round(lat_deg * 1e7), round(lon_deg * 1e7), 0.0)
+
+
+def _do(command: int, p1: float = 0.0, p2: float = 0.0) -> PlanItem:
+    return PlanItem(0, command, 2, p1, p2, 0.0, 0.0, 0, 0, 0.0)
+
+
+def _plan(*items: PlanItem) -> tuple[PlanItem, ...]:
+    return tuple(replace(item, seq=seq) for seq, item in enumerate(items))
+
+
+def test_a_square() -> None:
+    summary = summarise(_plan(_at(20, 0), _at(20, 20), _at(0, 20), _at(0, 0)), 0.5, HOME)
+    assert summary.length_m == pytest.approx(80.0, abs=0.05)
+    assert summary.time_s == pytest.approx(160.0, abs=0.1)
+    assert [math.degrees(leg.course_rad or 0.0) for leg in summary.legs] == pytest.approx([0, 90, 180, -90], abs=0.1)
+    assert (summary.items, summary.waypoints, summary.notes) == (4, 4, ())
+
+
+def test_long_legs_are_geodesics() -> None:
+    turku = PlanItem(0, 16, 3, 0.0, 0.0, 0.0, 0.0, 604300000, 221600000, 0.0)
+    summary = summarise((turku,), 5.0, HOME)
+    assert summary.length_m == pytest.approx(Geodesic.WGS84.Inverse(*HOME[:2], 60.43, 22.16)["s12"], abs=0.01)
+
+
+def test_speeds_holds_jumps_and_the_way_home() -> None:
+    items = _plan(
+        _at(100, 0, p1=12.0),
+        _do(178, 1, 2.0),
+        _at(100, 50, 19, 30.0),
+        _do(93, 8.0),
+        _do(177, 0, 1),
+        _do(178, 1, -2.0),
+        _do(206),
+        _do(20),
+    )
+    summary = summarise(items, 1.0, HOME)
+    assert [leg.seq for leg in summary.legs] == [0, 2, 3, 0, 2, 3, 7]
+    back = math.hypot(100, 50)
+    assert summary.length_m == pytest.approx(100 + 50 * 3 + back, abs=0.2)
+    assert summary.time_s == pytest.approx(100 + 25 * 3 + 2 * (12 + 30 + 8) + back, abs=0.2)
+    assert (summary.waypoints, summary.holds, summary.jumps, summary.ignored) == (2, 2, 1, 1)
+
+
+def test_without_a_home_the_first_leg_is_not_counted() -> None:
+    summary = summarise(_plan(_at(20, 0), _at(20, 20), _do(20)), 0.5)
+    assert summary.legs[0].length_m is None
+    assert summary.length_m == pytest.approx(20.0, abs=0.02)
+    assert any("home" in note for note in summary.notes)
+
+
+def test_home_moved_on_the_way() -> None:
+    here = summarise(_plan(_at(20, 0), _do(179, 1), _at(20, 20), _do(20)), 0.5, HOME)
+    assert here.legs[-1].length_m == pytest.approx(20.0, abs=0.02)
+    elsewhere = summarise(_plan(replace(_at(50, 20, 179), param1=0.0), _at(20, 20), _do(20)), 0.5, HOME)
+    assert elsewhere.legs[-1].length_m == pytest.approx(30.0, abs=0.02)
+
+
+def test_what_has_no_end_is_noted() -> None:
+    laps = summarise(_plan(_at(20, 0), _at(0, 0), _do(177, 0, -1)), 0.5, HOME)
+    assert laps.length_m == pytest.approx(40.0, abs=0.02)
+    assert any("item 2 jumps to 0 for ever" in note for note in laps.notes)
+    stay = summarise(_plan(_at(20, 0, 17), _at(0, 0)), 0.5, HOME)
+    assert len(stay.legs) == 1
+    assert any("stays at item 0" in note for note in stay.notes)
+    clock = summarise(_plan(_do(93, -1)), 0.5, HOME)
+    assert any("time of day" in note for note in clock.notes)
+
+
+def test_many_laps_have_a_limit() -> None:
+    summary = summarise(_plan(_at(20, 0), _at(0, 0), _do(177, 0, 1e6)), 0.5, HOME)
+    assert len(summary.legs) == 100_000
+    assert any("100000" in note for note in summary.notes)
+
+
+def test_a_plan_that_the_boat_would_refuse_is_summarised_all_the_same() -> None:
+    nan = math.nan
+    items = _plan(*(PlanItem(0, command, 9, nan, nan, nan, nan, 0, 0, nan) for command in (16, 19, 93, 177, 178, 179, 31, 5001, 20)))
+    assert "9 items" in format_summary(summarise(items, 0.5, HOME))
+
+
+def test_the_table() -> None:
+    text = format_summary(summarise(_plan(_at(20, 0, p1=90.0), _at(20, 20), _do(177, 0, 1)), 0.5, HOME)).splitlines()
+    assert text[1].split() == ["0", "NAV_WAYPOINT", "20.0", "0", "0.50", "0:40", "1:30"]
+    assert text[2].split() == ["1", "NAV_WAYPOINT", "20.0", "90", "0.50", "0:40", "–"]
+    assert len({len(line) for line in text[:5]}) == 1
+    assert text[5] == "3 items: 2 waypoints, 1 of them with a stay; 1 jumps; 0 without effect"
+    assert text[6].startswith("length 80.0 m, time 5:40")
+    assert format_summary(summarise((), 0.5)).splitlines()[-1] == "length 0.0 m, time 0:00"

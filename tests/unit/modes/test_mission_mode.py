@@ -1,0 +1,166 @@
+"""The mission's tasks as the boat carries them out."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pytest
+
+from companion.core.types import MissionState, ModeId, SetpointKind
+from companion.mission.plan import PlanItem
+from companion.modes.turn import TurnPlan
+
+
+def item(command: int, *params: float, x: int = 0, y: int = 0, frame: int = 2) -> PlanItem:
+    p = (*params, *(0.0 for _ in range(4 - len(params))))
+    return PlanItem(0, command, frame, p[0], p[1], p[2], p[3], x, y, 0.0)
+
+
+def start(boat: Any) -> None:
+    assert boat.supervisor.request_mode(ModeId.MISSION, boat.now_s).accepted
+    assert boat.supervisor.arm(boat.now_s).accepted
+    boat.step()
+
+
+def finish(boat: Any) -> None:
+    boat.until(lambda: boat.status.mission.state is MissionState.COMPLETE)
+
+
+def test_path_is_not_laid_again_while_its_rest_is_sailed(boat: Any) -> None:
+    follower = boat.supervisor._mission._follower
+    laid = []
+    lay = follower.start
+    follower.start = lambda *args, **kwargs: (laid.append(boat.now_s), lay(*args, **kwargs))[1]
+    boat.upload((20.0, 0.0), (20.0, 20.0), (0.0, 20.0))
+    start(boat)
+    boat.until(lambda: boat.status.mission.seq == 1)
+    boat.upload((20.0, 0.0), (20.0, 20.0), (0.0, 20.0))  # the same again: nothing changes
+    finish(boat)
+    assert len(laid) == 1 and boat.status.mission.reached == 3
+    assert boat.texts().count("Mission item 0 reached") == 1
+
+
+def test_replaced_under_way(boat: Any) -> None:
+    boat.upload((20.0, 0.0), (20.0, 20.0), (0.0, 20.0))
+    start(boat)
+    boat.until(lambda: boat.status.mission.seq == 1)
+    boat.upload((20.0, 0.0), (20.0, 20.0), (40.0, 20.0))
+    boat.step()
+    assert boat.status.mission.seq == 1 and "New mission goes on at item 1" in boat.texts()
+    boat.upload((0.0, -20.0), (0.0, -40.0))
+    boat.step()
+    assert boat.status.mission.seq == 0 and "New mission begins at its first item" in boat.texts()
+    assert boat.setpoint.target_east_m == pytest.approx(-20.0, abs=0.01)
+    finish(boat)
+    assert boat.away_m(0.0, -40.0) < 1.5
+
+
+def test_cleared_under_way_holds(boat: Any) -> None:
+    boat.upload((20.0, 0.0), (20.0, 20.0))
+    start(boat)
+    boat.step(10.0)
+    boat.upload()
+    boat.step(0.2)
+    assert boat.status.mode is ModeId.HOLD and "Mission cleared" in boat.texts()
+    boat.step(20.0)
+    assert boat.away_m(0.0, 0.0) < 12.0
+
+
+@pytest.mark.parametrize(("action", "mode"), [(1, ModeId.HOLD), (2, ModeId.RTL), (3, ModeId.MISSION)])
+def test_what_comes_after_the_last_item(make_boat: Any, action: int, mode: ModeId) -> None:
+    boat = make_boat(MIS_DONE_ACT=action)
+    boat.upload((10.0, 0.0))
+    start(boat)
+    finish(boat)
+    boat.step()
+    assert boat.status.mode is mode and boat.status.armed
+    assert (boat.setpoint.kind is SetpointKind.NEUTRAL) == (action == 3)
+    if action == 3:
+        assert boat.supervisor.request_mode(ModeId.MISSION, boat.now_s).accepted
+        boat.step()
+        assert boat.status.mission.state is MissionState.ACTIVE
+
+
+def test_waypoint_with_a_hold_stays_that_long(boat: Any) -> None:
+    lat, lon = boat.point(10.0, 0.0)
+    boat.upload((10.0, 10.0), commands={0: item(16, 12.0, x=round(lat * 1e7), y=round(lon * 1e7), frame=3)})
+    start(boat)
+    boat.until(lambda: boat.status.mission.reached == 1)
+    arrived_s = boat.now_s
+    assert boat.away_m(10.0, 0.0) < 1.5
+    boat.step(11.0)
+    assert boat.status.mission.seq == 0 and boat.setpoint.kind is SetpointKind.POSE
+    boat.until(lambda: boat.status.mission.seq == 1)
+    assert 11.9 < boat.now_s - arrived_s < 13.0
+    finish(boat)
+
+
+def test_delay(boat: Any) -> None:
+    boat.upload((10.0, 0.0), (10.0, 10.0), commands={1: item(93, 20.0, -1.0, -1.0, -1.0)})
+    start(boat)
+    boat.until(lambda: boat.status.mission.seq == 1)
+    began_s = boat.now_s
+    boat.until(lambda: boat.status.mission.seq == 2)
+    assert 20.0 <= boat.now_s - began_s < 30.0
+    finish(boat)
+
+
+def test_turn_on_the_spot_the_long_way(boat: Any) -> None:
+    boat.upload((10.0, 0.0), (20.0, 0.0), commands={1: item(115, 90.0, 0.0, -1.0, 0.0)})
+    start(boat)
+    boat.until(lambda: boat.status.mission.seq == 1 and boat.setpoint.kind is SetpointKind.POSE)
+    turned, last = 0.0, boat.nav.yaw_rad
+    while boat.status.mission.seq == 1:
+        boat.step()
+        if boat.setpoint.kind is SetpointKind.POSE:
+            turned += math.remainder(boat.nav.yaw_rad - last, 2.0 * math.pi)
+            last = boat.nav.yaw_rad
+        assert boat.now_s < 600.0
+    assert turned == pytest.approx(-1.5 * math.pi, abs=0.1)
+    finish(boat)
+
+
+def test_return_item(boat: Any) -> None:
+    boat.upload((20.0, 0.0), commands={1: item(20)})
+    start(boat)
+    finish(boat)
+    assert boat.away_m(0.0, 0.0) < 0.2 and boat.status.mission.reached == 2
+
+
+def test_speed_and_home_items(boat: Any) -> None:
+    lat, lon = boat.point(5.0, 5.0)
+    boat.upload((40.0, 0.0), commands={0: item(178, 1.0, 0.3), 1: item(179, 0.0, x=round(lat * 1e7), y=round(lon * 1e7), frame=0)})
+    start(boat)
+    boat.step(30.0)
+    assert boat.setpoint.surge_mps == pytest.approx(0.3, abs=0.01)
+    assert boat.status.home.lat_deg == pytest.approx(lat, abs=1e-6)
+
+
+def test_pause_in_a_stay_goes_back_to_its_point(boat: Any) -> None:
+    lat, lon = boat.point(10.0, 0.0)
+    boat.upload(commands={0: item(19, 30.0, x=round(lat * 1e7), y=round(lon * 1e7), frame=3)})
+    start(boat)
+    boat.until(lambda: boat.setpoint.kind is SetpointKind.POSE)
+    boat.step(5.0)
+    boat.supervisor.go_to(*boat.point(30.0, 0.0), None, None, boat.now_s)
+    boat.until(lambda: boat.away_m(30.0, 0.0) < 0.1)
+    boat.supervisor.resume(boat.now_s)
+    finish(boat)
+    assert boat.away_m(10.0, 0.0) < 1.6
+
+
+@pytest.mark.parametrize(
+    ("start_deg", "yaw_deg", "relative", "direction", "expected_deg"),
+    [(0, 90, False, 0, 90), (0, 90, False, -1, -270), (170, -170, False, 0, 20), (0, 300, True, 1, 300), (0, 45, True, -1, -45), (10, 350, False, 1, 340)],
+)
+def test_turn_plan(start_deg: float, yaw_deg: float, relative: bool, direction: int, expected_deg: float) -> None:
+    yaw = math.radians(start_deg)
+    plan = TurnPlan(yaw, math.radians(yaw_deg), relative, direction)
+    turned = 0.0
+    for _ in range(1000):
+        step = math.remainder(plan.update(yaw) - yaw, 2.0 * math.pi)
+        step = max(-0.05, min(0.05, step))
+        yaw += step
+        turned += step
+    assert math.degrees(turned) == pytest.approx(expected_deg, abs=1e-6)

@@ -1,0 +1,315 @@
+"""The estimator whole, against a closed-form truth of its own."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from companion import config as vessel_config
+from companion.core.geodesy import LocalFrame
+from companion.core.types import FixType, GnssFix, GroundVelocity, Heading, Imu, Reading, TimeOfDay, Wind
+from companion.nav.estimator import Estimator
+from companion.nav.lever_arms import normal_gravity_mps2
+from companion.params import Parameters
+from tests.unit.nav.boat_truth import Voyage, navigate, rms
+
+REVOLT = vessel_config.load(vessel_config.find("revolt"))
+
+
+def displaced(reading: Reading, metres: float, bearing_rad: float = 0.7) -> Reading:
+    """The fix, thrown that far off."""
+    if not isinstance(reading, GnssFix):
+        return reading
+    lat, lon = reading.lat_deg, reading.lon_deg
+    if metres > 50e3:
+        return replace(reading, lat_deg=lat + metres / 111e3 * math.cos(bearing_rad), lon_deg=lon + metres / 50e3 * math.sin(bearing_rad))
+    lat, lon = LocalFrame(lat, lon).to_geodetic(metres * math.cos(bearing_rad), metres * math.sin(bearing_rad))
+    return replace(reading, lat_deg=lat, lon_deg=lon)
+
+
+def between(begin_s: float, end_s: float, change: Callable[[Reading], Reading | None]) -> Callable[[int, list[Reading]], list[Reading]]:
+    """An `alter` that changes (or drops) every reading in that time."""
+
+    def alter(_: int, row: list[Reading]) -> list[Reading]:
+        changed = [change(reading) if begin_s <= reading.t_s < end_s else reading for reading in row]
+        return [reading for reading in changed if reading is not None]
+
+    return alter
+
+
+def only_imu(reading: Reading) -> Reading | None:
+    return reading if isinstance(reading, Imu) else None
+
+
+@pytest.mark.parametrize(
+    "voyage",
+    [
+        Voyage(),
+        Voyage(speed_mps=0.0, seed=2),
+        Voyage(radius_m=3.0, seed=3),
+        Voyage(imu_lever=(0.6, 0.15, -0.1), lever=(0.315, 0.9525, -2.07), roll_rad=0.1, seed=4),
+        Voyage(position_sigma_m=0.05, seed=5),
+    ],
+    ids=["circling", "at rest", "turning hard", "IMU off centre, high antenna, rolling", "5 cm fixes"],
+)
+def test_converges(voyage: Voyage) -> None:
+    position, yaw, velocity = navigate(voyage).errors(30.0)
+    assert rms(position) < (0.03 if voyage.position_sigma_m < 0.04 else 0.035)
+    assert math.degrees(rms(yaw)) < 0.3
+    assert rms(velocity) < 0.03
+
+
+def test_the_doubts_are_honest() -> None:
+    """Errors of a long run are of the size that the covariance says (each within a factor of two)."""
+    passage = navigate(Voyage(duration_s=120.0, seed=6))
+    position, yaw, velocity = passage.errors(40.0)
+    last = passage.states[-1]
+    assert 0.5 < rms(position) / (math.sqrt(2.0) * last.position_accuracy_m) < 2.0
+    assert 0.5 < rms(velocity) / (math.sqrt(2.0) * last.velocity_accuracy_mps) < 2.0
+    assert 0.3 < rms(yaw) / last.heading_accuracy_rad < 2.0
+
+
+def test_roll_pitch_and_rates() -> None:
+    passage = navigate(Voyage(seed=7))
+    pairs = [(state, k) for state, k in zip(passage.states, passage.rows, strict=True) if state.t_s > 30.0]
+    tilt = [(s.roll_rad - passage.truth.attitude[k, 0], s.pitch_rad - passage.truth.attitude[k, 1]) for s, k in pairs]
+    rate = [s.yaw_rate_radps - passage.truth.rates[k, 2] for s, k in pairs]
+    assert math.degrees(rms(np.array(tilt))) < 0.3
+    assert math.degrees(rms(np.array(rate))) < 0.3
+
+
+def test_a_lever_arm_left_out_is_seen() -> None:
+    """The lever arm matters: with the antenna elsewhere than the configuration says, the error is that distance."""
+    voyage = Voyage(duration_s=40.0)
+
+    def moved(_: int, row: list[Reading]) -> list[Reading]:
+        return [displaced(reading, 0.81, 0.0) for reading in row]
+
+    position, _, _ = navigate(replace(voyage, speed_mps=0.0), moved).errors(30.0)
+    assert rms(position) == pytest.approx(0.81, abs=0.05)
+
+
+@pytest.mark.parametrize("duration_s, limit_m", [(2.0, 0.3), (5.0, 0.5), (12.0, 1.2)])
+def test_dropout(duration_s: float, limit_m: float) -> None:
+    """Position, heading and velocity all gone; limits of acceptance scenario S6 (12 s: 1.2 m)."""
+    begin_s, end_s = 100.0, 100.0 + duration_s
+    for seed in (1, 2, 3):
+        passage = navigate(Voyage(duration_s=end_s + 3.0, seed=seed), between(begin_s, end_s, lambda r: only_imu(r)), tick_every=5)
+        during, after = passage.errors(begin_s, end_s), passage.errors(end_s)
+        assert during[0].max() < limit_m
+        assert after[2].max() < 0.3
+        assert after[0][2:].max() < 0.15
+        tilt = np.diff([[state.roll_rad, state.pitch_rad] for state in passage.states if end_s - 0.2 < state.t_s < end_s + 0.2], axis=0)
+        truth = np.diff([passage.truth.attitude[k, :2] for k in passage.rows if end_s - 0.2 < passage.truth.t_s[k] < end_s + 0.2], axis=0)
+        assert math.degrees(np.abs(tilt - truth).max()) < 1.0
+
+
+def test_dropout_makes_the_position_invalid_after_its_patience() -> None:
+    passage = navigate(Voyage(duration_s=52.0), between(40.0, 50.0, only_imu), parameters={"FS_POS_T": 5.0})
+    valid = {round(state.t_s, 1): (state.position_valid, state.heading_valid) for state in passage.states}
+    assert valid[44.5] == (True, True)
+    assert valid[45.5] == (False, False)
+    assert valid[50.5] == (True, True)
+    ages = {round(state.t_s, 1): state.position_age_s for state in passage.states}
+    assert ages[45.0] == pytest.approx(5.05)
+
+
+@pytest.mark.parametrize("metres", [1.0, 5.0, 100.0, 10e3, 1000e3])
+@pytest.mark.parametrize("count", [1, 2, 20])
+def test_wild_points_are_rejected(metres: float, count: int) -> None:
+    begin_s, end_s = 30.0, 30.0 + count * 0.05 - 0.01
+    passage = navigate(Voyage(duration_s=33.0, seed=8), between(begin_s, end_s, lambda r: displaced(r, metres)), tick_every=5)
+    assert passage.errors(29.9)[0].max() < 0.1
+
+
+def test_scattered_wild_points_are_rejected_for_long() -> None:
+    """Forty in a row that do not agree with each other are no new truth; the thesis's rule would have taken the 21st."""
+    state = {"n": 0}
+
+    def throw(reading: Reading) -> Reading:
+        if isinstance(reading, GnssFix):
+            state["n"] += 1
+        return displaced(reading, 10.0 + 40.0 * (state["n"] * 7 % 13), state["n"] * 2.4)
+
+    passage = navigate(Voyage(duration_s=34.0, seed=8), between(30.0, 31.99, throw), tick_every=5)
+    assert passage.errors(29.9)[0].max() < 0.12
+
+
+def test_a_true_step_of_3_m_is_accepted() -> None:
+    passage = navigate(Voyage(duration_s=36.0, seed=9), between(30.0, 99.0, lambda r: displaced(r, 3.0)), tick_every=5)
+    for state, k in zip(passage.states, passage.rows, strict=True):
+        north = passage.truth.position[k, 0] + 3.0 * math.cos(0.7)
+        east = passage.truth.position[k, 1] + 3.0 * math.sin(0.7)
+        if state.t_s > 31.1:
+            assert math.hypot(state.north_m - north, state.east_m - east) < 0.15
+    assert passage.errors(30.0)[2].max() < 0.3
+
+
+def test_heading_over_the_wrap() -> None:
+    """Held at ±180°, where the measured heading flips its sign all the time."""
+    passage = navigate(Voyage(duration_s=40.0, speed_mps=0.0, yaw_rad=math.pi, seed=10))
+    assert math.degrees(passage.errors(10.0)[1].max()) < 1.0
+
+
+def test_wild_headings_are_rejected_and_a_true_turn_of_the_baseline_is_taken() -> None:
+    def turned(reading: Reading) -> Reading:
+        return replace(reading, yaw_rad=reading.yaw_rad + 0.6) if isinstance(reading, Heading) else reading
+
+    short = navigate(Voyage(duration_s=33.0), between(30.0, 30.9, turned))
+    assert math.degrees(short.errors(30.0)[1].max()) < 1.0
+    lasting = navigate(Voyage(duration_s=40.0), between(30.0, 99.0, turned))
+    assert lasting.errors(32.0)[1] == pytest.approx(0.6, abs=0.03)
+
+
+def test_delayed_measurements_meet_their_own_time() -> None:
+    """Receiver 300 ms late on a tight circle at 2 m/s: 60 cm of way, and 6 cm more that no straight line would make up for."""
+    known = navigate(Voyage(speed_mps=2.0, radius_m=3.0, seed=11), delay=30).errors(30.0)
+    assert rms(known[0]) < 0.03
+    assert math.degrees(rms(known[1])) < 0.3
+    assert rms(known[2]) < 0.03
+
+
+def test_order_within_a_tick_does_not_matter() -> None:
+    frame = LocalFrame(REVOLT.home.lat_deg, REVOLT.home.lon_deg)
+    from tests.unit.nav.boat_truth import config_of, readings_of, sail
+
+    voyage = Voyage(duration_s=20.0)
+    said = readings_of(voyage, sail(voyage), frame)
+    ends = []
+    for order in (1, -1):
+        estimator = Estimator(config_of(voyage), Parameters())
+        for k in range(10, len(said), 10):
+            batch = [reading for row in said[k - 9 : k + 1] for reading in row]
+            state = estimator.update(sorted(batch, key=lambda r: type(r).__name__)[::order], k / 100)
+        ends.append(state)
+    assert ends[0].north_m == pytest.approx(ends[1].north_m, abs=1e-3)
+    assert ends[0].yaw_rad == pytest.approx(ends[1].yaw_rad, abs=1e-3)
+
+
+def test_without_imu() -> None:
+    passage = navigate(Voyage(seed=12), lambda _, row: [reading for reading in row if not isinstance(reading, Imu)])
+    position, yaw, velocity = passage.errors(20.0)
+    assert rms(position) < 0.05
+    assert math.degrees(rms(yaw)) < 0.5
+    assert rms(velocity) < 0.1
+    assert passage.states[-1].position_valid and passage.states[-1].heading_valid
+    assert passage.states[-1].imu_age_s == pytest.approx(60.0)
+
+
+def test_imu_falls_silent_and_comes_back() -> None:
+    def no_imu(reading: Reading) -> Reading | None:
+        return None if isinstance(reading, Imu) else reading
+
+    passage = navigate(Voyage(duration_s=70.0, seed=13), between(30.0, 45.0, no_imu))
+    assert passage.errors(30.0, 45.0)[0].max() < 0.15
+    assert passage.errors(30.0, 45.0)[2].max() < 0.3
+    assert passage.errors(45.0)[0].max() < 0.15
+    assert rms(passage.errors(60.0)[0]) < 0.03
+    assert max(state.imu_age_s for state in passage.states) == pytest.approx(15.0, abs=0.1)
+
+
+def test_without_heading_the_course_serves() -> None:
+    def no_heading(_: int, row: list[Reading]) -> list[Reading]:
+        return [reading for reading in row if not isinstance(reading, Heading)]
+
+    passage = navigate(Voyage(duration_s=60.0, speed_mps=1.5, seed=14), no_heading)
+    assert passage.states[-1].heading_valid
+    assert math.degrees(passage.errors(30.0)[1].max()) < 12.0
+    assert rms(passage.errors(30.0)[0]) < 0.15
+    at_rest = navigate(Voyage(duration_s=20.0, speed_mps=0.0, seed=14), no_heading)
+    assert not at_rest.states[-1].heading_valid
+    assert at_rest.states[-1].position_valid
+
+
+def test_from_sbas_to_rtk() -> None:
+    """Fixes 0.7 m off for a minute, then RTK: the estimate goes over at once, without the second of rejections, and without a spike."""
+
+    def sbas(reading: Reading) -> Reading:
+        if not isinstance(reading, GnssFix):
+            return reading
+        return replace(displaced(reading, 0.7), fix=FixType.DGPS, position_accuracy_m=0.6)  # type: ignore[return-value,type-var]
+
+    passage = navigate(Voyage(duration_s=64.0, seed=15), between(0.0, 60.0, sbas), tick_every=5)
+    before = [state for state in passage.states if 50.0 < state.t_s < 60.0]
+    assert min(state.position_accuracy_m for state in before) > 0.4
+    assert passage.errors(60.3)[0].max() < 0.1
+    assert passage.errors(60.0)[2].max() < 0.3
+    assert passage.states[-1].fix is FixType.RTK_FIXED
+
+
+def test_before_the_first_fix_nothing_is_valid() -> None:
+    estimator = Estimator(REVOLT, Parameters())
+    state = estimator.update([], 3.0)
+    assert not state.position_valid and not state.heading_valid
+    assert (state.north_m, state.east_m) == (0.0, 0.0)
+    assert (state.lat_deg, state.lon_deg) == pytest.approx((REVOLT.home.lat_deg, REVOLT.home.lon_deg))
+    assert (state.position_age_s, state.heading_age_s, state.imu_age_s) == (3.0, 3.0, 3.0)
+    assert state.fix is FixType.NONE and state.time_unix_ns is None and state.wind_speed_mps is None
+    assert all(math.isfinite(getattr(state, name)) for name in ("position_accuracy_m", "heading_accuracy_rad"))
+
+
+def first_fixes(estimator: Estimator, lat_deg: float, lon_deg: float) -> None:
+    for k in range(21):
+        t_s = 0.05 * k
+        fix = GnssFix(t_s, "gnss", lat_deg, lon_deg, 12.0, FixType.RTK_FIXED, 12, 0.8, 0.02)
+        estimator.update([fix, Heading(t_s, "gnss", 0.0)], t_s)
+
+
+def test_origin_is_home_or_the_first_fix_far_from_it() -> None:
+    near = Estimator(REVOLT, Parameters())
+    first_fixes(near, REVOLT.home.lat_deg + 0.01, REVOLT.home.lon_deg)
+    near.update([Imu(1.1, "imu", 0.0, 0.0, -9.8, 0.0, 0.0, 0.0)], 1.1)
+    assert near._inertial is not None
+    assert near._inertial.filter.gravity_mps2 == normal_gravity_mps2(REVOLT.home.lat_deg)
+    assert (near.frame.lat_deg, near.frame.lon_deg) == (REVOLT.home.lat_deg, REVOLT.home.lon_deg)
+    far = Estimator(REVOLT, Parameters())
+    far.update([Imu(0.0, "imu", 0.0, 0.0, -9.8, 0.0, 0.0, 0.0)], 0.0)
+    first_fixes(far, -33.0, 151.0)
+    assert (far.frame.lat_deg, far.frame.lon_deg) == (-33.0, 151.0)
+    state = far.update([], 1.1)
+    assert (state.lat_deg, state.lon_deg) == pytest.approx((-33.0, 151.0), abs=1e-4)
+    assert (state.north_m, state.east_m) == pytest.approx((0.81, 0.0), abs=0.05)  # the antenna is aft of the origin
+    assert far._inertial is not None
+    assert far._inertial.filter.gravity_mps2 == normal_gravity_mps2(-33.0)
+    assert state.altitude_m == pytest.approx(11.8)
+
+
+def test_a_receiver_that_loses_its_fix_is_left_for_the_other() -> None:
+    second = replace(REVOLT.sensors[0], name="spare")
+    estimator = Estimator(replace(REVOLT, sensors=(*REVOLT.sensors, second)), Parameters())
+    first_fixes(estimator, 63.4389, 10.3990)
+    lost = GnssFix(1.1, "gnss", math.nan, math.nan, None, FixType.NONE, 0, None)
+    spare = GnssFix(1.15, "spare", 63.4389, 10.3990, None, FixType.RTK_FIXED, 9, 1.0, 0.02)
+    state = estimator.update([lost], 1.1)
+    assert state.fix is FixType.NONE
+    state = estimator.update([spare], 1.2)
+    assert state.fix is FixType.RTK_FIXED and state.satellites == 9
+    assert state.position_age_s == pytest.approx(0.05)
+
+
+def test_time_of_day_and_wind_come_through() -> None:
+    estimator = Estimator(REVOLT, Parameters())
+    first_fixes(estimator, 63.4389, 10.3990)
+    time = TimeOfDay(1.1, "gnss", 1_763_726_400_000_000_000)
+    state = estimator.update([time, Wind(1.1, "wind", 6.0, math.radians(90.0))], 1.2)
+    assert state.time_unix_ns == 1_763_726_400_100_000_000
+    assert state.wind_speed_mps == pytest.approx(6.0, abs=0.05)
+    assert state.wind_from_rad == pytest.approx(math.radians(90.0), abs=0.02)
+
+
+def test_rubbish_in_readings_does_no_harm() -> None:
+    def spoil(k: int, row: list[Reading]) -> list[Reading]:
+        t_s = row[0].t_s
+        if 30.0 <= t_s < 31.0:
+            row = [*row, Imu(t_s + 0.001, "imu", 1e30, 0.0, 0.0, 0.0, 0.0, 0.0), Imu(t_s + 0.002, "imu", math.nan, 0.0, 0.0, 0.0, 0.0, 0.0)]
+            row += [Heading(t_s, "gnss", math.nan), GroundVelocity(t_s, "gnss", 1e9, -1e9)]
+            row += [GnssFix(t_s, "gnss", 90.0, 180.0, None, FixType.RTK_FIXED, None, None), Imu(t_s - 5.0, "imu", 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)]
+        return row
+
+    passage = navigate(Voyage(duration_s=36.0, seed=16), spoil)
+    assert passage.errors(29.0)[0].max() < 0.1
+    assert all(math.isfinite(state.north_m) and math.isfinite(state.yaw_rad) for state in passage.states)

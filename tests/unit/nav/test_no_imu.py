@@ -1,0 +1,64 @@
+"""Low-pass differencing of the pose."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from companion.nav.no_imu import PoseSolution
+from companion.nav.wild_points import Verdict
+
+LEVER = (-0.81, 0.0, -0.2)
+
+
+def circling(solution: PoseSolution, until_s: float, begin_s: float = 0.0) -> None:
+    """Noise-free antenna positions and headings at 20 Hz of a boat on a circle of 10 m at 1 m/s."""
+    for k in range(round(begin_s * 20), round(until_s * 20)):
+        t = k / 20
+        yaw = 0.1 * t
+        north, east = 10.0 * math.sin(yaw) - 0.81 * math.cos(yaw), 10.0 * (1.0 - math.cos(yaw)) - 0.81 * math.sin(yaw)
+        solution.heading(t, math.remainder(yaw, 2.0 * math.pi), 0.01)
+        if not solution.started:
+            solution.begin(t, north, east, LEVER, 0.02)
+        else:
+            solution.position(t, north, east, LEVER, 0.02)
+
+
+def test_follows_a_circle_over_the_wrap() -> None:
+    solution = PoseSolution()
+    circling(solution, 50.0)
+    motion, yaw = solution.motion(50.0), 5.0
+    assert motion.position[:2] == pytest.approx((10.0 * math.sin(yaw), 10.0 * (1.0 - math.cos(yaw))), abs=0.03)
+    assert motion.velocity[:2] == pytest.approx((math.cos(yaw), math.sin(yaw)), abs=0.11)  # 2τ behind in a turn
+    assert motion.attitude[2] == pytest.approx(math.remainder(yaw, 2.0 * math.pi), abs=0.005)
+    assert motion.rates[2] == pytest.approx(0.1, abs=0.005)
+
+
+def test_wild_points_and_wild_headings_are_rejected() -> None:
+    solution = PoseSolution()
+    circling(solution, 20.0)
+    before = solution.motion(20.0)
+    assert solution.position(20.0, 1e6, -1e6, LEVER, 0.02) is Verdict.REJECT
+    assert solution.heading(20.0, before.attitude[2] + 2.0, 0.01) is Verdict.REJECT
+    assert solution.motion(20.0) == before
+
+
+def test_measured_velocity_is_preferred() -> None:
+    solution = PoseSolution()
+    circling(solution, 5.0)
+    for k in range(100, 160):
+        solution.velocity(k / 20, 0.5, -0.5, (0.0, 0.0, 0.0), 0.05)
+    motion = solution.motion(8.0)
+    assert motion.velocity[:2] == pytest.approx((0.5, -0.5), abs=0.02)
+    assert motion.position[0] == pytest.approx(10.0 * math.sin(0.5) + 0.5 * 3.0, abs=0.4)  # carried on by it
+
+
+def test_rates_die_out_when_nothing_comes() -> None:
+    solution = PoseSolution()
+    circling(solution, 20.0)
+    at, later = solution.motion(20.0), solution.motion(60.0)
+    carried = math.hypot(later.position[0] - at.position[0], later.position[1] - at.position[1])
+    assert carried == pytest.approx(5.0, rel=0.1)
+    assert math.hypot(*later.velocity) < 1e-3
+    assert later.position_sigma_m > 50.0

@@ -1,0 +1,74 @@
+"""Choice of sources, grades of fix, absolute time and true wind."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from companion.core.types import FixType
+from companion.nav.sources import AbsoluteTime, GradeWatch, SourceSelector, TrueWind
+
+
+def test_first_in_the_file_is_used_and_taken_back_only_when_proven() -> None:
+    selector = SourceSelector({"a": 1.0, "b": 1.0})
+    assert selector.offer("a", 0.0)
+    assert not selector.offer("b", 0.1)
+    assert not selector.offer("b", 0.9)
+    assert selector.offer("b", 1.6)  # a has been silent for more than its second
+    times = [2.0 + 0.5 * k for k in range(20)]
+    used = []
+    for t_s in times:
+        selector.offer("b", t_s)
+        used.append(selector.offer("a", t_s))
+    back = times[used.index(True)]
+    assert back == pytest.approx(7.0)  # 5 s after its first good reading
+    assert all(used[used.index(True) :])
+
+
+def test_a_source_that_calls_itself_no_good_is_left_at_once() -> None:
+    selector = SourceSelector({"a": 2.0, "b": 2.0})
+    assert selector.offer("a", 0.0)
+    assert not selector.offer("b", 0.0)
+    assert not selector.offer("a", 0.1, good=False)
+    assert selector.offer("b", 0.1)
+
+
+def test_a_source_nobody_configured_serves_last() -> None:
+    selector = SourceSelector({"a": 1.0})
+    assert selector.offer("stranger", 0.0)
+    assert not selector.offer("a", 0.1)
+    assert selector.offer("stranger", 0.2)
+
+
+def test_grade_watch_doubts_when_a_better_grade_takes_over() -> None:
+    watch = GradeWatch()
+    assert watch.update(0.0, FixType.DGPS, 1.0) == 0.0
+    assert watch.update(19.0, FixType.DGPS, 1.0) == 0.0
+    assert watch.update(20.0, FixType.RTK_FIXED, 0.03) == 1.0
+    assert watch.update(20.1, FixType.DGPS, 1.0) == 0.0  # falling: the good position is not forgotten
+    assert watch.update(20.2, FixType.RTK_FIXED, 0.03) == pytest.approx(0.01)  # it was worse for 0.1 of 10 s
+
+
+def test_absolute_time_is_exact_and_smooths_the_arrival() -> None:
+    time = AbsoluteTime()
+    assert time.at_ns(0.0) is None
+    time.update(10.0, 1_763_726_400_000_000_000)
+    assert time.at_ns(12.5) == 1_763_726_402_500_000_000
+    time.update(11.05, 1_763_726_401_000_000_000)  # came 50 ms late: a tenth of it is taken over
+    assert time.at_ns(12.0) == 1_763_726_402_000_000_000 - 5_000_000
+    time.update(20.0, 1_763_800_000_000_000_000)
+    assert time.at_ns(20.0) == 1_763_800_000_000_000_000
+
+
+def test_true_wind() -> None:
+    """A boat going north at 2 m/s in 5 m/s of wind from the east feels (2 from ahead, 5 from starboard)."""
+    wind = TrueWind(2.0)
+    apparent, angle = math.hypot(2.0, 5.0), math.atan2(5.0, 2.0)
+    wind.update(1.0, apparent, angle, 0.0, 2.0, 0.0)
+    speed, direction = wind.at(1.1)
+    assert speed == pytest.approx(5.0)
+    assert direction == pytest.approx(math.radians(90.0))
+    wind.update(1.1, apparent, angle - math.radians(30.0), math.radians(30.0), 2.0, 0.0)
+    assert wind.at(1.1) == pytest.approx((5.0, math.radians(90.0)))
+    assert wind.at(3.2) == (None, None)

@@ -1,0 +1,72 @@
+"""The log folder: whole rows at any moment."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import struct
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from companion.core.types import Event, Severity
+from companion.record.recorder import LogFolder, WrittenThrough, tick_columns
+from tests.unit.record.ticks import tick
+
+THRUSTERS = ("port", "starboard")
+DEVICES = ("gnss", "imu")
+
+
+def log(folder: Path, sync: bool = False) -> LogFolder:
+    return LogFolder(folder, THRUSTERS, DEVICES, {"vessel": "test"}, pytest.fail, sync)
+
+
+def test_every_row_is_there_without_closing(tmp_path: Path) -> None:
+    folder = log(tmp_path)
+    for n in range(3):
+        folder.record(replace(tick(0.1 * n), events=(Event(0.1 * n, Severity.NOTICE, "said", 'a "quoted", text'),)))
+        rows = list(csv.DictReader((tmp_path / "ticks.csv").read_text(encoding="utf-8").splitlines()))
+        assert len(rows) == n + 1 and float(rows[-1]["t_s"]) == pytest.approx(0.1 * n)
+    assert list(rows[0]) == tick_columns(THRUSTERS, DEVICES) and None not in rows[0].values()
+    assert rows[0]["mode"] == "Hold" and rows[0]["gnss_ok"] == "1" and rows[0]["imu_ok"] == "0"
+    assert float(rows[0]["desired_north_m"]) == 1.0 and float(rows[0]["starboard_throttle"]) == -0.5
+    assert rows[0]["cross_track_error_m"] == "", "what is not there is empty"
+    events = list(csv.DictReader((tmp_path / "events.csv").read_text(encoding="utf-8").splitlines()))
+    assert [event["text"] for event in events] == ["a 'quoted', text"] * 3
+    assert json.loads((tmp_path / "manifest.json").read_text(encoding="utf-8"))["vessel"] == "test"
+    folder.close()
+
+
+def test_packets_are_kept_in_the_tlog_form(tmp_path: Path) -> None:
+    folder = log(tmp_path)
+    folder.packets(b"\xfd\x00", 1_780_000_000_123_456_789)
+    data = (tmp_path / "telemetry.tlog").read_bytes()
+    assert struct.unpack(">Q", data[:8])[0] == 1_780_000_000_123_456 and data[8:] == b"\xfd\x00"
+    folder.close()
+
+
+def test_a_synced_log_closes_cleanly(tmp_path: Path) -> None:
+    folder = log(tmp_path, sync=True)
+    folder.record(tick(0.0))
+    folder.close()
+    folder.record(tick(0.1))
+    assert len((tmp_path / "ticks.csv").read_text(encoding="utf-8").splitlines()) == 2
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
+def test_a_full_disk_ends_the_file_with_one_warning(tmp_path: Path) -> None:
+    warnings: list[str] = []
+    (tmp_path / "ticks.csv").symlink_to("/dev/full")
+    file = WrittenThrough(tmp_path / "ticks.csv", warnings.append)
+    for _ in range(3):
+        file.write(b"row\n")
+    assert len(warnings) == 1 and "ticks.csv" in warnings[0]
+
+
+def test_a_folder_that_cannot_be_written_is_an_error_at_start(tmp_path: Path) -> None:
+    blocked = tmp_path / "file"
+    blocked.write_text("in the way", encoding="utf-8")
+    with pytest.raises(OSError, match=os.strerror(17) + "|Not a directory"):
+        log(blocked)

@@ -1,0 +1,82 @@
+"""Clocks, and a run of the loop by them."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from companion.clock import PacedClock, SimulatedClock, WallClock
+from companion.loop import run
+
+EPOCH_NS = 1_780_000_000_000_000_000
+
+
+def test_a_simulated_clock_moves_only_when_told() -> None:
+    clock = SimulatedClock(EPOCH_NS)
+    assert (clock.now_s(), clock.time_unix_ns()) == (0.0, EPOCH_NS)
+    assert clock.wait(12.5, ()) is False
+    assert (clock.now_s(), clock.time_unix_ns()) == (12.5, EPOCH_NS + 12_500_000_000)
+
+
+def test_a_paced_clock_spans_whole_ticks_whatever_the_wall_does() -> None:
+    clock = PacedClock(1e9, EPOCH_NS)
+    for n in range(1, 100):
+        assert clock.wait(n * 0.1, ()) is False
+        assert clock.now_s() == n * 0.1
+
+
+@pytest.mark.parametrize("clock", [PacedClock(1.0, EPOCH_NS), WallClock()], ids=["paced", "wall"])
+def test_waiting_ends_early_for_a_readable_descriptor(clock: Any) -> None:
+    reader, writer = os.pipe()
+    try:
+        os.write(writer, b"x")
+        assert clock.wait(clock.now_s() + 60.0, [reader]) is True
+        assert clock.wait(clock.now_s(), [reader]) is False, "a deadline is a deadline, whatever is readable"
+    finally:
+        os.close(reader)
+        os.close(writer)
+
+
+def test_a_descriptor_that_was_closed_meanwhile_does_not_end_the_run() -> None:
+    reader, writer = os.pipe()
+    os.close(reader)
+    os.close(writer)
+    clock = WallClock()
+    assert clock.wait(clock.now_s() + 0.01, [reader]) in (True, False)
+
+
+class ScriptedClock:
+    """Each tick costs what the script says."""
+
+    def __init__(self, costs_s: Sequence[float]) -> None:
+        self.costs_s = list(costs_s)
+        self.now = 0.0
+
+    def now_s(self) -> float:
+        return self.now
+
+    def time_unix_ns(self) -> int:
+        return 0
+
+    def wait(self, until_s: float, filenos: Sequence[int]) -> bool:
+        self.now = max(self.now, until_s)
+        return False
+
+
+def test_deadlines_are_absolute_and_missed_ones_are_skipped() -> None:
+    clock = ScriptedClock([0.03, 0.03, 0.25, 0.03, 0.03])
+    ticks: list[float] = []
+    vessel = SimpleNamespace(period_s=0.1, load=0.0, filenos=lambda: (), serve=lambda now_s: None)
+
+    def tick(now_s: float) -> None:
+        ticks.append(now_s)
+        clock.now += clock.costs_s[len(ticks) - 1]
+
+    vessel.tick = tick
+    run(vessel, clock, lambda: len(ticks) == 5)  # type: ignore[arg-type]
+    assert ticks == pytest.approx([0.0, 0.1, 0.2, 0.5, 0.6])
+    assert vessel.load == pytest.approx(0.3)

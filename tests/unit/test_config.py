@@ -1,0 +1,89 @@
+"""A vessel's file: every error at once, each with its line."""
+
+import math
+from pathlib import Path
+
+import pytest
+
+from companion import config
+from companion.config import ConfigError
+
+
+def revolt_text() -> str:
+    return config.find("revolt").read_text(encoding="utf-8")
+
+
+def test_the_bundled_revolt_is_as_in_the_thesis() -> None:
+    vessel = config.load(config.find("revolt"))
+    assert (vessel.home.lat_deg, vessel.home.lon_deg, vessel.home.yaw_rad) == (63.4389, 10.3990, 0.0)
+    bow = vessel.thrusters[2]
+    assert (bow.max_n, bow.min_n, bow.azimuth_rad) == (14.0, -6.1, pytest.approx(math.pi / 2))
+    assert bow.ahead_n == pytest.approx(1.518e-3 * 100**2)
+    assert vessel.thrusters[0].azimuth_rate_radps == pytest.approx(math.radians(150.0))
+    assert vessel.sitl is not None and set(vessel.sitl.plants) == {"as_sailed", "thesis"}
+
+
+def test_five_errors_are_listed_at_once_each_with_its_line() -> None:
+    text = revolt_text()
+    for right, wrong in (
+        ("lat_deg = 63.4389", "lat_deg = 95.0"),
+        ("surge_n = 50.0", "surge_m = 50.0"),
+        ('kind = "fixed"', 'kind = "jet"'),
+        ("x_m = 1.15", 'x_m = "a metre"'),
+    ):
+        assert right in text
+        text = text.replace(right, wrong, 1)
+    with pytest.raises(ConfigError) as caught:
+        config.parse(text, "boat.toml")
+    problems = caught.value.problems
+    assert len(problems) == 5  # a misspelt key is two: the unknown one and the missing one
+    lines = text.splitlines()
+    for problem, fragment in (
+        (problems[0], "lat_deg = 95.0"),
+        (problems[2], "surge_m = 50.0"),
+        (problems[3], 'kind = "jet"'),
+        (problems[4], 'x_m = "a metre"'),
+    ):
+        number = int(problem.split(":")[1])
+        assert fragment in lines[number - 1], problem
+    assert "thruster[3].kind" in problems[3] and "'azimuth' or 'fixed'" in problems[3]
+    assert "unknown key" in problems[2]
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "message"),
+    [
+        ('"bow"]', '"bo"]', "no thruster named 'bo'"),
+        ('name = "imu"', 'name = "gnss"', "'gnss' is used twice"),
+        ('plant = "as_sailed"', 'plant = "dry"', "no plant named 'dry'"),
+        ("m23_kgm = 7.0", "m23_kgm = 70000.0", "not positive definite"),
+        ("thruster_x_m = [-1.12, -1.12, 1.12]", "thruster_x_m = [1.0]", "needs 3 values"),
+        ("azimuth_rate_dps = 150.0", "azimuth_rate_dps = 0.0", "rate above 0"),
+        ("length_m = 3.0", "length_m = nan", "finite"),
+        ("length_m = 3.0", "length_m = ", "not valid TOML"),
+    ],
+)
+def test_what_no_single_field_can_know(right: str, wrong: str, message: str) -> None:
+    text = revolt_text()
+    assert right in text
+    with pytest.raises(ConfigError, match=message):
+        config.parse(text.replace(right, wrong, 1), "boat.toml")
+
+
+def test_unknown_vessel_says_which_there_are(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match=r"no vessel named 'revlot'; bundled: .*revolt"):
+        config.find("revlot")
+    with pytest.raises(ConfigError, match="no such file"):
+        config.find(str(tmp_path / "boat.toml"))
+    binary = tmp_path / "boat.toml"
+    binary.write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(ConfigError, match="cannot be read"):
+        config.load(binary)
+
+
+def test_a_wrong_belief_leaves_the_plants_true() -> None:
+    vessel = config.load(config.find("revolt"))
+    believed = config.with_model_error(vessel, 0.5)
+    assert believed.hull.m22_kg == pytest.approx(1.5 * vessel.hull.m22_kg)
+    assert believed.hull.damping.y_vv == pytest.approx(1.5 * vessel.hull.damping.y_vv)
+    assert believed.sitl == vessel.sitl
