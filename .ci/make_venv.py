@@ -15,7 +15,7 @@ from pathlib import Path
 
 
 def main(directory: Path) -> None:
-    if sys.version_info < (3, 11):
+    if sys.version_info < (3, 11):  # noqa: UP036  this file runs under whatever Python there is
         sys.exit(f"Python 3.11 or newer is needed, this is {sys.version.split()[0]}: make PYTHON=python3.11 …")
     try:
         import ensurepip  # noqa: F401  Debian's python3 lacks it without the package python3-venv

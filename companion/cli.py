@@ -17,7 +17,8 @@ from companion.app import Surroundings, build, load_vessel, program_version
 from companion.clock import PacedClock, SimulatedClock, WallClock
 from companion.config import ConfigError, HomeConfig, VesselConfig
 from companion.io.mavlink.links import Link, LinkError, MemoryLink, open_link
-from companion.io.transport import TransportError, TransportOpener
+from companion.io.transport import TransportOpener
+from companion.io.urls import TransportError
 from companion.loop import RealWorld, Vessel, run
 from companion.record.state_file import StateFile, StateFileBusy
 
@@ -101,8 +102,8 @@ def _run(arguments: argparse.Namespace) -> int:
     log_folder = _fresh(kept / "logs" if arguments.log is None else arguments.log, f"{config.name}-{stamp}")
     state = StateFile(kept / "state" if arguments.state is None else arguments.state)
     vessel, clock = _compose_run(config, arguments, state, log_folder)
-    _say_hello(config, arguments, state, log_folder)
     stop = _Stop(clock, vessel, arguments.duration)
+    _say_hello(config, arguments, state, log_folder)
     gc.collect()
     gc.freeze()
     try:

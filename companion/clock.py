@@ -5,6 +5,7 @@ from __future__ import annotations
 import select
 import time
 from collections.abc import Sequence
+
 _SLIP_S = 0.5  # wall time by which a paced run may fall behind before it stops trying to catch up
 
 

@@ -160,6 +160,10 @@ class World:
         times = f"{self.t_s}" if math.isinf(duration_s) else f"{self.t_s}+{duration_s}"
         self.faults.add(parse(f"{name}@{times}", self._vessel))
 
+    def babble(self, name: str, data: bytes) -> None:
+        """Bytes on the port of the device `name` that no device of its kind would say: a bad wire, a wrong baud rate."""
+        self._streams[name].device.send(data, self.t_s)
+
     def set_transmitter(self, channels_us: Sequence[int] | None) -> None:
         """Pulses of the hand-held transmitter on all boards; None: no receiver."""
         for board in self.boards:

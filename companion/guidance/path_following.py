@@ -103,6 +103,7 @@ class PathFollower:
         lookahead = max(self._parameters["PATH_LOOKAHEAD"], self._parameters["PATH_LOOK_TIME"] * self._speed)
         window = max(2.0 * lookahead, 4.0 * math.hypot(nav.north_mps, nav.east_mps) * dt_s)
         self._s = max(self._s, track.project(nav.north_m, nav.east_m, self._s, window))
+        self._s = self._over_tips(track)
         self._pass_waypoints(nav, track)
         here = track.at(self._s)
         error = -(nav.north_m - here.north_m) * math.sin(here.course_rad) + (nav.east_m - here.east_m) * math.cos(here.course_rad)
@@ -127,7 +128,7 @@ class PathFollower:
         return 3.0 * turn
 
     def _pass_waypoints(self, nav: NavState, track: Track) -> None:
-        """Count the waypoints now inside their radius or abeam; over the tip of a turn back, go on along the way back."""
+        """Count the waypoints now inside their radius or abeam."""
         while self._passed < len(self._waypoints):
             waypoint, station = self._waypoints[self._passed], self._stations[self._passed]
             inside = math.hypot(waypoint.north_m - nav.north_m, waypoint.east_m - nav.east_m) <= self._radius(waypoint)
@@ -136,16 +137,13 @@ class PathFollower:
             if not inside and not abeam:
                 return
             self._passed += 1
-            if not is_last and self._turns_back(track, station):
-                self._s = max(self._s, min(track.length_m, station + self._tip_m(track)))
 
-    @staticmethod
-    def _tip_m(track: Track) -> float:
-        return 3.0 * track.length_m / len(track.s_m)
-
-    def _turns_back(self, track: Track, station: float) -> bool:
-        tip = self._tip_m(track)
-        return abs(wrap_pi(track.at(station + tip).course_rad - track.at(station - tip).course_rad)) > _ALMOST_BACK_RAD
+    def _over_tips(self, track: Track) -> float:
+        """The arc length reached, or that just past the tip of a turn straight back which lies within the preview: there the way out and
+        the way back are equally near, and only going on tells them apart."""
+        beyond = self._s + _TURN_PREVIEW_S * self._speed + 3.0 * track.length_m / len(track.s_m)
+        turn = wrap_pi(track.at(beyond).course_rad - track.at(self._s).course_rad)
+        return min(track.length_m, beyond) if abs(turn) > _ALMOST_BACK_RAD else self._s
 
     @staticmethod
     def _past_end(nav: NavState, track: Track) -> bool:

@@ -98,15 +98,20 @@ class _Core:
     def _wanted_rate(self, dn: float, de: float, dy: float, limits: Limits, dt_s: float) -> float:
         """Share of the remaining way to cover per second: as fast as the limits allow, and able to stop at its end.
 
-        After this step, begun at rate v₀ and ended at v, the way left must be v²/2a: v²/2a + v dt/2 + v₀ dt/2 − 1 = 0.
+        After this step, begun at rate v₀ and ended at v, the way left must be v²/2a: v²/2a + v dt/2 + v₀ dt/2 − 1 = 0. The last two steps
+        land on the target exactly.
         """
         yaw = self.pose[2]
         headings = _headings_between(yaw, yaw + dy, math.atan2(de, dn)) if dn != 0.0 or de != 0.0 else (yaw,)
         fastest, acceleration = limits.along(dn, de, dy, headings)
         if math.isinf(acceleration):
             return 0.0
-        acceleration *= BRAKE_SHARE
         present = self._present_rate(dn, de, dy, limits)
+        landing = 1.0 / dt_s - 0.5 * present  # ends the step after this one on the target, at rest
+        step = acceleration * dt_s
+        if 0.0 <= landing <= step and abs(present - landing) <= step:
+            return min(fastest, landing)
+        acceleration *= BRAKE_SHARE
         left = 1.0 - 0.5 * present * dt_s
         if left <= 0.0:
             return 0.0

@@ -14,14 +14,11 @@ import errno
 import os
 import socket
 import termios
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from urllib.parse import parse_qsl
+from collections.abc import Sequence
 
 import serial
 
-SCHEMES = ("serial", "udpin", "udpout", "tcpin", "tcpout")
-DEFAULT_BAUD = 115200
+from companion.io.urls import Endpoint, TransportError, parse_url
 
 _RETRY_FIRST_S = 0.5
 _RETRY_LAST_S = 5.0
@@ -32,53 +29,6 @@ _PARITIES = {"none": serial.PARITY_NONE, "even": serial.PARITY_EVEN, "odd": seri
 _STOPBITS = {"1": serial.STOPBITS_ONE, "2": serial.STOPBITS_TWO}
 _NOT_NOW = (errno.EAGAIN, errno.EWOULDBLOCK, errno.EINTR)
 _LINE_ERRORS = (OSError, ValueError, termios.error)  # whatever the system says about a port, at any time
-
-
-class TransportError(Exception):
-    """A port's URL that cannot be used; the message is one line with the remedy."""
-
-
-@dataclass(frozen=True, slots=True)
-class Endpoint:
-    """A parsed URL. Serial: `path` and `baud`; the others: `host` and `port`. `options` is what stood behind the `?`."""
-
-    scheme: str
-    host: str = ""
-    port: int = 0
-    path: str = ""
-    baud: int = 0
-    options: Mapping[str, str] = field(default_factory=dict)
-
-
-def parse_url(text: str) -> Endpoint:
-    """`scheme:address:number?key=value&…` → Endpoint. Raises TransportError with one line."""
-    body, _, query = text.strip().partition("?")
-    scheme, colon, rest = body.partition(":")
-    if not colon or scheme not in SCHEMES:
-        raise TransportError(f"'{text}': should begin with one of {', '.join(name + ':' for name in SCHEMES)}")
-    try:
-        options = dict(parse_qsl(query, keep_blank_values=True, strict_parsing=True)) if query else {}
-    except ValueError as error:
-        raise TransportError(f"'{text}': options should read ?key=value&key=value") from error
-    address, _, number = rest.rpartition(":")
-    if scheme == "serial":
-        return _serial_endpoint(text, rest, address, number, options)
-    if not address or not (number.isascii() and number.isdigit()):
-        raise TransportError(f"'{text}': should read {scheme}:host:port")
-    if not 0 <= int(number) <= 65535:
-        raise TransportError(f"'{text}': port {number} should be 0 to 65535")
-    return Endpoint(scheme, host=address.removeprefix("[").removesuffix("]"), port=int(number), options=options)
-
-
-def _serial_endpoint(text: str, rest: str, address: str, number: str, options: Mapping[str, str]) -> Endpoint:
-    """The baud rate may be left out; device paths may hold colons themselves (`/dev/serial/by-path/…:1.0-port0`)."""
-    with_baud = number.isascii() and number.isdigit() and bool(address)
-    path, baud = (address, int(number)) if with_baud else (rest, DEFAULT_BAUD)
-    if not path:
-        raise TransportError(f"'{text}': should read serial:/dev/name:baud")
-    if not 50 <= baud <= 12_000_000:
-        raise TransportError(f"'{text}': baud rate {baud} should be 50 to 12000000")
-    return Endpoint("serial", path=path, baud=baud, options=options)
 
 
 class Line:

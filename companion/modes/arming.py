@@ -11,8 +11,10 @@ Check = Callable[[Situation], Iterator[str]]
 
 def arming_refusals(situation: Situation) -> tuple[str, ...]:
     """Every reason against arming, for people; empty when arming would be accepted. Without ARM_CHECKS only what makes the mode impossible."""
-    checks = CHECKS if situation.parameters["ARM_CHECKS"] else (_mode,)
-    return tuple(reason for check in checks for reason in check(situation))
+    reasons = [reason for check in CHECKS for reason in check(situation)] if situation.parameters["ARM_CHECKS"] else []
+    if situation.mode_refusal is not None and situation.mode_refusal not in reasons:
+        reasons.append(f"{situation.mode.id.value}: {situation.mode_refusal}")
+    return tuple(reasons)
 
 
 def _position(s: Situation) -> Iterator[str]:
@@ -23,11 +25,6 @@ def _position(s: Situation) -> Iterator[str]:
 def _heading(s: Situation) -> Iterator[str]:
     if s.parameters["ARM_NEED_POS"] and not s.nav.heading_valid:
         yield "heading not valid"
-
-
-def _mode(s: Situation) -> Iterator[str]:
-    if s.mode_refusal is not None:
-        yield f"{s.mode.id.value}: {s.mode_refusal}"
 
 
 def _devices(s: Situation) -> Iterator[str]:
@@ -52,4 +49,4 @@ def _safe_switch(s: Situation) -> Iterator[str]:
         yield "safe switch of the transmitter is on"
 
 
-CHECKS: tuple[Check, ...] = (_position, _heading, _mode, _devices, _battery, _leak, _safe_switch)
+CHECKS: tuple[Check, ...] = (_position, _heading, _devices, _battery, _leak, _safe_switch)

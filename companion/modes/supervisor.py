@@ -30,12 +30,13 @@ from companion.mission.tasks import SetHome, SetSpeed
 from companion.modes import build_modes
 from companion.modes.arming import arming_refusals
 from companion.modes.events import EventLog
-from companion.modes.failsafes import Action, Active, FailsafeMonitor
+from companion.modes.failsafes import Action
 from companion.modes.helm import Helm
 from companion.modes.hold import HoldMode
 from companion.modes.homing import HomeKeeper, is_on_earth
 from companion.modes.mission import MissionMode
 from companion.modes.mode import ModeInputs
+from companion.modes.responder import Responder
 from companion.modes.situation import NO_ESTIMATE, Situation, usable
 from companion.modes.sticks import Sticks
 from companion.modes.unavailable import UnavailableMode
@@ -81,8 +82,9 @@ class Supervisor:
         self._hold, self._mission = hold, mission
         self._sticks = Sticks(parameters)
         self._home = HomeKeeper(events)
-        self._monitor = FailsafeMonitor()
         self._helm = Helm(modes, self._sticks, events, self._mode_inputs)
+        self._responder = Responder(self._helm, hold, self._sticks, events, self._situation)
+        self._monitor = self._responder.monitor
         self._bridges = frozenset(bridge.name for bridge in config.actuators)
         self._nav = NO_ESTIMATE
         self._inputs = Inputs()
@@ -256,7 +258,7 @@ class Supervisor:
         self._home.update(self._nav, now_s)
         self._sticks.update(inputs.rc, now_s)
         self._obey_safe_switch(now_s)
-        self._watch(now_s)
+        self._responder.update(now_s)
         self._tell_of_new_plan(now_s)
         return self.status(now_s)
 
@@ -357,50 +359,6 @@ class Supervisor:
         self._events.say(now_s, Severity.WARNING, "safe_switch", "Safe switch of the transmitter: Manual")
         helm.switch(ModeId.MANUAL, self._nav, now_s)
         self._monitor.override()
-
-    def _watch(self, now_s: float) -> None:
-        """Failsafes: begin, act, end."""
-        was_neutral = self._monitor.neutral
-        changes = self._monitor.update(self._situation(now_s))
-        for failsafe, cause_gone in changes.over:
-            if cause_gone:
-                self._events.say(now_s, Severity.NOTICE, f"{failsafe.name}_over", failsafe.ends)
-        if changes.demand is not None:
-            self._act(changes.demand, now_s)
-        for active in changes.begun:
-            if active is not changes.demand:
-                text = active.failsafe.starts(self._situation(now_s))
-                self._events.say(now_s, active.failsafe.severity, active.failsafe.name, text)
-        if was_neutral and not self._monitor.neutral and self._helm.armed:
-            self._helm.resume(now_s)
-
-    def _act(self, active: Active, now_s: float) -> None:
-        """Do what the failsafe demands, or the next best: RTL, else Hold, else neutral."""
-        text = active.failsafe.starts(self._situation(now_s))
-        active.acted = True
-        done = "neutral"
-        if self._sticks.safe_switch and active.action is not Action.NEUTRAL:
-            done = "left to the transmitter"
-        elif active.action is Action.RTL and self._bring_to(ModeId.RTL, now_s):
-            done = "RTL"
-        elif active.action is not Action.NEUTRAL and self._bring_to(ModeId.HOLD, now_s):
-            done = self._helm.mode.id.value
-        else:
-            active.neutral = True
-            self._sticks.demand_centre(now_s, even_if_silent=True)
-        self._events.say(now_s, active.failsafe.severity, active.failsafe.name, f"{text}: {done}")
-
-    def _bring_to(self, mode: ModeId, now_s: float) -> bool:
-        """Have the boat in `mode`; on its way home already, it is not stopped by a Hold."""
-        helm = self._helm
-        present = helm.mode.id
-        if present is mode or present is ModeId.RTL:
-            if helm.refusal(present, self._nav, now_s) is not None:
-                return False
-            if present is ModeId.HOLD and self._hold.going:
-                self._hold.hold_here(self._nav)
-            return True
-        return helm.switch(mode, self._nav, now_s, intended=False) is None
 
     def _after_mission_tick(self, now_s: float) -> None:
         """Perform what the mission asks of the vessel, and what comes after its end."""

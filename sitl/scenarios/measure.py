@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
@@ -58,7 +59,7 @@ def sampled_path(points: Sequence[Point], kind: str, step_m: float = 0.05) -> li
     import numpy as np
     from scipy.interpolate import Akima1DInterpolator, CubicSpline, PchipInterpolator
 
-    steps = [math.dist(a, b) for a, b in zip(points, points[1:], strict=False)]
+    steps = [math.dist(a, b) for a, b in itertools.pairwise(points)]
     chord = np.concatenate([[0.0], np.cumsum(steps)])
     at = np.linspace(0.0, chord[-1], max(2, int(chord[-1] / step_m)))
 

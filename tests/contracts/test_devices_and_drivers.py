@@ -126,7 +126,6 @@ def test_wind_sensor_gives_apparent_wind() -> None:
         ("mcu_silent", "microcontroller"),
         ("mcu_deaf", "microcontroller"),
         ("microcontroller_unplugged", "microcontroller"),
-        ("thruster_bow_dead", "microcontroller"),
     ],
 )
 def test_a_fault_shows_in_the_health_of_its_device_and_goes(fault: str, device: str) -> None:
@@ -137,6 +136,14 @@ def test_a_fault_shows_in_the_health_of_its_device_and_goes(fault: str, device: 
     assert [name for name, ok in boat.ok().items() if not ok] == [device]
     boat.sail(1.9)
     assert all(boat.ok().values())
+
+
+def test_a_dead_thruster_is_reported_by_a_board_that_is_well() -> None:
+    boat = Boat(faults=["thruster_bow_dead@1+2"])
+    dead = [reading for reading in boat.sail(2.0) if isinstance(reading, ThrusterFeedback) and reading.index == 2][-1]
+    assert not dead.ok and all(boat.ok().values())
+    back = [reading for reading in boat.sail(2.0) if isinstance(reading, ThrusterFeedback) and reading.index == 2][-1]
+    assert back.ok
 
 
 def test_without_a_fix_the_receiver_is_well_and_says_so() -> None:

@@ -279,7 +279,7 @@ def test_an_upload_under_loss_is_whole_or_not_at_all(timing: Timing, loss: float
         if client.result == "accepted":
             accepted += 1
             assert in_force == essence(new)
-    assert accepted >= {0.0: 20, 0.1: 17, 0.2: 13, 0.3: 9}[loss]  # the final answer alone is lost with that share
+    assert accepted >= {0.0: 20, 0.1: 20, 0.2: 18, 0.3: 13}[loss]  # the final answer is sent again where packets were lost
 
 
 @pytest.mark.parametrize("timing", [QGROUNDCONTROL, MAVSDK], ids=["QGroundControl", "MAVSDK"])
@@ -483,6 +483,8 @@ def test_a_plan_in_force_is_one_that_one_client_sent_whole(script: list[tuple[in
             expected = tuple((i.seq - shift, i.command, i.x, i.y) for i in scribe.sending[shift:])
             assert water.put_in_force[before:] == [(PlanKind.MISSION, expected)]
             assert len(acks) - taken == (2 if what == "answer twice" else 1)  # the doubled last item has its answer doubled
+        elif what == "silence":  # on a link that lost something, an answer given before may come again by itself
+            assert all(any(ack is earlier for earlier in acks[:taken]) for ack in acks[taken:])
         elif len(acks) > taken:
             assert what != "begin"  # an answer without a change: the last item again, nothing else
             assert scribe.asked == len(scribe.sending) - 1 or (scribe.asked == 0 and len(scribe.sending) == 1)

@@ -18,7 +18,7 @@ class MavProxy:
     def __init__(self, master: str, folder: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
         command = [sys.executable, str(Path(sys.executable).with_name("mavproxy.py")), f"--master={master}"]
-        command += ["--non-interactive", f"--logfile={folder / 'mav.tlog'}", "--streamrate=-1"]
+        command += [f"--logfile={folder / 'mav.tlog'}", "--streamrate=-1"]
         environment = {**os.environ, "HOME": str(folder), "PYTHONUNBUFFERED": "1"}
         self._process = subprocess.Popen(
             command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, cwd=folder, env=environment
@@ -42,7 +42,7 @@ class MavProxy:
             assert time.monotonic() < end_s, f"MAVProxy did not print {pattern!r}; it printed: {self._heard[self._looked_at :][-1500:]}"
             self._listen(0.1)
 
-    def ask(self, line: str, pattern: str, timeout_s: float = 60.0, again_s: float = 1.0) -> re.Match[str]:
+    def ask(self, line: str, pattern: str, timeout_s: float = 20.0, again_s: float = 1.0) -> re.Match[str]:
         """Say `line` again and again until what comes back fits `pattern`."""
         end_s = time.monotonic() + timeout_s
         while True:

@@ -58,7 +58,7 @@ def underway(desk: Desk) -> None:
 def test_the_connect_sequence(desk: Desk) -> None:
     """Section 3 of the contract: every answer comes before any time has passed, parameters apart."""
     desk.heartbeat()
-    ack, version = of(desk.command(REQUEST, 148.0), "COMMAND_ACK") + [desk.latest("AUTOPILOT_VERSION")]
+    ack, version = [*of(desk.command(REQUEST, 148.0), "COMMAND_ACK"), desk.latest("AUTOPILOT_VERSION")]
     assert (ack.result, version is not None) == (mavlink.MAV_RESULT_ACCEPTED, True)
     assert version.capabilities & 57404 == 57404
     assert version.flight_sw_version >> 8 >= 0x010401 and version.flight_sw_version & 0xFF != 255

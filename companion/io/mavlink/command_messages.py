@@ -7,9 +7,8 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from companion.core.types import Outcome
 from companion.io.mavlink import messages as mavlink
-from companion.io.mavlink.command_request import DONE, Answer, CommandHandler, Request, denied, not_now, unsupported
+from companion.io.mavlink.command_request import DONE, UNSUPPORTED, Answer, CommandHandler, Request, denied, not_now
 from companion.io.mavlink.dialects import Dialect
 from companion.io.mavlink.hub import Hub, Peer
 from companion.io.mavlink.telemetry import NEVER, STREAMS
@@ -43,6 +42,11 @@ def autopilot_version(version: str, vessel_name: str, dialect: Dialect) -> Any:
     )
 
 
+def _with(*messages: Any) -> Answer:
+    """Done, and here they are."""
+    return Answer(DONE.outcome, messages)
+
+
 class MessageCommands:
     """`commands`: REQUEST_MESSAGE and its relatives, SET_MESSAGE_INTERVAL, GET_MESSAGE_INTERVAL."""
 
@@ -57,42 +61,42 @@ class MessageCommands:
             mavlink.MAV_CMD_GET_MESSAGE_INTERVAL: self._get_interval,
         }
 
-    def _request_message(self, request: Request) -> Outcome | Answer:
+    def _request_message(self, request: Request) -> Answer:
         number = request.whole(1)
         if number is None or number < 0:
             return denied("no such message")
         if number == mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION:
-            return Answer(DONE, [self._version(request.peer)])
+            return _with(self._version(request.peer))
         if number == mavlink.MAVLINK_MSG_ID_AVAILABLE_MODES:
             return self._available_modes(request)
         if number == mavlink.MAVLINK_MSG_ID_MESSAGE_INTERVAL:
             return self._interval_of(request, request.whole(2))
         return self._streamed(request, number)
 
-    def _streamed(self, request: Request, number: int) -> Outcome | Answer:
+    def _streamed(self, request: Request, number: int) -> Answer:
         if number not in STREAMS:
-            return unsupported()
+            return UNSUPPORTED
         message = self._hub.telemetry.message(number, request.peer.endpoint.dialect, request.now_s)
-        return not_now("") if message is None else Answer(DONE, [message])
+        return not_now() if message is None else _with(message)
 
-    def _capabilities(self, request: Request) -> Outcome | Answer:
-        return Answer(DONE, [self._version(request.peer)]) if request.whole(1) == 1 else denied("param 1 should be 1")
+    def _capabilities(self, request: Request) -> Answer:
+        return _with(self._version(request.peer)) if request.whole(1) == 1 else denied("param 1 should be 1")
 
-    def _get_home(self, request: Request) -> Outcome | Answer:
+    def _get_home(self, request: Request) -> Answer:
         return self._streamed(request, mavlink.MAVLINK_MSG_ID_HOME_POSITION)
 
     def _version(self, peer: Peer) -> Any:
         return autopilot_version(self._hub.version, self._vessel.config.name, peer.endpoint.dialect)
 
-    def _available_modes(self, request: Request) -> Outcome | Answer:
+    def _available_modes(self, request: Request) -> Answer:
         """Param 2: the index from 1, or 0 for all, the last one last."""
         modes, index = self._vessel.supervisor.modes, request.whole_or(2, 0)
         if index is None or not 0 <= index <= len(modes):
             return denied(f"modes are numbered 1 to {len(modes)}")
         wanted = range(1, len(modes) + 1) if index == 0 else (index,)
-        return Answer(DONE, [available_mode(modes, i, request.peer.endpoint.dialect) for i in wanted])
+        return _with(*(available_mode(modes, i, request.peer.endpoint.dialect) for i in wanted))
 
-    def _set_interval(self, request: Request) -> Outcome | Answer:
+    def _set_interval(self, request: Request) -> Answer:
         """Param 2: microseconds, 0 for the default, −1 for never."""
         number, interval_us = request.whole(1), request.params[1]
         if number is None or not math.isfinite(interval_us) or interval_us < -1.0:
@@ -101,13 +105,13 @@ class MessageCommands:
         taken = self._hub.telemetry.set_interval(request.peer.endpoint, number, interval_s, request.now_s)
         return DONE if taken else denied(f"message {number} is not streamed")
 
-    def _get_interval(self, request: Request) -> Outcome | Answer:
+    def _get_interval(self, request: Request) -> Answer:
         return self._interval_of(request, request.whole(1))
 
-    def _interval_of(self, request: Request, number: int | None) -> Outcome | Answer:
+    def _interval_of(self, request: Request, number: int | None) -> Answer:
         """MESSAGE_INTERVAL: −1 for a message that could be streamed but is not, 0 for one that cannot."""
         if number is None or not 0 <= number <= 0xFFFF:
             return denied("no such message")
         interval_s = self._hub.telemetry.interval_s(request.peer.endpoint, number, request.now_s)
         interval_us = 0 if interval_s is None else -1 if interval_s < 0.0 else round(interval_s * 1e6)
-        return Answer(DONE, [mavlink.MAVLink_message_interval_message(number, interval_us)])
+        return _with(mavlink.MAVLink_message_interval_message(number, interval_us))

@@ -62,7 +62,10 @@ class Request:
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """What became of a command, and the messages that go to who asked after the acknowledgement."""
+    """What became of a command, and the messages that go to who asked after the acknowledgement.
+
+    The reason of a refusal is said to who asked. A handler that returns the supervisor's outcome as it is leaves that to the supervisor.
+    """
 
     outcome: Outcome
     messages: Sequence[Any] = ()
@@ -71,21 +74,26 @@ class Answer:
 CommandHandler = Callable[[Request], "Outcome | Answer"]
 
 
-def denied(reason: str) -> Outcome:
-    return Outcome(Result.DENIED, reason)
+def denied(reason: str) -> Answer:
+    """Wrong whenever it is asked."""
+    return Answer(Outcome(Result.DENIED, reason))
 
 
-def not_now(reason: str) -> Outcome:
-    return Outcome(Result.TEMPORARILY_REJECTED, reason)
+def not_now(reason: str = "") -> Answer:
+    """Could be right at another time."""
+    return Answer(Outcome(Result.TEMPORARILY_REJECTED, reason))
 
 
-def unsupported(reason: str = "") -> Outcome:
-    return Outcome(Result.UNSUPPORTED, reason)
-
-
-DONE = ACCEPTED
+DONE = Answer(ACCEPTED)
+UNSUPPORTED = Answer(Outcome(Result.UNSUPPORTED))
 
 
 def is_place(lat_deg: float, lon_deg: float) -> bool:
     """A position on the globe that somebody meant: 0, 0 is what a client sends that has none."""
-    return math.isfinite(lat_deg) and math.isfinite(lon_deg) and abs(lat_deg) <= 90.0 and abs(lon_deg) <= 180.0 and (lat_deg, lon_deg) != (0.0, 0.0)
+    return (
+        math.isfinite(lat_deg)
+        and math.isfinite(lon_deg)
+        and abs(lat_deg) <= 90.0
+        and abs(lon_deg) <= 180.0
+        and (lat_deg, lon_deg) != (0.0, 0.0)
+    )

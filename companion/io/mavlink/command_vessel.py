@@ -57,7 +57,7 @@ class VesselCommands:
 
     # --- arming and modes ------------------------------------------------------------------------------------------
 
-    def _arm_disarm(self, request: Request) -> Outcome:
+    def _arm_disarm(self, request: Request) -> Outcome | Answer:
         force = request.params[1] in _FORCE
         match request.whole(1):
             case 1:
@@ -66,7 +66,7 @@ class VesselCommands:
                 return self._supervisor.disarm(request.now_s, force)
         return denied("param 1 of arming should be 0 or 1")
 
-    def set_mode(self, custom_mode: int, peer: Peer, now_s: float) -> Outcome:
+    def set_mode(self, custom_mode: int, peer: Peer, now_s: float) -> Outcome | Answer:
         """The mode of a number in the peer's dialect."""
         offered = frozenset(mode.id for mode in self._supervisor.modes if mode.selectable)
         mode = peer.endpoint.dialect.mode(custom_mode, offered)
@@ -74,7 +74,7 @@ class VesselCommands:
             return denied(f"no mode number {custom_mode} here")
         return self._supervisor.request_mode(mode, now_s)
 
-    def _do_set_mode(self, request: Request) -> Outcome:
+    def _do_set_mode(self, request: Request) -> Outcome | Answer:
         base, main, sub = request.whole(1), request.whole(2), request.whole_or(3, 0)
         if base is None or main is None or sub is None or not 0 <= main <= 0xFFFFFFFF or not 0 <= sub <= 0xFF:
             return denied("mode numbers should be whole")
@@ -88,15 +88,17 @@ class VesselCommands:
             number = main
         return self.set_mode(number, request.peer, request.now_s)
 
-    def _set_standard_mode(self, request: Request) -> Outcome:
+    def _set_standard_mode(self, request: Request) -> Outcome | Answer:
         number = request.whole(1)
         mode = None if number is None else _STANDARD_MODES.get(number)
-        return Outcome(Result.FAILED, "no such standard mode") if mode is None else self._supervisor.request_mode(mode, request.now_s)
+        if mode is None:
+            return Answer(Outcome(Result.FAILED, "no such standard mode"))
+        return self._supervisor.request_mode(mode, request.now_s)
 
-    def _return(self, request: Request) -> Outcome:
+    def _return(self, request: Request) -> Outcome | Answer:
         return self._supervisor.request_mode(ModeId.RTL, request.now_s)
 
-    def _terminate(self, request: Request) -> Outcome:
+    def _terminate(self, request: Request) -> Outcome | Answer:
         match request.whole(1):
             case 1:
                 return self._supervisor.terminate(request.now_s)
@@ -106,7 +108,7 @@ class VesselCommands:
 
     # --- go-to and mission -----------------------------------------------------------------------------------------
 
-    def _reposition(self, request: Request) -> Outcome:
+    def _reposition(self, request: Request) -> Outcome | Answer:
         if not request.frame_is_global:
             return denied(f"frame {request.frame} is not a global one")
         changes = request.whole_or(2, 0)
@@ -124,7 +126,7 @@ class VesselCommands:
         no_speed = not math.isfinite(speed_mps) or speed_mps <= 0.0
         return self._supervisor.go_to(lat_deg, lon_deg, None if no_yaw else yaw_rad, None if no_speed else speed_mps, request.now_s)
 
-    def _pause_continue(self, request: Request) -> Outcome:
+    def _pause_continue(self, request: Request) -> Outcome | Answer:
         match request.whole(1):
             case 0:
                 return self._supervisor.pause(request.now_s)
@@ -132,7 +134,7 @@ class VesselCommands:
                 return self._supervisor.resume(request.now_s)
         return denied("param 1 of pause should be 0 or 1")
 
-    def _mission_start(self, request: Request) -> Outcome:
+    def _mission_start(self, request: Request) -> Outcome | Answer:
         """Both params 0, as most clients send it, or NaN: from the item that is current."""
         first, last = request.whole_or(1, 0), request.whole_or(2, 0)
         if first is None or last is None or first < 0:
@@ -141,7 +143,7 @@ class VesselCommands:
             return self._supervisor.start_mission(None, request.now_s)
         return self._supervisor.start_mission(self._item(first, request.peer), request.now_s)
 
-    def _set_mission_current(self, request: Request) -> Outcome:
+    def _set_mission_current(self, request: Request) -> Outcome | Answer:
         seq, reset = request.whole(1), request.whole_or(2, 0)
         if seq is None or seq < -1 or reset not in (0, 1):
             return denied("no such item")
@@ -159,7 +161,7 @@ class VesselCommands:
         """An item's number in the vessel's plan; home itself stands for the first."""
         return max(0, seq - peer.endpoint.dialect.first_item)
 
-    def _change_speed(self, request: Request) -> Outcome:
+    def _change_speed(self, request: Request) -> Outcome | Answer:
         kind, speed_mps = request.params[0], request.params[1]
         if kind not in _GROUND_SPEEDS:
             return denied("a boat has a ground speed only")
@@ -176,16 +178,16 @@ class VesselCommands:
     def _set_home(self, request: Request) -> Outcome | Answer:
         match request.whole(1):
             case 1:
-                outcome = self._supervisor.set_home(None, request.now_s)
+                result: Outcome | Answer = self._supervisor.set_home(None, request.now_s)
             case 0:
-                outcome = self._set_home_at(request)
+                result = self._set_home_at(request)
             case _:
-                outcome = denied("param 1 of set home should be 0 or 1")
-        if outcome.accepted:
+                return denied("param 1 of set home should be 0 or 1")
+        if isinstance(result, Outcome) and result.accepted:
             self._hub.announce(request.now_s, mavlink.MAVLINK_MSG_ID_HOME_POSITION)
-        return outcome
+        return result
 
-    def _set_home_at(self, request: Request) -> Outcome:
+    def _set_home_at(self, request: Request) -> Outcome | Answer:
         lat_deg, lon_deg = request.place
         if not request.frame_is_global or not is_place(lat_deg, lon_deg):
             return denied("no such place")
@@ -196,7 +198,7 @@ class VesselCommands:
         given = math.isfinite(yaw_deg) and yaw_deg != 0.0  # most clients fill with 0 what they do not mean
         return self._supervisor.set_home(Home(lat_deg, lon_deg, altitude_m, math.radians(yaw_deg) if given else None), request.now_s)
 
-    def _storage(self, request: Request) -> Outcome:
+    def _storage(self, request: Request) -> Outcome | Answer:
         """Parameters are kept as they are set, so that reading and writing are done already."""
         match request.whole_or(1, -1):
             case -1 | 0 | 1:
@@ -208,7 +210,7 @@ class VesselCommands:
                 return DONE
         return denied("param 1 of storage should be 0 to 2")
 
-    def _restart(self, request: Request) -> Outcome:
+    def _restart(self, request: Request) -> Outcome | Answer:
         if request.whole(1) != _RESTART:
             return denied("only a restart of the autopilot is offered (param 1 = 1)")
         if self._supervisor.status(request.now_s).armed:
@@ -220,4 +222,4 @@ class VesselCommands:
         status = self._supervisor.status(request.now_s)
         if status.armed:
             return not_now("armed already")
-        return Answer(DONE, [message for text in prearm_texts(status) for message in self._hub.texts(Severity.WARNING, text)])
+        return Answer(DONE.outcome, [message for text in prearm_texts(status) for message in self._hub.texts(Severity.WARNING, text)])

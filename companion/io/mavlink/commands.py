@@ -13,7 +13,7 @@ from typing import Any
 from companion.core.types import Outcome, Severity
 from companion.io.mavlink import messages as mavlink
 from companion.io.mavlink.command_messages import MessageCommands
-from companion.io.mavlink.command_request import Answer, CommandHandler, Request, unsupported
+from companion.io.mavlink.command_request import UNSUPPORTED, Answer, CommandHandler, Request
 from companion.io.mavlink.command_vessel import ONCE, VesselCommands
 from companion.io.mavlink.hub import Handler, Hub, Peer
 from companion.io.mavlink.vessel import VesselFace
@@ -67,21 +67,24 @@ class CommandService:
         handler = self._commands.get(request.command)
         if handler is None:
             if not broadcast:  # who speaks to everybody does not want to hear it from everybody
-                self._acknowledge(request, unsupported())
+                self._acknowledge(request, UNSUPPORTED.outcome)
             return
         repeated = self._repeated(request)
         if repeated is not None:
             self._acknowledge(request, repeated)
             return
         result = handler(request)
-        answer = result if isinstance(result, Answer) else Answer(result)
-        self._remember(request, answer.outcome)
-        self._acknowledge(request, answer.outcome)
+        outcome = result.outcome if isinstance(result, Answer) else result
+        self._remember(request, outcome)
+        self._acknowledge(request, outcome)
+        if isinstance(result, Answer):
+            self._tell(result, request.peer)
+
+    def _tell(self, answer: Answer, peer: Peer) -> None:
         for message in answer.messages:
-            self._hub.send(request.peer, message)
-        if answer.outcome.reason and not answer.outcome.accepted:
-            prefix = "PreArm: " if request.command == mavlink.MAV_CMD_COMPONENT_ARM_DISARM and request.params[0] == 1.0 else ""
-            self._hub.say(request.peer, Severity.WARNING, f"{prefix}{answer.outcome.reason}")
+            self._hub.send(peer, message)
+        if answer.outcome.reason:
+            self._hub.say(peer, Severity.WARNING, answer.outcome.reason)
 
     def _acknowledge(self, request: Request, outcome: Outcome) -> None:
         peer = request.peer
@@ -108,8 +111,8 @@ class CommandService:
     def _on_set_mode(self, message: Any, peer: Peer, now_s: float) -> None:
         """SET_MODE (#11): no acknowledgement exists, so a refusal is said. Its armed bit means nothing."""
         if not message.base_mode & mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED:
-            self._hub.say(peer, Severity.WARNING, "mode not changed: base modes alone are not understood")
+            self._hub.say(peer, Severity.WARNING, "mode not changed: it has no number")
             return
-        outcome = self._vessel.set_mode(message.custom_mode, peer, now_s)
-        if not outcome.accepted:
-            self._hub.say(peer, Severity.WARNING, outcome.reason or "mode not changed")
+        result = self._vessel.set_mode(message.custom_mode, peer, now_s)
+        if isinstance(result, Answer):
+            self._tell(result, peer)

@@ -31,9 +31,9 @@ _ROVER_MODES = {
     ModeId.DOCK: 8,
     ModeId.MISSION: 10,  # AUTO
     ModeId.RTL: 11,
-    ModeId.OFFBOARD: 15,  # GUIDED
+    ModeId.OFFBOARD: 17,  # none of Rover's own
 }
-_ROVER_ALIASES = {5: ModeId.HOLD, 12: ModeId.RTL, 15: ModeId.HOLD}  # LOITER, SMART_RTL; GUIDED on a vessel without Offboard
+_ROVER_ALIASES = {5: ModeId.HOLD, 12: ModeId.RTL, 15: ModeId.HOLD}  # LOITER; SMART_RTL; GUIDED, which waits for a go-to
 
 _BASE_MODES = {
     ModeId.MANUAL: mavlink.MAV_MODE_FLAG_MANUAL_INPUT_ENABLED,

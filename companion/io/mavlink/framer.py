@@ -234,7 +234,9 @@ def _frame_1_at(buffer: bytes, start: int) -> tuple[int, Any]:
     return _finish(buffer, start, start + _HEADER_1_LENGTH, payload_end, total, (number, sequence, system, component))
 
 
-def _finish(buffer: bytes, start: int, payload_start: int, payload_end: int, total: int, header: tuple[int, int, int, int]) -> tuple[int, Any]:
+def _finish(
+    buffer: bytes, start: int, payload_start: int, payload_end: int, total: int, header: tuple[int, int, int, int]
+) -> tuple[int, Any]:
     """Check the checksum of a whole frame and read it. `header`: id, sequence, system, component."""
     number, sequence, system, component = header
     if number not in MESSAGES:

@@ -20,7 +20,7 @@ from typing import Any, Protocol
 
 from companion.core.ports import ByteStream
 from companion.core.types import DeviceHealth
-from companion.io import transport
+from companion.io import transport, urls
 from companion.io.mavlink.dialects import DEFAULT_DIALECT, DIALECTS, Dialect
 from companion.io.mavlink.endpoint import FAST_BYTES_PER_S, Endpoint
 from companion.io.mavlink.framer import Framer, UnknownMessage
@@ -68,8 +68,8 @@ def open_link(url: str) -> Link:
     if body.startswith("memory:"):
         return MemoryLink(url)
     try:
-        parsed = transport.parse_url(url)
-    except transport.TransportError as error:
+        parsed = urls.parse_url(url)
+    except urls.TransportError as error:
         raise LinkError(str(error)) from error
     dialect = _dialect(url, parsed.options)
     if parsed.scheme == "serial":
@@ -98,7 +98,7 @@ def _dialect(url: str, options: Any) -> Dialect:
 def _opened(url: str) -> ByteStream:
     try:
         return transport.TransportOpener().open(url, url)
-    except transport.TransportError as error:
+    except urls.TransportError as error:
         raise LinkError(str(error)) from error
 
 

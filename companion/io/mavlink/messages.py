@@ -38,13 +38,25 @@ _ADDRESS = "uint8_t target_system, uint8_t target_component"
 
 # (name, id, fields; behind "|" the MAVLink 2 extensions)
 _SPECS = (
-    ("MISSION_CURRENT", 42, "uint16_t seq | uint16_t total, uint8_t mission_state, uint8_t mission_mode, uint32_t mission_id, uint32_t fence_id, uint32_t rally_points_id"),
+    (
+        "MISSION_CURRENT",
+        42,
+        "uint16_t seq | uint16_t total, uint8_t mission_state, uint8_t mission_mode, uint32_t mission_id, uint32_t fence_id, uint32_t rally_points_id",
+    ),
     ("MISSION_COUNT", 44, f"{_ADDRESS}, uint16_t count | uint8_t mission_type, uint32_t opaque_id"),
     ("MISSION_ACK", 47, f"{_ADDRESS}, uint8_t type | uint8_t mission_type, uint32_t opaque_id"),
     ("COMMAND_CANCEL", 80, f"{_ADDRESS}, uint16_t command"),
     ("TIMESYNC", 111, f"int64_t tc1, int64_t ts1 | {_ADDRESS}"),
-    ("FENCE_STATUS", 162, "uint8_t breach_status, uint16_t breach_count, uint8_t breach_type, uint32_t breach_time | uint8_t breach_mitigation"),
-    ("PROTOCOL_VERSION", 300, "uint16_t version, uint16_t min_version, uint16_t max_version, uint8_t[8] spec_version_hash, uint8_t[8] library_version_hash"),
+    (
+        "FENCE_STATUS",
+        162,
+        "uint8_t breach_status, uint16_t breach_count, uint8_t breach_type, uint32_t breach_time | uint8_t breach_mitigation",
+    ),
+    (
+        "PROTOCOL_VERSION",
+        300,
+        "uint16_t version, uint16_t min_version, uint16_t max_version, uint8_t[8] spec_version_hash, uint8_t[8] library_version_hash",
+    ),
     ("PARAM_ERROR", 345, f"{_ADDRESS}, char[16] param_id, int16_t param_index, uint8_t error"),
     (
         "BATTERY_INFO",
@@ -55,7 +67,11 @@ _SPECS = (
         "float discharge_maximum_burst_current, float design_capacity, float full_charge_capacity, char[9] manufacture_date, "
         "char[32] serial_number, char[50] name",
     ),
-    ("TIME_ESTIMATE_TO_TARGET", 380, "int32_t safe_return, int32_t land, int32_t mission_next_item, int32_t mission_end, int32_t commanded_action"),
+    (
+        "TIME_ESTIMATE_TO_TARGET",
+        380,
+        "int32_t safe_return, int32_t land, int32_t mission_next_item, int32_t mission_end, int32_t commanded_action",
+    ),
     (
         "COMPONENT_INFORMATION",
         395,

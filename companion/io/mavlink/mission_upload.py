@@ -23,6 +23,7 @@ LATER_RETRY_S = 0.5  # after `_QUICK_RETRIES`: MAVSDK gives up at the sixth requ
 GIVE_UP_S = 5.0
 LEFT_LYING_S = 1.0
 REPEAT_ANSWER_S = 5.0  # how long the last item of a finished upload still gets its answer again
+UNASKED_REPEATS_S = (0.5, 1.0)  # over a link that has lost packets the last answer is sent again: QGroundControl never asks for it
 
 _QUICK_RETRIES = 4
 _LEGACY_GUIDED = (2, 3)  # values of `current` that once meant "go there now"
@@ -40,17 +41,19 @@ class _Upload:
     heard_s: float
     retry_s: float = 0.0
     retries: int = 0
+    lossy: bool = False  # something had to be asked for again
     base: tuple[PlanItem, ...] | None = None  # the list that a partial upload changes
     items: list[PlanItem] = field(default_factory=list)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class _Finished:
-    """How a transfer ended, for a sender whose last item comes again because it missed the answer."""
+    """How a transfer ended, for a sender that missed the answer; `repeats_s`: when it is sent again unasked."""
 
     last_seq: int
     answer: Any
     until_s: float
+    repeats_s: list[float] = field(default_factory=list)
 
 
 class PlanReceiver:
@@ -140,10 +143,15 @@ class PlanReceiver:
                 self._vessel.events.say(now_s, Severity.WARNING, "plan_upload_lost", text)
             elif now_s >= upload.retry_s:
                 upload.retries += 1
+                upload.lossy = True
                 upload.retry_s = now_s + (RETRY_S if upload.retries < _QUICK_RETRIES else LATER_RETRY_S)
                 self._send_request(upload)
-        for key in [key for key, finished in self._finished.items() if now_s >= finished.until_s]:
-            del self._finished[key]
+        for (peer, kind), finished in list(self._finished.items()):
+            if now_s >= finished.until_s or peer.endpoint.gone:
+                del self._finished[peer, kind]
+            elif finished.repeats_s and now_s >= finished.repeats_s[0]:
+                del finished.repeats_s[0]
+                self._hub.send(peer, finished.answer)
 
     # --- what others ask -------------------------------------------------------------------------------------------
 
@@ -155,8 +163,11 @@ class PlanReceiver:
         """`peer` turns to something new with `kind`: its upload of that kind is over, and those of others that it has left lying.
 
         Others still under way go on: MAVProxy sends mission and fence side by side. Requests for a transfer that a client has
-        given up would disturb its next one.
+        given up would disturb its next one, and so would an answer that it no longer waits for.
         """
+        for (waiting, _), finished in self._finished.items():
+            if waiting == peer:
+                finished.repeats_s.clear()
         for upload in list(self._uploads.values()):
             left_lying = upload.kind is kind or now_s - upload.heard_s >= LEFT_LYING_S
             if upload.peer.endpoint.gone or (left_lying and upload.peer == peer):
@@ -218,14 +229,18 @@ class PlanReceiver:
         del self._uploads[kind]
         plans.replace(kind, items)
         answer = self.acknowledge(kind, upload.peer, PlanResult.ACCEPTED, plans.plan_id(kind))
-        self._finished[upload.peer, kind] = _Finished(upload.end - 1, answer, now_s + REPEAT_ANSWER_S)
+        self._finish(upload, upload.end - 1, answer, now_s)
         self._on_commit(now_s)
 
     def _end_refused(self, upload: _Upload, refusal: PlanRefusal, now_s: float) -> None:
         del self._uploads[upload.kind]
         last_seq = min(upload.expected, upload.end - 1)
         answer = self._refuse(upload.kind, upload.peer, refusal, upload.shift, now_s)
-        self._finished[upload.peer, upload.kind] = _Finished(last_seq, answer, now_s + REPEAT_ANSWER_S)
+        self._finish(upload, last_seq, answer, now_s)
+
+    def _finish(self, upload: _Upload, last_seq: int, answer: Any, now_s: float) -> None:
+        repeats_s = [now_s + after_s for after_s in UNASKED_REPEATS_S] if upload.lossy else []
+        self._finished[upload.peer, upload.kind] = _Finished(last_seq, answer, now_s + REPEAT_ANSWER_S, repeats_s)
 
     def _refuse(self, kind: PlanKind, peer: Peer, refusal: PlanRefusal, shift: int, now_s: float) -> Any:
         place, text = _name(kind), refusal.text

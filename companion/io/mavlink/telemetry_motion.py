@@ -184,9 +184,7 @@ def estimator_status(view: View, dialect: Dialect) -> Any:
         flags |= mavlink.ESTIMATOR_VELOCITY_HORIZ | mavlink.ESTIMATOR_POS_HORIZ_REL | mavlink.ESTIMATOR_POS_HORIZ_ABS
     if nav.fix <= FixType.NONE:
         flags |= mavlink.ESTIMATOR_CONST_POS_MODE
-    return mavlink.MAVLink_estimator_status_message(
-        view.unix_us, flags, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, nav.position_accuracy_m, math.nan
-    )
+    return mavlink.MAVLink_estimator_status_message(view.unix_us, flags, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, nav.position_accuracy_m, math.nan)
 
 
 def wind_cov(view: View, dialect: Dialect) -> Any:

@@ -33,7 +33,12 @@ def heartbeat(view: View, dialect: Dialect) -> Any:
     else:
         system_status = mavlink.MAV_STATE_ACTIVE if status.armed else mavlink.MAV_STATE_STANDBY
     return mavlink.MAVLink_heartbeat_message(
-        mavlink.MAV_TYPE_SURFACE_BOAT, dialect.autopilot, dialect.base_mode(status.mode, status.armed), dialect.custom_mode(status.mode), system_status, 3
+        mavlink.MAV_TYPE_SURFACE_BOAT,
+        dialect.autopilot,
+        dialect.base_mode(status.mode, status.armed),
+        dialect.custom_mode(status.mode),
+        system_status,
+        3,
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable
 
@@ -122,7 +123,7 @@ def test_no_waypoint_is_circled_in_a_current_that_is_as_strong_as_the_boat_can_b
     stack = Stack(SimpleBoat(current=(0.0, 0.45)))
     track = sail(stack, [(20.0, 0.0), (20.0, 10.0), (0.0, 10.0)], 400.0)
     assert track[-1][0].finished
-    turned = sum(abs(wrap_pi((b.setpoint.course_rad or 0.0) - (a.setpoint.course_rad or 0.0))) for (a, _, _), (b, _, _) in zip(track, track[1:], strict=False))
+    turned = sum(abs(wrap_pi((b.setpoint.course_rad or 0.0) - (a.setpoint.course_rad or 0.0))) for (a, _, _), (b, _, _) in itertools.pairwise(track))
     assert turned < math.radians(200.0), "the path's own two right angles and no more"
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import pytest
@@ -54,7 +55,7 @@ def test_jerk_is_bounded(generator: ReferenceGenerator) -> None:
     generator.start(0.0, 0.0, 0.0)
     generator.retarget(10.0, 0.0, 0.0)
     accelerations = [0.0, *(p.surge_mps2 for p in run(generator))]
-    jerk = max(abs(b - a) / DT_S for a, b in zip(accelerations, accelerations[1:], strict=False))
+    jerk = max(abs(b - a) / DT_S for a, b in itertools.pairwise(accelerations))
     assert jerk <= (0.1 + 0.085) / SMOOTHING_S + 1e-6
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
@@ -51,5 +52,5 @@ def test_acceleration_is_bounded_everywhere() -> None:
     rng = np.random.default_rng(4)
     speeds = profile(list(rng.uniform(-1.0, 1.0, len(S_M))))
     values = [speeds.at(s) for s in S_M]
-    for a, b in zip(values, values[1:-1], strict=False):
+    for a, b in itertools.pairwise(values):
         assert abs(b * b - a * a) <= 2.0 * 0.08 * 0.1 + 1e-9

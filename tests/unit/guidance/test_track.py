@@ -27,7 +27,7 @@ def test_corners_are_cut_well_inside_the_radius_and_bend_in_proportion(kind: Pat
     track = track_of(SQUARE, kind, radius_m)
     assert max(cuts(track, SQUARE)) < 0.6 * radius_m
     assert max(map(abs, track.curvature_1pm)) == pytest.approx(1.46 / radius_m, rel=0.1)
-    assert cuts(track, SQUARE)[0] == cuts(track, SQUARE)[-1] == pytest.approx(0.0, abs=1e-9)
+    assert (cuts(track, SQUARE)[0], cuts(track, SQUARE)[-1]) == pytest.approx((0.0, 0.0), abs=1e-9)
 
 
 def test_straight_legs_stay_straight_and_gentle_bends_stay_put() -> None:

@@ -13,7 +13,8 @@ from pathlib import Path
 import pytest
 
 from companion.core.ports import ByteStream
-from companion.io.transport import Endpoint, Line, TransportError, TransportOpener, parse_url
+from companion.io.transport import Line, TransportOpener
+from companion.io.urls import Endpoint, TransportError, parse_url
 
 
 @pytest.mark.parametrize(

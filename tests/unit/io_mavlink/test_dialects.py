@@ -30,8 +30,8 @@ def test_aliases_of_rover() -> None:
     everything = frozenset(ModeId)
     assert ARDUPILOT.mode(5) is ModeId.HOLD
     assert ARDUPILOT.mode(12) is ModeId.RTL
-    assert ARDUPILOT.mode(15, everything) is ModeId.OFFBOARD
-    assert ARDUPILOT.mode(15, everything - {ModeId.OFFBOARD}) is ModeId.HOLD
+    assert ARDUPILOT.mode(15) is ModeId.HOLD
+    assert ARDUPILOT.mode(12, everything - {ModeId.RTL}) is None
     assert ARDUPILOT.mode(6, everything - {ModeId.FOLLOW}) is None
 
 

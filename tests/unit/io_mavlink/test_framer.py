@@ -18,7 +18,7 @@ SAMPLES: list[Any] = [
     mavlink.MAVLink_command_long_message(1, 1, 400, 0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
     mavlink.MAVLink_statustext_message(6, b"a text with \xfd and \xfe in it", 0, 0),
     mavlink.MAVLink_param_set_message(1, 1, b"DP_BW_SURGE", 0.35, 9),
-    mavlink.MAVLink_file_transfer_protocol_message(0, 1, 1, [0xFD, 0, 0xFE] + list(range(248))),
+    mavlink.MAVLink_file_transfer_protocol_message(0, 1, 1, [0xFD, 0, 0xFE, *range(248)]),
     mavlink.MAVLink_mission_item_int_message(1, 1, 0, 3, 16, 1, 1, 0.0, float("nan"), 0.0, 0.0, 634400000, 104000000, 0.0, 0),
     mavlink.MAVLink_battery_status_message(0, 0, 0, 0x7FFF, [65535] * 10, -1, -1, -1, 50),
     mavlink.MAVLink_available_modes_message(9, 1, 6, 0x04040000, 4, b"Mission"),
@@ -153,7 +153,11 @@ def test_random_bytes_neither_raise_nor_pile_up() -> None:
 
 @settings(deadline=None, derandomize=True, max_examples=100)
 @given(
-    garbage=st.lists(st.one_of(st.binary(max_size=40), st.lists(st.sampled_from([0xFD, 0xFE, 0, 1, 9, 255]), max_size=40).map(bytes)), min_size=10, max_size=10),
+    garbage=st.lists(
+        st.one_of(st.binary(max_size=40), st.lists(st.sampled_from([0xFD, 0xFE, 0, 1, 9, 255]), max_size=40).map(bytes)),
+        min_size=10,
+        max_size=10,
+    ),
     cuts=st.lists(st.integers(1, 60), min_size=1, max_size=20),
 )
 def test_garbage_between_frames_loses_none_of_them(garbage: list[bytes], cuts: list[int]) -> None:

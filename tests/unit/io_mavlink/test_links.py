@@ -89,7 +89,9 @@ def test_a_port_in_use_says_what_to_do(sockets: Any, scheme: str, kind: int) -> 
         open_link(f"{scheme}:127.0.0.1:{other.getsockname()[1]}")
 
 
-@pytest.mark.parametrize("url", ["udpin:127.0.0.1:0", "udpout:127.0.0.1:14599", "memory:test", "tcpout:127.0.0.1:9", "serial:/dev/no-such:57600"])
+@pytest.mark.parametrize(
+    "url", ["udpin:127.0.0.1:0", "udpout:127.0.0.1:14599", "memory:test", "tcpout:127.0.0.1:9", "serial:/dev/no-such:57600"]
+)
 def test_the_dialect_belongs_to_the_link(opened: Any, url: str) -> None:
     endpoint = getattr(opened(f"{url}?dialect=ardupilot"), "_endpoint", None)
     if isinstance(endpoint, Endpoint):

@@ -47,7 +47,10 @@ def test_the_same_machinery_rebuilds_the_classes_of_the_wheel() -> None:
     compared = 0
     for cls in common.mavlink_map.values():
         lengths = dict(zip(cls.ordered_fieldnames, cls.array_lengths, strict=True))
-        fields = [f"{kind}{f'[{lengths[name]}]' if lengths[name] else ''} {name}" for kind, name in zip(cls.fieldtypes, cls.fieldnames, strict=True)]
+        fields = [
+            f"{kind}{f'[{lengths[name]}]' if lengths[name] else ''} {name}"
+            for kind, name in zip(cls.fieldtypes, cls.fieldnames, strict=True)
+        ]
         made = mavlink._message_class(cls.msgname, cls.id, ", ".join(fields))
         if made.crc_extra == cls.crc_extra:  # else the wheel has extensions, which its classes do not mark
             assert (made.ordered_fieldnames, made.orders, made.array_lengths) == (cls.ordered_fieldnames, cls.orders, cls.array_lengths)

@@ -109,6 +109,13 @@ def test_a_mode_that_cannot_be_refuses_even_by_force(make_boat: Any) -> None:
     assert boat.status.arming_refusals == ("Mission: no mission loaded",)
 
 
+def test_a_reason_is_given_once(boat: Any) -> None:
+    boat.supervisor.request_mode(ModeId.HOLD, boat.now_s)
+    no_position(boat)
+    boat.step()
+    assert boat.status.arming_refusals == ("position not valid",)
+
+
 def test_before_the_first_tick(make_boat: Any) -> None:
     boat = make_boat(ready=False)
     assert boat.supervisor.arm(0.0).result is Result.TEMPORARILY_REJECTED

@@ -286,8 +286,10 @@ def test_hold_goes_back_to_its_point_after_the_position_returns(boat: Any) -> No
 def test_an_estimate_that_is_not_finite_counts_as_lost(boat: Any) -> None:
     sail(boat)
     good = boat.nav
+    follow, boat._follow = boat._follow, lambda setpoint: None
     boat.nav = replace(good, north_m=float("nan"), yaw_rad=float("inf"))
     boat.step(0.5)
+    boat._follow = follow
     assert boat.setpoint.kind is SetpointKind.NEUTRAL and boat.status.failsafes == ("position_lost", "heading_lost")
     boat.nav = good
     boat.step(0.2)

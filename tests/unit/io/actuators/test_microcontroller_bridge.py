@@ -180,7 +180,6 @@ def test_health_over_a_life() -> None:
     [
         (replace(STATUS, neutral_by_watchdog=True), "TX"),
         (replace(STATUS, thrusters=STATUS.thrusters[:2]), "drives 2 thrusters"),
-        (replace(STATUS, thrusters=(*STATUS.thrusters[:2], ThrusterState(0.0, None, False))), "bow does not run"),
     ],
 )
 def test_what_the_board_reports_is_said(status: BoardStatus, text: str) -> None:

@@ -211,7 +211,11 @@ def test_battery(rig: Any) -> None:
     assert not status.onboard_control_sensors_health & BATTERY_BIT
     rig.run(2.0, inputs=Inputs(battery=Battery(0.1, "b", 24.0, None, None)))
     heard = {message.get_type(): message for message in rig.desk.hear()}
-    assert (heard["BATTERY_STATUS"].current_battery, heard["BATTERY_STATUS"].battery_remaining, heard["SYS_STATUS"].voltage_battery) == (-1, -1, 24000)
+    assert (heard["BATTERY_STATUS"].current_battery, heard["BATTERY_STATUS"].battery_remaining, heard["SYS_STATUS"].voltage_battery) == (
+        -1,
+        -1,
+        24000,
+    )
 
 
 def test_transmitter_and_wind(rig: Any) -> None:

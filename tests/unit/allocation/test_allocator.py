@@ -1,0 +1,192 @@
+"""Allocation as the loop sees it: what it achieves, how it turns, what it says falls short."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from companion.allocation.allocator import Allocator, PseudoInverseAllocator
+from companion.config import ThrusterConfig, VesselConfig
+from companion.core.angles import wrap_pi
+from companion.core.types import Allocation, ThrusterCommand, Wrench
+from companion.params import Parameters
+from tests.unit.control.simple_boat import REVOLT
+
+DT_S = 0.1
+
+
+def allocator(config: VesselConfig = REVOLT) -> Allocator:
+    return Allocator(config, Parameters())
+
+
+def settle(a: Allocator | PseudoInverseAllocator, wrench: Wrench, cycles: int = 30) -> Allocation:
+    for _ in range(cycles):
+        result = a.update(wrench, DT_S)
+    return result
+
+
+def wrench_of(config: VesselConfig, allocation: Allocation) -> tuple[float, float, float]:
+    x = y = n = 0.0
+    for t, command in zip(config.thrusters, allocation.thrusters, strict=True):
+        azimuth = t.azimuth_rad if command.azimuth_rad is None else command.azimuth_rad
+        c, s = math.cos(azimuth), math.sin(azimuth)
+        x, y, n = x + c * command.force_n, y + s * command.force_n, n + (t.x_m * s - t.y_m * c) * command.force_n
+    return x, y, n
+
+
+def axes(wrench: Wrench) -> tuple[float, float, float]:
+    return wrench.surge_n, wrench.sway_n, wrench.yaw_nm
+
+
+@pytest.mark.parametrize("kind", [Allocator, PseudoInverseAllocator])
+@pytest.mark.parametrize("demand", [(30.0, 0.0, 0.0), (-30.0, 0.0, 0.0), (0.0, 12.0, 0.0), (0.0, -10.0, 0.0), (0.0, 0.0, 20.0), (10.0, 5.0, -10.0), (-5.0, -5.0, 5.0)])
+def test_what_can_be_had_is_given(kind: type[Allocator], demand: tuple[float, float, float]) -> None:
+    result = settle(kind(REVOLT, Parameters()), Wrench(*demand))
+    assert axes(result.achieved) == pytest.approx(demand, abs=0.15)
+    assert axes(result.achieved) == pytest.approx(wrench_of(REVOLT, result), abs=1e-9)
+    assert result.limited == (False, False, False)
+
+
+def test_pods_ahead_and_at_rest_answer_a_sideways_demand_at_once() -> None:
+    a = allocator()
+    ahead = tuple(ThrusterCommand(0.0, 0.0, 0.0 if t.kind == "azimuth" else None) for t in REVOLT.thrusters)
+    a.direct(ahead, dt_s=10.0)
+    results = [a.update(Wrench(0.0, 12.0, 0.0), DT_S) for _ in range(10)]
+    assert results[2].achieved.sway_n > 6.0
+    assert any(abs(r.achieved.sway_n - 12.0) < 0.2 and abs(r.achieved.yaw_nm) < 0.5 for r in results)
+
+
+def test_power_is_not_wasted() -> None:
+    result = settle(allocator(), Wrench(40.0, 0.0, 0.0), 60)
+    port, starboard, bow = result.thrusters
+    assert port.force_n == pytest.approx(20.0, abs=0.5) and starboard.force_n == pytest.approx(20.0, abs=0.5)
+    assert abs(port.azimuth_rad or 0.0) < math.radians(3.0) and abs(bow.force_n) < 0.3
+
+
+def test_a_steady_demand_settles() -> None:
+    for demand in [(-40.0, 0.0, 0.0), (20.0, 8.0, 5.0), (0.0, 0.0, -20.0)]:
+        a = allocator()
+        settle(a, Wrench(*demand), 60)
+        before, after = a.update(Wrench(*demand), DT_S), a.update(Wrench(*demand), DT_S)
+        for p, q in zip(before.thrusters, after.thrusters, strict=True):
+            assert p.force_n == pytest.approx(q.force_n, abs=0.05)
+            assert abs(wrap_pi((p.azimuth_rad or 0.0) - (q.azimuth_rad or 0.0))) < math.radians(1.0)
+
+
+def test_a_small_reversal_reverses_the_thrust_and_leaves_the_pods() -> None:
+    a = allocator()
+    first = settle(a, Wrench(10.0, 0.0, 0.0), 60)
+    second = settle(a, Wrench(-10.0, 0.0, 0.0), 10)
+    for p, q in zip(first.thrusters[:2], second.thrusters[:2], strict=True):
+        assert p.force_n > 4.0 and q.force_n < -4.0
+        assert abs(wrap_pi((p.azimuth_rad or 0.0) - (q.azimuth_rad or 0.0))) < math.radians(45.0)
+
+
+def test_beyond_the_thrusters_it_says_which_axis_falls_short() -> None:
+    result = settle(allocator(), Wrench(0.0, 0.0, 32.0), 40)
+    assert result.limited == (False, False, False)
+    result = settle(allocator(), Wrench(200.0, 0.0, 0.0), 40)
+    assert result.limited[0] and result.achieved.surge_n == pytest.approx(50.0, abs=1.0)
+
+
+def test_rates_are_kept() -> None:
+    a = allocator()
+    last = a.update(Wrench(0.0, 0.0, 0.0), DT_S)
+    for k in range(60):
+        now = a.update(Wrench(50.0 * (-1) ** (k // 5), 20.0 * (-1) ** (k // 3), 30.0 * (-1) ** (k // 4)), DT_S)
+        for t, p, q in zip(REVOLT.thrusters, last.thrusters, now.thrusters, strict=True):
+            assert t.min_n - 1e-9 <= q.force_n <= t.max_n + 1e-9
+            assert abs(q.force_n - p.force_n) <= t.force_rate_nps * DT_S + 1e-9
+            if q.azimuth_rad is not None and p.azimuth_rad is not None:
+                assert abs(wrap_pi(q.azimuth_rad - p.azimuth_rad)) <= t.azimuth_rate_radps * DT_S + 1e-9
+        last = now
+
+
+def test_past_astern_an_azimuth_goes_the_short_way() -> None:
+    a = allocator()
+    pods = tuple(ThrusterCommand(0.0, 0.4, math.radians(179.0) if t.kind == "azimuth" else None) for t in REVOLT.thrusters)
+    a.direct(pods, dt_s=10.0)
+    turned = tuple(replace(c, azimuth_rad=math.radians(-179.0) if c.azimuth_rad is not None else None) for c in pods)
+    result = a.direct(turned, dt_s=DT_S)
+    assert result.thrusters[0].azimuth_rad == pytest.approx(math.radians(-179.0)), "two degrees in one cycle, not 358"
+    force = a.update(Wrench(-8.0, -0.5, 0.7), DT_S)
+    assert abs(wrap_pi((force.thrusters[0].azimuth_rad or 0.0) - math.pi)) < math.radians(17.0)
+
+
+def test_a_failed_thruster_is_made_up_for() -> None:
+    a = allocator()
+    a.set_failed(2, True)
+    result = settle(a, Wrench(10.0, 0.0, 5.0))
+    assert result.thrusters[2].throttle == 0.0
+    assert result.achieved.surge_n == pytest.approx(10.0, abs=0.3) and result.achieved.yaw_nm == pytest.approx(5.0, abs=0.3)
+    a.set_failed(2, False)
+    assert settle(a, Wrench(0.0, 10.0, 0.0)).thrusters[2].force_n > 2.0
+    a.set_failed(99, True)
+
+
+def test_neutral_keeps_the_azimuths() -> None:
+    a = allocator()
+    settle(a, Wrench(0.0, 12.0, 0.0))
+    before = a.update(Wrench(0.0, 12.0, 0.0), DT_S)
+    rest = a.neutral()
+    assert all(t.throttle == 0.0 and t.force_n == 0.0 for t in rest.thrusters)
+    assert [t.azimuth_rad for t in rest.thrusters] == [t.azimuth_rad for t in before.thrusters]
+    assert rest.achieved == Wrench(0.0, 0.0, 0.0)
+
+
+def test_direct_takes_throttle_and_azimuth_within_rates() -> None:
+    a = allocator()
+    demand = tuple(ThrusterCommand(0.0, 0.5, math.radians(30.0) if t.kind == "azimuth" else None) for t in REVOLT.thrusters)
+    first = a.direct(demand)
+    assert first.thrusters[0].force_n == pytest.approx(5.0), "50 N/s for one period"
+    for _ in range(20):
+        result = a.direct(demand)
+    assert [t.throttle for t in result.thrusters] == pytest.approx([0.5, 0.5, 0.5])
+    assert result.thrusters[0].azimuth_rad == pytest.approx(math.radians(30.0))
+    assert axes(result.achieved) == pytest.approx(wrench_of(REVOLT, result))
+
+
+@pytest.mark.parametrize("demand", [(), (ThrusterCommand(math.nan, math.nan, math.nan),) * 3])
+def test_direct_with_nonsense_is_no_thrust(demand: tuple[ThrusterCommand, ...]) -> None:
+    assert all(t.throttle == 0.0 for t in allocator().direct(demand).thrusters)
+
+
+def test_a_demand_that_is_no_number_is_none() -> None:
+    result = allocator().update(Wrench(math.nan, 0.0, math.inf), DT_S)
+    assert axes(result.achieved) == pytest.approx((0.0, 0.0, 0.0), abs=1e-6)
+
+
+def azimuth(name: str, x_m: float, y_m: float = 0.0, min_n: float = -60.0, sector_deg: float | None = None) -> ThrusterConfig:
+    return ThrusterConfig(
+        name, "azimuth", x_m, y_m, 100.0, min_n, 100.0, 100.0, 200.0,
+        azimuth_rate_radps=1.0, azimuth_min_rad=None if sector_deg is None else math.radians(-sector_deg),
+        azimuth_max_rad=None if sector_deg is None else math.radians(sector_deg),
+    )  # fmt: skip
+
+
+def test_two_azimuths_in_line() -> None:
+    boat = replace(REVOLT, thrusters=(azimuth("stern", -1.6), azimuth("bow", 1.6)), limits=replace(REVOLT.limits, surge_n=150.0, sway_n=80.0, yaw_nm=100.0))
+    for demand in [(100.0, 0.0, 0.0), (0.0, 40.0, 0.0), (0.0, 0.0, 60.0), (-60.0, 20.0, 10.0)]:
+        result = settle(allocator(boat), Wrench(*demand), 80)
+        assert axes(result.achieved) == pytest.approx(demand, abs=1.5)
+
+
+def test_a_thruster_that_cannot_reverse_turns_round() -> None:
+    boat = replace(REVOLT, thrusters=(azimuth("port", -1.0, -0.5, 0.0), azimuth("starboard", -1.0, 0.5, 0.0)))
+    a = allocator(boat)
+    settle(a, Wrench(30.0, 0.0, 0.0))
+    result = settle(a, Wrench(-30.0, 0.0, 0.0), 80)
+    assert result.achieved.surge_n == pytest.approx(-30.0, abs=1.0)
+
+
+def test_a_single_nozzle_steers_inside_its_sector_and_ignores_sway() -> None:
+    boat = replace(REVOLT, thrusters=(azimuth("jet", -1.6, 0.0, 0.0, 24.0),), limits=replace(REVOLT.limits, surge_n=100.0, sway_n=0.0, yaw_nm=40.0))
+    a = allocator(boat)
+    result = settle(a, Wrench(60.0, 0.0, 20.0), 40)
+    assert result.achieved.surge_n == pytest.approx(60.0, abs=2.0) and result.achieved.yaw_nm == pytest.approx(20.0, abs=1.0)
+    assert not result.limited[1]
+    hard = settle(a, Wrench(20.0, 0.0, 40.0), 40)
+    assert abs(hard.thrusters[0].azimuth_rad or 0.0) <= math.radians(24.0) + 1e-9
+    assert hard.achieved.yaw_nm > 20.0

@@ -1,0 +1,76 @@
+"""Sticks to wrench and to thrusters."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from companion.config import ThrusterConfig, VesselConfig
+from companion.control.manual import stick_to_thrusters, stick_to_wrench
+from companion.core.types import ThrusterCommand, Wrench
+from companion.params import Parameters
+from tests.unit.control.simple_boat import REVOLT
+
+PARAMETERS = Parameters()
+
+
+def wrench_of(config: VesselConfig, commands: tuple[ThrusterCommand, ...]) -> tuple[float, float, float]:
+    x = y = n = 0.0
+    for t, command in zip(config.thrusters, commands, strict=True):
+        azimuth = t.azimuth_rad if command.azimuth_rad is None else command.azimuth_rad
+        c, s = math.cos(azimuth), math.sin(azimuth)
+        x, y, n = x + c * command.force_n, y + s * command.force_n, n + (t.x_m * s - t.y_m * c) * command.force_n
+    return x, y, n
+
+
+def fixed(name: str, x_m: float, y_m: float, azimuth_deg: float) -> ThrusterConfig:
+    return ThrusterConfig(name, "fixed", x_m, y_m, 20.0, -20.0, 20.0, 20.0, 50.0, math.radians(azimuth_deg))
+
+
+def test_full_stick_is_the_limit_and_the_dead_band_is_dead() -> None:
+    assert stick_to_wrench(1.0, -1.0, 1.0, REVOLT, PARAMETERS) == Wrench(50.0, -20.0, 32.0)
+    assert stick_to_wrench(0.05, -0.04, math.nan, REVOLT, PARAMETERS) == Wrench(0.0, 0.0, 0.0)
+    assert stick_to_wrench(0.525, 0.0, 0.0, REVOLT, PARAMETERS).surge_n == pytest.approx(25.0, rel=1e-6)
+    assert stick_to_wrench(9.0, 0.0, 0.0, REVOLT, PARAMETERS).surge_n == 50.0
+
+
+def test_revolt_turns_its_stern_pods_by_45_degrees() -> None:
+    port, starboard, bow = stick_to_thrusters(0.5, 0.0, 1.0, REVOLT, PARAMETERS)
+    assert port.azimuth_rad == starboard.azimuth_rad == pytest.approx(math.radians(-45.0))
+    assert port.throttle == starboard.throttle == pytest.approx(0.45 / 0.95)
+    assert port.force_n == pytest.approx(27.0 * port.throttle**2)
+    assert bow.throttle == 0.0 and bow.azimuth_rad is None
+
+
+@pytest.mark.parametrize("surge", [0.6, -0.6])
+@pytest.mark.parametrize("yaw", [0.8, -0.8])
+def test_the_yaw_stick_turns_the_boat_its_way_ahead_and_astern(surge: float, yaw: float) -> None:
+    x, _, n = wrench_of(REVOLT, stick_to_thrusters(surge, 0.0, yaw, REVOLT, PARAMETERS))
+    assert x * surge > 0.0 and n * yaw > 0.0
+
+
+def test_sway_drives_the_bow_thruster() -> None:
+    _, _, bow = stick_to_thrusters(0.0, 1.0, 0.0, REVOLT, PARAMETERS)
+    assert bow.throttle == 1.0 and bow.force_n == 14.0
+
+
+def test_two_fixed_propellers_steer_by_difference() -> None:
+    twin = replace(REVOLT, thrusters=(fixed("port", -1.0, -0.4, 0.0), fixed("starboard", -1.0, 0.4, 0.0)))
+    port, starboard = stick_to_thrusters(0.0, 0.0, 0.5, twin, PARAMETERS)
+    assert port.throttle > 0.0 > starboard.throttle
+    assert wrench_of(twin, (port, starboard))[2] > 0.0
+
+
+def test_side_thrusters_steer_where_nothing_else_does() -> None:
+    boat = replace(REVOLT, thrusters=(fixed("main", -1.0, 0.0, 0.0), fixed("bow", 1.0, 0.0, 90.0), fixed("stern", -1.0, 0.0, -90.0)))
+    assert wrench_of(boat, stick_to_thrusters(0.0, 0.0, 0.5, boat, PARAMETERS))[2] > 0.0
+    x, y, _ = wrench_of(boat, stick_to_thrusters(0.0, 0.5, 0.0, boat, PARAMETERS))
+    assert x == pytest.approx(0.0, abs=1e-9) and y > 0.0
+
+
+def test_no_command_exceeds_full_throttle() -> None:
+    for surge in (-1.0, 0.3, 1.0):
+        for yaw in (-1.0, 1.0):
+            assert all(abs(c.throttle) <= 1.0 for c in stick_to_thrusters(surge, 1.0, yaw, REVOLT, PARAMETERS))

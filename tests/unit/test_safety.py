@@ -1,0 +1,110 @@
+"""The last gate."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from companion.core.types import ActuatorCommand, Allocation, ThrusterCommand, Wrench
+from companion.safety import Gate
+from tests.unit.control.simple_boat import REVOLT
+
+DT_S = 0.1
+NONE = (False, False, False)
+
+
+def allocation(*throttles: float, azimuth_rad: float = 0.2) -> Allocation:
+    commands = tuple(
+        ThrusterCommand(27.0 * u * abs(u), u, azimuth_rad if t.kind == "azimuth" else None) for t, u in zip(REVOLT.thrusters, throttles, strict=False)
+    )
+    return Allocation(commands, Wrench(0.0, 0.0, 0.0), NONE)
+
+
+def run(gate: Gate, demand: Allocation, cycles: int, armed: bool = True) -> ActuatorCommand:
+    for k in range(cycles):
+        command = gate.update(demand, armed, DT_S * k, DT_S)
+    return command
+
+
+def test_a_sound_demand_goes_through_untouched() -> None:
+    gate = Gate(REVOLT)
+    run(gate, allocation(0.5, -0.5, 0.3), 10)
+    command = gate.update(allocation(0.5, -0.5, 0.3), True, 7.0, DT_S)
+    assert command.t_s == 7.0 and command.armed and command.gated == ()
+    assert [t.throttle for t in command.thrusters] == [0.5, -0.5, 0.3]
+    assert [t.azimuth_rad for t in command.thrusters] == [0.2, 0.2, None]
+
+
+def test_disarmed_every_throttle_is_zero_at_once() -> None:
+    gate = Gate(REVOLT)
+    run(gate, allocation(0.5, -0.5, 0.3), 10)
+    command = gate.update(allocation(0.5, -0.5, 0.3), False, 1.0, DT_S)
+    assert not command.armed
+    assert all(t.throttle == 0.0 and t.force_n == 0.0 for t in command.thrusters)
+    again = gate.update(allocation(0.9, 0.9, 0.9), True, 1.1, DT_S)
+    assert all(t.throttle < 0.9 for t in again.thrusters), "from rest, at the rate allowed"
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
+def test_no_number_is_neutral_for_that_thruster_alone(bad: float) -> None:
+    gate = Gate(REVOLT)
+    run(gate, allocation(0.5, 0.5, 0.3), 10)
+    command = gate.update(allocation(bad, 0.5, 0.3), True, 1.0, DT_S)
+    assert [t.throttle for t in command.thrusters] == [0.0, 0.5, 0.3]
+    assert command.gated == ("stern_port.finite",)
+    command = gate.update(allocation(0.5, 0.5, 0.3, azimuth_rad=bad), True, 1.1, DT_S)
+    assert command.thrusters[0].azimuth_rad == 0.2, "the last good azimuth"
+    assert "stern_starboard.finite" in command.gated
+
+
+def test_throttle_and_force_are_within_limits() -> None:
+    command = run(Gate(REVOLT), allocation(7.0, -7.0, 7.0), 40)
+    port, starboard, bow = command.thrusters
+    assert port.force_n == pytest.approx(25.0) and starboard.force_n == pytest.approx(-25.0) and bow.force_n == pytest.approx(14.0)
+    assert all(abs(t.throttle) <= 1.0 for t in command.thrusters)
+    assert set(command.gated) == {"stern_port.throttle", "stern_starboard.throttle", "bow.throttle"}
+
+
+def test_thrust_grows_slowly_and_falls_at_once() -> None:
+    gate = Gate(REVOLT)
+    first = gate.update(allocation(0.9, 0.0, 0.0), True, 0.0, DT_S)
+    assert first.thrusters[0].force_n == pytest.approx(1.5 * 50.0 * DT_S + 0.02 * 25.0)
+    assert first.gated == ("stern_port.slew",)
+    run(gate, allocation(0.9, 0.0, 0.0), 10)
+    back = gate.update(allocation(-0.9, 0.0, 0.0), True, 1.0, DT_S)
+    assert back.thrusters[0].force_n == pytest.approx(-8.0), "through zero at once, then at the rate"
+    assert gate.update(allocation(0.0, 0.0, 0.0), True, 1.1, DT_S).thrusters[0].throttle == 0.0
+
+
+@pytest.mark.parametrize("dt_s", [0.0, -1.0, math.nan, math.inf])
+def test_a_strange_time_step_gives_no_more_than_the_slack(dt_s: float) -> None:
+    command = Gate(REVOLT).update(allocation(0.9, 0.9, 0.9), True, 0.0, dt_s)
+    assert all(abs(t.force_n) <= 0.5 + 1e-9 for t in command.thrusters)
+
+
+@pytest.mark.parametrize("count", [0, 2])
+def test_a_wrong_number_of_thrusters_is_neutral(count: int) -> None:
+    gate = Gate(REVOLT)
+    run(gate, allocation(0.5, 0.5, 0.3), 10)
+    demand = replace(allocation(0.5, 0.5, 0.3), thrusters=allocation(0.5, 0.5, 0.3).thrusters[:count])
+    command = gate.update(demand, True, 1.0, DT_S)
+    assert len(command.thrusters) == 3 and all(t.throttle == 0.0 for t in command.thrusters)
+    assert "count" in command.gated
+
+
+def test_azimuths_stay_in_their_sector() -> None:
+    stern = replace(REVOLT.thrusters[0], azimuth_min_rad=math.radians(-45.0), azimuth_max_rad=math.radians(45.0))
+    boat = replace(REVOLT, thrusters=(stern, *REVOLT.thrusters[1:]))
+    command = Gate(boat).update(allocation(0.1, 0.1, 0.0, azimuth_rad=2.0), True, 0.0, DT_S)
+    assert command.thrusters[0].azimuth_rad == pytest.approx(math.radians(45.0))
+    assert command.thrusters[1].azimuth_rad == 2.0
+    assert command.gated == ("stern_port.azimuth",)
+
+
+def test_a_thruster_without_astern() -> None:
+    jet = replace(REVOLT.thrusters[0], min_n=0.0)
+    boat = replace(REVOLT, thrusters=(jet, *REVOLT.thrusters[1:]))
+    command = Gate(boat).update(allocation(-0.3, 0.0, 0.0), True, 0.0, DT_S)
+    assert command.thrusters[0].throttle == 0.0
