@@ -15,6 +15,7 @@ from companion.config import ConfigError, VesselConfig
 from companion.control.controller import Controller
 from companion.core.ports import StreamOpener, WaitingClock, World
 from companion.core.types import Severity
+from companion.guidance.path import PathKind, build_path
 from companion.io.actuators import open_actuator
 from companion.io.mavlink.hub import Hub
 from companion.io.mavlink.links import Link
@@ -106,6 +107,11 @@ def build(config: VesselConfig, around: Surroundings) -> Vessel:
         vessel.add_recorder(log)
     vessel.attach(Hub(vessel, around.links, program_version(), tap=_tap(log, around.clock)))
     return vessel
+
+
+def warm_up() -> None:
+    """Load what builds curved paths. Its first import takes most of a second (several on a small board): not in a tick, please."""
+    build_path(((0.0, 0.0), (1.0, 0.0), (1.0, 1.0)), PathKind.PCHIP)
 
 
 def _warner(events: EventLog, clock: WaitingClock) -> Callable[[str], None]:

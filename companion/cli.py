@@ -7,13 +7,14 @@ import gc
 import os
 import signal
 import sys
+import threading
 import time
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from companion import config as config_module
-from companion.app import Surroundings, build, load_vessel, program_version
+from companion.app import Surroundings, build, load_vessel, program_version, warm_up
 from companion.clock import PacedClock, SimulatedClock, WallClock
 from companion.config import ConfigError, HomeConfig, VesselConfig
 from companion.io.mavlink.links import Link, LinkError, MemoryLink, open_link
@@ -106,9 +107,12 @@ def _run(arguments: argparse.Namespace) -> int:
     _say_hello(config, arguments, state, log_folder)
     gc.collect()
     gc.freeze()
+    loading = threading.Thread(target=warm_up, name="warm-up")
+    loading.start()
     try:
         run(vessel, clock, stop)
     finally:
+        loading.join()
         vessel.close()
         state.close()
     if vessel.restart_requested:

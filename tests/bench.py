@@ -69,6 +69,13 @@ class Client:
                 return message.type, time.perf_counter() - started_s
             self.send(items[message.seq])
 
+    def refusal_time_s(self) -> float:
+        """From sending a command that nobody knows to its acknowledgement."""
+        started_s = time.perf_counter()
+        self.send(mavlink.MAVLink_command_long_message(1, 1, 34, 0, 0, 0, 0, 0, 0, 0, 0))
+        self.wait_for("COMMAND_ACK")
+        return time.perf_counter() - started_s
+
     def close(self) -> None:
         self._socket.close()
 
@@ -100,6 +107,9 @@ def transfers(folder: Path) -> None:
             assert result == mavlink.MAV_MISSION_ACCEPTED
             rates.append(2000 / took_s)
         line("mission upload over UDP loopback, pymavlink client", median_and_range(rates, ".0f") + " items/s", "3000 items/s")
+        waits_s = sorted(client.refusal_time_s() for _ in range(500))
+        text = f"median {1e3 * statistics.median(waits_s):.2f} ms, p99 {1e3 * waits_s[494]:.2f} ms"
+        line("unknown command to its UNSUPPORTED", text, "under 10 ms")
         result, took_s = client.upload(10_000)
         line("largest mission accepted", f"10000: result {result}, {took_s:.1f} s", "10000 items")
         result, _ = client.upload(20_000)

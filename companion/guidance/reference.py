@@ -19,7 +19,7 @@ from companion.guidance.stopping import SMOOTHING_S as SMOOTHING_S
 from companion.params import Parameters
 
 _QUARTER_TURN = 0.5 * math.pi
-_AT_REST = 1.0e-7  # m and rad: from here on the core stands on the target
+_AT_REST = 1.0e-9  # m and rad, and a hundred times as much per second: from here on the core stands on the target
 
 Sample = tuple[float, float, float, float, float, float, float, float, float]  # pose, velocity, acceleration (north, east, yaw)
 
@@ -77,7 +77,7 @@ class _Core:
     def advance(self, limits: Limits, dt_s: float) -> None:
         """One step of constant acceleration towards the target."""
         if self.resting:
-            self.velocity = self.acceleration = (0.0, 0.0, 0.0)
+            self.acceleration = (0.0, 0.0, 0.0)
             return
         (n, e, y), (vn, ve, vy) = self.pose, self.velocity
         dn, de, dy = self.target[0] - n, self.target[1] - e, self.target[2] - y
@@ -91,8 +91,9 @@ class _Core:
         self.pose = (n + vn * dt_s + an * half, e + ve * dt_s + ae * half, y + vy * dt_s + ay * half)
         self.velocity = (vn + an * dt_s, ve + ae * dt_s, vy + ay * dt_s)
         self.acceleration = (an, ae, ay)
-        if all(abs(a - b) < _AT_REST for a, b in zip(self.pose, self.target, strict=True)) and max(map(abs, self.velocity)) < 1.0e-4:
+        if all(abs(a - b) < _AT_REST for a, b in zip(self.pose, self.target, strict=True)) and max(map(abs, self.velocity)) < 100.0 * _AT_REST:
             self.pose = self.target
+            self.velocity = (0.0, 0.0, 0.0)
             self.resting = True
 
     def _wanted_rate(self, dn: float, de: float, dy: float, limits: Limits, dt_s: float) -> float:
@@ -149,12 +150,14 @@ class ReferenceGenerator:
         self._core = _Core(pose, (vn, ve, yaw_rate_radps), target)
         self._window: deque[Sample] = deque()
         self._sum = [0.0] * 9
+        self._rested = 0  # newest samples in the window that stand on the target
         self._speed_mps = None
 
     def retarget(self, north_m: float, east_m: float, yaw_rad: float, speed_mps: float | None = None) -> None:
         """Go on from the present motion to another pose, turning the short way; `speed_mps` lowers the limits of speed."""
         self._core.target = (north_m, east_m, nearest_turn(yaw_rad, self._core.pose[2]))
         self._core.resting = False
+        self._rested = 0
         self._speed_mps = speed_mps
 
     @property
@@ -166,19 +169,19 @@ class ReferenceGenerator:
     @property
     def arrived(self) -> bool:
         """Whether the reference stands at its target."""
-        core, window = self._core, self._window
-        return core.resting and bool(window) and window[0][:3] == core.target
+        return 0 < len(self._window) <= self._rested
 
     def update(self, dt_s: float) -> Setpoint:
         """The reference `dt_s` later."""
         core = self._core
         if not self._window:
             self._fill(dt_s)
+        self._rested = self._rested + 1 if core.resting else 0
         core.advance(Limits(self._parameters, self._speed_mps), dt_s)
         newest = (*core.pose, *core.velocity, *core.acceleration)
         oldest = self._window.popleft()
         self._window.append(newest)
-        if core.resting and oldest[:3] == core.pose:
+        if self._rested >= len(self._window):
             mean = list(newest)  # no rounding is left over from the running sum
             self._sum = [value * len(self._window) for value in mean]
         else:
