@@ -17,8 +17,8 @@ from companion.core.ports import StreamOpener, WaitingClock, World
 from companion.core.types import Severity
 from companion.guidance.path import PathKind, build_path
 from companion.io.actuators import open_actuator
-from companion.io.mavlink.hub import Hub
 from companion.io.mavlink.links import Link
+from companion.io.mavlink.services import connect
 from companion.io.sensors import open_sensor
 from companion.loop import Blocks, Devices, Vessel
 from companion.mission.executor import MissionExecutor
@@ -105,7 +105,7 @@ def build(config: VesselConfig, around: Surroundings) -> Vessel:
     log = _log_folder(config, parameters, around, warn)
     if log is not None:
         vessel.add_recorder(log)
-    vessel.attach(Hub(vessel, around.links, program_version(), tap=_tap(log, around.clock)))
+    vessel.attach(connect(vessel, around.links, program_version(), _tap(log, around.clock)))
     return vessel
 
 

@@ -9,7 +9,7 @@ from companion.core.types import Home, ModeId, Outcome, Result, Severity
 from companion.io.mavlink import messages as mavlink
 from companion.io.mavlink.command_request import DONE, Answer, CommandHandler, Request, denied, is_place, not_now
 from companion.io.mavlink.hub import Hub, Peer
-from companion.io.mavlink.telemetry import prearm_texts
+from companion.io.mavlink.statustext import prearm_texts
 from companion.io.mavlink.vessel import VesselFace
 
 _FORCE = frozenset({2989.0, 21196.0})

@@ -11,18 +11,17 @@ messages addressed to us or to everybody, and answers before it returns:
 from __future__ import annotations
 
 import weakref
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from companion.core.types import DeviceHealth, Severity, Tick
+from companion.core.types import DeviceHealth, Severity, Status, Tick
 from companion.io.mavlink import messages as mavlink
-from companion.io.mavlink.dialects import DEFAULT_DIALECT
+from companion.io.mavlink.dialects import DEFAULT_DIALECT, Dialect
 from companion.io.mavlink.endpoint import Endpoint
 from companion.io.mavlink.framer import Packed, UnknownMessage, pack
 from companion.io.mavlink.links import PEER_TIMEOUT_S, Link
-from companion.io.mavlink.statustext import statustexts
-from companion.io.mavlink.telemetry import Telemetry, prearm_texts
+from companion.io.mavlink.statustext import prearm_texts, statustexts
 from companion.io.mavlink.vessel import VesselFace
 
 COMPONENT = 1  # MAV_COMP_ID_AUTOPILOT1: ground stations make a vehicle of no other
@@ -49,6 +48,24 @@ class Service(Protocol):
     def update(self, now_s: float) -> None: ...
 
 
+class TelemetryFace(Protocol):
+    """What is sent unasked, and at which rates."""
+
+    def publish(self, tick: Tick) -> None: ...
+
+    def announce(self, status: Status, now_s: float, numbers: Iterable[int]) -> None: ...
+
+    def tell_changes(self, status: Status, now_s: float) -> None: ...
+
+    def message(self, number: int, dialect: Dialect, now_s: float) -> Any: ...
+
+    def interval_s(self, endpoint: Endpoint, number: int, now_s: float) -> float | None: ...
+
+    def set_interval(self, endpoint: Endpoint, number: int, interval_s: float | None, now_s: float) -> bool: ...
+
+    def set_data_stream(self, endpoint: Endpoint, group: int, rate_hz: float, start: bool, now_s: float) -> None: ...
+
+
 class _LogOutlet(Endpoint):
     """An endpoint that never answers: the log, which keeps each packet by itself."""
 
@@ -69,12 +86,11 @@ class Hub:
         links: Sequence[Link],
         version: str,
         *,
+        telemetry: Callable[[Hub, VesselFace], TelemetryFace],
+        services: Callable[[Hub], Sequence[Service]],
         tap: Callable[[bytes], None] | None = None,
-        services: Callable[[Hub], Sequence[Service]] | None = None,
     ) -> None:
-        """`version`: of the program. `tap`: is given every packet, in and out. `services`: instead of those of `services.py`."""
-        from companion.io.mavlink.services import default_services  # they build on the hub in turn
-
+        """`version`: of the program. `telemetry`, `services`: made on the hub (`services.connect`). `tap`: is given every packet, in and out."""
         self.vessel = vessel
         self.version = version
         self.system = int(vessel.parameters["MAV_SYS_ID"])
@@ -85,8 +101,8 @@ class Hub:
         self._greeted_s: weakref.WeakKeyDictionary[Endpoint, float] = weakref.WeakKeyDictionary()
         self._statustext_id = 0
         self._supervisor_version = vessel.supervisor.version
-        self.telemetry = Telemetry(self, vessel)
-        self._services = tuple((services or default_services)(self))
+        self.telemetry = telemetry(self, vessel)
+        self._services = tuple(services(self))
         self._handlers: dict[int, tuple[Handler, ...]] = {}
         for service in self._services:
             for number, handler in service.handles.items():

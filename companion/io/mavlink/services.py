@@ -1,18 +1,18 @@
-"""The table of services that a vessel offers to ground stations."""
+"""The table of services that a vessel offers to ground stations, and the hub that carries them."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Sequence
 
 from companion.io.mavlink.commands import CommandService
 from companion.io.mavlink.ftp_service import FtpService
+from companion.io.mavlink.hub import Hub, Service
 from companion.io.mavlink.inputs import InputService
+from companion.io.mavlink.links import Link
 from companion.io.mavlink.mission_service import MissionService
 from companion.io.mavlink.parameter_service import ParameterService
-
-if TYPE_CHECKING:
-    from companion.io.mavlink.hub import Hub, Service
+from companion.io.mavlink.telemetry import Telemetry
+from companion.io.mavlink.vessel import VesselFace
 
 
 def default_services(hub: Hub) -> Sequence[Service]:
@@ -25,3 +25,8 @@ def default_services(hub: Hub) -> Sequence[Service]:
         ParameterService(hub, vessel),
         FtpService(hub),
     )
+
+
+def connect(vessel: VesselFace, links: Sequence[Link], version: str, tap: Callable[[bytes], None] | None = None) -> Hub:
+    """The ground stations' side of a vessel, whole."""
+    return Hub(vessel, links, version, telemetry=Telemetry, services=default_services, tap=tap)

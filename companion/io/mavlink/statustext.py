@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from companion.core.types import Severity
+from companion.core.types import Severity, Status
 from companion.io.mavlink import messages as mavlink
 
 CHUNK = 50
@@ -41,3 +41,8 @@ def statustexts(severity: Severity, text: str, number: int) -> list[Any]:
         return [mavlink.MAVLink_statustext_message(severity, data, 0, 0)]
     starts = range(0, len(data) + 1, CHUNK)  # an exact multiple ends in an empty chunk
     return [mavlink.MAVLink_statustext_message(severity, data[start : start + CHUNK], number, i) for i, start in enumerate(starts)]
+
+
+def prearm_texts(status: Status) -> list[str]:
+    """Why the vessel would not be armed, in the form that ground stations show beside the arming switch; none when armed."""
+    return [] if status.armed else [f"PreArm: {reason}" for reason in status.arming_refusals]

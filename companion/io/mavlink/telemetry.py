@@ -10,7 +10,7 @@ import struct
 import weakref
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from companion.core.types import Severity, Status, Tick
 from companion.io.mavlink import messages as mavlink
@@ -19,11 +19,10 @@ from companion.io.mavlink import telemetry_state as state
 from companion.io.mavlink.dialects import Dialect
 from companion.io.mavlink.endpoint import Endpoint
 from companion.io.mavlink.framer import Packed, pack
+from companion.io.mavlink.hub import Hub, Peer
+from companion.io.mavlink.statustext import prearm_texts
 from companion.io.mavlink.vessel import VesselFace
 from companion.io.mavlink.view import View
-
-if TYPE_CHECKING:
-    from companion.io.mavlink.hub import Hub, Peer
 
 Builder = Callable[[View, Dialect], Any]
 
@@ -266,8 +265,3 @@ class Telemetry:
             for text in prearm_texts(status):
                 for message in self._hub.texts(Severity.WARNING, text):
                     self._hub.broadcast(message)
-
-
-def prearm_texts(status: Status) -> list[str]:
-    """Why the vessel would not be armed, in the form that ground stations show beside the arming switch; none when armed."""
-    return [] if status.armed else [f"PreArm: {reason}" for reason in status.arming_refusals]

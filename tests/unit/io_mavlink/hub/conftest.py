@@ -33,6 +33,8 @@ from companion.io.mavlink import messages as mavlink
 from companion.io.mavlink.framer import Framer, frame, pack
 from companion.io.mavlink.hub import Hub
 from companion.io.mavlink.links import MemoryLink
+from companion.io.mavlink.services import default_services
+from companion.io.mavlink.telemetry import Telemetry
 from companion.mission.plan import Plans
 from companion.modes.events import EventLog
 from companion.params import Parameters
@@ -173,7 +175,8 @@ class Rig:
     def __init__(self, urls: Sequence[str], tap: Callable[[bytes], None] | None = None, services: Any = None) -> None:
         self.vessel = FakeVessel()
         self.desks = [Desk(MemoryLink(url), 255 - i) for i, url in enumerate(urls)]
-        self.hub = Hub(self.vessel, [desk.link for desk in self.desks], "0.1.0", tap=tap, services=services)
+        links = [desk.link for desk in self.desks]
+        self.hub = Hub(self.vessel, links, "0.1.0", telemetry=Telemetry, services=services or default_services, tap=tap)
         self.now_s = 0.0
         self.changes: dict[str, Any] = {}
 

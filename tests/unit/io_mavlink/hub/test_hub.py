@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from companion.core.types import Severity
 from companion.io.mavlink import messages as mavlink
 from companion.io.mavlink.framer import Framer
+from companion.io.mavlink.services import connect
 
 HEARTBEAT = mavlink.MAVLink_heartbeat_message(mavlink.MAV_TYPE_GCS, 8, 0, 0, 4, 3)
 ONBOARD = mavlink.MAVLink_heartbeat_message(18, 8, 0, 0, 4, 3)
@@ -94,7 +95,7 @@ def test_our_own_echo_is_not_obeyed(recording: Any, recorder: list[Recorder]) ->
 def test_the_system_id_is_the_parameter(make_rig: Any) -> None:
     rig = make_rig(["memory:"])
     rig.vessel.parameters.set("MAV_SYS_ID", 42)
-    hub = type(rig.hub)(rig.vessel, [rig.desk.link], "0.1.0")
+    hub = connect(rig.vessel, [rig.desk.link], "0.1.0")
     hub.broadcast(HEARTBEAT)
     hub.serve(0.0)
     assert {(m.get_srcSystem(), m.get_srcComponent()) for m in rig.desk.hear()} == {(42, 1)}
