@@ -101,7 +101,7 @@ def build(config: VesselConfig, around: Surroundings) -> Vessel:
     )
     vessel = Vessel(config, parameters, plans, executor, events, blocks, devices, around.clock)
     if around.state is not None:
-        vessel.add_recorder(ProgressKeeper(executor, around.state, warn))
+        vessel.add_recorder(ProgressKeeper(executor, supervisor, around.state, warn))
     log = _log_folder(config, parameters, around, warn)
     if log is not None:
         vessel.add_recorder(log)

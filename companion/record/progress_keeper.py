@@ -1,31 +1,54 @@
-"""Keeps where the mission stands, so that a restart in mid-mission can go on."""
+"""Keeps where the mission stands, and home with it, so that a restart in mid-mission can go on and still knows the way back."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from typing import Any
 
-from companion.core.types import MissionProgress, Tick
+from companion.core.types import Home, MissionProgress, MissionState, Tick
 from companion.mission.executor import MissionExecutor
+from companion.modes.homing import is_on_earth
+from companion.modes.supervisor import Supervisor
 from companion.record.state_file import StateFile
+
+_INTERRUPTED = (MissionState.ACTIVE, MissionState.PAUSED)
 
 
 class ProgressKeeper:
-    """Recorder that saves the executor's snapshot whenever the progress has changed. Restores it when it is made."""
+    """Recorder that saves the executor's snapshot and home whenever either has changed. Restores them when it is made.
 
-    def __init__(self, executor: MissionExecutor, state: StateFile, on_warning: Callable[[str], None]) -> None:
+    Home comes back only with a mission that was interrupted: a boat that is switched on anew lives where it is.
+    """
+
+    def __init__(self, executor: MissionExecutor, supervisor: Supervisor, state: StateFile, on_warning: Callable[[str], None]) -> None:
         self._executor = executor
         self._state = state
         kept, warnings = state.load_progress()
         for text in warnings:
             on_warning(text)
-        if kept and (refusal := executor.restore(kept)) is not None:
-            on_warning(f"mission progress not taken over: {refusal}")
-        self._saved: MissionProgress = executor.progress
+        mission = kept.get("mission")
+        if isinstance(mission, Mapping):
+            if (refusal := executor.restore(mission)) is not None:
+                on_warning(f"mission progress not taken over: {refusal}")
+            elif executor.progress.state in _INTERRUPTED and (home := _home_of(kept.get("home"))) is not None:
+                supervisor.set_home(home, 0.0)
+        self._saved: tuple[MissionProgress, Home | None] = executor.progress, None
 
     def record(self, tick: Tick) -> None:
-        if tick.status.mission != self._saved:
-            self._saved = tick.status.mission
-            self._state.save_progress(self._executor.snapshot())
+        now = tick.status.mission, tick.status.home
+        if now != self._saved:
+            self._saved = now
+            home = tick.status.home
+            place = None if home is None else [home.lat_deg, home.lon_deg, home.altitude_m]
+            self._state.save_progress({"mission": self._executor.snapshot(), "home": place})
 
     def close(self) -> None:
-        self._state.save_progress(self._executor.snapshot())
+        """Nothing is left to do: every change was kept when it came."""
+
+
+def _home_of(kept: Any) -> Home | None:
+    """The home of a state file, or None for anything that is none."""
+    if not isinstance(kept, list) or len(kept) != 3 or not all(isinstance(value, (int, float)) for value in kept):
+        return None
+    lat_deg, lon_deg, altitude_m = map(float, kept)
+    return Home(lat_deg, lon_deg, altitude_m) if is_on_earth(lat_deg, lon_deg) else None

@@ -28,14 +28,14 @@ class Companion:
         self.folder = folder
         self._links = links if links is not None else (f"udpout:127.0.0.1:{self.udp_port}", f"tcpin:127.0.0.1:{self.tcp_port}")
         self._speed = speed
-        self._extra = extra
+        self.extra = extra
         self.process: subprocess.Popen[str] | None = None
         self.hello: list[str] = []
 
     def start(self) -> Companion:
         """Returns when the process has said its first lines. Raises RuntimeError with what it said if it ends instead."""
         command = [sys.executable, "-m", "companion", "run", "revolt", "--sitl", f"--speed={self._speed}"]
-        command += [f"--state={self.folder / 'state'}", f"--log={self.folder / 'logs'}", *self._extra]
+        command += [f"--state={self.folder / 'state'}", f"--log={self.folder / 'logs'}", *self.extra]
         for link in self._links:
             command += ["--link", link]
         environment = {**os.environ, "PYTHONUNBUFFERED": "1"}

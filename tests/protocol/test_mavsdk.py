@@ -168,6 +168,35 @@ def test_a_mission_from_upload_to_disarming(tmp_path: Path) -> None:
         until("disarmed", lambda: not telemetry.armed())
 
 
+def test_a_mission_goes_on_where_a_power_cut_broke_it_off(tmp_path: Path) -> None:
+    companion = Companion(tmp_path, speed=10.0).start()
+    with connected(companion) as system:
+        telemetry, mission = Telemetry(system), MissionRaw(system)
+        Param(system).set_param_int("MIS_ON_START", 1)
+        mission.upload_mission(twelve_items())
+        mission.upload_geofence(fence_items())
+        until("ready to arm", lambda: telemetry.health().is_armable)
+        Action(system).arm()
+        mission.start_mission()
+        until("under way", lambda: mission.mission_progress().current >= 3, 60.0)
+        position = telemetry.position()
+    companion.kill()
+    companion.extra = (f"--home={position.latitude_deg},{position.longitude_deg},0",)
+    with companion, connected(companion) as system:
+        telemetry, mission = Telemetry(system), MissionRaw(system)
+        until("Mission again, disarmed", lambda: telemetry.flight_mode() == FlightMode.MISSION and not telemetry.armed())
+        assert same(mission.download_mission(), twelve_items())
+        assert same(mission.download_geofence(), fence_items())
+        until("its place", lambda: mission.mission_progress().current >= 2)
+        until("ready to arm", lambda: telemetry.health().is_armable)
+        home = telemetry.home()
+        assert math.dist(FRAME.to_ned(home.latitude_deg, home.longitude_deg), (0.0, 0.0)) < 1.0, "home is where the first run began"
+        assert not near(telemetry, 0.0, 0.0, within_m=3.0), "the boat itself is not"
+        Action(system).arm()  # MAVSDK chooses Hold before it arms
+        mission.start_mission()
+        until("under way again", lambda: mission.mission_progress().current >= 5, 60.0)
+
+
 def near(telemetry: Telemetry, north_m: float, east_m: float, within_m: float = 1.5) -> bool:
     position = telemetry.position()
     north, east = FRAME.to_ned(position.latitude_deg, position.longitude_deg)
