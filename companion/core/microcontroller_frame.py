@@ -87,6 +87,7 @@ _STATUS_HEAD = struct.Struct("<BBBBHiB8HB")
 _STATUS_THRUSTER = struct.Struct("<hhB")
 _IDENT_HEAD = struct.Struct("<BBBBBBB")
 _CRC = struct.Struct("<H")
+_BYTES = tuple([bytes((number,)) for number in range(256)])
 
 
 class Light(IntEnum):
@@ -180,7 +181,7 @@ def encode(message: Message) -> bytes:
 
 def frame(message: bytes) -> bytes:
     """COBS of up to 253 bytes, between delimiters."""
-    return b"\0" + b"".join([bytes((len(piece) + 1,)) + piece for piece in message.split(b"\0")]) + b"\0"
+    return b"\0" + b"".join([_BYTES[len(piece) + 1] + piece for piece in message.split(b"\0")]) + b"\0"
 
 
 def unframe(encoded: bytes) -> bytes | None:
