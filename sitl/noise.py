@@ -4,11 +4,24 @@ from __future__ import annotations
 
 import math
 import random
+from collections.abc import Iterator
+
+from companion.core.angles import TWO_PI
 
 
 def stream(seed: int, name: str) -> random.Random:
     """The random stream `name` of a run."""
     return random.Random(f"{seed}/{name}")
+
+
+def normals(rng: random.Random) -> Iterator[float]:
+    """Standard normal numbers without end, two of each pair of uniform ones (Box and Muller, 1958): as `rng.gauss`, at half its cost."""
+    uniform = rng.random
+    while True:
+        angle = uniform() * TWO_PI
+        radius = math.sqrt(-2.0 * math.log(1.0 - uniform()))
+        yield math.cos(angle) * radius
+        yield math.sin(angle) * radius
 
 
 class GaussMarkov:

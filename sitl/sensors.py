@@ -11,7 +11,7 @@ from companion.core.angles import wrap_pi
 from companion.core.geodesy import LocalFrame
 from sitl.environment import Waves
 from sitl.hull import Hull
-from sitl.noise import GaussMarkov, stream
+from sitl.noise import GaussMarkov, normals, stream
 
 _JUMP_M = (18.0, 17.3)  # 25 m to the north-east
 _WILD_EVERY = 10
@@ -147,7 +147,7 @@ class ImuModel:
         self._slow_s = _SLOW_EVERY * dt_s
         self._dt_s = dt_s
         self._samples = 0
-        self._gauss = stream(seed, f"{config.name} white").gauss
+        self._normal = normals(stream(seed, f"{config.name} white")).__next__
         rng = stream(seed, f"{config.name} biases")
         biases = [(_ACCEL_BIAS_MPS2, _BIAS_TAU_S)] * 3 + [(_GYRO_BIAS_RADPS, _BIAS_TAU_S)] * 3
         attitude = [(_TILT_RAD, _TILT_TAU_S)] * 2 + [(_YAW_RAD, _YAW_TAU_S)]
@@ -176,14 +176,14 @@ class ImuModel:
             dx, dy, dz = self._lever_arm(p, q, r)
             x, y, z = x + dx, y + dy, z + dz
         ex, ey, ez, ep, eq, er, e_roll, e_pitch, e_yaw = self._errors
-        gauss = self._gauss
+        normal = self._normal
         return (
-            x + ex + gauss(0.0, _ACCEL_WHITE_MPS2),
-            y + ey + gauss(0.0, _ACCEL_WHITE_MPS2),
-            z + ez + gauss(0.0, _ACCEL_WHITE_MPS2),
-            p + ep + gauss(0.0, _GYRO_WHITE_RADPS),
-            q + eq + gauss(0.0, _GYRO_WHITE_RADPS),
-            r + er + gauss(0.0, _GYRO_WHITE_RADPS),
+            x + ex + _ACCEL_WHITE_MPS2 * normal(),
+            y + ey + _ACCEL_WHITE_MPS2 * normal(),
+            z + ez + _ACCEL_WHITE_MPS2 * normal(),
+            p + ep + _GYRO_WHITE_RADPS * normal(),
+            q + eq + _GYRO_WHITE_RADPS * normal(),
+            r + er + _GYRO_WHITE_RADPS * normal(),
             roll + e_roll,
             pitch + e_pitch,
             wrap_pi(hull.yaw_rad + e_yaw),

@@ -17,11 +17,27 @@ class Thruster:
     its stops that is nearest. A dead one gives nothing and does not turn.
     """
 
-    __slots__ = ("_config", "_lag_s", "_target_n", "_target_rad", "_turns", "_x_m", "_y_m", "azimuth_rad", "dead", "force_n")
+    __slots__ = (
+        "_config",
+        "_dt_s",
+        "_endless",
+        "_lag_s",
+        "_share",
+        "_target_n",
+        "_target_rad",
+        "_turns",
+        "_x_m",
+        "_y_m",
+        "azimuth_rad",
+        "dead",
+        "force_n",
+    )
 
     def __init__(self, config: ThrusterConfig, lag_s: float, x_m: float | None = None) -> None:
         self._config = config
         self._lag_s = lag_s
+        self._dt_s, self._share = 0.0, 0.0  # of the way to the target in a step of dt_s
+        self._endless = config.azimuth_min_rad is None and config.azimuth_max_rad is None
         self._x_m = config.x_m if x_m is None else x_m
         self._y_m = config.y_m
         self._turns = config.kind == "azimuth"
@@ -49,10 +65,10 @@ class Thruster:
 
     def step(self, dt_s: float) -> None:
         target_n = 0.0 if self.dead else self._target_n
-        if self._lag_s > 0.0:
-            self.force_n += (target_n - self.force_n) * -math.expm1(-dt_s / self._lag_s)
-        else:
-            self.force_n = target_n
+        if dt_s != self._dt_s:
+            self._dt_s = dt_s
+            self._share = -math.expm1(-dt_s / self._lag_s) if self._lag_s > 0.0 else 1.0
+        self.force_n = self.force_n + (target_n - self.force_n) * self._share if self._lag_s > 0.0 else target_n
         if self._turns and not self.dead:
             self._turn(dt_s)
 
@@ -78,10 +94,6 @@ class Thruster:
             most = self._config.azimuth_rate_radps * dt_s
             turned = self.azimuth_rad + min(max(error, -most), most)
             self.azimuth_rad = wrap_pi(turned) if self._endless else turned
-
-    @property
-    def _endless(self) -> bool:
-        return self._config.azimuth_min_rad is None and self._config.azimuth_max_rad is None
 
     def _reachable(self, azimuth_rad: float) -> float:
         """The turn of this direction that the drive goes to; the nearer stop where the direction lies beyond both."""

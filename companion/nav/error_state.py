@@ -80,7 +80,10 @@ class _Rows:
         self.s = np.zeros((size, size))
         self.s_inverse = np.zeros((size, size))
         self.y = np.zeros(size)
+        self.h_transposed = self.h.T
+        self.hp_transposed = self.hp.T
         self.h_flat = _flat(self.h)
+        self.gain_flat = _flat(self.gain)
         self.s_flat = _flat(self.s)
         self.s_inverse_flat = _flat(self.s_inverse)
         self.innovation = Innovation(size)
@@ -117,9 +120,13 @@ class ErrorStateFilter:
     def _bind(self) -> None:
         """Views into the arrays."""
         self._diagonal = self.covariance.reshape(-1)[:: SIZE + 1]
+        self._transition_transposed = self._transition.T
+        self._reset_transposed = self._reset.T
+        self._covariance_transposed = self.covariance.T
         self._f = _flat(self._transition)
         self._g = _flat(self._reset)
         self._p = _flat(self.covariance)
+        self._q = _flat(self._noise_step)
 
     def start(self, position: Vector, velocity: Vector, attitude: Vector, sigmas: Sequence[float]) -> None:
         """Begin at a position, velocity and (roll, pitch, yaw), biases kept. `sigmas`: 15, one an error state."""
@@ -190,22 +197,22 @@ class ErrorStateFilter:
         f[84] = f[132] = -r6 * dt
         f[85] = f[133] = -r7 * dt
         f[86] = f[134] = -r8 * dt
-        np.dot(self._transition, self.covariance, out=self._work)
-        np.dot(self._work, self._transition.T, out=self.covariance)
-        np.add(self._diagonal, self._noise_step, out=self._diagonal)
+        self._transition.dot(self.covariance, self._work)
+        self._work.dot(self._transition_transposed, self.covariance)
+        self._diagonal += self._noise_step
 
     def _set_step(self, dt: float) -> None:
         """What in F and Q depends on the step alone."""
         noise = self.noise
-        for i in range(3):
-            self._transition[_P + i, _V + i] = dt
-            self._transition[_AB + i, _AB + i] = 1.0 - dt / noise.accelerometer_bias_time_s
-            self._transition[_WB + i, _WB + i] = 1.0 - dt / noise.gyro_bias_time_s
-        q = self._noise_step
-        q[_V:_TH] = noise.accelerometer_mps2_rthz**2 * dt
-        q[_TH:_AB] = noise.gyro_radps_rthz**2 * dt
-        q[_AB:_WB] = 2.0 * noise.accelerometer_bias_mps2**2 * dt / noise.accelerometer_bias_time_s
-        q[_WB:] = 2.0 * noise.gyro_bias_radps**2 * dt / noise.gyro_bias_time_s
+        f, q = self._f, self._q
+        accelerometer_kept, gyro_kept = 1.0 - dt / noise.accelerometer_bias_time_s, 1.0 - dt / noise.gyro_bias_time_s
+        f[3] = f[19] = f[35] = dt
+        f[144] = f[160] = f[176] = accelerometer_kept
+        f[192] = f[208] = f[224] = gyro_kept
+        q[3] = q[4] = q[5] = noise.accelerometer_mps2_rthz**2 * dt
+        q[6] = q[7] = q[8] = noise.gyro_radps_rthz**2 * dt
+        q[9] = q[10] = q[11] = 2.0 * noise.accelerometer_bias_mps2**2 * dt / noise.accelerometer_bias_time_s
+        q[12] = q[13] = q[14] = 2.0 * noise.gyro_bias_radps**2 * dt / noise.gyro_bias_time_s
         self._noise_dt_s = dt
 
     def position_innovation(self, north_m: float, east_m: float, lever_m: Vector, variance: float, lag_s: float = 0.0) -> Innovation:
@@ -258,8 +265,8 @@ class ErrorStateFilter:
 
     def _pair_innovation(self, y1: float, y2: float, variance: float) -> Innovation:
         rows, found = self._pair, self._pair.innovation
-        np.dot(rows.h, self.covariance, out=rows.hp)
-        np.dot(rows.hp, rows.h.T, out=rows.s)
+        rows.h.dot(self.covariance, rows.hp)
+        rows.hp.dot(rows.h_transposed, rows.s)
         s = rows.s_flat
         found.y1, found.y2 = y1, y2
         found.s11, found.s12, found.s22 = s[0] + variance, 0.5 * (s[1] + s[2]), s[3] + variance
@@ -269,8 +276,8 @@ class ErrorStateFilter:
 
     def _single_innovation(self, y: float, variance: float) -> Innovation:
         rows, found = self._single, self._single.innovation
-        np.dot(rows.h, self.covariance, out=rows.hp)
-        np.dot(rows.hp, rows.h.T, out=rows.s)
+        rows.h.dot(self.covariance, rows.hp)
+        rows.hp.dot(rows.h_transposed, rows.s)
         found.y1, found.s11 = y, rows.s_flat[0] + variance
         found.normalised_square = y * y / found.s11
         return found
@@ -279,19 +286,20 @@ class ErrorStateFilter:
         """Weigh in the innovation made last: P ← P − P Hᵀ S⁻¹ H P (symmetric by form), inject the error, reset it."""
         if innovation.size == 1:
             rows = self._single
-            np.multiply(rows.hp, 1.0 / innovation.s11, out=rows.gain)
-            correction = (rows.gain[0] * innovation.y1).tolist()
+            np.multiply(rows.hp, 1.0 / innovation.s11, rows.gain)
+            y = innovation.y1
+            correction = [gain * y for gain in rows.gain_flat.tolist()]
         else:
             rows = self._pair
             determinant = innovation.s11 * innovation.s22 - innovation.s12 * innovation.s12
             inverse = rows.s_inverse_flat
             inverse[0], inverse[3] = innovation.s22 / determinant, innovation.s11 / determinant
             inverse[1] = inverse[2] = -innovation.s12 / determinant
-            np.dot(rows.s_inverse, rows.hp, out=rows.gain)
+            rows.s_inverse.dot(rows.hp, rows.gain)
             rows.y[0], rows.y[1] = innovation.y1, innovation.y2
-            correction = np.dot(rows.y, rows.gain).tolist()
-        np.dot(rows.hp.T, rows.gain, out=self._work)
-        np.subtract(self.covariance, self._work, out=self.covariance)
+            correction = rows.y.dot(rows.gain).tolist()
+        rows.hp_transposed.dot(rows.gain, self._work)
+        self.covariance -= self._work
         self._inject(correction)
 
     def _inject(self, c: list[float]) -> None:
@@ -307,10 +315,10 @@ class ErrorStateFilter:
         self.rotation = rotation(self.quaternion)
         g = self._g  # I + ½ [δθ]×
         g[97], g[98], g[111], g[113], g[126], g[127] = -0.5 * z, 0.5 * y, 0.5 * z, -0.5 * x, -0.5 * y, 0.5 * x
-        np.dot(self._reset, self.covariance, out=self._work)
-        np.dot(self._work, self._reset.T, out=self.covariance)
-        np.add(self.covariance, self.covariance.T, out=self._work)
-        np.multiply(self._work, 0.5, out=self.covariance)
+        self._reset.dot(self.covariance, self._work)
+        self._work.dot(self._reset_transposed, self.covariance)
+        np.add(self.covariance, self._covariance_transposed, self._work)
+        np.multiply(self._work, 0.5, self.covariance)
 
     def reset_position(self, north_m: float, east_m: float, lever_m: Vector, variance: float, velocity_variance: float) -> None:
         """Begin again from a measured position; the velocity is kept but doubted."""

@@ -48,6 +48,9 @@ class Service(Protocol):
     def update(self, now_s: float) -> None: ...
 
 
+Tap = Callable[[Sequence[bytes]], None]
+
+
 class TelemetryFace(Protocol):
     """What is sent unasked, and at which rates."""
 
@@ -67,14 +70,20 @@ class TelemetryFace(Protocol):
 
 
 class _LogOutlet(Endpoint):
-    """An endpoint that never answers: the log, which keeps each packet by itself."""
+    """An endpoint that never answers: the log. What was sent and received is handed over packet by packet, at each flush."""
 
-    def __init__(self, tap: Callable[[bytes], None]) -> None:
+    def __init__(self, tap: Tap) -> None:
         super().__init__("log", DEFAULT_DIALECT, lambda data, now_s: len(data))
         self._tap = tap
+        self._packets: list[bytes] = []
 
     def send_bytes(self, data: bytes) -> None:
-        self._tap(data)
+        self._packets.append(data)
+
+    def flush(self, now_s: float) -> None:
+        if self._packets:
+            packets, self._packets = self._packets, []
+            self._tap(packets)
 
 
 class Hub:
@@ -88,15 +97,17 @@ class Hub:
         *,
         telemetry: Callable[[Hub, VesselFace], TelemetryFace],
         services: Callable[[Hub], Sequence[Service]],
-        tap: Callable[[bytes], None] | None = None,
+        tap: Tap | None = None,
     ) -> None:
-        """`version`: of the program. `telemetry`, `services`: made on the hub (`services.connect`). `tap`: is given every packet, in and out."""
+        """`version`: of the program. `telemetry`, `services`: made on the hub (`services.connect`).
+
+        `tap`: is given every packet, in and out, a few at a time.
+        """
         self.vessel = vessel
         self.version = version
         self.system = int(vessel.parameters["MAV_SYS_ID"])
         self._links = tuple(links)
         self._log = None if tap is None else _LogOutlet(tap)
-        self._tap = tap
         self._stations: set[int] = set()
         self._greeted_s: weakref.WeakKeyDictionary[Endpoint, float] = weakref.WeakKeyDictionary()
         self._statustext_id = 0
@@ -186,8 +197,8 @@ class Hub:
 
     def _take(self, endpoint: Endpoint, message: Any, now_s: float) -> None:
         system, component = message.get_srcSystem(), message.get_srcComponent()
-        if self._tap is not None:
-            self._tap(bytes(message.get_msgbuf()))
+        if self._log is not None:
+            self._log.send_bytes(bytes(message.get_msgbuf()))
         if isinstance(message, UnknownMessage) or (system == self.system and component == COMPONENT):
             return
         peer = Peer(endpoint, system, component)
@@ -228,5 +239,5 @@ class Hub:
             self.telemetry.tell_changes(self.vessel.supervisor.status(now_s), now_s)
 
     def _flush(self, now_s: float) -> None:
-        for endpoint in self.endpoints:
-            endpoint.flush(now_s)
+        for outlet in self.outlets:
+            outlet.flush(now_s)

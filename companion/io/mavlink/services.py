@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 from companion.io.mavlink.commands import CommandService
 from companion.io.mavlink.ftp_service import FtpService
-from companion.io.mavlink.hub import Hub, Service
+from companion.io.mavlink.hub import Hub, Service, Tap
 from companion.io.mavlink.inputs import InputService
 from companion.io.mavlink.links import Link
 from companion.io.mavlink.mission_service import MissionService
@@ -27,6 +27,6 @@ def default_services(hub: Hub) -> Sequence[Service]:
     )
 
 
-def connect(vessel: VesselFace, links: Sequence[Link], version: str, tap: Callable[[bytes], None] | None = None) -> Hub:
+def connect(vessel: VesselFace, links: Sequence[Link], version: str, tap: Tap | None = None) -> Hub:
     """The ground stations' side of a vessel, whole."""
     return Hub(vessel, links, version, telemetry=Telemetry, services=default_services, tap=tap)

@@ -31,13 +31,15 @@ _MAGNETIC_FIELD = 0xC020
 _STATUS_WORD = 0xE020
 
 _GROUP_MASK = 0xFFF0  # the low nibble is precision (bits 0, 1) and frame (bits 2, 3)
+_PRECISION_MASK = 0x3
+_FLOAT_32, _FIXED_1220, _FIXED_1632, _FLOAT_64 = range(4)
 _COUNTS: Mapping[int, int] = {_QUATERNION: 4, _EULER_ANGLES: 3, _ACCELERATION: 3, _RATE_OF_TURN: 3, _MAGNETIC_FIELD: 3}
-_FLOATS: Mapping[tuple[int, int], struct.Struct] = {
-    **{(group, 0): struct.Struct(f">{count}f") for group, count in _COUNTS.items()},
-    **{(group, 3): struct.Struct(f">{count}d") for group, count in _COUNTS.items()},
+_FLOATS: Mapping[int, struct.Struct] = {
+    **{group | _FLOAT_32: struct.Struct(f">{count}f") for group, count in _COUNTS.items()},
+    **{group | _FLOAT_64: struct.Struct(f">{count}d") for group, count in _COUNTS.items()},
 }
-_FIXED_1220, _FIXED_1632 = 1, 2
-_HEADER = struct.Struct(">HB")
+_header_at = struct.Struct(">HB").unpack_from
+_word_at = struct.Struct(">I").unpack_from
 _TICK_S = 1e-4
 _TICKS_WRAP = 2**32
 
@@ -104,11 +106,12 @@ class Mtdata2Sensor(StreamDriver):
                 continue
             if end > len(buffer):
                 break
-            if sum(buffer[at + 1 : end]) & 0xFF:
+            message = bytes(buffer[at:end])
+            if sum(message) & 0xFF != _PREAMBLE[0]:
                 at += 1
                 self._bad += 1
                 continue
-            self._message(arrival_s, bytes(buffer[at:end]), readings)
+            self._message(arrival_s, message, readings)
             at = end
         del buffer[:at]
         if len(buffer) > _KEPT_BYTES:
@@ -132,20 +135,24 @@ class Mtdata2Sensor(StreamDriver):
         ticks: int | None = None
         at, end = (6 if message[3] == _EXTENDED else 4), len(message) - 1
         while at + 3 <= end:
-            data_id, size = _HEADER.unpack_from(message, at)
+            data_id, size = _header_at(message, at)
             at += 3
             if at + size > end:
                 self._bad += 1
                 return
-            group = data_id & _GROUP_MASK
+            group, precision = data_id & _GROUP_MASK, data_id & _PRECISION_MASK
             if group in _COUNTS:
-                numbers = _numbers(group, data_id & 3, message, at, size)
-                if numbers is not None:
+                unpacker = _FLOATS.get(group | precision)
+                if unpacker is None:
+                    numbers = _fixed_point(precision, _COUNTS[group], message[at : at + size])
+                else:
+                    numbers = unpacker.unpack_from(message, at) if size == unpacker.size else ()
+                if numbers and math.isfinite(sum(numbers)):  # it is not as soon as one of them is not
                     values[group] = numbers
             elif group == _SAMPLE_TIME_FINE and size == 4:
-                ticks = int.from_bytes(message[at : at + 4], "big")
+                (ticks,) = _word_at(message, at)
             elif group == _STATUS_WORD and size == 4:
-                self._note_status(int.from_bytes(message[at : at + 4], "big"))
+                self._note_status(*_word_at(message, at))
             at += size
         self._count_valid(arrival_s)
         self._emit(arrival_s, ticks, values, readings)
@@ -171,21 +178,13 @@ class Mtdata2Sensor(StreamDriver):
         return super()._complaint(age_s) or self._remark
 
 
-def _numbers(group: int, precision: int, message: bytes, at: int, size: int) -> tuple[float, ...] | None:
-    """The numbers of one data item, or None where its size or a value is not what its identifier says."""
-    unpacker = _FLOATS.get((group, precision))
-    if unpacker is not None:
-        if size != unpacker.size:
-            return None
-        numbers: tuple[float, ...] = unpacker.unpack_from(message, at)
-        return numbers if all(map(math.isfinite, numbers)) else None
-    count = _COUNTS[group]
-    raw = message[at : at + size]
-    if precision == _FIXED_1220 and size == 4 * count:
+def _fixed_point(precision: int, count: int, raw: bytes) -> tuple[float, ...]:
+    """The numbers of a data item in fixed point; none where its size is not what its identifier says."""
+    if precision == _FIXED_1220 and len(raw) == 4 * count:
         return tuple(value / 2**20 for value in struct.unpack(f">{count}i", raw))
-    if precision == _FIXED_1632 and size == 6 * count:  # 32 fraction bits first, then 16 integer bits
+    if precision == _FIXED_1632 and len(raw) == 6 * count:  # 32 fraction bits first, then 16 integer bits
         return tuple(high + low / 2**32 for low, high in struct.iter_unpack(">Ih", raw))
-    return None
+    return ()
 
 
 def _attitude(values: Mapping[int, tuple[float, ...]]) -> tuple[float | None, float | None, float | None]:

@@ -1,7 +1,8 @@
 """NMEA 0183: satellite receivers, compasses and wind sensors of any maker, over serial or network.
 
-Source: NMEA 0183 version 4.11 as pynmea2 knows it; sentences without a checksum are not trusted. The two letters of the talker do not
-matter. Between the sentences may stand anything, so RTCM or a maker's binary messages on the same line do no harm.
+Source: NMEA 0183 version 4.11 as pynmea2 knows it: its tables name the fields, their texts are read here. Sentences without a checksum are
+not trusted. The two letters of the talker do not matter. Between the sentences may stand anything, so RTCM or a maker's binary messages on
+the same line do no harm.
 """
 
 from __future__ import annotations
@@ -10,11 +11,9 @@ import math
 import re
 from collections.abc import Callable, Mapping
 from datetime import date, time
-from functools import reduce
-from operator import xor
-from typing import Any
 
 import pynmea2
+from pynmea2.nmea_utils import datestamp, dm_to_sd, timestamp
 
 from companion.config import SensorConfig
 from companion.core.angles import wrap_pi
@@ -50,6 +49,9 @@ class THS(pynmea2.TalkerSentence):  # type: ignore[misc]  # pynmea2 is untyped
     fields = (("True heading", "heading", float), ("Mode", "mode"))
 
 
+Sentence = Mapping[str, str]  # the texts of its fields by their names in pynmea2; those that a device leaves off are not there
+
+
 class Nmea0183Sensor(StreamDriver):
     """NMEA sentences → `GnssFix`, `GroundVelocity`, `Heading`, `TimeOfDay`, `Wind`.
 
@@ -65,7 +67,7 @@ class Nmea0183Sensor(StreamDriver):
         self._tail_arrival_s = 0.0
         self._sigma_m: float | None = None
         self._seen_s: dict[str, float] = {}
-        self._handlers: Mapping[str, Callable[[Any, float, list[Reading]], None]] = {
+        self._handlers: Mapping[str, Callable[[Sentence, float, list[Reading]], None]] = {
             "GGA": self._gga,
             "GLL": self._gll,
             "RMC": self._rmc,
@@ -77,6 +79,8 @@ class Nmea0183Sensor(StreamDriver):
             "GST": self._gst,
             "MWV": self._mwv,
         }
+        types = pynmea2.TalkerSentence.sentence_types
+        self._names = {kind: tuple(field[1] for field in types[kind].fields) for kind in self._handlers}
 
     def _feed(self, arrival_s: float, data: bytes, readings: list[Reading]) -> None:
         kept = len(self._tail)
@@ -86,7 +90,7 @@ class Nmea0183Sensor(StreamDriver):
             began_s = self._tail_arrival_s if match.start() < kept else arrival_s
             done = match.end()
             body = match[1]
-            if reduce(xor, body) == int(match[2], 16):
+            if checksum(body) == int(match[2], 16):
                 self._count_valid(arrival_s)
                 self._sentence(body.decode("ascii"), began_s - self._config.latency_s, readings)
             else:
@@ -102,7 +106,7 @@ class Nmea0183Sensor(StreamDriver):
         handler = self._handlers.get(kind)
         if handler is None or body[5] != ",":
             return
-        sentence = pynmea2.TalkerSentence.sentence_types[kind](body[:2], kind, body[6:].split(","))
+        sentence = dict(zip(self._names[kind], body[6:].split(","), strict=False))
         try:
             handler(sentence, t_s, readings)
         except (ValueError, OverflowError):  # fields that are not what their place says
@@ -112,16 +116,16 @@ class Nmea0183Sensor(StreamDriver):
     def _recent(self, kind: str, t_s: float) -> bool:
         return t_s - self._seen_s.get(kind, -math.inf) < _PREFERRED_AGE_S
 
-    def _gga(self, sentence: Any, t_s: float, readings: list[Reading]) -> None:
-        fix = _QUALITY.get(int(_number(sentence.gps_qual) or 0), FixType.NONE)
-        satellites, hdop = _number(sentence.num_sats), _number(sentence.horizontal_dil)
+    def _gga(self, sentence: Sentence, t_s: float, readings: list[Reading]) -> None:
+        fix = _QUALITY.get(int(_number(sentence.get("gps_qual")) or 0), FixType.NONE)
+        satellites, hdop = _number(sentence.get("num_sats")), _number(sentence.get("horizontal_dil"))
         count = None if satellites is None else int(satellites)
         place = _place(sentence) if fix is not FixType.NONE else None
         if place is None:
             readings.append(GnssFix(t_s, self.name, math.nan, math.nan, None, FixType.NONE, count, hdop))
             return
         accuracy = self._accuracy_m(fix, hdop, t_s)
-        readings.append(GnssFix(t_s, self.name, *place, _number(sentence.altitude), fix, count, hdop, accuracy))
+        readings.append(GnssFix(t_s, self.name, *place, _number(sentence.get("altitude")), fix, count, hdop, accuracy))
 
     def _accuracy_m(self, fix: FixType, hdop: float | None, t_s: float) -> float:
         """One sigma on each horizontal axis: as the receiver itself estimates it, else typical of the kind of fix."""
@@ -130,38 +134,38 @@ class Nmea0183Sensor(StreamDriver):
         low, high = _HDOP_RANGE
         return _SIGMA_M[fix] * min(max(1.0 if hdop is None else hdop, low), high)
 
-    def _gst(self, sentence: Any, t_s: float, readings: list[Reading]) -> None:
-        north, east = _number(sentence.std_dev_latitude), _number(sentence.std_dev_longitude)
+    def _gst(self, sentence: Sentence, t_s: float, readings: list[Reading]) -> None:
+        north, east = _number(sentence.get("std_dev_latitude")), _number(sentence.get("std_dev_longitude"))
         self._sigma_m = math.sqrt(0.5 * (north * north + east * east)) or None if north is not None and east is not None else None
 
-    def _gll(self, sentence: Any, t_s: float, readings: list[Reading]) -> None:
-        if sentence.status == "A" and not self._recent("GGA", t_s):
+    def _gll(self, sentence: Sentence, t_s: float, readings: list[Reading]) -> None:
+        if sentence.get("status") == "A" and not self._recent("GGA", t_s):
             self._plain_fix(sentence, t_s, readings)
 
-    def _plain_fix(self, sentence: Any, t_s: float, readings: list[Reading]) -> None:
+    def _plain_fix(self, sentence: Sentence, t_s: float, readings: list[Reading]) -> None:
         """A position whose sentence does not say how good it is."""
         place = _place(sentence)
         if place is not None:
             accuracy = self._accuracy_m(FixType.FIX_3D, None, t_s)
             readings.append(GnssFix(t_s, self.name, *place, None, FixType.FIX_3D, None, None, accuracy))
 
-    def _rmc(self, sentence: Any, t_s: float, readings: list[Reading]) -> None:
-        if sentence.status != "A":
+    def _rmc(self, sentence: Sentence, t_s: float, readings: list[Reading]) -> None:
+        if sentence.get("status") != "A":
             return
         if not self._recent("GGA", t_s) and not self._recent("GLL", t_s):
             self._plain_fix(sentence, t_s, readings)
         if not self._recent("VTG", t_s):
-            self._velocity(_number(sentence.spd_over_grnd), _MPS["N"], _number(sentence.true_course), t_s, readings)
+            self._velocity(_number(sentence.get("spd_over_grnd")), _MPS["N"], _number(sentence.get("true_course")), t_s, readings)
         if not self._recent("ZDA", t_s):
-            self._time_of_day(sentence.datestamp, sentence.timestamp, t_s, readings)
+            self._time_of_day(_day(sentence.get("datestamp")), sentence.get("timestamp"), t_s, readings)
 
-    def _vtg(self, sentence: Any, t_s: float, readings: list[Reading]) -> None:
-        if sentence.faa_mode == "N":
+    def _vtg(self, sentence: Sentence, t_s: float, readings: list[Reading]) -> None:
+        if sentence.get("faa_mode") == "N":
             return
-        speed, unit = _number(sentence.spd_over_grnd_kmph), _MPS["K"]
+        speed, unit = _number(sentence.get("spd_over_grnd_kmph")), _MPS["K"]
         if speed is None:
-            speed, unit = _number(sentence.spd_over_grnd_kts), _MPS["N"]
-        self._velocity(speed, unit, _number(sentence.true_track), t_s, readings)
+            speed, unit = _number(sentence.get("spd_over_grnd_kts")), _MPS["N"]
+        self._velocity(speed, unit, _number(sentence.get("true_track")), t_s, readings)
 
     def _velocity(self, speed: float | None, unit_mps: float, course_deg: float | None, t_s: float, readings: list[Reading]) -> None:
         if speed is None or speed < 0.0:
@@ -174,20 +178,20 @@ class Nmea0183Sensor(StreamDriver):
         course_rad = math.radians(course_deg)
         readings.append(GroundVelocity(t_s, self.name, speed_mps * math.cos(course_rad), speed_mps * math.sin(course_rad)))
 
-    def _hdt(self, sentence: Any, t_s: float, readings: list[Reading]) -> None:
-        self._heading(_number(sentence.heading), None, t_s, readings)
+    def _hdt(self, sentence: Sentence, t_s: float, readings: list[Reading]) -> None:
+        self._heading(_number(sentence.get("heading")), None, t_s, readings)
 
-    def _ths(self, sentence: Any, t_s: float, readings: list[Reading]) -> None:
-        if sentence.mode == "A":
-            self._heading(_number(sentence.heading), None, t_s, readings)
+    def _ths(self, sentence: Sentence, t_s: float, readings: list[Reading]) -> None:
+        if sentence.get("mode") == "A":
+            self._heading(_number(sentence.get("heading")), None, t_s, readings)
 
-    def _hdg(self, sentence: Any, t_s: float, readings: list[Reading]) -> None:
+    def _hdg(self, sentence: Sentence, t_s: float, readings: list[Reading]) -> None:
         """Magnetic: a true heading only where the compass knows the variation, and no better one is on the line."""
-        heading = _number(sentence.heading)
-        variation = _signed(sentence.variation, sentence.var_dir)
+        heading = _number(sentence.get("heading"))
+        variation = _signed(sentence.get("variation"), sentence.get("var_dir"))
         if heading is None or variation is None or self._recent("HDT", t_s) or self._recent("THS", t_s):
             return
-        deviation = _signed(sentence.deviation, sentence.dev_dir) or 0.0
+        deviation = _signed(sentence.get("deviation"), sentence.get("dev_dir")) or 0.0
         self._heading(heading + deviation + variation, _COMPASS_SIGMA_RAD, t_s, readings)
 
     def _heading(self, heading_deg: float | None, accuracy_rad: float | None, t_s: float, readings: list[Reading]) -> None:
@@ -195,42 +199,63 @@ class Nmea0183Sensor(StreamDriver):
             yaw_rad = wrap_pi(math.radians(heading_deg) + self._config.heading_offset_rad)
             readings.append(Heading(t_s, self.name, yaw_rad, accuracy_rad))
 
-    def _zda(self, sentence: Any, t_s: float, readings: list[Reading]) -> None:
-        day, month, year = _number(sentence.day), _number(sentence.month), _number(sentence.year)
+    def _zda(self, sentence: Sentence, t_s: float, readings: list[Reading]) -> None:
+        day, month, year = _number(sentence.get("day")), _number(sentence.get("month")), _number(sentence.get("year"))
         if day is not None and month is not None and year is not None:
-            self._time_of_day(date(int(year), int(month), int(day)), sentence.timestamp, t_s, readings)
+            self._time_of_day(date(int(year), int(month), int(day)), sentence.get("timestamp"), t_s, readings)
 
-    def _time_of_day(self, day: object, clock: object, t_s: float, readings: list[Reading]) -> None:
-        if isinstance(day, date) and isinstance(clock, time):
+    def _time_of_day(self, day: date | None, text: str | None, t_s: float, readings: list[Reading]) -> None:
+        if day is not None and text:
+            clock: time = timestamp(text)
             seconds = (day.toordinal() - _UNIX_DAY) * 86400 + clock.hour * 3600 + clock.minute * 60 + clock.second
             readings.append(TimeOfDay(t_s, self.name, seconds * 1_000_000_000 + clock.microsecond * 1000))
 
-    def _mwv(self, sentence: Any, t_s: float, readings: list[Reading]) -> None:
-        angle, speed = _number(sentence.wind_angle), _number(sentence.wind_speed)
-        unit = _MPS.get(sentence.wind_speed_units)
-        if sentence.status == "A" and sentence.reference == "R" and angle is not None and speed is not None and unit is not None:
+    def _mwv(self, sentence: Sentence, t_s: float, readings: list[Reading]) -> None:
+        angle, speed = _number(sentence.get("wind_angle")), _number(sentence.get("wind_speed"))
+        unit = _MPS.get(sentence.get("wind_speed_units", ""))
+        if sentence.get("status") == "A" and sentence.get("reference") == "R" and angle is not None and speed is not None and unit is not None:
             readings.append(Wind(t_s, self.name, speed * unit, wrap_pi(math.radians(angle) + self._config.heading_offset_rad)))
 
 
-def _number(value: object) -> float | None:
-    """A field as a number. pynmea2 hands back the text of a field that is empty or that it could not convert."""
-    if value is None or value == "":
+def checksum(body: bytes) -> int:
+    """The exclusive or of all bytes, at most 128: the one half over the other until one byte is left."""
+    folded = int.from_bytes(body, "little")
+    for half in (512, 256, 128, 64, 32, 16, 8):
+        folded ^= folded >> half
+    return folded & 0xFF
+
+
+def _number(text: str | None) -> float | None:
+    """A field as a number, None where it is empty. Raises ValueError for text that is no number: the caller drops the sentence."""
+    if not text:
         return None
-    number = float(value)  # type: ignore[arg-type]  # ValueError for text that is no number: the caller drops the sentence
+    number = float(text)
     if not math.isfinite(number):
         raise ValueError("not finite")
     return number
 
 
-def _signed(value: object, side: object) -> float | None:
+def _signed(text: str | None, side: str | None) -> float | None:
     """An angle with its E or W, positive east."""
-    number = _number(value)
+    number = _number(text)
     return None if number is None or side not in ("E", "W") else (number if side == "E" else -number)
 
 
-def _place(sentence: Any) -> tuple[float, float] | None:
-    """(latitude, longitude) in degrees; None where the fields are empty or impossible."""
-    if not (sentence.lat and sentence.lon and sentence.lat_dir in ("N", "S") and sentence.lon_dir in ("E", "W")):
+def _day(text: str | None) -> date | None:
+    """ddmmyy as a date, None where it is empty."""
+    if not text:
         return None
-    latitude, longitude = float(sentence.latitude), float(sentence.longitude)
-    return (latitude, longitude) if abs(latitude) <= 90.0 and abs(longitude) <= 180.0 else None
+    day: date = datestamp(text)
+    return day
+
+
+def _place(sentence: Sentence) -> tuple[float, float] | None:
+    """(latitude, longitude) in degrees; None where the fields are empty or impossible."""
+    lat, lon, north, east = sentence.get("lat"), sentence.get("lon"), sentence.get("lat_dir"), sentence.get("lon_dir")
+    if not (lat and lon and north in ("N", "S") and east in ("E", "W")):
+        return None
+    latitude: float = dm_to_sd(lat)
+    longitude: float = dm_to_sd(lon)
+    if latitude > 90.0 or longitude > 180.0:
+        return None
+    return (latitude if north == "N" else -latitude), (longitude if east == "E" else -longitude)
