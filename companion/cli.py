@@ -20,6 +20,7 @@ from companion.io.mavlink.links import Link, LinkError, MemoryLink, open_link
 from companion.io.transport import TransportOpener
 from companion.io.urls import TransportError
 from companion.loop import RealWorld, Vessel, run
+from companion.record.log_reader import LogError, open_log
 from companion.record.state_file import StateFile, StateFileBusy
 
 if TYPE_CHECKING:
@@ -42,7 +43,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     except ConfigError as error:
         for problem in error.problems:
             print(problem, file=sys.stderr)
-    except (UsageError, LinkError, TransportError, StateFileBusy, OSError) as error:
+    except (UsageError, LinkError, LogError, TransportError, StateFileBusy, OSError) as error:
         print(f"companion: {error}", file=sys.stderr)
     return 2
 
@@ -87,6 +88,13 @@ def _parser() -> argparse.ArgumentParser:
     sail.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", dest="changes")
     sail.add_argument("--out", type=Path, metavar="DIR", help="folder of the log and result.json")
     sail.set_defaults(command=_scenario_run)
+
+    again = commands.add_parser("replay", help="the recorded readings of a log through today's estimator")
+    again.add_argument("folder", type=Path, metavar="LOGDIR")
+    again.add_argument("--all", action="store_true", dest="whole", help="through today's control and allocation too, by the recorded setpoints")
+    again.add_argument("--out", type=Path, metavar="CSV", help="default: replay.csv in the log folder")
+    again.add_argument("--tolerance", type=float, default=1e-9, metavar="D", help="largest difference from the log for exit code 0, in SI units")
+    again.set_defaults(command=_replay)
     return parser
 
 
@@ -241,6 +249,23 @@ def _mission(arguments: argparse.Namespace) -> int:
     for refusal in found:
         print(f"the boat would refuse: {refusal.text} ({refusal.result.name})", file=sys.stderr)
     return 1 if found else 0
+
+
+# --- replay, identify ----------------------------------------------------------------------------------------------
+
+
+def _replay(arguments: argparse.Namespace) -> int:
+    from companion.record.replay import replay
+
+    out = arguments.out or arguments.folder / "replay.csv"
+    result = replay(open_log(arguments.folder), out, arguments.whole)
+    for warning in result.warnings:
+        print(f"warning: {warning}", file=sys.stderr)
+    print(result.report())
+    if arguments.whole:
+        print("modes and guidance were not run again: the setpoints are the recorded ones")
+    print(f"written: {out}")
+    return 0 if result.largest_in_log() <= arguments.tolerance else 1
 
 
 # --- scenario ------------------------------------------------------------------------------------------------------
