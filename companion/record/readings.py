@@ -13,7 +13,7 @@ import binascii
 import math
 import struct
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from operator import attrgetter
 from pathlib import Path
 from typing import Any
@@ -242,7 +242,7 @@ def _tick_of(values: tuple[float, ...], readings: tuple[Reading, ...], changes: 
         ThrusterCommand(0.0, throttle, None if math.isnan(azimuth) else azimuth)
         for throttle, azimuth in zip(pairs[::2], pairs[1::2], strict=True)
     )
-    motion = dict(zip(_SETPOINT[3:], values[12:18], strict=True))
-    setpoint = replace(Setpoint(_KINDS[int(kind)], sn, se, syaw, wrench=wrench, thrusters=thrusters or None), **motion)
+    su, sv, sr, au, av, ar = values[12:18]
+    setpoint = Setpoint(_KINDS[int(kind)], sn, se, syaw, su, sv, sr, au, av, ar, wrench, thrusters or None)
     pose = (n, e, yaw, u, v, r)
     return RecordedTick(t_s, pose, bool(armed), setpoint, Wrench(*values[21:24]), Wrench(*values[24:27]), readings, changes)
