@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 from companion import config as config_module
 from companion.app import Surroundings, build, load_vessel, program_version
 from companion.clock import PacedClock, SimulatedClock, WallClock
+from companion.commands import logs
 from companion.config import ConfigError, HomeConfig, VesselConfig
 from companion.io.mavlink.links import Link, LinkError, MemoryLink, open_link
 from companion.io.transport import TransportOpener
@@ -90,12 +91,7 @@ def _parser() -> argparse.ArgumentParser:
     sail.add_argument("--out", type=Path, metavar="DIR", help="folder of the log and result.json")
     sail.set_defaults(command=_scenario_run)
 
-    again = commands.add_parser("replay", help="the recorded readings of a log through today's estimator")
-    again.add_argument("folder", type=Path, metavar="LOGDIR")
-    again.add_argument("--all", action="store_true", dest="whole", help="through today's control and allocation too, by the recorded setpoints")
-    again.add_argument("--out", type=Path, metavar="CSV", help="default: replay.csv in the log folder")
-    again.add_argument("--tolerance", type=float, default=1e-9, metavar="D", help="largest difference from the log for exit code 0, in SI units")
-    again.set_defaults(command=_replay)
+    logs.add_to(commands)
     return parser
 
 
@@ -250,23 +246,6 @@ def _mission(arguments: argparse.Namespace) -> int:
     for refusal in found:
         print(f"the boat would refuse: {refusal.text} ({refusal.result.name})", file=sys.stderr)
     return 1 if found else 0
-
-
-# --- replay, identify ----------------------------------------------------------------------------------------------
-
-
-def _replay(arguments: argparse.Namespace) -> int:
-    from companion.record.replay import replay
-
-    out = arguments.out or arguments.folder / "replay.csv"
-    result = replay(open_log(arguments.folder), out, arguments.whole)
-    for warning in result.warnings:
-        print(f"warning: {warning}", file=sys.stderr)
-    print(result.report())
-    if arguments.whole:
-        print("modes and guidance were not run again: the setpoints are the recorded ones")
-    print(f"written: {out}")
-    return 0 if result.largest_in_log() <= arguments.tolerance else 1
 
 
 # --- scenario ------------------------------------------------------------------------------------------------------

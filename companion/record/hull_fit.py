@@ -1,6 +1,7 @@
 """`companion identify`: inertia, damping, thruster scales and lever arms of a hull, fitted to a recorded manoeuvre.
 
-M ν̇ + C(ν) ν + D(ν) ν = Σ scale·wrench(thruster group, lever arm, lag) + a force constant in NED (wind and current, as far as they are constant).
+M ν̇ + C(ν) ν + D(ν) ν = Σ scale·wrench(thruster group, lever arm, lag) + weather, where weather is a steady wind on the vessel's windage or,
+for a vessel without, a force constant in NED; gusts, waves and a current stay unexplained.
 First the equation error, which is linear in all unknowns but the lag; from there the output error: the model is run from the forces alone and
 its velocities are compared with the estimated ones. All of inertia, damping and thrust may be multiplied by one number without any motion
 telling: the scale of the strongest group is therefore held. So is every other quantity that the manoeuvre does not tell.
@@ -20,6 +21,9 @@ from companion.record.log_reader import Log
 from companion.record.manoeuvre import Array, Group, Manoeuvre, group_wrenches, groups_of
 
 _LAG_S = 0.3  # where the fit of the thrusters' lag begins
+_WIND = ("wind_north_m2ps2", "wind_east_m2ps2")  # velocity of the air times its speed
+_FORCE = ("north_n", "east_n")
+_AIR_KGPM3 = 1.225
 _STANDARD = ("x_u", "x_uu", "y_v", "y_vv", "n_r", "n_rr")  # fitted whatever the model has
 _RESISTING = frozenset({*_STANDARD, "x_uuu"})  # these cannot drive the boat
 _INERTIA = ("m11_kg", "m22_kg", "m33_kgm2")
@@ -58,7 +62,8 @@ class HullModel:
     def __init__(self, log: Log, manoeuvre: Manoeuvre) -> None:
         self.log, self.manoeuvre = log, manoeuvre
         self.groups: tuple[Group, ...] = groups_of(log.config.thrusters)
-        hull, damping = log.config.hull, log.config.hull.damping
+        hull, damping, windage = log.config.hull, log.config.hull.damping, log.config.windage
+        self._windy = windage.lateral_m2 > 0.0 and windage.frontal_m2 > 0.0
         terms = [name for name in DampingConfig.__slots__ if name in _STANDARD or getattr(damping, name) != 0.0]
         self.model: dict[str, float] = {
             **{name: getattr(hull, name) for name in _INERTIA},
@@ -66,8 +71,7 @@ class HullModel:
             **{f"scale {group.name}": 1.0 for group in self.groups},
             **{f"x_m {group.name}": group.x_m for group in self.groups},
             "lag_s": _LAG_S,
-            "north_n": 0.0,
-            "east_n": 0.0,
+            **dict.fromkeys(_WIND if self._windy else _FORCE, 0.0),
         }
         self.terms = tuple(terms)
         self._coupling = (hull.m23_kgm, hull.m23_kgm if hull.m32_kgm is None else hull.m32_kgm)
@@ -85,7 +89,7 @@ class HullModel:
         if name in self.terms:
             quadratic = len(name.split("_")[1]) > 1
             return axis[name[0]] * (1.0 if quadratic else 0.1)
-        return {"lag_s": _LAG_S}.get(name, 0.02 * self.log.config.limits.surge_n)
+        return {"lag_s": _LAG_S, **dict.fromkeys(_WIND, 1.0)}.get(name, 0.02 * self.log.config.limits.surge_n)
 
     def bounds(self, name: str) -> tuple[float, float]:
         model = self.model[name]
@@ -103,32 +107,45 @@ class HullModel:
         if values["lag_s"] != self._lag_s:
             self._lag_s = values["lag_s"]
             self._wrenches = group_wrenches(self.manoeuvre, self.log, self.groups, self._lag_s)
-        c, s = np.cos(self.manoeuvre.yaw_rad), np.sin(self.manoeuvre.yaw_rad)
-        total = np.zeros((len(c), 3))
-        total[:, 0] = values["north_n"] * c + values["east_n"] * s
-        total[:, 1] = values["east_n"] * c - values["north_n"] * s
+        total = self._weather(values)
         for group, (x, y, n) in zip(self.groups, self._wrenches, strict=True):
             k, arm_m = values[f"scale {group.name}"], values[f"x_m {group.name}"]
             total += k * np.stack([x, y, n + arm_m * y], axis=1)
         return total
 
+    def _weather(self, values: Mapping[str, float]) -> Array:
+        """(n, 3); the wind as `companion.config.WindageConfig` has it, the boat's own speed left out of it."""
+        c, s = np.cos(self.manoeuvre.yaw_rad), np.sin(self.manoeuvre.yaw_rad)
+        north, east = (values[name] for name in (_WIND if self._windy else _FORCE))
+        x, y = north * c + east * s, east * c - north * s
+        if not self._windy:
+            return np.stack([x, y, np.zeros_like(x)], axis=1)
+        w, length_m = self.log.config.windage, self.log.config.length_m
+        pressure = 0.5 * _AIR_KGPM3
+        twist = -2.0 * pressure * w.cn * w.lateral_m2 * length_m * x * y / max(math.hypot(north, east), 1e-6)
+        return np.stack([pressure * w.cx * w.frontal_m2 * x, pressure * w.cy * w.lateral_m2 * y, twist], axis=1)
+
     def simulate(self, values: Mapping[str, float]) -> Array:
-        """Velocities (n, 3) from the forces alone, each stretch begun at the estimated velocity. Midpoint rule."""
-        force = self.wrench(values).tolist()
+        """Velocities (n, 3) from the forces alone, each stretch begun at the estimated velocity. Midpoint rule, a step for each two ticks."""
+        force = self.wrench(values)
+        force[:-1] = 0.5 * (force[:-1] + force[1:])
+        forces = force.tolist()
         measured = self.manoeuvre.velocity
         result = np.empty_like(measured)
-        dt_s, half_s = self.manoeuvre.period_s, 0.5 * self.manoeuvre.period_s
+        half_s = self.manoeuvre.period_s
+        step_s = 2.0 * half_s
         derivative = self._derivative(values)
         for first, end in self.manoeuvre.stretches:
             u, v, r = measured[first : first + 5].mean(axis=0).tolist()
             rows = []
-            for k in range(first, end):
+            for x, y, n in forces[first:end:2]:
                 rows.append((u, v, r))
-                x, y, n = force[k]
                 du, dv, dr = derivative(u, v, r, x, y, n)
-                du, dv, dr = derivative(u + half_s * du, v + half_s * dv, r + half_s * dr, x, y, n)
-                u, v, r = _held_in(u + dt_s * du), _held_in(v + dt_s * dv), _held_in(r + dt_s * dr)
-            result[first:end] = rows
+                half = (u + half_s * du, v + half_s * dv, r + half_s * dr)
+                rows.append(half)
+                du, dv, dr = derivative(*half, x, y, n)
+                u, v, r = _held_in(u + step_s * du), _held_in(v + step_s * dv), _held_in(r + step_s * dr)
+            result[first:end] = rows[: end - first]
         return result
 
     def _derivative(self, values: Mapping[str, float]) -> Any:
@@ -216,7 +233,7 @@ def _most_doubtful(model: HullModel, values: Mapping[str, float], deviations: Ma
 
 def _unexcited(model: HullModel, name: str) -> float:
     """A damping term whose uncertainty is beyond this changes the motion by nothing that was seen."""
-    return 10.0 * max(model.scale(name), abs(model.model[name]))
+    return _DOUBTFUL * _MOST * model.scale(name)
 
 
 def equation_error(model: HullModel, held: Mapping[str, str]) -> dict[str, float]:
@@ -299,8 +316,8 @@ def output_error(
     solution = least_squares(residuals, first, bounds=(bounds[0], bounds[1]), xtol=1e-5, ftol=1e-6, max_nfev=25, x_scale="jac")
     values = {**start, **dict(zip(names, (solution.x * scales).tolist(), strict=True))}
     weights = np.tile(_effective(solution.fun.reshape(-1, 3)), len(measured))
-    information = solution.jac.T @ (solution.jac * weights[:, None])
-    covariance = np.linalg.pinv(information + 1e-12 * np.eye(len(names)))
+    jacobian: Array = np.asarray(solution.jac, dtype=np.float64)
+    covariance = np.linalg.pinv(jacobian.T @ (jacobian * weights[:, None]) + 1e-12 * np.eye(len(names)))
     deviations = np.sqrt(np.maximum(np.diag(covariance), 0.0)) * scales
     return values, dict(zip(names, deviations.tolist(), strict=True))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass
 from typing import Any
@@ -83,7 +84,7 @@ def read_manoeuvre(log: Log, warnings: list[str], from_s: float = 0.0, to_s: flo
 def _stretches(t_s: Array, period_s: float) -> tuple[tuple[int, int], ...]:
     breaks = np.flatnonzero(np.diff(t_s) > _GAP_PERIODS * period_s) + 1
     edges = [0, *breaks.tolist(), len(t_s)]
-    return tuple((a, b) for a, b in zip(edges[:-1], edges[1:], strict=True) if (b - a) * period_s >= 2.0)
+    return tuple((a, b) for a, b in itertools.pairwise(edges) if (b - a) * period_s >= 2.0)
 
 
 def lagged(manoeuvre: Manoeuvre, lag_s: float) -> Array:

@@ -117,9 +117,9 @@ def tracking_iae(track: Track, folder: Path) -> float:
     """The thesis's ∫ sqrt((ΔN/5 m)² + (ΔE/5 m)² + (Δψ/50°)²) dt between the truth and the reference of the tick."""
     wanted: dict[float, tuple[float, float, float]] = {}
     with (folder / "ticks.csv").open(encoding="utf-8") as file:
-        for row in csv.DictReader(file):
-            if row["desired_north_m"]:
-                wanted[float(row["t_s"])] = (float(row["desired_north_m"]), float(row["desired_east_m"]), float(row["desired_yaw_rad"]))
+        for tick in csv.DictReader(file):
+            if tick["desired_north_m"]:
+                wanted[float(tick["t_s"])] = (float(tick["desired_north_m"]), float(tick["desired_east_m"]), float(tick["desired_yaw_rad"]))
     total, last_s = 0.0, track[0]["t_s"]
     for row in track:
         if row["t_s"] in wanted:
