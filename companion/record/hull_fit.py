@@ -1,7 +1,7 @@
 """`companion identify`: inertia, damping, thruster scales and lever arms of a hull, fitted to a recorded manoeuvre.
 
-M ν̇ + C(ν) ν + D(ν) ν = Σ scale·wrench(thruster group, lever arm, lag) + weather, where weather is a steady wind on the vessel's windage or,
-for a vessel without, a force constant in NED; gusts, waves and a current stay unexplained.
+M ν̇ + C(ν) ν + D(ν) ν = Σ scale·wrench(thruster group, lever arm, lag) + weather, with ν through the water of a steady current, and the weather a
+steady wind on the vessel's windage or, for a vessel without, a force constant in NED. Gusts and waves stay unexplained.
 First the equation error, which is linear in all unknowns but the lag; from there the output error: the model is run from the forces alone and
 its velocities are compared with the estimated ones. All of inertia, damping and thrust may be multiplied by one number without any motion
 telling: the scale of the strongest group is therefore held. So is every other quantity that the manoeuvre does not tell.
@@ -21,6 +21,7 @@ from companion.record.log_reader import Log
 from companion.record.manoeuvre import Array, Group, Manoeuvre, group_wrenches, groups_of
 
 _LAG_S = 0.3  # where the fit of the thrusters' lag begins
+_CURRENT = ("current_north_mps", "current_east_mps")
 _WIND = ("wind_north_m2ps2", "wind_east_m2ps2")  # velocity of the air times its speed
 _FORCE = ("north_n", "east_n")
 _AIR_KGPM3 = 1.225
@@ -28,6 +29,7 @@ _STANDARD = ("x_u", "x_uu", "y_v", "y_vv", "n_r", "n_rr")  # fitted whatever the
 _RESISTING = frozenset({*_STANDARD, "x_uuu"})  # these cannot drive the boat
 _INERTIA = ("m11_kg", "m22_kg", "m33_kgm2")
 _DOUBTFUL = 0.2  # relative uncertainty beyond which an inertia, scale or arm counts as not told by the manoeuvre
+_DOUBTFUL_CURRENT_MPS = 0.15
 _MOST = 50.0  # times the scale of a quantity: no boat is beyond
 _SMOOTH_S = 1.5  # window of the derivative in the equation error
 _SMALLEST_SIGMA = (2e-3, 2e-3, 5e-4)
@@ -71,7 +73,7 @@ class HullModel:
             **{f"scale {group.name}": 1.0 for group in self.groups},
             **{f"x_m {group.name}": group.x_m for group in self.groups},
             "lag_s": _LAG_S,
-            **dict.fromkeys(_WIND if self._windy else _FORCE, 0.0),
+            **dict.fromkeys((*_CURRENT, *(_WIND if self._windy else _FORCE)), 0.0),
         }
         self.terms = tuple(terms)
         self._coupling = (hull.m23_kgm, hull.m23_kgm if hull.m32_kgm is None else hull.m32_kgm)
@@ -89,7 +91,7 @@ class HullModel:
         if name in self.terms:
             quadratic = len(name.split("_")[1]) > 1
             return axis[name[0]] * (1.0 if quadratic else 0.1)
-        return {"lag_s": _LAG_S, **dict.fromkeys(_WIND, 1.0)}.get(name, 0.02 * self.log.config.limits.surge_n)
+        return {"lag_s": _LAG_S, **dict.fromkeys(_WIND, 1.0), **dict.fromkeys(_CURRENT, 0.05)}.get(name, 0.02 * self.log.config.limits.surge_n)
 
     def bounds(self, name: str) -> tuple[float, float]:
         model = self.model[name]
@@ -135,8 +137,9 @@ class HullModel:
         half_s = self.manoeuvre.period_s
         step_s = 2.0 * half_s
         derivative = self._derivative(values)
+        stream = self.stream(values)
         for first, end in self.manoeuvre.stretches:
-            u, v, r = measured[first : first + 5].mean(axis=0).tolist()
+            u, v, r = (measured[first : first + 5] - stream[first : first + 5]).mean(axis=0).tolist()
             rows = []
             for x, y, n in forces[first:end:2]:
                 rows.append((u, v, r))
@@ -146,7 +149,13 @@ class HullModel:
                 du, dv, dr = derivative(*half, x, y, n)
                 u, v, r = _held_in(u + step_s * du), _held_in(v + step_s * dv), _held_in(r + step_s * dr)
             result[first:end] = rows[: end - first]
-        return result
+        return np.add(result, stream, dtype=np.float64)
+
+    def stream(self, values: Mapping[str, float]) -> Array:
+        """(n, 3): the current's velocity in body axes."""
+        c, s = np.cos(self.manoeuvre.yaw_rad), np.sin(self.manoeuvre.yaw_rad)
+        north, east = (values[name] for name in _CURRENT)
+        return np.stack([north * c + east * s, east * c - north * s, np.zeros_like(c)], axis=1)
 
     def _derivative(self, values: Mapping[str, float]) -> Any:
         m11, m22, m33 = (values[name] for name in _INERTIA)
@@ -200,10 +209,10 @@ def fit(log: Log, manoeuvre: Manoeuvre, hold: Sequence[str] = ()) -> HullFit:
         values, deviations = output_error(model, values, held, sigmas)
         sigmas = _sigmas(model, values)
         doubtful = _most_doubtful(model, values, deviations)
-        if doubtful is None:
+        if not doubtful:
             break
-        held[doubtful] = "not told by this manoeuvre"
-        values[doubtful] = model.model[doubtful]
+        held |= dict.fromkeys(doubtful, "not told by this manoeuvre")
+        values |= {name: model.model[name] for name in doubtful}
     values, deviations = output_error(model, values, held, sigmas)
     simulated = model.simulate(values)
     rest = manoeuvre.velocity - simulated
@@ -216,24 +225,31 @@ def fit(log: Log, manoeuvre: Manoeuvre, hold: Sequence[str] = ()) -> HullFit:
 def _sigmas(model: HullModel, values: Mapping[str, float]) -> Array:
     """What each velocity counts for: the RMS that the present values leave unexplained."""
     rest = model.manoeuvre.velocity - model.simulate(values)
-    return np.maximum(np.sqrt((rest**2).mean(axis=0)), _SMALLEST_SIGMA)
+    return np.asarray(np.maximum(np.sqrt((rest**2).mean(axis=0)), _SMALLEST_SIGMA), dtype=np.float64)
 
 
-def _most_doubtful(model: HullModel, values: Mapping[str, float], deviations: Mapping[str, float]) -> str | None:
-    """The next quantity to hold. Yaw inertia goes before lever arms, since the two are told by the yaw equation only as a ratio."""
+def _most_doubtful(model: HullModel, values: Mapping[str, float], deviations: Mapping[str, float]) -> list[str]:
+    """What to hold next: all that changes nothing, else the worst of the first kind that is in doubt. Yaw inertia goes
+    before lever arms, since the two are told by the yaw equation only as a ratio."""
+    silent = [name for name, deviation in deviations.items() if math.isinf(deviation)]
+    if silent:
+        return silent
     arms = [f"x_m {group.name}" for group in model.groups]
     scales = [f"scale {group.name}" for group in model.groups]
-    for names in (("m33_kgm2",), (*arms, *scales), ("m22_kg", "m11_kg"), model.terms):
-        limit = {name: _DOUBTFUL * abs(values[name]) if name not in model.terms else _unexcited(model, name) for name in names}
+    for names in (_CURRENT, ("m33_kgm2",), (*arms, *scales), ("m22_kg", "m11_kg"), model.terms):
+        limit = {name: _DOUBTFUL * _size(model, values, name) for name in names}
         worst = max((name for name in names if name in deviations), key=lambda name: deviations[name] / limit[name], default=None)
         if worst is not None and deviations[worst] > limit[worst]:
-            return worst
-    return None
+            return [worst]
+    return []
 
 
-def _unexcited(model: HullModel, name: str) -> float:
-    """A damping term whose uncertainty is beyond this changes the motion by nothing that was seen."""
-    return _DOUBTFUL * _MOST * model.scale(name)
+def _size(model: HullModel, values: Mapping[str, float], name: str) -> float:
+    """What a quantity's uncertainty is held against. A damping term may be doubtful, as long as it is none of no effect at all: linear and
+    quadratic damping make up for each other. A current is told from a force by turning only."""
+    if name in model.terms:
+        return _MOST * model.scale(name)
+    return _DOUBTFUL_CURRENT_MPS if name in _CURRENT else max(abs(values[name]), model.scale(name))
 
 
 def equation_error(model: HullModel, held: Mapping[str, str]) -> dict[str, float]:
@@ -252,7 +268,7 @@ def equation_error(model: HullModel, held: Mapping[str, str]) -> dict[str, float
     for _ in range(3):  # scale and arm multiply: in turns
         base = _imbalance(model, values, smooth, slope)
         columns = {name: _imbalance(model, {**values, name: values[name] + 1.0}, smooth, slope) - base for name in (*names, *free_arms)}
-        active = list(columns)
+        active = [name for name, column in columns.items() if np.any(np.abs(column[keep]) > 1e-9)]
         scales = np.array([model.scale(name) for name in active])
         matrix = np.stack([columns[name][keep].T.ravel() for name in active], axis=1) * weights[:, None] * scales
         low, high = np.array([model.bounds(name) for name in active]).T
@@ -267,8 +283,10 @@ def equation_error(model: HullModel, held: Mapping[str, str]) -> dict[str, float
 
 def _imbalance(model: HullModel, values: Mapping[str, float], velocity: Array, slope: Array) -> Array:
     """(n, 3): M ν̇ + C(ν) ν + D(ν) ν − τ."""
-    u, v, r = velocity.T
+    stream = model.stream(values)
+    u, v, r = (velocity - stream).T
     du, dv, dr = slope.T
+    du, dv = du - r * stream[:, 1], dv + r * stream[:, 0]
     m11, m22, m33 = (values[name] for name in _INERTIA)
     m23, m32 = model._coupling
     lateral = m22 * v + 0.5 * (m23 + m32) * r
@@ -309,22 +327,29 @@ def output_error(
 
     def residuals(x: Array) -> Array:
         values = {**start, **dict(zip(names, (x * scales).tolist(), strict=True))}
-        rest: Array = ((model.simulate(values) - measured) / sigmas).ravel()
-        return rest
+        return np.asarray(((model.simulate(values) - measured) / sigmas).ravel(), dtype=np.float64)
 
     first = np.clip([start[name] / scale for name, scale in zip(names, scales.tolist(), strict=True)], bounds[0] + 1e-9, bounds[1] - 1e-9)
     solution = least_squares(residuals, first, bounds=(bounds[0], bounds[1]), xtol=1e-5, ftol=1e-6, max_nfev=25, x_scale="jac")
     values = {**start, **dict(zip(names, (solution.x * scales).tolist(), strict=True))}
     weights = np.tile(_effective(solution.fun.reshape(-1, 3)), len(measured))
     jacobian: Array = np.asarray(solution.jac, dtype=np.float64)
-    covariance = np.linalg.pinv(jacobian.T @ (jacobian * weights[:, None]) + 1e-12 * np.eye(len(names)))
-    deviations = np.sqrt(np.maximum(np.diag(covariance), 0.0)) * scales
+    deviations = _deviations(jacobian.T @ (jacobian * weights[:, None])) * scales
     return values, dict(zip(names, deviations.tolist(), strict=True))
+
+
+def _deviations(information: Array) -> Array:
+    """One sigma of each unknown, infinite for one that changes nothing."""
+    size = np.sqrt(np.diag(information))
+    told = size > 1e-6 * size.max()
+    correlation = information[np.ix_(told, told)] / np.outer(size[told], size[told])
+    deviations = np.full(len(size), np.inf)
+    deviations[told] = np.sqrt(np.diag(np.linalg.inv(correlation + 1e-9 * np.eye(len(correlation))))) / size[told]
+    return deviations
 
 
 def _effective(rest: Array) -> Array:
     """Weight of one residual of each velocity: one over its variance, and less where it follows its predecessor."""
     variance = np.maximum((rest**2).mean(axis=0), 1e-12)
     correlation = np.clip((rest[1:] * rest[:-1]).mean(axis=0) / variance, 0.0, 0.995)
-    weight: Array = (1.0 - correlation) / (1.0 + correlation) / variance
-    return weight
+    return np.asarray((1.0 - correlation) / (1.0 + correlation) / variance, dtype=np.float64)

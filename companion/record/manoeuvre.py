@@ -31,8 +31,8 @@ class Group:
 
 @dataclass(frozen=True, slots=True)
 class Manoeuvre:
-    """Arrays over the ticks. `velocity` (n, 3) surge, sway, yaw rate; `force_n`, `azimuth_rad` (n, thrusters) as commanded, held until the
-    next tick; `stretches` are (first, end) of rows without a gap."""
+    """Arrays over the ticks. `velocity` (n, 3) surge, sway, yaw rate; `force_n` (n, thrusters) as commanded until
+    the next tick, `azimuth_rad` (n, thrusters) as its mean until then; `stretches` are (first, end) of rows without a gap."""
 
     t_s: Array
     yaw_rad: Array
@@ -75,10 +75,19 @@ def read_manoeuvre(log: Log, warnings: list[str], from_s: float = 0.0, to_s: flo
         yaw_rad=values["yaw_rad"][use],
         velocity=np.stack([values[name][use] for name in ("surge_mps", "sway_mps", "yaw_rate_radps")], axis=1),
         force_n=np.nan_to_num(np.stack([values[f"{name}_force_n"] for name in names], axis=1)[use]),
-        azimuth_rad=np.where(np.isnan(azimuth), rest, azimuth)[use],
+        azimuth_rad=_mean_azimuth(np.where(np.isnan(azimuth), rest, azimuth), log, period_s)[use],
         stretches=_stretches(t_s[use], period_s),
         period_s=period_s,
     )
+
+
+def _mean_azimuth(command: Array, log: Log, period_s: float) -> Array:
+    """Mean direction in a tick of a drive that turns at its rate from the command before to this one, and gets there within the tick."""
+    rate = np.array([max(t.azimuth_rate_radps, 1e-6) for t in log.config.thrusters])
+    turn = np.zeros_like(command)
+    turn[1:] = np.remainder(np.diff(command, axis=0) + math.pi, 2.0 * math.pi) - math.pi
+    share = np.minimum(0.5 * np.abs(turn) / (rate * period_s), 0.5)
+    return np.asarray(command - share * turn, dtype=np.float64)
 
 
 def _stretches(t_s: Array, period_s: float) -> tuple[tuple[int, int], ...]:
