@@ -105,6 +105,7 @@ def build(config: VesselConfig, around: Surroundings) -> Vessel:
     log = _log_folder(config, parameters, around, warn)
     if log is not None:
         vessel.add_recorder(log)
+        parameters.on_change(log.parameter)
     vessel.attach(connect(vessel, around.links, program_version(), _tap(log, around.clock)))
     return vessel
 

@@ -10,21 +10,24 @@ import sys
 import threading
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from companion import config as config_module
 from companion.app import Surroundings, build, load_vessel, program_version, warm_up
 from companion.clock import PacedClock, SimulatedClock, WallClock
+from companion.commands import logs
 from companion.config import ConfigError, HomeConfig, VesselConfig
 from companion.io.mavlink.links import Link, LinkError, MemoryLink, open_link
 from companion.io.transport import TransportOpener
 from companion.io.urls import TransportError
 from companion.loop import RealWorld, Vessel, run
+from companion.record.log_reader import LogError, open_log
 from companion.record.state_file import StateFile, StateFileBusy
 
 if TYPE_CHECKING:
-    from sitl.scenarios.rig import Conditions
+    from sitl.scenarios.rig import Believed, Conditions
     from sitl.world import World
 
 _SITL_LINKS = ("udpout:127.0.0.1:14550", "tcpin:127.0.0.1:5760")
@@ -43,7 +46,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     except ConfigError as error:
         for problem in error.problems:
             print(problem, file=sys.stderr)
-    except (UsageError, LinkError, TransportError, StateFileBusy, OSError) as error:
+    except (UsageError, LinkError, LogError, TransportError, StateFileBusy, OSError) as error:
         print(f"companion: {error}", file=sys.stderr)
     return 2
 
@@ -88,6 +91,8 @@ def _parser() -> argparse.ArgumentParser:
     sail.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", dest="changes")
     sail.add_argument("--out", type=Path, metavar="DIR", help="folder of the log and result.json")
     sail.set_defaults(command=_scenario_run)
+
+    logs.add_to(commands)
     return parser
 
 
@@ -258,7 +263,8 @@ class LockstepRig:
         from sitl.world import EPOCH_UNIX_NS, World
 
         self.config = load_vessel(conditions.vessel)
-        believed = config_module.with_model_error(self.config, conditions.model_error) if conditions.model_error else self.config
+        self._conditions, self._folder = conditions, folder
+        believed = _believed(self.config, conditions)
         self.world: World = World(
             self.config,
             seed=conditions.seed,
@@ -294,8 +300,31 @@ class LockstepRig:
     def receive(self) -> bytes:
         return self._link.from_vessel()
 
+    def identify(self) -> Believed:
+        from companion.record.identify import identify
+        from sitl.scenarios.rig import Believed
+
+        self.close()
+        fit = identify(open_log(self._folder), out=self._folder).fit
+        return Believed(fit.hull, fit.thrusters)
+
+    def again(self, believed: Believed, folder: str) -> LockstepRig:
+        return LockstepRig(replace(self._conditions, hull=believed), self._folder / folder)
+
     def close(self) -> None:
         self.vessel.close()
+
+
+def _believed(config: VesselConfig, conditions: Conditions) -> VesselConfig:
+    """The vessel as its controller knows it."""
+    if isinstance(conditions.hull, str):
+        plants = config.sitl.plants if config.sitl is not None else {}
+        if conditions.hull not in plants:
+            raise UsageError(f"no plant '{conditions.hull}' whose hull to believe in; there is {', '.join(plants)}")
+        config = replace(config, hull=plants[conditions.hull].hull)
+    elif conditions.hull is not None:
+        config = replace(config, hull=conditions.hull.hull, thrusters=conditions.hull.thrusters or config.thrusters)
+    return config_module.with_model_error(config, conditions.model_error) if conditions.model_error else config
 
 
 def _scenario_list(arguments: argparse.Namespace) -> int:

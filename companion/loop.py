@@ -136,7 +136,7 @@ class Vessel:
         allocation = self.allocate(setpoint, wrench, status)
         command = self._blocks.gate.update(allocation, status.armed, now_s, self.period_s)
         self.act(command, now_s)
-        return self.record(nav, status, setpoint, wrench, allocation, command, health)
+        return self.record(readings, nav, status, setpoint, wrench, allocation, command, health)
 
     def sense(self, now_s: float) -> Sequence[Reading]:
         """All readings since the last tick; the slow ones are kept for the steps and the telemetry that look at the newest."""
@@ -192,6 +192,7 @@ class Vessel:
 
     def record(
         self,
+        readings: Sequence[Reading],
         nav: NavState,
         status: Status,
         setpoint: Setpoint,
@@ -215,6 +216,7 @@ class Vessel:
             health=(*health, *self._stations.health(nav.t_s)),
             events=self.events.drain(),
             load=self.load,
+            readings=readings,
         )
         self.last_tick = tick
         for recorder in self._recorders:

@@ -5,6 +5,7 @@ A missing value is `None`, never 0. `t_s` is vessel time: seconds since the proc
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import Enum, IntEnum
 
@@ -425,3 +426,4 @@ class Tick:
     health: tuple[DeviceHealth, ...]
     events: tuple[Event, ...] = field(default=())
     load: float = 0.0  # share of the tick's period spent computing
+    readings: Sequence[Reading] = ()  # what the estimator was given

@@ -1,4 +1,4 @@
-"""The log folder: ticks.csv, events.csv, telemetry.tlog, manifest.json. Written through at every row.
+"""The log folder: ticks.csv, readings.csv, events.csv, telemetry.tlog, manifest.json. Written through at every row.
 
 Each row leaves the process with one `write`, and so do the packets of one exchange: `kill -9` loses at most what is being written. On a boat a second thread asks
 the medium to keep it (`fdatasync`) as fast as the medium can, so that a power cut loses at most what the medium had in hand. The
@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from companion.core.types import Event, SetpointKind, Tick
+from companion.record import readings
 
 _POSE = ("north_m", "east_m", "yaw_rad", "surge_mps", "sway_mps", "yaw_rate_radps")
 _WRENCH = ("surge_n", "sway_n", "yaw_nm")
@@ -98,15 +99,24 @@ class LogFolder:
         self._ticks = WrittenThrough(folder / "ticks.csv", on_warning)
         self._events = WrittenThrough(folder / "events.csv", on_warning)
         self._packets = WrittenThrough(folder / "telemetry.tlog", on_warning)
+        self._readings = WrittenThrough(folder / readings.FILE, on_warning)
+        self._encoder = readings.ReadingsEncoder()
         self._devices = tuple(devices)
         self._ticks.write((",".join(tick_columns(thrusters, devices)) + "\n").encode())
         self._events.write(b"t_s,time_unix_ns,severity,name,text\n")
-        self._syncer = Syncer((self._ticks, self._events, self._packets)) if sync else None
+        self._readings.write(readings.HEADER)
+        self._files = (self._ticks, self._events, self._packets, self._readings)
+        self._syncer = Syncer(self._files) if sync else None
 
     def record(self, tick: Tick) -> None:
+        self._readings.write(self._encoder.tick(tick))
         self._ticks.write(tick_row(tick, self._devices).encode())
         for event in tick.events:
             self._events.write(event_row(event, tick.time_unix_ns).encode())
+
+    def parameter(self, name: str, value: float) -> None:
+        """A parameter that was changed under way, at its place among the readings."""
+        self._readings.write(self._encoder.parameter(name, value))
 
     def packets(self, packets: Sequence[bytes], time_unix_ns: int) -> None:
         """Whole MAVLink packets, sent or received, in the .tlog form: before each microseconds since 1970, big-endian."""
@@ -116,7 +126,7 @@ class LogFolder:
     def close(self) -> None:
         if self._syncer is not None:
             self._syncer.close()
-        for file in (self._ticks, self._events, self._packets):
+        for file in self._files:
             file.close()
 
 

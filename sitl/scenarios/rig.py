@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Protocol
 
-from companion.config import VesselConfig
+from companion.config import HullConfig, ThrusterConfig, VesselConfig
 from sitl.world import World
 
 
@@ -35,7 +35,23 @@ class Rig(Protocol):
         """Bytes from the vessel to the ground station since the last call."""
         ...
 
+    def identify(self) -> Believed:
+        """What the companion identifies from the log of this rig, which it closes; written into the log's folder too."""
+        ...
+
+    def again(self, believed: Believed, folder: str) -> Rig:
+        """A new rig in the same conditions, whose controller believes in another hull. It logs into `folder` under this rig's own."""
+        ...
+
     def close(self) -> None: ...
+
+
+@dataclass(frozen=True, slots=True)
+class Believed:
+    """A hull and thrusters that a controller believes in, whatever the plant is."""
+
+    hull: HullConfig
+    thrusters: tuple[ThrusterConfig, ...] | None = None  # None: as the vessel's file says
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,6 +66,7 @@ class Conditions:
     waves_m: float = 0.0
     model_error: float = 0.0
     plant: str | None = None
+    hull: str | Believed | None = None  # what the controller believes: the hull of the plant of that name, or this; None: the vessel's own
     faults: tuple[str, ...] = ()
     parameters: Mapping[str, float] = field(default_factory=dict)
 

@@ -81,6 +81,7 @@ def _conditions(settings: Settings) -> Conditions:
         gnss=settings.get("gnss", "rtk"),
         waves_m=_number(settings, "waves"),
         model_error=_number(settings, "model_error"),
+        hull=settings.get("hull") or None,
         parameters=parameters,
     )
 

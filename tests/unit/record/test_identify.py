@@ -1,0 +1,201 @@
+"""A hull sailed by the plant's own equations, its log with noise, and what is identified from it."""
+
+from __future__ import annotations
+
+import json
+import math
+import random
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from companion import config as config_module
+from companion.cli import main
+from companion.config import DampingConfig, HullConfig, VesselConfig, WindageConfig
+from companion.record.hull_fit import HullFit, HullModel, equation_error, fit
+from companion.record.identify import identify
+from companion.record.log_reader import Log, LogError, open_log
+from companion.record.manoeuvre import groups_of, lagged, read_manoeuvre
+from sitl.hull import Hull
+from sitl.thrusters import build
+
+PERIOD_S = 0.1
+TRUE = HullConfig(240.0, 330.0, 300.0, 7.0, 7.03, DampingConfig(x_u=40.0, x_uu=20.0, y_v=15.0, y_vv=300.0, n_r=25.0, n_rr=200.0))
+TRUE_X_M = (-1.4, -1.4, 1.25)
+LAG_S = 0.4
+
+
+def vessel() -> VesselConfig:
+    return config_module.load(config_module.find("revolt"))
+
+
+def sailed(
+    folder: Path, commands: list[tuple[tuple[float, float], ...]], current: tuple[float, float] = (0.0, 0.0), noise: float = 1.0
+) -> Log:
+    """A log of (throttle, azimuth) commands, one tuple a second, on the hull TRUE. Noise as the estimator's, seeded."""
+    config, chance = replace(vessel(), windage=WindageConfig()), random.Random(7)
+    hull, thrusters = Hull(TRUE), build(config.thrusters, LAG_S, TRUE_X_M)
+    hull.set_current(*current)
+    names = [t.name for t in config.thrusters]
+    parts = ",".join(f"{name}_{part}" for name in names for part in ("throttle", "azimuth_rad", "force_n"))
+    rows = [f"t_s,armed,position_valid,yaw_rad,surge_mps,sway_mps,yaw_rate_radps,{parts}"]
+    azimuths = [t.azimuth_rad for t in config.thrusters]
+    for tick in range(len(commands) * 10):
+        reach = [t.azimuth_rate_radps * PERIOD_S for t in config.thrusters]  # as the allocation does
+        azimuths = [a + min(r, max(-r, want - a)) for a, r, (_, want) in zip(azimuths, reach, commands[tick // 10], strict=True)]
+        now = [(throttle, azimuth) for (throttle, _), azimuth in zip(commands[tick // 10], azimuths, strict=True)]
+        cells = []
+        for thruster, limits, (throttle, azimuth) in zip(thrusters, config.thrusters, now, strict=True):
+            turns = limits.kind == "azimuth"
+            thruster.demand(throttle, azimuth if turns else None)
+            force = (limits.ahead_n if throttle >= 0 else limits.astern_n) * throttle * abs(throttle)
+            force = min(limits.max_n, max(limits.min_n, force))
+            cells.append(f"{throttle:.4f},{f'{azimuth:.5f}' if turns else ''},{force:.3f}")
+        u, v = hull.surge_mps + noise * chance.gauss(0.0, 0.004), hull.sway_mps + noise * chance.gauss(0.0, 0.004)
+        r = hull.yaw_rate_radps + noise * chance.gauss(0.0, 0.0008)
+        rows.append(f"{tick * PERIOD_S:.3f},1,1,{hull.yaw_rad:.5f},{u:.4f},{v:.4f},{r:.5f}," + ",".join(cells))
+        for _ in range(10):
+            wrench = [0.0, 0.0, 0.0]
+            for thruster in thrusters:
+                thruster.step(0.01)
+                wrench = [a + b for a, b in zip(wrench, thruster.wrench(), strict=True)]
+            hull.step(*wrench, 0.01)
+    (folder / "ticks.csv").write_text("\n".join(rows) + "\n", encoding="utf-8")
+    entries = {"configuration": config_module.as_dict(config), "parameters": {}}
+    (folder / "manifest.json").write_text(json.dumps(entries), encoding="utf-8")
+    return open_log(folder)
+
+
+def lively(seconds: int = 200) -> list[tuple[tuple[float, float], ...]]:
+    """Random thrust in all directions, each for some seconds."""
+    chance = random.Random(3)
+    commands = []
+    while len(commands) < seconds:
+        azimuth = chance.uniform(-0.3, 0.3) + chance.choice((0.0, 1.3, -1.3))
+        one = tuple((chance.uniform(-0.6, 0.6), azimuth) for _ in range(2))
+        commands += [(*one, (chance.uniform(-0.6, 0.6), 0.0))] * chance.randint(3, 9)
+    return commands[:seconds]
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory: pytest.TempPathFactory) -> Log:
+    return sailed(tmp_path_factory.mktemp("lively"), lively())
+
+
+@pytest.fixture(scope="module")
+def found(log: Log) -> HullFit:
+    return fit(log, read_manoeuvre(log, []))
+
+
+def drags(hull: HullConfig, speed: float) -> tuple[float, float, float]:
+    d = hull.damping
+    return tuple(speed * (a + b * speed) for a, b in ((d.x_u, d.x_uu), (d.y_v, d.y_vv), (d.n_r, d.n_rr)))  # type: ignore[return-value]
+
+
+def test_a_known_hull_is_found(found: HullFit) -> None:
+    hull = found.hull
+    assert (hull.m11_kg, hull.m22_kg, hull.m33_kgm2) == pytest.approx((240.0, 330.0, 300.0), rel=0.06)
+    assert drags(hull, 0.2) == pytest.approx(drags(TRUE, 0.2), rel=0.10)
+    assert (found.thrusters[0].x_m, found.thrusters[2].x_m) == pytest.approx((-1.4, 1.25), rel=0.06)
+    by_name = {e.name: e for e in found.estimates}
+    assert by_name["lag_s"].value == pytest.approx(LAG_S, abs=0.08)
+    assert by_name["scale stern_port+stern_starboard"].sigma is None
+
+
+def test_the_truth_lies_within_the_uncertainties(found: HullFit) -> None:
+    truth = {"m11_kg": 240.0, "m22_kg": 330.0, "m33_kgm2": 300.0, "x_u": 40.0, "x_uu": 20.0, "y_v": 15.0, "y_vv": 300.0, "n_r": 25.0, "n_rr": 200.0}
+    for estimate in found.estimates:
+        if estimate.name in truth and estimate.sigma is not None:
+            assert abs(estimate.value - truth[estimate.name]) < 4.0 * estimate.sigma + 0.02 * truth[estimate.name], estimate
+
+
+def test_the_output_error_improves_on_the_equation_error(log: Log, found: HullFit) -> None:
+    model = HullModel(log, read_manoeuvre(log, []))
+    start = equation_error(model, {f"scale {model.groups[0].name}": ""})
+    rest = model.manoeuvre.velocity - model.simulate(start)
+    assert all(after <= before for after, before in zip(found.residual_rms, np.sqrt((rest**2).mean(axis=0)), strict=True))
+    assert found.residual_rms == pytest.approx((0.004, 0.004, 0.0008), rel=0.25), "what is left is the noise"
+
+
+def test_the_equations_are_those_of_the_plant(log: Log) -> None:
+    """The model with the true numbers follows the plant, which was programmed apart from it."""
+    model = HullModel(log, read_manoeuvre(log, []))
+    true = {name: getattr(TRUE, name, getattr(TRUE.damping, name, value)) for name, value in model.model.items()}
+    true |= {"lag_s": LAG_S, "x_m stern_port+stern_starboard": -1.4, "x_m bow": 1.25}
+    rest = model.manoeuvre.velocity - model.simulate(true)
+    assert np.sqrt((rest**2).mean(axis=0)) == pytest.approx((0.004, 0.004, 0.0008), rel=0.3)
+
+
+def test_a_current_does_not_spoil_it(tmp_path: Path) -> None:
+    log = sailed(tmp_path, lively(), current=(0.12, -0.08))
+    found = fit(log, read_manoeuvre(log, []))
+    assert drags(found.hull, 0.2) == pytest.approx(drags(TRUE, 0.2), rel=0.15)
+    by_name = {e.name: e.value for e in found.estimates}
+    assert (by_name["current_north_mps"], by_name["current_east_mps"]) == pytest.approx((0.12, -0.08), abs=0.02)
+
+
+def test_what_the_manoeuvre_does_not_tell_is_held_at_the_models_value(tmp_path: Path) -> None:
+    ahead = [((0.5 * (1 if second // 15 % 2 else -1), 0.0),) * 2 + ((0.0, 0.0),) for second in range(45)]
+    log = sailed(tmp_path, ahead)
+    found = fit(log, read_manoeuvre(log, []))
+    by_name = {e.name: e for e in found.estimates}
+    model = log.config.hull
+    for name in ("m22_kg", "m33_kgm2", "scale bow", "x_m bow"):
+        assert by_name[name].held and by_name[name].value == by_name[name].model, by_name[name]
+    assert found.hull.m22_kg == model.m22_kg
+    assert found.hull.m11_kg == pytest.approx(240.0, rel=0.08) and drags(found.hull, 0.3)[0] == pytest.approx(drags(TRUE, 0.3)[0], rel=0.08)
+
+
+def test_a_quantity_is_held_when_asked(log: Log) -> None:
+    found = fit(log, read_manoeuvre(log, [], to_s=60.0), hold=("m11_kg",))
+    assert found.hull.m11_kg == log.config.hull.m11_kg
+    assert next(e for e in found.estimates if e.name == "m11_kg").held == "as asked"
+
+
+def test_report_toml_and_plot(log: Log, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("matplotlib")
+    assert main(["identify", str(log.folder), "--out", str(tmp_path), "--to", "70"]) == 0
+    shown = capsys.readouterr().out
+    assert "m33_kgm2" in shown and "of the motion explained" in shown
+    assert (tmp_path / "identified.png").read_bytes().startswith(b"\x89PNG") and (tmp_path / "identified.png").stat().st_size > 20_000
+    text = config_module.find("revolt").read_text(encoding="utf-8")
+    head, _, rest = text.partition("[hull]\n")
+    lines = (tmp_path / "identified.toml").read_text(encoding="utf-8")
+    vessel = config_module.parse(head + lines + rest[rest.index("[windage]") :], "pasted")
+    assert vessel.hull.m11_kg == pytest.approx(240.0, rel=0.15) and vessel.hull.damping.y_vv > 0.0
+
+
+def test_what_cannot_be_identified_is_said(log: Log, tmp_path: Path) -> None:
+    with pytest.raises(LogError, match="30 s at least"):
+        read_manoeuvre(log, [], from_s=190.0)
+    with pytest.raises(LogError, match="m44"):
+        identify(log, tmp_path, to_s=60.0, hold=("m44",))
+
+
+def test_half_a_last_line_is_left_out(log: Log, tmp_path: Path) -> None:
+    data = (log.folder / "ticks.csv").read_bytes()
+    (tmp_path / "ticks.csv").write_bytes(data[:-20])
+    (tmp_path / "manifest.json").write_bytes((log.folder / "manifest.json").read_bytes())
+    warnings: list[str] = []
+    assert len(read_manoeuvre(open_log(tmp_path), warnings).t_s) == 1999 and len(warnings) == 1
+
+
+def test_a_gap_begins_a_new_stretch(log: Log, tmp_path: Path) -> None:
+    lines = (log.folder / "ticks.csv").read_bytes().splitlines(keepends=True)
+    (tmp_path / "ticks.csv").write_bytes(b"".join(lines[:801] + lines[1001:]))
+    (tmp_path / "manifest.json").write_bytes((log.folder / "manifest.json").read_bytes())
+    assert read_manoeuvre(open_log(tmp_path), []).stretches == ((0, 800), (800, 1800))
+
+
+def test_groups_and_lag(log: Log) -> None:
+    groups = groups_of(log.config.thrusters)
+    assert [group.members for group in groups] == [(0, 1), (2,)]
+    manoeuvre = read_manoeuvre(log, [])
+    force, target, was = lagged(manoeuvre, 0.5)[:, 0], manoeuvre.force_n[:, 0], manoeuvre.force_n[0, 0]
+    expected = []
+    for command in target.tolist():  # mean over a tick of the exact response
+        expected.append(command + (was - command) * 5.0 * (1.0 - math.exp(-0.2)))
+        was = command + (was - command) * math.exp(-0.2)
+    assert force == pytest.approx(expected, abs=1e-9)

@@ -1,0 +1,131 @@
+"""readings.csv: what goes in comes out bit by bit, and half a line harms nothing else."""
+
+from __future__ import annotations
+
+import base64
+import math
+import struct
+import typing
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import pytest
+
+from companion.core.types import (
+    Battery,
+    FixType,
+    GnssFix,
+    GroundVelocity,
+    Heading,
+    Imu,
+    Leak,
+    ManualInput,
+    RcInput,
+    Reading,
+    Setpoint,
+    SetpointKind,
+    ThrusterCommand,
+    ThrusterFeedback,
+    TimeOfDay,
+    Wind,
+    Wrench,
+)
+from companion.record.readings import COLUMNS, HEADER, TICK_COLUMNS, ReadingsEncoder, RecordedTick, read_ticks
+from tests.unit.record.ticks import tick
+
+THIRD = 1.0 / 3.0
+READINGS: tuple[Reading, ...] = (
+    GnssFix(THIRD, "gnss", 63.438900000000004, 10.399, None, FixType.RTK_FIXED, None, 0.7, None),
+    GnssFix(THIRD, "gnss", 63.4389, 10.399, 41.2, FixType.NONE, 18, None, 0.013),
+    GroundVelocity(THIRD, "gnss", 0.1, -0.2),
+    Heading(THIRD, "gnss", -math.pi, None),
+    Imu(THIRD, "imu", 0.1, 0.2, -9.82, 1e-17, -0.0, 3.0),
+    Imu(THIRD, "imu", 0.1, 0.2, -9.82, 0.01, 0.02, 0.03, 0.04, 0.05, 0.06),
+    TimeOfDay(THIRD, "gnss", 1_780_315_200_123_456_789),
+    Wind(THIRD, "wind", 3.1, 6.2),
+    Battery(THIRD, "board", 12.3, None, 0.5),
+    Leak(THIRD, "board", True),
+    RcInput(THIRD, "board", (0.1, -1.0, 1.0), False),
+    RcInput(THIRD, "board", (), True),
+    ThrusterFeedback(THIRD, "board", 2, -0.5, None, False),
+    ManualInput(THIRD, "gcs", 0.5, None, -0.25, 3),
+)
+
+
+def written(path: Path, data: bytes) -> tuple[list[RecordedTick], list[str]]:
+    path.write_bytes(HEADER + data)
+    warnings: list[str] = []
+    return list(read_ticks(path, warnings)), warnings
+
+
+def test_every_kind_of_reading_has_a_line() -> None:
+    assert {kind for kind, _ in COLUMNS.values()} == set(typing.get_args(Reading))
+    assert {type(reading) for reading in READINGS} == set(typing.get_args(Reading))
+
+
+def test_readings_come_back_as_they_were(tmp_path: Path) -> None:
+    ticks, warnings = written(tmp_path / "r.csv", ReadingsEncoder().tick(replace(tick(0.7), readings=READINGS)))
+    assert warnings == [] and ticks[0].readings == READINGS
+    assert all(type(a.fix) is FixType for a in ticks[0].readings if isinstance(a, GnssFix))
+    assert math.copysign(1.0, ticks[0].readings[4].pitch_rate_radps) == -1.0  # type: ignore[union-attr]
+
+
+def test_a_tick_comes_back_as_it_was(tmp_path: Path) -> None:
+    thrusters = (ThrusterCommand(0.0, 0.5, None), ThrusterCommand(0.0, -0.1, 1.2))
+    setpoints = (
+        Setpoint(SetpointKind.POSE, 1.0, THIRD, -3.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6),
+        Setpoint(SetpointKind.HEADING, yaw_rad=0.5, wrench=Wrench(1.0, 2.0, 3.0)),
+        Setpoint(SetpointKind.THRUSTERS, thrusters=thrusters),
+        Setpoint(SetpointKind.NEUTRAL),
+    )
+    encoder = ReadingsEncoder()
+    data = b"".join(encoder.tick(replace(tick(0.1 * n + THIRD), setpoint=setpoint)) for n, setpoint in enumerate(setpoints))
+    ticks, _ = written(tmp_path / "r.csv", data)
+    assert [t.setpoint for t in ticks] == list(setpoints)
+    one = tick(THIRD)
+    assert ticks[0].t_s == THIRD and ticks[0].pose == (1.5, -2.0, 0.3, 0.4, 0.0, 0.01) and ticks[0].armed
+    assert ticks[0].demanded == one.wrench and ticks[0].achieved == one.allocation.achieved
+
+
+def test_the_lines_are_what_the_documentation_says() -> None:
+    heading, line = ReadingsEncoder().tick(replace(tick(2.5), readings=(Heading(1.5, "gnss", 0.25, 0.01),))).splitlines()
+    kind, source, text = heading.decode().split(",")
+    assert (kind, source) == ("heading", "gnss")
+    assert struct.unpack("<3d", base64.b64decode(text)) == (1.5, 0.25, 0.01)
+    kind, source, text = line.decode().split(",")
+    values = struct.unpack(f"<{len(TICK_COLUMNS)}d", base64.b64decode(text))
+    assert (kind, source) == ("tick", "") and dict(zip(TICK_COLUMNS, values, strict=True))["demanded_surge_n"] == 3.0
+
+
+def test_a_parameter_belongs_to_the_tick_after_it(tmp_path: Path) -> None:
+    encoder = ReadingsEncoder()
+    ticks, _ = written(tmp_path / "r.csv", encoder.tick(tick(0.0)) + encoder.parameter("DP_DAMPING", 0.7) + encoder.tick(tick(0.1)))
+    assert [t.parameters for t in ticks] == [(), (("DP_DAMPING", 0.7),)]
+
+
+def test_a_file_cut_anywhere_keeps_its_whole_ticks(tmp_path: Path) -> None:
+    encoder = ReadingsEncoder()
+    whole = encoder.tick(replace(tick(0.0), readings=READINGS))
+    last = encoder.tick(replace(tick(0.1), readings=READINGS[:3]))
+    for cut in range(1, len(last)):
+        ticks, warnings = written(tmp_path / "r.csv", whole + last[:cut])
+        assert [t.t_s for t in ticks] == [0.0] and ticks[0].readings == READINGS
+        assert warnings and len(warnings) <= 2
+
+
+@pytest.mark.parametrize("damage", [b"imu,imu,AAAA\n", b"nonsense\n", b"imu,imu\n", b"\xff\xfe,,\n", b"rudder,a,AAAAAAAAAAA=\n", b"tick,,AAAAAAAAAAA=\n", b"rc,a,\n", b"\n"])
+def test_a_damaged_line_is_left_out_with_its_place(tmp_path: Path, damage: bytes) -> None:
+    encoder = ReadingsEncoder()
+    ticks, warnings = written(tmp_path / "r.csv", damage + encoder.tick(replace(tick(0.0), readings=READINGS)))
+    assert len(ticks) == 1 and ticks[0].readings == READINGS
+    assert len(warnings) == 1 and ":2:" in warnings[0]
+
+
+def test_a_kind_that_has_no_line_yet_ends_nothing(tmp_path: Path) -> None:
+    @dataclass(frozen=True)
+    class Sonar:
+        t_s: float = 0.0
+        source: str = "sonar"
+
+    data = ReadingsEncoder().tick(replace(tick(0.0), readings=(Sonar(), READINGS[2])))  # type: ignore[arg-type]
+    assert written(tmp_path / "r.csv", data)[0][0].readings == (READINGS[2],)
