@@ -127,7 +127,11 @@ class ThrusterConfig:
 
 @dataclass(frozen=True, slots=True)
 class SensorConfig:
-    """One sensor: its driver (a row of `companion/io/sensors`), its port, and where it sits in body axes."""
+    """One sensor: its driver (a row of `companion/io/sensors`), its port, where it sits in body axes, and how good it is.
+
+    Accuracies and noise densities are one sigma, as the filter is to weigh this sensor. `heading_accuracy_rad` None: by kind, 0.4° of an
+    antenna baseline and 3° of a compass.
+    """
 
     __pydantic_config__ = _STRICT
     name: Name
@@ -140,6 +144,12 @@ class SensorConfig:
     rate_hz: Positive = 10.0
     timeout_s: Positive = 2.0
     latency_s: NonNegative = 0.0  # from the moment of validity to the arrival of the bytes
+    heading: Literal["none", "magnetic", "true"] = "none"  # what an inertial sensor's own yaw is worth as a compass
+    accuracy_floor_m: Positive = 0.02  # timing and mounting are no better, whatever the receiver says of its positions
+    velocity_accuracy_mps: Positive = 0.06
+    heading_accuracy_rad: Annotated[float | None, Field(alias="heading_accuracy_deg", gt=0.0, le=45.0), _FROM_DEGREES_OR_NONE] = None
+    accelerometer_noise_mps2_rthz: Positive = 0.004  # on a hull that shakes: a few times the data sheet's
+    gyro_noise_radps_rthz: Annotated[float, Field(alias="gyro_noise_dps_rthz", gt=0.0), _FROM_DEGREES] = 2.0e-4
 
 
 @dataclass(frozen=True, slots=True)

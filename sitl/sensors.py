@@ -10,10 +10,12 @@ from companion.config import ConfigError, HomeConfig, SensorConfig
 from companion.core.angles import wrap_pi
 from companion.core.geodesy import LocalFrame
 from sitl.environment import Waves
+from sitl.faults import OFFSETS_M
 from sitl.hull import Hull
 from sitl.noise import GaussMarkov, stream
 
 _JUMP_M = (18.0, 17.3)  # 25 m to the north-east
+_SQRT_HALF = math.sqrt(0.5)
 _WILD_EVERY = 10
 
 
@@ -105,6 +107,9 @@ class GnssModel:
     def _place(self, north_m: float, east_m: float, faults: Set[str]) -> tuple[float, float]:
         if "gnss_jump" in faults:
             north_m, east_m = north_m + _JUMP_M[0], east_m + _JUMP_M[1]
+        for distance_m in OFFSETS_M if faults else ():
+            if f"gnss_off_{distance_m}m" in faults:
+                north_m, east_m = north_m + _SQRT_HALF * distance_m, east_m + _SQRT_HALF * distance_m
         lat_deg, lon_deg = self._frame.to_geodetic(north_m, east_m)
         if "gnss_wild" in faults and self._samples % _WILD_EVERY == 0:
             return 0.001 * lat_deg, lon_deg

@@ -12,8 +12,9 @@ import struct
 from collections.abc import Mapping
 
 from companion.config import SensorConfig
+from companion.core.angles import wrap_pi
 from companion.core.ports import ByteStream
-from companion.core.types import Imu, Reading
+from companion.core.types import Heading, HeadingBy, Imu, Reading
 from companion.io.sensors.driver import StreamDriver
 
 _PREAMBLE = b"\xfa\xff\x36"  # with the identifier of MTData2: no other message is of interest
@@ -40,6 +41,9 @@ _FIXED_1220, _FIXED_1632 = 1, 2
 _HEADER = struct.Struct(">HB")
 _TICK_S = 1e-4
 _TICKS_WRAP = 2**32
+
+_HEADING_BY = {"none": None, "magnetic": HeadingBy.MAGNETIC, "true": HeadingBy.COMPASS}
+_HEADING_PERIOD_S = 0.095  # its errors are slow: ten a second say all there is to know
 
 _SELF_TEST_OK = 0x1
 _CLIPPING = 0x00080000
@@ -75,9 +79,9 @@ class SampleClock:
 
 
 class Mtdata2Sensor(StreamDriver):
-    """MTData2 bytes → `Imu` readings. Remembers the unfinished message and the relation of the device's clock to the vessel's.
+    """MTData2 bytes → `Imu` readings, and `Heading` readings by the device's own yaw where the configuration says what that is worth.
 
-    Messages without both acceleration and rate of turn give no reading, but count as valid: the health text then says what is missing.
+    Remembers the unfinished message, the relation of the device's clock to the vessel's, and when it last gave a heading. Messages without both acceleration and rate of turn give no reading, but count as valid: the health text then says what is missing.
     """
 
     messages = "MTData2 messages"
@@ -87,6 +91,8 @@ class Mtdata2Sensor(StreamDriver):
         self._buffer = bytearray()
         self._clock = SampleClock(config.latency_s)
         self._remark = ""
+        self._heading_by = _HEADING_BY[config.heading]
+        self._heading_s = -math.inf
 
     def _feed(self, arrival_s: float, data: bytes, readings: list[Reading]) -> None:
         buffer = self._buffer
@@ -157,7 +163,14 @@ class Mtdata2Sensor(StreamDriver):
             return
         x, y, z = acceleration
         p, q, r = rate
-        readings.append(Imu(t_s, self.name, x, y, z, p, q, r, *_attitude(values)))
+        roll, pitch, yaw = _attitude(values)
+        readings.append(Imu(t_s, self.name, x, y, z, p, q, r, roll, pitch, yaw))
+        if self._heading_by is not None and yaw is not None and not 0.0 <= t_s - self._heading_s < _HEADING_PERIOD_S:
+            self._heading_s = t_s
+            config = self._config
+            readings.append(
+                Heading(t_s, self.name, wrap_pi(yaw + config.heading_offset_rad), config.heading_accuracy_rad, self._heading_by)
+            )
 
     def _note_status(self, word: int) -> None:
         if not word & _SELF_TEST_OK:

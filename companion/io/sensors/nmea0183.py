@@ -19,7 +19,7 @@ import pynmea2
 from companion.config import SensorConfig
 from companion.core.angles import wrap_pi
 from companion.core.ports import ByteStream
-from companion.core.types import FixType, GnssFix, GroundVelocity, Heading, Reading, TimeOfDay, Wind
+from companion.core.types import FixType, GnssFix, GroundVelocity, Heading, HeadingBy, Reading, TimeOfDay, Wind
 from companion.io.sensors.driver import StreamDriver
 
 _LONGEST = 120  # of a sentence between $ and *: receivers with many digits go past the standard's 82
@@ -40,7 +40,6 @@ _STATISTICS_AGE_S = 3.0  # how long a GST holds for the fixes after it
 _PREFERRED_AGE_S = 2.0  # GLL and RMC count only where nothing better came for that long
 _MPS = {"N": 1852.0 / 3600.0, "K": 1.0 / 3.6, "M": 1.0, "S": 1609.344 / 3600.0}
 _STANDSTILL_MPS = 0.2  # below this, a course left empty means "none" and not "unknown"
-_COMPASS_SIGMA_RAD = math.radians(3.0)
 _UNIX_DAY = date(1970, 1, 1).toordinal()
 
 
@@ -73,6 +72,7 @@ class Nmea0183Sensor(StreamDriver):
             "HDT": self._hdt,
             "THS": self._ths,
             "HDG": self._hdg,
+            "HDM": self._hdm,
             "ZDA": self._zda,
             "GST": self._gst,
             "MWV": self._mwv,
@@ -175,25 +175,32 @@ class Nmea0183Sensor(StreamDriver):
         readings.append(GroundVelocity(t_s, self.name, speed_mps * math.cos(course_rad), speed_mps * math.sin(course_rad)))
 
     def _hdt(self, sentence: Any, t_s: float, readings: list[Reading]) -> None:
-        self._heading(_number(sentence.heading), None, t_s, readings)
+        self._heading(_number(sentence.heading), HeadingBy.BASELINE, t_s, readings)
 
     def _ths(self, sentence: Any, t_s: float, readings: list[Reading]) -> None:
         if sentence.mode == "A":
-            self._heading(_number(sentence.heading), None, t_s, readings)
+            self._heading(_number(sentence.heading), HeadingBy.BASELINE, t_s, readings)
 
     def _hdg(self, sentence: Any, t_s: float, readings: list[Reading]) -> None:
-        """Magnetic: a true heading only where the compass knows the variation, and no better one is on the line."""
+        """Magnetic; true already where the compass knows the variation."""
         heading = _number(sentence.heading)
-        variation = _signed(sentence.variation, sentence.var_dir)
-        if heading is None or variation is None or self._recent("HDT", t_s) or self._recent("THS", t_s):
+        if heading is None:
             return
-        deviation = _signed(sentence.deviation, sentence.dev_dir) or 0.0
-        self._heading(heading + deviation + variation, _COMPASS_SIGMA_RAD, t_s, readings)
+        heading += _signed(sentence.deviation, sentence.dev_dir) or 0.0
+        variation = _signed(sentence.variation, sentence.var_dir)
+        if variation is None:
+            self._heading(heading, HeadingBy.MAGNETIC, t_s, readings)
+        else:
+            self._heading(heading + variation, HeadingBy.COMPASS, t_s, readings)
 
-    def _heading(self, heading_deg: float | None, accuracy_rad: float | None, t_s: float, readings: list[Reading]) -> None:
+    def _hdm(self, sentence: Any, t_s: float, readings: list[Reading]) -> None:
+        if not self._recent("HDG", t_s):
+            self._heading(_number(sentence.heading), HeadingBy.MAGNETIC, t_s, readings)
+
+    def _heading(self, heading_deg: float | None, by: HeadingBy, t_s: float, readings: list[Reading]) -> None:
         if heading_deg is not None:
             yaw_rad = wrap_pi(math.radians(heading_deg) + self._config.heading_offset_rad)
-            readings.append(Heading(t_s, self.name, yaw_rad, accuracy_rad))
+            readings.append(Heading(t_s, self.name, yaw_rad, self._config.heading_accuracy_rad, by))
 
     def _zda(self, sentence: Any, t_s: float, readings: list[Reading]) -> None:
         day, month, year = _number(sentence.day), _number(sentence.month), _number(sentence.year)
