@@ -68,6 +68,7 @@ class HeadingSources:
         names = {row.name: row.timeout_s for row in config.sensors}
         self._selector = SourceSelector({**names, **{name + _COMPASS: timeout_s for name, timeout_s in names.items()}})
         self._ranks = {name: rank for rank, name in enumerate([*names, *(name + _COMPASS for name in names), _COURSE])}
+        self._configured = {row.name: row.heading_accuracy_rad for row in config.sensors}
         self._say = say
         self._declination = Declination()
         self._used: str | None = None
@@ -87,7 +88,7 @@ class HeadingSources:
         if not self._selector.offer(source, heading.t_s):
             return None
         self._heading_s = heading.t_s
-        sigma = heading.accuracy_rad or (_BASELINE_SIGMA_RAD if baseline else _COMPASS_SIGMA_RAD)
+        sigma = heading.accuracy_rad or self._configured.get(heading.source) or (_BASELINE_SIGMA_RAD if baseline else _COMPASS_SIGMA_RAD)
         if baseline:
             return self._taken(heading.t_s, source, yaw, sigma, 0.0)
         return self._taken(heading.t_s, source, yaw, _COMPASS_FACTOR * sigma, _SLOW_SHARE * sigma)

@@ -167,10 +167,7 @@ class Mtdata2Sensor(StreamDriver):
         readings.append(Imu(t_s, self.name, x, y, z, p, q, r, roll, pitch, yaw))
         if self._heading_by is not None and yaw is not None and not 0.0 <= t_s - self._heading_s < _HEADING_PERIOD_S:
             self._heading_s = t_s
-            config = self._config
-            readings.append(
-                Heading(t_s, self.name, wrap_pi(yaw + config.heading_offset_rad), config.heading_accuracy_rad, self._heading_by)
-            )
+            readings.append(Heading(t_s, self.name, wrap_pi(yaw + self._config.heading_offset_rad), None, self._heading_by))
 
     def _note_status(self, word: int) -> None:
         if not word & _SELF_TEST_OK:

@@ -200,7 +200,7 @@ class Nmea0183Sensor(StreamDriver):
     def _heading(self, heading_deg: float | None, by: HeadingBy, t_s: float, readings: list[Reading]) -> None:
         if heading_deg is not None:
             yaw_rad = wrap_pi(math.radians(heading_deg) + self._config.heading_offset_rad)
-            readings.append(Heading(t_s, self.name, yaw_rad, self._config.heading_accuracy_rad, by))
+            readings.append(Heading(t_s, self.name, yaw_rad, None, by))
 
     def _zda(self, sentence: Any, t_s: float, readings: list[Reading]) -> None:
         day, month, year = _number(sentence.day), _number(sentence.month), _number(sentence.year)
