@@ -27,6 +27,8 @@ _UNKNOWN_ACCURACY_M = 3.0
 _UNKNOWN_ACCURACY_MPS = 0.1
 _CORRELATED_FACTOR = 3.0  # errors of fixes without carrier phase wander: each counts as that much noisier
 _CORRELATED_SHARE = 0.7  # and averaging does not take away more than the rest
+_CARRIER_WANDER_M = 0.008  # of fixes with carrier phase
+_VELOCITY_SHARES = {FixType.DGPS: 0.5, FixType.RTK_FLOAT: 0.3, FixType.RTK_FIXED: 0.3}  # of the velocity error of a plain fix
 _HEADING_USABLE_RAD = math.radians(20.0)
 _HEADING_COAST_RAD = math.radians(5.0)  # how far the gyro alone may be trusted while positions keep the filter honest
 _ALTITUDE_SHARE = 0.05
@@ -166,7 +168,10 @@ class Estimator:
         weighed_sigma_m = sigma_m if carrier_phase else _CORRELATED_FACTOR * sigma_m
         if solution.position(fix.t_s, north, east, lever, weighed_sigma_m, rule) is not Verdict.REJECT:
             self._position_s = max(self._position_s, fix.t_s)
-            self._common_sigma_m = 0.0 if carrier_phase else _CORRELATED_SHARE * sigma_m
+            wander_m = row.position_wander_m if row is not None else None
+            if wander_m is None:
+                wander_m = _CARRIER_WANDER_M if carrier_phase else _CORRELATED_SHARE * sigma_m
+            self._common_sigma_m = wander_m
             self._take_altitude(fix, lever)
 
     def _announce(self, fix: GnssFix) -> None:
@@ -205,6 +210,8 @@ class Estimator:
         if self._pose.started:
             row = self._sensors.get(velocity.source)
             sigma_mps = row.velocity_accuracy_mps if row is not None else _UNKNOWN_ACCURACY_MPS
+            if self._fix is not None:
+                sigma_mps *= _VELOCITY_SHARES.get(self._fix.fix, 1.0)
             self._solution().velocity(velocity.t_s, velocity.north_mps, velocity.east_mps, lever, sigma_mps)
 
     def _take_heading(self, reading: Heading) -> None:

@@ -18,7 +18,7 @@ Say = Callable[[float, Severity, str, str], None]
 _BASELINE_SIGMA_RAD = math.radians(0.4)
 _COMPASS_SIGMA_RAD = math.radians(3.0)
 _COMPASS_FACTOR = 3.0  # its error wanders slowly: each reading counts as that much noisier
-_SLOW_SHARE = 0.7  # and averaging does not take away more than the rest
+_BASELINE_WANDER_RAD, _COMPASS_WANDER_RAD = math.radians(0.1), math.radians(2.1)  # what averaging does not take away
 _COURSE_SPEED_MPS = 1.0  # from there on a boat under way points roughly where it goes
 _COURSE_SIGMA_RAD = math.radians(15.0)
 _COURSE_PERIOD_S = 1.0
@@ -68,7 +68,7 @@ class HeadingSources:
         names = {row.name: row.timeout_s for row in config.sensors}
         self._selector = SourceSelector({**names, **{name + _COMPASS: timeout_s for name, timeout_s in names.items()}})
         self._ranks = {name: rank for rank, name in enumerate([*names, *(name + _COMPASS for name in names), _COURSE])}
-        self._configured = {row.name: row.heading_accuracy_rad for row in config.sensors}
+        self._configured = {row.name: (row.heading_accuracy_rad, row.heading_wander_rad) for row in config.sensors}
         self._say = say
         self._declination = Declination()
         self._used: str | None = None
@@ -88,10 +88,11 @@ class HeadingSources:
         if not self._selector.offer(source, heading.t_s):
             return None
         self._heading_s = heading.t_s
-        sigma = heading.accuracy_rad or self._configured.get(heading.source) or (_BASELINE_SIGMA_RAD if baseline else _COMPASS_SIGMA_RAD)
-        if baseline:
-            return self._taken(heading.t_s, source, yaw, sigma, 0.0)
-        return self._taken(heading.t_s, source, yaw, _COMPASS_FACTOR * sigma, _SLOW_SHARE * sigma)
+        accuracy, wander = self._configured.get(heading.source, (None, None))
+        sigma = heading.accuracy_rad or accuracy or (_BASELINE_SIGMA_RAD if baseline else _COMPASS_SIGMA_RAD)
+        if wander is None:
+            wander = _BASELINE_WANDER_RAD if baseline else _COMPASS_WANDER_RAD
+        return self._taken(heading.t_s, source, yaw, sigma if baseline else _COMPASS_FACTOR * sigma, wander)
 
     def course(self, velocity: GroundVelocity) -> TrueHeading | None:
         """Course over ground as a heading, where there is no other and the boat is fast enough."""

@@ -15,6 +15,7 @@ _SETTLE_S = 40.0
 _TURN_RAD = math.pi / 2.0
 _TURN_S = 50.0
 _LIMIT_M = 0.02
+_WHOLE_M = 0.05  # of the estimate's error, in which the receiver's own slow error is too
 
 
 def sail(station: Station, settings: Settings) -> dict[str, Any]:
@@ -41,7 +42,7 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
     checks = (
         Check("the boat has turned", turned, 85.0, "deg", at_least=True),
         Check("error that turns with the hull", metrics["lever_arm_error_m"], _LIMIT_M, "m"),
-        Check("estimate error RMS", metrics["estimate_error_rms_m"], _LIMIT_M, "m"),
+        Check("estimate error", metrics["estimate_error_max_m"], _WHOLE_M, "m"),
     )
     return metrics, checks
 

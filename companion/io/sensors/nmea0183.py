@@ -34,7 +34,7 @@ _QUALITY = {
     5: FixType.RTK_FLOAT,
     9: FixType.DGPS,  # satellite-based corrections, as some makers say it
 }  # 0 no fix, 6 dead reckoning, 7 typed in by hand, 8 simulator: not a position
-_SIGMA_M = {FixType.FIX_2D: 5.0, FixType.FIX_3D: 1.5, FixType.DGPS: 0.6, FixType.RTK_FLOAT: 0.25, FixType.RTK_FIXED: 0.03}
+_SIGMA_M = {FixType.FIX_2D: 5.0, FixType.FIX_3D: 1.5, FixType.DGPS: 0.5, FixType.RTK_FLOAT: 0.25, FixType.RTK_FIXED: 0.03}
 _HDOP_RANGE = (0.7, 20.0)
 _STATISTICS_AGE_S = 3.0  # how long a GST holds for the fixes after it
 _PREFERRED_AGE_S = 2.0  # GLL and RMC count only where nothing better came for that long

@@ -23,7 +23,12 @@ def told(voyage: Voyage) -> VesselConfig:
     config = config_of(voyage)
     gnss, imu = config.sensors
     gnss = replace(
-        gnss, accuracy_floor_m=0.001, velocity_accuracy_mps=voyage.velocity_sigma_mps, heading_accuracy_rad=voyage.heading_sigma_rad
+        gnss,
+        accuracy_floor_m=0.001,
+        position_wander_m=0.0,
+        velocity_accuracy_mps=voyage.velocity_sigma_mps / 0.3,  # the fixes are of carrier phase
+        heading_accuracy_rad=voyage.heading_sigma_rad,
+        heading_wander_rad=0.0,
     )
     imu = replace(imu, accelerometer_noise_mps2_rthz=0.01 / math.sqrt(IMU_HZ), gyro_noise_radps_rthz=0.0017 / math.sqrt(IMU_HZ))
     return replace(config, sensors=(gnss, imu))

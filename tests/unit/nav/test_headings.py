@@ -60,7 +60,7 @@ def test_baseline_before_compass_and_back_when_proven() -> None:
         back.append(listener.hear(t_s, "gnss", 1.0, HeadingBy.BASELINE))
     first = next(found for found in back if found is not None)
     assert back.index(first) == pytest.approx(50, abs=1)
-    assert first.doubt_rad == pytest.approx(0.7 * math.radians(3.0))  # the compass's slow error is still in the estimate
+    assert first.doubt_rad == pytest.approx(math.radians(2.1))  # the compass's slow error is still in the estimate
     assert [severity for severity, _ in listener.said] == [Severity.INFO, Severity.WARNING, Severity.NOTICE]
     assert [text for _, text in listener.said] == ["Heading by gnss", "Heading by imu compass: gnss gives none", "Heading by gnss"]
 
