@@ -393,3 +393,17 @@ def test_biases_never_pass_their_limits() -> None:
         largest[0] = max(largest[0], *map(abs, solution.filter.accelerometer_bias))
         largest[1] = max(largest[1], *map(abs, solution.filter.gyro_bias))
     assert largest == pytest.approx([_ACCELEROMETER_BIAS_LIMIT_MPS2, _GYRO_BIAS_LIMIT_RADPS])  # they were reached
+
+
+def test_erratum_5_tilt_comes_from_gravity() -> None:
+    """At rest, heeled 8° and 5° down by the bow: right from the first second, not after the filter has found out."""
+    roll, pitch = math.radians(8.0), math.radians(-5.0)
+    force = (9.8217 * math.sin(pitch), -9.8217 * math.sin(roll) * math.cos(pitch), -9.8217 * math.cos(roll) * math.cos(pitch))
+    estimator = Estimator(REVOLT, Parameters())
+    for k in range(1, 16):
+        t_s = 0.1 * k
+        row: list[Reading] = [Imu(t_s - 0.01 * j, "imu", *force, 0.0, 0.0, 0.0) for j in range(9, -1, -1)]
+        row += [GnssFix(t_s - 0.05 * j, "gnss", 63.4389, 10.3990, 12.0, FixType.RTK_FIXED, 12, 0.8, 0.02) for j in (1, 0)]
+        state = estimator.update([*row, Heading(t_s, "gnss", 0.0)], t_s)
+    assert estimator._inertial is not None and estimator._inertial.running
+    assert (state.roll_rad, state.pitch_rad) == pytest.approx((roll, pitch), abs=math.radians(0.3))
