@@ -91,7 +91,7 @@ def build(config: VesselConfig, around: Surroundings) -> Vessel:
     parameters = _parameters(config, around, warn)
     plans = _plans(around.state, warn)
     executor = MissionExecutor(plans)
-    estimator = Estimator(config, parameters)
+    estimator = Estimator(config, parameters, events.say)
     supervisor = Supervisor(config, parameters, plans, executor, events, lambda: estimator.frame)
     blocks = Blocks(estimator, supervisor, Controller(config, parameters), Allocator(config, parameters), Gate(config))
     devices = Devices(

@@ -97,6 +97,7 @@ class Vessel:
         self._inputs = Inputs()
         self._feedback: list[ThrusterFeedback | None] = [None] * len(config.thrusters)
         self._achieved: Wrench = ZERO_WRENCH
+        self._thrust: Wrench | None = None  # on the hull, None where it is not ours to know
         self._device_ok: dict[str, bool] = {}
 
     @property
@@ -128,7 +129,7 @@ class Vessel:
     def tick(self, now_s: float) -> Tick:
         """One cycle, whole."""
         readings = self.sense(now_s)
-        nav = self._blocks.estimator.update(readings, now_s)
+        nav = self._blocks.estimator.update(readings, now_s, self._thrust)
         health = self.device_health(now_s)
         status = self.supervisor.update(nav, self._inputs, health, now_s)
         setpoint = self.supervisor.guide(nav, now_s, self.period_s)
@@ -184,6 +185,7 @@ class Vessel:
         else:
             allocation = allocator.update(wrench, self.period_s)
         self._achieved = allocation.achieved
+        self._thrust = allocation.achieved if status.armed else None
         return allocation
 
     def act(self, command: ActuatorCommand, now_s: float) -> None:

@@ -86,6 +86,9 @@ TABLE: tuple[ParamSpec, ...] = (
     _choice("ARM_CHECKS", 1, _YES_NO, "Arming", "Refuse to arm while a check fails"),
     _choice("ARM_NEED_POS", 1, _YES_NO, "Arming", "A valid position and heading are needed to arm, also in manual modes"),
     _choice("HOME_ON_ARM", 0, _YES_NO, "Arming", "Move home to where the boat is each time it is armed"),
+    # navigation
+    _choice("NAV_WILD_RULE", 0, {0: "Gate by covariance", 1: "Thesis: 1 m, 20 in a row"}, "Navigation", "How wild positions are told from true ones"),
+    _real("COM_POS_FS_EPH", 10.0, 0.1, 100.0, "m", "Navigation", "Position accuracy (one sigma) beyond which the position counts as lost"),
     # manual
     _choice("MAN_AXIS_SURGE", 0, {0: "x (stick forward)", 1: "z (throttle)"}, "Manual", "Axis of MANUAL_CONTROL that gives surge"),
     _int("MAN_GCS_SYSID", 0, 0, 255, "", "Manual", "System id whose MANUAL_CONTROL is obeyed; 0: any"),

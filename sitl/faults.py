@@ -8,9 +8,11 @@ from dataclasses import dataclass
 
 from companion.config import ConfigError, VesselConfig
 
+OFFSETS_M = (1, 3, 10, 100, 1000, 10_000, 100_000, 1_000_000)
 _FIXED = {
     "gnss_lost": "receivers have no fix, position, velocity and heading fields stay empty",
     "gnss_jump": "positions are 25 m off to the north-east",
+    **{f"gnss_off_{m}m": f"positions are {m} m off to the north-east" for m in OFFSETS_M},
     "gnss_wild": "every tenth position lies near the Equator",
     "rtk_lost": "receivers fall back to a standalone fix",
     "heading_lost": "the heading sentence stays empty",

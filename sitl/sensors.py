@@ -9,11 +9,14 @@ from dataclasses import dataclass
 from companion.config import ConfigError, HomeConfig, SensorConfig
 from companion.core.angles import wrap_pi
 from companion.core.geodesy import LocalFrame
+from companion.core.geomagnetism import decimal_year, declination_rad
 from sitl.environment import Waves
+from sitl.faults import OFFSETS_M
 from sitl.hull import Hull
 from sitl.noise import GaussMarkov, normals, stream
 
 _JUMP_M = (18.0, 17.3)  # 25 m to the north-east
+_SQRT_HALF = math.sqrt(0.5)
 _WILD_EVERY = 10
 
 
@@ -105,6 +108,9 @@ class GnssModel:
     def _place(self, north_m: float, east_m: float, faults: Set[str]) -> tuple[float, float]:
         if "gnss_jump" in faults:
             north_m, east_m = north_m + _JUMP_M[0], east_m + _JUMP_M[1]
+        for distance_m in OFFSETS_M if faults else ():
+            if f"gnss_off_{distance_m}m" in faults:
+                north_m, east_m = north_m + _SQRT_HALF * distance_m, east_m + _SQRT_HALF * distance_m
         lat_deg, lon_deg = self._frame.to_geodetic(north_m, east_m)
         if "gnss_wild" in faults and self._samples % _WILD_EVERY == 0:
             return 0.001 * lat_deg, lon_deg
@@ -117,6 +123,30 @@ def _levelled(x: float, y: float, z: float, roll_rad: float, pitch_rad: float) -
     y, z = c * y - s * z, s * y + c * z
     c, s = math.cos(pitch_rad), math.sin(pitch_rad)
     return c * x + s * z, y, c * z - s * x
+
+
+_COMPASS_WHITE_RAD = math.radians(0.3)
+_COMPASS_SLOW_RAD = math.radians(1.5)
+_COMPASS_TAU_S = 300.0
+
+
+def north_of(home: HomeConfig, epoch_unix_ns: int) -> float:
+    """Direction of magnetic north at home, clockwise from true north."""
+    return declination_rad(home.lat_deg, home.lon_deg, decimal_year(epoch_unix_ns)) or 0.0
+
+
+class CompassModel:
+    """A magnetometer. In: true heading; out: magnetic heading in rad. Remembers its slow error."""
+
+    def __init__(self, config: SensorConfig, home: HomeConfig, epoch_unix_ns: int, dt_s: float, seed: int) -> None:
+        self._north_rad = north_of(home, epoch_unix_ns)
+        self._dt_s = dt_s
+        self._rng = stream(seed, f"{config.name} white")
+        self._slow = GaussMarkov(self._rng, _COMPASS_SLOW_RAD, _COMPASS_TAU_S)
+
+    def sample(self, yaw_rad: float) -> float:
+        error = self._slow.update(self._dt_s) + self._rng.gauss(0.0, _COMPASS_WHITE_RAD)
+        return wrap_pi(yaw_rad - self._north_rad + error)
 
 
 # An MTi-710 class sensor at 100 Hz: noise densities 60 µg/√Hz and 0.01 °/s/√Hz over 50 Hz; biases as they remain after calibration.

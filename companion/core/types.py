@@ -49,14 +49,23 @@ class GroundVelocity:
     east_mps: float
 
 
+class HeadingBy(Enum):
+    """What a heading rests on."""
+
+    BASELINE = "baseline"  # two antennas, or a gyrocompass: true
+    COMPASS = "compass"  # the Earth's magnetic field, made true by the device itself
+    MAGNETIC = "magnetic"  # the same, from magnetic north: the declination is still to be added
+
+
 @dataclass(frozen=True, slots=True)
 class Heading:
-    """True heading of the hull (antenna baseline and offsets already applied)."""
+    """Heading of the hull (antenna baseline and offsets already applied), true unless `by` is MAGNETIC."""
 
     t_s: float
     source: str
     yaw_rad: float
     accuracy_rad: float | None = None
+    by: HeadingBy = HeadingBy.BASELINE
 
 
 @dataclass(frozen=True, slots=True)
@@ -191,8 +200,9 @@ class NavState:
     time_unix_ns: int | None  # absolute time from a receiver, for this tick
     wind_speed_mps: float | None = None  # true wind
     wind_from_rad: float | None = None
-    current_north_mps: float | None = None
+    current_north_mps: float | None = None  # velocity of the water over ground, as far as thrust and motion tell it
     current_east_mps: float | None = None
+    current_accuracy_mps: float | None = None  # one sigma on the worse axis
 
 
 # --- decide --------------------------------------------------------------------------------------------------------

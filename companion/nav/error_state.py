@@ -355,6 +355,10 @@ class ErrorStateFilter:
         """Add doubt to the horizontal position, as when the receiver's grade of fix has changed."""
         self.inflate((_P, _P + 1), variance)
 
+    def inflate_heading(self, variance: float) -> None:
+        """Add doubt to the heading, as when another source takes over."""
+        self.inflate((_TH + 2,), variance)
+
     def euler(self) -> Vector:
         """(roll, pitch, yaw) in radians."""
         return euler_of(self.rotation)

@@ -10,30 +10,32 @@ from operator import attrgetter
 from companion.config import VesselConfig
 from companion.core.frames import ned_to_body
 from companion.core.geodesy import LocalFrame, distance_and_bearing
-from companion.core.types import FixType, GnssFix, GroundVelocity, Heading, Imu, NavState, Reading, TimeOfDay, Wind
+from companion.core.types import FixType, GnssFix, GroundVelocity, Heading, Imu, NavState, Reading, Severity, TimeOfDay, Wind, Wrench
+from companion.nav.current import CurrentObserver, Passage
+from companion.nav.error_state import FilterNoise
+from companion.nav.headings import HeadingSources, Say, TrueHeading
 from companion.nav.inertial import InertialSolution
 from companion.nav.lever_arms import ZERO, Vector, normal_gravity_mps2
 from companion.nav.no_imu import PoseSolution
 from companion.nav.solution import Motion
 from companion.nav.sources import AbsoluteTime, GradeWatch, SourceSelector, TrueWind, plausible
-from companion.nav.wild_points import FirstPosition, Verdict
+from companion.nav.wild_points import FirstPosition, ThesisRule, Verdict
 from companion.params import Parameters
 
 _FAR_FROM_HOME_M = 50_000.0
 _UNKNOWN_ACCURACY_M = 3.0
-_SMALLEST_SIGMA_M = 0.02  # timing and mounting are no better, whatever the receiver says
+_UNKNOWN_ACCURACY_MPS = 0.1
 _CORRELATED_FACTOR = 3.0  # errors of fixes without carrier phase wander: each counts as that much noisier
 _CORRELATED_SHARE = 0.7  # and averaging does not take away more than the rest
-_HEADING_SIGMA_RAD = math.radians(0.4)
+_CARRIER_WANDER_M = 0.008  # of fixes with carrier phase
+_VELOCITY_SHARES = {FixType.DGPS: 0.5, FixType.RTK_FLOAT: 0.3, FixType.RTK_FIXED: 0.3}  # of the velocity error of a plain fix
 _HEADING_USABLE_RAD = math.radians(20.0)
-_VELOCITY_SIGMA_MPS = 0.06
-_COURSE_SPEED_MPS = 1.0  # from there on, course over ground serves as a weak heading
-_COURSE_SIGMA_RAD = math.radians(15.0)
-_COURSE_PERIOD_S = 1.0
-_COURSE_AFTER_S = 2.0  # without a heading
+_HEADING_COAST_RAD = math.radians(5.0)  # how far the gyro alone may be trusted while positions keep the filter honest
 _ALTITUDE_SHARE = 0.05
 _IMU_TIMEOUT_S = 0.5
 _WIND_TIMEOUT_S = 2.0
+_CURRENT_AGE_S = 1.0  # of the position, up to which the velocity counts as measured
+_THESIS_RULE = 1
 _NAVIGATION = (GnssFix, GroundVelocity, Heading, Imu)
 
 
@@ -42,16 +44,19 @@ class Estimator:
 
     The filter runs behind the present by the longest configured latency, so that delayed measurements meet the state of their own
     time; the samples after that carry its result to the present. Without inertial sensors, or while they are silent, or before there
-    is a heading, the low-pass filter of `no_imu` takes over. Remembers all of that, and when each kind was last accepted.
+    is a heading, the low-pass filter of `no_imu` takes over. `say` is told when another source takes over. Remembers all of that, and
+    when each kind was last accepted.
     """
 
-    def __init__(self, config: VesselConfig, parameters: Parameters) -> None:
+    def __init__(self, config: VesselConfig, parameters: Parameters, say: Say = lambda *_: None) -> None:
         self._parameters = parameters
         self._home = config.home
         self.frame = LocalFrame(config.home.lat_deg, config.home.lon_deg)
         self._levers: dict[str, Vector] = {row.name: (row.x_m, row.y_m, row.z_m) for row in config.sensors}
         timeouts_s = {row.name: row.timeout_s for row in config.sensors}
-        self._positions, self._headings = SourceSelector(timeouts_s), SourceSelector(timeouts_s)
+        self._sensors = {row.name: row for row in config.sensors}
+        self._say = say
+        self._positions, self._headings = SourceSelector(timeouts_s), HeadingSources(config, say)
         self._velocities, self._imus, self._winds = SourceSelector(timeouts_s), SourceSelector(timeouts_s), SourceSelector(timeouts_s)
         self._timeouts_s = timeouts_s
         self._lag_s = max(row.latency_s for row in config.sensors)
@@ -59,18 +64,21 @@ class Estimator:
         self._inertial: InertialSolution | None = None
         self._pose = PoseSolution()
         self._first = FirstPosition()
+        self._thesis = ThesisRule()
+        self._current = CurrentObserver(config)
         self._grade = GradeWatch()
         self._time = AbsoluteTime()
         self._wind = TrueWind(_WIND_TIMEOUT_S)
         self._fix: GnssFix | None = None
         self._altitude_m = config.home.altitude_m
         self._altitude_known = False
-        self._common_sigma_m = 0.0
+        self._common_sigma_m = self._common_sigma_rad = 0.0
         self._position_s = self._heading_s = self._imu_s = 0.0
-        self._course_s = -math.inf
+        self._position_source: str | None = None
 
-    def update(self, readings: Sequence[Reading], now_s: float) -> NavState:
-        """Take the readings that came in since the last call; `now_s` must not go back."""
+    def update(self, readings: Sequence[Reading], now_s: float, thrust: Wrench | None = None) -> NavState:
+        """Take the readings that came in since the last call; `now_s` must not go back. `thrust`: the wrench that the thrusters have given
+        since then, None where that is not known (disarmed: others may move them, or lines hold the boat)."""
         readings = [reading for reading in readings if plausible(reading, now_s)]
         self._pending.extend(reading for reading in readings if isinstance(reading, _NAVIGATION))
         self._pending.sort(key=attrgetter("t_s"))
@@ -85,6 +93,7 @@ class Estimator:
         self._mind_imu(horizon_s)
         motion = self._motion(now_s)
         self._side_readings(readings, motion)
+        self._update_current(motion, thrust, now_s)
         return self._state(motion, now_s)
 
     def _take(self, reading: Reading) -> None:
@@ -106,7 +115,8 @@ class Estimator:
         if not self._imus.offer(imu.source, imu.t_s):
             return
         if self._inertial is None:
-            self._inertial = InertialSolution(normal_gravity_mps2(self.frame.lat_deg), self._levers.get(imu.source, ZERO))
+            lever, noise = self._levers.get(imu.source, ZERO), self._imu_noise(imu.source)
+            self._inertial = InertialSolution(normal_gravity_mps2(self.frame.lat_deg), lever, noise)
         inertial = self._inertial
         if inertial.running and imu.t_s - inertial.t_s > _IMU_TIMEOUT_S:
             self._leave_inertial(inertial.t_s)
@@ -116,6 +126,12 @@ class Estimator:
             tilt = inertial.levelling.tilt()
             if tilt is not None:
                 inertial.start(self._pose.motion(imu.t_s), tilt)
+
+    def _imu_noise(self, source: str) -> FilterNoise:
+        row = self._sensors.get(source)
+        if row is None:
+            return FilterNoise()
+        return FilterNoise(row.accelerometer_noise_mps2_rthz, row.gyro_noise_radps_rthz)
 
     def _mind_imu(self, horizon_s: float) -> None:
         """Leave the filter when its samples have stopped coming."""
@@ -135,9 +151,12 @@ class Estimator:
             self._fix = fix
         if not used:
             return
+        self._announce(fix)
         lever = self._levers.get(fix.source, ZERO)
-        sigma_m = max(fix.position_accuracy_m or _UNKNOWN_ACCURACY_M, _SMALLEST_SIGMA_M)
+        row = self._sensors.get(fix.source)
+        sigma_m = max(fix.position_accuracy_m or _UNKNOWN_ACCURACY_M, row.accuracy_floor_m if row is not None else 0.0)
         north, east = self.frame.to_ned(fix.lat_deg, fix.lon_deg)
+        rule = self._thesis.update(north, east) if self._parameters["NAV_WILD_RULE"] == _THESIS_RULE else None
         if not self._pose.started:
             self._first_fix(fix, north, east, lever, sigma_m)
             return
@@ -147,10 +166,20 @@ class Estimator:
             solution.doubt_position(doubt)
         carrier_phase = fix.fix >= FixType.RTK_FLOAT
         weighed_sigma_m = sigma_m if carrier_phase else _CORRELATED_FACTOR * sigma_m
-        if solution.position(fix.t_s, north, east, lever, weighed_sigma_m) is not Verdict.REJECT:
+        if solution.position(fix.t_s, north, east, lever, weighed_sigma_m, rule) is not Verdict.REJECT:
             self._position_s = max(self._position_s, fix.t_s)
-            self._common_sigma_m = 0.0 if carrier_phase else _CORRELATED_SHARE * sigma_m
+            wander_m = row.position_wander_m if row is not None else None
+            if wander_m is None:
+                wander_m = _CARRIER_WANDER_M if carrier_phase else _CORRELATED_SHARE * sigma_m
+            self._common_sigma_m = wander_m
             self._take_altitude(fix, lever)
+
+    def _announce(self, fix: GnssFix) -> None:
+        """Say it when another receiver takes over."""
+        if fix.source != self._position_source:
+            if self._position_source is not None:
+                self._say(fix.t_s, Severity.WARNING, "position_source", f"Position by {fix.source} in place of {self._position_source}")
+            self._position_source = fix.source
 
     def _first_fix(self, fix: GnssFix, north: float, east: float, lever: Vector, sigma_m: float) -> None:
         approved = self._first.update(north, east, sigma_m, fix.t_s)
@@ -175,25 +204,47 @@ class Estimator:
         if not self._velocities.offer(velocity.source, velocity.t_s):
             return
         lever = self._levers.get(velocity.source, ZERO)
-        self._course_as_heading(velocity)
+        course = self._headings.course(velocity)
+        if course is not None:
+            self._weigh_heading(velocity.t_s, course)
         if self._pose.started:
-            self._solution().velocity(velocity.t_s, velocity.north_mps, velocity.east_mps, lever, _VELOCITY_SIGMA_MPS)
+            row = self._sensors.get(velocity.source)
+            sigma_mps = row.velocity_accuracy_mps if row is not None else _UNKNOWN_ACCURACY_MPS
+            if self._fix is not None:
+                sigma_mps *= _VELOCITY_SHARES.get(self._fix.fix, 1.0)
+            self._solution().velocity(velocity.t_s, velocity.north_mps, velocity.east_mps, lever, sigma_mps)
 
-    def _course_as_heading(self, velocity: GroundVelocity) -> None:
-        """Where there is no heading, a boat under way points roughly where it goes."""
-        t_s = velocity.t_s
-        fast = math.hypot(velocity.north_mps, velocity.east_mps) >= _COURSE_SPEED_MPS
-        if fast and t_s - self._heading_s > _COURSE_AFTER_S and t_s - self._course_s >= _COURSE_PERIOD_S:
-            course = math.atan2(velocity.east_mps, velocity.north_mps)
-            if self._solution().heading(t_s, course, _COURSE_SIGMA_RAD) is not Verdict.REJECT:
-                self._course_s = t_s
+    def _take_heading(self, reading: Heading) -> None:
+        fix, place = self._fix, (self._home.lat_deg, self._home.lon_deg)
+        if fix is not None and fix.fix >= FixType.FIX_2D:
+            place = (fix.lat_deg, fix.lon_deg)
+        heading = self._headings.offer(reading, *place, self._time.at_ns(reading.t_s))
+        if heading is not None:
+            self._weigh_heading(reading.t_s, heading)
 
-    def _take_heading(self, heading: Heading) -> None:
-        if not self._headings.offer(heading.source, heading.t_s):
-            return
-        sigma = heading.accuracy_rad or _HEADING_SIGMA_RAD
-        if self._solution().heading(heading.t_s, heading.yaw_rad, sigma) is not Verdict.REJECT:
-            self._heading_s = max(self._heading_s, heading.t_s)
+    def _weigh_heading(self, t_s: float, heading: TrueHeading) -> None:
+        solution = self._solution()
+        if heading.doubt_rad > 0.0:
+            solution.doubt_heading(heading.doubt_rad**2)
+        if solution.heading(t_s, heading.yaw_rad, heading.sigma_rad) is not Verdict.REJECT:
+            self._heading_s = max(self._heading_s, t_s)
+            self._common_sigma_rad = heading.slow_rad
+
+    def _update_current(self, motion: Motion, thrust: Wrench | None, now_s: float) -> None:
+        passage: Passage | None = None
+        if self._pose.started and self._pose.oriented and now_s - self._position_s <= _CURRENT_AGE_S:
+            speed, from_rad = self._wind.at(now_s)
+            air = (None, None) if speed is None or from_rad is None else (-speed * math.cos(from_rad), -speed * math.sin(from_rad))
+            passage = Passage(motion.velocity[0], motion.velocity[1], motion.attitude[2], motion.rates[2], *air)
+        self._current.update(now_s, thrust, passage)
+
+    def _heading_ok(self, sigma_rad: float, heading_age_s: float, position_age_s: float) -> bool:
+        """Measured lately; or carried by the gyro, as long as the filter is sure of it and positions keep coming."""
+        patience_s = self._parameters["FS_POS_T"]
+        if not self._pose.oriented or sigma_rad > _HEADING_USABLE_RAD:
+            return False
+        coasting = isinstance(self._solution(), InertialSolution) and sigma_rad <= _HEADING_COAST_RAD and position_age_s <= patience_s
+        return heading_age_s <= patience_s or coasting
 
     def _side_readings(self, readings: Sequence[Reading], motion: Motion) -> None:
         """What does not move the estimate: time of day and wind."""
@@ -220,16 +271,19 @@ class Estimator:
         lat, lon = self.frame.to_geodetic(north, east)
         surge, sway = ned_to_body(vn, ve, yaw)
         position_age_s = now_s - self._position_s
-        heading_age_s = now_s - max(self._heading_s, self._course_s)
+        heading_age_s = now_s - self._heading_s
         patience_s = self._parameters["FS_POS_T"]
-        heading_ok = self._pose.oriented and heading_age_s <= patience_s and motion.yaw_sigma_rad <= _HEADING_USABLE_RAD
+        position_sigma_m = math.hypot(motion.position_sigma_m, self._common_sigma_m)
+        yaw_sigma_rad = min(math.hypot(motion.yaw_sigma_rad, self._common_sigma_rad), math.pi)
+        accurate = position_sigma_m <= self._parameters["COM_POS_FS_EPH"]
         fix = self._fix
         heard = fix is not None and now_s - fix.t_s <= self._timeouts_s.get(fix.source, patience_s)
         wind_speed, wind_from = self._wind.at(now_s)
+        current = self._current.estimate(now_s) or (None, None, None)
         return NavState(
             t_s=now_s,
-            position_valid=self._pose.started and position_age_s <= patience_s,
-            heading_valid=heading_ok,
+            position_valid=self._pose.started and position_age_s <= patience_s and accurate,
+            heading_valid=self._heading_ok(yaw_sigma_rad, heading_age_s, position_age_s),
             lat_deg=lat,
             lon_deg=lon,
             altitude_m=self._altitude_m,
@@ -245,9 +299,9 @@ class Estimator:
             roll_rate_radps=motion.rates[0],
             pitch_rate_radps=motion.rates[1],
             yaw_rate_radps=motion.rates[2],
-            position_accuracy_m=math.hypot(motion.position_sigma_m, self._common_sigma_m),
+            position_accuracy_m=position_sigma_m,
             velocity_accuracy_mps=motion.velocity_sigma_mps,
-            heading_accuracy_rad=motion.yaw_sigma_rad,
+            heading_accuracy_rad=yaw_sigma_rad,
             position_age_s=position_age_s,
             heading_age_s=heading_age_s,
             imu_age_s=now_s - self._imu_s,
@@ -257,4 +311,7 @@ class Estimator:
             time_unix_ns=self._time.at_ns(now_s),
             wind_speed_mps=wind_speed,
             wind_from_rad=wind_from,
+            current_north_mps=current[0],
+            current_east_mps=current[1],
+            current_accuracy_mps=current[2],
         )

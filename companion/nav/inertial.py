@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from companion.core.angles import wrap_pi
 from companion.core.types import Imu
-from companion.nav.error_state import ErrorStateFilter, Innovation
+from companion.nav.error_state import ErrorStateFilter, FilterNoise, Innovation
 from companion.nav.lever_arms import ZERO, Vector, euler_of, relative, rotate, velocity_ned
 from companion.nav.solution import Motion
 from companion.nav.wild_points import HEADING_GATE, POSITION_GATE, VELOCITY_GATE, InnovationGate, Verdict
@@ -60,8 +60,8 @@ class InertialSolution:
     `imu_lever_m`: where the IMU sits, from the boat's origin. Remembers the filter, the gates, and the smoothed rates.
     """
 
-    def __init__(self, gravity_mps2: float, imu_lever_m: Vector) -> None:
-        self.filter = ErrorStateFilter(gravity_mps2)
+    def __init__(self, gravity_mps2: float, imu_lever_m: Vector, noise: FilterNoise | None = None) -> None:
+        self.filter = ErrorStateFilter(gravity_mps2, noise)
         self.running = False
         self.levelling = Levelling()
         self.t_s = -math.inf  # of the last sample
@@ -105,15 +105,18 @@ class InertialSolution:
         if imu.t_s - self._down_s >= _DOWN_PERIOD_S:
             self._down_s = imu.t_s
             self.filter.fuse_down(0.0, _DOWN_SIGMA_M**2, _DOWN_SIGMA_MPS**2)
+            self._mind_health()
             self._bound_biases()
 
-    def position(self, t_s: float, north_m: float, east_m: float, lever_m: Vector, sigma_m: float) -> Verdict:
+    def position(
+        self, t_s: float, north_m: float, east_m: float, lever_m: Vector, sigma_m: float, rule: Verdict | None = None
+    ) -> Verdict:
         lag_s = self.t_s - t_s
         if lag_s > _LONGEST_LAG_S:
             return Verdict.REJECT
         arm, variance = relative(lever_m, self._imu_lever_m), sigma_m * sigma_m
         innovation = self.filter.position_innovation(north_m, east_m, arm, variance, lag_s)
-        verdict = self._judge(self._position_gate, innovation, sigma_m)
+        verdict = self._judge(self._position_gate, innovation, sigma_m, rule)
         if verdict is Verdict.RESET:
             vn, ve, _ = self.filter.velocity
             self.filter.reset_position(north_m + lag_s * vn, east_m + lag_s * ve, arm, variance, _RESET_SIGMA_MPS**2)
@@ -139,14 +142,19 @@ class InertialSolution:
             self.filter.reset_heading(yaw_rad + lag_s * self.filter.rates[2], sigma_rad * sigma_rad)
         return verdict
 
-    def _judge(self, gate: InnovationGate, innovation: Innovation, sigma: float) -> Verdict:
-        verdict = gate.update(innovation.y1, innovation.y2, innovation.normalised_square, sigma)
+    def _judge(self, gate: InnovationGate, innovation: Innovation, sigma: float, rule: Verdict | None = None) -> Verdict:
+        """`rule`: what another rule than the gate has found."""
+        verdict = rule or gate.update(innovation.y1, innovation.y2, innovation.normalised_square, sigma)
         if verdict is Verdict.ACCEPT:
             self.filter.fuse(innovation)
+            self._bound_biases()
         return verdict
 
     def doubt_position(self, variance_m2: float) -> None:
         self.filter.inflate_position(variance_m2)
+
+    def doubt_heading(self, variance_rad2: float) -> None:
+        self.filter.inflate_heading(variance_rad2)
 
     def motion(self, now_s: float, later: Sequence[Imu] = ()) -> Motion:
         """Motion of the boat's origin: through the samples that the filter has not taken yet, then evenly on to `now_s`."""
@@ -181,11 +189,14 @@ class InertialSolution:
             r + share * (rates[2] - bias[2] - r),
         )
 
-    def _bound_biases(self) -> None:
-        """No calibrated sensor is that far out: beyond the limits it is the filter that errs. If a number ran away, stop."""
+    def _mind_health(self) -> None:
+        """If a number ran away, stop."""
         if not self.filter.healthy():
             self.running = False
             self.rates = self.filter.accelerometer_bias = self.filter.gyro_bias = ZERO
+
+    def _bound_biases(self) -> None:
+        """No calibrated sensor is that far out: beyond the limits it is the filter that errs."""
         self.filter.accelerometer_bias = _clipped(self.filter.accelerometer_bias, _ACCELEROMETER_BIAS_LIMIT_MPS2)
         self.filter.gyro_bias = _clipped(self.filter.gyro_bias, _GYRO_BIAS_LIMIT_RADPS)
 

@@ -63,14 +63,16 @@ class PoseSolution:
         self._t_s = self._position_t_s = t_s
         self._set_position(north_m, east_m, lever_m, sigma_m)
 
-    def position(self, t_s: float, north_m: float, east_m: float, lever_m: Vector, sigma_m: float) -> Verdict:
+    def position(
+        self, t_s: float, north_m: float, east_m: float, lever_m: Vector, sigma_m: float, rule: Verdict | None = None
+    ) -> Verdict:
         ahead_s = t_s - self._t_s
         fade = self._fading(max(ahead_s, 0.0))
         arm_n, arm_e = body_to_ned(lever_m[0], lever_m[1], self._yaw_at(t_s))
         dn = north_m - arm_n - self._north - self._vn * fade
         de = east_m - arm_e - self._east - self._ve * fade
         sigma = math.hypot(sigma_m, self._position_sigma(ahead_s))
-        verdict = self._position_gate.update(dn, de, (dn * dn + de * de) / (sigma * sigma), sigma_m)
+        verdict = rule or self._position_gate.update(dn, de, (dn * dn + de * de) / (sigma * sigma), sigma_m)
         if verdict is Verdict.RESET:
             self._set_position(north_m, east_m, lever_m, sigma_m)
         elif verdict is Verdict.ACCEPT and t_s > self._position_t_s:
@@ -141,6 +143,9 @@ class PoseSolution:
 
     def doubt_position(self, variance_m2: float) -> None:
         self._sigma_m = math.hypot(self._sigma_m, math.sqrt(variance_m2))
+
+    def doubt_heading(self, variance_rad2: float) -> None:
+        self._sigma_rad = math.hypot(self._sigma_rad, math.sqrt(variance_rad2))
 
     def motion(self, now_s: float) -> Motion:
         dt = max(now_s - self._t_s, 0.0) if self.started else 0.0

@@ -24,14 +24,21 @@ class Motion:
 
 
 class Solution(Protocol):
-    """Takes measurements at their time of validity, `lever_m` from the boat's origin, and says what became of each."""
+    """Takes measurements at their time of validity, `lever_m` from the boat's origin, and says what became of each.
 
-    def position(self, t_s: float, north_m: float, east_m: float, lever_m: Vector, sigma_m: float) -> Verdict: ...
+    `rule`: what another rule has found of a position; then the solution's own gate is not asked.
+    """
+
+    def position(
+        self, t_s: float, north_m: float, east_m: float, lever_m: Vector, sigma_m: float, rule: Verdict | None = None
+    ) -> Verdict: ...
 
     def velocity(self, t_s: float, north_mps: float, east_mps: float, lever_m: Vector, sigma_mps: float) -> Verdict: ...
 
     def heading(self, t_s: float, yaw_rad: float, sigma_rad: float) -> Verdict: ...
 
     def doubt_position(self, variance_m2: float) -> None: ...
+
+    def doubt_heading(self, variance_rad2: float) -> None: ...
 
     def motion(self, now_s: float) -> Motion: ...

@@ -16,40 +16,42 @@ FIRST_SAMPLES = 20
 REJECTIONS_IN_A_ROW = 20
 
 
-class ThesisRule:
-    """Positions (north_m, east_m) → the approved position, or None while there is none or this one is rejected.
-
-    The first is the median of the first 20; then a position further than 1 m from the last approved is rejected; after more than 20
-    rejections in a row the newest is approved. Remembers the last approved position and the count.
-    """
-
-    def __init__(self, distance_m: float = 1.0) -> None:
-        self._distance_m = distance_m
-        self._first: list[tuple[float, float]] = []
-        self._approved: tuple[float, float] | None = None
-        self._rejections = 0
-
-    def update(self, north_m: float, east_m: float) -> tuple[float, float] | None:
-        if self._approved is None:
-            self._first.append((north_m, east_m))
-            if len(self._first) == FIRST_SAMPLES:
-                self._approved = median_point(self._first)
-            return self._approved
-        if math.hypot(north_m - self._approved[0], east_m - self._approved[1]) > self._distance_m:
-            self._rejections += 1
-            if self._rejections <= REJECTIONS_IN_A_ROW:
-                return None
-        self._rejections = 0
-        self._approved = (north_m, east_m)
-        return self._approved
-
-
 class Verdict(Enum):
     """What to do with a measurement: weigh it in, leave it, or start again from it."""
 
     ACCEPT = "accept"
     REJECT = "reject"
     RESET = "reset"
+
+
+class ThesisRule:
+    """Positions (north_m, east_m) → `Verdict`; `approved` is the last position that was not rejected.
+
+    The first approved is the median of the first 20; then a position further than 1 m from the last approved is rejected; after more than
+    20 rejections in a row the newest is approved, and the estimate begins again from it. Remembers the last approved and the count.
+    """
+
+    def __init__(self, distance_m: float = 1.0) -> None:
+        self._distance_m = distance_m
+        self._first: list[tuple[float, float]] = []
+        self.approved: tuple[float, float] | None = None
+        self._rejections = 0
+
+    def update(self, north_m: float, east_m: float) -> Verdict:
+        if self.approved is None:
+            self._first.append((north_m, east_m))
+            if len(self._first) == FIRST_SAMPLES:
+                self.approved = median_point(self._first)
+            return Verdict.REJECT
+        verdict = Verdict.ACCEPT
+        if math.hypot(north_m - self.approved[0], east_m - self.approved[1]) > self._distance_m:
+            self._rejections += 1
+            if self._rejections <= REJECTIONS_IN_A_ROW:
+                return Verdict.REJECT
+            verdict = Verdict.RESET
+        self._rejections = 0
+        self.approved = (north_m, east_m)
+        return verdict
 
 
 @dataclass(frozen=True, slots=True)

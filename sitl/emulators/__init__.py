@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 from companion.config import ActuatorConfig, ConfigError, SensorConfig
 from sitl.battery import BatteryModel
+from sitl.emulators.compass import CompassEmulator
 from sitl.emulators.device import Device, Surroundings
 from sitl.emulators.gnss import GnssEmulator
 from sitl.emulators.microcontroller import MicrocontrollerEmulator
@@ -17,8 +18,10 @@ from sitl.thrusters import Thruster
 
 
 def _nmea0183(config: SensorConfig, port: MemoryDevice, around: Surroundings) -> Device:
-    """Many kinds of device speak it: one called wind… is a wind sensor, any other a satellite receiver."""
-    kind = WindEmulator if config.name.startswith("wind") else GnssEmulator
+    """Many kinds of device speak it: one called wind… is a wind sensor, one called compass… a compass, any other a satellite receiver."""
+    if config.name.startswith("wind"):
+        return WindEmulator(config, port, around)
+    kind = CompassEmulator if config.name.startswith("compass") else GnssEmulator
     return kind(config, port, around)
 
 

@@ -1,4 +1,4 @@
-"""An Xsens MTi that prints MTData2, configured for the NED frame and aligned so that its axes are forward, starboard, down.
+"""An Xsens MTi that prints MTData2, configured for the NED frame (of magnetic north where its heading is called "magnetic") and aligned so that its axes are forward, starboard, down.
 
 Source: MT Low-Level Communication Protocol. FA FF 36 LEN DATA CS: all bytes after FA add up to 0 modulo 256, numbers are big-endian. DATA is
 a row of (identifier u16, size u8, value); in the low nibble of an identifier 0 stands for 32-bit floats and 4 for the NED frame.
@@ -12,7 +12,7 @@ import struct
 from companion.config import SensorConfig
 from sitl.emulators.device import Surroundings
 from sitl.memory import MemoryDevice
-from sitl.sensors import ImuModel
+from sitl.sensors import ImuModel, north_of
 
 _PACKET_COUNTER = 0x1020
 _SAMPLE_TIME_FINE = 0x1060
@@ -37,6 +37,7 @@ class XsensEmulator:
         self._port = port
         self._around = around
         self._latency_s = config.latency_s
+        self._north_rad = north_of(around.home, around.epoch_unix_ns) if config.heading == "magnetic" else 0.0
         self._counter = 0
 
     def speak(self, t_s: float) -> None:
@@ -55,7 +56,7 @@ class XsensEmulator:
             0xFA, 0xFF, 0x36, _LENGTH,
             _PACKET_COUNTER, 2, counter,
             _SAMPLE_TIME_FINE, 4, ticks,
-            _QUATERNION_NED, 16, *_quaternion(roll, pitch, yaw),
+            _QUATERNION_NED, 16, *_quaternion(roll, pitch, yaw - self._north_rad),
             _ACCELERATION, 12, x, y, z,
             _RATE_OF_TURN, 12, p, q, r,
             _STATUS_WORD, 4, _STATUS_GOOD,

@@ -2,7 +2,17 @@
 
 from __future__ import annotations
 
-from sitl.scenarios import hold, identify, mission_square
+from sitl.scenarios import gnss_dropout, hold, identify, lever_arm, mission_square, wild_points
 from sitl.scenarios.scenario import Scenario
 
-SCENARIOS: dict[str, Scenario] = {scenario.name: scenario for scenario in (hold.SCENARIO, identify.SCENARIO, mission_square.SCENARIO)}
+SCENARIOS: dict[str, Scenario] = {
+    scenario.name: scenario
+    for scenario in (
+        hold.SCENARIO,
+        mission_square.SCENARIO,
+        gnss_dropout.SCENARIO,
+        wild_points.SCENARIO,
+        lever_arm.SCENARIO,
+        identify.SCENARIO,
+    )
+}

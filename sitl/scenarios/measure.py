@@ -10,6 +10,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from companion.core.frames import body_to_ned
+
 Track = list[dict[str, float]]
 Point = tuple[float, float]
 
@@ -35,6 +37,46 @@ class Check:
 def read_truth(folder: Path) -> Track:
     with (folder / "truth.csv").open(encoding="utf-8") as file:
         return [{key: float(value) for key, value in row.items()} for row in csv.DictReader(file)]
+
+
+def read_estimates(folder: Path) -> Track:
+    """What the vessel believed, a row a tick: the columns of ticks.csv that are numbers and that truth.csv has too."""
+    names = ("t_s", "north_m", "east_m", "yaw_rad", "surge_mps", "sway_mps", "yaw_rate_radps")
+    with (folder / "ticks.csv").open(encoding="utf-8") as file:
+        return [{name: float(row[name]) for name in names} for row in csv.DictReader(file)]
+
+
+@dataclass(frozen=True, slots=True)
+class EstimateError:
+    """Estimate less truth at one tick, in NED; `yaw_rad` is the true heading, for errors that turn with the hull."""
+
+    t_s: float
+    north_m: float
+    east_m: float
+    north_mps: float
+    east_mps: float
+    yaw_rad: float
+
+    @property
+    def distance_m(self) -> float:
+        return math.hypot(self.north_m, self.east_m)
+
+    @property
+    def speed_mps(self) -> float:
+        return math.hypot(self.north_mps, self.east_mps)
+
+
+def estimate_errors(folder: Path, from_s: float = -math.inf, to_s: float = math.inf) -> list[EstimateError]:
+    """Row by row: both files have one a tick. Raises ValueError where their times do not agree."""
+    errors = []
+    for believed, true in zip(read_estimates(folder), read_truth(folder), strict=True):
+        if abs(believed["t_s"] - true["t_s"]) > 0.006:
+            raise ValueError(f"ticks.csv and truth.csv disagree at {believed['t_s']:.3f} s")
+        if from_s <= true["t_s"] <= to_s:
+            (bn, be), (tn, te) = (body_to_ned(row["surge_mps"], row["sway_mps"], row["yaw_rad"]) for row in (believed, true))
+            north_m, east_m = believed["north_m"] - true["north_m"], believed["east_m"] - true["east_m"]
+            errors.append(EstimateError(true["t_s"], north_m, east_m, bn - tn, be - te, true["yaw_rad"]))
+    return errors
 
 
 def between(track: Track, from_s: float, to_s: float = math.inf) -> Track:

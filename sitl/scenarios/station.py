@@ -95,6 +95,25 @@ class Station:
         if result != expect:
             raise StationTimeout(f"command {number}: result {result}, expected {expect}; said: {self.texts[-3:]}")
 
+    def set_parameter(self, name: str, value: float) -> None:
+        """PARAM_SET of a real number, and its echo. Raises StationTimeout where none comes."""
+        self.last.pop("PARAM_VALUE", None)
+        self.send(mavlink.MAVLink_param_set_message(1, 1, name.encode(), value, mavlink.MAV_PARAM_TYPE_REAL32))
+        self.wait(f"{name} = {value:g}", lambda: getattr(self.last.get("PARAM_VALUE"), "param_id", "") == name, 3.0)
+
+    def hold_at_home(self, settle_s: float) -> None:
+        """Arm in Hold, go to home with the heading of the start, and settle."""
+        home = self.rig.config.home
+        self.ready()
+        self.set_mode(0x03040000)
+        self.arm()
+        self.reposition(home.lat_deg, home.lon_deg, home.yaw_rad)
+        self.sail(settle_s)
+
+    def reposition(self, lat_deg: float, lon_deg: float, yaw_rad: float) -> None:
+        """Go there and hold, with that heading."""
+        self.command(mavlink.MAV_CMD_DO_REPOSITION, -1.0, 1.0, 0.0, yaw_rad, lat_deg, lon_deg, math.nan)
+
     def set_mode(self, custom_mode: int) -> None:
         self.send(mavlink.MAVLink_set_mode_message(1, 1, custom_mode))
         self.wait(f"mode {custom_mode:#x}", lambda: self._heartbeat("custom_mode") == custom_mode, 3.0)

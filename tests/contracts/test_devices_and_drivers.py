@@ -19,6 +19,7 @@ from companion.core.types import (
     GnssFix,
     GroundVelocity,
     Heading,
+    HeadingBy,
     Imu,
     Leak,
     Reading,
@@ -115,6 +116,18 @@ def test_wind_sensor_gives_apparent_wind() -> None:
     readings = [reading for reading in boat.sail(20.0, armed=False) if isinstance(reading, Wind)]
     assert statistics.fmean(reading.speed_mps for reading in readings) == pytest.approx(8.0, abs=2.5)
     assert all(0.0 < reading.from_rad < math.pi for reading in readings)  # bow east, wind from the south: from starboard
+
+
+@pytest.mark.parametrize("device", ["compass", "imu"])
+def test_a_compass_gives_magnetic_heading(device: str) -> None:
+    """Trondheim has magnetic north 5.2° to the east in 2026."""
+    imu = replace(IMU, heading="magnetic" if device == "imu" else "none")
+    compass = replace(GNSS, name="compass", x_m=0.0, z_m=0.0, rate_hz=10.0)
+    boat = Boat(vessel(GNSS, imu, *([compass] if device == "compass" else []), yaw_deg=100.0))
+    readings = [reading for reading in boat.sail(20.0, armed=False) if isinstance(reading, Heading) and reading.source == device]
+    assert len(readings) == pytest.approx(200, abs=2) and {reading.by for reading in readings} == {HeadingBy.MAGNETIC}
+    mean = statistics.fmean(reading.yaw_rad for reading in readings)
+    assert math.degrees(mean) == pytest.approx(100.0 - 5.2, abs=4.0)
 
 
 @pytest.mark.parametrize(

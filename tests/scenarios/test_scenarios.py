@@ -41,6 +41,15 @@ def test_mission_square_with_the_controllers_model_wrong(tmp_path: Path, error: 
     sail("mission_square", tmp_path, 2, wind="2", current="0.1", model_error=error)
 
 
+NAVIGATION = [("gnss_dropout", "holding"), ("gnss_dropout", "sailing"), ("wild_points", ""), ("lever_arm", "")]
+
+
+@pytest.mark.parametrize("seed", [*range(2), *(pytest.param(seed, marks=pytest.mark.sweep) for seed in range(2, 16))])
+@pytest.mark.parametrize(("name", "doing"), NAVIGATION)
+def test_navigation(tmp_path: Path, name: str, doing: str, seed: int) -> None:
+    sail(name, tmp_path, seed, **({"while": doing} if doing else {}))
+
+
 @pytest.mark.sweep
 @pytest.mark.parametrize("seed", range(32))
 @pytest.mark.parametrize("wind", ["0", "2", "3"])

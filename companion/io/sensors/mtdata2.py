@@ -12,8 +12,9 @@ import struct
 from collections.abc import Mapping
 
 from companion.config import SensorConfig
+from companion.core.angles import wrap_pi
 from companion.core.ports import ByteStream
-from companion.core.types import Imu, Reading
+from companion.core.types import Heading, HeadingBy, Imu, Reading
 from companion.io.sensors.driver import StreamDriver
 
 _PREAMBLE = b"\xfa\xff\x36"  # with the identifier of MTData2: no other message is of interest
@@ -42,6 +43,9 @@ _header_at = struct.Struct(">HB").unpack_from
 _word_at = struct.Struct(">I").unpack_from
 _TICK_S = 1e-4
 _TICKS_WRAP = 2**32
+
+_HEADING_BY = {"none": None, "magnetic": HeadingBy.MAGNETIC, "true": HeadingBy.COMPASS}
+_HEADING_PERIOD_S = 0.095  # its errors are slow: ten a second say all there is to know
 
 _SELF_TEST_OK = 0x1
 _CLIPPING = 0x00080000
@@ -77,9 +81,9 @@ class SampleClock:
 
 
 class Mtdata2Sensor(StreamDriver):
-    """MTData2 bytes → `Imu` readings. Remembers the unfinished message and the relation of the device's clock to the vessel's.
+    """MTData2 bytes → `Imu` readings, and `Heading` readings by the device's own yaw where the configuration says what that is worth.
 
-    Messages without both acceleration and rate of turn give no reading, but count as valid: the health text then says what is missing.
+    Remembers the unfinished message, the relation of the device's clock to the vessel's, and when it last gave a heading. Messages without both acceleration and rate of turn give no reading, but count as valid: the health text then says what is missing.
     """
 
     messages = "MTData2 messages"
@@ -89,6 +93,8 @@ class Mtdata2Sensor(StreamDriver):
         self._buffer = bytearray()
         self._clock = SampleClock(config.latency_s)
         self._remark = ""
+        self._heading_by = _HEADING_BY[config.heading]
+        self._heading_s = -math.inf
 
     def _feed(self, arrival_s: float, data: bytes, readings: list[Reading]) -> None:
         buffer = self._buffer
@@ -164,7 +170,11 @@ class Mtdata2Sensor(StreamDriver):
             return
         x, y, z = acceleration
         p, q, r = rate
-        readings.append(Imu(t_s, self.name, x, y, z, p, q, r, *_attitude(values)))
+        roll, pitch, yaw = _attitude(values)
+        readings.append(Imu(t_s, self.name, x, y, z, p, q, r, roll, pitch, yaw))
+        if self._heading_by is not None and yaw is not None and not 0.0 <= t_s - self._heading_s < _HEADING_PERIOD_S:
+            self._heading_s = t_s
+            readings.append(Heading(t_s, self.name, wrap_pi(yaw + self._config.heading_offset_rad), None, self._heading_by))
 
     def _note_status(self, word: int) -> None:
         if not word & _SELF_TEST_OK:

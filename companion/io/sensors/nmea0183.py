@@ -18,7 +18,7 @@ from pynmea2.nmea_utils import datestamp, dm_to_sd, timestamp
 from companion.config import SensorConfig
 from companion.core.angles import wrap_pi
 from companion.core.ports import ByteStream
-from companion.core.types import FixType, GnssFix, GroundVelocity, Heading, Reading, TimeOfDay, Wind
+from companion.core.types import FixType, GnssFix, GroundVelocity, Heading, HeadingBy, Reading, TimeOfDay, Wind
 from companion.io.sensors.driver import StreamDriver
 
 _LONGEST = 120  # of a sentence between $ and *: receivers with many digits go past the standard's 82
@@ -33,13 +33,12 @@ _QUALITY = {
     5: FixType.RTK_FLOAT,
     9: FixType.DGPS,  # satellite-based corrections, as some makers say it
 }  # 0 no fix, 6 dead reckoning, 7 typed in by hand, 8 simulator: not a position
-_SIGMA_M = {FixType.FIX_2D: 5.0, FixType.FIX_3D: 1.5, FixType.DGPS: 0.6, FixType.RTK_FLOAT: 0.25, FixType.RTK_FIXED: 0.03}
+_SIGMA_M = {FixType.FIX_2D: 5.0, FixType.FIX_3D: 1.5, FixType.DGPS: 0.5, FixType.RTK_FLOAT: 0.25, FixType.RTK_FIXED: 0.03}
 _HDOP_RANGE = (0.7, 20.0)
 _STATISTICS_AGE_S = 3.0  # how long a GST holds for the fixes after it
 _PREFERRED_AGE_S = 2.0  # GLL and RMC count only where nothing better came for that long
 _MPS = {"N": 1852.0 / 3600.0, "K": 1.0 / 3.6, "M": 1.0, "S": 1609.344 / 3600.0}
 _STANDSTILL_MPS = 0.2  # below this, a course left empty means "none" and not "unknown"
-_COMPASS_SIGMA_RAD = math.radians(3.0)
 _UNIX_DAY = date(1970, 1, 1).toordinal()
 
 
@@ -75,6 +74,7 @@ class Nmea0183Sensor(StreamDriver):
             "HDT": self._hdt,
             "THS": self._ths,
             "HDG": self._hdg,
+            "HDM": self._hdm,
             "ZDA": self._zda,
             "GST": self._gst,
             "MWV": self._mwv,
@@ -179,25 +179,32 @@ class Nmea0183Sensor(StreamDriver):
         readings.append(GroundVelocity(t_s, self.name, speed_mps * math.cos(course_rad), speed_mps * math.sin(course_rad)))
 
     def _hdt(self, sentence: Sentence, t_s: float, readings: list[Reading]) -> None:
-        self._heading(_number(sentence.get("heading")), None, t_s, readings)
+        self._heading(_number(sentence.get("heading")), HeadingBy.BASELINE, t_s, readings)
 
     def _ths(self, sentence: Sentence, t_s: float, readings: list[Reading]) -> None:
         if sentence.get("mode") == "A":
-            self._heading(_number(sentence.get("heading")), None, t_s, readings)
+            self._heading(_number(sentence.get("heading")), HeadingBy.BASELINE, t_s, readings)
 
     def _hdg(self, sentence: Sentence, t_s: float, readings: list[Reading]) -> None:
-        """Magnetic: a true heading only where the compass knows the variation, and no better one is on the line."""
+        """Magnetic; true already where the compass knows the variation."""
         heading = _number(sentence.get("heading"))
-        variation = _signed(sentence.get("variation"), sentence.get("var_dir"))
-        if heading is None or variation is None or self._recent("HDT", t_s) or self._recent("THS", t_s):
+        if heading is None:
             return
-        deviation = _signed(sentence.get("deviation"), sentence.get("dev_dir")) or 0.0
-        self._heading(heading + deviation + variation, _COMPASS_SIGMA_RAD, t_s, readings)
+        heading += _signed(sentence.get("deviation"), sentence.get("dev_dir")) or 0.0
+        variation = _signed(sentence.get("variation"), sentence.get("var_dir"))
+        if variation is None:
+            self._heading(heading, HeadingBy.MAGNETIC, t_s, readings)
+        else:
+            self._heading(heading + variation, HeadingBy.COMPASS, t_s, readings)
 
-    def _heading(self, heading_deg: float | None, accuracy_rad: float | None, t_s: float, readings: list[Reading]) -> None:
+    def _hdm(self, sentence: Sentence, t_s: float, readings: list[Reading]) -> None:
+        if not self._recent("HDG", t_s):
+            self._heading(_number(sentence.get("heading")), HeadingBy.MAGNETIC, t_s, readings)
+
+    def _heading(self, heading_deg: float | None, by: HeadingBy, t_s: float, readings: list[Reading]) -> None:
         if heading_deg is not None:
             yaw_rad = wrap_pi(math.radians(heading_deg) + self._config.heading_offset_rad)
-            readings.append(Heading(t_s, self.name, yaw_rad, accuracy_rad))
+            readings.append(Heading(t_s, self.name, yaw_rad, None, by))
 
     def _zda(self, sentence: Sentence, t_s: float, readings: list[Reading]) -> None:
         day, month, year = _number(sentence.get("day")), _number(sentence.get("month")), _number(sentence.get("year"))

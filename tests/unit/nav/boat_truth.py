@@ -158,12 +158,17 @@ def rms(values: np.ndarray) -> float:
 
 
 def navigate(
-    voyage: Voyage, alter: Alter | None = None, tick_every: int = 10, delay: int = 0, parameters: dict[str, float] | None = None
+    voyage: Voyage,
+    alter: Alter | None = None,
+    tick_every: int = 10,
+    delay: int = 0,
+    parameters: dict[str, float] | None = None,
+    config: VesselConfig | None = None,
 ) -> Passage:
     """Sail the voyage through an estimator at 10 Hz. `alter(sample, readings)` may change what the sensors say;
     `delay`: samples by which all but the IMU come in late (and the configuration knows it)."""
     truth = sail(voyage)
-    config = config_of(voyage, latency_s=delay / IMU_HZ)
+    config = config or config_of(voyage, latency_s=delay / IMU_HZ)
     estimator = Estimator(config, Parameters(parameters))
     said = readings_of(voyage, truth, LocalFrame(config.home.lat_deg, config.home.lon_deg))
     passage = Passage(truth, [], [])

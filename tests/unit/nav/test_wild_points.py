@@ -17,23 +17,27 @@ def started_rule() -> ThesisRule:
 def test_thesis_rule_begins_with_the_median_of_20() -> None:
     rule = ThesisRule()
     points = [(0.0, 0.0)] * 13 + [(5000e3, -3000e3)] * 6
-    assert all(rule.update(*point) is None for point in points)
-    assert rule.update(0.2, 0.1) == (0.0, 0.0)
+    assert {rule.update(*point) for point in points} == {Verdict.REJECT}
+    assert rule.approved is None
+    rule.update(0.2, 0.1)
+    assert rule.approved == (0.0, 0.0)
 
 
 def test_thesis_rule_rejects_20_and_approves_the_21st() -> None:
     rule = started_rule()
-    assert rule.update(0.9, 0.0) == (0.9, 0.0)
-    assert [rule.update(3.0, 0.0) for _ in range(20)] == [None] * 20
-    assert rule.update(3.0, 0.1) == (3.0, 0.1)
+    assert rule.update(0.9, 0.0) is Verdict.ACCEPT
+    assert [rule.update(3.0, 0.0) for _ in range(20)] == [Verdict.REJECT] * 20
+    assert rule.approved == (0.9, 0.0)
+    assert rule.update(3.0, 0.1) is Verdict.RESET
+    assert rule.approved == (3.0, 0.1)
 
 
 def test_thesis_rule_counts_only_rejections_in_a_row() -> None:
     rule = started_rule()
     for _ in range(20):
-        assert rule.update(3.0, 0.0) is None
-    assert rule.update(0.0, 0.0) == (0.0, 0.0)
-    assert rule.update(3.0, 0.0) is None
+        assert rule.update(3.0, 0.0) is Verdict.REJECT
+    assert rule.update(0.0, 0.0) is Verdict.ACCEPT
+    assert rule.update(3.0, 0.0) is Verdict.REJECT
 
 
 def verdicts(gate: InnovationGate, innovations: list[tuple[float, float]], sigma: float = 0.05) -> list[Verdict]:

@@ -6,11 +6,12 @@ import math
 import struct
 from collections.abc import Sequence
 from itertools import pairwise
+from typing import Literal
 
 import pytest
 
 from companion.config import SensorConfig
-from companion.core.types import Imu
+from companion.core.types import Heading, HeadingBy, Imu
 from companion.io.sensors.mtdata2 import Mtdata2Sensor, SampleClock
 
 # packet counter 1, sample time 10000 (1 s), acceleration (0.5, −0.25, −9.75), rate of turn (0.125, 0, −0.5), status 1
@@ -169,3 +170,17 @@ def test_health() -> None:
     line.chunks = [(3.0, b"\x55" * 900)]
     sensor.read(3.0)
     assert "wrong baud rate" in sensor.health(3.0).text
+
+
+@pytest.mark.parametrize(("worth", "by"), [("magnetic", HeadingBy.MAGNETIC), ("true", HeadingBy.COMPASS), ("none", None)])
+def test_the_devices_own_yaw_as_a_compass(worth: Literal["none", "magnetic", "true"], by: HeadingBy | None) -> None:
+    """Ten a second of a hundred, with the mounting offset, and only where the file says what it is worth."""
+    line = Line()
+    config = SensorConfig("imu", "mtdata2", "serial:/dev/x:115200", heading=worth, heading_offset_rad=math.radians(20.0))
+    sensor = Mtdata2Sensor(config, line)
+    euler = item(0x2034, struct.pack(">3f", 0.0, 0.0, 170.0))
+    line.chunks = [(1.0 + 0.01 * k, message(item(0x1060, struct.pack(">I", 100 * k)), FORCE, RATE, euler)) for k in range(100)]
+    headings = [reading for reading in sensor.read(3.0) if isinstance(reading, Heading)]
+    assert len(headings) == (10 if by else 0)
+    assert all(heading.by is by and heading.yaw_rad == pytest.approx(math.radians(-170.0)) for heading in headings)
+    assert [heading.t_s for heading in headings[:2]] == pytest.approx([1.0, 1.1][: len(headings)])

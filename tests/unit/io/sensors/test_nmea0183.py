@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from companion.config import ConfigError, SensorConfig
-from companion.core.types import FixType, GnssFix, GroundVelocity, Heading, Reading, TimeOfDay, Wind
+from companion.core.types import FixType, GnssFix, GroundVelocity, Heading, HeadingBy, Reading, TimeOfDay, Wind
 from companion.io.sensors import DRIVERS, open_sensor
 
 # sentences as makers' manuals print them, with their checksums
@@ -128,13 +128,20 @@ def test_ths_by_status() -> None:
     assert read(sentence("GNTHS,271.5,V")) == []
 
 
-def test_hdg_only_with_its_variation() -> None:
+def test_compasses() -> None:
+    """HDG is true with its own variation, magnetic without; HDM is magnetic, and left aside where HDG comes too."""
     (heading,) = read(sentence("HCHDG,98.3,1.0,W,12.6,E"))
-    assert isinstance(heading, Heading)
+    assert isinstance(heading, Heading) and heading.by is HeadingBy.COMPASS
     assert heading.yaw_rad == pytest.approx(math.radians(98.3 - 1.0 + 12.6))
-    assert heading.accuracy_rad is not None
-    assert read(sentence("HCHDG,98.3,0.0,E,,")) == []
-    assert [type(r) for r in read(HDT + sentence("HCHDG,98.3,1.0,W,12.6,E"))] == [Heading]
+    (heading,) = read(sentence("HCHDG,98.3,1.0,E,,"))
+    assert isinstance(heading, Heading) and heading.by is HeadingBy.MAGNETIC
+    assert heading.yaw_rad == pytest.approx(math.radians(99.3))
+    (heading,) = read(sentence("HCHDM,310.5,M"))
+    assert isinstance(heading, Heading) and heading.by is HeadingBy.MAGNETIC
+    assert heading.yaw_rad == pytest.approx(math.radians(-49.5))
+    assert read(sentence("HCHDM,,M")) == [] == read(sentence("HCHDG,,,,,"))
+    both = read(HDT + sentence("HCHDG,98.3,1.0,W,12.6,E") + sentence("HCHDM,98.3,M"))
+    assert [reading.by for reading in both if isinstance(reading, Heading)] == [HeadingBy.BASELINE, HeadingBy.COMPASS]
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,70 @@
+"""A turn of 90° on the spot: an antenna that is not where the configuration has it would show as an error that turns with the hull."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from sitl.scenarios.measure import Check, EstimateError, estimate_errors, rms
+from sitl.scenarios.scenario import Scenario, Settings
+from sitl.scenarios.station import Station
+
+_SETTLE_S = 40.0
+_TURN_RAD = math.pi / 2.0
+_TURN_S = 50.0
+_LIMIT_M = 0.02
+_WHOLE_M = 0.05  # of the estimate's error, in which the receiver's own slow error is too
+
+
+def sail(station: Station, settings: Settings) -> dict[str, Any]:
+    home = station.rig.config.home
+    station.hold_at_home(_SETTLE_S)
+    from_s = station.rig.now_s
+    station.sail(5.0)
+    station.reposition(home.lat_deg, home.lon_deg, home.yaw_rad + _TURN_RAD)
+    station.sail(_TURN_S)
+    return {"from_s": from_s}
+
+
+def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[dict[str, float], Sequence[Check]]:
+    errors = estimate_errors(folder, asked["from_s"])
+    ahead, starboard = body_fixed(errors)
+    distances = [error.distance_m for error in errors]
+    turned = math.degrees(max(error.yaw_rad for error in errors) - min(error.yaw_rad for error in errors))
+    metrics = {
+        "lever_arm_error_m": math.hypot(ahead, starboard),
+        "estimate_error_rms_m": rms(distances),
+        "estimate_error_max_m": max(distances),
+        "turned_deg": turned,
+    }
+    checks = (
+        Check("the boat has turned", turned, 85.0, "deg", at_least=True),
+        Check("error that turns with the hull", metrics["lever_arm_error_m"], _LIMIT_M, "m"),
+        Check("estimate error", metrics["estimate_error_max_m"], _WHOLE_M, "m"),
+    )
+    return metrics, checks
+
+
+def body_fixed(errors: Sequence[EstimateError]) -> tuple[float, float]:
+    """(x, y) of the part of the errors that is fixed in the hull, beside a part that is fixed in NED (the receiver's own slow error)."""
+    import numpy as np
+
+    rows, values = [], []
+    for error in errors:
+        c, s = math.cos(error.yaw_rad), math.sin(error.yaw_rad)
+        rows += [(1.0, 0.0, c, -s), (0.0, 1.0, s, c)]
+        values += [error.north_m, error.east_m]
+    solution, *_ = np.linalg.lstsq(np.array(rows), np.array(values), rcond=None)
+    return float(solution[2]), float(solution[3])
+
+
+SCENARIO = Scenario(
+    name="lever_arm",
+    text="a turn of 90° while holding, judged by the error of the estimate that turns with the hull",
+    vessel="revolt",
+    defaults={"wind": "2", "current": "", "gnss": "rtk", "waves": "", "model_error": ""},
+    sail=sail,
+    measure=measure,
+)

@@ -1,0 +1,95 @@
+"""The estimator on the emulated devices' bytes, without a controller: are its doubts the size of its errors, slow errors included?"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.stats import chi2
+
+from companion.config import VesselConfig, find, load
+from companion.core.types import ActuatorCommand, NavState, Reading, ThrusterCommand
+from companion.io.actuators import open_actuator
+from companion.io.sensors import open_sensor
+from companion.nav.estimator import Estimator
+from companion.params import Parameters
+from sitl.world import World
+
+REVOLT = load(find("revolt"))
+SEEDS = 16
+INSTANTS_S = (50.0, 89.9, 92.0, 94.9, 95.3, 110.0)
+DROPOUT = "gnss_lost@90+5"
+
+
+def drive(vessel: VesselConfig, seed: int, until_s: float, gnss: str, faults: Sequence[str]) -> list[tuple[NavState, tuple[float, ...]]]:
+    """The boat snakes about under open-loop thrust in wind; each tick's estimate and (north, east, v_north, v_east, yaw) as they are."""
+    world = World(vessel, seed=seed, wind="2", gnss=gnss, faults=faults)
+    sensors = [open_sensor(row, world.open(row.name, row.port)) for row in vessel.sensors]
+    bridges = [open_actuator(row, vessel, world.open(row.name, row.port)) for row in vessel.actuators]
+    estimator = Estimator(vessel, Parameters())
+    found = []
+    for k in range(1, round(until_s * 10) + 1):
+        t_s = k / 10
+        world.advance(t_s)
+        readings: list[Reading] = []
+        for device in (*sensors, *bridges):
+            readings += device.read(t_s)
+        stern = ThrusterCommand(4.3, 0.4, 0.3 * math.sin(t_s / 15.0))
+        for bridge in bridges:
+            bridge.write(ActuatorCommand(t_s, True, (stern, stern, ThrusterCommand(0.6, 0.2 * math.sin(t_s / 7.0), None))), t_s)
+        hull = world.hull
+        state = estimator.update(readings, t_s)
+        found.append((state, (hull.north_m, hull.east_m, hull.north_mps, hull.east_mps, hull.yaw_rad)))
+    return found
+
+
+def normalised(state: NavState, truth: tuple[float, ...]) -> tuple[float, float, float]:
+    north, east, v_north, v_east, yaw = truth
+    return (
+        ((state.north_m - north) ** 2 + (state.east_m - east) ** 2) / state.position_accuracy_m**2,
+        ((state.north_mps - v_north) ** 2 + (state.east_mps - v_east) ** 2) / state.velocity_accuracy_mps**2,
+        (math.remainder(state.yaw_rad - yaw, 2.0 * math.pi) / state.heading_accuracy_rad) ** 2,
+    )
+
+
+@pytest.mark.sweep
+@pytest.mark.parametrize("gnss", ["rtk", "sbas", "standalone"])
+def test_normalised_errors_over_the_seeds(gnss: str) -> None:
+    """Inside the 95 % band but for chance (two of eighteen means), and none outside of the 99.9 % band."""
+    squares = np.empty((SEEDS, len(INSTANTS_S), 3))
+    for seed in range(SEEDS):
+        found = drive(REVOLT, seed, INSTANTS_S[-1], gnss, (DROPOUT,))
+        for i, t_s in enumerate(INSTANTS_S):
+            squares[seed, i] = normalised(*found[round(t_s * 10) - 1])
+    means = squares.mean(axis=0)
+    axes = np.array([2, 2, 1])
+    inside = (means > chi2.ppf(0.025, axes * SEEDS) / SEEDS) & (means < chi2.ppf(0.975, axes * SEEDS) / SEEDS)
+    near = (means > chi2.ppf(0.0005, axes * SEEDS) / SEEDS) & (means < chi2.ppf(0.9995, axes * SEEDS) / SEEDS)
+    assert (~inside).sum() <= 2 and near.all(), means
+
+
+@pytest.mark.parametrize("gnss", ["rtk", "sbas", "standalone"])
+def test_errors_are_no_larger_than_three_sigma(gnss: str) -> None:
+    for seed in (1, 2):
+        for state, truth in drive(REVOLT, seed, 70.0, gnss, ("gnss_lost@60+5",))[400:]:
+            assert max(normalised(state, truth)) < 16.0, state.t_s
+
+
+@pytest.mark.parametrize("heading", ["magnetic", "true"])
+def test_a_compass_alone_carries_the_boat(heading: str) -> None:
+    """The receiver has one antenna: the inertial sensor's own yaw serves from the start, at rest and under way."""
+    gnss, imu = REVOLT.sensors
+    vessel = replace(REVOLT, sensors=(gnss, replace(imu, heading=heading)))  # type: ignore[arg-type]
+    for state, truth in drive(vessel, 3, 60.0, "rtk", ("heading_lost@0",))[100:]:
+        assert state.heading_valid and state.position_valid
+        assert abs(math.remainder(state.yaw_rad - truth[4], 2.0 * math.pi)) < 3.0 * state.heading_accuracy_rad
+        assert math.hypot(state.north_m - truth[0], state.east_m - truth[1]) < 0.1
+
+
+def test_without_any_compass_there_is_no_heading_at_rest() -> None:
+    gnss, imu = REVOLT.sensors
+    vessel = replace(REVOLT, sensors=(gnss, imu))
+    assert not drive(vessel, 3, 15.0, "rtk", ("heading_lost@0",))[-1][0].heading_valid
