@@ -243,8 +243,13 @@ class PathFollower:
         )
 
     def _turn_rate(self, nav: NavState, here: PathPoint, ahead: PathPoint, leaning: float, lookahead: float) -> float:
-        """How fast the course to sail turns: with the bend, and as the boat nears the track or leaves it."""
+        """How fast the course to sail turns: with the bend, and as the boat nears the track or leaves it.
+
+        With the bend only as fast as the boat really gets along: one that wind pins down in a bend must first turn back to its course.
+        """
+        along = nav.north_mps * math.cos(here.course_rad) + nav.east_mps * math.sin(here.course_rad)
+        pace = min(self._speed, max(0.0, along))
         drift = -nav.north_mps * math.sin(here.course_rad) + nav.east_mps * math.cos(here.course_rad)
-        rate = self._speed * ahead.curvature_1pm - drift * lookahead / (lookahead * lookahead + leaning * leaning)
+        rate = pace * ahead.curvature_1pm - drift * lookahead / (lookahead * lookahead + leaning * leaning)
         limit = math.radians(self._parameters["PATH_YAW_RATE"])
         return min(limit, max(-limit, rate))

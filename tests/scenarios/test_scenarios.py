@@ -25,6 +25,13 @@ def test_mission_square_in_wind(tmp_path: Path, seed: int) -> None:
     assert metrics["cross_track_rms_m"] < 0.5 and metrics["worst_miss_m"] <= 1.5 and metrics["waypoints_reached"] == 4
 
 
+@pytest.mark.parametrize("wind", ["6@225", "6@45", "6@135"])
+def test_mission_square_in_a_blow(tmp_path: Path, wind: str) -> None:
+    """In a bend such a wind can stop the boat: it must turn back to its course and go on, not lie broadside."""
+    metrics = sail("mission_square", tmp_path, 2, wind=wind)
+    assert metrics["time_s"] < 200.0
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_hold_in_wind(tmp_path: Path, seed: int) -> None:
     metrics = sail("hold", tmp_path, seed, wind="2")
