@@ -9,6 +9,7 @@ from geographiclib.constants import Constants
 from geographiclib.geodesic import Geodesic
 
 _A_M = Constants.WGS84_a
+_SETTLED_M = 1e-6  # what is left shrinks by distance over radius in a pass: after this, nothing is
 _E2 = Constants.WGS84_f * (2.0 - Constants.WGS84_f)
 
 
@@ -47,6 +48,8 @@ class LocalFrame:
             north, east = self.to_ned(math.degrees(lat), self.lon_deg + math.degrees(dlon))
             lat += (north_m - north) / meridian
             dlon += (east_m - east) / (vertical * math.cos(lat))
+            if abs(north_m - north) + abs(east_m - east) < _SETTLED_M:
+                break
         lon_deg = self.lon_deg + math.degrees(dlon)
         return math.degrees(lat), math.remainder(lon_deg, 360.0)
 
