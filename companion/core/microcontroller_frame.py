@@ -279,7 +279,8 @@ def _encode_status(message: BoardStatus) -> bytes:
     voltage = _NO_VOLTAGE if message.voltage_v is None else _scaled(message.voltage_v, 1e3, 0, _NO_VOLTAGE - 1)
     current = _NO_CURRENT if message.current_a is None else _scaled(message.current_a, 1e3, _NO_CURRENT + 1, 2**31 - 1)
     remaining = _NO_REMAINING if message.remaining is None else _scaled(message.remaining, 254.0, 0, 254)
-    rc_us = [*(min(max(us, 0), 65535) for us in message.rc_us[:RC_CHANNELS]), *[0] * (RC_CHANNELS - len(message.rc_us))]
+    rc_us = [min(max(us, 0), 65535) for us in message.rc_us[:RC_CHANNELS]]
+    rc_us += [0] * (RC_CHANNELS - len(rc_us))
     n = _count(message.thrusters)
     parts = [_STATUS_HEAD.pack(VERSION, _STATUS, message.sequence & 0xFF, flags, voltage, current, remaining, *rc_us, n)]
     parts += [_STATUS_THRUSTER.pack(_throttle(t.throttle), _azimuth(t.azimuth_rad), t.ok) for t in message.thrusters]
@@ -331,7 +332,10 @@ def _count(thrusters: tuple[ThrusterDemand, ...] | tuple[ThrusterState, ...]) ->
 
 def _scaled(value: float, scale: float, low: int, high: int) -> int:
     """round(value·scale) within [low, high]; 0 for what is not a number."""
-    return 0 if math.isnan(value) else round(min(max(value * scale, low), high))
+    scaled = value * scale
+    if low <= scaled <= high:
+        return round(scaled)
+    return 0 if math.isnan(value) else low if scaled < low else high
 
 
 def _throttle(throttle: float) -> int:
