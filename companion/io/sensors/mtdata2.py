@@ -140,10 +140,14 @@ class Mtdata2Sensor(StreamDriver):
             if at + size > end:
                 self._bad += 1
                 return
-            group = data_id & _GROUP_MASK
+            group, precision = data_id & _GROUP_MASK, data_id & _PRECISION_MASK
             if group in _COUNTS:
-                numbers = _numbers(group | data_id & _PRECISION_MASK, message, at, size)
-                if numbers is not None:
+                unpacker = _FLOATS.get(group | precision)
+                if unpacker is None:
+                    numbers = _fixed_point(precision, _COUNTS[group], message[at : at + size])
+                else:
+                    numbers = unpacker.unpack_from(message, at) if size == unpacker.size else ()
+                if numbers and math.isfinite(sum(numbers)):  # it is not as soon as one of them is not
                     values[group] = numbers
             elif group == _SAMPLE_TIME_FINE and size == 4:
                 (ticks,) = _word_at(message, at)
@@ -174,21 +178,13 @@ class Mtdata2Sensor(StreamDriver):
         return super()._complaint(age_s) or self._remark
 
 
-def _numbers(kind: int, message: bytes, at: int, size: int) -> tuple[float, ...] | None:
-    """The numbers of one data item, or None where its size or a value is not what its identifier (`kind`: without the frame) says."""
-    unpacker = _FLOATS.get(kind)
-    if unpacker is not None:
-        if size != unpacker.size:
-            return None
-        numbers: tuple[float, ...] = unpacker.unpack_from(message, at)
-        return numbers if all(map(math.isfinite, numbers)) else None
-    count, precision = _COUNTS[kind & _GROUP_MASK], kind & _PRECISION_MASK
-    raw = message[at : at + size]
-    if precision == _FIXED_1220 and size == 4 * count:
+def _fixed_point(precision: int, count: int, raw: bytes) -> tuple[float, ...]:
+    """The numbers of a data item in fixed point; none where its size is not what its identifier says."""
+    if precision == _FIXED_1220 and len(raw) == 4 * count:
         return tuple(value / 2**20 for value in struct.unpack(f">{count}i", raw))
-    if precision == _FIXED_1632 and size == 6 * count:  # 32 fraction bits first, then 16 integer bits
+    if precision == _FIXED_1632 and len(raw) == 6 * count:  # 32 fraction bits first, then 16 integer bits
         return tuple(high + low / 2**32 for low, high in struct.iter_unpack(">Ih", raw))
-    return None
+    return ()
 
 
 def _attitude(values: Mapping[int, tuple[float, ...]]) -> tuple[float | None, float | None, float | None]:
