@@ -166,8 +166,8 @@ def _log_folder(config: VesselConfig, parameters: Parameters, around: Surroundin
     return LogFolder(around.log_folder, thrusters, devices, manifest, warn, sync=around.durable_log)
 
 
-def _tap(log: LogFolder | None, clock: WaitingClock) -> Callable[[bytes], None] | None:
+def _tap(log: LogFolder | None, clock: WaitingClock) -> Callable[[Sequence[bytes]], None] | None:
     """Where every packet, in and out, goes besides."""
     if log is None:
         return None
-    return lambda packet: log.packets(packet, clock.time_unix_ns())
+    return lambda packets: log.packets(packets, clock.time_unix_ns())

@@ -1,6 +1,6 @@
 """The log folder: ticks.csv, events.csv, telemetry.tlog, manifest.json. Written through at every row.
 
-Each row leaves the process with one `write`, so `kill -9` loses at most the row being written; on a boat a second thread asks
+Each row leaves the process with one `write`, and so do the packets of one exchange: `kill -9` loses at most what is being written. On a boat a second thread asks
 the medium to keep it (`fdatasync`) as fast as the medium can, so that a power cut loses at most what the medium had in hand. The
 control thread never waits for a medium. (The ReVolt thesis lost a recording at each power cut.)
 """
@@ -108,9 +108,10 @@ class LogFolder:
         for event in tick.events:
             self._events.write(event_row(event, tick.time_unix_ns).encode())
 
-    def packets(self, data: bytes, time_unix_ns: int) -> None:
-        """Whole MAVLink packets, sent or received, in the .tlog form: microseconds since 1970, big-endian, then the packet."""
-        self._packets.write(struct.pack(">Q", time_unix_ns // 1000) + data)
+    def packets(self, packets: Sequence[bytes], time_unix_ns: int) -> None:
+        """Whole MAVLink packets, sent or received, in the .tlog form: before each microseconds since 1970, big-endian."""
+        stamp = struct.pack(">Q", time_unix_ns // 1000)
+        self._packets.write(b"".join([stamp + packet for packet in packets]))
 
     def close(self) -> None:
         if self._syncer is not None:

@@ -49,15 +49,24 @@ class Service(Protocol):
     def update(self, now_s: float) -> None: ...
 
 
-class _LogOutlet(Endpoint):
-    """An endpoint that never answers: the log, which keeps each packet by itself."""
+Tap = Callable[[Sequence[bytes]], None]
 
-    def __init__(self, tap: Callable[[bytes], None]) -> None:
+
+class _LogOutlet(Endpoint):
+    """An endpoint that never answers: the log. What was sent and received is handed over packet by packet, at each flush."""
+
+    def __init__(self, tap: Tap) -> None:
         super().__init__("log", DEFAULT_DIALECT, lambda data, now_s: len(data))
         self._tap = tap
+        self._packets: list[bytes] = []
 
     def send_bytes(self, data: bytes) -> None:
-        self._tap(data)
+        self._packets.append(data)
+
+    def flush(self, now_s: float) -> None:
+        if self._packets:
+            packets, self._packets = self._packets, []
+            self._tap(packets)
 
 
 class Hub:
@@ -69,10 +78,10 @@ class Hub:
         links: Sequence[Link],
         version: str,
         *,
-        tap: Callable[[bytes], None] | None = None,
+        tap: Tap | None = None,
         services: Callable[[Hub], Sequence[Service]] | None = None,
     ) -> None:
-        """`version`: of the program. `tap`: is given every packet, in and out. `services`: instead of those of `services.py`."""
+        """`version`: of the program. `tap`: is given every packet, in and out, a few at a time. `services`: instead of those of `services.py`."""
         from companion.io.mavlink.services import default_services  # they build on the hub in turn
 
         self.vessel = vessel
@@ -80,7 +89,6 @@ class Hub:
         self.system = int(vessel.parameters["MAV_SYS_ID"])
         self._links = tuple(links)
         self._log = None if tap is None else _LogOutlet(tap)
-        self._tap = tap
         self._stations: set[int] = set()
         self._greeted_s: weakref.WeakKeyDictionary[Endpoint, float] = weakref.WeakKeyDictionary()
         self._statustext_id = 0
@@ -170,8 +178,8 @@ class Hub:
 
     def _take(self, endpoint: Endpoint, message: Any, now_s: float) -> None:
         system, component = message.get_srcSystem(), message.get_srcComponent()
-        if self._tap is not None:
-            self._tap(bytes(message.get_msgbuf()))
+        if self._log is not None:
+            self._log.send_bytes(bytes(message.get_msgbuf()))
         if isinstance(message, UnknownMessage) or (system == self.system and component == COMPONENT):
             return
         peer = Peer(endpoint, system, component)
@@ -212,5 +220,5 @@ class Hub:
             self.telemetry.tell_changes(self.vessel.supervisor.status(now_s), now_s)
 
     def _flush(self, now_s: float) -> None:
-        for endpoint in self.endpoints:
-            endpoint.flush(now_s)
+        for outlet in self.outlets:
+            outlet.flush(now_s)

@@ -41,9 +41,10 @@ def test_every_row_is_there_without_closing(tmp_path: Path) -> None:
 
 def test_packets_are_kept_in_the_tlog_form(tmp_path: Path) -> None:
     folder = log(tmp_path)
-    folder.packets(b"\xfd\x00", 1_780_000_000_123_456_789)
+    folder.packets([b"\xfd\x00", b"\xfe"], 1_780_000_000_123_456_789)
     data = (tmp_path / "telemetry.tlog").read_bytes()
-    assert struct.unpack(">Q", data[:8])[0] == 1_780_000_000_123_456 and data[8:] == b"\xfd\x00"
+    stamp = struct.pack(">Q", 1_780_000_000_123_456)
+    assert data == stamp + b"\xfd\x00" + stamp + b"\xfe"
     folder.close()
 
 

@@ -170,7 +170,7 @@ class Desk:
 class Rig:
     """A hub with its vessel and one desk a link."""
 
-    def __init__(self, urls: Sequence[str], tap: Callable[[bytes], None] | None = None, services: Any = None) -> None:
+    def __init__(self, urls: Sequence[str], tap: Callable[[Sequence[bytes]], None] | None = None, services: Any = None) -> None:
         self.vessel = FakeVessel()
         self.desks = [Desk(MemoryLink(url), 255 - i) for i, url in enumerate(urls)]
         self.hub = Hub(self.vessel, [desk.link for desk in self.desks], "0.1.0", tap=tap, services=services)

@@ -157,7 +157,7 @@ def test_sequence_numbers_run_on_each_endpoint_by_itself(make_rig: Any) -> None:
 
 def test_the_tap_gets_whole_packets_both_ways(make_rig: Any, named: Any) -> None:
     packets: list[bytes] = []
-    rig = make_rig(["memory:a", "memory:b"], tap=packets.append)
+    rig = make_rig(["memory:a", "memory:b"], tap=packets.extend)
     rig.tick()
     rig.command(999)
     kinds = []
@@ -174,7 +174,7 @@ def test_the_tap_gets_whole_packets_both_ways(make_rig: Any, named: Any) -> None
 
 def test_the_log_is_written_with_no_station_there(make_rig: Any) -> None:
     packets: list[bytes] = []
-    rig = make_rig([], tap=packets.append)
+    rig = make_rig([], tap=packets.extend)
     rig.run(1.0)
     assert len(packets) > 20
 
