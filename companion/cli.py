@@ -284,6 +284,7 @@ class LockstepRig:
         self.vessel = build(believed, around)
         self.vessel.add_recorder(TruthLog(folder, self.world, tuple(thruster.name for thruster in self.config.thrusters)))
         self._steps = 0
+        self._closed = False
 
     @property
     def now_s(self) -> float:
@@ -312,7 +313,9 @@ class LockstepRig:
         return LockstepRig(replace(self._conditions, hull=believed), self._folder / folder)
 
     def close(self) -> None:
-        self.vessel.close()
+        if not self._closed:
+            self._closed = True
+            self.vessel.close()
 
 
 def _believed(config: VesselConfig, conditions: Conditions) -> VesselConfig:
