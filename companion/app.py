@@ -89,7 +89,7 @@ def build(config: VesselConfig, around: Surroundings) -> Vessel:
     if around.state is not None:
         around.state.on_warning = warn
     parameters = _parameters(config, around, warn)
-    plans = _plans(around.state, warn)
+    plans = _plans(around.state, config.limits.sway_n > 0.0, warn)
     executor = MissionExecutor(plans)
     estimator = Estimator(config, parameters, events.say)
     supervisor = Supervisor(config, parameters, plans, executor, events, lambda: estimator.frame)
@@ -136,14 +136,14 @@ def _parameters(config: VesselConfig, around: Surroundings, warn: Callable[[str]
     return parameters
 
 
-def _plans(state: StateFile | None, warn: Callable[[str], None]) -> Plans:
+def _plans(state: StateFile | None, can_sway: bool, warn: Callable[[str], None]) -> Plans:
     plans = Plans()
     if state is not None:
         kept, warnings = state.load_plans()
         for text in warnings:
             warn(text)
         for kind, items in kept.items():
-            refusal = check_plan(kind, items) if items else None
+            refusal = check_plan(kind, items, can_sway) if items else None
             if refusal is None:
                 plans.replace(kind, items)
             else:

@@ -178,6 +178,22 @@ class LimitsConfig:
 
 
 @dataclass(frozen=True, slots=True)
+class DockConfig:
+    """The boat's own berth. `lat_deg`, `lon_deg`: the point of its face that lies against the middle of `side`; `yaw_rad`: the boat's heading there.
+
+    `clearance_m` is the room between hull and face that fenders take up, `standoff_m` the clear water from which the boat comes alongside.
+    """
+
+    __pydantic_config__ = _STRICT
+    lat_deg: Latitude
+    lon_deg: Longitude
+    yaw_rad: Annotated[float, Field(alias="heading_deg", ge=-360.0, le=360.0), _FROM_DEGREES]
+    side: Literal["port", "starboard", "bow", "stern"] = "port"
+    standoff_m: Annotated[float, Field(ge=1.0, le=50.0)] = 2.0
+    clearance_m: Annotated[float, Field(ge=0.0, le=5.0)] = 0.1
+
+
+@dataclass(frozen=True, slots=True)
 class PlantConfig:
     """One set of truth for SITL: the hull as it really is, and what the thrusters really do."""
 
@@ -214,6 +230,7 @@ class VesselConfig:
     windage: WindageConfig = field(default_factory=WindageConfig)
     links: tuple[str, ...] = ()
     parameters: dict[str, float] = field(default_factory=dict)
+    dock: DockConfig | None = None
     sitl: SitlConfig | None = None
 
 

@@ -186,6 +186,7 @@ class Vessel:
             allocation = allocator.update(wrench, self.period_s)
         self._achieved = allocation.achieved
         self._thrust = allocation.achieved if status.armed else None
+        self.supervisor.thrust_achieved(allocation.achieved)
         return allocation
 
     def act(self, command: ActuatorCommand, now_s: float) -> None:
@@ -243,6 +244,7 @@ class Vessel:
         self._feedback[reading.index] = reading
         if reading.ok != (before is None or before.ok):
             self._blocks.allocator.set_failed(reading.index, not reading.ok)
+            self.supervisor.thruster_failed(reading.index, not reading.ok)
             name = self.config.thrusters[reading.index].name
             severity, state = (Severity.NOTICE, "runs again") if reading.ok else (Severity.CRITICAL, "does not run: the others make up for it")
             self.events.say(reading.t_s, severity, f"thruster_{name}", f"Thruster {name} {state}")

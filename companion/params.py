@@ -111,6 +111,20 @@ TABLE: tuple[ParamSpec, ...] = (
     _real("DP_ACC_YAW", 1.5, 0.1, 60.0, "deg/s^2", "Dynamic positioning", "Largest yaw acceleration of the reference"),
     _real("DP_TRANSIT_DIST", 6.0, 0.0, 200.0, "m", "Dynamic positioning", "Go-to points further off than this are sailed to bow first; nearer ones are taken in any direction"),
     _real("DP_WATCH_R", 3.0, 0.2, 100.0, "m", "Dynamic positioning", "Watch circle around a held point; outside it the boat warns"),
+    _real("DP_ALARM_R", 6.0, 0.2, 200.0, "m", "Dynamic positioning", "Circle around a held point outside which the boat raises the alarm"),
+    _choice("DP_CONSEQ", 1, _YES_NO, "Dynamic positioning", "Say while holding whether the boat would still hold if one thruster failed"),
+    _real("DP_NUDGE_MAX", 3.0, 0.1, 20.0, "m", "Dynamic positioning", "Longest way of one nudge"),
+    _real("DP_NUDGE_YAW", 45.0, 1.0, 180.0, "deg", "Dynamic positioning", "Largest turn of one nudge"),
+    # docking
+    _real("DOCK_SPEED", 0.05, 0.01, 0.5, "m/s", "Docking", "Speed at which the boat comes alongside"),
+    _real("DOCK_PUSH_N", 5.0, 0.0, 500.0, "N", "Docking", "Force that holds the boat against the berth, over what wind and current take"),
+    _real("DOCK_TOL", 0.1, 0.02, 2.0, "m", "Docking", "Distance from the standoff point within which the approach may begin"),
+    _real("DOCK_TOL_YAW", 2.0, 0.2, 20.0, "deg", "Docking", "Heading error within which the approach may begin"),
+    _real("DOCK_ALIGN_T", 3.0, 0.0, 60.0, "s", "Docking", "How long the boat must stand within the tolerances before it comes alongside"),
+    _real("DOCK_POS_ACC", 0.2, 0.02, 5.0, "m", "Docking", "Docking is given up while the position is known no better than this"),
+    _real("DOCK_OFF_MAX", 0.3, 0.05, 5.0, "m", "Docking", "Docking is given up further off the line of approach than this"),
+    _real("DOCK_YAW_MAX", 8.0, 1.0, 45.0, "deg", "Docking", "Docking is given up at a heading error above this"),
+    _real("DOCK_TIMEOUT", 120.0, 10.0, 1800.0, "s", "Docking", "Docking is given up when lining up or coming alongside takes longer"),
     # path
     _choice("PATH_KIND", 1, {0: "Linear", 1: "PCHIP", 2: "Modified Akima", 3: "Cubic spline"}, "Path", "Curve laid through the waypoints"),
     _real("PATH_LOOKAHEAD", 3.0, 0.5, 100.0, "m", "Path", "Shortest look-ahead distance"),
@@ -124,6 +138,7 @@ TABLE: tuple[ParamSpec, ...] = (
     _real("NAV_ACC_RAD", 1.5, 0.2, 100.0, "m", "Path", "Acceptance radius of a waypoint that does not bring its own"),
     _real("WP_SPEED", 0.6, 0.05, 20.0, "m/s", "Path", "Speed on missions, until the mission changes it"),
     _real("MPC_XY_VEL_MAX", 1.0, 0.1, 25.0, "m/s", "Path", "Top speed in any mode steered by itself"),
+    _choice("WP_YAW_MODE", 0, {0: "At the waypoint", 1: "Along the whole leg"}, "Path", "Where a waypoint's heading is held; along the leg the boat moves by dynamic positioning"),
     # mission
     _choice("MIS_ON_START", 0, {0: "Stay in Hold, disarmed", 1: "Resume"}, "Mission", "After a restart in mid-mission"),
     _choice("MIS_DONE_ACT", 1, {1: "Hold", 2: "RTL", 3: "Neutral"}, "Mission", "What to do after the last item"),

@@ -12,6 +12,7 @@ _COLUMNS = (
     "t_s,north_m,east_m,yaw_rad,surge_mps,sway_mps,yaw_rate_radps,"
     "wind_speed_mps,wind_from_rad,current_north_mps,current_east_mps"
 )
+_CONTACT_COLUMNS = ",contact_n,contact_gap_m,contact_surge_mps,contact_sway_mps"  # the speeds: when the boat touched last
 
 
 class TruthLog:
@@ -21,7 +22,8 @@ class TruthLog:
         self._world = world
         folder.mkdir(parents=True, exist_ok=True)
         self._file: TextIO = (folder / "truth.csv").open("w", encoding="utf-8", buffering=1)
-        self._file.write(_COLUMNS + "".join(f",{name}_force_n,{name}_azimuth_rad" for name in thrusters) + "\n")
+        columns = _COLUMNS + "".join(f",{name}_force_n,{name}_azimuth_rad" for name in thrusters)
+        self._file.write(columns + (_CONTACT_COLUMNS if world.berth is not None else "") + "\n")
 
     def record(self, tick: Tick) -> None:
         t = self._world.truth
@@ -29,7 +31,10 @@ class TruthLog:
             f"{t.t_s:.3f},{t.north_m:.5f},{t.east_m:.5f},{t.yaw_rad:.6f},{t.surge_mps:.5f},{t.sway_mps:.5f},{t.yaw_rate_radps:.6f}"
             f",{t.wind_speed_mps:.3f},{t.wind_from_rad:.4f},{t.current_north_mps:.4f},{t.current_east_mps:.4f}"
         )
-        self._file.write(row + "".join(f",{force:.3f},{azimuth:.4f}" for force, azimuth in t.thrusters) + "\n")
+        row += "".join(f",{force:.3f},{azimuth:.4f}" for force, azimuth in t.thrusters)
+        if (berth := self._world.berth) is not None:
+            row += f",{berth.force_n:.3f},{berth.gap_m:.5f},{berth.touch_surge_mps:.5f},{berth.touch_sway_mps:.5f}"
+        self._file.write(row + "\n")
 
     def close(self) -> None:
         self._file.close()

@@ -6,13 +6,14 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from companion.config import ConfigError, PlantConfig, VesselConfig
+from companion.config import ConfigError, DockConfig, PlantConfig, VesselConfig
 from companion.core.angles import wrap_pi
 from companion.core.frames import ned_to_body
 from companion.core.ports import ByteStream
 from sitl import emulators
 from sitl import thrusters as thruster_models
 from sitl.battery import BatteryModel
+from sitl.berth import Berth
 from sitl.emulators.device import Surroundings
 from sitl.environment import UPDATE_S, Current, Waves, Wind, parse_directed, wind_force
 from sitl.faults import Faults, parse
@@ -71,9 +72,10 @@ class World:
         current_variation_mps: float = 0.0,
         capacity_wh: float = _CAPACITY_WH,
         epoch_unix_ns: int = EPOCH_UNIX_NS,
+        dock: DockConfig | None = None,
     ) -> None:
         """`wind` "MPS@FROM_DEG", `current` "MPS@TOWARDS_DEG", directions from the seed where left out; `plant` None: as the vessel's file
-        says. Raises ConfigError for what the vessel or the arguments do not offer.
+        says; `dock` None: the vessel's own berth, if it has one. Raises ConfigError for what the vessel or the arguments do not offer.
         """
         self._vessel = vessel
         self._plant = _chosen_plant(vessel, plant)
@@ -84,6 +86,8 @@ class World:
         self.waves = Waves(waves_m, self.wind, vessel.length_m, seed)
         self.battery = BatteryModel(capacity_wh)
         self.hull = Hull(self._plant.hull)
+        face = vessel.dock if dock is None else dock
+        self.berth = None if face is None else Berth(face, vessel.home, vessel.length_m, vessel.beam_m)
         self.thrusters = thruster_models.build(vessel.thrusters, self._plant.thruster_lag_s, self._plant.thruster_x_m)
         self._steps = 0
         self._streams: dict[str, MemoryStream] = {}
@@ -206,6 +210,9 @@ class World:
             surge_mps2, sway_mps2 = ned_to_body(*self.waves.acceleration(t_s), hull.yaw_rad)
             surge_n += self._plant.hull.m11_kg * surge_mps2
             sway_n += self._plant.hull.m22_kg * sway_mps2
+        if self.berth is not None:
+            x_n, y_n, n_nm = self.berth.push(hull)
+            surge_n, sway_n, yaw_nm = surge_n + x_n, sway_n + y_n, yaw_nm + n_nm
         hull.step(surge_n, sway_n, yaw_nm, STEP_S)
 
     def _let_speak(self, t_s: float) -> None:

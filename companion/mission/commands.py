@@ -20,6 +20,7 @@ class Command(IntEnum):
     NAV_LOITER_UNLIM = 17
     NAV_LOITER_TIME = 19
     NAV_RETURN_TO_LAUNCH = 20
+    NAV_LAND = 21  # onto a berth
     NAV_DELAY = 93
     CONDITION_YAW = 115
     DO_JUMP = 177
@@ -119,6 +120,11 @@ RULES: dict[int, Rule] = {
     Command.NAV_LOITER_UNLIM: Rule(Role.NAVIGATION, position=True, ranges=(_HEADING,)),
     Command.NAV_LOITER_TIME: Rule(Role.NAVIGATION, position=True, ranges=(Range(1, "time", "give 0 s or more", 0), _HEADING)),
     Command.NAV_RETURN_TO_LAUNCH: Rule(Role.NAVIGATION),
+    Command.NAV_LAND: Rule(
+        Role.NAVIGATION,
+        position=True,
+        ranges=(Range(4, "heading", "give the heading at which the boat lies at the berth, 0 to 360 degrees", -360.0, 360.0),),
+    ),
     Command.NAV_DELAY: Rule(
         Role.NAVIGATION,
         ranges=(Range(1, "delay", "give 0 s or more, or −1 to wait for the time of day in params 2 to 4", 0, also=(-1.0,)),),
@@ -171,7 +177,7 @@ RULES: dict[int, Rule] = {
 }
 
 TASKS = frozenset(command for command, rule in RULES.items() if rule.role in (Role.NAVIGATION, Role.CONDITION))
-DESTINATIONS = frozenset(command for command, rule in RULES.items() if rule.role is Role.NAVIGATION and rule.position)
+DESTINATIONS = frozenset(command for command, rule in RULES.items() if rule.role is Role.NAVIGATION and rule.position and command != Command.NAV_LAND)
 POLYGONS = frozenset({Command.FENCE_POLYGON_INCLUSION, Command.FENCE_POLYGON_EXCLUSION})
 CIRCLES = frozenset({Command.FENCE_CIRCLE_INCLUSION, Command.FENCE_CIRCLE_EXCLUSION})
 

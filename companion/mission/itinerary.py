@@ -7,9 +7,10 @@ import math
 from companion.mission.commands import DESTINATIONS, Command, heading_rad, must_stay, stay_s
 from companion.mission.cursor import Cursor
 from companion.mission.plan import PlanItem
-from companion.mission.tasks import Complete, ReturnHome, RoutePoint, Sail, Stay, Task, Turn, Wait
+from companion.mission.tasks import Complete, Dock, ReturnHome, RoutePoint, Sail, Stay, Task, Turn, Wait
 
 LONGEST_ROUTE = 200
+_GOES_ON = (Command.NAV_RETURN_TO_LAUNCH, Command.NAV_LAND)
 
 
 def task_at(cursor: Cursor, arrived: bool) -> Task:
@@ -24,6 +25,8 @@ def task_at(cursor: Cursor, arrived: bool) -> Task:
     if item.command == Command.CONDITION_YAW:
         angle_rad = math.radians(item.param1 if item.param4 else math.remainder(item.param1, 360.0))
         return Turn(item.seq, angle_rad, bool(item.param4), int(item.param3))
+    if item.command == Command.NAV_LAND:
+        return Dock(item.seq, item.lat_deg, item.lon_deg, heading_rad(item) or 0.0)
     return ReturnHome(item.seq)
 
 
@@ -31,18 +34,18 @@ def _sail(ahead: Cursor) -> Sail:
     """The points from here to the first at which the boat must come to rest; moves `ahead` along.
 
     A route ends early, without a stop, at its longest length and before a point that would follow itself; the next one goes on from there.
-    Before the way home it does not stop either.
+    Before the way home, or to a berth, it does not stop either.
     """
     route: list[RoutePoint] = []
     while (item := ahead.item) is not None and item.command in DESTINATIONS:
         if len(route) == LONGEST_ROUTE or (route and route[-1].seq == ahead.seq):
             return Sail(tuple(route), stop=False)
         radius_m = item.param2 if item.command == Command.NAV_WAYPOINT and item.param2 > 0.0 else None
-        route.append(RoutePoint(ahead.seq, item.lat_deg, item.lon_deg, radius_m, ahead.speed_mps))
+        route.append(RoutePoint(ahead.seq, item.lat_deg, item.lon_deg, radius_m, ahead.speed_mps, heading_rad(item)))
         if must_stay(item):
             break
         ahead.advance()
-    return Sail(tuple(route), stop=item is None or item.command != Command.NAV_RETURN_TO_LAUNCH)
+    return Sail(tuple(route), stop=item is None or item.command not in _GOES_ON)
 
 
 def _stay(item: PlanItem) -> Stay:

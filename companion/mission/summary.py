@@ -138,6 +138,9 @@ def _follow(voyage: _Voyage, item: PlanItem, speed_mps: float | None) -> bool:
         target = voyage.home
         if target is None:
             voyage.notes.append(f"item {item.seq} returns home, and where that is the file does not say: not counted")
+    elif item.command == Command.NAV_LAND:
+        target = (item.lat_deg, item.lon_deg)
+        voyage.notes.append(f"item {item.seq} comes alongside: that is not counted")
     elif item.command == Command.NAV_DELAY:
         hold_s = _duration_s(item.param1)
         if item.param1 < 0.0:

@@ -10,13 +10,17 @@ _DAY_S = 86400
 
 @dataclass(frozen=True, slots=True)
 class RoutePoint:
-    """A point to pass. `radius_m` None: the vessel's own acceptance radius; `speed_mps` towards it, None: the vessel's own."""
+    """A point to pass. `radius_m` None: the vessel's own acceptance radius; `speed_mps` towards it, None: the vessel's own.
+
+    `yaw_rad`: heading that the item asks for, if any.
+    """
 
     seq: int
     lat_deg: float
     lon_deg: float
     radius_m: float | None
     speed_mps: float | None
+    yaw_rad: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,11 +90,21 @@ class ReturnHome:
 
 
 @dataclass(frozen=True, slots=True)
+class Dock:
+    """Come alongside the berth there, lying at `yaw_rad`."""
+
+    seq: int
+    lat_deg: float
+    lon_deg: float
+    yaw_rad: float
+
+
+@dataclass(frozen=True, slots=True)
 class Complete:
     """Nothing is left to do."""
 
 
-Task = Sail | Stay | Wait | Turn | ReturnHome | Complete
+Task = Sail | Stay | Wait | Turn | ReturnHome | Dock | Complete
 
 
 @dataclass(frozen=True, slots=True)

@@ -37,8 +37,11 @@ def check_item(kind: PlanKind, item: PlanItem) -> PlanRefusal | None:
     return None if more is None else more(item)
 
 
-def check_plan(kind: PlanKind, items: Sequence[PlanItem]) -> PlanRefusal | None:
-    """Why `items`, each of which has passed `check_item`, cannot be put in force together; None if they can, or if there are none."""
+def check_plan(kind: PlanKind, items: Sequence[PlanItem], can_sway: bool = True) -> PlanRefusal | None:
+    """Why `items`, each of which has passed `check_item`, cannot be put in force together; None if they can, or if there are none.
+
+    `can_sway`: whether the boat can push itself sideways, and so come alongside a berth.
+    """
     if len(items) > CAPACITY:
         return PlanRefusal(PlanResult.NO_SPACE, f"{len(items)} items are too many: {_KIND_NAMES[kind]} can hold {CAPACITY}")
     for i, item in enumerate(items):
@@ -47,6 +50,10 @@ def check_plan(kind: PlanKind, items: Sequence[PlanItem]) -> PlanRefusal | None:
                 PlanResult.INVALID_SEQUENCE, f"item {i}: it carries sequence number {item.seq}; number items from 0 without gaps", i
             )
     if kind is PlanKind.MISSION:
+        landing = next((item for item in items if item.command == Command.NAV_LAND), None)
+        if landing is not None and not can_sway:
+            text = "is for boats that can push themselves sideways, which this one cannot; remove it"
+            return _refuse(landing, PlanResult.UNSUPPORTED, text)
         return _check_mission(items)
     if kind is PlanKind.FENCE:
         return _check_fence(items)

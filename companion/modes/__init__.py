@@ -9,6 +9,9 @@ from companion.core.geodesy import LocalFrame
 from companion.core.types import ModeId
 from companion.mission.executor import MissionExecutor
 from companion.mission.plan import Plans
+from companion.modes.berth import BerthChoice
+from companion.modes.dock import DockMode
+from companion.modes.docking import Docking
 from companion.modes.events import EventLog
 from companion.modes.forces import ForcesMode
 from companion.modes.heading import HeadingMode
@@ -31,14 +34,16 @@ def build_modes(
 ) -> dict[ModeId, Mode]:
     """Every mode of the table, in display order. `frame` gives the local NED plane that the estimator works in."""
     point = ReturnPoint(parameters, plans, frame)
+    berths = BerthChoice(config, plans, frame)
+    docking = Docking(config, parameters, events)
     modes: tuple[Mode, ...] = (
         ManualMode(config, parameters),
         ForcesMode(config, parameters),
         HeadingMode(config, parameters),
         HoldMode(config, parameters, events),
-        MissionMode(config, parameters, executor, point, events, frame),
+        MissionMode(config, parameters, executor, point, docking, berths, events, frame),
         RtlMode(config, parameters, point, events),
-        UnavailableMode(ModeId.DOCK),
+        DockMode(config, docking, berths),
         UnavailableMode(ModeId.FOLLOW),
         UnavailableMode(ModeId.OFFBOARD),
     )

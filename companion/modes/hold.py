@@ -5,25 +5,26 @@ from __future__ import annotations
 import math
 
 from companion.config import VesselConfig
-from companion.core.types import ModeId, NavState, Setpoint, Severity
+from companion.core.angles import wrap_pi
+from companion.core.frames import body_to_ned
+from companion.core.types import ModeId, NavState, Setpoint
+from companion.modes.consequence import ConsequenceCheck
 from companion.modes.events import EventLog
 from companion.modes.mode import Mode, ModeInputs
 from companion.modes.station import Station
+from companion.modes.watch import WatchCircles
 from companion.params import Parameters
-
-_BACK_INSIDE = 0.8  # of the watch circle
 
 
 class HoldMode(Mode):
-    """Remembers the station and whether the boat has left the watch circle. Sticks, when deflected, move the point and the heading held."""
+    """What it remembers is in its station, its watch circles and its consequence check. Sticks, when deflected, move the point and the heading held."""
 
     id = ModeId.HOLD
 
     def __init__(self, config: VesselConfig, parameters: Parameters, events: EventLog) -> None:
-        self._parameters = parameters
-        self._events = events
         self._station = Station(config, parameters)
-        self._outside = False
+        self._circles = WatchCircles(parameters, events)
+        self._consequence = ConsequenceCheck(config, parameters, events)
         if config.limits.sway_n > 0.0:
             self.text = "Holds position and heading, or goes to a point and holds there"
         else:
@@ -45,17 +46,40 @@ class HoldMode(Mode):
 
     def resume(self, inputs: ModeInputs) -> str | None:
         self._station.rejoin(inputs.nav)
+        self._consequence.reset()
         return None
 
     def hold_here(self, nav: NavState) -> None:
         """Stop on the shortest way and hold there."""
         self._station.stop_here(nav)
-        self._outside = False
+        self._moved()
 
     def go_to(self, nav: NavState, north_m: float, east_m: float, yaw_rad: float | None, speed_mps: float | None) -> None:
         """Go on from the present motion to another point. To be called after `enter`."""
         self._station.go_to(nav, north_m, east_m, yaw_rad, speed_mps, fresh=False)
-        self._outside = False
+        self._moved()
+
+    def nudge(self, forward_m: float, starboard_m: float, turn_rad: float) -> str | None:
+        """Move what is held, as the held heading has it. A reason where nothing is held yet."""
+        if self._station.in_transit:
+            return "the boat is on its way to a point"
+        north_m, east_m, yaw_rad = self._station.held
+        moved_north_m, moved_east_m = body_to_ned(forward_m, starboard_m, yaw_rad)
+        self._station.shift(north_m + moved_north_m, east_m + moved_east_m, wrap_pi(yaw_rad + turn_rad))
+        self._moved()
+        return None
+
+    def head(self, yaw_rad: float) -> str | None:
+        """Another heading at the point held. A reason where nothing is held yet."""
+        if self._station.in_transit:
+            return "the boat is on its way to a point"
+        self._station.turn_to(wrap_pi(yaw_rad))
+        self._moved()
+        return None
+
+    def _moved(self) -> None:
+        self._circles.reset()
+        self._consequence.reset()
 
     def drop_speed(self) -> None:
         """Forget the speed that came with the go-to."""
@@ -64,16 +88,7 @@ class HoldMode(Mode):
     def update(self, inputs: ModeInputs) -> Setpoint:
         setpoint = self._station.update(inputs.nav, inputs.manual, inputs.speed_mps, inputs.dt_s)
         if self._station.arrived:
-            self._watch(inputs)
+            north_m, east_m = self._station.target
+            self._circles.update(math.hypot(inputs.nav.north_m - north_m, inputs.nav.east_m - east_m), inputs.now_s)
+            self._consequence.update(inputs)
         return setpoint
-
-    def _watch(self, inputs: ModeInputs) -> None:
-        north_m, east_m = self._station.target
-        off_m = math.hypot(inputs.nav.north_m - north_m, inputs.nav.east_m - east_m)
-        radius_m = self._parameters["DP_WATCH_R"]
-        if not self._outside and off_m > radius_m:
-            self._outside = True
-            self._events.say(inputs.now_s, Severity.WARNING, "watch_circle_left", f"Hold: {off_m:.1f} m off, outside the watch circle")
-        elif self._outside and off_m < _BACK_INSIDE * radius_m:
-            self._outside = False
-            self._events.say(inputs.now_s, Severity.NOTICE, "watch_circle_back", "Hold: back inside the watch circle")

@@ -10,10 +10,13 @@ from companion.core.geodesy import LocalFrame
 from companion.core.types import MissionState, ModeId, Setpoint, Severity
 from companion.guidance.path_following import PathFollower, Waypoint
 from companion.mission.executor import MissionExecutor
-from companion.mission.tasks import Action, Complete, ReturnHome, RoutePoint, Sail, Stay, Task, Turn, Wait
+from companion.mission.tasks import Action, Complete, Dock, ReturnHome, RoutePoint, Sail, Stay, Task, Turn, Wait
+from companion.modes.berth import BerthChoice
+from companion.modes.docking import Docking
 from companion.modes.events import EventLog
 from companion.modes.mode import Mode, ModeInputs
 from companion.modes.rtl import ReturnPoint
+from companion.modes.sideways_leg import SidewaysLeg
 from companion.modes.station import Station
 from companion.modes.turn import TurnPlan
 from companion.params import Parameters
@@ -37,16 +40,23 @@ class MissionMode(Mode):
         parameters: Parameters,
         executor: MissionExecutor,
         point: ReturnPoint,
+        docking: Docking,
+        berths: BerthChoice,
         events: EventLog,
         frame: Callable[[], LocalFrame],
     ) -> None:
         self._parameters = parameters
         self._executor = executor
         self._point = point
+        self._docking = docking
+        self._berths = berths
         self._events = events
         self._frame = frame
         self._can_sway = config.limits.sway_n > 0.0
         self._station = Station(config, parameters)
+        self._leg = SidewaysLeg(self._station)
+        self._sideways = False  # the last leg of the route is sailed by `_leg`
+        self._at_berth = False  # docking goes on, not refused
         self._follower = PathFollower(parameters, self._can_sway)
         self._task: Task | None = None
         self._route: tuple[RoutePoint, ...] = ()
@@ -63,6 +73,11 @@ class MissionMode(Mode):
         state = self._executor.progress.state
         return state if state in (MissionState.COMPLETE, MissionState.NO_MISSION) else None
 
+    @property
+    def docked(self) -> bool:
+        """Lies at the berth of the item done last."""
+        return self._at_berth and self._docking.docked
+
     def take_actions(self) -> tuple[Action, ...]:
         """What the mission wants changed; each is given once."""
         actions, self._actions = (*self._actions, *self._executor.take_actions()), []
@@ -75,6 +90,7 @@ class MissionMode(Mode):
         refusal = self._executor.begin()
         if refusal is None:
             self._task = None
+            self._at_berth = False
             self._station.stop_here(inputs.nav)
         return refusal
 
@@ -102,7 +118,10 @@ class MissionMode(Mode):
         return self._rest(inputs)
 
     def _rest(self, inputs: ModeInputs) -> Setpoint:
-        """Stop where the tasks ran out."""
+        """Stop where the tasks ran out; at a berth, stay there."""
+        if self.docked:
+            self._task = Complete()
+            return self._docking.update(inputs)
         if not isinstance(self._task, Complete):
             if not isinstance(self._task, Stay | Wait | Turn | ReturnHome):
                 self._station.stop_here(inputs.nav)
@@ -113,6 +132,7 @@ class MissionMode(Mode):
 
     def _take_up(self, task: Task, inputs: ModeInputs) -> None:
         before, self._task = self._task, task
+        self._at_berth = False
         self._since_s = None
         match task:
             case Sail():
@@ -121,13 +141,13 @@ class MissionMode(Mode):
                 self._lay_path(task, inputs)
             case Stay():
                 north_m, east_m = self._frame().to_ned(task.lat_deg, task.lon_deg)
-                self._station.go_to(inputs.nav, north_m, east_m, task.yaw_rad, None, fresh=isinstance(before, Sail))
+                self._station.go_to(inputs.nav, north_m, east_m, task.yaw_rad, None, fresh=isinstance(before, Sail | Dock))
             case Wait():
                 self._wait_s = math.inf
-                if isinstance(before, Sail | None):
+                if isinstance(before, Sail | Dock | None):
                     self._station.stop_here(inputs.nav)
             case Turn():
-                if isinstance(before, Sail | None):
+                if isinstance(before, Sail | Dock | None):
                     self._station.stop_here(inputs.nav)
                 self._turn = TurnPlan(inputs.nav.yaw_rad, task.yaw_rad, task.relative, task.direction)
                 self._turning = True
@@ -141,33 +161,72 @@ class MissionMode(Mode):
                 else:
                     self._station.go_to(inputs.nav, point[1], point[2], None, None)
 
+            case Dock():
+                self._go_to_berth(task, inputs)
+
+    def _go_to_berth(self, task: Dock, inputs: ModeInputs) -> None:
+        """A refusal is said, and the boat holds where it is."""
+        refusal = self._docking.start(self._berths.at(task.lat_deg, task.lon_deg, task.yaw_rad), inputs)
+        self._at_berth = refusal is None
+        if refusal is not None:
+            self._station.stop_here(inputs.nav)
+            self._events.say(inputs.now_s, Severity.WARNING, "dock_refused", f"Item {task.seq}: docking refused: {refusal}; holding here")
+
     def _lay_path(self, task: Sail, inputs: ModeInputs) -> None:
         frame = self._frame()
         self._route = task.route
         self._told = 0
         waypoints = [Waypoint(*frame.to_ned(p.lat_deg, p.lon_deg), p.radius_m, p.speed_mps) for p in task.route]
-        self._follower.start(waypoints, inputs.nav, stop_at_end=task.stop)
+        last = task.route[-1]
+        self._sideways = last.yaw_rad is not None and self._can_sway and bool(self._parameters["WP_YAW_MODE"])
+        if self._sideways and len(waypoints) == 1:
+            self._start_leg(inputs)
+        elif self._sideways:
+            self._follower.start(waypoints[:-1], inputs.nav, stop_at_end=False)
+        else:
+            self._follower.start(waypoints, inputs.nav, stop_at_end=task.stop)
+
+    def _start_leg(self, inputs: ModeInputs) -> None:
+        end = self._route[-1]
+        north_m, east_m = self._frame().to_ned(end.lat_deg, end.lon_deg)
+        yaw_rad = inputs.nav.yaw_rad if end.yaw_rad is None else end.yaw_rad
+        self._leg.start(inputs.nav, north_m, east_m, yaw_rad, end.speed_mps)
 
     # --- carrying it out -------------------------------------------------------------------------------------------
 
     def _sail(self, task: Sail, inputs: ModeInputs) -> Setpoint:
+        if self._sideways and self._told == len(self._route) - 1:
+            return self._sail_sideways(task, inputs)
         progress = self._follower.update(inputs.nav, inputs.speed_mps, inputs.dt_s)
-        passed = len(self._route) if progress.finished else progress.passed
+        passed = len(self._route) - self._sideways if progress.finished else progress.passed
         if task.stop and not progress.finished:
             passed = min(passed, len(self._route) - 1)  # the last one is reached at rest
         while self._told < passed and self._executor.task is task:
             seq = self._route[self._told].seq
             self._told += 1
             self._complete(seq, inputs)
+        if self._sideways and self._told == len(self._route) - 1:
+            self._start_leg(inputs)
         return progress.setpoint
 
-    def _stand(self, task: Stay | Wait | Turn | ReturnHome, inputs: ModeInputs) -> Setpoint:
+    def _sail_sideways(self, task: Sail, inputs: ModeInputs) -> Setpoint:
+        self._leg.update(inputs.nav)
         setpoint = self._station.update(inputs.nav, None, inputs.speed_mps, inputs.dt_s)
+        if self._leg.arrived:
+            self._told += 1
+            self._complete(task.route[-1].seq, inputs)
+        return setpoint
+
+    def _stand(self, task: Stay | Wait | Turn | ReturnHome | Dock, inputs: ModeInputs) -> Setpoint:
+        if self._at_berth:
+            setpoint = self._docking.update(inputs)
+        else:
+            setpoint = self._station.update(inputs.nav, None, inputs.speed_mps, inputs.dt_s)
         if self._is_done(task, setpoint, inputs):
             self._complete(task.seq, inputs)
         return setpoint
 
-    def _is_done(self, task: Stay | Wait | Turn | ReturnHome, setpoint: Setpoint, inputs: ModeInputs) -> bool:
+    def _is_done(self, task: Stay | Wait | Turn | ReturnHome | Dock, setpoint: Setpoint, inputs: ModeInputs) -> bool:
         match task:
             case Stay(duration_s=duration_s):
                 if self._since_s is None and self._is_near(inputs):
@@ -180,6 +239,8 @@ class MissionMode(Mode):
                 return inputs.now_s - self._since_s >= self._wait_s
             case Turn():
                 return self._is_turned(setpoint)
+            case Dock():
+                return self.docked
             case ReturnHome():
                 return not self._station.going and self._point.nearest(inputs.nav, inputs.home) is not None
 

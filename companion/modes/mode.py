@@ -5,12 +5,15 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
-from companion.core.types import Home, ManualInput, ModeId, NavState, Setpoint
+from companion.core.types import ZERO_WRENCH, Home, ManualInput, ModeId, NavState, Setpoint, Wrench
 
 
 @dataclass(frozen=True, slots=True)
 class ModeInputs:
-    """What a mode sees of a tick. `manual`: live sticks that may be obeyed, else None. `speed_mps`: what a self-steered mode should sail at."""
+    """What a mode sees of a tick. `manual`: live sticks that may be obeyed, else None. `speed_mps`: what a self-steered mode should sail at.
+
+    `achieved`: what the thrusters gave in the last cycle; `failed`: indices of those that report themselves dead.
+    """
 
     nav: NavState
     manual: ManualInput | None
@@ -18,6 +21,8 @@ class ModeInputs:
     speed_mps: float
     now_s: float
     dt_s: float
+    achieved: Wrench = ZERO_WRENCH
+    failed: frozenset[int] = frozenset()
 
 
 class Mode(ABC):

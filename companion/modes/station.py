@@ -207,16 +207,25 @@ class Station:
         """(north_m, east_m) held or on the way to."""
         return self._transit[:2] if self._transit is not None else self._keeper.target[:2]
 
+    @property
+    def held(self) -> tuple[float, float, float]:
+        """(north_m, east_m, yaw_rad) that the keeper holds or leads to; of no meaning in transit."""
+        return self._keeper.target
+
     def stop_here(self, nav: NavState) -> None:
         """Come to rest on the shortest way and stay, with the present heading."""
         self._keeper.start(nav)
         self._transit = None
         self._going = False
 
-    def go_to(self, nav: NavState, north_m: float, east_m: float, yaw_rad: float | None, speed_mps: float | None, fresh: bool = True) -> None:
-        """From the present motion to a point. `yaw_rad` None: the heading held, or that of arrival. `fresh` False: the reference goes on."""
+    def go_to(
+        self, nav: NavState, north_m: float, east_m: float, yaw_rad: float | None, speed_mps: float | None, fresh: bool = True, sideways: bool = False
+    ) -> None:
+        """From the present motion to a point. `yaw_rad` None: the heading held, or that of arrival. `fresh` False: the reference goes on.
+        `sideways`: by dynamic positioning however far it is, where the boat can.
+        """
         self._going = True
-        if math.hypot(north_m - nav.north_m, east_m - nav.east_m) > self._parameters["DP_TRANSIT_DIST"]:
+        if not (sideways and self._can_sway) and math.hypot(north_m - nav.north_m, east_m - nav.east_m) > self._parameters["DP_TRANSIT_DIST"]:
             self._transit = (north_m, east_m, yaw_rad, speed_mps)
             self._follower.start((Waypoint(north_m, east_m, speed_mps=speed_mps),), nav)
             return
@@ -229,6 +238,10 @@ class Station:
         """Go on at the speed that `update` is given."""
         if self._transit is not None:
             self._transit = (*self._transit[:3], None)
+
+    def shift(self, north_m: float, east_m: float, yaw_rad: float) -> None:
+        """Another pose for the keeper, from its present motion; not in transit."""
+        self._keeper.hold(north_m, east_m, yaw_rad, None)
 
     def turn_to(self, yaw_rad: float) -> None:
         """Another heading at the point held."""

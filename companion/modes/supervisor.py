@@ -11,6 +11,7 @@ from companion.core.geodesy import LocalFrame, distance_and_bearing
 from companion.core.types import (
     ACCEPTED,
     NEUTRAL_SETPOINT,
+    ZERO_WRENCH,
     DeviceHealth,
     Home,
     Inputs,
@@ -23,12 +24,14 @@ from companion.core.types import (
     Setpoint,
     Severity,
     Status,
+    Wrench,
 )
 from companion.mission.executor import MissionExecutor, Replaced
 from companion.mission.plan import Plans
 from companion.mission.tasks import SetHome, SetSpeed
 from companion.modes import build_modes
 from companion.modes.arming import arming_refusals
+from companion.modes.dock import DockMode
 from companion.modes.events import EventLog
 from companion.modes.failsafes import Action
 from companion.modes.helm import Helm
@@ -36,6 +39,7 @@ from companion.modes.hold import HoldMode
 from companion.modes.homing import HomeKeeper, is_on_earth
 from companion.modes.mission import MissionMode
 from companion.modes.mode import ModeInputs
+from companion.modes.nudges import Nudges
 from companion.modes.responder import Responder
 from companion.modes.situation import NO_ESTIMATE, Situation, usable
 from companion.modes.sticks import Sticks
@@ -77,18 +81,21 @@ class Supervisor:
         self._events = events
         self._frame_of = frame_of
         modes = build_modes(config, parameters, plans, executor, events, frame_of)
-        hold, mission = modes[ModeId.HOLD], modes[ModeId.MISSION]
-        assert isinstance(hold, HoldMode) and isinstance(mission, MissionMode)
-        self._hold, self._mission = hold, mission
+        hold, mission, dock = modes[ModeId.HOLD], modes[ModeId.MISSION], modes[ModeId.DOCK]
+        assert isinstance(hold, HoldMode) and isinstance(mission, MissionMode) and isinstance(dock, DockMode)
+        self._hold, self._mission, self._dock = hold, mission, dock
         self._sticks = Sticks(parameters)
         self._home = HomeKeeper(events)
         self._helm = Helm(modes, self._sticks, events, self._mode_inputs)
+        self._nudges = Nudges(config, parameters, self._helm, hold, events)
         self._responder = Responder(self._helm, hold, self._sticks, events, self._situation)
         self._monitor = self._responder.monitor
         self._bridges = frozenset(bridge.name for bridge in config.actuators)
         self._nav = NO_ESTIMATE
         self._inputs = Inputs()
         self._health: Sequence[DeviceHealth] = ()
+        self._achieved = ZERO_WRENCH
+        self._failed: frozenset[int] = frozenset()
         self._speed_mps: float | None = None
         self._station_s: float | None = None
         self._replaced: Replaced | None = None
@@ -109,6 +116,14 @@ class Supervisor:
     def station_heard(self, system_id: int, now_s: float) -> None:
         """A ground station is there."""
         self._station_s = now_s
+
+    def thrust_achieved(self, achieved: Wrench) -> None:
+        """What the thrusters give in this cycle, as the allocation says."""
+        self._achieved = achieved
+
+    def thruster_failed(self, index: int, failed: bool) -> None:
+        """A thruster has reported itself dead, or well again."""
+        self._failed = self._failed | {index} if failed else self._failed - {index}
 
     def request_mode(self, mode: ModeId, now_s: float) -> Outcome:
         """Choose a mode, armed or not; it never arms. The present mode again: Hold gives up a go-to, a mission that has ended starts over."""
@@ -187,6 +202,14 @@ class Supervisor:
     def hold_here(self, now_s: float) -> Outcome:
         """Hold at the present place; what is held already stays as it is, a go-to is given up."""
         return self.request_mode(ModeId.HOLD, now_s)
+
+    def nudge(self, forward_m: float, starboard_m: float, turn_rad: float, now_s: float) -> Outcome:
+        """In Hold: move what is held, as the held heading has it."""
+        return self._nudges.nudge(forward_m, starboard_m, turn_rad, self._nav, now_s)
+
+    def set_heading(self, yaw_rad: float, now_s: float) -> Outcome:
+        """In Hold: hold this heading at the same point."""
+        return self._nudges.head(yaw_rad, self._nav, now_s)
 
     def start_mission(self, first: int | None, now_s: float) -> Outcome:
         """Mission mode, from item `first` where that is given. Starts when armed; does not arm."""
@@ -296,6 +319,8 @@ class Supervisor:
             return None
         if helm.mode is self._mission and self._executor.progress.state is not MissionState.ACTIVE:
             return helm.enter_again(now_s)
+        if helm.mode is self._dock and self._dock.given_up:
+            return helm.enter_again(now_s)
         return None
 
     def _taken_over(self, now_s: float) -> None:
@@ -316,7 +341,7 @@ class Supervisor:
         return min(speed_mps, self._parameters["MPC_XY_VEL_MAX"])
 
     def _mode_inputs(self, now_s: float, dt_s: float) -> ModeInputs:
-        return ModeInputs(self._nav, self._sticks.obeyed(now_s), self._home.home, self._cruise_mps(), now_s, dt_s)
+        return ModeInputs(self._nav, self._sticks.obeyed(now_s), self._home.home, self._cruise_mps(), now_s, dt_s, self._achieved, self._failed)
 
     def _situation(self, now_s: float) -> Situation:
         helm = self._helm
@@ -372,6 +397,8 @@ class Supervisor:
             return
         text = "Mission complete" if ended is MissionState.COMPLETE else "Mission cleared"
         self._events.say(now_s, Severity.NOTICE, "mission_ended", text)
+        if ended is MissionState.COMPLETE and self._mission.docked and self._helm.switch(ModeId.DOCK, self._nav, now_s) is None:
+            return
         action_then = Action(int(self._parameters["MIS_DONE_ACT"])) if ended is MissionState.COMPLETE else Action.HOLD
         switch = self._helm.switch
         if action_then is Action.RTL and switch(ModeId.RTL, self._nav, now_s) is None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from sitl.scenarios import gnss_dropout, hold, identify, lever_arm, mission_square, wild_points
+from sitl.scenarios import docking, gnss_dropout, hold, identify, lever_arm, mission_square, wild_points
 from sitl.scenarios.scenario import Scenario
 
 SCENARIOS: dict[str, Scenario] = {
@@ -10,6 +10,7 @@ SCENARIOS: dict[str, Scenario] = {
     for scenario in (
         hold.SCENARIO,
         mission_square.SCENARIO,
+        docking.SCENARIO,
         gnss_dropout.SCENARIO,
         wild_points.SCENARIO,
         lever_arm.SCENARIO,

@@ -83,7 +83,8 @@ class Water:
         self.events = EventLog()
         self.supervisor = FakeSupervisor(self.plans)
         self.hub = FakeHub(self)
-        vessel: Any = SimpleNamespace(plans=self.plans, events=self.events, supervisor=self.supervisor)
+        config = SimpleNamespace(limits=SimpleNamespace(sway_n=20.0))
+        vessel: Any = SimpleNamespace(plans=self.plans, events=self.events, supervisor=self.supervisor, config=config)
         hub: Any = self.hub
         self.service = MissionService(hub, vessel)
         self.clients: dict[Peer, Any] = {}

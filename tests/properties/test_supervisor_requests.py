@@ -24,6 +24,7 @@ from companion.core.types import (
     Outcome,
     RcInput,
     SetpointKind,
+    Wrench,
 )
 from companion.mission.executor import MissionExecutor
 from companion.mission.plan import PlanItem, PlanKind, Plans
@@ -51,12 +52,15 @@ steps = st.one_of(
     st.tuples(st.just("go_anywhere"), any_number, any_number),
     st.tuples(st.sampled_from(("hold_here", "pause", "resume", "terminate"))),
     st.tuples(st.just("start_mission"), st.one_of(st.none(), st.integers(-2, 6))),
+    st.tuples(st.just("nudge"), st.floats(-4.0, 4.0), any_number, st.floats(-1.0, 1.0)),
+    st.tuples(st.just("set_heading"), any_number),
+    st.tuples(st.just("thrusters"), st.integers(0, 2), st.booleans(), st.floats(-30.0, 30.0)),
     st.tuples(st.just("set_current"), st.integers(-2, 6), st.booleans()),
     st.tuples(st.just("change_speed"), st.one_of(st.none(), any_number)),
     st.tuples(st.just("set_home"), st.one_of(st.none(), st.tuples(any_number, any_number))),
     st.tuples(st.just("sticks"), stick, stick, stick),
-    st.tuples(st.just("upload"), st.lists(st.tuples(st.sampled_from((16, 17, 19, 20, 93, 115, 178, 179)), offset_m, offset_m), max_size=4)),
-    st.tuples(st.just("parameter"), st.sampled_from(("MIS_DONE_ACT", "FS_POS_ACT", "NAV_DLL_ACT", "FS_LEAK_ACT", "ARM_CHECKS")), st.integers(0, 3)),
+    st.tuples(st.just("upload"), st.lists(st.tuples(st.sampled_from((16, 17, 19, 20, 21, 93, 115, 178, 179)), offset_m, offset_m), max_size=4)),
+    st.tuples(st.just("parameter"), st.sampled_from(("MIS_DONE_ACT", "FS_POS_ACT", "NAV_DLL_ACT", "FS_LEAK_ACT", "ARM_CHECKS", "WP_YAW_MODE")), st.integers(0, 3)),
     st.tuples(st.just("world"), st.booleans(), st.booleans(), st.booleans(), st.booleans(), st.floats(0.0, 1.0)),
     st.tuples(st.just("rc"), st.one_of(st.none(), st.tuples(stick, stick, stick, stick, switch))),
     st.tuples(st.just("move"), offset_m, offset_m, st.floats(-math.pi, math.pi), st.floats(-3.0, 3.0)),
@@ -95,6 +99,13 @@ class World:
                 outcome = getattr(supervisor, name)(now)
             case "start_mission" | "change_speed":
                 outcome = getattr(supervisor, name)(values[0], now)
+            case "nudge":
+                outcome = supervisor.nudge(*values, now)
+            case "set_heading":
+                outcome = supervisor.set_heading(values[0], now)
+            case "thrusters":
+                supervisor.thruster_failed(values[0], values[1])
+                supervisor.thrust_achieved(Wrench(values[2], -values[2], values[2]))
             case "set_current":
                 outcome = supervisor.set_current(values[0], values[1], now)
             case "set_home":
@@ -131,7 +142,7 @@ class World:
 
     def item(self, seq: int, command: int, north_m: float, east_m: float) -> PlanItem:
         lat, lon = self.frame.to_geodetic(north_m, east_m)
-        x, y = (round(lat * 1e7), round(lon * 1e7)) if command in (16, 17, 19, 179) else (0, 0)
+        x, y = (round(lat * 1e7), round(lon * 1e7)) if command in (16, 17, 19, 21, 179) else (0, 0)
         param1 = 1.0 if command == 178 else 2.0 if command in (19, 93) else 0.0
         return PlanItem(seq, command, 3, param1, 0.5 if command == 178 else 0.0, 0.0, 0.0, x, y, 0.0)
 
@@ -146,7 +157,7 @@ class World:
         setpoint = self.supervisor.guide(self.nav, self.now_s, 0.1)
         if not status.armed or not self.supervisor.status(self.now_s).armed:
             assert setpoint.kind is SetpointKind.NEUTRAL
-        assert status.mode not in (ModeId.DOCK, ModeId.FOLLOW, ModeId.OFFBOARD)
+        assert status.mode not in (ModeId.FOLLOW, ModeId.OFFBOARD)
         for value in (setpoint.north_m, setpoint.east_m, setpoint.yaw_rad, setpoint.surge_mps, setpoint.sway_mps):
             assert value is None or math.isfinite(value)
         if setpoint.kind in (SetpointKind.POSE, SetpointKind.PATH):

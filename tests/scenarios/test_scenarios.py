@@ -38,6 +38,12 @@ def test_hold_in_wind(tmp_path: Path, seed: int) -> None:
     assert metrics["position_rms_m"] < 0.15 and metrics["heading_rms_deg"] < 2.0
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_docking_in_wind(tmp_path: Path, seed: int) -> None:
+    metrics = sail("docking", tmp_path, seed, wind="2")
+    assert metrics["contact_sway_mps"] < 0.08 and metrics["rebound_m"] < 0.05
+
+
 @pytest.mark.parametrize("error", ["-0.4", "0.4"])
 def test_hold_with_the_controllers_model_wrong(tmp_path: Path, error: str) -> None:
     sail("hold", tmp_path, 1, wind="2", current="0.1", model_error=error)

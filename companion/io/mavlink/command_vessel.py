@@ -7,6 +7,7 @@ from collections.abc import Mapping
 
 from companion.core.types import Home, ModeId, Outcome, Result, Severity
 from companion.io.mavlink import messages as mavlink
+from companion.io.mavlink.command_nudge import user_1
 from companion.io.mavlink.command_request import DONE, Answer, CommandHandler, Request, denied, is_place, not_now
 from companion.io.mavlink.hub import Hub, Peer
 from companion.io.mavlink.statustext import prearm_texts
@@ -27,6 +28,7 @@ ONCE = frozenset(
         mavlink.MAV_CMD_DO_SET_MISSION_CURRENT,
         mavlink.MAV_CMD_PREFLIGHT_STORAGE,
         mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN,
+        mavlink.MAV_CMD_USER_1,
     }
 )
 
@@ -53,6 +55,7 @@ class VesselCommands:
             mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN: self._restart,
             mavlink.MAV_CMD_RUN_PREARM_CHECKS: self._prearm_checks,
             mavlink.MAV_CMD_DO_FLIGHTTERMINATION: self._terminate,
+            mavlink.MAV_CMD_USER_1: lambda request: user_1(self._supervisor, request),
         }
 
     # --- arming and modes ------------------------------------------------------------------------------------------

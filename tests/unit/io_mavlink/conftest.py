@@ -73,7 +73,10 @@ class Desk:
         self.hub: Any = DeskHub()
         self.plans, self.events, self.parameters = Plans(), EventLog(), Parameters()
         self.supervisor = DeskSupervisor(self.plans)
-        self.vessel: Any = SimpleNamespace(plans=self.plans, events=self.events, parameters=self.parameters, supervisor=self.supervisor)
+        self.limits = SimpleNamespace(sway_n=20.0)
+        self.vessel: Any = SimpleNamespace(
+            plans=self.plans, events=self.events, parameters=self.parameters, supervisor=self.supervisor, config=SimpleNamespace(limits=self.limits)
+        )
         self.now_s = 0.0
         self._service: Any = None
         self._peers: dict[str, Peer] = {}

@@ -101,6 +101,12 @@ class FakeSupervisor:
     def hold_here(self, now_s: float) -> Outcome:
         return self._take("hold_here")
 
+    def nudge(self, forward_m: float, starboard_m: float, turn_rad: float, now_s: float) -> Outcome:
+        return self._take("nudge", forward_m, starboard_m, turn_rad)
+
+    def set_heading(self, yaw_rad: float, now_s: float) -> Outcome:
+        return self._take("set_heading", yaw_rad)
+
     def start_mission(self, first: int | None, now_s: float) -> Outcome:
         return self._take("start_mission", first)
 
@@ -139,7 +145,7 @@ class FakeVessel:
         self.plans = Plans()
         self.executor = None
         self.events = EventLog()
-        self.config: Any = SimpleNamespace(name="revolt", sensors=(), thrusters=())
+        self.config: Any = SimpleNamespace(name="revolt", sensors=(), thrusters=(), limits=SimpleNamespace(sway_n=20.0))
         self.last_tick: Tick | None = None
         self.frame: LocalFrame | None = LocalFrame(63.43, 10.39)
         self.restarts = 0
