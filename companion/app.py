@@ -16,10 +16,13 @@ from companion.control.controller import Controller
 from companion.core.ports import StreamOpener, WaitingClock, World
 from companion.core.types import Severity
 from companion.guidance.path import PathKind, build_path
+from companion.io.actuators import DRIVERS as ACTUATOR_DRIVERS
 from companion.io.actuators import open_actuator
 from companion.io.mavlink.links import Link
 from companion.io.mavlink.services import connect
+from companion.io.sensors import DRIVERS as SENSOR_DRIVERS
 from companion.io.sensors import open_sensor
+from companion.io.urls import TransportError, parse_url
 from companion.loop import Blocks, Devices, Vessel
 from companion.mission.executor import MissionExecutor
 from companion.mission.plan import PlanKind, Plans
@@ -51,6 +54,7 @@ def load_vessel(vessel: str) -> VesselConfig:
     except ConfigError as error:
         problems += error.problems
         settings = config_module.raw_parameters(path)
+    problems += _port_problems(path)
     table = Parameters()
     lines = config_module.parameter_lines(path)
     for name, value in settings.items():
@@ -60,6 +64,29 @@ def load_vessel(vessel: str) -> VesselConfig:
     if problems:
         raise ConfigError(problems)
     return config
+
+
+def _port_problems(path: Path) -> list[str]:
+    """Drivers that do not exist, and URLs that can never be opened, also in a file with other faults."""
+    found: list[str] = []
+
+    def check_url(loc: tuple[str | int, ...], url: object) -> None:
+        try:
+            parse_url(str(url))
+        except TransportError as error:
+            found.append(config_module.placed(path, loc, str(error)))
+
+    tables = config_module.raw(path)
+    for table, drivers in (("sensor", set(SENSOR_DRIVERS)), ("actuator", set(ACTUATOR_DRIVERS))):
+        for i, row in enumerate(tables.get(table, ())):
+            if "driver" in row and row["driver"] not in drivers:
+                text = f"no driver '{row['driver']}'; known: {', '.join(sorted(drivers))}"
+                found.append(config_module.placed(path, (table, i, "driver"), text))
+            if "port" in row:
+                check_url((table, i, "port"), row["port"])
+    for i, url in enumerate(tables.get("links", ())):
+        check_url(("links", i), url)
+    return found
 
 
 def _allowed(table: Parameters, name: str) -> str:
@@ -116,7 +143,11 @@ def warm_up() -> None:
 
 
 def _warner(events: EventLog, clock: WaitingClock) -> Callable[[str], None]:
-    return lambda text: events.say(clock.now_s(), Severity.WARNING, "storage", text)
+    def warn(text: str) -> None:
+        events.say(clock.now_s(), Severity.WARNING, "storage", text)
+        sys.stderr.write(f"companion: {text}\n")
+
+    return warn
 
 
 def _parameters(config: VesselConfig, around: Surroundings, warn: Callable[[str], None]) -> Parameters:

@@ -46,8 +46,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     except ConfigError as error:
         for problem in error.problems:
             print(problem, file=sys.stderr)
-    except (UsageError, LinkError, LogError, TransportError, StateFileBusy, OSError) as error:
+    except (UsageError, LinkError, LogError, TransportError, StateFileBusy) as error:
         print(f"companion: {error}", file=sys.stderr)
+    except OSError as error:
+        print(f"companion: {error.filename or 'the system'}: {error.strerror or error}", file=sys.stderr)
     return 2
 
 
@@ -100,6 +102,8 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _run(arguments: argparse.Namespace) -> int:
+    if arguments.duration is not None and not arguments.duration > 0.0:
+        raise UsageError(f"--duration {arguments.duration:g}: above 0, please")
     config = load_vessel(arguments.vessel)
     if arguments.home:
         config = config_module.with_home(config, _home(arguments.home))
@@ -231,20 +235,25 @@ def _mission(arguments: argparse.Namespace) -> int:
     from companion.mission.validation import check_item, check_plan
     from companion.params import Parameters
 
+    if arguments.speed is not None and not arguments.speed > 0.0:
+        raise UsageError(f"--speed {arguments.speed:g}: above 0, please")
     try:
         plan = files.read(arguments.file.name, arguments.file.read_text(encoding="utf-8"))
-        converted = None if arguments.convert is None else files.write(arguments.convert.name, plan)
-    except (files.PlanFileError, UnicodeDecodeError) as error:
-        problems = error.problems if isinstance(error, files.PlanFileError) else (f"{arguments.file}: not a text file",)
-        raise ConfigError(problems) from error
+    except files.PlanFileError as error:
+        raise ConfigError(error.problems) from error
+    except UnicodeDecodeError as error:
+        raise UsageError(f"{arguments.file}: not a text file") from error
     lists = {PlanKind.MISSION: plan.mission, PlanKind.FENCE: plan.fence, PlanKind.RALLY: plan.rally}
     refusals = [check_item(kind, item) for kind, items in lists.items() for item in items]
     refusals += [check_plan(kind, items) for kind, items in lists.items() if items]
     cruise_mps = arguments.speed or plan.cruise_speed_mps or Parameters()["WP_SPEED"]
     print(summary.format_summary(summary.summarise(plan.mission, cruise_mps, plan.home)))
     print(f"fence: {len(plan.fence)} items, rally points: {len(plan.rally)}")
-    if converted is not None:
-        arguments.convert.write_text(converted, encoding="utf-8")
+    if arguments.convert is not None:
+        try:
+            arguments.convert.write_text(files.write(arguments.convert.name, plan), encoding="utf-8")
+        except files.PlanFileError as error:
+            raise ConfigError(error.problems) from error
         print(f"written: {arguments.convert}")
     found = [refusal for refusal in refusals if refusal is not None]
     for refusal in found:

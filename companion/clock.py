@@ -13,7 +13,7 @@ class WallClock:
     """Seconds since it was made, by the machine's monotonic clock."""
 
     def __init__(self) -> None:
-        self._start_s = time.monotonic()
+        self._start_s = self._released_s = time.monotonic()
 
     def now_s(self) -> float:
         return time.monotonic() - self._start_s
@@ -23,7 +23,13 @@ class WallClock:
 
     def wait(self, until_s: float, filenos: Sequence[int]) -> bool:
         remaining_s = until_s - self.now_s()
-        return remaining_s > 0.0 and _readable(filenos, remaining_s)
+        if remaining_s > 0.0 and _readable(filenos, remaining_s):
+            return True
+        self._released_s = time.monotonic()
+        return False
+
+    def busy_s(self) -> float:
+        return time.monotonic() - self._released_s
 
 
 class PacedClock:
@@ -36,7 +42,7 @@ class PacedClock:
         self._speed = speed
         self._epoch_unix_ns = epoch_unix_ns
         self._now_s = 0.0
-        self._wall_s = time.monotonic()  # when _now_s was reached
+        self._wall_s = self._released_s = time.monotonic()  # when _now_s was due, and when it was reached
 
     def now_s(self) -> float:
         return self._now_s
@@ -50,8 +56,12 @@ class PacedClock:
         if due_s > wall_s and _readable(filenos, due_s - wall_s):
             return True
         self._now_s = until_s
-        self._wall_s = max(due_s, time.monotonic() - _SLIP_S)
+        self._released_s = time.monotonic()
+        self._wall_s = max(due_s, self._released_s - _SLIP_S)
         return False
+
+    def busy_s(self) -> float:
+        return (time.monotonic() - self._released_s) * self._speed
 
 
 class SimulatedClock:
@@ -70,6 +80,9 @@ class SimulatedClock:
     def wait(self, until_s: float, filenos: Sequence[int]) -> bool:
         self._now_s = until_s
         return False
+
+    def busy_s(self) -> float:
+        return 0.0
 
 
 def _readable(filenos: Sequence[int], timeout_s: float) -> bool:

@@ -358,6 +358,12 @@ def _line_of(lines: Sequence[str], loc: Sequence[str | int]) -> int | None:
     return best[1] if best else None
 
 
+def placed(path: Path, loc: Sequence[str | int], message: str) -> str:
+    """`message` with the file, the line and the key that it is about, for what only other rooms can judge."""
+    line = _line_of(path.read_text(encoding="utf-8").splitlines(), loc)
+    return f"{path}{f':{line}' if line else ''}: {_dotted(loc)}: {message}"
+
+
 def with_home(config: VesselConfig, home: HomeConfig) -> VesselConfig:
     """The same vessel, based elsewhere."""
     return replace(config, home=home)
@@ -386,12 +392,17 @@ def as_dict(config: VesselConfig) -> dict[str, Any]:
     return asdict(config)
 
 
-def raw_parameters(path: Path) -> dict[str, float]:
-    """Entries of `[parameters]` that are numbers, of a file whose other parts may be wrong."""
+def raw(path: Path) -> dict[str, Any]:
+    """The file's tables as they stand there, faults and all; empty where it is no TOML."""
     try:
-        entries = tomllib.loads(path.read_text(encoding="utf-8")).get("parameters", {})
+        return tomllib.loads(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError):
         return {}
+
+
+def raw_parameters(path: Path) -> dict[str, float]:
+    """Entries of `[parameters]` that are numbers, of a file whose other parts may be wrong."""
+    entries = raw(path).get("parameters", {})
     numbers = entries.items() if isinstance(entries, dict) else ()
     return {name: float(value) for name, value in numbers if isinstance(value, (int, float)) and not isinstance(value, bool)}
 

@@ -246,7 +246,7 @@ class Vessel:
             self._blocks.allocator.set_failed(reading.index, not reading.ok)
             self.supervisor.thruster_failed(reading.index, not reading.ok)
             name = self.config.thrusters[reading.index].name
-            severity, state = (Severity.NOTICE, "runs again") if reading.ok else (Severity.CRITICAL, "does not run: the others make up for it")
+            severity, state = (Severity.NOTICE, "runs again") if reading.ok else (Severity.CRITICAL, "does not run: left out of the allocation")
             self.events.say(reading.t_s, severity, f"thruster_{name}", f"Thruster {name} {state}")
 
     def _collect(self, now_s: float) -> None:
@@ -289,6 +289,6 @@ def run(vessel: Vessel, clock: WaitingClock, stop: Callable[[], bool]) -> None:
         while clock.wait(deadline_s, vessel.filenos()):
             vessel.serve(clock.now_s())
         vessel.tick(clock.now_s())
+        vessel.load = clock.busy_s() / vessel.period_s
         late_s = clock.now_s() - deadline_s
-        vessel.load = late_s / vessel.period_s
         deadline_s += vessel.period_s * max(1, math.ceil(late_s / vessel.period_s))

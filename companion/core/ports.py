@@ -111,3 +111,7 @@ class WaitingClock(Clock, Protocol):
     def wait(self, until_s: float, filenos: Sequence[int]) -> bool:
         """Until `until_s`, or until a descriptor is readable: True then, and there may be more time to wait."""
         ...
+
+    def busy_s(self) -> float:
+        """How much of the boat's time the work since the last wait ended has cost; 0 where time waits for the work."""
+        ...

@@ -21,7 +21,7 @@ _WIDE, _NARROW = 0.8, 0.25  # widths of the two means, as shares of the window
 _LARGEST_CUT = 0.6  # of a waypoint's radius
 _SAMPLES_PER_WINDOW = 24
 _FEWEST_M = 0.02
-_MOST_SAMPLES = 200_000
+_MOST_SAMPLES = 20_000
 
 Floats = NDArray[np.float64]
 

@@ -7,7 +7,7 @@ from enum import Enum
 from typing import Any
 
 from companion.core.types import MissionProgress, MissionState
-from companion.mission.commands import Command, must_stay
+from companion.mission.commands import DESTINATIONS, Command, must_stay
 from companion.mission.cursor import Cursor
 from companion.mission.itinerary import task_at
 from companion.mission.plan import PlanItem, PlanKind, Plans, plan_id
@@ -64,6 +64,14 @@ class MissionExecutor:
             self._task = task_at(self._cursor, self._arrived)
             self._passed = 0
         return self._task
+
+    @property
+    def next_place(self) -> tuple[int, float, float] | None:
+        """(seq, lat_deg, lon_deg) of the first item with a position from the current one on, as it would be sailed to; None without any."""
+        for item in self._items[0 if self._state is MissionState.COMPLETE else max(0, self._cursor.seq) :]:
+            if item.command in DESTINATIONS:
+                return item.seq, item.lat_deg, item.lon_deg
+        return None
 
     def take_actions(self) -> tuple[Action, ...]:
         """Actions of "do" items that ran when the mission began, was set to another item or was replaced; each is given once."""

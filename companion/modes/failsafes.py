@@ -102,6 +102,15 @@ FAILSAFES: tuple[Failsafe, ...] = (  # most severe first
         "Thruster bridges answer again",
     ),
     Failsafe(
+        "thrust_lost",
+        Severity.CRITICAL,
+        lambda s, _: bool(s.lost_motions),
+        _armed,
+        "FS_ACT_ACT",
+        lambda s: f"Thrusters failed: no {' and no '.join(s.lost_motions)} left",
+        "Thrusters are enough again",
+    ),
+    Failsafe(
         "position_lost",
         Severity.CRITICAL,
         lambda s, _: not s.nav.position_valid,

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 
 from companion.config import VesselConfig
-from companion.core.geodesy import LocalFrame
+from companion.core.geodesy import LocalFrame, distance_and_bearing
 from companion.core.types import MissionState, ModeId, Setpoint, Severity
 from companion.guidance.path_following import PathFollower, Waypoint
 from companion.mission.executor import MissionExecutor
@@ -22,6 +22,7 @@ from companion.modes.turn import TurnPlan
 from companion.params import Parameters
 
 _TASKS_A_TICK = 4
+FURTHEST_LEG_M = 50_000.0  # from where the boat is to where it would go: more than that is another boat's plan, or a slip
 
 
 class MissionMode(Mode):
@@ -84,10 +85,17 @@ class MissionMode(Mode):
         return actions
 
     def check(self, inputs: ModeInputs) -> str | None:
-        return "no mission loaded" if self._executor.progress.state is MissionState.NO_MISSION else None
+        if self._executor.progress.state is MissionState.NO_MISSION:
+            return "no mission loaded"
+        place = self._executor.next_place
+        if place is None or not inputs.nav.position_valid:
+            return None
+        seq, lat_deg, lon_deg = place
+        away_m, _ = distance_and_bearing(inputs.nav.lat_deg, inputs.nav.lon_deg, lat_deg, lon_deg)
+        return None if away_m <= FURTHEST_LEG_M else f"item {seq} is {away_m / 1000.0:.0f} km away"
 
     def enter(self, inputs: ModeInputs) -> str | None:
-        refusal = self._executor.begin()
+        refusal = self.check(inputs) or self._executor.begin()
         if refusal is None:
             self._task = None
             self._at_berth = False

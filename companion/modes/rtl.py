@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 from companion.config import VesselConfig
@@ -11,6 +12,7 @@ from companion.mission.plan import PlanKind, Plans
 from companion.modes.events import EventLog
 from companion.modes.mode import Mode, ModeInputs
 from companion.modes.station import Station
+from companion.modes.watch import WatchCircles
 from companion.params import Parameters
 
 _NAV_RALLY_POINT = 5100
@@ -51,6 +53,7 @@ class RtlMode(Mode):
         self._station = Station(config, parameters)
         self._name = "home"
         self._arrival_said = False
+        self._watch = WatchCircles(parameters, events, "RTL")
 
     def check(self, inputs: ModeInputs) -> str | None:
         return None if self._point.candidates(inputs.home) else "no home position"
@@ -61,6 +64,7 @@ class RtlMode(Mode):
             return "no home position"
         self._name, north_m, east_m = point
         self._arrival_said = False
+        self._watch.reset()
         self._station.go_to(inputs.nav, north_m, east_m, None, None)
         return None
 
@@ -69,4 +73,7 @@ class RtlMode(Mode):
         if not self._arrival_said and not self._station.going:
             self._arrival_said = True
             self._events.say(inputs.now_s, Severity.NOTICE, "rtl_arrived", f"RTL: at {self._name}, holding")
+        if self._arrival_said:
+            north_m, east_m = self._station.target
+            self._watch.update(math.hypot(north_m - inputs.nav.north_m, east_m - inputs.nav.east_m), inputs.now_s)
         return setpoint

@@ -271,5 +271,11 @@ class Station:
             self._keeper.start(nav)
             self._keeper.hold(north_m, east_m, nav.yaw_rad if yaw_rad is None else yaw_rad, None)
         setpoint = self._keeper.update(nav, None if self._going else stick, speed_mps, dt_s)
-        self._going = self._going and not self._keeper.arrived
+        self._going = self._going and not (self._keeper.arrived and self._is_there(nav))
         return setpoint
+
+    def _is_there(self, nav: NavState) -> bool:
+        """The boat itself, and not only its reference: wind may have kept it from following."""
+        north_m, east_m, _ = self._keeper.target
+        off_m = math.hypot(north_m - nav.north_m, east_m - nav.east_m)
+        return off_m <= max(self._parameters["NAV_ACC_RAD"], 0.0 if self._can_sway else self._parameters["DP_WATCH_R"])

@@ -37,16 +37,15 @@ from companion.modes.failsafes import Action
 from companion.modes.helm import Helm
 from companion.modes.hold import HoldMode
 from companion.modes.homing import HomeKeeper, is_on_earth
-from companion.modes.mission import MissionMode
+from companion.modes.mission import FURTHEST_LEG_M, MissionMode
 from companion.modes.mode import ModeInputs
 from companion.modes.nudges import Nudges
+from companion.modes.propulsion import lost_motions
 from companion.modes.responder import Responder
 from companion.modes.situation import NO_ESTIMATE, Situation, usable
 from companion.modes.sticks import Sticks
 from companion.modes.unavailable import UnavailableMode
 from companion.params import Parameters
-
-_FURTHEST_GO_TO_M = 50_000.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -183,7 +182,7 @@ class Supervisor:
         if reason is not None:
             return self._refuse(Result.TEMPORARILY_REJECTED, f"Go-to refused: {reason}", now_s)
         distance_m, _ = distance_and_bearing(self._nav.lat_deg, self._nav.lon_deg, lat_deg, lon_deg)
-        if distance_m > _FURTHEST_GO_TO_M:
+        if distance_m > FURTHEST_LEG_M:
             return self._refuse(Result.DENIED, f"Go-to refused: {distance_m / 1000.0:.0f} km away", now_s)
         if self._helm.mode is not self._hold and (reason := self._helm.switch(ModeId.HOLD, self._nav, now_s)) is not None:
             return self._refuse(Result.TEMPORARILY_REJECTED, f"Go-to refused: {reason}", now_s)
@@ -359,6 +358,7 @@ class Supervisor:
             sticks_age_s=self._sticks.age_s(now_s) if self._sticks.heard else None,
             station_age_s=None if self._station_s is None else now_s - self._station_s,
             safe_switch=self._sticks.safe_switch,
+            lost_motions=lost_motions(self._config.thrusters, self._failed),
         )
 
     # --- parts of a tick -------------------------------------------------------------------------------------------

@@ -12,7 +12,9 @@ _BACK_INSIDE = 0.8  # of a circle's radius
 class WatchCircles:
     """`update(off_m, now_s)` while a point is held. Remembers which circles the boat is outside of; onset and end of each is said once."""
 
-    def __init__(self, parameters: Parameters, events: EventLog) -> None:
+    def __init__(self, parameters: Parameters, events: EventLog, name: str = "Hold") -> None:
+        """`name`: of the mode that holds, for the texts."""
+        self._name = name
         self._parameters = parameters
         self._events = events
         self._outside = self._alarmed = False
@@ -26,13 +28,13 @@ class WatchCircles:
         warn_m, alarm_m = self._parameters["DP_WATCH_R"], self._parameters["DP_ALARM_R"]
         if not self._outside and off_m > warn_m:
             self._outside = True
-            self._events.say(now_s, Severity.WARNING, "watch_circle_left", f"Hold: {off_m:.1f} m off, outside the watch circle")
+            self._events.say(now_s, Severity.WARNING, "watch_circle_left", f"{self._name}: {off_m:.1f} m off, outside the watch circle")
         elif self._outside and off_m < _BACK_INSIDE * warn_m:
             self._outside = False
-            self._events.say(now_s, Severity.NOTICE, "watch_circle_back", "Hold: back inside the watch circle")
+            self._events.say(now_s, Severity.NOTICE, "watch_circle_back", f"{self._name}: back inside the watch circle")
         if not self._alarmed and off_m > alarm_m:
             self._alarmed = True
-            self._events.say(now_s, Severity.CRITICAL, "watch_alarm", f"Hold: {off_m:.1f} m off, outside the alarm circle")
+            self._events.say(now_s, Severity.CRITICAL, "watch_alarm", f"{self._name}: {off_m:.1f} m off, outside the alarm circle")
         elif self._alarmed and off_m < _BACK_INSIDE * alarm_m:
             self._alarmed = False
-            self._events.say(now_s, Severity.NOTICE, "watch_alarm_over", "Hold: back inside the alarm circle")
+            self._events.say(now_s, Severity.NOTICE, "watch_alarm_over", f"{self._name}: back inside the alarm circle")

@@ -60,6 +60,7 @@ class Estimator:
         self._velocities, self._imus, self._winds = SourceSelector(timeouts_s), SourceSelector(timeouts_s), SourceSelector(timeouts_s)
         self._timeouts_s = timeouts_s
         self._lag_s = max(row.latency_s for row in config.sensors)
+        self._last_place = ZERO
         self._pending: list[Reading] = []
         self._inertial: InertialSolution | None = None
         self._pose = PoseSolution()
@@ -92,6 +93,7 @@ class Estimator:
         del self._pending[:due]
         self._mind_imu(horizon_s)
         motion = self._motion(now_s)
+        self._last_place = motion.position
         self._side_readings(readings, motion)
         self._update_current(motion, thrust, now_s)
         return self._state(motion, now_s)
@@ -166,7 +168,12 @@ class Estimator:
             solution.doubt_position(doubt)
         carrier_phase = fix.fix >= FixType.RTK_FLOAT
         weighed_sigma_m = sigma_m if carrier_phase else _CORRELATED_FACTOR * sigma_m
-        if solution.position(fix.t_s, north, east, lever, weighed_sigma_m, rule) is not Verdict.REJECT:
+        verdict = solution.position(fix.t_s, north, east, lever, weighed_sigma_m, rule)
+        if verdict is Verdict.RESET and self._inertial is not None:
+            jump_m = math.hypot(north - self._last_place[0], east - self._last_place[1])
+            text = f"Position jumped {jump_m:.0f} m: {fix.source} has insisted on it"
+            self._say(fix.t_s, Severity.CRITICAL, "position_jumped", text)
+        if verdict is not Verdict.REJECT:
             self._position_s = max(self._position_s, fix.t_s)
             wander_m = row.position_wander_m if row is not None else None
             if wander_m is None:

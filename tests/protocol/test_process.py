@@ -57,13 +57,15 @@ def test_check_lists_every_error_with_its_line(tmp_path: Path) -> None:
     text = (Path(__file__).parents[2] / "companion" / "vessels" / "revolt.toml").read_text(encoding="utf-8")
     for right, wrong in (("beam_m = 0.72", "beam_m = -1.0"), ('kind = "fixed"', 'kind = "jet"'), ("surge_n = 50.0", "surge = 50.0")):
         text = text.replace(right, wrong, 1)
+    text = text.replace('driver = "mtdata2"', 'driver = "mtdata9"').replace("serial:/dev/usv-gnss", "seral:/dev/usv-gnss")
     text = text.replace("[parameters]", "[parameters]\nDP_BW_SURGE = 99.0\nDP_BW_SURGEE = 1.0")
     file = tmp_path / "boat.toml"
     file.write_text(text, encoding="utf-8")
     done = companion("check", str(file))
     lines = done.stderr.strip().splitlines()
-    assert done.returncode == 2 and len(lines) == 6, done.stderr
+    assert done.returncode == 2 and len(lines) == 8, done.stderr
     assert all(line.startswith(f"{file}:") for line in lines)
+    assert "no driver 'mtdata9'; known: mtdata2, nmea0183" in done.stderr and "seral:" in done.stderr
     assert "parameters.DP_BW_SURGE" in done.stderr and "allowed 0.05 to 2 rad/s" in done.stderr
     assert companion("check", "revolt").returncode == 0
 
@@ -137,6 +139,7 @@ def test_a_corrupt_state_file_is_set_aside(tmp_path: Path) -> None:
     for file in (tmp_path / "state").glob("*.json"):
         file.write_bytes(b'{"half a')
     (tmp_path / "state" / "parameters.json").write_bytes(b"\x00\xff")
-    with Companion(tmp_path):
-        pass
+    again = Companion(tmp_path).start()
+    code, errors = again.stop()
+    assert code == 0 and "parameters.json: corrupt" in errors and "set aside" in errors, errors
     assert list((tmp_path / "state").glob("parameters.json.corrupt-*"))

@@ -29,8 +29,9 @@ def test_a_paced_clock_spans_whole_ticks_whatever_the_wall_does() -> None:
         assert clock.now_s() == n * 0.1
 
 
-@pytest.mark.parametrize("clock", [PacedClock(1.0, EPOCH_NS), WallClock()], ids=["paced", "wall"])
-def test_waiting_ends_early_for_a_readable_descriptor(clock: Any) -> None:
+@pytest.mark.parametrize("make", [lambda: PacedClock(1.0, EPOCH_NS), WallClock], ids=["paced", "wall"])
+def test_waiting_ends_early_for_a_readable_descriptor(make: Any) -> None:
+    clock = make()
     reader, writer = os.pipe()
     try:
         os.write(writer, b"x")
@@ -54,7 +55,7 @@ class ScriptedClock:
 
     def __init__(self, costs_s: Sequence[float]) -> None:
         self.costs_s = list(costs_s)
-        self.now = 0.0
+        self.now = self.released = 0.0
 
     def now_s(self) -> float:
         return self.now
@@ -63,8 +64,20 @@ class ScriptedClock:
         return 0
 
     def wait(self, until_s: float, filenos: Sequence[int]) -> bool:
-        self.now = max(self.now, until_s)
+        self.now = self.released = max(self.now, until_s)
         return False
+
+    def busy_s(self) -> float:
+        return self.now - self.released
+
+
+def test_work_counts_in_the_boats_time() -> None:
+    """At ten times the speed a moment of work is ten times as long for the boat; in lockstep it is none."""
+    paced, simulated = PacedClock(1e6, EPOCH_NS), SimulatedClock(EPOCH_NS)
+    for clock in (paced, simulated):
+        clock.wait(0.1, ())
+    sum(range(1000))
+    assert paced.busy_s() > 1.0 and simulated.busy_s() == 0.0
 
 
 def test_deadlines_are_absolute_and_missed_ones_are_skipped() -> None:

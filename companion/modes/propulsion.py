@@ -1,0 +1,35 @@
+"""What thrusters that have failed leave the boat able to do."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Sequence
+
+from companion.config import ThrusterConfig
+
+_SHARE = 0.2  # of a thruster's force that must point along the bow to count as going ahead
+
+
+def lost_motions(thrusters: Sequence[ThrusterConfig], failed: Collection[int]) -> tuple[str, ...]:
+    """Which of "thrust", "way ahead", "steering" is gone while the thrusters with the indices `failed` give nothing.
+
+    A fixed thruster counts by the way it points, an azimuth thruster for every way. Steering needs a lever about the middle of the boat.
+    """
+    if not failed:
+        return ()
+    left = [thruster for i, thruster in enumerate(thrusters) if i not in failed]
+    if not left:
+        return ("thrust",)
+    lost = []
+    if not any(t.kind == "azimuth" or abs(math.cos(t.azimuth_rad)) > _SHARE for t in left):
+        lost.append("way ahead")
+    if not any(_steers(t) for t in left):
+        lost.append("steering")
+    return tuple(lost)
+
+
+def _steers(thruster: ThrusterConfig) -> bool:
+    lever_m = math.hypot(thruster.x_m, thruster.y_m)
+    if thruster.kind == "azimuth":
+        return lever_m > 0.0
+    return abs(thruster.x_m * math.sin(thruster.azimuth_rad) - thruster.y_m * math.cos(thruster.azimuth_rad)) > _SHARE * lever_m > 0.0

@@ -1,0 +1,86 @@
+"""Faults that a critical user once found, on a whole vessel in lockstep."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+from companion.cli import LockstepRig
+from companion.io.mavlink import messages as mavlink
+from sitl.scenarios.rig import Conditions
+from tests.protocol.desk import Desk
+from tests.protocol.test_qgroundcontrol import ARM, HOLD, MISSION, NAN, RTL, item, square
+
+
+def desk_in(folder: Path, wind: str | None = None, faults: tuple[str, ...] = ()) -> Desk:
+    desk = Desk(folder, LockstepRig(Conditions("revolt", seed=3, wind=wind, faults=faults), folder / "log"))
+    desk.tick()
+    desk.ready()
+    return desk
+
+
+def sail(desk: Desk, seconds: float) -> None:
+    for n in range(round(seconds / desk.vessel.period_s)):
+        if n % 10 == 0:
+            desk.heartbeat()
+        desk.tick()
+
+
+def test_a_plan_for_another_place_is_not_begun(tmp_path: Path) -> None:
+    """It would take the boat 100 km away, and the path there would take a second to lay."""
+    desk = desk_in(tmp_path)
+    assert desk.upload([item(0, 16, 100_000.0, 0.0), item(1, 16, 100_100.0, 0.0)]) == mavlink.MAV_MISSION_ACCEPTED
+    desk.tell(mavlink.MAVLink_set_mode_message(1, 1, MISSION))
+    desk.tick(2)
+    assert desk.latest("HEARTBEAT").custom_mode != MISSION
+    assert any("item 0 is 100 km away" in text for text in desk.texts())
+    desk.close()
+
+
+def test_a_long_leg_is_laid_without_a_pause(tmp_path: Path) -> None:
+    desk = desk_in(tmp_path)
+    assert desk.upload([item(0, 16, 40_000.0, 0.0), item(1, 16, 40_000.0, 100.0), item(2, 16, 0.0, 0.0)]) == mavlink.MAV_MISSION_ACCEPTED
+    desk.tell(mavlink.MAVLink_set_mode_message(1, 1, MISSION))
+    assert desk.result(ARM, 1.0) == mavlink.MAV_RESULT_ACCEPTED
+    sail(desk, 5.0)
+    follower = desk.vessel.supervisor._mission._follower  # the size of what was laid, not the time that it took
+    assert len(follower._track.s_m) <= 20_100
+    desk.close()
+
+
+def test_all_thrusters_dead_is_a_failsafe_that_says_so(tmp_path: Path) -> None:
+    faults = tuple(f"thruster_{name}_dead@20" for name in ("stern_port", "stern_starboard", "bow"))
+    desk = desk_in(tmp_path, faults=faults)
+    desk.upload(square())
+    desk.tell(mavlink.MAVLink_set_mode_message(1, 1, MISSION))
+    desk.result(ARM, 1.0)
+    sail(desk, 30.0)
+    assert any("no thrust left" in text for text in desk.texts())
+    assert "thrust_lost" in desk.vessel.supervisor.status(desk.rig.now_s).failsafes
+    desk.close()
+
+
+def test_a_position_that_jumps_is_said(tmp_path: Path) -> None:
+    desk = desk_in(tmp_path, faults=("gnss_jump@20",))
+    desk.tell(mavlink.MAVLink_set_mode_message(1, 1, HOLD))
+    desk.result(ARM, 1.0)
+    sail(desk, 30.0)
+    assert any(text.startswith("Position jumped 2") for text in desk.texts()), desk.texts()
+    desk.close()
+
+
+def test_rtl_is_at_home_when_the_boat_is(tmp_path: Path) -> None:
+    """Wind that it cannot hold against: the reference gets home, the boat does not."""
+    desk = desk_in(tmp_path, wind="9@45")
+    desk.tell(mavlink.MAVLink_set_mode_message(1, 1, HOLD))
+    desk.result(ARM, 1.0)
+    desk.command(192, -1.0, 1.0, 0.0, NAN, 63.43885, 10.3990, NAN)
+    sail(desk, 20.0)
+    desk.tell(mavlink.MAVLink_set_mode_message(1, 1, RTL))
+    for _ in range(100):
+        sail(desk, 1.0)
+        if any("at home" in text for text in desk.texts()):
+            truth = desk.rig.world.truth
+            assert math.hypot(truth.north_m, truth.east_m) < 3.0
+            break
+    desk.close()
