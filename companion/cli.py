@@ -254,6 +254,8 @@ class LockstepRig:
         from sitl.world import EPOCH_UNIX_NS, World
 
         self.config = load_vessel(conditions.vessel)
+        for name in conditions.rotating:
+            self.config = config_module.with_rotating(self.config, name)
         believed = config_module.with_model_error(self.config, conditions.model_error) if conditions.model_error else self.config
         self.world: World = World(
             self.config,
@@ -263,6 +265,7 @@ class LockstepRig:
             gnss=conditions.gnss,
             plant=conditions.plant,
             waves_m=conditions.waves_m,
+            push_ned_n=conditions.push_ned_n,
             faults=conditions.faults,
         )
         self._clock = SimulatedClock(EPOCH_UNIX_NS)
@@ -319,7 +322,7 @@ def _scenario_run(arguments: argparse.Namespace) -> int:
     folder = arguments.out or _fresh(Path("out"), f"{arguments.name}-seed{arguments.seed}")
     started_s = time.perf_counter()
     try:
-        outcome = sail(SCENARIOS[arguments.name], LockstepRig, folder, arguments.seed, arguments.vessel, changes)
+        outcome = sail(SCENARIOS[arguments.name], LockstepRig, folder, arguments.seed, arguments.vessel, changes, draw=True)
     except (ScenarioError, ValueError) as error:
         raise UsageError(str(error)) from error
     for name, value in outcome.metrics.items():
@@ -329,5 +332,7 @@ def _scenario_run(arguments: argparse.Namespace) -> int:
         print(f"{'ok  ' if check.ok else 'FAIL'} {check.name}: {check.value:.3f} {check.unit}, {relation} {check.limit:g}")
     if outcome.error:
         print(f"FAIL {outcome.error}")
+    if outcome.hint:
+        print(outcome.hint)
     print(f"{folder}: {time.perf_counter() - started_s:.1f} s")
     return 0 if outcome.ok else 1

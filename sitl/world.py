@@ -68,12 +68,13 @@ class World:
         plant: str | None = None,
         waves_m: float = 0.0,
         faults: Sequence[str] = (),
+        push_ned_n: tuple[float, float] = (0.0, 0.0),
         current_variation_mps: float = 0.0,
         capacity_wh: float = _CAPACITY_WH,
         epoch_unix_ns: int = EPOCH_UNIX_NS,
     ) -> None:
         """`wind` "MPS@FROM_DEG", `current` "MPS@TOWARDS_DEG", directions from the seed where left out; `plant` None: as the vessel's file
-        says. Raises ConfigError for what the vessel or the arguments do not offer.
+        says; `push_ned_n` a constant force towards north and east on the hull. Raises ConfigError for what the vessel or the arguments do not offer.
         """
         self._vessel = vessel
         self._plant = _chosen_plant(vessel, plant)
@@ -85,6 +86,7 @@ class World:
         self.battery = BatteryModel(capacity_wh)
         self.hull = Hull(self._plant.hull)
         self.thrusters = thruster_models.build(vessel.thrusters, self._plant.thruster_lag_s, self._plant.thruster_x_m)
+        self._push_ned_n = push_ned_n
         self._steps = 0
         self._streams: dict[str, MemoryStream] = {}
         around = Surroundings(self.hull, self.waves, self.wind, self.faults, vessel.home, gnss, seed, epoch_unix_ns, STEP_HZ)
@@ -202,6 +204,9 @@ class World:
             thruster.step(STEP_S)
             x_n, y_n, n_nm = thruster.wrench()
             surge_n, sway_n, yaw_nm = surge_n + x_n, sway_n + y_n, yaw_nm + n_nm
+        if self._push_ned_n != (0.0, 0.0):
+            x_n, y_n = ned_to_body(*self._push_ned_n, hull.yaw_rad)
+            surge_n, sway_n = surge_n + x_n, sway_n + y_n
         if self.waves.push:
             surge_mps2, sway_mps2 = ned_to_body(*self.waves.acceleration(t_s), hull.yaw_rad)
             surge_n += self._plant.hull.m11_kg * surge_mps2

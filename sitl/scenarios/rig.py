@@ -50,6 +50,8 @@ class Conditions:
     waves_m: float = 0.0
     model_error: float = 0.0
     plant: str | None = None
+    push_ned_n: tuple[float, float] = (0.0, 0.0)
+    rotating: tuple[str, ...] = ()  # fixed thrusters that turn in this run
     faults: tuple[str, ...] = ()
     parameters: Mapping[str, float] = field(default_factory=dict)
 
