@@ -100,6 +100,7 @@ TABLE: tuple[ParamSpec, ...] = (
     _real("DP_DAMPING", 0.9, 0.3, 2.0, "", "Dynamic positioning", "Relative damping of the three loops"),
     _real("DP_INTEGRAL", 0.12, 0.0, 0.5, "", "Dynamic positioning", "Integral action as a share of the bandwidth; 0 switches it off"),
     _real("DP_FEEDFORWARD", 1.0, 0.0, 1.5, "", "Dynamic positioning", "Share of the model feed-forward that is used"),
+    _real("DP_SMOOTH_T", 0.5, 0.0, 2.0, "s", "Dynamic positioning", "Time constant that smooths the feedback: quieter thrusters, at the cost of damping"),
     _real("DP_SPEED_AHEAD", 0.5, 0.05, 10.0, "m/s", "Dynamic positioning", "Largest speed ahead of the reference"),
     _real("DP_SPEED_ASTERN", 0.2, 0.05, 10.0, "m/s", "Dynamic positioning", "Largest speed astern of the reference"),
     _real("DP_SPEED_SWAY", 0.1, 0.02, 5.0, "m/s", "Dynamic positioning", "Largest sideways speed of the reference"),

@@ -49,9 +49,11 @@ class Controller:
             self._thesis.start(*self._bias.in_body(nav.yaw_rad))
         self._by_thesis = by_thesis
         if by_thesis:
+            self._positioning.restart()
             return self._as_in_the_thesis(setpoint, nav, dt_s)
         if kind not in _STEERED:
             self._demanded = None
+            self._positioning.restart()
             if kind is SetpointKind.WRENCH and setpoint.wrench is not None and finite(setpoint.wrench):
                 return self._saturated(setpoint.wrench)
             if kind is SetpointKind.NEUTRAL:
@@ -59,6 +61,8 @@ class Controller:
             return ZERO_WRENCH
         if self._demanded is not None and finite(achieved):
             self._bias.unwind(self._learning(kind, self._demanded, achieved), achieved, nav.yaw_rad, dt_s)
+        if kind is not SetpointKind.POSE:
+            self._positioning.restart()
         law = self._positioning if kind is SetpointKind.POSE else self._tracking if kind is SetpointKind.PATH else self._heading
         wrench = self._against_wind(law.update(setpoint, nav, self._bias, dt_s), kind, nav)
         if not finite(wrench):

@@ -18,13 +18,14 @@ from companion.params import Parameters
 
 
 class DynamicPositioning:
-    """`update(setpoint, nav, bias, dt_s)` → wrench before saturation, without the wind's share. Remembers nothing itself; the integral is
-    the `bias` given. A setpoint without position, or without heading, leaves those axes to damping."""
+    """`update(setpoint, nav, bias, dt_s)` → wrench before saturation, without the wind's share. Remembers the feedback of the last
+    cycle, which it smooths over DP_SMOOTH_T; the integral is the `bias` given. A setpoint without position, or without heading, leaves those axes to damping."""
 
     def __init__(self, config: VesselConfig, parameters: Parameters) -> None:
         self._config = config
         self._hull = config.hull
         self._parameters = parameters
+        self.restart()
 
     def update(self, setpoint: Setpoint, nav: NavState, bias: BiasForce, dt_s: float) -> Wrench:
         """Wrench that brings the boat to the reference and keeps it there."""
@@ -36,11 +37,26 @@ class DynamicPositioning:
         (px, ix, dx), (py, iy, dy), (pn, i_n, dn) = self._gains()
         bias.grow(-ix * ex, -iy * ey, -i_n * eyaw, nav.yaw_rad, dt_s)
         bx, by, bn = bias.in_body(nav.yaw_rad)
-        return Wrench(
-            share * forward.surge_n - px * ex - dx * (nav.surge_mps - u) + bx,
-            share * forward.sway_n - py * ey - dy * (nav.sway_mps - v) + by,
-            share * forward.yaw_nm - pn * eyaw - dn * (nav.yaw_rate_radps - setpoint.yaw_rate_radps) + bn,
+        x, y, n = self._smoothed(
+            -px * ex - dx * (nav.surge_mps - u),
+            -py * ey - dy * (nav.sway_mps - v),
+            -pn * eyaw - dn * (nav.yaw_rate_radps - setpoint.yaw_rate_radps),
+            dt_s,
         )
+        return Wrench(share * forward.surge_n + x + bx, share * forward.sway_n + y + by, share * forward.yaw_nm + n + bn)
+
+    def restart(self) -> None:
+        """Forget the feedback so far: another law has steered."""
+        self._feedback: tuple[float, float, float] | None = None
+
+    def _smoothed(self, x: float, y: float, n: float, dt_s: float) -> tuple[float, float, float]:
+        """The feedback without what the estimate's noise shakes in it: thrusters should not answer that."""
+        if self._feedback is not None:
+            share = dt_s / (dt_s + self._parameters["DP_SMOOTH_T"])
+            fx, fy, fn = self._feedback
+            x, y, n = fx + share * (x - fx), fy + share * (y - fy), fn + share * (n - fn)
+        self._feedback = (x, y, n)
+        return x, y, n
 
     def _gains(self) -> tuple[tuple[float, float, float], ...]:
         """(Kp, Ki, Kd) of surge, sway and yaw."""
