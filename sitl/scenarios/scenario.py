@@ -99,12 +99,16 @@ _CHOICES: Mapping[str, tuple[str, Mapping[str, float]]] = {
     "allocation": ("ALLOC_KIND", {"constrained": 0, "unconstrained": 1}),
 }
 
+_THESIS_ALLOCATION = {"ALLOC_ITER": 1.0}  # linearised once
+
 
 def _conditions(settings: Settings) -> Conditions:
     parameters: dict[str, float] = {}
     for key, (name, values) in _CHOICES.items():
         if key in settings:
             parameters[name] = _choice(settings, key, values)
+    if settings.get("law") == "thesis":
+        parameters |= _THESIS_ALLOCATION
     return Conditions(
         vessel="",
         wind=settings.get("wind") or None,
