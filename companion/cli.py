@@ -78,7 +78,7 @@ def _parser() -> argparse.ArgumentParser:
     mission.set_defaults(command=_mission)
 
     scenario = commands.add_parser("scenario", help="sail a named scenario in lockstep and check it")
-    verbs = scenario.add_subparsers(required=True, metavar="list | run")
+    verbs = scenario.add_subparsers(required=True, metavar="list | run | table")
     verbs.add_parser("list", help="the scenarios and their settings").set_defaults(command=_scenario_list)
     sail = verbs.add_parser("run", help="sail one")
     sail.add_argument("name", metavar="NAME")
@@ -87,6 +87,10 @@ def _parser() -> argparse.ArgumentParser:
     sail.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", dest="changes")
     sail.add_argument("--out", type=Path, metavar="DIR", help="folder of the log and result.json")
     sail.set_defaults(command=_scenario_run)
+    table = verbs.add_parser("table", help="the thesis's law beside the companion's, on the same seeds; takes a while")
+    table.add_argument("name", metavar="NAME", choices=["four_corner"])
+    table.add_argument("--seeds", type=int, default=8, metavar="N")
+    table.set_defaults(command=_scenario_table)
     return parser
 
 
@@ -303,6 +307,17 @@ def _scenario_list(arguments: argparse.Namespace) -> int:
     for scenario in SCENARIOS.values():
         settings = " ".join(f"{key}={value}" for key, value in scenario.defaults.items())
         print(f"{scenario.name:20} {scenario.text} ({scenario.vessel}); {settings}")
+    return 0
+
+
+def _scenario_table(arguments: argparse.Namespace) -> int:
+    from sitl.scenarios import SCENARIOS
+    from sitl.scenarios.table import lines
+
+    if arguments.seeds < 1:
+        raise UsageError(f"--seeds {arguments.seeds}: at least 1, please")
+    for line in lines(SCENARIOS[arguments.name], LockstepRig, arguments.seeds):
+        print(line, flush=True)
     return 0
 
 

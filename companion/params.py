@@ -146,7 +146,7 @@ TABLE: tuple[ParamSpec, ...] = (
     _choice("ALLOC_KIND", 0, {0: "Constrained", 1: "Pseudo-inverse"}, "Allocation", "Optimal within limits and rates, or the unconstrained solution cut to them"),
     _int("ALLOC_ITER", 3, 1, 6, "", "Allocation", "Re-linearisations of the thrust allocation in a cycle"),
     _real("ALLOC_W_POWER", 1.0, 0.0, 100.0, "", "Allocation", "Weight of power in the thrust allocation"),
-    _real("ALLOC_W_TURN", 1.0, 0.0, 100.0, "", "Allocation", "Weight against turning the azimuths"),
+    _real("ALLOC_W_TURN", 2.0, 0.0, 100.0, "", "Allocation", "Weight against turning the azimuths"),
     # names that QGroundControl's PX4 pages look up
     _fixed("SYS_AUTOSTART", 50000, "Airframe"),
     _fixed("SYS_AUTOCONFIG", 0, "Airframe reset"),

@@ -14,11 +14,11 @@ from companion.core.types import Allocation, ThrusterCommand, Wrench
 from companion.params import Parameters
 
 _LIMITED_SHARE = 0.01  # shortfall, as a share of the axis's limit, from which an axis counts as limited
-_IDLE_SHARE = 0.06  # share of full force below which a thruster may be turned for free
-_PULL = 0.5  # weight of the preferred azimuth of an idle or limited thruster
+_IDLE_SHARE = 0.1  # share of full force below which a thruster may be turned for free
+_PULL = 0.05  # weight of the preferred azimuth of an idle or limited thruster
 _APART_S = 0.5  # how long a better azimuth must lie beyond a forbidden sector, or the other way round the stops, before it is turned to
 _UNCONSTRAINED = 1  # ALLOC_KIND
-_TOE_PULL = 0.1  # weight of the toe angle while nothing is asked
+_TOE_PULL = 0.01  # weight of the toe angle while nothing is asked
 
 
 class _Base:

@@ -16,7 +16,7 @@ class ChosenReference:
     def __init__(self, parameters: Parameters) -> None:
         self._parameters = parameters
         self._kinds: tuple[ReferenceGenerator | ThesisReference, ...] = (ReferenceGenerator(parameters), ThesisReference(parameters))
-        self._active = self._kinds[0]
+        self._active = self._wanted()
         self._last: Setpoint | None = None
         self._speed_mps: float | None = None
 

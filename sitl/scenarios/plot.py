@@ -81,7 +81,7 @@ def _wrench(axes: Axes, t: list[float], sailed: Sailed) -> None:
     for column, label, color in (("surge_n", "surge, N", _REAL), ("sway_n", "sway, N", _DESIRED), ("yaw_nm", "yaw, Nm", _OTHER)):
         axes.plot(t, [row[f"demanded_{column}"] for row in sailed.ticks], color=color, alpha=0.4, linewidth=0.7)
         axes.plot(t, [row[f"achieved_{column}"] for row in sailed.ticks], color=color, linewidth=0.9, label=label)
-    axes.set_ylabel("wrench (pale: demanded)")
+    axes.set_ylabel("wrench")
     axes.legend(loc="upper right", fontsize=8)
 
 

@@ -135,7 +135,7 @@ def test_a_path_setpoint_brings_speed_and_heading_up() -> None:
 
 
 def test_what_was_learnt_stays_through_a_change_of_law_and_goes_with_neutral() -> None:
-    c = controller()
+    c = controller(DP_BW_SURGE=0.35, DP_INTEGRAL=0.12)
     for _ in range(300):
         held = c.update(HERE, nav_state(north_m=-0.1), Wrench(6.0, 0.0, 0.0), DT_S)
     learnt = held.surge_n - 0.1 * REVOLT.hull.m11_kg * 0.35**2
