@@ -167,7 +167,7 @@ class ReferenceGenerator:
     def arrived(self) -> bool:
         """Whether the reference stands at its target."""
         core, window = self._core, self._window
-        return core.resting and bool(window) and window[0][:3] == core.target
+        return core.resting and bool(window) and window[0] == window[-1]
 
     def update(self, dt_s: float) -> Setpoint:
         """The reference `dt_s` later."""
@@ -178,7 +178,7 @@ class ReferenceGenerator:
         newest = (*core.pose, *core.velocity, *core.acceleration)
         oldest = self._window.popleft()
         self._window.append(newest)
-        if core.resting and oldest[:3] == core.pose:
+        if core.resting and self._window[0] == newest:
             mean = list(newest)  # no rounding is left over from the running sum
             self._sum = [value * len(self._window) for value in mean]
         else:
