@@ -84,7 +84,7 @@ def _parser() -> argparse.ArgumentParser:
     mission.set_defaults(command=_mission)
 
     scenario = commands.add_parser("scenario", help="sail a named scenario in lockstep and check it")
-    verbs = scenario.add_subparsers(required=True, metavar="list | run")
+    verbs = scenario.add_subparsers(required=True, metavar="list | run | table")
     verbs.add_parser("list", help="the scenarios and their settings").set_defaults(command=_scenario_list)
     sail = verbs.add_parser("run", help="sail one")
     sail.add_argument("name", metavar="NAME")
@@ -93,6 +93,10 @@ def _parser() -> argparse.ArgumentParser:
     sail.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", dest="changes")
     sail.add_argument("--out", type=Path, metavar="DIR", help="folder of the log and result.json")
     sail.set_defaults(command=_scenario_run)
+    table = verbs.add_parser("table", help="the thesis's law beside the companion's, on the same seeds; takes a while")
+    table.add_argument("name", metavar="NAME", choices=["four_corner"])
+    table.add_argument("--seeds", type=int, default=8, metavar="N")
+    table.set_defaults(command=_scenario_table)
 
     logs.add_to(commands)
     return parser
@@ -272,6 +276,8 @@ class LockstepRig:
         from sitl.world import EPOCH_UNIX_NS, World
 
         self.config = load_vessel(conditions.vessel)
+        for name in conditions.rotating:
+            self.config = config_module.with_rotating(self.config, name)
         self._conditions, self._folder = conditions, folder
         believed = _believed(self.config, conditions)
         self.world: World = World(
@@ -282,6 +288,7 @@ class LockstepRig:
             gnss=conditions.gnss,
             plant=conditions.plant,
             waves_m=conditions.waves_m,
+            push_ned_n=conditions.push_ned_n,
             faults=conditions.faults,
         )
         self._clock = SimulatedClock(EPOCH_UNIX_NS)
@@ -348,6 +355,17 @@ def _scenario_list(arguments: argparse.Namespace) -> int:
     return 0
 
 
+def _scenario_table(arguments: argparse.Namespace) -> int:
+    from sitl.scenarios import SCENARIOS
+    from sitl.scenarios.table import lines
+
+    if arguments.seeds < 1:
+        raise UsageError(f"--seeds {arguments.seeds}: at least 1, please")
+    for line in lines(SCENARIOS[arguments.name], LockstepRig, arguments.seeds):
+        print(line, flush=True)
+    return 0
+
+
 def _scenario_run(arguments: argparse.Namespace) -> int:
     from sitl.scenarios import SCENARIOS
     from sitl.scenarios.scenario import ScenarioError
@@ -364,7 +382,7 @@ def _scenario_run(arguments: argparse.Namespace) -> int:
     folder = arguments.out or _fresh(Path("out"), f"{arguments.name}-seed{arguments.seed}")
     started_s = time.perf_counter()
     try:
-        outcome = sail(SCENARIOS[arguments.name], LockstepRig, folder, arguments.seed, arguments.vessel, changes)
+        outcome = sail(SCENARIOS[arguments.name], LockstepRig, folder, arguments.seed, arguments.vessel, changes, draw=True)
     except (ScenarioError, ValueError) as error:
         raise UsageError(str(error)) from error
     for name, value in outcome.metrics.items():
@@ -374,5 +392,7 @@ def _scenario_run(arguments: argparse.Namespace) -> int:
         print(f"{'ok  ' if check.ok else 'FAIL'} {check.name}: {check.value:.3f} {check.unit}, {relation} {check.limit:g}")
     if outcome.error:
         print(f"FAIL {outcome.error}")
+    if outcome.hint:
+        print(outcome.hint)
     print(f"{folder}: {time.perf_counter() - started_s:.1f} s")
     return 0 if outcome.ok else 1

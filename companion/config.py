@@ -19,6 +19,7 @@ from pydantic import AfterValidator, ConfigDict, Field, TypeAdapter, ValidationE
 _STRICT = ConfigDict(extra="forbid", allow_inf_nan=False)
 _FROM_DEGREES = AfterValidator(math.radians)
 _FROM_DEGREES_OR_NONE = AfterValidator(lambda degrees: None if degrees is None else math.radians(degrees))
+_SECTORS_FROM_DEGREES = AfterValidator(lambda sectors: tuple((math.radians(a), math.radians(b)) for a, b in sectors))
 
 Positive = Annotated[float, Field(gt=0.0)]
 NonNegative = Annotated[float, Field(ge=0.0)]
@@ -100,11 +101,21 @@ class WindageConfig:
 
 
 @dataclass(frozen=True, slots=True)
+class ThesisModelConfig:
+    """What the thesis's own feed-forward believes beside `hull`'s inertia: the bare hull's mass, and damping as printed."""
+
+    __pydantic_config__ = _STRICT
+    mass_kg: Positive
+    damping: DampingConfig
+
+
+@dataclass(frozen=True, slots=True)
 class ThrusterConfig:
     """One thruster. Force F = ahead_n·u|u| (u ≥ 0) or astern_n·u|u| (u < 0), u the throttle −1…1, within [min_n, max_n].
 
     `azimuth_rad` is its direction at rest: the way it pushes the boat, clockwise from the bow. Kind "azimuth" turns at most
-    `azimuth_rate_radps`, within [azimuth_min_rad, azimuth_max_rad] where those are given, else endlessly.
+    `azimuth_rate_radps`, within [azimuth_min_rad, azimuth_max_rad] where those are given, else endlessly, and gives no thrust in a sector of
+    `forbidden_rad`, each clockwise from its first to its second direction.
     """
 
     __pydantic_config__ = _STRICT
@@ -121,6 +132,7 @@ class ThrusterConfig:
     azimuth_rate_radps: Annotated[float, Field(alias="azimuth_rate_dps", ge=0.0), _FROM_DEGREES] = 0.0
     azimuth_min_rad: Annotated[float | None, Field(alias="azimuth_min_deg"), _FROM_DEGREES_OR_NONE] = None
     azimuth_max_rad: Annotated[float | None, Field(alias="azimuth_max_deg"), _FROM_DEGREES_OR_NONE] = None
+    forbidden_rad: Annotated[tuple[tuple[float, float], ...], Field(alias="forbidden_deg"), _SECTORS_FROM_DEGREES] = ()
     manual_azimuth_rad: Annotated[float, Field(alias="manual_azimuth_deg", ge=0.0, le=180.0), _FROM_DEGREES] = 0.0
     dead_band: Annotated[float, Field(ge=0.0, lt=0.5)] = 0.0  # throttle below which nothing turns
 
@@ -228,6 +240,7 @@ class VesselConfig:
     sensors: Annotated[tuple[SensorConfig, ...], Field(alias="sensor", min_length=1)]
     actuators: Annotated[tuple[ActuatorConfig, ...], Field(alias="actuator", min_length=1)]
     windage: WindageConfig = field(default_factory=WindageConfig)
+    thesis_model: ThesisModelConfig | None = None
     links: tuple[str, ...] = ()
     parameters: dict[str, float] = field(default_factory=dict)
     dock: DockConfig | None = None
@@ -313,6 +326,8 @@ def _cross_checks(config: VesselConfig) -> list[tuple[tuple[str | int, ...], str
     for i, thruster in enumerate(config.thrusters):
         if thruster.kind == "azimuth" and thruster.azimuth_rate_radps <= 0.0:
             problems.append((("thruster", i, "azimuth_rate_dps"), "an azimuth thruster needs a rate above 0"))
+        if thruster.forbidden_rad:
+            problems += [(("thruster", i, "forbidden_deg"), text) for text in _sector_problems(thruster)]
     if config.hull.m22_kg * config.hull.m33_kgm2 <= config.hull.m23_kgm * (config.hull.m32_kgm or config.hull.m23_kgm):
         problems.append((("hull", "m23_kgm"), "the inertia matrix is not positive definite"))
     if config.sitl is not None:
@@ -321,6 +336,17 @@ def _cross_checks(config: VesselConfig) -> list[tuple[tuple[str | int, ...], str
         for name, plant in config.sitl.plants.items():
             if plant.thruster_x_m is not None and len(plant.thruster_x_m) != len(config.thrusters):
                 problems.append((("sitl", "plants", name, "thruster_x_m"), f"needs {len(config.thrusters)} values, one a thruster"))
+    return problems
+
+
+def _sector_problems(thruster: ThrusterConfig) -> list[str]:
+    problems = []
+    if thruster.kind != "azimuth":
+        problems.append("a fixed thruster has no sectors")
+    if any((thruster.azimuth_rad - start) % math.tau < (end - start) % math.tau for start, end in thruster.forbidden_rad):
+        problems.append("the azimuth at rest lies in a forbidden sector")
+    if sum((end - start) % math.tau for start, end in thruster.forbidden_rad) >= math.tau:
+        problems.append("the forbidden sectors leave no direction")
     return problems
 
 
@@ -385,6 +411,15 @@ def with_model_error(config: VesselConfig, fraction: float) -> VesselConfig:
             damping=wrong,
         ),
     )
+
+
+def with_rotating(config: VesselConfig, name: str) -> VesselConfig:
+    """The same vessel with the fixed thruster `name` turning within ±270° at its rate. Raises ConfigError for one that cannot."""
+    found = [t for t in config.thrusters if t.name == name and t.azimuth_rate_radps > 0.0]
+    if not found:
+        raise ConfigError([f"{config.name}: no thruster '{name}' with an azimuth_rate_dps, so it cannot rotate"])
+    turning = replace(found[0], kind="azimuth", azimuth_min_rad=math.radians(-270.0), azimuth_max_rad=math.radians(270.0))
+    return replace(config, thrusters=tuple(turning if t.name == name else t for t in config.thrusters))
 
 
 def as_dict(config: VesselConfig) -> dict[str, Any]:

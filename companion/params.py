@@ -64,6 +64,7 @@ def _fixed(name: str, value: int, text: str) -> ParamSpec:
 
 
 FAILSAFE_ACTIONS = {0: "Ignore", 1: "Hold", 2: "RTL", 3: "Neutral"}
+FEEDFORWARD_KINDS = {0: "Off", 1: "Thesis, as printed", 2: "Thesis, scaled at sea", 3: "Full"}
 _YES_NO = {0: "No", 1: "Yes"}
 _DEGREES_PER_S = "deg/s"
 
@@ -102,6 +103,7 @@ TABLE: tuple[ParamSpec, ...] = (
     _real("DP_DAMPING", 0.9, 0.3, 2.0, "", "Dynamic positioning", "Relative damping of the three loops"),
     _real("DP_INTEGRAL", 0.12, 0.0, 0.5, "", "Dynamic positioning", "Integral action as a share of the bandwidth; 0 switches it off"),
     _real("DP_FEEDFORWARD", 1.0, 0.0, 1.5, "", "Dynamic positioning", "Share of the model feed-forward that is used"),
+    _real("DP_SMOOTH_T", 0.5, 0.0, 2.0, "s", "Dynamic positioning", "Time constant that smooths the feedback: quieter thrusters, at the cost of damping"),
     _real("DP_SPEED_AHEAD", 0.5, 0.05, 10.0, "m/s", "Dynamic positioning", "Largest speed ahead of the reference"),
     _real("DP_SPEED_ASTERN", 0.2, 0.05, 10.0, "m/s", "Dynamic positioning", "Largest speed astern of the reference"),
     _real("DP_SPEED_SWAY", 0.1, 0.02, 5.0, "m/s", "Dynamic positioning", "Largest sideways speed of the reference"),
@@ -110,6 +112,8 @@ TABLE: tuple[ParamSpec, ...] = (
     _real("DP_ACC_SWAY", 0.04, 0.01, 3.0, "m/s^2", "Dynamic positioning", "Largest sway acceleration of the reference"),
     _real("DP_ACC_YAW", 1.5, 0.1, 60.0, "deg/s^2", "Dynamic positioning", "Largest yaw acceleration of the reference"),
     _real("DP_TRANSIT_DIST", 6.0, 0.0, 200.0, "m", "Dynamic positioning", "Go-to points further off than this are sailed to bow first; nearer ones are taken in any direction"),
+    _choice("DP_LAW", 0, {0: "Companion", 1: "Thesis"}, "Dynamic positioning", "Reference generator and control law: the companion's own, or those of the ReVolt thesis as printed, without anti-windup"),
+    _choice("DP_FF_KIND", 3, FEEDFORWARD_KINDS, "Dynamic positioning", "Model feed-forward; the thesis's two need the vessel's [thesis_model], and are nothing without"),
     _real("DP_WATCH_R", 3.0, 0.2, 100.0, "m", "Dynamic positioning", "Watch circle around a held point; outside it the boat warns"),
     _real("DP_ALARM_R", 6.0, 0.2, 200.0, "m", "Dynamic positioning", "Circle around a held point outside which the boat raises the alarm"),
     _choice("DP_CONSEQ", 1, _YES_NO, "Dynamic positioning", "Say while holding whether the boat would still hold if one thruster failed"),
@@ -125,6 +129,17 @@ TABLE: tuple[ParamSpec, ...] = (
     _real("DOCK_OFF_MAX", 0.3, 0.05, 5.0, "m", "Docking", "Docking is given up further off the line of approach than this"),
     _real("DOCK_YAW_MAX", 8.0, 1.0, 45.0, "deg", "Docking", "Docking is given up at a heading error above this"),
     _real("DOCK_TIMEOUT", 120.0, 10.0, 1800.0, "s", "Docking", "Docking is given up when lining up or coming alongside takes longer"),
+    # the thesis's law (DP_LAW 1), as tuned at sea
+    *(
+        _real(f"DPT_K{term}_{axis}", default, 0.0, 1000.0, "", "Thesis law", f"{what} gain of {axis.lower()}, {unit}")
+        for term, what, gains in (("P", "Proportional", (25.0, 25.0, 30.0)), ("I", "Integral", (0.3, 0.3, 0.3)), ("D", "Derivative", (75.0, 75.0, 50.0)))
+        for axis, default, unit in zip(("SURGE", "SWAY", "YAW"), gains, ("N per m", "N per m", "Nm per rad"), strict=True)
+    ),
+    _real("DPT_LEAD_AHEAD", 1.5, 0.01, 50.0, "m", "Thesis law", "How far the reference is led ahead; its steady speed is a fifth of that a second"),
+    _real("DPT_LEAD_ASTERN", 1.0, 0.01, 50.0, "m", "Thesis law", "How far the reference is led astern"),
+    _real("DPT_LEAD_STBD", 0.6, 0.01, 50.0, "m", "Thesis law", "How far the reference is led to starboard"),
+    _real("DPT_LEAD_PORT", 0.5, 0.01, 50.0, "m", "Thesis law", "How far the reference is led to port"),
+    _real("DPT_LEAD_YAW", 35.0, 1.0, 180.0, "deg", "Thesis law", "How far the reference's heading is led"),
     # path
     _choice("PATH_KIND", 1, {0: "Linear", 1: "PCHIP", 2: "Modified Akima", 3: "Cubic spline"}, "Path", "Curve laid through the waypoints"),
     _real("PATH_LOOKAHEAD", 3.0, 0.5, 100.0, "m", "Path", "Shortest look-ahead distance"),
@@ -146,9 +161,10 @@ TABLE: tuple[ParamSpec, ...] = (
     _choice("FENCE_GROUP0", 0, {0: "Inside all", 1: "Inside any"}, "Fence", "Not in force yet (fences are kept, not enforced): how inclusion zones of group 0 count together"),
     _choice("GF_ACTION", 1, {0: "None", 1: "Warn", 2: "Hold", 3: "RTL"}, "Fence", "Not in force yet (fences are kept, not enforced): what to do when the boat leaves the fence"),
     # allocation
+    _choice("ALLOC_KIND", 0, {0: "Constrained", 1: "Pseudo-inverse"}, "Allocation", "Optimal within limits and rates, or the unconstrained solution cut to them"),
     _int("ALLOC_ITER", 3, 1, 6, "", "Allocation", "Re-linearisations of the thrust allocation in a cycle"),
     _real("ALLOC_W_POWER", 1.0, 0.0, 100.0, "", "Allocation", "Weight of power in the thrust allocation"),
-    _real("ALLOC_W_TURN", 1.0, 0.0, 100.0, "", "Allocation", "Weight against turning the azimuths"),
+    _real("ALLOC_W_TURN", 2.0, 0.0, 100.0, "", "Allocation", "Weight against turning the azimuths"),
     # names that QGroundControl's PX4 pages look up
     _fixed("SYS_AUTOSTART", 50000, "Airframe"),
     _fixed("SYS_AUTOCONFIG", 0, "Airframe reset"),

@@ -16,7 +16,7 @@ class Gate:
     """`update(allocation, armed, now_s, dt_s)` → ActuatorCommand that is finite, within limits and slow enough.
 
     Remembers the last force and azimuth of each thruster. `gated` names each limit that changed the demand: "count" for a wrong number of
-    thrusters, else "<thruster>.finite", ".throttle", ".slew" or ".azimuth". Disarmed: every throttle is exactly 0, at once.
+    thrusters, else "<thruster>.finite", ".throttle", ".slew", ".azimuth" or ".sector". Disarmed: every throttle is exactly 0, at once.
     """
 
     def __init__(self, config: VesselConfig) -> None:
@@ -47,6 +47,9 @@ class Gate:
         azimuth = None
         if thruster.kind == "azimuth":
             azimuth = self._azimuths[i] = self._azimuth(thruster, self._azimuths[i], demand, gated)
+            if throttle != 0.0 and _forbidden(thruster, azimuth):
+                gated.append(f"{thruster.name}.sector")
+                force = throttle = self._forces[i] = 0.0
         return ThrusterCommand(force, throttle, azimuth)
 
     @staticmethod
@@ -89,6 +92,13 @@ class Gate:
         if abs(held - azimuth) > _SECTOR_SLACK_RAD:
             gated.append(f"{thruster.name}.azimuth")
         return held
+
+
+def _forbidden(thruster: ThrusterConfig, azimuth_rad: float) -> bool:
+    """Whether it stands inside a sector where it may give no thrust."""
+    return any(
+        _SECTOR_SLACK_RAD < (azimuth_rad - start) % math.tau < (end - start) % math.tau - _SECTOR_SLACK_RAD for start, end in thruster.forbidden_rad
+    )
 
 
 def _force_n(thruster: ThrusterConfig, throttle: float) -> float:

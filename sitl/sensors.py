@@ -31,15 +31,15 @@ class Grade:
     slow_m: float
     slow_tau_s: float
     velocity_mps: float
+    heading_rad: float = math.radians(0.10)  # white, and slowly changing besides
 
 
 GRADES = {
     "rtk": Grade(4, 18, 0.6, 0.005, 0.008, 60.0, 0.015),
     "sbas": Grade(2, 14, 0.8, 0.05, 0.25, 150.0, 0.03),
     "standalone": Grade(1, 11, 1.1, 0.15, 1.2, 300.0, 0.06),
+    "basin": Grade(4, 18, 0.6, 0.001, 0.001, 60.0, 0.005, math.radians(0.02)),  # cameras in a towing tank, behind the same sentences
 }
-_HEADING_WHITE_RAD = math.radians(0.10)
-_HEADING_SLOW_RAD = math.radians(0.10)
 _HEADING_TAU_S = 30.0
 _ALTITUDE_FACTOR = 1.7
 
@@ -78,20 +78,20 @@ class GnssModel:
         self._grade = grade(grade_name)
         self._dt_s = dt_s
         rng = self._rng = stream(seed, f"{config.name} white")
-        self._slow = {g.quality: [GaussMarkov(rng, g.slow_m, g.slow_tau_s) for _ in range(3)] for g in GRADES.values()}
-        self._slow_heading = GaussMarkov(rng, _HEADING_SLOW_RAD, _HEADING_TAU_S)
+        self._slow = {g: [GaussMarkov(rng, g.slow_m, g.slow_tau_s) for _ in range(3)] for g in GRADES.values()}
+        self._slow_heading = GaussMarkov(rng, self._grade.heading_rad, _HEADING_TAU_S)
         self._samples = 0
 
     def sample(self, hull: Hull, waves: Waves, faults: Set[str]) -> GnssSample:
         self._samples += 1
         now = GRADES["standalone"] if "rtk_lost" in faults else self._grade
-        heading_error = self._slow_heading.update(self._dt_s) + self._rng.gauss(0.0, _HEADING_WHITE_RAD)
+        heading_error = self._slow_heading.update(self._dt_s) + self._rng.gauss(0.0, now.heading_rad)
         if "gnss_lost" in faults:
             return GnssSample(now, None, 0.0, 0.0, None)
         gauss, config = self._rng.gauss, self._config
         x, y, down = _levelled(config.x_m, config.y_m, config.z_m, waves.roll_rad, waves.pitch_rad)
         c, s = math.cos(hull.yaw_rad), math.sin(hull.yaw_rad)
-        slow_north, slow_east, slow_up = (process.update(self._dt_s) for process in self._slow[now.quality])
+        slow_north, slow_east, slow_up = (process.update(self._dt_s) for process in self._slow[now])
         north_m = hull.north_m + c * x - s * y + slow_north + gauss(0.0, now.white_m)
         east_m = hull.east_m + s * x + c * y + slow_east + gauss(0.0, now.white_m)
         altitude_m = self._home.altitude_m - down + _ALTITUDE_FACTOR * (slow_up + gauss(0.0, now.white_m))

@@ -69,13 +69,15 @@ class World:
         plant: str | None = None,
         waves_m: float = 0.0,
         faults: Sequence[str] = (),
+        push_ned_n: tuple[float, float] = (0.0, 0.0),
         current_variation_mps: float = 0.0,
         capacity_wh: float = _CAPACITY_WH,
         epoch_unix_ns: int = EPOCH_UNIX_NS,
         dock: DockConfig | None = None,
     ) -> None:
         """`wind` "MPS@FROM_DEG", `current` "MPS@TOWARDS_DEG", directions from the seed where left out; `plant` None: as the vessel's file
-        says; `dock` None: the vessel's own berth, if it has one. Raises ConfigError for what the vessel or the arguments do not offer.
+        says; `push_ned_n` a constant force towards north and east on the hull; `dock` None: the vessel's own berth, if it has one. Raises
+        ConfigError for what the vessel or the arguments do not offer.
         """
         self._vessel = vessel
         self._plant = _chosen_plant(vessel, plant)
@@ -89,6 +91,7 @@ class World:
         face = vessel.dock if dock is None else dock
         self.berth = None if face is None else Berth(face, vessel.home, vessel.length_m, vessel.beam_m)
         self.thrusters = thruster_models.build(vessel.thrusters, self._plant.thruster_lag_s, self._plant.thruster_x_m)
+        self._push_ned_n = push_ned_n
         self._steps = 0
         self._streams: dict[str, MemoryStream] = {}
         around = Surroundings(self.hull, self.waves, self.wind, self.faults, vessel.home, gnss, seed, epoch_unix_ns, STEP_HZ)
@@ -206,6 +209,9 @@ class World:
             thruster.step(STEP_S)
             x_n, y_n, n_nm = thruster.wrench()
             surge_n, sway_n, yaw_nm = surge_n + x_n, sway_n + y_n, yaw_nm + n_nm
+        if self._push_ned_n != (0.0, 0.0):
+            x_n, y_n = ned_to_body(*self._push_ned_n, hull.yaw_rad)
+            surge_n, sway_n = surge_n + x_n, sway_n + y_n
         if self.waves.push:
             surge_mps2, sway_mps2 = ned_to_body(*self.waves.acceleration(t_s), hull.yaw_rad)
             surge_n += self._plant.hull.m11_kg * surge_mps2

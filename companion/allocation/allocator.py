@@ -9,14 +9,16 @@ from companion.allocation.geometry import Thruster, thrusters_of, wrench_of
 from companion.allocation.pseudo_inverse import PseudoInverse
 from companion.allocation.solver import AllocationSolver, Problem
 from companion.config import VesselConfig
-from companion.core.angles import nearest_turn, wrap_pi
+from companion.core.angles import wrap_pi
 from companion.core.types import Allocation, ThrusterCommand, Wrench
 from companion.params import Parameters
 
 _LIMITED_SHARE = 0.01  # shortfall, as a share of the axis's limit, from which an axis counts as limited
-_IDLE_SHARE = 0.06  # share of full force below which a thruster may be turned for free
-_PULL = 0.5  # weight of the preferred azimuth of an idle or limited thruster
-_TOE_PULL = 0.1  # weight of the toe angle while nothing is asked
+_IDLE_SHARE = 0.1  # share of full force below which a thruster may be turned for free
+_PULL = 0.05  # weight of the preferred azimuth of an idle or limited thruster
+_APART_S = 0.5  # how long a better azimuth must lie beyond a forbidden sector, or the other way round the stops, before it is turned to
+_UNCONSTRAINED = 1  # ALLOC_KIND
+_TOE_PULL = 0.01  # weight of the toe angle while nothing is asked
 
 
 class _Base:
@@ -29,7 +31,7 @@ class _Base:
         limits = config.limits
         self._scales = (limits.surge_n, limits.sway_n, limits.yaw_nm)
         self._forces = [0.0] * len(self._thrusters)
-        self._azimuths = [t.in_sector(t.rest_rad) for t in self._thrusters]
+        self._azimuths = [t.sectors.nearest(t.rest_rad, t.rest_rad) for t in self._thrusters]
         self._failed: frozenset[int] = frozenset()
         self._inverse = PseudoInverse(self._thrusters, self._scales)
 
@@ -52,21 +54,20 @@ class _Base:
         for i, t in enumerate(self._thrusters):
             command = thrusters[i] if i < len(thrusters) else None
             throttle = command.throttle if command is not None and math.isfinite(command.throttle) else 0.0
-            low, high = self._force_bounds(i, t, dt_s)
-            self._forces[i] = min(high, max(low, t.curve.force_n(min(1.0, max(-1.0, throttle)))))
             if t.turns and command is not None and command.azimuth_rad is not None and math.isfinite(command.azimuth_rad):
                 self._turn(i, t, command.azimuth_rad, dt_s)
+            low, high = self._force_bounds(i, t, dt_s)
+            self._forces[i] = min(high, max(low, t.curve.force_n(min(1.0, max(-1.0, throttle)))))
         return self._result(None)
 
     def _turn(self, i: int, t: Thruster, azimuth_rad: float, dt_s: float) -> None:
-        """Turn towards `azimuth_rad` the short way, or through the sector where that is barred."""
+        """Turn towards `azimuth_rad`, or the nearest direction it may take: the short way, or round where stops bar that."""
         present = self._azimuths[i]
-        wanted = t.in_sector(azimuth_rad) if t.sector is not None else nearest_turn(azimuth_rad, present)
         reach = t.azimuth_rate_radps * dt_s
-        self._azimuths[i] = min(present + reach, max(present - reach, wanted))
+        self._azimuths[i] = min(present + reach, max(present - reach, t.sectors.nearest(azimuth_rad, present)))
 
     def _force_bounds(self, i: int, t: Thruster, dt_s: float) -> tuple[float, float]:
-        if i in self._failed:
+        if i in self._failed or not t.sectors.allowed(self._azimuths[i]):
             return 0.0, 0.0
         reach = t.force_rate_nps * dt_s
         present = min(t.max_n, max(t.min_n, self._forces[i]))
@@ -80,7 +81,7 @@ class _Base:
             throttle = t.curve.throttle(force)
             given = t.curve.force_n(throttle)
             forces.append(given)
-            shown = None if not t.turns else azimuth if t.sector is not None else wrap_pi(azimuth)
+            shown = None if not t.turns else wrap_pi(azimuth) if t.sectors.endless else azimuth
             commands.append(ThrusterCommand(given, throttle, shown))
         achieved = wrench_of(self._thrusters, forces, self._azimuths)
         if demanded is None:
@@ -101,11 +102,14 @@ class _Base:
 
 
 class Allocator(_Base):
-    """Constrained allocation: least power and least turning that gives the wrench, within force and azimuth limits and rates.
+    """`update(wrench, dt_s)` → Allocation with the wrench that the thrusters will give, by the kind that ALLOC_KIND asks for.
 
-    `update(wrench, dt_s)` → Allocation with the wrench that the thrusters will give. Remembers the last forces and azimuths. An idle
-    thruster, or all of them while an axis falls short, is drawn towards the azimuth of the unconstrained solution, turned about where
-    reversing does as well: this is what leads out of singular layouts such as all pods ahead with no thrust.
+    Constrained: least power and least turning that gives the wrench, within force and azimuth limits and rates. An idle thruster, or all
+    of them while an axis falls short, is drawn towards the azimuth of the unconstrained solution, turned about where reversing does as well:
+    this is what leads out of singular layouts such as all pods ahead with no thrust. Where that azimuth lies beyond a forbidden sector, or
+    the other way round the stops, the thruster turns there without thrust.
+    Unconstrained: the pseudo-inverse, cut to limits and rates afterwards.
+    Remembers the last forces and azimuths, and which thrusters are on their way through a sector.
     """
 
     def __init__(self, config: VesselConfig, parameters: Parameters) -> None:
@@ -114,74 +118,103 @@ class Allocator(_Base):
         self._solver = AllocationSolver(self._thrusters, self._scales)
         self._problem = Problem(len(self._thrusters))
         self._short = False
+        self._crossing: list[float | None] = [None] * len(self._thrusters)  # azimuth to turn to without thrust
+        self._apart_s = [0.0] * len(self._thrusters)
 
     def update(self, wrench: Wrench, dt_s: float) -> Allocation:
         """Thrusters for `wrench`, at most `dt_s` of their rates away from the last."""
         wrench = self._finite(wrench)
+        ideal = self._inverse.forces_n((wrench.surge_n, wrench.sway_n, wrench.yaw_nm))
+        if self._parameters["ALLOC_KIND"] == _UNCONSTRAINED:
+            self._cut(ideal, dt_s)
+        else:
+            self._optimise(wrench, ideal, dt_s)
+        allocation = self._result(wrench)
+        self._short = any(allocation.limited)
+        return allocation
+
+    def _cut(self, ideal: Sequence[tuple[float, float]], dt_s: float) -> None:
+        """The unconstrained solution, as far as each thruster can follow it."""
+        for i, t in enumerate(self._thrusters):
+            x, y = ideal[i]
+            force = x
+            if t.turns:
+                force = math.hypot(x, y)
+                azimuth, reversed_ = self._aim(i, t, math.atan2(y, x))
+                force = -force if reversed_ else force
+                if abs(force) > 1.0e-3 * t.max_n:
+                    self._turn(i, t, azimuth, dt_s)
+            low, high = self._force_bounds(i, t, dt_s)
+            self._forces[i] = min(high, max(low, force))
+        self._crossing = [None] * len(self._thrusters)
+
+    def _optimise(self, wrench: Wrench, ideal: Sequence[tuple[float, float]], dt_s: float) -> None:
         problem, parameters = self._problem, self._parameters
         problem.demand = (wrench.surge_n, wrench.sway_n, wrench.yaw_nm)
         problem.iterations = int(parameters["ALLOC_ITER"])
         problem.w_power = parameters["ALLOC_W_POWER"]
         problem.w_turn = parameters["ALLOC_W_TURN"]
         problem.forces_n, problem.azimuths_rad = self._forces, self._azimuths
-        ideal = self._inverse.forces_n(problem.demand)
         for i, t in enumerate(self._thrusters):
             problem.force_low_n[i], problem.force_high_n[i] = self._force_bounds(i, t, dt_s)
             if t.turns:
+                self._prefer(i, t, ideal[i], dt_s)
                 self._bound_turn(i, t, dt_s)
-                self._prefer(i, t, ideal[i])
         self._forces, self._azimuths = self._solver.solve(problem)
-        allocation = self._result(wrench)
-        self._short = any(allocation.limited)
-        return allocation
 
     def _bound_turn(self, i: int, t: Thruster, dt_s: float) -> None:
-        reach, present = t.azimuth_rate_radps * dt_s, self._azimuths[i]
-        low, high = present - reach, present + reach
-        if t.sector is not None:
-            low, high = max(low, t.sector[0]), min(high, t.sector[1])
-        self._problem.turn_low_rad[i], self._problem.turn_high_rad[i] = low, max(low, high)
+        problem, reach, present = self._problem, t.azimuth_rate_radps * dt_s, self._azimuths[i]
+        target = self._crossing[i]
+        if target is not None:
+            step = min(present + reach, max(present - reach, target))
+            problem.force_low_n[i] = problem.force_high_n[i] = 0.0
+            problem.turn_low_rad[i] = problem.turn_high_rad[i] = step
+            if step == target:
+                self._crossing[i] = None
+            return
+        low, high = t.sectors.span(present)
+        low, high = max(low, present - reach), min(high, present + reach)
+        problem.turn_low_rad[i], problem.turn_high_rad[i] = low, max(low, high)
 
-    def _prefer(self, i: int, t: Thruster, ideal: tuple[float, float]) -> None:
+    def _prefer(self, i: int, t: Thruster, ideal: tuple[float, float], dt_s: float) -> None:
         """Where this azimuth should drift to, and how strongly."""
         problem, present = self._problem, self._azimuths[i]
         share = math.hypot(*ideal) / t.max_n
         idle = abs(self._forces[i]) < _IDLE_SHARE * t.max_n
         asked = min(1.0, share / _IDLE_SHARE)
         if (idle or self._short) and asked > 0.5:
-            azimuth = nearest_turn(math.atan2(ideal[1], ideal[0]), present)
-            if t.reversible:
-                azimuth = present + math.remainder(azimuth - present, math.pi)
-            problem.preferred_rad[i] = t.in_sector(azimuth)
+            problem.preferred_rad[i], _ = self._aim(i, t, math.atan2(ideal[1], ideal[0]))
             problem.preferred_weight[i] = _PULL * asked
+            self._consider_crossing(i, t, problem.preferred_rad[i], dt_s)
         elif idle:
-            problem.preferred_rad[i] = t.toe_rad if t.sector is not None else present + math.remainder(t.toe_rad - present, math.pi)
+            problem.preferred_rad[i] = present + math.remainder(t.toe_rad - present, math.pi) if t.sectors.free else t.toe_rad
             problem.preferred_weight[i] = _TOE_PULL * (1.0 - asked)
+            self._apart_s[i] = 0.0
         else:
             problem.preferred_weight[i] = 0.0
+            self._apart_s[i] = 0.0
 
+    def _aim(self, i: int, t: Thruster, direction_rad: float) -> tuple[float, bool]:
+        """The azimuth that pushes best in that direction, and whether it does so in reverse; of equal ones the nearer."""
+        present = self._azimuths[i]
+        ahead = t.sectors.nearest(direction_rad, present)
+        if not t.reversible:
+            return ahead, False
+        astern = t.sectors.nearest(direction_rad + math.pi, present)
+        miss_ahead = abs(math.remainder(ahead - direction_rad, math.tau))
+        miss_astern = abs(math.remainder(astern - direction_rad - math.pi, math.tau))
+        if abs(miss_ahead - miss_astern) > 1.0e-6:
+            return (ahead, False) if miss_ahead < miss_astern else (astern, True)
+        return (ahead, False) if abs(ahead - present) <= abs(astern - present) else (astern, True)
 
-class PseudoInverseAllocator(_Base):
-    """The unconstrained alternative: pseudo-inverse, then cut to the limits. Same interface as `Allocator`."""
-
-    def __init__(self, config: VesselConfig, parameters: Parameters) -> None:
-        super().__init__(config)
-
-    def update(self, wrench: Wrench, dt_s: float) -> Allocation:
-        """Thrusters for `wrench`, cut to limits and rates afterwards."""
-        wrench = self._finite(wrench)
-        ideal = self._inverse.forces_n((wrench.surge_n, wrench.sway_n, wrench.yaw_nm))
-        for i, t in enumerate(self._thrusters):
-            x, y = ideal[i]
-            low, high = self._force_bounds(i, t, dt_s)
-            force = x
-            if t.turns:
-                force = math.hypot(x, y)
-                azimuth = nearest_turn(math.atan2(y, x), self._azimuths[i])
-                turn = azimuth - self._azimuths[i]
-                if t.reversible and abs(turn) > 0.5 * math.pi:
-                    azimuth, force = azimuth - math.copysign(math.pi, turn), -force
-                if abs(force) > 1.0e-3 * t.max_n:
-                    self._turn(i, t, azimuth, dt_s)
-            self._forces[i] = min(high, max(low, force))
-        return self._result(wrench)
+    def _consider_crossing(self, i: int, t: Thruster, wanted_rad: float, dt_s: float) -> None:
+        """Turn without thrust to where thrust cannot lead; at once where it stands in a forbidden sector."""
+        present = self._azimuths[i]
+        if self._crossing[i] is not None or t.sectors.free:
+            return
+        low, high = t.sectors.span(present)
+        apart = not low - 1.0e-6 <= wanted_rad <= high + 1.0e-6 or abs(wanted_rad - present) > math.pi
+        self._apart_s[i] = self._apart_s[i] + dt_s if apart else 0.0
+        if self._apart_s[i] >= _APART_S or (apart and not t.sectors.allowed(present)):
+            self._crossing[i] = wanted_rad
+            self._apart_s[i] = 0.0

@@ -7,10 +7,12 @@ from companion.control.bias import BiasForce
 from companion.control.dynamic_positioning import DynamicPositioning, finite
 from companion.control.heading import HeadingControl, YawLoop
 from companion.control.path_tracking import PathTracking
+from companion.control.thesis_positioning import ThesisPositioning
 from companion.control.wind import wind_force
 from companion.core.types import ZERO_WRENCH, NavState, Setpoint, SetpointKind, Wrench
 from companion.params import Parameters
 
+_THESIS = 1  # DP_LAW
 _STEERED = (SetpointKind.POSE, SetpointKind.PATH, SetpointKind.HEADING)
 
 
@@ -25,7 +27,10 @@ class Controller:
     def __init__(self, config: VesselConfig, parameters: Parameters) -> None:
         self._config = config
         yaw = YawLoop(config, parameters)
+        self._parameters = parameters
         self._positioning = DynamicPositioning(config, parameters)
+        self._thesis = ThesisPositioning(config, parameters)
+        self._by_thesis = False
         self._tracking = PathTracking(config, parameters, yaw)
         self._heading = HeadingControl(yaw)
         self._bias = BiasForce(config.limits)
@@ -39,8 +44,16 @@ class Controller:
     def update(self, setpoint: Setpoint, nav: NavState, achieved: Wrench, dt_s: float) -> Wrench:
         """The wrench that the setpoint asks for now."""
         kind = setpoint.kind
+        by_thesis = kind is SetpointKind.POSE and self._parameters["DP_LAW"] == _THESIS
+        if by_thesis and not self._by_thesis:
+            self._thesis.start(*self._bias.in_body(nav.yaw_rad))
+        self._by_thesis = by_thesis
+        if by_thesis:
+            self._positioning.restart()
+            return self._as_in_the_thesis(setpoint, nav, dt_s)
         if kind not in _STEERED:
             self._demanded = None
+            self._positioning.restart()
             if kind is SetpointKind.WRENCH and setpoint.wrench is not None and finite(setpoint.wrench):
                 return self._saturated(setpoint.wrench)
             if kind is SetpointKind.NEUTRAL:
@@ -48,12 +61,24 @@ class Controller:
             return ZERO_WRENCH
         if self._demanded is not None and finite(achieved):
             self._bias.unwind(self._learning(kind, self._demanded, achieved), achieved, nav.yaw_rad, dt_s)
+        if kind is not SetpointKind.POSE:
+            self._positioning.restart()
         law = self._positioning if kind is SetpointKind.POSE else self._tracking if kind is SetpointKind.PATH else self._heading
         wrench = self._against_wind(law.update(setpoint, nav, self._bias, dt_s), kind, nav)
         if not finite(wrench):
             self.reset()
             return ZERO_WRENCH
         self._demanded = wrench
+        return self._saturated(wrench)
+
+    def _as_in_the_thesis(self, setpoint: Setpoint, nav: NavState, dt_s: float) -> Wrench:
+        """Neither wind nor what the thrusters achieve is known to that law."""
+        self._demanded = None
+        wrench = self._thesis.update(setpoint, nav, dt_s)
+        if not finite(wrench):
+            self._by_thesis = False
+            self.reset()
+            return ZERO_WRENCH
         return self._saturated(wrench)
 
     @staticmethod

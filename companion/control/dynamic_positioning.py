@@ -10,7 +10,7 @@ import math
 
 from companion.config import VesselConfig
 from companion.control.bias import BiasForce
-from companion.control.model import force_for
+from companion.control.feedforward import feedforward
 from companion.core.angles import wrap_pi
 from companion.core.frames import ned_to_body
 from companion.core.types import NavState, Setpoint, Wrench
@@ -18,38 +18,45 @@ from companion.params import Parameters
 
 
 class DynamicPositioning:
-    """`update(setpoint, nav, bias, dt_s)` → wrench before saturation, without the wind's share. Remembers nothing itself; the integral is
-    the `bias` given. A setpoint without position, or without heading, leaves those axes to damping."""
+    """`update(setpoint, nav, bias, dt_s)` → wrench before saturation, without the wind's share. Remembers the feedback of the last
+    cycle, which it smooths over DP_SMOOTH_T; the integral is the `bias` given. A setpoint without position, or without heading, leaves those axes to damping."""
 
     def __init__(self, config: VesselConfig, parameters: Parameters) -> None:
+        self._config = config
         self._hull = config.hull
         self._parameters = parameters
+        self.restart()
 
     def update(self, setpoint: Setpoint, nav: NavState, bias: BiasForce, dt_s: float) -> Wrench:
         """Wrench that brings the boat to the reference and keeps it there."""
-        ex, ey, eyaw = self._errors(setpoint, nav)
+        ex, ey, eyaw = pose_errors(setpoint, nav)
         turn = 0.0 if setpoint.yaw_rad is None else wrap_pi(nav.yaw_rad - setpoint.yaw_rad)
         u, v = ned_to_body(setpoint.surge_mps, setpoint.sway_mps, turn)
-        ax, ay = ned_to_body(setpoint.surge_mps2, setpoint.sway_mps2, turn)
-        forward = force_for(self._hull, u, v, setpoint.yaw_rate_radps, ax, ay, setpoint.yaw_radps2)
+        forward = feedforward(int(self._parameters["DP_FF_KIND"]), self._config, setpoint, turn)
         share = self._parameters["DP_FEEDFORWARD"]
         (px, ix, dx), (py, iy, dy), (pn, i_n, dn) = self._gains()
         bias.grow(-ix * ex, -iy * ey, -i_n * eyaw, nav.yaw_rad, dt_s)
         bx, by, bn = bias.in_body(nav.yaw_rad)
-        return Wrench(
-            share * forward.surge_n - px * ex - dx * (nav.surge_mps - u) + bx,
-            share * forward.sway_n - py * ey - dy * (nav.sway_mps - v) + by,
-            share * forward.yaw_nm - pn * eyaw - dn * (nav.yaw_rate_radps - setpoint.yaw_rate_radps) + bn,
+        x, y, n = self._smoothed(
+            -px * ex - dx * (nav.surge_mps - u),
+            -py * ey - dy * (nav.sway_mps - v),
+            -pn * eyaw - dn * (nav.yaw_rate_radps - setpoint.yaw_rate_radps),
+            dt_s,
         )
+        return Wrench(share * forward.surge_n + x + bx, share * forward.sway_n + y + by, share * forward.yaw_nm + n + bn)
 
-    @staticmethod
-    def _errors(setpoint: Setpoint, nav: NavState) -> tuple[float, float, float]:
-        """Where the boat is, seen from the reference, in the boat's axes."""
-        ex = ey = 0.0
-        if setpoint.north_m is not None and setpoint.east_m is not None:
-            ex, ey = ned_to_body(nav.north_m - setpoint.north_m, nav.east_m - setpoint.east_m, nav.yaw_rad)
-        eyaw = 0.0 if setpoint.yaw_rad is None else wrap_pi(nav.yaw_rad - setpoint.yaw_rad)
-        return ex, ey, eyaw
+    def restart(self) -> None:
+        """Forget the feedback so far: another law has steered."""
+        self._feedback: tuple[float, float, float] | None = None
+
+    def _smoothed(self, x: float, y: float, n: float, dt_s: float) -> tuple[float, float, float]:
+        """The feedback without what the estimate's noise shakes in it: thrusters should not answer that."""
+        if self._feedback is not None:
+            share = dt_s / (dt_s + self._parameters["DP_SMOOTH_T"])
+            fx, fy, fn = self._feedback
+            x, y, n = fx + share * (x - fx), fy + share * (y - fy), fn + share * (n - fn)
+        self._feedback = (x, y, n)
+        return x, y, n
 
     def _gains(self) -> tuple[tuple[float, float, float], ...]:
         """(Kp, Ki, Kd) of surge, sway and yaw."""
@@ -68,6 +75,15 @@ def pole_placement(inertia: float, drag: float, bandwidth_radps: float, damping:
     kp = inertia * bandwidth_radps * bandwidth_radps
     whole = 2.0 * damping * bandwidth_radps * inertia
     return kp, integral * bandwidth_radps * kp, max(0.25 * whole, whole - max(0.0, drag))
+
+
+def pose_errors(setpoint: Setpoint, nav: NavState) -> tuple[float, float, float]:
+    """Where the boat is, seen from the reference, in the boat's axes."""
+    ex = ey = 0.0
+    if setpoint.north_m is not None and setpoint.east_m is not None:
+        ex, ey = ned_to_body(nav.north_m - setpoint.north_m, nav.east_m - setpoint.east_m, nav.yaw_rad)
+    eyaw = 0.0 if setpoint.yaw_rad is None else wrap_pi(nav.yaw_rad - setpoint.yaw_rad)
+    return ex, ey, eyaw
 
 
 def finite(wrench: Wrench) -> bool:

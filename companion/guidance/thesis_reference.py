@@ -24,23 +24,29 @@ _ARRIVED_RAD = math.radians(0.5)
 class Carrot:
     """How far ahead of the reference its input may lie. The steady speed is Ω/(2Δ+1) = 0.2 of it each second."""
 
-    ahead_m: float = 1.5
-    astern_m: float = 1.0
-    starboard_m: float = 0.6
-    port_m: float = 0.5
-    yaw_rad: float = math.radians(35.0)
+    ahead_m: float
+    astern_m: float
+    starboard_m: float
+    port_m: float
+    yaw_rad: float
 
 
-SEA_TRIAL = Carrot()
-SIMULATION = Carrot(1.0, 0.5, 0.3, 0.3, math.radians(15.0))
+def carrot_of(parameters: Parameters) -> Carrot:
+    """The lead that the parameters ask for; their defaults are those of the sea trial."""
+    return Carrot(
+        parameters["DPT_LEAD_AHEAD"],
+        parameters["DPT_LEAD_ASTERN"],
+        parameters["DPT_LEAD_STBD"],
+        parameters["DPT_LEAD_PORT"],
+        math.radians(parameters["DPT_LEAD_YAW"]),
+    )
 
 
 class ThesisReference:
     """Same interface as `ReferenceGenerator`. Integrated by Euler, stable for dt ≤ 2/Ω. Remembers η, η', η'' and the target."""
 
-    def __init__(self, parameters: Parameters, carrot: Carrot = SEA_TRIAL) -> None:
+    def __init__(self, parameters: Parameters) -> None:
         self._parameters = parameters
-        self._carrot = carrot
         self._speed_mps: float | None = None
         self.start(0.0, 0.0, 0.0)
 
@@ -76,7 +82,7 @@ class ThesisReference:
         """The reference `dt_s` later."""
         dn, de, dy = self._errors()
         x, y = ned_to_body(dn, de, self._pose[2])
-        carrot = self._carrot
+        carrot = carrot_of(self._parameters)
         cap = math.inf if self._speed_mps is None else self._speed_mps * (2.0 * _DAMPING + 1.0) / _OMEGA_RADPS
         x = max(-min(carrot.astern_m, cap), min(carrot.ahead_m, cap, x))
         y = max(-min(carrot.port_m, cap), min(carrot.starboard_m, cap, y))

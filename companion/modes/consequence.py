@@ -70,7 +70,8 @@ def _projection(thruster: Thruster) -> Callable[[float, float], Vector]:
     low, high = thruster.min_n, thruster.max_n
     if not thruster.turns:
         return lambda x, y: (min(high, max(low, x)), 0.0)
-    all_round_n, sector = high, thruster.sector
+    all_round_n, sectors = high, thruster.sectors
+    sector = None if sectors.free else sectors.span(thruster.rest_rad)  # of several, the one that it rests in
     if sector is not None:
         span_rad = sector[1] - sector[0]
         if span_rad < math.pi and not (thruster.reversible and math.isclose(span_rad, math.pi)):

@@ -10,7 +10,7 @@ from companion.core.angles import wrap_pi
 from companion.core.frames import body_to_ned
 from companion.core.types import ManualInput, NavState, Setpoint, SetpointKind
 from companion.guidance.path_following import PathFollower, Waypoint
-from companion.guidance.reference import ReferenceGenerator
+from companion.guidance.reference_choice import ChosenReference
 from companion.guidance.stopping import BRAKE_SHARE, SMOOTHING_S, stopping_point
 from companion.modes.sticks import beyond_deadband
 from companion.params import Parameters
@@ -46,7 +46,7 @@ class PoseKeeper:
 
     def __init__(self, parameters: Parameters) -> None:
         self._parameters = parameters
-        self._reference = ReferenceGenerator(parameters)
+        self._reference = ChosenReference(parameters)
         self._pose = (0.0, 0.0, 0.0)  # of the reference
 
     @property

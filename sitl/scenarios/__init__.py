@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from sitl.scenarios import docking, gnss_dropout, hold, identify, lever_arm, mission_square, wild_points
+from sitl.scenarios import docking, four_corner, gnss_dropout, hold, identify, lever_arm, mission_square, station_keeping, wild_points
 from sitl.scenarios.scenario import Scenario
 
-SCENARIOS: dict[str, Scenario] = {
-    scenario.name: scenario
-    for scenario in (
-        hold.SCENARIO,
-        mission_square.SCENARIO,
-        docking.SCENARIO,
-        gnss_dropout.SCENARIO,
-        wild_points.SCENARIO,
-        lever_arm.SCENARIO,
-        identify.SCENARIO,
-    )
-}
+_ALL = (
+    hold.SCENARIO,
+    mission_square.SCENARIO,
+    four_corner.SCENARIO,
+    station_keeping.SCENARIO,
+    station_keeping.THRUSTER_FAILURE,
+    docking.SCENARIO,
+    gnss_dropout.SCENARIO,
+    wild_points.SCENARIO,
+    lever_arm.SCENARIO,
+    identify.SCENARIO,
+)
+SCENARIOS: dict[str, Scenario] = {scenario.name: scenario for scenario in _ALL}

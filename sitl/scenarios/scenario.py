@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from sitl.environment import parse_directed
 from sitl.scenarios.measure import Check
 from sitl.scenarios.rig import Composer, Conditions
 from sitl.scenarios.station import Station, StationTimeout
@@ -21,7 +23,8 @@ class ScenarioError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Scenario:
-    """`sail` plays the ground station and returns what `measure` needs to know of what was asked of the boat."""
+    """`sail` plays the ground station and returns what `measure` needs to know of what was asked of the boat. `by_vessel` are defaults that
+    differ for some vessels. `plot` draws into the folder; it raises ImportError where matplotlib is not installed."""
 
     name: str
     text: str
@@ -29,6 +32,8 @@ class Scenario:
     defaults: Mapping[str, str]
     sail: Callable[[Station, Settings], dict[str, Any]]
     measure: Callable[[Path, dict[str, Any], Settings], tuple[dict[str, float], Sequence[Check]]]
+    by_vessel: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    plot: Callable[[Path, dict[str, Any], Settings], None] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,13 +43,21 @@ class Outcome:
     metrics: Mapping[str, float]
     checks: Sequence[Check]
     error: str | None
+    hint: str = ""  # what could not be drawn, and why
 
 
 def run(
-    scenario: Scenario, compose: Composer, folder: Path, seed: int = 0, vessel: str | None = None, changes: Settings | None = None
+    scenario: Scenario,
+    compose: Composer,
+    folder: Path,
+    seed: int = 0,
+    vessel: str | None = None,
+    changes: Settings | None = None,
+    draw: bool = False,
 ) -> Outcome:
-    """Sail it, measure it, write result.json beside the log. Raises ScenarioError for settings that the scenario does not have."""
-    settings = {**scenario.defaults, **(changes or {})}
+    """Sail it, measure it, write result.json beside the log, draw it if asked to. Raises ScenarioError for settings that the scenario
+    does not have."""
+    settings = {**scenario.defaults, **scenario.by_vessel.get(vessel or scenario.vessel, {}), **(changes or {})}
     unknown = set(settings) - set(scenario.defaults)
     if unknown:
         raise ScenarioError(f"{scenario.name} has no setting {', '.join(sorted(unknown))}; it has {', '.join(sorted(scenario.defaults))}")
@@ -62,18 +75,40 @@ def run(
     checks: Sequence[Check] = ()
     if error is None:
         metrics, checks = scenario.measure(folder, asked, settings)
-    outcome = Outcome(scenario.name, error is None and all(check.ok for check in checks), metrics, checks, error)
+    hint = _draw(scenario, folder, asked, settings) if draw and error is None else ""
+    outcome = Outcome(scenario.name, error is None and all(check.ok for check in checks), metrics, checks, error, hint)
     _write(folder, outcome, conditions, settings)
     return outcome
 
 
+def _draw(scenario: Scenario, folder: Path, asked: dict[str, Any], settings: Settings) -> str:
+    """Draws; returns a hint where that needs what is not installed."""
+    if scenario.plot is None:
+        return ""
+    try:
+        scenario.plot(folder, asked, settings)
+    except ImportError:
+        return "no plot: that needs matplotlib (pip install 'usv-companion[report]')"
+    return ""
+
+
+_CHOICES: Mapping[str, tuple[str, Mapping[str, float]]] = {
+    "path": ("PATH_KIND", {"linear": 0, "pchip": 1, "makima": 2, "cubic": 3}),
+    "law": ("DP_LAW", {"companion": 0, "thesis": 1}),
+    "feedforward": ("DP_FF_KIND", {"off": 0, "thesis": 1, "tuned": 2, "on": 3}),
+    "allocation": ("ALLOC_KIND", {"constrained": 0, "unconstrained": 1}),
+}
+
+_THESIS_ALLOCATION = {"ALLOC_ITER": 1.0}  # linearised once
+
+
 def _conditions(settings: Settings) -> Conditions:
-    path_kinds = {"linear": 0, "pchip": 1, "makima": 2, "cubic": 3}
     parameters: dict[str, float] = {}
-    if "path" in settings:
-        if settings["path"] not in path_kinds:
-            raise ScenarioError(f"path={settings['path']}: one of {', '.join(path_kinds)}")
-        parameters["PATH_KIND"] = path_kinds[settings["path"]]
+    for key, (name, values) in _CHOICES.items():
+        if key in settings:
+            parameters[name] = _choice(settings, key, values)
+    if settings.get("law") == "thesis":
+        parameters |= _THESIS_ALLOCATION
     return Conditions(
         vessel="",
         wind=settings.get("wind") or None,
@@ -82,8 +117,31 @@ def _conditions(settings: Settings) -> Conditions:
         waves_m=_number(settings, "waves"),
         model_error=_number(settings, "model_error"),
         hull=settings.get("hull") or None,
+        plant=settings.get("plant") or None,
+        push_ned_n=_push(settings),
+        rotating=("bow",) if "bow" in settings and _choice(settings, "bow", {"fixed": 0, "rotating": 1}) else (),
         parameters=parameters,
     )
+
+
+def _choice(settings: Settings, key: str, values: Mapping[str, float]) -> float:
+    """The value of a setting that is one of a few words. Unset feed-forward is what fits the law: the thesis sailed best without."""
+    word = settings[key]
+    if key == "feedforward" and not word:
+        word = "off" if settings.get("law") == "thesis" else "on"
+    if word not in values:
+        raise ScenarioError(f"{key}={word}: one of {', '.join(values)}")
+    return values[word]
+
+
+def _push(settings: Settings) -> tuple[float, float]:
+    """`push=1.5@0`: a force of 1.5 N from north, in newtons towards north and east."""
+    text = settings.get("push")
+    if not text:
+        return 0.0, 0.0
+    force_n, from_rad = parse_directed(text, "push")
+    angle = from_rad or 0.0
+    return -force_n * math.cos(angle), -force_n * math.sin(angle)
 
 
 def _number(settings: Settings, key: str) -> float:

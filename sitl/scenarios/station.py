@@ -90,6 +90,9 @@ class Station:
         self.acks.clear()
         padded = (*params, *(0.0 for _ in range(7 - len(params))))
         self.send(mavlink.MAVLink_command_long_message(1, 1, number, 0, *padded))
+        self._acknowledged(number, expect)
+
+    def _acknowledged(self, number: int, expect: int) -> None:
         self.wait(f"ack of command {number}", lambda: any(a.command == number for a in self.acks), 3.0)
         result = next(a.result for a in self.acks if a.command == number)
         if result != expect:
@@ -111,8 +114,13 @@ class Station:
         self.sail(settle_s)
 
     def reposition(self, lat_deg: float, lon_deg: float, yaw_rad: float) -> None:
-        """Go there and hold, with that heading."""
-        self.command(mavlink.MAV_CMD_DO_REPOSITION, -1.0, 1.0, 0.0, yaw_rad, lat_deg, lon_deg, math.nan)
+        """Go to a point and hold it, with that heading; COMMAND_INT, so that the point is exact to a centimetre."""
+        self.acks.clear()
+        number = mavlink.MAV_CMD_DO_REPOSITION
+        x, y = round(lat_deg * 1e7), round(lon_deg * 1e7)
+        frame = mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT
+        self.send(mavlink.MAVLink_command_int_message(1, 1, frame, number, 0, 0, -1.0, 1.0, 0.0, yaw_rad, x, y, math.nan))
+        self._acknowledged(number, mavlink.MAV_RESULT_ACCEPTED)
 
     def set_mode(self, custom_mode: int) -> None:
         self.send(mavlink.MAVLink_set_mode_message(1, 1, custom_mode))

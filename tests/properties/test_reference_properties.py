@@ -61,7 +61,7 @@ def test_any_sequence_of_targets(yaw: float, motion: tuple[float, float, float],
         generator.retarget(north, east, heading)
         for _ in range(steps):
             now = generator.update(DT_S)
-            consistent(last, now, 1e-8)
+            consistent(last, now, 1e-8)  # the last 1e-7 are taken at once, spread over the smoothing
             accelerates_within_limits(now)
             last = now
     for _ in range(5000):

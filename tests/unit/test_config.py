@@ -87,3 +87,25 @@ def test_a_wrong_belief_leaves_the_plants_true() -> None:
     assert believed.hull.m22_kg == pytest.approx(1.5 * vessel.hull.m22_kg)
     assert believed.hull.damping.y_vv == pytest.approx(1.5 * vessel.hull.damping.y_vv)
     assert believed.sitl == vessel.sitl
+
+
+def test_cybership_is_as_published() -> None:
+    """Skjetne, Smogeli and Fossen 2004; the controller's model is the plant's."""
+    vessel = config.load(config.find("cybership2"))
+    assert (vessel.hull.m11_kg, vessel.hull.m22_kg, vessel.hull.m33_kgm2) == (25.8, 33.8, 2.76)
+    assert vessel.sitl is not None and vessel.sitl.plants["basin"].hull == vessel.hull
+    full = [thruster.max_n for thruster in vessel.thrusters]
+    assert full[0] + full[1] == vessel.limits.surge_n == 8.0 and vessel.limits.sway_n == vessel.limits.yaw_nm == 2.0
+    assert vessel.parameters["DPT_KD_YAW"] == 25.0
+
+
+def test_forbidden_sectors_are_read_and_checked() -> None:
+    text = revolt_text()
+    sectors = text.replace("manual_azimuth_deg = 45.0", "manual_azimuth_deg = 45.0\nforbidden_deg = [[60, 120], [150, -150]]", 1)
+    assert config.parse(sectors, "x").thrusters[0].forbidden_rad[0] == pytest.approx((math.radians(60.0), math.radians(120.0)))
+    at_rest = sectors.replace("[[60, 120]", "[[-10, 10]")
+    with pytest.raises(ConfigError, match=r"forbidden_deg.*at rest lies in a forbidden sector"):
+        config.parse(at_rest, "x")
+    fixed = text.replace("azimuth_rate_dps = 25.0", "azimuth_rate_dps = 25.0\nforbidden_deg = [[-60, 60]]", 1)
+    with pytest.raises(ConfigError, match="a fixed thruster has no sectors"):
+        config.parse(fixed, "x")

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 
-from companion.allocation.allocator import Allocator, PseudoInverseAllocator
+from companion.allocation.allocator import Allocator
 from companion.config import ThrusterConfig, VesselConfig
 from companion.core.angles import wrap_pi
 from companion.core.types import Allocation, ThrusterCommand, Wrench
@@ -21,7 +21,7 @@ def allocator(config: VesselConfig = REVOLT) -> Allocator:
     return Allocator(config, Parameters())
 
 
-def settle(a: Allocator | PseudoInverseAllocator, wrench: Wrench, cycles: int = 30) -> Allocation:
+def settle(a: Allocator, wrench: Wrench, cycles: int = 30) -> Allocation:
     for _ in range(cycles):
         result = a.update(wrench, DT_S)
     return result
@@ -40,10 +40,10 @@ def axes(wrench: Wrench) -> tuple[float, float, float]:
     return wrench.surge_n, wrench.sway_n, wrench.yaw_nm
 
 
-@pytest.mark.parametrize("kind", [Allocator, PseudoInverseAllocator])
+@pytest.mark.parametrize("kind", [0, 1])
 @pytest.mark.parametrize("demand", [(30.0, 0.0, 0.0), (-30.0, 0.0, 0.0), (0.0, 12.0, 0.0), (0.0, -10.0, 0.0), (0.0, 0.0, 20.0), (10.0, 5.0, -10.0), (-5.0, -5.0, 5.0)])
-def test_what_can_be_had_is_given(kind: type[Allocator], demand: tuple[float, float, float]) -> None:
-    result = settle(kind(REVOLT, Parameters()), Wrench(*demand))
+def test_what_can_be_had_is_given(kind: int, demand: tuple[float, float, float]) -> None:
+    result = settle(Allocator(REVOLT, Parameters({"ALLOC_KIND": kind})), Wrench(*demand))
     assert axes(result.achieved) == pytest.approx(demand, abs=0.15)
     assert axes(result.achieved) == pytest.approx(wrench_of(REVOLT, result), abs=1e-9)
     assert result.limited == (False, False, False)

@@ -38,16 +38,19 @@ def test_errors_pull_back_by_the_placed_gains_in_body_axes() -> None:
     c = controller(DP_INTEGRAL=0.0)
     hull = REVOLT.hull
     wrench = c.update(HERE, nav_state(north_m=0.1), ZERO_WRENCH, DT_S)
-    assert axes(wrench) == pytest.approx((-0.1 * hull.m11_kg * 0.35**2, 0.0, 0.0), rel=1e-6)
+    bandwidth = Parameters(REVOLT.parameters)
+    surge, sway = bandwidth["DP_BW_SURGE"], bandwidth["DP_BW_SWAY"]
+    assert axes(wrench) == pytest.approx((-0.1 * hull.m11_kg * surge**2, 0.0, 0.0), rel=1e-6)
+    c = controller(DP_INTEGRAL=0.0)
     east = Setpoint(SetpointKind.POSE, 0.0, 0.0, math.pi / 2.0)
     wrench = c.update(east, nav_state(north_m=0.1, yaw_rad=math.pi / 2.0), ZERO_WRENCH, DT_S)
-    assert axes(wrench) == pytest.approx((0.0, 0.1 * hull.m22_kg * 0.35**2, 0.0), rel=1e-6, abs=1e-9)
+    assert axes(wrench) == pytest.approx((0.0, 0.1 * hull.m22_kg * sway**2, 0.0), rel=1e-6, abs=1e-9)
 
 
 def test_yaw_error_is_wrapped() -> None:
     c = controller(DP_INTEGRAL=0.0)
     wrench = c.update(Setpoint(SetpointKind.POSE, 0.0, 0.0, math.radians(179.0)), nav_state(yaw_rad=math.radians(-179.0)), ZERO_WRENCH, DT_S)
-    assert wrench.yaw_nm == pytest.approx(-math.radians(2.0) * REVOLT.hull.m33_kgm2 * 0.45**2, rel=1e-5)
+    assert wrench.yaw_nm == pytest.approx(-math.radians(2.0) * REVOLT.hull.m33_kgm2 * Parameters(REVOLT.parameters)["DP_BW_YAW"] ** 2, rel=1e-5)
 
 
 def test_gains_give_the_poles_asked_for() -> None:
@@ -98,7 +101,7 @@ def test_the_bias_is_bounded_and_gives_back_what_falls_short() -> None:
 
 
 def test_integration_stops_while_the_thrusters_fall_short() -> None:
-    c = controller()
+    c = controller(DP_SMOOTH_T=0.0)
     off = nav_state(east_m=-1.5)
     for _ in range(600):
         demanded = c.update(HERE, off, Wrench(0.0, 8.0, 0.0), DT_S)
@@ -132,7 +135,7 @@ def test_a_path_setpoint_brings_speed_and_heading_up() -> None:
 
 
 def test_what_was_learnt_stays_through_a_change_of_law_and_goes_with_neutral() -> None:
-    c = controller()
+    c = controller(DP_BW_SURGE=0.35, DP_INTEGRAL=0.12)
     for _ in range(300):
         held = c.update(HERE, nav_state(north_m=-0.1), Wrench(6.0, 0.0, 0.0), DT_S)
     learnt = held.surge_n - 0.1 * REVOLT.hull.m11_kg * 0.35**2

@@ -82,7 +82,7 @@ def test_errors_have_the_size_of_their_grade(name: str) -> None:
         headings.append(sample.heading_rad)
     expected = math.hypot(GRADES[name].white_m, GRADES[name].slow_m)
     assert statistics.pstdev(errors) == pytest.approx(expected, rel=0.15)
-    assert 0.1 < math.degrees(statistics.pstdev(headings)) < 0.2
+    assert 1.0 < statistics.pstdev(headings) / GRADES[name].heading_rad < 2.0
 
 
 def test_errors_of_position_stay_for_a_while() -> None:

@@ -225,3 +225,12 @@ def test_waves_move_it_to_and_fro_and_leave_it_where_it_was() -> None:
 
 def test_simulated_time_begins_at_noon() -> None:
     assert EPOCH_UNIX_NS == 1780315200 * 10**9
+
+
+def test_a_push_is_a_force_in_north_and_east_whatever_the_heading() -> None:
+    world = World(VESSEL, push_ned_n=(-1.5, 0.5))
+    world.set_state(yaw_rad=math.radians(-45.0))
+    world.advance(1.0)
+    mass = 0.5 * (VESSEL.hull.m11_kg + VESSEL.hull.m22_kg)
+    truth = world.truth
+    assert truth.north_m == pytest.approx(-0.5 * 1.5 / mass, rel=0.15) and truth.east_m == pytest.approx(0.5 * 0.5 / mass, rel=0.3)

@@ -1,0 +1,107 @@
+"""Station keeping for ten minutes in gusts and a current; and the same with a stern thruster that dies and comes back."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from companion.core.angles import wrap_pi
+from sitl.scenarios import plot
+from sitl.scenarios.four_corner import hold_home, thrusters_of
+from sitl.scenarios.measure import Check, between, distance_to, rms
+from sitl.scenarios.positioning import figures, read
+from sitl.scenarios.scenario import Scenario, Settings
+from sitl.scenarios.station import Station
+
+_DURATION_S = 600.0
+_DIES_S, _DEAD_S, _RECOVERY_S = 60.0, 120.0, 60.0
+
+
+def _asked(station: Station, from_s: float, **more: float) -> dict[str, Any]:
+    config = station.rig.config
+    return {
+        "from_s": from_s, "to_s": station.rig.now_s, "yaw_rad": config.home.yaw_rad, "thrusters": thrusters_of(config),
+        "corners": [(0.0, 0.0, config.home.yaw_rad)], "vessel": config.name, "length_m": config.length_m, "beam_m": config.beam_m, **more,
+    }  # fmt: skip
+
+
+def sail(station: Station, settings: Settings) -> dict[str, Any]:
+    """Hold at home: the point is asked for, so that the figure includes what the estimator gets wrong."""
+    hold_home(station)
+    from_s = station.rig.now_s
+    station.sail(_DURATION_S)
+    return _asked(station, from_s)
+
+
+def sail_with_failure(station: Station, settings: Settings) -> dict[str, Any]:
+    """The first thruster dies after a minute, for two."""
+    hold_home(station)
+    from_s = station.rig.now_s
+    station.sail(_DIES_S)
+    station.rig.world.add_fault(f"thruster_{station.rig.config.thrusters[0].name}_dead", _DEAD_S)
+    station.sail(_DEAD_S + _RECOVERY_S + _DIES_S)
+    return _asked(station, from_s, recovered_s=from_s + _DIES_S + _DEAD_S + _RECOVERY_S)
+
+
+def _off(folder: Path, asked: dict[str, Any], from_s: float) -> dict[str, float]:
+    """Distances and heading errors from what was asked for."""
+    sailed = read(folder, asked["from_s"], asked["to_s"])
+    track = between(sailed.truth, from_s, asked["to_s"])
+    distances = [distance_to(row, 0.0, 0.0) for row in track]
+    headings = [math.degrees(wrap_pi(row["yaw_rad"] - asked["yaw_rad"])) for row in track]
+    common = {key: value for key, value in figures(sailed, asked["thrusters"]).items() if key in ("iae", "iadc", "energy_full_power_s")}
+    return {
+        "position_rms_m": rms(distances),
+        "position_max_m": max(distances),
+        "heading_rms_deg": rms(headings),
+        "heading_max_deg": max(map(abs, headings)),
+        **common,
+    }
+
+
+def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[dict[str, float], Sequence[Check]]:
+    metrics = _off(folder, asked, asked["from_s"])
+    return metrics, (
+        Check("position RMS", metrics["position_rms_m"], 0.05, "m"),
+        Check("heading RMS", metrics["heading_rms_deg"], 1.0, "deg"),
+    )
+
+
+def measure_with_failure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[dict[str, float], Sequence[Check]]:
+    metrics = _off(folder, asked, asked["from_s"])
+    after = _off(folder, asked, asked["recovered_s"])
+    metrics["recovered_rms_m"] = after["position_rms_m"]
+    metrics["recovered_heading_rms_deg"] = after["heading_rms_deg"]
+    return metrics, (
+        Check("largest distance, one stern thruster dead for 120 s", metrics["position_max_m"], 1.0, "m"),
+        Check("position RMS a minute after its return", metrics["recovered_rms_m"], 0.1, "m"),
+        Check("heading RMS a minute after its return", metrics["recovered_heading_rms_deg"], 1.5, "deg"),
+    )
+
+
+_DEFAULTS = {
+    "law": "companion", "feedforward": "", "allocation": "constrained", "bow": "fixed", "wind": "3", "current": "0.1", "push": "",
+    "gnss": "rtk", "waves": "", "model_error": "", "plant": "",
+}  # fmt: skip
+
+SCENARIO = Scenario(
+    name="station_keeping",
+    text="600 s of station keeping with heading, in gusts and a current",
+    vessel="revolt",
+    defaults=_DEFAULTS,
+    by_vessel={"cybership2": {"gnss": "basin", "wind": "", "current": "", "push": "1.5@0", "feedforward": "on"}},
+    sail=sail,
+    measure=measure,
+    plot=plot.positioning,
+)
+THRUSTER_FAILURE = Scenario(
+    name="thruster_failure",
+    text="station keeping while one stern thruster is dead for two minutes",
+    vessel="revolt",
+    defaults=_DEFAULTS,
+    sail=sail_with_failure,
+    measure=measure_with_failure,
+    plot=plot.positioning,
+)
