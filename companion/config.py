@@ -6,7 +6,6 @@ Angles stand in the file in degrees (`azimuth_deg`) and in the dataclasses in ra
 from __future__ import annotations
 
 import math
-import re
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
@@ -15,6 +14,8 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, ConfigDict, Field, TypeAdapter, ValidationError
+
+from companion.core.toml_places import dotted, line_of
 
 _STRICT = ConfigDict(extra="forbid", allow_inf_nan=False)
 _FROM_DEGREES = AfterValidator(math.radians)
@@ -283,8 +284,8 @@ def parse(text: str, place: str) -> VesselConfig:
     lines = text.splitlines()
 
     def located(loc: Sequence[str | int], message: str) -> str:
-        line = _line_of(lines, loc)
-        return f"{place}{f':{line}' if line else ''}: {_dotted(loc)}: {message}"
+        line = line_of(lines, loc)
+        return f"{place}{f':{line}' if line else ''}: {dotted(loc)}: {message}"
 
     try:
         config = TypeAdapter(VesselConfig).validate_python(data)
@@ -350,44 +351,10 @@ def _sector_problems(thruster: ThrusterConfig) -> list[str]:
     return problems
 
 
-def _dotted(loc: Sequence[str | int]) -> str:
-    """('thruster', 1, 'max_n') → 'thruster[2].max_n': counted from one, as a person counts."""
-    text = ""
-    for part in loc:
-        text += f"[{part + 1}]" if isinstance(part, int) else f".{part}" if text else part
-    return text or "file"
-
-
-def _line_of(lines: Sequence[str], loc: Sequence[str | int]) -> int | None:
-    """Line (from 1) of the key at `loc`, or of the nearest table above it that the file has."""
-    counts: dict[str, int] = {}
-    prefix: tuple[str | int, ...] = ()
-    best: tuple[int, int] | None = None  # (parts matched, line)
-    for number, raw in enumerate(lines, start=1):
-        line = raw.strip()
-        if header := re.match(r"^\[\[\s*([^\]]+?)\s*\]\]", line):
-            name = header[1]
-            counts[name] = counts.get(name, -1) + 1
-            prefix = (*name.split("."), counts[name])
-        elif header := re.match(r"^\[\s*([^\]]+?)\s*\]", line):
-            prefix = tuple(header[1].split("."))
-        elif key := re.match(r"^([A-Za-z0-9_.\-\"']+)\s*=", line):
-            found = (*prefix, *(part.strip("\"'") for part in key[1].split(".")))
-            matched = len(found) if tuple(loc[: len(found)]) == found else 0
-            if matched and (best is None or matched > best[0]):
-                best = (matched, number)
-            continue
-        else:
-            continue
-        if tuple(loc[: len(prefix)]) == prefix and (best is None or len(prefix) > best[0]):
-            best = (len(prefix), number)
-    return best[1] if best else None
-
-
 def placed(path: Path, loc: Sequence[str | int], message: str) -> str:
     """`message` with the file, the line and the key that it is about, for what only other rooms can judge."""
-    line = _line_of(path.read_text(encoding="utf-8").splitlines(), loc)
-    return f"{path}{f':{line}' if line else ''}: {_dotted(loc)}: {message}"
+    line = line_of(path.read_text(encoding="utf-8").splitlines(), loc)
+    return f"{path}{f':{line}' if line else ''}: {dotted(loc)}: {message}"
 
 
 def with_home(config: VesselConfig, home: HomeConfig) -> VesselConfig:
@@ -448,4 +415,4 @@ def parameter_lines(path: Path) -> Mapping[str, int]:
         lines = path.read_text(encoding="utf-8").splitlines()
     except (OSError, UnicodeDecodeError):
         return {}
-    return {name: _line_of(lines, ("parameters", name)) or 0 for name in raw_parameters(path)}
+    return {name: line_of(lines, ("parameters", name)) or 0 for name in raw_parameters(path)}

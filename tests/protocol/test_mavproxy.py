@@ -55,9 +55,9 @@ def test_a_mission_from_upload_to_disarming(tmp_path: Path) -> None:
     with Companion(tmp_path, speed=10.0) as companion, MavProxy(f"tcp:127.0.0.1:{companion.tcp_port}", tmp_path / "mavproxy") as station:
         station.expect("online system 1")
         station.expect(f"Received {len(TABLE)} parameters", 60.0)
-        station.ask("param show DP_BW_SURGE", r"DP_BW_SURGE\s+0\.3(5|49999)")
-        station.say("param set DP_BW_SURGE 0.5")
-        station.ask("param show DP_BW_SURGE", r"DP_BW_SURGE\s+0\.5")
+        station.ask("param show PATH_BW_SURGE", r"PATH_BW_SURGE\s+0\.(4|39999)")
+        station.say("param set PATH_BW_SURGE 0.5")
+        station.ask("param show PATH_BW_SURGE", r"PATH_BW_SURGE\s+0\.5")
         station.say("mode")
         station.expect("Available modes.*MISSION")
 
@@ -97,7 +97,7 @@ def test_a_mission_from_upload_to_disarming(tmp_path: Path) -> None:
     try:
         with MavProxy(f"tcp:127.0.0.1:{companion.tcp_port}", tmp_path / "mavproxy2") as station:
             station.expect(f"Received {len(TABLE)} parameters", 60.0)
-            station.ask("param show DP_BW_SURGE", r"DP_BW_SURGE\s+0\.5")
+            station.ask("param show PATH_BW_SURGE", r"PATH_BW_SURGE\s+0\.5")
     finally:
         companion.kill()
 

@@ -121,12 +121,12 @@ def test_connect_parameters_and_restart(tmp_path: Path) -> None:
         everything = parameters.get_all_params()
         served = {p.name: ParamType.INT32 for p in everything.int_params} | {p.name: ParamType.REAL32 for p in everything.float_params}
         assert served == {spec.name: spec.type for spec in TABLE}
-        parameters.set_param_float("DP_BW_SURGE", 0.5)
+        parameters.set_param_float("PATH_BW_SURGE", 0.5)
         parameters.set_param_int("NAV_DLL_ACT", 2)
-        assert parameters.get_param_float("DP_BW_SURGE") == 0.5
+        assert parameters.get_param_float("PATH_BW_SURGE") == 0.5
     companion.kill()
     with companion, connected(companion) as system:
-        assert Param(system).get_param_float("DP_BW_SURGE") == 0.5
+        assert Param(system).get_param_float("PATH_BW_SURGE") == 0.5
         assert Param(system).get_param_int("NAV_DLL_ACT") == 2
 
 

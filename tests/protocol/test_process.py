@@ -32,7 +32,7 @@ def heard(port_socket: socket.socket, kind: str) -> bool:
 @pytest.mark.parametrize(
     ("arguments", "remedy"),
     [
-        (("run", "revlot", "--sitl"), "no vessel named 'revlot'; bundled: revolt"),
+        (("run", "revlot", "--sitl"), "no vessel named 'revlot'; bundled: cybership2, revolt"),
         (("run", "no/such.toml"), "no such file"),
         (("run", "revolt", "--sitl", "--home", "north"), "write LAT,LON,HEADING_DEG"),
         (("run", "revolt", "--sitl", "--speed", "0"), "above 0"),
@@ -58,7 +58,7 @@ def test_check_lists_every_error_with_its_line(tmp_path: Path) -> None:
     for right, wrong in (("beam_m = 0.72", "beam_m = -1.0"), ('kind = "fixed"', 'kind = "jet"'), ("surge_n = 50.0", "surge = 50.0")):
         text = text.replace(right, wrong, 1)
     text = text.replace('driver = "mtdata2"', 'driver = "mtdata9"').replace("serial:/dev/usv-gnss", "seral:/dev/usv-gnss")
-    text = text.replace("[parameters]", "[parameters]\nDP_BW_SURGE = 99.0\nDP_BW_SURGEE = 1.0")
+    text = text.replace("[parameters]", "[parameters]\nPATH_BW_SURGE = 99.0\nPATH_BW_SURGEE = 1.0")
     file = tmp_path / "boat.toml"
     file.write_text(text, encoding="utf-8")
     done = companion("check", str(file))
@@ -66,7 +66,7 @@ def test_check_lists_every_error_with_its_line(tmp_path: Path) -> None:
     assert done.returncode == 2 and len(lines) == 8, done.stderr
     assert all(line.startswith(f"{file}:") for line in lines)
     assert "no driver 'mtdata9'; known: mtdata2, nmea0183" in done.stderr and "seral:" in done.stderr
-    assert "parameters.DP_BW_SURGE" in done.stderr and "allowed 0.05 to 2 rad/s" in done.stderr
+    assert "parameters.PATH_BW_SURGE" in done.stderr and "allowed 0.05 to 3 rad/s" in done.stderr
     assert companion("check", "revolt").returncode == 0
 
 
