@@ -107,6 +107,7 @@ class Surroundings:
     durable_log: bool = False  # have the medium keep each row: on a boat, not in lockstep
     manifest: Mapping[str, Any] | None = None
     defaults: Mapping[str, float] | None = None  # of parameters, over the vessel's own
+    patience: float = 1.0  # with ground stations, whose time runs slower than the vessel's
 
 
 def build(config: VesselConfig, around: Surroundings) -> Vessel:
@@ -133,7 +134,7 @@ def build(config: VesselConfig, around: Surroundings) -> Vessel:
     if log is not None:
         vessel.add_recorder(log)
         parameters.on_change(log.parameter)
-    vessel.attach(connect(vessel, around.links, program_version(), _tap(log, around.clock)))
+    vessel.attach(connect(vessel, around.links, program_version(), _tap(log, around.clock), around.patience))
     return vessel
 
 

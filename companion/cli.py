@@ -153,18 +153,19 @@ def _compose_run(
     world = World(config, seed=arguments.seed, wind=arguments.wind, current=arguments.current, faults=tuple(arguments.fault))
     paced = PacedClock(arguments.speed, EPOCH_UNIX_NS)
     # people and ground stations live in wall time: what they may take must not shrink as the boat's time speeds up
-    patience = {"COM_DL_LOSS_T": min(300.0, 10.0 * arguments.speed), "COM_RC_LOSS_T": min(10.0, 0.5 * arguments.speed)}
-    defaults = patience if arguments.speed > 1.0 else {}
-    vessel = build(config, Surroundings(paced, world, world, _links(urls), state, log_folder, True, manifest, defaults))
+    patience = max(1.0, arguments.speed)
+    defaults = {"COM_DL_LOSS_T": min(300.0, 10.0 * patience), "COM_RC_LOSS_T": min(10.0, 0.5 * patience)} if patience > 1.0 else {}
+    links = _links(urls, patience)
+    vessel = build(config, Surroundings(paced, world, world, links, state, log_folder, True, manifest, defaults, patience))
     vessel.add_recorder(TruthLog(log_folder, world, tuple(thruster.name for thruster in config.thrusters)))
     return vessel, paced
 
 
-def _links(urls: Sequence[str]) -> list[Link]:
+def _links(urls: Sequence[str], patience: float = 1.0) -> list[Link]:
     opened: list[Link] = []
     try:
         for url in urls:
-            opened.append(open_link(url))
+            opened.append(open_link(url, patience))
     except LinkError:
         for link in opened:
             link.close()

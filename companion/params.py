@@ -92,7 +92,7 @@ TABLE: tuple[ParamSpec, ...] = (
     _real("COM_POS_FS_EPH", 10.0, 0.1, 100.0, "m", "Navigation", "Position accuracy (one sigma) beyond which the position counts as lost"),
     # manual
     _choice("MAN_AXIS_SURGE", 0, {0: "x (stick forward)", 1: "z (throttle)"}, "Manual", "Axis of MANUAL_CONTROL that gives surge"),
-    _int("MAN_GCS_SYSID", 0, 0, 255, "", "Manual", "System id whose MANUAL_CONTROL is obeyed; 0: any"),
+    _int("MAN_GCS_SYSID", 0, 0, 255, "", "Manual", "System id whose sticks are obeyed; 0: the first heard, until it is silent"),
     _real("MAN_DEADBAND", 0.05, 0.0, 0.5, "norm", "Manual", "Stick share around the centre that counts as centred"),
     _real("MAN_YAW_RATE", 20.0, 1.0, 90.0, _DEGREES_PER_S, "Manual", "Turn of the heading setpoint at full stick in Heading and Hold"),
     _choice("MAN_RC_SAFE_CH", 5, {0: "None", 5: "5", 6: "6", 7: "7", 8: "8"}, "Manual", "Transmitter channel whose high position always forces Manual"),

@@ -24,7 +24,8 @@ _RETRY_FIRST_S = 0.5
 _RETRY_LAST_S = 5.0
 _CONNECT_TIMEOUT_S = 5.0
 _CHUNK = 4096
-_CHUNKS_PER_READ = 16  # a flooding peer must not hold the caller
+_CHUNKS_PER_READ = 16  # and
+_BYTES_PER_READ = 16384  # a flooding peer must not hold the caller; what is left keeps the descriptor readable
 _PARITIES = {"none": serial.PARITY_NONE, "even": serial.PARITY_EVEN, "odd": serial.PARITY_ODD}
 _STOPBITS = {"1": serial.STOPBITS_ONE, "2": serial.STOPBITS_TWO}
 _NOT_NOW = (errno.EAGAIN, errno.EWOULDBLOCK, errno.EINTR)
@@ -55,12 +56,14 @@ class Line:
         if not self._ready(now_s):
             return ()
         chunks: list[tuple[float, bytes]] = []
+        left = _BYTES_PER_READ
         try:
             for _ in range(_CHUNKS_PER_READ):
-                data = self._receive()
+                data = self._receive() if left > 0 else b""
                 if not data:
                     break
                 chunks.append((now_s, data))
+                left -= len(data)
             self._flush()
         except _LINE_ERRORS as error:
             self._drop(self._explain(error), now_s)

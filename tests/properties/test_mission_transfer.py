@@ -133,7 +133,7 @@ class FakeHub:
 
     def __init__(self, water: Water) -> None:
         self._water = water
-
+        self.patience = 1.0
 
     def send(self, peer: Peer, message: Any) -> None:
         self._water.to_client(peer, message)

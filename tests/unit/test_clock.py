@@ -31,7 +31,7 @@ def test_a_paced_clock_spans_whole_ticks_whatever_the_wall_does() -> None:
 
 @pytest.mark.parametrize("make", [lambda: PacedClock(1.0, EPOCH_NS), WallClock], ids=["paced", "wall"])
 def test_waiting_ends_early_for_a_readable_descriptor(make: Any) -> None:
-    clock = make()
+    clock = make()  # here, and not when tests are collected: it runs from then on
     reader, writer = os.pipe()
     try:
         os.write(writer, b"x")

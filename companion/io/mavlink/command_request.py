@@ -13,6 +13,7 @@ from companion.io.mavlink.hub import Peer
 from companion.mission.plan import GLOBAL_FRAMES
 
 _INT32_MAX = 0x7FFFFFFF  # where COMMAND_INT has no room for NaN
+_BEYOND_COUNTING = 2.0**32
 _KEY = struct.Struct("<H7d")
 
 Params = tuple[float, float, float, float, float, float, float]
@@ -33,9 +34,9 @@ class Request:
     confirmation: int = 0
 
     def whole(self, number: int) -> int | None:
-        """Param `number` (from 1) as a whole number; None where it is none."""
+        """Param `number` (from 1) as a whole number; None where it is none, or none that anything here is counted with."""
         value = self.params[number - 1]
-        return int(value) if math.isfinite(value) and value == int(value) else None
+        return int(value) if abs(value) < _BEYOND_COUNTING and value == int(value) else None
 
     def whole_or(self, number: int, otherwise: int) -> int | None:
         """As `whole`, but NaN, with which clients fill what they leave out, stands for `otherwise`."""

@@ -25,9 +25,20 @@ _SIGNATURE_LENGTH = 13
 _HEADER_2 = struct.Struct("<BBBBBBBHB")  # marker, length, incompatible, compatible, sequence, system, component, id low, id high
 _HEADER_2_LENGTH, _HEADER_1_LENGTH = 10, 6
 _CRC = struct.Struct("<H")
-_marker = re.compile(b"[\xfd\xfe]").search
 _mcrf4xx = crc16.mcrf4xx
 _ZEROS = bytes(255)
+# The most that a MAVLink 1 frame of each id carries; -1 for ids that are not known.
+_SIZES_1 = [MESSAGES[number].unpacker.size if number in MESSAGES else -1 for number in range(256)]
+
+
+def _ids_above(size: int) -> bytes:
+    return b"".join(b"\\x%02x" % number for number in range(256) if _SIZES_1[number] > size)
+
+
+# Where a frame may begin, as far as flags, length and id tell: a flood of start bytes must not cost a look in Python each.
+_start = re.compile(
+    rb"\xfd(?:.[\x00\x01]|.?\Z)|\xfe(?:[\x00-\x3f].{3}[%b]|[\x40-\xff].{3}[%b]|.{0,4}\Z)" % (_ids_above(-1), _ids_above(63)), re.DOTALL
+).search
 
 
 # --- out -----------------------------------------------------------------------------------------------------------
@@ -176,17 +187,18 @@ class Framer:
     def _scan(self, buffer: bytes, last: bool) -> list[Any]:
         messages: list[Any] = []
         position = 0
-        while (found := _marker(buffer, position)) is not None:
+        known = -1  # where the known frame begins that was found within a supposed one: nothing before it is looked at twice
+        while (found := _start(buffer, position)) is not None:
             start = found.start()
             self.garbage += start - position
             position = start
             length, message = _frame_at(buffer, start)
             if length > 0 and message.__class__ is UnknownMessage:
-                inner = _known_inside(buffer, start + 1, start + length, last)
-                if inner == _INCOMPLETE:
-                    self._rest = buffer[start:]
-                    return messages
-                if inner > 0:
+                if start >= known:
+                    known = _known_inside(buffer, start + 1, start + length, last)
+                if known == _INCOMPLETE:
+                    length = _INCOMPLETE
+                elif known < start + length and known != _GARBAGE:
                     length = _GARBAGE
             if length == _INCOMPLETE and not last:
                 self._rest = buffer[start:]
@@ -227,6 +239,8 @@ def _frame_1_at(buffer: bytes, start: int) -> tuple[int, Any]:
     if len(buffer) < start + _HEADER_1_LENGTH:
         return _INCOMPLETE, None
     length, sequence, system, component, number = buffer[start + 1 : start + _HEADER_1_LENGTH]
+    if length > _SIZES_1[number]:
+        return _GARBAGE, None
     payload_end = start + _HEADER_1_LENGTH + length
     total = _HEADER_1_LENGTH + length + 2
     if len(buffer) < start + total:
@@ -256,26 +270,25 @@ def _finish(
 
 
 def _known_inside(buffer: bytes, start: int, end: int, last: bool) -> int:
-    """Whether a frame of a known id begins in [start, end): 1 yes, _INCOMPLETE perhaps, _GARBAGE no.
+    """Where in [start, end) a frame of a known id begins; _INCOMPLETE for perhaps, _GARBAGE for nowhere.
 
     The checksum of an unknown frame cannot be judged, so a stray start byte may pose as one. A true frame within it gives that away.
     """
     position = start
-    while (found := _marker(buffer, position, end)) is not None:
+    while (found := _start(buffer, position, end)) is not None:
         position = found.start()
-        length, message = _frame_at(buffer, position)
-        if length > 0 and message.__class__ is not UnknownMessage:
-            return 1
-        if length == _INCOMPLETE and not last and _could_be_known(buffer, position):
-            return _INCOMPLETE
+        if _could_be_known(buffer, position):
+            length, _ = _frame_at(buffer, position)
+            if length > 0:
+                return position
+            if length == _INCOMPLETE and not last:
+                return _INCOMPLETE
         position += 1
     return _GARBAGE
 
 
 def _could_be_known(buffer: bytes, start: int) -> bool:
-    """Whether an unfinished frame bears a known id, as far as its header has come."""
-    if buffer[start] == _MARKER_1:
-        return len(buffer) < start + _HEADER_1_LENGTH or buffer[start + 5] in MESSAGES
-    if len(buffer) < start + _HEADER_2_LENGTH:
+    """Whether what begins at `start` bears a known id, as far as its header has come."""
+    if buffer[start] == _MARKER_1 or len(buffer) < start + _HEADER_2_LENGTH:
         return True
     return buffer[start + 7] | buffer[start + 8] << 8 | buffer[start + 9] << 16 in MESSAGES

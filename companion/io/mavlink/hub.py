@@ -21,7 +21,7 @@ from companion.io.mavlink.dialects import DEFAULT_DIALECT, Dialect
 from companion.io.mavlink.endpoint import Endpoint
 from companion.io.mavlink.framer import Packed, UnknownMessage, pack
 from companion.io.mavlink.links import PEER_TIMEOUT_S, Link
-from companion.io.mavlink.statustext import prearm_texts, statustexts
+from companion.io.mavlink.statustext import statustexts, unasked_prearm_texts
 from companion.io.mavlink.vessel import VesselFace
 
 COMPONENT = 1  # MAV_COMP_ID_AUTOPILOT1: ground stations make a vehicle of no other
@@ -98,13 +98,16 @@ class Hub:
         telemetry: Callable[[Hub, VesselFace], TelemetryFace],
         services: Callable[[Hub], Sequence[Service]],
         tap: Tap | None = None,
+        patience: float = 1.0,
     ) -> None:
         """`version`: of the program. `telemetry`, `services`: made on the hub (`services.connect`).
 
-        `tap`: is given every packet, in and out, a few at a time.
+        `tap`: is given every packet, in and out, a few at a time. `patience`: by what time-outs of peers, who live in wall time, are
+        stretched where vessel time runs faster.
         """
         self.vessel = vessel
         self.version = version
+        self.patience = patience
         self.system = int(vessel.parameters["MAV_SYS_ID"])
         self._links = tuple(links)
         self._log = None if tap is None else _LogOutlet(tap)
@@ -126,6 +129,8 @@ class Hub:
         for link in self._links:
             for endpoint, message in link.receive(now_s):
                 self._take(endpoint, message, now_s)
+            for text in link.news():
+                self.vessel.events.say(now_s, Severity.WARNING, "link", text)
         self._tell_changes(now_s)
         self._flush(now_s)
 
@@ -226,9 +231,9 @@ class Hub:
         self.vessel.supervisor.station_heard(peer.system, now_s)
         before_s = self._greeted_s.get(peer.endpoint)
         self._greeted_s[peer.endpoint] = now_s
-        if before_s is None or now_s - before_s > PEER_TIMEOUT_S:
+        if before_s is None or now_s - before_s > PEER_TIMEOUT_S * self.patience:
             self.say(peer, Severity.INFO, f"USV companion {self.version}")
-            for text in prearm_texts(self.vessel.supervisor.status(now_s)):
+            for text in unasked_prearm_texts(self.vessel.supervisor.status(now_s)):
                 self.say(peer, Severity.WARNING, text)
 
     def _tell_changes(self, now_s: float) -> None:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
-from companion.core.types import ManualInput
+from companion.core.types import ManualInput, Severity
 from companion.io.mavlink import messages as mavlink
+from companion.io.mavlink.endpoint import Endpoint
 from companion.io.mavlink.hub import Handler, Hub, Peer
 from companion.io.mavlink.vessel import VesselFace
 
@@ -15,18 +17,25 @@ _IGNORE = 0xFFFF
 _RELEASE_LOW, _RELEASE_HIGH = 0, 0xFFFE  # channels 1 to 8, and 9 to 18
 _SWAY, _PITCH, _THROTTLE, _YAW = 1, 2, 3, 4  # channels, as on the vessel's own transmitter
 _MOST_OVERRIDERS = 8
+_MOST_TOLD = 64
+
+_Source = tuple[int, Endpoint]
 
 
 class InputService:
     """In: MANUAL_CONTROL, RC_CHANNELS_OVERRIDE, TIMESYNC, PING, REQUEST_DATA_STREAM. Out: sticks to the supervisor, echoes.
 
-    Remembers the channels that each peer overrides.
+    Remembers whose sticks steer, who was told so, and the channels that each source overrides. A source is a system on an endpoint: two
+    stations may bear the same number.
     """
 
     def __init__(self, hub: Hub, vessel: VesselFace) -> None:
         self._hub = hub
         self._vessel = vessel
-        self._overrides: dict[int, dict[int, float]] = {}  # system → channel → −1…1
+        self._steering: _Source | None = None
+        self._steered_s = -math.inf
+        self._told: set[_Source] = set()  # that somebody else steers
+        self._overrides: dict[_Source, dict[int, float]] = {}  # channel → −1…1
         self.handles: Mapping[int, Handler] = {
             mavlink.MAVLINK_MSG_ID_MANUAL_CONTROL: self._on_manual_control,
             mavlink.MAVLINK_MSG_ID_RC_CHANNELS_OVERRIDE: self._on_override,
@@ -42,7 +51,7 @@ class InputService:
 
     def _on_manual_control(self, message: Any, peer: Peer, now_s: float) -> None:
         """x ahead, y to starboard, r clockwise, z throttle, each −1000…1000."""
-        if message.target != self._hub.system or not self._may_steer(peer):
+        if message.target != self._hub.system or not self._may_steer(peer, now_s):
             return
         surge = message.z if self._surge_is_throttle else message.x
         manual = ManualInput(
@@ -52,20 +61,21 @@ class InputService:
 
     def _on_override(self, message: Any, peer: Peer, now_s: float) -> None:
         """Channels as on a transmitter: 1 sway, 2 surge or 3 throttle, 4 yaw. Sticks come from what is overridden; none while nothing is."""
-        if message.target_system != self._hub.system or not self._may_steer(peer):
+        if message.target_system != self._hub.system:
             return
-        if peer.system not in self._overrides and len(self._overrides) >= _MOST_OVERRIDERS:
-            return
-        channels = self._overrides.setdefault(peer.system, {})
+        source = (peer.system, peer.endpoint)
+        channels = dict(self._overrides.pop(source, ()))
         for channel in (_SWAY, _PITCH, _THROTTLE, _YAW):
             value = getattr(message, f"chan{channel}_raw")
             if value in (_RELEASE_LOW, _RELEASE_HIGH):
                 channels.pop(channel, None)
             elif value != _IGNORE:
                 channels[channel] = min(1.0, max(-1.0, (value - 1500) / 500.0))
-        if not channels:
-            del self._overrides[peer.system]
+        if not channels or not self._may_steer(peer, now_s):
             return
+        if len(self._overrides) >= _MOST_OVERRIDERS:
+            del self._overrides[next(iter(self._overrides))]
+        self._overrides[source] = channels
         surge = channels.get(_THROTTLE if self._surge_is_throttle else _PITCH)
         self._vessel.supervisor.manual_input(ManualInput(now_s, _source(peer), surge, channels.get(_SWAY), channels.get(_YAW)))
 
@@ -73,9 +83,25 @@ class InputService:
     def _surge_is_throttle(self) -> bool:
         return self._vessel.parameters["MAN_AXIS_SURGE"] != 0
 
-    def _may_steer(self, peer: Peer) -> bool:
+    def _may_steer(self, peer: Peer, now_s: float) -> bool:
+        """The station that was chosen; where none is, the first one, until its sticks have been silent for COM_RC_LOSS_T."""
         chosen = self._vessel.parameters["MAN_GCS_SYSID"]
-        return chosen in (0, peer.system)
+        if chosen not in (0, peer.system):
+            return False
+        source, steering = (peer.system, peer.endpoint), self._steering
+        if steering is not None and steering != source:
+            if chosen == 0 and now_s - self._steered_s <= self._vessel.parameters["COM_RC_LOSS_T"]:
+                self._tell_who_steers(peer, source, steering[0])
+                return False
+            self._told.clear()
+        self._steering, self._steered_s = source, now_s
+        return True
+
+    def _tell_who_steers(self, peer: Peer, source: _Source, system: int) -> None:
+        if source not in self._told and len(self._told) < _MOST_TOLD:
+            self._told.add(source)
+            who = f"system {system}" if system != peer.system else f"system {system} on another link"
+            self._hub.say(peer, Severity.WARNING, f"Your sticks are not obeyed: {who} steers. MAN_GCS_SYSID chooses")
 
     # --- clocks ----------------------------------------------------------------------------------------------------
 

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from companion.core.types import Home, Severity
+from companion.core.types import Home
 from companion.io.mavlink import messages as mavlink
 from companion.io.mavlink.hub import Handler, Hub, Peer
 from companion.io.mavlink.mission_codec import home_item, item_message, with_jump_moved
@@ -62,7 +62,7 @@ class MissionService:
     def update(self, now_s: float) -> None:
         """Retries and time-outs."""
         self._receiver.update(now_s)
-        for key in [key for key, snapshot in self._snapshots.items() if now_s - snapshot.used_s > SNAPSHOT_S]:
+        for key in [key for key, snapshot in self._snapshots.items() if now_s - snapshot.used_s > SNAPSHOT_S * self._hub.patience]:
             del self._snapshots[key]
 
     # --- up --------------------------------------------------------------------------------------------------------
@@ -149,12 +149,8 @@ class MissionService:
 
     def _on_set_current(self, message: Any, peer: Peer, now_s: float) -> None:
         seq = max(message.seq - shift_of(PlanKind.MISSION, peer), 0)
-        outcome = self._vessel.supervisor.set_current(seq, False, now_s)
-        if outcome.accepted:
+        if self._vessel.supervisor.set_current(seq, False, now_s).accepted:  # else the supervisor says why
             self._announce_current(now_s)
-        else:
-            text = f"item {message.seq} not made current: {outcome.reason}"
-            self._vessel.events.say(now_s, Severity.WARNING, "set_current_refused", text)
 
     def _announce_current(self, now_s: float) -> None:
         self._hub.announce(now_s, mavlink.MAVLINK_MSG_ID_MISSION_CURRENT)

@@ -67,6 +67,7 @@ class PlanReceiver:
         self._hub = hub
         self._vessel = vessel
         self._on_commit = on_commit
+        self._patience = hub.patience
         self._uploads: dict[int, _Upload] = {}  # by the number of the kind, as it stands in messages
         self._finished: dict[tuple[Peer, int], _Finished] = {}
 
@@ -137,14 +138,14 @@ class PlanReceiver:
     def update(self, now_s: float) -> None:
         """Ask again for what did not come; give up on a sender that has fallen silent."""
         for upload in list(self._uploads.values()):
-            if now_s - upload.heard_s >= GIVE_UP_S or upload.peer.endpoint.gone:
+            if now_s - upload.heard_s >= GIVE_UP_S * self._patience or upload.peer.endpoint.gone:
                 del self._uploads[upload.kind]
                 text = f"{_name(upload.kind)} upload broke off at item {upload.expected}; the old one stays in force"
                 self._vessel.events.say(now_s, Severity.WARNING, "plan_upload_lost", text)
             elif now_s >= upload.retry_s:
                 upload.retries += 1
                 upload.lossy = True
-                upload.retry_s = now_s + (RETRY_S if upload.retries < _QUICK_RETRIES else LATER_RETRY_S)
+                upload.retry_s = now_s + self._patience * (RETRY_S if upload.retries < _QUICK_RETRIES else LATER_RETRY_S)
                 self._send_request(upload)
         for (peer, kind), finished in list(self._finished.items()):
             if now_s >= finished.until_s or peer.endpoint.gone:
@@ -169,7 +170,7 @@ class PlanReceiver:
             if waiting == peer:
                 finished.repeats_s.clear()
         for upload in list(self._uploads.values()):
-            left_lying = upload.kind is kind or now_s - upload.heard_s >= LEFT_LYING_S
+            left_lying = upload.kind is kind or now_s - upload.heard_s >= LEFT_LYING_S * self._patience
             if upload.peer.endpoint.gone or (left_lying and upload.peer == peer):
                 del self._uploads[upload.kind]
 
@@ -191,7 +192,7 @@ class PlanReceiver:
 
     def _ask(self, upload: _Upload, now_s: float) -> None:
         upload.retries = 0
-        upload.retry_s = now_s + RETRY_S
+        upload.retry_s = now_s + RETRY_S * self._patience
         self._send_request(upload)
 
     def _send_request(self, upload: _Upload) -> None:
@@ -239,8 +240,9 @@ class PlanReceiver:
         self._finish(upload, last_seq, answer, now_s)
 
     def _finish(self, upload: _Upload, last_seq: int, answer: Any, now_s: float) -> None:
-        repeats_s = [now_s + after_s for after_s in UNASKED_REPEATS_S] if upload.lossy else []
-        self._finished[upload.peer, upload.kind] = _Finished(last_seq, answer, now_s + REPEAT_ANSWER_S, repeats_s)
+        repeats_s = [now_s + after_s * self._patience for after_s in UNASKED_REPEATS_S] if upload.lossy else []
+        until_s = now_s + REPEAT_ANSWER_S * self._patience
+        self._finished[upload.peer, upload.kind] = _Finished(last_seq, answer, until_s, repeats_s)
 
     def _refuse(self, kind: PlanKind, peer: Peer, refusal: PlanRefusal, shift: int, now_s: float) -> Any:
         place, text = _name(kind), refusal.text

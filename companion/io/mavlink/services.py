@@ -27,6 +27,6 @@ def default_services(hub: Hub) -> Sequence[Service]:
     )
 
 
-def connect(vessel: VesselFace, links: Sequence[Link], version: str, tap: Tap | None = None) -> Hub:
-    """The ground stations' side of a vessel, whole."""
-    return Hub(vessel, links, version, telemetry=Telemetry, services=default_services, tap=tap)
+def connect(vessel: VesselFace, links: Sequence[Link], version: str, tap: Tap | None = None, patience: float = 1.0) -> Hub:
+    """The ground stations' side of a vessel, whole. `tap`, `patience`: see Hub."""
+    return Hub(vessel, links, version, telemetry=Telemetry, services=default_services, tap=tap, patience=patience)

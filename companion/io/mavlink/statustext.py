@@ -9,6 +9,7 @@ from companion.io.mavlink import messages as mavlink
 
 CHUNK = 50
 _MOST_CHUNKS = 8
+_SETTLING_S = 3.0  # in which the devices of a healthy boat are heard for the first time
 _PLAIN = str.maketrans(
     {
         "°": " deg",
@@ -46,3 +47,8 @@ def statustexts(severity: Severity, text: str, number: int) -> list[Any]:
 def prearm_texts(status: Status) -> list[str]:
     """Why the vessel would not be armed, in the form that ground stations show beside the arming switch; none when armed."""
     return [] if status.armed else [f"PreArm: {reason}" for reason in status.arming_refusals]
+
+
+def unasked_prearm_texts(status: Status) -> list[str]:
+    """As `prearm_texts`, but for the first 3 s of vessel time: a boat that has only just begun to look has nothing to report."""
+    return prearm_texts(status) if status.t_s >= _SETTLING_S else []

@@ -20,7 +20,7 @@ from companion.io.mavlink.dialects import Dialect
 from companion.io.mavlink.endpoint import Endpoint
 from companion.io.mavlink.framer import Packed, pack
 from companion.io.mavlink.hub import Hub, Peer
-from companion.io.mavlink.statustext import prearm_texts
+from companion.io.mavlink.statustext import unasked_prearm_texts
 from companion.io.mavlink.vessel import VesselFace
 from companion.io.mavlink.view import View
 
@@ -258,10 +258,11 @@ class Telemetry:
 
     def _tell_refusals(self, status: Status, now_s: float) -> None:
         """Why it cannot be armed, every 30 s: QGroundControl shows each for 35 s."""
-        if status.armed or not status.arming_refusals:
+        texts = unasked_prearm_texts(status)
+        if not texts:
             return
         if self._prearm_s is None or now_s - self._prearm_s >= PREARM_PERIOD_S:
             self._prearm_s = now_s
-            for text in prearm_texts(status):
+            for text in texts:
                 for message in self._hub.texts(Severity.WARNING, text):
                     self._hub.broadcast(message)

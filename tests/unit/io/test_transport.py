@@ -281,3 +281,22 @@ def test_tcp_client_refused() -> None:
         for k in range(5):
             client.write(b"x", 0.1 * k)
         assert "refused; nothing listens there" in (client.fault() or "")
+
+
+def test_a_flood_is_taken_in_small_bites_and_none_of_it_is_lost() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        line = TransportOpener().open("device", f"tcpout:127.0.0.1:{server.getsockname()[1]}")
+        try:
+            far, _ = server.accept()
+            with far:
+                far.sendall(bytes(60_000))
+                heard = 0
+                for _ in range(20_000):
+                    bite = sum(len(data) for _, data in line.read(0.0))
+                    assert bite <= 16384
+                    heard += bite
+                    if heard == 60_000:
+                        break
+                assert heard == 60_000
+        finally:
+            line.close()

@@ -50,6 +50,7 @@ class DeskHub:
         self.endpoints: list[Endpoint] = []
         self.sent: list[tuple[Any, Any]] = []
         self.announced: list[int] = []
+        self.patience = 1.0
 
     @property
     def outlets(self) -> list[Endpoint]:

@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pymavlink.dialects.v20 import common
 
+from companion.io.mavlink import framer as framer_module
 from companion.io.mavlink import messages as mavlink
 from companion.io.mavlink.framer import Framer, UnknownMessage, frame, pack
 
@@ -81,6 +82,68 @@ def test_version_1_frames_are_read() -> None:
     data = common.MAVLink_mission_count_message(1, 1, 5).pack(theirs, force_mavlink1=True)
     (message,) = Framer().feed(data)
     assert (message.count, message.mission_type, message.opaque_id) == (5, 0, 0)
+
+
+def test_every_version_1_message_is_read() -> None:
+    theirs = common.MAVLink(io.BytesIO(), srcSystem=255, srcComponent=190)
+    heard = 0
+    for cls in common.mavlink_map.values():
+        if cls.id > 255 or mavlink.MESSAGES[cls.id] is not cls:
+            continue
+        message = theirs.decode(bytearray(_whole(cls)))
+        (read,) = Framer().feed(message.pack(theirs, force_mavlink1=True))
+        assert read.to_dict() == message.to_dict()
+        heard += 1
+    assert heard > 100
+
+
+def _whole(cls: Any) -> bytes:
+    return frame(pack(mavlink.MESSAGES[cls.id](*_values(cls))), 0, 7, 9)
+
+
+def _values(cls: Any) -> list[Any]:
+    values: list[Any] = []
+    for field, kind in zip(cls.fieldnames, cls.fieldtypes, strict=True):
+        length = cls.array_lengths[cls.ordered_fieldnames.index(field)]
+        values.append(b"x" if kind == "char" else [1] * length if length else 1)
+    return values
+
+
+@pytest.mark.parametrize(
+    ("flood", "looks_per_byte", "summed_per_byte"),
+    [
+        (b"\xfe", 0.01, 0.01),
+        (b"\xfd\xff", 0.01, 0.01),
+        (b"\xfd\xff\x00", 0.05, 0.01),
+        (b"\xfe\x09\x00\x00\x00\x00", 0.2, 4.0),
+        (b"\xfe\x3f", 0.6, 36.0),
+        (b"\xfd\xff" + bytes(8), 0.2, 30.0),
+        (b"\xfd\xff\x00" * 80 + bytes_of(SAMPLES[0]), 0.7, 2.0),
+    ],
+    ids=["FE", "FD FF", "FD FF 00", "heartbeats 1", "FE 3F", "heartbeats 2", "false starts before a frame"],
+)
+def test_a_flood_costs_little(flood: bytes, looks_per_byte: float, summed_per_byte: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    looks = summed = 0
+    look, checksum = framer_module._frame_at, framer_module._mcrf4xx
+
+    def counted_look(buffer: bytes, start: int) -> Any:
+        nonlocal looks
+        looks += 1
+        return look(buffer, start)
+
+    def counted_sum(data: bytes) -> int:
+        nonlocal summed
+        summed += len(data)
+        return int(checksum(data))
+
+    monkeypatch.setattr(framer_module, "_frame_at", counted_look)
+    monkeypatch.setattr(framer_module, "_mcrf4xx", counted_sum)
+    data = flood * (65536 // len(flood))
+    framer = Framer()
+    for start in range(0, len(data), 4096):
+        framer.feed(data[start : start + 4096])
+    assert looks < looks_per_byte * len(data)
+    assert summed < summed_per_byte * len(data)
 
 
 def test_signed_frames_are_read_past_their_signature() -> None:

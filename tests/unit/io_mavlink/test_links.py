@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import os
 import pty
+import select
 import socket
 import struct
 from collections.abc import Callable, Iterator
@@ -276,6 +277,141 @@ def test_tcpout_comes_back_after_a_refusal(opened: Any, sockets: Any) -> None:
     server.settimeout(2.0)
     assert Framer().feed(server.recv(2048))[0].get_type() == "HEARTBEAT"
     server.close()
+
+
+@pytest.fixture
+def eaten(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """Bytes given to framers, feed by feed."""
+    sizes: list[int] = []
+    feed = Framer.feed
+
+    def counted(self: Framer, data: bytes) -> list[Any]:
+        sizes.append(len(data))
+        return feed(self, data)
+
+    monkeypatch.setattr(Framer, "feed", counted)
+    return sizes
+
+
+def pushed(client: socket.socket, data: bytes) -> None:
+    """As much as the buffers take."""
+    client.setblocking(False)
+    try:
+        while data:
+            data = data[client.send(data) :]
+    except (BlockingIOError, ConnectionError):
+        pass
+
+
+@pytest.mark.parametrize("flood", [b"\xfe", b"\xfd\xff", b"\xfd\xff\x00", b"GET / HTTP/1.1\r\n"])
+def test_a_flooding_client_is_taken_in_small_bites_and_closed(opened: Any, sockets: Any, eaten: list[int], flood: bytes) -> None:
+    link: TcpServerLink = opened("tcpin:127.0.0.1:0")
+    flooding, endpoint = connected(link, sockets)
+    data = flood * ((1 << 20) // len(flood))
+    news: list[str] = []
+    for _ in range(1000):
+        pushed(flooding, data)
+        before = sum(eaten)
+        link.receive(1.0)
+        assert sum(eaten) - before <= 16384
+        news += link.news()
+        if endpoint.gone:
+            break
+    assert endpoint.gone
+    assert sum(eaten) <= 100_000 + 16384
+    assert link.endpoints == ()
+    assert news == [f"{link.name}: closed a client at 127.0.0.1 that sends something else than MAVLink"]
+
+
+def test_a_client_that_sends_much_is_heard_whole_bite_by_bite(opened: Any, sockets: Any, eaten: list[int]) -> None:
+    link: TcpServerLink = opened("tcpin:127.0.0.1:0")
+    flooding, _ = connected(link, sockets)
+    busy, endpoint = connected(link, sockets)
+    pushed(flooding, b"\xfe" * (1 << 20))
+    busy.sendall(BYTES * 3000)
+    heard = calls = 0
+    while heard < 3000:
+        assert select.select(link.filenos(), (), (), 2.0)[0], "what is left keeps the descriptor readable"
+        before = sum(eaten)
+        heard += sum(source is endpoint for source, _ in link.receive(1.0))
+        assert sum(eaten) - before <= 16384
+        calls += 1
+        assert calls < 1000
+    assert (heard, endpoint.framer.garbage) == (3000, 0)
+
+
+def test_datagrams_are_taken_in_small_bites_and_none_is_lost(opened: Any, sockets: Any, eaten: list[int]) -> None:
+    link: UdpLink = opened("udpin:127.0.0.1:0")
+    station = sockets(socket.SOCK_DGRAM)
+    for _ in range(60):
+        station.sendto(BYTES * 50, link.address)
+    heard = 0
+    while heard < 3000:
+        assert select.select(link.filenos(), (), (), 2.0)[0]
+        before = sum(eaten)
+        heard += len(link.receive(1.0))
+        assert sum(eaten) - before <= 16384 + len(BYTES) * 50
+    assert heard == 3000
+
+
+def test_newer_clients_take_the_place_of_the_silent(opened: Any, sockets: Any) -> None:
+    link: TcpServerLink = opened("tcpin:127.0.0.1:0")
+    clients = [connected(link, sockets) for _ in range(16)]
+    for n, (client, endpoint) in enumerate(clients):
+        if n != 5:  # which is never heard
+            client.sendall(BYTES)
+            until(lambda n=n, endpoint=endpoint: link.receive(float(n)) and endpoint.last_heard_s is not None)
+    assert link.news() == []
+    newer = sockets(socket.SOCK_STREAM)
+    newer.connect(link.address)
+    until(lambda: link.receive(15.5) or clients[5][1].gone)
+    assert [n for n, (_, endpoint) in enumerate(clients) if endpoint.gone] == [5]
+    (news,) = link.news()
+    assert "never heard" in news
+    newer.sendall(BYTES)
+    until(lambda: link.receive(15.5))
+    newest = sockets(socket.SOCK_STREAM)
+    newest.connect(link.address)
+    until(lambda: link.receive(15.5) or clients[0][1].gone)
+    assert [n for n, (_, endpoint) in enumerate(clients) if endpoint.gone] == [0, 5]
+    (news,) = link.news()
+    assert "silent for 16 s" in news
+    assert len(link.endpoints) == 16
+
+
+def test_clients_that_are_heard_are_not_dropped_for_newer_ones(opened: Any, sockets: Any) -> None:
+    link: TcpServerLink = opened("tcpin:127.0.0.1:0")
+    for _ in range(16):
+        client, endpoint = connected(link, sockets)
+        client.sendall(BYTES)
+        until(lambda endpoint=endpoint: link.receive(1.0) and endpoint.last_heard_s is not None)
+    late = sockets(socket.SOCK_STREAM)
+    late.connect(link.address)
+    news = until(lambda: link.receive(2.0) or link.news())
+    assert "no room for 127.0.0.1" in news[0]
+    assert late.recv(10) == b""
+    assert not any(endpoint.gone for endpoint in link.endpoints)
+
+
+def test_dead_clients_are_noticed_by_the_system(opened: Any, sockets: Any) -> None:
+    link: TcpServerLink = opened("tcpin:127.0.0.1:0")
+    connected(link, sockets)
+    (client,) = link._clients
+    assert client.socket.getsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE)
+    if hasattr(socket, "TCP_USER_TIMEOUT"):
+        assert client.socket.getsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT) == 15_000
+
+
+def test_peers_of_a_vessel_in_fast_motion_are_given_more_of_its_time(sockets: Any) -> None:
+    link = open_link("udpin:127.0.0.1:0", patience=20.0)
+    assert isinstance(link, UdpLink)
+    sockets(socket.SOCK_DGRAM).sendto(BYTES, link.address)
+    until(lambda: link.receive(0.0))
+    link.receive(20.0 * PEER_TIMEOUT_S - 0.1)
+    assert len(link.endpoints) == 1
+    link.receive(20.0 * PEER_TIMEOUT_S + 0.1)
+    assert link.endpoints == ()
+    link.close()
 
 
 # --- serial --------------------------------------------------------------------------------------------------------

@@ -360,7 +360,20 @@ def test_set_current(desk: Any) -> None:
     assert desk.supervisor.seq == 2 and desk.hub.announced == [42] and desk.heard() == []
     desk.tell(mavlink.MAVLink_mission_set_current_message(1, 1, 3))
     assert desk.supervisor.seq == 2 and desk.hub.announced == [42]
-    assert desk.texts() == ["item 3 not made current: there is no item 3"]
+    assert desk.texts() == []  # for the supervisor has said why
+
+
+def test_senders_to_a_vessel_in_fast_motion_are_waited_for(desk: Any) -> None:
+    desk.hub.patience = 20.0
+    desk.serve(MissionService(desk.hub, desk.vessel))
+    desk.tell(mavlink.MAVLink_mission_count_message(1, 1, 2, 0))
+    desk.heard()
+    desk.wait(4.5)  # 0.2 s on the wall
+    assert desk.heard() == []
+    desk.wait(90.0)
+    assert desk.texts() == []
+    desk.wait(6.0)
+    assert "broke off at item 0" in desk.texts()[0]
 
 
 def test_part_of_a_list(desk: Any) -> None:

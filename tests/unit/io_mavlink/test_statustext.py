@@ -2,8 +2,8 @@ from __future__ import annotations
 
 import pytest
 
-from companion.core.types import Severity
-from companion.io.mavlink.statustext import statustexts
+from companion.core.types import MissionProgress, MissionState, ModeId, Severity, Status
+from companion.io.mavlink.statustext import prearm_texts, statustexts, unasked_prearm_texts
 
 
 @pytest.mark.parametrize("length", [0, 1, 49, 50, 51, 99, 100, 101, 150, 399])
@@ -29,3 +29,10 @@ def test_plain_characters_only_and_no_tab_at_the_end() -> None:
     (message,) = statustexts(Severity.INFO, "turn −5° → “north”…\tnow\t", 1)
     assert message.text == 'turn -5 deg -> "north"... now'
     assert statustexts(Severity.INFO, "blåbær", 1)[0].text == "bl?b?r"
+
+
+@pytest.mark.parametrize(("t_s", "unasked"), [(0.0, False), (2.9, False), (3.0, True)])
+def test_refusals_of_a_boat_that_has_only_just_begun_to_look_are_for_who_asks(t_s: float, unasked: bool) -> None:
+    status = Status(t_s, ModeId.HOLD, ModeId.HOLD, False, ("gnss: nothing received yet",), (), None, MissionProgress(MissionState.NO_MISSION, 0, 0))
+    assert prearm_texts(status) == ["PreArm: gnss: nothing received yet"]
+    assert unasked_prearm_texts(status) == (prearm_texts(status) if unasked else [])

@@ -459,3 +459,11 @@ def test_intervals_can_be_read(rig: Any) -> None:
 @pytest.mark.parametrize("params", [(12345.0, 1000.0), (30.0, NAN), (NAN, 1000.0), (30.0, -2.0), (-1.0, 0.0)])
 def test_intervals_that_cannot_be(rig: Any, params: tuple[float, ...]) -> None:
     assert result(rig.command(511, *params)) == DENIED
+
+
+def test_numbers_beyond_counting_are_no_items(rig: Any, named: Any) -> None:
+    rig.supervisor.asked.clear()
+    for heard in (rig.command(224, 1e38), rig.command(300, 1e38, 2e38)):
+        assert result(heard) == DENIED
+        assert all("000000" not in message.text for message in named(heard, "STATUSTEXT"))
+    assert rig.supervisor.asked == []

@@ -136,6 +136,7 @@ def test_stations_are_those_that_say_so(recording: Any) -> None:
 
 def test_a_station_is_greeted_once_for_each_coming(rig: Any, named: Any) -> None:
     rig.supervisor.change(arming_refusals=("No position",))
+    rig.now_s = 5.0
     rig.serve()
     greeting = [message.text for message in named(rig.ask(HEARTBEAT), "STATUSTEXT")]
     assert greeting == ["USV companion 0.1.0", "PreArm: No position"]
@@ -143,6 +144,32 @@ def test_a_station_is_greeted_once_for_each_coming(rig: Any, named: Any) -> None
     assert named(rig.ask(HEARTBEAT), "STATUSTEXT") == []
     rig.now_s = 40.0
     assert named(rig.ask(HEARTBEAT), "STATUSTEXT")[0].text == "USV companion 0.1.0"
+
+
+def test_a_boat_that_has_only_just_begun_to_look_is_not_complained_of(rig: Any, named: Any) -> None:
+    rig.supervisor.change(arming_refusals=("gnss: nothing received yet",))
+    greeting = [message.text for message in named(rig.ask(HEARTBEAT), "STATUSTEXT")]
+    rig.run(2.9)
+    assert greeting == ["USV companion 0.1.0"]
+    assert named(rig.desk.hear(), "STATUSTEXT") == []
+    rig.run(0.2)
+    assert [message.text for message in named(rig.desk.hear(), "STATUSTEXT")] == ["PreArm: gnss: nothing received yet"]
+
+
+def test_a_station_of_a_vessel_in_fast_motion_is_not_greeted_at_every_heartbeat(rig: Any, named: Any) -> None:
+    rig.hub.patience = 20.0
+    greetings = []
+    for now_s in (0.0, 20.0, 40.0, 280.0, 600.0):
+        rig.now_s = now_s
+        greetings.append(len(named(rig.ask(HEARTBEAT), "STATUSTEXT")))
+    assert greetings == [1, 0, 0, 0, 1]
+
+
+def test_news_of_links_become_events(rig: Any) -> None:
+    rig.desk.link.news = lambda: ["tcpin: closed a client"]
+    rig.serve()
+    rig.serve()
+    assert [(event.name, event.text) for event in rig.vessel.events.drain()] == [("link", "tcpin: closed a client")]
 
 
 def test_sequence_numbers_run_on_each_endpoint_by_itself(make_rig: Any) -> None:

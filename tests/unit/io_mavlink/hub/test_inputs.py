@@ -55,6 +55,46 @@ def test_one_station_may_be_chosen(make_rig: Any) -> None:
     assert [sticks.source for sticks in rig.supervisor.sticks] == ["mavlink:254"]
 
 
+@pytest.mark.parametrize("stick", [lambda: manual(500), lambda: override(1600, 1600, 1600, 1600)], ids=["manual control", "override"])
+def test_of_two_stations_the_first_steers_until_it_is_silent(make_rig: Any, named: Any, stick: Any) -> None:
+    rig = make_rig(["memory:a", "memory:b"])
+    told = []
+    for _ in range(20):
+        rig.now_s = round(rig.now_s + 0.1, 9)
+        rig.ask(manual(300))
+        told += named(rig.ask(stick(), desk=1), "STATUSTEXT")
+    assert {sticks.source for sticks in rig.supervisor.sticks} == {"mavlink:255"}
+    assert "".join(message.text for message in told) == "Your sticks are not obeyed: system 255 steers. MAN_GCS_SYSID chooses"
+    silent_s = rig.now_s
+    for _ in range(10):
+        rig.now_s = round(rig.now_s + 0.1, 9)
+        rig.ask(stick(), desk=1)
+    taken = [sticks.t_s for sticks in rig.supervisor.sticks if sticks.source == "mavlink:254"]
+    assert min(taken) == pytest.approx(silent_s + 0.6)  # COM_RC_LOSS_T is 0.5 s
+    before = len(rig.supervisor.sticks)
+    assert named(rig.ask(manual(300)), "STATUSTEXT")
+    assert len(rig.supervisor.sticks) == before
+
+
+def test_two_stations_of_the_same_number_are_told_apart(make_rig: Any, named: Any) -> None:
+    rig = make_rig(["memory:a", "memory:b"])
+    rig.desks[1].system = 255
+    rig.ask(manual(300))
+    heard = named(rig.ask(manual(-300), desk=1), "STATUSTEXT")
+    assert "system 255 on another link steers" in "".join(message.text for message in heard)
+    assert [sticks.surge for sticks in rig.supervisor.sticks] == [0.3]
+    rig.vessel.parameters.set("MAN_GCS_SYSID", 255)  # chosen: on whichever link it comes
+    rig.ask(manual(-300), desk=1)
+    assert [sticks.surge for sticks in rig.supervisor.sticks] == [0.3, -0.3]
+
+
+def test_who_only_releases_channels_does_not_steer(make_rig: Any) -> None:
+    rig = make_rig(["memory:a", "memory:b"])
+    rig.ask(override(0, 0, 0, 0))
+    rig.ask(manual(300), desk=1)
+    assert [sticks.source for sticks in rig.supervisor.sticks] == ["mavlink:254"]
+
+
 def test_overridden_channels_are_those_of_the_transmitter(rig: Any) -> None:
     rig.ask(override(1250, 1750, 2000, 1000))
     sticks = rig.supervisor.sticks[-1]
