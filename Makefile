@@ -27,15 +27,17 @@ bench: $(VENV)/.installed-test
 scenarios: $(VENV)/.installed-test
 	$(BIN)/python -m pytest -n 2 -m sweep tests/scenarios
 
-$(VENV)/bin/python: .ci/make_venv.py
+# A stamp, since bin/python is a link to a file as old as the machine's Python.
+$(VENV)/.made: .ci/make_venv.py
 	$(PYTHON) .ci/make_venv.py $(VENV)
+	@touch $@
 
-$(VENV)/.installed: pyproject.toml | $(VENV)/bin/python
+$(VENV)/.installed: pyproject.toml $(VENV)/.made
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable .
 	@touch $@
 
 # MAVProxy is installed without its dependencies (maps, plots, OpenCV): the tests drive it headless.
-$(VENV)/.installed-test: pyproject.toml | $(VENV)/bin/python
+$(VENV)/.installed-test: pyproject.toml $(VENV)/.made
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable ".[test]"
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps "MAVProxy==1.8.75"
 	@touch $(VENV)/.installed $@
