@@ -13,7 +13,8 @@ from collections import deque
 
 from companion.core.angles import nearest_turn, wrap_pi
 from companion.core.frames import body_to_ned, ned_to_body
-from companion.core.types import Setpoint, SetpointKind
+from companion.core.types import Setpoint
+from companion.guidance.pose_setpoint import pose_setpoint
 from companion.guidance.stopping import BRAKE_SHARE, stopping_time_s
 from companion.guidance.stopping import SMOOTHING_S as SMOOTHING_S
 from companion.params import Parameters
@@ -188,7 +189,7 @@ class ReferenceGenerator:
             self._sum = [s + new - old for s, new, old in zip(self._sum, newest, oldest, strict=True)]
             share = 1.0 / len(self._window)
             mean = [s * share for s in self._sum]
-        return self._setpoint(mean)
+        return pose_setpoint(mean[:3], mean[3:6], mean[6:], core.target)
 
     def _fill(self, dt_s: float) -> None:
         """The run-up: samples of uniform motion whose mean is the state that was asked for."""
@@ -199,24 +200,3 @@ class ReferenceGenerator:
             self._window.append((n + vn * t, e + ve * t, y + vy * t, vn, ve, vy, 0.0, 0.0, 0.0))
         self._core.pose = self._window[-1][:3]
         self._sum = [sum(column) for column in zip(*self._window, strict=True)]
-
-    def _setpoint(self, mean: list[float]) -> Setpoint:
-        north, east, yaw, vn, ve, vy, an, ae, ay = mean
-        target_north, target_east, _ = self._core.target
-        c, s = math.cos(yaw), math.sin(yaw)
-        u, v = c * vn + s * ve, -s * vn + c * ve
-        return Setpoint(
-            SetpointKind.POSE,
-            north_m=north,
-            east_m=east,
-            yaw_rad=wrap_pi(yaw),
-            surge_mps=u,
-            sway_mps=v,
-            yaw_rate_radps=vy,
-            surge_mps2=c * an + s * ae + vy * v,  # d/dt(Rᵀ) = −S(r) Rᵀ
-            sway_mps2=-s * an + c * ae - vy * u,
-            yaw_radps2=ay,
-            target_north_m=target_north,
-            target_east_m=target_east,
-            distance_to_go_m=math.hypot(target_north - north, target_east - east),
-        )

@@ -10,7 +10,8 @@ from dataclasses import dataclass
 
 from companion.core.angles import wrap_pi
 from companion.core.frames import body_to_ned, ned_to_body
-from companion.core.types import Setpoint, SetpointKind
+from companion.core.types import Setpoint
+from companion.guidance.pose_setpoint import pose_setpoint
 from companion.guidance.stopping import stopping_time_s
 from companion.params import Parameters
 
@@ -94,29 +95,8 @@ class ThesisReference:
             self._pose[i] += velocity * dt_s
             self._velocity[i] += acceleration * dt_s
             self._acceleration[i] += jerk * dt_s
-        return self._setpoint()
+        return pose_setpoint(self._pose, self._velocity, self._acceleration, self._target)
 
     def _errors(self) -> tuple[float, float, float]:
         north, east, yaw = self._pose
         return self._target[0] - north, self._target[1] - east, wrap_pi(self._target[2] - yaw)
-
-    def _setpoint(self) -> Setpoint:
-        north, east, yaw = self._pose
-        u, v = ned_to_body(self._velocity[0], self._velocity[1], yaw)
-        ax, ay = ned_to_body(self._acceleration[0], self._acceleration[1], yaw)
-        rate = self._velocity[2]
-        return Setpoint(
-            SetpointKind.POSE,
-            north_m=north,
-            east_m=east,
-            yaw_rad=wrap_pi(yaw),
-            surge_mps=u,
-            sway_mps=v,
-            yaw_rate_radps=rate,
-            surge_mps2=ax + rate * v,
-            sway_mps2=ay - rate * u,
-            yaw_radps2=self._acceleration[2],
-            target_north_m=self._target[0],
-            target_east_m=self._target[1],
-            distance_to_go_m=math.hypot(self._target[0] - north, self._target[1] - east),
-        )

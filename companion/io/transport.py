@@ -14,6 +14,7 @@ import errno
 import os
 import socket
 import termios
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 
 import serial
@@ -32,7 +33,7 @@ _NOT_NOW = (errno.EAGAIN, errno.EWOULDBLOCK, errno.EINTR)
 _LINE_ERRORS = (OSError, ValueError, termios.error)  # whatever the system says about a port, at any time
 
 
-class Line:
+class Line(ABC):
     """A ByteStream over one endpoint: what serial ports and sockets have in common.
 
     Remembers the descriptor, what of a write is still to go out, the last fault, and when to try again: after 0.5 s, doubling to 5 s
@@ -158,25 +159,25 @@ class Line:
             return f"{where}: refused; nothing listens there yet"
         return f"{where}: {' '.join(str(error).split()) or type(error).__name__}; trying again"
 
-    def _connect(self) -> None:
-        raise NotImplementedError
+    @abstractmethod
+    def _connect(self) -> None: ...
 
-    def _disconnect(self) -> None:
-        raise NotImplementedError
+    @abstractmethod
+    def _disconnect(self) -> None: ...
 
     def _established(self, now_s: float) -> bool:
         return True
 
-    def _descriptor(self) -> int | None:
-        raise NotImplementedError
+    @abstractmethod
+    def _descriptor(self) -> int | None: ...
 
+    @abstractmethod
     def _receive(self) -> bytes:
         """What is there, or b'' if nothing. Raises OSError when the line is gone."""
-        raise NotImplementedError
 
+    @abstractmethod
     def _transmit(self, data: bytes) -> int:
         """How many bytes went out; 0 if none can now. Raises OSError when the line is gone."""
-        raise NotImplementedError
 
 
 class SerialLine(Line):

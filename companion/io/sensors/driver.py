@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 
 from companion.config import SensorConfig
@@ -11,7 +12,7 @@ from companion.core.types import DeviceHealth, Reading
 _SILENT_BYTES = 600  # that many bytes without one valid message: not the language or not the speed
 
 
-class StreamDriver:
+class StreamDriver(ABC):
     """Bytes of one port → readings. A protocol fills in `_feed`.
 
     Remembers when the last valid message came and counts of valid messages, of bad ones, and of bytes since the last valid one.
@@ -66,6 +67,6 @@ class StreamDriver:
         self._last_valid_s = arrival_s
         self._bytes_since_valid = 0
 
+    @abstractmethod
     def _feed(self, arrival_s: float, data: bytes, readings: list[Reading]) -> None:
         """Take the next bytes of the stream and append what they complete."""
-        raise NotImplementedError
