@@ -1,13 +1,15 @@
 """Consequence check: would the boat still hold here if any one thruster failed?
 
 Every thruster is a convex set of forces: a disc for one that turns all round, a line for a fixed one. Whether some choice out of them meets
-a wrench is a convex problem, solved by projected gradients with momentum (FISTA; Beck & Teboulle 2009). Rates are left aside.
+a wrench is a convex problem, solved by projected gradients with momentum (FISTA; Beck & Teboulle 2009). What is left over at a step is also a
+direction; where even the most that the sets give along it falls short, a plane parts the wrench from all that can be given (Boyd &
+Vandenberghe 2004, 2.5), and the answer is no without further steps. Rates are left aside.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 from companion.allocation.geometry import Thruster, thrusters_of
 from companion.config import VesselConfig
@@ -36,7 +38,7 @@ def is_met(thrusters: Sequence[Thruster], limits: tuple[float, float, float], de
     target = (demand.surge_n * scales[0], demand.sway_n * scales[1], demand.yaw_nm * scales[2])
     used = [t for i, t in enumerate(thrusters) if i not in out]
     columns = [_columns(t, scales) for t in used]
-    projections = [_projection(t) for t in used]
+    sets = [_forces_of(t) for t in used]
     lipschitz = sum(a * a for pair in columns for column in pair for a in column)
     if lipschitz == 0.0:
         return max(abs(a) for a in target) <= _MET
@@ -46,9 +48,12 @@ def is_met(thrusters: Sequence[Thruster], limits: tuple[float, float, float], de
         error = _error(columns, ahead, target)
         if max(abs(a) for a in error) <= _MET:
             return True
+        slopes = [(_dot(cx, error), _dot(cy, error)) for cx, cy in columns]
+        most = sum([forces_of.most(-gx, -gy) for forces_of, (gx, gy) in zip(sets, slopes, strict=True)])
+        if -_dot(error, target) - most > _MET * sum(abs(a) for a in error):
+            return False
         new = [
-            project(x - _dot(cx, error) / lipschitz, y - _dot(cy, error) / lipschitz)
-            for (x, y), (cx, cy), project in zip(ahead, columns, projections, strict=True)
+            forces_of.nearest(x - gx / lipschitz, y - gy / lipschitz) for (x, y), (gx, gy), forces_of in zip(ahead, slopes, sets, strict=True)
         ]
         grown = 0.5 * (1.0 + math.sqrt(1.0 + 4.0 * momentum * momentum))
         share = (momentum - 1.0) / grown
@@ -65,40 +70,68 @@ def _columns(thruster: Thruster, scales: tuple[float, ...]) -> Columns:
     return (scales[0], 0.0, -thruster.y_m * scales[2]), (0.0, scales[1], thruster.x_m * scales[2])
 
 
-def _projection(thruster: Thruster) -> Callable[[float, float], Vector]:
-    """The nearest force that the thruster can give."""
+class _Line:
+    """A fixed thruster, its force along itself."""
+
+    def __init__(self, low_n: float, high_n: float) -> None:
+        self._low_n, self._high_n = low_n, high_n
+
+    def nearest(self, x: float, y: float) -> Vector:
+        return min(self._high_n, max(self._low_n, x)), 0.0
+
+    def most(self, x: float, y: float) -> float:
+        return max(self._low_n * x, self._high_n * x)
+
+
+class _Disc:
+    """A thruster that gives as much in every direction."""
+
+    def __init__(self, radius_n: float) -> None:
+        self._radius_n = radius_n
+
+    def nearest(self, x: float, y: float) -> Vector:
+        length, radius = math.hypot(x, y), self._radius_n
+        return (x, y) if length <= radius else (x * radius / length, y * radius / length)
+
+    def most(self, x: float, y: float) -> float:
+        return self._radius_n * math.hypot(x, y)
+
+
+class _Cone:
+    """Ahead thrust only, within a sector of less than half a turn: what reversing would add is left out, to be on the safe side."""
+
+    def __init__(self, sector: tuple[float, float], most_n: float) -> None:
+        self._middle, self._half, self._most_n = 0.5 * (sector[0] + sector[1]), 0.5 * (sector[1] - sector[0]), most_n
+
+    def nearest(self, x: float, y: float) -> Vector:
+        angle = math.remainder(math.atan2(y, x) - self._middle, math.tau)
+        length = min(self._most_n, self._share(angle) * math.hypot(x, y))
+        angle = math.copysign(min(abs(angle), self._half), angle)
+        return length * math.cos(self._middle + angle), length * math.sin(self._middle + angle)
+
+    def most(self, x: float, y: float) -> float:
+        angle = math.remainder(math.atan2(y, x) - self._middle, math.tau)
+        return self._most_n * self._share(angle) * math.hypot(x, y)
+
+    def _share(self, angle: float) -> float:
+        """Cosine of the angle by which a direction lies outside the sector, 0 where the tip of the sector is nearest to it."""
+        beyond = abs(angle) - self._half
+        return 1.0 if beyond <= 0.0 else math.cos(beyond) if beyond < 0.5 * math.pi else 0.0
+
+
+def _forces_of(thruster: Thruster) -> _Line | _Disc | _Cone:
+    """What the thruster can give: `nearest` to a force, and the `most` along a direction (times that vector's length)."""
     low, high = thruster.min_n, thruster.max_n
     if not thruster.turns:
-        return lambda x, y: (min(high, max(low, x)), 0.0)
-    all_round_n, sectors = high, thruster.sectors
+        return _Line(low, high)
+    sectors = thruster.sectors
     sector = None if sectors.free else sectors.span(thruster.rest_rad)  # of several, the one that it rests in
-    if sector is not None:
-        span_rad = sector[1] - sector[0]
-        if span_rad < math.pi and not (thruster.reversible and math.isclose(span_rad, math.pi)):
-            return _in_cone(sector, high)
-        all_round_n = high if span_rad >= 2.0 * math.pi else min(high, -low) if thruster.reversible else high
-
-    def in_disc(x: float, y: float) -> Vector:
-        length = math.hypot(x, y)
-        return (x, y) if length <= all_round_n else (x * all_round_n / length, y * all_round_n / length)
-
-    return in_disc
-
-
-def _in_cone(sector: tuple[float, float], most_n: float) -> Callable[[float, float], Vector]:
-    """Ahead thrust only, within a sector of less than half a turn: what reversing would add is left out, to be on the safe side."""
-    middle, half = 0.5 * (sector[0] + sector[1]), 0.5 * (sector[1] - sector[0])
-
-    def project(x: float, y: float) -> Vector:
-        angle = math.remainder(math.atan2(y, x) - middle, 2.0 * math.pi)
-        length = math.hypot(x, y)
-        if abs(angle) > half:
-            length *= max(0.0, math.cos(abs(angle) - half)) if abs(angle) - half < 0.5 * math.pi else 0.0
-            angle = math.copysign(half, angle)
-        length = min(length, most_n)
-        return length * math.cos(middle + angle), length * math.sin(middle + angle)
-
-    return project
+    if sector is None:
+        return _Disc(high)
+    span_rad = sector[1] - sector[0]
+    if span_rad < math.pi and not (thruster.reversible and math.isclose(span_rad, math.pi)):
+        return _Cone(sector, high)
+    return _Disc(min(high, -low) if thruster.reversible and span_rad < math.tau else high)
 
 
 def _dot(a: tuple[float, float, float], b: tuple[float, float, float]) -> float:
@@ -117,8 +150,9 @@ def _error(
 class ConsequenceCheck:
     """`update(inputs)` every tick while holding; says so when the answer changes.
 
-    Remembers the mean of the achieved wrench, for how long it has been taken, when it looked last, and the thrusters without which the boat
-    would not hold.
+    Once a second the mean is put to the question, without one thruster after the other, one in a tick: that keeps the longest tick short.
+    Remembers the mean of the achieved wrench, for how long it has been taken, when it looks next, the round of questions under way, and the
+    thrusters without which the boat would not hold.
     """
 
     def __init__(self, config: VesselConfig, parameters: Parameters, events: EventLog) -> None:
@@ -127,13 +161,16 @@ class ConsequenceCheck:
         self._parameters = parameters
         self._events = events
         self._needed: frozenset[int] = frozenset()
+        self._failed: frozenset[int] = frozenset()
         self.reset()
 
     def reset(self) -> None:
         """Begin the mean anew; what was said stands until it changes."""
-        self._mean = (0.0, 0.0, 0.0)
+        self._mean = self._asked = (0.0, 0.0, 0.0)
         self._taken_s = 0.0
         self._next_s = _SETTLE_S
+        self._left: list[int] = []  # thrusters that this round has still to leave out
+        self._found: set[int] = set()
 
     def update(self, inputs: ModeInputs) -> None:
         if not self._parameters["DP_CONSEQ"] or self._limits[1] <= 0.0:
@@ -143,23 +180,35 @@ class ConsequenceCheck:
         given = (inputs.achieved.surge_n, inputs.achieved.sway_n, inputs.achieved.yaw_nm)
         x, y, n = (mean + share * (new - mean) for mean, new in zip(self._mean, given, strict=True))
         self._mean = (x, y, n)
-        if self._taken_s >= self._next_s:
-            self._next_s = self._taken_s + _PERIOD_S
-            self._look(inputs)
-
-    def _look(self, inputs: ModeInputs) -> None:
-        x, y, n = self._mean
-        needed = set()
-        for i in range(len(self._thrusters)):
-            margin = _MARGIN if i in self._needed else 1.0
-            demand = Wrench(margin * x, margin * y, margin * n)
-            if i not in inputs.failed and not is_met(self._thrusters, self._limits, demand, inputs.failed | {i}):
-                needed.add(i)
-        if needed == self._needed:
+        if not self._left and self._taken_s < self._next_s:
             return
-        self._needed = frozenset(needed)
-        if needed:
-            names = " or ".join(self._thrusters[i].name for i in sorted(needed))
+        if not self._left or inputs.failed != self._failed:
+            self._begin_round(inputs)
+        if self._left:
+            self._look(self._left.pop())
+        if not self._left:
+            self._conclude(inputs)
+
+    def _begin_round(self, inputs: ModeInputs) -> None:
+        self._next_s = self._taken_s + _PERIOD_S
+        self._asked, self._failed = self._mean, inputs.failed
+        self._left = [i for i in range(len(self._thrusters)) if i not in inputs.failed]
+        self._found = set()
+
+    def _look(self, i: int) -> None:
+        """Would it hold without this one?"""
+        x, y, n = self._asked
+        margin = _MARGIN if i in self._needed else 1.0
+        demand = Wrench(margin * x, margin * y, margin * n)
+        if not is_met(self._thrusters, self._limits, demand, self._failed | {i}):
+            self._found.add(i)
+
+    def _conclude(self, inputs: ModeInputs) -> None:
+        if self._found == self._needed:
+            return
+        self._needed = frozenset(self._found)
+        if self._needed:
+            names = " or ".join(self._thrusters[i].name for i in sorted(self._needed))
             self._events.say(inputs.now_s, Severity.WARNING, "consequence", f"Would not hold if {names} failed")
         else:
             self._events.say(inputs.now_s, Severity.NOTICE, "consequence_over", "Would hold with any one thruster failed")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import astuple, replace
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,7 @@ from scipy.optimize import linprog
 from companion.allocation.geometry import Thruster, thrusters_of
 from companion.config import ThrusterConfig
 from companion.core.types import ModeId, Wrench
+from companion.modes import consequence
 from companion.modes.consequence import is_met
 
 SIDES = 48
@@ -159,3 +160,54 @@ def test_a_boat_without_sway_is_not_asked(make_boat: Any, revolt: Any) -> None:
     boat.supervisor.thrust_achieved(Wrench(20.0, 8.0, 0.0))
     boat.step(60.0)
     assert "consequence" not in boat.names()
+
+
+def test_one_question_a_tick_and_the_answer_soon(boat: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[float] = []
+
+    def counted(*arguments: Any) -> bool:
+        asked.append(boat.now_s)
+        return is_met(*arguments)
+
+    monkeypatch.setattr(consequence, "is_met", counted)
+    holding(boat)
+    boat.supervisor.thrust_achieved(Wrench(3.0, 0.0, 0.0))
+    boat.step(40.0)
+    assert len(asked) == len(set(asked)) and 60 <= len(asked) <= 90  # three thrusters, each once a second after the first 15 s
+    boat.supervisor.thruster_failed(0, True)
+    boat.step(1.5)
+    assert "Would not hold if stern_starboard failed" in boat.texts()
+
+
+@pytest.mark.parametrize("ticks", range(11))
+def test_a_thruster_may_fail_anywhere_in_a_round(boat: Any, ticks: int) -> None:
+    holding(boat)
+    boat.supervisor.thrust_achieved(Wrench(3.0, 0.0, 0.0))
+    boat.step(20.0)
+    for _ in range(ticks):
+        boat.step()
+    boat.supervisor.thruster_failed(0, True)
+    boat.step(1.4)  # at most a second to the next round, which then takes a tick a thruster
+    assert boat.texts()[-1] == "Would not hold if stern_starboard failed"
+
+
+def test_a_wrench_out_of_reach_is_refused_in_a_few_steps(revolt: Any) -> None:
+    thrusters, limits = thrusters_of(revolt), (50.0, 20.0, 32.0)
+    demand, out = Wrench(0.0, 15.0, 0.0), frozenset({2})
+    assert shortfall(thrusters, limits, astuple(demand), out, 2.0) > 0.05
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(consequence, "_MOST_STEPS", 20)
+        patch.setattr(consequence, "_error", counted_errors := Counted(consequence._error))
+        assert not is_met(thrusters, limits, demand, out)
+    assert counted_errors.count < 20
+
+
+class Counted:
+    """A function that counts its calls."""
+
+    def __init__(self, function: Any) -> None:
+        self.function, self.count = function, 0
+
+    def __call__(self, *arguments: Any) -> Any:
+        self.count += 1
+        return self.function(*arguments)
