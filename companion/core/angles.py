@@ -9,6 +9,8 @@ TWO_PI = 2.0 * math.pi
 
 def wrap_pi(angle_rad: float) -> float:
     """The same direction in (−π, π]."""
+    if -math.pi < angle_rad <= math.pi:
+        return angle_rad
     wrapped = math.fmod(angle_rad, TWO_PI)
     if wrapped > math.pi:
         return wrapped - TWO_PI

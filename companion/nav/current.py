@@ -10,8 +10,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-import numpy as np
-
 from companion.config import VesselConfig
 from companion.core.types import Wrench
 
@@ -54,7 +52,7 @@ class CurrentObserver:
     def __init__(self, config: VesselConfig) -> None:
         self._hull, self._windage, self._limits = config.hull, config.windage, config.limits
         self._state = [0.0, 0.0, 0.0, 0.0]
-        self._p = np.diag([_FIRST_SIGMA_MPS**2] * 4)
+        self._p = [[_FIRST_SIGMA_MPS**2 if i == j else 0.0 for j in range(4)] for i in range(4)]
         self._systematic_mps = math.inf
         self._last_s = self._seen_s = -math.inf
 
@@ -62,8 +60,8 @@ class CurrentObserver:
         """`thrust`: on the hull since the last call, None where nobody knows; `passage` None while velocity is not measured."""
         dt_s, self._last_s = now_s - self._last_s, now_s
         if thrust is None or passage is None or not 0.0 < dt_s <= _LONGEST_STEP_S:
-            self._p[2, 2] += _CURRENT_MPS_RTS**2 * min(max(dt_s, 0.0), 10.0)
-            self._p[3, 3] += _CURRENT_MPS_RTS**2 * min(max(dt_s, 0.0), 10.0)
+            self._p[2][2] += _CURRENT_MPS_RTS**2 * min(max(dt_s, 0.0), 10.0)
+            self._p[3][3] += _CURRENT_MPS_RTS**2 * min(max(dt_s, 0.0), 10.0)
             if passage is not None:
                 self._begin(passage)
             return
@@ -73,7 +71,7 @@ class CurrentObserver:
 
     def estimate(self, now_s: float) -> tuple[float, float, float] | None:
         """(north_mps, east_mps, one sigma on the worse axis); None where it is worth nothing."""
-        sigma = math.sqrt(max(self._p[2, 2], self._p[3, 3]) + self._systematic_mps**2)
+        sigma = math.sqrt(max(self._p[2][2], self._p[3][3]) + self._systematic_mps**2)
         if sigma > _USABLE_MPS or now_s - self._seen_s > _LONGEST_HOLD_S:
             return None
         return self._state[2], self._state[3], sigma
@@ -83,9 +81,10 @@ class CurrentObserver:
         c, s = math.cos(passage.yaw_rad), math.sin(passage.yaw_rad)
         north, east = passage.north_mps - self._state[2], passage.east_mps - self._state[3]
         self._state[0], self._state[1] = c * north + s * east, c * east - s * north
-        self._p[:2, :] = 0.0
-        self._p[:, :2] = 0.0
-        self._p[0, 0] = self._p[1, 1] = _FIRST_SIGMA_MPS**2
+        own = _FIRST_SIGMA_MPS**2
+        self._p[:2] = [own, 0.0, 0.0, 0.0], [0.0, own, 0.0, 0.0]
+        for row in self._p[2:]:
+            row[0] = row[1] = 0.0
 
     def _predict(self, thrust: Wrench, passage: Passage, dt_s: float) -> None:
         hull, d, r = self._hull, self._hull.damping, passage.yaw_rate_radps
@@ -100,17 +99,22 @@ class CurrentObserver:
         y_n = thrust.sway_n + wind_y - hull.m11_kg * u * r - drag_y
         self._state[0] = u + dt_s * x_n / hull.m11_kg
         self._state[1] = v + dt_s * y_n / hull.m22_kg
-        f = np.eye(4)
-        f[0, 0] -= dt_s * min(slope_x / hull.m11_kg, 1.0 / dt_s)
-        f[1, 1] -= dt_s * min(slope_y / hull.m22_kg, 1.0 / dt_s)
-        f[0, 1], f[1, 0] = dt_s * hull.m22_kg * r / hull.m11_kg, -dt_s * hull.m11_kg * r / hull.m22_kg
+        f_uu = 1.0 - dt_s * min(slope_x / hull.m11_kg, 1.0 / dt_s)
+        f_vv = 1.0 - dt_s * min(slope_y / hull.m22_kg, 1.0 / dt_s)
+        f_uv, f_vu = dt_s * hull.m22_kg * r / hull.m11_kg, -dt_s * hull.m11_kg * r / hull.m22_kg
         doubt_x = _doubt(doubt_x, thrust.surge_n, self._limits.surge_n, drag_x)
         doubt_y = _doubt(doubt_y, thrust.sway_n, max(self._limits.sway_n, 0.2 * self._limits.surge_n), drag_y)
-        p = self._p = f @ self._p @ f.T
-        p[0, 0] += 2.0 * _FORCE_TIME_S * (doubt_x / hull.m11_kg) ** 2 * dt_s
-        p[1, 1] += 2.0 * _FORCE_TIME_S * (doubt_y / hull.m22_kg) ** 2 * dt_s
-        p[2, 2] += _CURRENT_MPS_RTS**2 * dt_s
-        p[3, 3] += _CURRENT_MPS_RTS**2 * dt_s
+        p = self._p
+        p[0], p[1] = (  # F moves the first two states only: first the rows of F P, then the columns
+            [f_uu * a + f_uv * b for a, b in zip(p[0], p[1], strict=True)],
+            [f_vu * a + f_vv * b for a, b in zip(p[0], p[1], strict=True)],
+        )
+        for row in p:
+            row[0], row[1] = f_uu * row[0] + f_uv * row[1], f_vu * row[0] + f_vv * row[1]
+        p[0][0] += 2.0 * _FORCE_TIME_S * (doubt_x / hull.m11_kg) ** 2 * dt_s
+        p[1][1] += 2.0 * _FORCE_TIME_S * (doubt_y / hull.m22_kg) ** 2 * dt_s
+        p[2][2] += _CURRENT_MPS_RTS**2 * dt_s
+        p[3][3] += _CURRENT_MPS_RTS**2 * dt_s
         self._systematic_mps = max(_speed_for(doubt_x, slope_x, d.x_uu), _speed_for(doubt_y, slope_y, d.y_vv))
 
     def _wind(self, passage: Passage) -> tuple[float, float, float, float]:
@@ -129,14 +133,13 @@ class CurrentObserver:
     def _correct(self, passage: Passage) -> None:
         """Velocity over ground = R(ψ) ν_r + V, one axis after the other."""
         c, s = math.cos(passage.yaw_rad), math.sin(passage.yaw_rad)
-        for measured, h in ((passage.north_mps, (c, -s, 1.0, 0.0)), (passage.east_mps, (s, c, 0.0, 1.0))):
-            row = np.array(h)
-            ph = self._p @ row
-            variance = float(row @ ph) + _VELOCITY_SIGMA_MPS**2
-            missing = measured - sum(a * b for a, b in zip(h, self._state, strict=True))
-            gain = ph / variance
-            self._state = [value + k * missing for value, k in zip(self._state, gain.tolist(), strict=True)]
-            self._p -= np.outer(gain, ph)
+        for measured, (a, b, d, e) in ((passage.north_mps, (c, -s, 1.0, 0.0)), (passage.east_mps, (s, c, 0.0, 1.0))):
+            ph = [a * row[0] + b * row[1] + d * row[2] + e * row[3] for row in self._p]
+            variance = a * ph[0] + b * ph[1] + d * ph[2] + e * ph[3] + _VELOCITY_SIGMA_MPS**2
+            u, v, north, east = self._state
+            missing = (measured - (a * u + b * v + d * north + e * east)) / variance
+            self._state = [value + k * missing for value, k in zip(self._state, ph, strict=True)]
+            self._p = [[value - k * other / variance for value, other in zip(row, ph, strict=True)] for row, k in zip(self._p, ph, strict=True)]
 
 
 def _doubt(wind_n: float, thrust_n: float, limit_n: float, drag_n: float) -> float:

@@ -203,4 +203,6 @@ class InertialSolution:
 
 def _clipped(vector: Vector, limit: float) -> Vector:
     x, y, z = vector
+    if -limit <= x <= limit and -limit <= y <= limit and -limit <= z <= limit:
+        return vector
     return max(-limit, min(limit, x)), max(-limit, min(limit, y)), max(-limit, min(limit, z))
