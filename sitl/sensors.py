@@ -10,6 +10,7 @@ from companion.config import ConfigError, HomeConfig, SensorConfig
 from companion.core.angles import wrap_pi
 from companion.core.geodesy import LocalFrame
 from companion.core.geomagnetism import decimal_year, declination_rad
+from companion.core.records import quick
 from sitl.environment import Waves
 from sitl.faults import OFFSETS_M
 from sitl.hull import Hull
@@ -57,6 +58,7 @@ def gravity_mps2(lat_deg: float) -> float:
     return 9.7803253359 * (1.0 + 0.00193185265241 * s2) / math.sqrt(1.0 - 0.00669437999013 * s2)
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class GnssSample:
     """What a receiver has computed. Position None without a fix, heading None without a baseline solution."""

@@ -10,6 +10,7 @@ from companion.config import ConfigError, DockConfig, PlantConfig, VesselConfig
 from companion.core.angles import wrap_pi
 from companion.core.frames import ned_to_body
 from companion.core.ports import ByteStream
+from companion.core.records import quick
 from sitl import emulators
 from sitl import thrusters as thruster_models
 from sitl.battery import BatteryModel
@@ -31,6 +32,7 @@ _FULL_POWER_W = 340.0  # of all thrusters together
 _HOTEL_POWER_W = 20.0
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class Truth:
     """What the boat really does. North and east from home; velocities over ground in body axes; thrusters as (force_n, azimuth_rad)."""

@@ -62,6 +62,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 
 from companion.core.angles import wrap_pi
+from companion.core.records import quick
 
 VERSION = 1
 MAX_THRUSTERS = 16
@@ -98,6 +99,7 @@ class Light(IntEnum):
     BLINK = 2
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class ThrusterDemand:
     """Throttle −1…1; azimuth None where the thruster does not turn."""
@@ -106,6 +108,7 @@ class ThrusterDemand:
     azimuth_rad: float | None = None
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class ThrusterState:
     """What a thruster really does."""
@@ -115,6 +118,7 @@ class ThrusterState:
     ok: bool = True
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class Command:
     """COMMAND: what the board shall do."""
@@ -128,6 +132,7 @@ class Command:
     green: Light = Light.OFF
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class BoardStatus:
     """STATUS: how the board is. `remaining` 0…1. `rc_us` are eight pulse widths, 0 where there is no such channel."""

@@ -5,9 +5,11 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
+from companion.core.records import quick
 from companion.core.types import ZERO_WRENCH, Home, ManualInput, ModeId, NavState, Setpoint, Wrench
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class ModeInputs:
     """What a mode sees of a tick. `manual`: live sticks that may be obeyed, else None. `speed_mps`: what a self-steered mode should sail at.

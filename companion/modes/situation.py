@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
+from companion.core.records import quick
 from companion.core.types import DeviceHealth, FixType, Inputs, NavState
 from companion.modes.mode import Mode
 from companion.params import Parameters
@@ -43,6 +44,7 @@ NO_ESTIMATE = NavState(
 """Before the first tick."""
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class Situation:
     """`intended`: the mode last asked for by a person. `mode_refusal`: why the present mode could not be entered now, or None.

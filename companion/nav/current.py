@@ -11,6 +11,7 @@ import math
 from dataclasses import dataclass
 
 from companion.config import VesselConfig
+from companion.core.records import quick
 from companion.core.types import Wrench
 
 _AIR_KGPM3 = 1.225
@@ -28,6 +29,7 @@ _LONGEST_STEP_S = 0.5
 _LONGEST_HOLD_S = 120.0
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class Passage:
     """How the boat moves over ground, and the air over it: NED m/s; `air_*` None where no wind sensor is heard."""

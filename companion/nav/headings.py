@@ -10,6 +10,7 @@ from companion.config import VesselConfig
 from companion.core.angles import wrap_pi
 from companion.core.geodesy import distance_and_bearing
 from companion.core.geomagnetism import decimal_year, declination_rad
+from companion.core.records import quick
 from companion.core.types import GroundVelocity, Heading, HeadingBy, Severity
 from companion.nav.sources import SourceSelector
 
@@ -28,6 +29,7 @@ _DECLINATION_REACH_YEARS = 0.2
 _COMPASS, _COURSE = " compass", "course over ground"
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class TrueHeading:
     """A heading to weigh in: `sigma_rad` of one reading, `slow_rad` of what averaging does not take away, `doubt_rad` to add to the

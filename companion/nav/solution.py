@@ -5,10 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol
 
+from companion.core.records import quick
 from companion.nav.lever_arms import Vector
 from companion.nav.wild_points import Verdict
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class Motion:
     """Motion of the boat's origin at `t_s`: NED position (m) and velocity (m/s), attitude (rad), body rates (rad/s), one sigma each."""

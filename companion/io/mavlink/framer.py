@@ -17,6 +17,7 @@ from typing import Any
 
 from fastcrc import crc16
 
+from companion.core.records import quick
 from companion.io.mavlink.messages import MESSAGES
 
 _MARKER_1, _MARKER_2 = 0xFE, 0xFD
@@ -44,6 +45,7 @@ _start = re.compile(
 # --- out -----------------------------------------------------------------------------------------------------------
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class Packed:
     """A message's payload on the wire, trailing zeros cut, ready to be framed."""
