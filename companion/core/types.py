@@ -9,8 +9,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import Enum, IntEnum
 
-from companion.core.records import quick
-
 
 class FixType(IntEnum):
     """Quality of a satellite fix; the numbers are those of MAVLink's GPS_FIX_TYPE."""
@@ -26,7 +24,6 @@ class FixType(IntEnum):
 # --- sense: what sensors and bridges report ------------------------------------------------------------------------
 
 
-@quick
 @dataclass(frozen=True, slots=True)
 class GnssFix:
     """Best estimate of the antenna's position by one receiver."""
@@ -42,7 +39,6 @@ class GnssFix:
     position_accuracy_m: float | None = None  # one sigma, horizontal
 
 
-@quick
 @dataclass(frozen=True, slots=True)
 class GroundVelocity:
     """Velocity of the antenna over ground."""
@@ -61,7 +57,6 @@ class HeadingBy(Enum):
     MAGNETIC = "magnetic"  # the same, from magnetic north: the declination is still to be added
 
 
-@quick
 @dataclass(frozen=True, slots=True)
 class Heading:
     """Heading of the hull (antenna baseline and offsets already applied), true unless `by` is MAGNETIC."""
@@ -73,7 +68,6 @@ class Heading:
     by: HeadingBy = HeadingBy.BASELINE
 
 
-@quick
 @dataclass(frozen=True, slots=True)
 class Imu:
     """Specific force and angular rate in body axes."""
@@ -91,7 +85,6 @@ class Imu:
     yaw_rad: float | None = None
 
 
-@quick
 @dataclass(frozen=True, slots=True)
 class TimeOfDay:
     """Absolute time as a receiver gives it, for the moment `t_s`."""
@@ -101,7 +94,6 @@ class TimeOfDay:
     time_unix_ns: int
 
 
-@quick
 @dataclass(frozen=True, slots=True)
 class Wind:
     """Apparent wind: speed, and the angle it comes from, clockwise from the bow."""
@@ -112,7 +104,6 @@ class Wind:
     from_rad: float
 
 
-@quick
 @dataclass(frozen=True, slots=True)
 class Battery:
     t_s: float
@@ -129,7 +120,6 @@ class Leak:
     wet: bool
 
 
-@quick
 @dataclass(frozen=True, slots=True)
 class RcInput:
     """Channels of the hand-held transmitter, each −1…1, in channel order. `lost`: the receiver reports no signal."""
@@ -140,7 +130,6 @@ class RcInput:
     lost: bool
 
 
-@quick
 @dataclass(frozen=True, slots=True)
 class ThrusterFeedback:
     """What one thruster really does, as its bridge reports it."""
@@ -173,7 +162,6 @@ Reading = (
 # --- estimate ------------------------------------------------------------------------------------------------------
 
 
-@quick
 @dataclass(frozen=True, slots=True)
 class NavState:
     """Best estimate of the boat's motion at `t_s`, of its origin (the IMU or hull reference point), with its own doubts.
@@ -292,7 +280,6 @@ class MissionState(IntEnum):
     COMPLETE = 5
 
 
-@quick
 @dataclass(frozen=True, slots=True)
 class MissionProgress:
     """Where the mission stands. `reached` counts item arrivals since the process started, `reached_seq` is the last one."""
@@ -312,7 +299,6 @@ class Home:
     yaw_rad: float | None = None
 
 
-@quick
 @dataclass(frozen=True, slots=True)
 class Status:
     """What the vessel has decided to be. `arming_refusals` is empty when arming would be accepted."""
@@ -331,7 +317,6 @@ class Status:
 # --- guide ---------------------------------------------------------------------------------------------------------
 
 
-@quick
 @dataclass(frozen=True, slots=True)
 class Wrench:
     """Force and moment on the hull in body axes."""
@@ -344,7 +329,6 @@ class Wrench:
 ZERO_WRENCH = Wrench(0.0, 0.0, 0.0)
 
 
-@quick
 @dataclass(frozen=True, slots=True)
 class ThrusterCommand:
     """Demand on one thruster. `throttle` −1…1 follows from `force_n` by the thruster's curve; azimuth None where it is fixed."""
@@ -363,7 +347,6 @@ class SetpointKind(Enum):
     THRUSTERS = "thrusters"  # thrusters as demanded, past the allocation
 
 
-@quick
 @dataclass(frozen=True, slots=True)
 class Setpoint:
     """What the boat should do now. Velocities and accelerations are of the reference, in its own body axes."""
@@ -393,7 +376,6 @@ NEUTRAL_SETPOINT = Setpoint(SetpointKind.NEUTRAL)
 # --- allocate, gate ------------------------------------------------------------------------------------------------
 
 
-@quick
 @dataclass(frozen=True, slots=True)
 class Allocation:
     """Thruster demands, the wrench they will give, and per axis whether that falls short of what was asked."""
@@ -403,7 +385,6 @@ class Allocation:
     limited: tuple[bool, bool, bool]
 
 
-@quick
 @dataclass(frozen=True, slots=True)
 class ActuatorCommand:
     """What goes to the bridges, after the last gate. `armed` False: bridges drive neutral whatever the rest says."""
@@ -417,7 +398,6 @@ class ActuatorCommand:
 # --- record --------------------------------------------------------------------------------------------------------
 
 
-@quick
 @dataclass(frozen=True, slots=True)
 class DeviceHealth:
     """One sensor, bridge or link as seen by its driver. `age_s` since the last good message; None before the first."""
@@ -428,7 +408,6 @@ class DeviceHealth:
     text: str = ""
 
 
-@quick
 @dataclass(frozen=True, slots=True)
 class Inputs:
     """The newest slow readings, kept by the loop for telemetry."""
@@ -440,7 +419,6 @@ class Inputs:
     wind: Wind | None = None
 
 
-@quick
 @dataclass(frozen=True, slots=True)
 class Tick:
     """One cycle of the loop, whole. Log, telemetry and displays are made from this and nothing else."""
