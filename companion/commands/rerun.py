@@ -78,9 +78,8 @@ def _run(log: Log, settings: dict[str, Any], state: StateFile | None, out: Path,
             vessel = build(log.config, around) if vessel is None else vessel
             bench.take(tick)
             _serve(vessel, clock, link, tick)
-            clock.time_s = tick.t_s
+            clock.time_s, vessel.load = tick.t_s, load
             vessel.tick(tick.t_s)
-            vessel.load = load
     finally:
         if vessel is not None:
             vessel.close()
@@ -124,7 +123,7 @@ def _state(recorded: Path, directory: Path) -> StateFile | None:
 
 
 def _stamps(folder: Path) -> Iterator[tuple[int, float]]:
-    """(time_unix_ns, load of the tick before) of each row of ticks.csv: what the machine said, not the vessel."""
+    """(time_unix_ns, load) of each row of ticks.csv: what the machine said, not the vessel."""
     with (folder / "ticks.csv").open(encoding="utf-8", newline="") as file:
         for row in csv.DictReader(file):
             try:

@@ -159,6 +159,7 @@ def test_plans_and_parameters_of_before_the_run_are_part_of_it(tmp_path: Path) -
             link.to_vessel(mavlink.MAVLink_set_mode_message(1, 1, 10).pack(codec))  # Auto, as ArduPilot's boats have it
             link.to_vessel(mavlink.MAVLink_command_long_message(1, 1, 400, 0, 1.0, 0, 0, 0, 0, 0, 0).pack(codec))
         vessel.tick(clock.now_s())
+        vessel.load = 0.001 * tick  # as the runner measures it, for the next row
         if tick % 7 == 3:
             vessel.serve(clock.now_s())  # between two ticks
     vessel.close()
