@@ -32,7 +32,7 @@ from companion.modes.supervisor import Supervisor
 from companion.nav.estimator import Estimator
 from companion.params import Parameters
 from companion.record.progress_keeper import ProgressKeeper
-from companion.record.recorder import LogFolder
+from companion.record.recorder import STATE_FOLDER, LogFolder
 from companion.record.state_file import StateFile
 from companion.safety import Gate
 
@@ -108,6 +108,7 @@ class Surroundings:
     manifest: Mapping[str, Any] | None = None
     defaults: Mapping[str, float] | None = None  # of parameters, over the vessel's own
     patience: float = 1.0  # with ground stations, whose time runs slower than the vessel's
+    devices: Devices | None = None  # None: those of the configuration, opened
 
 
 def build(config: VesselConfig, around: Surroundings) -> Vessel:
@@ -116,17 +117,15 @@ def build(config: VesselConfig, around: Surroundings) -> Vessel:
     warn = _warner(events, around.clock)
     if around.state is not None:
         around.state.on_warning = warn
+        if around.log_folder is not None:
+            around.state.copy_to(around.log_folder / STATE_FOLDER)
     parameters = _parameters(config, around, warn)
     plans = _plans(around.state, config.limits.sway_n > 0.0, warn)
     executor = MissionExecutor(plans)
     estimator = Estimator(config, parameters, events.say)
     supervisor = Supervisor(config, parameters, plans, executor, events, lambda: estimator.frame)
     blocks = Blocks(estimator, supervisor, Controller(config, parameters), Allocator(config, parameters), Gate(config))
-    devices = Devices(
-        world=around.world,
-        sensors=tuple(open_sensor(sensor, around.opener.open(sensor.name, sensor.port)) for sensor in config.sensors),
-        actuators=tuple(open_actuator(bridge, config, around.opener.open(bridge.name, bridge.port)) for bridge in config.actuators),
-    )
+    devices = around.devices or _devices(config, around)
     vessel = Vessel(config, parameters, plans, executor, events, blocks, devices, around.clock)
     if around.state is not None:
         vessel.add_recorder(ProgressKeeper(executor, supervisor, around.state, warn))
@@ -134,8 +133,17 @@ def build(config: VesselConfig, around: Surroundings) -> Vessel:
     if log is not None:
         vessel.add_recorder(log)
         parameters.on_change(log.parameter)
-    vessel.attach(connect(vessel, around.links, program_version(), _tap(log, around.clock), around.patience))
+    ear = None if log is None else log.heard
+    vessel.attach(connect(vessel, around.links, program_version(), _tap(log, around.clock), ear, around.patience))
     return vessel
+
+
+def _devices(config: VesselConfig, around: Surroundings) -> Devices:
+    return Devices(
+        world=around.world,
+        sensors=tuple(open_sensor(sensor, around.opener.open(sensor.name, sensor.port)) for sensor in config.sensors),
+        actuators=tuple(open_actuator(bridge, config, around.opener.open(bridge.name, bridge.port)) for bridge in config.actuators),
+    )
 
 
 def warm_up() -> None:
@@ -198,6 +206,8 @@ def _log_folder(config: VesselConfig, parameters: Parameters, around: Surroundin
         "started_unix_ns": around.clock.time_unix_ns(),
         **(around.manifest or {}),
         "parameters": {spec.name: parameters[spec.name] for spec in parameters.specs},
+        "defaults": dict(around.defaults or {}),
+        "patience": around.patience,
         "configuration": config_module.as_dict(config),
     }
     thrusters = [thruster.name for thruster in config.thrusters]

@@ -18,7 +18,7 @@ from companion import config as config_module
 from companion.app import Surroundings, build, load_vessel, program_version, warm_up
 from companion.clock import PacedClock, SimulatedClock, WallClock
 from companion.commands import logs
-from companion.config import ConfigError, HomeConfig, VesselConfig
+from companion.config import ConfigError, HomeConfig, SensorConfig, VesselConfig
 from companion.io.mavlink.links import Link, LinkError, MemoryLink, open_link
 from companion.io.transport import TransportOpener
 from companion.io.urls import TransportError
@@ -279,6 +279,9 @@ class LockstepRig:
         self.config = load_vessel(conditions.vessel)
         for name in conditions.rotating:
             self.config = config_module.with_rotating(self.config, name)
+        if conditions.wind_sensor:
+            wind = SensorConfig(name="wind", driver="nmea0183", port="memory:wind", rate_hz=5.0)
+            self.config = replace(self.config, sensors=(*self.config.sensors, wind))
         self._conditions, self._folder = conditions, folder
         believed = _believed(self.config, conditions)
         self.world: World = World(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,10 +13,10 @@ from companion.record.log_reader import open_log
 
 def add_to(commands: Any) -> None:
     """`commands` as argparse's `add_subparsers` gives it."""
-    again = commands.add_parser("replay", help="the recorded readings of a log through today's estimator")
+    again = commands.add_parser("replay", help="a recorded log through today's code")
     again.add_argument("folder", type=Path, metavar="LOGDIR")
-    again.add_argument("--all", action="store_true", dest="whole", help="through today's control and allocation too, by the recorded setpoints")
-    again.add_argument("--out", type=Path, metavar="CSV", help="default: replay.csv in the log folder")
+    again.add_argument("--all", action="store_true", dest="whole", help="the whole tick again, with what ground stations sent: modes, guidance, control")
+    again.add_argument("--out", type=Path, metavar="PATH", help="a CSV, default replay.csv in the log folder; with --all a log folder, default replay/ in it")
     again.add_argument("--tolerance", type=float, default=1e-9, metavar="D", help="largest difference from the log for exit code 0, in SI units")
     again.set_defaults(command=_replay)
 
@@ -31,15 +32,30 @@ def add_to(commands: Any) -> None:
 def _replay(arguments: argparse.Namespace) -> int:
     from companion.record.replay import replay
 
-    out = arguments.out or arguments.folder / "replay.csv"
-    result = replay(open_log(arguments.folder), out, arguments.whole)
-    for warning in result.warnings:
-        print(f"warning: {warning}", file=sys.stderr)
-    print(result.report())
     if arguments.whole:
-        print("modes and guidance were not run again: the setpoints are the recorded ones")
+        return _rerun(arguments)
+    out = arguments.out or arguments.folder / "replay.csv"
+    result = replay(open_log(arguments.folder), out)
+    _warn(result.warnings)
+    print(result.report())
     print(f"written: {out}")
     return 0 if result.largest_in_log() <= arguments.tolerance else 1
+
+
+def _rerun(arguments: argparse.Namespace) -> int:
+    from companion.commands.rerun import rerun
+
+    out = arguments.out or arguments.folder / "replay"
+    result = rerun(open_log(arguments.folder), out)
+    _warn(result.warnings)
+    print(result.report())
+    print(f"written: {out}")
+    return 0 if result.within(arguments.tolerance) else 1
+
+
+def _warn(warnings: Sequence[str]) -> None:
+    for warning in warnings:
+        print(f"warning: {warning}", file=sys.stderr)
 
 
 def _identify(arguments: argparse.Namespace) -> int:
@@ -47,8 +63,7 @@ def _identify(arguments: argparse.Namespace) -> int:
 
     out = arguments.out or arguments.folder
     found = identify(open_log(arguments.folder), out, arguments.from_s, arguments.to_s, arguments.hold)
-    for warning in found.warnings:
-        print(f"warning: {warning}", file=sys.stderr)
+    _warn(found.warnings)
     print(found.report, found.toml, sep="\n\n")
     print(f"written: {out}")
     return 0

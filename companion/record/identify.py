@@ -8,14 +8,20 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 
 from companion.config import DampingConfig, HullConfig
-from companion.record.hull_fit import Estimate, HullFit, HullModel, fit
+from companion.record.hull_fit import Drag, Estimate, HullFit, fit
+from companion.record.hull_model import INERTIA, HullModel, axis_drag
 from companion.record.log_reader import Log, LogError
 from companion.record.manoeuvre import Manoeuvre, read_manoeuvre
 
 TOML_FILE = "identified.toml"
 PLOT_FILE = "identified.png"
 _AXES = (("surge", "m/s"), ("sway", "m/s"), ("yaw rate", "rad/s"))
-_POOR = 0.5  # of the variance explained; below, the fit says little
+_ENOUGH = 0.25  # relative uncertainty of a damping above which the manoeuvre should have been another
+_ADVICE = (
+    "go ahead and astern more, at several speeds",
+    "go sideways more, both ways",
+    "turn more, both ways and at several rates",
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,11 +45,7 @@ def identify(log: Log, out: Path, from_s: float = 0.0, to_s: float = math.inf, h
     if unknown:
         raise LogError(f"nothing named {', '.join(unknown)} to hold; there is {', '.join(model.model)}")
     found = fit(log, manoeuvre, hold)
-    warnings += [
-        f"{axis}: the fitted model explains {max(share, 0.0):.0%} of the motion; sail a livelier manoeuvre"
-        for (axis, _), share in zip(_AXES, found.explained, strict=True)
-        if share < _POOR
-    ]
+    warnings += advice(model, found)
     toml = toml_lines(log, found)
     out.mkdir(parents=True, exist_ok=True)
     (out / TOML_FILE).write_text(toml, encoding="utf-8")
@@ -56,18 +58,44 @@ def identify(log: Log, out: Path, from_s: float = 0.0, to_s: float = math.inf, h
     return Identification(found, report(found, manoeuvre), toml, plotted, tuple(warnings))
 
 
+def advice(model: HullModel, found: HullFit) -> list[str]:
+    """Which manoeuvres are missing, one line for each axis or group of thrusters of which the log tells too little."""
+    lines = []
+    by_name = {estimate.name: estimate for estimate in found.estimates}
+    for axis, ((name, _), drag) in enumerate(zip(_AXES, found.drags, strict=True)):
+        if not drag.told:
+            lines.append(f"{name} damping is not told by this log and stays as it was: {_ADVICE[axis]}")
+        elif drag.sigma > _ENOUGH * abs(drag.force):
+            lines.append(f"{name} damping is uncertain by {drag.sigma / abs(drag.force):.0%}: {_ADVICE[axis]}")
+        elif by_name[INERTIA[axis]].held and by_name[INERTIA[axis]].held != "as asked":
+            lines.append(f"{INERTIA[axis]} is not told by this log and stays as it was: {_ADVICE[axis]}, and change it quickly")
+    for group in model.groups:
+        if by_name[f"x_m {group.name}"].held not in ("", "as asked"):
+            lines.append(f"where {group.name} push is not told by this log: go sideways and turn with them")
+    return lines
+
+
 def report(found: HullFit, manoeuvre: Manoeuvre) -> str:
-    """A line for each quantity, and how well the model follows the log."""
+    """A line for each quantity, the damping at the speeds sailed, and how well the model follows the log."""
     seconds = sum(end - first for first, end in manoeuvre.stretches) * manoeuvre.period_s
-    lines = [f"{seconds:.0f} s of manoeuvre; one-sigma uncertainties", f"{'':34}{'identified':>12}{'±':>10}{'model':>12}"]
+    wind = "no wind sensor: gusts as a slow disturbance" if manoeuvre.wind_mps is None else "with the measured wind"
+    lines = [f"{seconds:.0f} s of manoeuvre, {wind}; one-sigma uncertainties", f"{'':34}{'identified':>12}{'±':>10}{'model':>12}"]
     for e in found.estimates:
         doubt = "held" if e.sigma is None else f"{e.sigma:.3g}"
         lines.append(f"{e.name:34}{e.value:12.4g}{doubt:>10}{e.model:12.4g}  {e.held}".rstrip())
+    lines += [_drag_line(name, unit, axis, drag) for axis, ((name, unit), drag) in enumerate(zip(_AXES, found.drags, strict=True))]
     lines += [
-        f"{axis}: {share:.1%} of the motion explained, {rms:.4f} {unit} RMS left"
+        f"{axis}: {share:.1%} of the motion explained by the forces alone, {rms:.4f} {unit} RMS left"
         for (axis, unit), share, rms in zip(_AXES, found.explained, found.residual_rms, strict=True)
     ]
+    surge, sway, yaw = found.gusts
+    lines.append(f"beside the model, gusts of {surge:.2f} N, {sway:.2f} N and {yaw:.2f} Nm RMS (surge, sway, yaw)")
     return "\n".join(lines)
+
+
+def _drag_line(name: str, unit: str, axis: int, drag: Drag) -> str:
+    force = "Nm" if axis == 2 else "N"
+    return f"{name} damping at {drag.speed:.3g} {unit}: {drag.force:.3g} ± {drag.sigma:.2g} {force} (model {drag.model:.3g})"
 
 
 def toml_lines(log: Log, found: HullFit) -> str:
@@ -118,7 +146,7 @@ def plot(model: HullModel, found: HullFit, path: Path) -> None:
         track.set(ylabel=f"{name} [{unit}]", ylim=(-1.4 * span, 1.4 * span))
         speeds = [span * (k / 40.0 - 1.0) for k in range(81)]
         for hull, colour in ((model.log.config.hull, "tab:orange"), (found.hull, "tab:blue")):
-            curve.plot(speeds, [_drag(hull, axis, speed) for speed in speeds], color=colour)
+            curve.plot(speeds, [axis_drag(hull, axis, speed) for speed in speeds], color=colour)
         curve.set(ylabel=("drag [N]", "drag [N]", "drag [Nm]")[axis], xlabel=f"{name} [{unit}]")
         curve.locator_params(axis="x", nbins=5)
         for panel in (track, curve):
@@ -129,9 +157,3 @@ def plot(model: HullModel, found: HullFit, path: Path) -> None:
     grid[2][0].set_xlabel("t [s]")
     figure.savefig(path, dpi=100)
 
-
-def _drag(hull: HullConfig, axis: int, speed: float) -> float:
-    """Damping of one axis at its own speed alone."""
-    d = hull.damping
-    linear, quadratic, cubic = ((d.x_u, d.x_uu, d.x_uuu), (d.y_v, d.y_vv, 0.0), (d.n_r, d.n_rr, 0.0))[axis]
-    return speed * (linear + abs(speed) * (quadratic + abs(speed) * cubic))

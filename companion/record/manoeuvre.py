@@ -11,11 +11,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from companion.config import ThrusterConfig
+from companion.core.types import Wind
+from companion.record import readings
 from companion.record.log_reader import Log, LogError, read_table
 
 Array = NDArray[np.float64]
 
 _LEAST_S = 30.0
+_SLOPE_S = 0.7  # window of the yaw acceleration
+_LONGEST_DELAY_S = 0.3
+_WIND_S = 2.0  # over which the measured wind is averaged
+_WIND_SHARE = 0.9  # of the ticks with a measured wind, for it to be used
 _GAP_PERIODS = 1.6  # a longer pause between two ticks begins a new stretch
 
 
@@ -32,7 +38,8 @@ class Group:
 @dataclass(frozen=True, slots=True)
 class Manoeuvre:
     """Arrays over the ticks. `velocity` (n, 3) surge, sway, yaw rate; `force_n` (n, thrusters) as commanded until
-    the next tick, `azimuth_rad` (n, thrusters) as its mean until then; `stretches` are (first, end) of rows without a gap."""
+    the next tick, `azimuth_rad` (n, thrusters) as its mean until then; `stretches` are (first, end) of rows without a gap; `wind_mps` (n, 2)
+    the air's velocity towards north and east over ground, None without a wind sensor."""
 
     t_s: Array
     yaw_rad: Array
@@ -41,6 +48,7 @@ class Manoeuvre:
     azimuth_rad: Array
     stretches: tuple[tuple[int, int], ...]
     period_s: float
+    wind_mps: Array | None = None
 
 
 def groups_of(thrusters: tuple[ThrusterConfig, ...]) -> tuple[Group, ...]:
@@ -70,15 +78,61 @@ def read_manoeuvre(log: Log, warnings: list[str], from_s: float = 0.0, to_s: flo
         raise LogError(f"{log.folder}: {use.sum() * period_s:.0f} s armed with a position; to identify a hull takes {_LEAST_S:.0f} s at least")
     azimuth = np.stack([values[f"{name}_azimuth_rad"] for name in names], axis=1)
     rest = np.array([thruster.azimuth_rad for thruster in log.config.thrusters])
+    yaw_rad, stretches = values["yaw_rad"][use], _stretches(t_s[use], period_s)
+    velocity = np.stack([values[name][use] for name in ("surge_mps", "sway_mps", "yaw_rate_radps")], axis=1)
+    velocity[:, 2] = timely(velocity[:, 2], yaw_rad, stretches, period_s)
     return Manoeuvre(
         t_s=t_s[use],
-        yaw_rad=values["yaw_rad"][use],
-        velocity=np.stack([values[name][use] for name in ("surge_mps", "sway_mps", "yaw_rate_radps")], axis=1),
+        yaw_rad=yaw_rad,
+        velocity=velocity,
         force_n=np.nan_to_num(np.stack([values[f"{name}_force_n"] for name in names], axis=1)[use]),
         azimuth_rad=_mean_azimuth(np.where(np.isnan(azimuth), rest, azimuth), log, period_s)[use],
-        stretches=_stretches(t_s[use], period_s),
+        stretches=stretches,
         period_s=period_s,
+        wind_mps=measured_wind(log, warnings, t_s[use], yaw_rad, velocity),
     )
+
+
+def timely(yaw_rate: Array, yaw_rad: Array, stretches: tuple[tuple[int, int], ...], period_s: float) -> Array:
+    """The yaw rate without the delay by which the estimate's low-pass lets it follow the heading: 50 ms change the yaw damping by a tenth."""
+    from scipy.signal import savgol_filter
+
+    window = max(5, int(_SLOPE_S / period_s) | 1)
+    slope, late, weight = np.zeros_like(yaw_rate), 0.0, 0.0
+    for first, end in stretches:
+        if end - first > window:
+            rate, heading = yaw_rate[first:end], np.unwrap(yaw_rad[first:end])
+            slope[first:end] = savgol_filter(rate, window, 2, deriv=1, delta=period_s)
+            turned = (heading[2:] - heading[:-2]) / (2.0 * period_s)
+            mean = 0.25 * (rate[2:] + 2.0 * rate[1:-1] + rate[:-2])
+            late += float(slope[first + 1 : end - 1] @ (turned - mean))
+            weight += float(slope[first + 1 : end - 1] @ slope[first + 1 : end - 1])
+    delay_s = min(max(late / weight, 0.0), _LONGEST_DELAY_S) if weight > 0.0 else 0.0
+    return np.asarray(yaw_rate + delay_s * slope, dtype=np.float64)
+
+
+def measured_wind(log: Log, warnings: list[str], t_s: Array, yaw_rad: Array, velocity: Array) -> Array | None:
+    """(n, 2) from the wind readings, whose own noise is averaged away; None where most of the time there are none."""
+    path = log.folder / readings.FILE
+    if not path.exists():
+        return None
+    found = [reading for reading in readings.read_kind(path, "wind", warnings) if isinstance(reading, Wind)]
+    if not found:
+        return None
+    when = np.array([reading.t_s for reading in found])
+    size, towards = np.array([reading.speed_mps for reading in found]), np.array([reading.from_rad for reading in found]) + math.pi
+    yaw = np.interp(when, t_s, np.unwrap(yaw_rad))
+    surge, sway = (np.interp(when, t_s, velocity[:, axis]) for axis in (0, 1))
+    x, y = size * np.cos(towards) + surge, size * np.sin(towards) + sway
+    north, east = x * np.cos(yaw) - y * np.sin(yaw), x * np.sin(yaw) + y * np.cos(yaw)
+    first, end = (np.searchsorted(when, t_s + side * 0.5 * _WIND_S) for side in (-1.0, 1.0))
+    if np.mean(end > first) < _WIND_SHARE:
+        warnings.append("the wind sensor was silent for too long: the wind is taken as not measured")
+        return None
+    sums = [np.concatenate([[0.0], np.cumsum(part)]) for part in (north, east)]
+    means = [np.where(end > first, (total[end] - total[first]) / np.maximum(end - first, 1), np.nan) for total in sums]
+    whole = np.isfinite(means[0])
+    return np.stack([np.interp(t_s, t_s[whole], mean[whole]) for mean in means], axis=1)
 
 
 def _mean_azimuth(command: Array, log: Log, period_s: float) -> Array:

@@ -3,8 +3,10 @@
 One line a reading, in the order in which they came: `kind,source,values`, values being base64 of little-endian float64 in the order of
 `COLUMNS`; of `time`, a float64 and an int64. What is not there is NaN. After the readings of a tick comes its line `tick`: the time of the tick, what
 the estimator said, the setpoint that was followed and what control and allocation made of it (`TICK_COLUMNS`, then throttle and azimuth of
-each thruster where the setpoint sets them). A line `parameter` is a change under way, its source the parameter's name. Decimal text of
-the same digits would cost six times the processor time. A `replay` needs this file and manifest.json, nothing else.
+each thruster where the setpoint sets them). A line `parameter` is a change under way, its source the parameter's name. A line `packet` is a MAVLink packet
+that came in, its source the dialect and the name of the endpoint, its values the time at which it was handled and the packet's bytes; a line `health` what a device's
+driver said of it from then on: one byte for well or not, then its text. Decimal text of
+the same digits would cost six times the processor time. A `replay` needs this file and manifest.json, one of the whole tick also `state/` and ticks.csv.
 """
 
 from __future__ import annotations
@@ -13,13 +15,14 @@ import binascii
 import math
 import struct
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
 from companion.core.types import (
     Battery,
+    DeviceHealth,
     FixType,
     GnssFix,
     GroundVelocity,
@@ -123,6 +126,18 @@ class ReadingsEncoder:
         return f"parameter,{name},".encode() + binascii.b2a_base64(struct.pack("<d", value))
 
 
+    @staticmethod
+    def packet(dialect: str, endpoint: str, t_s: float, packet: bytes) -> bytes:
+        """The line of a packet that came in."""
+        source = f"{dialect} {endpoint}".replace(",", ";").replace("\n", " ")
+        return f"packet,{source},".encode() + binascii.b2a_base64(struct.pack("<d", t_s) + packet)
+
+    @staticmethod
+    def health(device: DeviceHealth) -> bytes:
+        """The line of a device that is otherwise than before."""
+        return f"health,{device.name},".encode() + binascii.b2a_base64(bytes([device.ok]) + device.text.encode())
+
+
 def _packer(kind_type: type[Any]) -> Callable[[Any], bytes]:
     """Reading of that type → its packed values."""
     if kind_type is TimeOfDay:
@@ -166,6 +181,16 @@ def _packed_tick(tick: Tick) -> bytes:
 
 
 @dataclass(frozen=True, slots=True)
+class RecordedPacket:
+    """A MAVLink packet that came in: when it was handled, on which endpoint, and how that endpoint's remote takes us."""
+
+    t_s: float
+    dialect: str
+    endpoint: str
+    data: bytes
+
+
+@dataclass(frozen=True, slots=True)
 class RecordedTick:
     """A tick as it was: `pose` is north_m, east_m, yaw_rad, surge_mps, sway_mps, yaw_rate_radps of the estimate."""
 
@@ -177,12 +202,16 @@ class RecordedTick:
     achieved: Wrench
     readings: tuple[Reading, ...]
     parameters: tuple[tuple[str, float], ...]  # changed since the tick before
+    packets: tuple[RecordedPacket, ...] = ()  # since the tick before, and those that the tick itself began with
+    health: tuple[DeviceHealth, ...] = ()  # of devices that are otherwise than at the tick before
 
 
 def read_ticks(path: Path, warnings: list[str]) -> Iterator[RecordedTick]:
     """The ticks of a readings.csv. A line that cannot be read is skipped, readings that no tick followed are left out, each with a warning."""
     readings: list[Reading] = []
     changes: list[tuple[str, float]] = []
+    packets: list[RecordedPacket] = []
+    health: list[DeviceHealth] = []
     with path.open("rb") as file:
         for number, line in enumerate(file, start=1):
             if line == HEADER:
@@ -193,16 +222,37 @@ def read_ticks(path: Path, warnings: list[str]) -> Iterator[RecordedTick]:
                 kind, source, text = line.decode("ascii").split(",")
                 data = binascii.a2b_base64(text, strict_mode=False)
                 if kind == "tick":
-                    yield _tick_of(_floats(data), tuple(readings), tuple(changes))
-                    readings, changes = [], []
+                    tick = _tick_of(_floats(data), tuple(readings), tuple(changes))
+                    yield replace(tick, packets=tuple(packets), health=tuple(health))
+                    readings, changes, packets, health = [], [], [], []
                 elif kind == "parameter":
                     changes.append((source, _floats(data)[0]))
+                elif kind == "packet":
+                    dialect, _, endpoint = source.partition(" ")
+                    packets.append(RecordedPacket(struct.unpack_from("<d", data)[0], dialect, endpoint, data[8:]))
+                elif kind == "health":
+                    health.append(DeviceHealth(source, bool(data[0]), None, data[1:].decode()))
                 else:
                     readings.append(_reading_of(kind, source, data))
             except (ValueError, KeyError, IndexError, struct.error, TypeError) as error:
                 warnings.append(f"{path.name}:{number}: line left out: {error}")
     if readings:
         warnings.append(f"{path.name}: ends within a tick; its {len(readings)} readings are left out")
+
+
+def read_kind(path: Path, kind: str, warnings: list[str]) -> list[Reading]:
+    """The readings of one kind (a key of COLUMNS) alone, which takes a fraction of the time of all. A line that cannot be read is left out."""
+    found: list[Reading] = []
+    begin = f"{kind},".encode()
+    with path.open("rb") as file:
+        for number, line in enumerate(file, start=1):
+            if line.startswith(begin) and line.endswith(b"\n"):
+                try:
+                    _, source, text = line.decode("ascii").split(",")
+                    found.append(_reading_of(kind, source, binascii.a2b_base64(text, strict_mode=False)))
+                except (ValueError, struct.error, TypeError) as error:
+                    warnings.append(f"{path.name}:{number}: line left out: {error}")
+    return found
 
 
 def _floats(data: bytes) -> tuple[float, ...]:

@@ -1,4 +1,4 @@
-"""The log folder: ticks.csv, readings.csv, events.csv, telemetry.tlog, manifest.json. Written through at every row.
+"""The log folder: ticks.csv, readings.csv, events.csv, telemetry.tlog, manifest.json, state/. Written through at every row.
 
 Each row leaves the process with one `write`, and so do the packets of one exchange: `kill -9` loses at most what is being written. On a boat a second thread asks
 the medium to keep it (`fdatasync`) as fast as the medium can, so that a power cut loses at most what the medium had in hand. The
@@ -15,11 +15,12 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from companion.core.types import Event, SetpointKind, Tick
+from companion.core.types import DeviceHealth, Event, SetpointKind, Tick
 from companion.record import readings
 
 _POSE = ("north_m", "east_m", "yaw_rad", "surge_mps", "sway_mps", "yaw_rate_radps")
 _WRENCH = ("surge_n", "sway_n", "yaw_nm")
+STATE_FOLDER = "state"  # within a log folder: what the vessel's state directory held when the run began
 _DESIRED_MOTION = frozenset({SetpointKind.POSE, SetpointKind.PATH})
 
 
@@ -102,6 +103,7 @@ class LogFolder:
         self._readings = WrittenThrough(folder / readings.FILE, on_warning)
         self._encoder = readings.ReadingsEncoder()
         self._devices = tuple(devices)
+        self._health: dict[str, tuple[bool, str]] = {}
         self._ticks.write((",".join(tick_columns(thrusters, devices)) + "\n").encode())
         self._events.write(b"t_s,time_unix_ns,severity,name,text\n")
         self._readings.write(readings.HEADER)
@@ -109,7 +111,7 @@ class LogFolder:
         self._syncer = Syncer(self._files) if sync else None
 
     def record(self, tick: Tick) -> None:
-        self._readings.write(self._encoder.tick(tick))
+        self._readings.write(b"".join([*map(self._encoder.health, self._changed(tick.health)), self._encoder.tick(tick)]))
         self._ticks.write(tick_row(tick, self._devices).encode())
         for event in tick.events:
             self._events.write(event_row(event, tick.time_unix_ns).encode())
@@ -117,6 +119,20 @@ class LogFolder:
     def parameter(self, name: str, value: float) -> None:
         """A parameter that was changed under way, at its place among the readings."""
         self._readings.write(self._encoder.parameter(name, value))
+
+    def heard(self, dialect: str, endpoint: str, t_s: float, packet: bytes) -> None:
+        """A MAVLink packet that came in, at its place among the readings, with the time at which it is handled."""
+        self._readings.write(self._encoder.packet(dialect, endpoint, t_s, packet))
+
+    def _changed(self, health: Sequence[DeviceHealth]) -> list[DeviceHealth]:
+        """Devices that went wrong or came back, and those that are wrong in another way. What is well may count its messages."""
+        changed = []
+        for device in health:
+            now = device.ok, "" if device.ok else device.text
+            if self._health.get(device.name) != now and device.name in self._devices:
+                self._health[device.name] = now
+                changed.append(device)
+        return changed
 
     def packets(self, packets: Sequence[bytes], time_unix_ns: int) -> None:
         """Whole MAVLink packets, sent or received, in the .tlog form: before each microseconds since 1970, big-endian."""

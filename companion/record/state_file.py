@@ -70,6 +70,17 @@ class StateFile:
         if fd is not None:
             os.close(fd)
 
+    def copy_to(self, folder: Path) -> None:
+        """Copy what is kept now, so that a run can be begun again as it was; what cannot be copied is told."""
+        names = (_PARAMETERS, *_PLANS.values(), _PROGRESS)
+        present = [self.directory / name for name in names if (self.directory / name).is_file()]
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            for path in present:
+                (folder / path.name).write_bytes(path.read_bytes())
+        except OSError as error:
+            self.on_warning(f"{folder}: {error.strerror}; this run cannot be replayed whole")
+
     # --- parameters ------------------------------------------------------------------------------------------------
 
     def load_parameters(self) -> tuple[dict[str, float], list[str]]:

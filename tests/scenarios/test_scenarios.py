@@ -66,7 +66,7 @@ def test_navigation(tmp_path: Path, name: str, doing: str, seed: int) -> None:
 @pytest.mark.sweep
 @pytest.mark.parametrize("seed", range(32))
 @pytest.mark.parametrize("wind", ["0", "2", "3"])
-@pytest.mark.parametrize("name", sorted(set(SCENARIOS) - {"identify"}))  # which gusts spoil: see the README
+@pytest.mark.parametrize("name", sorted(set(SCENARIOS) - {"identify"}))  # which has a sweep of its own
 def test_sweep(tmp_path: Path, name: str, wind: str, seed: int) -> None:
     sail(name, tmp_path, seed, wind=wind)
 
@@ -77,11 +77,21 @@ def test_identify_in_a_current(tmp_path: Path) -> None:
     assert metrics["sway_damping_error"] < 0.1 and metrics["yaw_damping_error"] < 0.1 and metrics["iae_ratio"] < 0.5
 
 
+def test_identify_in_gusts(tmp_path: Path) -> None:
+    """Without a wind sensor; a constant wind in the model in place of the disturbance left the yaw damping wrong by half of it."""
+    metrics = sail("identify", tmp_path, 2, wind="3")
+    assert metrics["sway_damping_error"] < 0.1 and metrics["yaw_damping_error"] < 0.06 and metrics["iae_ratio"] < 0.5
+
+
 @pytest.mark.sweep
 @pytest.mark.parametrize("seed", range(16))
-@pytest.mark.parametrize("current", ["", "0.1"])
-def test_identify_sweep(tmp_path: Path, current: str, seed: int) -> None:
-    sail("identify", tmp_path, seed, current=current)
+@pytest.mark.parametrize(
+    "weather",
+    [{}, {"current": "0.1"}, {"wind": "2"}, {"wind": "3"}, {"wind": "3", "anemometer": "on"}],
+    ids=["calm", "current", "wind2", "wind3", "anemometer"],
+)
+def test_identify_sweep(tmp_path: Path, weather: dict[str, str], seed: int) -> None:
+    sail("identify", tmp_path, seed, **weather)
 
 
 def test_the_same_seed_sails_the_same_track(tmp_path: Path) -> None:

@@ -49,6 +49,7 @@ class Service(Protocol):
 
 
 Tap = Callable[[Sequence[bytes]], None]
+Ear = Callable[[str, str, float, bytes], None]
 
 
 class TelemetryFace(Protocol):
@@ -98,11 +99,13 @@ class Hub:
         telemetry: Callable[[Hub, VesselFace], TelemetryFace],
         services: Callable[[Hub], Sequence[Service]],
         tap: Tap | None = None,
+        ear: Ear | None = None,
         patience: float = 1.0,
     ) -> None:
         """`version`: of the program. `telemetry`, `services`: made on the hub (`services.connect`).
 
-        `tap`: is given every packet, in and out, a few at a time. `patience`: by what time-outs of peers, who live in wall time, are
+        `tap`: is given every packet, in and out, a few at a time. `ear`: each known one that came in, before it is handled, as (dialect, endpoint,
+        now_s, packet). `patience`: by what time-outs of peers, who live in wall time, are
         stretched where vessel time runs faster.
         """
         self.vessel = vessel
@@ -111,6 +114,7 @@ class Hub:
         self.system = int(vessel.parameters["MAV_SYS_ID"])
         self._links = tuple(links)
         self._log = None if tap is None else _LogOutlet(tap)
+        self._ear = ear
         self._stations: set[int] = set()
         self._greeted_s: weakref.WeakKeyDictionary[Endpoint, float] = weakref.WeakKeyDictionary()
         self._statustext_id = 0
@@ -206,6 +210,8 @@ class Hub:
             self._log.send_bytes(bytes(message.get_msgbuf()))
         if isinstance(message, UnknownMessage) or (system == self.system and component == COMPONENT):
             return
+        if self._ear is not None:
+            self._ear(endpoint.dialect.name, endpoint.name, now_s, bytes(message.get_msgbuf()))
         peer = Peer(endpoint, system, component)
         number = message.get_msgId()  # `.id` is a field of its own in some messages
         if number == mavlink.MAVLINK_MSG_ID_HEARTBEAT and message.type == mavlink.MAV_TYPE_GCS:

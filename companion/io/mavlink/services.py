@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from companion.io.mavlink.commands import CommandService
 from companion.io.mavlink.ftp_service import FtpService
-from companion.io.mavlink.hub import Hub, Service, Tap
+from companion.io.mavlink.hub import Ear, Hub, Service, Tap
 from companion.io.mavlink.inputs import InputService
 from companion.io.mavlink.links import Link
 from companion.io.mavlink.mission_service import MissionService
@@ -27,6 +27,6 @@ def default_services(hub: Hub) -> Sequence[Service]:
     )
 
 
-def connect(vessel: VesselFace, links: Sequence[Link], version: str, tap: Tap | None = None, patience: float = 1.0) -> Hub:
-    """The ground stations' side of a vessel, whole. `tap`, `patience`: see Hub."""
-    return Hub(vessel, links, version, telemetry=Telemetry, services=default_services, tap=tap, patience=patience)
+def connect(vessel: VesselFace, links: Sequence[Link], version: str, tap: Tap | None = None, ear: Ear | None = None, patience: float = 1.0) -> Hub:
+    """The ground stations' side of a vessel, whole. `tap`, `ear`, `patience`: see Hub."""
+    return Hub(vessel, links, version, telemetry=Telemetry, services=default_services, tap=tap, ear=ear, patience=patience)
