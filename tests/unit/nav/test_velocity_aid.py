@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import pytest
@@ -48,7 +49,7 @@ def test_it_speaks_once_a_second_while_nothing_is_measured() -> None:
     sail = Sail()
     assert sail.go(60.0, measured=True) == []
     given = sail.go(10.0, measured=False)
-    assert [b[0] - a[0] for a, b in zip(given, given[1:], strict=False)] == pytest.approx([1.0] * (len(given) - 1))
+    assert [b[0] - a[0] for a, b in itertools.pairwise(given)] == pytest.approx([1.0] * (len(given) - 1))
     assert 9 <= len(given) <= 10
     assert sail.go(5.0, measured=True) == []
 
