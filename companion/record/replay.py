@@ -93,7 +93,8 @@ class Replay:
 
 
 class _Again:
-    """Today's blocks, fed from the recording. Remembers what the vessel would: the achieved wrench and the state of each thruster."""
+    """Today's blocks, fed from the recording. Remembers what the vessel would: the achieved wrench, the
+    thrust on the hull and the state of each thruster."""
 
     def __init__(self, log: Log, warnings: list[str], whole: bool) -> None:
         self._warnings = warnings
@@ -104,13 +105,16 @@ class _Again:
         self._allocator = Allocator(log.config, self.parameters)
         self._thrusters = len(log.config.thrusters)
         self._achieved: Wrench = ZERO_WRENCH
+        self._thrust: Wrench | None = None  # on the hull, as recorded
         self._ran: dict[int, bool] = {}
 
     def estimate(self, tick: RecordedTick) -> NavState:
         for name, value in tick.parameters:
             if (refusal := self.parameters.set(name, value)) is not None:
                 self._warnings.append(f"parameter {name} = {value:g} not taken over: {refusal.name.lower().replace('_', ' ')}")
-        return self._estimator.update(tick.readings, tick.t_s)
+        nav = self._estimator.update(tick.readings, tick.t_s, self._thrust)
+        self._thrust = tick.achieved if tick.armed else None
+        return nav
 
     def control(self, tick: RecordedTick, nav: NavState) -> tuple[Wrench, Wrench] | None:
         """(demanded, achieved), None without control."""

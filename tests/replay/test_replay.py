@@ -23,9 +23,9 @@ _FORCES = 0x00020000
 
 @pytest.fixture(scope="module")
 def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Hold in wind, a go-to, a parameter changed under way, sticks, a thruster that dies: everything that control looks at."""
+    """Hold in wind, a go-to, a parameter changed under way, sticks, a thruster that dies, a receiver that falls silent: everything that estimator and control look at."""
     folder = tmp_path_factory.mktemp("log")
-    rig = LockstepRig(Conditions("revolt", seed=3, wind="2", faults=("thruster_bow_dead@25+5",)), folder)
+    rig = LockstepRig(Conditions("revolt", seed=3, wind="2", faults=("thruster_bow_dead@25+5", "gnss_lost@14+3")), folder)
     station = Station(rig)
     station.ready()
     station.set_mode(_HOLD)
