@@ -128,6 +128,7 @@ TABLE: tuple[ParamSpec, ...] = (
     _real("DOCK_POS_ACC", 0.2, 0.02, 5.0, "m", "Docking", "Docking is given up while the position is known no better than this"),
     _real("DOCK_OFF_MAX", 0.3, 0.05, 5.0, "m", "Docking", "Docking is given up further off the line of approach than this"),
     _real("DOCK_YAW_MAX", 8.0, 1.0, 45.0, "deg", "Docking", "Docking is given up at a heading error above this"),
+    _real("DOCK_WAVE_MAX", 0.12, 0.02, 1.0, "m/s", "Docking", "Docking is given up while lining up when waves move the boat by more than this (rms)"),
     _real("DOCK_TIMEOUT", 120.0, 10.0, 1800.0, "s", "Docking", "Docking is given up when lining up or coming alongside takes longer"),
     # the thesis's law (DP_LAW 1), as tuned at sea
     *(

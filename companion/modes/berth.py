@@ -40,14 +40,14 @@ class Berth:
 
     def place(self, north_m: float, east_m: float) -> tuple[float, float]:
         """(off_m, along_m) of a boat there; off_m 0 is alongside, negative is too far in."""
-        towards_m, along_m = self._resolved(north_m - self.north_m, east_m - self.east_m)
+        towards_m, along_m = self.resolved(north_m - self.north_m, east_m - self.east_m)
         return -towards_m - self.reach_m, along_m
 
     def closing_mps(self, nav: NavState) -> float:
         """Speed towards the face."""
-        return self._resolved(nav.north_mps, nav.east_mps)[0]
+        return self.resolved(nav.north_mps, nav.east_mps)[0]
 
-    def _resolved(self, north: float, east: float) -> tuple[float, float]:
+    def resolved(self, north: float, east: float) -> tuple[float, float]:
         """Parts of a vector towards the face, and along it."""
         (x, y), (tx, ty) = ned_to_body(north, east, self.yaw_rad), self.towards
         return x * tx + y * ty, y * tx - x * ty

@@ -62,6 +62,22 @@ def is_met(thrusters: Sequence[Thruster], limits: tuple[float, float, float], de
     return max(abs(a) for a in _error(columns, forces, target)) <= _MET
 
 
+def most_n(config: VesselConfig, x: float, y: float) -> float:
+    """The largest steady force in the direction of the unit vector (x, y) in body axes, without a moment, within limits and thrusters, to 1 %."""
+    limits = (config.limits.surge_n, config.limits.sway_n, config.limits.yaw_nm)
+    thrusters = thrusters_of(config)
+    low, high = 0.0, min((limit / abs(part) for limit, part in zip(limits, (x, y), strict=False) if part != 0.0), default=0.0)
+    if is_met(thrusters, limits, Wrench(high * x, high * y, 0.0), frozenset()):
+        return high
+    for _ in range(7):
+        middle = 0.5 * (low + high)
+        if is_met(thrusters, limits, Wrench(middle * x, middle * y, 0.0), frozenset()):
+            low = middle
+        else:
+            high = middle
+    return low
+
+
 def _columns(thruster: Thruster, scales: tuple[float, ...]) -> Columns:
     """Scaled wrench of one newton ahead and of one to starboard; of a fixed thruster, of one newton along it and nothing."""
     if not thruster.turns:

@@ -27,6 +27,10 @@ class DockMode(Mode):
         """Holds off the berth; chosen again, it tries again."""
         return self._docking.phase is Phase.ABORTED
 
+    @property
+    def alongside(self) -> bool:
+        return self._docking.alongside
+
     def check(self, inputs: ModeInputs) -> str | None:
         berth = self._choice.find(inputs.nav)
         if berth is None:

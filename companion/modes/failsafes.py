@@ -3,7 +3,8 @@
 A failsafe begins when its cause lasts and it applies to what the boat is doing. It acts once, at its onset; what an operator asks for
 afterwards stands, until it has ended and begins again. While a more severe one (higher in the table) that acted lasts, the others wait: they
 act when it ends, if they still last then. With the action Neutral the thrusters give nothing while the failsafe lasts: the boat stays
-armed in its mode, and goes on in it afterwards.
+armed in its mode, and goes on in it afterwards. A boat that pushes against its berth is where it should be: Hold and RTL leave it there, and
+Neutral alone ends the push.
 """
 
 from __future__ import annotations

@@ -79,6 +79,10 @@ class MissionMode(Mode):
         """Lies at the berth of the item done last."""
         return self._at_berth and self._docking.docked
 
+    @property
+    def alongside(self) -> bool:
+        return self._at_berth and self._docking.alongside
+
     def take_actions(self) -> tuple[Action, ...]:
         """What the mission wants changed; each is given once."""
         actions, self._actions = (*self._actions, *self._executor.take_actions()), []

@@ -57,5 +57,10 @@ class Mode(ABC):
     def update(self, inputs: ModeInputs) -> Setpoint:
         """What the boat should do now."""
 
+    @property
+    def alongside(self) -> bool:
+        """Whether it keeps the boat against a berth: failsafes that would hold or go home leave it there."""
+        return False
+
     def leave(self) -> None:  # noqa: B027  most modes have nothing to put away
         """Another mode takes over, or the boat is disarmed."""

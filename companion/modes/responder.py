@@ -9,7 +9,7 @@ from companion.modes.events import EventLog
 from companion.modes.failsafes import Action, Active, FailsafeMonitor
 from companion.modes.helm import Helm
 from companion.modes.hold import HoldMode
-from companion.modes.situation import Situation
+from companion.modes.situation import Situation, estimate_refusal
 from companion.modes.sticks import Sticks
 
 
@@ -47,6 +47,8 @@ class Responder:
         done = "neutral"
         if self._sticks.safe_switch and active.action is not Action.NEUTRAL:
             done = "left to the transmitter"
+        elif active.action is not Action.NEUTRAL and self._stays_alongside(nav):
+            done = "stays alongside, pushing"
         elif active.action is Action.RTL and self._bring_to(ModeId.RTL, nav, now_s):
             done = "RTL"
         elif active.action is not Action.NEUTRAL and self._bring_to(ModeId.HOLD, nav, now_s):
@@ -56,6 +58,11 @@ class Responder:
             self._sticks.demand_centre(now_s, even_if_silent=True)
         text = f"{active.failsafe.starts(situation)}: {done}"
         self._events.say(now_s, active.failsafe.severity, active.failsafe.name, text)
+
+    def _stays_alongside(self, nav: NavState) -> bool:
+        """Pushing against a berth, and able to go on with it."""
+        mode = self._helm.mode
+        return mode.alongside and estimate_refusal(mode, nav) is None
 
     def _bring_to(self, mode: ModeId, nav: NavState, now_s: float) -> bool:
         """Have the boat in `mode`; on its way home already, it is not stopped by a Hold."""

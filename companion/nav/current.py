@@ -57,19 +57,41 @@ class CurrentObserver:
         self._p = [[_FIRST_SIGMA_MPS**2 if i == j else 0.0 for j in range(4)] for i in range(4)]
         self._systematic_mps = math.inf
         self._last_s = self._seen_s = -math.inf
+        self._alone = False
 
-    def update(self, now_s: float, thrust: Wrench | None, passage: Passage | None) -> None:
-        """`thrust`: on the hull since the last call, None where nobody knows; `passage` None while velocity is not measured."""
+    def update(self, now_s: float, thrust: Wrench | None, passage: Passage | None, measured: bool = True) -> None:
+        """`thrust`: on the hull since the last call, None where nobody knows; `passage` None where there is none. `measured`: its velocity
+        is; else the model goes on alone."""
         dt_s, self._last_s = now_s - self._last_s, now_s
         if thrust is None or passage is None or not 0.0 < dt_s <= _LONGEST_STEP_S:
             self._p[2][2] += _CURRENT_MPS_RTS**2 * min(max(dt_s, 0.0), 10.0)
             self._p[3][3] += _CURRENT_MPS_RTS**2 * min(max(dt_s, 0.0), 10.0)
-            if passage is not None:
+            self._alone = False
+            if passage is not None and measured:
                 self._begin(passage)
             return
         self._predict(thrust, passage, dt_s)
-        self._correct(passage)
-        self._seen_s = now_s
+        if measured:
+            self._correct(passage)
+            self._seen_s, self._alone = now_s, True
+
+    def knows(self, now_s: float) -> bool:
+        """Whether thrust has been known without a break since the velocity was last measured."""
+        return self._alone and now_s - self._seen_s <= _LONGEST_HOLD_S
+
+    @property
+    def through_water(self) -> tuple[float, float]:
+        """(surge_mps, sway_mps)"""
+        return self._state[0], self._state[1]
+
+    def over_ground(self, yaw_rad: float) -> tuple[float, float, float]:
+        """(north_mps, east_mps, one sigma on the worse axis) of the boat by the model."""
+        c, s = math.cos(yaw_rad), math.sin(yaw_rad)
+        u, v, north, east = self._state
+        variances = []
+        for row in ((c, -s, 1.0, 0.0), (s, c, 0.0, 1.0)):
+            variances.append(sum(a * b * value for a, line in zip(row, self._p, strict=True) for b, value in zip(row, line, strict=True)))
+        return c * u - s * v + north, s * u + c * v + east, math.sqrt(max(*variances, 0.0))
 
     def estimate(self, now_s: float) -> tuple[float, float, float] | None:
         """(north_mps, east_mps, one sigma on the worse axis); None where it is worth nothing."""

@@ -19,6 +19,7 @@ from companion.nav.lever_arms import ZERO, Vector, normal_gravity_mps2
 from companion.nav.no_imu import PoseSolution
 from companion.nav.solution import Motion
 from companion.nav.sources import AbsoluteTime, GradeWatch, SourceSelector, TrueWind, plausible
+from companion.nav.velocity_aid import VelocityAid
 from companion.nav.wild_points import FirstPosition, ThesisRule, Verdict
 from companion.params import Parameters
 
@@ -35,6 +36,7 @@ _ALTITUDE_SHARE = 0.05
 _IMU_TIMEOUT_S = 0.5
 _WIND_TIMEOUT_S = 2.0
 _CURRENT_AGE_S = 1.0  # of the position, up to which the velocity counts as measured
+_AID_AGE_S = 0.2  # of position and velocity, above which neither counts as measured for the aid
 _THESIS_RULE = 1
 _NAVIGATION = (GnssFix, GroundVelocity, Heading, Imu)
 
@@ -67,6 +69,7 @@ class Estimator:
         self._first = FirstPosition()
         self._thesis = ThesisRule()
         self._current = CurrentObserver(config)
+        self._aid = VelocityAid(self._current)
         self._grade = GradeWatch()
         self._time = AbsoluteTime()
         self._wind = TrueWind(_WIND_TIMEOUT_S)
@@ -74,7 +77,7 @@ class Estimator:
         self._altitude_m = config.home.altitude_m
         self._altitude_known = False
         self._common_sigma_m = self._common_sigma_rad = 0.0
-        self._position_s = self._heading_s = self._imu_s = 0.0
+        self._position_s = self._velocity_s = self._heading_s = self._imu_s = 0.0
         self._position_source: str | None = None
 
     def update(self, readings: Sequence[Reading], now_s: float, thrust: Wrench | None = None) -> NavState:
@@ -219,7 +222,9 @@ class Estimator:
             sigma_mps = row.velocity_accuracy_mps if row is not None else _UNKNOWN_ACCURACY_MPS
             if self._fix is not None:
                 sigma_mps *= _VELOCITY_SHARES.get(self._fix.fix, 1.0)
-            self._solution().velocity(velocity.t_s, velocity.north_mps, velocity.east_mps, lever, sigma_mps)
+            verdict = self._solution().velocity(velocity.t_s, velocity.north_mps, velocity.east_mps, lever, sigma_mps)
+            if verdict is not Verdict.REJECT:
+                self._velocity_s = max(self._velocity_s, velocity.t_s)
 
     def _take_heading(self, reading: Heading) -> None:
         fix, place = self._fix, (self._home.lat_deg, self._home.lon_deg)
@@ -239,11 +244,17 @@ class Estimator:
 
     def _update_current(self, motion: Motion, thrust: Wrench | None, now_s: float) -> None:
         passage: Passage | None = None
-        if self._pose.started and self._pose.oriented and now_s - self._position_s <= _CURRENT_AGE_S:
+        measured = now_s - self._position_s <= _CURRENT_AGE_S
+        if self._pose.started and self._pose.oriented:
             speed, from_rad = self._wind.at(now_s)
             air = (None, None) if speed is None or from_rad is None else (-speed * math.cos(from_rad), -speed * math.sin(from_rad))
             passage = Passage(motion.velocity[0], motion.velocity[1], motion.attitude[2], motion.rates[2], *air)
-        self._current.update(now_s, thrust, passage)
+        self._current.update(now_s, thrust, passage, measured)
+        solution = self._solution()
+        if isinstance(solution, InertialSolution):
+            aid = self._aid.update(now_s, now_s - max(self._position_s, self._velocity_s) <= _AID_AGE_S, motion)
+            if aid is not None:
+                solution.aid(*aid)
 
     def _heading_ok(self, sigma_rad: float, heading_age_s: float, position_age_s: float) -> bool:
         """Measured lately; or carried by the gyro, as long as the filter is sure of it and positions keep coming."""

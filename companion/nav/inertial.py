@@ -132,6 +132,13 @@ class InertialSolution:
             self.filter.reset_velocity(north_mps, east_mps, arm, variance)
         return verdict
 
+    def aid(self, north_mps: float, east_mps: float, sigma_mps: float) -> None:
+        """A velocity of the boat's origin that is not measured but modelled: weighed in where it is likely, else left; it never resets."""
+        innovation = self.filter.velocity_innovation(north_mps, east_mps, relative(ZERO, self._imu_lever_m), sigma_mps * sigma_mps)
+        if innovation.normalised_square <= VELOCITY_GATE.chi_square:
+            self.filter.fuse(innovation)
+            self._bound_biases()
+
     def heading(self, t_s: float, yaw_rad: float, sigma_rad: float) -> Verdict:
         lag_s = self.t_s - t_s
         if lag_s > _LONGEST_LAG_S:

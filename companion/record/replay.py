@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from companion.core.angles import wrap_pi
+from companion.core.types import Wrench
 from companion.nav.estimator import Estimator
 from companion.record import readings
 from companion.record.log_reader import Log, LogError, parameters_of, read_table
@@ -95,13 +96,15 @@ def replay(log: Log, out: Path) -> Replay:
     estimator = Estimator(log.config, parameters)
     truth = _truth(log.folder, warnings)
     result = Replay(0, Comparison(), None if truth is None else Comparison(), warnings)
+    thrust: Wrench | None = None  # on the hull, as recorded: it moves the estimate while the receiver is silent
     with out.open("w", encoding="utf-8") as file:
         file.write(",".join(("t_s", *_POSE, *(f"recorded_{name}" for name in _POSE))) + "\n")
         for tick in read_ticks(path, warnings):
             for name, value in tick.parameters:
                 if (refusal := parameters.set(name, value)) is not None:
                     warnings.append(f"parameter {name} = {value:g} not taken over: {refusal.name.lower().replace('_', ' ')}")
-            nav = estimator.update(tick.readings, tick.t_s)
+            nav = estimator.update(tick.readings, tick.t_s, thrust)
+            thrust = tick.achieved if tick.armed else None
             pose = (nav.north_m, nav.east_m, nav.yaw_rad, nav.surge_mps, nav.sway_mps, nav.yaw_rate_radps)
             result.ticks += 1
             result.against_log.add(pose, tick.pose)
