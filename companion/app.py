@@ -11,6 +11,7 @@ from typing import Any
 
 from companion import config as config_module
 from companion.allocation.allocator import Allocator
+from companion.allocation.availability import Availability
 from companion.config import ConfigError, VesselConfig
 from companion.control.controller import Controller
 from companion.core.ports import StreamOpener, WaitingClock, World
@@ -121,7 +122,8 @@ def build(config: VesselConfig, around: Surroundings) -> Vessel:
     executor = MissionExecutor(plans)
     estimator = Estimator(config, parameters, events.say)
     supervisor = Supervisor(config, parameters, plans, executor, events, lambda: estimator.frame)
-    blocks = Blocks(estimator, supervisor, Controller(config, parameters), Allocator(config, parameters), Gate(config))
+    availability = Availability(config, parameters, events.say)
+    blocks = Blocks(estimator, supervisor, Controller(config, parameters), availability, Allocator(config, parameters), Gate(config))
     devices = Devices(
         world=around.world,
         sensors=tuple(open_sensor(sensor, around.opener.open(sensor.name, sensor.port)) for sensor in config.sensors),

@@ -149,11 +149,11 @@ class ConsequenceCheck:
 
     def _look(self, inputs: ModeInputs) -> None:
         x, y, n = self._mean
-        needed = set()
+        needed, out = set(), inputs.failed | inputs.up
         for i in range(len(self._thrusters)):
             margin = _MARGIN if i in self._needed else 1.0
             demand = Wrench(margin * x, margin * y, margin * n)
-            if i not in inputs.failed and not is_met(self._thrusters, self._limits, demand, inputs.failed | {i}):
+            if i not in out and not is_met(self._thrusters, self._limits, demand, out | {i}):
                 needed.add(i)
         if needed == self._needed:
             return

@@ -20,6 +20,8 @@ from typing import Any
 
 from companion.core.types import (
     Battery,
+    Condition,
+    Deployment,
     FixType,
     GnssFix,
     GroundVelocity,
@@ -53,7 +55,7 @@ COLUMNS: dict[str, tuple[type[Any], tuple[str, ...]]] = {
     "wind": (Wind, ("t_s", "speed_mps", "from_rad")),
     "battery": (Battery, ("t_s", "voltage_v", "current_a", "remaining")),
     "leak": (Leak, ("t_s", "wet")),
-    "feedback": (ThrusterFeedback, ("t_s", "index", "throttle", "azimuth_rad", "ok")),
+    "feedback": (ThrusterFeedback, ("t_s", "index", "throttle", "azimuth_rad", "ok", "deployment")),
     "manual": (ManualInput, ("t_s", "surge", "sway", "yaw", "buttons")),
     "rc": (RcInput, ("t_s", "lost", "channels")),  # channels: one value each
     "time": (TimeOfDay, ("t_s", "time_unix_ns")),
@@ -62,7 +64,7 @@ _KIND_OF = {kind_type: kind for kind, (kind_type, _) in COLUMNS.items()}
 _OPTIONAL = frozenset(
     {"roll_rad", "pitch_rad", "altitude_m", "satellites", "hdop", "position_accuracy_m", "accuracy_rad", "current_a", "remaining"}
 )
-_OPTIONAL_BY_KIND = {"imu": {"yaw_rad"}, "feedback": {"azimuth_rad"}, "manual": {"surge", "sway", "yaw"}}
+_OPTIONAL_BY_KIND = {"imu": {"yaw_rad"}, "feedback": {"azimuth_rad", "deployment"}, "manual": {"surge", "sway", "yaw"}}
 _WHOLE: dict[str, Callable[[float], Any]] = {
     "fix": lambda value: FixType(int(value)),
     "satellites": int,
@@ -70,6 +72,7 @@ _WHOLE: dict[str, Callable[[float], Any]] = {
     "buttons": int,
     "wet": bool,
     "ok": bool,
+    "deployment": lambda value: Deployment(int(value)),
 }
 
 _POSE = ("north_m", "east_m", "yaw_rad", "surge_mps", "sway_mps", "yaw_rate_radps")
@@ -84,6 +87,7 @@ TICK_COLUMNS = (
     *(f"setpoint_{name}" for name in _WRENCH),
     *(f"demanded_{name}" for name in _WRENCH),
     *(f"achieved_{name}" for name in _WRENCH),
+    "left_out",  # thrusters that could not be counted on: the sum of 2^index
 )
 _KINDS = tuple(SetpointKind)
 _NUMBER_OF = {kind: number for number, kind in enumerate(_KINDS)}
@@ -157,6 +161,7 @@ def _packed_tick(tick: Tick) -> bytes:
             *wrench,
             *_of_wrench(tick.wrench),
             *_of_wrench(tick.allocation.achieved),
+            sum([1 << i for i, condition in enumerate(tick.conditions) if condition is not Condition.READY]),
             *thrusters,
         )
     )
@@ -175,6 +180,7 @@ class RecordedTick:
     setpoint: Setpoint
     demanded: Wrench
     achieved: Wrench
+    left_out: frozenset[int]  # indices of the thrusters that could not be counted on
     readings: tuple[Reading, ...]
     parameters: tuple[tuple[str, float], ...]  # changed since the tick before
 
@@ -245,4 +251,6 @@ def _tick_of(values: tuple[float, ...], readings: tuple[Reading, ...], changes: 
     su, sv, sr, au, av, ar = values[12:18]
     setpoint = Setpoint(_KINDS[int(kind)], sn, se, syaw, su, sv, sr, au, av, ar, wrench, thrusters or None)
     pose = (n, e, yaw, u, v, r)
-    return RecordedTick(t_s, pose, bool(armed), setpoint, Wrench(*values[21:24]), Wrench(*values[24:27]), readings, changes)
+    bits = int(values[27])
+    left_out = frozenset(i for i in range(bits.bit_length()) if bits >> i & 1)
+    return RecordedTick(t_s, pose, bool(armed), setpoint, Wrench(*values[21:24]), Wrench(*values[24:27]), left_out, readings, changes)

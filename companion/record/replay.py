@@ -15,7 +15,7 @@ from pathlib import Path
 from companion.allocation.allocator import Allocator
 from companion.control.controller import Controller
 from companion.core.angles import wrap_pi
-from companion.core.types import ZERO_WRENCH, Allocation, NavState, SetpointKind, ThrusterFeedback, Wrench
+from companion.core.types import ZERO_WRENCH, Allocation, NavState, SetpointKind, Wrench
 from companion.nav.estimator import Estimator
 from companion.record import readings
 from companion.record.log_reader import Log, LogError, parameters_of, read_table
@@ -93,7 +93,7 @@ class Replay:
 
 
 class _Again:
-    """Today's blocks, fed from the recording. Remembers what the vessel would: the achieved wrench and the state of each thruster."""
+    """Today's blocks, fed from the recording. Remembers what the vessel would: the achieved wrench."""
 
     def __init__(self, log: Log, warnings: list[str], whole: bool) -> None:
         self._warnings = warnings
@@ -104,7 +104,6 @@ class _Again:
         self._allocator = Allocator(log.config, self.parameters)
         self._thrusters = len(log.config.thrusters)
         self._achieved: Wrench = ZERO_WRENCH
-        self._ran: dict[int, bool] = {}
 
     def estimate(self, tick: RecordedTick) -> NavState:
         for name, value in tick.parameters:
@@ -116,11 +115,8 @@ class _Again:
         """(demanded, achieved), None without control."""
         if self._controller is None:
             return None
-        for reading in tick.readings:
-            if isinstance(reading, ThrusterFeedback) and 0 <= reading.index < self._thrusters:
-                if reading.ok != self._ran.get(reading.index, True):
-                    self._allocator.set_failed(reading.index, not reading.ok)
-                self._ran[reading.index] = reading.ok
+        for i in range(self._thrusters):
+            self._allocator.set_failed(i, i in tick.left_out)
         demanded = self._controller.update(tick.setpoint, nav, self._achieved, self._period_s)
         allocation = self._allocate(tick, demanded)
         self._achieved = allocation.achieved

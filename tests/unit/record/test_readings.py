@@ -85,6 +85,7 @@ def test_a_tick_comes_back_as_it_was(tmp_path: Path) -> None:
     one = tick(THIRD)
     assert ticks[0].t_s == THIRD and ticks[0].pose == (1.5, -2.0, 0.3, 0.4, 0.0, 0.01) and ticks[0].armed
     assert ticks[0].demanded == one.wrench and ticks[0].achieved == one.allocation.achieved
+    assert ticks[0].left_out == {1}
 
 
 def test_the_lines_are_what_the_documentation_says() -> None:
