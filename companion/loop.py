@@ -256,7 +256,8 @@ class Vessel:
         """Neutral to the bridges, then everything shut."""
         now_s = self._clock.now_s()
         neutral = self._blocks.gate.update(self._blocks.allocator.neutral(), False, now_s, self.period_s)
-        self.act(replace(neutral, lower=self.supervisor.lower), now_s)
+        last = self._command
+        self.act(neutral if last is None else replace(neutral, lower=last.lower, beacon=last.beacon), now_s)
         self._stations.close()
         for recorder in self._recorders:
             recorder.close()
