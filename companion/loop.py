@@ -185,11 +185,11 @@ class Vessel:
         """Thrusters that have failed or are not down are left out of the allocation at once, and the modes know of them."""
         availability = self._blocks.availability
         silent = [device.name for device in health if not device.ok]
-        if availability.update(self._feedback, self._command, self.supervisor.lower, silent, now_s):
+        if availability.update(self._feedback, self._command, self.supervisor.retraction.lower, silent, now_s):
             for i, condition in enumerate(availability.conditions):
                 self._blocks.allocator.set_failed(i, condition is not Condition.READY)
                 self.supervisor.thruster_failed(i, condition is Condition.FAILED)
-        self.supervisor.thrusters_up(availability.up, now_s)
+        self.supervisor.retraction.see(availability.up, now_s)
 
     def allocate(self, setpoint: Setpoint, wrench: Wrench, status: Status) -> Allocation:
         """Thruster demands; what the thrusters cannot give is remembered for the integrators."""
@@ -207,7 +207,7 @@ class Vessel:
 
     def gate(self, allocation: Allocation, status: Status, health: Sequence[DeviceHealth], now_s: float) -> ActuatorCommand:
         """What may go to the bridges, and the lamps to go with it."""
-        command = self._blocks.gate.update(allocation, status.armed, now_s, self.period_s, self.supervisor.lower, self._feedback)
+        command = self._blocks.gate.update(allocation, status.armed, now_s, self.period_s, self.supervisor.retraction.lower, self._feedback)
         leak = self._inputs.leak
         lamps = beacon(status, leak is not None and leak.wet, health, self._blocks.availability.conditions)
         return replace(command, beacon=lamps)

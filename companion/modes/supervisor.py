@@ -88,7 +88,7 @@ class Supervisor:
         self._home = HomeKeeper(events)
         self._helm = Helm(modes, self._sticks, events, self._mode_inputs)
         self._nudges = Nudges(config, parameters, self._helm, hold, events)
-        self._retraction = Retraction(config, parameters, self._helm, events)
+        self.retraction = Retraction(config, parameters, self._helm, events)
         self._responder = Responder(self._helm, hold, self._sticks, events, self._situation)
         self._monitor = self._responder.monitor
         self._bridges = frozenset(bridge.name for bridge in config.actuators)
@@ -125,15 +125,6 @@ class Supervisor:
     def thruster_failed(self, index: int, failed: bool) -> None:
         """A thruster has failed, or is well again."""
         self._failed = self._failed | {index} if failed else self._failed - {index}
-
-    def thrusters_up(self, up: frozenset[int], now_s: float) -> None:
-        """Which retractable thrusters are not down in this cycle."""
-        self._retraction.see(up, now_s)
-
-    @property
-    def lower(self) -> bool | None:
-        """Whether retractable thrusters are to be down, or up; None: as they are."""
-        return self._retraction.lower
 
     def request_mode(self, mode: ModeId, now_s: float) -> Outcome:
         """Choose a mode, armed or not; it never arms. The present mode again: Hold gives up a go-to, a mission that has ended starts over."""
@@ -223,7 +214,7 @@ class Supervisor:
 
     def lower_thrusters(self, lower: bool, now_s: float) -> Outcome:
         """Retractable thrusters down, or up, which only Manual and a disarmed boat allow."""
-        return self._retraction.request(lower, now_s)
+        return self.retraction.request(lower, now_s)
 
     def start_mission(self, first: int | None, now_s: float) -> Outcome:
         """Mission mode, from item `first` where that is given. Starts when armed; does not arm."""
@@ -296,7 +287,7 @@ class Supervisor:
         self._sticks.update(inputs.rc, now_s)
         self._obey_safe_switch(now_s)
         self._responder.update(now_s)
-        self._retraction.update(inputs.rc, now_s)
+        self.retraction.update(inputs.rc, now_s)
         self._tell_of_new_plan(now_s)
         return self.status(now_s)
 
@@ -356,7 +347,7 @@ class Supervisor:
         return min(speed_mps, self._parameters["MPC_XY_VEL_MAX"])
 
     def _mode_inputs(self, now_s: float, dt_s: float) -> ModeInputs:
-        sticks, home, up = self._sticks.obeyed(now_s), self._home.home, self._retraction.up
+        sticks, home, up = self._sticks.obeyed(now_s), self._home.home, self.retraction.up
         return ModeInputs(self._nav, sticks, home, self._cruise_mps(), now_s, dt_s, self._achieved, self._failed, up)
 
     def _situation(self, now_s: float) -> Situation:
