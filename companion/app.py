@@ -11,6 +11,7 @@ from typing import Any
 
 from companion import config as config_module
 from companion.allocation.allocator import Allocator
+from companion.allocation.availability import Availability
 from companion.config import ConfigError, VesselConfig
 from companion.control.controller import Controller
 from companion.core.ports import StreamOpener, WaitingClock, World
@@ -124,7 +125,8 @@ def build(config: VesselConfig, around: Surroundings) -> Vessel:
     executor = MissionExecutor(plans)
     estimator = Estimator(config, parameters, events.say)
     supervisor = Supervisor(config, parameters, plans, executor, events, lambda: estimator.frame)
-    blocks = Blocks(estimator, supervisor, Controller(config, parameters), Allocator(config, parameters), Gate(config))
+    availability = Availability(config, parameters, events.say)
+    blocks = Blocks(estimator, supervisor, Controller(config, parameters), availability, Allocator(config, parameters), Gate(config))
     devices = around.devices or _devices(config, around)
     vessel = Vessel(config, parameters, plans, executor, events, blocks, devices, around.clock)
     if around.state is not None:

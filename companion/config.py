@@ -116,7 +116,7 @@ class ThrusterConfig:
 
     `azimuth_rad` is its direction at rest: the way it pushes the boat, clockwise from the bow. Kind "azimuth" turns at most
     `azimuth_rate_radps`, within [azimuth_min_rad, azimuth_max_rad] where those are given, else endlessly, and gives no thrust in a sector of
-    `forbidden_rad`, each clockwise from its first to its second direction.
+    `forbidden_rad`, each clockwise from its first to its second direction. A `retractable` one takes `travel_s` between up and down.
     """
 
     __pydantic_config__ = _STRICT
@@ -136,6 +136,8 @@ class ThrusterConfig:
     forbidden_rad: Annotated[tuple[tuple[float, float], ...], Field(alias="forbidden_deg"), _SECTORS_FROM_DEGREES] = ()
     manual_azimuth_rad: Annotated[float, Field(alias="manual_azimuth_deg", ge=0.0, le=180.0), _FROM_DEGREES] = 0.0
     dead_band: Annotated[float, Field(ge=0.0, lt=0.5)] = 0.0  # throttle below which nothing turns
+    retractable: bool = False
+    travel_s: NonNegative = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -327,6 +329,9 @@ def _cross_checks(config: VesselConfig) -> list[tuple[tuple[str | int, ...], str
     for i, thruster in enumerate(config.thrusters):
         if thruster.kind == "azimuth" and thruster.azimuth_rate_radps <= 0.0:
             problems.append((("thruster", i, "azimuth_rate_dps"), "an azimuth thruster needs a rate above 0"))
+        if thruster.retractable != (thruster.travel_s > 0.0):
+            text = "a retractable thruster needs the time that it takes" if thruster.retractable else "only for a retractable thruster"
+            problems.append((("thruster", i, "travel_s"), text))
         if thruster.forbidden_rad:
             problems += [(("thruster", i, "forbidden_deg"), text) for text in _sector_problems(thruster)]
     if config.hull.m22_kg * config.hull.m33_kgm2 <= config.hull.m23_kgm * (config.hull.m32_kgm or config.hull.m23_kgm):

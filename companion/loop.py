@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from companion.allocation.allocator import Allocator
+from companion.allocation.availability import Availability
 from companion.config import VesselConfig
 from companion.control.controller import Controller
 from companion.core.geodesy import LocalFrame
@@ -20,6 +21,7 @@ from companion.core.types import (
     ActuatorCommand,
     Allocation,
     Battery,
+    Condition,
     DeviceHealth,
     Inputs,
     Leak,
@@ -37,6 +39,7 @@ from companion.core.types import (
 )
 from companion.mission.executor import MissionExecutor
 from companion.mission.plan import Plans
+from companion.modes.beacon import beacon
 from companion.modes.events import EventLog
 from companion.modes.supervisor import Supervisor
 from companion.nav.estimator import Estimator
@@ -51,6 +54,7 @@ class Blocks:
     estimator: Estimator
     supervisor: Supervisor
     controller: Controller
+    availability: Availability
     allocator: Allocator
     gate: Gate
 
@@ -97,6 +101,7 @@ class Vessel:
         self._inputs = Inputs()
         self._feedback: list[ThrusterFeedback | None] = [None] * len(config.thrusters)
         self._achieved: Wrench = ZERO_WRENCH
+        self._command: ActuatorCommand | None = None  # the last that went to the bridges
         self._thrust: Wrench | None = None  # on the hull, None where it is not ours to know
         self._device_ok: dict[str, bool] = {}
 
@@ -132,10 +137,11 @@ class Vessel:
         nav = self._blocks.estimator.update(readings, now_s, self._thrust)
         health = self.device_health(now_s)
         status = self.supervisor.update(nav, self._inputs, health, now_s)
+        self.mind_thrusters(health, now_s)
         setpoint = self.supervisor.guide(nav, now_s, self.period_s)
         wrench = self._blocks.controller.update(setpoint, nav, self._achieved, self.period_s)
         allocation = self.allocate(setpoint, wrench, status)
-        command = self._blocks.gate.update(allocation, status.armed, now_s, self.period_s)
+        command = self.gate(allocation, status, health, now_s)
         self.act(command, now_s)
         return self.record(readings, nav, status, setpoint, wrench, allocation, command, health)
 
@@ -157,7 +163,7 @@ class Vessel:
                 case Wind():
                     inputs = replace(inputs, wind=reading)
                 case ThrusterFeedback():
-                    self._mind_thruster(reading)
+                    self._feedback[reading.index] = reading
         self._inputs = inputs
         return readings
 
@@ -175,6 +181,16 @@ class Vessel:
                 self._device_ok[device.name] = device.ok
         return health
 
+    def mind_thrusters(self, health: Sequence[DeviceHealth], now_s: float) -> None:
+        """Thrusters that have failed or are not down are left out of the allocation at once, and the modes know of them."""
+        availability = self._blocks.availability
+        silent = [device.name for device in health if not device.ok]
+        if availability.update(self._feedback, self._command, self.supervisor.retraction.lower, silent, now_s):
+            for i, condition in enumerate(availability.conditions):
+                self._blocks.allocator.set_failed(i, condition is not Condition.READY)
+                self.supervisor.thruster_failed(i, condition is Condition.FAILED)
+        self.supervisor.retraction.see(availability.up, now_s)
+
     def allocate(self, setpoint: Setpoint, wrench: Wrench, status: Status) -> Allocation:
         """Thruster demands; what the thrusters cannot give is remembered for the integrators."""
         allocator = self._blocks.allocator
@@ -189,7 +205,15 @@ class Vessel:
         self.supervisor.thrust_achieved(allocation.achieved)
         return allocation
 
+    def gate(self, allocation: Allocation, status: Status, health: Sequence[DeviceHealth], now_s: float) -> ActuatorCommand:
+        """What may go to the bridges, and the lamps to go with it."""
+        command = self._blocks.gate.update(allocation, status.armed, now_s, self.period_s, self.supervisor.retraction.lower, self._feedback)
+        leak = self._inputs.leak
+        lamps = beacon(status, leak is not None and leak.wet, health, self._blocks.availability.conditions)
+        return replace(command, beacon=lamps)
+
     def act(self, command: ActuatorCommand, now_s: float) -> None:
+        self._command = command
         for actuator in self._devices.actuators:
             actuator.write(command, now_s)
 
@@ -220,6 +244,7 @@ class Vessel:
             events=self.events.drain(),
             load=self.load,
             readings=readings,
+            conditions=self._blocks.availability.conditions,
         )
         self.last_tick = tick
         for recorder in self._recorders:
@@ -231,23 +256,13 @@ class Vessel:
         """Neutral to the bridges, then everything shut."""
         now_s = self._clock.now_s()
         neutral = self._blocks.gate.update(self._blocks.allocator.neutral(), False, now_s, self.period_s)
-        self.act(neutral, now_s)
+        last = self._command
+        self.act(neutral if last is None else replace(neutral, lower=last.lower, beacon=last.beacon), now_s)
         self._stations.close()
         for recorder in self._recorders:
             recorder.close()
         for device in (*self._devices.sensors, *self._devices.actuators):
             device.close()
-
-    def _mind_thruster(self, reading: ThrusterFeedback) -> None:
-        """A thruster that reports itself dead is left out of the allocation, until it reports itself well."""
-        before = self._feedback[reading.index]
-        self._feedback[reading.index] = reading
-        if reading.ok != (before is None or before.ok):
-            self._blocks.allocator.set_failed(reading.index, not reading.ok)
-            self.supervisor.thruster_failed(reading.index, not reading.ok)
-            name = self.config.thrusters[reading.index].name
-            severity, state = (Severity.NOTICE, "runs again") if reading.ok else (Severity.CRITICAL, "does not run: left out of the allocation")
-            self.events.say(reading.t_s, severity, f"thruster_{name}", f"Thruster {name} {state}")
 
     def _collect(self, now_s: float) -> None:
         for sensor in self._devices.sensors:

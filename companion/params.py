@@ -96,6 +96,7 @@ TABLE: tuple[ParamSpec, ...] = (
     _real("MAN_DEADBAND", 0.05, 0.0, 0.5, "norm", "Manual", "Stick share around the centre that counts as centred"),
     _real("MAN_YAW_RATE", 20.0, 1.0, 90.0, _DEGREES_PER_S, "Manual", "Turn of the heading setpoint at full stick in Heading and Hold"),
     _choice("MAN_RC_SAFE_CH", 5, {0: "None", 5: "5", 6: "6", 7: "7", 8: "8"}, "Manual", "Transmitter channel whose high position always forces Manual"),
+    _choice("MAN_RC_LOWER_CH", 0, {0: "None", 5: "5", 6: "6", 7: "7", 8: "8"}, "Manual", "Transmitter channel whose switch, when moved in Manual, lowers (high) and retracts (low) the retractable thrusters"),
     # dynamic positioning
     _real("DP_BW_SURGE", 0.35, 0.05, 2.0, "rad/s", "Dynamic positioning", "Bandwidth of the surge loop; higher holds tighter and works the thrusters more"),
     _real("DP_BW_SWAY", 0.35, 0.05, 2.0, "rad/s", "Dynamic positioning", "Bandwidth of the sway loop"),
@@ -166,6 +167,13 @@ TABLE: tuple[ParamSpec, ...] = (
     _int("ALLOC_ITER", 3, 1, 6, "", "Allocation", "Re-linearisations of the thrust allocation in a cycle"),
     _real("ALLOC_W_POWER", 1.0, 0.0, 100.0, "", "Allocation", "Weight of power in the thrust allocation"),
     _real("ALLOC_W_TURN", 2.0, 0.0, 100.0, "", "Allocation", "Weight against turning the azimuths"),
+    # thrusters, commanded against measured
+    _choice("THR_WATCH", 1, _YES_NO, "Thrusters", "Leave out a thruster that does not do what it is told, by its own feedback"),
+    _real("THR_TOL", 0.15, 0.02, 1.0, "norm", "Thrusters", "How far the measured throttle may be off"),
+    _real("THR_TOL_AZ", 15.0, 2.0, 90.0, "deg", "Thrusters", "How far the measured azimuth may be off"),
+    _real("THR_LAG", 1.0, 0.1, 10.0, "s", "Thrusters", "Time constant with which a sound propeller may still lag behind"),
+    _real("THR_FAIL_T", 1.5, 0.2, 10.0, "s", "Thrusters", "How long it may be off before it is left out"),
+    _real("THR_RETRY_T", 60.0, 0.0, 3600.0, "s", "Thrusters", "When a thruster that was left out is tried again; 0: when the boat is armed anew"),
     # names that QGroundControl's PX4 pages look up
     _fixed("SYS_AUTOSTART", 50000, "Airframe"),
     _fixed("SYS_AUTOCONFIG", 0, "Airframe reset"),

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from companion.config import ThrusterConfig, VesselConfig
-from companion.core.types import ActuatorCommand, Allocation, ThrusterCommand
+from companion.core.types import ActuatorCommand, Allocation, Deployment, ThrusterCommand, ThrusterFeedback
 
 _FORCE_RATE_SHARE = 1.5  # of the configured rate: only what should never come is cut here
 _FORCE_SLACK_SHARE = 0.02  # of full force, for rounding
@@ -13,30 +14,60 @@ _SECTOR_SLACK_RAD = 1.0e-6
 
 
 class Gate:
-    """`update(allocation, armed, now_s, dt_s)` → ActuatorCommand that is finite, within limits and slow enough.
+    """`update(allocation, armed, now_s, dt_s, lower, feedback)` → ActuatorCommand that is finite, within limits and slow enough.
 
-    Remembers the last force and azimuth of each thruster. `gated` names each limit that changed the demand: "count" for a wrong number of
-    thrusters, else "<thruster>.finite", ".throttle", ".slew", ".azimuth" or ".sector". Disarmed: every throttle is exactly 0, at once.
+    Remembers the last force and azimuth of each thruster, and since when those that retract are told to be down. `gated` names each limit
+    that changed the demand: "count" for a wrong number of thrusters, else "<thruster>.finite", ".throttle", ".slew", ".azimuth", ".sector"
+    or ".retracted". Disarmed: every throttle is exactly 0, at once. A retractable thruster runs only where its bridge reports it down and
+    nothing tells it to go up; where the bridge does not say, only after it has been told to be down for its time of travel.
     """
 
     def __init__(self, config: VesselConfig) -> None:
         self._thrusters = config.thrusters
         self._forces = [0.0] * len(config.thrusters)
         self._azimuths = [t.azimuth_rad for t in config.thrusters]
+        self._retractable = tuple(i for i, t in enumerate(config.thrusters) if t.retractable)
+        self._down = [not t.retractable for t in config.thrusters]
+        self._told_down_s: float | None = None
 
-    def update(self, allocation: Allocation, armed: bool, now_s: float, dt_s: float) -> ActuatorCommand:
-        """What may go to the bridges."""
+    def update(
+        self,
+        allocation: Allocation,
+        armed: bool,
+        now_s: float,
+        dt_s: float,
+        lower: bool | None = None,
+        feedback: Sequence[ThrusterFeedback | None] = (),
+    ) -> ActuatorCommand:
+        """What may go to the bridges. `lower`: where retractable thrusters are told to be; `feedback`: the newest of each thruster."""
         gated: list[str] = []
+        if self._retractable:
+            self._see_which_are_down(lower, feedback, now_s)
         demands: tuple[ThrusterCommand | None, ...] = allocation.thrusters
         if len(demands) != len(self._thrusters):
             gated.append("count")
             demands = (None,) * len(self._thrusters)
         commands = tuple(self._one(i, demand, armed, dt_s, gated) for i, demand in enumerate(demands))
-        return ActuatorCommand(now_s, armed, commands, tuple(gated))
+        return ActuatorCommand(now_s, armed, commands, tuple(gated), lower)
+
+    def _see_which_are_down(self, lower: bool | None, feedback: Sequence[ThrusterFeedback | None], now_s: float) -> None:
+        if lower is not True:
+            self._told_down_s = None
+        elif self._told_down_s is None:
+            self._told_down_s = now_s
+        for i in self._retractable:
+            report = feedback[i] if i < len(feedback) else None
+            if report is not None and report.deployment is not None:
+                self._down[i] = lower is not False and report.deployment is Deployment.LOWERED
+            else:
+                self._down[i] = self._told_down_s is not None and now_s - self._told_down_s >= self._thrusters[i].travel_s
 
     def _one(self, i: int, demand: ThrusterCommand | None, armed: bool, dt_s: float, gated: list[str]) -> ThrusterCommand:
         thruster = self._thrusters[i]
         throttle = self._throttle(thruster, demand, gated) if armed else 0.0
+        if throttle != 0.0 and not self._down[i]:
+            gated.append(f"{thruster.name}.retracted")
+            throttle = 0.0
         force = _force_n(thruster, throttle)
         if armed:
             slewed = self._slewed(thruster, self._forces[i], force, dt_s)

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from companion.config import ConfigError, VesselConfig
+from companion.config import ConfigError, ThrusterConfig, VesselConfig
 
 OFFSETS_M = (1, 3, 10, 100, 1000, 10_000, 100_000, 1_000_000)
 _FIXED = {
@@ -26,6 +26,19 @@ _FIXED = {
 }
 
 
+_OF_THRUSTERS = {  # but for the first, none of them is seen by the board
+    "dead": "gives nothing",
+    "stalled": "gives nothing, which its board does not see",
+    "stuck": "does not turn its azimuth",
+    "runaway": "runs ahead at half force, whatever it is told",
+    "jammed": "goes neither up nor down",
+}
+
+
+def _can(thruster: ThrusterConfig, kind: str) -> bool:
+    return {"stuck": thruster.kind == "azimuth", "jammed": thruster.retractable}.get(kind, True)
+
+
 @dataclass(frozen=True, slots=True)
 class Fault:
     """One fault: active in [start_s, end_s)."""
@@ -40,7 +53,7 @@ def known(vessel: VesselConfig) -> dict[str, str]:
     devices = [sensor.name for sensor in vessel.sensors] + [bridge.name for bridge in vessel.actuators]
     return {
         **_FIXED,
-        **{f"thruster_{thruster.name}_dead": f"thruster {thruster.name} gives nothing" for thruster in vessel.thrusters},
+        **{f"thruster_{t.name}_{kind}": f"thruster {t.name} {text}" for t in vessel.thrusters for kind, text in _OF_THRUSTERS.items() if _can(t, kind)},
         **{f"{device}_unplugged": f"the port of {device} vanishes" for device in devices},
     }
 

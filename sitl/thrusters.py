@@ -1,4 +1,4 @@
-"""Thrusters as they really are: curve, limits and dead band, a lag in force, a limited rate of turn."""
+"""Thrusters as they really are: curve, limits and dead band, a lag in force, a limited rate of turn, a time to go up and down."""
 
 from __future__ import annotations
 
@@ -7,6 +7,9 @@ from collections.abc import Sequence
 
 from companion.config import ThrusterConfig
 from companion.core.angles import TWO_PI, wrap_pi
+from companion.core.types import Deployment
+
+_RUNAWAY_SHARE = 0.5  # of full force
 
 
 class Thruster:
@@ -14,7 +17,9 @@ class Thruster:
 
     The force that the throttle asks for is K u|u| with K by sign, within [min_n, max_n], nothing in the dead band; the force follows it
     with a first-order lag. A steerable one turns at its rate: the shorter way if endless, else to the demanded direction's turn within
-    its stops that is nearest. A dead one gives nothing and does not turn.
+    its stops that is nearest. A retractable one is `down` from 0 (up) to 1, at first 1, and gives nothing on the way.
+    Faults: a `dead` one gives nothing and does not turn, which its board sees. A `stalled` one gives nothing, a `stuck` one does not turn, a
+    `runaway` one runs ahead whatever it is told, a `jammed` one moves neither up nor down, all of which its board does not see.
     """
 
     __slots__ = (
@@ -30,7 +35,13 @@ class Thruster:
         "_y_m",
         "azimuth_rad",
         "dead",
+        "down",
         "force_n",
+        "jammed",
+        "lower",
+        "runaway",
+        "stalled",
+        "stuck",
     )
 
     def __init__(self, config: ThrusterConfig, lag_s: float, x_m: float | None = None) -> None:
@@ -45,7 +56,9 @@ class Thruster:
         self.azimuth_rad = config.azimuth_rad  # may hold more than a turn where there are stops
         self._target_rad = config.azimuth_rad
         self.force_n = 0.0
-        self.dead = False
+        self.down = 1.0
+        self.lower: bool | None = None  # where it is told to go; None: as it is
+        self.dead = self.stalled = self.stuck = self.runaway = self.jammed = False
 
     @property
     def max_n(self) -> float:
@@ -64,12 +77,16 @@ class Thruster:
             self._target_rad = self._reachable(azimuth_rad)
 
     def step(self, dt_s: float) -> None:
-        target_n = 0.0 if self.dead else self._target_n
+        target_n = self._target_n if not self.runaway else _RUNAWAY_SHARE * self._config.max_n
+        if self._config.retractable and not self.jammed:
+            self._travel(dt_s)
+        if self.dead or self.stalled or self.down < 1.0:
+            target_n = 0.0
         if dt_s != self._dt_s:
             self._dt_s = dt_s
             self._share = -math.expm1(-dt_s / self._lag_s) if self._lag_s > 0.0 else 1.0
         self.force_n = self.force_n + (target_n - self.force_n) * self._share if self._lag_s > 0.0 else target_n
-        if self._turns and not self.dead:
+        if self._turns and not (self.dead or self.stuck):
             self._turn(dt_s)
 
     def wrench(self) -> tuple[float, float, float]:
@@ -85,6 +102,22 @@ class Thruster:
     @property
     def steerable(self) -> bool:
         return self._turns
+
+    @property
+    def deployment(self) -> Deployment | None:
+        """As its end switches say; None where it does not retract."""
+        if not self._config.retractable:
+            return None
+        return Deployment.LOWERED if self.down >= 1.0 else Deployment.RETRACTED if self.down <= 0.0 else Deployment.MOVING
+
+    def _travel(self, dt_s: float) -> None:
+        """Down, or up out of the water, where it gives nothing at once."""
+        end = 1.0 if self.lower else 0.0
+        if self.lower is None or self.down == end:
+            return
+        step = dt_s / self._config.travel_s
+        self.down = end if abs(end - self.down) <= step * 1.000001 else self.down + math.copysign(step, end - self.down)
+        self.force_n = 0.0
 
     def _turn(self, dt_s: float) -> None:
         error = self._target_rad - self.azimuth_rad

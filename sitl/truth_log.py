@@ -23,6 +23,7 @@ class TruthLog:
         folder.mkdir(parents=True, exist_ok=True)
         self._file: TextIO = (folder / "truth.csv").open("w", encoding="utf-8", buffering=1)
         columns = _COLUMNS + "".join(f",{name}_force_n,{name}_azimuth_rad" for name in thrusters)
+        columns += "".join(f",{name}_down" for name in world.truth.down)
         self._file.write(columns + (_CONTACT_COLUMNS if world.berth is not None else "") + "\n")
 
     def record(self, tick: Tick) -> None:
@@ -32,6 +33,7 @@ class TruthLog:
             f",{t.wind_speed_mps:.3f},{t.wind_from_rad:.4f},{t.current_north_mps:.4f},{t.current_east_mps:.4f}"
         )
         row += "".join(f",{force:.3f},{azimuth:.4f}" for force, azimuth in t.thrusters)
+        row += "".join(f",{down:.3f}" for down in t.down.values())
         if (berth := self._world.berth) is not None:
             row += f",{berth.force_n:.3f},{berth.gap_m:.5f},{berth.touch_surge_mps:.5f},{berth.touch_sway_mps:.5f}"
         self._file.write(row + "\n")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from companion.config import ConfigError, DockConfig, PlantConfig, VesselConfig
@@ -35,7 +35,8 @@ _HOTEL_POWER_W = 20.0
 @quick
 @dataclass(frozen=True, slots=True)
 class Truth:
-    """What the boat really does. North and east from home; velocities over ground in body axes; thrusters as (force_n, azimuth_rad)."""
+    """What the boat really does. North and east from home; velocities over ground in body axes; thrusters as (force_n, azimuth_rad),
+    retractable ones by name as 0 (up) … 1 (down)."""
 
     t_s: float
     north_m: float
@@ -51,6 +52,7 @@ class Truth:
     thrusters: tuple[tuple[float, float], ...]
     battery_v: float
     battery_remaining: float
+    down: Mapping[str, float]
 
 
 class World:
@@ -93,6 +95,7 @@ class World:
         face = vessel.dock if dock is None else dock
         self.berth = None if face is None else Berth(face, vessel.home, vessel.length_m, vessel.beam_m)
         self.thrusters = thruster_models.build(vessel.thrusters, self._plant.thruster_lag_s, self._plant.thruster_x_m)
+        self._retractable = [(c, t) for c, t in zip(vessel.thrusters, self.thrusters, strict=True) if c.retractable]
         self._push_ned_n = push_ned_n
         self._steps = 0
         self._streams: dict[str, MemoryStream] = {}
@@ -149,6 +152,7 @@ class World:
             thrusters=tuple([(thruster.force_n, wrap_pi(thruster.azimuth_rad)) for thruster in self.thrusters]),
             battery_v=self.battery.voltage_v,
             battery_remaining=self.battery.remaining,
+            down={config.name: thruster.down for config, thruster in self._retractable},
         )
 
     def set_state(
@@ -243,6 +247,10 @@ class World:
         active = self.faults.active
         for config, thruster in zip(self._vessel.thrusters, self.thrusters, strict=True):
             thruster.dead = f"thruster_{config.name}_dead" in active
+            thruster.stalled = f"thruster_{config.name}_stalled" in active
+            thruster.stuck = f"thruster_{config.name}_stuck" in active
+            thruster.runaway = f"thruster_{config.name}_runaway" in active
+            thruster.jammed = f"thruster_{config.name}_jammed" in active
         for name, stream in self._streams.items():
             gone = f"{name}_unplugged" in active
             if gone and stream.plugged:

@@ -20,7 +20,8 @@ A message is, all numbers little endian, bit 0 the least significant:
 Type 1, COMMAND, host → board, once a control step:
 
     2      sequence  u8    counts up by one, wraps
-    3      flags     u8    bit 0: armed. bit 1: bow thruster let down. Others 0
+    3      flags     u8    bit 0: armed. Of retractable thrusters, bit 1: let down, bit 2: take up; neither: leave where they are.
+                           Not both; others 0
     4      lights    u8    bits 0–1 red, 2–3 yellow, 4–5 green: 0 off, 1 steady, 2 blink. Others 0
     5      n         u8    thrusters, 0…16
     6+4i   throttle  i16   of thruster i, −10000…10000 ↔ −1…1
@@ -28,6 +29,8 @@ Type 1, COMMAND, host → board, once a control step:
 
     A board drives its thrusters neutral unless the last valid COMMAND was armed and is less than 0.5 s old, whatever else is in it. An
     azimuth drive that turns endlessly takes the shorter way round; one with stops takes the turn within its stops that is nearest.
+    Retractable thrusters move whether armed or not, end a travel once begun, and never run unless they are down. Without commands for
+    0.5 s the green light is steady; the others stay as they were.
 
 Type 2, STATUS, board → host, 20 times a second:
 
@@ -41,7 +44,8 @@ Type 2, STATUS, board → host, 20 times a second:
     27     n         u8    thrusters, 0…16
     28+5i  throttle  i16   what thruster i really does, as in COMMAND
     30+5i  azimuth   i16   where it really points, as in COMMAND
-    32+5i  ok        u8    bit 0: the thruster works. Others 0
+    32+5i  state     u8    bit 0: the thruster works. bits 1–2: 0 it does not retract, or does not say; 1 up; 2 on its way; 3 down.
+                           Others 0
 
 Type 3, IDENT_REQUEST, host → board: no body. Answered with IDENT.
 
@@ -59,10 +63,10 @@ import math
 import struct
 from binascii import crc_hqx
 from dataclasses import dataclass
-from enum import IntEnum
 
 from companion.core.angles import wrap_pi
 from companion.core.records import quick
+from companion.core.types import Deployment, Light
 
 VERSION = 1
 MAX_THRUSTERS = 16
@@ -91,14 +95,6 @@ _CRC = struct.Struct("<H")
 _BYTES = tuple([bytes((number,)) for number in range(256)])
 
 
-class Light(IntEnum):
-    """State of one lamp of the beacon."""
-
-    OFF = 0
-    STEADY = 1
-    BLINK = 2
-
-
 @quick
 @dataclass(frozen=True, slots=True)
 class ThrusterDemand:
@@ -111,22 +107,23 @@ class ThrusterDemand:
 @quick
 @dataclass(frozen=True, slots=True)
 class ThrusterState:
-    """What a thruster really does."""
+    """What a thruster really does. `deployment` None: it does not retract, or the board does not say."""
 
     throttle: float
     azimuth_rad: float | None = None
     ok: bool = True
+    deployment: Deployment | None = None
 
 
 @quick
 @dataclass(frozen=True, slots=True)
 class Command:
-    """COMMAND: what the board shall do."""
+    """COMMAND: what the board shall do. `lower`: retractable thrusters down, or up; None: as they are."""
 
     sequence: int
     armed: bool
     thrusters: tuple[ThrusterDemand, ...]
-    bow_thruster_down: bool = False
+    lower: bool | None = None
     red: Light = Light.OFF
     yellow: Light = Light.OFF
     green: Light = Light.OFF
@@ -257,7 +254,7 @@ def decode(encoded: bytes) -> Message | None:
 
 def _encode_command(message: Command) -> bytes:
     lights = message.red | message.yellow << 2 | message.green << 4
-    flags = message.armed | message.bow_thruster_down << 1
+    flags = message.armed | (0 if message.lower is None else 2 if message.lower else 4)
     parts = [_COMMAND_HEAD.pack(VERSION, _COMMAND, message.sequence & 0xFF, flags, lights, _count(message.thrusters))]
     parts += [_COMMAND_THRUSTER.pack(_throttle(t.throttle), _azimuth(t.azimuth_rad)) for t in message.thrusters]
     return b"".join(parts)
@@ -270,13 +267,14 @@ def _decode_command(body: bytes) -> Command | None:
     red, yellow, green = lights & 3, lights >> 2 & 3, lights >> 4
     if n > MAX_THRUSTERS or len(body) != _COMMAND_HEAD.size + n * _COMMAND_THRUSTER.size:
         return None
-    if flags > 3 or max(red, yellow, green) > Light.BLINK:
+    if flags > 5 or max(red, yellow, green) > Light.BLINK:
         return None
     demands = tuple(_COMMAND_THRUSTER.iter_unpack(body[_COMMAND_HEAD.size :]))
     if not all(_sensible(throttle, azimuth) for throttle, azimuth in demands):
         return None
     thrusters = tuple([ThrusterDemand(throttle / _THROTTLE_SCALE, _azimuth_rad(azimuth)) for throttle, azimuth in demands])
-    return Command(sequence, bool(flags & 1), thrusters, bool(flags & 2), Light(red), Light(yellow), Light(green))
+    lower = None if flags < 2 else flags < 4
+    return Command(sequence, bool(flags & 1), thrusters, lower, Light(red), Light(yellow), Light(green))
 
 
 def _encode_status(message: BoardStatus) -> bytes:
@@ -288,7 +286,7 @@ def _encode_status(message: BoardStatus) -> bytes:
     rc_us += [0] * (RC_CHANNELS - len(rc_us))
     n = _count(message.thrusters)
     parts = [_STATUS_HEAD.pack(VERSION, _STATUS, message.sequence & 0xFF, flags, voltage, current, remaining, *rc_us, n)]
-    parts += [_STATUS_THRUSTER.pack(_throttle(t.throttle), _azimuth(t.azimuth_rad), t.ok) for t in message.thrusters]
+    parts += [_STATUS_THRUSTER.pack(_throttle(t.throttle), _azimuth(t.azimuth_rad), t.ok | (t.deployment or 0) << 1) for t in message.thrusters]
     return b"".join(parts)
 
 
@@ -299,7 +297,7 @@ def _decode_status(body: bytes) -> BoardStatus | None:
     if n > MAX_THRUSTERS or len(body) != _STATUS_HEAD.size + n * _STATUS_THRUSTER.size or flags > 15:
         return None
     states = tuple(_STATUS_THRUSTER.iter_unpack(body[_STATUS_HEAD.size :]))
-    if not all(_sensible(throttle, azimuth) and ok < 2 for throttle, azimuth, ok in states):
+    if not all(_sensible(throttle, azimuth) and state < 8 for throttle, azimuth, state in states):
         return None
     return BoardStatus(
         sequence=sequence,
@@ -311,7 +309,12 @@ def _decode_status(body: bytes) -> BoardStatus | None:
         current_a=None if current == _NO_CURRENT else current / 1e3,
         remaining=None if remaining == _NO_REMAINING else remaining / 254.0,
         rc_us=tuple(rc_us),
-        thrusters=tuple([ThrusterState(throttle / _THROTTLE_SCALE, _azimuth_rad(azimuth), ok == 1) for throttle, azimuth, ok in states]),
+        thrusters=tuple(
+            [
+                ThrusterState(throttle / _THROTTLE_SCALE, _azimuth_rad(azimuth), bool(state & 1), Deployment(state >> 1) if state > 1 else None)
+                for throttle, azimuth, state in states
+            ]
+        ),
     )
 
 

@@ -9,6 +9,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import Enum, IntEnum
 
+from companion.core.actuation import DARK as DARK
+from companion.core.actuation import ActuatorCommand as ActuatorCommand
+from companion.core.actuation import Beacon as Beacon
+from companion.core.actuation import Condition as Condition
+from companion.core.actuation import Deployment as Deployment
+from companion.core.actuation import Light as Light
+from companion.core.actuation import ThrusterCommand as ThrusterCommand
+from companion.core.actuation import ThrusterFeedback as ThrusterFeedback
+from companion.core.records import quick
+
 
 class FixType(IntEnum):
     """Quality of a satellite fix; the numbers are those of MAVLink's GPS_FIX_TYPE."""
@@ -24,6 +34,7 @@ class FixType(IntEnum):
 # --- sense: what sensors and bridges report ------------------------------------------------------------------------
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class GnssFix:
     """Best estimate of the antenna's position by one receiver."""
@@ -39,6 +50,7 @@ class GnssFix:
     position_accuracy_m: float | None = None  # one sigma, horizontal
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class GroundVelocity:
     """Velocity of the antenna over ground."""
@@ -57,6 +69,7 @@ class HeadingBy(Enum):
     MAGNETIC = "magnetic"  # the same, from magnetic north: the declination is still to be added
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class Heading:
     """Heading of the hull (antenna baseline and offsets already applied), true unless `by` is MAGNETIC."""
@@ -68,6 +81,7 @@ class Heading:
     by: HeadingBy = HeadingBy.BASELINE
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class Imu:
     """Specific force and angular rate in body axes."""
@@ -131,18 +145,6 @@ class RcInput:
 
 
 @dataclass(frozen=True, slots=True)
-class ThrusterFeedback:
-    """What one thruster really does, as its bridge reports it."""
-
-    t_s: float
-    source: str
-    index: int
-    throttle: float  # −1…1
-    azimuth_rad: float | None
-    ok: bool = True
-
-
-@dataclass(frozen=True, slots=True)
 class ManualInput:
     """Sticks of a ground station or a transmitter, each −1…1; `None` for an axis that is not there."""
 
@@ -162,6 +164,7 @@ Reading = (
 # --- estimate ------------------------------------------------------------------------------------------------------
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class NavState:
     """Best estimate of the boat's motion at `t_s`, of its origin (the IMU or hull reference point), with its own doubts.
@@ -299,6 +302,7 @@ class Home:
     yaw_rad: float | None = None
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class Status:
     """What the vessel has decided to be. `arming_refusals` is empty when arming would be accepted."""
@@ -329,15 +333,6 @@ class Wrench:
 ZERO_WRENCH = Wrench(0.0, 0.0, 0.0)
 
 
-@dataclass(frozen=True, slots=True)
-class ThrusterCommand:
-    """Demand on one thruster. `throttle` −1…1 follows from `force_n` by the thruster's curve; azimuth None where it is fixed."""
-
-    force_n: float
-    throttle: float
-    azimuth_rad: float | None
-
-
 class SetpointKind(Enum):
     NEUTRAL = "neutral"  # no thrust
     POSE = "pose"  # dynamic positioning: position, heading, velocity and acceleration all meant
@@ -347,6 +342,7 @@ class SetpointKind(Enum):
     THRUSTERS = "thrusters"  # thrusters as demanded, past the allocation
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class Setpoint:
     """What the boat should do now. Velocities and accelerations are of the reference, in its own body axes."""
@@ -385,19 +381,10 @@ class Allocation:
     limited: tuple[bool, bool, bool]
 
 
-@dataclass(frozen=True, slots=True)
-class ActuatorCommand:
-    """What goes to the bridges, after the last gate. `armed` False: bridges drive neutral whatever the rest says."""
-
-    t_s: float
-    armed: bool
-    thrusters: tuple[ThrusterCommand, ...]
-    gated: tuple[str, ...] = ()  # names of the limits that changed the demand
-
-
 # --- record --------------------------------------------------------------------------------------------------------
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class DeviceHealth:
     """One sensor, bridge or link as seen by its driver. `age_s` since the last good message; None before the first."""
@@ -408,6 +395,7 @@ class DeviceHealth:
     text: str = ""
 
 
+@quick
 @dataclass(frozen=True, slots=True)
 class Inputs:
     """The newest slow readings, kept by the loop for telemetry."""
@@ -437,3 +425,4 @@ class Tick:
     events: tuple[Event, ...] = field(default=())
     load: float = 0.0  # share of the tick's period spent computing
     readings: Sequence[Reading] = ()  # what the estimator was given
+    conditions: tuple[Condition, ...] = ()  # of the thrusters

@@ -33,6 +33,11 @@ def _devices(s: Situation) -> Iterator[str]:
             yield f"{device.name}: {device.text or 'no data'}"
 
 
+def _thrusters(s: Situation) -> Iterator[str]:
+    for name in s.failed_thrusters:
+        yield f"thruster {name} has failed"
+
+
 def _battery(s: Situation) -> Iterator[str]:
     battery = s.inputs.battery
     if battery is not None and battery.remaining is not None and battery.remaining < s.parameters["BAT_CRIT_THR"]:
@@ -49,4 +54,4 @@ def _safe_switch(s: Situation) -> Iterator[str]:
         yield "safe switch of the transmitter is on"
 
 
-CHECKS: tuple[Check, ...] = (_position, _heading, _devices, _battery, _leak, _safe_switch)
+CHECKS: tuple[Check, ...] = (_position, _heading, _devices, _thrusters, _battery, _leak, _safe_switch)

@@ -177,7 +177,7 @@ class ConsequenceCheck:
         self._parameters = parameters
         self._events = events
         self._needed: frozenset[int] = frozenset()
-        self._failed: frozenset[int] = frozenset()
+        self._out: frozenset[int] = frozenset()
         self.reset()
 
     def reset(self) -> None:
@@ -198,7 +198,7 @@ class ConsequenceCheck:
         self._mean = (x, y, n)
         if not self._left and self._taken_s < self._next_s:
             return
-        if not self._left or inputs.failed != self._failed:
+        if not self._left or inputs.failed | inputs.up != self._out:
             self._begin_round(inputs)
         if self._left:
             self._look(self._left.pop())
@@ -207,8 +207,8 @@ class ConsequenceCheck:
 
     def _begin_round(self, inputs: ModeInputs) -> None:
         self._next_s = self._taken_s + _PERIOD_S
-        self._asked, self._failed = self._mean, inputs.failed
-        self._left = [i for i in range(len(self._thrusters)) if i not in inputs.failed]
+        self._asked, self._out = self._mean, inputs.failed | inputs.up
+        self._left = [i for i in range(len(self._thrusters)) if i not in self._out]
         self._found = set()
 
     def _look(self, i: int) -> None:
@@ -216,7 +216,7 @@ class ConsequenceCheck:
         x, y, n = self._asked
         margin = _MARGIN if i in self._needed else 1.0
         demand = Wrench(margin * x, margin * y, margin * n)
-        if not is_met(self._thrusters, self._limits, demand, self._failed | {i}):
+        if not is_met(self._thrusters, self._limits, demand, self._out | {i}):
             self._found.add(i)
 
     def _conclude(self, inputs: ModeInputs) -> None:

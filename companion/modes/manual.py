@@ -15,6 +15,7 @@ class ManualMode(Mode):
     id = ModeId.MANUAL
     text = "Sticks drive the thrusters directly"
     by_stick = True
+    allocates = False
     needs_position = False
     needs_heading = False
 

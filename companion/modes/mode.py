@@ -14,7 +14,7 @@ from companion.core.types import ZERO_WRENCH, Home, ManualInput, ModeId, NavStat
 class ModeInputs:
     """What a mode sees of a tick. `manual`: live sticks that may be obeyed, else None. `speed_mps`: what a self-steered mode should sail at.
 
-    `achieved`: what the thrusters gave in the last cycle; `failed`: indices of those that report themselves dead.
+    `achieved`: what the thrusters gave in the last cycle; `failed`: indices of those that have failed, `up` of those that are not lowered.
     """
 
     nav: NavState
@@ -25,18 +25,21 @@ class ModeInputs:
     dt_s: float
     achieved: Wrench = ZERO_WRENCH
     failed: frozenset[int] = frozenset()
+    up: frozenset[int] = frozenset()
 
 
 class Mode(ABC):
     """One way of steering the boat. It is entered only while armed; while disarmed a chosen mode idles.
 
-    `text` is shown to people. `by_stick`: silence of the sticks is a failure. `needs_position`, `needs_heading`: what of the
+    `text` is shown to people. `by_stick`: silence of the sticks is a failure. `allocates`: the allocation drives the thrusters, and
+    retractable ones are down. `needs_position`, `needs_heading`: what of the
     estimate must be valid for it.
     """
 
     id: ModeId
     text: str
     by_stick: bool = False
+    allocates: bool = True
     needs_position: bool = True
     needs_heading: bool = True
     selectable: bool = True

@@ -66,6 +66,7 @@ class Situation:
     sticks_age_s: float | None
     station_age_s: float | None
     safe_switch: bool
+    failed_thrusters: tuple[str, ...] = ()
     lost_motions: tuple[str, ...] = ()  # what thrusters that have failed leave the boat unable to do
 
 

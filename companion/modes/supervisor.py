@@ -42,6 +42,7 @@ from companion.modes.mode import ModeInputs
 from companion.modes.nudges import Nudges
 from companion.modes.propulsion import lost_motions
 from companion.modes.responder import Responder
+from companion.modes.retraction import Retraction
 from companion.modes.situation import NO_ESTIMATE, Situation, usable
 from companion.modes.sticks import Sticks
 from companion.modes.unavailable import UnavailableMode
@@ -87,6 +88,7 @@ class Supervisor:
         self._home = HomeKeeper(events)
         self._helm = Helm(modes, self._sticks, events, self._mode_inputs)
         self._nudges = Nudges(config, parameters, self._helm, hold, events)
+        self.retraction = Retraction(config, parameters, self._helm, events)
         self._responder = Responder(self._helm, hold, self._sticks, events, self._situation)
         self._monitor = self._responder.monitor
         self._bridges = frozenset(bridge.name for bridge in config.actuators)
@@ -121,7 +123,7 @@ class Supervisor:
         self._achieved = achieved
 
     def thruster_failed(self, index: int, failed: bool) -> None:
-        """A thruster has reported itself dead, or well again."""
+        """A thruster has failed, or is well again."""
         self._failed = self._failed | {index} if failed else self._failed - {index}
 
     def request_mode(self, mode: ModeId, now_s: float) -> Outcome:
@@ -210,6 +212,10 @@ class Supervisor:
         """In Hold: hold this heading at the same point."""
         return self._nudges.head(yaw_rad, self._nav, now_s)
 
+    def lower_thrusters(self, lower: bool, now_s: float) -> Outcome:
+        """Retractable thrusters down, or up, which only Manual and a disarmed boat allow."""
+        return self.retraction.request(lower, now_s)
+
     def start_mission(self, first: int | None, now_s: float) -> Outcome:
         """Mission mode, from item `first` where that is given. Starts when armed; does not arm."""
         if first is not None and (outcome := self.set_current(first, True, now_s)) != ACCEPTED:
@@ -281,6 +287,7 @@ class Supervisor:
         self._sticks.update(inputs.rc, now_s)
         self._obey_safe_switch(now_s)
         self._responder.update(now_s)
+        self.retraction.update(inputs.rc, now_s)
         self._tell_of_new_plan(now_s)
         return self.status(now_s)
 
@@ -340,7 +347,8 @@ class Supervisor:
         return min(speed_mps, self._parameters["MPC_XY_VEL_MAX"])
 
     def _mode_inputs(self, now_s: float, dt_s: float) -> ModeInputs:
-        return ModeInputs(self._nav, self._sticks.obeyed(now_s), self._home.home, self._cruise_mps(), now_s, dt_s, self._achieved, self._failed)
+        sticks, home, up = self._sticks.obeyed(now_s), self._home.home, self.retraction.up
+        return ModeInputs(self._nav, sticks, home, self._cruise_mps(), now_s, dt_s, self._achieved, self._failed, up)
 
     def _situation(self, now_s: float) -> Situation:
         helm = self._helm
@@ -358,6 +366,7 @@ class Supervisor:
             sticks_age_s=self._sticks.age_s(now_s) if self._sticks.heard else None,
             station_age_s=None if self._station_s is None else now_s - self._station_s,
             safe_switch=self._sticks.safe_switch,
+            failed_thrusters=tuple([self._config.thrusters[i].name for i in sorted(self._failed)]) if self._failed else (),
             lost_motions=lost_motions(self._config.thrusters, self._failed),
         )
 

@@ -22,6 +22,7 @@ from typing import Any
 
 from companion.core.types import (
     Battery,
+    Deployment,
     DeviceHealth,
     FixType,
     GnssFix,
@@ -56,7 +57,7 @@ COLUMNS: dict[str, tuple[type[Any], tuple[str, ...]]] = {
     "wind": (Wind, ("t_s", "speed_mps", "from_rad")),
     "battery": (Battery, ("t_s", "voltage_v", "current_a", "remaining")),
     "leak": (Leak, ("t_s", "wet")),
-    "feedback": (ThrusterFeedback, ("t_s", "index", "throttle", "azimuth_rad", "ok")),
+    "feedback": (ThrusterFeedback, ("t_s", "index", "throttle", "azimuth_rad", "ok", "deployment")),
     "manual": (ManualInput, ("t_s", "surge", "sway", "yaw", "buttons")),
     "rc": (RcInput, ("t_s", "lost", "channels")),  # channels: one value each
     "time": (TimeOfDay, ("t_s", "time_unix_ns")),
@@ -65,7 +66,7 @@ _KIND_OF = {kind_type: kind for kind, (kind_type, _) in COLUMNS.items()}
 _OPTIONAL = frozenset(
     {"roll_rad", "pitch_rad", "altitude_m", "satellites", "hdop", "position_accuracy_m", "accuracy_rad", "current_a", "remaining"}
 )
-_OPTIONAL_BY_KIND = {"imu": {"yaw_rad"}, "feedback": {"azimuth_rad"}, "manual": {"surge", "sway", "yaw"}}
+_OPTIONAL_BY_KIND = {"imu": {"yaw_rad"}, "feedback": {"azimuth_rad", "deployment"}, "manual": {"surge", "sway", "yaw"}}
 _WHOLE: dict[str, Callable[[float], Any]] = {
     "fix": lambda value: FixType(int(value)),
     "satellites": int,
@@ -73,6 +74,7 @@ _WHOLE: dict[str, Callable[[float], Any]] = {
     "buttons": int,
     "wet": bool,
     "ok": bool,
+    "deployment": lambda value: Deployment(int(value)),
 }
 
 _POSE = ("north_m", "east_m", "yaw_rad", "surge_mps", "sway_mps", "yaw_rate_radps")

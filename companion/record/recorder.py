@@ -167,6 +167,7 @@ def tick_columns(thrusters: Sequence[str], devices: Sequence[str]) -> list[str]:
         "failsafes",
         "load",
         *(f"{name}_ok" for name in devices),
+        *(f"{name}_condition" for name in thrusters),
     ]
 
 
@@ -192,6 +193,7 @@ def tick_row(tick: Tick, devices: Sequence[str]) -> str:
     )
     ok = {device.name: device.ok for device in tick.health}
     cells += [f"{ok.get(name, False):d}" for name in devices]
+    cells += [condition.value for condition in tick.conditions]
     return ",".join(cells) + "\n"
 
 

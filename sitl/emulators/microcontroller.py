@@ -16,6 +16,7 @@ from companion.core.microcontroller_frame import (
     ThrusterState,
     encode,
 )
+from companion.core.types import DARK, Beacon, Light
 from sitl.battery import BatteryModel
 from sitl.faults import Faults
 from sitl.memory import MemoryDevice
@@ -24,7 +25,7 @@ from sitl.thrusters import Thruster
 _STATUS_HZ = 20.0
 _FIRMWARE = (1, 0, 0)
 _RC_CENTRED = (1500, 1500, 1500, 1500, 1000, 1000, 1000, 1000)
-_RC_SAFE = (1500, 1500, 1500, 1500, 2000, 2000, 2000, 2000)
+_RC_SAFE = (1500, 1500, 1500, 1500, 2000, 1000, 1000, 1000)
 _LOW_VOLTAGE_V = 10.8
 _LOW_REMAINING = 0.08
 _NONE = (0,) * RC_CHANNELS
@@ -73,6 +74,14 @@ class MicrocontrollerEmulator:
             self._port.send(encode(Ident(_FIRMWARE, len(self._thrusters), self.name)), t_s)
         self._port.send(encode(self.status()), t_s)
 
+    @property
+    def beacon(self) -> Beacon:
+        """The lamps as they shine: as commanded; green steady while the watchdog has the board."""
+        command = self.last_command
+        if command is None:
+            return DARK
+        return Beacon(command.red, command.yellow, Light.STEADY if self._neutral else command.green)
+
     def status(self) -> BoardStatus:
         active = self._faults.active
         low = "battery_low" in active
@@ -89,13 +98,18 @@ class MicrocontrollerEmulator:
             remaining=_LOW_REMAINING if low else self._battery.remaining,
             rc_us=_NONE if pulses is None or rc_lost else tuple(pulses),
             thrusters=tuple(
-                [ThrusterState(each.throttle(), each.azimuth_rad if each.steerable else None, not each.dead) for each in self._thrusters]
+                [
+                    ThrusterState(each.throttle(), each.azimuth_rad if each.steerable else None, not each.dead, each.deployment)
+                    for each in self._thrusters
+                ]
             ),
         )
 
     def _obey(self, command: Command) -> None:
         self._neutral = False
         for thruster, demand in zip(self._thrusters, command.thrusters, strict=True):
+            if command.lower is not None:
+                thruster.lower = command.lower
             thruster.demand(demand.throttle if command.armed else 0.0, demand.azimuth_rad if command.armed else None)
 
     def _go_neutral(self) -> None:

@@ -1,4 +1,4 @@
-"""Station keeping for ten minutes in gusts and a current; and the same with a stern thruster that dies and comes back."""
+"""Station keeping for ten minutes in gusts and a current; and the same with a thruster that fails and comes back."""
 
 from __future__ import annotations
 
@@ -8,11 +8,12 @@ from pathlib import Path
 from typing import Any
 
 from companion.core.angles import wrap_pi
+from sitl.faults import known
 from sitl.scenarios import plot
 from sitl.scenarios.four_corner import hold_home, thrusters_of
 from sitl.scenarios.measure import Check, between, distance_to, rms
 from sitl.scenarios.positioning import figures, read
-from sitl.scenarios.scenario import Scenario, Settings
+from sitl.scenarios.scenario import Scenario, ScenarioError, Settings
 from sitl.scenarios.station import Station
 
 _DURATION_S = 600.0
@@ -36,11 +37,16 @@ def sail(station: Station, settings: Settings) -> dict[str, Any]:
 
 
 def sail_with_failure(station: Station, settings: Settings) -> dict[str, Any]:
-    """The first thruster dies after a minute, for two."""
+    """A thruster fails after a minute, for two: the first one dies, unless `thruster` and `failure` say otherwise."""
+    config = station.rig.config
+    fault = f"thruster_{settings['thruster'] or config.thrusters[0].name}_{settings['failure']}"
+    if fault not in known(config):
+        names = ", ".join(name.removeprefix("thruster_") for name in sorted(known(config)) if name.startswith("thruster_"))
+        raise ScenarioError(f"thruster={settings['thruster']} failure={settings['failure']}: no such fault; there is {names}")
     hold_home(station)
     from_s = station.rig.now_s
     station.sail(_DIES_S)
-    station.rig.world.add_fault(f"thruster_{station.rig.config.thrusters[0].name}_dead", _DEAD_S)
+    station.rig.world.add_fault(fault, _DEAD_S)
     station.sail(_DEAD_S + _RECOVERY_S + _DIES_S)
     return _asked(station, from_s, recovered_s=from_s + _DIES_S + _DEAD_S + _RECOVERY_S)
 
@@ -75,7 +81,7 @@ def measure_with_failure(folder: Path, asked: dict[str, Any], settings: Settings
     metrics["recovered_rms_m"] = after["position_rms_m"]
     metrics["recovered_heading_rms_deg"] = after["heading_rms_deg"]
     return metrics, (
-        Check("largest distance, one stern thruster dead for 120 s", metrics["position_max_m"], 1.0, "m"),
+        Check("largest distance, one thruster failed for 120 s", metrics["position_max_m"], 1.0, "m"),
         Check("position RMS a minute after its return", metrics["recovered_rms_m"], 0.1, "m"),
         Check("heading RMS a minute after its return", metrics["recovered_heading_rms_deg"], 1.5, "deg"),
     )
@@ -98,9 +104,9 @@ SCENARIO = Scenario(
 )
 THRUSTER_FAILURE = Scenario(
     name="thruster_failure",
-    text="station keeping while one stern thruster is dead for two minutes",
+    text="station keeping while one thruster has failed for two minutes",
     vessel="revolt",
-    defaults=_DEFAULTS,
+    defaults={**_DEFAULTS, "thruster": "", "failure": "dead"},
     sail=sail_with_failure,
     measure=measure_with_failure,
     plot=plot.positioning,

@@ -15,6 +15,8 @@ from companion.core.ports import Actuator, Sensor
 from companion.core.types import (
     ActuatorCommand,
     Battery,
+    Beacon,
+    Deployment,
     FixType,
     GnssFix,
     GroundVelocity,
@@ -22,6 +24,7 @@ from companion.core.types import (
     HeadingBy,
     Imu,
     Leak,
+    Light,
     Reading,
     ThrusterCommand,
     ThrusterFeedback,
@@ -171,3 +174,22 @@ def test_leak_and_low_battery_arrive() -> None:
     readings = Boat(faults=["leak@1", "battery_low@1"]).sail(2.0)
     assert last(readings, Leak).wet
     assert last(readings, Battery).remaining == pytest.approx(0.08, abs=0.005)
+
+
+@pytest.mark.parametrize("bridge", [bridge.name for bridge in REVOLT.actuators])
+def test_a_bridge_carries_retraction_and_beacon_both_ways(bridge: str) -> None:
+    """What stands in a command comes out at the device, and where the thruster stands comes back."""
+    boat = Boat()
+    (driver,), (board,) = [d for d in boat.bridges if d.name == bridge], [b for b in boat.world.boards if b.name == bridge]
+    lamps = Beacon(Light.OFF, Light.STEADY, Light.BLINK)
+    seen: list[Deployment | None] = []
+    for lower in (None, False, True):
+        for _ in range(70):
+            boat.now_s = round(boat.now_s + 0.1, 6)
+            boat.world.advance(boat.now_s)
+            for reading in driver.read(boat.now_s):
+                if isinstance(reading, ThrusterFeedback) and reading.index == 2 and (not seen or seen[-1] is not reading.deployment):
+                    seen.append(reading.deployment)
+            driver.write(ActuatorCommand(boat.now_s, False, FORWARD, lower=lower, beacon=lamps), boat.now_s)
+    assert board.beacon == lamps
+    assert seen == [Deployment.LOWERED, Deployment.MOVING, Deployment.RETRACTED, Deployment.MOVING, Deployment.LOWERED]

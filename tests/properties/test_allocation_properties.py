@@ -12,7 +12,7 @@ from companion.core.angles import wrap_pi
 from companion.core.types import Allocation, ThrusterCommand, Wrench
 from companion.params import Parameters
 from companion.safety import Gate
-from tests.unit.control.simple_boat import REVOLT
+from tests.unit.control.simple_boat import BOW_DOWN, REVOLT
 
 DT_S = 0.1
 PARAMETERS = Parameters()
@@ -60,7 +60,7 @@ def test_the_gate_never_touches_what_the_allocation_gives(sequence: list[Wrench]
     allocator, gate = Allocator(REVOLT, PARAMETERS), Gate(REVOLT)
     for wrench in sequence:
         allocation = allocator.update(wrench, DT_S)
-        command = gate.update(allocation, True, 0.0, DT_S)
+        command = gate.update(allocation, True, 0.0, DT_S, True, BOW_DOWN)
         assert command.gated == ()
         assert command.thrusters == allocation.thrusters
 
@@ -70,7 +70,7 @@ def test_the_gate_never_touches_what_the_allocation_gives(sequence: list[Wrench]
 def test_the_gate_lets_only_sound_commands_through(sequence: list[tuple[list[ThrusterCommand], bool, float]]) -> None:
     gate = Gate(REVOLT)
     for demand, armed, dt_s in sequence:
-        command = gate.update(Allocation(tuple(demand), Wrench(0.0, 0.0, 0.0), (False, False, False)), armed, 0.0, dt_s)
+        command = gate.update(Allocation(tuple(demand), Wrench(0.0, 0.0, 0.0), (False, False, False)), armed, 0.0, dt_s, True, BOW_DOWN)
         assert len(command.thrusters) == 3 and command.armed is armed
         for t, c in zip(REVOLT.thrusters, command.thrusters, strict=True):
             assert math.isfinite(c.throttle) and abs(c.throttle) <= 1.0

@@ -13,12 +13,12 @@ from companion.core.microcontroller_frame import (
     FrameDecoder,
     Ident,
     IdentRequest,
-    Light,
     Message,
     ThrusterDemand,
     ThrusterState,
     encode,
 )
+from companion.core.types import Deployment, Light
 
 steady = settings(deadline=None, derandomize=True, max_examples=100)
 
@@ -31,7 +31,7 @@ commands = st.builds(
     sequence=bytes_u8,
     armed=st.booleans(),
     thrusters=st.lists(st.builds(ThrusterDemand, throttles, azimuths), max_size=16).map(tuple),
-    bow_thruster_down=st.booleans(),
+    lower=st.none() | st.booleans(),
     red=lights,
     yellow=lights,
     green=lights,
@@ -47,7 +47,7 @@ statuses = st.builds(
     current_a=st.none() | st.integers(-(2**31) + 1, 2**31 - 1).map(lambda n: n / 1e3),
     remaining=st.none() | st.integers(0, 254).map(lambda n: n / 254.0),
     rc_us=st.tuples(*[st.integers(0, 65535)] * 8),
-    thrusters=st.lists(st.builds(ThrusterState, throttles, azimuths, st.booleans()), max_size=16).map(tuple),
+    thrusters=st.lists(st.builds(ThrusterState, throttles, azimuths, st.booleans(), st.none() | st.sampled_from(Deployment)), max_size=16).map(tuple),
 )
 names = st.text(st.characters(max_codepoint=127), max_size=32)
 idents = st.builds(Ident, st.tuples(bytes_u8, bytes_u8, bytes_u8), bytes_u8, names)

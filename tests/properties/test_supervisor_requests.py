@@ -55,6 +55,7 @@ steps = st.one_of(
     st.tuples(st.just("nudge"), st.floats(-4.0, 4.0), any_number, st.floats(-1.0, 1.0)),
     st.tuples(st.just("set_heading"), any_number),
     st.tuples(st.just("thrusters"), st.integers(0, 2), st.booleans(), st.floats(-30.0, 30.0)),
+    st.tuples(st.just("lower"), st.booleans(), st.booleans()),
     st.tuples(st.just("set_current"), st.integers(-2, 6), st.booleans()),
     st.tuples(st.just("change_speed"), st.one_of(st.none(), any_number)),
     st.tuples(st.just("set_home"), st.one_of(st.none(), st.tuples(any_number, any_number))),
@@ -106,6 +107,9 @@ class World:
             case "thrusters":
                 supervisor.thruster_failed(values[0], values[1])
                 supervisor.thrust_achieved(Wrench(values[2], -values[2], values[2]))
+            case "lower":
+                outcome = supervisor.lower_thrusters(values[0], now)
+                supervisor.retraction.see(frozenset({2}) if values[1] else frozenset(), now)
             case "set_current":
                 outcome = supervisor.set_current(values[0], values[1], now)
             case "set_home":
@@ -154,6 +158,8 @@ class World:
                 self.inputs = replace(self.inputs, rc=replace(self.inputs.rc, t_s=self.now_s))
         health = [DeviceHealth("microcontroller", self.ok, 0.0), DeviceHealth("gnss", True, 0.0)]
         status = self.supervisor.update(replace(self.nav, t_s=self.now_s), self.inputs, health, self.now_s)
+        if status.armed and status.mode is not ModeId.MANUAL:
+            assert self.supervisor.retraction.lower is True
         setpoint = self.supervisor.guide(self.nav, self.now_s, 0.1)
         if not status.armed or not self.supervisor.status(self.now_s).armed:
             assert setpoint.kind is SetpointKind.NEUTRAL

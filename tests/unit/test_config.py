@@ -59,6 +59,8 @@ def test_five_errors_are_listed_at_once_each_with_its_line() -> None:
         ("m23_kgm = 7.0", "m23_kgm = 70000.0", "not positive definite"),
         ("thruster_x_m = [-1.12, -1.12, 1.12]", "thruster_x_m = [1.0]", "needs 3 values"),
         ("azimuth_rate_dps = 150.0", "azimuth_rate_dps = 0.0", "rate above 0"),
+        ("travel_s = 5.0", "", r"thruster\[3\].travel_s: a retractable thruster needs the time"),
+        ("retractable = true ", "retractable = false", "travel_s: only for a retractable thruster"),
         ("length_m = 3.0", "length_m = nan", "finite"),
         ("length_m = 3.0", "length_m = ", "not valid TOML"),
     ],

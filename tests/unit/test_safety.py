@@ -7,12 +7,24 @@ from dataclasses import replace
 
 import pytest
 
-from companion.core.types import ActuatorCommand, Allocation, ThrusterCommand, Wrench
-from companion.safety import Gate
+from companion.core.types import ActuatorCommand, Allocation, Deployment, ThrusterCommand, ThrusterFeedback, Wrench
+from companion.safety import Gate as BareGate
 from tests.unit.control.simple_boat import REVOLT
 
 DT_S = 0.1
 NONE = (False, False, False)
+BOW = REVOLT.thrusters[2]
+
+
+def bow(deployment: Deployment | None) -> tuple[ThrusterFeedback | None, ...]:
+    return None, None, ThrusterFeedback(0.0, "board", 2, 0.0, None, True, deployment)
+
+
+class Gate(BareGate):
+    """The gate of a boat whose bow thruster is down."""
+
+    def update(self, allocation: Allocation, armed: bool, now_s: float, dt_s: float, *_: object) -> ActuatorCommand:  # type: ignore[override]
+        return super().update(allocation, armed, now_s, dt_s, True, bow(Deployment.LOWERED))
 
 
 def allocation(*throttles: float, azimuth_rad: float = 0.2) -> Allocation:
@@ -108,3 +120,36 @@ def test_a_thruster_without_astern() -> None:
     boat = replace(REVOLT, thrusters=(jet, *REVOLT.thrusters[1:]))
     command = Gate(boat).update(allocation(-0.3, 0.0, 0.0), True, 0.0, DT_S)
     assert command.thrusters[0].throttle == 0.0
+
+
+@pytest.mark.parametrize("deployment", [Deployment.RETRACTED, Deployment.MOVING])
+@pytest.mark.parametrize("lower", [None, True, False])
+def test_a_propeller_that_is_not_down_never_runs(deployment: Deployment, lower: bool | None) -> None:
+    gate = BareGate(REVOLT)
+    for k in range(200):
+        command = gate.update(allocation(0.5, 0.5, 0.3), True, DT_S * k, DT_S, lower, bow(deployment))
+        assert command.thrusters[2] == ThrusterCommand(0.0, 0.0, None) and "bow.retracted" in command.gated
+        assert command.lower is lower
+    assert command.thrusters[0].throttle == 0.5
+
+
+def test_told_to_go_up_it_stops_at_once() -> None:
+    gate = BareGate(REVOLT)
+    for k in range(10):
+        running = gate.update(allocation(0.1, 0.1, 0.3), True, DT_S * k, DT_S, None, bow(Deployment.LOWERED))
+    assert running.thrusters[2].throttle == 0.3 and running.gated == ()
+    command = gate.update(allocation(0.1, 0.1, 0.3), True, 1.0, DT_S, False, bow(Deployment.LOWERED))
+    assert command.thrusters[2].throttle == 0.0
+
+
+@pytest.mark.parametrize("feedback", [(), bow(None)])
+def test_a_board_that_does_not_say_is_given_the_time_of_travel(feedback: tuple[ThrusterFeedback | None, ...]) -> None:
+    gate, demand = BareGate(REVOLT), allocation(0.0, 0.0, 0.1)
+    assert gate.update(demand, True, 100.0, DT_S, None, feedback).thrusters[2].throttle == 0.0
+    for now_s, lower, runs in ((101.0, True, False), (101.0 + BOW.travel_s - 0.1, True, False), (101.0 + BOW.travel_s, True, True), (107.0, False, False),
+                               (108.0, True, False), (108.0 + BOW.travel_s, True, True)):  # fmt: skip
+        assert (gate.update(demand, True, now_s, DT_S, lower, feedback).thrusters[2].throttle != 0.0) == runs
+
+
+def test_nothing_to_gate_while_up_is_no_complaint() -> None:
+    assert BareGate(REVOLT).update(allocation(0.1, 0.1, 0.0), True, 0.0, DT_S, False, bow(Deployment.RETRACTED)).gated == ()

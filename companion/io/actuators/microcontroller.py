@@ -12,7 +12,6 @@ from companion.core.microcontroller_frame import (
     FrameDecoder,
     Ident,
     IdentRequest,
-    Light,
     ThrusterDemand,
     encode,
 )
@@ -29,8 +28,7 @@ _SILENT_BYTES = 400  # that many bytes without one valid frame: not the language
 class MicrocontrollerBridge:
     """`ActuatorCommand` → COMMAND frames; STATUS frames → `Battery`, `Leak`, `RcInput`, `ThrusterFeedback`.
 
-    Of several STATUS frames in one read the newest counts. Thruster indices are those of the vessel. The beacon's lamps: red steady for a
-    wet leak sensor; yellow blinking when armed, steady when not; green blinking when all is well, steady when the board complains.
+    Of several STATUS frames in one read the newest counts. Thruster indices are those of the vessel.
     Remembers the last status, the board's identity, the sequence number, and when it was last heard and asked.
     """
 
@@ -80,16 +78,16 @@ class MicrocontrollerBridge:
         for index in self._indices:
             thruster = command.thrusters[index]
             demands.append(ThrusterDemand(thruster.throttle if command.armed else 0.0, thruster.azimuth_rad))
-        well = not self._complaint(now_s)
+        beacon = command.beacon
         self._sequence = (self._sequence + 1) & 0xFF
         message = Command(
             sequence=self._sequence,
             armed=command.armed,
             thrusters=tuple(demands),
-            bow_thruster_down=command.armed,
-            red=Light.STEADY if self._status is not None and self._status.leak_wet else Light.OFF,
-            yellow=Light.BLINK if command.armed else Light.STEADY,
-            green=Light.BLINK if well else Light.STEADY,
+            lower=command.lower,
+            red=beacon.red,
+            yellow=beacon.yellow,
+            green=beacon.green,
         )
         self._stream.write(encode(message), now_s)
         if self._writing_since_s is None:
@@ -148,7 +146,7 @@ class MicrocontrollerBridge:
         if status.rc_present:
             readings.append(RcInput(arrival_s, name, _channels(status.rc_us), status.rc_lost))
         for index, state in zip(self._indices, status.thrusters, strict=False):
-            readings.append(ThrusterFeedback(arrival_s, name, index, state.throttle, state.azimuth_rad, state.ok))
+            readings.append(ThrusterFeedback(arrival_s, name, index, state.throttle, state.azimuth_rad, state.ok, state.deployment))
         return readings
 
 

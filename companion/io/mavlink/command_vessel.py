@@ -9,6 +9,7 @@ from companion.core.types import Home, ModeId, Outcome, Result, Severity
 from companion.io.mavlink import messages as mavlink
 from companion.io.mavlink.command_nudge import user_1
 from companion.io.mavlink.command_request import DONE, Answer, CommandHandler, Request, denied, is_place, not_now
+from companion.io.mavlink.command_retract import user_2
 from companion.io.mavlink.hub import Hub, Peer
 from companion.io.mavlink.statustext import prearm_texts
 from companion.io.mavlink.vessel import VesselFace
@@ -56,6 +57,7 @@ class VesselCommands:
             mavlink.MAV_CMD_RUN_PREARM_CHECKS: self._prearm_checks,
             mavlink.MAV_CMD_DO_FLIGHTTERMINATION: self._terminate,
             mavlink.MAV_CMD_USER_1: lambda request: user_1(self._supervisor, request),
+            mavlink.MAV_CMD_USER_2: lambda request: user_2(self._supervisor, request),
         }
 
     # --- arming and modes ------------------------------------------------------------------------------------------

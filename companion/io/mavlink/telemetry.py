@@ -68,6 +68,7 @@ STREAMS: dict[int, Stream] = {
     mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS: Stream(motion.estimator_status, 1.0),
     mavlink.MAVLINK_MSG_ID_WIND_COV: Stream(motion.wind_cov, 1.0),
     mavlink.MAVLINK_MSG_ID_ACTUATOR_OUTPUT_STATUS: Stream(motion.actuator_output_status, 1.0),
+    mavlink.MAVLINK_MSG_ID_NAMED_VALUE_FLOAT: Stream(motion.retraction, 1.0),
 }
 
 _DATA_STREAMS: dict[int, tuple[int, ...]] = {

@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 from companion.core.frames import body_to_ned
-from companion.core.types import FixType, Setpoint, SetpointKind
+from companion.core.types import Condition, FixType, Setpoint, SetpointKind
 from companion.io.mavlink import messages as mavlink
 from companion.io.mavlink.dialects import Dialect
 from companion.io.mavlink.view import (
@@ -22,6 +22,7 @@ from companion.io.mavlink.view import (
 )
 
 _COURSE_SPEED_MPS = 0.2  # below it a course over ground is noise
+_DOWN = {Condition.RETRACTED: 0.0, Condition.MOVING: 0.5, Condition.READY: 1.0, Condition.FAILED: math.nan}
 _IGNORE_POSITION = 0b111
 _IGNORE_Z = 0b100100100  # position, velocity and acceleration downwards
 _IGNORE_VELOCITY = 0b111000
@@ -197,6 +198,16 @@ def wind_cov(view: View, dialect: Dialect) -> Any:
     north_mps, east_mps = -nav.wind_speed_mps * math.cos(nav.wind_from_rad), -nav.wind_speed_mps * math.sin(nav.wind_from_rad)
     unknown = math.nan
     return mavlink.MAVLink_wind_cov_message(view.unix_us, north_mps, east_mps, 0.0, unknown, unknown, nav.altitude_m, unknown, unknown)
+
+
+def retraction(view: View, dialect: Dialect) -> Any:
+    """Of the first retractable thruster, by its name (`bow_down`): 0 up, 0.5 on its way, 1 down. Not a number where it has failed."""
+    if view.tick is None or not view.tick.conditions:
+        return None
+    for thruster, condition in zip(view.vessel.config.thrusters, view.tick.conditions, strict=True):
+        if thruster.retractable:
+            return mavlink.MAVLink_named_value_float_message(view.boot_ms, f"{thruster.name[:5]}_down".encode("ascii"), _DOWN[condition])
+    return None
 
 
 def actuator_output_status(view: View, dialect: Dialect) -> Any:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from companion.core.types import FixType, MissionState, ModeId
+from companion.core.types import Condition, FixType, MissionState, ModeId
 from companion.io.mavlink import messages as mavlink
 from companion.io.mavlink.dialects import Dialect
 from companion.io.mavlink.vessel import ModeFace
@@ -106,7 +106,7 @@ def _sensor_bits(view: View) -> dict[int, tuple[bool, bool]]:
         mavlink.MAV_SYS_STATUS_SENSOR_3D_MAG: (True, nav.heading_valid),  # the heading source, whichever it is
         mavlink.MAV_SYS_STATUS_SENSOR_GPS: (True, nav.position_valid and nav.fix >= FixType.FIX_2D),
         mavlink.MAV_SYS_STATUS_AHRS: (True, nav.heading_valid and nav.position_valid),
-        mavlink.MAV_SYS_STATUS_SENSOR_MOTOR_OUTPUTS: (True, all(feedback is None or feedback.ok for feedback in tick.feedback)),
+        mavlink.MAV_SYS_STATUS_SENSOR_MOTOR_OUTPUTS: (True, Condition.FAILED not in tick.conditions),
         mavlink.MAV_SYS_STATUS_PREARM_CHECK: (True, status.armed or not status.arming_refusals),
     }
     if inputs.battery is not None:

@@ -7,9 +7,10 @@ import math
 from companion.config import VesselConfig, find, load
 from companion.core.angles import wrap_pi
 from companion.core.frames import body_to_ned, ned_to_body
-from companion.core.types import ActuatorCommand, FixType, NavState
+from companion.core.types import ActuatorCommand, Deployment, FixType, NavState, ThrusterFeedback
 
 REVOLT = load(find("revolt"))
+BOW_DOWN = (None, None, ThrusterFeedback(0.0, "board", 2, 0.0, None, True, Deployment.LOWERED))
 STEPS = 5
 LAG_S = 0.3
 

@@ -16,7 +16,7 @@ from companion.guidance.path_following import PathFollower, PathProgress, Waypoi
 from companion.guidance.reference import ReferenceGenerator
 from companion.params import Parameters
 from companion.safety import Gate
-from tests.unit.control.simple_boat import REVOLT, SimpleBoat
+from tests.unit.control.simple_boat import BOW_DOWN, REVOLT, SimpleBoat
 
 DT_S = 0.1
 SQUARE = [(20.0, 0.0), (20.0, 20.0), (0.0, 20.0), (0.0, 0.0)]
@@ -42,7 +42,7 @@ class Stack:
         wrench = self._controller.update(setpoint, nav, self._achieved, DT_S)
         allocation = self._allocator.update(wrench, DT_S)
         self._achieved = allocation.achieved
-        command = self._gate.update(allocation, True, self.boat.t_s, DT_S)
+        command = self._gate.update(allocation, True, self.boat.t_s, DT_S, True, BOW_DOWN)
         self.gated += len(command.gated)
         self.boat.sail(command, DT_S)
         return setpoint

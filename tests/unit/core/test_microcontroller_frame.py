@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import struct
+from dataclasses import replace
 
 import pytest
 
@@ -13,11 +14,11 @@ from companion.core.microcontroller_frame import (
     FrameDecoder,
     Ident,
     IdentRequest,
-    Light,
     ThrusterDemand,
     ThrusterState,
     encode,
 )
+from companion.core.types import Deployment, Light
 
 
 def crc_bitwise(data: bytes) -> int:
@@ -72,13 +73,25 @@ def test_command_bytes() -> None:
         sequence=0x102,
         armed=True,
         thrusters=(ThrusterDemand(0.5, math.pi / 2), ThrusterDemand(-1.0, None)),
-        bow_thruster_down=True,
+        lower=True,
         red=Light.STEADY,
         yellow=Light.BLINK,
         green=Light.OFF,
     )
     body = bytes.fromhex("01 01 02 03 09 02") + struct.pack("<hhhh", 5000, 15708, -10000, -32768)
     assert encode(command) == on_the_wire(body)
+
+
+@pytest.mark.parametrize(("lower", "flags"), [(None, 1), (True, 3), (False, 5)])
+def test_retractable_thrusters_in_both_directions(lower: bool | None, flags: int) -> None:
+    encoded = on_the_wire(bytes((1, 1, 0, flags, 0, 0)))
+    assert encode(Command(0, True, (), lower)) == encoded
+    assert FrameDecoder().feed(encoded) == [Command(0, True, (), lower)]
+    states = (None, Deployment.RETRACTED, Deployment.MOVING, Deployment.LOWERED)
+    status = replace(STATUS, thrusters=tuple(ThrusterState(0.0, None, True, state) for state in states))
+    body = bytes.fromhex("01 02 07 06") + struct.pack("<HiB8HB", 12345, -1500, 254, 1000, 1500, 2000, 0, 0, 0, 0, 0, 4)
+    body += b"".join(struct.pack("<hhB", 0, -32768, state) for state in (1, 3, 5, 7))
+    assert encode(status) == on_the_wire(body) and FrameDecoder().feed(on_the_wire(body)) == [status]
 
 
 def test_status_bytes() -> None:
@@ -122,7 +135,8 @@ def test_too_many_thrusters_are_refused() -> None:
         bytes.fromhex("01 09 00 00"),  # unknown type
         bytes.fromhex("01 01 00 01 00 01"),  # says one thruster, has none
         bytes.fromhex("01 01 00 01 00"),  # short
-        bytes.fromhex("01 01 00 04 00 00"),  # unknown flag
+        bytes.fromhex("01 01 00 08 00 00"),  # unknown flag
+        bytes.fromhex("01 01 00 06 00 00"),  # down and up at once
         bytes.fromhex("01 01 00 01 03 00"),  # a lamp that is neither
         bytes.fromhex("01 01 00 01 40 00"),  # reserved bits of the lamps
         bytes.fromhex("01 01 00 01 00 01") + struct.pack("<hh", 10001, 0),  # throttle above 1

@@ -156,3 +156,12 @@ def test_a_restart_in_mid_mission(make_boat: Any) -> None:
             assert boat.setpoint.target_east_m == pytest.approx(10.0, abs=0.01)
             boat.until(lambda boat=boat: boat.status.mission.reached == 1)
         assert math.isfinite(boat.nav.north_m)
+
+
+def test_a_failed_thruster_is_a_reason_against_arming(boat: Any) -> None:
+    boat.supervisor.thruster_failed(2, True)
+    boat.step()
+    assert boat.status.arming_refusals == ("thruster bow has failed",)
+    boat.supervisor.thruster_failed(2, False)
+    boat.step()
+    assert boat.status.arming_refusals == ()

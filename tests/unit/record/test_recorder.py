@@ -32,6 +32,7 @@ def test_every_row_is_there_without_closing(tmp_path: Path) -> None:
     assert list(rows[0]) == tick_columns(THRUSTERS, DEVICES) and None not in rows[0].values()
     assert rows[0]["mode"] == "Hold" and rows[0]["gnss_ok"] == "1" and rows[0]["imu_ok"] == "0"
     assert float(rows[0]["desired_north_m"]) == 1.0 and float(rows[0]["starboard_throttle"]) == -0.5
+    assert rows[0]["starboard_condition"] == "moving"
     assert rows[0]["cross_track_error_m"] == "", "what is not there is empty"
     events = list(csv.DictReader((tmp_path / "events.csv").read_text(encoding="utf-8").splitlines()))
     assert [event["text"] for event in events] == ["a 'quoted', text"] * 3

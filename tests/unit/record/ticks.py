@@ -5,6 +5,7 @@ from __future__ import annotations
 from companion.core.types import (
     ActuatorCommand,
     Allocation,
+    Condition,
     DeviceHealth,
     FixType,
     Inputs,
@@ -43,4 +44,5 @@ def tick(t_s: float) -> Tick:
         inputs=Inputs(),
         feedback=(None, None),
         health=(DeviceHealth("gnss", True, 0.05), DeviceHealth("imu", False, None, "no bytes yet")),
+        conditions=(Condition.READY, Condition.MOVING),
     )

@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from companion.config import SensorConfig, find, load
 from companion.core.geodesy import LocalFrame
 from companion.core.microcontroller_frame import BoardStatus, Command, FrameDecoder, Ident, IdentRequest, ThrusterDemand, encode
+from companion.core.types import Beacon, Deployment, Light
 from sitl import emulators
 from sitl.battery import BatteryModel
 from sitl.emulators.device import Surroundings
@@ -318,3 +319,33 @@ def test_faults_may_come_late() -> None:
     bench.faults.add(Fault("leak", 1.0))
     bench.run(0.01)
     assert bench.board.status().leak_wet
+
+
+def test_a_retractable_thruster_goes_where_it_is_told_armed_or_not() -> None:
+    bench = Bench()
+    bow = bench.thrusters[2]
+    travel_s = VESSEL.thrusters[2].travel_s
+
+    def command(lower: bool | None, seconds: float) -> list[Deployment | None]:
+        for _ in range(round(seconds / 0.1)):
+            bench.stream.write(encode(Command(1, False, (ThrusterDemand(0.0),) * 3, lower)), bench.t_s)
+            bench.run(0.1)
+        return [state.deployment for state in bench.board.status().thrusters]
+
+    assert command(None, 1.0) == [None, None, Deployment.LOWERED]
+    assert command(False, 1.0) == [None, None, Deployment.MOVING]
+    assert bow.down == pytest.approx(1.0 - 1.0 / travel_s, abs=0.01)
+    assert command(None, travel_s) == [None, None, Deployment.RETRACTED], "a travel once begun is ended"
+    assert command(True, travel_s - 0.2)[2] is Deployment.MOVING
+    assert command(True, 0.4)[2] is Deployment.LOWERED
+
+
+def test_the_beacon_is_as_commanded_until_the_watchdog_has_the_board() -> None:
+    bench = Bench()
+    assert bench.board.beacon == Beacon()
+    command = Command(1, True, (ThrusterDemand(0.0),) * 3, None, Light.STEADY, Light.BLINK, Light.BLINK)
+    bench.stream.write(encode(command), bench.t_s)
+    bench.run(0.1)
+    assert bench.board.beacon == Beacon(Light.STEADY, Light.BLINK, Light.BLINK)
+    bench.run(0.6)
+    assert bench.board.beacon == Beacon(Light.STEADY, Light.BLINK, Light.STEADY)

@@ -9,6 +9,7 @@ import pytest
 from pydantic import TypeAdapter
 
 from companion.config import ThrusterConfig, find, load
+from companion.core.types import Deployment
 from sitl.thrusters import Thruster, build
 
 VESSEL = load(find("revolt"))
@@ -157,3 +158,33 @@ def test_wrench_of_each_place_and_direction() -> None:
     assert starboard.wrench() == pytest.approx((6.75, 0.0, -0.15 * 6.75))
     assert bow.wrench() == pytest.approx((0.0, 3.795, 1.12 * 3.795))
     assert build(VESSEL.thrusters, 0.0, None)[2]._x_m == 1.15
+
+
+def test_a_retractable_thruster_gives_nothing_unless_it_is_down() -> None:
+    bow = Thruster(BOW, 0.0)
+    bow.demand(0.5, None)
+    bow.lower = False
+    run(bow, 0.01)
+    assert (bow.force_n, bow.deployment) == (0.0, Deployment.MOVING)
+    run(bow, BOW.travel_s)
+    assert (bow.force_n, bow.down, bow.deployment) == (0.0, 0.0, Deployment.RETRACTED)
+    bow.lower = True
+    run(bow, BOW.travel_s - 0.02)
+    assert bow.force_n == 0.0 and bow.deployment is Deployment.MOVING
+    run(bow, 0.03)
+    assert bow.force_n == pytest.approx(3.795) and bow.deployment is Deployment.LOWERED
+    bow.jammed, bow.lower = True, False
+    run(bow, 10.0)
+    assert bow.down == 1.0 and Thruster(STERN, 0.0).deployment is None
+
+
+def test_faults_that_the_board_does_not_see() -> None:
+    thruster = Thruster(STERN, 0.1)
+    thruster.demand(0.5, 1.0)
+    thruster.stuck = thruster.stalled = True
+    run(thruster, 2.0)
+    assert (thruster.azimuth_rad, thruster.force_n) == (0.0, 0.0) and not thruster.dead
+    thruster.stalled, thruster.runaway = False, True
+    thruster.demand(0.0, None)
+    run(thruster, 2.0)
+    assert thruster.force_n == pytest.approx(12.5, rel=1e-3)

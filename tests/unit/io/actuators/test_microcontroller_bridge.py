@@ -14,12 +14,11 @@ from companion.core.microcontroller_frame import (
     FrameDecoder,
     Ident,
     IdentRequest,
-    Light,
     ThrusterState,
     encode,
 )
 from companion.core.ports import Actuator
-from companion.core.types import ActuatorCommand, Battery, Leak, RcInput, ThrusterCommand, ThrusterFeedback
+from companion.core.types import ActuatorCommand, Battery, Beacon, Deployment, Leak, Light, RcInput, ThrusterCommand, ThrusterFeedback
 from companion.io.actuators import DRIVERS, open_actuator
 
 VESSEL = load(find("revolt"))
@@ -96,7 +95,7 @@ def test_armed_command_carries_throttle_and_azimuth() -> None:
     actuator, wire = bridge()
     actuator.write(ActuatorCommand(0.0, True, FORWARD), 0.0)
     (command,) = wire.commands()
-    assert command.armed and command.bow_thruster_down
+    assert command.armed and command.lower is None
     assert [(each.throttle, each.azimuth_rad) for each in command.thrusters] == [(0.6, 0.1), (0.7, -0.1), (0.25, None)]
 
 
@@ -205,14 +204,19 @@ def test_wrong_language_is_told_from_silence() -> None:
     assert "baud rate" in actuator.health(0.0).text
 
 
-def test_beacon() -> None:
+def test_beacon_and_retraction_are_passed_on() -> None:
     actuator, wire = bridge()
-    actuator.write(ActuatorCommand(0.0, False, FORWARD), 0.0)
-    heard(actuator, wire, replace(STATUS, leak_wet=True), 0.1)
-    actuator.write(ActuatorCommand(0.1, True, FORWARD), 0.1)
-    first, second = wire.commands()
-    assert (first.red, first.yellow, first.green) == (Light.OFF, Light.STEADY, Light.STEADY)
-    assert (second.red, second.yellow, second.green) == (Light.STEADY, Light.BLINK, Light.BLINK)
+    actuator.write(ActuatorCommand(0.0, False, FORWARD, lower=False, beacon=Beacon(Light.STEADY, Light.BLINK, Light.STEADY)), 0.0)
+    (command,) = wire.commands()
+    assert (command.red, command.yellow, command.green) == (Light.STEADY, Light.BLINK, Light.STEADY)
+    assert command.lower is False
+
+
+def test_where_a_retractable_thruster_stands_is_reported() -> None:
+    actuator, wire = bridge()
+    states = (*STATUS.thrusters[:2], ThrusterState(0.0, None, True, Deployment.MOVING))
+    feedback = [reading for reading in heard(actuator, wire, replace(STATUS, thrusters=states), 0.1) if isinstance(reading, ThrusterFeedback)]
+    assert [each.deployment for each in feedback] == [None, None, Deployment.MOVING]
 
 
 def test_the_port_is_passed_on() -> None:

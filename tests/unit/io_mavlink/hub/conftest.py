@@ -107,6 +107,9 @@ class FakeSupervisor:
     def set_heading(self, yaw_rad: float, now_s: float) -> Outcome:
         return self._take("set_heading", yaw_rad)
 
+    def lower_thrusters(self, lower: bool, now_s: float) -> Outcome:
+        return self._take("lower_thrusters", lower)
+
     def start_mission(self, first: int | None, now_s: float) -> Outcome:
         return self._take("start_mission", first)
 
