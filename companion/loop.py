@@ -135,7 +135,8 @@ class Vessel:
         setpoint = self.supervisor.guide(nav, now_s, self.period_s)
         wrench = self._blocks.controller.update(setpoint, nav, self._achieved, self.period_s)
         allocation = self.allocate(setpoint, wrench, status)
-        command = self._blocks.gate.update(allocation, status.armed, now_s, self.period_s)
+        auxiliary = self.supervisor.auxiliary.update(status.armed, now_s)
+        command = self._blocks.gate.update(allocation, status.armed, now_s, self.period_s, auxiliary)
         self.act(command, now_s)
         return self.record(readings, nav, status, setpoint, wrench, allocation, command, health)
 

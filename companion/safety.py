@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from companion.config import ThrusterConfig, VesselConfig
+from companion.core.auxiliary import NO_AUXILIARY, Auxiliary
 from companion.core.types import ActuatorCommand, Allocation, ThrusterCommand
 
 _FORCE_RATE_SHARE = 1.5  # of the configured rate: only what should never come is cut here
@@ -16,15 +17,19 @@ class Gate:
     """`update(allocation, armed, now_s, dt_s)` → ActuatorCommand that is finite, within limits and slow enough.
 
     Remembers the last force and azimuth of each thruster. `gated` names each limit that changed the demand: "count" for a wrong number of
-    thrusters, else "<thruster>.finite", ".throttle", ".slew", ".azimuth" or ".sector". Disarmed: every throttle is exactly 0, at once.
+    thrusters, else "<thruster>.finite", ".throttle", ".slew", ".azimuth" or ".sector". Disarmed: every throttle is exactly 0, at once, and
+    every servo and relay rests but those that may move then; "<servo>.pulse" names a pulse that was out of its limits.
     """
 
     def __init__(self, config: VesselConfig) -> None:
         self._thrusters = config.thrusters
+        self._servos, self._relays = config.servos, config.relays
         self._forces = [0.0] * len(config.thrusters)
         self._azimuths = [t.azimuth_rad for t in config.thrusters]
 
-    def update(self, allocation: Allocation, armed: bool, now_s: float, dt_s: float) -> ActuatorCommand:
+    def update(
+        self, allocation: Allocation, armed: bool, now_s: float, dt_s: float, auxiliary: Auxiliary = NO_AUXILIARY
+    ) -> ActuatorCommand:
         """What may go to the bridges."""
         gated: list[str] = []
         demands: tuple[ThrusterCommand | None, ...] = allocation.thrusters
@@ -32,7 +37,28 @@ class Gate:
             gated.append("count")
             demands = (None,) * len(self._thrusters)
         commands = tuple(self._one(i, demand, armed, dt_s, gated) for i, demand in enumerate(demands))
-        return ActuatorCommand(now_s, armed, commands, tuple(gated))
+        outputs = Auxiliary(self._pulses(auxiliary.servos_us, armed, gated), self._switches(auxiliary.relays, armed))
+        return ActuatorCommand(now_s, armed, commands, tuple(gated), outputs)
+
+    def _pulses(self, demands: tuple[float | None, ...], armed: bool, gated: list[str]) -> tuple[float | None, ...]:
+        """The pulses demanded, within limits; at rest where there is no sensible demand, or none may be."""
+        if len(demands) != len(self._servos):
+            demands = tuple(servo.rest_us for servo in self._servos)
+        pulses: list[float | None] = []
+        for servo, demand in zip(self._servos, demands, strict=True):
+            if not armed and not servo.while_disarmed:
+                pulses.append(servo.rest_us)
+            elif demand is None or servo.min_us <= demand <= servo.max_us:
+                pulses.append(demand)
+            else:
+                gated.append(f"{servo.name}.pulse")
+                pulses.append(min(servo.max_us, max(servo.min_us, demand)) if math.isfinite(demand) else servo.rest_us)
+        return tuple(pulses)
+
+    def _switches(self, demands: tuple[bool, ...], armed: bool) -> tuple[bool, ...]:
+        if len(demands) != len(self._relays):
+            return (False,) * len(self._relays)
+        return tuple(on and (armed or relay.while_disarmed) for relay, on in zip(self._relays, demands, strict=True))
 
     def _one(self, i: int, demand: ThrusterCommand | None, armed: bool, dt_s: float, gated: list[str]) -> ThrusterCommand:
         thruster = self._thrusters[i]

@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from companion.config import VesselConfig
 from companion.mission.plan_file import PlanFile, PlanFileError
 
 
@@ -49,7 +50,7 @@ def _mission(arguments: argparse.Namespace) -> int:
     if arguments.convert is not None:
         arguments.convert.write_text(files.write(arguments.convert.name, plan), encoding="utf-8")
         print(f"written: {arguments.convert}")
-    refusals = _refusals(plan, vessel is None or vessel.limits.sway_n > 0.0)
+    refusals = _refusals(plan, vessel)
     for text in refusals:
         print(f"the boat would refuse: {text}", file=sys.stderr)
     if arguments.plot is not None and not refusals:
@@ -60,11 +61,12 @@ def _mission(arguments: argparse.Namespace) -> int:
     return 1 if refusals else 0
 
 
-def _refusals(plan: PlanFile, can_sway: bool) -> list[str]:
+def _refusals(plan: PlanFile, vessel: VesselConfig | None) -> list[str]:
     from companion.mission.plan import PlanKind
     from companion.mission.validation import check_item, check_plan
 
     lists = {PlanKind.MISSION: plan.mission, PlanKind.FENCE: plan.fence, PlanKind.RALLY: plan.rally}
     found = [check_item(kind, item) for kind, items in lists.items() for item in items]
-    found += [check_plan(kind, items, can_sway) for kind, items in lists.items() if items]
+    can_sway, servos, relays = (True, None, None) if vessel is None else (vessel.limits.sway_n > 0.0, len(vessel.servos), len(vessel.relays))
+    found += [check_plan(kind, items, can_sway, servos, relays) for kind, items in lists.items() if items]
     return [f"{refusal.text} ({refusal.result.name})" for refusal in found if refusal is not None]

@@ -9,6 +9,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import Enum, IntEnum
 
+from companion.core.auxiliary import NO_AUXILIARY, Auxiliary
+
 
 class FixType(IntEnum):
     """Quality of a satellite fix; the numbers are those of MAVLink's GPS_FIX_TYPE."""
@@ -154,9 +156,7 @@ class ManualInput:
     buttons: int = 0
 
 
-Reading = (
-    GnssFix | GroundVelocity | Heading | Imu | TimeOfDay | Wind | Battery | Leak | RcInput | ThrusterFeedback | ManualInput
-)
+Reading = GnssFix | GroundVelocity | Heading | Imu | TimeOfDay | Wind | Battery | Leak | RcInput | ThrusterFeedback | ManualInput
 
 
 # --- estimate ------------------------------------------------------------------------------------------------------
@@ -393,6 +393,7 @@ class ActuatorCommand:
     armed: bool
     thrusters: tuple[ThrusterCommand, ...]
     gated: tuple[str, ...] = ()  # names of the limits that changed the demand
+    auxiliary: Auxiliary = NO_AUXILIARY
 
 
 # --- record --------------------------------------------------------------------------------------------------------

@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 from companion.config import SensorConfig, find, load
 from companion.core.geodesy import LocalFrame
+from companion.core.microcontroller_auxiliary import AuxiliaryDemand, AuxiliaryState
 from companion.core.microcontroller_frame import BoardStatus, Command, FrameDecoder, Ident, IdentRequest, ThrusterDemand, encode
 from sitl import emulators
 from sitl.battery import BatteryModel
@@ -318,3 +319,18 @@ def test_faults_may_come_late() -> None:
     bench.faults.add(Fault("leak", 1.0))
     bench.run(0.01)
     assert bench.board.status().leak_wet
+
+
+def test_servos_and_relays_obey_and_rest_when_nothing_comes() -> None:
+    bench = Bench()
+    config = replace(VESSEL.actuators[0], servos=("winch",), relays=("pump", "lamp"))
+    bench.board = MicrocontrollerEmulator(config, bench.stream.device, bench.thrusters, bench.battery, bench.faults)
+    bench.board.speak(bench.t_s)
+    assert not any(isinstance(message, AuxiliaryState) for message in bench.heard()), "nothing before it was asked"
+    bench.stream.write(encode(AuxiliaryDemand(4, (1900.0,), (True, False))), bench.t_s)
+    bench.run(0.4)
+    bench.board.speak(bench.t_s)
+    assert bench.heard()[-1] == bench.board.outputs == AuxiliaryState(4, (1900.0,), (True, False))
+    bench.stream.write(encode(AuxiliaryDemand(5, (), (True, False))), bench.t_s)  # for another board
+    bench.run(0.2)
+    assert (bench.board.outputs.servos_us, bench.board.outputs.relays) == ((None,), (False, False))
