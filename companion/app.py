@@ -121,7 +121,7 @@ def build(config: VesselConfig, around: Surroundings) -> Vessel:
         if around.log_folder is not None:
             around.state.copy_to(around.log_folder / STATE_FOLDER)
     parameters = _parameters(config, around, warn)
-    plans = _plans(around.state, config.limits.sway_n > 0.0, warn)
+    plans = _plans(around.state, config, warn)
     executor = MissionExecutor(plans)
     estimator = Estimator(config, parameters, events.say)
     supervisor = Supervisor(config, parameters, plans, executor, events, lambda: estimator.frame)
@@ -178,14 +178,14 @@ def _parameters(config: VesselConfig, around: Surroundings, warn: Callable[[str]
     return parameters
 
 
-def _plans(state: StateFile | None, can_sway: bool, warn: Callable[[str], None]) -> Plans:
+def _plans(state: StateFile | None, config: VesselConfig, warn: Callable[[str], None]) -> Plans:
     plans = Plans()
     if state is not None:
         kept, warnings = state.load_plans()
         for text in warnings:
             warn(text)
         for kind, items in kept.items():
-            refusal = check_plan(kind, items, can_sway) if items else None
+            refusal = check_plan(kind, items, config.limits.sway_n > 0.0, len(config.servos), len(config.relays)) if items else None
             if refusal is None:
                 plans.replace(kind, items)
             else:

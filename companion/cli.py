@@ -17,12 +17,13 @@ from typing import TYPE_CHECKING
 from companion import config as config_module
 from companion.app import Surroundings, build, load_vessel, program_version, warm_up
 from companion.clock import PacedClock, SimulatedClock, WallClock
-from companion.commands import logs
+from companion.commands import logs, missions
 from companion.config import ConfigError, HomeConfig, SensorConfig, VesselConfig
 from companion.io.mavlink.links import Link, LinkError, MemoryLink, open_link
 from companion.io.transport import TransportOpener
 from companion.io.urls import TransportError
 from companion.loop import RealWorld, Vessel, run
+from companion.mission.plan_file import PlanFileError
 from companion.record.log_reader import LogError, open_log
 from companion.record.state_file import StateFile, StateFileBusy
 
@@ -43,7 +44,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         code: int = arguments.command(arguments)
         return code
-    except ConfigError as error:
+    except (ConfigError, PlanFileError) as error:
         for problem in error.problems:
             print(problem, file=sys.stderr)
     except (UsageError, LinkError, LogError, TransportError, StateFileBusy) as error:
@@ -77,11 +78,7 @@ def _parser() -> argparse.ArgumentParser:
     check.add_argument("vessel", metavar="VESSEL")
     check.set_defaults(command=_check)
 
-    mission = commands.add_parser("mission", help="summary of a .plan or .waypoints file")
-    mission.add_argument("file", type=Path, metavar="FILE")
-    mission.add_argument("--speed", type=float, default=None, metavar="MPS", help="cruise speed where the file brings none")
-    mission.add_argument("--convert", type=Path, metavar="OUT", help="write it in the format of OUT's suffix")
-    mission.set_defaults(command=_mission)
+    missions.add_to(commands)
 
     scenario = commands.add_parser("scenario", help="sail a named scenario in lockstep and check it")
     verbs = scenario.add_subparsers(required=True, metavar="list | run | table")
@@ -225,45 +222,13 @@ class _Stop:
         return self._asked or over or self._vessel.restart_requested
 
 
-# --- check, mission ------------------------------------------------------------------------------------------------
+# --- check ---------------------------------------------------------------------------------------------------------
 
 
 def _check(arguments: argparse.Namespace) -> int:
     config = load_vessel(arguments.vessel)
     print(f"{config.name}: {config.title}: no errors")
     return 0
-
-
-def _mission(arguments: argparse.Namespace) -> int:
-    from companion.mission import files, summary
-    from companion.mission.plan import PlanKind
-    from companion.mission.validation import check_item, check_plan
-    from companion.params import Parameters
-
-    if arguments.speed is not None and not arguments.speed > 0.0:
-        raise UsageError(f"--speed {arguments.speed:g}: above 0, please")
-    try:
-        plan = files.read(arguments.file.name, arguments.file.read_text(encoding="utf-8"))
-    except files.PlanFileError as error:
-        raise ConfigError(error.problems) from error
-    except UnicodeDecodeError as error:
-        raise UsageError(f"{arguments.file}: not a text file") from error
-    lists = {PlanKind.MISSION: plan.mission, PlanKind.FENCE: plan.fence, PlanKind.RALLY: plan.rally}
-    refusals = [check_item(kind, item) for kind, items in lists.items() for item in items]
-    refusals += [check_plan(kind, items) for kind, items in lists.items() if items]
-    cruise_mps = arguments.speed or plan.cruise_speed_mps or Parameters()["WP_SPEED"]
-    print(summary.format_summary(summary.summarise(plan.mission, cruise_mps, plan.home)))
-    print(f"fence: {len(plan.fence)} items, rally points: {len(plan.rally)}")
-    if arguments.convert is not None:
-        try:
-            arguments.convert.write_text(files.write(arguments.convert.name, plan), encoding="utf-8")
-        except files.PlanFileError as error:
-            raise ConfigError(error.problems) from error
-        print(f"written: {arguments.convert}")
-    found = [refusal for refusal in refusals if refusal is not None]
-    for refusal in found:
-        print(f"the boat would refuse: {refusal.text} ({refusal.result.name})", file=sys.stderr)
-    return 1 if found else 0
 
 
 # --- scenario ------------------------------------------------------------------------------------------------------

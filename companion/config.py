@@ -15,6 +15,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, ConfigDict, Field, TypeAdapter, ValidationError
 
+from companion.config_outputs import Name, RelayConfig, ServoConfig, rest_problems
 from companion.core.toml_places import dotted, line_of
 
 _STRICT = ConfigDict(extra="forbid", allow_inf_nan=False)
@@ -26,7 +27,6 @@ Positive = Annotated[float, Field(gt=0.0)]
 NonNegative = Annotated[float, Field(ge=0.0)]
 Latitude = Annotated[float, Field(ge=-89.0, le=89.0)]
 Longitude = Annotated[float, Field(ge=-180.0, le=180.0)]
-Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]{0,31}$")]
 
 
 class ConfigError(Exception):
@@ -172,7 +172,7 @@ class SensorConfig:
 
 @dataclass(frozen=True, slots=True)
 class ActuatorConfig:
-    """One bridge: its driver (a row of `companion/io/actuators`), its port, and the thrusters it drives, by name."""
+    """One bridge: its driver (a row of `companion/io/actuators`), its port, and the thrusters, servos and relays it drives, by name."""
 
     __pydantic_config__ = _STRICT
     name: Name
@@ -180,6 +180,8 @@ class ActuatorConfig:
     port: str
     thrusters: tuple[Name, ...]
     timeout_s: Positive = 1.0
+    servos: tuple[Name, ...] = ()
+    relays: tuple[Name, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -242,6 +244,8 @@ class VesselConfig:
     thrusters: Annotated[tuple[ThrusterConfig, ...], Field(alias="thruster", min_length=1)]
     sensors: Annotated[tuple[SensorConfig, ...], Field(alias="sensor", min_length=1)]
     actuators: Annotated[tuple[ActuatorConfig, ...], Field(alias="actuator", min_length=1)]
+    servos: Annotated[tuple[ServoConfig, ...], Field(alias="servo", max_length=16)] = ()
+    relays: Annotated[tuple[RelayConfig, ...], Field(alias="relay", max_length=16)] = ()
     windage: WindageConfig = field(default_factory=WindageConfig)
     thesis_model: ThesisModelConfig | None = None
     links: tuple[str, ...] = ()
@@ -311,21 +315,16 @@ def _cross_checks(config: VesselConfig) -> list[tuple[tuple[str | int, ...], str
         "thruster": [row.name for row in config.thrusters],
         "sensor": [row.name for row in config.sensors],
         "actuator": [row.name for row in config.actuators],
+        "servo": [row.name for row in config.servos],
+        "relay": [row.name for row in config.relays],
     }
     for table, names in tables.items():
         for i, name in enumerate(names):
             if name in names[:i]:
                 problems.append(((table, i, "name"), f"'{name}' is used twice"))
-    known = {thruster.name for thruster in config.thrusters}
-    driven: set[str] = set()
-    for i, actuator in enumerate(config.actuators):
-        for name in actuator.thrusters:
-            if name not in known:
-                problems.append((("actuator", i, "thrusters"), f"no thruster named '{name}'"))
-            if name in driven:
-                problems.append((("actuator", i, "thrusters"), f"'{name}' is driven by two bridges"))
-            driven.add(name)
-    problems += [(("thruster",), f"'{name}' is driven by no bridge") for name in sorted(known - driven)]
+    for table in ("thruster", "servo", "relay"):
+        problems += _driving_problems(config, table, tables[table])
+    problems += rest_problems(config.servos)
     for i, thruster in enumerate(config.thrusters):
         if thruster.kind == "azimuth" and thruster.azimuth_rate_radps <= 0.0:
             problems.append((("thruster", i, "azimuth_rate_dps"), "an azimuth thruster needs a rate above 0"))
@@ -343,6 +342,20 @@ def _cross_checks(config: VesselConfig) -> list[tuple[tuple[str | int, ...], str
             if plant.thruster_x_m is not None and len(plant.thruster_x_m) != len(config.thrusters):
                 problems.append((("sitl", "plants", name, "thruster_x_m"), f"needs {len(config.thrusters)} values, one a thruster"))
     return problems
+
+
+def _driving_problems(config: VesselConfig, table: str, names: Sequence[str]) -> list[tuple[tuple[str | int, ...], str]]:
+    """Each thruster, servo or relay is driven by one bridge, and each that a bridge drives is there."""
+    problems: list[tuple[tuple[str | int, ...], str]] = []
+    driven: set[str] = set()
+    for i, actuator in enumerate(config.actuators):
+        for name in getattr(actuator, f"{table}s"):
+            if name not in names:
+                problems.append((("actuator", i, f"{table}s"), f"no {table} named '{name}'"))
+            if name in driven:
+                problems.append((("actuator", i, f"{table}s"), f"'{name}' is driven by two bridges"))
+            driven.add(name)
+    return problems + [((table,), f"'{name}' is driven by no bridge") for name in sorted(set(names) - driven)]
 
 
 def _sector_problems(thruster: ThrusterConfig) -> list[str]:

@@ -206,8 +206,10 @@ class Vessel:
         return allocation
 
     def gate(self, allocation: Allocation, status: Status, health: Sequence[DeviceHealth], now_s: float) -> ActuatorCommand:
-        """What may go to the bridges, and the lamps to go with it."""
-        command = self._blocks.gate.update(allocation, status.armed, now_s, self.period_s, self.supervisor.retraction.lower, self._feedback)
+        """What may go to the bridges, with servos, relays and lamps."""
+        lower = self.supervisor.retraction.lower
+        outputs = self.supervisor.auxiliary.update(status.armed, now_s)
+        command = self._blocks.gate.update(allocation, status.armed, now_s, self.period_s, lower, self._feedback, outputs)
         leak = self._inputs.leak
         lamps = beacon(status, leak is not None and leak.wet, health, self._blocks.availability.conditions)
         return replace(command, beacon=lamps)

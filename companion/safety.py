@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 
 from companion.config import ThrusterConfig, VesselConfig
+from companion.core.auxiliary import NO_AUXILIARY, Auxiliary
 from companion.core.types import ActuatorCommand, Allocation, Deployment, ThrusterCommand, ThrusterFeedback
 
 _FORCE_RATE_SHARE = 1.5  # of the configured rate: only what should never come is cut here
@@ -18,12 +19,14 @@ class Gate:
 
     Remembers the last force and azimuth of each thruster, and since when those that retract are told to be down. `gated` names each limit
     that changed the demand: "count" for a wrong number of thrusters, else "<thruster>.finite", ".throttle", ".slew", ".azimuth", ".sector"
-    or ".retracted". Disarmed: every throttle is exactly 0, at once. A retractable thruster runs only where its bridge reports it down and
-    nothing tells it to go up; where the bridge does not say, only after it has been told to be down for its time of travel.
+    or ".retracted", and "<servo>.pulse". Disarmed: every throttle is exactly 0, at once, and every servo and relay rests but those that may
+    move then. A retractable thruster runs only where its bridge reports it down and nothing tells it to go up; where the bridge does not say,
+    only after it has been told to be down for its time of travel.
     """
 
     def __init__(self, config: VesselConfig) -> None:
         self._thrusters = config.thrusters
+        self._servos, self._relays = config.servos, config.relays
         self._forces = [0.0] * len(config.thrusters)
         self._azimuths = [t.azimuth_rad for t in config.thrusters]
         self._retractable = tuple(i for i, t in enumerate(config.thrusters) if t.retractable)
@@ -38,6 +41,7 @@ class Gate:
         dt_s: float,
         lower: bool | None = None,
         feedback: Sequence[ThrusterFeedback | None] = (),
+        auxiliary: Auxiliary = NO_AUXILIARY,
     ) -> ActuatorCommand:
         """What may go to the bridges. `lower`: where retractable thrusters are told to be; `feedback`: the newest of each thruster."""
         gated: list[str] = []
@@ -48,7 +52,8 @@ class Gate:
             gated.append("count")
             demands = (None,) * len(self._thrusters)
         commands = tuple(self._one(i, demand, armed, dt_s, gated) for i, demand in enumerate(demands))
-        return ActuatorCommand(now_s, armed, commands, tuple(gated), lower)
+        outputs = Auxiliary(self._pulses(auxiliary.servos_us, armed, gated), self._switches(auxiliary.relays, armed))
+        return ActuatorCommand(now_s, armed, commands, tuple(gated), lower, auxiliary=outputs)
 
     def _see_which_are_down(self, lower: bool | None, feedback: Sequence[ThrusterFeedback | None], now_s: float) -> None:
         if lower is not True:
@@ -61,6 +66,26 @@ class Gate:
                 self._down[i] = lower is not False and report.deployment is Deployment.LOWERED
             else:
                 self._down[i] = self._told_down_s is not None and now_s - self._told_down_s >= self._thrusters[i].travel_s
+
+    def _pulses(self, demands: tuple[float | None, ...], armed: bool, gated: list[str]) -> tuple[float | None, ...]:
+        """The pulses demanded, within limits; at rest where there is no sensible demand, or none may be."""
+        if len(demands) != len(self._servos):
+            demands = tuple(servo.rest_us for servo in self._servos)
+        pulses: list[float | None] = []
+        for servo, demand in zip(self._servos, demands, strict=True):
+            if not armed and not servo.while_disarmed:
+                pulses.append(servo.rest_us)
+            elif demand is None or servo.min_us <= demand <= servo.max_us:
+                pulses.append(demand)
+            else:
+                gated.append(f"{servo.name}.pulse")
+                pulses.append(min(servo.max_us, max(servo.min_us, demand)) if math.isfinite(demand) else servo.rest_us)
+        return tuple(pulses)
+
+    def _switches(self, demands: tuple[bool, ...], armed: bool) -> tuple[bool, ...]:
+        if len(demands) != len(self._relays):
+            return (False,) * len(self._relays)
+        return tuple(on and (armed or relay.while_disarmed) for relay, on in zip(self._relays, demands, strict=True))
 
     def _one(self, i: int, demand: ThrusterCommand | None, armed: bool, dt_s: float, gated: list[str]) -> ThrusterCommand:
         thruster = self._thrusters[i]

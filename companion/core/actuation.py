@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum, IntEnum
 
+from companion.core.auxiliary import NO_AUXILIARY, Auxiliary
 from companion.core.records import quick
 
 
@@ -51,6 +52,7 @@ class ActuatorCommand:
     gated: tuple[str, ...] = ()  # names of the limits that changed the demand
     lower: bool | None = None
     beacon: Beacon = DARK
+    auxiliary: Auxiliary = NO_AUXILIARY
 
 
 class Deployment(IntEnum):

@@ -55,6 +55,8 @@ Type 4, IDENT, board → host, at power-up and when asked:
     5      n         u8    thrusters that the board drives
     6      length    u8    of the name, 0…32
     7      name      ASCII
+
+Types 5 and 6, outputs beside the thrusters: `companion.core.microcontroller_auxiliary`.
 """
 
 from __future__ import annotations
@@ -65,6 +67,14 @@ from binascii import crc_hqx
 from dataclasses import dataclass
 
 from companion.core.angles import wrap_pi
+from companion.core.microcontroller_auxiliary import (
+    AUXILIARY,
+    AUXILIARY_STATUS,
+    AuxiliaryDemand,
+    AuxiliaryState,
+    decode_outputs,
+    encode_outputs,
+)
 from companion.core.records import quick
 from companion.core.types import Deployment, Light
 
@@ -160,14 +170,14 @@ class Ident:
     name: str
 
 
-Message = Command | BoardStatus | IdentRequest | Ident
+Message = Command | BoardStatus | IdentRequest | Ident | AuxiliaryDemand | AuxiliaryState
 
 
 def encode(message: Message) -> bytes:
     """A message as the bytes of one frame, both delimiters included.
 
     Values outside their range are limited; a throttle that is not a number becomes 0 and an azimuth that is none, "none". Raises ValueError
-    for more than 16 thrusters.
+    for more than 16 thrusters, servos or relays.
     """
     if isinstance(message, Command):
         body = _encode_command(message)
@@ -176,6 +186,9 @@ def encode(message: Message) -> bytes:
     elif isinstance(message, Ident):
         name = message.name.encode("ascii", "replace")[:_MAX_NAME]
         body = _IDENT_HEAD.pack(VERSION, _IDENT, *message.firmware, message.thrusters, len(name)) + name
+    elif isinstance(message, AuxiliaryDemand | AuxiliaryState):
+        kind = AUXILIARY if isinstance(message, AuxiliaryDemand) else AUXILIARY_STATUS
+        body = bytes((VERSION, kind)) + encode_outputs(message)
     else:
         body = bytes((VERSION, _IDENT_REQUEST))
     return frame(body + _CRC.pack(crc_hqx(body, _CRC_START)))
@@ -249,6 +262,8 @@ def decode(encoded: bytes) -> Message | None:
         return _decode_status(body)
     if kind == _IDENT:
         return _decode_ident(body)
+    if kind in (AUXILIARY, AUXILIARY_STATUS):
+        return decode_outputs(kind, body[2:])
     return IdentRequest() if kind == _IDENT_REQUEST and len(body) == 2 else None
 
 

@@ -156,9 +156,7 @@ class ManualInput:
     buttons: int = 0
 
 
-Reading = (
-    GnssFix | GroundVelocity | Heading | Imu | TimeOfDay | Wind | Battery | Leak | RcInput | ThrusterFeedback | ManualInput
-)
+Reading = GnssFix | GroundVelocity | Heading | Imu | TimeOfDay | Wind | Battery | Leak | RcInput | ThrusterFeedback | ManualInput
 
 
 # --- estimate ------------------------------------------------------------------------------------------------------

@@ -1,7 +1,8 @@
 """The commands that a plan may hold, and the one table of what each of them asks for.
 
-Numbers, parameters and ranges are those of MAV_CMD in MAVLink's common.xml. Commands for a camera that is not there are accepted and
-do nothing, so that survey plans drawn in a ground station can be sailed. Everything else is refused.
+Numbers, parameters and ranges are those of MAV_CMD in MAVLink's common.xml. Commands for a camera or gimbal that is not there, and those of
+aircraft that a boat has done already (take off), are accepted and do nothing, so that survey plans drawn in a ground station can be sailed.
+Everything else is refused.
 """
 
 from __future__ import annotations
@@ -21,22 +22,44 @@ class Command(IntEnum):
     NAV_LOITER_TIME = 19
     NAV_RETURN_TO_LAUNCH = 20
     NAV_LAND = 21  # onto a berth
+    NAV_TAKEOFF = 22
+    NAV_LOITER_TO_ALT = 31
+    NAV_SPLINE_WAYPOINT = 82
     NAV_DELAY = 93
+    CONDITION_DELAY = 112
+    CONDITION_DISTANCE = 114
     CONDITION_YAW = 115
     DO_JUMP = 177
     DO_CHANGE_SPEED = 178
     DO_SET_HOME = 179
+    DO_SET_RELAY = 181
+    DO_REPEAT_RELAY = 182
+    DO_SET_SERVO = 183
+    DO_REPEAT_SERVO = 184
+    DO_SET_ACTUATOR = 187
+    DO_LAND_START = 189
     DO_SET_ROI_LOCATION = 195
     DO_SET_ROI_WPNEXT_OFFSET = 196
     DO_SET_ROI_NONE = 197
+    DO_SET_ROI_SYSID = 198
+    DO_CONTROL_VIDEO = 200
     DO_SET_ROI = 201
     DO_DIGICAM_CONTROL = 203
     DO_MOUNT_CONFIGURE = 204
     DO_MOUNT_CONTROL = 205
     DO_SET_CAM_TRIGG_DIST = 206
+    DO_SET_CAM_TRIGG_INTERVAL = 214
+    DO_MOUNT_CONTROL_QUAT = 220
+    OBLIQUE_SURVEY = 260
     SET_CAMERA_MODE = 530
+    SET_CAMERA_ZOOM = 531
+    SET_CAMERA_FOCUS = 532
+    SET_CAMERA_SOURCE = 534
+    DO_GIMBAL_MANAGER_PITCHYAW = 1000
+    DO_GIMBAL_MANAGER_CONFIGURE = 1001
     IMAGE_START_CAPTURE = 2000
     IMAGE_STOP_CAPTURE = 2001
+    DO_TRIGGER_CONTROL = 2003
     VIDEO_START_CAPTURE = 2500
     VIDEO_STOP_CAPTURE = 2501
     FENCE_RETURN_POINT = 5000
@@ -53,6 +76,7 @@ class Role(Enum):
     NAVIGATION = "navigation"  # the boat has something to do until it is done
     CONDITION = "condition"  # likewise, between two navigation items
     DO = "do"  # takes effect at once, on the way
+    GATE = "gate"  # holds back the "do" items after it until it is met, while the boat sails on; at the latest to the end of the leg
     IGNORED = "ignored"  # accepted, without effect
     ZONE = "zone"  # part of a fence, or a rally point
 
@@ -87,6 +111,19 @@ class Rule:
 
 
 _HEADING = Range(4, "heading", "give −360 to 360 degrees, or NaN for none", -360.0, 360.0, nan=True)
+_SERVO = Range(1, "servo", "give the number of a servo output, 1 or more", 1, 16, whole=True)
+_RELAY = Range(1, "relay", "give the number of a relay, 0 or more", 0, 15, whole=True)
+_PULSE = Range(2, "pulse width", "give 500 to 2500 µs", 500, 2500)
+
+
+def _count(number: int) -> Range:
+    return Range(number, "count", "give a whole number, 1 to 1000", 1, 1000, whole=True)
+
+
+def _cycle(number: int) -> Range:
+    return Range(number, "cycle time", "give 0.2 to 3600 s", 0.2, 3600)
+
+
 _IGNORED = Rule(Role.IGNORED)
 _POLYGON = Rule(
     Role.ZONE,
@@ -119,6 +156,9 @@ RULES: dict[int, Rule] = {
     ),
     Command.NAV_LOITER_UNLIM: Rule(Role.NAVIGATION, position=True, ranges=(_HEADING,)),
     Command.NAV_LOITER_TIME: Rule(Role.NAVIGATION, position=True, ranges=(Range(1, "time", "give 0 s or more", 0), _HEADING)),
+    Command.NAV_LOITER_TO_ALT: Rule(Role.NAVIGATION, position=True),  # a boat is at its altitude: a point to pass
+    Command.NAV_SPLINE_WAYPOINT: Rule(Role.NAVIGATION, position=True, ranges=(Range(1, "hold time", "give 0 s or more", 0),)),
+    Command.NAV_TAKEOFF: _IGNORED,
     Command.NAV_RETURN_TO_LAUNCH: Rule(Role.NAVIGATION),
     Command.NAV_LAND: Rule(
         Role.NAVIGATION,
@@ -138,6 +178,8 @@ RULES: dict[int, Rule] = {
             Range(4, "relative", "give 0 or 1", 0, 1, whole=True),
         ),
     ),
+    Command.CONDITION_DELAY: Rule(Role.GATE, ranges=(Range(1, "delay", "give 0 s or more", 0),)),
+    Command.CONDITION_DISTANCE: Rule(Role.GATE, ranges=(Range(1, "distance", "give 0 m or more", 0),)),
     Command.DO_JUMP: Rule(
         Role.DO,
         ranges=(
@@ -155,17 +197,36 @@ RULES: dict[int, Rule] = {
     Command.DO_SET_HOME: Rule(
         Role.DO, ranges=(Range(1, "use current position", "give 1 (here) or 0 (the position given)", 0, 1, whole=True),)
     ),
+    Command.DO_SET_RELAY: Rule(Role.DO, ranges=(_RELAY, Range(2, "state", "give 1 (on) or 0 (off)", 0, 1, whole=True))),
+    Command.DO_REPEAT_RELAY: Rule(Role.DO, ranges=(_RELAY, _count(2), _cycle(3))),
+    Command.DO_SET_SERVO: Rule(Role.DO, ranges=(_SERVO, _PULSE)),
+    Command.DO_REPEAT_SERVO: Rule(Role.DO, ranges=(_SERVO, _PULSE, _count(3), _cycle(4))),
+    Command.DO_SET_ACTUATOR: Rule(
+        Role.DO, ranges=tuple(Range(n, f"actuator {n}", "give −1 to 1, or NaN to leave it", -1, 1, nan=True) for n in range(1, 5))
+    ),
+    Command.DO_LAND_START: _IGNORED,
     Command.DO_SET_ROI_LOCATION: _IGNORED,
     Command.DO_SET_ROI_WPNEXT_OFFSET: _IGNORED,
     Command.DO_SET_ROI_NONE: _IGNORED,
+    Command.DO_SET_ROI_SYSID: _IGNORED,
+    Command.DO_CONTROL_VIDEO: _IGNORED,
     Command.DO_SET_ROI: _IGNORED,
     Command.DO_DIGICAM_CONTROL: _IGNORED,
     Command.DO_MOUNT_CONFIGURE: _IGNORED,
     Command.DO_MOUNT_CONTROL: _IGNORED,
     Command.DO_SET_CAM_TRIGG_DIST: _IGNORED,
+    Command.DO_SET_CAM_TRIGG_INTERVAL: _IGNORED,
+    Command.DO_MOUNT_CONTROL_QUAT: _IGNORED,
+    Command.OBLIQUE_SURVEY: _IGNORED,
     Command.SET_CAMERA_MODE: _IGNORED,
+    Command.SET_CAMERA_ZOOM: _IGNORED,
+    Command.SET_CAMERA_FOCUS: _IGNORED,
+    Command.SET_CAMERA_SOURCE: _IGNORED,
+    Command.DO_GIMBAL_MANAGER_PITCHYAW: _IGNORED,
+    Command.DO_GIMBAL_MANAGER_CONFIGURE: _IGNORED,
     Command.IMAGE_START_CAPTURE: _IGNORED,
     Command.IMAGE_STOP_CAPTURE: _IGNORED,
+    Command.DO_TRIGGER_CONTROL: _IGNORED,
     Command.VIDEO_START_CAPTURE: _IGNORED,
     Command.VIDEO_STOP_CAPTURE: _IGNORED,
     Command.FENCE_RETURN_POINT: Rule(Role.ZONE, PlanKind.FENCE, position=True),
@@ -178,6 +239,10 @@ RULES: dict[int, Rule] = {
 
 TASKS = frozenset(command for command, rule in RULES.items() if rule.role in (Role.NAVIGATION, Role.CONDITION))
 DESTINATIONS = frozenset(command for command, rule in RULES.items() if rule.role is Role.NAVIGATION and rule.position and command != Command.NAV_LAND)
+GATES = frozenset(command for command, rule in RULES.items() if rule.role is Role.GATE)
+PASSED = frozenset({Command.NAV_WAYPOINT, Command.NAV_LOITER_TO_ALT, Command.NAV_SPLINE_WAYPOINT})  # destinations without a stay of their own
+SERVOS = frozenset({Command.DO_SET_SERVO, Command.DO_REPEAT_SERVO})
+RELAYS = frozenset({Command.DO_SET_RELAY, Command.DO_REPEAT_RELAY})
 POLYGONS = frozenset({Command.FENCE_POLYGON_INCLUSION, Command.FENCE_POLYGON_EXCLUSION})
 CIRCLES = frozenset({Command.FENCE_CIRCLE_INCLUSION, Command.FENCE_CIRCLE_EXCLUSION})
 
@@ -193,7 +258,7 @@ def heading_rad(item: PlanItem) -> float | None:
     A waypoint without hold time and with param4 exactly 0 asks for none: ground stations of the ArduPilot family fill unused
     parameters with 0, and taken at its word the boat would stop and turn north at every waypoint of their plans. 360 means north.
     """
-    if not math.isfinite(item.param4):
+    if not math.isfinite(item.param4) or item.command in (Command.NAV_LOITER_TO_ALT, Command.NAV_SPLINE_WAYPOINT):
         return None
     if item.command == Command.NAV_WAYPOINT and item.param4 == 0.0 and not item.param1 > 0.0:
         return None
@@ -202,9 +267,11 @@ def heading_rad(item: PlanItem) -> float | None:
 
 def must_stay(item: PlanItem) -> bool:
     """Whether the boat comes to rest at this destination and stays for a while, or takes up a heading there."""
-    return item.command != Command.NAV_WAYPOINT or item.param1 > 0.0 or heading_rad(item) is not None
+    return item.command not in PASSED or stay_s(item) != 0.0 or heading_rad(item) is not None
 
 
 def stay_s(item: PlanItem) -> float | None:
     """How long it stays at this destination; None for ever."""
-    return None if item.command == Command.NAV_LOITER_UNLIM else item.param1
+    if item.command == Command.NAV_LOITER_UNLIM:
+        return None
+    return 0.0 if item.command == Command.NAV_LOITER_TO_ALT or not item.param1 > 0.0 else item.param1

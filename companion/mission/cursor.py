@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from companion.mission.commands import TASKS, Command
+from companion.mission.auxiliary import auxiliary_of
+from companion.mission.commands import GATES, TASKS, Command
 from companion.mission.plan import PlanItem
-from companion.mission.tasks import Action, SetHome, SetSpeed
+from companion.mission.tasks import Action, Gate, SetHome, SetSpeed
 
 ENDLESS = -1
 _MOST_STEPS = 20_000  # between two tasks; twice the longest plan
@@ -16,10 +17,11 @@ class Cursor:
     """Where a mission stands: `seq`, the times each jump was taken, and the speed that the mission has set (None: none).
 
     `seq` equal to the number of items means the end. `copy` looks ahead without moving the original. With `follow_endless` False
-    endless jumps are passed by.
+    endless jumps are passed by. `held`: the conditions (first) and "do" items that wait on the present leg, by number; they run when their
+    condition is met (`open_gate`), or when the leg is done. `leg_speed_mps`: the fastest that the boat may sail on the present leg.
     """
 
-    __slots__ = ("_follow_endless", "_items", "jumps", "seq", "speed_mps")
+    __slots__ = ("_follow_endless", "_gate_serial", "_items", "held", "jumps", "leg_speed_mps", "seq", "speed_mps")
 
     def __init__(
         self,
@@ -28,15 +30,47 @@ class Cursor:
         jumps: dict[int, int] | None = None,
         speed_mps: float | None = None,
         follow_endless: bool = True,
+        held: Sequence[int] = (),
     ) -> None:
         self._items = items
         self._follow_endless = follow_endless
         self.seq = seq
         self.jumps: dict[int, int] = jumps if jumps is not None else {}
-        self.speed_mps = speed_mps
+        self.speed_mps = self.leg_speed_mps = speed_mps
+        self.held: list[int] = list(held)
+        self._gate_serial = 0
 
     def copy(self) -> Cursor:
-        return Cursor(self._items, self.seq, dict(self.jumps), self.speed_mps, self._follow_endless)
+        """Without what is held: the one who looks ahead has no use for it."""
+        ahead = Cursor(self._items, self.seq, dict(self.jumps), self.speed_mps, self._follow_endless)
+        ahead.leg_speed_mps = self.leg_speed_mps
+        return ahead
+
+    @property
+    def gate(self) -> Gate | None:
+        """The condition that holds back items now."""
+        if not self.held:
+            return None
+        item = self._items[self.held[0]]
+        is_delay = item.command == Command.CONDITION_DELAY
+        return Gate(item.seq, self._gate_serial, item.param1 if is_delay else None, None if is_delay else item.param1)
+
+    def open_gate(self) -> list[Action]:
+        """The present condition is met; returns what the items behind it change, up to the next condition."""
+        actions: list[Action] = []
+        if self.held:
+            self.held.pop(0)
+            self._gate_serial += 1
+        while self.held and self._items[self.held[0]].command not in GATES:
+            if (action := self._action(self._items[self.held.pop(0)])) is not None:
+                actions.append(action)
+        return actions
+
+    def _open_all(self) -> list[Action]:
+        actions: list[Action] = []
+        while self.held:
+            actions += self.open_gate()
+        return actions
 
     @property
     def item(self) -> PlanItem | None:
@@ -44,17 +78,19 @@ class Cursor:
         return self._items[self.seq] if self.seq < len(self._items) else None
 
     def advance(self) -> list[Action]:
-        """Leave the present item for the next task, or the end."""
+        """Leave the present item for the next task, or the end; what still waits runs first."""
+        actions = self._open_all()
         self.seq += 1
-        return self.settle()
+        return actions + self.settle()
 
     def settle(self) -> list[Action]:
-        """Run "do" items from here to the next task or the end; returns what they change, in order.
+        """Run "do" items from here to the next task or the end, or hold them back; returns what they change now, in order.
 
         A loop of jumps with no task in it is left after a bounded number of steps, past its jumps.
         """
         actions: list[Action] = []
         items, count, steps = self._items, len(self._items), 0
+        self.leg_speed_mps = self.speed_mps
         while self.seq < count:
             item = items[self.seq]
             if item.command in TASKS:
@@ -64,9 +100,27 @@ class Cursor:
                 self.seq = int(item.param1)
                 continue
             self.seq += 1
-            if (action := self._action(item)) is not None and steps <= _MOST_STEPS:
-                actions.append(action)
+            if steps <= _MOST_STEPS:
+                self._run(item, actions)
+        if self.seq >= count:
+            actions += self._open_all()
         return actions
+
+    def _run(self, item: PlanItem, actions: list[Action]) -> None:
+        """A "do" item or a condition: its effect on the way ahead, and into `actions` what it changes now."""
+        action = self._action(item)
+        holds = bool(self.held) or item.command in GATES
+        if isinstance(action, SetSpeed):
+            self.speed_mps = action.speed_mps
+            either = (self.leg_speed_mps, action.speed_mps)
+            fastest = None if None in either else max(speed for speed in either if speed is not None)
+            self.leg_speed_mps = fastest if holds else action.speed_mps
+        if holds and (action is not None or item.command in GATES):
+            if not self.held:
+                self._gate_serial += 1
+            self.held.append(item.seq)
+        elif action is not None:
+            actions.append(action)
 
     def _takes(self, jump: PlanItem) -> bool:
         """Whether this jump is taken now; counts it. Counters run per item and are not set back by leaving the loop."""
@@ -80,10 +134,10 @@ class Cursor:
         self.jumps[self.seq] = taken + 1
         return True
 
-    def _action(self, item: PlanItem) -> Action | None:
+    @staticmethod
+    def _action(item: PlanItem) -> Action | None:
         if item.command == Command.DO_CHANGE_SPEED and item.param2 != -1.0:
-            self.speed_mps = item.param2 if item.param2 > 0.0 else None
-            return SetSpeed(self.speed_mps)
+            return SetSpeed(item.param2 if item.param2 > 0.0 else None)
         if item.command == Command.DO_SET_HOME:
             return SetHome(None, None) if item.param1 == 1.0 else SetHome(item.lat_deg, item.lon_deg)
-        return None
+        return auxiliary_of(item)

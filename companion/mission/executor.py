@@ -12,7 +12,7 @@ from companion.mission.cursor import Cursor
 from companion.mission.itinerary import task_at
 from companion.mission.plan import PlanItem, PlanKind, Plans, plan_id
 from companion.mission.snapshot import SnapshotError, read_snapshot, write_snapshot
-from companion.mission.tasks import Action, Complete, Sail, SetSpeed, Task
+from companion.mission.tasks import Action, Complete, Gate, Sail, SetSpeed, Task
 
 _COMPLETE = Complete()
 
@@ -73,6 +73,15 @@ class MissionExecutor:
                 return item.seq, item.lat_deg, item.lon_deg
         return None
 
+    @property
+    def gate(self) -> Gate | None:
+        """The condition that holds back "do" items on the present leg."""
+        return self._cursor.gate if self._state is MissionState.ACTIVE else None
+
+    def open_gate(self) -> tuple[Action, ...]:
+        """That condition is met; returns what changes by it. What is still held back when the leg is done changes then."""
+        return tuple(self._cursor.open_gate())
+
     def take_actions(self) -> tuple[Action, ...]:
         """Actions of "do" items that ran when the mission began, was set to another item or was replaced; each is given once."""
         actions, self._actions = tuple(self._actions), []
@@ -116,6 +125,7 @@ class MissionExecutor:
         if (refusal := self._outside(seq)) is not None:
             return refusal
         self._cursor.seq = seq
+        self._cursor.held.clear()
         if reset:
             self._cursor.jumps.clear()
         self._arrived = False
@@ -164,7 +174,7 @@ class MissionExecutor:
             kept = read_snapshot(snapshot, len(self._items))
         except SnapshotError as error:
             return str(error)
-        self._cursor = Cursor(self._items, kept.seq, kept.jumps, kept.speed_mps)
+        self._cursor = Cursor(self._items, kept.seq, kept.jumps, kept.speed_mps, held=kept.held)
         self._state = kept.state
         item = self._cursor.item
         self._arrived = kept.arrived and item is not None and must_stay(item)
@@ -245,7 +255,7 @@ class MissionExecutor:
         self.replaced = None
         if underway and len(self._items) >= upto and plan_id(before[:upto]) == plan_id(self._items[:upto]):
             jumps = {seq: taken for seq, taken in self._cursor.jumps.items() if seq < upto}
-            self._cursor = Cursor(self._items, self._cursor.seq, jumps, self._cursor.speed_mps)
+            self._cursor = Cursor(self._items, self._cursor.seq, jumps, self._cursor.speed_mps, held=self._cursor.held)
             self.replaced = Replaced.CONTINUED
             return
         self._rewind(0)

@@ -1,4 +1,4 @@
-"""Plan files as text, by suffix: `.plan` of QGroundControl, `.waypoints` of Mission Planner, MAVProxy and QGroundControl.
+"""Plan files as text, by suffix: those of ground stations (`.plan`, `.waypoints`) and the routes of chart programs (`.gpx`, `.xml`, …).
 
 Text in, data out, and back; opening files is for others. A new format is one file with `read` and `write`, and one row here.
 """
@@ -9,10 +9,13 @@ from collections.abc import Callable
 from pathlib import PurePath
 from typing import NamedTuple
 
-from companion.mission import qgc_plan, waypoints
+from companion.mission import gpx, openseamap, qgc_plan, waypoints
 from companion.mission.plan_file import PlanFile, PlanFileError
 
-__all__ = ["FORMATS", "Format", "PlanFile", "PlanFileError", "read", "write"]
+__all__ = ["FORMATS", "LONGEST_TEXT", "Format", "PlanFile", "PlanFileError", "read", "write"]
+
+LONGEST_TEXT = 16_000_000
+"""Characters; the longest mission that a vessel takes needs a quarter of it."""
 
 
 class Format(NamedTuple):
@@ -26,11 +29,18 @@ class Format(NamedTuple):
 FORMATS: dict[str, Format] = {
     ".plan": Format("QGroundControl plan", qgc_plan.read, qgc_plan.write),
     ".waypoints": Format("QGC WPL 110", waypoints.read, waypoints.write),
+    ".gpx": Format("GPX route", gpx.read, gpx.write),
+    ".xml": Format("OpenSeaMap trip planner, GML", openseamap.read_markup, openseamap.write_gml),
+    ".gml": Format("OpenSeaMap trip planner, GML", openseamap.read_markup, openseamap.write_gml),
+    ".kml": Format("OpenSeaMap trip planner, KML", openseamap.read_markup, openseamap.write_kml),
+    ".json": Format("route as JSON", openseamap.read_json_route, openseamap.write_json),
 }
 
 
 def read(name: str, text: str) -> PlanFile:
     """The plan in `text`, whose format the suffix of `name` tells. Raises PlanFileError with all problems."""
+    if len(text) > LONGEST_TEXT:
+        raise PlanFileError([f"{name}: {len(text)} characters; a plan file has at most {LONGEST_TEXT}"])
     return _format(name).read(name, text)
 
 

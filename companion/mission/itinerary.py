@@ -41,7 +41,7 @@ def _sail(ahead: Cursor) -> Sail:
         if len(route) == LONGEST_ROUTE or (route and route[-1].seq == ahead.seq):
             return Sail(tuple(route), stop=False)
         radius_m = item.param2 if item.command == Command.NAV_WAYPOINT and item.param2 > 0.0 else None
-        route.append(RoutePoint(ahead.seq, item.lat_deg, item.lon_deg, radius_m, ahead.speed_mps, heading_rad(item)))
+        route.append(RoutePoint(ahead.seq, item.lat_deg, item.lon_deg, radius_m, ahead.leg_speed_mps, heading_rad(item)))
         if must_stay(item):
             break
         ahead.advance()

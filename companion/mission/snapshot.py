@@ -24,6 +24,7 @@ class Snapshot:
     speed_mps: float | None
     reached: int
     reached_seq: int | None
+    held: tuple[int, ...] = ()
 
 
 def write_snapshot(plan_id: int, state: MissionState, cursor: Cursor, arrived: bool, reached: tuple[int, int | None]) -> dict[str, Any]:
@@ -37,6 +38,7 @@ def write_snapshot(plan_id: int, state: MissionState, cursor: Cursor, arrived: b
         "speed_mps": cursor.speed_mps,
         "reached": reached[0],
         "reached_seq": reached[1],
+        "held": list(cursor.held),
     }
 
 
@@ -49,12 +51,15 @@ def read_snapshot(values: Mapping[str, Any], count: int) -> Snapshot:
         speed_mps = None if values["speed_mps"] is None else _speed(values["speed_mps"])
         reached_seq = None if values["reached_seq"] is None else _whole(values["reached_seq"])
         arrived = bool(values["arrived"])
+        held = tuple(_whole(seq) for seq in values.get("held", ()))
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise SnapshotError(f"it cannot be read ({error})") from error
     furthest = count if state is MissionState.COMPLETE else count - 1
     if seq > max(0, furthest) or (state is MissionState.NO_MISSION) != (count == 0):
         raise SnapshotError(f"item {seq} in state {state.name} does not fit a mission of {count} items")
-    return Snapshot(state, seq, arrived, jumps, speed_mps, reached, reached_seq)
+    if any(seq >= count for seq in held):
+        raise SnapshotError(f"items held back that a mission of {count} items does not have")
+    return Snapshot(state, seq, arrived, jumps, speed_mps, reached, reached_seq, held)
 
 
 def _speed(value: Any) -> float:

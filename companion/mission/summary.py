@@ -14,6 +14,7 @@ from companion.mission.plan import PlanItem
 from companion.mission.tasks import SetHome
 
 _MOST_LEGS = 100_000
+_MOST_PLACES = 5
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,6 +91,7 @@ def summarise(items: Sequence[PlanItem], cruise_speed_mps: float, home: tuple[fl
         if not _follow(voyage, item, cursor.speed_mps):
             break
         _move_home(voyage, cursor.advance())
+    voyage.notes += _without_effect(items)
     voyage.notes += [f"item {i.seq} jumps to {i.param1:g} for ever: one lap is counted" for i in items if _is_endless(i)]
     return Summary(
         tuple(voyage.legs),
@@ -147,6 +149,19 @@ def _follow(voyage: _Voyage, item: PlanItem, speed_mps: float | None) -> bool:
             voyage.notes.append(f"item {item.seq} waits for a time of day: not counted")
     voyage.sail(item.seq, item.command, target, speed_mps, hold_s)
     return True
+
+
+def _without_effect(items: Sequence[PlanItem]) -> list[str]:
+    """Which commands are accepted and do nothing, and where they stand."""
+    found: dict[int, list[int]] = {}
+    for item in items:
+        if item.command in RULES and RULES[item.command].role is Role.IGNORED:
+            found.setdefault(item.command, []).append(item.seq)
+    notes = []
+    for command, seqs in found.items():
+        places = ", ".join(map(str, seqs[:_MOST_PLACES])) + (f" … {seqs[-1]}, {len(seqs)} in all" if len(seqs) > _MOST_PLACES else "")
+        notes.append(f"{name_of(command)} does nothing on this boat: item{'s' if len(seqs) > 1 else ''} {places}")
+    return notes
 
 
 def _move_home(voyage: _Voyage, actions: Sequence[object]) -> None:

@@ -122,4 +122,45 @@ class SetHome:
     lon_deg: float | None
 
 
-Action = SetSpeed | SetHome
+@dataclass(frozen=True, slots=True)
+class SetServo:
+    """Give servo output `number`, from 1, this pulse; with a count, so many times for half of `cycle_s`, in between what it was before."""
+
+    number: int
+    pulse_us: float
+    count: int = 0
+    cycle_s: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class SetRelay:
+    """Switch relay `number`, from 0; `on` None: to its other state and back, `count` times, for half of `cycle_s` each."""
+
+    number: int
+    on: bool | None
+    count: int = 0
+    cycle_s: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class SetActuators:
+    """Servo outputs 1, 2, … as shares of their travel, −1…1; None leaves one as it is."""
+
+    values: tuple[float | None, ...]
+
+
+AuxiliaryAction = SetServo | SetRelay | SetActuators
+Action = SetSpeed | SetHome | AuxiliaryAction
+
+
+@dataclass(frozen=True, slots=True)
+class Gate:
+    """What holds back "do" items now: so many seconds from when it was met, or being so near to the next destination.
+
+    `serial` tells one from the next, also where a lap comes by the same item again.
+    """
+
+    seq: int
+    serial: int
+    delay_s: float | None
+    distance_m: float | None

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from companion.mission.commands import CIRCLES, POLYGONS, RULES, TASKS, Command, Rule, name_of
+from companion.mission.auxiliary import UNSET_INT
+from companion.mission.commands import CIRCLES, POLYGONS, RELAYS, RULES, SERVOS, TASKS, Command, Rule, name_of
 from companion.mission.cursor import ENDLESS
 from companion.mission.plan import GLOBAL_FRAMES, PlanItem, PlanKind, PlanRefusal, PlanResult
 from companion.mission.polygon import MOST_VERTICES, find_crossing
@@ -37,10 +38,13 @@ def check_item(kind: PlanKind, item: PlanItem) -> PlanRefusal | None:
     return None if more is None else more(item)
 
 
-def check_plan(kind: PlanKind, items: Sequence[PlanItem], can_sway: bool = True) -> PlanRefusal | None:
+def check_plan(
+    kind: PlanKind, items: Sequence[PlanItem], can_sway: bool = True, servos: int | None = None, relays: int | None = None
+) -> PlanRefusal | None:
     """Why `items`, each of which has passed `check_item`, cannot be put in force together; None if they can, or if there are none.
 
-    `can_sway`: whether the boat can push itself sideways, and so come alongside a berth.
+    `can_sway`: whether the boat can push itself sideways, and so come alongside a berth. `servos`, `relays`: how many outputs it has; None
+    where no boat is asked.
     """
     if len(items) > CAPACITY:
         return PlanRefusal(PlanResult.NO_SPACE, f"{len(items)} items are too many: {_KIND_NAMES[kind]} can hold {CAPACITY}")
@@ -54,7 +58,7 @@ def check_plan(kind: PlanKind, items: Sequence[PlanItem], can_sway: bool = True)
         if landing is not None and not can_sway:
             text = "is for boats that can push themselves sideways, which this one cannot; remove it"
             return _refuse(landing, PlanResult.UNSUPPORTED, text)
-        return _check_mission(items)
+        return _check_outputs(items, servos, relays) or _check_mission(items)
     if kind is PlanKind.FENCE:
         return _check_fence(items)
     return None
@@ -101,10 +105,47 @@ def _check_home(item: PlanItem) -> PlanRefusal | None:
     return _check_position(item) if item.param1 == 0.0 else None
 
 
-_MORE: dict[int, Callable[[PlanItem], PlanRefusal | None]] = {Command.NAV_DELAY: _check_delay, Command.DO_SET_HOME: _check_home}
+def _check_actuators(item: PlanItem) -> PlanRefusal | None:
+    """In a mission only actuators 1 to 4 have a place: 5 and 6 stand where whole numbers go."""
+    if item.x not in UNSET_INT or item.y not in UNSET_INT:
+        result, number = (PlanResult.INVALID_PARAM5_X, 5) if item.x not in UNSET_INT else (PlanResult.INVALID_PARAM6_Y, 6)
+        return _refuse(item, result, f"sets actuator {number}; in a mission use 1 to 4")
+    if item.z == item.z and item.z != 0.0:
+        return _refuse(item, PlanResult.INVALID_PARAM7, f"is for set {item.z:g} of actuators (param7); there is set 0 only")
+    return None
+
+
+_MORE: dict[int, Callable[[PlanItem], PlanRefusal | None]] = {
+    Command.NAV_DELAY: _check_delay,
+    Command.DO_SET_HOME: _check_home,
+    Command.DO_SET_ACTUATOR: _check_actuators,
+}
 
 
 # --- a mission -----------------------------------------------------------------------------------------------------
+
+
+def _check_outputs(items: Sequence[PlanItem], servos: int | None, relays: int | None) -> PlanRefusal | None:
+    """Whether the boat has the outputs that the items are for. Servos are counted from 1, relays from 0."""
+    for item in items:
+        if servos is not None and item.command in SERVOS and item.param1 > servos:
+            return _no_output(item, 1, f"there is no servo output {item.param1:g}: {_numbers(servos, 1)}")
+        if relays is not None and item.command in RELAYS and item.param1 >= relays:
+            return _no_output(item, 1, f"there is no relay {item.param1:g}: {_numbers(relays, 0)}")
+        if servos is not None and item.command == Command.DO_SET_ACTUATOR:
+            values = (item.param1, item.param2, item.param3, item.param4)
+            number = next((n for n, value in enumerate(values, start=1) if n > servos and value == value), None)
+            if number is not None:
+                return _no_output(item, number, f"there is no servo output {number}: {_numbers(servos, 1)}")
+    return None
+
+
+def _no_output(item: PlanItem, number: int, text: str) -> PlanRefusal:
+    return PlanRefusal(_PARAM_RESULTS[number - 1], f"item {item.seq}: {name_of(item.command)}: {text}", item.seq)
+
+
+def _numbers(count: int, first: int) -> str:
+    return "this boat has none" if count == 0 else f"this boat has {first} to {first + count - 1}"
 
 
 def _check_mission(items: Sequence[PlanItem]) -> PlanRefusal | None:

@@ -10,7 +10,7 @@ from companion.core.geodesy import LocalFrame, distance_and_bearing
 from companion.core.types import MissionState, ModeId, Setpoint, Severity
 from companion.guidance.path_following import PathFollower, Waypoint
 from companion.mission.executor import MissionExecutor
-from companion.mission.tasks import Action, Complete, Dock, ReturnHome, RoutePoint, Sail, Stay, Task, Turn, Wait
+from companion.mission.tasks import Action, Complete, Dock, Gate, ReturnHome, RoutePoint, Sail, Stay, Task, Turn, Wait
 from companion.modes.berth import BerthChoice
 from companion.modes.docking import Docking
 from companion.modes.events import EventLog
@@ -67,6 +67,8 @@ class MissionMode(Mode):
         self._turn: TurnPlan | None = None
         self._turning = False  # its last step has not been asked for yet
         self._actions: list[Action] = []
+        self._gate: Gate | None = None
+        self._gate_since_s = 0.0
 
     @property
     def ended(self) -> MissionState | None:
@@ -116,8 +118,10 @@ class MissionMode(Mode):
     def leave(self) -> None:
         self._executor.pause()
         self._task = None
+        self._gate = None
 
     def update(self, inputs: ModeInputs) -> Setpoint:
+        self._mind_gate(inputs)
         for _ in range(_TASKS_A_TICK):
             task = self._executor.task
             if task is None or isinstance(task, Complete):
@@ -128,6 +132,24 @@ class MissionMode(Mode):
             if self._executor.task is task:
                 return setpoint
         return self._rest(inputs)
+
+    def _mind_gate(self, inputs: ModeInputs) -> None:
+        """Let through what a condition held back, once it is met. A delay counts from here, and anew after a pause."""
+        while (gate := self._executor.gate) is not None:
+            if gate != self._gate:
+                self._gate, self._gate_since_s = gate, inputs.now_s
+            if not self._is_met(gate, inputs):
+                return
+            self._actions += self._executor.open_gate()
+
+    def _is_met(self, gate: Gate, inputs: ModeInputs) -> bool:
+        if gate.delay_s is not None:
+            return inputs.now_s - self._gate_since_s >= gate.delay_s
+        place = self._executor.next_place
+        if place is None or gate.distance_m is None:
+            return True
+        away_m, _ = distance_and_bearing(inputs.nav.lat_deg, inputs.nav.lon_deg, place[1], place[2])
+        return away_m <= gate.distance_m
 
     def _rest(self, inputs: ModeInputs) -> Setpoint:
         """Stop where the tasks ran out; at a berth, stay there."""

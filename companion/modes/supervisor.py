@@ -31,6 +31,7 @@ from companion.mission.plan import Plans
 from companion.mission.tasks import SetHome, SetSpeed
 from companion.modes import build_modes
 from companion.modes.arming import arming_refusals
+from companion.modes.auxiliary import AuxiliaryOutputs
 from companion.modes.dock import DockMode
 from companion.modes.events import EventLog
 from companion.modes.failsafes import Action
@@ -84,6 +85,7 @@ class Supervisor:
         hold, mission, dock = modes[ModeId.HOLD], modes[ModeId.MISSION], modes[ModeId.DOCK]
         assert isinstance(hold, HoldMode) and isinstance(mission, MissionMode) and isinstance(dock, DockMode)
         self._hold, self._mission, self._dock = hold, mission, dock
+        self.auxiliary = AuxiliaryOutputs(config, events)
         self._sticks = Sticks(parameters)
         self._home = HomeKeeper(events)
         self._helm = Helm(modes, self._sticks, events, self._mode_inputs)
@@ -401,6 +403,8 @@ class Supervisor:
                 self._speed_mps = self._limited(action.speed_mps)
             elif isinstance(action, SetHome):
                 self._set_home_by_mission(action, now_s)
+            else:
+                self.auxiliary.request(action, now_s)
         ended = self._mission.ended
         if ended is None:
             return

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from companion.config import ActuatorConfig
+from companion.core.microcontroller_auxiliary import AuxiliaryDemand, AuxiliaryState
 from companion.core.microcontroller_frame import (
     RC_CHANNELS,
     WATCHDOG_S,
@@ -32,7 +33,10 @@ _NONE = (0,) * RC_CHANNELS
 
 
 class MicrocontrollerEmulator:
-    """Obeys armed commands, neutral without them. `rc_us` are the pulses of a transmitter, None where there is no receiver."""
+    """Obeys armed commands, neutral without them. `rc_us` are the pulses of a transmitter, None where there is no receiver.
+
+    `outputs`: what its servos and relays do.
+    """
 
     def __init__(
         self, config: ActuatorConfig, port: MemoryDevice, thrusters: Sequence[Thruster], battery: BatteryModel, faults: Faults
@@ -49,6 +53,9 @@ class MicrocontrollerEmulator:
         self._last_command_s: float | None = None
         self._neutral = True
         self._introduced = False
+        self._at_rest = AuxiliaryState(0, (None,) * len(config.servos), (False,) * len(config.relays))
+        self.outputs = self._at_rest
+        self._outputs_s: float | None = None
 
     def listen(self, t_s: float) -> None:
         """Take the commands that have arrived by `t_s`; mind the watchdog."""
@@ -62,9 +69,13 @@ class MicrocontrollerEmulator:
                     self._obey(message)
                 elif isinstance(message, IdentRequest):
                     self._introduced = False
+                elif isinstance(message, AuxiliaryDemand):
+                    self._switch(message, t_s)
         stopped = "mcu_silent" in self._faults.active
         if not self._neutral and (stopped or self._last_command_s is None or t_s - self._last_command_s >= WATCHDOG_S - 1e-9):
             self._go_neutral()
+        if self._outputs_s is not None and (stopped or t_s - self._outputs_s >= WATCHDOG_S - 1e-9):
+            self.outputs = self._at_rest
 
     def speak(self, t_s: float) -> None:
         if "mcu_silent" in self._faults.active:
@@ -73,6 +84,8 @@ class MicrocontrollerEmulator:
             self._introduced = True
             self._port.send(encode(Ident(_FIRMWARE, len(self._thrusters), self.name)), t_s)
         self._port.send(encode(self.status()), t_s)
+        if self._outputs_s is not None:
+            self._port.send(encode(self.outputs), t_s)
 
     @property
     def beacon(self) -> Beacon:
@@ -104,6 +117,11 @@ class MicrocontrollerEmulator:
                 ]
             ),
         )
+
+    def _switch(self, demand: AuxiliaryDemand, t_s: float) -> None:
+        if (len(demand.servos_us), len(demand.relays)) == (len(self._at_rest.servos_us), len(self._at_rest.relays)):
+            self.outputs = AuxiliaryState(demand.sequence, demand.servos_us, demand.relays)
+            self._outputs_s = t_s
 
     def _obey(self, command: Command) -> None:
         self._neutral = False

@@ -7,6 +7,7 @@ import math
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from companion.core.microcontroller_auxiliary import AuxiliaryDemand, AuxiliaryState
 from companion.core.microcontroller_frame import (
     BoardStatus,
     Command,
@@ -51,7 +52,10 @@ statuses = st.builds(
 )
 names = st.text(st.characters(max_codepoint=127), max_size=32)
 idents = st.builds(Ident, st.tuples(bytes_u8, bytes_u8, bytes_u8), bytes_u8, names)
-messages = commands | statuses | idents | st.just(IdentRequest())
+pulses = st.lists(st.none() | st.integers(500, 2500).map(float), max_size=16).map(tuple)
+relays = st.lists(st.booleans(), max_size=16).map(tuple)
+outputs = st.builds(AuxiliaryDemand, bytes_u8, pulses, relays) | st.builds(AuxiliaryState, bytes_u8, pulses, relays)
+messages = commands | statuses | idents | outputs | st.just(IdentRequest())
 
 GOOD = Command(9, True, (ThrusterDemand(0.5, 1.0), ThrusterDemand(0.0, None)))
 

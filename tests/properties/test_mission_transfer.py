@@ -83,7 +83,7 @@ class Water:
         self.events = EventLog()
         self.supervisor = FakeSupervisor(self.plans)
         self.hub = FakeHub(self)
-        config = SimpleNamespace(limits=SimpleNamespace(sway_n=20.0))
+        config = SimpleNamespace(limits=SimpleNamespace(sway_n=20.0), servos=(), relays=())
         vessel: Any = SimpleNamespace(plans=self.plans, events=self.events, supervisor=self.supervisor, config=config)
         hub: Any = self.hub
         self.service = MissionService(hub, vessel)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -9,6 +10,7 @@ import pytest
 from companion.core.types import MissionState
 from companion.io.mavlink import messages as mavlink
 from companion.mission import files
+from companion.mission.commands import DESTINATIONS
 from companion.mission.plan import PlanItem, PlanKind
 from tests.protocol.desk import Desk
 
@@ -27,23 +29,62 @@ def test_there_is_one_of_each_kind() -> None:
     assert {path.suffix for path in FILES} >= {".plan", ".waypoints"}
 
 
-@pytest.mark.parametrize("path", FILES, ids=lambda path: path.name)
-def test_sails_to_its_end(path: Path, tmp_path: Path) -> None:
+QUICK = ("trondheim_square.plan", "trondheim_tour.waypoints")  # the others are begun in every run and sailed to their end in the sweep
+
+
+def loaded(path: Path, tmp_path: Path) -> Desk:
+    """A desk whose boat has the plan, armed and in Mission. What it gives back is what was sent, field by field."""
     plan = files.read(path.name, path.read_text(encoding="utf-8"))
     desk = Desk(tmp_path)
     desk.tick()
     desk.ready()
     for kind, items in ((PlanKind.MISSION, plan.mission), (PlanKind.FENCE, plan.fence), (PlanKind.RALLY, plan.rally)):
-        assert desk.upload([message(item, kind) for item in items], int(kind)) == mavlink.MAV_MISSION_ACCEPTED
+        sent = [message(item, kind) for item in items]
+        assert desk.upload(sent, int(kind)) == mavlink.MAV_MISSION_ACCEPTED
+        back = [desk.tell(mavlink.MAVLink_mission_request_int_message(1, 1, item.seq, int(kind)))[0] for item in items]
+        for one, other in zip(sent, back, strict=True):
+            for name in ("seq", "frame", "command", "autocontinue", "param1", "param2", "param3", "param4", "x", "y", "z", "mission_type"):
+                assert getattr(other, name) == pytest.approx(getattr(one, name), rel=1e-7, nan_ok=True), (one.seq, name)
     desk.tell(mavlink.MAVLink_set_mode_message(1, 1, 0x04040000))
     assert desk.result(400, 1.0) == mavlink.MAV_RESULT_ACCEPTED
-    progress = lambda: desk.vessel.executor.progress  # noqa: E731
+    return desk
 
-    def finished() -> bool:
+
+def sail(desk: Desk, what: str, done: Callable[[], bool], timeout_s: float) -> None:
+    def check() -> bool:
         if round(desk.rig.now_s * 10) % 10 == 0:
             desk.heartbeat()
-        return progress().state is MissionState.COMPLETE or desk.latest("HEARTBEAT").custom_mode in (0x05040000, 0x03040000)
+        return done()
 
-    desk.until("the end of the mission", finished, 900.0)
-    assert progress().reached_seq is not None and not any("fail" in text.lower() for text in desk.texts())
+    desk.until(what, check, timeout_s)
+    assert not any("fail" in text.lower() for text in desk.texts())
     desk.close()
+
+
+def to_its_end(desk: Desk, timeout_s: float) -> None:
+    def finished() -> bool:
+        ended = desk.vessel.executor.progress.state is MissionState.COMPLETE
+        return ended or desk.latest("HEARTBEAT").custom_mode in (0x05040000, 0x03040000)
+
+    sail(desk, "the end of the mission", finished, timeout_s)
+    assert desk.vessel.executor.progress.reached_seq is not None
+
+
+@pytest.mark.parametrize("path", [path for path in FILES if path.name in QUICK], ids=lambda path: path.name)
+def test_sails_to_its_end(path: Path, tmp_path: Path) -> None:
+    to_its_end(loaded(path, tmp_path), 900.0)
+
+
+@pytest.mark.parametrize("path", [path for path in FILES if path.name not in QUICK], ids=lambda path: path.name)
+def test_is_begun(path: Path, tmp_path: Path) -> None:
+    desk = loaded(path, tmp_path)
+    sail(desk, "the first items", lambda: desk.vessel.executor.progress.reached >= 2, 120.0)
+
+
+@pytest.mark.sweep
+@pytest.mark.parametrize("path", [path for path in FILES if path.name not in QUICK], ids=lambda path: path.name)
+def test_sails_to_its_end_too(path: Path, tmp_path: Path) -> None:
+    desk = loaded(path, tmp_path)
+    count = sum(item.command in DESTINATIONS for item in desk.vessel.plans.items(PlanKind.MISSION))
+    to_its_end(desk, 7200.0)
+    assert desk.vessel.executor.progress.reached >= count, "every waypoint"

@@ -111,3 +111,20 @@ def test_forbidden_sectors_are_read_and_checked() -> None:
     fixed = text.replace("azimuth_rate_dps = 25.0", "azimuth_rate_dps = 25.0\nforbidden_deg = [[-60, 60]]", 1)
     with pytest.raises(ConfigError, match="a fixed thruster has no sectors"):
         config.parse(fixed, "x")
+
+
+def test_servos_and_relays_are_read_and_checked() -> None:
+    driven = 'thrusters = ["stern_port", "stern_starboard", "bow"]\nservos = ["winch"]\nrelays = ["pump"]'
+    text = revolt_text().replace('thrusters = ["stern_port", "stern_starboard", "bow"]', driven, 1)
+    servo, relay = '[[servo]]\nname = "winch"\nrest_us = 1500\n', '[[relay]]\nname = "pump"\nwhile_disarmed = true\n'
+    boat = config.parse(f"{text}\n{servo}{relay}", "x")
+    assert (boat.servos[0].rest_us, boat.servos[0].max_us, boat.relays[0].while_disarmed) == (1500.0, 2000.0, True)
+    for wrong, problem in (
+        (servo + relay + '[[relay]]\nname = "lamp"\n', "relay: 'lamp' is driven by no bridge"),
+        (servo, "actuator.1.relays: no relay named 'pump'"),
+        (servo.replace("1500", "2100") + relay, "servo.1.rest_us: should be within min_us and max_us, 1000 to 2000"),
+        (servo + "max_us = 900\n" + relay, "servo.1.max_us: should be above min_us, 1000"),
+    ):
+        with pytest.raises(ConfigError) as caught:
+            config.parse(f"{text}\n{wrong}", "x")
+        assert any(problem in line.replace("[", ".").replace("]", "") for line in caught.value.problems), caught.value.problems

@@ -7,6 +7,8 @@ from dataclasses import replace
 
 import pytest
 
+from companion.config_outputs import RelayConfig, ServoConfig
+from companion.core.auxiliary import NO_AUXILIARY, Auxiliary
 from companion.core.types import ActuatorCommand, Allocation, Deployment, ThrusterCommand, ThrusterFeedback, Wrench
 from companion.safety import Gate as BareGate
 from tests.unit.control.simple_boat import REVOLT
@@ -153,3 +155,17 @@ def test_a_board_that_does_not_say_is_given_the_time_of_travel(feedback: tuple[T
 
 def test_nothing_to_gate_while_up_is_no_complaint() -> None:
     assert BareGate(REVOLT).update(allocation(0.1, 0.1, 0.0), True, 0.0, DT_S, False, bow(Deployment.RETRACTED)).gated == ()
+def test_servos_and_relays_are_limited_and_rest_while_disarmed() -> None:
+    servos = (ServoConfig("winch", 1000.0, 2000.0, 1500.0), ServoConfig("flap"), ServoConfig("sign", while_disarmed=True))
+    boat = replace(REVOLT, servos=servos, relays=(RelayConfig("pump"), RelayConfig("lamp", while_disarmed=True)))
+    gate = BareGate(boat)
+
+    def outputs(demand: Auxiliary, armed: bool) -> tuple[Auxiliary, tuple[str, ...]]:
+        command = gate.update(allocation(0.0, 0.0, 0.0), armed, 0.0, DT_S, auxiliary=demand)
+        return command.auxiliary, command.gated
+
+    asked = Auxiliary((2400.0, math.nan, 1200.0), (True, True))
+    assert outputs(asked, True) == (Auxiliary((2000.0, None, 1200.0), (True, True)), ("winch.pulse", "flap.pulse"))
+    assert outputs(asked, False) == (Auxiliary((1500.0, None, 1200.0), (False, True)), ())
+    for wrong in (NO_AUXILIARY, Auxiliary((1100.0,), (True,))):
+        assert outputs(wrong, True)[0] == Auxiliary((1500.0, None, None), (False, False))

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from companion.config import ActuatorConfig, ConfigError, VesselConfig
+from companion.core.auxiliary import Auxiliary
+from companion.core.microcontroller_auxiliary import AuxiliaryDemand, AuxiliaryState
 from companion.core.microcontroller_frame import (
     MAX_THRUSTERS,
     BoardStatus,
@@ -26,7 +28,8 @@ _SILENT_BYTES = 400  # that many bytes without one valid frame: not the language
 
 
 class MicrocontrollerBridge:
-    """`ActuatorCommand` → COMMAND frames; STATUS frames → `Battery`, `Leak`, `RcInput`, `ThrusterFeedback`.
+    """`ActuatorCommand` → COMMAND frames, and AUXILIARY frames where it drives servos or relays; STATUS frames → `Battery`, `Leak`,
+    `RcInput`, `ThrusterFeedback`.
 
     Of several STATUS frames in one read the newest counts. Thruster indices are those of the vessel.
     Remembers the last status, the board's identity, the sequence number, and when it was last heard and asked.
@@ -44,6 +47,10 @@ class MicrocontrollerBridge:
         if len(config.thrusters) > MAX_THRUSTERS:
             raise ConfigError([f"actuator '{config.name}': drives {len(config.thrusters)} thrusters; a board drives up to {MAX_THRUSTERS}"])
         self._indices = tuple(names.index(name) for name in config.thrusters)
+        self._servos = _positions([servo.name for servo in vessel.servos], config.servos)
+        self._relays = _positions([relay.name for relay in vessel.relays], config.relays)
+        self._outputs: AuxiliaryState | None = None
+        self._outputs_s: float | None = None
         self._decoder = FrameDecoder()
         self._status: BoardStatus | None = None
         self._ident: Ident | None = None
@@ -64,6 +71,8 @@ class MicrocontrollerBridge:
                     newest = arrival_s, message
                 elif isinstance(message, Ident):
                     self._ident = message
+                elif isinstance(message, AuxiliaryState):
+                    self._outputs, self._outputs_s = message, arrival_s
         if newest is None:
             return ()
         self._heard_s, self._status = newest
@@ -90,8 +99,17 @@ class MicrocontrollerBridge:
             green=beacon.green,
         )
         self._stream.write(encode(message), now_s)
+        self._write_outputs(command.auxiliary, now_s)
         if self._writing_since_s is None:
             self._writing_since_s = now_s
+
+    def _write_outputs(self, auxiliary: Auxiliary, now_s: float) -> None:
+        if not self._servos and not self._relays:
+            return
+        known = len(auxiliary.servos_us) > max(self._servos, default=-1) and len(auxiliary.relays) > max(self._relays, default=-1)
+        servos = tuple(auxiliary.servos_us[i] if known else None for i in self._servos)
+        relays = tuple(known and auxiliary.relays[i] for i in self._relays)
+        self._stream.write(encode(AuxiliaryDemand(self._sequence, servos, relays)), now_s)
 
     def health(self, now_s: float) -> DeviceHealth:
         """Ok while status frames come in time and none reports what needs a hand; else what to do."""
@@ -133,6 +151,17 @@ class MicrocontrollerBridge:
         writing_s = 0.0 if self._writing_since_s is None else now_s - self._writing_since_s
         if status.neutral_by_watchdog and writing_s > _COMMAND_GRACE_S:
             return "the board hears no commands and is neutral: check the wire from the companion's TX to the board's RX"
+        return self._outputs_complaint(now_s) if writing_s > _COMMAND_GRACE_S else ""
+
+    def _outputs_complaint(self, now_s: float) -> str:
+        """A board that drives servos or relays answers for them."""
+        if not self._servos and not self._relays:
+            return ""
+        if self._outputs is None or self._outputs_s is None or now_s - self._outputs_s > self._config.timeout_s:
+            return "the board says nothing of its servos and relays: update its firmware, or remove them from the vessel's file"
+        has, given = (len(self._outputs.servos_us), len(self._outputs.relays)), (len(self._servos), len(self._relays))
+        if has != given:
+            return f"the board has {has[0]} servos and {has[1]} relays, the vessel's file gives it {given[0]} and {given[1]}: correct one of them"
         return ""
 
     def _firmware(self) -> str:
@@ -148,6 +177,10 @@ class MicrocontrollerBridge:
         for index, state in zip(self._indices, status.thrusters, strict=False):
             readings.append(ThrusterFeedback(arrival_s, name, index, state.throttle, state.azimuth_rad, state.ok, state.deployment))
         return readings
+
+
+def _positions(names: Sequence[str], driven: Sequence[str]) -> tuple[int, ...]:
+    return tuple(names.index(name) for name in driven)
 
 
 def _channels(pulses_us: Sequence[int]) -> tuple[float, ...]:

@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 
 from companion.core.types import Home, ModeId, Outcome, Result, Severity
+from companion.io.mavlink import command_auxiliary
 from companion.io.mavlink import messages as mavlink
 from companion.io.mavlink.command_nudge import user_1
 from companion.io.mavlink.command_request import DONE, Answer, CommandHandler, Request, denied, is_place, not_now
@@ -30,6 +31,7 @@ ONCE = frozenset(
         mavlink.MAV_CMD_PREFLIGHT_STORAGE,
         mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN,
         mavlink.MAV_CMD_USER_1,
+        *command_auxiliary.ONCE,
     }
 )
 
@@ -58,6 +60,7 @@ class VesselCommands:
             mavlink.MAV_CMD_DO_FLIGHTTERMINATION: self._terminate,
             mavlink.MAV_CMD_USER_1: lambda request: user_1(self._supervisor, request),
             mavlink.MAV_CMD_USER_2: lambda request: user_2(self._supervisor, request),
+            **{int(number): self._auxiliary for number in command_auxiliary.NUMBERS},
         }
 
     # --- arming and modes ------------------------------------------------------------------------------------------
@@ -177,6 +180,9 @@ class VesselCommands:
         if not math.isfinite(speed_mps) or speed_mps <= 0.0:
             return denied("the speed should be above 0")
         return self._supervisor.change_speed(speed_mps, request.now_s)
+
+    def _auxiliary(self, request: Request) -> Outcome | Answer:
+        return command_auxiliary.auxiliary(self._supervisor, request)
 
     # --- home, storage, restart ------------------------------------------------------------------------------------
 

@@ -221,7 +221,8 @@ class PlanReceiver:
             items = list(upload.base)
             for item in upload.items:
                 items[item.seq] = item
-        refusal = check_plan(kind, items, self._vessel.config.limits.sway_n > 0.0)
+        config = self._vessel.config
+        refusal = check_plan(kind, items, config.limits.sway_n > 0.0, len(config.servos), len(config.relays))
         if refusal is None and upload.base is not None and upload.base is not plans.items(kind):
             refusal = PlanRefusal(PlanResult.ERROR, "the list changed meanwhile; load it again")
         if refusal is not None:

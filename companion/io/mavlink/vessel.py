@@ -8,6 +8,7 @@ from companion.config import VesselConfig
 from companion.core.geodesy import LocalFrame
 from companion.core.types import Home, ManualInput, ModeId, Outcome, Status, Tick
 from companion.mission.plan import Plans
+from companion.mission.tasks import AuxiliaryAction
 from companion.modes.events import EventLog
 from companion.params import Parameters
 
@@ -28,6 +29,12 @@ class ModeFace(Protocol):
     def text(self) -> str: ...
 
 
+class AuxiliaryFace(Protocol):
+    """Servo and relay outputs."""
+
+    def request(self, action: AuxiliaryAction, now_s: float) -> Outcome: ...
+
+
 class SupervisorFace(Protocol):
     """Requests to the supervisor; each is answered with what became of it and, where refused, why."""
 
@@ -38,6 +45,9 @@ class SupervisorFace(Protocol):
 
     @property
     def modes(self) -> tuple[ModeFace, ...]: ...
+
+    @property
+    def auxiliary(self) -> AuxiliaryFace: ...
 
     def request_mode(self, mode: ModeId, now_s: float) -> Outcome: ...
 

@@ -75,8 +75,9 @@ class Desk:
         self.plans, self.events, self.parameters = Plans(), EventLog(), Parameters()
         self.supervisor = DeskSupervisor(self.plans)
         self.limits = SimpleNamespace(sway_n=20.0)
+        config = SimpleNamespace(limits=self.limits, servos=(), relays=())
         self.vessel: Any = SimpleNamespace(
-            plans=self.plans, events=self.events, parameters=self.parameters, supervisor=self.supervisor, config=SimpleNamespace(limits=self.limits)
+            plans=self.plans, events=self.events, parameters=self.parameters, supervisor=self.supervisor, config=config
         )
         self.now_s = 0.0
         self._service: Any = None

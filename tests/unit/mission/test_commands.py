@@ -58,4 +58,4 @@ def test_only_a_loiter_without_limit_stays_for_ever() -> None:
 
 def test_names_for_people() -> None:
     assert name_of(16) == "NAV_WAYPOINT"
-    assert name_of(31) == "command 31"
+    assert name_of(18) == "command 18"

@@ -10,7 +10,21 @@ from companion.core.types import MissionState
 from companion.mission.executor import MissionExecutor, Replaced
 from companion.mission.itinerary import LONGEST_ROUTE
 from companion.mission.plan import PlanItem, PlanKind, Plans
-from companion.mission.tasks import Complete, ReturnHome, RoutePoint, Sail, SetHome, SetSpeed, Stay, Turn, Wait
+from companion.mission.tasks import (
+    Complete,
+    Gate,
+    ReturnHome,
+    RoutePoint,
+    Sail,
+    SetActuators,
+    SetHome,
+    SetRelay,
+    SetServo,
+    SetSpeed,
+    Stay,
+    Turn,
+    Wait,
+)
 
 _NAN = math.nan
 
@@ -392,6 +406,105 @@ class TestReplacedPlan:
         assert executor.task is task
 
 
+class TestConditions:
+    """A delay or a distance holds back the "do" items after it, while the boat sails on."""
+
+    ON, OFF = _item(181, 0.0, 1.0), _item(181, 0.0, 0.0)
+
+    def test_what_is_held_back_is_let_through_condition_by_condition(self) -> None:
+        executor, _ = _executor(WAYPOINT, FAST, _item(112, 5.0), self.ON, USUAL, _item(114, 3.0), self.OFF, WAYPOINT, WAYPOINT)
+        executor.begin()
+        assert executor.gate is None
+        assert executor.complete(0) == (SetSpeed(2.5),)
+        first = executor.gate
+        assert first is not None and (first.seq, first.delay_s, first.distance_m) == (2, 5.0, None)
+        assert executor.open_gate() == (SetRelay(0, True), SetSpeed(None))
+        second = executor.gate
+        assert second is not None and (second.seq, second.delay_s, second.distance_m) == (5, None, 3.0) and second != first
+        assert executor.open_gate() == (SetRelay(0, False),)
+        assert executor.gate is None and executor.open_gate() == ()
+
+    def test_at_the_end_of_the_leg_all_is_let_through(self) -> None:
+        executor, _ = _executor(WAYPOINT, _item(112, 1e6), FAST, self.ON, WAYPOINT, UNCHANGED, WAYPOINT)
+        executor.begin()
+        executor.complete(0)
+        assert executor.complete(4) == (SetSpeed(2.5), SetRelay(0, True))
+        assert executor.gate is None
+
+    def test_the_leg_may_be_sailed_at_the_faster_of_both_speeds(self) -> None:
+        slow = _item(178, 1.0, 0.5)
+        executor, _ = _executor(FAST, WAYPOINT, _item(114, 10.0), slow, WAYPOINT, WAYPOINT)
+        executor.begin()
+        assert isinstance(executor.task, Sail)
+        assert [point.speed_mps for point in executor.task.route] == [2.5, 2.5, 0.5]
+
+    def test_a_lap_meets_the_same_condition_anew(self) -> None:
+        executor, _ = _executor(WAYPOINT, _item(112, 5.0), self.ON, WAYPOINT, _item(177, 0.0, 1.0))
+        executor.begin()
+        executor.complete(0)
+        first = executor.gate
+        executor.complete(3)
+        executor.complete(0)
+        assert executor.gate is not None and first is not None
+        assert executor.gate.seq == first.seq and executor.gate != first
+
+    def test_after_the_last_task_nothing_waits(self) -> None:
+        executor, _ = _executor(WAYPOINT, _item(114, 1.0), self.ON)
+        executor.begin()
+        assert executor.complete(0) == (SetRelay(0, True),)
+        assert executor.progress.state is MissionState.COMPLETE and executor.gate is None
+
+    def test_it_survives_a_restart_and_a_new_plan_that_goes_on_but_not_another_item(self) -> None:
+        items = (WAYPOINT, _item(112, 5.0), self.ON, WAYPOINT, WAYPOINT)
+        executor, plans = _executor(*items)
+        executor.begin()
+        executor.complete(0)
+        other, _ = _executor(*items)
+        assert other.restore(json.loads(json.dumps(executor.snapshot()))) is None
+        assert other.gate is not None and other.gate.seq == 1
+        plans.replace(PlanKind.MISSION, _plan(*items, WAYPOINT))
+        assert executor.gate is not None and executor.open_gate() == (SetRelay(0, True),)
+        other.set_current(0)
+        assert other.gate is None
+
+    def test_while_paused_nothing_is_let_through(self) -> None:
+        executor, _ = _executor(WAYPOINT, _item(112, 5.0), self.ON, WAYPOINT)
+        executor.begin()
+        executor.complete(0)
+        executor.pause()
+        assert executor.gate is None
+        executor.begin()
+        assert executor.gate == Gate(1, executor.gate.serial, 5.0, None)  # type: ignore[union-attr]
+
+
+def test_servos_and_relays() -> None:
+    executor, _ = _executor(
+        _item(183, 2.0, 1900.0),
+        _item(184, 1.0, 1100.0, 3.0, 2.0),
+        _item(182, 1.0, 4.0, 0.5),
+        _item(187, 0.5, _NAN, -1.0, _NAN),
+        WAYPOINT,
+        _item(181, 1.0, 0.0),
+    )
+    executor.begin()
+    assert executor.take_actions() == (
+        SetServo(2, 1900.0),
+        SetServo(1, 1100.0, 3, 2.0),
+        SetRelay(1, None, 4, 0.5),
+        SetActuators((0.5, None, -1.0, None)),
+    )
+    assert executor.complete(4) == (SetRelay(1, False),)
+
+
+def test_points_to_pass_by_other_names_and_what_a_boat_has_done_already() -> None:
+    spline, altitude = replace(_item(82, 0.0), frame=3), replace(_item(31, 1.0, 30.0, 0.0, 1.0), frame=3)
+    executor, _ = _executor(_item(22, 15.0), spline, altitude, _item(189), WAYPOINT)
+    executor.begin()
+    assert _route(executor) == [1, 2, 4]
+    assert isinstance(executor.task, Sail)
+    assert {(point.radius_m, point.yaw_rad) for point in executor.task.route} == {(None, None)}
+
+
 class TestSnapshot:
     def test_a_restart_in_mid_mission(self) -> None:
         items = (FAST, WAYPOINT, _item(16, 10.0), _item(177, 1.0, 3.0), WAYPOINT)
@@ -448,6 +561,9 @@ class TestSnapshot:
             {"speed_mps": math.nan},
             {"reached": 1.5},
             {"reached_seq": "x"},
+            {"held": [2]},
+            {"held": ["x"]},
+            {"held": 3},
         ],
     )
     def test_damaged(self, change: dict[str, object]) -> None:

@@ -16,7 +16,7 @@ def test_the_suffix_tells_the_format() -> None:
 
 @pytest.mark.parametrize("name", ["a.txt", "plan", "", ".plan"])
 def test_unknown_suffixes_are_refused_with_the_known_ones(name: str) -> None:
-    with pytest.raises(files.PlanFileError, match=r"use one of \.plan, \.waypoints"):
+    with pytest.raises(files.PlanFileError, match=r"use one of \.plan, \.waypoints, \.gpx"):
         files.read(name, "")
     with pytest.raises(files.PlanFileError):
         files.write(name, files.PlanFile(()))

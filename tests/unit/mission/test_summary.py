@@ -105,3 +105,13 @@ def test_the_table() -> None:
     assert text[5] == "3 items: 2 waypoints, 1 of them with a stay; 1 jumps; 0 without effect"
     assert text[6].startswith("length 80.0 m, time 5:40")
     assert format_summary(summarise((), 0.5)).splitlines()[-1] == "length 0.0 m, time 0:00"
+
+
+def test_what_does_nothing_is_named_with_its_places() -> None:
+    items = _plan(_do(22), _at(20, 0), *[_do(206) for _ in range(7)], _at(0, 0))
+    summary = summarise(items, 1.0, HOME)
+    assert summary.ignored == 8
+    assert summary.notes == (
+        "NAV_TAKEOFF does nothing on this boat: item 0",
+        "DO_SET_CAM_TRIGG_DIST does nothing on this boat: items 2, 3, 4, 5, 6 … 8, 7 in all",
+    )

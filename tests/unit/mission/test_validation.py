@@ -58,8 +58,8 @@ def test_camera_commands_are_taken_whatever_they_say(command: int) -> None:
 @pytest.mark.parametrize(
     ("item", "result", "words"),
     [
-        (_item(31), PlanResult.UNSUPPORTED, "command 31 is not supported"),
-        (_item(183), PlanResult.UNSUPPORTED, "remove"),
+        (_item(18), PlanResult.UNSUPPORTED, "command 18 is not supported"),
+        (_item(211), PlanResult.UNSUPPORTED, "remove"),
         (_item(5001, 3.0), PlanResult.UNSUPPORTED, "belongs to the fence"),
         (_item(16, frame=1), PlanResult.UNSUPPORTED_FRAME, "frame 1"),
         (_item(16, frame=2), PlanResult.UNSUPPORTED_FRAME, "global frame"),
@@ -90,6 +90,20 @@ def test_camera_commands_are_taken_whatever_they_say(command: int) -> None:
         (_item(179, 2.0), PlanResult.INVALID_PARAM1, "current position"),
         (_item(179, 0.0, frame=2), PlanResult.UNSUPPORTED_FRAME, "frame 2"),
         (_item(179, 0.0, x=2**31 - 1), PlanResult.INVALID_PARAM5_X, "latitude"),
+        (_item(31, frame=2), PlanResult.UNSUPPORTED_FRAME, "global frame"),
+        (_item(82, -1.0), PlanResult.INVALID_PARAM1, "hold time"),
+        (_item(112, -1.0), PlanResult.INVALID_PARAM1, "delay"),
+        (_item(114, _NAN), PlanResult.INVALID_PARAM1, "distance"),
+        (_item(181, 0.0, 0.5), PlanResult.INVALID_PARAM2, "1 (on) or 0 (off)"),
+        (_item(181, -1.0, 1.0), PlanResult.INVALID_PARAM1, "number of a relay"),
+        (_item(182, 0.0, 0.0, 1.0), PlanResult.INVALID_PARAM2, "count"),
+        (_item(182, 0.0, 1.0, 0.0), PlanResult.INVALID_PARAM3, "cycle time"),
+        (_item(183, 0.0, 1500.0), PlanResult.INVALID_PARAM1, "servo output, 1 or more"),
+        (_item(183, 1.0, 0.5), PlanResult.INVALID_PARAM2, "500 to 2500 µs"),
+        (_item(184, 1.0, 1500.0, 1.5, 1.0), PlanResult.INVALID_PARAM3, "count"),
+        (_item(184, 1.0, 1500.0, 2.0, _NAN), PlanResult.INVALID_PARAM4, "cycle time"),
+        (_item(187, 0.0, 0.0, 1.5, 0.0), PlanResult.INVALID_PARAM3, "actuator 3"),
+        (_item(187, 0.0, 0.0, 0.0, 0.0, x=1), PlanResult.INVALID_PARAM5_X, "use 1 to 4"),
     ],
 )
 def test_refused_from_a_mission(item: PlanItem, result: PlanResult, words: str) -> None:
@@ -181,3 +195,21 @@ def test_whole_plans_that_are_taken(kind: PlanKind, items: list[PlanItem]) -> No
 @pytest.mark.parametrize(("kind", "command"), [(PlanKind.MISSION, 177), (PlanKind.FENCE, 5001), (PlanKind.FENCE, 5004)])
 def test_a_plan_whose_items_nobody_checked_is_no_trouble(kind: PlanKind, command: int, value: float) -> None:
     check_plan(kind, _plan(_item(command, value, value), WAYPOINT if kind is PlanKind.MISSION else _item(5000)))
+
+
+@pytest.mark.parametrize(
+    ("item", "result", "words"),
+    [
+        (_item(183, 3.0, 1500.0), PlanResult.INVALID_PARAM1, "there is no servo output 3: this boat has 1 to 2"),
+        (_item(184, 3.0, 1500.0, 1.0, 1.0), PlanResult.INVALID_PARAM1, "no servo output 3"),
+        (_item(181, 1.0, 1.0), PlanResult.INVALID_PARAM1, "there is no relay 1: this boat has 0 to 0"),
+        (_item(187, 0.0, _NAN, 0.0, _NAN), PlanResult.INVALID_PARAM3, "no servo output 3"),
+    ],
+)
+def test_outputs_that_the_boat_does_not_have(item: PlanItem, result: PlanResult, words: str) -> None:
+    items = _plan(WAYPOINT, replace(item, x=0, y=0, z=0.0))
+    assert check_item(PlanKind.MISSION, items[1]) is None and check_plan(PlanKind.MISSION, items) is None
+    refusal = check_plan(PlanKind.MISSION, items, servos=2, relays=1)
+    assert refusal is not None
+    assert (refusal.result, refusal.seq) == (result, 1) and words in refusal.text and refusal.text.startswith("item 1: ")
+    assert check_plan(PlanKind.MISSION, items, servos=4, relays=2) is None

@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 from companion.config import SensorConfig, find, load
 from companion.core.geodesy import LocalFrame
+from companion.core.microcontroller_auxiliary import AuxiliaryDemand, AuxiliaryState
 from companion.core.microcontroller_frame import BoardStatus, Command, FrameDecoder, Ident, IdentRequest, ThrusterDemand, encode
 from companion.core.types import Beacon, Deployment, Light
 from sitl import emulators
@@ -349,3 +350,18 @@ def test_the_beacon_is_as_commanded_until_the_watchdog_has_the_board() -> None:
     assert bench.board.beacon == Beacon(Light.STEADY, Light.BLINK, Light.BLINK)
     bench.run(0.6)
     assert bench.board.beacon == Beacon(Light.STEADY, Light.BLINK, Light.STEADY)
+
+
+def test_servos_and_relays_obey_and_rest_when_nothing_comes() -> None:
+    bench = Bench()
+    config = replace(VESSEL.actuators[0], servos=("winch",), relays=("pump", "lamp"))
+    bench.board = MicrocontrollerEmulator(config, bench.stream.device, bench.thrusters, bench.battery, bench.faults)
+    bench.board.speak(bench.t_s)
+    assert not any(isinstance(message, AuxiliaryState) for message in bench.heard()), "nothing before it was asked"
+    bench.stream.write(encode(AuxiliaryDemand(4, (1900.0,), (True, False))), bench.t_s)
+    bench.run(0.4)
+    bench.board.speak(bench.t_s)
+    assert bench.heard()[-1] == bench.board.outputs == AuxiliaryState(4, (1900.0,), (True, False))
+    bench.stream.write(encode(AuxiliaryDemand(5, (), (True, False))), bench.t_s)  # for another board
+    bench.run(0.2)
+    assert (bench.board.outputs.servos_us, bench.board.outputs.relays) == ((None,), (False, False))

@@ -8,6 +8,9 @@ from itertools import pairwise
 import pytest
 
 from companion.config import ActuatorConfig, ConfigError, VesselConfig, find, load
+from companion.config_outputs import RelayConfig, ServoConfig
+from companion.core.auxiliary import Auxiliary
+from companion.core.microcontroller_auxiliary import AuxiliaryDemand, AuxiliaryState
 from companion.core.microcontroller_frame import (
     BoardStatus,
     Command,
@@ -224,3 +227,35 @@ def test_the_port_is_passed_on() -> None:
     assert actuator.fileno() == 5
     actuator.close()
     assert wire.closed
+
+
+def test_servos_and_relays_of_this_bridge_are_sent_and_their_answer_is_minded() -> None:
+    vessel = replace(
+        VESSEL,
+        servos=(ServoConfig("other"), ServoConfig("winch")),
+        relays=(RelayConfig("lamp"), RelayConfig("pump"), RelayConfig("horn")),
+    )
+    wire = Wire()
+    actuator = open_actuator(replace(BRIDGE, servos=("winch",), relays=("horn", "lamp")), vessel, wire)
+    outputs = Auxiliary((1100.0, 1900.0), (True, False, False))
+    for n in range(12):
+        actuator.write(ActuatorCommand(0.1 * n, True, FORWARD, auxiliary=outputs), 0.1 * n)
+    sent = [message for data in wire.sent for message in FrameDecoder().feed(data) if isinstance(message, AuxiliaryDemand)]
+    assert len(sent) == 12 and {message.servos_us for message in sent} == {(1900.0,)} and {message.relays for message in sent} == {(False, True)}
+    heard(actuator, wire, STATUS, 1.1)
+    assert "says nothing of its servos and relays: update its firmware" in actuator.health(1.1).text
+    wire.incoming.append((1.2, encode(STATUS) + encode(AuxiliaryState(12, (1900.0,), (False, True)))))
+    actuator.read(1.2)
+    assert actuator.health(1.2).ok
+    wire.incoming.append((1.3, encode(STATUS) + encode(AuxiliaryState(12, (), (False,)))))
+    actuator.read(1.3)
+    assert "has 0 servos and 1 relays, the vessel's file gives it 1 and 2" in actuator.health(1.3).text
+
+
+def test_without_a_demand_they_rest() -> None:
+    wire = Wire()
+    vessel = replace(VESSEL, servos=(ServoConfig("winch"),), relays=(RelayConfig("pump"),))
+    actuator = open_actuator(replace(BRIDGE, servos=("winch",), relays=("pump",)), vessel, wire)
+    actuator.write(ActuatorCommand(0.0, True, FORWARD), 0.0)
+    sent = [message for data in wire.sent for message in FrameDecoder().feed(data) if isinstance(message, AuxiliaryDemand)]
+    assert [(message.servos_us, message.relays) for message in sent] == [((None,), (False,))]

@@ -125,6 +125,13 @@ class FakeSupervisor:
     def change_speed(self, speed_mps: float | None, now_s: float) -> Outcome:
         return self._take("change_speed", speed_mps)
 
+    @property
+    def auxiliary(self) -> FakeSupervisor:
+        return self
+
+    def request(self, action: object, now_s: float) -> Outcome:
+        return self._take("auxiliary", action)
+
     def set_home(self, home: Home | None, now_s: float) -> Outcome:
         return self._take("set_home", home)
 
@@ -148,7 +155,7 @@ class FakeVessel:
         self.plans = Plans()
         self.executor = None
         self.events = EventLog()
-        self.config: Any = SimpleNamespace(name="revolt", sensors=(), thrusters=(), limits=SimpleNamespace(sway_n=20.0))
+        self.config: Any = SimpleNamespace(name="revolt", sensors=(), thrusters=(), servos=(), relays=(), limits=SimpleNamespace(sway_n=20.0))
         self.last_tick: Tick | None = None
         self.frame: LocalFrame | None = LocalFrame(63.43, 10.39)
         self.restarts = 0

@@ -8,6 +8,7 @@ import pytest
 from companion.core.types import Home, ModeId, Outcome, Result
 from companion.io.mavlink import messages as mavlink
 from companion.io.mavlink.telemetry import STREAMS
+from companion.mission.tasks import SetActuators, SetRelay, SetServo
 
 NAN = math.nan
 ACCEPTED, REJECTED, DENIED, UNSUPPORTED, FAILED = range(5)
@@ -35,7 +36,7 @@ def test_one_acknowledgement_addressed_to_the_sender(make_rig: Any) -> None:
         assert (answer.target_system, answer.target_component) == (255 - desk, 190)
 
 
-@pytest.mark.parametrize("number", [0, 16, 21, 22, 34, 80, 183, 201, 209, 241, 259, 280, 310, 519, 521, 2510, 5001, 31012, 42006, 65535])
+@pytest.mark.parametrize("number", [0, 16, 21, 22, 34, 80, 201, 209, 241, 259, 280, 310, 519, 521, 2510, 5001, 31012, 42006, 65535])
 def test_unknown_commands_are_unsupported_at_once(rig: Any, number: int) -> None:
     assert result(rig.command(number)) == UNSUPPORTED
     assert result(rig.command_int(number, (0, 0, 0, 0), 0, 0)) == UNSUPPORTED
@@ -467,3 +468,47 @@ def test_numbers_beyond_counting_are_no_items(rig: Any, named: Any) -> None:
         assert result(heard) == DENIED
         assert all("000000" not in message.text for message in named(heard, "STATUSTEXT"))
     assert rig.supervisor.asked == []
+
+
+# --- servos and relays ---------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("number", "params", "action"),
+    [
+        (183, (2.0, 1900.0), SetServo(2, 1900.0)),
+        (184, (1.0, 1100.0, 3.0, 2.0), SetServo(1, 1100.0, 3, 2.0)),
+        (181, (0.0, 1.0), SetRelay(0, True)),
+        (182, (1.0, 4.0, 0.5), SetRelay(1, None, 4, 0.5)),
+        (187, (0.5, NAN, -1.0, NAN, NAN, 1.0), SetActuators((0.5, None, -1.0, None, None, 1.0))),
+    ],
+)
+def test_outputs_are_asked_for(rig: Any, number: int, params: tuple[float, ...], action: Any) -> None:
+    assert result(rig.command(number, *params)) == ACCEPTED
+    assert rig.supervisor.asked == [("auxiliary", action)]
+
+
+@pytest.mark.parametrize(
+    ("number", "params"),
+    [
+        (183, (0.0, 1500.0)),
+        (183, (1.0, 100.0)),
+        (183, (1.0, NAN)),
+        (184, (1.0, 1500.0, 0.0, 1.0)),
+        (181, (NAN, 1.0)),
+        (181, (0.0, 2.0)),
+        (182, (0.0, 1.0, 1e9)),
+        (187, (2.0,)),
+        (187, (NAN, NAN, NAN, NAN, 3.0)),
+        (187, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 2.0)),
+    ],
+)
+def test_outputs_asked_for_wrongly_are_denied(rig: Any, number: int, params: tuple[float, ...]) -> None:
+    assert result(rig.command(number, *params)) == DENIED
+    assert rig.supervisor.asked == []
+
+
+def test_a_repetition_that_is_sent_again_is_begun_once(rig: Any) -> None:
+    for _ in range(2):
+        assert result(rig.command(182, 0.0, 4.0, 2.0)) == ACCEPTED
+    assert len(rig.supervisor.asked) == 1
