@@ -8,14 +8,13 @@ from companion.config import LimitsConfig
 from companion.core.angles import wrap_pi
 from companion.core.types import NavState, Setpoint
 
-_LARGE_ERROR_MPS = 0.3  # being brought up to speed, not an offset to be learnt
-_LARGE_ERROR_RAD = math.radians(25.0)  # a turn, not an offset
-_SHARE = 0.9  # of the limits, that an integral may ask for
+_LARGE_ERROR_RAD = math.radians(45.0)  # a turn, not an offset to be learnt
+_SHARE = 0.5  # of the limits, that an integral may ask for
 
 
 class SurgeYawErrors:
     """`update` each cycle. Holds `slow_mps` and `off_rad`, how much the boat is short of the speed and the heading asked for, and their
-    integrals `slow_m` and `off_rads`, which stand still during large errors and are bounded by what the thrusters can do."""
+    integrals `slow_m` and `off_rads`, bounded by half of what may be asked of the thrusters."""
 
     def __init__(self, limits: LimitsConfig) -> None:
         self._limits = limits
@@ -28,8 +27,7 @@ class SurgeYawErrors:
         """`surge_gain`, `yaw_gain`: what the integrals will be multiplied by, in N/m and Nm/(rad s)."""
         self.slow_mps = setpoint.surge_mps - nav.surge_mps
         self.off_rad = 0.0 if setpoint.yaw_rad is None else wrap_pi(setpoint.yaw_rad - nav.yaw_rad)
-        if abs(self.slow_mps) < _LARGE_ERROR_MPS:
-            self.slow_m = _bounded(self.slow_m + self.slow_mps * dt_s, _SHARE * self._limits.surge_n, surge_gain)
+        self.slow_m = _bounded(self.slow_m + self.slow_mps * dt_s, _SHARE * self._limits.surge_n, surge_gain)
         if abs(self.off_rad) < _LARGE_ERROR_RAD:
             self.off_rads = _bounded(self.off_rads + self.off_rad * dt_s, _SHARE * self._limits.yaw_nm, yaw_gain)
 
