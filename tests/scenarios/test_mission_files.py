@@ -6,10 +6,12 @@ from pathlib import Path
 
 import pytest
 
+from companion.cli import LockstepRig
 from companion.core.types import MissionState
 from companion.io.mavlink import messages as mavlink
 from companion.mission import files
 from companion.mission.plan import PlanItem, PlanKind
+from sitl.scenarios.rig import Conditions
 from tests.protocol.desk import Desk
 
 FOLDER = Path(__file__).parents[2] / "mission_files"
@@ -27,10 +29,18 @@ def test_there_is_one_of_each_kind() -> None:
     assert {path.suffix for path in FILES} >= {".plan", ".waypoints"}
 
 
-@pytest.mark.parametrize("path", FILES, ids=lambda path: path.name)
+def vessel_of(path: Path) -> str:
+    return "aboat" if path.name.startswith("aboat") else "revolt"
+
+
+# the other routes of ÅBOAT are sailed by the scenario too
+QUICK = [p if vessel_of(p) == "revolt" or "route_1" in p.name else pytest.param(p, marks=pytest.mark.sweep) for p in FILES]
+
+
+@pytest.mark.parametrize("path", QUICK, ids=lambda path: path.name)
 def test_sails_to_its_end(path: Path, tmp_path: Path) -> None:
     plan = files.read(path.name, path.read_text(encoding="utf-8"))
-    desk = Desk(tmp_path)
+    desk = Desk(tmp_path, LockstepRig(Conditions(vessel_of(path), seed=3), tmp_path / "log"))
     desk.tick()
     desk.ready()
     for kind, items in ((PlanKind.MISSION, plan.mission), (PlanKind.FENCE, plan.fence), (PlanKind.RALLY, plan.rally)):
