@@ -34,19 +34,19 @@ class Response:
     overshoot_mps: float
 
 
-def loaded(load_kg: float, config: VesselConfig = ABOAT) -> HullConfig:
+def loaded(load_kg: float, config: VesselConfig) -> HullConfig:
     """The true hull with that load: inertia goes with mass, damping stays."""
     share = (HULL_KG + load_kg) / AFLOAT_KG
     hull = config.hull
     return replace(hull, m11_kg=share * hull.m11_kg, m22_kg=share * hull.m22_kg, m33_kgm2=share * hull.m33_kgm2)
 
 
-def respond(load_kg: float, **values: float) -> Response:
+def respond(load_kg: float, config: VesselConfig = ABOAT, **values: float) -> Response:
     """0.8 m/s straight on for 30 s, 1.2 m/s from then on, and at 70 s 60° to starboard, with the state perfectly known."""
-    parameters = Parameters({**ABOAT.parameters, **values})
-    controller, allocator = Controller(ABOAT, parameters), Allocator(ABOAT, parameters)
-    hull = Hull(loaded(load_kg))
-    motors = thrusters.build(ABOAT.thrusters, 0.4, None)
+    parameters = Parameters({**config.parameters, **values})
+    controller, allocator = Controller(config, parameters), Allocator(config, parameters)
+    hull = Hull(loaded(load_kg, config))
+    motors = thrusters.build(config.thrusters, 0.4, None)
     achieved = ZERO_WRENCH
     headings: list[float] = []
     speeds: list[float] = []

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -96,3 +97,13 @@ def test_what_another_load_does() -> None:
     assert worst["pid"] > 1.5 * worst["lqr"] > worst["companion"] and worst["companion"] < 1.3
     assert all(r.restless_deg < 1.0 for rows in runs.values() for r in rows)
     assert all(r.overshoot_mps < 0.1 for rows in runs.values() for r in rows)
+
+
+def test_without_the_munk_moment_neither_minds_the_load_and_the_lqr_a_little_more() -> None:
+    """As in the thesis's model, whose finding then comes out in its sign, if not in its size."""
+    plain = replace(ABOAT, hull=replace(ABOAT.hull, m22_kg=ABOAT.hull.m11_kg))
+    ratios = []
+    for values in ({"WP_LAW": 1.0}, {"WP_LAW": 1.0, "PATH_CTRL": 1.0}):
+        nominal, laden = (respond(load, plain, **values).heading_iae for load in (126.0, 295.0))
+        ratios.append(laden / nominal)
+    assert 1.0 < ratios[0] < ratios[1] < 1.15
