@@ -55,6 +55,7 @@ SCENARIO = Scenario(
     text="300 s of station keeping with heading, in wind with gusts",
     vessel="revolt",
     defaults={"wind": "2", "current": "", "gnss": "rtk", "waves": "", "model_error": ""},
+    by_vessel={"aboat": {"gnss": "sbas"}},
     sail=sail,
     measure=measure,
 )
