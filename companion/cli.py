@@ -91,7 +91,7 @@ def _parser() -> argparse.ArgumentParser:
     sail.add_argument("--out", type=Path, metavar="DIR", help="folder of the log and result.json")
     sail.set_defaults(command=_scenario_run)
     table = verbs.add_parser("table", help="the thesis's law beside the companion's, on the same seeds; takes a while")
-    table.add_argument("name", metavar="NAME", choices=["four_corner"])
+    table.add_argument("name", metavar="NAME", choices=["four_corner", "route"])
     table.add_argument("--seeds", type=int, default=8, metavar="N")
     table.set_defaults(command=_scenario_table)
 
@@ -325,11 +325,11 @@ def _scenario_list(arguments: argparse.Namespace) -> int:
 
 
 def _scenario_table(arguments: argparse.Namespace) -> int:
-    from sitl.scenarios import SCENARIOS
-    from sitl.scenarios.table import lines
+    from sitl.scenarios import SCENARIOS, route_table, table
 
     if arguments.seeds < 1:
         raise UsageError(f"--seeds {arguments.seeds}: at least 1, please")
+    lines = route_table.lines if arguments.name == "route" else table.lines
     for line in lines(SCENARIOS[arguments.name], LockstepRig, arguments.seeds):
         print(line, flush=True)
     return 0

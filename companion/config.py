@@ -159,6 +159,7 @@ class SensorConfig:
     heading_offset_rad: Annotated[float, Field(alias="heading_offset_deg", ge=-360.0, le=360.0), _FROM_DEGREES] = 0.0
     rate_hz: Positive = 10.0
     timeout_s: Positive = 2.0
+    antennas: Literal[1, 2] = 2  # of a satellite receiver; two give a heading
     latency_s: NonNegative = 0.0  # from the moment of validity to the arrival of the bytes
     heading: Literal["none", "magnetic", "true"] = "none"  # what an inertial sensor's own yaw is worth as a compass
     accuracy_floor_m: Positive = 0.02  # timing and mounting are no better, whatever the receiver says of its positions
@@ -226,6 +227,10 @@ class SitlConfig:
     __pydantic_config__ = _STRICT
     plant: str
     plants: dict[str, PlantConfig]
+    gnss: str = "rtk"  # grade of the receiver
+    battery_wh: Positive = 900.0
+    full_power_w: Positive = 340.0  # of all thrusters together
+    hotel_power_w: NonNegative = 20.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from companion.config import ConfigError, DockConfig, PlantConfig, VesselConfig
+from companion.config import ConfigError, DockConfig, PlantConfig, SitlConfig, VesselConfig
 from companion.core.angles import wrap_pi
 from companion.core.frames import ned_to_body
 from companion.core.ports import ByteStream
@@ -27,9 +27,6 @@ STEP_HZ = 100
 STEP_S = 1.0 / STEP_HZ
 
 _UPDATE_STEPS = round(UPDATE_S * STEP_HZ)
-_CAPACITY_WH = 900.0
-_FULL_POWER_W = 340.0  # of all thrusters together
-_HOTEL_POWER_W = 20.0
 
 
 @quick
@@ -69,28 +66,30 @@ class World:
         seed: int = 0,
         wind: str | None = None,
         current: str | None = None,
-        gnss: str = "rtk",
+        gnss: str | None = None,
         plant: str | None = None,
         waves_m: float = 0.0,
         faults: Sequence[str] = (),
         push_ned_n: tuple[float, float] = (0.0, 0.0),
         current_variation_mps: float = 0.0,
-        capacity_wh: float = _CAPACITY_WH,
+        capacity_wh: float | None = None,
         epoch_unix_ns: int = EPOCH_UNIX_NS,
         dock: DockConfig | None = None,
     ) -> None:
-        """`wind` "MPS@FROM_DEG", `current` "MPS@TOWARDS_DEG", directions from the seed where left out; `plant` None: as the vessel's file
-        says; `push_ned_n` a constant force towards north and east on the hull; `dock` None: the vessel's own berth, if it has one. Raises
+        """`wind` "MPS@FROM_DEG", `current` "MPS@TOWARDS_DEG", directions from the seed where left out; `gnss`, `plant`, `capacity_wh` None: as
+        the vessel's file says; `push_ned_n` a constant force towards north and east on the hull; `dock` None: the vessel's own berth, if it has one. Raises
         ConfigError for what the vessel or the arguments do not offer.
         """
         self._vessel = vessel
+        self._sitl = _simulation(vessel)
         self._plant = _chosen_plant(vessel, plant)
+        gnss = self._sitl.gnss if gnss is None else gnss
         grade(gnss)
         self.faults = Faults(faults, vessel)
         self.wind = Wind(*(parse_directed(wind, "wind") if wind else (0.0, None)), seed)
         self.current = Current(*(parse_directed(current, "current") if current else (0.0, None)), seed, current_variation_mps)
         self.waves = Waves(waves_m, self.wind, vessel.length_m, seed)
-        self.battery = BatteryModel(capacity_wh)
+        self.battery = BatteryModel(self._sitl.battery_wh if capacity_wh is None else capacity_wh)
         self.hull = Hull(self._plant.hull)
         face = vessel.dock if dock is None else dock
         self.berth = None if face is None else Berth(face, vessel.home, vessel.length_m, vessel.beam_m)
@@ -241,7 +240,7 @@ class World:
             self.current.update(UPDATE_S)
             self.hull.set_current(self.current.north_mps, self.current.east_mps)
         shares = [(abs(thruster.force_n) / thruster.max_n) ** 1.5 for thruster in self.thrusters]
-        self.battery.step(_HOTEL_POWER_W + _FULL_POWER_W * sum(shares) / len(shares), UPDATE_S)
+        self.battery.step(self._sitl.hotel_power_w + self._sitl.full_power_w * sum(shares) / len(shares), UPDATE_S)
 
     def _apply_faults(self) -> None:
         active = self.faults.active
@@ -259,10 +258,15 @@ class World:
                 stream.device.plug()
 
 
-def _chosen_plant(vessel: VesselConfig, name: str | None) -> PlantConfig:
+def _simulation(vessel: VesselConfig) -> SitlConfig:
     if vessel.sitl is None:
         raise ConfigError([f"{vessel.name}: the vessel's file has no [sitl] table, so there is nothing to simulate"])
-    chosen = vessel.sitl.plant if name is None else name
-    if chosen not in vessel.sitl.plants:
-        raise ConfigError([f"{vessel.name}: no plant named '{chosen}'; there is {', '.join(vessel.sitl.plants)}"])
-    return vessel.sitl.plants[chosen]
+    return vessel.sitl
+
+
+def _chosen_plant(vessel: VesselConfig, name: str | None) -> PlantConfig:
+    simulation = _simulation(vessel)
+    chosen = simulation.plant if name is None else name
+    if chosen not in simulation.plants:
+        raise ConfigError([f"{vessel.name}: no plant named '{chosen}'; there is {', '.join(simulation.plants)}"])
+    return simulation.plants[chosen]

@@ -17,6 +17,7 @@ _LIMITED_SHARE = 0.01  # shortfall, as a share of the axis's limit, from which a
 _IDLE_SHARE = 0.1  # share of full force below which a thruster may be turned for free
 _PULL = 0.05  # weight of the preferred azimuth of an idle or limited thruster
 _APART_S = 0.5  # how long a better azimuth must lie beyond a forbidden sector, or the other way round the stops, before it is turned to
+_AT_STOP_RAD = 0.02
 _UNCONSTRAINED = 1  # ALLOC_KIND
 _TOE_PULL = 0.01  # weight of the toe angle while nothing is asked
 
@@ -107,7 +108,7 @@ class Allocator(_Base):
     Constrained: least power and least turning that gives the wrench, within force and azimuth limits and rates. An idle thruster, or all
     of them while an axis falls short, is drawn towards the azimuth of the unconstrained solution, turned about where reversing does as well:
     this is what leads out of singular layouts such as all pods ahead with no thrust. Where that azimuth lies beyond a forbidden sector, or
-    the other way round the stops, the thruster turns there without thrust.
+    the other way round the stops, or an axis falls short because the thruster stands at a stop in reverse, it turns there without thrust.
     Unconstrained: the pseudo-inverse, cut to limits and rates afterwards.
     Remembers the last forces and azimuths, and which thrusters are on their way through a sector.
     """
@@ -214,6 +215,8 @@ class Allocator(_Base):
             return
         low, high = t.sectors.span(present)
         apart = not low - 1.0e-6 <= wanted_rad <= high + 1.0e-6 or abs(wanted_rad - present) > math.pi
+        stopped = min(present - low, high - present) < _AT_STOP_RAD
+        apart = apart or (self._short and stopped and abs(wanted_rad - present) > 0.5 * math.pi)
         self._apart_s[i] = self._apart_s[i] + dt_s if apart else 0.0
         if self._apart_s[i] >= _APART_S or (apart and not t.sectors.allowed(present)):
             self._crossing[i] = wanted_rad

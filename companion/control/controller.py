@@ -7,12 +7,14 @@ from companion.control.bias import BiasForce
 from companion.control.dynamic_positioning import DynamicPositioning, finite
 from companion.control.heading import HeadingControl, YawLoop
 from companion.control.path_tracking import PathTracking
+from companion.control.quadratic import QuadraticTracking
 from companion.control.thesis_positioning import ThesisPositioning
+from companion.control.thesis_tracking import ThesisTracking
 from companion.control.wind import wind_force
 from companion.core.types import ZERO_WRENCH, NavState, Setpoint, SetpointKind, Wrench
 from companion.params import Parameters
 
-_THESIS = 1  # DP_LAW
+_THESIS = 1  # DP_LAW, WP_LAW
 _STEERED = (SetpointKind.POSE, SetpointKind.PATH, SetpointKind.HEADING)
 
 
@@ -32,6 +34,9 @@ class Controller:
         self._thesis = ThesisPositioning(config, parameters)
         self._by_thesis = False
         self._tracking = PathTracking(config, parameters, yaw)
+        self._thesis_tracking = ThesisTracking(config.limits, parameters)
+        self._quadratic = QuadraticTracking(config, parameters)
+        self._other: ThesisTracking | QuadraticTracking | None = None  # at work under way in place of `_tracking`
         self._heading = HeadingControl(yaw)
         self._bias = BiasForce(config.limits)
         self._demanded: Wrench | None = None
@@ -44,6 +49,14 @@ class Controller:
     def update(self, setpoint: Setpoint, nav: NavState, achieved: Wrench, dt_s: float) -> Wrench:
         """The wrench that the setpoint asks for now."""
         kind = setpoint.kind
+        other = self._other_tracking(kind)
+        if other is not None and other is not self._other:
+            other.start()
+        self._other = other
+        if other is not None:
+            self._by_thesis = False
+            self._positioning.restart()
+            return self._without_bias(other, setpoint, nav, dt_s)
         by_thesis = kind is SetpointKind.POSE and self._parameters["DP_LAW"] == _THESIS
         if by_thesis and not self._by_thesis:
             self._thesis.start(*self._bias.in_body(nav.yaw_rad))
@@ -69,6 +82,23 @@ class Controller:
             self.reset()
             return ZERO_WRENCH
         self._demanded = wrench
+        return self._saturated(wrench)
+
+    def _other_tracking(self, kind: SetpointKind) -> ThesisTracking | QuadraticTracking | None:
+        """What steers along a path in place of the companion's own loops."""
+        if kind is not SetpointKind.PATH:
+            return None
+        if self._quadratic.chosen:
+            return self._quadratic
+        return self._thesis_tracking if self._parameters["WP_LAW"] == _THESIS else None
+
+    def _without_bias(self, law: ThesisTracking | QuadraticTracking, setpoint: Setpoint, nav: NavState, dt_s: float) -> Wrench:
+        """A law with integrals of its own, which knows neither wind nor what the thrusters achieve."""
+        self._demanded = None
+        wrench = law.update(setpoint, nav, dt_s)
+        if not finite(wrench):
+            law.start()
+            return ZERO_WRENCH
         return self._saturated(wrench)
 
     def _as_in_the_thesis(self, setpoint: Setpoint, nav: NavState, dt_s: float) -> Wrench:

@@ -8,7 +8,8 @@ from collections.abc import Callable
 from companion.config import VesselConfig
 from companion.core.geodesy import LocalFrame, distance_and_bearing
 from companion.core.types import MissionState, ModeId, Setpoint, Severity
-from companion.guidance.path_following import PathFollower, Waypoint
+from companion.guidance.follower_choice import ChosenFollower
+from companion.guidance.path_following import Waypoint
 from companion.mission.executor import MissionExecutor
 from companion.mission.tasks import Action, Complete, Dock, Gate, ReturnHome, RoutePoint, Sail, Stay, Task, Turn, Wait
 from companion.modes.berth import BerthChoice
@@ -58,7 +59,7 @@ class MissionMode(Mode):
         self._leg = SidewaysLeg(self._station)
         self._sideways = False  # the last leg of the route is sailed by `_leg`
         self._at_berth = False  # docking goes on, not refused
-        self._follower = PathFollower(parameters, self._can_sway)
+        self._follower = ChosenFollower(parameters, self._can_sway)
         self._task: Task | None = None
         self._route: tuple[RoutePoint, ...] = ()
         self._told = 0  # points of the route that the executor knows to be passed

@@ -9,7 +9,8 @@ from companion.config import VesselConfig
 from companion.core.angles import wrap_pi
 from companion.core.frames import body_to_ned
 from companion.core.types import ManualInput, NavState, Setpoint, SetpointKind
-from companion.guidance.path_following import PathFollower, Waypoint
+from companion.guidance.follower_choice import ChosenFollower
+from companion.guidance.path_following import Waypoint
 from companion.guidance.reference_choice import ChosenReference
 from companion.guidance.stopping import BRAKE_SHARE, SMOOTHING_S, stopping_point
 from companion.modes.sticks import beyond_deadband
@@ -183,7 +184,7 @@ class Station:
         self._can_sway = config.limits.sway_n > 0.0
         self._handover_m = config.length_m
         self._keeper: Keeper = PoseKeeper(parameters) if self._can_sway else CircleKeeper(parameters)
-        self._follower = PathFollower(parameters, self._can_sway)
+        self._follower = ChosenFollower(parameters, self._can_sway)
         self._transit: tuple[float, float, float | None, float | None] | None = None  # north, east, yaw, speed
         self._going = False
 

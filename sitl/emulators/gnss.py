@@ -1,4 +1,4 @@
-"""A dual-antenna satellite receiver that prints NMEA 0183: GGA, HDT, VTG and ZDA each time."""
+"""A satellite receiver that prints NMEA 0183 each time: GGA, HDT, VTG and ZDA with two antennas, GGA, RMC and VTG with one."""
 
 from __future__ import annotations
 
@@ -25,6 +25,7 @@ class GnssEmulator:
         self._port = port
         self._around = around
         self._latency_s = config.latency_s
+        self._single = config.antennas == 1
         self._model = GnssModel(config, around.home, around.gnss, 1.0 / self.rate_hz, around.seed)
         self._date_of: tuple[int, str] = (-1, "")
 
@@ -34,8 +35,10 @@ class GnssEmulator:
         self._port.send(self.sentences(sample, t_s).encode("ascii"), t_s + self._latency_s)
 
     def sentences(self, sample: GnssSample, t_s: float) -> str:
-        """The four sentences of one epoch."""
+        """The sentences of one epoch."""
         clock, date = self._utc(t_s)
+        if self._single:
+            return "".join(map(sentence, (_gga(sample, clock), _rmc(sample, clock, date), _vtg(sample))))
         heading = "" if sample.heading_rad is None else f"{math.degrees(sample.heading_rad) % 360.0:.2f}"
         return "".join(
             (
@@ -61,13 +64,32 @@ def _gga(sample: GnssSample, clock: str) -> str:
     if sample.position is None:
         return f"GNGGA,{clock},,,,,0,00,99.9,,M,,M,,"
     lat_deg, lon_deg, altitude_m = sample.position
-    latitude, longitude = _degrees_minutes(lat_deg, 2), _degrees_minutes(lon_deg, 3)
-    north, east = "N" if lat_deg >= 0.0 else "S", "E" if lon_deg >= 0.0 else "W"
     correction = "1.0,0001" if grade.quality != 1 else ","
     return (
-        f"GNGGA,{clock},{latitude},{north},{longitude},{east},{grade.quality},{grade.satellites:02d},{grade.hdop:.1f},"
+        f"GNGGA,{clock},{_place(lat_deg, lon_deg)},{grade.quality},{grade.satellites:02d},{grade.hdop:.1f},"
         f"{altitude_m:.3f},M,{_GEOID_M:.1f},M,{correction}"
     )
+
+
+def _place(lat_deg: float, lon_deg: float) -> str:
+    latitude, longitude = _degrees_minutes(lat_deg, 2), _degrees_minutes(lon_deg, 3)
+    return f"{latitude},{'N' if lat_deg >= 0.0 else 'S'},{longitude},{'E' if lon_deg >= 0.0 else 'W'}"
+
+
+def _rmc(sample: GnssSample, clock: str, date: str) -> str:
+    """`date` as ZDA has it: dd,mm,yyyy."""
+    day, month, year = date.split(",")
+    if sample.position is None:
+        return f"GNRMC,{clock},V,,,,,,,{day}{month}{year[2:]},,,N"
+    speed_kn, course_deg = _over_ground(sample)
+    place = _place(sample.position[0], sample.position[1])
+    return f"GNRMC,{clock},A,{place},{speed_kn:.3f},{course_deg:.2f},{day}{month}{year[2:]},,,{_MODES[sample.grade.quality]}"
+
+
+def _over_ground(sample: GnssSample) -> tuple[float, float]:
+    """(knots, degrees)."""
+    speed_mps = math.hypot(sample.north_mps, sample.east_mps)
+    return speed_mps * _KNOTS, math.degrees(math.atan2(sample.east_mps, sample.north_mps)) % 360.0
 
 
 def _degrees_minutes(angle_deg: float, digits: int) -> str:
@@ -79,6 +101,5 @@ def _degrees_minutes(angle_deg: float, digits: int) -> str:
 def _vtg(sample: GnssSample) -> str:
     if sample.position is None:
         return "GNVTG,,T,,M,,N,,K,N"
-    speed_mps = math.hypot(sample.north_mps, sample.east_mps)
-    course_deg = math.degrees(math.atan2(sample.east_mps, sample.north_mps)) % 360.0
-    return f"GNVTG,{course_deg:.2f},T,,M,{speed_mps * _KNOTS:.3f},N,{speed_mps * 3.6:.3f},K,{_MODES[sample.grade.quality]}"
+    speed_kn, course_deg = _over_ground(sample)
+    return f"GNVTG,{course_deg:.2f},T,,M,{speed_kn:.3f},N,{speed_kn / _KNOTS * 3.6:.3f},K,{_MODES[sample.grade.quality]}"

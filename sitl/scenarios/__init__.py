@@ -2,7 +2,18 @@
 
 from __future__ import annotations
 
-from sitl.scenarios import docking, four_corner, gnss_dropout, hold, identify, lever_arm, mission_square, station_keeping, wild_points
+from sitl.scenarios import (
+    docking,
+    four_corner,
+    gnss_dropout,
+    hold,
+    identify,
+    lever_arm,
+    mission_square,
+    route,
+    station_keeping,
+    wild_points,
+)
 from sitl.scenarios.scenario import Scenario
 
 _ALL = (
@@ -16,5 +27,7 @@ _ALL = (
     wild_points.SCENARIO,
     lever_arm.SCENARIO,
     identify.SCENARIO,
+    route.SCENARIO,
+    route.SURVEY,
 )
 SCENARIOS: dict[str, Scenario] = {scenario.name: scenario for scenario in _ALL}

@@ -92,11 +92,12 @@ def _draw(scenario: Scenario, folder: Path, asked: dict[str, Any], settings: Set
     return ""
 
 
-_CHOICES: Mapping[str, tuple[str, Mapping[str, float]]] = {
-    "path": ("PATH_KIND", {"linear": 0, "pchip": 1, "makima": 2, "cubic": 3}),
-    "law": ("DP_LAW", {"companion": 0, "thesis": 1}),
-    "feedforward": ("DP_FF_KIND", {"off": 0, "thesis": 1, "tuned": 2, "on": 3}),
-    "allocation": ("ALLOC_KIND", {"constrained": 0, "unconstrained": 1}),
+_CHOICES: Mapping[str, tuple[tuple[str, ...], Mapping[str, float]]] = {
+    "path": (("PATH_KIND",), {"linear": 0, "pchip": 1, "makima": 2, "cubic": 3}),
+    "law": (("DP_LAW", "WP_LAW"), {"companion": 0, "thesis": 1}),
+    "control": (("PATH_CTRL",), {"pid": 0, "lqr": 1}),
+    "feedforward": (("DP_FF_KIND",), {"off": 0, "thesis": 1, "tuned": 2, "on": 3}),
+    "allocation": (("ALLOC_KIND",), {"constrained": 0, "unconstrained": 1}),
 }
 
 _THESIS_ALLOCATION = {"ALLOC_ITER": 1.0}  # linearised once
@@ -104,10 +105,10 @@ _THESIS_ALLOCATION = {"ALLOC_ITER": 1.0}  # linearised once
 
 def _conditions(settings: Settings) -> Conditions:
     parameters: dict[str, float] = {}
-    for key, (name, values) in _CHOICES.items():
+    for key, (names, values) in _CHOICES.items():
         if key in settings:
-            parameters[name] = _choice(settings, key, values)
-    if settings.get("law") == "thesis":
+            parameters |= dict.fromkeys(names, _choice(settings, key, values))
+    if settings.get("law") == "thesis" and "allocation" in settings:
         parameters |= _THESIS_ALLOCATION
     return Conditions(
         vessel="",
@@ -128,6 +129,8 @@ def _conditions(settings: Settings) -> Conditions:
 def _choice(settings: Settings, key: str, values: Mapping[str, float]) -> float:
     """The value of a setting that is one of a few words. Unset feed-forward is what fits the law: the thesis sailed best without."""
     word = settings[key]
+    if key == "path" and not word:  # what the thesis sailed there
+        word = "pchip" if settings.get("route") not in ("1", "2", None) else "linear"
     if key == "feedforward" and not word:
         word = "off" if settings.get("law") == "thesis" else "on"
     if word not in values:

@@ -193,3 +193,24 @@ def test_a_bridge_carries_retraction_and_beacon_both_ways(bridge: str) -> None:
             driver.write(ActuatorCommand(boat.now_s, False, FORWARD, lower=lower, beacon=lamps), boat.now_s)
     assert board.beacon == lamps
     assert seen == [Deployment.LOWERED, Deployment.MOVING, Deployment.RETRACTED, Deployment.MOVING, Deployment.LOWERED]
+
+
+def test_a_single_antenna_gives_place_speed_and_time_and_no_heading() -> None:
+    boat = Boat(load(find("aboat")))
+    boat.world.set_state(surge_mps=1.2, yaw_rad=math.radians(60.0))
+    readings = [reading for reading in boat.sail(2.0, armed=False) if getattr(reading, "source", "") == "gnss"]
+    fix, truth = last(readings, GnssFix), boat.world.truth
+    north, east = LocalFrame(60.41, 22.07).to_ned(fix.lat_deg, fix.lon_deg)
+    assert fix.fix is FixType.DGPS and (north, east) == pytest.approx((truth.north_m, truth.east_m), abs=1.5)
+    velocity = last(readings, GroundVelocity)
+    assert math.hypot(velocity.north_mps, velocity.east_mps) == pytest.approx(math.hypot(truth.surge_mps, truth.sway_mps), abs=0.15)
+    assert last(readings, TimeOfDay).time_unix_ns == pytest.approx(EPOCH_UNIX_NS + 2 * 10**9, abs=2e8)
+    assert not any(isinstance(reading, Heading) for reading in readings)
+
+
+def test_a_vessel_brings_its_own_receiver_and_battery() -> None:
+    aboat = load(find("aboat"))
+    assert aboat.sitl is not None and (aboat.sitl.gnss, aboat.sitl.battery_wh) == ("sbas", 960.0)
+    by_default, asked = Boat(aboat), Boat(aboat, gnss="rtk")
+    fixes = [last(boat.sail(1.0, armed=False), GnssFix).fix for boat in (by_default, asked)]
+    assert fixes == [FixType.DGPS, FixType.RTK_FIXED]

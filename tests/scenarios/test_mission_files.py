@@ -7,11 +7,13 @@ from pathlib import Path
 
 import pytest
 
+from companion.cli import LockstepRig
 from companion.core.types import MissionState
 from companion.io.mavlink import messages as mavlink
 from companion.mission import files
 from companion.mission.commands import DESTINATIONS
 from companion.mission.plan import PlanItem, PlanKind
+from sitl.scenarios.rig import Conditions
 from tests.protocol.desk import Desk
 
 FOLDER = Path(__file__).parents[2] / "mission_files"
@@ -29,13 +31,18 @@ def test_there_is_one_of_each_kind() -> None:
     assert {path.suffix for path in FILES} >= {".plan", ".waypoints"}
 
 
-QUICK = ("trondheim_square.plan", "trondheim_tour.waypoints")  # the others are begun in every run and sailed to their end in the sweep
+# the others are begun in every run and sailed to their end in the sweep
+QUICK = ("trondheim_square.plan", "trondheim_tour.waypoints", "aboat_route_1.plan")
+
+
+def vessel_of(path: Path) -> str:
+    return "aboat" if path.name.startswith("aboat") else "revolt"
 
 
 def loaded(path: Path, tmp_path: Path) -> Desk:
     """A desk whose boat has the plan, armed and in Mission. What it gives back is what was sent, field by field."""
     plan = files.read(path.name, path.read_text(encoding="utf-8"))
-    desk = Desk(tmp_path)
+    desk = Desk(tmp_path, LockstepRig(Conditions(vessel_of(path), seed=3), tmp_path / "log"))
     desk.tick()
     desk.ready()
     for kind, items in ((PlanKind.MISSION, plan.mission), (PlanKind.FENCE, plan.fence), (PlanKind.RALLY, plan.rally)):

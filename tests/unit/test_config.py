@@ -23,6 +23,19 @@ def test_the_bundled_revolt_is_as_in_the_thesis() -> None:
     assert vessel.sitl is not None and set(vessel.sitl.plants) == {"as_sailed", "thesis"}
 
 
+def test_the_bundled_aboat_needs_180_n_for_1_4_mps_and_lasts_two_hours() -> None:
+    vessel = config.load(config.find("aboat"))
+    damping = vessel.hull.damping
+    assert 1.4 * (damping.x_u + damping.x_uu * 1.4) == pytest.approx(180.0, rel=0.01)
+    assert [t.x_m for t in vessel.thrusters] == [1.6, -1.6] and all((t.max_n, t.min_n) == (240.0, -180.0) for t in vessel.thrusters)
+    simulation = vessel.sitl
+    assert simulation is not None and set(simulation.plants) == {"as_rigged", "light", "laden"}
+    power_w = simulation.hotel_power_w + simulation.full_power_w * (0.5 * 180.0 / 240.0) ** 1.5
+    assert 2.0 < simulation.battery_wh / power_w < 4.0
+    masses = {name: plant.hull.m11_kg / 1.05 for name, plant in simulation.plants.items()}
+    assert masses == pytest.approx({"as_rigged": 160.0, "light": 34.0 + 34.0, "laden": 34.0 + 295.0}, rel=0.001)
+
+
 def test_five_errors_are_listed_at_once_each_with_its_line() -> None:
     text = revolt_text()
     for right, wrong in (

@@ -11,8 +11,8 @@ from scipy.optimize import minimize
 
 from companion.allocation.allocator import Allocator
 from companion.allocation.sectors import Sectors
-from companion.config import ConfigError, VesselConfig, with_rotating
-from companion.core.types import Allocation, Wrench
+from companion.config import ConfigError, VesselConfig, find, load, with_rotating
+from companion.core.types import Allocation, ThrusterCommand, Wrench
 from companion.params import Parameters
 from companion.safety import Gate
 from tests.unit.control.simple_boat import REVOLT
@@ -143,3 +143,18 @@ def test_the_gate_stops_thrust_in_a_sector() -> None:
 def test_only_a_thruster_with_a_rate_can_be_made_to_rotate() -> None:
     with pytest.raises(ConfigError, match="cannot rotate"):
         with_rotating(REVOLT, "stern")
+
+
+def test_pods_at_their_stops_in_reverse_turn_round_when_the_boat_needs_them() -> None:
+    """Both pods of ÅBOAT pushing ahead in reverse, each at a stop: together they can turn the boat one way only."""
+    aboat = load(find("aboat"))
+    bow, stern = (replace(t, forbidden_rad=()) for t in aboat.thrusters)
+    allocator = Allocator(replace(aboat, thrusters=(bow, stern)), Parameters(aboat.parameters))
+    for _ in range(60):
+        allocator.direct((ThrusterCommand(0.0, -0.8, math.radians(178.0)), ThrusterCommand(0.0, -0.8, math.radians(-178.0))), DT_S)
+    wrench = Wrench(300.0, 0.0, 85.0)
+    first = allocator.update(wrench, DT_S)
+    assert first.achieved.yaw_nm < 40.0
+    for _ in range(80):
+        last = allocator.update(wrench, DT_S)
+    assert (last.achieved.surge_n, last.achieved.yaw_nm) == pytest.approx((300.0, 85.0), rel=0.05)

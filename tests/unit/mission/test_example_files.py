@@ -1,16 +1,21 @@
 """The example missions are what their README says, and the boat would take them."""
 
+import itertools
 import math
 from itertools import pairwise
 from pathlib import Path
 
+import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline, PchipInterpolator
 
 from companion.core.geodesy import LocalFrame
+from companion.guidance.path import PathKind, build_path
 from companion.mission import files
 from companion.mission.plan import PlanKind
 from companion.mission.summary import summarise
 from companion.mission.validation import check_item, check_plan
+from sitl.scenarios.routes import ROUTES
 
 FOLDER = Path(__file__).parents[3] / "mission_files"
 NAMES = sorted(path.name for path in FOLDER.iterdir() if path.suffix != ".md")
@@ -22,8 +27,10 @@ FROM_GROUND_STATIONS = {
     "river_corridor.plan": 20,
 }
 HOME = (63.4389, 10.399)
-REVOLT_MPS = 0.6
-OWN = ["trondheim_square.plan", "trondheim_tour.waypoints"]
+RUISSALO = (60.41, 22.07)
+SPEED_MPS = {HOME: 0.6, RUISSALO: 1.2}
+ABOAT = {"aboat_route_1.plan": "1", "aboat_route_2.plan": "2", "aboat_route_3.plan": "3", "aboat_route_4.plan": "4", "aboat_island.plan": "island"}
+OWN = ["trondheim_square.plan", "trondheim_tour.waypoints", *ABOAT]
 
 
 def _read(name: str) -> files.PlanFile:
@@ -32,7 +39,7 @@ def _read(name: str) -> files.PlanFile:
 
 def test_the_readme_names_each() -> None:
     readme = (FOLDER / "README.md").read_text(encoding="utf-8")
-    assert sorted(["trondheim_square.plan", "trondheim_tour.waypoints", *FROM_GROUND_STATIONS]) == NAMES
+    assert sorted(["trondheim_square.plan", "trondheim_tour.waypoints", *ABOAT, *FROM_GROUND_STATIONS]) == NAMES
     assert all(f"| `{name}` |" in readme for name in NAMES)
 
 
@@ -40,12 +47,13 @@ def test_the_readme_names_each() -> None:
 def test_the_boat_would_take_it(name: str) -> None:
     plan = _read(name)
     assert plan.home is not None
-    assert plan.home[:2] == HOME
+    home = RUISSALO if name in ABOAT else HOME
+    assert plan.home[:2] == home
     for kind, items in ((PlanKind.MISSION, plan.mission), (PlanKind.FENCE, plan.fence), (PlanKind.RALLY, plan.rally)):
         assert [refusal for item in items if (refusal := check_item(kind, item))] == []
         assert check_plan(kind, items) is None
     if name != "harbour_survey.plan":
-        assert summarise(plan.mission, REVOLT_MPS, plan.home).time_s < 480.0
+        assert summarise(plan.mission, SPEED_MPS[home], plan.home).time_s < 480.0
 
 
 @pytest.mark.parametrize(("name", "count"), FROM_GROUND_STATIONS.items())
@@ -98,6 +106,58 @@ def test_the_tour() -> None:
     plan = _read("trondheim_tour.waypoints")
     assert [item.command for item in plan.mission] == [16, 16, 16, 178, 16, 16, 19, 178, 16, 16, 177, 20]
     assert plan.mission[10].param1 == 8.0
-    summary = summarise(plan.mission, REVOLT_MPS, plan.home)
+    summary = summarise(plan.mission, SPEED_MPS[HOME], plan.home)
     assert [leg.seq for leg in summary.legs] == [0, 1, 2, 4, 5, 6, 8, 9, 8, 9, 11]
     assert summary.length_m == pytest.approx(153, abs=1)
+
+
+@pytest.mark.parametrize("name", sorted(ABOAT))
+def test_the_aboat_routes_are_those_of_the_scenario(name: str) -> None:
+    frame = LocalFrame(*RUISSALO)
+    places = [frame.to_ned(item.lat_deg, item.lon_deg) for item in _read(name).mission]
+    assert places == [pytest.approx(point, abs=0.02) for point in ROUTES[ABOAT[name]].points]
+
+
+@pytest.mark.parametrize(("name", "count", "length_m"), [("aboat_route_3.plan", 6, 308.0), ("aboat_route_4.plan", 11, 500.0)])
+def test_the_long_routes_are_as_long_as_in_the_thesis(name: str, count: int, length_m: float) -> None:
+    mission = _read(name).mission
+    frame = LocalFrame(*RUISSALO)
+    places = [frame.to_ned(item.lat_deg, item.lon_deg) for item in mission]
+    assert len(mission) == count
+    assert sum(math.dist(a, b) for a, b in itertools.pairwise(places)) == pytest.approx(length_m, abs=0.2)
+
+
+def turns_deg(name: str) -> list[float]:
+    frame = LocalFrame(*RUISSALO)
+    places = [(0.0, 0.0), *(frame.to_ned(item.lat_deg, item.lon_deg) for item in _read(name).mission)]
+    courses = [math.degrees(math.atan2(b[1] - a[1], b[0] - a[0])) for a, b in itertools.pairwise(places)]
+    return [abs(math.remainder(b - a, 360.0)) for a, b in itertools.pairwise(courses)][1:]
+
+
+def test_the_short_routes_turn_as_in_the_thesis() -> None:
+    assert turns_deg("aboat_route_1.plan") == pytest.approx([90.0, 90.0, 90.0], abs=0.1)
+    assert all(turn > 120.0 for turn in turns_deg("aboat_route_2.plan"))
+    assert all(turn < 60.0 for name in ("aboat_route_3.plan", "aboat_route_4.plan") for turn in turns_deg(name))
+
+
+def beyond_m(curve: object, knots: list[float], places: list[tuple[float, float]]) -> float:
+    """How far a curve leaves the span of the two waypoints that it runs between, in north or east."""
+    worst = 0.0
+    for i, (a, b) in enumerate(itertools.pairwise(places)):
+        points = curve(np.linspace(knots[i], knots[i + 1], 400))  # type: ignore[operator]
+        worst = max(worst, float(np.max(np.maximum(np.minimum(a, b) - points, points - np.maximum(a, b)))))
+    return worst
+
+
+def test_between_the_islands_a_cubic_spline_swings_out_and_pchip_does_not() -> None:
+    frame = LocalFrame(*RUISSALO)
+    places = [(0.0, 0.0), *(frame.to_ned(item.lat_deg, item.lon_deg) for item in _read("aboat_island.plan").mission)]
+    knots = [0.0, *itertools.accumulate(math.dist(a, b) for a, b in itertools.pairwise(places))]
+    assert beyond_m(CubicSpline(knots, places), knots, places) > 5.0
+    assert beyond_m(PchipInterpolator(knots, places), knots, places) < 1.0e-6
+    for kind, reference in ((PathKind.PCHIP, PchipInterpolator(knots, places)), (PathKind.CUBIC, CubicSpline(knots, places))):
+        path = build_path(places, kind)
+        assert [path.position(s) for s in path.waypoint_s_m] == [pytest.approx(place, abs=1e-6) for place in places]
+        north, east = path.samples(0.5)
+        fine = reference(np.linspace(0.0, knots[-1], 20_000))
+        assert max(float(np.min(np.hypot(fine[:, 0] - n, fine[:, 1] - e))) for n, e in zip(north, east, strict=True)) < 0.02

@@ -1,0 +1,46 @@
+"""Which law sails waypoints: the companion's path following or the ÅBOAT thesis's bearings, as WP_LAW says, changed under way."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from companion.core.types import NavState
+from companion.guidance.path_following import PathFollower, PathProgress, Waypoint
+from companion.guidance.thesis_waypoints import ThesisWaypoints
+from companion.params import Parameters
+
+_THESIS = 1
+
+
+class ChosenFollower:
+    """Same interface as `PathFollower`. Remembers the one at work, the route, and how many of its waypoints were passed before that one
+    took over: it then sails the rest from where the boat is."""
+
+    def __init__(self, parameters: Parameters, can_sway: bool) -> None:
+        self._parameters = parameters
+        self._kinds: tuple[PathFollower | ThesisWaypoints, ...] = (PathFollower(parameters, can_sway), ThesisWaypoints(parameters))
+        self._active = self._wanted()
+        self._waypoints: tuple[Waypoint, ...] = ()
+        self._stop_at_end = True
+        self._before = self._passed = 0
+
+    def start(self, waypoints: Sequence[Waypoint], nav: NavState, stop_at_end: bool = True, from_here: bool = True) -> None:
+        """As `PathFollower.start`."""
+        self._active = self._wanted()
+        self._waypoints, self._stop_at_end = tuple(waypoints), stop_at_end
+        self._before = self._passed = 0
+        self._active.start(waypoints, nav, stop_at_end, from_here)
+
+    def update(self, nav: NavState, speed_mps: float, dt_s: float) -> PathProgress:
+        """As `PathFollower.update`."""
+        wanted = self._wanted()
+        if wanted is not self._active and self._passed < len(self._waypoints):
+            self._active, self._before = wanted, self._passed
+            wanted.start(self._waypoints[self._passed :], nav, self._stop_at_end)
+        progress = self._active.update(nav, speed_mps, dt_s)
+        self._passed = self._before + progress.passed
+        return replace(progress, passed=self._passed)
+
+    def _wanted(self) -> PathFollower | ThesisWaypoints:
+        return self._kinds[1 if self._parameters["WP_LAW"] == _THESIS else 0]

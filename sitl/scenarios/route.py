@@ -1,0 +1,149 @@
+"""The routes of the ÅBOAT thesis, uploaded and sailed in wind and current: every waypoint reached, no circling, near the path."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from pymavlink.dialects.v20 import common as mavlink
+
+from companion.core.geodesy import LocalFrame
+from sitl.scenarios import route_plot
+from sitl.scenarios.measure import Check, Point, between, read_truth, rms
+from sitl.scenarios.route_measure import follow, line, most_turn_rad, percentile, reached_rows
+from sitl.scenarios.routes import ROUTES, transects
+from sitl.scenarios.scenario import Scenario, ScenarioError, Settings
+from sitl.scenarios.station import Item, Station
+
+RADIUS_M = 5.0  # the thesis's
+_MISSION = 0x04040000
+_SLOWEST_MPS = 0.4  # over the whole route; a boat that is not there by then circles or is stuck
+_TURN_M = 15.0  # of each end of a survey's line, where the boat is still turning
+# cross-track error RMS and 95 %
+_LIMITS_M = {"rtk": (0.5, 1.0), "sbas": (1.0, 1.8), "standalone": (4.0, 8.0)}
+
+
+def path_of(settings: Settings) -> str:
+    """The curve asked for, or the one that the thesis used on that route."""
+    return settings["path"] or (ROUTES[settings["route"]].path if settings.get("route") in ROUTES else "linear")
+
+
+def _sail(station: Station, waypoints: Sequence[Point]) -> dict[str, Any]:
+    """Upload, arm, and sail until the last waypoint is announced or the time for it is over."""
+    home = station.rig.config.home
+    frame = LocalFrame(home.lat_deg, home.lon_deg)
+    items = [Item(mavlink.MAV_CMD_NAV_WAYPOINT, *frame.to_geodetic(*point), params=(0.0, 0.0, 0.0, math.nan)) for point in waypoints]
+    station.ready()
+    station.upload(items)
+    truth = station.rig.world.truth
+    begin = (truth.north_m, truth.east_m)
+    station.set_mode(_MISSION)
+    station.arm()
+    started_s = station.rig.now_s
+    length_m = sum(math.dist(a, b) for a, b in zip([begin, *waypoints], waypoints, strict=False))
+    end_s = started_s + 60.0 + length_m / _SLOWEST_MPS
+    while len(items) - 1 not in station.reached and station.rig.now_s < end_s:
+        station.step()
+    return {
+        "waypoints": [begin, *waypoints],
+        "started_s": started_s,
+        "finished_s": station.rig.now_s,
+        "announced": len(set(station.reached)),
+        "vessel": station.rig.config.name,
+    }
+
+
+def sail(station: Station, settings: Settings) -> dict[str, Any]:
+    if settings["route"] not in ROUTES:
+        raise ScenarioError(f"route={settings['route']}: one of {', '.join(ROUTES)}")
+    return _sail(station, ROUTES[settings["route"]].points)
+
+
+def sail_survey(station: Station, settings: Settings) -> dict[str, Any]:
+    try:
+        count = int(settings["transects"])
+    except ValueError as error:
+        raise ScenarioError(f"transects={settings['transects']}: not a whole number") from error
+    if not 1 <= count <= 100:
+        raise ScenarioError(f"transects={count}: 1 to 100, please")
+    return _sail(station, transects(count, 100.0, 12.0))
+
+
+def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[dict[str, float], Sequence[Check]]:
+    metrics = _figures(folder, asked, path_of(settings))
+    return metrics, _checks(metrics, asked, settings)
+
+
+def _figures(folder: Path, asked: dict[str, Any], kind: str) -> dict[str, float]:
+    track = between(read_truth(folder), asked["started_s"], asked["finished_s"])
+    waypoints = asked["waypoints"]
+    path = line(waypoints, kind)
+    sailed = follow(track, path)
+    rows = reached_rows(track, waypoints[1:], RADIUS_M)
+    errors = [abs(error) for error in sailed.error_m]
+    done = len(rows) == len(waypoints) - 1 and asked["announced"] == len(waypoints) - 1
+    return {
+        "waypoints_reached": float(min(len(rows), asked["announced"])),
+        "completed": float(done),
+        "cross_track_rms_m": rms(errors),
+        "cross_track_95_m": percentile(errors, 0.95),
+        "cross_track_max_m": max(errors),
+        "most_turn_deg": math.degrees(most_turn_rad(sailed, path, rows)),
+        "time_s": asked["finished_s"] - asked["started_s"],
+    }
+
+
+def measure_survey(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[dict[str, float], Sequence[Check]]:
+    """On the lines alone, once the boat is round."""
+    metrics = _figures(folder, asked, "linear")
+    track = between(read_truth(folder), asked["started_s"], asked["finished_s"])
+    path = line(asked["waypoints"], "linear")
+    sailed = follow(track, path)
+    lines = list(zip(path.waypoint_s_m[1::2], path.waypoint_s_m[2::2], strict=True))
+    errors = [
+        abs(error)
+        for error, s in zip(sailed.error_m, sailed.s_m, strict=True)
+        if any(begin + _TURN_M <= s <= end - _TURN_M for begin, end in lines)
+    ]
+    metrics |= {"cross_track_rms_m": rms(errors), "cross_track_95_m": percentile(errors, 0.95), "cross_track_max_m": max(errors)}
+    return metrics, _checks(metrics, asked, settings)
+
+
+def _checks(metrics: dict[str, float], asked: dict[str, Any], settings: Settings) -> list[Check]:
+    """What the run must keep. The thesis's law is there to be compared with: of it only figures are taken."""
+    if settings["law"] == "thesis":
+        return [Check("a waypoint was reached", metrics["waypoints_reached"], 1.0, "", at_least=True)]
+    rms_m, most_m = _LIMITS_M.get(settings["gnss"], (0.5, 1.0))
+    return [
+        Check("waypoints reached and announced", metrics["waypoints_reached"], float(len(asked["waypoints"]) - 1), "", at_least=True),
+        Check("turn between two waypoints beyond the path's", metrics["most_turn_deg"], 359.0, "deg"),
+        Check("cross-track error RMS", metrics["cross_track_rms_m"], rms_m, "m"),
+        Check("cross-track error, 95 %", metrics["cross_track_95_m"], most_m, "m"),
+    ]
+
+
+_DEFAULTS = {
+    "law": "companion", "control": "pid", "path": "", "wind": "6", "current": "0.3", "gnss": "rtk", "waves": "", "model_error": "", "plant": "",
+}  # fmt: skip
+
+SCENARIO = Scenario(
+    name="route",
+    text="a route of the ÅBOAT thesis in wind and current: all waypoints, no circling, near the path",
+    vessel="aboat",
+    defaults={"route": "3", **_DEFAULTS},
+    sail=sail,
+    measure=measure,
+    plot=lambda folder, asked, settings: route_plot.draw(folder, asked, path_of(settings), dict(settings)),
+)
+
+SURVEY = Scenario(
+    name="survey",
+    text="straight survey lines of 100 m, 12 m apart, in wind and current",
+    vessel="aboat",
+    defaults={"transects": "20", **_DEFAULTS},
+    sail=sail_survey,
+    measure=measure_survey,
+    plot=lambda folder, asked, settings: route_plot.draw(folder, asked, "linear", dict(settings)),
+)

@@ -1,0 +1,50 @@
+"""The ÅBOAT thesis's waypoint law beside the companion's on its four routes, on the same seeds, as a Markdown table."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+
+from sitl.scenarios.rig import Composer
+from sitl.scenarios.scenario import Scenario, run
+
+_HEAD = "| route | conditions | law | completed | cross-track RMS m | 95 % m | largest m | time s |"
+CONDITIONS: Mapping[str, Mapping[str, str]] = {
+    "calm, RTK": {"wind": "", "current": "", "gnss": "rtk"},
+    "current 0.3 m/s, wind 6 m/s, RTK": {"wind": "6", "current": "0.3", "gnss": "rtk"},
+    "current 0.3 m/s, wind 6 m/s, SBAS": {"wind": "6", "current": "0.3", "gnss": "sbas"},
+}
+ROUTES = ("1", "2", "3", "4")
+
+
+def lines(scenario: Scenario, compose: Composer, seeds: int) -> Iterator[str]:
+    """Header and rows as they are sailed."""
+    yield from head()
+    for route in ROUTES:
+        for text, conditions in CONDITIONS.items():
+            for law in ("thesis", "companion"):
+                runs = [_sailed(scenario, compose, {**conditions, "route": route, "law": law}, seed) for seed in range(seeds)]
+                yield row(route, text, law, runs)
+
+
+def head() -> tuple[str, str]:
+    return _HEAD, "|---|---|---|" + "---:|" * 5
+
+
+def row(route: str, conditions: str, law: str, runs: Sequence[Mapping[str, float]]) -> str:
+    """The worst of all runs, the time their mean."""
+    worst = (max(metrics[name] for metrics in runs) for name in ("cross_track_rms_m", "cross_track_95_m", "cross_track_max_m"))
+    cells = " | ".join(f"{value:.2f}" for value in worst)
+    time_s = sum(metrics["time_s"] for metrics in runs) / len(runs)
+    completed = sum(metrics["completed"] > 0.0 for metrics in runs)
+    return f"| {route} | {conditions} | {law} | {completed} of {len(runs)} | {cells} | {time_s:.0f} |"
+
+
+def _sailed(scenario: Scenario, compose: Composer, changes: Mapping[str, str], seed: int) -> Mapping[str, float]:
+    """Metrics of one run. Raises RuntimeError for one that could not be measured."""
+    with tempfile.TemporaryDirectory() as folder:
+        outcome = run(scenario, compose, Path(folder), seed, changes=changes)
+    if outcome.error:
+        raise RuntimeError(f"route {changes['route']}, seed {seed}: {outcome.error}")
+    return outcome.metrics
