@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from sitl.scenarios import docking, four_corner, gnss_dropout, hold, identify, lever_arm, mission_square, station_keeping, wild_points
+from sitl.scenarios import cross_current, docking, four_corner, gnss_dropout, hold, identify, lever_arm, mission_square, station_keeping, wild_points
 from sitl.scenarios.scenario import Scenario
 
 _ALL = (
     hold.SCENARIO,
     mission_square.SCENARIO,
+    cross_current.SCENARIO,
     four_corner.SCENARIO,
     station_keeping.SCENARIO,
     station_keeping.THRUSTER_FAILURE,
