@@ -154,6 +154,8 @@ TABLE: tuple[ParamSpec, ...] = (
     _real("WP_SPEED", 0.6, 0.05, 20.0, "m/s", "Path", "Speed on missions, until the mission changes it"),
     _real("MPC_XY_VEL_MAX", 1.0, 0.1, 25.0, "m/s", "Path", "Top speed in any mode steered by itself"),
     _choice("WP_YAW_MODE", 0, {0: "At the waypoint", 1: "Along the whole leg"}, "Path", "Where a waypoint's heading is held; along the leg the boat moves by dynamic positioning"),
+    _choice("WP_STUCK_ACT", 1, {0: "Ignore", 1: "Hold", 2: "RTL"}, "Path", "What to do when the boat under way has made no way for WP_STUCK_T; it says so sooner"),
+    _real("WP_STUCK_T", 120.0, 40.0, 3600.0, "s", "Path", "How long no way against wind or current is borne before WP_STUCK_ACT"),
     # mission
     _choice("MIS_ON_START", 0, {0: "Stay in Hold, disarmed", 1: "Resume"}, "Mission", "After a restart in mid-mission"),
     _choice("MIS_DONE_ACT", 1, {1: "Hold", 2: "RTL", 3: "Neutral"}, "Mission", "What to do after the last item"),

@@ -1,8 +1,8 @@
 """Waypoint tracking: integral line of sight along a smooth track, at a speed that fits the bends ahead.
 
 Course to sail χ_d = χ(s) − atan((e + κ z)/Δ), with z' = U Δ e / (Δ² + (e + κ z)²) (Børhaug, Pavlov & Pettersen 2008; Fossen 2021, 12.3), Δ the
-look-ahead distance; heading ψ_d = χ_d − β with the crab angle β from the current where that is known, else from the
-drift across the bow. A waypoint counts as passed inside its radius or abeam of it, so a missed one is left behind and never circled.
+look-ahead distance; heading ψ_d = χ_d − β with the crab angle β from `Crab`. A waypoint counts as passed inside its radius or abeam of it,
+so a missed one is left behind and never circled. The heading asked for never jumps: it turns at PATH_YAW_RATE at most.
 """
 
 from __future__ import annotations
@@ -13,15 +13,13 @@ from dataclasses import dataclass
 
 from companion.core.angles import wrap_pi
 from companion.core.types import NavState, Setpoint, SetpointKind
+from companion.guidance.crab import Crab
 from companion.guidance.path import PathKind, PathPoint, build_path
 from companion.guidance.speed_profile import SpeedProfile
 from companion.guidance.track import Track
 from companion.params import Parameters
 
 _ALMOST_BACK_RAD = math.radians(120.0)  # a turn sharper than this goes back along the same line
-_MOST_CRAB_SINE = math.sin(math.radians(45.0))
-_CRAB_SPEED_MPS = 0.15  # through the water, at least: slower boats do not crab, they drift
-_DRIFT_TIME_S = 4.0
 _STRAIGHT_RAD = math.radians(15.0)  # turn within the look-ahead distance below which the integral learns
 _PLANNED_TURN = 0.7  # share of the yaw rate that bends are planned for; the rest is for corrections
 _TURN_PREVIEW_S = 1.2  # the heading loop is this far behind
@@ -41,25 +39,31 @@ class Waypoint:
 
 @dataclass(frozen=True, slots=True)
 class PathProgress:
-    """What to do now, how many waypoints were passed since the start, and where on the track the boat is."""
+    """What to do now, how many waypoints were passed since the start, and where on the track the boat is.
+
+    `way_m` grows as the boat comes nearer to the end, along the track or towards it.
+    """
 
     setpoint: Setpoint
     passed: int
     finished: bool
     s_m: float
     remaining_m: float
+    way_m: float
 
 
 class PathFollower:
     """`start(waypoints, nav)`, then `update(nav, speed_mps, dt_s)` → PathProgress with a setpoint of kind PATH.
 
     Remembers the track, the arc length reached (which never goes back), the waypoints passed, the integral of the line of sight, the drift
-    seen and the speed last asked for. `can_sway`: the boat can push itself sideways; the setpoint then brings a sideways speed too.
+    seen, and the speed and heading last asked for. `can_sway`: the boat can push itself sideways; the setpoint then brings a sideways speed
+    too. `top_mps`: the most that it makes through the water.
     """
 
-    def __init__(self, parameters: Parameters, can_sway: bool) -> None:
+    def __init__(self, parameters: Parameters, can_sway: bool, top_mps: float = math.inf) -> None:
         self._parameters = parameters
         self._can_sway = can_sway
+        self._crab = Crab(top_mps)
         self._waypoints: tuple[Waypoint, ...] = ()
         self._track: Track | None = None
         self._profile: SpeedProfile | None = None
@@ -69,7 +73,7 @@ class PathFollower:
         self._passed = 0
         self._finished = False
         self._s = self._integral = self._speed = 0.0
-        self._drift_north = self._drift_east = 0.0
+        self._yaw: float | None = None  # last asked for
 
     def start(self, waypoints: Sequence[Waypoint], nav: NavState, stop_at_end: bool = True, from_here: bool = True) -> None:
         """Lay the track. `from_here`: it begins at the boat and leads to the first waypoint; else it begins at the first waypoint, which
@@ -89,7 +93,8 @@ class PathFollower:
         self._finished = False
         self._profile_key = ()
         self._integral = 0.0
-        self._drift_north = self._drift_east = 0.0
+        self._crab.reset()
+        self._yaw = None
         first_leg = self._track.waypoint_s_m[1]
         self._s = 0.0 if from_here else min(first_leg, self._track.project(nav.north_m, nav.east_m, 0.0, first_leg))
         course = self._track.at(self._s).course_rad
@@ -102,19 +107,23 @@ class PathFollower:
             raise RuntimeError("PathFollower.update before start")
         lookahead = max(self._parameters["PATH_LOOKAHEAD"], self._parameters["PATH_LOOK_TIME"] * self._speed)
         window = max(2.0 * lookahead, 4.0 * math.hypot(nav.north_mps, nav.east_mps) * dt_s)
-        self._s = max(self._s, track.project(nav.north_m, nav.east_m, self._s, window))
+        nearest = track.project(nav.north_m, nav.east_m, self._s, window)
+        self._s = max(self._s, nearest)
         self._s = self._over_tips(track)
         self._pass_waypoints(nav, track)
         here = track.at(self._s)
         error = -(nav.north_m - here.north_m) * math.sin(here.course_rad) + (nav.east_m - here.east_m) * math.cos(here.course_rad)
         last_speed = self._speed
         self._speed = self._next_speed(track, speed_mps, dt_s)
-        self._update_drift(nav, dt_s)
+        straight = max(0.0, 1.0 - 2.0 * abs(nav.yaw_rate_radps) / math.radians(self._parameters["PATH_YAW_RATE"]))
+        self._crab.update(nav, self._speed, straight, dt_s)
         ahead = track.at(self._s + _TURN_PREVIEW_S * self._speed)
         setpoint = self._setpoint(nav, here, ahead, error, lookahead, last_speed, dt_s)
         remaining = max(0.0, track.length_m - self._s)
         self._finished = self._finished or self._at_end(nav, track)
-        return PathProgress(setpoint, self._passed, self._finished, self._s, remaining)
+        beside = track.at(nearest)
+        way = nearest - math.hypot(nav.north_m - beside.north_m, nav.east_m - beside.east_m)
+        return PathProgress(setpoint, self._passed, self._finished, self._s, remaining, way)
 
     # --- where ---
 
@@ -185,28 +194,19 @@ class PathFollower:
 
     # --- which way ---
 
-    def _update_drift(self, nav: NavState, dt_s: float) -> None:
-        """Learn the boat's sideways drift over ground as a velocity in NED, so that it turns out of the way with the boat in a bend. Only
-        what lies across the bow is seen; in a bend the hull slips for other reasons and nothing is learnt."""
-        straight = max(0.0, 1.0 - 2.0 * abs(nav.yaw_rate_radps) / math.radians(self._parameters["PATH_YAW_RATE"]))
-        across_north, across_east = -math.sin(nav.yaw_rad), math.cos(nav.yaw_rad)
-        drift = min(self._speed, max(-self._speed, nav.sway_mps))
-        missing = drift - (self._drift_north * across_north + self._drift_east * across_east)
-        learnt = missing * straight * min(1.0, dt_s / _DRIFT_TIME_S)
-        self._drift_north += learnt * across_north
-        self._drift_east += learnt * across_east
+    def _turned(self, nav: NavState, heading_rad: float, dt_s: float) -> float:
+        """The heading to ask for: towards that one, no faster than the boat may turn."""
+        last = nav.yaw_rad if self._yaw is None else self._yaw
+        most = math.radians(self._parameters["PATH_YAW_RATE"]) * dt_s
+        self._yaw = wrap_pi(last + min(most, max(-most, wrap_pi(heading_rad - last))))
+        return self._yaw
 
-    def _crab_for(self, nav: NavState, course_rad: float) -> float:
-        """Angle from the heading to hold to `course_rad`, against the current where it is known, else against the drift seen."""
-        c, s = math.cos(course_rad), math.sin(course_rad)
-        north, east = nav.current_north_mps, nav.current_east_mps
-        if north is None or east is None:
-            across, through = self._drift_east * c - self._drift_north * s, self._speed
-        else:
-            across = east * c - north * s
-            through = math.hypot(self._speed - (north * c + east * s), across)
-        most = _MOST_CRAB_SINE * max(through, _CRAB_SPEED_MPS)
-        return math.asin(min(most, max(-most, across)) / max(through, _CRAB_SPEED_MPS))
+    def _sway(self, nav: NavState, off_rad: float) -> float:
+        """The sideways part of the speed over ground: as the water carries the boat, and on the thrusters' account a little more or less."""
+        north, east = self._crab.water(nav)
+        carried = east * math.cos(nav.yaw_rad) - north * math.sin(nav.yaw_rad)
+        bound = self._parameters["DP_SPEED_SWAY"]
+        return carried + min(bound, max(-bound, self._speed * math.sin(off_rad) - carried))
 
     def _setpoint(self, nav: NavState, here: PathPoint, ahead: PathPoint, error: float, lookahead: float, last_speed: float, dt_s: float) -> Setpoint:
         gain = self._parameters["PATH_INTEGRAL"]
@@ -216,21 +216,18 @@ class PathFollower:
             bound = 0.6 * lookahead / gain if gain > 0.0 else 0.0
             self._integral = min(bound, max(-bound, self._integral))
         course = ahead.course_rad - math.atan2(error + gain * self._integral, lookahead)
-        heading = course - self._crab_for(nav, course)
+        heading = self._turned(nav, self._crab.heading_rad(nav, course, self._speed), dt_s)
         off = wrap_pi(course - nav.yaw_rad)
         lowest = 0.0 if self._can_sway else _TURN_IN_PLACE_SHARE
         surge = self._speed * max(lowest, math.cos(off))
-        sway = 0.0
-        if self._can_sway:
-            bound = self._parameters["DP_SPEED_SWAY"]
-            sway = min(bound, max(-bound, self._speed * math.sin(off)))
+        sway = self._sway(nav, off) if self._can_sway else 0.0
         target = self._waypoints[min(self._passed, len(self._waypoints) - 1)]
         station = self._stations[min(self._passed, len(self._waypoints) - 1)]
         return Setpoint(
             SetpointKind.PATH,
             north_m=here.north_m,
             east_m=here.east_m,
-            yaw_rad=wrap_pi(heading),
+            yaw_rad=heading,
             surge_mps=surge,
             sway_mps=sway,
             yaw_rate_radps=self._turn_rate(nav, here, ahead, leaning, lookahead),

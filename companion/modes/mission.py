@@ -8,12 +8,14 @@ from collections.abc import Callable
 from companion.config import VesselConfig
 from companion.core.geodesy import LocalFrame, distance_and_bearing
 from companion.core.types import MissionState, ModeId, Setpoint, Severity
+from companion.guidance.crab import top_speed_mps
 from companion.guidance.path_following import PathFollower, Waypoint
 from companion.mission.executor import MissionExecutor
 from companion.mission.tasks import Action, Complete, Dock, ReturnHome, RoutePoint, Sail, Stay, Task, Turn, Wait
 from companion.modes.berth import BerthChoice
 from companion.modes.docking import Docking
 from companion.modes.events import EventLog
+from companion.modes.headway import Headway
 from companion.modes.mode import Mode, ModeInputs
 from companion.modes.rtl import ReturnPoint
 from companion.modes.sideways_leg import SidewaysLeg
@@ -58,7 +60,8 @@ class MissionMode(Mode):
         self._leg = SidewaysLeg(self._station)
         self._sideways = False  # the last leg of the route is sailed by `_leg`
         self._at_berth = False  # docking goes on, not refused
-        self._follower = PathFollower(parameters, self._can_sway)
+        self._follower = PathFollower(parameters, self._can_sway, top_speed_mps(config))
+        self._headway = Headway("Mission", events)
         self._task: Task | None = None
         self._route: tuple[RoutePoint, ...] = ()
         self._told = 0  # points of the route that the executor knows to be passed
@@ -78,6 +81,9 @@ class MissionMode(Mode):
     def docked(self) -> bool:
         """Lies at the berth of the item done last."""
         return self._at_berth and self._docking.docked
+
+    def stuck_s(self, now_s: float) -> float | None:
+        return self._headway.stuck_s(now_s)
 
     def take_actions(self) -> tuple[Action, ...]:
         """What the mission wants changed; each is given once."""
@@ -140,6 +146,7 @@ class MissionMode(Mode):
 
     def _take_up(self, task: Task, inputs: ModeInputs) -> None:
         before, self._task = self._task, task
+        self._headway.rebase()
         self._at_berth = False
         self._since_s = None
         match task:
@@ -206,6 +213,7 @@ class MissionMode(Mode):
         if self._sideways and self._told == len(self._route) - 1:
             return self._sail_sideways(task, inputs)
         progress = self._follower.update(inputs.nav, inputs.speed_mps, inputs.dt_s)
+        self._headway.update(progress.way_m, inputs.speed_mps, inputs.now_s)
         passed = len(self._route) - self._sideways if progress.finished else progress.passed
         if task.stop and not progress.finished:
             passed = min(passed, len(self._route) - 1)  # the last one is reached at rest
@@ -219,7 +227,7 @@ class MissionMode(Mode):
 
     def _sail_sideways(self, task: Sail, inputs: ModeInputs) -> Setpoint:
         self._leg.update(inputs.nav)
-        setpoint = self._station.update(inputs.nav, None, inputs.speed_mps, inputs.dt_s)
+        setpoint = self._at_station(inputs)
         if self._leg.arrived:
             self._told += 1
             self._complete(task.route[-1].seq, inputs)
@@ -229,9 +237,15 @@ class MissionMode(Mode):
         if self._at_berth:
             setpoint = self._docking.update(inputs)
         else:
-            setpoint = self._station.update(inputs.nav, None, inputs.speed_mps, inputs.dt_s)
+            setpoint = self._at_station(inputs)
         if self._is_done(task, setpoint, inputs):
             self._complete(task.seq, inputs)
+        return setpoint
+
+    def _at_station(self, inputs: ModeInputs) -> Setpoint:
+        setpoint = self._station.update(inputs.nav, None, inputs.speed_mps, inputs.dt_s)
+        if self._station.way_m is not None:
+            self._headway.update(self._station.way_m, inputs.speed_mps, inputs.now_s)
         return setpoint
 
     def _is_done(self, task: Stay | Wait | Turn | ReturnHome | Dock, setpoint: Setpoint, inputs: ModeInputs) -> bool:

@@ -2,7 +2,18 @@
 
 from __future__ import annotations
 
-from sitl.scenarios import cross_current, docking, four_corner, gnss_dropout, hold, identify, lever_arm, mission_square, station_keeping, wild_points
+from sitl.scenarios import (
+    cross_current,
+    docking,
+    four_corner,
+    gnss_dropout,
+    hold,
+    identify,
+    lever_arm,
+    mission_square,
+    station_keeping,
+    wild_points,
+)
 from sitl.scenarios.scenario import Scenario
 
 _ALL = (

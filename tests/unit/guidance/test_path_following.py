@@ -7,7 +7,7 @@ import math
 
 import pytest
 
-from companion.core.types import NavState, SetpointKind
+from companion.core.types import NavState, Setpoint, SetpointKind
 from companion.guidance.path_following import PathFollower, PathProgress, Waypoint
 from companion.params import Parameters
 from tests.unit.control.simple_boat import nav_state
@@ -91,20 +91,25 @@ def test_a_current_is_crabbed_against_until_no_error_is_left() -> None:
         assert math.degrees(last.yaw_rad or 0.0) < -10.0
 
 
-def test_a_known_current_is_crabbed_against_at_once() -> None:
+def settled(guide: PathFollower, nav: NavState, seconds: float = 10.0) -> Setpoint:
+    """What is asked of a boat that stays where it is, once the heading asked for has turned."""
+    for _ in range(round(seconds / DT_S)):
+        setpoint = guide.update(nav, 0.6, DT_S).setpoint
+    return setpoint
+
+
+def test_a_known_current_is_crabbed_against_without_an_error_first() -> None:
     guide = follower()
     nav = nav_state(surge_mps=0.6, current=(0.0, 0.3))
     guide.start(points((50, 0)), nav)
-    setpoint = guide.update(nav, 0.6, DT_S).setpoint
+    setpoint = settled(guide, nav)
     assert setpoint.yaw_rad == pytest.approx(-math.asin(0.3 / math.hypot(0.6, 0.3)), abs=0.03)
 
 
 def test_the_line_of_sight_steers_back_to_the_path() -> None:
-    guide = follower()
+    guide = follower(PATH_INTEGRAL=0.0)
     guide.start(points((50, 0)), nav_state())
-    for _ in range(30):
-        guide.update(nav_state(0.0, 0.0, surge_mps=0.0), 0.6, DT_S)
-    setpoint = guide.update(nav_state(5.0, 3.0), 0.6, DT_S).setpoint
+    setpoint = settled(guide, nav_state(5.0, 3.0))
     assert setpoint.cross_track_error_m == pytest.approx(3.0)
     assert setpoint.yaw_rad == pytest.approx(-math.pi / 4.0, abs=0.02), "three metres off at three metres of look-ahead"
     assert setpoint.course_rad == pytest.approx(0.0, abs=1e-9)
