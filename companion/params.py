@@ -142,6 +142,7 @@ TABLE: tuple[ParamSpec, ...] = (
     _real("DPT_LEAD_YAW", 35.0, 1.0, 180.0, "deg", "Thesis law", "How far the reference's heading is led"),
     # path
     _choice("PATH_KIND", 1, {0: "Linear", 1: "PCHIP", 2: "Modified Akima", 3: "Cubic spline"}, "Path", "Curve laid through the waypoints"),
+    _choice("PATH_SURVEY", 1, _YES_NO, "Path", "Legs on which the mission has the camera shoot are straight lines, whatever the curve"),
     _real("PATH_LOOKAHEAD", 3.0, 0.5, 100.0, "m", "Path", "Shortest look-ahead distance"),
     _real("PATH_LOOK_TIME", 2.5, 0.5, 20.0, "s", "Path", "Look-ahead as a time at the present speed, where that is longer"),
     _real("PATH_INTEGRAL", 0.25, 0.0, 2.0, "", "Path", "Integral gain of the line of sight, against current and wind"),

@@ -12,7 +12,7 @@ from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -232,9 +232,10 @@ class Path:
         return PathPoint(north, east, math.atan2(dde, ddn), 0.0)
 
 
-def build_path(points: Sequence[tuple[float, float]], kind: PathKind) -> Path:
-    """The path through `points` (north_m, east_m). Doubled points count once; a single one is a path of no length. Raises ValueError for
-    no points or a non-finite one."""
+def build_path(points: Sequence[tuple[float, float]], kind: PathKind, straight: Sequence[bool] = ()) -> Path:
+    """The path through `points` (north_m, east_m). Doubled points count once; a single one is a path of no length. `straight[i]`: the leg
+    that leads to point i is a straight line whatever the kind; its neighbours run into it as smoothly as their kind allows. Raises
+    ValueError for no points or a non-finite one."""
     if not points or not all(math.isfinite(n) and math.isfinite(e) for n, e in points):
         raise ValueError("a path needs points, all finite")
     given = np.array(points, dtype=float).reshape(-1, 2)
@@ -244,10 +245,13 @@ def build_path(points: Sequence[tuple[float, float]], kind: PathKind) -> Path:
         return Path(np.zeros(2), np.array([[0.0, 0.0, 0.0, n]]), np.array([[0.0, 0.0, 0.0, e]]), owner)
     steps = np.diff(distinct, axis=0)
     knots = np.concatenate(([0.0], np.cumsum(np.hypot(steps[:, 0], steps[:, 1]))))
+    lines = {owner[i] - 1 for i, line in enumerate(straight) if line and i > 0 and owner[i] > owner[i - 1]}
     if kind is PathKind.LINEAR or len(distinct) == 2:
         coefficients = _straight(knots, distinct)
+    elif not lines:
+        coefficients = _curves(knots, distinct, kind, None, None)
     else:
-        coefficients = _curves(knots, distinct, kind)
+        coefficients = _mixed(knots, distinct, kind, lines)
     return Path(knots, coefficients[:, 0], coefficients[:, 1], owner)
 
 
@@ -273,16 +277,48 @@ def _straight(knots: Floats, points: Floats) -> Floats:
     return coefficients
 
 
-def _curves(knots: Floats, points: Floats, kind: PathKind) -> Floats:
-    """(segments, axis, power) of the piecewise cubics, by scipy."""
-    from scipy.interpolate import Akima1DInterpolator, CubicSpline, PchipInterpolator
+def _mixed(knots: Floats, points: Floats, kind: PathKind, lines: set[int]) -> Floats:
+    """Straight where the segment's number stands in `lines`, curves of that kind in between."""
+    coefficients = _straight(knots, points)
+    last = len(points) - 1
+    begin = 0
+    while begin < last:
+        end = begin
+        while end < last and end not in lines:
+            end += 1
+        if end > begin:
+            before = coefficients[begin - 1, :, 2] if begin > 0 else None
+            after = coefficients[end, :, 2] if end < last else None
+            coefficients[begin:end] = _curves(knots[begin : end + 1], points[begin : end + 1], kind, before, after)
+        begin = end + 1
+    return coefficients
 
-    curve: PchipInterpolator | Akima1DInterpolator | CubicSpline
+
+def _curves(knots: Floats, points: Floats, kind: PathKind, before: Floats | None, after: Floats | None) -> Floats:
+    """(segments, axis, power) of the piecewise cubics, by scipy. `before`, `after`: direction of a straight leg that it joins there."""
+    from scipy.interpolate import Akima1DInterpolator, CubicHermiteSpline, CubicSpline, PchipInterpolator
+
+    curve: PchipInterpolator | Akima1DInterpolator | CubicSpline | CubicHermiteSpline
     if kind is PathKind.PCHIP:
         curve = PchipInterpolator(knots, points)
     elif kind is PathKind.MAKIMA:
         curve = Akima1DInterpolator(knots, points, method="makima")
     else:
-        curve = CubicSpline(knots, points)
+        ends: Any = tuple("not-a-knot" if slope is None else (1, slope) for slope in (before, after))
+        curve = CubicSpline(knots, points, bc_type=ends)
+    if kind is not PathKind.CUBIC and (before is not None or after is not None):
+        slopes = curve(knots, 1)
+        for at, slope, first in ((0, before, 0), (-1, after, -2)):
+            if slope is not None:
+                slopes[at] = _within(slope, (points[first + 1] - points[first]) / (knots[first + 1] - knots[first]), kind)
+        curve = CubicHermiteSpline(knots, points, slopes)
     coefficients: Floats = np.ascontiguousarray(np.moveaxis(curve.c, 0, 2), dtype=float)
     return coefficients
+
+
+def _within(slope: Floats, chord: Floats, kind: PathKind) -> Floats:
+    """The slope at an end, for PCHIP cut to what keeps the curve between its points in north and in east (Fritsch & Carlson 1980)."""
+    if kind is not PathKind.PCHIP:
+        return slope
+    cut: Floats = np.where(slope * chord > 0.0, np.sign(chord) * np.minimum(np.abs(slope), 3.0 * np.abs(chord)), 0.0)
+    return cut

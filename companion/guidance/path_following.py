@@ -19,6 +19,8 @@ from companion.guidance.speed_profile import SpeedProfile
 from companion.guidance.track import Track
 from companion.params import Parameters
 
+CONTEXT = 16  # waypoints either side that shape a section; a cubic spline forgets further ones to a billionth
+_ONWARD_RADII = 1.3  # how far a replaced track goes on, so that its first bend begins where the boat is
 _ALMOST_BACK_RAD = math.radians(120.0)  # a turn sharper than this goes back along the same line
 _STRAIGHT_RAD = math.radians(15.0)  # turn within the look-ahead distance below which the integral learns
 _PLANNED_TURN = 0.7  # share of the yaw rate that bends are planned for; the rest is for corrections
@@ -29,12 +31,14 @@ _TURN_IN_PLACE_SHARE = 0.3  # of the speed, kept while the bow points elsewhere 
 
 @dataclass(frozen=True, slots=True)
 class Waypoint:
-    """A point to pass within `radius_m` (None: NAV_ACC_RAD), reached at most at `speed_mps` (None: as commanded)."""
+    """A point to pass within `radius_m` (None: NAV_ACC_RAD), reached at most at `speed_mps` (None: as commanded), `straight` from the one
+    before it or by the curve of PATH_KIND."""
 
     north_m: float
     east_m: float
     radius_m: float | None = None
     speed_mps: float | None = None
+    straight: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,6 +68,7 @@ class PathFollower:
         self._parameters = parameters
         self._can_sway = can_sway
         self._crab = Crab(top_mps)
+        self._points: tuple[Waypoint, ...] = ()  # that the track was laid through, up to the last waypoint
         self._waypoints: tuple[Waypoint, ...] = ()
         self._track: Track | None = None
         self._profile: SpeedProfile | None = None
@@ -75,30 +80,68 @@ class PathFollower:
         self._s = self._integral = self._speed = 0.0
         self._yaw: float | None = None  # last asked for
 
-    def start(self, waypoints: Sequence[Waypoint], nav: NavState, stop_at_end: bool = True, from_here: bool = True) -> None:
+    def start(
+        self, waypoints: Sequence[Waypoint], nav: NavState, stop_at_end: bool = True, from_here: bool = True, beyond: Sequence[Waypoint] = ()
+    ) -> None:
         """Lay the track. `from_here`: it begins at the boat and leads to the first waypoint; else it begins at the first waypoint, which
-        counts as passed. Raises ValueError for no waypoints or a non-finite one."""
-        if not waypoints:
-            raise ValueError("a path needs waypoints")
+        counts as passed. `beyond`: waypoints that come after these, for the shape alone. Raises ValueError for no waypoints or a
+        non-finite one."""
         from_here = from_here or len(waypoints) == 1
         begin = (Waypoint(nav.north_m, nav.east_m),) if from_here else ()
-        all_points = (*begin, *waypoints)
-        points = [(w.north_m, w.east_m) for w in all_points]
-        path = build_path(points, PathKind(int(self._parameters["PATH_KIND"])))
-        self._waypoints = tuple(waypoints)
-        self._track = Track(path, points, [self._radius(w) for w in all_points], self._widest_m())
-        self._stations = self._track.waypoint_s_m[len(begin) :]
-        self._stop_at_end = stop_at_end
+        self._lay(begin, waypoints, beyond, stop_at_end)
+        track = self._track
+        assert track is not None
         self._passed = 0 if from_here else 1
-        self._finished = False
-        self._profile_key = ()
         self._integral = 0.0
         self._crab.reset()
         self._yaw = None
-        first_leg = self._track.waypoint_s_m[1]
-        self._s = 0.0 if from_here else min(first_leg, self._track.project(nav.north_m, nav.east_m, 0.0, first_leg))
-        course = self._track.at(self._s).course_rad
+        first_leg = track.waypoint_s_m[1]
+        self._s = 0.0 if from_here else min(first_leg, track.project(nav.north_m, nav.east_m, 0.0, first_leg))
+        course = track.at(self._s).course_rad
         self._speed = max(0.0, nav.north_mps * math.cos(course) + nav.east_mps * math.sin(course))
+
+    def replace(self, waypoints: Sequence[Waypoint], nav: NavState, stop_at_end: bool = True, beyond: Sequence[Waypoint] = ()) -> None:
+        """Other waypoints under way: the new track leaves the old one where the boat is on it, in its direction. Raises as `start`."""
+        if self._track is None or not waypoints:
+            self.start(waypoints, nav, stop_at_end, beyond=beyond)
+            return
+        here, first = self._track.at(self._s), waypoints[0]
+        c, s = math.cos(here.course_rad), math.sin(here.course_rad)
+        radius_m = self._parameters["NAV_ACC_RAD"]
+        away_m = math.hypot(first.north_m - here.north_m, first.east_m - here.east_m)
+        ahead_m = min(_ONWARD_RADII * radius_m, 0.5 * away_m)
+        begin = [
+            Waypoint(here.north_m + x * c, here.east_m + x * s, straight=True) for x in (-_ONWARD_RADII * radius_m, 0.0, ahead_m)
+        ]
+        self._lay(begin, waypoints, beyond, stop_at_end)
+        self._s = self._track.waypoint_s_m[1]
+
+    def go_on(self, waypoints: Sequence[Waypoint], nav: NavState, stop_at_end: bool = True, beyond: Sequence[Waypoint] = ()) -> None:
+        """The waypoints that follow those of the last start: the track is what it would be, had they all been given then. Raises as
+        `start`."""
+        if self._track is None:
+            self.start(waypoints, nav, stop_at_end, beyond=beyond)
+            return
+        here, begin = self._track.at(self._s), self._points[-CONTEXT:]
+        self._lay(begin, waypoints, beyond, stop_at_end)
+        near = self._track.waypoint_s_m[len(begin) - 1]
+        self._s = self._track.project(here.north_m, here.east_m, near, 4.0 * self._radius(begin[-1]) + self._parameters["PATH_LOOKAHEAD"])
+
+    def _lay(self, begin: Sequence[Waypoint], waypoints: Sequence[Waypoint], beyond: Sequence[Waypoint], stop_at_end: bool) -> None:
+        """The track through `begin`, which is not to be passed, `waypoints` and `beyond`."""
+        if not waypoints:
+            raise ValueError("a path needs waypoints")
+        shape = (*begin, *waypoints, *beyond)
+        points = [(w.north_m, w.east_m) for w in shape]
+        path = build_path(points, PathKind(int(self._parameters["PATH_KIND"])), [w.straight for w in shape])
+        self._track = Track(path, points, [self._radius(w) for w in shape], self._widest_m())
+        self._points = (*begin, *waypoints)
+        self._waypoints = tuple(waypoints)
+        self._stations = self._track.waypoint_s_m[len(begin) : len(self._points)]
+        self._stop_at_end = stop_at_end
+        self._passed = 0
+        self._finished = False
+        self._profile_key = ()
 
     def update(self, nav: NavState, speed_mps: float, dt_s: float) -> PathProgress:
         """One step: where on the track, which waypoints passed, which heading and speed. Raises RuntimeError before `start`."""
@@ -119,7 +162,7 @@ class PathFollower:
         self._crab.update(nav, self._speed, straight, dt_s)
         ahead = track.at(self._s + _TURN_PREVIEW_S * self._speed)
         setpoint = self._setpoint(nav, here, ahead, error, lookahead, last_speed, dt_s)
-        remaining = max(0.0, track.length_m - self._s)
+        remaining = max(0.0, self._stations[-1] - self._s)
         self._finished = self._finished or self._at_end(nav, track)
         beside = track.at(nearest)
         way = nearest - math.hypot(nav.north_m - beside.north_m, nav.east_m - beside.east_m)
@@ -154,10 +197,9 @@ class PathFollower:
         turn = wrap_pi(track.at(beyond).course_rad - track.at(self._s).course_rad)
         return min(track.length_m, beyond) if abs(turn) > _ALMOST_BACK_RAD else self._s
 
-    @staticmethod
-    def _past_end(nav: NavState, track: Track) -> bool:
-        """Whether the boat is past the plane across the track at its end."""
-        end = track.at(track.length_m)
+    def _past_end(self, nav: NavState, track: Track) -> bool:
+        """Whether the boat is past the plane across the track at the last waypoint."""
+        end = track.at(self._stations[-1])
         return (nav.north_m - end.north_m) * math.cos(end.course_rad) + (nav.east_m - end.east_m) * math.sin(end.course_rad) >= 0.0
 
     def _at_end(self, nav: NavState, track: Track) -> bool:
@@ -169,7 +211,7 @@ class PathFollower:
         return (slow and self._speed <= 2.0 * self._creep_mps()) or self._past_end_station(nav, track)
 
     def _past_end_station(self, nav: NavState, track: Track) -> bool:
-        return self._s >= track.length_m - 1.0e-6 and self._past_end(nav, track)
+        return self._s >= self._stations[-1] - 1.0e-6 and self._past_end(nav, track)
 
     # --- how fast ---
 

@@ -9,17 +9,20 @@ from companion.mission.plan import PlanItem
 from companion.mission.tasks import Action, SetHome, SetSpeed
 
 ENDLESS = -1
+_STARTS = (Command.IMAGE_START_CAPTURE, Command.VIDEO_START_CAPTURE)
+_STOPS = (Command.IMAGE_STOP_CAPTURE, Command.VIDEO_STOP_CAPTURE)
 _MOST_STEPS = 20_000  # between two tasks; twice the longest plan
 
 
 class Cursor:
-    """Where a mission stands: `seq`, the times each jump was taken, and the speed that the mission has set (None: none).
+    """Where a mission stands: `seq`, the times each jump was taken, the speed that the mission has set (None: none), and whether it is
+    `surveying`: the camera was set to shoot on the way, which is how ground stations mark the transects of a survey.
 
     `seq` equal to the number of items means the end. `copy` looks ahead without moving the original. With `follow_endless` False
     endless jumps are passed by.
     """
 
-    __slots__ = ("_follow_endless", "_items", "jumps", "seq", "speed_mps")
+    __slots__ = ("_follow_endless", "_items", "jumps", "seq", "speed_mps", "surveying")
 
     def __init__(
         self,
@@ -34,9 +37,19 @@ class Cursor:
         self.seq = seq
         self.jumps: dict[int, int] = jumps if jumps is not None else {}
         self.speed_mps = speed_mps
+        self.surveying = False
+        self.stand_at(seq)
 
     def copy(self) -> Cursor:
-        return Cursor(self._items, self.seq, dict(self.jumps), self.speed_mps, self._follow_endless)
+        other = Cursor(self._items, 0, dict(self.jumps), self.speed_mps, self._follow_endless)
+        other.seq, other.surveying = self.seq, self.surveying
+        return other
+
+    def stand_at(self, seq: int) -> None:
+        """Another place, as if the items before it had been sailed in order."""
+        self.seq = seq
+        shooting = (_shooting(item) for item in reversed(self._items[:seq]))
+        self.surveying = next((on for on in shooting if on is not None), False)
 
     @property
     def item(self) -> PlanItem | None:
@@ -64,6 +77,8 @@ class Cursor:
                 self.seq = int(item.param1)
                 continue
             self.seq += 1
+            if (shooting := _shooting(item)) is not None:
+                self.surveying = shooting
             if (action := self._action(item)) is not None and steps <= _MOST_STEPS:
                 actions.append(action)
         return actions
@@ -87,3 +102,12 @@ class Cursor:
         if item.command == Command.DO_SET_HOME:
             return SetHome(None, None) if item.param1 == 1.0 else SetHome(item.lat_deg, item.lon_deg)
         return None
+
+
+def _shooting(item: PlanItem) -> bool | None:
+    """Whether this item has the camera shoot from here on, or stops it; None where it does neither."""
+    if item.command == Command.DO_SET_CAM_TRIGG_DIST:
+        return item.param1 > 0.0
+    if item.command in _STARTS:
+        return True
+    return False if item.command in _STOPS else None

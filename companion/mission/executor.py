@@ -115,7 +115,7 @@ class MissionExecutor:
             return "no mission: upload one first"
         if (refusal := self._outside(seq)) is not None:
             return refusal
-        self._cursor.seq = seq
+        self._cursor.stand_at(seq)
         if reset:
             self._cursor.jumps.clear()
         self._arrived = False

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from companion.config import VesselConfig
 from companion.core.geodesy import LocalFrame, distance_and_bearing
@@ -59,6 +59,7 @@ class MissionMode(Mode):
         self._station = Station(config, parameters)
         self._leg = SidewaysLeg(self._station)
         self._sideways = False  # the last leg of the route is sailed by `_leg`
+        self._on_leg = False  # it is now
         self._at_berth = False  # docking goes on, not refused
         self._follower = PathFollower(parameters, self._can_sway, top_speed_mps(config))
         self._headway = Headway("Mission", events)
@@ -153,7 +154,7 @@ class MissionMode(Mode):
             case Sail():
                 if isinstance(before, Sail) and before.stop == task.stop and self._route[self._told :] == task.route:
                     return  # the rest of what is being sailed
-                self._lay_path(task, inputs)
+                self._lay_path(task, inputs, before)
             case Stay():
                 north_m, east_m = self._frame().to_ned(task.lat_deg, task.lon_deg)
                 self._station.go_to(inputs.nav, north_m, east_m, task.yaw_rad, None, fresh=isinstance(before, Sail | Dock))
@@ -187,21 +188,34 @@ class MissionMode(Mode):
             self._station.stop_here(inputs.nav)
             self._events.say(inputs.now_s, Severity.WARNING, "dock_refused", f"Item {task.seq}: docking refused: {refusal}; holding here")
 
-    def _lay_path(self, task: Sail, inputs: ModeInputs) -> None:
-        frame = self._frame()
+    def _lay_path(self, task: Sail, inputs: ModeInputs, before: Task | None) -> None:
+        """From where the boat is, or from the path that it is on: further along it where this is its next part."""
+        follower, underway = self._follower, isinstance(before, Sail) and not self._on_leg
+        goes_on = isinstance(before, Sail) and underway and self._told == len(self._route) and before.beyond[:1] == task.route[:1]
         self._route = task.route
         self._told = 0
-        waypoints = [Waypoint(*frame.to_ned(p.lat_deg, p.lon_deg), p.radius_m, p.speed_mps) for p in task.route]
+        waypoints, beyond = self._waypoints(task.route), self._waypoints(task.beyond)
         last = task.route[-1]
         self._sideways = last.yaw_rad is not None and self._can_sway and bool(self._parameters["WP_YAW_MODE"])
-        if self._sideways and len(waypoints) == 1:
+        self._on_leg = False
+        stop = task.stop
+        if self._sideways:
+            waypoints, beyond, stop = waypoints[:-1], [], False
+        if not waypoints:
             self._start_leg(inputs)
-        elif self._sideways:
-            self._follower.start(waypoints[:-1], inputs.nav, stop_at_end=False)
+        elif goes_on:
+            follower.go_on(waypoints, inputs.nav, stop, beyond)
+        elif underway:
+            follower.replace(waypoints, inputs.nav, stop, beyond)
         else:
-            self._follower.start(waypoints, inputs.nav, stop_at_end=task.stop)
+            follower.start(waypoints, inputs.nav, stop, beyond=beyond)
+
+    def _waypoints(self, route: Sequence[RoutePoint]) -> list[Waypoint]:
+        frame, surveys = self._frame(), bool(self._parameters["PATH_SURVEY"])
+        return [Waypoint(*frame.to_ned(p.lat_deg, p.lon_deg), p.radius_m, p.speed_mps, surveys and p.straight) for p in route]
 
     def _start_leg(self, inputs: ModeInputs) -> None:
+        self._on_leg = True
         end = self._route[-1]
         north_m, east_m = self._frame().to_ned(end.lat_deg, end.lon_deg)
         yaw_rad = inputs.nav.yaw_rad if end.yaw_rad is None else end.yaw_rad

@@ -234,8 +234,9 @@ class Station:
         """
         self._going = True
         if not (sideways and self._can_sway) and math.hypot(north_m - nav.north_m, east_m - nav.east_m) > self._parameters["DP_TRANSIT_DIST"]:
+            lay = self._follower.start if fresh or self._transit is None else self._follower.replace
             self._transit = (north_m, east_m, yaw_rad, speed_mps)
-            self._follower.start((Waypoint(north_m, east_m, speed_mps=speed_mps),), nav)
+            lay((Waypoint(north_m, east_m, speed_mps=speed_mps),), nav)
             return
         if fresh or self._transit is not None:
             self._keeper.start(nav)
