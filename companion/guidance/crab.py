@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from companion.config import VesselConfig
+from companion.core.angles import wrap_pi
 from companion.core.types import NavState
 
 _THROUGH_MPS = 0.15  # through the water along the course, at least: slower boats do not crab, they drift
@@ -60,15 +61,22 @@ class Crab:
         north, east = nav.current_north_mps, nav.current_east_mps
         return (self._north, self._east) if north is None or east is None else (north, east)
 
-    def heading_rad(self, nav: NavState, course_rad: float, speed_mps: float) -> float:
+    def heading_rad(self, nav: NavState, course_rad: float, speed_mps: float, last_rad: float) -> float:
         """The bow's direction for that course over ground at `speed_mps`, or at the most that is left of it against the current. Where
-        nothing is left, bow into the current: there the boat is carried off least."""
+        nothing is left, bow into the current: there the boat is carried off least.
+
+        A current that sets the boat along faster than it should go can be met in two ways, bow first with the thrusters braking, or bow
+        against it: the one nearer to the heading asked for last.
+        """
         c, s = math.cos(course_rad), math.sin(course_rad)
         north, east = self.water(nav)
         along, across = north * c + east * s, east * c - north * s
-        if abs(across) >= self._top_mps:
+        most = along + math.sqrt(max(0.0, self._top_mps**2 - across * across))
+        if abs(across) >= self._top_mps or most <= 0.0:
             return math.atan2(-east, -north)
-        most = along + math.sqrt(self._top_mps**2 - across * across)
-        if most <= 0.0:
-            return math.atan2(-east, -north)
-        return course_rad - math.atan2(across, max(_THROUGH_MPS, min(speed_mps, most) - along))
+        through = min(speed_mps, most) - along
+        bow_first = course_rad - math.atan2(across, max(_THROUGH_MPS, through))
+        if through >= _THROUGH_MPS or math.hypot(through, across) < _THROUGH_MPS:
+            return bow_first
+        against = course_rad - math.atan2(across, through)
+        return min(bow_first, against, key=lambda heading: abs(wrap_pi(heading - last_rad)))

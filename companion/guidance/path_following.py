@@ -24,6 +24,8 @@ _ONWARD_RADII = 1.3  # how far a replaced track goes on, so that its first bend 
 _ALMOST_BACK_RAD = math.radians(120.0)  # a turn sharper than this goes back along the same line
 _STRAIGHT_RAD = math.radians(15.0)  # turn within the look-ahead distance below which the integral learns
 _PLANNED_TURN = 0.7  # share of the yaw rate that bends are planned for; the rest is for corrections
+_TIP_HASTE = 1.5  # pace around a tip, as a share of the speed
+_SURGE_SHARE = 3.0  # of PATH_ACC: how fast the speed asked for changes as the bow turns to the course
 _TURN_PREVIEW_S = 1.2  # the heading loop is this far behind
 _PREVIEW_S = 0.5  # the speed loop is this far behind
 _TURN_IN_PLACE_SHARE = 0.3  # of the speed, kept while the bow points elsewhere by a boat that steers by its way
@@ -78,7 +80,9 @@ class PathFollower:
         self._passed = 0
         self._finished = False
         self._s = self._integral = self._speed = 0.0
-        self._yaw: float | None = None  # last asked for
+        self._tip_end = 0.0  # arc length at which the last turn straight back is over
+        self._surge = 0.0  # last asked for
+        self._yaw: float | None = None  # likewise
 
     def start(
         self, waypoints: Sequence[Waypoint], nav: NavState, stop_at_end: bool = True, from_here: bool = True, beyond: Sequence[Waypoint] = ()
@@ -97,6 +101,7 @@ class PathFollower:
         self._yaw = None
         first_leg = track.waypoint_s_m[1]
         self._s = 0.0 if from_here else min(first_leg, track.project(nav.north_m, nav.east_m, 0.0, first_leg))
+        self._surge = nav.surge_mps
         course = track.at(self._s).course_rad
         self._speed = max(0.0, nav.north_mps * math.cos(course) + nav.east_mps * math.sin(course))
 
@@ -142,6 +147,7 @@ class PathFollower:
         self._passed = 0
         self._finished = False
         self._profile_key = ()
+        self._tip_end = 0.0
 
     def update(self, nav: NavState, speed_mps: float, dt_s: float) -> PathProgress:
         """One step: where on the track, which waypoints passed, which heading and speed. Raises RuntimeError before `start`."""
@@ -152,7 +158,7 @@ class PathFollower:
         window = max(2.0 * lookahead, 4.0 * math.hypot(nav.north_mps, nav.east_mps) * dt_s)
         nearest = track.project(nav.north_m, nav.east_m, self._s, window)
         self._s = max(self._s, nearest)
-        self._s = self._over_tips(track)
+        self._s = self._over_tips(track, dt_s)
         self._pass_waypoints(nav, track)
         here = track.at(self._s)
         error = -(nav.north_m - here.north_m) * math.sin(here.course_rad) + (nav.east_m - here.east_m) * math.cos(here.course_rad)
@@ -190,12 +196,14 @@ class PathFollower:
                 return
             self._passed += 1
 
-    def _over_tips(self, track: Track) -> float:
-        """The arc length reached, or that just past the tip of a turn straight back which lies within the preview: there the way out and
-        the way back are equally near, and only going on tells them apart."""
+    def _over_tips(self, track: Track, dt_s: float) -> float:
+        """The arc length reached, going on by itself around the tip of a turn straight back: there the way out and the way back are equally
+        near, and only going on tells them apart."""
         beyond = self._s + _TURN_PREVIEW_S * self._speed + 3.0 * track.length_m / len(track.s_m)
         turn = wrap_pi(track.at(beyond).course_rad - track.at(self._s).course_rad)
-        return min(track.length_m, beyond) if abs(turn) > _ALMOST_BACK_RAD else self._s
+        if abs(turn) > _ALMOST_BACK_RAD:
+            self._tip_end = min(track.length_m, beyond)
+        return max(self._s, min(self._tip_end, self._s + _TIP_HASTE * max(self._speed, self._creep_mps()) * dt_s))
 
     def _past_end(self, nav: NavState, track: Track) -> bool:
         """Whether the boat is past the plane across the track at the last waypoint."""
@@ -236,11 +244,10 @@ class PathFollower:
 
     # --- which way ---
 
-    def _turned(self, nav: NavState, heading_rad: float, dt_s: float) -> float:
+    def _turned(self, last_rad: float, heading_rad: float, dt_s: float) -> float:
         """The heading to ask for: towards that one, no faster than the boat may turn."""
-        last = nav.yaw_rad if self._yaw is None else self._yaw
         most = math.radians(self._parameters["PATH_YAW_RATE"]) * dt_s
-        self._yaw = wrap_pi(last + min(most, max(-most, wrap_pi(heading_rad - last))))
+        self._yaw = wrap_pi(_towards(last_rad, last_rad + wrap_pi(heading_rad - last_rad), most))
         return self._yaw
 
     def _sway(self, nav: NavState, off_rad: float) -> float:
@@ -258,10 +265,13 @@ class PathFollower:
             bound = 0.6 * lookahead / gain if gain > 0.0 else 0.0
             self._integral = min(bound, max(-bound, self._integral))
         course = ahead.course_rad - math.atan2(error + gain * self._integral, lookahead)
-        heading = self._turned(nav, self._crab.heading_rad(nav, course, self._speed), dt_s)
+        last = nav.yaw_rad if self._yaw is None else self._yaw
+        best = self._crab.heading_rad(nav, course, self._speed, last)
+        heading = self._turned(last, best, dt_s)
         off = wrap_pi(course - nav.yaw_rad)
-        lowest = 0.0 if self._can_sway else _TURN_IN_PLACE_SHARE
-        surge = self._speed * max(lowest, math.cos(off))
+        against = math.cos(best - course) < 0.0  # bow into a current that sets the boat along
+        lowest = -1.0 if against else 0.0 if self._can_sway else _TURN_IN_PLACE_SHARE
+        self._surge = _towards(self._surge, self._speed * max(lowest, math.cos(off)), _SURGE_SHARE * self._parameters["PATH_ACC"] * dt_s)
         sway = self._sway(nav, off) if self._can_sway else 0.0
         target = self._waypoints[min(self._passed, len(self._waypoints) - 1)]
         station = self._stations[min(self._passed, len(self._waypoints) - 1)]
@@ -270,7 +280,7 @@ class PathFollower:
             north_m=here.north_m,
             east_m=here.east_m,
             yaw_rad=heading,
-            surge_mps=surge,
+            surge_mps=self._surge,
             sway_mps=sway,
             yaw_rate_radps=self._turn_rate(nav, here, ahead, leaning, lookahead),
             surge_mps2=(self._speed - last_speed) / dt_s,
@@ -292,3 +302,7 @@ class PathFollower:
         rate = pace * ahead.curvature_1pm - drift * lookahead / (lookahead * lookahead + leaning * leaning)
         limit = math.radians(self._parameters["PATH_YAW_RATE"])
         return min(limit, max(-limit, rate))
+
+
+def _towards(value: float, wanted: float, most: float) -> float:
+    return value + min(most, max(-most, wanted - value))

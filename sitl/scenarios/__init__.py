@@ -11,6 +11,7 @@ from sitl.scenarios import (
     identify,
     lever_arm,
     mission_square,
+    reroute,
     station_keeping,
     wild_points,
 )
@@ -20,6 +21,7 @@ _ALL = (
     hold.SCENARIO,
     mission_square.SCENARIO,
     cross_current.SCENARIO,
+    reroute.SCENARIO,
     four_corner.SCENARIO,
     station_keeping.SCENARIO,
     station_keeping.THRUSTER_FAILURE,

@@ -25,11 +25,9 @@ from sitl.scenarios.measure import (
     rms,
     sampled_path,
 )
-from sitl.scenarios.scenario import Scenario, Settings
+from sitl.scenarios.scenario import Scenario, Settings, number
 from sitl.scenarios.station import Item, Station
 
-_SIDE_M = 100.0
-_CORNERS: tuple[Point, ...] = ((_SIDE_M, 0.0), (_SIDE_M, _SIDE_M), (0.0, _SIDE_M), (0.0, 0.0))
 _RADIUS_M = 5.0
 _MISSION = 0x04040000
 _TIMEOUT_S = 4000.0
@@ -41,10 +39,16 @@ _BEFORE_S = 30.0
 _SLOW_M = 1.0
 
 
+def _square(settings: Settings) -> tuple[Point, ...]:
+    side_m = number(settings, "side")
+    return (side_m, 0.0), (side_m, side_m), (0.0, side_m), (0.0, 0.0)
+
+
 def sail(station: Station, settings: Settings) -> dict[str, Any]:
     home = station.rig.config.home
     frame = LocalFrame(home.lat_deg, home.lon_deg)
-    items = [Item(mavlink.MAV_CMD_NAV_WAYPOINT, *frame.to_geodetic(*corner), params=(0.0, _RADIUS_M, 0.0, math.nan)) for corner in _CORNERS]
+    corners = _square(settings)
+    items = [Item(mavlink.MAV_CMD_NAV_WAYPOINT, *frame.to_geodetic(*corner), params=(0.0, _RADIUS_M, 0.0, math.nan)) for corner in corners]
     station.ready()
     station.upload(items)
     station.set_mode(_MISSION)
@@ -61,7 +65,7 @@ def sail(station: Station, settings: Settings) -> dict[str, Any]:
     station.sail(_AFTER_S)
     return {
         "start": start,
-        "corners": _CORNERS,
+        "corners": corners,
         "radius_m": _RADIUS_M,
         "started_s": started_s,
         "finished_s": finished_s,
@@ -73,10 +77,11 @@ def sail(station: Station, settings: Settings) -> dict[str, Any]:
 
 def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[dict[str, float], Sequence[Check]]:
     track = between(read_truth(folder), asked["started_s"], asked["finished_s"])
+    corners: Sequence[Point] = asked["corners"]
     events = [said for said in read_events(folder) if asked["started_s"] <= said.t_s <= asked["finished_s"] + 1.0]
     passed_s = [said.t_s for said in events if said.name == "item_reached"]
     declared = next((said for said in events if said.name == _NO_WAY), None)
-    path = sampled_path([asked["start"], *_CORNERS], settings["path"])
+    path = sampled_path([asked["start"], *corners], settings["path"])
     stations = along_path(track, path)
     errors = [distance for _, distance in stations]
     reached = len(passed_s)
@@ -86,14 +91,14 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
         "cross_track_rms_m": rms(errors),
         "cross_track_p95_m": sorted(errors)[int(0.95 * len(errors))],
         "cross_track_max_m": max(errors),
-        "worst_miss_m": max((closest(track, corner) for corner in _CORNERS[:reached]), default=0.0),
+        "worst_miss_m": max((closest(track, corner) for corner in corners[:reached]), default=0.0),
         "largest_turn_deg": math.degrees(largest_turn_rad(track, passed_s)),
         "longest_standstill_s": longest_standstill_s([row["t_s"] for row in track], [s for s, _ in stations], _STEP_M),
         "time_s": asked["finished_s"] - asked["started_s"],
     }
     made_m = _made_before(declared, asked["started_s"], track, [s for s, _ in stations])
     return metrics, (
-        Check("all waypoints reached, or said that they cannot be", reached + len(_CORNERS) * metrics["declared_unable"], len(_CORNERS), "", True),
+        Check("all waypoints reached, or said that they cannot be", reached + len(corners) * metrics["declared_unable"], len(corners), "", True),
         Check("every waypoint was passed near", metrics["worst_miss_m"], _RADIUS_M, "m"),
         Check("heading turned between two waypoints", metrics["largest_turn_deg"], 359.0, "deg"),
         Check("longest time without way and without a word", metrics["longest_standstill_s"], _SAY_WITHIN_S, "s"),
@@ -111,9 +116,9 @@ def _made_before(declared: Said | None, started_s: float, track: Sequence[dict[s
 
 SCENARIO = Scenario(
     name="cross_current",
-    text="a 100 m square in a current: sailed or declared impossible, never circled, never stuck in silence",
+    text="a square in a current: sailed or declared impossible, never circled, never stuck in silence",
     vessel="revolt",
-    defaults={"wind": "", "current": "0.4@90", "gnss": "rtk", "waves": "", "model_error": "", "path": "pchip", "law": "companion"},
+    defaults={"side": "100", "wind": "", "current": "0.4@90", "gnss": "rtk", "waves": "", "model_error": "", "path": "pchip", "law": "companion"},
     sail=sail,
     measure=measure,
     plot=track_plot.track,
