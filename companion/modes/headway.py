@@ -18,18 +18,19 @@ _GAP_S = 1.0
 class Headway:
     """`update(way_m, speed_mps, now_s)` every tick under way. `way_m` grows as the boat comes nearer to its end.
 
-    Remembers the way made in the last 40 s, and since when it is stuck. A pause of more than a second begins anew; `rebase` goes on with
-    what was remembered while `way_m` is counted from another begin.
+    Remembers the way made in the last 40 s, and since when it is stuck. A pause of more than a second begins anew, as does `reset`; `rebase`
+    goes on with what was remembered while `way_m` is counted from another begin.
     """
 
     def __init__(self, name: str, events: EventLog) -> None:
         """`name`: of the mode, for the texts."""
         self._name = name
         self._events = events
-        self._last_s = -_GAP_S
-        self._begin()
+        self.reset()
 
-    def _begin(self) -> None:
+    def reset(self) -> None:
+        """Forget all."""
+        self._last_s = -_GAP_S
         self._made: deque[float] = deque(maxlen=_WINDOW_S + 1)  # one a second
         self._next_s = self._smooth_m = self._way_m = 0.0
         self._last_way_m: float | None = None
@@ -40,15 +41,15 @@ class Headway:
         self._last_way_m = None
 
     def stuck_s(self, now_s: float) -> float | None:
-        """For how long no way has been made, 0 while it is; None while not under way."""
-        if now_s - self._last_s > _GAP_S:
+        """For how long no way has been made, 0 while it is; None while not under way, or not for long enough to tell."""
+        if now_s - self._last_s > _GAP_S or len(self._made) <= _WINDOW_S:
             return None
         return 0.0 if self._stuck_s is None else now_s - self._stuck_s
 
     def update(self, way_m: float, speed_mps: float, now_s: float) -> None:
         """`speed_mps`: wanted."""
         if now_s - self._last_s > _GAP_S:
-            self._begin()
+            self.reset()
         elif self._last_way_m is not None:
             self._way_m += way_m - self._last_way_m
             self._smooth_m += (self._way_m - self._smooth_m) * min(1.0, (now_s - self._last_s) / _SMOOTHING_S)
@@ -66,4 +67,5 @@ class Headway:
             self._events.say(now_s, Severity.WARNING, "no_way", f"{self._name}: making no way against wind or current")
         elif self._stuck_s is not None and made[-1] - made[-1 - _AGAIN_S] > 2.0 * least_mps * _AGAIN_S:
             self._stuck_s = None
+            self._made = deque([made[-1]], _WINDOW_S + 1)  # what went before tells nothing more
             self._events.say(now_s, Severity.NOTICE, "way_again", f"{self._name}: making way again")

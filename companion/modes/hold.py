@@ -43,6 +43,7 @@ class HoldMode(Mode):
         return self._station.target
 
     def enter(self, inputs: ModeInputs) -> str | None:
+        self._headway.reset()
         self.hold_here(inputs.nav)
         return None
 

@@ -105,6 +105,7 @@ class MissionMode(Mode):
         refusal = self.check(inputs) or self._executor.begin()
         if refusal is None:
             self._task = None
+            self._headway.reset()
             self._at_berth = False
             self._station.stop_here(inputs.nav)
         return refusal

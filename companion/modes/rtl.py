@@ -67,7 +67,7 @@ class RtlMode(Mode):
         self._name, north_m, east_m = point
         self._arrival_said = False
         self._watch.reset()
-        self._headway.rebase()
+        self._headway.reset()
         self._station.go_to(inputs.nav, north_m, east_m, None, None)
         return None
 
