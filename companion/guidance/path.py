@@ -116,33 +116,29 @@ class Path:
     def _descend(self, i: int, x: float, north_m: float, east_m: float, window_m: float) -> tuple[int, float]:
         """(segment, parameter in it) of the next minimum of the distance."""
         longest = 0.1 * window_m
-        left, last = window_m, len(self._north) - 1
-        came = 0  # direction in which the last knot was crossed
+        last = len(self._north) - 1
+        came = 0  # direction in which a knot was crossed just now
         for _ in range(_STEPS):
             width = self._knots[i + 1] - self._knots[i]
             step = self._newton(i, x, width, north_m, east_m, longest)
-            if came and step * came <= 0.0 and x in (0.0, width):
-                break  # both segments lead to the knot between them
-            ahead = min(width, max(0.0, x + step))
-            moved = ahead - x
-            left -= abs(moved)
-            if abs(moved) < _CLOSE_M and 0.0 < ahead < width:
-                return i, ahead
-            came, x = 0, ahead
-            if left < -0.5 * window_m:
-                break
-            if ahead == width and step > 0.0:
-                if i == last:
-                    break
+            if x == width and step >= 0.0:
+                if i == last or came < 0:
+                    break  # the end, or a corner to which both segments lead
                 i, x, came = i + 1, 0.0, 1
-            elif ahead == 0.0 and step < 0.0:
-                if i == 0:
+            elif x == 0.0 and step <= 0.0:
+                if i == 0 or came > 0:
                     break
                 i, x, came = i - 1, self._knots[i] - self._knots[i - 1], -1
+            else:
+                before, came = x, 0
+                x = min(width, max(0.0, x + step))
+                if abs(x - before) < _CLOSE_M:
+                    break
         return i, x
 
     def _newton(self, i: int, x: float, width: float, north_m: float, east_m: float, longest: float) -> float:
-        """Step in the parameter towards the minimum of the squared distance, cut to `longest` metres."""
+        """Step in the parameter towards the minimum of the squared distance, cut to `longest` metres; Gauss–Newton where it bends the wrong
+        way."""
         a, b, c, d = self._north[i]
         e, f, g, h = self._east[i]
         dn, de = (3.0 * a * x + 2.0 * b) * x + c, (3.0 * e * x + 2.0 * f) * x + g
@@ -155,7 +151,7 @@ class Path:
         slope = off_n * dn + off_e * de
         bend = speed * speed + off_n * (6.0 * a * x + 2.0 * b) + off_e * (6.0 * e * x + 2.0 * f)
         most = longest / max(speed, 0.1)
-        step = -slope / bend if bend > 0.1 * speed * speed else -math.copysign(most, slope)
+        step = -slope / (bend if bend > 0.5 * speed * speed else max(speed * speed, 1.0e-12))
         return min(most, max(-most, step))
 
     def samples(self, spacing_m: float) -> tuple[Floats, Floats]:

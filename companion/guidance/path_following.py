@@ -24,6 +24,7 @@ _ONWARD_RADII = 1.3  # how far a replaced track goes on, so that its first bend 
 _ALMOST_BACK_RAD = math.radians(120.0)  # a turn sharper than this goes back along the same line
 _STRAIGHT_RAD = math.radians(15.0)  # turn within the look-ahead distance below which the integral learns
 _PLANNED_TURN = 0.7  # share of the yaw rate that bends are planned for; the rest is for corrections
+_MOST_PACE = 2.0  # of the boat's speed: how fast the point abeam moves along the track, in a bend that is cut
 _TIP_HASTE = 1.5  # pace around a tip, as a share of the speed
 _SURGE_SHARE = 3.0  # of PATH_ACC: how fast the speed asked for changes as the bow turns to the course
 _TURN_PREVIEW_S = 1.2  # the heading loop is this far behind
@@ -157,7 +158,8 @@ class PathFollower:
         lookahead = max(self._parameters["PATH_LOOKAHEAD"], self._parameters["PATH_LOOK_TIME"] * self._speed)
         window = max(2.0 * lookahead, 4.0 * math.hypot(nav.north_mps, nav.east_mps) * dt_s)
         nearest = track.project(nav.north_m, nav.east_m, self._s, window)
-        self._s = max(self._s, nearest)
+        pace = _MOST_PACE * max(self._speed, self._creep_mps(), math.hypot(nav.north_mps, nav.east_mps))
+        self._s = max(self._s, min(nearest, self._s + pace * dt_s))
         self._s = self._over_tips(track, dt_s)
         self._pass_waypoints(nav, track)
         here = track.at(self._s)

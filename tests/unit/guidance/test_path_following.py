@@ -212,3 +212,79 @@ def test_misuse_is_refused() -> None:
         follower().start(points((math.nan, 0.0)), nav_state())
     with pytest.raises(RuntimeError, match="start"):
         follower().update(nav_state(), 0.6, DT_S)
+
+
+def jumps(progress: list[PathProgress]) -> tuple[float, float, float]:
+    """Largest steps of the desired position, heading and surge from one tick to the next."""
+    pairs = list(itertools.pairwise(p.setpoint for p in progress))
+    return (
+        max(math.hypot((b.north_m or 0.0) - (a.north_m or 0.0), (b.east_m or 0.0) - (a.east_m or 0.0)) for a, b in pairs),
+        max(abs(math.remainder((b.yaw_rad or 0.0) - (a.yaw_rad or 0.0), 2.0 * math.pi)) for a, b in pairs),
+        max(abs(b.surge_mps - a.surge_mps) for a, b in pairs),
+    )
+
+
+SMOOTH = (0.15, math.radians(1.3), 0.04)
+
+
+@pytest.mark.parametrize("route", [((40, 10),), ((20, 30), (0, 30)), ((-20, 0),), ((20.5, 0.2), (40, 0)), ((0, -20), (0, -40))])
+def test_replaced_under_way_nothing_that_is_asked_for_jumps(route: tuple[tuple[float, float], ...]) -> None:
+    boat = Puppet(follower(), current=(0.0, 0.1))
+    boat.follower.start(points((50, 0)), boat.nav())
+    progress = boat.sail(40.0)
+    boat.follower.replace(points(*route), boat.nav())
+    progress += boat.sail(250.0)
+    assert progress[-1].finished and progress[-1].passed == len(route)
+    assert all(step <= most for step, most in zip(jumps(progress), SMOOTH, strict=True)), jumps(progress)
+
+
+def test_replaced_every_second_it_still_gets_there() -> None:
+    boat = Puppet(follower())
+    boat.follower.start(points((50, 0)), boat.nav())
+    progress = boat.sail(20.0)
+    for k in range(40):
+        boat.follower.replace(points((40, 20 + 0.1 * k)), boat.nav())
+        progress += boat.sail(1.0)
+    progress += boat.sail(100.0)
+    assert progress[-1].finished
+    assert math.hypot(boat.north_m - 40.0, boat.east_m - 23.9) < 0.5
+    assert all(step <= most for step, most in zip(jumps(progress), SMOOTH, strict=True)), jumps(progress)
+
+
+@pytest.mark.parametrize("kind", [0, 1, 2, 3])
+def test_section_by_section_is_the_same_as_the_whole(kind: int) -> None:
+    route = [(15.0 * k, 8.0 * math.sin(1.3 * k)) for k in range(1, 9)]
+    whole = Puppet(follower(PATH_KIND=kind))
+    whole.follower.start(points(*route), whole.nav())
+    at_once = whole.sail(400.0)
+    parts = Puppet(follower(PATH_KIND=kind))
+    parts.follower.start(points(*route[:4]), parts.nav(), stop_at_end=False, beyond=points(*route[4:]))
+    by_parts = parts.sail(400.0)
+    assert by_parts[-1].finished and by_parts[-1].passed == 4
+    parts.follower.go_on(points(*route[4:]), parts.nav())
+    by_parts = [*by_parts[:-1], *parts.sail(400.0)]
+    assert by_parts[-1].finished and by_parts[-1].passed == 4
+    assert len(by_parts) == pytest.approx(len(at_once), abs=2)
+    for a, b in zip(at_once, by_parts, strict=False):
+        assert (b.setpoint.north_m, b.setpoint.east_m, b.setpoint.yaw_rad) == pytest.approx(
+            (a.setpoint.north_m, a.setpoint.east_m, a.setpoint.yaw_rad), abs=0.02
+        )
+
+
+def test_a_turn_straight_back_is_slowed_down_for_and_nothing_jumps() -> None:
+    boat = Puppet(follower())
+    boat.follower.start(points((30, 0), (0, 0)), boat.nav())
+    progress = boat.sail(300.0)
+    assert progress[-1].finished
+    assert all(step <= most for step, most in zip(jumps(progress), SMOOTH, strict=True)), jumps(progress)
+    tip = max(range(len(progress)), key=lambda i: progress[i].setpoint.north_m or 0.0)
+    assert progress[tip].setpoint.surge_mps < 0.3
+    assert max(p.setpoint.north_m or 0.0 for p in progress) > 29.0
+
+
+def test_way_grows_as_the_boat_sails_and_not_while_it_is_set_back() -> None:
+    guide = follower()
+    guide.start(points((50, 0)), nav_state())
+    ways = [guide.update(nav_state(n, 0.0), 0.6, DT_S).way_m for n in (0.0, 1.0, 2.0, 1.5, 0.5, -5.0)]
+    assert ways == pytest.approx([0.0, 1.0, 2.0, 1.5, 0.5, -5.0], abs=0.01)
+    assert guide.update(nav_state(2.0, 3.0), 0.6, DT_S).way_m == pytest.approx(-1.0, abs=0.01)
