@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 _SAME_POINT_M = 1.0e-6
-_PIECES = 8  # arc-length pieces a segment
+_PIECES = 6  # arc-length pieces a segment
 _GAUSS = ((-0.9061798459386640, 0.2369268850561891), (-0.5384693101056831, 0.4786286704993665), (0.0, 0.5688888888888889))  # 5 points, half of them
 _NODES = tuple((0.5 * (1.0 + sign * x), 0.5 * w) for x, w in _GAUSS for sign in ((1.0, -1.0) if x else (1.0,)))
 _STEPS = 60  # of a projection

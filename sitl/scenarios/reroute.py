@@ -46,6 +46,7 @@ def sail(station: Station, settings: Settings) -> dict[str, Any]:
         station.sail(duration_s)
         _upload(station, frame, points)
         replaced_s.append(station.rig.now_s)
+        start = (truth.north_m, truth.east_m)
         station.reached.clear()
     station.wait("the end of the last route", lambda: len(_ROUTES[-1][1]) - 1 in station.reached, _TIMEOUT_S)
     return {
