@@ -77,7 +77,7 @@ TOP_MPS = 0.987  # ReVolt, 50 N over 50.66 Ns/m
 @pytest.mark.parametrize("current", ["0.5@60"])
 def test_square_in_a_current(tmp_path: Path, current: str) -> None:
     metrics = sail("cross_current", tmp_path, 1, current=current, side="30")
-    assert metrics["waypoints_reached"] == 4 and metrics["declared_unable"] == 0 and metrics["largest_turn_deg"] < 200.0
+    assert metrics["waypoints_reached"] == 4 and metrics["declared_unable"] == 0 and metrics["largest_turn_deg"] < 270.0
 
 
 def test_a_leg_that_cannot_be_made_is_declared(tmp_path: Path) -> None:
