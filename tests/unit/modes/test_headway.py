@@ -49,6 +49,12 @@ def test_slow_way_is_way(speed_mps: float) -> None:
     assert Watch(0.05).sail(600.0, speed_mps) == []
 
 
+def test_set_off_first_and_then_under_way_is_way() -> None:
+    """As a boat that a strong current carries off while it turns to its course."""
+    watch = Watch()
+    assert watch.sail(15.0, -0.3) + watch.sail(60.0, 0.15) == []
+
+
 def test_a_short_standstill_is_none() -> None:
     watch = Watch()
     assert watch.sail(60.0, 0.5) + watch.sail(30.0, 0.0) + watch.sail(60.0, 0.5) == []
