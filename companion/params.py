@@ -144,6 +144,7 @@ TABLE: tuple[ParamSpec, ...] = (
     _real("DPT_LEAD_YAW", 35.0, 1.0, 180.0, "deg", "Thesis law", "How far the reference's heading is led"),
     # path
     _choice("PATH_KIND", 1, {0: "Linear", 1: "PCHIP", 2: "Modified Akima", 3: "Cubic spline"}, "Path", "Curve laid through the waypoints"),
+    _choice("PATH_SURVEY", 1, _YES_NO, "Path", "Legs on which the mission has the camera shoot are straight lines, whatever the curve"),
     _real("PATH_LOOKAHEAD", 3.0, 0.5, 100.0, "m", "Path", "Shortest look-ahead distance"),
     _real("PATH_LOOK_TIME", 2.5, 0.5, 20.0, "s", "Path", "Look-ahead as a time at the present speed, where that is longer"),
     _real("PATH_INTEGRAL", 0.25, 0.0, 2.0, "", "Path", "Integral gain of the line of sight, against current and wind"),
@@ -173,6 +174,8 @@ TABLE: tuple[ParamSpec, ...] = (
     _real("LQR_ERR_RATE", 15.0, 0.5, 90.0, _DEGREES_PER_S, "Path", "Error of yaw rate worth LQR_EFFORT of the yaw limit"),
     _real("LQR_INT_T", 8.0, 0.5, 120.0, "s", "Path", "For how long such an error may last before it weighs as much by its integral"),
     _real("LQR_EFFORT", 0.15, 0.01, 1.0, "norm", "Path", "Share of the limits that is worth the errors above"),
+    _choice("WP_STUCK_ACT", 1, {0: "Ignore", 1: "Hold", 2: "RTL"}, "Path", "What to do when the boat under way has made no way for WP_STUCK_T; it says so sooner"),
+    _real("WP_STUCK_T", 120.0, 40.0, 3600.0, "s", "Path", "How long no way against wind or current is borne before WP_STUCK_ACT"),
     # mission
     _choice("MIS_ON_START", 0, {0: "Stay in Hold, disarmed", 1: "Resume"}, "Mission", "After a restart in mid-mission"),
     _choice("MIS_DONE_ACT", 1, {1: "Hold", 2: "RTL", 3: "Neutral"}, "Mission", "What to do after the last item"),

@@ -24,6 +24,7 @@ from companion.allocation.allocator import Allocator
 from companion.app import load_vessel
 from companion.cli import LockstepRig
 from companion.core.types import Wrench
+from companion.guidance.path import PathKind, build_path
 from companion.nav.error_state import ErrorStateFilter
 from companion.params import Parameters
 from sitl.scenarios.rig import Conditions
@@ -269,11 +270,30 @@ def _timed(tick: Callable[[float], Any], steps_s: list[float], plant_s: Callable
     return timed
 
 
+def paths(points: int = 10_000) -> None:
+    """Process time: other work on the machine counts less."""
+    route = [(3.0 * k + 3.0 * math.sin(k), k + 8.0 * math.cos(0.7 * k)) for k in range(points)]
+    build_path(route[:5], PathKind.PCHIP)  # scipy is imported here
+    for kind in PathKind:
+        builds_s = []
+        for _ in range(5):
+            started_s = time.process_time()
+            path = build_path(route, kind)
+            builds_s.append(time.process_time() - started_s)
+        places = [(path.position(s), s) for s in (path.length_m * k / 5000 for k in range(5000))]
+        started_s = time.process_time()
+        for (north_m, east_m), s in places:
+            path.project(north_m + 0.5, east_m - 0.3, s - 0.3, 6.0)
+        project_us = 1e6 * (time.process_time() - started_s) / len(places)
+        line(f"path of {points} waypoints, {kind.name.lower()}", f"{1e3 * statistics.median(builds_s):.0f} ms, {project_us:.0f} us a projection", "50 ms, 20 us")
+
+
 def main() -> None:
     print(f"Python {sys.version.split()[0]}, {os.cpu_count()} cores")
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         blocks()
+        paths()
         control_step(folder)
         lockstep(folder)
         start_up(folder)

@@ -6,6 +6,7 @@ from companion.config import VesselConfig
 from companion.control.bias import BiasForce
 from companion.control.heading import YawLoop
 from companion.control.model import coriolis, damping
+from companion.core.frames import ned_to_body
 from companion.core.types import NavState, Setpoint, Wrench
 from companion.params import Parameters
 
@@ -36,7 +37,8 @@ class PathTracking:
         u, v, r = setpoint.surge_mps, setpoint.sway_mps, setpoint.yaw_rate_radps
         slow = u - nav.surge_mps
         gain = hull.m11_kg * bandwidth
-        drag_x, drag_y, _ = damping(hull, u, v, 0.0)
+        drag_x, _, _ = damping(hull, u, v, 0.0)
+        _, drag_y, _ = damping(hull, u, self._through_water(v, nav), 0.0)
         growth = _INTEGRAL_SHARE * bandwidth * gain * slow if abs(slow) < _LARGE_ERROR_MPS else 0.0
         bias.grow(growth, 0.0, 0.0, nav.yaw_rad, dt_s)
         moment = self._yaw.moment_nm(setpoint, nav, bias, dt_s)
@@ -47,6 +49,13 @@ class PathTracking:
         _, turning, _ = coriolis(hull, max(0.0, nav.surge_mps), 0.0, r)
         sway = turning + drag_y + hull.m22_kg * _SWAY_SHARE * bandwidth * (v - nav.sway_mps) + bias_y
         return Wrench(surge, self._gentle(sway, moment), moment)
+
+    def _through_water(self, sway_mps: float, nav: NavState) -> float:
+        """Sideways speed that has to be paid for: what the current does of it, it does for nothing."""
+        if nav.current_north_mps is not None and nav.current_east_mps is not None:
+            return sway_mps - ned_to_body(nav.current_north_mps, nav.current_east_mps, nav.yaw_rad)[1]
+        bound = self._parameters["DP_SPEED_SWAY"]
+        return min(bound, max(-bound, sway_mps))
 
     def _gentle(self, sway_n: float, moment_nm: float) -> float:
         """Sideways help cut to a part of the limit, and given up as the turn needs the same thrusters."""

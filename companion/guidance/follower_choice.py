@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -17,20 +18,31 @@ class ChosenFollower:
     """Same interface as `PathFollower`. Remembers the one at work, the route, and how many of its waypoints were passed before that one
     took over: it then sails the rest from where the boat is."""
 
-    def __init__(self, parameters: Parameters, can_sway: bool) -> None:
+    def __init__(self, parameters: Parameters, can_sway: bool, top_mps: float = math.inf) -> None:
         self._parameters = parameters
-        self._kinds: tuple[PathFollower | ThesisWaypoints, ...] = (PathFollower(parameters, can_sway), ThesisWaypoints(parameters))
+        self._kinds: tuple[PathFollower | ThesisWaypoints, ...] = (PathFollower(parameters, can_sway, top_mps), ThesisWaypoints(parameters))
         self._active = self._wanted()
         self._waypoints: tuple[Waypoint, ...] = ()
         self._stop_at_end = True
         self._before = self._passed = 0
 
-    def start(self, waypoints: Sequence[Waypoint], nav: NavState, stop_at_end: bool = True, from_here: bool = True) -> None:
+    def start(
+        self, waypoints: Sequence[Waypoint], nav: NavState, stop_at_end: bool = True, from_here: bool = True, beyond: Sequence[Waypoint] = ()
+    ) -> None:
         """As `PathFollower.start`."""
         self._active = self._wanted()
-        self._waypoints, self._stop_at_end = tuple(waypoints), stop_at_end
-        self._before = self._passed = 0
-        self._active.start(waypoints, nav, stop_at_end, from_here)
+        self._remember(waypoints, stop_at_end)
+        self._active.start(waypoints, nav, stop_at_end, from_here, beyond)
+
+    def replace(self, waypoints: Sequence[Waypoint], nav: NavState, stop_at_end: bool = True, beyond: Sequence[Waypoint] = ()) -> None:
+        """As `PathFollower.replace`."""
+        self._remember(waypoints, stop_at_end)
+        self._active.replace(waypoints, nav, stop_at_end, beyond)
+
+    def go_on(self, waypoints: Sequence[Waypoint], nav: NavState, stop_at_end: bool = True, beyond: Sequence[Waypoint] = ()) -> None:
+        """As `PathFollower.go_on`."""
+        self._remember(waypoints, stop_at_end)
+        self._active.go_on(waypoints, nav, stop_at_end, beyond)
 
     def update(self, nav: NavState, speed_mps: float, dt_s: float) -> PathProgress:
         """As `PathFollower.update`."""
@@ -41,6 +53,10 @@ class ChosenFollower:
         progress = self._active.update(nav, speed_mps, dt_s)
         self._passed = self._before + progress.passed
         return replace(progress, passed=self._passed)
+
+    def _remember(self, waypoints: Sequence[Waypoint], stop_at_end: bool) -> None:
+        self._waypoints, self._stop_at_end = tuple(waypoints), stop_at_end
+        self._before = self._passed = 0
 
     def _wanted(self) -> PathFollower | ThesisWaypoints:
         return self._kinds[1 if self._parameters["WP_LAW"] == _THESIS else 0]

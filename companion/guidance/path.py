@@ -9,11 +9,10 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
-from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -21,12 +20,14 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 _SAME_POINT_M = 1.0e-6
-_PIECES = 16  # arc-length pieces a segment
+_PIECES = 6  # arc-length pieces a segment
 _GAUSS = ((-0.9061798459386640, 0.2369268850561891), (-0.5384693101056831, 0.4786286704993665), (0.0, 0.5688888888888889))  # 5 points, half of them
 _NODES = tuple((0.5 * (1.0 + sign * x), 0.5 * w) for x, w in _GAUSS for sign in ((1.0, -1.0) if x else (1.0,)))
-_GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
+_STEPS = 60  # of a projection
+_CLOSE_M = 1.0e-9
+_STILL = 1.0e-4  # of a segment: how far a projection steps off a point where the curve stands still
 
-Cubic = tuple[float, float, float, float]  # coefficients, highest power first
+Floats: TypeAlias = "NDArray[np.float64]"
 
 
 class PathKind(IntEnum):
@@ -54,25 +55,38 @@ class Path:
     `waypoint_s_m` holds the arc length at each point given, doubled points included.
     """
 
-    def __init__(self, knots: Sequence[float], north: Sequence[Cubic], east: Sequence[Cubic], owner: Sequence[int]) -> None:
-        """`knots`: the parameter at each distinct waypoint; `north`, `east`: one cubic a segment in (parameter − knot); `owner`: which
-        distinct waypoint each given point is."""
-        self._knots = list(knots)
-        self._north, self._east = list(north), list(east)
-        self._parameter = [self._knots[0]]
-        self._s = [0.0]
-        at_knot = [0.0]
-        for i in range(len(self._north)):
-            begin, width = self._knots[i], self._knots[i + 1] - self._knots[i]
-            pieces = 1 if self._is_straight(i) else _PIECES
-            for k in range(pieces):
-                low, high = begin + width * k / pieces, begin + width * (k + 1) / pieces
-                self._s.append(self._s[-1] + self._length(i, low, high))
-                self._parameter.append(high)
-            self._parameter[-1] = self._knots[i + 1]
-            at_knot.append(self._s[-1])
+    def __init__(self, knots: Floats, north: Floats, east: Floats, owner: Sequence[int]) -> None:
+        """`knots`: the parameter at each distinct waypoint; `north`, `east`: (segments, 4), a cubic each in (parameter − knot), highest power
+        first; `owner`: which distinct waypoint each given point is."""
+        self._knots: list[float] = knots.tolist()
+        self._north: list[list[float]] = north.tolist()
+        self._east: list[list[float]] = east.tolist()
+        at_knot = self._measure(knots, north, east)
         self.length_m = self._s[-1]
         self.waypoint_s_m: tuple[float, ...] = tuple(at_knot[i] for i in owner)
+
+    def _measure(self, knots: Floats, north: Floats, east: Floats) -> list[float]:
+        """Tabulate arc length against the parameter, a piece of a segment at a time; returns it at the knots."""
+        width = np.diff(knots)
+        straight = np.all(north[:, :2] == 0.0, axis=1) & np.all(east[:, :2] == 0.0, axis=1)
+        self._straight: list[bool] = straight.tolist()
+        pieces = np.where(straight, 1, _PIECES)
+        segment = np.repeat(np.arange(len(width)), pieces)
+        first = np.concatenate(([0], np.cumsum(pieces)[:-1]))
+        number = np.arange(len(segment)) - first[segment]
+        step = (width / pieces)[segment]
+        length = np.zeros(len(segment))
+        slopes = [np.stack((3.0 * c[:, 0], 2.0 * c[:, 1], c[:, 2]))[:, segment] for c in (north, east)]
+        for node, weight in _NODES:
+            x = (number + node) * step
+            length += weight * np.hypot(*((a * x + b) * x + c for a, b, c in slopes))
+        s = np.concatenate(([0.0], np.cumsum(length * step)))
+        parameter = knots[segment] + (number + 1) * step
+        parameter[first + pieces - 1] = knots[1:]
+        self._s: list[float] = s.tolist()
+        self._parameter: list[float] = [self._knots[0], *parameter.tolist()]
+        at_knot: list[float] = s[np.concatenate(([0], first + pieces))].tolist()
+        return at_knot
 
     def at(self, s_m: float) -> PathPoint:
         """The point at that arc length; beyond the ends, the end."""
@@ -89,43 +103,58 @@ class Path:
     def project(self, north_m: float, east_m: float, near_s_m: float, window_m: float) -> float:
         """Arc length of the point nearest to (north_m, east_m) on the branch around `near_s_m`, at most `window_m` from it.
 
-        Walks downhill from `near_s_m`, so another branch that passes nearer by is never taken.
+        Goes downhill from `near_s_m` by Newton steps of a fraction of the window, so another branch that passes nearer by is never taken.
         """
-        low, high = max(0.0, near_s_m - window_m), min(self.length_m, near_s_m + window_m)
-        s = min(high, max(low, near_s_m))
-        step = max(0.02 * window_m, 1.0e-3)
+        low_m, high_m = max(0.0, near_s_m - window_m), min(self.length_m, near_s_m + window_m)
+        k = self._piece(min(high_m, max(low_m, near_s_m)))
+        span = self._s[k + 1] - self._s[k]
+        share = min(1.0, max(0.0, (near_s_m - self._s[k]) / span)) if span > 0.0 else 0.0
+        i, x = self._segment(self._parameter[k] + share * (self._parameter[k + 1] - self._parameter[k]))
+        i, x = self._descend(i, x, north_m, east_m, window_m)
+        return min(high_m, max(low_m, self._s_at(i, x)))
 
-        def distance(at_s: float) -> float:
-            n, e = self.position(at_s)
-            return (n - north_m) ** 2 + (e - east_m) ** 2
-
-        here = distance(s)
-        for sign in (1.0, -1.0):
-            while low < s or sign > 0.0:
-                ahead = min(high, max(low, s + sign * step))
-                there = distance(ahead)
-                if ahead == s or there >= here:
+    def _descend(self, i: int, x: float, north_m: float, east_m: float, window_m: float) -> tuple[int, float]:
+        """(segment, parameter in it) of the next minimum of the distance."""
+        longest = 0.1 * window_m
+        last = len(self._north) - 1
+        came = 0  # direction in which a knot was crossed just now
+        for _ in range(_STEPS):
+            width = self._knots[i + 1] - self._knots[i]
+            step = self._newton(i, x, width, north_m, east_m, longest)
+            if x == width and step >= 0.0:
+                if i == last or came < 0:
+                    break  # the end, or a corner to which both segments lead
+                i, x, came = i + 1, 0.0, 1
+            elif x == 0.0 and step <= 0.0:
+                if i == 0 or came > 0:
                     break
-                s, here = ahead, there
-        return self._refine(distance, max(low, s - step), min(high, s + step))
-
-    @staticmethod
-    def _refine(distance: Callable[[float], float], low: float, high: float) -> float:
-        """Golden-section search of a minimum between `low` and `high`."""
-        a, b = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
-        fa, fb = distance(a), distance(b)
-        while high - low > 1.0e-7:
-            if fa < fb:
-                high, b, fb = b, a, fa
-                a = high - _GOLDEN * (high - low)
-                fa = distance(a)
+                i, x, came = i - 1, self._knots[i] - self._knots[i - 1], -1
             else:
-                low, a, fa = a, b, fb
-                b = low + _GOLDEN * (high - low)
-                fb = distance(b)
-        return 0.5 * (low + high)
+                before, came = x, 0
+                x = min(width, max(0.0, x + step))
+                if abs(x - before) < _CLOSE_M:
+                    break
+        return i, x
 
-    def samples(self, spacing_m: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def _newton(self, i: int, x: float, width: float, north_m: float, east_m: float, longest: float) -> float:
+        """Step in the parameter towards the minimum of the squared distance, cut to `longest` metres; Gauss–Newton where it bends the wrong
+        way."""
+        a, b, c, d = self._north[i]
+        e, f, g, h = self._east[i]
+        dn, de = (3.0 * a * x + 2.0 * b) * x + c, (3.0 * e * x + 2.0 * f) * x + g
+        speed = math.hypot(dn, de)
+        if speed < _STILL * _STILL:  # a corner where the curve stands still: the side to go to shows a little way off
+            x = x + _STILL * width if x < 0.5 * width else x - _STILL * width
+            dn, de = (3.0 * a * x + 2.0 * b) * x + c, (3.0 * e * x + 2.0 * f) * x + g
+            speed = math.hypot(dn, de)
+        off_n, off_e = ((a * x + b) * x + c) * x + d - north_m, ((e * x + f) * x + g) * x + h - east_m
+        slope = off_n * dn + off_e * de
+        bend = speed * speed + off_n * (6.0 * a * x + 2.0 * b) + off_e * (6.0 * e * x + 2.0 * f)
+        most = longest / max(speed, 0.1)
+        step = -slope / (bend if bend > 0.5 * speed * speed else max(speed * speed, 1.0e-12))
+        return min(most, max(-most, step))
+
+    def samples(self, spacing_m: float) -> tuple[Floats, Floats]:
         """(north_m, east_m) along the whole path, evenly enough spaced, at most `spacing_m` apart, both ends included."""
         count = max(2, math.ceil(self.length_m / spacing_m) + 1)
         t = np.interp(np.linspace(0.0, self.length_m, count), self._s, self._parameter)
@@ -138,9 +167,6 @@ class Path:
         i = min(len(self._north) - 1, max(0, bisect_right(self._knots, t) - 1))
         return i, t - self._knots[i]
 
-    def _is_straight(self, i: int) -> bool:
-        return self._north[i][:2] == (0.0, 0.0) and self._east[i][:2] == (0.0, 0.0)
-
     def _speed(self, i: int, x: float) -> float:
         a, b, c, _ = self._north[i]
         e, f, g, _ = self._east[i]
@@ -151,9 +177,18 @@ class Path:
         begin, width = low - self._knots[i], high - low
         return width * sum(w * self._speed(i, begin + node * width) for node, w in _NODES)
 
+    def _piece(self, s_m: float) -> int:
+        return min(len(self._s) - 2, max(0, bisect_right(self._s, s_m) - 1))
+
+    def _s_at(self, i: int, x: float) -> float:
+        """Arc length at a parameter of segment `i`."""
+        t = self._knots[i] + x
+        k = min(len(self._s) - 2, max(0, bisect_right(self._parameter, t) - 1))
+        return self._s[k] + self._length(i, max(self._knots[i], self._parameter[k]), t)
+
     def _parameter_at(self, s_m: float) -> float:
         s_m = min(self.length_m, max(0.0, s_m))
-        k = min(len(self._s) - 2, max(0, bisect_right(self._s, s_m) - 1))
+        k = self._piece(s_m)
         low, high = self._parameter[k], self._parameter[k + 1]
         span = self._s[k + 1] - self._s[k]
         if span <= 0.0:
@@ -161,7 +196,7 @@ class Path:
         i, _ = self._segment(0.5 * (low + high))
         wanted = s_m - self._s[k]
         t = low + (high - low) * wanted / span
-        if self._is_straight(i):
+        if self._straight[i]:
             return t
         bracket_low, bracket_high = low, high
         for _ in range(30):
@@ -193,45 +228,93 @@ class Path:
         return PathPoint(north, east, math.atan2(dde, ddn), 0.0)
 
 
-def build_path(points: Sequence[tuple[float, float]], kind: PathKind) -> Path:
-    """The path through `points` (north_m, east_m). Doubled points count once; a single one is a path of no length. Raises ValueError for
-    no points or a non-finite one."""
+def build_path(points: Sequence[tuple[float, float]], kind: PathKind, straight: Sequence[bool] = ()) -> Path:
+    """The path through `points` (north_m, east_m). Doubled points count once; a single one is a path of no length. `straight[i]`: the leg
+    that leads to point i is a straight line whatever the kind; its neighbours run into it as smoothly as their kind allows. Raises
+    ValueError for no points or a non-finite one."""
     if not points or not all(math.isfinite(n) and math.isfinite(e) for n, e in points):
         raise ValueError("a path needs points, all finite")
-    distinct: list[tuple[float, float]] = []
-    owner: list[int] = []
-    for point in points:
-        if not distinct or math.dist(point, distinct[-1]) > _SAME_POINT_M:
-            distinct.append((float(point[0]), float(point[1])))
-        owner.append(len(distinct) - 1)
+    given = np.array(points, dtype=float).reshape(-1, 2)
+    distinct, owner = _distinct(given)
     if len(distinct) == 1:
         n, e = distinct[0]
-        return Path((0.0, 0.0), ((0.0, 0.0, 0.0, n),), ((0.0, 0.0, 0.0, e),), owner)
-    knots = [0.0]
-    for a, b in pairwise(distinct):
-        knots.append(knots[-1] + math.dist(a, b))
+        return Path(np.zeros(2), np.array([[0.0, 0.0, 0.0, n]]), np.array([[0.0, 0.0, 0.0, e]]), owner)
+    steps = np.diff(distinct, axis=0)
+    knots = np.concatenate(([0.0], np.cumsum(np.hypot(steps[:, 0], steps[:, 1]))))
+    lines = {owner[i] - 1 for i, line in enumerate(straight) if line and i > 0 and owner[i] > owner[i - 1]}
     if kind is PathKind.LINEAR or len(distinct) == 2:
-        north, east = (_straight(knots, [p[axis] for p in distinct]) for axis in (0, 1))
+        coefficients = _straight(knots, distinct)
+    elif not lines:
+        coefficients = _curves(knots, distinct, kind, None, None)
     else:
-        north, east = _curves(knots, distinct, kind)
-    return Path(knots, north, east, owner)
+        coefficients = _mixed(knots, distinct, kind, lines)
+    return Path(knots, coefficients[:, 0], coefficients[:, 1], owner)
 
 
-def _straight(knots: Sequence[float], values: Sequence[float]) -> list[Cubic]:
-    return [(0.0, 0.0, (values[i + 1] - values[i]) / (knots[i + 1] - knots[i]), values[i]) for i in range(len(values) - 1)]
+def _distinct(points: Floats) -> tuple[Floats, list[int]]:
+    """The points without those that repeat the one before, and for each point given which of them it is."""
+    apart = np.hypot(*np.diff(points, axis=0).T) > _SAME_POINT_M
+    if np.all(apart):
+        return points, list(range(len(points)))
+    kept = [0]
+    owner = [0]
+    for i in range(1, len(points)):
+        if math.dist(points[i], points[kept[-1]]) > _SAME_POINT_M:
+            kept.append(i)
+        owner.append(len(kept) - 1)
+    return points[kept], owner
 
 
-def _curves(knots: list[float], points: list[tuple[float, float]], kind: PathKind) -> tuple[list[Cubic], list[Cubic]]:
-    """Coefficients of the piecewise cubics for north and east, by scipy."""
-    from scipy.interpolate import Akima1DInterpolator, CubicSpline, PchipInterpolator
+def _straight(knots: Floats, points: Floats) -> Floats:
+    """(segments, axis, power)."""
+    coefficients = np.zeros((len(points) - 1, 2, 4))
+    coefficients[:, :, 2] = np.diff(points, axis=0) / np.diff(knots)[:, None]
+    coefficients[:, :, 3] = points[:-1]
+    return coefficients
 
+
+def _mixed(knots: Floats, points: Floats, kind: PathKind, lines: set[int]) -> Floats:
+    """Straight where the segment's number stands in `lines`, curves of that kind in between."""
+    coefficients = _straight(knots, points)
+    last = len(points) - 1
+    begin = 0
+    while begin < last:
+        end = begin
+        while end < last and end not in lines:
+            end += 1
+        if end > begin:
+            before = coefficients[begin - 1, :, 2] if begin > 0 else None
+            after = coefficients[end, :, 2] if end < last else None
+            coefficients[begin:end] = _curves(knots[begin : end + 1], points[begin : end + 1], kind, before, after)
+        begin = end + 1
+    return coefficients
+
+
+def _curves(knots: Floats, points: Floats, kind: PathKind, before: Floats | None, after: Floats | None) -> Floats:
+    """(segments, axis, power) of the piecewise cubics, by scipy. `before`, `after`: direction of a straight leg that it joins there."""
+    from scipy.interpolate import Akima1DInterpolator, CubicHermiteSpline, CubicSpline, PchipInterpolator
+
+    curve: PchipInterpolator | Akima1DInterpolator | CubicSpline | CubicHermiteSpline
     if kind is PathKind.PCHIP:
-        coefficients = PchipInterpolator(knots, points).c
+        curve = PchipInterpolator(knots, points)
     elif kind is PathKind.MAKIMA:
-        coefficients = Akima1DInterpolator(knots, points, method="makima").c
+        curve = Akima1DInterpolator(knots, points, method="makima")
     else:
-        coefficients = CubicSpline(knots, points).c
-    north, east = (
-        [(float(a), float(b), float(c), float(d)) for a, b, c, d in coefficients[:, :, axis].T.tolist()] for axis in (0, 1)
-    )
-    return north, east
+        ends: Any = tuple("not-a-knot" if slope is None else (1, slope) for slope in (before, after))
+        curve = CubicSpline(knots, points, bc_type=ends)
+    if kind is not PathKind.CUBIC and (before is not None or after is not None):
+        slopes = curve(knots, 1)
+        for at, slope, first in ((0, before, 0), (-1, after, -2)):
+            if slope is not None:
+                slopes[at] = _within(slope, (points[first + 1] - points[first]) / (knots[first + 1] - knots[first]), kind)
+        curve = CubicHermiteSpline(knots, points, slopes)
+    coefficients: Floats = np.ascontiguousarray(np.moveaxis(curve.c, 0, 2), dtype=float)
+    return coefficients
+
+
+def _within(slope: Floats, chord: Floats, kind: PathKind) -> Floats:
+    """The slope at an end, for PCHIP cut to what keeps the curve between its points in north and in east (Fritsch & Carlson 1980)."""
+    if kind is not PathKind.PCHIP:
+        return slope
+    cut: Floats = np.where(slope * chord > 0.0, np.sign(chord) * np.minimum(np.abs(slope), 3.0 * np.abs(chord)), 0.0)
+    return cut

@@ -1,8 +1,8 @@
 """Waypoint tracking: integral line of sight along a smooth track, at a speed that fits the bends ahead.
 
 Course to sail χ_d = χ(s) − atan((e + κ z)/Δ), with z' = U Δ e / (Δ² + (e + κ z)²) (Børhaug, Pavlov & Pettersen 2008; Fossen 2021, 12.3), Δ the
-look-ahead distance; heading ψ_d = χ_d − β with the crab angle β from the current where that is known, else from the
-drift across the bow. A waypoint counts as passed inside its radius or abeam of it, so a missed one is left behind and never circled.
+look-ahead distance; heading ψ_d = χ_d − β with the crab angle β from `Crab`. A waypoint counts as passed inside its radius or abeam of it,
+so a missed one is left behind and never circled. The heading asked for never jumps: it turns at PATH_YAW_RATE at most.
 """
 
 from __future__ import annotations
@@ -13,17 +13,20 @@ from dataclasses import dataclass
 
 from companion.core.angles import wrap_pi
 from companion.core.types import NavState, Setpoint, SetpointKind
+from companion.guidance.crab import Crab
 from companion.guidance.path import PathKind, PathPoint, build_path
 from companion.guidance.speed_profile import SpeedProfile
 from companion.guidance.track import Track
 from companion.params import Parameters
 
+CONTEXT = 16  # waypoints either side that shape a section; a cubic spline forgets further ones to a billionth
+_ONWARD_RADII = 1.3  # how far a replaced track goes on, so that its first bend begins where the boat is
 _ALMOST_BACK_RAD = math.radians(120.0)  # a turn sharper than this goes back along the same line
-_MOST_CRAB_SINE = math.sin(math.radians(45.0))
-_CRAB_SPEED_MPS = 0.15  # through the water, at least: slower boats do not crab, they drift
-_DRIFT_TIME_S = 4.0
 _STRAIGHT_RAD = math.radians(15.0)  # turn within the look-ahead distance below which the integral learns
 _PLANNED_TURN = 0.7  # share of the yaw rate that bends are planned for; the rest is for corrections
+_MOST_PACE = 2.0  # of the boat's speed: how fast the point abeam moves along the track, in a bend that is cut
+_TIP_HASTE = 1.5  # pace around a tip, as a share of the speed
+_SURGE_SHARE = 3.0  # of PATH_ACC: how fast the speed asked for changes as the bow turns to the course
 _TURN_PREVIEW_S = 1.2  # the heading loop is this far behind
 _PREVIEW_S = 0.5  # the speed loop is this far behind
 _TURN_IN_PLACE_SHARE = 0.3  # of the speed, kept while the bow points elsewhere by a boat that steers by its way
@@ -31,35 +34,44 @@ _TURN_IN_PLACE_SHARE = 0.3  # of the speed, kept while the bow points elsewhere 
 
 @dataclass(frozen=True, slots=True)
 class Waypoint:
-    """A point to pass within `radius_m` (None: NAV_ACC_RAD), reached at most at `speed_mps` (None: as commanded)."""
+    """A point to pass within `radius_m` (None: NAV_ACC_RAD), reached at most at `speed_mps` (None: as commanded), `straight` from the one
+    before it or by the curve of PATH_KIND."""
 
     north_m: float
     east_m: float
     radius_m: float | None = None
     speed_mps: float | None = None
+    straight: bool = False
 
 
 @dataclass(frozen=True, slots=True)
 class PathProgress:
-    """What to do now, how many waypoints were passed since the start, and where on the track the boat is."""
+    """What to do now, how many waypoints were passed since the start, and where on the track the boat is.
+
+    `way_m` grows as the boat comes nearer to the end, along the track or towards it.
+    """
 
     setpoint: Setpoint
     passed: int
     finished: bool
     s_m: float
     remaining_m: float
+    way_m: float
 
 
 class PathFollower:
     """`start(waypoints, nav)`, then `update(nav, speed_mps, dt_s)` → PathProgress with a setpoint of kind PATH.
 
     Remembers the track, the arc length reached (which never goes back), the waypoints passed, the integral of the line of sight, the drift
-    seen and the speed last asked for. `can_sway`: the boat can push itself sideways; the setpoint then brings a sideways speed too.
+    seen, and the speed and heading last asked for. `can_sway`: the boat can push itself sideways; the setpoint then brings a sideways speed
+    too. `top_mps`: the most that it makes through the water.
     """
 
-    def __init__(self, parameters: Parameters, can_sway: bool) -> None:
+    def __init__(self, parameters: Parameters, can_sway: bool, top_mps: float = math.inf) -> None:
         self._parameters = parameters
         self._can_sway = can_sway
+        self._crab = Crab(top_mps)
+        self._points: tuple[Waypoint, ...] = ()  # that the track was laid through, up to the last waypoint
         self._waypoints: tuple[Waypoint, ...] = ()
         self._track: Track | None = None
         self._profile: SpeedProfile | None = None
@@ -69,31 +81,74 @@ class PathFollower:
         self._passed = 0
         self._finished = False
         self._s = self._integral = self._speed = 0.0
-        self._drift_north = self._drift_east = 0.0
+        self._tip_end = 0.0  # arc length at which the last turn straight back is over
+        self._surge = 0.0  # last asked for
+        self._yaw: float | None = None  # likewise
 
-    def start(self, waypoints: Sequence[Waypoint], nav: NavState, stop_at_end: bool = True, from_here: bool = True) -> None:
+    def start(
+        self, waypoints: Sequence[Waypoint], nav: NavState, stop_at_end: bool = True, from_here: bool = True, beyond: Sequence[Waypoint] = ()
+    ) -> None:
         """Lay the track. `from_here`: it begins at the boat and leads to the first waypoint; else it begins at the first waypoint, which
-        counts as passed. Raises ValueError for no waypoints or a non-finite one."""
-        if not waypoints:
-            raise ValueError("a path needs waypoints")
+        counts as passed. `beyond`: waypoints that come after these, for the shape alone. Raises ValueError for no waypoints or a
+        non-finite one."""
         from_here = from_here or len(waypoints) == 1
         begin = (Waypoint(nav.north_m, nav.east_m),) if from_here else ()
-        all_points = (*begin, *waypoints)
-        points = [(w.north_m, w.east_m) for w in all_points]
-        path = build_path(points, PathKind(int(self._parameters["PATH_KIND"])))
-        self._waypoints = tuple(waypoints)
-        self._track = Track(path, points, [self._radius(w) for w in all_points], self._widest_m())
-        self._stations = self._track.waypoint_s_m[len(begin) :]
-        self._stop_at_end = stop_at_end
+        self._lay(begin, waypoints, beyond, stop_at_end)
+        track = self._track
+        assert track is not None
         self._passed = 0 if from_here else 1
+        self._integral = 0.0
+        self._crab.reset()
+        self._yaw = None
+        first_leg = track.waypoint_s_m[1]
+        self._s = 0.0 if from_here else min(first_leg, track.project(nav.north_m, nav.east_m, 0.0, first_leg))
+        self._surge = nav.surge_mps
+        course = track.at(self._s).course_rad
+        self._speed = max(0.0, nav.north_mps * math.cos(course) + nav.east_mps * math.sin(course))
+
+    def replace(self, waypoints: Sequence[Waypoint], nav: NavState, stop_at_end: bool = True, beyond: Sequence[Waypoint] = ()) -> None:
+        """Other waypoints under way: the new track leaves the old one where the boat is on it, in its direction. Raises as `start`."""
+        if self._track is None or not waypoints:
+            self.start(waypoints, nav, stop_at_end, beyond=beyond)
+            return
+        here, first = self._track.at(self._s), waypoints[0]
+        c, s = math.cos(here.course_rad), math.sin(here.course_rad)
+        radius_m = self._parameters["NAV_ACC_RAD"]
+        away_m = math.hypot(first.north_m - here.north_m, first.east_m - here.east_m)
+        ahead_m = min(_ONWARD_RADII * radius_m, 0.5 * away_m)
+        begin = [
+            Waypoint(here.north_m + x * c, here.east_m + x * s, straight=True) for x in (-_ONWARD_RADII * radius_m, 0.0, ahead_m)
+        ]
+        self._lay(begin, waypoints, beyond, stop_at_end)
+        self._s = self._track.waypoint_s_m[1]
+
+    def go_on(self, waypoints: Sequence[Waypoint], nav: NavState, stop_at_end: bool = True, beyond: Sequence[Waypoint] = ()) -> None:
+        """The waypoints that follow those of the last start: the track is what it would be, had they all been given then. Raises as
+        `start`."""
+        if self._track is None:
+            self.start(waypoints, nav, stop_at_end, beyond=beyond)
+            return
+        here, begin = self._track.at(self._s), self._points[-CONTEXT:]
+        self._lay(begin, waypoints, beyond, stop_at_end)
+        near = self._track.waypoint_s_m[len(begin) - 1]
+        self._s = self._track.project(here.north_m, here.east_m, near, 4.0 * self._radius(begin[-1]) + self._parameters["PATH_LOOKAHEAD"])
+
+    def _lay(self, begin: Sequence[Waypoint], waypoints: Sequence[Waypoint], beyond: Sequence[Waypoint], stop_at_end: bool) -> None:
+        """The track through `begin`, which is not to be passed, `waypoints` and `beyond`."""
+        if not waypoints:
+            raise ValueError("a path needs waypoints")
+        shape = (*begin, *waypoints, *beyond)
+        points = [(w.north_m, w.east_m) for w in shape]
+        path = build_path(points, PathKind(int(self._parameters["PATH_KIND"])), [w.straight for w in shape])
+        self._track = Track(path, points, [self._radius(w) for w in shape], self._widest_m())
+        self._points = (*begin, *waypoints)
+        self._waypoints = tuple(waypoints)
+        self._stations = self._track.waypoint_s_m[len(begin) : len(self._points)]
+        self._stop_at_end = stop_at_end
+        self._passed = 0
         self._finished = False
         self._profile_key = ()
-        self._integral = 0.0
-        self._drift_north = self._drift_east = 0.0
-        first_leg = self._track.waypoint_s_m[1]
-        self._s = 0.0 if from_here else min(first_leg, self._track.project(nav.north_m, nav.east_m, 0.0, first_leg))
-        course = self._track.at(self._s).course_rad
-        self._speed = max(0.0, nav.north_mps * math.cos(course) + nav.east_mps * math.sin(course))
+        self._tip_end = 0.0
 
     def update(self, nav: NavState, speed_mps: float, dt_s: float) -> PathProgress:
         """One step: where on the track, which waypoints passed, which heading and speed. Raises RuntimeError before `start`."""
@@ -102,19 +157,24 @@ class PathFollower:
             raise RuntimeError("PathFollower.update before start")
         lookahead = max(self._parameters["PATH_LOOKAHEAD"], self._parameters["PATH_LOOK_TIME"] * self._speed)
         window = max(2.0 * lookahead, 4.0 * math.hypot(nav.north_mps, nav.east_mps) * dt_s)
-        self._s = max(self._s, track.project(nav.north_m, nav.east_m, self._s, window))
-        self._s = self._over_tips(track)
+        nearest = track.project(nav.north_m, nav.east_m, self._s, window)
+        pace = _MOST_PACE * max(self._speed, self._creep_mps(), math.hypot(nav.north_mps, nav.east_mps))
+        self._s = max(self._s, min(nearest, self._s + pace * dt_s))
+        self._s = self._over_tips(track, dt_s)
         self._pass_waypoints(nav, track)
         here = track.at(self._s)
         error = -(nav.north_m - here.north_m) * math.sin(here.course_rad) + (nav.east_m - here.east_m) * math.cos(here.course_rad)
         last_speed = self._speed
         self._speed = self._next_speed(track, speed_mps, dt_s)
-        self._update_drift(nav, dt_s)
+        straight = max(0.0, 1.0 - 2.0 * abs(nav.yaw_rate_radps) / math.radians(self._parameters["PATH_YAW_RATE"]))
+        self._crab.update(nav, self._speed, straight, dt_s)
         ahead = track.at(self._s + _TURN_PREVIEW_S * self._speed)
         setpoint = self._setpoint(nav, here, ahead, error, lookahead, last_speed, dt_s)
-        remaining = max(0.0, track.length_m - self._s)
+        remaining = max(0.0, self._stations[-1] - self._s)
         self._finished = self._finished or self._at_end(nav, track)
-        return PathProgress(setpoint, self._passed, self._finished, self._s, remaining)
+        beside = track.at(nearest)
+        way = nearest - math.hypot(nav.north_m - beside.north_m, nav.east_m - beside.east_m)
+        return PathProgress(setpoint, self._passed, self._finished, self._s, remaining, way)
 
     # --- where ---
 
@@ -138,17 +198,18 @@ class PathFollower:
                 return
             self._passed += 1
 
-    def _over_tips(self, track: Track) -> float:
-        """The arc length reached, or that just past the tip of a turn straight back which lies within the preview: there the way out and
-        the way back are equally near, and only going on tells them apart."""
+    def _over_tips(self, track: Track, dt_s: float) -> float:
+        """The arc length reached, going on by itself around the tip of a turn straight back: there the way out and the way back are equally
+        near, and only going on tells them apart."""
         beyond = self._s + _TURN_PREVIEW_S * self._speed + 3.0 * track.length_m / len(track.s_m)
         turn = wrap_pi(track.at(beyond).course_rad - track.at(self._s).course_rad)
-        return min(track.length_m, beyond) if abs(turn) > _ALMOST_BACK_RAD else self._s
+        if abs(turn) > _ALMOST_BACK_RAD:
+            self._tip_end = min(track.length_m, beyond)
+        return max(self._s, min(self._tip_end, self._s + _TIP_HASTE * max(self._speed, self._creep_mps()) * dt_s))
 
-    @staticmethod
-    def _past_end(nav: NavState, track: Track) -> bool:
-        """Whether the boat is past the plane across the track at its end."""
-        end = track.at(track.length_m)
+    def _past_end(self, nav: NavState, track: Track) -> bool:
+        """Whether the boat is past the plane across the track at the last waypoint."""
+        end = track.at(self._stations[-1])
         return (nav.north_m - end.north_m) * math.cos(end.course_rad) + (nav.east_m - end.east_m) * math.sin(end.course_rad) >= 0.0
 
     def _at_end(self, nav: NavState, track: Track) -> bool:
@@ -160,7 +221,7 @@ class PathFollower:
         return (slow and self._speed <= 2.0 * self._creep_mps()) or self._past_end_station(nav, track)
 
     def _past_end_station(self, nav: NavState, track: Track) -> bool:
-        return self._s >= track.length_m - 1.0e-6 and self._past_end(nav, track)
+        return self._s >= self._stations[-1] - 1.0e-6 and self._past_end(nav, track)
 
     # --- how fast ---
 
@@ -185,28 +246,18 @@ class PathFollower:
 
     # --- which way ---
 
-    def _update_drift(self, nav: NavState, dt_s: float) -> None:
-        """Learn the boat's sideways drift over ground as a velocity in NED, so that it turns out of the way with the boat in a bend. Only
-        what lies across the bow is seen; in a bend the hull slips for other reasons and nothing is learnt."""
-        straight = max(0.0, 1.0 - 2.0 * abs(nav.yaw_rate_radps) / math.radians(self._parameters["PATH_YAW_RATE"]))
-        across_north, across_east = -math.sin(nav.yaw_rad), math.cos(nav.yaw_rad)
-        drift = min(self._speed, max(-self._speed, nav.sway_mps))
-        missing = drift - (self._drift_north * across_north + self._drift_east * across_east)
-        learnt = missing * straight * min(1.0, dt_s / _DRIFT_TIME_S)
-        self._drift_north += learnt * across_north
-        self._drift_east += learnt * across_east
+    def _turned(self, last_rad: float, heading_rad: float, dt_s: float) -> float:
+        """The heading to ask for: towards that one, no faster than the boat may turn."""
+        most = math.radians(self._parameters["PATH_YAW_RATE"]) * dt_s
+        self._yaw = wrap_pi(_towards(last_rad, last_rad + wrap_pi(heading_rad - last_rad), most))
+        return self._yaw
 
-    def _crab_for(self, nav: NavState, course_rad: float) -> float:
-        """Angle from the heading to hold to `course_rad`, against the current where it is known, else against the drift seen."""
-        c, s = math.cos(course_rad), math.sin(course_rad)
-        north, east = nav.current_north_mps, nav.current_east_mps
-        if north is None or east is None:
-            across, through = self._drift_east * c - self._drift_north * s, self._speed
-        else:
-            across = east * c - north * s
-            through = math.hypot(self._speed - (north * c + east * s), across)
-        most = _MOST_CRAB_SINE * max(through, _CRAB_SPEED_MPS)
-        return math.asin(min(most, max(-most, across)) / max(through, _CRAB_SPEED_MPS))
+    def _sway(self, nav: NavState, off_rad: float) -> float:
+        """The sideways part of the speed over ground: as the water carries the boat, and on the thrusters' account a little more or less."""
+        north, east = self._crab.water(nav)
+        carried = east * math.cos(nav.yaw_rad) - north * math.sin(nav.yaw_rad)
+        bound = self._parameters["DP_SPEED_SWAY"]
+        return carried + min(bound, max(-bound, self._speed * math.sin(off_rad) - carried))
 
     def _setpoint(self, nav: NavState, here: PathPoint, ahead: PathPoint, error: float, lookahead: float, last_speed: float, dt_s: float) -> Setpoint:
         gain = self._parameters["PATH_INTEGRAL"]
@@ -216,22 +267,22 @@ class PathFollower:
             bound = 0.6 * lookahead / gain if gain > 0.0 else 0.0
             self._integral = min(bound, max(-bound, self._integral))
         course = ahead.course_rad - math.atan2(error + gain * self._integral, lookahead)
-        heading = course - self._crab_for(nav, course)
+        last = nav.yaw_rad if self._yaw is None else self._yaw
+        best = self._crab.heading_rad(nav, course, self._speed, last)
+        heading = self._turned(last, best, dt_s)
         off = wrap_pi(course - nav.yaw_rad)
-        lowest = 0.0 if self._can_sway else _TURN_IN_PLACE_SHARE
-        surge = self._speed * max(lowest, math.cos(off))
-        sway = 0.0
-        if self._can_sway:
-            bound = self._parameters["DP_SPEED_SWAY"]
-            sway = min(bound, max(-bound, self._speed * math.sin(off)))
+        against = math.cos(best - course) < 0.0  # bow into a current that sets the boat along
+        lowest = -1.0 if against else 0.0 if self._can_sway else _TURN_IN_PLACE_SHARE
+        self._surge = _towards(self._surge, self._speed * max(lowest, math.cos(off)), _SURGE_SHARE * self._parameters["PATH_ACC"] * dt_s)
+        sway = self._sway(nav, off) if self._can_sway else 0.0
         target = self._waypoints[min(self._passed, len(self._waypoints) - 1)]
         station = self._stations[min(self._passed, len(self._waypoints) - 1)]
         return Setpoint(
             SetpointKind.PATH,
             north_m=here.north_m,
             east_m=here.east_m,
-            yaw_rad=wrap_pi(heading),
-            surge_mps=surge,
+            yaw_rad=heading,
+            surge_mps=self._surge,
             sway_mps=sway,
             yaw_rate_radps=self._turn_rate(nav, here, ahead, leaning, lookahead),
             surge_mps2=(self._speed - last_speed) / dt_s,
@@ -253,3 +304,7 @@ class PathFollower:
         rate = pace * ahead.curvature_1pm - drift * lookahead / (lookahead * lookahead + leaning * leaning)
         limit = math.radians(self._parameters["PATH_YAW_RATE"])
         return min(limit, max(-limit, rate))
+
+
+def _towards(value: float, wanted: float, most: float) -> float:
+    return value + min(most, max(-most, wanted - value))

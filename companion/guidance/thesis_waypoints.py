@@ -57,8 +57,10 @@ class ThesisWaypoints:
         self._frame = LocalFrame(0.0, 0.0)
         self._origin = (0.0, 0.0)
 
-    def start(self, waypoints: Sequence[Waypoint], nav: NavState, stop_at_end: bool = True, from_here: bool = True) -> None:
-        """As `PathFollower.start`. Raises ValueError for no waypoints or a non-finite one."""
+    def start(
+        self, waypoints: Sequence[Waypoint], nav: NavState, stop_at_end: bool = True, from_here: bool = True, beyond: Sequence[Waypoint] = ()
+    ) -> None:
+        """As `PathFollower.start`; the thesis knows nothing of what comes `beyond`. Raises ValueError for no waypoints or a non-finite one."""
         if not waypoints:
             raise ValueError("a path needs waypoints")
         from_here = from_here or len(waypoints) == 1
@@ -73,6 +75,14 @@ class ThesisWaypoints:
         self._frame = LocalFrame(nav.lat_deg, nav.lon_deg)
         self._origin = (nav.north_m, nav.east_m)
         self._interpolate(self._path)
+
+    def replace(self, waypoints: Sequence[Waypoint], nav: NavState, stop_at_end: bool = True, beyond: Sequence[Waypoint] = ()) -> None:
+        """Other waypoints under way: from where the boat is. Raises as `start`."""
+        self.start(waypoints, nav, stop_at_end)
+
+    def go_on(self, waypoints: Sequence[Waypoint], nav: NavState, stop_at_end: bool = True, beyond: Sequence[Waypoint] = ()) -> None:
+        """The waypoints that follow those of the last start. Raises as `start`."""
+        self.start(waypoints, nav, stop_at_end)
 
     def _interpolate(self, path: Path) -> None:
         """The intermediate waypoints of the section that leads to the next waypoint of the route, which is the last of them."""
@@ -121,7 +131,7 @@ class ThesisWaypoints:
             course_rad=wrap_pi(here.course_rad),
             distance_to_go_m=away + self._stations[index] - s,
         )
-        return PathProgress(setpoint, self._passed, self._finished, back, remaining)
+        return PathProgress(setpoint, self._passed, self._finished, back, remaining, -remaining)
 
     def _reach(self, path: Path, lat_deg: float, lon_deg: float) -> None:
         """Strike off the intermediate waypoints that the boat is inside the radius of; the end of a section begins the next."""

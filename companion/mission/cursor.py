@@ -10,18 +10,21 @@ from companion.mission.plan import PlanItem
 from companion.mission.tasks import Action, Gate, SetHome, SetSpeed
 
 ENDLESS = -1
+_STARTS = (Command.IMAGE_START_CAPTURE, Command.VIDEO_START_CAPTURE)
+_STOPS = (Command.IMAGE_STOP_CAPTURE, Command.VIDEO_STOP_CAPTURE)
 _MOST_STEPS = 20_000  # between two tasks; twice the longest plan
 
 
 class Cursor:
-    """Where a mission stands: `seq`, the times each jump was taken, and the speed that the mission has set (None: none).
+    """Where a mission stands: `seq`, the times each jump was taken, the speed that the mission has set (None: none), and whether it is
+    `surveying`: the camera was set to shoot on the way, which is how ground stations mark the transects of a survey.
 
     `seq` equal to the number of items means the end. `copy` looks ahead without moving the original. With `follow_endless` False
     endless jumps are passed by. `held`: the conditions (first) and "do" items that wait on the present leg, by number; they run when their
     condition is met (`open_gate`), or when the leg is done. `leg_speed_mps`: the fastest that the boat may sail on the present leg.
     """
 
-    __slots__ = ("_follow_endless", "_gate_serial", "_items", "held", "jumps", "leg_speed_mps", "seq", "speed_mps")
+    __slots__ = ("_follow_endless", "_gate_serial", "_items", "held", "jumps", "leg_speed_mps", "seq", "speed_mps", "surveying")
 
     def __init__(
         self,
@@ -39,12 +42,24 @@ class Cursor:
         self.speed_mps = self.leg_speed_mps = speed_mps
         self.held: list[int] = list(held)
         self._gate_serial = 0
+        self.surveying = False
+        self._look_back()
 
     def copy(self) -> Cursor:
         """Without what is held: the one who looks ahead has no use for it."""
-        ahead = Cursor(self._items, self.seq, dict(self.jumps), self.speed_mps, self._follow_endless)
-        ahead.leg_speed_mps = self.leg_speed_mps
+        ahead = Cursor(self._items, 0, dict(self.jumps), self.speed_mps, self._follow_endless)
+        ahead.seq, ahead.surveying, ahead.leg_speed_mps = self.seq, self.surveying, self.leg_speed_mps
         return ahead
+
+    def stand_at(self, seq: int) -> None:
+        """Another place, as if the items before it had been sailed in order; what waited on the leg is dropped."""
+        self.seq = seq
+        self.held.clear()
+        self._look_back()
+
+    def _look_back(self) -> None:
+        shooting = (_shooting(item) for item in reversed(self._items[: self.seq]))
+        self.surveying = next((on for on in shooting if on is not None), False)
 
     @property
     def gate(self) -> Gate | None:
@@ -100,6 +115,8 @@ class Cursor:
                 self.seq = int(item.param1)
                 continue
             self.seq += 1
+            if (shooting := _shooting(item)) is not None:
+                self.surveying = shooting
             if steps <= _MOST_STEPS:
                 self._run(item, actions)
         if self.seq >= count:
@@ -141,3 +158,12 @@ class Cursor:
         if item.command == Command.DO_SET_HOME:
             return SetHome(None, None) if item.param1 == 1.0 else SetHome(item.lat_deg, item.lon_deg)
         return auxiliary_of(item)
+
+
+def _shooting(item: PlanItem) -> bool | None:
+    """Whether this item has the camera shoot from here on, or stops it; None where it does neither."""
+    if item.command == Command.DO_SET_CAM_TRIGG_DIST:
+        return item.param1 > 0.0
+    if item.command in _STARTS:
+        return True
+    return False if item.command in _STOPS else None

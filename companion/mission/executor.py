@@ -124,8 +124,7 @@ class MissionExecutor:
             return "no mission: upload one first"
         if (refusal := self._outside(seq)) is not None:
             return refusal
-        self._cursor.seq = seq
-        self._cursor.held.clear()
+        self._cursor.stand_at(seq)
         if reset:
             self._cursor.jumps.clear()
         self._arrived = False

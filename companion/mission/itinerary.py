@@ -10,6 +10,7 @@ from companion.mission.plan import PlanItem
 from companion.mission.tasks import Complete, Dock, ReturnHome, RoutePoint, Sail, Stay, Task, Turn, Wait
 
 LONGEST_ROUTE = 200
+LOOK_BEYOND = 16
 _GOES_ON = (Command.NAV_RETURN_TO_LAUNCH, Command.NAV_LAND)
 
 
@@ -39,13 +40,28 @@ def _sail(ahead: Cursor) -> Sail:
     route: list[RoutePoint] = []
     while (item := ahead.item) is not None and item.command in DESTINATIONS:
         if len(route) == LONGEST_ROUTE or (route and route[-1].seq == ahead.seq):
-            return Sail(tuple(route), stop=False)
-        radius_m = item.param2 if item.command == Command.NAV_WAYPOINT and item.param2 > 0.0 else None
-        route.append(RoutePoint(ahead.seq, item.lat_deg, item.lon_deg, radius_m, ahead.leg_speed_mps, heading_rad(item)))
+            return Sail(tuple(route), False, _beyond(ahead))
+        route.append(_point(item, ahead))
         if must_stay(item):
             break
         ahead.advance()
     return Sail(tuple(route), stop=item is None or item.command not in _GOES_ON)
+
+
+def _beyond(ahead: Cursor) -> tuple[RoutePoint, ...]:
+    """What the next route begins with."""
+    points: list[RoutePoint] = []
+    while len(points) < LOOK_BEYOND and (item := ahead.item) is not None and item.command in DESTINATIONS:
+        points.append(_point(item, ahead))
+        if must_stay(item):
+            break
+        ahead.advance()
+    return tuple(points)
+
+
+def _point(item: PlanItem, at: Cursor) -> RoutePoint:
+    radius_m = item.param2 if item.command == Command.NAV_WAYPOINT and item.param2 > 0.0 else None
+    return RoutePoint(at.seq, item.lat_deg, item.lon_deg, radius_m, at.leg_speed_mps, heading_rad(item), at.surveying)
 
 
 def _stay(item: PlanItem) -> Stay:

@@ -12,7 +12,7 @@ _DAY_S = 86400
 class RoutePoint:
     """A point to pass. `radius_m` None: the vessel's own acceptance radius; `speed_mps` towards it, None: the vessel's own.
 
-    `yaw_rad`: heading that the item asks for, if any.
+    `yaw_rad`: heading that the item asks for, if any. `straight`: the leg towards it is one of a survey.
     """
 
     seq: int
@@ -21,6 +21,7 @@ class RoutePoint:
     radius_m: float | None
     speed_mps: float | None
     yaw_rad: float | None = None
+    straight: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,11 +29,12 @@ class Sail:
     """Pass these points in this order, and come to rest at the last one if `stop`.
 
     Each one passed is told to the executor, and the task stays the same until the last. In a mission that sails laps a `seq` may occur
-    several times: the order counts.
+    several times: the order counts. `beyond`: the first points of the next task, where that sails on without a stop; they shape the path.
     """
 
     route: tuple[RoutePoint, ...]
     stop: bool
+    beyond: tuple[RoutePoint, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

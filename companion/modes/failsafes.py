@@ -92,6 +92,16 @@ def _stations_silent(s: Situation, _active: bool) -> bool:
     return s.station_age_s is not None and s.station_age_s > s.parameters["COM_DL_LOSS_T"]
 
 
+def _no_way(s: Situation, active: bool) -> bool:
+    """Given up, it has not ended: only way made ends it."""
+    stuck_s = s.mode.stuck_s(s.now_s)
+    return active if stuck_s is None else stuck_s >= s.parameters["WP_STUCK_T"]
+
+
+def _under_way(s: Situation, _active: bool) -> bool:
+    return s.armed and s.mode.stuck_s(s.now_s) is not None
+
+
 FAILSAFES: tuple[Failsafe, ...] = (  # most severe first
     Failsafe(
         "bridge_silent",
@@ -182,6 +192,15 @@ FAILSAFES: tuple[Failsafe, ...] = (  # most severe first
         "NAV_DLL_ACT",
         lambda s: f"No ground station for {s.parameters['COM_DL_LOSS_T']:.0f} s",
         "Ground station is back",
+    ),
+    Failsafe(
+        "stuck",
+        Severity.WARNING,
+        _no_way,
+        _under_way,
+        "WP_STUCK_ACT",
+        lambda s: f"No way made for {s.parameters['WP_STUCK_T']:.0f} s",
+        "Making way",
     ),
 )
 

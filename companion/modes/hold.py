@@ -10,6 +10,7 @@ from companion.core.frames import body_to_ned
 from companion.core.types import ModeId, NavState, Setpoint
 from companion.modes.consequence import ConsequenceCheck
 from companion.modes.events import EventLog
+from companion.modes.headway import Headway
 from companion.modes.mode import Mode, ModeInputs
 from companion.modes.station import Station
 from companion.modes.watch import WatchCircles
@@ -25,6 +26,7 @@ class HoldMode(Mode):
         self._station = Station(config, parameters)
         self._circles = WatchCircles(parameters, events)
         self._consequence = ConsequenceCheck(config, parameters, events)
+        self._headway = Headway("Hold", events)
         if config.limits.sway_n > 0.0:
             self.text = "Holds position and heading, or goes to a point and holds there"
         else:
@@ -41,6 +43,7 @@ class HoldMode(Mode):
         return self._station.target
 
     def enter(self, inputs: ModeInputs) -> str | None:
+        self._headway.reset()
         self.hold_here(inputs.nav)
         return None
 
@@ -77,7 +80,11 @@ class HoldMode(Mode):
         self._moved()
         return None
 
+    def stuck_s(self, now_s: float) -> float | None:
+        return self._headway.stuck_s(now_s)
+
     def _moved(self) -> None:
+        self._headway.rebase()
         self._circles.reset()
         self._consequence.reset()
 
@@ -87,6 +94,8 @@ class HoldMode(Mode):
 
     def update(self, inputs: ModeInputs) -> Setpoint:
         setpoint = self._station.update(inputs.nav, inputs.manual, inputs.speed_mps, inputs.dt_s)
+        if self._station.way_m is not None:
+            self._headway.update(self._station.way_m, inputs.speed_mps, inputs.now_s)
         if self._station.arrived:
             north_m, east_m = self._station.target
             self._circles.update(math.hypot(inputs.nav.north_m - north_m, inputs.nav.east_m - east_m), inputs.now_s)

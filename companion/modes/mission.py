@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from companion.config import VesselConfig
 from companion.core.geodesy import LocalFrame, distance_and_bearing
 from companion.core.types import MissionState, ModeId, Setpoint, Severity
+from companion.guidance.crab import top_speed_mps
 from companion.guidance.follower_choice import ChosenFollower
 from companion.guidance.path_following import Waypoint
 from companion.mission.executor import MissionExecutor
@@ -15,6 +16,7 @@ from companion.mission.tasks import Action, Complete, Dock, Gate, ReturnHome, Ro
 from companion.modes.berth import BerthChoice
 from companion.modes.docking import Docking
 from companion.modes.events import EventLog
+from companion.modes.headway import Headway
 from companion.modes.mode import Mode, ModeInputs
 from companion.modes.rtl import ReturnPoint
 from companion.modes.sideways_leg import SidewaysLeg
@@ -58,8 +60,10 @@ class MissionMode(Mode):
         self._station = Station(config, parameters)
         self._leg = SidewaysLeg(self._station)
         self._sideways = False  # the last leg of the route is sailed by `_leg`
+        self._on_leg = False  # it is now
         self._at_berth = False  # docking goes on, not refused
-        self._follower = ChosenFollower(parameters, self._can_sway)
+        self._follower = ChosenFollower(parameters, self._can_sway, top_speed_mps(config))
+        self._headway = Headway("Mission", events)
         self._task: Task | None = None
         self._route: tuple[RoutePoint, ...] = ()
         self._told = 0  # points of the route that the executor knows to be passed
@@ -86,6 +90,9 @@ class MissionMode(Mode):
     def alongside(self) -> bool:
         return self._at_berth and self._docking.alongside
 
+    def stuck_s(self, now_s: float) -> float | None:
+        return self._headway.stuck_s(now_s)
+
     def take_actions(self) -> tuple[Action, ...]:
         """What the mission wants changed; each is given once."""
         actions, self._actions = (*self._actions, *self._executor.take_actions()), []
@@ -105,6 +112,7 @@ class MissionMode(Mode):
         refusal = self.check(inputs) or self._executor.begin()
         if refusal is None:
             self._task = None
+            self._headway.reset()
             self._at_berth = False
             self._station.stop_here(inputs.nav)
         return refusal
@@ -167,13 +175,14 @@ class MissionMode(Mode):
 
     def _take_up(self, task: Task, inputs: ModeInputs) -> None:
         before, self._task = self._task, task
+        self._headway.rebase()
         self._at_berth = False
         self._since_s = None
         match task:
             case Sail():
                 if isinstance(before, Sail) and before.stop == task.stop and self._route[self._told :] == task.route:
                     return  # the rest of what is being sailed
-                self._lay_path(task, inputs)
+                self._lay_path(task, inputs, before)
             case Stay():
                 north_m, east_m = self._frame().to_ned(task.lat_deg, task.lon_deg)
                 self._station.go_to(inputs.nav, north_m, east_m, task.yaw_rad, None, fresh=isinstance(before, Sail | Dock))
@@ -207,21 +216,34 @@ class MissionMode(Mode):
             self._station.stop_here(inputs.nav)
             self._events.say(inputs.now_s, Severity.WARNING, "dock_refused", f"Item {task.seq}: docking refused: {refusal}; holding here")
 
-    def _lay_path(self, task: Sail, inputs: ModeInputs) -> None:
-        frame = self._frame()
+    def _lay_path(self, task: Sail, inputs: ModeInputs, before: Task | None) -> None:
+        """From where the boat is, or from the path that it is on: further along it where this is its next part."""
+        follower, underway = self._follower, isinstance(before, Sail) and not self._on_leg
+        goes_on = isinstance(before, Sail) and underway and self._told == len(self._route) and before.beyond[:1] == task.route[:1]
         self._route = task.route
         self._told = 0
-        waypoints = [Waypoint(*frame.to_ned(p.lat_deg, p.lon_deg), p.radius_m, p.speed_mps) for p in task.route]
+        waypoints, beyond = self._waypoints(task.route), self._waypoints(task.beyond)
         last = task.route[-1]
         self._sideways = last.yaw_rad is not None and self._can_sway and bool(self._parameters["WP_YAW_MODE"])
-        if self._sideways and len(waypoints) == 1:
+        self._on_leg = False
+        stop = task.stop
+        if self._sideways:
+            waypoints, beyond, stop = waypoints[:-1], [], False
+        if not waypoints:
             self._start_leg(inputs)
-        elif self._sideways:
-            self._follower.start(waypoints[:-1], inputs.nav, stop_at_end=False)
+        elif goes_on:
+            follower.go_on(waypoints, inputs.nav, stop, beyond)
+        elif underway:
+            follower.replace(waypoints, inputs.nav, stop, beyond)
         else:
-            self._follower.start(waypoints, inputs.nav, stop_at_end=task.stop)
+            follower.start(waypoints, inputs.nav, stop, beyond=beyond)
+
+    def _waypoints(self, route: Sequence[RoutePoint]) -> list[Waypoint]:
+        frame, surveys = self._frame(), bool(self._parameters["PATH_SURVEY"])
+        return [Waypoint(*frame.to_ned(p.lat_deg, p.lon_deg), p.radius_m, p.speed_mps, surveys and p.straight) for p in route]
 
     def _start_leg(self, inputs: ModeInputs) -> None:
+        self._on_leg = True
         end = self._route[-1]
         north_m, east_m = self._frame().to_ned(end.lat_deg, end.lon_deg)
         yaw_rad = inputs.nav.yaw_rad if end.yaw_rad is None else end.yaw_rad
@@ -233,6 +255,7 @@ class MissionMode(Mode):
         if self._sideways and self._told == len(self._route) - 1:
             return self._sail_sideways(task, inputs)
         progress = self._follower.update(inputs.nav, inputs.speed_mps, inputs.dt_s)
+        self._headway.update(progress.way_m, inputs.speed_mps, inputs.now_s)
         passed = len(self._route) - self._sideways if progress.finished else progress.passed
         if task.stop and not progress.finished:
             passed = min(passed, len(self._route) - 1)  # the last one is reached at rest
@@ -246,7 +269,7 @@ class MissionMode(Mode):
 
     def _sail_sideways(self, task: Sail, inputs: ModeInputs) -> Setpoint:
         self._leg.update(inputs.nav)
-        setpoint = self._station.update(inputs.nav, None, inputs.speed_mps, inputs.dt_s)
+        setpoint = self._at_station(inputs)
         if self._leg.arrived:
             self._told += 1
             self._complete(task.route[-1].seq, inputs)
@@ -256,9 +279,15 @@ class MissionMode(Mode):
         if self._at_berth:
             setpoint = self._docking.update(inputs)
         else:
-            setpoint = self._station.update(inputs.nav, None, inputs.speed_mps, inputs.dt_s)
+            setpoint = self._at_station(inputs)
         if self._is_done(task, setpoint, inputs):
             self._complete(task.seq, inputs)
+        return setpoint
+
+    def _at_station(self, inputs: ModeInputs) -> Setpoint:
+        setpoint = self._station.update(inputs.nav, None, inputs.speed_mps, inputs.dt_s)
+        if self._station.way_m is not None:
+            self._headway.update(self._station.way_m, inputs.speed_mps, inputs.now_s)
         return setpoint
 
     def _is_done(self, task: Stay | Wait | Turn | ReturnHome | Dock, setpoint: Setpoint, inputs: ModeInputs) -> bool:

@@ -56,6 +56,10 @@ class Mode(ABC):
         """Go on with what it was about, after a failsafe had the thrusters in neutral."""
         return self.enter(inputs)
 
+    def stuck_s(self, now_s: float) -> float | None:
+        """For how long the boat has made no way to where the mode leads; None where it is not under way."""
+        return None
+
     @abstractmethod
     def update(self, inputs: ModeInputs) -> Setpoint:
         """What the boat should do now."""

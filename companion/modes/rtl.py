@@ -10,6 +10,7 @@ from companion.core.geodesy import LocalFrame
 from companion.core.types import Home, ModeId, NavState, Setpoint, Severity
 from companion.mission.plan import PlanKind, Plans
 from companion.modes.events import EventLog
+from companion.modes.headway import Headway
 from companion.modes.mode import Mode, ModeInputs
 from companion.modes.station import Station
 from companion.modes.watch import WatchCircles
@@ -54,6 +55,7 @@ class RtlMode(Mode):
         self._name = "home"
         self._arrival_said = False
         self._watch = WatchCircles(parameters, events, "RTL")
+        self._headway = Headway("RTL", events)
 
     def check(self, inputs: ModeInputs) -> str | None:
         return None if self._point.candidates(inputs.home) else "no home position"
@@ -65,11 +67,17 @@ class RtlMode(Mode):
         self._name, north_m, east_m = point
         self._arrival_said = False
         self._watch.reset()
+        self._headway.reset()
         self._station.go_to(inputs.nav, north_m, east_m, None, None)
         return None
 
+    def stuck_s(self, now_s: float) -> float | None:
+        return self._headway.stuck_s(now_s)
+
     def update(self, inputs: ModeInputs) -> Setpoint:
         setpoint = self._station.update(inputs.nav, None, inputs.speed_mps, inputs.dt_s)
+        if self._station.way_m is not None:
+            self._headway.update(self._station.way_m, inputs.speed_mps, inputs.now_s)
         if not self._arrival_said and not self._station.going:
             self._arrival_said = True
             self._events.say(inputs.now_s, Severity.NOTICE, "rtl_arrived", f"RTL: at {self._name}, holding")

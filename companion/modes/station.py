@@ -9,6 +9,7 @@ from companion.config import VesselConfig
 from companion.core.angles import wrap_pi
 from companion.core.frames import body_to_ned
 from companion.core.types import ManualInput, NavState, Setpoint, SetpointKind
+from companion.guidance.crab import top_speed_mps
 from companion.guidance.follower_choice import ChosenFollower
 from companion.guidance.path_following import Waypoint
 from companion.guidance.reference_choice import ChosenReference
@@ -184,7 +185,8 @@ class Station:
         self._can_sway = config.limits.sway_n > 0.0
         self._handover_m = config.length_m
         self._keeper: Keeper = PoseKeeper(parameters) if self._can_sway else CircleKeeper(parameters)
-        self._follower = ChosenFollower(parameters, self._can_sway)
+        self._follower = ChosenFollower(parameters, self._can_sway, top_speed_mps(config))
+        self._way_m: float | None = None
         self._transit: tuple[float, float, float | None, float | None] | None = None  # north, east, yaw, speed
         self._going = False
 
@@ -197,6 +199,12 @@ class Station:
     def in_transit(self) -> bool:
         """Sailing bow first to a point further off."""
         return self._transit is not None
+
+    @property
+    def way_m(self) -> float | None:
+        """Grows as the boat comes nearer to the point that was asked for; None while nothing tells (it is there, or the reference is on its
+        way)."""
+        return self._way_m
 
     @property
     def arrived(self) -> bool:
@@ -227,8 +235,9 @@ class Station:
         """
         self._going = True
         if not (sideways and self._can_sway) and math.hypot(north_m - nav.north_m, east_m - nav.east_m) > self._parameters["DP_TRANSIT_DIST"]:
+            lay = self._follower.start if fresh or self._transit is None else self._follower.replace
             self._transit = (north_m, east_m, yaw_rad, speed_mps)
-            self._follower.start((Waypoint(north_m, east_m, speed_mps=speed_mps),), nav)
+            lay((Waypoint(north_m, east_m, speed_mps=speed_mps),), nav)
             return
         if fresh or self._transit is not None:
             self._keeper.start(nav)
@@ -267,12 +276,15 @@ class Station:
             progress = self._follower.update(nav, asked_mps if asked_mps is not None else speed_mps, dt_s)
             near = math.hypot(north_m - nav.north_m, east_m - nav.east_m) <= self._handover_m
             if not progress.finished and not near:
+                self._way_m = progress.way_m
                 return progress.setpoint
             self._transit = None
             self._keeper.start(nav)
             self._keeper.hold(north_m, east_m, nav.yaw_rad if yaw_rad is None else yaw_rad, None)
         setpoint = self._keeper.update(nav, None if self._going else stick, speed_mps, dt_s)
         self._going = self._going and not (self._keeper.arrived and self._is_there(nav))
+        north_m, east_m, _ = self._keeper.target
+        self._way_m = -math.hypot(north_m - nav.north_m, east_m - nav.east_m) if self._going and self._keeper.arrived else None
         return setpoint
 
     def _is_there(self, nav: NavState) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from sitl.scenarios import (
+    cross_current,
     docking,
     four_corner,
     gnss_dropout,
@@ -10,6 +11,7 @@ from sitl.scenarios import (
     identify,
     lever_arm,
     mission_square,
+    reroute,
     route,
     station_keeping,
     wild_points,
@@ -19,6 +21,8 @@ from sitl.scenarios.scenario import Scenario
 _ALL = (
     hold.SCENARIO,
     mission_square.SCENARIO,
+    cross_current.SCENARIO,
+    reroute.SCENARIO,
     four_corner.SCENARIO,
     station_keeping.SCENARIO,
     station_keeping.THRUSTER_FAILURE,

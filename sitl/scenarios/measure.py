@@ -123,3 +123,64 @@ def cross_track_errors(track: Track, path: Sequence[Point]) -> list[float]:
 
     distances, _ = cKDTree(np.array(path)).query(np.array([(row["north_m"], row["east_m"]) for row in track]))
     return [float(distance) for distance in np.atleast_1d(distances)]
+
+
+@dataclass(frozen=True, slots=True)
+class Said:
+    """A row of events.csv."""
+
+    t_s: float
+    name: str
+    text: str
+
+
+def read_events(folder: Path) -> list[Said]:
+    with (folder / "events.csv").open(encoding="utf-8") as file:
+        return [Said(float(row["t_s"]), row["name"], row["text"]) for row in csv.DictReader(file)]
+
+
+def along_path(track: Track, path: Sequence[Point], reach_m: float = 4.0) -> list[tuple[float, float]]:
+    """(arc length, distance) of each row's nearest point on the sampled path, searched within `reach_m` of the one before: it stays on its
+    branch where the path crosses or doubles itself. The arc length may go back."""
+    length = [0.0, *itertools.accumulate(math.dist(a, b) for a, b in itertools.pairwise(path))]
+    result: list[tuple[float, float]] = []
+    at = 0
+    for row in track:
+        low = high = at
+        while low > 0 and length[at] - length[low] < reach_m:
+            low -= 1
+        while high < len(path) - 1 and length[high] - length[at] < reach_m:
+            high += 1
+        distance, at = min((distance_to(row, *path[i]), i) for i in range(low, high + 1))
+        result.append((length[at], distance))
+    return result
+
+
+def largest_turn_rad(track: Track, times_s: Sequence[float]) -> float:
+    """How far apart the headings of one stretch are at most, whole turns counted; `times_s` divides the stretches. 2π or more between two
+    waypoints is a circle."""
+    largest, unwrapped = 0.0, 0.0
+    ends = iter([*sorted(times_s), math.inf])
+    end = next(ends)
+    lowest = highest = last = None
+    for row in track:
+        if last is not None:
+            unwrapped += math.remainder(row["yaw_rad"] - last, 2.0 * math.pi)
+        last = row["yaw_rad"]
+        if row["t_s"] > end or lowest is None or highest is None:
+            lowest = highest = unwrapped
+            while row["t_s"] > end:
+                end = next(ends)
+        lowest, highest = min(lowest, unwrapped), max(highest, unwrapped)
+        largest = max(largest, highest - lowest)
+    return largest
+
+
+def longest_standstill_s(times_s: Sequence[float], along_m: Sequence[float], step_m: float) -> float:
+    """Longest time in which the furthest point reached did not move on by `step_m`."""
+    longest, since_s, best = 0.0, times_s[0], along_m[0]
+    for t_s, s in zip(times_s, along_m, strict=True):
+        if s >= best + step_m:
+            best, since_s = s, t_s
+        longest = max(longest, t_s - since_s)
+    return longest

@@ -51,9 +51,9 @@ def _track(axes: Axes, sailed: Sailed, asked: dict[str, Any]) -> None:
     axes.plot([row["desired_east_m"] for row in ticks], [row["desired_north_m"] for row in ticks], color=_DESIRED, label="desired")
     axes.plot([row["east_m"] for row in truth], [row["north_m"] for row in truth], color=_REAL, label="sailed")
     for row in truth[:: max(1, len(truth) // _OUTLINES)]:
-        _outline(axes, row["north_m"], row["east_m"], row["yaw_rad"], asked, _REAL, 0.35)
+        outline(axes, row["north_m"], row["east_m"], row["yaw_rad"], asked, _REAL, 0.35)
     for north_m, east_m, yaw_rad in asked["corners"]:
-        _outline(axes, north_m, east_m, yaw_rad, asked, "black", 0.8)
+        outline(axes, north_m, east_m, yaw_rad, asked, "black", 0.8)
     axes.set_aspect("equal", adjustable="datalim")
     axes.set_xlabel("east, m")
     axes.set_ylabel("north, m")
@@ -61,7 +61,8 @@ def _track(axes: Axes, sailed: Sailed, asked: dict[str, Any]) -> None:
     axes.legend(loc="upper right")
 
 
-def _outline(axes: Axes, north_m: float, east_m: float, yaw_rad: float, asked: dict[str, Any], color: str, alpha: float) -> None:
+def outline(axes: Axes, north_m: float, east_m: float, yaw_rad: float, asked: dict[str, Any], color: str, alpha: float) -> None:
+    """The hull as a line; `asked` holds `length_m` and `beam_m`."""
     c, s = math.cos(yaw_rad), math.sin(yaw_rad)
     hull = [(x * asked["length_m"], y * asked["beam_m"]) for x, y in _OUTLINE]
     axes.plot([east_m + s * x + c * y for x, y in hull], [north_m + c * x - s * y for x, y in hull], color=color, alpha=alpha, linewidth=0.8)

@@ -115,8 +115,8 @@ def _conditions(settings: Settings) -> Conditions:
         wind=settings.get("wind") or None,
         current=settings.get("current") or None,
         gnss=settings.get("gnss", "rtk"),
-        waves_m=_number(settings, "waves"),
-        model_error=_number(settings, "model_error"),
+        waves_m=number(settings, "waves"),
+        model_error=number(settings, "model_error"),
         hull=settings.get("hull") or None,
         plant=settings.get("plant") or None,
         push_ned_n=_push(settings),
@@ -148,7 +148,8 @@ def _push(settings: Settings) -> tuple[float, float]:
     return -force_n * math.cos(angle), -force_n * math.sin(angle)
 
 
-def _number(settings: Settings, key: str) -> float:
+def number(settings: Settings, key: str) -> float:
+    """The value of a setting that is a number; 0 where it is empty. Raises ScenarioError."""
     try:
         return float(settings.get(key) or 0.0)
     except ValueError as error:

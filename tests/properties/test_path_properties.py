@@ -29,9 +29,9 @@ def test_the_path_runs_through_its_waypoints_in_order(points: list[tuple[float, 
 
 
 @settings(deadline=None, derandomize=True, max_examples=60)
-@given(routes)
-def test_pchip_stays_within_the_span_of_neighbouring_waypoints(points: list[tuple[float, float]]) -> None:
-    path = build_path(points, PathKind.PCHIP)
+@given(routes, st.lists(st.booleans(), min_size=8, max_size=8))
+def test_pchip_stays_within_the_span_of_neighbouring_waypoints(points: list[tuple[float, float]], straight: list[bool]) -> None:
+    path = build_path(points, PathKind.PCHIP, straight[: len(points)])
     stations = path.waypoint_s_m
     for (a, b), (s, e) in zip(itertools.pairwise(points), itertools.pairwise(stations), strict=True):
         for k in range(11):

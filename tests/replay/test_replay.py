@@ -36,7 +36,7 @@ _MISSION = 0x04040000
 def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Hold in wind, a go-to, a parameter changed under way, a nudge, a thruster that dies, a mission, a lost ground station, sticks."""
     folder = tmp_path_factory.mktemp("log")
-    rig = LockstepRig(Conditions("revolt", seed=3, wind="2", faults=("thruster_bow_dead@20+5",)), folder)
+    rig = LockstepRig(Conditions("revolt", seed=3, wind="2", faults=("thruster_bow_dead@20+5",), parameters={"THR_WATCH": 0.0}), folder)
     station = Station(rig)
     station.ready()
     station.set_mode(_HOLD)

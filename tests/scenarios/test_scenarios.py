@@ -66,9 +66,49 @@ def test_navigation(tmp_path: Path, name: str, doing: str, seed: int) -> None:
 @pytest.mark.sweep
 @pytest.mark.parametrize("seed", range(32))
 @pytest.mark.parametrize("wind", ["0", "2", "3"])
-@pytest.mark.parametrize("name", sorted(set(SCENARIOS) - {"identify", "route", "survey"}))  # which have sweeps of their own
+@pytest.mark.parametrize("name", sorted(set(SCENARIOS) - {"identify", "route", "survey", "cross_current"}))  # which have sweeps of their own
 def test_sweep(tmp_path: Path, name: str, wind: str, seed: int) -> None:
     sail(name, tmp_path, seed, wind=wind)
+
+
+TOP_MPS = 0.987  # ReVolt, 50 N over 50.66 Ns/m
+
+
+@pytest.mark.parametrize("current", ["0.5@60"])
+def test_square_in_a_current(tmp_path: Path, current: str) -> None:
+    metrics = sail("cross_current", tmp_path, 1, current=current, side="30")
+    assert metrics["waypoints_reached"] == 4 and metrics["declared_unable"] == 0 and metrics["largest_turn_deg"] < 270.0
+
+
+def test_a_leg_that_cannot_be_made_is_declared(tmp_path: Path) -> None:
+    metrics = sail("cross_current", tmp_path, 1, current="1.2@180", side="30")
+    assert metrics["declared_unable"] == 1 and metrics["waypoints_reached"] == 0 and metrics["longest_standstill_s"] < 60.0
+
+
+def test_rerouted_without_a_jump(tmp_path: Path) -> None:
+    sail("reroute", tmp_path, 1)
+
+
+@pytest.mark.sweep
+@pytest.mark.parametrize("towards_deg", range(0, 360, 30))
+@pytest.mark.parametrize("share", [0.0, 0.2, 0.4, 0.6, 0.8])
+def test_cross_current_sweep(tmp_path: Path, share: float, towards_deg: int) -> None:
+    metrics = sail("cross_current", tmp_path, towards_deg, current=f"{share * TOP_MPS:.3f}@{towards_deg}")
+    assert metrics["waypoints_reached"] == 4, "within 80 % every leg can be made"
+
+
+@pytest.mark.sweep
+@pytest.mark.parametrize("towards_deg", range(0, 360, 30))
+@pytest.mark.parametrize("share", [0.95, 1.05, 1.3])
+def test_cross_current_beyond_the_boat_sweep(tmp_path: Path, share: float, towards_deg: int) -> None:
+    sail("cross_current", tmp_path, towards_deg, current=f"{share * TOP_MPS:.3f}@{towards_deg}")
+
+
+@pytest.mark.sweep
+@pytest.mark.parametrize("seed", range(16))
+@pytest.mark.parametrize("path", ["linear", "pchip", "makima", "cubic"])
+def test_reroute_sweep(tmp_path: Path, path: str, seed: int) -> None:
+    sail("reroute", tmp_path, seed, path=path, current="0.2")
 
 
 def test_identify_in_a_current(tmp_path: Path) -> None:

@@ -6,6 +6,7 @@ import itertools
 import math
 import subprocess
 import sys
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from scipy.integrate import quad
 from scipy.interpolate import Akima1DInterpolator, CubicSpline, PchipInterpolator
 
 from companion.guidance.path import Path, PathKind, build_path
+from companion.guidance.path_following import CONTEXT
 
 ROUTE = [(0.0, 0.0), (40.0, 10.0), (60.0, 50.0), (55.0, 90.0), (90.0, 100.0), (120.0, 60.0)]
 SQUARE = [(0.0, 0.0), (20.0, 0.0), (20.0, 20.0), (0.0, 20.0), (0.0, 0.0)]
@@ -50,13 +52,86 @@ def test_curves_agree_with_scipy_and_are_measured_by_arc_length(kind: PathKind, 
         assert math.remainder(point.course_rad - math.atan2(de, dn), 2.0 * math.pi) == pytest.approx(0.0, abs=1e-6)
 
 
-def test_pchip_evaluator_is_scipys_to_a_billionth() -> None:
-    knots = chords(ROUTE)
-    curve = PchipInterpolator(knots, np.array(ROUTE))
-    path = build_path(ROUTE, PathKind.PCHIP)
-    for t in np.linspace(0.0, knots[-1], 500):
+@pytest.mark.parametrize(
+    ("kind", "oracle"),
+    [
+        (PathKind.PCHIP, PchipInterpolator),
+        (PathKind.CUBIC, CubicSpline),
+        (PathKind.MAKIMA, lambda t, p: Akima1DInterpolator(t, p, method="makima")),
+    ],
+)
+def test_our_evaluator_is_scipys_to_a_billionth(kind: PathKind, oracle: Any) -> None:
+    close = [*ROUTE[:3], (ROUTE[2][0] + 0.07, ROUTE[2][1] - 0.07), *ROUTE[3:], ROUTE[3], ROUTE[0]]
+    knots = chords(close)
+    curve = oracle(knots, np.array(close))
+    path = build_path(close, kind)
+    for t in np.linspace(0.0, knots[-1], 700):
         point = path._point(float(t))
         assert (point.north_m, point.east_m) == pytest.approx(tuple(curve(t)), abs=1e-9)
+
+
+@pytest.mark.parametrize("kind", list(PathKind))
+def test_projection_is_the_nearest_point_of_a_thousand(kind: PathKind) -> None:
+    path = build_path(ROUTE, kind)
+    dense = np.linspace(0.0, path.length_m, 20_001)
+    points = np.array([path.position(float(s)) for s in dense])
+    for s in np.linspace(3.0, path.length_m - 3.0, 60):
+        p = path.at(float(s))
+        if kind is PathKind.LINEAR and min(abs(s - corner) for corner in path.waypoint_s_m) < 3.0:
+            continue  # abeam of a corner two legs are equally near
+        for aside in (-1.5, 0.4, 1.5):
+            n, e = p.north_m - aside * math.sin(p.course_rad), p.east_m + aside * math.cos(p.course_rad)
+            near = np.abs(dense - s) < 5.0
+            best = np.min(np.hypot(*(points[near] - (n, e)).T))
+            found = path.position(path.project(n, e, float(s) - 1.5, 6.0))
+            assert math.dist(found, (n, e)) <= best + 1e-5
+
+
+@pytest.mark.parametrize("kind", list(PathKind))
+def test_projection_goes_on_from_where_the_curve_stands_still(kind: PathKind) -> None:
+    """At the corners of a square PCHIP has no slope at all."""
+    path = build_path(SQUARE, kind)
+    for corner in path.waypoint_s_m[1:4]:
+        for ahead in (-2.0, -0.3, 0.3, 2.0):
+            point = path.position(corner + ahead)
+            assert math.dist(path.position(path.project(*point, corner, 6.0)), point) < 1e-4
+
+
+TRANSECTS = [(0.0, 0.0), (5.0, 10.0), (60.0, 10.0), (60.0, 20.0), (5.0, 20.0), (-5.0, 40.0), (20.0, 60.0)]
+SURVEY = [False, False, True, False, True, False, False]
+
+
+@pytest.mark.parametrize("kind", list(PathKind))
+def test_legs_asked_to_be_straight_are_straight_and_the_rest_is_smooth(kind: PathKind) -> None:
+    path = build_path(TRANSECTS, kind, SURVEY)
+    at = path.waypoint_s_m
+    for i in (2, 4):
+        assert at[i] - at[i - 1] == pytest.approx(55.0)
+        for s in np.linspace(at[i - 1] + 0.1, at[i] - 0.1, 20):
+            assert path.position(float(s))[1] == pytest.approx(TRANSECTS[i][1], abs=1e-9)
+    for station, point in zip(at, TRANSECTS, strict=True):
+        assert path.position(station) == pytest.approx(point, abs=1e-6)
+    if kind in (PathKind.MAKIMA, PathKind.CUBIC):
+        for i in (1, 2, 3, 4):
+            turn = path.at(at[i] + 1e-4).course_rad - path.at(at[i] - 1e-4).course_rad
+            assert math.remainder(turn, 2.0 * math.pi) == pytest.approx(0.0, abs=1e-2)
+
+
+def test_without_the_wish_a_survey_leg_would_be_bent() -> None:
+    path = build_path(TRANSECTS, PathKind.CUBIC)
+    at = path.waypoint_s_m
+    assert max(abs(path.position(float(s))[1] - 10.0) for s in np.linspace(at[1], at[2], 20)) > 0.5
+
+
+@pytest.mark.parametrize("kind", list(PathKind))
+def test_a_section_with_its_neighbours_is_the_part_of_the_whole(kind: PathKind) -> None:
+    points = [(30.0 * k + 7.0 * math.sin(3.0 * k), 20.0 * math.sin(k)) for k in range(80)]
+    whole = build_path(points, kind)
+    section = build_path(points[40 - CONTEXT : 50 + CONTEXT], kind)
+    for x in np.linspace(0.0, 1.0, 101):
+        s = whole.waypoint_s_m[40] + x * (whole.waypoint_s_m[49] - whole.waypoint_s_m[40])
+        t = s - whole.waypoint_s_m[40] + section.waypoint_s_m[CONTEXT]
+        assert section.position(float(t)) == pytest.approx(whole.position(float(s)), abs=1e-6)
 
 
 def test_pchip_stays_between_its_waypoints_and_the_spline_does_not() -> None:

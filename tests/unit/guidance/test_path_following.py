@@ -7,7 +7,7 @@ import math
 
 import pytest
 
-from companion.core.types import NavState, SetpointKind
+from companion.core.types import NavState, Setpoint, SetpointKind
 from companion.guidance.path_following import PathFollower, PathProgress, Waypoint
 from companion.params import Parameters
 from tests.unit.control.simple_boat import nav_state
@@ -91,20 +91,25 @@ def test_a_current_is_crabbed_against_until_no_error_is_left() -> None:
         assert math.degrees(last.yaw_rad or 0.0) < -10.0
 
 
-def test_a_known_current_is_crabbed_against_at_once() -> None:
+def settled(guide: PathFollower, nav: NavState, seconds: float = 10.0) -> Setpoint:
+    """What is asked of a boat that stays where it is, once the heading asked for has turned."""
+    for _ in range(round(seconds / DT_S)):
+        setpoint = guide.update(nav, 0.6, DT_S).setpoint
+    return setpoint
+
+
+def test_a_known_current_is_crabbed_against_without_an_error_first() -> None:
     guide = follower()
     nav = nav_state(surge_mps=0.6, current=(0.0, 0.3))
     guide.start(points((50, 0)), nav)
-    setpoint = guide.update(nav, 0.6, DT_S).setpoint
+    setpoint = settled(guide, nav)
     assert setpoint.yaw_rad == pytest.approx(-math.asin(0.3 / math.hypot(0.6, 0.3)), abs=0.03)
 
 
 def test_the_line_of_sight_steers_back_to_the_path() -> None:
-    guide = follower()
+    guide = follower(PATH_INTEGRAL=0.0)
     guide.start(points((50, 0)), nav_state())
-    for _ in range(30):
-        guide.update(nav_state(0.0, 0.0, surge_mps=0.0), 0.6, DT_S)
-    setpoint = guide.update(nav_state(5.0, 3.0), 0.6, DT_S).setpoint
+    setpoint = settled(guide, nav_state(5.0, 3.0))
     assert setpoint.cross_track_error_m == pytest.approx(3.0)
     assert setpoint.yaw_rad == pytest.approx(-math.pi / 4.0, abs=0.02), "three metres off at three metres of look-ahead"
     assert setpoint.course_rad == pytest.approx(0.0, abs=1e-9)
@@ -207,3 +212,79 @@ def test_misuse_is_refused() -> None:
         follower().start(points((math.nan, 0.0)), nav_state())
     with pytest.raises(RuntimeError, match="start"):
         follower().update(nav_state(), 0.6, DT_S)
+
+
+def jumps(progress: list[PathProgress]) -> tuple[float, float, float]:
+    """Largest steps of the desired position, heading and surge from one tick to the next."""
+    pairs = list(itertools.pairwise(p.setpoint for p in progress))
+    return (
+        max(math.hypot((b.north_m or 0.0) - (a.north_m or 0.0), (b.east_m or 0.0) - (a.east_m or 0.0)) for a, b in pairs),
+        max(abs(math.remainder((b.yaw_rad or 0.0) - (a.yaw_rad or 0.0), 2.0 * math.pi)) for a, b in pairs),
+        max(abs(b.surge_mps - a.surge_mps) for a, b in pairs),
+    )
+
+
+SMOOTH = (0.15, math.radians(1.3), 0.04)
+
+
+@pytest.mark.parametrize("route", [((40, 10),), ((20, 30), (0, 30)), ((-20, 0),), ((20.5, 0.2), (40, 0)), ((0, -20), (0, -40))])
+def test_replaced_under_way_nothing_that_is_asked_for_jumps(route: tuple[tuple[float, float], ...]) -> None:
+    boat = Puppet(follower(), current=(0.0, 0.1))
+    boat.follower.start(points((50, 0)), boat.nav())
+    progress = boat.sail(40.0)
+    boat.follower.replace(points(*route), boat.nav())
+    progress += boat.sail(250.0)
+    assert progress[-1].finished and progress[-1].passed == len(route)
+    assert all(step <= most for step, most in zip(jumps(progress), SMOOTH, strict=True)), jumps(progress)
+
+
+def test_replaced_every_second_it_still_gets_there() -> None:
+    boat = Puppet(follower())
+    boat.follower.start(points((50, 0)), boat.nav())
+    progress = boat.sail(20.0)
+    for k in range(40):
+        boat.follower.replace(points((40, 20 + 0.1 * k)), boat.nav())
+        progress += boat.sail(1.0)
+    progress += boat.sail(100.0)
+    assert progress[-1].finished
+    assert math.hypot(boat.north_m - 40.0, boat.east_m - 23.9) < 0.5
+    assert all(step <= most for step, most in zip(jumps(progress), SMOOTH, strict=True)), jumps(progress)
+
+
+@pytest.mark.parametrize("kind", [0, 1, 2, 3])
+def test_section_by_section_is_the_same_as_the_whole(kind: int) -> None:
+    route = [(15.0 * k, 8.0 * math.sin(1.3 * k)) for k in range(1, 9)]
+    whole = Puppet(follower(PATH_KIND=kind))
+    whole.follower.start(points(*route), whole.nav())
+    at_once = whole.sail(400.0)
+    parts = Puppet(follower(PATH_KIND=kind))
+    parts.follower.start(points(*route[:4]), parts.nav(), stop_at_end=False, beyond=points(*route[4:]))
+    by_parts = parts.sail(400.0)
+    assert by_parts[-1].finished and by_parts[-1].passed == 4
+    parts.follower.go_on(points(*route[4:]), parts.nav())
+    by_parts = [*by_parts[:-1], *parts.sail(400.0)]
+    assert by_parts[-1].finished and by_parts[-1].passed == 4
+    assert len(by_parts) == pytest.approx(len(at_once), abs=2)
+    for a, b in zip(at_once, by_parts, strict=False):
+        assert (b.setpoint.north_m, b.setpoint.east_m, b.setpoint.yaw_rad) == pytest.approx(
+            (a.setpoint.north_m, a.setpoint.east_m, a.setpoint.yaw_rad), abs=0.02
+        )
+
+
+def test_a_turn_straight_back_is_slowed_down_for_and_nothing_jumps() -> None:
+    boat = Puppet(follower())
+    boat.follower.start(points((30, 0), (0, 0)), boat.nav())
+    progress = boat.sail(300.0)
+    assert progress[-1].finished
+    assert all(step <= most for step, most in zip(jumps(progress), SMOOTH, strict=True)), jumps(progress)
+    tip = max(range(len(progress)), key=lambda i: progress[i].setpoint.north_m or 0.0)
+    assert progress[tip].setpoint.surge_mps < 0.3
+    assert max(p.setpoint.north_m or 0.0 for p in progress) > 29.0
+
+
+def test_way_grows_as_the_boat_sails_and_not_while_it_is_set_back() -> None:
+    guide = follower()
+    guide.start(points((50, 0)), nav_state())
+    ways = [guide.update(nav_state(n, 0.0), 0.6, DT_S).way_m for n in (0.0, 1.0, 2.0, 1.5, 0.5, -5.0)]
+    assert ways == pytest.approx([0.0, 1.0, 2.0, 1.5, 0.5, -5.0], abs=0.01)
+    assert guide.update(nav_state(2.0, 3.0), 0.6, DT_S).way_m == pytest.approx(-1.0, abs=0.01)

@@ -50,3 +50,18 @@ def test_a_copy_looks_ahead_alone() -> None:
     ahead.advance()
     assert (ahead.seq, ahead.speed_mps, ahead.jumps) == (3, 3.0, {1: 1})
     assert (cursor.seq, cursor.speed_mps, cursor.jumps) == (0, None, {})
+
+
+def test_between_camera_commands_it_is_surveying() -> None:
+    """As QGroundControl writes a survey: trigger distance at the begin of a transect, 0 at its end."""
+    items = _plan(_item(16), _item(16), _item(206, 5.0), _item(16), _item(206, 0.0), _item(16), _item(2000), _item(16), _item(2001), _item(16))
+    cursor = Cursor(items)
+    surveying = []
+    while cursor.item is not None:
+        surveying.append(cursor.surveying)
+        cursor.advance()
+    assert surveying == [False, False, True, False, True, False]
+    cursor.stand_at(3)
+    assert cursor.surveying and cursor.copy().surveying, "also when it was set to there"
+    cursor.stand_at(5)
+    assert not cursor.surveying

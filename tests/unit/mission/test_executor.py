@@ -577,3 +577,15 @@ class TestSnapshot:
         executor, plans = _executor(WAYPOINT)
         assert executor.restore({}) is not None
         assert executor.restore({"plan_id": plans.plan_id(PlanKind.MISSION)}) is not None
+
+
+def test_a_long_route_knows_what_comes_beyond_it() -> None:
+    executor, _ = _executor(*(_item(16, north=10 * n) for n in range(LONGEST_ROUTE + 30)))
+    assert executor.begin() is None
+    first = executor.task
+    assert isinstance(first, Sail) and not first.stop
+    executor.complete(first.route[-1].seq)
+    second = executor.task
+    assert isinstance(second, Sail) and second.stop
+    assert first.beyond == second.route[: len(first.beyond)] and len(first.beyond) == 16
+    assert second.beyond == ()

@@ -57,6 +57,7 @@ class Boat:
         self.station = True
         self.battery: float | None = None
         self.wet = False
+        self.pinned = False  # whatever is asked of it, it stays where it is
         self.silent: set[str] = set()
         self.said: list[tuple[str, str]] = []
         self.severities: dict[str, Severity] = {}
@@ -102,6 +103,9 @@ class Boat:
 
     def _follow(self, s: Setpoint) -> None:
         nav = self.nav
+        if self.pinned:
+            self.nav = replace(nav, surge_mps=0.0, sway_mps=0.0, north_mps=0.0, east_mps=0.0)
+            return
         north, east, yaw, surge, sway = nav.north_m, nav.east_m, nav.yaw_rad, 0.0, 0.0
         if s.kind is SetpointKind.POSE:
             assert s.north_m is not None and s.east_m is not None and s.yaw_rad is not None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from typing import Any
 
@@ -164,3 +165,33 @@ def test_turn_plan(start_deg: float, yaw_deg: float, relative: bool, direction: 
         yaw += step
         turned += step
     assert math.degrees(turned) == pytest.approx(expected_deg, abs=1e-6)
+
+
+def test_survey_transects_are_sailed_straight(boat: Any) -> None:
+    boat.parameters.set("PATH_KIND", 3)
+    boat.upload((10.0, 10.0), (10.0, 60.0), (20.0, 60.0), (20.0, 10.0), commands={1: item(206, 5.0), 3: item(206, 0.0), 5: item(206, 5.0)})
+    start(boat)
+    waypoints = boat.supervisor._mission._follower._waypoints
+    assert [w.straight for w in waypoints] == [False, True, False, True]
+    boat.until(lambda: boat.nav.east_m > 20.0)
+    off = []
+    boat.until(lambda: off.append(abs(boat.nav.north_m - 10.0)) or boat.nav.east_m > 55.0)
+    assert max(off) < 0.3
+
+
+def test_a_route_in_sections_goes_on_without_a_jump(boat: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("companion.mission.itinerary.LONGEST_ROUTE", 3)
+    boat.upload(*((12.0 * n, 6.0 * (n % 2)) for n in range(1, 8)))
+    start(boat)
+    yaws, places = [], []
+
+    def asked() -> bool:
+        if boat.setpoint.kind is SetpointKind.PATH:
+            yaws.append(boat.setpoint.yaw_rad)
+            places.append((boat.setpoint.north_m, boat.setpoint.east_m))
+        return boat.status.mission.state is MissionState.COMPLETE
+
+    boat.until(asked)
+    assert boat.status.mission.reached == 7
+    assert max(abs(math.remainder(b - a, 2.0 * math.pi)) for a, b in itertools.pairwise(yaws)) < math.radians(1.3)
+    assert max(math.dist(a, b) for a, b in itertools.pairwise(places)) < 0.15
