@@ -300,8 +300,18 @@ class Home:
 
 
 @dataclass(frozen=True, slots=True)
+class FenceState:
+    """How the boat stands to the fence in force. `breaches` counts since that fence came in force, `breach_s` is the begin of the last one."""
+
+    breached: bool
+    breaches: int
+    breach_s: float | None
+    slowed: bool  # the speed is limited so that the boat stops inside
+
+
+@dataclass(frozen=True, slots=True)
 class Status:
-    """What the vessel has decided to be. `arming_refusals` is empty when arming would be accepted."""
+    """What the vessel has decided to be. `arming_refusals` is empty when arming would be accepted; `fence` is None while none is in force."""
 
     t_s: float
     mode: ModeId
@@ -312,6 +322,7 @@ class Status:
     home: Home | None
     mission: MissionProgress
     speed_override_mps: float | None = None
+    fence: FenceState | None = None
 
 
 # --- guide ---------------------------------------------------------------------------------------------------------

@@ -71,16 +71,18 @@ class PathFollower:
         self._s = self._integral = self._speed = 0.0
         self._drift_north = self._drift_east = 0.0
 
-    def start(self, waypoints: Sequence[Waypoint], nav: NavState, stop_at_end: bool = True, from_here: bool = True) -> None:
+    def start(
+        self, waypoints: Sequence[Waypoint], nav: NavState, stop_at_end: bool = True, from_here: bool = True, kind: PathKind | None = None
+    ) -> None:
         """Lay the track. `from_here`: it begins at the boat and leads to the first waypoint; else it begins at the first waypoint, which
-        counts as passed. Raises ValueError for no waypoints or a non-finite one."""
+        counts as passed. `kind` None: as PATH_KIND says. Raises ValueError for no waypoints or a non-finite one."""
         if not waypoints:
             raise ValueError("a path needs waypoints")
         from_here = from_here or len(waypoints) == 1
         begin = (Waypoint(nav.north_m, nav.east_m),) if from_here else ()
         all_points = (*begin, *waypoints)
         points = [(w.north_m, w.east_m) for w in all_points]
-        path = build_path(points, PathKind(int(self._parameters["PATH_KIND"])))
+        path = build_path(points, PathKind(int(self._parameters["PATH_KIND"])) if kind is None else kind)
         self._waypoints = tuple(waypoints)
         self._track = Track(path, points, [self._radius(w) for w in all_points], self._widest_m())
         self._stations = self._track.waypoint_s_m[len(begin) :]
@@ -94,6 +96,15 @@ class PathFollower:
         self._s = 0.0 if from_here else min(first_leg, self._track.project(nav.north_m, nav.east_m, 0.0, first_leg))
         course = self._track.at(self._s).course_rad
         self._speed = max(0.0, nav.north_mps * math.cos(course) + nav.east_mps * math.sin(course))
+
+    @property
+    def legs(self) -> list[list[tuple[float, float]]]:
+        """The line laid, (north_m, east_m) closely spaced, a part for each waypoint it leads to. Raises RuntimeError before `start`."""
+        if self._track is None:
+            raise RuntimeError("PathFollower.legs before start")
+        ends = [*self._stations[:-1], self._track.length_m]
+        begins = [0.0, *ends[:-1]]
+        return [self._track.part(a, max(a, b)) for a, b in zip(begins, ends, strict=True)]
 
     def update(self, nav: NavState, speed_mps: float, dt_s: float) -> PathProgress:
         """One step: where on the track, which waypoints passed, which heading and speed. Raises RuntimeError before `start`."""

@@ -10,6 +10,7 @@ from companion.core.angles import wrap_pi
 from companion.core.types import Setpoint, SetpointKind, Severity
 from companion.modes.berth import Berth
 from companion.modes.events import EventLog
+from companion.modes.fence_guard import FenceGuard
 from companion.modes.mode import ModeInputs
 from companion.modes.station import Station
 from companion.params import Parameters
@@ -47,11 +48,12 @@ class Docking:
     was made and how deep the reference presses. Needs the achieved wrench and the failed thrusters in `inputs`.
     """
 
-    def __init__(self, config: VesselConfig, parameters: Parameters, events: EventLog) -> None:
+    def __init__(self, config: VesselConfig, parameters: Parameters, events: EventLog, fence: FenceGuard | None = None) -> None:
+        self._fence = fence
         self._config = config
         self._parameters = parameters
         self._events = events
-        self._station = Station(config, parameters)
+        self._station = Station(config, parameters, fence)
         self._berth = Berth(0.0, 0.0, 0.0, (0.0, -1.0), 0.0, 0.0)
         self._way: list[tuple[float, float, float]] = []
         self._clearing = False
@@ -79,6 +81,9 @@ class Docking:
         off_m, _ = berth.place(inputs.nav.north_m, inputs.nav.east_m)
         if inputs.nav.position_valid and off_m + berth.reach_m < 0.0:
             return "the boat is behind the berth: bring it to the side on which it is to lie"
+        line = [(inputs.nav.north_m, inputs.nav.east_m), *(berth.pose(off)[:2] for off in (berth.standoff_m, 0.0))]
+        if self._fence is not None and not self._fence.allows_berth(line if inputs.nav.position_valid else line[1:]):
+            return "the way to the berth crosses the fence"
         return None
 
     def start(self, berth: Berth, inputs: ModeInputs) -> str | None:

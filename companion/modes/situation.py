@@ -65,6 +65,7 @@ class Situation:
     station_age_s: float | None
     safe_switch: bool
     lost_motions: tuple[str, ...] = ()  # what thrusters that have failed leave the boat unable to do
+    fence: str | None = None  # what is wrong with the boat's place, or soon will be
 
 
 def usable(nav: NavState) -> NavState:

@@ -2,7 +2,18 @@
 
 from __future__ import annotations
 
-from sitl.scenarios import docking, four_corner, gnss_dropout, hold, identify, lever_arm, mission_square, station_keeping, wild_points
+from sitl.scenarios import (
+    docking,
+    fence_stop,
+    four_corner,
+    gnss_dropout,
+    hold,
+    identify,
+    lever_arm,
+    mission_square,
+    station_keeping,
+    wild_points,
+)
 from sitl.scenarios.scenario import Scenario
 
 _ALL = (
@@ -12,6 +23,7 @@ _ALL = (
     station_keeping.SCENARIO,
     station_keeping.THRUSTER_FAILURE,
     docking.SCENARIO,
+    fence_stop.SCENARIO,
     gnss_dropout.SCENARIO,
     wild_points.SCENARIO,
     lever_arm.SCENARIO,
