@@ -242,11 +242,11 @@ class FenceGuard:
         if not mode.by_stick and self.cause is None:
             return None
         speed = math.hypot(nav.north_mps, nav.east_mps)
-        edge = areas.stopping.margin(nav.north_m, nav.east_m)
+        edge = areas.keeping.margin(nav.north_m, nav.east_m)
         lasting = self.cause is not None
         way_m = math.inf
         if speed > _DRIFT_MPS:
-            way_m = areas.stopping.way_to_line_m(nav.north_m, nav.east_m, nav.north_mps / speed, nav.east_mps / speed)
+            way_m = areas.keeping.way_to_line_m(nav.north_m, nav.east_m, nav.north_mps / speed, nav.east_mps / speed)
         need_m = 0.0
         if mode.id is not ModeId.HEADING and edge.distance_m > 0.0:
             stop = stopping_point(nav, self._parameters)
@@ -284,6 +284,8 @@ class FenceGuard:
         from companion.guidance.fence_limit import SpeedLimit, speed_limit
 
         demand = _demand(setpoint, nav)
+        if setpoint.kind is SetpointKind.HEADING:  # whoever takes over at the line finds room
+            areas = replace(areas, stopping=areas.keeping)
         limit = speed_limit(areas, nav, demand, self._parameters)
         if self._config.limits.sway_n <= 0.0 and setpoint.kind is SetpointKind.PATH:
             limit = SpeedLimit(max(limit.speed_mps, _STEERAGE_SHARE * cruise_mps), limit.braking_mps2)

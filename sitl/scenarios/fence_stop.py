@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from pymavlink.dialects.v20 import common as mavlink
 
+from companion.core.angles import wrap_pi
 from companion.core.geodesy import LocalFrame
 from sitl.scenarios.measure import Check, Track, between, read_truth
 from sitl.scenarios.scenario import Scenario, ScenarioError, Settings
@@ -23,6 +24,7 @@ _BEHIND_M, _BESIDE_M = 40.0, 100.0
 _TIMEOUT_S = 400.0
 _REST_MPS = 0.1
 _STAY_S = 60.0
+_HELM, _HELM_RATE_S = 1.0, 3.0  # share of the yaw stick for each rad and rad/s
 
 
 def sail(station: Station, settings: Settings) -> dict[str, Any]:
@@ -35,7 +37,7 @@ def sail(station: Station, settings: Settings) -> dict[str, Any]:
     if by != "late":
         station.upload(_fence(station, line_m), mavlink.MAV_MISSION_TYPE_FENCE)
     if by in _BY_STICK:
-        push: Callable[[], None] = lambda: station.send(mavlink.MAVLink_manual_control_message(1, 1000, 0, 0, 0, 0))  # noqa: E731
+        push: Callable[[], None] = lambda: _full_ahead(station, steered=by != "heading")  # noqa: E731
         push()
         station.set_mode(_BY_STICK[by])
     else:
@@ -58,6 +60,13 @@ def sail(station: Station, settings: Settings) -> dict[str, Any]:
     _until(station, "a while more", lambda: station.rig.now_s >= end_s, push)
     last = station.last["FENCE_STATUS"]
     return {"from_s": from_s, "line_m": line_m, "length_m": station.rig.config.length_m, "breaches": last.breach_count + last.breach_status}
+
+
+def _full_ahead(station: Station, steered: bool) -> None:
+    """The stick full ahead; `steered`: by somebody who looks where the bow points."""
+    truth = station.rig.world.truth
+    helm = -_HELM * wrap_pi(truth.yaw_rad) - _HELM_RATE_S * truth.yaw_rate_radps if steered else 0.0
+    station.send(mavlink.MAVLink_manual_control_message(1, 1000, 0, 0, round(1000.0 * min(1.0, max(-1.0, helm))), 0))
 
 
 def _until(station: Station, what: str, condition: Callable[[], bool], push: Callable[[], None]) -> None:
