@@ -10,6 +10,7 @@ from companion.guidance.fence_area import FenceArea
 from companion.params import Parameters
 
 _CREEP_MPS = 0.05  # at which the boat may still near the line from where it should stand
+_CREEP_SHARE = 0.5  # of the way from there to the fence
 _SLOW_MPS = 0.1  # below it the course over ground says little, and the demand says where the boat will go
 _LAG = 1.5  # times 1/PATH_BW_SURGE: from the demand for less speed to the boat's obeying
 _SIGMAS = 2.0
@@ -79,7 +80,9 @@ def speed_limit(areas: FenceAreas, nav: NavState, demand: tuple[float, float], p
     closing = north * near.north + east * near.east
     if closing <= 0.0:
         return NO_LIMIT
-    return SpeedLimit(_CREEP_MPS * min(1.0, near.distance_m / (near.distance_m - edge.distance_m + reserve_m)) / closing)
+    room_m = near.distance_m - edge.distance_m  # all of it belongs to the hull; half of it is left to creep in
+    share = 1.0 - (reserve_m - edge.distance_m) / max(1.0e-6, _CREEP_SHARE * room_m)
+    return SpeedLimit(_CREEP_MPS * max(0.0, share) / closing)
 
 
 def fitted_speed_mps(areas: FenceAreas, nav: NavState, stopping_way_m: float, lag_s: float) -> float:
