@@ -131,6 +131,8 @@ class FenceArea:
 
     def first_exit(self, line: Sequence[Place] | Floats, forgive_start: bool = False) -> Place | None:
         """Where the line first leaves the area, or None. `forgive_start`: the part from a begin outside to where it first comes in is no fault."""
+        if self.covers(line):
+            return None
         outside = shapely.difference(_line(line), self._touching)
         parts = [part for part in shapely.get_parts(outside).tolist() if part.length > 10.0 * _TOUCH_M]
         if not parts:

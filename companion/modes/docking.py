@@ -83,7 +83,7 @@ class Docking:
             return "the boat is behind the berth: bring it to the side on which it is to lie"
         line = [(inputs.nav.north_m, inputs.nav.east_m), *(berth.pose(off)[:2] for off in (berth.standoff_m, 0.0))]
         if self._fence is not None and not self._fence.allows_berth(line if inputs.nav.position_valid else line[1:]):
-            return "the way to the berth crosses the fence"
+            return "way to the berth crosses the fence"
         return None
 
     def start(self, berth: Berth, inputs: ModeInputs) -> str | None:

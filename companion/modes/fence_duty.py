@@ -36,14 +36,14 @@ class FenceDuty:
             if key and self._helm.armed:
                 self._mind_new_fence(inputs)
         if self._helm.armed and self._helm.mode is self._mission and self._mission.blocked is not None:
-            self._interrupt(f"Mission stopped, {self._mission.blocked}", inputs)
+            self._interrupt(f"Mission stopped: {self._mission.blocked}", inputs)
         self._warn_of_plan(inputs)
 
     def _mind_new_fence(self, inputs: ModeInputs) -> None:
         """A fence that comes in force under way is obeyed at once: refused, it could not keep the boat off what it was drawn for."""
         helm, nav = self._helm, inputs.nav
         if helm.mode is self._mission and (reason := self._mission.fence_refusal(inputs)) is not None:
-            self._interrupt(f"Mission stopped by the new fence, {reason}", inputs)
+            self._interrupt(f"Stopped by the new fence: {reason}", inputs)
         elif helm.mode is self._hold and self._hold.going and (reason := self._fence.go_refusal(nav, *self._hold.target)) is not None:
             self._hold.hold_here(nav)
             self._events.say(inputs.now_s, Severity.WARNING, "fence_stops", f"Go-to stopped by the new fence: {reason}")
@@ -68,4 +68,4 @@ class FenceDuty:
         self._changed_s = None
         under_way = self._helm.armed and self._helm.mode is self._mission
         if plans[0] and plans[1] and not under_way and (reason := self._mission.fence_refusal(inputs)) is not None:
-            self._events.say(inputs.now_s, Severity.WARNING, "mission_crosses_fence", f"Mission would be refused, {reason}")
+            self._events.say(inputs.now_s, Severity.WARNING, "mission_crosses_fence", f"Check the mission: {reason}")

@@ -151,9 +151,9 @@ class FenceGuard:
         if areas is None:
             return None
         if areas.fence.first_exit(line, forgive_start=not areas.fence.contains(*line[0])) is not None:
-            return "the way there crosses the fence"
+            return "way crosses the fence"
         if areas.keeping.first_exit(line, forgive_start=True) is not None:
-            return f"the way there comes nearer than {self.kept_m:.1f} m to the fence"
+            return f"way nearer than {self.kept_m:.1f} m to the fence"
         return None
 
     def go_refusal(self, nav: NavState, north_m: float, east_m: float) -> str | None:

@@ -19,7 +19,8 @@ from companion.modes.mode import ModeInputs
 from companion.modes.rtl import ReturnPoint
 from companion.params import Parameters
 
-_MOST_POINTS = 600  # looked at before the start; each further path is looked at when it is laid
+_SMOOTH_POINTS = 200  # of which the smooth path is looked at before the start, then straight legs: each path is looked at when it is laid
+_MOST_POINTS = 2_000
 _SAME_PLACE_M = 1.0
 _SHAPE = ("PATH_KIND", "NAV_ACC_RAD", "WP_YAW_MODE", "MPC_XY_VEL_MAX", "PATH_YAW_RATE", "PATH_ACC_LAT", "RTL_USE_RALLY")
 
@@ -68,14 +69,8 @@ class MissionFence:
 
     def track_refusal(self, legs: Sequence[Sequence[Place]], seqs: Iterable[int]) -> str | None:
         """`legs`: the lines to the points of a route, `seqs`: their items."""
-        whole = [place for leg in legs for place in leg]
-        if self._fence.line_refusal(whole) is None:
-            return None
-        begin = 0
-        for seq, leg in zip(seqs, legs, strict=False):
-            begin += len(leg)
-            found = self._fence.line_refusal(whole[:begin])
-            if found is not None:
+        for seq, leg in zip(seqs, legs, strict=False):  # a route of laps as one line would take shapely minutes
+            if (found := self._fence.line_refusal(leg)) is not None:
                 return f"item {seq}: {found}"
         return None
 
@@ -84,8 +79,9 @@ class MissionFence:
         for task in self._executor.ahead():
             match task:
                 case Sail():
-                    refusal, place = self._sail(task.route, task.stop, place, inputs)
                     points += len(task.route)
+                    smooth = points <= _SMOOTH_POINTS or points == len(task.route)
+                    refusal, place = self._sail(task.route, task.stop, place, inputs, smooth)
                 case ReturnHome():
                     found = self._point.way(place, inputs.home)
                     refusal = f"item {task.seq}: {found}" if isinstance(found, str) else None
@@ -93,7 +89,7 @@ class MissionFence:
                 case Dock():
                     berth = self._berths.at(task.lat_deg, task.lon_deg, task.yaw_rad)
                     line = (place, berth.pose(berth.standoff_m)[:2], berth.pose(0.0)[:2])
-                    refusal = None if self._fence.allows_berth(line) else f"item {task.seq}: the way to the berth crosses the fence"
+                    refusal = None if self._fence.allows_berth(line) else f"item {task.seq}: way to the berth crosses the fence"
                     place = line[-1]
                 case _:
                     refusal = None
@@ -102,14 +98,16 @@ class MissionFence:
                 return refusal
         return None
 
-    def _sail(self, route: Sequence[RoutePoint], stop: bool, place: Place, inputs: ModeInputs) -> tuple[str | None, Place]:
+    def _sail(
+        self, route: Sequence[RoutePoint], stop: bool, place: Place, inputs: ModeInputs, smooth: bool
+    ) -> tuple[str | None, Place]:
         frame = self._frame()
         waypoints = [Waypoint(*frame.to_ned(p.lat_deg, p.lon_deg), p.radius_m) for p in route]
         ends = [(w.north_m, w.east_m) for w in waypoints]
         for point, end in zip(route, ends, strict=True):
             if (refusal := self._fence.point_refusal(*end)) is not None:
                 return f"item {point.seq}: {refusal}", place
-        if self._sideways(route):
+        if self._sideways(route) or not smooth:
             legs = [list(leg) for leg in pairwise((place, *ends))]
         else:
             at_rest = replace(inputs.nav, north_m=place[0], east_m=place[1], north_mps=0.0, east_mps=0.0)

@@ -69,7 +69,7 @@ def test_go_to_points(boat: Any) -> None:
         (20.0, 0.0, "outside the fence"),
         (49.0, 0.0, "nearer than 2.0 m to the fence"),
         (40.0, 0.0, "crosses the fence"),
-        (40.0, 47.0, "comes nearer than 2.0 m to the fence"),
+        (40.0, 47.0, "way nearer than 2.0 m to the fence"),
     ):
         outcome = go(boat, north_m, east_m)
         assert outcome.result is Result.DENIED and reason in outcome.reason, (north_m, east_m)
@@ -93,9 +93,9 @@ def test_a_mission_that_crosses_is_taken_and_not_started(boat: Any) -> None:
     fence(boat, outside=[WALL])
     boat.upload((10.0, 0.0), (10.0, 30.0), (40.0, 30.0), (40.0, -30.0), (10.0, -10.0))
     boat.step(4.0)
-    assert any(text.startswith("Mission would be refused, item 4: the way there crosses the fence") for text in boat.texts())
+    assert any(text.startswith("Check the mission: item 4: way crosses the fence") for text in boat.texts())
     outcome = boat.supervisor.request_mode(ModeId.MISSION, boat.now_s)
-    assert not outcome.accepted and "item 4: the way there crosses the fence" in outcome.reason
+    assert not outcome.accepted and "item 4: way crosses the fence" in outcome.reason
     boat.upload((10.0, 0.0), (10.0, 30.0), (40.0, 30.0), (60.0, 30.0))
     assert "item 3: outside the fence" in boat.supervisor.request_mode(ModeId.MISSION, boat.now_s).reason
     boat.upload((10.0, 0.0), (10.0, 30.0), (40.0, 30.0))
@@ -107,7 +107,7 @@ def test_chosen_while_disarmed_a_crossing_mission_is_not_armed(boat: Any) -> Non
     assert boat.supervisor.request_mode(ModeId.MISSION, boat.now_s).accepted
     fence(boat, outside=[WALL])
     boat.step()
-    assert any("item 1: the way there crosses the fence" in reason for reason in boat.status.arming_refusals)
+    assert any("item 1: way crosses the fence" in reason for reason in boat.status.arming_refusals)
     assert not boat.supervisor.arm(boat.now_s, force=True).accepted
 
 
@@ -134,7 +134,7 @@ def test_return_items_and_rounds_are_looked_at(boat: Any) -> None:
     boat.upload((10.0, 0.0), (10.0, 30.0), (40.0, 30.0), commands={3: PlanItem(3, 20, 2, 0.0, 0.0, 0.0, 0.0, 0, 0, 0.0)})
     assert boat.supervisor.request_mode(ModeId.MISSION, boat.now_s).accepted, "the way home goes round the wall"
     boat.upload((10.0, 0.0), (10.0, 30.0), (40.0, 30.0), commands={3: PlanItem(3, 177, 2, 0.0, -1.0, 0.0, 0.0, 0, 0, 0.0)})
-    assert "item 0: the way there crosses the fence" in boat.supervisor.request_mode(ModeId.MISSION, boat.now_s).reason, "the leg back to the first"
+    assert "item 0: way crosses the fence" in boat.supervisor.request_mode(ModeId.MISSION, boat.now_s).reason, "the leg back to the first"
 
 
 def test_dock_beyond_the_fence(boat: Any) -> None:
@@ -207,10 +207,10 @@ def test_turned_away_the_warning_ends(boat: Any) -> None:
     boat.parameters.set("GF_ACTION", 1)
     fence(boat)
     armed_in(boat, ModeId.MANUAL)
-    at(boat, 40.0, 0.0, north_mps=0.8)
+    at(boat, 44.0, 0.0, north_mps=0.8)
     boat.step()
     assert "fence" in boat.status.failsafes
-    at(boat, 40.0, 0.0, north_mps=-0.3, yaw_rad=math.pi)
+    at(boat, 44.0, 0.0, north_mps=-0.3, yaw_rad=math.pi)
     boat.step()
     assert "fence" not in boat.status.failsafes and "Inside the fence and clear of it" in boat.texts()
 
@@ -311,7 +311,7 @@ def test_a_mission_under_way_gives_way_to_a_new_fence(boat: Any) -> None:
     fence(boat, outside=[WALL])
     boat.step()
     assert boat.status.mode is ModeId.HOLD and boat.status.intended_mode is ModeId.MISSION
-    assert any(text.startswith("Mission stopped by the new fence, item 1: the way there crosses the fence") for text in boat.texts())
+    assert any(text.startswith("Stopped by the new fence: item 1: way crosses the fence") for text in boat.texts())
     assert boat.status.mission.state is MissionState.PAUSED
     boat.step(30.0)
     assert boat.nav.north_m < 16.0
