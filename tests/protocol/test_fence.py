@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -51,6 +52,7 @@ def test_refused_go_to_refused_mission_and_the_way_round(tmp_path: Path) -> None
     assert go_to(desk, 60.0, 0.0) == mavlink.MAV_RESULT_DENIED
     assert go_to(desk, 14.0, 0.0) == mavlink.MAV_RESULT_DENIED
     assert desk.result(192, -1.0, 1.0, 0.0, NAN, math.inf, 10.0, NAN) == mavlink.MAV_RESULT_DENIED
+    desk.tick()
     assert [text for text in desk.texts() if text.startswith("Go-to refused")] == [
         "Go-to refused: outside the fence",
         "Go-to refused: way crosses the fence",
@@ -78,24 +80,28 @@ def test_a_breach_is_told_and_acted_on(tmp_path: Path) -> None:
     desk.tick(20)
     assert desk.latest("FENCE_STATUS") is None and not desk.latest("SYS_STATUS").onboard_control_sensors_present & GEOFENCE
     assert desk.latest("SYS_STATUS").onboard_control_sensors_health & GEOFENCE
-    assert desk.upload(fence_items([BOX]), 1) == mavlink.MAV_MISSION_ACCEPTED
+    assert desk.upload(fence_items([[(n / 5.0, e / 5.0) for n, e in BOX]]), 1) == mavlink.MAV_MISSION_ACCEPTED
     desk.tick(20)
     status = desk.latest("SYS_STATUS")
     assert status.onboard_control_sensors_present & status.onboard_control_sensors_enabled & status.onboard_control_sensors_health & GEOFENCE
     assert (desk.latest("FENCE_STATUS").breach_status, desk.latest("FENCE_STATUS").breach_mitigation) == (0, mavlink.FENCE_MITIGATE_NONE)
+
+    assert desk.vessel.parameters.set("GF_ACTION", 1) is None
     desk.tell(mavlink.MAVLink_manual_control_message(1, 0, 0, 0, 0, 0), mavlink.MAVLink_set_mode_message(1, 1, MANUAL))
     assert desk.result(ARM, 1.0) == mavlink.MAV_RESULT_ACCEPTED
-    desk.rig.world.truth.north_m = 31.0  # carried there, if by nobody
-    for _ in range(150):
-        desk.tell(mavlink.MAVLink_manual_control_message(1, 0, 0, 0, 0, 0))
+    for _ in range(300):
+        desk.tell(mavlink.MAVLink_manual_control_message(1, 1000, 0, 0, 0, 0))
         sail(desk, 0.1)
         if desk.latest("FENCE_STATUS").breach_status:
             break
     told = desk.latest("FENCE_STATUS")
     assert (told.breach_status, told.breach_count, told.breach_type) == (1, 1, mavlink.FENCE_BREACH_BOUNDARY)
-    assert desk.latest("HEARTBEAT").custom_mode == HOLD and any(text.startswith("Outside the fence: Hold") for text in desk.texts())
+    assert desk.latest("HEARTBEAT").custom_mode == MANUAL, "a warning is no action"
+    assert any(re.fullmatch(r"Fence [0-9]+ m ahead", text) for text in desk.texts()) and "Outside the fence" in desk.texts()
     sail(desk, 1.5)
     assert not desk.latest("SYS_STATUS").onboard_control_sensors_health & GEOFENCE
-    assert go_to(desk, 20.0, 0.0) == mavlink.MAV_RESULT_ACCEPTED
-    desk.until("back inside", lambda: not desk.latest("FENCE_STATUS").breach_status, 90.0)
+
+    assert desk.vessel.parameters.set("GF_ACTION", 2) is None
+    assert go_to(desk, 0.0, 0.0) == mavlink.MAV_RESULT_ACCEPTED, "back in is free"
+    desk.until("back inside", lambda: not desk.latest("FENCE_STATUS").breach_status, 120.0)
     desk.close()
