@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -36,6 +36,18 @@ def go_to(desk: Desk, north_m: float, east_m: float) -> int:
     return int(of(answers, "COMMAND_ACK")[0].result)
 
 
+def away_m(desk: Desk, north_m: float, east_m: float) -> float:
+    return math.hypot(desk.rig.world.truth.north_m - north_m, desk.rig.world.truth.east_m - east_m)
+
+
+def sail_until(desk: Desk, condition: Callable[[], bool], timeout_s: float = 150.0) -> None:
+    """With the station's heartbeats."""
+    end_s = desk.rig.now_s + timeout_s
+    while not condition():
+        assert desk.rig.now_s < end_s, desk.texts()[-5:]
+        sail(desk, 1.0)
+
+
 def test_refused_go_to_refused_mission_and_the_way_round(tmp_path: Path) -> None:
     desk = desk_in(tmp_path)
     assert desk.upload([item(0, 16, 5.0, 0.0), item(1, 16, 14.0, 0.0)]) == mavlink.MAV_MISSION_ACCEPTED
@@ -58,18 +70,20 @@ def test_refused_go_to_refused_mission_and_the_way_round(tmp_path: Path) -> None
         "Go-to refused: way crosses the fence",
     ]
     assert go_to(desk, 9.0, 14.0) == mavlink.MAV_RESULT_ACCEPTED
-    truth = desk.rig.world.truth
-    desk.until("beside the wall", lambda: math.hypot(truth.north_m - 9.0, truth.east_m - 14.0) < 1.0, 120.0)
+    sail_until(desk, lambda: away_m(desk, 9.0, 14.0) < 1.0)
     assert go_to(desk, 15.0, 3.0) == mavlink.MAV_RESULT_ACCEPTED
-    desk.until("behind the wall", lambda: math.hypot(truth.north_m - 15.0, truth.east_m - 3.0) < 1.0, 120.0)
+    sail_until(desk, lambda: away_m(desk, 15.0, 3.0) < 1.0)
 
     desk.tell(mavlink.MAVLink_set_mode_message(1, 1, RTL))
     wall, nearest_m = Polygon(WALL), math.inf
-    end_s = desk.rig.now_s + 200.0
-    while not any("RTL: at home" in text for text in desk.texts()):
-        assert desk.rig.now_s < end_s
-        sail(desk, 1.0)
+
+    def at_home() -> bool:
+        nonlocal nearest_m
+        truth = desk.rig.world.truth
         nearest_m = min(nearest_m, wall.distance(Point(truth.north_m, truth.east_m)))
+        return any("RTL: at home" in text for text in desk.texts())
+
+    sail_until(desk, at_home, 250.0)
     assert nearest_m > 1.5, "the hull stays clear of the wall"
     assert desk.latest("FENCE_STATUS").breach_count == 0
     desk.close()
@@ -103,5 +117,5 @@ def test_a_breach_is_told_and_acted_on(tmp_path: Path) -> None:
 
     assert desk.vessel.parameters.set("GF_ACTION", 2) is None
     assert go_to(desk, 0.0, 0.0) == mavlink.MAV_RESULT_ACCEPTED, "back in is free"
-    desk.until("back inside", lambda: not desk.latest("FENCE_STATUS").breach_status, 120.0)
+    sail_until(desk, lambda: not desk.latest("FENCE_STATUS").breach_status)
     desk.close()
