@@ -9,6 +9,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import Enum, IntEnum
 
+from companion.core.fence_state import FenceState as FenceState
+
 
 class FixType(IntEnum):
     """Quality of a satellite fix; the numbers are those of MAVLink's GPS_FIX_TYPE."""
@@ -297,16 +299,6 @@ class Home:
     lon_deg: float
     altitude_m: float
     yaw_rad: float | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class FenceState:
-    """How the boat stands to the fence in force. `breaches` counts since that fence came in force, `breach_s` is the begin of the last one."""
-
-    breached: bool
-    breaches: int
-    breach_s: float | None
-    slowed: bool  # the speed is limited so that the boat stops inside
 
 
 @dataclass(frozen=True, slots=True)

@@ -46,7 +46,7 @@ def test_signed_distance_is_shapelys(place: tuple[float, float]) -> None:
 @given(places, st.floats(-math.pi, math.pi))
 @settings(max_examples=300, deadline=None)
 def test_way_to_the_line_is_shapelys(place: tuple[float, float], course: float) -> None:
-    assume(abs(math.sin(2.0 * course)) > 1e-6)  # along a side anything goes
+    assume(abs(math.sin(2.0 * course)) > 1e-6 and abs(PLAIN.margin(*place).distance_m) > 1e-6)  # along a side anything goes
     north, east = math.cos(course), math.sin(course)
     way = PLAIN.way_to_line_m(*place, north, east)
     ray = LineString([place, (place[0] + 1000.0 * north, place[1] + 1000.0 * east)])
@@ -107,11 +107,11 @@ def test_a_shrunk_area_keeps_its_distance() -> None:
 
 
 def test_corners_stick_into_the_area() -> None:
-    concave = FenceArea({0: [[(0.0, 0.0), (20.0, 0.0), (20.0, 20.0), (10.0, 5.0), (0.0, 20.0)]]}, [HOLE])
+    concave = FenceArea({0: [[(0.0, 0.0), (20.0, 0.0), (20.0, 20.0), (10.0, 5.0), (0.0, 20.0)]]}, [])
     found = {(round(n, 6), round(e, 6)) for n, e in concave.corners().tolist()}
     for north, east in found:
         ring = Point(north, east).buffer(0.1)
         assert shapely.intersection(ring, concave.geometry).area > 0.5 * ring.area
-    assert len(found) >= 3
+    assert found == {(10.0, 5.0)}
     assert FenceArea({0: [BOX]}, []).corners().shape == (0, 2)
     assert len(FenceArea({0: [BOX]}, [HOLE]).corners()) == 4
