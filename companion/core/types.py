@@ -9,7 +9,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import Enum, IntEnum
 
-from companion.core.fence_state import FenceState as FenceState
+from companion.core.status_parts import FenceState as FenceState
+from companion.core.status_parts import Home as Home
 
 
 class FixType(IntEnum):
@@ -291,14 +292,6 @@ class MissionProgress:
     count: int
     reached_seq: int | None = None
     reached: int = 0
-
-
-@dataclass(frozen=True, slots=True)
-class Home:
-    lat_deg: float
-    lon_deg: float
-    altitude_m: float
-    yaw_rad: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,8 +1,16 @@
-"""How the boat stands to its fence, as the status tells it."""
+"""Parts of the status: where home is, and how the boat stands to its fence. Others take them from `types`."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Home:
+    lat_deg: float
+    lon_deg: float
+    altitude_m: float
+    yaw_rad: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
