@@ -180,8 +180,9 @@ TABLE: tuple[ParamSpec, ...] = (
     _choice("MIS_ON_START", 0, {0: "Stay in Hold, disarmed", 1: "Resume"}, "Mission", "After a restart in mid-mission"),
     _choice("MIS_DONE_ACT", 1, {1: "Hold", 2: "RTL", 3: "Neutral"}, "Mission", "What to do after the last item"),
     _choice("RTL_USE_RALLY", 1, _YES_NO, "Mission", "RTL goes to the nearest of home and the rally points"),
-    _choice("FENCE_GROUP0", 0, {0: "Inside all", 1: "Inside any"}, "Fence", "Not in force yet (fences are kept, not enforced): how inclusion zones of group 0 count together"),
-    _choice("GF_ACTION", 1, {0: "None", 1: "Warn", 2: "Hold", 3: "RTL"}, "Fence", "Not in force yet (fences are kept, not enforced): what to do when the boat leaves the fence"),
+    _choice("GF_ACTION", 2, {0: "Fence off", 1: "Warn", 2: "Hold", 3: "RTL"}, "Fence", "What to do when the boat leaves the fence or, steered by stick, is about to; but for 0, modes that steer by themselves are kept inside"),
+    _choice("FENCE_GROUP0", 0, {0: "Inside all", 1: "Inside any"}, "Fence", "How inclusion zones of group 0 (all that QGroundControl draws) count together"),
+    _real("FENCE_MARGIN", 0.5, 0.0, 50.0, "m", "Fence", "What missions, go-to points and ways home keep between the hull (half its length around the middle) and the fence"),
     # allocation
     _choice("ALLOC_KIND", 0, {0: "Constrained", 1: "Pseudo-inverse"}, "Allocation", "Optimal within limits and rates, or the unconstrained solution cut to them"),
     _int("ALLOC_ITER", 3, 1, 6, "", "Allocation", "Re-linearisations of the thrust allocation in a cycle"),

@@ -18,6 +18,8 @@ from companion.core.actuation import Light as Light
 from companion.core.actuation import ThrusterCommand as ThrusterCommand
 from companion.core.actuation import ThrusterFeedback as ThrusterFeedback
 from companion.core.records import quick
+from companion.core.status_parts import FenceState as FenceState
+from companion.core.status_parts import Home as Home
 
 
 class FixType(IntEnum):
@@ -292,18 +294,10 @@ class MissionProgress:
     reached: int = 0
 
 
-@dataclass(frozen=True, slots=True)
-class Home:
-    lat_deg: float
-    lon_deg: float
-    altitude_m: float
-    yaw_rad: float | None = None
-
-
 @quick
 @dataclass(frozen=True, slots=True)
 class Status:
-    """What the vessel has decided to be. `arming_refusals` is empty when arming would be accepted."""
+    """What the vessel has decided to be. `arming_refusals` is empty when arming would be accepted; `fence` is None while none is in force."""
 
     t_s: float
     mode: ModeId
@@ -314,6 +308,7 @@ class Status:
     home: Home | None
     mission: MissionProgress
     speed_override_mps: float | None = None
+    fence: FenceState | None = None
 
 
 # --- guide ---------------------------------------------------------------------------------------------------------

@@ -54,6 +54,11 @@ class ChosenFollower:
         self._passed = self._before + progress.passed
         return replace(progress, passed=self._passed)
 
+    @property
+    def legs(self) -> list[list[tuple[float, float]]]:
+        """As `PathFollower.legs`."""
+        return self._active.legs
+
     def _remember(self, waypoints: Sequence[Waypoint], stop_at_end: bool) -> None:
         self._waypoints, self._stop_at_end = tuple(waypoints), stop_at_end
         self._before = self._passed = 0

@@ -150,6 +150,15 @@ class PathFollower:
         self._profile_key = ()
         self._tip_end = 0.0
 
+    @property
+    def legs(self) -> list[list[tuple[float, float]]]:
+        """The line laid, from where the boat is on it: (north_m, east_m) closely spaced, a part for each waypoint it leads to. Raises
+        RuntimeError before `start`."""
+        if self._track is None:
+            raise RuntimeError("PathFollower.legs before start")
+        begins, ends = [self._s, *self._stations[:-1]], self._stations
+        return [self._track.part(a, max(a, b)) for a, b in zip(begins, ends, strict=True)]
+
     def update(self, nav: NavState, speed_mps: float, dt_s: float) -> PathProgress:
         """One step: where on the track, which waypoints passed, which heading and speed. Raises RuntimeError before `start`."""
         track = self._track

@@ -64,9 +64,10 @@ class ThesisWaypoints:
         if not waypoints:
             raise ValueError("a path needs waypoints")
         from_here = from_here or len(waypoints) == 1
-        points = [(w.north_m, w.east_m) for w in waypoints]
-        begin = [(nav.north_m, nav.east_m)] if from_here else []
-        self._path = build_path([*begin, *points], PathKind(int(self._parameters["PATH_KIND"])))
+        begin = [Waypoint(nav.north_m, nav.east_m)] if from_here else []
+        points = [*begin, *waypoints]
+        straight = [w.straight for w in points]
+        self._path = build_path([(w.north_m, w.east_m) for w in points], PathKind(int(self._parameters["PATH_KIND"])), straight)
         self._waypoints = tuple(waypoints)
         self._stations = self._path.waypoint_s_m[len(begin) :]
         self._stop_at_end = stop_at_end
@@ -83,6 +84,15 @@ class ThesisWaypoints:
     def go_on(self, waypoints: Sequence[Waypoint], nav: NavState, stop_at_end: bool = True, beyond: Sequence[Waypoint] = ()) -> None:
         """The waypoints that follow those of the last start. Raises as `start`."""
         self.start(waypoints, nav, stop_at_end)
+
+    @property
+    def legs(self) -> list[list[tuple[float, float]]]:
+        """As `PathFollower.legs`: the curve that the intermediate waypoints lie on."""
+        path = self._path
+        if path is None:
+            raise RuntimeError("ThesisWaypoints.legs before start")
+        spans = zip([0.0, *self._stations[:-1]], self._stations, strict=True)
+        return [[path.position(a + (b - a) * k / count) for k in range(count + 1)] for a, b in spans for count in (max(1, math.ceil(b - a)),)]
 
     def _interpolate(self, path: Path) -> None:
         """The intermediate waypoints of the section that leads to the next waypoint of the route, which is the last of them."""

@@ -8,7 +8,7 @@ narrow one, keep the curvature continuous. The window shrinks to nothing at both
 from __future__ import annotations
 
 import math
-from bisect import bisect_right
+from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
 
 import numpy as np
@@ -92,6 +92,13 @@ class Track:
             self._course[i] + x * (self._course[i + 1] - self._course[i]),
             self.curvature_1pm[i] + x * (self.curvature_1pm[i + 1] - self.curvature_1pm[i]),
         )
+
+    def part(self, begin_s_m: float, end_s_m: float) -> list[tuple[float, float]]:
+        """(north_m, east_m) of the line between two arc lengths, both ends included."""
+        first, last = bisect_right(self.s_m, begin_s_m), bisect_left(self.s_m, end_s_m)
+        begin, end = self.at(begin_s_m), self.at(end_s_m)
+        between = zip(self._north[first:last], self._east[first:last], strict=True)
+        return [(begin.north_m, begin.east_m), *between, (end.north_m, end.east_m)]
 
     def project(self, north_m: float, east_m: float, near_s_m: float, window_m: float) -> float:
         """Arc length of the nearest point, found by walking downhill from `near_s_m`, at most `window_m` either way: it never jumps to

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from enum import Enum
 from typing import Any
 
@@ -12,7 +12,7 @@ from companion.mission.cursor import Cursor
 from companion.mission.itinerary import task_at
 from companion.mission.plan import PlanItem, PlanKind, Plans, plan_id
 from companion.mission.snapshot import SnapshotError, read_snapshot, write_snapshot
-from companion.mission.tasks import Action, Complete, Gate, Sail, SetSpeed, Task
+from companion.mission.tasks import Action, Complete, Gate, Sail, SetSpeed, Stay, Task
 
 _COMPLETE = Complete()
 
@@ -81,6 +81,25 @@ class MissionExecutor:
     def open_gate(self) -> tuple[Action, ...]:
         """That condition is met; returns what changes by it. What is still held back when the leg is done changes then."""
         return tuple(self._cursor.open_gate())
+
+    def ahead(self) -> Iterator[Task]:
+        """The tasks from here to the end, as they would come; without end in a mission that goes round for ever. Moves nothing."""
+        done = self._state is MissionState.COMPLETE
+        cursor = Cursor(self._items) if done else self._cursor.copy()
+        cursor.settle()
+        arrived = self._arrived and not done
+        while cursor.item is not None:
+            task = task_at(cursor, arrived)
+            yield task
+            arrived = False
+            if isinstance(task, Sail):
+                for _ in task.route[1:]:
+                    cursor.advance()
+                arrived = must_stay(cursor.item) if cursor.item is not None else False
+            if isinstance(task, Stay) and task.duration_s is None:
+                return
+            if not arrived:
+                cursor.advance()
 
     def take_actions(self) -> tuple[Action, ...]:
         """Actions of "do" items that ran when the mission began, was set to another item or was replaced; each is given once."""

@@ -13,11 +13,13 @@ from companion.modes.berth import BerthChoice
 from companion.modes.dock import DockMode
 from companion.modes.docking import Docking
 from companion.modes.events import EventLog
+from companion.modes.fence_guard import FenceGuard
 from companion.modes.forces import ForcesMode
 from companion.modes.heading import HeadingMode
 from companion.modes.hold import HoldMode
 from companion.modes.manual import ManualMode
 from companion.modes.mission import MissionMode
+from companion.modes.mission_fence import MissionFence
 from companion.modes.mode import Mode
 from companion.modes.rtl import ReturnPoint, RtlMode
 from companion.modes.unavailable import UnavailableMode
@@ -31,18 +33,20 @@ def build_modes(
     executor: MissionExecutor,
     events: EventLog,
     frame: Callable[[], LocalFrame],
+    fence: FenceGuard,
 ) -> dict[ModeId, Mode]:
     """Every mode of the table, in display order. `frame` gives the local NED plane that the estimator works in."""
-    point = ReturnPoint(parameters, plans, frame)
+    point = ReturnPoint(parameters, plans, frame, fence)
     berths = BerthChoice(config, plans, frame)
-    docking = Docking(config, parameters, events)
+    mission_fence = MissionFence(config, parameters, plans, executor, point, berths, frame, fence)
+    docking = Docking(config, parameters, events, fence)
     modes: tuple[Mode, ...] = (
         ManualMode(config, parameters),
         ForcesMode(config, parameters),
         HeadingMode(config, parameters),
-        HoldMode(config, parameters, events),
-        MissionMode(config, parameters, executor, point, docking, berths, events, frame),
-        RtlMode(config, parameters, point, events),
+        HoldMode(config, parameters, events, fence),
+        MissionMode(config, parameters, executor, point, docking, berths, events, frame, mission_fence),
+        RtlMode(config, parameters, point, events, fence),
         DockMode(config, docking, berths),
         UnavailableMode(ModeId.FOLLOW),
         UnavailableMode(ModeId.OFFBOARD),

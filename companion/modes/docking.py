@@ -16,6 +16,7 @@ from companion.modes.alongside import Alongside, pushing_n
 from companion.modes.berth import Berth
 from companion.modes.consequence import most_n
 from companion.modes.events import EventLog
+from companion.modes.fence_guard import FenceGuard
 from companion.modes.mode import ModeInputs
 from companion.modes.station import Station
 from companion.params import Parameters
@@ -59,11 +60,12 @@ class Docking:
     and the failed thrusters in `inputs`.
     """
 
-    def __init__(self, config: VesselConfig, parameters: Parameters, events: EventLog) -> None:
+    def __init__(self, config: VesselConfig, parameters: Parameters, events: EventLog, fence: FenceGuard | None = None) -> None:
+        self._fence = fence
         self._config = config
         self._parameters = parameters
         self._events = events
-        self._station = Station(config, parameters)
+        self._station = Station(config, parameters, fence)
         self._berth = Berth(0.0, 0.0, 0.0, (0.0, -1.0), 0.0, 0.0)
         self._motion = Alongside()
         self._most_n: dict[tuple[float, float], tuple[float, float]] = {}
@@ -98,6 +100,9 @@ class Docking:
         off_m, _ = berth.place(inputs.nav.north_m, inputs.nav.east_m)
         if inputs.nav.position_valid and off_m + berth.reach_m < 0.0:
             return "the boat is behind the berth: bring it to the side on which it is to lie"
+        line = [(inputs.nav.north_m, inputs.nav.east_m), *(berth.pose(off)[:2] for off in (berth.standoff_m, 0.0))]
+        if self._fence is not None and not self._fence.allows_berth(line if inputs.nav.position_valid else line[1:]):
+            return "way to the berth crosses the fence"
         return None
 
     def start(self, berth: Berth, inputs: ModeInputs) -> str | None:

@@ -9,8 +9,8 @@ Neutral alone ends the push.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from enum import IntEnum
 
 from companion.core.types import Severity
@@ -28,9 +28,14 @@ class Action(IntEnum):
     NEUTRAL = 3
 
 
+_SAME = {int(action): action for action in Action}
+_FENCE_ACTIONS = {0: Action.IGNORE, 1: Action.IGNORE, 2: Action.HOLD, 3: Action.RTL}  # GF_ACTION counts as PX4 does
+
+
 @dataclass(frozen=True, slots=True)
 class Failsafe:
-    """One row. `cause` and `applies` are told whether it is active already. `action`: what to do, or the parameter that says it."""
+    """One row. `cause` and `applies` are told whether it is active already. `action`: what to do, or the parameter that says it; one with numbers
+    of its own (`actions`) means these."""
 
     name: str
     severity: Severity
@@ -39,6 +44,7 @@ class Failsafe:
     action: str | Action
     starts: Callable[[Situation], str]
     ends: str
+    actions: Mapping[int, Action] = field(default_factory=lambda: _SAME)
 
 
 def _silent_bridges(s: Situation) -> list[str]:
@@ -167,6 +173,16 @@ FAILSAFES: tuple[Failsafe, ...] = (  # most severe first
         "Battery no longer low",
     ),
     Failsafe(
+        "fence",
+        Severity.CRITICAL,
+        lambda s, _: s.fence is not None,
+        _armed,
+        "GF_ACTION",
+        lambda s: s.fence or "",
+        "Inside the fence and clear of it",
+        _FENCE_ACTIONS,
+    ),
+    Failsafe(
         "transmitter_lost",  # by its safe switch a person has taken the boat in hand: it must not sail off by itself
         Severity.CRITICAL,
         _sticks_silent,
@@ -250,7 +266,7 @@ class FailsafeMonitor:
             cause = row.cause(situation, was)
             lasts = cause and row.applies(situation, was)
             if lasts and not was:
-                action = row.action if isinstance(row.action, Action) else Action(int(situation.parameters[row.action]))
+                action = row.action if isinstance(row.action, Action) else row.actions[int(situation.parameters[row.action])]
                 active = Active(row, action, released=not situation.armed)
                 self._active[row.name] = active
                 begun.append(active)

@@ -10,6 +10,7 @@ from companion.core.frames import body_to_ned
 from companion.core.types import ModeId, NavState, Setpoint
 from companion.modes.consequence import ConsequenceCheck
 from companion.modes.events import EventLog
+from companion.modes.fence_guard import FenceGuard
 from companion.modes.headway import Headway
 from companion.modes.mode import Mode, ModeInputs
 from companion.modes.station import Station
@@ -22,8 +23,9 @@ class HoldMode(Mode):
 
     id = ModeId.HOLD
 
-    def __init__(self, config: VesselConfig, parameters: Parameters, events: EventLog) -> None:
-        self._station = Station(config, parameters)
+    def __init__(self, config: VesselConfig, parameters: Parameters, events: EventLog, fence: FenceGuard) -> None:
+        self._fence = fence
+        self._station = Station(config, parameters, fence)
         self._circles = WatchCircles(parameters, events)
         self._consequence = ConsequenceCheck(config, parameters, events)
         self._headway = Headway("Hold", events)
@@ -68,7 +70,10 @@ class HoldMode(Mode):
             return "the boat is on its way to a point"
         north_m, east_m, yaw_rad = self._station.held
         moved_north_m, moved_east_m = body_to_ned(forward_m, starboard_m, yaw_rad)
-        self._station.shift(north_m + moved_north_m, east_m + moved_east_m, wrap_pi(yaw_rad + turn_rad))
+        place = (north_m + moved_north_m, east_m + moved_east_m)
+        if not self._fence.may_move_to((north_m, east_m), place):
+            return self._fence.point_refusal(*place)
+        self._station.shift(*place, wrap_pi(yaw_rad + turn_rad))
         self._moved()
         return None
 

@@ -17,6 +17,7 @@ from companion.modes.berth import BerthChoice
 from companion.modes.docking import Docking
 from companion.modes.events import EventLog
 from companion.modes.headway import Headway
+from companion.modes.mission_fence import MissionFence
 from companion.modes.mode import Mode, ModeInputs
 from companion.modes.rtl import ReturnPoint
 from companion.modes.sideways_leg import SidewaysLeg
@@ -48,7 +49,9 @@ class MissionMode(Mode):
         berths: BerthChoice,
         events: EventLog,
         frame: Callable[[], LocalFrame],
+        fence: MissionFence,
     ) -> None:
+        self._fence = fence
         self._parameters = parameters
         self._executor = executor
         self._point = point
@@ -57,7 +60,7 @@ class MissionMode(Mode):
         self._events = events
         self._frame = frame
         self._can_sway = config.limits.sway_n > 0.0
-        self._station = Station(config, parameters)
+        self._station = Station(config, parameters, fence.guard)
         self._leg = SidewaysLeg(self._station)
         self._sideways = False  # the last leg of the route is sailed by `_leg`
         self._on_leg = False  # it is now
@@ -74,6 +77,17 @@ class MissionMode(Mode):
         self._actions: list[Action] = []
         self._gate: Gate | None = None
         self._gate_since_s = 0.0
+        self._blocked: str | None = None
+        self._way_home = False
+
+    @property
+    def blocked(self) -> str | None:
+        """Why the mission cannot go on from here: the way that comes next crosses the fence. The boat stops meanwhile."""
+        return self._blocked
+
+    def fence_refusal(self, inputs: ModeInputs) -> str | None:
+        """What of the mission from here on does not keep inside the fence."""
+        return self._fence.refusal(inputs)
 
     @property
     def ended(self) -> MissionState | None:
@@ -106,12 +120,12 @@ class MissionMode(Mode):
             return None
         seq, lat_deg, lon_deg = place
         away_m, _ = distance_and_bearing(inputs.nav.lat_deg, inputs.nav.lon_deg, lat_deg, lon_deg)
-        return None if away_m <= FURTHEST_LEG_M else f"item {seq} is {away_m / 1000.0:.0f} km away"
+        return self._fence.refusal(inputs) if away_m <= FURTHEST_LEG_M else f"item {seq} is {away_m / 1000.0:.0f} km away"
 
     def enter(self, inputs: ModeInputs) -> str | None:
         refusal = self.check(inputs) or self._executor.begin()
         if refusal is None:
-            self._task = None
+            self._task = self._blocked = None
             self._headway.reset()
             self._at_berth = False
             self._station.stop_here(inputs.nav)
@@ -137,6 +151,8 @@ class MissionMode(Mode):
                 break
             if task is not self._task:
                 self._take_up(task, inputs)
+            if self._blocked is not None:
+                return self._station.update(inputs.nav, None, inputs.speed_mps, inputs.dt_s)
             setpoint = self._sail(task, inputs) if isinstance(task, Sail) else self._stand(task, inputs)
             if self._executor.task is task:
                 return setpoint
@@ -198,15 +214,18 @@ class MissionMode(Mode):
                 if not self._can_sway:
                     self._events.say(inputs.now_s, Severity.NOTICE, "turn_skipped", f"Item {task.seq}: this boat cannot turn on the spot")
             case ReturnHome():
-                point = self._point.nearest(inputs.nav, inputs.home)
-                if point is None:
-                    self._station.stop_here(inputs.nav)
-                    self._events.say(inputs.now_s, Severity.WARNING, "no_home", f"Item {task.seq}: no home position, holding here")
-                else:
-                    self._station.go_to(inputs.nav, point[1], point[2], None, None)
-
+                self._return_home(task, inputs)
             case Dock():
                 self._go_to_berth(task, inputs)
+
+    def _return_home(self, task: ReturnHome, inputs: ModeInputs) -> None:
+        found = self._point.way((inputs.nav.north_m, inputs.nav.east_m), inputs.home)
+        self._way_home = not isinstance(found, str)
+        if isinstance(found, str):
+            self._station.stop_here(inputs.nav)
+            self._events.say(inputs.now_s, Severity.WARNING, "no_home", f"Item {task.seq}: {found}, holding here")
+        else:
+            self._station.go_along(inputs.nav, found[1])
 
     def _go_to_berth(self, task: Dock, inputs: ModeInputs) -> None:
         """A refusal is said, and the boat holds where it is."""
@@ -231,16 +250,24 @@ class MissionMode(Mode):
             waypoints, beyond, stop = waypoints[:-1], [], False
         if not waypoints:
             self._start_leg(inputs)
-        elif goes_on:
+            return
+        if goes_on:
             follower.go_on(waypoints, inputs.nav, stop, beyond)
         elif underway:
             follower.replace(waypoints, inputs.nav, stop, beyond)
         else:
             follower.start(waypoints, inputs.nav, stop, beyond=beyond)
+        self._mind_fence(inputs)
 
     def _waypoints(self, route: Sequence[RoutePoint]) -> list[Waypoint]:
         frame, surveys = self._frame(), bool(self._parameters["PATH_SURVEY"])
         return [Waypoint(*frame.to_ned(p.lat_deg, p.lon_deg), p.radius_m, p.speed_mps, surveys and p.straight) for p in route]
+
+    def _mind_fence(self, inputs: ModeInputs) -> None:
+        """The path just laid, from where the boat really is."""
+        self._blocked = self._fence.track_refusal(self._follower.legs, [point.seq for point in self._route])
+        if self._blocked is not None:
+            self._station.stop_here(inputs.nav)
 
     def _start_leg(self, inputs: ModeInputs) -> None:
         self._on_leg = True
@@ -306,7 +333,7 @@ class MissionMode(Mode):
             case Dock():
                 return self.docked
             case ReturnHome():
-                return not self._station.going and self._point.nearest(inputs.nav, inputs.home) is not None
+                return self._way_home and not self._station.going
 
     def _is_near(self, inputs: ModeInputs) -> bool:
         north_m, east_m = self._station.target

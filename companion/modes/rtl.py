@@ -1,4 +1,4 @@
-"""RTL: back to home or the nearest rally point along a straight line, then hold there."""
+"""RTL: back to home or the nearest rally point, by a way that keeps inside the fence, then hold there."""
 
 from __future__ import annotations
 
@@ -7,9 +7,10 @@ from collections.abc import Callable
 
 from companion.config import VesselConfig
 from companion.core.geodesy import LocalFrame
-from companion.core.types import Home, ModeId, NavState, Setpoint, Severity
+from companion.core.types import Home, ModeId, Setpoint, Severity
 from companion.mission.plan import PlanKind, Plans
 from companion.modes.events import EventLog
+from companion.modes.fence_guard import FenceGuard, Way
 from companion.modes.headway import Headway
 from companion.modes.mode import Mode, ModeInputs
 from companion.modes.station import Station
@@ -17,12 +18,14 @@ from companion.modes.watch import WatchCircles
 from companion.params import Parameters
 
 _NAV_RALLY_POINT = 5100
+_SAME_PLACE_M = 1.0
 
 
 class ReturnPoint:
-    """Where RTL and the mission's return item lead: home, or with RTL_USE_RALLY the nearest of home and the rally points."""
+    """Where RTL and the mission's return item lead: home, or with RTL_USE_RALLY the one of home and the rally points with the shortest way."""
 
-    def __init__(self, parameters: Parameters, plans: Plans, frame: Callable[[], LocalFrame]) -> None:
+    def __init__(self, parameters: Parameters, plans: Plans, frame: Callable[[], LocalFrame], fence: FenceGuard) -> None:
+        self._fence = fence
         self._parameters = parameters
         self._plans = plans
         self._frame = frame
@@ -35,40 +38,61 @@ class ReturnPoint:
             points += [(f"rally point {item.seq}", item.lat_deg, item.lon_deg) for item in rally]
         return points
 
-    def nearest(self, nav: NavState, home: Home | None) -> tuple[str, float, float] | None:
-        """(name, north_m, east_m) of the nearest, or None where there is none."""
+    def way(self, begin: tuple[float, float], home: Home | None) -> tuple[str, Way] | str:
+        """(name, way) to the one with the shortest way from `begin` (north_m, east_m), or why there is none."""
         frame = self._frame()
-        points = [(name, *frame.to_ned(lat_deg, lon_deg)) for name, lat_deg, lon_deg in self.candidates(home)]
-        return min(points, key=lambda point: (point[1] - nav.north_m) ** 2 + (point[2] - nav.east_m) ** 2, default=None)
+        points = [(name, frame.to_ned(lat_deg, lon_deg)) for name, lat_deg, lon_deg in self.candidates(home)]
+        if not points:
+            return "no home position"
+        best: tuple[str, Way] | None = None
+        for name, place in sorted(points, key=lambda point: math.dist(point[1], begin)):
+            if best is not None and math.dist(place, begin) >= best[1].length_m:
+                break
+            way = self._fence.way(begin, place)
+            if way is not None and (best is None or way.length_m < best[1].length_m):
+                best = (name, way)
+        return "no way home inside the fence" if best is None else best
 
 
 class RtlMode(Mode):
-    """Remembers where it leads, chosen on entry, and whether arrival was said."""
+    """Remembers where it leads, chosen on entry, whether arrival was said, and what the last check found from where."""
 
     id = ModeId.RTL
-    text = "Back to home or the nearest rally point, then holds there"
+    text = "Back to home or the nearest rally point, inside the fence, then holds there"
 
-    def __init__(self, config: VesselConfig, parameters: Parameters, point: ReturnPoint, events: EventLog) -> None:
+    def __init__(self, config: VesselConfig, parameters: Parameters, point: ReturnPoint, events: EventLog, fence: FenceGuard) -> None:
         self._point = point
         self._events = events
-        self._station = Station(config, parameters)
+        self._fence = fence
+        self._station = Station(config, parameters, fence)
         self._name = "home"
         self._arrival_said = False
+        self._checked: tuple[object, tuple[float, float], str | None] = ((), (0.0, 0.0), None)
         self._watch = WatchCircles(parameters, events, "RTL")
         self._headway = Headway("RTL", events)
 
     def check(self, inputs: ModeInputs) -> str | None:
-        return None if self._point.candidates(inputs.home) else "no home position"
+        """Asked every tick while it waits disarmed, so what was found is good for as long as the boat stays about there."""
+        candidates, nav = self._point.candidates(inputs.home), inputs.nav
+        if not candidates:
+            return "no home position"
+        if not self._fence.key or not nav.position_valid:
+            return None
+        key, place = (self._fence.key, tuple(candidates)), (nav.north_m, nav.east_m)
+        if key != self._checked[0] or math.dist(place, self._checked[1]) > _SAME_PLACE_M:
+            found = self._point.way(place, inputs.home)
+            self._checked = key, place, found if isinstance(found, str) else None
+        return self._checked[2]
 
     def enter(self, inputs: ModeInputs) -> str | None:
-        point = self._point.nearest(inputs.nav, inputs.home)
-        if point is None:
-            return "no home position"
-        self._name, north_m, east_m = point
+        found = self._point.way((inputs.nav.north_m, inputs.nav.east_m), inputs.home)
+        if isinstance(found, str):
+            return found
+        self._name, way = found
         self._arrival_said = False
         self._watch.reset()
         self._headway.reset()
-        self._station.go_to(inputs.nav, north_m, east_m, None, None)
+        self._station.go_along(inputs.nav, way)
         return None
 
     def stuck_s(self, now_s: float) -> float | None:

@@ -68,6 +68,7 @@ class Situation:
     safe_switch: bool
     failed_thrusters: tuple[str, ...] = ()
     lost_motions: tuple[str, ...] = ()  # what thrusters that have failed leave the boat unable to do
+    fence: str | None = None  # what is wrong with the boat's place, or soon will be
 
 
 def usable(nav: NavState) -> NavState:

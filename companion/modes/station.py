@@ -14,6 +14,7 @@ from companion.guidance.follower_choice import ChosenFollower
 from companion.guidance.path_following import Waypoint
 from companion.guidance.reference_choice import ChosenReference
 from companion.guidance.stopping import BRAKE_SHARE, SMOOTHING_S, stopping_point
+from companion.modes.fence_guard import FenceGuard, Way
 from companion.modes.sticks import beyond_deadband
 from companion.params import Parameters
 
@@ -44,10 +45,11 @@ class Keeper(Protocol):
 
 
 class PoseKeeper:
-    """Dynamic positioning: position and heading by the reference generator. A deflected stick pushes the held pose along."""
+    """Dynamic positioning: position and heading by the reference generator. A deflected stick pushes the held pose along, inside the fence."""
 
-    def __init__(self, parameters: Parameters) -> None:
+    def __init__(self, parameters: Parameters, fence: FenceGuard | None = None) -> None:
         self._parameters = parameters
+        self._fence = fence
         self._reference = ChosenReference(parameters)
         self._pose = (0.0, 0.0, 0.0)  # of the reference
 
@@ -91,6 +93,8 @@ class PoseKeeper:
         north_m, east_m = body_to_ned(x, y, heading)
         held_north, held_east, held_yaw = self._reference.target
         moved = surge != 0.0 or sway != 0.0
+        if moved and self._fence is not None:
+            moved = self._fence.may_move_to((north, east), (north + north_m, east + east_m))
         self._reference.retarget(
             north + north_m if moved else held_north,
             east + east_m if moved else held_east,
@@ -180,14 +184,17 @@ class Station:
     and handed to the keeper a boat's length short of them.
     """
 
-    def __init__(self, config: VesselConfig, parameters: Parameters) -> None:
+    def __init__(self, config: VesselConfig, parameters: Parameters, fence: FenceGuard | None = None) -> None:
+        """`fence`: stops and pushes by stick are kept inside it; ways are the business of who asks for them."""
         self._parameters = parameters
+        self._fence = fence
         self._can_sway = config.limits.sway_n > 0.0
         self._handover_m = config.length_m
-        self._keeper: Keeper = PoseKeeper(parameters) if self._can_sway else CircleKeeper(parameters)
+        self._keeper: Keeper = PoseKeeper(parameters, fence) if self._can_sway else CircleKeeper(parameters)
         self._follower = ChosenFollower(parameters, self._can_sway, top_speed_mps(config))
         self._way_m: float | None = None
         self._transit: tuple[float, float, float | None, float | None] | None = None  # north, east, yaw, speed
+        self._bends = 0  # of the way in transit
         self._going = False
 
     @property
@@ -223,7 +230,7 @@ class Station:
 
     def stop_here(self, nav: NavState) -> None:
         """Come to rest on the shortest way and stay, with the present heading."""
-        self._keeper.start(nav)
+        self._start_keeper(nav)
         self._transit = None
         self._going = False
 
@@ -237,12 +244,26 @@ class Station:
         if not (sideways and self._can_sway) and math.hypot(north_m - nav.north_m, east_m - nav.east_m) > self._parameters["DP_TRANSIT_DIST"]:
             lay = self._follower.start if fresh or self._transit is None else self._follower.replace
             self._transit = (north_m, east_m, yaw_rad, speed_mps)
+            self._bends = 0
             lay((Waypoint(north_m, east_m, speed_mps=speed_mps),), nav)
             return
         if fresh or self._transit is not None:
-            self._keeper.start(nav)
+            self._start_keeper(nav)
         self._transit = None
         self._keeper.hold(north_m, east_m, self._keeper.target[2] if yaw_rad is None else yaw_rad, speed_mps)
+
+    def go_along(self, nav: NavState, way: Way) -> None:
+        """From the present motion along a way that begins here, to its end."""
+        if len(way.points) == 2:
+            self.go_to(nav, *way.points[1], None, None)
+            return
+        self._going = True
+        self._transit = (*way.points[-1], None, None)
+        self._bends = len(way.points) - 2
+        self._follower.start([Waypoint(*point, radius_m=way.radius_m, straight=True) for point in way.points[1:]], nav)
+
+    def _start_keeper(self, nav: NavState) -> None:
+        self._keeper.start(nav if self._fence is None else self._fence.slowed(nav))
 
     def drop_speed(self) -> None:
         """Go on at the speed that `update` is given."""
@@ -274,12 +295,12 @@ class Station:
         if self._transit is not None:
             north_m, east_m, yaw_rad, asked_mps = self._transit
             progress = self._follower.update(nav, asked_mps if asked_mps is not None else speed_mps, dt_s)
-            near = math.hypot(north_m - nav.north_m, east_m - nav.east_m) <= self._handover_m
+            near = progress.passed >= self._bends and math.hypot(north_m - nav.north_m, east_m - nav.east_m) <= self._handover_m
             if not progress.finished and not near:
                 self._way_m = progress.way_m
                 return progress.setpoint
             self._transit = None
-            self._keeper.start(nav)
+            self._start_keeper(nav)
             self._keeper.hold(north_m, east_m, nav.yaw_rad if yaw_rad is None else yaw_rad, None)
         setpoint = self._keeper.update(nav, None if self._going else stick, speed_mps, dt_s)
         self._going = self._going and not (self._keeper.arrived and self._is_there(nav))

@@ -35,6 +35,8 @@ from companion.modes.auxiliary import AuxiliaryOutputs
 from companion.modes.dock import DockMode
 from companion.modes.events import EventLog
 from companion.modes.failsafes import Action
+from companion.modes.fence_duty import FenceDuty
+from companion.modes.fence_guard import FenceGuard
 from companion.modes.helm import Helm
 from companion.modes.hold import HoldMode
 from companion.modes.homing import HomeKeeper, is_on_earth
@@ -81,7 +83,8 @@ class Supervisor:
         self._executor = executor
         self._events = events
         self._frame_of = frame_of
-        modes = build_modes(config, parameters, plans, executor, events, frame_of)
+        self._fence = FenceGuard(config, parameters, plans, events, frame_of)
+        modes = build_modes(config, parameters, plans, executor, events, frame_of, self._fence)
         hold, mission, dock = modes[ModeId.HOLD], modes[ModeId.MISSION], modes[ModeId.DOCK]
         assert isinstance(hold, HoldMode) and isinstance(mission, MissionMode) and isinstance(dock, DockMode)
         self._hold, self._mission, self._dock = hold, mission, dock
@@ -89,6 +92,7 @@ class Supervisor:
         self._sticks = Sticks(parameters)
         self._home = HomeKeeper(events)
         self._helm = Helm(modes, self._sticks, events, self._mode_inputs)
+        self._fence_duty = FenceDuty(self._fence, plans, self._helm, hold, mission, events)
         self._nudges = Nudges(config, parameters, self._helm, hold, events)
         self.retraction = Retraction(config, parameters, self._helm, events)
         self._responder = Responder(self._helm, hold, self._sticks, events, self._situation)
@@ -188,13 +192,15 @@ class Supervisor:
         distance_m, _ = distance_and_bearing(self._nav.lat_deg, self._nav.lon_deg, lat_deg, lon_deg)
         if distance_m > FURTHEST_LEG_M:
             return self._refuse(Result.DENIED, f"Go-to refused: {distance_m / 1000.0:.0f} km away", now_s)
+        north_m, east_m = self._frame_of().to_ned(lat_deg, lon_deg)
+        if (reason := self._fence.go_refusal(self._nav, north_m, east_m)) is not None:
+            return self._refuse(Result.DENIED, f"Go-to refused: {reason}", now_s)
         if self._helm.mode is not self._hold and (reason := self._helm.switch(ModeId.HOLD, self._nav, now_s)) is not None:
             return self._refuse(Result.TEMPORARILY_REJECTED, f"Go-to refused: {reason}", now_s)
         self._taken_over(now_s)
         yaw_rad = yaw_rad if yaw_rad is not None and math.isfinite(yaw_rad) else None
 
         def go() -> None:
-            north_m, east_m = self._frame_of().to_ned(lat_deg, lon_deg)
             self._hold.go_to(self._nav, north_m, east_m, yaw_rad, self._limited(speed_mps))
 
         if (reason := self._helm.guarded(self._hold, go, now_s)) is not None:
@@ -277,6 +283,7 @@ class Supervisor:
             home=self._home.home,
             mission=self._executor.progress,
             speed_override_mps=self._speed_mps,
+            fence=self._fence.state,
         )
 
     # --- once a tick -----------------------------------------------------------------------------------------------
@@ -288,6 +295,8 @@ class Supervisor:
         self._home.update(self._nav, now_s)
         self._sticks.update(inputs.rc, now_s)
         self._obey_safe_switch(now_s)
+        self._fence.update(self._nav, self._helm.mode, now_s)
+        self._fence_duty.update(self._mode_inputs(now_s, 0.0))
         self._responder.update(now_s)
         self.retraction.update(inputs.rc, now_s)
         self._tell_of_new_plan(now_s)
@@ -302,7 +311,9 @@ class Supervisor:
         setpoint = helm.guide(self._mode_inputs(now_s, dt_s))
         if helm.mode is self._mission:
             self._after_mission_tick(now_s)
-        return NEUTRAL_SETPOINT if setpoint is None or helm.stopped else setpoint
+        if setpoint is None or helm.stopped:
+            return NEUTRAL_SETPOINT
+        return self._fence.limited(setpoint, self._nav, self._cruise_mps(), now_s)
 
     # --- parts of requests -----------------------------------------------------------------------------------------
 
@@ -370,6 +381,7 @@ class Supervisor:
             safe_switch=self._sticks.safe_switch,
             failed_thrusters=tuple([self._config.thrusters[i].name for i in sorted(self._failed)]) if self._failed else (),
             lost_motions=lost_motions(self._config.thrusters, self._failed),
+            fence=self._fence.cause,
         )
 
     # --- parts of a tick -------------------------------------------------------------------------------------------

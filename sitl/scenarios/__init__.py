@@ -5,6 +5,7 @@ from __future__ import annotations
 from sitl.scenarios import (
     cross_current,
     docking,
+    fence_stop,
     four_corner,
     gnss_dropout,
     hold,
@@ -27,6 +28,7 @@ _ALL = (
     station_keeping.SCENARIO,
     station_keeping.THRUSTER_FAILURE,
     docking.SCENARIO,
+    fence_stop.SCENARIO,
     gnss_dropout.SCENARIO,
     wild_points.SCENARIO,
     lever_arm.SCENARIO,

@@ -56,6 +56,7 @@ STREAMS: dict[int, Stream] = {
     mavlink.MAVLINK_MSG_ID_MISSION_CURRENT: Stream(state.mission_current, 1.0, True),
     mavlink.MAVLINK_MSG_ID_MISSION_ITEM_REACHED: Stream(state.mission_item_reached, NEVER, True),
     mavlink.MAVLINK_MSG_ID_BATTERY_STATUS: Stream(state.battery_status, 1.0),
+    mavlink.MAVLINK_MSG_ID_FENCE_STATUS: Stream(state.fence_status, 1.0),
     mavlink.MAVLINK_MSG_ID_SYSTEM_TIME: Stream(state.system_time, 1.0),
     mavlink.MAVLINK_MSG_ID_RC_CHANNELS: Stream(state.rc_channels, 0.5),
     mavlink.MAVLINK_MSG_ID_ATTITUDE: Stream(motion.attitude, 0.1),
@@ -77,6 +78,7 @@ _DATA_STREAMS: dict[int, tuple[int, ...]] = {
         mavlink.MAVLINK_MSG_ID_GPS_RAW_INT,
         mavlink.MAVLINK_MSG_ID_NAV_CONTROLLER_OUTPUT,
         mavlink.MAVLINK_MSG_ID_MISSION_CURRENT,
+        mavlink.MAVLINK_MSG_ID_FENCE_STATUS,
     ),
     mavlink.MAV_DATA_STREAM_RC_CHANNELS: (mavlink.MAVLINK_MSG_ID_RC_CHANNELS, mavlink.MAVLINK_MSG_ID_ACTUATOR_OUTPUT_STATUS),
     mavlink.MAV_DATA_STREAM_POSITION: (mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT, mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED),
@@ -111,6 +113,7 @@ class Telemetry:
         self._told_home: Any = None
         self._told_mission: Any = None
         self._told_reached = 0
+        self._told_fence: Any = None
         self._modes: Any = None
         self._modes_seq = 0
         self._prearm_s: float | None = None
@@ -138,7 +141,7 @@ class Telemetry:
         self._tell_refusals(tick.status, now_s)
 
     def tell_changes(self, status: Status, now_s: float, tick: Tick | None = None) -> None:
-        """To everybody at once what has changed: mode or arming, home, the mission's item."""
+        """To everybody at once what has changed: mode or arming, home, the mission's item, the fence."""
         numbers: list[int] = []
         mode = (status.mode, status.intended_mode, status.armed, bool(status.failsafes))
         if mode != self._told_mode:
@@ -151,6 +154,9 @@ class Telemetry:
         if mission != self._told_mission:
             self._told_mission = mission
             numbers.append(mavlink.MAVLINK_MSG_ID_MISSION_CURRENT)
+        if status.fence != self._told_fence:
+            self._told_fence = status.fence
+            numbers.append(mavlink.MAVLINK_MSG_ID_FENCE_STATUS)
         if status.mission.reached > self._told_reached:
             numbers.append(mavlink.MAVLINK_MSG_ID_MISSION_ITEM_REACHED)
         self._told_reached = status.mission.reached

@@ -115,9 +115,20 @@ def _sensor_bits(view: View) -> dict[int, tuple[bool, bool]]:
         bits[mavlink.MAV_SYS_STATUS_SENSOR_BATTERY] = (True, not low)
     if inputs.rc is not None:
         bits[mavlink.MAV_SYS_STATUS_SENSOR_RC_RECEIVER] = (True, not inputs.rc.lost and view.now_s - inputs.rc.t_s < _STALE_S)
-    if any("fence" in name for name in status.failsafes):
-        bits[mavlink.MAV_SYS_STATUS_GEOFENCE] = (True, False)
+    if status.fence is not None:
+        bits[mavlink.MAV_SYS_STATUS_GEOFENCE] = (True, not status.fence.breached)
     return bits
+
+
+def fence_status(view: View, dialect: Dialect) -> Any:
+    """Nothing while no fence is in force."""
+    fence = view.status.fence
+    if fence is None:
+        return None
+    happened = mavlink.FENCE_BREACH_BOUNDARY if fence.breached or fence.breaches else mavlink.FENCE_BREACH_NONE
+    since_ms = 0 if fence.breach_s is None else int(fence.breach_s * 1000.0) & 0xFFFFFFFF
+    mitigation = mavlink.FENCE_MITIGATE_VEL_LIMIT if fence.slowed else mavlink.FENCE_MITIGATE_NONE
+    return mavlink.MAVLink_fence_status_message(int(fence.breached), min(fence.breaches, UINT16_UNKNOWN), happened, since_ms, mitigation)
 
 
 def battery_status(view: View, dialect: Dialect) -> Any:

@@ -9,6 +9,7 @@ import pytest
 from companion.core.types import (
     Battery,
     Event,
+    FenceState,
     FixType,
     Home,
     Inputs,
@@ -196,8 +197,23 @@ def test_readiness_and_fence_bits(rig: Any) -> None:
     assert not health() & PREARM
     rig.supervisor.change(armed=True)
     assert health() & PREARM
-    rig.supervisor.change(failsafes=("fence_breached",))
+    rig.supervisor.change(fence=FenceState(False, 0, None, False))
+    assert health() & GEOFENCE
+    rig.supervisor.change(fence=FenceState(True, 1, 0.5, False))
     assert not health() & GEOFENCE
+
+
+def test_fence_status(rig: Any) -> None:
+    rig.run(2.0)
+    assert "FENCE_STATUS" not in {message.get_type() for message in rig.desk.hear()}, "no fence, nothing to say"
+    rig.supervisor.change(fence=FenceState(False, 0, None, True))
+    rig.run(0.2)
+    told = newest(rig, "FENCE_STATUS")
+    assert (told.breach_status, told.breach_count, told.breach_type, told.breach_time, told.breach_mitigation) == (0, 0, 0, 0, 2)
+    rig.supervisor.change(fence=FenceState(True, 3, 12.5, False))
+    rig.run(0.2)
+    told = newest(rig, "FENCE_STATUS")
+    assert (told.breach_status, told.breach_count, told.breach_type, told.breach_time, told.breach_mitigation) == (1, 3, 3, 12500, 1)
 
 
 def test_battery(rig: Any) -> None:

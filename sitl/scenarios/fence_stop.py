@@ -1,0 +1,156 @@
+"""Towards a fence at top speed with the wind behind: the boat stops inside it, whoever steers."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pymavlink.dialects.v20 import common as mavlink
+
+from companion.core.angles import wrap_pi
+from companion.core.geodesy import LocalFrame
+from sitl.scenarios.measure import Check, Track, between, read_truth
+from sitl.scenarios.scenario import Scenario, ScenarioError, Settings
+from sitl.scenarios.station import Item, Station
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+_MANUAL, _FORCES, _HEADING, _MISSION = 0x00010000, 0x00020000, 0x00070000, 0x04040000
+_BY_STICK = {"manual": _MANUAL, "forces": _FORCES, "heading": _HEADING}
+_BEHIND_M, _BESIDE_M = 40.0, 100.0
+_TIMEOUT_S = 400.0
+_REST_MPS = 0.1
+_STAY_S = 60.0
+_HELM, _HELM_RATE_S = 1.0, 3.0  # share of the yaw stick for each rad and rad/s
+
+
+def sail(station: Station, settings: Settings) -> dict[str, Any]:
+    """North, towards a line at `line` metres, steered `by` stick (manual, forces, heading), by a mission that ends near the line, or by one
+    across which the fence is drawn `late` metres ahead of the boat."""
+    by, line_m = settings["by"], float(settings["line"])
+    if by not in (*_BY_STICK, "mission", "late"):
+        raise ScenarioError(f"by={by}: one of {', '.join((*_BY_STICK, 'mission', 'late'))}")
+    station.ready()
+    if by != "late":
+        station.upload(_fence(station, line_m), mavlink.MAV_MISSION_TYPE_FENCE)
+    if by in _BY_STICK:
+        push: Callable[[], None] = lambda: _full_ahead(station, steered=by != "heading")  # noqa: E731
+        push()
+        station.set_mode(_BY_STICK[by])
+    else:
+        push = lambda: None  # noqa: E731
+        home = LocalFrame(station.rig.config.home.lat_deg, station.rig.config.home.lon_deg)
+        end_m = line_m - 0.5 * station.rig.config.length_m - 0.6 if by == "mission" else line_m + 40.0
+        station.upload([Item(mavlink.MAV_CMD_NAV_WAYPOINT, *home.to_geodetic(end_m, 0.0))])
+        station.set_mode(_MISSION)
+        station.command(mavlink.MAV_CMD_DO_CHANGE_SPEED, 1.0, 25.0, -1.0)
+    station.arm()
+    station.send(mavlink.MAVLink_manual_control_message(1, 0, 0, 0, 0, 0))
+    station.step()
+    from_s = station.rig.now_s
+    if by == "late":
+        _until(station, "near the line", lambda: station.rig.world.truth.north_m > line_m - float(settings["late"]), push)
+        station.upload(_fence(station, line_m), mavlink.MAV_MISSION_TYPE_FENCE)
+    _until(station, "half the way", lambda: station.rig.world.truth.north_m > 0.5 * line_m, push)
+    _until(station, "at rest", lambda: abs(station.rig.world.truth.surge_mps) < _REST_MPS, push)
+    end_s = station.rig.now_s + _STAY_S
+    _until(station, "a while more", lambda: station.rig.now_s >= end_s, push)
+    last = station.last["FENCE_STATUS"]
+    return {"from_s": from_s, "line_m": line_m, "length_m": station.rig.config.length_m, "breaches": last.breach_count + last.breach_status}
+
+
+def _full_ahead(station: Station, steered: bool) -> None:
+    """The stick full ahead; `steered`: by somebody who looks where the bow points."""
+    truth = station.rig.world.truth
+    helm = -_HELM * wrap_pi(truth.yaw_rad) - _HELM_RATE_S * truth.yaw_rate_radps if steered else 0.0
+    station.send(mavlink.MAVLink_manual_control_message(1, 1000, 0, 0, round(1000.0 * min(1.0, max(-1.0, helm))), 0))
+
+
+def _until(station: Station, what: str, condition: Callable[[], bool], push: Callable[[], None]) -> None:
+    """Sail on, with the stick where it is."""
+
+    def go_on() -> bool:
+        push()
+        return condition()
+
+    station.wait(what, go_on, _TIMEOUT_S)
+
+
+def _fence(station: Station, line_m: float) -> list[Item]:
+    """A rectangle around home whose northern side is the line."""
+    home = LocalFrame(station.rig.config.home.lat_deg, station.rig.config.home.lon_deg)
+    corners = ((line_m, -_BESIDE_M), (line_m, _BESIDE_M), (-_BEHIND_M, _BESIDE_M), (-_BEHIND_M, -_BESIDE_M))
+    command, frame = mavlink.MAV_CMD_NAV_FENCE_POLYGON_VERTEX_INCLUSION, mavlink.MAV_FRAME_GLOBAL
+    return [Item(command, *home.to_geodetic(*corner), params=(4.0, 0.0, 0.0, 0.0), frame=frame) for corner in corners]
+
+
+def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[dict[str, float], Sequence[Check]]:
+    track = between(read_truth(folder), asked["from_s"])
+    line_m, half_m = asked["line_m"], 0.5 * asked["length_m"]
+    metrics = {
+        "top_speed_mps": max(row["surge_mps"] for row in track),
+        "middle_short_of_line_m": line_m - max(row["north_m"] for row in track),
+        "hull_short_of_line_m": line_m - max(row["north_m"] + half_m * abs(math.cos(row["yaw_rad"])) for row in track),
+        "speed_at_end_mps": abs(track[-1]["surge_mps"]),
+        "breaches": float(asked["breaches"]),
+    }
+    checks = (
+        Check("it was fast", metrics["top_speed_mps"], float(settings["fast"]), "m/s", at_least=True),
+        Check("the boat's middle stays short of the line", metrics["middle_short_of_line_m"], 0.0, "m", at_least=True),
+        Check("the hull stays short of the line", metrics["hull_short_of_line_m"], 0.0, "m", at_least=True),
+        Check("it stands at the end", metrics["speed_at_end_mps"], _REST_MPS, "m/s"),
+        Check("no breach was reported", metrics["breaches"], 0.0, ""),
+    )
+    return metrics, checks
+
+
+def plot(folder: Path, asked: dict[str, Any], settings: Settings) -> None:
+    """Draw `fence.png` into the folder. Raises ImportError without matplotlib."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    track = between(read_truth(folder), asked["from_s"])
+    figure = Figure(figsize=(11.0, 6.0), layout="constrained")
+    FigureCanvasAgg(figure)
+    grid = figure.add_gridspec(2, 2, width_ratios=(1.0, 1.6))
+    _chart(figure.add_subplot(grid[:, 0]), track, asked)
+    over_way, over_time = figure.add_subplot(grid[0, 1]), figure.add_subplot(grid[1, 1])
+    to_line = [asked["line_m"] - row["north_m"] for row in track]
+    over_way.plot(to_line, [row["surge_mps"] for row in track])
+    over_way.invert_xaxis()
+    over_way.axvline(0.0, color="tab:red", label="fence")
+    over_way.axvline(0.5 * asked["length_m"], color="tab:red", linestyle=":", label="bow at the fence")
+    over_way.set_xlabel("middle of the boat to the fence, m")
+    over_time.plot([row["t_s"] - asked["from_s"] for row in track], to_line)
+    over_time.axhline(0.0, color="tab:red")
+    over_time.set_xlabel("time, s")
+    over_time.set_ylabel("to the fence, m")
+    over_way.set_ylabel("surge, m/s")
+    over_way.legend()
+    for axes in (over_way, over_time):
+        axes.grid(alpha=0.3)
+    figure.suptitle(", ".join(f"{key} {value}" for key, value in settings.items() if value), fontsize=10)
+    figure.savefig(folder / "fence.png", dpi=90)
+
+
+def _chart(axes: Axes, track: Track, asked: dict[str, Any]) -> None:
+    axes.plot([row["east_m"] for row in track], [row["north_m"] for row in track])
+    axes.axhline(asked["line_m"], color="tab:red")
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.set_xlabel("east, m")
+    axes.set_ylabel("north, m")
+    axes.grid(alpha=0.3)
+
+
+SCENARIO = Scenario(
+    name="fence_stop",
+    text="at top speed towards a fence, the wind behind: it stops inside",
+    vessel="revolt",
+    defaults={"wind": "5@180", "current": "", "gnss": "rtk", "waves": "", "model_error": "", "by": "heading", "line": "60", "late": "15", "fast": "0.9"},
+    sail=sail,
+    measure=measure,
+    plot=plot,
+)

@@ -1,0 +1,45 @@
+"""Stops in front of a fence over seeds, judged by raw truth."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from companion.cli import LockstepRig
+from sitl.scenarios import SCENARIOS
+from sitl.scenarios.scenario import run
+
+WAYS = ("heading", "manual", "forces", "mission", "late")
+
+
+def stop(folder: Path, seed: int, **changes: str) -> dict[str, float]:
+    outcome = run(SCENARIOS["fence_stop"], LockstepRig, folder, seed=seed, changes=changes)
+    assert outcome.ok, f"{outcome.error or [check.row() for check in outcome.checks if not check.ok]}"
+    return dict(outcome.metrics)
+
+
+@pytest.mark.parametrize(("by", "seed"), [("heading", 0), ("late", 2)])
+def test_stops_inside(tmp_path: Path, by: str, seed: int) -> None:
+    metrics = stop(tmp_path, seed, by=by)
+    assert metrics["middle_short_of_line_m"] < 6.0, "it is slowed down no earlier than it must"
+
+
+@pytest.mark.sweep
+@pytest.mark.parametrize("seed", range(16))
+@pytest.mark.parametrize("by", WAYS)
+def test_stops_inside_sweep(tmp_path: Path, by: str, seed: int) -> None:
+    stop(tmp_path, seed, by=by)
+
+
+@pytest.mark.sweep
+@pytest.mark.parametrize("by", WAYS)
+@pytest.mark.parametrize("change", [{"model_error": "-0.4"}, {"model_error": "0.4"}, {"gnss": "sbas"}, {"current": "0.2@0"}])
+def test_stops_inside_in_other_conditions(tmp_path: Path, by: str, change: dict[str, str]) -> None:
+    stop(tmp_path, 3, by=by, **change)
+
+
+def test_a_check_can_fail(tmp_path: Path) -> None:
+    """No boat stops in so short a way: the scenario must say so."""
+    outcome = run(SCENARIOS["fence_stop"], LockstepRig, tmp_path, seed=0, changes={"by": "late", "late": "2", "line": "25"})
+    assert not outcome.ok and any(not check.ok and check.name.startswith("the hull") for check in outcome.checks)
