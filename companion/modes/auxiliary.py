@@ -9,8 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from companion.config import VesselConfig
-from companion.config_outputs import RelayConfig, ServoConfig
+from companion.config import RelayConfig, ServoConfig, VesselConfig
 from companion.core.auxiliary import Auxiliary
 from companion.core.types import ACCEPTED, Outcome, Result, Severity
 from companion.mission.tasks import AuxiliaryAction, SetActuators, SetRelay, SetServo

@@ -26,21 +26,20 @@ from companion.core.types import (
     Status,
     Wrench,
 )
-from companion.mission.executor import MissionExecutor, Replaced
+from companion.mission.executor import MissionExecutor
 from companion.mission.plan import Plans
-from companion.mission.tasks import SetHome, SetSpeed
 from companion.modes import build_modes
 from companion.modes.arming import arming_refusals
 from companion.modes.auxiliary import AuxiliaryOutputs
 from companion.modes.dock import DockMode
 from companion.modes.events import EventLog
-from companion.modes.failsafes import Action
 from companion.modes.fence_duty import FenceDuty
 from companion.modes.fence_guard import FenceGuard
 from companion.modes.helm import Helm
 from companion.modes.hold import HoldMode
 from companion.modes.homing import HomeKeeper, is_on_earth
 from companion.modes.mission import FURTHEST_LEG_M, MissionMode
+from companion.modes.mission_duty import MissionDuty
 from companion.modes.mode import ModeInputs
 from companion.modes.nudges import Nudges
 from companion.modes.propulsion import lost_motions
@@ -92,6 +91,7 @@ class Supervisor:
         self._sticks = Sticks(parameters)
         self._home = HomeKeeper(events)
         self._helm = Helm(modes, self._sticks, events, self._mode_inputs)
+        self._mission_duty = MissionDuty(parameters, executor, mission, self._helm, self._home, self.auxiliary, events, self._set_speed)
         self._fence_duty = FenceDuty(self._fence, plans, self._helm, hold, mission, events)
         self._nudges = Nudges(config, parameters, self._helm, hold, events)
         self.retraction = Retraction(config, parameters, self._helm, events)
@@ -105,8 +105,6 @@ class Supervisor:
         self._failed: frozenset[int] = frozenset()
         self._speed_mps: float | None = None
         self._station_s: float | None = None
-        self._replaced: Replaced | None = None
-        self._restored = False
         self.modes = tuple(ModeInfo(mode.id, mode.selectable, mode.by_stick, mode.text) for mode in modes.values())
 
     @property
@@ -291,7 +289,7 @@ class Supervisor:
     def update(self, nav: NavState, inputs: Inputs, health: Sequence[DeviceHealth], now_s: float) -> Status:
         """Look at everything, act on failures, and say what the vessel is. `health`: of every sensor and bridge."""
         self._nav, self._inputs, self._health = usable(nav), inputs, health
-        self._restore(now_s)
+        self._mission_duty.restore(now_s)
         self._home.update(self._nav, now_s)
         self._sticks.update(inputs.rc, now_s)
         self._obey_safe_switch(now_s)
@@ -299,7 +297,7 @@ class Supervisor:
         self._fence_duty.update(self._mode_inputs(now_s, 0.0))
         self._responder.update(now_s)
         self.retraction.update(inputs.rc, now_s)
-        self._tell_of_new_plan(now_s)
+        self._mission_duty.tell_of_new_plan(now_s)
         return self.status(now_s)
 
     def guide(self, nav: NavState, now_s: float, dt_s: float) -> Setpoint:
@@ -310,10 +308,13 @@ class Supervisor:
             return NEUTRAL_SETPOINT
         setpoint = helm.guide(self._mode_inputs(now_s, dt_s))
         if helm.mode is self._mission:
-            self._after_mission_tick(now_s)
+            self._mission_duty.after(self._nav, now_s)
         if setpoint is None or helm.stopped:
             return NEUTRAL_SETPOINT
         return self._fence.limited(setpoint, self._nav, self._cruise_mps(), now_s)
+
+    def _set_speed(self, speed_mps: float | None) -> None:
+        self._speed_mps = self._limited(speed_mps)
 
     # --- parts of requests -----------------------------------------------------------------------------------------
 
@@ -386,20 +387,6 @@ class Supervisor:
 
     # --- parts of a tick -------------------------------------------------------------------------------------------
 
-    def _restore(self, now_s: float) -> None:
-        """On the first tick: a mission that a restart interrupted waits, and goes on when armed if MIS_ON_START says so."""
-        if self._restored:
-            return
-        self._restored = True
-        if self._executor.progress.state is not MissionState.ACTIVE:
-            return
-        self._executor.pause()
-        goes_on = bool(self._parameters["MIS_ON_START"])
-        self._helm.choose_disarmed(ModeId.MISSION if goes_on else ModeId.HOLD)
-        remedy = "goes on when armed" if goes_on else "choose Mission to go on"
-        text = f"Mission was interrupted at item {self._executor.progress.seq}: {remedy}"
-        self._events.say(now_s, Severity.NOTICE, "mission_interrupted", text)
-
     def _obey_safe_switch(self, now_s: float) -> None:
         helm = self._helm
         if helm.mode.id is ModeId.MANUAL or not self._sticks.safe_switch or not self._sticks.transmitter_live(now_s):
@@ -407,40 +394,3 @@ class Supervisor:
         self._events.say(now_s, Severity.WARNING, "safe_switch", "Safe switch of the transmitter: Manual")
         helm.switch(ModeId.MANUAL, self._nav, now_s)
         self._monitor.override()
-
-    def _after_mission_tick(self, now_s: float) -> None:
-        """Perform what the mission asks of the vessel, and what comes after its end."""
-        for action in self._mission.take_actions():
-            if isinstance(action, SetSpeed):
-                self._speed_mps = self._limited(action.speed_mps)
-            elif isinstance(action, SetHome):
-                self._set_home_by_mission(action, now_s)
-            else:
-                self.auxiliary.request(action, now_s)
-        ended = self._mission.ended
-        if ended is None:
-            return
-        text = "Mission complete" if ended is MissionState.COMPLETE else "Mission cleared"
-        self._events.say(now_s, Severity.NOTICE, "mission_ended", text)
-        if ended is MissionState.COMPLETE and self._mission.docked and self._helm.switch(ModeId.DOCK, self._nav, now_s) is None:
-            return
-        action_then = Action(int(self._parameters["MIS_DONE_ACT"])) if ended is MissionState.COMPLETE else Action.HOLD
-        switch = self._helm.switch
-        if action_then is Action.RTL and switch(ModeId.RTL, self._nav, now_s) is None:
-            return
-        if action_then is Action.NEUTRAL or switch(ModeId.HOLD, self._nav, now_s) is not None:
-            self._helm.stop()
-
-    def _set_home_by_mission(self, action: SetHome, now_s: float) -> None:
-        if action.lat_deg is None or action.lon_deg is None:
-            self._home.set_here(self._nav, now_s)
-        else:
-            self._home.set(Home(action.lat_deg, action.lon_deg, self._nav.altitude_m), now_s)
-
-    def _tell_of_new_plan(self, now_s: float) -> None:
-        replaced = self._executor.replaced
-        if replaced is not None and replaced is not self._replaced:
-            seq = self._executor.progress.seq
-            text = f"New mission goes on at item {seq}" if replaced is Replaced.CONTINUED else "New mission begins at its first item"
-            self._events.say(now_s, Severity.NOTICE, "mission_replaced", text)
-        self._replaced = replaced

@@ -32,7 +32,7 @@ def heard(port_socket: socket.socket, kind: str) -> bool:
 @pytest.mark.parametrize(
     ("arguments", "remedy"),
     [
-        (("run", "revlot", "--sitl"), "no vessel named 'revlot'; bundled: cybership2, revolt"),
+        (("run", "revlot", "--sitl"), "no vessel named 'revlot'; bundled: aboat, cybership2, revolt"),
         (("run", "no/such.toml"), "no such file"),
         (("run", "revolt", "--sitl", "--home", "north"), "write LAT,LON,HEADING_DEG"),
         (("run", "revolt", "--sitl", "--speed", "0"), "above 0"),

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 
-from companion.config_outputs import RelayConfig, ServoConfig
+from companion.config import RelayConfig, ServoConfig
 from companion.core.auxiliary import NO_AUXILIARY, Auxiliary
 from companion.core.types import ActuatorCommand, Allocation, Deployment, ThrusterCommand, ThrusterFeedback, Wrench
 from companion.safety import Gate as BareGate

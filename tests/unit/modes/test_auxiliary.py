@@ -8,8 +8,7 @@ from typing import Any
 
 import pytest
 
-from companion.config import VesselConfig
-from companion.config_outputs import RelayConfig, ServoConfig
+from companion.config import RelayConfig, ServoConfig, VesselConfig
 from companion.core.auxiliary import Auxiliary
 from companion.core.types import Result, Severity
 from companion.mission.plan import PlanItem

@@ -369,7 +369,7 @@ def test_along_a_path_the_speed_falls_ahead_of_the_line(boat: Any) -> None:
     boat.step(5.0)
     fence(boat)
     boat.supervisor._fence_duty._seen_fence = boat.supervisor._fence.key
-    boat.step(400.0)
+    boat.step(130.0)
     assert 47.0 < boat.nav.north_m < 50.0
     assert boat.status.fence is not None and boat.status.fence.slowed and not boat.status.fence.breached
     assert "Fence ahead: slowing down" in boat.texts()

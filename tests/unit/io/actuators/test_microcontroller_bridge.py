@@ -7,8 +7,7 @@ from itertools import pairwise
 
 import pytest
 
-from companion.config import ActuatorConfig, ConfigError, VesselConfig, find, load
-from companion.config_outputs import RelayConfig, ServoConfig
+from companion.config import ActuatorConfig, ConfigError, RelayConfig, ServoConfig, VesselConfig, find, load
 from companion.core.auxiliary import Auxiliary
 from companion.core.microcontroller_auxiliary import AuxiliaryDemand, AuxiliaryState
 from companion.core.microcontroller_frame import (

@@ -1,4 +1,4 @@
-"""Outputs beside the thrusters, as a vessel's file describes them: servos and relays. A part of `companion.config`."""
+"""Outputs beside the thrusters, as a vessel's file describes them: servos and relays."""
 
 from __future__ import annotations
 
@@ -6,10 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated
 
-from pydantic import ConfigDict, Field
+from pydantic import Field
 
-_STRICT = ConfigDict(extra="forbid", allow_inf_nan=False)
-Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]{0,31}$")]
+from companion.config.fields import STRICT, Name
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,7 +16,7 @@ class ServoConfig:
     """A servo output, numbered from 1 in the order of the file. It rests at `rest_us` (None: without pulses): at the start, and disarmed
     unless `while_disarmed`."""
 
-    __pydantic_config__ = _STRICT
+    __pydantic_config__ = STRICT
     name: Name
     min_us: Annotated[float, Field(ge=500.0, le=2500.0)] = 1000.0
     max_us: Annotated[float, Field(ge=500.0, le=2500.0)] = 2000.0
@@ -29,7 +28,7 @@ class ServoConfig:
 class RelayConfig:
     """A relay, numbered from 0 in the order of the file. It rests switched off: at the start, and disarmed unless `while_disarmed`."""
 
-    __pydantic_config__ = _STRICT
+    __pydantic_config__ = STRICT
     name: Name
     while_disarmed: bool = False
 

@@ -13,20 +13,20 @@ from importlib import resources
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, ConfigDict, Field, TypeAdapter, ValidationError
+from pydantic import Field, TypeAdapter, ValidationError
 
-from companion.config_outputs import Name, RelayConfig, ServoConfig, rest_problems
+from companion.config.devices import ActuatorConfig as ActuatorConfig
+from companion.config.devices import SensorConfig as SensorConfig
+from companion.config.devices import ThrusterConfig as ThrusterConfig
+from companion.config.fields import FROM_DEGREES, STRICT, Latitude, Longitude, Name, NonNegative, Positive
+from companion.config.hull import DampingConfig as DampingConfig
+from companion.config.hull import HullConfig as HullConfig
+from companion.config.hull import ThesisModelConfig as ThesisModelConfig
+from companion.config.hull import WindageConfig as WindageConfig
+from companion.config.outputs import RelayConfig as RelayConfig
+from companion.config.outputs import ServoConfig as ServoConfig
+from companion.config.outputs import rest_problems
 from companion.core.toml_places import dotted, line_of
-
-_STRICT = ConfigDict(extra="forbid", allow_inf_nan=False)
-_FROM_DEGREES = AfterValidator(math.radians)
-_FROM_DEGREES_OR_NONE = AfterValidator(lambda degrees: None if degrees is None else math.radians(degrees))
-_SECTORS_FROM_DEGREES = AfterValidator(lambda sectors: tuple((math.radians(a), math.radians(b)) for a, b in sectors))
-
-Positive = Annotated[float, Field(gt=0.0)]
-NonNegative = Annotated[float, Field(ge=0.0)]
-Latitude = Annotated[float, Field(ge=-89.0, le=89.0)]
-Longitude = Annotated[float, Field(ge=-180.0, le=180.0)]
 
 
 class ConfigError(Exception):
@@ -41,155 +41,18 @@ class ConfigError(Exception):
 class HomeConfig:
     """Where the boat lives: the origin of its local frame, and where SITL starts."""
 
-    __pydantic_config__ = _STRICT
+    __pydantic_config__ = STRICT
     lat_deg: Latitude
     lon_deg: Longitude
-    yaw_rad: Annotated[float, Field(alias="heading_deg", ge=-360.0, le=360.0), _FROM_DEGREES] = 0.0
+    yaw_rad: Annotated[float, Field(alias="heading_deg", ge=-360.0, le=360.0), FROM_DEGREES] = 0.0
     altitude_m: float = 0.0
-
-
-@dataclass(frozen=True, slots=True)
-class DampingConfig:
-    """Hydrodynamic damping in Fossen's derivatives, positive where it resists: X = −(x_u u + x_uu |u|u + x_uuu u³) and so on.
-
-    Y = −(y_v v + y_vv |v|v + y_rv |r|v + y_r r + y_vr |v|r + y_rr |r|r), N likewise with n_.
-    """
-
-    __pydantic_config__ = _STRICT
-    x_u: float = 0.0
-    x_uu: float = 0.0
-    x_uuu: float = 0.0
-    y_v: float = 0.0
-    y_vv: float = 0.0
-    y_rv: float = 0.0
-    y_r: float = 0.0
-    y_vr: float = 0.0
-    y_rr: float = 0.0
-    n_v: float = 0.0
-    n_vv: float = 0.0
-    n_rv: float = 0.0
-    n_r: float = 0.0
-    n_vr: float = 0.0
-    n_rr: float = 0.0
-
-
-@dataclass(frozen=True, slots=True)
-class HullConfig:
-    """Inertia with added mass, and damping: M = [[m11, 0, 0], [0, m22, m23], [0, m32, m33]]."""
-
-    __pydantic_config__ = _STRICT
-    m11_kg: Positive
-    m22_kg: Positive
-    m33_kgm2: Positive
-    m23_kgm: float = 0.0
-    m32_kgm: float | None = None  # None: as m23
-    damping: DampingConfig = field(default_factory=DampingConfig)
-
-
-@dataclass(frozen=True, slots=True)
-class WindageConfig:
-    """Wind areas and coefficients (Fossen 2011, 8.1.3), with (ax, ay) the velocity of the air relative to the boat in body axes:
-
-    X = ½ρ cx A_F V ax, Y = ½ρ cy A_L V ay, N = −ρ cn A_L L ax ay (½ρ cn A_L L V² sin 2γ: the bow turns away from the wind).
-    """
-
-    __pydantic_config__ = _STRICT
-    frontal_m2: NonNegative = 0.0
-    lateral_m2: NonNegative = 0.0
-    cx: float = 0.7
-    cy: float = 0.9
-    cn: float = 0.1
-
-
-@dataclass(frozen=True, slots=True)
-class ThesisModelConfig:
-    """What the thesis's own feed-forward believes beside `hull`'s inertia: the bare hull's mass, and damping as printed."""
-
-    __pydantic_config__ = _STRICT
-    mass_kg: Positive
-    damping: DampingConfig
-
-
-@dataclass(frozen=True, slots=True)
-class ThrusterConfig:
-    """One thruster. Force F = ahead_n·u|u| (u ≥ 0) or astern_n·u|u| (u < 0), u the throttle −1…1, within [min_n, max_n].
-
-    `azimuth_rad` is its direction at rest: the way it pushes the boat, clockwise from the bow. Kind "azimuth" turns at most
-    `azimuth_rate_radps`, within [azimuth_min_rad, azimuth_max_rad] where those are given, else endlessly, and gives no thrust in a sector of
-    `forbidden_rad`, each clockwise from its first to its second direction. A `retractable` one takes `travel_s` between up and down.
-    """
-
-    __pydantic_config__ = _STRICT
-    name: Name
-    kind: Literal["azimuth", "fixed"]
-    x_m: float
-    y_m: float
-    max_n: Positive
-    min_n: Annotated[float, Field(le=0.0)]
-    ahead_n: Positive
-    astern_n: Positive
-    force_rate_nps: Positive
-    azimuth_rad: Annotated[float, Field(alias="azimuth_deg", ge=-360.0, le=360.0), _FROM_DEGREES] = 0.0
-    azimuth_rate_radps: Annotated[float, Field(alias="azimuth_rate_dps", ge=0.0), _FROM_DEGREES] = 0.0
-    azimuth_min_rad: Annotated[float | None, Field(alias="azimuth_min_deg"), _FROM_DEGREES_OR_NONE] = None
-    azimuth_max_rad: Annotated[float | None, Field(alias="azimuth_max_deg"), _FROM_DEGREES_OR_NONE] = None
-    forbidden_rad: Annotated[tuple[tuple[float, float], ...], Field(alias="forbidden_deg"), _SECTORS_FROM_DEGREES] = ()
-    manual_azimuth_rad: Annotated[float, Field(alias="manual_azimuth_deg", ge=0.0, le=180.0), _FROM_DEGREES] = 0.0
-    dead_band: Annotated[float, Field(ge=0.0, lt=0.5)] = 0.0  # throttle below which nothing turns
-    retractable: bool = False
-    travel_s: NonNegative = 0.0
-
-
-@dataclass(frozen=True, slots=True)
-class SensorConfig:
-    """One sensor: its driver (a row of `companion/io/sensors`), its port, where it sits in body axes, and how good it is.
-
-    Accuracies and noise densities are one sigma, as the filter is to weigh this sensor; wanders are slow errors that averaging does not
-    take away. None: by kind; headings 0.4° with a wander of 0.1° from an antenna baseline, 3° with 2° from a compass; positions wander
-    8 mm with carrier phase, else by 0.7 of their accuracy.
-    """
-
-    __pydantic_config__ = _STRICT
-    name: Name
-    driver: str
-    port: str
-    x_m: float = 0.0
-    y_m: float = 0.0
-    z_m: float = 0.0
-    heading_offset_rad: Annotated[float, Field(alias="heading_offset_deg", ge=-360.0, le=360.0), _FROM_DEGREES] = 0.0
-    rate_hz: Positive = 10.0
-    timeout_s: Positive = 2.0
-    antennas: Literal[1, 2] = 2  # of a satellite receiver; two give a heading
-    latency_s: NonNegative = 0.0  # from the moment of validity to the arrival of the bytes
-    heading: Literal["none", "magnetic", "true"] = "none"  # what an inertial sensor's own yaw is worth as a compass
-    accuracy_floor_m: Positive = 0.02  # timing and mounting are no better, whatever the receiver says of its positions
-    position_wander_m: NonNegative | None = None
-    velocity_accuracy_mps: Positive = 0.06  # of a plain fix; with corrections half of that, with carrier phase 0.3
-    heading_accuracy_rad: Annotated[float | None, Field(alias="heading_accuracy_deg", gt=0.0, le=45.0), _FROM_DEGREES_OR_NONE] = None
-    heading_wander_rad: Annotated[float | None, Field(alias="heading_wander_deg", ge=0.0, le=45.0), _FROM_DEGREES_OR_NONE] = None
-    accelerometer_noise_mps2_rthz: Positive = 0.004  # on a hull that shakes: a few times the data sheet's
-    gyro_noise_radps_rthz: Annotated[float, Field(alias="gyro_noise_dps_rthz", gt=0.0), _FROM_DEGREES] = 2.0e-4
-
-
-@dataclass(frozen=True, slots=True)
-class ActuatorConfig:
-    """One bridge: its driver (a row of `companion/io/actuators`), its port, and the thrusters, servos and relays it drives, by name."""
-
-    __pydantic_config__ = _STRICT
-    name: Name
-    driver: str
-    port: str
-    thrusters: tuple[Name, ...]
-    timeout_s: Positive = 1.0
-    servos: tuple[Name, ...] = ()
-    relays: tuple[Name, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
 class LimitsConfig:
     """What the controller may ask of all thrusters together."""
 
-    __pydantic_config__ = _STRICT
+    __pydantic_config__ = STRICT
     surge_n: Positive
     sway_n: NonNegative
     yaw_nm: Positive
@@ -202,10 +65,10 @@ class DockConfig:
     `clearance_m` is the room between hull and face that fenders take up, `standoff_m` the clear water from which the boat comes alongside.
     """
 
-    __pydantic_config__ = _STRICT
+    __pydantic_config__ = STRICT
     lat_deg: Latitude
     lon_deg: Longitude
-    yaw_rad: Annotated[float, Field(alias="heading_deg", ge=-360.0, le=360.0), _FROM_DEGREES]
+    yaw_rad: Annotated[float, Field(alias="heading_deg", ge=-360.0, le=360.0), FROM_DEGREES]
     side: Literal["port", "starboard", "bow", "stern"] = "port"
     standoff_m: Annotated[float, Field(ge=1.0, le=50.0)] = 2.0
     clearance_m: Annotated[float, Field(ge=0.0, le=5.0)] = 0.1
@@ -215,7 +78,7 @@ class DockConfig:
 class PlantConfig:
     """One set of truth for SITL: the hull as it really is, and what the thrusters really do."""
 
-    __pydantic_config__ = _STRICT
+    __pydantic_config__ = STRICT
     hull: HullConfig
     windage: WindageConfig = field(default_factory=WindageConfig)
     thruster_lag_s: NonNegative = 0.3
@@ -224,7 +87,7 @@ class PlantConfig:
 
 @dataclass(frozen=True, slots=True)
 class SitlConfig:
-    __pydantic_config__ = _STRICT
+    __pydantic_config__ = STRICT
     plant: str
     plants: dict[str, PlantConfig]
     gnss: str = "rtk"  # grade of the receiver
@@ -237,7 +100,7 @@ class SitlConfig:
 class VesselConfig:
     """A vessel, whole. `hull` and `windage` are the controller's own model; `parameters` go over the table's defaults."""
 
-    __pydantic_config__ = _STRICT
+    __pydantic_config__ = STRICT
     name: Name
     title: str
     length_m: Positive

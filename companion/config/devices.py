@@ -1,0 +1,85 @@
+"""Thrusters, sensors and bridges, as a vessel's file describes them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from companion.config.fields import FROM_DEGREES, FROM_DEGREES_OR_NONE, SECTORS_FROM_DEGREES, STRICT, Name, NonNegative, Positive
+
+
+@dataclass(frozen=True, slots=True)
+class ThrusterConfig:
+    """One thruster. Force F = ahead_n·u|u| (u ≥ 0) or astern_n·u|u| (u < 0), u the throttle −1…1, within [min_n, max_n].
+
+    `azimuth_rad` is its direction at rest: the way it pushes the boat, clockwise from the bow. Kind "azimuth" turns at most
+    `azimuth_rate_radps`, within [azimuth_min_rad, azimuth_max_rad] where those are given, else endlessly, and gives no thrust in a sector of
+    `forbidden_rad`, each clockwise from its first to its second direction. A `retractable` one takes `travel_s` between up and down.
+    """
+
+    __pydantic_config__ = STRICT
+    name: Name
+    kind: Literal["azimuth", "fixed"]
+    x_m: float
+    y_m: float
+    max_n: Positive
+    min_n: Annotated[float, Field(le=0.0)]
+    ahead_n: Positive
+    astern_n: Positive
+    force_rate_nps: Positive
+    azimuth_rad: Annotated[float, Field(alias="azimuth_deg", ge=-360.0, le=360.0), FROM_DEGREES] = 0.0
+    azimuth_rate_radps: Annotated[float, Field(alias="azimuth_rate_dps", ge=0.0), FROM_DEGREES] = 0.0
+    azimuth_min_rad: Annotated[float | None, Field(alias="azimuth_min_deg"), FROM_DEGREES_OR_NONE] = None
+    azimuth_max_rad: Annotated[float | None, Field(alias="azimuth_max_deg"), FROM_DEGREES_OR_NONE] = None
+    forbidden_rad: Annotated[tuple[tuple[float, float], ...], Field(alias="forbidden_deg"), SECTORS_FROM_DEGREES] = ()
+    manual_azimuth_rad: Annotated[float, Field(alias="manual_azimuth_deg", ge=0.0, le=180.0), FROM_DEGREES] = 0.0
+    dead_band: Annotated[float, Field(ge=0.0, lt=0.5)] = 0.0  # throttle below which nothing turns
+    retractable: bool = False
+    travel_s: NonNegative = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class SensorConfig:
+    """One sensor: its driver (a row of `companion/io/sensors`), its port, where it sits in body axes, and how good it is.
+
+    Accuracies and noise densities are one sigma, as the filter is to weigh this sensor; wanders are slow errors that averaging does not
+    take away. None: by kind; headings 0.4° with a wander of 0.1° from an antenna baseline, 3° with 2° from a compass; positions wander
+    8 mm with carrier phase, else by 0.7 of their accuracy.
+    """
+
+    __pydantic_config__ = STRICT
+    name: Name
+    driver: str
+    port: str
+    x_m: float = 0.0
+    y_m: float = 0.0
+    z_m: float = 0.0
+    heading_offset_rad: Annotated[float, Field(alias="heading_offset_deg", ge=-360.0, le=360.0), FROM_DEGREES] = 0.0
+    rate_hz: Positive = 10.0
+    timeout_s: Positive = 2.0
+    antennas: Literal[1, 2] = 2  # of a satellite receiver; two give a heading
+    latency_s: NonNegative = 0.0  # from the moment of validity to the arrival of the bytes
+    heading: Literal["none", "magnetic", "true"] = "none"  # what an inertial sensor's own yaw is worth as a compass
+    accuracy_floor_m: Positive = 0.02  # timing and mounting are no better, whatever the receiver says of its positions
+    position_wander_m: NonNegative | None = None
+    velocity_accuracy_mps: Positive = 0.06  # of a plain fix; with corrections half of that, with carrier phase 0.3
+    heading_accuracy_rad: Annotated[float | None, Field(alias="heading_accuracy_deg", gt=0.0, le=45.0), FROM_DEGREES_OR_NONE] = None
+    heading_wander_rad: Annotated[float | None, Field(alias="heading_wander_deg", ge=0.0, le=45.0), FROM_DEGREES_OR_NONE] = None
+    accelerometer_noise_mps2_rthz: Positive = 0.004  # on a hull that shakes: a few times the data sheet's
+    gyro_noise_radps_rthz: Annotated[float, Field(alias="gyro_noise_dps_rthz", gt=0.0), FROM_DEGREES] = 2.0e-4
+
+
+@dataclass(frozen=True, slots=True)
+class ActuatorConfig:
+    """One bridge: its driver (a row of `companion/io/actuators`), its port, and the thrusters, servos and relays it drives, by name."""
+
+    __pydantic_config__ = STRICT
+    name: Name
+    driver: str
+    port: str
+    thrusters: tuple[Name, ...]
+    timeout_s: Positive = 1.0
+    servos: tuple[Name, ...] = ()
+    relays: tuple[Name, ...] = ()

@@ -1,0 +1,19 @@
+"""Kinds of fields in a vessel's file."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated
+
+from pydantic import AfterValidator, ConfigDict, Field
+
+STRICT = ConfigDict(extra="forbid", allow_inf_nan=False)
+FROM_DEGREES = AfterValidator(math.radians)
+FROM_DEGREES_OR_NONE = AfterValidator(lambda degrees: None if degrees is None else math.radians(degrees))
+SECTORS_FROM_DEGREES = AfterValidator(lambda sectors: tuple((math.radians(a), math.radians(b)) for a, b in sectors))
+
+Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]{0,31}$")]
+Positive = Annotated[float, Field(gt=0.0)]
+NonNegative = Annotated[float, Field(ge=0.0)]
+Latitude = Annotated[float, Field(ge=-89.0, le=89.0)]
+Longitude = Annotated[float, Field(ge=-180.0, le=180.0)]
