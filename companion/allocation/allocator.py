@@ -16,6 +16,7 @@ from companion.params import Parameters
 _LIMITED_SHARE = 0.01  # shortfall, as a share of the axis's limit, from which an axis counts as limited
 _IDLE_SHARE = 0.1  # share of full force below which a thruster may be turned for free
 _PULL = 0.05  # weight of the preferred azimuth of an idle or limited thruster
+_WORTH_A_TURN = 0.2  # share of a limit that must be missing before a thruster at its stop goes round without thrust
 _APART_S = 0.5  # how long a better azimuth must lie beyond a forbidden sector, or the other way round the stops, before it is turned to
 _AT_STOP_RAD = 0.02
 _UNCONSTRAINED = 1  # ALLOC_KIND
@@ -119,6 +120,7 @@ class Allocator(_Base):
         self._solver = AllocationSolver(self._thrusters, self._scales)
         self._problem = Problem(len(self._thrusters))
         self._short = False
+        self._missing = 0.0  # share of the limits by which the worst axis fell short
         self._crossing: list[float | None] = [None] * len(self._thrusters)  # azimuth to turn to without thrust
         self._apart_s = [0.0] * len(self._thrusters)
 
@@ -132,6 +134,7 @@ class Allocator(_Base):
             self._optimise(wrench, ideal, dt_s)
         allocation = self._result(wrench)
         self._short = any(allocation.limited)
+        self._missing = self._share_missing(wrench, allocation.achieved)
         return allocation
 
     def _cut(self, ideal: Sequence[tuple[float, float]], dt_s: float) -> None:
@@ -216,8 +219,20 @@ class Allocator(_Base):
         low, high = t.sectors.span(present)
         apart = not low - 1.0e-6 <= wanted_rad <= high + 1.0e-6 or abs(wanted_rad - present) > math.pi
         stopped = min(present - low, high - present) < _AT_STOP_RAD
-        apart = apart or (self._short and stopped and abs(wanted_rad - present) > 0.5 * math.pi)
+        apart = apart or (self._missing > _WORTH_A_TURN and stopped and abs(wanted_rad - present) > 0.5 * math.pi)
         self._apart_s[i] = self._apart_s[i] + dt_s if apart else 0.0
-        if self._apart_s[i] >= _APART_S or (apart and not t.sectors.allowed(present)):
+        if (self._apart_s[i] >= _APART_S and not self._others_cross(i)) or (apart and not t.sectors.allowed(present)):
             self._crossing[i] = wanted_rad
             self._apart_s[i] = 0.0
+
+    def _share_missing(self, demanded: Wrench, achieved: Wrench) -> float:
+        x, y, n = self._scales
+        return max(
+            abs(demanded.surge_n - achieved.surge_n) / x,
+            abs(demanded.sway_n - achieved.sway_n) / y if y > 0.0 else 0.0,
+            abs(demanded.yaw_nm - achieved.yaw_nm) / n,
+        )
+
+    def _others_cross(self, i: int) -> bool:
+        """Whether another thruster is on its way without thrust: one at a time, so that some thrust is left."""
+        return any(target is not None and j != i and j not in self._failed for j, target in enumerate(self._crossing))

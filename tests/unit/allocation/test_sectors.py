@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import replace
 
@@ -18,6 +19,7 @@ from companion.safety import Gate
 from tests.unit.control.simple_boat import REVOLT
 
 DT_S = 0.1
+ABOAT = load(find("aboat"))
 
 
 def deg(*angles: float) -> tuple[float, ...]:
@@ -158,3 +160,19 @@ def test_pods_at_their_stops_in_reverse_turn_round_when_the_boat_needs_them() ->
     for _ in range(80):
         last = allocator.update(wrench, DT_S)
     assert (last.achieved.surge_n, last.achieved.yaw_nm) == pytest.approx((300.0, 85.0), rel=0.05)
+
+
+# Surge, sway and yaw, a second apart, as ÅBOAT's path following asked for them in a corner of 130° in wind and current.
+CORNER = ((0.9, -39.3, 22.0), (-7.9, -42.1, 86.3), (-29.5, -35.4, 92.1), (-56.9, -12.8, 46.2), (-51.7, -2.0, 72.3), (-58.2, 4.6, 229.6), (-71.7, 5.3, 279.8))
+
+
+def test_pods_do_not_all_turn_round_at_once() -> None:
+    """Without thrust on the way round, some of it must be left: both turned in this corner, and the boat lay without for three seconds."""
+    allocator = Allocator(ABOAT, Parameters(ABOAT.parameters))
+    for _ in range(20):
+        allocator.update(Wrench(*CORNER[0]), DT_S)
+    for a, b in itertools.pairwise(CORNER):
+        for k in range(10):
+            wrench = Wrench(*(x + (y - x) * k / 10 for x, y in zip(a, b, strict=True)))
+            allocation = allocator.update(wrench, DT_S)
+            assert any(abs(thruster.force_n) > 1.0 for thruster in allocation.thrusters), wrench
