@@ -276,7 +276,7 @@ class FenceGuard:
         is braked by the feedback."""
         areas = self.areas()
         speed = math.hypot(nav.surge_mps, nav.sway_mps)
-        if areas is None or speed < 1.0e-6:
+        if areas is None or not speed >= 1.0e-6 or not all(map(math.isfinite, (speed, nav.north_m, nav.east_m, nav.yaw_rad, nav.yaw_rate_radps))):
             return nav
         from companion.guidance.fence_limit import fitted_speed_mps
 

@@ -405,3 +405,10 @@ def test_without_a_position_the_fence_is_not_kept_and_that_is_said(boat: Any) ->
     boat.nav = replace(boat.nav, position_valid=True)
     boat.step(5.0)
     assert boat.names().count("fence_seen") == 1
+
+
+@pytest.mark.parametrize("broken", [{"yaw_rad": math.inf}, {"surge_mps": math.nan}, {"north_m": math.nan}, {"yaw_rate_radps": math.nan}])
+def test_an_estimate_that_is_no_number_is_let_through(boat: Any, broken: dict[str, float]) -> None:
+    fence(boat)
+    nav = replace(boat.nav, **{"surge_mps": 0.5, **broken})
+    assert boat.supervisor._fence.slowed(nav) is nav
