@@ -177,7 +177,7 @@ def _home(text: str) -> HomeConfig:
         lat_deg, lon_deg, *heading_deg = (float(part) for part in text.split(","))
     except ValueError as error:
         raise UsageError(f"--home {text}: write LAT,LON,HEADING_DEG, as 63.4389,10.3990,0") from error
-    if not (-89.0 <= lat_deg <= 89.0 and -180.0 <= lon_deg <= 180.0 and len(heading_deg) <= 1):
+    if not (-89.0 <= lat_deg <= 89.0 and -180.0 <= lon_deg <= 180.0 and len(heading_deg) <= 1 and all(map(math.isfinite, heading_deg))):
         raise UsageError(f"--home {text}: no such place; write LAT,LON,HEADING_DEG")
     return HomeConfig(lat_deg, lon_deg, math.radians(heading_deg[0]) if heading_deg else 0.0)
 

@@ -175,7 +175,7 @@ TABLE: tuple[ParamSpec, ...] = (
     _real("LQR_INT_T", 8.0, 0.5, 120.0, "s", "Path", "For how long such an error may last before it weighs as much by its integral"),
     _real("LQR_EFFORT", 0.15, 0.01, 1.0, "norm", "Path", "Share of the limits that is worth the errors above"),
     _choice("WP_STUCK_ACT", 1, {0: "Ignore", 1: "Hold", 2: "RTL"}, "Path", "What to do when the boat under way has made no way for WP_STUCK_T; it says so sooner"),
-    _real("WP_STUCK_T", 120.0, 40.0, 3600.0, "s", "Path", "How long no way against wind or current is borne before WP_STUCK_ACT"),
+    _real("WP_STUCK_T", 120.0, 40.0, 3600.0, "s", "Path", "How long no way made is borne before WP_STUCK_ACT"),
     # mission
     _choice("MIS_ON_START", 0, {0: "Stay in Hold, disarmed", 1: "Resume"}, "Mission", "After a restart in mid-mission"),
     _choice("MIS_DONE_ACT", 1, {1: "Hold", 2: "RTL", 3: "Neutral"}, "Mission", "What to do after the last item"),

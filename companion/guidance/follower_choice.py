@@ -15,8 +15,9 @@ _THESIS = 1
 
 
 class ChosenFollower:
-    """Same interface as `PathFollower`. Remembers the one at work, the route, and how many of its waypoints were passed before that one
-    took over: it then sails the rest from where the boat is."""
+    """Same interface as `PathFollower`. Remembers the one at work, the route, how many of its waypoints were passed before that one took over
+    (it then sails the rest from where the boat is), and the way made, which goes on counting. `took_over`: that was in the last update, along
+    a line that nobody has seen yet."""
 
     def __init__(self, parameters: Parameters, can_sway: bool, top_mps: float = math.inf) -> None:
         self._parameters = parameters
@@ -25,6 +26,8 @@ class ChosenFollower:
         self._waypoints: tuple[Waypoint, ...] = ()
         self._stop_at_end = True
         self._before = self._passed = 0
+        self._way_m = self._way_before_m = 0.0
+        self.took_over = False
 
     def start(
         self, waypoints: Sequence[Waypoint], nav: NavState, stop_at_end: bool = True, from_here: bool = True, beyond: Sequence[Waypoint] = ()
@@ -47,12 +50,16 @@ class ChosenFollower:
     def update(self, nav: NavState, speed_mps: float, dt_s: float) -> PathProgress:
         """As `PathFollower.update`."""
         wanted = self._wanted()
-        if wanted is not self._active and self._passed < len(self._waypoints):
+        self.took_over = wanted is not self._active and self._passed < len(self._waypoints)
+        if self.took_over:
             self._active, self._before = wanted, self._passed
             wanted.start(self._waypoints[self._passed :], nav, self._stop_at_end)
         progress = self._active.update(nav, speed_mps, dt_s)
+        if self.took_over:  # each counts from elsewhere
+            self._way_before_m = self._way_m - progress.way_m
         self._passed = self._before + progress.passed
-        return replace(progress, passed=self._passed)
+        self._way_m = self._way_before_m + progress.way_m
+        return replace(progress, passed=self._passed, way_m=self._way_m)
 
     @property
     def legs(self) -> list[list[tuple[float, float]]]:
@@ -62,6 +69,7 @@ class ChosenFollower:
     def _remember(self, waypoints: Sequence[Waypoint], stop_at_end: bool) -> None:
         self._waypoints, self._stop_at_end = tuple(waypoints), stop_at_end
         self._before = self._passed = 0
+        self._way_before_m = 0.0
 
     def _wanted(self) -> PathFollower | ThesisWaypoints:
         return self._kinds[1 if self._parameters["WP_LAW"] == _THESIS else 0]

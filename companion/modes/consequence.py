@@ -23,6 +23,7 @@ _MET = 0.01  # of the wrench limits: what is left over then does not matter
 _MEAN_S = 20.0
 _SETTLE_S = 15.0
 _PERIOD_S = 1.0
+_LASTING_S = 30.0  # for how long a thruster must not have been needed before that is said
 _MARGIN = 1.15  # by which the demand must be met before an answer turns good again
 
 Vector = tuple[float, float]
@@ -168,7 +169,7 @@ class ConsequenceCheck:
 
     Once a second the mean is put to the question, without one thruster after the other, one in a tick: that keeps the longest tick short.
     Remembers the mean of the achieved wrench, for how long it has been taken, when it looks next, the round of questions under way, and the
-    thrusters without which the boat would not hold.
+    thrusters without which the boat would not hold, each with when that was last found.
     """
 
     def __init__(self, config: VesselConfig, parameters: Parameters, events: EventLog) -> None:
@@ -185,6 +186,7 @@ class ConsequenceCheck:
         self._mean = self._asked = (0.0, 0.0, 0.0)
         self._taken_s = 0.0
         self._next_s = _SETTLE_S
+        self._found_s = dict.fromkeys(self._needed, 0.0)
         self._left: list[int] = []  # thrusters that this round has still to leave out
         self._found: set[int] = set()
 
@@ -220,9 +222,12 @@ class ConsequenceCheck:
             self._found.add(i)
 
     def _conclude(self, inputs: ModeInputs) -> None:
-        if self._found == self._needed:
+        """A worse answer is taken at once, a better one when it lasts: near the limit it would change every few seconds."""
+        self._found_s |= dict.fromkeys(self._found, self._taken_s)
+        needed = frozenset(i for i, found_s in self._found_s.items() if i not in self._out and self._taken_s - found_s <= _LASTING_S)
+        if needed == self._needed:
             return
-        self._needed = frozenset(self._found)
+        self._needed = needed
         if self._needed:
             names = " or ".join(self._thrusters[i].name for i in sorted(self._needed))
             self._events.say(inputs.now_s, Severity.WARNING, "consequence", f"Would not hold if {names} failed")

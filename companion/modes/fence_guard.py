@@ -73,6 +73,7 @@ class FenceGuard:
         self._breach_s: float | None = None
         self._slowed = False
         self._slowed_s = 0.0  # when last
+        self._blind = False  # the position is not known, which was said
         self.cause: str | None = None
         plans.on_change(self._on_change)
 
@@ -204,11 +205,13 @@ class FenceGuard:
 
     # --- the boat under it -----------------------------------------------------------------------------------------
 
-    def update(self, nav: NavState, mode: Mode, now_s: float) -> None:
-        """How the boat stands to the fence now. An estimate that is not valid changes nothing."""
+    def update(self, nav: NavState, mode: Mode, armed: bool, now_s: float) -> None:
+        """How the boat stands to the fence now. An estimate that is not valid changes nothing; a mode that goes on without one is warned."""
         areas = self.areas()
         if areas is None:
+            self._blind = False
             return
+        self._tell_blind(armed and not nav.position_valid and not mode.needs_position, nav, now_s)
         if not nav.position_valid:
             return
         margin = areas.fence.margin(nav.north_m, nav.east_m)
@@ -225,6 +228,13 @@ class FenceGuard:
             self.cause = "Outside the fence" if self._entered else None
         else:
             self.cause = self._ahead(areas, nav, mode)
+
+    def _tell_blind(self, blind: bool, nav: NavState, now_s: float) -> None:
+        if blind and not self._blind:
+            self._events.say(now_s, Severity.WARNING, "fence_blind", "Position lost: the fence is not kept")
+        elif self._blind and nav.position_valid:
+            self._events.say(now_s, Severity.NOTICE, "fence_seen", "Position is back: the fence is kept again")
+        self._blind = not nav.position_valid and (self._blind or blind)
 
     def _on_breach(self, areas: FenceAreas, off_m: float, now_s: float) -> None:
         """A breach begins. What the failsafe says at its onset is not said twice."""
@@ -266,7 +276,7 @@ class FenceGuard:
         is braked by the feedback."""
         areas = self.areas()
         speed = math.hypot(nav.surge_mps, nav.sway_mps)
-        if areas is None or speed < 1.0e-6:
+        if areas is None or not speed >= 1.0e-6 or not all(map(math.isfinite, (speed, nav.north_m, nav.east_m, nav.yaw_rad, nav.yaw_rate_radps))):
             return nav
         from companion.guidance.fence_limit import fitted_speed_mps
 

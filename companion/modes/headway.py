@@ -65,7 +65,7 @@ class Headway:
         lately = len(made) > _AGAIN_S and made[-1] - made[-1 - _AGAIN_S] > 2.0 * least_mps * _AGAIN_S
         if self._stuck_s is None and len(made) > _WINDOW_S and not lately and made[-1] - made[0] < least_mps * _WINDOW_S:
             self._stuck_s = now_s - _WINDOW_S
-            self._events.say(now_s, Severity.WARNING, "no_way", f"{self._name}: making no way against wind or current")
+            self._events.say(now_s, Severity.WARNING, "no_way", f"{self._name}: no way made: wind, current or an obstacle")
         elif self._stuck_s is not None and lately:
             self._stuck_s = None
             self._made = deque([made[-1]], _WINDOW_S + 1)  # what went before tells nothing more

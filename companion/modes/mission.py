@@ -265,7 +265,7 @@ class MissionMode(Mode):
 
     def _mind_fence(self, inputs: ModeInputs) -> None:
         """The path just laid, from where the boat really is."""
-        self._blocked = self._fence.track_refusal(self._follower.legs, [point.seq for point in self._route])
+        self._blocked = self._fence.track_refusal(self._follower.legs, [point.seq for point in self._route[self._told :]])
         if self._blocked is not None:
             self._station.stop_here(inputs.nav)
 
@@ -283,6 +283,8 @@ class MissionMode(Mode):
             return self._sail_sideways(task, inputs)
         progress = self._follower.update(inputs.nav, inputs.speed_mps, inputs.dt_s)
         self._headway.update(progress.way_m, inputs.speed_mps, inputs.now_s)
+        if self._follower.took_over:
+            self._mind_fence(inputs)
         passed = len(self._route) - self._sideways if progress.finished else progress.passed
         if task.stop and not progress.finished:
             passed = min(passed, len(self._route) - 1)  # the last one is reached at rest

@@ -38,9 +38,9 @@ class Retraction:
     def request(self, lower: bool, now_s: float) -> Outcome:
         """Down or up, as an operator asks."""
         if not self._retractable:
-            return self._refuse(Result.DENIED, "this boat has no retractable thruster", now_s)
+            return self._refuse(Result.DENIED, f"Refused to {'lower' if lower else 'retract'}: this boat has no retractable thruster", now_s)
         if not lower and self._needed:
-            return self._refuse(Result.TEMPORARILY_REJECTED, f"{self._helm.mode.id.value} needs it: choose Manual or disarm", now_s)
+            return self._refuse(Result.TEMPORARILY_REJECTED, f"Refused to retract: {self._helm.mode.id.value} needs it: choose Manual or disarm", now_s)
         self.lower = lower
         return ACCEPTED
 
@@ -85,8 +85,7 @@ class Retraction:
         left_n = self._sway_left[up]
         return "all sideways force left" if left_n >= most_n else f"sideways at most {left_n:.0f} of {most_n:.0f} N"
 
-    def _refuse(self, result: Result, reason: str, now_s: float) -> Outcome:
-        text = f"Refused to retract: {reason}"
+    def _refuse(self, result: Result, text: str, now_s: float) -> Outcome:
         self._events.say(now_s, Severity.WARNING, "refused", text)
         return Outcome(result, text)
 

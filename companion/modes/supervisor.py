@@ -293,7 +293,7 @@ class Supervisor:
         self._home.update(self._nav, now_s)
         self._sticks.update(inputs.rc, now_s)
         self._obey_safe_switch(now_s)
-        self._fence.update(self._nav, self._helm.mode, now_s)
+        self._fence.update(self._nav, self._helm.mode, self._helm.armed, now_s)
         self._fence_duty.update(self._mode_inputs(now_s, 0.0))
         self._responder.update(now_s)
         self.retraction.update(inputs.rc, now_s)

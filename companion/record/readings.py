@@ -28,6 +28,7 @@ from companion.core.types import (
     GnssFix,
     GroundVelocity,
     Heading,
+    HeadingBy,
     Imu,
     Leak,
     ManualInput,
@@ -53,7 +54,7 @@ COLUMNS: dict[str, tuple[type[Any], tuple[str, ...]]] = {
     ),
     "gnss": (GnssFix, ("t_s", "lat_deg", "lon_deg", "altitude_m", "fix", "satellites", "hdop", "position_accuracy_m")),
     "velocity": (GroundVelocity, ("t_s", "north_mps", "east_mps")),
-    "heading": (Heading, ("t_s", "yaw_rad", "accuracy_rad")),
+    "heading": (Heading, ("t_s", "yaw_rad", "accuracy_rad", "by")),  # by: its number in the order of HeadingBy
     "wind": (Wind, ("t_s", "speed_mps", "from_rad")),
     "battery": (Battery, ("t_s", "voltage_v", "current_a", "remaining")),
     "leak": (Leak, ("t_s", "wet")),
@@ -67,6 +68,7 @@ _OPTIONAL = frozenset(
     {"roll_rad", "pitch_rad", "altitude_m", "satellites", "hdop", "position_accuracy_m", "accuracy_rad", "current_a", "remaining"}
 )
 _OPTIONAL_BY_KIND = {"imu": {"yaw_rad"}, "feedback": {"azimuth_rad", "deployment"}, "manual": {"surge", "sway", "yaw"}}
+_HEADINGS_BY = tuple(HeadingBy)
 _WHOLE: dict[str, Callable[[float], Any]] = {
     "fix": lambda value: FixType(int(value)),
     "satellites": int,
@@ -75,6 +77,7 @@ _WHOLE: dict[str, Callable[[float], Any]] = {
     "wet": bool,
     "ok": bool,
     "deployment": lambda value: Deployment(int(value)),
+    "by": lambda value: _HEADINGS_BY[int(value)],
 }
 
 _POSE = ("north_m", "east_m", "yaw_rad", "surge_mps", "sway_mps", "yaw_rate_radps")
@@ -127,7 +130,6 @@ class ReadingsEncoder:
         """The line of a parameter that was changed under way."""
         return f"parameter,{name},".encode() + binascii.b2a_base64(struct.pack("<d", value))
 
-
     @staticmethod
     def packet(dialect: str, endpoint: str, t_s: float, packet: bytes) -> bytes:
         """The line of a packet that came in."""
@@ -146,6 +148,8 @@ def _packer(kind_type: type[Any]) -> Callable[[Any], bytes]:
         return lambda reading: _TIME.pack(reading.t_s, reading.time_unix_ns)
     if kind_type is RcInput:
         return lambda reading: _packed((reading.t_s, reading.lost, *reading.channels))
+    if kind_type is Heading:
+        return lambda reading: _packed((reading.t_s, reading.yaw_rad, reading.accuracy_rad, _HEADINGS_BY.index(reading.by)))
     names = COLUMNS[_KIND_OF[kind_type]][1]
     values, pack = attrgetter(*names), struct.Struct(f"<{len(names)}d").pack
 

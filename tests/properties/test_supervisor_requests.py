@@ -9,7 +9,7 @@ from typing import Any
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from companion.config import find, load
+from companion.config import VesselConfig, find, load
 from companion.core.geodesy import LocalFrame
 from companion.core.types import (
     Battery,
@@ -32,7 +32,7 @@ from companion.modes.events import EventLog
 from companion.modes.supervisor import Supervisor
 from companion.params import Parameters
 
-REVOLT = load(find("revolt"))
+REVOLT, ABOAT = load(find("revolt")), load(find("aboat"))
 NAV = NavState(
     0.0, True, True, 63.4389, 10.399, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0,
     0.02, 0.02, 0.01, 0.0, 0.0, 0.0, FixType.RTK_FIXED, 14, 0.7, None,
@@ -62,6 +62,7 @@ steps = st.one_of(
     st.tuples(st.just("sticks"), stick, stick, stick),
     st.tuples(st.just("upload"), st.lists(st.tuples(st.sampled_from((16, 17, 19, 20, 21, 93, 115, 178, 179)), offset_m, offset_m), max_size=4)),
     st.tuples(st.just("parameter"), st.sampled_from(("MIS_DONE_ACT", "FS_POS_ACT", "NAV_DLL_ACT", "FS_LEAK_ACT", "ARM_CHECKS", "WP_YAW_MODE")), st.integers(0, 3)),
+    st.tuples(st.just("parameter"), st.sampled_from(("WP_LAW", "PATH_CTRL", "DP_LAW", "PATH_KIND", "GF_ACTION", "FENCE_GROUP0", "FENCE_MARGIN")), st.integers(0, 3)),
     st.tuples(st.just("world"), st.booleans(), st.booleans(), st.booleans(), st.booleans(), st.floats(0.0, 1.0)),
     st.tuples(st.just("rc"), st.one_of(st.none(), st.tuples(stick, stick, stick, stick, switch))),
     st.tuples(st.just("move"), offset_m, offset_m, st.floats(-math.pi, math.pi), st.floats(-3.0, 3.0)),
@@ -70,14 +71,18 @@ steps = st.one_of(
     st.tuples(st.just("silence"), st.floats(0.5, 20.0)),
 )
 
+zones = st.lists(st.tuples(st.booleans(), offset_m, offset_m, st.floats(0.5, 50.0)), max_size=3)
+fenced_steps = st.one_of(steps, steps, steps, st.tuples(st.just("fence"), zones))
+
 
 class World:
-    def __init__(self) -> None:
+    def __init__(self, config: VesselConfig) -> None:
+        self.config = config
         self.frame = LocalFrame(63.4389, 10.399)
         self.parameters = Parameters()
         self.plans = Plans()
         events = EventLog()
-        self.supervisor = Supervisor(REVOLT, self.parameters, self.plans, MissionExecutor(self.plans), events, lambda: self.frame)
+        self.supervisor = Supervisor(config, self.parameters, self.plans, MissionExecutor(self.plans), events, lambda: self.frame)
         self.now_s = 0.0
         self.nav = NAV
         self.inputs = Inputs()
@@ -105,11 +110,12 @@ class World:
             case "set_heading":
                 outcome = supervisor.set_heading(values[0], now)
             case "thrusters":
-                supervisor.thruster_failed(values[0], values[1])
+                supervisor.thruster_failed(values[0] % len(self.config.thrusters), values[1])
                 supervisor.thrust_achieved(Wrench(values[2], -values[2], values[2]))
             case "lower":
                 outcome = supervisor.lower_thrusters(values[0], now)
-                supervisor.retraction.see(frozenset({2}) if values[1] else frozenset(), now)
+                up = {i for i, thruster in enumerate(self.config.thrusters) if thruster.retractable}
+                supervisor.retraction.see(frozenset(up) if values[1] else frozenset(), now)
             case "set_current":
                 outcome = supervisor.set_current(values[0], values[1], now)
             case "set_home":
@@ -118,6 +124,9 @@ class World:
                 supervisor.manual_input(ManualInput(now, "gcs", *values))
             case "upload":
                 self.plans.replace(PlanKind.MISSION, [self.item(seq, *row) for seq, row in enumerate(values[0])])
+            case "fence":
+                zones = [replace(self.item(seq, 5003 if keep else 5004, *row), frame=0, param1=row[2]) for seq, (keep, *row) in enumerate(values[0])]
+                self.plans.replace(PlanKind.FENCE, zones)
             case "parameter":
                 self.parameters.set(values[0], values[1])
             case "world":
@@ -144,9 +153,9 @@ class World:
         after = supervisor.status(now)
         assert (after.mode, after.armed) == before[:2] or supervisor.version > before[2]
 
-    def item(self, seq: int, command: int, north_m: float, east_m: float) -> PlanItem:
+    def item(self, seq: int, command: int, north_m: float, east_m: float, *_: float) -> PlanItem:
         lat, lon = self.frame.to_geodetic(north_m, east_m)
-        x, y = (round(lat * 1e7), round(lon * 1e7)) if command in (16, 17, 19, 21, 179) else (0, 0)
+        x, y = (round(lat * 1e7), round(lon * 1e7)) if command in (16, 17, 19, 21, 179, 5003, 5004) else (0, 0)
         param1 = 1.0 if command == 178 else 2.0 if command in (19, 93) else 0.0
         return PlanItem(seq, command, 3, param1, 0.5 if command == 178 else 0.0, 0.0, 0.0, x, y, 0.0)
 
@@ -158,7 +167,7 @@ class World:
                 self.inputs = replace(self.inputs, rc=replace(self.inputs.rc, t_s=self.now_s))
         health = [DeviceHealth("microcontroller", self.ok, 0.0), DeviceHealth("gnss", True, 0.0)]
         status = self.supervisor.update(replace(self.nav, t_s=self.now_s), self.inputs, health, self.now_s)
-        if status.armed and status.mode is not ModeId.MANUAL:
+        if status.armed and status.mode is not ModeId.MANUAL and any(thruster.retractable for thruster in self.config.thrusters):
             assert self.supervisor.retraction.lower is True
         setpoint = self.supervisor.guide(self.nav, self.now_s, 0.1)
         if not status.armed or not self.supervisor.status(self.now_s).armed:
@@ -173,7 +182,17 @@ class World:
 @settings(deadline=None, derandomize=True, max_examples=100)
 @given(st.lists(steps, min_size=20, max_size=60))
 def test_any_sequence_of_requests(sequence: list[tuple[Any, ...]]) -> None:
-    world = World()
+    carry_out(REVOLT, sequence)
+
+
+@settings(deadline=None, derandomize=True, max_examples=12)
+@given(st.lists(fenced_steps, min_size=20, max_size=40))
+def test_any_sequence_of_requests_to_a_boat_with_a_fence_and_no_berth(sequence: list[tuple[Any, ...]]) -> None:
+    carry_out(ABOAT, sequence)
+
+
+def carry_out(config: VesselConfig, sequence: list[tuple[Any, ...]]) -> None:
+    world = World(config)
     world.tick(0.1)
     world.do("upload", [(16, 20.0, 0.0), (19, 20.0, 20.0), (16, 0.0, 20.0)])
     world.do("arm", False)

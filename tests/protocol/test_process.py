@@ -35,6 +35,7 @@ def heard(port_socket: socket.socket, kind: str) -> bool:
         (("run", "revlot", "--sitl"), "no vessel named 'revlot'; bundled: aboat, cybership2, revolt"),
         (("run", "no/such.toml"), "no such file"),
         (("run", "revolt", "--sitl", "--home", "north"), "write LAT,LON,HEADING_DEG"),
+        (("run", "revolt", "--sitl", "--home", "63,10,inf"), "no such place"),
         (("run", "revolt", "--sitl", "--speed", "0"), "above 0"),
         (("run", "revolt", "--wind", "3"), "--sitl"),
         (("run", "revolt", "--sitl", "--fault", "kraken@10"), "kraken"),

@@ -97,6 +97,21 @@ def test_a_silent_receiver_is_bridged_by_the_thrust_of_the_log(tmp_path: Path) -
     assert rerun(log, tmp_path / "again").same
 
 
+def test_every_vessel_is_done_again_to_the_last_bit(tmp_path: Path) -> None:
+    """Each with its own sensors: a compass, a wind sensor, cameras."""
+    for vessel in ("aboat", "cybership2"):
+        rig = LockstepRig(Conditions(vessel, seed=3, wind="2", current="0.1"), tmp_path / vessel)
+        station = Station(rig)
+        station.ready()
+        station.set_mode(_HOLD)
+        station.arm()
+        station.sail(5.0)
+        rig.close()
+        log = open_log(tmp_path / vessel)
+        assert replay(log, tmp_path / f"{vessel}.csv").largest_in_log() == 0.0
+        assert rerun(log, tmp_path / f"{vessel}-again").same
+
+
 def test_a_replay_can_itself_be_replayed(recorded: Path, tmp_path: Path) -> None:
     first = rerun(open_log(recorded), tmp_path / "first")
     assert first.same and rerun(open_log(tmp_path / "first"), tmp_path / "second").same

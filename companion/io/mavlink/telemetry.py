@@ -19,7 +19,7 @@ from companion.io.mavlink import telemetry_state as state
 from companion.io.mavlink.dialects import Dialect
 from companion.io.mavlink.endpoint import Endpoint
 from companion.io.mavlink.framer import Packed, pack
-from companion.io.mavlink.hub import Hub, Peer
+from companion.io.mavlink.hub import Hub
 from companion.io.mavlink.statustext import unasked_prearm_texts
 from companion.io.mavlink.vessel import VesselFace
 from companion.io.mavlink.view import View
@@ -174,13 +174,6 @@ class Telemetry:
                 slot = schedule[number]
                 if slot.interval_s > 0.0:
                     slot.due_s = now_s + slot.interval_s
-
-    def send_to(self, peer: Peer, number: int, now_s: float) -> bool:
-        """One message to who asked. False when there is nothing to say in it now."""
-        message = self.message(number, peer.endpoint.dialect, now_s)
-        if message is not None:
-            self._hub.send(peer, message)
-        return message is not None
 
     def message(self, number: int, dialect: Dialect, now_s: float) -> Any:
         """The message of one of STREAMS as it would be sent now; None when there is nothing to say in it."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import pytest
 from hypothesis import given
@@ -103,16 +104,19 @@ def test_the_law_changes_under_way_and_the_rest_of_the_route_is_sailed() -> None
     parameters = Parameters({"PATH_KIND": 0, "WP_LAW": 1, "MPC_XY_VEL_MAX": 2.0})
     law = ChosenFollower(parameters, can_sway=False)
     law.start(SQUARE, nav_state())
-    passed = []
+    passed, ways = [], []
     north = east = yaw = 0.0
     for step in range(6000):
         if step == 600:
             parameters.set("WP_LAW", 0)
         progress = law.update(nav_state(north, east, yaw, 1.0), 1.0, DT_S)
         passed.append(progress.passed)
+        ways.append(progress.way_m)
+        assert law.took_over == (step == 600)
         if progress.finished:
             break
         yaw = progress.setpoint.yaw_rad or 0.0
         north += math.cos(yaw) * DT_S * progress.setpoint.surge_mps
         east += math.sin(yaw) * DT_S * progress.setpoint.surge_mps
     assert progress.finished and passed == sorted(passed) and passed[599] in (1, 2) and passed[-1] == 4
+    assert max(abs(b - a) for a, b in pairwise(ways[595:605])) < 0.5, "the way made goes on counting"

@@ -373,3 +373,42 @@ def test_along_a_path_the_speed_falls_ahead_of_the_line(boat: Any) -> None:
     assert 47.0 < boat.nav.north_m < 50.0
     assert boat.status.fence is not None and boat.status.fence.slowed and not boat.status.fence.breached
     assert "Fence ahead: slowing down" in boat.texts()
+
+
+@pytest.mark.parametrize("law", [0, 1])
+def test_a_law_that_takes_over_under_way_lays_a_line_that_is_looked_at(boat: Any, law: int) -> None:
+    """From where the boat is, off its path, to the next waypoint: that leads through a zone which the path keeps clear of."""
+    assert boat.parameters.set("PATH_KIND", 0) is boat.parameters.set("WP_LAW", 1 - law) is None
+    fence(boat, outside=[((14.0, -6.0), (22.0, -6.0), (22.0, -2.5), (14.0, -2.5))])
+    boat.upload((40.0, 0.0), (40.0, 20.0))
+    armed_in(boat, ModeId.MISSION)
+    boat.step(10.0)
+    at(boat, 10.0, -7.0)
+    boat.step()
+    assert boat.status.mode is ModeId.MISSION
+    assert boat.parameters.set("WP_LAW", law) is None
+    boat.step(0.3)
+    assert boat.status.mode is ModeId.HOLD
+    assert any(text.startswith("Mission stopped: item 0: way") for text in boat.texts())
+
+
+def test_without_a_position_the_fence_is_not_kept_and_that_is_said(boat: Any) -> None:
+    fence(boat)
+    boat.nav = replace(boat.nav, position_valid=False)
+    boat.step(1.0)
+    assert "fence_blind" not in boat.names(), "disarmed, nothing is at stake"
+    boat.nav = replace(boat.nav, position_valid=True)
+    armed_in(boat, ModeId.MANUAL)
+    boat.nav = replace(boat.nav, position_valid=False)
+    boat.step(20.0)
+    assert boat.status.mode is ModeId.MANUAL and boat.names().count("fence_blind") == 1 and "fence_seen" not in boat.names()
+    boat.nav = replace(boat.nav, position_valid=True)
+    boat.step(5.0)
+    assert boat.names().count("fence_seen") == 1
+
+
+@pytest.mark.parametrize("broken", [{"yaw_rad": math.inf}, {"surge_mps": math.nan}, {"north_m": math.nan}, {"yaw_rate_radps": math.nan}])
+def test_an_estimate_that_is_no_number_is_let_through(boat: Any, broken: dict[str, float]) -> None:
+    fence(boat)
+    nav = replace(boat.nav, **{"surge_mps": 0.5, **broken})
+    assert boat.supervisor._fence.slowed(nav) is nav

@@ -96,7 +96,7 @@ def under_way(boat: Any, mode: ModeId) -> None:
 def test_it_is_said_within_a_minute_in_every_mode_that_goes_somewhere(boat: Any, mode: ModeId) -> None:
     under_way(boat, mode)
     boat.until(lambda: "no_way" in boat.names(), 60.0)
-    assert f"{mode.value}: making no way against wind or current" in boat.texts()
+    assert f"{mode.value}: no way made: wind, current or an obstacle" in boat.texts()
     assert boat.status.mode is mode
     boat.pinned = False
     boat.until(lambda: "way_again" in boat.names(), 60.0)

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from companion.config import VesselConfig
+from companion.config import VesselConfig, find, load
 from companion.core.types import ModeId, Result
 
 BOW = frozenset({2})
@@ -98,3 +98,10 @@ def test_a_boat_without_one_refuses(make_boat: Callable[..., Any], revolt: Vesse
     assert boat.supervisor.lower_thrusters(True, boat.now_s).result is Result.DENIED
     armed(boat, ModeId.HOLD)
     assert boat.supervisor.retraction.lower is None
+
+
+@pytest.mark.parametrize(("lower", "word"), [(True, "lower"), (False, "retract")])
+def test_a_refusal_names_what_was_asked(make_boat: Callable[..., Any], lower: bool, word: str) -> None:
+    boat = make_boat(load(find("aboat")), ready=False)
+    outcome = boat.supervisor.lower_thrusters(lower, boat.now_s)
+    assert outcome.reason == f"Refused to {word}: this boat has no retractable thruster"

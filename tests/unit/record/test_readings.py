@@ -6,7 +6,7 @@ import base64
 import math
 import struct
 import typing
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
 import pytest
@@ -17,6 +17,7 @@ from companion.core.types import (
     GnssFix,
     GroundVelocity,
     Heading,
+    HeadingBy,
     Imu,
     Leak,
     ManualInput,
@@ -39,6 +40,8 @@ READINGS: tuple[Reading, ...] = (
     GnssFix(THIRD, "gnss", 63.4389, 10.399, 41.2, FixType.NONE, 18, None, 0.013),
     GroundVelocity(THIRD, "gnss", 0.1, -0.2),
     Heading(THIRD, "gnss", -math.pi, None),
+    Heading(THIRD, "imu", 0.2, 0.05, HeadingBy.MAGNETIC),
+    Heading(THIRD, "compass", 0.3, None, HeadingBy.COMPASS),
     Imu(THIRD, "imu", 0.1, 0.2, -9.82, 1e-17, -0.0, 3.0),
     Imu(THIRD, "imu", 0.1, 0.2, -9.82, 0.01, 0.02, 0.03, 0.04, 0.05, 0.06),
     TimeOfDay(THIRD, "gnss", 1_780_315_200_123_456_789),
@@ -63,11 +66,18 @@ def test_every_kind_of_reading_has_a_line() -> None:
     assert {type(reading) for reading in READINGS} == set(typing.get_args(Reading))
 
 
+@pytest.mark.parametrize("kind", sorted(COLUMNS))
+def test_every_field_of_a_reading_is_in_its_line(kind: str) -> None:
+    kind_type, names = COLUMNS[kind]
+    assert {*names, "source"} == {field.name for field in fields(kind_type)}
+
+
 def test_readings_come_back_as_they_were(tmp_path: Path) -> None:
     ticks, warnings = written(tmp_path / "r.csv", ReadingsEncoder().tick(replace(tick(0.7), readings=READINGS)))
     assert warnings == [] and ticks[0].readings == READINGS
     assert all(type(a.fix) is FixType for a in ticks[0].readings if isinstance(a, GnssFix))
-    assert math.copysign(1.0, ticks[0].readings[4].pitch_rate_radps) == -1.0  # type: ignore[union-attr]
+    imu = next(reading for reading in ticks[0].readings if isinstance(reading, Imu))
+    assert math.copysign(1.0, imu.pitch_rate_radps) == -1.0
 
 
 def test_a_tick_comes_back_as_it_was(tmp_path: Path) -> None:
@@ -91,7 +101,7 @@ def test_the_lines_are_what_the_documentation_says() -> None:
     heading, line = ReadingsEncoder().tick(replace(tick(2.5), readings=(Heading(1.5, "gnss", 0.25, 0.01),))).splitlines()
     kind, source, text = heading.decode().split(",")
     assert (kind, source) == ("heading", "gnss")
-    assert struct.unpack("<3d", base64.b64decode(text)) == (1.5, 0.25, 0.01)
+    assert struct.unpack("<4d", base64.b64decode(text)) == (1.5, 0.25, 0.01, 0.0)
     kind, source, text = line.decode().split(",")
     values = struct.unpack(f"<{len(TICK_COLUMNS)}d", base64.b64decode(text))
     assert (kind, source) == ("tick", "") and dict(zip(TICK_COLUMNS, values, strict=True))["demanded_surge_n"] == 3.0
