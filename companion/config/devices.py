@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from companion.config.fields import FROM_DEGREES, FROM_DEGREES_OR_NONE, SECTORS_FROM_DEGREES, STRICT, Name, NonNegative, Positive
+from companion.config.fields import FROM_DEGREES, FROM_DEGREES_OR_NONE, SECTORS_FROM_DEGREES, STRICT, Name, NonNegative, Positive, Vector
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +61,9 @@ class SensorConfig:
     timeout_s: Positive = 2.0
     antennas: Literal[1, 2] = 2  # of a satellite receiver; two give a heading
     latency_s: NonNegative = 0.0  # from the moment of validity to the arrival of the bytes
-    heading: Literal["none", "magnetic", "true"] = "none"  # what an inertial sensor's own yaw is worth as a compass
+    heading: Literal["none", "magnetic", "true", "ahrs"] = "none"  # what an inertial sensor's own yaw is worth as a compass; ahrs: its raw field is used
+    mag_offset: Vector = (0.0, 0.0, 0.0)  # hard iron, in the magnetometer's unit; true field = mag_matrix · (measured − mag_offset)
+    mag_matrix: tuple[Vector, Vector, Vector] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))  # soft iron, row by row
     accuracy_floor_m: Positive = 0.02  # timing and mounting are no better, whatever the receiver says of its positions
     position_wander_m: NonNegative | None = None
     velocity_accuracy_mps: Positive = 0.06  # of a plain fix; with corrections half of that, with carrier phase 0.3

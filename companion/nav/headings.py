@@ -82,7 +82,7 @@ class HeadingSources:
         baseline = heading.by is HeadingBy.BASELINE
         yaw = heading.yaw_rad
         if heading.by is HeadingBy.MAGNETIC:
-            declination = self._declination.at(lat_deg, lon_deg, time_unix_ns)
+            declination = self.declination(lat_deg, lon_deg, time_unix_ns)
             if declination is None:
                 return None
             yaw = wrap_pi(yaw + declination)
@@ -95,6 +95,10 @@ class HeadingSources:
         if wander is None:
             wander = _BASELINE_WANDER_RAD if baseline else _COMPASS_WANDER_RAD
         return self._taken(heading.t_s, source, yaw, sigma if baseline else _COMPASS_FACTOR * sigma, wander)
+
+    def declination(self, lat_deg: float, lon_deg: float, time_unix_ns: int | None) -> float | None:
+        """In rad, positive east; None where compasses do not point."""
+        return self._declination.at(lat_deg, lon_deg, time_unix_ns)
 
     def course(self, velocity: GroundVelocity) -> TrueHeading | None:
         """Course over ground as a heading, where there is no other and the boat is fast enough."""
