@@ -275,6 +275,12 @@ def with_rotating(config: VesselConfig, name: str) -> VesselConfig:
     return replace(config, thrusters=tuple(turning if t.name == name else t for t in config.thrusters))
 
 
+def without_calibration(config: VesselConfig) -> VesselConfig:
+    """The same vessel before anybody calibrated its magnetometers."""
+    unit = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+    return replace(config, sensors=tuple(replace(sensor, mag_offset=(0.0, 0.0, 0.0), mag_matrix=unit) for sensor in config.sensors))
+
+
 def as_dict(config: VesselConfig) -> dict[str, Any]:
     """For the manifest of a log: the configuration in force, with the field names of this module."""
     return asdict(config)
