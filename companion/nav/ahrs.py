@@ -35,6 +35,7 @@ _LONGEST_STEP_S = 0.1
 _LEVELLING_S = 1.0
 _TILT_SIGMA_RAD, _YAW_SIGMA_RAD = math.radians(5.0), math.radians(10.0)
 _WINDOW_S, _LONGEST_WINDOW_S = 0.45, 1.5  # between two velocities that are compared
+_VELOCITY_FLOOR_MPS = 0.06  # whatever the receiver promises: it filters, and its velocities lag
 _PLUMB_PERIOD_S = 0.1
 _PLUMB_AFTER_S = 1.5  # without a velocity
 _PLUMB_SHARE = 0.05  # of g, by which the length of the specific force may differ from it
@@ -216,7 +217,7 @@ class Ahrs:
             return
         if before is not None and t_s - before[0] <= _LONGEST_WINDOW_S and abs(self._sum_s - (t_s - before[0])) < 0.1:
             scale = (t_s - before[0]) / self._sum_s
-            noise = 2.0 * sigma_mps**2 + (self._noise.force_mps2 * self._sum_s) ** 2
+            noise = 2.0 * max(sigma_mps, _VELOCITY_FLOOR_MPS) ** 2 + (self._noise.force_mps2 * self._sum_s) ** 2
             self._compare((north - before[1]) / scale, (east - before[2]) / scale, noise)
         self._before = (t_s, north, east)
         self._clear_sums()

@@ -28,6 +28,7 @@ from companion.core.types import (
     GnssFix,
     GroundVelocity,
     Heading,
+    HeadingBy,
     Imu,
     Leak,
     MagneticField,
@@ -54,7 +55,7 @@ COLUMNS: dict[str, tuple[type[Any], tuple[str, ...]]] = {
     ),
     "gnss": (GnssFix, ("t_s", "lat_deg", "lon_deg", "altitude_m", "fix", "satellites", "hdop", "position_accuracy_m")),
     "velocity": (GroundVelocity, ("t_s", "north_mps", "east_mps")),
-    "heading": (Heading, ("t_s", "yaw_rad", "accuracy_rad")),
+    "heading": (Heading, ("t_s", "yaw_rad", "accuracy_rad", "by")),
     "field": (MagneticField, ("t_s", "x", "y", "z")),
     "wind": (Wind, ("t_s", "speed_mps", "from_rad")),
     "battery": (Battery, ("t_s", "voltage_v", "current_a", "remaining")),
@@ -77,7 +78,10 @@ _WHOLE: dict[str, Callable[[float], Any]] = {
     "wet": bool,
     "ok": bool,
     "deployment": lambda value: Deployment(int(value)),
+    "by": lambda value: _BY[int(value)],
 }
+_BY = tuple(HeadingBy)
+_NUMBER_OF_BY = {by: number for number, by in enumerate(_BY)}
 
 _POSE = ("north_m", "east_m", "yaw_rad", "surge_mps", "sway_mps", "yaw_rate_radps")
 _SETPOINT = (*_POSE, "surge_mps2", "sway_mps2", "yaw_radps2")
@@ -148,6 +152,8 @@ def _packer(kind_type: type[Any]) -> Callable[[Any], bytes]:
         return lambda reading: _TIME.pack(reading.t_s, reading.time_unix_ns)
     if kind_type is RcInput:
         return lambda reading: _packed((reading.t_s, reading.lost, *reading.channels))
+    if kind_type is Heading:
+        return lambda reading: _packed((reading.t_s, reading.yaw_rad, reading.accuracy_rad, _NUMBER_OF_BY[reading.by]))
     names = COLUMNS[_KIND_OF[kind_type]][1]
     values, pack = attrgetter(*names), struct.Struct(f"<{len(names)}d").pack
 
@@ -270,6 +276,8 @@ def _reading_of(kind: str, source: str, data: bytes) -> Reading:
     numbers = _floats(data)
     if kind_type is RcInput:
         return RcInput(numbers[0], source, numbers[2:], bool(numbers[1]))
+    if kind_type is Heading and len(numbers) == len(names) - 1:
+        names = names[:-1]  # logs of before did not say what a heading rests on: an antenna baseline
     if len(numbers) != len(names):
         raise ValueError(f"{len(numbers)} values, {kind} has {len(names)}")
     optional = _OPTIONAL_BY_KIND.get(kind, set())

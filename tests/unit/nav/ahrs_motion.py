@@ -13,7 +13,7 @@ from scipy.ndimage import gaussian_filter1d
 Array = np.ndarray[Any, np.dtype[np.float64]]
 HZ = 200
 GRAVITY_MPS2 = 9.8175  # Gothenburg
-DECLINATION_RAD = math.radians(4.9)
+DECLINATION_RAD = math.radians(5.35)  # by the World Magnetic Model, in 2027
 _DIP_RAD = math.radians(71.3)
 _PART = tuple[float, float, float]  # seconds, speed m/s, sideways acceleration in g, positive to starboard
 

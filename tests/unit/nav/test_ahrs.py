@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from companion.nav.ahrs import Ahrs, AhrsNoise
 from companion.nav.lever_arms import Vector
 from companion.nav.thesis_ahrs import ThesisAhrs
-from tests.unit.nav.ahrs_motion import DECLINATION_RAD, GRAVITY_MPS2, HZ, Array, Sailing, sail
+from tests.unit.nav.ahrs_motion import DECLINATION_RAD, GRAVITY_MPS2, HZ, TURNS, Array, Sailing, sail
 
 G = 9.81
 LEVEL: Vector = (0.0, 0.0, -G)
@@ -68,16 +68,16 @@ def test_heading_in_turns_and_waves(seed: int) -> None:
 
 
 def test_the_thesis_loses_its_tilt_in_turns_and_the_companion_does_not() -> None:
-    sailing = sailing_of(0)
+    sailing = replace(sailing_of(0), parts=TURNS[:5])
     own, thesis = follow(sailing), follow(sailing, ThesisAhrs)
     assert thesis.tilt[2000:].max() > 5.0 > 1.0 > own.tilt[2000:].max()
-    assert thesis.judged().max() > 8.0 and thesis.judged().mean() > 3.0  # the thesis measured 10.5° and 3.7°
+    assert thesis.judged().max() > 8.0 and thesis.judged().mean() > 2.5  # the thesis measured 10.5° and 3.7°
     assert own.judged().max() < 0.2 * thesis.judged().max()
 
 
 def test_at_rest_the_thesis_is_as_good() -> None:
     """What it loses, it loses by turning."""
-    still = Sailing(parts=((60.0, 0.0, 0.0),), wave_rad=math.radians(1.0), wave_m=0.02, iron=0.0, accelerometer_bias_mps2=0.0, gyro_bias_radps=0.0)
+    still = Sailing(parts=((40.0, 0.0, 0.0),), wave_rad=math.radians(1.0), wave_m=0.02, iron=0.0, accelerometer_bias_mps2=0.0, gyro_bias_radps=0.0)
     for law in (Ahrs, ThesisAhrs):
         assert np.abs(follow(still, law).heading[4000:]).max() < 1.5
 

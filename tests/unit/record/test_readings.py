@@ -17,6 +17,7 @@ from companion.core.types import (
     GnssFix,
     GroundVelocity,
     Heading,
+    HeadingBy,
     Imu,
     Leak,
     MagneticField,
@@ -40,6 +41,8 @@ READINGS: tuple[Reading, ...] = (
     GnssFix(THIRD, "gnss", 63.4389, 10.399, 41.2, FixType.NONE, 18, None, 0.013),
     GroundVelocity(THIRD, "gnss", 0.1, -0.2),
     Heading(THIRD, "gnss", -math.pi, None),
+    Heading(THIRD, "imu", 1.0, 0.02, HeadingBy.MAGNETIC),
+    Heading(THIRD, "imu", 1.0, None, HeadingBy.COMPASS),
     Imu(THIRD, "imu", 0.1, 0.2, -9.82, 1e-17, -0.0, 3.0),
     Imu(THIRD, "imu", 0.1, 0.2, -9.82, 0.01, 0.02, 0.03, 0.04, 0.05, 0.06),
     MagneticField(THIRD, "imu", 0.3, -0.1, 0.9),
@@ -69,7 +72,7 @@ def test_readings_come_back_as_they_were(tmp_path: Path) -> None:
     ticks, warnings = written(tmp_path / "r.csv", ReadingsEncoder().tick(replace(tick(0.7), readings=READINGS)))
     assert warnings == [] and ticks[0].readings == READINGS
     assert all(type(a.fix) is FixType for a in ticks[0].readings if isinstance(a, GnssFix))
-    assert math.copysign(1.0, ticks[0].readings[4].pitch_rate_radps) == -1.0  # type: ignore[union-attr]
+    assert math.copysign(1.0, next(r for r in ticks[0].readings if isinstance(r, Imu)).pitch_rate_radps) == -1.0
 
 
 def test_a_tick_comes_back_as_it_was(tmp_path: Path) -> None:
@@ -93,10 +96,16 @@ def test_the_lines_are_what_the_documentation_says() -> None:
     heading, line = ReadingsEncoder().tick(replace(tick(2.5), readings=(Heading(1.5, "gnss", 0.25, 0.01),))).splitlines()
     kind, source, text = heading.decode().split(",")
     assert (kind, source) == ("heading", "gnss")
-    assert struct.unpack("<3d", base64.b64decode(text)) == (1.5, 0.25, 0.01)
+    assert struct.unpack("<4d", base64.b64decode(text)) == (1.5, 0.25, 0.01, 0.0)
     kind, source, text = line.decode().split(",")
     values = struct.unpack(f"<{len(TICK_COLUMNS)}d", base64.b64decode(text))
     assert (kind, source) == ("tick", "") and dict(zip(TICK_COLUMNS, values, strict=True))["demanded_surge_n"] == 3.0
+
+
+def test_a_heading_logged_before_it_said_what_it_rests_on_is_a_baselines(tmp_path: Path) -> None:
+    line = b"heading,gnss," + base64.b64encode(struct.pack("<3d", 1.5, 0.25, math.nan)) + b"\n"
+    ticks, warnings = written(tmp_path / "r.csv", line + ReadingsEncoder().tick(tick(2.5)))
+    assert warnings == [] and ticks[0].readings == (Heading(1.5, "gnss", 0.25, None, HeadingBy.BASELINE),)
 
 
 def test_a_parameter_belongs_to_the_tick_after_it(tmp_path: Path) -> None:
