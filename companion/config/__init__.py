@@ -18,7 +18,7 @@ from pydantic import Field, TypeAdapter, ValidationError
 from companion.config.devices import ActuatorConfig as ActuatorConfig
 from companion.config.devices import SensorConfig as SensorConfig
 from companion.config.devices import ThrusterConfig as ThrusterConfig
-from companion.config.fields import FROM_DEGREES, STRICT, Latitude, Longitude, Name, NonNegative, Positive
+from companion.config.fields import FROM_DEGREES, STRICT, Latitude, Longitude, Name, NonNegative, Positive, Vector
 from companion.config.hull import DampingConfig as DampingConfig
 from companion.config.hull import HullConfig as HullConfig
 from companion.config.hull import ThesisModelConfig as ThesisModelConfig
@@ -201,6 +201,9 @@ def _cross_checks(config: VesselConfig) -> list[tuple[tuple[str | int, ...], str
             problems.append((("thruster", i, "travel_s"), text))
         if thruster.forbidden_rad:
             problems += [(("thruster", i, "forbidden_deg"), text) for text in _sector_problems(thruster)]
+    for i, sensor in enumerate(config.sensors):
+        if not abs(_determinant(sensor.mag_matrix)) > 0.0:
+            problems.append((("sensor", i, "mag_matrix"), "has no inverse: a row is missing, or two say the same"))
     if config.hull.m22_kg * config.hull.m33_kgm2 <= config.hull.m23_kgm * (config.hull.m32_kgm or config.hull.m23_kgm):
         problems.append((("hull", "m23_kgm"), "the inertia matrix is not positive definite"))
     if config.sitl is not None:
@@ -210,6 +213,11 @@ def _cross_checks(config: VesselConfig) -> list[tuple[tuple[str | int, ...], str
             if plant.thruster_x_m is not None and len(plant.thruster_x_m) != len(config.thrusters):
                 problems.append((("sitl", "plants", name, "thruster_x_m"), f"needs {len(config.thrusters)} values, one a thruster"))
     return problems
+
+
+def _determinant(matrix: tuple[Vector, Vector, Vector]) -> float:
+    (a, b, c), (d, e, f), (g, h, i) = matrix
+    return a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)
 
 
 def _driving_problems(config: VesselConfig, table: str, names: Sequence[str]) -> list[tuple[tuple[str | int, ...], str]]:

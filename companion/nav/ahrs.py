@@ -32,6 +32,7 @@ from companion.nav.lever_arms import (
 )
 
 _LONGEST_STEP_S = 0.1
+_GAP_S = 0.5  # nobody knows how the boat has turned: start again, with bias and correction
 _LEVELLING_S = 1.0
 _TILT_SIGMA_RAD, _YAW_SIGMA_RAD = math.radians(5.0), math.radians(10.0)
 _WINDOW_S, _LONGEST_WINDOW_S = 0.45, 1.5  # between two velocities that are compared
@@ -114,6 +115,8 @@ class Ahrs:
         if dt <= 0.0:
             return
         self._t_s = t_s
+        if dt > _GAP_S:
+            self.running = False
         if not self.running:
             self._last_rates = rates
             self._level(t_s, dt, force)
@@ -293,7 +296,7 @@ class Ahrs:
         x, y, z = self._mean
         roll, pitch = math.atan2(-y, -z), math.atan2(x, math.hypot(y, z))
         north, east, _ = rotate(rotation(quaternion_of(roll, pitch, 0.0)), field)
-        self.quaternion = quaternion_of(roll, pitch, declination_rad - math.atan2(east, north))
+        self.quaternion = quaternion_of(roll, pitch, declination_rad + self._turned_rad - math.atan2(east, north))
         self.rotation = rotation(self.quaternion)
         self.covariance = [0.0] * 21
         bias = self._noise.gyro_switch_on_radps
@@ -302,4 +305,5 @@ class Ahrs:
         self._strength = math.hypot(*field)
         self._field_s = self._t_s
         self.running = True
+        self._before = None
         self._clear_sums()

@@ -70,6 +70,8 @@ _OPTIONAL = frozenset(
     {"roll_rad", "pitch_rad", "altitude_m", "satellites", "hdop", "position_accuracy_m", "accuracy_rad", "current_a", "remaining"}
 )
 _OPTIONAL_BY_KIND = {"imu": {"yaw_rad"}, "feedback": {"azimuth_rad", "deployment"}, "manual": {"surge", "sway", "yaw"}}
+_BY = tuple(HeadingBy)
+_NUMBER_OF_BY = {by: number for number, by in enumerate(_BY)}
 _WHOLE: dict[str, Callable[[float], Any]] = {
     "fix": lambda value: FixType(int(value)),
     "satellites": int,
@@ -80,8 +82,6 @@ _WHOLE: dict[str, Callable[[float], Any]] = {
     "deployment": lambda value: Deployment(int(value)),
     "by": lambda value: _BY[int(value)],
 }
-_BY = tuple(HeadingBy)
-_NUMBER_OF_BY = {by: number for number, by in enumerate(_BY)}
 
 _POSE = ("north_m", "east_m", "yaw_rad", "surge_mps", "sway_mps", "yaw_rate_radps")
 _SETPOINT = (*_POSE, "surge_mps2", "sway_mps2", "yaw_radps2")

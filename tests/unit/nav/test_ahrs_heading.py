@@ -15,6 +15,7 @@ from companion.core.geomagnetism import declination_rad, field_nt
 from companion.core.types import FixType, GnssFix, GroundVelocity, HeadingBy, Imu, MagneticField, NavState, Reading, Severity
 from companion.nav.ahrs_heading import AhrsHeading, ahrs_headings, calibrated
 from companion.nav.estimator import Estimator
+from companion.nav.thesis_ahrs import ThesisAhrs
 from companion.params import Parameters
 from tests.unit.nav.ahrs_motion import DECLINATION_RAD, GRAVITY_MPS2, Motion, Sailing, sail
 
@@ -79,6 +80,19 @@ def test_without_a_field_for_2_s_there_is_no_heading() -> None:
     assert len(given) == pytest.approx(40, abs=3)
 
 
+def test_the_law_may_change_under_way() -> None:
+    parameters = Parameters()
+    ahrs = AhrsHeading(ROW, 9.81, parameters)
+    for k in range(600):
+        if k == 300:
+            parameters.set("AHRS_LAW", 1.0)
+        ahrs.field(MagneticField(0.01 * k, "imu", 0.0, -0.35, 0.9), 0.0)
+        heading = ahrs.imu(Imu(0.01 * k, "imu", 0.0, 0.0, -9.81, 0.0, 0.0, 0.0))
+    assert isinstance(ahrs.filter, ThesisAhrs)
+    assert heading is None or math.degrees(heading.yaw_rad) == pytest.approx(90.0, abs=0.5)
+    assert math.degrees(ahrs.filter.attitude[2]) == pytest.approx(90.0, abs=0.5)
+
+
 # --- in the estimator ----------------------------------------------------------------------------------------------
 
 
@@ -129,6 +143,14 @@ def test_when_the_magnetometer_falls_silent_the_course_takes_over_and_that_is_sa
     states, said = navigate(motion, until_field_s=20.0)
     assert (Severity.WARNING, "Heading by course over ground: imu compass gives none") in said
     assert states[-1].heading_valid
+
+
+def test_a_field_that_is_no_number_is_left_out() -> None:
+    estimator = Estimator(vessel(), Parameters())
+    for k in range(300):
+        field = (0.35, 0.0, 0.9) if k % 3 else (math.nan, math.inf, 0.0)
+        state = estimator.update([Imu(0.01 * k, "imu", 0.0, 0.0, -9.81, 0.0, 0.0, 0.0), MagneticField(0.01 * k, "imu", *field)], 0.01 * k)
+    assert math.degrees(state.yaw_rad) == pytest.approx(math.degrees(DECLINATION_RAD), abs=0.5)
 
 
 def test_only_sensors_that_ask_for_it_get_one() -> None:
