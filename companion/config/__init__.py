@@ -15,6 +15,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, TypeAdapter, ValidationError
 
+from companion.config.devices import UNIT_MATRIX as UNIT_MATRIX
 from companion.config.devices import ActuatorConfig as ActuatorConfig
 from companion.config.devices import SensorConfig as SensorConfig
 from companion.config.devices import ThrusterConfig as ThrusterConfig
@@ -285,8 +286,8 @@ def with_rotating(config: VesselConfig, name: str) -> VesselConfig:
 
 def without_calibration(config: VesselConfig) -> VesselConfig:
     """The same vessel before anybody calibrated its magnetometers."""
-    unit = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-    return replace(config, sensors=tuple(replace(sensor, mag_offset=(0.0, 0.0, 0.0), mag_matrix=unit) for sensor in config.sensors))
+    fresh = {"mag_offset": (0.0, 0.0, 0.0), "mag_matrix": UNIT_MATRIX, "heading_wander_rad": None}
+    return replace(config, sensors=tuple(replace(sensor, **fresh) if sensor.heading == "ahrs" else sensor for sensor in config.sensors))  # type: ignore[arg-type]
 
 
 def as_dict(config: VesselConfig) -> dict[str, Any]:

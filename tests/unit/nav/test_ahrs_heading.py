@@ -12,9 +12,10 @@ from companion import config as vessel_config
 from companion.config import SensorConfig, VesselConfig
 from companion.core.geodesy import LocalFrame
 from companion.core.geomagnetism import declination_rad, field_nt
-from companion.core.types import FixType, GnssFix, GroundVelocity, HeadingBy, Imu, MagneticField, NavState, Reading, Severity
+from companion.core.types import FixType, GnssFix, GroundVelocity, Heading, HeadingBy, Imu, MagneticField, NavState, Reading, Severity
 from companion.nav.ahrs_heading import AhrsHeading, ahrs_headings, calibrated
 from companion.nav.estimator import Estimator
+from companion.nav.headings import HeadingSources
 from companion.nav.thesis_ahrs import ThesisAhrs
 from companion.params import Parameters
 from tests.unit.nav.ahrs_motion import DECLINATION_RAD, GRAVITY_MPS2, Motion, Sailing, sail
@@ -151,6 +152,21 @@ def test_a_field_that_is_no_number_is_left_out() -> None:
         field = (0.35, 0.0, 0.9) if k % 3 else (math.nan, math.inf, 0.0)
         state = estimator.update([Imu(0.01 * k, "imu", 0.0, 0.0, -9.81, 0.0, 0.0, 0.0), MagneticField(0.01 * k, "imu", *field)], 0.01 * k)
     assert math.degrees(state.yaw_rad) == pytest.approx(math.degrees(DECLINATION_RAD), abs=0.5)
+
+
+def test_what_nobody_calibrated_is_not_believed() -> None:
+    def accuracy_deg(**changes: object) -> float:
+        config = vessel()
+        row = replace(config.sensors[1], **changes)  # type: ignore[arg-type]
+        sources = HeadingSources(replace(config, sensors=(config.sensors[0], row)), lambda *_: None)
+        found = sources.offer(Heading(0.0, "imu", 1.0, 0.01, HeadingBy.COMPASS), *GOTHENBURG, None)
+        assert found is not None
+        return math.degrees(found.slow_rad)
+
+    assert accuracy_deg(heading_wander_rad=None) == pytest.approx(15.0)
+    assert accuracy_deg(heading_wander_rad=None, mag_offset=(0.1, 0.0, 0.0)) == pytest.approx(2.1)
+    assert accuracy_deg(heading_wander_rad=0.02) == pytest.approx(math.degrees(0.02))  # calibrated by the device itself
+    assert accuracy_deg(heading_wander_rad=None, heading="magnetic") == pytest.approx(2.1)
 
 
 def test_only_sensors_that_ask_for_it_get_one() -> None:
