@@ -247,6 +247,10 @@ class LockstepRig:
         if conditions.wind_sensor:
             wind = SensorConfig(name="wind", driver="nmea0183", port="memory:wind", rate_hz=5.0)
             self.config = replace(self.config, sensors=(*self.config.sensors, wind))
+        if conditions.magnetometer:
+            from sitl.magnetometer import with_magnetometer
+
+            self.config = with_magnetometer(self.config)
         self._conditions, self._folder = conditions, folder
         believed = _believed(self.config, conditions)
         self.world: World = World(
@@ -259,6 +263,7 @@ class LockstepRig:
             waves_m=conditions.waves_m,
             push_ned_n=conditions.push_ned_n,
             faults=conditions.faults,
+            tow=conditions.tow,
         )
         self._clock = SimulatedClock(EPOCH_UNIX_NS)
         self._link = MemoryLink("memory:scenario")
@@ -305,6 +310,8 @@ class LockstepRig:
 
 def _believed(config: VesselConfig, conditions: Conditions) -> VesselConfig:
     """The vessel as its controller knows it."""
+    if conditions.magnetometer == "raw":
+        config = config_module.without_calibration(config)
     if isinstance(conditions.hull, str):
         plants = config.sitl.plants if config.sitl is not None else {}
         if conditions.hull not in plants:

@@ -90,6 +90,9 @@ TABLE: tuple[ParamSpec, ...] = (
     # navigation
     _choice("NAV_WILD_RULE", 0, {0: "Gate by covariance", 1: "Thesis: 1 m, 20 in a row"}, "Navigation", "How wild positions are told from true ones"),
     _real("COM_POS_FS_EPH", 10.0, 0.1, 100.0, "m", "Navigation", "Position accuracy (one sigma) beyond which the position counts as lost"),
+    _choice("AHRS_LAW", 0, {0: "Companion", 1: "Thesis"}, "Navigation", "Filter that makes a heading of a raw magnetometer: the companion's own, or that of the RescueRunner thesis, which takes turns for tilt"),
+    _real("AHRS_COURSE_T", 50.0, 0.0, 1000.0, "s", "Navigation", "Time constant with which that heading is drawn to the course over ground, after 10 s above 5 m/s; 0: never. 50 s is the thesis's gain of 1e-4 at 200 Hz"),
+    _real("AHRS_DRIFT", 0.5, 0.0, 5.0, "m/s", "Navigation", "Speed sideways by wind and current that explains a difference of course and heading: so much is not corrected"),
     # manual
     _choice("MAN_AXIS_SURGE", 0, {0: "x (stick forward)", 1: "z (throttle)"}, "Manual", "Axis of MANUAL_CONTROL that gives surge"),
     _int("MAN_GCS_SYSID", 0, 0, 255, "", "Manual", "System id whose sticks are obeyed; 0: the first heard, until it is silent"),

@@ -21,6 +21,7 @@ from sitl.faults import Faults, parse
 from sitl.hull import Hull
 from sitl.memory import MemoryDevice, MemoryStream
 from sitl.sensors import grade
+from sitl.tow import Leg, TowedHull
 
 EPOCH_UNIX_NS = 1_780_315_200_000_000_000  # 2026-06-01T12:00:00Z, where simulated time begins
 STEP_HZ = 100
@@ -75,9 +76,10 @@ class World:
         capacity_wh: float | None = None,
         epoch_unix_ns: int = EPOCH_UNIX_NS,
         dock: DockConfig | None = None,
+        tow: Sequence[Leg] = (),
     ) -> None:
         """`wind` "MPS@FROM_DEG", `current` "MPS@TOWARDS_DEG", directions from the seed where left out; `gnss`, `plant`, `capacity_wh` None: as
-        the vessel's file says; `push_ned_n` a constant force towards north and east on the hull; `dock` None: the vessel's own berth, if it has one. Raises
+        the vessel's file says; `push_ned_n` a constant force towards north and east on the hull; `dock` None: the vessel's own berth, if it has one; `tow`: it is led along these legs, whatever its thrusters do. Raises
         ConfigError for what the vessel or the arguments do not offer.
         """
         self._vessel = vessel
@@ -90,7 +92,7 @@ class World:
         self.current = Current(*(parse_directed(current, "current") if current else (0.0, None)), seed, current_variation_mps)
         self.waves = Waves(waves_m, self.wind, vessel.length_m, seed)
         self.battery = BatteryModel(self._sitl.battery_wh if capacity_wh is None else capacity_wh)
-        self.hull = Hull(self._plant.hull)
+        self.hull = TowedHull(self._plant.hull, tow) if tow else Hull(self._plant.hull)
         face = vessel.dock if dock is None else dock
         self.berth = None if face is None else Berth(face, vessel.home, vessel.length_m, vessel.beam_m)
         self.thrusters = thruster_models.build(vessel.thrusters, self._plant.thruster_lag_s, self._plant.thruster_x_m)

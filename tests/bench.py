@@ -13,7 +13,7 @@ import statistics
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from itertools import cycle
 from pathlib import Path
 from typing import Any
@@ -25,7 +25,9 @@ from companion.app import load_vessel
 from companion.cli import LockstepRig
 from companion.core.types import Wrench
 from companion.guidance.path import PathKind, build_path
+from companion.nav.ahrs import Ahrs
 from companion.nav.error_state import ErrorStateFilter
+from companion.nav.thesis_ahrs import ThesisAhrs
 from companion.params import Parameters
 from sitl.scenarios.rig import Conditions
 from sitl.scenarios.station import Station
@@ -167,10 +169,28 @@ def blocks() -> None:
     samples = cycle([((0.1 * k, -0.1, -9.82), (0.01, 0.0, 0.002 * k), 0.01) for k in range(-3, 4)])
     line("ESKF: one IMU sample", median_and_p99_us(lambda: eskf.predict(*next(samples))), "100 µs")
     line("ESKF: position and heading", median_and_p99_us(fuse_position_heading), "100 µs")
+    ahrs()
     config = load_vessel("revolt")
     allocator = Allocator(config, Parameters(config.parameters))
     demands = cycle([Wrench(8.0 * math.sin(0.01 * k), 4.0 * math.cos(0.013 * k), 3.0 * math.sin(0.007 * k)) for k in range(2000)])
     line("allocation, three thrusters", median_and_p99_us(lambda: allocator.update(next(demands), 0.1)), "-")
+
+
+def ahrs() -> None:
+    """One inertial sample, with the magnetometer at 50 Hz and the receiver at 10 Hz of 200."""
+    for what, law in (("AHRS step, 200 Hz, all sensors", Ahrs(9.82)), ("  the thesis's filter", ThesisAhrs(9.82))):
+        samples = iter(range(10**9))
+
+        def step(filter_: Ahrs | ThesisAhrs = law, samples: Iterator[int] = samples) -> None:
+            k = next(samples)
+            filter_.sample(0.005 * k, (0.3, -0.1, -9.81), (0.01, 0.02, 0.001 * (k % 7)))
+            if k % 4 == 0:
+                filter_.magnetic(0.005 * k, (0.34, 0.02, 0.94), 0.09)
+            if k % 20 == 0:
+                filter_.velocity(0.005 * k, 5.0, 0.1, 0.06, (-0.8, 0.0, -1.0))
+
+        median_and_p99_us(step, 500)
+        line(what, median_and_p99_us(step), "100 µs")
 
 
 class _Stopwatch:

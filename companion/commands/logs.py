@@ -1,4 +1,4 @@
-"""What is done with a recorded log: `companion replay`, `companion identify`."""
+"""What is done with a recorded log: `companion replay`, `companion identify`, `companion calibrate`."""
 
 from __future__ import annotations
 
@@ -27,6 +27,14 @@ def add_to(commands: Any) -> None:
     hull.add_argument("--hold", action="append", default=[], metavar="NAME", help="leave a quantity at the model's value, by its name in the report")
     hull.add_argument("--out", type=Path, metavar="DIR", help="for identified.toml and identified.png; default: the log folder")
     hull.set_defaults(command=_identify)
+
+    compass = commands.add_parser("calibrate", help="a magnetometer's hard and soft iron from recorded turns, as lines for the vessel's TOML")
+    compass.add_argument("folder", type=Path, metavar="LOGDIR")
+    compass.add_argument("--sensor", metavar="NAME", help="where the log has several magnetometers")
+    compass.add_argument("--from", type=float, default=0.0, metavar="S", dest="from_s", help="leave out what was before, in the boat's time")
+    compass.add_argument("--to", type=float, default=float("inf"), metavar="S", dest="to_s")
+    compass.add_argument("--out", type=Path, metavar="DIR", help="for magnetometer.toml and magnetometer.png; default: the log folder")
+    compass.set_defaults(command=_calibrate)
 
 
 def _replay(arguments: argparse.Namespace) -> int:
@@ -63,6 +71,17 @@ def _identify(arguments: argparse.Namespace) -> int:
 
     out = arguments.out or arguments.folder
     found = identify(open_log(arguments.folder), out, arguments.from_s, arguments.to_s, arguments.hold)
+    _warn(found.warnings)
+    print(found.report, found.toml, sep="\n\n")
+    print(f"written: {out}")
+    return 0
+
+
+def _calibrate(arguments: argparse.Namespace) -> int:
+    from companion.record.calibrate import calibrate
+
+    out = arguments.out or arguments.folder
+    found = calibrate(open_log(arguments.folder), out, arguments.sensor, arguments.from_s, arguments.to_s)
     _warn(found.warnings)
     print(found.report, found.toml, sep="\n\n")
     print(f"written: {out}")

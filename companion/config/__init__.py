@@ -15,10 +15,11 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, TypeAdapter, ValidationError
 
+from companion.config.devices import UNIT_MATRIX as UNIT_MATRIX
 from companion.config.devices import ActuatorConfig as ActuatorConfig
 from companion.config.devices import SensorConfig as SensorConfig
 from companion.config.devices import ThrusterConfig as ThrusterConfig
-from companion.config.fields import FROM_DEGREES, STRICT, Latitude, Longitude, Name, NonNegative, Positive
+from companion.config.fields import FROM_DEGREES, STRICT, Latitude, Longitude, Name, NonNegative, Positive, Vector
 from companion.config.hull import DampingConfig as DampingConfig
 from companion.config.hull import HullConfig as HullConfig
 from companion.config.hull import ThesisModelConfig as ThesisModelConfig
@@ -201,6 +202,9 @@ def _cross_checks(config: VesselConfig) -> list[tuple[tuple[str | int, ...], str
             problems.append((("thruster", i, "travel_s"), text))
         if thruster.forbidden_rad:
             problems += [(("thruster", i, "forbidden_deg"), text) for text in _sector_problems(thruster)]
+    for i, sensor in enumerate(config.sensors):
+        if not abs(_determinant(sensor.mag_matrix)) > 0.0:
+            problems.append((("sensor", i, "mag_matrix"), "has no inverse: a row is missing, or two say the same"))
     if config.hull.m22_kg * config.hull.m33_kgm2 <= config.hull.m23_kgm * (config.hull.m32_kgm or config.hull.m23_kgm):
         problems.append((("hull", "m23_kgm"), "the inertia matrix is not positive definite"))
     if config.sitl is not None:
@@ -210,6 +214,11 @@ def _cross_checks(config: VesselConfig) -> list[tuple[tuple[str | int, ...], str
             if plant.thruster_x_m is not None and len(plant.thruster_x_m) != len(config.thrusters):
                 problems.append((("sitl", "plants", name, "thruster_x_m"), f"needs {len(config.thrusters)} values, one a thruster"))
     return problems
+
+
+def _determinant(matrix: tuple[Vector, Vector, Vector]) -> float:
+    (a, b, c), (d, e, f), (g, h, i) = matrix
+    return a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)
 
 
 def _driving_problems(config: VesselConfig, table: str, names: Sequence[str]) -> list[tuple[tuple[str | int, ...], str]]:
@@ -273,6 +282,12 @@ def with_rotating(config: VesselConfig, name: str) -> VesselConfig:
         raise ConfigError([f"{config.name}: no thruster '{name}' with an azimuth_rate_dps, so it cannot rotate"])
     turning = replace(found[0], kind="azimuth", azimuth_min_rad=math.radians(-270.0), azimuth_max_rad=math.radians(270.0))
     return replace(config, thrusters=tuple(turning if t.name == name else t for t in config.thrusters))
+
+
+def without_calibration(config: VesselConfig) -> VesselConfig:
+    """The same vessel before anybody calibrated its magnetometers."""
+    fresh = {"mag_offset": (0.0, 0.0, 0.0), "mag_matrix": UNIT_MATRIX, "heading_wander_rad": None}
+    return replace(config, sensors=tuple(replace(sensor, **fresh) if sensor.heading == "ahrs" else sensor for sensor in config.sensors))  # type: ignore[arg-type]
 
 
 def as_dict(config: VesselConfig) -> dict[str, Any]:

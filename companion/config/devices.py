@@ -7,7 +7,9 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from companion.config.fields import FROM_DEGREES, FROM_DEGREES_OR_NONE, SECTORS_FROM_DEGREES, STRICT, Name, NonNegative, Positive
+from companion.config.fields import FROM_DEGREES, FROM_DEGREES_OR_NONE, SECTORS_FROM_DEGREES, STRICT, Name, NonNegative, Positive, Vector
+
+UNIT_MATRIX = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +47,7 @@ class SensorConfig:
     """One sensor: its driver (a row of `companion/io/sensors`), its port, where it sits in body axes, and how good it is.
 
     Accuracies and noise densities are one sigma, as the filter is to weigh this sensor; wanders are slow errors that averaging does not
-    take away. None: by kind; headings 0.4° with a wander of 0.1° from an antenna baseline, 3° with 2° from a compass; positions wander
+    take away. None: by kind; headings 0.4° with a wander of 0.1° from an antenna baseline, 3° with 2° from a compass (15° from a raw magnetometer that nobody has calibrated); positions wander
     8 mm with carrier phase, else by 0.7 of their accuracy.
     """
 
@@ -61,7 +63,9 @@ class SensorConfig:
     timeout_s: Positive = 2.0
     antennas: Literal[1, 2] = 2  # of a satellite receiver; two give a heading
     latency_s: NonNegative = 0.0  # from the moment of validity to the arrival of the bytes
-    heading: Literal["none", "magnetic", "true"] = "none"  # what an inertial sensor's own yaw is worth as a compass
+    heading: Literal["none", "magnetic", "true", "ahrs"] = "none"  # what an inertial sensor's own yaw is worth as a compass; ahrs: its raw field is used
+    mag_offset: Vector = (0.0, 0.0, 0.0)  # hard iron, in the magnetometer's unit; true field = mag_matrix · (measured − mag_offset)
+    mag_matrix: tuple[Vector, Vector, Vector] = UNIT_MATRIX  # soft iron, row by row
     accuracy_floor_m: Positive = 0.02  # timing and mounting are no better, whatever the receiver says of its positions
     position_wander_m: NonNegative | None = None
     velocity_accuracy_mps: Positive = 0.06  # of a plain fix; with corrections half of that, with carrier phase 0.3

@@ -15,5 +15,6 @@ SECTORS_FROM_DEGREES = AfterValidator(lambda sectors: tuple((math.radians(a), ma
 Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]{0,31}$")]
 Positive = Annotated[float, Field(gt=0.0)]
 NonNegative = Annotated[float, Field(ge=0.0)]
+Vector = tuple[float, float, float]
 Latitude = Annotated[float, Field(ge=-89.0, le=89.0)]
 Longitude = Annotated[float, Field(ge=-180.0, le=180.0)]

@@ -24,8 +24,18 @@ def declination_rad(lat_deg: float, lon_deg: float, year: float) -> float | None
 
     Source: WMM2025 (NOAA and British Geological Survey), computed by pygeomag. A millisecond or so: not for every reading.
     """
-    field = _model().calculate(glat=lat_deg, glon=lon_deg, alt=0.0, time=year, allow_date_outside_lifespan=True)
+    field = _field(lat_deg, lon_deg, year)
     return math.radians(field.d) if field.h >= _WEAKEST_NT else None
+
+
+def field_nt(lat_deg: float, lon_deg: float, year: float) -> tuple[float, float, float]:
+    """The Earth's field at sea level in nT, NED (true north). Source and cost as of `declination_rad`."""
+    field = _field(lat_deg, lon_deg, year)
+    return field.x, field.y, field.z
+
+
+def _field(lat_deg: float, lon_deg: float, year: float) -> Any:
+    return _model().calculate(glat=lat_deg, glon=lon_deg, alt=0.0, time=year, allow_date_outside_lifespan=True)
 
 
 @functools.cache

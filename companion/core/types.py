@@ -17,6 +17,7 @@ from companion.core.actuation import Deployment as Deployment
 from companion.core.actuation import Light as Light
 from companion.core.actuation import ThrusterCommand as ThrusterCommand
 from companion.core.actuation import ThrusterFeedback as ThrusterFeedback
+from companion.core.readings import MagneticField as MagneticField
 from companion.core.records import quick
 from companion.core.status_parts import FenceState as FenceState
 from companion.core.status_parts import Home as Home
@@ -158,7 +159,7 @@ class ManualInput:
     buttons: int = 0
 
 
-Reading = GnssFix | GroundVelocity | Heading | Imu | TimeOfDay | Wind | Battery | Leak | RcInput | ThrusterFeedback | ManualInput
+Reading = GnssFix | GroundVelocity | Heading | Imu | MagneticField | TimeOfDay | Wind | Battery | Leak | RcInput | ThrusterFeedback | ManualInput
 
 
 # --- estimate ------------------------------------------------------------------------------------------------------

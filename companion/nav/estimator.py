@@ -10,7 +10,21 @@ from operator import attrgetter
 from companion.config import VesselConfig
 from companion.core.frames import ned_to_body
 from companion.core.geodesy import LocalFrame, distance_and_bearing
-from companion.core.types import FixType, GnssFix, GroundVelocity, Heading, Imu, NavState, Reading, Severity, TimeOfDay, Wind, Wrench
+from companion.core.types import (
+    FixType,
+    GnssFix,
+    GroundVelocity,
+    Heading,
+    Imu,
+    MagneticField,
+    NavState,
+    Reading,
+    Severity,
+    TimeOfDay,
+    Wind,
+    Wrench,
+)
+from companion.nav.ahrs_heading import ahrs_headings
 from companion.nav.current import CurrentObserver, Passage
 from companion.nav.error_state import FilterNoise
 from companion.nav.headings import HeadingSources, Say, TrueHeading
@@ -38,7 +52,7 @@ _WIND_TIMEOUT_S = 2.0
 _CURRENT_AGE_S = 1.0  # of the position, up to which the velocity counts as measured
 _AID_AGE_S = 0.2  # of position and velocity, above which neither counts as measured for the aid
 _THESIS_RULE = 1
-_NAVIGATION = (GnssFix, GroundVelocity, Heading, Imu)
+_NAVIGATION = (GnssFix, GroundVelocity, Heading, Imu, MagneticField)
 
 
 class Estimator:
@@ -59,6 +73,7 @@ class Estimator:
         self._sensors = {row.name: row for row in config.sensors}
         self._say = say
         self._positions, self._headings = SourceSelector(timeouts_s), HeadingSources(config, say)
+        self._ahrs = ahrs_headings(config, parameters)
         self._velocities, self._imus, self._winds = SourceSelector(timeouts_s), SourceSelector(timeouts_s), SourceSelector(timeouts_s)
         self._timeouts_s = timeouts_s
         self._lag_s = max(row.latency_s for row in config.sensors)
@@ -105,10 +120,13 @@ class Estimator:
         kind = type(reading)
         if kind is Imu:
             self._take_imu(reading)  # type: ignore[arg-type]
+            self._turn_ahrs(reading)  # type: ignore[arg-type]
         elif kind is GnssFix:
             self._take_fix(reading)  # type: ignore[arg-type]
         elif kind is Heading:
             self._take_heading(reading)  # type: ignore[arg-type]
+        elif kind is MagneticField:
+            self._take_field(reading)  # type: ignore[arg-type]
         else:
             self._take_velocity(reading)  # type: ignore[arg-type]
 
@@ -131,6 +149,18 @@ class Estimator:
             tilt = inertial.levelling.tilt()
             if tilt is not None:
                 inertial.start(self._pose.motion(imu.t_s), tilt)
+
+    def _turn_ahrs(self, imu: Imu) -> None:
+        ahrs = self._ahrs.get(imu.source)
+        heading = ahrs.imu(imu) if ahrs is not None else None
+        if heading is not None:
+            self._take_heading(heading)
+
+    def _take_field(self, field: MagneticField) -> None:
+        ahrs = self._ahrs.get(field.source)
+        declination = self._headings.declination(*self._place(), self._time.at_ns(field.t_s)) if ahrs is not None else None
+        if ahrs is not None and declination is not None:
+            ahrs.field(field, declination)
 
     def _imu_noise(self, source: str) -> FilterNoise:
         row = self._sensors.get(source)
@@ -217,22 +247,28 @@ class Estimator:
         course = self._headings.course(velocity)
         if course is not None:
             self._weigh_heading(velocity.t_s, course)
+        row = self._sensors.get(velocity.source)
+        sigma_mps = row.velocity_accuracy_mps if row is not None else _UNKNOWN_ACCURACY_MPS
+        if self._fix is not None:
+            sigma_mps *= _VELOCITY_SHARES.get(self._fix.fix, 1.0)
+        for ahrs in self._ahrs.values():
+            ahrs.velocity(velocity.t_s, velocity.north_mps, velocity.east_mps, sigma_mps, lever)
         if self._pose.started:
-            row = self._sensors.get(velocity.source)
-            sigma_mps = row.velocity_accuracy_mps if row is not None else _UNKNOWN_ACCURACY_MPS
-            if self._fix is not None:
-                sigma_mps *= _VELOCITY_SHARES.get(self._fix.fix, 1.0)
             verdict = self._solution().velocity(velocity.t_s, velocity.north_mps, velocity.east_mps, lever, sigma_mps)
             if verdict is not Verdict.REJECT:
                 self._velocity_s = max(self._velocity_s, velocity.t_s)
 
     def _take_heading(self, reading: Heading) -> None:
-        fix, place = self._fix, (self._home.lat_deg, self._home.lon_deg)
-        if fix is not None and fix.fix >= FixType.FIX_2D:
-            place = (fix.lat_deg, fix.lon_deg)
-        heading = self._headings.offer(reading, *place, self._time.at_ns(reading.t_s))
+        heading = self._headings.offer(reading, *self._place(), self._time.at_ns(reading.t_s))
         if heading is not None:
             self._weigh_heading(reading.t_s, heading)
+
+    def _place(self) -> tuple[float, float]:
+        """Latitude and longitude for the declination."""
+        fix = self._fix
+        if fix is not None and fix.fix >= FixType.FIX_2D:
+            return fix.lat_deg, fix.lon_deg
+        return self._home.lat_deg, self._home.lon_deg
 
     def _weigh_heading(self, t_s: float, heading: TrueHeading) -> None:
         solution = self._solution()

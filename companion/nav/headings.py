@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from companion.config import VesselConfig
+from companion.config import UNIT_MATRIX, SensorConfig, VesselConfig
 from companion.core.angles import wrap_pi
 from companion.core.geodesy import distance_and_bearing
 from companion.core.geomagnetism import decimal_year, declination_rad
@@ -20,6 +20,7 @@ _BASELINE_SIGMA_RAD = math.radians(0.4)
 _COMPASS_SIGMA_RAD = math.radians(3.0)
 _COMPASS_FACTOR = 3.0  # its error wanders slowly: each reading counts as that much noisier
 _BASELINE_WANDER_RAD, _COMPASS_WANDER_RAD = math.radians(0.1), math.radians(2.1)  # what averaging does not take away
+_UNCALIBRATED_WANDER_RAD = math.radians(15.0)  # iron aboard shifts a raw magnetometer by tens of degrees
 _COURSE_SPEED_MPS = 1.0  # from there on a boat under way points roughly where it goes
 _COURSE_SIGMA_RAD = math.radians(15.0)
 _COURSE_PERIOD_S = 1.0
@@ -70,7 +71,7 @@ class HeadingSources:
         names = {row.name: row.timeout_s for row in config.sensors}
         self._selector = SourceSelector({**names, **{name + _COMPASS: timeout_s for name, timeout_s in names.items()}})
         self._ranks = {name: rank for rank, name in enumerate([*names, *(name + _COMPASS for name in names), _COURSE])}
-        self._configured = {row.name: (row.heading_accuracy_rad, row.heading_wander_rad) for row in config.sensors}
+        self._configured = {row.name: (row.heading_accuracy_rad, _wander_rad(row)) for row in config.sensors}
         self._say = say
         self._declination = Declination()
         self._used: str | None = None
@@ -82,7 +83,7 @@ class HeadingSources:
         baseline = heading.by is HeadingBy.BASELINE
         yaw = heading.yaw_rad
         if heading.by is HeadingBy.MAGNETIC:
-            declination = self._declination.at(lat_deg, lon_deg, time_unix_ns)
+            declination = self.declination(lat_deg, lon_deg, time_unix_ns)
             if declination is None:
                 return None
             yaw = wrap_pi(yaw + declination)
@@ -95,6 +96,10 @@ class HeadingSources:
         if wander is None:
             wander = _BASELINE_WANDER_RAD if baseline else _COMPASS_WANDER_RAD
         return self._taken(heading.t_s, source, yaw, sigma if baseline else _COMPASS_FACTOR * sigma, wander)
+
+    def declination(self, lat_deg: float, lon_deg: float, time_unix_ns: int | None) -> float | None:
+        """In rad, positive east; None where compasses do not point."""
+        return self._declination.at(lat_deg, lon_deg, time_unix_ns)
 
     def course(self, velocity: GroundVelocity) -> TrueHeading | None:
         """Course over ground as a heading, where there is no other and the boat is fast enough."""
@@ -119,3 +124,10 @@ class HeadingSources:
 
     def _rank(self, source: str) -> int:
         return self._ranks.get(source, len(self._ranks) - 2)  # a source nobody configured: just before course over ground
+
+
+def _wander_rad(row: SensorConfig) -> float | None:
+    """The slow error as the vessel's file has it; None: by kind."""
+    if row.heading == "ahrs" and row.heading_wander_rad is None and row.mag_offset == (0.0, 0.0, 0.0) and row.mag_matrix == UNIT_MATRIX:
+        return _UNCALIBRATED_WANDER_RAD
+    return row.heading_wander_rad

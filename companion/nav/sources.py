@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from companion.core.types import FixType, GroundVelocity, Heading, Imu, Reading, Wind
+from companion.core.types import FixType, GroundVelocity, Heading, Imu, MagneticField, Reading, Wind
 
 REACCEPTANCE_S = 5.0
 _UNKNOWN_TIMEOUT_S = 2.0
@@ -29,6 +29,8 @@ def plausible(reading: Reading, now_s: float) -> bool:
         return math.hypot(reading.north_mps, reading.east_mps) <= _LARGEST_SPEED_MPS
     if isinstance(reading, Heading):
         return math.isfinite(reading.yaw_rad)
+    if isinstance(reading, MagneticField):
+        return math.isfinite(reading.x + reading.y + reading.z)
     if isinstance(reading, Wind):
         return 0.0 <= reading.speed_mps <= _LARGEST_SPEED_MPS and math.isfinite(reading.from_rad)
     return True

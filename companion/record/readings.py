@@ -31,6 +31,7 @@ from companion.core.types import (
     HeadingBy,
     Imu,
     Leak,
+    MagneticField,
     ManualInput,
     RcInput,
     Reading,
@@ -55,6 +56,7 @@ COLUMNS: dict[str, tuple[type[Any], tuple[str, ...]]] = {
     "gnss": (GnssFix, ("t_s", "lat_deg", "lon_deg", "altitude_m", "fix", "satellites", "hdop", "position_accuracy_m")),
     "velocity": (GroundVelocity, ("t_s", "north_mps", "east_mps")),
     "heading": (Heading, ("t_s", "yaw_rad", "accuracy_rad", "by")),  # by: its number in the order of HeadingBy
+    "field": (MagneticField, ("t_s", "x", "y", "z")),
     "wind": (Wind, ("t_s", "speed_mps", "from_rad")),
     "battery": (Battery, ("t_s", "voltage_v", "current_a", "remaining")),
     "leak": (Leak, ("t_s", "wet")),
@@ -68,7 +70,8 @@ _OPTIONAL = frozenset(
     {"roll_rad", "pitch_rad", "altitude_m", "satellites", "hdop", "position_accuracy_m", "accuracy_rad", "current_a", "remaining"}
 )
 _OPTIONAL_BY_KIND = {"imu": {"yaw_rad"}, "feedback": {"azimuth_rad", "deployment"}, "manual": {"surge", "sway", "yaw"}}
-_HEADINGS_BY = tuple(HeadingBy)
+_BY = tuple(HeadingBy)
+_NUMBER_OF_BY = {by: number for number, by in enumerate(_BY)}
 _WHOLE: dict[str, Callable[[float], Any]] = {
     "fix": lambda value: FixType(int(value)),
     "satellites": int,
@@ -77,7 +80,7 @@ _WHOLE: dict[str, Callable[[float], Any]] = {
     "wet": bool,
     "ok": bool,
     "deployment": lambda value: Deployment(int(value)),
-    "by": lambda value: _HEADINGS_BY[int(value)],
+    "by": lambda value: _BY[int(value)],
 }
 
 _POSE = ("north_m", "east_m", "yaw_rad", "surge_mps", "sway_mps", "yaw_rate_radps")
@@ -149,7 +152,7 @@ def _packer(kind_type: type[Any]) -> Callable[[Any], bytes]:
     if kind_type is RcInput:
         return lambda reading: _packed((reading.t_s, reading.lost, *reading.channels))
     if kind_type is Heading:
-        return lambda reading: _packed((reading.t_s, reading.yaw_rad, reading.accuracy_rad, _HEADINGS_BY.index(reading.by)))
+        return lambda reading: _packed((reading.t_s, reading.yaw_rad, reading.accuracy_rad, _NUMBER_OF_BY[reading.by]))
     names = COLUMNS[_KIND_OF[kind_type]][1]
     values, pack = attrgetter(*names), struct.Struct(f"<{len(names)}d").pack
 
@@ -272,6 +275,8 @@ def _reading_of(kind: str, source: str, data: bytes) -> Reading:
     numbers = _floats(data)
     if kind_type is RcInput:
         return RcInput(numbers[0], source, numbers[2:], bool(numbers[1]))
+    if kind_type is Heading and len(numbers) == len(names) - 1:
+        names = names[:-1]  # logs of before did not say what a heading rests on: an antenna baseline
     if len(numbers) != len(names):
         raise ValueError(f"{len(numbers)} values, {kind} has {len(names)}")
     optional = _OPTIONAL_BY_KIND.get(kind, set())

@@ -11,6 +11,7 @@ import struct
 
 from companion.config import SensorConfig
 from sitl.emulators.device import Surroundings
+from sitl.magnetometer import MagnetometerModel
 from sitl.memory import MemoryDevice
 from sitl.sensors import ImuModel, north_of
 
@@ -19,16 +20,19 @@ _SAMPLE_TIME_FINE = 0x1060
 _QUATERNION_NED = 0x2014
 _ACCELERATION = 0x4020
 _RATE_OF_TURN = 0x8020
+_MAGNETIC_FIELD = 0xC020
 _STATUS_WORD = 0xE020
 _STATUS_GOOD = 0x00000003  # self-test passed, filter valid
 _TICKS_PER_S = 10_000
 
 _MESSAGE = struct.Struct(">BBBB HBH HBI HB4f HB3f HB3f HBI".replace(" ", ""))
+_FIELD = struct.Struct(">HB3f")
 _LENGTH = _MESSAGE.size - 4
+_FIELD_HZ = 50.0
 
 
 class XsensEmulator:
-    """Prints what its inertial model measures, `latency_s` later than it is valid."""
+    """Prints what its inertial model measures, `latency_s` later than it is valid, and for a vessel with an AHRS of its own its magnetic field."""
 
     def __init__(self, config: SensorConfig, port: MemoryDevice, around: Surroundings) -> None:
         self.name = config.name
@@ -39,21 +43,29 @@ class XsensEmulator:
         self._latency_s = config.latency_s
         self._north_rad = north_of(around.home, around.epoch_unix_ns) if config.heading == "magnetic" else 0.0
         self._counter = 0
+        self._magnetometer = (
+            MagnetometerModel(config, around.home, around.epoch_unix_ns, around.seed) if config.heading == "ahrs" else None
+        )
+        self._field_every = max(1, round(self.rate_hz / _FIELD_HZ))
 
     def speak(self, t_s: float) -> None:
         around = self._around
         sample = self.model.sample(around.hull, around.waves)
         if "imu_lost" not in around.faults.active:
-            self._port.send(self.message(sample, t_s), t_s + self._latency_s)
+            field = None
+            if self._magnetometer is not None and self._counter % self._field_every == 0:
+                field = self._magnetometer.sample(around.waves.roll_rad, around.waves.pitch_rad, around.hull.yaw_rad)
+            self._port.send(self.message(sample, t_s, field), t_s + self._latency_s)
 
-    def message(self, sample: tuple[float, ...], t_s: float) -> bytes:
+    def message(self, sample: tuple[float, ...], t_s: float, field: tuple[float, float, float] | None = None) -> bytes:
         """One MTData2 message."""
+        more = b"" if field is None else _FIELD.pack(_MAGNETIC_FIELD, 12, *field)
         x, y, z, p, q, r, roll, pitch, yaw = sample
         counter, self._counter = self._counter, (self._counter + 1) & 0xFFFF
         ticks = round(t_s * _TICKS_PER_S) & 0xFFFFFFFF
         # fmt: off
         raw = _MESSAGE.pack(
-            0xFA, 0xFF, 0x36, _LENGTH,
+            0xFA, 0xFF, 0x36, _LENGTH + len(more),
             _PACKET_COUNTER, 2, counter,
             _SAMPLE_TIME_FINE, 4, ticks,
             _QUATERNION_NED, 16, *_quaternion(roll, pitch, yaw - self._north_rad),
@@ -62,6 +74,7 @@ class XsensEmulator:
             _STATUS_WORD, 4, _STATUS_GOOD,
         )
         # fmt: on
+        raw += more
         return raw + bytes(((0xFA - sum(raw)) & 0xFF,))
 
 

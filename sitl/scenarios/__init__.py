@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from sitl.scenarios import (
+    ahrs,
     cross_current,
     docking,
     fence_stop,
@@ -33,6 +34,7 @@ _ALL = (
     wild_points.SCENARIO,
     lever_arm.SCENARIO,
     identify.SCENARIO,
+    ahrs.SCENARIO,
     route.SCENARIO,
     route.SURVEY,
 )

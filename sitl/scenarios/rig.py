@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Protocol
 
 from companion.config import HullConfig, ThrusterConfig, VesselConfig
+from sitl.tow import Leg
 from sitl.world import World
 
 
@@ -71,6 +72,8 @@ class Conditions:
     wind_sensor: bool = False  # a wind sensor aboard, on a vessel without one
     rotating: tuple[str, ...] = ()  # fixed thrusters that turn in this run
     faults: tuple[str, ...] = ()
+    magnetometer: str = ""  # heading by the inertial sensor's raw magnetometer alone: "calibrated", or "raw" for a controller that does not know the iron
+    tow: tuple[Leg, ...] = ()  # the boat is led along these, whatever its thrusters do
     parameters: Mapping[str, float] = field(default_factory=dict)
 
 

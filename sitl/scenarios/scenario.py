@@ -13,6 +13,7 @@ from sitl.environment import parse_directed
 from sitl.scenarios.measure import Check
 from sitl.scenarios.rig import Composer, Conditions
 from sitl.scenarios.station import Station, StationTimeout
+from sitl.tow import Leg
 
 Settings = Mapping[str, str]
 
@@ -24,7 +25,8 @@ class ScenarioError(Exception):
 @dataclass(frozen=True, slots=True)
 class Scenario:
     """`sail` plays the ground station and returns what `measure` needs to know of what was asked of the boat. `by_vessel` are defaults that
-    differ for some vessels. `plot` draws into the folder; it raises ImportError where matplotlib is not installed."""
+    differ for some vessels. `plot` draws into the folder; it raises ImportError where matplotlib is not installed. `tow`: the boat is led
+    along these legs."""
 
     name: str
     text: str
@@ -34,6 +36,7 @@ class Scenario:
     measure: Callable[[Path, dict[str, Any], Settings], tuple[dict[str, float], Sequence[Check]]]
     by_vessel: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     plot: Callable[[Path, dict[str, Any], Settings], None] | None = None
+    tow: Callable[[Settings], tuple[Leg, ...]] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +64,7 @@ def run(
     unknown = set(settings) - set(scenario.defaults)
     if unknown:
         raise ScenarioError(f"{scenario.name} has no setting {', '.join(sorted(unknown))}; it has {', '.join(sorted(scenario.defaults))}")
-    conditions = replace(_conditions(settings), vessel=vessel or scenario.vessel, seed=seed)
+    conditions = replace(_conditions(settings), vessel=vessel or scenario.vessel, seed=seed, tow=scenario.tow(settings) if scenario.tow else ())
     rig = compose(conditions, folder)
     error: str | None = None
     asked: dict[str, Any] = {}
@@ -96,6 +99,7 @@ _CHOICES: Mapping[str, tuple[tuple[str, ...], Mapping[str, float]]] = {
     "path": (("PATH_KIND",), {"linear": 0, "pchip": 1, "makima": 2, "cubic": 3}),
     "law": (("DP_LAW", "WP_LAW"), {"companion": 0, "thesis": 1}),
     "control": (("PATH_CTRL",), {"pid": 0, "lqr": 1}),
+    "ahrs": (("AHRS_LAW",), {"companion": 0, "thesis": 1}),
     "feedforward": (("DP_FF_KIND",), {"off": 0, "thesis": 1, "tuned": 2, "on": 3}),
     "allocation": (("ALLOC_KIND",), {"constrained": 0, "unconstrained": 1}),
 }
@@ -120,6 +124,7 @@ def _conditions(settings: Settings) -> Conditions:
         hull=settings.get("hull") or None,
         plant=settings.get("plant") or None,
         push_ned_n=_push(settings),
+        magnetometer=_word(settings, "magnetometer", ("", "calibrated", "raw")),
         wind_sensor=bool(_choice(settings, "anemometer", {"off": 0, "on": 1})) if "anemometer" in settings else False,
         rotating=("bow",) if "bow" in settings and _choice(settings, "bow", {"fixed": 0, "rotating": 1}) else (),
         parameters=parameters,
@@ -136,6 +141,13 @@ def _choice(settings: Settings, key: str, values: Mapping[str, float]) -> float:
     if word not in values:
         raise ScenarioError(f"{key}={word}: one of {', '.join(values)}")
     return values[word]
+
+
+def _word(settings: Settings, key: str, words: Sequence[str]) -> str:
+    word = settings.get(key, "")
+    if word not in words:
+        raise ScenarioError(f"{key}={word}: one of {', '.join(filter(None, words))}, or nothing")
+    return word
 
 
 def _push(settings: Settings) -> tuple[float, float]:

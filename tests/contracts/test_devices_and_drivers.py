@@ -25,6 +25,7 @@ from companion.core.types import (
     Imu,
     Leak,
     Light,
+    MagneticField,
     Reading,
     ThrusterCommand,
     ThrusterFeedback,
@@ -131,6 +132,21 @@ def test_a_compass_gives_magnetic_heading(device: str) -> None:
     assert len(readings) == pytest.approx(200, abs=2) and {reading.by for reading in readings} == {HeadingBy.MAGNETIC}
     mean = statistics.fmean(reading.yaw_rad for reading in readings)
     assert math.degrees(mean) == pytest.approx(100.0 - 5.2, abs=4.0)
+
+
+def test_a_magnetometer_gives_the_field_of_the_place() -> None:
+    """What its file's calibration makes of it is the World Magnetic Model's direction, within what a calibration leaves."""
+    matrix = ((1.1, 0.05, 0.0), (0.05, 0.9, -0.03), (0.0, -0.03, 1.0))
+    row = replace(IMU, heading="ahrs", mag_offset=(0.2, -0.1, 0.3), mag_matrix=matrix)
+    boat = Boat(vessel(GNSS, row, yaw_deg=100.0))
+    readings = boat.sail(10.0, armed=False)
+    fields = [reading for reading in readings if isinstance(reading, MagneticField)]
+    assert len(fields) == pytest.approx(500, abs=3) and not any(isinstance(r, Heading) and r.source == "imu" for r in readings)
+    raw = [statistics.fmean(getattr(field, axis) for field in fields) - offset for axis, offset in zip("xyz", row.mag_offset, strict=True)]
+    x, y, z = (sum(a * b for a, b in zip(line, raw, strict=True)) for line in matrix)
+    assert math.hypot(x, y, z) == pytest.approx(1.0, abs=0.02)
+    assert math.degrees(math.atan2(-y, x)) == pytest.approx(100.0 - 5.2, abs=2.5)
+    assert math.degrees(math.atan2(z, math.hypot(x, y))) == pytest.approx(74.9, abs=1.0)  # the dip at Trondheim
 
 
 @pytest.mark.parametrize(

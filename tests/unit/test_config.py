@@ -141,3 +141,12 @@ def test_servos_and_relays_are_read_and_checked() -> None:
         with pytest.raises(ConfigError) as caught:
             config.parse(f"{text}\n{wrong}", "x")
         assert any(problem in line.replace("[", ".").replace("]", "") for line in caught.value.problems), caught.value.problems
+
+
+def test_a_magnetometer_matrix_without_an_inverse_is_told_with_its_line() -> None:
+    text = config.find("revolt").read_text(encoding="utf-8")
+    text = text.replace('name = "imu"\n', 'name = "imu"\nmag_matrix = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0]]\n')
+    with pytest.raises(ConfigError) as caught:
+        config.parse(text, "boat.toml")
+    line = text.splitlines().index("mag_matrix = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0]]") + 1
+    assert len(caught.value.problems) == 1 and caught.value.problems[0].startswith(f"boat.toml:{line}: sensor[2].mag_matrix: has no inverse")

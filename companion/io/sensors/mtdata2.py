@@ -14,7 +14,7 @@ from collections.abc import Mapping
 from companion.config import SensorConfig
 from companion.core.angles import wrap_pi
 from companion.core.ports import ByteStream
-from companion.core.types import Heading, HeadingBy, Imu, Reading
+from companion.core.types import Heading, HeadingBy, Imu, MagneticField, Reading
 from companion.io.sensors.driver import StreamDriver
 
 _PREAMBLE = b"\xfa\xff\x36"  # with the identifier of MTData2: no other message is of interest
@@ -44,7 +44,7 @@ _word_at = struct.Struct(">I").unpack_from
 _TICK_S = 1e-4
 _TICKS_WRAP = 2**32
 
-_HEADING_BY = {"none": None, "magnetic": HeadingBy.MAGNETIC, "true": HeadingBy.COMPASS}
+_HEADING_BY = {"none": None, "ahrs": None, "magnetic": HeadingBy.MAGNETIC, "true": HeadingBy.COMPASS}
 _HEADING_PERIOD_S = 0.095  # its errors are slow: ten a second say all there is to know
 
 _SELF_TEST_OK = 0x1
@@ -81,7 +81,8 @@ class SampleClock:
 
 
 class Mtdata2Sensor(StreamDriver):
-    """MTData2 bytes → `Imu` readings, and `Heading` readings by the device's own yaw where the configuration says what that is worth.
+    """MTData2 bytes → `Imu` readings, `MagneticField` readings where the device sends its field, and `Heading` readings by its own yaw
+    where the configuration says what that is worth.
 
     Remembers the unfinished message, the relation of the device's clock to the vessel's, and when it last gave a heading. Messages without both acceleration and rate of turn give no reading, but count as valid: the health text then says what is missing.
     """
@@ -166,6 +167,8 @@ class Mtdata2Sensor(StreamDriver):
     def _emit(self, arrival_s: float, ticks: int | None, values: Mapping[int, tuple[float, ...]], readings: list[Reading]) -> None:
         acceleration, rate = values.get(_ACCELERATION), values.get(_RATE_OF_TURN)
         t_s = arrival_s - self._config.latency_s if ticks is None else self._clock.time_s(ticks, arrival_s)
+        if field := values.get(_MAGNETIC_FIELD):
+            readings.append(MagneticField(t_s, self.name, *field))
         if acceleration is None or rate is None:
             return
         x, y, z = acceleration

@@ -20,6 +20,7 @@ from companion.core.types import (
     HeadingBy,
     Imu,
     Leak,
+    MagneticField,
     ManualInput,
     RcInput,
     Reading,
@@ -40,10 +41,11 @@ READINGS: tuple[Reading, ...] = (
     GnssFix(THIRD, "gnss", 63.4389, 10.399, 41.2, FixType.NONE, 18, None, 0.013),
     GroundVelocity(THIRD, "gnss", 0.1, -0.2),
     Heading(THIRD, "gnss", -math.pi, None),
-    Heading(THIRD, "imu", 0.2, 0.05, HeadingBy.MAGNETIC),
-    Heading(THIRD, "compass", 0.3, None, HeadingBy.COMPASS),
+    Heading(THIRD, "imu", 1.0, 0.02, HeadingBy.MAGNETIC),
+    Heading(THIRD, "imu", 1.0, None, HeadingBy.COMPASS),
     Imu(THIRD, "imu", 0.1, 0.2, -9.82, 1e-17, -0.0, 3.0),
     Imu(THIRD, "imu", 0.1, 0.2, -9.82, 0.01, 0.02, 0.03, 0.04, 0.05, 0.06),
+    MagneticField(THIRD, "imu", 0.3, -0.1, 0.9),
     TimeOfDay(THIRD, "gnss", 1_780_315_200_123_456_789),
     Wind(THIRD, "wind", 3.1, 6.2),
     Battery(THIRD, "board", 12.3, None, 0.5),
@@ -105,6 +107,12 @@ def test_the_lines_are_what_the_documentation_says() -> None:
     kind, source, text = line.decode().split(",")
     values = struct.unpack(f"<{len(TICK_COLUMNS)}d", base64.b64decode(text))
     assert (kind, source) == ("tick", "") and dict(zip(TICK_COLUMNS, values, strict=True))["demanded_surge_n"] == 3.0
+
+
+def test_a_heading_logged_before_it_said_what_it_rests_on_is_a_baselines(tmp_path: Path) -> None:
+    line = b"heading,gnss," + base64.b64encode(struct.pack("<3d", 1.5, 0.25, math.nan)) + b"\n"
+    ticks, warnings = written(tmp_path / "r.csv", line + ReadingsEncoder().tick(tick(2.5)))
+    assert warnings == [] and ticks[0].readings == (Heading(1.5, "gnss", 0.25, None, HeadingBy.BASELINE),)
 
 
 def test_a_parameter_belongs_to_the_tick_after_it(tmp_path: Path) -> None:

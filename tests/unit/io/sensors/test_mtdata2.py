@@ -11,7 +11,7 @@ from typing import Literal
 import pytest
 
 from companion.config import SensorConfig
-from companion.core.types import Heading, HeadingBy, Imu
+from companion.core.types import Heading, HeadingBy, Imu, MagneticField
 from companion.io.sensors.mtdata2 import Mtdata2Sensor, SampleClock
 
 # packet counter 1, sample time 10000 (1 s), acceleration (0.5, −0.25, −9.75), rate of turn (0.125, 0, −0.5), status 1
@@ -110,8 +110,18 @@ def test_precisions(data_id: int, data: bytes) -> None:
     assert (imu.x_mps2, imu.y_mps2, imu.z_mps2) == (0.5, -0.25, -9.75)
 
 
+def test_magnetic_field_with_and_without_the_rest() -> None:
+    """Measured values of C020 (magnetic field), in the device's own unit, at the time of their message."""
+    sensor, line = driver()
+    field = item(0xC020, struct.pack(">3f", 0.25, -0.5, 0.75))
+    line.chunks = [(1.0, message(field, FORCE, RATE)), (1.1, message(field))]
+    first, imu, second = sensor.read(2.0)
+    assert first == MagneticField(1.0, sensor.name, 0.25, -0.5, 0.75) and isinstance(imu, Imu) and imu.t_s == 1.0
+    assert second == MagneticField(1.1, sensor.name, 0.25, -0.5, 0.75)
+
+
 def test_extended_length_and_unknown_items() -> None:
-    filler = [item(0x5040, bytes(250)), item(0xC020, struct.pack(">3f", 0.1, 0.2, 0.3))]
+    filler = [item(0x5040, bytes(250)), item(0xC010, struct.pack(">3f", 0.1, 0.2, 0.3))]
     assert len(read(message(*filler, FORCE, RATE))) == 1
     assert len(read(message(FORCE, RATE, extended=True))) == 1
 

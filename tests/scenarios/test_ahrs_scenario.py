@@ -1,0 +1,65 @@
+"""Heading by a magnetometer alone through the whole vessel: bytes, drivers, estimator."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from companion.cli import LockstepRig
+from companion.record.log_reader import open_log
+from companion.record.replay import replay
+from sitl.scenarios import SCENARIOS
+from sitl.scenarios.rig import Conditions
+from sitl.scenarios.scenario import Outcome, ScenarioError, run
+from sitl.tow import Leg
+from tests.unit.nav.test_ahrs import follow, sailing_of
+
+
+def sail(folder: Path, seed: int, **changes: str) -> Outcome:
+    return run(SCENARIOS["ahrs"], LockstepRig, folder, seed=seed, changes=changes)
+
+
+@pytest.mark.parametrize("seed", [5, *(pytest.param(seed, marks=pytest.mark.sweep) for seed in range(16) if seed != 5)])
+def test_heading_in_turns_and_waves(tmp_path: Path, seed: int) -> None:
+    outcome = sail(tmp_path, seed)
+    assert outcome.ok, [check.row() for check in outcome.checks if not check.ok]
+
+
+@pytest.mark.sweep
+@pytest.mark.parametrize("seed", range(16))
+def test_the_filter_alone(seed: int) -> None:
+    """At 200 Hz, in motion that knows no plant: 8 m/s, turns of 0.3 g, waves of 2° and 5°."""
+    judged = follow(sailing_of(seed)).judged()
+    assert judged.mean() < 1.0 and judged.max() < 3.0
+
+
+def test_a_replay_says_the_same_to_the_last_bit(tmp_path: Path) -> None:
+    rig = LockstepRig(Conditions("revolt", seed=3, wind="2", magnetometer="calibrated", tow=(Leg(5.0, 0.0), Leg(15.0, 6.0, 0.2))), tmp_path)
+    while rig.now_s < 20.0:
+        rig.step()
+    rig.close()
+    result = replay(open_log(tmp_path), tmp_path / "replay.csv")
+    assert not result.warnings and result.largest_in_log() == 0.0
+
+
+@pytest.mark.sweep
+def test_the_thesis_loses_it(tmp_path: Path) -> None:
+    outcome = sail(tmp_path, 0, ahrs="thesis")
+    assert outcome.metrics["heading_error_max_deg"] > 8.0 and outcome.metrics["heading_error_mean_deg"] > 3.0
+
+
+@pytest.mark.sweep
+@pytest.mark.parametrize("vessel", ["aboat"])
+def test_other_vessels(tmp_path: Path, vessel: str) -> None:
+    assert run(SCENARIOS["ahrs"], LockstepRig, tmp_path, seed=1, vessel=vessel).ok
+
+
+@pytest.mark.sweep
+def test_uncalibrated_iron_is_no_compass(tmp_path: Path) -> None:
+    assert sail(tmp_path, 1, magnetometer="raw").metrics["heading_error_max_deg"] > 20.0
+
+
+def test_an_unknown_word_is_said(tmp_path: Path) -> None:
+    with pytest.raises(ScenarioError, match="calibrated, raw"):
+        sail(tmp_path, 0, magnetometer="golden")

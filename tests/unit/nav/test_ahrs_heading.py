@@ -1,0 +1,174 @@
+"""A raw magnetometer as the estimator's heading: calibration, mounting, the course, sources that fail."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from companion import config as vessel_config
+from companion.config import SensorConfig, VesselConfig
+from companion.core.geodesy import LocalFrame
+from companion.core.geomagnetism import declination_rad, field_nt
+from companion.core.types import FixType, GnssFix, GroundVelocity, Heading, HeadingBy, Imu, MagneticField, NavState, Reading, Severity
+from companion.nav.ahrs_heading import AhrsHeading, ahrs_headings, calibrated
+from companion.nav.estimator import Estimator
+from companion.nav.headings import HeadingSources
+from companion.nav.thesis_ahrs import ThesisAhrs
+from companion.params import Parameters
+from tests.unit.nav.ahrs_motion import DECLINATION_RAD, GRAVITY_MPS2, Motion, Sailing, sail
+
+ROW = SensorConfig(name="imu", driver="mtdata2", port="memory:imu", heading="ahrs", heading_wander_rad=math.radians(1.0))
+STRAIGHT = ((32.0, 8.0, 0.0),)
+GOTHENBURG = (57.69, 11.80)
+
+
+def correction(parameters: dict[str, float], mounting_rad: float = math.radians(45.0), row: SensorConfig = ROW) -> tuple[AhrsHeading, float, float]:
+    """A straight run at 8 m/s of a device turned in its mounting: (the source, heading error in degrees at 10 s and 30 s)."""
+    motion = sail(Sailing(parts=STRAIGHT, mounting_rad=mounting_rad, wave_rad=math.radians(2.0), wave_m=0.1, iron=0.0, slip_s=0.0))
+    ahrs, errors = AhrsHeading(row, GRAVITY_MPS2, Parameters(parameters)), {}
+    for k, t_s in enumerate(motion.t_s.tolist()):
+        heading = ahrs.imu(Imu(t_s, "imu", *motion.force[k].tolist(), *motion.rates[k].tolist()))
+        if k % 4 == 0:
+            ahrs.field(MagneticField(t_s, "imu", *motion.field[k].tolist()), DECLINATION_RAD)
+        if k % 20 == 0:
+            ahrs.velocity(t_s, *motion.velocity[k].tolist(), 0.06, (0.0, 0.0, 0.0))
+        if heading is not None:
+            errors[round(t_s)] = math.degrees(math.remainder(heading.yaw_rad - motion.yaw_rad[k], 2 * math.pi))
+    return ahrs, errors[10], errors[30]
+
+
+@pytest.mark.parametrize("parameters", [{"AHRS_LAW": 1.0}, {"AHRS_DRIFT": 0.0}], ids=["thesis", "companion"])
+def test_a_mounting_error_of_45_degrees_is_a_third_corrected_in_20_s(parameters: dict[str, float]) -> None:
+    ahrs, before, after = correction(parameters)
+    assert abs(before) == pytest.approx(45.0, abs=3.0)
+    assert 1.0 - after / before == pytest.approx(1.0 - math.exp(-0.4), abs=0.05)
+    assert abs(math.degrees(ahrs.corrected_rad)) == pytest.approx(45.0 * (1.0 - math.exp(-0.4)), abs=2.0)
+
+
+def test_what_a_current_may_explain_is_left_alone() -> None:
+    ahrs, _, _ = correction({}, math.radians(3.0))
+    assert abs(math.degrees(ahrs.corrected_rad)) < 0.2
+    ahrs, _, _ = correction({"AHRS_COURSE_T": 0.0})
+    assert ahrs.corrected_rad == 0.0
+
+
+def test_a_known_mounting_angle_is_taken_out() -> None:
+    _, before, _ = correction({}, math.radians(45.0), replace(ROW, heading_offset_rad=math.radians(45.0)))
+    _, negative, _ = correction({}, math.radians(45.0), replace(ROW, heading_offset_rad=math.radians(-45.0)))
+    assert min(abs(before), abs(negative)) < 2.0
+
+
+def test_calibration_is_offset_first_then_matrix() -> None:
+    row = replace(ROW, mag_offset=(1.0, 2.0, 3.0), mag_matrix=((2.0, 0.0, 0.0), (0.0, 3.0, 1.0), (0.0, 1.0, 4.0)))
+    assert calibrated(row, MagneticField(0.0, "imu", 2.0, 2.5, 2.0)) == (2.0, 0.5, -3.5)
+
+
+def test_without_a_field_for_2_s_there_is_no_heading() -> None:
+    ahrs = AhrsHeading(ROW, 9.81, Parameters())
+    given = []
+    for k in range(600):
+        t_s = 0.01 * k
+        if t_s < 3.0:
+            ahrs.field(MagneticField(t_s, "imu", 0.35, 0.0, 0.9), 0.0)
+        heading = ahrs.imu(Imu(t_s, "imu", 0.0, 0.0, -9.81, 0.0, 0.0, 0.0))
+        if heading is not None:
+            assert heading.by is HeadingBy.COMPASS and heading.accuracy_rad is not None
+            given.append(t_s)
+    assert given[0] == pytest.approx(1.0, abs=0.2) and given[-1] == pytest.approx(5.0, abs=0.15)
+    assert len(given) == pytest.approx(40, abs=3)
+
+
+def test_the_law_may_change_under_way() -> None:
+    parameters = Parameters()
+    ahrs = AhrsHeading(ROW, 9.81, parameters)
+    for k in range(600):
+        if k == 300:
+            parameters.set("AHRS_LAW", 1.0)
+        ahrs.field(MagneticField(0.01 * k, "imu", 0.0, -0.35, 0.9), 0.0)
+        heading = ahrs.imu(Imu(0.01 * k, "imu", 0.0, 0.0, -9.81, 0.0, 0.0, 0.0))
+    assert isinstance(ahrs.filter, ThesisAhrs)
+    assert heading is None or math.degrees(heading.yaw_rad) == pytest.approx(90.0, abs=0.5)
+    assert math.degrees(ahrs.filter.attitude[2]) == pytest.approx(90.0, abs=0.5)
+
+
+# --- in the estimator ----------------------------------------------------------------------------------------------
+
+
+def vessel() -> VesselConfig:
+    config = vessel_config.load(vessel_config.find("revolt"))
+    gnss = replace(config.sensors[0], antennas=1, x_m=-0.8, z_m=-1.0)
+    imu = replace(config.sensors[1], heading="ahrs", heading_wander_rad=math.radians(1.0), accelerometer_noise_mps2_rthz=0.05)
+    return replace(config, sensors=(gnss, imu), home=replace(config.home, lat_deg=GOTHENBURG[0], lon_deg=GOTHENBURG[1]))
+
+
+def navigate(motion: Motion, until_field_s: float = math.inf) -> tuple[list[NavState], list[tuple[Severity, str]]]:
+    config, said = vessel(), []
+    estimator = Estimator(config, Parameters(), lambda _t, severity, _name, text: said.append((severity, text)))
+    frame, states, batch = LocalFrame(*GOTHENBURG), [], []
+    position = np.cumsum(motion.velocity, axis=0) / 200.0
+    for k in range(0, len(motion.t_s), 2):
+        t_s = float(motion.t_s[k])
+        batch.append(Imu(t_s, "imu", *motion.force[k].tolist(), *motion.rates[k].tolist()))
+        if k % 4 == 0 and t_s < until_field_s:
+            batch.append(MagneticField(t_s, "imu", *motion.field[k].tolist()))
+        if k % 20 == 0:
+            row: list[Reading] = [
+                GnssFix(t_s, "gnss", *frame.to_geodetic(*position[k].tolist()), 0.0, FixType.DGPS, 14, 0.8, 0.5),
+                GroundVelocity(t_s, "gnss", *motion.velocity[k].tolist()),
+            ]
+            states.append(estimator.update([*batch, *row], t_s))
+            batch = []
+    return states, said
+
+
+def test_it_is_the_heading_of_a_boat_that_has_no_other() -> None:
+    """Switched on under way: until the filter has levelled itself, the course has to do."""
+    assert declination_rad(*GOTHENBURG, 2027.5) == pytest.approx(DECLINATION_RAD, abs=math.radians(0.1))
+    north, east, down = field_nt(*GOTHENBURG, 2027.5)
+    assert math.atan2(east, north) == pytest.approx(declination_rad(*GOTHENBURG, 2027.5)) and down > 0.0
+    motion = sail(Sailing(seed=2, iron=0.0015, parts=((20.0, 4.0, 0.0), (15.0, 8.0, 0.3), (8.0, 8.0, 0.0), (15.0, 8.0, -0.3), (8.0, 8.0, 0.0))))
+    states, said = navigate(motion)
+    late = [(state, motion.yaw_rad[20 * k]) for k, state in enumerate(states) if state.t_s > 12.0]
+    errors = np.degrees([abs(math.remainder(state.yaw_rad - yaw, 2 * math.pi)) for state, yaw in late])
+    assert errors.mean() < 1.0 and errors.max() < 3.0
+    assert all(state.heading_valid for state, _ in late)
+    assert all(math.radians(0.8) < state.heading_accuracy_rad < math.radians(3.0) for state, _ in late)
+    assert [text for _, text in said if text.startswith("Heading")] == ["Heading by course over ground", "Heading by imu compass"]
+
+
+def test_when_the_magnetometer_falls_silent_the_course_takes_over_and_that_is_said() -> None:
+    motion = sail(Sailing(parts=((40.0, 6.0, 0.0),), wave_rad=math.radians(2.0)))
+    states, said = navigate(motion, until_field_s=20.0)
+    assert (Severity.WARNING, "Heading by course over ground: imu compass gives none") in said
+    assert states[-1].heading_valid
+
+
+def test_a_field_that_is_no_number_is_left_out() -> None:
+    estimator = Estimator(vessel(), Parameters())
+    for k in range(300):
+        field = (0.35, 0.0, 0.9) if k % 3 else (math.nan, math.inf, 0.0)
+        state = estimator.update([Imu(0.01 * k, "imu", 0.0, 0.0, -9.81, 0.0, 0.0, 0.0), MagneticField(0.01 * k, "imu", *field)], 0.01 * k)
+    assert math.degrees(state.yaw_rad) == pytest.approx(math.degrees(DECLINATION_RAD), abs=0.5)
+
+
+def test_what_nobody_calibrated_is_not_believed() -> None:
+    def accuracy_deg(**changes: object) -> float:
+        config = vessel()
+        row = replace(config.sensors[1], **changes)  # type: ignore[arg-type]
+        sources = HeadingSources(replace(config, sensors=(config.sensors[0], row)), lambda *_: None)
+        found = sources.offer(Heading(0.0, "imu", 1.0, 0.01, HeadingBy.COMPASS), *GOTHENBURG, None)
+        assert found is not None
+        return math.degrees(found.slow_rad)
+
+    assert accuracy_deg(heading_wander_rad=None) == pytest.approx(15.0)
+    assert accuracy_deg(heading_wander_rad=None, mag_offset=(0.1, 0.0, 0.0)) == pytest.approx(2.1)
+    assert accuracy_deg(heading_wander_rad=0.02) == pytest.approx(math.degrees(0.02))  # calibrated by the device itself
+    assert accuracy_deg(heading_wander_rad=None, heading="magnetic") == pytest.approx(2.1)
+
+
+def test_only_sensors_that_ask_for_it_get_one() -> None:
+    assert list(ahrs_headings(vessel(), Parameters())) == ["imu"]
+    assert ahrs_headings(vessel_config.load(vessel_config.find("revolt")), Parameters()) == {}
