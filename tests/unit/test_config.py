@@ -41,7 +41,7 @@ def test_five_errors_are_listed_at_once_each_with_its_line() -> None:
     for right, wrong in (
         ("lat_deg = 63.4389", "lat_deg = 95.0"),
         ("surge_n = 50.0", "surge_m = 50.0"),
-        ('kind = "fixed"', 'kind = "jet"'),
+        ('kind = "fixed"', 'kind = "paddle"'),
         ("x_m = 1.15", 'x_m = "a metre"'),
     ):
         assert right in text
@@ -54,12 +54,12 @@ def test_five_errors_are_listed_at_once_each_with_its_line() -> None:
     for problem, fragment in (
         (problems[0], "lat_deg = 95.0"),
         (problems[2], "surge_m = 50.0"),
-        (problems[3], 'kind = "jet"'),
+        (problems[3], 'kind = "paddle"'),
         (problems[4], 'x_m = "a metre"'),
     ):
         number = int(problem.split(":")[1])
         assert fragment in lines[number - 1], problem
-    assert "thruster[3].kind" in problems[3] and "'azimuth' or 'fixed'" in problems[3]
+    assert "thruster[3].kind" in problems[3] and "'azimuth', 'fixed' or 'jet'" in problems[3]
     assert "unknown key" in problems[2]
 
 
