@@ -33,8 +33,8 @@ def dynamics(config: HullConfig) -> Dynamics:
     y_v, y_vv, y_rv, y_r, y_vr, y_rr = d.y_v, d.y_vv, d.y_rv, d.y_r, d.y_vr, d.y_rr
     n_v, n_vv, n_rv, n_r, n_vr, n_rr = d.n_v, d.n_vv, d.n_rv, d.n_r, d.n_vr, d.n_rr
     y_uv, n_uv, n_ur = d.y_uv, d.n_uv, d.n_ur
-    planing = _resistance(config.resistance)
-    under_way = planing is not None or y_uv != 0.0 or n_uv != 0.0 or n_ur != 0.0
+    planing = resistance_of(config.resistance)
+    under_way = bool(config.resistance) or y_uv != 0.0 or n_uv != 0.0 or n_ur != 0.0
 
     def derivative(u: float, v: float, r: float, surge_n: float, sway_n: float, yaw_nm: float) -> tuple[float, float, float]:
         abs_u, abs_v, abs_r = abs(u), abs(v), abs(r)
@@ -45,8 +45,7 @@ def dynamics(config: HullConfig) -> Dynamics:
         n = yaw_nm - sway_momentum * u + surge_momentum * v
         n -= v * (n_v + n_vv * abs_v + n_rv * abs_r) + r * (n_r + n_vr * abs_v + n_rr * abs_r)
         if under_way:
-            if planing is not None:
-                x -= planing(abs_u) if u >= 0.0 else -planing(abs_u)
+            x -= planing(abs_u) if u >= 0.0 else -planing(abs_u)
             y -= y_uv * abs_u * v
             n -= n_uv * abs_u * v + n_ur * abs_u * r
         return i11 * x, i22 * y + i23 * n, i32 * y + i33 * n
@@ -54,10 +53,8 @@ def dynamics(config: HullConfig) -> Dynamics:
     return derivative
 
 
-def _resistance(points: Sequence[tuple[float, float]]) -> Callable[[float], float] | None:
-    """Force against speed, a straight line between points and beyond the last; None without points."""
-    if not points:
-        return None
+def resistance_of(points: Sequence[tuple[float, float]]) -> Callable[[float], float]:
+    """Force against speed ahead, a straight line between points and beyond the last; nothing without points."""
     pieces = [(speed, force, (high_force - force) / (high - speed)) for (speed, force), (high, high_force) in pairwise(points)]
 
     def force_n(speed_mps: float) -> float:

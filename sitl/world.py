@@ -20,8 +20,10 @@ from sitl.faults import Faults, parse
 from sitl.hull import Hull
 from sitl.jet import Jet
 from sitl.memory import MemoryDevice, MemoryStream
+from sitl.seaway import Seaway
 from sitl.sensors import grade
 from sitl.thrusters import Thruster, build
+from sitl.traffic import Traffic
 
 EPOCH_UNIX_NS = 1_780_315_200_000_000_000  # 2026-06-01T12:00:00Z, where simulated time begins
 STEP_HZ = 100
@@ -74,10 +76,11 @@ class World:
         capacity_wh: float | None = None,
         epoch_unix_ns: int = EPOCH_UNIX_NS,
         dock: DockConfig | None = None,
+        traffic: Traffic | None = None,
     ) -> None:
         """`wind` "MPS@FROM_DEG", `current` "MPS@TOWARDS_DEG", directions from the seed where left out; `gnss`, `plant`, `capacity_wh` None: as
-        the vessel's file says; `push_ned_n` a constant force towards north and east on the hull; `dock` None: the vessel's own berth, if it has one. Raises
-        ConfigError for what the vessel or the arguments do not offer.
+        the vessel's file says; `push_ned_n` a constant force towards north and east on the hull; `dock` None: the vessel's own berth, if it has one; `traffic`: other boats, whose
+        wakes a plant with a seaway feels. Raises ConfigError for what the vessel or the arguments do not offer.
         """
         self._vessel = vessel
         self._sitl = _simulation(vessel)
@@ -87,9 +90,10 @@ class World:
         self.faults = Faults(faults, vessel)
         self.wind = Wind(*(parse_directed(wind, "wind") if wind else (0.0, None)), seed)
         self.current = Current(*(parse_directed(current, "current") if current else (0.0, None)), seed, current_variation_mps)
-        self.waves = Waves(waves_m, self.wind, vessel.length_m, seed)
         self.battery = BatteryModel(self._sitl.battery_wh if capacity_wh is None else capacity_wh)
         self.hull = Hull(self._plant.hull)
+        self.traffic = traffic
+        self.waves = self._sea(waves_m, seed)
         face = vessel.dock if dock is None else dock
         self.berth = None if face is None else Berth(face, vessel.home, vessel.length_m, vessel.beam_m)
         self.thrusters = _thrusters(vessel.thrusters, self._plant)
@@ -100,7 +104,8 @@ class World:
         self._step_s = 1.0 / self._step_hz
         self._update_steps = round(UPDATE_S * self._step_hz)
         self._streams: dict[str, MemoryStream] = {}
-        around = Surroundings(self.hull, self.waves, self.wind, self.faults, vessel.home, gnss, seed, epoch_unix_ns, self._step_hz)
+        common = None if traffic is None else traffic.common
+        around = Surroundings(self.hull, self.waves, self.wind, self.faults, vessel.home, gnss, seed, epoch_unix_ns, self._step_hz, common)
         by_name = {config.name: thruster for config, thruster in zip(vessel.thrusters, self.thrusters, strict=True)}
         self.sensors = [emulators.sensor(config, self._port(config.name), around) for config in vessel.sensors]
         self.boards = [
@@ -183,6 +188,13 @@ class World:
         for board in self.boards:
             board.rc_us = channels_us
 
+    def _sea(self, height_m: float, seed: int) -> Waves:
+        """Waves, and of other boats' wakes those that the plant can feel."""
+        wakes = () if self.traffic is None else self.traffic.wakes
+        if not self._plant.seaway:
+            return Waves(height_m, self.wind, self._vessel.length_m, seed)
+        return Seaway(height_m, self.wind, self._vessel.length_m, seed, self.hull, self._plant.hull.m11_kg, wakes)
+
     def _port(self, name: str) -> MemoryDevice:
         if name in self._streams:
             raise ConfigError([f"two devices are named '{name}'"])
@@ -200,6 +212,8 @@ class World:
             board.listen(t_s)
         if self._steps % self._update_steps == 0:
             self._update_weather()
+        if self.traffic is not None:
+            self.traffic.advance(t_s)
         self.waves.update(t_s)
         self._push(t_s)
         self._let_speak(t_s)
@@ -223,6 +237,9 @@ class World:
             surge_mps2, sway_mps2 = ned_to_body(*self.waves.acceleration(t_s), hull.yaw_rad)
             surge_n += self._plant.hull.m11_kg * surge_mps2
             sway_n += self._plant.hull.m22_kg * sway_mps2
+        if isinstance(self.waves, Seaway):
+            x_n, y_n, n_nm = self.waves.force()
+            surge_n, sway_n, yaw_nm = surge_n + x_n, sway_n + y_n, yaw_nm + n_nm
         if self.berth is not None:
             x_n, y_n, n_nm = self.berth.push(hull)
             surge_n, sway_n, yaw_nm = surge_n + x_n, sway_n + y_n, yaw_nm + n_nm

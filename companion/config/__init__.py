@@ -87,6 +87,7 @@ class PlantConfig:
     thruster_lag_s: NonNegative = 0.3
     thruster_x_m: tuple[float, ...] | None = None  # None: where the vessel says
     jet: JetConfig | None = None  # None: as the vessel says
+    seaway: bool = False  # waves at the frequency with which the boat meets them, with heave and yaw; else roll, pitch and push alone
 
 
 @dataclass(frozen=True, slots=True)
