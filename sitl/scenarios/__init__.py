@@ -15,6 +15,7 @@ from sitl.scenarios import (
     reroute,
     route,
     station_keeping,
+    watch_circle,
     wild_points,
 )
 from sitl.scenarios.scenario import Scenario
@@ -27,6 +28,7 @@ _ALL = (
     four_corner.SCENARIO,
     station_keeping.SCENARIO,
     station_keeping.THRUSTER_FAILURE,
+    watch_circle.SCENARIO,
     docking.SCENARIO,
     fence_stop.SCENARIO,
     gnss_dropout.SCENARIO,
