@@ -10,14 +10,13 @@ from pathlib import Path
 from typing import Any
 
 from sitl.scenarios.measure import Check, between, distance_to, read_truth
-from sitl.scenarios.scenario import Scenario, Settings
+from sitl.scenarios.scenario import Scenario, Settings, number
 from sitl.scenarios.station import Station
 
 _HOLD = 0x03040000
-_HOLD_S = 300.0
 _RUNNING_N = 20.0
 _WANDER_M = 4.0  # of a receiver without corrections, by which truth may lie outside of what the boat believes
-_MOST_TURNS = 2.0  # whole turns of the bow, all turning counted with its sign, in five minutes
+_MOST_TURNS = 2.0  # whole turns of the bow, all turning counted with its sign
 _MOST_RUNNING = 0.4
 
 
@@ -26,7 +25,7 @@ def sail(station: Station, settings: Settings) -> dict[str, Any]:
     station.set_mode(_HOLD)
     station.arm()
     from_s = station.rig.now_s
-    station.sail(_HOLD_S)
+    station.sail(number(settings, "time"))
     return {"from_s": from_s, "name": station.rig.config.thrusters[0].name}
 
 
@@ -51,9 +50,9 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
 
 SCENARIO = Scenario(
     name="watch_circle",
-    text="five minutes of Hold with a boat that has neither sideways thrust nor way astern",
+    text="Hold with a boat that has neither sideways thrust nor way astern",
     vessel="rescuerunner",
-    defaults={"wind": "6", "current": "", "gnss": "standalone", "waves": "", "model_error": "", "plant": ""},
+    defaults={"time": "300", "wind": "6", "current": "", "gnss": "standalone", "waves": "", "model_error": "", "plant": ""},
     sail=sail,
     measure=measure,
 )

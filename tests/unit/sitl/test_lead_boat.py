@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import replace
 
@@ -54,7 +55,7 @@ def test_stop_and_astern() -> None:
 def test_it_moves_like_a_boat(name: str) -> None:
     """No step of speed or turn; accelerations that four tonnes and 13 kN allow."""
     _, rows = sailed(f"{name}@14", 260.0)
-    for before, after in zip(rows, rows[1:], strict=False):
+    for before, after in itertools.pairwise(rows):
         assert abs(after[1] - before[1]) * STEP_HZ < 3.5 and abs(after[2] - before[2]) * STEP_HZ < 0.14
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import statistics
 
@@ -32,7 +33,7 @@ def sailed(speed_mps: float, yaw_rad: float, height_m: float = 0.5, rate_radps: 
 
 
 def crossings_hz(values: list[float]) -> float:
-    return sum(a < 0.0 <= b for a, b in zip(values, values[1:], strict=False)) / (len(values) * DT_S)
+    return sum(a < 0.0 <= b for a, b in itertools.pairwise(values)) / (len(values) * DT_S)
 
 
 def test_head_seas_are_met_faster_than_following_ones() -> None:
