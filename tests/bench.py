@@ -263,7 +263,7 @@ def lockstep(folder: Path, duration_s: float = 120.0) -> None:
 
 
 def three_vessels(folder: Path, duration_s: float = 30.0) -> None:
-    """Two jet boats in Hold around a lead boat under way, in one process: inertial sensors at 200 Hz, control at 20 Hz."""
+    """Two jet boats, disarmed, and a lead boat under way, in one process: inertial sensors at 200 Hz, control at 20 Hz."""
     others = (OtherBoat("leader", "thesis", (30.0, 0.0, 0.0), 1.0),)
     conditions = Conditions("rescuerunner", seed=1, wind="5", gnss="standalone", others=others, gnss_common=0.5)
     first = LockstepRig(conditions, folder / "three")
