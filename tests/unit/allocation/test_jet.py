@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 
 import pytest
 
@@ -10,6 +11,7 @@ from companion.allocation.jet import JetAllocator
 from companion.allocation.jet_curve import JetCurve
 from companion.config import find, load
 from companion.core.types import Allocation, ThrusterCommand, Wrench
+from companion.loop import surge_through_water_mps
 from companion.params import Parameters
 
 VESSEL = load(find("rescuerunner"))
@@ -123,3 +125,11 @@ def test_direct_holds_the_demand_to_the_stops() -> None:
 def test_a_curve_needs_a_jet() -> None:
     with pytest.raises(ValueError, match="has no jet"):
         JetCurve(load(find("revolt")).thrusters[0])
+
+
+def test_speed_through_the_water_is_what_counts() -> None:
+    """Heading east at 5 m/s over ground in a current of 1 m/s to the west: 6 m/s through the water."""
+    nav = SimpleNamespace(surge_mps=5.0, yaw_rad=math.radians(90.0), current_north_mps=0.3, current_east_mps=-1.0)
+    assert surge_through_water_mps(nav) == pytest.approx(6.0)  # type: ignore[arg-type]
+    nav.current_east_mps = None
+    assert surge_through_water_mps(nav) == 5.0  # type: ignore[arg-type]
