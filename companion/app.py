@@ -12,6 +12,7 @@ from typing import Any
 from companion import config as config_module
 from companion.allocation.allocator import Allocator
 from companion.allocation.availability import Availability
+from companion.allocation.jet import JetAllocator
 from companion.config import ConfigError, VesselConfig
 from companion.control.controller import Controller
 from companion.core.ports import StreamOpener, WaitingClock, World
@@ -126,7 +127,8 @@ def build(config: VesselConfig, around: Surroundings) -> Vessel:
     estimator = Estimator(config, parameters, events.say)
     supervisor = Supervisor(config, parameters, plans, executor, events, lambda: estimator.frame)
     availability = Availability(config, parameters, events.say)
-    blocks = Blocks(estimator, supervisor, Controller(config, parameters), availability, Allocator(config, parameters), Gate(config))
+    allocator = (JetAllocator if config.thrusters[0].kind == "jet" else Allocator)(config, parameters)
+    blocks = Blocks(estimator, supervisor, Controller(config, parameters), availability, allocator, Gate(config))
     devices = around.devices or _devices(config, around)
     vessel = Vessel(config, parameters, plans, executor, events, blocks, devices, around.clock)
     if around.state is not None:

@@ -29,6 +29,7 @@ from companion.record.state_file import StateFile, StateFileBusy
 
 if TYPE_CHECKING:
     from sitl.scenarios.rig import Believed, Conditions
+    from sitl.traffic import Traffic
     from sitl.world import World
 
 _SITL_LINKS = ("udpout:127.0.0.1:14550", "tcpin:127.0.0.1:5760")
@@ -237,7 +238,9 @@ def _check(arguments: argparse.Namespace) -> int:
 class LockstepRig:
     """A composed vessel in lockstep, with a memory link whose far end the scenario holds."""
 
-    def __init__(self, conditions: Conditions, folder: Path) -> None:
+    def __init__(self, conditions: Conditions, folder: Path, traffic: Traffic | None = None) -> None:
+        """`traffic`: that of another rig; None: as the conditions say."""
+        from sitl.traffic import traffic_of
         from sitl.truth_log import TruthLog
         from sitl.world import EPOCH_UNIX_NS, World
 
@@ -253,6 +256,8 @@ class LockstepRig:
             self.config = with_magnetometer(self.config)
         self._conditions, self._folder = conditions, folder
         believed = _believed(self.config, conditions)
+        if traffic is None and (conditions.others or conditions.gnss_common):
+            traffic = traffic_of(conditions.others, self.config.home, conditions.seed, conditions.gnss_common)
         self.world: World = World(
             self.config,
             seed=conditions.seed,
@@ -264,7 +269,10 @@ class LockstepRig:
             push_ned_n=conditions.push_ned_n,
             faults=conditions.faults,
             tow=conditions.tow,
+            traffic=traffic,
         )
+        if conditions.start is not None:
+            self.world.set_state(*conditions.start)
         self._clock = SimulatedClock(EPOCH_UNIX_NS)
         self._link = MemoryLink("memory:scenario")
         manifest = {"seed": conditions.seed, "conditions": repr(conditions)}
@@ -301,6 +309,9 @@ class LockstepRig:
 
     def again(self, believed: Believed, folder: str) -> LockstepRig:
         return LockstepRig(replace(self._conditions, hull=believed), self._folder / folder)
+
+    def beside(self, conditions: Conditions, folder: str) -> LockstepRig:
+        return LockstepRig(conditions, self._folder / folder, self.world.traffic)
 
     def close(self) -> None:
         if not self._closed:

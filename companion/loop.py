@@ -12,8 +12,10 @@ from dataclasses import dataclass, replace
 
 from companion.allocation.allocator import Allocator
 from companion.allocation.availability import Availability
+from companion.allocation.jet import JetAllocator
 from companion.config import VesselConfig
 from companion.control.controller import Controller
+from companion.core.frames import ned_to_body
 from companion.core.geodesy import LocalFrame
 from companion.core.ports import Actuator, Clock, Recorder, Sensor, Stations, WaitingClock, World
 from companion.core.types import (
@@ -55,7 +57,7 @@ class Blocks:
     supervisor: Supervisor
     controller: Controller
     availability: Availability
-    allocator: Allocator
+    allocator: Allocator | JetAllocator
     gate: Gate
 
 
@@ -140,7 +142,7 @@ class Vessel:
         self.mind_thrusters(health, now_s)
         setpoint = self.supervisor.guide(nav, now_s, self.period_s)
         wrench = self._blocks.controller.update(setpoint, nav, self._achieved, self.period_s)
-        allocation = self.allocate(setpoint, wrench, status)
+        allocation = self.allocate(setpoint, wrench, status, nav)
         command = self.gate(allocation, status, health, now_s)
         self.act(command, now_s)
         return self.record(readings, nav, status, setpoint, wrench, allocation, command, health)
@@ -191,15 +193,15 @@ class Vessel:
                 self.supervisor.thruster_failed(i, condition is Condition.FAILED)
         self.supervisor.retraction.see(availability.up, now_s)
 
-    def allocate(self, setpoint: Setpoint, wrench: Wrench, status: Status) -> Allocation:
+    def allocate(self, setpoint: Setpoint, wrench: Wrench, status: Status, nav: NavState) -> Allocation:
         """Thruster demands; what the thrusters cannot give is remembered for the integrators."""
         allocator = self._blocks.allocator
         if not status.armed or setpoint.kind is SetpointKind.NEUTRAL:
             allocation = allocator.neutral()
         elif setpoint.kind is SetpointKind.THRUSTERS and setpoint.thrusters is not None:
-            allocation = allocator.direct(setpoint.thrusters)
+            allocation = allocator.direct(setpoint.thrusters, surge_mps=surge_through_water_mps(nav))
         else:
-            allocation = allocator.update(wrench, self.period_s)
+            allocation = allocator.update(wrench, self.period_s, surge_through_water_mps(nav))
         self._achieved = allocation.achieved
         self._thrust = allocation.achieved if status.armed else None
         self.supervisor.thrust_achieved(allocation.achieved)
@@ -271,6 +273,13 @@ class Vessel:
             self._arrived.extend(sensor.read(now_s))
         for actuator in self._devices.actuators:
             self._arrived.extend(actuator.read(now_s))
+
+
+def surge_through_water_mps(nav: NavState) -> float:
+    """Speed ahead through the water; over ground where no current is known."""
+    if nav.current_north_mps is None or nav.current_east_mps is None:
+        return nav.surge_mps
+    return nav.surge_mps - ned_to_body(nav.current_north_mps, nav.current_east_mps, nav.yaw_rad)[0]
 
 
 class NoStations:

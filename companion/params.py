@@ -191,6 +191,8 @@ TABLE: tuple[ParamSpec, ...] = (
     _int("ALLOC_ITER", 3, 1, 6, "", "Allocation", "Re-linearisations of the thrust allocation in a cycle"),
     _real("ALLOC_W_POWER", 1.0, 0.0, 100.0, "", "Allocation", "Weight of power in the thrust allocation"),
     _real("ALLOC_W_TURN", 2.0, 0.0, 100.0, "", "Allocation", "Weight against turning the azimuths"),
+    _real("JET_STEER_N", 400.0, 0.0, 5000.0, "N", "Allocation", "Largest thrust of a water jet that is given for the sake of steering where less is asked for: without thrust its nozzle does nothing"),
+    _real("JET_MIN_THR", 0.05, 0.01, 0.5, "norm", "Allocation", "Least throttle of a water jet whose impeller turns"),
     # thrusters, commanded against measured
     _choice("THR_WATCH", 1, _YES_NO, "Thrusters", "Leave out a thruster that does not do what it is told, by its own feedback"),
     _real("THR_TOL", 0.15, 0.02, 1.0, "norm", "Thrusters", "How far the measured throttle may be off"),

@@ -101,7 +101,7 @@ class Gate:
                 force, throttle = slewed, _throttle_for(thruster, slewed)
         self._forces[i] = force
         azimuth = None
-        if thruster.kind == "azimuth":
+        if thruster.turns:
             azimuth = self._azimuths[i] = self._azimuth(thruster, self._azimuths[i], demand, gated)
             if throttle != 0.0 and _forbidden(thruster, azimuth):
                 gated.append(f"{thruster.name}.sector")
@@ -116,7 +116,7 @@ class Gate:
         if not math.isfinite(demand.throttle):
             gated.append(f"{thruster.name}.finite")
             return 0.0
-        highest = min(1.0, math.sqrt(thruster.max_n / thruster.ahead_n))
+        highest = _throttle_for(thruster, thruster.max_n)
         lowest = -min(1.0, math.sqrt(-thruster.min_n / thruster.astern_n))
         throttle = min(highest, max(lowest, demand.throttle))
         if abs(throttle - demand.throttle) > 1.0e-9:
@@ -158,10 +158,18 @@ def _forbidden(thruster: ThrusterConfig, azimuth_rad: float) -> bool:
 
 
 def _force_n(thruster: ThrusterConfig, throttle: float) -> float:
+    """At that throttle; of a jet, with the boat at rest, where it pushes most."""
+    if thruster.jet is not None:
+        return 0.0 if throttle < thruster.dead_band else thruster.jet.bollard_n(throttle)
     gain = thruster.ahead_n if throttle >= 0.0 else thruster.astern_n
     return 0.0 if abs(throttle) < thruster.dead_band else gain * throttle * abs(throttle)
 
 
 def _throttle_for(thruster: ThrusterConfig, force_n: float) -> float:
+    """The throttle that gives a force, within −1…1."""
+    jet = thruster.jet
+    if jet is not None:
+        share = (math.sqrt(max(0.0, force_n) / jet.density_area_kgpm) - jet.idle_mps) / jet.span_mps
+        return min(1.0, math.pow(share, 1.0 / jet.exponent)) if share > 0.0 else 0.0
     gain = thruster.ahead_n if force_n >= 0.0 else thruster.astern_n
-    return math.copysign(math.sqrt(abs(force_n) / gain), force_n)
+    return math.copysign(min(1.0, math.sqrt(abs(force_n) / gain)), force_n)

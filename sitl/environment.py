@@ -106,7 +106,7 @@ class Waves:
     part in the orbital acceleration (Airy), less where it is long against the waves; mean drift is left out.
     """
 
-    __slots__ = ("_pitch", "_push", "_roll", "_towards", "pitch_rad", "pitch_rate_radps", "roll_rad", "roll_rate_radps")
+    __slots__ = ("_pitch", "_push", "_roll", "_towards", "heave_mps2", "pitch_rad", "pitch_rate_radps", "roll_rad", "roll_rate_radps")
 
     def __init__(self, height_m: float, wind: Wind, length_m: float, seed: int) -> None:
         rng = stream(seed, "waves")
@@ -118,6 +118,7 @@ class Waves:
         self._pitch = [(pitch_rad * share, omega, rng.uniform(0.0, TWO_PI)) for share, omega in zip((0.6, 0.4), omegas, strict=True)]
         self._towards = math.cos(wind.mean_from_rad + math.pi), math.sin(wind.mean_from_rad + math.pi)
         self._push = [(_push_mps2(height_m, omega, length_m), omega, rng.uniform(0.0, TWO_PI)) for omega in omegas if height_m > 0.0]
+        self.heave_mps2 = 0.0  # acceleration of the hull downwards
         self.update(0.0)
 
     def update(self, t_s: float) -> None:

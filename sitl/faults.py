@@ -36,7 +36,7 @@ _OF_THRUSTERS = {  # but for the first, none of them is seen by the board
 
 
 def _can(thruster: ThrusterConfig, kind: str) -> bool:
-    return {"stuck": thruster.kind == "azimuth", "jammed": thruster.retractable}.get(kind, True)
+    return {"stuck": thruster.turns, "jammed": thruster.retractable}.get(kind, True)
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,8 @@ is carried along as it should be.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from itertools import pairwise
 
 from companion.config import HullConfig
 from companion.core.angles import wrap_pi
@@ -20,7 +21,7 @@ def dynamics(config: HullConfig) -> Dynamics:
     """A function of velocity through the water and force, (u, v, r, surge_n, sway_n, yaw_nm) → (u̇, v̇, ṙ), all in body axes.
 
     C follows from M: [[0, 0, −(m22 v + m23 r)], [0, 0, m11 u], [m22 v + m23 r, −m11 u, 0]], with the mean of m23 and m32 for m23, so that
-    it does no work. Damping as in `DampingConfig`.
+    it does no work. Damping as in `DampingConfig`, resistance as in `HullConfig`.
     """
     m11, m22, m33, m23 = config.m11_kg, config.m22_kg, config.m33_kgm2, config.m23_kgm
     m32 = m23 if config.m32_kgm is None else config.m32_kgm
@@ -31,6 +32,9 @@ def dynamics(config: HullConfig) -> Dynamics:
     x_u, x_uu, x_uuu = d.x_u, d.x_uu, d.x_uuu
     y_v, y_vv, y_rv, y_r, y_vr, y_rr = d.y_v, d.y_vv, d.y_rv, d.y_r, d.y_vr, d.y_rr
     n_v, n_vv, n_rv, n_r, n_vr, n_rr = d.n_v, d.n_vv, d.n_rv, d.n_r, d.n_vr, d.n_rr
+    y_uv, n_uv, n_ur = d.y_uv, d.n_uv, d.n_ur
+    planing = resistance_of(config.resistance)
+    under_way = bool(config.resistance) or y_uv != 0.0 or n_uv != 0.0 or n_ur != 0.0
 
     def derivative(u: float, v: float, r: float, surge_n: float, sway_n: float, yaw_nm: float) -> tuple[float, float, float]:
         abs_u, abs_v, abs_r = abs(u), abs(v), abs(r)
@@ -40,9 +44,26 @@ def dynamics(config: HullConfig) -> Dynamics:
         y = sway_n - surge_momentum * r - v * (y_v + y_vv * abs_v + y_rv * abs_r) - r * (y_r + y_vr * abs_v + y_rr * abs_r)
         n = yaw_nm - sway_momentum * u + surge_momentum * v
         n -= v * (n_v + n_vv * abs_v + n_rv * abs_r) + r * (n_r + n_vr * abs_v + n_rr * abs_r)
+        if under_way:
+            x -= planing(abs_u) if u >= 0.0 else -planing(abs_u)
+            y -= y_uv * abs_u * v
+            n -= n_uv * abs_u * v + n_ur * abs_u * r
         return i11 * x, i22 * y + i23 * n, i32 * y + i33 * n
 
     return derivative
+
+
+def resistance_of(points: Sequence[tuple[float, float]]) -> Callable[[float], float]:
+    """Force against speed ahead, a straight line between points and beyond the last; nothing without points."""
+    pieces = [(speed, force, (high_force - force) / (high - speed)) for (speed, force), (high, high_force) in pairwise(points)]
+
+    def force_n(speed_mps: float) -> float:
+        for speed, force, slope in reversed(pieces):
+            if speed_mps >= speed:
+                return force + slope * (speed_mps - speed)
+        return 0.0
+
+    return force_n
 
 
 class Hull:

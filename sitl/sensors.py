@@ -43,6 +43,8 @@ GRADES = {
 }
 _HEADING_TAU_S = 30.0
 _ALTITUDE_FACTOR = 1.7
+_COMMON_TAU_S = 300.0
+_COMMON_STEP_S = 0.1
 
 
 def grade(name: str) -> Grade:
@@ -70,12 +72,44 @@ class GnssSample:
     heading_rad: float | None  # of the antenna baseline
 
 
+class CommonWander:
+    """The part of the slow error that receivers near each other share (orbits, clocks, ionosphere): `share` of its variance.
+
+    A function of time, seed and grade alone; asked for a time before the newest it gives the newest.
+    """
+
+    def __init__(self, share: float, seed: int) -> None:
+        """Raises ConfigError for a share that is none."""
+        if not 0.0 <= share <= 1.0:
+            raise ConfigError([f"common share of the receivers' errors {share:g}: from 0 to 1, please"])
+        self.share = share
+        rng = stream(seed, "common wander")
+        self._walks = [GaussMarkov(rng, 1.0, _COMMON_TAU_S) for _ in range(3)]
+        self._steps = 0
+
+    def at(self, t_s: float, grade: Grade) -> tuple[float, float, float]:
+        """(north, east, up) in m for receivers of that grade."""
+        due = round(t_s / _COMMON_STEP_S)
+        while self._steps < due:
+            self._steps += 1
+            for walk in self._walks:
+                walk.update(_COMMON_STEP_S)
+        scale = math.sqrt(self.share) * grade.slow_m
+        north, east, up = (scale * walk.value for walk in self._walks)
+        return north, east, up
+
+
 class GnssModel:
     """A dual-antenna receiver. In: true motion; out: `GnssSample` for its antenna. Remembers its slow errors."""
 
-    def __init__(self, config: SensorConfig, home: HomeConfig, grade_name: str, dt_s: float, seed: int) -> None:
+    def __init__(
+        self, config: SensorConfig, home: HomeConfig, grade_name: str, dt_s: float, seed: int, common: CommonWander | None = None
+    ) -> None:
+        """`common`: what part of the slow error it shares with other receivers; None: nothing."""
         self._config = config
         self._home = home
+        self._common = common
+        self._own_share = 1.0 if common is None else math.sqrt(1.0 - common.share)
         self._frame = LocalFrame(home.lat_deg, home.lon_deg)
         self._grade = grade(grade_name)
         self._dt_s = dt_s
@@ -94,6 +128,11 @@ class GnssModel:
         x, y, down = _levelled(config.x_m, config.y_m, config.z_m, waves.roll_rad, waves.pitch_rad)
         c, s = math.cos(hull.yaw_rad), math.sin(hull.yaw_rad)
         slow_north, slow_east, slow_up = (process.update(self._dt_s) for process in self._slow[now])
+        if self._common is not None:
+            shared = self._common.at(self._samples * self._dt_s, now)
+            slow_north, slow_east, slow_up = (
+                self._own_share * own + other for own, other in zip((slow_north, slow_east, slow_up), shared, strict=True)
+            )
         north_m = hull.north_m + c * x - s * y + slow_north + gauss(0.0, now.white_m)
         east_m = hull.east_m + s * x + c * y + slow_east + gauss(0.0, now.white_m)
         altitude_m = self._home.altitude_m - down + _ALTITUDE_FACTOR * (slow_up + gauss(0.0, now.white_m))
@@ -202,8 +241,9 @@ class ImuModel:
         q = waves.pitch_rate_radps * c_roll + turn * s_roll * c_pitch
         r = turn * c_roll * c_pitch - waves.pitch_rate_radps * s_roll
         forward, starboard = hull.surge_mps2, hull.sway_mps2
-        z = s_pitch * forward - c_pitch * self._gravity_mps2
-        x, y, z = c_pitch * forward + s_pitch * self._gravity_mps2, c_roll * starboard + s_roll * z, c_roll * z - s_roll * starboard
+        gravity_mps2 = self._gravity_mps2 - waves.heave_mps2
+        z = s_pitch * forward - c_pitch * gravity_mps2
+        x, y, z = c_pitch * forward + s_pitch * gravity_mps2, c_roll * starboard + s_roll * z, c_roll * z - s_roll * starboard
         if self._lever:
             dx, dy, dz = self._lever_arm(p, q, r)
             x, y, z = x + dx, y + dy, z + dz

@@ -51,7 +51,7 @@ class Thruster:
         self._endless = config.azimuth_min_rad is None and config.azimuth_max_rad is None
         self._x_m = config.x_m if x_m is None else x_m
         self._y_m = config.y_m
-        self._turns = config.kind == "azimuth"
+        self._turns = config.turns
         self._target_n = 0.0
         self.azimuth_rad = config.azimuth_rad  # may hold more than a turn where there are stops
         self._target_rad = config.azimuth_rad
@@ -76,7 +76,8 @@ class Thruster:
         if self._turns and azimuth_rad is not None:
             self._target_rad = self._reachable(azimuth_rad)
 
-    def step(self, dt_s: float) -> None:
+    def step(self, dt_s: float, surge_mps: float = 0.0) -> None:
+        """`surge_mps`: ahead through the water, which matters to a jet alone."""
         target_n = self._target_n if not self.runaway else _RUNAWAY_SHARE * self._config.max_n
         if self._config.retractable and not self.jammed:
             self._travel(dt_s)

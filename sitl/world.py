@@ -1,4 +1,4 @@
-"""The boat's world: hull, thrusters, weather, sensors and their devices, stepped together at 100 Hz."""
+"""The boat's world: hull, thrusters, weather, sensors and their devices, stepped together at 100 Hz, or as often as the fastest sensor."""
 
 from __future__ import annotations
 
@@ -6,28 +6,29 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from companion.config import ConfigError, DockConfig, PlantConfig, SitlConfig, VesselConfig
+from companion.config import ConfigError, DockConfig, PlantConfig, SitlConfig, ThrusterConfig, VesselConfig
 from companion.core.angles import wrap_pi
 from companion.core.frames import ned_to_body
 from companion.core.ports import ByteStream
 from companion.core.records import quick
 from sitl import emulators
-from sitl import thrusters as thruster_models
 from sitl.battery import BatteryModel
 from sitl.berth import Berth
 from sitl.emulators.device import Surroundings
 from sitl.environment import UPDATE_S, Current, Waves, Wind, parse_directed, wind_force
 from sitl.faults import Faults, parse
 from sitl.hull import Hull
+from sitl.jet import Jet
 from sitl.memory import MemoryDevice, MemoryStream
+from sitl.seaway import Seaway
 from sitl.sensors import grade
+from sitl.thrusters import Thruster, build
 from sitl.tow import Leg, TowedHull
+from sitl.traffic import Traffic
 
 EPOCH_UNIX_NS = 1_780_315_200_000_000_000  # 2026-06-01T12:00:00Z, where simulated time begins
 STEP_HZ = 100
-STEP_S = 1.0 / STEP_HZ
-
-_UPDATE_STEPS = round(UPDATE_S * STEP_HZ)
+FASTEST_HZ = 200
 
 
 @quick
@@ -77,10 +78,12 @@ class World:
         epoch_unix_ns: int = EPOCH_UNIX_NS,
         dock: DockConfig | None = None,
         tow: Sequence[Leg] = (),
+        traffic: Traffic | None = None,
     ) -> None:
         """`wind` "MPS@FROM_DEG", `current` "MPS@TOWARDS_DEG", directions from the seed where left out; `gnss`, `plant`, `capacity_wh` None: as
-        the vessel's file says; `push_ned_n` a constant force towards north and east on the hull; `dock` None: the vessel's own berth, if it has one; `tow`: it is led along these legs, whatever its thrusters do. Raises
-        ConfigError for what the vessel or the arguments do not offer.
+        the vessel's file says; `push_ned_n` a constant force towards north and east on the hull; `dock` None: the vessel's own berth, if it has
+        one; `tow`: it is led along these legs, whatever its thrusters do; `traffic`: other boats, whose wakes a plant with a seaway feels.
+        Raises ConfigError for what the vessel or the arguments do not offer.
         """
         self._vessel = vessel
         self._sitl = _simulation(vessel)
@@ -90,17 +93,22 @@ class World:
         self.faults = Faults(faults, vessel)
         self.wind = Wind(*(parse_directed(wind, "wind") if wind else (0.0, None)), seed)
         self.current = Current(*(parse_directed(current, "current") if current else (0.0, None)), seed, current_variation_mps)
-        self.waves = Waves(waves_m, self.wind, vessel.length_m, seed)
         self.battery = BatteryModel(self._sitl.battery_wh if capacity_wh is None else capacity_wh)
         self.hull = TowedHull(self._plant.hull, tow) if tow else Hull(self._plant.hull)
+        self.traffic = traffic
+        self.waves = self._sea(waves_m, seed)
         face = vessel.dock if dock is None else dock
         self.berth = None if face is None else Berth(face, vessel.home, vessel.length_m, vessel.beam_m)
-        self.thrusters = thruster_models.build(vessel.thrusters, self._plant.thruster_lag_s, self._plant.thruster_x_m)
+        self.thrusters = _thrusters(vessel.thrusters, self._plant)
         self._retractable = [(c, t) for c, t in zip(vessel.thrusters, self.thrusters, strict=True) if c.retractable]
         self._push_ned_n = push_ned_n
         self._steps = 0
+        self._step_hz = FASTEST_HZ if any(sensor.rate_hz > STEP_HZ for sensor in vessel.sensors) else STEP_HZ
+        self._step_s = 1.0 / self._step_hz
+        self._update_steps = round(UPDATE_S * self._step_hz)
         self._streams: dict[str, MemoryStream] = {}
-        around = Surroundings(self.hull, self.waves, self.wind, self.faults, vessel.home, gnss, seed, epoch_unix_ns, STEP_HZ)
+        common = None if traffic is None else traffic.common
+        around = Surroundings(self.hull, self.waves, self.wind, self.faults, vessel.home, gnss, seed, epoch_unix_ns, self._step_hz, common)
         by_name = {config.name: thruster for config, thruster in zip(vessel.thrusters, self.thrusters, strict=True)}
         self.sensors = [emulators.sensor(config, self._port(config.name), around) for config in vessel.sensors]
         self.boards = [
@@ -124,7 +132,7 @@ class World:
 
     def advance(self, now_s: float) -> None:
         """Bring the world up to `now_s`."""
-        due = math.floor(now_s * STEP_HZ + 1e-6)
+        due = math.floor(now_s * self._step_hz + 1e-6)
         while self._steps < due:
             self._step()
 
@@ -133,7 +141,7 @@ class World:
     @property
     def t_s(self) -> float:
         """Time that the world has reached."""
-        return self._steps / STEP_HZ
+        return self._steps / self._step_hz
 
     @property
     def truth(self) -> Truth:
@@ -183,6 +191,13 @@ class World:
         for board in self.boards:
             board.rc_us = channels_us
 
+    def _sea(self, height_m: float, seed: int) -> Waves:
+        """Waves, and of other boats' wakes those that the plant can feel."""
+        wakes = () if self.traffic is None else self.traffic.wakes
+        if not self._plant.seaway:
+            return Waves(height_m, self.wind, self._vessel.length_m, seed)
+        return Seaway(height_m, self.wind, self._vessel.length_m, seed, self.hull, self._plant.hull.m11_kg, wakes)
+
     def _port(self, name: str) -> MemoryDevice:
         if name in self._streams:
             raise ConfigError([f"two devices are named '{name}'"])
@@ -193,13 +208,15 @@ class World:
 
     def _step(self) -> None:
         self._steps += 1
-        t_s = self._steps / STEP_HZ
+        t_s = self._steps / self._step_hz
         if self.faults.update(t_s):
             self._apply_faults()
         for board in self.boards:
             board.listen(t_s)
-        if self._steps % _UPDATE_STEPS == 0:
+        if self._steps % self._update_steps == 0:
             self._update_weather()
+        if self.traffic is not None:
+            self.traffic.advance(t_s)
         self.waves.update(t_s)
         self._push(t_s)
         self._let_speak(t_s)
@@ -213,7 +230,7 @@ class World:
             self._plant.windage, self._vessel.length_m, c * air_north + s * air_east, c * air_east - s * air_north
         )
         for thruster in self.thrusters:
-            thruster.step(STEP_S)
+            thruster.step(self._step_s, hull.water_surge_mps)
             x_n, y_n, n_nm = thruster.wrench()
             surge_n, sway_n, yaw_nm = surge_n + x_n, sway_n + y_n, yaw_nm + n_nm
         if self._push_ned_n != (0.0, 0.0):
@@ -223,15 +240,18 @@ class World:
             surge_mps2, sway_mps2 = ned_to_body(*self.waves.acceleration(t_s), hull.yaw_rad)
             surge_n += self._plant.hull.m11_kg * surge_mps2
             sway_n += self._plant.hull.m22_kg * sway_mps2
+        if isinstance(self.waves, Seaway):
+            x_n, y_n, n_nm = self.waves.force()
+            surge_n, sway_n, yaw_nm = surge_n + x_n, sway_n + y_n, yaw_nm + n_nm
         if self.berth is not None:
             x_n, y_n, n_nm = self.berth.push(hull)
             surge_n, sway_n, yaw_nm = surge_n + x_n, sway_n + y_n, yaw_nm + n_nm
-        hull.step(surge_n, sway_n, yaw_nm, STEP_S)
+        hull.step(surge_n, sway_n, yaw_nm, self._step_s)
 
     def _let_speak(self, t_s: float) -> None:
         due = self._due
         for i, device in enumerate(self._devices):
-            due[i] += device.rate_hz * STEP_S
+            due[i] += device.rate_hz * self._step_s
             if due[i] >= 1.0 - 1e-9:
                 due[i] = max(due[i] - 1.0, 0.0)
                 device.speak(t_s)
@@ -264,6 +284,14 @@ def _simulation(vessel: VesselConfig) -> SitlConfig:
     if vessel.sitl is None:
         raise ConfigError([f"{vessel.name}: the vessel's file has no [sitl] table, so there is nothing to simulate"])
     return vessel.sitl
+
+
+def _thrusters(configs: Sequence[ThrusterConfig], plant: PlantConfig) -> tuple[Thruster, ...]:
+    """All thrusters of a vessel, as the plant says that they are; a jet is alone."""
+    jet = plant.jet or configs[0].jet
+    if configs[0].kind != "jet" or jet is None:
+        return build(configs, plant.thruster_lag_s, plant.thruster_x_m)
+    return (Jet(configs[0], plant.thruster_lag_s, jet, None if plant.thruster_x_m is None else plant.thruster_x_m[0]),)
 
 
 def _chosen_plant(vessel: VesselConfig, name: str | None) -> PlantConfig:

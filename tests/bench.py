@@ -14,6 +14,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from itertools import cycle
 from pathlib import Path
 from typing import Any
@@ -31,6 +32,7 @@ from companion.nav.thesis_ahrs import ThesisAhrs
 from companion.params import Parameters
 from sitl.scenarios.rig import Conditions
 from sitl.scenarios.station import Station
+from sitl.traffic import OtherBoat
 from tests.protocol.process import Companion
 
 _HOLD = 0x03040000
@@ -280,6 +282,23 @@ def lockstep(folder: Path, duration_s: float = 120.0) -> None:
     line("on-board part at real time", f"{100 * sum(steps_s) / sailed_s:.2f} % of a core", "under 4 %")
 
 
+def three_vessels(folder: Path, duration_s: float = 30.0) -> None:
+    """Two jet boats, disarmed, and a lead boat under way, in one process: inertial sensors at 200 Hz, control at 20 Hz."""
+    others = (OtherBoat("leader", "thesis", (30.0, 0.0, 0.0), 1.0),)
+    conditions = Conditions("rescuerunner", seed=1, wind="5", gnss="standalone", others=others, gnss_common=0.5)
+    first = LockstepRig(conditions, folder / "three")
+    rigs = (first, first.beside(replace(conditions, seed=2, start=(0.0, 20.0, 0.0)), "second"))
+    stations = [Station(rig) for rig in rigs]
+    cpu_started_s = time.process_time()
+    while first.now_s < duration_s:
+        for station in stations:
+            station.step()
+    cpu_took_s = time.process_time() - cpu_started_s
+    for rig in rigs:
+        rig.close()
+    line("two jet boats and a lead boat in lockstep", f"{duration_s / cpu_took_s:.0f} × real time, one core", "-")
+
+
 def _timed(tick: Callable[[float], Any], steps_s: list[float], plant_s: Callable[[], float]) -> Callable[[float], Any]:
     def timed(now_s: float) -> Any:
         plant_before_s, started_s = plant_s(), time.thread_time()
@@ -316,6 +335,7 @@ def main() -> None:
         paths()
         control_step(folder)
         lockstep(folder)
+        three_vessels(folder)
         start_up(folder)
         transfers(folder)
     line("peak memory of this bench process", f"{resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024:.0f} MB", "-")

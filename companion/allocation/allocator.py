@@ -48,9 +48,9 @@ class _Base:
         self._forces = [0.0] * len(self._thrusters)
         return self._result(Wrench(0.0, 0.0, 0.0))
 
-    def direct(self, thrusters: Sequence[ThrusterCommand], dt_s: float | None = None) -> Allocation:
+    def direct(self, thrusters: Sequence[ThrusterCommand], dt_s: float | None = None, surge_mps: float = 0.0) -> Allocation:
         """Thrusters as demanded by throttle and azimuth, within their limits and rates over `dt_s` (None: one control period): the
-        manual path. Missing or non-finite demands count as no thrust."""
+        manual path. Missing or non-finite demands count as no thrust. These thrusters push the same at any speed."""
         if dt_s is None:
             dt_s = self._period_s
         for i, t in enumerate(self._thrusters):
@@ -124,8 +124,8 @@ class Allocator(_Base):
         self._crossing: list[float | None] = [None] * len(self._thrusters)  # azimuth to turn to without thrust
         self._apart_s = [0.0] * len(self._thrusters)
 
-    def update(self, wrench: Wrench, dt_s: float) -> Allocation:
-        """Thrusters for `wrench`, at most `dt_s` of their rates away from the last."""
+    def update(self, wrench: Wrench, dt_s: float, surge_mps: float = 0.0) -> Allocation:
+        """Thrusters for `wrench`, at most `dt_s` of their rates away from the last. They push the same at any speed."""
         wrench = self._finite(wrench)
         ideal = self._inverse.forces_n((wrench.surge_n, wrench.sway_n, wrench.yaw_nm))
         if self._parameters["ALLOC_KIND"] == _UNCONSTRAINED:

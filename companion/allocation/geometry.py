@@ -27,7 +27,7 @@ class Thruster:
         self.max_n = self.curve.max_n
         self.min_n = self.curve.min_n
         self.force_rate_nps = config.force_rate_nps
-        self.turns = config.kind == "azimuth"
+        self.turns = config.turns
         self.azimuth_rate_radps = config.azimuth_rate_radps
         self.rest_rad = config.azimuth_rad
         self.toe_rad = config.azimuth_rad

@@ -17,6 +17,7 @@ from pydantic import Field, TypeAdapter, ValidationError
 
 from companion.config.devices import UNIT_MATRIX as UNIT_MATRIX
 from companion.config.devices import ActuatorConfig as ActuatorConfig
+from companion.config.devices import JetConfig as JetConfig
 from companion.config.devices import SensorConfig as SensorConfig
 from companion.config.devices import ThrusterConfig as ThrusterConfig
 from companion.config.fields import FROM_DEGREES, STRICT, Latitude, Longitude, Name, NonNegative, Positive, Vector
@@ -24,6 +25,8 @@ from companion.config.hull import DampingConfig as DampingConfig
 from companion.config.hull import HullConfig as HullConfig
 from companion.config.hull import ThesisModelConfig as ThesisModelConfig
 from companion.config.hull import WindageConfig as WindageConfig
+from companion.config.hull import resistance_problems
+from companion.config.jets import jet_problems
 from companion.config.outputs import RelayConfig as RelayConfig
 from companion.config.outputs import ServoConfig as ServoConfig
 from companion.config.outputs import rest_problems
@@ -84,6 +87,8 @@ class PlantConfig:
     windage: WindageConfig = field(default_factory=WindageConfig)
     thruster_lag_s: NonNegative = 0.3
     thruster_x_m: tuple[float, ...] | None = None  # None: where the vessel says
+    jet: JetConfig | None = None  # None: as the vessel says
+    seaway: bool = False  # waves at the frequency with which the boat meets them, with heave and yaw; else roll, pitch and push alone
 
 
 @dataclass(frozen=True, slots=True)
@@ -195,8 +200,8 @@ def _cross_checks(config: VesselConfig) -> list[tuple[tuple[str | int, ...], str
         problems += _driving_problems(config, table, tables[table])
     problems += rest_problems(config.servos)
     for i, thruster in enumerate(config.thrusters):
-        if thruster.kind == "azimuth" and thruster.azimuth_rate_radps <= 0.0:
-            problems.append((("thruster", i, "azimuth_rate_dps"), "an azimuth thruster needs a rate above 0"))
+        if thruster.turns and thruster.azimuth_rate_radps <= 0.0:
+            problems.append((("thruster", i, "azimuth_rate_dps"), f"a thruster of kind '{thruster.kind}' needs a rate above 0"))
         if thruster.retractable != (thruster.travel_s > 0.0):
             text = "a retractable thruster needs the time that it takes" if thruster.retractable else "only for a retractable thruster"
             problems.append((("thruster", i, "travel_s"), text))
@@ -205,6 +210,8 @@ def _cross_checks(config: VesselConfig) -> list[tuple[tuple[str | int, ...], str
     for i, sensor in enumerate(config.sensors):
         if not abs(_determinant(sensor.mag_matrix)) > 0.0:
             problems.append((("sensor", i, "mag_matrix"), "has no inverse: a row is missing, or two say the same"))
+    problems += jet_problems(config.thrusters, config.limits.sway_n)
+    problems += resistance_problems(config.hull, ("hull",))
     if config.hull.m22_kg * config.hull.m33_kgm2 <= config.hull.m23_kgm * (config.hull.m32_kgm or config.hull.m23_kgm):
         problems.append((("hull", "m23_kgm"), "the inertia matrix is not positive definite"))
     if config.sitl is not None:
@@ -213,6 +220,7 @@ def _cross_checks(config: VesselConfig) -> list[tuple[tuple[str | int, ...], str
         for name, plant in config.sitl.plants.items():
             if plant.thruster_x_m is not None and len(plant.thruster_x_m) != len(config.thrusters):
                 problems.append((("sitl", "plants", name, "thruster_x_m"), f"needs {len(config.thrusters)} values, one a thruster"))
+            problems += resistance_problems(plant.hull, ("sitl", "plants", name, "hull"))
     return problems
 
 
@@ -271,6 +279,7 @@ def with_model_error(config: VesselConfig, fraction: float) -> VesselConfig:
             m23_kgm=hull.m23_kgm * factor,
             m32_kgm=None if hull.m32_kgm is None else hull.m32_kgm * factor,
             damping=wrong,
+            resistance=tuple((speed_mps, force_n * factor) for speed_mps, force_n in hull.resistance),
         ),
     )
 

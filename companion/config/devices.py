@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
@@ -13,17 +14,39 @@ UNIT_MATRIX = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
 @dataclass(frozen=True, slots=True)
+class JetConfig:
+    """A water jet: T = ρA V_j (V_j − intake_share·U), with V_j = idle_mps + span_mps·u^exponent, u the throttle 0…1 and U the speed ahead through the water.
+
+    ρA is the water's density times the nozzle's area; `intake_share` the part of the boat's speed with which water comes in.
+    """
+
+    __pydantic_config__ = STRICT
+    density_area_kgpm: Positive
+    idle_mps: Positive
+    span_mps: Positive
+    exponent: Positive = 1.0
+    intake_share: Annotated[float, Field(ge=0.0, le=1.0)] = 1.0
+
+    def bollard_n(self, throttle: float) -> float:
+        """Thrust of the boat at rest, impeller turning."""
+        exit_mps = self.idle_mps + self.span_mps * math.pow(max(0.0, throttle), self.exponent)
+        return self.density_area_kgpm * exit_mps * exit_mps
+
+
+@dataclass(frozen=True, slots=True)
 class ThrusterConfig:
     """One thruster. Force F = ahead_n·u|u| (u ≥ 0) or astern_n·u|u| (u < 0), u the throttle −1…1, within [min_n, max_n].
 
     `azimuth_rad` is its direction at rest: the way it pushes the boat, clockwise from the bow. Kind "azimuth" turns at most
     `azimuth_rate_radps`, within [azimuth_min_rad, azimuth_max_rad] where those are given, else endlessly, and gives no thrust in a sector of
     `forbidden_rad`, each clockwise from its first to its second direction. A `retractable` one takes `travel_s` between up and down.
+    Kind "jet" is steered by its nozzle, whose direction is its azimuth; its thrust follows `jet`, with `ahead_n` the pull at full throttle of the
+    boat at rest. Below `dead_band` its impeller stands; from there on it pushes at least as `jet.idle_mps` says.
     """
 
     __pydantic_config__ = STRICT
     name: Name
-    kind: Literal["azimuth", "fixed"]
+    kind: Literal["azimuth", "fixed", "jet"]
     x_m: float
     y_m: float
     max_n: Positive
@@ -40,6 +63,12 @@ class ThrusterConfig:
     dead_band: Annotated[float, Field(ge=0.0, lt=0.5)] = 0.0  # throttle below which nothing turns
     retractable: bool = False
     travel_s: NonNegative = 0.0
+    jet: JetConfig | None = None
+
+    @property
+    def turns(self) -> bool:
+        """Whether its push can be given a direction."""
+        return self.kind != "fixed"
 
 
 @dataclass(frozen=True, slots=True)

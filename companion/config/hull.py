@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import math
+from bisect import bisect_right
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 from companion.config.fields import STRICT, NonNegative, Positive
 
@@ -11,7 +14,8 @@ from companion.config.fields import STRICT, NonNegative, Positive
 class DampingConfig:
     """Hydrodynamic damping in Fossen's derivatives, positive where it resists: X = −(x_u u + x_uu |u|u + x_uuu u³) and so on.
 
-    Y = −(y_v v + y_vv |v|v + y_rv |r|v + y_r r + y_vr |v|r + y_rr |r|r), N likewise with n_.
+    Y = −(y_v v + y_vv |v|v + y_rv |r|v + y_r r + y_vr |v|r + y_rr |r|r), N likewise with n_. What grows with way ahead: Y −= y_uv |u|v,
+    N −= n_uv |u|v + n_ur |u|r.
     """
 
     __pydantic_config__ = STRICT
@@ -30,11 +34,18 @@ class DampingConfig:
     n_r: float = 0.0
     n_vr: float = 0.0
     n_rr: float = 0.0
+    y_uv: float = 0.0
+    n_uv: float = 0.0
+    n_ur: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
 class HullConfig:
-    """Inertia with added mass, and damping: M = [[m11, 0, 0], [0, m22, m23], [0, m32, m33]]."""
+    """Inertia with added mass, and damping: M = [[m11, 0, 0], [0, m22, m23], [0, m32, m33]].
+
+    `resistance`: for hulls that plane, resistance ahead as (speed_mps, force_n) in rising order from (0, 0), linear in between and on from the last
+    two; it comes on top of the damping's x_ terms.
+    """
 
     __pydantic_config__ = STRICT
     m11_kg: Positive
@@ -43,6 +54,29 @@ class HullConfig:
     m23_kgm: float = 0.0
     m32_kgm: float | None = None  # None: as m23
     damping: DampingConfig = field(default_factory=DampingConfig)
+    resistance: tuple[tuple[float, float], ...] = ()
+
+    def drag_n(self, surge_mps: float) -> float:
+        """What the water takes of the surge force at that speed."""
+        d, speed = self.damping, abs(surge_mps)
+        force_n = (d.x_u + d.x_uu * speed + d.x_uuu * surge_mps * surge_mps) * surge_mps
+        if self.resistance:
+            return force_n + math.copysign(self._tabled(speed)[0], surge_mps)
+        return force_n
+
+    def drag_slope(self, surge_mps: float) -> float:
+        """Its change with speed, in N/(m/s)."""
+        d, speed = self.damping, abs(surge_mps)
+        slope = d.x_u + 2.0 * d.x_uu * speed + 3.0 * d.x_uuu * surge_mps * surge_mps
+        return slope + self._tabled(speed)[1] if self.resistance else slope
+
+    def _tabled(self, speed_mps: float) -> tuple[float, float]:
+        """(force, slope) of the table."""
+        points = self.resistance
+        i = min(len(points) - 2, max(0, bisect_right(points, (speed_mps, math.inf)) - 1))
+        (low, at_low), (high, at_high) = points[i], points[i + 1]
+        slope = (at_high - at_low) / (high - low)
+        return at_low + slope * (speed_mps - low), slope
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,3 +101,13 @@ class ThesisModelConfig:
     __pydantic_config__ = STRICT
     mass_kg: Positive
     damping: DampingConfig
+
+
+def resistance_problems(hull: HullConfig, place: tuple[str | int, ...]) -> list[tuple[tuple[str | int, ...], str]]:
+    """What is wrong with the table of resistance of the hull that stands at `place` in the file."""
+    speeds = [speed_mps for speed_mps, _ in hull.resistance]
+    if not hull.resistance or (
+        len(speeds) >= 2 and hull.resistance[0] == (0.0, 0.0) and all(a < b for a, b in pairwise(speeds)) and min(n for _, n in hull.resistance) >= 0.0
+    ):
+        return []
+    return [((*place, "resistance"), "needs two pairs or more of speed and force, from [0, 0] with rising speeds and no negative force")]

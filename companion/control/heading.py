@@ -29,14 +29,17 @@ class YawLoop:
         hull = self._hull
         rate = setpoint.yaw_rate_radps
         error = 0.0 if setpoint.yaw_rad is None else wrap_pi(nav.yaw_rad - setpoint.yaw_rad)
-        kp, ki, kd = pole_placement(hull.m33_kgm2, hull.damping.n_r, self._parameters["PATH_BW_YAW"], _DAMPING, _INTEGRAL_SHARE)
+        ahead = abs(nav.surge_mps)
+        resisting = hull.damping.n_r + hull.damping.n_ur * ahead
+        kp, ki, kd = pole_placement(hull.m33_kgm2, resisting, self._parameters["PATH_BW_YAW"], _DAMPING, _INTEGRAL_SHARE)
         fastest = math.radians(self._parameters["PATH_YAW_RATE"])
         if abs(error) < _LARGE_ERROR_RAD:
             bias.grow(0.0, 0.0, -ki * error, nav.yaw_rad, dt_s)
         bound = kd * fastest / kp
         pull = min(bound, max(-bound, error))
-        _, _, drag = damping(hull, 0.0, 0.0, rate)
+        _, _, drag = damping(hull, ahead, 0.0, rate)
         _, _, munk = coriolis(hull, nav.surge_mps, nav.sway_mps, 0.0)
+        munk += hull.damping.n_uv * ahead * nav.sway_mps
         bounded_munk = min(0.25 * kp, max(-0.25 * kp, munk))
         return hull.m33_kgm2 * setpoint.yaw_radps2 + drag + bounded_munk - kp * pull - kd * (nav.yaw_rate_radps - rate) + bias.in_body(nav.yaw_rad)[2]
 

@@ -20,9 +20,9 @@ def damping(hull: HullConfig, surge_mps: float, sway_mps: float, yaw_rate_radps:
     d = hull.damping
     u, v, r = surge_mps, sway_mps, yaw_rate_radps
     au, av, ar = abs(u), abs(v), abs(r)
-    x = (d.x_u + d.x_uu * au + d.x_uuu * u * u) * u
-    y = (d.y_v + d.y_vv * av + d.y_rv * ar) * v + (d.y_r + d.y_vr * av + d.y_rr * ar) * r
-    n = (d.n_v + d.n_vv * av + d.n_rv * ar) * v + (d.n_r + d.n_vr * av + d.n_rr * ar) * r
+    x = hull.drag_n(u)
+    y = (d.y_v + d.y_vv * av + d.y_rv * ar + d.y_uv * au) * v + (d.y_r + d.y_vr * av + d.y_rr * ar) * r
+    n = (d.n_v + d.n_vv * av + d.n_rv * ar + d.n_uv * au) * v + (d.n_r + d.n_vr * av + d.n_rr * ar + d.n_ur * au) * r
     return x, y, n
 
 

@@ -15,6 +15,7 @@ _SWAY_SHARE = 0.5  # bandwidth of sway as a share of that of surge
 _SWAY_LIMIT_SHARE = 0.75  # of the vessel's limit: what sway may ask for while the thrusters have speed and heading to serve
 _YAW_RESERVE = 0.4  # share of the yaw limit below whose remainder sway gives way
 _LARGE_ERROR_MPS = 0.3  # of speed: being brought up to speed, not an offset to be learnt
+_LARGE_ERROR_SHARE = 0.25  # of the cruise speed, where that is more
 
 
 class PathTracking:
@@ -39,7 +40,8 @@ class PathTracking:
         gain = hull.m11_kg * bandwidth
         drag_x, _, _ = damping(hull, u, v, 0.0)
         _, drag_y, _ = damping(hull, u, self._through_water(v, nav), 0.0)
-        growth = _INTEGRAL_SHARE * bandwidth * gain * slow if abs(slow) < _LARGE_ERROR_MPS else 0.0
+        offset = abs(slow) < max(_LARGE_ERROR_MPS, _LARGE_ERROR_SHARE * self._parameters["WP_SPEED"])
+        growth = _INTEGRAL_SHARE * bandwidth * gain * slow if offset else 0.0
         bias.grow(growth, 0.0, 0.0, nav.yaw_rad, dt_s)
         moment = self._yaw.moment_nm(setpoint, nav, bias, dt_s)
         bias_x, bias_y, _ = bias.in_body(nav.yaw_rad)

@@ -28,12 +28,12 @@ def gains(config: VesselConfig, parameters: Parameters) -> Gains:
 
     hull, d = config.hull, config.hull.damping
     speed = max(_LEAST_SPEED_MPS, parameters["WP_SPEED"])
-    slope = d.x_u + 2.0 * d.x_uu * speed + 3.0 * d.x_uuu * speed * speed
+    slope = max(0.0, hull.drag_slope(speed))
     a = np.zeros((6, 6))
     a[0, 1] = a[2, 3] = a[3, 5] = 1.0
     a[1, 1] = -slope / hull.m11_kg
-    a[4, 4], a[4, 5] = -d.y_v / hull.m22_kg, -(hull.m11_kg * speed + d.y_r) / hull.m22_kg
-    a[5, 4], a[5, 5] = -((hull.m22_kg - hull.m11_kg) * speed + d.n_v) / hull.m33_kgm2, -d.n_r / hull.m33_kgm2
+    a[4, 4], a[4, 5] = -(d.y_v + d.y_uv * speed) / hull.m22_kg, -(hull.m11_kg * speed + d.y_r) / hull.m22_kg
+    a[5, 4], a[5, 5] = -((hull.m22_kg - hull.m11_kg + d.n_uv) * speed + d.n_v) / hull.m33_kgm2, -(d.n_r + d.n_ur * speed) / hull.m33_kgm2
     b = np.zeros((6, 2))
     b[1, 0], b[5, 1] = 1.0 / hull.m11_kg, 1.0 / hull.m33_kgm2
     slow, off = parameters["LQR_ERR_SPEED"], math.radians(parameters["LQR_ERR_YAW"])

@@ -14,12 +14,9 @@ _SEARCH_STEPS = 40
 
 
 def top_speed_mps(config: VesselConfig) -> float:
-    """Through calm water at full surge thrust, from the vessel's own model; infinite where that has no damping."""
-    d = config.hull.damping
-
-    def drag(u: float) -> float:
-        return (d.x_u + (d.x_uu + d.x_uuu * u) * u) * u
-
+    """Through calm water at full surge thrust, from the vessel's own model; infinite where that has no damping. Of a hull with a hump of
+    resistance, on the far side of it."""
+    drag = config.hull.drag_n
     high = 1.0
     while drag(high) < config.limits.surge_n:
         high *= 2.0

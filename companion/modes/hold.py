@@ -13,6 +13,7 @@ from companion.modes.events import EventLog
 from companion.modes.fence_guard import FenceGuard
 from companion.modes.headway import Headway
 from companion.modes.mode import Mode, ModeInputs
+from companion.modes.propulsion import can_reverse
 from companion.modes.station import Station
 from companion.modes.watch import WatchCircles
 from companion.params import Parameters
@@ -31,6 +32,8 @@ class HoldMode(Mode):
         self._headway = Headway("Hold", events)
         if config.limits.sway_n > 0.0:
             self.text = "Holds position and heading, or goes to a point and holds there"
+        elif not can_reverse(config.thrusters):
+            self.text = "Keeps inside a watch circle: drifts, and sails back bow into wind and current; no heading, no way astern"
         else:
             self.text = "Keeps inside a watch circle, bow into wind and current; heading cannot be held"
 

@@ -21,15 +21,20 @@ def lost_motions(thrusters: Sequence[ThrusterConfig], failed: Collection[int]) -
     if not left:
         return ("thrust",)
     lost = []
-    if not any(t.kind == "azimuth" or abs(math.cos(t.azimuth_rad)) > _SHARE for t in left):
+    if not any(t.turns or abs(math.cos(t.azimuth_rad)) > _SHARE for t in left):
         lost.append("way ahead")
     if not any(_steers(t) for t in left):
         lost.append("steering")
     return tuple(lost)
 
 
+def can_reverse(thrusters: Sequence[ThrusterConfig]) -> bool:
+    """Whether something pushes astern, running backwards or turned about."""
+    return any(t.min_n < 0.0 or (t.turns and t.kind != "jet") for t in thrusters)
+
+
 def _steers(thruster: ThrusterConfig) -> bool:
     lever_m = math.hypot(thruster.x_m, thruster.y_m)
-    if thruster.kind == "azimuth":
+    if thruster.turns:
         return lever_m > 0.0
     return abs(thruster.x_m * math.sin(thruster.azimuth_rad) - thruster.y_m * math.cos(thruster.azimuth_rad)) > _SHARE * lever_m > 0.0

@@ -14,7 +14,9 @@ from companion.guidance.follower_choice import ChosenFollower
 from companion.guidance.path_following import Waypoint
 from companion.guidance.reference_choice import ChosenReference
 from companion.guidance.stopping import BRAKE_SHARE, SMOOTHING_S, stopping_point
+from companion.modes.drift import DriftKeeper
 from companion.modes.fence_guard import FenceGuard, Way
+from companion.modes.propulsion import can_reverse
 from companion.modes.sticks import beyond_deadband
 from companion.params import Parameters
 
@@ -190,12 +192,18 @@ class Station:
         self._fence = fence
         self._can_sway = config.limits.sway_n > 0.0
         self._handover_m = config.length_m
-        self._keeper: Keeper = PoseKeeper(parameters, fence) if self._can_sway else CircleKeeper(parameters)
+        self._keeper = self._suitable_keeper(config, parameters, fence)
         self._follower = ChosenFollower(parameters, self._can_sway, top_speed_mps(config))
         self._way_m: float | None = None
         self._transit: tuple[float, float, float | None, float | None] | None = None  # north, east, yaw, speed
         self._bends = 0  # of the way in transit
         self._going = False
+
+    @staticmethod
+    def _suitable_keeper(config: VesselConfig, parameters: Parameters, fence: FenceGuard | None) -> Keeper:
+        if config.limits.sway_n > 0.0:
+            return PoseKeeper(parameters, fence)
+        return CircleKeeper(parameters) if can_reverse(config.thrusters) else DriftKeeper(config, parameters)
 
     @property
     def going(self) -> bool:

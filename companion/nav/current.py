@@ -114,10 +114,10 @@ class CurrentObserver:
         hull, d, r = self._hull, self._hull.damping, passage.yaw_rate_radps
         u, v = self._state[0], self._state[1]
         au, av, ar = abs(u), abs(v), abs(r)
-        drag_x = (d.x_u + d.x_uu * au + d.x_uuu * u * u) * u
-        drag_y = (d.y_v + d.y_vv * av + d.y_rv * ar) * v + (d.y_r + d.y_vr * av + d.y_rr * ar) * r
-        slope_x = d.x_u + 2.0 * d.x_uu * au + 3.0 * d.x_uuu * u * u
-        slope_y = d.y_v + 2.0 * d.y_vv * av + d.y_rv * ar
+        drag_x = hull.drag_n(u)
+        drag_y = (d.y_v + d.y_vv * av + d.y_rv * ar + d.y_uv * au) * v + (d.y_r + d.y_vr * av + d.y_rr * ar) * r
+        slope_x = hull.drag_slope(u)
+        slope_y = d.y_v + 2.0 * d.y_vv * av + d.y_rv * ar + d.y_uv * au
         wind_x, wind_y, doubt_x, doubt_y = self._wind(passage)
         x_n = thrust.surge_n + wind_x + (hull.m22_kg * v + hull.m23_kgm * r) * r - drag_x
         y_n = thrust.sway_n + wind_y - hull.m11_kg * u * r - drag_y

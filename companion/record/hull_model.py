@@ -87,7 +87,9 @@ class HullModel:
     def hull(self, values: Mapping[str, float]) -> HullConfig:
         return replace(
             self.log.config.hull,
-            **{name: float(values[name]) for name in INERTIA},
+            m11_kg=float(values["m11_kg"]),
+            m22_kg=float(values["m22_kg"]),
+            m33_kgm2=float(values["m33_kgm2"]),
             damping=DampingConfig(**{name: float(values[name]) for name in self.terms}),
         )
 
@@ -144,10 +146,10 @@ class HullModel:
         d = {name: values.get(name, 0.0) for name in DampingConfig.__slots__}
         au, av, ar = np.abs(u), np.abs(v), np.abs(r)
         x = -lateral * r + u * (d["x_u"] + d["x_uu"] * au + d["x_uuu"] * au * au)
-        y = values["m11_kg"] * u * r + v * (d["y_v"] + d["y_vv"] * av + d["y_rv"] * ar)
+        y = values["m11_kg"] * u * r + v * (d["y_v"] + d["y_vv"] * av + d["y_rv"] * ar + d["y_uv"] * au)
         y = y + r * (d["y_r"] + d["y_vr"] * av + d["y_rr"] * ar)
-        n = (lateral - values["m11_kg"] * v) * u + v * (d["n_v"] + d["n_vv"] * av + d["n_rv"] * ar)
-        n = n + r * (d["n_r"] + d["n_vr"] * av + d["n_rr"] * ar)
+        n = (lateral - values["m11_kg"] * v) * u + v * (d["n_v"] + d["n_vv"] * av + d["n_rv"] * ar + d["n_uv"] * au)
+        n = n + r * (d["n_r"] + d["n_vr"] * av + d["n_rr"] * ar + d["n_ur"] * au)
         return np.stack([x, y, n], axis=1)
 
     def inertia(self, values: Mapping[str, float]) -> Array:
@@ -203,14 +205,14 @@ class HullModel:
         determinant = m22 * m33 - m23 * m32
         i22, i23, i32, i33 = m33 / determinant, -m23 / determinant, -m32 / determinant, m22 / determinant
         d = [values.get(name, 0.0) for name in DampingConfig.__slots__]
-        xu, xuu, xuuu, yv, yvv, yrv, yr, yvr, yrr, nv, nvv, nrv, nr, nvr, nrr = d
+        xu, xuu, xuuu, yv, yvv, yrv, yr, yvr, yrr, nv, nvv, nrv, nr, nvr, nrr, yuv, nuv, nur = d
 
         def derivative(u: float, v: float, r: float, x: float, y: float, n: float) -> tuple[float, float, float]:
             au, av, ar = abs(u), abs(v), abs(r)
             lateral = m22 * v + coupling * r
             x += lateral * r - u * (xu + au * (xuu + au * xuuu))
-            y -= m11 * u * r + v * (yv + yvv * av + yrv * ar) + r * (yr + yvr * av + yrr * ar)
-            n -= lateral * u - m11 * u * v + v * (nv + nvv * av + nrv * ar) + r * (nr + nvr * av + nrr * ar)
+            y -= m11 * u * r + v * (yv + yvv * av + yrv * ar + yuv * au) + r * (yr + yvr * av + yrr * ar)
+            n -= lateral * u - m11 * u * v + v * (nv + nvv * av + nrv * ar + nuv * au) + r * (nr + nvr * av + nrr * ar + nur * au)
             return x / m11, i22 * y + i23 * n, i32 * y + i33 * n
 
         return derivative

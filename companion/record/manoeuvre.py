@@ -65,6 +65,8 @@ def groups_of(thrusters: tuple[ThrusterConfig, ...]) -> tuple[Group, ...]:
 
 def read_manoeuvre(log: Log, warnings: list[str], from_s: float = 0.0, to_s: float = math.inf) -> Manoeuvre:
     """The armed part of ticks.csv between two times. Raises LogError where there is too little of it, OSError without the file."""
+    if any(thruster.kind == "jet" for thruster in log.config.thrusters) or log.config.hull.resistance:
+        raise LogError(f"{log.folder}: a jet's thrust and a planing hull's resistance are curves of speed, which this fit does not have")
     names = [thruster.name for thruster in log.config.thrusters]
     columns = ("t_s", "armed", "position_valid", "yaw_rad", "surge_mps", "sway_mps", "yaw_rate_radps")
     parts = tuple(f"{name}_{part}" for part in ("force_n", "azimuth_rad") for name in names)

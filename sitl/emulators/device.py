@@ -9,6 +9,7 @@ from companion.config import HomeConfig
 from sitl.environment import Waves, Wind
 from sitl.faults import Faults
 from sitl.hull import Hull
+from sitl.sensors import CommonWander
 
 
 class Device(Protocol):
@@ -35,3 +36,4 @@ class Surroundings:
     seed: int
     epoch_unix_ns: int
     step_hz: float  # no device speaks faster than the world steps
+    common: CommonWander | None = None  # of the receivers' errors

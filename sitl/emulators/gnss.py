@@ -26,7 +26,7 @@ class GnssEmulator:
         self._around = around
         self._latency_s = config.latency_s
         self._single = config.antennas == 1
-        self._model = GnssModel(config, around.home, around.gnss, 1.0 / self.rate_hz, around.seed)
+        self._model = GnssModel(config, around.home, around.gnss, 1.0 / self.rate_hz, around.seed, around.common)
         self._date_of: tuple[int, str] = (-1, "")
 
     def speak(self, t_s: float) -> None:

@@ -16,6 +16,7 @@ from sitl.scenarios import (
     reroute,
     route,
     station_keeping,
+    watch_circle,
     wild_points,
 )
 from sitl.scenarios.scenario import Scenario
@@ -28,6 +29,7 @@ _ALL = (
     four_corner.SCENARIO,
     station_keeping.SCENARIO,
     station_keeping.THRUSTER_FAILURE,
+    watch_circle.SCENARIO,
     docking.SCENARIO,
     fence_stop.SCENARIO,
     gnss_dropout.SCENARIO,

@@ -1,4 +1,4 @@
-"""A ground station uploads a 20 m square and the boat sails it."""
+"""A ground station uploads a square and the boat sails it."""
 
 from __future__ import annotations
 
@@ -11,21 +11,25 @@ from pymavlink.dialects.v20 import common as mavlink
 
 from companion.core.geodesy import LocalFrame
 from sitl.scenarios.measure import Check, Point, between, closest, cross_track_errors, read_truth, rms, sampled_path
-from sitl.scenarios.scenario import Scenario, Settings
+from sitl.scenarios.scenario import Scenario, Settings, number
 from sitl.scenarios.station import Item, Station
 
-_SIDE_M = 20.0
-_CORNERS: tuple[Point, ...] = ((_SIDE_M, 0.0), (_SIDE_M, _SIDE_M), (0.0, _SIDE_M), (0.0, 0.0))
-_RADIUS_M = 1.5
+_RADIUS_SHARE = 0.075  # of the side
 _MISSION = 0x04040000
 _TIMEOUT_S = 600.0
+
+
+def _corners(settings: Settings) -> tuple[Point, ...]:
+    side_m = number(settings, "side")
+    return (side_m, 0.0), (side_m, side_m), (0.0, side_m), (0.0, 0.0)
 
 
 def sail(station: Station, settings: Settings) -> dict[str, Any]:
     home = station.rig.config.home
     frame = LocalFrame(home.lat_deg, home.lon_deg)
+    radius_m = _RADIUS_SHARE * number(settings, "side")
     items = [
-        Item(mavlink.MAV_CMD_NAV_WAYPOINT, *frame.to_geodetic(*corner), params=(0.0, _RADIUS_M, 0.0, math.nan)) for corner in _CORNERS
+        Item(mavlink.MAV_CMD_NAV_WAYPOINT, *frame.to_geodetic(*corner), params=(0.0, radius_m, 0.0, math.nan)) for corner in _corners(settings)
     ]
     station.ready()
     station.upload(items)
@@ -46,29 +50,33 @@ def sail(station: Station, settings: Settings) -> dict[str, Any]:
 
 def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[dict[str, float], Sequence[Check]]:
     track = between(read_truth(folder), asked["started_s"], asked["finished_s"])
-    path = sampled_path([asked["start"], *_CORNERS], settings["path"])
+    corners = _corners(settings)
+    path = sampled_path([asked["start"], *corners], settings["path"])
     errors = cross_track_errors(track, path)
-    misses = [closest(track, corner) for corner in _CORNERS]
+    misses = [closest(track, corner) for corner in corners]
     metrics = {
         "cross_track_rms_m": rms(errors),
         "cross_track_max_m": max(errors),
         "worst_miss_m": max(misses),
         "time_s": asked["finished_s"] - asked["started_s"],
         "waypoints_reached": float(len(set(asked["reached"]))),
+        "speed_max_mps": max(math.hypot(row["surge_mps"], row["sway_mps"]) for row in track),
     }
+    radius_m = _RADIUS_SHARE * number(settings, "side")
     checks = (
-        Check("every waypoint was announced as reached", metrics["waypoints_reached"], float(len(_CORNERS)), "", at_least=True),
-        Check("every waypoint was passed inside its radius", metrics["worst_miss_m"], _RADIUS_M, "m"),
-        Check("cross-track error RMS", metrics["cross_track_rms_m"], 0.5, "m"),
+        Check("every waypoint was announced as reached", metrics["waypoints_reached"], float(len(corners)), "", at_least=True),
+        Check("every waypoint was passed inside its radius", metrics["worst_miss_m"], radius_m, "m"),
+        Check("cross-track error RMS", metrics["cross_track_rms_m"], number(settings, "limit"), "m"),
     )
     return metrics, checks
 
 
 SCENARIO = Scenario(
     name="mission_square",
-    text="a 20 m square uploaded and sailed by way of MAVLink",
+    text="a square uploaded and sailed by way of MAVLink",
     vessel="revolt",
-    defaults={"wind": "2", "current": "", "gnss": "rtk", "waves": "", "model_error": "", "path": "pchip"},
+    defaults={"side": "20", "limit": "0.5", "wind": "2", "current": "", "gnss": "rtk", "waves": "", "model_error": "", "plant": "", "path": "pchip"},
+    by_vessel={"rescuerunner": {"side": "150", "limit": "2.5", "gnss": "standalone", "wind": "5"}},
     sail=sail,
     measure=measure,
 )

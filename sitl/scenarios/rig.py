@@ -9,6 +9,7 @@ from typing import Protocol
 
 from companion.config import HullConfig, ThrusterConfig, VesselConfig
 from sitl.tow import Leg
+from sitl.traffic import OtherBoat
 from sitl.world import World
 
 
@@ -44,6 +45,10 @@ class Rig(Protocol):
         """A new rig in the same conditions, whose controller believes in another hull. It logs into `folder` under this rig's own."""
         ...
 
+    def beside(self, conditions: Conditions, folder: str) -> Rig:
+        """Another vessel in the same waters: it sees the same traffic, which moves once. Step both in turn; it logs into `folder` under this rig's own."""
+        ...
+
     def close(self) -> None: ...
 
 
@@ -75,6 +80,9 @@ class Conditions:
     magnetometer: str = ""  # heading by the inertial sensor's raw magnetometer alone: "calibrated", or "raw" for a controller that does not know the iron
     tow: tuple[Leg, ...] = ()  # the boat is led along these, whatever its thrusters do
     parameters: Mapping[str, float] = field(default_factory=dict)
+    start: tuple[float, float, float] | None = None  # north and east of home in m, heading in rad; None: at home
+    others: tuple[OtherBoat, ...] = ()  # lead boats in the same waters
+    gnss_common: float = 0.0  # share of the slow position error that all receivers have alike
 
 
 class Composer(Protocol):

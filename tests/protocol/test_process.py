@@ -56,7 +56,7 @@ def test_a_mistake_is_one_line_that_says_what_to_do(arguments: tuple[str, ...], 
 
 def test_check_lists_every_error_with_its_line(tmp_path: Path) -> None:
     text = (Path(__file__).parents[2] / "companion" / "vessels" / "revolt.toml").read_text(encoding="utf-8")
-    for right, wrong in (("beam_m = 0.72", "beam_m = -1.0"), ('kind = "fixed"', 'kind = "jet"'), ("surge_n = 50.0", "surge = 50.0")):
+    for right, wrong in (("beam_m = 0.72", "beam_m = -1.0"), ('kind = "fixed"', 'kind = "paddle"'), ("surge_n = 50.0", "surge = 50.0")):
         text = text.replace(right, wrong, 1)
     text = text.replace('driver = "mtdata2"', 'driver = "mtdata9"').replace("serial:/dev/usv-gnss", "seral:/dev/usv-gnss")
     text = text.replace("[parameters]", "[parameters]\nPATH_BW_SURGE = 99.0\nPATH_BW_SURGEE = 1.0")

@@ -41,7 +41,7 @@ def test_five_errors_are_listed_at_once_each_with_its_line() -> None:
     for right, wrong in (
         ("lat_deg = 63.4389", "lat_deg = 95.0"),
         ("surge_n = 50.0", "surge_m = 50.0"),
-        ('kind = "fixed"', 'kind = "jet"'),
+        ('kind = "fixed"', 'kind = "paddle"'),
         ("x_m = 1.15", 'x_m = "a metre"'),
     ):
         assert right in text
@@ -54,12 +54,12 @@ def test_five_errors_are_listed_at_once_each_with_its_line() -> None:
     for problem, fragment in (
         (problems[0], "lat_deg = 95.0"),
         (problems[2], "surge_m = 50.0"),
-        (problems[3], 'kind = "jet"'),
+        (problems[3], 'kind = "paddle"'),
         (problems[4], 'x_m = "a metre"'),
     ):
         number = int(problem.split(":")[1])
         assert fragment in lines[number - 1], problem
-    assert "thruster[3].kind" in problems[3] and "'azimuth' or 'fixed'" in problems[3]
+    assert "thruster[3].kind" in problems[3] and "'azimuth', 'fixed' or 'jet'" in problems[3]
     assert "unknown key" in problems[2]
 
 
@@ -150,3 +150,39 @@ def test_a_magnetometer_matrix_without_an_inverse_is_told_with_its_line() -> Non
         config.parse(text, "boat.toml")
     line = text.splitlines().index("mag_matrix = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0]]") + 1
     assert len(caught.value.problems) == 1 and caught.value.problems[0].startswith(f"boat.toml:{line}: sensor[2].mag_matrix: has no inverse")
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "message"),
+    [
+        ('kind = "jet"', 'kind = "fixed"', r"thruster\[1\].jet: only for a thruster of kind 'jet'"),
+        ("[thruster.jet]\ndensity_area_kgpm = 5.125\nidle_mps = 6.0\nspan_mps = 27.0\nexponent = 1.32\nintake_share = 0.9", "", "needs its table"),
+        ("ahead_n = 5582.0", "ahead_n = 4000.0", r"ahead_n: the jet's own curve gives 5581 N"),
+        ("min_n = 0.0 ", "min_n = -100.0 ", "reverse bucket is not steered"),
+        ("azimuth_min_deg = -24.0", "", "a nozzle needs stops"),
+        ("y_m = 0.0", "y_m = 0.1", "in the middle of the boat"),
+        ("x_m = -1.6", "x_m = 1.6", "at the stern"),
+        ("dead_band = 0.02", "dead_band = 0.0", "dead_band: above 0"),
+        ("azimuth_rate_dps = 70.0", "azimuth_rate_dps = 0.0", "kind 'jet' needs a rate above 0"),
+        ("sway_n = 0.0", "sway_n = 50.0", "cannot push itself sideways"),
+        ("[4.0, 600.0]", "[1.0, 600.0]", "hull.resistance: needs two pairs"),
+        ("[[0.0, 0.0]", "[[0.0, 5.0]", "rising speeds"),
+    ],
+)
+def test_what_must_be_true_of_a_jet_and_of_a_planing_hull(right: str, wrong: str, message: str) -> None:
+    text = config.find("rescuerunner").read_text(encoding="utf-8")
+    assert right in text
+    with pytest.raises(ConfigError, match=message):
+        config.parse(text.replace(right, wrong, 1), "boat.toml")
+
+
+def test_a_jet_is_alone() -> None:
+    text = config.find("rescuerunner").read_text(encoding="utf-8")
+    second = text[text.index("[[thruster]]") : text.index("[[sensor]]")].replace('"jet"\nkind', '"spare"\nkind')
+    with pytest.raises(ConfigError, match="must be the only thruster"):
+        config.parse(text.replace("[[sensor]]", f"{second}[[sensor]]", 1).replace('["jet"]', '["jet", "spare"]'), "boat.toml")
+
+
+def test_a_wrong_belief_reaches_the_resistance_too() -> None:
+    vessel = config.load(config.find("rescuerunner"))
+    assert config.with_model_error(vessel, 0.5).hull.drag_n(8.0) == pytest.approx(1.5 * vessel.hull.drag_n(8.0))

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 
-from companion.config import RelayConfig, ServoConfig
+from companion.config import RelayConfig, ServoConfig, find, load
 from companion.core.auxiliary import NO_AUXILIARY, Auxiliary
 from companion.core.types import ActuatorCommand, Allocation, Deployment, ThrusterCommand, ThrusterFeedback, Wrench
 from companion.safety import Gate as BareGate
@@ -169,3 +169,26 @@ def test_servos_and_relays_are_limited_and_rest_while_disarmed() -> None:
     assert outputs(asked, False) == (Auxiliary((1500.0, None, 1200.0), (False, True)), ())
     for wrong in (NO_AUXILIARY, Auxiliary((1100.0,), (True,))):
         assert outputs(wrong, True)[0] == Auxiliary((1500.0, None, None), (False, False))
+
+
+def test_the_gate_of_a_jet() -> None:
+    """Nothing astern, the nozzle within its stops, and thrust no faster than it may come."""
+    vessel = load(find("rescuerunner"))
+    (jet,) = vessel.thrusters
+    gate, stop_rad, none = BareGate(vessel), math.radians(24.0), Wrench(0.0, 0.0, 0.0)
+
+    def passed(throttle: float, azimuth_rad: float, armed: bool = True) -> tuple[ThrusterCommand, tuple[str, ...]]:
+        command = gate.update(Allocation((ThrusterCommand(0.0, throttle, azimuth_rad),), none, NONE), armed, 0.0, 0.05)
+        return command.thrusters[0], command.gated
+
+    command, gated = passed(-0.5, 0.6)
+    assert command.throttle == 0.0 and command.azimuth_rad == stop_rad and set(gated) == {"jet.throttle", "jet.azimuth"}
+    command, gated = passed(1.0, 0.0)
+    bollard_n = 5.125 * (6.0 + 27.0 * command.throttle**1.32) ** 2
+    assert gated == ("jet.slew",) and bollard_n == pytest.approx(1.5 * 5000.0 * 0.05 + 0.02 * 5582.0, rel=1e-6)
+    for _ in range(40):
+        command, gated = passed(1.0, 0.1)
+    assert gated == () and command.throttle == pytest.approx(1.0, abs=1e-4) and command.force_n <= jet.max_n + 1.0
+    assert passed(1.0, 0.1, armed=False)[0].throttle == 0.0
+    command, gated = passed(0.05, 0.0)
+    assert command.throttle == 0.05 and gated == (), "the impeller may begin at once"

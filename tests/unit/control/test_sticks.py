@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 
-from companion.config import ThrusterConfig, VesselConfig
+from companion.config import ThrusterConfig, VesselConfig, find, load
 from companion.control.manual import stick_to_thrusters, stick_to_wrench
 from companion.core.types import ThrusterCommand, Wrench
 from companion.params import Parameters
@@ -74,3 +74,12 @@ def test_no_command_exceeds_full_throttle() -> None:
     for surge in (-1.0, 0.3, 1.0):
         for yaw in (-1.0, 1.0):
             assert all(abs(c.throttle) <= 1.0 for c in stick_to_thrusters(surge, 1.0, yaw, REVOLT, PARAMETERS))
+
+
+def test_a_jet_is_steered_by_its_nozzle_and_knows_no_astern() -> None:
+    vessel = load(find("rescuerunner"))
+    (ahead,) = stick_to_thrusters(0.525, 0.0, 1.0, vessel, PARAMETERS)
+    assert ahead.throttle == pytest.approx(0.5, rel=1e-6) and ahead.azimuth_rad == pytest.approx(math.radians(-24.0))
+    assert wrench_of(vessel, (ahead,))[2] > 0.0, "yaw to starboard turns to starboard"
+    (astern,) = stick_to_thrusters(-1.0, 0.0, 1.0, vessel, PARAMETERS)
+    assert astern.throttle == 0.0 and astern.azimuth_rad == ahead.azimuth_rad

@@ -9,13 +9,14 @@ import random
 import struct
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from companion import config as config_module
 from companion.cli import main
-from companion.config import DampingConfig, HullConfig, VesselConfig, WindageConfig
+from companion.config import DampingConfig, HullConfig, VesselConfig, WindageConfig, find, load
 from companion.record.hull_fit import HullFit, equation_error, fit
 from companion.record.hull_model import HullModel
 from companion.record.identify import advice, identify
@@ -260,3 +261,9 @@ def test_groups_and_lag(log: Log) -> None:
         expected.append(command + (was - command) * 5.0 * (1.0 - math.exp(-0.2)))
         was = command + (was - command) * math.exp(-0.2)
     assert force == pytest.approx(expected, abs=1e-9)
+
+
+def test_a_jet_is_refused_with_the_reason(tmp_path: Path) -> None:
+    log = SimpleNamespace(config=load(find("rescuerunner")), folder=tmp_path)
+    with pytest.raises(LogError, match="curves of speed"):
+        read_manoeuvre(log, [])  # type: ignore[arg-type]

@@ -1,0 +1,53 @@
+"""A water jet as it really is: an impeller that spools up and down, and a nozzle that turns at its rate."""
+
+from __future__ import annotations
+
+import math
+
+from companion.config import JetConfig, ThrusterConfig
+from sitl.thrusters import Thruster
+
+_RUNAWAY_THROTTLE = 0.5
+
+
+class Jet(Thruster):
+    """As `Thruster`, for a jet. In besides: speed ahead through the water; out: `force_n` along the nozzle.
+
+    The speed of the water that leaves follows that which the throttle asks for with a first-order lag, down to none while the impeller stands
+    (below the dead band, or told nothing). Force = mass flow times the change of speed: ρA V_j (V_j − w U), which brakes where the boat outruns
+    the jet.
+    """
+
+    __slots__ = ("_exit_mps", "_jet", "_most_mps", "_target_mps")
+
+    def __init__(self, config: ThrusterConfig, lag_s: float, jet: JetConfig, x_m: float | None = None) -> None:
+        """`jet`: what it really does, whatever the vessel's file says."""
+        super().__init__(config, lag_s, x_m)
+        self._jet = jet
+        self._exit_mps = self._target_mps = 0.0
+        self._most_mps = math.sqrt(config.max_n / jet.density_area_kgpm)
+
+    def demand(self, throttle: float, azimuth_rad: float | None) -> None:
+        self._target_mps = self._exit_for(throttle)
+        if azimuth_rad is not None:
+            self._target_rad = self._reachable(azimuth_rad)
+
+    def step(self, dt_s: float, surge_mps: float = 0.0) -> None:
+        target_mps = self._target_mps if not self.runaway else self._exit_for(_RUNAWAY_THROTTLE)
+        if self.dead or self.stalled:
+            target_mps = 0.0
+        self._exit_mps += (target_mps - self._exit_mps) * (-math.expm1(-dt_s / self._lag_s) if self._lag_s > 0.0 else 1.0)
+        jet = self._jet
+        self.force_n = jet.density_area_kgpm * self._exit_mps * (self._exit_mps - jet.intake_share * max(0.0, surge_mps))
+        if not (self.dead or self.stuck):
+            self._turn(dt_s)
+
+    def throttle(self) -> float:
+        """The throttle that the impeller's present speed corresponds to; 0 below that of idling."""
+        share = (self._exit_mps - self._jet.idle_mps) / self._jet.span_mps
+        return min(1.0, math.pow(share, 1.0 / self._jet.exponent)) if share > 0.0 else 0.0
+
+    def _exit_for(self, throttle: float) -> float:
+        if throttle < self._config.dead_band:
+            return 0.0
+        return min(self._most_mps, self._jet.idle_mps + self._jet.span_mps * math.pow(min(1.0, throttle), self._jet.exponent))

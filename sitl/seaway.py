@@ -1,0 +1,108 @@
+"""Waves as a small boat under way meets them, the wakes of others among them: heave, roll, pitch, and forces that push and turn it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from companion.core.angles import TWO_PI
+from companion.core.frames import ned_to_body
+from sitl.environment import Waves, Wind
+from sitl.hull import Hull
+from sitl.noise import stream
+from sitl.wake import Wake
+
+_GRAVITY_MPS2 = 9.81
+_CHOP_M_PER_MPS = 0.01  # height that a wind raises by itself
+_SPREAD_RAD = math.radians(25.0)
+_COUNT = 5
+_HEAVE_RADPS = 5.0  # above this frequency of encounter the hull no longer follows the surface
+_TILT_SHARE = 0.6  # of the surface's slope that the hull takes on
+_ARM_SHARE = 0.25  # of the length: where half of the hull's weight is borne, ahead and astern
+_WAKE_EVERY_S = 0.05
+_WAKE_TAU_S = 0.15  # with which the hull takes on a wake's slope
+
+
+class Seaway(Waves):
+    """As `Waves`, by the boat's own place and heading, so at the frequency with which it meets them.
+
+    Five components about the period 4.2 √H s, from ±25° about the wind. Surface slope s pushes the hull with −m g s, bow and stern each by half, which
+    turns it; heave follows the surface as far as the hull is quick enough. Short waves act less on a long hull. Rates of roll and pitch are those that
+    lead from one step's attitude to the next, also while the hull turns among the waves.
+    """
+
+    __slots__ = (
+        "_arm_m", "_components", "_felt", "_hull", "_mass_kg", "_t_s", "_turn_nm", "_wake_due_s", "_wake_slopes", "_wakes", "_x_n", "_y_n",
+    )  # fmt: skip
+
+    def __init__(self, height_m: float, wind: Wind, length_m: float, seed: int, hull: Hull, mass_kg: float, wakes: Sequence[Wake] = ()) -> None:
+        self._hull, self._mass_kg = hull, mass_kg
+        self._wakes = tuple(wakes)
+        self._arm_m = _ARM_SHARE * length_m
+        self._wake_slopes = (0.0, 0.0, 0.0, 0.0)  # ahead and across in body axes, at bow and stern
+        self._felt = (0.0, 0.0, 0.0, 0.0)  # the same, as far as the hull has taken it on
+        self._wake_due_s = 0.0
+        self._t_s = -1.0
+        self.roll_rad = self.pitch_rad = 0.0
+        self._x_n = self._y_n = self._turn_nm = 0.0
+        rng = stream(seed, "seaway")
+        height_m = max(height_m, _CHOP_M_PER_MPS * wind.mean_mps)
+        components = []
+        for i in range(_COUNT if height_m > 0.0 else 0):
+            period_s = max(1.2, 4.2 * math.sqrt(height_m)) * (0.8 + 0.1 * i)
+            omega = TWO_PI / period_s
+            number = omega * omega / _GRAVITY_MPS2
+            towards = wind.mean_from_rad + math.pi + rng.uniform(-_SPREAD_RAD, _SPREAD_RAD)
+            amplitude = 0.25 * height_m * math.sqrt(2.0 / _COUNT) / (1.0 + (length_m * number / TWO_PI) ** 2)
+            components.append((amplitude, omega, number * math.cos(towards), number * math.sin(towards), rng.uniform(0.0, TWO_PI)))
+        self._components = tuple(components)
+        super().__init__(0.0, wind, length_m, seed)
+
+    def update(self, t_s: float) -> None:
+        hull, dt_s = self._hull, t_s - self._t_s
+        if self._wakes:
+            self._feel_wakes(t_s, dt_s)
+        bow_x, bow_y, stern_x, stern_y = self._felt
+        ahead, across = 0.5 * (bow_x + stern_x), 0.5 * (bow_y + stern_y)
+        heave_mps2 = 0.0
+        twist = 0.5 * (bow_y - stern_y)
+        c, s = math.cos(hull.yaw_rad), math.sin(hull.yaw_rad)
+        for amplitude, omega, north, east, phase in self._components:
+            x, y = c * north + s * east, c * east - s * north  # wave number in body axes
+            met = omega - north * hull.north_mps - east * hull.east_mps
+            angle = omega * t_s - north * hull.north_m - east * hull.east_m + phase
+            rise, fall = amplitude * math.cos(angle), amplitude * math.sin(angle)
+            ahead, across = ahead + x * fall, across + y * fall
+            twist -= y * x * rise * self._arm_m
+            heave_mps2 += rise * met * met / (1.0 + (met / _HEAVE_RADPS) ** 2) ** 2
+        weight_n = self._mass_kg * _GRAVITY_MPS2
+        self._x_n, self._y_n, self._turn_nm = -weight_n * ahead, -weight_n * across, -weight_n * twist * self._arm_m
+        self.heave_mps2 = heave_mps2
+        roll, pitch = -_TILT_SHARE * across, _TILT_SHARE * ahead
+        begun = self._t_s >= 0.0 and dt_s > 0.0
+        self.roll_rate_radps = (roll - self.roll_rad) / dt_s if begun else 0.0
+        self.pitch_rate_radps = (pitch - self.pitch_rad) / dt_s if begun else 0.0
+        self.roll_rad, self.pitch_rad, self._t_s = roll, pitch, t_s
+
+    def force(self) -> tuple[float, float, float]:
+        """(surge_n, sway_n, yaw_nm) at the last update."""
+        return self._x_n, self._y_n, self._turn_nm
+
+    @property
+    def push(self) -> bool:
+        return False
+
+    def _feel_wakes(self, t_s: float, dt_s: float) -> None:
+        hull = self._hull
+        if t_s >= self._wake_due_s:
+            self._wake_due_s = t_s + _WAKE_EVERY_S
+            c, s = math.cos(hull.yaw_rad), math.sin(hull.yaw_rad)
+            slopes: list[float] = []
+            for x_m in (self._arm_m, -self._arm_m):
+                north_m, east_m = hull.north_m + c * x_m, hull.east_m + s * x_m
+                felt = [wake.slope(north_m, east_m) for wake in self._wakes if wake.reaches(north_m, east_m)]
+                slopes += ned_to_body(sum(north for north, _ in felt), sum(east for _, east in felt), hull.yaw_rad)
+            self._wake_slopes = slopes[0], slopes[1], slopes[2], slopes[3]
+        share = dt_s / (dt_s + _WAKE_TAU_S)
+        a, b, d, e = (old + share * (new - old) for old, new in zip(self._felt, self._wake_slopes, strict=True))
+        self._felt = a, b, d, e
