@@ -247,6 +247,9 @@ class LockstepRig:
         if conditions.wind_sensor:
             wind = SensorConfig(name="wind", driver="nmea0183", port="memory:wind", rate_hz=5.0)
             self.config = replace(self.config, sensors=(*self.config.sensors, wind))
+        if conditions.ais:
+            ais = SensorConfig(name="ais", driver="ais", port="memory:ais", rate_hz=5.0)
+            self.config = replace(self.config, sensors=(*self.config.sensors, ais))
         self._conditions, self._folder = conditions, folder
         believed = _believed(self.config, conditions)
         self.world: World = World(

@@ -21,6 +21,7 @@ from sitl.faults import Faults, parse
 from sitl.hull import Hull
 from sitl.memory import MemoryDevice, MemoryStream
 from sitl.sensors import grade
+from sitl.traffic import Traffic
 
 EPOCH_UNIX_NS = 1_780_315_200_000_000_000  # 2026-06-01T12:00:00Z, where simulated time begins
 STEP_HZ = 100
@@ -98,7 +99,8 @@ class World:
         self._push_ned_n = push_ned_n
         self._steps = 0
         self._streams: dict[str, MemoryStream] = {}
-        around = Surroundings(self.hull, self.waves, self.wind, self.faults, vessel.home, gnss, seed, epoch_unix_ns, STEP_HZ)
+        self.traffic = Traffic()
+        around = Surroundings(self.hull, self.waves, self.wind, self.faults, vessel.home, gnss, seed, epoch_unix_ns, STEP_HZ, self.traffic)
         by_name = {config.name: thruster for config, thruster in zip(vessel.thrusters, self.thrusters, strict=True)}
         self.sensors = [emulators.sensor(config, self._port(config.name), around) for config in vessel.sensors]
         self.boards = [

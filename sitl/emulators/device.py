@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Protocol
 
 from companion.config import HomeConfig
 from sitl.environment import Waves, Wind
 from sitl.faults import Faults
 from sitl.hull import Hull
+from sitl.traffic import Traffic
 
 
 class Device(Protocol):
@@ -35,3 +36,4 @@ class Surroundings:
     seed: int
     epoch_unix_ns: int
     step_hz: float  # no device speaks faster than the world steps
+    traffic: Traffic = field(default_factory=Traffic)

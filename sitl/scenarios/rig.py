@@ -69,6 +69,7 @@ class Conditions:
     hull: str | Believed | None = None  # what the controller believes: the hull of the plant of that name, or this; None: the vessel's own
     push_ned_n: tuple[float, float] = (0.0, 0.0)
     wind_sensor: bool = False  # a wind sensor aboard, on a vessel without one
+    ais: bool = False  # an AIS receiver aboard, on a vessel without one
     rotating: tuple[str, ...] = ()  # fixed thrusters that turn in this run
     faults: tuple[str, ...] = ()
     parameters: Mapping[str, float] = field(default_factory=dict)

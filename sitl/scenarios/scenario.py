@@ -121,6 +121,7 @@ def _conditions(settings: Settings) -> Conditions:
         plant=settings.get("plant") or None,
         push_ned_n=_push(settings),
         wind_sensor=bool(_choice(settings, "anemometer", {"off": 0, "on": 1})) if "anemometer" in settings else False,
+        ais="situation" in settings,
         rotating=("bow",) if "bow" in settings and _choice(settings, "bow", {"fixed": 0, "rotating": 1}) else (),
         parameters=parameters,
     )
