@@ -82,6 +82,7 @@ class World:
         ConfigError for what the vessel or the arguments do not offer.
         """
         self._vessel = vessel
+        self.seed = seed
         self._sitl = _simulation(vessel)
         self._plant = _chosen_plant(vessel, plant)
         gnss = self._sitl.gnss if gnss is None else gnss

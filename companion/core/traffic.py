@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from companion.core.records import quick
@@ -48,3 +49,23 @@ class TrackedTarget:
     def label(self) -> str:
         """For people: its name, else its number."""
         return self.known.name or f"MMSI {self.known.mmsi}"
+
+
+@quick
+@dataclass(frozen=True, slots=True)
+class Contact:
+    """A vessel as it is now, dead-reckoned along its course: the middle of its hull in the local plane, its velocity over ground, and the
+    radius around its middle that holds all of the hull."""
+
+    mmsi: int
+    label: str
+    north_m: float
+    east_m: float
+    north_mps: float
+    east_mps: float
+    radius_m: float
+    status: int | None
+
+    @property
+    def speed_mps(self) -> float:
+        return math.hypot(self.north_mps, self.east_mps)

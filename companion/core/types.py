@@ -21,6 +21,7 @@ from companion.core.records import quick
 from companion.core.status_parts import FenceState as FenceState
 from companion.core.status_parts import Home as Home
 from companion.core.traffic import AisTarget as AisTarget
+from companion.core.traffic import Contact as Contact
 from companion.core.traffic import TrackedTarget as TrackedTarget
 
 

@@ -107,6 +107,14 @@ class MissionMode(Mode):
     def stuck_s(self, now_s: float) -> float | None:
         return self._headway.stuck_s(now_s)
 
+    def way_ahead(self) -> Sequence[tuple[float, float]]:
+        if self._blocked is None and isinstance(self._task, Sail) and not self._on_leg:
+            return [point for leg in self._follower.legs for point in leg]
+        return self._station.way_ahead if isinstance(self._task, Stay | ReturnHome) else ()
+
+    def excuse(self) -> None:
+        self._headway.reset()
+
     def take_actions(self) -> tuple[Action, ...]:
         """What the mission wants changed; each is given once."""
         actions, self._actions = (*self._actions, *self._executor.take_actions()), []

@@ -48,6 +48,7 @@ from companion.modes.responder import Responder
 from companion.modes.retraction import Retraction
 from companion.modes.situation import NO_ESTIMATE, Situation, usable
 from companion.modes.sticks import Sticks
+from companion.modes.traffic_guard import TrafficGuard
 from companion.modes.unavailable import UnavailableMode
 from companion.nav.traffic import TrafficTracker
 from companion.params import Parameters
@@ -86,6 +87,7 @@ class Supervisor:
         self._frame_of = frame_of
         self._tracker = TrafficTracker(config.mmsi)
         self._fence = FenceGuard(config, parameters, plans, events, frame_of)
+        self._traffic = TrafficGuard(config, parameters, self._tracker, events, frame_of, self._fence)
         modes = build_modes(config, parameters, plans, executor, events, frame_of, self._fence)
         hold, mission, dock = modes[ModeId.HOLD], modes[ModeId.MISSION], modes[ModeId.DOCK]
         assert isinstance(hold, HoldMode) and isinstance(mission, MissionMode) and isinstance(dock, DockMode)
@@ -315,12 +317,15 @@ class Supervisor:
         self._nav = usable(nav)
         helm = self._helm
         if not helm.armed or helm.stopped or self._monitor.neutral:
+            self._traffic.rest()
             return NEUTRAL_SETPOINT
-        setpoint = helm.guide(self._mode_inputs(now_s, dt_s))
+        inputs = self._mode_inputs(now_s, dt_s)
+        setpoint = helm.guide(inputs)
         if helm.mode is self._mission:
             self._mission_duty.after(self._nav, now_s)
         if setpoint is None or helm.stopped:
             return NEUTRAL_SETPOINT
+        setpoint = self._traffic.steer(setpoint, helm.mode, inputs)
         return self._fence.limited(setpoint, self._nav, self._cruise_mps(), now_s)
 
     def _set_speed(self, speed_mps: float | None) -> None:

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from companion.core.frames import body_to_ned
 from companion.core.geodesy import LocalFrame
-from companion.core.records import quick
-from companion.core.types import AisTarget, TrackedTarget
+from companion.core.types import AisTarget, Contact, TrackedTarget
 
 MOST_TARGETS = 256  # kept at a time
 _NEW_A_SECOND = 50  # of one source into a full table: both channels of AIS carry 75 messages a second
@@ -19,26 +18,6 @@ _UNKNOWN_RADIUS_M = 10.0
 _MMSI = range(1, 1_000_000_000)
 _MOTION = ("t_s", "source", "lat_deg", "lon_deg", "course_rad", "speed_mps", "heading_rad", "turn_rate_radps")
 _SHIP = ("status", "kind", "bow_m", "stern_m", "port_m", "starboard_m", "callsign", "name")
-
-
-@quick
-@dataclass(frozen=True, slots=True)
-class Contact:
-    """A vessel as it is now, dead-reckoned along its course: the middle of its hull in the local plane, its velocity over ground, and the
-    radius around its middle that holds all of the hull."""
-
-    mmsi: int
-    label: str
-    north_m: float
-    east_m: float
-    north_mps: float
-    east_mps: float
-    radius_m: float
-    status: int | None
-
-    @property
-    def speed_mps(self) -> float:
-        return math.hypot(self.north_mps, self.east_mps)
 
 
 class TrafficTracker:

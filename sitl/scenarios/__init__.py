@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from sitl.scenarios import (
+    colreg,
     cross_current,
     docking,
     fence_stop,
@@ -29,6 +30,7 @@ _ALL = (
     station_keeping.THRUSTER_FAILURE,
     docking.SCENARIO,
     fence_stop.SCENARIO,
+    colreg.SCENARIO,
     gnss_dropout.SCENARIO,
     wild_points.SCENARIO,
     lever_arm.SCENARIO,

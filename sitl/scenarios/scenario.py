@@ -97,6 +97,7 @@ _CHOICES: Mapping[str, tuple[tuple[str, ...], Mapping[str, float]]] = {
     "law": (("DP_LAW", "WP_LAW"), {"companion": 0, "thesis": 1}),
     "control": (("PATH_CTRL",), {"pid": 0, "lqr": 1}),
     "feedforward": (("DP_FF_KIND",), {"off": 0, "thesis": 1, "tuned": 2, "on": 3}),
+    "action": (("CA_ACTION",), {"off": 0, "warn": 1, "slow": 2, "alter": 3}),
     "allocation": (("ALLOC_KIND",), {"constrained": 0, "unconstrained": 1}),
 }
 
