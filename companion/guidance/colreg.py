@@ -45,7 +45,7 @@ def encounter(here: Place, velocity: Velocity, other: Contact) -> Encounter:
     own_speed = math.hypot(*velocity)
     if abs(seen_from) > _ABAFT_RAD and own_speed > other.speed_mps:
         return Encounter.OVERTAKING
-    if abs(seen) > _ABAFT_RAD and other.speed_mps >= own_speed:
+    if abs(seen) > _ABAFT_RAD:
         return Encounter.OVERTAKEN
     if abs(seen) < _AHEAD_RAD and abs(wrap_pi(course - own_course)) > _RECIPROCAL_RAD:
         return Encounter.HEAD_ON

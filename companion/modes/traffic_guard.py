@@ -32,8 +32,10 @@ _CHECK_S = 1.0
 _WAY_M = 500.0  # of the route that is looked at
 _BEYOND_M = 15.0  # of the route that shapes the end of a way around
 _OFF_ROUTE_M = 3.0  # of the meeting point: the route is another one now
-_PACES = (0.5, 0.0)  # of the cruise speed, tried in this order
+_PACES = {0.5: 60.0, 0.0: 75.0}  # shares of the cruise speed, and what they cost against metres of a way around
+_BETTER_M = 0.1
 _MOVING_MPS = 0.3
+_ROUNDING = 0.2  # of the shortest part of a way around: its corners are taken at speed
 _BRAKE = 1.5  # times PATH_ACC
 
 
@@ -130,29 +132,29 @@ class TrafficGuard:
     def _avoid(
         self, urgent: Sequence[Conflict], route: Sequence[evasion.Place], way: Sequence[evasion.Place], contacts: Sequence[Contact], inputs: ModeInputs
     ) -> None:
-        """Course first, then speed; where nothing keeps the distance, what keeps most of it."""
+        """The cheapest way to keep the distance; where nothing keeps it, what keeps most of it."""
         keep_m = self._parameters["CA_DIST"] + self._watch.margin_m(inputs.nav)
         best: tuple[float, evasion.Detour | None, float] = (-math.inf, None, 1.0)
-        if self._parameters["CA_ACTION"] > _SLOW:
-            for detour in self._detours(urgent, route, keep_m, inputs):
-                clear_m = self._clear_m((*detour.points, *evasion.rest(route, detour.length_m)), 1.0, contacts, urgent, inputs)
-                if clear_m > best[0] and self._fence.line_refusal(detour.points) is None:
-                    best = clear_m, detour, 1.0
-                if best[0] >= keep_m:
-                    break
-        if best[0] < keep_m:
-            for share in (1.0, *_PACES):
-                clear_m = self._clear_m(way, share, contacts, urgent, inputs)
-                if clear_m > best[0] + 0.1:
-                    best = clear_m, None, share
-                if best[0] >= keep_m:
-                    break
+        for detour, share in self._options(urgent, route, keep_m, inputs):
+            along = way if detour is None else (*detour.points, *evasion.rest(route, detour.length_m))
+            clear_m = self._clear_m(along, share, contacts, urgent, inputs)
+            if clear_m > best[0] + _BETTER_M and (detour is None or self._fence.line_refusal(detour.points) is None):
+                best = clear_m, detour, share
+            if best[0] >= keep_m:
+                break
         self._take(best[1], best[2], urgent[0], inputs)
 
-    def _detours(self, urgent: Sequence[Conflict], route: Sequence[evasion.Place], keep_m: float, inputs: ModeInputs) -> list[evasion.Detour]:
-        allowed = [side for side in (colreg.STARBOARD, colreg.PORT) if all(side in colreg.sides(c.met) for c in urgent)]
-        room_m = keep_m + self._watch.radius_m + max(c.contact.radius_m for c in urgent)
-        return list(evasion.detours((inputs.nav.north_m, inputs.nav.east_m), route, room_m, allowed))
+    def _options(
+        self, urgent: Sequence[Conflict], route: Sequence[evasion.Place], keep_m: float, inputs: ModeInputs
+    ) -> list[tuple[evasion.Detour | None, float]]:
+        """(way around, share of the speed), the cheapest first; going on as now comes first of all."""
+        options: list[tuple[float, evasion.Detour | None, float]] = [(0.0, None, 1.0), *((cost, None, share) for share, cost in _PACES.items())]
+        if self._parameters["CA_ACTION"] > _SLOW:
+            allowed = [side for side in (colreg.STARBOARD, colreg.PORT) if all(side in colreg.sides(c.met) for c in urgent)]
+            room_m = keep_m + self._watch.radius_m + max(c.contact.radius_m for c in urgent)
+            detours = evasion.detours((inputs.nav.north_m, inputs.nav.east_m), route, room_m, allowed)
+            options += [(detour.cost_m, detour, 1.0) for detour in detours]
+        return [(detour, share) for _, detour, share in sorted(options, key=lambda option: option[0])]
 
     def _clear_m(self, way: Sequence[evasion.Place], share: float, contacts: Sequence[Contact], urgent: Sequence[Conflict], inputs: ModeInputs) -> float:
         """Least clear water along a way, up to its end or CA_TIME; −∞ where it leads across the bow of a vessel that has the right of way."""
@@ -173,7 +175,8 @@ class TrafficGuard:
 
     def _take(self, detour: evasion.Detour | None, share: float, conflict: Conflict, inputs: ModeInputs) -> None:
         if detour is not None:
-            radius = self._parameters["NAV_ACC_RAD"]
+            shortest = min(math.dist(a, b) for a, b in pairwise(detour.points))
+            radius = max(self._parameters["NAV_ACC_RAD"], _ROUNDING * shortest)
             waypoints = [Waypoint(*point, radius_m=radius, straight=True) for point in detour.points[1:]]
             route = evasion.rest(self._mode.way_ahead(), detour.length_m) if self._mode is not None else []
             onward = evasion.cut(route, _BEYOND_M)[1:][-1:] if route else []

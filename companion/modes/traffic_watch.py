@@ -16,6 +16,7 @@ from companion.nav.traffic import TrafficTracker, contact
 from companion.params import Parameters
 
 _MOST_CONTACTS = 24  # the nearest of those in reach
+_FURTHER = 1.5  # times CA_TIME: how near a vessel will come that is too near by then
 _CLEAR_S = 8.0  # without a conflict before a vessel is past and clear
 _MARGIN_SHARE, _MARGIN_M = 0.2, 1.5  # of CA_DIST, and for what the boat's own course and the other's report are off
 _SIGMAS = 2.0
@@ -80,14 +81,15 @@ class TrafficWatch:
         self, nav: NavState, way: Sequence[evasion.Place], pace: evasion.Pace, velocity: colreg.Velocity, contacts: Sequence[Contact], now_s: float
     ) -> list[Conflict]:
         """Along `way`, the most urgent first. `velocity`: of the boat, by which an encounter is judged."""
-        t_s = evasion.times(self._parameters["CA_TIME"])
+        horizon_s = self._parameters["CA_TIME"]
+        t_s = evasion.times(_FURTHER * horizon_s)
         places = evasion.travel(way, pace, t_s)
         trigger_m, found = self.trigger_m(nav), []
         for other in contacts:
             gaps = evasion.clear_water(places, t_s, other, self._radius_m)
             clear_m = float(gaps.min())
-            if clear_m < trigger_m:
-                due_s = float(t_s[int((gaps < trigger_m).argmax())])
+            due_s = float(t_s[int((gaps < trigger_m).argmax())]) if clear_m < trigger_m else math.inf
+            if due_s <= horizon_s:
                 known = self._met.get(other.mmsi)
                 met = colreg.encounter((nav.north_m, nav.east_m), velocity, other) if known is None else known[0]
                 found.append(Conflict(other, met, clear_m, due_s))
