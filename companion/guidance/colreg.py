@@ -18,8 +18,7 @@ Place = tuple[float, float]
 
 STARBOARD, PORT = 1, -1
 _ABAFT_RAD = math.radians(112.5)  # 22.5° abaft the beam
-_AHEAD_RAD = math.radians(15.0)  # a vessel this near to dead ahead…
-_RECIPROCAL_RAD = math.radians(157.5)  # …whose course differs by more than this is met head-on
+_RECIPROCAL_RAD = math.radians(157.5)  # courses that differ by more are nearly reciprocal; in doubt it is head-on (rule 14c)
 _STANDING_MPS = 0.25
 _PRIVILEGED = frozenset({2, 3, 4, 7, 8})  # not under command, restricted, constrained by draught, fishing, under sail (AIS status)
 
@@ -36,18 +35,17 @@ class Encounter(Enum):
 
 
 def encounter(here: Place, velocity: Velocity, other: Contact) -> Encounter:
-    """`here`, `velocity`: of this boat, which makes way."""
+    """What a vessel that comes too near is. `here`, `velocity`: of this boat, which makes way."""
     if other.speed_mps < _STANDING_MPS:
         return Encounter.STANDING
     own_course, course = math.atan2(velocity[1], velocity[0]), math.atan2(other.east_mps, other.north_mps)
     bearing = math.atan2(other.east_m - here[1], other.north_m - here[0])
     seen, seen_from = wrap_pi(bearing - own_course), wrap_pi(bearing + math.pi - course)
-    own_speed = math.hypot(*velocity)
-    if abs(seen_from) > _ABAFT_RAD and own_speed > other.speed_mps:
+    if abs(seen_from) > _ABAFT_RAD:
         return Encounter.OVERTAKING
     if abs(seen) > _ABAFT_RAD:
         return Encounter.OVERTAKEN
-    if abs(seen) < _AHEAD_RAD and abs(wrap_pi(course - own_course)) > _RECIPROCAL_RAD:
+    if abs(wrap_pi(course - own_course)) > _RECIPROCAL_RAD:
         return Encounter.HEAD_ON
     return Encounter.CROSSING_STARBOARD if seen >= 0.0 else Encounter.CROSSING_PORT
 
