@@ -74,6 +74,15 @@ def rest(way: Sequence[Place], length_m: float) -> list[Place]:
     return [way[-1]]
 
 
+def thinned(way: Sequence[Place], step_m: float) -> list[Place]:
+    """The same way by fewer points, at least `step_m` apart but for the last."""
+    points = [way[0]]
+    for place in way[1:-1]:
+        if math.dist(place, points[-1]) >= step_m:
+            points.append(place)
+    return [*points, way[-1]] if len(way) > 1 else points
+
+
 def length_of(way: Sequence[Place]) -> float:
     return sum(math.dist(a, b) for a, b in pairwise(way))
 
@@ -99,6 +108,16 @@ def clear_water(places: Floats, t_s: Floats, other: Contact, radius_m: float) ->
     east = places[:, 1] - (other.east_m + other.east_mps * t_s)
     gaps: Floats = np.hypot(north, east) - (radius_m + other.radius_m)
     return gaps
+
+
+def least_clear_water(places: Floats, t_s: Floats, others: Sequence[Contact], radius_m: float) -> float:
+    """The least of `clear_water` over all times and all of `others`; infinite where there are none."""
+    if not others:
+        return math.inf
+    fleet = np.array([(c.north_m, c.east_m, c.north_mps, c.east_mps, c.radius_m) for c in others])[:, :, None]
+    north = places[:, 0] - (fleet[:, 0] + fleet[:, 2] * t_s)
+    east = places[:, 1] - (fleet[:, 1] + fleet[:, 3] * t_s)
+    return float((np.sqrt(north * north + east * east) - fleet[:, 4]).min()) - radius_m
 
 
 def crosses_ahead(places: Floats, t_s: Floats, other: Contact, reach_m: float) -> bool:

@@ -92,6 +92,9 @@ class HoldMode(Mode):
     def way_ahead(self) -> Sequence[tuple[float, float]]:
         return self._station.way_ahead
 
+    def way_speed_mps(self, inputs: ModeInputs) -> float:
+        return self._station.way_speed_mps(inputs.speed_mps)
+
     def excuse(self) -> None:
         self._headway.reset()
 

@@ -112,6 +112,10 @@ class MissionMode(Mode):
             return [point for leg in self._follower.legs for point in leg]
         return self._station.way_ahead if isinstance(self._task, Stay | ReturnHome) else ()
 
+    def way_speed_mps(self, inputs: ModeInputs) -> float:
+        asked_mps = self._route[self._told].speed_mps if isinstance(self._task, Sail) and self._told < len(self._route) else None
+        return inputs.speed_mps if asked_mps is None else min(asked_mps, inputs.speed_mps)
+
     def excuse(self) -> None:
         self._headway.reset()
 

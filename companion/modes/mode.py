@@ -65,6 +65,10 @@ class Mode(ABC):
         """(north_m, east_m) of the path that the mode sails along, from where the boat is on it; empty where it sails along none."""
         return ()
 
+    def way_speed_mps(self, inputs: ModeInputs) -> float:
+        """At which it sails there."""
+        return inputs.speed_mps
+
     def excuse(self) -> None:  # noqa: B027  most modes do not mind
         """Something else keeps the boat from making way."""
 

@@ -30,6 +30,7 @@ from companion.params import Parameters
 _OFF, _WARN, _SLOW = 0, 1, 2  # values of CA_ACTION; above: alter course
 _CHECK_S = 1.0
 _WAY_M = 500.0  # of the route that is looked at
+_THIN_M = 2.0  # between its points
 _BEYOND_M = 15.0  # of the route that shapes the end of a way around
 _OFF_ROUTE_M = 3.0  # of the meeting point: the route is another one now
 _PACES = {0.5: 60.0, 0.0: 75.0}  # shares of the cruise speed, and what they cost against metres of a way around
@@ -84,9 +85,10 @@ class TrafficGuard:
             self.rest()
             return setpoint
         sailing = setpoint.kind is SetpointKind.PATH
+        inputs = replace(inputs, speed_mps=mode.way_speed_mps(inputs))
         if inputs.now_s >= self._next_s:
             self._next_s = inputs.now_s + _CHECK_S
-            self._check(mode.way_ahead() if sailing else (), inputs)
+            self._check(_near_part(mode.way_ahead()) if sailing else (), inputs)
         if not sailing:
             self._detour, self._yaw = None, None
             return setpoint
@@ -113,7 +115,7 @@ class TrafficGuard:
             return
         if self._detour is not None and not _is_on(self._detour.points[-1], route):
             self._detour = None
-        way = evasion.cut(route, _WAY_M) if self._detour is None else self._remaining(route)
+        way = route if self._detour is None else self._remaining(route)
         ahead = _velocity(way, inputs.speed_mps) if self._detour is None else over_ground
         found = self._watch.conflicts(nav, way, self._pace(speed, inputs), ahead, contacts, now_s)
         self._watch.tell(found, now_s)
@@ -124,7 +126,7 @@ class TrafficGuard:
             return
         urgent = [c for c in found if c.gives_way or c.due_s < self._parameters["CA_STAND_T"]]
         if urgent:
-            self._avoid(urgent, evasion.cut(route, _WAY_M), way, contacts, inputs)
+            self._avoid(urgent, route, way, contacts, inputs)
         elif self._share < 1.0 and self._may_speed_up(way, contacts, inputs):
             self._share = 1.0
             self._say(Severity.INFO, "Traffic: going on", now_s)
@@ -142,7 +144,7 @@ class TrafficGuard:
                 best = clear_m, detour, share
             if best[0] >= keep_m:
                 break
-        self._take(best[1], best[2], urgent[0], inputs)
+        self._take(best[1], best[2], route, urgent[0], inputs)
 
     def _options(
         self, urgent: Sequence[Conflict], route: Sequence[evasion.Place], keep_m: float, inputs: ModeInputs
@@ -165,7 +167,7 @@ class TrafficGuard:
         t_s = evasion.times(duration_s)
         pace = evasion.Pace(math.hypot(nav.north_mps, nav.east_mps), speed, self._acceleration)
         places = evasion.travel(way, pace, t_s)
-        clear_m = min(float(evasion.clear_water(places, t_s, other, self._watch.radius_m).min()) for other in contacts)
+        clear_m = evasion.least_clear_water(places, t_s, contacts, self._watch.radius_m)
         reach_m = evasion.astern_reach_m(self._parameters["CA_DIST"])
         for conflict in urgent:
             other = conflict.contact
@@ -173,13 +175,14 @@ class TrafficGuard:
                 return -math.inf
         return clear_m
 
-    def _take(self, detour: evasion.Detour | None, share: float, conflict: Conflict, inputs: ModeInputs) -> None:
+    def _take(
+        self, detour: evasion.Detour | None, share: float, route: Sequence[evasion.Place], conflict: Conflict, inputs: ModeInputs
+    ) -> None:
         if detour is not None:
             shortest = min(math.dist(a, b) for a, b in pairwise(detour.points))
             radius = max(self._parameters["NAV_ACC_RAD"], _ROUNDING * shortest)
             waypoints = [Waypoint(*point, radius_m=radius, straight=True) for point in detour.points[1:]]
-            route = evasion.rest(self._mode.way_ahead(), detour.length_m) if self._mode is not None else []
-            onward = evasion.cut(route, _BEYOND_M)[1:][-1:] if route else []
+            onward = evasion.cut(evasion.rest(route, detour.length_m), _BEYOND_M)[1:][-1:]
             lay = self._follower.start if self._detour is None else self._follower.replace
             lay(waypoints, inputs.nav, False, beyond=[Waypoint(*point, straight=True) for point in onward])
         elif self._detour is not None and share == 1.0:
@@ -195,7 +198,7 @@ class TrafficGuard:
 
     def _may_speed_up(self, way: Sequence[evasion.Place], contacts: Sequence[Contact], inputs: ModeInputs) -> bool:
         keep_m = self._parameters["CA_DIST"] + self._watch.margin_m(inputs.nav)
-        return not contacts or self._clear_m(way, 1.0, contacts, (), inputs) >= keep_m
+        return self._clear_m(way, 1.0, contacts, (), inputs) >= keep_m
 
     # --- doing it --------------------------------------------------------------------------------------------------
 
@@ -209,12 +212,12 @@ class TrafficGuard:
         self._say(Severity.INFO, "Traffic: back on the route", inputs.now_s)
         return setpoint
 
-    def _remaining(self, route: Sequence[evasion.Place]) -> list[evasion.Place]:
+    def _remaining(self, route: Sequence[evasion.Place]) -> Sequence[evasion.Place]:
         """What is left of the way around, and the route behind it."""
         assert self._detour is not None
         points = [point for leg in self._follower.legs for point in leg]
         end = min(range(len(route)), key=lambda i: math.dist(route[i], points[-1]))
-        return evasion.cut([*points, *route[end + 1 :]], _WAY_M)
+        return _near_part([*points, *route[end + 1 :]])
 
     def _paced(self, setpoint: Setpoint, inputs: ModeInputs) -> Setpoint:
         """No faster than allowed; the speed changes as on any path."""
@@ -258,6 +261,11 @@ class TrafficGuard:
         if self._said != (text,):
             self._said = (text,)
             self._events.say(now_s, severity, "traffic_action", text)
+
+
+def _near_part(way: Sequence[evasion.Place]) -> Sequence[evasion.Place]:
+    """Of a way, what is looked at."""
+    return evasion.thinned(evasion.cut(way, _WAY_M), _THIN_M) if way else ()
 
 
 def _is_on(point: evasion.Place, route: Sequence[evasion.Place]) -> bool:

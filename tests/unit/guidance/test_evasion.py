@@ -27,6 +27,13 @@ def test_a_way_is_cut_in_two(length_m: float) -> None:
         assert evasion.length_of(begin) + evasion.length_of(end) == pytest.approx(line.length)
 
 
+def test_a_thinned_way_is_the_same_way() -> None:
+    dense = evasion.cut([(0.1 * n, 3.0 * math.sin(0.01 * n)) for n in range(1000)], 90.0)
+    thin = evasion.thinned(dense, 2.0)
+    assert len(thin) < 50 and (thin[0], thin[-1]) == (dense[0], dense[-1])
+    assert LineString(thin).hausdorff_distance(LineString(dense)) < 0.05
+
+
 @pytest.mark.parametrize(("begin", "speed"), [(0.0, 1.2), (1.5, 0.0), (1.0, 1.0), (1.6, 0.6)])
 def test_places_along_a_way(begin: float, speed: float) -> None:
     t_s = evasion.times(100.0)
@@ -47,6 +54,8 @@ def test_clear_water_and_crossing_ahead() -> None:
     gaps = evasion.clear_water(places, t_s, crossing, 2.0)
     assert gaps[1] == pytest.approx(math.hypot(5.0, 30.0) - 6.0)
     assert evasion.crosses_ahead(places, t_s, crossing, 100.0) and not evasion.crosses_ahead(places, t_s, crossing, 10.0)
+    assert evasion.least_clear_water(places, t_s, [crossing], 2.0) == pytest.approx(gaps.min())
+    assert math.isinf(evasion.least_clear_water(places, t_s, [], 2.0))
     past = Contact(1, "NORA", 15.0, 5.0, 0.0, -1.0, 4.0, 0)
     assert not evasion.crosses_ahead(places, t_s, past, 100.0)
 

@@ -163,6 +163,18 @@ def test_a_go_to_keeps_clear_too(make_boat: Any) -> None:
     assert seen["gap_m"] >= CLEAR_M and boat.away_m(200.0, 0.0) < 2.0
 
 
+def test_a_go_to_at_a_speed_of_its_own_stays_at_it(make_boat: Any) -> None:
+    boat = make_boat(**PATH, CA_ACTION=3)
+    armed_in(boat, ModeId.HOLD)
+    assert boat.supervisor.go_to(*boat.point(250.0, 0.0), None, 0.5, boat.now_s).accepted
+    boat.step(30.0)
+    other, fastest_mps = head_on(boat), 0.0
+    for _ in range(12):
+        assert sail(boat, [other], 10.0)["gap_m"] >= CLEAR_M
+        fastest_mps = max(fastest_mps, boat.nav.surge_mps)
+    assert fastest_mps < 0.55 and "traffic_action" in boat.names()
+
+
 def test_rtl_keeps_clear_too(make_boat: Any) -> None:
     boat = make_boat(**PATH, CA_ACTION=3)
     armed_in(boat, ModeId.HOLD)
