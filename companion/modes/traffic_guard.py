@@ -17,12 +17,14 @@ from companion.core.angles import wrap_pi
 from companion.core.geodesy import LocalFrame
 from companion.core.types import Contact, Setpoint, SetpointKind, Severity
 from companion.guidance import colreg, evasion
+from companion.guidance.colreg import Encounter
 from companion.guidance.crab import top_speed_mps
 from companion.guidance.follower_choice import ChosenFollower
 from companion.guidance.path_following import Waypoint
 from companion.modes.events import EventLog
 from companion.modes.fence_guard import FenceGuard
 from companion.modes.mode import Mode, ModeInputs
+from companion.modes.station import Station
 from companion.modes.traffic_watch import Conflict, TrafficWatch
 from companion.nav.traffic import TrafficTracker
 from companion.params import Parameters
@@ -35,7 +37,9 @@ _BEYOND_M = 15.0  # of the route that shapes the end of a way around
 _OFF_ROUTE_M = 3.0  # of the meeting point: the route is another one now
 _PACES = {0.5: 60.0, 0.0: 75.0}  # shares of the cruise speed, and what they cost against metres of a way around
 _BETTER_M = 0.1
+_PATIENT = frozenset({Encounter.STANDING, Encounter.OVERTAKING})
 _MOVING_MPS = 0.3
+_STOPPED_MPS = 0.1  # allowed speed from which on the place is held
 _ROUNDING = 0.2  # of the shortest part of a way around: its corners are taken at speed
 _BRAKE = 1.5  # times PATH_ACC
 
@@ -43,8 +47,8 @@ _BRAKE = 1.5  # times PATH_ACC
 class TrafficGuard:
     """`steer(setpoint, mode, inputs)` each tick, on the mode's setpoint; `rest()` in ticks without one.
 
-    Remembers the mode it acts for, the way around and where it meets the route, the speed that is allowed, and the heading last asked for until the
-    mode's own has been met.
+    Remembers the mode it acts for, the way around and where it meets the route, the speed that is allowed, whether it holds the boat where it
+    stopped, and the heading last asked for until the mode's own has been met.
     """
 
     def __init__(
@@ -60,6 +64,8 @@ class TrafficGuard:
         self._events = events
         self._fence = fence
         self._watch = TrafficWatch(config, parameters, tracker, events, frame)
+        self._station = Station(config, parameters, fence)
+        self._holding = False
         self._follower = ChosenFollower(parameters, config.limits.sway_n > 0.0, top_speed_mps(config))
         self._mode: Mode | None = None
         self._detour: evasion.Detour | None = None
@@ -73,6 +79,7 @@ class TrafficGuard:
         """The boat is not under way by a mode: nothing is kept of what was done."""
         self._detour = self._mode = self._yaw = None
         self._share, self._limit_mps = 1.0, math.inf
+        self._holding = False
         self._said = ()
 
     def steer(self, setpoint: Setpoint, mode: Mode, inputs: ModeInputs) -> Setpoint:
@@ -90,13 +97,16 @@ class TrafficGuard:
             self._next_s = inputs.now_s + _CHECK_S
             self._check(_near_part(mode.way_ahead()) if sailing else (), inputs)
         if not sailing:
-            self._detour, self._yaw = None, None
+            self._detour, self._yaw, self._holding = None, None, False
             return setpoint
         if self._detour is not None:
             setpoint = self._around(setpoint, inputs)
         setpoint = self._paced(setpoint, inputs)
         if self._detour is not None or self._share < 1.0:
             mode.excuse()
+        if self._share == 0.0 and (self._holding or self._limit_mps < _STOPPED_MPS):
+            return self._hold(setpoint, inputs)
+        self._holding = False
         return self._steady(setpoint, inputs.dt_s)
 
     # --- what to do ------------------------------------------------------------------------------------------------
@@ -144,6 +154,9 @@ class TrafficGuard:
                 best = clear_m, detour, share
             if best[0] >= keep_m:
                 break
+        in_time = all(c.met in _PATIENT and c.due_s > self._parameters["CA_STAND_T"] for c in urgent)
+        if best[1] is None and in_time:
+            return  # who lies or goes ahead of the boat may be come nearer to before it slows down
         self._take(best[1], best[2], route, urgent[0], inputs)
 
     def _options(
@@ -234,6 +247,15 @@ class TrafficGuard:
             return setpoint
         share = self._limit_mps / demand
         return replace(setpoint, surge_mps=share * setpoint.surge_mps, sway_mps=share * setpoint.sway_mps, surge_mps2=min(0.0, setpoint.surge_mps2))
+
+    def _hold(self, setpoint: Setpoint, inputs: ModeInputs) -> Setpoint:
+        """Stay where the boat has stopped; where it leads to stays what it was."""
+        if not self._holding:
+            self._holding = True
+            self._station.stop_here(inputs.nav)
+        held = self._station.update(inputs.nav, None, inputs.speed_mps, inputs.dt_s)
+        self._yaw = held.yaw_rad
+        return replace(held, target_north_m=setpoint.target_north_m, target_east_m=setpoint.target_east_m)
 
     def _steady(self, setpoint: Setpoint, dt_s: float) -> Setpoint:
         """Between the mode's heading and that of a way around the heading asked for turns at PATH_YAW_RATE."""

@@ -33,6 +33,7 @@ _SITUATIONS: dict[str, tuple[float, float, float, str]] = {  # course against th
     "crossing_port": (90.0, 20.0, 1.5, "traffic_crossing_port"),
     "overtaking": (0.0, 5.0, 0.5, "traffic_overtaking"),
     "overtaken": (0.0, 5.0, 2.4, "traffic_overtaken"),
+    "standing": (0.0, 180.0, 0.0, "traffic_standing"),
 }
 
 

@@ -13,7 +13,7 @@ from sitl.scenarios import SCENARIOS
 from sitl.scenarios.scenario import run
 from sitl.traffic import ScriptedVessel
 
-SITUATIONS = ("head_on", "crossing_starboard", "crossing_port", "overtaking", "overtaken")
+SITUATIONS = ("head_on", "crossing_starboard", "crossing_port", "overtaking", "overtaken", "standing")
 
 
 def keep_clear(folder: Path, seed: int, **changes: str) -> dict[str, float]:
@@ -53,7 +53,7 @@ def test_a_boat_that_does_nothing_fails(tmp_path: Path, situation: str) -> None:
     (tmp_path / "truth.csv").write_text("\n".join(["t_s,north_m,east_m,yaw_rad", *rows, ""]), encoding="utf-8")
     (tmp_path / "events.csv").write_text("t_s,time_unix_ns,severity,name,text\n", encoding="utf-8")
     towards = {"head_on": math.pi, "crossing_starboard": -math.pi / 2, "crossing_port": math.pi / 2}.get(situation, 0.0)
-    speed = {"overtaking": 0.5, "overtaken": 2.4}.get(situation, 1.5)
+    speed = {"overtaking": 0.5, "overtaken": 2.4, "standing": 0.0}.get(situation, 1.5)
     points = tuple((t, 150.0 + speed * math.cos(towards) * (t - 125.0), speed * math.sin(towards) * (t - 125.0)) for t in (0.0, 700.0))
     asked: dict[str, Any] = {
         "vessel": ScriptedVessel(1, "NORA", points), "situation": situation, "started_s": 0.0, "meeting_s": 125.0, "finished_s": 275.0,

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from companion.core.types import AisTarget, ModeId
+from companion.core.types import AisTarget, ModeId, SetpointKind
 from tests.unit.modes.test_fence import armed_in, fence, go
 
 PATH = {"WP_SPEED": 1.0, "MPC_XY_VEL_MAX": 1.0}
@@ -195,6 +195,13 @@ def test_something_that_lies_in_the_way_is_gone_around(make_boat: Any) -> None:
     assert "traffic_standing" in boat.names()
 
 
+def test_the_boat_comes_near_before_it_waits_for_what_lies_in_the_way(make_boat: Any) -> None:
+    boat = under_way(make_boat, CA_ACTION=2, CA_STAND_T=30.0)
+    other = Other(boat, 150.0, 0.0, 0.0, 0.0)
+    seen = sail(boat, [other], 180.0)
+    assert CLEAR_M <= seen["gap_m"] < CLEAR_M + 35.0 and boat.nav.surge_mps < 0.05
+
+
 def test_a_mission_replaced_on_the_way_around_is_sailed(make_boat: Any) -> None:
     boat = under_way(make_boat, CA_ACTION=3)
     other = head_on(boat)
@@ -227,7 +234,10 @@ def test_reports_that_stop_do_not_stop_the_boat(make_boat: Any) -> None:
     boat = under_way(make_boat, CA_ACTION=2)
     other = Other(boat, boat.nav.north_m + 60.0, 0.0, 0.0, 0.0)
     sail(boat, [other], 60.0)
-    assert boat.nav.surge_mps < 0.1
+    place = boat.nav.north_m, boat.nav.east_m
+    assert boat.setpoint.kind is SetpointKind.POSE and boat.setpoint.target_north_m == pytest.approx(300.0, abs=0.01)
+    sail(boat, [other], 60.0)
+    assert boat.away_m(*place) < 0.3, "it holds its place meanwhile"
     other.silent = True
     boat.step(460.0)
     assert boat.status.traffic == () and boat.nav.surge_mps > 0.9
