@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from random import Random
 from typing import Any
 
 import pytest
@@ -241,3 +242,28 @@ def test_reports_that_stop_do_not_stop_the_boat(make_boat: Any) -> None:
     other.silent = True
     boat.step(460.0)
     assert boat.status.traffic == () and boat.nav.surge_mps > 0.9
+
+
+@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.sweep) for seed in range(1, 40))])
+def test_whatever_swarms_around_it_the_boat_is_steered(make_boat: Any, seed: int) -> None:
+    """Vessels of all kinds on all courses, a bent mission, a new route, a fence in half the cases: always a setpoint that is numbers."""
+    random = Random(seed)
+    boat = make_boat(**PATH, CA_ACTION=float(random.choice((2, 3))), PATH_KIND=float(random.randrange(4)), WP_LAW=float(seed % 5 == 4))
+    if seed % 2:
+        fence(boat, inside=[((-90.0, -110.0), (210.0, -110.0), (210.0, 110.0), (-90.0, 110.0))])
+    boat.upload((60.0, 0.0), (60.0, 50.0), (120.0, 50.0), (0.0, 0.0))
+    armed_in(boat, ModeId.MISSION)
+    others = [
+        Other(
+            boat, random.uniform(-100, 200), random.uniform(-100, 150), random.gauss(0, 1), random.gauss(0, 1), 231_000_000 + n,
+            status=random.choice((0, 5, 7, None)), bow_m=random.choice((0.0, 4.0, 60.0, None)),
+        )
+        for n in range(12)
+    ]  # fmt: skip
+    for part in range(8):
+        seen = sail(boat, others, 15.0)
+        assert all(math.isfinite(value) for value in (boat.nav.north_m, boat.nav.east_m, boat.nav.yaw_rad, seen["slowest_mps"]))
+        assert boat.nav.surge_mps <= 1.05
+        if part == 4:
+            boat.upload((100.0, -40.0), (0.0, 0.0))
+    assert "mode_failed" not in boat.names()
