@@ -29,7 +29,7 @@ from companion.record.state_file import StateFile, StateFileBusy
 
 if TYPE_CHECKING:
     from sitl.scenarios.rig import Believed, Conditions
-    from sitl.traffic import Traffic
+    from sitl.waters import Waters
     from sitl.world import World
 
 _SITL_LINKS = ("udpout:127.0.0.1:14550", "tcpin:127.0.0.1:5760")
@@ -238,10 +238,10 @@ def _check(arguments: argparse.Namespace) -> int:
 class LockstepRig:
     """A composed vessel in lockstep, with a memory link whose far end the scenario holds."""
 
-    def __init__(self, conditions: Conditions, folder: Path, traffic: Traffic | None = None) -> None:
-        """`traffic`: that of another rig; None: as the conditions say."""
-        from sitl.traffic import traffic_of
+    def __init__(self, conditions: Conditions, folder: Path, waters: Waters | None = None) -> None:
+        """`waters`: those of another rig; None: as the conditions say."""
         from sitl.truth_log import TruthLog
+        from sitl.waters import waters_of
         from sitl.world import EPOCH_UNIX_NS, World
 
         self.config = load_vessel(conditions.vessel)
@@ -254,10 +254,13 @@ class LockstepRig:
             from sitl.magnetometer import with_magnetometer
 
             self.config = with_magnetometer(self.config)
+        if conditions.ais:
+            ais = SensorConfig(name="ais", driver="ais", port="memory:ais", rate_hz=5.0)
+            self.config = replace(self.config, sensors=(*self.config.sensors, ais))
         self._conditions, self._folder = conditions, folder
         believed = _believed(self.config, conditions)
-        if traffic is None and (conditions.others or conditions.gnss_common):
-            traffic = traffic_of(conditions.others, self.config.home, conditions.seed, conditions.gnss_common)
+        if waters is None and (conditions.others or conditions.gnss_common):
+            waters = waters_of(conditions.others, self.config.home, conditions.seed, conditions.gnss_common)
         self.world: World = World(
             self.config,
             seed=conditions.seed,
@@ -269,7 +272,7 @@ class LockstepRig:
             push_ned_n=conditions.push_ned_n,
             faults=conditions.faults,
             tow=conditions.tow,
-            traffic=traffic,
+            waters=waters,
         )
         if conditions.start is not None:
             self.world.set_state(*conditions.start)
@@ -311,7 +314,7 @@ class LockstepRig:
         return LockstepRig(replace(self._conditions, hull=believed), self._folder / folder)
 
     def beside(self, conditions: Conditions, folder: str) -> LockstepRig:
-        return LockstepRig(conditions, self._folder / folder, self.world.traffic)
+        return LockstepRig(conditions, self._folder / folder, self.world.waters)
 
     def close(self) -> None:
         if not self._closed:

@@ -21,6 +21,7 @@ from companion.core.ports import Actuator, Clock, Recorder, Sensor, Stations, Wa
 from companion.core.types import (
     ZERO_WRENCH,
     ActuatorCommand,
+    AisTarget,
     Allocation,
     Battery,
     Condition,
@@ -166,6 +167,8 @@ class Vessel:
                     inputs = replace(inputs, wind=reading)
                 case ThrusterFeedback():
                     self._feedback[reading.index] = reading
+                case AisTarget():
+                    self.supervisor.traffic_heard(reading, now_s)
         self._inputs = inputs
         return readings
 

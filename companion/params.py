@@ -186,6 +186,11 @@ TABLE: tuple[ParamSpec, ...] = (
     _choice("GF_ACTION", 2, {0: "Fence off", 1: "Warn", 2: "Hold", 3: "RTL"}, "Fence", "What to do when the boat leaves the fence or, steered by stick, is about to; but for 0, modes that steer by themselves are kept inside"),
     _choice("FENCE_GROUP0", 0, {0: "Inside all", 1: "Inside any"}, "Fence", "How inclusion zones of group 0 (all that QGroundControl draws) count together"),
     _real("FENCE_MARGIN", 0.5, 0.0, 50.0, "m", "Fence", "What missions, go-to points and ways home keep between the hull (half its length around the middle) and the fence"),
+    # traffic
+    _choice("CA_ACTION", 0, {0: "Off", 1: "Warn", 2: "Slow or stop", 3: "Alter course"}, "Traffic", "What to do about vessels (AIS) that would come nearer than CA_DIST; only under way in Mission, RTL and Hold's go-to more than to warn. No substitute for a lookout"),
+    _real("CA_DIST", 10.0, 1.0, 2000.0, "m", "Traffic", "Clear water to keep between the hulls, each taken as the circle around it"),
+    _real("CA_TIME", 120.0, 20.0, 900.0, "s", "Traffic", "How far ahead to look for vessels to keep clear of"),
+    _real("CA_STAND_T", 45.0, 10.0, 600.0, "s", "Traffic", "Where the other vessel has to give way: how long before it would be too near this one acts after all"),
     # allocation
     _choice("ALLOC_KIND", 0, {0: "Constrained", 1: "Pseudo-inverse"}, "Allocation", "Optimal within limits and rates, or the unconstrained solution cut to them"),
     _int("ALLOC_ITER", 3, 1, 6, "", "Allocation", "Re-linearisations of the thrust allocation in a cycle"),

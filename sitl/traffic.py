@@ -1,62 +1,58 @@
-"""Other boats in the same waters, all at the time of whoever asks.
-
-Several worlds in one process may share one traffic: each brings it up to its own time, so it moves once, and vessels that tick in turn at the same rate see
-it at the same moment. Places are north and east of one home, which all of these vessels must have. In processes of their own nothing is shared: each
-simulates its own hull, and of a leader knows what comes over its link; given the same script, seed and departure a process can have the
-leader's wake as well.
-"""
+"""Other vessels on the water: each follows its script and knows nothing of the boat."""
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from companion.config import HomeConfig
-from sitl.lead_boat import STEP_HZ, LeadBoat
-from sitl.leader_script import script
-from sitl.sensors import CommonWander
-from sitl.wake import Wake
+from companion.core.records import quick
+
+
+@quick
+@dataclass(frozen=True, slots=True)
+class VesselMotion:
+    """Of the middle of a hull, north and east of home; its course is also its heading."""
+
+    north_m: float
+    east_m: float
+    course_rad: float
+    speed_mps: float
 
 
 @dataclass(frozen=True, slots=True)
-class OtherBoat:
-    """A lead boat to be: its name, its script (`sitl.leader_script`), where it lies at first, when it departs (None: when it is told), its receiver."""
+class ScriptedVessel:
+    """Sails the straight lines between `points`, (t_s, north_m, east_m) in order of time, and goes on along the last. Its AIS speaks every `report_s`.
 
+    Raises ValueError for fewer than two points or times that do not grow.
+    """
+
+    mmsi: int
     name: str
-    script: str
-    start: tuple[float, float, float] = (0.0, 0.0, 0.0)  # north and east of home in m, heading in rad
-    depart_s: float | None = None
-    gnss: str = "standalone"
+    points: tuple[tuple[float, float, float], ...]
+    length_m: float = 8.0
+    beam_m: float = 3.0
+    report_s: float = 10.0  # class A below 14 knots; ITU-R M.1371-5, table 1
+    status: int = 0
+    class_a: bool = True
 
+    def __post_init__(self) -> None:
+        times = [point[0] for point in self.points]
+        if len(times) < 2 or any(b <= a for a, b in itertools.pairwise(times)):
+            raise ValueError(f"{self.name}: a script needs two points or more, their times growing")
 
-def traffic_of(others: Sequence[OtherBoat], home: HomeConfig, seed: int, common_share: float = 0.0) -> Traffic:
-    """The boats, each with errors of its own from the seed and its name. Raises ConfigError for a script, grade or share that does not exist."""
-    common = CommonWander(common_share, seed) if common_share > 0.0 else None
-    boats = []
-    for other in others:
-        boat = LeadBoat(other.name, home, script(other.script), start=other.start, gnss=other.gnss, seed=seed, common=common)
-        if other.depart_s is not None:
-            boat.depart(other.depart_s)
-        boats.append(boat)
-    return Traffic(boats, common)
+    def at(self, t_s: float) -> VesselMotion:
+        """Where it is; before the first point as if it had come along the first line."""
+        legs = list(itertools.pairwise(self.points))
+        (t0, n0, e0), (t1, n1, e1) = next((leg for leg in legs if t_s < leg[1][0]), legs[-1])
+        north_mps, east_mps = (n1 - n0) / (t1 - t0), (e1 - e0) / (t1 - t0)
+        course = math.atan2(east_mps, north_mps)
+        return VesselMotion(n0 + north_mps * (t_s - t0), e0 + east_mps * (t_s - t0), course, math.hypot(north_mps, east_mps))
 
 
 class Traffic:
-    """`advance(now_s)`: take the whole steps that have become due. `common`: the part of position errors that all receivers here share."""
+    """The vessels there are; scenarios add to them."""
 
-    def __init__(self, boats: Sequence[LeadBoat], common: CommonWander | None = None) -> None:
-        self.boats = tuple(boats)
-        self.common = common
-        self._steps = 0
-
-    @property
-    def wakes(self) -> tuple[Wake, ...]:
-        return tuple(boat.wake for boat in self.boats)
-
-    def advance(self, now_s: float) -> None:
-        due = math.floor(now_s * STEP_HZ + 1e-6)
-        while self._steps < due:
-            self._steps += 1
-            for boat in self.boats:
-                boat.step()
+    def __init__(self, vessels: Sequence[ScriptedVessel] = ()) -> None:
+        self.vessels: list[ScriptedVessel] = list(vessels)

@@ -25,6 +25,7 @@ from sitl.sensors import grade
 from sitl.thrusters import Thruster, build
 from sitl.tow import Leg, TowedHull
 from sitl.traffic import Traffic
+from sitl.waters import Waters
 
 EPOCH_UNIX_NS = 1_780_315_200_000_000_000  # 2026-06-01T12:00:00Z, where simulated time begins
 STEP_HZ = 100
@@ -78,14 +79,15 @@ class World:
         epoch_unix_ns: int = EPOCH_UNIX_NS,
         dock: DockConfig | None = None,
         tow: Sequence[Leg] = (),
-        traffic: Traffic | None = None,
+        waters: Waters | None = None,
     ) -> None:
         """`wind` "MPS@FROM_DEG", `current` "MPS@TOWARDS_DEG", directions from the seed where left out; `gnss`, `plant`, `capacity_wh` None: as
         the vessel's file says; `push_ned_n` a constant force towards north and east on the hull; `dock` None: the vessel's own berth, if it has
-        one; `tow`: it is led along these legs, whatever its thrusters do; `traffic`: other boats, whose wakes a plant with a seaway feels.
+        one; `tow`: it is led along these legs, whatever its thrusters do; `waters`: other boats, whose wakes a plant with a seaway feels.
         Raises ConfigError for what the vessel or the arguments do not offer.
         """
         self._vessel = vessel
+        self.seed = seed
         self._sitl = _simulation(vessel)
         self._plant = _chosen_plant(vessel, plant)
         gnss = self._sitl.gnss if gnss is None else gnss
@@ -95,7 +97,7 @@ class World:
         self.current = Current(*(parse_directed(current, "current") if current else (0.0, None)), seed, current_variation_mps)
         self.battery = BatteryModel(self._sitl.battery_wh if capacity_wh is None else capacity_wh)
         self.hull = TowedHull(self._plant.hull, tow) if tow else Hull(self._plant.hull)
-        self.traffic = traffic
+        self.waters = waters
         self.waves = self._sea(waves_m, seed)
         face = vessel.dock if dock is None else dock
         self.berth = None if face is None else Berth(face, vessel.home, vessel.length_m, vessel.beam_m)
@@ -107,8 +109,11 @@ class World:
         self._step_s = 1.0 / self._step_hz
         self._update_steps = round(UPDATE_S * self._step_hz)
         self._streams: dict[str, MemoryStream] = {}
-        common = None if traffic is None else traffic.common
-        around = Surroundings(self.hull, self.waves, self.wind, self.faults, vessel.home, gnss, seed, epoch_unix_ns, self._step_hz, common)
+        common = None if waters is None else waters.common
+        self.traffic = Traffic()
+        around = Surroundings(
+            self.hull, self.waves, self.wind, self.faults, vessel.home, gnss, seed, epoch_unix_ns, self._step_hz, common, self.traffic
+        )
         by_name = {config.name: thruster for config, thruster in zip(vessel.thrusters, self.thrusters, strict=True)}
         self.sensors = [emulators.sensor(config, self._port(config.name), around) for config in vessel.sensors]
         self.boards = [
@@ -193,7 +198,7 @@ class World:
 
     def _sea(self, height_m: float, seed: int) -> Waves:
         """Waves, and of other boats' wakes those that the plant can feel."""
-        wakes = () if self.traffic is None else self.traffic.wakes
+        wakes = () if self.waters is None else self.waters.wakes
         if not self._plant.seaway:
             return Waves(height_m, self.wind, self._vessel.length_m, seed)
         return Seaway(height_m, self.wind, self._vessel.length_m, seed, self.hull, self._plant.hull.m11_kg, wakes)
@@ -215,8 +220,8 @@ class World:
             board.listen(t_s)
         if self._steps % self._update_steps == 0:
             self._update_weather()
-        if self.traffic is not None:
-            self.traffic.advance(t_s)
+        if self.waters is not None:
+            self.waters.advance(t_s)
         self.waves.update(t_s)
         self._push(t_s)
         self._let_speak(t_s)

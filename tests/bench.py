@@ -32,7 +32,7 @@ from companion.nav.thesis_ahrs import ThesisAhrs
 from companion.params import Parameters
 from sitl.scenarios.rig import Conditions
 from sitl.scenarios.station import Station
-from sitl.traffic import OtherBoat
+from sitl.waters import OtherBoat
 from tests.protocol.process import Companion
 
 _HOLD = 0x03040000

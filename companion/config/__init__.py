@@ -123,6 +123,7 @@ class VesselConfig:
     windage: WindageConfig = field(default_factory=WindageConfig)
     thesis_model: ThesisModelConfig | None = None
     links: tuple[str, ...] = ()
+    mmsi: Annotated[int, Field(ge=1, le=999_999_999)] | None = None  # of its own AIS transponder, whose reports are not another vessel's
     parameters: dict[str, float] = field(default_factory=dict)
     dock: DockConfig | None = None
     sitl: SitlConfig | None = None

@@ -21,6 +21,9 @@ from companion.core.readings import MagneticField as MagneticField
 from companion.core.records import quick
 from companion.core.status_parts import FenceState as FenceState
 from companion.core.status_parts import Home as Home
+from companion.core.traffic import AisTarget as AisTarget
+from companion.core.traffic import Contact as Contact
+from companion.core.traffic import TrackedTarget as TrackedTarget
 
 
 class FixType(IntEnum):
@@ -159,7 +162,7 @@ class ManualInput:
     buttons: int = 0
 
 
-Reading = GnssFix | GroundVelocity | Heading | Imu | MagneticField | TimeOfDay | Wind | Battery | Leak | RcInput | ThrusterFeedback | ManualInput
+Reading = GnssFix | GroundVelocity | Heading | Imu | MagneticField | TimeOfDay | Wind | Battery | Leak | RcInput | ThrusterFeedback | ManualInput | AisTarget
 
 
 # --- estimate ------------------------------------------------------------------------------------------------------
@@ -298,7 +301,8 @@ class MissionProgress:
 @quick
 @dataclass(frozen=True, slots=True)
 class Status:
-    """What the vessel has decided to be. `arming_refusals` is empty when arming would be accepted; `fence` is None while none is in force."""
+    """What the vessel has decided to be. `arming_refusals` is empty when arming would be accepted; `fence` is None while none is in force;
+    `traffic`: the vessels around, by MMSI."""
 
     t_s: float
     mode: ModeId
@@ -310,6 +314,7 @@ class Status:
     mission: MissionProgress
     speed_override_mps: float | None = None
     fence: FenceState | None = None
+    traffic: tuple[TrackedTarget, ...] = ()
 
 
 # --- guide ---------------------------------------------------------------------------------------------------------

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from companion.config import VesselConfig
 from companion.core.angles import wrap_pi
@@ -90,6 +91,15 @@ class HoldMode(Mode):
 
     def stuck_s(self, now_s: float) -> float | None:
         return self._headway.stuck_s(now_s)
+
+    def way_ahead(self) -> Sequence[tuple[float, float]]:
+        return self._station.way_ahead
+
+    def way_speed_mps(self, inputs: ModeInputs) -> float:
+        return self._station.way_speed_mps(inputs.speed_mps)
+
+    def excuse(self) -> None:
+        self._headway.reset()
 
     def _moved(self) -> None:
         self._headway.rebase()

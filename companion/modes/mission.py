@@ -107,6 +107,18 @@ class MissionMode(Mode):
     def stuck_s(self, now_s: float) -> float | None:
         return self._headway.stuck_s(now_s)
 
+    def way_ahead(self) -> Sequence[tuple[float, float]]:
+        if self._blocked is None and isinstance(self._task, Sail) and not self._on_leg:
+            return [point for leg in self._follower.legs for point in leg]
+        return self._station.way_ahead if isinstance(self._task, Stay | ReturnHome) else ()
+
+    def way_speed_mps(self, inputs: ModeInputs) -> float:
+        asked_mps = self._route[self._told].speed_mps if isinstance(self._task, Sail) and self._told < len(self._route) else None
+        return inputs.speed_mps if asked_mps is None else min(asked_mps, inputs.speed_mps)
+
+    def excuse(self) -> None:
+        self._headway.reset()
+
     def take_actions(self) -> tuple[Action, ...]:
         """What the mission wants changed; each is given once."""
         actions, self._actions = (*self._actions, *self._executor.take_actions()), []

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from companion.core.records import quick
@@ -59,6 +60,17 @@ class Mode(ABC):
     def stuck_s(self, now_s: float) -> float | None:
         """For how long the boat has made no way to where the mode leads; None where it is not under way."""
         return None
+
+    def way_ahead(self) -> Sequence[tuple[float, float]]:
+        """(north_m, east_m) of the path that the mode sails along, from where the boat is on it; empty where it sails along none."""
+        return ()
+
+    def way_speed_mps(self, inputs: ModeInputs) -> float:
+        """At which it sails there."""
+        return inputs.speed_mps
+
+    def excuse(self) -> None:  # noqa: B027  most modes do not mind
+        """Something else keeps the boat from making way."""
 
     @abstractmethod
     def update(self, inputs: ModeInputs) -> Setpoint:

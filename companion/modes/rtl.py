@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from companion.config import VesselConfig
 from companion.core.geodesy import LocalFrame
@@ -97,6 +97,12 @@ class RtlMode(Mode):
 
     def stuck_s(self, now_s: float) -> float | None:
         return self._headway.stuck_s(now_s)
+
+    def way_ahead(self) -> Sequence[tuple[float, float]]:
+        return self._station.way_ahead
+
+    def excuse(self) -> None:
+        self._headway.reset()
 
     def update(self, inputs: ModeInputs) -> Setpoint:
         setpoint = self._station.update(inputs.nav, None, inputs.speed_mps, inputs.dt_s)

@@ -236,6 +236,16 @@ class Station:
         """(north_m, east_m, yaw_rad) that the keeper holds or leads to; of no meaning in transit."""
         return self._keeper.target
 
+    @property
+    def way_ahead(self) -> list[tuple[float, float]]:
+        """The path in transit, from where the boat is on it; empty elsewhere."""
+        return [] if self._transit is None else [point for leg in self._follower.legs for point in leg]
+
+    def way_speed_mps(self, speed_mps: float) -> float:
+        """At which it sails there: as `go_to` was told, else `speed_mps`."""
+        asked_mps = None if self._transit is None else self._transit[3]
+        return speed_mps if asked_mps is None else asked_mps
+
     def stop_here(self, nav: NavState) -> None:
         """Come to rest on the shortest way and stay, with the present heading."""
         self._start_keeper(nav)

@@ -12,6 +12,7 @@ from companion.core.types import (
     ACCEPTED,
     NEUTRAL_SETPOINT,
     ZERO_WRENCH,
+    AisTarget,
     DeviceHealth,
     Home,
     Inputs,
@@ -47,7 +48,9 @@ from companion.modes.responder import Responder
 from companion.modes.retraction import Retraction
 from companion.modes.situation import NO_ESTIMATE, Situation, usable
 from companion.modes.sticks import Sticks
+from companion.modes.traffic_guard import TrafficGuard
 from companion.modes.unavailable import UnavailableMode
+from companion.nav.traffic import TrafficTracker
 from companion.params import Parameters
 
 
@@ -82,7 +85,9 @@ class Supervisor:
         self._executor = executor
         self._events = events
         self._frame_of = frame_of
+        self._tracker = TrafficTracker(config.mmsi)
         self._fence = FenceGuard(config, parameters, plans, events, frame_of)
+        self._traffic = TrafficGuard(config, parameters, self._tracker, events, frame_of, self._fence)
         modes = build_modes(config, parameters, plans, executor, events, frame_of, self._fence)
         hold, mission, dock = modes[ModeId.HOLD], modes[ModeId.MISSION], modes[ModeId.DOCK]
         assert isinstance(hold, HoldMode) and isinstance(mission, MissionMode) and isinstance(dock, DockMode)
@@ -121,6 +126,11 @@ class Supervisor:
     def station_heard(self, system_id: int, now_s: float) -> None:
         """A ground station is there."""
         self._station_s = now_s
+
+    def traffic_heard(self, report: AisTarget, now_s: float) -> None:
+        """A report of another vessel, from a receiver or another system."""
+        nav = self._nav
+        self._tracker.take(report, now_s, (nav.lat_deg, nav.lon_deg) if nav.position_valid else None)
 
     def thrust_achieved(self, achieved: Wrench) -> None:
         """What the thrusters give in this cycle, as the allocation says."""
@@ -282,6 +292,7 @@ class Supervisor:
             mission=self._executor.progress,
             speed_override_mps=self._speed_mps,
             fence=self._fence.state,
+            traffic=self._tracker.targets,
         )
 
     # --- once a tick -----------------------------------------------------------------------------------------------
@@ -289,6 +300,7 @@ class Supervisor:
     def update(self, nav: NavState, inputs: Inputs, health: Sequence[DeviceHealth], now_s: float) -> Status:
         """Look at everything, act on failures, and say what the vessel is. `health`: of every sensor and bridge."""
         self._nav, self._inputs, self._health = usable(nav), inputs, health
+        self._tracker.update(now_s)
         self._mission_duty.restore(now_s)
         self._home.update(self._nav, now_s)
         self._sticks.update(inputs.rc, now_s)
@@ -305,12 +317,15 @@ class Supervisor:
         self._nav = usable(nav)
         helm = self._helm
         if not helm.armed or helm.stopped or self._monitor.neutral:
+            self._traffic.rest()
             return NEUTRAL_SETPOINT
-        setpoint = helm.guide(self._mode_inputs(now_s, dt_s))
+        inputs = self._mode_inputs(now_s, dt_s)
+        setpoint = helm.guide(inputs)
         if helm.mode is self._mission:
             self._mission_duty.after(self._nav, now_s)
         if setpoint is None or helm.stopped:
             return NEUTRAL_SETPOINT
+        setpoint = self._traffic.steer(setpoint, helm.mode, inputs)
         return self._fence.limited(setpoint, self._nav, self._cruise_mps(), now_s)
 
     def _set_speed(self, speed_mps: float | None) -> None:

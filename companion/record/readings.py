@@ -1,7 +1,7 @@
 """readings.csv: every reading that reached the estimator, exactly, so that a run can be done again from its log.
 
 One line a reading, in the order in which they came: `kind,source,values`, values being base64 of little-endian float64 in the order of
-`COLUMNS`; of `time`, a float64 and an int64. What is not there is NaN. After the readings of a tick comes its line `tick`: the time of the tick, what
+`COLUMNS`; of `time`, a float64 and an int64; of `ais`, callsign and name follow as UTF-8, each ended by a byte 1, or 0 where it was not told. What is not there is NaN. After the readings of a tick comes its line `tick`: the time of the tick, what
 the estimator said, the setpoint that was followed and what control and allocation made of it (`TICK_COLUMNS`, then throttle and azimuth of
 each thruster where the setpoint sets them). A line `parameter` is a change under way, its source the parameter's name. A line `packet` is a MAVLink packet
 that came in, its source the dialect and the name of the endpoint, its values the time at which it was handled and the packet's bytes; a line `health` what a device's
@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import Any
 
 from companion.core.types import (
+    AisTarget,
     Battery,
     Deployment,
     DeviceHealth,
@@ -64,6 +65,13 @@ COLUMNS: dict[str, tuple[type[Any], tuple[str, ...]]] = {
     "manual": (ManualInput, ("t_s", "surge", "sway", "yaw", "buttons")),
     "rc": (RcInput, ("t_s", "lost", "channels")),  # channels: one value each
     "time": (TimeOfDay, ("t_s", "time_unix_ns")),
+    "ais": (
+        AisTarget,
+        (
+            "t_s", "mmsi", "lat_deg", "lon_deg", "course_rad", "speed_mps", "heading_rad", "turn_rate_radps",
+            "status", "kind", "bow_m", "stern_m", "port_m", "starboard_m", "callsign", "name",
+        ),
+    ),
 }
 _KIND_OF = {kind_type: kind for kind, (kind_type, _) in COLUMNS.items()}
 _OPTIONAL = frozenset(
@@ -77,6 +85,9 @@ _WHOLE: dict[str, Callable[[float], Any]] = {
     "satellites": int,
     "index": int,
     "buttons": int,
+    "mmsi": int,
+    "status": int,
+    "kind": int,
     "wet": bool,
     "ok": bool,
     "deployment": lambda value: Deployment(int(value)),
@@ -99,6 +110,7 @@ TICK_COLUMNS = (
 _KINDS = tuple(SetpointKind)
 _NUMBER_OF = {kind: number for number, kind in enumerate(_KINDS)}
 _TIME = struct.Struct("<dq")
+_AIS_TEXTS = 2  # columns at the end that are text
 _of_nav = attrgetter(*_POSE)
 _of_setpoint = attrgetter(*_SETPOINT)
 _of_wrench = attrgetter(*_WRENCH)
@@ -153,6 +165,9 @@ def _packer(kind_type: type[Any]) -> Callable[[Any], bytes]:
         return lambda reading: _packed((reading.t_s, reading.lost, *reading.channels))
     if kind_type is Heading:
         return lambda reading: _packed((reading.t_s, reading.yaw_rad, reading.accuracy_rad, _NUMBER_OF_BY[reading.by]))
+    if kind_type is AisTarget:
+        numbers_of = attrgetter(*COLUMNS["ais"][1][:-_AIS_TEXTS])
+        return lambda reading: _packed(numbers_of(reading)) + _packed_text(reading.callsign) + _packed_text(reading.name)
     names = COLUMNS[_KIND_OF[kind_type]][1]
     values, pack = attrgetter(*names), struct.Struct(f"<{len(names)}d").pack
 
@@ -165,6 +180,10 @@ def _packer(kind_type: type[Any]) -> Callable[[Any], bytes]:
 
 def _packed(numbers: Sequence[float | None]) -> bytes:
     return struct.pack(f"<{len(numbers)}d", *(math.nan if number is None else number for number in numbers))
+
+
+def _packed_text(text: str | None) -> bytes:
+    return b"\x00" if text is None else text.replace("\x00", "").replace("\x01", "").encode() + b"\x01"
 
 
 def _packed_tick(tick: Tick) -> bytes:
@@ -272,6 +291,8 @@ def _reading_of(kind: str, source: str, data: bytes) -> Reading:
     kind_type, names = COLUMNS[kind]
     if kind_type is TimeOfDay:
         return TimeOfDay(_TIME.unpack(data)[0], source, _TIME.unpack(data)[1])
+    if kind_type is AisTarget:
+        return _ais_of(source, names[:-_AIS_TEXTS], data)
     numbers = _floats(data)
     if kind_type is RcInput:
         return RcInput(numbers[0], source, numbers[2:], bool(numbers[1]))
@@ -283,6 +304,23 @@ def _reading_of(kind: str, source: str, data: bytes) -> Reading:
     values = {name: _value(name, number, name in _OPTIONAL or name in optional) for name, number in zip(names, numbers, strict=True)}
     reading: Reading = kind_type(source=source, **values)
     return reading
+
+
+def _ais_of(source: str, names: Sequence[str], data: bytes) -> AisTarget:
+    size = 8 * len(names)
+    texts: list[str | None] = []
+    rest = data[size:]
+    for _ in range(_AIS_TEXTS):
+        if rest[:1] == b"\x00":
+            texts.append(None)
+            rest = rest[1:]
+        else:
+            text, end, rest = rest.partition(b"\x01")
+            if not end:
+                raise ValueError("a text without its end")
+            texts.append(text.decode())
+    values = {name: _value(name, number, True) for name, number in zip(names, _floats(data[:size]), strict=True)}
+    return AisTarget(source=source, **values, callsign=texts[0], name=texts[1])
 
 
 def _value(name: str, number: float, optional: bool) -> Any:

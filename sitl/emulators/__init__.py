@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 from companion.config import ActuatorConfig, ConfigError, SensorConfig
 from sitl.battery import BatteryModel
+from sitl.emulators.ais import AisEmulator
 from sitl.emulators.compass import CompassEmulator
 from sitl.emulators.device import Device, Surroundings
 from sitl.emulators.gnss import GnssEmulator
@@ -28,6 +29,7 @@ def _nmea0183(config: SensorConfig, port: MemoryDevice, around: Surroundings) ->
 SENSORS: Mapping[str, Callable[[SensorConfig, MemoryDevice, Surroundings], Device]] = {
     "nmea0183": _nmea0183,
     "mtdata2": XsensEmulator,
+    "ais": AisEmulator,
 }
 BOARDS: Mapping[str, Callable[[ActuatorConfig, MemoryDevice, Sequence[Thruster], BatteryModel, Faults], MicrocontrollerEmulator]] = {
     "microcontroller": MicrocontrollerEmulator,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Protocol
 
 from companion.config import HomeConfig
@@ -10,6 +10,7 @@ from sitl.environment import Waves, Wind
 from sitl.faults import Faults
 from sitl.hull import Hull
 from sitl.sensors import CommonWander
+from sitl.traffic import Traffic
 
 
 class Device(Protocol):
@@ -37,3 +38,4 @@ class Surroundings:
     epoch_unix_ns: int
     step_hz: float  # no device speaks faster than the world steps
     common: CommonWander | None = None  # of the receivers' errors
+    traffic: Traffic = field(default_factory=Traffic)

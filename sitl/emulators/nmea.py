@@ -6,6 +6,11 @@ from functools import reduce
 from operator import xor
 
 
+def checksum_text(body: str) -> str:
+    """The exclusive or of all characters between the first and *, in two digits."""
+    return f"{reduce(xor, body.encode('ascii')):02X}"
+
+
 def sentence(body: str) -> str:
-    """A sentence with its checksum: the exclusive or of all characters between $ and *."""
-    return f"${body}*{reduce(xor, body.encode('ascii')):02X}\r\n"
+    """A sentence with its checksum."""
+    return f"${body}*{checksum_text(body)}\r\n"

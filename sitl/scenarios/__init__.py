@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from sitl.scenarios import (
     ahrs,
+    colreg,
     cross_current,
     docking,
     fence_stop,
@@ -32,6 +33,7 @@ _ALL = (
     watch_circle.SCENARIO,
     docking.SCENARIO,
     fence_stop.SCENARIO,
+    colreg.SCENARIO,
     gnss_dropout.SCENARIO,
     wild_points.SCENARIO,
     lever_arm.SCENARIO,

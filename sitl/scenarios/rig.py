@@ -9,7 +9,7 @@ from typing import Protocol
 
 from companion.config import HullConfig, ThrusterConfig, VesselConfig
 from sitl.tow import Leg
-from sitl.traffic import OtherBoat
+from sitl.waters import OtherBoat
 from sitl.world import World
 
 
@@ -46,7 +46,7 @@ class Rig(Protocol):
         ...
 
     def beside(self, conditions: Conditions, folder: str) -> Rig:
-        """Another vessel in the same waters: it sees the same traffic, which moves once. Step both in turn; it logs into `folder` under this rig's own."""
+        """Another vessel in the same waters: it sees the same boats, which move once. Step both in turn; it logs into `folder` under this rig's own."""
         ...
 
     def close(self) -> None: ...
@@ -75,6 +75,7 @@ class Conditions:
     hull: str | Believed | None = None  # what the controller believes: the hull of the plant of that name, or this; None: the vessel's own
     push_ned_n: tuple[float, float] = (0.0, 0.0)
     wind_sensor: bool = False  # a wind sensor aboard, on a vessel without one
+    ais: bool = False  # an AIS receiver aboard, on a vessel without one
     rotating: tuple[str, ...] = ()  # fixed thrusters that turn in this run
     faults: tuple[str, ...] = ()
     magnetometer: str = ""  # heading by the inertial sensor's raw magnetometer alone: "calibrated", or "raw" for a controller that does not know the iron

@@ -101,6 +101,7 @@ _CHOICES: Mapping[str, tuple[tuple[str, ...], Mapping[str, float]]] = {
     "control": (("PATH_CTRL",), {"pid": 0, "lqr": 1}),
     "ahrs": (("AHRS_LAW",), {"companion": 0, "thesis": 1}),
     "feedforward": (("DP_FF_KIND",), {"off": 0, "thesis": 1, "tuned": 2, "on": 3}),
+    "action": (("CA_ACTION",), {"off": 0, "warn": 1, "slow": 2, "alter": 3}),
     "allocation": (("ALLOC_KIND",), {"constrained": 0, "unconstrained": 1}),
 }
 
@@ -126,6 +127,7 @@ def _conditions(settings: Settings) -> Conditions:
         push_ned_n=_push(settings),
         magnetometer=_word(settings, "magnetometer", ("", "calibrated", "raw")),
         wind_sensor=bool(_choice(settings, "anemometer", {"off": 0, "on": 1})) if "anemometer" in settings else False,
+        ais="situation" in settings,
         rotating=("bow",) if "bow" in settings and _choice(settings, "bow", {"fixed": 0, "rotating": 1}) else (),
         parameters=parameters,
     )

@@ -25,6 +25,7 @@ from companion.record.replay import Spread, replay
 from companion.record.state_file import StateFile
 from sitl.scenarios.rig import Conditions
 from sitl.scenarios.station import Item, Station
+from sitl.traffic import ScriptedVessel
 from sitl.world import EPOCH_UNIX_NS, World
 
 _HOLD = 0x03040000
@@ -81,6 +82,27 @@ def test_the_same_code_does_the_whole_run_again_to_the_last_bit(recorded: Path, 
     events = (recorded / "events.csv").read_text(encoding="utf-8")
     for name in ("go_to", "nudge", "thruster_bow", "station_lost", "mode_changed"):
         assert f",{name}," in events, "the run has what it is to be replayed for"
+
+
+def test_traffic_is_part_of_the_run(tmp_path: Path) -> None:
+    """A vessel that the boat's own receiver hears, and one that a peer tells of."""
+    folder = tmp_path / "log"
+    rig = LockstepRig(Conditions("revolt", seed=3, ais=True, parameters={"CA_ACTION": 3.0}), folder)
+    station = Station(rig)
+    rig.world.traffic.vessels.append(ScriptedVessel(230_000_001, "NORA", ((0.0, 130.0, 0.0), (300.0, -170.0, 0.0)), report_s=2.0))
+    station.ready()
+    home = rig.config.home
+    station.upload([Item(16, home.lat_deg + 2e-3, home.lon_deg)])
+    station.set_mode(_MISSION)
+    station.arm()
+    station.sail(5.0)
+    sized = mavlink.AIS_FLAGS_VALID_COG | mavlink.AIS_FLAGS_VALID_VELOCITY
+    place = (round((home.lat_deg + 1e-3) * 1e7), round(home.lon_deg * 1e7))
+    station.send(mavlink.MAVLink_ais_vessel_message(5, *place, 0, 65535, 20, 0, 0, 0, 0, 0, 0, 0, b"", b"", 1, sized))
+    station.sail(25.0)
+    rig.close()
+    assert any("course to starboard" in text for text in station.texts)
+    assert rerun(open_log(folder), tmp_path / "again").same
 
 
 def test_a_silent_receiver_is_bridged_by_the_thrust_of_the_log(tmp_path: Path) -> None:

@@ -13,7 +13,7 @@ from sitl.scenarios import SCENARIOS
 from sitl.scenarios.rig import Conditions
 from sitl.scenarios.scenario import run
 from sitl.scenarios.station import Station
-from sitl.traffic import OtherBoat
+from sitl.waters import OtherBoat
 
 
 def sail(name: str, folder: Path, seed: int, **changes: str) -> dict[str, float]:
@@ -59,8 +59,8 @@ def test_three_vessels_in_one_process(tmp_path: Path) -> None:
         first.step()
         third.step()
     assert [second.now_s, first.world.t_s, second.world.t_s] == pytest.approx([first.now_s] * 3)
-    assert first.world.traffic is second.world.traffic and first.world.traffic is not None
-    boat = first.world.traffic.boats[0]
+    assert first.world.waters is second.world.waters and first.world.waters is not None
+    boat = first.world.waters.boats[0]
     assert boat.t_s == pytest.approx(first.now_s, abs=0.02) and 60.0 < boat.hull.north_m < 120.0
     assert second.world.truth.east_m == pytest.approx(20.0, abs=0.5)
     errors = []

@@ -1,4 +1,4 @@
-"""What ground stations send without waiting for an answer: sticks, clocks, stream requests."""
+"""What ground stations send without waiting for an answer: sticks, clocks, stream requests, vessels they see."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from companion.core.types import ManualInput, Severity
 from companion.io.mavlink import messages as mavlink
 from companion.io.mavlink.endpoint import Endpoint
 from companion.io.mavlink.hub import Handler, Hub, Peer
+from companion.io.mavlink.telemetry_traffic import from_ais_vessel
 from companion.io.mavlink.vessel import VesselFace
 
 _AXIS_ABSENT = 0x7FFF
@@ -23,7 +24,8 @@ _Source = tuple[int, Endpoint]
 
 
 class InputService:
-    """In: MANUAL_CONTROL, RC_CHANNELS_OVERRIDE, TIMESYNC, PING, REQUEST_DATA_STREAM. Out: sticks to the supervisor, echoes.
+    """In: MANUAL_CONTROL, RC_CHANNELS_OVERRIDE, TIMESYNC, PING, REQUEST_DATA_STREAM, AIS_VESSEL. Out: sticks and traffic to the
+    supervisor, echoes.
 
     Remembers whose sticks steer, who was told so, and the channels that each source overrides. A source is a system on an endpoint: two
     stations may bear the same number.
@@ -42,6 +44,7 @@ class InputService:
             mavlink.MAVLINK_MSG_ID_TIMESYNC: self._on_timesync,
             mavlink.MAVLINK_MSG_ID_PING: self._on_ping,
             mavlink.MAVLINK_MSG_ID_REQUEST_DATA_STREAM: self._on_request_data_stream,
+            mavlink.MAVLINK_MSG_ID_AIS_VESSEL: self._on_ais_vessel,
         }
 
     def update(self, now_s: float) -> None:
@@ -115,6 +118,11 @@ class InputService:
         """A question is addressed to nobody, the answer to the asker."""
         if message.target_system == 0 and message.target_component == 0:
             self._hub.send(peer, mavlink.MAVLink_ping_message(message.time_usec, message.seq, peer.system, peer.component))
+
+    # --- traffic ---------------------------------------------------------------------------------------------------
+
+    def _on_ais_vessel(self, message: Any, peer: Peer, now_s: float) -> None:
+        self._vessel.supervisor.traffic_heard(from_ais_vessel(message, peer.system, now_s), now_s)
 
     # --- streams ---------------------------------------------------------------------------------------------------
 

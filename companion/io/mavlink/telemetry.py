@@ -8,14 +8,15 @@ from __future__ import annotations
 
 import struct
 import weakref
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from companion.core.types import Severity, Status, Tick
+from companion.core.types import Severity, Status, Tick, TrackedTarget
 from companion.io.mavlink import messages as mavlink
 from companion.io.mavlink import telemetry_motion as motion
 from companion.io.mavlink import telemetry_state as state
+from companion.io.mavlink import telemetry_traffic as traffic
 from companion.io.mavlink.dialects import Dialect
 from companion.io.mavlink.endpoint import Endpoint
 from companion.io.mavlink.framer import Packed, pack
@@ -43,6 +44,7 @@ class Stream:
     by_dialect: bool = False
 
 
+AIS_VESSEL: int = mavlink.MAVLINK_MSG_ID_AIS_VESSEL
 HEARTBEAT: int = mavlink.MAVLINK_MSG_ID_HEARTBEAT
 _MODE_MESSAGES = (HEARTBEAT, mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE, mavlink.MAVLINK_MSG_ID_CURRENT_MODE)
 
@@ -70,6 +72,7 @@ STREAMS: dict[int, Stream] = {
     mavlink.MAVLINK_MSG_ID_WIND_COV: Stream(motion.wind_cov, 1.0),
     mavlink.MAVLINK_MSG_ID_ACTUATOR_OUTPUT_STATUS: Stream(motion.actuator_output_status, 1.0),
     mavlink.MAVLINK_MSG_ID_NAMED_VALUE_FLOAT: Stream(motion.retraction, 1.0),
+    AIS_VESSEL: Stream(traffic.nearest, 0.2),  # streamed, the next vessel in its turn
 }
 
 _DATA_STREAMS: dict[int, tuple[int, ...]] = {
@@ -109,6 +112,7 @@ class Telemetry:
         self._hub = hub
         self._vessel = vessel
         self._slots: weakref.WeakKeyDictionary[Endpoint, dict[int, _Slot]] = weakref.WeakKeyDictionary()
+        self._rounds = traffic.Rounds()
         self._told_mode: Any = None
         self._told_home: Any = None
         self._told_mission: Any = None
@@ -134,7 +138,10 @@ class Telemetry:
                 slot.due_s += slot.interval_s
                 if slot.due_s <= now_s:  # so late that a turn was missed
                     slot.due_s = now_s + slot.interval_s
-                self._send(outlet, slot.number, view, built)
+                if slot.number == AIS_VESSEL:
+                    self._send_vessel(outlet, tick.status.traffic, now_s)
+                else:
+                    self._send(outlet, slot.number, view, built)
         for event in tick.events:
             for message in self._hub.texts(event.severity, event.text):
                 self._hub.broadcast(message)
@@ -244,6 +251,11 @@ class Telemetry:
         packed = built[key]
         if packed is not None:
             self._hub.send_packed(outlet, packed)
+
+    def _send_vessel(self, outlet: Endpoint, vessels: Sequence[TrackedTarget], now_s: float) -> None:
+        vessel = self._rounds.next(outlet, vessels, now_s) if vessels else None
+        if vessel is not None:
+            self._hub.send_packed(outlet, pack(traffic.ais_vessel(vessel, now_s)))
 
     def _packed(self, build: Builder, view: View, dialect: Dialect) -> Packed | None:
         """None too for numbers that no field can carry: the boat goes on, and the log says so."""

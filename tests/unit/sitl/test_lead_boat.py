@@ -14,8 +14,8 @@ from sitl.lead_boat import STEP_HZ, LeadBoat
 from sitl.leader_script import SCRIPTS, script
 from sitl.noise import stream
 from sitl.sensors import GRADES, CommonWander
-from sitl.traffic import OtherBoat, Traffic, traffic_of
 from sitl.wake import Wake
+from sitl.waters import OtherBoat, Waters, waters_of
 from sitl.world import World
 
 VESSEL = load(find("rescuerunner"))
@@ -123,10 +123,10 @@ def test_the_wake_dies_away_and_is_nowhere_else() -> None:
 def test_a_boat_feels_the_wake_outside_and_not_inside() -> None:
     rolls = []
     for east_m in (0.0, 5.0):
-        traffic = traffic_of((OtherBoat("leader", "straight@8.2", depart_s=0.0),), VESSEL.home, 1)
-        traffic.advance(20.0)
-        world = World(VESSEL, traffic=traffic)
-        world.set_state(traffic.boats[0].hull.north_m - 45.0, east_m, 0.0, 8.2)
+        waters = waters_of((OtherBoat("leader", "straight@8.2", depart_s=0.0),), VESSEL.home, 1)
+        waters.advance(20.0)
+        world = World(VESSEL, waters=waters)
+        world.set_state(waters.boats[0].hull.north_m - 45.0, east_m, 0.0, 8.2)
         roll = 0.0
         for k in range(1, 501):
             world.advance(0.01 * k)
@@ -135,19 +135,19 @@ def test_a_boat_feels_the_wake_outside_and_not_inside() -> None:
     assert rolls[0] == 0.0 and rolls[1] > math.radians(1.0)
 
 
-# --- traffic ---
+# --- waters ---
 
 
 def test_two_worlds_see_the_same_boat_move_once() -> None:
-    traffic = traffic_of((OtherBoat("leader", "straight", (30.0, 0.0, 0.0), 1.0),), VESSEL.home, 1)
-    alone = traffic_of((OtherBoat("leader", "straight", (30.0, 0.0, 0.0), 1.0),), VESSEL.home, 1)
-    first, second = World(VESSEL, traffic=traffic), World(VESSEL, seed=2, traffic=traffic)
+    waters = waters_of((OtherBoat("leader", "straight", (30.0, 0.0, 0.0), 1.0),), VESSEL.home, 1)
+    alone = waters_of((OtherBoat("leader", "straight", (30.0, 0.0, 0.0), 1.0),), VESSEL.home, 1)
+    first, second = World(VESSEL, waters=waters), World(VESSEL, seed=2, waters=waters)
     for k in range(1, 101):
         first.advance(0.05 * k)
         second.advance(0.05 * k)
     alone.advance(5.0)
-    assert traffic.boats[0].hull.north_m == alone.boats[0].hull.north_m > 30.0
-    assert traffic.boats[0].t_s == pytest.approx(5.0)
+    assert waters.boats[0].hull.north_m == alone.boats[0].hull.north_m > 30.0
+    assert waters.boats[0].t_s == pytest.approx(5.0)
 
 
 def relative_r95_m(share: float) -> float:
@@ -174,9 +174,9 @@ def test_two_receivers_differ_as_in_the_thesis() -> None:
 
 def test_what_receivers_share_is_the_same_for_all_of_them() -> None:
     common = CommonWander(1.0, 7)
-    traffic = Traffic([LeadBoat(name, VESSEL.home, script("straight"), common=common, seed=3) for name in ("a", "b")], common)
-    traffic.advance(40.0)
-    one, two = (boat.fix for boat in traffic.boats)
+    waters = Waters([LeadBoat(name, VESSEL.home, script("straight"), common=common, seed=3) for name in ("a", "b")], common)
+    waters.advance(40.0)
+    one, two = (boat.fix for boat in waters.boats)
     assert one is not None and two is not None and one.lat_deg is not None and two.lat_deg is not None
     assert abs(one.lat_deg - two.lat_deg) * 111_000.0 < 6.0 * GRADES["standalone"].white_m
     assert common.at(10.0, GRADES["standalone"]) == common.at(40.0, GRADES["standalone"]), "asked for the past it gives the newest"

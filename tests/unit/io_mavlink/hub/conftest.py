@@ -15,6 +15,7 @@ from companion.core.types import (
     NEUTRAL_SETPOINT,
     ZERO_WRENCH,
     ActuatorCommand,
+    AisTarget,
     Allocation,
     FixType,
     Home,
@@ -69,6 +70,7 @@ class FakeSupervisor:
         self.asked: list[tuple[Any, ...]] = []
         self.sticks: list[ManualInput] = []
         self.heard: list[int] = []
+        self.reports: list[AisTarget] = []
         self.now = Status(
             0.0, ModeId.HOLD, ModeId.HOLD, False, (), (), Home(63.44, 10.4, 1.0, 0.5), MissionProgress(MissionState.NOT_STARTED, 0, 3)
         )
@@ -137,6 +139,9 @@ class FakeSupervisor:
 
     def manual_input(self, manual: ManualInput) -> None:
         self.sticks.append(manual)
+
+    def traffic_heard(self, report: AisTarget, now_s: float) -> None:
+        self.reports.append(report)
 
     def station_heard(self, system_id: int, now_s: float) -> None:
         self.heard.append(system_id)

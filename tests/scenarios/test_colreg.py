@@ -1,0 +1,64 @@
+"""Another vessel on a collision course, over situations and seeds, judged by raw truth with the hulls as rectangles."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from companion.cli import LockstepRig
+from sitl.scenarios import SCENARIOS
+from sitl.scenarios.scenario import run
+from sitl.traffic import ScriptedVessel
+
+SITUATIONS = ("head_on", "crossing_starboard", "crossing_port", "overtaking", "overtaken", "standing")
+
+
+def keep_clear(folder: Path, seed: int, **changes: str) -> dict[str, float]:
+    outcome = run(SCENARIOS["colreg"], LockstepRig, folder, seed=seed, changes=changes)
+    assert outcome.ok, f"{outcome.error or [check.row() for check in outcome.checks if not check.ok]}"
+    return dict(outcome.metrics)
+
+
+def test_keeps_clear_of_a_vessel_from_starboard(tmp_path: Path) -> None:
+    keep_clear(tmp_path, 1, situation="crossing_starboard")
+
+
+@pytest.mark.sweep
+@pytest.mark.parametrize("seed", range(16))
+@pytest.mark.parametrize("situation", SITUATIONS)
+def test_keeps_clear_sweep(tmp_path: Path, situation: str, seed: int) -> None:
+    keep_clear(tmp_path, seed, situation=situation)
+
+
+@pytest.mark.sweep
+@pytest.mark.parametrize("situation", SITUATIONS)
+@pytest.mark.parametrize("change", [{"wind": "5"}, {"current": "0.3@90"}, {"gnss": "rtk"}])
+def test_keeps_clear_in_other_conditions(tmp_path: Path, situation: str, change: dict[str, str]) -> None:
+    keep_clear(tmp_path, 3, situation=situation, **change)
+
+
+@pytest.mark.sweep
+@pytest.mark.parametrize("seed", range(4))
+def test_waits_for_a_vessel_that_crosses(tmp_path: Path, seed: int) -> None:
+    keep_clear(tmp_path, seed, situation="crossing_starboard", action="slow")
+
+
+@pytest.mark.parametrize("situation", SITUATIONS)
+def test_a_boat_that_does_nothing_fails(tmp_path: Path, situation: str) -> None:
+    """The truth of a boat that sails on as if there were nobody."""
+    rows = [f"{t * 0.5:.3f},{t * 0.6:.5f},0.0,0.0" for t in range(551)]
+    (tmp_path / "truth.csv").write_text("\n".join(["t_s,north_m,east_m,yaw_rad", *rows, ""]), encoding="utf-8")
+    (tmp_path / "events.csv").write_text("t_s,time_unix_ns,severity,name,text\n", encoding="utf-8")
+    towards = {"head_on": math.pi, "crossing_starboard": -math.pi / 2, "crossing_port": math.pi / 2}.get(situation, 0.0)
+    speed = {"overtaking": 0.5, "overtaken": 2.4, "standing": 0.0}.get(situation, 1.5)
+    points = tuple((t, 150.0 + speed * math.cos(towards) * (t - 125.0), speed * math.sin(towards) * (t - 125.0)) for t in (0.0, 700.0))
+    asked: dict[str, Any] = {
+        "vessel": ScriptedVessel(1, "NORA", points), "situation": situation, "started_s": 0.0, "meeting_s": 125.0, "finished_s": 275.0,
+        "length_m": 3.75, "beam_m": 1.7,
+    }  # fmt: skip
+    metrics, checks = SCENARIOS["colreg"].measure(tmp_path, asked, {})
+    assert metrics["clear_water_m"] == 0.0
+    assert {check.name for check in checks if not check.ok} >= {"clear water between the hulls", "the situation was said by its name"}
