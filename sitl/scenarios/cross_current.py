@@ -58,7 +58,7 @@ def sail(station: Station, settings: Settings) -> dict[str, Any]:
     start = (truth.north_m, truth.east_m)
 
     def ended() -> bool:
-        return len(items) - 1 in station.reached or any("making no way" in text for text in station.texts)
+        return len(items) - 1 in station.reached or any("no way made" in text for text in station.texts)
 
     station.wait("the last waypoint, or that it cannot be reached", ended, _TIMEOUT_S)
     finished_s = station.rig.now_s

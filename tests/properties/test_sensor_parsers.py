@@ -11,10 +11,11 @@ from hypothesis import strategies as st
 
 from companion.config import SensorConfig
 from companion.io.sensors import DRIVERS, open_sensor
+from tests.unit.io.sensors.test_ais import CLASS_A, CLASS_A_SLOW, CLASS_B
 from tests.unit.io.sensors.test_mtdata2 import BY_HAND
 from tests.unit.io.sensors.test_nmea0183 import GGA, HDT, VTG, Line
 
-WHOLE = {"nmea0183": GGA + HDT + VTG, "mtdata2": BY_HAND * 3}
+WHOLE = {"nmea0183": GGA + HDT + VTG, "mtdata2": BY_HAND * 3, "ais": CLASS_A + CLASS_A_SLOW + CLASS_B}
 
 
 def driver(name: str) -> tuple[Any, Line]:

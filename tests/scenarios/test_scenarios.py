@@ -64,9 +64,9 @@ def test_navigation(tmp_path: Path, name: str, doing: str, seed: int) -> None:
 
 
 @pytest.mark.sweep
-@pytest.mark.parametrize("seed", range(32))
+@pytest.mark.parametrize("seed", range(16))
 @pytest.mark.parametrize("wind", ["0", "2", "3"])
-@pytest.mark.parametrize("name", sorted(set(SCENARIOS) - {"identify", "route", "survey", "cross_current", "colreg"}))  # which have sweeps of their own
+@pytest.mark.parametrize("name", sorted(set(SCENARIOS) - {"ahrs", "colreg", "cross_current", "fence_stop", "identify", "route", "survey"}))  # these have sweeps of their own
 def test_sweep(tmp_path: Path, name: str, wind: str, seed: int) -> None:
     sail(name, tmp_path, seed, wind=wind)
 

@@ -46,7 +46,7 @@ def test_signed_distance_is_shapelys(place: tuple[float, float]) -> None:
 @given(places, st.floats(-math.pi, math.pi))
 @settings(max_examples=300, deadline=None)
 def test_way_to_the_line_is_shapelys(place: tuple[float, float], course: float) -> None:
-    assume(abs(math.sin(2.0 * course)) > 1e-6 and abs(PLAIN.margin(*place).distance_m) > 1e-6)  # along a side anything goes
+    assume(abs(math.sin(2.0 * course)) > 1e-3 and abs(PLAIN.margin(*place).distance_m) > 1e-3)  # along a side anything goes
     north, east = math.cos(course), math.sin(course)
     way = PLAIN.way_to_line_m(*place, north, east)
     ray = LineString([place, (place[0] + 1000.0 * north, place[1] + 1000.0 * east)])

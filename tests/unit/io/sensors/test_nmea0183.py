@@ -247,8 +247,8 @@ def test_health_tells_wrong_baud_rate_from_silence_and_fault() -> None:
 
 
 def test_table() -> None:
-    assert set(DRIVERS) == {"nmea0183", "mtdata2"}
-    with pytest.raises(ConfigError, match="no driver 'sextant'; known: mtdata2, nmea0183"):
+    assert set(DRIVERS) == {"nmea0183", "mtdata2", "ais"}
+    with pytest.raises(ConfigError, match="no driver 'sextant'; known: ais, mtdata2, nmea0183"):
         open_sensor(SensorConfig("gnss", "sextant", "serial:/dev/x"), Line())
     sensor, line = driver()
     assert sensor.fileno() == 7
