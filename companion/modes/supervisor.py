@@ -110,6 +110,7 @@ class Supervisor:
         self._failed: frozenset[int] = frozenset()
         self._speed_mps: float | None = None
         self._station_s: float | None = None
+        self._guard_failure = ""
         self.modes = tuple(ModeInfo(mode.id, mode.selectable, mode.by_stick, mode.text) for mode in modes.values())
 
     @property
@@ -325,8 +326,25 @@ class Supervisor:
             self._mission_duty.after(self._nav, now_s)
         if setpoint is None or helm.stopped:
             return NEUTRAL_SETPOINT
-        setpoint = self._traffic.steer(setpoint, helm.mode, inputs)
-        return self._fence.limited(setpoint, self._nav, self._cruise_mps(), now_s)
+        return self._guarded(setpoint, inputs)
+
+    def _guarded(self, setpoint: Setpoint, inputs: ModeInputs) -> Setpoint:
+        """Clear of traffic and inside the fence. Where minding them fails that is said and the boat holds; what is held, or steered by stick,
+        goes on without."""
+        helm, now_s = self._helm, inputs.now_s
+        try:
+            steered = self._traffic.steer(setpoint, helm.mode, inputs)
+            return self._fence.limited(steered, self._nav, self._cruise_mps(), now_s)
+        except Exception as error:  # noqa: BLE001  whatever is wrong there, the boat must not be without a helm
+            text = f"Fence and traffic not minded ({type(error).__name__}: {error})"
+            if text != self._guard_failure:
+                self._guard_failure = text
+                self._events.say(now_s, Severity.CRITICAL, "guard_failed", text)
+            if helm.mode.by_stick or helm.mode is self._hold:
+                return setpoint
+            if helm.switch(ModeId.HOLD, self._nav, now_s, intended=False) is not None:
+                helm.stop()
+            return NEUTRAL_SETPOINT
 
     def _set_speed(self, speed_mps: float | None) -> None:
         self._speed_mps = self._limited(speed_mps)

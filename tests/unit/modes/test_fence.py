@@ -412,3 +412,17 @@ def test_an_estimate_that_is_no_number_is_let_through(boat: Any, broken: dict[st
     fence(boat)
     nav = replace(boat.nav, **{"surge_mps": 0.5, **broken})
     assert boat.supervisor._fence.slowed(nav) is nav
+
+
+def test_a_guard_that_fails_is_said_once_and_leaves_the_boat_a_helm(boat: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    fence(boat)
+    armed_in(boat, ModeId.RTL)
+
+    def broken(*_: object) -> None:
+        raise ZeroDivisionError("no such thing")
+
+    monkeypatch.setattr(boat.supervisor._fence, "limited", broken)
+    boat.step(3.0)
+    assert boat.status.mode is ModeId.HOLD and boat.status.armed
+    assert boat.supervisor.guide(boat.nav, boat.now_s, 0.1).kind is not SetpointKind.NEUTRAL
+    assert sum("not minded" in text for text in boat.texts()) == 1
