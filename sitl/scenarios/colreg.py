@@ -65,17 +65,17 @@ def sail(station: Station, settings: Settings) -> dict[str, Any]:
 
 def _other(station: Station, situation: str, now_s: float, speed_mps: float) -> tuple[ScriptedVessel, float]:
     """A vessel that would be where the boat is half-way, by the seed a little earlier or later; and when."""
-    random = stream(station.rig.world.seed, "traffic")
+    draws = stream(station.rig.world.seed, "traffic")
     course_deg, spread_deg, other_mps, _ = _SITUATIONS[situation]
-    course = math.radians(course_deg + random.uniform(-spread_deg, spread_deg))
-    other_mps *= random.uniform(0.85, 1.15)
+    course = math.radians(course_deg + draws.uniform(-spread_deg, spread_deg))
+    other_mps *= draws.uniform(0.85, 1.15)
     meeting_s = now_s + _START_S + _MEETING_M / speed_mps
-    late_s = random.uniform(-2.0, 2.0)
+    late_s = draws.uniform(-2.0, 2.0)
     north_mps, east_mps = other_mps * math.cos(course), other_mps * math.sin(course)
     points = tuple(
         (t_s, _MEETING_M + north_mps * (t_s - meeting_s - late_s), east_mps * (t_s - meeting_s - late_s)) for t_s in (now_s, now_s + _TIMEOUT_S)
     )
-    return ScriptedVessel(230_000_000 + random.randrange(1_000_000), "NORA", points, class_a=random.random() < 0.5), meeting_s
+    return ScriptedVessel(230_000_000 + draws.randrange(1_000_000), "NORA", points, class_a=draws.random() < 0.5), meeting_s
 
 
 def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[dict[str, float], Sequence[Check]]:

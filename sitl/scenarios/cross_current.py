@@ -24,6 +24,7 @@ from sitl.scenarios.measure import (
     read_truth,
     rms,
     sampled_path,
+    square,
 )
 from sitl.scenarios.scenario import Scenario, Settings, number
 from sitl.scenarios.station import Item, Station
@@ -39,15 +40,10 @@ _BEFORE_S = 30.0
 _SLOW_M = 1.0
 
 
-def _square(settings: Settings) -> tuple[Point, ...]:
-    side_m = number(settings, "side")
-    return (side_m, 0.0), (side_m, side_m), (0.0, side_m), (0.0, 0.0)
-
-
 def sail(station: Station, settings: Settings) -> dict[str, Any]:
     home = station.rig.config.home
     frame = LocalFrame(home.lat_deg, home.lon_deg)
-    corners = _square(settings)
+    corners = square(number(settings, "side"))
     items = [Item(mavlink.MAV_CMD_NAV_WAYPOINT, *frame.to_geodetic(*corner), params=(0.0, _RADIUS_M, 0.0, math.nan)) for corner in corners]
     station.ready()
     station.upload(items)

@@ -79,6 +79,11 @@ def estimate_errors(folder: Path, from_s: float = -math.inf, to_s: float = math.
     return errors
 
 
+def square(side_m: float) -> tuple[Point, ...]:
+    """Corners north, north-east and east of home, and home."""
+    return (side_m, 0.0), (side_m, side_m), (0.0, side_m), (0.0, 0.0)
+
+
 def between(track: Track, from_s: float, to_s: float = math.inf) -> Track:
     return [row for row in track if from_s <= row["t_s"] <= to_s]
 

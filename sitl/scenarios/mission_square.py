@@ -10,7 +10,7 @@ from typing import Any
 from pymavlink.dialects.v20 import common as mavlink
 
 from companion.core.geodesy import LocalFrame
-from sitl.scenarios.measure import Check, Point, between, closest, cross_track_errors, read_truth, rms, sampled_path
+from sitl.scenarios.measure import Check, between, closest, cross_track_errors, read_truth, rms, sampled_path, square
 from sitl.scenarios.scenario import Scenario, Settings, number
 from sitl.scenarios.station import Item, Station
 
@@ -19,17 +19,12 @@ _MISSION = 0x04040000
 _TIMEOUT_S = 600.0
 
 
-def _corners(settings: Settings) -> tuple[Point, ...]:
-    side_m = number(settings, "side")
-    return (side_m, 0.0), (side_m, side_m), (0.0, side_m), (0.0, 0.0)
-
-
 def sail(station: Station, settings: Settings) -> dict[str, Any]:
     home = station.rig.config.home
     frame = LocalFrame(home.lat_deg, home.lon_deg)
     radius_m = _RADIUS_SHARE * number(settings, "side")
     items = [
-        Item(mavlink.MAV_CMD_NAV_WAYPOINT, *frame.to_geodetic(*corner), params=(0.0, radius_m, 0.0, math.nan)) for corner in _corners(settings)
+        Item(mavlink.MAV_CMD_NAV_WAYPOINT, *frame.to_geodetic(*corner), params=(0.0, radius_m, 0.0, math.nan)) for corner in square(number(settings, "side"))
     ]
     station.ready()
     station.upload(items)
@@ -50,7 +45,7 @@ def sail(station: Station, settings: Settings) -> dict[str, Any]:
 
 def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[dict[str, float], Sequence[Check]]:
     track = between(read_truth(folder), asked["started_s"], asked["finished_s"])
-    corners = _corners(settings)
+    corners = square(number(settings, "side"))
     path = sampled_path([asked["start"], *corners], settings["path"])
     errors = cross_track_errors(track, path)
     misses = [closest(track, corner) for corner in corners]
