@@ -191,6 +191,12 @@ TABLE: tuple[ParamSpec, ...] = (
     _real("CA_DIST", 10.0, 1.0, 2000.0, "m", "Traffic", "Clear water to keep between the hulls, each taken as the circle around it"),
     _real("CA_TIME", 120.0, 20.0, 900.0, "s", "Traffic", "How far ahead to look for vessels to keep clear of"),
     _real("CA_STAND_T", 45.0, 10.0, 600.0, "s", "Traffic", "Where the other vessel has to give way: how long before it would be too near this one acts after all"),
+    # following
+    _real("FLW_TGT_DST", 20.0, 1.0, 500.0, "m", "Follow", "Station: distance from the lead boat, astern along its track"),
+    _real("FLW_TGT_FA", 180.0, -180.0, 180.0, "deg", "Follow", "Station: bearing from the lead boat in its own frame; 180 astern, 0 ahead, 90 abeam to starboard"),
+    _int("FOLL_SYSID", 0, 0, 255, "", "Follow", "System id of the leader; 0: the first heard, until it is silent"),
+    _real("FOLL_MIN_DIST", 12.0, 0.5, 200.0, "m", "Follow", "Keep-out: never nearer to the lead boat than this"),
+    _choice("FOLL_LAW", 0, {0: "Companion", 1: "Thesis"}, "Follow", "How the leader is followed: along its track, or by pursuit as in the RescueRunner thesis"),
     # allocation
     _choice("ALLOC_KIND", 0, {0: "Constrained", 1: "Pseudo-inverse"}, "Allocation", "Optimal within limits and rates, or the unconstrained solution cut to them"),
     _int("ALLOC_ITER", 3, 1, 6, "", "Allocation", "Re-linearisations of the thrust allocation in a cycle"),

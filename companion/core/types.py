@@ -17,6 +17,9 @@ from companion.core.actuation import Deployment as Deployment
 from companion.core.actuation import Light as Light
 from companion.core.actuation import ThrusterCommand as ThrusterCommand
 from companion.core.actuation import ThrusterFeedback as ThrusterFeedback
+from companion.core.leader import Leader as Leader
+from companion.core.leader import LeaderState as LeaderState
+from companion.core.leader import Wish as Wish
 from companion.core.readings import MagneticField as MagneticField
 from companion.core.records import quick
 from companion.core.status_parts import FenceState as FenceState
@@ -302,7 +305,7 @@ class MissionProgress:
 @dataclass(frozen=True, slots=True)
 class Status:
     """What the vessel has decided to be. `arming_refusals` is empty when arming would be accepted; `fence` is None while none is in force;
-    `traffic`: the vessels around, by MMSI."""
+    `traffic`: the vessels around, by MMSI; `leader`: the lead boat, None while none has been heard."""
 
     t_s: float
     mode: ModeId
@@ -315,6 +318,7 @@ class Status:
     speed_override_mps: float | None = None
     fence: FenceState | None = None
     traffic: tuple[TrackedTarget, ...] = ()
+    leader: Leader | None = None
 
 
 # --- guide ---------------------------------------------------------------------------------------------------------

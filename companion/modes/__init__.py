@@ -14,6 +14,7 @@ from companion.modes.dock import DockMode
 from companion.modes.docking import Docking
 from companion.modes.events import EventLog
 from companion.modes.fence_guard import FenceGuard
+from companion.modes.follow import FollowMode
 from companion.modes.forces import ForcesMode
 from companion.modes.heading import HeadingMode
 from companion.modes.hold import HoldMode
@@ -48,7 +49,7 @@ def build_modes(
         MissionMode(config, parameters, executor, point, docking, berths, events, frame, mission_fence),
         RtlMode(config, parameters, point, events, fence),
         DockMode(config, docking, berths),
-        UnavailableMode(ModeId.FOLLOW),
+        FollowMode(config, parameters),
         UnavailableMode(ModeId.OFFBOARD),
     )
     return {mode.id: mode for mode in modes}

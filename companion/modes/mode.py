@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from companion.core.records import quick
-from companion.core.types import ZERO_WRENCH, Home, ManualInput, ModeId, NavState, Setpoint, Wrench
+from companion.core.types import ZERO_WRENCH, Home, Leader, ManualInput, ModeId, NavState, Setpoint, Wrench
 
 
 @quick
@@ -15,7 +15,7 @@ from companion.core.types import ZERO_WRENCH, Home, ManualInput, ModeId, NavStat
 class ModeInputs:
     """What a mode sees of a tick. `manual`: live sticks that may be obeyed, else None. `speed_mps`: what a self-steered mode should sail at.
 
-    `achieved`: what the thrusters gave in the last cycle; `failed`: indices of those that have failed, `up` of those that are not lowered.
+    `achieved`: what the thrusters gave in the last cycle; `failed`: indices of those that have failed, `up` of those that are not lowered. `leader`: the lead boat, None while none has been heard.
     """
 
     nav: NavState
@@ -27,6 +27,7 @@ class ModeInputs:
     achieved: Wrench = ZERO_WRENCH
     failed: frozenset[int] = frozenset()
     up: frozenset[int] = frozenset()
+    leader: Leader | None = None
 
 
 class Mode(ABC):

@@ -16,6 +16,7 @@ from companion.core.types import (
     DeviceHealth,
     Home,
     Inputs,
+    LeaderState,
     ManualInput,
     MissionState,
     ModeId,
@@ -50,6 +51,7 @@ from companion.modes.situation import NO_ESTIMATE, Situation, usable
 from companion.modes.sticks import Sticks
 from companion.modes.traffic_guard import TrafficGuard
 from companion.modes.unavailable import UnavailableMode
+from companion.nav.leader import LeaderTracker
 from companion.nav.traffic import TrafficTracker
 from companion.params import Parameters
 
@@ -86,6 +88,7 @@ class Supervisor:
         self._events = events
         self._frame_of = frame_of
         self._tracker = TrafficTracker(config.mmsi)
+        self._leader = LeaderTracker(parameters)
         self._fence = FenceGuard(config, parameters, plans, events, frame_of)
         self._traffic = TrafficGuard(config, parameters, self._tracker, events, frame_of, self._fence)
         modes = build_modes(config, parameters, plans, executor, events, frame_of, self._fence)
@@ -132,6 +135,10 @@ class Supervisor:
         """A report of another vessel, from a receiver or another system."""
         nav = self._nav
         self._tracker.take(report, now_s, (nav.lat_deg, nav.lon_deg) if nav.position_valid else None)
+
+    def leader_heard(self, state: LeaderState) -> None:
+        """A message of a lead boat."""
+        self._leader.take(state)
 
     def thrust_achieved(self, achieved: Wrench) -> None:
         """What the thrusters give in this cycle, as the allocation says."""
@@ -294,6 +301,7 @@ class Supervisor:
             speed_override_mps=self._speed_mps,
             fence=self._fence.state,
             traffic=self._tracker.targets,
+            leader=self._leader.leader(self._frame_of(), now_s),
         )
 
     # --- once a tick -----------------------------------------------------------------------------------------------
@@ -395,7 +403,8 @@ class Supervisor:
 
     def _mode_inputs(self, now_s: float, dt_s: float) -> ModeInputs:
         sticks, home, up = self._sticks.obeyed(now_s), self._home.home, self.retraction.up
-        return ModeInputs(self._nav, sticks, home, self._cruise_mps(), now_s, dt_s, self._achieved, self._failed, up)
+        leader = self._leader.leader(self._frame_of(), now_s)
+        return ModeInputs(self._nav, sticks, home, self._cruise_mps(), now_s, dt_s, self._achieved, self._failed, up, leader)
 
     def _situation(self, now_s: float) -> Situation:
         helm = self._helm

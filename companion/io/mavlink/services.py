@@ -8,6 +8,7 @@ from companion.io.mavlink.commands import CommandService
 from companion.io.mavlink.ftp_service import FtpService
 from companion.io.mavlink.hub import Ear, Hub, Service, Tap
 from companion.io.mavlink.inputs import InputService
+from companion.io.mavlink.leader import LeaderService
 from companion.io.mavlink.links import Link
 from companion.io.mavlink.mission_service import MissionService
 from companion.io.mavlink.parameter_service import ParameterService
@@ -24,6 +25,7 @@ def default_services(hub: Hub) -> Sequence[Service]:
         MissionService(hub, vessel),
         ParameterService(hub, vessel),
         FtpService(hub),
+        LeaderService(hub, vessel),
     )
 
 

@@ -6,7 +6,7 @@ from typing import Any, Protocol
 
 from companion.config import VesselConfig
 from companion.core.geodesy import LocalFrame
-from companion.core.types import AisTarget, Home, ManualInput, ModeId, Outcome, Status, Tick
+from companion.core.types import AisTarget, Home, LeaderState, ManualInput, ModeId, Outcome, Status, Tick
 from companion.mission.plan import Plans
 from companion.mission.tasks import AuxiliaryAction
 from companion.modes.events import EventLog
@@ -80,6 +80,8 @@ class SupervisorFace(Protocol):
     def manual_input(self, manual: ManualInput) -> None: ...
 
     def traffic_heard(self, report: AisTarget, now_s: float) -> None: ...
+
+    def leader_heard(self, state: LeaderState) -> None: ...
 
     def station_heard(self, system_id: int, now_s: float) -> None: ...
 
