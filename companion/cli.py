@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 from companion import config as config_module
 from companion.app import Surroundings, build, load_vessel, program_version, warm_up
 from companion.clock import PacedClock, SimulatedClock, WallClock
-from companion.commands import logs, missions, service
+from companion.commands import bollard, logs, missions, service, thruster_test
 from companion.config import ConfigError, HomeConfig, SensorConfig, VesselConfig
 from companion.io.mavlink.links import Link, LinkError, MemoryLink, open_link
 from companion.io.service_manager import service_manager
@@ -50,7 +50,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     except (ConfigError, PlanFileError) as error:
         for problem in error.problems:
             print(problem, file=sys.stderr)
-    except (UsageError, LinkError, LogError, TransportError, StateFileBusy, service.ServiceError) as error:
+    except (UsageError, LinkError, LogError, TransportError, StateFileBusy, service.ServiceError, thruster_test.TrialError) as error:
         print(f"companion: {error}", file=sys.stderr)
     except OSError as error:
         print(f"companion: {error.filename or 'the system'}: {error.strerror or error}", file=sys.stderr)
@@ -101,6 +101,8 @@ def _parser() -> argparse.ArgumentParser:
 
     logs.add_to(commands)
     service.add_to(commands)
+    bollard.add_to(commands)
+    thruster_test.add_to(commands, _thruster_test)
     return parser
 
 
@@ -236,6 +238,23 @@ class _Stop:
     def __call__(self) -> bool:
         over = self._duration_s is not None and self._clock.now_s() >= self._duration_s
         return self._asked or over or self._vessel.restart_requested
+
+
+# --- thruster-test ------------------------------------------------------------------------------------------------
+
+
+def _thruster_test(arguments: argparse.Namespace) -> int:
+    config = load_vessel(arguments.vessel)
+    state = StateFile(_kept_in(config, arguments) / "state")  # locks: a companion that runs this vessel would fight for its thrusters
+    try:
+        if arguments.sitl:
+            from sitl.world import EPOCH_UNIX_NS, World
+
+            world = World(config)
+            return thruster_test.run_test(config, world, world, PacedClock(1.0, EPOCH_UNIX_NS), arguments)
+        return thruster_test.run_test(config, TransportOpener(), RealWorld(), WallClock(), arguments)
+    finally:
+        state.close()
 
 
 # --- check ---------------------------------------------------------------------------------------------------------
