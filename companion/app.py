@@ -138,7 +138,8 @@ def build(config: VesselConfig, around: Surroundings) -> Vessel:
         vessel.add_recorder(log)
         parameters.on_change(log.parameter)
     ear = None if log is None else log.heard
-    vessel.attach(connect(vessel, around.links, program_version(), _tap(log, around.clock), ear, around.patience))
+    logs = None if around.log_folder is None else around.log_folder.parent
+    vessel.attach(connect(vessel, around.links, program_version(), _tap(log, around.clock), ear, around.patience, logs))
     return vessel
 
 
