@@ -217,7 +217,7 @@ def _log_folder(config: VesselConfig, parameters: Parameters, around: Surroundin
     }
     thrusters = [thruster.name for thruster in config.thrusters]
     devices = [*(sensor.name for sensor in config.sensors), *(bridge.name for bridge in config.actuators)]
-    return LogFolder(around.log_folder, thrusters, devices, manifest, warn, sync=around.durable_log)
+    return LogFolder(around.log_folder, thrusters, devices, manifest, warn, around.durable_log, parameters.specs)
 
 
 def _tap(log: LogFolder | None, clock: WaitingClock) -> Callable[[Sequence[bytes]], None] | None:

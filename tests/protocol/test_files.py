@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import lzma
+import os
 import random
 import subprocess
 import sys
@@ -14,8 +15,11 @@ from pathlib import Path
 import pytest
 from mavsdk import ComponentType, Configuration, Mavsdk
 from mavsdk.plugins.ftp import Ftp, FtpResult
+from mavsdk.plugins.log_files import LogFiles, LogFilesResult
+from pyulog import ULog
 
 from companion.params import TABLE
+from tests.protocol.mavproxy import MavProxy
 from tests.protocol.process import Companion
 
 pytestmark = pytest.mark.process
@@ -28,6 +32,8 @@ def companion(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Companion]:
     folder = tmp_path_factory.mktemp("files")
     old = folder / "logs" / OLD_RUN
     old.mkdir(parents=True)
+    (old / "manifest.json").write_bytes(b"{}")
+    os.utime(old / "manifest.json", (1_700_000_000, 1_700_000_000))
     (old / "telemetry.tlog").write_bytes(random.Random(1).randbytes(123_456))
     with Companion(folder, speed=3.0) as running:
         yield running
@@ -93,3 +99,36 @@ def _download(ftp: Ftp, path: str, target: Path, burst: bool) -> FtpResult:
     assert over.wait(60.0), f"{path} does not come"
     return last[-1]
 
+
+
+def test_mavsdk_downloads_a_log_that_pyulog_opens(companion: Companion, tmp_path: Path) -> None:
+    with Mavsdk(Configuration.create_with_component_type(ComponentType.GROUND_STATION)) as sdk:
+        sdk.add_any_connection(f"udpin://127.0.0.1:{companion.udp_port}")
+        system = sdk.first_autopilot(10.0)
+        assert system is not None
+        logs = LogFiles(system)
+        old, present = logs.get_entries()
+        assert old.size_bytes == 123_456
+        for entry, name in ((old, "old"), (present, "present.ulg")):
+            over = threading.Event()
+
+            def progress(result: LogFilesResult, data: object, user_data: object, over: threading.Event = over) -> None:
+                if result is not LogFilesResult.NEXT:
+                    over.set()
+
+            logs.download_log_file_async(entry, str(tmp_path / name), progress)
+            assert over.wait(60.0)
+    assert (tmp_path / "old").read_bytes() == (companion.folder / "logs" / OLD_RUN / "telemetry.tlog").read_bytes()
+    opened = ULog(str(tmp_path / "present.ulg"))
+    assert opened.msg_info_dict["sys_name"] == "USV companion" and len(opened.initial_parameters) == len(TABLE)
+    whole = (companion.log_folder / "ticks.ulg").read_bytes()
+    assert whole.startswith((tmp_path / "present.ulg").read_bytes())
+
+
+def test_mavproxy_lists_and_downloads_a_log(companion: Companion, tmp_path: Path) -> None:
+    with MavProxy(f"tcp:127.0.0.1:{companion.tcp_port}", tmp_path / "mavproxy") as station:
+        station.expect("Detected vehicle 1:1", 60.0)
+        station.ask("log list", r"Log 0\s+numLogs 2 lastLog 1 size 123456", again_s=3.0)
+        station.say(f"log download 0 {tmp_path / 'old.bin'}")
+        station.expect(r"Finished downloading", 60.0)
+    assert (tmp_path / "old.bin").read_bytes() == (companion.folder / "logs" / OLD_RUN / "telemetry.tlog").read_bytes()

@@ -12,6 +12,8 @@ from pathlib import Path
 
 _BLOCK = 1 << 17
 _KEPT_BLOCKS = 3
+_MARK = "manifest.json"  # of a log folder, written when the run begins
+LOG_FILES = ("ticks.ulg", "telemetry.tlog")
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,6 +22,15 @@ class Entry:
 
     name: str
     size: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """The file of one run that is sent as its log: where it is, its size, and when it began."""
+
+    path: tuple[str, str]
+    size: int
+    begun_unix_s: int
 
 
 class DiskFile:
@@ -74,8 +85,22 @@ class Shelf:
         """None where there is no such file."""
         return self._pool.submit(self._open, tuple(path))
 
+    def runs(self, most: int) -> Future[list[Run]]:
+        """The newest `most` runs, oldest first, each with the first of LOG_FILES that it has; empty files are left out."""
+        return self._pool.submit(self._runs, most)
+
     def close(self) -> None:
         self._pool.shutdown(wait=True, cancel_futures=True)
+
+    def _runs(self, most: int) -> list[Run]:
+        found = []
+        for folder in self._entries(()) or ():
+            begun = self._directory / folder.name / _MARK
+            sizes = {entry.name: entry.size for entry in self._entries((folder.name,)) or () if entry.size}
+            name = next((name for name in LOG_FILES if name in sizes), None)
+            if name is not None and _MARK in sizes:
+                found.append(Run((folder.name, name), sizes[name] or 0, int(begun.stat().st_mtime)))
+        return sorted(found, key=lambda run: (run.begun_unix_s, run.path))[-most:]
 
     def _entries(self, path: tuple[str, ...]) -> list[Entry] | None:
         folder = self._below(path)

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
-from pathlib import Path
 from typing import Any, Protocol
 
 from companion.io.mavlink.component_metadata import GENERAL, PARAMETERS, Metadata, crc32
@@ -61,11 +60,11 @@ class MemoryFile:
 class FileTree:
     """`entries` and `open` by a path as a client writes it; each gives a future, None in it for what is not there."""
 
-    def __init__(self, vessel: VesselFace, system: int, component: int, metadata: Metadata, logs: Path | None) -> None:
-        """`logs`: the directory of the log folders; None where nothing is logged."""
+    def __init__(self, vessel: VesselFace, system: int, component: int, metadata: Metadata, shelf: Shelf | None) -> None:
+        """`shelf`: the log folders; None where nothing is logged."""
         self._vessel = vessel
         self._address = (system, component)
-        self._shelf = None if logs is None else Shelf(logs)
+        self._shelf = shelf
         self._folders: Mapping[str, Mapping[str, Callable[[Dialect], bytes]]] = {
             "": {GENERAL: lambda _: metadata.general, PARAMETERS: lambda _: metadata.parameters},
             "@PARAM": {
@@ -104,10 +103,6 @@ class FileTree:
             return _known(MemoryFile(packed(self._vessel.parameters, with_defaults=True)))
         make = self._folders.get("/".join(names[:-1]), {}).get(names[-1])
         return _known(None if make is None else MemoryFile(make(dialect)))
-
-    def close(self) -> None:
-        if self._shelf is not None:
-            self._shelf.close()
 
     def _plan(self, kind: PlanKind, dialect: Dialect) -> bytes:
         home = None if self._vessel.last_tick is None else self._vessel.last_tick.status.home

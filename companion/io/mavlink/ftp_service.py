@@ -82,7 +82,6 @@ class FtpService:
     def close(self) -> None:
         for peer in list(self._clients):
             self._forget(peer)
-        self._tree.close()
 
     # --- requests --------------------------------------------------------------------------------------------------
 

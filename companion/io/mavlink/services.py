@@ -7,12 +7,14 @@ from pathlib import Path
 
 from companion.io.mavlink.commands import CommandService
 from companion.io.mavlink.component_metadata import metadata
+from companion.io.mavlink.disk_files import Shelf
 from companion.io.mavlink.file_tree import FileTree
 from companion.io.mavlink.ftp_service import FtpService
 from companion.io.mavlink.hub import COMPONENT, Ear, Hub, Service, Tap
 from companion.io.mavlink.inputs import InputService
 from companion.io.mavlink.leader import LeaderService
 from companion.io.mavlink.links import Link
+from companion.io.mavlink.log_service import LogService
 from companion.io.mavlink.mission_service import MissionService
 from companion.io.mavlink.parameter_service import ParameterService
 from companion.io.mavlink.telemetry import Telemetry
@@ -23,13 +25,15 @@ def default_services(hub: Hub, logs: Path | None = None) -> Sequence[Service]:
     """One of each. `logs`: the directory of the log folders."""
     vessel = hub.vessel
     described = metadata(vessel.parameters)
-    tree = FileTree(vessel, hub.system, COMPONENT, described, logs)
+    shelf = None if logs is None else Shelf(logs)
+    tree = FileTree(vessel, hub.system, COMPONENT, described, shelf)
     return (
         CommandService(hub, vessel, described),
         InputService(hub, vessel),
         MissionService(hub, vessel),
         ParameterService(hub, vessel),
         FtpService(hub, tree),
+        LogService(hub, shelf),
         LeaderService(hub, vessel),
     )
 

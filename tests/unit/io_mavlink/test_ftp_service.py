@@ -125,10 +125,12 @@ def logs(tmp_path: Path) -> Path:
 @pytest.fixture
 def service(desk: Any, logs: Path) -> Any:
     desk.vessel.last_tick = None
-    made = FtpService(desk.hub, FileTree(desk.vessel, 1, 1, metadata(desk.parameters), logs))
+    shelf = Shelf(logs)
+    made = FtpService(desk.hub, FileTree(desk.vessel, 1, 1, metadata(desk.parameters), shelf))
     desk.serve(made)
     yield made
     made.close()
+    shelf.close()
 
 
 @pytest.fixture
