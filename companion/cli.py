@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 from companion import config as config_module
 from companion.app import Surroundings, build, load_vessel, program_version, warm_up
 from companion.clock import PacedClock, SimulatedClock, WallClock
-from companion.commands import bollard, logs, missions, service, thruster_test
+from companion.commands import bollard, logs, missions, report, service, thruster_test
 from companion.config import ConfigError, HomeConfig, SensorConfig, VesselConfig
 from companion.io.mavlink.links import Link, LinkError, MemoryLink, open_link
 from companion.io.service_manager import service_manager
@@ -100,6 +100,7 @@ def _parser() -> argparse.ArgumentParser:
     table.set_defaults(command=_scenario_table)
 
     logs.add_to(commands)
+    report.add_to(commands)
     service.add_to(commands)
     bollard.add_to(commands)
     thruster_test.add_to(commands, _thruster_test)
