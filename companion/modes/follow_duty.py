@@ -175,7 +175,7 @@ class FollowDuty:
 
 
 def _pressed(before: int, now: int) -> int:
-    """Presses from one count to the other, negative where the message is an older one; 0 stands for none since the module started."""
+    """Presses from one count to the other, negative where the message is an older one. After 255 comes 1: 0 is for none since the module started."""
     if before == 0 or now == 0:
-        return now if before == 0 else 0
+        return now - before
     return (now - before + _PRESSES // 2) % _PRESSES - _PRESSES // 2

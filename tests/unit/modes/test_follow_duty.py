@@ -443,6 +443,18 @@ def test_who_takes_the_sticks_over_must_centre_them(boat: Any, lead: LeadBoat) -
     assert boat.setpoint.kind is SetpointKind.NEUTRAL
 
 
+def test_sticks_that_one_had_centred_are_not_centred_for_the_other(boat: Any, lead: LeadBoat) -> None:
+    boat.sticks = (0.0, 0.0, 0.0)
+    lead.run(1.0)
+    boat.supervisor.arm(boat.now_s)
+    lead.run(0.3)
+    lead.press(Wish.REMOTE)
+    lead.send(boat.now_s + 0.01)  # the press, before the sticks
+    boat.sticks = (0.5, 0.0, 0.0)
+    lead.run(0.4)
+    assert boat.status.mode is ModeId.MANUAL and boat.setpoint.kind is SetpointKind.NEUTRAL
+
+
 def test_remote_sticks_that_are_silent_are_not_replaced_by_the_transmitter(boat: Any, lead: LeadBoat) -> None:
     boat.rc = (0.0, 0.0, 0.0, 0.0, -1.0)
     lead.run(1.0)
@@ -451,7 +463,9 @@ def test_remote_sticks_that_are_silent_are_not_replaced_by_the_transmitter(boat:
     lead.run(0.4)
     assert boat.status.mode is ModeId.MANUAL
     boat.rc = (0.0, 0.8, 0.0, 0.0, -1.0)
-    lead.run(0.4)
+    lead.run(0.1)
+    assert boat.status.mode is ModeId.MANUAL and boat.setpoint.kind is SetpointKind.NEUTRAL
+    lead.run(0.3)
     assert boat.status.mode is ModeId.HOLD and "sticks_lost" in boat.names()
 
 
