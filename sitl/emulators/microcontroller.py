@@ -56,9 +56,11 @@ class MicrocontrollerEmulator:
         self._at_rest = AuxiliaryState(0, (None,) * len(config.servos), (False,) * len(config.relays))
         self.outputs = self._at_rest
         self._outputs_s: float | None = None
+        self._t_s = 0.0
 
     def listen(self, t_s: float) -> None:
         """Take the commands that have arrived by `t_s`; mind the watchdog."""
+        self._t_s = t_s
         for _, data in self._port.receive(t_s):
             if not self._faults.active.isdisjoint(("mcu_silent", "mcu_deaf")):
                 continue
@@ -89,10 +91,10 @@ class MicrocontrollerEmulator:
 
     @property
     def beacon(self) -> Beacon:
-        """The lamps as they shine: as commanded; green steady while the watchdog has the board."""
+        """The lamps as they shine: as commanded; green steady without commands for as long as the watchdog waits, also before the first."""
         command = self.last_command
         if command is None:
-            return DARK
+            return DARK if self._t_s < WATCHDOG_S else Beacon(green=Light.STEADY)
         return Beacon(command.red, command.yellow, Light.STEADY if self._neutral else command.green)
 
     def status(self) -> BoardStatus:

@@ -148,6 +148,8 @@ class MicrocontrollerBridge:
         if len(status.thrusters) != n:
             has = len(status.thrusters)
             return f"the board drives {has} thrusters, the vessel's file gives it {n}: correct 'thrusters' there or the firmware"
+        if status.safe_mode:
+            return "the transmitter's safe-mode switch has the thrusters, not the companion: switch it off to go on"
         writing_s = 0.0 if self._writing_since_s is None else now_s - self._writing_since_s
         if status.neutral_by_watchdog and writing_s > _COMMAND_GRACE_S:
             return "the board hears no commands and is neutral: check the wire from the companion's TX to the board's RX"
