@@ -19,6 +19,7 @@ from companion.core.microcontroller_frame import (
 )
 from companion.core.types import DARK, Beacon, Light
 from sitl.battery import BatteryModel
+from sitl.drives import Drive
 from sitl.faults import Faults
 from sitl.memory import MemoryDevice
 from sitl.thrusters import Thruster
@@ -47,6 +48,7 @@ class MicrocontrollerEmulator:
         self.last_command: Command | None = None
         self.rc_us: Sequence[int] | None = _RC_CENTRED if faults.planned("rc_") else None
         self._thrusters = tuple(thrusters)
+        self._drives = tuple(Drive(thruster.config, pulses=False) for thruster in thrusters)
         self._battery = battery
         self._faults = faults
         self._decoder = FrameDecoder()
@@ -114,8 +116,8 @@ class MicrocontrollerEmulator:
             rc_us=_NONE if pulses is None or rc_lost else tuple(pulses),
             thrusters=tuple(
                 [
-                    ThrusterState(each.throttle(), each.azimuth_rad if each.steerable else None, not each.dead, each.deployment)
-                    for each in self._thrusters
+                    ThrusterState(drive.level(each.throttle()), drive.shown_rad(each.azimuth_rad) if each.steerable else None, not each.dead, each.deployment)
+                    for each, drive in zip(self._thrusters, self._drives, strict=True)
                 ]
             ),
         )
@@ -127,10 +129,13 @@ class MicrocontrollerEmulator:
 
     def _obey(self, command: Command) -> None:
         self._neutral = False
-        for thruster, demand in zip(self._thrusters, command.thrusters, strict=True):
+        for thruster, drive, demand in zip(self._thrusters, self._drives, command.thrusters, strict=True):
             if command.lower is not None:
                 thruster.lower = command.lower
-            thruster.demand(demand.throttle if command.armed else 0.0, demand.azimuth_rad if command.armed else None)
+            if command.armed:
+                thruster.demand(drive.throttle(demand.throttle), drive.azimuth_rad(demand.azimuth_rad))
+            else:
+                thruster.demand(0.0, None)
 
     def _go_neutral(self) -> None:
         self._neutral = True
