@@ -31,9 +31,10 @@ from companion.config.hull import ThesisModelConfig as ThesisModelConfig
 from companion.config.hull import WindageConfig as WindageConfig
 from companion.config.hull import resistance_problems
 from companion.config.jets import jet_problems
+from companion.config.outputs import BatteryConfig as BatteryConfig
 from companion.config.outputs import RelayConfig as RelayConfig
 from companion.config.outputs import ServoConfig as ServoConfig
-from companion.config.outputs import rest_problems
+from companion.config.outputs import battery_problems, rest_problems
 from companion.core.toml_places import dotted, line_of
 
 
@@ -130,6 +131,7 @@ class VesselConfig:
     mmsi: Annotated[int, Field(ge=1, le=999_999_999)] | None = None  # of its own AIS transponder, whose reports are not another vessel's
     parameters: dict[str, float] = field(default_factory=dict)
     dock: DockConfig | None = None
+    battery: BatteryConfig | None = None
     sitl: SitlConfig | None = None
 
 
@@ -203,7 +205,7 @@ def _cross_checks(config: VesselConfig) -> list[tuple[tuple[str | int, ...], str
                 problems.append(((table, i, "name"), f"'{name}' is used twice"))
     for table in ("thruster", "servo", "relay"):
         problems += _driving_problems(config, table, tables[table])
-    problems += rest_problems(config.servos)
+    problems += rest_problems(config.servos) + battery_problems(config.battery)
     for i, thruster in enumerate(config.thrusters):
         if thruster.turns and thruster.azimuth_rate_radps <= 0.0:
             problems.append((("thruster", i, "azimuth_rate_dps"), f"a thruster of kind '{thruster.kind}' needs a rate above 0"))

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
+import os
 import random
+import select
+import tty
 from dataclasses import replace
 
 import pytest
@@ -12,7 +16,11 @@ from companion.config import MavlinkBoardConfig, OutputConfig, VesselConfig, fin
 from companion.core.ports import Actuator
 from companion.core.types import ActuatorCommand, Battery, RcInput, Reading, ThrusterCommand, ThrusterFeedback
 from companion.io.actuators import DRIVERS, open_actuator
-from sitl.emulators import BOARDS
+from companion.io.transport import TransportOpener
+from sitl.battery import BatteryModel
+from sitl.emulators import BOARDS, board
+from sitl.faults import Faults
+from sitl.thrusters import build
 from sitl.world import World
 
 REVOLT = load(find("revolt"))
@@ -177,3 +185,51 @@ def test_battery_and_transmitter_come_in_on_it(name: str) -> None:
     readings = bench.run(2.0)
     assert [reading for reading in readings if isinstance(reading, RcInput)][-1].lost
     assert [reading for reading in readings if isinstance(reading, Battery)][-1].remaining == pytest.approx(0.08, abs=0.005)
+
+
+class Pty:
+    """The emulated board's end of a real line."""
+
+    def __init__(self) -> None:
+        self.end, self._far = os.openpty()
+        tty.setraw(self._far)
+        os.set_blocking(self.end, False)
+        self.url = f"serial:{os.ttyname(self._far)}:115200"
+
+    def send(self, data: bytes, t_s: float) -> None:
+        with contextlib.suppress(BlockingIOError):
+            os.write(self.end, data)
+
+    def receive(self, now_s: float) -> list[tuple[float, bytes]]:
+        with contextlib.suppress(BlockingIOError):
+            return [(now_s, os.read(self.end, 4096))]
+        return []
+
+    def close(self) -> None:
+        os.close(self.end)
+        os.close(self._far)
+
+
+def test_it_works_over_a_real_line(name: str) -> None:
+    config, line = VESSELS[name], Pty()
+    thrusters = build(config.thrusters, 0.0, None)
+    emulated = board(config.actuators[0], line, thrusters, BatteryModel(900.0), Faults((), config))  # type: ignore[arg-type]
+    driver = open_actuator(config.actuators[0], config, TransportOpener().open("bridge", line.url))
+    descriptor = driver.fileno()
+    assert descriptor is not None
+    newest: dict[int, float] = {}
+    for step in range(600):
+        now_s = 0.05 * step
+        emulated.listen(now_s)
+        emulated.speak(now_s)
+        select.select([descriptor], [], [], 0.02)
+        newest |= {each.index: each.throttle for each in driver.read(now_s) if isinstance(each, ThrusterFeedback)}
+        driver.write(ActuatorCommand(now_s, True, MOVING), now_s)
+        for thruster in thrusters:
+            thruster.step(0.05)
+        if [newest.get(i, 0.0) for i in range(3)] == pytest.approx(THROTTLES, abs=0.004) and driver.health(now_s).ok:
+            break
+    else:
+        raise AssertionError(driver.health(now_s).text)
+    driver.close()
+    line.close()

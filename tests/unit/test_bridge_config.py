@@ -91,3 +91,11 @@ def test_pods_that_turn_endlessly_and_thrusters_that_retract_need_another_bridge
         "a servo turns 'stern_starboard' between stops: give it azimuth_min_deg and azimuth_max_deg",
         "'bow' is retractable, which this bridge cannot move",
     ]
+
+
+def test_a_battery_that_is_fuller_when_empty_is_none() -> None:
+    battery = "[battery]\ncapacity_ah = 80\nfull_v = 11.0\nempty_v = 12.8\n"
+    with pytest.raises(ConfigError, match=r"boat.toml:\d+: battery.empty_v: should be below full_v, 11"):
+        config.parse(ABOAT + battery, "boat.toml")
+    vessel = config.parse(ABOAT + battery.replace("11.0", "13.0"), "boat.toml")
+    assert vessel.battery is not None and (vessel.battery.capacity_ah, vessel.battery.resistance_ohm) == (80.0, 0.0)
