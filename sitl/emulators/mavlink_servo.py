@@ -79,6 +79,8 @@ class MavlinkServoEmulator:
             self._beat_s = t_s + 1.0
             kind, autopilot = mavlink.MAV_TYPE_SURFACE_BOAT, mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA
             self._say(mavlink.MAVLink_heartbeat_message(kind, autopilot, mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED, 0, mavlink.MAV_STATE_ACTIVE, 3))
+            wet = float("leak" in self._faults.active)
+            self._say(mavlink.MAVLink_named_value_float_message(round(t_s * 1e3), b"leak", wet))  # from a script on it
         for number, interval_s in self._intervals_s.items():
             if t_s >= self._due_s[number] - 1e-9:
                 self._due_s[number] = t_s + interval_s

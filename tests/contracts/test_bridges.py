@@ -14,7 +14,7 @@ import pytest
 
 from companion.config import MavlinkBoardConfig, OutputConfig, VesselConfig, find, load
 from companion.core.ports import Actuator
-from companion.core.types import ActuatorCommand, Battery, RcInput, Reading, ThrusterCommand, ThrusterFeedback
+from companion.core.types import ActuatorCommand, Battery, Leak, RcInput, Reading, ThrusterCommand, ThrusterFeedback
 from companion.io.actuators import DRIVERS, open_actuator
 from companion.io.transport import TransportOpener
 from sitl.battery import BatteryModel
@@ -174,16 +174,18 @@ def test_garbage_on_the_line_moves_nothing_and_is_told_from_silence(name: str) -
     assert "wrong baud rate" in bench.driver.health(bench.now_s).text and bench.throttles == [0.0] * 3
 
 
-def test_battery_and_transmitter_come_in_on_it(name: str) -> None:
-    bench = Bench(name, "rc_lost@4", "battery_low@4")
+def test_battery_transmitter_and_leak_come_in_on_it(name: str) -> None:
+    bench = Bench(name, "rc_lost@4", "battery_low@4", "leak@4")
     readings = bench.run(3.9)
     battery = [reading for reading in readings if isinstance(reading, Battery)][-1]
     assert (battery.voltage_v, battery.remaining) == (pytest.approx(bench.world.battery.voltage_v, abs=0.1), pytest.approx(1.0, abs=0.02))
     assert battery.current_a == pytest.approx(bench.world.battery.current_a, abs=2.0)
     received = [reading for reading in readings if isinstance(reading, RcInput)][-1]
     assert received.channels[:8] == (0.0, 0.0, 0.0, 0.0, -1.0, -1.0, -1.0, -1.0) and not received.lost
+    assert {reading.wet for reading in readings if isinstance(reading, Leak)} == {False}
     readings = bench.run(2.0)
     assert [reading for reading in readings if isinstance(reading, RcInput)][-1].lost
+    assert [reading for reading in readings if isinstance(reading, Leak)][-1].wet
     assert [reading for reading in readings if isinstance(reading, Battery)][-1].remaining == pytest.approx(0.08, abs=0.005)
 
 

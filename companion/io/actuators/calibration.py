@@ -107,4 +107,5 @@ class AzimuthServo:
         return self._low_us + share * (self._high_us - self._low_us)
 
     def azimuth_rad(self, pulse_us: float) -> float:
-        return self._low_rad + (pulse_us - self._low_us) / (self._high_us - self._low_us) * (self._high_rad - self._low_rad)
+        share = (pulse_us - self._low_us) / (self._high_us - self._low_us)
+        return self._low_rad + min(1.0, max(0.0, share)) * (self._high_rad - self._low_rad)

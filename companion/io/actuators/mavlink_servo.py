@@ -14,7 +14,7 @@ from typing import Any
 
 from companion.config import ActuatorConfig, ConfigError, VesselConfig
 from companion.core.ports import ByteStream
-from companion.core.types import ActuatorCommand, Battery, DeviceHealth, RcInput, Reading, ThrusterFeedback
+from companion.core.types import ActuatorCommand, Battery, DeviceHealth, Leak, RcInput, Reading, ThrusterFeedback
 from companion.io.actuators.calibration import AzimuthServo, ThrusterOutput
 from companion.io.actuators.mavlink_board import BEAT_LOST_S, MavlinkBoard
 from companion.io.actuators.receiver import channels
@@ -35,15 +35,16 @@ _SETTLE_S = 1.5  # that long outputs may differ from what was sent
 _RECENT_S = 0.6
 _TOLERANCE_US = 15.0
 _REFUSED_S = 2.0
-_SILENT_BYTES = 400
+_MUCH_GARBAGE = 400
 _SAFETY = mavlink.MAV_SYS_STATUS_SENSOR_MOTOR_OUTPUTS
 _RECEIVER = mavlink.MAV_SYS_STATUS_SENSOR_RC_RECEIVER
+_LEAK = ("leak", b"leak")
 _OVERRIDE_TIME, _FAILSAFE_MASK = "RC_OVERRIDE_TIME", "SERVO_RC_FS_MSK"
 
 
 class MavlinkServoBridge:
     """`ActuatorCommand` → pulses of the board's channels; SERVO_OUTPUT_RAW → `ThrusterFeedback`, SYS_STATUS → `Battery`, RC_CHANNELS → `RcInput`
-    where none of the first 8 channels is overridden.
+    where none of the first 8 channels is overridden, NAMED_VALUE_FLOAT or _INT "leak" (from a script on the board) → `Leak`.
 
     Disarmed the throttles stand at their trim, which overrides a transmitter, and azimuth servos stay. On closing: trim, then release. What comes
     back is what the board puts out, not what propeller and servo make of it. Thruster indices are those of the vessel.
@@ -88,6 +89,8 @@ class MavlinkServoBridge:
                     received = arrival_s, message
                 case mavlink.MAVLINK_MSG_ID_SYS_STATUS:
                     readings += self._status(arrival_s, message)
+                case mavlink.MAVLINK_MSG_ID_NAMED_VALUE_FLOAT | mavlink.MAVLINK_MSG_ID_NAMED_VALUE_INT if message.name in _LEAK:
+                    readings.append(Leak(arrival_s, self.name, message.value > 0))
                 case mavlink.MAVLINK_MSG_ID_COMMAND_ACK if message.command == mavlink.MAV_CMD_DO_SET_SERVO:
                     if message.result != mavlink.MAV_RESULT_ACCEPTED:  # of which channel is not said, so others' consent takes nothing back
                         self._refused_s = arrival_s
@@ -189,7 +192,7 @@ class MavlinkServoBridge:
         if message.voltage_battery in (0, 0xFFFF):
             return []
         current_a = None if message.current_battery < 0 else message.current_battery / 100.0
-        remaining = None if message.battery_remaining < 0 else message.battery_remaining / 100.0
+        remaining = None if message.battery_remaining < 0 else min(1.0, message.battery_remaining / 100.0)
         return [Battery(arrival_s, self.name, message.voltage_battery / 1000.0, current_a, remaining)]
 
     # --- what is wrong, and what to do -----------------------------------------------------------------------------
@@ -198,7 +201,8 @@ class MavlinkServoBridge:
         fault, board = self._board.stream.fault(), self._board
         if fault is not None:
             return fault
-        if board.bytes_since_frame >= _SILENT_BYTES:
+        silent = board.heard_s is None or board.beat_s is None or now_s - board.heard_s > self._config.timeout_s
+        if silent and board.garbage >= _MUCH_GARBAGE:
             return f"bytes arrive but no MAVLink: wrong baud rate in '{self._config.port}', or SERIALn_PROTOCOL of the board is not 2"
         if board.heard_s is None or board.beat_s is None:
             return "no autopilot's heartbeat yet: check the board's power, cable and SERIALn_PROTOCOL"
@@ -242,4 +246,4 @@ class MavlinkServoBridge:
         remedy = f"SERVO{channel}_FUNCTION should be {139 + channel}, MAV_GCS_SYSID {self._mavlink.system}, RC{channel}_MIN … as SERVO{channel}_MIN …"
         if not self._overrides:
             remedy = f"SERVO{channel}_FUNCTION should be 0"
-        return f"output {channel} is at {self._put_out.get(channel, 0)} µs, not {self._sent[channel]}: {remedy}"
+        return f"output {channel} is at {self._put_out.get(channel, 0)} µs, not {self._sent[channel]}: {remedy}, or the board does not hear: check its RX wire"
