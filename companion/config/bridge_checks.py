@@ -59,15 +59,21 @@ def _of_mavlink(actuator: ActuatorConfig, driven: Sequence[ThrusterConfig]) -> l
     turns = [thruster.turns for thruster in driven]
     if [channel > 0 for channel in board.azimuth_channels or (0,) * len(turns)] != turns:
         problems.append((("mavlink", "azimuth_channels"), "needs one for each of the bridge's thrusters, 0 for those that do not turn"))
-    taken = [channel for channel in (*board.channels, *board.azimuth_channels) if channel]
+    for key, numbers, names in (("servo_channels", board.servo_channels, actuator.servos), ("relays", board.relays, actuator.relays)):
+        if len(numbers) != len(names):
+            problems.append((("mavlink", key), f"needs {len(names)}, one for each of the bridge's {'servos' if key == 'servo_channels' else 'relays'}"))
+    taken = [channel for channel in (*board.channels, *board.azimuth_channels, *board.servo_channels) if channel]
+    wired = (*board.relays, *board.lamps)
+    problems += [(("mavlink", "relays"), f"relay {number} is used twice") for number in sorted({n for n in wired if wired.count(n) > 1})]
     problems += [(("mavlink", "channels"), f"channel {channel} is used twice") for channel in sorted({c for c in taken if taken.count(c) > 1})]
     for thruster in driven:
         if thruster.turns and (thruster.azimuth_min_rad is None or thruster.azimuth_max_rad is None):
             problems.append((("mavlink", "azimuth_channels"), f"a servo turns '{thruster.name}' between stops: give it azimuth_min_deg and azimuth_max_deg"))
         if thruster.retractable:
             problems.append((("thrusters",), f"'{thruster.name}' is retractable, which this bridge cannot move"))
-    if actuator.servos or actuator.relays:
-        problems.append((("servos" if actuator.servos else "relays",), "this bridge drives thrusters alone"))
+    if board.relays and not board.unguarded:
+        text = "the board leaves its relays as they are when the companion falls silent: say unguarded = true if that hurts nobody"
+        problems.append((("mavlink", "relays"), text))
     if board.method == "do_set_servo" and not board.unguarded:
         text = "with DO_SET_SERVO the board holds its last pulses when the companion falls silent: use 'override', or say unguarded = true"
         problems.append((("mavlink", "method"), text))

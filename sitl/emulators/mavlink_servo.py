@@ -21,6 +21,7 @@ from sitl.thrusters import Thruster
 
 _RATE_HZ = 20.0
 _CHANNELS = 16
+_RELAYS = 6
 _CENTRE_US = 1500.0
 _RC_CENTRED = (1500, 1500, 1500, 1500, 1000, 1000, 1000, 1000)
 _RC_SAFE = (1500, 1500, 1500, 1500, 2000, 1000, 1000, 1000)
@@ -58,6 +59,7 @@ class MavlinkServoEmulator:
         for channel, drive in zip(self._throttle_channels, self._drives, strict=True):
             self.parameters[f"SERVO{channel}_TRIM"] = drive.level(0.0)
         self.pulses_us = [0.0] * (_CHANNELS + 1)  # by channel, from 1
+        self.relays = [False] * _RELAYS
         self._overrides: dict[int, tuple[float, float]] = {}  # pulse and time by channel
         self._intervals_s: dict[int, float] = {}
         self._due_s: dict[int, float] = {}
@@ -116,6 +118,12 @@ class MavlinkServoEmulator:
                 return int(mavlink.MAV_RESULT_FAILED)
             self._intervals_s[number] = max(message.param2 / 1e6, 1.0 / _RATE_HZ)
             self._due_s[number] = t_s
+            return int(mavlink.MAV_RESULT_ACCEPTED)
+        if message.command == mavlink.MAV_CMD_DO_SET_RELAY:
+            number = round(message.param1)
+            if not 0 <= number < _RELAYS:
+                return int(mavlink.MAV_RESULT_FAILED)
+            self.relays[number] = message.param2 == 1.0
             return int(mavlink.MAV_RESULT_ACCEPTED)
         if message.command != mavlink.MAV_CMD_DO_SET_SERVO:
             return int(mavlink.MAV_RESULT_UNSUPPORTED)

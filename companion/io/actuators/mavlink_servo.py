@@ -9,14 +9,15 @@ DO_SET_SERVO: SERVOn_FUNCTION = 0. The board then holds its last pulses for ever
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from companion.config import ActuatorConfig, ConfigError, VesselConfig
 from companion.core.ports import ByteStream
-from companion.core.types import ActuatorCommand, Battery, DeviceHealth, Leak, RcInput, Reading, ThrusterFeedback
+from companion.core.types import DARK, ActuatorCommand, Battery, DeviceHealth, Leak, RcInput, Reading, ThrusterFeedback
 from companion.io.actuators.calibration import AzimuthServo, ThrusterOutput
 from companion.io.actuators.mavlink_board import BEAT_LOST_S, MavlinkBoard
+from companion.io.actuators.mavlink_relays import MavlinkRelays
 from companion.io.actuators.receiver import channels
 from companion.io.mavlink import messages as mavlink
 
@@ -38,6 +39,10 @@ _REFUSED_S = 2.0
 _MUCH_GARBAGE = 400
 _SAFETY = mavlink.MAV_SYS_STATUS_SENSOR_MOTOR_OUTPUTS
 _RECEIVER = mavlink.MAV_SYS_STATUS_SENSOR_RC_RECEIVER
+_REFUSALS = {
+    mavlink.MAV_CMD_DO_SET_SERVO: "the board refuses DO_SET_SERVO: set SERVOn_FUNCTION of its channels to 0",
+    mavlink.MAV_CMD_DO_SET_RELAY: "the board refuses DO_SET_RELAY: set RELAYn_FUNCTION of its relays to 1, and their pins",
+}
 _LEAK = ("leak", b"leak")
 _OVERRIDE_TIME, _FAILSAFE_MASK = "RC_OVERRIDE_TIME", "SERVO_RC_FS_MSK"
 
@@ -66,13 +71,17 @@ class MavlinkServoBridge:
         self._azimuth_channels = self._mavlink.azimuth_channels or (0,) * len(driven)
         self._overrides = self._mavlink.method == "override"
         self._board = MavlinkBoard(stream, self._mavlink.system, _INTERVALS_S, (_OVERRIDE_TIME, _FAILSAFE_MASK) if self._overrides else ())
-        self._hears_transmitter = not self._overrides or min(self._channels, default=99) > _TRANSMITTERS
+        self._auxiliary_servos = tuple([servo.name for servo in vessel.servos].index(name) for name in config.servos)
+        self._auxiliary_relays = tuple([relay.name for relay in vessel.relays].index(name) for name in config.relays)
+        self._relays = MavlinkRelays(self._mavlink, self._board)
+        taken = [channel for channel in (*self._channels, *self._azimuth_channels, *self._mavlink.servo_channels) if channel]
+        self._hears_transmitter = not self._overrides or min(taken, default=99) > _TRANSMITTERS
         self._sent: dict[int, int] = {}  # pulses by channel
         self._recent: deque[tuple[float, dict[int, int]]] = deque()  # the same, of the last moments
         self._sent_s: dict[int, float] = {}
         self._put_out: dict[int, int] = {}
         self._agreed_s: float | None = None
-        self._refused_s: float | None = None
+        self._refused: tuple[int, float] | None = None  # the command, and when
         self._safety_on = self._receiver_lost = False
         self._now_s = 0.0
 
@@ -91,9 +100,8 @@ class MavlinkServoBridge:
                     readings += self._status(arrival_s, message)
                 case mavlink.MAVLINK_MSG_ID_NAMED_VALUE_FLOAT | mavlink.MAVLINK_MSG_ID_NAMED_VALUE_INT if message.name in _LEAK:
                     readings.append(Leak(arrival_s, self.name, message.value > 0))
-                case mavlink.MAVLINK_MSG_ID_COMMAND_ACK if message.command == mavlink.MAV_CMD_DO_SET_SERVO:
-                    if message.result != mavlink.MAV_RESULT_ACCEPTED:  # of which channel is not said, so others' consent takes nothing back
-                        self._refused_s = arrival_s
+                case mavlink.MAVLINK_MSG_ID_COMMAND_ACK if message.command in _REFUSALS and message.result != mavlink.MAV_RESULT_ACCEPTED:
+                    self._refused = message.command, arrival_s  # of which channel is not said, so consent to others takes nothing back
         if outputs is not None:
             readings += self._feedback(*outputs)
         if received is not None and self._hears_transmitter and received[1].chancount > 0:
@@ -115,7 +123,9 @@ class MavlinkServoBridge:
             pulse_us = None if servo is None else servo.pulse_us(thruster.azimuth_rad if command.armed else None, now_s)
             if pulse_us is not None:
                 pulses[self._azimuth_channels[i]] = round(pulse_us)
-        self._send(pulses, now_s)
+        servos, relays = self._auxiliary(command)
+        self._send(pulses | {channel: us for channel, us in servos.items() if us is not None}, now_s, [c for c, us in servos.items() if us is None])
+        self._board.send(now_s, *self._relays.orders(relays, command.beacon, now_s))
         self._recent.append((now_s, pulses))
         while now_s - self._recent[0][0] > _RECENT_S:
             self._recent.popleft()
@@ -136,23 +146,35 @@ class MavlinkServoBridge:
         if self._board.address is not None:
             neutral = {channel: round(output.neutral) for channel, output in zip(self._channels, self._outputs, strict=True)}
             self._send(neutral, self._now_s)
+            self._board.send(self._now_s, *self._relays.orders((False,) * len(self._auxiliary_relays), DARK, self._now_s))
             if self._overrides:
-                self._board.send(self._now_s, self._override({channel: None for channel in (*self._channels, *self._azimuth_channels) if channel}))
+                ours = (*self._channels, *self._azimuth_channels, *self._mavlink.servo_channels)
+                self._board.send(self._now_s, self._override({channel: None for channel in ours if channel}))
         self._board.stream.close()
 
     # --- out -------------------------------------------------------------------------------------------------------
 
-    def _send(self, pulses: dict[int, int], now_s: float) -> None:
+    def _auxiliary(self, command: ActuatorCommand) -> tuple[dict[int, int | None], list[bool]]:
+        """Pulses of servos by channel (None: none), and the relays; at rest without a demand."""
+        servos, relays = command.auxiliary.servos_us, command.auxiliary.relays
+        known = len(servos) > max(self._auxiliary_servos, default=-1) and len(relays) > max(self._auxiliary_relays, default=-1)
+        wanted_us = [servos[i] if known else None for i in self._auxiliary_servos]
+        pulses = {channel: None if us is None else round(us) for channel, us in zip(self._mavlink.servo_channels, wanted_us, strict=True)}
+        return pulses, [known and relays[i] for i in self._auxiliary_relays]
+
+    def _send(self, pulses: dict[int, int], now_s: float, released: Sequence[int] = ()) -> None:
+        """`released`: channels that shall have no pulses of ours."""
         if self._overrides:
-            self._board.send(now_s, self._override(dict(pulses)))
+            self._board.send(now_s, self._override(pulses | dict.fromkeys(released)))
             self._sent = pulses
             return
+        pulses = pulses | dict.fromkeys(released, 0)  # DO_SET_SERVO with 0 stops the pulses
         due = [c for c, us in pulses.items() if self._sent.get(c) != us or now_s - self._sent_s.get(c, 0.0) >= _REPEAT_S]
         self._board.send(now_s, *(self._board.command(mavlink.MAV_CMD_DO_SET_SERVO, channel, pulses[channel]) for channel in due))
         self._sent.update(pulses)
         self._sent_s.update(dict.fromkeys(due, now_s))
 
-    def _override(self, pulses: dict[int, int | None]) -> Any:
+    def _override(self, pulses: Mapping[int, int | None]) -> Any:
         """Pulses by channel, None to release it; the channels that are not named stay as they are."""
         assert self._board.address is not None
         values = []
@@ -237,8 +259,8 @@ class MavlinkServoBridge:
     def _output_complaint(self, now_s: float) -> str:
         if self._safety_on:
             return "the board's safety switch is on: its outputs are dead; press it, or set BRD_SAFETY_DEFLT to 0"
-        if self._refused_s is not None and now_s - self._refused_s < _REFUSED_S:
-            return "the board refuses DO_SET_SERVO: set SERVOn_FUNCTION of its channels to 0"
+        if self._refused is not None and now_s - self._refused[1] < _REFUSED_S:
+            return _REFUSALS[self._refused[0]]
         came_s = self._board.came_s(mavlink.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW)
         channel = self._astray()
         if channel is None or self._agreed_s is None or came_s is None or came_s - self._agreed_s <= _SETTLE_S:

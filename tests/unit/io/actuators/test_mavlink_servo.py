@@ -6,12 +6,24 @@ import math
 import random
 import struct
 from dataclasses import replace
+from itertools import pairwise
 
 import pytest
 from pymavlink.dialects.v20 import common as mavlink
 
-from companion.config import ActuatorConfig, ConfigError, MavlinkBoardConfig, OutputConfig, VesselConfig, find, load
-from companion.core.types import ActuatorCommand, Battery, RcInput, ThrusterCommand, ThrusterFeedback
+from companion.config import (
+    ActuatorConfig,
+    ConfigError,
+    MavlinkBoardConfig,
+    OutputConfig,
+    RelayConfig,
+    ServoConfig,
+    VesselConfig,
+    find,
+    load,
+)
+from companion.core.auxiliary import Auxiliary
+from companion.core.types import DARK, ActuatorCommand, Battery, Beacon, Light, RcInput, ThrusterCommand, ThrusterFeedback
 from companion.io.actuators import open_actuator
 from companion.io.mavlink.framer import Packed, frame
 from sitl.battery import BatteryModel
@@ -259,3 +271,56 @@ def test_a_receiver_gets_the_channels_when_the_companion_falls_silent() -> None:
     assert bench.board.pulses_us[9] == 1400.0
 
 
+
+
+# --- servos, relays, lamps ----------------------------------------------------------------------------------------
+
+
+class Equipped(Bench):
+    """With a winch on channel 13, a pump on relay 3, and the beacon on relays 0 to 2."""
+
+    def __init__(self, **board: object) -> None:
+        wiring = {"servo_channels": (13,), "relays": (3,), "lamps": (0, 1, 2), "unguarded": True, **board}
+        super().__init__(**wiring)
+        self.vessel = replace(self.vessel, servos=(ServoConfig("winch"),), relays=(RelayConfig("pump"),))
+        self.driver = open_actuator(replace(self.config, servos=("winch",), relays=("pump",)), self.vessel, self.stream)
+
+    def do(self, seconds: float, auxiliary: Auxiliary, beacon: Beacon = DARK) -> list[list[bool]]:
+        """What its relays did meanwhile."""
+        seen = []
+        for _ in range(round(seconds * 20)):
+            self.run(0.05, armed=None)
+            self.driver.read(self.now_s)
+            self.driver.write(ActuatorCommand(self.now_s, True, HALF, auxiliary=auxiliary, beacon=beacon), self.now_s)
+            seen.append(list(self.board.relays[:4]))
+        return seen
+
+
+@pytest.mark.parametrize("method", ["override", "do_set_servo"])
+def test_servos_relays_and_lamps_on_it_obey(method: str) -> None:
+    bench = Equipped(method=method)
+    seen = bench.do(10.0, Auxiliary((1900.0,), (True,)), Beacon(Light.STEADY, Light.OFF, Light.BLINK))[40:]
+    assert bench.text == "" and bench.board.pulses_us[13] == 1900.0
+    assert {(red, yellow, pump) for red, yellow, _, pump in seen} == {(True, False, True)}
+    assert sum(green for _, _, green, _ in seen) == pytest.approx(len(seen) / 2, abs=3)
+    assert sum(a[2] is not b[2] for a, b in pairwise(seen)) == pytest.approx(16, abs=1)
+    bench.do(0.2, Auxiliary())  # no demand: at rest
+    assert bench.board.relays == [False] * 6
+    assert bench.board.pulses_us[13] == (1500.0 if method == "override" else 0.0)
+    bench.do(0.2, Auxiliary((1200.0,), (True,)), Beacon(Light.STEADY))
+    bench.driver.close()
+    bench.run(0.1, armed=None)
+    assert bench.board.relays == [False] * 6
+
+
+def test_a_relay_is_ordered_when_it_changes_and_once_a_second() -> None:
+    bench = Equipped()
+    bench.do(10.0, Auxiliary((None,), (True,)))
+    orders = [message.param1 for message in bench.sent if getattr(message, "command", 0) == mavlink.MAV_CMD_DO_SET_RELAY]
+    assert {number: orders.count(float(number)) for number in range(4)} == pytest.approx(dict.fromkeys(range(4), 10), abs=1)
+
+
+def test_a_relay_that_the_board_does_not_have_is_named() -> None:
+    bench = Equipped(relays=(9,))
+    bench.do(3.0, Auxiliary((None,), (True,)))
+    assert "refuses DO_SET_RELAY" in bench.text
