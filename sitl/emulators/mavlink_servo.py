@@ -23,8 +23,9 @@ _RATE_HZ = 20.0
 _CHANNELS = 16
 _RELAYS = 6
 _CENTRE_US = 1500.0
-_RC_CENTRED = (1500, 1500, 1500, 1500, 1000, 1000, 1000, 1000)
-_RC_SAFE = (1500, 1500, 1500, 1500, 2000, 1000, 1000, 1000)
+_LOWEST_US = 1000.0
+_RC_CENTRED = (1500, 1500, 1500, 1500, 1000, 1000, 1000, 1000, *(1500,) * 8)
+_RC_SAFE = (1500, 1500, 1500, 1500, 2000, 1000, 1000, 1000, *(1500,) * 8)
 _SCALED = 139
 _LOW_VOLTAGE_V = 10.8
 _LOW_REMAINING = 0.08
@@ -150,7 +151,9 @@ class MavlinkServoEmulator:
         if held is not None and (longest_s < 0.0 or self._t_s - held[1] < longest_s - 1e-9):
             return held[0]
         received = self._received_us
-        return None if received is None or channel > len(received) else float(received[channel - 1])
+        if received is None:
+            return None
+        return float(received[channel - 1]) if channel <= len(received) else _LOWEST_US  # one that the receiver lacks reads 0: full astern
 
     def _put_out(self) -> None:
         for channel in range(1, _CHANNELS + 1):
@@ -172,7 +175,7 @@ class MavlinkServoEmulator:
             shown = [0 if self.safety_on else round(pulse_us) for pulse_us in self.pulses_us[1:]]
             return mavlink.MAVLink_servo_output_raw_message(round(self._t_s * 1e6), 0, *shown)
         if number == mavlink.MAVLINK_MSG_ID_RC_CHANNELS:
-            count = 0 if self.rc_us is None else _CHANNELS
+            count = 0 if self.rc_us is None else len(self.rc_us)
             pulses = [round(self._radio_us(channel) or 0) for channel in range(1, _CHANNELS + 1)]
             return mavlink.MAVLink_rc_channels_message(round(self._t_s * 1e3), count, *pulses, 0, 0, 255)
         low, battery = "battery_low" in self._faults.active, self._battery

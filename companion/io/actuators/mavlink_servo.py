@@ -2,7 +2,8 @@
 
 What the board must be set to, override: SERVOn_FUNCTION = 139 + channel (RCINnScaled), so that SERVO_RC_FS_MSK can send the outputs to SERVOn_TRIM
 when the companion falls silent; RC_OVERRIDE_TIME 0.5 (the default holds an override for 3 s); RCn_MIN, _TRIM, _MAX the same as SERVOn_…;
-MAV_GCS_SYSID (SYSID_MYGCS) = `system`. Channels above 8 leave a transmitter its own. When released the outputs follow the RC receiver, if there is one.
+MAV_GCS_SYSID (SYSID_MYGCS) = `system`. Channels above 8 leave a transmitter its own. When released the outputs follow the RC receiver, if there is one: it needs those
+channels, at centre, for one that it lacks reads as full astern.
 DO_SET_SERVO: SERVOn_FUNCTION = 0. The board then holds its last pulses for ever, whatever becomes of the companion.
 """
 
@@ -83,6 +84,7 @@ class MavlinkServoBridge:
         self._agreed_s: float | None = None
         self._refused: tuple[int, float] | None = None  # the command, and when
         self._safety_on = self._receiver_lost = False
+        self._receiver_channels = 0
         self._now_s = 0.0
 
     def read(self, now_s: float) -> Sequence[Reading]:
@@ -104,6 +106,8 @@ class MavlinkServoBridge:
                     self._refused = message.command, arrival_s  # of which channel is not said, so consent to others takes nothing back
         if outputs is not None:
             readings += self._feedback(*outputs)
+        if received is not None:
+            self._receiver_channels = received[1].chancount
         if received is not None and self._hears_transmitter and received[1].chancount > 0:
             pulses = [getattr(received[1], f"chan{i}_raw") for i in range(1, _TRANSMITTERS + 1)]
             readings.append(RcInput(received[0], self.name, channels([0 if us == _IGNORE else us for us in pulses]), self._receiver_lost))
@@ -245,6 +249,9 @@ class MavlinkServoBridge:
             return ""
         if _OVERRIDE_TIME not in parameters or _FAILSAFE_MASK not in parameters:
             return f"the board has not said its {_OVERRIDE_TIME} and {_FAILSAFE_MASK} yet: without them nobody knows whether it would let go"
+        if 0 < self._receiver_channels < max(self._channels):
+            lacks = f"the RC receiver has {self._receiver_channels} channels and lacks {max(self._channels)}"
+            return f"{lacks}, which would be full astern when the companion falls silent: unplug it, use one with 16, or other channels"
         held_s = parameters[_OVERRIDE_TIME]
         if not 0.0 < held_s <= _LONGEST_OVERRIDE_S:
             how = f"for {held_s:g} s" if held_s > 0.0 else "for ever" if held_s < 0.0 else "not at all"

@@ -262,6 +262,15 @@ def test_as_it_comes_the_board_holds_an_override_for_three_seconds(mask: float, 
     assert bench.board.pulses_us[9] == left_us
 
 
+def test_a_channel_that_the_receiver_lacks_is_full_astern_and_that_is_said_before() -> None:
+    bench = Bench()
+    bench.board.rc_us = (1500,) * 8
+    bench.run(3.0)
+    assert "has 8 channels and lacks 10" in bench.text
+    bench.run(0.6, armed=None)
+    assert bench.board.pulses_us[9] == 1000.0
+
+
 def test_a_receiver_gets_the_channels_when_the_companion_falls_silent() -> None:
     bench = Bench()
     bench.board.rc_us = (1500,) * 8 + (1400,) * 8
