@@ -6,18 +6,22 @@ from collections.abc import Sequence
 
 from companion.config.bridges import PULSE_DRIVERS, OutputConfig
 from companion.config.devices import ActuatorConfig, ThrusterConfig
+from companion.config.outputs import ServoConfig
 
 Problem = tuple[tuple[str | int, ...], str]
 _SHORTEST_US, _LONGEST_US = 500.0, 2500.0
 
 
-def bridge_problems(thrusters: Sequence[ThrusterConfig], actuators: Sequence[ActuatorConfig]) -> list[Problem]:
+def bridge_problems(thrusters: Sequence[ThrusterConfig], actuators: Sequence[ActuatorConfig], servos: Sequence[ServoConfig]) -> list[Problem]:
     """Faults of all bridges and of `[thruster.output]`, with their places."""
     problems: list[Problem] = []
     by_name = {thruster.name: thruster for thruster in thrusters}
     for i, actuator in enumerate(actuators):
         driven = [by_name[name] for name in actuator.thrusters if name in by_name]
         problems += [(("actuator", i, *place), text) for place, text in _of_mavlink(actuator, driven)]
+        if actuator.mavlink is not None and actuator.mavlink.method == "override":
+            text = "an overridden channel cannot be without pulses: give it rest_us"
+            problems += [(("servo", j, "name"), text) for j, servo in enumerate(servos) if servo.name in actuator.servos and servo.rest_us is None]
     pulsed = {name for actuator in actuators if actuator.driver in PULSE_DRIVERS for name in actuator.thrusters}
     for i, thruster in enumerate(thrusters):
         if thruster.output is not None:

@@ -64,6 +64,13 @@ def test_a_relay_that_stays_on_in_silence_is_taken_from_an_owner_who_knows() -> 
     assert with_bridge(f"{board}unguarded = true\n{relay}").actuators[0].relays == ("pump",)
 
 
+def test_a_servo_on_an_overridden_channel_needs_pulses_at_rest() -> None:
+    board = BOARD.replace("[actuator.mavlink]", 'servos = ["winch"]\n[actuator.mavlink]') + CHANNELS + "servo_channels = [13]\n"
+    (problem,) = problems(f'{board}[[servo]]\nname = "winch"\n')
+    assert "servo[1].name: an overridden channel cannot be without pulses" in problem
+    assert with_bridge(f'{board}[[servo]]\nname = "winch"\nrest_us = 1500\n').servos[0].rest_us == 1500.0
+
+
 def test_do_set_servo_is_taken_from_an_owner_who_knows() -> None:
     vessel = with_bridge(BOARD + CHANNELS + 'method = "do_set_servo"\nunguarded = true\n')
     assert vessel.actuators[0].mavlink is not None and vessel.actuators[0].mavlink.unguarded

@@ -82,34 +82,39 @@ class Bench:
 
 def test_an_override_names_its_channels_and_no_other() -> None:
     bench = Bench()
-    bench.run(2.0)
+    bench.run(4.0)
     message = bench.last("RC_CHANNELS_OVERRIDE")
     assert (message.get_srcSystem(), message.target_system, message.target_component) == (255, 1, 1)
-    assert [getattr(message, f"chan{i}_raw") for i in range(1, 9)] == [0xFFFF] * 8
+    assert [getattr(message, f"chan{i}_raw") for i in range(1, 9)] == [0xFFFF, 0xFFFF, 1500, *[0xFFFF] * 5]  # 3: for the board's failsafe
     assert [getattr(message, f"chan{i}_raw") for i in range(9, 19)] == [1760, 1250, 1500, 1750, 0, 0, 0, 0, 0, 0]
     assert bench.text == "" and bench.board.pulses_us[9:13] == [1760.0, 1250.0, 1500.0, 1750.0]
 
 
-def test_low_channels_are_overridden_and_released_by_the_other_codes() -> None:
+def test_low_channels_are_left_alone_by_another_code_than_high_ones() -> None:
     bench = Bench(channels=(1, 2), azimuth_channels=(3, 4))
-    bench.run(2.0)
+    bench.run(4.0)
     message = bench.last("RC_CHANNELS_OVERRIDE")
     assert [getattr(message, f"chan{i}_raw") for i in range(1, 10)] == [1760, 1250, 1500, 1750, 0xFFFF, 0xFFFF, 0xFFFF, 0xFFFF, 0]
-    bench.driver.close()
-    neutral, release = [message for message in bench.sent if message.get_type() == "RC_CHANNELS_OVERRIDE"][-2:]
-    assert [getattr(neutral, f"chan{i}_raw") for i in range(1, 6)] == [1520, 1500, 0xFFFF, 0xFFFF, 0xFFFF]
-    assert [getattr(release, f"chan{i}_raw") for i in range(1, 6)] == [0, 0, 0, 0, 0xFFFF]
 
 
-def test_closing_hands_high_channels_back_to_the_receiver() -> None:
+def test_closing_stops_the_thrusters_and_then_a_receiver_has_them() -> None:
     bench = Bench()
     bench.board.rc_us = (1500,) * 8 + (1300,) * 8
-    bench.run(2.0)
+    bench.run(4.0)
     bench.driver.close()
-    release = bench.last("RC_CHANNELS_OVERRIDE")
-    assert [getattr(release, f"chan{i}_raw") for i in range(9, 14)] == [0xFFFE, 0xFFFE, 0xFFFE, 0xFFFE, 0]
+    assert {message.chan3_raw for message in bench.sent[-40:] if message.get_type() == "RC_CHANNELS_OVERRIDE"} == {0xFFFF}
     bench.run(0.1, armed=None)
+    assert bench.board.pulses_us[9:13] == [1520.0, 1500.0, 1500.0, 1750.0]
+    bench.run(0.5, armed=None)
     assert bench.board.pulses_us[9:13] == [1300.0] * 4
+
+
+def test_azimuth_servos_begin_at_rest_and_turn_at_their_rate() -> None:
+    bench = Bench()
+    bench.run(1.0, armed=False)
+    assert bench.board.pulses_us[11:13] == [1500.0, 1500.0]
+    bench.run(1.0)
+    assert bench.board.pulses_us[12] == pytest.approx(1500.0 + 45.8 / 178.0 * 500.0, abs=8.0)
 
 
 def test_heartbeats_come_once_a_second_and_pulses_only_once_the_board_is_known() -> None:
@@ -145,6 +150,8 @@ def test_do_set_servo_is_sent_on_a_change_and_twice_a_second() -> None:
         ("RC_OVERRIDE_TIME", -1.0, "for ever"),
         ("RC_OVERRIDE_TIME", 0.0, "not at all"),
         ("SERVO_RC_FS_MSK", 256.0, "channel 10 would hold its last pulse when the companion falls silent: set SERVO_RC_FS_MSK to 768"),
+        ("FS_THR_ENABLE", 0.0, "radio failsafe is off"),
+        ("RC_FS_TIMEOUT", 5.0, "would notice the companion's silence after 5 s: set RC_FS_TIMEOUT to 0.5"),
         ("MAV_GCS_SYSID", 42.0, "output 9 is at 1520 µs, not 1760: SERVO9_FUNCTION should be 148, MAV_GCS_SYSID 255"),
         ("SERVO9_FUNCTION", 70.0, "output 9 is at 0 µs"),
     ],
@@ -185,12 +192,17 @@ def test_a_slow_azimuth_is_not_taken_for_an_output_astray() -> None:
             assert bench.text == ""
 
 
-def test_a_transmitter_is_not_heard_through_channels_that_are_overridden() -> None:
-    for channels, heard in (((9, 10), True), ((8, 9), False)):
-        bench = Bench(channels=channels, azimuth_channels=(11, 12))
-        bench.board.rc_us = (1500,) * 16
-        bench.run(2.0)
-        assert any(isinstance(reading, RcInput) for reading in bench.readings) is heard
+@pytest.mark.parametrize("method", ["override", "do_set_servo"])
+def test_a_transmitter_is_heard_only_where_its_loss_would_be(method: str) -> None:
+    bench = Bench(method=method, unguarded=True)
+    bench.board.rc_us = (1500,) * 16
+    bench.run(2.0)
+    received = [reading for reading in bench.readings if isinstance(reading, RcInput)]
+    assert bool(received) is (method == "do_set_servo")
+    bench.readings.clear()
+    bench.faults.active = frozenset({"rc_lost"})
+    bench.run(2.0)
+    assert all(reading.lost for reading in [reading for reading in bench.readings if isinstance(reading, RcInput)][-1:])
 
 
 def test_another_system_on_the_line_is_not_the_board() -> None:
@@ -250,16 +262,35 @@ def test_without_its_table_it_is_refused() -> None:
 # --- the board, as ArduPilot is -----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("mask", "left_us"), [(65535.0, 1520.0), (0.0, 1760.0)])
-def test_as_it_comes_the_board_holds_an_override_for_three_seconds(mask: float, left_us: float) -> None:
-    """And then for ever, unless its mask sends the output to trim."""
+@pytest.mark.parametrize(
+    ("settings", "left_us"),
+    [
+        ({}, 1520.0),
+        ({"SERVO_RC_FS_MSK": 0.0}, 1760.0),  # for ever
+        ({"FS_THR_ENABLE": 0.0}, 1760.0),
+    ],
+)
+def test_without_a_receiver_the_boards_failsafe_frees_the_outputs_if_it_is_set_to(settings: dict[str, float], left_us: float) -> None:
     bench = Bench()
-    bench.board.parameters.update(RC_OVERRIDE_TIME=3.0, SERVO_RC_FS_MSK=mask)
+    bench.board.parameters.update({"RC_OVERRIDE_TIME": 3.0, "RC_FS_TIMEOUT": 1.0, **settings})  # but for `settings` as it comes
+    bench.run(2.0)
+    bench.run(0.9, armed=None)
+    assert bench.board.pulses_us[9] == 1760.0
+    bench.run(0.2, armed=None)
+    assert bench.board.pulses_us[9] == left_us
+    bench.run(9.0, armed=None)
+    assert bench.board.pulses_us[9] == left_us
+
+
+def test_with_a_receiver_an_override_lasts_for_three_seconds_as_it_comes() -> None:
+    bench = Bench()
+    bench.board.rc_us = (1500,) * 8 + (1400,) * 8
+    bench.board.parameters["RC_OVERRIDE_TIME"] = 3.0
     bench.run(2.0)
     bench.run(2.9, armed=None)
     assert bench.board.pulses_us[9] == 1760.0
     bench.run(0.2, armed=None)
-    assert bench.board.pulses_us[9] == left_us
+    assert bench.board.pulses_us[9] == 1400.0
 
 
 def test_a_channel_that_the_receiver_lacks_is_full_astern_and_that_is_said_before() -> None:
@@ -291,7 +322,7 @@ class Equipped(Bench):
     def __init__(self, **board: object) -> None:
         wiring = {"servo_channels": (13,), "relays": (3,), "lamps": (0, 1, 2), "unguarded": True, **board}
         super().__init__(**wiring)
-        self.vessel = replace(self.vessel, servos=(ServoConfig("winch"),), relays=(RelayConfig("pump"),))
+        self.vessel = replace(self.vessel, servos=(ServoConfig("winch", rest_us=1500.0 if self.config.mavlink.method == "override" else None),), relays=(RelayConfig("pump"),))
         self.driver = open_actuator(replace(self.config, servos=("winch",), relays=("pump",)), self.vessel, self.stream)
 
     def do(self, seconds: float, auxiliary: Auxiliary, beacon: Beacon = DARK) -> list[list[bool]]:
