@@ -8,6 +8,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from companion.config.bridges import MavlinkBoardConfig, OutputConfig
 from companion.config.fields import FROM_DEGREES, FROM_DEGREES_OR_NONE, SECTORS_FROM_DEGREES, STRICT, Name, NonNegative, Positive, Vector
 
 UNIT_MATRIX = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
@@ -64,6 +65,7 @@ class ThrusterConfig:
     retractable: bool = False
     travel_s: NonNegative = 0.0
     jet: JetConfig | None = None
+    output: OutputConfig | None = None  # None: the drive takes throttle and azimuth as they are
 
     @property
     def turns(self) -> bool:
@@ -116,3 +118,4 @@ class ActuatorConfig:
     timeout_s: Positive = 1.0
     servos: tuple[Name, ...] = ()
     relays: tuple[Name, ...] = ()
+    mavlink: MavlinkBoardConfig | None = None

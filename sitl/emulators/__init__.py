@@ -8,8 +8,9 @@ from companion.config import ActuatorConfig, ConfigError, SensorConfig
 from sitl.battery import BatteryModel
 from sitl.emulators.ais import AisEmulator
 from sitl.emulators.compass import CompassEmulator
-from sitl.emulators.device import Device, Surroundings
+from sitl.emulators.device import Board, Device, Surroundings
 from sitl.emulators.gnss import GnssEmulator
+from sitl.emulators.mavlink_servo import MavlinkServoEmulator
 from sitl.emulators.microcontroller import MicrocontrollerEmulator
 from sitl.emulators.wind_sensor import WindEmulator
 from sitl.emulators.xsens import XsensEmulator
@@ -31,7 +32,8 @@ SENSORS: Mapping[str, Callable[[SensorConfig, MemoryDevice, Surroundings], Devic
     "mtdata2": XsensEmulator,
     "ais": AisEmulator,
 }
-BOARDS: Mapping[str, Callable[[ActuatorConfig, MemoryDevice, Sequence[Thruster], BatteryModel, Faults], MicrocontrollerEmulator]] = {
+BOARDS: Mapping[str, Callable[[ActuatorConfig, MemoryDevice, Sequence[Thruster], BatteryModel, Faults], Board]] = {
+    "mavlink_servo": MavlinkServoEmulator,
     "microcontroller": MicrocontrollerEmulator,
 }
 
@@ -44,9 +46,7 @@ def sensor(config: SensorConfig, port: MemoryDevice, around: Surroundings) -> De
     return make(config, port, around)
 
 
-def board(
-    config: ActuatorConfig, port: MemoryDevice, thrusters: Sequence[Thruster], battery: BatteryModel, faults: Faults
-) -> MicrocontrollerEmulator:
+def board(config: ActuatorConfig, port: MemoryDevice, thrusters: Sequence[Thruster], battery: BatteryModel, faults: Faults) -> Board:
     """The board that `config.driver` talks to, with the thrusters on it. Raises ConfigError where there is none."""
     make = BOARDS.get(config.driver)
     if make is None:

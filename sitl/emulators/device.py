@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -21,6 +22,16 @@ class Device(Protocol):
 
     def speak(self, t_s: float) -> None:
         """Measure now, and send."""
+        ...
+
+
+class Board(Device, Protocol):
+    """An emulated board that drives thrusters. `rc_us`: pulses of a transmitter's channels, None where there is no receiver."""
+
+    rc_us: Sequence[int] | None
+
+    def listen(self, t_s: float) -> None:
+        """Take what has arrived by `t_s`, and mind its own time-outs."""
         ...
 
 

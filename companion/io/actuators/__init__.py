@@ -6,9 +6,11 @@ from collections.abc import Callable, Mapping
 
 from companion.config import ActuatorConfig, ConfigError, VesselConfig
 from companion.core.ports import Actuator, ByteStream
+from companion.io.actuators.mavlink_servo import MavlinkServoBridge
 from companion.io.actuators.microcontroller import MicrocontrollerBridge
 
 DRIVERS: Mapping[str, Callable[[ActuatorConfig, VesselConfig, ByteStream], Actuator]] = {
+    "mavlink_servo": MavlinkServoBridge,
     "microcontroller": MicrocontrollerBridge,
 }
 
