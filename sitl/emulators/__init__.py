@@ -11,6 +11,8 @@ from sitl.emulators.compass import CompassEmulator
 from sitl.emulators.device import Device, Surroundings
 from sitl.emulators.gnss import GnssEmulator
 from sitl.emulators.microcontroller import MicrocontrollerEmulator
+from sitl.emulators.pixhawk import PixhawkEmulator
+from sitl.emulators.vectornav import VectorNavEmulator
 from sitl.emulators.wind_sensor import WindEmulator
 from sitl.emulators.xsens import XsensEmulator
 from sitl.faults import Faults
@@ -29,6 +31,8 @@ def _nmea0183(config: SensorConfig, port: MemoryDevice, around: Surroundings) ->
 SENSORS: Mapping[str, Callable[[SensorConfig, MemoryDevice, Surroundings], Device]] = {
     "nmea0183": _nmea0183,
     "mtdata2": XsensEmulator,
+    "vectornav": VectorNavEmulator,
+    "mavlink_imu": PixhawkEmulator,
     "ais": AisEmulator,
 }
 BOARDS: Mapping[str, Callable[[ActuatorConfig, MemoryDevice, Sequence[Thruster], BatteryModel, Faults], MicrocontrollerEmulator]] = {
