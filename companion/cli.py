@@ -141,7 +141,8 @@ def _compose_run(
             if getattr(arguments, flag):
                 raise UsageError(f"--{flag} needs --sitl: a real boat brings its own")
         wall = WallClock()
-        around = Surroundings(wall, TransportOpener(), RealWorld(), _links(urls), state, log_folder, True, manifest)
+        ports = TransportOpener()
+        around = Surroundings(wall, ports, RealWorld(), _links(urls), state, log_folder, True, manifest, network=ports)
         return build(config, around), wall
     if not arguments.speed > 0.0:
         raise UsageError(f"--speed {arguments.speed:g}: above 0, please")
@@ -154,7 +155,8 @@ def _compose_run(
     patience = max(1.0, arguments.speed)
     defaults = {"COM_DL_LOSS_T": min(300.0, 10.0 * patience), "COM_RC_LOSS_T": min(10.0, 0.5 * patience)} if patience > 1.0 else {}
     links = _links(urls, patience)
-    vessel = build(config, Surroundings(paced, world, world, links, state, log_folder, True, manifest, defaults, patience))
+    around = Surroundings(paced, world, world, links, state, log_folder, True, manifest, defaults, patience, network=TransportOpener())
+    vessel = build(config, around)
     vessel.add_recorder(TruthLog(log_folder, world, tuple(thruster.name for thruster in config.thrusters)))
     return vessel, paced
 

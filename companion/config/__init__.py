@@ -307,8 +307,8 @@ def without_calibration(config: VesselConfig) -> VesselConfig:
 
 
 def as_dict(config: VesselConfig) -> dict[str, Any]:
-    """For the manifest of a log: the configuration in force, with the field names of this module."""
-    return asdict(config)
+    """For the manifest of a log: the configuration in force, with the field names of this module, without passwords."""
+    return asdict(replace(config, corrections=tuple(replace(row, password="") for row in config.corrections)))
 
 
 def raw(path: Path) -> dict[str, Any]:
