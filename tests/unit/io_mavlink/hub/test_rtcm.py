@@ -49,6 +49,17 @@ def test_every_length_at_every_sequence_number(cut: Any) -> None:
         assert found == [message], (size, sequence)
 
 
+@pytest.mark.parametrize("cut", [qgroundcontrol, closed, not_counting])
+@pytest.mark.parametrize("size", [1, 179, 180, 181, 360, 720, 800])
+def test_a_stream_cut_without_regard_for_its_messages(cut: Any, size: int) -> None:
+    messages = [frame(length, k) for k, length in enumerate((60, 179, 180, 181, 360, 720, 800, 25, 1029) * (1 if size == 1 else 4))]
+    stream, assembler, found = b"".join(messages), Assembler(), []
+    for sequence, k in enumerate(range(0, len(stream), size)):
+        for flags, data in cut(stream[k : k + size], sequence):
+            found += assembler.take(flags, data)
+    assert found == messages
+
+
 def test_fragments_out_of_order_and_doubled() -> None:
     for order in itertools.permutations(range(4)):
         assembler = Assembler()
