@@ -205,7 +205,7 @@ def _cross_checks(config: VesselConfig) -> list[tuple[tuple[str | int, ...], str
     for table in ("thruster", "servo", "relay"):
         problems += _driving_problems(config, table, tables[table])
     problems += rest_problems(config.servos)
-    problems += stream_problems(config.sensors, config.corrections)
+    problems += stream_problems(config.sensors, config.actuators, config.corrections)
     for i, thruster in enumerate(config.thrusters):
         if thruster.turns and thruster.azimuth_rate_radps <= 0.0:
             problems.append((("thruster", i, "azimuth_rate_dps"), f"a thruster of kind '{thruster.kind}' needs a rate above 0"))

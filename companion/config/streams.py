@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from companion.config.devices import SensorConfig
+from companion.config.devices import ActuatorConfig, SensorConfig
 from companion.config.fields import STRICT, Positive
 
 Sentence = Literal["GGA", "RMC", "VTG", "HDT", "ZDA", "XTE", "APB", "RSA"]
@@ -44,10 +44,16 @@ class NmeaOutConfig:
 
 
 def stream_problems(
-    sensors: Sequence[SensorConfig], corrections: Sequence[CorrectionsConfig]
+    sensors: Sequence[SensorConfig], bridges: Sequence[ActuatorConfig], corrections: Sequence[CorrectionsConfig]
 ) -> list[tuple[tuple[str | int, ...], str]]:
     """Places and texts of what no single field can know."""
     problems: list[tuple[tuple[str | int, ...], str]] = []
+    taken = {sensor.port: (sensor.name, sensor.driver) for sensor in sensors}
+    for i, bridge in enumerate(bridges):
+        name, driver = taken.setdefault(bridge.port, (bridge.name, bridge.driver))
+        both_mavlink = driver.startswith("mavlink") and bridge.driver.startswith("mavlink")  # one autopilot is sensor and bridge
+        if name != bridge.name and not both_mavlink and not bridge.port.startswith("memory:"):
+            problems.append((("actuator", i, "port"), f"'{name}' has it too: only sensors, and what speaks MAVLink, can share a port"))
     names = [sensor.name for sensor in sensors]
     for i, row in enumerate(corrections):
         if row.to is not None and row.to not in names:

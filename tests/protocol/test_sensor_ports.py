@@ -16,7 +16,7 @@ from typing import Any
 
 import pynmea2
 import pytest
-from mavsdk.plugins.rtk import Rtk, RtcmData, RtkError
+from mavsdk.plugins.rtk import RtcmData, Rtk, RtkError
 from pymavlink.dialects.v20 import common as mavlink
 
 from companion.config import find

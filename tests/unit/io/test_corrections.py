@@ -249,3 +249,11 @@ def test_mistakes_in_the_file(text: str, remedy: str) -> None:
 
 def test_the_bundled_vessels_need_none() -> None:
     assert load(find("aboat")).corrections == ()
+
+
+def test_a_bridge_shares_its_port_with_none_but_its_own_autopilot() -> None:
+    shared = REVOLT.replace("serial:/dev/usv-mcu:115200", "serial:/dev/usv-imu:115200")
+    with pytest.raises(ConfigError, match="'imu' has it too: only sensors, and what speaks MAVLink, can share a port"):
+        parse(shared, "x")
+    assert parse(shared.replace('"mtdata2"', '"mavlink_imu"').replace('"microcontroller"\nport', '"mavlink_servo"\nport'), "x").actuators
+    assert parse(REVOLT.replace("serial:/dev/usv-gnss:115200", "serial:/dev/usv-imu:115200"), "x").sensors[0].name == "gnss"
