@@ -5,7 +5,7 @@ One line a reading, in the order in which they came: `kind,source,values`, value
 the estimator said, the setpoint that was followed and what control and allocation made of it (`TICK_COLUMNS`, then throttle and azimuth of
 each thruster where the setpoint sets them). A line `parameter` is a change under way, its source the parameter's name. A line `packet` is a MAVLink packet
 that came in, its source the dialect and the name of the endpoint, its values the time at which it was handled and the packet's bytes; a line `health` what a device's
-driver said of it from then on: one byte for well or not, then its text. Decimal text of
+driver said of it from then on (each minute also of one that is well: its rates and counts): one byte for well or not, then its text. Decimal text of
 the same digits would cost six times the processor time. A `replay` needs this file and manifest.json, one of the whole tick also `state/` and ticks.csv.
 """
 

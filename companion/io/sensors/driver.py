@@ -9,9 +9,11 @@ from companion.config import SensorConfig
 from companion.core.ports import ByteStream
 from companion.core.types import DeviceHealth, Reading
 from companion.io.sensors.pace import Pace
+from companion.io.sensors.recognise import recognise
 from companion.io.sensors.setup import DeviceSetup
 
 _SILENT_BYTES = 600  # that many bytes without one valid message: not the language or not the speed
+_SAMPLE_BYTES = 2000  # of them are kept to find out which language it is
 
 
 class StreamDriver(ABC):
@@ -34,12 +36,16 @@ class StreamDriver(ABC):
         self._pace = Pace(config.rate_hz)
         self._setup: DeviceSetup | None = None  # of devices that are told what to send
         self._was_open = False
+        self._sample = b""
+        self._judged: tuple[int, str] = (0, "")  # at so many bytes: what they are
 
     def read(self, now_s: float) -> Sequence[Reading]:
         """Readings whose bytes came in since the last call, in order of arrival."""
         readings: list[Reading] = []
         for arrival_s, data in self._stream.read(now_s):
             self._bytes_since_valid += len(data)
+            if self._bytes_since_valid > _SILENT_BYTES // 2:
+                self._sample = (self._sample + data)[-_SAMPLE_BYTES:]
             self._feed(arrival_s, data, readings)
         if self._setup is not None:
             self._set_up(self._setup, now_s)
@@ -87,7 +93,13 @@ class StreamDriver(ABC):
 
     def _nonsense(self) -> str:
         """What may be wrong where bytes come in that are no messages."""
-        return f"wrong baud rate in '{self._config.port}', or the device speaks another protocol"
+        if self._bytes_since_valid - self._judged[0] >= _SILENT_BYTES or self._bytes_since_valid < self._judged[0] or not self._judged[1]:
+            voice = recognise(self._sample)
+            text = f"wrong baud rate in '{self._config.port}', or the device speaks another protocol"
+            if voice is not None:
+                text = f"the device on '{self._config.port}' speaks {voice.text}"
+            self._judged = self._bytes_since_valid, text
+        return self._judged[1]
 
     def _count_valid(self, arrival_s: float, kind: str = "") -> None:
         self._valid += 1

@@ -27,6 +27,8 @@ _SENTENCE = re.compile(rb"([$!])([ -#%%-)+-~]{6,%d})\*([0-9A-Fa-f]{2})" % _LONGE
 _UNCHECKED = re.compile(rb"\$[A-Z]{2}[A-Z]{3},[ -#%-)+-~]*\r?\n")
 _KEPT_BYTES = _LONGEST + 4
 _PREFERRED_AGE_S = 2.0  # lesser sentences count only where nothing better came for that long
+_MANY = 50
+_MOST_OTHERS = 6
 _PROPRIETARY, _SATELLITES, _TRANSDUCERS = "P", "GSV", "XDR"
 
 
@@ -39,7 +41,8 @@ class THS(pynmea2.TalkerSentence):  # type: ignore[misc]  # pynmea2 is untyped
 class Nmea0183Sensor(StreamDriver):
     """NMEA sentences → readings; `GnssSentences` and `HullSentences` say which. Times: `SentenceTimes`.
 
-    Remembers the unfinished sentence, when each type of sentence last came, and how many came without a checksum since the last with one.
+    Remembers the unfinished sentence, when each type of sentence last came, how many came without a checksum since the last with one, and
+    whether any was of use.
     """
 
     messages = "NMEA sentences"
@@ -50,6 +53,8 @@ class Nmea0183Sensor(StreamDriver):
         self._tail_arrival_s = 0.0
         self._seen_s: dict[str, float] = {}
         self._unchecked = 0
+        self._used = False  # whether a sentence of any use has come yet
+        self._others: set[str] = set()
         self._talkers = frozenset(config.talkers)
         self._times = SentenceTimes(config.latency_s, self._pace)
         self._gnss = GnssSentences(self.name, self._recent)
@@ -62,6 +67,12 @@ class Nmea0183Sensor(StreamDriver):
         health = super().health(now_s)
         remark = self._gnss.remark(now_s) if health.ok else ""
         return DeviceHealth(health.name, health.ok, health.age_s, f"{health.text}; {remark}") if remark else health
+
+    def _complaint(self, age_s: float | None) -> str:
+        complaint = super()._complaint(age_s)
+        if complaint or self._used or self._valid < _MANY:
+            return complaint
+        return f"the device on '{self._config.port}' sends no sentence that is used here, but {', '.join(sorted(self._others)) or 'others'}"
 
     def _nonsense(self) -> str:
         if self._unchecked:
@@ -100,7 +111,10 @@ class Nmea0183Sensor(StreamDriver):
         self._count_valid(arrival_s, kind)
         names = self._names.get(kind)
         if names is None or (self._talkers and talker not in self._talkers):
+            if len(self._others) < _MOST_OTHERS:
+                self._others.add(body[:5])
             return
+        self._used = True
         sentence = dict(zip(names, body[6:].split(","), strict=False))
         try:
             t_s = self._times.of(kind, sentence, began_s)
