@@ -13,10 +13,11 @@ from typing import Any
 from companion.config import SensorConfig
 from companion.core.angles import wrap_pi
 from companion.core.ports import ByteStream
-from companion.core.types import Heading, HeadingBy, Imu, MagneticField, Reading
+from companion.core.types import Imu, MagneticField, Reading
 from companion.io.mavlink import messages as mavlink
 from companion.io.mavlink.framer import Framer, UnknownMessage, frame, pack
 from companion.io.sensors.driver import StreamDriver
+from companion.io.sensors.own_yaw import OwnYaw
 from companion.io.sensors.sample_clock import SampleClock
 
 _ONBOARD_COMPUTER: int = mavlink.MAV_COMP_ID_ONBOARD_COMPUTER
@@ -25,7 +26,6 @@ _ASK_S = 2.0  # between two requests for what does not come
 _COMES_S = 1.0  # a message counts as coming for so long
 _ATTITUDE_AGE_S = 0.1
 _ATTITUDE_HZ = 20.0
-_HEADING_PERIOD_S = 0.095
 _HEARD_S = 3.0
 _G_MPS2 = 9.80665
 _MILLI = 1e-3
@@ -34,7 +34,6 @@ _SCALED: int = mavlink.MAVLINK_MSG_ID_SCALED_IMU
 _RAW: int = mavlink.MAVLINK_MSG_ID_RAW_IMU
 _ATTITUDE: int = mavlink.MAVLINK_MSG_ID_ATTITUDE
 _RANK = {_HIGHRES: 0, _SCALED: 1, _RAW: 2}
-_HEADING_BY = {"none": None, "ahrs": None, "magnetic": HeadingBy.MAGNETIC, "true": HeadingBy.COMPASS}
 _ALL_FIELDS = 0x3F  # of HIGHRES_IMU's fields_updated: accelerations and rates
 _FIELD_UPDATED = 0x1C0
 
@@ -61,8 +60,7 @@ class MavlinkImu(StreamDriver):
         self._heard_s = -math.inf
         self._clocks: dict[int, SampleClock] = {}
         self._attitude: tuple[float, float, float, float] | None = None  # when, roll, pitch, yaw
-        self._heading_by = _HEADING_BY[config.heading]
-        self._heading_s = -math.inf
+        self._own_yaw = OwnYaw(config)
         self._gives_field = config.heading == "ahrs"
 
     def read(self, now_s: float) -> list[Reading]:
@@ -136,9 +134,8 @@ class MavlinkImu(StreamDriver):
         if not math.isfinite(message.roll + message.pitch + message.yaw):
             return
         self._attitude = t_s, message.roll, message.pitch, wrap_pi(message.yaw)
-        if self._heading_by is not None and not 0.0 <= t_s - self._heading_s < _HEADING_PERIOD_S:
-            self._heading_s = t_s
-            readings.append(Heading(t_s, self.name, wrap_pi(message.yaw + self._config.heading_offset_rad), None, self._heading_by))
+        if (heading := self._own_yaw.heading(t_s, message.yaw)) is not None:
+            readings.append(heading)
 
     def _time_s(self, number: int, stamp: int, tick_s: float, arrival_s: float) -> float:
         clock = self._clocks.get(number)

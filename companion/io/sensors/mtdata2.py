@@ -14,11 +14,11 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from companion.config import SensorConfig
-from companion.core.angles import wrap_pi
 from companion.core.ports import ByteStream
-from companion.core.types import DeviceHealth, Heading, HeadingBy, Imu, MagneticField, Reading
+from companion.core.types import DeviceHealth, Imu, MagneticField, Reading
 from companion.io.sensors.driver import StreamDriver
 from companion.io.sensors.mtdata2_setup import ANSWERS, ERROR, SET_OUTPUT_ACK, error_text, mti_setup, rate_problem
+from companion.io.sensors.own_yaw import OwnYaw
 from companion.io.sensors.sample_clock import SampleClock
 
 _MTDATA2 = 0x36
@@ -48,9 +48,6 @@ _FLOATS: Mapping[int, struct.Struct] = {
 _header_at = struct.Struct(">HB").unpack_from
 _word_at = struct.Struct(">I").unpack_from
 
-_HEADING_BY = {"none": None, "ahrs": None, "magnetic": HeadingBy.MAGNETIC, "true": HeadingBy.COMPASS}
-_HEADING_PERIOD_S = 0.095  # its errors are slow: ten a second say all there is to know
-
 _SELF_TEST_OK = 0x1
 _CLIPPING = 0x00080000
 
@@ -59,7 +56,7 @@ class Mtdata2Sensor(StreamDriver):
     """MTData2 bytes → `Imu` readings, `MagneticField` readings where the device sends its field, and `Heading` readings by its own yaw
     where the configuration says what that is worth.
 
-    Remembers the unfinished message, the relation of the device's clock to the vessel's, and when it last gave a heading. Messages without both acceleration and rate of turn give no reading, but count as valid: the health text then says what is missing.
+    Remembers the unfinished message and the relation of the device's clock to the vessel's. Messages without both acceleration and rate of turn give no reading, but count as valid: the health text then says what is missing.
     """
 
     messages = "MTData2 messages"
@@ -71,8 +68,7 @@ class Mtdata2Sensor(StreamDriver):
         self._remark = ""
         self._rate_remark = ""
         self._setup = mti_setup(config) if config.configure or config.rotation_rad is not None else None
-        self._heading_by = _HEADING_BY[config.heading]
-        self._heading_s = -math.inf
+        self._own_yaw = OwnYaw(config)
 
     def _feed(self, arrival_s: float, data: bytes, readings: list[Reading]) -> None:
         buffer = self._buffer
@@ -157,7 +153,10 @@ class Mtdata2Sensor(StreamDriver):
 
     def _emit(self, arrival_s: float, ticks: int | None, values: Mapping[int, tuple[float, ...]], readings: list[Reading]) -> None:
         acceleration, rate = values.get(_ACCELERATION), values.get(_RATE_OF_TURN)
-        t_s = arrival_s - self._config.latency_s if ticks is None else self._clock.time_s(ticks, arrival_s)
+        t_s = arrival_s - self._config.latency_s
+        if ticks is not None:
+            direct_s, t_s = t_s, self._clock.time_s(ticks, arrival_s)
+            self._pace.late(direct_s - t_s)
         if field := values.get(_MAGNETIC_FIELD):
             readings.append(MagneticField(t_s, self.name, *field))
         if acceleration is None or rate is None:
@@ -166,9 +165,8 @@ class Mtdata2Sensor(StreamDriver):
         p, q, r = rate
         roll, pitch, yaw = _attitude(values)
         readings.append(Imu(t_s, self.name, x, y, z, p, q, r, roll, pitch, yaw))
-        if self._heading_by is not None and yaw is not None and not 0.0 <= t_s - self._heading_s < _HEADING_PERIOD_S:
-            self._heading_s = t_s
-            readings.append(Heading(t_s, self.name, wrap_pi(yaw + self._config.heading_offset_rad), None, self._heading_by))
+        if (heading := self._own_yaw.heading(t_s, yaw)) is not None:
+            readings.append(heading)
 
     def _note_status(self, word: int) -> None:
         if not word & _SELF_TEST_OK:

@@ -13,17 +13,16 @@ import re
 from companion.config import SensorConfig
 from companion.core.angles import wrap_pi
 from companion.core.ports import ByteStream
-from companion.core.types import Heading, HeadingBy, Imu, MagneticField, Reading
+from companion.core.types import Imu, MagneticField, Reading
 from companion.io.sensors.driver import StreamDriver
 from companion.io.sensors.nmea0183_fields import checksum, number
+from companion.io.sensors.own_yaw import OwnYaw
 from companion.io.sensors.setup import DeviceSetup, Step
 
 _LONGEST = 200
 _MESSAGE = re.compile(rb"\$(VN[ -#%%-)+-~]{3,%d})\*([0-9A-Fa-f]{2})" % _LONGEST)
 _KEPT_BYTES = _LONGEST + 4
 _VALUES = 12
-_HEADING_BY = {"none": None, "ahrs": None, "magnetic": HeadingBy.MAGNETIC, "true": HeadingBy.COMPASS}
-_HEADING_PERIOD_S = 0.095
 _YMR = 14
 _RATES_HZ = (1, 2, 4, 5, 10, 20, 25, 40, 50, 100, 200)  # that register 7 takes
 
@@ -32,7 +31,7 @@ class VectorNavSensor(StreamDriver):
     """VNYMR → `Imu`; `MagneticField` for an AHRS of ours, `Heading` by the device's yaw where the configuration says what that is worth.
 
     Times are those of arrival of a message's first byte, less the configured latency. With `configure` the device is told at the start to
-    send VNYMR at the rate nearest to `rate_hz`. Remembers the unfinished message and when it last gave a heading.
+    send VNYMR at the rate nearest to `rate_hz`. Remembers the unfinished message.
     """
 
     messages = "VectorNav messages"
@@ -42,8 +41,7 @@ class VectorNavSensor(StreamDriver):
         self._tail = b""
         self._tail_arrival_s = 0.0
         self._setup = _setup(config.rate_hz) if config.configure else None
-        self._heading_by = _HEADING_BY[config.heading]
-        self._heading_s = -math.inf
+        self._own_yaw = OwnYaw(config)
         self._gives_field = config.heading == "ahrs"
 
     def _feed(self, arrival_s: float, data: bytes, readings: list[Reading]) -> None:
@@ -84,9 +82,8 @@ class VectorNavSensor(StreamDriver):
         if self._gives_field:
             readings.append(MagneticField(t_s, self.name, mx, my, mz))
         readings.append(Imu(t_s, self.name, x, y, z, p, q, r, math.radians(roll_deg), math.radians(pitch_deg), wrap_pi(yaw)))
-        if self._heading_by is not None and not 0.0 <= t_s - self._heading_s < _HEADING_PERIOD_S:
-            self._heading_s = t_s
-            readings.append(Heading(t_s, self.name, wrap_pi(yaw + self._config.heading_offset_rad), None, self._heading_by))
+        if (heading := self._own_yaw.heading(t_s, yaw)) is not None:
+            readings.append(heading)
 
 
 def _setup(rate_hz: float) -> DeviceSetup:
