@@ -73,7 +73,7 @@ class CorrectionsRelay:
         now_s = tick.t_s
         for listener in self._listeners:
             listener(tick)
-        if any(type(reading) is Measurement and reading.name == RATE for reading in tick.readings):
+        if any(type(reading) is Measurement and reading.name == RATE and reading.source in self._ranks for reading in tick.readings):
             self.heard(now_s)
         since_s = self._heard_s if self._heard_s is not None else (_PATIENCE_S - _TIMEOUT_S if self._ranks else math.inf)
         if not self._lost and self._receivers and now_s - since_s > _TIMEOUT_S:

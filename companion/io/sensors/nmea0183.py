@@ -72,7 +72,7 @@ class Nmea0183Sensor(StreamDriver):
         complaint = super()._complaint(age_s)
         if complaint or self._used or self._valid < _MANY:
             return complaint
-        return f"the device on '{self._config.port}' sends no sentence that is used here, but {', '.join(sorted(self._others)) or 'others'}"
+        return f"the device on '{self._config.port}' sends no sentence that is used here, but {', '.join(sorted(self._others))}"
 
     def _nonsense(self) -> str:
         if self._unchecked:
@@ -93,6 +93,7 @@ class Nmea0183Sensor(StreamDriver):
                 self._sentence(body.decode("ascii"), began_s, arrival_s, readings)
             else:
                 self._count_valid(arrival_s, "AIS")
+                self._others.add("AIS")
         if done:
             self._unchecked = 0
         else:
@@ -107,12 +108,12 @@ class Nmea0183Sensor(StreamDriver):
         talker, kind = body[:2], body[2:5]
         if talker[0] == _PROPRIETARY or body[5] != ",":
             self._count_valid(arrival_s, "other")
+            self._note_other(body.split(",")[0])
             return
         self._count_valid(arrival_s, kind)
         names = self._names.get(kind)
         if names is None or (self._talkers and talker not in self._talkers):
-            if len(self._others) < _MOST_OTHERS:
-                self._others.add(body[:5])
+            self._note_other(body[:5])
             return
         self._used = True
         sentence = dict(zip(names, body[6:].split(","), strict=False))
@@ -126,6 +127,10 @@ class Nmea0183Sensor(StreamDriver):
             self._bad += 1
             return
         self._seen_s[kind] = t_s
+
+    def _note_other(self, name: str) -> None:
+        if len(self._others) < _MOST_OTHERS:
+            self._others.add(name[:12])
 
     def _recent(self, kind: str, t_s: float) -> bool:
         return t_s - self._seen_s.get(kind, -math.inf) < _PREFERRED_AGE_S

@@ -161,6 +161,15 @@ def test_a_heading_between_two_fixes_is_valid_on_arrival() -> None:
     assert headings == [1.1, 1.12, 1.16]
 
 
+def test_a_zda_with_the_pulse_of_the_second_does_not_draw_the_fixes_to_itself() -> None:
+    """It comes 20 ms after its moment, the fix 200 ms after: only `latency_s` can know that, and it is the fix's."""
+    sensor, line = driver(latency_s=0.2)
+    for k in range(5):
+        line.chunks = [(3.02 + k, sentence(f"GPZDA,12000{k}.00,01,06,2026,00,00")), (3.2 + k, fix_at(float(k)))]
+        time, fix = sensor.read(3.3 + k)
+        assert (time.t_s, fix.t_s) == pytest.approx((2.82 + k, 3.0 + k))
+
+
 def test_midnight_and_a_jump_of_the_receivers_clock() -> None:
     sensor, line = driver()
     stamps = ["235959.80", "235959.90", "000000.00", "000000.10", "120000.00", "120000.10"]

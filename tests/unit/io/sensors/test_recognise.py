@@ -75,5 +75,6 @@ def test_a_health_text_names_the_device_that_is_there() -> None:
     assert "speaks RTCM 3 ([[corrections]])" in text("nmea0183", STATION)
     assert "speaks MAVLink (HEARTBEAT)" in text("vectornav", HEARTBEAT)
     assert "sends no sentence that is used here, but VNYMR" in text("nmea0183", VNYMR)
-    assert "sends no sentence that is used here, but others" in text("nmea0183", sentence("PASHR,1.0,2.0"))
+    assert "sends no sentence that is used here, but PASHR" in text("nmea0183", sentence("PASHR,1.0,2.0"))
+    assert "but AIS" in text("nmea0183", CLASS_A)
     assert "wrong baud rate in 'serial:/dev/x:9600'" in text("nmea0183", b"\x80\xf8" * 40)
