@@ -27,6 +27,7 @@ _MODES = {1: "A", 2: "D", 4: "R", 5: "F", _ESTIMATED: "E"}
 _STANDSTILL_MPS = 0.1  # below it a course over ground is noise
 _TRACK = (SetpointKind.PATH, SetpointKind.POSE)
 _EARLY_S = 1e-3
+_NO_NUMBERS = frozenset({"nan", "inf", "-inf"})
 _REMINDER_S = 60.0
 
 
@@ -59,7 +60,10 @@ class NmeaOut:
             return
         period_s = 1.0 / self._config.rate_hz
         self._due_s = now_s + period_s if self._due_s is None else max(self._due_s + period_s, now_s)
-        self._stream.write(self.sentences(tick), now_s)
+        try:
+            self._stream.write(self.sentences(tick), now_s)
+        except (ValueError, OverflowError) as error:  # numbers that no sentence can carry: the boat goes on, and the log says so
+            self._tell(f"no sentence: {error}", now_s)
 
     def sentences(self, tick: Tick) -> bytes:
         """All that there is to say of a tick, in the order of the vessel's file; what is not known makes no sentence."""
@@ -74,7 +78,11 @@ class NmeaOut:
         fault = self._stream.fault()
         if fault is None:
             self._told = None
-        elif fault != self._told and now_s - self._told_s >= _REMINDER_S:
+        else:
+            self._tell(fault, now_s)
+
+    def _tell(self, fault: str, now_s: float) -> None:
+        if fault != self._told and now_s - self._told_s >= _REMINDER_S:
             self._told, self._told_s = fault, now_s
             self._say(now_s, Severity.WARNING, "nmea_out", f"NMEA out: {fault}")
 
@@ -86,7 +94,7 @@ def gga(tick: Tick) -> bytes:
 
 def _printed(talker: str, kind: str, boat: Boat) -> bytes:
     fields = MAKERS[kind](boat)
-    if fields is None:
+    if fields is None or not _NO_NUMBERS.isdisjoint(fields):
         return b""
     text: str = getattr(pynmea2, kind)(talker, kind, fields).render(newline=True)
     return text.encode("ascii")

@@ -21,6 +21,7 @@ _PACKET_COUNTER, _SAMPLE_TIME_FINE, _QUATERNION_NED, _ACCELERATION, _RATE_OF_TUR
 _MAGNETIC_FIELD, _STATUS_WORD = 0xC020, 0xE020
 _EVERY = 0xFFFF  # with every message
 _FIELD_HZ = 50
+_FASTEST_HZ = 2000
 _ERRORS: Mapping[int, str] = {
     0x03: "invalid period",
     0x04: "invalid message",
@@ -32,7 +33,7 @@ _ERRORS: Mapping[int, str] = {
 
 def mti_setup(config: SensorConfig) -> DeviceSetup:
     """The commands for a device of that configuration."""
-    rate_hz = round(config.rate_hz)
+    rate_hz = min(max(round(config.rate_hz), 1), _FASTEST_HZ)  # 0 would be as fast as it can
     outputs = [(_PACKET_COUNTER, _EVERY), (_SAMPLE_TIME_FINE, _EVERY)]
     if config.heading != "ahrs":
         outputs.append((_QUATERNION_NED, rate_hz))

@@ -129,6 +129,15 @@ def test_a_fault_is_said_once() -> None:
     assert [(event[1], event[3]) for event in said] == [(Severity.WARNING, f"NMEA out: {line.broken}")]
 
 
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, 1e300])
+def test_numbers_that_are_none_never_end_a_run(value: float) -> None:
+    for name in ("lat_deg", "lon_deg", "yaw_rad", "north_mps", "altitude_m", "hdop", "north_m"):
+        sink, line, said = out()
+        sink.record(replace(sailing(), nav=replace(sailing().nav, **{name: value})))
+        assert line.sent or "no sentence" in said[0][3]
+        assert not any(b"nan" in data or b"inf" in data for _, data in line.sent)
+
+
 def test_over_udp() -> None:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as plotter:
         plotter.bind(("127.0.0.1", 0))
