@@ -159,7 +159,8 @@ def _compose_run(
             if getattr(arguments, flag):
                 raise UsageError(f"--{flag} needs --sitl: a real boat brings its own")
         wall = WallClock()
-        around = Surroundings(wall, TransportOpener(), RealWorld(), _links(urls), state, log_folder, True, manifest)
+        ports = TransportOpener()
+        around = Surroundings(wall, ports, RealWorld(), _links(urls), state, log_folder, True, manifest, network=ports)
         return build(config, around), wall
     if not arguments.speed > 0.0:
         raise UsageError(f"--speed {arguments.speed:g}: above 0, please")
@@ -173,7 +174,8 @@ def _compose_run(
     usual = {"COM_DL_LOSS_T": (10.0, 300.0), "COM_RC_LOSS_T": (0.5, 10.0), "FOLL_LOSS_T": (0.9, 10.0)}
     defaults = {name: min(most_s, usual_s * patience) for name, (usual_s, most_s) in usual.items()} if patience > 1.0 else {}
     links = _links(urls, patience)
-    vessel = build(config, Surroundings(paced, world, world, links, state, log_folder, True, manifest, defaults, patience))
+    around = Surroundings(paced, world, world, links, state, log_folder, True, manifest, defaults, patience, network=TransportOpener())
+    vessel = build(config, around)
     vessel.add_recorder(TruthLog(log_folder, world, tuple(thruster.name for thruster in config.thrusters)))
     return vessel, paced
 

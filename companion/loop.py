@@ -25,6 +25,8 @@ from companion.core.types import (
     Allocation,
     Battery,
     Condition,
+    Corrections,
+    Depth,
     DeviceHealth,
     Inputs,
     Leak,
@@ -167,6 +169,10 @@ class Vessel:
                     inputs = replace(inputs, rc=reading)
                 case Wind():
                     inputs = replace(inputs, wind=reading)
+                case Depth():
+                    inputs = replace(inputs, depth=reading)
+                case Corrections():
+                    inputs = replace(inputs, corrections=reading)
                 case ThrusterFeedback():
                     self._feedback[reading.index] = reading
                 case AisTarget():

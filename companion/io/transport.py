@@ -19,6 +19,7 @@ from collections.abc import Sequence
 
 import serial
 
+from companion.io.tap import Tap
 from companion.io.urls import Endpoint, TransportError, parse_url
 
 _RETRY_FIRST_S = 0.5
@@ -50,7 +51,13 @@ class Line(ABC):
         self._closed = False
         self._retry_s = _RETRY_FIRST_S
         self._next_try_s: float | None = None  # None: at once
+        self._taps: list[Tap] = []
         self._try()
+
+    def tap(self, name: str) -> Tap:
+        """A further reader of what comes in."""
+        self._taps.append(Tap(name, self))
+        return self._taps[-1]
 
     def read(self, now_s: float) -> Sequence[tuple[float, bytes]]:
         """See `ByteStream`: everything that has come in, stamped with `now_s`."""
@@ -70,6 +77,8 @@ class Line(ABC):
             self._drop(self._explain(error), now_s)
         if chunks:
             self._retry_s = _RETRY_FIRST_S
+            for tap in self._taps:
+                tap.put(chunks)
         return chunks
 
     def write(self, data: bytes, now_s: float) -> None:
@@ -388,17 +397,23 @@ _LINES: dict[str, type[Line]] = {
 
 
 class TransportOpener:
-    """Opens real ports (a `StreamOpener`)."""
+    """Opens real ports (a `StreamOpener`). Remembers them: who opens the same one again shares it."""
 
-    def open(self, name: str, url: str) -> Line:
+    def __init__(self) -> None:
+        self._lines: dict[str, Line] = {}
+
+    def open(self, name: str, url: str) -> Line | Tap:
         """The port of device `name`. A port that is not there now is opened later; TransportError only for a URL that never can be."""
+        if url in self._lines:
+            return self._lines[url].tap(name)
         endpoint = parse_url(url)
         _check_options(url, endpoint)
         if endpoint.scheme != "serial" and endpoint.host == "localhost":
             endpoint = Endpoint(endpoint.scheme, host="127.0.0.1", port=endpoint.port, options=endpoint.options)
         elif endpoint.scheme != "serial" and not _is_address(endpoint.host):
             raise TransportError(f"'{url}': '{endpoint.host}' should be an IP address; looking up a name could hold the vessel up")
-        return _LINES[endpoint.scheme](name, url, endpoint)
+        line = self._lines[url] = _LINES[endpoint.scheme](name, url, endpoint)
+        return line
 
 
 def _check_options(url: str, endpoint: Endpoint) -> None:

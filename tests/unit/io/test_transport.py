@@ -300,3 +300,30 @@ def test_a_flood_is_taken_in_small_bites_and_none_of_it_is_lost() -> None:
                 assert heard == 60_000
         finally:
             line.close()
+
+
+def test_two_sensors_share_a_port() -> None:
+    """A receiver and an AIS receiver behind one multiplexer: both hear all of it, one opens and closes it."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind(("127.0.0.1", 0))
+        port = probe.getsockname()[1]
+    opener = TransportOpener()
+    first, second = opener.open("gnss", f"udpin:127.0.0.1:{port}"), opener.open("ais", f"udpin:127.0.0.1:{port}")
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as multiplexer:
+        multiplexer.sendto(b"$GPHDT,1.0,T*01\r\n", ("127.0.0.1", port))
+        multiplexer.sendto(b"!AIVDM\r\n", ("127.0.0.1", port))
+        found: list[tuple[float, bytes]] = []
+        for k in range(1000):
+            found += first.read(0.001 * k)
+            if len(found) == 2:
+                break
+        assert [data for _, data in found] == [b"$GPHDT,1.0,T*01\r\n", b"!AIVDM\r\n"]
+        assert second.read(1.0) == found and second.read(1.0) == []
+        second.write(b"to the device", 1.0)
+        multiplexer.settimeout(5.0)
+        assert multiplexer.recv(100) == b"to the device"
+    assert second.fault() is None and second.fileno() is None
+    second.close()
+    assert first.fault() is None
+    first.close()
+    assert second.fault() == "closed"
