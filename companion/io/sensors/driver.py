@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from companion.config import SensorConfig
 from companion.core.ports import ByteStream
 from companion.core.types import DeviceHealth, Reading
+from companion.io.recognise import Recogniser
 
 _SILENT_BYTES = 600  # that many bytes without one valid message: not the language or not the speed
 
@@ -15,7 +16,8 @@ _SILENT_BYTES = 600  # that many bytes without one valid message: not the langua
 class StreamDriver(ABC):
     """Bytes of one port → readings. A protocol fills in `_feed`.
 
-    Remembers when the last valid message came and counts of valid messages, of bad ones, and of bytes since the last valid one.
+    Remembers when the last valid message came and counts of valid messages, of bad ones, and of bytes since the last valid one; where
+    those are many, what they look like.
     """
 
     messages = "messages"  # what the protocol calls them, for people
@@ -28,6 +30,7 @@ class StreamDriver(ABC):
         self._valid = 0
         self._bad = 0
         self._bytes_since_valid = 0
+        self._stranger: Recogniser | None = None
 
     def read(self, now_s: float) -> Sequence[Reading]:
         """Readings whose bytes came in since the last call, in order of arrival."""
@@ -35,6 +38,7 @@ class StreamDriver(ABC):
         for arrival_s, data in self._stream.read(now_s):
             self._bytes_since_valid += len(data)
             self._feed(arrival_s, data, readings)
+            self._look_at(data)
         return readings
 
     def health(self, now_s: float) -> DeviceHealth:
@@ -57,10 +61,23 @@ class StreamDriver(ABC):
         if age_s is not None and age_s <= self._config.timeout_s:
             return ""
         if self._bytes_since_valid >= _SILENT_BYTES:
-            return f"bytes arrive but no valid {self.messages}: wrong baud rate in '{self._config.port}', or the device speaks another protocol"
+            return f"{self._bytes_since_valid:,} bytes and no valid {self.messages}: {self._nonsense()}"
         if age_s is None:
             return "nothing received yet: check power and wiring"
         return f"silent for {age_s:.1f} s"
+
+    def _nonsense(self) -> str:
+        """What may be wrong where bytes come in that are no messages."""
+        guess = "" if self._stranger is None else self._stranger.guess
+        return guess or f"wrong baud rate in '{self._config.port}', or the device speaks another protocol"
+
+    def _look_at(self, data: bytes) -> None:
+        """What else it could be; with a device that is well nothing is done."""
+        if self._bytes_since_valid < _SILENT_BYTES:
+            self._stranger = None
+            return
+        self._stranger = self._stranger or Recogniser()
+        self._stranger.feed(data)
 
     def _count_valid(self, arrival_s: float) -> None:
         self._valid += 1
