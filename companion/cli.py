@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import gc
 import os
-import signal
 import sys
 import threading
 import time
@@ -16,8 +15,11 @@ from typing import TYPE_CHECKING
 
 from companion import config as config_module
 from companion.app import Surroundings, build, load_vessel, program_version, warm_up
+from companion.cli_sitl import add_to as add_sitl_to
 from companion.clock import PacedClock, SimulatedClock, WallClock
 from companion.commands import logs, missions
+from companion.commands.common import Interrupt, UsageError
+from companion.commands.common import fresh_folder as _fresh
 from companion.config import ConfigError, HomeConfig, SensorConfig, VesselConfig
 from companion.io.mavlink.links import Link, LinkError, MemoryLink, open_link
 from companion.io.transport import TransportOpener
@@ -33,10 +35,6 @@ if TYPE_CHECKING:
     from sitl.world import World
 
 _SITL_LINKS = ("udpout:127.0.0.1:14550", "tcpin:127.0.0.1:5760")
-
-
-class UsageError(Exception):
-    """A command line that cannot be carried out; one line that says what to do."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -63,7 +61,8 @@ def _parser() -> argparse.ArgumentParser:
     run_ = commands.add_parser("run", help="run a vessel, real or simulated")
     run_.add_argument("vessel", metavar="VESSEL", help=f"a bundled name ({', '.join(config_module.bundled())}) or a TOML file")
     run_.add_argument("--sitl", action="store_true", help="with the simulated boat in place of its devices")
-    run_.add_argument("--speed", type=float, default=1.0, metavar="N", help="with --sitl: N times as fast as the wall clock")
+    run_.add_argument("--devices", type=Path, metavar="DIR", help="with the devices of a `companion sitl`: /dev/NAME is DIR/NAME")
+    run_.add_argument("--speed", type=float, default=1.0, metavar="N", help="with --sitl or --devices: N times as fast as the wall clock")
     run_.add_argument("--link", action="append", metavar="URL", help="replaces the vessel's links; udpout:, udpin:, tcpin:, tcpout:, serial:")
     run_.add_argument("--home", metavar="LAT,LON,HEADING_DEG", help="replaces the vessel's home")
     run_.add_argument("--state", type=Path, metavar="DIR", help="where parameters and plans are kept")
@@ -79,6 +78,7 @@ def _parser() -> argparse.ArgumentParser:
     check.add_argument("vessel", metavar="VESSEL")
     check.set_defaults(command=_check)
 
+    add_sitl_to(commands)
     missions.add_to(commands)
 
     scenario = commands.add_parser("scenario", help="sail a named scenario in lockstep and check it")
@@ -121,11 +121,13 @@ def _run(arguments: argparse.Namespace) -> int:
     loading = threading.Thread(target=warm_up, name="warm-up")
     loading.start()
     try:
-        run(vessel, clock, stop)
+        punctuality = run(vessel, clock, stop)
     finally:
         loading.join()
         vessel.close()
         state.close()
+    if not arguments.sitl:
+        print(punctuality.text, flush=True)
     if vessel.restart_requested:
         os.execv(sys.executable, [sys.executable, "-m", "companion", *sys.argv[1:]])
     return 0
@@ -136,23 +138,28 @@ def _compose_run(
 ) -> tuple[Vessel, WallClock | PacedClock]:
     urls = arguments.link or (_SITL_LINKS if arguments.sitl else config.links)
     manifest = {"command": " ".join(sys.argv), "seed": arguments.seed if arguments.sitl else None}
+    simulated = arguments.sitl or arguments.devices is not None
     if not arguments.sitl:
         for flag in ("wind", "current", "fault"):
             if getattr(arguments, flag):
-                raise UsageError(f"--{flag} needs --sitl: a real boat brings its own")
-        wall = WallClock()
-        around = Surroundings(wall, TransportOpener(), RealWorld(), _links(urls), state, log_folder, True, manifest)
-        return build(config, around), wall
-    if not arguments.speed > 0.0:
-        raise UsageError(f"--speed {arguments.speed:g}: above 0, please")
+                raise UsageError(f"--{flag} {'belongs to `companion sitl`' if simulated else 'needs --sitl: a real boat brings its own'}")
+    elif arguments.devices is not None:
+        raise UsageError("--sitl has its own devices: leave out --devices, or --sitl for those of a `companion sitl`")
+    if not arguments.speed > 0.0 or not (simulated or arguments.speed == 1.0):
+        raise UsageError(f"--speed {arguments.speed:g}: {'above 0, please' if simulated else 'needs --sitl or --devices: real time is what it is'}")
+    # people and ground stations live in wall time: what they may take must not shrink as the boat's time speeds up
+    patience = max(1.0, arguments.speed)
+    defaults = {"COM_DL_LOSS_T": min(300.0, 10.0 * patience), "COM_RC_LOSS_T": min(10.0, 0.5 * patience)} if patience > 1.0 else {}
+    if not arguments.sitl:
+        wall = WallClock(arguments.speed)
+        opener = TransportOpener(arguments.devices)
+        links = _links(urls, patience)
+        return build(config, Surroundings(wall, opener, RealWorld(), links, state, log_folder, True, manifest, defaults, patience)), wall
     from sitl.truth_log import TruthLog
     from sitl.world import EPOCH_UNIX_NS, World
 
     world = World(config, seed=arguments.seed, wind=arguments.wind, current=arguments.current, faults=tuple(arguments.fault))
     paced = PacedClock(arguments.speed, EPOCH_UNIX_NS)
-    # people and ground stations live in wall time: what they may take must not shrink as the boat's time speeds up
-    patience = max(1.0, arguments.speed)
-    defaults = {"COM_DL_LOSS_T": min(300.0, 10.0 * patience), "COM_RC_LOSS_T": min(10.0, 0.5 * patience)} if patience > 1.0 else {}
     links = _links(urls, patience)
     vessel = build(config, Surroundings(paced, world, world, links, state, log_folder, True, manifest, defaults, patience))
     vessel.add_recorder(TruthLog(log_folder, world, tuple(thruster.name for thruster in config.thrusters)))
@@ -186,19 +193,14 @@ def _home(text: str) -> HomeConfig:
 def _kept_in(config: VesselConfig, arguments: argparse.Namespace) -> Path:
     """Where this vessel's things are kept, apart from those of its simulation."""
     base = Path(os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state")
-    return base / "usv-companion" / (f"{config.name}-sitl" if arguments.sitl else config.name)
-
-
-def _fresh(directory: Path, name: str) -> Path:
-    """A folder that is not there yet."""
-    folder, n = directory / name, 2
-    while folder.exists():
-        folder, n = directory / f"{name}-{n}", n + 1
-    return folder
+    simulated = arguments.sitl or arguments.devices is not None
+    return base / "usv-companion" / (f"{config.name}-sitl" if simulated else config.name)
 
 
 def _say_hello(config: VesselConfig, arguments: argparse.Namespace, state: StateFile, log_folder: Path) -> None:
     how = f"simulated, {arguments.speed:g} times real time" if arguments.sitl else "on its own devices"
+    if arguments.devices is not None:
+        how = f"on simulated devices in {arguments.devices}, {arguments.speed:g} times real time"
     links = ", ".join(arguments.link or (_SITL_LINKS if arguments.sitl else config.links))
     print(f"USV companion {program_version()}: {config.title}, {how}")
     print(f"links: {links}")
@@ -211,16 +213,11 @@ class _Stop:
 
     def __init__(self, clock: WallClock | PacedClock, vessel: Vessel, duration_s: float | None) -> None:
         self._clock, self._vessel, self._duration_s = clock, vessel, duration_s
-        self._asked = False
-        for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, self._ask)
-
-    def _ask(self, number: int, frame: object) -> None:
-        self._asked = True
+        self._interrupt = Interrupt()
 
     def __call__(self) -> bool:
         over = self._duration_s is not None and self._clock.now_s() >= self._duration_s
-        return self._asked or over or self._vessel.restart_requested
+        return self._interrupt.asked or over or self._vessel.restart_requested
 
 
 # --- check ---------------------------------------------------------------------------------------------------------

@@ -21,7 +21,7 @@ class Line(ABC):
     """A ByteStream over one endpoint: what serial ports and sockets have in common.
 
     Remembers the descriptor, what of a write is still to go out, the last fault, and when to try again: after 0.5 s, doubling to 5 s
-    until bytes have come in. Times are those of the callers.
+    until bytes have come in; every 0.5 s for a device file that is not there, which costs nothing. Times are those of the callers.
     """
 
     def __init__(self, name: str, url: str, endpoint: Endpoint) -> None:
@@ -34,6 +34,7 @@ class Line(ABC):
         self._closed = False
         self._retry_s = _RETRY_FIRST_S
         self._next_try_s: float | None = None  # None: at once
+        self._absent = False
         self._try()
 
     def read(self, now_s: float) -> Sequence[tuple[float, bytes]]:
@@ -99,14 +100,17 @@ class Line(ABC):
         try:
             self._connect()
             self._open = True
+            self._absent = False
             self._fault = None
         except LINE_ERRORS as error:
+            self._absent = getattr(error, "errno", None) == errno.ENOENT
             self._fault = self._explain(error)
             self._shut()
 
     def _wait(self, now_s: float) -> None:
-        self._next_try_s = now_s + self._retry_s
-        self._retry_s = min(2.0 * self._retry_s, _RETRY_LAST_S)
+        self._next_try_s = now_s + (_RETRY_FIRST_S if self._absent else self._retry_s)
+        if not self._absent:
+            self._retry_s = min(2.0 * self._retry_s, _RETRY_LAST_S)
 
     def _drop(self, fault: str, now_s: float) -> None:
         self._shut()
