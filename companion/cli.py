@@ -17,7 +17,7 @@ from companion import config as config_module
 from companion.app import Surroundings, build, load_vessel, program_version, warm_up
 from companion.cli_sitl import add_to as add_sitl_to
 from companion.clock import PacedClock, SimulatedClock, WallClock
-from companion.commands import logs, missions
+from companion.commands import devices, logs, missions
 from companion.commands.common import Interrupt, UsageError
 from companion.commands.common import fresh_folder as _fresh
 from companion.config import ConfigError, HomeConfig, SensorConfig, VesselConfig
@@ -76,9 +76,11 @@ def _parser() -> argparse.ArgumentParser:
 
     check = commands.add_parser("check", help="every error of a vessel's file at once, with its place")
     check.add_argument("vessel", metavar="VESSEL")
+    check.add_argument("--listen", action="store_true", help="and whether its serial devices are what it says; nothing is written to any")
     check.set_defaults(command=_check)
 
     add_sitl_to(commands)
+    devices.add_to(commands)
     missions.add_to(commands)
 
     scenario = commands.add_parser("scenario", help="sail a named scenario in lockstep and check it")
@@ -225,8 +227,11 @@ class _Stop:
 
 def _check(arguments: argparse.Namespace) -> int:
     config = load_vessel(arguments.vessel)
-    print(f"{config.name}: {config.title}: no errors")
-    return 0
+    print(f"{config.name}: {config.title}: no errors", flush=True)
+    judged = devices.listen_to(config, 3.0) if arguments.listen else []
+    for _, text in judged:
+        print(text)
+    return 0 if all(well for well, _ in judged) else 1
 
 
 # --- scenario ------------------------------------------------------------------------------------------------------
