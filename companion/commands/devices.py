@@ -16,6 +16,7 @@ from companion.io.port_names import PortName, named, ports
 from companion.io.recognise import Verdict
 from companion.io.transport import device_endpoint
 
+_USUAL_HZ = (1.0, 2.0, 4.0, 5.0, 10.0, 20.0, 25.0, 50.0, 100.0, 200.0, 400.0)
 _GCS, _NO_AUTOPILOT = 6, 8  # MAV_TYPE, MAV_AUTOPILOT
 _FIXES = ("GGA", "RMC", "GNS", "GLL")
 _FORMATS = {  # what the drivers expect to hear
@@ -113,8 +114,10 @@ def _nmea_lines(verdict: Verdict, heard_s: float) -> list[str]:
 
 
 def _rate(count: int, heard_s: float) -> str:
-    rate_hz = count / heard_s
-    return f"rate_hz = {max(round(rate_hz), 1) if rate_hz > 0.8 else max(round(rate_hz, 2), 0.01):.1f}"
+    """The usual rate that is near what was heard, else that."""
+    heard_hz = count / heard_s
+    usual_hz = min(_USUAL_HZ, key=lambda rate_hz: abs(heard_hz - rate_hz))
+    return f"rate_hz = {usual_hz if abs(heard_hz - usual_hz) < max(0.15 * usual_hz, 0.4) else max(heard_hz, 0.1):.1f}"
 
 
 def _sensor(name: str, driver: str, url: str, taken: set[str], lines: Sequence[str]) -> list[str]:

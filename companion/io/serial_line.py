@@ -94,7 +94,7 @@ class SerialLine(Line):
         try:
             return bytes(self._port.read(_CHUNK))
         except serial.SerialException as error:
-            raise PortError("the port has gone: unplugged, or another program reads it too; waiting for it to come back") from error
+            raise PortError("gone: unplugged, or another program reads it too; waiting for it") from error
 
     def _transmit(self, data: bytes) -> int:
         # past pyserial, whose write spins for ever on a full line (EAGAIN) when it has no time-out
