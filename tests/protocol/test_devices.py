@@ -18,7 +18,8 @@ from pathlib import Path
 import pytest
 from pymavlink.dialects.v20 import common as mavlink
 
-from companion.commands.devices import described
+from companion.app import load_vessel
+from companion.commands.devices import described, listen_to
 from companion.config import SensorConfig, VesselConfig, find, load
 from companion.io.listening import PortListener, listen
 from companion.io.port_names import named
@@ -90,7 +91,7 @@ def test_devices_names_all_and_check_listens(tmp_path: Path) -> None:
         file.write_text(text, encoding="utf-8")
         well = companion("check", "--listen", str(file))
         file.write_text(text.replace("usv-imu", "usv-x").replace("usv-gnss", "usv-imu").replace("usv-x", "usv-gnss"), encoding="utf-8")
-        swapped = companion("check", "--listen", str(file))
+        swapped = listen_to(load_vessel(str(file)), 1.0)
     assert done.returncode == 0 and not done.stderr, done.stderr
     blocks = {block.split(" ", 1)[0].split("\n", 1)[0]: block for block in done.stdout.split("\n\n")[1:]}
     heard = {name: blocks[str(tmp_path / name)] for name in ports}
@@ -118,9 +119,9 @@ def test_devices_names_all_and_check_listens(tmp_path: Path) -> None:
 
     assert well.returncode == 0, well.stdout
     assert "gnss: " in well.stdout and "NMEA 0183 (G" in well.stdout and "MTData2 (attitude" in well.stdout
-    assert swapped.returncode == 1
-    assert "looks like MTData2 (attitude, acceleration, rate of turn): is the inertial sensor plugged in here?" in swapped.stdout
-    assert "looks like NMEA 0183 (" in swapped.stdout and "is the GNSS receiver plugged in here?" in swapped.stdout
+    (gnss_well, gnss), (imu_well, imu), (board_well, _) = swapped
+    assert not gnss_well and "looks like MTData2 (attitude, acceleration, rate of turn): is the inertial sensor plugged in here?" in gnss
+    assert not imu_well and "looks like NMEA 0183 (" in imu and "is the GNSS receiver plugged in here?" in imu and board_well
 
 
 def terminal(folder: Path) -> tuple[PtyEnd, Path]:
