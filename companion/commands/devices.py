@@ -11,7 +11,7 @@ from companion.commands.common import UsageError
 from companion.config import VesselConfig
 from companion.core.microcontroller_frame import BoardStatus, Ident
 from companion.io.formats import Format
-from companion.io.listening import PortListener, listen
+from companion.io.listening import PortListener, hear_out, listen
 from companion.io.port_names import PortName, named, ports
 from companion.io.recognise import Verdict
 from companion.io.transport import device_endpoint
@@ -164,7 +164,7 @@ def listen_to(config: VesselConfig, seconds: float) -> list[tuple[bool, str]]:
     rows = [(row.name, row.driver, row.port) for row in config.sensors] + [(row.name, row.driver, row.port) for row in config.actuators]
     endpoints = [(name, driver, port, device_endpoint(port)) for name, driver, port in rows]
     serial = [row for row in endpoints if row[3].scheme == "serial"]
-    listeners = listen([Path(row[3].path) for row in serial], seconds, [(row[3].baud,) for row in serial])
+    listeners = hear_out([PortListener(Path(row[3].path), seconds, (row[3].baud,), row[3].options) for row in serial])
     return [_judged(name, driver, port, listener) for (name, driver, port, _), listener in zip(serial, listeners, strict=True)]
 
 

@@ -25,6 +25,7 @@ _XSENS_ITEMS = {0x20: "attitude", 0x40: "acceleration", 0x50: "position", 0x80: 
 _RTCM = re.compile(rb"\xd3[\x00-\x03]")
 _UBX = re.compile(rb"\xb5\x62")
 _CRC24Q = 0x1864CFB
+_MOST_FAILED = 4  # a call
 _BOARD_BYTES = 30  # of a status, about
 
 
@@ -70,23 +71,26 @@ class NmeaFinder:
 
 
 class BinaryFinder:
-    """Messages that begin with two fixed bytes and say their length. Remembers an unfinished one."""
+    """Messages that begin with two fixed bytes and say their length. Remembers an unfinished one. Of bytes that seem to begin many and hold
+    none the rest is left, so that garbage made for it costs little."""
 
     def __init__(self, start: re.Pattern[bytes]) -> None:
         self._start = start
         self._rest = b""
 
     def feed(self, data: bytes) -> Iterator[Found]:
-        buffer, at = self._rest + data, 0
-        while (match := self._start.search(buffer, at)) is not None:
+        buffer, at, failed = self._rest + data, 0, 0
+        while failed < _MOST_FAILED and (match := self._start.search(buffer, at)) is not None:
             at = match.start()
             length = self.length(buffer, at)
             if length is None or at + length > len(buffer):
                 self._rest = buffer[at:]
                 return
             found = self.judge(buffer[at : at + length])
-            at += 1 if found is None else length
-            if found is not None:
+            if found is None:
+                at, failed = at + 1, failed + 1
+            else:
+                at += length
                 yield found
         self._rest = buffer[max(at, len(buffer) - 1) :]
 

@@ -8,7 +8,7 @@ import fcntl
 import os
 import termios
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from companion.io.port_holders import holder_of
@@ -20,6 +20,8 @@ _TRY_BYTES = 600
 _LEAST_S = 0.2
 _CHUNK = 4096
 _POLL_S = 0.02
+_PARITIES = {"none": 0, "even": termios.PARENB, "odd": termios.PARENB | termios.PARODD}
+_STOPBITS = {"1": 0, "2": termios.CSTOPB}
 _BUSY = (errno.EBUSY, errno.EAGAIN)
 
 
@@ -30,13 +32,15 @@ class PortListener:
     puts them back. `fault`: why it cannot be listened to, with the remedy; None where it can.
     """
 
-    def __init__(self, path: Path, listen_s: float, bauds: Sequence[int] = BAUDS) -> None:
+    def __init__(self, path: Path, listen_s: float, bauds: Sequence[int] = BAUDS, options: Mapping[str, str] | None = None) -> None:
+        """`options`: `parity` and `stopbits`, as behind the ? of a port's URL."""
         self.path = path
         self.done = False
         self.heard_s = 0.0
         self.fault: str | None = None
         self._listen_s = listen_s
         self._bauds = list(bauds)
+        self._framing = _PARITIES[(options or {}).get("parity", "none")] | _STOPBITS[(options or {}).get("stopbits", "1")]
         self._descriptor: int | None = None
         self._settings: list[object] | None = None
         self._begun_s: float | None = None
@@ -92,9 +96,11 @@ class PortListener:
     def _begin(self, baud: int) -> None:
         """Anew, at that speed."""
         assert self._descriptor is not None
-        speed = getattr(termios, f"B{baud}")
+        speed = getattr(termios, f"B{baud}", None)
+        if speed is None:
+            raise OSError(errno.EINVAL, f"cannot be listened to at {baud} baud")
         raw = termios.tcgetattr(self._descriptor)
-        raw[:6] = [0, 0, termios.CS8 | termios.CREAD | termios.CLOCAL, 0, speed, speed]
+        raw[:6] = [0, 0, termios.CS8 | termios.CREAD | termios.CLOCAL | self._framing, 0, speed, speed]
         raw[6][termios.VMIN], raw[6][termios.VTIME] = 0, 0
         termios.tcsetattr(self._descriptor, termios.TCSANOW, raw)
         termios.tcflush(self._descriptor, termios.TCIFLUSH)
@@ -110,9 +116,13 @@ class PortListener:
         self.close()
 
 
-def listen(paths: Sequence[Path], listen_s: float, bauds: Sequence[Sequence[int]] | None = None) -> list[PortListener]:
-    """All of them at once, until each is known, silent for `listen_s`, or a riddle at all speeds; `bauds` of each, None: the likely ones."""
-    listeners = [PortListener(path, listen_s, BAUDS if bauds is None else bauds[i]) for i, path in enumerate(paths)]
+def listen(paths: Sequence[Path], listen_s: float) -> list[PortListener]:
+    """All of them at once, at the likely speeds, until each is known, silent for `listen_s`, or a riddle at all speeds."""
+    return hear_out([PortListener(path, listen_s) for path in paths])
+
+
+def hear_out(listeners: list[PortListener]) -> list[PortListener]:
+    """Until all are done."""
     try:
         while not all(listener.done for listener in listeners):
             time.sleep(_POLL_S)

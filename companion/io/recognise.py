@@ -10,6 +10,7 @@ from typing import Any
 from companion.core.microcontroller_frame import BoardStatus, Ident
 from companion.io.formats import BoardFinder, Format, MavlinkFinder, NmeaFinder, RtcmFinder, UbxFinder, XsensFinder
 
+_LOOKED_AT, _OF_BYTES = 8192, 65536
 _SAMPLE_BYTES = 40
 _TEXT_SHARE = 0.9  # of printable characters, from which on a line carries text
 _POSITIONS = frozenset({"GGA", "RMC", "GLL", "GNS", "GSV", "GSA", "VTG", "GST", "ZDA"})
@@ -111,3 +112,31 @@ class Recogniser:
             return _DEVICES[best]
         types = {name[2:] for name, _ in kinds}
         return next((device for device, tells in _NMEA_DEVICES if types & tells), "an NMEA device")
+
+
+class Overheard:
+    """What a driver hears on its port and cannot read: another device's messages, perhaps. `guess` as of a `Recogniser`.
+
+    While the driver's own messages come in nothing is done; else the first 8 kB of every 64 kB are looked at, so that a flood costs little.
+    """
+
+    def __init__(self, patience_bytes: int) -> None:
+        """`patience_bytes`: so many without one valid message are nothing to wonder at."""
+        self._patience_bytes = patience_bytes
+        self._passed = 0
+        self._recogniser: Recogniser | None = None
+
+    def hear(self, data: bytes, bytes_since_valid: int) -> None:
+        """The next bytes of the line; `bytes_since_valid` counts them."""
+        if bytes_since_valid < self._patience_bytes:
+            self._recogniser = None
+            return
+        if self._recogniser is None or self._passed >= _OF_BYTES:
+            self._recogniser, self._passed = Recogniser(), 0
+        if self._passed < _LOOKED_AT:
+            self._recogniser.feed(data[:_LOOKED_AT])
+        self._passed += len(data)
+
+    @property
+    def guess(self) -> str:
+        return "" if self._recogniser is None else self._recogniser.guess

@@ -17,7 +17,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from companion.io.line import Line
+from companion.io.line import Line as Line
 from companion.io.serial_line import PARITIES, STOPBITS, SerialLine
 from companion.io.urls import Endpoint, TransportError, parse_url
 

@@ -19,7 +19,7 @@ from companion.core.microcontroller_frame import (
 )
 from companion.core.ports import ByteStream
 from companion.core.types import ActuatorCommand, Battery, DeviceHealth, Leak, RcInput, Reading, ThrusterFeedback
-from companion.io.recognise import Recogniser
+from companion.io.recognise import Overheard
 
 _IDENT_PERIOD_S = 1.0
 _COMMAND_GRACE_S = 1.0  # a board that has not had our commands for so long is asked about its watchdog
@@ -59,7 +59,7 @@ class MicrocontrollerBridge:
         self._asked_s: float | None = None
         self._writing_since_s: float | None = None
         self._bytes_since_frame = 0
-        self._stranger: Recogniser | None = None
+        self._overheard = Overheard(_SILENT_BYTES)
         self._sequence = 0
 
     def read(self, now_s: float) -> Sequence[Reading]:
@@ -75,7 +75,7 @@ class MicrocontrollerBridge:
                     self._ident = message
                 elif isinstance(message, AuxiliaryState):
                     self._outputs, self._outputs_s = message, arrival_s
-            self._look_at(data)
+            self._overheard.hear(data, self._bytes_since_frame)
         if newest is None:
             return ()
         self._heard_s, self._status = newest
@@ -138,20 +138,11 @@ class MicrocontrollerBridge:
 
     def _silence(self, now_s: float) -> str:
         if self._bytes_since_frame >= _SILENT_BYTES:
-            guess = "" if self._stranger is None else self._stranger.guess
-            wrong = guess or f"wrong baud rate in '{self._config.port}', or other firmware on the board"
+            wrong = self._overheard.guess or f"wrong baud rate in '{self._config.port}', or other firmware on the board"
             return f"{self._bytes_since_frame:,} bytes and no valid frame: {wrong}"
         if self._heard_s is None:
             return "nothing received yet: check the board's power, cable and firmware"
         return f"silent for {now_s - self._heard_s:.1f} s: check the board's power and cable; it goes neutral by itself"
-
-    def _look_at(self, data: bytes) -> None:
-        """What else it could be that speaks here; with a board that is well nothing is done."""
-        if self._bytes_since_frame < _SILENT_BYTES:
-            self._stranger = None
-            return
-        self._stranger = self._stranger or Recogniser()
-        self._stranger.feed(data)
 
     def _reported(self, now_s: float) -> str:
         """What the board itself says, its last status being fresh."""

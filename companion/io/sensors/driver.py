@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from companion.config import SensorConfig
 from companion.core.ports import ByteStream
 from companion.core.types import DeviceHealth, Reading
-from companion.io.recognise import Recogniser
+from companion.io.recognise import Overheard
 
 _SILENT_BYTES = 600  # that many bytes without one valid message: not the language or not the speed
 
@@ -30,7 +30,7 @@ class StreamDriver(ABC):
         self._valid = 0
         self._bad = 0
         self._bytes_since_valid = 0
-        self._stranger: Recogniser | None = None
+        self._overheard = Overheard(_SILENT_BYTES)
 
     def read(self, now_s: float) -> Sequence[Reading]:
         """Readings whose bytes came in since the last call, in order of arrival."""
@@ -38,7 +38,7 @@ class StreamDriver(ABC):
         for arrival_s, data in self._stream.read(now_s):
             self._bytes_since_valid += len(data)
             self._feed(arrival_s, data, readings)
-            self._look_at(data)
+            self._overheard.hear(data, self._bytes_since_valid)
         return readings
 
     def health(self, now_s: float) -> DeviceHealth:
@@ -68,16 +68,7 @@ class StreamDriver(ABC):
 
     def _nonsense(self) -> str:
         """What may be wrong where bytes come in that are no messages."""
-        guess = "" if self._stranger is None else self._stranger.guess
-        return guess or f"wrong baud rate in '{self._config.port}', or the device speaks another protocol"
-
-    def _look_at(self, data: bytes) -> None:
-        """What else it could be; with a device that is well nothing is done."""
-        if self._bytes_since_valid < _SILENT_BYTES:
-            self._stranger = None
-            return
-        self._stranger = self._stranger or Recogniser()
-        self._stranger.feed(data)
+        return self._overheard.guess or f"wrong baud rate in '{self._config.port}', or the device speaks another protocol"
 
     def _count_valid(self, arrival_s: float) -> None:
         self._valid += 1
