@@ -64,10 +64,10 @@ def _sitl(arguments: argparse.Namespace) -> int:
     with _alone_in(folder):
         devices = offered(world, config, places, folder)
         plant = PlantProcess(world, devices)
-        truth = _truth_log(config, world, arguments)
         print(f"USV companion {program_version()}: the plant of {config.title}, {arguments.speed:g} times real time")
         for device in devices:
             print(f"  {device.name:16} {urls[device.name]:36} {device.end.shown}")
+        truth = _truth_log(config, world, arguments)
         speed = "" if arguments.speed == 1.0 else f" --speed {arguments.speed:g}"
         print(f"for: companion run {arguments.vessel} --devices {folder}{speed}", flush=True)
         try:
@@ -125,7 +125,7 @@ def _truth_log(config: VesselConfig, world: World, arguments: argparse.Namespace
     truth = TruthLog(folder, world, tuple(thruster.name for thruster in config.thrusters))
     about = {"vessel": config.name, "seed": arguments.seed, "speed": arguments.speed, "started_unix_ns": time.time_ns(), "command": " ".join(sys.argv)}
     (folder / "manifest.json").write_text(json.dumps(about, indent=1) + "\n", encoding="utf-8")
-    print(f"log: {folder}")
+    print(f"log:   {folder}")
     return truth
 
 

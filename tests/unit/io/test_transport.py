@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import contextlib
+import fcntl
 import os
 import select
 import socket
 import subprocess
 import sys
+import termios
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -191,14 +193,39 @@ def test_two_devices_with_one_port(tmp_path: Path) -> None:
     os.close(terminal.master)
 
 
-@pytest.mark.parametrize("lock", ["import fcntl; fcntl.flock(fd, fcntl.LOCK_EX)", "import termios, fcntl; fcntl.ioctl(fd, termios.TIOCEXCL)"])
-def test_who_has_a_busy_port_is_named(tmp_path: Path, lock: str) -> None:
-    if "TIOCEXCL" in lock and os.geteuid() == 0:
-        pytest.skip("root opens a port whoever has it for himself")
+@contextlib.contextmanager
+def as_a_plain_user() -> Iterator[None]:
+    """Root may do what others may not: as nobody, then."""
+    user = os.geteuid()
+    if user == 0:
+        os.seteuid(65534)
+    try:
+        yield
+    finally:
+        os.seteuid(user)
+
+
+def test_the_exclusive_mode_of_another_program_is_respected() -> None:
+    master, slave = os.openpty()
+    os.fchmod(slave, 0o666)
+    fcntl.ioctl(slave, termios.TIOCEXCL)
+    with as_a_plain_user(), opened(f"serial:{os.ttyname(slave)}:9600") as line:
+        assert ": busy; " in (line.fault() or "")
+        fcntl.ioctl(slave, termios.TIOCNXCL)
+        line.read(1.0)
+        wait_opened(line, 1.1)
+        assert line.fault() is None
+    os.close(slave)
+    os.close(master)
+
+
+def test_who_has_a_busy_port_is_named(tmp_path: Path) -> None:
     terminal = Terminal(tmp_path / "tty")
     terminal.plug()
     script = tmp_path / "gpsd.py"
-    script.write_text(f"import os, sys; fd = os.open(sys.argv[1], os.O_RDWR | os.O_NOCTTY); {lock}; print('has it', flush=True); sys.stdin.read()")
+    script.write_text(
+        "import fcntl, os, sys; fcntl.flock(os.open(sys.argv[1], os.O_RDWR | os.O_NOCTTY), fcntl.LOCK_EX); print('has it', flush=True); sys.stdin.read()"
+    )
     with subprocess.Popen([sys.executable, str(script), str(terminal.path)], stdin=subprocess.PIPE, stdout=subprocess.PIPE) as other:
         assert other.stdout is not None and other.stdout.readline()
         terminal.let_go()
@@ -223,8 +250,6 @@ def test_a_locked_port_is_closed_to_all_and_free_again_afterwards(tmp_path: Path
     state = bytearray(4)
 
     def locked() -> bool:
-        import fcntl
-
         fcntl.ioctl(terminal._slave, exclusive | 0x80040000, state)
         return bool(state[0])
 
@@ -369,9 +394,13 @@ def test_a_full_serial_line_drops_whole_messages(tmp_path: Path) -> None:
     os.close(terminal.master)
 
 
-def test_permission_denied_says_what_to_do(tmp_path: Path) -> None:
-    with opened(f"serial:{tmp_path}/none:9600") as line:
-        assert "usermod -aG dialout" in line._explain(PermissionError(13, "Permission denied"))
+def test_permission_denied_says_what_to_do() -> None:
+    master, slave = os.openpty()
+    os.fchmod(slave, 0)
+    with as_a_plain_user(), opened(f"serial:{os.ttyname(slave)}:9600") as line:
+        assert (line.fault() or "").endswith("permission denied; `sudo usermod -aG dialout $USER`, then log in anew")
+    os.close(slave)
+    os.close(master)
 
 
 def test_udp_both_ways() -> None:
