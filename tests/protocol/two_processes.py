@@ -82,8 +82,9 @@ class TwoProcesses:
         boat = ["run", self.vessel, "--devices", str(ports), "--speed", f"{self.speed:g}", "--link", link]
         boat += ["--state", str(self.folder / "state"), "--log", str(self.folder / "logs")]
         try:
-            self.hello = self._start(plant, "for: companion run")
-            self._start(boat, "log:")
+            both = self._start(plant), self._start(boat)  # either may be first
+            self.hello = _lines(both[0], "for: companion run")
+            _lines(both[1], "log:")
         except RuntimeError:
             self._end()
             raise
@@ -96,8 +97,7 @@ class TwoProcesses:
             assert all(code == 0 and not errors for code, _, errors in ends), ends
         self.said = ends[-1][1]
 
-    def _start(self, arguments: list[str], until: str) -> list[str]:
-        """The first lines. Raises RuntimeError with what it said if it ends instead."""
+    def _start(self, arguments: list[str]) -> subprocess.Popen[str]:
         process = subprocess.Popen(
             [sys.executable, "-m", "companion", *arguments],
             stdin=subprocess.PIPE,
@@ -107,14 +107,7 @@ class TwoProcesses:
             env={**os.environ, "PYTHONUNBUFFERED": "1"},
         )
         self._processes.append(process)
-        assert process.stdout is not None
-        lines: list[str] = []
-        while not lines or not lines[-1].startswith(until):
-            line = process.stdout.readline()
-            if not line:
-                raise RuntimeError(f"it did not start: {lines} {process.communicate()[1]}")
-            lines.append(line.rstrip())
-        return lines
+        return process
 
     def _end(self) -> list[tuple[int, str, str]]:
         """Ctrl-C, the companion first. (exit code, stdout, stderr) of each."""
@@ -131,3 +124,15 @@ class TwoProcesses:
             ends.append((process.returncode, out, errors))
         self._socket.close()
         return ends[::-1]
+
+
+def _lines(process: subprocess.Popen[str], until: str) -> list[str]:
+    """What it says first. Raises RuntimeError with what it said if it ends instead."""
+    assert process.stdout is not None
+    lines: list[str] = []
+    while not lines or not lines[-1].startswith(until):
+        line = process.stdout.readline()
+        if not line:
+            raise RuntimeError(f"it did not start: {lines} {process.communicate()[1]}")
+        lines.append(line.rstrip())
+    return lines

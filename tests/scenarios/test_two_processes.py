@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from pathlib import Path
 
@@ -9,14 +10,14 @@ import pytest
 from pymavlink.dialects.v20 import common as mavlink
 
 from companion.core.geodesy import LocalFrame
-from sitl.scenarios.station import Item, Station
+from sitl.scenarios.station import Item, Station, StationTimeout
 from tests.protocol.two_processes import TwoProcesses
 
 pytestmark = pytest.mark.process
 
 HOLD, MISSION = 0x03040000, 0x04040000
 REPORTED_S, BACK_S = 1.0, 3.0
-PULLED_S = {"gnss": 6.5}  # longer than the boat sails on without a position
+PULLED_S = {"gnss": 5.6}  # longer than the boat sails on without a position
 NEUTRAL = {"gnss": ("position_lost", "position_lost_over"), "microcontroller": ("bridge_silent", "bridge_silent_over")}
 
 
@@ -29,12 +30,17 @@ def underway(rig: TwoProcesses, station: Station, ahead_m: float = 0.0) -> None:
         point = frame.to_geodetic(ahead_m * math.cos(home.yaw_rad), ahead_m * math.sin(home.yaw_rad))
         station.upload([Item(mavlink.MAV_CMD_NAV_WAYPOINT, point[0], point[1])])
     station.set_mode(MISSION if ahead_m else HOLD)
+    for _ in range(5):  # a machine that was busy for a moment lets the board go neutral, and that refuses
+        with contextlib.suppress(StationTimeout):
+            station.arm()
+            return
+        station.sail(1.0)
     station.arm()
 
 
 def pull(rig: TwoProcesses, station: Station, device: str) -> None:
     """The device's port vanishes and comes back: reported within 1 s of the boat's time, answered by rule, well again soon."""
-    before, pulled_s = len(rig.events()), PULLED_S.get(device, 2.0)
+    before, pulled_s = len(rig.events()), PULLED_S.get(device, 1.2)
     typed_ns = rig.type(f"{device}_unplugged+{pulled_s}")
     away_s: dict[str, float] = {}
 
@@ -55,7 +61,7 @@ def test_every_device_may_be_unplugged_and_comes_back(vessel: str, ahead_m: floa
         assert rig.hello[-1] == f"for: companion run {vessel} --devices {tmp_path}/ports --speed 3"
         station = Station(rig)
         underway(rig, station, ahead_m)
-        station.sail(4.0)
+        station.sail(2.0)
         for device in (*rig.config.sensors, *rig.config.actuators):
             pull(rig, station, device.name)
         station.sail(2.0)
