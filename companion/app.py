@@ -26,6 +26,7 @@ from companion.io.mavlink.services import connect
 from companion.io.nmea_out import NmeaOut
 from companion.io.sensors import DRIVERS as SENSOR_DRIVERS
 from companion.io.sensors import open_sensor
+from companion.io.transport import device_endpoint
 from companion.io.urls import TransportError, parse_url
 from companion.loop import Blocks, Devices, Vessel
 from companion.mission.executor import MissionExecutor
@@ -74,9 +75,9 @@ def _port_problems(path: Path) -> list[str]:
     """Drivers that do not exist, and URLs that can never be opened, also in a file with other faults."""
     found: list[str] = []
 
-    def check_url(loc: tuple[str | int, ...], url: object) -> None:
+    def check_url(loc: tuple[str | int, ...], url: object, judge: Callable[[str], object]) -> None:
         try:
-            parse_url(str(url))
+            judge(str(url))
         except TransportError as error:
             found.append(config_module.placed(path, loc, str(error)))
 
@@ -87,13 +88,13 @@ def _port_problems(path: Path) -> list[str]:
                 text = f"no driver '{row['driver']}'; known: {', '.join(sorted(drivers))}"
                 found.append(config_module.placed(path, (table, i, "driver"), text))
             if "port" in row:
-                check_url((table, i, "port"), row["port"])
+                check_url((table, i, "port"), row["port"], device_endpoint)
     for table in ("corrections", "nmea_out"):
         for i, row in _rows(tables, table):
             if "port" in row:
-                check_url((table, i, "port"), row["port"])
+                check_url((table, i, "port"), row["port"], device_endpoint)
     for i, url in enumerate(tables.get("links", ())):
-        check_url(("links", i), url)
+        check_url(("links", i), url, parse_url)
     return found
 
 

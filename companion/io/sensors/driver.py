@@ -8,19 +8,18 @@ from collections.abc import Sequence
 from companion.config import SensorConfig
 from companion.core.ports import ByteStream
 from companion.core.types import DeviceHealth, Reading
+from companion.io.recognise import Overheard
 from companion.io.sensors.pace import Pace
-from companion.io.sensors.recognise import recognise
 from companion.io.sensors.setup import DeviceSetup
 
 _SILENT_BYTES = 600  # that many bytes without one valid message: not the language or not the speed
-_SAMPLE_BYTES = 2000  # of them are kept to find out which language it is
 
 
 class StreamDriver(ABC):
     """Bytes of one port → readings. A protocol fills in `_feed`.
 
-    Remembers when the last valid message came, counts of valid messages, of bad ones, and of bytes since the last valid one, and the
-    rates of messages.
+    Remembers when the last valid message came, counts of valid messages, of bad ones, and of bytes since the last valid one, the rates of
+    messages, and where those bytes are many what they look like.
     """
 
     messages = "messages"  # what the protocol calls them, for people
@@ -36,17 +35,15 @@ class StreamDriver(ABC):
         self._pace = Pace(config.rate_hz)
         self._setup: DeviceSetup | None = None  # of devices that are told what to send
         self._was_open = False
-        self._sample = b""
-        self._judged: tuple[int, str] = (0, "")  # at so many bytes: what they are
+        self._overheard = Overheard(_SILENT_BYTES)
 
     def read(self, now_s: float) -> Sequence[Reading]:
         """Readings whose bytes came in since the last call, in order of arrival."""
         readings: list[Reading] = []
         for arrival_s, data in self._stream.read(now_s):
             self._bytes_since_valid += len(data)
-            if self._bytes_since_valid > _SILENT_BYTES // 2:
-                self._sample = (self._sample + data)[-_SAMPLE_BYTES:]
             self._feed(arrival_s, data, readings)
+            self._overheard.hear(data, self._bytes_since_valid)
         if self._setup is not None:
             self._set_up(self._setup, now_s)
             if not self._setup.done:
@@ -82,7 +79,7 @@ class StreamDriver(ABC):
             return fault
         recent = age_s is not None and age_s <= self._config.timeout_s
         if not recent and self._bytes_since_valid >= _SILENT_BYTES:
-            return f"bytes arrive but no valid {self.messages}: {self._nonsense()}"
+            return f"{self._bytes_since_valid:,} bytes and no valid {self.messages}: {self._nonsense()}"
         if self._setup is not None and not self._setup.done:
             return self._setup.remark
         if recent:
@@ -93,13 +90,7 @@ class StreamDriver(ABC):
 
     def _nonsense(self) -> str:
         """What may be wrong where bytes come in that are no messages."""
-        if self._bytes_since_valid - self._judged[0] >= _SILENT_BYTES or self._bytes_since_valid < self._judged[0] or not self._judged[1]:
-            voice = recognise(self._sample)
-            text = f"wrong baud rate in '{self._config.port}', or the device speaks another protocol"
-            if voice is not None:
-                text = f"the device on '{self._config.port}' speaks {voice.text}"
-            self._judged = self._bytes_since_valid, text
-        return self._judged[1]
+        return self._overheard.guess or f"wrong baud rate in '{self._config.port}', or the device speaks another protocol"
 
     def _count_valid(self, arrival_s: float, kind: str = "") -> None:
         self._valid += 1
