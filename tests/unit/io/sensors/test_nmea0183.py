@@ -247,6 +247,13 @@ def test_health_tells_wrong_baud_rate_from_silence_and_fault() -> None:
     assert not sensor.health(6.5).ok and "no such device" in sensor.health(6.5).text
 
 
+def test_a_device_whose_sentences_are_of_no_use_is_named_by_them() -> None:
+    sensor, line = driver()
+    line.chunks = [(5.0, b"!AIVDM,1,1,,B,177KQJ5000G?tO`K>RA1wUbN0TKH,0*5C\r\n" * 60)]
+    assert sensor.read(5.0) == []
+    assert "sends no sentence that is used here, but AIVDM" in sensor.health(5.5).text
+
+
 def test_table() -> None:
     assert set(DRIVERS) == {"nmea0183", "mtdata2", "vectornav", "mavlink_imu", "ais"}
     with pytest.raises(ConfigError, match="no driver 'sextant'; known: ais, mavlink_imu, mtdata2, nmea0183, vectornav"):
