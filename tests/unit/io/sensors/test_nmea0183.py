@@ -251,7 +251,7 @@ def test_a_device_whose_sentences_are_of_no_use_is_named_by_them() -> None:
     sensor, line = driver()
     line.chunks = [(5.0, b"!AIVDM,1,1,,B,177KQJ5000G?tO`K>RA1wUbN0TKH,0*5C\r\n" * 60)]
     assert sensor.read(5.0) == []
-    assert "sends no sentence that is used here, but AIVDM" in sensor.health(5.5).text
+    assert "sends no sentence that is used here, but AIS" in sensor.health(5.5).text
 
 
 def test_table() -> None:
