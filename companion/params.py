@@ -196,6 +196,7 @@ TABLE: tuple[ParamSpec, ...] = (
     _real("FLW_TGT_FA", 180.0, -180.0, 180.0, "deg", "Follow", "Station: bearing from the lead boat in its own frame; 180 astern, 0 ahead, 90 abeam to starboard"),
     _int("FOLL_SYSID", 0, 0, 255, "", "Follow", "System id of the leader; 0: the first heard, until it is silent"),
     _real("FOLL_MIN_DIST", 12.0, 0.5, 200.0, "m", "Follow", "Keep-out: never nearer to the lead boat than this"),
+    _real("FOLL_LATENCY", 0.1, 0.0, 2.0, "s", "Follow", "How old a leader's message is when it comes in, where that cannot be measured (a ground station's, a phone's)"),
     _choice("FOLL_LAW", 0, {0: "Companion", 1: "Thesis"}, "Follow", "How the leader is followed: along its track, or by pursuit as in the RescueRunner thesis"),
     # allocation
     _choice("ALLOC_KIND", 0, {0: "Constrained", 1: "Pseudo-inverse"}, "Allocation", "Optimal within limits and rates, or the unconstrained solution cut to them"),
