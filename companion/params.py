@@ -194,6 +194,10 @@ TABLE: tuple[ParamSpec, ...] = (
     # following
     _real("FLW_TGT_DST", 20.0, 1.0, 500.0, "m", "Follow", "Station: distance from the lead boat, astern along its track"),
     _real("FLW_TGT_FA", 180.0, -180.0, 180.0, "deg", "Follow", "Station: bearing from the lead boat in its own frame; 180 astern, 0 ahead, 90 abeam to starboard"),
+    _real("FLW_TGT_MAX_VEL", 25.0, 0.0, 25.0, "m/s", "Follow", "Top speed in Follow, where MPC_XY_VEL_MAX allows it"),
+    _real("FLW_TGT_HT", 0.0, 0.0, 1000.0, "m", "Follow", "Height of the station: accepted for follow-me clients, means nothing to a boat"),
+    _real("FLW_TGT_RS", 0.1, 0.0, 1.0, "", "Follow", "Responsiveness: accepted for follow-me clients, has no effect; the FOLL_ gains do"),
+    _choice("FLW_TGT_ALT_M", 0, {0: "Constant", 1: "Terrain", 2: "Target"}, "Follow", "Altitude mode: accepted for follow-me clients, means nothing to a boat"),
     _int("FOLL_SYSID", 0, 0, 255, "", "Follow", "System id of the leader; 0: the first heard, until it is silent"),
     _real("FOLL_MIN_DIST", 12.0, 0.5, 200.0, "m", "Follow", "Keep-out: never nearer to the lead boat than this"),
     _real("FOLL_LATENCY", 0.1, 0.0, 2.0, "s", "Follow", "How old a leader's message is when it comes in, where that cannot be measured (a ground station's, a phone's)"),

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from companion.core.types import Wish
 
-_COUNT = 256
+_MOST = 255
 
 
 class CrewWish:
-    """`press(wish)`: the crew decides; pressing for the same again asks for it anew. `wish` is NONE until the first press, `presses` counts modulo 256."""
+    """`press(wish)`: the crew decides; pressing for the same again asks for it anew. `wish` is NONE until the first press, `presses` counts them, 255 followed by 1."""
 
     def __init__(self) -> None:
         self.wish = Wish.NONE
@@ -16,4 +16,4 @@ class CrewWish:
 
     def press(self, wish: Wish) -> None:
         self.wish = wish
-        self.presses = (self.presses + 1) % _COUNT
+        self.presses = self.presses % _MOST + 1
