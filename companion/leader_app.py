@@ -111,7 +111,7 @@ class LeaderModule:
         self._fixes = FixWatch()
         self._joystick = Joystick(config.joystick) if config.joystick is not None else None
         self._links = tuple(
-            LeadLink(link, config.system_id, config.follower, _is_thrifty(config, link), self._follower_says) for link in around.links
+            LeadLink(link, config.system_id, config.follower, config.rate_hz, _is_thrifty(config, link), self._follower_says) for link in around.links
         )
         self._stations = tuple(LeadStation(link, config.system_id, self.crew, self._note) for link in around.local)
         self._radios: tuple[LeadLink | LeadStation, ...] = (*self._links, *self._stations)

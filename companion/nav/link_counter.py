@@ -47,14 +47,15 @@ class LinkCounter:
 class AcknowledgedCounter:
     """Of the sending end, by what the other reports to have received. `sent()` each message, `reported(received)` each report, `value` → 0…40.
 
-    Both count modulo 65536. While no report comes, what is sent counts as lost once half as much again as between the last two reports is out.
+    Both count modulo 65536. While no report comes, what is sent counts as lost once two reports are overdue: one alone may have been lost itself.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, usual: int) -> None:
+        """`usual`: messages sent between two reports."""
+        self._patience = math.ceil(2.5 * usual)
         self._counter = 0
         self._sent = self._sent_then = 0
         self._received: int | None = None
-        self._usual = 20
 
     def sent(self) -> None:
         self._sent += 1
@@ -63,10 +64,9 @@ class AcknowledgedCounter:
         sent, arrived = self._sent - self._sent_then, 0 if self._received is None else (received - self._received) & 0xFFFF
         if self._received is not None and arrived <= 2 * sent + MOST:  # else the other end began anew
             self._counter = min(MOST, max(0, self._counter + max(0, sent - arrived) - min(sent, arrived)))
-            self._usual = max(1, min(sent, 100))
         self._received, self._sent_then = received & 0xFFFF, self._sent
 
     @property
     def value(self) -> int:
-        overdue = self._sent - self._sent_then - math.ceil(1.5 * self._usual)
+        overdue = self._sent - self._sent_then - self._patience
         return min(MOST, self._counter + max(0, overdue))

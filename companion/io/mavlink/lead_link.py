@@ -29,6 +29,7 @@ from companion.nav.link_counter import AcknowledgedCounter
 _AUTOPILOT = mavlink.MAV_COMP_ID_AUTOPILOT1
 _WHOLE_S = _HEARTBEAT_S = 1.0
 _STICKS_S = 0.1
+_REPORT_S = 1.0  # how often the follower reports
 _EARLY_S = 1e-3
 _COUNT = 65536
 
@@ -66,13 +67,16 @@ class LeadLink:
     Remembers when each kind was sent, per remote what it has acknowledged, and what the follower said.
     """
 
-    def __init__(self, link: Link, system: int, follower: int, thrifty: bool, follower_says: Callable[[float, str], None]) -> None:
-        """`system`: ours; `follower`: the system whose reports are shown and whom the sticks steer. `follower_says(now_s, text)`: its STATUSTEXT."""
+    def __init__(
+        self, link: Link, system: int, follower: int, rate_hz: float, thrifty: bool, follower_says: Callable[[float, str], None]
+    ) -> None:
+        """`system`: ours; `rate_hz`: at which `publish` is called; `follower`: the system whose reports are shown and whom the sticks steer. `follower_says(now_s, text)`: its STATUSTEXT."""
         self.name = link.name
         self.follower = Follower()
         self._link = link
         self._system, self._follower_id = system, follower
         self._thrifty = thrifty
+        self._usual = round(rate_hz * _REPORT_S) + 1  # messages between two reports
         self._says = follower_says
         self._counters: weakref.WeakKeyDictionary[Endpoint, AcknowledgedCounter] = weakref.WeakKeyDictionary()
         self._reporting: Endpoint | None = None  # where the follower last reported
@@ -129,7 +133,7 @@ class LeadLink:
     def _counter(self, endpoint: Endpoint) -> AcknowledgedCounter:
         counter = self._counters.get(endpoint)
         if counter is None:
-            counter = self._counters[endpoint] = AcknowledgedCounter()
+            counter = self._counters[endpoint] = AcknowledgedCounter(self._usual)
         return counter
 
     def _flush(self, now_s: float) -> None:

@@ -34,7 +34,7 @@ _LARGEST_SIGMA_M = 1000.0
 _MOST_SOURCES = 16
 _ASK_S, _ASK_FIRST_S = 10.0, 1.0  # how often a leader is asked for its time; until it has answered once
 _ANSWER_S = 5.0
-_ASK_MOST = 10  # times, who never answers
+_ASK_MOST = 10  # times, who never answers and is no module
 _FOLLOW_TARGET, _GLOBAL_POSITION = mavlink.MAVLINK_MSG_ID_FOLLOW_TARGET, mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT
 _WISHES = {int(wish): wish for wish in Wish}
 _SourceKey = tuple[Endpoint, int, int, int]  # endpoint, system, component, id of the message
@@ -74,11 +74,11 @@ class LeaderService:
     def update(self, now_s: float) -> None:
         """Ask who leads for the time: seldom, since the line may be narrow."""
         for (endpoint, system, component, _), source in list(self._sources.items()):
-            first = source.clock.latency_s is None
-            waited_s = now_s - source.asked_s
-            if endpoint.gone or now_s - source.heard_s > _ANSWER_S or not source.clock.aligned or source.unanswered >= _ASK_MOST:
+            answers = source.module or source.unanswered < _ASK_MOST
+            if endpoint.gone or now_s - source.heard_s > _ANSWER_S or not source.clock.aligned or not answers:
                 continue
-            if waited_s >= (_ASK_FIRST_S * (1 + source.unanswered) if first else _ASK_S):
+            soon_s = _ASK_FIRST_S * (1 + source.unanswered) if source.clock.latency_s is None else _ASK_S
+            if now_s - source.asked_s >= min(_ASK_S, soon_s):
                 source.asked_s, source.asked_ns = now_s, max(1, round(now_s * 1e9))
                 source.unanswered += 1
                 peer = Peer(endpoint, system, component)
