@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from companion.config import VesselConfig
-from companion.core.types import ModeId, Setpoint, SetpointKind
+from companion.core.types import NEUTRAL_SETPOINT, ModeId, Setpoint, SetpointKind
 from companion.modes.mode import Mode, ModeInputs
 from companion.params import Parameters
 
@@ -22,14 +22,15 @@ class FollowMode(Mode):
         self._parameters = parameters
 
     def check(self, inputs: ModeInputs) -> str | None:
-        return "no leader heard" if inputs.leader is None else None
+        return None  # ground stations tell of their place only once the boat is in Follow
 
     def enter(self, inputs: ModeInputs) -> str | None:
-        return self.check(inputs)
+        return None
 
     def update(self, inputs: ModeInputs) -> Setpoint:
         nav, leader = inputs.nav, inputs.leader
-        assert leader is not None
+        if leader is None:
+            return NEUTRAL_SETPOINT
         north_m, east_m = leader.north_m - nav.north_m, leader.east_m - nav.east_m
         gap_m = math.hypot(north_m, east_m) - self._parameters["FLW_TGT_DST"]
         speed = math.hypot(leader.north_mps, leader.east_mps) + _GAP_GAIN_1PS * gap_m
