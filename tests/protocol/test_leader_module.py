@@ -293,14 +293,14 @@ def test_ground_stations_see_the_leader_and_the_link(pair: Pair) -> None:
 def test_the_log_can_be_read_again(tmp_path: Path) -> None:
     pair = Pair(tmp_path, along(5.0, 90.0, 20.0, 0.0))
     pair.run(6.0)
-    pair.display.press("a")
+    pair.display.press("m")
     pair.run(2.0)
     pair.close()
     with (tmp_path / "leader" / "module.csv").open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     assert len(rows) == 160
     last = rows[-1]
-    assert (last["wish"], last["presses"], last["follower_mode"], last["link_counter"]) == ("AUTONOMOUS", "1", ModeId.MANUAL.value, "0")
+    assert (last["wish"], last["presses"], last["follower_mode"], last["link_counter"]) == ("MANUAL", "1", ModeId.MANUAL.value, "0")
     assert FRAME.to_ned(float(last["lat_deg"]), float(last["lon_deg"])) == pytest.approx((20.0, 5.0 * 7.95), abs=0.5)
     assert float(last["gap_m"]) == pytest.approx(math.hypot(20.0, 5.0 * 7.95), abs=3.0)
-    assert "asked for: Autonomous" in (tmp_path / "leader" / "events.csv").read_text(encoding="utf-8")
+    assert "asked for: Manual" in (tmp_path / "leader" / "events.csv").read_text(encoding="utf-8")
