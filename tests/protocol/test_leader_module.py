@@ -18,15 +18,9 @@ from companion.io.mavlink import messages as mavlink
 from companion.io.mavlink.framer import Framer
 from companion.record.log_reader import open_log
 from tests.protocol.desk import Sender
-from tests.protocol.lead_boat_module import FRAME, Pair, along
+from tests.protocol.lead_boat_module import FRAME, Pair, along, circle
 
 PX4_FOLLOW, PX4_MANUAL, PX4_OFFBOARD = 0x08040000, 0x00010000, 0x00060000
-
-
-def circle(t_s: float) -> tuple[float, float, float, float]:
-    """60 m of radius at 8 m/s: everything that a module says changes all the time."""
-    turned = 8.0 / 60.0 * t_s
-    return 30.0 + 60.0 * math.sin(turned), 40.0 + 60.0 * (1.0 - math.cos(turned)), 8.0, math.degrees(turned) % 360.0
 
 
 class Heard:
