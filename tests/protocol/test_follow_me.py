@@ -165,11 +165,11 @@ def test_qgroundcontrols_follow_me(tmp_path: Path) -> None:
         started_s, distances = time.monotonic(), []
         for n in range(30):
             t_s = time.monotonic() - started_s
-            north_m = START_M + 2.0 * speed * t_s
+            north_m = START_M + 5.0 * speed * t_s
             lat_deg, lon_deg = FRAME.to_geodetic(north_m, 0.0)
             station.send(
                 mavlink.MAVLink_follow_target_message(
-                    round(1000.0 * t_s) + 5000, 3, round(lat_deg * 1e7), round(lon_deg * 1e7), 0.0, (2.0, 0.0, 0.0), (0.0,) * 3, (0.0,) * 4,
+                    round(1000.0 * t_s) + 5000, 3, round(lat_deg * 1e7), round(lon_deg * 1e7), 0.0, (5.0, 0.0, 0.0), (0.0,) * 3, (0.0,) * 4,
                     (0.0,) * 3, (3.0, 0.0, 4.0), 0,
                 )
             )
