@@ -17,9 +17,9 @@ from companion import config as config_module
 from companion.app import Surroundings, build, load_vessel, program_version, warm_up
 from companion.cli_sitl import add_to as add_sitl_to
 from companion.clock import PacedClock, SimulatedClock, WallClock
-from companion.commands import bollard, devices, logs, missions, report, service, thruster_test
+from companion.commands import bollard, devices, leader, logs, missions, report, service, thruster_test
 from companion.commands.common import Interrupt, UsageError
-from companion.commands.common import fresh_folder as _fresh
+from companion.commands.folders import fresh, kept_in
 from companion.config import ConfigError, HomeConfig, SensorConfig, VesselConfig
 from companion.io.mavlink.links import Link, LinkError, MemoryLink, open_link
 from companion.io.service_manager import service_manager
@@ -101,6 +101,7 @@ def _parser() -> argparse.ArgumentParser:
     table.add_argument("--seeds", type=int, default=8, metavar="N")
     table.set_defaults(command=_scenario_table)
 
+    leader.add_to(commands)
     logs.add_to(commands)
     report.add_to(commands)
     service.add_to(commands)
@@ -123,7 +124,7 @@ def _run(arguments: argparse.Namespace) -> int:
     kept = _kept_in(config, arguments)
     stamp = time.strftime("%Y%m%d-%H%M%S")
     logs_kept = kept / "logs" if arguments.log is None else arguments.log
-    log_folder = _fresh(logs_kept, f"{config.name}-{stamp}")
+    log_folder = fresh(logs_kept, f"{config.name}-{stamp}")
     state = StateFile(kept / "state" if arguments.state is None else arguments.state)
     vessel, clock = _compose_run(config, arguments, state, log_folder)
     manager = service_manager(os.environ)
@@ -215,9 +216,8 @@ def _home(text: str) -> HomeConfig:
 
 def _kept_in(config: VesselConfig, arguments: argparse.Namespace) -> Path:
     """Where this vessel's things are kept, apart from those of its simulation."""
-    base = Path(os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state")
     simulated = arguments.sitl or arguments.devices is not None
-    return base / "usv-companion" / (f"{config.name}-sitl" if simulated else config.name)
+    return kept_in(f"{config.name}-sitl" if simulated else config.name)
 
 
 def _say_hello(config: VesselConfig, arguments: argparse.Namespace, state: StateFile, log_folder: Path) -> None:
@@ -409,7 +409,7 @@ def _scenario_run(arguments: argparse.Namespace) -> int:
         if not equals:
             raise UsageError(f"--set {change}: write KEY=VALUE")
         changes[key] = value
-    folder = arguments.out or _fresh(Path("out"), f"{arguments.name}-seed{arguments.seed}")
+    folder = arguments.out or fresh(Path("out"), f"{arguments.name}-seed{arguments.seed}")
     started_s = time.perf_counter()
     try:
         outcome = sail(SCENARIOS[arguments.name], LockstepRig, folder, arguments.seed, arguments.vessel, changes, draw=True)

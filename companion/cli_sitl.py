@@ -17,7 +17,8 @@ from typing import IO, TYPE_CHECKING, Any
 
 from companion.app import load_vessel, program_version
 from companion.clock import WallClock
-from companion.commands.common import Interrupt, UsageError, fresh_folder
+from companion.commands.common import Interrupt, UsageError
+from companion.commands.folders import fresh
 from companion.config import ConfigError, VesselConfig
 from companion.io.transport import device_endpoint
 
@@ -121,7 +122,7 @@ def _truth_log(config: VesselConfig, world: World, arguments: argparse.Namespace
         return None
     from sitl.truth_log import TruthLog
 
-    folder = fresh_folder(arguments.log, f"{config.name}-plant-{time.strftime('%Y%m%d-%H%M%S')}")
+    folder = fresh(arguments.log, f"{config.name}-plant-{time.strftime('%Y%m%d-%H%M%S')}")
     truth = TruthLog(folder, world, tuple(thruster.name for thruster in config.thrusters))
     about = {"vessel": config.name, "seed": arguments.seed, "speed": arguments.speed, "started_unix_ns": time.time_ns(), "command": " ".join(sys.argv)}
     (folder / "manifest.json").write_text(json.dumps(about, indent=1) + "\n", encoding="utf-8")

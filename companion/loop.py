@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any, Protocol
 
 from companion.allocation.allocator import Allocator
 from companion.allocation.availability import Availability
@@ -321,6 +322,19 @@ class RealWorld:
         pass
 
 
+class Ticking(Protocol):
+    """What can be run: a vessel, or the module on a lead boat. `load`: share of the period that the last tick took, as the runner measured it."""
+
+    period_s: float
+    load: float
+
+    def filenos(self) -> Sequence[int]: ...
+
+    def serve(self, now_s: float) -> None: ...
+
+    def tick(self, now_s: float) -> Any: ...
+
+
 @dataclass(slots=True)
 class Punctuality:
     """How a run kept its deadlines, in the boat's time: ticks, those that began more than 5 ms late, the worst and when it was, and those left out."""
@@ -345,7 +359,7 @@ class Punctuality:
         return f"{self.ticks} ticks, {worst}, {self.late} more than {1e3 * _LATE_S:.0f} ms, {self.left_out} left out"
 
 
-def run(vessel: Vessel, clock: WaitingClock, stop: Callable[[], bool]) -> Punctuality:
+def run(vessel: Ticking, clock: WaitingClock, stop: Callable[[], bool]) -> Punctuality:
     """Tick at absolute deadlines until `stop()`. A deadline that was missed by more than a period is skipped, not caught up."""
     punctuality = Punctuality()
     deadline_s = clock.now_s()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import signal
-from pathlib import Path
 
 
 class UsageError(Exception):
@@ -20,11 +19,3 @@ class Interrupt:
 
     def _ask(self, number: int, frame: object) -> None:
         self.asked = True
-
-
-def fresh_folder(directory: Path, name: str) -> Path:
-    """A folder that is not there yet."""
-    folder, n = directory / name, 2
-    while folder.exists():
-        folder, n = directory / f"{name}-{n}", n + 1
-    return folder

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from companion.config import VesselConfig
-from companion.core.types import ModeId, Setpoint, SetpointKind
+from companion.core.types import NEUTRAL_SETPOINT, ModeId, Setpoint, SetpointKind
 from companion.modes.mode import Mode, ModeInputs
 from companion.params import Parameters
 
@@ -26,11 +26,12 @@ class FollowMode(Mode):
         return inputs.leader_fault or ("no leader heard" if inputs.leader is None else None)
 
     def enter(self, inputs: ModeInputs) -> str | None:
-        return self.check(inputs)
+        return None
 
     def update(self, inputs: ModeInputs) -> Setpoint:
         nav, leader = inputs.nav, inputs.leader
-        assert leader is not None
+        if leader is None:
+            return NEUTRAL_SETPOINT
         north_m, east_m = leader.north_m - nav.north_m, leader.east_m - nav.east_m
         gap_m = math.hypot(north_m, east_m) - self._parameters["FLW_TGT_DST"]
         speed = math.hypot(leader.north_mps, leader.east_mps) + _GAP_GAIN_1PS * gap_m

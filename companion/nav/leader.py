@@ -7,10 +7,10 @@ import math
 from companion.core.angles import wrap_pi
 from companion.core.geodesy import LocalFrame
 from companion.core.types import Leader, LeaderState
+from companion.nav.link_counter import LinkCounter
 from companion.params import Parameters
 
 _SLOW_MPS = 0.5  # below this the course tells no heading
-_COUNTER_MOST = 40
 _FORGET_S = 30.0
 _SIGMA_M = 3.0  # of a leader that does not say how good its position is
 
@@ -26,7 +26,7 @@ class LeaderTracker:
         self._state: LeaderState | None = None
         self._fixed: LeaderState | None = None  # the last one with a position
         self._interval_s = 0.0
-        self._counter = 0
+        self._link = LinkCounter()
         self._yaw_rad: float | None = None
 
     def take(self, state: LeaderState) -> bool:
@@ -39,9 +39,9 @@ class LeaderTracker:
             return False
         if before is not None and state.system_id != before.system_id:
             self._fixed = self._yaw_rad = None
-            self._counter = 0
+            self._link = LinkCounter()
         self._state = state
-        self._counter = min(_COUNTER_MOST, max(0, self._counter - 1 + state.lost))
+        self._link.heard(state.heard_s, state.lost)
         if state.lat_deg is None or (self._fixed is not None and state.t_s <= self._fixed.t_s):
             return True
         if self._fixed is not None:
@@ -66,5 +66,5 @@ class LeaderTracker:
         sigma_m = _SIGMA_M if fixed.accuracy_m is None else fixed.accuracy_m
         return Leader(
             state.system_id, north_m + north_mps * age_s, east_m + east_mps * age_s, north_mps, east_mps, yaw, rate, sigma_m, age_s,
-            self._interval_s, state.wish, self._counter,
+            self._interval_s, state.wish, self._link.value(now_s),
         )  # fmt: skip

@@ -20,16 +20,16 @@ def free_port(kind: int = socket.SOCK_DGRAM) -> int:
 
 
 class Companion:
-    """`companion run revolt --sitl`, or of another `vessel` without the plant, on free ports: UDP towards `udp_port`, TCP listening on `tcp_port`."""
+    """`companion run VESSEL --sitl`, or of a `vessel` that is a file without the plant, on free ports: UDP towards `udp_port`, TCP listening on `tcp_port`."""
 
     def __init__(
-        self, folder: Path, speed: float = 1.0, extra: tuple[str, ...] = (), links: tuple[str, ...] | None = None, vessel: Path | None = None
+        self, folder: Path, speed: float = 1.0, extra: tuple[str, ...] = (), links: tuple[str, ...] | None = None, vessel: str | Path = "revolt"
     ) -> None:
         self.udp_port = free_port()
         self.tcp_port = free_port(socket.SOCK_STREAM)
         self.folder = folder
         self._links = links if links is not None else (f"udpout:127.0.0.1:{self.udp_port}", f"tcpin:127.0.0.1:{self.tcp_port}")
-        self._what = ("revolt", "--sitl", f"--speed={speed}") if vessel is None else (str(vessel),)
+        self._what = (str(vessel),) if isinstance(vessel, Path) else (vessel, "--sitl", f"--speed={speed}")
         self.extra = extra
         self.process: subprocess.Popen[str] | None = None
         self.hello: list[str] = []
