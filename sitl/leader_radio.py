@@ -51,7 +51,9 @@ class LeaderModule:
     asks for, `sticks` (x, y, z, r; −1000 … 1000) what it steers, both theirs to set.
     """
 
-    def __init__(self, boat: LeadBoat, *, kind: str = "module", gnss: str = "standalone", heading: bool = True, rate_hz: float = 0.0, seed: int = 0) -> None:
+    def __init__(
+        self, boat: LeadBoat, *, kind: str = "module", gnss: str = "standalone", heading: bool = True, rate_hz: float = 0.0, seed: int = 0
+    ) -> None:
         """`gnss`: grade of the boat's receiver, for the accuracy that is said; `heading` False: it has no inertial sensor; `rate_hz` 0: as is usual
         for its kind. Raises ConfigError for a kind or grade that does not exist."""
         if kind not in KINDS:
@@ -119,7 +121,17 @@ class LeaderModule:
         velocity = [fix.north_mps, fix.east_mps, 0.0] if lat or lon else [0.0] * 3
         covariance = [self._sigma_m, 0.0, 0.0] if whole else [0.0] * 3
         return mavlink.MAVLink_follow_target_message(
-            self.clock_ms(now_s), can if whole else 0, lat, lon, 0.0, velocity, [0.0] * 3, attitude, rates, covariance, _MODULE_STATE | self.wish
+            self.clock_ms(now_s),
+            can if whole else 0,
+            lat,
+            lon,
+            0.0,
+            velocity,
+            [0.0] * 3,
+            attitude,
+            rates,
+            covariance,
+            _MODULE_STATE | self.wish,
         )
 
     def _bare(self, fix: LeaderFix, clock_ms: int, can: int, attitude: Sequence[float], acceleration: Sequence[float]) -> Any:
@@ -143,7 +155,14 @@ class RadioPath:
     """The way from a module to one follower. `take(…)` what is sent, `arrived(until_s)` what has come in by then, with the times at which it did."""
 
     def __init__(
-        self, name: str, *, latency_s: float = 0.03, jitter_s: float = 0.01, loss: float = 0.0, cuts: Sequence[tuple[float, float]] = (), seed: int = 0
+        self,
+        name: str,
+        *,
+        latency_s: float = 0.03,
+        jitter_s: float = 0.01,
+        loss: float = 0.0,
+        cuts: Sequence[tuple[float, float]] = (),
+        seed: int = 0,
     ) -> None:
         """`latency_s` mean, of which at least half is always taken, `jitter_s` one sigma; `loss`: share of the packets; `cuts`: (begin, duration) in s.
         Raises ConfigError for a share that is none."""

@@ -78,7 +78,11 @@ class Chase:
     def __init__(self, folder: Path, from_s: float = 0.0, leader: str = "leader") -> None:
         import numpy as np
 
-        truth, other, ticks = _columns(folder / "truth.csv"), _columns(folder / f"{leader}.csv"), _columns(folder / "ticks.csv", "t_s", "north_m", "east_m")
+        truth, other, ticks = (
+            columns(folder / "truth.csv"),
+            columns(folder / f"{leader}.csv"),
+            columns(folder / "ticks.csv", "t_s", "north_m", "east_m"),
+        )
         at = truth["t_s"] >= from_s
         t = self.t = truth["t_s"][at]
         self.north, self.east, self.yaw = truth["north_m"][at], truth["east_m"][at], np.unwrap(truth["yaw_rad"][at])
@@ -88,9 +92,7 @@ class Chase:
         self.leader_north, self.leader_east = np.interp(t, clock, other["north_m"]), np.interp(t, clock, other["east_m"])
         self.leader_yaw, self.leader_speed = np.interp(t, clock, np.unwrap(other["yaw_rad"])), np.interp(t, clock, other["speed_mps"])
         self.leader_surge, self.leader_rate = np.interp(t, clock, other["surge_mps"]), np.interp(t, clock, other["yaw_rate_radps"])
-        self._leader_error = tuple(
-            np.interp(t, clock, other[f"fix_{name}"] - other[name]) for name in ("north_m", "east_m")
-        )
+        self._leader_error = tuple(np.interp(t, clock, other[f"fix_{name}"] - other[name]) for name in ("north_m", "east_m"))
         self.distance = np.hypot(self.north - self.leader_north, self.east - self.leader_east)
         self.track = Track(self.leader_north, self.leader_east, float(self.leader_yaw[0]))
         step = np.hypot(np.diff(self.leader_north), np.diff(self.leader_east))
@@ -160,7 +162,9 @@ class Chase:
                 spans[-1][1] = i
             else:
                 spans.append([i, i])
-        return tuple(Bend(float(self.t[a]), float(self.t[b]), float(self.leader_arc[a]), float(self.leader_arc[b])) for a, b in spans if b > a)
+        return tuple(
+            Bend(float(self.t[a]), float(self.t[b]), float(self.leader_arc[a]), float(self.leader_arc[b])) for a, b in spans if b > a
+        )
 
     @cached_property
     def through_s(self) -> tuple[float, ...]:
@@ -231,11 +235,16 @@ def rms(values: Column) -> float:
     return math.sqrt(float((values * values).mean())) if len(values) else math.nan
 
 
+def share(held: NDArray[np.bool_]) -> float:
+    """Of the values that are true; NaN of nothing."""
+    return float(held.mean()) if len(held) else math.nan
+
+
 def variation_1ps(folder: Path, name: str, full_rad: float, from_s: float, to_s: float = math.inf) -> float:
     """Total variation of a nozzle's command a second, in shares of its full angle."""
     import numpy as np
 
-    ticks = _columns(folder / "ticks.csv", "t_s", f"{name}_azimuth_rad")
+    ticks = columns(folder / "ticks.csv", "t_s", f"{name}_azimuth_rad")
     at = (ticks["t_s"] >= from_s) & (ticks["t_s"] <= to_s)
     angle, t = ticks[f"{name}_azimuth_rad"][at], ticks["t_s"][at]
     return float(np.abs(np.diff(angle)).sum() / full_rad / (t[-1] - t[0])) if len(t) > 1 else 0.0
@@ -247,7 +256,8 @@ def modes(folder: Path) -> list[tuple[float, str]]:
         return [(float(row["t_s"]), row["mode"]) for row in csv.DictReader(file)]
 
 
-def _columns(path: Path, *names: str) -> dict[str, Column]:
+def columns(path: Path, *names: str) -> dict[str, Column]:
+    """Columns of a log by name; without names all, which must be numbers. An empty cell is NaN."""
     import numpy as np
 
     with path.open(encoding="utf-8") as file:

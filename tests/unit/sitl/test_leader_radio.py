@@ -60,7 +60,9 @@ def test_positions_are_where_the_boat_is_when_they_are_sent() -> None:
                 away = math.hypot(hull.north_m - hull.north_mps * early_s - north_m, hull.east_m - hull.east_mps * early_s - east_m)
                 worst = max(worst, away)
                 yaw = 2.0 * math.atan2(message.attitude_q[3], message.attitude_q[0])
-                assert abs(math.remainder(yaw - hull.yaw_rad, math.tau)) < math.radians(9.0), "four sigma of its compass, and what it turns in a step"
+                assert abs(math.remainder(yaw - hull.yaw_rad, math.tau)) < math.radians(9.0), (
+                    "four sigma of its compass, and what it turns in a step"
+                )
                 assert message.custom_state == 0x55535600 | WISH_AUTONOMOUS and message.est_capabilities == 11
                 assert message.position_cov[0] == pytest.approx(math.hypot(0.001, 0.001))
     assert worst < 0.10, "of a receiver that is exact to millimetres; dead reckoning over a tenth of a second in a turn is not"
@@ -96,9 +98,9 @@ def test_a_lost_fix_is_said_at_once() -> None:
     messages = of(said(lead, module, 6.0), "FOLLOW_TARGET")
     without = [message for t_s, message in messages if t_s > 5.15]
     assert all((message.lat, message.lon) == (0, 0) and list(message.vel) == [0.0] * 3 for message in without)
-    assert [message.est_capabilities for _, message in messages if message.est_capabilities][0] == 8
+    assert next(message.est_capabilities for _, message in messages if message.est_capabilities) == 8
     lead.faults.clear()
-    assert [m.est_capabilities for t_s, m in of(said(lead, module, 6.5), "FOLLOW_TARGET") if m.lat][0] == 11
+    assert next(m.est_capabilities for t_s, m in of(said(lead, module, 6.5), "FOLLOW_TARGET") if m.lat) == 11
 
 
 def test_phone_mavsdk_and_vehicle() -> None:
