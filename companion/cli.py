@@ -257,7 +257,8 @@ class LockstepRig:
         if conditions.ais:
             ais = SensorConfig(name="ais", driver="ais", port="memory:ais", rate_hz=5.0)
             self.config = replace(self.config, sensors=(*self.config.sensors, ais))
-        self._conditions, self._folder = conditions, folder
+        self.conditions: Conditions = conditions
+        self._folder = folder
         believed = _believed(self.config, conditions)
         if waters is None and (conditions.others or conditions.gnss_common):
             waters = waters_of(conditions.others, self.config.home, conditions.seed, conditions.gnss_common)
@@ -318,7 +319,7 @@ class LockstepRig:
         return Believed(fit.hull, fit.thrusters)
 
     def again(self, believed: Believed, folder: str) -> LockstepRig:
-        return LockstepRig(replace(self._conditions, hull=believed), self._folder / folder)
+        return LockstepRig(replace(self.conditions, hull=believed), self._folder / folder)
 
     def beside(self, conditions: Conditions, folder: str) -> LockstepRig:
         return LockstepRig(conditions, self._folder / folder, self.world.waters)

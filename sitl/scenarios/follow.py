@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from sitl.leader_script import script
 from sitl.scenarios.company import Company
 from sitl.scenarios.follow_measure import WAKE_M, Chase, modes, rms, share, variation_1ps
-from sitl.scenarios.follow_plot import draw
+from sitl.scenarios.follow_plot import draw as draw
 from sitl.scenarios.measure import Check
 from sitl.scenarios.rig import Conditions
 from sitl.scenarios.scenario import Scenario, ScenarioError, Settings, number
@@ -27,8 +27,8 @@ NEAREST_M = 12.0
 MOVING_MPS = 1.0
 MOST_VARIATION_1PS = 2.5
 REST_SLACK_M, REST_MPS = 15.0, 1.5  # a jet cannot hold a point: it drifts in its watch circle
-_REST_S = 3.0
-_LEAST_S, _AFTER_S = 120.0, 45.0
+REST_S = 3.0
+LEAST_S, AFTER_S = 120.0, 45.0
 
 DEFAULTS = {
     "leader": "thesis@8.2",
@@ -72,9 +72,9 @@ def prepare(conditions: Conditions, settings: Settings) -> Conditions:
 def sail(station: Station, settings: Settings) -> dict[str, Any]:
     company = Company((station.rig,), settings)
     company.follow()
-    company.sail(_REST_S)
+    company.sail(REST_S)
     asked = begun(company)
-    company.sail(max(_LEAST_S, script(settings["leader"])[-1].at_s + _AFTER_S))
+    company.sail(max(LEAST_S, script(settings["leader"])[-1].at_s + AFTER_S))
     return asked
 
 
@@ -131,7 +131,7 @@ def _astern(chase: Chase, judged: NDArray[np.bool_], gap_m: float) -> dict[str, 
         "known_off_rms_m": rms(known_off),
         "known_gap_straight_rms_m": rms(known[straight]),
         "known_gap_bend_rms_m": rms(known[bend]),
-        "swing_straight_rms_deg": math.degrees(rms((chase.yaw - chase.along[2])[straight])),
+        "swing_straight_rms_deg": math.degrees(rms(chase.swing[straight])),
     }
 
 

@@ -24,7 +24,7 @@ def draw(folder: Path, asked: dict[str, Any], settings: Settings) -> None:
     from matplotlib.figure import Figure
 
     folders = [folder, *(folder / name for name in asked.get("others", ()))]
-    chases = [Chase(each, asked["from_s"] - 5.0) for each in folders]
+    chases = [Chase(each, asked.get("plot_from_s", asked["from_s"] - 5.0)) for each in folders]
     figure = Figure(figsize=(17.0, 10.0), layout="constrained")
     FigureCanvasAgg(figure)
     grid = figure.add_gridspec(5, 2, width_ratios=(1.0, 1.1))

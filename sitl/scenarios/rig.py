@@ -20,6 +20,9 @@ class Rig(Protocol):
     def config(self) -> VesselConfig: ...
 
     @property
+    def conditions(self) -> Conditions: ...
+
+    @property
     def world(self) -> World: ...
 
     @property
