@@ -240,7 +240,7 @@ class LockstepRig:
 
     def __init__(self, conditions: Conditions, folder: Path, waters: Waters | None = None) -> None:
         """`waters`: those of another rig; None: as the conditions say."""
-        from sitl.truth_log import TruthLog
+        from sitl.truth_log import LeaderLog, TruthLog
         from sitl.waters import waters_of
         from sitl.world import EPOCH_UNIX_NS, World
 
@@ -284,6 +284,8 @@ class LockstepRig:
         )
         self.vessel = build(believed, around)
         self.vessel.add_recorder(TruthLog(folder, self.world, tuple(thruster.name for thruster in self.config.thrusters)))
+        for boat in () if self.world.waters is None else self.world.waters.boats:
+            self.vessel.add_recorder(LeaderLog(folder, boat, self.config.home))
         self._steps = 0
         self._closed = False
 
@@ -298,6 +300,11 @@ class LockstepRig:
 
     def send(self, data: bytes) -> None:
         self._link.to_vessel(data)
+
+    def hear(self, data: bytes, at_s: float) -> None:
+        self._clock.wait(max(at_s, self._clock.now_s()), ())
+        self._link.to_vessel(data)
+        self.vessel.serve(self._clock.now_s())
 
     def receive(self) -> bytes:
         return self._link.from_vessel()

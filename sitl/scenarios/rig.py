@@ -33,6 +33,10 @@ class Rig(Protocol):
         """Bytes from the ground station to the vessel."""
         ...
 
+    def hear(self, data: bytes, at_s: float) -> None:
+        """Bytes that reach the vessel between two ticks, at that time and not before the last ones; it takes them in at once."""
+        ...
+
     def receive(self) -> bytes:
         """Bytes from the vessel to the ground station since the last call."""
         ...

@@ -1,0 +1,85 @@
+"""A lead boat in company with one or more followers: its module's packets reach each of them between its ticks, at the time at which they arrive."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from sitl.lead_boat import LeadBoat
+from sitl.leader_radio import LeaderModule, RadioPath
+from sitl.scenarios.rig import Rig
+from sitl.scenarios.scenario import Settings, number
+from sitl.scenarios.station import Station
+from sitl.waters import Waters
+
+FOLLOW = 0x08040000
+_JITTER_SHARE = 0.3  # of the latency
+
+
+class Escort(Station):
+    """The ground station of one follower in company: a step of it is a step of all."""
+
+    def __init__(self, rig: Rig, company: Company, vessel: int) -> None:
+        super().__init__(rig, vessel=vessel)
+        self._company = company
+
+    def step(self) -> None:
+        self._company.step()
+
+    def tick(self) -> None:
+        """One tick of this follower alone."""
+        super().step()
+
+
+class Company:
+    """The lead boat, its module, and for each follower a path of its packets and an escort. `step()` all in turn, which keeps them at one time.
+
+    The boat is the first one of the rigs' waters; the followers' system ids count from 1. Settings: kind, gnss, latency (s, mean), loss (share).
+    """
+
+    def __init__(self, rigs: Sequence[Rig], settings: Settings) -> None:
+        waters = rigs[0].world.waters
+        if waters is None:
+            raise ValueError("no other boats in the conditions")
+        self._waters: Waters = waters
+        self.boat: LeadBoat = waters.boats[0]
+        seed, latency_s = rigs[0].world.seed, number(settings, "latency")
+        self.module = LeaderModule(self.boat, kind=settings["kind"], gnss=settings["gnss"], seed=seed)
+        self.paths = tuple(
+            RadioPath(f"follower {i}", latency_s=latency_s, jitter_s=_JITTER_SHARE * latency_s, loss=number(settings, "loss"), seed=seed)
+            for i in range(len(rigs))
+        )
+        self.escorts = tuple(Escort(rig, self, i + 1) for i, rig in enumerate(rigs))
+
+    @property
+    def now_s(self) -> float:
+        return self.escorts[0].rig.now_s
+
+    def step(self) -> None:
+        """One tick of every follower, and before it what reaches it until then."""
+        next_s = self.now_s + 1.0 / self.escorts[0].rig.config.control_rate_hz
+        self._speak(next_s)
+        for escort, path in zip(self.escorts, self.paths, strict=True):
+            for at_s, packet in path.arrived(next_s):
+                escort.rig.hear(packet, at_s)
+            escort.tick()
+
+    def sail(self, duration_s: float) -> None:
+        end_s = self.now_s + duration_s
+        while self.now_s < end_s - 1e-9:
+            self.step()
+
+    def follow(self) -> None:
+        """All ready, armed and in Follow; the lead boat is still at rest."""
+        for escort in self.escorts:
+            if self.module.kind == "vehicle":
+                escort.set_parameter("FOLL_SYSID", self.module.system)
+            escort.ready()
+            escort.set_mode(FOLLOW)
+            escort.arm()
+
+    def _speak(self, until_s: float) -> None:
+        while (sent_s := self.module.due_s) <= until_s:
+            self._waters.advance(sent_s)
+            for packet in self.module.speak():
+                for path in self.paths:
+                    path.take(sent_s, packet)
