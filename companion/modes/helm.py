@@ -36,9 +36,13 @@ class Helm:
         candidate = self.modes[mode]
         return candidate.check(self._inputs_at(now_s, 0.0)) or estimate_refusal(candidate, nav)
 
+    def choice_refusal(self, mode: ModeId, nav: NavState, now_s: float) -> str | None:
+        """The same for a mode that idles until the boat is armed."""
+        return None if self.modes[mode].early and not self.armed else self.refusal(mode, nav, now_s)
+
     def switch(self, mode: ModeId, nav: NavState, now_s: float, intended: bool = True) -> str | None:
         """Another mode from now on, or the reason why not: all stays as it was then. `intended`: a person wants it, not a failsafe."""
-        reason = self.refusal(mode, nav, now_s)
+        reason = self.choice_refusal(mode, nav, now_s)
         new = self.modes[mode]
         if reason is None and self.armed:
             before = self.mode

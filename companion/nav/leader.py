@@ -52,25 +52,26 @@ class LeaderTracker:
         self._counter = 0
         self._known: tuple[float, LocalFrame, Leader] | None = None
 
-    def take(self, state: LeaderState) -> None:
-        """One message. Those of others than the leader, and those that are older than what is known, are left out."""
+    def take(self, state: LeaderState) -> bool:
+        """One message. Those of others than the leader, and those that are older than what is known, are left out; True where it is the leader's."""
         chosen = int(self._parameters["FOLL_SYSID"])
         before = self._state
         if chosen and state.system_id != chosen:
-            return
+            return False
         if before is not None and state.system_id != before.system_id:
             if not chosen and state.heard_s - before.heard_s < _FORGET_S:
-                return
+                return False
             self._forget()
         self._state = state
         self._known = None
         self._counter = min(_COUNTER_MOST, max(0, self._counter - 1 + state.lost))
         if state.lat_deg is None or state.lon_deg is None or (self._fixed is not None and state.t_s <= self._fixed.t_s):
-            return
+            return True
         if self._fixed is not None:
             self._intervals.append(state.t_s - self._fixed.t_s)
         self._fixed = state
         self._fuse(state, state.lat_deg, state.lon_deg)
+        return True
 
     # --- the filter ------------------------------------------------------------------------------------------------
 

@@ -44,7 +44,7 @@ def test_start_mission_macro(boat: Any) -> None:
     assert "Mission complete" in boat.texts()
 
 
-@pytest.mark.parametrize("mode", [m for m in ModeId if m not in (ModeId.FOLLOW, ModeId.OFFBOARD)])
+@pytest.mark.parametrize("mode", [m for m in ModeId if m is not ModeId.OFFBOARD])
 def test_choosing_a_mode_never_arms(boat: Any, mode: ModeId) -> None:
     boat.upload(*SQUARE)
     assert boat.supervisor.request_mode(mode, boat.now_s).accepted
