@@ -240,6 +240,7 @@ class LockstepRig:
 
     def __init__(self, conditions: Conditions, folder: Path, waters: Waters | None = None) -> None:
         """`waters`: those of another rig; None: as the conditions say."""
+        from sitl.plant_error import with_plant_error
         from sitl.truth_log import LeaderLog, TruthLog
         from sitl.waters import waters_of
         from sitl.world import EPOCH_UNIX_NS, World
@@ -262,8 +263,9 @@ class LockstepRig:
         believed = _believed(self.config, conditions)
         if waters is None and (conditions.others or conditions.gnss_common):
             waters = waters_of(conditions.others, self.config.home, conditions.seed, conditions.gnss_common)
+        real = with_plant_error(self.config, conditions.plant, conditions.plant_error, conditions.seed) if conditions.plant_error else self.config
         self.world: World = World(
-            self.config,
+            real,
             seed=conditions.seed,
             wind=conditions.wind,
             current=conditions.current,

@@ -9,7 +9,6 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-from sitl.leader_script import script
 from sitl.noise import stream
 from sitl.scenarios import follow
 from sitl.scenarios.company import Company
@@ -41,7 +40,7 @@ def sail(station: Station, settings: Settings) -> dict[str, Any]:
     begun_s = company.now_s
     company.sail(number(settings, "wait"))
     asked = follow.begun(company)
-    company.sail(max(follow.LEAST_S, script(settings["leader"])[-1].at_s + follow.AFTER_S))
+    company.sail(follow.duration_s(settings))
     return {**asked, "begun_s": begun_s, "marks": [(asked["from_s"], "departs")], "plot_from_s": begun_s}
 
 

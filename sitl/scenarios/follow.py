@@ -28,7 +28,7 @@ MOVING_MPS = 1.0
 MOST_VARIATION_1PS = 2.5
 REST_SLACK_M, REST_MPS = 15.0, 1.5  # a jet cannot hold a point: it drifts in its watch circle
 REST_S = 3.0
-LEAST_S, AFTER_S = 120.0, 45.0
+_LEAST_S, _AFTER_S = 120.0, 45.0
 
 DEFAULTS = {
     "leader": "thesis@8.2",
@@ -44,6 +44,8 @@ DEFAULTS = {
     "current": "",
     "model_error": "",
     "plant": "",
+    "plant_error": "",
+    "time": "",
 }
 
 
@@ -74,8 +76,13 @@ def sail(station: Station, settings: Settings) -> dict[str, Any]:
     company.follow()
     company.sail(REST_S)
     asked = begun(company)
-    company.sail(max(LEAST_S, script(settings["leader"])[-1].at_s + AFTER_S))
+    company.sail(duration_s(settings))
     return asked
+
+
+def duration_s(settings: Settings) -> float:
+    """`time`, or until the script's last order is well over."""
+    return number(settings, "time") or max(_LEAST_S, script(settings["leader"])[-1].at_s + _AFTER_S)
 
 
 def begun(company: Company) -> dict[str, Any]:

@@ -8,7 +8,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from sitl.leader_script import script
 from sitl.scenarios import follow
 from sitl.scenarios.company import Company
 from sitl.scenarios.follow_measure import Chase
@@ -33,7 +32,7 @@ def sail(station: Station, settings: Settings) -> dict[str, Any]:
         company.follow()
         company.sail(follow.REST_S)
         asked = follow.begun(company)
-        company.sail(max(follow.LEAST_S, script(settings["leader"])[-1].at_s + follow.AFTER_S))
+        company.sail(follow.duration_s(settings))
     finally:
         second.close()
     return {**asked, "others": [_SECOND]}
