@@ -8,11 +8,12 @@ velocity is that of the station point plus one towards it, led around the keep-o
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from companion.config import VesselConfig
 from companion.core.angles import wrap_pi
-from companion.core.types import Leader, NavState, Setpoint, SetpointKind
+from companion.core.types import ZERO_WRENCH, Leader, NavState, Setpoint, SetpointKind
+from companion.guidance.clearance import Clearance
 from companion.guidance.coasting import Coasting
 from companion.guidance.crab import Crab, top_speed_mps
 from companion.guidance.keep_out import EITHER, way_round
@@ -28,6 +29,11 @@ _LEAST_MPS = 0.3  # of a velocity, for it to have a direction
 _BEHIND_SHARE = 0.6  # of the leader's speed, by which a boat that has gone too far drops back
 _FASTEST_MPS = 25.0
 _STEERAGE_SHARE = 0.3
+_ROUND_SHARE = 1.4  # of FOLL_MARGIN
+_STANDING_MPS = 0.5  # slower than this the leader stands
+_REST_BAND_M, _REST_BAND_SHARE = 4.0, 0.3  # beyond the station, and of its distance: so far a boat that rests may drift
+_COAST_MPS = 0.6  # faster than it should be by this, a boat without way astern is left to run out
+_COAST_RAD = math.radians(20.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,6 +48,8 @@ class Motion:
     off_m: float  # from the station: along the track, or straight
     cross_m: float | None  # of the track, positive to starboard
     track_rad: float | None
+    evading: bool = False  # it keeps the distance instead
+    resting: bool = False  # the leader stands and the boat is where it belongs
 
 
 class FollowLaw:
@@ -59,10 +67,13 @@ class FollowLaw:
         self._coasting = Coasting(config.hull, _FASTEST_MPS)
         self._crab = Crab(top_speed_mps(config))
         self.track = LeaderTrack()
+        self._clearance = Clearance(config, parameters, can_reverse)
         self._s: float | None = None
         self._side = EITHER
         self._yaw: float | None = None
         self._cruising_mps = 0.0
+        self._resting = False
+        self._station = (0.0, 0.0)  # distance and bearing last asked for
 
     # --- the station -----------------------------------------------------------------------------------------------
 
@@ -70,7 +81,13 @@ class FollowLaw:
     def distance_m(self) -> float:
         """Of the station, no nearer than the keep-out circle allows."""
         p = self._parameters
-        return max(p["FLW_TGT_DST"], p["FOLL_MIN_DIST"] + p["FOLL_MARGIN"])
+        return max(p["FLW_TGT_DST"], self._round_m)
+
+    @property
+    def _round_m(self) -> float:
+        """Radius at which the leader is passed: what is kept, and some more, so that it is not always a matter of that."""
+        p = self._parameters
+        return p["FOLL_MIN_DIST"] + _ROUND_SHARE * p["FOLL_MARGIN"]
 
     @property
     def astern(self) -> bool:
@@ -92,15 +109,37 @@ class FollowLaw:
         self._s = None
         self._side = EITHER
         self._yaw = None
+        self._resting = False
         self._crab.reset()
+        self._clearance.reset()
         self._cruising_mps = math.hypot(nav.north_mps, nav.east_mps)
 
     def update(self, nav: NavState, leader: Leader, now_s: float) -> Motion:
-        """What the boat is to do now, as far as the leader's keep-out circle is not concerned."""
+        """What the boat is to do now."""
         self.track.update(leader, now_s)
         self._cruising_mps = math.hypot(nav.north_mps, nav.east_mps)
         motion = self._along_track(nav, leader) if self.astern else None
-        return self._to_point(nav, leader) if motion is None else motion
+        if motion is None:
+            motion = self._to_point(nav, leader)
+        self._resting = self._may_rest(motion, nav, leader)
+        if self._resting:
+            motion = replace(motion, course_rad=nav.yaw_rad, speed_mps=0.0, turn_radps=0.0, gain_mps2=0.0, resting=True)
+        evasion = self._clearance.update(motion.course_rad, motion.speed_mps, nav, leader)
+        if evasion is None:
+            return motion
+        return replace(motion, course_rad=evasion.course_rad, speed_mps=evasion.speed_mps, turn_radps=0.0, gain_mps2=0.0, evading=True, resting=False)
+
+    def _may_rest(self, motion: Motion, nav: NavState, leader: Leader) -> bool:
+        """Whether the boat lies still: the leader stands, and the boat has come to its station, or lies about as far from the leader and would have to go round
+        for it."""
+        station = (self._parameters["FLW_TGT_DST"], self._parameters["FLW_TGT_FA"])
+        changed, self._station = station != self._station, station
+        if abs(leader.speed_mps) > _STANDING_MPS:
+            return False
+        if self._resting and not changed:
+            distance = math.hypot(nav.north_m - leader.north_m, nav.east_m - leader.east_m)
+            return distance < self.distance_m + _REST_BAND_M + _REST_BAND_SHARE * self.distance_m
+        return motion.off_m < _REST_BAND_M
 
     def _along_track(self, nav: NavState, leader: Leader) -> Motion | None:
         """None where the boat is not on the track."""
@@ -179,8 +218,7 @@ class FollowLaw:
         north_m, east_m, north, east, turn = self._station_point(leader)
         here = nav.north_m - leader.north_m, nav.east_m - leader.east_m
         goal = north_m - leader.north_m, east_m - leader.east_m
-        radius = min(self.distance_m, p["FOLL_MIN_DIST"] + p["FOLL_MARGIN"])
-        (wn, we), way, self._side = way_round(here, goal, radius, self._side)
+        (wn, we), way, self._side = way_round(here, goal, self._round_m, self._side)
         feed = math.hypot(north, east)
         closing = self._closing(way, feed)
         back = (north * wn + east * we) / feed if feed > 1e-6 else 0.0  # −1: the way leads back
@@ -196,25 +234,35 @@ class FollowLaw:
     # --- the setpoint ----------------------------------------------------------------------------------------------
 
     def setpoint(self, motion: Motion, nav: NavState, dt_s: float) -> Setpoint:
-        """Heading, turn and speed through the loops of a boat under way."""
+        """Heading, turn and speed through the loops of a boat under way. A boat without way astern that is to slow down is left to run out: the thrust that
+        steers it would keep it going."""
         most = math.radians(self._parameters["PATH_YAW_RATE"])
         speed = motion.speed_mps
         straight = max(0.0, 1.0 - 2.0 * abs(nav.yaw_rate_radps) / most)
         self._crab.update(nav, max(0.0, speed), straight, dt_s)
         last = nav.yaw_rad if self._yaw is None else self._yaw
         turn = min(most, max(-most, motion.turn_radps))
-        best = self._crab.heading_rad(nav, motion.course_rad, speed, last) - self._slip_rad(nav.surge_mps, turn)
+        best = motion.course_rad
+        if speed > _LEAST_MPS:
+            best = self._crab.heading_rad(nav, motion.course_rad, speed, last) - self._slip_rad(nav.surge_mps, turn)
         self._yaw = wrap_pi(last + min(most * dt_s, max(-most * dt_s, wrap_pi(best - last)))) if speed > 0.0 else best
         off = wrap_pi(motion.course_rad - nav.yaw_rad)
+        runs_out = not self._can_reverse and abs(off) < _COAST_RAD and speed < nav.surge_mps - max(_COAST_MPS, 0.25 * speed)
+        if runs_out or motion.resting:
+            return self._shown(Setpoint(SetpointKind.WRENCH, wrench=ZERO_WRENCH), motion, nav)
         surge = speed * max(0.0 if self._can_sway else _STEERAGE_SHARE, math.cos(off)) if speed > 0.0 else speed
-        return Setpoint(
-            SetpointKind.PATH,
+        setpoint = Setpoint(
+            SetpointKind.PATH, yaw_rad=self._yaw, surge_mps=surge, yaw_rate_radps=turn, surge_mps2=motion.gain_mps2
+        )
+        return self._shown(setpoint, motion, nav)
+
+    @staticmethod
+    def _shown(setpoint: Setpoint, motion: Motion, nav: NavState) -> Setpoint:
+        """With what people see of it."""
+        return replace(
+            setpoint,
             north_m=nav.north_m,
             east_m=nav.east_m,
-            yaw_rad=self._yaw,
-            surge_mps=surge,
-            yaw_rate_radps=turn,
-            surge_mps2=motion.gain_mps2,
             target_north_m=motion.station[0],
             target_east_m=motion.station[1],
             cross_track_error_m=motion.cross_m,
