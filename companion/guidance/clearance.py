@@ -18,13 +18,15 @@ from companion.params import Parameters
 _STEP_S, _STEPS = 0.5, 26
 _TURN_SEEN_S, _PUSH_SEEN_S = 2.0, 1.5  # for how long the leader's turn and acceleration are taken to go on
 _BRAKING_MPS2 = -0.35
-_TURN_LAG_S = 0.6
+_TURN_LAG_S = 1.0
 _TURN_GAIN_1PS = 1.2
-_TURN_SHARE = 0.9  # of PATH_YAW_RATE
+_TURN_SHARE = 0.75  # of PATH_YAW_RATE
 _TURNING_RAD = math.radians(20.0)  # off course, from which on a boat that steers by its thrust pushes itself along
 _OFFSETS = tuple(math.radians(20.0 * i) for i in (0, 1, -1, 2, -2, 3, -3, 4, -4, 5, -5, 6, -6, 7, -7, 8, -8, 9))
 _GO_COST, _SIDE_COST, _SHORT_COST_1PM = 0.25, 0.35, 1.0
 _SLACK_M = 0.3
+_SLOW_MPS = 3.0  # of the leader: it may be coming to rest
+_STATION_SHARE = 0.85
 _NEAR_SHARE = 0.4  # of the margin: nearer than that the boat goes off again
 
 
@@ -56,6 +58,11 @@ class Clearance:
         self._too_near = False
 
     @property
+    def turning_mps(self) -> float:
+        """The speed that a boat reaches by the thrust with which it steers."""
+        return self._turning_mps
+
+    @property
     def radius_m(self) -> float:
         """What is kept."""
         return self._parameters["FOLL_MIN_DIST"] + self._parameters["FOLL_MARGIN"]
@@ -64,22 +71,25 @@ class Clearance:
         self._course = None
         self._too_near = False
 
-    def update(self, course_rad: float, speed_mps: float, nav: NavState, leader: Leader) -> Evasion | None:
-        """`course_rad`, `speed_mps`: over ground, wanted."""
+    def update(self, course_rad: float, speed_mps: float, station_m: float, nav: NavState, leader: Leader) -> Evasion | None:
+        """`course_rad`, `speed_mps`: over ground, wanted. `station_m`: distance of the station; beside a leader that comes to rest the boat stops near it."""
         p = self._parameters
+        radius_m = self.radius_m
+        if abs(leader.speed_mps) < _SLOW_MPS or (leader.acceleration_mps2 < _BRAKING_MPS2 and not leader.astern):
+            radius_m = max(radius_m, _STATION_SHARE * station_m)
         distance = math.hypot(nav.north_m - leader.north_m, nav.east_m - leader.east_m)
         near_m = p["FOLL_MIN_DIST"] + _NEAR_SHARE * p["FOLL_MARGIN"]
         self._too_near = distance < (self.radius_m if self._too_near else near_m)
-        if distance > self.radius_m + _STEPS * _STEP_S * (abs(leader.speed_mps) + max(abs(speed_mps), abs(nav.surge_mps))):
+        if distance > radius_m + _STEPS * _STEP_S * (abs(leader.speed_mps) + max(abs(speed_mps), abs(nav.surge_mps))):
             self._course = None
             return None
         way = _leader_way(leader)
-        kept = min(self.radius_m, distance - _SLACK_M)
+        kept = min(radius_m, distance - _SLACK_M)
         relative = speed_mps - max(0.0, leader.speed_mps)
         if not self._too_near and self._least(course_rad, relative, True, nav, way) >= kept:
             self._course = None
             return None
-        return self._best(course_rad, nav, leader, way, self.radius_m if self._too_near else kept)
+        return self._best(course_rad, nav, leader, way, radius_m if self._too_near else kept)
 
     def _best(self, wanted_rad: float, nav: NavState, leader: Leader, way: list[tuple[float, float, float]], kept: float) -> Evasion:
         p = self._parameters

@@ -33,6 +33,7 @@ _ROUND_SHARE = 1.4  # of FOLL_MARGIN
 _STANDING_MPS = 0.5  # slower than this the leader stands
 _REST_BAND_M, _REST_BAND_SHARE = 4.0, 0.3  # beyond the station, and of its distance: so far a boat that rests may drift
 _COAST_MPS = 0.6  # faster than it should be by this, a boat without way astern is left to run out
+_BURST_MPS = 0.4
 _COAST_RAD = math.radians(20.0)
 
 
@@ -48,6 +49,7 @@ class Motion:
     off_m: float  # from the station: along the track, or straight
     cross_m: float | None  # of the track, positive to starboard
     track_rad: float | None
+    feed_mps: float = 0.0  # of the station
     evading: bool = False  # it keeps the distance instead
     resting: bool = False  # the leader stands and the boat is where it belongs
 
@@ -124,7 +126,7 @@ class FollowLaw:
         self._resting = self._may_rest(motion, nav, leader)
         if self._resting:
             motion = replace(motion, course_rad=nav.yaw_rad, speed_mps=0.0, turn_radps=0.0, gain_mps2=0.0, resting=True)
-        evasion = self._clearance.update(motion.course_rad, motion.speed_mps, nav, leader)
+        evasion = self._clearance.update(motion.course_rad, motion.speed_mps, self.distance_m, nav, leader)
         if evasion is None:
             return motion
         return replace(motion, course_rad=evasion.course_rad, speed_mps=evasion.speed_mps, turn_radps=0.0, gain_mps2=0.0, evading=True, resting=False)
@@ -165,6 +167,7 @@ class FollowLaw:
         gain = leader.acceleration_mps2 if abs(goal_s - s) < 0.5 * self.distance_m else 0.0
         return Motion(
             wrap_pi(ahead.course_rad - math.atan2(cross, look)), speed, turn, gain, (goal.north_m, goal.east_m), goal_s - s, cross, here.course_rad,
+            abs(leader.speed_mps),
         )  # fmt: skip
 
     def _speed(self, feed_mps: float, off_m: float, push_mps2: float) -> float:
@@ -229,7 +232,7 @@ class FollowLaw:
         near = feed / max(1e-6, feed + 2.0 * closing)
         course = math.atan2(ve, vn) if speed > _LEAST_MPS else (nav.yaw_rad if self._yaw is None else self._yaw)
         gain = leader.acceleration_mps2 * near
-        return Motion(course, min(p["MPC_XY_VEL_MAX"], speed), turn * near, gain, (north_m, east_m), way, None, None)
+        return Motion(course, min(p["MPC_XY_VEL_MAX"], speed), turn * near, gain, (north_m, east_m), way, None, None, feed)
 
     # --- the setpoint ----------------------------------------------------------------------------------------------
 
@@ -247,14 +250,21 @@ class FollowLaw:
             best = self._crab.heading_rad(nav, motion.course_rad, speed, last) - self._slip_rad(nav.surge_mps, turn)
         self._yaw = wrap_pi(last + min(most * dt_s, max(-most * dt_s, wrap_pi(best - last)))) if speed > 0.0 else best
         off = wrap_pi(motion.course_rad - nav.yaw_rad)
-        runs_out = not self._can_reverse and abs(off) < _COAST_RAD and speed < nav.surge_mps - max(_COAST_MPS, 0.25 * speed)
-        if runs_out or motion.resting:
+        if motion.resting or (abs(off) < _COAST_RAD and self._runs_out(speed, nav, motion)):
             return self._shown(Setpoint(SetpointKind.WRENCH, wrench=ZERO_WRENCH), motion, nav)
         surge = speed * max(0.0 if self._can_sway else _STEERAGE_SHARE, math.cos(off)) if speed > 0.0 else speed
         setpoint = Setpoint(
             SetpointKind.PATH, yaw_rad=self._yaw, surge_mps=surge, yaw_rate_radps=turn, surge_mps2=motion.gain_mps2
         )
         return self._shown(setpoint, motion, nav)
+
+    def _runs_out(self, speed_mps: float, nav: NavState, motion: Motion) -> bool:
+        """Without thrust: towards a station that stands, down to well below the speed from which the hull just reaches it."""
+        if self._can_reverse:
+            return False
+        if motion.feed_mps < _STANDING_MPS and speed_mps < self._clearance.turning_mps and not motion.evading:
+            return nav.surge_mps > speed_mps - _BURST_MPS
+        return nav.surge_mps > speed_mps + max(_COAST_MPS, 0.25 * speed_mps)
 
     @staticmethod
     def _shown(setpoint: Setpoint, motion: Motion, nav: NavState) -> Setpoint:
