@@ -8,6 +8,7 @@ are tried in the same way, with way on and without: the simulation-based choice 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from companion.config import VesselConfig
@@ -28,6 +29,10 @@ _SLACK_M = 0.3
 _SLOW_MPS = 3.0  # of the leader: it may be coming to rest
 _STATION_SHARE = 0.85
 _NEAR_SHARE = 0.4  # of the margin: nearer than that the boat goes off again
+
+
+_Seen = tuple[float, float, float, float]  # north_m, east_m, speed along its bow, direction of that
+Plan = Callable[[float, float, float, float], tuple[float, float]]  # place from the leader, the leader's velocity → course and speed
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,8 +76,8 @@ class Clearance:
         self._course = None
         self._too_near = False
 
-    def update(self, course_rad: float, speed_mps: float, station_m: float, nav: NavState, leader: Leader) -> Evasion | None:
-        """`course_rad`, `speed_mps`: over ground, wanted. `station_m`: distance of the station; beside a leader that comes to rest the boat stops near it."""
+    def update(self, course_rad: float, speed_mps: float, station_m: float, nav: NavState, leader: Leader, plan: Plan | None) -> Evasion | None:
+        """`course_rad`, `speed_mps`: over ground, wanted; `plan`: how these will go on, None for as they are. `station_m`: distance of the station; beside a leader that comes to rest the boat stops near it."""
         p = self._parameters
         radius_m = self.radius_m
         if abs(leader.speed_mps) < _SLOW_MPS or (leader.acceleration_mps2 < _BRAKING_MPS2 and not leader.astern):
@@ -86,12 +91,12 @@ class Clearance:
         way = _leader_way(leader)
         kept = min(radius_m, distance - _SLACK_M)
         relative = speed_mps - max(0.0, leader.speed_mps)
-        if not self._too_near and self._least(course_rad, relative, True, nav, way) >= kept:
+        if not self._too_near and self._least(course_rad, relative, nav, way, plan, True) >= kept:
             self._course = None
             return None
         return self._best(course_rad, nav, leader, way, radius_m if self._too_near else kept)
 
-    def _best(self, wanted_rad: float, nav: NavState, leader: Leader, way: list[tuple[float, float, float]], kept: float) -> Evasion:
+    def _best(self, wanted_rad: float, nav: NavState, leader: Leader, way: list[_Seen], kept: float) -> Evasion:
         p = self._parameters
         go_mps = min(p["MPC_XY_VEL_MAX"], max(1.3 * self._turning_mps, abs(leader.speed_mps) + 0.5 * self._turning_mps))
         speeds = (0.0, go_mps, -p["DP_SPEED_ASTERN"]) if self._can_reverse else (0.0, go_mps)
@@ -106,7 +111,7 @@ class Clearance:
                     cost += _SIDE_COST * abs(wrap_pi(course - self._course)) / math.pi
                 if cost >= best:
                     continue
-                least = self._least(course, speed, False, nav, way, late=self._too_near)
+                least = self._least(course, speed, nav, way, late=self._too_near)
                 cost += _SHORT_COST_1PM * max(0.0, kept - least)
                 if cost < best:
                     best, found = cost, Evasion(course, speed)
@@ -114,7 +119,7 @@ class Clearance:
         return found
 
     def _least(
-        self, course_rad: float, speed_mps: float, relative: bool, nav: NavState, way: list[tuple[float, float, float]], late: bool = False
+        self, course_rad: float, speed_mps: float, nav: NavState, way: list[_Seen], plan: Plan | None = None, relative: bool = False, late: bool = False
     ) -> float:
         """The least distance on the way; `relative`: the speed is over the leader's. `late`: that of the end counts, for a boat that goes off."""
         hull, p = self._hull, self._parameters
@@ -123,12 +128,16 @@ class Clearance:
         slip_n, slip_e = nav.north_mps - u * math.cos(yaw), nav.east_mps - u * math.sin(yaw)
         least, distance = math.inf, math.hypot(nav.north_m - way[0][0], nav.east_m - way[0][1])
         brake, push = (1.4 * p["PATH_ACC"], p["PATH_ACC"]) if self._can_reverse else (0.0, 1.5 * p["PATH_ACC"])
-        for leader_n, leader_e, leader_mps in way:
+        for leader_n, leader_e, leader_mps, leader_course in way:
+            if plan is not None:
+                course_rad, planned_mps = plan(north - leader_n, east - leader_e, leader_mps * math.cos(leader_course), leader_mps * math.sin(leader_course))
             off = wrap_pi(course_rad - yaw)
             r += (min(fastest, max(-fastest, _TURN_GAIN_1PS * off)) - r) * _STEP_S / (_STEP_S + _TURN_LAG_S)
             yaw += r * _STEP_S
             wanted = speed_mps
-            if relative:
+            if plan is not None:
+                wanted = planned_mps
+            elif relative:
                 closing = speed_mps if speed_mps <= 0.0 else min(speed_mps, p["FOLL_GAP_BW"] * max(0.0, distance - self.radius_m))
                 wanted = max(0.0, leader_mps + closing)
             if self._steers_by_thrust and abs(off) > _TURNING_RAD:
@@ -146,8 +155,8 @@ class Clearance:
         return distance if late else least
 
 
-def _leader_way(leader: Leader) -> list[tuple[float, float, float]]:
-    """(north_m, east_m, speed along its bow) at each step."""
+def _leader_way(leader: Leader) -> list[_Seen]:
+    """At each step."""
     speed, push = leader.speed_mps, leader.acceleration_mps2
     sign = -1.0 if leader.astern else 1.0
     course = math.atan2(sign * leader.east_mps, sign * leader.north_mps)
@@ -165,5 +174,5 @@ def _leader_way(leader: Leader) -> list[tuple[float, float, float]]:
             course += leader.yaw_rate_radps * _STEP_S
         north += _STEP_S * speed * math.cos(course)
         east += _STEP_S * speed * math.sin(course)
-        way.append((north, east, speed))
+        way.append((north, east, speed, course))
     return way

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from companion.config import VesselConfig
 from companion.core.angles import wrap_pi
 from companion.core.types import ZERO_WRENCH, Leader, NavState, Setpoint, SetpointKind
-from companion.guidance.clearance import Clearance
+from companion.guidance.clearance import Clearance, Plan
 from companion.guidance.coasting import Coasting
 from companion.guidance.crab import Crab, top_speed_mps
 from companion.guidance.keep_out import EITHER, way_round
@@ -121,12 +121,13 @@ class FollowLaw:
         self.track.update(leader, now_s)
         self._cruising_mps = math.hypot(nav.north_mps, nav.east_mps)
         motion = self._along_track(nav, leader) if self.astern else None
+        plan: Plan | None = None
         if motion is None:
-            motion = self._to_point(nav, leader)
+            motion, plan = self._to_point(nav, leader)
         self._resting = self._may_rest(motion, nav, leader)
         if self._resting:
             motion = replace(motion, course_rad=nav.yaw_rad, speed_mps=0.0, turn_radps=0.0, gain_mps2=0.0, resting=True)
-        evasion = self._clearance.update(motion.course_rad, motion.speed_mps, self.distance_m, nav, leader)
+        evasion = self._clearance.update(motion.course_rad, motion.speed_mps, self.distance_m, nav, leader, None if self._resting else plan)
         if evasion is None:
             return motion
         return replace(motion, course_rad=evasion.course_rad, speed_mps=evasion.speed_mps, turn_radps=0.0, gain_mps2=0.0, evading=True, resting=False)
@@ -216,23 +217,37 @@ class FollowLaw:
         share = min(1.0, most / max(1e-6, math.hypot(north, east)))
         return leader.north_m + dn, leader.east_m + de, share * north, share * east, turn
 
-    def _to_point(self, nav: NavState, leader: Leader) -> Motion:
-        p = self._parameters
+    def _to_point(self, nav: NavState, leader: Leader) -> tuple[Motion, Plan]:
+        """And how it will go on, should the leader go on straight."""
         north_m, east_m, north, east, turn = self._station_point(leader)
-        here = nav.north_m - leader.north_m, nav.east_m - leader.east_m
         goal = north_m - leader.north_m, east_m - leader.east_m
-        (wn, we), way, self._side = way_round(here, goal, self._round_m, self._side)
-        feed = math.hypot(north, east)
-        closing = self._closing(way, feed)
-        back = (north * wn + east * we) / feed if feed > 1e-6 else 0.0  # −1: the way leads back
-        if back < 0.0 and feed > 2.0 * _LEAST_MPS:
-            closing = min(closing, _BEHIND_SHARE * feed / -back)
-        vn, ve = north + closing * wn, east + closing * we
-        speed = math.hypot(vn, ve)
+        here = nav.north_m - leader.north_m, nav.east_m - leader.east_m
+        vn, ve, closing, way, self._side = self._towards(here, goal, (north, east), self._side)
+        speed, feed = math.hypot(vn, ve), math.hypot(north, east)
         near = feed / max(1e-6, feed + 2.0 * closing)
         course = math.atan2(ve, vn) if speed > _LEAST_MPS else (nav.yaw_rad if self._yaw is None else self._yaw)
-        gain = leader.acceleration_mps2 * near
-        return Motion(course, min(p["MPC_XY_VEL_MAX"], speed), turn * near, gain, (north_m, east_m), way, None, None, feed)
+        most = self._parameters["MPC_XY_VEL_MAX"]
+        motion = Motion(course, min(most, speed), turn * near, leader.acceleration_mps2 * near, (north_m, east_m), way, None, None, feed)
+        side = self._side
+
+        def plan(off_north: float, off_east: float, leader_north: float, leader_east: float) -> tuple[float, float]:
+            vn, ve, *_ = self._towards((off_north, off_east), goal, (leader_north, leader_east), side)
+            return math.atan2(ve, vn), min(most, math.hypot(vn, ve))
+
+        return motion, plan
+
+    def _towards(
+        self, here: tuple[float, float], goal: tuple[float, float], feed: tuple[float, float], side: int
+    ) -> tuple[float, float, float, float, int]:
+        """(north, east) m/s over ground, how much of it is towards the station, the way that is left, the side on which the leader is passed. `here`, `goal`:
+        from the leader; `feed`: velocity of the station."""
+        (wn, we), way, side = way_round(here, goal, self._round_m, side)
+        speed = math.hypot(*feed)
+        closing = self._closing(way, speed)
+        back = (feed[0] * wn + feed[1] * we) / speed if speed > 1e-6 else 0.0  # −1: the way leads back
+        if back < 0.0 and speed > 2.0 * _LEAST_MPS:
+            closing = min(closing, _BEHIND_SHARE * speed / -back)
+        return feed[0] + closing * wn, feed[1] + closing * we, closing, way, side
 
     # --- the setpoint ----------------------------------------------------------------------------------------------
 
