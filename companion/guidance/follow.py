@@ -8,11 +8,12 @@ velocity is that of the station point plus one towards it, led around the keep-o
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from companion.config import VesselConfig
 from companion.core.angles import wrap_pi
-from companion.core.types import Leader, NavState, Setpoint, SetpointKind
+from companion.core.types import ZERO_WRENCH, Leader, NavState, Setpoint, SetpointKind
+from companion.guidance.clearance import Clearance, Plan
 from companion.guidance.coasting import Coasting
 from companion.guidance.crab import Crab, top_speed_mps
 from companion.guidance.keep_out import EITHER, way_round
@@ -28,6 +29,12 @@ _LEAST_MPS = 0.3  # of a velocity, for it to have a direction
 _BEHIND_SHARE = 0.6  # of the leader's speed, by which a boat that has gone too far drops back
 _FASTEST_MPS = 25.0
 _STEERAGE_SHARE = 0.3
+_ROUND_SHARE = 1.4  # of FOLL_MARGIN
+_STANDING_MPS = 0.5  # slower than this the leader stands
+_REST_BAND_M, _REST_BAND_SHARE = 4.0, 0.3  # beyond the station, and of its distance: so far a boat that rests may drift
+_COAST_MPS = 0.6  # faster than it should be by this, a boat without way astern is left to run out
+_BURST_MPS = 0.4
+_COAST_RAD = math.radians(20.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,6 +49,9 @@ class Motion:
     off_m: float  # from the station: along the track, or straight
     cross_m: float | None  # of the track, positive to starboard
     track_rad: float | None
+    feed_mps: float = 0.0  # of the station
+    evading: bool = False  # it keeps the distance instead
+    resting: bool = False  # the leader stands and the boat is where it belongs
 
 
 class FollowLaw:
@@ -59,10 +69,13 @@ class FollowLaw:
         self._coasting = Coasting(config.hull, _FASTEST_MPS)
         self._crab = Crab(top_speed_mps(config))
         self.track = LeaderTrack()
+        self._clearance = Clearance(config, parameters, can_reverse)
         self._s: float | None = None
         self._side = EITHER
         self._yaw: float | None = None
         self._cruising_mps = 0.0
+        self._resting = False
+        self._station = (0.0, 0.0)  # distance and bearing last asked for
 
     # --- the station -----------------------------------------------------------------------------------------------
 
@@ -70,7 +83,13 @@ class FollowLaw:
     def distance_m(self) -> float:
         """Of the station, no nearer than the keep-out circle allows."""
         p = self._parameters
-        return max(p["FLW_TGT_DST"], p["FOLL_MIN_DIST"] + p["FOLL_MARGIN"])
+        return max(p["FLW_TGT_DST"], self._round_m)
+
+    @property
+    def _round_m(self) -> float:
+        """Radius at which the leader is passed: what is kept, and some more, so that it is not always a matter of that."""
+        p = self._parameters
+        return p["FOLL_MIN_DIST"] + _ROUND_SHARE * p["FOLL_MARGIN"]
 
     @property
     def astern(self) -> bool:
@@ -92,15 +111,38 @@ class FollowLaw:
         self._s = None
         self._side = EITHER
         self._yaw = None
+        self._resting = False
         self._crab.reset()
+        self._clearance.reset()
         self._cruising_mps = math.hypot(nav.north_mps, nav.east_mps)
 
     def update(self, nav: NavState, leader: Leader, now_s: float) -> Motion:
-        """What the boat is to do now, as far as the leader's keep-out circle is not concerned."""
+        """What the boat is to do now."""
         self.track.update(leader, now_s)
         self._cruising_mps = math.hypot(nav.north_mps, nav.east_mps)
         motion = self._along_track(nav, leader) if self.astern else None
-        return self._to_point(nav, leader) if motion is None else motion
+        plan: Plan | None = None
+        if motion is None:
+            motion, plan = self._to_point(nav, leader)
+        self._resting = self._may_rest(motion, nav, leader)
+        if self._resting:
+            motion = replace(motion, course_rad=nav.yaw_rad, speed_mps=0.0, turn_radps=0.0, gain_mps2=0.0, resting=True)
+        evasion = self._clearance.update(motion.course_rad, motion.speed_mps, self.distance_m, nav, leader, None if self._resting else plan)
+        if evasion is None:
+            return motion
+        return replace(motion, course_rad=evasion.course_rad, speed_mps=evasion.speed_mps, turn_radps=0.0, gain_mps2=0.0, evading=True, resting=False)
+
+    def _may_rest(self, motion: Motion, nav: NavState, leader: Leader) -> bool:
+        """Whether the boat lies still: the leader stands, and the boat has come to its station, or lies about as far from the leader and would have to go round
+        for it."""
+        station = (self._parameters["FLW_TGT_DST"], self._parameters["FLW_TGT_FA"])
+        changed, self._station = station != self._station, station
+        if abs(leader.speed_mps) > _STANDING_MPS:
+            return False
+        if self._resting and not changed:
+            distance = math.hypot(nav.north_m - leader.north_m, nav.east_m - leader.east_m)
+            return distance < self.distance_m + _REST_BAND_M + _REST_BAND_SHARE * self.distance_m
+        return motion.off_m < _REST_BAND_M
 
     def _along_track(self, nav: NavState, leader: Leader) -> Motion | None:
         """None where the boat is not on the track."""
@@ -126,6 +168,7 @@ class FollowLaw:
         gain = leader.acceleration_mps2 if abs(goal_s - s) < 0.5 * self.distance_m else 0.0
         return Motion(
             wrap_pi(ahead.course_rad - math.atan2(cross, look)), speed, turn, gain, (goal.north_m, goal.east_m), goal_s - s, cross, here.course_rad,
+            abs(leader.speed_mps),
         )  # fmt: skip
 
     def _speed(self, feed_mps: float, off_m: float, push_mps2: float) -> float:
@@ -174,47 +217,77 @@ class FollowLaw:
         share = min(1.0, most / max(1e-6, math.hypot(north, east)))
         return leader.north_m + dn, leader.east_m + de, share * north, share * east, turn
 
-    def _to_point(self, nav: NavState, leader: Leader) -> Motion:
-        p = self._parameters
+    def _to_point(self, nav: NavState, leader: Leader) -> tuple[Motion, Plan]:
+        """And how it will go on, should the leader go on straight."""
         north_m, east_m, north, east, turn = self._station_point(leader)
-        here = nav.north_m - leader.north_m, nav.east_m - leader.east_m
         goal = north_m - leader.north_m, east_m - leader.east_m
-        radius = min(self.distance_m, p["FOLL_MIN_DIST"] + p["FOLL_MARGIN"])
-        (wn, we), way, self._side = way_round(here, goal, radius, self._side)
-        feed = math.hypot(north, east)
-        closing = self._closing(way, feed)
-        back = (north * wn + east * we) / feed if feed > 1e-6 else 0.0  # −1: the way leads back
-        if back < 0.0 and feed > 2.0 * _LEAST_MPS:
-            closing = min(closing, _BEHIND_SHARE * feed / -back)
-        vn, ve = north + closing * wn, east + closing * we
-        speed = math.hypot(vn, ve)
+        here = nav.north_m - leader.north_m, nav.east_m - leader.east_m
+        vn, ve, closing, way, self._side = self._towards(here, goal, (north, east), self._side)
+        speed, feed = math.hypot(vn, ve), math.hypot(north, east)
         near = feed / max(1e-6, feed + 2.0 * closing)
         course = math.atan2(ve, vn) if speed > _LEAST_MPS else (nav.yaw_rad if self._yaw is None else self._yaw)
-        gain = leader.acceleration_mps2 * near
-        return Motion(course, min(p["MPC_XY_VEL_MAX"], speed), turn * near, gain, (north_m, east_m), way, None, None)
+        most = self._parameters["MPC_XY_VEL_MAX"]
+        motion = Motion(course, min(most, speed), turn * near, leader.acceleration_mps2 * near, (north_m, east_m), way, None, None, feed)
+        side = self._side
+
+        def plan(off_north: float, off_east: float, leader_north: float, leader_east: float) -> tuple[float, float]:
+            vn, ve, *_ = self._towards((off_north, off_east), goal, (leader_north, leader_east), side)
+            return math.atan2(ve, vn), min(most, math.hypot(vn, ve))
+
+        return motion, plan
+
+    def _towards(
+        self, here: tuple[float, float], goal: tuple[float, float], feed: tuple[float, float], side: int
+    ) -> tuple[float, float, float, float, int]:
+        """(north, east) m/s over ground, how much of it is towards the station, the way that is left, the side on which the leader is passed. `here`, `goal`:
+        from the leader; `feed`: velocity of the station."""
+        (wn, we), way, side = way_round(here, goal, self._round_m, side)
+        speed = math.hypot(*feed)
+        closing = self._closing(way, speed)
+        back = (feed[0] * wn + feed[1] * we) / speed if speed > 1e-6 else 0.0  # −1: the way leads back
+        if back < 0.0 and speed > 2.0 * _LEAST_MPS:
+            closing = min(closing, _BEHIND_SHARE * speed / -back)
+        return feed[0] + closing * wn, feed[1] + closing * we, closing, way, side
 
     # --- the setpoint ----------------------------------------------------------------------------------------------
 
     def setpoint(self, motion: Motion, nav: NavState, dt_s: float) -> Setpoint:
-        """Heading, turn and speed through the loops of a boat under way."""
+        """Heading, turn and speed through the loops of a boat under way. A boat without way astern that is to slow down is left to run out: the thrust that
+        steers it would keep it going."""
         most = math.radians(self._parameters["PATH_YAW_RATE"])
         speed = motion.speed_mps
         straight = max(0.0, 1.0 - 2.0 * abs(nav.yaw_rate_radps) / most)
         self._crab.update(nav, max(0.0, speed), straight, dt_s)
         last = nav.yaw_rad if self._yaw is None else self._yaw
         turn = min(most, max(-most, motion.turn_radps))
-        best = self._crab.heading_rad(nav, motion.course_rad, speed, last) - self._slip_rad(nav.surge_mps, turn)
+        best = motion.course_rad
+        if speed > _LEAST_MPS:
+            best = self._crab.heading_rad(nav, motion.course_rad, speed, last) - self._slip_rad(nav.surge_mps, turn)
         self._yaw = wrap_pi(last + min(most * dt_s, max(-most * dt_s, wrap_pi(best - last)))) if speed > 0.0 else best
         off = wrap_pi(motion.course_rad - nav.yaw_rad)
+        if motion.resting or (abs(off) < _COAST_RAD and self._runs_out(speed, nav, motion)):
+            return self._shown(Setpoint(SetpointKind.WRENCH, wrench=ZERO_WRENCH), motion, nav)
         surge = speed * max(0.0 if self._can_sway else _STEERAGE_SHARE, math.cos(off)) if speed > 0.0 else speed
-        return Setpoint(
-            SetpointKind.PATH,
+        setpoint = Setpoint(
+            SetpointKind.PATH, yaw_rad=self._yaw, surge_mps=surge, yaw_rate_radps=turn, surge_mps2=motion.gain_mps2
+        )
+        return self._shown(setpoint, motion, nav)
+
+    def _runs_out(self, speed_mps: float, nav: NavState, motion: Motion) -> bool:
+        """Without thrust: towards a station that stands, down to well below the speed from which the hull just reaches it."""
+        if self._can_reverse:
+            return False
+        if motion.feed_mps < _STANDING_MPS and speed_mps < self._clearance.turning_mps and not motion.evading:
+            return nav.surge_mps > speed_mps - _BURST_MPS
+        return nav.surge_mps > speed_mps + max(_COAST_MPS, 0.25 * speed_mps)
+
+    @staticmethod
+    def _shown(setpoint: Setpoint, motion: Motion, nav: NavState) -> Setpoint:
+        """With what people see of it."""
+        return replace(
+            setpoint,
             north_m=nav.north_m,
             east_m=nav.east_m,
-            yaw_rad=self._yaw,
-            surge_mps=surge,
-            yaw_rate_radps=turn,
-            surge_mps2=motion.gain_mps2,
             target_north_m=motion.station[0],
             target_east_m=motion.station[1],
             cross_track_error_m=motion.cross_m,
