@@ -17,7 +17,8 @@ from typing import TYPE_CHECKING
 from companion import config as config_module
 from companion.app import Surroundings, build, load_vessel, program_version, warm_up
 from companion.clock import PacedClock, SimulatedClock, WallClock
-from companion.commands import logs, missions
+from companion.commands import leader, logs, missions
+from companion.commands.folders import fresh, kept_in
 from companion.config import ConfigError, HomeConfig, SensorConfig, VesselConfig
 from companion.io.mavlink.links import Link, LinkError, MemoryLink, open_link
 from companion.io.transport import TransportOpener
@@ -96,6 +97,7 @@ def _parser() -> argparse.ArgumentParser:
     table.add_argument("--seeds", type=int, default=8, metavar="N")
     table.set_defaults(command=_scenario_table)
 
+    leader.add_to(commands)
     logs.add_to(commands)
     return parser
 
@@ -111,7 +113,7 @@ def _run(arguments: argparse.Namespace) -> int:
         config = config_module.with_home(config, _home(arguments.home))
     kept = _kept_in(config, arguments)
     stamp = time.strftime("%Y%m%d-%H%M%S")
-    log_folder = _fresh(kept / "logs" if arguments.log is None else arguments.log, f"{config.name}-{stamp}")
+    log_folder = fresh(kept / "logs" if arguments.log is None else arguments.log, f"{config.name}-{stamp}")
     state = StateFile(kept / "state" if arguments.state is None else arguments.state)
     vessel, clock = _compose_run(config, arguments, state, log_folder)
     stop = _Stop(clock, vessel, arguments.duration)
@@ -185,16 +187,7 @@ def _home(text: str) -> HomeConfig:
 
 def _kept_in(config: VesselConfig, arguments: argparse.Namespace) -> Path:
     """Where this vessel's things are kept, apart from those of its simulation."""
-    base = Path(os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state")
-    return base / "usv-companion" / (f"{config.name}-sitl" if arguments.sitl else config.name)
-
-
-def _fresh(directory: Path, name: str) -> Path:
-    """A folder that is not there yet."""
-    folder, n = directory / name, 2
-    while folder.exists():
-        folder, n = directory / f"{name}-{n}", n + 1
-    return folder
+    return kept_in(f"{config.name}-sitl" if arguments.sitl else config.name)
 
 
 def _say_hello(config: VesselConfig, arguments: argparse.Namespace, state: StateFile, log_folder: Path) -> None:
@@ -379,7 +372,7 @@ def _scenario_run(arguments: argparse.Namespace) -> int:
         if not equals:
             raise UsageError(f"--set {change}: write KEY=VALUE")
         changes[key] = value
-    folder = arguments.out or _fresh(Path("out"), f"{arguments.name}-seed{arguments.seed}")
+    folder = arguments.out or fresh(Path("out"), f"{arguments.name}-seed{arguments.seed}")
     started_s = time.perf_counter()
     try:
         outcome = sail(SCENARIOS[arguments.name], LockstepRig, folder, arguments.seed, arguments.vessel, changes, draw=True)

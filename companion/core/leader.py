@@ -8,6 +8,9 @@ from enum import IntEnum
 
 from companion.core.records import quick
 
+LEADER_MODULE = 0x55535600
+"""FOLLOW_TARGET.custom_state of a leader module: these three bytes, the wish in the low one, the count of presses in bits 32 to 39, above them 0."""
+
 
 class Wish(IntEnum):
     """What the crew of the lead boat asks of the follower."""

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from companion.config import UNIT_MATRIX, SensorConfig, VesselConfig
+from companion.config import UNIT_MATRIX, NavigatedBoat, SensorConfig
 from companion.core.angles import wrap_pi
 from companion.core.geodesy import distance_and_bearing
 from companion.core.geomagnetism import decimal_year, declination_rad
@@ -68,7 +68,7 @@ class HeadingSources:
     a warning. Remembers the source in use, its slow error, the declination, and when a heading last came.
     """
 
-    def __init__(self, config: VesselConfig, say: Say) -> None:
+    def __init__(self, config: NavigatedBoat, say: Say) -> None:
         names = {row.name: row.timeout_s for row in config.sensors}
         self._selector = SourceSelector({**names, **{name + _COMPASS: timeout_s for name, timeout_s in names.items()}})
         self._ranks = {name: rank for rank, name in enumerate([*names, *(name + _COMPASS for name in names), _COURSE])}

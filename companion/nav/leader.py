@@ -10,11 +10,11 @@ from companion.core.angles import wrap_pi
 from companion.core.geodesy import LocalFrame
 from companion.core.types import Leader, LeaderState
 from companion.nav.leader_filter import LeaderFilter
+from companion.nav.link_counter import LinkCounter
 from companion.params import Parameters
 
 _SLOW_MPS = 0.5  # below this the course tells no heading
 _ASTERN_MPS = 0.3  # against its heading, from which on it goes astern
-_COUNTER_MOST = 40
 _FORGET_S = 30.0
 _SIGMA_M = 3.0  # of a leader that does not say how good its position is
 _LEAST_SIGMA_M, _MOST_SIGMA_M = 0.3, 10.0
@@ -49,7 +49,7 @@ class LeaderTracker:
         self._told_yaw = False
         self._refused = 0
         self._refused_s = 0.0
-        self._counter = 0
+        self._link = LinkCounter()
         self._known: tuple[float, LocalFrame, Leader] | None = None
 
     def take(self, state: LeaderState) -> bool:
@@ -64,7 +64,7 @@ class LeaderTracker:
             self._forget()
         self._state = state
         self._known = None
-        self._counter = min(_COUNTER_MOST, max(0, self._counter - 1 + state.lost))
+        self._link.heard(state.heard_s, state.lost)
         if state.lat_deg is None or state.lon_deg is None or (self._fixed is not None and state.t_s <= self._fixed.t_s):
             return True
         if self._fixed is not None:
@@ -157,7 +157,7 @@ class LeaderTracker:
         astern = self._told_yaw and yaw is not None and north_mps * math.cos(yaw) + east_mps * math.sin(yaw) < -_ASTERN_MPS
         leader = Leader(
             state.system_id, north_m, east_m, north_mps, east_mps, yaw, rate, max(_sigma_m(fixed), filter_.sigma_m), max(0.0, now_s - fixed.t_s),
-            statistics.median(self._intervals) if self._intervals else 0.0, state.wish, self._counter, filter_.acceleration_mps2, astern,
+            statistics.median(self._intervals) if self._intervals else 0.0, state.wish, self._link.value(now_s), filter_.acceleration_mps2, astern,
         )  # fmt: skip
         self._known = (now_s, frame, leader)
         return leader
