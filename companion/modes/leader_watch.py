@@ -12,6 +12,7 @@ _LEAST_S = 0.5  # shorter outages are nobody's business
 _MOST_S = 4.0  # a leader heard less often than every 1.3 s cannot be followed
 _MISSED = 3.0  # a position may be late by as many intervals
 _REMEMBERED = 8
+_SAME_S = 1e-3  # moments that rounding sets apart
 _LONGEST_STEP_S = 0.25
 
 
@@ -24,8 +25,8 @@ class Rhythm:
         self.last_s = -math.inf
 
     def see(self, t_s: float) -> None:
-        """One that is older than the last is left out."""
-        if t_s <= self.last_s:
+        """One that is older than the last is left out, and so is the same one again."""
+        if t_s <= self.last_s + _SAME_S:
             return
         if math.isfinite(self.last_s):
             self._intervals_s.append(t_s - self.last_s)
@@ -91,7 +92,7 @@ class LeaderWatch:
             return f"leader {chosen} not heard" if chosen else "no leader heard"
         age_s, silent_s = now_s - self._theirs.last_s, now_s - self.heard_s
         if age_s > self._limit_s(self._theirs.interval_s, module=self.wish is not None):
-            if silent_s > _LEAST_S:
+            if silent_s > 0.5 * age_s or silent_s > _MOST_S:
                 return f"leader silent for {silent_s:.1f} s"
             return f"leader without a position for {age_s:.1f} s" if math.isfinite(age_s) else "leader has no position"
         if self._theirs.interval_s is None:
