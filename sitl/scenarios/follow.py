@@ -68,7 +68,8 @@ def prepare(conditions: Conditions, settings: Settings) -> Conditions:
         "leader", settings["leader"], (-distance_m * math.cos(bearing), -distance_m * math.sin(bearing), 0.0), None, settings["gnss"]
     )
     station = {"FLW_TGT_DST": distance_m, "FLW_TGT_FA": math.degrees(math.remainder(bearing, math.tau))}
-    return replace(conditions, others=(leader,), start=(0.0, 0.0, 0.0), parameters={**conditions.parameters, **station})
+    own = {"DP_LAW": 0.0, "WP_LAW": 0.0}  # `law` is the one of following: the others' theses are about other boats
+    return replace(conditions, others=(leader,), start=(0.0, 0.0, 0.0), parameters={**conditions.parameters, **own, **station})
 
 
 def sail(station: Station, settings: Settings) -> dict[str, Any]:
