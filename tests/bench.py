@@ -35,6 +35,7 @@ from sitl.scenarios.company import Company
 from sitl.scenarios.rig import Conditions
 from sitl.scenarios.station import Station
 from sitl.waters import OtherBoat
+from tests.protocol.lead_boat_module import Pair, circle
 from tests.protocol.process import Companion
 
 _HOLD = 0x03040000
@@ -306,6 +307,20 @@ def following(folder: Path, followers: int, duration_s: float = 30.0) -> None:
     line(f"{what} following a lead boat in lockstep", f"{duration_s / cpu_took_s:.0f} × real time, one core", "25 ×" if followers == 1 else "-")
 
 
+def leader_link(folder: Path, duration_s: float = 60.0) -> None:
+    """A leader module under way and its follower on a narrow line, in lockstep, with all that they say to each other."""
+    pair = Pair(folder / "leader_link", circle)
+    pair.run(8.0)
+    pair.bytes_up = pair.bytes_down = 0
+    started_s = time.process_time()
+    pair.run(duration_s)
+    took_s = time.process_time() - started_s
+    up, down = pair.bytes_up / duration_s, pair.bytes_down / duration_s
+    pair.close()
+    line("leader module's link at 20 Hz, there and back", f"{up:.0f} + {down:.0f} = {up + down:.0f} bytes/s", "2000 bytes/s")
+    line("leader module and follower in lockstep", f"{duration_s / took_s:.0f} × real time, one core", "-")
+
+
 def _timed(tick: Callable[[float], Any], steps_s: list[float], plant_s: Callable[[], float]) -> Callable[[float], Any]:
     def timed(now_s: float) -> Any:
         plant_before_s, started_s = plant_s(), time.thread_time()
@@ -342,8 +357,13 @@ def main() -> None:
         paths()
         control_step(folder)
         lockstep(folder)
+<<<<<<< HEAD
         following(folder, 1)
         following(folder, 2)
+=======
+        three_vessels(folder)
+        leader_link(folder)
+>>>>>>> wip-leader
         start_up(folder)
         transfers(folder)
     line("peak memory of this bench process", f"{resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024:.0f} MB", "-")

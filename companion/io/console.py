@@ -77,7 +77,16 @@ class Console:
             self._out.write(text)
             self._out.flush()
         except (OSError, ValueError):
+            self._give_up(self._out)
             self._out = None
+
+    @staticmethod
+    def _give_up(out: TextIO) -> None:
+        """What is left in the buffer must have somewhere to go, or the process ends with an error for it."""
+        with contextlib.suppress(OSError, ValueError):
+            nowhere = os.open(os.devnull, os.O_WRONLY)
+            os.dup2(nowhere, out.fileno())
+            os.close(nowhere)
 
 
 def _is_terminal(out: TextIO) -> bool:

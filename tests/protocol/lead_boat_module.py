@@ -149,6 +149,12 @@ def along(speed_mps: float, course_deg: float, north_m: float = 0.0, east_m: flo
     return lambda t_s: (north_m + speed_mps * t_s * math.cos(course), east_m + speed_mps * t_s * math.sin(course), speed_mps, course_deg)
 
 
+def circle(t_s: float) -> tuple[float, float, float, float]:
+    """60 m of radius at 8 m/s: everything that a module says changes all the time."""
+    turned = 8.0 / 60.0 * t_s
+    return 30.0 + 60.0 * math.sin(turned), 40.0 + 60.0 * (1.0 - math.cos(turned)), 8.0, math.degrees(turned) % 360.0
+
+
 class Receiver:
     """A satellite receiver on a pty, 10 Hz by the wall clock, until closed."""
 

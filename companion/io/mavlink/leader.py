@@ -37,13 +37,14 @@ _ANSWER_S = 5.0
 _ASK_MOST = 10  # times, who never answers and is no module
 _FOLLOW_TARGET, _GLOBAL_POSITION = mavlink.MAVLINK_MSG_ID_FOLLOW_TARGET, mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT
 _WISHES = {int(wish): wish for wish in Wish}
-_SourceKey = tuple[Endpoint, int, int, int]  # endpoint, system, component, id of the message
+_SourceKey = tuple[str, int, int, int]  # name of the endpoint, system, component, id of the message
 
 
 @dataclass(slots=True)
 class _Source:
     """One kind of message of one sender: its clock, what went missing, what its last whole message said, and the question that it was asked."""
 
+    endpoint: Endpoint
     heard_s: float
     clock: ClockAlignment = field(default_factory=ClockAlignment)
     lost: int | None = None  # of its Reception, as last seen
@@ -73,15 +74,15 @@ class LeaderService:
 
     def update(self, now_s: float) -> None:
         """Ask who leads for the time: seldom, since the line may be narrow."""
-        for (endpoint, system, component, _), source in list(self._sources.items()):
+        for (_, system, component, _), source in self._sources.items():
             answers = source.module or source.unanswered < _ASK_MOST
-            if endpoint.gone or now_s - source.heard_s > _ANSWER_S or not source.clock.aligned or not answers:
+            if source.endpoint.gone or now_s - source.heard_s > _ANSWER_S or not source.clock.aligned or not answers:
                 continue
             soon_s = _ASK_FIRST_S * (1 + source.unanswered) if source.clock.latency_s is None else _ASK_S
             if now_s - source.asked_s >= min(_ASK_S, soon_s):
                 source.asked_s, source.asked_ns = now_s, max(1, round(now_s * 1e9))
                 source.unanswered += 1
-                peer = Peer(endpoint, system, component)
+                peer = Peer(source.endpoint, system, component)
                 self._hub.send(peer, mavlink.MAVLink_timesync_message(0, source.asked_ns, system, component))
 
     # --- messages --------------------------------------------------------------------------------------------------
@@ -126,7 +127,7 @@ class LeaderService:
         if message.tc1 == 0:
             return
         for kind in (_FOLLOW_TARGET, _GLOBAL_POSITION):
-            source = self._sources.get((peer.endpoint, peer.system, peer.component, kind))
+            source = self._sources.get((peer.endpoint.name, peer.system, peer.component, kind))
             if source is not None and source.asked_ns and message.ts1 == source.asked_ns:
                 if now_s - source.asked_s <= _ANSWER_S * self._hub.patience:
                     source.clock.exchanged(source.asked_s, message.tc1 * 1e-9, now_s)
@@ -171,13 +172,13 @@ class LeaderService:
         )
 
     def _source(self, kind: int, peer: Peer, now_s: float) -> _Source:
-        key = (peer.endpoint, peer.system, peer.component, kind)
+        key = (peer.endpoint.name, peer.system, peer.component, kind)
         source = self._sources.get(key)
         if source is None:
             if len(self._sources) >= _MOST_SOURCES:
                 del self._sources[min(self._sources, key=lambda other: self._sources[other].heard_s)]
-            source = self._sources[key] = _Source(now_s)
-        source.heard_s = now_s
+            source = self._sources[key] = _Source(peer.endpoint, now_s)
+        source.endpoint, source.heard_s = peer.endpoint, now_s
         return source
 
     @staticmethod

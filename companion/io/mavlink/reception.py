@@ -2,29 +2,37 @@
 
 from __future__ import annotations
 
+_WINDOW = (1 << 129) - 1
 MOST_SOURCES = 32  # remembered on an endpoint
 
 
 class Reception:
-    """`take(sequence)` each packet of a system and component. A packet that was overtaken is not lost after all; one that comes twice counts once."""
+    """`take(sequence)` each packet of a system and component. A packet that was overtaken is not lost after all; one that comes twice counts once.
 
-    __slots__ = ("_last", "lost", "received")
+    Remembers the newest number and which of the 128 before it have come.
+    """
+
+    __slots__ = ("_came", "_last", "lost", "received")
 
     def __init__(self) -> None:
         self._last: int | None = None
+        self._came = 0  # bit k: the packet k before the newest
         self.received = 0
         self.lost = 0
 
     def take(self, sequence: int) -> None:
         ahead = 1 if self._last is None else sequence - self._last & 0xFF
-        if ahead == 0:
-            return
-        self.received += 1
-        if ahead < 128:
-            self.lost += ahead - 1
+        if 0 < ahead < 128:
             self._last = sequence
-        else:
+            self._came = (self._came << ahead | 1) & _WINDOW
+            self.lost += ahead - 1
+            self.received += 1
+            return
+        behind = 1 << (-ahead & 0xFF)
+        if not self._came & behind:
+            self._came |= behind
             self.lost = max(0, self.lost - 1)
+            self.received += 1
 
 
 class Receptions:
