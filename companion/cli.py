@@ -154,7 +154,8 @@ def _compose_run(
     paced = PacedClock(arguments.speed, EPOCH_UNIX_NS)
     # people and ground stations live in wall time: what they may take must not shrink as the boat's time speeds up
     patience = max(1.0, arguments.speed)
-    defaults = {"COM_DL_LOSS_T": min(300.0, 10.0 * patience), "COM_RC_LOSS_T": min(10.0, 0.5 * patience)} if patience > 1.0 else {}
+    usual = {"COM_DL_LOSS_T": (10.0, 300.0), "COM_RC_LOSS_T": (0.5, 10.0), "FOLL_LOSS_T": (0.9, 10.0)}
+    defaults = {name: min(most_s, usual_s * patience) for name, (usual_s, most_s) in usual.items()} if patience > 1.0 else {}
     links = _links(urls, patience)
     vessel = build(config, Surroundings(paced, world, world, links, state, log_folder, True, manifest, defaults, patience))
     vessel.add_recorder(TruthLog(log_folder, world, tuple(thruster.name for thruster in config.thrusters)))

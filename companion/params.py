@@ -207,6 +207,7 @@ TABLE: tuple[ParamSpec, ...] = (
     _real("FOLL_LOSS_T", 0.9, 0.5, 10.0, "s", "Follow", "Age of the leader's position, or of the boat's own, at which it has left Follow at the latest; three intervals of a source that sends less often"),
     _choice("FOLL_LOSS_ACT", 1, {1: "Hold", 2: "RTL", 3: "Neutral", 4: "Manual"}, "Follow", "What to do when the leader, its position or the boat's own is lost in Follow; Manual leaves the boat to the sticks"),
     _real("FOLL_BACK_T", 3.0, 0.5, 60.0, "s", "Follow", "How long the data must be good again before the boat goes back to Follow by itself, unless somebody chose another mode"),
+    _real("FOLL_WAIT_T", 0.0, 0.0, 60.0, "s", "Follow", "How long Follow, chosen while armed and without a leader, waits for one, without thrust: some send only once the boat is in Follow. 0: it is refused"),
     _choice("FOLL_AUTH", 1, {0: "Ground stations", 1: "Ground stations and lead boat"}, "Follow", "Who chooses the mode, the newest decision counting: with 0 what the lead boat's crew asks for is not obeyed"),
     _real("FOLL_LATENCY", 0.1, 0.0, 2.0, "s", "Follow", "How old a leader's message is when it comes in, where that cannot be measured (a ground station's, a phone's)"),
     _choice("FOLL_LAW", 0, {0: "Companion", 1: "Thesis"}, "Follow", "How the leader is followed: along its track, or by pursuit as in the RescueRunner thesis"),

@@ -11,7 +11,7 @@ from companion.modes.follow_station import FollowStation, station_text
 from companion.modes.helm import Helm
 from companion.modes.leader_watch import LeaderWatch
 from companion.modes.mode import ModeInputs
-from companion.modes.situation import LeaderSight
+from companion.modes.situation import LeaderSight, estimate_refusal
 from companion.modes.sticks import Sticks, is_centred
 from companion.params import Parameters
 
@@ -36,12 +36,15 @@ class FollowDuty:
         self._sticks = sticks
         self._events = events
         self._request_mode = request_mode
+        helm.waits = self._waits
         self._watch = LeaderWatch(parameters)
         self._station = FollowStation(parameters, events)
         self._module: LeaderState | None = None  # its last message that was not overtaken
         self._followed: int | None = None
         self._following = False
         self._armed = False
+        self._awaits = False  # in Follow, which could not be entered yet
+        self._since_s = 0.0
         self.remote_system: int | None = None
         """The system whose sticks alone steer, since its crew asked for it; None: as usual."""
 
@@ -58,7 +61,8 @@ class FollowDuty:
 
     def sight(self, nav: NavState, now_s: float) -> LeaderSight:
         """For the failsafes."""
-        return LeaderSight(self._watch.fault(nav, now_s), self._watch.good_s(now_s), self._stays(now_s))
+        fault = None if self._waiting(now_s) else self._watch.fault(nav, now_s) or ("follow cannot begin" if self._awaits else None)
+        return LeaderSight(fault, self._watch.good_s(now_s), self._stays(now_s))
 
     def stands_for_station(self, state: LeaderState) -> bool:
         """Whether this message of the leader is as good as one of a ground station: in Follow, and while the lead boat steers by remote."""
@@ -143,14 +147,25 @@ class FollowDuty:
             self._station.drop()
         self._armed = self._helm.armed
         following = self._armed and self._helm.mode.id is ModeId.FOLLOW
+        self._awaits = self._awaits and following and self._helm.stopped
         if following and not self._following:
+            self._since_s, self._awaits = inputs.now_s, self._helm.stopped
             self._begin(inputs)
+        elif self._awaits and inputs.leader_fault is None:
+            self._helm.resume(inputs.now_s)
+            if not self._helm.stopped:
+                self._begin(inputs)
+        elif not self._waiting(inputs.now_s):
+            self._awaits = False
         self._following = following
         if following and inputs.leader_fault is None:
             self._followed = self._watch.system_id
 
     def _begin(self, inputs: ModeInputs) -> None:
         leader, nav, least_m = inputs.leader, inputs.nav, self._parameters["FOLL_MIN_DIST"]
+        if self._helm.stopped:
+            self._events.say(inputs.now_s, Severity.NOTICE, "leader_awaited", f"Follow waits for the leader: {inputs.leader_fault}")
+            return
         self._events.say(inputs.now_s, Severity.INFO, "station", f"Following system {self._watch.system_id}, station {station_text(self.station)}")
         if leader is None:
             return
@@ -158,6 +173,15 @@ class FollowDuty:
         if away_m < least_m:
             text = f"Leader is {away_m:.0f} m away, nearer than FOLL_MIN_DIST, {least_m:g} m"
             self._events.say(inputs.now_s, Severity.WARNING, "leader_near", text)
+
+    def _waits(self, mode: ModeId, nav: NavState, now_s: float) -> bool:
+        """For a leader that sends only once the boat is in Follow. A module sends always: it is not waited for."""
+        if mode is not ModeId.FOLLOW or not self._parameters["FOLL_WAIT_T"] or self._watch.wish is not None:
+            return False
+        return estimate_refusal(self._helm.modes[mode], nav) is None and self._watch.fault(nav, now_s) is not None
+
+    def _waiting(self, now_s: float) -> bool:
+        return self._awaits and now_s - self._since_s <= self._parameters["FOLL_WAIT_T"]
 
     def _stays(self, now_s: float) -> str | None:
         """Why the boat does not go back to Follow by itself once the data are good."""
@@ -175,7 +199,7 @@ class FollowDuty:
 
 
 def _pressed(before: int, now: int) -> int:
-    """Presses from one count to the other, negative where the message is an older one; 0 stands for none since the module started."""
+    """Presses from one count to the other, negative where the message is an older one. After 255 comes 1: 0 is for none since the module started."""
     if before == 0 or now == 0:
-        return now if before == 0 else 0
+        return now - before
     return (now - before + _PRESSES // 2) % _PRESSES - _PRESSES // 2

@@ -40,8 +40,8 @@ steps = st.one_of(
 
 
 class World:
-    def __init__(self, action: int, other_action: int, module: bool) -> None:
-        self.boat = Boat(REVOLT, FOLL_LOSS_ACT=action, NAV_DLL_ACT=other_action, FS_LEAK_ACT=other_action, FS_ACT_ACT=other_action, FS_POS_ACT=other_action)
+    def __init__(self, action: int, other_action: int, module: bool, wait_s: float) -> None:
+        self.boat = Boat(REVOLT, FOLL_WAIT_T=wait_s, FOLL_LOSS_ACT=action, NAV_DLL_ACT=other_action, FS_LEAK_ACT=other_action, FS_ACT_ACT=other_action, FS_POS_ACT=other_action)
         self.lead = LeadBoat(self.boat, wish=Wish.NONE if module else None)
         self.own_fix, self.own_fix_s = True, self.boat.now_s
 
@@ -111,10 +111,13 @@ class World:
 
 @settings(deadline=None, derandomize=True, max_examples=150)
 @given(
-    st.lists(st.tuples(steps, st.integers(1, 40)), min_size=5, max_size=40), st.integers(1, 4), st.sampled_from(sorted(FAILSAFE_ACTIONS)), st.booleans()
+    st.lists(st.tuples(steps, st.integers(1, 40)), min_size=5, max_size=40), st.integers(1, 4), st.sampled_from(sorted(FAILSAFE_ACTIONS)), st.booleans(),
+    st.sampled_from((0.0, 5.0)),
 )
-def test_any_sequence_of_cuts_wishes_and_requests(sequence: list[tuple[tuple[Any, ...], int]], action: int, other_action: int, module: bool) -> None:
-    world = World(action, other_action, module)
+def test_any_sequence_of_cuts_wishes_and_requests(
+    sequence: list[tuple[tuple[Any, ...], int]], action: int, other_action: int, module: bool, wait_s: float
+) -> None:
+    world = World(action, other_action, module, wait_s)
     world.run(10)
     world.do("mode", ModeId.FOLLOW)
     world.do("arm", False)

@@ -443,6 +443,18 @@ def test_who_takes_the_sticks_over_must_centre_them(boat: Any, lead: LeadBoat) -
     assert boat.setpoint.kind is SetpointKind.NEUTRAL
 
 
+def test_sticks_that_one_had_centred_are_not_centred_for_the_other(boat: Any, lead: LeadBoat) -> None:
+    boat.sticks = (0.0, 0.0, 0.0)
+    lead.run(1.0)
+    boat.supervisor.arm(boat.now_s)
+    lead.run(0.3)
+    lead.press(Wish.REMOTE)
+    lead.send(boat.now_s + 0.01)  # the press, before the sticks
+    boat.sticks = (0.5, 0.0, 0.0)
+    lead.run(0.4)
+    assert boat.status.mode is ModeId.MANUAL and boat.setpoint.kind is SetpointKind.NEUTRAL
+
+
 def test_remote_sticks_that_are_silent_are_not_replaced_by_the_transmitter(boat: Any, lead: LeadBoat) -> None:
     boat.rc = (0.0, 0.0, 0.0, 0.0, -1.0)
     lead.run(1.0)
@@ -451,7 +463,9 @@ def test_remote_sticks_that_are_silent_are_not_replaced_by_the_transmitter(boat:
     lead.run(0.4)
     assert boat.status.mode is ModeId.MANUAL
     boat.rc = (0.0, 0.8, 0.0, 0.0, -1.0)
-    lead.run(0.4)
+    lead.run(0.1)
+    assert boat.status.mode is ModeId.MANUAL and boat.setpoint.kind is SetpointKind.NEUTRAL
+    lead.run(0.3)
     assert boat.status.mode is ModeId.HOLD and "sticks_lost" in boat.names()
 
 
@@ -511,6 +525,71 @@ def test_disarmed_it_may_be_chosen_early_and_arming_asks_again(boat: Any, lead: 
     assert boat.supervisor.arm(boat.now_s).accepted
     lead.run(0.1)
     assert boat.setpoint.kind is SetpointKind.PATH
+
+
+def test_an_armed_boat_may_wait_for_a_leader_that_sends_only_in_follow(make_boat: Any) -> None:
+    boat = make_boat(FOLL_WAIT_T=5.0)
+    phone = LeadBoat(boat, 4.0, None)
+    boat.supervisor.request_mode(ModeId.HOLD, boat.now_s)
+    boat.supervisor.arm(boat.now_s)
+    boat.step(1.0)
+    for _ in range(2):
+        phone.on = False
+        assert boat.supervisor.request_mode(ModeId.FOLLOW, boat.now_s).accepted
+        phone.run(2.0)
+        assert boat.status.mode is ModeId.FOLLOW and boat.setpoint.kind is SetpointKind.NEUTRAL and boat.status.failsafes == ()
+        phone.on = True
+        phone.run(1.0)
+        assert boat.setpoint.kind is SetpointKind.PATH
+        phone.on = False
+        phone.run(12.0)
+        assert boat.status.mode is ModeId.HOLD and boat.status.failsafes == ("leader_lost",)  # and the next round begins with it
+    assert "Follow waits for the leader: no leader heard" in boat.texts()
+
+
+def test_it_waits_no_longer_than_told_then_falls_back(make_boat: Any) -> None:
+    boat = make_boat(FOLL_WAIT_T=5.0)
+    boat.supervisor.request_mode(ModeId.HOLD, boat.now_s)
+    boat.supervisor.arm(boat.now_s)
+    assert boat.supervisor.request_mode(ModeId.FOLLOW, boat.now_s).accepted
+    boat.step(4.9)
+    assert boat.status.mode is ModeId.FOLLOW and boat.setpoint.kind is SetpointKind.NEUTRAL
+    boat.step(0.5)
+    assert boat.status.mode is ModeId.HOLD and "No leader heard: Hold" in boat.texts()
+    assert boat.supervisor.request_mode(ModeId.FOLLOW, boat.now_s).accepted
+    boat.step(1.0)
+    assert boat.supervisor.request_mode(ModeId.MANUAL, boat.now_s).accepted
+    boat.step(10.0)
+    assert boat.status.mode is ModeId.MANUAL
+
+
+def test_a_follow_that_cannot_begin_although_the_leader_is_there_is_given_up(make_boat: Any) -> None:
+    boat = make_boat(FOLL_WAIT_T=5.0)
+    phone = LeadBoat(boat, 4.0, None)
+    boat.supervisor.request_mode(ModeId.HOLD, boat.now_s)
+    boat.supervisor.arm(boat.now_s)
+    boat.supervisor._helm.modes[ModeId.FOLLOW].enter = lambda inputs: "not now"
+    assert boat.supervisor.request_mode(ModeId.FOLLOW, boat.now_s).accepted
+    phone.run(4.8)
+    assert boat.status.mode is ModeId.FOLLOW and boat.setpoint.kind is SetpointKind.NEUTRAL
+    phone.run(0.6)
+    assert boat.status.mode is ModeId.HOLD and "Follow cannot begin: Hold" in boat.texts()
+
+
+def test_it_waits_neither_for_a_module_nor_for_itself(make_boat: Any) -> None:
+    boat = make_boat(FOLL_WAIT_T=5.0)
+    lead = LeadBoat(boat)
+    following(boat, lead)
+    boat.supervisor.request_mode(ModeId.HOLD, boat.now_s)
+    lead.on = False
+    lead.run(2.0)
+    assert not boat.supervisor.request_mode(ModeId.FOLLOW, boat.now_s).accepted
+    boat = make_boat(FOLL_WAIT_T=5.0)
+    boat.supervisor.request_mode(ModeId.HOLD, boat.now_s)
+    boat.supervisor.arm(boat.now_s)
+    boat.nav = replace(boat.nav, position_valid=False)
+    boat.step()
+    assert not boat.supervisor.request_mode(ModeId.FOLLOW, boat.now_s).accepted
 
 
 def test_a_leader_that_is_near_is_followed_and_that_is_said(boat: Any, lead: LeadBoat) -> None:
