@@ -357,13 +357,9 @@ def main() -> None:
         paths()
         control_step(folder)
         lockstep(folder)
-<<<<<<< HEAD
         following(folder, 1)
         following(folder, 2)
-=======
-        three_vessels(folder)
         leader_link(folder)
->>>>>>> wip-leader
         start_up(folder)
         transfers(folder)
     line("peak memory of this bench process", f"{resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024:.0f} MB", "-")
