@@ -90,8 +90,7 @@ class Clearance:
             return None
         way = _leader_way(leader)
         kept = min(radius_m, distance - _SLACK_M)
-        relative = speed_mps - max(0.0, leader.speed_mps)
-        if not self._too_near and self._least(course_rad, relative, nav, way, plan, True) >= kept:
+        if not self._too_near and self._least(course_rad, speed_mps, nav, way, plan) >= kept:
             self._course = None
             return None
         return self._best(course_rad, nav, leader, way, radius_m if self._too_near else kept)
@@ -119,9 +118,9 @@ class Clearance:
         return found
 
     def _least(
-        self, course_rad: float, speed_mps: float, nav: NavState, way: list[_Seen], plan: Plan | None = None, relative: bool = False, late: bool = False
+        self, course_rad: float, speed_mps: float, nav: NavState, way: list[_Seen], plan: Plan | None = None, late: bool = False
     ) -> float:
-        """The least distance on the way; `relative`: the speed is over the leader's. `late`: that of the end counts, for a boat that goes off."""
+        """The least distance on the way. `late`: that of the end counts, for a boat that goes off."""
         hull, p = self._hull, self._parameters
         fastest = _TURN_SHARE * math.radians(p["PATH_YAW_RATE"])
         north, east, yaw, u, r = nav.north_m, nav.east_m, nav.yaw_rad, nav.surge_mps, nav.yaw_rate_radps
@@ -137,9 +136,6 @@ class Clearance:
             wanted = speed_mps
             if plan is not None:
                 wanted = planned_mps
-            elif relative:
-                closing = speed_mps if speed_mps <= 0.0 else min(speed_mps, p["FOLL_GAP_BW"] * max(0.0, distance - self.radius_m))
-                wanted = max(0.0, leader_mps + closing)
             if self._steers_by_thrust and abs(off) > _TURNING_RAD:
                 wanted = max(wanted, self._turning_mps)
             if u > wanted:

@@ -120,10 +120,8 @@ class FollowLaw:
         """What the boat is to do now."""
         self.track.update(leader, now_s)
         self._cruising_mps = math.hypot(nav.north_mps, nav.east_mps)
-        motion = self._along_track(nav, leader) if self.astern else None
-        plan: Plan | None = None
-        if motion is None:
-            motion, plan = self._to_point(nav, leader)
+        found = self._along_track(nav, leader) if self.astern else None
+        motion, plan = self._to_point(nav, leader) if found is None else found
         self._resting = self._may_rest(motion, nav, leader)
         if self._resting:
             motion = replace(motion, course_rad=nav.yaw_rad, speed_mps=0.0, turn_radps=0.0, gain_mps2=0.0, resting=True)
@@ -144,8 +142,8 @@ class FollowLaw:
             return distance < self.distance_m + _REST_BAND_M + _REST_BAND_SHARE * self.distance_m
         return motion.off_m < _REST_BAND_M
 
-    def _along_track(self, nav: NavState, leader: Leader) -> Motion | None:
-        """None where the boat is not on the track."""
+    def _along_track(self, nav: NavState, leader: Leader) -> tuple[Motion, Plan] | None:
+        """And how it will go on, seen along the straight between the boats. None where the boat is not on the track."""
         track, look = self.track, self.lookahead_m
         before = self._s
         s = track.project(nav.north_m, nav.east_m, before, _REACH_M)
@@ -166,10 +164,15 @@ class FollowLaw:
         turn = max(0.0, along) * ahead.curvature_1pm - drift * look / (look * look + cross * cross)
         goal = track.at(goal_s)
         gain = leader.acceleration_mps2 if abs(goal_s - s) < 0.5 * self.distance_m else 0.0
-        return Motion(
-            wrap_pi(ahead.course_rad - math.atan2(cross, look)), speed, turn, gain, (goal.north_m, goal.east_m), goal_s - s, cross, here.course_rad,
-            abs(leader.speed_mps),
-        )  # fmt: skip
+        course = wrap_pi(ahead.course_rad - math.atan2(cross, look))
+        motion = Motion(course, speed, turn, gain, (goal.north_m, goal.east_m), goal_s - s, cross, here.course_rad, abs(leader.speed_mps))
+        beyond = motion.off_m - math.hypot(nav.north_m - leader.north_m, nav.east_m - leader.east_m)
+
+        def plan(off_north: float, off_east: float, leader_north: float, leader_east: float) -> tuple[float, float]:
+            feed = math.hypot(leader_north, leader_east)
+            return course, max(0.0, self._speed(feed, beyond + math.hypot(off_north, off_east), leader.acceleration_mps2))
+
+        return motion, plan
 
     def _speed(self, feed_mps: float, off_m: float, push_mps2: float) -> float:
         """Over ground along the way, for a station `off_m` ahead that goes at `feed_mps` and gains `push_mps2`."""
@@ -212,6 +215,8 @@ class FollowLaw:
         bearing = heading + math.radians(self._parameters["FLW_TGT_FA"])
         dn, de = self.distance_m * math.cos(bearing), self.distance_m * math.sin(bearing)
         turn = leader.yaw_rate_radps
+        if leader.astern and not self._can_reverse:  # what has no way astern does not run after a boat that may stop at once
+            return leader.north_m + dn, leader.east_m + de, 0.0, 0.0, 0.0
         north, east = leader.north_mps - turn * de, leader.east_mps + turn * dn
         most = self._parameters["MPC_XY_VEL_MAX"]
         share = min(1.0, most / max(1e-6, math.hypot(north, east)))
