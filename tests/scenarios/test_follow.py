@@ -8,10 +8,13 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
+from pymavlink.dialects.v20 import common as mavlink
 
 from companion.cli import LockstepRig
 from companion.config import ConfigError
 from sitl.scenarios import SCENARIOS
+from sitl.scenarios.measure import read_events, read_truth
+from sitl.scenarios.rig import Conditions
 from sitl.scenarios.scenario import ScenarioError, run
 
 SEEDS = 16
@@ -58,6 +61,19 @@ def test_round_the_leader_under_way(tmp_path: Path) -> None:
 def test_two_behind_one(tmp_path: Path) -> None:
     sail("two_followers", tmp_path, 1, leader="straight@8.2", time="48")
     assert (tmp_path / "second" / "leader.csv").is_file()
+
+
+def test_packets_reach_the_vessel_between_its_ticks(tmp_path: Path) -> None:
+    """At the time at which they arrive, as on a boat: a leader's delay can be measured in lockstep too."""
+    rig = LockstepRig(Conditions("rescuerunner"), tmp_path)
+    while rig.now_s < 3.0:
+        rig.step()
+    codec = mavlink.MAVLink(None, srcSystem=255, srcComponent=190)
+    rig.hear(mavlink.MAVLink_set_mode_message(1, 1, 0x03040000).pack(codec), 3.013)
+    rig.step()
+    rig.close()
+    assert [said.t_s for said in read_events(tmp_path) if said.name == "mode_changed"] == [3.013]
+    assert max(row["t_s"] for row in read_truth(tmp_path)) == pytest.approx(3.05), "the ticks stay where they were"
 
 
 def test_words_that_do_not_exist_are_said(tmp_path: Path) -> None:
