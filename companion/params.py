@@ -201,6 +201,17 @@ TABLE: tuple[ParamSpec, ...] = (
     _real("FOLL_CLOSE_V", 4.0, 0.1, 20.0, "m/s", "Follow", "How much faster than the leader the boat closes up, at most"),
     _real("FOLL_LOOK_T", 2.0, 0.3, 20.0, "s", "Follow", "Look-ahead on the leader's track as a time at the present speed, where that is longer than PATH_LOOKAHEAD"),
     _choice("FOLL_LAW", 0, {0: "Companion", 1: "Thesis"}, "Follow", "How the leader is followed: along its track, or by pursuit as in the RescueRunner thesis"),
+    # the RescueRunner thesis's law (FOLL_LAW 1): nozzle (1: full) per rad, throttle (1: full) per m/s, speed in m/s per metre of distance
+    *(
+        _real(f"FOLT_{term}{suffix}", default, 0.0, 20.0, unit, "Thesis law", f"{what} gain of {axis}")
+        for suffix, axis, gains, unit in (
+            ("", "the nozzle, of the angle to the leader", (1.2, 0.0, 1.5), "1/rad"),
+            ("_SPD", "the throttle, of speed", (0.15, 0.5, 0.0), "s/m"),
+            ("_DST", "the speed, of distance", (0.15, 0.0, 0.0), "1/s"),
+        )
+        for term, what, default in zip(("KP", "KI", "KD"), ("Proportional", "Integral", "Derivative"), gains, strict=True)
+    ),
+    _real("FOLT_TF", 0.26, 0.0, 10.0, "s", "Thesis law", "Time constant that filters the derivatives"),
     # allocation
     _choice("ALLOC_KIND", 0, {0: "Constrained", 1: "Pseudo-inverse"}, "Allocation", "Optimal within limits and rates, or the unconstrained solution cut to them"),
     _int("ALLOC_ITER", 3, 1, 6, "", "Allocation", "Re-linearisations of the thrust allocation in a cycle"),

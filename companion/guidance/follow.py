@@ -137,6 +137,8 @@ class FollowLaw:
         changed, self._station = station != self._station, station
         if abs(leader.speed_mps) > _STANDING_MPS:
             return False
+        if self._resting and not changed and self._can_reverse:
+            return motion.off_m < 2.0 * _REST_BAND_M
         if self._resting and not changed:
             distance = math.hypot(nav.north_m - leader.north_m, nav.east_m - leader.east_m)
             return distance < self.distance_m + _REST_BAND_M + _REST_BAND_SHARE * self.distance_m
