@@ -56,19 +56,25 @@ def load_vessel(vessel: str) -> VesselConfig:
     except ConfigError as error:
         problems += error.problems
         settings = config_module.raw_parameters(path)
-    problems += _port_problems(path)
-    table = Parameters()
-    lines = config_module.parameter_lines(path)
-    for name, value in settings.items():
-        if (refusal := table.refusal(name, value)) is not None:
-            why = refusal.name.lower().replace("_", " ")
-            problems.append(f"{path}:{lines.get(name, 0)}: parameters.{name}: {value:g}: {why}{_allowed(table, name)}")
+    problems += port_problems(path) + parameter_problems(path, settings)
     if problems:
         raise ConfigError(problems)
     return config
 
 
-def _port_problems(path: Path) -> list[str]:
+def parameter_problems(path: Path, settings: Mapping[str, float]) -> list[str]:
+    """Entries of a file's `[parameters]` that the table of parameters refuses."""
+    found: list[str] = []
+    table = Parameters()
+    lines = config_module.parameter_lines(path)
+    for name, value in settings.items():
+        if (refusal := table.refusal(name, value)) is not None:
+            why = refusal.name.lower().replace("_", " ")
+            found.append(f"{path}:{lines.get(name, 0)}: parameters.{name}: {value:g}: {why}{_allowed(table, name)}")
+    return found
+
+
+def port_problems(path: Path) -> list[str]:
     """Drivers that do not exist, and URLs that can never be opened, also in a file with other faults."""
     found: list[str] = []
 
@@ -86,8 +92,9 @@ def _port_problems(path: Path) -> list[str]:
                 found.append(config_module.placed(path, (table, i, "driver"), text))
             if "port" in row:
                 check_url((table, i, "port"), row["port"])
-    for i, url in enumerate(tables.get("links", ())):
-        check_url(("links", i), url)
+    for key in ("links", "local_links"):
+        for i, url in enumerate(tables.get(key, ())):
+            check_url((key, i), url)
     return found
 
 

@@ -17,7 +17,8 @@ from typing import TYPE_CHECKING
 from companion import config as config_module
 from companion.app import Surroundings, build, load_vessel, program_version, warm_up
 from companion.clock import PacedClock, SimulatedClock, WallClock
-from companion.commands import logs, missions
+from companion.commands import leader, logs, missions
+from companion.commands.folders import fresh, kept_in
 from companion.config import ConfigError, HomeConfig, SensorConfig, VesselConfig
 from companion.io.mavlink.links import Link, LinkError, MemoryLink, open_link
 from companion.io.transport import TransportOpener
@@ -96,6 +97,7 @@ def _parser() -> argparse.ArgumentParser:
     table.add_argument("--seeds", type=int, default=8, metavar="N")
     table.set_defaults(command=_scenario_table)
 
+    leader.add_to(commands)
     logs.add_to(commands)
     return parser
 
@@ -111,7 +113,7 @@ def _run(arguments: argparse.Namespace) -> int:
         config = config_module.with_home(config, _home(arguments.home))
     kept = _kept_in(config, arguments)
     stamp = time.strftime("%Y%m%d-%H%M%S")
-    log_folder = _fresh(kept / "logs" if arguments.log is None else arguments.log, f"{config.name}-{stamp}")
+    log_folder = fresh(kept / "logs" if arguments.log is None else arguments.log, f"{config.name}-{stamp}")
     state = StateFile(kept / "state" if arguments.state is None else arguments.state)
     vessel, clock = _compose_run(config, arguments, state, log_folder)
     stop = _Stop(clock, vessel, arguments.duration)
@@ -152,7 +154,8 @@ def _compose_run(
     paced = PacedClock(arguments.speed, EPOCH_UNIX_NS)
     # people and ground stations live in wall time: what they may take must not shrink as the boat's time speeds up
     patience = max(1.0, arguments.speed)
-    defaults = {"COM_DL_LOSS_T": min(300.0, 10.0 * patience), "COM_RC_LOSS_T": min(10.0, 0.5 * patience)} if patience > 1.0 else {}
+    usual = {"COM_DL_LOSS_T": (10.0, 300.0), "COM_RC_LOSS_T": (0.5, 10.0), "FOLL_LOSS_T": (0.9, 10.0)}
+    defaults = {name: min(most_s, usual_s * patience) for name, (usual_s, most_s) in usual.items()} if patience > 1.0 else {}
     links = _links(urls, patience)
     vessel = build(config, Surroundings(paced, world, world, links, state, log_folder, True, manifest, defaults, patience))
     vessel.add_recorder(TruthLog(log_folder, world, tuple(thruster.name for thruster in config.thrusters)))
@@ -185,16 +188,7 @@ def _home(text: str) -> HomeConfig:
 
 def _kept_in(config: VesselConfig, arguments: argparse.Namespace) -> Path:
     """Where this vessel's things are kept, apart from those of its simulation."""
-    base = Path(os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state")
-    return base / "usv-companion" / (f"{config.name}-sitl" if arguments.sitl else config.name)
-
-
-def _fresh(directory: Path, name: str) -> Path:
-    """A folder that is not there yet."""
-    folder, n = directory / name, 2
-    while folder.exists():
-        folder, n = directory / f"{name}-{n}", n + 1
-    return folder
+    return kept_in(f"{config.name}-sitl" if arguments.sitl else config.name)
 
 
 def _say_hello(config: VesselConfig, arguments: argparse.Namespace, state: StateFile, log_folder: Path) -> None:
@@ -240,6 +234,7 @@ class LockstepRig:
 
     def __init__(self, conditions: Conditions, folder: Path, waters: Waters | None = None) -> None:
         """`waters`: those of another rig; None: as the conditions say."""
+        from sitl.plant_error import with_plant_error
         from sitl.truth_log import LeaderLog, TruthLog
         from sitl.waters import waters_of
         from sitl.world import EPOCH_UNIX_NS, World
@@ -257,12 +252,14 @@ class LockstepRig:
         if conditions.ais:
             ais = SensorConfig(name="ais", driver="ais", port="memory:ais", rate_hz=5.0)
             self.config = replace(self.config, sensors=(*self.config.sensors, ais))
-        self._conditions, self._folder = conditions, folder
+        self.conditions: Conditions = conditions
+        self._folder = folder
         believed = _believed(self.config, conditions)
         if waters is None and (conditions.others or conditions.gnss_common):
             waters = waters_of(conditions.others, self.config.home, conditions.seed, conditions.gnss_common)
+        real = with_plant_error(self.config, conditions.plant, conditions.plant_error, conditions.seed) if conditions.plant_error else self.config
         self.world: World = World(
-            self.config,
+            real,
             seed=conditions.seed,
             wind=conditions.wind,
             current=conditions.current,
@@ -318,7 +315,7 @@ class LockstepRig:
         return Believed(fit.hull, fit.thrusters)
 
     def again(self, believed: Believed, folder: str) -> LockstepRig:
-        return LockstepRig(replace(self._conditions, hull=believed), self._folder / folder)
+        return LockstepRig(replace(self.conditions, hull=believed), self._folder / folder)
 
     def beside(self, conditions: Conditions, folder: str) -> LockstepRig:
         return LockstepRig(conditions, self._folder / folder, self.world.waters)
@@ -376,7 +373,7 @@ def _scenario_run(arguments: argparse.Namespace) -> int:
         if not equals:
             raise UsageError(f"--set {change}: write KEY=VALUE")
         changes[key] = value
-    folder = arguments.out or _fresh(Path("out"), f"{arguments.name}-seed{arguments.seed}")
+    folder = arguments.out or fresh(Path("out"), f"{arguments.name}-seed{arguments.seed}")
     started_s = time.perf_counter()
     try:
         outcome = sail(SCENARIOS[arguments.name], LockstepRig, folder, arguments.seed, arguments.vessel, changes, draw=True)

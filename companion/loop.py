@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any, Protocol
 
 from companion.allocation.allocator import Allocator
 from companion.allocation.availability import Availability
@@ -311,7 +312,20 @@ class RealWorld:
         pass
 
 
-def run(vessel: Vessel, clock: WaitingClock, stop: Callable[[], bool]) -> None:
+class Ticking(Protocol):
+    """What can be run: a vessel, or the module on a lead boat. `load`: share of the period that the last tick took, as the runner measured it."""
+
+    period_s: float
+    load: float
+
+    def filenos(self) -> Sequence[int]: ...
+
+    def serve(self, now_s: float) -> None: ...
+
+    def tick(self, now_s: float) -> Any: ...
+
+
+def run(vessel: Ticking, clock: WaitingClock, stop: Callable[[], bool]) -> None:
     """Tick at absolute deadlines until `stop()`. A deadline that was missed by more than a period is skipped, not caught up."""
     deadline_s = clock.now_s()
     while not stop():

@@ -30,9 +30,12 @@ from companion.nav.ahrs import Ahrs
 from companion.nav.error_state import ErrorStateFilter
 from companion.nav.thesis_ahrs import ThesisAhrs
 from companion.params import Parameters
+from sitl.scenarios import SCENARIOS
+from sitl.scenarios.company import Company
 from sitl.scenarios.rig import Conditions
 from sitl.scenarios.station import Station
 from sitl.waters import OtherBoat
+from tests.protocol.lead_boat_module import Pair, circle
 from tests.protocol.process import Companion
 
 _HOLD = 0x03040000
@@ -282,21 +285,40 @@ def lockstep(folder: Path, duration_s: float = 120.0) -> None:
     line("on-board part at real time", f"{100 * sum(steps_s) / sailed_s:.2f} % of a core", "under 4 %")
 
 
-def three_vessels(folder: Path, duration_s: float = 30.0) -> None:
-    """Two jet boats, disarmed, and a lead boat under way, in one process: inertial sensors at 200 Hz, control at 20 Hz."""
-    others = (OtherBoat("leader", "thesis", (30.0, 0.0, 0.0), 1.0),)
-    conditions = Conditions("rescuerunner", seed=1, wind="5", gnss="standalone", others=others, gnss_common=0.5)
-    first = LockstepRig(conditions, folder / "three")
-    rigs = (first, first.beside(replace(conditions, seed=2, start=(0.0, 20.0, 0.0)), "second"))
-    stations = [Station(rig) for rig in rigs]
+def following(folder: Path, followers: int, duration_s: float = 30.0) -> None:
+    """Jet boats in Follow behind a lead boat under way, in one process: its module at 20 Hz, inertial sensors at 200 Hz, control at 20 Hz."""
+    settings = SCENARIOS["follow"].defaults
+    leader = OtherBoat("leader", "thesis", (20.0, 0.0, 0.0))
+    conditions = Conditions("rescuerunner", seed=1, wind="5", gnss="standalone", others=(leader,), start=(0.0, 0.0, 0.0))
+    rigs = [LockstepRig(conditions, folder / f"following{followers}")]
+    for number in range(2, followers + 1):
+        own = {"MAV_SYS_ID": float(number), "FLW_TGT_DST": 25.0 * number}
+        rigs.append(rigs[0].beside(replace(conditions, seed=number, start=(-25.0 * (number - 1), 0.0, 0.0), parameters=own), f"follower{number}"))
+    company = Company(rigs, settings)
+    company.follow()
+    company.boat.depart(company.now_s)
+    company.sail(5.0)
     cpu_started_s = time.process_time()
-    while first.now_s < duration_s:
-        for station in stations:
-            station.step()
+    company.sail(duration_s)
     cpu_took_s = time.process_time() - cpu_started_s
     for rig in rigs:
         rig.close()
-    line("two jet boats and a lead boat in lockstep", f"{duration_s / cpu_took_s:.0f} × real time, one core", "-")
+    what = "a jet boat" if followers == 1 else f"{followers} jet boats"
+    line(f"{what} following a lead boat in lockstep", f"{duration_s / cpu_took_s:.0f} × real time, one core", "25 ×" if followers == 1 else "-")
+
+
+def leader_link(folder: Path, duration_s: float = 60.0) -> None:
+    """A leader module under way and its follower on a narrow line, in lockstep, with all that they say to each other."""
+    pair = Pair(folder / "leader_link", circle)
+    pair.run(8.0)
+    pair.bytes_up = pair.bytes_down = 0
+    started_s = time.process_time()
+    pair.run(duration_s)
+    took_s = time.process_time() - started_s
+    up, down = pair.bytes_up / duration_s, pair.bytes_down / duration_s
+    pair.close()
+    line("leader module's link at 20 Hz, there and back", f"{up:.0f} + {down:.0f} = {up + down:.0f} bytes/s", "2000 bytes/s")
+    line("leader module and follower in lockstep", f"{duration_s / took_s:.0f} × real time, one core", "-")
 
 
 def _timed(tick: Callable[[float], Any], steps_s: list[float], plant_s: Callable[[], float]) -> Callable[[float], Any]:
@@ -335,7 +357,9 @@ def main() -> None:
         paths()
         control_step(folder)
         lockstep(folder)
-        three_vessels(folder)
+        following(folder, 1)
+        following(folder, 2)
+        leader_link(folder)
         start_up(folder)
         transfers(folder)
     line("peak memory of this bench process", f"{resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024:.0f} MB", "-")

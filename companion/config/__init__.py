@@ -7,11 +7,11 @@ from __future__ import annotations
 
 import math
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from importlib import resources
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Protocol, TypeVar
 
 from pydantic import Field, TypeAdapter, ValidationError
 
@@ -129,6 +129,16 @@ class VesselConfig:
     sitl: SitlConfig | None = None
 
 
+class NavigatedBoat(Protocol):
+    """What navigation must know of a boat: a vessel, or a lead boat, which has a module aboard and is steered by its crew."""
+
+    @property
+    def home(self) -> HomeConfig: ...
+
+    @property
+    def sensors(self) -> tuple[SensorConfig, ...]: ...
+
+
 def bundled() -> tuple[str, ...]:
     """Names of the vessels that come with the program."""
     files = resources.files("companion.vessels").iterdir()
@@ -158,6 +168,19 @@ def load(path: Path) -> VesselConfig:
 
 def parse(text: str, place: str) -> VesselConfig:
     """As `load`, for text already in hand; `place` names it in the messages."""
+    config, located = validated(VesselConfig, text, place)
+    problems = [located(loc, message) for loc, message in _cross_checks(config)]
+    if problems:
+        raise ConfigError(problems)
+    return config
+
+
+T = TypeVar("T")
+Located = Callable[[Sequence[str | int], str], str]
+
+
+def validated(kind: type[T], text: str, place: str) -> tuple[T, Located]:
+    """A TOML's text as one of our dataclasses, and a function that puts file, line and key before a message. Raises ConfigError with every problem."""
     try:
         data = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
@@ -169,13 +192,9 @@ def parse(text: str, place: str) -> VesselConfig:
         return f"{place}{f':{line}' if line else ''}: {dotted(loc)}: {message}"
 
     try:
-        config = TypeAdapter(VesselConfig).validate_python(data)
+        return TypeAdapter(kind).validate_python(data), located
     except ValidationError as error:
         raise ConfigError([located(e["loc"], _remedy(e["msg"])) for e in error.errors()]) from error
-    problems = [located(loc, message) for loc, message in _cross_checks(config)]
-    if problems:
-        raise ConfigError(problems)
-    return config
 
 
 def _remedy(message: str) -> str:
@@ -208,9 +227,7 @@ def _cross_checks(config: VesselConfig) -> list[tuple[tuple[str | int, ...], str
             problems.append((("thruster", i, "travel_s"), text))
         if thruster.forbidden_rad:
             problems += [(("thruster", i, "forbidden_deg"), text) for text in _sector_problems(thruster)]
-    for i, sensor in enumerate(config.sensors):
-        if not abs(_determinant(sensor.mag_matrix)) > 0.0:
-            problems.append((("sensor", i, "mag_matrix"), "has no inverse: a row is missing, or two say the same"))
+    problems += magnetometer_problems(config.sensors)
     problems += jet_problems(config.thrusters, config.limits.sway_n)
     problems += resistance_problems(config.hull, ("hull",))
     if config.hull.m22_kg * config.hull.m33_kgm2 <= config.hull.m23_kgm * (config.hull.m32_kgm or config.hull.m23_kgm):
@@ -223,6 +240,12 @@ def _cross_checks(config: VesselConfig) -> list[tuple[tuple[str | int, ...], str
                 problems.append((("sitl", "plants", name, "thruster_x_m"), f"needs {len(config.thrusters)} values, one a thruster"))
             problems += resistance_problems(plant.hull, ("sitl", "plants", name, "hull"))
     return problems
+
+
+def magnetometer_problems(sensors: Sequence[SensorConfig]) -> list[tuple[tuple[str | int, ...], str]]:
+    """Soft-iron matrices that cannot be undone."""
+    text = "has no inverse: a row is missing, or two say the same"
+    return [(("sensor", i, "mag_matrix"), text) for i, sensor in enumerate(sensors) if not abs(_determinant(sensor.mag_matrix)) > 0.0]
 
 
 def _determinant(matrix: tuple[Vector, Vector, Vector]) -> float:

@@ -8,6 +8,9 @@ from enum import IntEnum
 
 from companion.core.records import quick
 
+LEADER_MODULE = 0x55535600
+"""FOLLOW_TARGET.custom_state of a leader module: these three bytes, the wish in the low one, the count of presses in bits 32 to 39, above them 0."""
+
 
 class Wish(IntEnum):
     """What the crew of the lead boat asks of the follower."""
@@ -24,7 +27,8 @@ class LeaderState:
     """What one message says of a lead boat; None for what it does not say. `t_s`: vessel time at which it was so, `heard_s` when it came in.
 
     `lat_deg`, `lon_deg` None: the leader has no fix. `wish` None: no leader module speaks, but a phone, a ground station or another vehicle.
-    `lost`: messages of this link that went missing since the one before.
+    `presses`: how often the crew has pressed for its wish since the module started, 255 followed by 1. `lost`: messages of this link that went
+    missing since the one before.
     """
 
     t_s: float
@@ -40,6 +44,7 @@ class LeaderState:
     accuracy_m: float | None = None  # one sigma, horizontal
     wish: Wish | None = None
     lost: int = 0
+    presses: int = 0
 
 
 @quick

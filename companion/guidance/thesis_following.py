@@ -20,7 +20,7 @@ _MOST_ERROR_M = 20.0
 
 
 class ThesisFollowing:
-    """`start`, then `update(nav, leader, dt_s)` → Setpoint: throttle and nozzle of a jet, on another boat the same shares of its surge and yaw limits.
+    """`start`, then `update(nav, leader, gap_m, dt_s)` → Setpoint: throttle and nozzle of a jet, on another boat the same shares of its surge and yaw limits.
 
     Remembers its three controllers, the last nozzle (−1 full left … 1 full right) and throttle, and the time since they were computed.
     """
@@ -37,10 +37,10 @@ class ThesisFollowing:
         self.nozzle = self.throttle = 0.0
         self._since_s = PERIOD_S
 
-    def update(self, nav: NavState, leader: Leader, dt_s: float) -> Setpoint:
+    def update(self, nav: NavState, leader: Leader, gap_m: float, dt_s: float) -> Setpoint:
         """New commands every PERIOD_S, or each tick where ticks are rarer."""
         north_m, east_m = leader.north_m - nav.north_m, leader.east_m - nav.east_m
-        off_m = math.hypot(north_m, east_m) - self._parameters["FLW_TGT_DST"]
+        off_m = math.hypot(north_m, east_m) - gap_m
         self._since_s += dt_s
         if self._since_s >= PERIOD_S - 1e-6:
             h_s, self._since_s = min(self._since_s, max(PERIOD_S, dt_s)), 0.0

@@ -20,7 +20,6 @@ from companion.params import Parameters
 
 _THESIS = 1  # FOLL_LAW
 _FURTHEST_M = 2000.0
-_SILENT_S, _SILENT_INTERVALS = 2.0, 3.0
 _MOVED_M = 1.0  # of the station of a leader at rest, before the boat is sent after it
 _MAKING_WAY_MPS = 0.5
 _DECIDE_S = 1.0
@@ -34,6 +33,7 @@ class FollowMode(Mode):
     """
 
     id = ModeId.FOLLOW
+    early = True  # ground stations tell of their place only once the boat is in Follow
 
     def __init__(self, config: VesselConfig, parameters: Parameters, events: EventLog, fence: FenceGuard) -> None:
         self._parameters = parameters
@@ -54,10 +54,8 @@ class FollowMode(Mode):
 
     def check(self, inputs: ModeInputs) -> str | None:
         leader = inputs.leader
-        if leader is None:
-            return "no leader heard with a position"
-        if leader.age_s > max(_SILENT_S, _SILENT_INTERVALS * leader.interval_s):
-            return f"no position of the leader for {leader.age_s:.0f} s"
+        if inputs.leader_fault is not None or leader is None:
+            return inputs.leader_fault or "no leader heard"
         distance_m = math.hypot(leader.north_m - inputs.nav.north_m, leader.east_m - inputs.nav.east_m)
         return f"the leader is {distance_m / 1000.0:.1f} km away" if inputs.nav.position_valid and distance_m > _FURTHEST_M else None
 
@@ -65,7 +63,7 @@ class FollowMode(Mode):
         if (reason := self.check(inputs)) is not None:
             return reason
         assert inputs.leader is not None
-        self.law.start(inputs.nav, inputs.leader, inputs.now_s)
+        self.law.start(inputs.nav, inputs.leader, inputs.station, inputs.now_s)
         self._thesis.start()
         self._headway.reset()
         self._held = None
@@ -82,7 +80,7 @@ class FollowMode(Mode):
         nav, leader = inputs.nav, inputs.leader
         if leader is None:
             return self._wait(nav, inputs)
-        motion = self.law.update(nav, leader, inputs.now_s)
+        motion = self.law.update(nav, leader, inputs.station, inputs.now_s)
         by_thesis = self._parameters["FOLL_LAW"] == _THESIS
         if by_thesis and not self._by_thesis:
             self._thesis.start()
@@ -90,7 +88,7 @@ class FollowMode(Mode):
         if self._must_wait(motion, nav, inputs) and not motion.evading:
             return self._shown(self._wait(nav, inputs), motion)
         if by_thesis:
-            return self._thesis.update(nav, leader, inputs.dt_s)
+            return self._thesis.update(nav, leader, inputs.station[0], inputs.dt_s)
         if motion.resting and self._reverses:
             return self._shown(self._rest(motion, leader, inputs), motion)
         self._held = None

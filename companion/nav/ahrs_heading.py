@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from companion.config import SensorConfig, VesselConfig
+from companion.config import NavigatedBoat, SensorConfig
 from companion.core.angles import wrap_pi
 from companion.core.types import Heading, HeadingBy, Imu, MagneticField
 from companion.nav.ahrs import Ahrs
@@ -84,7 +84,7 @@ def calibrated(row: SensorConfig, field: MagneticField) -> Vector:
     return a * x + b * y + c * z, d * x + e * y + f * z, g * x + h * y + i * z
 
 
-def ahrs_headings(config: VesselConfig, parameters: Parameters) -> dict[str, AhrsHeading]:
+def ahrs_headings(config: NavigatedBoat, parameters: Parameters) -> dict[str, AhrsHeading]:
     """One for each sensor whose file says that its heading comes from its raw magnetometer, by name."""
     gravity_mps2 = normal_gravity_mps2(config.home.lat_deg)
     return {row.name: AhrsHeading(row, gravity_mps2, parameters) for row in config.sensors if row.heading == "ahrs"}

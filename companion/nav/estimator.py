@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from operator import attrgetter
 
-from companion.config import VesselConfig
+from companion.config import NavigatedBoat, VesselConfig
 from companion.core.frames import ned_to_body
 from companion.core.geodesy import LocalFrame, distance_and_bearing
 from companion.core.types import (
@@ -60,11 +60,11 @@ class Estimator:
 
     The filter runs behind the present by the longest configured latency, so that delayed measurements meet the state of their own
     time; the samples after that carry its result to the present. Without inertial sensors, or while they are silent, or before there
-    is a heading, the low-pass filter of `no_imu` takes over. `say` is told when another source takes over. Remembers all of that, and
+    is a heading, the low-pass filter of `no_imu` takes over. A boat without a hull model (a lead boat) has no estimate of the current. `say` is told when another source takes over. Remembers all of that, and
     when each kind was last accepted.
     """
 
-    def __init__(self, config: VesselConfig, parameters: Parameters, say: Say = lambda *_: None) -> None:
+    def __init__(self, config: NavigatedBoat, parameters: Parameters, say: Say = lambda *_: None) -> None:
         self._parameters = parameters
         self._home = config.home
         self.frame = LocalFrame(config.home.lat_deg, config.home.lon_deg)
@@ -83,8 +83,8 @@ class Estimator:
         self._pose = PoseSolution()
         self._first = FirstPosition()
         self._thesis = ThesisRule()
-        self._current = CurrentObserver(config)
-        self._aid = VelocityAid(self._current)
+        self._current = CurrentObserver(config) if isinstance(config, VesselConfig) else None
+        self._aid = None if self._current is None else VelocityAid(self._current)
         self._grade = GradeWatch()
         self._time = AbsoluteTime()
         self._wind = TrueWind(_WIND_TIMEOUT_S)
@@ -279,6 +279,8 @@ class Estimator:
             self._common_sigma_rad = heading.slow_rad
 
     def _update_current(self, motion: Motion, thrust: Wrench | None, now_s: float) -> None:
+        if self._current is None or self._aid is None:
+            return
         passage: Passage | None = None
         measured = now_s - self._position_s <= _CURRENT_AGE_S
         if self._pose.started and self._pose.oriented:
@@ -333,7 +335,7 @@ class Estimator:
         fix = self._fix
         heard = fix is not None and now_s - fix.t_s <= self._timeouts_s.get(fix.source, patience_s)
         wind_speed, wind_from = self._wind.at(now_s)
-        current = self._current.estimate(now_s) or (None, None, None)
+        current = (None if self._current is None else self._current.estimate(now_s)) or (None, None, None)
         return NavState(
             t_s=now_s,
             position_valid=self._pose.started and position_age_s <= patience_s and accurate,

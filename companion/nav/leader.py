@@ -10,11 +10,11 @@ from companion.core.angles import wrap_pi
 from companion.core.geodesy import LocalFrame
 from companion.core.types import Leader, LeaderState
 from companion.nav.leader_filter import LeaderFilter
+from companion.nav.link_counter import LinkCounter
 from companion.params import Parameters
 
 _SLOW_MPS = 0.5  # below this the course tells no heading
 _ASTERN_MPS = 0.3  # against its heading, from which on it goes astern
-_COUNTER_MOST = 40
 _FORGET_S = 30.0
 _SIGMA_M = 3.0  # of a leader that does not say how good its position is
 _LEAST_SIGMA_M, _MOST_SIGMA_M = 0.3, 10.0
@@ -49,28 +49,29 @@ class LeaderTracker:
         self._told_yaw = False
         self._refused = 0
         self._refused_s = 0.0
-        self._counter = 0
+        self._link = LinkCounter()
         self._known: tuple[float, LocalFrame, Leader] | None = None
 
-    def take(self, state: LeaderState) -> None:
-        """One message. Those of others than the leader, and those that are older than what is known, are left out."""
+    def take(self, state: LeaderState) -> bool:
+        """One message. Those of others than the leader, and those that are older than what is known, are left out; True where it is the leader's."""
         chosen = int(self._parameters["FOLL_SYSID"])
         before = self._state
         if chosen and state.system_id != chosen:
-            return
+            return False
         if before is not None and state.system_id != before.system_id:
             if not chosen and state.heard_s - before.heard_s < _FORGET_S:
-                return
+                return False
             self._forget()
         self._state = state
         self._known = None
-        self._counter = min(_COUNTER_MOST, max(0, self._counter - 1 + state.lost))
+        self._link.heard(state.heard_s, state.lost)
         if state.lat_deg is None or state.lon_deg is None or (self._fixed is not None and state.t_s <= self._fixed.t_s):
-            return
+            return True
         if self._fixed is not None:
             self._intervals.append(state.t_s - self._fixed.t_s)
         self._fixed = state
         self._fuse(state, state.lat_deg, state.lon_deg)
+        return True
 
     # --- the filter ------------------------------------------------------------------------------------------------
 
@@ -156,7 +157,7 @@ class LeaderTracker:
         astern = self._told_yaw and yaw is not None and north_mps * math.cos(yaw) + east_mps * math.sin(yaw) < -_ASTERN_MPS
         leader = Leader(
             state.system_id, north_m, east_m, north_mps, east_mps, yaw, rate, max(_sigma_m(fixed), filter_.sigma_m), max(0.0, now_s - fixed.t_s),
-            statistics.median(self._intervals) if self._intervals else 0.0, state.wish, self._counter, filter_.acceleration_mps2, astern,
+            statistics.median(self._intervals) if self._intervals else 0.0, state.wish, self._link.value(now_s), filter_.acceleration_mps2, astern,
         )  # fmt: skip
         self._known = (now_s, frame, leader)
         return leader

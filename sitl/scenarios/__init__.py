@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from sitl.scenarios import (
     ahrs,
+    approach,
     colreg,
     cross_current,
     docking,
@@ -14,10 +15,13 @@ from sitl.scenarios import (
     hold,
     identify,
     lever_arm,
+    link_loss,
     mission_square,
     reroute,
     route,
+    station_change,
     station_keeping,
+    two_followers,
     watch_circle,
     wild_points,
 )
@@ -36,6 +40,11 @@ _ALL = (
     fence_stop.SCENARIO,
     colreg.SCENARIO,
     follow.SCENARIO,
+    approach.SCENARIO,
+    link_loss.SCENARIO,
+    link_loss.LEADER_GNSS_LOSS,
+    station_change.SCENARIO,
+    two_followers.SCENARIO,
     gnss_dropout.SCENARIO,
     wild_points.SCENARIO,
     lever_arm.SCENARIO,

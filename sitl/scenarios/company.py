@@ -77,6 +77,20 @@ class Company:
             escort.set_mode(FOLLOW)
             escort.arm()
 
+    def lose(self, what: str, duration_s: float) -> None:
+        """Sail through an outage from now on: of the "link", of the fixes of the "leader", or of those of the followers ("own"). Its end is when
+        this returns."""
+        if what == "link":
+            for path in self.paths:
+                path.cuts.append((self.now_s, duration_s))
+        elif what == "own":
+            for escort in self.escorts:
+                escort.rig.world.add_fault("gnss_lost", duration_s)
+        else:
+            self.boat.faults.add("gnss_lost")
+        self.sail(duration_s)
+        self.boat.faults.discard("gnss_lost")
+
     def _speak(self, until_s: float) -> None:
         while (sent_s := self.module.due_s) <= until_s:
             self._waters.advance(sent_s)

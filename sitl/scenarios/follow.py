@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from sitl.leader_script import script
 from sitl.scenarios.company import Company
 from sitl.scenarios.follow_measure import WAKE_M, Chase, modes, rms, share, variation_1ps
-from sitl.scenarios.follow_plot import draw
+from sitl.scenarios.follow_plot import draw as draw
 from sitl.scenarios.measure import Check
 from sitl.scenarios.rig import Conditions
 from sitl.scenarios.scenario import Scenario, ScenarioError, Settings, number
@@ -27,7 +27,7 @@ NEAREST_M = 12.0
 MOVING_MPS = 1.0
 MOST_VARIATION_1PS = 2.5
 REST_SLACK_M, REST_MPS = 15.0, 1.5  # a jet cannot hold a point: it drifts in its watch circle
-_REST_S = 3.0
+REST_S = 3.0
 _LEAST_S, _AFTER_S = 120.0, 45.0
 
 DEFAULTS = {
@@ -44,6 +44,8 @@ DEFAULTS = {
     "current": "",
     "model_error": "",
     "plant": "",
+    "plant_error": "",
+    "time": "",
 }
 
 
@@ -66,16 +68,22 @@ def prepare(conditions: Conditions, settings: Settings) -> Conditions:
         "leader", settings["leader"], (-distance_m * math.cos(bearing), -distance_m * math.sin(bearing), 0.0), None, settings["gnss"]
     )
     station = {"FLW_TGT_DST": distance_m, "FLW_TGT_FA": math.degrees(math.remainder(bearing, math.tau))}
-    return replace(conditions, others=(leader,), start=(0.0, 0.0, 0.0), parameters={**conditions.parameters, **station})
+    own = {"DP_LAW": 0.0, "WP_LAW": 0.0}  # `law` is the one of following: the others' theses are about other boats
+    return replace(conditions, others=(leader,), start=(0.0, 0.0, 0.0), parameters={**conditions.parameters, **own, **station})
 
 
 def sail(station: Station, settings: Settings) -> dict[str, Any]:
     company = Company((station.rig,), settings)
     company.follow()
-    company.sail(_REST_S)
+    company.sail(REST_S)
     asked = begun(company)
-    company.sail(max(_LEAST_S, script(settings["leader"])[-1].at_s + _AFTER_S))
+    company.sail(duration_s(settings))
     return asked
+
+
+def duration_s(settings: Settings) -> float:
+    """`time`, or until the script's last order is well over."""
+    return number(settings, "time") or max(_LEAST_S, script(settings["leader"])[-1].at_s + _AFTER_S)
 
 
 def begun(company: Company) -> dict[str, Any]:
@@ -131,7 +139,7 @@ def _astern(chase: Chase, judged: NDArray[np.bool_], gap_m: float) -> dict[str, 
         "known_off_rms_m": rms(known_off),
         "known_gap_straight_rms_m": rms(known[straight]),
         "known_gap_bend_rms_m": rms(known[bend]),
-        "swing_straight_rms_deg": math.degrees(rms((chase.yaw - chase.along[2])[straight])),
+        "swing_straight_rms_deg": math.degrees(rms(chase.swing[straight])),
     }
 
 

@@ -126,6 +126,14 @@ class Chase:
         """Along the leader's track."""
         return self.leader_arc - self.along[0]
 
+    @property
+    def swing(self) -> Column:
+        """Heading against the course of the track where the follower is, in rad."""
+        import numpy as np
+
+        apart = self.yaw - self.along[2]
+        return np.arctan2(np.sin(apart), np.cos(apart))
+
     @cached_property
     def passed(self) -> Column:
         """When the leader was where the follower is now, as an index of the columns, with fractions."""
@@ -199,7 +207,7 @@ class Chase:
         times = []
         good = (abs(self.known_gap_m - gap_m) <= _BACK_M) & (abs(self.known_off_m) <= WAKE_M)
         ends = [*(bend.begin_s for bend in self.bends[1:]), float(self.t[-1])]
-        for through_s, end_s in zip(self.through_s, ends, strict=True):
+        for through_s, end_s in zip(self.through_s, ends, strict=False):
             if through_s + _AFTER_BEND_S > self.t[-1] and through_s < math.inf:
                 continue
             times.append(self._good_after(good, through_s, end_s))
@@ -220,14 +228,17 @@ class Chase:
         apart = self.yaw - self.leader_yaw
         return float(math.floor((apart.max() - apart.min()) / math.tau + 1e-9))
 
-    def station_error(self, bearing_rad: float, distance_m: float) -> Column:
-        """Distance from the place at that bearing and distance in the leader's frame."""
+    def station_error(self, bearing_rad: float, distance_m: float, known: bool = False) -> Column:
+        """Distance from the place at that bearing and distance in the leader's frame; `known`: as both boats' receivers put them."""
         import numpy as np
 
         angle = self.leader_yaw + bearing_rad
-        return np.hypot(
-            self.north - self.leader_north - distance_m * np.cos(angle), self.east - self.leader_east - distance_m * np.sin(angle)
-        )
+        north = self.north - self.leader_north - distance_m * np.cos(angle)
+        east = self.east - self.leader_east - distance_m * np.sin(angle)
+        if known:
+            north, east = north + self._error[0] - self._leader_error[0], east + self._error[1] - self._leader_error[1]
+        found: Column = np.hypot(north, east)
+        return found
 
 
 def rms(values: Column) -> float:

@@ -6,6 +6,7 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from sitl.lead_boat import LENGTH_M
 from sitl.scenarios.follow_measure import WAKE_M, Chase, columns, modes
 from sitl.scenarios.plot import outline
 
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
 
 _LEADER, _COLORS, _BORDER, _OTHER = "tab:orange", ("tab:blue", "tab:green"), "0.55", "tab:red"
 _EVERY_S = 10.0
+_AROUND_M = 80.0
 
 
 def draw(folder: Path, asked: dict[str, Any], settings: Settings) -> None:
@@ -24,11 +26,12 @@ def draw(folder: Path, asked: dict[str, Any], settings: Settings) -> None:
     from matplotlib.figure import Figure
 
     folders = [folder, *(folder / name for name in asked.get("others", ()))]
-    chases = [Chase(each, asked["from_s"] - 5.0) for each in folders]
+    chases = [Chase(each, asked.get("plot_from_s", asked["from_s"] - 5.0)) for each in folders]
     figure = Figure(figsize=(17.0, 10.0), layout="constrained")
     FigureCanvasAgg(figure)
     grid = figure.add_gridspec(5, 2, width_ratios=(1.0, 1.1))
-    _chart(figure.add_subplot(grid[:, 0]), chases, asked)
+    _chart(figure.add_subplot(grid[:3, 0]), chases, asked)
+    _around_leader(figure.add_subplot(grid[3:, 0]), chases, asked)
     right: list[Axes] = [figure.add_subplot(grid[row, 1]) for row in range(5)]
     for each, chase, color in zip(folders, chases, _COLORS, strict=False):
         _against_time(right, each, chase, asked, color, len(chases) == 1)
@@ -73,6 +76,24 @@ def _chart(axes: Axes, chases: list[Chase], asked: dict[str, Any]) -> None:
     axes.set_ylabel("north, m")
     axes.grid(alpha=0.3)
     axes.legend(loc="upper right")
+
+
+def _around_leader(axes: Axes, chases: list[Chase], asked: dict[str, Any]) -> None:
+    """In the leader's frame, as far as 80 m: where a follower keeps, and that the keep-out circle stays empty."""
+    import numpy as np
+
+    for chase, color in zip(chases, _COLORS, strict=False):
+        north, east = chase.north - chase.leader_north, chase.east - chase.leader_east
+        c, s = np.cos(chase.leader_yaw), np.sin(chase.leader_yaw)
+        near = np.where(chase.distance < _AROUND_M, 1.0, np.nan)
+        axes.plot((c * east - s * north) * near, (c * north + s * east) * near, color=color, linewidth=0.7)
+    outline(axes, 0.0, 0.0, 0.0, {"length_m": LENGTH_M, "beam_m": 0.3 * LENGTH_M}, _LEADER, 1.0)
+    around = np.linspace(0.0, math.tau, 90)
+    axes.plot(asked["nearest_m"] * np.cos(around), asked["nearest_m"] * np.sin(around), color=_OTHER, linewidth=0.6)
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.set_xlabel("to starboard of the leader, m")
+    axes.set_ylabel("ahead of it, m")
+    axes.grid(alpha=0.3)
 
 
 def _against_time(right: list[Axes], folder: Path, chase: Chase, asked: dict[str, Any], color: str, shade: bool) -> None:

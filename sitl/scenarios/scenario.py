@@ -127,6 +127,7 @@ def _conditions(settings: Settings) -> Conditions:
         model_error=number(settings, "model_error"),
         hull=settings.get("hull") or None,
         plant=settings.get("plant") or None,
+        plant_error=number(settings, "plant_error"),
         push_ned_n=_push(settings),
         magnetometer=_word(settings, "magnetometer", ("", "calibrated", "raw")),
         wind_sensor=bool(_choice(settings, "anemometer", {"off": 0, "on": 1})) if "anemometer" in settings else False,

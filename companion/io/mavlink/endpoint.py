@@ -7,9 +7,12 @@ from dataclasses import dataclass
 
 from companion.io.mavlink.dialects import Dialect
 from companion.io.mavlink.framer import Framer, Packed, frame
+from companion.io.mavlink.reception import Reception, Receptions
 
 DATAGRAM_BYTES = 1200  # several messages share a datagram up to this size, which no network splits
 FAST_BYTES_PER_S = 1_000_000.0  # what is assumed of a network
+ALL, LEADER = "all", "leader"
+TELEMETRY = (ALL, LEADER)  # what a link streams unasked: everything, or what a lead boat wants to know on a narrow line
 _BACKLOG_BYTES = 65536
 _SLOW_BACKLOG_S = 1.0
 
@@ -39,12 +42,16 @@ class Endpoint:
         datagrams: bool = False,
         bytes_per_s: float = FAST_BYTES_PER_S,
         framer: Framer | None = None,
+        telemetry: str = ALL,
     ) -> None:
-        """`transmit(data, now_s)` returns how many bytes the line took: for datagrams all or none."""
+        """`transmit(data, now_s)` returns how many bytes the line took: for datagrams all or none. `telemetry`: what is streamed there, a name of TELEMETRY."""
         self.name = name
         self.dialect = dialect
         self.bytes_per_s = bytes_per_s
         self.framer = Framer() if framer is None else framer
+        self.telemetry = telemetry
+        self.receptions = Receptions()
+        self.leader: Reception | None = None  # of the leader module behind it
         self.traffic = Traffic()
         self.last_heard_s: float | None = None
         self.gone = False

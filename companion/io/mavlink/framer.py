@@ -107,10 +107,10 @@ def frame(packed: Packed, sequence: int, system: int, component: int) -> bytes:
 class UnknownMessage:
     """A frame whose id is in no dialect we have; its checksum cannot be judged."""
 
-    __slots__ = ("_component", "_msgbuf", "_number", "_system")
+    __slots__ = ("_component", "_msgbuf", "_number", "_sequence", "_system")
 
-    def __init__(self, number: int, system: int, component: int, data: bytes) -> None:
-        self._number = number
+    def __init__(self, number: int, system: int, component: int, data: bytes, sequence: int = 0) -> None:
+        self._number, self._sequence = number, sequence
         self._system, self._component, self._msgbuf = system, component, data
 
     def get_msgId(self) -> int:
@@ -121,6 +121,9 @@ class UnknownMessage:
 
     def get_srcComponent(self) -> int:
         return self._component
+
+    def get_seq(self) -> int:
+        return self._sequence
 
     def get_msgbuf(self) -> bytes:
         return self._msgbuf
@@ -256,7 +259,7 @@ def _finish(
     """Check the checksum of a whole frame and read it. `header`: id, sequence, system, component."""
     number, sequence, system, component = header
     if number not in MESSAGES:
-        return total, UnknownMessage(number, system, component, buffer[start : start + total])
+        return total, UnknownMessage(number, system, component, buffer[start : start + total], sequence)
     crc_extra, size, read = _reader(number)
     crc = buffer[payload_end] | buffer[payload_end + 1] << 8
     if _mcrf4xx(buffer[start + 1 : payload_end] + crc_extra) != crc:

@@ -82,6 +82,7 @@ def take_in(endpoint: Endpoint, messages: list[Any], now_s: float, out: Received
     """Add messages to `out`; their sender has been heard if one of them is certain to be a message."""
     for message in messages:
         out.append((endpoint, message))
+        endpoint.receptions.take(message.get_srcSystem(), message.get_srcComponent(), message.get_seq())
         if message.__class__ is not UnknownMessage:
             endpoint.last_heard_s = now_s
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from companion.core.types import DeviceHealth
 from companion.io.mavlink.dialects import Dialect
-from companion.io.mavlink.endpoint import Endpoint
+from companion.io.mavlink.endpoint import ALL, Endpoint
 from companion.io.mavlink.link_base import (
     MAX_PEERS,
     MOST_BYTES,
@@ -54,8 +54,9 @@ class TcpServerLink:
     one, so is who was never heard, or has been silent longest.
     """
 
-    def __init__(self, url: str, address: tuple[str, int], dialect: Dialect, patience: float = 1.0) -> None:
+    def __init__(self, url: str, address: tuple[str, int], dialect: Dialect, patience: float = 1.0, telemetry: str = ALL) -> None:
         self.name = url
+        self._telemetry = telemetry
         self._dialect = dialect
         self._timeout_s = PEER_TIMEOUT_S * patience
         self._listener = bound_socket(url, address, socket.SOCK_STREAM, bind=True)
@@ -153,7 +154,7 @@ class TcpServerLink:
                 endpoint.gone = True
                 return 0
 
-        endpoint = Endpoint(name, self._dialect, transmit)
+        endpoint = Endpoint(name, self._dialect, transmit, telemetry=self._telemetry)
         return endpoint
 
     def _read(self, client: _Client, most: int, now_s: float, out: Received) -> None:

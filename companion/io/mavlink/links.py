@@ -7,7 +7,8 @@
     serial:/dev/ttyUSB0:57600   a telemetry radio
     memory:name                 tests and lockstep: the other end is in this process
 
-`?dialect=px4|ardupilot|generic` behind any of them chooses what the clients of that link are told that we are.
+`?dialect=px4|ardupilot|generic` behind any of them chooses what the clients of that link are told that we are; `?telemetry=leader` streams
+there only what a leader module shows to its crew.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from companion.core.ports import ByteStream
 from companion.core.types import DeviceHealth
 from companion.io import transport, urls
 from companion.io.mavlink.dialects import DEFAULT_DIALECT, DIALECTS, Dialect
-from companion.io.mavlink.endpoint import FAST_BYTES_PER_S, Endpoint
+from companion.io.mavlink.endpoint import ALL, FAST_BYTES_PER_S, TELEMETRY, Endpoint
 from companion.io.mavlink.framer import Framer, UnknownMessage
 from companion.io.mavlink.link_base import (
     MAX_PEERS,
@@ -53,28 +54,31 @@ def open_link(url: str, patience: float = 1.0) -> Link:
         parsed = urls.parse_url(url)
     except urls.TransportError as error:
         raise LinkError(str(error)) from error
-    dialect = _dialect(url, parsed.options)
+    dialect, telemetry = _options(url, parsed.options)
     if parsed.scheme == "serial":
-        return StreamLink(url, _opened(body), dialect, parsed.baud / 10.0)
+        return StreamLink(url, _opened(body), dialect, parsed.baud / 10.0, telemetry)
     address = _resolved(url, parsed.host, parsed.port)
     match parsed.scheme:
         case "tcpout":
             host = f"[{address[0]}]" if ":" in address[0] else address[0]
-            return StreamLink(url, _opened(f"tcpout:{host}:{address[1]}"), dialect, FAST_BYTES_PER_S)
+            return StreamLink(url, _opened(f"tcpout:{host}:{address[1]}"), dialect, FAST_BYTES_PER_S, telemetry)
         case "tcpin":
-            return TcpServerLink(url, address, dialect, patience)
+            return TcpServerLink(url, address, dialect, patience, telemetry)
         case _:
-            return UdpLink(url, address, dialect, parsed.scheme == "udpin", patience)
+            return UdpLink(url, address, dialect, parsed.scheme == "udpin", patience, telemetry)
 
 
-def _dialect(url: str, options: Any) -> Dialect:
+def _options(url: str, options: Any) -> tuple[Dialect, str]:
+    """What stands behind the `?`: the dialect, and what is streamed."""
     for key in options:
-        if key != "dialect":
-            raise LinkError(f"'{url}': unknown option '{key}'; known here: dialect")
-    name = options.get("dialect", DEFAULT_DIALECT.name)
+        if key not in ("dialect", "telemetry"):
+            raise LinkError(f"'{url}': unknown option '{key}'; known here: dialect, telemetry")
+    name, telemetry = options.get("dialect", DEFAULT_DIALECT.name), options.get("telemetry", ALL)
     if name not in DIALECTS:
         raise LinkError(f"'{url}': dialect should be one of {', '.join(DIALECTS)}")
-    return DIALECTS[name]
+    if telemetry not in TELEMETRY:
+        raise LinkError(f"'{url}': telemetry should be one of {', '.join(TELEMETRY)}")
+    return DIALECTS[name], telemetry
 
 
 def _opened(url: str) -> ByteStream:
@@ -97,8 +101,9 @@ def _resolved(url: str, host: str, port: int) -> tuple[str, int]:
 class UdpLink:
     """Datagrams. `udpout` has one endpoint from the start; others, and all of `udpin`'s, are learned from their first valid message."""
 
-    def __init__(self, url: str, address: tuple[str, int], dialect: Dialect, listens: bool, patience: float = 1.0) -> None:
+    def __init__(self, url: str, address: tuple[str, int], dialect: Dialect, listens: bool, patience: float = 1.0, telemetry: str = ALL) -> None:
         self.name = url
+        self._telemetry = telemetry
         self._timeout_s = PEER_TIMEOUT_S * patience
         self._dialect = dialect
         self._socket = bound_socket(url, address, socket.SOCK_DGRAM, bind=listens)
@@ -181,18 +186,18 @@ class UdpLink:
                 self._fault = f"{self.name}: {error.strerror or error}"
                 return 0
 
-        return Endpoint(f"{self.name} {address[0]}:{address[1]}", self._dialect, transmit, datagrams=True, framer=framer)
+        return Endpoint(f"{self.name} {address[0]}:{address[1]}", self._dialect, transmit, datagrams=True, framer=framer, telemetry=self._telemetry)
 
 
 class StreamLink:
     """One remote behind a byte stream that opens and reopens by itself: a serial port, a TCP connection that we make."""
 
-    def __init__(self, url: str, stream: ByteStream, dialect: Dialect, bytes_per_s: float) -> None:
+    def __init__(self, url: str, stream: ByteStream, dialect: Dialect, bytes_per_s: float, telemetry: str = ALL) -> None:
         self.name = url
         self._stream = stream
         self._fed_s = 0.0
         self._noisy = bytes_per_s < FAST_BYTES_PER_S  # a line that loses bytes in mid-frame
-        self._endpoint = Endpoint(url, dialect, self._transmit, bytes_per_s=bytes_per_s)
+        self._endpoint = Endpoint(url, dialect, self._transmit, bytes_per_s=bytes_per_s, telemetry=telemetry)
 
     @property
     def endpoints(self) -> Sequence[Endpoint]:
@@ -237,7 +242,8 @@ class MemoryLink:
         options = dict(part.partition("=")[::2] for part in query.split("&")) if query else {}
         self._in = bytearray()
         self._out = bytearray()
-        self._endpoint = Endpoint(url, _dialect(url, options), self._transmit)
+        dialect, telemetry = _options(url, options)
+        self._endpoint = Endpoint(url, dialect, self._transmit, telemetry=telemetry)
 
     def to_vessel(self, data: bytes) -> None:
         self._in += data

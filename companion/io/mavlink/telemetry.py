@@ -9,16 +9,17 @@ from __future__ import annotations
 import struct
 import weakref
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from companion.core.types import Severity, Status, Tick, TrackedTarget
 from companion.io.mavlink import messages as mavlink
+from companion.io.mavlink import telemetry_follow as follow
 from companion.io.mavlink import telemetry_motion as motion
 from companion.io.mavlink import telemetry_state as state
 from companion.io.mavlink import telemetry_traffic as traffic
 from companion.io.mavlink.dialects import Dialect
-from companion.io.mavlink.endpoint import Endpoint
+from companion.io.mavlink.endpoint import LEADER, Endpoint
 from companion.io.mavlink.framer import Packed, pack
 from companion.io.mavlink.hub import Hub
 from companion.io.mavlink.statustext import unasked_prearm_texts
@@ -45,6 +46,7 @@ class Stream:
 
 
 AIS_VESSEL: int = mavlink.MAVLINK_MSG_ID_AIS_VESSEL
+DEBUG_VECT: int = mavlink.MAVLINK_MSG_ID_DEBUG_VECT
 HEARTBEAT: int = mavlink.MAVLINK_MSG_ID_HEARTBEAT
 _MODE_MESSAGES = (HEARTBEAT, mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE, mavlink.MAVLINK_MSG_ID_CURRENT_MODE)
 
@@ -71,8 +73,9 @@ STREAMS: dict[int, Stream] = {
     mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS: Stream(motion.estimator_status, 1.0),
     mavlink.MAVLINK_MSG_ID_WIND_COV: Stream(motion.wind_cov, 1.0),
     mavlink.MAVLINK_MSG_ID_ACTUATOR_OUTPUT_STATUS: Stream(motion.actuator_output_status, 1.0),
-    mavlink.MAVLINK_MSG_ID_NAMED_VALUE_FLOAT: Stream(motion.retraction, 1.0),
+    mavlink.MAVLINK_MSG_ID_NAMED_VALUE_FLOAT: Stream(follow.named_values, 1.0),
     AIS_VESSEL: Stream(traffic.nearest, 0.2),  # streamed, the next vessel in its turn
+    DEBUG_VECT: Stream(follow.report, NEVER),
 }
 
 _DATA_STREAMS: dict[int, tuple[int, ...]] = {
@@ -94,6 +97,13 @@ _DATA_STREAMS: dict[int, tuple[int, ...]] = {
     ),
 }
 _DATA_STREAMS[mavlink.MAV_DATA_STREAM_ALL] = tuple(number for group in _DATA_STREAMS.values() for number in group)
+
+
+def _as_messages(built: Any) -> Sequence[Any]:
+    """What a builder gives: None, a message, or several."""
+    if built is None:
+        return ()
+    return built if isinstance(built, tuple) else (built,)
 
 
 class _Slot:
@@ -129,7 +139,7 @@ class Telemetry:
         now_s = tick.t_s
         self.tell_changes(tick.status, now_s, tick)
         view = self._view(tick.status, now_s, tick)
-        built: dict[Any, Packed | None] = {}
+        built: dict[Any, Sequence[Packed]] = {}
         for outlet in self._hub.outlets:
             busy = outlet.busy
             for slot in self._schedule(outlet, now_s).values():
@@ -139,7 +149,7 @@ class Telemetry:
                 if slot.due_s <= now_s:  # so late that a turn was missed
                     slot.due_s = now_s + slot.interval_s
                 if slot.number == AIS_VESSEL:
-                    self._send_vessel(outlet, tick.status.traffic, now_s)
+                    self._send_vessel(outlet, tick.status, now_s)
                 else:
                     self._send(outlet, slot.number, view, built)
         for event in tick.events:
@@ -173,19 +183,21 @@ class Telemetry:
     def announce(self, status: Status, now_s: float, numbers: Iterable[int], tick: Tick | None = None) -> None:
         """These messages to everybody now; their next turn is one interval away."""
         view = self._view(status, now_s, tick)
-        built: dict[Any, Packed | None] = {}
+        built: dict[Any, Sequence[Packed]] = {}
         for outlet in self._hub.outlets:
             schedule = self._schedule(outlet, now_s)
             for number in numbers:
+                if not follow.streamed(outlet, number):
+                    continue
                 self._send(outlet, number, view, built)
                 slot = schedule[number]
                 if slot.interval_s > 0.0:
                     slot.due_s = now_s + slot.interval_s
 
     def message(self, number: int, dialect: Dialect, now_s: float) -> Any:
-        """The message of one of STREAMS as it would be sent now; None when there is nothing to say in it."""
+        """The message of one of STREAMS as it would be sent now, the first where there are several; None when there is nothing to say in it."""
         view = self._view(self._vessel.supervisor.status(now_s), now_s)
-        return STREAMS[number].build(view, dialect)
+        return next(iter(_as_messages(STREAMS[number].build(view, dialect))), None)
 
     # --- rates -----------------------------------------------------------------------------------------------------
 
@@ -229,6 +241,8 @@ class Telemetry:
 
     @staticmethod
     def _default_s(endpoint: Endpoint, number: int) -> float:
+        if endpoint.telemetry == LEADER:
+            return follow.LEADER_STREAMS.get(number, NEVER)
         interval_s = STREAMS[number].interval_s
         if interval_s < 0.0 or number == HEARTBEAT:
             return interval_s
@@ -243,28 +257,30 @@ class Telemetry:
             self._modes = modes
         return View(self._vessel, self._vessel.last_tick if tick is None else tick, status, now_s, self._modes_seq)
 
-    def _send(self, outlet: Endpoint, number: int, view: View, built: dict[Any, Packed | None]) -> None:
+    def _send(self, outlet: Endpoint, number: int, view: View, built: dict[Any, Sequence[Packed]]) -> None:
         stream = STREAMS[number]
-        key = (number, outlet.dialect.name) if stream.by_dialect else number
+        key: Any = (number, outlet.dialect.name) if stream.by_dialect else number
+        if number == DEBUG_VECT:
+            key, view = (number, outlet), replace(view, received=outlet.leader.received if outlet.leader is not None else 0)
         if key not in built:
             built[key] = self._packed(stream.build, view, outlet.dialect)
-        packed = built[key]
-        if packed is not None:
+        for packed in built[key]:
             self._hub.send_packed(outlet, packed)
 
-    def _send_vessel(self, outlet: Endpoint, vessels: Sequence[TrackedTarget], now_s: float) -> None:
+    def _send_vessel(self, outlet: Endpoint, status: Status, now_s: float) -> None:
+        leader = follow.as_vessel(status.leader, self._vessel.frame, now_s) if status.leader is not None else None
+        vessels: Sequence[TrackedTarget] = status.traffic if leader is None else (leader, *status.traffic)
         vessel = self._rounds.next(outlet, vessels, now_s) if vessels else None
         if vessel is not None:
             self._hub.send_packed(outlet, pack(traffic.ais_vessel(vessel, now_s)))
 
-    def _packed(self, build: Builder, view: View, dialect: Dialect) -> Packed | None:
-        """None too for numbers that no field can carry: the boat goes on, and the log says so."""
+    def _packed(self, build: Builder, view: View, dialect: Dialect) -> Sequence[Packed]:
+        """Nothing too for numbers that no field can carry: the boat goes on, and the log says so."""
         try:
-            message = build(view, dialect)
-            return None if message is None else pack(message)
+            return [pack(message) for message in _as_messages(build(view, dialect))]
         except (struct.error, ValueError, OverflowError) as error:
             self._vessel.events.say(view.now_s, Severity.ERROR, "telemetry_failed", f"{build.__name__}: {error}")
-            return None
+            return ()
 
     # --- texts -----------------------------------------------------------------------------------------------------
 

@@ -100,6 +100,20 @@ def test_the_dialect_belongs_to_the_link(opened: Any, url: str) -> None:
     assert opened(url).health(0.0).name == url
 
 
+@pytest.mark.parametrize(
+    "url", ["udpin:127.0.0.1:0", "udpout:127.0.0.1:14599", "memory:test", "tcpout:127.0.0.1:9", "serial:/dev/no-such:57600"]
+)
+def test_what_is_streamed_belongs_to_the_link(opened: Any, url: str) -> None:
+    for option, telemetry in (("?telemetry=leader", "leader"), ("?dialect=ardupilot&telemetry=all", "all"), ("", "all")):
+        link = opened(url + option)
+        endpoint = getattr(link, "_endpoint", None)
+        if isinstance(endpoint, Endpoint):
+            assert endpoint.telemetry == telemetry
+        link.close()
+    with pytest.raises(LinkError, match="telemetry should be one of all, leader"):
+        opened(f"{url}?telemetry=some")
+
+
 # --- UDP -----------------------------------------------------------------------------------------------------------
 
 

@@ -1,0 +1,143 @@
+"""A ground station on the lead boat, on a link of its own to the leader module.
+
+To it the module is a surface boat with the modes Manual, Offboard and Follow by PX4's numbers: what it chooses there, by SET_MODE or MAV_CMD_DO_SET_MODE, is
+what the crew asks of the follower (Offboard: Remote). Its MANUAL_CONTROL to the module's system id are the crew's sticks. Other commands are refused;
+nothing is passed on between the two links.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from companion.core.types import DeviceHealth, ManualInput, ModeId, NavState, Wish
+from companion.io.mavlink import messages as mavlink
+from companion.io.mavlink.dialects import PX4
+from companion.io.mavlink.endpoint import Endpoint
+from companion.io.mavlink.framer import UnknownMessage, pack
+from companion.io.mavlink.links import Link
+from companion.io.mavlink.statustext import statustexts
+from companion.io.mavlink.view import INT16_MAX, centidegrees, degrees_e7, fitted, millimetres
+from companion.modes.crew_wish import CrewWish
+
+_COMPONENT = mavlink.MAV_COMP_ID_AUTOPILOT1  # ground stations make a vehicle of no other
+_WISHES = {ModeId.MANUAL: Wish.MANUAL, ModeId.OFFBOARD: Wish.REMOTE, ModeId.FOLLOW: Wish.AUTONOMOUS}
+_MODES = {wish: mode for mode, wish in _WISHES.items()} | {Wish.NONE: ModeId.MANUAL}
+_HEARTBEAT_S, _POSITION_S = 1.0, 0.5
+_STICKS_S = 0.5  # after which they count as let go
+_EARLY_S = 1e-3
+_AXIS_ABSENT = 0x7FFF
+_SET_MODE = mavlink.MAV_CMD_DO_SET_MODE
+
+
+class LeadStation:
+    """`serve(now_s)` answers at once, `publish(nav, placed)` each tick sends what is due. `sticks(now_s)`: None when silent for half a second."""
+
+    def __init__(self, link: Link, system: int, crew: CrewWish, say: Callable[[float, str], None]) -> None:
+        self._link, self._system, self._crew, self._say = link, system, crew, say
+        self._sticks: ManualInput | None = None
+        self._heartbeat_s = self._position_s = -math.inf
+        self._told: tuple[Wish, int] | None = None
+        self._text_id = 0
+
+    def serve(self, now_s: float) -> None:
+        for endpoint, message in self._link.receive(now_s):
+            if not isinstance(message, UnknownMessage):
+                self._take(endpoint, message, now_s)
+        for text in self._link.news():
+            self._say(now_s, text)
+        self._flush(now_s)
+
+    def publish(self, nav: NavState, placed: bool) -> None:
+        now_s, asked = nav.t_s, (self._crew.wish, self._crew.presses)
+        if now_s - self._heartbeat_s >= _HEARTBEAT_S - _EARLY_S or asked != self._told:
+            self._heartbeat_s, self._told = now_s, asked
+            self._send(self._heartbeat())
+        if placed and now_s - self._position_s >= _POSITION_S - _EARLY_S:
+            self._position_s = now_s
+            self._send(_position(nav))
+        self._flush(now_s)
+
+    def tell(self, severity: int, text: str) -> None:
+        """A text for whoever is connected."""
+        self._text_id = self._text_id % 0xFFFF + 1
+        for message in statustexts(severity, text, self._text_id):  # type: ignore[arg-type]
+            self._send(message)
+
+    def sticks(self, now_s: float) -> ManualInput | None:
+        return self._sticks if self._sticks is not None and now_s - self._sticks.t_s <= _STICKS_S else None
+
+    def filenos(self) -> Sequence[int]:
+        return self._link.filenos()
+
+    def health(self, now_s: float) -> DeviceHealth:
+        return self._link.health(now_s)
+
+    def close(self) -> None:
+        self._link.close()
+
+    # --- parts -----------------------------------------------------------------------------------------------------
+
+    def _take(self, endpoint: Endpoint, message: Any, now_s: float) -> None:
+        kind = message.get_type()
+        if kind == "SET_MODE" and message.target_system == self._system:
+            self._choose(message.custom_mode, now_s)
+        elif kind in ("COMMAND_LONG", "COMMAND_INT") and message.target_system == self._system:
+            source = message.get_srcSystem(), message.get_srcComponent()
+            self._answer(endpoint, mavlink.MAVLink_command_ack_message(message.command, self._command(message, now_s), 0, 0, *source))
+        elif kind == "MANUAL_CONTROL" and message.target == self._system:
+            self._sticks = ManualInput(now_s, f"mavlink:{message.get_srcSystem()}", _axis(message.x), _axis(message.y), _axis(message.r))
+
+    def _command(self, message: Any, now_s: float) -> int:
+        """MAV_RESULT. Param 2 of DO_SET_MODE is PX4's main mode, param 3 its sub mode."""
+        if message.command != _SET_MODE:
+            return int(mavlink.MAV_RESULT_UNSUPPORTED)
+        main, sub = message.param2, message.param3
+        if not all(math.isfinite(part) and part == int(part) and 0 <= part <= 255 for part in (main, sub)):
+            return int(mavlink.MAV_RESULT_DENIED)
+        return int(mavlink.MAV_RESULT_ACCEPTED if self._choose(int(main) << 16 | int(sub) << 24, now_s) else mavlink.MAV_RESULT_DENIED)
+
+    def _choose(self, custom_mode: int, now_s: float) -> bool:
+        mode = PX4.mode(custom_mode, frozenset(_WISHES))
+        if mode is None:
+            self._say(now_s, f"a ground station asks for mode {custom_mode}, which is none of Manual, Offboard (Remote) and Follow")
+            return False
+        self._crew.press(_WISHES[mode])
+        return True
+
+    def _heartbeat(self) -> Any:
+        mode = _MODES[self._crew.wish]
+        kind, autopilot = mavlink.MAV_TYPE_SURFACE_BOAT, mavlink.MAV_AUTOPILOT_PX4
+        return mavlink.MAVLink_heartbeat_message(kind, autopilot, PX4.base_mode(mode, False), PX4.custom_mode(mode), mavlink.MAV_STATE_ACTIVE, 3)
+
+    def _send(self, message: Any) -> None:
+        packed = pack(message)
+        for endpoint in self._link.endpoints:
+            endpoint.send(packed, self._system, _COMPONENT)
+
+    def _answer(self, endpoint: Endpoint, message: Any) -> None:
+        endpoint.send(pack(message), self._system, _COMPONENT)
+
+    def _flush(self, now_s: float) -> None:
+        for endpoint in self._link.endpoints:
+            endpoint.flush(now_s)
+
+
+def _axis(value: int) -> float | None:
+    return None if value == _AXIS_ABSENT else min(1.0, max(-1.0, value / 1000.0))
+
+
+def _position(nav: NavState) -> Any:
+    boot_ms = int(nav.t_s * 1000.0) & 0xFFFFFFFF
+    velocity = (fitted(part, 100.0, -INT16_MAX, INT16_MAX, 0) for part in (nav.north_mps, nav.east_mps))
+    return mavlink.MAVLink_global_position_int_message(
+        boot_ms,
+        degrees_e7(nav.lat_deg),
+        degrees_e7(nav.lon_deg),
+        millimetres(nav.altitude_m),
+        0,
+        *velocity,
+        0,
+        centidegrees(nav.yaw_rad if nav.heading_valid else None),
+    )
