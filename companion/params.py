@@ -211,6 +211,17 @@ TABLE: tuple[ParamSpec, ...] = (
     _choice("FOLL_AUTH", 1, {0: "Ground stations", 1: "Ground stations and lead boat"}, "Follow", "Who chooses the mode, the newest decision counting: with 0 what the lead boat's crew asks for is not obeyed"),
     _real("FOLL_LATENCY", 0.1, 0.0, 2.0, "s", "Follow", "How old a leader's message is when it comes in, where that cannot be measured (a ground station's, a phone's)"),
     _choice("FOLL_LAW", 0, {0: "Companion", 1: "Thesis"}, "Follow", "How the leader is followed: along its track, or by pursuit as in the RescueRunner thesis"),
+    # the RescueRunner thesis's law (FOLL_LAW 1): nozzle (1: full) per rad, throttle (1: full) per m/s, speed in m/s per metre of distance
+    *(
+        _real(f"FOLT_{term}{suffix}", default, 0.0, 20.0, unit, "Thesis law", f"{what} gain of {axis}")
+        for suffix, axis, gains, unit in (
+            ("", "the nozzle, of the angle to the leader", (1.2, 0.0, 1.5), "1/rad"),
+            ("_SPD", "the throttle, of speed", (0.15, 0.5, 0.0), "s/m"),
+            ("_DST", "the speed, of distance", (0.15, 0.0, 0.0), "1/s"),
+        )
+        for term, what, default in zip(("KP", "KI", "KD"), ("Proportional", "Integral", "Derivative"), gains, strict=True)
+    ),
+    _real("FOLT_TF", 0.26, 0.0, 10.0, "s", "Thesis law", "Time constant that filters the derivatives"),
     # allocation
     _choice("ALLOC_KIND", 0, {0: "Constrained", 1: "Pseudo-inverse"}, "Allocation", "Optimal within limits and rates, or the unconstrained solution cut to them"),
     _int("ALLOC_ITER", 3, 1, 6, "", "Allocation", "Re-linearisations of the thrust allocation in a cycle"),

@@ -55,7 +55,7 @@ class Motion:
 
 
 class FollowLaw:
-    """`start`, then `update(nav, leader, now_s, dt_s)` → Motion, and `setpoint(motion, …)`.
+    """`start`, then `update(nav, leader, station, now_s)` → Motion, and `setpoint(motion, …)`.
 
     Remembers the leader's track, where the boat is on it (None while it is off it), the side on which it rounds the leader, the drift seen and the heading
     last asked for.
@@ -75,15 +75,14 @@ class FollowLaw:
         self._yaw: float | None = None
         self._cruising_mps = 0.0
         self._resting = False
-        self._station = (0.0, 0.0)  # distance and bearing last asked for
+        self._station = (0.0, math.pi)  # distance and bearing asked for
 
     # --- the station -----------------------------------------------------------------------------------------------
 
     @property
     def distance_m(self) -> float:
         """Of the station, no nearer than the keep-out circle allows."""
-        p = self._parameters
-        return max(p["FLW_TGT_DST"], self._round_m)
+        return max(self._station[0], self._round_m)
 
     @property
     def _round_m(self) -> float:
@@ -94,15 +93,21 @@ class FollowLaw:
     @property
     def astern(self) -> bool:
         """Whether the station lies on the leader's track."""
-        return abs(wrap_pi(math.radians(self._parameters["FLW_TGT_FA"]) - math.pi)) < _ASTERN_RAD
+        return abs(wrap_pi(self._station[1] - math.pi)) < _ASTERN_RAD
+
+    @property
+    def _most_mps(self) -> float:
+        p = self._parameters
+        return min(p["MPC_XY_VEL_MAX"], p["FLW_TGT_MAX_VEL"])
 
     @property
     def lookahead_m(self) -> float:
         p = self._parameters
         return max(p["PATH_LOOKAHEAD"], p["FOLL_LOOK_T"] * self._cruising_mps)
 
-    def start(self, nav: NavState, leader: Leader, now_s: float) -> None:
-        """The track begins straight astern of the leader; what it did before is not known."""
+    def start(self, nav: NavState, leader: Leader, station: tuple[float, float], now_s: float) -> None:
+        """`station`: (distance_m, bearing_rad) in the leader's frame. The track begins straight astern of the leader; what it did before is not known."""
+        self._station = station
         course = leader_course_rad(leader)
         if course is None:
             course = math.atan2(leader.east_m - nav.east_m, leader.north_m - nav.north_m)
@@ -116,13 +121,14 @@ class FollowLaw:
         self._clearance.reset()
         self._cruising_mps = math.hypot(nav.north_mps, nav.east_mps)
 
-    def update(self, nav: NavState, leader: Leader, now_s: float) -> Motion:
+    def update(self, nav: NavState, leader: Leader, station: tuple[float, float], now_s: float) -> Motion:
         """What the boat is to do now."""
+        changed, self._station = station != self._station, station
         self.track.update(leader, now_s)
         self._cruising_mps = math.hypot(nav.north_mps, nav.east_mps)
         found = self._along_track(nav, leader) if self.astern else None
         motion, plan = self._to_point(nav, leader) if found is None else found
-        self._resting = self._may_rest(motion, nav, leader)
+        self._resting = self._may_rest(motion, nav, leader, changed)
         if self._resting:
             motion = replace(motion, course_rad=nav.yaw_rad, speed_mps=0.0, turn_radps=0.0, gain_mps2=0.0, resting=True)
         evasion = self._clearance.update(motion.course_rad, motion.speed_mps, self.distance_m, nav, leader, None if self._resting else plan)
@@ -130,13 +136,13 @@ class FollowLaw:
             return motion
         return replace(motion, course_rad=evasion.course_rad, speed_mps=evasion.speed_mps, turn_radps=0.0, gain_mps2=0.0, evading=True, resting=False)
 
-    def _may_rest(self, motion: Motion, nav: NavState, leader: Leader) -> bool:
+    def _may_rest(self, motion: Motion, nav: NavState, leader: Leader, changed: bool) -> bool:
         """Whether the boat lies still: the leader stands, and the boat has come to its station, or lies about as far from the leader and would have to go round
         for it."""
-        station = (self._parameters["FLW_TGT_DST"], self._parameters["FLW_TGT_FA"])
-        changed, self._station = station != self._station, station
         if abs(leader.speed_mps) > _STANDING_MPS:
             return False
+        if self._resting and not changed and self._can_reverse:
+            return motion.off_m < 2.0 * _REST_BAND_M
         if self._resting and not changed:
             distance = math.hypot(nav.north_m - leader.north_m, nav.east_m - leader.east_m)
             return distance < self.distance_m + _REST_BAND_M + _REST_BAND_SHARE * self.distance_m
@@ -182,7 +188,7 @@ class FollowLaw:
             left_m = off_m + feed_mps * feed_mps / (-2.0 * push_mps2)
             wanted = min(wanted, self._stopping_mps(left_m))
         lowest = -p["DP_SPEED_ASTERN"] if self._can_reverse else 0.0
-        return min(p["MPC_XY_VEL_MAX"], max(lowest, wanted))
+        return min(self._most_mps, max(lowest, wanted))
 
     def _closing(self, off_m: float, feed_mps: float) -> float:
         """By how much faster than its station the boat goes; what can be taken off again on the way that is left."""
@@ -212,13 +218,13 @@ class FollowLaw:
             speed = max(0.0, leader.speed_mps)
             return goal.north_m, goal.east_m, speed * math.cos(goal.course_rad), speed * math.sin(goal.course_rad), speed * goal.curvature_1pm
         heading = leader.yaw_rad if leader.yaw_rad is not None else self.track.at(self.track.end_s_m).course_rad
-        bearing = heading + math.radians(self._parameters["FLW_TGT_FA"])
+        bearing = heading + self._station[1]
         dn, de = self.distance_m * math.cos(bearing), self.distance_m * math.sin(bearing)
         turn = leader.yaw_rate_radps
         if leader.astern and not self._can_reverse:  # what has no way astern does not run after a boat that may stop at once
             return leader.north_m + dn, leader.east_m + de, 0.0, 0.0, 0.0
         north, east = leader.north_mps - turn * de, leader.east_mps + turn * dn
-        most = self._parameters["MPC_XY_VEL_MAX"]
+        most = self._most_mps
         share = min(1.0, most / max(1e-6, math.hypot(north, east)))
         return leader.north_m + dn, leader.east_m + de, share * north, share * east, turn
 
@@ -231,7 +237,7 @@ class FollowLaw:
         speed, feed = math.hypot(vn, ve), math.hypot(north, east)
         near = feed / max(1e-6, feed + 2.0 * closing)
         course = math.atan2(ve, vn) if speed > _LEAST_MPS else (nav.yaw_rad if self._yaw is None else self._yaw)
-        most = self._parameters["MPC_XY_VEL_MAX"]
+        most = self._most_mps
         motion = Motion(course, min(most, speed), turn * near, leader.acceleration_mps2 * near, (north_m, east_m), way, None, None, feed)
         side = self._side
 
