@@ -117,7 +117,9 @@ def figures(folder: Path, chase: Chase, asked: dict[str, Any], settings: Setting
         "following_share": following_share(folder, asked["from_s"]),
     }
     if asked["nozzle"]:
-        metrics["nozzle_variation_1ps"] = variation_1ps(folder, asked["nozzle"], asked["full_rad"], asked["from_s"] + SETTLE_S)
+        nozzle = asked["nozzle"]
+        metrics["nozzle_variation_1ps"] = variation_1ps(folder, f"{nozzle}_azimuth_rad", asked["full_rad"], asked["from_s"] + SETTLE_S)
+        metrics["throttle_variation_1ps"] = variation_1ps(folder, f"{nozzle}_throttle", 1.0, asked["from_s"] + SETTLE_S)
     return metrics
 
 
@@ -139,6 +141,7 @@ def _astern(chase: Chase, judged: NDArray[np.bool_], gap_m: float) -> dict[str, 
         "known_off_rms_m": rms(known_off),
         "known_gap_straight_rms_m": rms(known[straight]),
         "known_gap_bend_rms_m": rms(known[bend]),
+        "speed_straight_rms_mps": rms((chase.speed - chase.leader_speed)[straight]),
         "swing_straight_rms_deg": math.degrees(rms(chase.swing[straight])),
     }
 

@@ -251,14 +251,14 @@ def share(held: NDArray[np.bool_]) -> float:
     return float(held.mean()) if len(held) else math.nan
 
 
-def variation_1ps(folder: Path, name: str, full_rad: float, from_s: float, to_s: float = math.inf) -> float:
-    """Total variation of a nozzle's command a second, in shares of its full angle."""
+def variation_1ps(folder: Path, column: str, full: float, from_s: float) -> float:
+    """Total variation a second of a column of ticks.csv, in shares of its full value."""
     import numpy as np
 
-    ticks = columns(folder / "ticks.csv", "t_s", f"{name}_azimuth_rad")
-    at = (ticks["t_s"] >= from_s) & (ticks["t_s"] <= to_s)
-    angle, t = ticks[f"{name}_azimuth_rad"][at], ticks["t_s"][at]
-    return float(np.abs(np.diff(angle)).sum() / full_rad / (t[-1] - t[0])) if len(t) > 1 else 0.0
+    ticks = columns(folder / "ticks.csv", "t_s", column)
+    at = ticks["t_s"] >= from_s
+    t = ticks["t_s"][at]
+    return float(np.abs(np.diff(ticks[column][at])).sum() / full / (t[-1] - t[0])) if len(t) > 1 else 0.0
 
 
 def modes(folder: Path) -> list[tuple[float, str]]:
