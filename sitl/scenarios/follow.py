@@ -124,14 +124,14 @@ def figures(folder: Path, chase: Chase, asked: dict[str, Any], settings: Setting
 
 
 def _astern(chase: Chase, judged: NDArray[np.bool_], gap_m: float) -> dict[str, float]:
-    moving = judged & (chase.t < chase.ahead_until_s) & (chase.leader_speed > MOVING_MPS)
+    moving = judged & (chase.t < chase.ahead_until_s) & (chase.leader_speed > min(MOVING_MPS, 0.5 * float(chase.leader_speed.max())))
     straight, bend = moving & chase.on_straight, moving & chase.in_bend
     off, known_off = chase.off_m[moving], chase.known_off_m[moving]
     error, known = chase.gap_m - gap_m, chase.known_gap_m - gap_m
     return {
         "in_wake_share": share(abs(off) <= WAKE_M),
         "off_rms_m": rms(off),
-        "off_max_m": float(abs(off).max()),
+        "off_max_m": float(abs(off).max()) if len(off) else math.nan,
         "gap_straight_rms_m": rms(error[straight]),
         "gap_bend_rms_m": rms(error[bend]),
         "gap_bend_max_m": float(abs(error[bend]).max()) if bend.any() else math.nan,
@@ -202,6 +202,7 @@ SCENARIO = Scenario(
     text="a lead boat followed through its script (straight, thesis, slalom, uturn, stop, reverse, lively), at a gap or a station",
     vessel="rescuerunner",
     defaults=DEFAULTS,
+    by_vessel={"revolt": {"leader": "thesis@0.7", "gnss": "sbas", "wind": "2"}},
     sail=sail,
     measure=measure,
     plot=draw,
