@@ -39,7 +39,8 @@ class ThesisFollowing:
 
     def update(self, nav: NavState, leader: Leader, gap_m: float, dt_s: float) -> Setpoint:
         """New commands every PERIOD_S, or each tick where ticks are rarer."""
-        north_m, east_m = leader.north_m - nav.north_m, leader.east_m - nav.east_m
+        north_m = leader.north_m - leader.age_s * leader.north_mps - nav.north_m  # "the last known location of the lead boat"
+        east_m = leader.east_m - leader.age_s * leader.east_mps - nav.east_m
         off_m = math.hypot(north_m, east_m) - gap_m
         self._since_s += dt_s
         if self._since_s >= PERIOD_S - 1e-6:
