@@ -64,8 +64,6 @@ class Display(Protocol):
 
     def say(self, text: str) -> None: ...
 
-    def close(self) -> None: ...
-
 
 @dataclass(frozen=True, slots=True)
 class LeaderSurroundings:
@@ -170,7 +168,6 @@ class LeaderModule:
             self._joystick.close()
         if self._log is not None:
             self._log.close()
-        self._display.close()
 
     # --- parts of a tick -------------------------------------------------------------------------------------------
 
