@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 SETTLE_S = 40.0  # after the leader has departed
 NEAREST_M = 12.0
 MOVING_MPS = 1.0
+_AT_REST_MPS = 0.2
 MOST_VARIATION_1PS = 2.5
 REST_SLACK_M, REST_MPS = 15.0, 1.5  # a jet cannot hold a point: it drifts in its watch circle
 REST_S = 3.0
@@ -165,7 +166,7 @@ def following_share(folder: Path, from_s: float) -> float:
 def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[dict[str, float], Sequence[Check]]:
     chase = Chase(folder, asked["from_s"])
     metrics = figures(folder, chase, asked, settings)
-    if chase.leader_speed[-1] < MOVING_MPS:
+    if chase.leader_speed[-1] < _AT_REST_MPS:
         metrics |= {"final_distance_m": float(chase.distance[-1]), "final_speed_mps": float(chase.speed[-1])}
     return metrics, () if settings["law"] == "thesis" else checks(metrics, asked, settings)
 
@@ -202,7 +203,7 @@ SCENARIO = Scenario(
     text="a lead boat followed through its script (straight, thesis, slalom, uturn, stop, reverse, lively), at a gap or a station",
     vessel="rescuerunner",
     defaults=DEFAULTS,
-    by_vessel={"revolt": {"leader": "thesis@0.7", "gnss": "sbas", "wind": "2"}},
+    by_vessel={"revolt": {"leader": "straight@0.7", "gnss": "sbas", "wind": "2"}},
     sail=sail,
     measure=measure,
     plot=draw,
