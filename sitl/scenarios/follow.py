@@ -26,6 +26,7 @@ SETTLE_S = 40.0  # after the leader has departed
 NEAREST_M = 12.0
 MOVING_MPS = 1.0
 _AT_REST_MPS = 0.2
+_TURNS_ASIDE, _BACKS_SHARE = 1.0, 0.02  # a boat without way astern turns away from a leader that backs, and back again
 MOST_VARIATION_1PS = 2.5
 REST_SLACK_M, REST_MPS = 15.0, 1.5  # a jet cannot hold a point: it drifts in its watch circle
 REST_S = 3.0
@@ -115,6 +116,7 @@ def figures(folder: Path, chase: Chase, asked: dict[str, Any], settings: Setting
     metrics |= {
         "nearest_m": float(chase.distance.min()),
         "circles": chase.circles(),
+        "leader_astern_share": share(chase.leader_surge < 0.0),
         "following_share": following_share(folder, asked["from_s"]),
     }
     if asked["nozzle"]:
@@ -176,7 +178,7 @@ def checks(metrics: dict[str, float], asked: dict[str, Any], settings: Settings)
     is judged (`tests/scenarios/test_follow.py`)."""
     found = [
         Check("distance from the leader", metrics["nearest_m"], NEAREST_M, "m", at_least=True),
-        Check("no circles", metrics["circles"], 0.0, ""),
+        Check("whole turns that the leader did not make", metrics["circles"], _TURNS_ASIDE if metrics["leader_astern_share"] > _BACKS_SHARE else 0.0, ""),
         Check("in Follow all the time", metrics["following_share"], 1.0, "", at_least=True),
     ]
     if asked["nozzle"]:
