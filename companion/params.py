@@ -201,6 +201,7 @@ TABLE: tuple[ParamSpec, ...] = (
     _int("FOLL_SYSID", 0, 0, 255, "", "Follow", "System id of the leader; 0: the first heard, until it is silent"),
     _real("FOLL_MIN_DIST", 12.0, 0.5, 200.0, "m", "Follow", "Keep-out: never nearer to the lead boat than this"),
     _real("FOLL_MARGIN", 3.5, 0.0, 100.0, "m", "Follow", "What is kept from the keep-out circle on purpose, for errors of both positions"),
+    _real("FOLL_TTC", 2.0, 0.0, 30.0, "s", "Follow", "Time to the keep-out circle, going on as now, below which the boat has no thrust ahead, whatever its law asks for"),
     _real("FOLL_GAP_BW", 0.25, 0.02, 2.0, "1/s", "Follow", "Bandwidth of the gap loop: speed towards the station for each metre off it"),
     _real("FOLL_CLOSE_V", 4.0, 0.1, 20.0, "m/s", "Follow", "How much faster than the leader the boat closes up, at most"),
     _real("FOLL_LOOK_T", 2.0, 0.3, 20.0, "s", "Follow", "Look-ahead on the leader's track as a time at the present speed, where that is longer than PATH_LOOKAHEAD"),

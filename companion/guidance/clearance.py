@@ -28,6 +28,7 @@ _GO_COST, _SIDE_COST, _SHORT_COST_1PM = 0.25, 0.35, 1.0
 _SLACK_M = 0.3
 _SLOW_MPS = 3.0  # of the leader: it may be coming to rest
 _STATION_SHARE = 0.85
+_OWN_MPS = 0.3  # towards the leader
 _NEAR_SHARE = 0.4  # of the margin: nearer than that the boat goes off again
 
 
@@ -77,7 +78,8 @@ class Clearance:
         self._too_near = False
 
     def update(self, course_rad: float, speed_mps: float, station_m: float, nav: NavState, leader: Leader, plan: Plan | None) -> Evasion | None:
-        """`course_rad`, `speed_mps`: over ground, wanted; `plan`: how these will go on, None for as they are. `station_m`: distance of the station; beside a leader that comes to rest the boat stops near it."""
+        """`course_rad`, `speed_mps`: over ground, wanted; `plan`: how these will go on, None for as they are. `station_m`: distance at which the boat is to
+        stop behind a leader that comes to rest."""
         p = self._parameters
         radius_m = self.radius_m
         if abs(leader.speed_mps) < _SLOW_MPS or (leader.acceleration_mps2 < _BRAKING_MPS2 and not leader.astern):
@@ -172,3 +174,15 @@ def _leader_way(leader: Leader) -> list[_Seen]:
         east += _STEP_S * speed * math.sin(course)
         way.append((north, east, speed, course))
     return way
+
+
+def closes_too_fast(nav: NavState, leader: Leader, least_m: float, time_s: float) -> bool:
+    """Whether the boat, by its own way, would be within `least_m` of the leader in less than `time_s`, both going on as they go: time to collision, which
+    asks no law and no plan."""
+    north_m, east_m = leader.north_m - nav.north_m, leader.east_m - nav.east_m
+    distance_m = math.hypot(north_m, east_m)
+    if distance_m < 1e-3:
+        return True
+    own_mps = (nav.north_mps * north_m + nav.east_mps * east_m) / distance_m
+    closing_mps = own_mps - (leader.north_mps * north_m + leader.east_mps * east_m) / distance_m
+    return own_mps > _OWN_MPS and closing_mps > _OWN_MPS and distance_m - least_m < closing_mps * time_s

@@ -131,7 +131,8 @@ class FollowLaw:
         self._resting = self._may_rest(motion, nav, leader, changed)
         if self._resting:
             motion = replace(motion, course_rad=nav.yaw_rad, speed_mps=0.0, turn_radps=0.0, gain_mps2=0.0, resting=True)
-        evasion = self._clearance.update(motion.course_rad, motion.speed_mps, self.distance_m, nav, leader, None if self._resting else plan)
+        near_m = 0.0 if found is None else self.distance_m  # on the way round the leader it is passed nearer
+        evasion = self._clearance.update(motion.course_rad, motion.speed_mps, near_m, nav, leader, None if self._resting else plan)
         if evasion is None:
             return motion
         return replace(motion, course_rad=evasion.course_rad, speed_mps=evasion.speed_mps, turn_radps=0.0, gain_mps2=0.0, evading=True, resting=False)

@@ -6,7 +6,8 @@ import math
 from dataclasses import replace
 
 from companion.config import VesselConfig
-from companion.core.types import Leader, ModeId, NavState, Setpoint, Severity
+from companion.core.types import ZERO_WRENCH, Leader, ModeId, NavState, Setpoint, SetpointKind, Severity
+from companion.guidance.clearance import closes_too_fast
 from companion.guidance.coasting import Coasting
 from companion.guidance.follow import FollowLaw, Motion
 from companion.guidance.thesis_following import ThesisFollowing
@@ -87,6 +88,8 @@ class FollowMode(Mode):
         self._by_thesis = by_thesis
         if self._must_wait(motion, nav, inputs) and not motion.evading:
             return self._shown(self._wait(nav, inputs), motion)
+        if not motion.evading and closes_too_fast(nav, leader, self._parameters["FOLL_MIN_DIST"], self._parameters["FOLL_TTC"]):
+            return self._shown(self._braked(nav), motion)
         if by_thesis:
             return self._thesis.update(nav, leader, inputs.station[0], inputs.dt_s)
         if motion.resting and self._reverses:
@@ -141,6 +144,12 @@ class FollowMode(Mode):
             self._station.stop_here(nav)
             self._held = (nav.north_m, nav.east_m)
         return self._station.update(nav, None, inputs.speed_mps, inputs.dt_s)
+
+    def _braked(self, nav: NavState) -> Setpoint:
+        """No thrust ahead; astern where the boat has it."""
+        if not self._reverses:
+            return Setpoint(SetpointKind.WRENCH, wrench=ZERO_WRENCH)
+        return Setpoint(SetpointKind.PATH, yaw_rad=nav.yaw_rad, surge_mps=-self._parameters["DP_SPEED_ASTERN"])
 
     # --- parts -----------------------------------------------------------------------------------------------------
 
