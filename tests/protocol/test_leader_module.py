@@ -143,6 +143,7 @@ def test_keys_choose_and_choose_again(pair: Pair) -> None:
     asked = []
     for key in ("", "m", "a", "a", "r", "x", "q"):
         pair.display.press(key)
+        pair.module.serve(pair.now_s)
         pair.run(0.5)
         asked.append((heard.states[-1].wish, heard.states[-1].presses))
     assert asked == [
