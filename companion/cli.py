@@ -280,7 +280,8 @@ class LockstepRig:
 
     def __init__(self, conditions: Conditions, folder: Path, waters: Waters | None = None) -> None:
         """`waters`: those of another rig; None: as the conditions say."""
-        from sitl.truth_log import TruthLog
+        from sitl.plant_error import with_plant_error
+        from sitl.truth_log import LeaderLog, TruthLog
         from sitl.waters import waters_of
         from sitl.world import EPOCH_UNIX_NS, World
 
@@ -297,12 +298,14 @@ class LockstepRig:
         if conditions.ais:
             ais = SensorConfig(name="ais", driver="ais", port="memory:ais", rate_hz=5.0)
             self.config = replace(self.config, sensors=(*self.config.sensors, ais))
-        self._conditions, self._folder = conditions, folder
+        self.conditions: Conditions = conditions
+        self._folder = folder
         believed = _believed(self.config, conditions)
         if waters is None and (conditions.others or conditions.gnss_common):
             waters = waters_of(conditions.others, self.config.home, conditions.seed, conditions.gnss_common)
+        real = with_plant_error(self.config, conditions.plant, conditions.plant_error, conditions.seed) if conditions.plant_error else self.config
         self.world: World = World(
-            self.config,
+            real,
             seed=conditions.seed,
             wind=conditions.wind,
             current=conditions.current,
@@ -324,6 +327,8 @@ class LockstepRig:
         )
         self.vessel = build(believed, around)
         self.vessel.add_recorder(TruthLog(folder, self.world, tuple(thruster.name for thruster in self.config.thrusters)))
+        for boat in () if self.world.waters is None else self.world.waters.boats:
+            self.vessel.add_recorder(LeaderLog(folder, boat, self.config.home))
         self._steps = 0
         self._closed = False
 
@@ -339,6 +344,11 @@ class LockstepRig:
     def send(self, data: bytes) -> None:
         self._link.to_vessel(data)
 
+    def hear(self, data: bytes, at_s: float) -> None:
+        self._clock.wait(max(at_s, self._clock.now_s()), ())
+        self._link.to_vessel(data)
+        self.vessel.serve(self._clock.now_s())
+
     def receive(self) -> bytes:
         return self._link.from_vessel()
 
@@ -351,7 +361,7 @@ class LockstepRig:
         return Believed(fit.hull, fit.thrusters)
 
     def again(self, believed: Believed, folder: str) -> LockstepRig:
-        return LockstepRig(replace(self._conditions, hull=believed), self._folder / folder)
+        return LockstepRig(replace(self.conditions, hull=believed), self._folder / folder)
 
     def beside(self, conditions: Conditions, folder: str) -> LockstepRig:
         return LockstepRig(conditions, self._folder / folder, self.world.waters)

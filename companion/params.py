@@ -200,6 +200,11 @@ TABLE: tuple[ParamSpec, ...] = (
     _int("FLW_TGT_ALT_M", 0, 0, 2, "", "Follow", "Altitude mode of an aircraft's follow-me: taken from clients that set it, without effect on a boat"),
     _int("FOLL_SYSID", 0, 0, 255, "", "Follow", "System id of the leader; 0: the first heard, until it is silent"),
     _real("FOLL_MIN_DIST", 12.0, 0.5, 200.0, "m", "Follow", "Keep-out: never nearer to the lead boat than this"),
+    _real("FOLL_MARGIN", 3.5, 0.0, 100.0, "m", "Follow", "What is kept from the keep-out circle on purpose, for errors of both positions"),
+    _real("FOLL_TTC", 2.0, 0.0, 30.0, "s", "Follow", "Time to the keep-out circle, going on as now, below which the boat has no thrust ahead, whatever its law asks for"),
+    _real("FOLL_GAP_BW", 0.25, 0.02, 2.0, "1/s", "Follow", "Bandwidth of the gap loop: speed towards the station for each metre off it"),
+    _real("FOLL_CLOSE_V", 4.0, 0.1, 20.0, "m/s", "Follow", "How much faster than the leader the boat closes up, at most"),
+    _real("FOLL_LOOK_T", 2.0, 0.3, 20.0, "s", "Follow", "Look-ahead on the leader's track as a time at the present speed, where that is longer than PATH_LOOKAHEAD"),
     _real("FOLL_LOSS_T", 0.9, 0.5, 10.0, "s", "Follow", "Age of the leader's position, or of the boat's own, at which it has left Follow at the latest; three intervals of a source that sends less often"),
     _choice("FOLL_LOSS_ACT", 1, {1: "Hold", 2: "RTL", 3: "Neutral", 4: "Manual"}, "Follow", "What to do when the leader, its position or the boat's own is lost in Follow; Manual leaves the boat to the sticks"),
     _real("FOLL_BACK_T", 3.0, 0.5, 60.0, "s", "Follow", "How long the data must be good again before the boat goes back to Follow by itself, unless somebody chose another mode"),
@@ -207,6 +212,17 @@ TABLE: tuple[ParamSpec, ...] = (
     _choice("FOLL_AUTH", 1, {0: "Ground stations", 1: "Ground stations and lead boat"}, "Follow", "Who chooses the mode, the newest decision counting: with 0 what the lead boat's crew asks for is not obeyed"),
     _real("FOLL_LATENCY", 0.1, 0.0, 2.0, "s", "Follow", "How old a leader's message is when it comes in, where that cannot be measured (a ground station's, a phone's)"),
     _choice("FOLL_LAW", 0, {0: "Companion", 1: "Thesis"}, "Follow", "How the leader is followed: along its track, or by pursuit as in the RescueRunner thesis"),
+    # the RescueRunner thesis's law (FOLL_LAW 1): nozzle (1: full) per rad, throttle (1: full) per m/s, speed in m/s per metre of distance
+    *(
+        _real(f"FOLT_{term}{suffix}", default, 0.0, 20.0, unit, "Thesis law", f"{what} gain of {axis}")
+        for suffix, axis, gains, unit in (
+            ("", "the nozzle, of the angle to the leader", (1.2, 0.0, 1.5), "1/rad"),
+            ("_SPD", "the throttle, of speed", (0.15, 0.5, 0.0), "s/m"),
+            ("_DST", "the speed, of distance", (0.15, 0.0, 0.0), "1/s"),
+        )
+        for term, what, default in zip(("KP", "KI", "KD"), ("Proportional", "Integral", "Derivative"), gains, strict=True)
+    ),
+    _real("FOLT_TF", 0.26, 0.0, 10.0, "s", "Thesis law", "Time constant that filters the derivatives"),
     # allocation
     _choice("ALLOC_KIND", 0, {0: "Constrained", 1: "Pseudo-inverse"}, "Allocation", "Optimal within limits and rates, or the unconstrained solution cut to them"),
     _int("ALLOC_ITER", 3, 1, 6, "", "Allocation", "Re-linearisations of the thrust allocation in a cycle"),

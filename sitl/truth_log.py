@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TextIO
 
+from companion.config import HomeConfig
+from companion.core.geodesy import LocalFrame
 from companion.core.types import Tick
+from sitl.lead_boat import LeadBoat
 from sitl.world import World
 
 _COLUMNS = (
@@ -41,6 +45,37 @@ class TruthLog:
         if (berth := self._world.berth) is not None:
             row += f",{berth.force_n:.3f},{berth.gap_m:.5f},{berth.touch_surge_mps:.5f},{berth.touch_sway_mps:.5f}"
         self._file.write(row + "\n")
+
+    def close(self) -> None:
+        self._file.close()
+
+
+class LeaderLog:
+    """Recorder that writes the truth of a lead boat into a file of its name, at the boat's own time, which may be a step (20 ms) before the tick's.
+
+    `fix_…`: where its receiver puts it, carried on from the last fix; empty without one.
+    """
+
+    def __init__(self, folder: Path, boat: LeadBoat, home: HomeConfig) -> None:
+        self._boat, self._home = boat, LocalFrame(home.lat_deg, home.lon_deg)
+        folder.mkdir(parents=True, exist_ok=True)
+        self._file: TextIO = (folder / f"{boat.name}.csv").open("w", encoding="utf-8", buffering=1)
+        self._file.write("t_s,north_m,east_m,yaw_rad,speed_mps,surge_mps,yaw_rate_radps,fix_north_m,fix_east_m\n")
+
+    def record(self, tick: Tick) -> None:
+        hull = self._boat.hull
+        speed_mps = math.hypot(hull.north_mps, hull.east_mps)
+        self._file.write(
+            f"{self._boat.t_s:.3f},{hull.north_m:.5f},{hull.east_m:.5f},{hull.yaw_rad:.6f},{speed_mps:.5f},{hull.surge_mps:.5f},{hull.yaw_rate_radps:.6f},{self._fix()}\n"
+        )
+
+    def _fix(self) -> str:
+        fix = self._boat.fix
+        if fix is None or fix.lat_deg is None or fix.lon_deg is None:
+            return ","
+        north_m, east_m = self._home.to_ned(fix.lat_deg, fix.lon_deg)
+        age_s = self._boat.t_s - fix.t_s
+        return f"{north_m + fix.north_mps * age_s:.4f},{east_m + fix.east_mps * age_s:.4f}"
 
     def close(self) -> None:
         self._file.close()

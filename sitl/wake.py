@@ -43,11 +43,29 @@ class Wake:
 
     def across_m(self, north_m: float, east_m: float) -> tuple[float, float, float] | None:
         """(offset to starboard of the way, distance astern along it, speed that it was gone with); None where the boat has not passed."""
+        return self._from(self._nearest(north_m, east_m), north_m, east_m)
+
+    def elevation_m(self, north_m: float, east_m: float) -> float:
+        return self._elevation_m(self._nearest(north_m, east_m), north_m, east_m)
+
+    def slope(self, north_m: float, east_m: float) -> tuple[float, float]:
+        """Of the surface, (towards north, towards east)."""
+        h, at = _GRADIENT_M, self._nearest(north_m, east_m)
+        return (
+            0.5 / h * (self._elevation_m(at, north_m + h, east_m) - self._elevation_m(at, north_m - h, east_m)),
+            0.5 / h * (self._elevation_m(at, north_m, east_m + h) - self._elevation_m(at, north_m, east_m - h)),
+        )
+
+    def _nearest(self, north_m: float, east_m: float) -> int:
+        """Of the places that it passed; −1 while there is none."""
         best, at = math.inf, -1
         for i, (north, east, _, _, _) in enumerate(self._trail):
             d = (north - north_m) ** 2 + (east - east_m) ** 2
             if d < best:
                 best, at = d, i
+        return at
+
+    def _from(self, at: int, north_m: float, east_m: float) -> tuple[float, float, float] | None:
         if at < 0:
             return None
         north, east, c, s, speed = self._trail[at]
@@ -58,8 +76,8 @@ class Wake:
             return None
         return de * c - dn * s, astern, speed
 
-    def elevation_m(self, north_m: float, east_m: float) -> float:
-        place = self.across_m(north_m, east_m)
+    def _elevation_m(self, at: int, north_m: float, east_m: float) -> float:
+        place = self._from(at, north_m, east_m)
         if place is None:
             return 0.0
         offset, astern, speed = place
@@ -68,14 +86,6 @@ class Wake:
             return 0.0
         amplitude = _HEIGHT_M * min(1.0, speed / _FULL_MPS) ** 2 * math.exp(-astern / _ALONG_M - beyond / _ACROSS_M)
         return amplitude * min(1.0, beyond / _EDGE_M) * math.sin(math.tau * beyond / _WAVE_M)
-
-    def slope(self, north_m: float, east_m: float) -> tuple[float, float]:
-        """Of the surface, (towards north, towards east)."""
-        h = _GRADIENT_M
-        return (
-            0.5 / h * (self.elevation_m(north_m + h, east_m) - self.elevation_m(north_m - h, east_m)),
-            0.5 / h * (self.elevation_m(north_m, east_m + h) - self.elevation_m(north_m, east_m - h)),
-        )
 
     def reaches(self, north_m: float, east_m: float) -> bool:
         """Whether it is near enough to be felt there at all."""

@@ -32,6 +32,8 @@ from companion.nav.ahrs import Ahrs
 from companion.nav.error_state import ErrorStateFilter
 from companion.nav.thesis_ahrs import ThesisAhrs
 from companion.params import Parameters
+from sitl.scenarios import SCENARIOS
+from sitl.scenarios.company import Company
 from sitl.scenarios.rig import Conditions
 from sitl.scenarios.station import Station
 from sitl.waters import OtherBoat
@@ -285,21 +287,26 @@ def lockstep(folder: Path, duration_s: float = 120.0) -> None:
     line("on-board part at real time", f"{100 * sum(steps_s) / sailed_s:.2f} % of a core", "under 4 %")
 
 
-def three_vessels(folder: Path, duration_s: float = 30.0) -> None:
-    """Two jet boats, disarmed, and a lead boat under way, in one process: inertial sensors at 200 Hz, control at 20 Hz."""
-    others = (OtherBoat("leader", "thesis", (30.0, 0.0, 0.0), 1.0),)
-    conditions = Conditions("rescuerunner", seed=1, wind="5", gnss="standalone", others=others, gnss_common=0.5)
-    first = LockstepRig(conditions, folder / "three")
-    rigs = (first, first.beside(replace(conditions, seed=2, start=(0.0, 20.0, 0.0)), "second"))
-    stations = [Station(rig) for rig in rigs]
+def following(folder: Path, followers: int, duration_s: float = 30.0) -> None:
+    """Jet boats in Follow behind a lead boat under way, in one process: its module at 20 Hz, inertial sensors at 200 Hz, control at 20 Hz."""
+    settings = SCENARIOS["follow"].defaults
+    leader = OtherBoat("leader", "thesis", (20.0, 0.0, 0.0))
+    conditions = Conditions("rescuerunner", seed=1, wind="5", gnss="standalone", others=(leader,), start=(0.0, 0.0, 0.0))
+    rigs = [LockstepRig(conditions, folder / f"following{followers}")]
+    for number in range(2, followers + 1):
+        own = {"MAV_SYS_ID": float(number), "FLW_TGT_DST": 25.0 * number}
+        rigs.append(rigs[0].beside(replace(conditions, seed=number, start=(-25.0 * (number - 1), 0.0, 0.0), parameters=own), f"follower{number}"))
+    company = Company(rigs, settings)
+    company.follow()
+    company.boat.depart(company.now_s)
+    company.sail(5.0)
     cpu_started_s = time.process_time()
-    while first.now_s < duration_s:
-        for station in stations:
-            station.step()
+    company.sail(duration_s)
     cpu_took_s = time.process_time() - cpu_started_s
     for rig in rigs:
         rig.close()
-    line("two jet boats and a lead boat in lockstep", f"{duration_s / cpu_took_s:.0f} × real time, one core", "-")
+    what = "a jet boat" if followers == 1 else f"{followers} jet boats"
+    line(f"{what} following a lead boat in lockstep", f"{duration_s / cpu_took_s:.0f} × real time, one core", "25 ×" if followers == 1 else "-")
 
 
 def leader_link(folder: Path, duration_s: float = 60.0) -> None:
@@ -378,7 +385,8 @@ def main() -> None:
         sensors()
         control_step(folder)
         lockstep(folder)
-        three_vessels(folder)
+        following(folder, 1)
+        following(folder, 2)
         leader_link(folder)
         start_up(folder)
         transfers(folder)

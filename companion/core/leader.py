@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from enum import IntEnum
 
@@ -52,7 +53,7 @@ class Leader:
     """Best estimate of the lead boat now, in the local plane. `yaw_rad` is its heading, or its course where it tells none; None while it has neither.
 
     `age_s`: since the moment of its last position; `interval_s`: as they have come lately. `counter`: 0 … 40, up with each message lost, down with
-    each received.
+    each received. `acceleration_mps2`: along its way. `astern`: it goes stern first, which only a leader that tells its heading lets be seen.
     """
 
     system_id: int
@@ -67,3 +68,11 @@ class Leader:
     interval_s: float
     wish: Wish | None
     counter: int = 0
+    acceleration_mps2: float = 0.0
+    astern: bool = False
+
+    @property
+    def speed_mps(self) -> float:
+        """Over ground, negative while it goes astern."""
+        speed = math.hypot(self.north_mps, self.east_mps)
+        return -speed if self.astern else speed

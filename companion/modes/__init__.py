@@ -49,7 +49,7 @@ def build_modes(
         MissionMode(config, parameters, executor, point, docking, berths, events, frame, mission_fence),
         RtlMode(config, parameters, point, events, fence),
         DockMode(config, docking, berths),
-        FollowMode(config, parameters),
+        FollowMode(config, parameters, events, fence),
         UnavailableMode(ModeId.OFFBOARD),
     )
     return {mode.id: mode for mode in modes}

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from bisect import bisect_left
 
-from companion.config import HullConfig, VesselConfig
+from companion.config import VesselConfig
 from companion.core.angles import wrap_pi
 from companion.core.types import ZERO_WRENCH, ManualInput, NavState, Setpoint, SetpointKind
+from companion.guidance.coasting import Coasting
 from companion.guidance.stopping import stopping_point
 from companion.params import Parameters
 
@@ -19,23 +19,6 @@ _SLOW_MPS = 1.5  # faster than this the boat is still coasting, whatever drifts 
 _LEAST_DRIFT_MPS = 0.05
 _STEERAGE_SHARE = 0.5  # of the speed, kept while the bow points elsewhere: a jet steers by its thrust
 _LONGEST_RETURN_S = 90.0  # after which the aim is taken anew
-_REST_MPS = 0.2
-_TABLE_MPS = 0.1
-
-
-class Coasting:
-    """How far the hull runs on without thrust: s(v) = ∫ m u / D(u) du from rest, tabled at start and cut at _REST_MPS."""
-
-    def __init__(self, hull: HullConfig, fastest_mps: float) -> None:
-        self._speeds = [_REST_MPS + i * _TABLE_MPS for i in range(max(2, math.ceil(fastest_mps / _TABLE_MPS)))]
-        ways = [0.0]
-        for low in self._speeds[:-1]:
-            middle = low + 0.5 * _TABLE_MPS
-            ways.append(ways[-1] + _TABLE_MPS * hull.m11_kg * middle / max(1.0e-3, hull.drag_n(middle)))
-        self._ways = ways
-
-    def way_m(self, speed_mps: float) -> float:
-        return self._ways[min(len(self._ways) - 1, bisect_left(self._speeds, speed_mps))]
 
 
 class DriftKeeper:

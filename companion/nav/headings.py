@@ -26,6 +26,7 @@ _COURSE_SIGMA_RAD = math.radians(15.0)
 _COURSE_PERIOD_S = 1.0
 _COURSE_AFTER_S = 2.0  # without a heading
 _DECLINATION_REACH_M = 20_000.0
+_DECLINATION_NEAR_DEG = 0.1  # within 12 km anywhere, so within reach: fields come 50 times a second
 _DECLINATION_REACH_YEARS = 0.2
 _COMPASS, _COURSE = " compass", "course over ground"
 
@@ -52,7 +53,7 @@ class Declination:
         """In radians, positive east; None where compasses do not point."""
         year, known = decimal_year(time_unix_ns), self._known
         if known is not None and abs(year - known[2]) <= _DECLINATION_REACH_YEARS:
-            near = abs(lat_deg - known[0]) + abs(lon_deg - known[1]) < 1e-4
+            near = abs(lat_deg - known[0]) + abs(lon_deg - known[1]) < _DECLINATION_NEAR_DEG
             if near or distance_and_bearing(lat_deg, lon_deg, known[0], known[1])[0] <= _DECLINATION_REACH_M:
                 return known[3]
         self._known = (lat_deg, lon_deg, year, declination_rad(lat_deg, lon_deg, year))

@@ -3,31 +3,54 @@
 from __future__ import annotations
 
 import math
+import statistics
+from collections import deque
 
 from companion.core.angles import wrap_pi
 from companion.core.geodesy import LocalFrame
 from companion.core.types import Leader, LeaderState
+from companion.nav.leader_filter import LeaderFilter
 from companion.nav.link_counter import LinkCounter
 from companion.params import Parameters
 
 _SLOW_MPS = 0.5  # below this the course tells no heading
+_ASTERN_MPS = 0.3  # against its heading, from which on it goes astern
 _FORGET_S = 30.0
 _SIGMA_M = 3.0  # of a leader that does not say how good its position is
+_LEAST_SIGMA_M, _MOST_SIGMA_M = 0.3, 10.0
+_SIGMA_MPS = 0.12
+_ANEW_S = 8.0  # without a position, after which the filter begins anew
+_REFUSED_S, _REFUSED = 2.0, 3  # for how long, and how many in a row, positions are taken for wild ones
+_FAR_M = 20_000.0  # from the origin of its own plane, which is then laid anew
+_YAW_SHARE = 0.4  # of what a heading is off from the one expected, that is believed
+_RATE_TAU_S, _COURSE_RATE_TAU_S, _PUSH_TAU_S = 0.2, 0.6, 0.6
+_LATELY = 9  # intervals
 
 
 class LeaderTracker:
-    """`take(state, frame)` each message, `leader(frame, now_s)` → Leader, or None while none has been heard.
+    """`take(state)` each message, `leader(frame, now_s)` → Leader, or None while none has been heard.
 
-    One leader counts: the system in FOLL_SYSID, or the first one heard until it has been silent for 30 s. Remembers its last position and motion.
+    One leader counts: the system in FOLL_SYSID, or the first one heard until it has been silent for 30 s. Remembers its filter in a plane of its
+    own, heading, lately measured intervals, and since when positions are refused. Fixes count by the time at which they were valid; one that is
+    older than what is known is left out.
     """
 
     def __init__(self, parameters: Parameters) -> None:
         self._parameters = parameters
         self._state: LeaderState | None = None
+        self._forget()
+
+    def _forget(self) -> None:
         self._fixed: LeaderState | None = None  # the last one with a position
-        self._interval_s = 0.0
-        self._link = LinkCounter()
+        self._filter: LeaderFilter | None = None
+        self._plane: LocalFrame | None = None
+        self._intervals: deque[float] = deque(maxlen=_LATELY)
         self._yaw_rad: float | None = None
+        self._told_yaw = False
+        self._refused = 0
+        self._refused_s = 0.0
+        self._link = LinkCounter()
+        self._known: tuple[float, LocalFrame, Leader] | None = None
 
     def take(self, state: LeaderState) -> bool:
         """One message. Those of others than the leader, and those that are older than what is known, are left out; True where it is the leader's."""
@@ -35,36 +58,112 @@ class LeaderTracker:
         before = self._state
         if chosen and state.system_id != chosen:
             return False
-        if before is not None and state.system_id != before.system_id and not chosen and state.heard_s - before.heard_s < _FORGET_S:
-            return False
         if before is not None and state.system_id != before.system_id:
-            self._fixed = self._yaw_rad = None
-            self._link = LinkCounter()
+            if not chosen and state.heard_s - before.heard_s < _FORGET_S:
+                return False
+            self._forget()
         self._state = state
+        self._known = None
         self._link.heard(state.heard_s, state.lost)
-        if state.lat_deg is None or (self._fixed is not None and state.t_s <= self._fixed.t_s):
+        if state.lat_deg is None or state.lon_deg is None or (self._fixed is not None and state.t_s <= self._fixed.t_s):
             return True
         if self._fixed is not None:
-            self._interval_s = state.t_s - self._fixed.t_s
+            self._intervals.append(state.t_s - self._fixed.t_s)
         self._fixed = state
-        if state.yaw_rad is not None:
-            self._yaw_rad = state.yaw_rad
-        elif state.north_mps is not None and state.east_mps is not None and math.hypot(state.north_mps, state.east_mps) > _SLOW_MPS:
-            self._yaw_rad = math.atan2(state.east_mps, state.north_mps)
+        self._fuse(state, state.lat_deg, state.lon_deg)
         return True
 
+    # --- the filter ------------------------------------------------------------------------------------------------
+
+    def _fuse(self, state: LeaderState, lat_deg: float, lon_deg: float) -> None:
+        filter_, plane = self._filter, self._plane
+        if filter_ is None or plane is None or state.t_s - filter_.t_s > _ANEW_S:
+            self._begin(state, lat_deg, lon_deg)
+            return
+        north_m, east_m = plane.to_ned(lat_deg, lon_deg)
+        if math.hypot(north_m, east_m) > _FAR_M:
+            self._begin(state, lat_deg, lon_deg)
+            return
+        dt_s = state.t_s - filter_.t_s
+        was = math.hypot(filter_.north_mps, filter_.east_mps), math.atan2(filter_.east_mps, filter_.north_mps)
+        filter_.advance(state.t_s)
+        taken = filter_.take_position(north_m, east_m, _sigma_m(state))
+        if not taken and self._still_wild(state.t_s):
+            return
+        if not taken:
+            self._begin(state, lat_deg, lon_deg)
+            return
+        self._refused = 0
+        if state.north_mps is not None and state.east_mps is not None:
+            filter_.take_velocity(state.north_mps, state.east_mps, _SIGMA_MPS)
+        self._see_motion(filter_, state, *was, dt_s)
+        self._see_heading(filter_, state, dt_s)
+
+    def _begin(self, state: LeaderState, lat_deg: float, lon_deg: float) -> None:
+        """At that position, with the velocity told or none."""
+        self._plane = LocalFrame(lat_deg, lon_deg)
+        filter_ = self._filter = LeaderFilter(state.t_s, 0.0, 0.0, _sigma_m(state))
+        self._refused = 0
+        if state.north_mps is not None and state.east_mps is not None:
+            filter_.take_velocity(state.north_mps, state.east_mps, _SIGMA_MPS)
+        filter_.turn_radps = state.yaw_rate_radps or 0.0
+        self._yaw_rad = self._yaw_rad if state.yaw_rad is None else state.yaw_rad
+        self._see_heading(filter_, state, 0.0)
+
+    def _still_wild(self, t_s: float) -> bool:
+        """Whether a position far off what is expected is still taken for a wild one."""
+        if self._refused == 0:
+            self._refused_s = t_s
+        self._refused += 1
+        return self._refused <= _REFUSED or t_s - self._refused_s < _REFUSED_S
+
+    @staticmethod
+    def _see_motion(filter_: LeaderFilter, state: LeaderState, was_mps: float, was_rad: float, dt_s: float) -> None:
+        """Turn and acceleration, from the gyro where there is one."""
+        speed = math.hypot(filter_.north_mps, filter_.east_mps)
+        filter_.acceleration_mps2 += ((speed - was_mps) / dt_s - filter_.acceleration_mps2) * dt_s / (dt_s + _PUSH_TAU_S)
+        if state.yaw_rate_radps is not None:
+            filter_.turn_radps += (state.yaw_rate_radps - filter_.turn_radps) * dt_s / (dt_s + _RATE_TAU_S)
+        elif min(speed, was_mps) > _SLOW_MPS:
+            turn = wrap_pi(math.atan2(filter_.east_mps, filter_.north_mps) - was_rad) / dt_s
+            filter_.turn_radps += (turn - filter_.turn_radps) * dt_s / (dt_s + _COURSE_RATE_TAU_S)
+        else:
+            filter_.turn_radps = 0.0
+
+    def _see_heading(self, filter_: LeaderFilter, state: LeaderState, dt_s: float) -> None:
+        """Heading as told; the course where none is, and the last one while the leader is too slow to have any."""
+        self._told_yaw = state.yaw_rad is not None
+        if state.yaw_rad is not None:
+            expected = state.yaw_rad if self._yaw_rad is None or dt_s <= 0.0 else self._yaw_rad + filter_.turn_radps * dt_s
+            self._yaw_rad = wrap_pi(expected + _YAW_SHARE * wrap_pi(state.yaw_rad - expected))
+        elif math.hypot(filter_.north_mps, filter_.east_mps) > _SLOW_MPS:
+            self._yaw_rad = math.atan2(filter_.east_mps, filter_.north_mps)
+
+    # --- what is known ---------------------------------------------------------------------------------------------
+
     def leader(self, frame: LocalFrame, now_s: float) -> Leader | None:
-        """Where it is now, dead-reckoned from its last position."""
-        state, fixed = self._state, self._fixed
-        if state is None or fixed is None or fixed.lat_deg is None or fixed.lon_deg is None:
+        """Where it is now, in that plane."""
+        state, fixed, filter_, plane = self._state, self._fixed, self._filter, self._plane
+        if state is None or fixed is None or filter_ is None or plane is None:
             return None
-        north_m, east_m = frame.to_ned(fixed.lat_deg, fixed.lon_deg)
-        north_mps, east_mps = fixed.north_mps or 0.0, fixed.east_mps or 0.0
-        age_s = max(0.0, now_s - fixed.t_s)
-        rate = fixed.yaw_rate_radps or 0.0
-        yaw = None if self._yaw_rad is None else wrap_pi(self._yaw_rad + rate * age_s)
-        sigma_m = _SIGMA_M if fixed.accuracy_m is None else fixed.accuracy_m
-        return Leader(
-            state.system_id, north_m + north_mps * age_s, east_m + east_mps * age_s, north_mps, east_mps, yaw, rate, sigma_m, age_s,
-            self._interval_s, state.wish, self._link.value(now_s),
+        known = self._known
+        if known is not None and known[0] == now_s and known[1] == frame:
+            return known[2]
+        ahead_s = max(0.0, now_s - filter_.t_s)
+        north_m, east_m, north_mps, east_mps = filter_.at(filter_.t_s + ahead_s)
+        north_m, east_m = frame.to_ned(*plane.to_geodetic(north_m, east_m))
+        rate = filter_.turn_radps
+        yaw = None if self._yaw_rad is None else wrap_pi(self._yaw_rad + rate * min(ahead_s, 1.0))
+        astern = self._told_yaw and yaw is not None and north_mps * math.cos(yaw) + east_mps * math.sin(yaw) < -_ASTERN_MPS
+        leader = Leader(
+            state.system_id, north_m, east_m, north_mps, east_mps, yaw, rate, max(_sigma_m(fixed), filter_.sigma_m), max(0.0, now_s - fixed.t_s),
+            statistics.median(self._intervals) if self._intervals else 0.0, state.wish, self._link.value(now_s), filter_.acceleration_mps2, astern,
         )  # fmt: skip
+        self._known = (now_s, frame, leader)
+        return leader
+
+
+def _sigma_m(state: LeaderState) -> float:
+    """Of its position, within reason."""
+    accuracy_m = _SIGMA_M if state.accuracy_m is None or not state.accuracy_m > 0.0 else state.accuracy_m
+    return min(_MOST_SIGMA_M, max(_LEAST_SIGMA_M, accuracy_m))

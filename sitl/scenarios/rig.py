@@ -20,6 +20,9 @@ class Rig(Protocol):
     def config(self) -> VesselConfig: ...
 
     @property
+    def conditions(self) -> Conditions: ...
+
+    @property
     def world(self) -> World: ...
 
     @property
@@ -31,6 +34,10 @@ class Rig(Protocol):
 
     def send(self, data: bytes) -> None:
         """Bytes from the ground station to the vessel."""
+        ...
+
+    def hear(self, data: bytes, at_s: float) -> None:
+        """Bytes that reach the vessel between two ticks, at that time and not before the last ones; it takes them in at once."""
         ...
 
     def receive(self) -> bytes:
@@ -72,6 +79,7 @@ class Conditions:
     waves_m: float = 0.0
     model_error: float = 0.0
     plant: str | None = None
+    plant_error: float = 0.0  # of a jet boat's mass, thrust, nozzle and drag, up or down by the seed
     hull: str | Believed | None = None  # what the controller believes: the hull of the plant of that name, or this; None: the vessel's own
     push_ned_n: tuple[float, float] = (0.0, 0.0)
     wind_sensor: bool = False  # a wind sensor aboard, on a vessel without one

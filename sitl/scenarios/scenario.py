@@ -26,7 +26,7 @@ class ScenarioError(Exception):
 class Scenario:
     """`sail` plays the ground station and returns what `measure` needs to know of what was asked of the boat. `by_vessel` are defaults that
     differ for some vessels. `plot` draws into the folder; it raises ImportError where matplotlib is not installed. `tow`: the boat is led
-    along these legs."""
+    along these legs. `prepare`: what else the conditions are, beyond the settings that mean the same everywhere."""
 
     name: str
     text: str
@@ -37,6 +37,7 @@ class Scenario:
     by_vessel: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     plot: Callable[[Path, dict[str, Any], Settings], None] | None = None
     tow: Callable[[Settings], tuple[Leg, ...]] | None = None
+    prepare: Callable[[Conditions, Settings], Conditions] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,6 +66,8 @@ def run(
     if unknown:
         raise ScenarioError(f"{scenario.name} has no setting {', '.join(sorted(unknown))}; it has {', '.join(sorted(scenario.defaults))}")
     conditions = replace(_conditions(settings), vessel=vessel or scenario.vessel, seed=seed, tow=scenario.tow(settings) if scenario.tow else ())
+    if scenario.prepare is not None:
+        conditions = scenario.prepare(conditions, settings)
     rig = compose(conditions, folder)
     error: str | None = None
     asked: dict[str, Any] = {}
@@ -97,7 +100,7 @@ def _draw(scenario: Scenario, folder: Path, asked: dict[str, Any], settings: Set
 
 _CHOICES: Mapping[str, tuple[tuple[str, ...], Mapping[str, float]]] = {
     "path": (("PATH_KIND",), {"linear": 0, "pchip": 1, "makima": 2, "cubic": 3}),
-    "law": (("DP_LAW", "WP_LAW"), {"companion": 0, "thesis": 1}),
+    "law": (("DP_LAW", "WP_LAW", "FOLL_LAW"), {"companion": 0, "thesis": 1}),
     "control": (("PATH_CTRL",), {"pid": 0, "lqr": 1}),
     "ahrs": (("AHRS_LAW",), {"companion": 0, "thesis": 1}),
     "feedforward": (("DP_FF_KIND",), {"off": 0, "thesis": 1, "tuned": 2, "on": 3}),
@@ -124,6 +127,7 @@ def _conditions(settings: Settings) -> Conditions:
         model_error=number(settings, "model_error"),
         hull=settings.get("hull") or None,
         plant=settings.get("plant") or None,
+        plant_error=number(settings, "plant_error"),
         push_ned_n=_push(settings),
         magnetometer=_word(settings, "magnetometer", ("", "calibrated", "raw")),
         wind_sensor=bool(_choice(settings, "anemometer", {"off": 0, "on": 1})) if "anemometer" in settings else False,

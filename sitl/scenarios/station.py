@@ -32,8 +32,10 @@ class Item:
 class Station:
     """Keeps the newest message of each kind in `last`, and all STATUSTEXTs in `texts`."""
 
-    def __init__(self, rig: Rig, system: int = 255) -> None:
+    def __init__(self, rig: Rig, system: int = 255, vessel: int = 1) -> None:
+        """`system`: its own id; `vessel`: that of the boat on the rig."""
         self.rig = rig
+        self.vessel = vessel
         self.last: dict[str, Any] = {}
         self.texts: list[str] = []
         self.acks: list[Any] = []
@@ -89,7 +91,7 @@ class Station:
         """COMMAND_LONG, and its acknowledgement. Raises StationTimeout for another result than `expect`."""
         self.acks.clear()
         padded = (*params, *(0.0 for _ in range(7 - len(params))))
-        self.send(mavlink.MAVLink_command_long_message(1, 1, number, 0, *padded))
+        self.send(mavlink.MAVLink_command_long_message(self.vessel, 1, number, 0, *padded))
         self._acknowledged(number, expect)
 
     def _acknowledged(self, number: int, expect: int) -> None:
@@ -101,7 +103,7 @@ class Station:
     def set_parameter(self, name: str, value: float) -> None:
         """PARAM_SET of a real number, and its echo. Raises StationTimeout where none comes."""
         self.last.pop("PARAM_VALUE", None)
-        self.send(mavlink.MAVLink_param_set_message(1, 1, name.encode(), value, mavlink.MAV_PARAM_TYPE_REAL32))
+        self.send(mavlink.MAVLink_param_set_message(self.vessel, 1, name.encode(), value, mavlink.MAV_PARAM_TYPE_REAL32))
         self.wait(f"{name} = {value:g}", lambda: getattr(self.last.get("PARAM_VALUE"), "param_id", "") == name, 3.0)
 
     def hold_at_home(self, settle_s: float) -> None:
@@ -119,11 +121,11 @@ class Station:
         number = mavlink.MAV_CMD_DO_REPOSITION
         x, y = round(lat_deg * 1e7), round(lon_deg * 1e7)
         frame = mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT
-        self.send(mavlink.MAVLink_command_int_message(1, 1, frame, number, 0, 0, -1.0, 1.0, 0.0, yaw_rad, x, y, math.nan))
+        self.send(mavlink.MAVLink_command_int_message(self.vessel, 1, frame, number, 0, 0, -1.0, 1.0, 0.0, yaw_rad, x, y, math.nan))
         self._acknowledged(number, mavlink.MAV_RESULT_ACCEPTED)
 
     def set_mode(self, custom_mode: int) -> None:
-        self.send(mavlink.MAVLink_set_mode_message(1, 1, custom_mode))
+        self.send(mavlink.MAVLink_set_mode_message(self.vessel, 1, custom_mode))
         self.wait(f"mode {custom_mode:#x}", lambda: self._heartbeat("custom_mode") == custom_mode, 3.0)
 
     def arm(self) -> None:
@@ -142,7 +144,7 @@ class Station:
         """Mission, fence or rally points. Raises StationTimeout when the vessel refuses."""
         self._requests.clear()
         self._mission_ack = None
-        self.send(mavlink.MAVLink_mission_count_message(1, 1, len(items), kind))
+        self.send(mavlink.MAVLink_mission_count_message(self.vessel, 1, len(items), kind))
         end_s = self.rig.now_s + 30.0
         while self._mission_ack is None:
             if self.rig.now_s >= end_s:
@@ -154,9 +156,8 @@ class Station:
         if self._mission_ack.type != mavlink.MAV_MISSION_ACCEPTED:
             raise StationTimeout(f"mission refused with {self._mission_ack.type}; said: {self.texts[-3:]}")
 
-    @staticmethod
-    def _item_message(item: Item, seq: int, kind: int) -> Any:
+    def _item_message(self, item: Item, seq: int, kind: int) -> Any:
         x, y = round(item.lat_deg * 1e7), round(item.lon_deg * 1e7)
         return mavlink.MAVLink_mission_item_int_message(
-            1, 1, seq, item.frame, item.command, int(seq == 0), 1, *item.params, x, y, 0.0, kind
+            self.vessel, 1, seq, item.frame, item.command, int(seq == 0), 1, *item.params, x, y, 0.0, kind
         )

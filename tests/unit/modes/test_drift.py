@@ -10,7 +10,8 @@ import pytest
 
 from companion.config import DampingConfig, HullConfig, find, load
 from companion.core.types import SetpointKind
-from companion.modes.drift import Coasting, DriftKeeper
+from companion.guidance.coasting import Coasting
+from companion.modes.drift import DriftKeeper
 from companion.modes.propulsion import can_reverse
 from companion.params import Parameters
 

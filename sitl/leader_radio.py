@@ -1,0 +1,218 @@
+"""The air between a lead boat and its followers: what the module aboard says, as MAVLink bytes, and what of it arrives, and when."""
+
+from __future__ import annotations
+
+import heapq
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from pymavlink.dialects.v20 import common as mavlink
+
+from companion.config import ConfigError
+from companion.core.geodesy import LocalFrame
+from sitl.lead_boat import LeadBoat, LeaderFix
+from sitl.noise import stream
+from sitl.sensors import Grade, grade
+
+WISH_NONE, WISH_MANUAL, WISH_REMOTE, WISH_AUTONOMOUS = range(4)
+_MODULE_STATE = 0x55535600  # in custom_state: a leader module speaks; the wish is in the low byte
+_POSITION, _VELOCITY, _ATTITUDE = 1, 2, 8  # est_capabilities
+_NAN = math.nan
+_WHOLE_S = 1.0  # how often a whole message is sent where most are short
+_STICKS_HZ = 20.0
+
+
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """A sort of leader: how often it tells its position, as which system, and what its heartbeat says of it."""
+
+    rate_hz: float
+    system: int
+    component: int
+    vehicle: int
+    autopilot: int
+
+
+KINDS = {
+    "module": Kind(20.0, 100, 191, mavlink.MAV_TYPE_ONBOARD_CONTROLLER, mavlink.MAV_AUTOPILOT_INVALID),
+    "radio": Kind(20.0, 100, 191, mavlink.MAV_TYPE_ONBOARD_CONTROLLER, mavlink.MAV_AUTOPILOT_INVALID),  # the module on 16 kbit/s
+    "phone": Kind(4.0, 250, 190, mavlink.MAV_TYPE_GCS, mavlink.MAV_AUTOPILOT_INVALID),  # QGroundControl's Follow Me
+    "mavsdk": Kind(1.0, 245, 190, mavlink.MAV_TYPE_GCS, mavlink.MAV_AUTOPILOT_INVALID),
+    "vehicle": Kind(5.0, 100, 1, mavlink.MAV_TYPE_SURFACE_BOAT, mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA),
+}
+
+
+class LeaderModule:
+    """`speak()` at `due_s`: the packets that it sends at that moment. Remembers its clock, its counters and what it last said it can.
+
+    A module (and, as GLOBAL_POSITION_INT, a vehicle) dead-reckons from the boat's last fix to the moment of sending; a phone and MAVSDK send that fix as it is. `wish` is what the crew
+    asks for, `sticks` (x, y, z, r; −1000 … 1000) what it steers, both theirs to set.
+    """
+
+    def __init__(
+        self, boat: LeadBoat, *, kind: str = "module", gnss: str = "standalone", heading: bool = True, rate_hz: float = 0.0, seed: int = 0
+    ) -> None:
+        """`gnss`: grade of the boat's receiver, for the accuracy that is said; `heading` False: it has no inertial sensor; `rate_hz` 0: as is usual
+        for its kind. Raises ConfigError for a kind or grade that does not exist."""
+        if kind not in KINDS:
+            raise ConfigError([f"leader kind '{kind}': one of {', '.join(KINDS)}"])
+        self.kind = kind
+        self.wish = WISH_AUTONOMOUS
+        self.sticks: tuple[int, int, int, int] | None = None
+        self._boat, self._heading = boat, heading
+        self._sigma_m = _sigma_m(grade(gnss))
+        self._who = KINDS[kind]
+        self._period_s = 1.0 / (rate_hz or self._who.rate_hz)
+        draws = stream(seed, f"{boat.name} module")
+        self.due_s = boat.t_s + draws.uniform(0.0, self._period_s)
+        self._heartbeat_s, self._sticks_s, self._whole_s = self.due_s, self.due_s, -math.inf
+        self._clock_s, self._clock_rate = draws.uniform(5.0, 5000.0), 1.0 + draws.uniform(-50e-6, 50e-6)
+        self._said = 0
+        self._codec = mavlink.MAVLink(None, srcSystem=self._who.system, srcComponent=self._who.component)
+
+    @property
+    def system(self) -> int:
+        return self._who.system
+
+    def clock_ms(self, t_s: float) -> int:
+        """Its own clock, which has an offset and a drift."""
+        return round(1000.0 * (self._clock_s + self._clock_rate * t_s))
+
+    def speak(self) -> list[bytes]:
+        """What is sent at `due_s`, a MAVLink packet each; the boat must have been brought up to that time. Sets the next `due_s`."""
+        now_s, self.due_s = self.due_s, self.due_s + self._period_s
+        packets = []
+        if now_s >= self._heartbeat_s - 1e-9:
+            self._heartbeat_s += 1.0
+            packets.append(self._pack(mavlink.MAVLink_heartbeat_message(self._who.vehicle, self._who.autopilot, 0, 0, 4, 3)))
+        fix = self._boat.fix
+        if fix is not None:
+            packets.append(self._pack(self._position(fix, now_s)))
+        if self.sticks is not None and now_s >= self._sticks_s - 1e-9:
+            self._sticks_s = now_s + 1.0 / _STICKS_HZ
+            packets.append(self._pack(mavlink.MAVLink_manual_control_message(1, *self.sticks, 0)))
+        return packets
+
+    def answer(self, message: Any, at_s: float) -> bytes | None:
+        """What it sends back to a message that it hears: the time of its clock to who asks for it by TIMESYNC, unless it is a phone or MAVSDK."""
+        if self.kind in ("phone", "mavsdk") or message.get_type() != "TIMESYNC" or message.tc1 != 0:
+            return None
+        clock_ns = round(1e9 * (self._clock_s + self._clock_rate * at_s))
+        return self._pack(mavlink.MAVLink_timesync_message(clock_ns, message.ts1))
+
+    def _pack(self, message: Any) -> bytes:
+        data: bytes = message.pack(self._codec)
+        self._codec.seq = (self._codec.seq + 1) % 256
+        return data
+
+    def _position(self, fix: LeaderFix, now_s: float) -> Any:
+        if self.kind == "vehicle":
+            return self._global_position(fix, now_s)
+        if self.kind == "phone":
+            return self._bare(fix, self.clock_ms(now_s), _POSITION | _VELOCITY, (0.0,) * 4, (0.0,) * 3)
+        if self.kind == "mavsdk":
+            return self._bare(fix, 0, _POSITION, (1.0, _NAN, _NAN, _NAN), (_NAN,) * 3)
+        return self._follow_target(fix, now_s)
+
+    def _follow_target(self, fix: LeaderFix, now_s: float) -> Any:
+        lat, lon = _reckoned(fix, now_s)
+        can = (_POSITION | _VELOCITY if lat or lon else 0) | (_ATTITUDE if self._heading else 0)
+        whole = self.kind != "radio" or can != self._said or now_s >= self._whole_s - 1e-9
+        if whole:
+            self._said, self._whole_s = can, now_s + _WHOLE_S
+        half = 0.5 * (fix.yaw_rad + fix.yaw_rate_radps * (now_s - fix.t_s))
+        attitude = [math.cos(half), 0.0, 0.0, math.sin(half)] if self._heading else [_NAN] * 4
+        rates = [0.0, 0.0, fix.yaw_rate_radps if self._heading else 0.0]
+        velocity = [fix.north_mps, fix.east_mps, 0.0] if lat or lon else [0.0] * 3
+        covariance = [self._sigma_m, 0.0, 0.0] if whole else [0.0] * 3
+        return mavlink.MAVLink_follow_target_message(
+            self.clock_ms(now_s),
+            can if whole else 0,
+            lat,
+            lon,
+            0.0,
+            velocity,
+            [0.0] * 3,
+            attitude,
+            rates,
+            covariance,
+            _MODULE_STATE | self.wish,
+        )
+
+    def _bare(self, fix: LeaderFix, clock_ms: int, can: int, attitude: Sequence[float], acceleration: Sequence[float]) -> Any:
+        """The fix as it is; without one a phone says nothing of where it is."""
+        lat, lon = _scaled(fix.lat_deg, fix.lon_deg)
+        velocity = [fix.north_mps, fix.east_mps, 0.0]
+        covariance = [self._sigma_m, 0.0, 0.0] if self.kind == "phone" else [0.0] * 3
+        return mavlink.MAVLink_follow_target_message(
+            clock_ms, can if lat or lon else 0, lat, lon, 0.0, velocity, list(acceleration), list(attitude), [0.0] * 3, covariance, 0
+        )
+
+    def _global_position(self, fix: LeaderFix, now_s: float) -> Any:
+        lat, lon = _reckoned(fix, now_s)
+        yaw_deg = math.degrees(fix.yaw_rad + fix.yaw_rate_radps * (now_s - fix.t_s)) % 360.0
+        heading = min(35999, round(100.0 * yaw_deg)) if self._heading else 65535
+        speeds = (round(100.0 * fix.north_mps), round(100.0 * fix.east_mps), 0)
+        return mavlink.MAVLink_global_position_int_message(self.clock_ms(now_s) % (1 << 32), lat, lon, 0, 0, *speeds, heading)
+
+
+class RadioPath:
+    """The way from a module to one follower. `take(…)` what is sent, `arrived(until_s)` what has come in by then, with the times at which it did."""
+
+    def __init__(
+        self,
+        name: str,
+        *,
+        latency_s: float = 0.03,
+        jitter_s: float = 0.01,
+        loss: float = 0.0,
+        cuts: Sequence[tuple[float, float]] = (),
+        seed: int = 0,
+    ) -> None:
+        """`latency_s` mean, of which at least half is always taken, `jitter_s` one sigma; `loss`: share of the packets; `cuts`: (begin, duration) in s.
+        Raises ConfigError for a share that is none."""
+        if not 0.0 <= loss <= 1.0:
+            raise ConfigError([f"loss {loss:g}: a share from 0 to 1, please"])
+        self.cuts = list(cuts)
+        self._latency_s, self._jitter_s, self._loss = latency_s, jitter_s, loss
+        self._draws = stream(seed, f"{name} air")
+        self._flying: list[tuple[float, int, bytes]] = []
+        self._count = 0
+
+    def take(self, sent_s: float, data: bytes) -> None:
+        if (at_s := self.arrival_s(sent_s)) is not None:
+            self._count += 1
+            heapq.heappush(self._flying, (at_s, self._count, data))
+
+    def arrival_s(self, sent_s: float) -> float | None:
+        """When a packet of that moment gets through, in either direction; None if it does not."""
+        lost = self._draws.random() < self._loss
+        delay_s = max(0.5 * self._latency_s, self._draws.gauss(self._latency_s, self._jitter_s))
+        cut = any(begin_s <= sent_s < begin_s + duration_s for begin_s, duration_s in self.cuts)
+        return None if lost or cut else sent_s + delay_s
+
+    def arrived(self, until_s: float) -> list[tuple[float, bytes]]:
+        """(time of arrival, packet), in that order."""
+        flying, arrived = self._flying, []
+        while flying and flying[0][0] <= until_s:
+            at_s, _, data = heapq.heappop(flying)
+            arrived.append((at_s, data))
+        return arrived
+
+
+def _reckoned(fix: LeaderFix, now_s: float) -> tuple[int, int]:
+    """Degrees times 1e7, carried on from the fix to now; 0, 0 without a fix."""
+    if fix.lat_deg is None or fix.lon_deg is None:
+        return 0, 0
+    age_s = now_s - fix.t_s
+    return _scaled(*LocalFrame(fix.lat_deg, fix.lon_deg).to_geodetic(fix.north_mps * age_s, fix.east_mps * age_s))
+
+
+def _scaled(lat_deg: float | None, lon_deg: float | None) -> tuple[int, int]:
+    return (0, 0) if lat_deg is None or lon_deg is None else (round(lat_deg * 1e7), round(lon_deg * 1e7))
+
+
+def _sigma_m(receiver: Grade) -> float:
+    return math.hypot(receiver.white_m, receiver.slow_m)

@@ -1,0 +1,279 @@
+"""How well a lead boat was followed, from the truth of both boats: gap by arc length, distance from the leader's track, bends by the leader's own turning."""
+
+from __future__ import annotations
+
+import csv
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Column = NDArray[np.float64]
+
+WAKE_M = 4.0
+_ASTERN_M = 600.0  # the track is taken to have come from right astern of where it begins
+_STEP_M = 0.25
+_WINDOW_M = 15.0  # in which the nearest point is looked for, about the one before: other branches of a track that turns back do not count
+_LOST_M = 20.0  # beyond this distance all of the track of the last while counts
+_RECALL_M = 400.0
+_TURNING_RADPS = math.radians(2.0)
+_ONE_BEND_S = 3.0
+_AFTER_BEND_S = 10.0
+_BEHIND_S = 10.0  # by so much at most a follower comes out of a bend after the leader
+_ASTERN_MPS = -0.2
+_BACK_M, _BACK_S = 2.0, 2.0
+
+
+@dataclass(frozen=True, slots=True)
+class Bend:
+    """A turn of the leader: when, and between which arc lengths of its track."""
+
+    begin_s: float
+    end_s: float
+    begin_m: float
+    end_m: float
+
+
+class Track:
+    """A polyline with its arc length: where a boat has been. It begins far astern of its first point, in the direction `yaw_rad`."""
+
+    def __init__(self, north_m: Column, east_m: Column, yaw_rad: float) -> None:
+        import numpy as np
+
+        keep = [0]
+        for i in range(1, len(north_m)):
+            if math.hypot(north_m[i] - north_m[keep[-1]], east_m[i] - east_m[keep[-1]]) >= _STEP_M:
+                keep.append(i)
+        self.north = np.concatenate([[north_m[0] - _ASTERN_M * math.cos(yaw_rad)], north_m[keep]])
+        self.east = np.concatenate([[east_m[0] - _ASTERN_M * math.sin(yaw_rad)], east_m[keep]])
+        self.arc = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(self.north), np.diff(self.east)))])
+
+    def nearest(self, north_m: float, east_m: float, low_m: float, high_m: float) -> tuple[float, float, float]:
+        """(arc length, offset to starboard, course there) of the point nearest to a place, between two arc lengths."""
+        import numpy as np
+
+        first = max(0, int(np.searchsorted(self.arc, low_m)) - 1)
+        last = min(len(self.arc) - 1, max(first + 1, int(np.searchsorted(self.arc, high_m))))
+        n, e = self.north[first:last], self.east[first:last]
+        dn, de = self.north[first + 1 : last + 1] - n, self.east[first + 1 : last + 1] - e
+        long = np.hypot(dn, de)
+        along = ((north_m - n) * dn + (east_m - e) * de) / long
+        along = np.clip(along, np.maximum(0.0, low_m - self.arc[first:last]), np.minimum(long, high_m - self.arc[first:last]))
+        off_n, off_e = north_m - n - along * dn / long, east_m - e - along * de / long
+        i = int(np.argmin(np.hypot(off_n, off_e)))
+        side = math.copysign(1.0, dn[i] * off_e[i] - de[i] * off_n[i])
+        return float(self.arc[first + i] + along[i]), side * math.hypot(off_n[i], off_e[i]), math.atan2(de[i], dn[i])
+
+
+class Chase:
+    """Both boats at the same instants (the ticks of the follower), from `from_s` on. Columns are numpy arrays, one value a tick.
+
+    `gap_m` and `off_m` are of the truth; `known_gap_m` and `known_off_m` what both boats' receivers make of it, which is what a law can hold.
+    """
+
+    def __init__(self, folder: Path, from_s: float = 0.0, leader: str = "leader") -> None:
+        import numpy as np
+
+        truth, other, ticks = (
+            columns(folder / "truth.csv"),
+            columns(folder / f"{leader}.csv"),
+            columns(folder / "ticks.csv", "t_s", "north_m", "east_m"),
+        )
+        at = truth["t_s"] >= from_s
+        t = self.t = truth["t_s"][at]
+        self.north, self.east, self.yaw = truth["north_m"][at], truth["east_m"][at], np.unwrap(truth["yaw_rad"][at])
+        self.speed = np.hypot(truth["surge_mps"], truth["sway_mps"])[at]
+        self._error = ticks["north_m"][at] - self.north, ticks["east_m"][at] - self.east
+        clock = other["t_s"]
+        self.leader_north, self.leader_east = np.interp(t, clock, other["north_m"]), np.interp(t, clock, other["east_m"])
+        self.leader_yaw, self.leader_speed = np.interp(t, clock, np.unwrap(other["yaw_rad"])), np.interp(t, clock, other["speed_mps"])
+        self.leader_surge, self.leader_rate = np.interp(t, clock, other["surge_mps"]), np.interp(t, clock, other["yaw_rate_radps"])
+        self._leader_error = tuple(np.interp(t, clock, other[f"fix_{name}"] - other[name]) for name in ("north_m", "east_m"))
+        self.distance = np.hypot(self.north - self.leader_north, self.east - self.leader_east)
+        self.track = Track(self.leader_north, self.leader_east, float(self.leader_yaw[0]))
+        step = np.hypot(np.diff(self.leader_north), np.diff(self.leader_east))
+        self.leader_arc = _ASTERN_M + np.concatenate([[0.0], np.cumsum(step)])
+        backing = np.flatnonzero(self.leader_surge < _ASTERN_MPS)
+        self.ahead_until_s = float(t[backing[0]]) if len(backing) else math.inf  # from then on arc length means nothing
+
+    @cached_property
+    def along(self) -> tuple[Column, Column, Column]:
+        """(arc length, offset to starboard, course of the track there) of the follower."""
+        import numpy as np
+
+        found: list[tuple[float, float, float]] = []
+        arc = None
+        for north, east, end in zip(self.north, self.east, self.leader_arc, strict=True):
+            place = None if arc is None else self.track.nearest(north, east, arc - _WINDOW_M, min(end, arc + _WINDOW_M))
+            if place is None or abs(place[1]) > _LOST_M:
+                place = self.track.nearest(north, east, end - _RECALL_M, end)
+            arc = place[0]
+            found.append(place)
+        arcs, offsets, courses = np.array(found).T
+        return arcs, offsets, np.unwrap(courses)
+
+    @property
+    def off_m(self) -> Column:
+        """From the leader's track, to starboard."""
+        return self.along[1]
+
+    @property
+    def gap_m(self) -> Column:
+        """Along the leader's track."""
+        return self.leader_arc - self.along[0]
+
+    @property
+    def swing(self) -> Column:
+        """Heading against the course of the track where the follower is, in rad."""
+        import numpy as np
+
+        apart = self.yaw - self.along[2]
+        return np.arctan2(np.sin(apart), np.cos(apart))
+
+    @cached_property
+    def passed(self) -> Column:
+        """When the leader was where the follower is now, as an index of the columns, with fractions."""
+        import numpy as np
+
+        return np.interp(self.along[0], self.leader_arc, np.arange(len(self.t)))
+
+    @property
+    def known_off_m(self) -> Column:
+        import numpy as np
+
+        _, off, course = self.along
+        rows = np.arange(len(self.t))
+        north, east = (own - np.interp(self.passed, rows, theirs) for own, theirs in zip(self._error, self._leader_error, strict=True))
+        return off + east * np.cos(course) - north * np.sin(course)
+
+    @property
+    def known_gap_m(self) -> Column:
+        import numpy as np
+
+        course, there = self.along[2], self.leader_yaw
+        own = self._error[0] * np.cos(course) + self._error[1] * np.sin(course)
+        theirs = self._leader_error[0] * np.cos(there) + self._leader_error[1] * np.sin(there)
+        return self.gap_m + theirs - own
+
+    @cached_property
+    def bends(self) -> tuple[Bend, ...]:
+        """Turns of the leader while it goes ahead; those with less than 3 s between them are one."""
+        spans: list[list[int]] = []
+        for i in range(len(self.t)):
+            if abs(self.leader_rate[i]) < _TURNING_RADPS or self.leader_surge[i] < 0.5:
+                continue
+            if spans and self.t[i] - self.t[spans[-1][1]] < _ONE_BEND_S:
+                spans[-1][1] = i
+            else:
+                spans.append([i, i])
+        return tuple(
+            Bend(float(self.t[a]), float(self.t[b]), float(self.leader_arc[a]), float(self.leader_arc[b])) for a, b in spans if b > a
+        )
+
+    @cached_property
+    def through_s(self) -> tuple[float, ...]:
+        """When the follower came out of each bend; infinite where it did not."""
+        times = []
+        for bend in self.bends:
+            out = [t for t, arc in zip(self.t, self.along[0], strict=True) if t > bend.begin_s and arc >= bend.end_m]
+            times.append(float(out[0]) if out else math.inf)
+        return tuple(times)
+
+    @property
+    def in_bend(self) -> NDArray[np.bool_]:
+        """From the leader's turn until the follower is out of it."""
+        return self._any_bend(0.0)
+
+    @property
+    def on_straight(self) -> NDArray[np.bool_]:
+        """Neither in a bend nor in the 10 s after it."""
+        return ~self._any_bend(_AFTER_BEND_S)
+
+    def _any_bend(self, after_s: float) -> NDArray[np.bool_]:
+        import numpy as np
+
+        inside = np.zeros(len(self.t), dtype=bool)
+        for bend, through_s in zip(self.bends, self.through_s, strict=True):
+            inside |= (self.t >= bend.begin_s) & (self.t <= through_s + after_s)
+        return inside
+
+    def recovery_s(self, gap_m: float) -> tuple[float, ...]:
+        """After each bend, how long until the gap as known was within 2 m and the offset as known within 4 m, for 2 s; infinite if not before the
+        next bend or the end. Bends that end too shortly before the run does are left out."""
+        times = []
+        good = (abs(self.known_gap_m - gap_m) <= _BACK_M) & (abs(self.known_off_m) <= WAKE_M)
+        ends = [*(bend.begin_s for bend in self.bends[1:]), float(self.t[-1])]
+        for bend, through_s, end_s in zip(self.bends, self.through_s, ends, strict=False):
+            if min(through_s, bend.end_s + _BEHIND_S) + _AFTER_BEND_S > self.t[-1]:
+                continue
+            times.append(self._good_after(good, through_s, end_s))
+        return tuple(times)
+
+    def _good_after(self, good: NDArray[np.bool_], from_s: float, to_s: float) -> float:
+        since: float | None = None
+        for t, ok in zip(self.t, good, strict=True):
+            if not from_s <= t <= to_s:
+                continue
+            since = (float(t) if since is None else since) if ok else None
+            if since is not None and t - since >= _BACK_S:
+                return since - from_s
+        return math.inf
+
+    def circles(self) -> float:
+        """Whole turns of the follower that the leader did not make."""
+        apart = self.yaw - self.leader_yaw
+        return float(math.floor((apart.max() - apart.min()) / math.tau + 1e-9))
+
+    def station_error(self, bearing_rad: float, distance_m: float, known: bool = False) -> Column:
+        """Distance from the place at that bearing and distance in the leader's frame; `known`: as both boats' receivers put them."""
+        import numpy as np
+
+        angle = self.leader_yaw + bearing_rad
+        north = self.north - self.leader_north - distance_m * np.cos(angle)
+        east = self.east - self.leader_east - distance_m * np.sin(angle)
+        if known:
+            north, east = north + self._error[0] - self._leader_error[0], east + self._error[1] - self._leader_error[1]
+        found: Column = np.hypot(north, east)
+        return found
+
+
+def rms(values: Column) -> float:
+    """NaN of nothing."""
+    return math.sqrt(float((values * values).mean())) if len(values) else math.nan
+
+
+def share(held: NDArray[np.bool_]) -> float:
+    """Of the values that are true; NaN of nothing."""
+    return float(held.mean()) if len(held) else math.nan
+
+
+def variation_1ps(folder: Path, column: str, full: float, from_s: float) -> float:
+    """Total variation a second of a column of ticks.csv, in shares of its full value."""
+    import numpy as np
+
+    ticks = columns(folder / "ticks.csv", "t_s", column)
+    at = ticks["t_s"] >= from_s
+    t = ticks["t_s"][at]
+    return float(np.abs(np.diff(ticks[column][at])).sum() / full / (t[-1] - t[0])) if len(t) > 1 else 0.0
+
+
+def modes(folder: Path) -> list[tuple[float, str]]:
+    """(time, mode) of each tick."""
+    with (folder / "ticks.csv").open(encoding="utf-8") as file:
+        return [(float(row["t_s"]), row["mode"]) for row in csv.DictReader(file)]
+
+
+def columns(path: Path, *names: str) -> dict[str, Column]:
+    """Columns of a log by name; without names all, which must be numbers. An empty cell is NaN."""
+    import numpy as np
+
+    with path.open(encoding="utf-8") as file:
+        header = file.readline().strip().split(",")
+        wanted = names or tuple(header)
+        data = np.genfromtxt(file, delimiter=",", usecols=[header.index(name) for name in wanted], ndmin=2)
+    return {name: data[:, i] for i, name in enumerate(wanted)}

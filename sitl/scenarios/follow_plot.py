@@ -1,0 +1,149 @@
+"""The figure of a run behind a lead boat: tracks on the water with the borders of the wake, and against time what the RescueRunner thesis plots."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from sitl.lead_boat import LENGTH_M
+from sitl.scenarios.follow_measure import WAKE_M, Chase, columns, modes
+from sitl.scenarios.plot import outline
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from sitl.scenarios.scenario import Settings
+
+_LEADER, _COLORS, _BORDER, _OTHER = "tab:orange", ("tab:blue", "tab:green"), "0.55", "tab:red"
+_EVERY_S = 10.0
+_AROUND_M = 80.0
+
+
+def draw(folder: Path, asked: dict[str, Any], settings: Settings) -> None:
+    """Draw `follow.png` into the folder. Raises ImportError without matplotlib."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    folders = [folder, *(folder / name for name in asked.get("others", ()))]
+    chases = [Chase(each, asked.get("plot_from_s", asked["from_s"] - 5.0)) for each in folders]
+    figure = Figure(figsize=(17.0, 10.0), layout="constrained")
+    FigureCanvasAgg(figure)
+    grid = figure.add_gridspec(5, 2, width_ratios=(1.0, 1.1))
+    _chart(figure.add_subplot(grid[:3, 0]), chases, asked)
+    _around_leader(figure.add_subplot(grid[3:, 0]), chases, asked)
+    right: list[Axes] = [figure.add_subplot(grid[row, 1]) for row in range(5)]
+    for each, chase, color in zip(folders, chases, _COLORS, strict=False):
+        _against_time(right, each, chase, asked, color, len(chases) == 1)
+    for axes in right:
+        for t_s, text in asked.get("marks", ()):
+            axes.axvline(t_s - asked["from_s"], color="black", alpha=0.4, linewidth=0.7)
+            if axes is right[0]:
+                axes.annotate(text, (t_s - asked["from_s"], 1.0), xycoords=("data", "axes fraction"), rotation=60, fontsize=6)
+        axes.set_xlim(chases[0].t[0] - asked["from_s"], chases[0].t[-1] - asked["from_s"])
+        axes.grid(alpha=0.3)
+        if axes.lines:
+            axes.legend(loc="upper left", fontsize=7, ncols=2)
+    right[-1].set_xlabel("time since the leader departed, s; grey: not in Follow, yellow: the leader turns")
+    said = ", ".join(f"{key} {value}" for key, value in settings.items() if value)
+    figure.suptitle(f"{asked['vessel']}: {said}", fontsize=10)
+    figure.savefig(folder / "follow.png", dpi=80)
+
+
+def _chart(axes: Axes, chases: list[Chase], asked: dict[str, Any]) -> None:
+    import numpy as np
+
+    first = chases[0]
+    axes.plot(first.leader_east, first.leader_north, color=_LEADER, linewidth=1.0, label="leader")
+    course = np.unwrap(np.arctan2(np.gradient(first.leader_east), np.gradient(first.leader_north)))
+    moving = first.leader_speed > 0.5
+    for side in (-WAKE_M, WAKE_M):
+        border = np.where(moving, side, np.nan)
+        axes.plot(
+            first.leader_east + border * np.cos(course),
+            first.leader_north - border * np.sin(course),
+            color=_BORDER,
+            linewidth=0.6,
+            linestyle="--",
+        )
+    step = max(1, round(_EVERY_S / (first.t[1] - first.t[0])))
+    for chase, color in zip(chases, _COLORS, strict=False):
+        axes.plot(chase.east, chase.north, color=color, linewidth=0.9, label="follower")
+        for i in range(0, len(chase.t), step):
+            outline(axes, chase.north[i], chase.east[i], chase.yaw[i], asked, color, 0.9)
+            axes.plot([chase.east[i], chase.leader_east[i]], [chase.north[i], chase.leader_north[i]], color="black", linewidth=0.25)
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.set_xlabel("east, m; thin lines join the boats every 10 s")
+    axes.set_ylabel("north, m")
+    axes.grid(alpha=0.3)
+    axes.legend(loc="upper right")
+
+
+def _around_leader(axes: Axes, chases: list[Chase], asked: dict[str, Any]) -> None:
+    """In the leader's frame, as far as 80 m: where a follower keeps, and that the keep-out circle stays empty."""
+    import numpy as np
+
+    for chase, color in zip(chases, _COLORS, strict=False):
+        north, east = chase.north - chase.leader_north, chase.east - chase.leader_east
+        c, s = np.cos(chase.leader_yaw), np.sin(chase.leader_yaw)
+        near = np.where(chase.distance < _AROUND_M, 1.0, np.nan)
+        axes.plot((c * east - s * north) * near, (c * north + s * east) * near, color=color, linewidth=0.7)
+    outline(axes, 0.0, 0.0, 0.0, {"length_m": LENGTH_M, "beam_m": 0.3 * LENGTH_M}, _LEADER, 1.0)
+    around = np.linspace(0.0, math.tau, 90)
+    axes.plot(asked["nearest_m"] * np.cos(around), asked["nearest_m"] * np.sin(around), color=_OTHER, linewidth=0.6)
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.set_xlabel("to starboard of the leader, m")
+    axes.set_ylabel("ahead of it, m")
+    axes.grid(alpha=0.3)
+
+
+def _against_time(right: list[Axes], folder: Path, chase: Chase, asked: dict[str, Any], color: str, shade: bool) -> None:
+    import numpy as np
+
+    t = chase.t - asked["from_s"]
+    ahead = np.where(chase.t < chase.ahead_until_s, 1.0, np.nan)
+    right[0].plot(t, chase.gap_m * ahead, color=color, linewidth=0.9, label="gap along the track, m")
+    right[0].plot(t, chase.distance, color=color, linewidth=0.6, linestyle=":", label="distance, m")
+    right[0].axhline(asked["nearest_m"], color=_OTHER, linewidth=0.6)
+    right[1].plot(t, np.clip(chase.off_m * ahead, -15.0, 15.0), color=color, linewidth=0.9, label="off the track, m")
+    right[1].plot(
+        t, np.clip(chase.known_off_m * ahead, -15.0, 15.0), color=color, linewidth=0.5, alpha=0.6, label="as the receivers know it"
+    )
+    for border in (-WAKE_M, WAKE_M):
+        right[1].axhline(border, color=_BORDER, linewidth=0.6, linestyle="--")
+    if color == _COLORS[0]:
+        right[2].plot(t, np.degrees(chase.leader_yaw), color=_LEADER, linewidth=0.9, label="leader's heading, °")
+        right[3].plot(t, chase.leader_speed, color=_LEADER, linewidth=0.9, label="leader's speed, m/s")
+    right[2].plot(
+        t,
+        np.degrees(chase.yaw + math.tau * round((chase.leader_yaw[0] - chase.yaw[0]) / math.tau)),
+        color=color,
+        linewidth=0.9,
+        label="follower's",
+    )
+    right[3].plot(t, chase.speed, color=color, linewidth=0.9, label="follower's")
+    if asked["nozzle"]:
+        names = ("t_s", f"{asked['nozzle']}_throttle", f"{asked['nozzle']}_azimuth_rad")
+        ticks = columns(folder / "ticks.csv", *names)
+        when = ticks["t_s"] - asked["from_s"]
+        right[4].plot(when, ticks[names[2]] / asked["full_rad"], color=color, linewidth=0.6, label="nozzle, of its full angle")
+        right[4].plot(when, ticks[names[1]], color=_OTHER, linewidth=0.9, label="throttle")
+        right[4].set_ylim(-1.05, 1.05)
+    if shade:
+        _shade(right, folder, chase, asked["from_s"])
+
+
+def _shade(right: list[Axes], folder: Path, chase: Chase, from_s: float) -> None:
+    """When the leader turned, and when the follower was not following."""
+    for bend in chase.bends:
+        for axes in right:
+            axes.axvspan(bend.begin_s - from_s, bend.end_s - from_s, color="gold", alpha=0.25, linewidth=0.0)
+    since: float | None = None
+    words = modes(folder)
+    for t_s, mode in [*words, (words[-1][0], "Follow")]:
+        if mode != "Follow" and since is None:
+            since = t_s
+        elif mode == "Follow" and since is not None:
+            for axes in right:
+                axes.axvspan(since - from_s, t_s - from_s, color="0.5", alpha=0.3, linewidth=0.0)
+            since = None

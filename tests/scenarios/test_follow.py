@@ -1,0 +1,165 @@
+"""Following a lead boat, whole: its module's bytes, the follower's sensors and jet, judged by the truth of both boats."""
+
+from __future__ import annotations
+
+import math
+import statistics
+from collections.abc import Mapping
+from pathlib import Path
+
+import pytest
+from pymavlink.dialects.v20 import common as mavlink
+
+from companion.cli import LockstepRig
+from companion.config import ConfigError
+from sitl.scenarios import SCENARIOS
+from sitl.scenarios.measure import read_events, read_truth
+from sitl.scenarios.rig import Conditions
+from sitl.scenarios.scenario import ScenarioError, run
+
+SEEDS = 16
+
+
+def sail(name: str, folder: Path, seed: int, must_hold: bool = True, **changes: str) -> Mapping[str, float]:
+    outcome = run(SCENARIOS[name], LockstepRig, folder, seed=seed, changes=changes)
+    assert outcome.error is None, outcome.error
+    assert outcome.ok or not must_hold, [check.row() for check in outcome.checks if not check.ok]
+    return outcome.metrics
+
+
+def over_seeds(folder: Path, must_hold: bool = True, **changes: str) -> list[Mapping[str, float]]:
+    return [sail("follow", folder / str(seed), seed, must_hold, **changes) for seed in range(SEEDS)]
+
+
+def pooled_rms(runs: list[Mapping[str, float]], name: str) -> float:
+    return math.sqrt(statistics.fmean(run[name] ** 2 for run in runs if not math.isnan(run[name])))
+
+
+# --- quick: one seed -----------------------------------------------------------------------------------------------
+
+
+def test_in_the_wake_through_a_u_turn(tmp_path: Path) -> None:
+    """With receivers good enough for the truth to be judged."""
+    metrics = sail("follow", tmp_path, 1, leader="uturn@8.2", gnss="sbas", time="95")
+    assert metrics["in_wake_share"] >= 0.98 and metrics["gap_straight_rms_m"] <= 2.0 and metrics["gap_bend_rms_m"] <= 5.0
+    assert (tmp_path / "leader.csv").read_text(encoding="utf-8").count("\n") > 95 * 10
+
+
+def test_up_to_a_leader_at_rest_and_away_with_it(tmp_path: Path) -> None:
+    """The lead boat lies with its bow towards the follower, so that the way to its stern leads around it."""
+    sail("approach", tmp_path, 1, heading="150", wait="120", time="55")
+
+
+def test_link_and_own_receiver_lost(tmp_path: Path) -> None:
+    sail("link_loss", tmp_path, 1)
+
+
+def test_round_the_leader_under_way(tmp_path: Path) -> None:
+    sail("station_change", tmp_path, 1, each="32")
+
+
+def test_two_behind_one(tmp_path: Path) -> None:
+    sail("two_followers", tmp_path, 1, leader="straight@8.2", time="48")
+    assert (tmp_path / "second" / "leader.csv").is_file()
+
+
+def test_packets_reach_the_vessel_between_its_ticks(tmp_path: Path) -> None:
+    """At the time at which they arrive, as on a boat: a leader's delay can be measured in lockstep too."""
+    rig = LockstepRig(Conditions("rescuerunner"), tmp_path)
+    while rig.now_s < 3.0:
+        rig.step()
+    codec = mavlink.MAVLink(None, srcSystem=255, srcComponent=190)
+    rig.hear(mavlink.MAVLink_set_mode_message(1, 1, 0x03040000).pack(codec), 3.013)
+    rig.step()
+    rig.close()
+    assert [said.t_s for said in read_events(tmp_path) if said.name == "mode_changed"] == [3.013]
+    assert max(row["t_s"] for row in read_truth(tmp_path)) == pytest.approx(3.05), "the ticks stay where they were"
+
+
+def test_words_that_do_not_exist_are_said(tmp_path: Path) -> None:
+    with pytest.raises(ScenarioError, match="180@20"):
+        sail("follow", tmp_path, 0, station="astern")
+    with pytest.raises(ConfigError, match="vehicle"):
+        sail("follow", tmp_path, 0, kind="gull")
+    with pytest.raises(ConfigError, match="uturn"):
+        sail("follow", tmp_path, 0, leader="loop")
+
+
+# --- over 16 seeds -------------------------------------------------------------------------------------------------
+
+_CONDITIONS: Mapping[str, Mapping[str, str]] = {
+    "20 m": {},
+    "45 m": {"gap": "45"},
+    "4 m/s": {"leader": "thesis@4"},
+    "14 m/s": {"leader": "thesis@14", "gap": "45"},
+    "wrong by 30 %": {"plant_error": "0.3"},
+    "wrong by 30 %, 45 m": {"plant_error": "0.3", "gap": "45"},
+    "wrong by 30 %, 4 m/s": {"plant_error": "0.3", "leader": "thesis@4"},
+    "wrong by 30 %, 14 m/s": {"plant_error": "0.3", "leader": "thesis@14", "gap": "45"},
+    "worn": {"plant": "worn"},
+    "slalom": {"leader": "slalom@8.2"},
+    "u-turn": {"leader": "uturn@8.2"},
+    "all of it": {"leader": "lively@8.2"},
+    "stream": {"current": "0.5", "wind": "8"},
+    "severe waves": {"waves": "0.8", "wind": "12"},
+    "radio": {"kind": "radio", "latency": "0.1"},
+    "phone": {"kind": "phone", "latency": "0.2"},
+    "mavsdk": {"kind": "mavsdk", "latency": "0.2"},
+    "vehicle": {"kind": "vehicle", "latency": "0.1"},
+}
+
+
+@pytest.mark.sweep
+@pytest.mark.parametrize("changes", _CONDITIONS.values(), ids=_CONDITIONS.keys())
+def test_astern_sweep(tmp_path: Path, changes: Mapping[str, str]) -> None:
+    """Each run holds as far as its receivers know it; the truth is judged over all seeds. Two standalone receivers differ by 1.7 m (one sigma) each way, so
+    that a follower without any error of its own is within 4 m of the true track 98 % of the time: its share is the yardstick."""
+    runs = over_seeds(tmp_path, **changes)
+    wake, ideal = (statistics.fmean(run[name] for run in runs) for name in ("in_wake_share", "receivers_in_wake_share"))
+    assert wake >= 0.98 * ideal
+    assert pooled_rms(runs, "gap_straight_rms_m") <= 2.0 + (0.5 if changes.get("kind") in ("phone", "mavsdk") else 0.0)
+    assert pooled_rms(runs, "gap_bend_rms_m") <= 5.0
+
+
+@pytest.mark.sweep
+@pytest.mark.parametrize("gap", ["20", "45"])
+def test_with_good_receivers_the_truth_holds_in_every_run(tmp_path: Path, gap: str) -> None:
+    for metrics in over_seeds(tmp_path, gap=gap, gnss="sbas"):
+        assert metrics["in_wake_share"] >= 0.98 and metrics["gap_straight_rms_m"] <= 2.0 and metrics["gap_bend_rms_m"] <= 5.0
+
+
+@pytest.mark.sweep
+def test_half_of_the_packets_lost(tmp_path: Path) -> None:
+    whole, half = (over_seeds(tmp_path / loss, loss=loss) for loss in ("0", "0.5"))
+    for name in ("off_rms_m", "gap_straight_rms_m", "gap_bend_rms_m", "known_off_rms_m", "known_gap_straight_rms_m", "nozzle_variation_1ps"):
+        assert pooled_rms(half, name) <= 1.5 * pooled_rms(whole, name), name
+
+
+@pytest.mark.sweep
+@pytest.mark.parametrize("leader", ["stop@8.2", "reverse@8.2"])
+@pytest.mark.parametrize("weather", [{"wind": "4"}, {"wind": "8", "current": "0.5"}], ids=["breeze", "stream"])
+def test_a_leader_that_stops_or_backs(tmp_path: Path, leader: str, weather: Mapping[str, str]) -> None:
+    over_seeds(tmp_path, leader=leader, **weather)
+
+
+@pytest.mark.sweep
+@pytest.mark.parametrize("seed", range(SEEDS))
+@pytest.mark.parametrize("name", ["approach", "link_loss", "leader_gnss_loss", "station_change", "two_followers"])
+def test_the_other_scenarios(tmp_path: Path, name: str, seed: int) -> None:
+    sail(name, tmp_path, seed)
+
+
+@pytest.mark.sweep
+def test_what_the_thesis_found(tmp_path: Path) -> None:
+    """Its law oscillates at 20 m, on straights too; here it is the throttle that does, with the gains of the first sea test, and so the speed. At 45 m it cuts
+    corners out of the wake."""
+    near, far = (over_seeds(tmp_path / gap, must_hold=False, law="thesis", gap=gap) for gap in ("20", "45"))
+    ours = over_seeds(tmp_path / "ours")
+    assert pooled_rms(near, "speed_straight_rms_mps") > 3.0 * pooled_rms(ours, "speed_straight_rms_mps")
+    assert pooled_rms(near, "throttle_variation_1ps") > 2.0 * pooled_rms(ours, "throttle_variation_1ps")
+    assert pooled_rms(far, "known_off_rms_m") > 2.0 * pooled_rms(ours, "known_off_rms_m")
+
+
+@pytest.mark.sweep
+def test_a_boat_that_goes_sideways_too(tmp_path: Path) -> None:
+    assert run(SCENARIOS["follow"], LockstepRig, tmp_path, seed=1, vessel="revolt").ok
