@@ -64,8 +64,6 @@ class Display(Protocol):
 
     def say(self, text: str) -> None: ...
 
-    def close(self) -> None: ...
-
 
 @dataclass(frozen=True, slots=True)
 class LeaderSurroundings:
@@ -118,7 +116,7 @@ class LeaderModule:
         self._arrived: list[Reading] = []
         self._ok: dict[str, bool] = {}
         self._shown_s = -math.inf
-        self._last_text = ""
+        self._told_presses = 0
 
     @property
     def link(self) -> LeadLink:
@@ -147,7 +145,6 @@ class LeaderModule:
 
     def tick(self, now_s: float) -> None:
         """One cycle, whole."""
-        asked = self.crew.wish, self.crew.presses
         self.serve(now_s)
         readings, self._arrived = self._arrived, []
         nav = self._estimator.update(readings, now_s)
@@ -157,7 +154,7 @@ class LeaderModule:
             link.publish(beacon)
         for station in self._stations:
             station.publish(nav, placed)
-        self._tell_changes(asked, placed, now_s)
+        self._tell_changes(placed, now_s)
         self._show(beacon)
         self._record(beacon)
 
@@ -170,7 +167,6 @@ class LeaderModule:
             self._joystick.close()
         if self._log is not None:
             self._log.close()
-        self._display.close()
 
     # --- parts of a tick -------------------------------------------------------------------------------------------
 
@@ -187,7 +183,7 @@ class LeaderModule:
     def _note(self, now_s: float, text: str) -> None:
         self._events.say(now_s, Severity.NOTICE, "station", text)
 
-    def _tell_changes(self, asked: tuple[Wish, int], placed: bool, now_s: float) -> None:
+    def _tell_changes(self, placed: bool, now_s: float) -> None:
         """Devices that went or came back, the fix, a press; all of it on the terminal and in the log."""
         states = [sensor.health(now_s) for sensor in self._sensors] + [radio.health(now_s) for radio in self._radios]
         if self._joystick is not None:
@@ -201,7 +197,8 @@ class LeaderModule:
         if self._ok.get("fix") != placed:
             self._ok["fix"] = placed
             self._events.say(now_s, Severity.NOTICE if placed else Severity.WARNING, "fix", "fix" if placed else "no fix: the follower is told so")
-        if asked != (self.crew.wish, self.crew.presses):
+        if self._told_presses != self.crew.presses:
+            self._told_presses = self.crew.presses
             self._events.say(now_s, Severity.NOTICE, f"press{self.crew.presses}", f"asked for: {_WISH_TEXTS[self.crew.wish]}")
         for event in self._events.drain():
             self._display.say(event.text)

@@ -95,6 +95,13 @@ class LeaderModule:
             packets.append(self._pack(mavlink.MAVLink_manual_control_message(1, *self.sticks, 0)))
         return packets
 
+    def answer(self, message: Any, at_s: float) -> bytes | None:
+        """What it sends back to a message that it hears: the time of its clock to who asks for it by TIMESYNC, unless it is a phone or MAVSDK."""
+        if self.kind in ("phone", "mavsdk") or message.get_type() != "TIMESYNC" or message.tc1 != 0:
+            return None
+        clock_ns = round(1e9 * (self._clock_s + self._clock_rate * at_s))
+        return self._pack(mavlink.MAVLink_timesync_message(clock_ns, message.ts1))
+
     def _pack(self, message: Any) -> bytes:
         data: bytes = message.pack(self._codec)
         self._codec.seq = (self._codec.seq + 1) % 256
@@ -175,12 +182,16 @@ class RadioPath:
         self._count = 0
 
     def take(self, sent_s: float, data: bytes) -> None:
+        if (at_s := self.arrival_s(sent_s)) is not None:
+            self._count += 1
+            heapq.heappush(self._flying, (at_s, self._count, data))
+
+    def arrival_s(self, sent_s: float) -> float | None:
+        """When a packet of that moment gets through, in either direction; None if it does not."""
         lost = self._draws.random() < self._loss
         delay_s = max(0.5 * self._latency_s, self._draws.gauss(self._latency_s, self._jitter_s))
-        if lost or any(begin_s <= sent_s < begin_s + duration_s for begin_s, duration_s in self.cuts):
-            return
-        self._count += 1
-        heapq.heappush(self._flying, (sent_s + delay_s, self._count, data))
+        cut = any(begin_s <= sent_s < begin_s + duration_s for begin_s, duration_s in self.cuts)
+        return None if lost or cut else sent_s + delay_s
 
     def arrived(self, until_s: float) -> list[tuple[float, bytes]]:
         """(time of arrival, packet), in that order."""

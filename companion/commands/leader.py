@@ -41,12 +41,15 @@ def _leader(arguments: argparse.Namespace) -> int:
     print(f"links: {', '.join((*urls, *config.local_links))}")
     print(f"log:   {log_folder}")
     print("keys:  m Manual, r Remote, a Autonomous; Ctrl-C ends it", flush=True)
-    around = LeaderSurroundings(clock, TransportOpener(), towards, local, Console(), log_folder, True)
-    module = build_leader(config, around)
+    console = Console()
     try:
-        run(module, clock, stop)
+        module = build_leader(config, LeaderSurroundings(clock, TransportOpener(), towards, local, console, log_folder, True))
+        try:
+            run(module, clock, stop)
+        finally:
+            module.close()
     finally:
-        module.close()
+        console.close()
     return 0
 
 

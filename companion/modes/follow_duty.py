@@ -146,6 +146,8 @@ class FollowDuty:
         if self._armed and not self._helm.armed:
             self._station.drop()
         self._armed = self._helm.armed
+        if not self._parameters["FOLL_AUTH"]:
+            self.taken_over(inputs.now_s)
         following = self._armed and self._helm.mode.id is ModeId.FOLLOW
         self._awaits = self._awaits and following and self._helm.stopped
         if following and not self._following:
@@ -166,7 +168,8 @@ class FollowDuty:
         if self._helm.stopped:
             self._events.say(inputs.now_s, Severity.NOTICE, "leader_awaited", f"Follow waits for the leader: {inputs.leader_fault}")
             return
-        self._events.say(inputs.now_s, Severity.INFO, "station", f"Following system {self._watch.system_id}, station {station_text(self.station)}")
+        text = f"Following system {self._watch.system_id}, station {station_text(self.station)}"
+        self._events.say(inputs.now_s, Severity.INFO, "station", text)
         if leader is None:
             return
         away_m = math.hypot(leader.north_m - nav.north_m, leader.east_m - nav.east_m)

@@ -60,5 +60,6 @@ def station_text(station: tuple[float, float]) -> str:
     """For people."""
     distance_m, bearing_rad = station
     bearing_deg = round(math.degrees(bearing_rad))
-    side = " astern" if abs(bearing_deg) == 180 else " ahead" if bearing_deg == 0 else f" at {abs(bearing_deg)} deg to {'starboard' if bearing_deg > 0 else 'port'}"
-    return f"{distance_m:.0f} m{side}"
+    if abs(bearing_deg) in (0, 180):
+        return f"{distance_m:.0f} m {'astern' if bearing_deg else 'ahead'}"
+    return f"{distance_m:.0f} m at {abs(bearing_deg)} deg to {'starboard' if bearing_deg > 0 else 'port'}"

@@ -17,8 +17,8 @@ _LONGEST_STEP_S = 0.25
 
 
 class Rhythm:
-    """`see(t_s)` each position. The interval at which a source sends: losses only lengthen what is seen of it, so it is the second shortest of
-    the last 8 (the shortest may be two that came together)."""
+    """`see(t_s)` each position. The interval at which a source sends: losses only lengthen what is seen of it, so it is the second shortest
+    of the last 8 (the shortest may be two that came together)."""
 
     def __init__(self) -> None:
         self._intervals_s: deque[float] = deque(maxlen=_REMEMBERED)
@@ -41,9 +41,9 @@ class Rhythm:
 class LeaderWatch:
     """`heard(state)` each message of the leader, `update(nav, now_s)` once a tick; then `fault` and `good_s`.
 
-    Data count as lost before they are older than FOLL_LOSS_T, or three of their source's intervals where that is longer: a tick early, so that the
-    boat is out of Follow by then whatever its control rate. A leader module sends at 20 Hz, and FOLL_LOSS_T alone counts. Remembers the leader, when it
-    was heard, how often positions come, and since when all has been good.
+    Data count as lost before they are older than FOLL_LOSS_T, or three of their source's intervals where that is longer: a tick early, so
+    that the boat is out of Follow by then whatever its control rate. A leader module sends at 20 Hz, and FOLL_LOSS_T alone counts. Remembers
+    the leader, when it was heard, how often positions come, and since when all has been good.
     """
 
     def __init__(self, parameters: Parameters) -> None:

@@ -85,7 +85,8 @@ class ClockAlignment:
             least_s = self._least_s()
             strange = stamp_s < self._newest_s - _REORDER_S or delay_s < least_s - _AGREE_S
             late = delay_s > least_s + _LATE_S
-            if not strange and not (late and now_s - self._good_s > _LATE_LASTS_S):
+            tried = late and self._trial is not None and abs(delay_s - self._trial.least_s) <= _AGREE_S  # stamps that went back have caught up
+            if not strange and not tried and not (late and now_s - self._good_s > _LATE_LASTS_S):
                 if not late:
                     self._good_s = now_s
                     self._trial = None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 from sitl.lead_boat import LeadBoat
 from sitl.leader_radio import LeaderModule, RadioPath
@@ -28,6 +29,10 @@ class Escort(Station):
     def tick(self) -> None:
         """One tick of this follower alone."""
         super().step()
+
+    def _take(self, message: Any) -> None:
+        super()._take(message)
+        self._company.heard(self, message)
 
 
 class Company:
@@ -62,6 +67,15 @@ class Company:
             for at_s, packet in path.arrived(next_s):
                 escort.rig.hear(packet, at_s)
             escort.tick()
+
+    def heard(self, escort: Escort, message: Any) -> None:
+        """A message of a follower, which reaches the module too, and what that answers."""
+        if message.get_type() != "TIMESYNC":
+            return
+        path = self.paths[self.escorts.index(escort)]
+        at_s = path.arrival_s(self.now_s)
+        if at_s is not None and (answer := self.module.answer(message, at_s)) is not None:
+            path.take(at_s, answer)
 
     def sail(self, duration_s: float) -> None:
         end_s = self.now_s + duration_s

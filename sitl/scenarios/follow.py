@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 SETTLE_S = 40.0  # after the leader has departed
 NEAREST_M = 12.0
 MOVING_MPS = 1.0
+_AT_REST_MPS = 0.2
+_TURNS_ASIDE, _BACKS_SHARE = 1.0, 0.02  # a boat without way astern turns away from a leader that backs, and back again
 MOST_VARIATION_1PS = 2.5
 REST_SLACK_M, REST_MPS = 15.0, 1.5  # a jet cannot hold a point: it drifts in its watch circle
 REST_S = 3.0
@@ -114,22 +116,25 @@ def figures(folder: Path, chase: Chase, asked: dict[str, Any], settings: Setting
     metrics |= {
         "nearest_m": float(chase.distance.min()),
         "circles": chase.circles(),
+        "leader_astern_share": share(chase.leader_surge < 0.0),
         "following_share": following_share(folder, asked["from_s"]),
     }
     if asked["nozzle"]:
-        metrics["nozzle_variation_1ps"] = variation_1ps(folder, asked["nozzle"], asked["full_rad"], asked["from_s"] + SETTLE_S)
+        nozzle = asked["nozzle"]
+        metrics["nozzle_variation_1ps"] = variation_1ps(folder, f"{nozzle}_azimuth_rad", asked["full_rad"], asked["from_s"] + SETTLE_S)
+        metrics["throttle_variation_1ps"] = variation_1ps(folder, f"{nozzle}_throttle", 1.0, asked["from_s"] + SETTLE_S)
     return metrics
 
 
 def _astern(chase: Chase, judged: NDArray[np.bool_], gap_m: float) -> dict[str, float]:
-    moving = judged & (chase.t < chase.ahead_until_s) & (chase.leader_speed > MOVING_MPS)
+    moving = judged & (chase.t < chase.ahead_until_s) & (chase.leader_speed > min(MOVING_MPS, 0.5 * float(chase.leader_speed.max())))
     straight, bend = moving & chase.on_straight, moving & chase.in_bend
     off, known_off = chase.off_m[moving], chase.known_off_m[moving]
     error, known = chase.gap_m - gap_m, chase.known_gap_m - gap_m
     return {
         "in_wake_share": share(abs(off) <= WAKE_M),
         "off_rms_m": rms(off),
-        "off_max_m": float(abs(off).max()),
+        "off_max_m": float(abs(off).max()) if len(off) else math.nan,
         "gap_straight_rms_m": rms(error[straight]),
         "gap_bend_rms_m": rms(error[bend]),
         "gap_bend_max_m": float(abs(error[bend]).max()) if bend.any() else math.nan,
@@ -139,6 +144,7 @@ def _astern(chase: Chase, judged: NDArray[np.bool_], gap_m: float) -> dict[str, 
         "known_off_rms_m": rms(known_off),
         "known_gap_straight_rms_m": rms(known[straight]),
         "known_gap_bend_rms_m": rms(known[bend]),
+        "speed_straight_rms_mps": rms((chase.speed - chase.leader_speed)[straight]),
         "swing_straight_rms_deg": math.degrees(rms(chase.swing[straight])),
     }
 
@@ -162,7 +168,7 @@ def following_share(folder: Path, from_s: float) -> float:
 def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[dict[str, float], Sequence[Check]]:
     chase = Chase(folder, asked["from_s"])
     metrics = figures(folder, chase, asked, settings)
-    if chase.leader_speed[-1] < MOVING_MPS:
+    if chase.leader_speed[-1] < _AT_REST_MPS:
         metrics |= {"final_distance_m": float(chase.distance[-1]), "final_speed_mps": float(chase.speed[-1])}
     return metrics, () if settings["law"] == "thesis" else checks(metrics, asked, settings)
 
@@ -172,7 +178,7 @@ def checks(metrics: dict[str, float], asked: dict[str, Any], settings: Settings)
     is judged (`tests/scenarios/test_follow.py`)."""
     found = [
         Check("distance from the leader", metrics["nearest_m"], NEAREST_M, "m", at_least=True),
-        Check("no circles", metrics["circles"], 0.0, ""),
+        Check("whole turns that the leader did not make", metrics["circles"], _TURNS_ASIDE if metrics["leader_astern_share"] > _BACKS_SHARE else 0.0, ""),
         Check("in Follow all the time", metrics["following_share"], 1.0, "", at_least=True),
     ]
     if asked["nozzle"]:
@@ -199,6 +205,7 @@ SCENARIO = Scenario(
     text="a lead boat followed through its script (straight, thesis, slalom, uturn, stop, reverse, lively), at a gap or a station",
     vessel="rescuerunner",
     defaults=DEFAULTS,
+    by_vessel={"revolt": {"leader": "straight@0.7", "gnss": "sbas", "wind": "2"}},
     sail=sail,
     measure=measure,
     plot=draw,

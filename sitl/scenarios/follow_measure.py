@@ -24,6 +24,7 @@ _RECALL_M = 400.0
 _TURNING_RADPS = math.radians(2.0)
 _ONE_BEND_S = 3.0
 _AFTER_BEND_S = 10.0
+_BEHIND_S = 10.0  # by so much at most a follower comes out of a bend after the leader
 _ASTERN_MPS = -0.2
 _BACK_M, _BACK_S = 2.0, 2.0
 
@@ -203,12 +204,12 @@ class Chase:
 
     def recovery_s(self, gap_m: float) -> tuple[float, ...]:
         """After each bend, how long until the gap as known was within 2 m and the offset as known within 4 m, for 2 s; infinite if not before the
-        next bend or the end. Bends that the follower was not out of long enough before the end are left out."""
+        next bend or the end. Bends that end too shortly before the run does are left out."""
         times = []
         good = (abs(self.known_gap_m - gap_m) <= _BACK_M) & (abs(self.known_off_m) <= WAKE_M)
         ends = [*(bend.begin_s for bend in self.bends[1:]), float(self.t[-1])]
-        for through_s, end_s in zip(self.through_s, ends, strict=False):
-            if through_s + _AFTER_BEND_S > self.t[-1] and through_s < math.inf:
+        for bend, through_s, end_s in zip(self.bends, self.through_s, ends, strict=False):
+            if min(through_s, bend.end_s + _BEHIND_S) + _AFTER_BEND_S > self.t[-1]:
                 continue
             times.append(self._good_after(good, through_s, end_s))
         return tuple(times)
@@ -251,14 +252,14 @@ def share(held: NDArray[np.bool_]) -> float:
     return float(held.mean()) if len(held) else math.nan
 
 
-def variation_1ps(folder: Path, name: str, full_rad: float, from_s: float, to_s: float = math.inf) -> float:
-    """Total variation of a nozzle's command a second, in shares of its full angle."""
+def variation_1ps(folder: Path, column: str, full: float, from_s: float) -> float:
+    """Total variation a second of a column of ticks.csv, in shares of its full value."""
     import numpy as np
 
-    ticks = columns(folder / "ticks.csv", "t_s", f"{name}_azimuth_rad")
-    at = (ticks["t_s"] >= from_s) & (ticks["t_s"] <= to_s)
-    angle, t = ticks[f"{name}_azimuth_rad"][at], ticks["t_s"][at]
-    return float(np.abs(np.diff(angle)).sum() / full_rad / (t[-1] - t[0])) if len(t) > 1 else 0.0
+    ticks = columns(folder / "ticks.csv", "t_s", column)
+    at = ticks["t_s"] >= from_s
+    t = ticks["t_s"][at]
+    return float(np.abs(np.diff(ticks[column][at])).sum() / full / (t[-1] - t[0])) if len(t) > 1 else 0.0
 
 
 def modes(folder: Path) -> list[tuple[float, str]]:

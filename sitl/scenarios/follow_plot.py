@@ -42,7 +42,8 @@ def draw(folder: Path, asked: dict[str, Any], settings: Settings) -> None:
                 axes.annotate(text, (t_s - asked["from_s"], 1.0), xycoords=("data", "axes fraction"), rotation=60, fontsize=6)
         axes.set_xlim(chases[0].t[0] - asked["from_s"], chases[0].t[-1] - asked["from_s"])
         axes.grid(alpha=0.3)
-        axes.legend(loc="upper left", fontsize=7, ncols=2)
+        if axes.lines:
+            axes.legend(loc="upper left", fontsize=7, ncols=2)
     right[-1].set_xlabel("time since the leader departed, s; grey: not in Follow, yellow: the leader turns")
     said = ", ".join(f"{key} {value}" for key, value in settings.items() if value)
     figure.suptitle(f"{asked['vessel']}: {said}", fontsize=10)

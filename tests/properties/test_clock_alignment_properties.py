@@ -68,7 +68,7 @@ def test_exchanges_take_out_the_latency(way: dict[str, float], trip_s: float, co
     assert abs(last_s) <= 0.15 * way["jitter_s"] + 4.0 * _DRIFT_S + 0.004
 
 
-@given(ways, st.floats(-1e5, 1e5).filter(lambda jump: jump < -2.5 or jump > 1.5))
+@given(ways, st.one_of(st.floats(-1e5, 1e5), st.floats(-10.0, 10.0)).filter(lambda jump: jump < -2.5 or jump > 1.5))
 def test_a_clock_that_starts_anew_is_taken_up_within_two_seconds_and_jitter(way: dict[str, float], jump_s: float) -> None:
     way = {**way, "jitter_s": min(way["jitter_s"], 0.1), "loss": 0.0}
     clock = ClockAlignment()
@@ -78,7 +78,7 @@ def test_a_clock_that_starts_anew_is_taken_up_within_two_seconds_and_jitter(way:
         if arrival_s > 110.0 and not 130.0 <= arrival_s < 132.5:
             assert abs(said_s - true_s) <= 0.3 * way["jitter_s"] + _DRIFT_S + 0.002
         else:
-            assert arrival_s - said_s <= way["least_s"] + way["jitter_s"] + 2e-3  # at the worst by its arrival
+            assert arrival_s - said_s <= way["least_s"] + way["jitter_s"] + _DRIFT_S + 2e-3  # at the worst by its arrival
 
 
 @given(ways, st.floats(-1e9, 1e9), st.integers(200, 1000))

@@ -51,6 +51,8 @@ class World:
         match name:
             case "link":
                 lead.on, lead.loss = values
+                if lead.wish is None:  # of nine in ten that are lost the rule would make a slow leader, and be as patient
+                    lead.loss = min(lead.loss, 0.5)
             case "leader_fix":
                 lead.fix = values[0]
             case "own_fix":

@@ -77,9 +77,6 @@ class NoDisplay:
     def say(self, text: str) -> None:
         self.said.append(text)
 
-    def close(self) -> None:
-        pass
-
 
 class _Streams:
     def __init__(self) -> None:

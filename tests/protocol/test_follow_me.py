@@ -15,7 +15,7 @@ from typing import Any
 
 import pytest
 from mavsdk import ComponentType, Configuration, Mavsdk
-from mavsdk.plugins.action import Action
+from mavsdk.plugins.action import Action, ActionError
 from mavsdk.plugins.follow_me import Config, FollowMe, TargetLocation
 from mavsdk.plugins.param import Param
 from mavsdk.plugins.telemetry import FlightMode, Telemetry
@@ -40,7 +40,7 @@ def until(what: str, condition: Callable[[], Any], timeout_s: float = 30.0) -> A
 
 
 def test_mavsdks_follow_me(tmp_path: Path) -> None:
-    """Its plugin sets six parameters, chooses the mode, and only then tells where the target is, once a second."""
+    """Its plugin sets six parameters, chooses the mode, and only then tells where the target is, once a second. Disarmed, the mode may be chosen so."""
     with Companion(tmp_path, vessel="rescuerunner") as companion, Mavsdk(Configuration.create_with_component_type(ComponentType.GROUND_STATION)) as sdk:
         sdk.add_any_connection(f"udpin://127.0.0.1:{companion.udp_port}")
         system = sdk.first_autopilot(10.0)
@@ -53,11 +53,10 @@ def test_mavsdks_follow_me(tmp_path: Path) -> None:
         served = [param.get_param_float(f"FLW_TGT_{name}") for name in ("HT", "DST", "RS", "MAX_VEL", "FA")]
         assert served == pytest.approx([11.0, 15.0, 0.4, 6.0, 170.0], abs=1e-6)
         assert param.get_param_int("FLW_TGT_ALT_M") == 2
-        action.arm()
         follow_me.start()
         until("Follow", lambda: telemetry.flight_mode() is FlightMode.FOLLOW_ME)
         started_s, distances = time.monotonic(), []
-        while (t_s := time.monotonic() - started_s) < 11.0:
+        while (t_s := time.monotonic() - started_s) < 13.0:
             north_m = START_M + 2.0 * t_s
             lat_deg, lon_deg = FRAME.to_geodetic(north_m, 0.0)
             follow_me.set_target_location(TargetLocation(lat_deg, lon_deg, 0.0, 0.0, 0.0, 0.0))
@@ -65,7 +64,11 @@ def test_mavsdks_follow_me(tmp_path: Path) -> None:
             at = FRAME.to_ned(here.latitude_deg, here.longitude_deg)
             distances.append(math.hypot(north_m - at[0], at[1]))
             assert telemetry.flight_mode() is FlightMode.FOLLOW_ME
+            if not telemetry.armed():
+                with contextlib.suppress(ActionError):  # until the leader has been heard often enough
+                    action.arm()
             time.sleep(1.0)
+        assert telemetry.armed()
         assert distances[-1] < distances[0] - NEARER_M, distances
         follow_me.stop()
         action.disarm()
@@ -117,8 +120,12 @@ class Station:
         return getattr(self.latest.get(kind), name, None)
 
     @property
+    def armed(self) -> bool:
+        return bool((self._field("HEARTBEAT", "base_mode") or 0) & 128)
+
+    @property
     def following(self) -> bool:
-        return bool(self._field("HEARTBEAT", "custom_mode") == FOLLOW and self._field("HEARTBEAT", "base_mode") & 128)
+        return bool(self._field("HEARTBEAT", "custom_mode") == FOLLOW)
 
     @property
     def place(self) -> tuple[float, float]:
@@ -126,20 +133,16 @@ class Station:
         here = self.latest["GLOBAL_POSITION_INT"]
         return FRAME.to_ned(here.lat * 1e-7, here.lon * 1e-7)
 
-    def follow(self) -> None:
-        """Arm, as soon as that is allowed, and Follow."""
-        asked_s = -math.inf
+    def choose(self) -> None:
+        """Follow, disarmed, as soon as the boat knows where it is."""
+        self.until("a position", lambda: "Home set here" in self.texts)
+        self.send(mavlink.MAVLink_set_mode_message(1, 1, FOLLOW))
+        self.until("Follow", lambda: self._field("HEARTBEAT", "custom_mode") == FOLLOW)
 
-        def armed() -> bool:
-            nonlocal asked_s
-            if time.monotonic() - asked_s > 0.3:
-                asked_s = time.monotonic()
-                self.send(mavlink.MAVLink_command_long_message(1, 1, 400, 0, 1, 0, 0, 0, 0, 0, 0))
-            return bool((self._field("HEARTBEAT", "base_mode") or 0) & 128)
-
-        self.until("armed", armed)
-        self.send(mavlink.MAVLink_set_mode_message(1, 1 | 128, FOLLOW))
-        self.until("Follow", lambda: self.following)
+    def arm(self) -> None:
+        """Ask for it; the boat refuses until it has heard enough of the leader."""
+        if not self.armed:
+            self.send(mavlink.MAVLink_command_long_message(1, 1, 400, 0, 1, 0, 0, 0, 0, 0, 0))
 
     def close(self) -> None:
         self._socket.close()
@@ -158,24 +161,24 @@ def test_qgroundcontrols_follow_me(tmp_path: Path) -> None:
     """As FollowMe.cc sends it (qgroundcontrol: only once the vehicle is in Follow, 4 Hz, position and velocity, no heading), at three times the speed."""
     speed = 3.0
     with Companion(tmp_path, speed, vessel="rescuerunner") as companion, station_of(companion) as station:
-        station.until("ready", lambda: "GLOBAL_POSITION_INT" in station.latest and station.latest["GLOBAL_POSITION_INT"].lat != 0)
-        station.follow()
+        station.choose()
         started_s, distances = time.monotonic(), []
         for n in range(30):
             t_s = time.monotonic() - started_s
-            north_m = START_M + 2.0 * speed * t_s
+            north_m = START_M + 5.0 * speed * t_s
             lat_deg, lon_deg = FRAME.to_geodetic(north_m, 0.0)
             station.send(
                 mavlink.MAVLink_follow_target_message(
-                    round(1000.0 * t_s) + 5000, 3, round(lat_deg * 1e7), round(lon_deg * 1e7), 0.0, (2.0, 0.0, 0.0), (0.0,) * 3, (0.0,) * 4,
+                    round(1000.0 * t_s) + 5000, 3, round(lat_deg * 1e7), round(lon_deg * 1e7), 0.0, (5.0, 0.0, 0.0), (0.0,) * 3, (0.0,) * 4,
                     (0.0,) * 3, (3.0, 0.0, 4.0), 0,
                 )
             )
             station.until("the next turn", lambda n=n: time.monotonic() - started_s >= 0.25 * (n + 1))
             at = station.place
             distances.append(math.hypot(north_m - at[0], at[1]))
+            station.arm()
             assert station.following, station.texts[-5:]
-        assert distances[-1] < distances[4] - NEARER_M, distances
+        assert station.armed and distances[-1] < distances[4] - NEARER_M, distances
 
 
 class Radio:
@@ -232,7 +235,9 @@ def test_a_leader_module_is_followed(tmp_path: Path, way: str) -> None:
         stack.callback(leader.stop)
         station.until("the leader is heard", lambda: "AIS_VESSEL" in station.latest)
         leader.press("a")
-        station.follow()
+        station.choose()
+        station.arm()
+        station.until("armed", lambda: station.armed)
         gaps, before, began_s = [], sum(radio.carried) if way == "serial" else 0, time.monotonic()
         for n in range(6):
             station.until("a second", lambda n=n: time.monotonic() - began_s >= n + 1)
@@ -248,4 +253,4 @@ def test_a_leader_module_is_followed(tmp_path: Path, way: str) -> None:
         assert (last["wish"], last["follower_mode"], last["follower_armed"]) == ("AUTONOMOUS", "Follow", "1") and int(last["link_counter"]) <= 2
         code, said, errors = leader.stop()
         assert code == 0 and not errors, errors
-        assert "asks Autonomous" in said and "follower: Armed" in said
+        assert all(text in said for text in ("asks Autonomous", "asked for: Autonomous", "follower: Armed")), said

@@ -11,6 +11,9 @@ from companion.cli import LockstepRig
 from sitl.scenarios import SCENARIOS
 from sitl.scenarios.scenario import run
 
+FOLLOWING = {"approach", "follow", "leader_gnss_loss", "link_loss", "station_change", "two_followers"}
+SWEPT_ELSEWHERE = {"ahrs", "colreg", "cross_current", "fence_stop", "identify", "route", "survey"} | FOLLOWING
+
 
 def sail(name: str, folder: Path, seed: int, **changes: str) -> dict[str, float]:
     outcome = run(SCENARIOS[name], LockstepRig, folder, seed=seed, changes=changes)
@@ -66,7 +69,7 @@ def test_navigation(tmp_path: Path, name: str, doing: str, seed: int) -> None:
 @pytest.mark.sweep
 @pytest.mark.parametrize("seed", range(16))
 @pytest.mark.parametrize("wind", ["0", "2", "3"])
-@pytest.mark.parametrize("name", sorted(set(SCENARIOS) - {"ahrs", "colreg", "cross_current", "fence_stop", "identify", "route", "survey"}))  # these have sweeps of their own
+@pytest.mark.parametrize("name", sorted(set(SCENARIOS) - SWEPT_ELSEWHERE))
 def test_sweep(tmp_path: Path, name: str, wind: str, seed: int) -> None:
     sail(name, tmp_path, seed, wind=wind)
 

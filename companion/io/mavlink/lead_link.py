@@ -62,7 +62,7 @@ class Beacon:
 
 
 class LeadLink:
-    """`serve(now_s)` takes what came in, `publish(beacon)` each tick sends what is due.
+    """`serve(now_s)` takes what came in, `publish(beacon)` each tick sends what is due; a position only where none waits for the line any more.
 
     Remembers when each kind was sent, per remote what it has acknowledged, and what the follower said.
     """
@@ -99,6 +99,8 @@ class LeadLink:
 
     def publish(self, beacon: Beacon) -> None:
         now_s = beacon.nav.t_s
+        self._flush(now_s)
+        free = [endpoint for endpoint in self._link.endpoints if not endpoint.backlog]  # an old position is worse than none
         if now_s - self._heartbeat_s >= _HEARTBEAT_S - _EARLY_S:
             self._heartbeat_s = now_s
             self._send(pack(heartbeat()))
@@ -107,11 +109,13 @@ class LeadLink:
             self._sticks_s = now_s
             self._send(pack(manual_control(beacon.sticks, self._follower_id)))
         self._gave_way = self._thrifty and steering and not self._gave_way
-        if not self._gave_way:
+        if free and not self._gave_way:
             whole = not self._thrifty or now_s - self._whole_s >= _WHOLE_S - _EARLY_S
             if whole:
                 self._whole_s = now_s
-            self._send(pack(follow_target(beacon.nav, beacon.placed, beacon.wish, beacon.presses, whole)))
+            packed = pack(follow_target(beacon.nav, beacon.placed, beacon.wish, beacon.presses, whole))
+            for endpoint in free:
+                self._send(packed, endpoint)
         self._flush(now_s)
 
     def filenos(self) -> Sequence[int]:
@@ -170,13 +174,11 @@ class LeadLink:
             self._reporting = endpoint
 
     def _take_text(self, message: Any, now_s: float) -> None:
-        """A text may come in chunks, the last of which is shorter than 50."""
-        if not message.id:
-            self._says(now_s, message.text)
-            return
-        begun = self._chunks.pop(message.id, "") if message.chunk_seq else ""
-        text = begun + message.text
-        if len(message.text) < 50:
+        """A text may come in chunks, the last of which is shorter than 50. What a terminal would take for a command is left out."""
+        part = "".join(character for character in message.text if character.isprintable())
+        begun = self._chunks.pop(message.id, "") if message.id and message.chunk_seq else ""
+        text = begun + part
+        if not message.id or len(message.text) < 50:
             self._says(now_s, text)
         elif len(text) < 400:
             self._chunks = {message.id: text}

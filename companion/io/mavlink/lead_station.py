@@ -1,7 +1,7 @@
 """A ground station on the lead boat, on a link of its own to the leader module.
 
-To it the module is a surface boat with the modes Manual, Offboard and Follow by PX4's numbers: what it chooses there, by SET_MODE or MAV_CMD_DO_SET_MODE, is
-what the crew asks of the follower (Offboard: Remote). Its MANUAL_CONTROL to the module's system id are the crew's sticks. Other commands are refused;
+To it the module is a surface boat with the modes Manual, Remote and Follow (PX4's numbers of Manual, Offboard and Follow): what it chooses there, by SET_MODE
+or MAV_CMD_DO_SET_MODE, is what the crew asks of the follower. Its MANUAL_CONTROL to the module's system id are the crew's sticks. Other commands are refused;
 nothing is passed on between the two links.
 """
 
@@ -16,6 +16,7 @@ from companion.io.mavlink import messages as mavlink
 from companion.io.mavlink.dialects import PX4
 from companion.io.mavlink.endpoint import Endpoint
 from companion.io.mavlink.framer import UnknownMessage, pack
+from companion.io.mavlink.lead_catalogue import Catalogue
 from companion.io.mavlink.links import Link
 from companion.io.mavlink.statustext import statustexts
 from companion.io.mavlink.view import INT16_MAX, centidegrees, degrees_e7, fitted, millimetres
@@ -28,7 +29,8 @@ _HEARTBEAT_S, _POSITION_S = 1.0, 0.5
 _STICKS_S = 0.5  # after which they count as let go
 _EARLY_S = 1e-3
 _AXIS_ABSENT = 0x7FFF
-_SET_MODE = mavlink.MAV_CMD_DO_SET_MODE
+_SET_MODE, _REQUEST_MESSAGE = mavlink.MAV_CMD_DO_SET_MODE, mavlink.MAV_CMD_REQUEST_MESSAGE
+_ACCEPTED, _DENIED, _UNSUPPORTED = (int(n) for n in (mavlink.MAV_RESULT_ACCEPTED, mavlink.MAV_RESULT_DENIED, mavlink.MAV_RESULT_UNSUPPORTED))
 
 
 class LeadStation:
@@ -36,6 +38,7 @@ class LeadStation:
 
     def __init__(self, link: Link, system: int, crew: CrewWish, say: Callable[[float, str], None]) -> None:
         self._link, self._system, self._crew, self._say = link, system, crew, say
+        self._catalogue = Catalogue(system)
         self._sticks: ManualInput | None = None
         self._heartbeat_s = self._position_s = -math.inf
         self._told: tuple[Wish, int] | None = None
@@ -85,23 +88,32 @@ class LeadStation:
             self._choose(message.custom_mode, now_s)
         elif kind in ("COMMAND_LONG", "COMMAND_INT") and message.target_system == self._system:
             source = message.get_srcSystem(), message.get_srcComponent()
-            self._answer(endpoint, mavlink.MAVLink_command_ack_message(message.command, self._command(message, now_s), 0, 0, *source))
+            result, answers = self._command(message, now_s)
+            for answer in (mavlink.MAVLink_command_ack_message(message.command, result, 0, 0, *source), *answers):
+                self._answer(endpoint, answer)
         elif kind == "MANUAL_CONTROL" and message.target == self._system:
             self._sticks = ManualInput(now_s, f"mavlink:{message.get_srcSystem()}", _axis(message.x), _axis(message.y), _axis(message.r))
+        else:
+            for answer in self._catalogue.answers(message):
+                self._answer(endpoint, answer)
 
-    def _command(self, message: Any, now_s: float) -> int:
-        """MAV_RESULT. Param 2 of DO_SET_MODE is PX4's main mode, param 3 its sub mode."""
+    def _command(self, message: Any, now_s: float) -> tuple[int, Sequence[Any]]:
+        """(MAV_RESULT, what follows it). Param 2 of DO_SET_MODE is PX4's main mode, param 3 its sub mode."""
+        whole = [int(p) if math.isfinite(p) and p == int(p) and 0 <= p <= 255 else None for p in (message.param2, message.param3)]
+        if message.command == _REQUEST_MESSAGE and message.param1 == mavlink.MAVLINK_MSG_ID_AVAILABLE_MODES:
+            modes = () if whole[0] is None else self._catalogue.modes(whole[0])
+            return (_ACCEPTED, modes) if modes else (_DENIED, ())
         if message.command != _SET_MODE:
-            return int(mavlink.MAV_RESULT_UNSUPPORTED)
-        main, sub = message.param2, message.param3
-        if not all(math.isfinite(part) and part == int(part) and 0 <= part <= 255 for part in (main, sub)):
-            return int(mavlink.MAV_RESULT_DENIED)
-        return int(mavlink.MAV_RESULT_ACCEPTED if self._choose(int(main) << 16 | int(sub) << 24, now_s) else mavlink.MAV_RESULT_DENIED)
+            return _UNSUPPORTED, ()
+        main, sub = whole
+        if main is None or sub is None or not self._choose(main << 16 | sub << 24, now_s):
+            return _DENIED, ()
+        return _ACCEPTED, ()
 
     def _choose(self, custom_mode: int, now_s: float) -> bool:
         mode = PX4.mode(custom_mode, frozenset(_WISHES))
         if mode is None:
-            self._say(now_s, f"a ground station asks for mode {custom_mode}, which is none of Manual, Offboard (Remote) and Follow")
+            self._say(now_s, f"a ground station asks for mode {custom_mode}, which is none of Manual, Remote and Follow")
             return False
         self._crew.press(_WISHES[mode])
         return True

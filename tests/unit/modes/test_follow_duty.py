@@ -421,6 +421,12 @@ def test_the_sticks_of_a_lead_boat_alone_steer_by_remote(boat: Any, lead: LeadBo
     assert boat.supervisor.request_mode(ModeId.MANUAL, boat.now_s).accepted
     assert duty.remote_system is None and duty.stick_refusal(255) is None
     assert "asks for remote" in duty.stick_refusal(42)
+    lead.press(Wish.REMOTE)
+    lead.run(0.2)
+    assert duty.remote_system == 42
+    boat.parameters.set("FOLL_AUTH", 0)
+    lead.run(0.2)
+    assert duty.remote_system is None and duty.stick_refusal(255) is None
 
 
 def test_who_takes_the_sticks_over_must_centre_them(boat: Any, lead: LeadBoat) -> None:

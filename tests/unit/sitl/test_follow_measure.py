@@ -99,7 +99,7 @@ def test_a_place_far_off_finds_the_track_again(tmp_path: Path) -> None:
 
 def test_variation_of_the_nozzle(tmp_path: Path) -> None:
     chase(tmp_path, hairpin, lambda t: 20.0, lambda t: 0.0, 10.0)
-    assert variation_1ps(tmp_path, "jet", 0.4, 2.0) == pytest.approx(0.2 / 0.4 / DT_S)
+    assert variation_1ps(tmp_path, "jet_azimuth_rad", 0.4, 2.0) == pytest.approx(0.2 / 0.4 / DT_S)
 
 
 def test_circles_are_turns_that_the_leader_did_not_make(tmp_path: Path) -> None:

@@ -125,6 +125,18 @@ def test_wish_and_sticks() -> None:
     assert len(sticks) >= 35 and (sticks[0][1].x, sticks[0][1].y, sticks[0][1].z, sticks[0][1].r) == (0, 300, 500, 0)
 
 
+def test_the_time_is_told_to_who_asks() -> None:
+    lead = boat()
+    module = LeaderModule(lead, seed=5)
+    question = mavlink.MAVLink_timesync_message(0, 77)
+    answer = module.answer(question, 10.0)
+    assert answer is not None
+    (told,) = mavlink.MAVLink(None).parse_buffer(answer)
+    assert told.tc1 == pytest.approx(1e6 * module.clock_ms(10.0), abs=1e6) and told.ts1 == 77
+    assert LeaderModule(lead, kind="phone").answer(question, 10.0) is None
+    assert module.answer(told, 10.0) is None, "an answer is no question"
+
+
 def test_loss_latency_and_cuts() -> None:
     path = RadioPath("a", latency_s=0.08, jitter_s=0.02, loss=0.5, cuts=((10.0, 0.4),), seed=4)
     for k in range(2000):
