@@ -25,11 +25,15 @@ from companion.allocation.allocator import Allocator
 from companion.app import load_vessel
 from companion.cli import LockstepRig
 from companion.config import SensorConfig
-from companion.core.types import Wrench
+from companion.core.geodesy import LocalFrame
+from companion.core.types import LeaderState, Wrench
+from companion.guidance.follow import FollowLaw
 from companion.guidance.path import PathKind, build_path
 from companion.io.sensors import open_sensor
+from companion.modes.situation import NO_ESTIMATE
 from companion.nav.ahrs import Ahrs
 from companion.nav.error_state import ErrorStateFilter
+from companion.nav.leader import LeaderTracker
 from companion.nav.thesis_ahrs import ThesisAhrs
 from companion.params import Parameters
 from sitl.scenarios import SCENARIOS
@@ -180,7 +184,34 @@ def blocks() -> None:
     config = load_vessel("revolt")
     allocator = Allocator(config, Parameters(config.parameters))
     demands = cycle([Wrench(8.0 * math.sin(0.01 * k), 4.0 * math.cos(0.013 * k), 3.0 * math.sin(0.007 * k)) for k in range(2000)])
+    follower_step()
     line("allocation, three thrusters", median_and_p99_us(lambda: allocator.update(next(demands), 0.1)), "-")
+
+
+def follower_step() -> None:
+    """What a follower does in a tick beyond other modes: the leader's filter takes a message, its track goes on, the law looks ahead."""
+    config = load_vessel("rescuerunner")
+    parameters = Parameters(config.parameters)
+    tracker, law = LeaderTracker(parameters), FollowLaw(config, parameters, can_reverse=False)
+    frame = LocalFrame(config.home.lat_deg, config.home.lon_deg)
+    ticks = iter(range(10**9))
+    nav = NO_ESTIMATE
+
+    def step() -> None:
+        t_s = 0.05 * next(ticks)
+        course = 0.3 * math.sin(0.2 * t_s)
+        lat_deg, lon_deg = frame.to_geodetic(8.0 * t_s, 10.0 * math.sin(0.2 * t_s))
+        velocity = 8.0 * math.cos(course), 8.0 * math.sin(course)
+        tracker.take(LeaderState(t_s, t_s, "bench", 7, lat_deg, lon_deg, *velocity, course, 0.06 * math.cos(0.2 * t_s), 1.0))
+        leader = tracker.leader(frame, t_s)
+        assert leader is not None
+        here = replace(nav, north_m=8.0 * t_s - 20.0, east_m=10.0 * math.sin(0.2 * t_s - 0.5), yaw_rad=course, surge_mps=8.0, north_mps=8.0)
+        if t_s == 0.0:
+            law.start(here, leader, (20.0, math.pi), t_s)
+        law.setpoint(law.update(here, leader, (20.0, math.pi), t_s), here, 0.05)
+
+    median_and_p99_us(step, 500)
+    line("follower: filter, track, law", median_and_p99_us(step), "1000 µs")
 
 
 def ahrs() -> None:

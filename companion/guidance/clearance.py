@@ -24,11 +24,12 @@ _TURN_GAIN_1PS = 1.2
 _TURN_SHARE = 0.75  # of PATH_YAW_RATE
 _TURNING_RAD = math.radians(20.0)  # off course, from which on a boat that steers by its thrust pushes itself along
 _OFFSETS = tuple(math.radians(20.0 * i) for i in (0, 1, -1, 2, -2, 3, -3, 4, -4, 5, -5, 6, -6, 7, -7, 8, -8, 9))
-_GO_COST, _SIDE_COST, _SHORT_COST_1PM = 0.25, 0.35, 1.0
+_GO_COST, _SIDE_COST, _SHORT_COST_1PM, _LATE_COST_1PM = 0.25, 0.35, 1.0, 0.3
 _SLACK_M = 0.3
 _SLOW_MPS = 3.0  # of the leader: it may be coming to rest
 _STATION_SHARE = 0.85
 _OWN_MPS = 0.3  # towards the leader
+_THRUST_SHARE = 0.4  # of what its thrust could do with the hull, that a boat with way astern is counted on for
 _NEAR_SHARE = 0.4  # of the margin: nearer than that the boat goes off again
 
 
@@ -60,6 +61,7 @@ class Clearance:
             while least < 5.0 and config.hull.drag_n(least) < 0.6 * parameters["JET_STEER_N"]:
                 least += 0.1
         self._turning_mps = least
+        self._thrust_mps2 = _THRUST_SHARE * config.limits.surge_n / config.hull.m11_kg
         self._course: float | None = None
         self._too_near = False
 
@@ -92,12 +94,12 @@ class Clearance:
             return None
         way = _leader_way(leader)
         kept = min(radius_m, distance - _SLACK_M)
-        if not self._too_near and self._least(course_rad, speed_mps, nav, way, plan) >= kept:
+        if not self._too_near and self._distances(course_rad, speed_mps, nav, way, plan)[0] >= kept:
             self._course = None
             return None
-        return self._best(course_rad, nav, leader, way, radius_m if self._too_near else kept)
+        return self._best(course_rad, nav, leader, way, radius_m)
 
-    def _best(self, wanted_rad: float, nav: NavState, leader: Leader, way: list[_Seen], kept: float) -> Evasion:
+    def _best(self, wanted_rad: float, nav: NavState, leader: Leader, way: list[_Seen], radius_m: float) -> Evasion:
         p = self._parameters
         go_mps = min(p["MPC_XY_VEL_MAX"], max(1.3 * self._turning_mps, abs(leader.speed_mps) + 0.5 * self._turning_mps))
         speeds = (0.0, go_mps, -p["DP_SPEED_ASTERN"]) if self._can_reverse else (0.0, go_mps)
@@ -112,23 +114,21 @@ class Clearance:
                     cost += _SIDE_COST * abs(wrap_pi(course - self._course)) / math.pi
                 if cost >= best:
                     continue
-                least = self._least(course, speed, nav, way, late=self._too_near)
-                cost += _SHORT_COST_1PM * max(0.0, kept - least)
+                least, last = self._distances(course, speed, nav, way)
+                cost += _SHORT_COST_1PM * max(0.0, radius_m - least) + _LATE_COST_1PM * max(0.0, radius_m - last)
                 if cost < best:
                     best, found = cost, Evasion(course, speed)
         self._course = found.course_rad
         return found
 
-    def _least(
-        self, course_rad: float, speed_mps: float, nav: NavState, way: list[_Seen], plan: Plan | None = None, late: bool = False
-    ) -> float:
-        """The least distance on the way. `late`: that of the end counts, for a boat that goes off."""
+    def _distances(self, course_rad: float, speed_mps: float, nav: NavState, way: list[_Seen], plan: Plan | None = None) -> tuple[float, float]:
+        """The least distance on the way, and that at its end."""
         hull, p = self._hull, self._parameters
         fastest = _TURN_SHARE * math.radians(p["PATH_YAW_RATE"])
         north, east, yaw, u, r = nav.north_m, nav.east_m, nav.yaw_rad, nav.surge_mps, nav.yaw_rate_radps
         slip_n, slip_e = nav.north_mps - u * math.cos(yaw), nav.east_mps - u * math.sin(yaw)
         least, distance = math.inf, math.hypot(nav.north_m - way[0][0], nav.east_m - way[0][1])
-        brake, push = (1.4 * p["PATH_ACC"], p["PATH_ACC"]) if self._can_reverse else (0.0, 1.5 * p["PATH_ACC"])
+        brake, push = (self._thrust_mps2, self._thrust_mps2) if self._can_reverse else (0.0, 1.5 * p["PATH_ACC"])
         for leader_n, leader_e, leader_mps, leader_course in way:
             if plan is not None:
                 course_rad, planned_mps = plan(north - leader_n, east - leader_e, leader_mps * math.cos(leader_course), leader_mps * math.sin(leader_course))
@@ -150,7 +150,7 @@ class Clearance:
             east += _STEP_S * (u * math.sin(yaw) + slip_e)
             distance = math.hypot(north - leader_n, east - leader_e)
             least = min(least, distance)
-        return distance if late else least
+        return least, distance
 
 
 def _leader_way(leader: Leader) -> list[_Seen]:

@@ -28,7 +28,8 @@ _COAST_SHARE = 0.9
 _LEAST_MPS = 0.3  # of a velocity, for it to have a direction
 _BEHIND_SHARE = 0.6  # of the leader's speed, by which a boat that has gone too far drops back
 _FASTEST_MPS = 25.0
-_STEERAGE_SHARE = 0.3
+_STEERAGE_SHARE = 0.3  # of the speed, kept while the bow points elsewhere
+_EVADING_SHARE = 0.5  # likewise, out of the way of the leader
 _ROUND_SHARE = 1.4  # of FOLL_MARGIN
 _STANDING_MPS = 0.5  # slower than this the leader stands
 _REST_BAND_M, _REST_BAND_SHARE = 4.0, 0.3  # beyond the station, and of its distance: so far a boat that rests may drift
@@ -279,7 +280,8 @@ class FollowLaw:
         off = wrap_pi(motion.course_rad - nav.yaw_rad)
         if motion.resting or (abs(off) < _COAST_RAD and self._runs_out(speed, nav, motion)):
             return self._shown(Setpoint(SetpointKind.WRENCH, wrench=ZERO_WRENCH), motion, nav)
-        surge = speed * max(0.0 if self._can_sway else _STEERAGE_SHARE, math.cos(off)) if speed > 0.0 else speed
+        least = _EVADING_SHARE if motion.evading else 0.0 if self._can_sway else _STEERAGE_SHARE
+        surge = speed * max(least, math.cos(off)) if speed > 0.0 else speed
         setpoint = Setpoint(
             SetpointKind.PATH, yaw_rad=self._yaw, surge_mps=surge, yaw_rate_radps=turn, surge_mps2=motion.gain_mps2
         )
