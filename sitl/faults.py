@@ -54,6 +54,7 @@ def known(vessel: VesselConfig) -> dict[str, str]:
     return {
         **_FIXED,
         **{f"thruster_{t.name}_{kind}": f"thruster {t.name} {text}" for t in vessel.thrusters for kind, text in _OF_THRUSTERS.items() if _can(t, kind)},
+        **{f"drive_{row.thruster}_lost": f"the drive that turns {row.thruster} does not answer" for bridge in vessel.actuators for row in bridge.drives},
         **{f"{device}_unplugged": f"the port of {device} vanishes" for device in devices},
     }
 

@@ -15,6 +15,7 @@ from sitl import emulators
 from sitl.battery import BatteryModel
 from sitl.berth import Berth
 from sitl.emulators.device import Surroundings
+from sitl.emulators.microcontroller import MicrocontrollerEmulator
 from sitl.environment import UPDATE_S, Current, Waves, Wind, parse_directed, wind_force
 from sitl.faults import Faults, parse
 from sitl.hull import Hull
@@ -117,7 +118,7 @@ class World:
         by_name = {config.name: thruster for config, thruster in zip(vessel.thrusters, self.thrusters, strict=True)}
         self.sensors = [emulators.sensor(config, self._port(config.name), around) for config in vessel.sensors]
         self.boards = [
-            emulators.board(config, self._port(config.name), [by_name[name] for name in config.thrusters], self.battery, self.faults)
+            emulators.board(config, self._port(config.name), by_name, self.battery, self.faults)
             for config in vessel.actuators
         ]
         self._devices = (*self.sensors, *self.boards)
@@ -194,7 +195,8 @@ class World:
     def set_transmitter(self, channels_us: Sequence[int] | None) -> None:
         """Pulses of the hand-held transmitter on all boards; None: no receiver."""
         for board in self.boards:
-            board.rc_us = channels_us
+            if isinstance(board, MicrocontrollerEmulator):
+                board.rc_us = channels_us
 
     def _sea(self, height_m: float, seed: int) -> Waves:
         """Waves, and of other boats' wakes those that the plant can feel."""

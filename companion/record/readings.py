@@ -77,7 +77,7 @@ _KIND_OF = {kind_type: kind for kind, (kind_type, _) in COLUMNS.items()}
 _OPTIONAL = frozenset(
     {"roll_rad", "pitch_rad", "altitude_m", "satellites", "hdop", "position_accuracy_m", "accuracy_rad", "current_a", "remaining"}
 )
-_OPTIONAL_BY_KIND = {"imu": {"yaw_rad"}, "feedback": {"azimuth_rad", "deployment"}, "manual": {"surge", "sway", "yaw"}}
+_OPTIONAL_BY_KIND = {"imu": {"yaw_rad"}, "feedback": {"throttle", "azimuth_rad", "deployment"}, "manual": {"surge", "sway", "yaw"}}
 _BY = tuple(HeadingBy)
 _NUMBER_OF_BY = {by: number for number, by in enumerate(_BY)}
 _WHOLE: dict[str, Callable[[float], Any]] = {

@@ -8,9 +8,10 @@ from companion.config import ActuatorConfig, ConfigError, SensorConfig
 from sitl.battery import BatteryModel
 from sitl.emulators.ais import AisEmulator
 from sitl.emulators.compass import CompassEmulator
-from sitl.emulators.device import Device, Surroundings
+from sitl.emulators.device import Board, Device, Surroundings
 from sitl.emulators.gnss import GnssEmulator
 from sitl.emulators.microcontroller import MicrocontrollerEmulator
+from sitl.emulators.nanotec import NanotecEmulator
 from sitl.emulators.wind_sensor import WindEmulator
 from sitl.emulators.xsens import XsensEmulator
 from sitl.faults import Faults
@@ -31,8 +32,9 @@ SENSORS: Mapping[str, Callable[[SensorConfig, MemoryDevice, Surroundings], Devic
     "mtdata2": XsensEmulator,
     "ais": AisEmulator,
 }
-BOARDS: Mapping[str, Callable[[ActuatorConfig, MemoryDevice, Sequence[Thruster], BatteryModel, Faults], MicrocontrollerEmulator]] = {
+BOARDS: Mapping[str, Callable[[ActuatorConfig, MemoryDevice, Sequence[Thruster], BatteryModel, Faults], Board]] = {
     "microcontroller": MicrocontrollerEmulator,
+    "nanotec": NanotecEmulator,
 }
 
 
@@ -44,11 +46,10 @@ def sensor(config: SensorConfig, port: MemoryDevice, around: Surroundings) -> De
     return make(config, port, around)
 
 
-def board(
-    config: ActuatorConfig, port: MemoryDevice, thrusters: Sequence[Thruster], battery: BatteryModel, faults: Faults
-) -> MicrocontrollerEmulator:
-    """The board that `config.driver` talks to, with the thrusters on it. Raises ConfigError where there is none."""
+def board(config: ActuatorConfig, port: MemoryDevice, thrusters: Mapping[str, Thruster], battery: BatteryModel, faults: Faults) -> Board:
+    """The board that `config.driver` talks to, with those of `thrusters` that it drives, by name. Raises ConfigError where there is none."""
     make = BOARDS.get(config.driver)
     if make is None:
         raise ConfigError([f"actuator '{config.name}': no simulated device for driver '{config.driver}'; there is {', '.join(BOARDS)}"])
-    return make(config, port, thrusters, battery, faults)
+    driven = dict.fromkeys((*config.thrusters, *config.azimuths))
+    return make(config, port, [thrusters[name] for name in driven], battery, faults)

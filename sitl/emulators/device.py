@@ -24,6 +24,14 @@ class Device(Protocol):
         ...
 
 
+class Board(Device, Protocol):
+    """A device that drives thrusters: it hears at every step of the world."""
+
+    def listen(self, t_s: float) -> None:
+        """Take what has arrived by now, and act on it."""
+        ...
+
+
 @dataclass(frozen=True, slots=True)
 class Surroundings:
     """What sensors on board measure, and the conditions of the run."""

@@ -7,9 +7,11 @@ from collections.abc import Callable, Mapping
 from companion.config import ActuatorConfig, ConfigError, VesselConfig
 from companion.core.ports import Actuator, ByteStream
 from companion.io.actuators.microcontroller import MicrocontrollerBridge
+from companion.io.actuators.nanotec import NanotecBridge
 
 DRIVERS: Mapping[str, Callable[[ActuatorConfig, VesselConfig, ByteStream], Actuator]] = {
     "microcontroller": MicrocontrollerBridge,
+    "nanotec": NanotecBridge,
 }
 
 

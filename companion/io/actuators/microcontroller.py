@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from companion.config import ActuatorConfig, ConfigError, VesselConfig
+from companion.config import ActuatorConfig, ConfigError, VesselConfig, azimuths_of
 from companion.core.auxiliary import Auxiliary
 from companion.core.microcontroller_auxiliary import AuxiliaryDemand, AuxiliaryState
 from companion.core.microcontroller_frame import (
@@ -31,12 +31,13 @@ class MicrocontrollerBridge:
     """`ActuatorCommand` → COMMAND frames, and AUXILIARY frames where it drives servos or relays; STATUS frames → `Battery`, `Leak`,
     `RcInput`, `ThrusterFeedback`.
 
-    Of several STATUS frames in one read the newest counts. Thruster indices are those of the vessel.
+    Of several STATUS frames in one read the newest counts. Thruster indices are those of the vessel. A thruster whose azimuth another bridge
+    drives is a fixed one to the board.
     Remembers the last status, the board's identity, the sequence number, and when it was last heard and asked.
     """
 
     def __init__(self, config: ActuatorConfig, vessel: VesselConfig, stream: ByteStream) -> None:
-        """Raises ConfigError for a thruster that the vessel does not have, or more of them than a frame holds."""
+        """Raises ConfigError for a thruster that the vessel does not have, more of them than a frame holds, or an azimuth without its throttle."""
         self.name = config.name
         self._config = config
         self._stream = stream
@@ -46,7 +47,11 @@ class MicrocontrollerBridge:
             raise ConfigError([f"actuator '{config.name}': the vessel has no thruster named '{name}'" for name in unknown])
         if len(config.thrusters) > MAX_THRUSTERS:
             raise ConfigError([f"actuator '{config.name}': drives {len(config.thrusters)} thrusters; a board drives up to {MAX_THRUSTERS}"])
+        alone = [name for name in config.azimuths if name not in config.thrusters]
+        if alone:
+            raise ConfigError([f"actuator '{config.name}': a board that turns '{name}' drives its throttle too: add it to 'thrusters'" for name in alone])
         self._indices = tuple(names.index(name) for name in config.thrusters)
+        self._turned = frozenset(azimuths_of(config, vessel.thrusters, vessel.actuators))
         self._servos = _positions([servo.name for servo in vessel.servos], config.servos)
         self._relays = _positions([relay.name for relay in vessel.relays], config.relays)
         self._outputs: AuxiliaryState | None = None
@@ -86,7 +91,8 @@ class MicrocontrollerBridge:
         demands = []
         for index in self._indices:
             thruster = command.thrusters[index]
-            demands.append(ThrusterDemand(thruster.throttle if command.armed else 0.0, thruster.azimuth_rad))
+            azimuth_rad = thruster.azimuth_rad if index in self._turned else None
+            demands.append(ThrusterDemand(thruster.throttle if command.armed else 0.0, azimuth_rad))
         beacon = command.beacon
         self._sequence = (self._sequence + 1) & 0xFF
         message = Command(
@@ -175,7 +181,8 @@ class MicrocontrollerBridge:
         if status.rc_present:
             readings.append(RcInput(arrival_s, name, _channels(status.rc_us), status.rc_lost))
         for index, state in zip(self._indices, status.thrusters, strict=False):
-            readings.append(ThrusterFeedback(arrival_s, name, index, state.throttle, state.azimuth_rad, state.ok, state.deployment))
+            azimuth_rad = state.azimuth_rad if index in self._turned else None
+            readings.append(ThrusterFeedback(arrival_s, name, index, state.throttle, azimuth_rad, state.ok, state.deployment))
         return readings
 
 
