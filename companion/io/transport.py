@@ -5,6 +5,7 @@ udpin:0.0.0.0:5000              listen for datagrams; answers go to the last sen
 udpout:192.168.1.20:5000        send datagrams there and hear its answers
 tcpout:192.168.1.20:4001        connect (serial servers, bridges)
 tcpin:0.0.0.0:4001              wait for one device to connect; a newer connection replaces the older
+can:can0                        a CAN bus (`companion/io/can_line.py`)
 """
 
 from __future__ import annotations
@@ -29,6 +30,10 @@ _CHUNKS_PER_READ = 16  # and
 _BYTES_PER_READ = 16384  # a flooding peer must not hold the caller; what is left keeps the descriptor readable
 _PARITIES = {"none": serial.PARITY_NONE, "even": serial.PARITY_EVEN, "odd": serial.PARITY_ODD}
 _STOPBITS = {"1": serial.STOPBITS_ONE, "2": serial.STOPBITS_TWO}
+_OPTIONS: dict[str, dict[str, Sequence[str]]] = {
+    "serial": {"parity": tuple(_PARITIES), "stopbits": tuple(_STOPBITS)},
+    "can": {"interface": ("socketcan", "udp_multicast", "virtual")},
+}
 _NOT_NOW = (errno.EAGAIN, errno.EWOULDBLOCK, errno.EINTR)
 _LINE_ERRORS = (OSError, ValueError, termios.error)  # whatever the system says about a port, at any time
 
@@ -394,6 +399,10 @@ class TransportOpener:
         """The port of device `name`. A port that is not there now is opened later; TransportError only for a URL that never can be."""
         endpoint = parse_url(url)
         _check_options(url, endpoint)
+        if endpoint.scheme == "can":
+            from companion.io.can_line import CanLine
+
+            return CanLine(name, url, endpoint)
         if endpoint.scheme != "serial" and endpoint.host == "localhost":
             endpoint = Endpoint(endpoint.scheme, host="127.0.0.1", port=endpoint.port, options=endpoint.options)
         elif endpoint.scheme != "serial" and not _is_address(endpoint.host):
@@ -402,7 +411,7 @@ class TransportOpener:
 
 
 def _check_options(url: str, endpoint: Endpoint) -> None:
-    known: dict[str, Sequence[str]] = {"parity": tuple(_PARITIES), "stopbits": tuple(_STOPBITS)} if endpoint.scheme == "serial" else {}
+    known = _OPTIONS.get(endpoint.scheme, {})
     for key, value in endpoint.options.items():
         if key not in known:
             raise TransportError(f"'{url}': unknown option '{key}'; known here: {', '.join(known) or 'none'}")

@@ -12,6 +12,7 @@ from sitl.emulators.device import Board, Device, Surroundings
 from sitl.emulators.gnss import GnssEmulator
 from sitl.emulators.microcontroller import MicrocontrollerEmulator
 from sitl.emulators.nanotec import NanotecEmulator
+from sitl.emulators.nmea2000 import Nmea2000Emulator
 from sitl.emulators.wind_sensor import WindEmulator
 from sitl.emulators.xsens import XsensEmulator
 from sitl.faults import Faults
@@ -35,6 +36,7 @@ SENSORS: Mapping[str, Callable[[SensorConfig, MemoryDevice, Surroundings], Devic
 BOARDS: Mapping[str, Callable[[ActuatorConfig, MemoryDevice, Sequence[Thruster], BatteryModel, Faults], Board]] = {
     "microcontroller": MicrocontrollerEmulator,
     "nanotec": NanotecEmulator,
+    "nmea2000": Nmea2000Emulator,
 }
 
 
