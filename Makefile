@@ -25,7 +25,7 @@ bench: $(VENV)/.installed-test
 	$(BIN)/python -m tests.bench
 
 scenarios: $(VENV)/.installed-test
-	$(BIN)/python -m pytest -n 2 -m sweep tests/scenarios
+	$(BIN)/python -m pytest -n 2 -m sweep tests
 
 # A stamp, since bin/python is a link to a file as old as the machine's Python.
 $(VENV)/.made: .ci/make_venv.py

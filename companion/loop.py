@@ -46,6 +46,7 @@ from companion.mission.plan import Plans
 from companion.modes.beacon import beacon
 from companion.modes.events import EventLog
 from companion.modes.supervisor import Supervisor
+from companion.nav.charge import ChargeCounter
 from companion.nav.estimator import Estimator
 from companion.params import Parameters
 from companion.safety import Gate
@@ -103,6 +104,7 @@ class Vessel:
         self._recorders: list[Recorder] = []
         self._arrived: list[Reading] = []  # readings that came in between two ticks
         self._inputs = Inputs()
+        self._charge = ChargeCounter(config.battery)
         self._reports = ThrusterReports(len(config.thrusters))
         self._achieved: Wrench = ZERO_WRENCH
         self._command: ActuatorCommand | None = None  # the last that went to the bridges
@@ -159,7 +161,7 @@ class Vessel:
         for reading in readings:
             match reading:
                 case Battery():
-                    inputs = replace(inputs, battery=reading)
+                    inputs = replace(inputs, battery=self._charge.update(reading))
                 case Leak():
                     inputs = replace(inputs, leak=reading)
                 case RcInput():

@@ -61,6 +61,10 @@ class Thruster:
         self.dead = self.stalled = self.stuck = self.runaway = self.jammed = False
 
     @property
+    def config(self) -> ThrusterConfig:
+        return self._config
+
+    @property
     def max_n(self) -> float:
         """The largest force, either way."""
         return max(self._config.max_n, -self._config.min_n)

@@ -15,7 +15,6 @@ from sitl import emulators
 from sitl.battery import BatteryModel
 from sitl.berth import Berth
 from sitl.emulators.device import Surroundings
-from sitl.emulators.microcontroller import MicrocontrollerEmulator
 from sitl.environment import UPDATE_S, Current, Waves, Wind, parse_directed, wind_force
 from sitl.faults import Faults, parse
 from sitl.hull import Hull
@@ -195,8 +194,7 @@ class World:
     def set_transmitter(self, channels_us: Sequence[int] | None) -> None:
         """Pulses of the hand-held transmitter on all boards; None: no receiver."""
         for board in self.boards:
-            if isinstance(board, MicrocontrollerEmulator):
-                board.rc_us = channels_us
+            board.rc_us = channels_us
 
     def _sea(self, height_m: float, seed: int) -> Waves:
         """Waves, and of other boats' wakes those that the plant can feel."""

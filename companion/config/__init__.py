@@ -15,6 +15,10 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, TypeAdapter, ValidationError
 
+from companion.config.bridge_checks import bridge_problems
+from companion.config.bridges import PULSE_DRIVERS as PULSE_DRIVERS
+from companion.config.bridges import MavlinkBoardConfig as MavlinkBoardConfig
+from companion.config.bridges import OutputConfig as OutputConfig
 from companion.config.devices import UNIT_MATRIX as UNIT_MATRIX
 from companion.config.devices import ActuatorConfig as ActuatorConfig
 from companion.config.devices import JetConfig as JetConfig
@@ -31,9 +35,10 @@ from companion.config.hull import ThesisModelConfig as ThesisModelConfig
 from companion.config.hull import WindageConfig as WindageConfig
 from companion.config.hull import resistance_problems
 from companion.config.jets import jet_problems
+from companion.config.outputs import BatteryConfig as BatteryConfig
 from companion.config.outputs import RelayConfig as RelayConfig
 from companion.config.outputs import ServoConfig as ServoConfig
-from companion.config.outputs import rest_problems
+from companion.config.outputs import battery_problems, rest_problems
 from companion.core.toml_places import dotted, line_of
 
 
@@ -130,6 +135,7 @@ class VesselConfig:
     mmsi: Annotated[int, Field(ge=1, le=999_999_999)] | None = None  # of its own AIS transponder, whose reports are not another vessel's
     parameters: dict[str, float] = field(default_factory=dict)
     dock: DockConfig | None = None
+    battery: BatteryConfig | None = None
     sitl: SitlConfig | None = None
 
 
@@ -202,7 +208,7 @@ def _cross_checks(config: VesselConfig) -> list[tuple[tuple[str | int, ...], str
             if name in names[:i]:
                 problems.append(((table, i, "name"), f"'{name}' is used twice"))
     problems += driving_problems(config.actuators, config.thrusters, tables["servo"], tables["relay"])
-    problems += rest_problems(config.servos)
+    problems += rest_problems(config.servos) + battery_problems(config.battery)
     for i, thruster in enumerate(config.thrusters):
         if thruster.turns and thruster.azimuth_rate_radps <= 0.0:
             problems.append((("thruster", i, "azimuth_rate_dps"), f"a thruster of kind '{thruster.kind}' needs a rate above 0"))
@@ -214,6 +220,7 @@ def _cross_checks(config: VesselConfig) -> list[tuple[tuple[str | int, ...], str
     for i, sensor in enumerate(config.sensors):
         if not abs(_determinant(sensor.mag_matrix)) > 0.0:
             problems.append((("sensor", i, "mag_matrix"), "has no inverse: a row is missing, or two say the same"))
+    problems += bridge_problems(config.thrusters, config.actuators)
     problems += jet_problems(config.thrusters, config.limits.sway_n)
     problems += resistance_problems(config.hull, ("hull",))
     if config.hull.m22_kg * config.hull.m33_kgm2 <= config.hull.m23_kgm * (config.hull.m32_kgm or config.hull.m23_kgm):

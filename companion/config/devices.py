@@ -8,6 +8,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from companion.config.bridges import MavlinkBoardConfig, OutputConfig
 from companion.config.fields import FROM_DEGREES, FROM_DEGREES_OR_NONE, SECTORS_FROM_DEGREES, STRICT, Name, NonNegative, Positive, Vector
 
 UNIT_MATRIX = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
@@ -64,6 +65,7 @@ class ThrusterConfig:
     retractable: bool = False
     travel_s: NonNegative = 0.0
     jet: JetConfig | None = None
+    output: OutputConfig | None = None  # None: the drive takes throttle and azimuth as they are
 
     @property
     def turns(self) -> bool:
@@ -108,9 +110,9 @@ class SensorConfig:
 class StepperConfig:
     """The stepper drive that turns one thruster's azimuth: its address on the bus and how its steps make an angle.
 
-    `steps_per_turn` of the thruster, belts and gears and `step_mode` (microsteps a full step) included. Its position counter is 0 at the azimuth
-    `zero_rad`; where it gets that: `homing` "switch", by a slow turn to its reference switch at every start; "here", it stands there at power-up.
-    `speed_radps` None: as fast as the thruster turns. `reversed`: more steps turn it anticlockwise.
+    `steps_per_turn` of the thruster, belts and gears and `step_mode` (microsteps a full step) included. The angle that it shows is 0 at the zero of
+    its counter; where it gets that: `homing` "switch", by a slow turn to its reference switch at the start; "here", it stands there at power-up.
+    What that angle is of the thruster's azimuth stands in `[thruster.output]`. `speed_radps` None: as fast as the thruster turns.
     """
 
     __pydantic_config__ = STRICT
@@ -120,8 +122,6 @@ class StepperConfig:
     step_mode: Literal[1, 2, 4, 5, 8, 10, 16, 32, 64] = 8
     speed_radps: Annotated[float | None, Field(alias="speed_dps", gt=0.0), FROM_DEGREES_OR_NONE] = None
     ramp_radps2: Annotated[float, Field(alias="ramp_dps2", gt=0.0), FROM_DEGREES] = math.radians(1500.0)
-    zero_rad: Annotated[float, Field(alias="zero_deg", ge=-360.0, le=360.0), FROM_DEGREES] = 0.0
-    reversed: bool = False
     homing: Literal["here", "switch"] = "here"
     homing_radps: Annotated[float, Field(alias="homing_dps", gt=0.0), FROM_DEGREES] = math.radians(20.0)
 
@@ -156,3 +156,4 @@ class ActuatorConfig:
     drives: Annotated[tuple[StepperConfig, ...], Field(alias="drive")] = ()
     motors: Annotated[tuple[MotorConfig, ...], Field(alias="motor")] = ()
     address: Annotated[int, Field(ge=0, le=251)] = 50
+    mavlink: MavlinkBoardConfig | None = None

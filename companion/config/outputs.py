@@ -1,4 +1,4 @@
-"""Outputs beside the thrusters, as a vessel's file describes them: servos and relays."""
+"""What hangs on the bridges beside the thrusters, as a vessel's file describes it: servos, relays, the battery."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from companion.config.fields import STRICT, Name
+from companion.config.fields import STRICT, Name, NonNegative, Positive
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,6 +31,24 @@ class RelayConfig:
     __pydantic_config__ = STRICT
     name: Name
     while_disarmed: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class BatteryConfig:
+    """`[battery]`: for boards that measure voltage and current without counting. Voltages at rest, full and empty, between which the first reading says how
+    full it is; `resistance_ohm` is what makes them sag under load."""
+
+    __pydantic_config__ = STRICT
+    capacity_ah: Positive
+    full_v: Positive
+    empty_v: Positive
+    resistance_ohm: NonNegative = 0.0
+
+
+def battery_problems(battery: BatteryConfig | None) -> list[tuple[tuple[str | int, ...], str]]:
+    if battery is None or battery.empty_v < battery.full_v:
+        return []
+    return [(("battery", "empty_v"), f"should be below full_v, {battery.full_v:g}")]
 
 
 def rest_problems(servos: Sequence[ServoConfig]) -> list[tuple[tuple[str | int, ...], str]]:

@@ -8,6 +8,7 @@ SIZE = 16
 _EXTENDED, _REMOTE, _ERROR = 0x8000_0000, 0x4000_0000, 0x2000_0000
 _ID = 0x1FFF_FFFF
 _FRAME = struct.Struct("<IB3x8s")
+TROUBLE = _FRAME.pack(_ERROR, 8, b"")  # stands for a frame that the controller could not make out
 
 
 def pack(identifier: int, data: bytes) -> bytes:

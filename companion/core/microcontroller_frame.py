@@ -25,18 +25,21 @@ Type 1, COMMAND, host → board, once a control step:
     4      lights    u8    bits 0–1 red, 2–3 yellow, 4–5 green: 0 off, 1 steady, 2 blink. Others 0
     5      n         u8    thrusters, 0…16
     6+4i   throttle  i16   of thruster i, −10000…10000 ↔ −1…1
-    8+4i   azimuth   i16   1e-4 rad in (−π, π], the way the thruster pushes the boat, clockwise from the bow; −32768: it does not turn
+    8+4i   azimuth   i16   −31416…31416, 1e-4 rad, the way the thruster pushes the boat, clockwise from the bow (senders say astern as
+                           31416, receivers take both ends); −32768: it does not turn
 
     A board drives its thrusters neutral unless the last valid COMMAND was armed and is less than 0.5 s old, whatever else is in it. An
     azimuth drive that turns endlessly takes the shorter way round; one with stops takes the turn within its stops that is nearest.
     Retractable thrusters move whether armed or not, end a travel once begun, and never run unless they are down. Without commands for
-    0.5 s the green light is steady; the others stay as they were.
+    0.5 s, also after power-up, the green light is steady; the others stay as they were. A COMMAND for another number of thrusters than the
+    board has is not valid for it.
 
 Type 2, STATUS, board → host, 20 times a second:
 
     2      sequence  u8    of the last valid COMMAND
     3      flags     u8    bit 0: neutral because commands stopped coming. bit 1: leak sensor wet. bit 2: RC receiver present.
-                           bit 3: RC receiver has no signal. Others 0
+                           bit 3: RC receiver has no signal. bit 4: the transmitter's safe-mode switch has the thrusters, which then
+                           follow its sticks or stand, whatever the COMMAND. Others 0
     4      battery   u16   mV; 65535: not measured
     6      current   i32   mA out of the battery; −2147483648: not measured
     10     remaining u8    0…254 ↔ 0…1 of the battery's charge; 255: unknown
@@ -142,7 +145,8 @@ class Command:
 @quick
 @dataclass(frozen=True, slots=True)
 class BoardStatus:
-    """STATUS: how the board is. `remaining` 0…1. `rc_us` are eight pulse widths, 0 where there is no such channel."""
+    """STATUS: how the board is. `remaining` 0…1. `rc_us` are eight pulse widths, 0 where there is no such channel. `safe_mode`: the board
+    goes by the transmitter, not by COMMAND."""
 
     sequence: int
     neutral_by_watchdog: bool
@@ -154,6 +158,7 @@ class BoardStatus:
     remaining: float | None
     rc_us: tuple[int, ...]
     thrusters: tuple[ThrusterState, ...]
+    safe_mode: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -293,7 +298,7 @@ def _decode_command(body: bytes) -> Command | None:
 
 
 def _encode_status(message: BoardStatus) -> bytes:
-    flags = message.neutral_by_watchdog | message.leak_wet << 1 | message.rc_present << 2 | message.rc_lost << 3
+    flags = message.neutral_by_watchdog | message.leak_wet << 1 | message.rc_present << 2 | message.rc_lost << 3 | message.safe_mode << 4
     voltage = _NO_VOLTAGE if message.voltage_v is None else _scaled(message.voltage_v, 1e3, 0, _NO_VOLTAGE - 1)
     current = _NO_CURRENT if message.current_a is None else _scaled(message.current_a, 1e3, _NO_CURRENT + 1, 2**31 - 1)
     remaining = _NO_REMAINING if message.remaining is None else _scaled(message.remaining, 254.0, 0, 254)
@@ -309,7 +314,7 @@ def _decode_status(body: bytes) -> BoardStatus | None:
     if len(body) < _STATUS_HEAD.size:
         return None
     _, _, sequence, flags, voltage, current, remaining, *rc_us, n = _STATUS_HEAD.unpack_from(body)
-    if n > MAX_THRUSTERS or len(body) != _STATUS_HEAD.size + n * _STATUS_THRUSTER.size or flags > 15:
+    if n > MAX_THRUSTERS or len(body) != _STATUS_HEAD.size + n * _STATUS_THRUSTER.size or flags > 31:
         return None
     states = tuple(_STATUS_THRUSTER.iter_unpack(body[_STATUS_HEAD.size :]))
     if not all(_sensible(throttle, azimuth) and state < 8 for throttle, azimuth, state in states):
@@ -330,6 +335,7 @@ def _decode_status(body: bytes) -> BoardStatus | None:
                 for throttle, azimuth, state in states
             ]
         ),
+        safe_mode=bool(flags & 16),
     )
 
 
@@ -368,7 +374,8 @@ def _throttle(throttle: float) -> int:
 def _azimuth(azimuth_rad: float | None) -> int:
     if azimuth_rad is None or not math.isfinite(azimuth_rad):
         return _NO_AZIMUTH
-    return round(wrap_pi(azimuth_rad) * _AZIMUTH_SCALE)
+    azimuth = round(wrap_pi(azimuth_rad) * _AZIMUTH_SCALE)
+    return _MAX_AZIMUTH if azimuth == -_MAX_AZIMUTH else azimuth
 
 
 def _azimuth_rad(azimuth: int) -> float | None:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import errno
 from typing import TYPE_CHECKING, Any
 
-from companion.core.can_frame import SIZE, pack, unpack
+from companion.core.can_frame import SIZE, TROUBLE, pack, unpack
 from companion.io.transport import Line
 
 if TYPE_CHECKING:
@@ -58,7 +58,9 @@ class CanLine(Line):
                 message = self._bus.recv(timeout=0)
                 if message is None:
                     break
-                if message.is_extended_id and not (message.is_remote_frame or message.is_error_frame or message.is_fd):
+                if message.is_error_frame:
+                    received += TROUBLE
+                elif message.is_extended_id and not (message.is_remote_frame or message.is_fd):
                     received += pack(message.arbitration_id, bytes(message.data))
         except can.CanError as error:
             raise _os_error(error) from error

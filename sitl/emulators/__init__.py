@@ -10,6 +10,7 @@ from sitl.emulators.ais import AisEmulator
 from sitl.emulators.compass import CompassEmulator
 from sitl.emulators.device import Board, Device, Surroundings
 from sitl.emulators.gnss import GnssEmulator
+from sitl.emulators.mavlink_servo import MavlinkServoEmulator
 from sitl.emulators.microcontroller import MicrocontrollerEmulator
 from sitl.emulators.nanotec import NanotecEmulator
 from sitl.emulators.nmea2000 import Nmea2000Emulator
@@ -34,6 +35,7 @@ SENSORS: Mapping[str, Callable[[SensorConfig, MemoryDevice, Surroundings], Devic
     "ais": AisEmulator,
 }
 BOARDS: Mapping[str, Callable[[ActuatorConfig, MemoryDevice, Sequence[Thruster], BatteryModel, Faults], Board]] = {
+    "mavlink_servo": MavlinkServoEmulator,
     "microcontroller": MicrocontrollerEmulator,
     "nanotec": NanotecEmulator,
     "nmea2000": Nmea2000Emulator,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -25,10 +26,12 @@ class Device(Protocol):
 
 
 class Board(Device, Protocol):
-    """A device that drives thrusters: it hears at every step of the world."""
+    """An emulated board that drives thrusters. `rc_us`: pulses of a transmitter's channels, None where there is no receiver."""
+
+    rc_us: Sequence[int] | None
 
     def listen(self, t_s: float) -> None:
-        """Take what has arrived by now, and act on it."""
+        """Take what has arrived by `t_s`, and mind its own time-outs."""
         ...
 
 

@@ -19,6 +19,7 @@ from companion.core.microcontroller_frame import (
 )
 from companion.core.types import DARK, Beacon, Light
 from sitl.battery import BatteryModel
+from sitl.drives import Drive
 from sitl.faults import Faults
 from sitl.memory import MemoryDevice
 from sitl.thrusters import Thruster
@@ -47,6 +48,7 @@ class MicrocontrollerEmulator:
         self.last_command: Command | None = None
         self.rc_us: Sequence[int] | None = _RC_CENTRED if faults.planned("rc_") else None
         self._thrusters = tuple(thrusters)
+        self._drives = tuple(Drive(thruster.config, pulses=False) for thruster in thrusters)
         self._battery = battery
         self._faults = faults
         self._decoder = FrameDecoder()
@@ -56,9 +58,11 @@ class MicrocontrollerEmulator:
         self._at_rest = AuxiliaryState(0, (None,) * len(config.servos), (False,) * len(config.relays))
         self.outputs = self._at_rest
         self._outputs_s: float | None = None
+        self._t_s = 0.0
 
     def listen(self, t_s: float) -> None:
         """Take the commands that have arrived by `t_s`; mind the watchdog."""
+        self._t_s = t_s
         for _, data in self._port.receive(t_s):
             if not self._faults.active.isdisjoint(("mcu_silent", "mcu_deaf")):
                 continue
@@ -89,10 +93,10 @@ class MicrocontrollerEmulator:
 
     @property
     def beacon(self) -> Beacon:
-        """The lamps as they shine: as commanded; green steady while the watchdog has the board."""
+        """The lamps as they shine: as commanded; green steady without commands for as long as the watchdog waits, also before the first."""
         command = self.last_command
         if command is None:
-            return DARK
+            return DARK if self._t_s < WATCHDOG_S else Beacon(green=Light.STEADY)
         return Beacon(command.red, command.yellow, Light.STEADY if self._neutral else command.green)
 
     def status(self) -> BoardStatus:
@@ -112,8 +116,8 @@ class MicrocontrollerEmulator:
             rc_us=_NONE if pulses is None or rc_lost else tuple(pulses),
             thrusters=tuple(
                 [
-                    ThrusterState(each.throttle(), each.azimuth_rad if each.steerable else None, not each.dead, each.deployment)
-                    for each in self._thrusters
+                    ThrusterState(drive.level(each.throttle()), drive.shown_rad(each.azimuth_rad) if each.steerable else None, not each.dead, each.deployment)
+                    for each, drive in zip(self._thrusters, self._drives, strict=True)
                 ]
             ),
         )
@@ -125,10 +129,13 @@ class MicrocontrollerEmulator:
 
     def _obey(self, command: Command) -> None:
         self._neutral = False
-        for thruster, demand in zip(self._thrusters, command.thrusters, strict=True):
+        for thruster, drive, demand in zip(self._thrusters, self._drives, command.thrusters, strict=True):
             if command.lower is not None:
                 thruster.lower = command.lower
-            thruster.demand(demand.throttle if command.armed else 0.0, demand.azimuth_rad if command.armed else None)
+            if command.armed:
+                thruster.demand(drive.throttle(demand.throttle), drive.azimuth_rad(demand.azimuth_rad))
+            else:
+                thruster.demand(0.0, None)
 
     def _go_neutral(self) -> None:
         self._neutral = True

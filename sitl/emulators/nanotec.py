@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from companion.config import ActuatorConfig, StepperConfig
 from companion.core.angles import TWO_PI, wrap_pi
 from sitl.battery import BatteryModel
+from sitl.drives import Drive
 from sitl.faults import Faults
 from sitl.memory import MemoryDevice
 from sitl.thrusters import Thruster
@@ -29,6 +30,7 @@ class NanotecEmulator:
     def __init__(self, config: ActuatorConfig, port: MemoryDevice, thrusters: Sequence[Thruster], battery: BatteryModel, faults: Faults) -> None:
         self.name = config.name
         self.rate_hz = 1.0
+        self.rc_us: Sequence[int] | None = None  # nothing of a transmitter goes over this line
         self._port = port
         self._faults = faults
         by_name = dict(zip((*config.thrusters, *config.azimuths), thrusters, strict=True))
@@ -61,7 +63,7 @@ class NanotecEmulator:
         for address, drive in self.drives.items():
             if not everybody and (digits == 0 or digits > 3 or int(text[:digits]) != address):
                 continue
-            if f"drive_{drive.thruster_name}_lost" in self._faults.active or not command:
+            if not command or not self._faults.active.isdisjoint((f"drive_{drive.thruster_name}_lost", "mcu_silent", "mcu_deaf")):
                 continue
             answer = drive.obey(command)
             if not everybody:  # they would all speak at once, and none be understood
@@ -76,11 +78,13 @@ class EmulatedDrive:
         self.thruster_name = row.thruster
         self._row = row
         self._thruster = thruster
-        self._steps_per_rad = (-1.0 if row.reversed else 1.0) * row.steps_per_turn / TWO_PI
+        self._belt = Drive(thruster.config, pulses=False)
+        self._steps_per_rad = row.steps_per_turn / TWO_PI
         self._turned_rad = thruster.azimuth_rad  # the thruster's angle, whole turns counted
         self._t_s: float | None = None
         self.power_up()
-        self._offset = self._shaft() - (self._turned_rad - row.zero_rad) * self._steps_per_rad if row.homing == "here" else self._shaft()
+        if row.homing == "here":
+            self._offset = 0.0  # somebody has put it there before
 
     def power_up(self) -> None:
         """As after a loss of power: settings from the factory, the counter at 0 wherever the thruster stands."""
@@ -127,7 +131,7 @@ class EmulatedDrive:
         self._turned_rad += wrap_pi(self._thruster.azimuth_rad - self._turned_rad)
         if not self._running or dt_s <= 0.0:
             return
-        if abs(self._commanded - self.counter) > _FOLLOWING_ERROR_RAD * abs(self._steps_per_rad):
+        if abs(self._commanded - self.counter) > _FOLLOWING_ERROR_RAD * self._steps_per_rad:
             self._stop()
             self._failed = True
             self.errors.append(_BLOCKED)
@@ -147,10 +151,12 @@ class EmulatedDrive:
         self._aim()
 
     def _shaft(self) -> float:
-        return (self._turned_rad - self._row.zero_rad) * self._steps_per_rad
+        return self._belt.shown_rad(self._turned_rad) * self._steps_per_rad
 
     def _aim(self) -> None:
-        self._thruster.aim(self._row.zero_rad + (self._commanded + self._offset) / self._steps_per_rad)
+        azimuth_rad = self._belt.azimuth_rad((self._commanded + self._offset) / self._steps_per_rad)
+        if azimuth_rad is not None:
+            self._thruster.aim(azimuth_rad)
 
     def _start(self) -> None:
         if self._failed:

@@ -14,6 +14,7 @@ from collections.abc import Sequence
 from companion.config import ActuatorConfig
 from companion.core.angles import TWO_PI
 from sitl.battery import BatteryModel
+from sitl.drives import Drive
 from sitl.faults import Faults
 from sitl.memory import MemoryDevice
 from sitl.thrusters import Thruster
@@ -32,6 +33,7 @@ class Nmea2000Emulator:
     def __init__(self, config: ActuatorConfig, port: MemoryDevice, thrusters: Sequence[Thruster], battery: BatteryModel, faults: Faults) -> None:
         self.name = config.name
         self.rate_hz = 20.0
+        self.rc_us: Sequence[int] | None = None  # nothing of a transmitter goes over this network
         self._port = port
         self._battery = battery
         self._faults = faults
@@ -83,9 +85,10 @@ class Nmea2000Emulator:
             self._send_fast(6, 127506, _MONITOR, struct.pack("<BBBBBHHH", 255, 0, 0, round(share * 100.0), 255, 0xFFFF, 0xFFFF, 0xFFFF), t_s)
 
     def _lost(self, motor: EmulatedMotor) -> bool:
-        return f"drive_{motor.thruster_name}_lost" in self._faults.active
+        return not self._faults.active.isdisjoint((f"drive_{motor.thruster_name}_lost", "mcu_silent"))
 
     def _hear(self, identifier: int, data: bytes, t_s: float) -> None:
+        active = self._faults.active
         group, specific, source = identifier >> 16 & 0x1FF, identifier >> 8 & 0xFF, identifier & 0xFF
         if group == 0xEA and len(data) >= 3:  # 59904, a request
             wanted = data[0] | data[1] << 8 | data[2] << 16
@@ -99,7 +102,7 @@ class Nmea2000Emulator:
             payload = self._collect((source, specific), data)
             if payload is not None:
                 for motor in self.motors:
-                    if motor.address == specific and not self._lost(motor):
+                    if motor.address == specific and not self._lost(motor) and "mcu_deaf" not in active:
                         self._obey(motor, payload, source, t_s)
 
     def _collect(self, key: tuple[int, int], data: bytes) -> bytes | None:
@@ -160,6 +163,7 @@ class EmulatedMotor:
         self.sensor = instance if sensor is None else sensor
         self.address = 20 + instance
         self._thruster = thruster
+        self._drive = Drive(thruster.config, pulses=False)
         self._propels = propels
         self._told_s: float | None = None
         self._way = _OFF
@@ -172,7 +176,8 @@ class EmulatedMotor:
 
     @property
     def angle_rad(self) -> float:
-        return self._thruster.azimuth_rad
+        """As it shows it."""
+        return self._drive.shown_rad(self._thruster.azimuth_rad)
 
     def command(self, fields: dict[int, int], t_s: float) -> bool:
         """Whether the fields were such as it knows."""
@@ -184,9 +189,10 @@ class EmulatedMotor:
         self._timeout_s = fields[8] * 0.005 if 8 in fields else self._timeout_s
         push = self._speed / 100.0 * (1 if self._way == _STARBOARD else -1 if self._way == _PORT else 0)
         if self._propels:
-            self._thruster.drive(push)
-        if 9 in fields and self._way != _OFF:
-            self._thruster.aim(fields[9] * 1e-4)
+            self._thruster.drive(self._drive.throttle(push))
+        azimuth_rad = self._drive.azimuth_rad(fields[9] * 1e-4) if 9 in fields and self._way != _OFF else None
+        if azimuth_rad is not None:
+            self._thruster.aim(azimuth_rad)
         return True
 
     def mind(self, t_s: float, lost: bool) -> None:
@@ -198,8 +204,8 @@ class EmulatedMotor:
 
     def status(self) -> bytes:
         """128006: what it does now."""
-        push = self._thruster.throttle()
+        push = self._drive.level(self._thruster.throttle())
         percent = min(100, round(abs(push) * 100.0))
         way = _OFF if self._way == _OFF and percent == 0 else _READY if percent == 0 else _STARBOARD if push > 0.0 else _PORT
-        azimuth = round(self._thruster.azimuth_rad % TWO_PI * 1e4) if self.steerable else 0xFFFF
+        azimuth = round(self.angle_rad % TWO_PI * 1e4) if self.steerable else 0xFFFF
         return struct.pack("<BBBBBBH", 255, self.instance, way | (self._way != _OFF) << 4, percent, 0, round(self._timeout_s / 0.005), azimuth)

@@ -49,6 +49,7 @@ statuses = st.builds(
     remaining=st.none() | st.integers(0, 254).map(lambda n: n / 254.0),
     rc_us=st.tuples(*[st.integers(0, 65535)] * 8),
     thrusters=st.lists(st.builds(ThrusterState, throttles, azimuths, st.booleans(), st.none() | st.sampled_from(Deployment)), max_size=16).map(tuple),
+    safe_mode=st.booleans(),
 )
 names = st.text(st.characters(max_codepoint=127), max_size=32)
 idents = st.builds(Ident, st.tuples(bytes_u8, bytes_u8, bytes_u8), bytes_u8, names)

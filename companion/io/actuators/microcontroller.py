@@ -19,11 +19,11 @@ from companion.core.microcontroller_frame import (
 )
 from companion.core.ports import ByteStream
 from companion.core.types import ActuatorCommand, Battery, DeviceHealth, Leak, RcInput, Reading, ThrusterFeedback
+from companion.io.actuators.calibration import ThrusterOutput
+from companion.io.actuators.receiver import channels
 
 _IDENT_PERIOD_S = 1.0
 _COMMAND_GRACE_S = 1.0  # a board that has not had our commands for so long is asked about its watchdog
-_RC_CENTRE_US = 1500
-_RC_HALF_RANGE_US = 500.0
 _SILENT_BYTES = 400  # that many bytes without one valid frame: not the language or not the speed
 
 
@@ -52,6 +52,7 @@ class MicrocontrollerBridge:
             raise ConfigError([f"actuator '{config.name}': a board that turns '{name}' drives its throttle too: add it to 'thrusters'" for name in alone])
         self._indices = tuple(names.index(name) for name in config.thrusters)
         self._turned = frozenset(azimuths_of(config, vessel.thrusters, vessel.actuators))
+        self._drives = tuple(ThrusterOutput(vessel.thrusters[i], pulses=False) for i in self._indices)
         self._servos = _positions([servo.name for servo in vessel.servos], config.servos)
         self._relays = _positions([relay.name for relay in vessel.relays], config.relays)
         self._outputs: AuxiliaryState | None = None
@@ -89,10 +90,10 @@ class MicrocontrollerBridge:
             self._asked_s = now_s
             self._stream.write(encode(IdentRequest()), now_s)
         demands = []
-        for index in self._indices:
+        for index, drive in zip(self._indices, self._drives, strict=True):
             thruster = command.thrusters[index]
-            azimuth_rad = thruster.azimuth_rad if index in self._turned else None
-            demands.append(ThrusterDemand(thruster.throttle if command.armed else 0.0, azimuth_rad))
+            azimuth_rad = drive.drive_azimuth(thruster.azimuth_rad) if index in self._turned else None
+            demands.append(ThrusterDemand(drive.level(thruster, command.armed, now_s), azimuth_rad))
         beacon = command.beacon
         self._sequence = (self._sequence + 1) & 0xFF
         message = Command(
@@ -154,6 +155,8 @@ class MicrocontrollerBridge:
         if len(status.thrusters) != n:
             has = len(status.thrusters)
             return f"the board drives {has} thrusters, the vessel's file gives it {n}: correct 'thrusters' there or the firmware"
+        if status.safe_mode:
+            return "the transmitter's safe-mode switch has the thrusters, not the companion: switch it off to go on"
         writing_s = 0.0 if self._writing_since_s is None else now_s - self._writing_since_s
         if status.neutral_by_watchdog and writing_s > _COMMAND_GRACE_S:
             return "the board hears no commands and is neutral: check the wire from the companion's TX to the board's RX"
@@ -179,22 +182,12 @@ class MicrocontrollerBridge:
         if status.voltage_v is not None:
             readings.append(Battery(arrival_s, name, status.voltage_v, status.current_a, status.remaining))
         if status.rc_present:
-            readings.append(RcInput(arrival_s, name, _channels(status.rc_us), status.rc_lost))
-        for index, state in zip(self._indices, status.thrusters, strict=False):
-            azimuth_rad = state.azimuth_rad if index in self._turned else None
-            readings.append(ThrusterFeedback(arrival_s, name, index, state.throttle, azimuth_rad, state.ok, state.deployment))
+            readings.append(RcInput(arrival_s, name, channels(status.rc_us), status.rc_lost))
+        for index, drive, state in zip(self._indices, self._drives, status.thrusters, strict=False):
+            azimuth_rad = drive.azimuth(state.azimuth_rad) if index in self._turned else None
+            readings.append(ThrusterFeedback(arrival_s, name, index, drive.throttle(state.throttle), azimuth_rad, state.ok, state.deployment))
         return readings
 
 
 def _positions(names: Sequence[str], driven: Sequence[str]) -> tuple[int, ...]:
     return tuple(names.index(name) for name in driven)
-
-
-def _channels(pulses_us: Sequence[int]) -> tuple[float, ...]:
-    """Pulse widths → −1…1, 1000…2000 µs, up to the first channel that is not there."""
-    channels: list[float] = []
-    for pulse_us in pulses_us:
-        if pulse_us == 0:
-            break
-        channels.append(min(max((pulse_us - _RC_CENTRE_US) / _RC_HALF_RANGE_US, -1.0), 1.0))
-    return tuple(channels)

@@ -14,7 +14,6 @@ import re
 from collections.abc import Sequence
 
 from companion.config import ActuatorConfig, ConfigError, VesselConfig
-from companion.core.angles import wrap_pi
 from companion.core.ports import ByteStream
 from companion.core.types import ActuatorCommand, DeviceHealth, Reading, ThrusterFeedback
 from companion.io.actuators.nanotec_drive import Drive, Phase
@@ -168,8 +167,7 @@ class NanotecBridge:
 
     def _report(self, drive: Drive, t_s: float) -> None:
         self._reported_s[drive.index] = t_s
-        azimuth_rad = None if drive.azimuth_rad is None or drive.phase is not Phase.RUNNING else wrap_pi(drive.azimuth_rad)
-        self._readings.append(ThrusterFeedback(t_s, self.name, drive.index, None, azimuth_rad, drive.ok))
+        self._readings.append(ThrusterFeedback(t_s, self.name, drive.index, None, drive.azimuth_rad, drive.ok))
 
 
 def _asks(command: str) -> bool:

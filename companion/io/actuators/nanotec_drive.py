@@ -26,6 +26,7 @@ from enum import Enum
 
 from companion.config import ConfigError, StepperConfig, ThrusterConfig
 from companion.core.angles import TWO_PI, wrap_pi
+from companion.io.actuators.calibration import ThrusterOutput
 
 _LEAST_TURN_RAD = math.radians(0.2)  # demands closer than this to the last one are not worth a run
 _STATUS_PERIOD_S = 0.5
@@ -62,7 +63,7 @@ class Drive:
     """`demand(azimuth_rad)` or `halt()` once a control step, then `request(now_s)` → the next command, or None, whose answer comes back by
     `answered`, `refused` or `unanswered`.
 
-    `azimuth_rad` is unwrapped: where the thruster has turned to, whole turns counted; None until it is known. Remembers what was sent.
+    Angles in here are the drive's own, unwrapped: whole turns are counted. Remembers what was sent.
     """
 
     def __init__(self, index: int, thruster: ThrusterConfig, config: StepperConfig) -> None:
@@ -71,12 +72,15 @@ class Drive:
         self.name = thruster.name
         self.address = config.address
         self.phase = Phase.ABSENT
-        self.azimuth_rad: float | None = None
+        self._angle_rad: float | None = None  # where it has turned to; None until it is known
         self.error = ""
         self.known = False  # it has run since the start
-        self._thruster = thruster
+        self._output = ThrusterOutput(thruster, pulses=False)
+        ends = [self._output.drive_azimuth(stop) for stop in (thruster.azimuth_min_rad, thruster.azimuth_max_rad)]
+        stops = sorted(end for end in ends if end is not None)
+        self._low_rad, self._high_rad = (stops[0], stops[1]) if len(stops) == 2 else (-math.inf, math.inf)
         self._config = config
-        self._steps_per_rad = (-1.0 if config.reversed else 1.0) * config.steps_per_turn / TWO_PI
+        self._steps_per_rad = config.steps_per_turn / TWO_PI
         self._speed_hz = self._frequency("speed_dps", thruster.azimuth_rate_radps if config.speed_radps is None else config.speed_radps, 1_000_000)
         self._homing_hz = self._frequency("homing_dps", config.homing_radps, 1_000_000)
         self._ramp_hzps = self._frequency("ramp_dps2", config.ramp_radps2, 3_000_000)
@@ -100,6 +104,12 @@ class Drive:
         return self.phase is Phase.RUNNING and not self.error
 
     @property
+    def azimuth_rad(self) -> float | None:
+        """Of its thruster; None while nobody knows."""
+        azimuth_rad = self._output.azimuth(self._angle_rad) if self.phase is Phase.RUNNING else None
+        return None if azimuth_rad is None else wrap_pi(azimuth_rad)
+
+    @property
     def trouble(self) -> str:
         """One phrase, or an empty one."""
         if self.phase is not Phase.RUNNING:
@@ -107,7 +117,9 @@ class Drive:
         return f"drive {self.address} of {self.name}: {self.error}" if self.error else ""
 
     def demand(self, azimuth_rad: float) -> None:
-        self._demand_rad, self._want_position, self._want_halt = azimuth_rad, True, False
+        if math.isfinite(azimuth_rad):
+            self._demand_rad, self._want_halt = self._output.drive_azimuth(azimuth_rad), False
+        self._want_position = True
 
     def halt(self) -> None:
         """Stay where it is; it keeps its torque."""
@@ -145,7 +157,7 @@ class Drive:
 
     def _turn(self) -> bool:
         """Whether a new run has been queued."""
-        demand_rad, here_rad = self._demand_rad, self.azimuth_rad
+        demand_rad, here_rad = self._demand_rad, self._angle_rad
         if demand_rad is None or here_rad is None or self.error:
             return False
         target_rad = self._reachable(demand_rad, here_rad)
@@ -158,15 +170,13 @@ class Drive:
     def _reachable(self, demand_rad: float, here_rad: float) -> float:
         """The turn of that direction that is nearest; within its stops where it has some."""
         nearest = here_rad + wrap_pi(demand_rad - here_rad)
-        low, high = self._thruster.azimuth_min_rad, self._thruster.azimuth_max_rad
-        low, high = -math.inf if low is None else low, math.inf if high is None else high
-        turns = [turn for turn in (nearest, nearest - TWO_PI, nearest + TWO_PI) if low <= turn <= high]
-        return min(turns, key=lambda turn: abs(turn - here_rad)) if turns else min(high, max(low, nearest))
+        turns = [turn for turn in (nearest, nearest - TWO_PI, nearest + TWO_PI) if self._low_rad <= turn <= self._high_rad]
+        return min(turns, key=lambda turn: abs(turn - here_rad)) if turns else min(self._high_rad, max(self._low_rad, nearest))
 
     def _begin_setup(self) -> None:
         self.phase, self.error = Phase.SETUP, ""
-        if self._sent_rad is not None and self.azimuth_rad is not None:
-            self._unseen_rad = abs(self._sent_rad - self.azimuth_rad)
+        if self._sent_rad is not None and self._angle_rad is not None:
+            self._unseen_rad = abs(self._sent_rad - self._angle_rad)
         self._sent_rad = self._sent_steps = self._failed_s = None
         start_hz = max(1, min(self._speed_hz // 20, 160_000))
         ramps = (":ramp_mode=0", f":accel={self._ramp_hzps}", f":decel={self._ramp_hzps}")
@@ -236,40 +246,40 @@ class Drive:
 
     def _positioned(self, steps: int, now_s: float) -> bool:
         self._want_position = False
-        azimuth_rad = self._config.zero_rad + steps / self._steps_per_rad
+        angle_rad = steps / self._steps_per_rad
         if self.phase is Phase.SETUP:
-            self._placed(azimuth_rad)
-        elif self._jumped(azimuth_rad, now_s):
+            self._placed(angle_rad)
+        elif self._jumped(angle_rad, now_s):
             return False
-        self.azimuth_rad, self._positioned_s, self._doubtful_rad = azimuth_rad, now_s, None
+        self._angle_rad, self._positioned_s, self._doubtful_rad = angle_rad, now_s, None
         if abs(steps) > _REBASE_STEPS and not self._moving and self.phase is Phase.RUNNING:
             turns = round(steps / self._config.steps_per_turn)
             rest = steps - round(turns * self._config.steps_per_turn)
             self._queue.extend((f"D{rest}", "C"))
-            self.azimuth_rad = self._config.zero_rad + rest / self._steps_per_rad
+            self._angle_rad = rest / self._steps_per_rad
             self._sent_rad = None
         return self.phase is Phase.RUNNING
 
-    def _placed(self, azimuth_rad: float) -> None:
+    def _placed(self, angle_rad: float) -> None:
         """Its first angle, or that after a silence: the same that it had, or its zero is gone."""
-        before = self.azimuth_rad
-        if self._config.homing == "here" and before is not None and abs(azimuth_rad - before) > _JUMP_RAD + self._unseen_rad:
+        before = self._angle_rad
+        if self._config.homing == "here" and before is not None and abs(angle_rad - before) > _JUMP_RAD + self._unseen_rad:
             self.phase = Phase.ASTRAY
             self.error = "it lost its angle with its power: put the thruster straight, switch the drive off and on, restart"
         else:
             self.phase, self.known = Phase.RUNNING, True
         self._unseen_rad = 0.0
 
-    def _jumped(self, azimuth_rad: float, now_s: float) -> bool:
+    def _jumped(self, angle_rad: float, now_s: float) -> bool:
         """Whether it cannot have turned so far since: nothing guards the digits on this line. What comes twice is true."""
-        if self.azimuth_rad is None:
+        if self._angle_rad is None:
             return False
-        reach_rad = _JUMP_RAD + 2.0 * (now_s - self._positioned_s) * self._speed_hz / abs(self._steps_per_rad)
-        if abs(azimuth_rad - self.azimuth_rad) <= reach_rad:
+        reach_rad = _JUMP_RAD + 2.0 * (now_s - self._positioned_s) * self._speed_hz / self._steps_per_rad
+        if abs(angle_rad - self._angle_rad) <= reach_rad:
             return False
-        if self._doubtful_rad is not None and abs(azimuth_rad - self._doubtful_rad) <= reach_rad:
+        if self._doubtful_rad is not None and abs(angle_rad - self._doubtful_rad) <= reach_rad:
             return False
-        self._doubtful_rad = azimuth_rad
+        self._doubtful_rad = angle_rad
         return True
 
     def _told(self, status: int, now_s: float) -> None:
@@ -306,8 +316,8 @@ class Drive:
         elif self.phase is Phase.SETUP:
             self._begin_homing(now_s)
 
-    def _steps(self, azimuth_rad: float) -> int:
-        return round((azimuth_rad - self._config.zero_rad) * self._steps_per_rad)
+    def _steps(self, angle_rad: float) -> int:
+        return round(angle_rad * self._steps_per_rad)
 
     def _frequency(self, key: str, radps: float, most: int) -> int:
         value = round(radps * self._config.steps_per_turn / TWO_PI)

@@ -31,11 +31,12 @@ from collections.abc import Sequence
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
-from companion.config import ActuatorConfig, ConfigError, MotorConfig, VesselConfig, azimuths_of
+from companion.config import ActuatorConfig, ConfigError, MotorConfig, ThrusterConfig, VesselConfig, azimuths_of
 from companion.core.angles import TWO_PI, wrap_pi
 from companion.core.can_frame import unpack
 from companion.core.ports import ByteStream
 from companion.core.types import ActuatorCommand, Battery, DeviceHealth, Reading, ThrusterCommand, ThrusterFeedback
+from companion.io.actuators.calibration import ThrusterOutput
 from companion.io.actuators.nmea2000_node import CLAIM, REQUEST, Node, header
 
 CONTROL, RUDDER, MOTOR, COMMAND, BATTERY, CHARGE = 128006, 127245, 128008, 126208, 127508, 127506
@@ -45,7 +46,7 @@ _FRESH_S = 0.6  # 128006 comes twice a second at least, angles ten times: older 
 _ASK_PERIOD_S = 1.0
 _REPORT_PERIOD_S = 0.5
 _REFUSED_S = 1.0  # a refusal holds until so long without another
-_SILENT_FRAMES = 200
+_SILENT_FRAMES, _SILENT_NOISE = 200, 50
 _OFF, _AVAILABLE, _TO_PORT, _TO_STARBOARD = 0, 1, 2, 3
 _STOPPED_BY = {0: "too hot", 1: "too much current", 4: "low voltage"}  # bits of 128008 that cut the motor out
 _CONTROLLED_BY_ANOTHER = 1
@@ -55,15 +56,16 @@ _UNREADABLE = (ValueError, TypeError, KeyError, IndexError, OverflowError)  # wh
 class _Motor:
     """What is known of one motor."""
 
-    def __init__(self, index: int, config: MotorConfig, throttle: bool, azimuth: bool) -> None:
+    def __init__(self, index: int, config: MotorConfig, thruster: ThrusterConfig, throttle: bool, azimuth: bool) -> None:
         self.index = index
+        self.output = ThrusterOutput(thruster, pulses=False)
         self.name = config.thruster
         self.instance = config.instance
         self.sensor = config.instance if config.sensor_instance is None else config.sensor_instance
         self.throttle, self.azimuth = throttle, azimuth  # what this bridge drives of it
         self.address: int | None = None
         self.heard_s: float | None = None
-        self.said_throttle: float | None = None
+        self.said_level: float | None = None
         self.said_angle_rad: float | None = None
         self.angle_rad: float | None = None  # as its sensor measures it
         self.angle_s = -math.inf
@@ -77,8 +79,9 @@ class _Motor:
         self.reported_s = t_s
         fresh = self.heard_s is not None and t_s - self.heard_s <= _FRESH_S
         angle_rad = self.angle_rad if t_s - self.angle_s <= _FRESH_S else self.said_angle_rad if fresh else None
-        throttle = self.said_throttle if fresh and self.throttle else None
-        return ThrusterFeedback(t_s, source, self.index, throttle, angle_rad if self.azimuth else None, not (lost or self.trouble or self.refusal))
+        throttle = self.output.throttle(self.said_level) if fresh and self.throttle and self.said_level is not None else None
+        azimuth_rad = self.output.azimuth(angle_rad) if self.azimuth else None
+        return ThrusterFeedback(t_s, source, self.index, throttle, azimuth_rad, not (lost or self.trouble or self.refusal))
 
 
 class Nmea2000Bridge:
@@ -96,7 +99,7 @@ class Nmea2000Bridge:
             raise ConfigError([f"actuator '{config.name}': needs an [[actuator.motor]] for '{name}'" for name in missing or ["each thruster"]])
         names, turned = [thruster.name for thruster in vessel.thrusters], azimuths_of(config, vessel.thrusters, vessel.actuators)
         self.motors = tuple(
-            _Motor(names.index(name), rows[name], name in config.thrusters, names.index(name) in turned) for name in driven if name in names
+            _Motor(i, rows[name], vessel.thrusters[i], name in config.thrusters, i in turned) for name in driven for i in (names.index(name),)
         )
         try:
             from nmea2000 import NMEA2000Decoder
@@ -110,13 +113,14 @@ class Nmea2000Bridge:
         self._asked_s = -math.inf
         self._charge: float | None = None
         self._heard_s: float | None = None
-        self._frames = self._bad = self._frames_since_motor = 0
+        self._frames = self._bad = self._frames_since_motor = self._noise = 0
 
     def read(self, now_s: float) -> Sequence[Reading]:
         """Readings of all frames that have come in since the last call, each at its time of arrival."""
         for arrival_s, chunk in self._stream.read(now_s):
             frames, others = unpack(chunk)
             self._bad += others
+            self._noise += others
             for identifier, data in frames:
                 self._frames += 1
                 self._frames_since_motor += 1
@@ -141,7 +145,7 @@ class Nmea2000Bridge:
             if motor.heard_s is not None and now_s - max(motor.heard_s + self._config.timeout_s, motor.reported_s + _REPORT_PERIOD_S) > 0.0:
                 self._readings.append(motor.feedback(self.name, now_s, lost=True))
             if motor.address is not None:
-                self._send(self._command(motor, command.thrusters[motor.index], command.armed), now_s)
+                self._send(self._command(motor, command.thrusters[motor.index], command.armed, now_s), now_s)
 
     def health(self, now_s: float) -> DeviceHealth:
         """Ok while one motor is heard and all have been; a single one that falls silent is a thruster that fails."""
@@ -170,6 +174,8 @@ class Nmea2000Bridge:
         return "; ".join(texts)
 
     def _silence(self, age_s: float | None) -> str:
+        if self._noise >= _SILENT_NOISE and self._noise > self._frames_since_motor:
+            return "errors on the bus, and no motor's frames: wrong bit rate (NMEA 2000 has 250000), a terminator missing, or not a CAN bus"
         if self._frames_since_motor >= _SILENT_FRAMES:
             return "the network is alive but has none of the vessel's thrusters: check their power and 'instance', and that they know PGN 128006"
         if age_s is None:
@@ -180,13 +186,14 @@ class Nmea2000Bridge:
         if frames:
             self._stream.write(frames, now_s)
 
-    def _command(self, motor: _Motor, thruster: ThrusterCommand, armed: bool) -> bytes:
-        throttle = thruster.throttle if armed and motor.throttle else 0.0
-        percent = min(100, round(100.0 * abs(throttle)))
-        way = _OFF if not armed else _AVAILABLE if percent == 0 else _TO_STARBOARD if throttle > 0.0 else _TO_PORT
+    def _command(self, motor: _Motor, thruster: ThrusterCommand, armed: bool, now_s: float) -> bytes:
+        level = motor.output.level(thruster, armed and motor.throttle, now_s)
+        percent = min(100, round(100.0 * abs(level)))
+        way = _OFF if not armed else _AVAILABLE if percent == 0 else _TO_STARBOARD if level > 0.0 else _TO_PORT
         pairs: list[tuple[int, float]] = [(2, motor.instance), (3, way), (4, int(armed)), (6, percent / 100.0), (8, _COMMAND_TIMEOUT_S)]
-        if armed and motor.azimuth and thruster.azimuth_rad is not None:
-            pairs.append((9, thruster.azimuth_rad % TWO_PI))
+        if armed and motor.azimuth and thruster.azimuth_rad is not None and math.isfinite(thruster.azimuth_rad):
+            angle_rad = motor.output.drive_azimuth(thruster.azimuth_rad)
+            pairs.append((9, 0.0 if angle_rad is None else angle_rad % TWO_PI))
         field = self._node.field
         fields = [field("functionCode", 1), field("pgn", CONTROL), field("priority", 8), field("reserved_36", 15)]
         fields += [field("numberOfParameters", len(pairs))]
@@ -236,12 +243,12 @@ class Nmea2000Bridge:
             self._bad += 1
             return
         motor.address, motor.heard_s = source, t_s
-        self._heard_s, self._frames_since_motor = t_s, 0
+        self._heard_s, self._frames_since_motor, self._noise = t_s, 0, 0
         if int(values.get("controlEvents") or 0) & _CONTROLLED_BY_ANOTHER:
             motor.refusal = "another device on the network controls it"
         elif motor.refusal and t_s - motor.refused_s > _REFUSED_S:
             motor.refusal = ""
-        motor.said_throttle = 0.0 if way in (_OFF, _AVAILABLE) else None if speed is None else speed if way == _TO_STARBOARD else -speed
+        motor.said_level = 0.0 if way in (_OFF, _AVAILABLE) else None if speed is None else speed if way == _TO_STARBOARD else -speed
         azimuth_rad = values.get("azimuthControl")
         motor.said_angle_rad = None if azimuth_rad is None else wrap_pi(azimuth_rad)
         self._readings.append(motor.feedback(self.name, t_s))

@@ -101,6 +101,14 @@ def test_status_bytes() -> None:
     assert FrameDecoder().feed(on_the_wire(body)) == [STATUS]
 
 
+def test_safe_mode_is_bit_4_and_the_bits_above_it_are_reserved() -> None:
+    for flags, status in ((0x16, replace(STATUS, safe_mode=True)), (0x26, None)):
+        body = bytes((1, 2, 7, flags)) + struct.pack("<HiB8HB", 12345, -1500, 254, 1000, 1500, 2000, 0, 0, 0, 0, 0, 2)
+        body += struct.pack("<hhB", 2500, -10000, 1) + struct.pack("<hhB", -10000, -32768, 0)
+        assert FrameDecoder().feed(on_the_wire(body)) == ([] if status is None else [status])
+    assert FrameDecoder().feed(encode(replace(STATUS, safe_mode=True))) == [replace(STATUS, safe_mode=True)]
+
+
 def test_ident_bytes() -> None:
     assert encode(IdentRequest()) == on_the_wire(bytes.fromhex("01 03"))
     assert encode(Ident((1, 2, 0), 3, "revolt")) == on_the_wire(bytes.fromhex("01 04 01 02 00 03 06") + b"revolt")

@@ -344,6 +344,8 @@ def test_a_retractable_thruster_goes_where_it_is_told_armed_or_not() -> None:
 def test_the_beacon_is_as_commanded_until_the_watchdog_has_the_board() -> None:
     bench = Bench()
     assert bench.board.beacon == Beacon()
+    bench.run(0.6)
+    assert bench.board.beacon == Beacon(green=Light.STEADY)  # nobody has commanded it yet
     command = Command(1, True, (ThrusterDemand(0.0),) * 3, None, Light.STEADY, Light.BLINK, Light.BLINK)
     bench.stream.write(encode(command), bench.t_s)
     bench.run(0.1)

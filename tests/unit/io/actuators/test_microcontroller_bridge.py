@@ -180,6 +180,7 @@ def test_health_over_a_life() -> None:
     ("status", "text"),
     [
         (replace(STATUS, neutral_by_watchdog=True), "TX"),
+        (replace(STATUS, safe_mode=True), "safe-mode switch"),
         (replace(STATUS, thrusters=STATUS.thrusters[:2]), "drives 2 thrusters"),
     ],
 )

@@ -1,0 +1,110 @@
+"""Between a thruster's throttle and azimuth and what its drive is told: trim, dead band, end points, direction, rates. Shared by all bridges."""
+
+from __future__ import annotations
+
+import math
+
+from companion.config import OutputConfig, ThrusterConfig
+from companion.core.angles import wrap_pi
+from companion.core.types import ThrusterCommand
+
+_AS_IT_IS = OutputConfig()
+
+
+class ThrusterOutput:
+    """`level(command, armed, now_s)` → what the drive is told, in the unit of its bridge; `throttle(level)` → what a level that it shows means.
+
+    Disarmed, and for what is no number, it is the level of standstill. Remembers the throttle last told and when, for the rate.
+    """
+
+    def __init__(self, thruster: ThrusterConfig, pulses: bool) -> None:
+        """`pulses`: the bridge speaks µs; else a share −1…1."""
+        output = thruster.output or _AS_IT_IS
+        self.neutral = output.scale(pulses).trim
+        self._scale = output.scale(pulses)
+        self._rate_ps = output.rate_ps
+        self._azimuth_sign = -1.0 if output.azimuth_reversed else 1.0
+        self._azimuth_trim_rad = output.azimuth_trim_rad
+        self._throttle = 0.0
+        self._told_s: float | None = None
+
+    def level(self, command: ThrusterCommand, armed: bool, now_s: float) -> float:
+        throttle = command.throttle if armed and math.isfinite(command.throttle) else 0.0
+        throttle = self._slewed(min(1.0, max(-1.0, throttle)), now_s)
+        if throttle == 0.0:
+            return self.neutral
+        span = (self._scale.ahead if throttle > 0.0 else self._scale.astern) - self.neutral
+        skipped = math.copysign(self._scale.dead_band, span) if span else 0.0
+        return self.neutral + skipped + abs(throttle) * (span - skipped)
+
+    def throttle(self, level: float) -> float:
+        """−1…1."""
+        off, ahead, astern = level - self.neutral, self._scale.ahead - self.neutral, self._scale.astern - self.neutral
+        if abs(off) <= self._scale.dead_band:
+            return 0.0
+        forward = off * ahead > 0.0
+        span = abs(ahead if forward else astern)
+        if span == 0.0:
+            return 0.0
+        share = min(1.0, (abs(off) - self._scale.dead_band) / (span - self._scale.dead_band))
+        return share if forward else -share
+
+    def drive_azimuth(self, azimuth_rad: float | None) -> float | None:
+        """The angle that the drive is told, for one that is told angles."""
+        if azimuth_rad is None or not self._turned:
+            return azimuth_rad
+        return self._azimuth_sign * azimuth_rad + self._azimuth_trim_rad
+
+    def azimuth(self, drive_rad: float | None) -> float | None:
+        """The thruster's azimuth, for the angle that its drive shows."""
+        if drive_rad is None or not self._turned:
+            return drive_rad
+        return wrap_pi(self._azimuth_sign * (drive_rad - self._azimuth_trim_rad))
+
+    @property
+    def _turned(self) -> bool:
+        return self._azimuth_sign < 0.0 or self._azimuth_trim_rad != 0.0
+
+    def _slewed(self, throttle: float, now_s: float) -> float:
+        """Towards standstill at once, away from it at the rate."""
+        last, self._throttle = self._throttle, throttle
+        dt_s = 0.0 if self._told_s is None else max(0.0, now_s - self._told_s)
+        self._told_s = now_s
+        if self._rate_ps is not None and throttle != 0.0:
+            begin = 0.0 if throttle * last < 0.0 else last
+            if abs(throttle) > abs(begin):
+                self._throttle = math.copysign(min(abs(throttle), abs(begin) + self._rate_ps * dt_s), throttle)
+        return self._throttle
+
+
+class AzimuthServo:
+    """`pulse_us(azimuth_rad, now_s)` for a servo that turns a thruster between its stops; `azimuth_rad(pulse_us)` back.
+
+    Its pulses move at the thruster's own rate, from the first on, which is given at once. Remembers the last azimuth and when.
+    """
+
+    def __init__(self, thruster: ThrusterConfig) -> None:
+        """Raises ValueError for a thruster without stops."""
+        output = thruster.output or _AS_IT_IS
+        if thruster.azimuth_min_rad is None or thruster.azimuth_max_rad is None:
+            raise ValueError(f"thruster '{thruster.name}' has no stops")
+        self._low_rad, self._high_rad = thruster.azimuth_min_rad, thruster.azimuth_max_rad
+        self._low_us, self._high_us = output.azimuth_min_us, output.azimuth_max_us
+        self._rate_radps = thruster.azimuth_rate_radps
+        self._last_rad: float | None = None
+        self._last_s = 0.0
+
+    def pulse_us(self, azimuth_rad: float | None, now_s: float) -> float | None:
+        """For None or no number as before; None until there has been one."""
+        wanted = self._last_rad if azimuth_rad is None or not math.isfinite(azimuth_rad) else min(self._high_rad, max(self._low_rad, azimuth_rad))
+        if wanted is None:
+            return None
+        if self._last_rad is not None:
+            most = self._rate_radps * max(0.0, now_s - self._last_s)
+            wanted = min(self._last_rad + most, max(self._last_rad - most, wanted))
+        self._last_rad, self._last_s = wanted, now_s
+        share = (wanted - self._low_rad) / (self._high_rad - self._low_rad)
+        return self._low_us + share * (self._high_us - self._low_us)
+
+    def azimuth_rad(self, pulse_us: float) -> float:
+        return self._low_rad + (pulse_us - self._low_us) / (self._high_us - self._low_us) * (self._high_rad - self._low_rad)

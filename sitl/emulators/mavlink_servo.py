@@ -1,0 +1,178 @@
+"""A board with ArduPilot on it whose servo outputs drive thrusters: what it does with overrides, DO_SET_SERVO and silence.
+
+As ArduPilot's documentation and sources (RC_Channel, SRV_Channel, AP_ServoRelayEvents; 4.6) have it: overrides are taken from MAV_GCS_SYSID alone
+and last RC_OVERRIDE_TIME; an output of function RCINnScaled (139 + n) follows RC channel n, and without a receiver and override goes to SERVOn_TRIM
+where SERVO_RC_FS_MSK says so, else holds its last pulse; DO_SET_SERVO sets outputs of function 0 and is refused by others, and lasts for ever.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from pymavlink.dialects.v20 import common as mavlink
+
+from companion.config import ActuatorConfig
+from sitl.battery import BatteryModel
+from sitl.drives import Drive
+from sitl.faults import Faults
+from sitl.memory import MemoryDevice
+from sitl.thrusters import Thruster
+
+_RATE_HZ = 20.0
+_CHANNELS = 16
+_CENTRE_US = 1500.0
+_RC_CENTRED = (1500, 1500, 1500, 1500, 1000, 1000, 1000, 1000)
+_RC_SAFE = (1500, 1500, 1500, 1500, 2000, 1000, 1000, 1000)
+_SCALED = 139
+_LOW_VOLTAGE_V = 10.8
+_LOW_REMAINING = 0.08
+_OUTPUTS_BIT, _RECEIVER_BIT = mavlink.MAV_SYS_STATUS_SENSOR_MOTOR_OUTPUTS, mavlink.MAV_SYS_STATUS_SENSOR_RC_RECEIVER
+
+
+class MavlinkServoEmulator:
+    """Its `parameters` are set as the bridge's documentation asks for; `safety_on`: its safety switch, with which no pulses leave it.
+
+    A board that has stopped puts out no pulses, and the drives stand.
+    """
+
+    def __init__(
+        self, config: ActuatorConfig, port: MemoryDevice, thrusters: Sequence[Thruster], battery: BatteryModel, faults: Faults
+    ) -> None:
+        assert config.mavlink is not None  # the configuration's own checks see to it
+        self.name = config.name
+        self.rate_hz = _RATE_HZ
+        self.rc_us: Sequence[int] | None = _RC_CENTRED if faults.planned("rc_") else None
+        self.safety_on = False
+        self._port, self._thrusters, self._battery, self._faults = port, tuple(thrusters), battery, faults
+        self._drives = tuple(Drive(thruster.config, pulses=True) for thruster in thrusters)
+        self._throttle_channels = config.mavlink.channels
+        self._azimuth_channels = config.mavlink.azimuth_channels or (0,) * len(thrusters)
+        self._link = mavlink.MAVLink(None, srcSystem=1, srcComponent=1)
+        self._link.robust_parsing = True
+        overridden = config.mavlink.method == "override"
+        self.parameters: dict[str, float] = {"RC_OVERRIDE_TIME": 0.5, "SERVO_RC_FS_MSK": 65535.0, "MAV_GCS_SYSID": float(config.mavlink.system)}
+        for channel in range(1, _CHANNELS + 1):
+            self.parameters[f"SERVO{channel}_FUNCTION"] = float(_SCALED + channel) if overridden else 0.0
+            self.parameters[f"SERVO{channel}_TRIM"] = _CENTRE_US
+        for channel, drive in zip(self._throttle_channels, self._drives, strict=True):
+            self.parameters[f"SERVO{channel}_TRIM"] = drive.level(0.0)
+        self.pulses_us = [0.0] * (_CHANNELS + 1)  # by channel, from 1
+        self._overrides: dict[int, tuple[float, float]] = {}  # pulse and time by channel
+        self._intervals_s: dict[int, float] = {}
+        self._due_s: dict[int, float] = {}
+        self._t_s = 0.0
+        self._beat_s = 0.0
+
+    def listen(self, t_s: float) -> None:
+        self._t_s = t_s
+        for _, data in self._port.receive(t_s):
+            if self._faults.active.isdisjoint(("mcu_silent", "mcu_deaf")):
+                for message in self._link.parse_buffer(data) or ():
+                    self._take(message, t_s)
+        self._put_out()
+
+    def speak(self, t_s: float) -> None:
+        if "mcu_silent" in self._faults.active:
+            return
+        if t_s >= self._beat_s:
+            self._beat_s = t_s + 1.0
+            kind, autopilot = mavlink.MAV_TYPE_SURFACE_BOAT, mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA
+            self._say(mavlink.MAVLink_heartbeat_message(kind, autopilot, mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED, 0, mavlink.MAV_STATE_ACTIVE, 3))
+        for number, interval_s in self._intervals_s.items():
+            if t_s >= self._due_s[number] - 1e-9:
+                self._due_s[number] = t_s + interval_s
+                self._say(self._telemetry(number))
+
+    # --- in --------------------------------------------------------------------------------------------------------
+
+    def _take(self, message: Any, t_s: float) -> None:
+        kind = message.get_type()
+        if kind == "RC_CHANNELS_OVERRIDE" and message.get_srcSystem() == self.parameters["MAV_GCS_SYSID"]:
+            self._override(message, t_s)
+        elif kind == "COMMAND_LONG":
+            self._say(mavlink.MAVLink_command_ack_message(message.command, self._obey(message, t_s)))
+        elif kind == "PARAM_REQUEST_READ" and message.param_id in self.parameters:
+            real = mavlink.MAV_PARAM_TYPE_REAL32
+            name, count = message.param_id, len(self.parameters)
+            self._say(mavlink.MAVLink_param_value_message(name.encode(), self.parameters[name], real, count, 0xFFFF))
+
+    def _override(self, message: Any, t_s: float) -> None:
+        for channel in range(1, _CHANNELS + 1):
+            pulse_us = getattr(message, f"chan{channel}_raw")
+            if pulse_us == 0xFFFF or (pulse_us == 0 and channel > 8):
+                continue
+            if pulse_us in (0, 0xFFFE):
+                self._overrides.pop(channel, None)
+            else:
+                self._overrides[channel] = float(pulse_us), t_s
+
+    def _obey(self, message: Any, t_s: float) -> int:
+        if message.command == mavlink.MAV_CMD_SET_MESSAGE_INTERVAL:
+            number = round(message.param1)
+            if number not in (mavlink.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW, mavlink.MAVLINK_MSG_ID_SYS_STATUS, mavlink.MAVLINK_MSG_ID_RC_CHANNELS):
+                return int(mavlink.MAV_RESULT_FAILED)
+            self._intervals_s[number] = max(message.param2 / 1e6, 1.0 / _RATE_HZ)
+            self._due_s[number] = t_s
+            return int(mavlink.MAV_RESULT_ACCEPTED)
+        if message.command != mavlink.MAV_CMD_DO_SET_SERVO:
+            return int(mavlink.MAV_RESULT_UNSUPPORTED)
+        channel = round(message.param1)
+        if not 1 <= channel <= _CHANNELS or self.parameters[f"SERVO{channel}_FUNCTION"] != 0.0:
+            return int(mavlink.MAV_RESULT_FAILED)
+        self.pulses_us[channel] = message.param2
+        return int(mavlink.MAV_RESULT_ACCEPTED)
+
+    # --- out -------------------------------------------------------------------------------------------------------
+
+    @property
+    def _received_us(self) -> Sequence[int] | None:
+        """What the receiver gives, None while there is none or it has no signal."""
+        active = self._faults.active
+        if self.rc_us is None or "rc_lost" in active:
+            return None
+        return _RC_SAFE if "rc_safe" in active else self.rc_us
+
+    def _radio_us(self, channel: int) -> float | None:
+        """RC channel as the board sees it."""
+        held = self._overrides.get(channel)
+        longest_s = self.parameters["RC_OVERRIDE_TIME"]
+        if held is not None and (longest_s < 0.0 or self._t_s - held[1] < longest_s - 1e-9):
+            return held[0]
+        received = self._received_us
+        return None if received is None or channel > len(received) else float(received[channel - 1])
+
+    def _put_out(self) -> None:
+        for channel in range(1, _CHANNELS + 1):
+            if self.parameters[f"SERVO{channel}_FUNCTION"] != _SCALED + channel:
+                continue
+            pulse_us = self._radio_us(channel)
+            if pulse_us is not None:
+                self.pulses_us[channel] = pulse_us
+            elif int(self.parameters["SERVO_RC_FS_MSK"]) >> channel - 1 & 1:
+                self.pulses_us[channel] = self.parameters[f"SERVO{channel}_TRIM"]
+        dead = self.safety_on or "mcu_silent" in self._faults.active
+        for i, (thruster, drive) in enumerate(zip(self._thrusters, self._drives, strict=True)):
+            pulse_us, turned_us = self.pulses_us[self._throttle_channels[i]], self.pulses_us[self._azimuth_channels[i]]
+            azimuth_rad = drive.servo_azimuth_rad(turned_us) if turned_us and not dead and thruster.steerable else None
+            thruster.demand(0.0 if dead or not pulse_us else drive.throttle(pulse_us), azimuth_rad)
+
+    def _telemetry(self, number: int) -> Any:
+        if number == mavlink.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW:
+            shown = [0 if self.safety_on else round(pulse_us) for pulse_us in self.pulses_us[1:]]
+            return mavlink.MAVLink_servo_output_raw_message(round(self._t_s * 1e6), 0, *shown)
+        if number == mavlink.MAVLINK_MSG_ID_RC_CHANNELS:
+            count = 0 if self.rc_us is None else _CHANNELS
+            pulses = [round(self._radio_us(channel) or 0) for channel in range(1, _CHANNELS + 1)]
+            return mavlink.MAVLink_rc_channels_message(round(self._t_s * 1e3), count, *pulses, 0, 0, 255)
+        low, battery = "battery_low" in self._faults.active, self._battery
+        voltage_v, remaining = (_LOW_VOLTAGE_V, _LOW_REMAINING) if low else (battery.voltage_v, battery.remaining)
+        present = _OUTPUTS_BIT | (0 if self.rc_us is None else _RECEIVER_BIT)
+        enabled = 0 if self.safety_on else _OUTPUTS_BIT
+        health = 0 if self._received_us is None else _RECEIVER_BIT
+        return mavlink.MAVLink_sys_status_message(
+            present, enabled, health, 100, round(voltage_v * 1000), round(battery.current_a * 100), round(remaining * 100), 0, 0, 0, 0, 0, 0
+        )
+
+    def _say(self, message: Any) -> None:
+        self._port.send(message.pack(self._link), self._t_s)

@@ -1,0 +1,34 @@
+"""The Arduino sketch, as far as a host compiler can judge it; and the core by the plainest of C99."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from tests.unit.io.actuators.firmware.host import CORE, HERE, STRICT, compiler
+
+SOURCES = sorted(CORE.glob("usv_*.[ch]"))
+
+
+@pytest.mark.skipif(shutil.which("c++") is None, reason="no C++ compiler on this machine")
+def test_the_sketch_compiles_against_arduinos_interface() -> None:
+    flags = ["-std=gnu++11", "-Wall", "-Wextra", "-Werror", "-fsyntax-only", "-x", "c++", "-include", "Arduino.h", f"-I{HERE / 'arduino'}"]
+    subprocess.run(["c++", *flags, str(CORE / "usv_board.ino")], check=True, timeout=60)
+
+
+@pytest.mark.parametrize("source", [path for path in SOURCES if path.suffix == ".c"], ids=lambda path: path.name)
+def test_the_core_compiles_freestanding_and_without_a_warning(source: Path, tmp_path: Path) -> None:
+    flags = [*STRICT, "-Wshadow", "-Wvla", "-O2", "-ffreestanding", "-c"]
+    subprocess.run([compiler(), *flags, str(source), "-o", str(tmp_path / "core.o")], check=True, timeout=60)
+
+
+def test_the_core_knows_no_platform() -> None:
+    """Nothing but freestanding headers and string.h for copying; no allocation, no floating point."""
+    text = "\n".join(path.read_text(encoding="utf-8") for path in SOURCES)
+    assert set(re.findall(r"#include <(\S+)>", text)) == {"stdbool.h", "stddef.h", "stdint.h", "string.h"}
+    code = re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL)
+    assert not re.search(r"\b(malloc|calloc|free|alloca|float|double|while \((1|true)\))\b", code)
