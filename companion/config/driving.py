@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from companion.config.devices import ActuatorConfig, ThrusterConfig
 
 Problem = tuple[tuple[str | int, ...], str]
+_PART = {"thrusters": "the throttle of ", "azimuths": "the azimuth of "}
 
 
 def azimuths_of(bridge: ActuatorConfig, thrusters: Sequence[ThrusterConfig], bridges: Sequence[ActuatorConfig]) -> tuple[int, ...]:
@@ -27,8 +28,7 @@ def driving_problems(
     for table, known in (("thruster", names), ("servo", servos), ("relay", relays)):
         problems += _once(bridges, f"{table}s", table, known)
         driven = {name for bridge in bridges for name in getattr(bridge, f"{table}s")}
-        what = "'s throttle" if table == "thruster" else ""
-        problems += [((table,), f"'{name}'{what} is driven by no bridge") for name in sorted(set(known) - driven)]
+        problems += [((table,), f"{_PART.get(table + 's', '')}'{name}' is driven by no bridge") for name in sorted(set(known) - driven)]
     problems += _once(bridges, "azimuths", "thruster", names)
     turning = {thruster.name for thruster in thrusters if thruster.turns}
     for i, bridge in enumerate(bridges):
@@ -42,13 +42,12 @@ def driving_problems(
 def _once(bridges: Sequence[ActuatorConfig], field: str, table: str, known: Sequence[str]) -> list[Problem]:
     problems: list[Problem] = []
     driven: set[str] = set()
-    azimuth = "'s azimuth" if field == "azimuths" else ""
     for i, bridge in enumerate(bridges):
         for name in getattr(bridge, field):
             if name not in known:
                 problems.append((("actuator", i, field), f"no {table} named '{name}'"))
             if name in driven:
-                problems.append((("actuator", i, field), f"'{name}'{azimuth} is driven by two bridges"))
+                problems.append((("actuator", i, field), f"{_PART.get(field, '')}'{name}' is driven by two bridges"))
             driven.add(name)
     return problems
 

@@ -54,6 +54,7 @@ READINGS: tuple[Reading, ...] = (
     RcInput(THIRD, "board", (0.1, -1.0, 1.0), False),
     RcInput(THIRD, "board", (), True),
     ThrusterFeedback(THIRD, "board", 2, -0.5, None, False),
+    ThrusterFeedback(THIRD, "drives", 1, None, 2.5),
     ManualInput(THIRD, "gcs", 0.5, None, -0.25, 3),
     AisTarget(THIRD, "ais", 999_999_999, 60.41, -22.07, 1.0, THIRD, None, -0.01, 5, None, None, None, None, None, None, "NORA, Ä"),
     AisTarget(THIRD, "ais", 1, kind=37, bow_m=4.0, stern_m=4.0, port_m=1.0, starboard_m=2.0, callsign="OH1234", name=None),
