@@ -123,7 +123,7 @@ class Drive:
 
     def halt(self) -> None:
         """Stay where it is; it keeps its torque."""
-        self._want_halt = self._want_halt or self._moving
+        self._want_halt = self._want_halt or self._moving or self._demand_rad is not None
         self._demand_rad, self._want_position = None, True
 
     # --- what to say ------------------------------------------------------------------------------------------------
@@ -158,7 +158,7 @@ class Drive:
     def _turn(self) -> bool:
         """Whether a new run has been queued."""
         demand_rad, here_rad = self._demand_rad, self._angle_rad
-        if demand_rad is None or here_rad is None or self.error:
+        if demand_rad is None or here_rad is None or self.error or self._doubtful_rad is not None:
             return False
         target_rad = self._reachable(demand_rad, here_rad)
         if self._sent_rad is not None and abs(target_rad - self._sent_rad) < _LEAST_TURN_RAD:
@@ -177,7 +177,7 @@ class Drive:
         self.phase, self.error = Phase.SETUP, ""
         if self._sent_rad is not None and self._angle_rad is not None:
             self._unseen_rad = abs(self._sent_rad - self._angle_rad)
-        self._sent_rad = self._sent_steps = self._failed_s = None
+        self._sent_rad = self._sent_steps = self._failed_s = self._doubtful_rad = None
         start_hz = max(1, min(self._speed_hz // 20, 160_000))
         ramps = (":ramp_mode=0", f":accel={self._ramp_hzps}", f":decel={self._ramp_hzps}")
         mode = ("|1", "J0", f"g{self._config.step_mode}", "p2", "W1", f"u{start_hz}", f"o{self._speed_hz}")
@@ -250,6 +250,7 @@ class Drive:
         if self.phase is Phase.SETUP:
             self._placed(angle_rad)
         elif self._jumped(angle_rad, now_s):
+            self._want_position = True  # once more, at once
             return False
         self._angle_rad, self._positioned_s, self._doubtful_rad = angle_rad, now_s, None
         if abs(steps) > _REBASE_STEPS and not self._moving and self.phase is Phase.RUNNING:
@@ -271,15 +272,16 @@ class Drive:
         self._unseen_rad = 0.0
 
     def _jumped(self, angle_rad: float, now_s: float) -> bool:
-        """Whether it cannot have turned so far since: nothing guards the digits on this line. What comes twice is true."""
+        """Whether it cannot have turned so far since: nothing guards the digits on this line. What comes twice is true: its zero has gone."""
         if self._angle_rad is None:
             return False
         reach_rad = _JUMP_RAD + 2.0 * (now_s - self._positioned_s) * self._speed_hz / self._steps_per_rad
         if abs(angle_rad - self._angle_rad) <= reach_rad:
             return False
         if self._doubtful_rad is not None and abs(angle_rad - self._doubtful_rad) <= reach_rad:
-            return False
-        self._doubtful_rad = angle_rad
+            self._begin_setup()
+        else:
+            self._doubtful_rad = angle_rad
         return True
 
     def _told(self, status: int, now_s: float) -> None:
@@ -295,7 +297,7 @@ class Drive:
             self._sent_rad = None
         if self.phase is Phase.HOMING and self._homing_until_s is not None and now_s > self._homing_until_s:
             self._homing_until_s = math.inf
-            self.error = "no reference switch found"
+            self.error = self.error or "no reference switch found"
             self._queue.append("S1")
 
     def _stumbled(self, now_s: float) -> None:
@@ -307,7 +309,7 @@ class Drive:
         elif now_s - self._failed_s >= _CLEAR_AFTER_S:
             self._failed_s = now_s
             self._sent_rad = None
-            self._queue.extend(("D", "C"))
+            self._queue.extend(("D", "A" if self.phase is Phase.HOMING else "C"))
 
     def _referenced(self, known: bool, now_s: float) -> None:
         if known:
