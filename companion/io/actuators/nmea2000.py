@@ -203,6 +203,8 @@ class Nmea2000Bridge:
 
     def _take(self, identifier: int, data: bytes, arrival_s: float, now_s: float) -> None:
         pgn, source, destination = header(identifier)
+        if source == self._node.wanted and pgn != CLAIM:
+            return  # its own, come back
         if pgn in (CLAIM, REQUEST):
             self._send(self._node.heard(pgn, source, destination, data, arrival_s), now_s)
         if pgn not in _HEARD or (pgn == COMMAND and destination != self._node.wanted):
