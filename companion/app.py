@@ -138,7 +138,8 @@ def build(config: VesselConfig, around: Surroundings) -> Vessel:
         vessel.add_recorder(log)
         parameters.on_change(log.parameter)
     ear = None if log is None else log.heard
-    vessel.attach(connect(vessel, around.links, program_version(), _tap(log, around.clock), ear, around.patience))
+    logs = None if around.log_folder is None else around.log_folder.parent
+    vessel.attach(connect(vessel, around.links, program_version(), _tap(log, around.clock), ear, around.patience, logs))
     return vessel
 
 
@@ -216,7 +217,7 @@ def _log_folder(config: VesselConfig, parameters: Parameters, around: Surroundin
     }
     thrusters = [thruster.name for thruster in config.thrusters]
     devices = [*(sensor.name for sensor in config.sensors), *(bridge.name for bridge in config.actuators)]
-    return LogFolder(around.log_folder, thrusters, devices, manifest, warn, sync=around.durable_log)
+    return LogFolder(around.log_folder, thrusters, devices, manifest, warn, around.durable_log, parameters.specs)
 
 
 def _tap(log: LogFolder | None, clock: WaitingClock) -> Callable[[Sequence[bytes]], None] | None:

@@ -17,14 +17,16 @@ from typing import TYPE_CHECKING
 from companion import config as config_module
 from companion.app import Surroundings, build, load_vessel, program_version, warm_up
 from companion.clock import PacedClock, SimulatedClock, WallClock
-from companion.commands import logs, missions
+from companion.commands import bollard, logs, missions, report, service, thruster_test
 from companion.config import ConfigError, HomeConfig, SensorConfig, VesselConfig
 from companion.io.mavlink.links import Link, LinkError, MemoryLink, open_link
+from companion.io.service_manager import service_manager
 from companion.io.transport import TransportOpener
 from companion.io.urls import TransportError
 from companion.loop import RealWorld, Vessel, run
 from companion.mission.plan_file import PlanFileError
 from companion.record.log_reader import LogError, open_log
+from companion.record.retention import Retention
 from companion.record.state_file import StateFile, StateFileBusy
 
 if TYPE_CHECKING:
@@ -48,7 +50,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     except (ConfigError, PlanFileError) as error:
         for problem in error.problems:
             print(problem, file=sys.stderr)
-    except (UsageError, LinkError, LogError, TransportError, StateFileBusy) as error:
+    except (UsageError, LinkError, LogError, TransportError, StateFileBusy, service.ServiceError, thruster_test.TrialError) as error:
         print(f"companion: {error}", file=sys.stderr)
     except OSError as error:
         print(f"companion: {error.filename or 'the system'}: {error.strerror or error}", file=sys.stderr)
@@ -68,6 +70,7 @@ def _parser() -> argparse.ArgumentParser:
     run_.add_argument("--home", metavar="LAT,LON,HEADING_DEG", help="replaces the vessel's home")
     run_.add_argument("--state", type=Path, metavar="DIR", help="where parameters and plans are kept")
     run_.add_argument("--log", type=Path, metavar="DIR", help="where the log folder is made")
+    run_.add_argument("--log-limit", type=int, metavar="MB", help="delete the oldest log folders there while all hold more")
     run_.add_argument("--seed", type=int, default=0, help="with --sitl: seed of all noise")
     run_.add_argument("--wind", metavar="MPS@FROM_DEG", help="with --sitl")
     run_.add_argument("--current", metavar="MPS@TOWARDS_DEG", help="with --sitl")
@@ -97,6 +100,10 @@ def _parser() -> argparse.ArgumentParser:
     table.set_defaults(command=_scenario_table)
 
     logs.add_to(commands)
+    report.add_to(commands)
+    service.add_to(commands)
+    bollard.add_to(commands)
+    thruster_test.add_to(commands, _thruster_test)
     return parser
 
 
@@ -106,14 +113,23 @@ def _parser() -> argparse.ArgumentParser:
 def _run(arguments: argparse.Namespace) -> int:
     if arguments.duration is not None and not arguments.duration > 0.0:
         raise UsageError(f"--duration {arguments.duration:g}: above 0, please")
+    if arguments.log_limit is not None and arguments.log_limit < 1:
+        raise UsageError(f"--log-limit {arguments.log_limit}: at least 1 MB, please")
     config = load_vessel(arguments.vessel)
     if arguments.home:
         config = config_module.with_home(config, _home(arguments.home))
     kept = _kept_in(config, arguments)
     stamp = time.strftime("%Y%m%d-%H%M%S")
-    log_folder = _fresh(kept / "logs" if arguments.log is None else arguments.log, f"{config.name}-{stamp}")
+    logs_kept = kept / "logs" if arguments.log is None else arguments.log
+    log_folder = _fresh(logs_kept, f"{config.name}-{stamp}")
     state = StateFile(kept / "state" if arguments.state is None else arguments.state)
     vessel, clock = _compose_run(config, arguments, state, log_folder)
+    manager = service_manager(os.environ)
+    if manager is not None:
+        vessel.add_recorder(manager)
+    retention = None
+    if arguments.log_limit is not None:
+        retention = Retention(logs_kept, arguments.log_limit * 1_000_000, log_folder, lambda text: print(f"companion: {text}", file=sys.stderr))
     stop = _Stop(clock, vessel, arguments.duration)
     _say_hello(config, arguments, state, log_folder)
     gc.collect()
@@ -126,6 +142,8 @@ def _run(arguments: argparse.Namespace) -> int:
         loading.join()
         vessel.close()
         state.close()
+        if retention is not None:
+            retention.close()
     if vessel.restart_requested:
         os.execv(sys.executable, [sys.executable, "-m", "companion", *sys.argv[1:]])
     return 0
@@ -152,7 +170,8 @@ def _compose_run(
     paced = PacedClock(arguments.speed, EPOCH_UNIX_NS)
     # people and ground stations live in wall time: what they may take must not shrink as the boat's time speeds up
     patience = max(1.0, arguments.speed)
-    defaults = {"COM_DL_LOSS_T": min(300.0, 10.0 * patience), "COM_RC_LOSS_T": min(10.0, 0.5 * patience)} if patience > 1.0 else {}
+    usual = {"COM_DL_LOSS_T": (10.0, 300.0), "COM_RC_LOSS_T": (0.5, 10.0), "FOLL_LOSS_T": (0.9, 10.0)}
+    defaults = {name: min(most_s, usual_s * patience) for name, (usual_s, most_s) in usual.items()} if patience > 1.0 else {}
     links = _links(urls, patience)
     vessel = build(config, Surroundings(paced, world, world, links, state, log_folder, True, manifest, defaults, patience))
     vessel.add_recorder(TruthLog(log_folder, world, tuple(thruster.name for thruster in config.thrusters)))
@@ -221,6 +240,23 @@ class _Stop:
     def __call__(self) -> bool:
         over = self._duration_s is not None and self._clock.now_s() >= self._duration_s
         return self._asked or over or self._vessel.restart_requested
+
+
+# --- thruster-test ------------------------------------------------------------------------------------------------
+
+
+def _thruster_test(arguments: argparse.Namespace) -> int:
+    config = load_vessel(arguments.vessel)
+    state = StateFile(_kept_in(config, arguments) / "state")  # locks: a companion that runs this vessel would fight for its thrusters
+    try:
+        if arguments.sitl:
+            from sitl.world import EPOCH_UNIX_NS, World
+
+            world = World(config)
+            return thruster_test.run_test(config, world, world, PacedClock(1.0, EPOCH_UNIX_NS), arguments)
+        return thruster_test.run_test(config, TransportOpener(), RealWorld(), WallClock(), arguments)
+    finally:
+        state.close()
 
 
 # --- check ---------------------------------------------------------------------------------------------------------

@@ -57,3 +57,8 @@ class Drive:
         low, high = self._thruster.azimuth_min_rad or -math.pi, self._thruster.azimuth_max_rad or math.pi
         share = (pulse_us - self._output.azimuth_min_us) / (self._output.azimuth_max_us - self._output.azimuth_min_us)
         return low + (high - low) * min(1.0, max(0.0, share))
+
+    def servo_pulse_us(self, azimuth_rad: float) -> float:
+        """Its pulse for a direction between its ends."""
+        low, high = self._thruster.azimuth_min_rad or -math.pi, self._thruster.azimuth_max_rad or math.pi
+        return self._output.azimuth_min_us + (azimuth_rad - low) / (high - low) * (self._output.azimuth_max_us - self._output.azimuth_min_us)

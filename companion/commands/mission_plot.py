@@ -187,7 +187,7 @@ def _finish(figure: Any, axes: tuple[Any, Any, Any], title: str, curves: dict[Pa
 
 
 def _draw_places(chart: Any, plan: PlanFile, frame: LocalFrame) -> None:
-    for outline, inclusion in _zones(plan.fence, frame):
+    for outline, inclusion in fence_zones(plan.fence, frame):
         colour = "tab:olive" if inclusion else "tab:red"
         chart.fill(*outline, facecolor="none" if inclusion else colour, edgecolor=colour, alpha=1.0 if inclusion else 0.35, linewidth=1.5,
                    label="stay inside" if inclusion else "keep out")  # fmt: skip
@@ -207,7 +207,7 @@ def _draw_places(chart: Any, plan: PlanFile, frame: LocalFrame) -> None:
         chart.annotate("home", (east_m, north_m), textcoords="offset points", xytext=(6, -10), fontsize="x-small")
 
 
-def _zones(fence: Sequence[PlanItem], frame: LocalFrame) -> Iterator[tuple[Line, bool]]:
+def fence_zones(fence: Sequence[PlanItem], frame: LocalFrame) -> Iterator[tuple[Line, bool]]:
     """Outline (east, north) of each zone, and whether to stay inside it."""
     at = 0
     while at < len(fence):

@@ -220,7 +220,7 @@ def _cross_checks(config: VesselConfig) -> list[tuple[tuple[str | int, ...], str
     for i, sensor in enumerate(config.sensors):
         if not abs(_determinant(sensor.mag_matrix)) > 0.0:
             problems.append((("sensor", i, "mag_matrix"), "has no inverse: a row is missing, or two say the same"))
-    problems += bridge_problems(config.thrusters, config.actuators)
+    problems += bridge_problems(config.thrusters, config.actuators, config.servos)
     problems += jet_problems(config.thrusters, config.limits.sway_n)
     problems += resistance_problems(config.hull, ("hull",))
     if config.hull.m22_kg * config.hull.m33_kgm2 <= config.hull.m23_kgm * (config.hull.m32_kgm or config.hull.m23_kgm):

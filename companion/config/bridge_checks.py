@@ -7,12 +7,13 @@ from collections.abc import Collection, Sequence
 from companion.config.bridges import PULSE_DRIVERS, OutputConfig
 from companion.config.devices import ActuatorConfig, ThrusterConfig
 from companion.config.driving import azimuths_of
+from companion.config.outputs import ServoConfig
 
 Problem = tuple[tuple[str | int, ...], str]
 _SHORTEST_US, _LONGEST_US = 500.0, 2500.0
 
 
-def bridge_problems(thrusters: Sequence[ThrusterConfig], actuators: Sequence[ActuatorConfig]) -> list[Problem]:
+def bridge_problems(thrusters: Sequence[ThrusterConfig], actuators: Sequence[ActuatorConfig], servos: Sequence[ServoConfig]) -> list[Problem]:
     """Faults of all bridges and of `[thruster.output]`, with their places."""
     problems: list[Problem] = []
     by_name = {thruster.name: thruster for thruster in thrusters}
@@ -20,6 +21,9 @@ def bridge_problems(thrusters: Sequence[ThrusterConfig], actuators: Sequence[Act
         driven = [by_name[name] for name in actuator.thrusters if name in by_name]
         turned = {thrusters[k].name for k in azimuths_of(actuator, thrusters, actuators)}
         problems += [(("actuator", i, *place), text) for place, text in _of_mavlink(actuator, driven, turned)]
+        if actuator.mavlink is not None and actuator.mavlink.method == "override":
+            text = "an overridden channel cannot be without pulses: give it rest_us"
+            problems += [(("servo", j, "name"), text) for j, servo in enumerate(servos) if servo.name in actuator.servos and servo.rest_us is None]
     pulsed = {name for actuator in actuators if actuator.driver in PULSE_DRIVERS for name in actuator.thrusters}
     for i, thruster in enumerate(thrusters):
         if thruster.output is not None:
@@ -63,15 +67,21 @@ def _of_mavlink(actuator: ActuatorConfig, driven: Sequence[ThrusterConfig], turn
     problems += [(("azimuths",), f"'{name}' is not among its thrusters") for name in actuator.azimuths if name not in actuator.thrusters]
     if [channel > 0 for channel in board.azimuth_channels or (0,) * len(turns)] != turns:
         problems.append((("mavlink", "azimuth_channels"), "needs one for each of the bridge's thrusters, 0 for those that it does not turn"))
-    taken = [channel for channel in (*board.channels, *board.azimuth_channels) if channel]
+    for key, numbers, names in (("servo_channels", board.servo_channels, actuator.servos), ("relays", board.relays, actuator.relays)):
+        if len(numbers) != len(names):
+            problems.append((("mavlink", key), f"needs {len(names)}, one for each of the bridge's {'servos' if key == 'servo_channels' else 'relays'}"))
+    taken = [channel for channel in (*board.channels, *board.azimuth_channels, *board.servo_channels) if channel]
+    wired = (*board.relays, *board.lamps)
+    problems += [(("mavlink", "relays"), f"relay {number} is used twice") for number in sorted({n for n in wired if wired.count(n) > 1})]
     problems += [(("mavlink", "channels"), f"channel {channel} is used twice") for channel in sorted({c for c in taken if taken.count(c) > 1})]
     for thruster in driven:
         if thruster.name in turned and (thruster.azimuth_min_rad is None or thruster.azimuth_max_rad is None):
             problems.append((("mavlink", "azimuth_channels"), f"a servo turns '{thruster.name}' between stops: give it azimuth_min_deg and azimuth_max_deg"))
         if thruster.retractable:
             problems.append((("thrusters",), f"'{thruster.name}' is retractable, which this bridge cannot move"))
-    if actuator.servos or actuator.relays:
-        problems.append((("servos" if actuator.servos else "relays",), "this bridge drives thrusters alone"))
+    if board.relays and not board.unguarded:
+        text = "the board leaves its relays as they are when the companion falls silent: say unguarded = true if that hurts nobody"
+        problems.append((("mavlink", "relays"), text))
     if board.method == "do_set_servo" and not board.unguarded:
         text = "with DO_SET_SERVO the board holds its last pulses when the companion falls silent: use 'override', or say unguarded = true"
         problems.append((("mavlink", "method"), text))

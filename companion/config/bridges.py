@@ -10,6 +10,7 @@ from pydantic import Field
 from companion.config.fields import FROM_DEGREES, STRICT, NonNegative, Positive
 
 PULSE_DRIVERS = frozenset({"mavlink_servo"})  # bridges whose drives are told pulses in µs; all others, a share −1…1 of what they can
+_Relay = Annotated[int, Field(ge=0, le=15)]
 _Pulse = Annotated[float, Field(ge=500.0, le=2500.0)]
 
 
@@ -61,12 +62,16 @@ class MavlinkBoardConfig:
 
     By "override" (RC_CHANNELS_OVERRIDE) the board lets go of the channels when the companion falls silent. By "do_set_servo" it holds its last
     pulses for ever: `unguarded` says that the owner knows, and has something else that stops the thrusters. `system`: the id under which the board
-    takes orders (MAV_GCS_SYSID of ArduPilot).
+    takes orders (MAV_GCS_SYSID of ArduPilot). `servo_channels` and `relays`: one for each of the bridge's servos and relays, the board's relays
+    numbered from 0; they too stay as they are in silence, but for servos by override. `lamps`: relays of the beacon's red, yellow and green.
     """
 
     __pydantic_config__ = STRICT
     channels: tuple[Annotated[int, Field(ge=1, le=16)], ...]
     azimuth_channels: tuple[Annotated[int, Field(ge=0, le=16)], ...] = ()  # 0: does not turn
+    servo_channels: tuple[Annotated[int, Field(ge=1, le=16)], ...] = ()
+    relays: tuple[_Relay, ...] = ()
+    lamps: Annotated[tuple[_Relay, ...], Field(max_length=3)] = ()
     method: Literal["override", "do_set_servo"] = "override"
     unguarded: bool = False
     system: Annotated[int, Field(ge=1, le=255)] = 255

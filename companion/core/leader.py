@@ -23,7 +23,8 @@ class LeaderState:
     """What one message says of a lead boat; None for what it does not say. `t_s`: vessel time at which it was so, `heard_s` when it came in.
 
     `lat_deg`, `lon_deg` None: the leader has no fix. `wish` None: no leader module speaks, but a phone, a ground station or another vehicle.
-    `lost`: messages of this link that went missing since the one before.
+    `presses`: how often the crew has pressed for its wish since the module started, 255 followed by 1. `lost`: messages of this link that went
+    missing since the one before.
     """
 
     t_s: float
@@ -39,6 +40,7 @@ class LeaderState:
     accuracy_m: float | None = None  # one sigma, horizontal
     wish: Wish | None = None
     lost: int = 0
+    presses: int = 0
 
 
 @quick

@@ -24,6 +24,7 @@ class Command(IntEnum):
     NAV_LAND = 21  # onto a berth
     NAV_TAKEOFF = 22
     NAV_LOITER_TO_ALT = 31
+    DO_FOLLOW = 32
     NAV_SPLINE_WAYPOINT = 82
     NAV_DELAY = 93
     CONDITION_DELAY = 112
@@ -68,6 +69,7 @@ class Command(IntEnum):
     FENCE_CIRCLE_INCLUSION = 5003
     FENCE_CIRCLE_EXCLUSION = 5004
     RALLY_POINT = 5100
+    USER_3 = 31012  # station on the lead boat
 
 
 class Role(Enum):
@@ -196,6 +198,17 @@ RULES: dict[int, Rule] = {
     ),
     Command.DO_SET_HOME: Rule(
         Role.DO, ranges=(Range(1, "use current position", "give 1 (here) or 0 (the position given)", 0, 1, whole=True),)
+    ),
+    Command.DO_FOLLOW: Rule(
+        Role.DO,
+        ranges=(Range(1, "leader", "give a system id, 1 to 255, or −1 for the one that FOLL_SYSID has", 1, 255, whole=True, nan=True, also=(-1.0,)),),
+    ),
+    Command.USER_3: Rule(
+        Role.DO,
+        ranges=(
+            Range(1, "bearing", "give −360 to 360 degrees in the leader's frame, 180 astern, or NaN to keep it", -360, 360, nan=True),
+            Range(2, "distance", "give 1 to 500 m, not less than FOLL_MIN_DIST, or NaN to keep it", 1, 500, nan=True),
+        ),
     ),
     Command.DO_SET_RELAY: Rule(Role.DO, ranges=(_RELAY, Range(2, "state", "give 1 (on) or 0 (off)", 0, 1, whole=True))),
     Command.DO_REPEAT_RELAY: Rule(Role.DO, ranges=(_RELAY, _count(2), _cycle(3))),

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 from companion.mission.auxiliary import auxiliary_of
 from companion.mission.commands import GATES, TASKS, Command
 from companion.mission.plan import PlanItem
-from companion.mission.tasks import Action, Gate, SetHome, SetSpeed
+from companion.mission.tasks import Action, FollowLeader, Gate, SetHome, SetSpeed, SetStation
 
 ENDLESS = -1
 _STARTS = (Command.IMAGE_START_CAPTURE, Command.VIDEO_START_CAPTURE)
@@ -157,6 +158,11 @@ class Cursor:
             return SetSpeed(item.param2 if item.param2 > 0.0 else None)
         if item.command == Command.DO_SET_HOME:
             return SetHome(None, None) if item.param1 == 1.0 else SetHome(item.lat_deg, item.lon_deg)
+        if item.command == Command.DO_FOLLOW:
+            return FollowLeader(item.seq, int(item.param1) if item.param1 > 0.0 else None)
+        if item.command == Command.USER_3:
+            bearing_rad, distance_m = math.radians(item.param1), item.param2
+            return SetStation(None if math.isnan(bearing_rad) else bearing_rad, None if math.isnan(distance_m) else distance_m)
         return auxiliary_of(item)
 
 

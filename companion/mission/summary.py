@@ -92,6 +92,7 @@ def summarise(items: Sequence[PlanItem], cruise_speed_mps: float, home: tuple[fl
             break
         _move_home(voyage, cursor.advance())
     voyage.notes += _without_effect(items)
+    voyage.notes += [f"item {i.seq} hands over to Follow: the way until the mission is resumed is not counted" for i in items if i.command == Command.DO_FOLLOW]
     voyage.notes += [f"item {i.seq} jumps to {i.param1:g} for ever: one lap is counted" for i in items if _is_endless(i)]
     return Summary(
         tuple(voyage.legs),

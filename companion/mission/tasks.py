@@ -125,6 +125,22 @@ class SetHome:
 
 
 @dataclass(frozen=True, slots=True)
+class SetStation:
+    """The station on the lead boat, in its frame; None keeps what is."""
+
+    bearing_rad: float | None
+    distance_m: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class FollowLeader:
+    """Item `seq` hands over to Follow. `system_id` None: the leader that the vessel has."""
+
+    seq: int
+    system_id: int | None
+
+
+@dataclass(frozen=True, slots=True)
 class SetServo:
     """Give servo output `number`, from 1, this pulse; with a count, so many times for half of `cycle_s`, in between what it was before."""
 
@@ -152,7 +168,7 @@ class SetActuators:
 
 
 AuxiliaryAction = SetServo | SetRelay | SetActuators
-Action = SetSpeed | SetHome | AuxiliaryAction
+Action = SetSpeed | SetHome | SetStation | FollowLeader | AuxiliaryAction
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
 
-from companion.core.types import Severity
+from companion.core.types import ModeId, Severity
 from companion.modes.situation import Situation
 
 _BATTERY_HYSTERESIS = 0.03
@@ -26,6 +26,7 @@ class Action(IntEnum):
     HOLD = 1
     RTL = 2
     NEUTRAL = 3
+    MANUAL = 4  # of FOLL_LOSS_ACT alone
 
 
 _SAME = {int(action): action for action in Action}
@@ -35,7 +36,7 @@ _FENCE_ACTIONS = {0: Action.IGNORE, 1: Action.IGNORE, 2: Action.HOLD, 3: Action.
 @dataclass(frozen=True, slots=True)
 class Failsafe:
     """One row. `cause` and `applies` are told whether it is active already. `action`: what to do, or the parameter that says it; one with numbers
-    of its own (`actions`) means these."""
+    of its own (`actions`) means these. `stays`: only for one after which the boat goes back to the mode that it was in: a reason why it does not."""
 
     name: str
     severity: Severity
@@ -45,6 +46,7 @@ class Failsafe:
     starts: Callable[[Situation], str]
     ends: str
     actions: Mapping[int, Action] = field(default_factory=lambda: _SAME)
+    stays: Callable[[Situation], str | None] | None = None
 
 
 def _silent_bridges(s: Situation) -> list[str]:
@@ -106,6 +108,21 @@ def _no_way(s: Situation, active: bool) -> bool:
 
 def _under_way(s: Situation, _active: bool) -> bool:
     return s.armed and s.mode.stuck_s(s.now_s) is not None
+
+
+def _leader_lost(s: Situation, active: bool) -> bool:
+    """Given up, the leader must have been good for a while."""
+    return s.leader.fault is not None or (active and s.leader.good_s < s.parameters["FOLL_BACK_T"])
+
+
+def _leader_text(s: Situation) -> str:
+    fault = s.leader.fault or "leader lost"
+    return fault[0].upper() + fault[1:]
+
+
+def _following(s: Situation, active: bool) -> bool:
+    """Or would be, had the leader not been lost."""
+    return s.armed and (s.mode.id is ModeId.FOLLOW or (active and s.intended.id is ModeId.FOLLOW))
 
 
 FAILSAFES: tuple[Failsafe, ...] = (  # most severe first
@@ -210,6 +227,16 @@ FAILSAFES: tuple[Failsafe, ...] = (  # most severe first
         "Ground station is back",
     ),
     Failsafe(
+        "leader_lost",
+        Severity.CRITICAL,
+        _leader_lost,
+        _following,
+        "FOLL_LOSS_ACT",
+        _leader_text,
+        "Leader's and own position are good again",
+        stays=lambda s: s.leader.stays,
+    ),
+    Failsafe(
         "stuck",
         Severity.WARNING,
         _no_way,
@@ -283,8 +310,15 @@ class FailsafeMonitor:
                 return None if active.acted else active
         return None
 
+    @property
+    def in_force(self) -> bool:
+        """Whether one of them has acted, and nobody has taken over since."""
+        return any(active.acted and not active.released for active in self._active.values())
+
     def override(self) -> None:
-        """An operator has taken over: what lasts now has had its turn and lets go of the thrusters."""
+        """An operator has taken over: what lasts now has had its turn and lets go of the thrusters. One that would bring the boat back is done with:
+        it begins anew."""
+        self._active = {name: active for name, active in self._active.items() if active.failsafe.stays is None}
         for active in self._active.values():
             active.released = True
             active.neutral = False

@@ -17,12 +17,13 @@ class FollowMode(Mode):
 
     id = ModeId.FOLLOW
     text = "Follows the lead boat"
+    early = True  # ground stations tell of their place only once the boat is in Follow
 
     def __init__(self, config: VesselConfig, parameters: Parameters) -> None:
         self._parameters = parameters
 
     def check(self, inputs: ModeInputs) -> str | None:
-        return "no leader heard" if inputs.leader is None else None
+        return inputs.leader_fault or ("no leader heard" if inputs.leader is None else None)
 
     def enter(self, inputs: ModeInputs) -> str | None:
         return self.check(inputs)

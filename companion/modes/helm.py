@@ -27,6 +27,8 @@ class Helm:
         self.armed = False
         self.version = 0
         self.stopped = False
+        self.waits: Callable[[ModeId, NavState, float], bool] = lambda mode, nav, now_s: False
+        """Whether a mode that cannot be entered yet may be chosen all the same: the boat is in it without thrust until it is resumed."""
         self._sticks = sticks
         self._events = events
         self._inputs_at = inputs_at
@@ -36,14 +38,19 @@ class Helm:
         candidate = self.modes[mode]
         return candidate.check(self._inputs_at(now_s, 0.0)) or estimate_refusal(candidate, nav)
 
+    def choice_refusal(self, mode: ModeId, nav: NavState, now_s: float) -> str | None:
+        """The same, but for a mode that may be chosen before it can be entered."""
+        early = (self.modes[mode].early and not self.armed) or self.waits(mode, nav, now_s)
+        return None if early else self.refusal(mode, nav, now_s)
+
     def switch(self, mode: ModeId, nav: NavState, now_s: float, intended: bool = True) -> str | None:
         """Another mode from now on, or the reason why not: all stays as it was then. `intended`: a person wants it, not a failsafe."""
-        reason = self.refusal(mode, nav, now_s)
-        new = self.modes[mode]
+        reason = self.choice_refusal(mode, nav, now_s)
+        new, waits = self.modes[mode], False
         if reason is None and self.armed:
-            before = self.mode
+            before, waits = self.mode, self.waits(mode, nav, now_s)
             self._guarded_leave(before, now_s)
-            reason = self._guarded_enter(new, now_s)
+            reason = None if waits else self._guarded_enter(new, now_s)
             if reason is not None:
                 self._recover(before, now_s)
         if reason is not None:
@@ -51,7 +58,7 @@ class Helm:
         self.mode = new
         if intended:
             self.intended = new
-        self.stopped = False
+        self.stopped = waits
         self.version += 1
         self._events.say(now_s, Severity.NOTICE, "mode_changed", f"Mode {mode.value}")
         return None

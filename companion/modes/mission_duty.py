@@ -6,10 +6,11 @@ from collections.abc import Callable
 
 from companion.core.types import Home, MissionState, ModeId, NavState, Severity
 from companion.mission.executor import MissionExecutor, Replaced
-from companion.mission.tasks import SetHome, SetSpeed
+from companion.mission.tasks import FollowLeader, SetHome, SetSpeed, SetStation
 from companion.modes.auxiliary import AuxiliaryOutputs
 from companion.modes.events import EventLog
 from companion.modes.failsafes import Action
+from companion.modes.follow_duty import FollowDuty
 from companion.modes.helm import Helm
 from companion.modes.homing import HomeKeeper
 from companion.modes.mission import MissionMode
@@ -28,6 +29,7 @@ class MissionDuty:
         helm: Helm,
         home: HomeKeeper,
         auxiliary: AuxiliaryOutputs,
+        following: FollowDuty,
         events: EventLog,
         set_speed: Callable[[float | None], None],
     ) -> None:
@@ -37,6 +39,7 @@ class MissionDuty:
         self._helm = helm
         self._home = home
         self._auxiliary = auxiliary
+        self._following = following
         self._events = events
         self._set_speed = set_speed
         self._replaced: Replaced | None = None
@@ -72,11 +75,28 @@ class MissionDuty:
                 self._set_speed(action.speed_mps)
             elif isinstance(action, SetHome):
                 self._set_home(action, nav, now_s)
+            elif isinstance(action, SetStation):
+                self._following.set_station(action.bearing_rad, action.distance_m, now_s)
+            elif isinstance(action, FollowLeader):
+                self._follow(action, nav, now_s)
             else:
                 self._auxiliary.request(action, now_s)
         ended = self._mission.ended
-        if ended is not None:
+        if ended is not None and self._helm.mode is self._mission:
             self._end(ended, nav, now_s)
+
+    def _follow(self, action: FollowLeader, nav: NavState, now_s: float) -> None:
+        """What comes after the item waits until the mission is resumed. Without a leader the boat holds, or ends its mission where nothing comes after."""
+        complete = self._mission.ended is MissionState.COMPLETE
+        if action.system_id is None or self._following.choose_leader(action.system_id, now_s).accepted:
+            reason = self._helm.switch(ModeId.FOLLOW, nav, now_s)
+            if reason is None:
+                then = "Mission complete" if complete else f"choose Mission to go on at item {self._executor.progress.seq}"
+                self._events.say(now_s, Severity.NOTICE, "mission_follows", f"Item {action.seq}: following; {then}")
+                return
+            self._events.say(now_s, Severity.WARNING, "refused", f"Item {action.seq}: Follow refused: {reason}")
+        if not complete and self._helm.switch(ModeId.HOLD, nav, now_s, intended=False) is not None:
+            self._helm.stop()
 
     def _end(self, ended: MissionState, nav: NavState, now_s: float) -> None:
         text = "Mission complete" if ended is MissionState.COMPLETE else "Mission cleared"

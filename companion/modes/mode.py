@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,7 +16,8 @@ from companion.core.types import ZERO_WRENCH, Home, Leader, ManualInput, ModeId,
 class ModeInputs:
     """What a mode sees of a tick. `manual`: live sticks that may be obeyed, else None. `speed_mps`: what a self-steered mode should sail at.
 
-    `achieved`: what the thrusters gave in the last cycle; `failed`: indices of those that have failed, `up` of those that are not lowered. `leader`: the lead boat, None while none has been heard.
+    `achieved`: what the thrusters gave in the last cycle; `failed`: indices of those that have failed, `up` of those that are not lowered. `leader`: the lead boat, None while none has been heard;
+    `leader_fault`: why it cannot be followed now. `station` on it: (distance_m, bearing_rad in its frame, π astern).
     """
 
     nav: NavState
@@ -28,6 +30,18 @@ class ModeInputs:
     failed: frozenset[int] = frozenset()
     up: frozenset[int] = frozenset()
     leader: Leader | None = None
+    leader_fault: str | None = None
+    station: tuple[float, float] = (20.0, math.pi)
+
+
+@dataclass(frozen=True, slots=True)
+class ModeInfo:
+    """One mode as ground stations list it."""
+
+    id: ModeId
+    selectable: bool
+    by_stick: bool
+    text: str
 
 
 class Mode(ABC):
@@ -35,7 +49,7 @@ class Mode(ABC):
 
     `text` is shown to people. `by_stick`: silence of the sticks is a failure. `allocates`: the allocation drives the thrusters, and
     retractable ones are down. `needs_position`, `needs_heading`: what of the
-    estimate must be valid for it.
+    estimate must be valid for it. `early`: it may be chosen while disarmed although it cannot be entered yet; arming asks again.
     """
 
     id: ModeId
@@ -45,6 +59,7 @@ class Mode(ABC):
     needs_position: bool = True
     needs_heading: bool = True
     selectable: bool = True
+    early: bool = False
 
     def check(self, inputs: ModeInputs) -> str | None:
         """Why it could not be entered now, apart from the validity of position and heading. Changes nothing."""

@@ -44,6 +44,19 @@ NO_ESTIMATE = NavState(
 """Before the first tick."""
 
 
+@dataclass(frozen=True, slots=True)
+class LeaderSight:
+    """`fault`: why the leader cannot be followed now; `good_s`: for how long nothing has been wrong; `stays`: why the boat would not go back to Follow
+    by itself."""
+
+    fault: str | None = "no leader heard"
+    good_s: float = 0.0
+    stays: str | None = None
+
+
+NO_LEADER = LeaderSight()
+
+
 @quick
 @dataclass(frozen=True, slots=True)
 class Situation:
@@ -69,6 +82,7 @@ class Situation:
     failed_thrusters: tuple[str, ...] = ()
     lost_motions: tuple[str, ...] = ()  # what thrusters that have failed leave the boat unable to do
     fence: str | None = None  # what is wrong with the boat's place, or soon will be
+    leader: LeaderSight = NO_LEADER
 
 
 def usable(nav: NavState) -> NavState:

@@ -27,8 +27,8 @@ class Sticks:
     """Remembers the last sticks of the ground stations and of the transmitter.
 
     The transmitter's channels are 1 sway, 2 surge, 3 throttle, 4 yaw, positive to starboard and ahead; MAN_AXIS_SURGE chooses between 2 and 3.
-    While its safe switch is on, only the transmitter counts. Otherwise the ground station's sticks come first.
-    `live` is None when all have been silent for COM_RC_LOSS_T.
+    While its safe switch is on, only the transmitter counts. Otherwise the ground station's sticks come first, and are the only ones while they are
+    reserved (for a lead boat that steers by remote). `live` is None when all have been silent for COM_RC_LOSS_T.
     """
 
     def __init__(self, parameters: Parameters) -> None:
@@ -36,6 +36,7 @@ class Sticks:
         self._station: ManualInput | None = None
         self._transmitter: ManualInput | None = None
         self._must_centre = False
+        self._reserved_s: float | None = None  # since when
         self.safe_switch = False
         self.heard = False
 
@@ -44,6 +45,13 @@ class Sticks:
         if all(axis is None or math.isfinite(axis) for axis in (manual.surge, manual.sway, manual.yaw)) and math.isfinite(manual.t_s):
             self._station = manual
             self.heard = True
+
+    def hand_over(self, now_s: float, reserved: bool) -> None:
+        """Somebody else sends the station's sticks from now on, the only ones if `reserved`: they must be seen centred before they are obeyed."""
+        self._station = None
+        self._reserved_s = now_s if reserved else None
+        self.heard = self.heard or reserved
+        self.demand_centre(now_s, even_if_silent=True)
 
     def update(self, rc: RcInput | None, now_s: float) -> None:
         """Take in the transmitter. A switch whose signal is lost stays where it was last seen, until an operator releases it."""
@@ -71,6 +79,8 @@ class Sticks:
         """The sticks in charge, wherever they stand."""
         if not self.safe_switch and self._fresh(self._station, now_s):
             return self._station
+        if self._reserved_s is not None and not self.safe_switch:
+            return None
         return self._transmitter if self._fresh(self._transmitter, now_s) else None
 
     def obeyed(self, now_s: float) -> ManualInput | None:
@@ -88,6 +98,8 @@ class Sticks:
 
     def age_s(self, now_s: float) -> float:
         """Since the sticks in charge were last heard; infinite before that."""
+        if self._reserved_s is not None and not self.safe_switch:
+            return now_s - max(self._reserved_s, -math.inf if self._station is None else self._station.t_s)
         sources = (self._transmitter,) if self.safe_switch else (self._station, self._transmitter)
         return min((now_s - source.t_s for source in sources if source is not None), default=math.inf)
 

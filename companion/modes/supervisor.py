@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 from companion.config import VesselConfig
 from companion.core.geodesy import LocalFrame, distance_and_bearing
@@ -37,12 +36,13 @@ from companion.modes.dock import DockMode
 from companion.modes.events import EventLog
 from companion.modes.fence_duty import FenceDuty
 from companion.modes.fence_guard import FenceGuard
+from companion.modes.follow_duty import FollowDuty
 from companion.modes.helm import Helm
 from companion.modes.hold import HoldMode
 from companion.modes.homing import HomeKeeper, is_on_earth
 from companion.modes.mission import FURTHEST_LEG_M, MissionMode
 from companion.modes.mission_duty import MissionDuty
-from companion.modes.mode import ModeInputs
+from companion.modes.mode import ModeInfo, ModeInputs
 from companion.modes.nudges import Nudges
 from companion.modes.propulsion import lost_motions
 from companion.modes.responder import Responder
@@ -54,16 +54,6 @@ from companion.modes.unavailable import UnavailableMode
 from companion.nav.leader import LeaderTracker
 from companion.nav.traffic import TrafficTracker
 from companion.params import Parameters
-
-
-@dataclass(frozen=True, slots=True)
-class ModeInfo:
-    """One mode as ground stations list it."""
-
-    id: ModeId
-    selectable: bool
-    by_stick: bool
-    text: str
 
 
 class Supervisor:
@@ -99,7 +89,10 @@ class Supervisor:
         self._sticks = Sticks(parameters)
         self._home = HomeKeeper(events)
         self._helm = Helm(modes, self._sticks, events, self._mode_inputs)
-        self._mission_duty = MissionDuty(parameters, executor, mission, self._helm, self._home, self.auxiliary, events, self._set_speed)
+        self.following = FollowDuty(parameters, self._helm, self._sticks, events, self.request_mode)
+        self._mission_duty = MissionDuty(
+            parameters, executor, mission, self._helm, self._home, self.auxiliary, self.following, events, self._set_speed
+        )
         self._fence_duty = FenceDuty(self._fence, plans, self._helm, hold, mission, events)
         self._nudges = Nudges(config, parameters, self._helm, hold, events)
         self.retraction = Retraction(config, parameters, self._helm, events)
@@ -138,7 +131,10 @@ class Supervisor:
 
     def leader_heard(self, state: LeaderState) -> None:
         """A message of a lead boat."""
-        self._leader.take(state)
+        if self._leader.take(state):
+            self.following.heard(state)
+            if self.following.stands_for_station(state):
+                self._station_s = state.heard_s
 
     def thrust_achieved(self, achieved: Wrench) -> None:
         """What the thrusters give in this cycle, as the allocation says."""
@@ -153,7 +149,7 @@ class Supervisor:
         chosen = self._helm.modes[mode]
         if isinstance(chosen, UnavailableMode):
             return self._refuse(Result.DENIED, f"{mode.value}: not available in this version", now_s)
-        reason = self._switch_forbids(mode, now_s) or self._helm.refusal(mode, self._nav, now_s)
+        reason = self._switch_forbids(mode, now_s) or self._helm.choice_refusal(mode, self._nav, now_s)
         if reason is None and self._helm.mode is chosen:
             reason = self._same_mode(now_s)
         elif reason is None:
@@ -316,6 +312,7 @@ class Supervisor:
         self._obey_safe_switch(now_s)
         self._fence.update(self._nav, self._helm.mode, self._helm.armed, now_s)
         self._fence_duty.update(self._mode_inputs(now_s, 0.0))
+        self.following.update(self._mode_inputs(now_s, 0.0))
         self._responder.update(now_s)
         self.retraction.update(inputs.rc, now_s)
         self._mission_duty.tell_of_new_plan(now_s)
@@ -391,6 +388,7 @@ class Supervisor:
         if self._helm.armed and (self._monitor.neutral or self._helm.stopped):
             self._helm.resume(now_s)
         self._monitor.override()
+        self.following.taken_over(now_s)
 
     def _limited(self, speed_mps: float | None) -> float | None:
         if speed_mps is None or not math.isfinite(speed_mps) or speed_mps <= 0.0:
@@ -404,7 +402,10 @@ class Supervisor:
     def _mode_inputs(self, now_s: float, dt_s: float) -> ModeInputs:
         sticks, home, up = self._sticks.obeyed(now_s), self._home.home, self.retraction.up
         leader = self._leader.leader(self._frame_of(), now_s)
-        return ModeInputs(self._nav, sticks, home, self._cruise_mps(), now_s, dt_s, self._achieved, self._failed, up, leader)
+        fault, station = self.following.fault(self._nav, now_s), self.following.station
+        return ModeInputs(
+            self._nav, sticks, home, self._cruise_mps(), now_s, dt_s, self._achieved, self._failed, up, leader, fault, station
+        )
 
     def _situation(self, now_s: float) -> Situation:
         helm = self._helm
@@ -425,6 +426,7 @@ class Supervisor:
             failed_thrusters=tuple([self._config.thrusters[i].name for i in sorted(self._failed)]) if self._failed else (),
             lost_motions=lost_motions(self._config.thrusters, self._failed),
             fence=self._fence.cause,
+            leader=self.following.sight(self._nav, now_s),
         )
 
     # --- parts of a tick -------------------------------------------------------------------------------------------

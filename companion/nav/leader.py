@@ -29,21 +29,21 @@ class LeaderTracker:
         self._counter = 0
         self._yaw_rad: float | None = None
 
-    def take(self, state: LeaderState) -> None:
-        """One message. Those of others than the leader, and those that are older than what is known, are left out."""
+    def take(self, state: LeaderState) -> bool:
+        """One message. Those of others than the leader, and those that are older than what is known, are left out; True where it is the leader's."""
         chosen = int(self._parameters["FOLL_SYSID"])
         before = self._state
         if chosen and state.system_id != chosen:
-            return
+            return False
         if before is not None and state.system_id != before.system_id and not chosen and state.heard_s - before.heard_s < _FORGET_S:
-            return
+            return False
         if before is not None and state.system_id != before.system_id:
             self._fixed = self._yaw_rad = None
             self._counter = 0
         self._state = state
         self._counter = min(_COUNTER_MOST, max(0, self._counter - 1 + state.lost))
         if state.lat_deg is None or (self._fixed is not None and state.t_s <= self._fixed.t_s):
-            return
+            return True
         if self._fixed is not None:
             self._interval_s = state.t_s - self._fixed.t_s
         self._fixed = state
@@ -51,6 +51,7 @@ class LeaderTracker:
             self._yaw_rad = state.yaw_rad
         elif state.north_mps is not None and state.east_mps is not None and math.hypot(state.north_mps, state.east_mps) > _SLOW_MPS:
             self._yaw_rad = math.atan2(state.east_mps, state.north_mps)
+        return True
 
     def leader(self, frame: LocalFrame, now_s: float) -> Leader | None:
         """Where it is now, dead-reckoned from its last position."""

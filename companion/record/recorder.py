@@ -1,4 +1,4 @@
-"""The log folder: ticks.csv, readings.csv, events.csv, telemetry.tlog, manifest.json, state/. Written through at every row.
+"""The log folder: ticks.csv, readings.csv, events.csv, telemetry.tlog, manifest.json, state/, on a boat ticks.ulg. Written through at every row.
 
 Each row leaves the process with one `write`, and so do the packets of one exchange: `kill -9` loses at most what is being written. On a boat a second thread asks
 the medium to keep it (`fdatasync`) as fast as the medium can, so that a power cut loses at most what the medium had in hand. The
@@ -16,7 +16,8 @@ from pathlib import Path
 from typing import Any
 
 from companion.core.types import DeviceHealth, Event, SetpointKind, Tick
-from companion.record import readings
+from companion.params import ParamSpec, ParamType
+from companion.record import readings, ulog
 
 _POSE = ("north_m", "east_m", "yaw_rad", "surge_mps", "sway_mps", "yaw_rate_radps")
 _WRENCH = ("surge_n", "sway_n", "yaw_nm")
@@ -92,8 +93,10 @@ class LogFolder:
         manifest: Mapping[str, Any],
         on_warning: Callable[[str], None],
         sync: bool,
+        parameters: Sequence[ParamSpec] = (),
     ) -> None:
-        """Raises OSError when the folder cannot be written: that is an error at start, not a fault under way."""
+        """`sync`: have the medium keep each row, and write ticks.ulg too, in which `parameters` says which values are whole numbers. Raises
+        OSError when the folder cannot be written: that is an error at start, not a fault under way."""
         folder.mkdir(parents=True, exist_ok=True)
         self.folder = folder
         (folder / "manifest.json").write_text(json.dumps(manifest, indent=1, default=str) + "\n", encoding="utf-8")
@@ -107,18 +110,37 @@ class LogFolder:
         self._ticks.write((",".join(tick_columns(thrusters, devices)) + "\n").encode())
         self._events.write(b"t_s,time_unix_ns,severity,name,text\n")
         self._readings.write(readings.HEADER)
-        self._files = (self._ticks, self._events, self._packets, self._readings)
+        self._files: tuple[WrittenThrough, ...] = (self._ticks, self._events, self._packets, self._readings)
+        self._whole = frozenset(spec.name for spec in parameters if spec.type is ParamType.INT32)
+        self._ulog: tuple[WrittenThrough, ulog.UlogEncoder] | None = None
+        if sync:
+            self._ulog = self._open_ulog(thrusters, manifest, on_warning)
+            self._files = (*self._files, self._ulog[0])
         self._syncer = Syncer(self._files) if sync else None
+
+    def _open_ulog(
+        self, thrusters: Sequence[str], manifest: Mapping[str, Any], on_warning: Callable[[str], None]
+    ) -> tuple[WrittenThrough, ulog.UlogEncoder]:
+        file, encoder = WrittenThrough(self.folder / ulog.FILE, on_warning), ulog.UlogEncoder(thrusters)
+        information = {"sys_name": "USV companion", "ver_sw": str(manifest.get("version", "")), "ver_hw": str(manifest.get("vessel", ""))}
+        file.write(encoder.header(information, manifest.get("parameters", {}), self._whole))
+        return file, encoder
 
     def record(self, tick: Tick) -> None:
         self._readings.write(b"".join([*map(self._encoder.health, self._changed(tick.health)), self._encoder.tick(tick)]))
         self._ticks.write(tick_row(tick, self._devices).encode())
         for event in tick.events:
             self._events.write(event_row(event, tick.time_unix_ns).encode())
+        if self._ulog is not None:
+            file, encoder = self._ulog
+            file.write(encoder.tick(tick))
 
     def parameter(self, name: str, value: float) -> None:
         """A parameter that was changed under way, at its place among the readings."""
         self._readings.write(self._encoder.parameter(name, value))
+        if self._ulog is not None:
+            file, encoder = self._ulog
+            file.write(encoder.parameter(name, value, name in self._whole))
 
     def heard(self, dialect: str, endpoint: str, t_s: float, packet: bytes) -> None:
         """A MAVLink packet that came in, at its place among the readings, with the time at which it is handled."""

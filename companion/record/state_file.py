@@ -183,6 +183,14 @@ class StateFile:
         return f"set aside as {aside.name}"
 
 
+def read_plan(directory: Path, kind: PlanKind) -> tuple[PlanItem, ...]:
+    """A plan of a state directory, or of its copy in a log folder; empty where there is none that can be read."""
+    try:
+        return _items_of(json.loads((directory / _PLANS[kind]).read_text(encoding="utf-8")))
+    except (OSError, ValueError, KeyError, TypeError):
+        return ()
+
+
 def _write_all(fd: int, data: bytes) -> None:
     view = memoryview(data)
     while view:

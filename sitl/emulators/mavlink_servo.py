@@ -1,8 +1,10 @@
 """A board with ArduPilot on it whose servo outputs drive thrusters: what it does with overrides, DO_SET_SERVO and silence.
 
-As ArduPilot's documentation and sources (RC_Channel, SRV_Channel, AP_ServoRelayEvents; 4.6) have it: overrides are taken from MAV_GCS_SYSID alone
-and last RC_OVERRIDE_TIME; an output of function RCINnScaled (139 + n) follows RC channel n, and without a receiver and override goes to SERVOn_TRIM
-where SERVO_RC_FS_MSK says so, else holds its last pulse; DO_SET_SERVO sets outputs of function 0 and is refused by others, and lasts for ever.
+As the sources of ArduPilot's Rover have it (RC_Channel, SRV_Channel, radio.cpp, AP_ServoRelayEvents; 4.6): overrides are taken from MAV_GCS_SYSID
+alone and last RC_OVERRIDE_TIME; after that a channel is the receiver's, if there ever was one (0 for one that it lacks), else it stays. The radio fails
+when RCMAP_THROTTLE's channel is below FS_THR_VALUE, or neither receiver nor override has come for RC_FS_TIMEOUT. Outputs of function RCINnScaled
+(139 + n) follow RC channel n, and while the radio fails go to SERVOn_TRIM where SERVO_RC_FS_MSK says so, else hold their last pulse. DO_SET_SERVO sets
+outputs of function 0, is refused by others, and lasts for ever, as DO_SET_RELAY does.
 """
 
 from __future__ import annotations
@@ -21,9 +23,12 @@ from sitl.thrusters import Thruster
 
 _RATE_HZ = 20.0
 _CHANNELS = 16
+_RELAYS = 6
 _CENTRE_US = 1500.0
-_RC_CENTRED = (1500, 1500, 1500, 1500, 1000, 1000, 1000, 1000)
-_RC_SAFE = (1500, 1500, 1500, 1500, 2000, 1000, 1000, 1000)
+_LOWEST_US, _HIGHEST_US = 1000.0, 2000.0
+_THROTTLE, _THROTTLE_LOST_US = 3, 910.0
+_RC_CENTRED = (1500, 1500, 1500, 1500, 1000, 1000, 1000, 1000, *(1500,) * 8)
+_RC_SAFE = (1500, 1500, 1500, 1500, 2000, 1000, 1000, 1000, *(1500,) * 8)
 _SCALED = 139
 _LOW_VOLTAGE_V = 10.8
 _LOW_REMAINING = 0.08
@@ -51,14 +56,26 @@ class MavlinkServoEmulator:
         self._link = mavlink.MAVLink(None, srcSystem=1, srcComponent=1)
         self._link.robust_parsing = True
         overridden = config.mavlink.method == "override"
-        self.parameters: dict[str, float] = {"RC_OVERRIDE_TIME": 0.5, "SERVO_RC_FS_MSK": 65535.0, "MAV_GCS_SYSID": float(config.mavlink.system)}
+        self.parameters: dict[str, float] = {
+            "RC_OVERRIDE_TIME": 0.5,
+            "RC_FS_TIMEOUT": 0.5,
+            "FS_THR_ENABLE": 1.0,
+            "SERVO_RC_FS_MSK": 65535.0,
+            "MAV_GCS_SYSID": float(config.mavlink.system),
+        }
         for channel in range(1, _CHANNELS + 1):
             self.parameters[f"SERVO{channel}_FUNCTION"] = float(_SCALED + channel) if overridden else 0.0
             self.parameters[f"SERVO{channel}_TRIM"] = _CENTRE_US
-        for channel, drive in zip(self._throttle_channels, self._drives, strict=True):
-            self.parameters[f"SERVO{channel}_TRIM"] = drive.level(0.0)
+        for i, drive in enumerate(self._drives):
+            self.parameters[f"SERVO{self._throttle_channels[i]}_TRIM"] = drive.level(0.0)
+            if self._azimuth_channels[i]:
+                self.parameters[f"SERVO{self._azimuth_channels[i]}_TRIM"] = drive.servo_pulse_us(thrusters[i].config.azimuth_rad)
         self.pulses_us = [0.0] * (_CHANNELS + 1)  # by channel, from 1
+        self.relays = [False] * _RELAYS
         self._overrides: dict[int, tuple[float, float]] = {}  # pulse and time by channel
+        self._radio_us = [0.0] * (_CHANNELS + 1)  # RC channels as the board sees them, from 1
+        self._frame: Sequence[int] | None = None  # the last of a receiver
+        self._radio_s = 0.0  # when anything last came
         self._intervals_s: dict[int, float] = {}
         self._due_s: dict[int, float] = {}
         self._t_s = 0.0
@@ -79,6 +96,8 @@ class MavlinkServoEmulator:
             self._beat_s = t_s + 1.0
             kind, autopilot = mavlink.MAV_TYPE_SURFACE_BOAT, mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA
             self._say(mavlink.MAVLink_heartbeat_message(kind, autopilot, mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED, 0, mavlink.MAV_STATE_ACTIVE, 3))
+            wet = float("leak" in self._faults.active)
+            self._say(mavlink.MAVLink_named_value_float_message(round(t_s * 1e3), b"leak", wet))  # from a script on it
         for number, interval_s in self._intervals_s.items():
             if t_s >= self._due_s[number] - 1e-9:
                 self._due_s[number] = t_s + interval_s
@@ -102,6 +121,7 @@ class MavlinkServoEmulator:
             pulse_us = getattr(message, f"chan{channel}_raw")
             if pulse_us == 0xFFFF or (pulse_us == 0 and channel > 8):
                 continue
+            self._radio_s = t_s
             if pulse_us in (0, 0xFFFE):
                 self._overrides.pop(channel, None)
             else:
@@ -114,6 +134,12 @@ class MavlinkServoEmulator:
                 return int(mavlink.MAV_RESULT_FAILED)
             self._intervals_s[number] = max(message.param2 / 1e6, 1.0 / _RATE_HZ)
             self._due_s[number] = t_s
+            return int(mavlink.MAV_RESULT_ACCEPTED)
+        if message.command == mavlink.MAV_CMD_DO_SET_RELAY:
+            number = round(message.param1)
+            if not 0 <= number < _RELAYS:
+                return int(mavlink.MAV_RESULT_FAILED)
+            self.relays[number] = message.param2 == 1.0
             return int(mavlink.MAV_RESULT_ACCEPTED)
         if message.command != mavlink.MAV_CMD_DO_SET_SERVO:
             return int(mavlink.MAV_RESULT_UNSUPPORTED)
@@ -133,22 +159,31 @@ class MavlinkServoEmulator:
             return None
         return _RC_SAFE if "rc_safe" in active else self.rc_us
 
-    def _radio_us(self, channel: int) -> float | None:
-        """RC channel as the board sees it."""
-        held = self._overrides.get(channel)
-        longest_s = self.parameters["RC_OVERRIDE_TIME"]
-        if held is not None and (longest_s < 0.0 or self._t_s - held[1] < longest_s - 1e-9):
-            return held[0]
-        received = self._received_us
-        return None if received is None or channel > len(received) else float(received[channel - 1])
+    def _listen_to_radio(self) -> None:
+        received, longest_s = self._received_us, self.parameters["RC_OVERRIDE_TIME"]
+        if received is not None:
+            self._frame, self._radio_s = received, self._t_s
+        for channel in range(1, _CHANNELS + 1):
+            held = self._overrides.get(channel)
+            if held is not None and (longest_s < 0.0 or self._t_s - held[1] < longest_s - 1e-9):
+                self._radio_us[channel] = held[0]
+            elif self._frame is not None:
+                self._radio_us[channel] = float(self._frame[channel - 1]) if channel <= len(self._frame) else 0.0
+
+    @property
+    def _radio_failed(self) -> bool:
+        if self.parameters["FS_THR_ENABLE"] == 0.0:
+            return False
+        return self._radio_us[_THROTTLE] < _THROTTLE_LOST_US or self._t_s - self._radio_s >= self.parameters["RC_FS_TIMEOUT"] - 1e-9
 
     def _put_out(self) -> None:
+        self._listen_to_radio()
+        failed = self._radio_failed
         for channel in range(1, _CHANNELS + 1):
             if self.parameters[f"SERVO{channel}_FUNCTION"] != _SCALED + channel:
                 continue
-            pulse_us = self._radio_us(channel)
-            if pulse_us is not None:
-                self.pulses_us[channel] = pulse_us
+            if not failed:
+                self.pulses_us[channel] = min(_HIGHEST_US, max(_LOWEST_US, self._radio_us[channel]))
             elif int(self.parameters["SERVO_RC_FS_MSK"]) >> channel - 1 & 1:
                 self.pulses_us[channel] = self.parameters[f"SERVO{channel}_TRIM"]
         dead = self.safety_on or "mcu_silent" in self._faults.active
@@ -162,14 +197,14 @@ class MavlinkServoEmulator:
             shown = [0 if self.safety_on else round(pulse_us) for pulse_us in self.pulses_us[1:]]
             return mavlink.MAVLink_servo_output_raw_message(round(self._t_s * 1e6), 0, *shown)
         if number == mavlink.MAVLINK_MSG_ID_RC_CHANNELS:
-            count = 0 if self.rc_us is None else _CHANNELS
-            pulses = [round(self._radio_us(channel) or 0) for channel in range(1, _CHANNELS + 1)]
+            count = 0 if self.rc_us is None else len(self.rc_us)
+            pulses = [round(pulse_us) for pulse_us in self._radio_us[1:]]
             return mavlink.MAVLink_rc_channels_message(round(self._t_s * 1e3), count, *pulses, 0, 0, 255)
         low, battery = "battery_low" in self._faults.active, self._battery
         voltage_v, remaining = (_LOW_VOLTAGE_V, _LOW_REMAINING) if low else (battery.voltage_v, battery.remaining)
         present = _OUTPUTS_BIT | (0 if self.rc_us is None else _RECEIVER_BIT)
         enabled = 0 if self.safety_on else _OUTPUTS_BIT
-        health = 0 if self._received_us is None else _RECEIVER_BIT
+        health = 0 if self._radio_failed else _RECEIVER_BIT
         return mavlink.MAVLink_sys_status_message(
             present, enabled, health, 100, round(voltage_v * 1000), round(battery.current_a * 100), round(remaining * 100), 0, 0, 0, 0, 0, 0
         )

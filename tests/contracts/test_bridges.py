@@ -16,7 +16,7 @@ import pytest
 from companion.allocation.feedback import ThrusterReports
 from companion.config import ActuatorConfig, MavlinkBoardConfig, MotorConfig, OutputConfig, StepperConfig, VesselConfig, find, load
 from companion.core.ports import Actuator
-from companion.core.types import ActuatorCommand, Battery, RcInput, Reading, ThrusterCommand, ThrusterFeedback
+from companion.core.types import ActuatorCommand, Battery, Leak, RcInput, Reading, ThrusterCommand, ThrusterFeedback
 from companion.io.actuators import DRIVERS, open_actuator
 from companion.io.transport import TransportOpener
 from sitl.battery import BatteryModel
@@ -71,6 +71,7 @@ FINENESS = {"nmea2000": 0.01}  # of a throttle: whole percent of what the drive 
 WITH_RECEIVER = [name for name in VESSELS if name not in ("nanotec", "nmea2000")]
 WITH_BATTERY = [name for name in VESSELS if name != "nanotec"]
 NOISE = {"nmea2000": "bit rate"}
+DEAF_TO_TRANSMITTERS = ["mavlink_servo"]  # an overridden board does not say when it has lost one
 THROTTLES = (0.5, -0.6, 0.3)
 MOVING = tuple(ThrusterCommand(0.0, throttle, azimuth_rad) for throttle, azimuth_rad in zip(THROTTLES, (0.2, -1.0, None), strict=True))
 
@@ -222,11 +223,17 @@ def test_the_battery_comes_in_on_it(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", WITH_RECEIVER)
-def test_the_transmitter_comes_in_on_it(name: str) -> None:
-    bench = Bench(name, "rc_lost@4")
-    received = [reading for reading in bench.run(3.9) if isinstance(reading, RcInput)][-1]
-    assert received.channels[:8] == (0.0, 0.0, 0.0, 0.0, -1.0, -1.0, -1.0, -1.0) and not received.lost
-    assert [reading for reading in bench.run(2.0) if isinstance(reading, RcInput)][-1].lost
+def test_transmitter_and_leak_come_in_on_it(name: str) -> None:
+    bench = Bench(name, "rc_lost@4", "leak@4")
+    readings = bench.run(3.9)
+    received = [reading for reading in readings if isinstance(reading, RcInput)]
+    assert bool(received) is (name not in DEAF_TO_TRANSMITTERS)
+    for reading in received[-1:]:
+        assert reading.channels[:8] == (0.0, 0.0, 0.0, 0.0, -1.0, -1.0, -1.0, -1.0) and not reading.lost
+    assert {reading.wet for reading in readings if isinstance(reading, Leak)} == {False}
+    readings = bench.run(2.0)
+    assert all(reading.lost for reading in [reading for reading in readings if isinstance(reading, RcInput)][-1:])
+    assert [reading for reading in readings if isinstance(reading, Leak)][-1].wet
 
 
 class Pty:

@@ -172,7 +172,7 @@ class World:
         setpoint = self.supervisor.guide(self.nav, self.now_s, 0.1)
         if not status.armed or not self.supervisor.status(self.now_s).armed:
             assert setpoint.kind is SetpointKind.NEUTRAL
-        assert status.mode not in (ModeId.FOLLOW, ModeId.OFFBOARD)
+        assert status.mode is not ModeId.OFFBOARD and not (status.armed and status.mode is ModeId.FOLLOW)  # there is no leader
         for value in (setpoint.north_m, setpoint.east_m, setpoint.yaw_rad, setpoint.surge_mps, setpoint.sway_mps):
             assert value is None or math.isfinite(value)
         if setpoint.kind in (SetpointKind.POSE, SetpointKind.PATH):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import itertools
 import json
@@ -144,3 +145,23 @@ def test_a_corrupt_state_file_is_set_aside(tmp_path: Path) -> None:
     code, errors = again.stop()
     assert code == 0 and "parameters.json: corrupt" in errors and "set aside" in errors, errors
     assert list((tmp_path / "state").glob("parameters.json.corrupt-*"))
+
+
+def test_the_service_manager_is_told_that_it_is_ready_alive_and_stopping(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as manager:
+        manager.bind(str(tmp_path / "notify"))
+        manager.settimeout(20.0)
+        monkeypatch.setenv("NOTIFY_SOCKET", str(tmp_path / "notify"))
+        monkeypatch.setenv("WATCHDOG_USEC", "1000000")
+        with Companion(tmp_path, speed=5.0) as running:
+            first = manager.recv(4096).decode()
+            second = manager.recv(4096).decode()
+            running.stop()
+        last = [manager.recv(4096).decode()]
+        manager.setblocking(False)
+        with contextlib.suppress(BlockingIOError):
+            while True:
+                last.append(manager.recv(4096).decode())
+    assert first.startswith("READY=1\nWATCHDOG=1\nSTATUS=Manual, disarmed")
+    assert second == "WATCHDOG=1"
+    assert last[-1] == "STOPPING=1"

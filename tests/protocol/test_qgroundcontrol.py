@@ -75,8 +75,9 @@ def test_the_connect_sequence(desk: Desk) -> None:
             break
     assert names == ["Manual", "Forces", "Heading", "Hold", "Mission", "RTL", "Dock", "Follow", "Offboard"]
 
-    for number in (397, 395):
-        assert desk.result(REQUEST, float(number)) == mavlink.MAV_RESULT_UNSUPPORTED
+    described = of(desk.command(REQUEST, 397.0), "COMPONENT_METADATA")
+    assert [m.uri for m in described] == ["mftp:///general.json"]
+    assert desk.result(REQUEST, 395.0) == mavlink.MAV_RESULT_UNSUPPORTED
     before_s = desk.rig.now_s
     values = of(desk.tell(mavlink.MAVLink_param_request_list_message(1, 0)), "PARAM_VALUE")
     while len(values) < len(TABLE):
@@ -211,7 +212,7 @@ def test_unknown_commands_are_unsupported_at_once(desk: Desk) -> None:
         assert [ack.result for ack in of(answer, "COMMAND_ACK")] == [mavlink.MAV_RESULT_UNSUPPORTED]
 
 
-def test_file_transfer_is_refused_at_once(desk: Desk) -> None:
+def test_a_file_that_is_not_there_is_refused_at_once(desk: Desk) -> None:
     payload = bytes([7, 0, 0, 4, 5, 0, 0, 0, 0, 0, 0, 0]) + b"/p.js" + bytes(234)
     answer = of(desk.tell(mavlink.MAVLink_file_transfer_protocol_message(0, 1, 1, list(payload))), "FILE_TRANSFER_PROTOCOL")
     assert len(answer) == 1 and (answer[0].payload[0], answer[0].payload[3], answer[0].payload[5]) == (8, 129, 4)

@@ -44,6 +44,9 @@ def test_a_board_and_a_calibration_are_read() -> None:
         (BOARD + "channels = [9, 10]\nazimuth_channels = [11, 0]\n", "azimuth_channels: needs one for each"),
         (BOARD + "channels = [9, 10]\nazimuth_channels = [11, 9]\n", "channel 9 is used twice"),
         (BOARD + CHANNELS + 'method = "do_set_servo"\n', "method: with DO_SET_SERVO the board holds its last pulses"),
+        (BOARD + CHANNELS + "relays = [1]\n", "relays: needs 0, one for each of the bridge's relays"),
+        (BOARD + CHANNELS + "servo_channels = [9]\n", "servo_channels: needs 0, one for each of the bridge's servos"),
+        (BOARD + CHANNELS + "lamps = [1, 1, 2]\n", "relays: relay 1 is used twice"),
         (BOARD + CHANNELS + "system = 300\n", "system: should be less than or equal to 255"),
         (MICROCONTROLLER + "[actuator.mavlink]\n" + CHANNELS, "only for the driver 'mavlink_servo'"),
     ],
@@ -51,6 +54,21 @@ def test_a_board_and_a_calibration_are_read() -> None:
 def test_a_board_that_cannot_be_is_told_with_its_place(bridge: str, text: str) -> None:
     problem = problems(bridge)[0]
     assert problem.startswith("boat.toml:") and text in problem
+
+
+def test_a_relay_that_stays_on_in_silence_is_taken_from_an_owner_who_knows() -> None:
+    board = BOARD.replace("[actuator.mavlink]", 'relays = ["pump"]\n[actuator.mavlink]') + CHANNELS + "relays = [3]\n"
+    relay = '[[relay]]\nname = "pump"\n'
+    (problem,) = problems(board + relay)
+    assert "mavlink.relays: the board leaves its relays as they are" in problem
+    assert with_bridge(f"{board}unguarded = true\n{relay}").actuators[0].relays == ("pump",)
+
+
+def test_a_servo_on_an_overridden_channel_needs_pulses_at_rest() -> None:
+    board = BOARD.replace("[actuator.mavlink]", 'servos = ["winch"]\n[actuator.mavlink]') + CHANNELS + "servo_channels = [13]\n"
+    (problem,) = problems(f'{board}[[servo]]\nname = "winch"\n')
+    assert "servo[1].name: an overridden channel cannot be without pulses" in problem
+    assert with_bridge(f'{board}[[servo]]\nname = "winch"\nrest_us = 1500\n').servos[0].rest_us == 1500.0
 
 
 def test_do_set_servo_is_taken_from_an_owner_who_knows() -> None:

@@ -83,16 +83,17 @@ class AzimuthServo:
     Its pulses move at the thruster's own rate, from the first on, which is given at once. Remembers the last azimuth and when.
     """
 
-    def __init__(self, thruster: ThrusterConfig) -> None:
-        """Raises ValueError for a thruster without stops."""
+    def __init__(self, thruster: ThrusterConfig, begin_at_rest: bool = False) -> None:
+        """`begin_at_rest`: there is a pulse before there is a demand, that of the thruster's azimuth at rest. Raises ValueError for a thruster
+        without stops."""
         output = thruster.output or _AS_IT_IS
         if thruster.azimuth_min_rad is None or thruster.azimuth_max_rad is None:
             raise ValueError(f"thruster '{thruster.name}' has no stops")
         self._low_rad, self._high_rad = thruster.azimuth_min_rad, thruster.azimuth_max_rad
         self._low_us, self._high_us = output.azimuth_min_us, output.azimuth_max_us
         self._rate_radps = thruster.azimuth_rate_radps
-        self._last_rad: float | None = None
-        self._last_s = 0.0
+        self._last_rad: float | None = min(self._high_rad, max(self._low_rad, thruster.azimuth_rad)) if begin_at_rest else None
+        self._last_s: float | None = None
 
     def pulse_us(self, azimuth_rad: float | None, now_s: float) -> float | None:
         """For None or no number as before; None until there has been one."""
@@ -100,11 +101,12 @@ class AzimuthServo:
         if wanted is None:
             return None
         if self._last_rad is not None:
-            most = self._rate_radps * max(0.0, now_s - self._last_s)
+            most = 0.0 if self._last_s is None else self._rate_radps * max(0.0, now_s - self._last_s)
             wanted = min(self._last_rad + most, max(self._last_rad - most, wanted))
         self._last_rad, self._last_s = wanted, now_s
         share = (wanted - self._low_rad) / (self._high_rad - self._low_rad)
         return self._low_us + share * (self._high_us - self._low_us)
 
     def azimuth_rad(self, pulse_us: float) -> float:
-        return self._low_rad + (pulse_us - self._low_us) / (self._high_us - self._low_us) * (self._high_rad - self._low_rad)
+        share = (pulse_us - self._low_us) / (self._high_us - self._low_us)
+        return self._low_rad + min(1.0, max(0.0, share)) * (self._high_rad - self._low_rad)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 from companion.core.ports import ByteStream
 from companion.io.mavlink import messages as mavlink
-from companion.io.mavlink.framer import Framer, frame, pack
+from companion.io.mavlink.framer import Framer, UnknownMessage, frame, pack
 
 COMPONENT = mavlink.MAV_COMP_ID_ONBOARD_COMPUTER
 BEAT_LOST_S = 3.5  # boards beat once a second
@@ -33,12 +34,12 @@ class MavlinkBoard:
         self.heard_s: float | None = None
         self.beat_s: float | None = None
         self.parameters: dict[str, float] = {}
-        self.bytes_since_frame = 0
         self._system = system
         self._intervals_s = dict(intervals_s)
         self._wanted = tuple(parameters)
         self._came_s: dict[int, float] = {}
         self._framer = Framer()
+        self._garbage_before = 0
         self._sequence = 0
         self._sent_beat_s: float | None = None
         self._asked_s: float | None = None
@@ -48,12 +49,18 @@ class MavlinkBoard:
     def frames(self) -> int:
         return self._framer.received
 
+    @property
+    def garbage(self) -> int:
+        """Bytes of no frame since the last frame that was one."""
+        return self._framer.garbage - self._garbage_before
+
     def read(self, now_s: float) -> list[tuple[float, Any]]:
         messages: list[tuple[float, Any]] = []
         for arrival_s, data in self.stream.read(now_s):
-            self.bytes_since_frame += len(data)
             for message in self._framer.feed(data):
-                self.bytes_since_frame = 0
+                if isinstance(message, UnknownMessage):
+                    continue  # its checksum cannot be judged: it may be noise
+                self._garbage_before = self._framer.garbage
                 if self._is_from_the_board(message, arrival_s):
                     self.heard_s = self._came_s[message.get_msgId()] = arrival_s
                     messages.append((arrival_s, message))
@@ -110,6 +117,10 @@ class MavlinkBoard:
         if sender != self.address:
             return False
         if number == mavlink.MAVLINK_MSG_ID_PARAM_VALUE:
-            name = message.param_id
-            self.parameters[name.decode("ascii", "replace") if isinstance(name, bytes) else name] = message.param_value
+            self._note_parameter(message.param_id, message.param_value)
         return True
+
+    def _note_parameter(self, name: str | bytes, value: float) -> None:
+        text = name.decode("ascii", "replace") if isinstance(name, bytes) else name
+        if text in self._wanted and math.isfinite(value):
+            self.parameters[text] = value

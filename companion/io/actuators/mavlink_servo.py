@@ -1,22 +1,25 @@
 """Bridge to an autopilot board (a Pixhawk with ArduPilot) whose servo outputs drive the thrusters, by RC_CHANNELS_OVERRIDE or DO_SET_SERVO.
 
-What the board must be set to, override: SERVOn_FUNCTION = 139 + channel (RCINnScaled), so that SERVO_RC_FS_MSK can send the outputs to SERVOn_TRIM
-when the companion falls silent; RC_OVERRIDE_TIME 0.5 (the default holds an override for 3 s); RCn_MIN, _TRIM, _MAX the same as SERVOn_…;
-MAV_GCS_SYSID (SYSID_MYGCS) = `system`. Channels above 8 leave a transmitter its own. When released the outputs follow the RC receiver, if there is one.
+What a Rover must be set to, override: SERVOn_FUNCTION = 139 + channel (RCINnScaled) and SERVO_RC_FS_MSK with the channels' bits, so that its radio
+failsafe sends the outputs to SERVOn_TRIM (standstill; of an azimuth, its rest); FS_THR_ENABLE 1 and RC_FS_TIMEOUT 0.5, after which it does so without a
+receiver; RC_OVERRIDE_TIME 0.5 (it comes with 3), after which a receiver has the outputs: it needs those channels, at centre, for one that it lacks reads
+as full astern; RCn_MIN, _TRIM, _MAX the same as SERVOn_…, RCn_DZ 0; MAV_GCS_SYSID (SYSID_MYGCS) = `system`. The failsafe looks at RC channel 3, so
+without a receiver that is kept at its centre.
 DO_SET_SERVO: SERVOn_FUNCTION = 0. The board then holds its last pulses for ever, whatever becomes of the companion.
 """
 
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from companion.config import ActuatorConfig, ConfigError, VesselConfig, azimuths_of
 from companion.core.ports import ByteStream
-from companion.core.types import ActuatorCommand, Battery, DeviceHealth, RcInput, Reading, ThrusterFeedback
+from companion.core.types import DARK, ActuatorCommand, Battery, DeviceHealth, Leak, RcInput, Reading, ThrusterFeedback
 from companion.io.actuators.calibration import AzimuthServo, ThrusterOutput
 from companion.io.actuators.mavlink_board import BEAT_LOST_S, MavlinkBoard
+from companion.io.actuators.mavlink_relays import MavlinkRelays
 from companion.io.actuators.receiver import channels
 from companion.io.mavlink import messages as mavlink
 
@@ -25,27 +28,33 @@ _INTERVALS_S = {
     mavlink.MAVLINK_MSG_ID_SYS_STATUS: 0.5,
     mavlink.MAVLINK_MSG_ID_RC_CHANNELS: 0.1,
 }
-_IGNORE, _RELEASE = 0xFFFF, 0
-_IGNORE_HIGH, _RELEASE_HIGH = 0, 0xFFFE  # of channels above 8
-_OVERRIDES = 18
-_TRANSMITTERS = 8  # channels that a transmitter keeps
+_IGNORE, _IGNORE_HIGH = 0xFFFF, 0  # a channel of an override, up to 8 and above
+_LOW_CHANNELS, _OVERRIDES = 8, 18
 _REPEAT_S = 0.5  # DO_SET_SERVO without a change
 _LONGEST_OVERRIDE_S = 1.0
 _SETTLE_S = 1.5  # that long outputs may differ from what was sent
 _RECENT_S = 0.6
 _TOLERANCE_US = 15.0
 _REFUSED_S = 2.0
-_SILENT_BYTES = 400
+_MUCH_GARBAGE = 400
 _SAFETY = mavlink.MAV_SYS_STATUS_SENSOR_MOTOR_OUTPUTS
 _RECEIVER = mavlink.MAV_SYS_STATUS_SENSOR_RC_RECEIVER
-_OVERRIDE_TIME, _FAILSAFE_MASK = "RC_OVERRIDE_TIME", "SERVO_RC_FS_MSK"
+_REFUSALS = {
+    mavlink.MAV_CMD_DO_SET_SERVO: "the board refuses DO_SET_SERVO: set SERVOn_FUNCTION of its channels to 0",
+    mavlink.MAV_CMD_DO_SET_RELAY: "the board refuses DO_SET_RELAY: set RELAYn_FUNCTION of its relays to 1, and their pins",
+}
+_LEAK = ("leak", b"leak")
+_OVERRIDE_TIME, _FAILSAFE_MASK, _FAILSAFE, _FAILSAFE_TIME = "RC_OVERRIDE_TIME", "SERVO_RC_FS_MSK", "FS_THR_ENABLE", "RC_FS_TIMEOUT"
+_SETTINGS = (_OVERRIDE_TIME, _FAILSAFE_MASK, _FAILSAFE, _FAILSAFE_TIME)  # of which older boards lack the last: 0.5 s, fixed
+_THROTTLE_CHANNEL, _CENTRE_US = 3, 1500
 
 
 class MavlinkServoBridge:
     """`ActuatorCommand` → pulses of the board's channels; SERVO_OUTPUT_RAW → `ThrusterFeedback`, SYS_STATUS → `Battery`, RC_CHANNELS → `RcInput`
-    where none of the first 8 channels is overridden.
+    where nothing is overridden (else the board does not say when it has lost the transmitter), NAMED_VALUE_FLOAT or _INT "leak" (from a script on
+    the board) → `Leak`.
 
-    Disarmed the throttles stand at their trim, which overrides a transmitter, and azimuth servos stay. On closing: trim, then release. What comes
+    Disarmed, and on closing, the throttles stand at their trim and azimuth servos stay; before the first arming those are at rest. What comes
     back is what the board puts out, not what propeller and servo make of it. Thruster indices are those of the vessel.
     Remembers the pulses sent and put out, since when they differ, and refusals.
     """
@@ -60,20 +69,26 @@ class MavlinkServoBridge:
         self._indices = tuple(names.index(name) for name in config.thrusters)
         driven = [vessel.thrusters[i] for i in self._indices]
         self._outputs = tuple(ThrusterOutput(thruster, pulses=True) for thruster in driven)
-        turned = azimuths_of(config, vessel.thrusters, vessel.actuators)
-        self._servos = tuple(AzimuthServo(vessel.thrusters[i]) if i in turned else None for i in self._indices)
         self._channels = self._mavlink.channels
         self._azimuth_channels = self._mavlink.azimuth_channels or (0,) * len(driven)
+        self._ours = [channel for channel in (*self._channels, *self._azimuth_channels, *self._mavlink.servo_channels) if channel]
         self._overrides = self._mavlink.method == "override"
-        self._board = MavlinkBoard(stream, self._mavlink.system, _INTERVALS_S, (_OVERRIDE_TIME, _FAILSAFE_MASK) if self._overrides else ())
-        self._hears_transmitter = not self._overrides or min(self._channels, default=99) > _TRANSMITTERS
+        # a channel that nobody overrides would turn a servo to its end
+        turned = azimuths_of(config, vessel.thrusters, vessel.actuators)
+        self._servos = tuple(AzimuthServo(vessel.thrusters[i], begin_at_rest=self._overrides) if i in turned else None for i in self._indices)
+        self._board = MavlinkBoard(stream, self._mavlink.system, _INTERVALS_S, _SETTINGS if self._overrides else ())
+        self._auxiliary_servos = tuple([servo.name for servo in vessel.servos].index(name) for name in config.servos)
+        self._rests_us = tuple(vessel.servos[i].rest_us for i in self._auxiliary_servos)
+        self._auxiliary_relays = tuple([relay.name for relay in vessel.relays].index(name) for name in config.relays)
+        self._relays = MavlinkRelays(self._mavlink, self._board)
         self._sent: dict[int, int] = {}  # pulses by channel
         self._recent: deque[tuple[float, dict[int, int]]] = deque()  # the same, of the last moments
         self._sent_s: dict[int, float] = {}
         self._put_out: dict[int, int] = {}
         self._agreed_s: float | None = None
-        self._refused_s: float | None = None
+        self._refused: tuple[int, float] | None = None  # the command, and when
         self._safety_on = self._receiver_lost = False
+        self._receiver_channels = 0
         self._now_s = 0.0
 
     def read(self, now_s: float) -> Sequence[Reading]:
@@ -89,13 +104,16 @@ class MavlinkServoBridge:
                     received = arrival_s, message
                 case mavlink.MAVLINK_MSG_ID_SYS_STATUS:
                     readings += self._status(arrival_s, message)
-                case mavlink.MAVLINK_MSG_ID_COMMAND_ACK if message.command == mavlink.MAV_CMD_DO_SET_SERVO:
-                    if message.result != mavlink.MAV_RESULT_ACCEPTED:  # of which channel is not said, so others' consent takes nothing back
-                        self._refused_s = arrival_s
+                case mavlink.MAVLINK_MSG_ID_NAMED_VALUE_FLOAT | mavlink.MAVLINK_MSG_ID_NAMED_VALUE_INT if message.name in _LEAK:
+                    readings.append(Leak(arrival_s, self.name, message.value > 0))
+                case mavlink.MAVLINK_MSG_ID_COMMAND_ACK if message.command in _REFUSALS and message.result != mavlink.MAV_RESULT_ACCEPTED:
+                    self._refused = message.command, arrival_s  # of which channel is not said, so consent to others takes nothing back
         if outputs is not None:
             readings += self._feedback(*outputs)
-        if received is not None and self._hears_transmitter and received[1].chancount > 0:
-            pulses = [getattr(received[1], f"chan{i}_raw") for i in range(1, _TRANSMITTERS + 1)]
+        if received is not None:
+            self._receiver_channels = received[1].chancount
+        if received is not None and not self._overrides and received[1].chancount > 0:
+            pulses = [getattr(received[1], f"chan{i}_raw") for i in range(1, _LOW_CHANNELS + 1)]
             readings.append(RcInput(received[0], self.name, channels([0 if us == _IGNORE else us for us in pulses]), self._receiver_lost))
         return readings
 
@@ -113,7 +131,9 @@ class MavlinkServoBridge:
             pulse_us = None if servo is None else servo.pulse_us(thruster.azimuth_rad if command.armed else None, now_s)
             if pulse_us is not None:
                 pulses[self._azimuth_channels[i]] = round(pulse_us)
-        self._send(pulses, now_s)
+        servos, relays = self._auxiliary(command)
+        self._send(pulses | servos, now_s)
+        self._board.send(now_s, *self._relays.orders(relays, command.beacon, now_s))
         self._recent.append((now_s, pulses))
         while now_s - self._recent[0][0] > _RECENT_S:
             self._recent.popleft()
@@ -130,19 +150,28 @@ class MavlinkServoBridge:
         return self._board.stream.fileno()
 
     def close(self) -> None:
-        """Standstill, and the channels back to whoever else has them."""
+        """Standstill. Nothing is released: what came before would stand until the board's failsafe, which lets go by itself."""
         if self._board.address is not None:
             neutral = {channel: round(output.neutral) for channel, output in zip(self._channels, self._outputs, strict=True)}
             self._send(neutral, self._now_s)
-            if self._overrides:
-                self._board.send(self._now_s, self._override({channel: None for channel in (*self._channels, *self._azimuth_channels) if channel}))
+            self._board.send(self._now_s, *self._relays.orders((False,) * len(self._auxiliary_relays), DARK, self._now_s))
         self._board.stream.close()
 
     # --- out -------------------------------------------------------------------------------------------------------
 
+    def _auxiliary(self, command: ActuatorCommand) -> tuple[dict[int, int], list[bool]]:
+        """Pulses of servos by channel (0: none), and the relays; at rest without a demand."""
+        servos, relays = command.auxiliary.servos_us, command.auxiliary.relays
+        known = len(servos) > max(self._auxiliary_servos, default=-1) and len(relays) > max(self._auxiliary_relays, default=-1)
+        wanted_us = [servos[i] if known else None for i in self._auxiliary_servos]
+        pulses = [rest_us or 0.0 if us is None else us for us, rest_us in zip(wanted_us, self._rests_us, strict=True)]
+        return dict(zip(self._mavlink.servo_channels, map(round, pulses), strict=True)), [known and relays[i] for i in self._auxiliary_relays]
+
     def _send(self, pulses: dict[int, int], now_s: float) -> None:
         if self._overrides:
-            self._board.send(now_s, self._override(dict(pulses)))
+            # without a receiver the board takes a throttle channel that nobody sends for a radio that has failed
+            idle = {} if self._receiver_channels or _THROTTLE_CHANNEL in self._ours else {_THROTTLE_CHANNEL: _CENTRE_US}
+            self._board.send(now_s, self._override(idle | pulses))
             self._sent = pulses
             return
         due = [c for c, us in pulses.items() if self._sent.get(c) != us or now_s - self._sent_s.get(c, 0.0) >= _REPEAT_S]
@@ -150,14 +179,10 @@ class MavlinkServoBridge:
         self._sent.update(pulses)
         self._sent_s.update(dict.fromkeys(due, now_s))
 
-    def _override(self, pulses: dict[int, int | None]) -> Any:
-        """Pulses by channel, None to release it; the channels that are not named stay as they are."""
+    def _override(self, pulses: Mapping[int, int]) -> Any:
+        """Pulses by channel; those that are not named stay as they are."""
         assert self._board.address is not None
-        values = []
-        for channel in range(1, _OVERRIDES + 1):
-            low = channel <= _TRANSMITTERS
-            pulse_us = pulses.get(channel, _IGNORE if low else _IGNORE_HIGH)
-            values.append((_RELEASE if low else _RELEASE_HIGH) if pulse_us is None else pulse_us)
+        values = [pulses.get(channel, _IGNORE if channel <= _LOW_CHANNELS else _IGNORE_HIGH) for channel in range(1, _OVERRIDES + 1)]
         return mavlink.MAVLink_rc_channels_override_message(*self._board.address, *values)
 
     # --- in --------------------------------------------------------------------------------------------------------
@@ -190,7 +215,7 @@ class MavlinkServoBridge:
         if message.voltage_battery in (0, 0xFFFF):
             return []
         current_a = None if message.current_battery < 0 else message.current_battery / 100.0
-        remaining = None if message.battery_remaining < 0 else message.battery_remaining / 100.0
+        remaining = None if message.battery_remaining < 0 else min(1.0, message.battery_remaining / 100.0)
         return [Battery(arrival_s, self.name, message.voltage_battery / 1000.0, current_a, remaining)]
 
     # --- what is wrong, and what to do -----------------------------------------------------------------------------
@@ -199,7 +224,8 @@ class MavlinkServoBridge:
         fault, board = self._board.stream.fault(), self._board
         if fault is not None:
             return fault
-        if board.bytes_since_frame >= _SILENT_BYTES:
+        silent = board.heard_s is None or board.beat_s is None or now_s - board.heard_s > self._config.timeout_s
+        if silent and board.garbage >= _MUCH_GARBAGE:
             return f"bytes arrive but no MAVLink: wrong baud rate in '{self._config.port}', or SERIALn_PROTOCOL of the board is not 2"
         if board.heard_s is None or board.beat_s is None:
             return "no autopilot's heartbeat yet: check the board's power, cable and SERIALn_PROTOCOL"
@@ -218,8 +244,15 @@ class MavlinkServoBridge:
         parameters = self._board.parameters
         if not self._overrides or self._board.autopilot != mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA:
             return ""
-        if _OVERRIDE_TIME not in parameters or _FAILSAFE_MASK not in parameters:
-            return f"the board has not said its {_OVERRIDE_TIME} and {_FAILSAFE_MASK} yet: without them nobody knows whether it would let go"
+        if missing := [name for name in _SETTINGS[:3] if name not in parameters]:
+            return f"the board has not said its {' and '.join(missing)} yet: nobody knows whether it would let go"
+        if parameters[_FAILSAFE] == 0.0:
+            return f"the board's radio failsafe is off, so it would hold its last pulses when the companion falls silent: set {_FAILSAFE} to 1"
+        if parameters.get(_FAILSAFE_TIME, 0.5) > _LONGEST_OVERRIDE_S:
+            return f"the board would notice the companion's silence after {parameters[_FAILSAFE_TIME]:g} s: set {_FAILSAFE_TIME} to 0.5"
+        if 0 < self._receiver_channels < max(self._channels):
+            lacks = f"the RC receiver has {self._receiver_channels} channels and lacks {max(self._channels)}"
+            return f"{lacks}, which would be full astern when the companion falls silent: unplug it, use one with 16, or other channels"
         held_s = parameters[_OVERRIDE_TIME]
         if not 0.0 < held_s <= _LONGEST_OVERRIDE_S:
             how = f"for {held_s:g} s" if held_s > 0.0 else "for ever" if held_s < 0.0 else "not at all"
@@ -234,13 +267,13 @@ class MavlinkServoBridge:
     def _output_complaint(self, now_s: float) -> str:
         if self._safety_on:
             return "the board's safety switch is on: its outputs are dead; press it, or set BRD_SAFETY_DEFLT to 0"
-        if self._refused_s is not None and now_s - self._refused_s < _REFUSED_S:
-            return "the board refuses DO_SET_SERVO: set SERVOn_FUNCTION of its channels to 0"
+        if self._refused is not None and now_s - self._refused[1] < _REFUSED_S:
+            return _REFUSALS[self._refused[0]]
         came_s = self._board.came_s(mavlink.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW)
         channel = self._astray()
         if channel is None or self._agreed_s is None or came_s is None or came_s - self._agreed_s <= _SETTLE_S:
             return ""
-        remedy = f"SERVO{channel}_FUNCTION should be {139 + channel}, MAV_GCS_SYSID {self._mavlink.system}, RC{channel}_MIN … as SERVO{channel}_MIN …"
+        remedy = f"SERVO{channel}_FUNCTION should be {139 + channel}, MAV_GCS_SYSID {self._mavlink.system}, RC{channel}_MIN … as SERVO{channel}_MIN …, RC{channel}_DZ 0"
         if not self._overrides:
             remedy = f"SERVO{channel}_FUNCTION should be 0"
-        return f"output {channel} is at {self._put_out.get(channel, 0)} µs, not {self._sent[channel]}: {remedy}"
+        return f"output {channel} is at {self._put_out.get(channel, 0)} µs, not {self._sent[channel]}: {remedy}, or the board does not hear: check its RX wire"

@@ -9,6 +9,7 @@ from typing import Any
 
 from companion.io.mavlink import messages as mavlink
 from companion.io.mavlink.command_request import DONE, UNSUPPORTED, Answer, CommandHandler, Request, denied, not_now
+from companion.io.mavlink.component_metadata import Metadata
 from companion.io.mavlink.dialects import Dialect
 from companion.io.mavlink.hub import Hub, Peer
 from companion.io.mavlink.telemetry import NEVER, STREAMS
@@ -50,7 +51,8 @@ def _with(*messages: Any) -> Answer:
 class MessageCommands:
     """`commands`: REQUEST_MESSAGE and its relatives, SET_MESSAGE_INTERVAL, GET_MESSAGE_INTERVAL."""
 
-    def __init__(self, hub: Hub, vessel: VesselFace) -> None:
+    def __init__(self, hub: Hub, vessel: VesselFace, described: Metadata) -> None:
+        self._described = described
         self._hub = hub
         self._vessel = vessel
         self.commands: Mapping[int, CommandHandler] = {
@@ -69,6 +71,9 @@ class MessageCommands:
             return _with(self._version(request.peer))
         if number == mavlink.MAVLINK_MSG_ID_AVAILABLE_MODES:
             return self._available_modes(request)
+        if number == mavlink.MAVLINK_MSG_ID_COMPONENT_METADATA:
+            boot_ms = int(request.now_s * 1000.0) & 0xFFFFFFFF
+            return _with(mavlink.MAVLink_component_metadata_message(boot_ms, self._described.crc, self._described.uri))
         if number == mavlink.MAVLINK_MSG_ID_MESSAGE_INTERVAL:
             return self._interval_of(request, request.whole(2))
         return self._streamed(request, number)

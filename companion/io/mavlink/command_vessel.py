@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from companion.core.types import Home, ModeId, Outcome, Result, Severity
 from companion.io.mavlink import command_auxiliary
 from companion.io.mavlink import messages as mavlink
+from companion.io.mavlink.command_follow import do_follow, reposition, user_3
 from companion.io.mavlink.command_nudge import user_1
 from companion.io.mavlink.command_request import DONE, Answer, CommandHandler, Request, denied, is_place, not_now
 from companion.io.mavlink.command_retract import user_2
@@ -60,6 +61,9 @@ class VesselCommands:
             mavlink.MAV_CMD_DO_FLIGHTTERMINATION: self._terminate,
             mavlink.MAV_CMD_USER_1: lambda request: user_1(self._supervisor, request),
             mavlink.MAV_CMD_USER_2: lambda request: user_2(self._supervisor, request),
+            mavlink.MAV_CMD_USER_3: lambda request: user_3(self._supervisor, request),
+            mavlink.MAV_CMD_DO_FOLLOW: lambda request: do_follow(self._supervisor, request),
+            mavlink.MAV_CMD_DO_FOLLOW_REPOSITION: lambda request: reposition(self._supervisor, request),
             **{int(number): self._auxiliary for number in command_auxiliary.NUMBERS},
         }
 

@@ -15,6 +15,7 @@ from companion.io.mavlink import messages as mavlink
 from companion.io.mavlink.command_messages import MessageCommands
 from companion.io.mavlink.command_request import UNSUPPORTED, Answer, CommandHandler, Request
 from companion.io.mavlink.command_vessel import ONCE, VesselCommands
+from companion.io.mavlink.component_metadata import Metadata
 from companion.io.mavlink.hub import Handler, Hub, Peer
 from companion.io.mavlink.vessel import VesselFace
 
@@ -38,11 +39,12 @@ class CommandService:
     Remembers each peer's last command: a repetition of one that must not be done twice is only acknowledged again.
     """
 
-    def __init__(self, hub: Hub, vessel: VesselFace) -> None:
+    def __init__(self, hub: Hub, vessel: VesselFace, described: Metadata) -> None:
+        """`described`: the files that say what the vessel's parameters are."""
         self._hub = hub
         self._supervisor = vessel.supervisor
         self._vessel = VesselCommands(hub, vessel)
-        self._commands: Mapping[int, CommandHandler] = {**self._vessel.commands, **MessageCommands(hub, vessel).commands}
+        self._commands: Mapping[int, CommandHandler] = {**self._vessel.commands, **MessageCommands(hub, vessel, described).commands}
         self._last: dict[Peer, _Last] = {}
         self.handles: Mapping[int, Handler] = {
             mavlink.MAVLINK_MSG_ID_COMMAND_LONG: self._on_long,

@@ -1,104 +1,305 @@
-"""MAVLink FTP of a vessel that serves no files: every request gets its right refusal at once.
+"""MAVLink FTP, read-only: lists, opens, reads and streams the files of a `FileTree`, to several clients at once.
 
-Silence costs a client seconds of retries before it goes on (MAVProxy 11 s before it asks for parameters one by one); a refusal costs
-one round trip. Source: MAVLink guide, "File Transfer Protocol".
+Every request gets its answer at once, or as soon as the medium has given what it asks for: silence costs a client seconds of retries
+(MAVProxy 11 s before it asks for parameters one by one). Source: MAVLink guide, "File Transfer Protocol"; how clients differ from it:
+QGroundControl repeats a request under its number, MAVSDK under a new one; pymavlink takes no answer with another session than its own.
 """
 
 from __future__ import annotations
 
 import struct
-from collections.abc import Mapping
-from enum import IntEnum
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Future
+from dataclasses import dataclass, field
 from typing import Any
 
 from companion.io.mavlink import messages as mavlink
+from companion.io.mavlink.disk_files import Entry
+from companion.io.mavlink.file_tree import FileTree, OpenFile
+from companion.io.mavlink.ftp_codec import LARGEST_DATA, FtpError, FtpRequest, Opcode, ack, nak, parse
 from companion.io.mavlink.hub import Handler, Hub, Peer
 
-_HEADER = struct.Struct("<HBBBBBBI")  # seq, session, opcode, size, request opcode, burst complete, padding, offset
-_PAYLOAD_SIZE = 251
-_LARGEST_DATA = _PAYLOAD_SIZE - _HEADER.size
-_ACK = 128
-_NAK = 129
+_MOST_CLIENTS, _MOST_SESSIONS, _SESSIONS_OF_ONE = 16, 16, 4
+_IDLE_S = 60.0
+_BURST_CHUNKS = 256  # then the client has to ask for more: it may be gone
+_SHARE = 0.5  # of the line, for bursts; the rest is for telemetry
+_FRAME_BYTES = 263 + 14  # of one answer on the line
+_SAVED_S = 0.25  # of unused share, at most
+_U32 = struct.Struct("<I")
+
+_THAT_WRITE = frozenset({
+    Opcode.CREATE_FILE, Opcode.WRITE_FILE, Opcode.REMOVE_FILE, Opcode.CREATE_DIRECTORY, Opcode.REMOVE_DIRECTORY, Opcode.OPEN_FILE_WO,
+    Opcode.TRUNCATE_FILE, Opcode.RENAME,
+})  # fmt: skip
 
 
-class Opcode(IntEnum):
-    """Those of MAVLink FTP."""
+@dataclass(slots=True)
+class _Burst:
+    """A file on its way to a client: the next answer's number, where it has come to, and how many answers are left."""
 
-    NONE = 0
-    TERMINATE_SESSION = 1
-    RESET_SESSIONS = 2
-    LIST_DIRECTORY = 3
-    OPEN_FILE_RO = 4
-    READ_FILE = 5
-    CREATE_FILE = 6
-    WRITE_FILE = 7
-    REMOVE_FILE = 8
-    CREATE_DIRECTORY = 9
-    REMOVE_DIRECTORY = 10
-    OPEN_FILE_WO = 11
-    TRUNCATE_FILE = 12
-    RENAME = 13
-    CALC_FILE_CRC32 = 14
-    BURST_READ_FILE = 15
+    request: FtpRequest
+    seq: int
+    offset: int
+    left: int = _BURST_CHUNKS
 
 
-class FtpError(IntEnum):
-    """Those of MAVLink FTP, as far as a vessel without files can meet them."""
-
-    INVALID_DATA_SIZE = 3
-    INVALID_SESSION = 4
-    EOF = 6
-    UNKNOWN_COMMAND = 7
-    FILE_PROTECTED = 9
-    FILE_NOT_FOUND = 10
+@dataclass(slots=True)
+class _Session:
+    file: OpenFile
+    burst: _Burst | None = None
 
 
-_KNOWN = frozenset(Opcode)
-_ACCEPTED = frozenset({Opcode.NONE, Opcode.TERMINATE_SESSION, Opcode.RESET_SESSIONS})
-_OF_A_SESSION = frozenset({Opcode.READ_FILE, Opcode.WRITE_FILE, Opcode.BURST_READ_FILE})
-_THAT_CREATE = frozenset({Opcode.CREATE_FILE, Opcode.CREATE_DIRECTORY})
+@dataclass(slots=True)
+class _Client:
+    """`last`: its last request and the answer, given again when the request comes again. `waiting`: for the medium, and what then."""
+
+    used_s: float
+    sessions: dict[int, _Session] = field(default_factory=dict)
+    last: tuple[int, int, bytes] | None = None
+    waiting: tuple[Callable[[], bool], Callable[[], bytes], FtpRequest] | None = None
+    allowance: float = 0.0
+    allowed_s: float | None = None
 
 
 class FtpService:
-    """In: FILE_TRANSFER_PROTOCOL requests. Out: one reply to each, to who asked. Remembers nothing."""
+    """In: FILE_TRANSFER_PROTOCOL requests. Out: the answers, to who asked. Remembers each client's open files and what it is being sent."""
 
-    def __init__(self, hub: Hub) -> None:
+    def __init__(self, hub: Hub, tree: FileTree) -> None:
         self._hub = hub
+        self._tree = tree
+        self._clients: dict[Peer, _Client] = {}
         self.handles: Mapping[int, Handler] = {mavlink.MAVLINK_MSG_ID_FILE_TRANSFER_PROTOCOL: self._on_request}
 
     def update(self, now_s: float) -> None:
-        """Nothing is ever under way."""
+        """Answer what has been waiting for the medium, send what is due of the bursts, forget clients that are gone."""
+        for peer, client in list(self._clients.items()):
+            if peer.endpoint.gone or now_s - client.used_s > _IDLE_S * self._hub.patience:
+                self._forget(peer)
+                continue
+            self._answer_waiting(peer, client)
+            self._stream(peer, client, now_s)
+
+    def close(self) -> None:
+        for peer in list(self._clients):
+            self._forget(peer)
+
+    # --- requests --------------------------------------------------------------------------------------------------
 
     def _on_request(self, message: Any, peer: Peer, now_s: float) -> None:
-        reply = answer(bytes(message.payload))
-        if reply is not None:
-            self._hub.send(peer, mavlink.MAVLink_file_transfer_protocol_message(0, peer.system, peer.component, reply))
+        request = parse(bytes(message.payload))
+        if request is None:
+            return
+        client = self._client(peer, now_s)
+        if client is None:
+            self._send(peer, nak(request, FtpError.NO_SESSIONS_AVAILABLE))
+            return
+        client.used_s = now_s
+        if client.last is not None and client.last[:2] == (request.seq, request.opcode):
+            self._send(peer, client.last[2])
+            return
+        if client.waiting is not None and client.waiting[2] == request:
+            return
+        client.waiting = client.last = None
+        for session in client.sessions.values():
+            session.burst = None
+        self._carry_out(peer, client, request)
+        self._stream(peer, client, now_s)
+
+    def _carry_out(self, peer: Peer, client: _Client, request: FtpRequest) -> None:
+        error = _refusal(request)
+        if error is not None:
+            self._reply(peer, client, request, nak(request, error))
+            return
+        match request.opcode:
+            case Opcode.TERMINATE_SESSION:
+                self._end(client, request.session)
+                self._reply(peer, client, request, ack(request))
+            case Opcode.RESET_SESSIONS:
+                for number in list(client.sessions):
+                    self._end(client, number)
+                self._reply(peer, client, request, ack(request))
+            case Opcode.LIST_DIRECTORY:
+                self._after(peer, client, request, self._tree.entries(request.path or "", peer.endpoint.dialect), _listing)
+            case Opcode.OPEN_FILE_RO:
+                self._after(peer, client, request, self._tree.open(request.path or "", peer.endpoint.dialect), self._opened(client))
+            case Opcode.CALC_FILE_CRC32:
+                self._after(peer, client, request, self._tree.open(request.path or "", peer.endpoint.dialect), self._summed(peer, client))
+            case Opcode.READ_FILE | Opcode.BURST_READ_FILE:
+                self._read(peer, client, request)
+            case _:
+                self._reply(peer, client, request, ack(request))
+
+    def _read(self, peer: Peer, client: _Client, request: FtpRequest) -> None:
+        session = client.sessions.get(request.session)
+        if session is None:
+            self._reply(peer, client, request, nak(request, FtpError.INVALID_SESSION))
+        elif request.offset >= session.file.size:
+            self._reply(peer, client, request, nak(request, FtpError.EOF))
+        elif request.opcode == Opcode.BURST_READ_FILE:
+            session.burst = _Burst(request, request.seq + 1, request.offset)
+        else:
+            file, count = session.file, min(request.size, LARGEST_DATA)
+            self._when(peer, client, request, lambda: file.read(request.offset, count) is not None, lambda: ack(request, file.read(request.offset, count) or b""))
+
+    def _opened(self, client: _Client) -> Callable[[FtpRequest, OpenFile | None], bytes]:
+        """An open under a session that is in use begins that anew: a client that did not hear the first answer asks again."""
+
+        def answer(request: FtpRequest, file: OpenFile | None) -> bytes:
+            if file is None:
+                return nak(request, FtpError.FILE_NOT_FOUND)
+            self._end(client, request.session)
+            if len(client.sessions) >= _SESSIONS_OF_ONE or sum(len(other.sessions) for other in self._clients.values()) >= _MOST_SESSIONS:
+                file.close()
+                return nak(request, FtpError.NO_SESSIONS_AVAILABLE)
+            client.sessions[request.session] = _Session(file)
+            return ack(request, _U32.pack(min(file.size, 0xFFFFFFFF)))
+
+        return answer
+
+    def _summed(self, peer: Peer, client: _Client) -> Callable[[FtpRequest, OpenFile | None], bytes | None]:
+        """The checksum takes its time: a second wait begins with it."""
+
+        def answer(request: FtpRequest, file: OpenFile | None) -> bytes | None:
+            if file is None:
+                return nak(request, FtpError.FILE_NOT_FOUND)
+            crc = file.crc32()
+            file.close()
+            self._after(peer, client, request, crc, lambda asked, value: ack(asked, _U32.pack(value)))
+            return None
+
+        return answer
+
+    # --- waiting for the medium ------------------------------------------------------------------------------------
+
+    def _after(
+        self, peer: Peer, client: _Client, request: FtpRequest, future: Future[Any], answer: Callable[[FtpRequest, Any], bytes | None]
+    ) -> None:
+        self._when(peer, client, request, future.done, lambda: answer(request, future.result()))
+
+    def _when(self, peer: Peer, client: _Client, request: FtpRequest, ready: Callable[[], bool], answer: Callable[[], bytes | None]) -> None:
+        """Answer as soon as it is `ready`: now, or at one of the next updates. What the medium refuses is a failure."""
+
+        def attempt() -> bytes:
+            try:
+                made = answer()
+            except OSError:
+                made = nak(request, FtpError.FAIL)
+            return b"" if made is None else made
+
+        client.waiting = (ready, attempt, request)
+        self._answer_waiting(peer, client)
+
+    def _answer_waiting(self, peer: Peer, client: _Client) -> None:
+        waiting = client.waiting
+        if waiting is None:
+            return
+        ready, attempt, request = waiting
+        try:
+            if not ready():
+                return
+        except OSError:
+            client.waiting = None
+            self._reply(peer, client, request, nak(request, FtpError.FAIL))
+            return
+        client.waiting = None
+        payload = attempt()
+        if payload:
+            self._reply(peer, client, request, payload)
+
+    # --- bursts ----------------------------------------------------------------------------------------------------
+
+    def _stream(self, peer: Peer, client: _Client, now_s: float) -> None:
+        """As many answers of its burst as the line has room for."""
+        rate = _SHARE * peer.endpoint.bytes_per_s
+        elapsed_s = _SAVED_S if client.allowed_s is None else max(0.0, now_s - client.allowed_s)
+        client.allowed_s = now_s
+        client.allowance = min(max(_SAVED_S * rate, 2.0 * _FRAME_BYTES), client.allowance + elapsed_s * rate)
+        for session in client.sessions.values():
+            while session.burst is not None and client.allowance >= _FRAME_BYTES and not peer.endpoint.busy:
+                if not self._send_chunk(peer, session, session.burst):
+                    return
+                client.allowance -= _FRAME_BYTES
+                client.used_s = now_s
+
+    def _send_chunk(self, peer: Peer, session: _Session, burst: _Burst) -> bool:
+        """The next answer of a burst. False while the medium has not given it yet."""
+        request, size = burst.request, session.file.size
+        try:
+            data = session.file.read(burst.offset, min(request.size or LARGEST_DATA, LARGEST_DATA))
+        except OSError:
+            session.burst = None
+            self._send(peer, nak(request, FtpError.FAIL, seq=burst.seq, offset=burst.offset))
+            return True
+        if data is None:
+            return False
+        burst.left -= 1
+        end = burst.offset + len(data) >= size or not data
+        complete = end or burst.left <= 0
+        self._send(peer, ack(request, data, seq=burst.seq, offset=burst.offset, burst_complete=complete))
+        burst.seq += 1
+        burst.offset += len(data)
+        if complete:
+            session.burst = None
+        return True
+
+    # --- clients ---------------------------------------------------------------------------------------------------
+
+    def _client(self, peer: Peer, now_s: float) -> _Client | None:
+        client = self._clients.get(peer)
+        if client is None:
+            if len(self._clients) >= _MOST_CLIENTS:
+                idle = [other for other, known in self._clients.items() if not known.sessions and known.waiting is None]
+                if not idle:
+                    return None
+                self._forget(idle[0])
+            client = self._clients[peer] = _Client(now_s)
+        return client
+
+    def _forget(self, peer: Peer) -> None:
+        client = self._clients.pop(peer)
+        for number in list(client.sessions):
+            self._end(client, number)
+
+    @staticmethod
+    def _end(client: _Client, number: int) -> None:
+        session = client.sessions.pop(number, None)
+        if session is not None:
+            session.file.close()
+
+    def _reply(self, peer: Peer, client: _Client, request: FtpRequest, payload: bytes) -> None:
+        client.last = (request.seq, request.opcode, payload)
+        self._send(peer, payload)
+
+    def _send(self, peer: Peer, payload: bytes) -> None:
+        self._hub.send(peer, mavlink.MAVLink_file_transfer_protocol_message(0, peer.system, peer.component, payload))
 
 
-def answer(payload: bytes) -> bytes | None:
-    """The 251 bytes that answer a request's 251 bytes; None for what is itself an answer."""
-    seq, session, opcode, size, _, _, _, offset = _HEADER.unpack_from(payload)
-    if opcode in (_ACK, _NAK):
-        return None
-    error = refusal(opcode, size, payload[_HEADER.size : _HEADER.size + size])
-    data = b"" if error is None else bytes([error])
-    header = _HEADER.pack((seq + 1) & 0xFFFF, session, _ACK if error is None else _NAK, len(data), opcode, 0, 0, offset)
-    return (header + data).ljust(_PAYLOAD_SIZE, b"\0")
-
-
-def refusal(opcode: int, size: int, data: bytes) -> FtpError | None:
-    """Why a request fails on a vessel without files; None for those that succeed."""
-    if opcode not in _KNOWN:
+def _refusal(request: FtpRequest) -> FtpError | None:
+    """What no file could change."""
+    try:
+        opcode = Opcode(request.opcode)
+    except ValueError:
         return FtpError.UNKNOWN_COMMAND
-    if size > _LARGEST_DATA:
+    if opcode in _THAT_WRITE:
+        return FtpError.FILE_PROTECTED
+    reads = opcode in (Opcode.READ_FILE, Opcode.BURST_READ_FILE)
+    if request.size > LARGEST_DATA and not reads:
         return FtpError.INVALID_DATA_SIZE
-    if opcode in _ACCEPTED:
-        return None
-    if opcode in _OF_A_SESSION:
-        return FtpError.INVALID_SESSION
-    path = data.strip(b"\0/")
-    if opcode == Opcode.LIST_DIRECTORY:
-        return FtpError.EOF if path in (b"", b".") else FtpError.FILE_NOT_FOUND
-    if not path:
+    if opcode in (Opcode.OPEN_FILE_RO, Opcode.CALC_FILE_CRC32) and not request.data.strip(b"\0/"):
         return FtpError.INVALID_DATA_SIZE
-    return FtpError.FILE_PROTECTED if opcode in _THAT_CREATE else FtpError.FILE_NOT_FOUND
+    if opcode in (Opcode.OPEN_FILE_RO, Opcode.CALC_FILE_CRC32, Opcode.LIST_DIRECTORY) and request.path is None:
+        return FtpError.FILE_NOT_FOUND
+    return None
+
+
+def _listing(request: FtpRequest, entries: Sequence[Entry] | None) -> bytes:
+    """From entry number `offset` on, as many as fit."""
+    if entries is None:
+        return nak(request, FtpError.FILE_NOT_FOUND)
+    data = b""
+    for entry in entries[request.offset :]:
+        row = (f"D{entry.name}" if entry.size is None else f"F{entry.name}\t{entry.size}").encode() + b"\0"
+        if len(data) + len(row) > LARGEST_DATA:
+            break
+        data += row
+    return ack(request, data) if data else nak(request, FtpError.EOF)

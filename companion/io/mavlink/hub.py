@@ -13,7 +13,7 @@ from __future__ import annotations
 import weakref
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 from companion.core.types import DeviceHealth, Severity, Status, Tick
 from companion.io.mavlink import messages as mavlink
@@ -46,6 +46,13 @@ class Service(Protocol):
     def handles(self) -> Mapping[int, Handler]: ...
 
     def update(self, now_s: float) -> None: ...
+
+
+@runtime_checkable
+class ClosingService(Protocol):
+    """A service that holds what must be given back."""
+
+    def close(self) -> None: ...
 
 
 Tap = Callable[[Sequence[bytes]], None]
@@ -154,6 +161,9 @@ class Hub:
         return [number for link in self._links for number in link.filenos()]
 
     def close(self) -> None:
+        for service in self._services:
+            if isinstance(service, ClosingService):
+                service.close()
         for link in self._links:
             link.close()
 

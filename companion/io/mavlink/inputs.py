@@ -36,7 +36,7 @@ class InputService:
         self._vessel = vessel
         self._steering: _Source | None = None
         self._steered_s = -math.inf
-        self._told: set[_Source] = set()  # that somebody else steers
+        self._told: set[tuple[_Source, str]] = set()  # why they do not steer
         self._overrides: dict[_Source, dict[int, float]] = {}  # channel → −1…1
         self.handles: Mapping[int, Handler] = {
             mavlink.MAVLINK_MSG_ID_MANUAL_CONTROL: self._on_manual_control,
@@ -87,24 +87,28 @@ class InputService:
         return self._vessel.parameters["MAN_AXIS_SURGE"] != 0
 
     def _may_steer(self, peer: Peer, now_s: float) -> bool:
-        """The station that was chosen; where none is, the first one, until its sticks have been silent for COM_RC_LOSS_T."""
-        chosen = self._vessel.parameters["MAN_GCS_SYSID"]
+        """A lead boat that steers by remote; else the station that was chosen; where none is, the first one, until its sticks have been silent for
+        COM_RC_LOSS_T."""
+        following, source, steering = self._vessel.supervisor.following, (peer.system, peer.endpoint), self._steering
+        if (reason := following.stick_refusal(peer.system)) is not None:
+            self._tell(peer, source, reason)
+            return False
+        chosen = following.remote_system or self._vessel.parameters["MAN_GCS_SYSID"]
         if chosen not in (0, peer.system):
             return False
-        source, steering = (peer.system, peer.endpoint), self._steering
         if steering is not None and steering != source:
             if chosen == 0 and now_s - self._steered_s <= self._vessel.parameters["COM_RC_LOSS_T"]:
-                self._tell_who_steers(peer, source, steering[0])
+                who = f"system {steering[0]}" if steering[0] != peer.system else f"system {steering[0]} on another link"
+                self._tell(peer, source, f"{who} steers. MAN_GCS_SYSID chooses")
                 return False
             self._told.clear()
         self._steering, self._steered_s = source, now_s
         return True
 
-    def _tell_who_steers(self, peer: Peer, source: _Source, system: int) -> None:
-        if source not in self._told and len(self._told) < _MOST_TOLD:
-            self._told.add(source)
-            who = f"system {system}" if system != peer.system else f"system {system} on another link"
-            self._hub.say(peer, Severity.WARNING, f"Your sticks are not obeyed: {who} steers. MAN_GCS_SYSID chooses")
+    def _tell(self, peer: Peer, source: _Source, why: str) -> None:
+        if (source, why) not in self._told and len(self._told) < _MOST_TOLD:
+            self._told.add((source, why))
+            self._hub.say(peer, Severity.WARNING, f"Your sticks are not obeyed: {why}")
 
     # --- clocks ----------------------------------------------------------------------------------------------------
 

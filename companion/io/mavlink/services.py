@@ -3,32 +3,51 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 
 from companion.io.mavlink.commands import CommandService
+from companion.io.mavlink.component_metadata import metadata
+from companion.io.mavlink.disk_files import Shelf
+from companion.io.mavlink.file_tree import FileTree
 from companion.io.mavlink.ftp_service import FtpService
-from companion.io.mavlink.hub import Ear, Hub, Service, Tap
+from companion.io.mavlink.hub import COMPONENT, Ear, Hub, Service, Tap
 from companion.io.mavlink.inputs import InputService
 from companion.io.mavlink.leader import LeaderService
 from companion.io.mavlink.links import Link
+from companion.io.mavlink.log_service import LogService
 from companion.io.mavlink.mission_service import MissionService
 from companion.io.mavlink.parameter_service import ParameterService
 from companion.io.mavlink.telemetry import Telemetry
 from companion.io.mavlink.vessel import VesselFace
 
 
-def default_services(hub: Hub) -> Sequence[Service]:
-    """One of each."""
+def default_services(hub: Hub, logs: Path | None = None) -> Sequence[Service]:
+    """One of each. `logs`: the directory of the log folders."""
     vessel = hub.vessel
+    described = metadata(vessel.parameters)
+    shelf = None if logs is None else Shelf(logs)
+    tree = FileTree(vessel, hub.system, COMPONENT, described, shelf)
     return (
-        CommandService(hub, vessel),
+        CommandService(hub, vessel, described),
         InputService(hub, vessel),
         MissionService(hub, vessel),
         ParameterService(hub, vessel),
-        FtpService(hub),
+        FtpService(hub, tree),
+        LogService(hub, shelf),
         LeaderService(hub, vessel),
     )
 
 
-def connect(vessel: VesselFace, links: Sequence[Link], version: str, tap: Tap | None = None, ear: Ear | None = None, patience: float = 1.0) -> Hub:
-    """The ground stations' side of a vessel, whole. `tap`, `ear`, `patience`: see Hub."""
-    return Hub(vessel, links, version, telemetry=Telemetry, services=default_services, tap=tap, ear=ear, patience=patience)
+def connect(
+    vessel: VesselFace,
+    links: Sequence[Link],
+    version: str,
+    tap: Tap | None = None,
+    ear: Ear | None = None,
+    patience: float = 1.0,
+    logs: Path | None = None,
+) -> Hub:
+    """The ground stations' side of a vessel, whole. `tap`, `ear`, `patience`: see Hub; `logs`: the directory of the log folders."""
+    return Hub(
+        vessel, links, version, telemetry=Telemetry, services=lambda hub: default_services(hub, logs), tap=tap, ear=ear, patience=patience
+    )

@@ -35,6 +35,19 @@ class AuxiliaryFace(Protocol):
     def request(self, action: AuxiliaryAction, now_s: float) -> Outcome: ...
 
 
+class FollowingFace(Protocol):
+    """Following a lead boat, and whose sticks steer meanwhile."""
+
+    @property
+    def remote_system(self) -> int | None: ...
+
+    def stick_refusal(self, system_id: int) -> str | None: ...
+
+    def set_station(self, bearing_rad: float | None, distance_m: float | None, now_s: float) -> Outcome: ...
+
+    def follow(self, system_id: int | None, now_s: float) -> Outcome: ...
+
+
 class SupervisorFace(Protocol):
     """Requests to the supervisor; each is answered with what became of it and, where refused, why."""
 
@@ -48,6 +61,9 @@ class SupervisorFace(Protocol):
 
     @property
     def auxiliary(self) -> AuxiliaryFace: ...
+
+    @property
+    def following(self) -> FollowingFace: ...
 
     def request_mode(self, mode: ModeId, now_s: float) -> Outcome: ...
 

@@ -62,6 +62,9 @@ class DeskHub:
     def send_packed(self, outlet: Endpoint, packed: Packed) -> None:
         self.sent.append((outlet, over_the_wire(packed)))
 
+    def say(self, peer: Peer, severity: int, text: str) -> None:
+        self.send(peer, mavlink.MAVLink_statustext_message(severity, text.encode()[:50]))
+
     def announce(self, now_s: float, *numbers: int) -> None:
         self.announced.extend(numbers)
 
@@ -95,7 +98,7 @@ class Desk:
         return service
 
     def tell(self, message: Any, peer: Peer | None = None) -> None:
-        self._service.handles[message.id](over_the_wire(pack(message)), peer or self.peer("qgc"), self.now_s)
+        self._service.handles[type(message).id](over_the_wire(pack(message)), peer or self.peer("qgc"), self.now_s)
 
     def wait(self, duration_s: float) -> None:
         for _ in range(round(duration_s * 10)):

@@ -1,89 +1,299 @@
-"""FTP of a vessel without files: every request is answered at once, and rightly."""
+"""FTP on a desk: a client of our own asks, over loss, for files in memory and on the disk."""
 
 from __future__ import annotations
 
+import lzma
 import random
 import struct
+import time
+import zlib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
 import pytest
 
-from companion.io.mavlink.ftp_service import FtpService, answer
+from companion.io.mavlink.component_metadata import metadata
+from companion.io.mavlink.disk_files import Shelf
+from companion.io.mavlink.file_tree import FileTree
+from companion.io.mavlink.ftp_codec import parse
+from companion.io.mavlink.ftp_service import FtpService
 
 HEADER = struct.Struct("<HBBBBBBI")
+NONE, TERMINATE, RESET, LIST, OPEN, READ, CREATE, WRITE, CRC, BURST = 0, 1, 2, 3, 4, 5, 6, 7, 14, 15
+EOF, NOT_FOUND, INVALID_SESSION, NO_SESSIONS, PROTECTED, UNKNOWN, BAD_SIZE = 6, 10, 4, 5, 9, 7, 3
 
 
-def request(opcode: int, data: bytes = b"", seq: int = 7, session: int = 3, size: int | None = None, offset: int = 90) -> bytes:
-    return (HEADER.pack(seq, session, opcode, len(data) if size is None else size, 0, 0, 0, offset) + data).ljust(251, b"\0")
+class Reply:
+    def __init__(self, payload: bytes) -> None:
+        self.seq, self.session, opcode, size, self.asked, self.complete, _, self.offset = HEADER.unpack_from(payload)
+        self.data = payload[12 : 12 + size]
+        self.error = self.data[0] if opcode == 129 else None
+
+
+class Client:
+    """Asks as `who`; time goes on by 0.1 s with each update of the service."""
+
+    def __init__(self, desk: Any, service: FtpService, who: str = "qgc") -> None:
+        self.desk, self.service, self.who = desk, service, who
+        self.seq = 0
+        self.now_s = 0.0
+
+    def ask(self, opcode: int, data: bytes = b"", session: int = 0, offset: int = 0, size: int | None = None, seq: int | None = None) -> list[Reply]:
+        self.seq = (self.seq + 1) & 0xFFFF if seq is None else seq
+        payload = (HEADER.pack(self.seq, session, opcode, len(data) if size is None else size, 0, 0, 0, offset) + data).ljust(251, b"\0")
+        self.desk.tell(self.desk.messages.MAVLink_file_transfer_protocol_message(0, 1, 1, payload), self.desk.peer(self.who))
+        return self.heard()
+
+    def heard(self) -> list[Reply]:
+        peer = self.desk.peer(self.who)
+        return [Reply(bytes(message.payload)) for to, message in self.desk.heard() if to == peer]
+
+    def later(self) -> list[Reply]:
+        self.now_s += 0.1
+        self.service.update(self.now_s)
+        return self.heard()
+
+    def one(self, *arguments: Any, **more: Any) -> Reply:
+        """The one answer to a request, which may need the disk."""
+        replies = self.ask(*arguments, **more)
+        for _ in range(2000):
+            if replies:
+                break
+            time.sleep(0.001)  # the disk is read by a thread
+            replies = self.later()
+        (reply,) = replies
+        return reply
+
+    def fetch(self, path: str, chunk: int = 239, lose: Callable[[], bool] = lambda: False) -> bytes:
+        """Open, burst, fill the holes, as QGroundControl does."""
+        opened = self.one(OPEN, path.encode())
+        assert opened.error is None, opened.error
+        (size,) = struct.unpack("<I", opened.data)
+        got: dict[int, bytes] = {}
+        at = 0
+        while at < size:
+            replies = self.ask(BURST, session=opened.session, offset=at, size=chunk)
+            for _ in range(5000):
+                for reply in replies:
+                    assert reply.error is None and reply.asked == BURST
+                    if not lose():
+                        got[reply.offset] = reply.data
+                    at = max(at, reply.offset + len(reply.data))
+                if replies and replies[-1].complete:
+                    break
+                time.sleep(0.0005)
+                replies = self.later()
+            else:
+                raise AssertionError("the burst does not end")
+        end = self.ask(BURST, session=opened.session, offset=size, size=chunk)
+        assert [reply.error for reply in end] == [EOF]
+        for hole in range(0, size, chunk):
+            while hole not in got:
+                reply = self.one(READ, session=opened.session, offset=hole, size=chunk)
+                if not lose():
+                    got[hole] = reply.data
+        self.one(TERMINATE, session=opened.session)
+        return b"".join(got[at] for at in sorted(got))[:size]
+
+    def names(self, path: str) -> list[str]:
+        rows: list[str] = []
+        while True:
+            reply = self.one(LIST, path.encode(), offset=len(rows))
+            if reply.error == EOF:
+                return rows
+            assert reply.error is None, reply.error
+            rows += [row.decode() for row in reply.data.split(b"\0") if row]
+
+
+@pytest.fixture
+def logs(tmp_path: Path) -> Path:
+    draws = random.Random(3)
+    for n in range(12):
+        folder = tmp_path / f"revolt-20260601-1200{n:02}"
+        folder.mkdir()
+        (folder / "telemetry.tlog").write_bytes(draws.randbytes(1000 * n))
+        (folder / "manifest.json").write_bytes(b"{}")
+    (tmp_path / "big").mkdir()
+    (tmp_path / "big" / "ticks.csv").write_bytes(draws.randbytes(700_001))
+    (tmp_path / "secret.txt").write_bytes(b"not a log")
+    (tmp_path / "big" / "link").symlink_to("/etc/passwd")
+    (tmp_path / "way_out").symlink_to("/etc")
+    return tmp_path
+
+
+@pytest.fixture
+def service(desk: Any, logs: Path) -> Any:
+    desk.vessel.last_tick = None
+    shelf = Shelf(logs)
+    made = FtpService(desk.hub, FileTree(desk.vessel, 1, 1, metadata(desk.parameters), shelf))
+    desk.serve(made)
+    yield made
+    made.close()
+    shelf.close()
+
+
+@pytest.fixture
+def client(desk: Any, service: FtpService) -> Client:
+    return Client(desk, service)
+
+
+def test_the_tree_is_listed(client: Client) -> None:
+    root = client.names("/")
+    assert [row.split("\t")[0] for row in root] == ["Fgeneral.json", "Fparameters.json.xz", "D@PARAM", "Dplans", "Dlogs"]
+    assert client.names("") == client.names("/.") == root
+    assert [row.split("\t")[0] for row in client.names("@PARAM")] == ["Fparam.pck", "Fusv.params"]
+    runs = client.names("/logs/")
+    assert len(runs) == 13 and runs[0] == "Dbig" and "Dway_out" not in runs and not any("secret" in row for row in runs)
+    assert client.names("@MAV_LOG") == runs
+    assert client.names("logs/big") == ["Fticks.csv\t700001"]
+
+
+def test_files_come_whole(client: Client, logs: Path) -> None:
+    assert b'"metadataTypes"' in client.fetch("/general.json")
+    assert b"DP_BW_SURGE" in lzma.decompress(client.fetch("//parameters.json.xz"))
+    assert client.fetch("logs/big/ticks.csv") == (logs / "big" / "ticks.csv").read_bytes()
+    name = "revolt-20260601-120007"
+    assert client.fetch(f"@MAV_LOG/{name}/telemetry.tlog", chunk=80) == (logs / name / "telemetry.tlog").read_bytes()
+
+
+def test_a_file_comes_whole_over_loss(client: Client, logs: Path) -> None:
+    draws = random.Random(5)
+    assert client.fetch("logs/big/ticks.csv", lose=lambda: draws.random() < 0.1) == (logs / "big" / "ticks.csv").read_bytes()
 
 
 @pytest.mark.parametrize(
-    ("opcode", "data", "error"),
+    "path",
     [
-        (0, b"", None),
-        (1, b"", None),
-        (2, b"", None),
-        (3, b"/\0", 6),
-        (3, b"/", 6),
-        (3, b"", 6),
-        (3, b".", 6),
-        (3, b"/logs\0", 10),
-        (4, b"@PARAM/param.pck?withdefaults=1", 10),
-        (4, b"/general.json\0", 10),
-        (4, b"", 3),
-        (5, b"", 4),
-        (6, b"/new", 9),
-        (7, b"xx", 4),
-        (8, b"/a", 10),
-        (9, b"/dir", 9),
-        (10, b"/dir", 10),
-        (11, b"/a", 10),
-        (12, b"/a", 10),
-        (13, b"/a\0/b\0", 10),
-        (14, b"/a", 10),
-        (15, b"", 4),
-        (16, b"/", 7),
-        (77, b"", 7),
-        (255, b"", 7),
+        "../secret.txt", "logs/../../etc/passwd", "logs/..", "/etc/passwd", "logs/secret.txt", "logs/big/link", "logs/way_out/passwd", "logs/big", "logs",
+        "@PARAM", "@PARAM/../general.json", "general.json/x", "logs/big/none", "logs/none/ticks.csv", "logs\\big", "\xff", "logs/big/ticks.csv\0x",
     ],
-)
-def test_each_request_gets_its_answer(opcode: int, data: bytes, error: int | None) -> None:
-    reply = answer(request(opcode, data))
-    assert reply is not None and len(reply) == 251
-    seq, session, ack, size, asked, burst, _, offset = HEADER.unpack_from(reply)
-    assert (seq, session, asked, burst, offset) == (8, 3, opcode, 0, 90)
-    assert (ack, size) == ((128, 0) if error is None else (129, 1))
-    assert error is None or reply[12] == error
+)  # fmt: skip
+def test_what_is_not_there_or_not_theirs_is_not_found(client: Client, path: str) -> None:
+    data = path.encode("latin-1")
+    assert client.one(OPEN, data).error == NOT_FOUND
+    assert client.one(CRC, data).error == NOT_FOUND
 
 
-def test_more_data_than_fits_is_refused() -> None:
-    reply = answer(request(4, b"/a", size=240))
-    assert reply is not None and reply[3] == 129 and reply[12] == 3
+def test_directories_above_are_not_listed(client: Client) -> None:
+    for path in ("..", "logs/..", "logs/../..", "logs/way_out", "etc", "logs/big/link"):
+        assert client.one(LIST, path.encode()).error == NOT_FOUND
 
 
-def test_the_sequence_number_wraps() -> None:
-    reply = answer(request(0, seq=0xFFFF))
-    assert reply is not None and HEADER.unpack_from(reply)[0] == 0
+@pytest.mark.parametrize("opcode", [6, 7, 8, 9, 10, 11, 12, 13])
+def test_nothing_is_written(client: Client, opcode: int, logs: Path) -> None:
+    assert client.one(opcode, b"logs/big/ticks.csv").error == PROTECTED
+    assert (logs / "big" / "ticks.csv").stat().st_size == 700_001
 
 
-@pytest.mark.parametrize("opcode", [128, 129])
-def test_answers_are_not_answered(opcode: int) -> None:
-    assert answer(request(opcode)) is None
+def test_what_makes_no_sense_is_refused(client: Client) -> None:
+    assert client.one(77).error == UNKNOWN
+    assert client.one(16, b"/").error == UNKNOWN
+    assert client.one(OPEN, b"").error == BAD_SIZE
+    assert client.one(OPEN, b"a", size=240).error == BAD_SIZE
+    assert client.one(READ, session=9, size=10).error == INVALID_SESSION
+    assert client.one(BURST, session=9, size=10).error == INVALID_SESSION
+    assert client.one(NONE).error is None
 
 
-def test_any_bytes_are_answered_or_are_an_answer() -> None:
+def test_the_sequence_number_wraps_and_the_session_is_the_clients(client: Client) -> None:
+    reply = client.one(OPEN, b"general.json", session=37, seq=0xFFFF)
+    assert (reply.seq, reply.session, reply.error) == (0, 37, None)
+
+
+def test_a_request_that_comes_again_gets_the_same_answer(client: Client) -> None:
+    first = client.one(OPEN, b"general.json", seq=5)
+    again = client.one(OPEN, b"general.json", seq=5)
+    assert (first.seq, first.data) == (again.seq, again.data)
+    chunk = client.one(READ, size=20, seq=6)
+    assert client.one(READ, size=20, seq=6).data == chunk.data
+
+
+def test_an_open_under_another_number_begins_anew(client: Client) -> None:
+    client.one(OPEN, b"general.json")
+    assert client.one(OPEN, b"parameters.json.xz").error is None
+    assert client.one(READ, size=6).data == b"\xfd7zXZ\0"
+
+
+def test_reading_behind_the_end(client: Client) -> None:
+    size = struct.unpack("<I", client.one(OPEN, b"general.json").data)[0]
+    assert client.one(READ, offset=size, size=10).error == EOF
+    assert len(client.one(READ, offset=size - 3, size=10).data) == 3
+    assert client.one(READ, offset=0xFFFFFFF0, size=239).error == EOF
+
+
+def test_a_new_request_stops_a_burst(client: Client) -> None:
+    client.one(OPEN, b"logs/big/ticks.csv")
+    client.ask(BURST, size=239)
+    client.one(TERMINATE)
+    assert client.later() == [] == client.later()
+
+
+def test_a_client_has_four_files_and_others_have_theirs(desk: Any, client: Client, service: FtpService) -> None:
+    for n in range(4):
+        assert client.one(OPEN, b"general.json", session=n).error is None
+    assert client.one(OPEN, b"general.json", session=9).error == NO_SESSIONS
+    other = Client(desk, service, "other")
+    assert other.one(OPEN, b"general.json").error is None
+    client.one(RESET)
+    assert client.one(OPEN, b"general.json", session=9).error is None
+    assert other.one(READ, size=10).error is None
+
+
+def test_a_client_that_falls_silent_is_forgotten(client: Client) -> None:
+    client.one(OPEN, b"general.json")
+    client.now_s = 100.0
+    client.later()
+    assert client.one(READ, size=10).error == INVALID_SESSION
+
+
+def test_a_slow_line_keeps_half_for_telemetry(desk: Any, client: Client) -> None:
+    desk.peer("qgc").endpoint.bytes_per_s = 5760.0
+    client.one(OPEN, b"parameters.json.xz")
+    sent = len(client.ask(BURST, size=239))
+    for _ in range(20):
+        sent += len(client.later())
+    assert 0.35 * 5760.0 * 2.0 < sent * 263 < 0.75 * 5760.0 * 2.0
+
+
+def test_checksums_are_mavlinks(client: Client, logs: Path) -> None:
+    for path, data in (("general.json", client.fetch("general.json")), ("logs/big/ticks.csv", (logs / "big" / "ticks.csv").read_bytes())):
+        (crc,) = struct.unpack("<I", client.one(CRC, path.encode()).data)
+        assert crc == zlib.crc32(data, 0xFFFFFFFF) ^ 0xFFFFFFFF
+
+
+def test_plans_and_parameters_are_files_too(client: Client) -> None:
+    magic, kind, _, _, count = struct.unpack_from("<HHHHH", client.fetch("@MISSION/mission.dat"))
+    assert (magic, kind, count) == (0x763D, 0, 0)
+    assert b"DP_BW_SURGE" in client.fetch("@PARAM/usv.params")
+    assert b'"fileType": "Plan"' in client.fetch("plans/current.plan")
+
+
+def test_any_bytes_are_answered_or_are_an_answer(desk: Any, client: Client) -> None:
     stream = random.Random(1)
-    for _ in range(2000):
-        payload = stream.randbytes(251)
-        assert (answer(payload) is None) == (payload[3] in (128, 129))
+    for _ in range(1500):
+        payload = bytearray(stream.randbytes(251))
+        payload[3] = stream.choice([*range(18), payload[3]])
+        request = parse(bytes(payload))
+        desk.tell(desk.messages.MAVLink_file_transfer_protocol_message(0, 1, 1, bytes(payload)), desk.peer("qgc"))
+        replies = client.heard()
+        assert (request is None) == (payload[3] in (128, 129))
+        assert len(replies) <= 1 or all(reply.asked == BURST for reply in replies)
 
 
-def test_the_answer_goes_to_who_asked(desk) -> None:  # type: ignore[no-untyped-def]
-    service = FtpService(desk.hub)
-    desk.serve(service)
-    desk.tell(desk.messages.MAVLink_file_transfer_protocol_message(0, 1, 1, request(4, b"@PARAM/param.pck")), desk.peer("qgc"))
-    (peer, reply), = desk.heard()
+def test_a_medium_that_fails_is_said(logs: Path) -> None:
+    shelf = Shelf(logs)
+    file = shelf.open(["big", "ticks.csv"]).result()
+    assert file is not None
+    file.close()
+    shelf.close()
+    with pytest.raises((OSError, RuntimeError)):
+        file.read(600_000, 10)
+
+
+def test_the_answer_goes_to_who_asked(desk: Any, service: FtpService) -> None:
+    payload = (HEADER.pack(7, 3, OPEN, 12, 0, 0, 0, 0) + b"general.json").ljust(251, b"\0")
+    desk.tell(desk.messages.MAVLink_file_transfer_protocol_message(0, 1, 1, payload), desk.peer("qgc"))
+    ((peer, reply),) = desk.heard()
     assert peer == desk.peer("qgc")
     assert (reply.target_network, reply.target_system, reply.target_component) == (0, 255, 190)
-    assert bytes(reply.payload)[12] == 10
-    service.update(0.0)
-    assert desk.heard() == []

@@ -110,7 +110,7 @@ def test_read_by_name_and_by_index(desk: Any) -> None:
     assert (one.param_id, one.param_index, one.param_value) == (two.param_id, two.param_index, two.param_value) == ("WP_SPEED", index, desk.parameters["WP_SPEED"])
 
 
-@pytest.mark.parametrize(("name", "index"), [(b"FLW_TGT_HT", -1), (b"", 9999), (b"", -2), (b"\xff\xfe\x80", -1), (b"SIXTEEN_CHARS_XX", -1), (b"", -1)])
+@pytest.mark.parametrize(("name", "index"), [(b"FLW_TGT_YP", -1), (b"", 9999), (b"", -2), (b"\xff\xfe\x80", -1), (b"SIXTEEN_CHARS_XX", -1), (b"", -1)])
 def test_what_is_not_there_is_said_at_once(desk: Any, name: bytes, index: int) -> None:
     desk.tell(mavlink.MAVLink_param_request_read_message(1, 1, name, index))
     ((to, error),) = desk.heard()

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from companion.mission.cursor import Cursor
 from companion.mission.plan import PlanItem
-from companion.mission.tasks import SetSpeed
+from companion.mission.tasks import FollowLeader, SetSpeed, SetStation
 
 
 def _item(command: int, p1: float = 0.0, p2: float = 0.0) -> PlanItem:
@@ -65,3 +65,18 @@ def test_between_camera_commands_it_is_surveying() -> None:
     assert cursor.surveying and cursor.copy().surveying, "also when it was set to there"
     cursor.stand_at(5)
     assert not cursor.surveying
+
+
+def test_what_is_asked_about_a_lead_boat() -> None:
+    items = _plan(_item(31012, -90.0, math.nan), _item(31012, math.nan, 30.0), _item(32, -1.0), _item(32, 7.0), _item(32, math.nan), _item(16))
+    cursor = Cursor(items)
+    assert cursor.settle() == [
+        SetStation(-math.pi / 2, None), SetStation(None, 30.0), FollowLeader(2, None), FollowLeader(3, 7), FollowLeader(4, None),
+    ]  # fmt: skip
+    assert cursor.seq == 5
+
+
+def test_a_condition_holds_back_following_too() -> None:
+    cursor = Cursor(_plan(_item(16), _item(112, 5.0), _item(32, -1.0), _item(16)))
+    assert cursor.advance() == [] and cursor.seq == 3
+    assert cursor.open_gate() == [FollowLeader(2, None)]

@@ -3,14 +3,29 @@
 from __future__ import annotations
 
 import math
+import random
+import struct
 from dataclasses import replace
+from itertools import pairwise
 
 import pytest
 from pymavlink.dialects.v20 import common as mavlink
 
-from companion.config import ActuatorConfig, ConfigError, MavlinkBoardConfig, OutputConfig, VesselConfig, find, load
-from companion.core.types import ActuatorCommand, RcInput, ThrusterCommand, ThrusterFeedback
+from companion.config import (
+    ActuatorConfig,
+    ConfigError,
+    MavlinkBoardConfig,
+    OutputConfig,
+    RelayConfig,
+    ServoConfig,
+    VesselConfig,
+    find,
+    load,
+)
+from companion.core.auxiliary import Auxiliary
+from companion.core.types import DARK, ActuatorCommand, Battery, Beacon, Light, RcInput, ThrusterCommand, ThrusterFeedback
 from companion.io.actuators import open_actuator
+from companion.io.mavlink.framer import Packed, frame
 from sitl.battery import BatteryModel
 from sitl.emulators.mavlink_servo import MavlinkServoEmulator
 from sitl.faults import Faults
@@ -67,34 +82,39 @@ class Bench:
 
 def test_an_override_names_its_channels_and_no_other() -> None:
     bench = Bench()
-    bench.run(2.0)
+    bench.run(4.0)
     message = bench.last("RC_CHANNELS_OVERRIDE")
     assert (message.get_srcSystem(), message.target_system, message.target_component) == (255, 1, 1)
-    assert [getattr(message, f"chan{i}_raw") for i in range(1, 9)] == [0xFFFF] * 8
+    assert [getattr(message, f"chan{i}_raw") for i in range(1, 9)] == [0xFFFF, 0xFFFF, 1500, *[0xFFFF] * 5]  # 3: for the board's failsafe
     assert [getattr(message, f"chan{i}_raw") for i in range(9, 19)] == [1760, 1250, 1500, 1750, 0, 0, 0, 0, 0, 0]
     assert bench.text == "" and bench.board.pulses_us[9:13] == [1760.0, 1250.0, 1500.0, 1750.0]
 
 
-def test_low_channels_are_overridden_and_released_by_the_other_codes() -> None:
+def test_low_channels_are_left_alone_by_another_code_than_high_ones() -> None:
     bench = Bench(channels=(1, 2), azimuth_channels=(3, 4))
-    bench.run(2.0)
+    bench.run(4.0)
     message = bench.last("RC_CHANNELS_OVERRIDE")
     assert [getattr(message, f"chan{i}_raw") for i in range(1, 10)] == [1760, 1250, 1500, 1750, 0xFFFF, 0xFFFF, 0xFFFF, 0xFFFF, 0]
-    bench.driver.close()
-    neutral, release = [message for message in bench.sent if message.get_type() == "RC_CHANNELS_OVERRIDE"][-2:]
-    assert [getattr(neutral, f"chan{i}_raw") for i in range(1, 6)] == [1520, 1500, 0xFFFF, 0xFFFF, 0xFFFF]
-    assert [getattr(release, f"chan{i}_raw") for i in range(1, 6)] == [0, 0, 0, 0, 0xFFFF]
 
 
-def test_closing_hands_high_channels_back_to_the_receiver() -> None:
+def test_closing_stops_the_thrusters_and_then_a_receiver_has_them() -> None:
     bench = Bench()
     bench.board.rc_us = (1500,) * 8 + (1300,) * 8
-    bench.run(2.0)
+    bench.run(4.0)
     bench.driver.close()
-    release = bench.last("RC_CHANNELS_OVERRIDE")
-    assert [getattr(release, f"chan{i}_raw") for i in range(9, 14)] == [0xFFFE, 0xFFFE, 0xFFFE, 0xFFFE, 0]
+    assert {message.chan3_raw for message in bench.sent[-40:] if message.get_type() == "RC_CHANNELS_OVERRIDE"} == {0xFFFF}
     bench.run(0.1, armed=None)
+    assert bench.board.pulses_us[9:13] == [1520.0, 1500.0, 1500.0, 1750.0]
+    bench.run(0.5, armed=None)
     assert bench.board.pulses_us[9:13] == [1300.0] * 4
+
+
+def test_azimuth_servos_begin_at_rest_and_turn_at_their_rate() -> None:
+    bench = Bench()
+    bench.run(1.0, armed=False)
+    assert bench.board.pulses_us[11:13] == [1500.0, 1500.0]
+    bench.run(1.0)
+    assert bench.board.pulses_us[12] == pytest.approx(1500.0 + 45.8 / 178.0 * 500.0, abs=8.0)
 
 
 def test_heartbeats_come_once_a_second_and_pulses_only_once_the_board_is_known() -> None:
@@ -130,6 +150,8 @@ def test_do_set_servo_is_sent_on_a_change_and_twice_a_second() -> None:
         ("RC_OVERRIDE_TIME", -1.0, "for ever"),
         ("RC_OVERRIDE_TIME", 0.0, "not at all"),
         ("SERVO_RC_FS_MSK", 256.0, "channel 10 would hold its last pulse when the companion falls silent: set SERVO_RC_FS_MSK to 768"),
+        ("FS_THR_ENABLE", 0.0, "radio failsafe is off"),
+        ("RC_FS_TIMEOUT", 5.0, "would notice the companion's silence after 5 s: set RC_FS_TIMEOUT to 0.5"),
         ("MAV_GCS_SYSID", 42.0, "output 9 is at 1520 µs, not 1760: SERVO9_FUNCTION should be 148, MAV_GCS_SYSID 255"),
         ("SERVO9_FUNCTION", 70.0, "output 9 is at 0 µs"),
     ],
@@ -170,12 +192,17 @@ def test_a_slow_azimuth_is_not_taken_for_an_output_astray() -> None:
             assert bench.text == ""
 
 
-def test_a_transmitter_is_not_heard_through_channels_that_are_overridden() -> None:
-    for channels, heard in (((9, 10), True), ((8, 9), False)):
-        bench = Bench(channels=channels, azimuth_channels=(11, 12))
-        bench.board.rc_us = (1500,) * 16
-        bench.run(2.0)
-        assert any(isinstance(reading, RcInput) for reading in bench.readings) is heard
+@pytest.mark.parametrize("method", ["override", "do_set_servo"])
+def test_a_transmitter_is_heard_only_where_its_loss_would_be(method: str) -> None:
+    bench = Bench(method=method, unguarded=True)
+    bench.board.rc_us = (1500,) * 16
+    bench.run(2.0)
+    received = [reading for reading in bench.readings if isinstance(reading, RcInput)]
+    assert bool(received) is (method == "do_set_servo")
+    bench.readings.clear()
+    bench.faults.active = frozenset({"rc_lost"})
+    bench.run(2.0)
+    assert all(reading.lost for reading in [reading for reading in bench.readings if isinstance(reading, RcInput)][-1:])
 
 
 def test_another_system_on_the_line_is_not_the_board() -> None:
@@ -192,6 +219,41 @@ def test_another_system_on_the_line_is_not_the_board() -> None:
     assert bench.readings == [] and "silent for" in bench.text and bench.last("RC_CHANNELS_OVERRIDE").target_system == 1
 
 
+def test_messages_of_the_boards_own_dialect_are_not_noise() -> None:
+    bench = Bench()
+    number, payload = 11039, bytes(range(1, 200))  # of ardupilotmega.xml
+    head = struct.pack("<BBBBBBBHB", 0xFD, len(payload), 0, 0, 0, 1, 1, number & 0xFFFF, number >> 16)
+    for _ in range(100):
+        bench.stream.device.send((head + payload + b"\x12\x34") * 5, bench.now_s)
+        bench.run(0.05)
+        assert "wrong baud rate" not in bench.text
+    assert bench.text == ""
+
+
+def test_whatever_a_board_says_in_sound_frames_the_bridge_goes_on() -> None:
+    """Random payloads with the right checksum, of every message that the bridge reads."""
+    bench, rng = Bench(), random.Random(6)
+    bench.run(2.0)
+    kinds = [mavlink.mavlink_map[number] for number in (0, 1, 22, 36, 65, 77, 251, 252)]
+    for _ in range(400):
+        kind = rng.choice(kinds)
+        payload = bytearray(rng.randbytes(kind.unpacker.size))
+        if kind.id in (22, 251, 252) and rng.random() < 0.7:
+            name = rng.choice((b"RC_OVERRIDE_TIME", b"SERVO_RC_FS_MSK\0", b"leak" + b"\0" * 12))[: 16 if kind.id == 22 else 10]
+            payload[8 : 8 + len(name)] = name
+            payload[0 if kind.id == 22 else 4 : 4 if kind.id == 22 else 8] = struct.pack("<f", rng.choice((math.nan, math.inf, -math.inf, 1e30, -5.0, 0.5)))
+        bench.stream.device.send(frame(Packed(kind.id, bytes((kind.crc_extra,)), bytes(payload)), 0, 1, 1), bench.now_s)
+        bench.run(0.05)
+        assert isinstance(bench.text, str)
+    for reading in bench.readings:
+        if isinstance(reading, ThrusterFeedback):
+            assert -1.0 <= reading.throttle <= 1.0 and (reading.azimuth_rad is None or abs(reading.azimuth_rad) <= math.pi)
+        elif isinstance(reading, Battery):
+            assert 0.0 < reading.voltage_v < 65.6 and (reading.remaining is None or 0.0 <= reading.remaining <= 1.0)
+    bench.run(12.0)
+    assert bench.text == ""
+
+
 def test_without_its_table_it_is_refused() -> None:
     with pytest.raises(ConfigError, match=r"needs a table \[actuator.mavlink\]"):
         open_actuator(replace(bridge_config(), mavlink=None), VESSEL, MemoryStream("pixhawk"))
@@ -200,16 +262,44 @@ def test_without_its_table_it_is_refused() -> None:
 # --- the board, as ArduPilot is -----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("mask", "left_us"), [(65535.0, 1520.0), (0.0, 1760.0)])
-def test_as_it_comes_the_board_holds_an_override_for_three_seconds(mask: float, left_us: float) -> None:
-    """And then for ever, unless its mask sends the output to trim."""
+@pytest.mark.parametrize(
+    ("settings", "left_us"),
+    [
+        ({}, 1520.0),
+        ({"SERVO_RC_FS_MSK": 0.0}, 1760.0),  # for ever
+        ({"FS_THR_ENABLE": 0.0}, 1760.0),
+    ],
+)
+def test_without_a_receiver_the_boards_failsafe_frees_the_outputs_if_it_is_set_to(settings: dict[str, float], left_us: float) -> None:
     bench = Bench()
-    bench.board.parameters.update(RC_OVERRIDE_TIME=3.0, SERVO_RC_FS_MSK=mask)
+    bench.board.parameters.update({"RC_OVERRIDE_TIME": 3.0, "RC_FS_TIMEOUT": 1.0, **settings})  # but for `settings` as it comes
+    bench.run(2.0)
+    bench.run(0.9, armed=None)
+    assert bench.board.pulses_us[9] == 1760.0
+    bench.run(0.2, armed=None)
+    assert bench.board.pulses_us[9] == left_us
+    bench.run(9.0, armed=None)
+    assert bench.board.pulses_us[9] == left_us
+
+
+def test_with_a_receiver_an_override_lasts_for_three_seconds_as_it_comes() -> None:
+    bench = Bench()
+    bench.board.rc_us = (1500,) * 8 + (1400,) * 8
+    bench.board.parameters["RC_OVERRIDE_TIME"] = 3.0
     bench.run(2.0)
     bench.run(2.9, armed=None)
     assert bench.board.pulses_us[9] == 1760.0
     bench.run(0.2, armed=None)
-    assert bench.board.pulses_us[9] == left_us
+    assert bench.board.pulses_us[9] == 1400.0
+
+
+def test_a_channel_that_the_receiver_lacks_is_full_astern_and_that_is_said_before() -> None:
+    bench = Bench()
+    bench.board.rc_us = (1500,) * 8
+    bench.run(3.0)
+    assert "has 8 channels and lacks 10" in bench.text
+    bench.run(0.6, armed=None)
+    assert bench.board.pulses_us[9] == 1000.0
 
 
 def test_a_receiver_gets_the_channels_when_the_companion_falls_silent() -> None:
@@ -221,3 +311,56 @@ def test_a_receiver_gets_the_channels_when_the_companion_falls_silent() -> None:
     assert bench.board.pulses_us[9] == 1400.0
 
 
+
+
+# --- servos, relays, lamps ----------------------------------------------------------------------------------------
+
+
+class Equipped(Bench):
+    """With a winch on channel 13, a pump on relay 3, and the beacon on relays 0 to 2."""
+
+    def __init__(self, **board: object) -> None:
+        wiring = {"servo_channels": (13,), "relays": (3,), "lamps": (0, 1, 2), "unguarded": True, **board}
+        super().__init__(**wiring)
+        self.vessel = replace(self.vessel, servos=(ServoConfig("winch", rest_us=1500.0 if self.config.mavlink.method == "override" else None),), relays=(RelayConfig("pump"),))
+        self.driver = open_actuator(replace(self.config, servos=("winch",), relays=("pump",)), self.vessel, self.stream)
+
+    def do(self, seconds: float, auxiliary: Auxiliary, beacon: Beacon = DARK) -> list[list[bool]]:
+        """What its relays did meanwhile."""
+        seen = []
+        for _ in range(round(seconds * 20)):
+            self.run(0.05, armed=None)
+            self.driver.read(self.now_s)
+            self.driver.write(ActuatorCommand(self.now_s, True, HALF, auxiliary=auxiliary, beacon=beacon), self.now_s)
+            seen.append(list(self.board.relays[:4]))
+        return seen
+
+
+@pytest.mark.parametrize("method", ["override", "do_set_servo"])
+def test_servos_relays_and_lamps_on_it_obey(method: str) -> None:
+    bench = Equipped(method=method)
+    seen = bench.do(10.0, Auxiliary((1900.0,), (True,)), Beacon(Light.STEADY, Light.OFF, Light.BLINK))[40:]
+    assert bench.text == "" and bench.board.pulses_us[13] == 1900.0
+    assert {(red, yellow, pump) for red, yellow, _, pump in seen} == {(True, False, True)}
+    assert sum(green for _, _, green, _ in seen) == pytest.approx(len(seen) / 2, abs=3)
+    assert sum(a[2] is not b[2] for a, b in pairwise(seen)) == pytest.approx(16, abs=1)
+    bench.do(0.2, Auxiliary())  # no demand: at rest
+    assert bench.board.relays == [False] * 6
+    assert bench.board.pulses_us[13] == (1500.0 if method == "override" else 0.0)
+    bench.do(0.2, Auxiliary((1200.0,), (True,)), Beacon(Light.STEADY))
+    bench.driver.close()
+    bench.run(0.1, armed=None)
+    assert bench.board.relays == [False] * 6
+
+
+def test_a_relay_is_ordered_when_it_changes_and_once_a_second() -> None:
+    bench = Equipped()
+    bench.do(10.0, Auxiliary((None,), (True,)))
+    orders = [message.param1 for message in bench.sent if getattr(message, "command", 0) == mavlink.MAV_CMD_DO_SET_RELAY]
+    assert {number: orders.count(float(number)) for number in range(4)} == pytest.approx(dict.fromkeys(range(4), 10), abs=1)
+
+
+def test_a_relay_that_the_board_does_not_have_is_named() -> None:
+    bench = Equipped(relays=(9,))
+    bench.do(3.0, Auxiliary((None,), (True,)))
+    assert "refuses DO_SET_RELAY" in bench.text

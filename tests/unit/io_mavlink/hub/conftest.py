@@ -70,6 +70,8 @@ class FakeSupervisor:
         self.asked: list[tuple[Any, ...]] = []
         self.sticks: list[ManualInput] = []
         self.heard: list[int] = []
+        self.remote_system: int | None = None
+        self.sticks_refused: dict[int, str] = {}
         self.reports: list[AisTarget] = []
         self.now = Status(
             0.0, ModeId.HOLD, ModeId.HOLD, False, (), (), Home(63.44, 10.4, 1.0, 0.5), MissionProgress(MissionState.NOT_STARTED, 0, 3)
@@ -130,6 +132,19 @@ class FakeSupervisor:
     @property
     def auxiliary(self) -> FakeSupervisor:
         return self
+
+    @property
+    def following(self) -> FakeSupervisor:
+        return self
+
+    def stick_refusal(self, system_id: int) -> str | None:
+        return self.sticks_refused.get(system_id)
+
+    def set_station(self, bearing_rad: float | None, distance_m: float | None, now_s: float) -> Outcome:
+        return self._take("set_station", bearing_rad, distance_m)
+
+    def follow(self, system_id: int | None, now_s: float) -> Outcome:
+        return self._take("follow", system_id)
 
     def request(self, action: object, now_s: float) -> Outcome:
         return self._take("auxiliary", action)

@@ -29,13 +29,14 @@ from companion.core.microcontroller_frame import (
     unframe,
 )
 from companion.core.types import Deployment, Light
+from tests.unit.io.actuators.firmware.host import ENVIRONMENT
 
 EDGES = (0, 1, 2, 3, 4, 5, 6, 7, 8, 15, 16, 17, 31, 32, 33, 63, 64, 127, 128, 254, 255)  # where rules of fields change their mind
 
 
 def heard_by_c(program: Path, wire: bytes) -> tuple[list[tuple[int, bytes]], int, int]:
     """Accepts as (offset of the last byte, frame), and what the receiver counted: frames, errors."""
-    done = subprocess.run([str(program)], input=wire, capture_output=True, check=True, timeout=300)
+    done = subprocess.run([str(program)], input=wire, capture_output=True, check=True, timeout=300, env=ENVIRONMENT)
     accepts, at = [], 0
     while at < len(done.stdout):
         offset, length = struct.unpack_from("<IH", done.stdout, at)
@@ -130,8 +131,8 @@ def fuzzed(count: int, seed: int) -> Iterator[tuple[bytes, bytes | None]]:
             yield rng.randbytes(rng.randrange(300)).replace(b"\0", b"\x01" if dice < 0.95 else b"\0"), None
 
 
-def compare(program: Path, count: int, seed: int) -> tuple[int, int]:
-    """(frames heard, frames heard that nobody sent), once both codecs agree on every accept and every error."""
+def compare(program: Path, count: int, seed: int) -> tuple[int, int, int]:
+    """(frames heard, frames heard that nobody sent, frames that only their CRC gave away), once both codecs agree on every accept and every error."""
     pieces, starts, meant, at = [], [], [], 0
     for wire, sound in fuzzed(count, seed):
         pieces.append(wire)
@@ -146,7 +147,15 @@ def compare(program: Path, count: int, seed: int) -> tuple[int, int]:
         i = bisect_right(starts, offset) - 1
         j = bisect_left(starts, starts[i])  # pieces may be empty
         false += _canonical(heard) not in {_canonical(sound) for sound in meant[max(0, j - 3) : i + 1] if sound is not None}
-    return len(by_c[0]), false
+    return len(by_c[0]), false, sum(map(_only_crc_is_wrong, stream.split(b"\0")))
+
+
+def _only_crc_is_wrong(encoded: bytes) -> bool:
+    """Whether it would be a message if its CRC said so."""
+    raw = unframe(encoded) if len(encoded) <= 254 else None
+    if raw is None or len(raw) < 4 or raw[0] != 1 or crc_hqx(raw[:-2], 0xFFFF) == struct.unpack("<H", raw[-2:])[0]:
+        return False
+    return decode(frame(raw[:-2] + struct.pack("<H", crc_hqx(raw[:-2], 0xFFFF)))[1:-1]) is not None
 
 
 def _canonical(wire: bytes) -> bytes:
@@ -155,22 +164,25 @@ def _canonical(wire: bytes) -> bytes:
     return wire if message is None else encode(message)
 
 
-def _most_by_chance(count: int) -> float:
-    """Five sigma above one in 65536 of all frames."""
-    expected = count / 65536
-    return expected + 5.0 * math.sqrt(expected)
+def _most_by_chance(count: int) -> int:
+    """Of frames that only a CRC of 16 bits keeps out: passed by fewer than one run in a million with more of them."""
+    expected, most, tail = count / 65536, 0, 1.0 - math.exp(-count / 65536)
+    while tail > 1e-6:
+        most += 1
+        tail -= math.exp(-expected) * expected**most / math.factorial(most)
+    return most
 
 
 def test_both_codecs_hear_the_same_in_100_000_fuzzed_frames(host_codec: Path) -> None:
-    heard, false = compare(host_codec, 100_000, seed=20)
-    assert heard > 10_000 and false <= _most_by_chance(100_000)
+    heard, false, kept_out = compare(host_codec, 100_000, seed=20)
+    assert heard > 10_000 and kept_out > 5_000 and false <= _most_by_chance(kept_out)
 
 
 @pytest.mark.sweep
 def test_both_codecs_hear_the_same_in_a_million_fuzzed_frames(host_codec: Path) -> None:
-    heard, false = compare(host_codec, 1_000_000, seed=21)
-    print(f"{heard} heard, {false} of them never sent")
-    assert heard > 100_000 and false <= _most_by_chance(1_000_000)
+    heard, false, kept_out = compare(host_codec, 1_000_000, seed=21)
+    print(f"{heard} heard, {false} of them never sent; {kept_out} kept out by their CRC alone, of which {kept_out / 65536:.1f} pass by chance")
+    assert heard > 100_000 and kept_out > 50_000 and false <= _most_by_chance(kept_out)
 
 
 def test_both_ends_of_the_azimuth_mean_astern(host_codec: Path) -> None:

@@ -34,6 +34,7 @@ from companion.core.types import (
 )
 from companion.io.actuators import open_actuator
 from companion.io.transport import TransportOpener
+from tests.unit.io.actuators.firmware.host import ENVIRONMENT
 
 REVOLT = load_vessel(find("revolt"))
 VESSEL: VesselConfig = replace(REVOLT, servos=(ServoConfig("winch"),), relays=(RelayConfig("lamp"), RelayConfig("pump")))
@@ -76,7 +77,8 @@ class Firmware:
         tty.setraw(slave)
         self.url = f"serial:{os.ttyname(slave)}:115200"
         self._slave = slave  # held, so that the line stays when the other end closes
-        self.process = subprocess.Popen([str(program), str(self.line)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, pass_fds=(self.line,))
+        pipe = subprocess.PIPE
+        self.process = subprocess.Popen([str(program), str(self.line)], stdin=pipe, stdout=pipe, pass_fds=(self.line,), env=ENVIRONMENT)
         assert self.process.stdout is not None
         self._output = self.process.stdout.fileno()
         os.set_blocking(self._output, False)

@@ -1,0 +1,65 @@
+"""The station on the lead boat: by parameters, or as commanded under way."""
+
+from __future__ import annotations
+
+import math
+
+from companion.core.angles import wrap_pi
+from companion.core.types import ACCEPTED, Outcome, Result, Severity
+from companion.modes.events import EventLog
+from companion.params import Parameters
+
+_NAMES = ("FLW_TGT_DST", "FLW_TGT_FA")
+
+
+class FollowStation:
+    """`now` is the station in force. Remembers a commanded one until the next command, until the boat is disarmed, or until FLW_TGT_DST or
+    FLW_TGT_FA is set."""
+
+    def __init__(self, parameters: Parameters, events: EventLog) -> None:
+        self._parameters = parameters
+        self._events = events
+        self._commanded: tuple[float, float] | None = None
+        parameters.on_change(lambda name, _value: self.drop() if name in _NAMES else None)
+
+    @property
+    def now(self) -> tuple[float, float]:
+        """(distance_m, bearing_rad in the leader's frame: π astern, 0 ahead, positive to starboard)."""
+        if self._commanded is not None:
+            return self._commanded
+        return self._parameters["FLW_TGT_DST"], wrap_pi(math.radians(self._parameters["FLW_TGT_FA"]))
+
+    def command(self, bearing_rad: float | None, distance_m: float | None, now_s: float) -> Outcome:
+        """Another station; None keeps what is. Refusals are said as events too."""
+        kept_m, kept_rad = self.now
+        bearing_rad = kept_rad if bearing_rad is None else bearing_rad
+        distance_m = kept_m if distance_m is None else distance_m
+        if not math.isfinite(bearing_rad) or abs(bearing_rad) > 2.0 * math.pi + 1e-6:
+            return self._refuse(f"bearing {math.degrees(bearing_rad):g} deg is not within -360 to 360", now_s)
+        spec = self._parameters.spec("FLW_TGT_DST")
+        assert spec is not None
+        if not spec.minimum <= distance_m <= spec.maximum:
+            return self._refuse(f"{distance_m:g} m is not within {spec.minimum:g} to {spec.maximum:g} m", now_s)
+        if distance_m < self._parameters["FOLL_MIN_DIST"]:
+            return self._refuse(f"{distance_m:g} m is nearer than FOLL_MIN_DIST, {self._parameters['FOLL_MIN_DIST']:g} m", now_s)
+        self._commanded = distance_m, wrap_pi(bearing_rad)
+        self._events.say(now_s, Severity.INFO, "station", f"Station {station_text(self.now)}")
+        return ACCEPTED
+
+    def drop(self) -> None:
+        """Back to the parameters."""
+        self._commanded = None
+
+    def _refuse(self, reason: str, now_s: float) -> Outcome:
+        text = f"Station refused: {reason}"
+        self._events.say(now_s, Severity.WARNING, "refused", text)
+        return Outcome(Result.DENIED, text)
+
+
+def station_text(station: tuple[float, float]) -> str:
+    """For people."""
+    distance_m, bearing_rad = station
+    bearing_deg = round(math.degrees(bearing_rad))
+    if abs(bearing_deg) in (0, 180):
+        return f"{distance_m:.0f} m {'astern' if bearing_deg else 'ahead'}"
+    return f"{distance_m:.0f} m at {abs(bearing_deg)} deg to {'starboard' if bearing_deg > 0 else 'port'}"

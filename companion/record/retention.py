@@ -1,0 +1,73 @@
+"""Old log folders give way to new ones."""
+
+from __future__ import annotations
+
+import shutil
+import threading
+from collections.abc import Callable
+from pathlib import Path
+
+_MARK = "manifest.json"  # what makes a folder a log: nothing else is ever deleted
+_PERIOD_S = 300.0
+
+
+def size_bytes(folder: Path) -> int:
+    """Of all files in it; those that vanish meanwhile count nothing."""
+    total = 0
+    for path in folder.rglob("*"):
+        try:
+            total += path.stat().st_size if path.is_file() else 0
+        except OSError:
+            continue
+    return total
+
+
+def trim(directory: Path, limit_bytes: int, current: Path) -> tuple[list[Path], int]:
+    """Delete the oldest log folders in `directory` until all together hold no more than `limit_bytes`. `current` is never touched.
+
+    Returns what was deleted, and how many bytes are left. What cannot be deleted stays, without an error.
+    """
+    logs = [path for path in directory.iterdir() if (path / _MARK).is_file()] if directory.is_dir() else []
+    sizes = {path: size_bytes(path) for path in logs}
+    total = sum(sizes.values())
+    deleted: list[Path] = []
+    for path in sorted((path for path in logs if path.resolve() != current.resolve()), key=_begun):
+        if total <= limit_bytes:
+            break
+        shutil.rmtree(path, ignore_errors=True)
+        if not path.exists():
+            deleted.append(path)
+            total -= sizes[path]
+    return deleted, total
+
+
+def _begun(path: Path) -> float:
+    try:
+        return (path / _MARK).stat().st_mtime
+    except OSError:
+        return 0.0
+
+
+class Retention:
+    """Trims in a thread of its own: at once, and every five minutes. Says once when the present run alone is over the limit."""
+
+    def __init__(self, directory: Path, limit_bytes: int, current: Path, warn: Callable[[str], None]) -> None:
+        self._arguments = (directory, limit_bytes, current)
+        self._warn = warn
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="log-retention", daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        self._stop.set()
+        self._thread.join(timeout=5.0)
+
+    def _run(self) -> None:
+        warned = False
+        while True:
+            _, left = trim(*self._arguments)
+            if left > self._arguments[1] and not warned:
+                warned = True
+                self._warn(f"logs hold {left / 1e6:.0f} MB, more than their limit of {self._arguments[1] / 1e6:.0f} MB: nothing older is left to delete")
+            if self._stop.wait(_PERIOD_S):
+                return

@@ -1,0 +1,53 @@
+"""Old logs go, the newest and whatever is no log stay."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from companion.record.retention import Retention, size_bytes, trim
+
+
+def log(directory: Path, name: str, begun_s: float, size: int = 1000) -> Path:
+    folder = directory / name
+    folder.mkdir()
+    (folder / "ticks.csv").write_bytes(b"x" * size)
+    (folder / "manifest.json").write_bytes(b"{}")
+    os.utime(folder / "manifest.json", (begun_s, begun_s))
+    return folder
+
+
+def test_the_oldest_go_first_and_no_more_than_needed(tmp_path: Path) -> None:
+    logs = [log(tmp_path, f"revolt-{n}", 100.0 * n) for n in range(5)]
+    deleted, left = trim(tmp_path, 3100, logs[4])
+    assert deleted == logs[:2]
+    assert left == sum(map(size_bytes, logs[2:])) <= 3100
+
+
+def test_the_present_run_stays_whatever_its_size_and_age(tmp_path: Path) -> None:
+    present = log(tmp_path, "present", 0.0, 5000)
+    other = log(tmp_path, "other", 100.0)
+    deleted, left = trim(tmp_path, 100, present)
+    assert deleted == [other]
+    assert present.is_dir() and left == size_bytes(present)
+
+
+def test_what_is_no_log_is_never_deleted(tmp_path: Path) -> None:
+    precious = tmp_path / "photographs"
+    precious.mkdir()
+    (precious / "grandmother.jpg").write_bytes(b"x" * 10_000)
+    (tmp_path / "notes.txt").write_bytes(b"x" * 10_000)
+    assert trim(tmp_path, 10, tmp_path / "none") == ([], 0)
+    assert (precious / "grandmother.jpg").is_file() and (tmp_path / "notes.txt").is_file()
+
+
+def test_no_directory_no_work(tmp_path: Path) -> None:
+    assert trim(tmp_path / "none", 10, tmp_path) == ([], 0)
+
+
+def test_a_run_that_alone_is_too_large_is_told_once(tmp_path: Path) -> None:
+    present = log(tmp_path, "present", 0.0, 5000)
+    warnings: list[str] = []
+    retention = Retention(tmp_path, 100, present, warnings.append)
+    retention.close()
+    assert len(warnings) == 1 and "more than their limit" in warnings[0]
