@@ -19,6 +19,7 @@ def bridge_problems(thrusters: Sequence[ThrusterConfig], actuators: Sequence[Act
     by_name = {thruster.name: thruster for thruster in thrusters}
     for i, actuator in enumerate(actuators):
         driven = [by_name[name] for name in actuator.thrusters if name in by_name]
+        problems += [(("actuator", i, *place), text) for place, text in _of_parts(actuator)]
         turned = {thrusters[k].name for k in azimuths_of(actuator, thrusters, actuators)}
         problems += [(("actuator", i, *place), text) for place, text in _of_mavlink(actuator, driven, turned)]
         if actuator.mavlink is not None and actuator.mavlink.method == "override":
@@ -50,6 +51,23 @@ def _of_output(output: OutputConfig, thruster: ThrusterConfig, pulses: bool) -> 
         problems.append(("azimuth_trim_deg", "a servo is calibrated by azimuth_min_us and azimuth_max_us"))
     if output.azimuth_min_us == output.azimuth_max_us:
         problems.append(("azimuth_max_us", "should differ from azimuth_min_us"))
+    return problems
+
+
+def _of_parts(actuator: ActuatorConfig) -> list[Problem]:
+    """Bridges whose drives have tables of their own have one for each, and others none."""
+    problems: list[Problem] = []
+    for driver, table, rows in (("nanotec", "drive", actuator.drives), ("nmea2000", "motor", actuator.motors)):
+        if actuator.driver == driver:
+            served = {row.thruster for row in rows}
+            driven = dict.fromkeys((*actuator.thrusters, *actuator.azimuths))
+            problems += [(("driver",), f"needs an [[actuator.{table}]] for '{name}'") for name in driven if name not in served]
+            if not driven:
+                problems.append((("driver",), "drives nothing: name thrusters, or azimuths"))
+        elif rows:
+            problems.append(((table,), f"only for the driver '{driver}', not '{actuator.driver}'"))
+    if actuator.driver == "nanotec" and actuator.thrusters:
+        problems.append((("thrusters",), "this bridge drives azimuths alone: name them in 'azimuths', and another bridge for the propellers"))
     return problems
 
 

@@ -68,6 +68,13 @@ def test_each_throttle_and_each_azimuth_has_one_bridge() -> None:
         (BOARD, DRIVES.replace('thruster = "stern_starboard"', 'thruster = "stern_port"'), "actuator[2].drive[2].thruster: 'stern_port' has two"),
         (BOARD, DRIVES.replace('thruster = "stern_starboard"', 'thruster = "bow"'),
          "actuator[2].drive[2].thruster: 'bow' is not among the thrusters or azimuths of this bridge"),
+        (BOARD, DRIVES.partition('[[actuator.drive]]\nthruster = "stern_starboard"')[0],
+         "actuator[2].driver: needs an [[actuator.drive]] for 'stern_starboard'"),
+        (BOARD.replace(', "bow"]', "]"), DRIVES.replace("azimuths = [", 'thrusters = ["bow"]\nazimuths = ['),
+         "actuator[2].thrusters: this bridge drives azimuths alone: name them in 'azimuths', and another bridge for the propellers"),
+        (BOARD, DRIVES.replace("nanotec", "nmea2000"), "actuator[2].drive: only for the driver 'nanotec', not 'nmea2000'"),
+        (BOARD, DRIVES.replace("nanotec", "nmea2000"), "actuator[2].driver: needs an [[actuator.motor]] for 'stern_port'"),
+        (BOARD, '[[actuator]]\nname = "x"\ndriver = "nanotec"\nport = "serial:/dev/x"\n', "actuator[2].driver: drives nothing: name thrusters, or azimuths"),
     ],
 )  # fmt: skip
 def test_what_is_driven_by_none_or_two_is_told(board: str, drives: str, problem: str) -> None:
