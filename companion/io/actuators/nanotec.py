@@ -70,7 +70,7 @@ class NanotecBridge:
                 drive.demand(azimuth_rad)
             else:
                 drive.halt()
-            if drive.known and not drive.ok and now_s - self._reported_s[drive.index] >= _REPORT_PERIOD_S:
+            if drive.known and not drive.ok and not self._silent() and now_s - self._reported_s[drive.index] >= _REPORT_PERIOD_S:
                 self._report(drive, now_s)
         self._exchange(now_s)
 
@@ -80,7 +80,7 @@ class NanotecBridge:
         fault = self._stream.fault()
         trouble = [drive.trouble for drive in self.drives if drive.trouble]
         unknown = not all(drive.known for drive in self.drives)
-        silent = all(drive.phase is Phase.ABSENT for drive in self.drives) or age_s is None or age_s > self._config.timeout_s
+        silent = self._silent() or age_s is None or age_s > self._config.timeout_s
         counts = f"{self._answers} answers, {self._unanswered} missing, {self._bad} bad"
         text = fault or (self._silence(age_s) if silent else "; ".join(trouble))
         return DeviceHealth(self.name, fault is None and not silent and not unknown, age_s, f"{text} ({counts})" if text else counts)
@@ -93,6 +93,10 @@ class NanotecBridge:
         if self._heard_s is not None:
             self._stream.write(b"#*S1\r", self._heard_s)
         self._stream.close()
+
+    def _silent(self) -> bool:
+        """No drive at all answers: that is for the bridge to say, not for each thruster."""
+        return all(drive.phase is Phase.ABSENT for drive in self.drives)
 
     def _silence(self, age_s: float | None) -> str:
         if self._bytes_since_answer >= _SILENT_BYTES:
@@ -113,7 +117,7 @@ class NanotecBridge:
                     return
                 self._pending = None
                 self._unanswered += 1
-                if drive.unanswered(now_s):
+                if drive.unanswered(now_s) and not self._silent():
                     self._report(drive, now_s)
             if not self._ask(now_s):
                 return

@@ -141,8 +141,10 @@ class Nmea2000Bridge:
         if any(motor.address is None for motor in self.motors) and now_s - self._asked_s >= _ASK_PERIOD_S:
             self._asked_s = now_s
             self._send(self._node.request(CONTROL), now_s)
+        silent = self._heard_s is None or now_s - self._heard_s > self._config.timeout_s  # all of them: that is for the bridge to say
         for motor in self.motors:
-            if motor.heard_s is not None and now_s - max(motor.heard_s + self._config.timeout_s, motor.reported_s + _REPORT_PERIOD_S) > 0.0:
+            lost_s = now_s if motor.heard_s is None or silent else max(motor.heard_s + self._config.timeout_s, motor.reported_s + _REPORT_PERIOD_S)
+            if now_s > lost_s:
                 self._readings.append(motor.feedback(self.name, now_s, lost=True))
             if motor.address is not None:
                 self._send(self._command(motor, command.thrusters[motor.index], command.armed, now_s), now_s)
