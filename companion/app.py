@@ -20,10 +20,13 @@ from companion.core.types import Severity
 from companion.guidance.path import PathKind, build_path
 from companion.io.actuators import DRIVERS as ACTUATOR_DRIVERS
 from companion.io.actuators import open_actuator
+from companion.io.corrections import CorrectionsRelay, CorrectionsSource
 from companion.io.mavlink.links import Link
 from companion.io.mavlink.services import connect
+from companion.io.nmea_out import NmeaOut
 from companion.io.sensors import DRIVERS as SENSOR_DRIVERS
 from companion.io.sensors import open_sensor
+from companion.io.transport import device_endpoint
 from companion.io.urls import TransportError, parse_url
 from companion.loop import Blocks, Devices, Vessel
 from companion.mission.executor import MissionExecutor
@@ -72,23 +75,33 @@ def _port_problems(path: Path) -> list[str]:
     """Drivers that do not exist, and URLs that can never be opened, also in a file with other faults."""
     found: list[str] = []
 
-    def check_url(loc: tuple[str | int, ...], url: object) -> None:
+    def check_url(loc: tuple[str | int, ...], url: object, judge: Callable[[str], object]) -> None:
         try:
-            parse_url(str(url))
+            judge(str(url))
         except TransportError as error:
             found.append(config_module.placed(path, loc, str(error)))
 
     tables = config_module.raw(path)
     for table, drivers in (("sensor", set(SENSOR_DRIVERS)), ("actuator", set(ACTUATOR_DRIVERS))):
-        for i, row in enumerate(tables.get(table, ())):
+        for i, row in _rows(tables, table):
             if "driver" in row and row["driver"] not in drivers:
                 text = f"no driver '{row['driver']}'; known: {', '.join(sorted(drivers))}"
                 found.append(config_module.placed(path, (table, i, "driver"), text))
             if "port" in row:
-                check_url((table, i, "port"), row["port"])
+                check_url((table, i, "port"), row["port"], device_endpoint)
+    for table in ("corrections", "nmea_out"):
+        for i, row in _rows(tables, table):
+            if "port" in row:
+                check_url((table, i, "port"), row["port"], device_endpoint)
     for i, url in enumerate(tables.get("links", ())):
-        check_url(("links", i), url)
+        check_url(("links", i), url, parse_url)
     return found
+
+
+def _rows(tables: Mapping[str, Any], table: str) -> list[tuple[int, dict[str, Any]]]:
+    """The numbered rows of a [[table]]; none where the file has something else there, which is told elsewhere."""
+    rows = tables.get(table)
+    return [(i, row) for i, row in enumerate(rows) if isinstance(row, dict)] if isinstance(rows, list) else []
 
 
 def _allowed(table: Parameters, name: str) -> str:
@@ -111,6 +124,7 @@ class Surroundings:
     defaults: Mapping[str, float] | None = None  # of parameters, over the vessel's own
     patience: float = 1.0  # with ground stations, whose time runs slower than the vessel's
     devices: Devices | None = None  # None: those of the configuration, opened
+    network: StreamOpener | None = None  # opens what is no device of the boat: corrections, NMEA out; None: nothing of that
 
 
 def build(config: VesselConfig, around: Surroundings) -> Vessel:
@@ -129,7 +143,7 @@ def build(config: VesselConfig, around: Surroundings) -> Vessel:
     availability = Availability(config, parameters, events.say)
     allocator = (JetAllocator if config.thrusters[0].kind == "jet" else Allocator)(config, parameters)
     blocks = Blocks(estimator, supervisor, Controller(config, parameters), availability, allocator, Gate(config))
-    devices = around.devices or _devices(config, around)
+    devices, relay = _devices(config, around, events)
     vessel = Vessel(config, parameters, plans, executor, events, blocks, devices, around.clock)
     if around.state is not None:
         vessel.add_recorder(ProgressKeeper(executor, supervisor, around.state, warn))
@@ -138,17 +152,33 @@ def build(config: VesselConfig, around: Surroundings) -> Vessel:
         vessel.add_recorder(log)
         parameters.on_change(log.parameter)
     ear = None if log is None else log.heard
+    vessel.add_recorder(relay)
+    if around.network is not None:
+        for row in config.nmea_out:
+            vessel.add_recorder(NmeaOut(row, config.thrusters, around.network.open("nmea_out", row.port), events.say))
     logs = None if around.log_folder is None else around.log_folder.parent
-    vessel.attach(connect(vessel, around.links, program_version(), _tap(log, around.clock), ear, around.patience, logs))
+    vessel.attach(connect(vessel, around.links, program_version(), _tap(log, around.clock), ear, around.patience, logs, relay))
     return vessel
 
 
-def _devices(config: VesselConfig, around: Surroundings) -> Devices:
-    return Devices(
+def _devices(config: VesselConfig, around: Surroundings, events: EventLog) -> tuple[Devices, CorrectionsRelay]:
+    """The devices, and what carries corrections to the receivers among them."""
+    receivers = [sensor.name for sensor in config.sensors if sensor.rtcm or sensor.name in {row.to for row in config.corrections}]
+    names = [f"corrections_{number}" for number in range(1, len(config.corrections) + 1)]
+    if around.devices is not None:
+        return around.devices, CorrectionsRelay(dict.fromkeys(receivers), names, events.say)
+    ports = {sensor.name: around.opener.open(sensor.name, sensor.port) for sensor in config.sensors}
+    relay = CorrectionsRelay({name: ports[name] for name in receivers}, names, events.say)
+    network = around.network
+    sources = () if network is None else tuple(
+        CorrectionsSource(row, name, network.open(name, row.port), relay) for name, row in zip(names, config.corrections, strict=True)
+    )
+    devices = Devices(
         world=around.world,
-        sensors=tuple(open_sensor(sensor, around.opener.open(sensor.name, sensor.port)) for sensor in config.sensors),
+        sensors=(*(open_sensor(sensor, ports[sensor.name]) for sensor in config.sensors), *sources),
         actuators=tuple(open_actuator(bridge, config, around.opener.open(bridge.name, bridge.port)) for bridge in config.actuators),
     )
+    return devices, relay
 
 
 def warm_up() -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import gc
 import os
-import signal
 import sys
 import threading
 import time
@@ -16,8 +15,11 @@ from typing import TYPE_CHECKING
 
 from companion import config as config_module
 from companion.app import Surroundings, build, load_vessel, program_version, warm_up
+from companion.cli_sitl import add_to as add_sitl_to
 from companion.clock import PacedClock, SimulatedClock, WallClock
-from companion.commands import bollard, logs, missions, report, service, thruster_test
+from companion.commands import bollard, devices, logs, missions, report, service, thruster_test
+from companion.commands.common import Interrupt, UsageError
+from companion.commands.common import fresh_folder as _fresh
 from companion.config import ConfigError, HomeConfig, SensorConfig, VesselConfig
 from companion.io.mavlink.links import Link, LinkError, MemoryLink, open_link
 from companion.io.service_manager import service_manager
@@ -35,10 +37,6 @@ if TYPE_CHECKING:
     from sitl.world import World
 
 _SITL_LINKS = ("udpout:127.0.0.1:14550", "tcpin:127.0.0.1:5760")
-
-
-class UsageError(Exception):
-    """A command line that cannot be carried out; one line that says what to do."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -65,7 +63,8 @@ def _parser() -> argparse.ArgumentParser:
     run_ = commands.add_parser("run", help="run a vessel, real or simulated")
     run_.add_argument("vessel", metavar="VESSEL", help=f"a bundled name ({', '.join(config_module.bundled())}) or a TOML file")
     run_.add_argument("--sitl", action="store_true", help="with the simulated boat in place of its devices")
-    run_.add_argument("--speed", type=float, default=1.0, metavar="N", help="with --sitl: N times as fast as the wall clock")
+    run_.add_argument("--devices", type=Path, metavar="DIR", help="with the devices of a `companion sitl`: /dev/NAME is DIR/NAME")
+    run_.add_argument("--speed", type=float, default=1.0, metavar="N", help="with --sitl or --devices: N times as fast as the wall clock")
     run_.add_argument("--link", action="append", metavar="URL", help="replaces the vessel's links; udpout:, udpin:, tcpin:, tcpout:, serial:")
     run_.add_argument("--home", metavar="LAT,LON,HEADING_DEG", help="replaces the vessel's home")
     run_.add_argument("--state", type=Path, metavar="DIR", help="where parameters and plans are kept")
@@ -80,8 +79,11 @@ def _parser() -> argparse.ArgumentParser:
 
     check = commands.add_parser("check", help="every error of a vessel's file at once, with its place")
     check.add_argument("vessel", metavar="VESSEL")
+    check.add_argument("--listen", action="store_true", help="and whether its serial devices are what it says; nothing is written to any")
     check.set_defaults(command=_check)
 
+    add_sitl_to(commands)
+    devices.add_to(commands)
     missions.add_to(commands)
 
     scenario = commands.add_parser("scenario", help="sail a named scenario in lockstep and check it")
@@ -137,13 +139,15 @@ def _run(arguments: argparse.Namespace) -> int:
     loading = threading.Thread(target=warm_up, name="warm-up")
     loading.start()
     try:
-        run(vessel, clock, stop)
+        punctuality = run(vessel, clock, stop)
     finally:
         loading.join()
         vessel.close()
         state.close()
         if retention is not None:
             retention.close()
+    if not arguments.sitl:
+        print(punctuality.text, flush=True)
     if vessel.restart_requested:
         os.execv(sys.executable, [sys.executable, "-m", "companion", *sys.argv[1:]])
     return 0
@@ -154,26 +158,33 @@ def _compose_run(
 ) -> tuple[Vessel, WallClock | PacedClock]:
     urls = arguments.link or (_SITL_LINKS if arguments.sitl else config.links)
     manifest = {"command": " ".join(sys.argv), "seed": arguments.seed if arguments.sitl else None}
+    simulated = arguments.sitl or arguments.devices is not None
     if not arguments.sitl:
         for flag in ("wind", "current", "fault"):
             if getattr(arguments, flag):
-                raise UsageError(f"--{flag} needs --sitl: a real boat brings its own")
-        wall = WallClock()
-        around = Surroundings(wall, TransportOpener(), RealWorld(), _links(urls), state, log_folder, True, manifest)
+                raise UsageError(f"--{flag} {'belongs to `companion sitl`' if simulated else 'needs --sitl: a real boat brings its own'}")
+    elif arguments.devices is not None:
+        raise UsageError("--sitl has its own devices: leave out --devices, or --sitl for those of a `companion sitl`")
+    if not arguments.speed > 0.0 or not (simulated or arguments.speed == 1.0):
+        raise UsageError(f"--speed {arguments.speed:g}: {'above 0, please' if simulated else 'needs --sitl or --devices: real time is what it is'}")
+    # people and ground stations live in wall time: what they may take must not shrink as the boat's time speeds up
+    patience = max(1.0, arguments.speed)
+    usual = {"COM_DL_LOSS_T": (10.0, 300.0), "COM_RC_LOSS_T": (0.5, 10.0), "FOLL_LOSS_T": (0.9, 10.0)}
+    defaults = {name: min(most_s, usual_s * patience) for name, (usual_s, most_s) in usual.items()} if patience > 1.0 else {}
+    if not arguments.sitl:
+        wall = WallClock(arguments.speed)
+        opener = TransportOpener(arguments.devices)
+        links = _links(urls, patience)
+        around = Surroundings(wall, opener, RealWorld(), links, state, log_folder, True, manifest, defaults, patience, network=opener)
         return build(config, around), wall
-    if not arguments.speed > 0.0:
-        raise UsageError(f"--speed {arguments.speed:g}: above 0, please")
     from sitl.truth_log import TruthLog
     from sitl.world import EPOCH_UNIX_NS, World
 
     world = World(config, seed=arguments.seed, wind=arguments.wind, current=arguments.current, faults=tuple(arguments.fault))
     paced = PacedClock(arguments.speed, EPOCH_UNIX_NS)
-    # people and ground stations live in wall time: what they may take must not shrink as the boat's time speeds up
-    patience = max(1.0, arguments.speed)
-    usual = {"COM_DL_LOSS_T": (10.0, 300.0), "COM_RC_LOSS_T": (0.5, 10.0), "FOLL_LOSS_T": (0.9, 10.0)}
-    defaults = {name: min(most_s, usual_s * patience) for name, (usual_s, most_s) in usual.items()} if patience > 1.0 else {}
     links = _links(urls, patience)
-    vessel = build(config, Surroundings(paced, world, world, links, state, log_folder, True, manifest, defaults, patience))
+    around = Surroundings(paced, world, world, links, state, log_folder, True, manifest, defaults, patience, network=TransportOpener())
+    vessel = build(config, around)
     vessel.add_recorder(TruthLog(log_folder, world, tuple(thruster.name for thruster in config.thrusters)))
     return vessel, paced
 
@@ -205,19 +216,14 @@ def _home(text: str) -> HomeConfig:
 def _kept_in(config: VesselConfig, arguments: argparse.Namespace) -> Path:
     """Where this vessel's things are kept, apart from those of its simulation."""
     base = Path(os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state")
-    return base / "usv-companion" / (f"{config.name}-sitl" if arguments.sitl else config.name)
-
-
-def _fresh(directory: Path, name: str) -> Path:
-    """A folder that is not there yet."""
-    folder, n = directory / name, 2
-    while folder.exists():
-        folder, n = directory / f"{name}-{n}", n + 1
-    return folder
+    simulated = arguments.sitl or arguments.devices is not None
+    return base / "usv-companion" / (f"{config.name}-sitl" if simulated else config.name)
 
 
 def _say_hello(config: VesselConfig, arguments: argparse.Namespace, state: StateFile, log_folder: Path) -> None:
     how = f"simulated, {arguments.speed:g} times real time" if arguments.sitl else "on its own devices"
+    if arguments.devices is not None:
+        how = f"on simulated devices in {arguments.devices}, {arguments.speed:g} times real time"
     links = ", ".join(arguments.link or (_SITL_LINKS if arguments.sitl else config.links))
     print(f"USV companion {program_version()}: {config.title}, {how}")
     print(f"links: {links}")
@@ -230,16 +236,11 @@ class _Stop:
 
     def __init__(self, clock: WallClock | PacedClock, vessel: Vessel, duration_s: float | None) -> None:
         self._clock, self._vessel, self._duration_s = clock, vessel, duration_s
-        self._asked = False
-        for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, self._ask)
-
-    def _ask(self, number: int, frame: object) -> None:
-        self._asked = True
+        self._interrupt = Interrupt()
 
     def __call__(self) -> bool:
         over = self._duration_s is not None and self._clock.now_s() >= self._duration_s
-        return self._asked or over or self._vessel.restart_requested
+        return self._interrupt.asked or over or self._vessel.restart_requested
 
 
 # --- thruster-test ------------------------------------------------------------------------------------------------
@@ -264,8 +265,11 @@ def _thruster_test(arguments: argparse.Namespace) -> int:
 
 def _check(arguments: argparse.Namespace) -> int:
     config = load_vessel(arguments.vessel)
-    print(f"{config.name}: {config.title}: no errors")
-    return 0
+    print(f"{config.name}: {config.title}: no errors", flush=True)
+    judged = devices.listen_to(config, 3.0) if arguments.listen else []
+    for _, text in judged:
+        print(text)
+    return 0 if all(well for well, _ in judged) else 1
 
 
 # --- scenario ------------------------------------------------------------------------------------------------------

@@ -26,6 +26,8 @@ from companion.core.types import (
     Allocation,
     Battery,
     Condition,
+    Corrections,
+    Depth,
     DeviceHealth,
     Inputs,
     Leak,
@@ -50,6 +52,8 @@ from companion.nav.charge import ChargeCounter
 from companion.nav.estimator import Estimator
 from companion.params import Parameters
 from companion.safety import Gate
+
+_LATE_S = 0.005  # a tick that begins later is counted
 
 
 @dataclass(frozen=True, slots=True)
@@ -168,6 +172,10 @@ class Vessel:
                     inputs = replace(inputs, rc=reading)
                 case Wind():
                     inputs = replace(inputs, wind=reading)
+                case Depth():
+                    inputs = replace(inputs, depth=reading)
+                case Corrections():
+                    inputs = replace(inputs, corrections=reading)
                 case ThrusterFeedback():
                     self._reports.take(reading)
                 case AisTarget():
@@ -314,13 +322,42 @@ class RealWorld:
         pass
 
 
-def run(vessel: Vessel, clock: WaitingClock, stop: Callable[[], bool]) -> None:
+@dataclass(slots=True)
+class Punctuality:
+    """How a run kept its deadlines, in the boat's time: ticks, those that began more than 5 ms late, the worst and when it was, and those left out."""
+
+    ticks: int = 0
+    late: int = 0
+    worst_s: float = 0.0
+    worst_at_s: float = 0.0
+    left_out: int = 0
+
+    def note(self, deadline_s: float, now_s: float) -> None:
+        """A tick that was due at `deadline_s` begins."""
+        late_s = now_s - deadline_s
+        self.ticks += 1
+        self.late += late_s > _LATE_S
+        if late_s > self.worst_s:
+            self.worst_s, self.worst_at_s = late_s, deadline_s
+
+    @property
+    def text(self) -> str:
+        worst = f"the latest began {1e3 * self.worst_s:.1f} ms after its time (at {self.worst_at_s:.1f} s)"
+        return f"{self.ticks} ticks, {worst}, {self.late} more than {1e3 * _LATE_S:.0f} ms, {self.left_out} left out"
+
+
+def run(vessel: Vessel, clock: WaitingClock, stop: Callable[[], bool]) -> Punctuality:
     """Tick at absolute deadlines until `stop()`. A deadline that was missed by more than a period is skipped, not caught up."""
+    punctuality = Punctuality()
     deadline_s = clock.now_s()
     while not stop():
         while clock.wait(deadline_s, vessel.filenos()):
             vessel.serve(clock.now_s())
+        punctuality.note(deadline_s, clock.now_s())
         vessel.tick(clock.now_s())
         vessel.load = clock.busy_s() / vessel.period_s
         late_s = clock.now_s() - deadline_s
-        deadline_s += vessel.period_s * max(1, math.ceil(late_s / vessel.period_s))
+        periods = max(1, math.ceil(late_s / vessel.period_s))
+        punctuality.left_out += periods - 1
+        deadline_s += vessel.period_s * periods
+    return punctuality

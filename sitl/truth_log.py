@@ -27,6 +27,10 @@ class TruthLog:
         self._file.write(columns + (_CONTACT_COLUMNS if world.berth is not None else "") + "\n")
 
     def record(self, tick: Tick) -> None:
+        self.write()
+
+    def write(self) -> None:
+        """A row of now."""
         t = self._world.truth
         row = (
             f"{t.t_s:.3f},{t.north_m:.5f},{t.east_m:.5f},{t.yaw_rad:.6f},{t.surge_mps:.5f},{t.sway_mps:.5f},{t.yaw_rate_radps:.6f}"

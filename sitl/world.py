@@ -149,6 +149,10 @@ class World:
         return self._steps / self._step_hz
 
     @property
+    def step_s(self) -> float:
+        return self._step_s
+
+    @property
     def truth(self) -> Truth:
         hull = self.hull
         return Truth(

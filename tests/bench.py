@@ -24,8 +24,10 @@ from pymavlink.dialects.v20 import common as mavlink
 from companion.allocation.allocator import Allocator
 from companion.app import load_vessel
 from companion.cli import LockstepRig
+from companion.config import SensorConfig
 from companion.core.types import Wrench
 from companion.guidance.path import PathKind, build_path
+from companion.io.sensors import open_sensor
 from companion.nav.ahrs import Ahrs
 from companion.nav.error_state import ErrorStateFilter
 from companion.nav.thesis_ahrs import ThesisAhrs
@@ -327,12 +329,38 @@ def paths(points: int = 10_000) -> None:
         line(f"path of {points} waypoints, {kind.name.lower()}", f"{1e3 * statistics.median(builds_s):.0f} ms, {project_us:.0f} us a projection", "50 ms, 20 us")
 
 
+def sensors(seconds: int = 20) -> None:
+    """What it costs to read a receiver (six sentences, 20 Hz) and inertial sensors (200 Hz), their health asked for at 10 Hz."""
+    from tests.unit.io.sensors.test_mavlink_imu import HEARTBEAT, HIGHRES
+    from tests.unit.io.sensors.test_mtdata2 import BY_HAND
+    from tests.unit.io.sensors.test_mtdata2_setup import Listening
+    from tests.unit.io.sensors.test_nmea0183 import GGA, HDT, RMC, VTG, ZDA, sentence
+    from tests.unit.io.sensors.test_vectornav import VNYMR
+
+    gst = sentence("GNGST,120000.00,1.2,0.020,0.010,45.0,0.012,0.016,0.030")
+    loads = {"nmea0183": (20, GGA + HDT + VTG + ZDA + gst + RMC), "mtdata2": (200, BY_HAND), "vectornav": (200, VNYMR), "mavlink_imu": (200, HIGHRES)}
+    for driver, (rate_hz, data) in loads.items():
+        stream = Listening()
+        sensor = open_sensor(SensorConfig("sensor", driver, "serial:/dev/x", rate_hz=rate_hz), stream)
+        stream.chunks = [(0.0, HEARTBEAT)]
+        sensor.read(0.0)
+        started_s = time.process_time()
+        for k in range(1, seconds * rate_hz):
+            stream.chunks = [(k / rate_hz, data)]
+            sensor.read(k / rate_hz)
+            if k % (rate_hz // 10) == 0:
+                sensor.health(k / rate_hz)
+        share = (time.process_time() - started_s) / seconds
+        line(f"{driver} at {rate_hz} Hz", f"{100.0 * share:.2f} % of a core", "1 %")
+
+
 def main() -> None:
     print(f"Python {sys.version.split()[0]}, {os.cpu_count()} cores")
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         blocks()
         paths()
+        sensors()
         control_step(folder)
         lockstep(folder)
         three_vessels(folder)

@@ -39,6 +39,9 @@ from companion.config.outputs import BatteryConfig as BatteryConfig
 from companion.config.outputs import RelayConfig as RelayConfig
 from companion.config.outputs import ServoConfig as ServoConfig
 from companion.config.outputs import battery_problems, rest_problems
+from companion.config.streams import CorrectionsConfig as CorrectionsConfig
+from companion.config.streams import NmeaOutConfig as NmeaOutConfig
+from companion.config.streams import stream_problems
 from companion.core.toml_places import dotted, line_of
 
 
@@ -131,6 +134,8 @@ class VesselConfig:
     relays: Annotated[tuple[RelayConfig, ...], Field(alias="relay", max_length=16)] = ()
     windage: WindageConfig = field(default_factory=WindageConfig)
     thesis_model: ThesisModelConfig | None = None
+    corrections: tuple[CorrectionsConfig, ...] = ()
+    nmea_out: tuple[NmeaOutConfig, ...] = ()
     links: tuple[str, ...] = ()
     mmsi: Annotated[int, Field(ge=1, le=999_999_999)] | None = None  # of its own AIS transponder, whose reports are not another vessel's
     parameters: dict[str, float] = field(default_factory=dict)
@@ -209,6 +214,7 @@ def _cross_checks(config: VesselConfig) -> list[tuple[tuple[str | int, ...], str
                 problems.append(((table, i, "name"), f"'{name}' is used twice"))
     problems += driving_problems(config.actuators, config.thrusters, tables["servo"], tables["relay"])
     problems += rest_problems(config.servos) + battery_problems(config.battery)
+    problems += stream_problems(config.sensors, config.actuators, config.corrections)
     for i, thruster in enumerate(config.thrusters):
         if thruster.turns and thruster.azimuth_rate_radps <= 0.0:
             problems.append((("thruster", i, "azimuth_rate_dps"), f"a thruster of kind '{thruster.kind}' needs a rate above 0"))
@@ -297,8 +303,8 @@ def without_calibration(config: VesselConfig) -> VesselConfig:
 
 
 def as_dict(config: VesselConfig) -> dict[str, Any]:
-    """For the manifest of a log: the configuration in force, with the field names of this module."""
-    return asdict(config)
+    """For the manifest of a log: the configuration in force, with the field names of this module, without passwords."""
+    return asdict(replace(config, corrections=tuple(replace(row, password="") for row in config.corrections)))
 
 
 def raw(path: Path) -> dict[str, Any]:

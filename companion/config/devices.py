@@ -9,7 +9,17 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from companion.config.bridges import MavlinkBoardConfig, OutputConfig
-from companion.config.fields import FROM_DEGREES, FROM_DEGREES_OR_NONE, SECTORS_FROM_DEGREES, STRICT, Name, NonNegative, Positive, Vector
+from companion.config.fields import (
+    FROM_DEGREES,
+    FROM_DEGREES_OR_NONE,
+    SECTORS_FROM_DEGREES,
+    STRICT,
+    VECTOR_FROM_DEGREES_OR_NONE,
+    Name,
+    NonNegative,
+    Positive,
+    Vector,
+)
 
 UNIT_MATRIX = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
@@ -93,7 +103,11 @@ class SensorConfig:
     rate_hz: Positive = 10.0
     timeout_s: Positive = 2.0
     antennas: Literal[1, 2] = 2  # of a satellite receiver; two give a heading
-    latency_s: NonNegative = 0.0  # from the moment of validity to the arrival of the bytes
+    latency_s: NonNegative = 0.0  # from the moment of validity to the arrival of the bytes; of the promptest where the messages bear a time
+    talkers: tuple[Annotated[str, Field(pattern=r"^[A-Z][A-Z0-9]$")], ...] = ()  # of NMEA sentences to listen to; none: all
+    rtcm: bool = False  # a satellite receiver that is given the corrections
+    configure: bool = False  # an inertial sensor that is told at the start what to send, at rate_hz
+    rotation_rad: Annotated[Vector | None, Field(alias="rotation_deg"), VECTOR_FROM_DEGREES_OR_NONE] = None  # roll, pitch, yaw of its axes in the boat's
     heading: Literal["none", "magnetic", "true", "ahrs"] = "none"  # what an inertial sensor's own yaw is worth as a compass; ahrs: its raw field is used
     mag_offset: Vector = (0.0, 0.0, 0.0)  # hard iron, in the magnetometer's unit; true field = mag_matrix · (measured − mag_offset)
     mag_matrix: tuple[Vector, Vector, Vector] = UNIT_MATRIX  # soft iron, row by row

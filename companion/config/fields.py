@@ -10,6 +10,7 @@ from pydantic import AfterValidator, ConfigDict, Field
 STRICT = ConfigDict(extra="forbid", allow_inf_nan=False)
 FROM_DEGREES = AfterValidator(math.radians)
 FROM_DEGREES_OR_NONE = AfterValidator(lambda degrees: None if degrees is None else math.radians(degrees))
+VECTOR_FROM_DEGREES_OR_NONE = AfterValidator(lambda angles: None if angles is None else tuple(math.radians(angle) for angle in angles))
 SECTORS_FROM_DEGREES = AfterValidator(lambda sectors: tuple((math.radians(a), math.radians(b)) for a, b in sectors))
 
 Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]{0,31}$")]

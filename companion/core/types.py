@@ -20,7 +20,10 @@ from companion.core.actuation import ThrusterFeedback as ThrusterFeedback
 from companion.core.leader import Leader as Leader
 from companion.core.leader import LeaderState as LeaderState
 from companion.core.leader import Wish as Wish
+from companion.core.readings import Corrections as Corrections
+from companion.core.readings import Depth as Depth
 from companion.core.readings import MagneticField as MagneticField
+from companion.core.readings import Measurement as Measurement
 from companion.core.records import quick
 from companion.core.status_parts import FenceState as FenceState
 from companion.core.status_parts import Home as Home
@@ -165,7 +168,8 @@ class ManualInput:
     buttons: int = 0
 
 
-Reading = GnssFix | GroundVelocity | Heading | Imu | MagneticField | TimeOfDay | Wind | Battery | Leak | RcInput | ThrusterFeedback | ManualInput | AisTarget
+Instrument = Depth | Corrections | Measurement  # what does not steer the boat
+Reading = GnssFix | GroundVelocity | Heading | Imu | MagneticField | TimeOfDay | Wind | Battery | Leak | RcInput | ThrusterFeedback | ManualInput | AisTarget | Instrument
 
 
 # --- estimate ------------------------------------------------------------------------------------------------------
@@ -408,6 +412,8 @@ class Inputs:
     rc: RcInput | None = None
     manual: ManualInput | None = None
     wind: Wind | None = None
+    depth: Depth | None = None
+    corrections: Corrections | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,7 +11,7 @@ import errno
 from typing import TYPE_CHECKING, Any
 
 from companion.core.can_frame import SIZE, TROUBLE, pack, unpack
-from companion.io.transport import Line
+from companion.io.line import Line
 
 if TYPE_CHECKING:
     import can

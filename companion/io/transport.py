@@ -14,214 +14,23 @@ import contextlib
 import errno
 import os
 import socket
-import termios
-from abc import ABC, abstractmethod
 from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
 
-import serial
-
+from companion.core.can_frame import stand_in
+from companion.io.line import Line as Line
+from companion.io.serial_line import PARITIES, STOPBITS, SerialLine
+from companion.io.tap import Tap
 from companion.io.urls import Endpoint, TransportError, parse_url
 
-_RETRY_FIRST_S = 0.5
-_RETRY_LAST_S = 5.0
-_CONNECT_TIMEOUT_S = 5.0
-_CHUNK = 4096
-_CHUNKS_PER_READ = 16  # and
-_BYTES_PER_READ = 16384  # a flooding peer must not hold the caller; what is left keeps the descriptor readable
-_PARITIES = {"none": serial.PARITY_NONE, "even": serial.PARITY_EVEN, "odd": serial.PARITY_ODD}
-_STOPBITS = {"1": serial.STOPBITS_ONE, "2": serial.STOPBITS_TWO}
 _OPTIONS: dict[str, dict[str, Sequence[str]]] = {
-    "serial": {"parity": tuple(_PARITIES), "stopbits": tuple(_STOPBITS)},
+    "serial": {"parity": tuple(PARITIES), "stopbits": tuple(STOPBITS)},
     "can": {"interface": ("socketcan", "udp_multicast", "virtual")},
 }
-_NOT_NOW = (errno.EAGAIN, errno.EWOULDBLOCK, errno.EINTR)
-_LINE_ERRORS = (OSError, ValueError, termios.error)  # whatever the system says about a port, at any time
-
-
-class Line(ABC):
-    """A ByteStream over one endpoint: what serial ports and sockets have in common.
-
-    Remembers the descriptor, what of a write is still to go out, the last fault, and when to try again: after 0.5 s, doubling to 5 s
-    until bytes have come in. Times are those of the callers.
-    """
-
-    def __init__(self, name: str, url: str, endpoint: Endpoint) -> None:
-        self.name = name
-        self._url = url
-        self._endpoint = endpoint
-        self._pending = b""
-        self._fault: str | None = "not open yet"
-        self._open = False
-        self._closed = False
-        self._retry_s = _RETRY_FIRST_S
-        self._next_try_s: float | None = None  # None: at once
-        self._try()
-
-    def read(self, now_s: float) -> Sequence[tuple[float, bytes]]:
-        """See `ByteStream`: everything that has come in, stamped with `now_s`."""
-        if not self._ready(now_s):
-            return ()
-        chunks: list[tuple[float, bytes]] = []
-        left = _BYTES_PER_READ
-        try:
-            for _ in range(_CHUNKS_PER_READ):
-                data = self._receive() if left > 0 else b""
-                if not data:
-                    break
-                chunks.append((now_s, data))
-                left -= len(data)
-            self._flush()
-        except _LINE_ERRORS as error:
-            self._drop(self._explain(error), now_s)
-        if chunks:
-            self._retry_s = _RETRY_FIRST_S
-        return chunks
-
-    def write(self, data: bytes, now_s: float) -> None:
-        """See `ByteStream`: while an earlier message is still half sent, this one is dropped whole."""
-        if not self._ready(now_s):
-            return
-        try:
-            self._flush()
-            if not self._pending:
-                self._pending = bytes(data)
-                self._flush()
-        except _LINE_ERRORS as error:
-            self._drop(self._explain(error), now_s)
-
-    def fault(self) -> str | None:
-        return self._fault
-
-    def fileno(self) -> int | None:
-        return self._descriptor() if self._open else None
-
-    def close(self) -> None:
-        self._closed = True
-        self._shut()
-        self._fault = "closed"
-
-    def _ready(self, now_s: float) -> bool:
-        if self._closed:
-            return False
-        if not self._open:
-            if self._next_try_s is not None and now_s < self._next_try_s:
-                return False
-            self._try()
-            if not self._open:
-                self._wait(now_s)
-                return False
-        try:
-            return self._established(now_s)
-        except _LINE_ERRORS as error:
-            self._drop(self._explain(error), now_s)
-            return False
-
-    def _try(self) -> None:
-        try:
-            self._connect()
-            self._open = True
-            self._fault = None
-        except _LINE_ERRORS as error:
-            self._fault = self._explain(error)
-            self._shut()
-
-    def _wait(self, now_s: float) -> None:
-        self._next_try_s = now_s + self._retry_s
-        self._retry_s = min(2.0 * self._retry_s, _RETRY_LAST_S)
-
-    def _drop(self, fault: str, now_s: float) -> None:
-        self._shut()
-        self._fault = fault
-        self._wait(now_s)
-
-    def _shut(self) -> None:
-        self._open = False
-        self._pending = b""
-        with contextlib.suppress(*_LINE_ERRORS):
-            self._disconnect()
-
-    def _flush(self) -> None:
-        if self._pending:
-            self._pending = self._pending[self._transmit(self._pending) :]
-
-    def _explain(self, error: BaseException) -> str:
-        """One line: what is wrong and what to do."""
-        number = getattr(error, "errno", None)
-        where = self._url
-        if number in (errno.ENOENT, errno.ENXIO, errno.ENODEV):
-            return f"{where}: no such device; is it plugged in? `companion devices` lists what is there"
-        if number in (errno.EACCES, errno.EPERM):
-            if self._endpoint.scheme == "serial":
-                return f"{where}: permission denied; `sudo usermod -aG dialout $USER`, then log in again"
-            return f"{where}: permission denied; ports below 1024 belong to root, choose a higher one"
-        if number == errno.EADDRINUSE:
-            return f"{where}: port in use; stop the program that listens there or choose another port"
-        if number == errno.EADDRNOTAVAIL:
-            return f"{where}: this computer has no address {self._endpoint.host}; use 0.0.0.0 for all"
-        if number in (errno.EBUSY, *_NOT_NOW) and self._endpoint.scheme == "serial":
-            return f"{where}: busy; another program has it open, stop that (ModemManager and gpsd do this too)"
-        if number == errno.ECONNREFUSED:
-            return f"{where}: refused; nothing listens there yet"
-        return f"{where}: {' '.join(str(error).split()) or type(error).__name__}; trying again"
-
-    @abstractmethod
-    def _connect(self) -> None: ...
-
-    @abstractmethod
-    def _disconnect(self) -> None: ...
-
-    def _established(self, now_s: float) -> bool:
-        return True
-
-    @abstractmethod
-    def _descriptor(self) -> int | None: ...
-
-    @abstractmethod
-    def _receive(self) -> bytes:
-        """What is there, or b'' if nothing. Raises OSError when the line is gone."""
-
-    @abstractmethod
-    def _transmit(self, data: bytes) -> int:
-        """How many bytes went out; 0 if none can now. Raises OSError when the line is gone."""
-
-
-class SerialLine(Line):
-    """A serial port, locked to this process."""
-
-    _port: serial.Serial | None = None
-
-    def _connect(self) -> None:
-        endpoint = self._endpoint
-        self._port = serial.Serial(
-            endpoint.path,
-            endpoint.baud,
-            parity=_PARITIES[endpoint.options.get("parity", "none")],
-            stopbits=_STOPBITS[endpoint.options.get("stopbits", "1")],
-            timeout=0,
-            exclusive=True,
-        )
-
-    def _disconnect(self) -> None:
-        port, self._port = self._port, None
-        if port is not None:
-            with contextlib.suppress(*_LINE_ERRORS):
-                port.reset_output_buffer()  # or closing waits for a line that is stuck
-            port.close()
-
-    def _descriptor(self) -> int | None:
-        return None if self._port is None else int(self._port.fileno())
-
-    def _receive(self) -> bytes:
-        assert self._port is not None
-        return bytes(self._port.read(_CHUNK))
-
-    def _transmit(self, data: bytes) -> int:
-        # past pyserial, whose write spins for ever on a full line (EAGAIN) when it has no time-out
-        assert self._port is not None
-        try:
-            return os.write(self._port.fileno(), data)
-        except BlockingIOError:
-            return 0
+_CONNECT_TIMEOUT_S = 5.0
+_CHUNK = 4096
+_DEV = "/dev/"
 
 
 class SocketLine(Line):
@@ -393,21 +202,46 @@ _LINES: dict[str, type[Line]] = {
 
 
 class TransportOpener:
-    """Opens real ports (a `StreamOpener`)."""
+    """Opens real ports (a `StreamOpener`). Remembers them: who opens the same one again shares it."""
 
-    def open(self, name: str, url: str) -> Line:
+    def __init__(self, devices: Path | None = None) -> None:
+        """`devices`: a folder in which the serial ports named /dev/NAME are found as NAME, and for which CAN channels are stood in for by UDP multicast;
+        every other port is where its URL says."""
+        self._devices = devices
+        self._lines: dict[str, Line] = {}
+
+    def open(self, name: str, url: str) -> Line | Tap:
         """The port of device `name`. A port that is not there now is opened later; TransportError only for a URL that never can be."""
-        endpoint = parse_url(url)
-        _check_options(url, endpoint)
-        if endpoint.scheme == "can":
-            from companion.io.can_line import CanLine
+        if url in self._lines:
+            return self._lines[url].tap(name)
+        asked, endpoint = url, device_endpoint(url)
+        if self._devices is not None and endpoint.scheme == "serial" and endpoint.path.startswith(_DEV):
+            path = str(self._devices / endpoint.path.removeprefix(_DEV))
+            url, endpoint = url.replace(endpoint.path, path, 1), replace(endpoint, path=path)
+        if self._devices is not None and endpoint.scheme == "can" and "interface" not in endpoint.options:
+            group, port = stand_in(str(self._devices), endpoint.path)
+            url, endpoint = f"{url} by {group}:{port}", replace(endpoint, path=group, port=port, options={"interface": "udp_multicast"})
+        line = self._lines[asked] = _line_kind(endpoint.scheme)(name, url, endpoint)
+        return line
 
-            return CanLine(name, url, endpoint)
-        if endpoint.scheme != "serial" and endpoint.host == "localhost":
-            endpoint = Endpoint(endpoint.scheme, host="127.0.0.1", port=endpoint.port, options=endpoint.options)
-        elif endpoint.scheme != "serial" and not _is_address(endpoint.host):
-            raise TransportError(f"'{url}': '{endpoint.host}' should be an IP address; looking up a name could hold the vessel up")
-        return _LINES[endpoint.scheme](name, url, endpoint)
+
+def _line_kind(scheme: str) -> type[Line]:
+    if scheme == "can":
+        from companion.io.can_line import CanLine  # only who has a CAN bus needs python-can
+
+        return CanLine
+    return _LINES[scheme]
+
+
+def device_endpoint(url: str) -> Endpoint:
+    """Where a device's port is. Raises TransportError for a URL that never can be opened, with the remedy."""
+    endpoint = parse_url(url)
+    _check_options(url, endpoint)
+    if endpoint.scheme in ("serial", "can") or _is_address(endpoint.host):
+        return endpoint
+    if endpoint.host == "localhost":
+        return replace(endpoint, host="127.0.0.1")
+    raise TransportError(f"'{url}': '{endpoint.host}' should be an IP address; looking up a name could hold the vessel up")
 
 
 def _check_options(url: str, endpoint: Endpoint) -> None:

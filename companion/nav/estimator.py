@@ -181,7 +181,7 @@ class Estimator:
 
     def _take_fix(self, fix: GnssFix) -> None:
         good = fix.fix >= FixType.FIX_2D and math.isfinite(fix.lat_deg) and math.isfinite(fix.lon_deg)
-        used = self._positions.offer(fix.source, fix.t_s, good)
+        used = self._positions.offer(fix.source, fix.t_s, good, int(fix.fix >= FixType.RTK_FLOAT))
         if used or self._fix is None or self._fix.source == fix.source:
             self._fix = fix
         if not used:

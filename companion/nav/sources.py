@@ -39,9 +39,9 @@ def plausible(reading: Reading, now_s: float) -> bool:
 class SourceSelector:
     """Readings of one kind from several sources → the one source in use.
 
-    The first in the vessel's file that is alive is used. When it falls silent (its time-out) or says itself that it is no good, the
-    next takes over at once; the first is taken back only after it has been good without a break for `REACCEPTANCE_S`. Remembers, for
-    each source, when it was last good and since when without a break.
+    The first in the vessel's file that is alive is used, but a source of a higher grade before it. When the one in use falls silent (its time-out) or says
+    itself that it is no good, the next takes over at once; a better one is taken back only after it has been good, at that grade, without a
+    break for `REACCEPTANCE_S`. Remembers, for each source, its grade, when it was last good and since when without a break.
     """
 
     def __init__(self, timeouts_s: Mapping[str, float]) -> None:
@@ -49,9 +49,10 @@ class SourceSelector:
         self._order = list(timeouts_s)
         self._last_s: dict[str, float] = {}
         self._since_s: dict[str, float] = {}
+        self._grades: dict[str, int] = {}
         self._current: str | None = None
 
-    def offer(self, source: str, t_s: float, good: bool = True) -> bool:
+    def offer(self, source: str, t_s: float, good: bool = True, grade: int = 0) -> bool:
         """A reading of `source`, valid at `t_s`: is it the one to use? A reading that is no good never is."""
         if source not in self._timeouts_s:
             self._timeouts_s[source] = _UNKNOWN_TIMEOUT_S
@@ -59,9 +60,9 @@ class SourceSelector:
         if not good:
             self._last_s.pop(source, None)
             return False
-        if not self._alive(source, t_s):
+        if not self._alive(source, t_s) or grade > self._grades[source]:
             self._since_s[source] = t_s
-        self._last_s[source] = t_s
+        self._last_s[source], self._grades[source] = t_s, grade
         if source != self._current and self._better(source, t_s):
             self._current = source
         return source == self._current
@@ -70,13 +71,16 @@ class SourceSelector:
         last_s = self._last_s.get(source)
         return last_s is not None and t_s - last_s <= self._timeouts_s[source]
 
+    def _rank(self, source: str) -> tuple[int, int]:
+        """The smaller, the better."""
+        return -self._grades.get(source, 0), self._order.index(source)
+
     def _better(self, source: str, t_s: float) -> bool:
         current = self._current
         if current is None or not self._alive(current, t_s):
-            rivals = self._order[: self._order.index(source)]
-            return not any(self._alive(rival, t_s) for rival in rivals)
+            return not any(self._alive(rival, t_s) and self._rank(rival) < self._rank(source) for rival in self._order)
         proven = t_s - self._since_s[source] >= REACCEPTANCE_S
-        return proven and self._order.index(source) < self._order.index(current)
+        return proven and self._rank(source) < self._rank(current)
 
 
 class GradeWatch:

@@ -1,11 +1,11 @@
 """readings.csv: every reading that reached the estimator, exactly, so that a run can be done again from its log.
 
 One line a reading, in the order in which they came: `kind,source,values`, values being base64 of little-endian float64 in the order of
-`COLUMNS`; of `time`, a float64 and an int64; of `ais`, callsign and name follow as UTF-8, each ended by a byte 1, or 0 where it was not told. What is not there is NaN. After the readings of a tick comes its line `tick`: the time of the tick, what
+`COLUMNS`; of `time`, a float64 and an int64; of `ais` and `measurement`, texts follow as UTF-8, each ended by a byte 1, or 0 where it was not told. What is not there is NaN. After the readings of a tick comes its line `tick`: the time of the tick, what
 the estimator said, the setpoint that was followed and what control and allocation made of it (`TICK_COLUMNS`, then throttle and azimuth of
 each thruster where the setpoint sets them). A line `parameter` is a change under way, its source the parameter's name. A line `packet` is a MAVLink packet
 that came in, its source the dialect and the name of the endpoint, its values the time at which it was handled and the packet's bytes; a line `health` what a device's
-driver said of it from then on: one byte for well or not, then its text. Decimal text of
+driver said of it from then on (each minute also of one that is well: its rates and counts): one byte for well or not, then its text. Decimal text of
 the same digits would cost six times the processor time. A `replay` needs this file and manifest.json, one of the whole tick also `state/` and ticks.csv.
 """
 
@@ -23,7 +23,9 @@ from typing import Any
 from companion.core.types import (
     AisTarget,
     Battery,
+    Corrections,
     Deployment,
+    Depth,
     DeviceHealth,
     FixType,
     GnssFix,
@@ -34,6 +36,7 @@ from companion.core.types import (
     Leak,
     MagneticField,
     ManualInput,
+    Measurement,
     RcInput,
     Reading,
     Setpoint,
@@ -65,6 +68,9 @@ COLUMNS: dict[str, tuple[type[Any], tuple[str, ...]]] = {
     "manual": (ManualInput, ("t_s", "surge", "sway", "yaw", "buttons")),
     "rc": (RcInput, ("t_s", "lost", "channels")),  # channels: one value each
     "time": (TimeOfDay, ("t_s", "time_unix_ns")),
+    "depth": (Depth, ("t_s", "below_transducer_m", "offset_m", "range_m")),
+    "corrections": (Corrections, ("t_s", "age_s", "station")),
+    "measurement": (Measurement, ("t_s", "value", "name")),
     "ais": (
         AisTarget,
         (
@@ -77,13 +83,20 @@ _KIND_OF = {kind_type: kind for kind, (kind_type, _) in COLUMNS.items()}
 _OPTIONAL = frozenset(
     {"roll_rad", "pitch_rad", "altitude_m", "satellites", "hdop", "position_accuracy_m", "accuracy_rad", "current_a", "remaining"}
 )
-_OPTIONAL_BY_KIND = {"imu": {"yaw_rad"}, "feedback": {"throttle", "azimuth_rad", "deployment"}, "manual": {"surge", "sway", "yaw"}}
+_OPTIONAL_BY_KIND = {
+    "imu": {"yaw_rad"},
+    "feedback": {"throttle", "azimuth_rad", "deployment"},
+    "manual": {"surge", "sway", "yaw"},
+    "depth": {"offset_m", "range_m"},
+    "corrections": {"station"},
+}
 _BY = tuple(HeadingBy)
 _NUMBER_OF_BY = {by: number for number, by in enumerate(_BY)}
 _WHOLE: dict[str, Callable[[float], Any]] = {
     "fix": lambda value: FixType(int(value)),
     "satellites": int,
     "index": int,
+    "station": int,
     "buttons": int,
     "mmsi": int,
     "status": int,
@@ -110,7 +123,7 @@ TICK_COLUMNS = (
 _KINDS = tuple(SetpointKind)
 _NUMBER_OF = {kind: number for number, kind in enumerate(_KINDS)}
 _TIME = struct.Struct("<dq")
-_AIS_TEXTS = 2  # columns at the end that are text
+_TEXTS = {"ais": 2, "measurement": 1}  # columns at the end that are text
 _of_nav = attrgetter(*_POSE)
 _of_setpoint = attrgetter(*_SETPOINT)
 _of_wrench = attrgetter(*_WRENCH)
@@ -165,10 +178,11 @@ def _packer(kind_type: type[Any]) -> Callable[[Any], bytes]:
         return lambda reading: _packed((reading.t_s, reading.lost, *reading.channels))
     if kind_type is Heading:
         return lambda reading: _packed((reading.t_s, reading.yaw_rad, reading.accuracy_rad, _NUMBER_OF_BY[reading.by]))
-    if kind_type is AisTarget:
-        numbers_of = attrgetter(*COLUMNS["ais"][1][:-_AIS_TEXTS])
-        return lambda reading: _packed(numbers_of(reading)) + _packed_text(reading.callsign) + _packed_text(reading.name)
-    names = COLUMNS[_KIND_OF[kind_type]][1]
+    kind = _KIND_OF[kind_type]
+    names = COLUMNS[kind][1]
+    if count := _TEXTS.get(kind):
+        numbers_of, texts = attrgetter(*names[:-count]), [attrgetter(name) for name in names[-count:]]
+        return lambda reading: _packed(numbers_of(reading)) + b"".join(_packed_text(text_of(reading)) for text_of in texts)
     values, pack = attrgetter(*names), struct.Struct(f"<{len(names)}d").pack
 
     def packed(reading: Any) -> bytes:
@@ -291,8 +305,9 @@ def _reading_of(kind: str, source: str, data: bytes) -> Reading:
     kind_type, names = COLUMNS[kind]
     if kind_type is TimeOfDay:
         return TimeOfDay(_TIME.unpack(data)[0], source, _TIME.unpack(data)[1])
-    if kind_type is AisTarget:
-        return _ais_of(source, names[:-_AIS_TEXTS], data)
+    if kind in _TEXTS:
+        with_texts: Reading = _with_texts(kind_type, source, names, _TEXTS[kind], data)
+        return with_texts
     numbers = _floats(data)
     if kind_type is RcInput:
         return RcInput(numbers[0], source, numbers[2:], bool(numbers[1]))
@@ -306,11 +321,11 @@ def _reading_of(kind: str, source: str, data: bytes) -> Reading:
     return reading
 
 
-def _ais_of(source: str, names: Sequence[str], data: bytes) -> AisTarget:
-    size = 8 * len(names)
+def _with_texts(kind_type: type[Any], source: str, names: Sequence[str], count: int, data: bytes) -> Any:
+    numbers, size = names[:-count], 8 * (len(names) - count)
     texts: list[str | None] = []
     rest = data[size:]
-    for _ in range(_AIS_TEXTS):
+    for _ in range(count):
         if rest[:1] == b"\x00":
             texts.append(None)
             rest = rest[1:]
@@ -319,8 +334,8 @@ def _ais_of(source: str, names: Sequence[str], data: bytes) -> AisTarget:
             if not end:
                 raise ValueError("a text without its end")
             texts.append(text.decode())
-    values = {name: _value(name, number, True) for name, number in zip(names, _floats(data[:size]), strict=True)}
-    return AisTarget(source=source, **values, callsign=texts[0], name=texts[1])
+    values = {name: _value(name, number, True) for name, number in zip(numbers, _floats(data[:size]), strict=True)}
+    return kind_type(source=source, **values, **dict(zip(names[-count:], texts, strict=True)))
 
 
 def _value(name: str, number: float, optional: bool) -> Any:

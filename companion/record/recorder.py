@@ -22,6 +22,7 @@ from companion.record import readings, ulog
 _POSE = ("north_m", "east_m", "yaw_rad", "surge_mps", "sway_mps", "yaw_rate_radps")
 _WRENCH = ("surge_n", "sway_n", "yaw_nm")
 STATE_FOLDER = "state"  # within a log folder: what the vessel's state directory held when the run began
+_COUNTS_PERIOD_S = 60.0
 _DESIRED_MOTION = frozenset({SetpointKind.POSE, SetpointKind.PATH})
 
 
@@ -107,6 +108,7 @@ class LogFolder:
         self._encoder = readings.ReadingsEncoder()
         self._devices = tuple(devices)
         self._health: dict[str, tuple[bool, str]] = {}
+        self._counted_s = 0.0
         self._ticks.write((",".join(tick_columns(thrusters, devices)) + "\n").encode())
         self._events.write(b"t_s,time_unix_ns,severity,name,text\n")
         self._readings.write(readings.HEADER)
@@ -127,7 +129,7 @@ class LogFolder:
         return file, encoder
 
     def record(self, tick: Tick) -> None:
-        self._readings.write(b"".join([*map(self._encoder.health, self._changed(tick.health)), self._encoder.tick(tick)]))
+        self._readings.write(b"".join([*map(self._encoder.health, self._changed(tick.health, tick.t_s)), self._encoder.tick(tick)]))
         self._ticks.write(tick_row(tick, self._devices).encode())
         for event in tick.events:
             self._events.write(event_row(event, tick.time_unix_ns).encode())
@@ -146,12 +148,16 @@ class LogFolder:
         """A MAVLink packet that came in, at its place among the readings, with the time at which it is handled."""
         self._readings.write(self._encoder.packet(dialect, endpoint, t_s, packet))
 
-    def _changed(self, health: Sequence[DeviceHealth]) -> list[DeviceHealth]:
-        """Devices that went wrong or came back, and those that are wrong in another way. What is well may count its messages."""
+    def _changed(self, health: Sequence[DeviceHealth], now_s: float) -> list[DeviceHealth]:
+        """Devices that went wrong or came back, and those that are wrong in another way; once a minute also what the others count and measure
+        of their messages."""
         changed = []
+        counts = now_s - self._counted_s >= _COUNTS_PERIOD_S
+        if counts:
+            self._counted_s = now_s
         for device in health:
             now = device.ok, "" if device.ok else device.text
-            if self._health.get(device.name) != now and device.name in self._devices:
+            if device.name in self._devices and (counts or self._health.get(device.name) != now):
                 self._health[device.name] = now
                 changed.append(device)
         return changed

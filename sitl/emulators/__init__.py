@@ -14,24 +14,35 @@ from sitl.emulators.mavlink_servo import MavlinkServoEmulator
 from sitl.emulators.microcontroller import MicrocontrollerEmulator
 from sitl.emulators.nanotec import NanotecEmulator
 from sitl.emulators.nmea2000 import Nmea2000Emulator
+from sitl.emulators.pixhawk import PixhawkEmulator
+from sitl.emulators.sounder import SounderEmulator
+from sitl.emulators.vectornav import VectorNavEmulator
 from sitl.emulators.wind_sensor import WindEmulator
 from sitl.emulators.xsens import XsensEmulator
 from sitl.faults import Faults
 from sitl.memory import MemoryDevice
 from sitl.thrusters import Thruster
 
+_INSTRUMENTS: Mapping[str, Callable[[SensorConfig, MemoryDevice, Surroundings], Device]] = {
+    "wind": WindEmulator,
+    "compass": CompassEmulator,
+    "sounder": SounderEmulator,
+}
+
 
 def _nmea0183(config: SensorConfig, port: MemoryDevice, around: Surroundings) -> Device:
-    """Many kinds of device speak it: one called wind… is a wind sensor, one called compass… a compass, any other a satellite receiver."""
-    if config.name.startswith("wind"):
-        return WindEmulator(config, port, around)
-    kind = CompassEmulator if config.name.startswith("compass") else GnssEmulator
-    return kind(config, port, around)
+    """Many kinds of device speak it: one called wind…, compass… or sounder… is that, any other a satellite receiver."""
+    for name, kind in _INSTRUMENTS.items():
+        if config.name.startswith(name):
+            return kind(config, port, around)
+    return GnssEmulator(config, port, around)
 
 
 SENSORS: Mapping[str, Callable[[SensorConfig, MemoryDevice, Surroundings], Device]] = {
     "nmea0183": _nmea0183,
     "mtdata2": XsensEmulator,
+    "vectornav": VectorNavEmulator,
+    "mavlink_imu": PixhawkEmulator,
     "ais": AisEmulator,
 }
 BOARDS: Mapping[str, Callable[[ActuatorConfig, MemoryDevice, Sequence[Thruster], BatteryModel, Faults], Board]] = {

@@ -11,6 +11,7 @@ import struct
 
 from companion.config import SensorConfig
 from sitl.emulators.device import Surroundings
+from sitl.emulators.xsens_settings import XsensSettings
 from sitl.magnetometer import MagnetometerModel
 from sitl.memory import MemoryDevice
 from sitl.sensors import ImuModel, north_of
@@ -32,7 +33,10 @@ _FIELD_HZ = 50.0
 
 
 class XsensEmulator:
-    """Prints what its inertial model measures, `latency_s` later than it is valid, and for a vessel with an AHRS of its own its magnetic field."""
+    """Prints what its inertial model measures, `latency_s` later than it is valid, and for a vessel with an AHRS of its own its magnetic field.
+
+    Where the vessel's file has it configured it takes the commands for that, and is mounted as the file says.
+    """
 
     def __init__(self, config: SensorConfig, port: MemoryDevice, around: Surroundings) -> None:
         self.name = config.name
@@ -47,15 +51,46 @@ class XsensEmulator:
             MagnetometerModel(config, around.home, around.epoch_unix_ns, around.seed) if config.heading == "ahrs" else None
         )
         self._field_every = max(1, round(self.rate_hz / _FIELD_HZ))
+        self._settings = XsensSettings(config.rotation_rad, self.rate_hz) if config.configure or config.rotation_rad is not None else None
 
     def speak(self, t_s: float) -> None:
-        around = self._around
+        around, settings = self._around, self._settings
         sample = self.model.sample(around.hull, around.waves)
-        if "imu_lost" not in around.faults.active:
-            field = None
-            if self._magnetometer is not None and self._counter % self._field_every == 0:
-                field = self._magnetometer.sample(around.waves.roll_rad, around.waves.pitch_rad, around.hull.yaw_rad)
-            self._port.send(self.message(sample, t_s, field), t_s + self._latency_s)
+        if "imu_lost" in around.faults.active:
+            return
+        field = None
+        if self._magnetometer is not None and self._counter % self._field_every == 0:
+            field = self._magnetometer.sample(around.waves.roll_rad, around.waves.pitch_rad, around.hull.yaw_rad)
+        if settings is not None:
+            answers = settings.hear(b"".join(data for _, data in self._port.receive(t_s)))
+            self._port.send(answers, t_s)
+            if not settings.measuring:
+                return
+        data = self.message(sample, t_s, field) if settings is None else self._as_set(settings, sample, t_s, field)
+        self._port.send(data, t_s + self._latency_s)
+
+    def _as_set(self, settings: XsensSettings, sample: tuple[float, ...], t_s: float, field: tuple[float, float, float] | None) -> bytes:
+        """The message with what the settings ask for, in the axes that they make."""
+        x, y, z, p, q, r, roll, pitch, yaw = sample
+        counter, self._counter = self._counter, (self._counter + 1) & 0xFFFF
+        items = {
+            _PACKET_COUNTER: struct.pack(">H", counter),
+            _SAMPLE_TIME_FINE: struct.pack(">I", round(t_s * _TICKS_PER_S) & 0xFFFFFFFF),
+            _QUATERNION_NED: struct.pack(">4f", *settings.attitude(_quaternion(roll, pitch, yaw - self._north_rad))),
+            _ACCELERATION: struct.pack(">3f", *settings.turned((x, y, z))),
+            _RATE_OF_TURN: struct.pack(">3f", *settings.turned((p, q, r))),
+            _STATUS_WORD: struct.pack(">I", _STATUS_GOOD),
+        }
+        if field is not None:
+            items[_MAGNETIC_FIELD] = struct.pack(">3f", *settings.turned(field))
+        asked = settings.outputs
+        data = b"".join(
+            struct.pack(">HB", data_id, len(value)) + value
+            for data_id, value in items.items()
+            if asked is None or (data_id in asked and counter % asked[data_id] == 0)
+        )
+        body = bytes((0xFF, 0x36, len(data))) + data
+        return b"\xfa" + body + bytes((-sum(body) & 0xFF,))
 
     def message(self, sample: tuple[float, ...], t_s: float, field: tuple[float, float, float] | None = None) -> bytes:
         """One MTData2 message."""

@@ -16,7 +16,9 @@ from companion.core.types import (
     ActuatorCommand,
     Battery,
     Beacon,
+    Corrections,
     Deployment,
+    Depth,
     FixType,
     GnssFix,
     GroundVelocity,
@@ -222,6 +224,19 @@ def test_a_single_antenna_gives_place_speed_and_time_and_no_heading() -> None:
     assert math.hypot(velocity.north_mps, velocity.east_mps) == pytest.approx(math.hypot(truth.surge_mps, truth.sway_mps), abs=0.15)
     assert last(readings, TimeOfDay).time_unix_ns == pytest.approx(EPOCH_UNIX_NS + 2 * 10**9, abs=2e8)
     assert not any(isinstance(reading, Heading) for reading in readings)
+
+
+def test_a_sounder_gives_depth() -> None:
+    boat = Boat(vessel(GNSS, IMU, SensorConfig(name="sounder", driver="nmea0183", port="memory:sounder", rate_hz=5.0, z_m=0.2)))
+    depths = [reading for reading in boat.sail(10.0, armed=False) if isinstance(reading, Depth)]
+    assert len(depths) == pytest.approx(50, abs=1) and depths[0].source == "sounder" and depths[0].offset_m == 0.2
+    assert statistics.fmean(depth.below_transducer_m for depth in depths) == pytest.approx(5.8, abs=0.02)
+
+
+def test_a_receiver_tells_of_its_corrections() -> None:
+    ages = [reading for reading in Boat().sail(10.0, armed=False) if isinstance(reading, Corrections)]
+    assert len(ages) == pytest.approx(10, abs=1) and ages[0] == Corrections(ages[0].t_s, "gnss", 1.0, 1)
+    assert not any(isinstance(reading, Corrections) for reading in Boat(gnss="standalone").sail(3.0, armed=False))
 
 
 def test_a_vessel_brings_its_own_receiver_and_battery() -> None:

@@ -12,14 +12,22 @@ from hypothesis import strategies as st
 from companion.config import SensorConfig
 from companion.io.sensors import DRIVERS, open_sensor
 from tests.unit.io.sensors.test_ais import CLASS_A, CLASS_A_SLOW, CLASS_B
+from tests.unit.io.sensors.test_mavlink_imu import HEARTBEAT, HIGHRES
 from tests.unit.io.sensors.test_mtdata2 import BY_HAND
 from tests.unit.io.sensors.test_nmea0183 import GGA, HDT, VTG, Line
+from tests.unit.io.sensors.test_vectornav import VNYMR
 
-WHOLE = {"nmea0183": GGA + HDT + VTG, "mtdata2": BY_HAND * 3, "ais": CLASS_A + CLASS_A_SLOW + CLASS_B}
+WHOLE = {"nmea0183": GGA + HDT + VTG, "mtdata2": BY_HAND * 3, "vectornav": VNYMR * 3, "mavlink_imu": HEARTBEAT + HIGHRES * 3, "ais": CLASS_A + CLASS_A_SLOW + CLASS_B}
+
+
+class Deaf(Line):
+    """Takes what is written, and does not answer."""
+
+    def write(self, data: bytes, now_s: float) -> None: ...
 
 
 def driver(name: str) -> tuple[Any, Line]:
-    line = Line()
+    line = Deaf()
     return open_sensor(SensorConfig("sensor", name, "serial:/dev/x:9600"), line), line
 
 
@@ -60,7 +68,7 @@ def test_one_spoilt_byte_never_gives_a_wrong_reading(name: str, data: st.DataObj
     assert all(repr(reading) in expected for reading in sensor.read(1.0))
 
 
-@pytest.mark.parametrize("kind", ["GGA", "GLL", "RMC", "VTG", "HDT", "THS", "HDG", "ZDA", "GST", "MWV", "ROT"])
+@pytest.mark.parametrize("kind", ["GGA", "GLL", "RMC", "VTG", "HDT", "THS", "HDG", "ZDA", "GST", "GSA", "GSV", "MWV", "VWR", "ROT", "DBT", "DPT", "VHW", "VBW", "RSA", "XDR"])
 @settings(deadline=None, derandomize=True, max_examples=40)
 @given(fields=st.lists(st.one_of(st.sampled_from(["", "A", "N", "E", "R", "K", "120000.5", "-1", "1e999", "280511"]), st.text("0123456789.-+eEnaNif", max_size=9)), max_size=16))
 def test_any_fields_under_a_good_checksum(kind: str, fields: list[str]) -> None:

@@ -20,21 +20,23 @@ def free_port(kind: int = socket.SOCK_DGRAM) -> int:
 
 
 class Companion:
-    """`companion run revolt --sitl` on free ports: UDP towards `udp_port`, TCP listening on `tcp_port`."""
+    """`companion run revolt --sitl`, or of another `vessel` without the plant, on free ports: UDP towards `udp_port`, TCP listening on `tcp_port`."""
 
-    def __init__(self, folder: Path, speed: float = 1.0, extra: tuple[str, ...] = (), links: tuple[str, ...] | None = None) -> None:
+    def __init__(
+        self, folder: Path, speed: float = 1.0, extra: tuple[str, ...] = (), links: tuple[str, ...] | None = None, vessel: Path | None = None
+    ) -> None:
         self.udp_port = free_port()
         self.tcp_port = free_port(socket.SOCK_STREAM)
         self.folder = folder
         self._links = links if links is not None else (f"udpout:127.0.0.1:{self.udp_port}", f"tcpin:127.0.0.1:{self.tcp_port}")
-        self._speed = speed
+        self._what = ("revolt", "--sitl", f"--speed={speed}") if vessel is None else (str(vessel),)
         self.extra = extra
         self.process: subprocess.Popen[str] | None = None
         self.hello: list[str] = []
 
     def start(self) -> Companion:
         """Returns when the process has said its first lines. Raises RuntimeError with what it said if it ends instead."""
-        command = [sys.executable, "-m", "companion", "run", "revolt", "--sitl", f"--speed={self._speed}"]
+        command = [sys.executable, "-m", "companion", "run", *self._what]
         command += [f"--state={self.folder / 'state'}", f"--log={self.folder / 'logs'}", *self.extra]
         for link in self._links:
             command += ["--link", link]

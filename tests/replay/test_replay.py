@@ -27,6 +27,8 @@ from sitl.scenarios.rig import Conditions
 from sitl.scenarios.station import Item, Station
 from sitl.traffic import ScriptedVessel
 from sitl.world import EPOCH_UNIX_NS, World
+from tests.unit.io.test_rtcm import frame
+from tests.unit.io_mavlink.hub.test_rtcm import qgroundcontrol as cut
 
 _HOLD = 0x03040000
 _FORCES = 0x00020000
@@ -103,6 +105,29 @@ def test_traffic_is_part_of_the_run(tmp_path: Path) -> None:
     rig.close()
     assert any("course to starboard" in text for text in station.texts)
     assert rerun(open_log(folder), tmp_path / "again").same
+
+
+def test_corrections_and_instruments_are_part_of_the_run(tmp_path: Path) -> None:
+    """Corrections of a ground station that come, stop and are back, a sounder, and a receiver that is told of them."""
+    text = config_module.find("revolt").read_text(encoding="utf-8").replace('"nmea0183"', '"nmea0183"\nrtcm = true', 1)
+    text = text.replace("[dock]", '[[sensor]]\nname = "sounder"\ndriver = "nmea0183"\nport = "udpin:0.0.0.0:10110"\nrate_hz = 5\n[dock]')
+    (tmp_path / "boat.toml").write_text(text, encoding="utf-8")
+    rig = LockstepRig(Conditions(str(tmp_path / "boat.toml"), seed=3), tmp_path / "log")
+    station, told = Station(rig), [frame(200, seed) for seed in range(20)]
+    for second in range(26):
+        if second < 5 or second > 20:
+            for flags, data in cut(told[second % 20], second):
+                station.send(mavlink.MAVLink_gps_rtcm_data_message(flags, len(data), list(data.ljust(180, b"\0"))))
+        station.sail(1.0)
+    port = rig.world.open("gnss", "")
+    assert b"".join(data for _, data in port.device.receive(1e6)) == b"".join(told[second % 20] for second in (*range(5), *range(21, 26)))
+    rig.close()
+    events = (tmp_path / "log" / "events.csv").read_text(encoding="utf-8")
+    assert "corrections_lost" in events and "corrections_back" in events
+    result = rerun(open_log(tmp_path / "log"), tmp_path / "again")
+    assert result.same
+    kinds = {line.split(b",")[0] for line in (tmp_path / "again" / "readings.csv").read_bytes().splitlines()}
+    assert {b"depth", b"corrections"} <= kinds
 
 
 def test_a_silent_receiver_is_bridged_by_the_thrust_of_the_log(tmp_path: Path) -> None:

@@ -13,23 +13,30 @@ from companion.config import as_dict
 from companion.io.mavlink import messages as mavlink
 from companion.record.log_reader import open_log
 from sitl.scenarios.rig import Conditions
+from sitl.scenarios.station import Station
 from tests.protocol.desk import Desk
+from tests.protocol.two_processes import TwoProcesses
 
 HOLD = (1, 4, 3)
 
 
 def desk_of(vessel: str, folder: Path) -> Desk:
-    """The vessel as its file has it with the alternative tables, in lockstep, ready to arm."""
+    """The vessel in lockstep, ready to arm."""
+    desk = Desk(folder, LockstepRig(Conditions(str(file_of(vessel, folder)), seed=3, wind="2@45"), folder / "log"))
+    desk.tick()
+    desk.ready()
+    return desk
+
+
+def file_of(vessel: str, folder: Path) -> Path:
+    """The vessel's file with its alternative tables."""
     text = resources.files("companion.vessels").joinpath(f"{vessel}.toml").read_text(encoding="utf-8")
     assert "\n#> " in text
     if vessel == "aboat":
         text = text.replace('thrusters = ["bow", "stern"]\n', "", 1)
     file = folder / f"{vessel}.toml"
     file.write_text(text.replace("\n#> ", "\n"), encoding="utf-8")
-    desk = Desk(folder, LockstepRig(Conditions(str(file), seed=3, wind="2@45"), folder / "log"))
-    desk.tick()
-    desk.ready()
-    return desk
+    return file
 
 
 def hold(desk: Desk, seconds: int) -> float:
@@ -88,3 +95,24 @@ def test_the_line_may_be_unplugged_and_comes_back(vessel: str, bridge: str, tmp_
     hold(desk, 4)
     assert said(desk, f"{bridge}: back") and all(device.ok for device in desk.vessel.device_health(desk.rig.now_s))
     desk.close()
+
+
+@pytest.mark.process
+@pytest.mark.parametrize(("vessel", "bridge", "within_m"), [("revolt", "azimuths", 1.0), ("aboat", "motors", 4.0)])
+def test_it_holds_as_two_processes_and_the_line_may_be_unplugged(vessel: str, bridge: str, within_m: float, tmp_path: Path) -> None:
+    """RS485 on a pseudo-terminal; NMEA 2000 in UDP multicast, for the kernel here may have no virtual CAN."""
+    with TwoProcesses(tmp_path, str(file_of(vessel, tmp_path)), 2.0, "--wind", "2@45") as rig:
+        print("\n".join(line for line in rig.hello if bridge in line))
+        station = Station(rig)
+        station.ready()
+        station.set_mode(0x03040000)
+        station.arm()
+        station.sail(8.0)
+        before, typed_ns = len(rig.events()), rig.type(f"{bridge}_unplugged+2.0")
+        wanted = {f"{bridge}_lost", "bridge_silent", f"{bridge}_back", "bridge_silent_over"}
+        station.wait(f"{bridge} lost and back", lambda: wanted <= {event["name"] for event in rig.events()[before:]}, 20.0)
+        lost_ns = next(int(event["time_unix_ns"]) for event in rig.events()[before:] if event["name"] == f"{bridge}_lost")
+        assert 2.0 * 1e-9 * (lost_ns - typed_ns) < 1.3, "0.8 s without a frame, and the pace of two processes"
+        station.sail(5.0)
+        last = rig.truth()[-1]
+        assert station.last["HEARTBEAT"].base_mode & 128 and math.hypot(last["north_m"], last["east_m"]) < within_m

@@ -90,6 +90,27 @@ def test_deadlines_are_absolute_and_missed_ones_are_skipped() -> None:
         clock.now += clock.costs_s[len(ticks) - 1]
 
     vessel.tick = tick
-    run(vessel, clock, lambda: len(ticks) == 5)  # type: ignore[arg-type]
+    punctuality = run(vessel, clock, lambda: len(ticks) == 5)  # type: ignore[arg-type]
     assert ticks == pytest.approx([0.0, 0.1, 0.2, 0.5, 0.6])
+    assert (punctuality.ticks, punctuality.late, punctuality.left_out) == (5, 0, 2)
     assert vessel.load == pytest.approx(0.3)
+
+
+def test_ticks_that_begin_late_are_counted() -> None:
+    clock, late_s = ScriptedClock([]), [0.0, 0.004, 0.03, 0.006]
+    vessel = SimpleNamespace(period_s=0.1, load=0.0, filenos=lambda: (), serve=lambda now_s: None, tick=lambda now_s: late_s.pop(0))
+
+    def wait(until_s: float, filenos: Sequence[int]) -> bool:
+        clock.now = until_s + late_s[0]
+        return False
+
+    clock.wait = wait  # type: ignore[method-assign]
+    punctuality = run(vessel, clock, lambda: not late_s)  # type: ignore[arg-type]
+    assert (punctuality.ticks, punctuality.late, punctuality.left_out) == (4, 2, 0)
+    assert punctuality.worst_s == pytest.approx(0.03) and "30.0 ms after its time (at 0.2 s)" in punctuality.text
+
+
+def test_a_wall_clock_may_run_faster() -> None:
+    clock = WallClock(1e6)
+    assert clock.wait(clock.now_s() + 100.0, ()) is False
+    assert clock.now_s() > 100.0

@@ -21,6 +21,7 @@ from companion.core.ports import ByteStream
 from companion.core.types import ActuatorCommand, Battery, DeviceHealth, Leak, RcInput, Reading, ThrusterFeedback
 from companion.io.actuators.calibration import ThrusterOutput
 from companion.io.actuators.receiver import channels
+from companion.io.recognise import Overheard
 
 _IDENT_PERIOD_S = 1.0
 _COMMAND_GRACE_S = 1.0  # a board that has not had our commands for so long is asked about its watchdog
@@ -64,6 +65,7 @@ class MicrocontrollerBridge:
         self._asked_s: float | None = None
         self._writing_since_s: float | None = None
         self._bytes_since_frame = 0
+        self._overheard = Overheard(_SILENT_BYTES)
         self._sequence = 0
 
     def read(self, now_s: float) -> Sequence[Reading]:
@@ -79,6 +81,7 @@ class MicrocontrollerBridge:
                     self._ident = message
                 elif isinstance(message, AuxiliaryState):
                     self._outputs, self._outputs_s = message, arrival_s
+            self._overheard.hear(data, self._bytes_since_frame)
         if newest is None:
             return ()
         self._heard_s, self._status = newest
@@ -142,7 +145,8 @@ class MicrocontrollerBridge:
 
     def _silence(self, now_s: float) -> str:
         if self._bytes_since_frame >= _SILENT_BYTES:
-            return f"bytes arrive but no valid frames: wrong baud rate in '{self._config.port}', or other firmware on the board"
+            wrong = self._overheard.guess or f"wrong baud rate in '{self._config.port}', or other firmware on the board"
+            return f"{self._bytes_since_frame:,} bytes and no valid frame: {wrong}"
         if self._heard_s is None:
             return "nothing received yet: check the board's power, cable and firmware"
         return f"silent for {now_s - self._heard_s:.1f} s: check the board's power and cable; it goes neutral by itself"

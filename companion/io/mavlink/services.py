@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from companion.io.corrections import CorrectionsRelay
 from companion.io.mavlink.commands import CommandService
 from companion.io.mavlink.component_metadata import metadata
 from companion.io.mavlink.disk_files import Shelf
@@ -17,6 +18,7 @@ from companion.io.mavlink.links import Link
 from companion.io.mavlink.log_service import LogService
 from companion.io.mavlink.mission_service import MissionService
 from companion.io.mavlink.parameter_service import ParameterService
+from companion.io.mavlink.rtcm_service import RtcmService
 from companion.io.mavlink.telemetry import Telemetry
 from companion.io.mavlink.vessel import VesselFace
 
@@ -46,8 +48,12 @@ def connect(
     ear: Ear | None = None,
     patience: float = 1.0,
     logs: Path | None = None,
+    relay: CorrectionsRelay | None = None,
 ) -> Hub:
-    """The ground stations' side of a vessel, whole. `tap`, `ear`, `patience`: see Hub; `logs`: the directory of the log folders."""
-    return Hub(
-        vessel, links, version, telemetry=Telemetry, services=lambda hub: default_services(hub, logs), tap=tap, ear=ear, patience=patience
-    )
+    """The ground stations' side of a vessel, whole. `tap`, `ear`, `patience`: see Hub; `logs`: the directory of the log folders; `relay`: takes
+    the corrections that stations send."""
+
+    def services(hub: Hub) -> Sequence[Service]:
+        return default_services(hub, logs) if relay is None else (*default_services(hub, logs), RtcmService(relay))
+
+    return Hub(vessel, links, version, telemetry=Telemetry, services=services, tap=tap, ear=ear, patience=patience)

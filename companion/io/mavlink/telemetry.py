@@ -14,6 +14,7 @@ from typing import Any
 
 from companion.core.types import Severity, Status, Tick, TrackedTarget
 from companion.io.mavlink import messages as mavlink
+from companion.io.mavlink import telemetry_instruments as instruments
 from companion.io.mavlink import telemetry_motion as motion
 from companion.io.mavlink import telemetry_state as state
 from companion.io.mavlink import telemetry_traffic as traffic
@@ -73,6 +74,8 @@ STREAMS: dict[int, Stream] = {
     mavlink.MAVLINK_MSG_ID_ACTUATOR_OUTPUT_STATUS: Stream(motion.actuator_output_status, 1.0),
     mavlink.MAVLINK_MSG_ID_NAMED_VALUE_FLOAT: Stream(motion.retraction, 1.0),
     AIS_VESSEL: Stream(traffic.nearest, 0.2),  # streamed, the next vessel in its turn
+    mavlink.MAVLINK_MSG_ID_GPS_RTK: Stream(instruments.gps_rtk, 1.0),
+    mavlink.MAVLINK_MSG_ID_DISTANCE_SENSOR: Stream(instruments.distance_sensor, 0.5),
 }
 
 _DATA_STREAMS: dict[int, tuple[int, ...]] = {

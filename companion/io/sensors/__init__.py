@@ -7,12 +7,16 @@ from collections.abc import Callable, Mapping
 from companion.config import ConfigError, SensorConfig
 from companion.core.ports import ByteStream, Sensor
 from companion.io.sensors.ais import AisReceiver
+from companion.io.sensors.mavlink_imu import MavlinkImu
 from companion.io.sensors.mtdata2 import Mtdata2Sensor
 from companion.io.sensors.nmea0183 import Nmea0183Sensor
+from companion.io.sensors.vectornav import VectorNavSensor
 
 DRIVERS: Mapping[str, Callable[[SensorConfig, ByteStream], Sensor]] = {
     "nmea0183": Nmea0183Sensor,
     "mtdata2": Mtdata2Sensor,
+    "vectornav": VectorNavSensor,
+    "mavlink_imu": MavlinkImu,
     "ais": AisReceiver,
 }
 

@@ -15,7 +15,8 @@ from companion.config import SensorConfig
 from companion.core.ports import ByteStream
 from companion.core.types import AisTarget, Reading
 from companion.io.sensors.driver import StreamDriver
-from companion.io.sensors.nmea0183 import checksum
+from companion.io.sensors.nmea0183_fields import checksum
+from companion.io.sensors.pace import Pace
 
 _LONGEST = 100  # of a sentence between ! and *
 _SENTENCE = re.compile(rb"!([A-Z]{2}VDM,([1-9]),([1-9]),([0-9]?),([^,*!]{0,2}),[0-W`-w]{1,%d},[0-5])\*([0-9A-Fa-f]{2})" % _LONGEST)
@@ -45,6 +46,7 @@ class AisReceiver(StreamDriver):
 
         self._decode = pyais.decode
         self._decoding_errors = (AISBaseException, ValueError, TypeError, LookupError, ArithmeticError, AttributeError)
+        self._pace = Pace(0.0)  # other vessels speak when they please
         self._tail = b""
         self._unfinished: dict[tuple[bytes, ...], tuple[float, dict[int, bytes]]] = {}
 

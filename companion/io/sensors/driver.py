@@ -8,6 +8,9 @@ from collections.abc import Sequence
 from companion.config import SensorConfig
 from companion.core.ports import ByteStream
 from companion.core.types import DeviceHealth, Reading
+from companion.io.recognise import Overheard
+from companion.io.sensors.pace import Pace
+from companion.io.sensors.setup import DeviceSetup
 
 _SILENT_BYTES = 600  # that many bytes without one valid message: not the language or not the speed
 
@@ -15,7 +18,8 @@ _SILENT_BYTES = 600  # that many bytes without one valid message: not the langua
 class StreamDriver(ABC):
     """Bytes of one port → readings. A protocol fills in `_feed`.
 
-    Remembers when the last valid message came and counts of valid messages, of bad ones, and of bytes since the last valid one.
+    Remembers when the last valid message came, counts of valid messages, of bad ones, and of bytes since the last valid one, the rates of
+    messages, and where those bytes are many what they look like.
     """
 
     messages = "messages"  # what the protocol calls them, for people
@@ -28,6 +32,10 @@ class StreamDriver(ABC):
         self._valid = 0
         self._bad = 0
         self._bytes_since_valid = 0
+        self._pace = Pace(config.rate_hz)
+        self._setup: DeviceSetup | None = None  # of devices that are told what to send
+        self._was_open = False
+        self._overheard = Overheard(_SILENT_BYTES)
 
     def read(self, now_s: float) -> Sequence[Reading]:
         """Readings whose bytes came in since the last call, in order of arrival."""
@@ -35,13 +43,20 @@ class StreamDriver(ABC):
         for arrival_s, data in self._stream.read(now_s):
             self._bytes_since_valid += len(data)
             self._feed(arrival_s, data, readings)
+            self._overheard.hear(data, self._bytes_since_valid)
+        if self._setup is not None:
+            self._set_up(self._setup, now_s)
+            if not self._setup.done:
+                return ()  # its axes and rates may not be those of the vessel's file yet
         return readings
 
     def health(self, now_s: float) -> DeviceHealth:
-        """Fault of the port, silence, or bytes that make no sense; else the counts."""
+        """Fault of the port, silence, or bytes that make no sense; else the counts and the rates."""
         age_s = None if self._last_valid_s is None else now_s - self._last_valid_s
         text = self._complaint(age_s)
         counts = f"{self._valid} {self.messages}, {self._bad} bad"
+        if not text and self._pace.text:
+            counts += f"; {self._pace.text}"
         return DeviceHealth(self.name, not text, age_s, f"{text} ({counts})" if text else counts)
 
     def fileno(self) -> int | None:
@@ -50,20 +65,36 @@ class StreamDriver(ABC):
     def close(self) -> None:
         self._stream.close()
 
+    def _set_up(self, setup: DeviceSetup, now_s: float) -> None:
+        is_open = self._stream.fault() is None
+        if is_open and not self._was_open:
+            setup.restart()
+        self._was_open = is_open
+        if is_open and (request := setup.due(now_s, now_s - (now_s if self._last_valid_s is None else self._last_valid_s))):
+            self._stream.write(request, now_s)
+
     def _complaint(self, age_s: float | None) -> str:
         fault = self._stream.fault()
         if fault is not None:
             return fault
-        if age_s is not None and age_s <= self._config.timeout_s:
+        recent = age_s is not None and age_s <= self._config.timeout_s
+        if not recent and self._bytes_since_valid >= _SILENT_BYTES:
+            return f"{self._bytes_since_valid:,} bytes and no valid {self.messages}: {self._nonsense()}"
+        if self._setup is not None and not self._setup.done:
+            return self._setup.remark
+        if recent:
             return ""
-        if self._bytes_since_valid >= _SILENT_BYTES:
-            return f"bytes arrive but no valid {self.messages}: wrong baud rate in '{self._config.port}', or the device speaks another protocol"
         if age_s is None:
             return "nothing received yet: check power and wiring"
         return f"silent for {age_s:.1f} s"
 
-    def _count_valid(self, arrival_s: float) -> None:
+    def _nonsense(self) -> str:
+        """What may be wrong where bytes come in that are no messages."""
+        return self._overheard.guess or f"wrong baud rate in '{self._config.port}', or the device speaks another protocol"
+
+    def _count_valid(self, arrival_s: float, kind: str = "") -> None:
         self._valid += 1
+        self._pace.note(arrival_s, kind)
         self._last_valid_s = arrival_s
         self._bytes_since_valid = 0
 

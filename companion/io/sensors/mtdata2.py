@@ -1,23 +1,29 @@
 """Xsens MTi inertial sensors: MTData2 messages over serial.
 
 Source: Xsens, MT Low-Level Communication Protocol Documentation. A message is FA FF MID LEN DATA CS; LEN 255 is followed by the length
-in two bytes; all bytes after FA add up to 0 modulo 256; numbers are big-endian. The device is configured for its NED output frame and
-mounted forward-right-down, so its axes are the boat's.
+in two bytes; all bytes after FA add up to 0 modulo 256; numbers are big-endian. The device gives its NED output frame, its axes those of
+the boat: it is mounted forward-right-down, or turned so by its own setting, which `configure` and `rotation_deg` write at the start.
 """
 
 from __future__ import annotations
 
 import math
+import re
 import struct
 from collections.abc import Mapping
+from dataclasses import replace
 
 from companion.config import SensorConfig
-from companion.core.angles import wrap_pi
 from companion.core.ports import ByteStream
-from companion.core.types import Heading, HeadingBy, Imu, MagneticField, Reading
+from companion.core.types import DeviceHealth, Imu, MagneticField, Reading
 from companion.io.sensors.driver import StreamDriver
+from companion.io.sensors.mtdata2_setup import ANSWERS, ERROR, SET_OUTPUT_ACK, error_text, mti_setup, rate_problem
+from companion.io.sensors.own_yaw import OwnYaw
+from companion.io.sensors.sample_clock import SampleClock
 
-_PREAMBLE = b"\xfa\xff\x36"  # with the identifier of MTData2: no other message is of interest
+_MTDATA2 = 0x36
+_PREAMBLE_BYTES = 3
+_preamble = re.compile(b"\xfa\xff[\x36" + b"".join(b"\\x%02x" % number for number in ANSWERS) + b"]").search
 _EXTENDED = 0xFF
 _LONGEST = 2048  # of a message's data; the protocol's own limit
 _KEPT_BYTES = 2 * _LONGEST
@@ -41,50 +47,16 @@ _FLOATS: Mapping[int, struct.Struct] = {
 }
 _header_at = struct.Struct(">HB").unpack_from
 _word_at = struct.Struct(">I").unpack_from
-_TICK_S = 1e-4
-_TICKS_WRAP = 2**32
-
-_HEADING_BY = {"none": None, "ahrs": None, "magnetic": HeadingBy.MAGNETIC, "true": HeadingBy.COMPASS}
-_HEADING_PERIOD_S = 0.095  # its errors are slow: ten a second say all there is to know
 
 _SELF_TEST_OK = 0x1
 _CLIPPING = 0x00080000
-
-
-class SampleClock:
-    """The device's own sample times → vessel time, free of the jitter of arrival.
-
-    In: sample time in ticks of 0.1 ms and the time of arrival; out: time of validity, never after arrival less `latency_s`. Remembers
-    the smallest delay seen, which may grow by 2 parts in 10 000 of the time, so that crystals may differ; a jump of either clock by more
-    than `jump_s` starts anew.
-    """
-
-    _DRIFT = 2e-4
-
-    def __init__(self, latency_s: float, jump_s: float = 0.5) -> None:
-        self._latency_s = latency_s
-        self._jump_s = jump_s
-        self._last_ticks: int | None = None
-        self._device_s = 0.0
-        self._offset_s = 0.0
-
-    def time_s(self, ticks: int, arrival_s: float) -> float:
-        """Time at which the sample was taken, in vessel time."""
-        step_s = 0.0 if self._last_ticks is None else (ticks - self._last_ticks) % _TICKS_WRAP * _TICK_S
-        first = self._last_ticks is None
-        self._last_ticks = ticks
-        self._device_s += step_s
-        direct = arrival_s - self._latency_s - self._device_s
-        offset = self._offset_s + self._DRIFT * step_s
-        self._offset_s = direct if first or abs(direct - offset) > self._jump_s else min(direct, offset)
-        return min(self._device_s + self._offset_s, arrival_s - self._latency_s)
 
 
 class Mtdata2Sensor(StreamDriver):
     """MTData2 bytes → `Imu` readings, `MagneticField` readings where the device sends its field, and `Heading` readings by its own yaw
     where the configuration says what that is worth.
 
-    Remembers the unfinished message, the relation of the device's clock to the vessel's, and when it last gave a heading. Messages without both acceleration and rate of turn give no reading, but count as valid: the health text then says what is missing.
+    Remembers the unfinished message and the relation of the device's clock to the vessel's. Messages without both acceleration and rate of turn give no reading, but count as valid: the health text then says what is missing.
     """
 
     messages = "MTData2 messages"
@@ -94,18 +66,19 @@ class Mtdata2Sensor(StreamDriver):
         self._buffer = bytearray()
         self._clock = SampleClock(config.latency_s)
         self._remark = ""
-        self._heading_by = _HEADING_BY[config.heading]
-        self._heading_s = -math.inf
+        self._rate_remark = ""
+        self._setup = mti_setup(config) if config.configure or config.rotation_rad is not None else None
+        self._own_yaw = OwnYaw(config)
 
     def _feed(self, arrival_s: float, data: bytes, readings: list[Reading]) -> None:
         buffer = self._buffer
         buffer += data
         at = 0
         while True:
-            at = buffer.find(_PREAMBLE, done := at)
-            if at < 0:
-                at = max(done, len(buffer) - len(_PREAMBLE) + 1)
+            if (found := _preamble(buffer, at)) is None:
+                at = max(at, len(buffer) - _PREAMBLE_BYTES + 1)
                 break
+            at = found.start()
             end = self._message_end(at)
             if end is None:
                 at += 1
@@ -114,11 +87,14 @@ class Mtdata2Sensor(StreamDriver):
             if end > len(buffer):
                 break
             message = bytes(buffer[at:end])
-            if sum(message) & 0xFF != _PREAMBLE[0]:
+            if sum(message) & 0xFF != message[0]:
                 at += 1
                 self._bad += 1
                 continue
-            self._message(arrival_s, message, readings)
+            if message[2] == _MTDATA2:
+                self._message(arrival_s, message, readings)
+            else:
+                self._answer(arrival_s, message[2], message[4:-1])
             at = end
         del buffer[:at]
         if len(buffer) > _KEPT_BYTES:
@@ -136,6 +112,17 @@ class Mtdata2Sensor(StreamDriver):
             return len(buffer) + 1
         length = buffer[at + 4] << 8 | buffer[at + 5]
         return at + 7 + length if length <= _LONGEST else None
+
+    def _answer(self, arrival_s: float, number: int, data: bytes) -> None:
+        """To a command of ours."""
+        self._count_valid(arrival_s, "answer")
+        setup = self._setup
+        if setup is None:
+            return
+        if number == ERROR:
+            setup.refused(error_text(data), arrival_s)
+        elif setup.heard(number) and number == SET_OUTPUT_ACK:
+            self._rate_remark = rate_problem(data, self._config.rate_hz)
 
     def _message(self, arrival_s: float, message: bytes, readings: list[Reading]) -> None:
         values: dict[int, tuple[float, ...]] = {}
@@ -166,7 +153,10 @@ class Mtdata2Sensor(StreamDriver):
 
     def _emit(self, arrival_s: float, ticks: int | None, values: Mapping[int, tuple[float, ...]], readings: list[Reading]) -> None:
         acceleration, rate = values.get(_ACCELERATION), values.get(_RATE_OF_TURN)
-        t_s = arrival_s - self._config.latency_s if ticks is None else self._clock.time_s(ticks, arrival_s)
+        t_s = arrival_s - self._config.latency_s
+        if ticks is not None:
+            direct_s, t_s = t_s, self._clock.time_s(ticks, arrival_s)
+            self._pace.late(direct_s - t_s)
         if field := values.get(_MAGNETIC_FIELD):
             readings.append(MagneticField(t_s, self.name, *field))
         if acceleration is None or rate is None:
@@ -175,9 +165,8 @@ class Mtdata2Sensor(StreamDriver):
         p, q, r = rate
         roll, pitch, yaw = _attitude(values)
         readings.append(Imu(t_s, self.name, x, y, z, p, q, r, roll, pitch, yaw))
-        if self._heading_by is not None and yaw is not None and not 0.0 <= t_s - self._heading_s < _HEADING_PERIOD_S:
-            self._heading_s = t_s
-            readings.append(Heading(t_s, self.name, wrap_pi(yaw + self._config.heading_offset_rad), None, self._heading_by))
+        if (heading := self._own_yaw.heading(t_s, yaw)) is not None:
+            readings.append(heading)
 
     def _note_status(self, word: int) -> None:
         if not word & _SELF_TEST_OK:
@@ -189,6 +178,10 @@ class Mtdata2Sensor(StreamDriver):
 
     def _complaint(self, age_s: float | None) -> str:
         return super()._complaint(age_s) or self._remark
+
+    def health(self, now_s: float) -> DeviceHealth:
+        health = super().health(now_s)
+        return replace(health, text=f"{health.text}; {self._rate_remark}") if self._rate_remark else health
 
 
 def _fixed_point(precision: int, count: int, raw: bytes) -> tuple[float, ...]:

@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import contextlib
 import os
 import select
 import socket
-from collections.abc import Iterator
-from itertools import pairwise
 from pathlib import Path
 
 import pytest
 
-from companion.core.ports import ByteStream
-from companion.io.transport import Line, TransportOpener
+from companion.io.transport import TransportOpener
 from companion.io.urls import Endpoint, TransportError, parse_url
+from tests.unit.io.lines import Terminal, opened, text_of, timed, wait_readable
 
 
 @pytest.mark.parametrize(
@@ -70,127 +67,51 @@ def test_opener_refuses_what_never_can_work(url: str, says: str) -> None:
         TransportOpener().open("x", url)
 
 
-@contextlib.contextmanager
-def opened(url: str) -> Iterator[Line]:
-    line = TransportOpener().open("device", url)
-    try:
-        assert isinstance(line, ByteStream)
-        yield line
-    finally:
+def test_devices_of_a_simulated_boat_are_looked_for_in_their_folder(tmp_path: Path) -> None:
+    opener = TransportOpener(tmp_path)
+    for url, place in (
+        ("serial:/dev/usv-gnss:4800", f"serial:{tmp_path}/usv-gnss:4800"),
+        ("serial:/dev/serial/by-id/usb-x:9600?parity=even", f"serial:{tmp_path}/serial/by-id/usb-x:9600?parity=even"),
+        ("serial:/srv/port:9600", "serial:/srv/port:9600"),
+    ):
+        line = opener.open("x", url)
+        assert (line.fault() or "").startswith(f"{place}: no such device")
         line.close()
 
 
-def wait_readable(line: Line) -> None:
-    descriptor = line.fileno()
-    assert descriptor is not None
-    assert select.select([descriptor], [], [], 2.0)[0]
-
-
-def text_of(line: Line, now_s: float) -> bytes:
-    return b"".join(data for _, data in line.read(now_s))
-
-
-class Terminal:
-    """A pseudo-terminal behind a name that can be pulled out and plugged in again."""
-
-    def __init__(self, path: Path) -> None:
-        self.path = path
-        self.master = -1
-
-    def plug(self) -> None:
-        self.master, slave = os.openpty()
-        self.path.unlink(missing_ok=True)
-        self.path.symlink_to(os.ttyname(slave))
-        os.set_blocking(self.master, False)
-        self._slave = slave
-
-    def let_go(self) -> None:
-        """Close our own end of the slave, as the device side of a plugged cable has none."""
-        os.close(self._slave)
-
-    def pull(self) -> None:
-        os.close(self.master)
-        self.path.unlink()
-
-
-def test_serial_reads_writes_and_comes_back(tmp_path: Path) -> None:
-    terminal = Terminal(tmp_path / "tty")
-    with opened(f"serial:{terminal.path}:9600") as line:
-        assert "no such device" in (line.fault() or "") and line.fileno() is None
-        assert not line.read(0.0)
-        terminal.plug()
-        assert not line.read(0.4)  # not before 0.5 s are over
-        line.write(b"lost", 0.45)
-        line.read(0.5)
-        terminal.let_go()
-        assert line.fault() is None
-        os.write(terminal.master, b"$hello\r\n\x00\xff")
-        wait_readable(line)
-        assert list(line.read(1.25)) == [(1.25, b"$hello\r\n\x00\xff")]
-        assert not line.read(1.3)
-        line.write(b"\r\n\x03\x11ok", 1.3)
-        assert os.read(terminal.master, 100) == b"\r\n\x03\x11ok"
-
-        terminal.pull()
-        assert not line.read(2.0)
-        assert line.fault() is not None and line.fileno() is None
-        terminal.plug()
-        for now_s in (2.1, 2.3, 2.5, 3.0):
-            line.read(now_s)
-        assert line.fault() is None
-        terminal.let_go()
-        os.write(terminal.master, b"again")
-        wait_readable(line)
-        assert text_of(line, 4.0) == b"again"
-        os.close(terminal.master)
-    assert line.fault() == "closed" and not line.read(9.0)
-
-
-def test_serial_retries_at_growing_distances(tmp_path: Path) -> None:
-    with opened(f"serial:{tmp_path}/none:9600") as line:
-        tries: list[float] = []
-        line._connect = lambda: tries.append(now_s) or (_ for _ in ()).throw(FileNotFoundError(2, "none"))  # type: ignore[method-assign,func-returns-value]
-        for k in range(300):
-            now_s = 0.1 * k
-            line.read(now_s)
-        gaps = [b - a for a, b in pairwise(tries)]
-    assert gaps == pytest.approx([0.5, 1.0, 2.0, 4.0, 5.0, 5.0, 5.0, 5.0], abs=0.11)
-
-
-def test_serial_is_locked_to_one(tmp_path: Path) -> None:
+def test_no_port_ever_blocks(tmp_path: Path) -> None:
+    """A serial line and a TCP stream that nobody reads, a host that does not answer, a closed port, nobody at all: 2000 calls each."""
     terminal = Terminal(tmp_path / "tty")
     terminal.plug()
-    with opened(f"serial:{terminal.path}:9600") as first, opened(f"serial:{terminal.path}:9600") as second:
-        assert first.fault() is None
-        assert "busy; another program has it open" in (second.fault() or "")
-        assert "\n" not in (second.fault() or "")
+    with socket.create_server(("127.0.0.1", 0), backlog=1) as deaf, socket.create_server(("127.0.0.1", 0), backlog=0) as full:
+        host, port = full.getsockname()
+        fill = [socket.socket() for _ in range(4)]
+        for each in fill:  # until the system drops what else knocks: a black hole
+            each.setblocking(False)
+            each.connect_ex((host, port))
+        urls = [
+            f"serial:{terminal.path}:9600",
+            f"tcpout:127.0.0.1:{deaf.getsockname()[1]}",
+            f"tcpout:127.0.0.1:{port}",
+            "tcpout:127.0.0.1:1",
+            "tcpout:192.0.2.1:4001",
+            "udpout:192.0.2.1:4001",
+            f"serial:{tmp_path}/none:9600",
+        ]
+        faults, worst_s = {}, 0.0
+        for url in urls:
+            with opened(url) as line:
+                for k in range(2000):
+                    worst_s = max(worst_s, timed(lambda now_s=0.01 * k: (line.read(now_s), line.write(bytes(1000), now_s))))  # type: ignore[misc]
+                faults[url] = line.fault()
+        for each in fill:
+            each.close()
     terminal.let_go()
     os.close(terminal.master)
-
-
-def test_a_full_serial_line_drops_whole_messages(tmp_path: Path) -> None:
-    """Nobody reads: writing never blocks, and what arrives in the end is whole messages."""
-    terminal = Terminal(tmp_path / "tty")
-    terminal.plug()
-    with opened(f"serial:{terminal.path}:9600") as line:
-        for k in range(3000):
-            line.write(b"%06d....................\n" % k, 0.001 * k)
-        got = b""
-        for k in range(200):
-            with contextlib.suppress(BlockingIOError):
-                got += os.read(terminal.master, 65536)
-            line.read(4.0 + k)
-        messages = got.split(b"\n")
-        assert messages[-1] == b"" and len(messages) > 10
-        assert all(len(text) == 26 and text[:6].isdigit() for text in messages[:-1])
-        assert len(messages) < 3000
-    terminal.let_go()
-    os.close(terminal.master)
-
-
-def test_permission_denied_says_what_to_do(tmp_path: Path) -> None:
-    with opened(f"serial:{tmp_path}/none:9600") as line:
-        assert "usermod -aG dialout" in line._explain(PermissionError(13, "Permission denied"))
+    print(f"the longest of {2000 * len(urls)} calls took {1e3 * worst_s:.1f} ms")
+    assert worst_s < 0.25
+    assert faults[urls[0]] is None and faults[urls[1]] is None
+    assert faults[urls[2]] in (f"{urls[2]}: connecting", f"{urls[2]}: no answer; trying again")
 
 
 def test_udp_both_ways() -> None:
@@ -300,3 +221,30 @@ def test_a_flood_is_taken_in_small_bites_and_none_of_it_is_lost() -> None:
                 assert heard == 60_000
         finally:
             line.close()
+
+
+def test_two_sensors_share_a_port() -> None:
+    """A receiver and an AIS receiver behind one multiplexer: both hear all of it, one opens and closes it."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind(("127.0.0.1", 0))
+        port = probe.getsockname()[1]
+    opener = TransportOpener()
+    first, second = opener.open("gnss", f"udpin:127.0.0.1:{port}"), opener.open("ais", f"udpin:127.0.0.1:{port}")
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as multiplexer:
+        multiplexer.sendto(b"$GPHDT,1.0,T*01\r\n", ("127.0.0.1", port))
+        multiplexer.sendto(b"!AIVDM\r\n", ("127.0.0.1", port))
+        found: list[tuple[float, bytes]] = []
+        for k in range(1000):
+            found += first.read(0.001 * k)
+            if len(found) == 2:
+                break
+        assert [data for _, data in found] == [b"$GPHDT,1.0,T*01\r\n", b"!AIVDM\r\n"]
+        assert second.read(1.0) == found and second.read(1.0) == []
+        second.write(b"to the device", 1.0)
+        multiplexer.settimeout(5.0)
+        assert multiplexer.recv(100) == b"to the device"
+    assert second.fault() is None and second.fileno() is None
+    second.close()
+    assert first.fault() is None
+    first.close()
+    assert second.fault() == "closed"

@@ -296,6 +296,20 @@ def test_a_receiver_that_loses_its_fix_is_left_for_the_other() -> None:
     assert state.position_age_s == pytest.approx(0.05)
 
 
+def test_a_receiver_with_carrier_phase_goes_before_one_without() -> None:
+    """Whatever the order in the file, once it has had it for five seconds; and that is said."""
+    said: list[str] = []
+    second = replace(REVOLT.sensors[0], name="spare")
+    estimator = Estimator(replace(REVOLT, sensors=(*REVOLT.sensors, second)), Parameters(), lambda *event: said.append(event[3]))
+    for k in range(1, 81):
+        t_s = 0.1 * k
+        plain = GnssFix(t_s, "gnss", 63.4389, 10.3990, None, FixType.DGPS, 9, 1.0, 0.5)
+        good = GnssFix(t_s, "spare", 63.4389, 10.3990, None, FixType.RTK_FIXED, 9, 1.0, 0.02)
+        state = estimator.update([plain, good], t_s)
+        assert state.fix is (FixType.DGPS if t_s < 5.05 else FixType.RTK_FIXED), t_s
+    assert said == ["Position by spare in place of gnss"]
+
+
 def test_time_of_day_and_wind_come_through() -> None:
     estimator = Estimator(REVOLT, Parameters())
     first_fixes(estimator, 63.4389, 10.3990)

@@ -34,6 +34,33 @@ def test_a_source_that_calls_itself_no_good_is_left_at_once() -> None:
     assert selector.offer("b", 0.1)
 
 
+def test_a_higher_grade_goes_before_the_order_once_it_is_proven() -> None:
+    """Carrier phase on the second receiver while the first has none: taken over after 5 s, given back 5 s after the first has it too."""
+    selector = SourceSelector({"a": 2.0, "b": 2.0})
+    used = []
+    for k in range(400):
+        t_s = 0.1 * k
+        first = selector.offer("a", t_s, grade=0 if t_s < 20.0 else 1)
+        second = selector.offer("b", t_s, grade=0 if t_s < 10.0 else 1)
+        assert first + second == 1 or not used or abs(t_s - 15.0) < 0.15 or abs(t_s - 25.0) < 0.15
+        used.append("a" if first else "b")
+    changes = [(round(0.1 * k, 1), used[k]) for k in range(1, 400) if used[k] != used[k - 1]]
+    assert changes == [(pytest.approx(15.0, abs=0.15), "b"), (pytest.approx(25.0, abs=0.15), "a")]
+
+
+def test_a_grade_that_flickers_is_never_proven() -> None:
+    selector = SourceSelector({"a": 2.0, "b": 2.0})
+    assert all(selector.offer("a", 0.1 * k) and not selector.offer("b", 0.1 * k, grade=int(k % 40 > 0)) for k in range(300))
+
+
+def test_of_two_that_come_back_the_higher_grade_is_taken() -> None:
+    selector = SourceSelector({"a": 2.0, "b": 2.0, "c": 2.0})
+    assert selector.offer("a", 0.0)
+    assert not selector.offer("b", 1.9) and not selector.offer("c", 1.9, grade=1)
+    assert not selector.offer("b", 2.1), "c is better"
+    assert selector.offer("c", 2.2, grade=1)
+
+
 def test_a_source_nobody_configured_serves_last() -> None:
     selector = SourceSelector({"a": 1.0})
     assert selector.offer("stranger", 0.0)

@@ -204,7 +204,11 @@ def test_wrong_language_is_told_from_silence() -> None:
     actuator, wire = bridge()
     wire.incoming.append((0.0, b"$GPGGA,nonsense*00\r\n" * 50))
     assert list(actuator.read(0.0)) == []
-    assert "baud rate" in actuator.health(0.0).text
+    assert "1,000 bytes and no valid frame: sentences of NMEA 0183 with wrong checksums" in actuator.health(0.0).text
+    actuator, wire = bridge()
+    wire.incoming.append((0.0, bytes((0x80, 0xF8, 0x98)) * 200))
+    actuator.read(0.0)
+    assert "wrong baud rate in" in actuator.health(0.0).text
 
 
 def test_beacon_and_retraction_are_passed_on() -> None:

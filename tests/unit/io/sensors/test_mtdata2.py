@@ -12,7 +12,8 @@ import pytest
 
 from companion.config import SensorConfig
 from companion.core.types import Heading, HeadingBy, Imu, MagneticField
-from companion.io.sensors.mtdata2 import Mtdata2Sensor, SampleClock
+from companion.io.sensors.mtdata2 import Mtdata2Sensor
+from companion.io.sensors.sample_clock import SampleClock
 
 # packet counter 1, sample time 10000 (1 s), acceleration (0.5, −0.25, −9.75), rate of turn (0.125, 0, −0.5), status 1
 BY_HAND = bytes.fromhex(

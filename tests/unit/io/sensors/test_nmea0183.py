@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from companion.config import ConfigError, SensorConfig
-from companion.core.types import FixType, GnssFix, GroundVelocity, Heading, HeadingBy, Reading, TimeOfDay, Wind
+from companion.core.types import Corrections, FixType, GnssFix, GroundVelocity, Heading, HeadingBy, Reading, TimeOfDay, Wind
 from companion.io.sensors import DRIVERS, open_sensor
 
 # sentences as makers' manuals print them, with their checksums
@@ -150,8 +150,9 @@ def test_compasses() -> None:
     + [(quality, FixType.NONE) for quality in (0, 6, 7, 8)],
 )
 def test_quality(quality: int, fix: FixType) -> None:
-    (reading,) = read(sentence(f"GNGGA,120000.00,6326.33401,N,01023.94001,E,{quality},12,0.8,10.4,M,40.0,M,1.0,0001"))
+    reading, *rest = read(sentence(f"GNGGA,120000.00,6326.33401,N,01023.94001,E,{quality},12,0.8,10.4,M,40.0,M,1.5,0001"))
     assert isinstance(reading, GnssFix)
+    assert rest == ([Corrections(1.0, "gnss", 1.5, 1)] if fix >= FixType.DGPS else [])
     assert reading.fix is fix
     assert math.isnan(reading.lat_deg) == (fix is FixType.NONE)
 
@@ -172,13 +173,13 @@ def test_accuracy_from_gst() -> None:
     assert stale.position_accuracy_m == pytest.approx(1.5 * 1.03)
 
 
-def test_gll_and_rot_and_unknown() -> None:
+def test_gll_and_unknown() -> None:
     (fix,) = read(sentence("GPGLL,4916.45,S,12311.12,E,225444,A,A"))
     assert isinstance(fix, GnssFix)
     assert (fix.lat_deg, fix.lon_deg) == pytest.approx((-(49.0 + 16.45 / 60.0), 123.0 + 11.12 / 60.0))
     assert read(sentence("GPGLL,4916.45,S,12311.12,E,225444,V,N")) == []
     sensor, line = driver()
-    line.chunks = [(1.0, sentence("TIROT,-0.3,A") + sentence("GPXYZ,1,2,3") + sentence("PASHR,1.0,2.0"))]
+    line.chunks = [(1.0, sentence("GPXYZ,1,2,3") + sentence("PASHR,1.0,2.0"))]
     assert sensor.read(1.0) == []
     assert sensor.health(1.0).ok
 
@@ -246,9 +247,16 @@ def test_health_tells_wrong_baud_rate_from_silence_and_fault() -> None:
     assert not sensor.health(6.5).ok and "no such device" in sensor.health(6.5).text
 
 
+def test_a_device_whose_sentences_are_of_no_use_is_named_by_them() -> None:
+    sensor, line = driver()
+    line.chunks = [(5.0, b"!AIVDM,1,1,,B,177KQJ5000G?tO`K>RA1wUbN0TKH,0*5C\r\n" * 60)]
+    assert sensor.read(5.0) == []
+    assert "sends no sentence that is used here, but AIS" in sensor.health(5.5).text
+
+
 def test_table() -> None:
-    assert set(DRIVERS) == {"nmea0183", "mtdata2", "ais"}
-    with pytest.raises(ConfigError, match="no driver 'sextant'; known: ais, mtdata2, nmea0183"):
+    assert set(DRIVERS) == {"nmea0183", "mtdata2", "vectornav", "mavlink_imu", "ais"}
+    with pytest.raises(ConfigError, match="no driver 'sextant'; known: ais, mavlink_imu, mtdata2, nmea0183, vectornav"):
         open_sensor(SensorConfig("gnss", "sextant", "serial:/dev/x"), Line())
     sensor, line = driver()
     assert sensor.fileno() == 7

@@ -1,0 +1,238 @@
+"""Corrections for satellite receivers: RTCM 3 from radios, TCP streams, NTRIP casters and ground stations, to the ports of the receivers.
+
+Whole frames only, unchanged. Corrections of two base stations must not be mixed: a receiver is given those of one source, the first in the
+vessel's file that is alive, ground stations after them.
+"""
+
+from __future__ import annotations
+
+import base64
+import math
+from collections.abc import Callable, Mapping, Sequence
+
+from companion.config import CorrectionsConfig
+from companion.core.ports import ByteStream
+from companion.core.types import DeviceHealth, Measurement, Reading, Severity, Tick
+from companion.io.nmea_out import gga
+from companion.io.rtcm import RtcmFramer
+
+Say = Callable[[float, Severity, str, str], None]
+
+RATE = "rtcm_hz"  # the measurement by which a source shows in the log
+_TIMEOUT_S = 10.0
+_TWICE_S = 5.0  # how late the same frame may come again by another way
+_MOST_REMEMBERED = 64
+_UNFINISHED_S = 0.5  # a line that pauses this long in mid-frame will not finish it
+_RATE_PERIOD_S = 1.0
+_PATIENCE_S = 30.0  # after the start, and between two requests that a caster refused
+_MOST_HEADER = 2000
+
+
+class CorrectionsRelay:
+    """Frames of all sources → the receivers' ports. A recorder too: once a tick it says when corrections stop and when they are back.
+
+    Remembers, for each receiver, which source it listens to and when that was last heard; lately forwarded frames; when any were heard.
+    """
+
+    def __init__(self, receivers: Mapping[str, ByteStream | None], sources: Sequence[str], say: Say) -> None:
+        """`receivers`: ports by the sensors' names, None for one that is not to be written to (a replay); `sources`: of the vessel's file."""
+        self._receivers = dict(receivers)
+        self._ranks = {name: rank for rank, name in enumerate(sources)}
+        self._say = say
+        self._listens: dict[str, tuple[str, float]] = {}  # receiver → (source, when last)
+        self._lately: dict[bytes, tuple[str, float]] = {}  # frame → (way, when)
+        self._heard_s: float | None = None
+        self._lost = False
+        self._homeless_told = False
+        self._listeners: list[Callable[[Tick], None]] = []
+
+    def every_tick(self, listener: Callable[[Tick], None]) -> None:
+        """Have a source told where the boat is."""
+        self._listeners.append(listener)
+
+    def take(self, source: str, frames: Sequence[bytes], now_s: float, to: str | None = None, way: str = "") -> None:
+        """Frames of a source for the receiver `to`, or for all. `way`: where one source comes in by several, what comes twice goes out once."""
+        if not frames:
+            return
+        if not self._receivers and not self._homeless_told:
+            self._homeless_told = True
+            self._say(now_s, Severity.WARNING, "corrections", "RTK corrections come in, but no sensor has rtcm = true in the vessel's file")
+        fresh = [frame for frame in frames if self._is_new(frame, way or source, now_s)]
+        for name, stream in self._receivers.items():
+            if to in (None, name) and self._chosen(name, source, now_s) and fresh and stream is not None:
+                stream.write(b"".join(fresh), now_s)
+
+    def heard(self, now_s: float) -> None:
+        """Corrections came in, from whom ever."""
+        if self._lost and self._receivers:
+            self._say(now_s, Severity.NOTICE, "corrections_back", "RTK corrections are back")
+        self._lost = False
+        self._heard_s = now_s
+
+    def record(self, tick: Tick) -> None:
+        now_s = tick.t_s
+        for listener in self._listeners:
+            listener(tick)
+        if any(type(reading) is Measurement and reading.name == RATE and reading.source in self._ranks for reading in tick.readings):
+            self.heard(now_s)
+        since_s = self._heard_s if self._heard_s is not None else (_PATIENCE_S - _TIMEOUT_S if self._ranks else math.inf)
+        if not self._lost and self._receivers and now_s - since_s > _TIMEOUT_S:
+            self._lost = True
+            text = f"RTK corrections: none for {_TIMEOUT_S:.0f} s" if self._heard_s is not None else "RTK corrections: none yet"
+            self._say(now_s, Severity.WARNING, "corrections_lost", text)
+
+    def close(self) -> None:
+        """The ports belong to the sensors."""
+
+    def _chosen(self, receiver: str, source: str, now_s: float) -> bool:
+        current, last_s = self._listens.get(receiver, (source, now_s))
+        if source != current and now_s - last_s <= _TIMEOUT_S and self._rank(source) >= self._rank(current):
+            return False
+        self._listens[receiver] = source, now_s
+        return True
+
+    def _rank(self, source: str) -> int:
+        return self._ranks.get(source, len(self._ranks))
+
+    def _is_new(self, frame: bytes, way: str, now_s: float) -> bool:
+        before, when_s = self._lately.pop(frame, (way, now_s))
+        self._lately[frame] = before, now_s
+        if len(self._lately) > _MOST_REMEMBERED:
+            del self._lately[next(iter(self._lately))]
+        if before == way or now_s - when_s > _TWICE_S:
+            self._lately[frame] = way, now_s
+            return True
+        return False
+
+
+class CorrectionsSource:
+    """One source of the vessel's file as a `Sensor`: reads its port, hands whole frames to the relay, and gives their rate to the log.
+
+    It is well whatever happens (a boat can do without corrections); the text of its health says how it is. Remembers the unfinished frame, counts, and for a
+    caster whether the request was sent and what was answered.
+    """
+
+    def __init__(self, config: CorrectionsConfig, name: str, stream: ByteStream, relay: CorrectionsRelay) -> None:
+        self.name = name
+        self._config = config
+        self._stream = stream
+        self._relay = relay
+        self._framer = RtcmFramer()
+        self._caster = None if config.mountpoint is None else Caster(config)
+        if self._caster is not None:
+            relay.every_tick(self.tell_position)
+        self._bytes_s = self._frame_s = -math.inf
+        self._frames = 0
+        self._counted = 0
+        self._counted_s: float | None = None
+
+    def read(self, now_s: float) -> Sequence[Reading]:
+        """The rate of frames, once a second while they come."""
+        frames: list[bytes] = []
+        for _, data in self._stream.read(now_s):
+            self._bytes_s = now_s
+            frames += self._framer.feed(data if self._caster is None else self._caster.stream(data, now_s))
+        if self._framer.pending and now_s - self._bytes_s > _UNFINISHED_S:
+            frames += self._framer.flush()
+        if self._caster is not None:
+            request = self._caster.request(self._stream.fault() is None, now_s)
+            if request:
+                self._stream.write(request, now_s)
+        if not frames:
+            return ()
+        self._frames += len(frames)
+        self._frame_s = now_s
+        self._relay.take(self.name, frames, now_s, self._config.to)
+        return self._rate(now_s)
+
+    def tell_position(self, tick: Tick) -> None:
+        """What a caster of virtual reference stations wants to know now and then."""
+        if self._caster is not None and self._caster.position_due(tick.t_s) and tick.nav.position_valid:
+            self._stream.write(gga(tick), tick.t_s)
+
+    def health(self, now_s: float) -> DeviceHealth:
+        age_s = None if self._frames == 0 else now_s - self._frame_s
+        counts = f"{self._frames} RTCM frames, {self._framer.bad} bad"
+        return DeviceHealth(self.name, True, age_s, f"{trouble} ({counts})" if (trouble := self._trouble(age_s)) else counts)
+
+    def _trouble(self, age_s: float | None) -> str:
+        if self._caster is not None and self._caster.trouble:
+            return self._caster.trouble
+        fault = self._stream.fault()
+        if fault is not None:
+            return fault
+        if age_s is not None and age_s <= self._config.timeout_s:
+            return ""
+        if self._framer.garbage >= 600 and self._frames == 0:
+            return f"bytes arrive but no RTCM 3 frames: wrong baud rate in '{self._config.port}', or another protocol"
+        return "nothing received yet" if age_s is None else f"silent for {age_s:.0f} s"
+
+    def fileno(self) -> int | None:
+        return self._stream.fileno()
+
+    def close(self) -> None:
+        self._stream.close()
+
+    def _rate(self, now_s: float) -> Sequence[Reading]:
+        if self._counted_s is None:
+            self._counted_s = now_s - _RATE_PERIOD_S
+        elapsed_s = now_s - self._counted_s
+        if elapsed_s < _RATE_PERIOD_S:
+            return ()
+        rate_hz = (self._frames - self._counted) / elapsed_s
+        self._counted, self._counted_s = self._frames, now_s
+        return (Measurement(now_s, self.name, rate_hz, RATE),)
+
+
+class Caster:
+    """The beginning of a conversation with an NTRIP caster, version 1: request, answer, then bare RTCM.
+
+    Remembers whether the line was open, what of the answer's first line has come, and when a request may be sent again.
+    """
+
+    def __init__(self, config: CorrectionsConfig) -> None:
+        self._config = config
+        self._was_open = False
+        self._header: bytes | None = b""  # None once the answer was good
+        self._may_ask_s = self._position_s = -math.inf
+        self._asked = False
+        self.trouble = ""
+
+    def request(self, is_open: bool, now_s: float) -> bytes:
+        """What to send now that the line is open or not; b'' for nothing."""
+        if is_open and not self._was_open:
+            self._header, self._asked = b"", False
+        self._was_open = is_open
+        if not is_open or self._asked or now_s < self._may_ask_s:
+            return b""
+        self._asked = True
+        config = self._config
+        lines = [f"GET /{config.mountpoint} HTTP/1.0", "User-Agent: NTRIP usv-companion/0.1"]
+        if config.user is not None:
+            lines.append("Authorization: Basic " + base64.b64encode(f"{config.user}:{config.password}".encode()).decode("ascii"))
+        return ("\r\n".join(lines) + "\r\n\r\n").encode("ascii")
+
+    def stream(self, data: bytes, now_s: float) -> bytes:
+        """What of the bytes that came in may be RTCM."""
+        if self._header is None:
+            return data
+        self._header += data
+        first, end, rest = self._header.partition(b"\r\n")
+        if not end and len(self._header) < _MOST_HEADER:
+            return b""
+        text = first.decode("ascii", "replace")[:80]
+        words = text.split()
+        if len(words) >= 2 and words[1] == "200" and not text.startswith("SOURCETABLE"):
+            self._header, self.trouble = None, ""
+            return rest
+        self._header = b""
+        self._may_ask_s = now_s + _PATIENCE_S
+        known = f"the caster has no mountpoint {self._config.mountpoint}" if text.startswith("SOURCETABLE") else f"the caster refuses: {text}"
+        self.trouble = known
+        return b""
+
+    def position_due(self, now_s: float) -> bool:
+        if self._header is not None or self._config.gga_s == 0.0 or now_s - self._position_s < self._config.gga_s:
+            return False
+        self._position_s = now_s
+        return True

@@ -1,0 +1,78 @@
+"""Fields of NMEA 0183 sentences: texts → numbers in SI, places, days, times of day."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from datetime import date, time
+
+from pynmea2.nmea_utils import datestamp, dm_to_sd, timestamp
+
+Sentence = Mapping[str, str]  # the texts of its fields by their names in pynmea2; those that a device leaves off are not there
+
+MPS = {"N": 1852.0 / 3600.0, "K": 1.0 / 3.6, "M": 1.0, "S": 1609.344 / 3600.0}
+DAY_S = 86400
+_UNIX_DAY = date(1970, 1, 1).toordinal()
+
+
+def checksum(body: bytes) -> int:
+    """The exclusive or of all bytes, at most 128: the one half over the other until one byte is left."""
+    folded = int.from_bytes(body, "little")
+    for half in (512, 256, 128, 64, 32, 16, 8):
+        folded ^= folded >> half
+    return folded & 0xFF
+
+
+def number(text: str | None) -> float | None:
+    """A field as a number, None where it is empty. Raises ValueError for text that is no number: the caller drops the sentence."""
+    if not text:
+        return None
+    value = float(text)
+    if not math.isfinite(value):
+        raise ValueError("not finite")
+    return value
+
+
+def angle_rad(text: str | None) -> float | None:
+    """Degrees → radians."""
+    degrees = number(text)
+    return None if degrees is None else math.radians(degrees)
+
+
+def signed(text: str | None, side: str | None) -> float | None:
+    """An angle with its E or W, positive east."""
+    value = number(text)
+    return None if value is None or side not in ("E", "W") else (value if side == "E" else -value)
+
+
+def day(text: str | None) -> date | None:
+    """ddmmyy as a date, None where it is empty."""
+    if not text:
+        return None
+    found: date = datestamp(text)
+    return found
+
+
+def seconds_of_day(text: str) -> float:
+    """hhmmss.sss; raises ValueError for what is no time."""
+    clock: time = timestamp(text)
+    return clock.hour * 3600 + clock.minute * 60 + clock.second + clock.microsecond * 1e-6
+
+
+def unix_ns(on: date, text: str) -> int:
+    """Absolute time of hhmmss.sss on a day."""
+    clock: time = timestamp(text)
+    seconds = (on.toordinal() - _UNIX_DAY) * DAY_S + clock.hour * 3600 + clock.minute * 60 + clock.second
+    return seconds * 1_000_000_000 + clock.microsecond * 1000
+
+
+def place(sentence: Sentence) -> tuple[float, float] | None:
+    """(latitude, longitude) in degrees; None where the fields are empty or impossible."""
+    lat, lon, north, east = sentence.get("lat"), sentence.get("lon"), sentence.get("lat_dir"), sentence.get("lon_dir")
+    if not (lat and lon and north in ("N", "S") and east in ("E", "W")):
+        return None
+    latitude: float = dm_to_sd(lat)
+    longitude: float = dm_to_sd(lon)
+    if latitude > 90.0 or longitude > 180.0:
+        return None
+    return (latitude if north == "N" else -latitude), (longitude if east == "E" else -longitude)

@@ -1,0 +1,63 @@
+"""When the values of an NMEA 0183 sentence were valid: by the UTC that it bears, else by that of its neighbours, else by its arrival."""
+
+from __future__ import annotations
+
+from companion.io.sensors.nmea0183_fields import DAY_S, Sentence, seconds_of_day
+from companion.io.sensors.pace import Pace
+from companion.io.sensors.sample_clock import SampleClock
+
+_JUMP_S = 0.3
+_NO_DELAY_S = 1e-3  # less tells nothing: most receivers print hundredths
+_BURST_S = 0.03  # how long after a stamped sentence one without may still be of the same epoch,
+_BURST_SHARE = 0.4  # and that as a share of the time between epochs
+
+
+class SentenceTimes:
+    """(kind, sentence, arrival of its first byte) → vessel time of validity.
+
+    GGA, RMC, GLL, GST and ZDA bear UTC: the smallest difference of arrival and stamp is taken for the configured latency, so that
+    sentences held up by the line or the operating system keep their own time. ZDA goes by itself: some receivers send it with the pulse
+    of the second, well before the measurements of that moment. HDT, VTG and others without a stamp belong to the epoch of
+    the stamped one just before them, each kind once; those that come alone are valid on arrival, less the latency.
+    Remembers the relation of the clocks and the last epoch.
+    """
+
+    def __init__(self, latency_s: float, pace: Pace) -> None:
+        self._latency_s = latency_s
+        self._pace = pace
+        self._clock, self._zda_clock = (SampleClock(latency_s, _JUMP_S, tick_s=1.0, wrap=DAY_S) for _ in range(2))
+        self._stamp_s: float | None = None
+        self._interval_s = 0.0
+        self._epoch_s = self._epoch_arrival_s = 0.0
+        self._seen: set[str] = set()
+
+    def of(self, kind: str, sentence: Sentence, arrival_s: float) -> float:
+        """Raises ValueError where a time stands that is none."""
+        direct_s = arrival_s - self._latency_s
+        if stamp := sentence.get("timestamp"):
+            if kind == "ZDA":
+                return self._aligned(self._zda_clock, seconds_of_day(stamp), arrival_s)[0]
+            return self._stamped(seconds_of_day(stamp), arrival_s)
+        since_s = arrival_s - self._epoch_arrival_s
+        if self._stamp_s is None or kind in self._seen or not 0.0 <= since_s <= min(_BURST_S, _BURST_SHARE * self._interval_s):
+            return direct_s
+        self._seen.add(kind)
+        return min(self._epoch_s, direct_s)
+
+    def _aligned(self, clock: SampleClock, stamp_s: float, arrival_s: float) -> tuple[float, float]:
+        """(time of validity, by how much it was late)."""
+        direct_s = arrival_s - self._latency_s
+        t_s = clock.time_s(stamp_s, arrival_s)
+        late_s = direct_s - t_s
+        return (direct_s if late_s < _NO_DELAY_S else t_s), late_s
+
+    def _stamped(self, stamp_s: float, arrival_s: float) -> float:
+        t_s, late_s = self._aligned(self._clock, stamp_s, arrival_s)
+        self._pace.late(late_s)
+        if stamp_s != self._stamp_s:
+            if self._stamp_s is not None:
+                self._interval_s = (stamp_s - self._stamp_s) % DAY_S
+            self._stamp_s = stamp_s
+            self._seen.clear()
+        self._epoch_s, self._epoch_arrival_s = t_s, arrival_s
+        return t_s

@@ -1,0 +1,92 @@
+"""VectorNav VN-100 and VN-200 inertial sensors: their ASCII message VNYMR over serial.
+
+Source: VectorNav, VN-100 User Manual (UM001), "Yaw, Pitch, Roll, Magnetic, Acceleration, and Angular Rates", registers 6 (type of the
+asynchronous output, 14 is VNYMR) and 7 (its rate). Degrees, Gauss, m/s² and rad/s in the sensor's axes, forward, starboard, down; the
+specific force of a level device at rest is −9.8 m/s² downwards. Messages bear an 8-bit checksum and no time.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+
+from companion.config import SensorConfig
+from companion.core.angles import wrap_pi
+from companion.core.ports import ByteStream
+from companion.core.types import Imu, MagneticField, Reading
+from companion.io.sensors.driver import StreamDriver
+from companion.io.sensors.nmea0183_fields import checksum, number
+from companion.io.sensors.own_yaw import OwnYaw
+from companion.io.sensors.setup import DeviceSetup, Step
+
+_LONGEST = 200
+_MESSAGE = re.compile(rb"\$(VN[ -#%%-)+-~]{3,%d})\*([0-9A-Fa-f]{2})" % _LONGEST)
+_KEPT_BYTES = _LONGEST + 4
+_VALUES = 12
+_YMR = 14
+_RATES_HZ = (1, 2, 4, 5, 10, 20, 25, 40, 50, 100, 200)  # that register 7 takes
+
+
+class VectorNavSensor(StreamDriver):
+    """VNYMR → `Imu`; `MagneticField` for an AHRS of ours, `Heading` by the device's yaw where the configuration says what that is worth.
+
+    Times are those of arrival of a message's first byte, less the configured latency. With `configure` the device is told at the start to
+    send VNYMR at the rate nearest to `rate_hz`. Remembers the unfinished message.
+    """
+
+    messages = "VectorNav messages"
+
+    def __init__(self, config: SensorConfig, stream: ByteStream) -> None:
+        super().__init__(config, stream)
+        self._tail = b""
+        self._tail_arrival_s = 0.0
+        self._setup = _setup(config.rate_hz) if config.configure else None
+        self._own_yaw = OwnYaw(config)
+        self._gives_field = config.heading == "ahrs"
+
+    def _feed(self, arrival_s: float, data: bytes, readings: list[Reading]) -> None:
+        kept = len(self._tail)
+        buffer, done = self._tail + data, 0
+        for match in _MESSAGE.finditer(buffer):
+            done = match.end()
+            if checksum(match[1]) != int(match[2], 16):
+                self._bad += 1
+                continue
+            began_s = self._tail_arrival_s if match.start() < kept else arrival_s
+            self._message(match[1].decode("ascii"), began_s - self._config.latency_s, arrival_s, readings)
+        begin = buffer.rfind(b"$", done)
+        unfinished = begin >= 0 and len(buffer) - begin <= _KEPT_BYTES
+        if unfinished and begin >= kept:
+            self._tail_arrival_s = arrival_s
+        self._tail = buffer[begin:] if unfinished else b""
+
+    def _message(self, body: str, t_s: float, arrival_s: float, readings: list[Reading]) -> None:
+        self._count_valid(arrival_s, body[2:5])
+        if body.startswith("VNYMR,"):
+            try:
+                values = [number(text) for text in body[6:].split(",")]
+            except ValueError:
+                values = []
+            if len(values) != _VALUES or None in values:
+                self._bad += 1
+                return
+            self._emit(t_s, [value for value in values if value is not None], readings)
+        elif self._setup is not None and body.startswith("VNWRG,"):
+            self._setup.heard(",".join(body.split(",")[1:3]))
+        elif self._setup is not None and body.startswith("VNERR"):
+            self._setup.refused(f"error {body[6:]}", arrival_s)
+
+    def _emit(self, t_s: float, values: list[float], readings: list[Reading]) -> None:
+        yaw_deg, pitch_deg, roll_deg, mx, my, mz, x, y, z, p, q, r = values
+        yaw = math.radians(yaw_deg)
+        if self._gives_field:
+            readings.append(MagneticField(t_s, self.name, mx, my, mz))
+        readings.append(Imu(t_s, self.name, x, y, z, p, q, r, math.radians(roll_deg), math.radians(pitch_deg), wrap_pi(yaw)))
+        if (heading := self._own_yaw.heading(t_s, yaw)) is not None:
+            readings.append(heading)
+
+
+def _setup(rate_hz: float) -> DeviceSetup:
+    nearest = min(_RATES_HZ, key=lambda hz: abs(hz - rate_hz))
+    commands = (("output type", f"06,{_YMR}"), ("output rate", f"07,{nearest}"))
+    return DeviceSetup([Step(name, b"$%s*%02X\r\n" % (body, checksum(body)), text) for name, text in commands if (body := f"VNWRG,{text}".encode())])

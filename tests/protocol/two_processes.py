@@ -1,0 +1,138 @@
+"""Plant and companion as two processes that meet on pseudo-terminals only, and a ground station over UDP that a `Station` can use."""
+
+from __future__ import annotations
+
+import csv
+import os
+import select
+import signal
+import socket
+import subprocess
+import sys
+import time
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+from companion.config import VesselConfig, find, load
+
+
+class TwoProcesses:
+    """`companion sitl VESSEL` and `companion run VESSEL --devices`. It has the face of a `Rig` as far as a `Station` looks: times are the boat's."""
+
+    def __init__(self, folder: Path, vessel: str = "revolt", speed: float = 1.0, *plant: str) -> None:
+        self.folder, self.vessel, self.speed = folder, vessel, speed
+        self.config: VesselConfig = load(find(vessel))
+        self._extra = plant
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._socket.bind(("127.0.0.1", 0))
+        self._socket.setblocking(False)
+        self._peer: Any = None
+        self._start_s = 0.0
+        self._processes: list[subprocess.Popen[str]] = []
+        self.hello: list[str] = []
+        self.said = ""  # what the companion printed at its end
+
+    @property
+    def now_s(self) -> float:
+        return (time.monotonic() - self._start_s) * self.speed
+
+    def step(self) -> None:
+        """Wait for a packet, at most a twentieth of a second."""
+        select.select([self._socket], [], [], 0.05)
+
+    def send(self, data: bytes) -> None:
+        if self._peer is not None:
+            self._socket.sendto(data, self._peer)
+
+    def receive(self) -> bytes:
+        data = b""
+        try:
+            while len(data) < 65536:
+                packet, self._peer = self._socket.recvfrom(65535)
+                data += packet
+        except BlockingIOError:
+            pass
+        return data
+
+    def type(self, text: str) -> int:
+        """On the plant's console; returns the machine's time in ns at which it was typed."""
+        stdin = self._processes[0].stdin
+        assert stdin is not None
+        typed_ns = time.time_ns()
+        stdin.write(text + "\n")
+        stdin.flush()
+        return typed_ns
+
+    def events(self) -> list[dict[str, str]]:
+        """What the companion has logged so far."""
+        file = next((self.folder / "logs").glob("*/events.csv"))
+        return list(csv.DictReader(file.read_text(encoding="utf-8").splitlines()))
+
+    def truth(self) -> list[dict[str, float]]:
+        """What the plant has logged so far."""
+        file = next((self.folder / "plant").glob("*/truth.csv"))
+        rows = list(csv.DictReader(file.read_text(encoding="utf-8").splitlines()))
+        return [{name: float(value) for name, value in row.items()} for row in rows[:-1]]
+
+    def __enter__(self) -> TwoProcesses:
+        ports = self.folder / "ports"
+        link = f"udpout:127.0.0.1:{self._socket.getsockname()[1]}"
+        plant = ["sitl", self.vessel, "--dir", str(ports), "--log", str(self.folder / "plant"), "--speed", f"{self.speed:g}", *self._extra]
+        boat = ["run", self.vessel, "--devices", str(ports), "--speed", f"{self.speed:g}", "--link", link]
+        boat += ["--state", str(self.folder / "state"), "--log", str(self.folder / "logs")]
+        try:
+            both = self._start(plant), self._start(boat)  # either may be first
+            self.hello = _lines(both[0], "for: companion run")
+            _lines(both[1], "log:")
+        except RuntimeError:
+            self._end()
+            raise
+        self._start_s = time.monotonic()
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        ends = self._end()
+        if kind is None:
+            assert all(code == 0 and not errors for code, _, errors in ends), ends
+        self.said = ends[-1][1]
+
+    def _start(self, arguments: list[str]) -> subprocess.Popen[str]:
+        process = subprocess.Popen(
+            [sys.executable, "-m", "companion", *arguments],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            env={**os.environ, "PYTHONUNBUFFERED": "1"},
+        )
+        self._processes.append(process)
+        return process
+
+    def _end(self) -> list[tuple[int, str, str]]:
+        """Ctrl-C, the companion first. (exit code, stdout, stderr) of each."""
+        ends = []
+        for process in reversed(self._processes):
+            if process.poll() is None:
+                process.send_signal(signal.SIGINT)
+            try:
+                out, errors = process.communicate(timeout=15.0)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                out, errors = process.communicate()
+                errors += "it did not end"
+            ends.append((process.returncode, out, errors))
+        self._socket.close()
+        return ends[::-1]
+
+
+def _lines(process: subprocess.Popen[str], until: str) -> list[str]:
+    """What it says first. Raises RuntimeError with what it said if it ends instead."""
+    assert process.stdout is not None
+    lines: list[str] = []
+    while not lines or not lines[-1].startswith(until):
+        line = process.stdout.readline()
+        if not line:
+            raise RuntimeError(f"it did not start: {lines} {process.communicate()[1]}")
+        lines.append(line.rstrip())
+    return lines

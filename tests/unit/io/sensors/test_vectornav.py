@@ -1,0 +1,82 @@
+"""VNYMR messages as devices have printed them, through the driver; and the commands that it writes."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pytest
+
+from companion.config import SensorConfig
+from companion.core.types import Heading, HeadingBy, Imu, MagneticField
+from companion.io.sensors import open_sensor
+from tests.unit.io.sensors.test_mtdata2_setup import Listening
+from tests.unit.io.sensors.test_nmea0183 import sentence
+
+# recorded of VN-100s by other projects, with their checksums
+VNYMR = b"$VNYMR,+100.949,-007.330,+000.715,-00.0049,-00.2449,+00.5397,-01.258,-00.100,-09.701,-00.000018,+00.001122,-00.000551*69\r\n"
+TILTED = b"$VNYMR,-078.104,+005.642,+023.096,+00.0125,+00.1252,-00.1042,+00.878,-03.762,-08.854,-00.010387,-00.028062,-00.061305*68\r\n"
+
+
+def driver(**more: Any) -> tuple[Any, Listening]:
+    line = Listening()
+    return open_sensor(SensorConfig("imu", "vectornav", "serial:/dev/x:115200", **more), line), line
+
+
+def read(*chunks: bytes, **more: Any) -> list[Any]:
+    sensor, line = driver(**more)
+    line.chunks = [(1.0 + 0.1 * k, chunk) for k, chunk in enumerate(chunks)]
+    return list(sensor.read(9.0))
+
+
+def test_by_hand() -> None:
+    (imu,) = read(VNYMR)
+    assert isinstance(imu, Imu)
+    assert (imu.t_s, imu.source, imu.x_mps2, imu.y_mps2, imu.z_mps2) == (1.0, "imu", -1.258, -0.1, -9.701)
+    assert (imu.roll_rate_radps, imu.pitch_rate_radps, imu.yaw_rate_radps) == (-0.000018, 0.001122, -0.000551)
+    assert (imu.roll_rad, imu.pitch_rad, imu.yaw_rad) == pytest.approx([math.radians(a) for a in (0.715, -7.33, 100.949)])
+
+
+def test_attitude_and_specific_force_are_of_the_same_axes() -> None:
+    """At rest the force is −g in the axes of the attitude: x g sin pitch, y −g cos pitch sin roll, z −g cos pitch cos roll."""
+    for imu in read(VNYMR, TILTED):
+        g = math.hypot(imu.x_mps2, imu.y_mps2, imu.z_mps2)
+        assert g == pytest.approx(9.8, abs=0.15)
+        pitch, roll = math.asin(imu.x_mps2 / g), math.atan2(-imu.y_mps2, -imu.z_mps2)
+        assert (pitch, roll) == pytest.approx((imu.pitch_rad, imu.roll_rad), abs=math.radians(0.8))
+
+
+def test_field_and_heading_where_the_file_asks_for_them() -> None:
+    field, imu = read(VNYMR, heading="ahrs")
+    assert field == MagneticField(1.0, "imu", -0.0049, -0.2449, 0.5397) and isinstance(imu, Imu)
+    imu, heading = read(VNYMR, heading="magnetic", heading_offset_rad=0.1)
+    assert heading == Heading(1.0, "imu", pytest.approx(math.radians(100.949) + 0.1), None, HeadingBy.MAGNETIC)
+
+
+@pytest.mark.parametrize(
+    "bad", [VNYMR.replace(b"*69", b"*68"), sentence("VNYMR,1,2,3"), sentence("VNYMR" + ",1" * 11 + ",x"), sentence("VNYMR" + ",1" * 11 + ","), b"$VN*18\r\n"]
+)
+def test_bad_messages_give_nothing(bad: bytes) -> None:
+    assert read(bad) == []
+
+
+def test_every_split_gives_the_same() -> None:
+    whole = b"\xfa$VN" + VNYMR + TILTED
+    for at in range(1, len(whole)):
+        assert len(read(whole[:at], whole[at:])) == 2
+
+
+def test_it_is_told_type_and_rate() -> None:
+    sensor, line = driver(configure=True, rate_hz=60.0)
+    line.chunks = [(0.0, VNYMR)]
+    assert sensor.read(0.0) == () and line.sent == [(0.0, sentence("VNWRG,06,14"))]
+    line.chunks = [(0.1, sentence("VNWRG,06,14"))]
+    sensor.read(0.1)
+    assert line.sent[-1] == (0.1, sentence("VNWRG,07,50"))
+    line.chunks = [(0.2, sentence("VNERR,06"))]
+    sensor.read(0.2)
+    assert "refuses output rate: error 06" in sensor.health(0.2).text
+    for now_s, reply in ((5.3, b""), (5.4, sentence("VNWRG,06,14")), (5.5, sentence("VNWRG,07,50")), (5.6, VNYMR)):
+        line.chunks = [(now_s, reply)]
+        readings = sensor.read(now_s)
+    assert len(readings) == 1 and sensor.health(5.6).ok

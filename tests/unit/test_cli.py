@@ -1,0 +1,30 @@
+"""Mistakes on the command line that cost no process."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from companion.cli import main
+
+
+@pytest.mark.parametrize(
+    ("arguments", "remedy"),
+    [
+        (("run", "revolt", "--sitl", "--devices", "."), "leave out --devices"),
+        (("run", "revolt", "--devices", ".", "--wind", "3"), "belongs to `companion sitl`"),
+        (("run", "revolt", "--speed", "2"), "needs --sitl or --devices"),
+        (("sitl", "revlot"), "no vessel named"),
+        (("sitl", "revolt", "--speed", "0"), "above 0"),
+        (("sitl", "rescuerunner", "--leader", "kraken"), "one of straight, thesis"),
+        (("devices", "--seconds", "0"), "0.5 to 600"),
+    ],
+)
+def test_a_mistake_is_one_line_that_says_what_to_do(
+    arguments: tuple[str, ...], remedy: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    extra = ("--state", str(tmp_path / "state"), "--log", str(tmp_path / "log")) if arguments[0] == "run" else ()
+    assert main([*arguments, *extra]) == 2
+    errors = capsys.readouterr().err
+    assert remedy in errors and len(errors.strip().splitlines()) == 1, errors
