@@ -13,6 +13,7 @@ from typing import Any, Protocol
 
 from companion.allocation.allocator import Allocator
 from companion.allocation.availability import Availability
+from companion.allocation.feedback import ThrusterReports
 from companion.allocation.jet import JetAllocator
 from companion.config import VesselConfig
 from companion.control.controller import Controller
@@ -109,7 +110,7 @@ class Vessel:
         self._arrived: list[Reading] = []  # readings that came in between two ticks
         self._inputs = Inputs()
         self._charge = ChargeCounter(config.battery)
-        self._feedback: list[ThrusterFeedback | None] = [None] * len(config.thrusters)
+        self._reports = ThrusterReports(len(config.thrusters))
         self._achieved: Wrench = ZERO_WRENCH
         self._command: ActuatorCommand | None = None  # the last that went to the bridges
         self._thrust: Wrench | None = None  # on the hull, None where it is not ours to know
@@ -177,7 +178,7 @@ class Vessel:
                 case Corrections():
                     inputs = replace(inputs, corrections=reading)
                 case ThrusterFeedback():
-                    self._feedback[reading.index] = reading
+                    self._reports.take(reading)
                 case AisTarget():
                     self.supervisor.traffic_heard(reading, now_s)
         self._inputs = inputs
@@ -201,7 +202,7 @@ class Vessel:
         """Thrusters that have failed or are not down are left out of the allocation at once, and the modes know of them."""
         availability = self._blocks.availability
         silent = [device.name for device in health if not device.ok]
-        if availability.update(self._feedback, self._command, self.supervisor.retraction.lower, silent, now_s):
+        if availability.update(self._reports.newest, self._command, self.supervisor.retraction.lower, silent, now_s):
             for i, condition in enumerate(availability.conditions):
                 self._blocks.allocator.set_failed(i, condition is not Condition.READY)
                 self.supervisor.thruster_failed(i, condition is Condition.FAILED)
@@ -225,7 +226,7 @@ class Vessel:
         """What may go to the bridges, with servos, relays and lamps."""
         lower = self.supervisor.retraction.lower
         outputs = self.supervisor.auxiliary.update(status.armed, now_s)
-        command = self._blocks.gate.update(allocation, status.armed, now_s, self.period_s, lower, self._feedback, outputs)
+        command = self._blocks.gate.update(allocation, status.armed, now_s, self.period_s, lower, self._reports.newest, outputs)
         leak = self._inputs.leak
         lamps = beacon(status, leak is not None and leak.wet, health, self._blocks.availability.conditions)
         return replace(command, beacon=lamps)
@@ -257,7 +258,7 @@ class Vessel:
             allocation=allocation,
             command=command,
             inputs=self._inputs,
-            feedback=tuple(self._feedback),
+            feedback=tuple(self._reports.newest),
             health=(*health, *self._stations.health(nav.t_s)),
             events=self.events.drain(),
             load=self.load,

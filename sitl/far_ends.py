@@ -5,6 +5,7 @@
     udpout:127.0.0.1:5000         the companion sends there: we listen, and answer the last sender
     tcpin:0.0.0.0:4001            the companion waits there: we connect, and again when it has gone
     tcpout:127.0.0.1:4001         the companion connects there: we wait for it
+    can:can0                      a group of UDP multicast on this computer, which both know by the folder of the ports
 
 None of them blocks or raises for what the companion does; what it does not take is lost, as on a wire.
 """
@@ -18,9 +19,10 @@ import socket
 import tty
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
 from companion.config import ConfigError
+from companion.core.can_frame import pack, stand_in, unpack
 
 _DEV = "/dev/"
 _CHUNK = 65536
@@ -245,12 +247,48 @@ class TcpEnd:
             peer.close()
 
 
+class CanEnd:
+    """A CAN bus, its frames in UDP multicast on this computer as python-can carries them. Unplugged, nothing of it comes through."""
+
+    def __init__(self, place: Place, folder: Path) -> None:
+        group, port = stand_in(str(folder), place.path)
+        self.shown = f"CAN {place.path}, by UDP multicast {group}:{port}"
+        self._group, self._port = group, port
+        self._bus: Any = None
+
+    def plug(self) -> None:
+        if self._bus is None:
+            import can
+
+            self._bus = can.Bus(interface="udp_multicast", channel=self._group, port=self._port)
+
+    def unplug(self) -> None:
+        bus, self._bus = self._bus, None
+        if bus is not None:
+            bus.shutdown()
+
+    def take(self) -> bytes:
+        taken = b""
+        while self._bus is not None and (message := self._bus.recv(timeout=0)) is not None:
+            taken += pack(message.arbitration_id, bytes(message.data))
+        return taken
+
+    def give(self, data: bytes) -> None:
+        if self._bus is not None:
+            import can
+
+            for identifier, content in unpack(data)[0]:
+                with contextlib.suppress(can.CanError):
+                    self._bus.send(can.Message(arbitration_id=identifier, data=content, is_extended_id=True), timeout=0)
+
+
 ENDS: Mapping[str, Callable[[Place, Path], FarEnd]] = {
     "serial": PtyEnd,
     "udpin": UdpEnd,
     "udpout": UdpEnd,
     "tcpin": TcpEnd,
     "tcpout": TcpEnd,
+    "can": CanEnd,
 }
 
 

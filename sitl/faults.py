@@ -51,9 +51,12 @@ class Fault:
 def known(vessel: VesselConfig) -> dict[str, str]:
     """Names of the faults of this vessel, each with what it does."""
     devices = [sensor.name for sensor in vessel.sensors] + [bridge.name for bridge in vessel.actuators]
+    single = [row.thruster for bridge in vessel.actuators for row in bridge.drives]
+    single += [row.thruster for bridge in vessel.actuators for row in bridge.motors]
     return {
         **_FIXED,
         **{f"thruster_{t.name}_{kind}": f"thruster {t.name} {text}" for t in vessel.thrusters for kind, text in _OF_THRUSTERS.items() if _can(t, kind)},
+        **{f"drive_{name}_lost": f"the drive or motor of {name} does not answer" for name in single},
         **{f"{device}_unplugged": f"the port of {device} vanishes" for device in devices},
     }
 

@@ -27,10 +27,8 @@ class Jet(Thruster):
         self._exit_mps = self._target_mps = 0.0
         self._most_mps = math.sqrt(config.max_n / jet.density_area_kgpm)
 
-    def demand(self, throttle: float, azimuth_rad: float | None) -> None:
+    def drive(self, throttle: float) -> None:
         self._target_mps = self._exit_for(throttle)
-        if azimuth_rad is not None:
-            self._target_rad = self._reachable(azimuth_rad)
 
     def step(self, dt_s: float, surge_mps: float = 0.0) -> None:
         target_mps = self._target_mps if not self.runaway else self._exit_for(_RUNAWAY_THROTTLE)

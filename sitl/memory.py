@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 _MAX_BYTES = 65536  # either way; a side that does not read loses the oldest
 _SOON_S = 1e-9
@@ -56,6 +56,8 @@ class MemoryStream:
     def write(self, data: bytes, now_s: float) -> None:
         if self.plugged and not self._closed:
             self.to_device.put(now_s, data)
+            if self.device.wake is not None:
+                self.device.wake(now_s)
 
     def fault(self) -> str | None:
         if self._closed:
@@ -77,12 +79,16 @@ class MemoryStream:
 
 
 class MemoryDevice:
-    """The device's end. `unplug` makes the port vanish, with what was under way in it; `plug` brings it back."""
+    """The device's end. `unplug` makes the port vanish, with what was under way in it; `plug` brings it back.
 
-    __slots__ = ("_stream",)
+    `wake(now_s)`, where a device has set it, is called as the host has written: for one that answers at once, and not at the world's next step.
+    """
+
+    __slots__ = ("_stream", "wake")
 
     def __init__(self, stream: MemoryStream) -> None:
         self._stream = stream
+        self.wake: Callable[[float], None] | None = None
 
     def send(self, data: bytes, t_s: float) -> None:
         """Bytes that arrive at the host at `t_s`."""

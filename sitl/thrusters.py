@@ -71,13 +71,22 @@ class Thruster:
 
     def demand(self, throttle: float, azimuth_rad: float | None) -> None:
         """What the bridge asks for. None leaves the direction as demanded before."""
+        self.drive(throttle)
+        if azimuth_rad is not None:
+            self.aim(azimuth_rad)
+
+    def drive(self, throttle: float) -> None:
+        """The propeller alone."""
         config = self._config
         u = min(max(throttle, -1.0), 1.0)
         if abs(u) < config.dead_band:
             u = 0.0
         force_n = (config.ahead_n if u >= 0.0 else config.astern_n) * u * abs(u)
         self._target_n = min(max(force_n, config.min_n), config.max_n)
-        if self._turns and azimuth_rad is not None:
+
+    def aim(self, azimuth_rad: float) -> None:
+        """The direction alone."""
+        if self._turns:
             self._target_rad = self._reachable(azimuth_rad)
 
     def step(self, dt_s: float, surge_mps: float = 0.0) -> None:

@@ -117,7 +117,7 @@ class World:
         by_name = {config.name: thruster for config, thruster in zip(vessel.thrusters, self.thrusters, strict=True)}
         self.sensors = [emulators.sensor(config, self._port(config.name), around) for config in vessel.sensors]
         self.boards = [
-            emulators.board(config, self._port(config.name), [by_name[name] for name in config.thrusters], self.battery, self.faults)
+            emulators.board(config, self._port(config.name), by_name, self.battery, self.faults)
             for config in vessel.actuators
         ]
         self._devices = (*self.sensors, *self.boards)

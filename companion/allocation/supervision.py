@@ -74,7 +74,7 @@ class FeedbackSupervision:
         throttle = command.throttle if armed else 0.0
         if not self._seen or armed != self._armed:
             self._begin(throttle, command, armed, measured)
-        stray = self._propeller_stray(throttle, measured.throttle, tolerances, dt_s)
+        stray = measured.throttle is not None and self._propeller_stray(throttle, measured.throttle, tolerances, dt_s)
         self._off_s = self._off_s + dt_s if stray else max(0.0, self._off_s - dt_s)
         turned_wrong = False
         if armed and measured.azimuth_rad is not None and command.azimuth_rad is not None:
@@ -82,7 +82,7 @@ class FeedbackSupervision:
             self._azimuth_off_s = self._azimuth_off_s + dt_s if turned_wrong else max(0.0, self._azimuth_off_s - dt_s)
         if self.fault is not None:
             self._recover(stray or turned_wrong, measured, tolerances, now_s, dt_s)
-        if stray and self._off_s >= tolerances.after_s:
+        if stray and measured.throttle is not None and self._off_s >= tolerances.after_s:
             self._declare(_propeller_fault(throttle, measured.throttle, tolerances), measured, now_s)
         elif turned_wrong and self._azimuth_off_s >= tolerances.after_s:
             self._declare(ThrusterFault.STUCK, measured, now_s)
@@ -93,12 +93,13 @@ class FeedbackSupervision:
         if armed != self._armed and self.fault is not ThrusterFault.RUNAWAY:
             self.fault = None
         self._seen, self._armed = True, armed
-        self._low, self._high = min(throttle, measured.throttle), max(throttle, measured.throttle)
+        present = throttle if measured.throttle is None else measured.throttle
+        self._low, self._high = min(throttle, present), max(throttle, present)
         self._off_s = self._azimuth_off_s = 0.0
         if command.azimuth_rad is not None and measured.azimuth_rad is not None:
             self._command_rad = command.azimuth_rad
-            present = command.azimuth_rad + wrap_pi(measured.azimuth_rad - command.azimuth_rad)
-            self._azimuth_low, self._azimuth_high = min(present, command.azimuth_rad), max(present, command.azimuth_rad)
+            azimuth = command.azimuth_rad + wrap_pi(measured.azimuth_rad - command.azimuth_rad)
+            self._azimuth_low, self._azimuth_high = min(azimuth, command.azimuth_rad), max(azimuth, command.azimuth_rad)
 
     def _propeller_stray(self, throttle: float, measured: float, tolerances: Tolerances, dt_s: float) -> bool:
         share = dt_s / (tolerances.lag_s + dt_s)

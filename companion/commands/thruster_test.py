@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from companion.allocation.feedback import ThrusterReports
 from companion.config import ThrusterConfig, VesselConfig
 from companion.core.ports import Actuator, StreamOpener, WaitingClock, World
 from companion.core.types import ZERO_WRENCH, ActuatorCommand, Allocation, ThrusterCommand, ThrusterFeedback
@@ -89,12 +90,13 @@ class Trial:
         self._world = world
         self._gate = Gate(config)
         self._period_s = 1.0 / config.control_rate_hz
-        self._feedback: list[ThrusterFeedback | None] = [None] * len(config.thrusters)
+        self._reports = ThrusterReports(len(config.thrusters))
         self._due_s = clock.now_s()
 
     def connect(self) -> None:
-        """Until every bridge answers. Raises TrialError with what each of the silent ones says."""
-        end_s = self._clock.now_s() + _ANSWER_S
+        """Until every bridge answers, and its drives know their angle. Raises TrialError with what each of the silent ones says."""
+        homing_s = [math.tau / drive.homing_radps for bridge in self._config.actuators for drive in bridge.drives if drive.homing == "switch"]
+        end_s = self._clock.now_s() + _ANSWER_S + max(homing_s, default=0.0)
         while True:
             self.idle()
             ill = [health for actuator in self._actuators if not (health := actuator.health(self._clock.now_s())).ok]
@@ -128,11 +130,11 @@ class Trial:
         begun: tuple[float, float] | None = None  # when, and how far there was to go, once it moved
         rate: float | None = None
         end_s = self._clock.now_s() + demand.duration_s
-        first = self._feedback[index]
+        first = self._reports.newest[index]
         whole = abs(_off(first, target)) if first is not None and first.azimuth_rad is not None else 0.0
         while self._clock.now_s() < end_s:
             self._cycle(index, 0.0, target, armed=True, lower=True)
-            report = self._feedback[index]
+            report = self._reports.newest[index]
             if report is None or report.azimuth_rad is None:
                 return Finding(demand.what, target, None, None, True)
             left = abs(_off(report, target))
@@ -143,7 +145,7 @@ class Trial:
                 break
             if left <= _SWING_DONE_RAD:
                 break
-        report = self._feedback[index]
+        report = self._reports.newest[index]
         arrived = report is not None and abs(_off(report, target)) <= max(_SWING_DONE_RAD, 0.11 * whole)
         return Finding(demand.what, target, None, rate, arrived)
 
@@ -153,7 +155,7 @@ class Trial:
         while (t_s := self._clock.now_s() - begin_s) < demand.duration_s:
             share = min(1.0, t_s / _RAMP_S, (demand.duration_s - t_s) / _RAMP_S)
             self._cycle(index, share * demand.throttle, demand.azimuth_rad, armed=True, lower=True)
-            report = self._feedback[index]
+            report = self._reports.newest[index]
             if report is not None and (share >= 1.0 or measured is None):
                 measured = report.throttle
         ok = measured is None or abs(measured - demand.throttle) <= max(_GOOD_THROTTLE, 0.5 * abs(demand.throttle))
@@ -166,17 +168,20 @@ class Trial:
 
     def _cycle(self, index: int | None, throttle: float, azimuth_rad: float | None, armed: bool, lower: bool | None) -> None:
         self._due_s = max(self._due_s + self._period_s, self._clock.now_s())
-        while self._clock.wait(self._due_s, ()):
-            continue
+        while self._clock.wait(self._due_s, [fd for actuator in self._actuators if (fd := actuator.fileno()) is not None]):
+            self._hear(self._clock.now_s())
         now_s = self._clock.now_s()
         self._world.advance(now_s)
-        for actuator in self._actuators:
-            for reading in actuator.read(now_s):
-                if isinstance(reading, ThrusterFeedback):
-                    self._feedback[reading.index] = reading
+        self._hear(now_s)
         command = self._command(index, throttle, azimuth_rad, armed, lower, now_s)
         for actuator in self._actuators:
             actuator.write(command, now_s)
+
+    def _hear(self, now_s: float) -> None:
+        for actuator in self._actuators:
+            for reading in actuator.read(now_s):
+                if isinstance(reading, ThrusterFeedback):
+                    self._reports.take(reading)
 
     def _command(self, index: int | None, throttle: float, azimuth_rad: float | None, armed: bool, lower: bool | None, now_s: float) -> ActuatorCommand:
         rows = []
@@ -188,7 +193,7 @@ class Trial:
         retracts = any(thruster.retractable for thruster in self._config.thrusters)
         lower = lower if retracts and index is not None and self._config.thrusters[index].retractable else None
         allocation = Allocation(tuple(rows), ZERO_WRENCH, (False, False, False))
-        return self._gate.update(allocation, armed, now_s, self._period_s, lower, self._feedback)
+        return self._gate.update(allocation, armed, now_s, self._period_s, lower, self._reports.newest)
 
 
 def _off(report: ThrusterFeedback, target_rad: float) -> float:

@@ -22,8 +22,12 @@ from companion.config.bridges import OutputConfig as OutputConfig
 from companion.config.devices import UNIT_MATRIX as UNIT_MATRIX
 from companion.config.devices import ActuatorConfig as ActuatorConfig
 from companion.config.devices import JetConfig as JetConfig
+from companion.config.devices import MotorConfig as MotorConfig
 from companion.config.devices import SensorConfig as SensorConfig
+from companion.config.devices import StepperConfig as StepperConfig
 from companion.config.devices import ThrusterConfig as ThrusterConfig
+from companion.config.driving import azimuths_of as azimuths_of
+from companion.config.driving import driving_problems
 from companion.config.fields import FROM_DEGREES, STRICT, Latitude, Longitude, Name, NonNegative, Positive, Vector
 from companion.config.hull import DampingConfig as DampingConfig
 from companion.config.hull import HullConfig as HullConfig
@@ -227,8 +231,7 @@ def _cross_checks(config: VesselConfig) -> list[tuple[tuple[str | int, ...], str
         for i, name in enumerate(names):
             if name in names[:i]:
                 problems.append(((table, i, "name"), f"'{name}' is used twice"))
-    for table in ("thruster", "servo", "relay"):
-        problems += _driving_problems(config, table, tables[table])
+    problems += driving_problems(config.actuators, config.thrusters, tables["servo"], tables["relay"])
     problems += rest_problems(config.servos) + battery_problems(config.battery)
     problems += stream_problems(config.sensors, config.actuators, config.corrections)
     for i, thruster in enumerate(config.thrusters):
@@ -264,20 +267,6 @@ def magnetometer_problems(sensors: Sequence[SensorConfig]) -> list[tuple[tuple[s
 def _determinant(matrix: tuple[Vector, Vector, Vector]) -> float:
     (a, b, c), (d, e, f), (g, h, i) = matrix
     return a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)
-
-
-def _driving_problems(config: VesselConfig, table: str, names: Sequence[str]) -> list[tuple[tuple[str | int, ...], str]]:
-    """Each thruster, servo or relay is driven by one bridge, and each that a bridge drives is there."""
-    problems: list[tuple[tuple[str | int, ...], str]] = []
-    driven: set[str] = set()
-    for i, actuator in enumerate(config.actuators):
-        for name in getattr(actuator, f"{table}s"):
-            if name not in names:
-                problems.append((("actuator", i, f"{table}s"), f"no {table} named '{name}'"))
-            if name in driven:
-                problems.append((("actuator", i, f"{table}s"), f"'{name}' is driven by two bridges"))
-            driven.add(name)
-    return problems + [((table,), f"'{name}' is driven by no bridge") for name in sorted(set(names) - driven)]
 
 
 def _sector_problems(thruster: ThrusterConfig) -> list[str]:

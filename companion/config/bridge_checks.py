@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 from companion.config.bridges import PULSE_DRIVERS, OutputConfig
 from companion.config.devices import ActuatorConfig, ThrusterConfig
+from companion.config.driving import azimuths_of
 from companion.config.outputs import ServoConfig
 
 Problem = tuple[tuple[str | int, ...], str]
@@ -18,7 +19,9 @@ def bridge_problems(thrusters: Sequence[ThrusterConfig], actuators: Sequence[Act
     by_name = {thruster.name: thruster for thruster in thrusters}
     for i, actuator in enumerate(actuators):
         driven = [by_name[name] for name in actuator.thrusters if name in by_name]
-        problems += [(("actuator", i, *place), text) for place, text in _of_mavlink(actuator, driven)]
+        problems += [(("actuator", i, *place), text) for place, text in _of_parts(actuator)]
+        turned = {thrusters[k].name for k in azimuths_of(actuator, thrusters, actuators)}
+        problems += [(("actuator", i, *place), text) for place, text in _of_mavlink(actuator, driven, turned)]
         if actuator.mavlink is not None and actuator.mavlink.method == "override":
             text = "an overridden channel cannot be without pulses: give it rest_us"
             problems += [(("servo", j, "name"), text) for j, servo in enumerate(servos) if servo.name in actuator.servos and servo.rest_us is None]
@@ -51,7 +54,25 @@ def _of_output(output: OutputConfig, thruster: ThrusterConfig, pulses: bool) -> 
     return problems
 
 
-def _of_mavlink(actuator: ActuatorConfig, driven: Sequence[ThrusterConfig]) -> list[Problem]:
+def _of_parts(actuator: ActuatorConfig) -> list[Problem]:
+    """Bridges whose drives have tables of their own have one for each, and others none."""
+    problems: list[Problem] = []
+    for driver, table, rows in (("nanotec", "drive", actuator.drives), ("nmea2000", "motor", actuator.motors)):
+        if actuator.driver == driver:
+            served = {row.thruster for row in rows}
+            driven = dict.fromkeys((*actuator.thrusters, *actuator.azimuths))
+            problems += [(("driver",), f"needs an [[actuator.{table}]] for '{name}'") for name in driven if name not in served]
+            if not driven:
+                problems.append((("driver",), "drives nothing: name thrusters, or azimuths"))
+        elif rows:
+            problems.append(((table,), f"only for the driver '{driver}', not '{actuator.driver}'"))
+    if actuator.driver == "nanotec" and actuator.thrusters:
+        problems.append((("thrusters",), "this bridge drives azimuths alone: name them in 'azimuths', and another bridge for the propellers"))
+    return problems
+
+
+def _of_mavlink(actuator: ActuatorConfig, driven: Sequence[ThrusterConfig], turned: Collection[str]) -> list[Problem]:
+    """`turned`: the thrusters whose azimuth is this bridge's."""
     if actuator.driver != "mavlink_servo":
         return [] if actuator.mavlink is None else [(("mavlink",), f"only for the driver 'mavlink_servo', not '{actuator.driver}'")]
     board = actuator.mavlink
@@ -60,9 +81,10 @@ def _of_mavlink(actuator: ActuatorConfig, driven: Sequence[ThrusterConfig]) -> l
     problems: list[Problem] = []
     if len(board.channels) != len(actuator.thrusters):
         problems.append((("mavlink", "channels"), f"needs {len(actuator.thrusters)} channels, one for each of the bridge's thrusters"))
-    turns = [thruster.turns for thruster in driven]
+    turns = [thruster.name in turned for thruster in driven]
+    problems += [(("azimuths",), f"'{name}' is not among its thrusters") for name in actuator.azimuths if name not in actuator.thrusters]
     if [channel > 0 for channel in board.azimuth_channels or (0,) * len(turns)] != turns:
-        problems.append((("mavlink", "azimuth_channels"), "needs one for each of the bridge's thrusters, 0 for those that do not turn"))
+        problems.append((("mavlink", "azimuth_channels"), "needs one for each of the bridge's thrusters, 0 for those that it does not turn"))
     for key, numbers, names in (("servo_channels", board.servo_channels, actuator.servos), ("relays", board.relays, actuator.relays)):
         if len(numbers) != len(names):
             problems.append((("mavlink", key), f"needs {len(names)}, one for each of the bridge's {'servos' if key == 'servo_channels' else 'relays'}"))
@@ -71,7 +93,7 @@ def _of_mavlink(actuator: ActuatorConfig, driven: Sequence[ThrusterConfig]) -> l
     problems += [(("mavlink", "relays"), f"relay {number} is used twice") for number in sorted({n for n in wired if wired.count(n) > 1})]
     problems += [(("mavlink", "channels"), f"channel {channel} is used twice") for channel in sorted({c for c in taken if taken.count(c) > 1})]
     for thruster in driven:
-        if thruster.turns and (thruster.azimuth_min_rad is None or thruster.azimuth_max_rad is None):
+        if thruster.name in turned and (thruster.azimuth_min_rad is None or thruster.azimuth_max_rad is None):
             problems.append((("mavlink", "azimuth_channels"), f"a servo turns '{thruster.name}' between stops: give it azimuth_min_deg and azimuth_max_deg"))
         if thruster.retractable:
             problems.append((("thrusters",), f"'{thruster.name}' is retractable, which this bridge cannot move"))

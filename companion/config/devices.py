@@ -121,15 +121,53 @@ class SensorConfig:
 
 
 @dataclass(frozen=True, slots=True)
+class StepperConfig:
+    """The stepper drive that turns one thruster's azimuth: its address on the bus and how its steps make an angle.
+
+    `steps_per_turn` of the thruster, belts and gears and `step_mode` (microsteps a full step) included. The angle that it shows is 0 at the zero of
+    its counter; where it gets that: `homing` "switch", by a slow turn to its reference switch at the start; "here", it stands there at power-up.
+    What that angle is of the thruster's azimuth stands in `[thruster.output]`. `speed_radps` None: as fast as the thruster turns.
+    """
+
+    __pydantic_config__ = STRICT
+    thruster: Name
+    address: Annotated[int, Field(ge=1, le=254)]
+    steps_per_turn: Annotated[float, Field(ge=20.0, le=10_000_000.0)]
+    step_mode: Literal[1, 2, 4, 5, 8, 10, 16, 32, 64] = 8
+    speed_radps: Annotated[float | None, Field(alias="speed_dps", gt=0.0), FROM_DEGREES_OR_NONE] = None
+    ramp_radps2: Annotated[float, Field(alias="ramp_dps2", gt=0.0), FROM_DEGREES] = math.radians(1500.0)
+    homing: Literal["here", "switch"] = "here"
+    homing_radps: Annotated[float, Field(alias="homing_dps", gt=0.0), FROM_DEGREES] = math.radians(20.0)
+
+
+@dataclass(frozen=True, slots=True)
+class MotorConfig:
+    """A thruster on an NMEA 2000 network, by the `instance` that its messages carry, and that of its angle sensor (None: the same)."""
+
+    __pydantic_config__ = STRICT
+    thruster: Name
+    instance: Annotated[int, Field(ge=0, le=252)]
+    sensor_instance: Annotated[int | None, Field(ge=0, le=252)] = None
+
+
+@dataclass(frozen=True, slots=True)
 class ActuatorConfig:
-    """One bridge: its driver (a row of `companion/io/actuators`), its port, and the thrusters, servos and relays it drives, by name."""
+    """One bridge: its driver (a row of `companion/io/actuators`), its port, and the thrusters, servos and relays it drives, by name.
+
+    It drives the throttle of `thrusters`, and the azimuth of those among them that turn unless another bridge names them in its `azimuths`.
+    `drives` and `motors` are for the drivers that know them; `address`: its own on a network that has addresses.
+    """
 
     __pydantic_config__ = STRICT
     name: Name
     driver: str
     port: str
-    thrusters: tuple[Name, ...]
+    thrusters: tuple[Name, ...] = ()
+    azimuths: tuple[Name, ...] = ()
     timeout_s: Positive = 1.0
     servos: tuple[Name, ...] = ()
     relays: tuple[Name, ...] = ()
+    drives: Annotated[tuple[StepperConfig, ...], Field(alias="drive")] = ()
+    motors: Annotated[tuple[MotorConfig, ...], Field(alias="motor")] = ()
+    address: Annotated[int, Field(ge=0, le=251)] = 50
     mavlink: MavlinkBoardConfig | None = None

@@ -66,12 +66,12 @@ class Deployment(IntEnum):
 @quick
 @dataclass(frozen=True, slots=True)
 class ThrusterFeedback:
-    """What one thruster really does, as its bridge reports it. `deployment` None: it does not retract, or its board does not say."""
+    """What one thruster really does, as its bridge reports it. None: not measured, or not this bridge's; `deployment`: or it does not retract."""
 
     t_s: float
     source: str
     index: int
-    throttle: float  # −1…1
+    throttle: float | None  # −1…1
     azimuth_rad: float | None
     ok: bool = True
     deployment: Deployment | None = None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 
 def dotted(loc: Sequence[str | int]) -> str:
@@ -16,17 +16,17 @@ def dotted(loc: Sequence[str | int]) -> str:
 
 def line_of(lines: Sequence[str], loc: Sequence[str | int]) -> int | None:
     """Line (from 1) of the key at `loc`, or of the nearest table above it that the file has."""
-    counts: dict[str, int] = {}
+    counts: dict[tuple[str | int, ...], int] = {}
     prefix: tuple[str | int, ...] = ()
     best: tuple[int, int] | None = None  # (parts matched, line)
     for number, raw in enumerate(lines, start=1):
         line = raw.strip()
         if header := re.match(r"^\[\[\s*([^\]]+?)\s*\]\]", line):
-            name = header[1]
+            name = _within(header[1].split("."), counts)
             counts[name] = counts.get(name, -1) + 1
-            prefix = (*name.split("."), counts[name])
+            prefix = (*name, counts[name])
         elif header := re.match(r"^\[\s*([^\]]+?)\s*\]", line):
-            prefix = tuple(header[1].split("."))
+            prefix = _within(header[1].split("."), counts)
         elif key := re.match(r"^([A-Za-z0-9_.\-\"']+)\s*=", line):
             found = (*prefix, *(part.strip("\"'") for part in key[1].split(".")))
             matched = len(found) if tuple(loc[: len(found)]) == found else 0
@@ -38,3 +38,11 @@ def line_of(lines: Sequence[str], loc: Sequence[str | int]) -> int | None:
         if tuple(loc[: len(prefix)]) == prefix and (best is None or len(prefix) > best[0]):
             best = (len(prefix), number)
     return best[1] if best else None
+
+
+def _within(parts: Sequence[str], counts: Mapping[tuple[str | int, ...], int]) -> tuple[str | int, ...]:
+    """The path of a table: one under an array of tables belongs to the last of them."""
+    path: tuple[str | int, ...] = ()
+    for part in parts:
+        path = (*path, counts[path], part) if path in counts else (*path, part)
+    return path

@@ -5,6 +5,7 @@ udpin:0.0.0.0:5000              listen for datagrams; answers go to the last sen
 udpout:192.168.1.20:5000        send datagrams there and hear its answers
 tcpout:192.168.1.20:4001        connect (serial servers, bridges)
 tcpin:0.0.0.0:4001              wait for one device to connect; a newer connection replaces the older
+can:can0                        a CAN bus (`companion/io/can_line.py`)
 """
 
 from __future__ import annotations
@@ -17,11 +18,16 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from companion.core.can_frame import stand_in
 from companion.io.line import Line as Line
 from companion.io.serial_line import PARITIES, STOPBITS, SerialLine
 from companion.io.tap import Tap
 from companion.io.urls import Endpoint, TransportError, parse_url
 
+_OPTIONS: dict[str, dict[str, Sequence[str]]] = {
+    "serial": {"parity": tuple(PARITIES), "stopbits": tuple(STOPBITS)},
+    "can": {"interface": ("socketcan", "udp_multicast", "virtual")},
+}
 _CONNECT_TIMEOUT_S = 5.0
 _CHUNK = 4096
 _DEV = "/dev/"
@@ -199,7 +205,8 @@ class TransportOpener:
     """Opens real ports (a `StreamOpener`). Remembers them: who opens the same one again shares it."""
 
     def __init__(self, devices: Path | None = None) -> None:
-        """`devices`: a folder in which the serial ports named /dev/NAME are found as NAME; every other port is where its URL says."""
+        """`devices`: a folder in which the serial ports named /dev/NAME are found as NAME, and for which CAN channels are stood in for by UDP multicast;
+        every other port is where its URL says."""
         self._devices = devices
         self._lines: dict[str, Line] = {}
 
@@ -211,15 +218,26 @@ class TransportOpener:
         if self._devices is not None and endpoint.scheme == "serial" and endpoint.path.startswith(_DEV):
             path = str(self._devices / endpoint.path.removeprefix(_DEV))
             url, endpoint = url.replace(endpoint.path, path, 1), replace(endpoint, path=path)
-        line = self._lines[asked] = _LINES[endpoint.scheme](name, url, endpoint)
+        if self._devices is not None and endpoint.scheme == "can" and "interface" not in endpoint.options:
+            group, port = stand_in(str(self._devices), endpoint.path)
+            url, endpoint = f"{url} by {group}:{port}", replace(endpoint, path=group, port=port, options={"interface": "udp_multicast"})
+        line = self._lines[asked] = _line_kind(endpoint.scheme)(name, url, endpoint)
         return line
+
+
+def _line_kind(scheme: str) -> type[Line]:
+    if scheme == "can":
+        from companion.io.can_line import CanLine  # only who has a CAN bus needs python-can
+
+        return CanLine
+    return _LINES[scheme]
 
 
 def device_endpoint(url: str) -> Endpoint:
     """Where a device's port is. Raises TransportError for a URL that never can be opened, with the remedy."""
     endpoint = parse_url(url)
     _check_options(url, endpoint)
-    if endpoint.scheme == "serial" or _is_address(endpoint.host):
+    if endpoint.scheme in ("serial", "can") or _is_address(endpoint.host):
         return endpoint
     if endpoint.host == "localhost":
         return replace(endpoint, host="127.0.0.1")
@@ -227,7 +245,7 @@ def device_endpoint(url: str) -> Endpoint:
 
 
 def _check_options(url: str, endpoint: Endpoint) -> None:
-    known: dict[str, Sequence[str]] = {"parity": tuple(PARITIES), "stopbits": tuple(STOPBITS)} if endpoint.scheme == "serial" else {}
+    known = _OPTIONS.get(endpoint.scheme, {})
     for key, value in endpoint.options.items():
         if key not in known:
             raise TransportError(f"'{url}': unknown option '{key}'; known here: {', '.join(known) or 'none'}")

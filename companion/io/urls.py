@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from urllib.parse import parse_qsl
 
-SCHEMES = ("serial", "udpin", "udpout", "tcpin", "tcpout")
+SCHEMES = ("serial", "udpin", "udpout", "tcpin", "tcpout", "can")
 DEFAULT_BAUD = 115200
 
 
@@ -16,7 +16,7 @@ class TransportError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Endpoint:
-    """A parsed URL. Serial: `path` and `baud`; the others: `host` and `port`. `options` is what stood behind the `?`."""
+    """A parsed URL. Serial: `path` and `baud`; CAN: `path`, the channel, and `port`; the others: `host` and `port`. `options`: what stood behind the `?`."""
 
     scheme: str
     host: str = ""
@@ -39,6 +39,8 @@ def parse_url(text: str) -> Endpoint:
     address, _, number = rest.rpartition(":")
     if scheme == "serial":
         return _serial_endpoint(text, rest, address, number, options)
+    if scheme == "can":
+        return _can_endpoint(text, rest, address, number, options)
     if not address or not (number.isascii() and number.isdigit()):
         raise TransportError(f"'{text}': should read {scheme}:host:port")
     if not 0 <= int(number) <= 65535:
@@ -55,3 +57,14 @@ def _serial_endpoint(text: str, rest: str, address: str, number: str, options: M
     if not 50 <= baud <= 12_000_000:
         raise TransportError(f"'{text}': baud rate {baud} should be 50 to 12000000")
     return Endpoint("serial", path=path, baud=baud, options=options)
+
+
+def _can_endpoint(text: str, rest: str, address: str, number: str, options: Mapping[str, str]) -> Endpoint:
+    """A channel, with a port where its interface has one."""
+    with_port = number.isascii() and number.isdigit() and bool(address)
+    channel, port = (address, int(number)) if with_port else (rest, 0)
+    if not channel:
+        raise TransportError(f"'{text}': should read can:channel, as can:can0")
+    if port > 65535:
+        raise TransportError(f"'{text}': port {number} should be 0 to 65535")
+    return Endpoint("can", path=channel, port=port, options=options)

@@ -85,7 +85,7 @@ _OPTIONAL = frozenset(
 )
 _OPTIONAL_BY_KIND = {
     "imu": {"yaw_rad"},
-    "feedback": {"azimuth_rad", "deployment"},
+    "feedback": {"throttle", "azimuth_rad", "deployment"},
     "manual": {"surge", "sway", "yaw"},
     "depth": {"offset_m", "range_m"},
     "corrections": {"station"},

@@ -159,5 +159,5 @@ def _thruster(tick: Tick, i: int) -> tuple[float, ...]:
     command = tick.command.thrusters[i]
     measured = tick.feedback[i] if i < len(tick.feedback) else None
     condition = tick.conditions[i] if i < len(tick.conditions) else Condition.READY
-    back = (math.nan, math.nan) if measured is None else (measured.throttle, _or_nan(measured.azimuth_rad))
+    back = (math.nan, math.nan) if measured is None else (_or_nan(measured.throttle), _or_nan(measured.azimuth_rad))
     return command.throttle, _or_nan(command.azimuth_rad), command.force_n, *back, _CONDITIONS[condition]

@@ -12,6 +12,8 @@ from sitl.emulators.device import Board, Device, Surroundings
 from sitl.emulators.gnss import GnssEmulator
 from sitl.emulators.mavlink_servo import MavlinkServoEmulator
 from sitl.emulators.microcontroller import MicrocontrollerEmulator
+from sitl.emulators.nanotec import NanotecEmulator
+from sitl.emulators.nmea2000 import Nmea2000Emulator
 from sitl.emulators.pixhawk import PixhawkEmulator
 from sitl.emulators.sounder import SounderEmulator
 from sitl.emulators.vectornav import VectorNavEmulator
@@ -46,6 +48,8 @@ SENSORS: Mapping[str, Callable[[SensorConfig, MemoryDevice, Surroundings], Devic
 BOARDS: Mapping[str, Callable[[ActuatorConfig, MemoryDevice, Sequence[Thruster], BatteryModel, Faults], Board]] = {
     "mavlink_servo": MavlinkServoEmulator,
     "microcontroller": MicrocontrollerEmulator,
+    "nanotec": NanotecEmulator,
+    "nmea2000": Nmea2000Emulator,
 }
 
 
@@ -57,9 +61,10 @@ def sensor(config: SensorConfig, port: MemoryDevice, around: Surroundings) -> De
     return make(config, port, around)
 
 
-def board(config: ActuatorConfig, port: MemoryDevice, thrusters: Sequence[Thruster], battery: BatteryModel, faults: Faults) -> Board:
-    """The board that `config.driver` talks to, with the thrusters on it. Raises ConfigError where there is none."""
+def board(config: ActuatorConfig, port: MemoryDevice, thrusters: Mapping[str, Thruster], battery: BatteryModel, faults: Faults) -> Board:
+    """The board that `config.driver` talks to, with those of `thrusters` that it drives, by name. Raises ConfigError where there is none."""
     make = BOARDS.get(config.driver)
     if make is None:
         raise ConfigError([f"actuator '{config.name}': no simulated device for driver '{config.driver}'; there is {', '.join(BOARDS)}"])
-    return make(config, port, thrusters, battery, faults)
+    driven = dict.fromkeys((*config.thrusters, *config.azimuths))
+    return make(config, port, [thrusters[name] for name in driven], battery, faults)

@@ -8,10 +8,14 @@ from companion.config import ActuatorConfig, ConfigError, VesselConfig
 from companion.core.ports import Actuator, ByteStream
 from companion.io.actuators.mavlink_servo import MavlinkServoBridge
 from companion.io.actuators.microcontroller import MicrocontrollerBridge
+from companion.io.actuators.nanotec import NanotecBridge
+from companion.io.actuators.nmea2000 import Nmea2000Bridge
 
 DRIVERS: Mapping[str, Callable[[ActuatorConfig, VesselConfig, ByteStream], Actuator]] = {
     "mavlink_servo": MavlinkServoBridge,
     "microcontroller": MicrocontrollerBridge,
+    "nanotec": NanotecBridge,
+    "nmea2000": Nmea2000Bridge,
 }
 
 

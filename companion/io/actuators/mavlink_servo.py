@@ -14,7 +14,7 @@ from collections import deque
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from companion.config import ActuatorConfig, ConfigError, VesselConfig
+from companion.config import ActuatorConfig, ConfigError, VesselConfig, azimuths_of
 from companion.core.ports import ByteStream
 from companion.core.types import DARK, ActuatorCommand, Battery, DeviceHealth, Leak, RcInput, Reading, ThrusterFeedback
 from companion.io.actuators.calibration import AzimuthServo, ThrusterOutput
@@ -74,7 +74,8 @@ class MavlinkServoBridge:
         self._ours = [channel for channel in (*self._channels, *self._azimuth_channels, *self._mavlink.servo_channels) if channel]
         self._overrides = self._mavlink.method == "override"
         # a channel that nobody overrides would turn a servo to its end
-        self._servos = tuple(AzimuthServo(thruster, begin_at_rest=self._overrides) if thruster.turns else None for thruster in driven)
+        turned = azimuths_of(config, vessel.thrusters, vessel.actuators)
+        self._servos = tuple(AzimuthServo(vessel.thrusters[i], begin_at_rest=self._overrides) if i in turned else None for i in self._indices)
         self._board = MavlinkBoard(stream, self._mavlink.system, _INTERVALS_S, _SETTINGS if self._overrides else ())
         self._auxiliary_servos = tuple([servo.name for servo in vessel.servos].index(name) for name in config.servos)
         self._rests_us = tuple(vessel.servos[i].rest_us for i in self._auxiliary_servos)

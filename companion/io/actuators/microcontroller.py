@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from companion.config import ActuatorConfig, ConfigError, VesselConfig
+from companion.config import ActuatorConfig, ConfigError, VesselConfig, azimuths_of
 from companion.core.auxiliary import Auxiliary
 from companion.core.microcontroller_auxiliary import AuxiliaryDemand, AuxiliaryState
 from companion.core.microcontroller_frame import (
@@ -32,12 +32,13 @@ class MicrocontrollerBridge:
     """`ActuatorCommand` → COMMAND frames, and AUXILIARY frames where it drives servos or relays; STATUS frames → `Battery`, `Leak`,
     `RcInput`, `ThrusterFeedback`.
 
-    Of several STATUS frames in one read the newest counts. Thruster indices are those of the vessel.
+    Of several STATUS frames in one read the newest counts. Thruster indices are those of the vessel. A thruster whose azimuth another bridge
+    drives is a fixed one to the board.
     Remembers the last status, the board's identity, the sequence number, and when it was last heard and asked.
     """
 
     def __init__(self, config: ActuatorConfig, vessel: VesselConfig, stream: ByteStream) -> None:
-        """Raises ConfigError for a thruster that the vessel does not have, or more of them than a frame holds."""
+        """Raises ConfigError for a thruster that the vessel does not have, more of them than a frame holds, or an azimuth without its throttle."""
         self.name = config.name
         self._config = config
         self._stream = stream
@@ -47,7 +48,11 @@ class MicrocontrollerBridge:
             raise ConfigError([f"actuator '{config.name}': the vessel has no thruster named '{name}'" for name in unknown])
         if len(config.thrusters) > MAX_THRUSTERS:
             raise ConfigError([f"actuator '{config.name}': drives {len(config.thrusters)} thrusters; a board drives up to {MAX_THRUSTERS}"])
+        alone = [name for name in config.azimuths if name not in config.thrusters]
+        if alone:
+            raise ConfigError([f"actuator '{config.name}': a board that turns '{name}' drives its throttle too: add it to 'thrusters'" for name in alone])
         self._indices = tuple(names.index(name) for name in config.thrusters)
+        self._turned = frozenset(azimuths_of(config, vessel.thrusters, vessel.actuators))
         self._drives = tuple(ThrusterOutput(vessel.thrusters[i], pulses=False) for i in self._indices)
         self._servos = _positions([servo.name for servo in vessel.servos], config.servos)
         self._relays = _positions([relay.name for relay in vessel.relays], config.relays)
@@ -90,7 +95,8 @@ class MicrocontrollerBridge:
         demands = []
         for index, drive in zip(self._indices, self._drives, strict=True):
             thruster = command.thrusters[index]
-            demands.append(ThrusterDemand(drive.level(thruster, command.armed, now_s), drive.drive_azimuth(thruster.azimuth_rad)))
+            azimuth_rad = drive.drive_azimuth(thruster.azimuth_rad) if index in self._turned else None
+            demands.append(ThrusterDemand(drive.level(thruster, command.armed, now_s), azimuth_rad))
         beacon = command.beacon
         self._sequence = (self._sequence + 1) & 0xFF
         message = Command(
@@ -182,8 +188,8 @@ class MicrocontrollerBridge:
         if status.rc_present:
             readings.append(RcInput(arrival_s, name, channels(status.rc_us), status.rc_lost))
         for index, drive, state in zip(self._indices, self._drives, status.thrusters, strict=False):
-            throttle, azimuth_rad = drive.throttle(state.throttle), drive.azimuth(state.azimuth_rad)
-            readings.append(ThrusterFeedback(arrival_s, name, index, throttle, azimuth_rad, state.ok, state.deployment))
+            azimuth_rad = drive.azimuth(state.azimuth_rad) if index in self._turned else None
+            readings.append(ThrusterFeedback(arrival_s, name, index, drive.throttle(state.throttle), azimuth_rad, state.ok, state.deployment))
         return readings
 
 

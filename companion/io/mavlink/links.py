@@ -54,6 +54,8 @@ def open_link(url: str, patience: float = 1.0) -> Link:
         parsed = urls.parse_url(url)
     except urls.TransportError as error:
         raise LinkError(str(error)) from error
+    if parsed.scheme == "can":
+        raise LinkError(f"'{url}': MAVLink does not go over CAN")
     dialect, telemetry = _options(url, parsed.options)
     if parsed.scheme == "serial":
         return StreamLink(url, _opened(body), dialect, parsed.baud / 10.0, telemetry)

@@ -57,6 +57,7 @@ READINGS: tuple[Reading, ...] = (
     RcInput(THIRD, "board", (0.1, -1.0, 1.0), False),
     RcInput(THIRD, "board", (), True),
     ThrusterFeedback(THIRD, "board", 2, -0.5, None, False),
+    ThrusterFeedback(THIRD, "drives", 1, None, 2.5),
     Depth(THIRD, "sounder", 3.4, None, None),
     Depth(THIRD, "sounder", 3.4, -0.3, 100.0),
     Corrections(THIRD, "gnss", 1.2, None),

@@ -1,0 +1,36 @@
+"""What the bridges report of each thruster, as one report: its throttle may come from one bridge and its azimuth from another."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from companion.core.types import ThrusterFeedback
+
+_STALE_S = 0.5  # so much older than the newest, a part of a report says nothing of the same moment
+
+
+class ThrusterReports:
+    """`take(report)` as they come; `newest` holds one of each thruster, None before the first.
+
+    Of several bridges' reports of one thruster each part is the newest there is; it runs well if all of them say so.
+    """
+
+    def __init__(self, thrusters: int) -> None:
+        self.newest: list[ThrusterFeedback | None] = [None] * thrusters
+        self._by_source: tuple[dict[str, ThrusterFeedback], ...] = tuple({} for _ in range(thrusters))
+
+    def take(self, report: ThrusterFeedback) -> None:
+        reports = self._by_source[report.index]
+        reports[report.source] = report
+        self.newest[report.index] = report if len(reports) == 1 else _joined(report, reports)
+
+
+def _joined(newest: ThrusterFeedback, reports: dict[str, ThrusterFeedback]) -> ThrusterFeedback:
+    throttle, azimuth_rad, deployment, ok = newest.throttle, newest.azimuth_rad, newest.deployment, True
+    for report in reports.values():
+        ok = ok and report.ok
+        deployment = report.deployment if deployment is None else deployment
+        if newest.t_s - report.t_s <= _STALE_S:
+            throttle = report.throttle if throttle is None else throttle
+            azimuth_rad = report.azimuth_rad if azimuth_rad is None else azimuth_rad
+    return replace(newest, throttle=throttle, azimuth_rad=azimuth_rad, deployment=deployment, ok=ok)
