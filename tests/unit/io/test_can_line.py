@@ -43,7 +43,7 @@ def test_urls() -> None:
         open_link("can:can0")
 
 
-@pytest.mark.parametrize("url", [VIRTUAL, MULTICAST])
+@pytest.mark.parametrize("url", [VIRTUAL, MULTICAST], ids=["in the process", "over UDP multicast"])
 def test_frames_cross(url: str) -> None:
     with opened(url) as (one, other):
         assert one.fault() is None, f"{one.fault()}: this machine carries no {url}"
