@@ -11,6 +11,7 @@ import pytest
 from companion.cli import LockstepRig
 from sitl.scenarios import SCENARIOS
 from sitl.scenarios.scenario import Outcome, run
+from tests.scenarios.seeds import seeds
 
 pytest.importorskip("matplotlib")
 
@@ -54,7 +55,7 @@ def test_the_thesis_found_so_too(tmp_path: Path) -> None:
     assert without["iadc"] <= unconstrained["iadc"]
 
 
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", seeds(1, 2))
 @pytest.mark.parametrize("law", ["thesis", "companion"])
 def test_four_corner_with_cybership(tmp_path: Path, law: str, seed: int) -> None:
     sail("four_corner", tmp_path, seed, vessel="cybership2", law=law)
@@ -64,7 +65,7 @@ def test_a_rotating_bow_sails_the_box_too(tmp_path: Path) -> None:
     sail("four_corner", tmp_path, 0, bow="rotating")
 
 
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", seeds(1, 2))
 @pytest.mark.parametrize("name", ["station_keeping", "thruster_failure"])
 def test_station_keeping(tmp_path: Path, name: str, seed: int) -> None:
     sail(name, tmp_path, seed)

@@ -10,6 +10,7 @@ import pytest
 from companion.cli import LockstepRig
 from sitl.scenarios import SCENARIOS
 from sitl.scenarios.scenario import run
+from tests.scenarios.seeds import seeds
 
 FOLLOWING = {"approach", "follow", "leader_gnss_loss", "link_loss", "station_change", "two_followers"}
 SWEPT_ELSEWHERE = {"ahrs", "colreg", "cross_current", "fence_stop", "identify", "route", "survey"} | FOLLOWING
@@ -22,7 +23,7 @@ def sail(name: str, folder: Path, seed: int, **changes: str) -> dict[str, float]
     return dict(outcome.metrics)
 
 
-@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("seed", seeds(4, 10))
 def test_mission_square_in_wind(tmp_path: Path, seed: int) -> None:
     metrics = sail("mission_square", tmp_path, seed, wind="2")
     assert metrics["cross_track_rms_m"] < 0.5 and metrics["worst_miss_m"] <= 1.5 and metrics["waypoints_reached"] == 4
@@ -35,13 +36,13 @@ def test_mission_square_in_a_blow(tmp_path: Path, wind: str) -> None:
     assert metrics["time_s"] < 200.0
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", seeds(1, 4))
 def test_hold_in_wind(tmp_path: Path, seed: int) -> None:
     metrics = sail("hold", tmp_path, seed, wind="2")
     assert metrics["position_rms_m"] < 0.15 and metrics["heading_rms_deg"] < 2.0
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", seeds(2, 4))
 def test_docking_in_wind(tmp_path: Path, seed: int) -> None:
     metrics = sail("docking", tmp_path, seed, wind="2")
     assert metrics["contact_sway_mps"] < 0.08 and metrics["rebound_m"] < 0.05
@@ -60,7 +61,7 @@ def test_mission_square_with_the_controllers_model_wrong(tmp_path: Path, error: 
 NAVIGATION = [("gnss_dropout", "holding"), ("gnss_dropout", "sailing"), ("wild_points", ""), ("lever_arm", "")]
 
 
-@pytest.mark.parametrize("seed", [*range(2), *(pytest.param(seed, marks=pytest.mark.sweep) for seed in range(2, 16))])
+@pytest.mark.parametrize("seed", seeds(2, 16))
 @pytest.mark.parametrize(("name", "doing"), NAVIGATION)
 def test_navigation(tmp_path: Path, name: str, doing: str, seed: int) -> None:
     sail(name, tmp_path, seed, **({"while": doing} if doing else {}))
@@ -114,6 +115,7 @@ def test_reroute_sweep(tmp_path: Path, path: str, seed: int) -> None:
     sail("reroute", tmp_path, seed, path=path, current="0.2")
 
 
+@pytest.mark.sweep
 def test_identify_in_a_current(tmp_path: Path) -> None:
     metrics = sail("identify", tmp_path, 5, current="0.1")
     assert metrics["surge_damping_error"] < 0.1
