@@ -23,8 +23,8 @@ from companion.config import ConfigError, VesselConfig
 from companion.io.transport import device_endpoint
 
 if TYPE_CHECKING:
-    from sitl.plant_process import PlantProcess
-    from sitl.truth_log import TruthLog
+    from sitl.plant_process import Offered, PlantProcess
+    from sitl.truth_log import LeaderLog, TruthLog
     from sitl.world import World
 
 _TRUTH_S = 0.05
@@ -46,6 +46,7 @@ def add_to(commands: Any) -> None:
     sitl.add_argument("--current", metavar="MPS@TOWARDS_DEG")
     sitl.add_argument("--fault", action="append", default=[], metavar="NAME@T_S[+DURATION_S]")
     sitl.add_argument("--leader", metavar="SCRIPT[@MPS][+DEPART_S]", help="a lead boat as well, whose wake the boat feels: thesis@8.2+30")
+    sitl.add_argument("--leader-link", metavar="URL", help="where the lead boat's module speaks: the follower's own link for it, as udpin:0.0.0.0:14600")
     sitl.add_argument("--log", type=Path, metavar="DIR", help="where a folder with truth.csv is made")
     sitl.add_argument("--duration", type=float, metavar="S", help="end after this long, in the boat's time")
     sitl.set_defaults(command=_sitl)
@@ -64,18 +65,21 @@ def _sitl(arguments: argparse.Namespace) -> int:
     interrupt = Interrupt()
     with _alone_in(folder):
         devices = offered(world, config, places, folder)
+        if arguments.leader_link is not None:
+            devices = (*devices, _leader(world, arguments, folder))
+            urls["leader"] = arguments.leader_link
         plant = PlantProcess(world, devices)
         print(f"USV companion {program_version()}: the plant of {config.title}, {arguments.speed:g} times real time")
         for device in devices:
             print(f"  {device.name:16} {urls[device.name]:36} {device.end.shown}")
-        truth = _truth_log(config, world, arguments)
+        truths = _truth_logs(config, world, arguments)
         speed = "" if arguments.speed == 1.0 else f" --speed {arguments.speed:g}"
         print(f"for: companion run {arguments.vessel} --devices {folder}{speed}", flush=True)
         try:
-            _serve(plant, WallClock(arguments.speed), truth, interrupt, arguments.duration)
+            _serve(plant, WallClock(arguments.speed), truths, interrupt, arguments.duration)
         finally:
             plant.close()
-            if truth is not None:
+            for truth in truths:
                 truth.close()
     return 0
 
@@ -99,6 +103,20 @@ def _world(config: VesselConfig, arguments: argparse.Namespace) -> World:
     )
 
 
+def _leader(world: World, arguments: argparse.Namespace, folder: Path) -> Offered:
+    """The module on the lead boat, at the far end of the follower's link."""
+    from sitl.far_ends import far_end
+    from sitl.leader_radio import LeaderModule, LeaderPort
+    from sitl.plant_process import Offered
+
+    if world.waters is None:
+        raise UsageError("--leader-link needs a lead boat: --leader thesis@8.2")
+    module = LeaderModule(world.waters.boats[0], seed=arguments.seed)
+    port = Offered("leader", LeaderPort("leader", module), far_end(device_endpoint(arguments.leader_link), folder))
+    port.end.plug()
+    return port
+
+
 def _usual_folder(config: VesselConfig) -> Path:
     return Path(os.environ.get("XDG_RUNTIME_DIR") or tempfile.gettempdir()) / f"usv-sitl-{config.name}"
 
@@ -116,21 +134,22 @@ def _alone_in(folder: Path) -> Any:
         yield
 
 
-def _truth_log(config: VesselConfig, world: World, arguments: argparse.Namespace) -> TruthLog | None:
-    """Beside truth.csv the time at which its own begins, so that it can be laid beside the companion's log."""
+def _truth_logs(config: VesselConfig, world: World, arguments: argparse.Namespace) -> list[TruthLog | LeaderLog]:
+    """truth.csv and the lead boat's leader.csv, where asked for; beside them the time at which its own begins, so that it can be laid beside the companion's log."""
     if arguments.log is None:
-        return None
-    from sitl.truth_log import TruthLog
+        return []
+    from sitl.truth_log import LeaderLog, TruthLog
 
     folder = fresh(arguments.log, f"{config.name}-plant-{time.strftime('%Y%m%d-%H%M%S')}")
-    truth = TruthLog(folder, world, tuple(thruster.name for thruster in config.thrusters))
+    truths: list[TruthLog | LeaderLog] = [TruthLog(folder, world, tuple(thruster.name for thruster in config.thrusters))]
+    truths += [LeaderLog(folder, boat, config.home) for boat in (world.waters.boats if world.waters is not None else ())]
     about = {"vessel": config.name, "seed": arguments.seed, "speed": arguments.speed, "started_unix_ns": time.time_ns(), "command": " ".join(sys.argv)}
     (folder / "manifest.json").write_text(json.dumps(about, indent=1) + "\n", encoding="utf-8")
     print(f"log:   {folder}")
-    return truth
+    return truths
 
 
-def _serve(plant: PlantProcess, clock: WallClock, truth: TruthLog | None, interrupt: Interrupt, duration_s: float | None) -> None:
+def _serve(plant: PlantProcess, clock: WallClock, truths: Sequence[TruthLog | LeaderLog], interrupt: Interrupt, duration_s: float | None) -> None:
     console = _Console()
     step_s, next_s, truth_s, late = plant.world.step_s, 0.0, 0.0, False
     while not interrupt.asked and (duration_s is None or clock.now_s() < duration_s):
@@ -139,9 +158,10 @@ def _serve(plant: PlantProcess, clock: WallClock, truth: TruthLog | None, interr
                 _obey(plant, line)
         now_s = clock.now_s()
         plant.advance(now_s)
-        if truth is not None and now_s >= truth_s:
+        if now_s >= truth_s:
             truth_s = now_s + _TRUTH_S
-            truth.write()
+            for truth in truths:
+                truth.write()
         next_s = max(next_s + step_s, now_s)
         if not late and clock.now_s() - now_s > _LATE_S:
             late = True

@@ -158,6 +158,40 @@ class LeaderModule:
         return mavlink.MAVLink_global_position_int_message(self.clock_ms(now_s) % (1 << 32), lat, lon, 0, 0, *speeds, heading)
 
 
+class LeaderPort:
+    """The module's end of its link to a follower in another process: a `companion.core.ports.ByteStream` that is never faulty."""
+
+    def __init__(self, name: str, module: LeaderModule) -> None:
+        self.name = name
+        self._module = module
+        self._codec = mavlink.MAVLink(None)
+        self._codec.robust_parsing = True
+        self._answers: list[tuple[float, bytes]] = []
+
+    def read(self, now_s: float) -> Sequence[tuple[float, bytes]]:
+        """What it has said by then."""
+        said, self._answers = self._answers, []
+        while self._module.due_s <= now_s:
+            at_s = self._module.due_s
+            said += [(at_s, packet) for packet in self._module.speak()]
+        return said
+
+    def write(self, data: bytes, now_s: float) -> None:
+        """What the follower says: it is asked for the time."""
+        for message in self._codec.parse_buffer(data) or ():
+            if (answer := self._module.answer(message, now_s)) is not None:
+                self._answers.append((now_s, answer))
+
+    def fault(self) -> str | None:
+        return None
+
+    def fileno(self) -> int | None:
+        return None
+
+    def close(self) -> None:
+        """Nothing is held."""
+
+
 class RadioPath:
     """The way from a module to one follower. `take(…)` what is sent, `arrived(until_s)` what has come in by then, with the times at which it did."""
 

@@ -63,6 +63,10 @@ class LeaderLog:
         self._file.write("t_s,north_m,east_m,yaw_rad,speed_mps,surge_mps,yaw_rate_radps,fix_north_m,fix_east_m\n")
 
     def record(self, tick: Tick) -> None:
+        self.write()
+
+    def write(self) -> None:
+        """A row of now."""
         hull = self._boat.hull
         speed_mps = math.hypot(hull.north_mps, hull.east_mps)
         self._file.write(

@@ -20,10 +20,11 @@ from companion.config import VesselConfig, find, load
 class TwoProcesses:
     """`companion sitl VESSEL` and `companion run VESSEL --devices`. It has the face of a `Rig` as far as a `Station` looks: times are the boat's."""
 
-    def __init__(self, folder: Path, vessel: str = "revolt", speed: float = 1.0, *plant: str) -> None:
+    def __init__(self, folder: Path, vessel: str = "revolt", speed: float = 1.0, *plant: str, links: tuple[str, ...] = ()) -> None:
         self.folder, self.vessel, self.speed = folder, vessel, speed
         self.config: VesselConfig = load(find(vessel))
         self._extra = plant
+        self._links = links  # of the companion, besides the one to this station
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._socket.bind(("127.0.0.1", 0))
         self._socket.setblocking(False)
@@ -75,11 +76,19 @@ class TwoProcesses:
         rows = list(csv.DictReader(file.read_text(encoding="utf-8").splitlines()))
         return [{name: float(value) for name, value in row.items()} for row in rows[:-1]]
 
+    def leader(self) -> list[dict[str, float]]:
+        """What the plant has logged of the lead boat so far."""
+        file = next((self.folder / "plant").glob("*/leader.csv"))
+        rows = list(csv.DictReader(file.read_text(encoding="utf-8").splitlines()))
+        return [{name: float(value or "nan") for name, value in row.items()} for row in rows[:-1]]
+
     def __enter__(self) -> TwoProcesses:
         ports = self.folder / "ports"
         link = f"udpout:127.0.0.1:{self._socket.getsockname()[1]}"
         plant = ["sitl", self.vessel, "--dir", str(ports), "--log", str(self.folder / "plant"), "--speed", f"{self.speed:g}", *self._extra]
         boat = ["run", self.vessel, "--devices", str(ports), "--speed", f"{self.speed:g}", "--link", link]
+        for other in self._links:
+            boat += ["--link", other]
         boat += ["--state", str(self.folder / "state"), "--log", str(self.folder / "logs")]
         try:
             both = self._start(plant), self._start(boat)  # either may be first

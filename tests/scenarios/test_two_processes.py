@@ -11,11 +11,12 @@ from pymavlink.dialects.v20 import common as mavlink
 
 from companion.core.geodesy import LocalFrame
 from sitl.scenarios.station import Item, Station, StationTimeout
+from tests.protocol.process import free_port
 from tests.protocol.two_processes import TwoProcesses
 
 pytestmark = pytest.mark.process
 
-HOLD, MISSION = 0x03040000, 0x04040000
+HOLD, MISSION, FOLLOW = 0x03040000, 0x04040000, 0x08040000
 REPORTED_S, BACK_S = 1.0, 3.0
 PULLED_S = {"gnss": 5.6}  # longer than the boat sails on without a position
 NEUTRAL = {"gnss": ("position_lost", "position_lost_over"), "microcontroller": ("bridge_silent", "bridge_silent_over")}
@@ -97,3 +98,27 @@ def test_a_minute_in_real_time(vessel: str, ahead_m: float, tmp_path: Path) -> N
         else:
             assert max(map(abs, along_m)) < 0.5 and max(map(abs, across_m)) < 0.5
     print(rig.said)
+
+
+@pytest.mark.parametrize(("speed", "sailed_s"), [(3.0, 25.0), pytest.param(1.0, 60.0, marks=pytest.mark.sweep)])
+def test_the_jet_follows_the_plants_lead_boat(speed: float, sailed_s: float, tmp_path: Path) -> None:
+    """The lead boat's module speaks on the follower's own link for it."""
+    port = free_port()
+    plant = ("--wind", "3@90", "--leader", "thesis@8.2+3600", "--leader-link", f"udpin:127.0.0.1:{port}")
+    with TwoProcesses(tmp_path, "rescuerunner", speed, *plant, links=(f"udpin:127.0.0.1:{port}?telemetry=leader",)) as rig:
+        assert any(line.split()[0] == "leader" and str(port) in line for line in rig.hello)
+        station = Station(rig)
+        station.ready()
+        station.set_mode(FOLLOW)
+        station.arm()
+        rig.type("depart")
+        station.sail(20.0)
+        begin_s = rig.truth()[-1]["t_s"]
+        station.sail(sailed_s)
+        leader = {round(row["t_s"], 1): row for row in rig.leader()}
+        rows = [(row, leader.get(round(row["t_s"], 1))) for row in rig.truth() if row["t_s"] > begin_s]
+        gaps_m = [math.hypot(row["north_m"] - ahead["north_m"], row["east_m"] - ahead["east_m"]) for row, ahead in rows if ahead is not None]
+        assert station.last["HEARTBEAT"].custom_mode == FOLLOW
+        assert rows[-1][0]["surge_mps"] > 7.0, "under way at the leader's speed"
+        print(f"gap {min(gaps_m):.1f} to {max(gaps_m):.1f} m over {len(gaps_m)} rows")
+        assert len(gaps_m) > 0.5 * sailed_s / 0.1 and min(gaps_m) > 12.0 and max(gaps_m) < 30.0
