@@ -103,7 +103,9 @@ def _nudge(name: str, label: str, text: str, params: tuple[float, ...], button: 
 
 
 def _bow(name: str, label: str, heading_deg: float) -> Action:
-    return Action(name, label, f"Turn the bow to {heading_deg:g} degrees at the point held", MavCmd.USER_1, (2.0, heading_deg), where=Where.HOLD)
+    return Action(
+        name, label, f"Turn the bow to {heading_deg:g} degrees at the point held", MavCmd.USER_1, (2.0, heading_deg), where=Where.HOLD
+    )
 
 
 def _station(name: str, label: str, where: str, bearing_deg: float) -> Action:
@@ -114,19 +116,75 @@ def _station(name: str, label: str, where: str, bearing_deg: float) -> Action:
 # Buttons: 0 to 3 the lower, right, left and upper face button, 4 and 5 the shoulders, 12 to 15 the cross up, down, left, right.
 ACTIONS: tuple[Action, ...] = (
     _mode("hold", "Hold here", "Hold", "Dynamic positioning: hold this point and heading", button=0),
-    Action("stop", "STOP thrusters", "Disarm at once, whatever the boat does: every thruster at neutral", MavCmd.COMPONENT_ARM_DISARM, (0.0, 21196.0), joystick=True, button=1, shift=True),
+    Action(
+        "stop",
+        "STOP thrusters",
+        "Disarm at once, whatever the boat does: every thruster at neutral",
+        MavCmd.COMPONENT_ARM_DISARM,
+        (0.0, 21196.0),
+        joystick=True,
+        button=1,
+        shift=True,
+    ),
     Action("arm", "Arm thrusters", "Arm: thrusters obey from now on", MavCmd.COMPONENT_ARM_DISARM, (1.0,)),
     Action("disarm", "Disarm thrusters", "Disarm: every thruster at neutral", MavCmd.COMPONENT_ARM_DISARM, (0.0,)),
-    Action("checks", "Why not armed?", "Say every reason for which the boat would refuse to arm", MavCmd.RUN_PREARM_CHECKS, where=Where.DISARMED),
+    Action(
+        "checks",
+        "Why not armed?",
+        "Say every reason for which the boat would refuse to arm",
+        MavCmd.RUN_PREARM_CHECKS,
+        where=Where.DISARMED,
+    ),
     # missions and ways
-    Action("start", "Start the mission", "Sail the mission from its current item; the boat must be armed to move", MavCmd.MISSION_START, where=Where.MISSION, joystick=True, button=3),
-    Action("pause", "Pause and hold", "Hold here; the mission keeps its place", MavCmd.DO_PAUSE_CONTINUE, (0.0,), where=Where.SELF_STEERED, joystick=True),
-    Action("continue", "Go on with mission", "Go on with the mission that was paused", MavCmd.DO_PAUSE_CONTINUE, (1.0,), where=Where.PAUSED, joystick=True),
-    Action("restart", "Mission from item 1", "Make the first item current and forget the jumps taken", MavCmd.DO_SET_MISSION_CURRENT, (0.0, 1.0), where=Where.MISSION),
-    Action("return", "Return home", "Back to home or the nearest rally point, then hold", MavCmd.NAV_RETURN_TO_LAUNCH, joystick=True, button=2),
-    _mode("dock", "Go alongside", "Dock", "Dock: to the standoff point, then alongside the berth, pushing until disarmed", where=Where.BERTH),
+    Action(
+        "start",
+        "Start the mission",
+        "Sail the mission from its current item; the boat must be armed to move",
+        MavCmd.MISSION_START,
+        where=Where.MISSION,
+        joystick=True,
+        button=3,
+    ),
+    Action(
+        "pause",
+        "Pause and hold",
+        "Hold here; the mission keeps its place",
+        MavCmd.DO_PAUSE_CONTINUE,
+        (0.0,),
+        where=Where.SELF_STEERED,
+        joystick=True,
+    ),
+    Action(
+        "continue",
+        "Go on with mission",
+        "Go on with the mission that was paused",
+        MavCmd.DO_PAUSE_CONTINUE,
+        (1.0,),
+        where=Where.PAUSED,
+        joystick=True,
+    ),
+    Action(
+        "restart",
+        "Mission from item 1",
+        "Make the first item current and forget the jumps taken",
+        MavCmd.DO_SET_MISSION_CURRENT,
+        (0.0, 1.0),
+        where=Where.MISSION,
+    ),
+    Action(
+        "return", "Return home", "Back to home or the nearest rally point, then hold", MavCmd.NAV_RETURN_TO_LAUNCH, joystick=True, button=2
+    ),
+    _mode(
+        "dock", "Go alongside", "Dock", "Dock: to the standoff point, then alongside the berth, pushing until disarmed", where=Where.BERTH
+    ),
     Action("set-home", "Home is here", "Home becomes where the boat is now", MavCmd.DO_SET_HOME, (1.0,)),
-    Action("slow", "Slow, 0.3 m/s", "At most 0.3 m/s in self-steered modes, until the mission changes it", MavCmd.DO_CHANGE_SPEED, (1.0, 0.3, -1.0)),
+    Action(
+        "slow",
+        "Slow, 0.3 m/s",
+        "At most 0.3 m/s in self-steered modes, until the mission changes it",
+        MavCmd.DO_CHANGE_SPEED,
+        (1.0, 0.3, -1.0),
+    ),
     Action("usual-speed", "Usual speed", "Back to the speed of the parameters", MavCmd.DO_CHANGE_SPEED, (1.0, -2.0, -1.0)),
     # by hand
     _mode("manual", "Steer by hand", "Manual", "Sticks to thrusters", button=1),
@@ -144,7 +202,17 @@ ACTIONS: tuple[Action, ...] = (
     _bow("bow-south", "Bow to south", 180.0),
     _bow("bow-west", "Bow to west", 270.0),
     # following
-    Action("follow", "Follow the leader", "Follow the leader of FOLL_SYSID", MavCmd.DO_FOLLOW, (-1.0,), where=Where.LEADER, joystick=True, button=3, shift=True),
+    Action(
+        "follow",
+        "Follow the leader",
+        "Follow the leader of FOLL_SYSID",
+        MavCmd.DO_FOLLOW,
+        (-1.0,),
+        where=Where.LEADER,
+        joystick=True,
+        button=3,
+        shift=True,
+    ),
     Action("follow-end", "Stop following", "Follow no more: hold here", MavCmd.DO_FOLLOW, (0.0,), joystick=True),
     _station("station-astern", "Station astern 20 m", "astern", 180.0),
     _station("station-port-quarter", "Station port qtr 20m", "on its port quarter", -135.0),

@@ -9,7 +9,7 @@ from typing import Any
 from MAVProxy.modules.lib import mp_module
 
 from gcs_plugins.commands import ACTIONS, BY_NAME, TUNING, TUNING_STEP, Action, MavCmd
-from gcs_plugins.mavproxy.readout import Readout
+from gcs_plugins.readout import Readout
 
 _DO_REPOSITION, _CHANGE_MODE, _FRAME_GLOBAL = 192, 1.0, 0
 
@@ -52,7 +52,7 @@ class UsvModule(mp_module.MPModule):
     def mavlink_packet(self, packet: Any) -> None:
         """Every message that comes in, of any vehicle."""
         if self.message_is_from_primary_vehicle(packet):
-            self._readout.hear(packet, self.get_time())
+            self._readout.hear(packet.get_type(), packet, self.get_time())
 
     def idle_task(self) -> None:
         now_s = self.get_time()

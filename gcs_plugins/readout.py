@@ -1,4 +1,4 @@
-"""What the boat tells of itself, in a few lines for a prompt. Knows messages by their fields only, so that any link will do."""
+"""What the boat tells of itself, in a few lines. Knows messages by their fields only, whatever library has parsed them."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _STATION = 6  # MAV_TYPE_GCS
 _METRES_PER_DEGREE = 111_195.0
 _IGNORE_POSITION, _IGNORE_YAW = 0b011, 1 << 10  # of POSITION_TARGET_TYPEMASK; north and east
 _SILENT_S = 3.0
-_KINDS = (
+KINDS = (
     "HEARTBEAT",
     "GLOBAL_POSITION_INT",
     "POSITION_TARGET_GLOBAL_INT",
@@ -31,10 +31,9 @@ class Readout:
     def __init__(self) -> None:
         self._newest: dict[str, tuple[Any, float]] = {}
 
-    def hear(self, message: Any, now_s: float) -> None:
-        """One message of the vehicle."""
-        kind = message.get_type()
-        if kind in _KINDS and not (kind == "HEARTBEAT" and message.type == _STATION):
+    def hear(self, kind: str, message: Any, now_s: float) -> None:
+        """One message of the vehicle: its MAVLink name, and anything that has its fields."""
+        if kind in KINDS and not (kind == "HEARTBEAT" and message.type == _STATION):
             self._newest[kind] = (message, now_s)
 
     @property
