@@ -41,9 +41,9 @@ def companion(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Companion]:
     (old / "manifest.json").write_bytes(b"{}")
     os.utime(old / "manifest.json", (1_700_000_000, 1_700_000_000))
     (old / "ticks.ulg").write_bytes(OLD_LOG)
-    running = Companion(folder, speed=5.0)
+    port = free_port()
     rover = f"tcpin:127.0.0.1:{free_port(socket.SOCK_STREAM)}?dialect=ardupilot"
-    running = Companion(folder, speed=5.0, links=(f"udpout:127.0.0.1:{running.udp_port}", rover))
+    running = Companion(folder, speed=10.0, links=(f"udpout:127.0.0.1:{port}", rover))
     with running:
         yield running
 
