@@ -139,6 +139,8 @@ def test_parameters(usvctl: Usvctl, tmp_path: Path) -> None:
     assert usvctl("params", "save", str(saved)) == (0, f"{saved}: {len(TABLE)} parameters\n", "")
     assert usvctl("params", "set", "PATH_BW_SURGE", "0.5") == (0, "1 of 1 changed\n", "")
     assert usvctl("params", "set", "NAV_DLL_ACT", "2") == (0, "1 of 1 changed\n", "")
+    assert usvctl("params", "set", "NAV_DLL_ACT", "3", ardupilot=True) == (0, "1 of 1 changed\n", "")
+    assert usvctl("params", "get", "NAV_DLL_ACT")[1] == "NAV_DLL_ACT 3\n"
     assert usvctl("params", "load", str(saved)) == (0, f"2 of {len(TABLE)} changed\n", "")
     assert usvctl("params", "get", "PATH_BW_SURGE")[1] == "PATH_BW_SURGE 0.4\n"
     code, _, said = usvctl("params", "set", "PATH_BW_SURGE", "99")
