@@ -61,6 +61,12 @@ def _do(boat: Boat, arguments: argparse.Namespace) -> None:
     boat.do(arguments.name)
 
 
+def _checks(boat: Boat, arguments: argparse.Namespace) -> None:
+    heard = boat.texts_heard
+    boat.do("checks")
+    print(boat.reason(heard).replace("; ", "\n") or "nothing stands against arming")
+
+
 def _upload(boat: Boat, arguments: argparse.Namespace) -> None:
     from gcs_plugins.usvctl import plans
 
@@ -227,6 +233,7 @@ def _parser() -> argparse.ArgumentParser:
 def _add_steering(verbs: Any) -> None:
     for name in _PLAIN:
         _add(verbs, name, BY_NAME[name].text, _do).set_defaults(name=name)
+    _add(verbs, "checks", BY_NAME["checks"].text, _checks)
     do = _add(verbs, "do", "any action of the table by its name", _do)
     do.add_argument("name", choices=[action.name for action in ACTIONS], metavar="NAME", help=", ".join(BY_NAME))
     mode = _add(verbs, "mode", "another mode", lambda boat, arguments: boat.set_mode(arguments.name))

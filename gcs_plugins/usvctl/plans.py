@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -31,10 +31,10 @@ def read(path: Path) -> PlanFile:
 def upload(boat: Boat, plan: PlanFile) -> None:
     """The boat's plan becomes this one: lists that the plan does not have are emptied."""
     raw = MissionRaw(boat.system)
-    _checked(boat, lambda: _upload_mission(boat, raw, plan.mission))
+    _checked(boat, _upload_mission, boat, raw, plan.mission)
     for kind, items, send in ((_FENCE, plan.fence, raw.upload_geofence), (_RALLY, plan.rally, raw.upload_rally_points)):
         if items:
-            _checked(boat, lambda send=send, items=items, kind=kind: send([_sent(item, kind) for item in items]))
+            _checked(boat, send, [_sent(item, kind) for item in items])
         else:
             clear(boat, kind)
 
@@ -82,11 +82,11 @@ def _upload_mission(boat: Boat, raw: MissionRaw, items: Sequence[PlanItem]) -> N
         raise MissionRawError(result, "upload_mission()")
 
 
-def _checked(boat: Boat, transfer: Any) -> Any:
+def _checked(boat: Boat, transfer: Callable[..., Any], *arguments: Any) -> Any:
     """What a transfer of MAVSDK gives. Raises Refused with what the boat said, NoVessel when it fell silent."""
     heard = boat.texts_heard
     try:
-        return transfer()
+        return transfer(*arguments)
     except MissionRawError as error:
         if error.result in (MissionRawResult.TIMEOUT, MissionRawResult.NO_SYSTEM):
             raise NoVessel("the boat fell silent during the transfer") from error

@@ -83,6 +83,7 @@ def of_file(path: Path) -> PlanFile:
 
 def test_steering_and_the_boats_reasons(usvctl: Usvctl) -> None:
     assert usvctl("nudge", "1", "0") == (1, "", "refused: Nudge refused: Manual is not Hold\n")
+    assert usvctl("checks") == (0, "nothing stands against arming\n", "")
     assert usvctl("hold")[0] == 0
     assert usvctl("arm")[0] == 0
     assert usvctl("goto", *place(3.0, 2.0), "--heading", "30", "--speed", "0.5", "--wait", "--within", "60") == (0, "", "")
@@ -129,6 +130,10 @@ def test_a_mission_is_sailed_to_its_end(usvctl: Usvctl, tmp_path: Path) -> None:
     assert usvctl("upload", route(tmp_path / "far.plan", (900_000.0, 0.0)))[0] == 0
     code, _, said = usvctl("start")
     assert code == 1 and "km away" in said
+    unknown = PlanFile((PlanItem(0, 84, 3, 0, 0, 0, 0, 634389000, 103990000, 0),))
+    (tmp_path / "unknown.plan").write_text(files.write("unknown.plan", unknown), encoding="utf-8")
+    code, _, said = usvctl("upload", str(tmp_path / "unknown.plan"))
+    assert code == 1 and "refused: mission item 0: command 84 is not supported" in said
     code, _, said = usvctl("upload", str(MISSIONS / "README.md"))
     assert code == 2 and "unknown kind of plan file" in said
 
