@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 import socket
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 
 from companion.core.geodesy import LocalFrame
+from companion.io.mavlink import messages as mavlink
 from companion.params import TABLE
+from tests.protocol.desk import Sender
 from tests.protocol.mavproxy import MavProxy
 from tests.protocol.process import Companion, free_port
 
@@ -19,6 +25,29 @@ FRAME = LocalFrame(63.4389, 10.3990)
 TAKEN = "Got COMMAND_ACK: {}: ACCEPTED"
 
 
+@contextmanager
+def phone(port: int) -> Iterator[None]:
+    """FOLLOW_TARGET of a leader that lies 40 m ahead, 25 times a second, as another system."""
+    lat_deg, lon_deg = FRAME.to_geodetic(40.0, 0.0)
+    over, sender = threading.Event(), Sender(77)
+
+    def send() -> None:
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as out:
+            begun_s = time.monotonic()
+            while not over.wait(0.04):
+                at = (round(1000.0 * (time.monotonic() - begun_s)), 3, round(lat_deg * 1e7), round(lon_deg * 1e7), 0.0)
+                rest = ([0.0] * 3, [0.0] * 3, [1.0, 0.0, 0.0, 0.0], [0.0] * 3, [2.0, 0.0, 2.0], 0)
+                out.sendto(sender.packed(mavlink.MAVLink_follow_target_message(*at, *rest)), ("127.0.0.1", port))
+
+    thread = threading.Thread(target=send)
+    thread.start()
+    try:
+        yield
+    finally:
+        over.set()
+        thread.join()
+
+
 def in_mode(station: MavProxy, mode: str) -> None:
     """By the module's own status: MAVProxy itself tells of a new mode up to 2 s later."""
     station.ask("usv status", f"usv: {mode}, ", again_s=0.3)
@@ -26,7 +55,8 @@ def in_mode(station: MavProxy, mode: str) -> None:
 
 def test_holding_nudging_docking_following_and_tuning(tmp_path: Path) -> None:
     port = free_port(socket.SOCK_STREAM)
-    links = (f"tcpin:127.0.0.1:{port}",)
+    phone_port = free_port()
+    links = (f"tcpin:127.0.0.1:{port}", f"udpin:127.0.0.1:{phone_port}")
     with Companion(tmp_path, speed=5.0, links=links), MavProxy(f"tcp:127.0.0.1:{port}", tmp_path / "mavproxy", (MODULE,)) as station:
         station.expect(f"Loaded module {MODULE}")
         station.expect(f"Received {len(TABLE)} parameters", 60.0)
@@ -55,6 +85,9 @@ def test_holding_nudging_docking_following_and_tuning(tmp_path: Path) -> None:
         station.expect(TAKEN.format("USER_3"))
         station.say("usv follow")
         station.expect("Got COMMAND_ACK: DO_FOLLOW: TEMPORARILY_REJECTED")
+        with phone(phone_port):
+            station.ask("usv follow", TAKEN.format("DO_FOLLOW"))
+            station.ask("usv status", r"usv: Follow, armed[^\n]*\n+usv: follow: \d+ m to go, towards \d+ deg", again_s=0.3)
         station.say("usv dock")
         in_mode(station, "Dock")
         station.say("usv stop")
