@@ -13,12 +13,12 @@ from types import TracebackType
 
 
 class MavProxy:
-    """`mavproxy.py --master MASTER` with a pipe for a keyboard."""
+    """`mavproxy.py --master MASTER` with a pipe for a keyboard. `modules`: to load over those that it brings."""
 
-    def __init__(self, master: str, folder: Path) -> None:
+    def __init__(self, master: str, folder: Path, modules: tuple[str, ...] = ()) -> None:
         folder.mkdir(parents=True, exist_ok=True)
         command = [sys.executable, str(Path(sys.executable).with_name("mavproxy.py")), f"--master={master}"]
-        command += [f"--logfile={folder / 'mav.tlog'}", "--streamrate=-1"]
+        command += [f"--logfile={folder / 'mav.tlog'}", "--streamrate=-1", *(f"--load-module={name}" for name in modules)]
         environment = {**os.environ, "HOME": str(folder), "PYTHONUNBUFFERED": "1"}
         self._process = subprocess.Popen(
             command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, cwd=folder, env=environment

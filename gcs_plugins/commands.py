@@ -1,0 +1,241 @@
+"""The one table of what an operator can ask of the boat by a button: every plug-in here is made from it.
+
+Pure data, with no import of the companion: it is loaded inside ground stations. The tests hold each row against a running vessel,
+and the numbers against MAVLink's and the companion's own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum, IntEnum
+
+LONGEST_LABEL = 20
+
+
+class MavCmd(IntEnum):
+    """The commands of the table; numbers and names of MAVLink's MAV_CMD."""
+
+    NAV_RETURN_TO_LAUNCH = 20
+    DO_FOLLOW = 32
+    DO_SET_MODE = 176
+    DO_CHANGE_SPEED = 178
+    DO_SET_HOME = 179
+    DO_PAUSE_CONTINUE = 193
+    DO_SET_MISSION_CURRENT = 224
+    MISSION_START = 300
+    COMPONENT_ARM_DISARM = 400
+    RUN_PREARM_CHECKS = 401
+    USER_1 = 31010
+    USER_2 = 31011
+    USER_3 = 31012
+
+
+class Where(Enum):
+    """When the boat takes a command; else it is refused with the reason."""
+
+    ALWAYS = "always"
+    DISARMED = "disarmed"
+    UNLESS_NEEDED = "disarmed or in Manual"
+    HOLD = "in Hold, armed"
+    MISSION = "with a mission aboard"
+    PAUSED = "with the mission paused"
+    SELF_STEERED = "in a mode that steers itself"
+    BERTH = "with a berth in the mission or the vessel's file"
+    LEADER = "with a leader heard"
+
+
+@dataclass(frozen=True, slots=True)
+class ModeNumbers:
+    """`custom_mode` of one mode as the boat's links count it."""
+
+    px4: int
+    rover: int  # on a link with ?dialect=ardupilot
+
+
+MODES: Mapping[str, ModeNumbers] = {
+    "Manual": ModeNumbers(0x00010000, 0),
+    "Forces": ModeNumbers(0x00020000, 1),
+    "Heading": ModeNumbers(0x00070000, 3),
+    "Hold": ModeNumbers(0x03040000, 4),
+    "Mission": ModeNumbers(0x04040000, 10),
+    "RTL": ModeNumbers(0x05040000, 11),
+    "Dock": ModeNumbers(0x06040000, 8),
+    "Follow": ModeNumbers(0x08040000, 6),
+    "Offboard": ModeNumbers(0x00060000, 17),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Action:
+    """One row. A row with a `mode` sends DO_SET_MODE with that mode's number; `params` are 1, 2, …, those left out are 0.
+
+    `joystick`: among the actions that a button of a stick can be given; `button`: which one is suggested, as Cockpit numbers a
+    standard gamepad, with `shift` held where that is set. Numbers are plain ones (no NaN): JSON has none.
+    """
+
+    name: str
+    label: str
+    text: str
+    command: MavCmd
+    params: tuple[float, ...] = ()
+    mode: str | None = None
+    where: Where = Where.ALWAYS
+    joystick: bool = False
+    button: int | None = None
+    shift: bool = False
+
+    def all_params(self, rover_numbers: bool = False) -> tuple[float, ...]:
+        """Params 1 to 7 as COMMAND_LONG has them. `rover_numbers`: for a link that speaks ArduPilot's dialect."""
+        params = self.params
+        if self.mode is not None:
+            numbers = MODES[self.mode]
+            params = (1.0, float(numbers.rover if rover_numbers else numbers.px4))
+        return (*params, *(0.0 for _ in range(7 - len(params))))
+
+
+def _mode(name: str, label: str, mode: str, text: str, where: Where = Where.ALWAYS, button: int | None = None) -> Action:
+    return Action(name, label, text, MavCmd.DO_SET_MODE, mode=mode, where=where, joystick=button is not None, button=button)
+
+
+def _nudge(name: str, label: str, text: str, params: tuple[float, ...], button: int, shift: bool = False) -> Action:
+    return Action(name, label, text, MavCmd.USER_1, (1.0, *params), where=Where.HOLD, joystick=True, button=button, shift=shift)
+
+
+def _bow(name: str, label: str, heading_deg: float) -> Action:
+    return Action(
+        name, label, f"Turn the bow to {heading_deg:g} degrees at the point held", MavCmd.USER_1, (2.0, heading_deg), where=Where.HOLD
+    )
+
+
+def _station(name: str, label: str, where: str, bearing_deg: float) -> Action:
+    text = f"Follow 20 m from the leader, {where}, until another station is commanded or the boat is disarmed"
+    return Action(name, label, text, MavCmd.USER_3, (bearing_deg, 20.0))
+
+
+# Buttons: 0 to 3 the lower, right, left and upper face button, 4 and 5 the shoulders, 12 to 15 the cross up, down, left, right.
+ACTIONS: tuple[Action, ...] = (
+    _mode("hold", "Hold here", "Hold", "Dynamic positioning: hold this point and heading", button=0),
+    Action(
+        "stop",
+        "STOP thrusters",
+        "Disarm at once, whatever the boat does: every thruster at neutral",
+        MavCmd.COMPONENT_ARM_DISARM,
+        (0.0, 21196.0),
+        joystick=True,
+        button=1,
+        shift=True,
+    ),
+    Action("arm", "Arm thrusters", "Arm: thrusters obey from now on", MavCmd.COMPONENT_ARM_DISARM, (1.0,)),
+    Action("disarm", "Disarm thrusters", "Disarm: every thruster at neutral", MavCmd.COMPONENT_ARM_DISARM, (0.0,)),
+    Action(
+        "checks",
+        "Why not armed?",
+        "Say every reason for which the boat would refuse to arm",
+        MavCmd.RUN_PREARM_CHECKS,
+        where=Where.DISARMED,
+    ),
+    # missions and ways
+    Action(
+        "start",
+        "Start the mission",
+        "Sail the mission from its current item; the boat must be armed to move",
+        MavCmd.MISSION_START,
+        where=Where.MISSION,
+        joystick=True,
+        button=3,
+    ),
+    Action(
+        "pause",
+        "Pause and hold",
+        "Hold here; the mission keeps its place",
+        MavCmd.DO_PAUSE_CONTINUE,
+        (0.0,),
+        where=Where.SELF_STEERED,
+        joystick=True,
+    ),
+    Action(
+        "continue",
+        "Go on with mission",
+        "Go on with the mission that was paused",
+        MavCmd.DO_PAUSE_CONTINUE,
+        (1.0,),
+        where=Where.PAUSED,
+        joystick=True,
+    ),
+    Action(
+        "restart",
+        "Mission from item 1",
+        "Make the first item current and forget the jumps taken",
+        MavCmd.DO_SET_MISSION_CURRENT,
+        (0.0, 1.0),
+        where=Where.MISSION,
+    ),
+    Action(
+        "return", "Return home", "Back to home or the nearest rally point, then hold", MavCmd.NAV_RETURN_TO_LAUNCH, joystick=True, button=2
+    ),
+    _mode(
+        "dock", "Go alongside", "Dock", "Dock: to the standoff point, then alongside the berth, pushing until disarmed", where=Where.BERTH
+    ),
+    Action("set-home", "Home is here", "Home becomes where the boat is now", MavCmd.DO_SET_HOME, (1.0,)),
+    Action(
+        "slow",
+        "Slow, 0.3 m/s",
+        "At most 0.3 m/s in self-steered modes, until the mission changes it",
+        MavCmd.DO_CHANGE_SPEED,
+        (1.0, 0.3, -1.0),
+    ),
+    Action("usual-speed", "Usual speed", "Back to the speed of the parameters", MavCmd.DO_CHANGE_SPEED, (1.0, -2.0, -1.0)),
+    # by hand
+    _mode("manual", "Steer by hand", "Manual", "Sticks to thrusters", button=1),
+    _mode("forces", "Steer by forces", "Forces", "Sticks demand surge, sway and yaw; the allocation does the rest"),
+    _mode("heading", "Steer by heading", "Heading", "Heading held; the stick gives thrust and turns the setpoint"),
+    # small corrections of what is held
+    _nudge("nudge-ahead", "Nudge ahead 1 m", "Move the point held 1 m ahead", (1.0, 0.0, 0.0), 12),
+    _nudge("nudge-astern", "Nudge astern 1 m", "Move the point held 1 m astern", (-1.0, 0.0, 0.0), 13),
+    _nudge("nudge-port", "Nudge to port 1 m", "Move the point held 1 m to port", (0.0, -1.0, 0.0), 14),
+    _nudge("nudge-starboard", "Nudge to stbd 1 m", "Move the point held 1 m to starboard", (0.0, 1.0, 0.0), 15),
+    _nudge("turn-port", "Turn 10 deg to port", "Turn the heading held 10 degrees to port", (0.0, 0.0, -10.0), 14, shift=True),
+    _nudge("turn-starboard", "Turn 10 deg to stbd", "Turn the heading held 10 degrees to starboard", (0.0, 0.0, 10.0), 15, shift=True),
+    _bow("bow-north", "Bow to north", 0.0),
+    _bow("bow-east", "Bow to east", 90.0),
+    _bow("bow-south", "Bow to south", 180.0),
+    _bow("bow-west", "Bow to west", 270.0),
+    # following
+    Action(
+        "follow",
+        "Follow the leader",
+        "Follow the leader of FOLL_SYSID",
+        MavCmd.DO_FOLLOW,
+        (-1.0,),
+        where=Where.LEADER,
+        joystick=True,
+        button=3,
+        shift=True,
+    ),
+    Action("follow-end", "Stop following", "Follow no more: hold here", MavCmd.DO_FOLLOW, (0.0,), joystick=True),
+    _station("station-astern", "Station astern 20 m", "astern", 180.0),
+    _station("station-port-quarter", "Station port qtr 20m", "on its port quarter", -135.0),
+    _station("station-stbd-quarter", "Station stbd qtr 20m", "on its starboard quarter", 135.0),
+    _station("station-port", "Station to port 20 m", "abeam to port", -90.0),
+    _station("station-starboard", "Station to stbd 20 m", "abeam to starboard", 90.0),
+    # thrusters
+    Action("lower", "Lower bow thruster", "Lower the retractable thruster", MavCmd.USER_2, (1.0,), joystick=True, button=5),
+    Action("retract", "Retract bow thruster", "Retract it", MavCmd.USER_2, (2.0,), where=Where.UNLESS_NEEDED, joystick=True, button=4),
+)
+
+BY_NAME: Mapping[str, Action] = {action.name: action for action in ACTIONS}
+
+TUNING: Mapping[str, tuple[str, ...]] = {
+    "dp": ("DP_BW_SURGE", "DP_BW_SWAY", "DP_BW_YAW"),
+    "dp-surge": ("DP_BW_SURGE",),
+    "dp-sway": ("DP_BW_SWAY",),
+    "dp-yaw": ("DP_BW_YAW",),
+    "path": ("PATH_BW_SURGE", "PATH_BW_YAW"),
+    "path-speed": ("PATH_BW_SURGE",),
+    "path-heading": ("PATH_BW_YAW",),
+}
+"""Loops and the parameters that are their bandwidths, rad/s."""
+
+TUNING_STEP = 1.1
+"""One step up; a step down is its inverse."""

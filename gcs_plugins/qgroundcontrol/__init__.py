@@ -1,0 +1,1 @@
+"""Action files for QGroundControl, for its fly view and for joystick buttons."""

@@ -1,0 +1,39 @@
+"""The action files as QGroundControl reads them: "MavlinkActions" since version 5.0, "CustomActions" in 4.4.
+
+Each kind lies in a folder of its own name in QGroundControl's save folder. Keys other than the documented ones are left out, since
+some versions refuse them, and one bad action empties the whole list. Source: MavlinkActionManager.cc, CustomActionManager.cc.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from gcs_plugins.commands import ACTIONS, Action
+
+FILE_TYPES = ("MavlinkActions", "CustomActions")
+FLY_VIEW = "usv_fly_view.json"
+JOYSTICK = "usv_joystick.json"
+
+
+def entry(action: Action) -> dict[str, Any]:
+    """One action; params that are 0 are QGroundControl's default. The px4 dialect's mode numbers: float32 holds each exactly."""
+    params = {f"param{n}": value for n, value in enumerate(action.all_params(), start=1) if value != 0.0}
+    return {"label": action.label, "description": action.text, "mavCmd": int(action.command), **params}
+
+
+def text(file_type: str, actions: Sequence[Action]) -> str:
+    """One file."""
+    content = {"version": 1, "fileType": file_type, "actions": [entry(action) for action in actions]}
+    return json.dumps(content, indent=2) + "\n"
+
+
+def files() -> Mapping[str, str]:
+    """Path in the save folder → text, of all files."""
+    buttons = [action for action in ACTIONS if action.joystick]
+    made = {}
+    for file_type in FILE_TYPES:
+        made[f"{file_type}/{FLY_VIEW}"] = text(file_type, ACTIONS)
+        made[f"{file_type}/{JOYSTICK}"] = text(file_type, buttons)
+    return made

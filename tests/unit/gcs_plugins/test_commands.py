@@ -1,0 +1,52 @@
+"""The table of actions by itself: numbers, labels, the parameters that tuning steps."""
+
+from __future__ import annotations
+
+import math
+
+from companion.io.mavlink import messages as mavlink
+from companion.params import TABLE
+from gcs_plugins.commands import ACTIONS, BY_NAME, LONGEST_LABEL, TUNING, MavCmd
+
+# what QGroundControl's joystick page offers by itself; a custom action of the same name would hide behind it
+BUILT_IN = {
+    "Arm",
+    "Disarm",
+    "Toggle Arm",
+    "No Action",
+    "Center",
+    "Manual",
+    "Forces",
+    "Heading",
+    "Hold",
+    "Mission",
+    "RTL",
+    "Dock",
+    "Follow",
+    "Offboard",
+}
+
+
+def test_numbers_are_those_of_mavlink() -> None:
+    assert {command.name: int(command) for command in MavCmd} == {c.name: getattr(mavlink, f"MAV_CMD_{c.name}") for c in MavCmd}
+
+
+def test_names_and_labels() -> None:
+    assert len(BY_NAME) == len(ACTIONS)
+    labels = [action.label for action in ACTIONS]
+    assert len(set(labels)) == len(labels) and not BUILT_IN & set(labels)
+    for action in ACTIONS:
+        assert 0 < len(action.label) <= LONGEST_LABEL and action.label.isascii() and action.text.isascii()
+        assert all(math.isfinite(value) for value in action.params), "JSON has no NaN"
+        assert (action.mode is None) == (action.command is not MavCmd.DO_SET_MODE)
+
+
+def test_each_button_means_one_thing() -> None:
+    taken = [(action.button, action.shift) for action in ACTIONS if action.button is not None]
+    assert len(set(taken)) == len(taken)
+    assert all(action.joystick for action in ACTIONS if action.button is not None)
+
+
+def test_tuning_steps_bandwidths_that_exist() -> None:
+    specs = {spec.name: spec for spec in TABLE}
+    assert all(specs[name].unit == "rad/s" for names in TUNING.values() for name in names)
