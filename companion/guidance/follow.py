@@ -140,15 +140,21 @@ class FollowLaw:
 
     def _may_rest(self, motion: Motion, nav: NavState, leader: Leader, changed: bool) -> bool:
         """Whether the boat lies still: the leader stands, and the boat has come to its station, or lies about as far from the leader and would have to go round
-        for it."""
+        for it. Nor does a boat without way astern seek a station in the way of a leader that backs: it lies still, or keeps clear."""
+        if leader.speed_mps < -_STANDING_MPS and not self._can_reverse:
+            return self._about_as_far(nav, leader)
         if abs(leader.speed_mps) > _STANDING_MPS:
             return False
         if self._resting and not changed and self._can_reverse:
             return motion.off_m < 2.0 * _REST_BAND_M
         if self._resting and not changed:
-            distance = math.hypot(nav.north_m - leader.north_m, nav.east_m - leader.east_m)
-            return distance < self.distance_m + _REST_BAND_M + _REST_BAND_SHARE * self.distance_m
+            return self._about_as_far(nav, leader)
         return motion.off_m < _REST_BAND_M
+
+    def _about_as_far(self, nav: NavState, leader: Leader) -> bool:
+        """From the leader, as the station is, or nearer."""
+        distance = math.hypot(nav.north_m - leader.north_m, nav.east_m - leader.east_m)
+        return distance < self.distance_m + _REST_BAND_M + _REST_BAND_SHARE * self.distance_m
 
     def _along_track(self, nav: NavState, leader: Leader) -> tuple[Motion, Plan] | None:
         """And how it will go on, seen along the straight between the boats. None where the boat is not on the track."""

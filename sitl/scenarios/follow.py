@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 SETTLE_S = 40.0  # after the leader has departed
 NEAREST_M = 12.0
-MOVING_MPS = 1.0
+MOVING_SHARE = 0.5  # of its greatest speed: beside a leader that comes to rest a boat without way astern rounds up across the track
 _AT_REST_MPS = 0.2
 _TURNS_ASIDE, _BACKS_SHARE = 1.0, 0.02  # a boat without way astern turns away from a leader that backs, and back again
 MOST_VARIATION_1PS = 2.5
@@ -127,7 +127,7 @@ def figures(folder: Path, chase: Chase, asked: dict[str, Any], settings: Setting
 
 
 def _astern(chase: Chase, judged: NDArray[np.bool_], gap_m: float) -> dict[str, float]:
-    moving = judged & (chase.t < chase.ahead_until_s) & (chase.leader_speed > min(MOVING_MPS, 0.5 * float(chase.leader_speed.max())))
+    moving = judged & (chase.t < chase.ahead_until_s) & (chase.leader_speed > MOVING_SHARE * float(chase.leader_speed.max()))
     straight, bend = moving & chase.on_straight, moving & chase.in_bend
     off, known_off = chase.off_m[moving], chase.known_off_m[moving]
     error, known = chase.gap_m - gap_m, chase.known_gap_m - gap_m

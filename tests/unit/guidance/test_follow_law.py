@@ -88,6 +88,19 @@ def test_leader_goes_astern_and_the_boat_makes_room() -> None:
     assert chase.least_m > LEAST_M and chase.motion.off_m == pytest.approx(0.0, abs=1.5), "and it follows again"
 
 
+def test_beside_a_leader_that_backs_the_boat_seeks_no_station_in_its_way() -> None:
+    """It lay clear of the leader's way, and turned into it to be astern of it again."""
+    chase = astern_of(Lead(0.0, 0.0))
+    chase.sail(25.0, 8.2)
+    chase.sail(35.0, 0.0)
+    drifted = replace(chase.boat.nav, north_m=chase.lead.north_m - 16.0, east_m=chase.lead.east_m - 18.0, yaw_rad=math.radians(-121.0))
+    chase.boat.nav = drifted
+    chase.sail(2.0, 0.0)
+    chase.sail(22.0, -2.0)
+    assert chase.boat.nav.east_m < drifted.east_m + 4.0, "it stays on its side"
+    assert chase.least_m > LEAST_M + 2.0
+
+
 @pytest.mark.parametrize("speed", [0.0, 3.0, 8.2])
 def test_stations_all_round_never_through_the_keep_out_circle(speed: float) -> None:
     chase = astern_of(Lead(0.0, 0.0))
