@@ -19,8 +19,9 @@ from mavsdk.plugins.log_files import LogFiles, LogFilesResult
 from pyulog import ULog
 
 from companion.params import TABLE
+from tests.protocol.lossy import LossyNetwork
 from tests.protocol.mavproxy import MavProxy
-from tests.protocol.process import Companion
+from tests.protocol.process import Companion, free_port
 
 pytestmark = pytest.mark.process
 
@@ -132,3 +133,34 @@ def test_mavproxy_lists_and_downloads_a_log(companion: Companion, tmp_path: Path
         station.say(f"log download 0 {tmp_path / 'old.bin'}")
         station.expect(r"Finished downloading", 60.0)
     assert (tmp_path / "old.bin").read_bytes() == (companion.folder / "logs" / OLD_RUN / "telemetry.tlog").read_bytes()
+
+
+def test_mavsdk_and_mavproxy_fetch_over_a_bad_network(tmp_path: Path) -> None:
+    """One datagram in ten vanishes, each way; what arrives is whole."""
+    old = tmp_path / "logs" / OLD_RUN
+    old.mkdir(parents=True)
+    (old / "telemetry.tlog").write_bytes(random.Random(2).randbytes(60_000))
+    expected = (old / "telemetry.tlog").read_bytes()
+    mavsdk_port, mavproxy_port = free_port(), free_port()
+    with (
+        LossyNetwork(mavsdk_port, 0.1, 1) as first,
+        LossyNetwork(mavproxy_port, 0.1, 2) as second,
+        Companion(tmp_path, speed=3.0, links=(f"udpout:127.0.0.1:{first.port}", f"udpout:127.0.0.1:{second.port}")),
+    ):
+        with Mavsdk(Configuration.create_with_component_type(ComponentType.GROUND_STATION)) as sdk:
+            sdk.add_any_connection(f"udpin://127.0.0.1:{mavsdk_port}")
+            system = sdk.first_autopilot(20.0)
+            assert system is not None
+            ftp = Ftp(system)
+            for path in ("/parameters.json.xz", f"/logs/{OLD_RUN}/telemetry.tlog"):
+                assert any(_download(ftp, path, tmp_path, True) is FtpResult.SUCCESS for _ in range(3)), path
+        with MavProxy(f"udpin:127.0.0.1:{mavproxy_port}", tmp_path / "mavproxy") as station:
+            station.expect("Detected vehicle 1:1", 60.0)
+            station.say(f"ftp get /logs/{OLD_RUN}/telemetry.tlog {tmp_path / 'proxy.tlog'}")
+            station.expect(r"Wrote 60000 bytes|Wrote 60000/60000", 60.0)
+            station.say(f"ftp get /parameters.json.xz {tmp_path / 'proxy.xz'}")
+            station.expect(r"Wrote \d+", 60.0)
+    assert first.lost > 10 and second.lost > 10
+    assert (tmp_path / "telemetry.tlog").read_bytes() == (tmp_path / "proxy.tlog").read_bytes() == expected
+    described = (tmp_path / "parameters.json.xz").read_bytes()
+    assert described == (tmp_path / "proxy.xz").read_bytes() and b"DP_BW_SURGE" in lzma.decompress(described)
