@@ -156,7 +156,7 @@ TABLE: tuple[ParamSpec, ...] = (
     _real("PATH_ACC", 0.08, 0.01, 5.0, "m/s^2", "Path", "Acceleration and braking along the path"),
     _choice("PATH_CTRL", 0, {0: "PID", 1: "LQR"}, "Path", "What holds speed and heading under way: the loops of the law in WP_LAW, or a linear-quadratic regulator"),
     _real("PATH_BW_SURGE", 0.4, 0.05, 3.0, "rad/s", "Path", "Bandwidth of the speed loop"),
-    _real("PATH_BW_YAW", 0.8, 0.05, 5.0, "rad/s", "Path", "Bandwidth of the heading loop under way"),
+    _real("PATH_BW_YAW", 0.8, 0.05, 5.0, "rad/s", "Path", "Bandwidth of the heading loop under way; lower where a jet's nozzle cannot follow"),
     _real("NAV_ACC_RAD", 1.5, 0.2, 100.0, "m", "Path", "Acceptance radius of a waypoint that does not bring its own"),
     _choice("WP_LAW", 0, {0: "Companion", 1: "Thesis"}, "Path", "How waypoints are sailed: along the path, or by bearings to intermediate waypoints as in the ÅBOAT thesis (WPT_*)"),
     _real("WP_SPEED", 0.6, 0.05, 20.0, "m/s", "Path", "Speed on missions, until the mission changes it"),

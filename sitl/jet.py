@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from companion.config import JetConfig, ThrusterConfig
+from companion.config import JetConfig, NozzleConfig, ThrusterConfig
 from sitl.thrusters import Thruster
 
 _RUNAWAY_THROTTLE = 0.5
@@ -18,12 +18,15 @@ class Jet(Thruster):
     the jet.
     """
 
-    __slots__ = ("_exit_mps", "_jet", "_most_mps", "_target_mps")
+    __slots__ = ("_exit_mps", "_jet", "_most_mps", "_nozzle", "_target_mps")
 
-    def __init__(self, config: ThrusterConfig, lag_s: float, jet: JetConfig, x_m: float | None = None) -> None:
-        """`jet`: what it really does, whatever the vessel's file says."""
+    def __init__(
+        self, config: ThrusterConfig, lag_s: float, jet: JetConfig, x_m: float | None = None, nozzle: NozzleConfig | None = None
+    ) -> None:
+        """`jet`, `nozzle`: what they really do, whatever the vessel's file says; without `nozzle` it turns at the file's rate, without lag."""
         super().__init__(config, lag_s, x_m)
         self._jet = jet
+        self._nozzle = nozzle or NozzleConfig(config.azimuth_rate_radps)
         self._exit_mps = self._target_mps = 0.0
         self._most_mps = math.sqrt(config.max_n / jet.density_area_kgpm)
 
@@ -44,6 +47,12 @@ class Jet(Thruster):
         """The throttle that the impeller's present speed corresponds to; 0 below that of idling."""
         share = (self._exit_mps - self._jet.idle_mps) / self._jet.span_mps
         return min(1.0, math.pow(share, 1.0 / self._jet.exponent)) if share > 0.0 else 0.0
+
+    def _turn(self, dt_s: float) -> None:
+        nozzle = self._nozzle
+        most = nozzle.rate_radps * dt_s
+        share = -math.expm1(-dt_s / nozzle.lag_s) if nozzle.lag_s > 0.0 else 1.0
+        self.azimuth_rad += min(max(share * (self._target_rad - self.azimuth_rad), -most), most)
 
     def _exit_for(self, throttle: float) -> float:
         if throttle < self._config.dead_band:

@@ -300,7 +300,7 @@ def _thrusters(configs: Sequence[ThrusterConfig], plant: PlantConfig) -> tuple[T
     jet = plant.jet or configs[0].jet
     if configs[0].kind != "jet" or jet is None:
         return build(configs, plant.thruster_lag_s, plant.thruster_x_m)
-    return (Jet(configs[0], plant.thruster_lag_s, jet, None if plant.thruster_x_m is None else plant.thruster_x_m[0]),)
+    return (Jet(configs[0], plant.thruster_lag_s, jet, None if plant.thruster_x_m is None else plant.thruster_x_m[0], plant.nozzle),)
 
 
 def _chosen_plant(vessel: VesselConfig, name: str | None) -> PlantConfig:

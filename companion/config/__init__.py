@@ -23,6 +23,7 @@ from companion.config.devices import UNIT_MATRIX as UNIT_MATRIX
 from companion.config.devices import ActuatorConfig as ActuatorConfig
 from companion.config.devices import JetConfig as JetConfig
 from companion.config.devices import MotorConfig as MotorConfig
+from companion.config.devices import NozzleConfig as NozzleConfig
 from companion.config.devices import SensorConfig as SensorConfig
 from companion.config.devices import StepperConfig as StepperConfig
 from companion.config.devices import ThrusterConfig as ThrusterConfig
@@ -100,6 +101,7 @@ class PlantConfig:
     thruster_lag_s: NonNegative = 0.3
     thruster_x_m: tuple[float, ...] | None = None  # None: where the vessel says
     jet: JetConfig | None = None  # None: as the vessel says
+    nozzle: NozzleConfig | None = None  # of a jet; None: at once, at the rate that the vessel says
     seaway: bool = False  # waves at the frequency with which the boat meets them, with heave and yaw; else roll, pitch and push alone
 
 

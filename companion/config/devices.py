@@ -45,6 +45,15 @@ class JetConfig:
 
 
 @dataclass(frozen=True, slots=True)
+class NozzleConfig:
+    """What really turns a nozzle, as SITL's plant: a position servo that closes the difference with a time constant, no faster than its rate."""
+
+    __pydantic_config__ = STRICT
+    rate_radps: Annotated[float, Field(alias="rate_dps", gt=0.0), FROM_DEGREES]
+    lag_s: NonNegative = 0.0
+
+
+@dataclass(frozen=True, slots=True)
 class ThrusterConfig:
     """One thruster. Force F = ahead_n·u|u| (u ≥ 0) or astern_n·u|u| (u < 0), u the throttle −1…1, within [min_n, max_n].
 

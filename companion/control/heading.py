@@ -14,14 +14,18 @@ from companion.params import Parameters
 
 _DAMPING = 0.9
 _INTEGRAL_SHARE = 0.1
+_SWING_SHARE = 0.6  # of a nozzle's way to its stop: so far it gets in 1/bandwidth; where it gets less far, its rate limit makes the loop swing
 _LARGE_ERROR_RAD = math.radians(25.0)  # a turn, not an offset to be learnt
 
 
 class YawLoop:
-    """`moment_nm(setpoint, nav, bias, dt_s)`. Remembers nothing itself. Beyond _LARGE_ERROR_RAD the boat turns at a steady rate."""
+    """`moment_nm(setpoint, nav, bias, dt_s)`. Remembers nothing itself. Beyond _LARGE_ERROR_RAD the boat turns at a steady rate.
+
+    Its bandwidth is PATH_BW_YAW, or as much as a jet's nozzle can follow at the rate that the vessel's file says."""
 
     def __init__(self, config: VesselConfig, parameters: Parameters) -> None:
         self._hull = config.hull
+        self._most_radps = _followed_radps(config)
         self._parameters = parameters
 
     def moment_nm(self, setpoint: Setpoint, nav: NavState, bias: BiasForce, dt_s: float) -> float:
@@ -31,7 +35,8 @@ class YawLoop:
         error = 0.0 if setpoint.yaw_rad is None else wrap_pi(nav.yaw_rad - setpoint.yaw_rad)
         ahead = abs(nav.surge_mps)
         resisting = hull.damping.n_r + hull.damping.n_ur * ahead
-        kp, ki, kd = pole_placement(hull.m33_kgm2, resisting, self._parameters["PATH_BW_YAW"], _DAMPING, _INTEGRAL_SHARE)
+        bandwidth = min(self._parameters["PATH_BW_YAW"], self._most_radps)
+        kp, ki, kd = pole_placement(hull.m33_kgm2, resisting, bandwidth, _DAMPING, _INTEGRAL_SHARE)
         fastest = math.radians(self._parameters["PATH_YAW_RATE"])
         if abs(error) < _LARGE_ERROR_RAD:
             bias.grow(0.0, 0.0, -ki * error, nav.yaw_rad, dt_s)
@@ -42,6 +47,13 @@ class YawLoop:
         munk += hull.damping.n_uv * ahead * nav.sway_mps
         bounded_munk = min(0.25 * kp, max(-0.25 * kp, munk))
         return hull.m33_kgm2 * setpoint.yaw_radps2 + drag + bounded_munk - kp * pull - kd * (nav.yaw_rate_radps - rate) + bias.in_body(nav.yaw_rad)[2]
+
+
+def _followed_radps(config: VesselConfig) -> float:
+    """Bandwidth that the steering can follow in large turns, in rad/s; infinite where it is not a nozzle that turns the boat."""
+    jet = config.thrusters[0]
+    stops = [abs(stop) for stop in (jet.azimuth_min_rad, jet.azimuth_max_rad) if stop is not None]
+    return jet.azimuth_rate_radps / (_SWING_SHARE * max(stops)) if jet.kind == "jet" and stops else math.inf
 
 
 class HeadingControl:

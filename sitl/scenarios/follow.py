@@ -40,6 +40,7 @@ DEFAULTS = {
     "latency": "0.03",
     "loss": "",
     "law": "companion",
+    "gains": "",
     "gnss": "standalone",
     "wind": "4",
     "waves": "",
@@ -63,6 +64,22 @@ def station_of(settings: Settings) -> tuple[float, float]:
         raise ScenarioError(f"station={text}: write BEARING_DEG@M, as 180@20") from error
 
 
+def thesis_parameters(settings: Settings) -> dict[str, float]:
+    """The thesis's law comes with the thesis's AHRS; `gains=KP/KD` are those of its nozzle. Raises ScenarioError."""
+    text = settings.get("gains", "")
+    if settings.get("law") != "thesis":
+        if text:
+            raise ScenarioError(f"gains={text}: only with law=thesis")
+        return {}
+    if not text:
+        return {"AHRS_LAW": 1.0}
+    kp, _, kd = text.partition("/")
+    try:
+        return {"AHRS_LAW": 1.0, "FOLT_KP": float(kp), "FOLT_KD": float(kd)}
+    except ValueError as error:
+        raise ScenarioError(f"gains={text}: write KP/KD, as 1.2/1.5") from error
+
+
 def prepare(conditions: Conditions, settings: Settings) -> Conditions:
     """The follower at home, the lead boat at rest ahead of it where its station asks for, heading north."""
     bearing, distance_m = station_of(settings)
@@ -70,7 +87,7 @@ def prepare(conditions: Conditions, settings: Settings) -> Conditions:
         "leader", settings["leader"], (-distance_m * math.cos(bearing), -distance_m * math.sin(bearing), 0.0), None, settings["gnss"]
     )
     station = {"FLW_TGT_DST": distance_m, "FLW_TGT_FA": math.degrees(math.remainder(bearing, math.tau))}
-    own = {"DP_LAW": 0.0, "WP_LAW": 0.0}  # `law` is the one of following: the others' theses are about other boats
+    own = {"DP_LAW": 0.0, "WP_LAW": 0.0, **thesis_parameters(settings)}  # `law` is the one of following: the others' theses are about other boats
     return replace(conditions, others=(leader,), start=(0.0, 0.0, 0.0), parameters={**conditions.parameters, **own, **station})
 
 
@@ -116,6 +133,7 @@ def figures(folder: Path, chase: Chase, asked: dict[str, Any], settings: Setting
     metrics |= {
         "nearest_m": float(chase.distance.min()),
         "circles": chase.circles(),
+        "swing_after_bends_deg": math.degrees(chase.swing_after_bends()),
         "leader_astern_share": share(chase.leader_surge < 0.0),
         "following_share": following_share(folder, asked["from_s"]),
     }

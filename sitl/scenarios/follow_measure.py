@@ -24,6 +24,7 @@ _RECALL_M = 400.0
 _TURNING_RADPS = math.radians(2.0)
 _ONE_BEND_S = 3.0
 _AFTER_BEND_S = 10.0
+_SETTLED_S = 20.0
 _BEHIND_S = 10.0  # by so much at most a follower comes out of a bend after the leader
 _ASTERN_MPS = -0.2
 _BACK_M, _BACK_S = 2.0, 2.0
@@ -201,6 +202,17 @@ class Chase:
         for bend, through_s in zip(self.bends, self.through_s, strict=True):
             inside |= (self.t >= bend.begin_s) & (self.t <= through_s + after_s)
         return inside
+
+    def swing_after_bends(self) -> float:
+        """The most by which the heading went from side to side while the leader went straight, in rad, from 20 s after each of its turns to its next
+        or the end. NaN where it never went straight for as long."""
+        swings: list[float] = []
+        ends = [*(bend.begin_s for bend in self.bends[1:]), float(self.t[-1])]
+        for bend, end_s in zip(self.bends, ends, strict=True):
+            apart = (self.yaw - self.leader_yaw)[(self.t >= bend.end_s + _SETTLED_S) & (self.t < end_s)]
+            if len(apart):
+                swings.append(float(apart.max() - apart.min()))
+        return max(swings, default=math.nan)
 
     def recovery_s(self, gap_m: float) -> tuple[float, ...]:
         """After each bend, how long until the gap as known was within 2 m and the offset as known within 4 m, for 2 s; infinite if not before the

@@ -106,3 +106,15 @@ def test_circles_are_turns_that_the_leader_did_not_make(tmp_path: Path) -> None:
     run = chase(tmp_path, hairpin, lambda t: 20.0, lambda t: 0.0, 80.0)
     run.yaw = run.yaw + np.where(run.t > 30.0, math.tau * np.minimum(1.0, (run.t - 30.0) / 10.0), 0.0)
     assert run.circles() == 1.0
+
+
+def test_swing_after_a_bend(tmp_path: Path) -> None:
+    """From side to side by twice the amplitude; not counted before the bend, nor until 20 s after it."""
+    run = chase(tmp_path, hairpin, lambda t: 20.0, lambda t: 0.0, 90.0)
+    (bend,) = run.bends
+    assert run.swing_after_bends() == pytest.approx(0.0, abs=1e-6)
+    wide, settled = np.sin(run.t), run.t >= bend.end_s + 20.0
+    run.yaw = run.yaw + np.where(settled, 0.3, 1.0) * wide
+    assert run.swing_after_bends() == pytest.approx(0.6, abs=0.01)
+    run.yaw = np.where(settled, run.leader_yaw, run.yaw)
+    assert run.swing_after_bends() == 0.0

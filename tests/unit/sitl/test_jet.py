@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from companion.config import find, load
+from companion.config import NozzleConfig, find, load
 from sitl.hull import Hull, resistance_of
 from sitl.jet import Jet
 
@@ -93,6 +93,19 @@ def test_the_impeller_lags_and_the_nozzle_turns_at_its_rate() -> None:
         thruster.step(DT_S)
     assert thruster.azimuth_rad == pytest.approx(math.radians(24.0)) and thruster.throttle() == pytest.approx(1.0, abs=0.01)
     assert thruster.force_n == pytest.approx(CONFIG.ahead_n, rel=0.01)
+
+
+@pytest.mark.parametrize("lag_s", [0.0, 0.3])
+def test_a_linear_actuator_turns_the_nozzle(lag_s: float) -> None:
+    """At its rate while it is further off than rate times lag, then with its time constant, whatever the vessel's file promises."""
+    thruster = Jet(CONFIG, 0.5, CONFIG.jet, None, NozzleConfig(math.radians(14.0), lag_s))  # type: ignore[arg-type]
+    thruster.demand(0.5, math.radians(20.0))
+    far_s = (20.0 - 14.0 * lag_s) / 14.0
+    for step in range(1, 301):
+        thruster.step(DT_S)
+        t_s = step * DT_S
+        left_deg = 20.0 - 14.0 * t_s if t_s <= far_s else 14.0 * lag_s * math.exp(-(t_s - far_s) / lag_s) if lag_s else 0.0
+        assert math.degrees(thruster.azimuth_rad) == pytest.approx(20.0 - left_deg, abs=0.08)
 
 
 def test_at_rest_below_the_dead_band_and_astern_nothing_is_given() -> None:
