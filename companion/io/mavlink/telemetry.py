@@ -47,6 +47,7 @@ class Stream:
 
 
 AIS_VESSEL: int = mavlink.MAVLINK_MSG_ID_AIS_VESSEL
+ADSB_VEHICLE: int = mavlink.MAVLINK_MSG_ID_ADSB_VEHICLE
 DEBUG_VECT: int = mavlink.MAVLINK_MSG_ID_DEBUG_VECT
 HEARTBEAT: int = mavlink.MAVLINK_MSG_ID_HEARTBEAT
 _MODE_MESSAGES = (HEARTBEAT, mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE, mavlink.MAVLINK_MSG_ID_CURRENT_MODE)
@@ -76,6 +77,8 @@ STREAMS: dict[int, Stream] = {
     mavlink.MAVLINK_MSG_ID_ACTUATOR_OUTPUT_STATUS: Stream(motion.actuator_output_status, 1.0),
     mavlink.MAVLINK_MSG_ID_NAMED_VALUE_FLOAT: Stream(follow.named_values, 1.0),
     AIS_VESSEL: Stream(traffic.nearest, 0.2),  # streamed, the next vessel in its turn
+    ADSB_VEHICLE: Stream(traffic.nearest_adsb, 0.2),  # likewise
+    mavlink.MAVLINK_MSG_ID_ORBIT_EXECUTION_STATUS: Stream(motion.orbit_execution_status, 1.0),
     mavlink.MAVLINK_MSG_ID_GPS_RTK: Stream(instruments.gps_rtk, 1.0),
     mavlink.MAVLINK_MSG_ID_DISTANCE_SENSOR: Stream(instruments.distance_sensor, 0.5),
     DEBUG_VECT: Stream(follow.report, NEVER),
@@ -125,7 +128,7 @@ class Telemetry:
         self._hub = hub
         self._vessel = vessel
         self._slots: weakref.WeakKeyDictionary[Endpoint, dict[int, _Slot]] = weakref.WeakKeyDictionary()
-        self._rounds = traffic.Rounds()
+        self._rounds, self._adsb_rounds = traffic.Rounds(), traffic.Rounds()
         self._told_mode: Any = None
         self._told_home: Any = None
         self._told_mission: Any = None
@@ -152,7 +155,9 @@ class Telemetry:
                 if slot.due_s <= now_s:  # so late that a turn was missed
                     slot.due_s = now_s + slot.interval_s
                 if slot.number == AIS_VESSEL:
-                    self._send_vessel(outlet, tick.status, now_s)
+                    self._send_vessel(outlet, tick.status, now_s, self._rounds, traffic.ais_vessel)
+                elif slot.number == ADSB_VEHICLE:
+                    self._send_vessel(outlet, tick.status, now_s, self._adsb_rounds, traffic.adsb_vehicle)
                 else:
                     self._send(outlet, slot.number, view, built)
         for event in tick.events:
@@ -270,12 +275,14 @@ class Telemetry:
         for packed in built[key]:
             self._hub.send_packed(outlet, packed)
 
-    def _send_vessel(self, outlet: Endpoint, status: Status, now_s: float) -> None:
+    def _send_vessel(
+        self, outlet: Endpoint, status: Status, now_s: float, rounds: traffic.Rounds, made: Callable[[TrackedTarget, float], Any]
+    ) -> None:
         leader = follow.as_vessel(status.leader, self._vessel.frame, now_s) if status.leader is not None else None
         vessels: Sequence[TrackedTarget] = status.traffic if leader is None else (leader, *status.traffic)
-        vessel = self._rounds.next(outlet, vessels, now_s) if vessels else None
+        vessel = rounds.next(outlet, vessels, now_s) if vessels else None
         if vessel is not None:
-            self._hub.send_packed(outlet, pack(traffic.ais_vessel(vessel, now_s)))
+            self._hub.send_packed(outlet, pack(made(vessel, now_s)))
 
     def _packed(self, build: Builder, view: View, dialect: Dialect) -> Sequence[Packed]:
         """Nothing too for numbers that no field can carry: the boat goes on, and the log says so."""

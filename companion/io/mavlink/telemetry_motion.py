@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 from companion.core.frames import body_to_ned
-from companion.core.types import Condition, FixType, Setpoint, SetpointKind
+from companion.core.types import Condition, FixType, ModeId, Setpoint, SetpointKind
 from companion.io.mavlink import messages as mavlink
 from companion.io.mavlink.dialects import Dialect
 from companion.io.mavlink.view import (
@@ -128,6 +128,19 @@ def nav_controller_output(view: View, dialect: Dialect) -> Any:
         0.0,
         setpoint.cross_track_error_m or 0.0,
     )
+
+
+def orbit_execution_status(view: View, dialect: Dialect) -> Any:
+    """The watch circle around the point that Hold keeps or goes to: ground stations draw it. Nothing in other modes."""
+    if view.tick is None or view.vessel.frame is None or not view.status.armed or view.status.mode is not ModeId.HOLD:
+        return None
+    setpoint = view.tick.setpoint
+    if setpoint.target_north_m is None or setpoint.target_east_m is None:
+        return None
+    lat_deg, lon_deg = view.vessel.frame.to_geodetic(setpoint.target_north_m, setpoint.target_east_m)
+    radius_m = view.vessel.parameters["DP_WATCH_R"]
+    place = degrees_e7(lat_deg), degrees_e7(lon_deg)
+    return mavlink.MAVLink_orbit_execution_status_message(view.unix_us, radius_m, mavlink.MAV_FRAME_GLOBAL_INT, *place, 0.0)
 
 
 def position_target_global_int(view: View, dialect: Dialect) -> Any:

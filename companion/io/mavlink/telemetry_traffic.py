@@ -42,6 +42,11 @@ class Rounds:
 
 def nearest(view: View, dialect: Dialect) -> Any:
     """AIS_VESSEL of the vessel nearest to the boat by its last report, for who asks for one message."""
+    vessel = _nearest(view)
+    return None if vessel is None else ais_vessel(vessel, view.now_s)
+
+
+def _nearest(view: View) -> TrackedTarget | None:
     if view.tick is None:
         return None
     nav, best = view.tick.nav, None
@@ -50,7 +55,7 @@ def nearest(view: View, dialect: Dialect) -> Any:
         if lat_deg is not None and lon_deg is not None:
             away = math.hypot(lat_deg - nav.lat_deg, math.remainder(lon_deg - nav.lon_deg, 360.0) * math.cos(math.radians(nav.lat_deg)))
             best = (away, vessel) if best is None or away < best[0] else best
-    return None if best is None else ais_vessel(best[1], view.now_s)
+    return None if best is None else best[1]
 
 
 def ais_vessel(vessel: TrackedTarget, now_s: float) -> Any:
@@ -87,6 +92,38 @@ def ais_vessel(vessel: TrackedTarget, now_s: float) -> Any:
         (known.name or "").encode("ascii", "replace")[:20],
         fitted(now_s - known.t_s, 1.0, 0, UINT16_UNKNOWN, 0),
         flags,
+    )
+
+
+def nearest_adsb(view: View, dialect: Dialect) -> Any:
+    """The vessel that `nearest` tells of, as ADSB_VEHICLE."""
+    vessel = _nearest(view)
+    return None if vessel is None else adsb_vehicle(vessel, view.now_s)
+
+
+def adsb_vehicle(vessel: TrackedTarget, now_s: float) -> Any:
+    """The same vessel for ground stations that show aircraft only, as QGroundControl: a vehicle on the surface, its MMSI in place of the address."""
+    known = vessel.known
+    told = (
+        (True, mavlink.ADSB_FLAGS_VALID_COORDS),
+        (known.course_rad is not None, mavlink.ADSB_FLAGS_VALID_HEADING),
+        (known.speed_mps is not None, mavlink.ADSB_FLAGS_VALID_VELOCITY),
+        (vessel.label != "", mavlink.ADSB_FLAGS_VALID_CALLSIGN),
+    )
+    return mavlink.MAVLink_adsb_vehicle_message(
+        known.mmsi,
+        degrees_e7(known.lat_deg or 0.0),
+        degrees_e7(known.lon_deg or 0.0),
+        mavlink.ADSB_ALTITUDE_TYPE_GEOMETRIC,
+        0,
+        0 if known.course_rad is None else centidegrees(known.course_rad),
+        fitted(known.speed_mps, 100.0, 0, _FASTEST_CMPS, 0),
+        0,
+        (known.name or str(known.mmsi)).encode("ascii", "replace")[:8],
+        mavlink.ADSB_EMITTER_TYPE_SERVICE_SURFACE,
+        fitted(now_s - known.t_s, 1.0, 0, 255, 0),
+        sum(flag for is_told, flag in told if is_told),
+        0,
     )
 
 

@@ -8,9 +8,9 @@ from typing import Any
 
 import pytest
 
-from companion.core.types import AisTarget, TrackedTarget
+from companion.core.types import AisTarget, ModeId, TrackedTarget
 from companion.io.mavlink import messages as mavlink
-from companion.io.mavlink.telemetry_traffic import Rounds, ais_vessel, from_ais_vessel
+from companion.io.mavlink.telemetry_traffic import Rounds, adsb_vehicle, ais_vessel, from_ais_vessel
 
 AIS = mavlink.MAVLINK_MSG_ID_AIS_VESSEL
 
@@ -104,3 +104,24 @@ def received(message: Any) -> Any:
     data = message.pack(common.MAVLink(None, srcSystem=9, srcComponent=156))
     (back,) = common.MAVLink(None).parse_buffer(data)
     return back
+
+
+def test_ground_stations_that_know_aircraft_only_see_the_vessels_too(rig: Any) -> None:
+    rig.supervisor.change(traffic=vessels(3))
+    rig.run(5.0)
+    shown = [message for message in rig.desk.hear() if message.get_type() == "ADSB_VEHICLE"]
+    assert {message.ICAO_address for message in shown} == {100, 101, 102} and 12 <= len(shown) <= 18
+    known = AisTarget(0.0, "ais", 257_000_001, 63.441, 10.401, course_rad=math.pi / 2, speed_mps=5.0, name="NORA")
+    back = received(adsb_vehicle(TrackedTarget(known, 0.0, 1), 3.0))
+    assert (back.ICAO_address, back.heading, back.hor_velocity, back.callsign, back.tslc) == (257_000_001, 9000, 500, "NORA", 3)
+    assert (back.lat, back.lon) == (634410000, 104010000) and back.emitter_type == 18
+
+
+def test_the_watch_circle_is_drawn_while_the_boat_holds(rig: Any) -> None:
+    rig.run(3.0)
+    circles = [message for message in rig.desk.hear() if message.get_type() == "ORBIT_EXECUTION_STATUS"]
+    assert circles == [], "nothing is held yet"
+    rig.supervisor.change(mode=ModeId.HOLD, armed=True)
+    rig.run(3.0)
+    circles = [message for message in rig.desk.hear() if message.get_type() == "ORBIT_EXECUTION_STATUS"]
+    assert all(circle.radius == pytest.approx(rig.vessel.parameters["DP_WATCH_R"]) for circle in circles)
