@@ -131,7 +131,9 @@ class Clearance:
         brake, push = (self._thrust_mps2, self._thrust_mps2) if self._can_reverse else (0.0, 1.5 * p["PATH_ACC"])
         for leader_n, leader_e, leader_mps, leader_course in way:
             if plan is not None:
-                course_rad, planned_mps = plan(north - leader_n, east - leader_e, leader_mps * math.cos(leader_course), leader_mps * math.sin(leader_course))
+                going_n, going_e = leader_mps * math.cos(leader_course), leader_mps * math.sin(leader_course)
+                off_n, off_e = north - leader_n + _STEP_S * going_n, east - leader_e + _STEP_S * going_e  # of where both are as the step begins
+                course_rad, planned_mps = plan(off_n, off_e, going_n, going_e)
             off = wrap_pi(course_rad - yaw)
             r += (min(fastest, max(-fastest, _TURN_GAIN_1PS * off)) - r) * _STEP_S / (_STEP_S + _TURN_LAG_S)
             yaw += r * _STEP_S

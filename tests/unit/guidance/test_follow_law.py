@@ -65,6 +65,15 @@ def test_gap_and_track_through_a_sharp_turn() -> None:
             assert chase.motion.cross_m is not None and abs(chase.motion.cross_m) < 2.5 and abs(chase.motion.off_m) < 2.0
 
 
+def test_a_fast_leader_is_closed_up_with_to_the_gap() -> None:
+    """The look-ahead took both boats at different moments, half a second apart, and held the boat 20 m too far off."""
+    chase = astern_of(Lead(0.0, 0.0), 45.0)
+    for _ in range(600):
+        chase.sail(DT_S, 14.0)
+        assert not chase.motion.evading
+    assert chase.motion.off_m == pytest.approx(0.0, abs=0.7)
+
+
 def test_leader_stops_and_the_boat_beside_it_without_circling() -> None:
     for speed, gap in ((8.2, 20.0), (4.0, 20.0), (8.2, 45.0)):
         chase = astern_of(Lead(0.0, 0.0), gap)
