@@ -6,12 +6,12 @@ Manual, "Arbitrary alignment": v_object = R_OS · v_sensor for RotSensor.
 
 from __future__ import annotations
 
-import math
 import struct
 from collections.abc import Mapping
 
 from companion.config import SensorConfig
 from companion.io.sensors.setup import DeviceSetup, Step
+from companion.nav.lever_arms import quaternion_of
 
 GO_TO_CONFIG_ACK, SET_OUTPUT_ACK, SET_ALIGNMENT_ACK, GO_TO_MEASUREMENT_ACK, ERROR = 0x31, 0xC1, 0xED, 0x11, 0x42
 ANSWERS = bytes((GO_TO_CONFIG_ACK, SET_OUTPUT_ACK, SET_ALIGNMENT_ACK, GO_TO_MEASUREMENT_ACK, ERROR))
@@ -46,7 +46,7 @@ def mti_setup(config: SensorConfig) -> DeviceSetup:
         Step("SetOutputConfiguration", message(_SET_OUTPUT, b"".join(struct.pack(">HH", *row) for row in outputs)), SET_OUTPUT_ACK),
     ]
     if config.rotation_rad is not None:
-        data = struct.pack(">B4f", _ROT_SENSOR, *quaternion(*config.rotation_rad))
+        data = struct.pack(">B4f", _ROT_SENSOR, *quaternion_of(*config.rotation_rad))
         steps.append(Step("SetAlignmentRotation", message(_SET_ALIGNMENT, data), SET_ALIGNMENT_ACK))
     steps.append(Step("GoToMeasurement", message(_GO_TO_MEASUREMENT), GO_TO_MEASUREMENT_ACK))
     return DeviceSetup(steps)
@@ -70,16 +70,3 @@ def error_text(data: bytes) -> str:
     """An Error message's data for people."""
     code = data[0] if data else 0
     return _ERRORS.get(code, f"error {code}")
-
-
-def quaternion(roll_rad: float, pitch_rad: float, yaw_rad: float) -> tuple[float, float, float, float]:
-    """The rotation that takes a vector from axes turned by yaw, then pitch, then roll to those they were turned from; scalar first."""
-    cr, sr = math.cos(0.5 * roll_rad), math.sin(0.5 * roll_rad)
-    cp, sp = math.cos(0.5 * pitch_rad), math.sin(0.5 * pitch_rad)
-    cy, sy = math.cos(0.5 * yaw_rad), math.sin(0.5 * yaw_rad)
-    return (
-        cr * cp * cy + sr * sp * sy,
-        sr * cp * cy - cr * sp * sy,
-        cr * sp * cy + sr * cp * sy,
-        cr * cp * sy - sr * sp * cy,
-    )
