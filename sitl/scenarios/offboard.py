@@ -32,7 +32,7 @@ def setpoint(frame: int, mask: int, x: float, y: float, yaw_rad: float, rate_rad
 def sail(station: Station, settings: Settings) -> dict[str, Any]:
     speed = number(settings, "speed")
     legs = {
-        "position": (60.0, setpoint(1, POSITION, *_POINT)),
+        "position": (80.0, setpoint(1, POSITION, *_POINT)),
         "velocity": (60.0, setpoint(1, VELOCITY, speed * 0.6, speed * 0.8, math.atan2(0.8, 0.6))),
         "new_velocity": (60.0, setpoint(1, VELOCITY, *body_to_ned(speed, 0.0, _NEW_COURSE_RAD), _NEW_COURSE_RAD)),
         "body": (60.0, setpoint(8, VELOCITY_BODY, speed, 0.0, 0.0, _TURN_RADPS)),

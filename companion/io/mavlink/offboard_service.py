@@ -52,4 +52,4 @@ class OffboardService:
         if told_s is None and len(self._told_s) >= _MOST_TOLD:
             del self._told_s[next(iter(self._told_s))]
         self._told_s[source] = now_s
-        self._hub.say(peer, Severity.WARNING, f"Your setpoint is not obeyed: {reason}")
+        self._hub.say(peer, Severity.WARNING, f"Setpoint refused: {reason}")
