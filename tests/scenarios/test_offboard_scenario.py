@@ -1,4 +1,4 @@
-"""Another computer steers the boats of the theses, in lockstep, judged by the plant's record; then it is silent."""
+"""Another computer steers the boat, in lockstep, judged by the plant's record; then it is silent."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ def sail(folder: Path, vessel: str, seed: int, **changes: str) -> None:
     assert outcome.ok, f"{outcome.error or [check.row() for check in outcome.checks if not check.ok]}"
 
 
-@pytest.mark.parametrize(("vessel", "changes"), [("revolt", {"wind": "2", "current": "0.1"}), ("aboat", {})])
-def test_the_examples_of_mavsdk(tmp_path: Path, vessel: str, changes: dict[str, str]) -> None:
-    sail(tmp_path, vessel, 1, **changes)
+def test_revolt_in_weather(tmp_path: Path) -> None:
+    """ÅBOAT sails by MAVSDK's own plugin in tests/protocol."""
+    sail(tmp_path, "revolt", 1, wind="2", current="0.1")
 
 
 @pytest.mark.sweep
