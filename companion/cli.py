@@ -170,7 +170,7 @@ def _compose_run(
         raise UsageError(f"--speed {arguments.speed:g}: {'above 0, please' if simulated else 'needs --sitl or --devices: real time is what it is'}")
     # people and ground stations live in wall time: what they may take must not shrink as the boat's time speeds up
     patience = max(1.0, arguments.speed)
-    usual = {"COM_DL_LOSS_T": (10.0, 300.0), "COM_RC_LOSS_T": (0.5, 10.0), "FOLL_LOSS_T": (0.9, 10.0)}
+    usual = {"COM_DL_LOSS_T": (10.0, 300.0), "COM_RC_LOSS_T": (0.5, 10.0), "FOLL_LOSS_T": (0.9, 10.0), "OFFB_TIMEOUT": (0.8, 60.0)}
     defaults = {name: min(most_s, usual_s * patience) for name, (usual_s, most_s) in usual.items()} if patience > 1.0 else {}
     if not arguments.sitl:
         wall = WallClock(arguments.speed)

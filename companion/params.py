@@ -223,6 +223,9 @@ TABLE: tuple[ParamSpec, ...] = (
         for term, what, default in zip(("KP", "KI", "KD"), ("Proportional", "Integral", "Derivative"), gains, strict=True)
     ),
     _real("FOLT_TF", 0.26, 0.0, 10.0, "s", "Thesis law", "Time constant that filters the derivatives"),
+    # offboard
+    _real("OFFB_TIMEOUT", 0.8, 0.2, 60.0, "s", "Offboard", "Age at which the newest setpoint of the computer that steers in Offboard counts no more"),
+    _choice("OFFB_LOSS_ACT", 1, {1: "Hold", 2: "RTL", 3: "Neutral"}, "Offboard", "What to do when setpoints stop in Offboard; with Neutral the boat goes on when they come again"),
     # allocation
     _choice("ALLOC_KIND", 0, {0: "Constrained", 1: "Pseudo-inverse"}, "Allocation", "Optimal within limits and rates, or the unconstrained solution cut to them"),
     _int("ALLOC_ITER", 3, 1, 6, "", "Allocation", "Re-linearisations of the thrust allocation in a cycle"),

@@ -11,10 +11,13 @@ import math
 from companion.config import VesselConfig
 from companion.control.bias import BiasForce
 from companion.control.feedforward import feedforward
+from companion.control.model import coriolis
 from companion.core.angles import wrap_pi
 from companion.core.frames import ned_to_body
 from companion.core.types import NavState, Setpoint, Wrench
 from companion.params import Parameters
+
+_FULL = 3  # DP_FF_KIND
 
 
 class DynamicPositioning:
@@ -43,7 +46,22 @@ class DynamicPositioning:
             -pn * eyaw - dn * (nav.yaw_rate_radps - setpoint.yaw_rate_radps),
             dt_s,
         )
-        return Wrench(share * forward.surge_n + x + bx, share * forward.sway_n + y + by, share * forward.yaw_nm + n + bn)
+        munk = share * self._munk_nm(setpoint, u, v, nav)
+        return Wrench(share * forward.surge_n + x + bx, share * forward.sway_n + y + by, share * forward.yaw_nm + munk + n + bn)
+
+    def _munk_nm(self, setpoint: Setpoint, surge_mps: float, sway_mps: float, nav: NavState) -> float:
+        """Moment against what the water does beyond the feed-forward's calm: of the Munk moment at the velocity through the water, less that of the reference.
+        Under way a current's share of it changes sides as the boat turns, faster than the integral learns. None up to the speeds of positioning: there
+        the integral has it, and the estimate of the current only adds its noise."""
+        if nav.current_north_mps is None or nav.current_east_mps is None or int(self._parameters["DP_FF_KIND"]) != _FULL:
+            return 0.0
+        weight = min(1.0, max(0.0, 2.0 * (abs(setpoint.surge_mps) / self._parameters["DP_SPEED_AHEAD"] - 1.0)))
+        if weight == 0.0:
+            return 0.0
+        current_x, current_y = ned_to_body(nav.current_north_mps, nav.current_east_mps, nav.yaw_rad)
+        _, _, met = coriolis(self._hull, nav.surge_mps - current_x, nav.sway_mps - current_y, 0.0)
+        _, _, planned = coriolis(self._hull, surge_mps, sway_mps, 0.0)
+        return weight * (met - planned)
 
     def restart(self) -> None:
         """Forget the feedback so far: another law has steered."""

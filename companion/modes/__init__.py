@@ -22,8 +22,8 @@ from companion.modes.manual import ManualMode
 from companion.modes.mission import MissionMode
 from companion.modes.mission_fence import MissionFence
 from companion.modes.mode import Mode
+from companion.modes.offboard import OffboardMode
 from companion.modes.rtl import ReturnPoint, RtlMode
-from companion.modes.unavailable import UnavailableMode
 from companion.params import Parameters
 
 
@@ -50,6 +50,6 @@ def build_modes(
         RtlMode(config, parameters, point, events, fence),
         DockMode(config, docking, berths),
         FollowMode(config, parameters, events, fence),
-        UnavailableMode(ModeId.OFFBOARD),
+        OffboardMode(config, parameters, events, fence),
     )
     return {mode.id: mode for mode in modes}

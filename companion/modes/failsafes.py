@@ -125,6 +125,11 @@ def _following(s: Situation, active: bool) -> bool:
     return s.armed and (s.mode.id is ModeId.FOLLOW or (active and s.intended.id is ModeId.FOLLOW))
 
 
+def _offboard(s: Situation, active: bool) -> bool:
+    """Or would be, had the setpoints not stopped."""
+    return s.armed and (s.mode.id is ModeId.OFFBOARD or (active and s.intended.id is ModeId.OFFBOARD))
+
+
 FAILSAFES: tuple[Failsafe, ...] = (  # most severe first
     Failsafe(
         "bridge_silent",
@@ -235,6 +240,15 @@ FAILSAFES: tuple[Failsafe, ...] = (  # most severe first
         _leader_text,
         "Leader's and own position are good again",
         stays=lambda s: s.leader.stays,
+    ),
+    Failsafe(
+        "offboard_lost",
+        Severity.CRITICAL,
+        lambda s, _: s.offboard is not None,
+        _offboard,
+        "OFFB_LOSS_ACT",
+        lambda s: f"Offboard: {s.offboard}",
+        "Offboard setpoints are back",
     ),
     Failsafe(
         "stuck",

@@ -285,6 +285,20 @@ class FenceGuard:
         share = min(1.0, fitted_speed_mps(areas, nav, way_m, 0.5 * SMOOTHING_S) / speed)
         return nav if share >= 1.0 else replace(nav, surge_mps=share * nav.surge_mps, sway_mps=share * nav.sway_mps)
 
+    def reach_mps(self, place: Place, velocity: Place, deceleration_mps2: float) -> float:
+        """Speed from which a reference at `place` that goes the way of `velocity` stops where plans may lead; infinite from outside on the way in."""
+        areas = self.areas()
+        speed = math.hypot(*velocity)
+        if areas is None or speed < 1.0e-6:
+            return math.inf
+        from companion.guidance.fence_limit import speed_to_stop_in
+
+        north, east = velocity[0] / speed, velocity[1] / speed
+        if areas.keeping.contains(*place):
+            return speed_to_stop_in(areas.keeping.way_to_line_m(*place, north, east), deceleration_mps2, 0.0)
+        near = areas.keeping.margin(*place)
+        return math.inf if north * near.north + east * near.east > 0.0 else 0.0
+
     def limited(self, setpoint: Setpoint, nav: NavState, cruise_mps: float, now_s: float) -> Setpoint:
         """The setpoint, no faster than the boat can stop inside the fence; speeds along a path, and the force of the stick in Heading."""
         areas = self.areas()

@@ -83,6 +83,7 @@ class Situation:
     lost_motions: tuple[str, ...] = ()  # what thrusters that have failed leave the boat unable to do
     fence: str | None = None  # what is wrong with the boat's place, or soon will be
     leader: LeaderSight = NO_LEADER
+    offboard: str | None = None  # why there is nothing to steer by in Offboard
 
 
 def usable(nav: NavState) -> NavState:

@@ -32,6 +32,7 @@ from companion.mission.plan import Plans
 from companion.modes import build_modes
 from companion.modes.arming import arming_refusals
 from companion.modes.auxiliary import AuxiliaryOutputs
+from companion.modes.cruise import Cruise
 from companion.modes.dock import DockMode
 from companion.modes.events import EventLog
 from companion.modes.fence_duty import FenceDuty
@@ -44,13 +45,14 @@ from companion.modes.mission import FURTHEST_LEG_M, MissionMode
 from companion.modes.mission_duty import MissionDuty
 from companion.modes.mode import ModeInfo, ModeInputs
 from companion.modes.nudges import Nudges
+from companion.modes.offboard import OffboardMode
+from companion.modes.offboard_target import OffboardTarget
 from companion.modes.propulsion import lost_motions
 from companion.modes.responder import Responder
 from companion.modes.retraction import Retraction
 from companion.modes.situation import NO_ESTIMATE, Situation, usable
 from companion.modes.sticks import Sticks
 from companion.modes.traffic_guard import TrafficGuard
-from companion.modes.unavailable import UnavailableMode
 from companion.nav.leader import LeaderTracker
 from companion.nav.traffic import TrafficTracker
 from companion.params import Parameters
@@ -82,16 +84,17 @@ class Supervisor:
         self._fence = FenceGuard(config, parameters, plans, events, frame_of)
         self._traffic = TrafficGuard(config, parameters, self._tracker, events, frame_of, self._fence)
         modes = build_modes(config, parameters, plans, executor, events, frame_of, self._fence)
-        hold, mission, dock = modes[ModeId.HOLD], modes[ModeId.MISSION], modes[ModeId.DOCK]
-        assert isinstance(hold, HoldMode) and isinstance(mission, MissionMode) and isinstance(dock, DockMode)
-        self._hold, self._mission, self._dock = hold, mission, dock
+        hold, mission, dock, offboard = (modes[mode] for mode in (ModeId.HOLD, ModeId.MISSION, ModeId.DOCK, ModeId.OFFBOARD))
+        assert isinstance(hold, HoldMode) and isinstance(mission, MissionMode) and isinstance(dock, DockMode) and isinstance(offboard, OffboardMode)
+        self._hold, self._mission, self._dock, self._offboard = hold, mission, dock, offboard
+        self._cruise = Cruise(parameters)
         self.auxiliary = AuxiliaryOutputs(config, events)
         self._sticks = Sticks(parameters)
         self._home = HomeKeeper(events)
         self._helm = Helm(modes, self._sticks, events, self._mode_inputs)
         self.following = FollowDuty(parameters, self._helm, self._sticks, events, self.request_mode)
         self._mission_duty = MissionDuty(
-            parameters, executor, mission, self._helm, self._home, self.auxiliary, self.following, events, self._set_speed
+            parameters, executor, mission, self._helm, self._home, self.auxiliary, self.following, events, self._cruise.ask
         )
         self._fence_duty = FenceDuty(self._fence, plans, self._helm, hold, mission, events)
         self._nudges = Nudges(config, parameters, self._helm, hold, events)
@@ -104,7 +107,6 @@ class Supervisor:
         self._health: Sequence[DeviceHealth] = ()
         self._achieved = ZERO_WRENCH
         self._failed: frozenset[int] = frozenset()
-        self._speed_mps: float | None = None
         self._station_s: float | None = None
         self._guard_failure = ""
         self.modes = tuple(ModeInfo(mode.id, mode.selectable, mode.by_stick, mode.text) for mode in modes.values())
@@ -136,6 +138,17 @@ class Supervisor:
             if self.following.stands_for_station(state):
                 self._station_s = state.heard_s
 
+    def offboard_setpoint(self, target: OffboardTarget, now_s: float) -> str | None:
+        """From another computer, which in Offboard stands for a ground station; why it is not obeyed, or None."""
+        reason = self._offboard.take(target, self._nav, now_s)
+        if reason is None and self._helm.mode is self._offboard:
+            self._station_s = now_s
+        return reason
+
+    def offboard_fault(self, now_s: float) -> str | None:
+        """Why there is nothing to steer by in Offboard, or None."""
+        return self._offboard.fault(now_s)
+
     def thrust_achieved(self, achieved: Wrench) -> None:
         """What the thrusters give in this cycle, as the allocation says."""
         self._achieved = achieved
@@ -147,8 +160,6 @@ class Supervisor:
     def request_mode(self, mode: ModeId, now_s: float) -> Outcome:
         """Choose a mode, armed or not; it never arms. The present mode again: Hold gives up a go-to, a mission that has ended starts over."""
         chosen = self._helm.modes[mode]
-        if isinstance(chosen, UnavailableMode):
-            return self._refuse(Result.DENIED, f"{mode.value}: not available in this version", now_s)
         reason = self._switch_forbids(mode, now_s) or self._helm.choice_refusal(mode, self._nav, now_s)
         if reason is None and self._helm.mode is chosen:
             reason = self._same_mode(now_s)
@@ -183,7 +194,7 @@ class Supervisor:
         """Always possible, also under way: the thrusters stop. `force` changes nothing."""
         if self._helm.armed:
             self._helm.disarm(now_s)
-            self._speed_mps = None
+            self._cruise.ask(None)
             self._events.say(now_s, Severity.NOTICE, "disarmed", "Disarmed")
         return ACCEPTED
 
@@ -213,7 +224,7 @@ class Supervisor:
         yaw_rad = yaw_rad if yaw_rad is not None and math.isfinite(yaw_rad) else None
 
         def go() -> None:
-            self._hold.go_to(self._nav, north_m, east_m, yaw_rad, self._limited(speed_mps))
+            self._hold.go_to(self._nav, north_m, east_m, yaw_rad, self._cruise.limited(speed_mps))
 
         if (reason := self._helm.guarded(self._hold, go, now_s)) is not None:
             return self._refuse(Result.FAILED, f"Go-to {reason}", now_s)
@@ -267,10 +278,10 @@ class Supervisor:
         """Speed of self-steered modes until the mission changes it or the boat is disarmed; None: WP_SPEED. Capped by MPC_XY_VEL_MAX."""
         if speed_mps is not None and not (math.isfinite(speed_mps) and speed_mps > 0.0):
             return self._refuse(Result.DENIED, f"Speed {speed_mps:g} m/s refused: it must be above 0", now_s)
-        self._speed_mps = self._limited(speed_mps)
+        self._cruise.ask(speed_mps)
         self._hold.drop_speed()
-        limited = self._speed_mps != speed_mps
-        text = f"Speed {self._cruise_mps():.2f} m/s" + (", the most MPC_XY_VEL_MAX allows" if limited else "")
+        limited = self._cruise.asked_mps != speed_mps
+        text = f"Speed {self._cruise.speed_mps:.2f} m/s" + (", the most MPC_XY_VEL_MAX allows" if limited else "")
         self._events.say(now_s, Severity.INFO, "speed_changed", text)
         return ACCEPTED
 
@@ -294,7 +305,7 @@ class Supervisor:
             failsafes=self._monitor.names,
             home=self._home.home,
             mission=self._executor.progress,
-            speed_override_mps=self._speed_mps,
+            speed_override_mps=self._cruise.asked_mps,
             fence=self._fence.state,
             traffic=self._tracker.targets,
             leader=self._leader.leader(self._frame_of(), now_s),
@@ -339,7 +350,7 @@ class Supervisor:
         helm, now_s = self._helm, inputs.now_s
         try:
             steered = self._traffic.steer(setpoint, helm.mode, inputs)
-            return self._fence.limited(steered, self._nav, self._cruise_mps(), now_s)
+            return self._fence.limited(steered, self._nav, self._cruise.speed_mps, now_s)
         except Exception as error:  # noqa: BLE001  whatever is wrong there, the boat must not be without a helm
             text = f"Fence and traffic not minded ({type(error).__name__}: {error})"
             if text != self._guard_failure:
@@ -350,9 +361,6 @@ class Supervisor:
             if helm.switch(ModeId.HOLD, self._nav, now_s, intended=False) is not None:
                 helm.stop()
             return NEUTRAL_SETPOINT
-
-    def _set_speed(self, speed_mps: float | None) -> None:
-        self._speed_mps = self._limited(speed_mps)
 
     # --- parts of requests -----------------------------------------------------------------------------------------
 
@@ -390,21 +398,12 @@ class Supervisor:
         self._monitor.override()
         self.following.taken_over(now_s)
 
-    def _limited(self, speed_mps: float | None) -> float | None:
-        if speed_mps is None or not math.isfinite(speed_mps) or speed_mps <= 0.0:
-            return None
-        return min(speed_mps, self._parameters["MPC_XY_VEL_MAX"])
-
-    def _cruise_mps(self) -> float:
-        speed_mps = self._parameters["WP_SPEED"] if self._speed_mps is None else self._speed_mps
-        return min(speed_mps, self._parameters["MPC_XY_VEL_MAX"])
-
     def _mode_inputs(self, now_s: float, dt_s: float) -> ModeInputs:
         sticks, home, up = self._sticks.obeyed(now_s), self._home.home, self.retraction.up
         leader = self._leader.leader(self._frame_of(), now_s)
         fault, station = self.following.fault(self._nav, now_s), self.following.station
         return ModeInputs(
-            self._nav, sticks, home, self._cruise_mps(), now_s, dt_s, self._achieved, self._failed, up, leader, fault, station
+            self._nav, sticks, home, self._cruise.speed_mps, now_s, dt_s, self._achieved, self._failed, up, leader, fault, station
         )
 
     def _situation(self, now_s: float) -> Situation:
@@ -427,6 +426,7 @@ class Supervisor:
             lost_motions=lost_motions(self._config.thrusters, self._failed),
             fence=self._fence.cause,
             leader=self.following.sight(self._nav, now_s),
+            offboard=self._offboard.fault(now_s),
         )
 
     # --- parts of a tick -------------------------------------------------------------------------------------------

@@ -13,7 +13,7 @@ from sitl.scenarios.scenario import run
 from tests.scenarios.seeds import seeds
 
 FOLLOWING = {"approach", "follow", "leader_gnss_loss", "link_loss", "station_change", "two_followers"}
-SWEPT_ELSEWHERE = {"ahrs", "colreg", "cross_current", "fence_stop", "identify", "route", "survey"} | FOLLOWING
+SWEPT_ELSEWHERE = {"ahrs", "colreg", "cross_current", "fence_stop", "identify", "offboard", "route", "survey"} | FOLLOWING
 
 
 def sail(name: str, folder: Path, seed: int, **changes: str) -> dict[str, float]:

@@ -84,6 +84,8 @@ class VesselCommands:
         mode = peer.endpoint.dialect.mode(custom_mode, offered)
         if mode is None:
             return denied(f"no mode number {custom_mode} here")
+        if mode is ModeId.OFFBOARD and peer.endpoint.dialect.offboard_may_wait and self._supervisor.offboard_fault(now_s) is not None:
+            mode = ModeId.HOLD
         return self._supervisor.request_mode(mode, now_s)
 
     def _do_set_mode(self, request: Request) -> Outcome | Answer:

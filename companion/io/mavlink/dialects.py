@@ -31,9 +31,9 @@ _ROVER_MODES = {
     ModeId.DOCK: 8,
     ModeId.MISSION: 10,  # AUTO
     ModeId.RTL: 11,
-    ModeId.OFFBOARD: 17,  # none of Rover's own
+    ModeId.OFFBOARD: 15,  # GUIDED
 }
-_ROVER_ALIASES = {5: ModeId.HOLD, 12: ModeId.RTL, 15: ModeId.HOLD}  # LOITER; SMART_RTL; GUIDED, which waits for a go-to
+_ROVER_ALIASES = {5: ModeId.HOLD, 12: ModeId.RTL}  # LOITER; SMART_RTL
 
 _BASE_MODES = {
     ModeId.MANUAL: mavlink.MAV_MODE_FLAG_MANUAL_INPUT_ENABLED,
@@ -51,6 +51,7 @@ class Dialect:
 
     `bytewise_parameters`: an INT32 travels as its four bytes in the float field (PX4), else as the float of the same value (ArduPilot).
     `home_is_item_zero`: in missions item 0 is home, and the first real item is number 1.
+    `offboard_may_wait`: its number of Offboard also means to wait for a go-to, which is Hold, where no setpoints come.
     `zero_yaw_is_unset`: clients of this dialect send 0 where MAVLink says NaN for a heading that does not matter.
     """
 
@@ -60,6 +61,7 @@ class Dialect:
     bytewise_parameters: bool
     home_is_item_zero: bool
     zero_yaw_is_unset: bool = False
+    offboard_may_wait: bool = False
     packs_main_and_sub: bool = True  # custom_mode is made of a main and a sub mode
     aliases: Mapping[int, ModeId] = field(default_factory=dict)  # numbers that are understood but never sent
 
@@ -98,6 +100,7 @@ ARDUPILOT = Dialect(
     bytewise_parameters=False,
     home_is_item_zero=True,
     zero_yaw_is_unset=True,
+    offboard_may_wait=True,
     packs_main_and_sub=False,
     aliases=_ROVER_ALIASES,
 )

@@ -17,6 +17,7 @@ from companion.io.mavlink.leader import LeaderService
 from companion.io.mavlink.links import Link
 from companion.io.mavlink.log_service import LogService
 from companion.io.mavlink.mission_service import MissionService
+from companion.io.mavlink.offboard_service import OffboardService
 from companion.io.mavlink.parameter_service import ParameterService
 from companion.io.mavlink.rtcm_service import RtcmService
 from companion.io.mavlink.telemetry import Telemetry
@@ -37,6 +38,7 @@ def default_services(hub: Hub, logs: Path | None = None) -> Sequence[Service]:
         FtpService(hub, tree),
         LogService(hub, shelf),
         LeaderService(hub, vessel),
+        OffboardService(hub, vessel),
     )
 
 

@@ -72,6 +72,7 @@ STREAMS: dict[int, Stream] = {
     mavlink.MAVLINK_MSG_ID_VFR_HUD: Stream(motion.vfr_hud, 0.25),
     mavlink.MAVLINK_MSG_ID_NAV_CONTROLLER_OUTPUT: Stream(motion.nav_controller_output, 0.5),
     mavlink.MAVLINK_MSG_ID_POSITION_TARGET_GLOBAL_INT: Stream(motion.position_target_global_int, 1.0),
+    mavlink.MAVLINK_MSG_ID_POSITION_TARGET_LOCAL_NED: Stream(motion.position_target_local_ned, NEVER),
     mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS: Stream(motion.estimator_status, 1.0),
     mavlink.MAVLINK_MSG_ID_WIND_COV: Stream(motion.wind_cov, 1.0),
     mavlink.MAVLINK_MSG_ID_ACTUATOR_OUTPUT_STATUS: Stream(motion.actuator_output_status, 1.0),

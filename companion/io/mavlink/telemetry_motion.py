@@ -145,35 +145,39 @@ def orbit_execution_status(view: View, dialect: Dialect) -> Any:
 
 def position_target_global_int(view: View, dialect: Dialect) -> Any:
     """The setpoint; nothing while there is none."""
-    if view.tick is None:
+    if view.tick is None or (target := _target(view.tick.setpoint, view.vessel.frame is not None)) is None:
         return None
-    setpoint, frame = view.tick.setpoint, view.vessel.frame
-    mask = _IGNORE_Z
-    north_m, east_m = setpoint.north_m, setpoint.east_m
-    if north_m is None or east_m is None or frame is None:
+    place, rest, mask = target
+    lat_deg, lon_deg = (0.0, 0.0) if place is None or view.vessel.frame is None else view.vessel.frame.to_geodetic(*place)
+    altitude_m, frame = view.tick.nav.altitude_m, mavlink.MAV_FRAME_GLOBAL_INT
+    return mavlink.MAVLink_position_target_global_int_message(
+        view.boot_ms, frame, mask, degrees_e7(lat_deg), degrees_e7(lon_deg), altitude_m, *rest
+    )
+
+
+def position_target_local_ned(view: View, dialect: Dialect) -> Any:
+    """The same in the plane of LOCAL_POSITION_NED."""
+    if view.tick is None or (target := _target(view.tick.setpoint, True)) is None:
+        return None
+    place, rest, mask = target
+    return mavlink.MAVLink_position_target_local_ned_message(
+        view.boot_ms, mavlink.MAV_FRAME_LOCAL_NED, mask, *(place or (0.0, 0.0)), 0.0, *rest
+    )
+
+
+def _target(setpoint: Setpoint, placed: bool) -> tuple[tuple[float, float] | None, tuple[float, ...], int] | None:
+    """(position, velocity with acceleration, yaw and yaw rate as the messages have them, mask of what is not meant); None where there is no setpoint."""
+    mask, place = _IGNORE_Z, None
+    if setpoint.north_m is not None and setpoint.east_m is not None and placed:
+        place = (setpoint.north_m, setpoint.east_m)
+    else:
+        mask |= _IGNORE_POSITION
         if setpoint.yaw_rad is None:
             return None
-        mask |= _IGNORE_POSITION
-        lat_deg = lon_deg = 0.0
-    else:
-        lat_deg, lon_deg = frame.to_geodetic(north_m, east_m)
     velocity, acceleration, mask = _motion(setpoint, mask)
     if setpoint.yaw_rad is None:
         mask |= _IGNORE_YAW | _IGNORE_YAW_RATE
-    return mavlink.MAVLink_position_target_global_int_message(
-        view.boot_ms,
-        mavlink.MAV_FRAME_GLOBAL_INT,
-        mask,
-        degrees_e7(lat_deg),
-        degrees_e7(lon_deg),
-        view.tick.nav.altitude_m,
-        *velocity,
-        0.0,
-        *acceleration,
-        0.0,
-        0.0 if setpoint.yaw_rad is None else setpoint.yaw_rad,
-        setpoint.yaw_rate_radps,
-    )
+    return place, (*velocity, 0.0, *acceleration, 0.0, setpoint.yaw_rad or 0.0, setpoint.yaw_rate_radps), mask
 
 
 def _motion(setpoint: Setpoint, mask: int) -> tuple[tuple[float, float], tuple[float, float], int]:

@@ -10,6 +10,7 @@ from companion.core.types import AisTarget, Home, LeaderState, ManualInput, Mode
 from companion.mission.plan import Plans
 from companion.mission.tasks import AuxiliaryAction
 from companion.modes.events import EventLog
+from companion.modes.offboard_target import OffboardTarget
 from companion.params import Parameters
 
 
@@ -98,6 +99,10 @@ class SupervisorFace(Protocol):
     def traffic_heard(self, report: AisTarget, now_s: float) -> None: ...
 
     def leader_heard(self, state: LeaderState) -> None: ...
+
+    def offboard_setpoint(self, target: OffboardTarget, now_s: float) -> str | None: ...
+
+    def offboard_fault(self, now_s: float) -> str | None: ...
 
     def station_heard(self, system_id: int, now_s: float) -> None: ...
 

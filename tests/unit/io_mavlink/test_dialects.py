@@ -22,6 +22,7 @@ def test_numbers_that_quickly_go_wrong() -> None:
     assert PX4.custom_mode(ModeId.FOLLOW) == 0x08040000
     assert GENERIC.modes == PX4.modes
     assert (ARDUPILOT.custom_mode(ModeId.MISSION), ARDUPILOT.custom_mode(ModeId.RTL), ARDUPILOT.custom_mode(ModeId.MANUAL)) == (10, 11, 0)
+    assert ARDUPILOT.custom_mode(ModeId.OFFBOARD) == 15 and PX4.custom_mode(ModeId.OFFBOARD) == 0x00060000
     assert PX4.mode(10) is None
     assert ARDUPILOT.mode(0x04040000) is None
 
@@ -30,7 +31,6 @@ def test_aliases_of_rover() -> None:
     everything = frozenset(ModeId)
     assert ARDUPILOT.mode(5) is ModeId.HOLD
     assert ARDUPILOT.mode(12) is ModeId.RTL
-    assert ARDUPILOT.mode(15) is ModeId.HOLD
     assert ARDUPILOT.mode(12, everything - {ModeId.RTL}) is None
     assert ARDUPILOT.mode(6, everything - {ModeId.FOLLOW}) is None
 

@@ -52,9 +52,10 @@ def test_choosing_a_mode_never_arms(boat: Any, mode: ModeId) -> None:
     assert boat.status.mode is mode and not boat.status.armed and boat.setpoint.kind is SetpointKind.NEUTRAL
 
 
-def test_what_is_not_there_is_denied_with_the_reason(boat: Any) -> None:
+def test_offboard_without_setpoints_is_refused_with_the_reason(boat: Any) -> None:
     outcome = boat.supervisor.request_mode(ModeId.OFFBOARD, boat.now_s)
-    assert outcome.result is Result.DENIED and outcome.reason == "Offboard: not available in this version"
+    assert outcome.result is Result.TEMPORARILY_REJECTED
+    assert outcome.reason == "Offboard refused: no setpoint has come: they must be streaming first"
     boat.step()
     assert outcome.reason in boat.texts() and boat.status.mode is ModeId.MANUAL
 

@@ -72,6 +72,8 @@ class FakeSupervisor:
         self.heard: list[int] = []
         self.remote_system: int | None = None
         self.sticks_refused: dict[int, str] = {}
+        self.setpoints_refused: str | None = None
+        self.setpoints_missing: str | None = "no setpoint"
         self.reports: list[AisTarget] = []
         self.now = Status(
             0.0, ModeId.HOLD, ModeId.HOLD, False, (), (), Home(63.44, 10.4, 1.0, 0.5), MissionProgress(MissionState.NOT_STARTED, 0, 3)
@@ -157,6 +159,13 @@ class FakeSupervisor:
 
     def traffic_heard(self, report: AisTarget, now_s: float) -> None:
         self.reports.append(report)
+
+    def offboard_setpoint(self, target: Any, now_s: float) -> str | None:
+        self.asked.append(("offboard_setpoint", target))
+        return self.setpoints_refused
+
+    def offboard_fault(self, now_s: float) -> str | None:
+        return self.setpoints_missing
 
     def station_heard(self, system_id: int, now_s: float) -> None:
         self.heard.append(system_id)

@@ -360,7 +360,7 @@ def test_autopilot_version(make_rig: Any) -> None:
     for number, params in ((512, (148.0,)), (520, (1.0,))):
         answer, version = rig.command(number, *params)
         assert (answer.get_type(), answer.result, version.get_type()) == ("COMMAND_ACK", ACCEPTED, "AUTOPILOT_VERSION")
-        assert version.capabilities & 0xE03C == 0xE03C
+        assert version.capabilities & 0xE1BC == 0xE1BC  # with setpoints, local and global
         assert not version.capabilities & (2 | 131072)
         major_minor_patch = tuple(version.flight_sw_version >> shift & 0xFF for shift in (24, 16, 8))
         assert major_minor_patch >= (1, 4, 1)

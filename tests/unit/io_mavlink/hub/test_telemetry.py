@@ -259,6 +259,22 @@ def test_setpoint(rig: Any) -> None:
     assert (output.target_bearing, output.wp_dist, output.nav_bearing, output.xtrack_error) == (0, 100, 90, -1.5)
 
 
+def test_setpoint_in_the_local_plane_on_request(rig: Any, named: Any) -> None:
+    """The mask leaves what is meant of each kind: a path of velocities has no place, a boat without thrust no setpoint."""
+
+    def told(setpoint: Setpoint) -> Any:
+        rig.tick(setpoint=setpoint)
+        return named(rig.command(512, 85.0), "POSITION_TARGET_LOCAL_NED")
+
+    (whole,) = told(Setpoint(SetpointKind.POSE, 10.0, 20.0, math.pi / 2, surge_mps=0.5, sway_mps2=0.1, yaw_rate_radps=0.2))
+    assert (whole.coordinate_frame, whole.type_mask) == (1, 0b100100100) and (whole.x, whole.y) == (10.0, 20.0)
+    assert (whole.vx, whole.vy, whole.afx, whole.afy) == pytest.approx((0.0, 0.5, -0.1, 0.0), abs=1e-6)
+    assert (whole.yaw, whole.yaw_rate) == pytest.approx((math.pi / 2, 0.2))
+    (course,) = told(Setpoint(SetpointKind.PATH, yaw_rad=0.0, surge_mps=2.0))
+    assert course.type_mask == 0b100100100 | 0b111 | 0b111000000 and course.vx == 2.0
+    assert told(Setpoint(SetpointKind.WRENCH)) == []
+
+
 def test_numbers_that_are_none_stop_nothing(rig: Any) -> None:
     tick = rig.tick()
     names = [name for name in tick.nav.__slots__ if isinstance(getattr(tick.nav, name), float) and name != "t_s"]

@@ -1,0 +1,113 @@
+"""Velocities asked of a boat that cannot push itself sideways: sailed as course and speed."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from companion.core.angles import wrap_pi
+from companion.core.frames import body_to_ned
+from companion.core.types import ZERO_WRENCH, NavState, Setpoint, SetpointKind
+from companion.guidance.crab import Crab
+from companion.guidance.wanted_motion import Pair, WantedMotion
+from companion.params import Parameters
+
+_STANDING_MPS = 0.05  # less is no way to make
+_STEERAGE_SHARE = 0.3  # of the speed, kept while the bow points elsewhere
+_POINT_RATE_1PS = 0.25
+_LARGEST_LEAD_RAD = math.radians(45.0)
+
+
+class VelocityCourse:
+    """`start(nav)`, then `update(wanted, nav, dt_s)` → Setpoint of kind PATH; of kind WRENCH, without thrust, where a boat that cannot go astern is to stand.
+
+    Remembers speed and heading last asked for, the drift seen, and under an acceleration the velocity reached. The heading turns at PATH_YAW_RATE at most, the
+    speed changes by PATH_ACC. A heading beside a velocity over ground is left out, and so is the sideways part of one along the boat's axes.
+    """
+
+    def __init__(self, parameters: Parameters, top_mps: float, can_reverse: bool) -> None:
+        self._parameters = parameters
+        self._crab = Crab(top_mps)
+        self._can_reverse = can_reverse
+        self._surge = self._yaw = 0.0
+        self._velocity = (0.0, 0.0)
+
+    def start(self, nav: NavState) -> None:
+        """Begin from the boat's motion."""
+        self._surge, self._yaw = nav.surge_mps, nav.yaw_rad
+        self._velocity = (nav.north_mps, nav.east_mps)
+        self._crab.reset()
+
+    def update(self, wanted: WantedMotion, nav: NavState, dt_s: float) -> Setpoint:
+        """One step."""
+        most_rad = math.radians(self._parameters["PATH_YAW_RATE"])
+        straight = max(0.0, 1.0 - 2.0 * abs(nav.yaw_rate_radps) / most_rad)
+        self._crab.update(nav, max(0.0, self._surge), straight, dt_s)
+        ahead = self._along_the_hull(wanted, dt_s)
+        if ahead is not None and wanted.point is None:
+            return self._by_the_hull(ahead, wanted, nav, dt_s)
+        north, east = self._over_ground(wanted, nav, dt_s)
+        speed = min(self._parameters["MPC_XY_VEL_MAX"], math.hypot(north, east))
+        if speed < _STANDING_MPS:
+            return self._by_the_hull(0.0, replace(wanted, yaw_rate_radps=0.0), nav, dt_s)
+        course = math.atan2(east, north)
+        best = self._crab.heading_rad(nav, course, speed, self._yaw)
+        self._yaw = wrap_pi(self._yaw + _within(wrap_pi(best - self._yaw), most_rad * dt_s))
+        surge = speed * max(_STEERAGE_SHARE, math.cos(wrap_pi(course - nav.yaw_rad)))
+        return replace(self._setpoint(surge, 0.0, dt_s), course_rad=course)
+
+    def _along_the_hull(self, wanted: WantedMotion, dt_s: float) -> float | None:
+        """Speed ahead, where that is what is asked for, or nothing is."""
+        if wanted.velocity is None and wanted.acceleration is None:
+            return 0.0
+        if not wanted.body:
+            return None
+        if wanted.velocity is not None:
+            return wanted.velocity[0]
+        assert wanted.acceleration is not None
+        return self._surge + wanted.acceleration[0] * dt_s
+
+    def _over_ground(self, wanted: WantedMotion, nav: NavState, dt_s: float) -> Pair:
+        north = east = 0.0
+        if wanted.velocity is not None:
+            north, east = body_to_ned(*wanted.velocity, nav.yaw_rad) if wanted.body else wanted.velocity
+        elif wanted.acceleration is not None:
+            most, (north, east) = self._parameters["MPC_XY_VEL_MAX"], wanted.acceleration
+            size = max(1.0e-9, math.hypot(north, east))
+            share = min(1.0, self._parameters["PATH_ACC"] / size) * dt_s
+            north, east = self._velocity[0] + share * north, self._velocity[1] + share * east
+            share = min(1.0, most / max(1.0e-9, math.hypot(north, east)))
+            north, east = share * north, share * east
+        self._velocity = (north, east)
+        if wanted.point is not None:
+            north += _POINT_RATE_1PS * (wanted.point[0] - nav.north_m)
+            east += _POINT_RATE_1PS * (wanted.point[1] - nav.east_m)
+        return north, east
+
+    def _by_the_hull(self, ahead_mps: float, wanted: WantedMotion, nav: NavState, dt_s: float) -> Setpoint:
+        """Speed ahead or astern, and the heading by its own or by turning."""
+        astern = self._parameters["DP_SPEED_ASTERN"] if self._can_reverse else 0.0
+        surge = min(self._parameters["MPC_XY_VEL_MAX"], max(-astern, ahead_mps))
+        most = math.radians(self._parameters["PATH_YAW_RATE"])
+        rate = 0.0
+        if wanted.yaw_rad is not None:
+            self._yaw = wrap_pi(self._yaw + _within(wrap_pi(wanted.yaw_rad - self._yaw), most * dt_s))
+        elif wanted.yaw_rate_radps != 0.0:
+            rate = _within(wanted.yaw_rate_radps, most)
+            lead = wrap_pi(self._yaw - nav.yaw_rad) + rate * dt_s
+            self._yaw = wrap_pi(nav.yaw_rad + _within(lead, _LARGEST_LEAD_RAD))
+        setpoint = self._setpoint(surge, rate, dt_s)
+        if self._can_reverse or surge >= _STANDING_MPS:
+            return setpoint
+        return Setpoint(SetpointKind.WRENCH, wrench=ZERO_WRENCH)
+
+    def _setpoint(self, surge_mps: float, rate_radps: float, dt_s: float) -> Setpoint:
+        before = self._surge
+        self._surge += _within(surge_mps - before, self._parameters["PATH_ACC"] * dt_s)
+        return Setpoint(
+            SetpointKind.PATH, yaw_rad=self._yaw, surge_mps=self._surge, yaw_rate_radps=rate_radps, surge_mps2=(self._surge - before) / dt_s
+        )
+
+
+def _within(value: float, most: float) -> float:
+    return min(most, max(-most, value))
