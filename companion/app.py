@@ -23,6 +23,7 @@ from companion.io.actuators import open_actuator
 from companion.io.corrections import CorrectionsRelay, CorrectionsSource
 from companion.io.mavlink.links import Link
 from companion.io.mavlink.services import connect
+from companion.io.mavlink.signing import Signing, SigningState
 from companion.io.nmea_out import NmeaOut
 from companion.io.sensors import DRIVERS as SENSOR_DRIVERS
 from companion.io.sensors import open_sensor
@@ -131,6 +132,7 @@ class Surroundings:
     defaults: Mapping[str, float] | None = None  # of parameters, over the vessel's own
     patience: float = 1.0  # with ground stations, whose time runs slower than the vessel's
     devices: Devices | None = None  # None: those of the configuration, opened
+    stations_time_unix_ns: Callable[[], int] | None = None  # the time that ground stations live in; None: the clock's
     network: StreamOpener | None = None  # opens what is no device of the boat: corrections, NMEA out; None: nothing of that
 
 
@@ -164,7 +166,7 @@ def build(config: VesselConfig, around: Surroundings) -> Vessel:
         for row in config.nmea_out:
             vessel.add_recorder(NmeaOut(row, config.thrusters, around.network.open("nmea_out", row.port), events.say))
     logs = None if around.log_folder is None else around.log_folder.parent
-    vessel.attach(connect(vessel, around.links, program_version(), _tap(log, around.clock), ear, around.patience, logs, relay))
+    vessel.attach(connect(vessel, around.links, program_version(), _tap(log, around.clock), ear, around.patience, logs, relay, _signing(around, warn)))
     return vessel
 
 
@@ -216,6 +218,18 @@ def _parameters(config: VesselConfig, around: Surroundings, warn: Callable[[str]
         state = around.state
         parameters.on_change(lambda _name, _value: state.save_parameters(parameters.changed()))
     return parameters
+
+
+def _signing(around: Surroundings, warn: Callable[[str], None]) -> Signing:
+    """The key that was kept, or none."""
+    time_unix_ns = around.stations_time_unix_ns or around.clock.time_unix_ns
+    state = around.state
+    if state is None:
+        return Signing(time_unix_ns, SigningState(None, 0), lambda _: None)
+    kept, warnings = state.load_signing()
+    for text in warnings:
+        warn(text)
+    return Signing(time_unix_ns, SigningState(*kept), lambda new: state.save_signing(new.key, new.horizon))
 
 
 def _plans(state: StateFile | None, config: VesselConfig, warn: Callable[[str], None]) -> Plans:

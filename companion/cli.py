@@ -17,7 +17,7 @@ from companion import config as config_module
 from companion.app import Surroundings, build, load_vessel, program_version, warm_up
 from companion.cli_sitl import add_to as add_sitl_to
 from companion.clock import PacedClock, SimulatedClock, WallClock
-from companion.commands import bollard, devices, leader, logs, missions, report, service, thruster_test
+from companion.commands import bollard, devices, leader, logs, missions, report, service, signing, thruster_test
 from companion.commands.common import Interrupt, UsageError
 from companion.commands.folders import fresh, kept_in
 from companion.config import ConfigError, HomeConfig, SensorConfig, VesselConfig
@@ -105,6 +105,7 @@ def _parser() -> argparse.ArgumentParser:
     logs.add_to(commands)
     report.add_to(commands)
     service.add_to(commands)
+    signing.add_to(commands)
     bollard.add_to(commands)
     thruster_test.add_to(commands, _thruster_test)
     return parser
@@ -184,7 +185,10 @@ def _compose_run(
     world = World(config, seed=arguments.seed, wind=arguments.wind, current=arguments.current, faults=tuple(arguments.fault))
     paced = PacedClock(arguments.speed, EPOCH_UNIX_NS)
     links = _links(urls, patience)
-    around = Surroundings(paced, world, world, links, state, log_folder, True, manifest, defaults, patience, network=TransportOpener())
+    network = TransportOpener()
+    around = Surroundings(
+        paced, world, world, links, state, log_folder, True, manifest, defaults, patience, stations_time_unix_ns=time.time_ns, network=network
+    )
     vessel = build(config, around)
     vessel.add_recorder(TruthLog(log_folder, world, tuple(thruster.name for thruster in config.thrusters)))
     return vessel, paced

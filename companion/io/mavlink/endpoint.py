@@ -7,19 +7,20 @@ from dataclasses import dataclass
 
 from companion.io.mavlink.dialects import Dialect
 from companion.io.mavlink.framer import Framer, Packed, frame
+from companion.io.mavlink.guard import Guard
 from companion.io.mavlink.reception import Reception, Receptions
 
 DATAGRAM_BYTES = 1200  # several messages share a datagram up to this size, which no network splits
 FAST_BYTES_PER_S = 1_000_000.0  # what is assumed of a network
-ALL, LEADER = "all", "leader"
-TELEMETRY = (ALL, LEADER)  # what a link streams unasked: everything, or what a lead boat wants to know on a narrow line
 _BACKLOG_BYTES = 65536
 _SLOW_BACKLOG_S = 1.0
 
 
 @dataclass(slots=True)
 class Traffic:
-    """Counts since the endpoint was first seen. `dropped`: messages that the line could not take."""
+    """Counts since the endpoint was first seen. `received`: known messages let in; `dropped`: those that the line could not take."""
+
+    received: int = 0
 
     sent: int = 0
     sent_bytes: int = 0
@@ -42,14 +43,15 @@ class Endpoint:
         datagrams: bool = False,
         bytes_per_s: float = FAST_BYTES_PER_S,
         framer: Framer | None = None,
-        telemetry: str = ALL,
+        guard: Guard | None = None,
     ) -> None:
-        """`transmit(data, now_s)` returns how many bytes the line took: for datagrams all or none. `telemetry`: what is streamed there, a name of TELEMETRY."""
+        """`transmit(data, now_s)` returns how many bytes the line took: for datagrams all or none. `guard`: of the link, with its options."""
         self.name = name
         self.dialect = dialect
         self.bytes_per_s = bytes_per_s
         self.framer = Framer() if framer is None else framer
-        self.telemetry = telemetry
+        self.guard = Guard() if guard is None else guard
+        self.telemetry = self.guard.options.telemetry
         self.receptions = Receptions()
         self.leader: Reception | None = None  # of the leader module behind it
         self.traffic = Traffic()
@@ -77,7 +79,7 @@ class Endpoint:
 
     def send(self, packed: Packed, system: int, component: int) -> None:
         """Frame a packed message with this endpoint's next sequence number, and collect it."""
-        self.send_bytes(frame(packed, self._sequence, system, component))
+        self.send_bytes(self.guard.sign(frame(packed, self._sequence, system, component), packed.crc_extra))
         self._sequence = (self._sequence + 1) & 0xFF
 
     def send_bytes(self, data: bytes) -> None:

@@ -20,7 +20,9 @@ from companion.io.mavlink import messages as mavlink
 from companion.io.mavlink.dialects import DEFAULT_DIALECT, Dialect
 from companion.io.mavlink.endpoint import Endpoint
 from companion.io.mavlink.framer import Packed, UnknownMessage, pack
+from companion.io.mavlink.guard import RADIO_STATUS
 from companion.io.mavlink.links import PEER_TIMEOUT_S, Link
+from companion.io.mavlink.signing import Signing, is_signed, unsigned
 from companion.io.mavlink.statustext import statustexts, unasked_prearm_texts
 from companion.io.mavlink.vessel import VesselFace
 
@@ -108,18 +110,22 @@ class Hub:
         tap: Tap | None = None,
         ear: Ear | None = None,
         patience: float = 1.0,
+        signing: Signing | None = None,
     ) -> None:
         """`version`: of the program. `telemetry`, `services`: made on the hub (`services.connect`).
 
-        `tap`: is given every packet, in and out, a few at a time. `ear`: each known one that came in, before it is handled, as (dialect, endpoint,
+        `tap`: is given every packet, in and out, a few at a time, without signatures. `ear`: each known one that came in, before it is handled, as (dialect, endpoint,
         now_s, packet). `patience`: by what time-outs of peers, who live in wall time, are
-        stretched where vessel time runs faster.
+        stretched where vessel time runs faster. `signing`: has the key, for those links that ask for signatures.
         """
         self.vessel = vessel
         self.version = version
         self.patience = patience
         self.system = int(vessel.parameters["MAV_SYS_ID"])
         self._links = tuple(links)
+        self._signing = signing
+        for number, link in enumerate(self._links):
+            link.guard.signing, link.guard.number = signing, number
         self._log = None if tap is None else _LogOutlet(tap)
         self._ear = ear
         self._stations: set[int] = set()
@@ -166,6 +172,8 @@ class Hub:
                 service.close()
         for link in self._links:
             link.close()
+        if self._signing is not None:
+            self._signing.close()
 
     # --- for services ----------------------------------------------------------------------------------------------
 
@@ -216,14 +224,12 @@ class Hub:
 
     def _take(self, endpoint: Endpoint, message: Any, now_s: float) -> None:
         system, component = message.get_srcSystem(), message.get_srcComponent()
-        if self._log is not None:
-            self._log.send_bytes(bytes(message.get_msgbuf()))
-        if isinstance(message, UnknownMessage) or (system == self.system and component == COMPONENT):
-            return
-        if self._ear is not None:
-            self._ear(endpoint.dialect.name, endpoint.name, now_s, bytes(message.get_msgbuf()))
-        peer = Peer(endpoint, system, component)
         number = message.get_msgId()  # `.id` is a field of its own in some messages
+        not_for_us = isinstance(message, UnknownMessage) or (system == self.system and component == COMPONENT)
+        self._write_down(endpoint, message, now_s, aloud=not not_for_us)
+        if not_for_us or number == RADIO_STATUS:
+            return
+        peer = Peer(endpoint, system, component)
         if number == mavlink.MAVLINK_MSG_ID_HEARTBEAT and message.type == mavlink.MAV_TYPE_GCS:
             self._stations.add(system)
         if system in self._stations:
@@ -238,6 +244,18 @@ class Hub:
                 self.vessel.events.say(
                     now_s, Severity.ERROR, "mavlink_handler_failed", f"{message.get_type()} not handled: {type(error).__name__}: {error}"
                 )
+
+    def _write_down(self, endpoint: Endpoint, message: Any, now_s: float, aloud: bool) -> None:
+        """For the log, and where `aloud` for the ear: no key, and no signature, which would let a weak passphrase be guessed."""
+        if message.get_msgId() == mavlink.MAVLINK_MSG_ID_SETUP_SIGNING:
+            return
+        data = unsigned(bytes(message.get_msgbuf()), None if isinstance(message, UnknownMessage) else message.crc_extra)
+        if is_signed(data):
+            return
+        if self._log is not None:
+            self._log.send_bytes(data)
+        if self._ear is not None and aloud:
+            self._ear(endpoint.dialect.name, endpoint.name, now_s, data)
 
     def _is_ours(self, message: Any) -> bool:
         system = getattr(message, "target_system", 0)

@@ -26,7 +26,8 @@ _LATE = 60 * _TICKS_PER_S  # behind our own time, at most, for a stream that is 
 _LAST = 2**48 - 1
 _MOST_STREAMS = 256  # only who has the key makes one
 SAVE_PERIOD_S = 5.0
-_AHEAD = round(SAVE_PERIOD_S * _TICKS_PER_S)
+_PERIOD = round(SAVE_PERIOD_S * _TICKS_PER_S)
+_AHEAD = 2 * _PERIOD  # one for the medium to take its time
 
 
 class Policy(Enum):
@@ -70,13 +71,14 @@ class Signing:
         return self._key is not None
 
     def set_key(self, key: bytes | None, stamp: int = 0) -> None:
-        """Another key, or none, from now on; streams begin anew. `stamp`: the time that came with it. Raises ValueError for a key of another length."""
+        """Another key, or none, from now on, with which streams begin anew. `stamp`: the time that came with it. Raises ValueError for a key of another length."""
         if key is not None and len(key) != KEY_BYTES:
             raise ValueError(f"a key has {KEY_BYTES} bytes, not {len(key)}")
+        if key != self._key:  # the same one again must not let its old packets count again
+            self._streams.clear()
+            self._floor = 0
         self._key = key
-        self._streams.clear()
         self._now = max(self._now, self._clock(), min(stamp, _LAST))
-        self._floor = 0
         self._keep()
 
     def sign(self, data: bytes, crc_extra: bytes, link: int) -> bytes:
@@ -93,7 +95,7 @@ class Signing:
 
     def judge(self, data: bytes) -> Verdict:
         """Of a whole frame as it came. Only a genuine one is remembered."""
-        if data[0] != _MARKER or not data[2] & _SIGNED or len(data) < 12 + SIGNATURE_BYTES:
+        if not is_signed(data) or len(data) < 12 + SIGNATURE_BYTES:
             return Verdict.UNSIGNED
         if self._key is None or not hmac.compare_digest(self._hash(self._key, data[:-_HASH_BYTES]), data[-_HASH_BYTES:]):
             return Verdict.FORGED
@@ -117,7 +119,7 @@ class Signing:
     def close(self) -> None:
         """Keep what the time has come to."""
         if self._key is not None:
-            self._keep()
+            self._keep(0)
 
     @staticmethod
     def _hash(key: bytes, data: bytes) -> bytes:
@@ -127,18 +129,23 @@ class Signing:
         return max(0, (self._time_unix_ns() - _EPOCH_UNIX_NS) // 10_000)
 
     def _keep_in_time(self) -> None:
-        if self._now > self._horizon:
+        if self._now + _PERIOD > self._horizon:
             self._keep()
 
-    def _keep(self) -> None:
+    def _keep(self, ahead: int = _AHEAD) -> None:
         """A horizon somewhat ahead, so that what is accepted until the next time is behind it after a power cut too."""
-        self._horizon = 0 if self._key is None else min(_LAST, self._now + _AHEAD)
+        self._horizon = 0 if self._key is None else min(_LAST, self._now + ahead)
         self._save(SigningState(self._key, self._horizon))
+
+
+def is_signed(data: bytes) -> bool:
+    """Whether a whole frame says that it bears a signature."""
+    return data[0] == _MARKER and bool(data[2] & _SIGNED)
 
 
 def unsigned(data: bytes, crc_extra: int | None) -> bytes:
     """The frame without its signature, as logs keep it; unchanged where it has none, or its checksum cannot be made anew (`crc_extra` None)."""
-    if data[0] != _MARKER or not data[2] & _SIGNED or crc_extra is None:
+    if not is_signed(data) or crc_extra is None:
         return data
     head = bytearray(data[: -SIGNATURE_BYTES - 2])
     head[2] &= ~_SIGNED & 0xFF

@@ -20,9 +20,10 @@ from companion.io.mavlink import telemetry_motion as motion
 from companion.io.mavlink import telemetry_state as state
 from companion.io.mavlink import telemetry_traffic as traffic
 from companion.io.mavlink.dialects import Dialect
-from companion.io.mavlink.endpoint import LEADER, Endpoint
+from companion.io.mavlink.endpoint import Endpoint
 from companion.io.mavlink.framer import Packed, pack
 from companion.io.mavlink.hub import Hub
+from companion.io.mavlink.link_options import LEADER
 from companion.io.mavlink.statustext import unasked_prearm_texts
 from companion.io.mavlink.vessel import VesselFace
 from companion.io.mavlink.view import View

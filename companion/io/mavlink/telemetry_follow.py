@@ -9,7 +9,8 @@ from companion.core.geodesy import LocalFrame
 from companion.core.types import AisTarget, Leader, ModeId, TrackedTarget
 from companion.io.mavlink import messages as mavlink
 from companion.io.mavlink.dialects import Dialect
-from companion.io.mavlink.endpoint import LEADER, Endpoint
+from companion.io.mavlink.endpoint import Endpoint
+from companion.io.mavlink.link_options import LEADER
 from companion.io.mavlink.telemetry_motion import retraction
 from companion.io.mavlink.view import View
 

@@ -160,7 +160,7 @@ def test_after_a_restart_what_was_heard_before_is_stale_and_new_packets_soon_cou
         assert ours.judge(heard[-1]) is Verdict.GENUINE
     again = Signing(clock, kept.states[-1], Kept())  # as after kill -9: nothing was kept at the end
     assert {again.judge(data) for data in heard} == {Verdict.STALE}
-    clock.ns += round((SAVE_PERIOD_S + 0.1) * 1e9)
+    clock.ns += round((2 * SAVE_PERIOD_S + 0.1) * 1e9)
     theirs.signing.timestamp = clock.stamp
     assert again.judge(heartbeat(theirs)) is Verdict.GENUINE
     assert len(kept.states) <= 20.0 / SAVE_PERIOD_S + 2
