@@ -22,6 +22,7 @@ from companion.io.mavlink.endpoint import Endpoint
 from companion.io.mavlink.framer import Packed, UnknownMessage, pack
 from companion.io.mavlink.guard import RADIO_STATUS
 from companion.io.mavlink.links import PEER_TIMEOUT_S, Link
+from companion.io.mavlink.operators import Operators, denials
 from companion.io.mavlink.signing import Signing, is_signed, unsigned
 from companion.io.mavlink.statustext import statustexts, unasked_prearm_texts
 from companion.io.mavlink.vessel import VesselFace
@@ -122,6 +123,7 @@ class Hub:
         self.version = version
         self.patience = patience
         self.system = int(vessel.parameters["MAV_SYS_ID"])
+        self.operators = Operators(vessel.config.operators)
         self._links = tuple(links)
         self._signing = signing
         for number, link in enumerate(self._links):
@@ -234,8 +236,9 @@ class Hub:
             self._stations.add(system)
         if system in self._stations:
             self._station_heard(peer, now_s)
+        self.operators.heard(system, now_s)
         handlers = self._handlers.get(number)
-        if handlers is None or not self._is_ours(message):
+        if handlers is None or not self._is_ours(message) or self._denied(message, peer):
             return
         for handler in handlers:
             try:
@@ -258,8 +261,20 @@ class Hub:
             self._ear(endpoint.dialect.name, endpoint.name, now_s, data)
 
     def _is_ours(self, message: Any) -> bool:
-        system = getattr(message, "target_system", 0)
+        system = getattr(message, "target_system", getattr(message, "target", 0))  # the short name in MANUAL_CONTROL
         return system in (0, self.system) and getattr(message, "target_component", 0) in (0, COMPONENT)
+
+    def _denied(self, message: Any, peer: Peer) -> bool:
+        """A message from who may not command is answered with a refusal, and the reason."""
+        remote = self.vessel.supervisor.following.remote_system == peer.system
+        reason = self.operators.refusal(message, peer.system, remote)
+        if reason is None:
+            return False
+        for answer in denials(message, peer.system, peer.component):
+            self.send(peer, answer)
+        if self.operators.tells(message, peer.system, reason):
+            self.say(peer, Severity.WARNING, f"Not obeyed: {reason}")
+        return True
 
     def _station_heard(self, peer: Peer, now_s: float) -> None:
         self.vessel.supervisor.station_heard(peer.system, now_s)

@@ -17,6 +17,8 @@ from companion.io.mavlink.leader import LeaderService
 from companion.io.mavlink.links import Link
 from companion.io.mavlink.log_service import LogService
 from companion.io.mavlink.mission_service import MissionService
+from companion.io.mavlink.operator_service import OperatorService
+from companion.io.mavlink.operators import REQUEST_OPERATOR_CONTROL
 from companion.io.mavlink.parameter_service import ParameterService
 from companion.io.mavlink.rtcm_service import RtcmService
 from companion.io.mavlink.signing import Signing
@@ -29,10 +31,12 @@ def default_services(hub: Hub, logs: Path | None = None) -> Sequence[Service]:
     """One of each. `logs`: the directory of the log folders."""
     vessel = hub.vessel
     described = metadata(vessel.parameters)
+    operators = OperatorService(hub, vessel)
     shelf = None if logs is None else Shelf(logs)
     tree = FileTree(vessel, hub.system, COMPONENT, described, shelf)
     return (
-        CommandService(hub, vessel, described),
+        CommandService(hub, vessel, described, {REQUEST_OPERATOR_CONTROL: operators.carry_out}),
+        operators,
         InputService(hub, vessel),
         MissionService(hub, vessel),
         ParameterService(hub, vessel),

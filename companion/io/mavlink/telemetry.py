@@ -57,6 +57,7 @@ STREAMS: dict[int, Stream] = {
     mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE: Stream(state.extended_sys_state, 1.0),
     mavlink.MAVLINK_MSG_ID_SYS_STATUS: Stream(state.sys_status, 1.0),
     mavlink.MAVLINK_MSG_ID_CURRENT_MODE: Stream(state.current_mode, 2.0, True),
+    mavlink.MAVLINK_MSG_ID_CONTROL_STATUS: Stream(state.control_status, 1.0),
     mavlink.MAVLINK_MSG_ID_AVAILABLE_MODES_MONITOR: Stream(state.available_modes_monitor, 3.0),
     mavlink.MAVLINK_MSG_ID_HOME_POSITION: Stream(state.home_position, 1.0),
     mavlink.MAVLINK_MSG_ID_MISSION_CURRENT: Stream(state.mission_current, 1.0, True),
@@ -259,7 +260,7 @@ class Telemetry:
         if modes != self._modes:
             self._modes_seq = self._modes_seq + 1 & 0xFF
             self._modes = modes
-        return View(self._vessel, self._vessel.last_tick if tick is None else tick, status, now_s, self._modes_seq)
+        return View(self._vessel, self._vessel.last_tick if tick is None else tick, status, now_s, self._modes_seq, (self._hub.operators.in_control, self._hub.operators.takeover))
 
     def _send(self, outlet: Endpoint, number: int, view: View, built: dict[Any, Sequence[Packed]]) -> None:
         stream = STREAMS[number]
