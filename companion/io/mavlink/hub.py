@@ -21,8 +21,10 @@ from companion.io.mavlink.dialects import DEFAULT_DIALECT, Dialect
 from companion.io.mavlink.endpoint import Endpoint
 from companion.io.mavlink.framer import Packed, UnknownMessage, pack
 from companion.io.mavlink.guard import RADIO_STATUS
+from companion.io.mavlink.link_options import HIGH_LATENCY
 from companion.io.mavlink.links import PEER_TIMEOUT_S, Link
 from companion.io.mavlink.operators import Operators, denials
+from companion.io.mavlink.router import Router
 from companion.io.mavlink.signing import Signing, is_signed, unsigned
 from companion.io.mavlink.statustext import statustexts, unasked_prearm_texts
 from companion.io.mavlink.vessel import VesselFace
@@ -77,6 +79,8 @@ class TelemetryFace(Protocol):
 
     def set_interval(self, endpoint: Endpoint, number: int, interval_s: float | None, now_s: float) -> bool: ...
 
+    def set_high_latency(self, on: bool) -> None: ...
+
     def set_data_stream(self, endpoint: Endpoint, group: int, rate_hz: float, start: bool, now_s: float) -> None: ...
 
 
@@ -128,6 +132,7 @@ class Hub:
         self._signing = signing
         for number, link in enumerate(self._links):
             link.guard.signing, link.guard.number = signing, number
+        self._router = Router((self.system, COMPONENT), patience)
         self._log = None if tap is None else _LogOutlet(tap)
         self._ear = ear
         self._stations: set[int] = set()
@@ -192,6 +197,11 @@ class Hub:
         if self._log is not None:
             yield self._log
 
+    @property
+    def listeners(self) -> Iterator[Endpoint]:
+        """The outlets that are told what everybody should know: not those of a link that costs by the byte."""
+        return (outlet for outlet in self.outlets if outlet.telemetry != HIGH_LATENCY)
+
     def send(self, peer: Peer, message: Any) -> None:
         """One message to who asked."""
         packed = pack(message)
@@ -202,7 +212,7 @@ class Hub:
     def broadcast(self, message: Any) -> None:
         """One message to everybody."""
         packed = pack(message)
-        for outlet in self.outlets:
+        for outlet in self.listeners:
             self.send_packed(outlet, packed)
 
     def send_packed(self, outlet: Endpoint, packed: Packed) -> None:
@@ -229,6 +239,7 @@ class Hub:
         number = message.get_msgId()  # `.id` is a field of its own in some messages
         not_for_us = isinstance(message, UnknownMessage) or (system == self.system and component == COMPONENT)
         self._write_down(endpoint, message, now_s, aloud=not not_for_us)
+        self._router.take(message, endpoint, self.endpoints, now_s)
         if not_for_us or number == RADIO_STATUS:
             return
         peer = Peer(endpoint, system, component)
@@ -278,6 +289,8 @@ class Hub:
 
     def _station_heard(self, peer: Peer, now_s: float) -> None:
         self.vessel.supervisor.station_heard(peer.system, now_s)
+        if peer.endpoint.telemetry == HIGH_LATENCY:
+            return
         before_s = self._greeted_s.get(peer.endpoint)
         self._greeted_s[peer.endpoint] = now_s
         if before_s is None or now_s - before_s > PEER_TIMEOUT_S * self.patience:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from companion.core.types import DeviceHealth
 from companion.io.mavlink.dialects import Dialect
-from companion.io.mavlink.endpoint import Endpoint
+from companion.io.mavlink.endpoint import FAST_BYTES_PER_S, Endpoint
 from companion.io.mavlink.guard import Guard
 from companion.io.mavlink.link_base import (
     MAX_PEERS,
@@ -155,7 +155,8 @@ class TcpServerLink:
                 endpoint.gone = True
                 return 0
 
-        endpoint = Endpoint(name, self._dialect, transmit, guard=self.guard)
+        rate = self.guard.options.rate_bytes_per_s or FAST_BYTES_PER_S
+        endpoint = Endpoint(name, self._dialect, transmit, bytes_per_s=rate, guard=self.guard)
         return endpoint
 
     def _read(self, client: _Client, most: int, now_s: float, out: Received) -> None:

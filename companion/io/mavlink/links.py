@@ -9,10 +9,12 @@
 
 Behind any of them may stand, as `?key=value&key=value` (`link_options.py`):
 
-    dialect=px4|ardupilot|generic   what the clients of that link are told that we are
-    telemetry=all|leader            what is streamed unasked; leader: only what a leader module shows to its crew
-    signing=off|accept|require      what is asked of packets
-    trusted=no|yes                  whether the key may be set there
+    dialect=px4|ardupilot|generic       what the clients of that link are told that we are
+    telemetry=all|leader|high_latency   what is streamed unasked
+    signing=off|accept|require          what is asked of packets
+    trusted=no|yes                      whether the key may be set there
+    route=yes|from|no                   what passes between this link and the others
+    rate=BYTES_PER_S                    what the line carries, where that is less than its kind does
 """
 
 from __future__ import annotations
@@ -64,12 +66,12 @@ def open_link(url: str, patience: float = 1.0) -> Link:
         raise LinkError(f"'{url}': MAVLink does not go over CAN")
     dialect, guard = _options(url, parsed.options)
     if parsed.scheme == "serial":
-        return StreamLink(url, _opened(body), dialect, parsed.baud / 10.0, guard)
+        return StreamLink(url, _opened(body), dialect, guard.options.rate_bytes_per_s or parsed.baud / 10.0, guard)
     address = _resolved(url, parsed.host, parsed.port)
     match parsed.scheme:
         case "tcpout":
             host = f"[{address[0]}]" if ":" in address[0] else address[0]
-            return StreamLink(url, _opened(f"tcpout:{host}:{address[1]}"), dialect, FAST_BYTES_PER_S, guard)
+            return StreamLink(url, _opened(f"tcpout:{host}:{address[1]}"), dialect, guard.options.rate_bytes_per_s or FAST_BYTES_PER_S, guard)
         case "tcpin":
             return TcpServerLink(url, address, dialect, patience, guard)
         case _:
@@ -109,6 +111,7 @@ class UdpLink:
         self.name = url
         self.guard = Guard() if guard is None else guard
         self._timeout_s = PEER_TIMEOUT_S * patience
+        self._rate = self.guard.options.rate_bytes_per_s or FAST_BYTES_PER_S
         self._dialect = dialect
         self._socket = bound_socket(url, address, socket.SOCK_DGRAM, bind=listens)
         self._fault: str | None = None
@@ -192,7 +195,7 @@ class UdpLink:
                 self._fault = f"{self.name}: {error.strerror or error}"
                 return 0
 
-        return Endpoint(f"{self.name} {address[0]}:{address[1]}", self._dialect, transmit, datagrams=True, framer=framer, guard=self.guard)
+        return Endpoint(f"{self.name} {address[0]}:{address[1]}", self._dialect, transmit, datagrams=True, bytes_per_s=self._rate, framer=framer, guard=self.guard)
 
 
 class StreamLink:
@@ -250,7 +253,8 @@ class MemoryLink:
         self._in = bytearray()
         self._out = bytearray()
         dialect, self.guard = _options(url, options)
-        self._endpoint = Endpoint(url, dialect, self._transmit, guard=self.guard)
+        rate = self.guard.options.rate_bytes_per_s or FAST_BYTES_PER_S
+        self._endpoint = Endpoint(url, dialect, self._transmit, bytes_per_s=rate, guard=self.guard)
 
     def to_vessel(self, data: bytes) -> None:
         self._in += data

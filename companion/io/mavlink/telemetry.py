@@ -22,8 +22,9 @@ from companion.io.mavlink import telemetry_traffic as traffic
 from companion.io.mavlink.dialects import Dialect
 from companion.io.mavlink.endpoint import Endpoint
 from companion.io.mavlink.framer import Packed, pack
+from companion.io.mavlink.high_latency import high_latency2
 from companion.io.mavlink.hub import Hub
-from companion.io.mavlink.link_options import LEADER
+from companion.io.mavlink.link_options import HIGH_LATENCY
 from companion.io.mavlink.statustext import unasked_prearm_texts
 from companion.io.mavlink.vessel import VesselFace
 from companion.io.mavlink.view import View
@@ -81,6 +82,7 @@ STREAMS: dict[int, Stream] = {
     mavlink.MAVLINK_MSG_ID_GPS_RTK: Stream(instruments.gps_rtk, 1.0),
     mavlink.MAVLINK_MSG_ID_DISTANCE_SENSOR: Stream(instruments.distance_sensor, 0.5),
     DEBUG_VECT: Stream(follow.report, NEVER),
+    mavlink.MAVLINK_MSG_ID_HIGH_LATENCY2: Stream(high_latency2, NEVER, True),
 }
 
 _DATA_STREAMS: dict[int, tuple[int, ...]] = {
@@ -136,6 +138,7 @@ class Telemetry:
         self._modes: Any = None
         self._modes_seq = 0
         self._prearm_s: float | None = None
+        self._high_latency = True
 
     # --- streaming -------------------------------------------------------------------------------------------------
 
@@ -146,6 +149,8 @@ class Telemetry:
         view = self._view(tick.status, now_s, tick)
         built: dict[Any, Sequence[Packed]] = {}
         for outlet in self._hub.outlets:
+            if outlet.telemetry == HIGH_LATENCY and not self._high_latency:
+                continue
             busy = outlet.busy
             for slot in self._schedule(outlet, now_s).values():
                 if slot.due_s > now_s + _EARLY_S or slot.interval_s < 0.0 or (busy and slot.number != HEARTBEAT):
@@ -222,6 +227,10 @@ class Telemetry:
         self._reschedule(endpoint, number, self._default_s(endpoint, number) if interval_s is None else interval_s, now_s)
         return True
 
+    def set_high_latency(self, on: bool) -> None:
+        """Whether links with `?telemetry=high_latency` carry any."""
+        self._high_latency = on
+
     def set_data_stream(self, endpoint: Endpoint, group: int, rate_hz: float, start: bool, now_s: float) -> None:
         """REQUEST_DATA_STREAM: the rate of a group, but for messages whose own interval was asked for."""
         for number in _DATA_STREAMS.get(group, ()):
@@ -246,8 +255,8 @@ class Telemetry:
 
     @staticmethod
     def _default_s(endpoint: Endpoint, number: int) -> float:
-        if endpoint.telemetry == LEADER:
-            return follow.LEADER_STREAMS.get(number, NEVER)
+        if endpoint.telemetry in follow.NARROW:
+            return follow.NARROW[endpoint.telemetry].get(number, NEVER)
         interval_s = STREAMS[number].interval_s
         if interval_s < 0.0 or number == HEARTBEAT:
             return interval_s
