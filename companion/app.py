@@ -21,14 +21,15 @@ from companion.guidance.path import PathKind, build_path
 from companion.io.actuators import DRIVERS as ACTUATOR_DRIVERS
 from companion.io.actuators import open_actuator
 from companion.io.corrections import CorrectionsRelay, CorrectionsSource
+from companion.io.mavlink.link_options import check_link
 from companion.io.mavlink.links import Link
 from companion.io.mavlink.services import connect
-from companion.io.mavlink.signing import Signing, SigningState
+from companion.io.mavlink.signing import Policy, Signing, SigningState
 from companion.io.nmea_out import NmeaOut
 from companion.io.sensors import DRIVERS as SENSOR_DRIVERS
 from companion.io.sensors import open_sensor
 from companion.io.transport import device_endpoint
-from companion.io.urls import TransportError, parse_url
+from companion.io.urls import TransportError
 from companion.loop import Blocks, Devices, Vessel
 from companion.mission.executor import MissionExecutor
 from companion.mission.plan import PlanKind, Plans
@@ -102,7 +103,7 @@ def port_problems(path: Path) -> list[str]:
                 check_url((table, i, "port"), row["port"], device_endpoint)
     for key in ("links", "local_links"):
         for i, url in enumerate(tables.get(key, ())):
-            check_url((key, i), url, parse_url)
+            check_url((key, i), url, check_link)
     return found
 
 
@@ -229,6 +230,8 @@ def _signing(around: Surroundings, warn: Callable[[str], None]) -> Signing:
     kept, warnings = state.load_signing()
     for text in warnings:
         warn(text)
+    if kept[0] is None and any(link.guard.options.signing is Policy.REQUIRE for link in around.links):
+        warn("a link requires signatures and there is no key: nobody is heard there; companion signing set")
     return Signing(time_unix_ns, SigningState(*kept), lambda new: state.save_signing(new.key, new.horizon))
 
 

@@ -21,7 +21,7 @@ from companion.commands import bollard, devices, leader, logs, missions, report,
 from companion.commands.common import Interrupt, UsageError
 from companion.commands.folders import fresh, kept_in
 from companion.config import ConfigError, HomeConfig, SensorConfig, VesselConfig
-from companion.io.mavlink.links import Link, LinkError, MemoryLink, open_link
+from companion.io.mavlink.links import LinkError, MemoryLink, open_links
 from companion.io.service_manager import service_manager
 from companion.io.transport import TransportOpener
 from companion.io.urls import TransportError
@@ -176,7 +176,7 @@ def _compose_run(
     if not arguments.sitl:
         wall = WallClock(arguments.speed)
         opener = TransportOpener(arguments.devices)
-        links = _links(urls, patience)
+        links = open_links(urls, patience)
         around = Surroundings(wall, opener, RealWorld(), links, state, log_folder, True, manifest, defaults, patience, network=opener)
         return build(config, around), wall
     from sitl.truth_log import TruthLog
@@ -184,7 +184,7 @@ def _compose_run(
 
     world = World(config, seed=arguments.seed, wind=arguments.wind, current=arguments.current, faults=tuple(arguments.fault))
     paced = PacedClock(arguments.speed, EPOCH_UNIX_NS)
-    links = _links(urls, patience)
+    links = open_links(urls, patience)
     network = TransportOpener()
     around = Surroundings(
         paced, world, world, links, state, log_folder, True, manifest, defaults, patience, stations_time_unix_ns=time.time_ns, network=network
@@ -192,18 +192,6 @@ def _compose_run(
     vessel = build(config, around)
     vessel.add_recorder(TruthLog(log_folder, world, tuple(thruster.name for thruster in config.thrusters)))
     return vessel, paced
-
-
-def _links(urls: Sequence[str], patience: float = 1.0) -> list[Link]:
-    opened: list[Link] = []
-    try:
-        for url in urls:
-            opened.append(open_link(url, patience))
-    except LinkError:
-        for link in opened:
-            link.close()
-        raise
-    return opened
 
 
 def _home(text: str) -> HomeConfig:

@@ -14,7 +14,7 @@ from companion.clock import WallClock
 from companion.commands.folders import fresh, kept_in
 from companion.config.leader import LeaderConfig, bundled_leaders
 from companion.io.console import Console
-from companion.io.mavlink.links import Link, LinkError, open_link
+from companion.io.mavlink.links import Link, open_links
 from companion.io.mavlink.signing import Policy, Signing, SigningState
 from companion.io.transport import TransportOpener
 from companion.leader_app import LeaderSurroundings, build_leader, load_leader
@@ -38,7 +38,7 @@ def _leader(arguments: argparse.Namespace) -> int:
     clock = WallClock()
     log_folder = fresh(kept_in(config.name) / "logs" if arguments.log is None else arguments.log, f"{config.name}-{time.strftime('%Y%m%d-%H%M%S')}")
     urls = tuple(arguments.link or config.links)
-    links = _opened((*urls, *config.local_links))
+    links = open_links((*urls, *config.local_links))
     towards, local = links[: len(urls)], links[len(urls) :]
     stop = _Stop(clock, arguments.duration)
     print(f"leader module {config.title or config.name}, system {config.system_id}, of follower {config.follower}")
@@ -80,18 +80,6 @@ def _signing(state: StateFile | None, clock: WallClock) -> Signing | None:
 
 def _complain(text: str) -> None:
     print(f"companion: {text}", file=sys.stderr)
-
-
-def _opened(urls: Sequence[str]) -> list[Link]:
-    opened: list[Link] = []
-    try:
-        for url in urls:
-            opened.append(open_link(url))
-    except LinkError:
-        for link in opened:
-            link.close()
-        raise
-    return opened
 
 
 class _Stop:

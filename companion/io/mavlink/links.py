@@ -44,7 +44,7 @@ from companion.io.mavlink.link_base import (
 from companion.io.mavlink.link_options import OptionError, parse_options
 from companion.io.mavlink.link_tcp_server import TcpServerLink
 
-__all__ = ["PEER_TIMEOUT_S", "SILENCE_S", "Link", "LinkError", "MemoryLink", "StreamLink", "TcpServerLink", "UdpLink", "open_link"]
+__all__ = ["PEER_TIMEOUT_S", "SILENCE_S", "Link", "LinkError", "MemoryLink", "StreamLink", "TcpServerLink", "UdpLink", "open_link", "open_links"]
 
 SILENCE_S = 0.3  # a serial line that pauses this long in mid-frame will not finish it
 _RECEIVES = 64  # datagrams in a call
@@ -76,6 +76,19 @@ def open_link(url: str, patience: float = 1.0) -> Link:
             return TcpServerLink(url, address, dialect, patience, guard)
         case _:
             return UdpLink(url, address, dialect, parsed.scheme == "udpin", patience, guard)
+
+
+def open_links(urls: Sequence[str], patience: float = 1.0) -> list[Link]:
+    """All of them, or none. Raises LinkError for the first that cannot be had."""
+    opened: list[Link] = []
+    try:
+        for url in urls:
+            opened.append(open_link(url, patience))
+    except LinkError:
+        for link in opened:
+            link.close()
+        raise
+    return opened
 
 
 def _options(url: str, given: Mapping[str, str]) -> tuple[Dialect, Guard]:

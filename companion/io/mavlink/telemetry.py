@@ -20,7 +20,7 @@ from companion.io.mavlink import telemetry_motion as motion
 from companion.io.mavlink import telemetry_state as state
 from companion.io.mavlink import telemetry_traffic as traffic
 from companion.io.mavlink.dialects import Dialect
-from companion.io.mavlink.endpoint import Endpoint
+from companion.io.mavlink.endpoint import FAST_BYTES_PER_S, Endpoint
 from companion.io.mavlink.framer import Packed, pack
 from companion.io.mavlink.high_latency import high_latency2
 from companion.io.mavlink.hub import Hub
@@ -36,6 +36,7 @@ PREARM_PERIOD_S = 30.0
 _FASTEST_S = 0.02
 _TOTAL_BYTES_PER_S = 2500.0  # of all messages at default rates
 _TELEMETRY_SHARE = 0.6  # of a slow line; the rest is for answers
+_HEARTBEAT_ON_RADIO_S = 0.5  # two may be lost in a row before anybody waits longer than 1.5 s
 _EARLY_S = 1e-3  # a tick this much before its time is the right one
 
 
@@ -258,7 +259,9 @@ class Telemetry:
         if endpoint.telemetry in follow.NARROW:
             return follow.NARROW[endpoint.telemetry].get(number, NEVER)
         interval_s = STREAMS[number].interval_s
-        if interval_s < 0.0 or number == HEARTBEAT:
+        if number == HEARTBEAT:
+            return interval_s if endpoint.bytes_per_s >= FAST_BYTES_PER_S else _HEARTBEAT_ON_RADIO_S
+        if interval_s < 0.0:
             return interval_s
         return interval_s * max(1.0, _TOTAL_BYTES_PER_S / (_TELEMETRY_SHARE * endpoint.bytes_per_s))
 
