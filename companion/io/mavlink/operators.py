@@ -52,7 +52,6 @@ _READING = frozenset(
         mavlink.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES,
         mavlink.MAV_CMD_REQUEST_PROTOCOL_VERSION,
         mavlink.MAV_CMD_GET_HOME_POSITION,
-        mavlink.MAV_CMD_CONTROL_HIGH_LATENCY,
         mavlink.MAV_CMD_RUN_PREARM_CHECKS,
     }
 )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import stat
 import threading
 from pathlib import Path
@@ -97,3 +98,11 @@ def test_the_copy_of_a_state_in_a_log_folder_holds_no_key(tmp_path: Path) -> Non
     state.close()
     assert [path.name for path in (tmp_path / "log").iterdir()] == ["parameters.json"]
     assert json.loads((tmp_path / "state" / FILE).read_bytes())["key"] == KEY.hex()
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only the superuser gives files away")
+def test_a_key_set_by_the_superuser_belongs_to_who_runs_the_boat(tmp_path: Path) -> None:
+    os.chown(tmp_path, 65534, 65534)
+    write_signing(tmp_path, KEY, 1)
+    kept = (tmp_path / FILE).stat()
+    assert (kept.st_uid, kept.st_gid, stat.S_IMODE(kept.st_mode)) == (65534, 65534, 0o600)
