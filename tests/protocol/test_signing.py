@@ -173,7 +173,7 @@ def answered(by: Any, timeout_s: float) -> bool:
 def test_mavproxy_sets_the_key_and_it_stands_after_a_restart(tmp_path: Path) -> None:
     """`signing setup` on a trusted link; after a restart a link that asks for signatures hears who knows the passphrase, and nobody else."""
     key = hashlib.sha256(b"harbour").digest()
-    companion = Companion(tmp_path)
+    companion = Companion(tmp_path, speed=5.0)
     port = companion.tcp_port
     companion._links = (f"tcpin:127.0.0.1:{port}?signing=accept&trusted=yes",)
     with companion, MavProxy(f"tcp:127.0.0.1:{port}", tmp_path / "mavproxy") as proxy:
@@ -187,19 +187,19 @@ def test_mavproxy_sets_the_key_and_it_stands_after_a_restart(tmp_path: Path) -> 
     logs = b"".join(path.read_bytes() for path in companion.log_folder.rglob("*") if path.is_file())
     assert key not in logs and key.hex().encode() not in logs and len(logs) > 1000
     stations: list[Any] = []
-    again = Companion(tmp_path, links=(f"tcpin:127.0.0.1:{port}?signing=require&trusted=yes",))
+    again = Companion(tmp_path, speed=5.0, links=(f"tcpin:127.0.0.1:{port}?signing=require&trusted=yes",))
     with again, contextlib.ExitStack() as closing:
         for known in (key, OTHER_KEY, None):
             stations.append(station(port, known))
             closing.callback(stations[-1].close)
         ours, stranger, unsigned = stations
         assert answered(ours, 10.0)
-        assert not answered(unsigned, 1.0) and not answered(stranger, 1.0)
+        assert not answered(unsigned, 0.6) and not answered(stranger, 0.6)
         assert answered(ours, 3.0)
         with MavProxy(f"tcp:127.0.0.1:{port}", tmp_path / "mavproxy") as proxy:
             proxy.say("signing key harbour")
             proxy.ask("param show PATH_BW_SURGE", r"PATH_BW_SURGE\s+0\.5", again_s=2.0)
             proxy.say("signing remove harbour")
             proxy.expect("Removed signing")
-        assert not answered(ours, 1.0)
+        assert not answered(ours, 0.6)
     assert read_signing(tmp_path / "state")[0] is None

@@ -25,14 +25,12 @@ class Guard:
 
     def admits(self, message: Any) -> bool:
         """Judge a message; once only, since a signature counts once. RADIO_STATUS comes from the modem, which has no key."""
-        policy = self.options.signing
-        if policy is Policy.OFF or message.get_msgId() == RADIO_STATUS:
+        policy, signing = self.options.signing, self.signing
+        # judged where nothing depends on it too: what has been heard on one link must not count again on another
+        verdict = signing.judge(message.get_msgbuf()) if signing is not None else Verdict.FORGED
+        if policy is Policy.OFF or message.get_msgId() == RADIO_STATUS or verdict is Verdict.GENUINE:
             return True
-        signing = self.signing
-        if policy is Policy.ACCEPT and (signing is None or not signing.has_key):
-            return True
-        verdict = Verdict.FORGED if signing is None else signing.judge(message.get_msgbuf())
-        if verdict is Verdict.GENUINE or (verdict is Verdict.UNSIGNED and policy is Policy.ACCEPT):
+        if policy is Policy.ACCEPT and (verdict is Verdict.UNSIGNED or signing is None or not signing.has_key):
             return True
         self.refused[verdict] = self.refused.get(verdict, 0) + 1
         return False

@@ -95,6 +95,17 @@ def test_what_is_sent_is_signed_where_the_link_asks_for_it(opened: Any) -> None:
             assert data[-13] == 7 and signing().judge(data) is Verdict.GENUINE
 
 
+@pytest.mark.parametrize("elsewhere", ["off", "accept", "require"])
+def test_what_was_heard_on_one_link_does_not_count_again_on_another(opened: Any, elsewhere: str) -> None:
+    first, second = opened(f"memory:?signing={elsewhere}"), opened("memory:?signing=require")
+    second.guard.signing = first.guard.signing
+    overheard = heartbeat(codec(KEY))
+    first.to_vessel(overheard)
+    second.to_vessel(overheard)
+    assert len(first.receive(0.0)) == 1 and second.receive(0.0) == []
+    assert second.guard.refused == {Verdict.STALE: 1}
+
+
 def test_health_says_what_was_refused_and_that_there_is_no_key(opened: Any) -> None:
     link: MemoryLink = opened("memory:?signing=require")
     assert link.health(0.0).text == "nobody heard yet"
