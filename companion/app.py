@@ -21,13 +21,15 @@ from companion.guidance.path import PathKind, build_path
 from companion.io.actuators import DRIVERS as ACTUATOR_DRIVERS
 from companion.io.actuators import open_actuator
 from companion.io.corrections import CorrectionsRelay, CorrectionsSource
+from companion.io.mavlink.link_options import check_link
 from companion.io.mavlink.links import Link
 from companion.io.mavlink.services import connect
+from companion.io.mavlink.signing import Policy, Signing, SigningState
 from companion.io.nmea_out import NmeaOut
 from companion.io.sensors import DRIVERS as SENSOR_DRIVERS
 from companion.io.sensors import open_sensor
 from companion.io.transport import device_endpoint
-from companion.io.urls import TransportError, parse_url
+from companion.io.urls import TransportError
 from companion.loop import Blocks, Devices, Vessel
 from companion.mission.executor import MissionExecutor
 from companion.mission.plan import PlanKind, Plans
@@ -101,7 +103,7 @@ def port_problems(path: Path) -> list[str]:
                 check_url((table, i, "port"), row["port"], device_endpoint)
     for key in ("links", "local_links"):
         for i, url in enumerate(tables.get(key, ())):
-            check_url((key, i), url, parse_url)
+            check_url((key, i), url, check_link)
     return found
 
 
@@ -131,6 +133,7 @@ class Surroundings:
     defaults: Mapping[str, float] | None = None  # of parameters, over the vessel's own
     patience: float = 1.0  # with ground stations, whose time runs slower than the vessel's
     devices: Devices | None = None  # None: those of the configuration, opened
+    stations_time_unix_ns: Callable[[], int] | None = None  # the time that ground stations live in; None: the clock's
     network: StreamOpener | None = None  # opens what is no device of the boat: corrections, NMEA out; None: nothing of that
 
 
@@ -164,7 +167,7 @@ def build(config: VesselConfig, around: Surroundings) -> Vessel:
         for row in config.nmea_out:
             vessel.add_recorder(NmeaOut(row, config.thrusters, around.network.open("nmea_out", row.port), events.say))
     logs = None if around.log_folder is None else around.log_folder.parent
-    vessel.attach(connect(vessel, around.links, program_version(), _tap(log, around.clock), ear, around.patience, logs, relay))
+    vessel.attach(connect(vessel, around.links, program_version(), _tap(log, around.clock), ear, around.patience, logs, relay, _signing(around, warn)))
     return vessel
 
 
@@ -216,6 +219,20 @@ def _parameters(config: VesselConfig, around: Surroundings, warn: Callable[[str]
         state = around.state
         parameters.on_change(lambda _name, _value: state.save_parameters(parameters.changed()))
     return parameters
+
+
+def _signing(around: Surroundings, warn: Callable[[str], None]) -> Signing:
+    """The key that was kept, or none."""
+    time_unix_ns = around.stations_time_unix_ns or around.clock.time_unix_ns
+    state = around.state
+    if state is None:
+        return Signing(time_unix_ns, SigningState(None, 0), lambda _: None)
+    kept, warnings = state.load_signing()
+    for text in warnings:
+        warn(text)
+    if kept[0] is None and any(link.guard.options.signing is Policy.REQUIRE for link in around.links):
+        warn("a link requires signatures and there is no key: nobody is heard there; companion signing set")
+    return Signing(time_unix_ns, SigningState(*kept), lambda new: state.save_signing(new.key, new.horizon))
 
 
 def _plans(state: StateFile | None, config: VesselConfig, warn: Callable[[str], None]) -> Plans:

@@ -17,11 +17,11 @@ from companion import config as config_module
 from companion.app import Surroundings, build, load_vessel, program_version, warm_up
 from companion.cli_sitl import add_to as add_sitl_to
 from companion.clock import PacedClock, SimulatedClock, WallClock
-from companion.commands import bollard, devices, leader, logs, missions, report, service, thruster_test
+from companion.commands import bollard, devices, leader, logs, missions, report, service, signing, thruster_test
 from companion.commands.common import Interrupt, UsageError
 from companion.commands.folders import fresh, kept_in
 from companion.config import ConfigError, HomeConfig, SensorConfig, VesselConfig
-from companion.io.mavlink.links import Link, LinkError, MemoryLink, open_link
+from companion.io.mavlink.links import LinkError, MemoryLink, open_links
 from companion.io.service_manager import service_manager
 from companion.io.transport import TransportOpener
 from companion.io.urls import TransportError
@@ -105,6 +105,7 @@ def _parser() -> argparse.ArgumentParser:
     logs.add_to(commands)
     report.add_to(commands)
     service.add_to(commands)
+    signing.add_to(commands)
     bollard.add_to(commands)
     thruster_test.add_to(commands, _thruster_test)
     return parser
@@ -175,7 +176,7 @@ def _compose_run(
     if not arguments.sitl:
         wall = WallClock(arguments.speed)
         opener = TransportOpener(arguments.devices)
-        links = _links(urls, patience)
+        links = open_links(urls, patience)
         around = Surroundings(wall, opener, RealWorld(), links, state, log_folder, True, manifest, defaults, patience, network=opener)
         return build(config, around), wall
     from sitl.truth_log import TruthLog
@@ -183,23 +184,14 @@ def _compose_run(
 
     world = World(config, seed=arguments.seed, wind=arguments.wind, current=arguments.current, faults=tuple(arguments.fault))
     paced = PacedClock(arguments.speed, EPOCH_UNIX_NS)
-    links = _links(urls, patience)
-    around = Surroundings(paced, world, world, links, state, log_folder, True, manifest, defaults, patience, network=TransportOpener())
+    links = open_links(urls, patience)
+    network = TransportOpener()
+    around = Surroundings(
+        paced, world, world, links, state, log_folder, True, manifest, defaults, patience, stations_time_unix_ns=time.time_ns, network=network
+    )
     vessel = build(config, around)
     vessel.add_recorder(TruthLog(log_folder, world, tuple(thruster.name for thruster in config.thrusters)))
     return vessel, paced
-
-
-def _links(urls: Sequence[str], patience: float = 1.0) -> list[Link]:
-    opened: list[Link] = []
-    try:
-        for url in urls:
-            opened.append(open_link(url, patience))
-    except LinkError:
-        for link in opened:
-            link.close()
-        raise
-    return opened
 
 
 def _home(text: str) -> HomeConfig:

@@ -21,6 +21,7 @@ from companion.io.joystick import Joystick
 from companion.io.mavlink.lead_link import Beacon, Follower, LeadLink
 from companion.io.mavlink.lead_station import LeadStation
 from companion.io.mavlink.links import Link
+from companion.io.mavlink.signing import Signing
 from companion.io.sensors import open_sensor
 from companion.modes.crew_wish import CrewWish
 from companion.modes.events import EventLog
@@ -76,6 +77,7 @@ class LeaderSurroundings:
     display: Display
     log_folder: Path | None = None
     durable_log: bool = False
+    signing: Signing | None = None  # has the key, for links that ask for signatures
 
 
 def build_leader(config: LeaderConfig, around: LeaderSurroundings) -> LeaderModule:
@@ -113,6 +115,9 @@ class LeaderModule:
         )
         self._stations = tuple(LeadStation(link, config.system_id, self.crew, self._note) for link in around.local)
         self._radios: tuple[LeadLink | LeadStation, ...] = (*self._links, *self._stations)
+        self._signing = around.signing
+        for number, link in enumerate((*around.links, *around.local)):
+            link.guard.signing, link.guard.number = around.signing, number
         self._arrived: list[Reading] = []
         self._ok: dict[str, bool] = {}
         self._shown_s = -math.inf
@@ -161,6 +166,8 @@ class LeaderModule:
     def close(self) -> None:
         for radio in self._radios:
             radio.close()
+        if self._signing is not None:
+            self._signing.close()
         for sensor in self._sensors:
             sensor.close()
         if self._joystick is not None:

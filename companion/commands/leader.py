@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import signal
+import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -11,12 +12,14 @@ from typing import Any
 
 from companion.clock import WallClock
 from companion.commands.folders import fresh, kept_in
-from companion.config.leader import bundled_leaders
+from companion.config.leader import LeaderConfig, bundled_leaders
 from companion.io.console import Console
-from companion.io.mavlink.links import Link, LinkError, open_link
+from companion.io.mavlink.links import Link, open_links
+from companion.io.mavlink.signing import Policy, Signing, SigningState
 from companion.io.transport import TransportOpener
 from companion.leader_app import LeaderSurroundings, build_leader, load_leader
 from companion.loop import run
+from companion.record.state_file import StateFile
 
 
 def add_to(commands: Any) -> None:
@@ -24,6 +27,7 @@ def add_to(commands: Any) -> None:
     leader = commands.add_parser("leader", help="the module on a lead boat: tells the follower where it is and what its crew asks")
     leader.add_argument("config", metavar="CONFIG", help=f"a bundled name ({', '.join(bundled_leaders())}) or a TOML file of a leader module")
     leader.add_argument("--link", action="append", metavar="URL", help="towards the follower, in place of the file's links")
+    leader.add_argument("--state", type=Path, metavar="DIR", help="where the key of signatures is kept, for links that ask for them")
     leader.add_argument("--log", type=Path, metavar="DIR", help="where the log folder is made")
     leader.add_argument("--duration", type=float, metavar="S", help="end after this long")
     leader.set_defaults(command=_leader)
@@ -34,35 +38,48 @@ def _leader(arguments: argparse.Namespace) -> int:
     clock = WallClock()
     log_folder = fresh(kept_in(config.name) / "logs" if arguments.log is None else arguments.log, f"{config.name}-{time.strftime('%Y%m%d-%H%M%S')}")
     urls = tuple(arguments.link or config.links)
-    links = _opened((*urls, *config.local_links))
+    links = open_links((*urls, *config.local_links))
     towards, local = links[: len(urls)], links[len(urls) :]
     stop = _Stop(clock, arguments.duration)
     print(f"leader module {config.title or config.name}, system {config.system_id}, of follower {config.follower}")
     print(f"links: {', '.join((*urls, *config.local_links))}")
     print(f"log:   {log_folder}")
     print("keys:  m Manual, r Remote, a Autonomous; Ctrl-C ends it", flush=True)
+    state = _state(config, arguments, links)
     console = Console()
     try:
-        module = build_leader(config, LeaderSurroundings(clock, TransportOpener(), towards, local, console, log_folder, True))
+        module = build_leader(
+            config, LeaderSurroundings(clock, TransportOpener(), towards, local, console, log_folder, True, _signing(state, clock))
+        )
         try:
             run(module, clock, stop)
         finally:
             module.close()
     finally:
         console.close()
+        if state is not None:
+            state.close()
     return 0
 
 
-def _opened(urls: Sequence[str]) -> list[Link]:
-    opened: list[Link] = []
-    try:
-        for url in urls:
-            opened.append(open_link(url))
-    except LinkError:
-        for link in opened:
-            link.close()
-        raise
-    return opened
+def _state(config: LeaderConfig, arguments: argparse.Namespace, links: Sequence[Link]) -> StateFile | None:
+    """Held by one module at a time; None where no link needs it."""
+    if all(link.guard.options.signing is Policy.OFF for link in links):
+        return None
+    return StateFile(kept_in(config.name) / "state" if arguments.state is None else arguments.state, _complain)
+
+
+def _signing(state: StateFile | None, clock: WallClock) -> Signing | None:
+    if state is None:
+        return None
+    kept, warnings = state.load_signing()
+    for text in warnings:
+        _complain(text)
+    return Signing(clock.time_unix_ns, SigningState(*kept), lambda new: state.save_signing(new.key, new.horizon))
+
+
+def _complain(text: str) -> None:
+    print(f"companion: {text}", file=sys.stderr)
 
 
 class _Stop:

@@ -22,6 +22,7 @@ from companion.core.ports import ByteStream
 from companion.core.types import ActuatorCommand, DeviceHealth, Reading
 from companion.io.mavlink.dialects import DEFAULT_DIALECT, DIALECTS
 from companion.io.mavlink.endpoint import Endpoint
+from companion.io.mavlink.guard import Guard
 from companion.io.mavlink.link_base import Received, link_health, take_in
 from companion.loop import Devices, RealWorld, Vessel
 from companion.params import Parameters
@@ -207,6 +208,7 @@ class _Link:
     name = "recorded"
 
     def __init__(self) -> None:
+        self.guard = Guard()
         self._endpoints: dict[tuple[str, str], Endpoint] = {}
         self._arrived: list[RecordedPacket] = []
 

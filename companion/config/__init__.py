@@ -139,6 +139,7 @@ class VesselConfig:
     corrections: tuple[CorrectionsConfig, ...] = ()
     nmea_out: tuple[NmeaOutConfig, ...] = ()
     links: tuple[str, ...] = ()
+    operators: tuple[Annotated[int, Field(ge=1, le=255)], ...] = ()  # system ids of the ground stations that may command; none: all
     mmsi: Annotated[int, Field(ge=1, le=999_999_999)] | None = None  # of its own AIS transponder, whose reports are not another vessel's
     parameters: dict[str, float] = field(default_factory=dict)
     dock: DockConfig | None = None

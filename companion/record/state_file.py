@@ -1,13 +1,12 @@
-"""What a vessel must remember over a restart: changed parameters, the three plans, where the mission stood.
+"""What a vessel must remember over a restart: changed parameters, the three plans, where the mission stood, the key of signatures.
 
-One small JSON file each, in one directory that one process holds at a time. A file is replaced whole (temporary file, fsync,
-rename, fsync of the directory), so a power cut leaves the old content or the new and never a mixture. What cannot be read is set
+One small JSON file each, in one directory that one process holds at a time. A file is replaced whole (`replacing.py`), so a power cut
+leaves the old content or the new and never a mixture. What cannot be read is set
 aside under another name and told about; what cannot be written is told about. Nothing here raises after the directory is held.
 """
 
 from __future__ import annotations
 
-import contextlib
 import fcntl
 import json
 import math
@@ -19,6 +18,8 @@ from typing import Any, TypeVar
 
 from companion.mission.plan import PlanItem, PlanKind
 from companion.params import TABLE
+from companion.record.replacing import replace_file
+from companion.record.signing_file import Kept, SigningFile, SigningFileError, read_signing
 
 _FORMAT = 1
 _LOCK_NAME = "lock"
@@ -58,6 +59,7 @@ class StateFile:
         self._known = frozenset(spec.name for spec in TABLE) if known_parameters is None else frozenset(known_parameters)
         self._strangers: dict[str, float] = {}
         self._lock_fd: int | None = None
+        self._signing: SigningFile | None = None
         try:
             directory.mkdir(parents=True, exist_ok=True)
             self._hold()
@@ -66,6 +68,8 @@ class StateFile:
 
     def close(self) -> None:
         """Let another process have the directory."""
+        if self._signing is not None:
+            self._signing.close()
         fd, self._lock_fd = self._lock_fd, None
         if fd is not None:
             os.close(fd)
@@ -120,6 +124,21 @@ class StateFile:
         """Keep `progress` (names to numbers, texts, None, or lists of them)."""
         self._save(_PROGRESS, {"format": _FORMAT, "progress": dict(progress)})
 
+    # --- signing ---------------------------------------------------------------------------------------------------
+
+    def load_signing(self) -> tuple[Kept, list[str]]:
+        """The key of signatures and their time, (None, 0) where there is none or the file is not safe, and warnings."""
+        try:
+            return read_signing(self.directory), []
+        except SigningFileError as error:
+            return (None, 0), [str(error)]
+
+    def save_signing(self, key: bytes | None, horizon: int) -> None:
+        """Keep both soon: this returns at once."""
+        if self._signing is None:
+            self._signing = SigningFile(self.directory, lambda text: self.on_warning(text))
+        self._signing.save(key, horizon)
+
     # --- files -----------------------------------------------------------------------------------------------------
 
     def _hold(self) -> None:
@@ -135,20 +154,9 @@ class StateFile:
 
     def _save(self, name: str, content: dict[str, Any]) -> None:
         path = self.directory / name
-        temporary = self.directory / f"{name}.tmp"
         try:
-            data = json.dumps(content, separators=(",", ":")).encode()
-            fd = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_CLOEXEC, 0o644)
-            try:
-                _write_all(fd, data)
-                os.fsync(fd)
-            finally:
-                os.close(fd)
-            temporary.replace(path)
-            _sync_directory(self.directory)
+            replace_file(self.directory, name, json.dumps(content, separators=(",", ":")).encode())
         except OSError as error:
-            with contextlib.suppress(OSError):
-                temporary.unlink(missing_ok=True)
             self.on_warning(f"{path} not saved: {error.strerror}; it keeps what it had")
         except (TypeError, ValueError) as error:
             self.on_warning(f"{path} not saved: {error}; it keeps what it had")
@@ -189,20 +197,6 @@ def read_plan(directory: Path, kind: PlanKind) -> tuple[PlanItem, ...]:
         return _items_of(json.loads((directory / _PLANS[kind]).read_text(encoding="utf-8")))
     except (OSError, ValueError, KeyError, TypeError):
         return ()
-
-
-def _write_all(fd: int, data: bytes) -> None:
-    view = memoryview(data)
-    while view:
-        view = view[os.write(fd, view) :]
-
-
-def _sync_directory(directory: Path) -> None:
-    fd = os.open(directory, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
-    try:
-        os.fsync(fd)
-    finally:
-        os.close(fd)
 
 
 def _parameters_of(content: dict[str, Any]) -> dict[str, float]:

@@ -208,7 +208,7 @@ class Chase:
         or the end. NaN where it never went straight for as long."""
         swings: list[float] = []
         ends = [*(bend.begin_s for bend in self.bends[1:]), float(self.t[-1])]
-        for bend, end_s in zip(self.bends, ends, strict=True):
+        for bend, end_s in zip(self.bends, ends, strict=False):  # no turn, no swing
             apart = (self.yaw - self.leader_yaw)[(self.t >= bend.end_s + _SETTLED_S) & (self.t < end_s)]
             if len(apart):
                 swings.append(float(apart.max() - apart.min()))

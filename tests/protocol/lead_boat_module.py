@@ -19,6 +19,7 @@ from companion.clock import SimulatedClock
 from companion.config.leader import parse_leader
 from companion.core.geodesy import LocalFrame
 from companion.io.mavlink.links import MemoryLink
+from companion.io.mavlink.signing import Signing, SigningState
 from companion.leader_app import LeaderModule, LeaderSurroundings, build_leader
 from sitl.emulators.nmea import sentence
 from sitl.memory import MemoryStream
@@ -92,17 +93,24 @@ class Pair:
     `path(t_s)` → (north_m, east_m, speed_mps, course_deg) of the lead boat. `air(t_s, to_follower, data)` → what arrives of it.
     """
 
-    def __init__(self, folder: Path, path: Callable[[float], tuple[float, float, float, float]], more: str = "thrifty = true") -> None:
+    def __init__(self, folder: Path, path: Callable[[float], tuple[float, float, float, float]], more: str = "thrifty = true", keys: tuple[bytes, bytes] | None = None) -> None:
+        """`keys` of the follower and of the module, between which signatures are required; None: nobody asks for any."""
         config = load_vessel("rescuerunner")
         world = World(config, seed=4)
         self.clock = SimulatedClock(EPOCH_UNIX_NS)
-        self.station, self._lead, self._far = MemoryLink("memory:station"), MemoryLink("memory:lead?telemetry=leader"), MemoryLink("memory:far")
+        signed = "" if keys is None else "&signing=require"
+        self.station, self._lead, self._far = MemoryLink("memory:station"), MemoryLink(f"memory:lead?telemetry=leader{signed}"), MemoryLink(f"memory:far?telemetry=all{signed}")
         self.local = MemoryLink("memory:local")
         self.vessel = build(config, Surroundings(self.clock, world, world, [self.station, self._lead], None, folder / "follower"))
+        module_signing = None
+        if keys is not None:
+            self._lead.guard.signing, module_signing = (
+                Signing(self.clock.time_unix_ns, SigningState(key, 0), lambda state: None) for key in keys
+            )
         self.world, self.path = world, path
         self.display, self._streams = NoDisplay(), _Streams()
         module_config = parse_leader(CONFIG.format(link="udpout:127.0.0.1:1", port="memory:gnss", more=more), "test")
-        around = LeaderSurroundings(self.clock, self._streams, [self._far], [self.local], self.display, folder / "leader")
+        around = LeaderSurroundings(self.clock, self._streams, [self._far], [self.local], self.display, folder / "leader", signing=module_signing)
         self.module: LeaderModule = build_leader(module_config, around)
         self.air: Callable[[float, bool, bytes], bytes] = lambda t_s, to_follower, data: data
         self.fix = True

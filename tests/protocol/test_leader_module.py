@@ -349,3 +349,14 @@ def test_a_module_with_an_inertial_sensor_tells_heading_and_turn(tmp_path: Path)
         print(f"heading off by {error_deg:.1f} deg")
         assert abs(error_deg) < 3.0
     assert states[-1].rates[2] == pytest.approx(0.2, abs=0.03)
+
+
+@pytest.mark.parametrize("same", [True, False])
+def test_a_module_with_the_same_key_is_followed_and_no_other(tmp_path: Path, same: bool) -> None:
+    key, other = bytes(range(32)), bytes(range(1, 33))
+    pair = Pair(tmp_path, circle, keys=(key, key if same else other))
+    pair.run(8.0)
+    followed = pair.vessel.supervisor.status(pair.now_s).leader is not None
+    heard = pair.module.link.follower.heard_s is not None
+    pair.close()
+    assert followed is same and heard is same

@@ -26,6 +26,7 @@ _CAPABILITIES: int = (
     | mavlink.MAV_PROTOCOL_CAPABILITY_MAVLINK2
     | mavlink.MAV_PROTOCOL_CAPABILITY_MISSION_FENCE
     | mavlink.MAV_PROTOCOL_CAPABILITY_MISSION_RALLY
+    | mavlink.MAV_PROTOCOL_CAPABILITY_COMPONENT_ACCEPTS_GCS_CONTROL
 )
 _PARAM_BYTEWISE, _PARAM_C_CAST = 16, 131072  # MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_…
 _NUMBERING = 2  # as major version: QGroundControl finds anything below 1.4.1 too old for the px4 identity
@@ -63,6 +64,7 @@ class MessageCommands:
             mavlink.MAV_CMD_GET_HOME_POSITION: self._get_home,
             mavlink.MAV_CMD_SET_MESSAGE_INTERVAL: self._set_interval,
             mavlink.MAV_CMD_GET_MESSAGE_INTERVAL: self._get_interval,
+            mavlink.MAV_CMD_CONTROL_HIGH_LATENCY: self._control_high_latency,
         }
 
     def _request_message(self, request: Request) -> Answer:
@@ -111,6 +113,13 @@ class MessageCommands:
         interval_s = None if interval_us == 0.0 else NEVER if interval_us < 0.0 else interval_us * 1e-6
         taken = self._hub.telemetry.set_interval(request.peer.endpoint, number, interval_s, request.now_s)
         return DONE if taken else denied(f"message {number} is not streamed")
+
+    def _control_high_latency(self, request: Request) -> Answer:
+        wanted = request.whole(1)
+        if wanted not in (0, 1):
+            return denied("param 1 of high latency should be 0 or 1")
+        self._hub.telemetry.set_high_latency(bool(wanted))
+        return DONE
 
     def _get_interval(self, request: Request) -> Answer:
         return self._interval_of(request, request.whole(1))

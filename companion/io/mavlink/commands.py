@@ -39,12 +39,12 @@ class CommandService:
     Remembers each peer's last command: a repetition of one that must not be done twice is only acknowledged again.
     """
 
-    def __init__(self, hub: Hub, vessel: VesselFace, described: Metadata) -> None:
-        """`described`: the files that say what the vessel's parameters are."""
+    def __init__(self, hub: Hub, vessel: VesselFace, described: Metadata, more: Mapping[int, CommandHandler] | None = None) -> None:
+        """`described`: the files that say what the vessel's parameters are; `more`: commands of other services."""
         self._hub = hub
         self._supervisor = vessel.supervisor
         self._vessel = VesselCommands(hub, vessel)
-        self._commands: Mapping[int, CommandHandler] = {**self._vessel.commands, **MessageCommands(hub, vessel, described).commands}
+        self._commands: Mapping[int, CommandHandler] = {**self._vessel.commands, **MessageCommands(hub, vessel, described).commands, **(more or {})}
         self._last: dict[Peer, _Last] = {}
         self.handles: Mapping[int, Handler] = {
             mavlink.MAVLINK_MSG_ID_COMMAND_LONG: self._on_long,

@@ -7,19 +7,25 @@ from dataclasses import dataclass
 
 from companion.io.mavlink.dialects import Dialect
 from companion.io.mavlink.framer import Framer, Packed, frame
+from companion.io.mavlink.guard import Guard
 from companion.io.mavlink.reception import Reception, Receptions
 
 DATAGRAM_BYTES = 1200  # several messages share a datagram up to this size, which no network splits
 FAST_BYTES_PER_S = 1_000_000.0  # what is assumed of a network
-ALL, LEADER = "all", "leader"
-TELEMETRY = (ALL, LEADER)  # what a link streams unasked: everything, or what a lead boat wants to know on a narrow line
 _BACKLOG_BYTES = 65536
 _SLOW_BACKLOG_S = 1.0
+FORWARD_SHARE = 0.25  # of a line, at most, for what others send to others
+_FORWARD_S = 1.0  # over which it is saved up
+_LEAST_FORWARD = 1200.0
 
 
 @dataclass(slots=True)
 class Traffic:
-    """Counts since the endpoint was first seen. `dropped`: messages that the line could not take."""
+    """Counts since the endpoint was first seen. `received`: known messages let in; `forwarded`, `held_back`: others' packets; `dropped`: messages that the line could not take."""
+
+    received: int = 0
+    forwarded: int = 0
+    held_back: int = 0
 
     sent: int = 0
     sent_bytes: int = 0
@@ -42,14 +48,15 @@ class Endpoint:
         datagrams: bool = False,
         bytes_per_s: float = FAST_BYTES_PER_S,
         framer: Framer | None = None,
-        telemetry: str = ALL,
+        guard: Guard | None = None,
     ) -> None:
-        """`transmit(data, now_s)` returns how many bytes the line took: for datagrams all or none. `telemetry`: what is streamed there, a name of TELEMETRY."""
+        """`transmit(data, now_s)` returns how many bytes the line took: for datagrams all or none. `guard`: of the link, with its options."""
         self.name = name
         self.dialect = dialect
         self.bytes_per_s = bytes_per_s
         self.framer = Framer() if framer is None else framer
-        self.telemetry = telemetry
+        self.guard = Guard() if guard is None else guard
+        self.telemetry = self.guard.options.telemetry
         self.receptions = Receptions()
         self.leader: Reception | None = None  # of the leader module behind it
         self.traffic = Traffic()
@@ -62,6 +69,8 @@ class Endpoint:
         self._waiting = bytearray()
         self._cuts: list[int] = []  # datagrams: where one ends and the next begins
         self._limit = _BACKLOG_BYTES if bytes_per_s >= FAST_BYTES_PER_S else max(1024, int(bytes_per_s * _SLOW_BACKLOG_S))
+        self._forward_allowance = self._forward_most = max(_LEAST_FORWARD, _FORWARD_S * FORWARD_SHARE * bytes_per_s)
+        self._forwarded_s: float | None = None
         self._allowance = 0.0
         self._allowed_s: float | None = None
 
@@ -77,7 +86,7 @@ class Endpoint:
 
     def send(self, packed: Packed, system: int, component: int) -> None:
         """Frame a packed message with this endpoint's next sequence number, and collect it."""
-        self.send_bytes(frame(packed, self._sequence, system, component))
+        self.send_bytes(self.guard.sign(frame(packed, self._sequence, system, component), packed.crc_extra))
         self._sequence = (self._sequence + 1) & 0xFF
 
     def send_bytes(self, data: bytes) -> None:
@@ -91,28 +100,46 @@ class Endpoint:
         waiting += data
         self.traffic.sent += 1
 
+    def forward(self, data: bytes, urgent: bool, now_s: float) -> None:
+        """Another's packet, untouched, as far as there is room beside our own. The second half of the others' share is for what is `urgent`."""
+        if self._forwarded_s is not None:
+            saved = max(0.0, now_s - self._forwarded_s) * FORWARD_SHARE * self.bytes_per_s
+            self._forward_allowance = min(self._forward_most, self._forward_allowance + saved)
+        self._forwarded_s = now_s
+        least = 0.0 if urgent else 0.5 * self._forward_most
+        if self.busy or self._forward_allowance - len(data) < least:
+            self.traffic.held_back += 1
+            return
+        self._forward_allowance -= len(data)
+        self.traffic.forwarded += 1
+        self.send_bytes(data)
+
     def flush(self, now_s: float) -> None:
         """Put on the line what it takes now."""
         if not self._waiting or self.gone:
             return
         if self._datagrams:
-            self._flush_datagrams(now_s)
+            self._flush_datagrams(len(self._waiting) if self.bytes_per_s >= FAST_BYTES_PER_S else self._affordable(now_s), now_s)
         elif self.bytes_per_s >= FAST_BYTES_PER_S:
             self._drain(len(self._waiting), now_s)
         else:
             self._drain(self._affordable(now_s), now_s)
 
-    def _flush_datagrams(self, now_s: float) -> None:
+    def _flush_datagrams(self, most: int, now_s: float) -> None:
+        """Whole datagrams; the last may take more than `most`, which is owed then."""
         start = 0
-        for end in (*self._cuts, len(self._waiting)):
+        ends = [*self._cuts, len(self._waiting)]
+        while ends and start < most:
+            end = ends.pop(0)
             taken = self._transmit(bytes(self._waiting[start:end]), now_s)
             if taken:
                 self.traffic.sent_bytes += taken
             else:
                 self.traffic.dropped += 1
             start = end
-        self._waiting.clear()
-        self._cuts.clear()
+        self._allowance -= start
+        del self._waiting[:start]
+        self._cuts = [end - start for end in ends[:-1]]
 
     def _drain(self, most: int, now_s: float) -> None:
         taken = self._transmit(bytes(self._waiting[:most]), now_s) if most > 0 else 0

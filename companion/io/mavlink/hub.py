@@ -20,7 +20,12 @@ from companion.io.mavlink import messages as mavlink
 from companion.io.mavlink.dialects import DEFAULT_DIALECT, Dialect
 from companion.io.mavlink.endpoint import Endpoint
 from companion.io.mavlink.framer import Packed, UnknownMessage, pack
+from companion.io.mavlink.guard import RADIO_STATUS
+from companion.io.mavlink.link_options import HIGH_LATENCY
 from companion.io.mavlink.links import PEER_TIMEOUT_S, Link
+from companion.io.mavlink.operators import Operators, denials
+from companion.io.mavlink.router import Router
+from companion.io.mavlink.signing import Signing, is_signed, unsigned
 from companion.io.mavlink.statustext import statustexts, unasked_prearm_texts
 from companion.io.mavlink.vessel import VesselFace
 
@@ -74,6 +79,8 @@ class TelemetryFace(Protocol):
 
     def set_interval(self, endpoint: Endpoint, number: int, interval_s: float | None, now_s: float) -> bool: ...
 
+    def set_high_latency(self, on: bool) -> None: ...
+
     def set_data_stream(self, endpoint: Endpoint, group: int, rate_hz: float, start: bool, now_s: float) -> None: ...
 
 
@@ -108,18 +115,24 @@ class Hub:
         tap: Tap | None = None,
         ear: Ear | None = None,
         patience: float = 1.0,
+        signing: Signing | None = None,
     ) -> None:
         """`version`: of the program. `telemetry`, `services`: made on the hub (`services.connect`).
 
-        `tap`: is given every packet, in and out, a few at a time. `ear`: each known one that came in, before it is handled, as (dialect, endpoint,
+        `tap`: is given every packet, in and out, a few at a time, without signatures. `ear`: each known one that came in, before it is handled, as (dialect, endpoint,
         now_s, packet). `patience`: by what time-outs of peers, who live in wall time, are
-        stretched where vessel time runs faster.
+        stretched where vessel time runs faster. `signing`: has the key, for those links that ask for signatures.
         """
         self.vessel = vessel
         self.version = version
         self.patience = patience
         self.system = int(vessel.parameters["MAV_SYS_ID"])
+        self.operators = Operators(vessel.config.operators)
         self._links = tuple(links)
+        self._signing = signing
+        for number, link in enumerate(self._links):
+            link.guard.signing, link.guard.number = signing, number
+        self._router = Router((self.system, COMPONENT), patience)
         self._log = None if tap is None else _LogOutlet(tap)
         self._ear = ear
         self._stations: set[int] = set()
@@ -166,6 +179,8 @@ class Hub:
                 service.close()
         for link in self._links:
             link.close()
+        if self._signing is not None:
+            self._signing.close()
 
     # --- for services ----------------------------------------------------------------------------------------------
 
@@ -182,6 +197,11 @@ class Hub:
         if self._log is not None:
             yield self._log
 
+    @property
+    def listeners(self) -> Iterator[Endpoint]:
+        """The outlets that are told what everybody should know: not those of a link that costs by the byte."""
+        return (outlet for outlet in self.outlets if outlet.telemetry != HIGH_LATENCY)
+
     def send(self, peer: Peer, message: Any) -> None:
         """One message to who asked."""
         packed = pack(message)
@@ -192,7 +212,7 @@ class Hub:
     def broadcast(self, message: Any) -> None:
         """One message to everybody."""
         packed = pack(message)
-        for outlet in self.outlets:
+        for outlet in self.listeners:
             self.send_packed(outlet, packed)
 
     def send_packed(self, outlet: Endpoint, packed: Packed) -> None:
@@ -216,20 +236,20 @@ class Hub:
 
     def _take(self, endpoint: Endpoint, message: Any, now_s: float) -> None:
         system, component = message.get_srcSystem(), message.get_srcComponent()
-        if self._log is not None:
-            self._log.send_bytes(bytes(message.get_msgbuf()))
-        if isinstance(message, UnknownMessage) or (system == self.system and component == COMPONENT):
-            return
-        if self._ear is not None:
-            self._ear(endpoint.dialect.name, endpoint.name, now_s, bytes(message.get_msgbuf()))
-        peer = Peer(endpoint, system, component)
         number = message.get_msgId()  # `.id` is a field of its own in some messages
+        not_for_us = isinstance(message, UnknownMessage) or (system == self.system and component == COMPONENT)
+        self._write_down(endpoint, message, now_s, aloud=not not_for_us)
+        self._router.take(message, endpoint, self.endpoints, now_s)
+        if not_for_us or number == RADIO_STATUS:
+            return
+        peer = Peer(endpoint, system, component)
         if number == mavlink.MAVLINK_MSG_ID_HEARTBEAT and message.type == mavlink.MAV_TYPE_GCS:
             self._stations.add(system)
         if system in self._stations:
             self._station_heard(peer, now_s)
+        self.operators.heard(system, now_s)
         handlers = self._handlers.get(number)
-        if handlers is None or not self._is_ours(message):
+        if handlers is None or not self._is_ours(message) or self._denied(message, peer):
             return
         for handler in handlers:
             try:
@@ -239,12 +259,38 @@ class Hub:
                     now_s, Severity.ERROR, "mavlink_handler_failed", f"{message.get_type()} not handled: {type(error).__name__}: {error}"
                 )
 
+    def _write_down(self, endpoint: Endpoint, message: Any, now_s: float, aloud: bool) -> None:
+        """For the log, and where `aloud` for the ear: no key, and no signature, which would let a weak passphrase be guessed."""
+        if message.get_msgId() == mavlink.MAVLINK_MSG_ID_SETUP_SIGNING:
+            return
+        data = unsigned(bytes(message.get_msgbuf()), None if isinstance(message, UnknownMessage) else message.crc_extra)
+        if is_signed(data):
+            return
+        if self._log is not None:
+            self._log.send_bytes(data)
+        if self._ear is not None and aloud:
+            self._ear(endpoint.dialect.name, endpoint.name, now_s, data)
+
     def _is_ours(self, message: Any) -> bool:
-        system = getattr(message, "target_system", 0)
+        system = getattr(message, "target_system", getattr(message, "target", 0))  # the short name in MANUAL_CONTROL
         return system in (0, self.system) and getattr(message, "target_component", 0) in (0, COMPONENT)
+
+    def _denied(self, message: Any, peer: Peer) -> bool:
+        """A message from who may not command is answered with a refusal, and the reason."""
+        remote = self.vessel.supervisor.following.remote_system == peer.system
+        reason = self.operators.refusal(message, peer.system, remote)
+        if reason is None:
+            return False
+        for answer in denials(message, peer.system, peer.component):
+            self.send(peer, answer)
+        if self.operators.tells(message, peer.system, reason):
+            self.say(peer, Severity.WARNING, f"Not obeyed: {reason}")
+        return True
 
     def _station_heard(self, peer: Peer, now_s: float) -> None:
         self.vessel.supervisor.station_heard(peer.system, now_s)
+        if peer.endpoint.telemetry == HIGH_LATENCY:
+            return
         before_s = self._greeted_s.get(peer.endpoint)
         self._greeted_s[peer.endpoint] = now_s
         if before_s is None or now_s - before_s > PEER_TIMEOUT_S * self.patience:

@@ -10,6 +10,7 @@ from typing import Any, Protocol
 from companion.core.types import DeviceHealth
 from companion.io.mavlink.endpoint import Endpoint
 from companion.io.mavlink.framer import UnknownMessage
+from companion.io.mavlink.guard import RADIO_STATUS, Guard
 
 PEER_TIMEOUT_S = 15.0
 MAX_PEERS = 16
@@ -23,9 +24,10 @@ class LinkError(Exception):
 
 
 class Link(Protocol):
-    """One link with any number of endpoints."""
+    """One link with any number of endpoints. `guard`: what it lets in and signs."""
 
     name: str
+    guard: Guard
 
     @property
     def endpoints(self) -> Sequence[Endpoint]:
@@ -79,16 +81,26 @@ def why_not_bound(error: Exception) -> str:
 
 
 def take_in(endpoint: Endpoint, messages: list[Any], now_s: float, out: Received) -> None:
-    """Add messages to `out`; their sender has been heard if one of them is certain to be a message."""
+    """Add the messages that the link's guard admits to `out`; their sender has been heard if one of them is certain to be a message.
+
+    What is refused leaves no trace but in the guard's count. By RADIO_STATUS, which needs no signature, only the modem has been heard.
+    """
     for message in messages:
+        if not endpoint.guard.admits(message):
+            continue
         out.append((endpoint, message))
+        certain = message.__class__ is not UnknownMessage
+        endpoint.traffic.received += certain
+        if message.get_msgId() == RADIO_STATUS:
+            continue
         endpoint.receptions.take(message.get_srcSystem(), message.get_srcComponent(), message.get_seq())
-        if message.__class__ is not UnknownMessage:
+        if certain:
             endpoint.last_heard_s = now_s
 
 
-def link_health(name: str, endpoints: Sequence[Endpoint], fault: str | None, now_s: float) -> DeviceHealth:
-    """Of a link: well unless it has a fault; its age is that of the newest message."""
+def link_health(name: str, endpoints: Sequence[Endpoint], fault: str | None, now_s: float, guard: Guard | None = None) -> DeviceHealth:
+    """Of a link: well unless it has a fault; its age is that of the newest message. `guard`: tells what was refused."""
     heard = [endpoint.last_heard_s for endpoint in endpoints if endpoint.last_heard_s is not None]
     age_s = now_s - max(heard) if heard else None
-    return DeviceHealth(name, fault is None, age_s, fault or ("" if heard else "nobody heard yet"))
+    texts = (fault, None if heard else "nobody heard yet", None if guard is None else guard.text)
+    return DeviceHealth(name, fault is None, age_s, fault or "; ".join(text for text in texts if text))

@@ -10,7 +10,8 @@ from dataclasses import dataclass
 
 from companion.core.types import DeviceHealth
 from companion.io.mavlink.dialects import Dialect
-from companion.io.mavlink.endpoint import ALL, Endpoint
+from companion.io.mavlink.endpoint import FAST_BYTES_PER_S, Endpoint
+from companion.io.mavlink.guard import Guard
 from companion.io.mavlink.link_base import (
     MAX_PEERS,
     MOST_BYTES,
@@ -39,7 +40,7 @@ _TCP_OPTIONS = (  # a client whose network has gone is noticed within some 15 s,
 
 @dataclass(slots=True)
 class _Client:
-    """A TCP client; `useless`: bytes since its last valid frame."""
+    """A TCP client; `useless`: bytes since its last frame that was let in."""
 
     socket: socket.socket
     host: str
@@ -54,9 +55,9 @@ class TcpServerLink:
     one, so is who was never heard, or has been silent longest.
     """
 
-    def __init__(self, url: str, address: tuple[str, int], dialect: Dialect, patience: float = 1.0, telemetry: str = ALL) -> None:
+    def __init__(self, url: str, address: tuple[str, int], dialect: Dialect, patience: float = 1.0, guard: Guard | None = None) -> None:
         self.name = url
-        self._telemetry = telemetry
+        self.guard = Guard() if guard is None else guard
         self._dialect = dialect
         self._timeout_s = PEER_TIMEOUT_S * patience
         self._listener = bound_socket(url, address, socket.SOCK_STREAM, bind=True)
@@ -94,7 +95,7 @@ class TcpServerLink:
         return [one.fileno() for one in sockets if one.fileno() >= 0]
 
     def health(self, now_s: float) -> DeviceHealth:
-        return link_health(self.name, self.endpoints, None, now_s)
+        return link_health(self.name, self.endpoints, None, now_s, self.guard)
 
     def news(self) -> Sequence[str]:
         news, self._news = self._news, []
@@ -154,7 +155,8 @@ class TcpServerLink:
                 endpoint.gone = True
                 return 0
 
-        endpoint = Endpoint(name, self._dialect, transmit, telemetry=self._telemetry)
+        rate = self.guard.options.rate_bytes_per_s or FAST_BYTES_PER_S
+        endpoint = Endpoint(name, self._dialect, transmit, bytes_per_s=rate, guard=self.guard)
         return endpoint
 
     def _read(self, client: _Client, most: int, now_s: float, out: Received) -> None:
@@ -168,9 +170,9 @@ class TcpServerLink:
         if not data:
             endpoint.gone = True
             return
-        received = endpoint.framer.received
+        received = endpoint.traffic.received
         take_in(endpoint, endpoint.framer.feed(data), now_s, out)
-        client.useless = 0 if endpoint.framer.received != received else client.useless + len(data)
+        client.useless = 0 if endpoint.traffic.received != received else client.useless + len(data)
         if client.useless > _MOST_USELESS_BYTES:
             endpoint.gone = True
             self._news.append(f"{self.name}: closed a client at {client.host} that sends something else than MAVLink")

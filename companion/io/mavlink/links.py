@@ -7,22 +7,29 @@
     serial:/dev/ttyUSB0:57600   a telemetry radio
     memory:name                 tests and lockstep: the other end is in this process
 
-`?dialect=px4|ardupilot|generic` behind any of them chooses what the clients of that link are told that we are; `?telemetry=leader` streams
-there only what a leader module shows to its crew.
+Behind any of them may stand, as `?key=value&key=value` (`link_options.py`):
+
+    dialect=px4|ardupilot|generic       what the clients of that link are told that we are
+    telemetry=all|leader|high_latency   what is streamed unasked
+    signing=off|accept|require          what is asked of packets
+    trusted=no|yes                      whether the key may be set there
+    route=yes|from|no                   what passes between this link and the others
+    rate=BYTES_PER_S                    what the line carries, where that is less than its kind does
 """
 
 from __future__ import annotations
 
 import socket
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from companion.core.ports import ByteStream
 from companion.core.types import DeviceHealth
 from companion.io import transport, urls
-from companion.io.mavlink.dialects import DEFAULT_DIALECT, DIALECTS, Dialect
-from companion.io.mavlink.endpoint import ALL, FAST_BYTES_PER_S, TELEMETRY, Endpoint
-from companion.io.mavlink.framer import Framer, UnknownMessage
+from companion.io.mavlink.dialects import Dialect
+from companion.io.mavlink.endpoint import FAST_BYTES_PER_S, Endpoint
+from companion.io.mavlink.framer import Framer
+from companion.io.mavlink.guard import Guard
 from companion.io.mavlink.link_base import (
     MAX_PEERS,
     MOST_BYTES,
@@ -34,9 +41,10 @@ from companion.io.mavlink.link_base import (
     link_health,
     take_in,
 )
+from companion.io.mavlink.link_options import OptionError, parse_options
 from companion.io.mavlink.link_tcp_server import TcpServerLink
 
-__all__ = ["PEER_TIMEOUT_S", "SILENCE_S", "Link", "LinkError", "MemoryLink", "StreamLink", "TcpServerLink", "UdpLink", "open_link"]
+__all__ = ["PEER_TIMEOUT_S", "SILENCE_S", "Link", "LinkError", "MemoryLink", "StreamLink", "TcpServerLink", "UdpLink", "open_link", "open_links"]
 
 SILENCE_S = 0.3  # a serial line that pauses this long in mid-frame will not finish it
 _RECEIVES = 64  # datagrams in a call
@@ -56,31 +64,40 @@ def open_link(url: str, patience: float = 1.0) -> Link:
         raise LinkError(str(error)) from error
     if parsed.scheme == "can":
         raise LinkError(f"'{url}': MAVLink does not go over CAN")
-    dialect, telemetry = _options(url, parsed.options)
+    dialect, guard = _options(url, parsed.options)
     if parsed.scheme == "serial":
-        return StreamLink(url, _opened(body), dialect, parsed.baud / 10.0, telemetry)
+        return StreamLink(url, _opened(body), dialect, guard.options.rate_bytes_per_s or parsed.baud / 10.0, guard)
     address = _resolved(url, parsed.host, parsed.port)
     match parsed.scheme:
         case "tcpout":
             host = f"[{address[0]}]" if ":" in address[0] else address[0]
-            return StreamLink(url, _opened(f"tcpout:{host}:{address[1]}"), dialect, FAST_BYTES_PER_S, telemetry)
+            return StreamLink(url, _opened(f"tcpout:{host}:{address[1]}"), dialect, guard.options.rate_bytes_per_s or FAST_BYTES_PER_S, guard)
         case "tcpin":
-            return TcpServerLink(url, address, dialect, patience, telemetry)
+            return TcpServerLink(url, address, dialect, patience, guard)
         case _:
-            return UdpLink(url, address, dialect, parsed.scheme == "udpin", patience, telemetry)
+            return UdpLink(url, address, dialect, parsed.scheme == "udpin", patience, guard)
 
 
-def _options(url: str, options: Any) -> tuple[Dialect, str]:
-    """What stands behind the `?`: the dialect, and what is streamed."""
-    for key in options:
-        if key not in ("dialect", "telemetry"):
-            raise LinkError(f"'{url}': unknown option '{key}'; known here: dialect, telemetry")
-    name, telemetry = options.get("dialect", DEFAULT_DIALECT.name), options.get("telemetry", ALL)
-    if name not in DIALECTS:
-        raise LinkError(f"'{url}': dialect should be one of {', '.join(DIALECTS)}")
-    if telemetry not in TELEMETRY:
-        raise LinkError(f"'{url}': telemetry should be one of {', '.join(TELEMETRY)}")
-    return DIALECTS[name], telemetry
+def open_links(urls: Sequence[str], patience: float = 1.0) -> list[Link]:
+    """All of them, or none. Raises LinkError for the first that cannot be had."""
+    opened: list[Link] = []
+    try:
+        for url in urls:
+            opened.append(open_link(url, patience))
+    except LinkError:
+        for link in opened:
+            link.close()
+        raise
+    return opened
+
+
+def _options(url: str, given: Mapping[str, str]) -> tuple[Dialect, Guard]:
+    """What stands behind the `?`."""
+    try:
+        dialect, options = parse_options(given)
+    except OptionError as error:
+        raise LinkError(f"'{url}': {error}") from error
+    return dialect, Guard(options)
 
 
 def _opened(url: str) -> ByteStream:
@@ -103,10 +120,11 @@ def _resolved(url: str, host: str, port: int) -> tuple[str, int]:
 class UdpLink:
     """Datagrams. `udpout` has one endpoint from the start; others, and all of `udpin`'s, are learned from their first valid message."""
 
-    def __init__(self, url: str, address: tuple[str, int], dialect: Dialect, listens: bool, patience: float = 1.0, telemetry: str = ALL) -> None:
+    def __init__(self, url: str, address: tuple[str, int], dialect: Dialect, listens: bool, patience: float = 1.0, guard: Guard | None = None) -> None:
         self.name = url
-        self._telemetry = telemetry
+        self.guard = Guard() if guard is None else guard
         self._timeout_s = PEER_TIMEOUT_S * patience
+        self._rate = self.guard.options.rate_bytes_per_s or FAST_BYTES_PER_S
         self._dialect = dialect
         self._socket = bound_socket(url, address, socket.SOCK_DGRAM, bind=listens)
         self._fault: str | None = None
@@ -151,7 +169,7 @@ class UdpLink:
         return (number,) if number >= 0 else ()
 
     def health(self, now_s: float) -> DeviceHealth:
-        return link_health(self.name, self.endpoints, self._fault, now_s)
+        return link_health(self.name, self.endpoints, self._fault, now_s, self.guard)
 
     def news(self) -> Sequence[str]:
         return ()
@@ -160,14 +178,16 @@ class UdpLink:
         self._socket.close()
 
     def _take(self, data: bytes, address: Any, now_s: float, out: Received) -> None:
-        endpoint = self._peers.get(address)
-        framer = Framer() if endpoint is None else endpoint.framer
-        messages = framer.feed(data) + framer.flush()  # a frame does not span datagrams
-        if endpoint is None:
-            if len(self._peers) >= MAX_PEERS or all(isinstance(message, UnknownMessage) for message in messages):
-                return
-            endpoint = self._peers[address] = self._endpoint(address, framer)
-        take_in(endpoint, messages, now_s, out)
+        known = self._peers.get(address)
+        if known is None and len(self._peers) >= MAX_PEERS:
+            return
+        endpoint = self._endpoint(address, Framer()) if known is None else known
+        taken: Received = []
+        take_in(endpoint, endpoint.framer.feed(data) + endpoint.framer.flush(), now_s, taken)  # a frame does not span datagrams
+        if known is None and endpoint.last_heard_s is None:  # a stranger who said nothing that counts
+            return
+        self._peers[address] = endpoint
+        out += taken
 
     def _forget(self, now_s: float) -> None:
         for address, endpoint in list(self._peers.items()):
@@ -188,18 +208,19 @@ class UdpLink:
                 self._fault = f"{self.name}: {error.strerror or error}"
                 return 0
 
-        return Endpoint(f"{self.name} {address[0]}:{address[1]}", self._dialect, transmit, datagrams=True, framer=framer, telemetry=self._telemetry)
+        return Endpoint(f"{self.name} {address[0]}:{address[1]}", self._dialect, transmit, datagrams=True, bytes_per_s=self._rate, framer=framer, guard=self.guard)
 
 
 class StreamLink:
     """One remote behind a byte stream that opens and reopens by itself: a serial port, a TCP connection that we make."""
 
-    def __init__(self, url: str, stream: ByteStream, dialect: Dialect, bytes_per_s: float, telemetry: str = ALL) -> None:
+    def __init__(self, url: str, stream: ByteStream, dialect: Dialect, bytes_per_s: float, guard: Guard | None = None) -> None:
         self.name = url
+        self.guard = Guard() if guard is None else guard
         self._stream = stream
         self._fed_s = 0.0
         self._noisy = bytes_per_s < FAST_BYTES_PER_S  # a line that loses bytes in mid-frame
-        self._endpoint = Endpoint(url, dialect, self._transmit, bytes_per_s=bytes_per_s, telemetry=telemetry)
+        self._endpoint = Endpoint(url, dialect, self._transmit, bytes_per_s=bytes_per_s, guard=self.guard)
 
     @property
     def endpoints(self) -> Sequence[Endpoint]:
@@ -220,7 +241,7 @@ class StreamLink:
         return () if number is None else (number,)
 
     def health(self, now_s: float) -> DeviceHealth:
-        return link_health(self.name, (self._endpoint,), self._stream.fault(), now_s)
+        return link_health(self.name, (self._endpoint,), self._stream.fault(), now_s, self.guard)
 
     def news(self) -> Sequence[str]:
         return ()
@@ -244,8 +265,9 @@ class MemoryLink:
         options = dict(part.partition("=")[::2] for part in query.split("&")) if query else {}
         self._in = bytearray()
         self._out = bytearray()
-        dialect, telemetry = _options(url, options)
-        self._endpoint = Endpoint(url, dialect, self._transmit, telemetry=telemetry)
+        dialect, self.guard = _options(url, options)
+        rate = self.guard.options.rate_bytes_per_s or FAST_BYTES_PER_S
+        self._endpoint = Endpoint(url, dialect, self._transmit, bytes_per_s=rate, guard=self.guard)
 
     def to_vessel(self, data: bytes) -> None:
         self._in += data
@@ -272,7 +294,7 @@ class MemoryLink:
         return ()
 
     def health(self, now_s: float) -> DeviceHealth:
-        return link_health(self.name, self.endpoints, None, now_s)
+        return link_health(self.name, self.endpoints, None, now_s, self.guard)
 
     def news(self) -> Sequence[str]:
         return ()

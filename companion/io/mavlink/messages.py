@@ -6,7 +6,7 @@ so that this module is imported in its place:
     from companion.io.mavlink import messages as mavlink
     mavlink.MAVLink_available_modes_message(number_modes=1, mode_index=1, …)
 
-Field lists are those of MAVLink's XML (common.xml and standard.xml, July 2026) in declaration order.
+Field lists are those of MAVLink's XML (common.xml and standard.xml, July 2026; CONTROL_STATUS of development.xml as first released) in declaration order.
 """
 
 from __future__ import annotations
@@ -95,6 +95,7 @@ _SPECS = (
     ),
     ("CURRENT_MODE", 436, "uint8_t standard_mode, uint32_t custom_mode, uint32_t intended_custom_mode"),
     ("AVAILABLE_MODES_MONITOR", 437, "uint8_t seq"),
+    ("CONTROL_STATUS", 512, "uint8_t sysid_in_control, uint8_t flags"),
 )
 
 

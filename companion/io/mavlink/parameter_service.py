@@ -135,7 +135,7 @@ class ParameterService:
         self._changed.pop(name, None)
         index = self._parameters.index[name]
         packed = {bytewise: pack(self._value_message(index, bytewise)) for bytewise in (False, True)}
-        for outlet in self._hub.outlets:
+        for outlet in self._hub.listeners:
             self._hub.send_packed(outlet, packed[outlet.dialect.bytewise_parameters])
 
     def _value_message(self, index: int, bytewise: bool) -> Any:

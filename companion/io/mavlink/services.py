@@ -18,8 +18,12 @@ from companion.io.mavlink.links import Link
 from companion.io.mavlink.log_service import LogService
 from companion.io.mavlink.mission_service import MissionService
 from companion.io.mavlink.offboard_service import OffboardService
+from companion.io.mavlink.operator_service import OperatorService
+from companion.io.mavlink.operators import REQUEST_OPERATOR_CONTROL
 from companion.io.mavlink.parameter_service import ParameterService
 from companion.io.mavlink.rtcm_service import RtcmService
+from companion.io.mavlink.signing import Signing
+from companion.io.mavlink.signing_service import SigningService
 from companion.io.mavlink.telemetry import Telemetry
 from companion.io.mavlink.vessel import VesselFace
 
@@ -28,10 +32,12 @@ def default_services(hub: Hub, logs: Path | None = None) -> Sequence[Service]:
     """One of each. `logs`: the directory of the log folders."""
     vessel = hub.vessel
     described = metadata(vessel.parameters)
+    operators = OperatorService(hub, vessel)
     shelf = None if logs is None else Shelf(logs)
     tree = FileTree(vessel, hub.system, COMPONENT, described, shelf)
     return (
-        CommandService(hub, vessel, described),
+        CommandService(hub, vessel, described, {REQUEST_OPERATOR_CONTROL: operators.carry_out}),
+        operators,
         InputService(hub, vessel),
         MissionService(hub, vessel),
         ParameterService(hub, vessel),
@@ -51,11 +57,15 @@ def connect(
     patience: float = 1.0,
     logs: Path | None = None,
     relay: CorrectionsRelay | None = None,
+    signing: Signing | None = None,
 ) -> Hub:
     """The ground stations' side of a vessel, whole. `tap`, `ear`, `patience`: see Hub; `logs`: the directory of the log folders; `relay`: takes
-    the corrections that stations send."""
+    the corrections that stations send; `signing`: has the key, None for a vessel that takes none."""
 
     def services(hub: Hub) -> Sequence[Service]:
-        return default_services(hub, logs) if relay is None else (*default_services(hub, logs), RtcmService(relay))
+        more: list[Service] = [] if relay is None else [RtcmService(relay)]
+        if signing is not None:
+            more.append(SigningService(hub, vessel, signing))
+        return (*default_services(hub, logs), *more)
 
-    return Hub(vessel, links, version, telemetry=Telemetry, services=services, tap=tap, ear=ear, patience=patience)
+    return Hub(vessel, links, version, telemetry=Telemetry, services=services, tap=tap, ear=ear, patience=patience, signing=signing)

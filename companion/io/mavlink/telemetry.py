@@ -20,9 +20,11 @@ from companion.io.mavlink import telemetry_motion as motion
 from companion.io.mavlink import telemetry_state as state
 from companion.io.mavlink import telemetry_traffic as traffic
 from companion.io.mavlink.dialects import Dialect
-from companion.io.mavlink.endpoint import LEADER, Endpoint
+from companion.io.mavlink.endpoint import FAST_BYTES_PER_S, Endpoint
 from companion.io.mavlink.framer import Packed, pack
+from companion.io.mavlink.high_latency import high_latency2
 from companion.io.mavlink.hub import Hub
+from companion.io.mavlink.link_options import HIGH_LATENCY
 from companion.io.mavlink.statustext import unasked_prearm_texts
 from companion.io.mavlink.vessel import VesselFace
 from companion.io.mavlink.view import View
@@ -34,6 +36,7 @@ PREARM_PERIOD_S = 30.0
 _FASTEST_S = 0.02
 _TOTAL_BYTES_PER_S = 2500.0  # of all messages at default rates
 _TELEMETRY_SHARE = 0.6  # of a slow line; the rest is for answers
+_HEARTBEAT_ON_RADIO_S = 0.5  # two may be lost in a row before anybody waits longer than 1.5 s
 _EARLY_S = 1e-3  # a tick this much before its time is the right one
 
 
@@ -57,6 +60,7 @@ STREAMS: dict[int, Stream] = {
     mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE: Stream(state.extended_sys_state, 1.0),
     mavlink.MAVLINK_MSG_ID_SYS_STATUS: Stream(state.sys_status, 1.0),
     mavlink.MAVLINK_MSG_ID_CURRENT_MODE: Stream(state.current_mode, 2.0, True),
+    mavlink.MAVLINK_MSG_ID_CONTROL_STATUS: Stream(state.control_status, 1.0),
     mavlink.MAVLINK_MSG_ID_AVAILABLE_MODES_MONITOR: Stream(state.available_modes_monitor, 3.0),
     mavlink.MAVLINK_MSG_ID_HOME_POSITION: Stream(state.home_position, 1.0),
     mavlink.MAVLINK_MSG_ID_MISSION_CURRENT: Stream(state.mission_current, 1.0, True),
@@ -83,6 +87,7 @@ STREAMS: dict[int, Stream] = {
     mavlink.MAVLINK_MSG_ID_GPS_RTK: Stream(instruments.gps_rtk, 1.0),
     mavlink.MAVLINK_MSG_ID_DISTANCE_SENSOR: Stream(instruments.distance_sensor, 0.5),
     DEBUG_VECT: Stream(follow.report, NEVER),
+    mavlink.MAVLINK_MSG_ID_HIGH_LATENCY2: Stream(high_latency2, NEVER, True),
 }
 
 _DATA_STREAMS: dict[int, tuple[int, ...]] = {
@@ -138,6 +143,7 @@ class Telemetry:
         self._modes: Any = None
         self._modes_seq = 0
         self._prearm_s: float | None = None
+        self._high_latency = True
 
     # --- streaming -------------------------------------------------------------------------------------------------
 
@@ -148,6 +154,8 @@ class Telemetry:
         view = self._view(tick.status, now_s, tick)
         built: dict[Any, Sequence[Packed]] = {}
         for outlet in self._hub.outlets:
+            if outlet.telemetry == HIGH_LATENCY and not self._high_latency:
+                continue
             busy = outlet.busy
             for slot in self._schedule(outlet, now_s).values():
                 if slot.due_s > now_s + _EARLY_S or slot.interval_s < 0.0 or (busy and slot.number != HEARTBEAT):
@@ -226,6 +234,10 @@ class Telemetry:
         self._reschedule(endpoint, number, self._default_s(endpoint, number) if interval_s is None else interval_s, now_s)
         return True
 
+    def set_high_latency(self, on: bool) -> None:
+        """Whether links with `?telemetry=high_latency` carry any."""
+        self._high_latency = on
+
     def set_data_stream(self, endpoint: Endpoint, group: int, rate_hz: float, start: bool, now_s: float) -> None:
         """REQUEST_DATA_STREAM: the rate of a group, but for messages whose own interval was asked for."""
         for number in _DATA_STREAMS.get(group, ()):
@@ -250,10 +262,12 @@ class Telemetry:
 
     @staticmethod
     def _default_s(endpoint: Endpoint, number: int) -> float:
-        if endpoint.telemetry == LEADER:
-            return follow.LEADER_STREAMS.get(number, NEVER)
+        if endpoint.telemetry in follow.NARROW:
+            return follow.NARROW[endpoint.telemetry].get(number, NEVER)
         interval_s = STREAMS[number].interval_s
-        if interval_s < 0.0 or number == HEARTBEAT:
+        if number == HEARTBEAT:
+            return interval_s if endpoint.bytes_per_s >= FAST_BYTES_PER_S else _HEARTBEAT_ON_RADIO_S
+        if interval_s < 0.0:
             return interval_s
         return interval_s * max(1.0, _TOTAL_BYTES_PER_S / (_TELEMETRY_SHARE * endpoint.bytes_per_s))
 
@@ -264,7 +278,7 @@ class Telemetry:
         if modes != self._modes:
             self._modes_seq = self._modes_seq + 1 & 0xFF
             self._modes = modes
-        return View(self._vessel, self._vessel.last_tick if tick is None else tick, status, now_s, self._modes_seq)
+        return View(self._vessel, self._vessel.last_tick if tick is None else tick, status, now_s, self._modes_seq, (self._hub.operators.in_control, self._hub.operators.takeover))
 
     def _send(self, outlet: Endpoint, number: int, view: View, built: dict[Any, Sequence[Packed]]) -> None:
         stream = STREAMS[number]

@@ -9,7 +9,9 @@ from companion.core.geodesy import LocalFrame
 from companion.core.types import AisTarget, Leader, ModeId, TrackedTarget
 from companion.io.mavlink import messages as mavlink
 from companion.io.mavlink.dialects import Dialect
-from companion.io.mavlink.endpoint import LEADER, Endpoint
+from companion.io.mavlink.endpoint import Endpoint
+from companion.io.mavlink.high_latency import PERIOD_S
+from companion.io.mavlink.link_options import ALL, HIGH_LATENCY, LEADER
 from companion.io.mavlink.telemetry_motion import retraction
 from companion.io.mavlink.view import View
 
@@ -19,13 +21,15 @@ LEADER_STREAMS = {
     mavlink.MAVLINK_MSG_ID_DEBUG_VECT: 1.0,
 }
 """Message id → period in s on a link with `?telemetry=leader`: 103 bytes a second in all."""
+NARROW = {LEADER: LEADER_STREAMS, HIGH_LATENCY: {mavlink.MAVLINK_MSG_ID_HIGH_LATENCY2: PERIOD_S}}
+"""The same by the name of the link's telemetry, where that is not everything."""
 
 _SHOWN_S = 30.0  # after its last position a leader is no longer shown
 
 
 def streamed(endpoint: Endpoint, number: int) -> bool:
     """Whether a message may be sent there unasked."""
-    return endpoint.telemetry != LEADER or number in LEADER_STREAMS
+    return endpoint.telemetry == ALL or number in NARROW[endpoint.telemetry]
 
 
 def report(view: View, dialect: Dialect) -> Any:

@@ -24,6 +24,7 @@ from companion.mission.plan import PlanKind
 _STALE_S = 2.0
 _ADVANCED, _NOT_SELECTABLE, _AUTO = 1, 2, 4  # MAV_MODE_PROPERTY
 _CELL_MOST_MV = 0xFFFE
+_SYSTEM_MANAGER, _TAKEOVER_ALLOWED = 1, 2  # GCS_CONTROL_STATUS_FLAGS
 
 
 def heartbeat(view: View, dialect: Dialect) -> Any:
@@ -53,6 +54,12 @@ def current_mode(view: View, dialect: Dialect) -> Any:
     return mavlink.MAVLink_current_mode_message(
         standard_mode(status.mode), dialect.custom_mode(status.mode), dialect.custom_mode(status.intended_mode)
     )
+
+
+def control_status(view: View, dialect: Dialect) -> Any:
+    """Who has control of the whole system, and whether another ground station may take it over."""
+    system, takeover = view.control
+    return mavlink.MAVLink_control_status_message(system, _SYSTEM_MANAGER | (_TAKEOVER_ALLOWED if takeover else 0))
 
 
 def available_modes_monitor(view: View, dialect: Dialect) -> Any:

@@ -23,6 +23,7 @@ class View:
     status: Status
     now_s: float
     modes_seq: int = 0
+    control: tuple[int, bool] = (0, True)  # the system that has it, whether another may take it over
     received: int = 0  # packets of the leader module, on the endpoint that the message is for
 
     @property

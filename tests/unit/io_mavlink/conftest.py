@@ -56,6 +56,8 @@ class DeskHub:
     def outlets(self) -> list[Endpoint]:
         return self.endpoints
 
+    listeners = outlets
+
     def send(self, peer: Peer, message: Any) -> None:
         self.sent.append((peer, over_the_wire(pack(message))))
 

@@ -69,6 +69,8 @@ def until(what: Callable[[], Any]) -> Any:
         ("udpin:127.0.0.1:99999", "0 to 65535"),
         ("udpin:127.0.0.1:0?dialect=klingon", "px4, ardupilot, generic"),
         ("udpin:127.0.0.1:0?colour=red", "unknown option 'colour'"),
+        ("udpin:127.0.0.1:0?signing=maybe", "off, accept, require"),
+        ("memory:?trusted=1", "trusted should be one of yes, no"),
         ("memory:?dialect=klingon", "px4, ardupilot, generic"),
         ("udpin:192.0.2.1:0", "no such address"),
         ("udpout:no.such.host.invalid:14550", "no host"),

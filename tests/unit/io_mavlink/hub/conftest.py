@@ -184,7 +184,7 @@ class FakeVessel:
         self.plans = Plans()
         self.executor = None
         self.events = EventLog()
-        self.config: Any = SimpleNamespace(name="revolt", sensors=(), thrusters=(), servos=(), relays=(), limits=SimpleNamespace(sway_n=20.0))
+        self.config: Any = SimpleNamespace(name="revolt", operators=(), sensors=(), thrusters=(), servos=(), relays=(), limits=SimpleNamespace(sway_n=20.0))
         self.last_tick: Tick | None = None
         self.frame: LocalFrame | None = LocalFrame(63.43, 10.39)
         self.restarts = 0

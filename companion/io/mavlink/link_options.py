@@ -1,0 +1,82 @@
+"""What stands behind the `?` of a link's URL."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any
+
+from companion.io.mavlink.dialects import DEFAULT_DIALECT, DIALECTS, Dialect
+from companion.io.mavlink.signing import Policy
+from companion.io.urls import TransportError, parse_url
+
+ALL, LEADER, HIGH_LATENCY = "all", "leader", "high_latency"
+# what a link streams unasked: everything, what a lead boat wants to know on a narrow line, or one message every 5 s
+TELEMETRY = (ALL, LEADER, HIGH_LATENCY)
+_YES_NO = {"yes": True, "no": False}
+
+
+class Route(Enum):
+    """What passes between a link and the others, by the name in its URL (`?route=…`)."""
+
+    YES = "yes"  # what others send is forwarded, both ways
+    FROM = "from"  # only what comes in there, to the others
+    NO = "no"
+
+
+_USUAL_ROUTE = {ALL: Route.YES, LEADER: Route.FROM, HIGH_LATENCY: Route.NO}
+
+
+@dataclass(frozen=True, slots=True)
+class LinkOptions:
+    """`telemetry`: what is streamed there, a name of TELEMETRY. `signing`: what is asked of packets. `trusted`: keys may be set there. `rate_bytes_per_s`:
+    what the line carries, None: what its kind does."""
+
+    telemetry: str = ALL
+    signing: Policy = Policy.OFF
+    trusted: bool = False
+    route: Route = Route.YES
+    rate_bytes_per_s: int | None = None
+
+
+class OptionError(TransportError):
+    """An option that cannot be had; one line without the URL."""
+
+
+_TABLE: Mapping[str, Mapping[str, Any]] = {  # by fields of LinkOptions
+    "telemetry": {name: name for name in TELEMETRY},
+    "signing": {policy.value: policy for policy in Policy},
+    "trusted": _YES_NO,
+    "route": {route.value: route for route in Route},
+}
+KNOWN = ("dialect", *_TABLE, "rate")
+_LEAST_RATE = 100
+
+
+def parse_options(options: Mapping[str, str]) -> tuple[Dialect, LinkOptions]:
+    """The dialect of a link, and the rest. Raises OptionError with what is allowed."""
+    for key in options:
+        if key not in KNOWN:
+            raise OptionError(f"unknown option '{key}'; known here: {', '.join(KNOWN)}")
+    chosen = {key: _one_of(key, options[key], values) for key, values in _TABLE.items() if key in options}
+    chosen.setdefault("route", _USUAL_ROUTE[chosen.get("telemetry", ALL)])
+    if (rate := options.get("rate")) is not None:
+        if not (rate.isascii() and rate.isdigit() and int(rate) >= _LEAST_RATE):
+            raise OptionError(f"rate should be bytes a second, {_LEAST_RATE} or more")
+        chosen["rate_bytes_per_s"] = int(rate)
+    return _one_of("dialect", options.get("dialect", DEFAULT_DIALECT.name), DIALECTS), LinkOptions(**chosen)
+
+
+def check_link(url: str) -> None:
+    """Raises TransportError for a URL that can be no link."""
+    try:
+        parse_options(parse_url(url).options)
+    except OptionError as error:
+        raise OptionError(f"'{url}': {error}") from error
+
+
+def _one_of(key: str, value: str, values: Mapping[str, Any]) -> Any:
+    if value not in values:
+        raise OptionError(f"{key} should be one of {', '.join(values)}")
+    return values[value]

@@ -1,0 +1,42 @@
+"""Replacing a file whole: a power cut leaves the old content or the new, never a mixture."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from pathlib import Path
+
+
+def replace_file(directory: Path, name: str, data: bytes, mode: int = 0o644, owner: tuple[int, int] | None = None) -> None:
+    """Temporary file, fsync, rename, fsync of the directory. `owner`: (user, group) it is given to. Raises OSError, with nothing left behind."""
+    temporary = directory / f"{name}.tmp"
+    try:
+        temporary.unlink(missing_ok=True)  # one from a power cut keeps its own mode
+        fd = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, mode)
+        try:
+            if owner is not None:
+                os.fchown(fd, *owner)
+            _write_all(fd, data)
+            os.fsync(fd)
+        finally:
+            os.close(fd)
+        temporary.replace(directory / name)
+        _sync_directory(directory)
+    except OSError:
+        with contextlib.suppress(OSError):
+            temporary.unlink(missing_ok=True)
+        raise
+
+
+def _write_all(fd: int, data: bytes) -> None:
+    view = memoryview(data)
+    while view:
+        view = view[os.write(fd, view) :]
+
+
+def _sync_directory(directory: Path) -> None:
+    fd = os.open(directory, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
+    try:
+        os.fsync(fd)
+    finally:
+        os.close(fd)
