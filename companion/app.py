@@ -52,6 +52,9 @@ def program_version() -> str:
 def load_vessel(vessel: str) -> VesselConfig:
     """Find, read and check a vessel, its parameters included. Raises ConfigError with every problem."""
     path = config_module.find(vessel)
+    tables = config_module.raw(path)
+    if "system_id" in tables and "thruster" not in tables:
+        raise ConfigError([f"{path}: a leader module's file, not a vessel's: `companion leader {path}`"])
     problems: list[str] = []
     try:
         config = config_module.load(path)
@@ -102,7 +105,30 @@ def port_problems(path: Path) -> list[str]:
     for key in ("links", "local_links"):
         for i, url in enumerate(tables.get(key, ())):
             check_url((key, i), url, parse_url)
+    return found + _link_clashes(path, tables)
+
+
+def _link_clashes(path: Path, tables: Mapping[str, Any]) -> list[str]:
+    """Serial links on a port that a device or an earlier link has: each would read the other's bytes."""
+    rows = [(f"{table} '{row.get('name', i + 1)}'", row.get("port")) for table in ("sensor", "actuator", "corrections") for i, row in _rows(tables, table)]
+    taken = {parts[0]: name for name, url in rows if (parts := _serial_path(url))}
+    found = []
+    for key in ("links", "local_links"):
+        for i, url in enumerate(tables.get(key, ())):
+            for device in _serial_path(url):
+                if device in taken:
+                    found.append(config_module.placed(path, (key, i), f"'{url}': {taken[device]} has {device} too: a link needs a port of its own"))
+                taken.setdefault(device, f"{key}[{i + 1}]")
     return found
+
+
+def _serial_path(url: object) -> list[str]:
+    """The device file of a serial URL; none where it is another, or wrong, which is told elsewhere."""
+    try:
+        endpoint = parse_url(str(url))
+    except TransportError:
+        return []
+    return [endpoint.path] if endpoint.scheme == "serial" else []
 
 
 def _rows(tables: Mapping[str, Any], table: str) -> list[tuple[int, dict[str, Any]]]:
