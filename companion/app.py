@@ -21,7 +21,7 @@ from companion.guidance.path import PathKind, build_path
 from companion.io.actuators import DRIVERS as ACTUATOR_DRIVERS
 from companion.io.actuators import open_actuator
 from companion.io.corrections import CorrectionsRelay, CorrectionsSource
-from companion.io.mavlink.links import Link
+from companion.io.mavlink.links import Link, LinkError, judge_url
 from companion.io.mavlink.services import connect
 from companion.io.nmea_out import NmeaOut
 from companion.io.sensors import DRIVERS as SENSOR_DRIVERS
@@ -87,7 +87,7 @@ def port_problems(path: Path) -> list[str]:
     def check_url(loc: tuple[str | int, ...], url: object, judge: Callable[[str], object]) -> None:
         try:
             judge(str(url))
-        except TransportError as error:
+        except (TransportError, LinkError) as error:
             found.append(config_module.placed(path, loc, str(error)))
 
     tables = config_module.raw(path)
@@ -104,7 +104,7 @@ def port_problems(path: Path) -> list[str]:
                 check_url((table, i, "port"), row["port"], device_endpoint)
     for key in ("links", "local_links"):
         for i, url in enumerate(tables.get(key, ())):
-            check_url((key, i), url, parse_url)
+            check_url((key, i), url, judge_url)
     return found + _link_clashes(path, tables)
 
 
