@@ -21,15 +21,14 @@ from companion.guidance.path import PathKind, build_path
 from companion.io.actuators import DRIVERS as ACTUATOR_DRIVERS
 from companion.io.actuators import open_actuator
 from companion.io.corrections import CorrectionsRelay, CorrectionsSource
-from companion.io.mavlink.link_options import check_link
-from companion.io.mavlink.links import Link
+from companion.io.mavlink.links import Link, LinkError, judge_url
 from companion.io.mavlink.services import connect
 from companion.io.mavlink.signing import Policy, Signing, SigningState
 from companion.io.nmea_out import NmeaOut
 from companion.io.sensors import DRIVERS as SENSOR_DRIVERS
 from companion.io.sensors import open_sensor
 from companion.io.transport import device_endpoint
-from companion.io.urls import TransportError
+from companion.io.urls import TransportError, parse_url
 from companion.loop import Blocks, Devices, Vessel
 from companion.mission.executor import MissionExecutor
 from companion.mission.plan import PlanKind, Plans
@@ -54,6 +53,9 @@ def program_version() -> str:
 def load_vessel(vessel: str) -> VesselConfig:
     """Find, read and check a vessel, its parameters included. Raises ConfigError with every problem."""
     path = config_module.find(vessel)
+    tables = config_module.raw(path)
+    if "system_id" in tables and "thruster" not in tables:
+        raise ConfigError([f"{path}: a leader module's file, not a vessel's: `companion leader {path}`"])
     problems: list[str] = []
     try:
         config = config_module.load(path)
@@ -86,7 +88,7 @@ def port_problems(path: Path) -> list[str]:
     def check_url(loc: tuple[str | int, ...], url: object, judge: Callable[[str], object]) -> None:
         try:
             judge(str(url))
-        except TransportError as error:
+        except (TransportError, LinkError) as error:
             found.append(config_module.placed(path, loc, str(error)))
 
     tables = config_module.raw(path)
@@ -103,8 +105,31 @@ def port_problems(path: Path) -> list[str]:
                 check_url((table, i, "port"), row["port"], device_endpoint)
     for key in ("links", "local_links"):
         for i, url in enumerate(tables.get(key, ())):
-            check_url((key, i), url, check_link)
+            check_url((key, i), url, judge_url)
+    return found + _link_clashes(path, tables)
+
+
+def _link_clashes(path: Path, tables: Mapping[str, Any]) -> list[str]:
+    """Serial links on a port that a device or an earlier link has: each would read the other's bytes."""
+    rows = [(f"{table} '{row.get('name', i + 1)}'", row.get("port")) for table in ("sensor", "actuator", "corrections") for i, row in _rows(tables, table)]
+    taken = {parts[0]: name for name, url in rows if (parts := _serial_path(url))}
+    found = []
+    for key in ("links", "local_links"):
+        for i, url in enumerate(tables.get(key, ())):
+            for device in _serial_path(url):
+                if device in taken:
+                    found.append(config_module.placed(path, (key, i), f"'{url}': {taken[device]} has {device} too: a link needs a port of its own"))
+                taken.setdefault(device, f"{key}[{i + 1}]")
     return found
+
+
+def _serial_path(url: object) -> list[str]:
+    """The device file of a serial URL; none where it is another, or wrong, which is told elsewhere."""
+    try:
+        endpoint = parse_url(str(url))
+    except TransportError:
+        return []
+    return [endpoint.path] if endpoint.scheme == "serial" else []
 
 
 def _rows(tables: Mapping[str, Any], table: str) -> list[tuple[int, dict[str, Any]]]:

@@ -122,7 +122,7 @@ def _run(arguments: argparse.Namespace) -> int:
     config = load_vessel(arguments.vessel)
     if arguments.home:
         config = config_module.with_home(config, _home(arguments.home))
-    kept = _kept_in(config, arguments)
+    kept = _kept_in(config, arguments.sitl or arguments.devices is not None)
     stamp = time.strftime("%Y%m%d-%H%M%S")
     logs_kept = kept / "logs" if arguments.log is None else arguments.log
     log_folder = fresh(logs_kept, f"{config.name}-{stamp}")
@@ -206,9 +206,8 @@ def _home(text: str) -> HomeConfig:
     return HomeConfig(lat_deg, lon_deg, math.radians(heading_deg[0]) if heading_deg else 0.0)
 
 
-def _kept_in(config: VesselConfig, arguments: argparse.Namespace) -> Path:
+def _kept_in(config: VesselConfig, simulated: bool) -> Path:
     """Where this vessel's things are kept, apart from those of its simulation."""
-    simulated = arguments.sitl or arguments.devices is not None
     return kept_in(f"{config.name}-sitl" if simulated else config.name)
 
 
@@ -240,7 +239,7 @@ class _Stop:
 
 def _thruster_test(arguments: argparse.Namespace) -> int:
     config = load_vessel(arguments.vessel)
-    state = StateFile(_kept_in(config, arguments) / "state")  # locks: a companion that runs this vessel would fight for its thrusters
+    state = StateFile(_kept_in(config, arguments.sitl) / "state")  # locks: a companion that runs this vessel would fight for its thrusters
     try:
         if arguments.sitl:
             from sitl.world import EPOCH_UNIX_NS, World

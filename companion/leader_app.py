@@ -39,6 +39,9 @@ _REPORT_S = 5.0  # after which what the follower reported is no longer shown
 def load_leader(leader: str) -> LeaderConfig:
     """Find, read and check a module's file. Raises ConfigError with every problem."""
     path = find_leader(leader)
+    tables = config_module.raw(path)
+    if "thruster" in tables and "system_id" not in tables:
+        raise ConfigError([f"{path}: a vessel's file, not a leader module's: `companion run {path}`"])
     problems: list[str] = []
     settings: Mapping[str, float] = config_module.raw_parameters(path)
     config: LeaderConfig | None = None
@@ -198,7 +201,7 @@ class LeaderModule:
         for health in states:
             name = health.name
             if self._ok.get(name) != health.ok and (name in self._ok or not health.ok):
-                text = f"{name}: {'back' if health.ok else health.text}"
+                text = f"{name}: {'back' if health.ok else health.text.removeprefix(f'{name}: ')}"  # a link's fault names it already
                 self._events.say(now_s, Severity.NOTICE if health.ok else Severity.WARNING, f"{name}_health", text)
             self._ok[name] = health.ok
         if self._ok.get("fix") != placed:
@@ -263,16 +266,15 @@ def gap_m(beacon: Beacon, follower: Follower) -> float | None:
 
 
 def status_line(beacon: Beacon, follower: Follower, counter: int | None) -> str:
-    """One plain line for the crew."""
-    own = _own_text(beacon.nav) if beacon.placed else "NO FIX"
+    """One plain line for the crew, what matters most first: a narrow terminal cuts off the end."""
     asked = _WISH_TEXTS[beacon.wish] + (" (no sticks)" if beacon.wish is Wish.REMOTE and beacon.sticks is None else "")
-    link = "--" if counter is None else str(counter)
-    return f"{own} | asks {asked} [m r a] | link {link} | {_follower_text(beacon, follower)}"
+    parts = [_follower_text(beacon, follower), f"link {'--' if counter is None else counter}", f"asks {asked} [m r a]"]
+    return " | ".join([*parts, _own_text(beacon.nav)] if beacon.placed else ["NO FIX", *parts])
 
 
 def _own_text(nav: NavState) -> str:
-    heading = f"{math.degrees(nav.yaw_rad) % 360.0:03.0f}" if nav.heading_valid else "---"
-    return f"{nav.fix.name} {nav.lat_deg:.5f} {nav.lon_deg:.5f} {math.hypot(nav.north_mps, nav.east_mps):.1f} m/s {heading}"
+    heading = f"{round(math.degrees(nav.yaw_rad)) % 360:03d}" if nav.heading_valid else "---"
+    return f"{nav.fix.name} {math.hypot(nav.north_mps, nav.east_mps):.1f} m/s {heading} {nav.lat_deg:.5f} {nav.lon_deg:.5f}"
 
 
 def _follower_text(beacon: Beacon, follower: Follower) -> str:

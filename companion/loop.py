@@ -54,6 +54,7 @@ from companion.nav.estimator import Estimator
 from companion.params import Parameters
 from companion.safety import Gate
 
+_ANSWER_S = 10.0  # after the start, by which a device should have answered: motors of NMEA 2000 and drives that home need a while
 _LATE_S = 0.005  # a tick that begins later is counted
 
 
@@ -115,6 +116,7 @@ class Vessel:
         self._command: ActuatorCommand | None = None  # the last that went to the bridges
         self._thrust: Wrench | None = None  # on the hull, None where it is not ours to know
         self._device_ok: dict[str, bool] = {}
+        self._answers_due_s: float | None = None
 
     @property
     def frame(self) -> LocalFrame:
@@ -185,17 +187,18 @@ class Vessel:
         return readings
 
     def device_health(self, now_s: float) -> tuple[DeviceHealth, ...]:
-        """Health of every device; a change is said."""
+        """Health of every device; a change is said, and what has not answered some time after the start."""
         health = tuple(device.health(now_s) for device in (*self._devices.sensors, *self._devices.actuators))
+        self._answers_due_s = now_s + _ANSWER_S if self._answers_due_s is None else self._answers_due_s
         for device in health:
             before = self._device_ok.get(device.name)
-            if before is not None and before != device.ok:
-                if device.ok:
-                    self.events.say(now_s, Severity.NOTICE, f"{device.name}_back", f"{device.name}: back")
-                else:
-                    self.events.say(now_s, Severity.WARNING, f"{device.name}_lost", f"{device.name}: {device.text}")
-            if before is not None or device.ok:  # what never answered is said by the arming checks
-                self._device_ok[device.name] = device.ok
+            if before is None and not device.ok and now_s < self._answers_due_s:
+                continue
+            if device.ok and before is False:
+                self.events.say(now_s, Severity.NOTICE, f"{device.name}_back", f"{device.name}: back")
+            elif not device.ok and before is not False:
+                self.events.say(now_s, Severity.WARNING, f"{device.name}_lost", f"{device.name}: {device.text}")
+            self._device_ok[device.name] = device.ok
         return health
 
     def mind_thrusters(self, health: Sequence[DeviceHealth], now_s: float) -> None:

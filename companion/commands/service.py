@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -21,6 +22,7 @@ _UNIT_FILE = Path("etc/systemd/system") / UNIT
 _USER_FILE = Path("etc/sysusers.d/usv-companion.conf")
 _RULES_FILE = Path("etc/udev/rules.d/99-usv-companion.rules")
 _FILES = (_UNIT_FILE, _USER_FILE, _RULES_FILE)
+_BOOTED = Path("/run/systemd/system")  # there while systemd runs the computer (sd_booted(3))
 _STATE, _LOGS = "/var/lib/usv-companion", "/var/log/usv-companion"
 
 
@@ -107,11 +109,16 @@ def users() -> str:
     return f'u {_USER} - "USV companion" {_STATE}\nm {_USER} dialout\n'
 
 
-def rules(config: VesselConfig, devices: dict[str, UsbDevice]) -> str:
-    """udev rules: a fixed name for each device in `devices`, and what is still to be told for the other names in the vessel's file."""
+def rules(config: VesselConfig, devices: dict[str, UsbDevice], before: str = "") -> str:
+    """udev rules: a fixed name for each device in `devices`, and what is still to be told for the other names in the vessel's file. `before`: the rules of
+    an earlier installation, of which those of other names stay."""
     lines = ["# Fixed names of the boat's serial devices. ModemManager keeps its hands off them."]
-    for name in sorted({*devices, *_names(config)}):
+    kept = {found[1]: line for line in before.splitlines() if (found := re.search(r'^SUBSYSTEM.*SYMLINK\+="([^"]+)"', line))}
+    for name in sorted({*devices, *_names(config), *kept}):
         device = devices.get(name)
+        if device is None and name in kept:
+            lines.append(kept[name])
+            continue
         if device is None:
             lines.append(f"# /dev/{name}: plug it in, `companion devices` lists it; then install again with --device {name}=/dev/serial/by-id/…")
             continue
@@ -155,10 +162,12 @@ def _install(arguments: argparse.Namespace) -> int:
         if not equals or not name.replace("-", "").replace("_", "").isalnum():
             raise ServiceError(f"--device {entry}: write NAME=PATH, as usv-gnss=/dev/ttyUSB0")
         devices[name] = _usb_device(where)
+    rules_file = arguments.root / _RULES_FILE
+    before = rules_file.read_text(encoding="utf-8") if rules_file.is_file() else ""
     texts = {
         _UNIT_FILE: unit(vessel, arguments.link, arguments.log_limit, sys.executable),
         _USER_FILE: users(),
-        _RULES_FILE: rules(config, devices),
+        _RULES_FILE: rules(config, devices, before),
     }
     for file, text in texts.items():
         target = arguments.root / file
@@ -174,6 +183,8 @@ def _install(arguments: argparse.Namespace) -> int:
 
 
 def _activate(start: bool) -> None:
+    if not _BOOTED.is_dir():
+        raise ServiceError("this computer does not run systemd. The files are written; start `companion run` by other means")
     _systemd("systemd-sysusers", _USER_FILE.name)
     _systemd("udevadm", "control", "--reload")
     _systemd("udevadm", "trigger", "--subsystem-match=tty")
@@ -205,7 +216,8 @@ def _status(arguments: argparse.Namespace) -> int:
 
 
 def _remove(arguments: argparse.Namespace) -> int:
-    if arguments.root == Path("/") and (arguments.root / _UNIT_FILE).exists():
+    here = arguments.root == Path("/") and _BOOTED.is_dir()
+    if here and (arguments.root / _UNIT_FILE).exists():
         _systemd("systemctl", "disable", "--now", UNIT)
     for file in _FILES:
         target = arguments.root / file
@@ -216,7 +228,7 @@ def _remove(arguments: argparse.Namespace) -> int:
             continue
         except PermissionError as error:
             raise ServiceError(f"{target}: permission denied; run this with sudo") from error
-    if arguments.root == Path("/"):
+    if here:
         _systemd("systemctl", "daemon-reload")
         _systemd("udevadm", "control", "--reload")
     print(f"left in place: {_STATE}, {_LOGS}, the user {_USER}")

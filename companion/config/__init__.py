@@ -6,6 +6,7 @@ Angles stand in the file in degrees (`azimuth_deg`) and in the dataclasses in ra
 from __future__ import annotations
 
 import math
+import re
 import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
@@ -202,7 +203,7 @@ def validated(kind: type[T], text: str, place: str) -> tuple[T, Located]:
     try:
         data = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise ConfigError([f"{place}: not valid TOML: {error}"]) from error
+        raise ConfigError([_not_toml(place, str(error))]) from error
     lines = text.splitlines()
 
     def located(loc: Sequence[str | int], message: str) -> str:
@@ -213,6 +214,12 @@ def validated(kind: type[T], text: str, place: str) -> tuple[T, Located]:
         return TypeAdapter(kind).validate_python(data), located
     except ValidationError as error:
         raise ConfigError([located(e["loc"], _remedy(e["msg"])) for e in error.errors()]) from error
+
+
+def _not_toml(place: str, reason: str) -> str:
+    """tomllib's "Invalid value (at line 6, column 11)" with its line where all others have theirs."""
+    found = re.fullmatch(r"(.*) \(at line (\d+), column (\d+)\)", reason)
+    return f"{place}:{found[2]}: not valid TOML: {found[1]}, at column {found[3]}" if found else f"{place}: not valid TOML: {reason}"
 
 
 def _remedy(message: str) -> str:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from companion.core.types import ACCEPTED, LeaderState, ModeId, NavState, Outcome, Result, Severity, Wish
 from companion.modes.events import EventLog
-from companion.modes.follow_station import FollowStation, station_text
+from companion.modes.follow_station import FollowStation
 from companion.modes.helm import Helm
 from companion.modes.leader_watch import LeaderWatch
 from companion.modes.mode import ModeInputs
@@ -160,6 +160,7 @@ class FollowDuty:
         elif not self._waiting(inputs.now_s):
             self._awaits = False
         self._following = following
+        self._station.update(following, inputs.now_s)
         if following and inputs.leader_fault is None:
             self._followed = self._watch.system_id
 
@@ -168,7 +169,7 @@ class FollowDuty:
         if self._helm.stopped:
             self._events.say(inputs.now_s, Severity.NOTICE, "leader_awaited", f"Follow waits for the leader: {inputs.leader_fault}")
             return
-        text = f"Following system {self._watch.system_id}, station {station_text(self.station)}"
+        text = f"Following system {self._watch.system_id}, station {self._station.text}"
         self._events.say(inputs.now_s, Severity.INFO, "station", text)
         if leader is None:
             return

@@ -14,12 +14,13 @@ _NAMES = ("FLW_TGT_DST", "FLW_TGT_FA")
 
 class FollowStation:
     """`now` is the station in force. Remembers a commanded one until the next command, until the boat is disarmed, or until FLW_TGT_DST or
-    FLW_TGT_FA is set."""
+    FLW_TGT_FA is set, and what was said last."""
 
     def __init__(self, parameters: Parameters, events: EventLog) -> None:
         self._parameters = parameters
         self._events = events
         self._commanded: tuple[float, float] | None = None
+        self._told: tuple[tuple[float, float], float] | None = None
         parameters.on_change(lambda name, _value: self.drop() if name in _NAMES else None)
 
     @property
@@ -43,12 +44,32 @@ class FollowStation:
         if distance_m < self._parameters["FOLL_MIN_DIST"]:
             return self._refuse(f"{distance_m:g} m is nearer than FOLL_MIN_DIST, {self._parameters['FOLL_MIN_DIST']:g} m", now_s)
         self._commanded = distance_m, wrap_pi(bearing_rad)
-        self._events.say(now_s, Severity.INFO, "station", f"Station {station_text(self.now)}")
+        self._tell(now_s)
         return ACCEPTED
+
+    def update(self, following: bool, now_s: float) -> None:
+        """A station that parameters have changed is said like a commanded one."""
+        if following and self._told is not None and self._told != self._state:
+            self._tell(now_s)
+        self._told = self._state
+
+    @property
+    def text(self) -> str:
+        """For people, with what keeps the boat further away."""
+        least_m = self._parameters["FOLL_MIN_DIST"]
+        return station_text(self.now) + (f", kept out to FOLL_MIN_DIST, {least_m:g} m" if self.now[0] < least_m else "")
 
     def drop(self) -> None:
         """Back to the parameters."""
         self._commanded = None
+
+    @property
+    def _state(self) -> tuple[tuple[float, float], float]:
+        return self.now, self._parameters["FOLL_MIN_DIST"]
+
+    def _tell(self, now_s: float) -> None:
+        self._events.say(now_s, Severity.INFO, "station", f"Station {self.text}")
+        self._told = self._state
 
     def _refuse(self, reason: str, now_s: float) -> Outcome:
         text = f"Station refused: {reason}"

@@ -46,8 +46,8 @@ class BollardFit:
     force_n: Array  # (n,)
 
     def curve_n(self, throttle: Array) -> Array:
-        """Force of the fitted curve, (n,) → (n,)."""
-        full = np.where(throttle >= 0.0, self.ahead.full_n, 0.0 if self.astern is None else self.astern.full_n)
+        """Force of the fitted curve, (n,) → (n,); not a number astern where that was not fitted."""
+        full = np.where(throttle >= 0.0, self.ahead.full_n, math.nan if self.astern is None else self.astern.full_n)
         return np.where(np.abs(throttle) < self.dead_band, 0.0, full * throttle * np.abs(throttle))
 
 
@@ -55,20 +55,25 @@ def read_pulls(path: Path) -> tuple[Array, Array]:
     """(throttle, force_n), each (n,), of a CSV with these two columns. Throttle −1…1 or in percent. Raises BollardError with the line, OSError."""
     throttle: list[float] = []
     force: list[float] = []
-    with path.open(newline="", encoding="utf-8-sig") as file:
-        reader = csv.DictReader((line for line in file if line.strip() and not line.lstrip().startswith("#")), skipinitialspace=True)
-        missing = [name for name in COLUMNS if name not in (reader.fieldnames or ())]
-        if missing:
-            raise BollardError(f"{path}: no column {' and no column '.join(missing)}; the first line should read {','.join(COLUMNS)}")
-        for row in reader:
-            try:
-                u, n = float(row["throttle"]), float(row["force_n"])
-            except (TypeError, ValueError) as error:
-                raise BollardError(f"{path}:{reader.line_num}: {row['throttle']}, {row['force_n']}: two numbers, please") from error
-            if not (math.isfinite(u) and math.isfinite(n)):
-                raise BollardError(f"{path}:{reader.line_num}: not a finite number")
-            throttle.append(u)
-            force.append(n)
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as file:
+            lines = ["" if line.lstrip().startswith("#") else line.strip() for line in file]
+    except UnicodeDecodeError as error:
+        raise BollardError(f"{path}: not UTF-8 text: have the spreadsheet save it as CSV UTF-8") from error
+    above = next((i for i, line in enumerate(lines) if line), 0)
+    reader = csv.DictReader(lines[above:], skipinitialspace=True)
+    missing = [name for name in COLUMNS if name not in (reader.fieldnames or ())]
+    if missing:
+        raise BollardError(f"{path}: no column {' and no column '.join(missing)}; the first line should read {','.join(COLUMNS)}")
+    for row in reader:
+        try:
+            u, n = float(row["throttle"]), float(row["force_n"])
+        except (TypeError, ValueError) as error:
+            raise BollardError(f"{path}:{above + reader.line_num}: {row['throttle']}, {row['force_n']}: two numbers, please") from error
+        if not (math.isfinite(u) and math.isfinite(n)):
+            raise BollardError(f"{path}:{above + reader.line_num}: not a finite number")
+        throttle.append(u)
+        force.append(n)
     u_all = np.array(throttle)
     if len(u_all) and np.max(np.abs(u_all)) > _PERCENT:
         u_all = u_all / 100.0

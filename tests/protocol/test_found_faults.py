@@ -84,3 +84,15 @@ def test_rtl_is_at_home_when_the_boat_is(tmp_path: Path) -> None:
             assert math.hypot(truth.north_m, truth.east_m) < 3.0
             break
     desk.close()
+
+
+def test_a_device_that_never_answers_is_said_once_without_anybody_arming(tmp_path: Path) -> None:
+    desk = Desk(tmp_path, LockstepRig(Conditions("revolt", seed=3, faults=("imu_lost@0+15",)), tmp_path / "log"))
+    desk.heartbeat()
+    sail(desk, 9.0)
+    said = [text for text in desk.texts() if text.startswith("imu: ")]
+    assert not said
+    sail(desk, 10.0)
+    said = [text for text in desk.texts() if text.startswith("imu: ")]
+    assert len(said) == 2 and said[1] == "imu: back", said
+    desk.close()

@@ -19,11 +19,15 @@ from companion.cli import main
         (("sitl", "revolt", "--speed", "0"), "above 0"),
         (("sitl", "rescuerunner", "--leader", "kraken"), "one of straight, thesis"),
         (("devices", "--seconds", "0"), "0.5 to 600"),
+        (("thruster-test", "revolt", "--yes"), "--yes is for --sitl"),
+        (("check", "companion/leaders/viknes.toml"), "`companion leader"),
+        (("leader", "companion/vessels/revolt.toml"), "`companion run"),
     ],
 )
 def test_a_mistake_is_one_line_that_says_what_to_do(
-    arguments: tuple[str, ...], remedy: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    arguments: tuple[str, ...], remedy: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "home"))
     extra = ("--state", str(tmp_path / "state"), "--log", str(tmp_path / "log")) if arguments[0] == "run" else ()
     assert main([*arguments, *extra]) == 2
     errors = capsys.readouterr().err

@@ -41,6 +41,10 @@ def test_what_is_left_out_is_usual(tmp_path: Path) -> None:
         ("rate_hz = 100.0", "lead.toml:2: rate_hz: should be less than or equal to 50"),
         ('thrifty = "often"', "thrifty"),
         ("colour = 1", "lead.toml:2: colour: unknown key"),
+        ('local_links = ["serial:/dev/usv-gnss:4800"]', "lead.toml:2: local_links[1]: 'serial:/dev/usv-gnss:4800': sensor 'gnss' has /dev/usv-gnss too"),
+        ('local_links = ["can:can0"]', "lead.toml:2: local_links[1]: 'can:can0': MAVLink does not go over CAN"),
+        ('local_links = ["udpin:0.0.0.0:14600?telemetry=lead"]', "telemetry should be one of all, leader"),
+        ("thrifty =", "lead.toml:2: not valid TOML: "),
         ('local_links = ["telnet:1"]', "local_links[1]: 'telnet:1': should begin with one of"),
     ],
 )

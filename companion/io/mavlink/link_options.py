@@ -9,7 +9,7 @@ from typing import Any
 
 from companion.io.mavlink.dialects import DEFAULT_DIALECT, DIALECTS, Dialect
 from companion.io.mavlink.signing import Policy
-from companion.io.urls import TransportError, parse_url
+from companion.io.urls import TransportError
 
 ALL, LEADER, HIGH_LATENCY = "all", "leader", "high_latency"
 # what a link streams unasked: everything, what a lead boat wants to know on a narrow line, or one message every 5 s
@@ -66,14 +66,6 @@ def parse_options(options: Mapping[str, str]) -> tuple[Dialect, LinkOptions]:
             raise OptionError(f"rate should be bytes a second, {_LEAST_RATE} or more")
         chosen["rate_bytes_per_s"] = int(rate)
     return _one_of("dialect", options.get("dialect", DEFAULT_DIALECT.name), DIALECTS), LinkOptions(**chosen)
-
-
-def check_link(url: str) -> None:
-    """Raises TransportError for a URL that can be no link."""
-    try:
-        parse_options(parse_url(url).options)
-    except OptionError as error:
-        raise OptionError(f"'{url}': {error}") from error
 
 
 def _one_of(key: str, value: str, values: Mapping[str, Any]) -> Any:

@@ -58,12 +58,7 @@ def open_link(url: str, patience: float = 1.0) -> Link:
     body = url.strip().partition("?")[0]
     if body.startswith("memory:"):
         return MemoryLink(url)
-    try:
-        parsed = urls.parse_url(url)
-    except urls.TransportError as error:
-        raise LinkError(str(error)) from error
-    if parsed.scheme == "can":
-        raise LinkError(f"'{url}': MAVLink does not go over CAN")
+    parsed = _parsed(url)
     dialect, guard = _options(url, parsed.options)
     if parsed.scheme == "serial":
         return StreamLink(url, _opened(body), dialect, guard.options.rate_bytes_per_s or parsed.baud / 10.0, guard)
@@ -76,6 +71,21 @@ def open_link(url: str, patience: float = 1.0) -> Link:
             return TcpServerLink(url, address, dialect, patience, guard)
         case _:
             return UdpLink(url, address, dialect, parsed.scheme == "udpin", patience, guard)
+
+
+def judge_url(url: str) -> None:
+    """Raises LinkError, as `open_link` would, for what can never be a link; opens nothing."""
+    _options(url, _parsed(url).options)
+
+
+def _parsed(url: str) -> urls.Endpoint:
+    try:
+        parsed = urls.parse_url(url)
+    except urls.TransportError as error:
+        raise LinkError(str(error)) from error
+    if parsed.scheme == "can":
+        raise LinkError(f"'{url}': MAVLink does not go over CAN")
+    return parsed
 
 
 def open_links(urls: Sequence[str], patience: float = 1.0) -> list[Link]:

@@ -62,6 +62,28 @@ def test_rules_name_what_is_known_and_ask_for_what_is_not() -> None:
     assert "serial}" not in radio and 'ATTRS{idProduct}=="6001"' in radio
 
 
+def test_a_second_installation_keeps_the_names_given_by_the_first() -> None:
+    vessel = load_vessel("revolt")
+    first = rules(vessel, {"usv-gnss": UsbDevice(0x1546, 0x01A9, "A1"), "usv-mcu": UsbDevice(0x2341, 0x0042, "B1")})
+    gnss, imu, mcu = rules(vessel, {"usv-imu": UsbDevice(0x2639, 0x0300, "C1"), "usv-mcu": UsbDevice(0x2341, 0x0042, "B2")}, first).splitlines()[1:]
+    assert 'SYMLINK+="usv-gnss"' in gnss and '"A1"' in gnss
+    assert 'SYMLINK+="usv-imu"' in imu and '"B2"' in mcu
+
+
+def test_where_systemd_does_not_run_all_is_taken_away_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A container with systemd's tools, where none of them can do anything."""
+    files = tuple(tmp_path / file.name for file in service._FILES)
+    monkeypatch.setattr(service, "_BOOTED", tmp_path / "no such folder")
+    monkeypatch.setattr(service, "_FILES", files)
+    monkeypatch.setattr(service, "_UNIT_FILE", files[0])
+    for file in files:
+        file.write_text("", encoding="utf-8")
+    assert main(["service", "remove"]) == 0
+    assert not any(tmp_path.iterdir())
+    with pytest.raises(service.ServiceError, match="does not run systemd"):
+        service._activate(start=True)
+
+
 def test_the_user_may_open_serial_ports() -> None:
     assert "m usv dialout" in users().splitlines()
 

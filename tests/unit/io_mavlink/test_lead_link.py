@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import struct
 from dataclasses import replace
 from typing import Any
@@ -46,7 +47,7 @@ def lead() -> Lead:
 
 
 def test_what_the_follower_reports_is_shown(lead: Lead) -> None:
-    assert lead.line().endswith("follower not heard yet")
+    assert lead.line().startswith("follower not heard yet | ")
     lead.tell(
         mavlink.MAVLink_heartbeat_message(11, 12, 0x81, 0x08040000, 4, 3),
         mavlink.MAVLink_global_position_int_message(1, 576300000, 115496650, 0, 0, 0, 400, 0, 9000),
@@ -54,12 +55,14 @@ def test_what_the_follower_reports_is_shown(lead: Lead) -> None:
         mavlink.MAVLink_debug_vect_message(b"other", 1, 0.9, 0.9, 0.9),
     )
     assert lead.line() == (
-        "FIX_3D 57.63000 11.55000 8.0 m/s 120 | asks Autonomous [m r a] | link 0 | follower Follow armed gap 20 m throttle 47 % nozzle -12"
+        "follower Follow armed gap 20 m throttle 47 % nozzle -12 | link 0 | asks Autonomous [m r a] | FIX_3D 8.0 m/s 120 57.63000 11.55000"
     )
+    assert "| link 0 |" in lead.line()[:79], "the end is cut off on a terminal of 80 columns"
+    assert " 000 57" in lead.line(yaw_rad=math.radians(359.7))
     lead.now_s += 1.0
     assert "gap 16 m" in lead.line(), "it comes nearer by 4 m a second"
     lead.now_s += 10.0
-    assert lead.line().endswith("follower silent for 11 s")
+    assert lead.line().startswith("follower silent for 11 s | ")
 
 
 def test_modes_of_other_dialects_and_of_none(lead: Lead) -> None:

@@ -633,6 +633,19 @@ def test_the_station_is_by_parameters_until_commanded_and_again_after(boat: Any,
     assert station(boat) == pytest.approx((20.0, 135.0))
 
 
+def test_a_station_by_parameters_is_said_too_and_what_keeps_the_boat_further_out(boat: Any, lead: LeadBoat) -> None:
+    following(boat, lead)
+    boat.parameters.set("FLW_TGT_DST", 30.0)
+    lead.run(0.1)
+    assert "Station 30 m astern" in boat.texts()
+    boat.parameters.set("FOLL_MIN_DIST", 40.0)
+    lead.run(0.1)
+    assert "Station 30 m astern, kept out to FOLL_MIN_DIST, 40 m" in boat.texts()
+    told = len(boat.texts())
+    lead.run(1.0)
+    assert len(boat.texts()) == told
+
+
 @pytest.mark.parametrize(
     ("bearing_deg", "distance_m", "reason"),
     [

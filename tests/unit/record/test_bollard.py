@@ -84,6 +84,7 @@ def test_the_file_in_percent_with_comments(tmp_path: Path) -> None:
     [
         ("throttle,pull\n1,2\n", "no column force_n"),
         ("throttle,force_n\n0.5,ten\n", "pull.csv:2: 0.5, ten: two numbers"),
+        ("# port motor\n\nthrottle,force_n\n0.2,3\n\n# again\n0.5,ten\n", "pull.csv:7: 0.5, ten: two numbers"),
         ("throttle,force_n\n0.5\n", "two numbers"),
         ("throttle,force_n\n0.5,nan\n", "not a finite"),
         ("throttle,force_n\n150,3\n20,1\n", "−1 to 1"),
@@ -95,6 +96,18 @@ def test_a_bad_line_is_named(text: str, remedy: str, tmp_path: Path, capsys: pyt
     file.write_text(text, encoding="utf-8")
     assert main(["bollard", str(file)]) == 2
     assert remedy in capsys.readouterr().err
+
+
+def test_a_spreadsheets_own_encoding_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "pull.csv"
+    file.write_bytes("throttle,force_n\n0.5,20\n".encode("utf-16"))
+    assert main(["bollard", str(file)]) == 2
+    assert "not UTF-8 text" in capsys.readouterr().err
+
+
+def test_a_side_that_was_not_fitted_has_no_curve() -> None:
+    found = fit(np.array([0.2, 0.4, 0.6, 1.0, -0.5, -1.0]), np.array([2.0, 8.0, 18.0, 50.0, -5.0, -20.0]))
+    assert found.astern is None and np.isnan(found.curve_n(np.array([-1.0]))).all() and np.isfinite(found.curve_n(np.array([1.0]))).all()
 
 
 def test_the_command_prints_lines_that_a_vessels_file_takes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

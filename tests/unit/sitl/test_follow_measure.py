@@ -118,3 +118,9 @@ def test_swing_after_a_bend(tmp_path: Path) -> None:
     assert run.swing_after_bends() == pytest.approx(0.6, abs=0.01)
     run.yaw = np.where(settled, run.leader_yaw, run.yaw)
     assert run.swing_after_bends() == 0.0
+
+
+def test_a_leader_that_never_turns_leaves_no_swing(tmp_path: Path) -> None:
+    run = chase(tmp_path, lambda arc_m: (arc_m, 0.0, 0.0), lambda t: 20.0, lambda t: 0.0, 60.0)
+    assert not run.bends
+    assert math.isnan(run.swing_after_bends())
