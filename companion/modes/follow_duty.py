@@ -17,6 +17,8 @@ from companion.params import Parameters
 
 _ASKS_FOR = {Wish.MANUAL: "Manual", Wish.REMOTE: "remote control", Wish.AUTONOMOUS: "Follow"}
 _LATE_S = 1.0  # a message that was overtaken by a newer one comes within this
+_HEARD_S = 4.0  # since its last message, of a system that may be chosen as the leader
+_MOST_SYSTEMS = 32
 _PRESSES = 255  # the counter goes from 255 to 1
 
 
@@ -39,6 +41,7 @@ class FollowDuty:
         helm.waits = self._waits
         self._watch = LeaderWatch(parameters)
         self._station = FollowStation(parameters, events)
+        self._newest_s: dict[int, float] = {}  # of every system that tells of a lead boat
         self._module: LeaderState | None = None  # its last message that was not overtaken
         self._followed: int | None = None
         self._following = False
@@ -84,7 +87,10 @@ class FollowDuty:
         return self._station.command(bearing_rad, distance_m, now_s)
 
     def choose_leader(self, system_id: int, now_s: float) -> Outcome:
-        """That system leads from now on, as by FOLL_SYSID. Accepted once it is heard."""
+        """That system leads from now on, as by FOLL_SYSID. One that is not heard changes nothing; where another was followed, accepted once the new one's
+        messages count."""
+        if now_s - self._newest_s.get(system_id, -math.inf) > _HEARD_S:
+            return self._refuse(Result.TEMPORARILY_REJECTED, f"Follow refused: leader {system_id} not heard yet", now_s)
         if int(self._parameters["FOLL_SYSID"]) != system_id and (refusal := self._parameters.set("FOLL_SYSID", system_id)) is not None:
             return self._refuse(Result.DENIED, f"Follow refused: system id {system_id}: {refusal.name.lower().replace('_', ' ')}", now_s)
         if self._watch.system_id != system_id:
@@ -105,8 +111,13 @@ class FollowDuty:
 
     # --- what comes in ---------------------------------------------------------------------------------------------
 
-    def heard(self, state: LeaderState) -> None:
-        """A message of the leader that counts."""
+    def heard(self, state: LeaderState, counts: bool) -> None:
+        """A message of a lead boat; `counts`: of the one that leads."""
+        if len(self._newest_s) >= _MOST_SYSTEMS and state.system_id not in self._newest_s:
+            del self._newest_s[min(self._newest_s, key=lambda system: self._newest_s[system])]
+        self._newest_s[state.system_id] = state.heard_s
+        if not counts:
+            return
         self._watch.heard(state)
         if state.wish is None:
             return

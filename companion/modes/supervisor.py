@@ -133,10 +133,10 @@ class Supervisor:
 
     def leader_heard(self, state: LeaderState) -> None:
         """A message of a lead boat."""
-        if self._leader.take(state):
-            self.following.heard(state)
-            if self.following.stands_for_station(state):
-                self._station_s = state.heard_s
+        counts = self._leader.take(state)
+        self.following.heard(state, counts)
+        if counts and self.following.stands_for_station(state):
+            self._station_s = state.heard_s
 
     def offboard_setpoint(self, target: OffboardTarget, now_s: float) -> str | None:
         """From another computer, which in Offboard stands for a ground station; why it is not obeyed, or None."""

@@ -89,6 +89,7 @@ def test_follow_me_of_a_ground_station_from_choice_to_loss_and_back(desk: Desk) 
     assert desk.latest("HEARTBEAT").custom_mode == HOLD
     assert desk.result(DO_FOLLOW, 77.0) == ACCEPTED and desk.vessel.parameters["FOLL_SYSID"] == 77
     assert desk.result(DO_FOLLOW, 78.0) == REJECTED and said(desk, "leader 78 not heard yet")
+    assert desk.vessel.parameters["FOLL_SYSID"] == 77, "a mistyped number changes nothing"
 
 
 def test_stations_by_command_and_by_parameter(desk: Desk) -> None:
