@@ -62,7 +62,7 @@ MODES: Mapping[str, ModeNumbers] = {
     "RTL": ModeNumbers(0x05040000, 11),
     "Dock": ModeNumbers(0x06040000, 8),
     "Follow": ModeNumbers(0x08040000, 6),
-    "Offboard": ModeNumbers(0x00060000, 17),
+    "Offboard": ModeNumbers(0x00060000, 15),
 }
 
 

@@ -88,7 +88,8 @@ class Station:
         self._beat_s = -math.inf
         self.latest: dict[str, Any] = {}
         self.texts: list[str] = []
-        self._vehicle = self._socket.recvfrom(65535)[1]
+        first, self._vehicle = self._socket.recvfrom(65535)
+        self._system = self._codec.parse_buffer(first)[0].get_srcSystem()
         self._socket.setblocking(False)
 
     def send(self, message: Any) -> None:
@@ -102,6 +103,8 @@ class Station:
         with contextlib.suppress(BlockingIOError):
             while True:
                 for message in self._codec.parse_buffer(self._socket.recv(65535)) or ():
+                    if message.get_srcSystem() != self._system:  # of others, passed on
+                        continue
                     self.latest[message.get_type()] = message
                     if message.get_type() == "STATUSTEXT":
                         self.texts.append(message.text)

@@ -132,6 +132,7 @@ def test_a_log_is_valid_after_a_power_cut(tmp_path: Path) -> None:
     kinds = set()
     while (message := log.recv_msg()) is not None:
         kinds.add(message.get_type())
+    log.close()
     assert {"HEARTBEAT", "ATTITUDE", "GLOBAL_POSITION_INT"} <= kinds
 
 

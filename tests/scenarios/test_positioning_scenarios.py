@@ -46,6 +46,7 @@ def test_four_corner_with_the_model_wrong_by_half(tmp_path: Path) -> None:
     sail("four_corner", tmp_path, 1, wind="3", model_error="0.5")
 
 
+@pytest.mark.sweep
 def test_the_thesis_found_so_too(tmp_path: Path) -> None:
     """The feed-forward as printed is much worse than none, and constraints cost no more wear."""
     without = sail("four_corner", tmp_path / "none", 0, law="thesis", wind="2")

@@ -98,6 +98,7 @@ def test_the_line_may_be_unplugged_and_comes_back(vessel: str, bridge: str, tmp_
 
 
 @pytest.mark.process
+@pytest.mark.sweep
 @pytest.mark.parametrize(("vessel", "bridge", "within_m"), [("revolt", "azimuths", 1.0), ("aboat", "motors", 4.0)])
 def test_it_holds_as_two_processes_and_the_line_may_be_unplugged(vessel: str, bridge: str, within_m: float, tmp_path: Path) -> None:
     """RS485 on a pseudo-terminal; NMEA 2000 in UDP multicast, for the kernel here may have no virtual CAN."""

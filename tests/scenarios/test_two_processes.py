@@ -56,7 +56,7 @@ def pull(rig: TwoProcesses, station: Station, device: str) -> None:
     assert pulled_s - 0.1 < away_s[f"{device}_back"] < pulled_s + BACK_S, away_s
 
 
-@pytest.mark.parametrize(("vessel", "ahead_m"), [("revolt", 0.0), ("aboat", 0.0), ("rescuerunner", 250.0)])
+@pytest.mark.parametrize(("vessel", "ahead_m"), [("revolt", 0.0), pytest.param("aboat", 0.0, marks=pytest.mark.sweep), pytest.param("rescuerunner", 250.0, marks=pytest.mark.sweep)])
 def test_every_device_may_be_unplugged_and_comes_back(vessel: str, ahead_m: float, tmp_path: Path) -> None:
     with TwoProcesses(tmp_path, vessel, 3.0, "--wind", "1@45") as rig:
         assert rig.hello[-1] == f"for: companion run {vessel} --devices {tmp_path}/ports --speed 3"
