@@ -1,45 +1,78 @@
 # make run      a simulated ReVolt for any ground station on this machine; Ctrl-C ends it
 # make test     everything that CI runs
 # make bench    figures of speed; nothing is asserted
+# make docs     the documentation as a site in out/site, checked; nothing is fetched when it is read
+# make results  the measured tables of the documentation anew (hours; goes on where it was cut off)
 # make scenarios  every scenario over many seeds (long)
-# Each sets up its own virtual environment in .venv.
+# make wheel    the wheel and the source archive, in dist/
+# make hooks    runs the quick checks before each commit
+# make lock     writes uv.lock and .ci/constraints.txt anew; UPGRADE=--upgrade takes the newest versions
+# Each sets up its own virtual environment in .venv, with the versions that uv.lock names.
 
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
+CONSTRAINTS := .ci/constraints.txt
+PIP := $(BIN)/python -m pip --quiet --disable-pip-version-check
+INSTALL := $(PIP) install --constraint $(CONSTRAINTS)
 
-.PHONY: run test lint bench scenarios clean
+.PHONY: run test lint bench docs results scenarios wheel hooks lock clean
 
 run: $(VENV)/.installed
 	@$(BIN)/companion run revolt --sitl $(ARGS)
 
 test: lint
-	$(BIN)/python -m pytest -n 2 -m "not sweep"
+	$(BIN)/python -m pytest -n 2 --dist worksteal -m "not sweep"
 
 lint: $(VENV)/.installed-test
 	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
 bench: $(VENV)/.installed-test
 	$(BIN)/python -m tests.bench
 
+docs: $(VENV)/.installed-docs
+	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict --quiet
+	@echo "out/site/index.html"
+
+results: $(VENV)/.installed
+	$(BIN)/python -m docs.results.measure $(ARGS)
+
 scenarios: $(VENV)/.installed-test
-	$(BIN)/python -m pytest -n 2 -m sweep tests
+	$(BIN)/python -m pytest -n 2 --dist worksteal -m sweep tests
+
+wheel: $(VENV)/.installed-test
+	$(BIN)/python -m hatchling build -d dist
+
+hooks: $(VENV)/.installed-test
+	$(INSTALL) --editable ".[dev]"
+	$(BIN)/pre-commit install
+
+# The public index is named, so that a mirror of this machine does not get into the lock.
+lock: $(VENV)/.made
+	$(PIP) install "uv>=0.9"
+	$(BIN)/uv lock --quiet --default-index https://pypi.org/simple $(UPGRADE)
+	$(BIN)/uv export --quiet --frozen --all-extras --no-emit-project --no-hashes --no-annotate --no-header --output-file $(CONSTRAINTS)
 
 # A stamp, since bin/python is a link to a file as old as the machine's Python.
 $(VENV)/.made: .ci/make_venv.py
 	$(PYTHON) .ci/make_venv.py $(VENV)
 	@touch $@
 
-$(VENV)/.installed: pyproject.toml $(VENV)/.made
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable .
+$(VENV)/.installed: pyproject.toml $(CONSTRAINTS) $(VENV)/.made
+	$(INSTALL) --editable .
 	@touch $@
 
 # MAVProxy is installed without its dependencies (maps, plots, OpenCV): the tests drive it headless.
-$(VENV)/.installed-test: pyproject.toml $(VENV)/.made
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable ".[test]"
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps "MAVProxy==1.8.75"
+$(VENV)/.installed-test: pyproject.toml $(CONSTRAINTS) $(VENV)/.made
+	$(INSTALL) --editable ".[test]"
+	$(INSTALL) --no-deps "MAVProxy==1.8.75"
+	@touch $(VENV)/.installed $@
+
+$(VENV)/.installed-docs: pyproject.toml $(CONSTRAINTS) $(VENV)/.made
+	$(INSTALL) --editable ".[docs]"
 	@touch $(VENV)/.installed $@
 
 clean:

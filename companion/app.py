@@ -1,4 +1,4 @@
-"""THE WIRING: configuration, ports and clock → the vessel. The only file that knows every concrete class."""
+"""Builds the vessel from configuration, ports and clock. Only this file uses all the concrete classes."""
 
 from __future__ import annotations
 
@@ -9,41 +9,43 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from companion import config as config_module
 from companion.allocation.allocator import Allocator
 from companion.allocation.availability import Availability
 from companion.allocation.jet import JetAllocator
-from companion.config import ConfigError, VesselConfig
-from companion.control.controller import Controller
+from companion.baselines.ahrs import ThesisAhrs
+from companion.baselines.controller_choice import controller_with_baselines
+from companion.config import vessel as config_module
+from companion.config.vessel import ConfigError, VesselConfig
+from companion.core.decision import Severity
+from companion.core.events import EventLog
 from companion.core.ports import StreamOpener, WaitingClock, World
-from companion.core.types import Severity
 from companion.guidance.path import PathKind, build_path
-from companion.io.actuators import DRIVERS as ACTUATOR_DRIVERS
+from companion.io import actuators, sensors
 from companion.io.actuators import open_actuator
 from companion.io.corrections import CorrectionsRelay, CorrectionsSource
-from companion.io.mavlink.links import Link, LinkError, judge_url
-from companion.io.mavlink.services import connect
-from companion.io.mavlink.signing import Policy, Signing, SigningState
+from companion.io.mavlink.assembly import connect
+from companion.io.mavlink.wire.hub import Copies
+from companion.io.mavlink.wire.links import Link, LinkError, judge_url
+from companion.io.mavlink.wire.signing import Policy, Signing, SigningState
 from companion.io.nmea_out import NmeaOut
-from companion.io.sensors import DRIVERS as SENSOR_DRIVERS
 from companion.io.sensors import open_sensor
-from companion.io.transport import device_endpoint
-from companion.io.urls import TransportError, parse_url
+from companion.io.transport.opener import device_endpoint
+from companion.io.transport.urls import TransportError, parse_url
 from companion.loop import Blocks, Devices, Vessel
 from companion.mission.executor import MissionExecutor
 from companion.mission.plan import PlanKind, Plans
 from companion.mission.validation import check_plan
-from companion.modes.events import EventLog
-from companion.modes.supervisor import Supervisor
 from companion.nav.estimator import Estimator
-from companion.params import Parameters
+from companion.params.store import Parameters
 from companion.record.progress_keeper import ProgressKeeper
 from companion.record.recorder import STATE_FOLDER, LogFolder
 from companion.record.state_file import StateFile
 from companion.safety import Gate
+from companion.supervisor.supervisor import Supervisor
 
 
 def program_version() -> str:
+    """The installed version, or "0.0.0" from a source tree."""
     try:
         return version("usv-companion")
     except PackageNotFoundError:
@@ -51,7 +53,8 @@ def program_version() -> str:
 
 
 def load_vessel(vessel: str) -> VesselConfig:
-    """Find, read and check a vessel, its parameters included. Raises ConfigError with every problem."""
+    """The configuration of a bundled vessel or of a TOML path, checked with its parameters and ports. Raises
+    ConfigError with every problem."""
     path = config_module.find(vessel)
     tables = config_module.raw(path)
     if "system_id" in tables and "thruster" not in tables:
@@ -60,6 +63,8 @@ def load_vessel(vessel: str) -> VesselConfig:
     try:
         config = config_module.load(path)
         settings: Mapping[str, float] = config.parameters
+        plugins = (*sensors.plugin_problems(config.sensors), *actuators.plugin_problems(config))
+        problems += [config_module.placed(path, place, text) for place, text in plugins]
     except ConfigError as error:
         problems += error.problems
         settings = config_module.raw_parameters(path)
@@ -70,7 +75,7 @@ def load_vessel(vessel: str) -> VesselConfig:
 
 
 def parameter_problems(path: Path, settings: Mapping[str, float]) -> list[str]:
-    """Entries of a file's `[parameters]` that the table of parameters refuses."""
+    """One line, with its place in the file, for each entry of `[parameters]` that the table of parameters refuses."""
     found: list[str] = []
     table = Parameters()
     lines = config_module.parameter_lines(path)
@@ -82,49 +87,62 @@ def parameter_problems(path: Path, settings: Mapping[str, float]) -> list[str]:
 
 
 def port_problems(path: Path) -> list[str]:
-    """Drivers that do not exist, and URLs that can never be opened, also in a file with other faults."""
-    found: list[str] = []
-
-    def check_url(loc: tuple[str | int, ...], url: object, judge: Callable[[str], object]) -> None:
-        try:
-            judge(str(url))
-        except (TransportError, LinkError) as error:
-            found.append(config_module.placed(path, loc, str(error)))
-
+    """One line, with its place in the file, for each unknown driver, each URL that can never be opened, and each port
+    used twice. The file may have other faults too."""
     tables = config_module.raw(path)
-    for table, drivers in (("sensor", set(SENSOR_DRIVERS)), ("actuator", set(ACTUATOR_DRIVERS))):
+    found: list[str] = []
+    for table, refusal in (("sensor", sensors.refusal), ("actuator", actuators.refusal)):
         for i, row in _rows(tables, table):
-            if "driver" in row and row["driver"] not in drivers:
-                text = f"no driver '{row['driver']}'; known: {', '.join(sorted(drivers))}"
+            if "driver" in row and (text := refusal(str(row["driver"]))) is not None:
                 found.append(config_module.placed(path, (table, i, "driver"), text))
-            if "port" in row:
-                check_url((table, i, "port"), row["port"], device_endpoint)
+            found += _port_problem(path, table, i, row)
     for table in ("corrections", "nmea_out"):
         for i, row in _rows(tables, table):
-            if "port" in row:
-                check_url((table, i, "port"), row["port"], device_endpoint)
+            found += _port_problem(path, table, i, row)
     for key in ("links", "local_links"):
         for i, url in enumerate(tables.get(key, ())):
-            check_url((key, i), url, judge_url)
+            found += _url_problem(path, (key, i), url, judge_url)
     return found + _link_clashes(path, tables)
 
 
+def _port_problem(path: Path, table: str, i: int, row: Mapping[str, Any]) -> list[str]:
+    """The problems of the row's port; empty if it has none."""
+    return _url_problem(path, (table, i, "port"), row["port"], device_endpoint) if "port" in row else []
+
+
+def _url_problem(path: Path, loc: tuple[str | int, ...], url: object, parse: Callable[[str], object]) -> list[str]:
+    """Why `parse` refuses the URL at `loc`; empty if it does not."""
+    try:
+        parse(str(url))
+    except (TransportError, LinkError) as error:
+        return [config_module.placed(path, loc, str(error))]
+    return []
+
+
 def _link_clashes(path: Path, tables: Mapping[str, Any]) -> list[str]:
-    """Serial links on a port that a device or an earlier link has: each would read the other's bytes."""
-    rows = [(f"{table} '{row.get('name', i + 1)}'", row.get("port")) for table in ("sensor", "actuator", "corrections") for i, row in _rows(tables, table)]
+    """One line for each serial link on the port of a device or of another link: each would read the other's bytes."""
+    rows = [
+        (f"{table} '{row.get('name', i + 1)}'", row.get("port"))
+        for table in ("sensor", "actuator", "corrections")
+        for i, row in _rows(tables, table)
+    ]
     taken = {parts[0]: name for name, url in rows if (parts := _serial_path(url))}
     found = []
     for key in ("links", "local_links"):
         for i, url in enumerate(tables.get(key, ())):
             for device in _serial_path(url):
                 if device in taken:
-                    found.append(config_module.placed(path, (key, i), f"'{url}': {taken[device]} has {device} too: a link needs a port of its own"))
+                    found.append(
+                        config_module.placed(
+                            path, (key, i), f"'{url}': {taken[device]} has {device} too: a link needs a port of its own"
+                        )
+                    )
                 taken.setdefault(device, f"{key}[{i + 1}]")
     return found
 
 
 def _serial_path(url: object) -> list[str]:
-    """The device file of a serial URL; none where it is another, or wrong, which is told elsewhere."""
+    """The device file of a serial URL; empty for another or an invalid URL (`port_problems` reports that)."""
     try:
         endpoint = parse_url(str(url))
     except TransportError:
@@ -133,7 +151,8 @@ def _serial_path(url: object) -> list[str]:
 
 
 def _rows(tables: Mapping[str, Any], table: str) -> list[tuple[int, dict[str, Any]]]:
-    """The numbered rows of a [[table]]; none where the file has something else there, which is told elsewhere."""
+    """The numbered rows of a [[table]]; empty if the file has something else there (the check of its keys reports
+    that)."""
     rows = tables.get(table)
     return [(i, row) for i, row in enumerate(rows) if isinstance(row, dict)] if isinstance(rows, list) else []
 
@@ -145,7 +164,7 @@ def _allowed(table: Parameters, name: str) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Surroundings:
-    """What a vessel is put into: its clock, its ports, and where it keeps things."""
+    """The surroundings of a vessel: its clock, ports and links, and the places of its state and log."""
 
     clock: WaitingClock
     opener: StreamOpener
@@ -153,17 +172,17 @@ class Surroundings:
     links: Sequence[Link]
     state: StateFile | None = None
     log_folder: Path | None = None
-    durable_log: bool = False  # have the medium keep each row: on a boat, not in lockstep
+    durable_log: bool = False  # sync each row to the medium; for a boat, not for lockstep
     manifest: Mapping[str, Any] | None = None
-    defaults: Mapping[str, float] | None = None  # of parameters, over the vessel's own
-    patience: float = 1.0  # with ground stations, whose time runs slower than the vessel's
-    devices: Devices | None = None  # None: those of the configuration, opened
-    stations_time_unix_ns: Callable[[], int] | None = None  # the time that ground stations live in; None: the clock's
-    network: StreamOpener | None = None  # opens what is no device of the boat: corrections, NMEA out; None: nothing of that
+    defaults: Mapping[str, float] | None = None  # defaults of parameters; they override the vessel's own
+    patience: float = 1.0  # factor on time-outs of ground stations, whose time runs slower than the vessel's
+    devices: Devices | None = None  # None: open the devices of the configuration
+    stations_time_unix_ns: Callable[[], int] | None = None  # the time of the ground stations; None: the clock's
+    network: StreamOpener | None = None  # opens the ports of corrections and NMEA out; None: both are off
 
 
 def build(config: VesselConfig, around: Surroundings) -> Vessel:
-    """Put a vessel together. Raises ConfigError for a driver that does not exist, OSError for a log folder that cannot be written."""
+    """Make a vessel. Raises ConfigError for an unknown driver, OSError for a log folder that cannot be written."""
     events = EventLog()
     warn = _warner(events, around.clock)
     if around.state is not None:
@@ -173,11 +192,12 @@ def build(config: VesselConfig, around: Surroundings) -> Vessel:
     parameters = _parameters(config, around, warn)
     plans = _plans(around.state, config, warn)
     executor = MissionExecutor(plans)
-    estimator = Estimator(config, parameters, events.say)
+    estimator = Estimator(config, parameters, events.say, ThesisAhrs)
     supervisor = Supervisor(config, parameters, plans, executor, events, lambda: estimator.frame)
     availability = Availability(config, parameters, events.say)
     allocator = (JetAllocator if config.thrusters[0].kind == "jet" else Allocator)(config, parameters)
-    blocks = Blocks(estimator, supervisor, Controller(config, parameters), availability, allocator, Gate(config))
+    controller = controller_with_baselines(config, parameters)
+    blocks = Blocks(estimator, supervisor, controller, availability, allocator, Gate(config))
     devices, relay = _devices(config, around, events)
     vessel = Vessel(config, parameters, plans, executor, events, blocks, devices, around.clock)
     if around.state is not None:
@@ -192,36 +212,59 @@ def build(config: VesselConfig, around: Surroundings) -> Vessel:
         for row in config.nmea_out:
             vessel.add_recorder(NmeaOut(row, config.thrusters, around.network.open("nmea_out", row.port), events.say))
     logs = None if around.log_folder is None else around.log_folder.parent
-    vessel.attach(connect(vessel, around.links, program_version(), _tap(log, around.clock), ear, around.patience, logs, relay, _signing(around, warn)))
+    vessel.attach(
+        connect(
+            vessel,
+            around.links,
+            program_version(),
+            Copies(_tap(log, around.clock), ear),
+            around.patience,
+            logs,
+            relay,
+            _signing(around, warn),
+        )
+    )
     return vessel
 
 
 def _devices(config: VesselConfig, around: Surroundings, events: EventLog) -> tuple[Devices, CorrectionsRelay]:
-    """The devices, and what carries corrections to the receivers among them."""
-    receivers = [sensor.name for sensor in config.sensors if sensor.rtcm or sensor.name in {row.to for row in config.corrections}]
+    """The devices, and the relay that passes corrections to the receivers among them."""
+    receivers = [
+        sensor.name for sensor in config.sensors if sensor.rtcm or sensor.name in {row.to for row in config.corrections}
+    ]
     names = [f"corrections_{number}" for number in range(1, len(config.corrections) + 1)]
     if around.devices is not None:
         return around.devices, CorrectionsRelay(dict.fromkeys(receivers), names, events.say)
     ports = {sensor.name: around.opener.open(sensor.name, sensor.port) for sensor in config.sensors}
     relay = CorrectionsRelay({name: ports[name] for name in receivers}, names, events.say)
     network = around.network
-    sources = () if network is None else tuple(
-        CorrectionsSource(row, name, network.open(name, row.port), relay) for name, row in zip(names, config.corrections, strict=True)
+    sources = (
+        ()
+        if network is None
+        else tuple(
+            CorrectionsSource(row, name, network.open(name, row.port), relay)
+            for name, row in zip(names, config.corrections, strict=True)
+        )
     )
     devices = Devices(
         world=around.world,
         sensors=(*(open_sensor(sensor, ports[sensor.name]) for sensor in config.sensors), *sources),
-        actuators=tuple(open_actuator(bridge, config, around.opener.open(bridge.name, bridge.port)) for bridge in config.actuators),
+        actuators=tuple(
+            open_actuator(bridge, config, around.opener.open(bridge.name, bridge.port)) for bridge in config.actuators
+        ),
     )
     return devices, relay
 
 
 def warm_up() -> None:
-    """Load what builds curved paths. Its first import takes most of a second (several on a small board): not in a tick, please."""
+    """Load scipy's interpolation before it is needed: the import takes most of a second (several on a small board), too
+    long for a tick."""
     build_path(((0.0, 0.0), (1.0, 0.0), (1.0, 1.0)), PathKind.PCHIP)
 
 
 def _warner(events: EventLog, clock: WaitingClock) -> Callable[[str], None]:
+    """Announces a warning about storage, and writes it to stderr."""
+
     def warn(text: str) -> None:
         events.say(clock.now_s(), Severity.WARNING, "storage", text)
         sys.stderr.write(f"companion: {text}\n")
@@ -230,7 +273,8 @@ def _warner(events: EventLog, clock: WaitingClock) -> Callable[[str], None]:
 
 
 def _parameters(config: VesselConfig, around: Surroundings, warn: Callable[[str], None]) -> Parameters:
-    """The table, over it the vessel's own and this run's, over those what an operator kept."""
+    """The parameters: defaults of the table, then the vessel's, then this run's, then the stored values of an
+    operator."""
     parameters = Parameters({**config.parameters, **(around.defaults or {})})
     kept: Mapping[str, float] = {}
     if around.state is not None:
@@ -239,7 +283,7 @@ def _parameters(config: VesselConfig, around: Surroundings, warn: Callable[[str]
             warn(text)
     for name, value in kept.items():
         if (refusal := parameters.set(name, value)) is not None:
-            warn(f"parameter {name} = {value:g} not taken over: {refusal.name.lower().replace('_', ' ')}")
+            warn(f"Stored {name} = {value:g} ignored: {refusal.name.lower().replace('_', ' ')}")
     if around.state is not None:
         state = around.state
         parameters.on_change(lambda _name, _value: state.save_parameters(parameters.changed()))
@@ -247,7 +291,7 @@ def _parameters(config: VesselConfig, around: Surroundings, warn: Callable[[str]
 
 
 def _signing(around: Surroundings, warn: Callable[[str], None]) -> Signing:
-    """The key that was kept, or none."""
+    """Message signing, with the stored key if there is one."""
     time_unix_ns = around.stations_time_unix_ns or around.clock.time_unix_ns
     state = around.state
     if state is None:
@@ -256,22 +300,27 @@ def _signing(around: Surroundings, warn: Callable[[str], None]) -> Signing:
     for text in warnings:
         warn(text)
     if kept[0] is None and any(link.guard.options.signing is Policy.REQUIRE for link in around.links):
-        warn("a link requires signatures and there is no key: nobody is heard there; companion signing set")
+        warn("No signing key: a link ignores all packets (run companion signing set)")
     return Signing(time_unix_ns, SigningState(*kept), lambda new: state.save_signing(new.key, new.horizon))
 
 
 def _plans(state: StateFile | None, config: VesselConfig, warn: Callable[[str], None]) -> Plans:
+    """The stored plans that pass the checks; later changes are stored."""
     plans = Plans()
     if state is not None:
         kept, warnings = state.load_plans()
         for text in warnings:
             warn(text)
         for kind, items in kept.items():
-            refusal = check_plan(kind, items, config.limits.sway_n > 0.0, len(config.servos), len(config.relays)) if items else None
+            refusal = (
+                check_plan(kind, items, config.limits.sway_n > 0.0, len(config.servos), len(config.relays))
+                if items
+                else None
+            )
             if refusal is None:
                 plans.replace(kind, items)
             else:
-                warn(f"{kind.name.lower()} not taken over: {refusal.text}")
+                warn(f"Stored {kind.name.lower()} ignored: {refusal.text}")
 
         def save(kind: PlanKind) -> None:
             state.save_plan(kind, plans.items(kind))
@@ -280,7 +329,9 @@ def _plans(state: StateFile | None, config: VesselConfig, warn: Callable[[str], 
     return plans
 
 
-def _log_folder(config: VesselConfig, parameters: Parameters, around: Surroundings, warn: Callable[[str], None]) -> LogFolder | None:
+def _log_folder(
+    config: VesselConfig, parameters: Parameters, around: Surroundings, warn: Callable[[str], None]
+) -> LogFolder | None:
     if around.log_folder is None:
         return None
     manifest = {
@@ -300,7 +351,7 @@ def _log_folder(config: VesselConfig, parameters: Parameters, around: Surroundin
 
 
 def _tap(log: LogFolder | None, clock: WaitingClock) -> Callable[[Sequence[bytes]], None] | None:
-    """Where every packet, in and out, goes besides."""
+    """The function that logs a copy of every packet, in and out; None without a log."""
     if log is None:
         return None
     return lambda packets: log.packets(packets, clock.time_unix_ns())

@@ -1,13 +1,13 @@
 """The tick: sense → estimate → decide → guide → control → allocate → gate → act → record.
 
-`Vessel` holds the blocks and says that order in one function. `run` calls it at absolute deadlines and, between two ticks, lets
-the vessel answer whatever comes in on its links. Neither knows whether the world outside is real.
+`Vessel.tick` calls these steps in this order. `run` calls it at absolute deadlines, and between two ticks lets the
+vessel answer what arrives on its links. Neither knows whether the boat is real or simulated.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
@@ -15,52 +15,44 @@ from companion.allocation.allocator import Allocator
 from companion.allocation.availability import Availability
 from companion.allocation.feedback import ThrusterReports
 from companion.allocation.jet import JetAllocator
-from companion.config import VesselConfig
+from companion.config.vessel import VesselConfig
 from companion.control.controller import Controller
-from companion.core.frames import ned_to_body
-from companion.core.geodesy import LocalFrame
-from companion.core.ports import Actuator, Clock, Recorder, Sensor, Stations, WaitingClock, World
-from companion.core.types import (
+from companion.core.actuation import (
     ZERO_WRENCH,
     ActuatorCommand,
-    AisTarget,
     Allocation,
-    Battery,
-    Condition,
-    Corrections,
-    Depth,
-    DeviceHealth,
-    Inputs,
-    Leak,
-    NavState,
-    RcInput,
-    Reading,
-    Setpoint,
-    SetpointKind,
-    Severity,
-    Status,
+    ThrusterCondition,
     ThrusterFeedback,
-    Tick,
-    Wind,
     Wrench,
 )
+from companion.core.decision import Severity, Status
+from companion.core.estimate import NavState
+from companion.core.events import EventLog
+from companion.core.frames import ned_to_body
+from companion.core.geodesy import LocalFrame
+from companion.core.ports import Actuator, Clock, GroundStations, Recorder, Sensor, WaitingClock, World
+from companion.core.readings import AisTarget, Battery, Corrections, Depth, Leak, RcInput, Reading, Wind
+from companion.core.setpoint import NeutralSetpoint, Setpoint, ThrusterSetpoint
+from companion.core.tick import DeviceHealth, Inputs, Tick
 from companion.mission.executor import MissionExecutor
 from companion.mission.plan import Plans
-from companion.modes.beacon import beacon
-from companion.modes.events import EventLog
-from companion.modes.supervisor import Supervisor
 from companion.nav.charge import ChargeCounter
 from companion.nav.estimator import Estimator
-from companion.params import Parameters
+from companion.params.store import Parameters
 from companion.safety import Gate
+from companion.supervisor.beacon import beacon
+from companion.supervisor.supervisor import Supervisor
 
-_ANSWER_S = 10.0  # after the start, by which a device should have answered: motors of NMEA 2000 and drives that home need a while
-_LATE_S = 0.005  # a tick that begins later is counted
+_ANSWER_S = 10.0  # time for a device to answer after the start: NMEA 2000 motors and drives that home need it
+_LATE_S = 0.005  # a tick that begins later counts as late
+
+NEWEST: Mapping[type, str] = {Leak: "leak", RcInput: "rc", Wind: "wind", Depth: "depth", Corrections: "corrections"}
+"""Kinds of which the loop keeps the newest reading, with the field of `Inputs` that holds it."""
 
 
 @dataclass(frozen=True, slots=True)
 class Blocks:
-    """The arithmetic of a vessel, wired by `app.build`."""
+    """The blocks of a vessel, one for each step of the tick; `app.build` makes them."""
 
     estimator: Estimator
     supervisor: Supervisor
@@ -72,7 +64,7 @@ class Blocks:
 
 @dataclass(frozen=True, slots=True)
 class Devices:
-    """What the vessel has plugged in."""
+    """The drivers of the vessel's devices, and the world that they stand in."""
 
     world: World
     sensors: tuple[Sensor, ...]
@@ -80,7 +72,8 @@ class Devices:
 
 
 class Vessel:
-    """One boat: its blocks, its devices, its ground stations, and the values that they share."""
+    """One boat: its blocks, its devices, its ground stations, and the values that they share. Remembers the inputs and
+    the results that the next tick needs."""
 
     def __init__(
         self,
@@ -101,56 +94,62 @@ class Vessel:
         self.supervisor = blocks.supervisor
         self.last_tick: Tick | None = None
         self.restart_requested = False
-        self.load = 0.0  # share of the period that the last tick took, as the runner measured it
+        self.load = 0.0  # share of the period that the last tick took; set by `run`
         self.period_s = 1.0 / config.control_rate_hz
         self._blocks = blocks
         self._devices = devices
         self._clock = clock
-        self._stations: Stations = NoStations()
+        self._stations: GroundStations = NoGroundStations()
         self._recorders: list[Recorder] = []
         self._arrived: list[Reading] = []  # readings that came in between two ticks
         self._inputs = Inputs()
         self._charge = ChargeCounter(config.battery)
         self._reports = ThrusterReports(len(config.thrusters))
         self._achieved: Wrench = ZERO_WRENCH
-        self._command: ActuatorCommand | None = None  # the last that went to the bridges
-        self._thrust: Wrench | None = None  # on the hull, None where it is not ours to know
+        self._command: ActuatorCommand | None = None  # the last one sent to the bridges
+        self._thrust: Wrench | None = None  # on the hull; None while disarmed
+        self._taken: Mapping[type, Callable[[Any, float], None]] = {  # the kinds of which a block takes every reading
+            Battery: self._battery_read,
+            ThrusterFeedback: lambda report, _: self._reports.take(report),
+            AisTarget: self.supervisor.traffic_heard,
+        }
         self._device_ok: dict[str, bool] = {}
         self._answers_due_s: float | None = None
 
     @property
     def frame(self) -> LocalFrame:
-        """The local NED plane that the estimator works in."""
+        """The local NED plane of the estimator."""
         return self._blocks.estimator.frame
 
-    def attach(self, stations: Stations) -> None:
-        """The ground stations; they hold the vessel in turn, so they come after it."""
+    def attach(self, stations: GroundStations) -> None:
+        """Set the ground stations. They need the vessel, so they are made after it."""
         self._stations = stations
 
     def add_recorder(self, recorder: Recorder) -> None:
+        """Pass every tick to `recorder` too."""
         self._recorders.append(recorder)
 
     def request_restart(self) -> None:
-        """Asked for by a ground station; the runner ends the process with the exit code that a supervisor restarts on."""
+        """Ask the runner to end the process with the exit code on which the service manager restarts it."""
         self.restart_requested = True
 
     def filenos(self) -> Sequence[int]:
-        """Descriptors that become readable when something arrives."""
+        """Descriptors that become readable when a device or a ground station sends."""
         devices = (device.fileno() for device in (*self._devices.sensors, *self._devices.actuators))
         return [*self._stations.filenos(), *(fd for fd in devices if fd is not None)]
 
     def serve(self, now_s: float) -> None:
-        """Between two ticks: stamp and keep what the sensors sent, answer the ground stations."""
+        """Between two ticks: keep what the sensors sent, with its time, and answer the ground stations."""
         self._collect(now_s)
         self._stations.serve(now_s)
 
     def tick(self, now_s: float) -> Tick:
-        """One cycle, whole."""
+        """One cycle: all steps in their order."""
         readings = self.sense(now_s)
         nav = self._blocks.estimator.update(readings, now_s, self._thrust)
         health = self.device_health(now_s)
         status = self.supervisor.update(nav, self._inputs, health, now_s)
-        self.mind_thrusters(health, now_s)
+        self.update_thruster_conditions(health, now_s)
         setpoint = self.supervisor.guide(nav, now_s, self.period_s)
         wrench = self._blocks.controller.update(setpoint, nav, self._achieved, self.period_s)
         allocation = self.allocate(setpoint, wrench, status, nav)
@@ -159,35 +158,27 @@ class Vessel:
         return self.record(readings, nav, status, setpoint, wrench, allocation, command, health)
 
     def sense(self, now_s: float) -> Sequence[Reading]:
-        """All readings since the last tick; the slow ones are kept for the steps and the telemetry that look at the newest."""
+        """All readings since the last tick, in the order of arrival: the estimator gets them all. `_taken` names the
+        blocks that want every reading of a kind, NEWEST the kinds that the steps and the telemetry look up."""
         self._devices.world.advance(now_s)
         self._stations.serve(now_s)
         self._collect(now_s)
         readings, self._arrived = self._arrived, []
-        inputs = self._inputs
+        newest: dict[str, Any] = {}
         for reading in readings:
-            match reading:
-                case Battery():
-                    inputs = replace(inputs, battery=self._charge.update(reading))
-                case Leak():
-                    inputs = replace(inputs, leak=reading)
-                case RcInput():
-                    inputs = replace(inputs, rc=reading)
-                case Wind():
-                    inputs = replace(inputs, wind=reading)
-                case Depth():
-                    inputs = replace(inputs, depth=reading)
-                case Corrections():
-                    inputs = replace(inputs, corrections=reading)
-                case ThrusterFeedback():
-                    self._reports.take(reading)
-                case AisTarget():
-                    self.supervisor.traffic_heard(reading, now_s)
-        self._inputs = inputs
+            kind = type(reading)
+            if kind in self._taken:
+                self._taken[kind](reading, now_s)
+            elif kind in NEWEST:
+                newest[NEWEST[kind]] = reading
+        self._inputs = replace(self._inputs, **newest) if newest else self._inputs
         return readings
 
+    def _battery_read(self, reading: Battery, now_s: float) -> None:
+        self._inputs = replace(self._inputs, battery=self._charge.update(reading))
+
     def device_health(self, now_s: float) -> tuple[DeviceHealth, ...]:
-        """Health of every device; a change is said, and what has not answered some time after the start."""
+        """Health of every device. Announces changes, and devices that do not answer within `_ANSWER_S` of the start."""
         health = tuple(device.health(now_s) for device in (*self._devices.sensors, *self._devices.actuators))
         self._answers_due_s = now_s + _ANSWER_S if self._answers_due_s is None else self._answers_due_s
         for device in health:
@@ -201,22 +192,22 @@ class Vessel:
             self._device_ok[device.name] = device.ok
         return health
 
-    def mind_thrusters(self, health: Sequence[DeviceHealth], now_s: float) -> None:
-        """Thrusters that have failed or are not down are left out of the allocation at once, and the modes know of them."""
+    def update_thruster_conditions(self, health: Sequence[DeviceHealth], now_s: float) -> None:
+        """Tell the allocation and the supervisor which thrusters have failed or are not lowered."""
         availability = self._blocks.availability
         silent = [device.name for device in health if not device.ok]
         if availability.update(self._reports.newest, self._command, self.supervisor.retraction.lower, silent, now_s):
             for i, condition in enumerate(availability.conditions):
-                self._blocks.allocator.set_failed(i, condition is not Condition.READY)
-                self.supervisor.thruster_failed(i, condition is Condition.FAILED)
+                self._blocks.allocator.set_failed(i, condition is not ThrusterCondition.READY)
+                self.supervisor.thruster_failed(i, condition is ThrusterCondition.FAILED)
         self.supervisor.retraction.see(availability.up, now_s)
 
     def allocate(self, setpoint: Setpoint, wrench: Wrench, status: Status, nav: NavState) -> Allocation:
-        """Thruster demands; what the thrusters cannot give is remembered for the integrators."""
+        """The thruster demands for a setpoint and its wrench. Keeps the achieved wrench for the integrators."""
         allocator = self._blocks.allocator
-        if not status.armed or setpoint.kind is SetpointKind.NEUTRAL:
+        if not status.armed or isinstance(setpoint, NeutralSetpoint):
             allocation = allocator.neutral()
-        elif setpoint.kind is SetpointKind.THRUSTERS and setpoint.thrusters is not None:
+        elif isinstance(setpoint, ThrusterSetpoint):
             allocation = allocator.direct(setpoint.thrusters, surge_mps=surge_through_water_mps(nav))
         else:
             allocation = allocator.update(wrench, self.period_s, surge_through_water_mps(nav))
@@ -225,16 +216,21 @@ class Vessel:
         self.supervisor.thrust_achieved(allocation.achieved)
         return allocation
 
-    def gate(self, allocation: Allocation, status: Status, health: Sequence[DeviceHealth], now_s: float) -> ActuatorCommand:
-        """What may go to the bridges, with servos, relays and lamps."""
+    def gate(
+        self, allocation: Allocation, status: Status, health: Sequence[DeviceHealth], now_s: float
+    ) -> ActuatorCommand:
+        """The command for the bridges, with servos, relays and lamps."""
         lower = self.supervisor.retraction.lower
         outputs = self.supervisor.auxiliary.update(status.armed, now_s)
-        command = self._blocks.gate.update(allocation, status.armed, now_s, self.period_s, lower, self._reports.newest, outputs)
+        command = self._blocks.gate.update(
+            allocation, status.armed, now_s, self.period_s, lower, self._reports.newest, outputs
+        )
         leak = self._inputs.leak
         lamps = beacon(status, leak is not None and leak.wet, health, self._blocks.availability.conditions)
         return replace(command, beacon=lamps)
 
     def act(self, command: ActuatorCommand, now_s: float) -> None:
+        """Send the command to all bridges."""
         self._command = command
         for actuator in self._devices.actuators:
             actuator.write(command, now_s)
@@ -250,7 +246,7 @@ class Vessel:
         command: ActuatorCommand,
         health: tuple[DeviceHealth, ...],
     ) -> Tick:
-        """The cycle as one record, for the log and the telemetry."""
+        """Make the tick's record, and pass it to the recorders and the ground stations."""
         tick = Tick(
             t_s=nav.t_s,
             time_unix_ns=self._clock.time_unix_ns(),
@@ -275,7 +271,7 @@ class Vessel:
         return tick
 
     def close(self) -> None:
-        """Neutral to the bridges, then everything shut."""
+        """Command neutral, then close ground stations, recorders and devices."""
         now_s = self._clock.now_s()
         neutral = self._blocks.gate.update(self._blocks.allocator.neutral(), False, now_s, self.period_s)
         last = self._command
@@ -294,63 +290,73 @@ class Vessel:
 
 
 def surge_through_water_mps(nav: NavState) -> float:
-    """Speed ahead through the water; over ground where no current is known."""
+    """Speed ahead through the water; over ground if no current is known."""
     if nav.current_north_mps is None or nav.current_east_mps is None:
         return nav.surge_mps
     return nav.surge_mps - ned_to_body(nav.current_north_mps, nav.current_east_mps, nav.yaw_rad)[0]
 
 
-class NoStations:
-    """A vessel without ground stations."""
+class NoGroundStations:
+    """The `GroundStations` of a vessel without links."""
 
     def serve(self, now_s: float) -> None:
-        pass
+        """Nothing arrives."""
 
     def publish(self, tick: Tick) -> None:
-        pass
+        """Nobody listens."""
 
     def health(self, now_s: float) -> Sequence[DeviceHealth]:
+        """No links."""
         return ()
 
     def filenos(self) -> Sequence[int]:
+        """No descriptors."""
         return ()
 
     def close(self) -> None:
-        pass
+        """Nothing to close."""
 
 
 class RealWorld:
-    """On a boat the world advances by itself."""
+    """The `World` of a boat: it advances by itself."""
 
     def advance(self, now_s: float) -> None:
-        pass
+        """Nothing to simulate."""
 
 
 class Ticking(Protocol):
-    """What can be run: a vessel, or the module on a lead boat. `load`: share of the period that the last tick took, as the runner measured it."""
+    """What `run` can run: a vessel, or the module on a lead boat. `load`: share of the period that the last tick took;
+    `run` sets it."""
 
     period_s: float
     load: float
 
-    def filenos(self) -> Sequence[int]: ...
+    def filenos(self) -> Sequence[int]:
+        """Descriptors that become readable when something arrives."""
+        ...
 
-    def serve(self, now_s: float) -> None: ...
+    def serve(self, now_s: float) -> None:
+        """Handle what arrived between two ticks."""
+        ...
 
-    def tick(self, now_s: float) -> Any: ...
+    def tick(self, now_s: float) -> Any:
+        """One cycle."""
+        ...
 
 
 @dataclass(slots=True)
 class Punctuality:
-    """How a run kept its deadlines, in the boat's time: ticks, those that began more than 5 ms late, the worst and when it was, and those left out."""
+    """How a run kept its deadlines, in vessel time: the number of ticks, of those that began more than 5 ms late and of
+    those skipped; the latest start and when it was due."""
 
     ticks: int = 0
     late: int = 0
     worst_s: float = 0.0
     worst_at_s: float = 0.0
-    left_out: int = 0
+    skipped: int = 0
 
     def note(self, deadline_s: float, now_s: float) -> None:
-        """A tick that was due at `deadline_s` begins."""
+        """Count a tick that begins now and was due at `deadline_s`."""
         late_s = now_s - deadline_s
         self.ticks += 1
         self.late += late_s > _LATE_S
@@ -359,12 +365,14 @@ class Punctuality:
 
     @property
     def text(self) -> str:
-        worst = f"the latest began {1e3 * self.worst_s:.1f} ms after its time (at {self.worst_at_s:.1f} s)"
-        return f"{self.ticks} ticks, {worst}, {self.late} more than {1e3 * _LATE_S:.0f} ms, {self.left_out} left out"
+        """One line for people."""
+        worst = f"latest start {1e3 * self.worst_s:.1f} ms late (at {self.worst_at_s:.1f} s)"
+        return f"{self.ticks} ticks: {worst}, {self.late} over {1e3 * _LATE_S:.0f} ms late, {self.skipped} skipped"
 
 
 def run(vessel: Ticking, clock: WaitingClock, stop: Callable[[], bool]) -> Punctuality:
-    """Tick at absolute deadlines until `stop()`. A deadline that was missed by more than a period is skipped, not caught up."""
+    """Tick at absolute deadlines until `stop()`; returns how it kept them. A deadline missed by more than a period is
+    skipped, not made up for."""
     punctuality = Punctuality()
     deadline_s = clock.now_s()
     while not stop():
@@ -375,6 +383,6 @@ def run(vessel: Ticking, clock: WaitingClock, stop: Callable[[], bool]) -> Punct
         vessel.load = clock.busy_s() / vessel.period_s
         late_s = clock.now_s() - deadline_s
         periods = max(1, math.ceil(late_s / vessel.period_s))
-        punctuality.left_out += periods - 1
+        punctuality.skipped += periods - 1
         deadline_s += vessel.period_s * periods
     return punctuality

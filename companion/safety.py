@@ -1,27 +1,38 @@
-"""The last gate before the bridges. It knows no controller and no allocation, only the vessel's own limits, and trusts nobody."""
+"""The last gate before the bridges. It uses only the vessel's own limits, and relies on neither controller nor
+allocation."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 
-from companion.config import ThrusterConfig, VesselConfig
-from companion.core.auxiliary import NO_AUXILIARY, Auxiliary
-from companion.core.types import ActuatorCommand, Allocation, Deployment, ThrusterCommand, ThrusterFeedback
+from companion.config.devices import ThrusterConfig
+from companion.config.vessel import VesselConfig
+from companion.core.actuation import (
+    NO_AUXILIARY,
+    ActuatorCommand,
+    Allocation,
+    Auxiliary,
+    Deployment,
+    ThrusterCommand,
+    ThrusterFeedback,
+)
 
-_FORCE_RATE_SHARE = 1.5  # of the configured rate: only what should never come is cut here
+_FORCE_RATE_SHARE = 1.5  # of the configured rate: the gate cuts only what the allocation should never demand
 _FORCE_SLACK_SHARE = 0.02  # of full force, for rounding
 _SECTOR_SLACK_RAD = 1.0e-6
 
 
 class Gate:
-    """`update(allocation, armed, now_s, dt_s, lower, feedback)` → ActuatorCommand that is finite, within limits and slow enough.
+    """Allocation → ActuatorCommand that is finite and within all limits and rates.
 
-    Remembers the last force and azimuth of each thruster, and since when those that retract are told to be down. `gated` names each limit
-    that changed the demand: "count" for a wrong number of thrusters, else "<thruster>.finite", ".throttle", ".slew", ".azimuth", ".sector"
-    or ".retracted", and "<servo>.pulse". Disarmed: every throttle is exactly 0, at once, and every servo and relay rests but those that may
-    move then. A retractable thruster runs only where its bridge reports it down and nothing tells it to go up; where the bridge does not say,
-    only after it has been told to be down for its time of travel.
+    `gated` names each limit that changed the demand: "count" for a wrong number of thrusters, else "<thruster>.finite",
+    ".throttle", ".slew", ".azimuth", ".sector" or ".retracted", and "<servo>.pulse".
+
+    While disarmed every throttle is exactly 0 at once, and every servo and relay rests, except those that may move
+    then. A retractable thruster runs only while its bridge reports it lowered and it is not ordered up. If the bridge
+    does not report its position, it runs once it has been ordered down for its travel time. Remembers the last force
+    and azimuth of each thruster, and since when the retractable ones are ordered down.
     """
 
     def __init__(self, config: VesselConfig) -> None:
@@ -43,7 +54,8 @@ class Gate:
         feedback: Sequence[ThrusterFeedback | None] = (),
         auxiliary: Auxiliary = NO_AUXILIARY,
     ) -> ActuatorCommand:
-        """What may go to the bridges. `lower`: where retractable thrusters are told to be; `feedback`: the newest of each thruster."""
+        """The command for the bridges. `lower`: the order to the retractable thrusters (None: none); `feedback`: the
+        newest of each thruster."""
         gated: list[str] = []
         if self._retractable:
             self._see_which_are_down(lower, feedback, now_s)
@@ -55,7 +67,9 @@ class Gate:
         outputs = Auxiliary(self._pulses(auxiliary.servos_us, armed, gated), self._switches(auxiliary.relays, armed))
         return ActuatorCommand(now_s, armed, commands, tuple(gated), lower, auxiliary=outputs)
 
-    def _see_which_are_down(self, lower: bool | None, feedback: Sequence[ThrusterFeedback | None], now_s: float) -> None:
+    def _see_which_are_down(
+        self, lower: bool | None, feedback: Sequence[ThrusterFeedback | None], now_s: float
+    ) -> None:
         if lower is not True:
             self._told_down_s = None
         elif self._told_down_s is None:
@@ -65,10 +79,12 @@ class Gate:
             if report is not None and report.deployment is not None:
                 self._down[i] = lower is not False and report.deployment is Deployment.LOWERED
             else:
-                self._down[i] = self._told_down_s is not None and now_s - self._told_down_s >= self._thrusters[i].travel_s
+                self._down[i] = (
+                    self._told_down_s is not None and now_s - self._told_down_s >= self._thrusters[i].travel_s
+                )
 
     def _pulses(self, demands: tuple[float | None, ...], armed: bool, gated: list[str]) -> tuple[float | None, ...]:
-        """The pulses demanded, within limits; at rest where there is no sensible demand, or none may be."""
+        """The demanded pulses within limits; a servo rests if its demand is invalid or not allowed now."""
         if len(demands) != len(self._servos):
             demands = tuple(servo.rest_us for servo in self._servos)
         pulses: list[float | None] = []
@@ -87,7 +103,9 @@ class Gate:
             return (False,) * len(self._relays)
         return tuple(on and (armed or relay.while_disarmed) for relay, on in zip(self._relays, demands, strict=True))
 
-    def _one(self, i: int, demand: ThrusterCommand | None, armed: bool, dt_s: float, gated: list[str]) -> ThrusterCommand:
+    def _one(
+        self, i: int, demand: ThrusterCommand | None, armed: bool, dt_s: float, gated: list[str]
+    ) -> ThrusterCommand:
         thruster = self._thrusters[i]
         throttle = self._throttle(thruster, demand, gated) if armed else 0.0
         if throttle != 0.0 and not self._down[i]:
@@ -110,7 +128,7 @@ class Gate:
 
     @staticmethod
     def _throttle(thruster: ThrusterConfig, demand: ThrusterCommand | None, gated: list[str]) -> float:
-        """The demanded throttle within −1…1 and the thruster's own limits; 0 for none or no number."""
+        """The demanded throttle within the thruster's limits; 0 for none or a non-finite one."""
         if demand is None:
             return 0.0
         if not math.isfinite(demand.throttle):
@@ -125,7 +143,7 @@ class Gate:
 
     @staticmethod
     def _slewed(thruster: ThrusterConfig, last_n: float, force_n: float, dt_s: float) -> float:
-        """The force as near to the demanded one as the rate allows. Thrust towards zero is never held back."""
+        """The force as near to the demanded one as the rate allows. A change towards zero is never delayed."""
         if last_n * force_n >= 0.0 and abs(force_n) <= abs(last_n):
             return force_n
         begin = 0.0 if last_n * force_n < 0.0 else last_n
@@ -135,7 +153,7 @@ class Gate:
 
     @staticmethod
     def _azimuth(thruster: ThrusterConfig, last_rad: float, demand: ThrusterCommand | None, gated: list[str]) -> float:
-        """The demanded azimuth inside the sector; the last one for none or no number."""
+        """The demanded azimuth within the stops; the last one for none or a non-finite one."""
         if demand is None or demand.azimuth_rad is None:
             return last_rad
         azimuth = demand.azimuth_rad
@@ -151,14 +169,15 @@ class Gate:
 
 
 def _forbidden(thruster: ThrusterConfig, azimuth_rad: float) -> bool:
-    """Whether it stands inside a sector where it may give no thrust."""
+    """Whether the azimuth is inside a forbidden sector."""
     return any(
-        _SECTOR_SLACK_RAD < (azimuth_rad - start) % math.tau < (end - start) % math.tau - _SECTOR_SLACK_RAD for start, end in thruster.forbidden_rad
+        _SECTOR_SLACK_RAD < (azimuth_rad - start) % math.tau < (end - start) % math.tau - _SECTOR_SLACK_RAD
+        for start, end in thruster.forbidden_rad
     )
 
 
 def _force_n(thruster: ThrusterConfig, throttle: float) -> float:
-    """At that throttle; of a jet, with the boat at rest, where it pushes most."""
+    """The force at that throttle; for a jet at rest, where it is largest."""
     if thruster.jet is not None:
         return 0.0 if throttle < thruster.dead_band else thruster.jet.bollard_n(throttle)
     gain = thruster.ahead_n if throttle >= 0.0 else thruster.astern_n

@@ -1,1 +1,1 @@
-"""What ground stations load, made from the one table of commands in `commands.py`."""
+"""Plug-ins for ground stations, made from the table of actions in `commands.py`."""

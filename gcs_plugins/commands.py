@@ -1,7 +1,7 @@
-"""The one table of what an operator can ask of the boat by a button: every plug-in here is made from it.
+"""The table of the actions that a button can send to the boat. Every plug-in here is made from it.
 
-Pure data, with no import of the companion: it is loaded inside ground stations. The tests hold each row against a running vessel,
-and the numbers against MAVLink's and the companion's own.
+It is pure data and imports nothing of the companion, because ground stations load it. Tests check each row against a
+running vessel, and the numbers against MAVLink and the companion's declarations.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class MavCmd(IntEnum):
 
 
 class Where(Enum):
-    """When the boat takes a command; else it is refused with the reason."""
+    """When the boat accepts a command; else it refuses it with the reason."""
 
     ALWAYS = "always"
     DISARMED = "disarmed"
@@ -47,7 +47,7 @@ class Where(Enum):
 
 @dataclass(frozen=True, slots=True)
 class ModeNumbers:
-    """`custom_mode` of one mode as the boat's links count it."""
+    """`custom_mode` of one mode, by the link's persona."""
 
     px4: int
     rover: int  # on a link with ?dialect=ardupilot
@@ -63,15 +63,17 @@ MODES: Mapping[str, ModeNumbers] = {
     "Dock": ModeNumbers(0x06040000, 8),
     "Follow": ModeNumbers(0x08040000, 6),
     "Offboard": ModeNumbers(0x00060000, 15),
+    "Circle": ModeNumbers(0x01030000, 9),
 }
 
 
 @dataclass(frozen=True, slots=True)
 class Action:
-    """One row. A row with a `mode` sends DO_SET_MODE with that mode's number; `params` are 1, 2, …, those left out are 0.
+    """One row. A row with a `mode` sends DO_SET_MODE with that mode's number; `params` are 1, 2, …, those left out are
+    0.
 
-    `joystick`: among the actions that a button of a stick can be given; `button`: which one is suggested, as Cockpit numbers a
-    standard gamepad, with `shift` held where that is set. Numbers are plain ones (no NaN): JSON has none.
+    `joystick`: among the actions that a button of a stick can be given; `button`: which one is suggested, as Cockpit
+    numbers a standard gamepad, with `shift` held where that is set. No number is NaN: JSON has none.
     """
 
     name: str
@@ -86,7 +88,7 @@ class Action:
     shift: bool = False
 
     def all_params(self, rover_numbers: bool = False) -> tuple[float, ...]:
-        """Params 1 to 7 as COMMAND_LONG has them. `rover_numbers`: for a link that speaks ArduPilot's dialect."""
+        """Params 1 to 7 as COMMAND_LONG has them. `rover_numbers`: for a link with the ardupilot persona."""
         params = self.params
         if self.mode is not None:
             numbers = MODES[self.mode]
@@ -94,26 +96,38 @@ class Action:
         return (*params, *(0.0 for _ in range(7 - len(params))))
 
 
-def _mode(name: str, label: str, mode: str, text: str, where: Where = Where.ALWAYS, button: int | None = None) -> Action:
-    return Action(name, label, text, MavCmd.DO_SET_MODE, mode=mode, where=where, joystick=button is not None, button=button)
+def _mode(
+    name: str, label: str, mode: str, text: str, where: Where = Where.ALWAYS, button: int | None = None
+) -> Action:
+    return Action(
+        name, label, text, MavCmd.DO_SET_MODE, mode=mode, where=where, joystick=button is not None, button=button
+    )
 
 
 def _nudge(name: str, label: str, text: str, params: tuple[float, ...], button: int, shift: bool = False) -> Action:
-    return Action(name, label, text, MavCmd.USER_1, (1.0, *params), where=Where.HOLD, joystick=True, button=button, shift=shift)
+    return Action(
+        name, label, text, MavCmd.USER_1, (1.0, *params), where=Where.HOLD, joystick=True, button=button, shift=shift
+    )
 
 
 def _bow(name: str, label: str, heading_deg: float) -> Action:
     return Action(
-        name, label, f"Turn the bow to {heading_deg:g} degrees at the point held", MavCmd.USER_1, (2.0, heading_deg), where=Where.HOLD
+        name,
+        label,
+        f"Turn the bow to {heading_deg:g} degrees at the point held",
+        MavCmd.USER_1,
+        (2.0, heading_deg),
+        where=Where.HOLD,
     )
 
 
 def _station(name: str, label: str, where: str, bearing_deg: float) -> Action:
-    text = f"Follow 20 m from the leader, {where}, until another station is commanded or the boat is disarmed"
+    text = f"Follow 20 m from the leader, {where}, until another follow position is set or the boat is disarmed"
     return Action(name, label, text, MavCmd.USER_3, (bearing_deg, 20.0))
 
 
-# Buttons: 0 to 3 the lower, right, left and upper face button, 4 and 5 the shoulders, 12 to 15 the cross up, down, left, right.
+# Buttons: 0 to 3 the lower, right, left and upper face button, 4 and 5 the shoulders, 12 to 15 the cross up, down,
+# left, right.
 ACTIONS: tuple[Action, ...] = (
     _mode("hold", "Hold here", "Hold", "Dynamic positioning: hold this point and heading", button=0),
     Action(
@@ -126,12 +140,12 @@ ACTIONS: tuple[Action, ...] = (
         button=1,
         shift=True,
     ),
-    Action("arm", "Arm thrusters", "Arm: thrusters obey from now on", MavCmd.COMPONENT_ARM_DISARM, (1.0,)),
+    Action("arm", "Arm thrusters", "Arm: the thrusters give thrust from now on", MavCmd.COMPONENT_ARM_DISARM, (1.0,)),
     Action("disarm", "Disarm thrusters", "Disarm: every thruster at neutral", MavCmd.COMPONENT_ARM_DISARM, (0.0,)),
     Action(
         "checks",
         "Why not armed?",
-        "Say every reason for which the boat would refuse to arm",
+        "Report every reason against arming",
         MavCmd.RUN_PREARM_CHECKS,
         where=Where.DISARMED,
     ),
@@ -172,11 +186,21 @@ ACTIONS: tuple[Action, ...] = (
         where=Where.MISSION,
     ),
     Action(
-        "return", "Return home", "Back to home or the nearest rally point, then hold", MavCmd.NAV_RETURN_TO_LAUNCH, joystick=True, button=2
+        "return",
+        "Return home",
+        "Back to home or the nearest rally point, then hold",
+        MavCmd.NAV_RETURN_TO_LAUNCH,
+        joystick=True,
+        button=2,
     ),
     _mode(
-        "dock", "Go alongside", "Dock", "Dock: to the standoff point, then alongside the berth, pushing until disarmed", where=Where.BERTH
+        "dock",
+        "Go alongside",
+        "Dock",
+        "Dock: to the standoff point, then alongside the berth, pushing until disarmed",
+        where=Where.BERTH,
     ),
+    _mode("circle", "Circle here", "Circle", "Orbit the point where the boat is, at CIRC_RADIUS, until another mode"),
     Action("set-home", "Home is here", "Home becomes where the boat is now", MavCmd.DO_SET_HOME, (1.0,)),
     Action(
         "slow",
@@ -185,18 +209,39 @@ ACTIONS: tuple[Action, ...] = (
         MavCmd.DO_CHANGE_SPEED,
         (1.0, 0.3, -1.0),
     ),
-    Action("usual-speed", "Usual speed", "Back to the speed of the parameters", MavCmd.DO_CHANGE_SPEED, (1.0, -2.0, -1.0)),
+    Action(
+        "usual-speed", "Usual speed", "Back to the speed of the parameters", MavCmd.DO_CHANGE_SPEED, (1.0, -2.0, -1.0)
+    ),
     # by hand
-    _mode("manual", "Steer by hand", "Manual", "Sticks to thrusters", button=1),
-    _mode("forces", "Steer by forces", "Forces", "Sticks demand surge, sway and yaw; the allocation does the rest"),
-    _mode("heading", "Steer by heading", "Heading", "Heading held; the stick gives thrust and turns the setpoint"),
-    # small corrections of what is held
+    _mode("manual", "Steer by hand", "Manual", "The sticks drive the thrusters", button=1),
+    _mode("forces", "Steer by forces", "Forces", "The sticks demand surge force, sway force and yaw moment"),
+    _mode(
+        "heading",
+        "Steer by heading",
+        "Heading",
+        "The boat holds its heading; the sticks give thrust and turn that heading",
+    ),
+    # small corrections of the pose held
     _nudge("nudge-ahead", "Nudge ahead 1 m", "Move the point held 1 m ahead", (1.0, 0.0, 0.0), 12),
     _nudge("nudge-astern", "Nudge astern 1 m", "Move the point held 1 m astern", (-1.0, 0.0, 0.0), 13),
     _nudge("nudge-port", "Nudge to port 1 m", "Move the point held 1 m to port", (0.0, -1.0, 0.0), 14),
     _nudge("nudge-starboard", "Nudge to stbd 1 m", "Move the point held 1 m to starboard", (0.0, 1.0, 0.0), 15),
-    _nudge("turn-port", "Turn 10 deg to port", "Turn the heading held 10 degrees to port", (0.0, 0.0, -10.0), 14, shift=True),
-    _nudge("turn-starboard", "Turn 10 deg to stbd", "Turn the heading held 10 degrees to starboard", (0.0, 0.0, 10.0), 15, shift=True),
+    _nudge(
+        "turn-port",
+        "Turn 10 deg to port",
+        "Turn the heading held 10 degrees to port",
+        (0.0, 0.0, -10.0),
+        14,
+        shift=True,
+    ),
+    _nudge(
+        "turn-starboard",
+        "Turn 10 deg to stbd",
+        "Turn the heading held 10 degrees to starboard",
+        (0.0, 0.0, 10.0),
+        15,
+        shift=True,
+    ),
     _bow("bow-north", "Bow to north", 0.0),
     _bow("bow-east", "Bow to east", 90.0),
     _bow("bow-south", "Bow to south", 180.0),
@@ -213,15 +258,26 @@ ACTIONS: tuple[Action, ...] = (
         button=3,
         shift=True,
     ),
-    Action("follow-end", "Stop following", "Follow no more: hold here", MavCmd.DO_FOLLOW, (0.0,), joystick=True),
-    _station("station-astern", "Station astern 20 m", "astern", 180.0),
-    _station("station-port-quarter", "Station port qtr 20m", "on its port quarter", -135.0),
-    _station("station-stbd-quarter", "Station stbd qtr 20m", "on its starboard quarter", 135.0),
-    _station("station-port", "Station to port 20 m", "abeam to port", -90.0),
-    _station("station-starboard", "Station to stbd 20 m", "abeam to starboard", 90.0),
+    Action("follow-end", "Stop following", "Stop following and hold here", MavCmd.DO_FOLLOW, (0.0,), joystick=True),
+    _station("station-astern", "Keep astern 20 m", "astern", 180.0),
+    _station("station-port-quarter", "Keep port qtr 20 m", "on its port quarter", -135.0),
+    _station("station-stbd-quarter", "Keep stbd qtr 20 m", "on its starboard quarter", 135.0),
+    _station("station-port", "Keep to port 20 m", "abeam to port", -90.0),
+    _station("station-starboard", "Keep to stbd 20 m", "abeam to starboard", 90.0),
     # thrusters
-    Action("lower", "Lower bow thruster", "Lower the retractable thruster", MavCmd.USER_2, (1.0,), joystick=True, button=5),
-    Action("retract", "Retract bow thruster", "Retract it", MavCmd.USER_2, (2.0,), where=Where.UNLESS_NEEDED, joystick=True, button=4),
+    Action(
+        "lower", "Lower bow thruster", "Lower the retractable thruster", MavCmd.USER_2, (1.0,), joystick=True, button=5
+    ),
+    Action(
+        "retract",
+        "Retract bow thruster",
+        "Retract the retractable thruster",
+        MavCmd.USER_2,
+        (2.0,),
+        where=Where.UNLESS_NEEDED,
+        joystick=True,
+        button=4,
+    ),
 )
 
 BY_NAME: Mapping[str, Action] = {action.name: action for action in ACTIONS}

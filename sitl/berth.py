@@ -1,32 +1,32 @@
-"""A berth: a straight line of fenders that pushes back where a corner of the hull presses into it."""
+"""A berth: a straight line of fenders that push back where a corner of the hull presses into it."""
 
 from __future__ import annotations
 
 import math
 
-from companion.config import DockConfig, HomeConfig
+from companion.config.vessel import DockConfig, HomeConfig
 from companion.core.geodesy import LocalFrame
 from sitl.hull import Hull
 
-_STIFFNESS_NPM = 4000.0  # of the fenders at one corner
+_STIFFNESS_NPM = 4000.0  # stiffness of the fenders at one corner
 _DAMPING_NSPM = 500.0
-_LENGTH_M = 10.0  # of the line
-_DEPTH_M = 1.0  # further in, the boat is on another side of the quay
+_LENGTH_M = 10.0  # length of the line of fenders
+_DEPTH_M = 1.0  # a corner further in than this is on another side of the quay
 _SIDE_RAD = {"port": -0.5 * math.pi, "starboard": 0.5 * math.pi, "bow": 0.0, "stern": math.pi}
 
 
-class Berth:
-    """`push(hull)` → force of the fenders on the hull. Spring and damper at each of the four corners, no friction.
+class BerthModel:
+    """Force of the fenders on the hull: spring and damper at each of the four corners, no friction.
 
-    Remembers the last contact: `force_n` now, `gap_m` between the hull and the line (negative while fenders are compressed), and the speeds
-    in body axes at which the boat touched last, NaN before. North and east are from home.
+    Remembers the last contact. `force_n`: now. `gap_m`: from hull to line, negative while fenders are compressed.
+    `touch_…`: speeds in body axes at the last touch, NaN before the first. North and east are from home.
     """
 
     __slots__ = ("_corners", "_face", "_normal", "_point", "force_n", "gap_m", "touch_surge_mps", "touch_sway_mps")
 
     def __init__(self, dock: DockConfig, home: HomeConfig, length_m: float, beam_m: float) -> None:
         bearing = dock.yaw_rad + _SIDE_RAD[dock.side]
-        self._normal = (-math.cos(bearing), -math.sin(bearing))  # out of the quay
+        self._normal = (-math.cos(bearing), -math.sin(bearing))  # pointing out of the quay
         self._face = (-math.sin(bearing), math.cos(bearing))
         north_m, east_m = LocalFrame(home.lat_deg, home.lon_deg).to_ned(dock.lat_deg, dock.lon_deg)
         self._point = (north_m + dock.clearance_m * self._normal[0], east_m + dock.clearance_m * self._normal[1])
@@ -36,7 +36,7 @@ class Berth:
         self.touch_surge_mps = self.touch_sway_mps = math.nan
 
     def push(self, hull: Hull) -> tuple[float, float, float]:
-        """(surge_n, sway_n, yaw_nm) on the hull as it now lies and moves."""
+        """(surge_n, sway_n, yaw_nm) on the hull at its present place and velocity."""
         (point_north, point_east), (nn, ne), (fn, fe) = self._point, self._normal, self._face
         off_north, off_east = hull.north_m - point_north, hull.east_m - point_east
         touching, self.force_n, self.gap_m = self.force_n > 0.0, 0.0, math.inf

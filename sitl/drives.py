@@ -1,18 +1,19 @@
-"""The drive between a bridge and a propeller: what it makes of what it is told, with its own trim, dead band, ends and direction."""
+"""The drive between a bridge and a propeller: its own trim, dead band, ends and direction."""
 
 from __future__ import annotations
 
 import math
 from itertools import pairwise
 
-from companion.config import OutputConfig, ThrusterConfig
+from companion.config.bridges import OutputConfig
+from companion.config.devices import ThrusterConfig
 
 
-class Drive:
-    """Piecewise linear between the points at which somebody measured it: full astern, the edges of its dead band, full ahead."""
+class DriveModel:
+    """Throttle against input level, linear between measured points: full astern, ends of the dead band, full ahead."""
 
     def __init__(self, thruster: ThrusterConfig, pulses: bool) -> None:
-        """`pulses`: it is told µs; else a share −1…1."""
+        """`pulses`: levels are pulses in µs; else shares −1 to 1."""
         output = thruster.output or OutputConfig()
         trim, ahead, astern = (1500.0, 2000.0, 1000.0) if pulses else (0.0, 1.0, -1.0)
         trim = trim if output.trim is None else output.trim
@@ -25,7 +26,7 @@ class Drive:
         self._trim, self._output, self._thruster = trim, output, thruster
 
     def throttle(self, level: float) -> float:
-        """What the propeller does, −1…1; no further than at the ends."""
+        """What the propeller does at an input level, −1 to 1; limited to the ends."""
         points = self._points
         if level <= points[0][0]:
             return points[0][1]
@@ -35,30 +36,33 @@ class Drive:
         return points[-1][1]
 
     def level(self, throttle: float) -> float:
-        """What it shows while the propeller does that."""
+        """The level that it reports while the propeller does `throttle`."""
         for (low, at_low), (high, at_high) in pairwise(self._points):
             if min(at_low, at_high) <= throttle <= max(at_low, at_high) and at_low != at_high and throttle != 0.0:
                 return low + (high - low) * (throttle - at_low) / (at_high - at_low)
         return self._trim
 
     def azimuth_rad(self, shown_rad: float | None) -> float | None:
-        """Where the thruster points while its drive shows an angle."""
+        """Azimuth of the thruster while its drive is at the angle `shown_rad`."""
         if shown_rad is None:
             return None
         away = shown_rad - self._output.azimuth_trim_rad
         return -away if self._output.azimuth_reversed else away
 
     def shown_rad(self, azimuth_rad: float) -> float:
+        """The angle that the drive reports at an azimuth of the thruster."""
         away = -azimuth_rad if self._output.azimuth_reversed else azimuth_rad
         return away + self._output.azimuth_trim_rad
 
     def servo_azimuth_rad(self, pulse_us: float) -> float:
-        """Where an azimuth servo points; it does not go past its ends."""
+        """Azimuth at a servo's pulse, between its ends."""
         low, high = self._thruster.azimuth_min_rad or -math.pi, self._thruster.azimuth_max_rad or math.pi
         share = (pulse_us - self._output.azimuth_min_us) / (self._output.azimuth_max_us - self._output.azimuth_min_us)
         return low + (high - low) * min(1.0, max(0.0, share))
 
     def servo_pulse_us(self, azimuth_rad: float) -> float:
-        """Its pulse for a direction between its ends."""
+        """Pulse of the servo at an azimuth between its ends."""
         low, high = self._thruster.azimuth_min_rad or -math.pi, self._thruster.azimuth_max_rad or math.pi
-        return self._output.azimuth_min_us + (azimuth_rad - low) / (high - low) * (self._output.azimuth_max_us - self._output.azimuth_min_us)
+        return self._output.azimuth_min_us + (azimuth_rad - low) / (high - low) * (
+            self._output.azimuth_max_us - self._output.azimuth_min_us
+        )

@@ -1,17 +1,18 @@
-"""Wind, current and waves, all seeded. Wind is named by where it comes FROM, current by where it sets TOWARDS."""
+"""Wind, current and waves, all from the seed. Wind is named by where it comes FROM, current by where it flows TO."""
 
 from __future__ import annotations
 
 import math
 
-from companion.config import ConfigError, WindageConfig
+from companion.config.hull import WindageConfig
+from companion.config.vessel import ConfigError
 from companion.core.angles import TWO_PI, wrap_two_pi
 from sitl.noise import GaussMarkov, stream
 
 AIR_DENSITY_KGPM3 = 1.225
-UPDATE_S = 0.1  # wind and current change slowly; they are constant in between
+UPDATE_S = 0.1  # wind and current are constant in between
 
-_GUST_SHARE = 0.15  # standard deviation of the speed over its mean: turbulence over water
+_GUST_SHARE = 0.15  # standard deviation of the speed over its mean, as measured over water
 _GUST_TAU_S = 10.0
 _WANDER_RAD = math.radians(8.0)
 _WANDER_TAU_S = 60.0
@@ -20,7 +21,7 @@ _GRAVITY_MPS2 = 9.81
 
 
 def parse_directed(text: str, what: str = "value") -> tuple[float, float | None]:
-    """`2@45` → (2 m/s, 45° in radians); `2` → (2, None). Raises ConfigError, naming `what`."""
+    """`2@45` → (2 m/s, 45° in radians); `2` → (2, None). Raises ConfigError that names `what`."""
     speed_text, at, direction_text = text.partition("@")
     try:
         speed_mps = float(speed_text)
@@ -28,17 +29,20 @@ def parse_directed(text: str, what: str = "value") -> tuple[float, float | None]
     except ValueError as error:
         raise ConfigError([f"{what} '{text}': write MPS@DEG, as 2@45, or MPS alone"]) from error
     if not 0.0 <= speed_mps <= 60.0 or (direction_deg is not None and not abs(direction_deg) <= 720.0):
-        raise ConfigError([f"{what} '{text}': a speed from 0 to 60 m/s and a direction in degrees, please"])
+        raise ConfigError([f"{what} '{text}': the speed must be 0 to 60 m/s, the direction in degrees"])
     return speed_mps, None if direction_deg is None else wrap_two_pi(math.radians(direction_deg))
 
 
-class Wind:
-    """True wind: a mean, gusts (Ornstein–Uhlenbeck speed) and a slow wander of direction. Remembers the present of each."""
+class WindModel:
+    """True wind: a mean, gusts (an Ornstein–Uhlenbeck process of the speed) and a slow change of direction.
+
+    Remembers the present values. `north_mps` and `east_mps` are the velocity of the air over ground.
+    """
 
     __slots__ = ("_gust", "_mean_from_rad", "_mean_mps", "_wander", "east_mps", "from_rad", "north_mps", "speed_mps")
 
     def __init__(self, mean_mps: float, from_rad: float | None, seed: int) -> None:
-        """`from_rad` None: from the seed."""
+        """`from_rad` None: a direction from the seed."""
         self._mean_mps = mean_mps
         self._mean_from_rad = stream(seed, "wind direction").uniform(0.0, TWO_PI) if from_rad is None else from_rad
         self._gust = GaussMarkov(stream(seed, "wind gusts"), _GUST_SHARE * mean_mps, _GUST_TAU_S)
@@ -47,29 +51,34 @@ class Wind:
 
     @property
     def mean_mps(self) -> float:
+        """Mean speed."""
         return self._mean_mps
 
     @property
     def mean_from_rad(self) -> float:
+        """Mean direction."""
         return self._mean_from_rad
 
     def update(self, dt_s: float) -> None:
-        """Advance by `dt_s`. Velocity of the air over ground: `north_mps`, `east_mps`."""
+        """Advance by `dt_s`."""
         if dt_s > 0.0:
             self._gust.update(dt_s)
             self._wander.update(dt_s)
         self.speed_mps = max(0.0, self._mean_mps + self._gust.value)
         self.from_rad = wrap_two_pi(self._mean_from_rad + self._wander.value)
-        self.north_mps, self.east_mps = -self.speed_mps * math.cos(self.from_rad), -self.speed_mps * math.sin(self.from_rad)
+        self.north_mps, self.east_mps = (
+            -self.speed_mps * math.cos(self.from_rad),
+            -self.speed_mps * math.sin(self.from_rad),
+        )
 
 
-class Current:
-    """The water's velocity over ground: constant, or with a slow variation of standard deviation `variation_mps` on each axis."""
+class CurrentModel:
+    """The water's velocity over ground: constant, or with a slow variation of `variation_mps` on each axis."""
 
     __slots__ = ("_mean_east_mps", "_mean_north_mps", "_vary_east", "_vary_north", "east_mps", "north_mps", "varies")
 
     def __init__(self, mean_mps: float, towards_rad: float | None, seed: int, variation_mps: float = 0.0) -> None:
-        """`towards_rad` None: from the seed."""
+        """`towards_rad` None: a direction from the seed."""
         towards = stream(seed, "current direction").uniform(0.0, TWO_PI) if towards_rad is None else towards_rad
         self._mean_north_mps, self._mean_east_mps = mean_mps * math.cos(towards), mean_mps * math.sin(towards)
         self._vary_north = GaussMarkov(stream(seed, "current north"), variation_mps, _CURRENT_TAU_S)
@@ -86,11 +95,13 @@ class Current:
         self.east_mps = self._mean_east_mps + self._vary_east.value
 
 
-def wind_force(windage: WindageConfig, length_m: float, air_surge_mps: float, air_sway_mps: float) -> tuple[float, float, float]:
+def wind_force(
+    windage: WindageConfig, length_m: float, air_surge_mps: float, air_sway_mps: float
+) -> tuple[float, float, float]:
     """(surge_n, sway_n, yaw_nm) of air that moves over the boat at this velocity, in body axes.
 
-    Fossen 2011, section 8.1.3, for symmetric ships: the force goes with the air; the moment, ½ρ cn A_L L V² sin 2γ with γ the angle of
-    attack counter-clockwise from the bow, turns the boat beam to the wind.
+    Fossen 2011, section 8.1.3, for symmetric ships. The force has the direction of the air. The moment, ½ρ cn A_L L V²
+    sin 2γ with γ the angle of attack counter-clockwise from the bow, turns the boat beam to the wind.
     """
     pressure = 0.5 * AIR_DENSITY_KGPM3 * math.hypot(air_surge_mps, air_sway_mps)
     surge_n = pressure * windage.cx * windage.frontal_m2 * air_surge_mps
@@ -100,50 +111,72 @@ def wind_force(windage: WindageConfig, length_m: float, air_surge_mps: float, ai
 
 
 class Waves:
-    """What waves do to the boat: roll and pitch as sums of sinusoids, and the push to and fro of the water's orbital motion.
+    """Effect of waves on the boat: roll and pitch as sums of sinusoids, and the orbital motion of the water.
 
-    Roll and pitch are kinematic, 0.2° and 0.12° for each m/s of mean wind and more with height. With a significant height, the hull takes
-    part in the orbital acceleration (Airy), less where it is long against the waves; mean drift is left out.
+    Roll and pitch are kinematic: 0.2° and 0.12° for each m/s of mean wind, and more with wave height. With a
+    significant height, the hull takes part in the orbital acceleration (Airy), less where it is long against the waves.
+    There is no mean drift.
     """
 
-    __slots__ = ("_pitch", "_push", "_roll", "_towards", "heave_mps2", "pitch_rad", "pitch_rate_radps", "roll_rad", "roll_rate_radps")
+    __slots__ = (
+        "_pitch",
+        "_push",
+        "_roll",
+        "_towards",
+        "heave_mps2",
+        "pitch_rad",
+        "pitch_rate_radps",
+        "roll_rad",
+        "roll_rate_radps",
+    )
 
-    def __init__(self, height_m: float, wind: Wind, length_m: float, seed: int) -> None:
+    def __init__(self, height_m: float, wind: WindModel, length_m: float, seed: int) -> None:
         rng = stream(seed, "waves")
         period_s = max(1.2, 4.2 * math.sqrt(height_m)) if height_m > 0.0 else 1.8
         roll_rad = math.radians(min(0.2 * wind.mean_mps + 12.0 * height_m, 15.0))
         pitch_rad = math.radians(min(0.12 * wind.mean_mps + 8.0 * height_m, 10.0))
         omegas = [TWO_PI / period_s * factor for factor in (0.87, 1.17)]
-        self._roll = [(roll_rad * share, omega, rng.uniform(0.0, TWO_PI)) for share, omega in zip((0.6, 0.4), omegas, strict=True)]
-        self._pitch = [(pitch_rad * share, omega, rng.uniform(0.0, TWO_PI)) for share, omega in zip((0.6, 0.4), omegas, strict=True)]
+        self._roll = [
+            (roll_rad * share, omega, rng.uniform(0.0, TWO_PI)) for share, omega in zip((0.6, 0.4), omegas, strict=True)
+        ]
+        self._pitch = [
+            (pitch_rad * share, omega, rng.uniform(0.0, TWO_PI))
+            for share, omega in zip((0.6, 0.4), omegas, strict=True)
+        ]
         self._towards = math.cos(wind.mean_from_rad + math.pi), math.sin(wind.mean_from_rad + math.pi)
-        self._push = [(_push_mps2(height_m, omega, length_m), omega, rng.uniform(0.0, TWO_PI)) for omega in omegas if height_m > 0.0]
+        self._push = [
+            (_push_mps2(height_m, omega, length_m), omega, rng.uniform(0.0, TWO_PI))
+            for omega in omegas
+            if height_m > 0.0
+        ]
         self.heave_mps2 = 0.0  # acceleration of the hull downwards
         self.update(0.0)
 
     def update(self, t_s: float) -> None:
-        """Attitude at `t_s`."""
+        """Compute attitude and rates at `t_s`."""
         self.roll_rad, self.roll_rate_radps = _sum(self._roll, t_s)
         self.pitch_rad, self.pitch_rate_radps = _sum(self._pitch, t_s)
 
     @property
     def push(self) -> bool:
+        """Whether `acceleration` is other than zero."""
         return bool(self._push)
 
     def acceleration(self, t_s: float) -> tuple[float, float]:
-        """(north, east) acceleration of the water around the hull in m/s²."""
+        """(north, east) acceleration of the water around the hull at `t_s`, in m/s²."""
         along = sum(amplitude * math.sin(omega * t_s + phase) for amplitude, omega, phase in self._push)
         return along * self._towards[0], along * self._towards[1]
 
 
 def _push_mps2(height_m: float, omega: float, length_m: float) -> float:
-    """Amplitude of one of two components: elevation a quarter of the significant height, so that its variance is H²/16 in all."""
+    """Amplitude of one of two components: its elevation is a quarter of the significant height, so that the variance of
+    both is H²/16."""
     wave_number = omega * omega / _GRAVITY_MPS2
     return 0.25 * height_m * omega * omega / (1.0 + (length_m * wave_number / TWO_PI) ** 2)
 
 
 def _sum(components: list[tuple[float, float, float]], t_s: float) -> tuple[float, float]:
-    """(value, its rate) of a sum of sinusoids."""
+    """(value, rate) of a sum of sinusoids."""
     value = rate = 0.0
     for amplitude, omega, phase in components:
         angle = omega * t_s + phase

@@ -1,8 +1,7 @@
 """The hull in three degrees of freedom: surge, sway, yaw.
 
-M ν̇_r + C(ν_r) ν_r + D(ν_r) ν_r = τ, with ν_r the velocity through the water. In this form (Fossen, Handbook of Marine Craft
-Hydrodynamics, 2nd ed., property 10.1) it holds for a current that is constant and irrotational, and a boat that turns while it drifts
-is carried along as it should be.
+M ν̇_r + C(ν_r) ν_r + D(ν_r) ν_r = τ, with ν_r the velocity through the water. This form holds for a current that is
+constant and irrotational (Fossen, Handbook of Marine Craft Hydrodynamics, 2nd ed., property 10.1).
 """
 
 from __future__ import annotations
@@ -11,17 +10,17 @@ import math
 from collections.abc import Callable, Sequence
 from itertools import pairwise
 
-from companion.config import HullConfig
+from companion.config.hull import HullConfig
 from companion.core.angles import wrap_pi
 
 Dynamics = Callable[[float, float, float, float, float, float], tuple[float, float, float]]
 
 
 def dynamics(config: HullConfig) -> Dynamics:
-    """A function of velocity through the water and force, (u, v, r, surge_n, sway_n, yaw_nm) → (u̇, v̇, ṙ), all in body axes.
+    """The function (u, v, r, surge_n, sway_n, yaw_nm) → (u̇, v̇, ṙ), velocities through the water, all in body axes.
 
-    C follows from M: [[0, 0, −(m22 v + m23 r)], [0, 0, m11 u], [m22 v + m23 r, −m11 u, 0]], with the mean of m23 and m32 for m23, so that
-    it does no work. Damping as in `DampingConfig`, resistance as in `HullConfig`.
+    C follows from M: [[0, 0, −(m22 v + m23 r)], [0, 0, m11 u], [m22 v + m23 r, −m11 u, 0]]. The mean of m23 and m32
+    stands for m23, so that C does no work. Damping as in `DampingConfig`, resistance as in `HullConfig`.
     """
     m11, m22, m33, m23 = config.m11_kg, config.m22_kg, config.m33_kgm2, config.m23_kgm
     m32 = m23 if config.m32_kgm is None else config.m32_kgm
@@ -36,12 +35,19 @@ def dynamics(config: HullConfig) -> Dynamics:
     planing = resistance_of(config.resistance)
     under_way = bool(config.resistance) or y_uv != 0.0 or n_uv != 0.0 or n_ur != 0.0
 
-    def derivative(u: float, v: float, r: float, surge_n: float, sway_n: float, yaw_nm: float) -> tuple[float, float, float]:
+    def derivative(
+        u: float, v: float, r: float, surge_n: float, sway_n: float, yaw_nm: float
+    ) -> tuple[float, float, float]:
         abs_u, abs_v, abs_r = abs(u), abs(v), abs(r)
         sway_momentum = m22 * v + coupling * r
         surge_momentum = m11 * u
         x = surge_n + sway_momentum * r - u * (x_u + abs_u * (x_uu + abs_u * x_uuu))
-        y = sway_n - surge_momentum * r - v * (y_v + y_vv * abs_v + y_rv * abs_r) - r * (y_r + y_vr * abs_v + y_rr * abs_r)
+        y = (
+            sway_n
+            - surge_momentum * r
+            - v * (y_v + y_vv * abs_v + y_rv * abs_r)
+            - r * (y_r + y_vr * abs_v + y_rr * abs_r)
+        )
         n = yaw_nm - sway_momentum * u + surge_momentum * v
         n -= v * (n_v + n_vv * abs_v + n_rv * abs_r) + r * (n_r + n_vr * abs_v + n_rr * abs_r)
         if under_way:
@@ -54,8 +60,10 @@ def dynamics(config: HullConfig) -> Dynamics:
 
 
 def resistance_of(points: Sequence[tuple[float, float]]) -> Callable[[float], float]:
-    """Force against speed ahead, a straight line between points and beyond the last; nothing without points."""
-    pieces = [(speed, force, (high_force - force) / (high - speed)) for (speed, force), (high, high_force) in pairwise(points)]
+    """The function from speed ahead to force: straight lines between points and beyond the last; 0 without points."""
+    pieces = [
+        (speed, force, (high_force - force) / (high - speed)) for (speed, force), (high, high_force) in pairwise(points)
+    ]
 
     def force_n(speed_mps: float) -> float:
         for speed, force, slope in reversed(pieces):
@@ -67,10 +75,12 @@ def resistance_of(points: Sequence[tuple[float, float]]) -> Callable[[float], fl
 
 
 class Hull:
-    """State of the hull. In: force on it in body axes; out: pose, velocity, and the mean acceleration and turn of the last step.
+    """State of the hull. In: force on it in body axes; out: pose, velocity, and mean acceleration and turn of the last
+    step.
 
-    Positions are NED from home, velocities over ground; `water_*` are through the water, in body axes. `surge_mps2`, `sway_mps2` are the
-    acceleration over ground and `turn_radps` the turn, both as means of the last step, so that what integrates them ends where the hull is.
+    Positions are NED from home, velocities over ground; `water_*` are through the water, in body axes. `surge_mps2`,
+    `sway_mps2` (acceleration over ground) and `turn_radps` are means of the last step: their integral ends where the
+    hull is.
     """
 
     __slots__ = (
@@ -96,9 +106,15 @@ class Hull:
         self.place(0.0, 0.0, 0.0)
 
     def place(
-        self, north_m: float, east_m: float, yaw_rad: float, surge_mps: float = 0.0, sway_mps: float = 0.0, yaw_rate_radps: float = 0.0
+        self,
+        north_m: float,
+        east_m: float,
+        yaw_rad: float,
+        surge_mps: float = 0.0,
+        sway_mps: float = 0.0,
+        yaw_rate_radps: float = 0.0,
     ) -> None:
-        """Put the boat somewhere, with velocities over ground in body axes."""
+        """Put the boat at a place, with velocities over ground in body axes."""
         self.north_m, self.east_m, self.yaw_rad = north_m, east_m, wrap_pi(yaw_rad)
         self.yaw_rate_radps = self.turn_radps = yaw_rate_radps
         c, s = math.cos(yaw_rad), math.sin(yaw_rad)
@@ -107,7 +123,7 @@ class Hull:
         self.set_current(self.current_north_mps, self.current_east_mps)
 
     def set_current(self, north_mps: float, east_mps: float) -> None:
-        """Let the water move; the boat's velocity over ground stays as it is."""
+        """Change the water's velocity; the boat's velocity over ground stays."""
         self.current_north_mps, self.current_east_mps = north_mps, east_mps
         c, s = math.cos(self.yaw_rad), math.sin(self.yaw_rad)
         north, east = self.north_mps - north_mps, self.east_mps - east_mps
@@ -115,12 +131,12 @@ class Hull:
 
     @property
     def surge_mps(self) -> float:
-        """Over ground."""
+        """Speed ahead over ground."""
         return math.cos(self.yaw_rad) * self.north_mps + math.sin(self.yaw_rad) * self.east_mps
 
     @property
     def sway_mps(self) -> float:
-        """Over ground."""
+        """Speed to starboard over ground."""
         return math.cos(self.yaw_rad) * self.east_mps - math.sin(self.yaw_rad) * self.north_mps
 
     def step(self, surge_n: float, sway_n: float, yaw_nm: float, dt_s: float) -> None:

@@ -1,4 +1,4 @@
-"""A lead boat on a script: the Viknes 830 of Loe (2008), an 8 m boat that planes, and what its own sensors say of it."""
+"""A lead boat that follows a script: the Viknes 830 of Loe (2008), an 8 m planing boat, and its own sensors."""
 
 from __future__ import annotations
 
@@ -6,9 +6,11 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from companion.config import DampingConfig, HomeConfig, HullConfig, SensorConfig
+from companion.config.devices import SensorConfig
+from companion.config.hull import DampingConfig, HullConfig
+from companion.config.vessel import HomeConfig
 from companion.core.angles import wrap_pi
-from sitl.environment import Waves, Wind
+from sitl.environment import Waves, WindModel
 from sitl.hull import Hull, resistance_of
 from sitl.leader_script import Order
 from sitl.noise import GaussMarkov, stream
@@ -18,8 +20,8 @@ from sitl.wake import Wake
 STEP_HZ = 50
 LENGTH_M = 8.3
 
-# m, Iz and damping as published; the quadratic surge drag leads to 9.7 m/s at the published thrust, and so holds up to 8 m/s only: beyond, the boat planes,
-# with a resistance that uses up that thrust at the published top speed of 18 m/s.
+# Mass, inertia and damping as published. The quadratic surge drag would end at 9.7 m/s with the published thrust, so it
+# is used up to 8 m/s only. Beyond, the boat planes: resistance equals that thrust at the published top speed of 18 m/s.
 _HULL = HullConfig(
     m11_kg=3980.0,
     m22_kg=3980.0,
@@ -34,7 +36,7 @@ _SIDE_N = 645.0
 _MOST_RADPS = math.radians(15.0)
 _LEVER_M = 4.0
 
-_SPEED_MPS2 = 1.0  # how the crew opens and closes the throttle
+_SPEED_MPS2 = 1.0  # acceleration with which the crew changes speed
 _TURN_RADPS2 = 0.1
 _SPEED_GAIN_1PS = 1.0
 _TURN_GAIN_1PS = 1.5
@@ -47,7 +49,7 @@ _RATE_WHITE_RADPS, _RATE_BIAS_RADPS = math.radians(0.3), math.radians(0.1)
 
 @dataclass(frozen=True, slots=True)
 class LeaderFix:
-    """What the module on the lead boat measures at one moment. Position None without a fix."""
+    """What the module on the lead boat measures at one moment. The position is None without a fix."""
 
     t_s: float
     lat_deg: float | None
@@ -59,9 +61,11 @@ class LeaderFix:
 
 
 class LeadBoat:
-    """`depart(t_s)`, then `step()` at STEP_HZ; `hull` is the truth, `wake` what it leaves behind, `fix` the newest of its sensors at 10 Hz.
+    """Call `depart(t_s)` once, then `step()` at STEP_HZ. `hull`: the truth; `wake`: its wake; `fix`: its sensors, at 10
+    Hz.
 
-    Remembers its motion, the speed, turn and course that its crew are steering, and the errors of its sensors. Before it departs it lies still.
+    Remembers its motion, the speed, turn and course that its crew steers, and the errors of its sensors. It is at rest
+    until it departs.
     """
 
     def __init__(
@@ -75,7 +79,8 @@ class LeadBoat:
         seed: int = 0,
         common: CommonWander | None = None,
     ) -> None:
-        """`start`: north and east of home in m, heading in rad."""
+        """`start`: north and east of home in m, heading in rad. `common`: the position error that it shares with other
+        receivers."""
         self.name = name
         self.script = tuple(script)
         self.hull = Hull(_HULL)
@@ -88,27 +93,30 @@ class LeadBoat:
         self._wanted_mps = self._speed_mps = 0.0
         self._turn_left_rad = self._rate_radps = self._turn_radps = 0.0
         self._course_rad = start[2]
-        self._waves = Waves(0.0, Wind(0.0, 0.0, seed), LENGTH_M, seed)
-        self._gnss = GnssModel(SensorConfig(f"{name}_gnss", "nmea0183", "memory:"), home, gnss, 1.0 / _FIX_HZ, seed, common)
+        self._waves = Waves(0.0, WindModel(0.0, 0.0, seed), LENGTH_M, seed)
+        self._gnss = GnssModel(
+            SensorConfig(f"{name}_gnss", "nmea0183", "memory:"), home, gnss, 1.0 / _FIX_HZ, seed, common
+        )
         rng = self._rng = stream(seed, f"{name} attitude")
         self._heading_error = GaussMarkov(rng, _HEADING_SLOW_RAD, _HEADING_TAU_S)
         self._rate_bias = rng.gauss(0.0, _RATE_BIAS_RADPS)
 
     @property
     def t_s(self) -> float:
+        """Time of the last step."""
         return self._steps / STEP_HZ
 
     @property
     def departed_s(self) -> float | None:
-        """When the script's time began; None before."""
+        """When the script began; None before."""
         return self._departed_s
 
     def depart(self, t_s: float) -> None:
-        """The script's time begins at `t_s`."""
+        """Begin the script at `t_s`."""
         self._departed_s, self._next = t_s, 0
 
     def step(self) -> None:
-        """One step of 1/STEP_HZ s."""
+        """Advance by 1/STEP_HZ s."""
         dt_s = 1.0 / STEP_HZ
         self._steps += 1
         self._take_orders()
@@ -120,18 +128,24 @@ class LeadBoat:
             self.fix = self._measure()
 
     def _take_orders(self) -> None:
-        while self._departed_s is not None and self._next < len(self.script) and self.t_s - self._departed_s >= self.script[self._next].at_s - 1e-9:
+        while (
+            self._departed_s is not None
+            and self._next < len(self.script)
+            and self.t_s - self._departed_s >= self.script[self._next].at_s - 1e-9
+        ):
             order = self.script[self._next]
             self._next += 1
             self._wanted_mps = order.speed_mps
             self._turn_left_rad, self._rate_radps = order.turn_rad, abs(order.rate_radps)
 
     def _steer(self, dt_s: float) -> tuple[float, float]:
-        """(surge_n, yaw_nm) that the crew and the boat bring about."""
+        """(surge_n, yaw_nm) with which the crew follows its orders."""
         hull = self.hull
         step = _SPEED_MPS2 * dt_s
         self._speed_mps += min(step, max(-step, self._wanted_mps - self._speed_mps))
-        ease = self._turn_radps * self._turn_radps / (2.0 * _TURN_RADPS2)  # what is still turned while the turn is taken off
+        ease = (
+            self._turn_radps * self._turn_radps / (2.0 * _TURN_RADPS2)
+        )  # angle that the boat still turns while its rate falls to 0
         wanted = math.copysign(self._rate_radps, self._turn_left_rad) if abs(self._turn_left_rad) > ease + 1e-3 else 0.0
         step = _TURN_RADPS2 * dt_s
         self._turn_radps += min(step, max(-step, wanted - self._turn_radps))

@@ -1,4 +1,5 @@
-"""The air between a lead boat and its followers: what the module aboard says, as MAVLink bytes, and what of it arrives, and when."""
+"""The radio link between a lead boat and its followers: the MAVLink bytes that the leader sends, which arrive, and
+when."""
 
 from __future__ import annotations
 
@@ -10,23 +11,23 @@ from typing import Any
 
 from pymavlink.dialects.v20 import common as mavlink
 
-from companion.config import ConfigError
+from companion.config.vessel import ConfigError
 from companion.core.geodesy import LocalFrame
 from sitl.lead_boat import LeadBoat, LeaderFix
 from sitl.noise import stream
 from sitl.sensors import Grade, grade
 
 WISH_NONE, WISH_MANUAL, WISH_REMOTE, WISH_AUTONOMOUS = range(4)
-_MODULE_STATE = 0x55535600  # in custom_state: a leader module speaks; the wish is in the low byte
+_MODULE_STATE = 0x55535600  # in custom_state: marks a leader module; the low byte is the crew's wish
 _POSITION, _VELOCITY, _ATTITUDE = 1, 2, 8  # est_capabilities
 _NAN = math.nan
-_WHOLE_S = 1.0  # how often a whole message is sent where most are short
+_WHOLE_S = 1.0  # how often a radio module sends a whole message, not a short one
 _STICKS_HZ = 20.0
 
 
 @dataclass(frozen=True, slots=True)
 class Kind:
-    """A sort of leader: how often it tells its position, as which system, and what its heartbeat says of it."""
+    """A kind of leader: how often it sends its position, its system and component, and what its heartbeat says."""
 
     rate_hz: float
     system: int
@@ -37,25 +38,36 @@ class Kind:
 
 KINDS = {
     "module": Kind(20.0, 100, 191, mavlink.MAV_TYPE_ONBOARD_CONTROLLER, mavlink.MAV_AUTOPILOT_INVALID),
-    "radio": Kind(20.0, 100, 191, mavlink.MAV_TYPE_ONBOARD_CONTROLLER, mavlink.MAV_AUTOPILOT_INVALID),  # the module on 16 kbit/s
+    "radio": Kind(
+        20.0, 100, 191, mavlink.MAV_TYPE_ONBOARD_CONTROLLER, mavlink.MAV_AUTOPILOT_INVALID
+    ),  # the module on 16 kbit/s
     "phone": Kind(4.0, 250, 190, mavlink.MAV_TYPE_GCS, mavlink.MAV_AUTOPILOT_INVALID),  # QGroundControl's Follow Me
     "mavsdk": Kind(1.0, 245, 190, mavlink.MAV_TYPE_GCS, mavlink.MAV_AUTOPILOT_INVALID),
     "vehicle": Kind(5.0, 100, 1, mavlink.MAV_TYPE_SURFACE_BOAT, mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA),
 }
 
 
-class LeaderModule:
-    """`speak()` at `due_s`: the packets that it sends at that moment. Remembers its clock, its counters and what it last said it can.
+class EmulatedLeaderModule:
+    """What a leader sends: `speak()` at `due_s` returns its packets. Remembers its clock, its counters and what it last
+    sent.
 
-    A module (and, as GLOBAL_POSITION_INT, a vehicle) dead-reckons from the boat's last fix to the moment of sending; a phone and MAVSDK send that fix as it is. `wish` is what the crew
-    asks for, `sticks` (x, y, z, r; −1000 … 1000) what it steers, both theirs to set.
+    A module dead-reckons from the boat's last fix to the moment of sending, and so does a vehicle, with
+    GLOBAL_POSITION_INT. A phone and MAVSDK send the fix as it is. Set `wish`, what the crew asks for, and `sticks` (x,
+    y, z, r; −1000 to 1000), what it steers.
     """
 
     def __init__(
-        self, boat: LeadBoat, *, kind: str = "module", gnss: str = "standalone", heading: bool = True, rate_hz: float = 0.0, seed: int = 0
+        self,
+        boat: LeadBoat,
+        *,
+        kind: str = "module",
+        gnss: str = "standalone",
+        heading: bool = True,
+        rate_hz: float = 0.0,
+        seed: int = 0,
     ) -> None:
-        """`gnss`: grade of the boat's receiver, for the accuracy that is said; `heading` False: it has no inertial sensor; `rate_hz` 0: as is usual
-        for its kind. Raises ConfigError for a kind or grade that does not exist."""
+        """`gnss`: grade of the boat's receiver, for the accuracy it reports. `heading` False: it has no inertial
+        sensor. `rate_hz` 0: the usual rate of its kind. Raises ConfigError for an unknown kind or grade."""
         if kind not in KINDS:
             raise ConfigError([f"leader kind '{kind}': one of {', '.join(KINDS)}"])
         self.kind = kind
@@ -74,19 +86,22 @@ class LeaderModule:
 
     @property
     def system(self) -> int:
+        """Its MAVLink system id."""
         return self._who.system
 
     def clock_ms(self, t_s: float) -> int:
-        """Its own clock, which has an offset and a drift."""
+        """Time of its own clock, which has an offset and a drift."""
         return round(1000.0 * (self._clock_s + self._clock_rate * t_s))
 
     def speak(self) -> list[bytes]:
-        """What is sent at `due_s`, a MAVLink packet each; the boat must have been brought up to that time. Sets the next `due_s`."""
+        """The MAVLink packets that it sends at `due_s`. Step the boat to that time first. Sets the next `due_s`."""
         now_s, self.due_s = self.due_s, self.due_s + self._period_s
         packets = []
         if now_s >= self._heartbeat_s - 1e-9:
             self._heartbeat_s += 1.0
-            packets.append(self._pack(mavlink.MAVLink_heartbeat_message(self._who.vehicle, self._who.autopilot, 0, 0, 4, 3)))
+            packets.append(
+                self._pack(mavlink.MAVLink_heartbeat_message(self._who.vehicle, self._who.autopilot, 0, 0, 4, 3))
+            )
         fix = self._boat.fix
         if fix is not None:
             packets.append(self._pack(self._position(fix, now_s)))
@@ -96,7 +111,8 @@ class LeaderModule:
         return packets
 
     def answer(self, message: Any, at_s: float) -> bytes | None:
-        """What it sends back to a message that it hears: the time of its clock to who asks for it by TIMESYNC, unless it is a phone or MAVSDK."""
+        """Its answer to a message: the time of its clock to a TIMESYNC request, else None. A phone and MAVSDK do not
+        answer."""
         if self.kind in ("phone", "mavsdk") or message.get_type() != "TIMESYNC" or message.tc1 != 0:
             return None
         clock_ns = round(1e9 * (self._clock_s + self._clock_rate * at_s))
@@ -141,13 +157,25 @@ class LeaderModule:
             _MODULE_STATE | self.wish,
         )
 
-    def _bare(self, fix: LeaderFix, clock_ms: int, can: int, attitude: Sequence[float], acceleration: Sequence[float]) -> Any:
-        """The fix as it is; without one a phone says nothing of where it is."""
+    def _bare(
+        self, fix: LeaderFix, clock_ms: int, can: int, attitude: Sequence[float], acceleration: Sequence[float]
+    ) -> Any:
+        """The fix as it is, without dead reckoning; without a fix a phone sends no position."""
         lat, lon = _scaled(fix.lat_deg, fix.lon_deg)
         velocity = [fix.north_mps, fix.east_mps, 0.0]
         covariance = [self._sigma_m, 0.0, 0.0] if self.kind == "phone" else [0.0] * 3
         return mavlink.MAVLink_follow_target_message(
-            clock_ms, can if lat or lon else 0, lat, lon, 0.0, velocity, list(acceleration), list(attitude), [0.0] * 3, covariance, 0
+            clock_ms,
+            can if lat or lon else 0,
+            lat,
+            lon,
+            0.0,
+            velocity,
+            list(acceleration),
+            list(attitude),
+            [0.0] * 3,
+            covariance,
+            0,
         )
 
     def _global_position(self, fix: LeaderFix, now_s: float) -> Any:
@@ -155,13 +183,15 @@ class LeaderModule:
         yaw_deg = math.degrees(fix.yaw_rad + fix.yaw_rate_radps * (now_s - fix.t_s)) % 360.0
         heading = min(35999, round(100.0 * yaw_deg)) if self._heading else 65535
         speeds = (round(100.0 * fix.north_mps), round(100.0 * fix.east_mps), 0)
-        return mavlink.MAVLink_global_position_int_message(self.clock_ms(now_s) % (1 << 32), lat, lon, 0, 0, *speeds, heading)
+        return mavlink.MAVLink_global_position_int_message(
+            self.clock_ms(now_s) % (1 << 32), lat, lon, 0, 0, *speeds, heading
+        )
 
 
 class LeaderPort:
-    """The module's end of its link to a follower in another process: a `companion.core.ports.ByteStream` that is never faulty."""
+    """The module's side of a link to a follower in another process: a `companion.core.ports.ByteStream`."""
 
-    def __init__(self, name: str, module: LeaderModule) -> None:
+    def __init__(self, name: str, module: EmulatedLeaderModule) -> None:
         self.name = name
         self._module = module
         self._codec = mavlink.MAVLink(None)
@@ -169,7 +199,7 @@ class LeaderPort:
         self._answers: list[tuple[float, bytes]] = []
 
     def read(self, now_s: float) -> Sequence[tuple[float, bytes]]:
-        """What it has said by then."""
+        """(time, packet) of all that it has sent by `now_s`."""
         said, self._answers = self._answers, []
         while self._module.due_s <= now_s:
             at_s = self._module.due_s
@@ -177,23 +207,25 @@ class LeaderPort:
         return said
 
     def write(self, data: bytes, now_s: float) -> None:
-        """What the follower says: it is asked for the time."""
+        """Packets from the follower; TIMESYNC requests are answered."""
         for message in self._codec.parse_buffer(data) or ():
             if (answer := self._module.answer(message, now_s)) is not None:
                 self._answers.append((now_s, answer))
 
     def fault(self) -> str | None:
+        """Always None."""
         return None
 
     def fileno(self) -> int | None:
+        """None: it is in memory."""
         return None
 
     def close(self) -> None:
-        """Nothing is held."""
+        """Nothing to close."""
 
 
 class RadioPath:
-    """The way from a module to one follower. `take(…)` what is sent, `arrived(until_s)` what has come in by then, with the times at which it did."""
+    """Packets on their way from a module to one follower: `take` what is sent, `arrived(until_s)` what has come in."""
 
     def __init__(
         self,
@@ -205,10 +237,10 @@ class RadioPath:
         cuts: Sequence[tuple[float, float]] = (),
         seed: int = 0,
     ) -> None:
-        """`latency_s` mean, of which at least half is always taken, `jitter_s` one sigma; `loss`: share of the packets; `cuts`: (begin, duration) in s.
-        Raises ConfigError for a share that is none."""
+        """`latency_s`: mean, of which at least half always passes; `jitter_s`: one sigma; `loss`: share of packets
+        lost; `cuts`: (begin, duration) in s. Raises ConfigError where `loss` is not 0 to 1."""
         if not 0.0 <= loss <= 1.0:
-            raise ConfigError([f"loss {loss:g}: a share from 0 to 1, please"])
+            raise ConfigError([f"loss {loss:g}: must be a share from 0 to 1"])
         self.cuts = list(cuts)
         self._latency_s, self._jitter_s, self._loss = latency_s, jitter_s, loss
         self._draws = stream(seed, f"{name} air")
@@ -216,19 +248,20 @@ class RadioPath:
         self._count = 0
 
     def take(self, sent_s: float, data: bytes) -> None:
+        """A packet sent at `sent_s`."""
         if (at_s := self.arrival_s(sent_s)) is not None:
             self._count += 1
             heapq.heappush(self._flying, (at_s, self._count, data))
 
     def arrival_s(self, sent_s: float) -> float | None:
-        """When a packet of that moment gets through, in either direction; None if it does not."""
+        """When a packet sent at `sent_s` arrives, in either direction; None if it is lost."""
         lost = self._draws.random() < self._loss
         delay_s = max(0.5 * self._latency_s, self._draws.gauss(self._latency_s, self._jitter_s))
         cut = any(begin_s <= sent_s < begin_s + duration_s for begin_s, duration_s in self.cuts)
         return None if lost or cut else sent_s + delay_s
 
     def arrived(self, until_s: float) -> list[tuple[float, bytes]]:
-        """(time of arrival, packet), in that order."""
+        """(time of arrival, packet) of all that have arrived by `until_s`, in that order."""
         flying, arrived = self._flying, []
         while flying and flying[0][0] <= until_s:
             at_s, _, data = heapq.heappop(flying)
@@ -237,7 +270,7 @@ class RadioPath:
 
 
 def _reckoned(fix: LeaderFix, now_s: float) -> tuple[int, int]:
-    """Degrees times 1e7, carried on from the fix to now; 0, 0 without a fix."""
+    """Latitude and longitude in 1e-7 degrees, moved from the fix to `now_s`; 0, 0 without a fix."""
     if fix.lat_deg is None or fix.lon_deg is None:
         return 0, 0
     age_s = now_s - fix.t_s

@@ -1,4 +1,4 @@
-"""How a lead boat is sailed: orders of speed and turn at times after it departs."""
+"""Scripts of a lead boat: orders of speed and turn, timed from its departure."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from companion.config import ConfigError
+from companion.config.vessel import ConfigError
 
-_SHARP_RADPS = math.radians(15.0)  # as fast as the Viknes turns
+_SHARP_RADPS = math.radians(15.0)  # the fastest turn of the Viknes
 _GENTLE_RADPS = math.radians(5.0)
 _SLALOM_RADPS = math.radians(10.0)
 _ASTERN_MPS = -2.0
@@ -16,7 +16,7 @@ _ASTERN_MPS = -2.0
 
 @dataclass(frozen=True, slots=True)
 class Order:
-    """From `at_s` on: this speed, and once a turn by `turn_rad` (positive to starboard) at `rate_radps`."""
+    """At `at_s`: this speed from now on, and one turn by `turn_rad` (positive to starboard) at `rate_radps`."""
 
     at_s: float
     speed_mps: float
@@ -33,7 +33,7 @@ def _straight(v: float) -> tuple[Order, ...]:
 
 
 def _thesis(v: float) -> tuple[Order, ...]:
-    """The sea test: straight, a sharp turn to starboard at 75 s, a gentle one at 125 s."""
+    """The RescueRunner thesis's sea test: straight, a sharp turn to starboard at 75 s, a gentle one at 125 s."""
     return Order(0.0, v), _turn(75.0, v, 90.0, _SHARP_RADPS), _turn(125.0, v, 60.0, _GENTLE_RADPS)
 
 
@@ -55,7 +55,7 @@ def _reverse(v: float) -> tuple[Order, ...]:
 
 
 def _lively(v: float) -> tuple[Order, ...]:
-    """All of it, one after the other."""
+    """All other scripts, one after the other."""
     bends = ((175.0, 40.0), (187.0, -80.0), (203.0, 80.0), (219.0, -40.0))
     return (
         *_thesis(v),

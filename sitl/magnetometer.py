@@ -1,26 +1,27 @@
-"""What a magnetometer aboard measures: the Earth's field, distorted by the boat's iron."""
+"""A magnetometer aboard: the Earth's field, distorted by the boat's iron."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import replace
 
-from companion.config import ConfigError, HomeConfig, SensorConfig, VesselConfig
+from companion.config.devices import SensorConfig
+from companion.config.vessel import ConfigError, HomeConfig, VesselConfig
 from companion.core.geomagnetism import decimal_year, field_nt
 from sitl.noise import normals, stream
 
-_WHITE = 0.004  # of the field's strength, a sample
-_LEFT_OFFSET = 0.002  # what a calibration leaves of hard iron, as a share of the field
-_LEFT_MATRIX = 0.002  # and of soft iron, each element
-_OFFSET = (0.14, -0.09, 0.17)  # of a boat whose file knows no calibration: an engine, a battery and its cables
+_WHITE = 0.004  # noise of one sample, as a share of the field
+_LEFT_OFFSET = 0.002  # hard iron left by a calibration, as a share of the field
+_LEFT_MATRIX = 0.002  # soft iron left by a calibration, in each element
+_OFFSET = (0.14, -0.09, 0.17)  # a boat whose file has no calibration: engine, battery and cables
 _MATRIX = ((1.05, 0.03, -0.01), (0.03, 0.95, 0.02), (-0.01, 0.02, 1.02))
 
 
 class MagnetometerModel:
     """In: true attitude; out: the field in body axes, in the device's unit (1 is the Earth's field at home).
 
-    Hard and soft iron are those that the vessel's file takes out again (`mag_offset`, `mag_matrix`), and a little more, from the seed: no
-    calibration is perfect.
+    Hard and soft iron are what the vessel's file corrects (`mag_offset`, `mag_matrix`), plus a small rest from the
+    seed, as no calibration is perfect.
     """
 
     def __init__(self, config: SensorConfig, home: HomeConfig, epoch_unix_ns: int, seed: int) -> None:
@@ -31,10 +32,13 @@ class MagnetometerModel:
         distortion = np.linalg.inv(np.array(config.mag_matrix))
         left = np.eye(3) + np.array([[draw(0.0, _LEFT_MATRIX) for _ in range(3)] for _ in range(3)])
         self._matrix: list[list[float]] = (distortion @ left).tolist()
-        self._offset = (distortion @ np.array([draw(0.0, _LEFT_OFFSET) for _ in range(3)]) + np.array(config.mag_offset)).tolist()
+        self._offset = (
+            distortion @ np.array([draw(0.0, _LEFT_OFFSET) for _ in range(3)]) + np.array(config.mag_offset)
+        ).tolist()
         self._normal = normals(stream(seed, f"{config.name} field")).__next__
 
     def sample(self, roll_rad: float, pitch_rad: float, yaw_rad: float) -> tuple[float, float, float]:
+        """(x, y, z) of the field at an attitude."""
         n, e, d = self._ned
         c, s = math.cos(yaw_rad), math.sin(yaw_rad)
         x, y = c * n + s * e, c * e - s * n
@@ -44,14 +48,15 @@ class MagnetometerModel:
         y, z = c * y + s * z, c * z - s * y
         normal = self._normal
         x, y, z = (
-            row[0] * x + row[1] * y + row[2] * z + offset + _WHITE * normal() for row, offset in zip(self._matrix, self._offset, strict=True)
+            row[0] * x + row[1] * y + row[2] * z + offset + _WHITE * normal()
+            for row, offset in zip(self._matrix, self._offset, strict=True)
         )
         return x, y, z
 
 
 def with_magnetometer(vessel: VesselConfig) -> VesselConfig:
-    """The same vessel with the field of its inertial sensor as its only compass, and with iron aboard. Raises ConfigError for one without such a
-    sensor."""
+    """The same vessel with its inertial sensor's magnetometer as the only compass, and with iron aboard. Raises
+    ConfigError for a vessel without such a sensor."""
     if not any(sensor.driver == "mtdata2" for sensor in vessel.sensors):
         raise ConfigError([f"{vessel.name}: no sensor with a magnetometer (driver mtdata2)"])
     return replace(vessel, sensors=tuple(_single(sensor) for sensor in vessel.sensors))

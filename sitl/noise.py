@@ -1,4 +1,4 @@
-"""Seeded random streams: one for each source of noise, so that one more source does not change the others."""
+"""Random streams from the seed: one for each source of noise, so that a further source does not change the others."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from companion.core.angles import TWO_PI
 
 
 def stream(seed: int, name: str) -> random.Random:
-    """The random stream `name` of a run."""
+    """The random stream `name` of the run with this seed."""
     return random.Random(f"{seed}/{name}")
 
 
 def normals(rng: random.Random) -> Iterator[float]:
-    """Standard normal numbers without end, two of each pair of uniform ones (Box and Muller, 1958): as `rng.gauss`, at half its cost."""
+    """Endless standard normal numbers (Box and Muller, 1958): as `rng.gauss`, at half its cost."""
     uniform = rng.random
     while True:
         angle = uniform() * TWO_PI
@@ -25,9 +25,9 @@ def normals(rng: random.Random) -> Iterator[float]:
 
 
 class GaussMarkov:
-    """First-order Gauss–Markov (Ornstein–Uhlenbeck) process with zero mean, sampled exactly: `sigma` stationary, time constant `tau_s`.
+    """First-order Gauss–Markov (Ornstein–Uhlenbeck) process with zero mean, sampled exactly.
 
-    Starts from its stationary distribution. `value` is the present one.
+    `sigma`: of the stationary distribution, from which it starts; `tau_s`: time constant; `value`: now.
     """
 
     __slots__ = ("_decay", "_dt_s", "_kick", "_rng", "_sigma", "_tau_s", "value")

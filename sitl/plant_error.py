@@ -1,26 +1,28 @@
-"""A jet boat that is not what its file says: mass, thrust, nozzle and drag wrong, each up or down by the seed."""
+"""A jet boat that differs from its file: mass, thrust, nozzle and drag wrong, each up or down by the seed."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
-from companion.config import ConfigError, PlantConfig, VesselConfig
+from companion.config.vessel import ConfigError, PlantConfig, VesselConfig
 
 _MASS, _THRUST, _NOZZLE, _DRAG = range(4)
 
 
 def with_plant_error(vessel: VesselConfig, plant: str | None, fraction: float, seed: int) -> VesselConfig:
-    """The same vessel whose plant of that name (None: the file's choice) is wrong by `fraction`: the lowest four bits of the seed say which of mass,
-    thrust, nozzle and drag are up (0) and which down (1), so that 16 seeds in a row are all combinations.
+    """The same vessel, whose plant of that name (None: the file's choice) is wrong by `fraction`.
 
-    Mass: inertia with added mass, and what takes away the Munk moment. Thrust: of the jet at any throttle. Nozzle: the moment that an angle of it
-    makes. Drag: resistance and damping. Raises ConfigError for a vessel without a jet or plant, or a fraction that leaves nothing.
+    The lowest four bits of the seed say which of mass, thrust, nozzle and drag are up (0) or down (1): 16 seeds in a
+    row are all combinations. Mass: inertia with added mass, and what cancels the Munk moment. Thrust: of the jet at any
+    throttle. Nozzle: the moment at a given angle. Drag: resistance and damping.
+
+    Raises ConfigError for a vessel without a jet or plant, or a fraction outside 0 to 1.
     """
     simulation, jet = vessel.sitl, vessel.thrusters[0].jet
     if simulation is None or jet is None:
         raise ConfigError([f"{vessel.name}: plant_error is for a simulated vessel with a jet"])
     if not 0.0 <= fraction < 1.0:
-        raise ConfigError([f"plant_error {fraction:g}: a share from 0 to below 1, please"])
+        raise ConfigError([f"plant_error {fraction:g}: must be a share from 0 to below 1"])
     name = simulation.plant if plant is None else plant
     if name not in simulation.plants:
         raise ConfigError([f"{vessel.name}: no plant named '{name}'; there is {', '.join(simulation.plants)}"])

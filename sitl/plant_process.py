@@ -1,4 +1,4 @@
-"""The plant beside a companion in another process: its devices speak through real ports."""
+"""The simulated boat for a companion in another process: its devices send and receive on real ports."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from companion.config import ConfigError, VesselConfig
+from companion.config.vessel import ConfigError, VesselConfig
 from companion.core.ports import ByteStream
-from sitl.far_ends import FarEnd, Place, far_end
-from sitl.waters import OtherBoat
+from sitl.device_ports import DevicePort, PortAddress, device_port
+from sitl.shared_sea import LeadBoatConfig
 from sitl.world import World
 
 _DEPARTS_S = 30.0
@@ -18,54 +18,58 @@ _AHEAD_M = 20.0
 
 
 @dataclass(frozen=True, slots=True)
-class Offered:
-    """A device of the plant: its own stream, and the port that it is offered at. Whatever can be read like a stream can be offered."""
+class ServedDevice:
+    """A device of the plant, or anything else that reads and writes like a stream, and the port that it uses."""
 
     name: str
     stream: ByteStream
-    end: FarEnd
+    port: DevicePort
 
 
-def offered(world: World, vessel: VesselConfig, places: Mapping[str, Place], folder: Path) -> tuple[Offered, ...]:
-    """Every device of the vessel, plugged in where `places` has the companion look for it by its name.
+def serve_devices(
+    world: World, vessel: VesselConfig, addresses: Mapping[str, PortAddress], folder: Path
+) -> tuple[ServedDevice, ...]:
+    """Every device of the vessel, plugged in at `addresses[name]`, where the companion looks for it.
 
-    Raises ConfigError for a port at which no simulated device can be, OSError for one that this machine does not give.
+    Raises ConfigError for an address that no simulated device can use, OSError for one that this machine refuses.
     """
     names = [*(row.name for row in vessel.sensors), *(row.name for row in vessel.actuators)]
-    devices = [Offered(name, world.open(name, ""), far_end(places[name], folder)) for name in names]
+    devices = [ServedDevice(name, world.open(name, ""), device_port(addresses[name], folder)) for name in names]
     for device in devices:
-        device.end.plug()
+        device.port.plug()
     return tuple(devices)
 
 
 class PlantProcess:
-    """`advance(now_s)`: take what the companion wrote, bring the world up to `now_s`, and give what its devices have sent by then."""
+    """Moves bytes between the world's devices and their ports, and the world's time on: `advance(now_s)`."""
 
-    def __init__(self, world: World, devices: Sequence[Offered]) -> None:
+    def __init__(self, world: World, devices: Sequence[ServedDevice]) -> None:
         self.world = world
         self._devices = tuple(devices)
 
     def advance(self, now_s: float) -> None:
+        """Pass on what the companion wrote, step the world to `now_s`, and send what its devices have sent by then."""
         heard_s = self.world.t_s
         for device in self._devices:
-            if data := device.end.take():
+            if data := device.port.take():
                 device.stream.write(data, heard_s)
         self.world.advance(now_s)
         for device in self._devices:
             if device.stream.fault() is None:
-                device.end.plug()
+                device.port.plug()
                 for _, data in device.stream.read(now_s):
-                    device.end.give(data)
+                    device.port.give(data)
             else:
-                device.end.unplug()
+                device.port.unplug()
 
     def obey(self, text: str) -> str:
-        """What somebody types: `gnss_unplugged` or `gnss_unplugged+3`, a fault from now on, for so many seconds; `depart`, for a lead boat.
+        """Carry out a typed line: `gnss_unplugged` or `gnss_unplugged+3` starts a fault, for so many seconds; `depart`
+        starts the lead boat.
 
-        Returns what has been done. Raises ConfigError for what does not exist.
+        Returns a line that says what happened. Raises ConfigError for anything else.
         """
-        if text == "depart" and self.world.waters is not None:
-            for boat in self.world.waters.boats:
+        if text == "depart" and self.world.shared_sea is not None:
+            for boat in self.world.shared_sea.boats:
                 boat.depart(self.world.t_s)
             return f"{self.world.t_s:.1f} s: the lead boat departs"
         name, plus, duration = text.partition("+")
@@ -79,14 +83,15 @@ class PlantProcess:
         return f"{self.world.t_s:.1f} s: {text}"
 
     def close(self) -> None:
+        """Unplug all ports."""
         for device in self._devices:
-            device.end.unplug()
+            device.port.unplug()
 
 
-def leader(text: str, home_yaw_rad: float) -> OtherBoat:
-    """`thesis@8.2` or `thesis@8.2+60`: a lead boat 20 m ahead of home that departs after 30 s, or so many. The script is judged where it is read.
+def parse_leader(text: str, home_yaw_rad: float) -> LeadBoatConfig:
+    """`thesis@8.2` or `thesis@8.2+60`: a lead boat 20 m ahead of home that departs after 30 s, or the seconds given.
 
-    Raises ConfigError for a time that is none.
+    Raises ConfigError for a time that is not a number. The script is checked when the lead boat is built.
     """
     script, plus, departs = text.partition("+")
     try:
@@ -94,4 +99,4 @@ def leader(text: str, home_yaw_rad: float) -> OtherBoat:
     except ValueError as error:
         raise ConfigError([f"leader '{text}': write SCRIPT@MPS+SECONDS, as thesis@8.2+30"]) from error
     start = _AHEAD_M * math.cos(home_yaw_rad), _AHEAD_M * math.sin(home_yaw_rad), home_yaw_rad
-    return OtherBoat("leader", script, start, depart_s)
+    return LeadBoatConfig("leader", script, start, depart_s)

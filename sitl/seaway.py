@@ -1,4 +1,4 @@
-"""Waves as a small boat under way meets them, the wakes of others among them: heave, roll, pitch, and forces that push and turn it."""
+"""Waves as a small boat under way meets them, with the wakes of other boats: heave, roll, pitch, and forces."""
 
 from __future__ import annotations
 
@@ -7,40 +7,51 @@ from collections.abc import Sequence
 
 from companion.core.angles import TWO_PI
 from companion.core.frames import ned_to_body
-from sitl.environment import Waves, Wind
+from sitl.environment import Waves, WindModel
 from sitl.hull import Hull
 from sitl.noise import stream
 from sitl.wake import Wake
 
 _GRAVITY_MPS2 = 9.81
-_CHOP_M_PER_MPS = 0.01  # height that a wind raises by itself
+_CHOP_M_PER_MPS = 0.01  # wave height for each m/s of wind
 _SPREAD_RAD = math.radians(25.0)
 _COUNT = 5
-_HEAVE_RADPS = 5.0  # above this frequency of encounter the hull no longer follows the surface
-_TILT_SHARE = 0.6  # of the surface's slope that the hull takes on
-_ARM_SHARE = 0.25  # of the length: where half of the hull's weight is borne, ahead and astern
+_HEAVE_RADPS = 5.0  # frequency of encounter above which the hull no longer follows the surface
+_TILT_SHARE = 0.6  # share of the surface's slope that the hull follows
+_ARM_SHARE = 0.25  # share of the length, ahead and astern, at which half of the weight is carried
 _WAKE_EVERY_S = 0.05
-_WAKE_TAU_S = 0.15  # with which the hull takes on a wake's slope
+_WAKE_TAU_S = 0.15  # time in which the hull follows a wake's slope
 
 
 class Seaway(Waves):
-    """As `Waves`, by the boat's own place and heading, so at the frequency with which it meets them.
+    """As `Waves`, at the boat's own place and heading, and so at the frequency of encounter.
 
-    Five components about the period 4.2 √H s, from ±25° about the wind. Surface slope s pushes the hull with −m g s, bow and stern each by half, which
-    turns it; heave follows the surface as far as the hull is quick enough. Short waves act less on a long hull. Rates of roll and pitch are those that
-    lead from one step's attitude to the next, also while the hull turns among the waves.
+    Five components about the period 4.2 √H s, within ±25° of the wind. The surface slope s pushes the hull with −m g s,
+    half at the bow and half at the stern, which turns it. Heave follows the surface up to a frequency of encounter.
+    Short waves act less on a long hull. Rates of roll and pitch are the difference between two steps, also while the
+    hull turns.
     """
 
     __slots__ = (
-        "_arm_m", "_components", "_felt", "_hull", "_mass_kg", "_t_s", "_turn_nm", "_wake_due_s", "_wake_slopes", "_wakes", "_x_n", "_y_n",
+        "_arm_m", "_components", "_felt", "_hull", "_mass_kg", "_t_s", "_turn_nm",
+        "_wake_due_s", "_wake_slopes", "_wakes", "_x_n", "_y_n",
     )  # fmt: skip
 
-    def __init__(self, height_m: float, wind: Wind, length_m: float, seed: int, hull: Hull, mass_kg: float, wakes: Sequence[Wake] = ()) -> None:
+    def __init__(
+        self,
+        height_m: float,
+        wind: WindModel,
+        length_m: float,
+        seed: int,
+        hull: Hull,
+        mass_kg: float,
+        wakes: Sequence[Wake] = (),
+    ) -> None:
         self._hull, self._mass_kg = hull, mass_kg
         self._wakes = tuple(wakes)
         self._arm_m = _ARM_SHARE * length_m
         self._wake_slopes = (0.0, 0.0, 0.0, 0.0)  # ahead and across in body axes, at bow and stern
-        self._felt = (0.0, 0.0, 0.0, 0.0)  # the same, as far as the hull has taken it on
+        self._felt = (0.0, 0.0, 0.0, 0.0)  # the same, after the hull's lag
         self._wake_due_s = 0.0
         self._t_s = -1.0
         self.roll_rad = self.pitch_rad = 0.0
@@ -54,11 +65,14 @@ class Seaway(Waves):
             number = omega * omega / _GRAVITY_MPS2
             towards = wind.mean_from_rad + math.pi + rng.uniform(-_SPREAD_RAD, _SPREAD_RAD)
             amplitude = 0.25 * height_m * math.sqrt(2.0 / _COUNT) / (1.0 + (length_m * number / TWO_PI) ** 2)
-            components.append((amplitude, omega, number * math.cos(towards), number * math.sin(towards), rng.uniform(0.0, TWO_PI)))
+            components.append(
+                (amplitude, omega, number * math.cos(towards), number * math.sin(towards), rng.uniform(0.0, TWO_PI))
+            )
         self._components = tuple(components)
         super().__init__(0.0, wind, length_m, seed)
 
     def update(self, t_s: float) -> None:
+        """Compute attitude, rates, heave and forces at `t_s`."""
         hull, dt_s = self._hull, t_s - self._t_s
         if self._wakes:
             self._feel_wakes(t_s, dt_s)
@@ -90,6 +104,7 @@ class Seaway(Waves):
 
     @property
     def push(self) -> bool:
+        """False: `force` has all of it."""
         return False
 
     def _feel_wakes(self, t_s: float, dt_s: float) -> None:

@@ -1,4 +1,4 @@
-"""What the sensors measure of the true motion: lever arms, noise, slowly changing errors. Bytes are the emulators' affair."""
+"""What the sensors measure of the true motion: lever arms, noise, slow errors. The emulators turn it into bytes."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ import math
 from collections.abc import Set
 from dataclasses import dataclass
 
-from companion.config import ConfigError, HomeConfig, SensorConfig
+from companion.config.devices import SensorConfig
+from companion.config.vessel import ConfigError, HomeConfig
 from companion.core.angles import wrap_pi
 from companion.core.geodesy import LocalFrame
 from companion.core.geomagnetism import decimal_year, declination_rad
-from companion.core.records import quick
 from sitl.environment import Waves
 from sitl.faults import OFFSETS_M
 from sitl.hull import Hull
@@ -23,23 +23,25 @@ _WILD_EVERY = 10
 
 @dataclass(frozen=True, slots=True)
 class Grade:
-    """How good a receiver is: one sigma on each axis, white and slowly changing."""
+    """How good a receiver is: one sigma on each axis, of white noise and of a slow error."""
 
-    quality: int  # as GGA says it
+    quality: int  # in GGA
     satellites: int
     hdop: float
     white_m: float
     slow_m: float
     slow_tau_s: float
     velocity_mps: float
-    heading_rad: float = math.radians(0.10)  # white, and slowly changing besides
+    heading_rad: float = math.radians(0.10)  # of the white noise, and of the slow error
 
 
 GRADES = {
     "rtk": Grade(4, 18, 0.6, 0.005, 0.008, 60.0, 0.015),
     "sbas": Grade(2, 14, 0.8, 0.05, 0.25, 150.0, 0.03),
     "standalone": Grade(1, 11, 1.1, 0.15, 1.2, 300.0, 0.06),
-    "basin": Grade(4, 18, 0.6, 0.001, 0.001, 60.0, 0.005, math.radians(0.02)),  # cameras in a towing tank, behind the same sentences
+    "basin": Grade(
+        4, 18, 0.6, 0.001, 0.001, 60.0, 0.005, math.radians(0.02)
+    ),  # cameras in a towing tank that print the same sentences
 }
 _HEADING_TAU_S = 30.0
 _ALTITUDE_FACTOR = 1.7
@@ -48,7 +50,7 @@ _COMMON_STEP_S = 0.1
 
 
 def grade(name: str) -> Grade:
-    """Raises ConfigError with the grades that exist."""
+    """The grade of that name. Raises ConfigError with the grades there are."""
     if name not in GRADES:
         raise ConfigError([f"gnss '{name}': one of {', '.join(GRADES)}"])
     return GRADES[name]
@@ -60,10 +62,9 @@ def gravity_mps2(lat_deg: float) -> float:
     return 9.7803253359 * (1.0 + 0.00193185265241 * s2) / math.sqrt(1.0 - 0.00669437999013 * s2)
 
 
-@quick
 @dataclass(frozen=True, slots=True)
 class GnssSample:
-    """What a receiver has computed. Position None without a fix, heading None without a baseline solution."""
+    """One solution of a receiver. The position is None without a fix, the heading None without a baseline solution."""
 
     grade: Grade
     position: tuple[float, float, float] | None  # latitude and longitude in degrees, altitude in m
@@ -73,22 +74,22 @@ class GnssSample:
 
 
 class CommonWander:
-    """The part of the slow error that receivers near each other share (orbits, clocks, ionosphere): `share` of its variance.
+    """The slow error that receivers near each other share (orbits, clocks, ionosphere): `share` of the variance.
 
-    A function of time, seed and grade alone; asked for a time before the newest it gives the newest.
+    A function of time, seed and grade alone. For a time before the newest one it returns the newest error.
     """
 
     def __init__(self, share: float, seed: int) -> None:
-        """Raises ConfigError for a share that is none."""
+        """Raises ConfigError where `share` is not 0 to 1."""
         if not 0.0 <= share <= 1.0:
-            raise ConfigError([f"common share of the receivers' errors {share:g}: from 0 to 1, please"])
+            raise ConfigError([f"common share of the receivers' errors {share:g}: must be from 0 to 1"])
         self.share = share
         rng = stream(seed, "common wander")
         self._walks = [GaussMarkov(rng, 1.0, _COMMON_TAU_S) for _ in range(3)]
         self._steps = 0
 
     def at(self, t_s: float, grade: Grade) -> tuple[float, float, float]:
-        """(north, east, up) in m for receivers of that grade."""
+        """(north, east, up) in m at `t_s`, for receivers of that grade."""
         due = round(t_s / _COMMON_STEP_S)
         while self._steps < due:
             self._steps += 1
@@ -103,9 +104,15 @@ class GnssModel:
     """A dual-antenna receiver. In: true motion; out: `GnssSample` for its antenna. Remembers its slow errors."""
 
     def __init__(
-        self, config: SensorConfig, home: HomeConfig, grade_name: str, dt_s: float, seed: int, common: CommonWander | None = None
+        self,
+        config: SensorConfig,
+        home: HomeConfig,
+        grade_name: str,
+        dt_s: float,
+        seed: int,
+        common: CommonWander | None = None,
     ) -> None:
-        """`common`: what part of the slow error it shares with other receivers; None: nothing."""
+        """`dt_s`: between two samples; `common`: the slow error it shares with other receivers, None for none."""
         self._config = config
         self._home = home
         self._common = common
@@ -119,6 +126,7 @@ class GnssModel:
         self._samples = 0
 
     def sample(self, hull: Hull, waves: Waves, faults: Set[str]) -> GnssSample:
+        """The next solution, for the true motion and the active faults."""
         self._samples += 1
         now = GRADES["standalone"] if "rtk_lost" in faults else self._grade
         heading_error = self._slow_heading.update(self._dt_s) + self._rng.gauss(0.0, now.heading_rad)
@@ -131,7 +139,8 @@ class GnssModel:
         if self._common is not None:
             shared = self._common.at(self._samples * self._dt_s, now)
             slow_north, slow_east, slow_up = (
-                self._own_share * own + other for own, other in zip((slow_north, slow_east, slow_up), shared, strict=True)
+                self._own_share * own + other
+                for own, other in zip((slow_north, slow_east, slow_up), shared, strict=True)
             )
         north_m = hull.north_m + c * x - s * y + slow_north + gauss(0.0, now.white_m)
         east_m = hull.east_m + s * x + c * y + slow_east + gauss(0.0, now.white_m)
@@ -159,7 +168,7 @@ class GnssModel:
 
 
 def _levelled(x: float, y: float, z: float, roll_rad: float, pitch_rad: float) -> tuple[float, float, float]:
-    """A vector in body axes, turned by roll and pitch into the level frame that has the boat's heading."""
+    """A vector in body axes, rotated by roll and pitch into the level frame with the boat's heading."""
     c, s = math.cos(roll_rad), math.sin(roll_rad)
     y, z = c * y - s * z, s * y + c * z
     c, s = math.cos(pitch_rad), math.sin(pitch_rad)
@@ -186,11 +195,12 @@ class CompassModel:
         self._slow = GaussMarkov(self._rng, _COMPASS_SLOW_RAD, _COMPASS_TAU_S)
 
     def sample(self, yaw_rad: float) -> float:
+        """Magnetic heading in rad."""
         error = self._slow.update(self._dt_s) + self._rng.gauss(0.0, _COMPASS_WHITE_RAD)
         return wrap_pi(yaw_rad - self._north_rad + error)
 
 
-# An MTi-710 class sensor at 100 Hz: noise densities 60 µg/√Hz and 0.01 °/s/√Hz over 50 Hz; biases as they remain after calibration.
+# An MTi-710 class sensor at 100 Hz: noise densities 60 µg/√Hz and 0.01 °/s/√Hz over 50 Hz; biases left by calibration.
 _ACCEL_WHITE_MPS2 = 0.0045
 _ACCEL_BIAS_MPS2 = 0.02
 _GYRO_WHITE_RADPS = math.radians(0.07)
@@ -206,10 +216,7 @@ ImuSample = tuple[float, float, float, float, float, float, float, float, float]
 
 
 class ImuModel:
-    """An inertial sensor with its own attitude filter, axes forward, starboard, down. Remembers its biases.
-
-    In: true motion over the last step; out: (x, y, z specific force in m/s², roll, pitch, yaw rate in rad/s, roll, pitch, yaw in rad).
-    """
+    """An inertial sensor with its own attitude filter, axes forward, starboard, down. Remembers its biases."""
 
     def __init__(self, config: SensorConfig, home: HomeConfig, dt_s: float, seed: int) -> None:
         self._config = config
@@ -228,10 +235,11 @@ class ImuModel:
 
     @property
     def biases(self) -> tuple[float, ...]:
-        """Three of specific force, three of rate: what an estimator should find."""
+        """Three of specific force in m/s², three of rate in rad/s: what an estimator should find."""
         return self._errors[:6]
 
     def sample(self, hull: Hull, waves: Waves) -> ImuSample:
+        """(x, y, z specific force in m/s²; roll, pitch, yaw rate in rad/s; roll, pitch, yaw in rad)."""
         self._samples += 1
         if self._samples % _SLOW_EVERY == 0:
             self._errors = tuple([process.update(self._slow_s) for process in self._slow])
@@ -243,7 +251,11 @@ class ImuModel:
         forward, starboard = hull.surge_mps2, hull.sway_mps2
         gravity_mps2 = self._gravity_mps2 - waves.heave_mps2
         z = s_pitch * forward - c_pitch * gravity_mps2
-        x, y, z = c_pitch * forward + s_pitch * gravity_mps2, c_roll * starboard + s_roll * z, c_roll * z - s_roll * starboard
+        x, y, z = (
+            c_pitch * forward + s_pitch * gravity_mps2,
+            c_roll * starboard + s_roll * z,
+            c_roll * z - s_roll * starboard,
+        )
         if self._lever:
             dx, dy, dz = self._lever_arm(p, q, r)
             x, y, z = x + dx, y + dy, z + dz

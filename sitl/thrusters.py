@@ -1,25 +1,28 @@
-"""Thrusters as they really are: curve, limits and dead band, a lag in force, a limited rate of turn, a time to go up and down."""
+"""Thrusters: force curve, limits and dead band, lag of the force, rate of turn, time to go up and down."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 
-from companion.config import ThrusterConfig
+from companion.config.devices import ThrusterConfig
+from companion.core.actuation import Deployment
 from companion.core.angles import TWO_PI, wrap_pi
-from companion.core.types import Deployment
 
-_RUNAWAY_SHARE = 0.5  # of full force
+_RUNAWAY_SHARE = 0.5  # share of full force
 
 
-class Thruster:
-    """One thruster. In: throttle −1…1 and azimuth; out: `force_n` along `azimuth_rad`.
+class ThrusterModel:
+    """One thruster. In: throttle −1 to 1 and azimuth; out: `force_n` along `azimuth_rad`.
 
-    The force that the throttle asks for is K u|u| with K by sign, within [min_n, max_n], nothing in the dead band; the force follows it
-    with a first-order lag. A steerable one turns at its rate: the shorter way if endless, else to the demanded direction's turn within
-    its stops that is nearest. A retractable one is `down` from 0 (up) to 1, at first 1, and gives nothing on the way.
-    Faults: a `dead` one gives nothing and does not turn, which its board sees. A `stalled` one gives nothing, a `stuck` one does not turn, a
-    `runaway` one runs ahead whatever it is told, a `jammed` one moves neither up nor down, all of which its board does not see.
+    Target force: K u|u| with K by sign, within [min_n, max_n], 0 in the dead band. The force follows it with a
+    first-order lag. An endless azimuth turns the shorter way at its rate. One with stops goes to the demanded
+    direction's nearest turn within them. A retractable thruster is `down` from 0 (up) to 1, at first 1, and gives
+    nothing below 1.
+
+    Faults: `dead` gives nothing and does not turn, and its board reports it. The board does not report the others:
+    `stalled` gives nothing, `stuck` does not turn, `runaway` runs ahead whatever the command, `jammed` moves neither up
+    nor down.
     """
 
     __slots__ = (
@@ -47,36 +50,37 @@ class Thruster:
     def __init__(self, config: ThrusterConfig, lag_s: float, x_m: float | None = None) -> None:
         self._config = config
         self._lag_s = lag_s
-        self._dt_s, self._share = 0.0, 0.0  # of the way to the target in a step of dt_s
+        self._dt_s, self._share = 0.0, 0.0  # share of the way to the target in a step of dt_s
         self._endless = config.azimuth_min_rad is None and config.azimuth_max_rad is None
         self._x_m = config.x_m if x_m is None else x_m
         self._y_m = config.y_m
         self._turns = config.turns
         self._target_n = 0.0
-        self.azimuth_rad = config.azimuth_rad  # may hold more than a turn where there are stops
+        self.azimuth_rad = config.azimuth_rad  # can exceed one turn where there are stops
         self._target_rad = config.azimuth_rad
         self.force_n = 0.0
         self.down = 1.0
-        self.lower: bool | None = None  # where it is told to go; None: as it is
+        self.lower: bool | None = None  # commanded direction of travel; None: stay
         self.dead = self.stalled = self.stuck = self.runaway = self.jammed = False
 
     @property
     def config(self) -> ThrusterConfig:
+        """As the vessel's file has it."""
         return self._config
 
     @property
     def max_n(self) -> float:
-        """The largest force, either way."""
+        """The largest force in either direction."""
         return max(self._config.max_n, -self._config.min_n)
 
     def demand(self, throttle: float, azimuth_rad: float | None) -> None:
-        """What the bridge asks for. None leaves the direction as demanded before."""
+        """Set throttle and azimuth; None keeps the azimuth demanded before."""
         self.drive(throttle)
         if azimuth_rad is not None:
             self.aim(azimuth_rad)
 
     def drive(self, throttle: float) -> None:
-        """The propeller alone."""
+        """Set the throttle."""
         config = self._config
         u = min(max(throttle, -1.0), 1.0)
         if abs(u) < config.dead_band:
@@ -85,12 +89,12 @@ class Thruster:
         self._target_n = min(max(force_n, config.min_n), config.max_n)
 
     def aim(self, azimuth_rad: float) -> None:
-        """The direction alone."""
+        """Set the azimuth."""
         if self._turns:
             self._target_rad = self._reachable(azimuth_rad)
 
     def step(self, dt_s: float, surge_mps: float = 0.0) -> None:
-        """`surge_mps`: ahead through the water, which matters to a jet alone."""
+        """Advance by `dt_s`. `surge_mps`: speed ahead through the water, for jets only."""
         target_n = self._target_n if not self.runaway else _RUNAWAY_SHARE * self._config.max_n
         if self._config.retractable and not self.jammed:
             self._travel(dt_s)
@@ -108,24 +112,32 @@ class Thruster:
         x_n, y_n = self.force_n * math.cos(self.azimuth_rad), self.force_n * math.sin(self.azimuth_rad)
         return x_n, y_n, self._x_m * y_n - self._y_m * x_n
 
+    @property
+    def target_n(self) -> float:
+        """The force that it goes to."""
+        return self._target_n
+
     def throttle(self) -> float:
-        """The throttle that the present force corresponds to."""
+        """The throttle that gives the present force."""
         curve_n = self._config.ahead_n if self.force_n >= 0.0 else self._config.astern_n
         return math.copysign(math.sqrt(abs(self.force_n) / curve_n), self.force_n)
 
     @property
     def steerable(self) -> bool:
+        """Whether its azimuth can turn."""
         return self._turns
 
     @property
     def deployment(self) -> Deployment | None:
-        """As its end switches say; None where it does not retract."""
+        """What its end switches report; None where it is not retractable."""
         if not self._config.retractable:
             return None
-        return Deployment.LOWERED if self.down >= 1.0 else Deployment.RETRACTED if self.down <= 0.0 else Deployment.MOVING
+        return (
+            Deployment.LOWERED if self.down >= 1.0 else Deployment.RETRACTED if self.down <= 0.0 else Deployment.MOVING
+        )
 
     def _travel(self, dt_s: float) -> None:
-        """Down, or up out of the water, where it gives nothing at once."""
+        """Move down, or up out of the water, where it gives no force at once."""
         end = 1.0 if self.lower else 0.0
         if self.lower is None or self.down == end:
             return
@@ -143,7 +155,7 @@ class Thruster:
             self.azimuth_rad = wrap_pi(turned) if self._endless else turned
 
     def _reachable(self, azimuth_rad: float) -> float:
-        """The turn of this direction that the drive goes to; the nearer stop where the direction lies beyond both."""
+        """The turn of this direction that the drive goes to; the nearer stop where none lies between the stops."""
         if self._endless:
             return wrap_pi(azimuth_rad)
         low = -math.inf if self._config.azimuth_min_rad is None else self._config.azimuth_min_rad
@@ -152,10 +164,12 @@ class Thruster:
         within = [turn for turn in (nearest, nearest - TWO_PI, nearest + TWO_PI) if low <= turn <= high]
         if within:
             return min(within, key=lambda turn: abs(turn - self.azimuth_rad))
-        return min((stop for stop in (low, high) if math.isfinite(stop)), key=lambda stop: abs(wrap_pi(azimuth_rad - stop)))
+        return min(
+            (stop for stop in (low, high) if math.isfinite(stop)), key=lambda stop: abs(wrap_pi(azimuth_rad - stop))
+        )
 
 
-def build(configs: Sequence[ThrusterConfig], lag_s: float, x_m: Sequence[float] | None) -> tuple[Thruster, ...]:
-    """All thrusters of a vessel, at their true places `x_m` where those are given."""
+def build(configs: Sequence[ThrusterConfig], lag_s: float, x_m: Sequence[float] | None) -> tuple[ThrusterModel, ...]:
+    """All thrusters of a vessel, at their true places `x_m` where given."""
     places = [None] * len(configs) if x_m is None else list(x_m)
-    return tuple(Thruster(config, lag_s, x) for config, x in zip(configs, places, strict=True))
+    return tuple(ThrusterModel(config, lag_s, x) for config, x in zip(configs, places, strict=True))

@@ -1,4 +1,4 @@
-"""Other vessels on the water: each follows its script and knows nothing of the boat."""
+"""Other vessels: each follows its script and ignores the boat."""
 
 from __future__ import annotations
 
@@ -7,13 +7,10 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from companion.core.records import quick
 
-
-@quick
 @dataclass(frozen=True, slots=True)
 class VesselMotion:
-    """Of the middle of a hull, north and east of home; its course is also its heading."""
+    """Motion of the middle of a hull, north and east of home. The heading equals the course."""
 
     north_m: float
     east_m: float
@@ -23,9 +20,9 @@ class VesselMotion:
 
 @dataclass(frozen=True, slots=True)
 class ScriptedVessel:
-    """Sails the straight lines between `points`, (t_s, north_m, east_m) in order of time, and goes on along the last. Its AIS speaks every `report_s`.
+    """A vessel on straight lines between `points`, (t_s, north_m, east_m) in order of time; it goes on along the last.
 
-    Raises ValueError for fewer than two points or times that do not grow.
+    Its AIS transponder sends every `report_s`. Raises ValueError for fewer than two points, or times that do not grow.
     """
 
     mmsi: int
@@ -43,16 +40,18 @@ class ScriptedVessel:
             raise ValueError(f"{self.name}: a script needs two points or more, their times growing")
 
     def at(self, t_s: float) -> VesselMotion:
-        """Where it is; before the first point as if it had come along the first line."""
+        """Its motion at `t_s`; before the first point it is on the first line extended backwards."""
         legs = list(itertools.pairwise(self.points))
         (t0, n0, e0), (t1, n1, e1) = next((leg for leg in legs if t_s < leg[1][0]), legs[-1])
         north_mps, east_mps = (n1 - n0) / (t1 - t0), (e1 - e0) / (t1 - t0)
         course = math.atan2(east_mps, north_mps)
-        return VesselMotion(n0 + north_mps * (t_s - t0), e0 + east_mps * (t_s - t0), course, math.hypot(north_mps, east_mps))
+        return VesselMotion(
+            n0 + north_mps * (t_s - t0), e0 + east_mps * (t_s - t0), course, math.hypot(north_mps, east_mps)
+        )
 
 
 class Traffic:
-    """The vessels there are; scenarios add to them."""
+    """The other vessels; scenarios add to them."""
 
     def __init__(self, vessels: Sequence[ScriptedVessel] = ()) -> None:
         self.vessels: list[ScriptedVessel] = list(vessels)

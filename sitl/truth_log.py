@@ -1,40 +1,74 @@
-"""truth.csv: what the plant really did, at the plant's own time."""
+"""truth.csv and one file for each lead boat: what the boats really did, at the simulation's own time."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TextIO
 
-from companion.config import HomeConfig
+from companion.config.vessel import HomeConfig
 from companion.core.geodesy import LocalFrame
-from companion.core.types import Tick
+from companion.core.tick import Tick
 from sitl.lead_boat import LeadBoat
 from sitl.world import World
 
-_COLUMNS = (
-    "t_s,north_m,east_m,yaw_rad,surge_mps,sway_mps,yaw_rate_radps,"
-    "wind_speed_mps,wind_from_rad,current_north_mps,current_east_mps"
+_COLUMNS = [
+    "t_s",
+    "north_m",
+    "east_m",
+    "yaw_rad",
+    "surge_mps",
+    "sway_mps",
+    "yaw_rate_radps",
+    "wind_speed_mps",
+    "wind_from_rad",
+    "current_north_mps",
+    "current_east_mps",
+]
+_CONTACT_COLUMNS = (
+    "contact_n",
+    "contact_gap_m",
+    "contact_surge_mps",
+    "contact_sway_mps",
+)  # the speeds are those of the last touch
+LEADER_COLUMNS = (
+    "t_s",
+    "north_m",
+    "east_m",
+    "yaw_rad",
+    "speed_mps",
+    "surge_mps",
+    "yaw_rate_radps",
+    "fix_north_m",
+    "fix_east_m",
 )
-_CONTACT_COLUMNS = ",contact_n,contact_gap_m,contact_surge_mps,contact_sway_mps"  # the speeds: when the boat touched last
+
+
+def truth_columns(thrusters: Sequence[str], retractable: Sequence[str], berth: bool) -> list[str]:
+    """Header of truth.csv."""
+    columns = [*_COLUMNS]
+    for name in thrusters:
+        columns += [f"{name}_force_n", f"{name}_azimuth_rad"]
+    columns += [f"{name}_down" for name in retractable]
+    return [*columns, *_CONTACT_COLUMNS] if berth else columns
 
 
 class TruthLog:
-    """Recorder that writes the truth beside the ticks."""
+    """Recorder that writes truth.csv, one row a tick."""
 
     def __init__(self, folder: Path, world: World, thrusters: tuple[str, ...]) -> None:
         self._world = world
         folder.mkdir(parents=True, exist_ok=True)
         self._file: TextIO = (folder / "truth.csv").open("w", encoding="utf-8", buffering=1)
-        columns = _COLUMNS + "".join(f",{name}_force_n,{name}_azimuth_rad" for name in thrusters)
-        columns += "".join(f",{name}_down" for name in world.truth.down)
-        self._file.write(columns + (_CONTACT_COLUMNS if world.berth is not None else "") + "\n")
+        self._file.write(",".join(truth_columns(thrusters, tuple(world.truth.down), world.berth is not None)) + "\n")
 
     def record(self, tick: Tick) -> None:
+        """Write a row; the tick itself is not used."""
         self.write()
 
     def write(self) -> None:
-        """A row of now."""
+        """Write a row of the present truth."""
         t = self._world.truth
         row = (
             f"{t.t_s:.3f},{t.north_m:.5f},{t.east_m:.5f},{t.yaw_rad:.6f},{t.surge_mps:.5f},{t.sway_mps:.5f},{t.yaw_rate_radps:.6f}"
@@ -47,26 +81,29 @@ class TruthLog:
         self._file.write(row + "\n")
 
     def close(self) -> None:
+        """Close the file."""
         self._file.close()
 
 
-class LeaderLog:
-    """Recorder that writes the truth of a lead boat into a file of its name, at the boat's own time, which may be a step (20 ms) before the tick's.
+class LeaderTruthLog:
+    """Recorder that writes the truth of a lead boat into a file with its name.
 
-    `fix_…`: where its receiver puts it, carried on from the last fix; empty without one.
+    Its time is the boat's own, at most one step (20 ms) before the tick's. `fix_…`: position by its receiver, moved on
+    from the last fix; empty without one.
     """
 
     def __init__(self, folder: Path, boat: LeadBoat, home: HomeConfig) -> None:
         self._boat, self._home = boat, LocalFrame(home.lat_deg, home.lon_deg)
         folder.mkdir(parents=True, exist_ok=True)
         self._file: TextIO = (folder / f"{boat.name}.csv").open("w", encoding="utf-8", buffering=1)
-        self._file.write("t_s,north_m,east_m,yaw_rad,speed_mps,surge_mps,yaw_rate_radps,fix_north_m,fix_east_m\n")
+        self._file.write(",".join(LEADER_COLUMNS) + "\n")
 
     def record(self, tick: Tick) -> None:
+        """Write a row; the tick itself is not used."""
         self.write()
 
     def write(self) -> None:
-        """A row of now."""
+        """Write a row of the present truth."""
         hull = self._boat.hull
         speed_mps = math.hypot(hull.north_mps, hull.east_mps)
         self._file.write(
@@ -82,4 +119,5 @@ class LeaderLog:
         return f"{north_m + fix.north_mps * age_s:.4f},{east_m + fix.east_mps * age_s:.4f}"
 
     def close(self) -> None:
+        """Close the file."""
         self._file.close()

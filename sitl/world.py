@@ -1,4 +1,7 @@
-"""The boat's world: hull, thrusters, weather, sensors and their devices, stepped together at 100 Hz, or as often as the fastest sensor."""
+"""The simulated boat and its weather: hull, thrusters, sensors and their devices, stepped together.
+
+The step is 10 ms, or 5 ms where a sensor measures more often than 100 times a second.
+"""
 
 from __future__ import annotations
 
@@ -6,37 +9,61 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from companion.config import ConfigError, DockConfig, PlantConfig, SitlConfig, ThrusterConfig, VesselConfig
+from companion.config.devices import ThrusterConfig
+from companion.config.vessel import ConfigError, DockConfig, PlantConfig, SitlConfig, VesselConfig
 from companion.core.angles import wrap_pi
 from companion.core.frames import ned_to_body
 from companion.core.ports import ByteStream
-from companion.core.records import quick
 from sitl import emulators
 from sitl.battery import BatteryModel
-from sitl.berth import Berth
-from sitl.emulators.device import Surroundings
-from sitl.environment import UPDATE_S, Current, Waves, Wind, parse_directed, wind_force
+from sitl.berth import BerthModel
+from sitl.emulators.device import SensedWorld
+from sitl.environment import UPDATE_S, CurrentModel, Waves, WindModel, parse_directed, wind_force
 from sitl.faults import Faults, parse
 from sitl.hull import Hull
 from sitl.jet import Jet
 from sitl.memory import MemoryDevice, MemoryStream
 from sitl.seaway import Seaway
 from sitl.sensors import grade
-from sitl.thrusters import Thruster, build
-from sitl.tow import Leg, TowedHull
+from sitl.shared_sea import SharedSea
+from sitl.thrusters import ThrusterModel, build
+from sitl.tow import TowedHull, TowLeg
 from sitl.traffic import Traffic
-from sitl.waters import Waters
 
 EPOCH_UNIX_NS = 1_780_315_200_000_000_000  # 2026-06-01T12:00:00Z, where simulated time begins
 STEP_HZ = 100
 FASTEST_HZ = 200
 
 
-@quick
+@dataclass(frozen=True, slots=True)
+class WorldConditions:
+    """What the boat meets, and what differs from its file.
+
+    A direction that `wind` or `current` leaves out comes from the seed. None means as the vessel's file says.
+    """
+
+    seed: int = 0
+    wind: str | None = None  # "MPS@FROM_DEG" or "MPS"
+    current: str | None = None  # "MPS@TOWARDS_DEG" or "MPS"
+    current_variation_mps: float = 0.0  # one sigma of the slow variation of the current on each axis
+    waves_m: float = 0.0  # significant height
+    push_ned_n: tuple[float, float] = (0.0, 0.0)  # constant force on the hull towards north and east
+    faults: Sequence[str] = ()  # as `faults.parse` reads them
+    gnss: str | None = None  # grade of the receivers, a key of `sensors.GRADES`
+    plant: str | None = None  # name of one of the file's plants
+    capacity_wh: float | None = None  # of the battery
+    dock: DockConfig | None = None
+    tow: Sequence[TowLeg] = ()  # towed along these legs, whatever the thrusters do
+    epoch_unix_ns: int = EPOCH_UNIX_NS
+
+
 @dataclass(frozen=True, slots=True)
 class Truth:
-    """What the boat really does. North and east from home; velocities over ground in body axes; thrusters as (force_n, azimuth_rad),
-    retractable ones by name as 0 (up) … 1 (down)."""
+    """What the boat really does.
+
+    North and east from home, velocities over ground in body axes. `thrusters`: (force_n, azimuth_rad) each. `down`:
+    retractable thrusters by name, 0 (up) to 1 (down).
+    """
 
     t_s: float
     north_m: float
@@ -56,66 +83,47 @@ class Truth:
 
 
 class World:
-    """The plant and the devices on it: a `companion.core.ports.World` and the `StreamOpener` of its devices' ports.
+    """The plant and its devices: a `companion.core.ports.World`, and the `StreamOpener` of the devices' ports.
 
-    The boat starts at home, at rest over ground, its boards neutral. Time is the caller's: `advance(now_s)` takes as many whole steps as
-    have become due since 0.
+    The boat starts at home, at rest over ground, its boards neutral. `advance(now_s)` takes all whole steps up to that
+    time.
     """
 
     def __init__(
-        self,
-        vessel: VesselConfig,
-        *,
-        seed: int = 0,
-        wind: str | None = None,
-        current: str | None = None,
-        gnss: str | None = None,
-        plant: str | None = None,
-        waves_m: float = 0.0,
-        faults: Sequence[str] = (),
-        push_ned_n: tuple[float, float] = (0.0, 0.0),
-        current_variation_mps: float = 0.0,
-        capacity_wh: float | None = None,
-        epoch_unix_ns: int = EPOCH_UNIX_NS,
-        dock: DockConfig | None = None,
-        tow: Sequence[Leg] = (),
-        waters: Waters | None = None,
+        self, vessel: VesselConfig, conditions: WorldConditions | None = None, shared_sea: SharedSea | None = None
     ) -> None:
-        """`wind` "MPS@FROM_DEG", `current` "MPS@TOWARDS_DEG", directions from the seed where left out; `gnss`, `plant`, `capacity_wh` None: as
-        the vessel's file says; `push_ned_n` a constant force towards north and east on the hull; `dock` None: the vessel's own berth, if it has
-        one; `tow`: it is led along these legs, whatever its thrusters do; `waters`: other boats, whose wakes a plant with a seaway feels.
-        Raises ConfigError for what the vessel or the arguments do not offer.
+        """`shared_sea`: lead boats near by, whose wakes a plant with a seaway feels; None: the boat is alone.
+
+        Raises ConfigError for conditions that the vessel's file does not offer.
         """
         self._vessel = vessel
-        self.seed = seed
+        self._conditions = given = WorldConditions() if conditions is None else conditions
         self._sitl = _simulation(vessel)
-        self._plant = _chosen_plant(vessel, plant)
-        gnss = self._sitl.gnss if gnss is None else gnss
-        grade(gnss)
-        self.faults = Faults(faults, vessel)
-        self.wind = Wind(*(parse_directed(wind, "wind") if wind else (0.0, None)), seed)
-        self.current = Current(*(parse_directed(current, "current") if current else (0.0, None)), seed, current_variation_mps)
-        self.battery = BatteryModel(self._sitl.battery_wh if capacity_wh is None else capacity_wh)
-        self.hull = TowedHull(self._plant.hull, tow) if tow else Hull(self._plant.hull)
-        self.waters = waters
-        self.waves = self._sea(waves_m, seed)
-        face = vessel.dock if dock is None else dock
-        self.berth = None if face is None else Berth(face, vessel.home, vessel.length_m, vessel.beam_m)
+        self._plant = _chosen_plant(vessel, given.plant)
+        self.faults = Faults(given.faults, vessel)
+        self.wind = WindModel(*(parse_directed(given.wind, "wind") if given.wind else (0.0, None)), given.seed)
+        self.current = CurrentModel(
+            *(parse_directed(given.current, "current") if given.current else (0.0, None)),
+            given.seed,
+            given.current_variation_mps,
+        )
+        self.battery = BatteryModel(self._sitl.battery_wh if given.capacity_wh is None else given.capacity_wh)
+        self.hull = TowedHull(self._plant.hull, given.tow) if given.tow else Hull(self._plant.hull)
+        self.shared_sea = shared_sea
+        self.waves = self._sea(given.waves_m, given.seed)
+        dock = vessel.dock if given.dock is None else given.dock
+        self.berth = None if dock is None else BerthModel(dock, vessel.home, vessel.length_m, vessel.beam_m)
         self.thrusters = _thrusters(vessel.thrusters, self._plant)
         self._retractable = [(c, t) for c, t in zip(vessel.thrusters, self.thrusters, strict=True) if c.retractable]
-        self._push_ned_n = push_ned_n
         self._steps = 0
         self._step_hz = FASTEST_HZ if any(sensor.rate_hz > STEP_HZ for sensor in vessel.sensors) else STEP_HZ
         self._step_s = 1.0 / self._step_hz
         self._update_steps = round(UPDATE_S * self._step_hz)
         self._streams: dict[str, MemoryStream] = {}
-        common = None if waters is None else waters.common
         self.traffic = Traffic()
-        around = Surroundings(
-            self.hull, self.waves, self.wind, self.faults, vessel.home, gnss, seed, epoch_unix_ns, self._step_hz, common, self.traffic
-        )
+        sensed = self._sensed()
         by_name = {config.name: thruster for config, thruster in zip(vessel.thrusters, self.thrusters, strict=True)}
-        self.sensors = [emulators.sensor(config, self._port(config.name), around) for config in vessel.sensors]
+        self.sensors = [emulators.sensor(config, self._port(config.name), sensed) for config in vessel.sensors]
         self.boards = [
             emulators.board(config, self._port(config.name), by_name, self.battery, self.faults)
             for config in vessel.actuators
@@ -125,10 +133,28 @@ class World:
         self.hull.set_current(self.current.north_mps, self.current.east_mps)
         self.set_state()
 
+    def _sensed(self) -> SensedWorld:
+        """What the sensors can measure. Raises ConfigError for an unknown grade of receiver."""
+        gnss = self._sitl.gnss if self._conditions.gnss is None else self._conditions.gnss
+        grade(gnss)
+        return SensedWorld(
+            hull=self.hull,
+            waves=self.waves,
+            wind=self.wind,
+            faults=self.faults,
+            home=self._vessel.home,
+            gnss=gnss,
+            seed=self._conditions.seed,
+            epoch_unix_ns=self._conditions.epoch_unix_ns,
+            step_hz=self._step_hz,
+            common=None if self.shared_sea is None else self.shared_sea.common,
+            traffic=self.traffic,
+        )
+
     # --- ports -----------------------------------------------------------------------------------------------------
 
     def open(self, name: str, url: str) -> ByteStream:
-        """The port of the device `name`; its `url` is for a real boat. Raises ConfigError for a device that is not there."""
+        """The port of the device `name`; `url` is ignored. Raises ConfigError where there is no such device."""
         stream = self._streams.get(name)
         if stream is None:
             raise ConfigError([f"no simulated device named '{name}'; there is {', '.join(self._streams)}"])
@@ -136,24 +162,31 @@ class World:
         return stream
 
     def advance(self, now_s: float) -> None:
-        """Bring the world up to `now_s`."""
+        """Take all steps that are due by `now_s`."""
         due = math.floor(now_s * self._step_hz + 1e-6)
         while self._steps < due:
             self._step()
 
-    # --- what tests and scenarios see and set ----------------------------------------------------------------------
+    # --- what tests and scenarios read and set ----------------------------------------------------------------------
 
     @property
     def t_s(self) -> float:
-        """Time that the world has reached."""
+        """Time of the last step."""
         return self._steps / self._step_hz
 
     @property
+    def seed(self) -> int:
+        """Seed of all noise."""
+        return self._conditions.seed
+
+    @property
     def step_s(self) -> float:
+        """Length of a step."""
         return self._step_s
 
     @property
     def truth(self) -> Truth:
+        """What the boat does now."""
         hull = self.hull
         return Truth(
             t_s=self.t_s,
@@ -182,27 +215,27 @@ class World:
         sway_mps: float = 0.0,
         yaw_rate_radps: float = 0.0,
     ) -> None:
-        """Put the boat somewhere, north and east of home; `yaw_rad` None: home's. Velocities over ground in body axes."""
+        """Put the boat at a place from home; `yaw_rad` None: home's heading. Velocities over ground in body axes."""
         yaw = self._vessel.home.yaw_rad if yaw_rad is None else yaw_rad
         self.hull.place(north_m, east_m, yaw, surge_mps, sway_mps, yaw_rate_radps)
 
     def add_fault(self, name: str, duration_s: float = math.inf) -> None:
-        """A fault from now on. Raises ConfigError for a name that does not exist."""
+        """Start a fault now. Raises ConfigError for an unknown name."""
         times = f"{self.t_s}" if math.isinf(duration_s) else f"{self.t_s}+{duration_s}"
         self.faults.add(parse(f"{name}@{times}", self._vessel))
 
     def babble(self, name: str, data: bytes) -> None:
-        """Bytes on the port of the device `name` that no device of its kind would say: a bad wire, a wrong baud rate."""
+        """Put bytes on the port of the device `name`, as a bad wire or a wrong baud rate would."""
         self._streams[name].device.send(data, self.t_s)
 
     def set_transmitter(self, channels_us: Sequence[int] | None) -> None:
-        """Pulses of the hand-held transmitter on all boards; None: no receiver."""
+        """Pulses of the transmitter's channels on all boards; None: no RC receiver."""
         for board in self.boards:
             board.rc_us = channels_us
 
     def _sea(self, height_m: float, seed: int) -> Waves:
-        """Waves, and of other boats' wakes those that the plant can feel."""
-        wakes = () if self.waters is None else self.waters.wakes
+        """The waves, with the wakes of lead boats where the plant feels them."""
+        wakes = () if self.shared_sea is None else self.shared_sea.wakes
         if not self._plant.seaway:
             return Waves(height_m, self.wind, self._vessel.length_m, seed)
         return Seaway(height_m, self.wind, self._vessel.length_m, seed, self.hull, self._plant.hull.m11_kg, wakes)
@@ -224,14 +257,14 @@ class World:
             board.listen(t_s)
         if self._steps % self._update_steps == 0:
             self._update_weather()
-        if self.waters is not None:
-            self.waters.advance(t_s)
+        if self.shared_sea is not None:
+            self.shared_sea.advance(t_s)
         self.waves.update(t_s)
         self._push(t_s)
-        self._let_speak(t_s)
+        self._send_due(t_s)
 
     def _push(self, t_s: float) -> None:
-        """Forces on the hull, and its step."""
+        """Sum the forces on the hull and step it."""
         hull = self.hull
         c, s = math.cos(hull.yaw_rad), math.sin(hull.yaw_rad)
         air_north, air_east = self.wind.north_mps - hull.north_mps, self.wind.east_mps - hull.east_mps
@@ -242,8 +275,8 @@ class World:
             thruster.step(self._step_s, hull.water_surge_mps)
             x_n, y_n, n_nm = thruster.wrench()
             surge_n, sway_n, yaw_nm = surge_n + x_n, sway_n + y_n, yaw_nm + n_nm
-        if self._push_ned_n != (0.0, 0.0):
-            x_n, y_n = ned_to_body(*self._push_ned_n, hull.yaw_rad)
+        if self._conditions.push_ned_n != (0.0, 0.0):
+            x_n, y_n = ned_to_body(*self._conditions.push_ned_n, hull.yaw_rad)
             surge_n, sway_n = surge_n + x_n, sway_n + y_n
         if self.waves.push:
             surge_mps2, sway_mps2 = ned_to_body(*self.waves.acceleration(t_s), hull.yaw_rad)
@@ -257,7 +290,7 @@ class World:
             surge_n, sway_n, yaw_nm = surge_n + x_n, sway_n + y_n, yaw_nm + n_nm
         hull.step(surge_n, sway_n, yaw_nm, self._step_s)
 
-    def _let_speak(self, t_s: float) -> None:
+    def _send_due(self, t_s: float) -> None:
         due = self._due
         for i, device in enumerate(self._devices):
             due[i] += device.rate_hz * self._step_s
@@ -295,12 +328,20 @@ def _simulation(vessel: VesselConfig) -> SitlConfig:
     return vessel.sitl
 
 
-def _thrusters(configs: Sequence[ThrusterConfig], plant: PlantConfig) -> tuple[Thruster, ...]:
-    """All thrusters of a vessel, as the plant says that they are; a jet is alone."""
+def _thrusters(configs: Sequence[ThrusterConfig], plant: PlantConfig) -> tuple[ThrusterModel, ...]:
+    """The thrusters as the plant has them. A jet is a vessel's only thruster."""
     jet = plant.jet or configs[0].jet
     if configs[0].kind != "jet" or jet is None:
         return build(configs, plant.thruster_lag_s, plant.thruster_x_m)
-    return (Jet(configs[0], plant.thruster_lag_s, jet, None if plant.thruster_x_m is None else plant.thruster_x_m[0], plant.nozzle),)
+    return (
+        Jet(
+            configs[0],
+            plant.thruster_lag_s,
+            jet,
+            None if plant.thruster_x_m is None else plant.thruster_x_m[0],
+            plant.nozzle,
+        ),
+    )
 
 
 def _chosen_plant(vessel: VesselConfig, name: str | None) -> PlantConfig:

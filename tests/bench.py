@@ -1,6 +1,6 @@
-"""`make bench`: figures of speed, as medians and ratios. Nothing is asserted: a shared machine is not a stop-watch.
+"""`make bench`: speeds as medians and ratios, without assertions, since the machine may be shared.
 
-Steps are timed in processor time, so that who else is at work does not count; transfers and the start by the wall clock.
+Steps are timed in processor time, which other processes do not change. Transfers and the start use the wall clock.
 """
 
 from __future__ import annotations
@@ -23,24 +23,25 @@ from pymavlink.dialects.v20 import common as mavlink
 
 from companion.allocation.allocator import Allocator
 from companion.app import load_vessel
-from companion.cli import LockstepRig
-from companion.config import SensorConfig
+from companion.baselines.ahrs import ThesisAhrs
+from companion.cli.rig import LockstepRig
+from companion.config.devices import SensorConfig
+from companion.core.actuation import Wrench
+from companion.core.estimate import NO_ESTIMATE
 from companion.core.geodesy import LocalFrame
-from companion.core.types import LeaderState, Wrench
-from companion.guidance.follow import FollowLaw
+from companion.core.readings import LeaderState
+from companion.following.law import FollowLaw
+from companion.following.tracker import LeaderTracker
 from companion.guidance.path import PathKind, build_path
 from companion.io.sensors import open_sensor
-from companion.modes.situation import NO_ESTIMATE
 from companion.nav.ahrs import Ahrs
 from companion.nav.error_state import ErrorStateFilter
-from companion.nav.leader import LeaderTracker
-from companion.nav.thesis_ahrs import ThesisAhrs
-from companion.params import Parameters
+from companion.params.store import Parameters
 from sitl.scenarios import SCENARIOS
-from sitl.scenarios.company import Company
+from sitl.scenarios.convoy import Convoy
+from sitl.scenarios.ground_station import GroundStation
 from sitl.scenarios.rig import Conditions
-from sitl.scenarios.station import Station
-from sitl.waters import OtherBoat
+from sitl.shared_sea import LeadBoatConfig
 from tests.protocol.lead_boat_module import Pair, circle
 from tests.protocol.process import Companion
 
@@ -48,15 +49,17 @@ _HOLD = 0x03040000
 
 
 def line(what: str, value: str, aim: str) -> None:
+    """Print one row: what, measured, target."""
     print(f"{what:58} {value:>28}   aim {aim}", flush=True)
 
 
 def median_and_range(values: list[float], form: str) -> str:
+    """`median (smallest to largest)`."""
     return f"{statistics.median(values):{form}} ({min(values):{form}}…{max(values):{form}})"
 
 
 class Client:
-    """A ground station on UDP that speaks pymavlink."""
+    """A ground station on UDP, with pymavlink."""
 
     def __init__(self, companion: Companion) -> None:
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
@@ -67,10 +70,12 @@ class Client:
         self._codec.robust_parsing = True
 
     def send(self, message: Any) -> None:
+        """Send a message."""
         self._socket.sendto(message.pack(self._codec), self._vehicle)
         self._codec.seq = (self._codec.seq + 1) % 256
 
     def wait_for(self, *kinds: str) -> Any:
+        """The next message of a type."""
         while True:
             data, self._vehicle = self._socket.recvfrom(65535)
             for message in self._codec.parse_buffer(data) or ():
@@ -94,17 +99,19 @@ class Client:
             self.send(items[message.seq])
 
     def refusal_time_s(self) -> float:
-        """From sending a command that nobody knows to its acknowledgement."""
+        """Time from sending an unknown command to its acknowledgement."""
         started_s = time.perf_counter()
-        self.send(mavlink.MAVLink_command_long_message(1, 1, 34, 0, 0, 0, 0, 0, 0, 0, 0))
+        self.send(mavlink.MAVLink_command_long_message(1, 1, 35, 0, 0, 0, 0, 0, 0, 0, 0))
         self.wait_for("COMMAND_ACK")
         return time.perf_counter() - started_s
 
     def close(self) -> None:
+        """Close the socket."""
         self._socket.close()
 
 
 def start_up(folder: Path, runs: int = 7) -> None:
+    """Time from the start of the process to its first HEARTBEAT."""
     times_s = []
     for n in range(runs):
         companion = Companion(folder / f"start{n}")
@@ -122,6 +129,7 @@ def start_up(folder: Path, runs: int = 7) -> None:
 
 
 def transfers(folder: Path) -> None:
+    """Speed of mission uploads and commands; processor and memory of the process."""
     with Companion(folder / "transfers") as companion:
         client = Client(companion)
         client.wait_for("HEARTBEAT")
@@ -130,7 +138,11 @@ def transfers(folder: Path) -> None:
             result, took_s = client.upload(2000)
             assert result == mavlink.MAV_MISSION_ACCEPTED
             rates.append(2000 / took_s)
-        line("mission upload over UDP loopback, pymavlink client", median_and_range(rates, ".0f") + " items/s", "3000 items/s")
+        line(
+            "mission upload over UDP loopback, pymavlink client",
+            median_and_range(rates, ".0f") + " items/s",
+            "3000 items/s",
+        )
         waits_s = sorted(client.refusal_time_s() for _ in range(500))
         text = f"median {1e3 * statistics.median(waits_s):.2f} ms, p99 {1e3 * waits_s[494]:.2f} ms"
         line("unknown command to its UNSUPPORTED", text, "under 10 ms")
@@ -142,23 +154,25 @@ def transfers(folder: Path) -> None:
         before_s, wall_s = cpu_s(companion.process.pid), time.perf_counter()
         time.sleep(10.0)
         share = (cpu_s(companion.process.pid) - before_s) / (time.perf_counter() - wall_s)
-        line("whole process with plant, real time, one station", f"{100 * share:.1f} % of a core", "-")
+        line("whole process with plant, real time, one ground station", f"{100 * share:.1f} % of a core", "-")
         line("peak memory of that process", f"{peak_mb(companion.process.pid):.0f} MB", "120 MB")
         client.close()
 
 
 def cpu_s(pid: int) -> float:
+    """Processor time of a process."""
     fields = Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def peak_mb(pid: int) -> float:
+    """Peak memory of a process."""
     status = Path(f"/proc/{pid}/status").read_text()
     return next(int(row.split()[1]) / 1024 for row in status.splitlines() if row.startswith("VmHWM"))
 
 
 def median_and_p99_us(call: Callable[[], Any], calls: int = 5000) -> str:
-    """Of single calls, in processor time, of which reading it takes a third of a microsecond."""
+    """Processor time of single calls. Reading the clock takes a third of a microsecond of it."""
     times_s = []
     for _ in range(calls):
         started_s = time.thread_time()
@@ -169,7 +183,7 @@ def median_and_p99_us(call: Callable[[], Any], calls: int = 5000) -> str:
 
 
 def blocks() -> None:
-    """The arithmetic alone: what the control thread does in a step, without bytes, links and log."""
+    """The arithmetic alone: what the control thread computes in a tick, without bytes, links and log."""
     eskf = ErrorStateFilter(9.82)
     eskf.start((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.01, 0.02, 0.5), [0.1] * 6 + [0.03] * 3 + [0.05] * 3 + [0.0035] * 3)
 
@@ -183,16 +197,18 @@ def blocks() -> None:
     ahrs()
     config = load_vessel("revolt")
     allocator = Allocator(config, Parameters(config.parameters))
-    demands = cycle([Wrench(8.0 * math.sin(0.01 * k), 4.0 * math.cos(0.013 * k), 3.0 * math.sin(0.007 * k)) for k in range(2000)])
+    demands = cycle(
+        [Wrench(8.0 * math.sin(0.01 * k), 4.0 * math.cos(0.013 * k), 3.0 * math.sin(0.007 * k)) for k in range(2000)]
+    )
     follower_step()
     line("allocation, three thrusters", median_and_p99_us(lambda: allocator.update(next(demands), 0.1)), "-")
 
 
 def follower_step() -> None:
-    """What a follower does in a tick beyond other modes: the leader's filter takes a message, its track goes on, the law looks ahead."""
+    """What a follower computes in a tick beyond other modes: filter of the leader, its track, the law."""
     config = load_vessel("rescuerunner")
     parameters = Parameters(config.parameters)
-    tracker, law = LeaderTracker(parameters), FollowLaw(config, parameters, can_reverse=False)
+    tracker, law = LeaderTracker(), FollowLaw(config, parameters, can_reverse=False)
     frame = LocalFrame(config.home.lat_deg, config.home.lon_deg)
     ticks = iter(range(10**9))
     nav = NO_ESTIMATE
@@ -202,10 +218,19 @@ def follower_step() -> None:
         course = 0.3 * math.sin(0.2 * t_s)
         lat_deg, lon_deg = frame.to_geodetic(8.0 * t_s, 10.0 * math.sin(0.2 * t_s))
         velocity = 8.0 * math.cos(course), 8.0 * math.sin(course)
-        tracker.take(LeaderState(t_s, t_s, "bench", 7, lat_deg, lon_deg, *velocity, course, 0.06 * math.cos(0.2 * t_s), 1.0))
+        tracker.take(
+            LeaderState(t_s, t_s, "bench", 7, lat_deg, lon_deg, *velocity, course, 0.06 * math.cos(0.2 * t_s), 1.0)
+        )
         leader = tracker.leader(frame, t_s)
         assert leader is not None
-        here = replace(nav, north_m=8.0 * t_s - 20.0, east_m=10.0 * math.sin(0.2 * t_s - 0.5), yaw_rad=course, surge_mps=8.0, north_mps=8.0)
+        here = replace(
+            nav,
+            north_m=8.0 * t_s - 20.0,
+            east_m=10.0 * math.sin(0.2 * t_s - 0.5),
+            yaw_rad=course,
+            surge_mps=8.0,
+            north_mps=8.0,
+        )
         if t_s == 0.0:
             law.start(here, leader, (20.0, math.pi), t_s)
         law.setpoint(law.update(here, leader, (20.0, math.pi), t_s), here, 0.05)
@@ -215,7 +240,7 @@ def follower_step() -> None:
 
 
 def ahrs() -> None:
-    """One inertial sample, with the magnetometer at 50 Hz and the receiver at 10 Hz of 200."""
+    """One inertial sample of 200 Hz, with the magnetometer at 50 Hz and the receiver at 10 Hz."""
     for what, law in (("AHRS step, 200 Hz, all sensors", Ahrs(9.82)), ("  the thesis's filter", ThesisAhrs(9.82))):
         samples = iter(range(10**9))
 
@@ -232,7 +257,7 @@ def ahrs() -> None:
 
 
 class _Stopwatch:
-    """Times calls of methods, and says how long each tick spent in them together."""
+    """Times calls of methods, and sums their time in each tick."""
 
     def __init__(self) -> None:
         self.now_s = 0.0
@@ -255,9 +280,9 @@ class _Stopwatch:
 
 
 def control_step(folder: Path, duration_s: float = 120.0) -> None:
-    """Estimate, decide, guide, control, allocate and gate of one vessel that holds in wind."""
+    """From estimate to gate, of one vessel that holds in wind."""
     rig = LockstepRig(Conditions("revolt", seed=1, wind="2"), folder / "control_step")
-    station, stopwatch = Station(rig), _Stopwatch()
+    station, stopwatch = GroundStation(rig), _Stopwatch()
     station.ready()
     station.set_mode(_HOLD)
     station.arm()
@@ -294,7 +319,7 @@ def lockstep(folder: Path, duration_s: float = 120.0) -> None:
         advance(now_s)
         plant_s += time.thread_time() - started_s
 
-    station = Station(rig)
+    station = GroundStation(rig)
     station.ready()
     station.set_mode(_HOLD)
     station.arm()
@@ -308,7 +333,11 @@ def lockstep(folder: Path, duration_s: float = 120.0) -> None:
     sailed_s = rig.now_s - from_s
     rig.close()
     steps_s.sort()
-    line("lockstep, whole stack, one core", f"{sailed_s / cpu_took_s:.0f} × real time (wall {sailed_s / took_s:.0f})", "100 ×")
+    line(
+        "lockstep, whole stack, one core",
+        f"{sailed_s / cpu_took_s:.0f} × real time (wall {sailed_s / took_s:.0f})",
+        "100 ×",
+    )
     line("  of which plant and emulators", f"{1e3 * plant_s / sailed_s:.1f} ms a boat second", "-")
     line(
         "tick without the plant",
@@ -319,29 +348,41 @@ def lockstep(folder: Path, duration_s: float = 120.0) -> None:
 
 
 def following(folder: Path, followers: int, duration_s: float = 30.0) -> None:
-    """Jet boats in Follow behind a lead boat under way, in one process: its module at 20 Hz, inertial sensors at 200 Hz, control at 20 Hz."""
+    """Jet boats in Follow behind a lead boat, in one process: its module and control at 20 Hz, inertial sensors at 200
+    Hz."""
     settings = SCENARIOS["follow"].defaults
-    leader = OtherBoat("leader", "thesis", (20.0, 0.0, 0.0))
-    conditions = Conditions("rescuerunner", seed=1, wind="5", gnss="standalone", others=(leader,), start=(0.0, 0.0, 0.0))
+    leader = LeadBoatConfig("leader", "thesis", (20.0, 0.0, 0.0))
+    conditions = Conditions(
+        "rescuerunner", seed=1, wind="5", gnss="standalone", others=(leader,), start=(0.0, 0.0, 0.0)
+    )
     rigs = [LockstepRig(conditions, folder / f"following{followers}")]
     for number in range(2, followers + 1):
         own = {"MAV_SYS_ID": float(number), "FLW_TGT_DST": 25.0 * number}
-        rigs.append(rigs[0].beside(replace(conditions, seed=number, start=(-25.0 * (number - 1), 0.0, 0.0), parameters=own), f"follower{number}"))
-    company = Company(rigs, settings)
-    company.follow()
-    company.boat.depart(company.now_s)
-    company.sail(5.0)
+        rigs.append(
+            rigs[0].second_vessel(
+                replace(conditions, seed=number, start=(-25.0 * (number - 1), 0.0, 0.0), parameters=own),
+                f"follower{number}",
+            )
+        )
+    convoy = Convoy(rigs, settings)
+    convoy.follow()
+    convoy.boat.depart(convoy.now_s)
+    convoy.sail(5.0)
     cpu_started_s = time.process_time()
-    company.sail(duration_s)
+    convoy.sail(duration_s)
     cpu_took_s = time.process_time() - cpu_started_s
     for rig in rigs:
         rig.close()
     what = "a jet boat" if followers == 1 else f"{followers} jet boats"
-    line(f"{what} following a lead boat in lockstep", f"{duration_s / cpu_took_s:.0f} × real time, one core", "25 ×" if followers == 1 else "-")
+    line(
+        f"{what} following a lead boat in lockstep",
+        f"{duration_s / cpu_took_s:.0f} × real time, one core",
+        "25 ×" if followers == 1 else "-",
+    )
 
 
 def leader_link(folder: Path, duration_s: float = 60.0) -> None:
-    """A leader module under way and its follower on a narrow line, in lockstep, with all that they say to each other."""
+    """A leader module and its follower on a narrow line, in lockstep, with all their messages."""
     pair = Pair(folder / "leader_link", circle)
     pair.run(8.0)
     pair.bytes_up = pair.bytes_down = 0
@@ -350,7 +391,11 @@ def leader_link(folder: Path, duration_s: float = 60.0) -> None:
     took_s = time.process_time() - started_s
     up, down = pair.bytes_up / duration_s, pair.bytes_down / duration_s
     pair.close()
-    line("leader module's link at 20 Hz, there and back", f"{up:.0f} + {down:.0f} = {up + down:.0f} bytes/s", "2000 bytes/s")
+    line(
+        "leader module's link at 20 Hz, there and back",
+        f"{up:.0f} + {down:.0f} = {up + down:.0f} bytes/s",
+        "2000 bytes/s",
+    )
     line("leader module and follower in lockstep", f"{duration_s / took_s:.0f} × real time, one core", "-")
 
 
@@ -365,7 +410,7 @@ def _timed(tick: Callable[[float], Any], steps_s: list[float], plant_s: Callable
 
 
 def paths(points: int = 10_000) -> None:
-    """Process time: other work on the machine counts less."""
+    """Processor time of the curves through a mission."""
     route = [(3.0 * k + 3.0 * math.sin(k), k + 8.0 * math.cos(0.7 * k)) for k in range(points)]
     build_path(route[:5], PathKind.PCHIP)  # scipy is imported here
     for kind in PathKind:
@@ -379,11 +424,15 @@ def paths(points: int = 10_000) -> None:
         for (north_m, east_m), s in places:
             path.project(north_m + 0.5, east_m - 0.3, s - 0.3, 6.0)
         project_us = 1e6 * (time.process_time() - started_s) / len(places)
-        line(f"path of {points} waypoints, {kind.name.lower()}", f"{1e3 * statistics.median(builds_s):.0f} ms, {project_us:.0f} us a projection", "50 ms, 20 us")
+        line(
+            f"path of {points} waypoints, {kind.name.lower()}",
+            f"{1e3 * statistics.median(builds_s):.0f} ms, {project_us:.0f} us a projection",
+            "50 ms, 20 us",
+        )
 
 
 def sensors(seconds: int = 20) -> None:
-    """What it costs to read a receiver (six sentences, 20 Hz) and inertial sensors (200 Hz), their health asked for at 10 Hz."""
+    """Reading a receiver (six sentences, 20 Hz) and inertial sensors (200 Hz), with health at 10 Hz."""
     from tests.unit.io.sensors.test_mavlink_imu import HEARTBEAT, HIGHRES
     from tests.unit.io.sensors.test_mtdata2 import BY_HAND
     from tests.unit.io.sensors.test_mtdata2_setup import Listening
@@ -391,7 +440,12 @@ def sensors(seconds: int = 20) -> None:
     from tests.unit.io.sensors.test_vectornav import VNYMR
 
     gst = sentence("GNGST,120000.00,1.2,0.020,0.010,45.0,0.012,0.016,0.030")
-    loads = {"nmea0183": (20, GGA + HDT + VTG + ZDA + gst + RMC), "mtdata2": (200, BY_HAND), "vectornav": (200, VNYMR), "mavlink_imu": (200, HIGHRES)}
+    loads = {
+        "nmea0183": (20, GGA + HDT + VTG + ZDA + gst + RMC),
+        "mtdata2": (200, BY_HAND),
+        "vectornav": (200, VNYMR),
+        "mavlink_imu": (200, HIGHRES),
+    }
     for driver, (rate_hz, data) in loads.items():
         stream = Listening()
         sensor = open_sensor(SensorConfig("sensor", driver, "serial:/dev/x", rate_hz=rate_hz), stream)
@@ -408,6 +462,7 @@ def sensors(seconds: int = 20) -> None:
 
 
 def main() -> None:
+    """Print all figures."""
     print(f"Python {sys.version.split()[0]}, {os.cpu_count()} cores")
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -421,7 +476,9 @@ def main() -> None:
         leader_link(folder)
         start_up(folder)
         transfers(folder)
-    line("peak memory of this bench process", f"{resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024:.0f} MB", "-")
+    line(
+        "peak memory of this bench process", f"{resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024:.0f} MB", "-"
+    )
 
 
 if __name__ == "__main__":

@@ -2,5 +2,7 @@
 
 from hypothesis import settings
 
-settings.register_profile("fixed", derandomize=True, deadline=None)  # the same examples in every run, on machines of any speed
+settings.register_profile(
+    "fixed", derandomize=True, deadline=None
+)  # the same examples in every run, on machines of any speed
 settings.load_profile("fixed")

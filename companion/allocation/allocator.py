@@ -1,4 +1,4 @@
-"""Wrench → what each thruster should do, and what that gives."""
+"""Thrust allocation: wrench → demands on azimuth and fixed thrusters, and the wrench that they give."""
 
 from __future__ import annotations
 
@@ -8,24 +8,26 @@ from collections.abc import Sequence
 from companion.allocation.geometry import Thruster, thrusters_of, wrench_of
 from companion.allocation.pseudo_inverse import PseudoInverse
 from companion.allocation.solver import AllocationSolver, Problem
-from companion.config import VesselConfig
+from companion.config.vessel import VesselConfig
+from companion.core.actuation import Allocation, ThrusterCommand, Wrench
 from companion.core.angles import wrap_pi
-from companion.core.types import Allocation, ThrusterCommand, Wrench
-from companion.params import Parameters
+from companion.params.store import Parameters
 
 _LIMITED_SHARE = 0.01  # shortfall, as a share of the axis's limit, from which an axis counts as limited
-_IDLE_SHARE = 0.1  # share of full force below which a thruster may be turned for free
+_IDLE_SHARE = 0.1  # share of full force below which turning a thruster costs no thrust
 _PULL = 0.05  # weight of the preferred azimuth of an idle or limited thruster
-_WORTH_A_TURN = 0.2  # share of a limit that must be missing before a thruster at its stop goes round without thrust
-_APART_S = 0.5  # how long a better azimuth must lie beyond a forbidden sector, or the other way round the stops, before it is turned to
+_WORTH_A_TURN = 0.2  # share of a limit that must be missing before a thruster at its stop turns round without thrust
+# How long a better azimuth must lie beyond a forbidden sector, or the other way round the stops, before the thruster
+# turns there.
+_APART_S = 0.5
 _AT_STOP_RAD = 0.02
 _UNCONSTRAINED = 1  # ALLOC_KIND
-_TOE_PULL = 0.01  # weight of the toe angle while nothing is asked
+_TOE_PULL = 0.01  # weight of the toe angle while the demand is zero
 
 
-class _Base:
-    """What every allocation shares: it remembers the last force and azimuth of each thruster (azimuths unwrapped: endless ones count
-    their turns) and which thrusters have failed."""
+class _AllocatorBase:
+    """What both kinds of allocation share. Remembers the last force and azimuth of each thruster (azimuths unwrapped:
+    endless ones count their turns) and which thrusters have failed."""
 
     def __init__(self, config: VesselConfig) -> None:
         self._thrusters = thrusters_of(config)
@@ -38,32 +40,39 @@ class _Base:
         self._inverse = PseudoInverse(self._thrusters, self._scales)
 
     def set_failed(self, index: int, failed: bool) -> None:
-        """From now on a failed thruster is counted as giving nothing, and the others make up for it."""
+        """Mark thruster `index` as failed or not. A failed one gives nothing, and the others make up for it."""
         if failed != (index in self._failed) and 0 <= index < len(self._thrusters):
             self._failed = self._failed | {index} if failed else self._failed - {index}
             self._inverse.refresh(self._failed)
 
     def neutral(self) -> Allocation:
-        """No thrust; azimuths stay where they are."""
+        """Set all forces to zero; azimuths stay where they are."""
         self._forces = [0.0] * len(self._thrusters)
         return self._result(Wrench(0.0, 0.0, 0.0))
 
-    def direct(self, thrusters: Sequence[ThrusterCommand], dt_s: float | None = None, surge_mps: float = 0.0) -> Allocation:
-        """Thrusters as demanded by throttle and azimuth, within their limits and rates over `dt_s` (None: one control period): the
-        manual path. Missing or non-finite demands count as no thrust. These thrusters push the same at any speed."""
+    def direct(
+        self, thrusters: Sequence[ThrusterCommand], dt_s: float | None = None, surge_mps: float = 0.0
+    ) -> Allocation:
+        """Take throttles and azimuths as demanded, within limits and rates over `dt_s` (None: one control period): the
+        manual path. Missing or non-finite demands count as no thrust. `surge_mps` has no effect on these thrusters."""
         if dt_s is None:
             dt_s = self._period_s
         for i, t in enumerate(self._thrusters):
             command = thrusters[i] if i < len(thrusters) else None
             throttle = command.throttle if command is not None and math.isfinite(command.throttle) else 0.0
-            if t.turns and command is not None and command.azimuth_rad is not None and math.isfinite(command.azimuth_rad):
+            if (
+                t.turns
+                and command is not None
+                and command.azimuth_rad is not None
+                and math.isfinite(command.azimuth_rad)
+            ):
                 self._turn(i, t, command.azimuth_rad, dt_s)
             low, high = self._force_bounds(i, t, dt_s)
             self._forces[i] = min(high, max(low, t.curve.force_n(min(1.0, max(-1.0, throttle)))))
         return self._result(None)
 
     def _turn(self, i: int, t: Thruster, azimuth_rad: float, dt_s: float) -> None:
-        """Turn towards `azimuth_rad`, or the nearest direction it may take: the short way, or round where stops bar that."""
+        """Turn towards `azimuth_rad`, or the nearest allowed azimuth: the shorter way, unless stops are in between."""
         present = self._azimuths[i]
         reach = t.azimuth_rate_radps * dt_s
         self._azimuths[i] = min(present + reach, max(present - reach, t.sectors.nearest(azimuth_rad, present)))
@@ -76,7 +85,8 @@ class _Base:
         return max(t.min_n, present - reach), min(t.max_n, present + reach)
 
     def _result(self, demanded: Wrench | None) -> Allocation:
-        """Commands from the remembered forces and azimuths, and what they give; `demanded` None: nothing falls short."""
+        """Commands from the remembered forces and azimuths, and the wrench that they give. `demanded` None: no axis
+        counts as limited."""
         commands = []
         forces = []
         for t, force, azimuth in zip(self._thrusters, self._forces, self._azimuths, strict=True):
@@ -103,15 +113,17 @@ class _Base:
         return Wrench(0.0, 0.0, 0.0)
 
 
-class Allocator(_Base):
-    """`update(wrench, dt_s)` → Allocation with the wrench that the thrusters will give, by the kind that ALLOC_KIND asks for.
+class Allocator(_AllocatorBase):
+    """Wrench → Allocation, by the kind that ALLOC_KIND chooses.
 
-    Constrained: least power and least turning that gives the wrench, within force and azimuth limits and rates. An idle thruster, or all
-    of them while an axis falls short, is drawn towards the azimuth of the unconstrained solution, turned about where reversing does as well:
-    this is what leads out of singular layouts such as all pods ahead with no thrust. Where that azimuth lies beyond a forbidden sector, or
-    the other way round the stops, or an axis falls short because the thruster stands at a stop in reverse, it turns there without thrust.
-    Unconstrained: the pseudo-inverse, cut to limits and rates afterwards.
-    Remembers the last forces and azimuths, and which thrusters are on their way through a sector.
+    Constrained: the wrench at least power and least turning, within limits and rates of force and azimuth. An idle
+    thruster (or every thruster, while an axis falls short) is drawn towards its azimuth in the unconstrained solution,
+    or the opposite one where reversing is as good. This leads out of singular layouts, such as all pods ahead without
+    thrust. If that azimuth lies beyond a forbidden sector or the other way round the stops, or if an axis falls short
+    because the thruster reverses at a stop, the thruster turns there without thrust.
+
+    Unconstrained: the pseudo-inverse, then cut to limits and rates. Remembers the last forces and azimuths, and which
+    thrusters are turning without thrust.
     """
 
     def __init__(self, config: VesselConfig, parameters: Parameters) -> None:
@@ -120,12 +132,13 @@ class Allocator(_Base):
         self._solver = AllocationSolver(self._thrusters, self._scales)
         self._problem = Problem(len(self._thrusters))
         self._short = False
-        self._missing = 0.0  # share of the limits by which the worst axis fell short
+        self._missing = 0.0  # shortfall of the worst axis, as a share of its limit
         self._crossing: list[float | None] = [None] * len(self._thrusters)  # azimuth to turn to without thrust
         self._apart_s = [0.0] * len(self._thrusters)
 
     def update(self, wrench: Wrench, dt_s: float, surge_mps: float = 0.0) -> Allocation:
-        """Thrusters for `wrench`, at most `dt_s` of their rates away from the last. They push the same at any speed."""
+        """The allocation for `wrench`, within `dt_s` of the thrusters' rates from the last. `surge_mps` has no effect
+        on these thrusters."""
         wrench = self._finite(wrench)
         ideal = self._inverse.forces_n((wrench.surge_n, wrench.sway_n, wrench.yaw_nm))
         if self._parameters["ALLOC_KIND"] == _UNCONSTRAINED:
@@ -138,7 +151,7 @@ class Allocator(_Base):
         return allocation
 
     def _cut(self, ideal: Sequence[tuple[float, float]], dt_s: float) -> None:
-        """The unconstrained solution, as far as each thruster can follow it."""
+        """Set forces and azimuths to the unconstrained solution `ideal`, cut to limits and rates."""
         for i, t in enumerate(self._thrusters):
             x, y = ideal[i]
             force = x
@@ -153,6 +166,7 @@ class Allocator(_Base):
         self._crossing = [None] * len(self._thrusters)
 
     def _optimise(self, wrench: Wrench, ideal: Sequence[tuple[float, float]], dt_s: float) -> None:
+        """Set forces and azimuths to the constrained optimum; `ideal` gives the preferred azimuths."""
         problem, parameters = self._problem, self._parameters
         problem.demand = (wrench.surge_n, wrench.sway_n, wrench.yaw_nm)
         problem.iterations = int(parameters["ALLOC_ITER"])
@@ -167,6 +181,7 @@ class Allocator(_Base):
         self._forces, self._azimuths = self._solver.solve(problem)
 
     def _bound_turn(self, i: int, t: Thruster, dt_s: float) -> None:
+        """Set the azimuth bounds of one thruster; without thrust while it crosses a sector."""
         problem, reach, present = self._problem, t.azimuth_rate_radps * dt_s, self._azimuths[i]
         target = self._crossing[i]
         if target is not None:
@@ -181,7 +196,7 @@ class Allocator(_Base):
         problem.turn_low_rad[i], problem.turn_high_rad[i] = low, max(low, high)
 
     def _prefer(self, i: int, t: Thruster, ideal: tuple[float, float], dt_s: float) -> None:
-        """Where this azimuth should drift to, and how strongly."""
+        """Set the preferred azimuth of one thruster, and its weight."""
         problem, present = self._problem, self._azimuths[i]
         share = math.hypot(*ideal) / t.max_n
         idle = abs(self._forces[i]) < _IDLE_SHARE * t.max_n
@@ -191,7 +206,9 @@ class Allocator(_Base):
             problem.preferred_weight[i] = _PULL * asked
             self._consider_crossing(i, t, problem.preferred_rad[i], dt_s)
         elif idle:
-            problem.preferred_rad[i] = present + math.remainder(t.toe_rad - present, math.pi) if t.sectors.free else t.toe_rad
+            problem.preferred_rad[i] = (
+                present + math.remainder(t.toe_rad - present, math.pi) if t.sectors.free else t.toe_rad
+            )
             problem.preferred_weight[i] = _TOE_PULL * (1.0 - asked)
             self._apart_s[i] = 0.0
         else:
@@ -199,7 +216,7 @@ class Allocator(_Base):
             self._apart_s[i] = 0.0
 
     def _aim(self, i: int, t: Thruster, direction_rad: float) -> tuple[float, bool]:
-        """The azimuth that pushes best in that direction, and whether it does so in reverse; of equal ones the nearer."""
+        """(azimuth that pushes best in that direction, whether in reverse); of two equal ones the nearer."""
         present = self._azimuths[i]
         ahead = t.sectors.nearest(direction_rad, present)
         if not t.reversible:
@@ -212,7 +229,8 @@ class Allocator(_Base):
         return (ahead, False) if abs(ahead - present) <= abs(astern - present) else (astern, True)
 
     def _consider_crossing(self, i: int, t: Thruster, wanted_rad: float, dt_s: float) -> None:
-        """Turn without thrust to where thrust cannot lead; at once where it stands in a forbidden sector."""
+        """Begin to turn without thrust to an azimuth that cannot be reached with thrust; at once from inside a
+        forbidden sector."""
         present = self._azimuths[i]
         if self._crossing[i] is not None or t.sectors.free:
             return
@@ -226,6 +244,7 @@ class Allocator(_Base):
             self._apart_s[i] = 0.0
 
     def _share_missing(self, demanded: Wrench, achieved: Wrench) -> float:
+        """Shortfall of the worst axis, as a share of its limit."""
         x, y, n = self._scales
         return max(
             abs(demanded.surge_n - achieved.surge_n) / x,
@@ -234,5 +253,5 @@ class Allocator(_Base):
         )
 
     def _others_cross(self, i: int) -> bool:
-        """Whether another thruster is on its way without thrust: one at a time, so that some thrust is left."""
+        """Whether another thruster is turning without thrust: only one does at a time, so that thrust is left."""
         return any(target is not None and j != i and j not in self._failed for j, target in enumerate(self._crossing))

@@ -1,18 +1,19 @@
-"""What the bridges report of each thruster, as one report: its throttle may come from one bridge and its azimuth from another."""
+"""The reports of all bridges as one report for each thruster: its throttle may come from one bridge and its azimuth
+from another."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
-from companion.core.types import ThrusterFeedback
+from companion.core.actuation import ThrusterFeedback
 
-_STALE_S = 0.5  # so much older than the newest, a part of a report says nothing of the same moment
+_STALE_S = 0.5  # a part of a report that is older than the newest by more is not used
 
 
 class ThrusterReports:
-    """`take(report)` as they come; `newest` holds one of each thruster, None before the first.
+    """`newest`: one report for each thruster, None before the first.
 
-    Of several bridges' reports of one thruster each part is the newest there is; it runs well if all of them say so.
+    Each part comes from the newest report that has it; a thruster is ok if all its bridges report so.
     """
 
     def __init__(self, thrusters: int) -> None:
@@ -20,6 +21,7 @@ class ThrusterReports:
         self._by_source: tuple[dict[str, ThrusterFeedback], ...] = tuple({} for _ in range(thrusters))
 
     def take(self, report: ThrusterFeedback) -> None:
+        """Take a report in order of arrival."""
         reports = self._by_source[report.index]
         reports[report.source] = report
         self.newest[report.index] = report if len(reports) == 1 else _joined(report, reports)

@@ -1,4 +1,4 @@
-"""Where the thrusters sit and how they push: τ = T(α) F with columns [cos α, sin α, x sin α − y cos α]."""
+"""Places and directions of the thrusters: τ = T(α) F with columns [cos α, sin α, x sin α − y cos α]."""
 
 from __future__ import annotations
 
@@ -7,17 +7,31 @@ from collections.abc import Sequence
 
 from companion.allocation.sectors import Sectors
 from companion.allocation.thrust_curve import ThrustCurve
-from companion.config import ThrusterConfig, VesselConfig
-from companion.core.types import Wrench
+from companion.config.devices import ThrusterConfig
+from companion.config.vessel import VesselConfig
+from companion.core.actuation import Wrench
 
 _TOE_RAD = math.radians(35.0)
 _SIDEWAYS = 0.7  # share across the hull from which a thruster at rest needs no toe
 
 
 class Thruster:
-    """What allocation must know of one thruster, ready for use."""
+    """The data of one thruster that allocation uses. `toe_rad`: the azimuth at which it idles."""
 
-    __slots__ = ("azimuth_rate_radps", "curve", "force_rate_nps", "max_n", "min_n", "name", "rest_rad", "sectors", "toe_rad", "turns", "x_m", "y_m")
+    __slots__ = (
+        "azimuth_rate_radps",
+        "curve",
+        "force_rate_nps",
+        "max_n",
+        "min_n",
+        "name",
+        "rest_rad",
+        "sectors",
+        "toe_rad",
+        "turns",
+        "x_m",
+        "y_m",
+    )
 
     def __init__(self, config: ThrusterConfig) -> None:
         self.name = config.name
@@ -31,22 +45,26 @@ class Thruster:
         self.azimuth_rate_radps = config.azimuth_rate_radps
         self.rest_rad = config.azimuth_rad
         self.toe_rad = config.azimuth_rad
-        self.sectors = Sectors(config.azimuth_min_rad, config.azimuth_max_rad, config.forbidden_rad) if self.turns else Sectors(None, None, ())
+        self.sectors = (
+            Sectors(config.azimuth_min_rad, config.azimuth_max_rad, config.forbidden_rad)
+            if self.turns
+            else Sectors(None, None, ())
+        )
 
     @property
     def reversible(self) -> bool:
-        """Whether it pushes astern well enough that reversing does instead of turning round."""
+        """Whether it pushes astern well enough to reverse instead of turning round."""
         return self.min_n <= -0.5 * self.max_n
 
 
 def column(thruster: Thruster, azimuth_rad: float) -> tuple[float, float, float]:
-    """Wrench of one newton of the thruster at that azimuth."""
+    """(surge, sway, yaw) of one newton of the thruster at that azimuth: N, N, Nm."""
     c, s = math.cos(azimuth_rad), math.sin(azimuth_rad)
     return c, s, thruster.x_m * s - thruster.y_m * c
 
 
 def wrench_of(thrusters: Sequence[Thruster], forces_n: Sequence[float], azimuths_rad: Sequence[float]) -> Wrench:
-    """What all thrusters together do: T(α) F."""
+    """The wrench of all thrusters: T(α) F."""
     x = y = n = 0.0
     for thruster, force, azimuth in zip(thrusters, forces_n, azimuths_rad, strict=True):
         c, s = math.cos(azimuth), math.sin(azimuth)
@@ -57,8 +75,8 @@ def wrench_of(thrusters: Sequence[Thruster], forces_n: Sequence[float], azimuths
 
 
 def thrusters_of(config: VesselConfig) -> tuple[Thruster, ...]:
-    """All thrusters of a vessel. Two or more azimuths of a boat that moves sideways idle toed in or out, so that a sideways demand
-    finds some leverage at once; a single one, or one that only steers, idles at rest."""
+    """All thrusters of a vessel, in the order of its file. Two or more azimuths of a boat with sideways thrust idle
+    toed in or out, so that they can answer a sideways demand at once; others idle at rest."""
     thrusters = tuple(Thruster(t) for t in config.thrusters)
     turning = [t for t in thrusters if t.turns and abs(math.sin(t.rest_rad)) < _SIDEWAYS]
     if config.limits.sway_n > 0.0 and len(turning) >= 2:

@@ -1,8 +1,8 @@
-"""Wrench → throttle and nozzle of a water jet: two commands for surge and yaw, and the yaw only with thrust.
+"""Thrust allocation of a water jet: surge and yaw → throttle and nozzle.
 
-The nozzle turns the thrust T to T (cos δ, sin δ) at x behind the middle of the boat, so that N = x T sin δ. Surge asks for T, yaw for a force across
-of N / x. Where the thrust that surge asks for cannot give the yaw within the nozzle's stops, it is raised, by at most JET_STEER_N: no thrust,
-no steering.
+The nozzle deflects the thrust T to T (cos δ, sin δ) at x from the boat's origin, so that N = x T sin δ. Surge demands
+T, yaw demands a force across of N / x. Without thrust the nozzle does not steer: if the thrust for surge cannot give
+the yaw moment within the nozzle's stops, it is raised to at most JET_STEER_N.
 """
 
 from __future__ import annotations
@@ -11,21 +11,21 @@ import math
 from collections.abc import Sequence
 
 from companion.allocation.jet_curve import JetCurve
-from companion.config import VesselConfig
-from companion.core.types import Allocation, ThrusterCommand, Wrench
-from companion.params import Parameters
+from companion.config.vessel import VesselConfig
+from companion.core.actuation import Allocation, ThrusterCommand, Wrench
+from companion.params.store import Parameters
 
 _LIMITED_SHARE = 0.01  # shortfall, as a share of the axis's limit, from which an axis counts as limited
-_START_SHARE = 0.6  # of the thrust with which the impeller begins, asked for: below it a standing impeller stays so
-_STOP_SHARE = 0.25  # a turning one is stopped below this
+_START_SHARE = 0.6  # of the impeller's least thrust: a larger demand starts it
+_STOP_SHARE = 0.25  # of the impeller's least thrust: a smaller demand stops it
 _LEAST_THRUST_N = 1.0
 
 
 class JetAllocator:
-    """`update(wrench, dt_s, surge_mps)` → Allocation with the wrench that the jet will give, by the inverse of its thrust at that speed.
+    """Wrench → Allocation, by the inverse of the jet's thrust curve at the present speed.
 
-    Throttle goes no faster than the vessel's force rate at rest allows, the nozzle no faster than its rate and no further than its stops.
-    Remembers the throttle, the nozzle's angle, whether the impeller turns and whether the jet has failed.
+    The throttle rises no faster than the vessel's force rate at rest; the nozzle keeps its rate and its stops.
+    Remembers the throttle, the nozzle's angle, and whether the jet has failed.
     """
 
     def __init__(self, config: VesselConfig, parameters: Parameters) -> None:
@@ -41,17 +41,20 @@ class JetAllocator:
         self._failed = False
 
     def set_failed(self, index: int, failed: bool) -> None:
-        """A failed jet gives nothing, and nothing makes up for it."""
+        """Mark the jet (index 0) as failed or not. A failed jet gives nothing."""
         if index == 0:
             self._failed = failed
 
     def neutral(self) -> Allocation:
-        """The impeller stands; the nozzle stays where it is."""
+        """Stop the impeller; the nozzle stays where it is."""
         self._throttle = 0.0
         return self._result(None, 0.0)
 
-    def direct(self, thrusters: Sequence[ThrusterCommand], dt_s: float | None = None, surge_mps: float = 0.0) -> Allocation:
-        """Throttle and nozzle as demanded, within limits and rates over `dt_s` (None: one control period): the manual path."""
+    def direct(
+        self, thrusters: Sequence[ThrusterCommand], dt_s: float | None = None, surge_mps: float = 0.0
+    ) -> Allocation:
+        """Take throttle and nozzle as demanded, within limits and rates over `dt_s` (None: one control period): the
+        manual path."""
         dt_s = self._period_s if dt_s is None else dt_s
         command = thrusters[0] if thrusters else None
         throttle = command.throttle if command is not None and math.isfinite(command.throttle) else 0.0
@@ -61,7 +64,8 @@ class JetAllocator:
         return self._result(None, surge_mps)
 
     def update(self, wrench: Wrench, dt_s: float, surge_mps: float = 0.0) -> Allocation:
-        """Throttle and nozzle for surge and yaw; a sideways force cannot be had. `surge_mps`: ahead through the water."""
+        """Throttle and nozzle for surge and yaw; a jet cannot give sway. `surge_mps`: speed ahead through the water. A
+        non-finite input counts as no demand."""
         if not all(map(math.isfinite, (wrench.surge_n, wrench.sway_n, wrench.yaw_nm, surge_mps))):
             wrench, surge_mps = Wrench(0.0, 0.0, 0.0), 0.0
         across_n = wrench.yaw_nm / self._thruster.x_m
@@ -75,7 +79,8 @@ class JetAllocator:
         return self._result(wrench, surge_mps)
 
     def _wanted(self, thrust_n: float, surge_mps: float) -> float:
-        """Throttle for a thrust: none, or from the one with which the impeller turns. In between, that of the nearer, and as before in doubt."""
+        """The throttle for a thrust: 0, or at least the one at which the impeller turns; between them with
+        hysteresis."""
         least = max(self._curve.least, self._parameters["JET_MIN_THR"])
         first_n = self._curve.thrust_n(least, surge_mps)
         share = _STOP_SHARE if self._throttle > 0.0 else _START_SHARE
@@ -84,11 +89,13 @@ class JetAllocator:
         return max(least, self._curve.throttle(thrust_n, surge_mps)) if thrust_n > 0.0 else 0.0
 
     def _open(self, throttle: float, dt_s: float) -> None:
-        """Towards that throttle, as fast as the force at rest may rise. Closing is never held back."""
+        """Move towards that throttle, up no faster than the force at rest may rise, down at once."""
         if self._failed or throttle < self._curve.least:
             self._throttle = 0.0
             return
-        force_n = self._curve.thrust_n(max(self._throttle, self._curve.least), 0.0) + self._thruster.force_rate_nps * max(0.0, dt_s)
+        force_n = self._curve.thrust_n(
+            max(self._throttle, self._curve.least), 0.0
+        ) + self._thruster.force_rate_nps * max(0.0, dt_s)
         self._throttle = min(throttle, self._curve.most, self._curve.throttle(force_n, 0.0))
 
     def _steer(self, nozzle_rad: float, dt_s: float) -> None:

@@ -1,7 +1,7 @@
 """Unconstrained allocation by the pseudo-inverse of the extended thrust matrix (ReVolt thesis 4.3.1).
 
-A turning thruster counts as two forces, along and across the hull; a fixed one as one. Least squares of all forces, each as a share of
-the thruster's full force.
+A turning thruster counts as two forces, along and across the hull; a fixed one as one. Least squares of all forces,
+each as a share of the thruster's full force.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ from companion.allocation.geometry import Thruster
 
 
 class PseudoInverse:
-    """Wrench → force vector (x, y) of each thruster, limits and rates left aside. `scales` are the wrench limits; an axis with 0 is
-    left free. Remembers only which thrusters have failed."""
+    """Wrench → force vector (x, y) of each thruster, without limits and rates. `scales`: the wrench limits; an axis
+    with 0 is not controlled. Remembers the inverse for the thrusters that work."""
 
     def __init__(self, thrusters: Sequence[Thruster], scales: tuple[float, float, float]) -> None:
         self._thrusters = tuple(thrusters)
@@ -25,7 +25,7 @@ class PseudoInverse:
         self.refresh(frozenset())
 
     def refresh(self, failed: frozenset[int]) -> None:
-        """Compute the inverse again with the `failed` thrusters left out."""
+        """Compute the inverse anew, without the `failed` thrusters."""
         columns: list[tuple[float, float, float]] = []
         for i, t in enumerate(self._thrusters):
             scale = 0.0 if i in failed else t.max_n
@@ -40,11 +40,17 @@ class PseudoInverse:
         column = 0
         for t in self._thrusters:
             width = 2 if t.turns else 1
-            self._rows.append(tuple((float(r[0] * t.max_n), float(r[1] * t.max_n), float(r[2] * t.max_n)) for r in inverse[column : column + width]))
+            self._rows.append(
+                tuple(
+                    (float(r[0] * t.max_n), float(r[1] * t.max_n), float(r[2] * t.max_n))
+                    for r in inverse[column : column + width]
+                )
+            )
             column += width
 
     def forces_n(self, demand: tuple[float, float, float]) -> list[tuple[float, float]]:
-        """(x, y) of each thruster in body axes; for a fixed one (its force, 0) along its own direction."""
+        """The force (x, y) of each thruster in N, in body axes; for a fixed one (its force, 0). `demand`: (surge N,
+        sway N, yaw Nm)."""
         x, y, n = demand
         result = []
         for rows in self._rows:

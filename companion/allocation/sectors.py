@@ -1,4 +1,5 @@
-"""Where an azimuth thruster may stand: between its stops, and outside its forbidden sectors. Azimuths unwrapped, in radians."""
+"""Allowed azimuths of a thruster: between its stops and outside its forbidden sectors. Azimuths are unwrapped, in
+radians."""
 
 from __future__ import annotations
 
@@ -9,7 +10,8 @@ _EDGE = 1.0e-9
 
 
 class Sectors:
-    """`low_rad`, `high_rad`: the stops, infinite where there are none; `forbidden`: each clockwise from its first to its second direction."""
+    """`low_rad`, `high_rad`: the stops, infinite if there are none. `forbidden`: sectors, each clockwise from its first
+    to its second direction."""
 
     __slots__ = ("_forbidden", "high_rad", "low_rad")
 
@@ -20,20 +22,23 @@ class Sectors:
 
     @property
     def endless(self) -> bool:
-        """Whether it may turn for ever."""
+        """Whether it has no stops."""
         return math.isinf(self.low_rad) and math.isinf(self.high_rad)
 
     @property
     def free(self) -> bool:
-        """Whether it may stand anywhere."""
+        """Whether every azimuth is allowed."""
         return self.endless and not self._forbidden
 
     def allowed(self, azimuth_rad: float) -> bool:
+        """Whether it may give thrust at that azimuth."""
         inside = self.low_rad - _EDGE <= azimuth_rad <= self.high_rad + _EDGE
-        return inside and not any(_EDGE < (azimuth_rad - start) % math.tau < width - _EDGE for start, width in self._forbidden)
+        return inside and not any(
+            _EDGE < (azimuth_rad - start) % math.tau < width - _EDGE for start, width in self._forbidden
+        )
 
     def span(self, azimuth_rad: float) -> tuple[float, float]:
-        """The allowed interval that `azimuth_rad` stands in; inside a forbidden sector, nothing but that azimuth."""
+        """The allowed interval (low, high) around `azimuth_rad`; inside a forbidden sector, that azimuth alone."""
         low, high = self.low_rad, self.high_rad
         for start, width in self._forbidden:
             past = (azimuth_rad - start) % math.tau
@@ -48,7 +53,8 @@ class Sectors:
         return low, max(low, high)
 
     def nearest(self, azimuth_rad: float, present_rad: float) -> float:
-        """The azimuth with the direction of `azimuth_rad`, or the allowed one nearest to it, that is the least turn away from `present_rad`."""
+        """The azimuth in the direction of `azimuth_rad`, or the allowed one nearest to that direction, with the least
+        turn from `present_rad`."""
         turned = present_rad + math.remainder(azimuth_rad - present_rad, math.tau)
         best, least = present_rad, (math.inf, math.inf)
         for candidate in (turned, turned - math.tau, turned + math.tau):
@@ -60,7 +66,7 @@ class Sectors:
         return best
 
     def _into(self, azimuth_rad: float) -> float:
-        """Out of a forbidden sector by its nearer edge."""
+        """The azimuth, or the nearer edge of the forbidden sector that it is in."""
         for start, width in self._forbidden:
             past = (azimuth_rad - start) % math.tau
             if _EDGE < past < width - _EDGE:

@@ -1,8 +1,8 @@
-"""One thruster, commanded against measured: does it do what it is told?
+"""Supervision of one thruster: its measured throttle and azimuth against its command.
 
-What a sound thruster may show lies in a band around the command: the command itself, and where it came from, which fades. For the
-throttle the edges of the band follow the command with a first-order lag, slower than any sound propeller; for the azimuth they follow at half
-of its rate. A measurement further outside than the tolerance, for long enough, is a fault.
+A healthy thruster stays in a band between the command and the value that it comes from. For the throttle the edges of
+the band follow the command with a first-order lag, slower than any healthy propeller; for the azimuth they follow at
+half of its rate. A measurement outside the band by more than the tolerance, for long enough, is a fault.
 """
 
 from __future__ import annotations
@@ -10,29 +10,30 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
-from companion.config import ThrusterConfig
+from companion.config.devices import ThrusterConfig
+from companion.core.actuation import ThrusterCommand, ThrusterFeedback
 from companion.core.angles import wrap_pi
-from companion.core.types import ThrusterCommand, ThrusterFeedback
 
 _AZIMUTH_RATE_SHARE = 0.5
-_LONGEST_STEP_S = 0.5  # a gap counts for no more
-_MOVED_SHARE = 0.2  # of the tolerance: a stuck azimuth that has turned so far is loose again
-_RECOVERY = 2.0  # times as long as it takes to be declared failed
+_LONGEST_STEP_S = 0.5  # a longer gap counts as this
+_MOVED_SHARE = 0.2  # of the tolerance: a stuck azimuth that has turned by this can move again
+_RECOVERY = 2.0  # a recovery takes this many times as long as a fault
 
 
 class ThrusterFault(Enum):
-    """What a thruster does wrong; the value is for people."""
+    """Fault of a thruster; the value is for people."""
 
-    STALLED = "propeller does not turn"
-    ASTRAY = "turns otherwise than commanded"
-    RUNAWAY = "runs by itself"
-    STUCK = "azimuth does not follow"
+    STALLED = "propeller stalled"
+    ASTRAY = "wrong throttle"
+    RUNAWAY = "runaway"
+    STUCK = "azimuth stuck"
 
 
 @dataclass(frozen=True, slots=True)
 class Tolerances:
-    """`throttle` −1…1; `lag_s` how slowly a sound propeller may follow; `after_s` how long outside is a fault; `retry_s` until a thruster at fault
-    is tried again, 0: not before the boat is armed anew."""
+    """`throttle` (0…1), `azimuth_rad`: tolerated distance from the band. `lag_s`: tolerated lag of a propeller.
+    `after_s`: how long outside is a fault. `retry_s`: time until a faulty thruster is tried again; 0: at the next
+    arming."""
 
     throttle: float
     azimuth_rad: float
@@ -42,16 +43,17 @@ class Tolerances:
 
 
 class FeedbackSupervision:
-    """`update(command, armed, measured, tolerances, now_s)` once a tick → its fault, or None.
+    """Call `update` once a tick.
 
-    Remembers the two bands, how long the measurement has been outside of each, and the fault. It is forgotten: a stuck azimuth when it has
-    moved and follows again, or has stood as commanded for `retry_s`; a runaway when it stands still; a propeller that did not follow after
-    `retry_s`; all but a runaway when the boat is armed or disarmed. While nothing is measured it waits, and begins anew after.
+    A fault ends: of a stuck azimuth when it has moved and follows again, or has been as commanded for `retry_s`; of a
+    runaway when it has stopped; of a propeller after `retry_s`; all but a runaway when the boat is armed or disarmed.
+    Without measurements the supervision pauses, and then restarts. Remembers both bands, how long the measurements have
+    been outside, and the fault.
     """
 
     __slots__ = (
-        "_armed", "_azimuth_high", "_azimuth_low", "_azimuth_off_s", "_command_rad", "_fault_rad", "_fault_s", "_high", "_last_s", "_low", "_moved", "_off_s",
-        "_rate_radps", "_seen", "_well_s", "fault",
+        "_armed", "_azimuth_high", "_azimuth_low", "_azimuth_off_s", "_command_rad", "_fault_rad", "_fault_s", "_high",
+        "_last_s", "_low", "_moved", "_off_s", "_rate_radps", "_seen", "_well_s", "fault",
     )  # fmt: skip
 
     def __init__(self, thruster: ThrusterConfig) -> None:
@@ -63,9 +65,15 @@ class FeedbackSupervision:
         self._command_rad = self._azimuth_low = self._azimuth_high = self._azimuth_off_s = self._fault_rad = 0.0
 
     def update(
-        self, command: ThrusterCommand, armed: bool, measured: ThrusterFeedback | None, tolerances: Tolerances, now_s: float
+        self,
+        command: ThrusterCommand,
+        armed: bool,
+        measured: ThrusterFeedback | None,
+        tolerances: Tolerances,
+        now_s: float,
     ) -> ThrusterFault | None:
-        """`command`: the last that went to the bridge; `measured`: the newest report, None if it is old or the bridge is not well."""
+        """The thruster's fault, or None. `command`: the last one sent to the bridge; `measured`: the newest report,
+        None if it is old or the bridge does not answer."""
         dt_s = min(max(now_s - self._last_s, 0.0), _LONGEST_STEP_S)
         self._last_s = now_s
         if measured is None:
@@ -89,7 +97,7 @@ class FeedbackSupervision:
         return self.fault
 
     def _begin(self, throttle: float, command: ThrusterCommand, armed: bool, measured: ThrusterFeedback) -> None:
-        """From whatever it does now, it is given the time to come to what it is told."""
+        """Start the bands at the present measurement, so that the thruster has time to reach its command."""
         if armed != self._armed and self.fault is not ThrusterFault.RUNAWAY:
             self.fault = None
         self._seen, self._armed = True, armed
@@ -117,20 +125,25 @@ class FeedbackSupervision:
         return off_rad > tolerances.azimuth_rad
 
     def _declare(self, fault: ThrusterFault, measured: ThrusterFeedback, now_s: float) -> None:
-        """A fault that lasts is not replaced, but by a runaway."""
+        """Set the fault. Only a runaway replaces a present fault."""
         if self.fault is None or (fault is ThrusterFault.RUNAWAY and self.fault is not fault):
             self.fault, self._fault_s, self._well_s, self._moved = fault, now_s, 0.0, False
             self._fault_rad = measured.azimuth_rad or 0.0
-            self._off_s = self._azimuth_off_s = 0.0  # what it does once it is told to be neutral is judged anew
+            self._off_s = self._azimuth_off_s = 0.0  # the command becomes neutral now: start the times anew
 
-    def _recover(self, stray: bool, measured: ThrusterFeedback, tolerances: Tolerances, now_s: float, dt_s: float) -> None:
+    def _recover(
+        self, stray: bool, measured: ThrusterFeedback, tolerances: Tolerances, now_s: float, dt_s: float
+    ) -> None:
         if self.fault is ThrusterFault.STALLED or self.fault is ThrusterFault.ASTRAY:
             over = 0.0 < tolerances.retry_s <= now_s - self._fault_s
         else:
             self._well_s = 0.0 if stray else self._well_s + dt_s
             over = self._well_s >= _RECOVERY * tolerances.after_s
             if self.fault is ThrusterFault.STUCK and measured.azimuth_rad is not None:
-                self._moved = self._moved or abs(wrap_pi(measured.azimuth_rad - self._fault_rad)) > _MOVED_SHARE * tolerances.azimuth_rad
+                self._moved = (
+                    self._moved
+                    or abs(wrap_pi(measured.azimuth_rad - self._fault_rad)) > _MOVED_SHARE * tolerances.azimuth_rad
+                )
                 over = (over and self._moved) or 0.0 < tolerances.retry_s <= self._well_s
         if over:
             self.fault = None

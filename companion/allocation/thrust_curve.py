@@ -1,10 +1,11 @@
-"""Force of a thruster against its throttle: F = K u|u|, with its own K ahead and astern, a dead band, and limits (ReVolt thesis 4.3)."""
+"""Force of a thruster as a function of its throttle, and its inverse: F = K u|u|, with one K ahead and one astern, a
+dead band, and limits (ReVolt thesis 4.3)."""
 
 from __future__ import annotations
 
 import math
 
-from companion.config import ThrusterConfig
+from companion.config.devices import ThrusterConfig
 
 
 class ThrustCurve:
@@ -20,15 +21,15 @@ class ThrustCurve:
         self.min_n = max(thruster.min_n, -thruster.astern_n)
 
     def force_n(self, throttle: float) -> float:
-        """What the thruster gives at `throttle`; 0 inside its dead band."""
+        """The force in N at `throttle`; 0 inside the dead band."""
         if abs(throttle) < self._dead_band:
             return 0.0
         gain = self._ahead_n if throttle >= 0.0 else self._astern_n
         return min(self.max_n, max(self.min_n, gain * throttle * abs(throttle)))
 
     def throttle(self, force_n: float) -> float:
-        """The throttle that gives `force_n`, held to the limits. A force too small to turn at all becomes 0 or the smallest
-        that does, whichever is nearer."""
+        """The throttle that gives `force_n`, held within the limits. A force too small for the dead band becomes 0 or
+        the smallest possible one, whichever is nearer."""
         if force_n >= 0.0:
             throttle = math.sqrt(min(force_n, self.max_n) / self._ahead_n)
         else:

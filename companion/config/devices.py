@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from companion.config.bridges import MavlinkBoardConfig, OutputConfig
+from companion.config.bridges import OutputConfig
 from companion.config.fields import (
     FROM_DEGREES,
     FROM_DEGREES_OR_NONE,
@@ -19,164 +19,303 @@ from companion.config.fields import (
     NonNegative,
     Positive,
     Vector,
+    means,
 )
 
+OTHER_KEYS = "keys of other drivers"  # what no file can have as a key
+Others = Annotated[
+    tuple[tuple[str, Any], ...],
+    Field(alias=OTHER_KEYS),
+    means("Keys of the row that are not its driver's, with their values: those of another driver, or of a plug-in."),
+]
 UNIT_MATRIX = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
 @dataclass(frozen=True, slots=True)
 class JetConfig:
-    """A water jet: T = ρA V_j (V_j − intake_share·U), with V_j = idle_mps + span_mps·u^exponent, u the throttle 0…1 and U the speed ahead through the water.
+    """A water jet: T = ρA V_j (V_j − intake_share·U), with V_j = idle_mps + span_mps·u^exponent, u the throttle 0…1 and
+    U the speed ahead through the water.
 
-    ρA is the water's density times the nozzle's area; `intake_share` the part of the boat's speed with which water comes in.
+    ρA is the density of the water times the area of the nozzle; `intake_share` the share of the boat's speed with which
+    water enters.
     """
 
     __pydantic_config__ = STRICT
-    density_area_kgpm: Positive
-    idle_mps: Positive
-    span_mps: Positive
-    exponent: Positive = 1.0
-    intake_share: Annotated[float, Field(ge=0.0, le=1.0)] = 1.0
+    density_area_kgpm: Annotated[Positive, means("Density of the water times the area of the nozzle, ρA.")]
+    idle_mps: Annotated[Positive, means("Speed of the jet at the lowest throttle at which the impeller turns.")]
+    span_mps: Annotated[Positive, means("Speed of the jet that full throttle adds to `idle_mps`.")]
+    exponent: Annotated[
+        Positive,
+        means("Exponent of the throttle in the speed of the jet: `idle_mps` + `span_mps` · u^`exponent`."),
+    ] = 1.0
+    intake_share: Annotated[
+        float,
+        Field(ge=0.0, le=1.0),
+        means("Share of the boat's speed with which water enters the intake."),
+    ] = 1.0
 
     def bollard_n(self, throttle: float) -> float:
-        """Thrust of the boat at rest, impeller turning."""
+        """Thrust in N with the boat at rest and the impeller turning, for a throttle 0…1."""
         exit_mps = self.idle_mps + self.span_mps * math.pow(max(0.0, throttle), self.exponent)
         return self.density_area_kgpm * exit_mps * exit_mps
 
 
 @dataclass(frozen=True, slots=True)
 class NozzleConfig:
-    """What really turns a nozzle, as SITL's plant: a position servo that closes the difference with a time constant, no faster than its rate."""
+    """What really turns a nozzle, as the plant of SITL: a position servo that closes the difference with a time
+    constant, no faster than its rate."""
 
     __pydantic_config__ = STRICT
-    rate_radps: Annotated[float, Field(alias="rate_dps", gt=0.0), FROM_DEGREES]
-    lag_s: NonNegative = 0.0
+    rate_radps: Annotated[float, Field(alias="rate_dps", gt=0.0), FROM_DEGREES, means("Fastest turn of the nozzle.")]
+    lag_s: Annotated[
+        NonNegative,
+        means("Time constant with which the nozzle closes the difference to the commanded angle. 0: no lag."),
+    ] = 0.0
 
 
 @dataclass(frozen=True, slots=True)
 class ThrusterConfig:
-    """One thruster. Force F = ahead_n·u|u| (u ≥ 0) or astern_n·u|u| (u < 0), u the throttle −1…1, within [min_n, max_n].
+    """One thruster. Force F = ahead_n·u|u| (u ≥ 0) or astern_n·u|u| (u < 0), u the throttle −1…1, within [min_n,
+    max_n].
 
-    `azimuth_rad` is its direction at rest: the way it pushes the boat, clockwise from the bow. Kind "azimuth" turns at most
-    `azimuth_rate_radps`, within [azimuth_min_rad, azimuth_max_rad] where those are given, else endlessly, and gives no thrust in a sector of
-    `forbidden_rad`, each clockwise from its first to its second direction. A `retractable` one takes `travel_s` between up and down.
-    Kind "jet" is steered by its nozzle, whose direction is its azimuth; its thrust follows `jet`, with `ahead_n` the pull at full throttle of the
-    boat at rest. Below `dead_band` its impeller stands; from there on it pushes at least as `jet.idle_mps` says.
+    Kind "azimuth" turns at most `azimuth_rate_radps`, within its stops where those are given, else endlessly. Kind
+    "jet" is steered by its nozzle, whose direction is its azimuth. Its thrust follows `jet`, with `ahead_n` the pull at
+    full throttle of the boat at rest. Below `dead_band` its impeller stands; from there on it pushes at least as
+    `jet.idle_mps` says.
     """
 
     __pydantic_config__ = STRICT
-    name: Name
-    kind: Literal["azimuth", "fixed", "jet"]
-    x_m: float
-    y_m: float
-    max_n: Positive
-    min_n: Annotated[float, Field(le=0.0)]
-    ahead_n: Positive
-    astern_n: Positive
-    force_rate_nps: Positive
-    azimuth_rad: Annotated[float, Field(alias="azimuth_deg", ge=-360.0, le=360.0), FROM_DEGREES] = 0.0
-    azimuth_rate_radps: Annotated[float, Field(alias="azimuth_rate_dps", ge=0.0), FROM_DEGREES] = 0.0
-    azimuth_min_rad: Annotated[float | None, Field(alias="azimuth_min_deg"), FROM_DEGREES_OR_NONE] = None
-    azimuth_max_rad: Annotated[float | None, Field(alias="azimuth_max_deg"), FROM_DEGREES_OR_NONE] = None
-    forbidden_rad: Annotated[tuple[tuple[float, float], ...], Field(alias="forbidden_deg"), SECTORS_FROM_DEGREES] = ()
-    manual_azimuth_rad: Annotated[float, Field(alias="manual_azimuth_deg", ge=0.0, le=180.0), FROM_DEGREES] = 0.0
-    dead_band: Annotated[float, Field(ge=0.0, lt=0.5)] = 0.0  # throttle below which nothing turns
-    retractable: bool = False
-    travel_s: NonNegative = 0.0
-    jet: JetConfig | None = None
-    output: OutputConfig | None = None  # None: the drive takes throttle and azimuth as they are
+    name: Annotated[Name, means("Name of the thruster. Bridges, logs and messages use it.")]
+    kind: Annotated[
+        Literal["azimuth", "fixed", "jet"],
+        means("`azimuth` turns, `fixed` does not, `jet` is a water jet with a steered nozzle."),
+    ]
+    x_m: Annotated[float, means("Position ahead of the middle of the boat.")]
+    y_m: Annotated[float, means("Position to starboard of the middle of the boat.")]
+    max_n: Annotated[Positive, means("Largest thrust ahead that the allocation uses.")]
+    min_n: Annotated[
+        float,
+        Field(le=0.0),
+        means(
+            "Largest thrust astern that the allocation uses, as a negative number. 0 for a thruster that "
+            "cannot reverse."
+        ),
+    ]
+    ahead_n: Annotated[
+        Positive,
+        means("Thrust at full throttle ahead with the boat at rest. Thrust is `ahead_n` · u² at throttle u."),
+    ]
+    astern_n: Annotated[Positive, means("Thrust at full throttle astern with the boat at rest, as a positive number.")]
+    force_rate_nps: Annotated[Positive, means("Fastest change of thrust that the allocation uses.")]
+    azimuth_rad: Annotated[
+        float,
+        Field(alias="azimuth_deg", ge=-360.0, le=360.0),
+        FROM_DEGREES,
+        means(
+            "Direction at rest: the way that the thruster pushes the boat, clockwise from the bow. A tunnel "
+            "thruster that pushes to starboard has 90."
+        ),
+    ] = 0.0
+    azimuth_rate_radps: Annotated[
+        float,
+        Field(alias="azimuth_rate_dps", ge=0.0),
+        FROM_DEGREES,
+        means("Fastest turn of the azimuth. Above 0 for a thruster that turns."),
+    ] = 0.0
+    azimuth_min_rad: Annotated[
+        float | None,
+        Field(alias="azimuth_min_deg"),
+        FROM_DEGREES_OR_NONE,
+        means("Stop of the azimuth, counter-clockwise. Leave both stops out for a pod that turns endlessly."),
+    ] = None
+    azimuth_max_rad: Annotated[
+        float | None,
+        Field(alias="azimuth_max_deg"),
+        FROM_DEGREES_OR_NONE,
+        means("Stop of the azimuth, clockwise."),
+    ] = None
+    forbidden_rad: Annotated[
+        tuple[tuple[float, float], ...],
+        Field(alias="forbidden_deg"),
+        SECTORS_FROM_DEGREES,
+        means("Sectors in which the thruster gives no thrust, each as `[from, to]`, clockwise."),
+    ] = ()
+    manual_azimuth_rad: Annotated[
+        float,
+        Field(alias="manual_azimuth_deg", ge=0.0, le=180.0),
+        FROM_DEGREES,
+        means("Turn of the azimuth at full yaw stick in Manual. 0: yaw does not turn this thruster."),
+    ] = 0.0
+    dead_band: Annotated[float, Field(ge=0.0, lt=0.5), means("Throttle below which nothing turns.")] = 0.0
+    retractable: Annotated[bool, means("The thruster can be lowered and retracted.")] = False
+    travel_s: Annotated[NonNegative, means("Time between up and down. Only for a retractable thruster.")] = 0.0
+    jet: Annotated[JetConfig | None, means("Curve of a water jet. Only for kind `jet`.")] = None
+    output: Annotated[
+        OutputConfig | None,
+        means("Calibration of the drive. Without it the drive takes throttle and azimuth as they are."),
+    ] = None
 
     @property
     def turns(self) -> bool:
-        """Whether its push can be given a direction."""
+        """Whether its push can have another direction."""
         return self.kind != "fixed"
 
 
 @dataclass(frozen=True, slots=True)
 class SensorConfig:
-    """One sensor: its driver (a row of `companion/io/sensors`), its port, where it sits in body axes, and how good it is.
+    """One sensor: its driver (a row of the table of sensor drivers), its port, where it sits in body axes, and how good
+    it is.
 
-    Accuracies and noise densities are one sigma, as the filter is to weigh this sensor; wanders are slow errors that averaging does not
-    take away. None: by kind; headings 0.4° with a wander of 0.1° from an antenna baseline, 3° with 2° from a compass (15° from a raw magnetometer that nobody has calibrated); positions wander
-    8 mm with carrier phase, else by 0.7 of their accuracy.
+    Accuracies and noise densities are one sigma, as the filter weighs this sensor. Wanders are slow errors that
+    averaging does not remove. What is None depends on the kind of sensor. A driver with keys of its own has a subclass
+    of this in `companion.config.sensors`.
     """
 
     __pydantic_config__ = STRICT
-    name: Name
-    driver: str
-    port: str
-    x_m: float = 0.0
-    y_m: float = 0.0
-    z_m: float = 0.0
-    heading_offset_rad: Annotated[float, Field(alias="heading_offset_deg", ge=-360.0, le=360.0), FROM_DEGREES] = 0.0
-    rate_hz: Positive = 10.0
-    timeout_s: Positive = 2.0
-    antennas: Literal[1, 2] = 2  # of a satellite receiver; two give a heading
-    latency_s: NonNegative = 0.0  # from the moment of validity to the arrival of the bytes; of the promptest where the messages bear a time
-    talkers: tuple[Annotated[str, Field(pattern=r"^[A-Z][A-Z0-9]$")], ...] = ()  # of NMEA sentences to listen to; none: all
-    rtcm: bool = False  # a satellite receiver that is given the corrections
-    configure: bool = False  # an inertial sensor that is told at the start what to send, at rate_hz
-    rotation_rad: Annotated[Vector | None, Field(alias="rotation_deg"), VECTOR_FROM_DEGREES_OR_NONE] = None  # roll, pitch, yaw of its axes in the boat's
-    heading: Literal["none", "magnetic", "true", "ahrs"] = "none"  # what an inertial sensor's own yaw is worth as a compass; ahrs: its raw field is used
-    mag_offset: Vector = (0.0, 0.0, 0.0)  # hard iron, in the magnetometer's unit; true field = mag_matrix · (measured − mag_offset)
-    mag_matrix: tuple[Vector, Vector, Vector] = UNIT_MATRIX  # soft iron, row by row
-    accuracy_floor_m: Positive = 0.02  # timing and mounting are no better, whatever the receiver says of its positions
-    position_wander_m: NonNegative | None = None
-    velocity_accuracy_mps: Positive = 0.06  # of a plain fix; with corrections half of that, with carrier phase 0.3
-    heading_accuracy_rad: Annotated[float | None, Field(alias="heading_accuracy_deg", gt=0.0, le=45.0), FROM_DEGREES_OR_NONE] = None
-    heading_wander_rad: Annotated[float | None, Field(alias="heading_wander_deg", ge=0.0, le=45.0), FROM_DEGREES_OR_NONE] = None
-    accelerometer_noise_mps2_rthz: Positive = 0.004  # on a hull that shakes: a few times the data sheet's
-    gyro_noise_radps_rthz: Annotated[float, Field(alias="gyro_noise_dps_rthz", gt=0.0), FROM_DEGREES] = 2.0e-4
-
-
-@dataclass(frozen=True, slots=True)
-class StepperConfig:
-    """The stepper drive that turns one thruster's azimuth: its address on the bus and how its steps make an angle.
-
-    `steps_per_turn` of the thruster, belts and gears and `step_mode` (microsteps a full step) included. The angle that it shows is 0 at the zero of
-    its counter; where it gets that: `homing` "switch", by a slow turn to its reference switch at the start; "here", it stands there at power-up.
-    What that angle is of the thruster's azimuth stands in `[thruster.output]`. `speed_radps` None: as fast as the thruster turns.
-    """
-
-    __pydantic_config__ = STRICT
-    thruster: Name
-    address: Annotated[int, Field(ge=1, le=254)]
-    steps_per_turn: Annotated[float, Field(ge=20.0, le=10_000_000.0)]
-    step_mode: Literal[1, 2, 4, 5, 8, 10, 16, 32, 64] = 8
-    speed_radps: Annotated[float | None, Field(alias="speed_dps", gt=0.0), FROM_DEGREES_OR_NONE] = None
-    ramp_radps2: Annotated[float, Field(alias="ramp_dps2", gt=0.0), FROM_DEGREES] = math.radians(1500.0)
-    homing: Literal["here", "switch"] = "here"
-    homing_radps: Annotated[float, Field(alias="homing_dps", gt=0.0), FROM_DEGREES] = math.radians(20.0)
-
-
-@dataclass(frozen=True, slots=True)
-class MotorConfig:
-    """A thruster on an NMEA 2000 network, by the `instance` that its messages carry, and that of its angle sensor (None: the same)."""
-
-    __pydantic_config__ = STRICT
-    thruster: Name
-    instance: Annotated[int, Field(ge=0, le=252)]
-    sensor_instance: Annotated[int | None, Field(ge=0, le=252)] = None
+    name: Annotated[Name, means("Name of the sensor. Logs and messages use it.")]
+    driver: Annotated[str, means("Protocol that the sensor speaks: one of the drivers listed below.")]
+    port: Annotated[
+        str,
+        means(
+            "Where the bytes come from: `serial:/dev/…:115200`, `udpin:0.0.0.0:5000`, "
+            "`tcpout:192.168.1.20:4001` and so on. Sensors behind one multiplexer give the same port."
+        ),
+    ]
+    x_m: Annotated[float, means("Position of the antenna or device ahead of the middle of the boat.")] = 0.0
+    y_m: Annotated[float, means("Position to starboard of the middle of the boat.")] = 0.0
+    z_m: Annotated[float, means("Position below the middle of the boat; negative above it.")] = 0.0
+    heading_offset_rad: Annotated[
+        float,
+        Field(alias="heading_offset_deg", ge=-360.0, le=360.0),
+        FROM_DEGREES,
+        means(
+            "Angle that is added to the heading that the sensor reports, for antennas or a compass that do "
+            "not point ahead."
+        ),
+    ] = 0.0
+    rate_hz: Annotated[
+        Positive,
+        means(
+            "Rate at which the sensor sends. The boat reports a slower one. With `configure` the sensor is set to it."
+        ),
+    ] = 10.0
+    timeout_s: Annotated[Positive, means("Silence after which the sensor counts as lost.")] = 2.0
+    antennas: Annotated[Literal[1, 2], means("Antennas of a satellite receiver. Two give a heading.")] = 2
+    latency_s: Annotated[
+        NonNegative,
+        means(
+            "Time from the moment of validity to the arrival of the bytes; for messages with a time, that of "
+            "the promptest one."
+        ),
+    ] = 0.0
+    talkers: Annotated[
+        tuple[Annotated[str, Field(pattern=r"^[A-Z][A-Z0-9]$")], ...],
+        means('Talkers of NMEA sentences to accept, such as `["GP", "GN"]`. Empty: all.'),
+    ] = ()
+    rtcm: Annotated[bool, means("This receiver is given the RTCM corrections.")] = False
+    configure: Annotated[bool, means("Tell an MTi or a VectorNav at the start what to send, at `rate_hz`.")] = False
+    rotation_rad: Annotated[
+        Vector | None,
+        Field(alias="rotation_deg"),
+        VECTOR_FROM_DEGREES_OR_NONE,
+        means(
+            "Roll, pitch and yaw of the axes of an MTi in the boat. It is written to the device. Label up "
+            "and x ahead: `[180, 0, 0]`."
+        ),
+    ] = None
+    heading: Annotated[
+        Literal["none", "magnetic", "true", "ahrs"],
+        means(
+            "What the yaw of an inertial sensor is worth as a compass. `ahrs`: the heading is made of its "
+            "raw magnetic field."
+        ),
+    ] = "none"
+    mag_offset: Annotated[
+        Vector,
+        means(
+            "Hard iron, in the unit of the magnetometer: true field = `mag_matrix` · (measured − "
+            "`mag_offset`). `companion calibrate` gives it."
+        ),
+    ] = (0.0, 0.0, 0.0)
+    mag_matrix: Annotated[
+        tuple[Vector, Vector, Vector],
+        means("Soft iron, row by row. `companion calibrate` gives it."),
+    ] = UNIT_MATRIX
+    accuracy_floor_m: Annotated[
+        Positive,
+        means(
+            "Smallest error of position, one sigma, that the filter accepts from this receiver, for timing "
+            "and mounting."
+        ),
+    ] = 0.02
+    position_wander_m: Annotated[
+        NonNegative | None,
+        means(
+            "Slow error of position that averaging does not remove. Left out: 8 mm with carrier phase, else "
+            "0.7 of the accuracy."
+        ),
+    ] = None
+    velocity_accuracy_mps: Annotated[
+        Positive,
+        means(
+            "Error of velocity of a plain fix, one sigma. With corrections half of it counts, with carrier "
+            "phase 0.3 of it."
+        ),
+    ] = 0.06
+    heading_accuracy_rad: Annotated[
+        float | None,
+        Field(alias="heading_accuracy_deg", gt=0.0, le=45.0),
+        FROM_DEGREES_OR_NONE,
+        means("Error of heading, one sigma. Left out: 0.4° from two antennas, 3° from a compass."),
+    ] = None
+    heading_wander_rad: Annotated[
+        float | None,
+        Field(alias="heading_wander_deg", ge=0.0, le=45.0),
+        FROM_DEGREES_OR_NONE,
+        means(
+            "Slow error of heading that averaging does not remove. Left out: 0.1° from two antennas, 2° from "
+            "a compass, 15° from a magnetometer that is not calibrated."
+        ),
+    ] = None
+    accelerometer_noise_mps2_rthz: Annotated[
+        Positive,
+        means("Noise density of the accelerometers, one sigma. On a hull that shakes: a few times the data sheet's."),
+    ] = 0.004
+    gyro_noise_radps_rthz: Annotated[
+        float,
+        Field(alias="gyro_noise_dps_rthz", gt=0.0),
+        FROM_DEGREES,
+        means("Noise density of the gyros, one sigma."),
+    ] = 2.0e-4
+    others: Others = ()
 
 
 @dataclass(frozen=True, slots=True)
 class ActuatorConfig:
-    """One bridge: its driver (a row of `companion/io/actuators`), its port, and the thrusters, servos and relays it drives, by name.
+    """One bridge: its driver (a row of the table of bridge drivers), its port, and what it drives, by name.
 
-    It drives the throttle of `thrusters`, and the azimuth of those among them that turn unless another bridge names them in its `azimuths`.
-    `drives` and `motors` are for the drivers that know them; `address`: its own on a network that has addresses.
+    A driver with keys of its own has a subclass of this in `companion.config.actuators`.
     """
 
     __pydantic_config__ = STRICT
-    name: Name
-    driver: str
-    port: str
-    thrusters: tuple[Name, ...] = ()
-    azimuths: tuple[Name, ...] = ()
-    timeout_s: Positive = 1.0
-    servos: tuple[Name, ...] = ()
-    relays: tuple[Name, ...] = ()
-    drives: Annotated[tuple[StepperConfig, ...], Field(alias="drive")] = ()
-    motors: Annotated[tuple[MotorConfig, ...], Field(alias="motor")] = ()
-    address: Annotated[int, Field(ge=0, le=251)] = 50
-    mavlink: MavlinkBoardConfig | None = None
+    name: Annotated[Name, means("Name of the bridge. Logs and messages use it.")]
+    driver: Annotated[str, means("Protocol of the bridge: one of the drivers listed below.")]
+    port: Annotated[str, means("Where the bridge is reached, as for a sensor; `can:can0` for NMEA 2000.")]
+    thrusters: Annotated[
+        tuple[Name, ...],
+        means(
+            "Names of the thrusters whose throttle it drives. It also turns those among them that turn, "
+            "unless another bridge names them in `azimuths`."
+        ),
+    ] = ()
+    azimuths: Annotated[tuple[Name, ...], means("Names of the thrusters whose azimuth alone it turns.")] = ()
+    timeout_s: Annotated[Positive, means("Silence after which the bridge counts as lost.")] = 1.0
+    servos: Annotated[tuple[Name, ...], means("Names of the servo outputs that it drives.")] = ()
+    relays: Annotated[tuple[Name, ...], means("Names of the relays that it drives.")] = ()
+    address: Annotated[int, Field(ge=0, le=251), means("Own address on a network that has addresses.")] = 50
+    others: Others = ()
+
+    @property
+    def starts_in_s(self) -> float:
+        """Longest time that its drives need after the start, beside what an answer takes: for a turn to a switch."""
+        return 0.0

@@ -6,58 +6,65 @@ import math
 from bisect import bisect_right
 from dataclasses import dataclass, field
 from itertools import pairwise
+from typing import Annotated
 
-from companion.config.fields import STRICT, NonNegative, Positive
+from companion.config.fields import STRICT, NonNegative, Positive, means
 
 
 @dataclass(frozen=True, slots=True)
 class DampingConfig:
-    """Hydrodynamic damping in Fossen's derivatives, positive where it resists: X = −(x_u u + x_uu |u|u + x_uuu u³) and so on.
+    """Hydrodynamic damping in Fossen's derivatives, positive where it resists: X = −(x_u u + x_uu |u|u + x_uuu u³) and
+    so on.
 
-    Y = −(y_v v + y_vv |v|v + y_rv |r|v + y_r r + y_vr |v|r + y_rr |r|r), N likewise with n_. What grows with way ahead: Y −= y_uv |u|v,
-    N −= n_uv |u|v + n_ur |u|r.
+    Y = −(y_v v + y_vv |v|v + y_rv |r|v + y_r r + y_vr |v|r + y_rr |r|r), N likewise with n_. What grows with speed
+    ahead: Y −= y_uv |u|v, N −= n_uv |u|v + n_ur |u|r.
     """
 
     __pydantic_config__ = STRICT
-    x_u: float = 0.0
-    x_uu: float = 0.0
-    x_uuu: float = 0.0
-    y_v: float = 0.0
-    y_vv: float = 0.0
-    y_rv: float = 0.0
-    y_r: float = 0.0
-    y_vr: float = 0.0
-    y_rr: float = 0.0
-    n_v: float = 0.0
-    n_vv: float = 0.0
-    n_rv: float = 0.0
-    n_r: float = 0.0
-    n_vr: float = 0.0
-    n_rr: float = 0.0
-    y_uv: float = 0.0
-    n_uv: float = 0.0
-    n_ur: float = 0.0
+    x_u: Annotated[float, means("Damping of the surge force: factor of u, N per (m/s).")] = 0.0
+    x_uu: Annotated[float, means("Damping of the surge force: factor of |u|u, N per (m/s)².")] = 0.0
+    x_uuu: Annotated[float, means("Damping of the surge force: factor of u³, N per (m/s)³.")] = 0.0
+    y_v: Annotated[float, means("Damping of the sway force: factor of v, N per (m/s).")] = 0.0
+    y_vv: Annotated[float, means("Damping of the sway force: factor of |v|v, N per (m/s)².")] = 0.0
+    y_rv: Annotated[float, means("Damping of the sway force: factor of |r|v, N per (m/s)·(rad/s).")] = 0.0
+    y_r: Annotated[float, means("Damping of the sway force: factor of r, N per (rad/s).")] = 0.0
+    y_vr: Annotated[float, means("Damping of the sway force: factor of |v|r, N per (m/s)·(rad/s).")] = 0.0
+    y_rr: Annotated[float, means("Damping of the sway force: factor of |r|r, N per (rad/s)².")] = 0.0
+    n_v: Annotated[float, means("Damping of the yaw moment: factor of v, Nm per (m/s).")] = 0.0
+    n_vv: Annotated[float, means("Damping of the yaw moment: factor of |v|v, Nm per (m/s)².")] = 0.0
+    n_rv: Annotated[float, means("Damping of the yaw moment: factor of |r|v, Nm per (m/s)·(rad/s).")] = 0.0
+    n_r: Annotated[float, means("Damping of the yaw moment: factor of r, Nm per (rad/s).")] = 0.0
+    n_vr: Annotated[float, means("Damping of the yaw moment: factor of |v|r, Nm per (m/s)·(rad/s).")] = 0.0
+    n_rr: Annotated[float, means("Damping of the yaw moment: factor of |r|r, Nm per (rad/s)².")] = 0.0
+    y_uv: Annotated[float, means("Damping of the sway force: factor of |u|v, N per (m/s)².")] = 0.0
+    n_uv: Annotated[float, means("Damping of the yaw moment: factor of |u|v, Nm per (m/s)².")] = 0.0
+    n_ur: Annotated[float, means("Damping of the yaw moment: factor of |u|r, Nm per (m/s)·(rad/s).")] = 0.0
 
 
 @dataclass(frozen=True, slots=True)
 class HullConfig:
     """Inertia with added mass, and damping: M = [[m11, 0, 0], [0, m22, m23], [0, m32, m33]].
 
-    `resistance`: for hulls that plane, resistance ahead as (speed_mps, force_n) in rising order from (0, 0), linear in between and on from the last
-    two; it comes on top of the damping's x_ terms.
+    `resistance` is linear between its pairs, and beyond the last two.
     """
 
     __pydantic_config__ = STRICT
-    m11_kg: Positive
-    m22_kg: Positive
-    m33_kgm2: Positive
-    m23_kgm: float = 0.0
-    m32_kgm: float | None = None  # None: as m23
-    damping: DampingConfig = field(default_factory=DampingConfig)
-    resistance: tuple[tuple[float, float], ...] = ()
+    m11_kg: Annotated[Positive, means("Mass with added mass in surge.")]
+    m22_kg: Annotated[Positive, means("Mass with added mass in sway.")]
+    m33_kgm2: Annotated[Positive, means("Moment of inertia with added inertia in yaw.")]
+    m23_kgm: Annotated[float, means("Coupling of sway and yaw in the inertia matrix.")] = 0.0
+    m32_kgm: Annotated[float | None, means("Coupling of yaw and sway. Left out: as `m23_kgm`.")] = None
+    damping: Annotated[DampingConfig, means("Damping of the water.")] = field(default_factory=DampingConfig)
+    resistance: Annotated[
+        tuple[tuple[float, float], ...],
+        means(
+            "Resistance ahead of a hull that planes, as `[speed_mps, force_n]` pairs from `[0, 0]` with "
+            "rising speeds. It comes on top of the x_ terms of the damping."
+        ),
+    ] = ()
 
     def drag_n(self, surge_mps: float) -> float:
-        """What the water takes of the surge force at that speed."""
+        """Resistance ahead in N at that speed; negative astern."""
         d, speed = self.damping, abs(surge_mps)
         force_n = (d.x_u + d.x_uu * speed + d.x_uuu * surge_mps * surge_mps) * surge_mps
         if self.resistance:
@@ -65,7 +72,7 @@ class HullConfig:
         return force_n
 
     def drag_slope(self, surge_mps: float) -> float:
-        """Its change with speed, in N/(m/s)."""
+        """Change of `drag_n` with speed, in N/(m/s)."""
         d, speed = self.damping, abs(surge_mps)
         slope = d.x_u + 2.0 * d.x_uu * speed + 3.0 * d.x_uuu * surge_mps * surge_mps
         return slope + self._tabled(speed)[1] if self.resistance else slope
@@ -81,33 +88,38 @@ class HullConfig:
 
 @dataclass(frozen=True, slots=True)
 class WindageConfig:
-    """Wind areas and coefficients (Fossen 2011, 8.1.3), with (ax, ay) the velocity of the air relative to the boat in body axes:
+    """Wind areas and coefficients (Fossen 2011, 8.1.3).
 
-    X = ½ρ cx A_F V ax, Y = ½ρ cy A_L V ay, N = −ρ cn A_L L ax ay (½ρ cn A_L L V² sin 2γ: the bow turns away from the wind).
+    With (ax, ay) the velocity of the air relative to the boat in body axes: X = ½ρ cx A_F V ax, Y = ½ρ cy A_L V ay,
+    N = −ρ cn A_L L ax ay (½ρ cn A_L L V² sin 2γ: the bow turns away from the wind).
     """
 
     __pydantic_config__ = STRICT
-    frontal_m2: NonNegative = 0.0
-    lateral_m2: NonNegative = 0.0
-    cx: float = 0.7
-    cy: float = 0.9
-    cn: float = 0.1
+    frontal_m2: Annotated[NonNegative, means("Area above the water seen from ahead.")] = 0.0
+    lateral_m2: Annotated[NonNegative, means("Area above the water seen from the side.")] = 0.0
+    cx: Annotated[float, means("Wind coefficient in surge.")] = 0.7
+    cy: Annotated[float, means("Wind coefficient in sway.")] = 0.9
+    cn: Annotated[float, means("Wind coefficient in yaw.")] = 0.1
 
 
 @dataclass(frozen=True, slots=True)
 class ThesisModelConfig:
-    """What the thesis's own feed-forward believes beside `hull`'s inertia: the bare hull's mass, and damping as printed."""
+    """What the thesis's own feed-forward believes beside the inertia of `[hull]`. Only for DP_FF_KIND 1 and 2."""
 
     __pydantic_config__ = STRICT
-    mass_kg: Positive
-    damping: DampingConfig
+    mass_kg: Annotated[Positive, means("Mass of the bare hull.")]
+    damping: Annotated[DampingConfig, means("Damping as the thesis prints it.")]
 
 
 def resistance_problems(hull: HullConfig, place: tuple[str | int, ...]) -> list[tuple[tuple[str | int, ...], str]]:
-    """What is wrong with the table of resistance of the hull that stands at `place` in the file."""
-    speeds = [speed_mps for speed_mps, _ in hull.resistance]
-    if not hull.resistance or (
-        len(speeds) >= 2 and hull.resistance[0] == (0.0, 0.0) and all(a < b for a, b in pairwise(speeds)) and min(n for _, n in hull.resistance) >= 0.0
-    ):
+    """What is wrong with the resistance table of the hull at `place` in the file."""
+    if not hull.resistance or _is_curve(hull.resistance):
         return []
-    return [((*place, "resistance"), "needs two pairs or more of speed and force, from [0, 0] with rising speeds and no negative force")]
+    text = "needs two pairs or more of speed and force, from [0, 0] with rising speeds and no negative force"
+    return [((*place, "resistance"), text)]
+
+
+def _is_curve(points: tuple[tuple[float, float], ...]) -> bool:
+    """From (0, 0) on, with rising speeds and no negative force."""
+    rising = all(slower < faster for (slower, _), (faster, _) in pairwise(points))
+    return len(points) >= 2 and points[0] == (0.0, 0.0) and rising and min(force_n for _, force_n in points) >= 0.0

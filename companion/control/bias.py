@@ -1,21 +1,22 @@
-"""The steady force on the hull that nothing else explains (current, mean wind, model error): the integral action of all control laws."""
+"""Integral action of all control laws: the steady force on the hull that the model does not explain (current, mean
+wind, model error)."""
 
 from __future__ import annotations
 
 import math
 
-from companion.config import LimitsConfig
+from companion.config.vessel import LimitsConfig
+from companion.core.actuation import Wrench
 from companion.core.frames import body_to_ned, ned_to_body
-from companion.core.types import Wrench
 
-_SHARE = 0.9  # of the limits, that the bias may take
-_DEAD_SHARE = 0.01  # shortfall, as a share of the limit, that is no saturation
+_SHARE = 0.9  # of the limits: the most that the bias may take
+_DEAD_SHARE = 0.01  # of the limits: a smaller shortfall is not saturation
 _UNWIND_RADPS = 0.5
 
 
 class BiasForce:
-    """A force in north and east and a moment, to be added to the demanded wrench. It stays fixed in NED while the boat turns, and it is
-    one for all laws, so that a change of law is no bump."""
+    """A force in north and east and a moment, to add to the demanded wrench. The force stays fixed in NED while the
+    boat turns. All laws share one bias, so that a change of law causes no bump."""
 
     __slots__ = ("_east_n", "_limits", "_north_n", "_yaw_nm")
 
@@ -24,15 +25,16 @@ class BiasForce:
         self.reset()
 
     def reset(self) -> None:
+        """Set the bias to zero."""
         self._north_n = self._east_n = self._yaw_nm = 0.0
 
     def in_body(self, yaw_rad: float) -> tuple[float, float, float]:
-        """(surge_n, sway_n, yaw_nm)."""
+        """The bias as (surge_n, sway_n, yaw_nm)."""
         x, y = ned_to_body(self._north_n, self._east_n, yaw_rad)
         return x, y, self._yaw_nm
 
     def grow(self, surge_nps: float, sway_nps: float, yaw_nmps: float, yaw_rad: float, dt_s: float) -> None:
-        """Integrate rates given in body axes, and keep within the limits."""
+        """Integrate rates in body axes (N/s, N/s, Nm/s) over `dt_s`, within the limits."""
         x, y = ned_to_body(self._north_n, self._east_n, yaw_rad)
         limits = self._limits
         bound_x, bound_y, bound_n = _SHARE * limits.surge_n, _SHARE * limits.sway_n, _SHARE * limits.yaw_nm
@@ -42,8 +44,8 @@ class BiasForce:
         self._yaw_nm = min(bound_n, max(-bound_n, self._yaw_nm + yaw_nmps * dt_s))
 
     def unwind(self, demanded: Wrench, achieved: Wrench, yaw_rad: float, dt_s: float) -> None:
-        """Give back what the thrusters could not deliver in the last cycle: back-calculation that ends at zero, so that a demand cut short
-        in a hard turn never leaves a bias of the other sign."""
+        """Reduce the bias by what the thrusters could not give in the last cycle: anti-windup by back-calculation. It
+        ends at zero, so that saturation in a hard turn never leaves a bias of the other sign."""
         limits = self._limits
         x, y, n = self.in_body(yaw_rad)
         step = _UNWIND_RADPS * dt_s

@@ -1,42 +1,82 @@
-"""Setpoint and state → wrench: each kind of setpoint goes to its own law, and all share one bias force."""
+"""Setpoint and state → wrench: each type of setpoint has its own law, and all laws share one bias force."""
 
 from __future__ import annotations
 
-from companion.config import VesselConfig
+from collections.abc import Callable
+from typing import Protocol
+
+from companion.config.vessel import VesselConfig
 from companion.control.bias import BiasForce
 from companion.control.dynamic_positioning import DynamicPositioning, finite
 from companion.control.heading import HeadingControl, YawLoop
-from companion.control.path_tracking import PathTracking
-from companion.control.quadratic import QuadraticTracking
-from companion.control.thesis_positioning import ThesisPositioning
-from companion.control.thesis_tracking import ThesisTracking
+from companion.control.lqr import LqrTracking
+from companion.control.path_control import PathControl
 from companion.control.wind import wind_force
-from companion.core.types import ZERO_WRENCH, NavState, Setpoint, SetpointKind, Wrench
-from companion.params import Parameters
+from companion.core.actuation import ZERO_WRENCH, Wrench
+from companion.core.estimate import NavState
+from companion.core.setpoint import (
+    HeadingSetpoint,
+    NeutralSetpoint,
+    PathSetpoint,
+    PoseSetpoint,
+    Setpoint,
+    WrenchSetpoint,
+)
+from companion.params.store import Parameters
 
-_THESIS = 1  # DP_LAW, WP_LAW
-_STEERED = (SetpointKind.POSE, SetpointKind.PATH, SetpointKind.HEADING)
+_BASELINE = 1  # value of DP_LAW and WP_LAW
+
+
+class PositioningLaw(Protocol):
+    """A dynamic positioning law with an integral of its own."""
+
+    def start(self, surge_n: float, sway_n: float, yaw_nm: float) -> None:
+        """Begin with the bias force so far, in body axes."""
+        ...
+
+    def update(self, setpoint: PoseSetpoint, nav: NavState, dt_s: float) -> Wrench:
+        """The wrench for the setpoint, before saturation."""
+        ...
+
+
+class TrackingLaw(Protocol):
+    """A law for speed and heading under way, with integrals of its own."""
+
+    def start(self) -> None:
+        """Begin with integrals of zero."""
+        ...
+
+    def update(self, setpoint: PathSetpoint, nav: NavState, dt_s: float) -> Wrench:
+        """The wrench for the setpoint, before saturation."""
+        ...
 
 
 class Controller:
-    """`update(setpoint, nav, achieved, dt_s)` → wrench within the vessel's limits.
+    """Setpoint → wrench within the vessel's limits.
 
-    Remembers the bias force (one for all laws: a change of law is no bump), the wrench last demanded and whether a law demanded it. The bias
-    is kept while a person steers by force or thruster, and forgotten when the boat is neutral. `achieved` is what the allocation of
-    the last cycle said the thrusters give; the bias gives back what fell short.
+    The bias force stays while the sticks demand forces or thrusters, and is reset when the boat is neutral. Remembers
+    the bias force, the last wrench that a law demanded, and which law is active.
     """
 
-    def __init__(self, config: VesselConfig, parameters: Parameters) -> None:
+    def __init__(
+        self,
+        config: VesselConfig,
+        parameters: Parameters,
+        baseline: PositioningLaw | None = None,
+        baseline_tracking: TrackingLaw | None = None,
+    ) -> None:
+        """`baseline`, `baseline_tracking`: the theses' laws, which DP_LAW 1 and WP_LAW 1 choose; None: not
+        available."""
         self._config = config
         yaw = YawLoop(config, parameters)
         self._parameters = parameters
         self._positioning = DynamicPositioning(config, parameters)
-        self._thesis = ThesisPositioning(config, parameters)
-        self._by_thesis = False
-        self._tracking = PathTracking(config, parameters, yaw)
-        self._thesis_tracking = ThesisTracking(config.limits, parameters)
-        self._quadratic = QuadraticTracking(config, parameters)
-        self._other: ThesisTracking | QuadraticTracking | None = None  # at work under way in place of `_tracking`
+        self._baseline = baseline
+        self._by_baseline = False
+        self._tracking = PathControl(config, parameters, yaw)
+        self._baseline_tracking = baseline_tracking
+        self._lqr = LqrTracking(config, parameters)
+        self._other_law: TrackingLaw | None = None  # the law in use under way, if it is not `_tracking`
         self._heading = HeadingControl(yaw)
         self._bias = BiasForce(config.limits)
         self._demanded: Wrench | None = None
@@ -47,84 +87,103 @@ class Controller:
         self._demanded = None
 
     def update(self, setpoint: Setpoint, nav: NavState, achieved: Wrench, dt_s: float) -> Wrench:
-        """The wrench that the setpoint asks for now."""
-        kind = setpoint.kind
-        other = self._other_tracking(kind)
-        if other is not None and other is not self._other:
-            other.start()
-        self._other = other
-        if other is not None:
-            self._by_thesis = False
+        """The wrench for the setpoint. `achieved`: what the thrusters gave in the last cycle, by the allocation; the
+        bias is reduced by what fell short of the last demand."""
+        if not isinstance(setpoint, PoseSetpoint):
             self._positioning.restart()
-            return self._without_bias(other, setpoint, nav, dt_s)
-        by_thesis = kind is SetpointKind.POSE and self._parameters["DP_LAW"] == _THESIS
-        if by_thesis and not self._by_thesis:
-            self._thesis.start(*self._bias.in_body(nav.yaw_rad))
-        self._by_thesis = by_thesis
-        if by_thesis:
-            self._positioning.restart()
-            return self._as_in_the_thesis(setpoint, nav, dt_s)
-        if kind not in _STEERED:
-            self._demanded = None
-            self._positioning.restart()
-            if kind is SetpointKind.WRENCH and setpoint.wrench is not None and finite(setpoint.wrench):
-                return self._saturated(setpoint.wrench)
-            if kind is SetpointKind.NEUTRAL:
+            self._by_baseline = False
+        if not isinstance(setpoint, PathSetpoint):
+            self._other_law = None
+        match setpoint:
+            case PoseSetpoint():
+                return self._position(setpoint, nav, achieved, dt_s)
+            case PathSetpoint():
+                return self._track(setpoint, nav, achieved, dt_s)
+            case HeadingSetpoint():
+                self._unwind(achieved, nav, dt_s, lambda d: Wrench(achieved.surge_n, achieved.sway_n, d.yaw_nm))
+                wrench = self._heading.update(setpoint, nav, self._bias, dt_s)
+                return self._limited(self._against_wind_moment(wrench, nav))
+            case WrenchSetpoint(wrench) if finite(wrench):
+                self._demanded = None
+                return self._saturated(wrench)
+            case NeutralSetpoint():
                 self._bias.reset()
-            return ZERO_WRENCH
+        self._demanded = None
+        return ZERO_WRENCH
+
+    def _position(self, setpoint: PoseSetpoint, nav: NavState, achieved: Wrench, dt_s: float) -> Wrench:
+        """The wrench of dynamic positioning, by the law that DP_LAW chooses."""
+        if self._baseline is not None and self._parameters["DP_LAW"] == _BASELINE:
+            return self._position_by_baseline(self._baseline, setpoint, nav, dt_s)
+        self._by_baseline = False
+        self._unwind(achieved, nav, dt_s, lambda demanded: demanded)
+        return self._limited(self._against_wind(self._positioning.update(setpoint, nav, self._bias, dt_s), nav))
+
+    def _track(self, setpoint: PathSetpoint, nav: NavState, achieved: Wrench, dt_s: float) -> Wrench:
+        """The wrench under way, by the law that PATH_CTRL and WP_LAW choose."""
+        law = self._chosen_other_law()
+        if law is not None:
+            return self._track_without_bias(law, setpoint, nav, dt_s)
+        self._other_law = None
+        self._unwind(achieved, nav, dt_s, lambda d: Wrench(d.surge_n, achieved.sway_n, d.yaw_nm))
+        return self._limited(self._against_wind(self._tracking.update(setpoint, nav, self._bias, dt_s), nav))
+
+    def _unwind(self, achieved: Wrench, nav: NavState, dt_s: float, relevant: Callable[[Wrench], Wrench]) -> None:
+        """Reduce the bias by what fell short of the last demand. `relevant` keeps the demand on the axes whose bias the
+        law learns, and replaces it by the achieved wrench on the others."""
         if self._demanded is not None and finite(achieved):
-            self._bias.unwind(self._learning(kind, self._demanded, achieved), achieved, nav.yaw_rad, dt_s)
-        if kind is not SetpointKind.POSE:
-            self._positioning.restart()
-        law = self._positioning if kind is SetpointKind.POSE else self._tracking if kind is SetpointKind.PATH else self._heading
-        wrench = self._against_wind(law.update(setpoint, nav, self._bias, dt_s), kind, nav)
+            self._bias.unwind(relevant(self._demanded), achieved, nav.yaw_rad, dt_s)
+
+    def _limited(self, wrench: Wrench) -> Wrench:
+        """The wrench within the limits, remembered as the demand; one that is not finite resets the bias."""
         if not finite(wrench):
             self.reset()
             return ZERO_WRENCH
         self._demanded = wrench
         return self._saturated(wrench)
 
-    def _other_tracking(self, kind: SetpointKind) -> ThesisTracking | QuadraticTracking | None:
-        """What steers along a path in place of the companion's own loops."""
-        if kind is not SetpointKind.PATH:
-            return None
-        if self._quadratic.chosen:
-            return self._quadratic
-        return self._thesis_tracking if self._parameters["WP_LAW"] == _THESIS else None
+    def _chosen_other_law(self) -> TrackingLaw | None:
+        """The law to use under way instead of the companion's loops; None for those."""
+        if self._lqr.chosen:
+            return self._lqr
+        return self._baseline_tracking if self._parameters["WP_LAW"] == _BASELINE else None
 
-    def _without_bias(self, law: ThesisTracking | QuadraticTracking, setpoint: Setpoint, nav: NavState, dt_s: float) -> Wrench:
-        """A law with integrals of its own, which knows neither wind nor what the thrusters achieve."""
+    def _track_without_bias(self, law: TrackingLaw, setpoint: PathSetpoint, nav: NavState, dt_s: float) -> Wrench:
+        """The wrench of a law with its own integrals, which uses neither the wind nor the achieved wrench."""
         self._demanded = None
+        self._positioning.restart()
+        if law is not self._other_law:
+            law.start()
+        self._other_law = law
         wrench = law.update(setpoint, nav, dt_s)
         if not finite(wrench):
             law.start()
             return ZERO_WRENCH
         return self._saturated(wrench)
 
-    def _as_in_the_thesis(self, setpoint: Setpoint, nav: NavState, dt_s: float) -> Wrench:
-        """Neither wind nor what the thrusters achieve is known to that law."""
+    def _position_by_baseline(self, law: PositioningLaw, setpoint: PoseSetpoint, nav: NavState, dt_s: float) -> Wrench:
+        """The wrench of the thesis's law, which uses neither the wind nor the achieved wrench."""
+        self._positioning.restart()
+        if not self._by_baseline:
+            law.start(*self._bias.in_body(nav.yaw_rad))
+        self._by_baseline = True
         self._demanded = None
-        wrench = self._thesis.update(setpoint, nav, dt_s)
+        wrench = law.update(setpoint, nav, dt_s)
         if not finite(wrench):
-            self._by_thesis = False
+            self._by_baseline = False
             self.reset()
             return ZERO_WRENCH
         return self._saturated(wrench)
 
-    @staticmethod
-    def _learning(kind: SetpointKind, demanded: Wrench, achieved: Wrench) -> Wrench:
-        """The demand on the axes whose bias the law now learns; on the others nothing falls short."""
-        if kind is SetpointKind.POSE:
-            return demanded
-        surge = demanded.surge_n if kind is SetpointKind.PATH else achieved.surge_n
-        return Wrench(surge, achieved.sway_n, demanded.yaw_nm)
-
-    def _against_wind(self, wrench: Wrench, kind: SetpointKind, nav: NavState) -> Wrench:
-        """The wrench plus what counters the wind; forces that the stick asks for are left as they are."""
+    def _against_wind(self, wrench: Wrench, nav: NavState) -> Wrench:
+        """The wrench, plus force and moment against the wind."""
         x, y, n = wind_force(self._config.windage, self._config.length_m, nav)
-        if kind is SetpointKind.HEADING:
-            return Wrench(wrench.surge_n, wrench.sway_n, wrench.yaw_nm - n)
         return Wrench(wrench.surge_n - x, wrench.sway_n - y, wrench.yaw_nm - n)
+
+    def _against_wind_moment(self, wrench: Wrench, nav: NavState) -> Wrench:
+        """The wrench, plus a moment against the wind; the forces of the sticks stay."""
+        _, _, n = wind_force(self._config.windage, self._config.length_m, nav)
+        return Wrench(wrench.surge_n, wrench.sway_n, wrench.yaw_nm - n)
 
     def _saturated(self, wrench: Wrench) -> Wrench:
         limits = self._config.limits

@@ -1,28 +1,32 @@
-"""Dynamic positioning: PID on the pose error in body axes, over feed-forward from the model and the wind (ReVolt thesis 4.1…4.17, mended).
+"""Dynamic positioning: PID on the pose error in body axes, with feed-forward from the model and the wind (ReVolt thesis
+4.1…4.17, corrected).
 
-τ = share·(M ν̇_d + C(ν_d) ν_d + D(ν_d) ν_d) − Kp e − Kd (ν − ν_d) + bias − wind, with the gains placed by bandwidth ω and damping ζ of each
-axis on the model's inertia: Kp = m ω², Kd = 2 ζ ω m − d, and the bias growing by −Ki e, Ki = share·ω Kp.
+τ = share·(M ν̇_d + C(ν_d) ν_d + D(ν_d) ν_d) − Kp e − Kd (ν − ν_d) + bias − wind. Pole placement gives the gains from
+bandwidth ω and damping ζ of each axis and the model's inertia: Kp = m ω², Kd = 2 ζ ω m − d; the bias grows by −Ki e,
+with Ki = share·ω Kp.
 """
 
 from __future__ import annotations
 
 import math
 
-from companion.config import VesselConfig
+from companion.config.vessel import VesselConfig
 from companion.control.bias import BiasForce
 from companion.control.feedforward import feedforward
 from companion.control.model import coriolis
+from companion.core.actuation import Wrench
 from companion.core.angles import wrap_pi
+from companion.core.estimate import NavState
 from companion.core.frames import ned_to_body
-from companion.core.types import NavState, Setpoint, Wrench
-from companion.params import Parameters
+from companion.core.setpoint import PoseSetpoint
+from companion.params.store import Parameters
 
 _FULL = 3  # DP_FF_KIND
 
 
 class DynamicPositioning:
-    """`update(setpoint, nav, bias, dt_s)` → wrench before saturation, without the wind's share. Remembers the feedback of the last
-    cycle, which it smooths over DP_SMOOTH_T; the integral is the `bias` given. A setpoint without position, or without heading, leaves those axes to damping."""
+    """PID with feed-forward. The `bias` given to `update` is its integral. Remembers the feedback of the last cycle,
+    which it smooths over DP_SMOOTH_T."""
 
     def __init__(self, config: VesselConfig, parameters: Parameters) -> None:
         self._config = config
@@ -30,10 +34,10 @@ class DynamicPositioning:
         self._parameters = parameters
         self.restart()
 
-    def update(self, setpoint: Setpoint, nav: NavState, bias: BiasForce, dt_s: float) -> Wrench:
-        """Wrench that brings the boat to the reference and keeps it there."""
+    def update(self, setpoint: PoseSetpoint, nav: NavState, bias: BiasForce, dt_s: float) -> Wrench:
+        """The wrench before saturation, without the part against the wind."""
         ex, ey, eyaw = pose_errors(setpoint, nav)
-        turn = 0.0 if setpoint.yaw_rad is None else wrap_pi(nav.yaw_rad - setpoint.yaw_rad)
+        turn = wrap_pi(nav.yaw_rad - setpoint.yaw_rad)
         u, v = ned_to_body(setpoint.surge_mps, setpoint.sway_mps, turn)
         forward = feedforward(int(self._parameters["DP_FF_KIND"]), self._config, setpoint, turn)
         share = self._parameters["DP_FEEDFORWARD"]
@@ -47,28 +51,34 @@ class DynamicPositioning:
             dt_s,
         )
         munk = share * self._munk_nm(setpoint, u, v, nav)
-        return Wrench(share * forward.surge_n + x + bx, share * forward.sway_n + y + by, share * forward.yaw_nm + munk + n + bn)
+        return Wrench(
+            share * forward.surge_n + x + bx, share * forward.sway_n + y + by, share * forward.yaw_nm + munk + n + bn
+        )
 
-    def _munk_nm(self, setpoint: Setpoint, surge_mps: float, sway_mps: float, nav: NavState) -> float:
-        """Moment against what the water does beyond the feed-forward's calm: of the Munk moment at the velocity through the water, less that of the reference.
-        Under way a current's share of it changes sides as the boat turns, faster than the integral learns. None up to the speeds of positioning: there
-        the integral has it, and the estimate of the current only adds its noise."""
-        if nav.current_north_mps is None or nav.current_east_mps is None or int(self._parameters["DP_FF_KIND"]) != _FULL:
+    def _munk_nm(self, setpoint: PoseSetpoint, surge_mps: float, sway_mps: float, nav: NavState) -> float:
+        """Feed-forward against the Munk moment of a current: the moment at the velocity through the water, less that at
+        the velocity of the reference. Under way it changes sign as the boat turns, faster than the integral can learn.
+        At positioning speeds it is 0: the integral covers it, and the estimate of the current would add noise."""
+        if (
+            nav.current_north_mps is None
+            or nav.current_east_mps is None
+            or int(self._parameters["DP_FF_KIND"]) != _FULL
+        ):
             return 0.0
         weight = min(1.0, max(0.0, 2.0 * (abs(setpoint.surge_mps) / self._parameters["DP_SPEED_AHEAD"] - 1.0)))
         if weight == 0.0:
             return 0.0
         current_x, current_y = ned_to_body(nav.current_north_mps, nav.current_east_mps, nav.yaw_rad)
-        _, _, met = coriolis(self._hull, nav.surge_mps - current_x, nav.sway_mps - current_y, 0.0)
+        _, _, actual = coriolis(self._hull, nav.surge_mps - current_x, nav.sway_mps - current_y, 0.0)
         _, _, planned = coriolis(self._hull, surge_mps, sway_mps, 0.0)
-        return weight * (met - planned)
+        return weight * (actual - planned)
 
     def restart(self) -> None:
-        """Forget the feedback so far: another law has steered."""
+        """Forget the smoothed feedback, after another law was active."""
         self._feedback: tuple[float, float, float] | None = None
 
     def _smoothed(self, x: float, y: float, n: float, dt_s: float) -> tuple[float, float, float]:
-        """The feedback without what the estimate's noise shakes in it: thrusters should not answer that."""
+        """The feedback, low-pass filtered: thrusters should not answer the noise of the estimate."""
         if self._feedback is not None:
             share = dt_s / (dt_s + self._parameters["DP_SMOOTH_T"])
             fx, fy, fn = self._feedback
@@ -87,23 +97,24 @@ class DynamicPositioning:
         )
 
 
-def pole_placement(inertia: float, drag: float, bandwidth_radps: float, damping: float, integral: float) -> tuple[float, float, float]:
-    """(Kp, Ki, Kd) that give m s² + (d + Kd) s + Kp the bandwidth and relative damping asked for. Drag that would do it alone still leaves a
-    quarter of the damping to the controller, since the model's drag is doubtful at low speed."""
+def pole_placement(
+    inertia: float, drag: float, bandwidth_radps: float, damping: float, integral: float
+) -> tuple[float, float, float]:
+    """(Kp, Ki, Kd) that give m s² + (d + Kd) s + Kp the bandwidth and relative damping; `integral` is Ki/(ω Kp).
+
+    The controller always provides at least a quarter of the damping, since the model's drag is uncertain at low
+    speed."""
     kp = inertia * bandwidth_radps * bandwidth_radps
     whole = 2.0 * damping * bandwidth_radps * inertia
     return kp, integral * bandwidth_radps * kp, max(0.25 * whole, whole - max(0.0, drag))
 
 
-def pose_errors(setpoint: Setpoint, nav: NavState) -> tuple[float, float, float]:
-    """Where the boat is, seen from the reference, in the boat's axes."""
-    ex = ey = 0.0
-    if setpoint.north_m is not None and setpoint.east_m is not None:
-        ex, ey = ned_to_body(nav.north_m - setpoint.north_m, nav.east_m - setpoint.east_m, nav.yaw_rad)
-    eyaw = 0.0 if setpoint.yaw_rad is None else wrap_pi(nav.yaw_rad - setpoint.yaw_rad)
-    return ex, ey, eyaw
+def pose_errors(setpoint: PoseSetpoint, nav: NavState) -> tuple[float, float, float]:
+    """(surge m, sway m, yaw rad): the boat's pose minus the setpoint's, in the boat's axes."""
+    ex, ey = ned_to_body(nav.north_m - setpoint.north_m, nav.east_m - setpoint.east_m, nav.yaw_rad)
+    return ex, ey, wrap_pi(nav.yaw_rad - setpoint.yaw_rad)
 
 
 def finite(wrench: Wrench) -> bool:
-    """Whether all three axes are numbers to act on."""
+    """Whether all three axes are finite."""
     return math.isfinite(wrench.surge_n) and math.isfinite(wrench.sway_n) and math.isfinite(wrench.yaw_nm)

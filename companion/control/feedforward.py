@@ -1,18 +1,22 @@
-"""Feed-forward of the model for dynamic positioning: the companion's own, and the two of the ReVolt thesis (4.13, 4.14, 8.13, 8.14)."""
+"""Model feed-forward for dynamic positioning: the companion's, and the two of the ReVolt thesis (4.13, 4.14, 8.13,
+8.14)."""
 
 from __future__ import annotations
 
-from companion.config import HullConfig, ThesisModelConfig, VesselConfig
+from companion.config.hull import HullConfig, ThesisModelConfig
+from companion.config.vessel import VesselConfig
 from companion.control.model import damping, force_for
+from companion.core.actuation import ZERO_WRENCH, Wrench
 from companion.core.frames import ned_to_body
-from companion.core.types import ZERO_WRENCH, Setpoint, Wrench
+from companion.core.setpoint import PoseSetpoint
 
 OFF, PRINTED, SCALED, FULL = range(4)  # values of DP_FF_KIND
 SEA_SCALE = (1.0, 0.05, 0.2)  # by which the thesis scaled its feed-forward at sea, in surge, sway and yaw
 
 
-def feedforward(kind: int, config: VesselConfig, setpoint: Setpoint, turn_rad: float) -> Wrench:
-    """The wrench that moves the boat as the reference moves. `turn_rad`: the boat's heading, seen from the reference's."""
+def feedforward(kind: int, config: VesselConfig, setpoint: PoseSetpoint, turn_rad: float) -> Wrench:
+    """The wrench that moves the boat as the reference moves, in the boat's body axes. `kind`: DP_FF_KIND; `turn_rad`:
+    the boat's heading minus the reference's."""
     if kind == FULL:
         u, v = ned_to_body(setpoint.surge_mps, setpoint.sway_mps, turn_rad)
         ax, ay = ned_to_body(setpoint.surge_mps2, setpoint.sway_mps2, turn_rad)
@@ -26,8 +30,9 @@ def feedforward(kind: int, config: VesselConfig, setpoint: Setpoint, turn_rad: f
     return Wrench(x * printed.surge_n, y * printed.sway_n, n * printed.yaw_nm)
 
 
-def as_printed(hull: HullConfig, model: ThesisModelConfig, setpoint: Setpoint) -> Wrench:
-    """M ν̇ + C ν + D ν with the thesis's slips: the added mass enters C with the wrong sign (8.13), and ν̇ = Rᵀη̈ + S(r)Rᵀη̇ (4.14)."""
+def as_printed(hull: HullConfig, model: ThesisModelConfig, setpoint: PoseSetpoint) -> Wrench:
+    """M ν̇ + C ν + D ν with the errata of the thesis: the added mass enters C with the wrong sign (8.13), and ν̇ = Rᵀη̈
+    + S(r)Rᵀη̇ (4.14)."""
     u, v, r = setpoint.surge_mps, setpoint.sway_mps, setpoint.yaw_rate_radps
     ax, ay = setpoint.surge_mps2 - 2.0 * r * v, setpoint.sway_mps2 + 2.0 * r * u
     m32 = hull.m23_kgm if hull.m32_kgm is None else hull.m32_kgm

@@ -1,37 +1,53 @@
-"""Sticks → wrench, and sticks → thrusters, each stick −1…1: surge ahead, sway to starboard, yaw clockwise."""
+"""Sticks → wrench, and sticks → thrusters. Each stick is −1…1: surge ahead, sway to starboard, yaw clockwise."""
 
 from __future__ import annotations
 
 import math
 
-from companion.config import ThrusterConfig, VesselConfig
-from companion.core.types import ThrusterCommand, Wrench
-from companion.params import Parameters
+from companion.config.devices import ThrusterConfig
+from companion.config.vessel import VesselConfig
+from companion.core.actuation import ThrusterCommand, Wrench
+from companion.params.store import Parameters
 
-_SIDEWAYS = 0.7  # share of a fixed thruster's push across the hull from which it counts as a side thruster
+_SIDEWAYS = 0.7  # share of its push across the hull from which a fixed thruster counts as a side thruster
 
 
 def stick_to_wrench(surge: float, sway: float, yaw: float, config: VesselConfig, parameters: Parameters) -> Wrench:
-    """Full stick is the vessel's limit on that axis. Non-finite sticks count as centred."""
+    """The wrench that the sticks demand: full stick is the vessel's limit on that axis. Non-finite sticks count as
+    centred."""
     dead = parameters["MAN_DEADBAND"]
     limits = config.limits
-    return Wrench(_beyond(surge, dead) * limits.surge_n, _beyond(sway, dead) * limits.sway_n, _beyond(yaw, dead) * limits.yaw_nm)
+    return Wrench(
+        beyond_deadband(surge, dead) * limits.surge_n,
+        beyond_deadband(sway, dead) * limits.sway_n,
+        beyond_deadband(yaw, dead) * limits.yaw_nm,
+    )
 
 
-def stick_to_thrusters(surge: float, sway: float, yaw: float, config: VesselConfig, parameters: Parameters) -> tuple[ThrusterCommand, ...]:
-    """Direct mapping, as on ReVolt: surge is throttle of whatever pushes ahead, yaw turns azimuths by up to `manual_azimuth_rad`, sway is
-    throttle of side thrusters. Where nothing turns, yaw is differential throttle, or else the side thrusters'. Sticks keep their sense
-    astern: azimuths then turn the other way. A jet knows no astern: its nozzle keeps its sense and its throttle ends at 0."""
+def stick_to_thrusters(
+    surge: float, sway: float, yaw: float, config: VesselConfig, parameters: Parameters
+) -> tuple[ThrusterCommand, ...]:
+    """A demand for each thruster, by direct mapping as on ReVolt.
+
+    Surge is the throttle of thrusters that push ahead, sway that of side thrusters, and yaw turns azimuths by up to
+    `manual_azimuth_rad`. On a boat without such azimuths, yaw is differential throttle, or else throttle of the side
+    thrusters. The sticks keep their sense astern: azimuths then turn the other way. A jet cannot push astern: its
+    nozzle keeps its sense, and its throttle ends at 0."""
     dead = parameters["MAN_DEADBAND"]
-    surge, sway, yaw = _beyond(surge, dead), _beyond(sway, dead), _beyond(yaw, dead)
+    surge, sway, yaw = beyond_deadband(surge, dead), beyond_deadband(sway, dead), beyond_deadband(yaw, dead)
     steered = any(t.turns and t.manual_azimuth_rad > 0.0 for t in config.thrusters)
-    differential = not steered and any(t.kind == "fixed" and not _is_sideways(t) and t.y_m != 0.0 for t in config.thrusters)
+    differential = not steered and any(
+        t.kind == "fixed" and not _is_sideways(t) and t.y_m != 0.0 for t in config.thrusters
+    )
     return tuple(_one(t, surge, sway, yaw, steered, differential) for t in config.thrusters)
 
 
-def _one(t: ThrusterConfig, surge: float, sway: float, yaw: float, steered: bool, differential: bool) -> ThrusterCommand:
+def _one(
+    t: ThrusterConfig, surge: float, sway: float, yaw: float, steered: bool, differential: bool
+) -> ThrusterCommand:
     if t.turns and t.manual_azimuth_rad > 0.0:
-        lever = math.copysign(1.0, t.x_m) * (-1.0 if surge < 0.0 and t.kind != "jet" else 1.0)  # a stern thruster turns the boat by pushing the stern the other way
+        # a thruster at the stern turns the boat by pushing the stern the other way
+        lever = math.copysign(1.0, t.x_m) * (-1.0 if surge < 0.0 and t.kind != "jet" else 1.0)
         return _command(t, surge, t.azimuth_rad + lever * yaw * t.manual_azimuth_rad)
     if _is_sideways(t):
         side = math.copysign(1.0, math.sin(t.azimuth_rad))
@@ -53,8 +69,9 @@ def _command(t: ThrusterConfig, throttle: float, azimuth_rad: float) -> Thruster
     return ThrusterCommand(force, throttle, azimuth_rad if t.turns else None)
 
 
-def _beyond(stick: float, dead: float) -> float:
-    """The stick outside its dead band, stretched to −1…1 again."""
-    if not math.isfinite(stick) or abs(stick) <= dead:
+def beyond_deadband(stick: float | None, deadband: float) -> float:
+    """The stick as −1…1, with 0 for the share `deadband` around the centre and the rest stretched. A missing axis or a
+    value that is not finite gives 0."""
+    if stick is None or not math.isfinite(stick) or abs(stick) <= deadband:
         return 0.0
-    return math.copysign(min(1.0, (abs(stick) - dead) / (1.0 - dead)), stick)
+    return math.copysign(min(1.0, (abs(stick) - deadband) / (1.0 - deadband)), stick)

@@ -1,13 +1,14 @@
-"""The controller's model of the hull: M ν̇ + C(ν) ν + D(ν) ν = τ in plain floats (Fossen 2021; C with the sign of the theses mended)."""
+"""The controller's model of the hull: M ν̇ + C(ν) ν + D(ν) ν = τ in plain floats (Fossen 2021; the sign of C in the
+theses is corrected)."""
 
 from __future__ import annotations
 
-from companion.config import HullConfig
-from companion.core.types import Wrench
+from companion.config.hull import HullConfig
+from companion.core.actuation import Wrench
 
 
 def coriolis(hull: HullConfig, surge_mps: float, sway_mps: float, yaw_rate_radps: float) -> tuple[float, float, float]:
-    """C(ν) ν, in N, N, Nm."""
+    """C(ν) ν as (surge N, sway N, yaw Nm)."""
     lateral = hull.m22_kg * sway_mps + hull.m23_kgm * yaw_rate_radps
     x = -lateral * yaw_rate_radps
     y = hull.m11_kg * surge_mps * yaw_rate_radps
@@ -16,7 +17,7 @@ def coriolis(hull: HullConfig, surge_mps: float, sway_mps: float, yaw_rate_radps
 
 
 def damping(hull: HullConfig, surge_mps: float, sway_mps: float, yaw_rate_radps: float) -> tuple[float, float, float]:
-    """D(ν) ν: the force that the water takes, in N, N, Nm."""
+    """D(ν) ν as (surge N, sway N, yaw Nm): the force against the motion."""
     d = hull.damping
     u, v, r = surge_mps, sway_mps, yaw_rate_radps
     au, av, ar = abs(u), abs(v), abs(r)
@@ -35,7 +36,7 @@ def force_for(
     sway_mps2: float,
     yaw_radps2: float,
 ) -> Wrench:
-    """The wrench that moves the hull so: τ = M ν̇ + C(ν) ν + D(ν) ν, all in body axes."""
+    """The wrench for a velocity and an acceleration, in body axes: τ = M ν̇ + C(ν) ν + D(ν) ν."""
     m32 = hull.m23_kgm if hull.m32_kgm is None else hull.m32_kgm
     cx, cy, cn = coriolis(hull, surge_mps, sway_mps, yaw_rate_radps)
     dx, dy, dn = damping(hull, surge_mps, sway_mps, yaw_rate_radps)

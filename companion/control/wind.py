@@ -1,21 +1,22 @@
-"""Force of the wind on the hull, for feed-forward."""
+"""Feed-forward against the wind: its force on the hull."""
 
 from __future__ import annotations
 
 import math
 
-from companion.config import WindageConfig
-from companion.core.types import NavState
+from companion.config.hull import WindageConfig
+from companion.core.estimate import NavState
 
 _AIR_KGPM3 = 1.225
-_TRUSTED = 0.8  # share of the modelled force that is countered: an anemometer on a mast overstates what the hull feels
+_COUNTERED = 0.8  # share of the modelled force to counter: the wind at the mast is stronger than at the hull
 
 
 def wind_force(windage: WindageConfig, length_m: float, nav: NavState) -> tuple[float, float, float]:
-    """(surge_n, sway_n, yaw_nm) to trust, from the true wind and the boat's own velocity; zero where no wind is known.
+    """(surge_n, sway_n, yaw_nm) of the wind to counter, from the true wind and the boat's velocity; zeros if no wind is
+    known.
 
-    With (x, y) the velocity of the air past the hull and V its size: X = ½ρ cx A_F V x, Y = ½ρ cy A_L V y, N = −½ρ cn A_L L 2xy, which
-    turns the boat beam to the wind (Fossen 2011, 8.1.3, sin 2γ written out).
+    With (x, y) the velocity of the air past the hull and V its size: X = ½ρ cx A_F V x, Y = ½ρ cy A_L V y, N = −½ρ cn
+    A_L L 2xy, which turns the boat beam to the wind (Fossen 2011, 8.1.3, with sin 2γ written out).
     """
     if nav.wind_speed_mps is None or nav.wind_from_rad is None:
         return 0.0, 0.0, 0.0
@@ -23,7 +24,7 @@ def wind_force(windage: WindageConfig, length_m: float, nav: NavState) -> tuple[
     x = nav.wind_speed_mps * math.cos(towards) - nav.surge_mps
     y = nav.wind_speed_mps * math.sin(towards) - nav.sway_mps
     speed = math.hypot(x, y)
-    pressure = 0.5 * _AIR_KGPM3 * _TRUSTED
+    pressure = 0.5 * _AIR_KGPM3 * _COUNTERED
     return (
         pressure * windage.cx * windage.frontal_m2 * speed * x,
         pressure * windage.cy * windage.lateral_m2 * speed * y,

@@ -1,22 +1,42 @@
-"""What passes between the vessel and its thrusters: commands and lamps out, feedback and condition back. `core.types` offers these names too."""
+"""Values of the steps control, allocate, gate and act: the wrench, the thruster demands, the other outputs, and what
+the bridges report back."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum, IntEnum
 
-from companion.core.auxiliary import NO_AUXILIARY, Auxiliary
-from companion.core.records import quick
+
+@dataclass(frozen=True, slots=True)
+class Wrench:
+    """Force and moment on the hull in body axes (x forward, y starboard, z down)."""
+
+    surge_n: float
+    sway_n: float
+    yaw_nm: float
 
 
-@quick
+ZERO_WRENCH = Wrench(0.0, 0.0, 0.0)
+
+
 @dataclass(frozen=True, slots=True)
 class ThrusterCommand:
-    """Demand on one thruster. `throttle` −1…1 follows from `force_n` by the thruster's curve; azimuth None where it is fixed."""
+    """Demand on one thruster. `throttle` (−1…1) gives `force_n` by the thruster's curve. `azimuth_rad`: the direction
+    in which it pushes the boat, clockwise from the bow; None for a fixed thruster."""
 
     force_n: float
     throttle: float
     azimuth_rad: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class Allocation:
+    """Thruster demands, in the order of the vessel's file, and the wrench that they give. `limited`: whether surge,
+    sway and yaw fall short of the demand."""
+
+    thrusters: tuple[ThrusterCommand, ...]
+    achieved: Wrench
+    limited: tuple[bool, bool, bool]
 
 
 class Light(IntEnum):
@@ -29,7 +49,7 @@ class Light(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class Beacon:
-    """The lamps that tell people on the shore what the boat is about."""
+    """The lamps that show people ashore what the boat is doing."""
 
     red: Light = Light.OFF
     yellow: Light = Light.OFF
@@ -40,10 +60,23 @@ DARK = Beacon()
 
 
 @dataclass(frozen=True, slots=True)
-class ActuatorCommand:
-    """What goes to the bridges, after the last gate. `armed` False: bridges drive neutral whatever the rest says.
+class Auxiliary:
+    """Outputs beside the thrusters, in the order of the vessel's file: pulse widths of the servos (None: no pulses),
+    and which relays are on."""
 
-    `lower`: retractable thrusters go down, or up; None: they stay where they are.
+    servos_us: tuple[float | None, ...] = ()
+    relays: tuple[bool, ...] = ()
+
+
+NO_AUXILIARY = Auxiliary()
+
+
+@dataclass(frozen=True, slots=True)
+class ActuatorCommand:
+    """What goes to the bridges, after the last gate. While `armed` is False the bridges drive neutral, whatever the
+    other fields hold.
+
+    `lower`: True lowers the retractable thrusters, False retracts them, None leaves them where they are.
     """
 
     t_s: float
@@ -56,17 +89,20 @@ class ActuatorCommand:
 
 
 class Deployment(IntEnum):
-    """Where a retractable thruster stands."""
+    """Position of a retractable thruster."""
 
     RETRACTED = 1
     MOVING = 2
     LOWERED = 3
 
 
-@quick
 @dataclass(frozen=True, slots=True)
 class ThrusterFeedback:
-    """What one thruster really does, as its bridge reports it. None: not measured, or not this bridge's; `deployment`: or it does not retract."""
+    """What one thruster does, as measured and reported by its bridge.
+
+    None: the bridge does not measure it. `index` counts from 0 in the order of the vessel's file. `deployment` is None
+    too for a thruster that does not retract.
+    """
 
     t_s: float
     source: str
@@ -77,10 +113,10 @@ class ThrusterFeedback:
     deployment: Deployment | None = None
 
 
-class Condition(Enum):
-    """What may be expected of one thruster. Only a ready one is allocated."""
+class ThrusterCondition(Enum):
+    """Whether a thruster can be used. The allocation uses only those that are ready."""
 
     READY = "ready"
     RETRACTED = "retracted"
-    MOVING = "moving"  # between up and down
-    FAILED = "failed"  # reported by its board, or by what it does against what it is told
+    MOVING = "moving"  # between retracted and lowered
+    FAILED = "failed"  # as its board reports, or because it does not follow its command

@@ -1,4 +1,4 @@
-"""Angles in radians."""
+"""Wrapping of angles, in radians."""
 
 from __future__ import annotations
 
@@ -28,5 +28,5 @@ def wrap_two_pi(angle_rad: float) -> float:
 
 
 def nearest_turn(angle_rad: float, near_rad: float) -> float:
-    """The same direction, expressed with the whole turns that bring it nearest to `near_rad`."""
+    """The same direction plus whole turns, so that it is nearest to `near_rad`."""
     return near_rad + wrap_pi(angle_rad - near_rad)

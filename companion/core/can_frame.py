@@ -9,18 +9,18 @@ SIZE = 16
 _EXTENDED, _REMOTE, _ERROR = 0x8000_0000, 0x4000_0000, 0x2000_0000
 _ID = 0x1FFF_FFFF
 _FRAME = struct.Struct("<IB3x8s")
-TROUBLE = _FRAME.pack(_ERROR, 8, b"")  # stands for a frame that the controller could not make out
+TROUBLE = _FRAME.pack(_ERROR, 8, b"")  # an error frame: stands for one that the CAN controller could not read
 
 
 def pack(identifier: int, data: bytes) -> bytes:
-    """A data frame with a 29-bit identifier and up to 8 bytes. Raises ValueError for more."""
+    """The 16 bytes of a data frame with a 29-bit identifier and up to 8 bytes of data. Raises ValueError for more."""
     if len(data) > 8 or not 0 <= identifier <= _ID:
-        raise ValueError(f"no CAN frame: identifier {identifier:#x}, {len(data)} bytes")
+        raise ValueError(f"not a CAN frame: identifier {identifier:#x}, {len(data)} bytes")
     return _FRAME.pack(identifier | _EXTENDED, len(data), data)
 
 
 def unpack(chunk: bytes) -> tuple[list[tuple[int, bytes]], int]:
-    """All data frames with 29-bit identifiers in a chunk, as (identifier, data), and how many others there were."""
+    """The data frames with 29-bit identifiers in a chunk, as (identifier, data), and the number of other frames."""
     frames: list[tuple[int, bytes]] = []
     whole = len(chunk) - len(chunk) % SIZE
     others = int(whole != len(chunk))
@@ -33,5 +33,6 @@ def unpack(chunk: bytes) -> tuple[list[tuple[int, bytes]], int]:
 
 
 def stand_in(folder: str, channel: str) -> tuple[str, int]:
-    """UDP multicast group and port that carry a simulated boat's CAN channel between two processes, who share a folder of its ports."""
+    """(multicast group, UDP port) that carry a simulated CAN channel between two processes. Both derive the port from
+    the channel and the folder that they share."""
     return "239.74.163.2", 20_000 + zlib.crc32(f"{folder} {channel}".encode()) % 20_000

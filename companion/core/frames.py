@@ -1,4 +1,4 @@
-"""Turning horizontal vectors between NED and body axes (x forward, y starboard)."""
+"""Rotation of horizontal vectors between NED and body axes (x forward, y starboard)."""
 
 from __future__ import annotations
 

@@ -9,12 +9,12 @@ from geographiclib.constants import Constants
 from geographiclib.geodesic import Geodesic
 
 _A_M = Constants.WGS84_a
-_SETTLED_M = 1e-6  # what is left shrinks by distance over radius in a pass: after this, nothing is
+_SETTLED_M = 1e-6  # each pass shrinks the rest by distance over Earth radius: below this, nothing is left
 _E2 = Constants.WGS84_f * (2.0 - Constants.WGS84_f)
 
 
 def _radii_m(lat_rad: float) -> tuple[float, float]:
-    """Radii of curvature (meridian, prime vertical)."""
+    """Radii of curvature of the ellipsoid: (meridian, prime vertical)."""
     w2 = 1.0 - _E2 * math.sin(lat_rad) ** 2
     w = math.sqrt(w2)
     return _A_M * (1.0 - _E2) / (w2 * w), _A_M / w
@@ -22,7 +22,7 @@ def _radii_m(lat_rad: float) -> tuple[float, float]:
 
 @dataclass(frozen=True, slots=True)
 class LocalFrame:
-    """North and east in metres from an origin, to third order in distance (millimetres at 10 km)."""
+    """Local plane: north and east in metres from an origin, to third order in distance (millimetres at 10 km)."""
 
     lat_deg: float
     lon_deg: float
@@ -34,7 +34,7 @@ class LocalFrame:
         meridian, _ = _radii_m(0.5 * (lat0 + lat))
         _, vertical = _radii_m(lat)
         east = vertical * math.cos(lat) * dlon
-        # a parallel curves towards the pole: seen from the origin's meridian it lies further north
+        # a parallel curves towards the pole: away from the origin's meridian it lies further north
         north = meridian * (lat - lat0) + 0.5 * east * dlon * math.sin(lat)
         return north, east - east * dlon * dlon * math.sin(lat) ** 2 / 6.0
 

@@ -1,20 +1,22 @@
-"""The two messages of `microcontroller_frame` about outputs beside the thrusters: their bodies after version and type.
+"""Two messages of `microcontroller_frame` for outputs beside the thrusters: their bodies after version and type.
 
-Type 5, AUXILIARY, host → board, once a control step, of a host that has such outputs:
+Type 5, AUXILIARY, host → board, once a control step, if the host's vessel has such outputs:
 
     2      sequence  u8    counts up by one, wraps
-    3      relays    u16   bit i: relay i is on
-    5      n         u8    relays, 0…16; higher bits of the field before are 0
+    3      relays    u16   bit i: relay i is on; bits from n are 0
+    5      n         u8    relays, 0…16
     6      m         u8    servos, 0…16
     7+2i   pulse     u16   µs of servo i, 500…2500; 0: no pulses
 
-    A board switches its relays off and stops its pulses unless the last valid AUXILIARY is less than 0.5 s old; a message for other numbers
-    of outputs than it has is not valid for it. Armed or not is the host's business here.
+    A board switches its relays off and stops its pulses unless the last valid AUXILIARY is less than 0.5 s old. A
+    message for other numbers of outputs than the board has is not valid. The board does not check whether the boat is
+    armed: the host decides that.
 
-Type 6, AUXILIARY_STATUS, board → host, with each STATUS once it has had an AUXILIARY: the same fields, as the outputs really are.
+Type 6, AUXILIARY_STATUS, board → host, with each STATUS after the first AUXILIARY: the same fields, with the true state
+of the outputs.
 
-Both came after types 1 to 4 in the same version of the frame: who does not know them drops them, as any unknown type, and a host whose
-AUXILIARY is never answered knows that its board cannot.
+Version 1 of the frame gained both after types 1 to 4. A board without them ignores them as unknown types; a host learns
+from the missing answers that its board lacks these outputs.
 """
 
 from __future__ import annotations
@@ -31,7 +33,7 @@ _HEAD = struct.Struct("<BHBB")
 
 @dataclass(frozen=True, slots=True)
 class AuxiliaryDemand:
-    """AUXILIARY: what the outputs shall be. Pulses in µs, None for none."""
+    """AUXILIARY: the demanded outputs. Pulse widths in µs, None for no pulses."""
 
     sequence: int
     servos_us: tuple[float | None, ...]
@@ -40,7 +42,7 @@ class AuxiliaryDemand:
 
 @dataclass(frozen=True, slots=True)
 class AuxiliaryState:
-    """AUXILIARY_STATUS: what they are. `sequence` of the last valid AUXILIARY."""
+    """AUXILIARY_STATUS: the true outputs. `sequence` is that of the last valid AUXILIARY."""
 
     sequence: int
     servos_us: tuple[float | None, ...]
@@ -48,16 +50,21 @@ class AuxiliaryState:
 
 
 def encode_outputs(message: AuxiliaryDemand | AuxiliaryState) -> bytes:
-    """Pulses out of range are limited, and no number is none. Raises ValueError for more than 16 of a kind."""
+    """The body of the message. Pulses out of range are limited, NaN becomes no pulses. Raises ValueError for more than
+    16 of a kind."""
     if max(len(message.servos_us), len(message.relays)) > MAX_OUTPUTS:
-        raise ValueError(f"{len(message.servos_us)} servos and {len(message.relays)} relays; a frame holds {MAX_OUTPUTS} of each")
+        raise ValueError(
+            f"{len(message.servos_us)} servos and {len(message.relays)} relays; a frame holds {MAX_OUTPUTS} of each"
+        )
     bits = sum(on << i for i, on in enumerate(message.relays))
     pulses = [_pulse(pulse_us) for pulse_us in message.servos_us]
-    return _HEAD.pack(message.sequence & 0xFF, bits, len(message.relays), len(pulses)) + struct.pack(f"<{len(pulses)}H", *pulses)
+    return _HEAD.pack(message.sequence & 0xFF, bits, len(message.relays), len(pulses)) + struct.pack(
+        f"<{len(pulses)}H", *pulses
+    )
 
 
 def decode_outputs(kind: int, body: bytes) -> AuxiliaryDemand | AuxiliaryState | None:
-    """None for what cannot be."""
+    """The message in a body of type `kind`; None for an invalid one."""
     if len(body) < _HEAD.size:
         return None
     sequence, bits, relays, servos = _HEAD.unpack_from(body)
@@ -67,7 +74,11 @@ def decode_outputs(kind: int, body: bytes) -> AuxiliaryDemand | AuxiliaryState |
     if not all(pulse == 0 or _SHORTEST_US <= pulse <= _LONGEST_US for pulse in pulses):
         return None
     maker = AuxiliaryDemand if kind == AUXILIARY else AuxiliaryState
-    return maker(sequence, tuple(float(pulse) if pulse else None for pulse in pulses), tuple(bool(bits >> i & 1) for i in range(relays)))
+    return maker(
+        sequence,
+        tuple(float(pulse) if pulse else None for pulse in pulses),
+        tuple(bool(bits >> i & 1) for i in range(relays)),
+    )
 
 
 def _pulse(pulse_us: float | None) -> int:

@@ -1,58 +1,59 @@
-"""The frame between the companion and a microcontroller that drives thrusters: a pure codec, used by the bridge and by the emulated board.
+"""The frame between the companion and a microcontroller that drives thrusters: a pure codec, used by the driver of the
+bridge and by the emulated board.
 
 On the wire, over any byte stream (115200 baud 8N1 is usual), both directions:
 
     00 | COBS(message) | 00
 
-COBS (Cheshire and Baker, 1999) takes all zero bytes out of the message: the message is cut at its zeros, and before each piece goes one
-byte, the piece's length + 1. Messages are at most 253 bytes, so the length byte 0xFF never occurs. A receiver collects bytes up to a 00
-and drops what does not decode; two 00 in a row are an empty frame and mean nothing. The 00 at both ends keeps garbage on one side of a
-frame from costing the frame on its other side.
+COBS (Cheshire and Baker, 1999) takes all zero bytes out of the message: the message is cut at its zeros, and before
+each piece goes one byte, the piece's length + 1. Messages are at most 253 bytes, so the length byte 0xFF never occurs.
+A receiver collects bytes up to a 00 and ignores what does not decode; two 00 in a row are an empty frame, which has no
+meaning. With a 00 at both ends, garbage between two frames spoils neither.
 
 A message is, all numbers little endian, bit 0 the least significant:
 
-    0      version   u8    1. Messages of another version are dropped
+    0      version   u8    1. Messages of another version are ignored
     1      type      u8    see below
     2 …              …     body of the type
-    last 2 crc       u16   CRC-16/CCITT-FALSE of all bytes before it: polynomial 0x1021, start 0xFFFF, no reflection, no final
-                           inversion ("123456789" gives 0x29B1)
+    last 2 crc       u16   CRC-16/CCITT-FALSE of all bytes before it: polynomial 0x1021, start 0xFFFF, no reflection,
+                           no final inversion ("123456789" gives 0x29B1)
 
 Type 1, COMMAND, host → board, once a control step:
 
     2      sequence  u8    counts up by one, wraps
-    3      flags     u8    bit 0: armed. Of retractable thrusters, bit 1: let down, bit 2: take up; neither: leave where they are.
-                           Not both; others 0
+    3      flags     u8    bit 0: armed. Bit 1: lower the retractable thrusters, bit 2: retract them; neither: leave
+                           them where they are; never both. Others 0
     4      lights    u8    bits 0–1 red, 2–3 yellow, 4–5 green: 0 off, 1 steady, 2 blink. Others 0
     5      n         u8    thrusters, 0…16
     6+4i   throttle  i16   of thruster i, −10000…10000 ↔ −1…1
-    8+4i   azimuth   i16   −31416…31416, 1e-4 rad, the way the thruster pushes the boat, clockwise from the bow (senders say astern as
-                           31416, receivers take both ends); −32768: it does not turn
+    8+4i   azimuth   i16   −31416…31416, 1e-4 rad: the direction in which the thruster pushes the boat, clockwise from
+                           the bow (senders write astern as 31416, receivers accept both ends); −32768: it does not turn
 
-    A board drives its thrusters neutral unless the last valid COMMAND was armed and is less than 0.5 s old, whatever else is in it. An
-    azimuth drive that turns endlessly takes the shorter way round; one with stops takes the turn within its stops that is nearest.
-    Retractable thrusters move whether armed or not, end a travel once begun, and never run unless they are down. Without commands for
-    0.5 s, also after power-up, the green light is steady; the others stay as they were. A COMMAND for another number of thrusters than the
-    board has is not valid for it.
+    A board drives its thrusters neutral unless the last valid COMMAND was armed and is less than 0.5 s old, whatever
+    else it holds. An azimuth drive without stops takes the shorter way round; one with stops takes the nearest turn
+    within its stops. Retractable thrusters move whether armed or not, complete a travel once begun, and run only when
+    lowered. Without commands for 0.5 s, also after power-up, the green light is steady; the other lights stay as they
+    were. A COMMAND for another number of thrusters than the board has is not valid.
 
 Type 2, STATUS, board → host, 20 times a second:
 
     2      sequence  u8    of the last valid COMMAND
-    3      flags     u8    bit 0: neutral because commands stopped coming. bit 1: leak sensor wet. bit 2: RC receiver present.
-                           bit 3: RC receiver has no signal. bit 4: the transmitter's safe-mode switch has the thrusters, which then
-                           follow its sticks or stand, whatever the COMMAND. Others 0
+    3      flags     u8    bit 0: neutral because commands stopped. bit 1: leak sensor wet. bit 2: RC receiver present.
+                           bit 3: RC receiver has no signal. bit 4: the transmitter's safe switch is on: the thrusters
+                           follow its sticks or stand still, whatever the COMMAND. Others 0
     4      battery   u16   mV; 65535: not measured
     6      current   i32   mA out of the battery; −2147483648: not measured
     10     remaining u8    0…254 ↔ 0…1 of the battery's charge; 255: unknown
     11     RC        8×u16 pulse widths in µs, channel 1 first; 0: no such channel
     27     n         u8    thrusters, 0…16
-    28+5i  throttle  i16   what thruster i really does, as in COMMAND
-    30+5i  azimuth   i16   where it really points, as in COMMAND
-    32+5i  state     u8    bit 0: the thruster works. bits 1–2: 0 it does not retract, or does not say; 1 up; 2 on its way; 3 down.
-                           Others 0
+    28+5i  throttle  i16   measured throttle of thruster i, scaled as in COMMAND
+    30+5i  azimuth   i16   measured azimuth, scaled as in COMMAND
+    32+5i  state     u8    bit 0: the thruster works. bits 1–2: 0 it does not retract or its position is unknown,
+                           1 retracted, 2 moving, 3 lowered. Others 0
 
-Type 3, IDENT_REQUEST, host → board: no body. Answered with IDENT.
+Type 3, IDENT_REQUEST, host → board: no body. The board answers with IDENT.
 
-Type 4, IDENT, board → host, at power-up and when asked:
+Type 4, IDENT, board → host, at power-up and on request:
 
     2      firmware  3×u8  major, minor, patch
     5      n         u8    thrusters that the board drives
@@ -69,6 +70,7 @@ import struct
 from binascii import crc_hqx
 from dataclasses import dataclass
 
+from companion.core.actuation import Deployment, Light
 from companion.core.angles import wrap_pi
 from companion.core.microcontroller_auxiliary import (
     AUXILIARY,
@@ -78,8 +80,6 @@ from companion.core.microcontroller_auxiliary import (
     decode_outputs,
     encode_outputs,
 )
-from companion.core.records import quick
-from companion.core.types import Deployment, Light
 
 VERSION = 1
 MAX_THRUSTERS = 16
@@ -108,7 +108,6 @@ _CRC = struct.Struct("<H")
 _BYTES = tuple([bytes((number,)) for number in range(256)])
 
 
-@quick
 @dataclass(frozen=True, slots=True)
 class ThrusterDemand:
     """Throttle −1…1; azimuth None where the thruster does not turn."""
@@ -117,10 +116,9 @@ class ThrusterDemand:
     azimuth_rad: float | None = None
 
 
-@quick
 @dataclass(frozen=True, slots=True)
 class ThrusterState:
-    """What a thruster really does. `deployment` None: it does not retract, or the board does not say."""
+    """Measured state of a thruster. `deployment` None: it does not retract, or the board does not report it."""
 
     throttle: float
     azimuth_rad: float | None = None
@@ -128,10 +126,10 @@ class ThrusterState:
     deployment: Deployment | None = None
 
 
-@quick
 @dataclass(frozen=True, slots=True)
 class Command:
-    """COMMAND: what the board shall do. `lower`: retractable thrusters down, or up; None: as they are."""
+    """COMMAND: what the board must do. `lower`: True lowers the retractable thrusters, False retracts them, None leaves
+    them."""
 
     sequence: int
     armed: bool
@@ -142,11 +140,10 @@ class Command:
     green: Light = Light.OFF
 
 
-@quick
 @dataclass(frozen=True, slots=True)
 class BoardStatus:
-    """STATUS: how the board is. `remaining` 0…1. `rc_us` are eight pulse widths, 0 where there is no such channel. `safe_mode`: the board
-    goes by the transmitter, not by COMMAND."""
+    """STATUS: state of the board. `remaining` 0…1. `rc_us`: eight pulse widths, 0 for a missing channel. `safe_mode`:
+    the transmitter's safe switch is on, and the board ignores COMMAND."""
 
     sequence: int
     neutral_by_watchdog: bool
@@ -163,7 +160,7 @@ class BoardStatus:
 
 @dataclass(frozen=True, slots=True)
 class IdentRequest:
-    """IDENT_REQUEST: who are you?"""
+    """IDENT_REQUEST: asks the board to identify itself."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -179,10 +176,10 @@ Message = Command | BoardStatus | IdentRequest | Ident | AuxiliaryDemand | Auxil
 
 
 def encode(message: Message) -> bytes:
-    """A message as the bytes of one frame, both delimiters included.
+    """The bytes of one frame that holds `message`, both delimiters included.
 
-    Values outside their range are limited; a throttle that is not a number becomes 0 and an azimuth that is none, "none". Raises ValueError
-    for more than 16 thrusters, servos or relays.
+    Values out of range are limited; a throttle that is NaN becomes 0, an azimuth that is not finite "does not turn".
+    Raises ValueError for more than 16 thrusters, servos or relays.
     """
     if isinstance(message, Command):
         body = _encode_command(message)
@@ -200,12 +197,12 @@ def encode(message: Message) -> bytes:
 
 
 def frame(message: bytes) -> bytes:
-    """COBS of up to 253 bytes, between delimiters."""
+    """Up to 253 bytes COBS-encoded, between delimiters."""
     return b"\0" + b"".join([_BYTES[len(piece) + 1] + piece for piece in message.split(b"\0")]) + b"\0"
 
 
 def unframe(encoded: bytes) -> bytes | None:
-    """The inverse of COBS, for what stood between two delimiters; None where it cannot be."""
+    """The message whose COBS encoding stood between two delimiters; None for an invalid encoding."""
     pieces: list[bytes] = []
     at, end = 0, len(encoded)
     while at < end:
@@ -218,7 +215,7 @@ def unframe(encoded: bytes) -> bytes | None:
 
 
 class FrameDecoder:
-    """Bytes as they come in → messages. Remembers the unfinished frame, of bounded length, and counts `frames` and `errors`."""
+    """Received bytes → messages. Remembers the incomplete frame (of bounded length); counts `frames` and `errors`."""
 
     def __init__(self) -> None:
         self.frames = 0
@@ -227,7 +224,7 @@ class FrameDecoder:
         self._overrun = False
 
     def feed(self, data: bytes) -> list[Message]:
-        """The messages that `data` completes, in order. Garbage costs at most the frame it hits."""
+        """The messages that `data` completes, in order. Garbage spoils at most the frame that it hits."""
         messages: list[Message] = []
         *complete, rest = data.split(b"\0")
         for part in complete:
@@ -253,7 +250,8 @@ class FrameDecoder:
 
 
 def decode(encoded: bytes) -> Message | None:
-    """The message between two delimiters, or None if it is damaged, unknown, of another version, or says what cannot be."""
+    """The message between two delimiters; None if it is damaged, unknown, of another version, or holds invalid
+    values."""
     raw = unframe(encoded)
     if raw is None or len(raw) < 4 or raw[0] != VERSION:
         return None
@@ -292,21 +290,34 @@ def _decode_command(body: bytes) -> Command | None:
     demands = tuple(_COMMAND_THRUSTER.iter_unpack(body[_COMMAND_HEAD.size :]))
     if not all(_sensible(throttle, azimuth) for throttle, azimuth in demands):
         return None
-    thrusters = tuple([ThrusterDemand(throttle / _THROTTLE_SCALE, _azimuth_rad(azimuth)) for throttle, azimuth in demands])
+    thrusters = tuple(
+        [ThrusterDemand(throttle / _THROTTLE_SCALE, _azimuth_rad(azimuth)) for throttle, azimuth in demands]
+    )
     lower = None if flags < 2 else flags < 4
     return Command(sequence, bool(flags & 1), thrusters, lower, Light(red), Light(yellow), Light(green))
 
 
 def _encode_status(message: BoardStatus) -> bytes:
-    flags = message.neutral_by_watchdog | message.leak_wet << 1 | message.rc_present << 2 | message.rc_lost << 3 | message.safe_mode << 4
+    flags = (
+        message.neutral_by_watchdog
+        | message.leak_wet << 1
+        | message.rc_present << 2
+        | message.rc_lost << 3
+        | message.safe_mode << 4
+    )
     voltage = _NO_VOLTAGE if message.voltage_v is None else _scaled(message.voltage_v, 1e3, 0, _NO_VOLTAGE - 1)
     current = _NO_CURRENT if message.current_a is None else _scaled(message.current_a, 1e3, _NO_CURRENT + 1, 2**31 - 1)
     remaining = _NO_REMAINING if message.remaining is None else _scaled(message.remaining, 254.0, 0, 254)
     rc_us = [min(max(us, 0), 65535) for us in message.rc_us[:RC_CHANNELS]]
     rc_us += [0] * (RC_CHANNELS - len(rc_us))
     n = _count(message.thrusters)
-    parts = [_STATUS_HEAD.pack(VERSION, _STATUS, message.sequence & 0xFF, flags, voltage, current, remaining, *rc_us, n)]
-    parts += [_STATUS_THRUSTER.pack(_throttle(t.throttle), _azimuth(t.azimuth_rad), t.ok | (t.deployment or 0) << 1) for t in message.thrusters]
+    parts = [
+        _STATUS_HEAD.pack(VERSION, _STATUS, message.sequence & 0xFF, flags, voltage, current, remaining, *rc_us, n)
+    ]
+    parts += [
+        _STATUS_THRUSTER.pack(_throttle(t.throttle), _azimuth(t.azimuth_rad), t.ok | (t.deployment or 0) << 1)
+        for t in message.thrusters
+    ]
     return b"".join(parts)
 
 
@@ -331,7 +342,12 @@ def _decode_status(body: bytes) -> BoardStatus | None:
         rc_us=tuple(rc_us),
         thrusters=tuple(
             [
-                ThrusterState(throttle / _THROTTLE_SCALE, _azimuth_rad(azimuth), bool(state & 1), Deployment(state >> 1) if state > 1 else None)
+                ThrusterState(
+                    throttle / _THROTTLE_SCALE,
+                    _azimuth_rad(azimuth),
+                    bool(state & 1),
+                    Deployment(state >> 1) if state > 1 else None,
+                )
                 for throttle, azimuth, state in states
             ]
         ),
@@ -360,7 +376,7 @@ def _count(thrusters: tuple[ThrusterDemand, ...] | tuple[ThrusterState, ...]) ->
 
 
 def _scaled(value: float, scale: float, low: int, high: int) -> int:
-    """round(value·scale) within [low, high]; 0 for what is not a number."""
+    """round(value·scale) held within [low, high]; 0 for NaN."""
     scaled = value * scale
     if low <= scaled <= high:
         return round(scaled)

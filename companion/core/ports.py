@@ -1,42 +1,49 @@
-"""What the loop needs of the world outside, as Protocols. The boat, SITL and the tests each bring their own."""
+"""What the loop needs from outside, as Protocols: the boat, SITL and the tests each have their own."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from typing import Protocol, runtime_checkable
 
-from companion.core.types import ActuatorCommand, DeviceHealth, Reading, Tick
+from companion.core.actuation import ActuatorCommand
+from companion.core.readings import Reading
+from companion.core.tick import DeviceHealth, Tick
 
 
 @runtime_checkable
 class ByteStream(Protocol):
-    """A port to one device. Never blocks, never raises for what the device or the line does: it turns into health."""
+    """A port to one device. It never blocks, and never raises for a fault of the device or the line: `fault` reports
+    it."""
 
     name: str
 
     def read(self, now_s: float) -> Sequence[tuple[float, bytes]]:
-        """Bytes that came in since the last call, in order, as (time of arrival in vessel time, bytes)."""
+        """The bytes since the last call, in order, as (vessel time of arrival, bytes)."""
         ...
 
     def write(self, data: bytes, now_s: float) -> None:
-        """Send, or drop whole if the line cannot take it now."""
+        """Send all of `data`, or nothing if the line cannot take it now."""
         ...
 
     def fault(self) -> str | None:
-        """None while the port is open and well, else one line that says what is wrong and what to do."""
+        """None while the port works, else one line: what is wrong and what to do."""
         ...
 
     def fileno(self) -> int | None:
-        """A descriptor that becomes readable when bytes arrive, or None (memory, closed)."""
+        """A descriptor that becomes readable when bytes arrive; None for memory or a closed port."""
         ...
 
-    def close(self) -> None: ...
+    def close(self) -> None:
+        """Close the port."""
+        ...
 
 
 class StreamOpener(Protocol):
-    """Opens the port of a device by its name and URL. SITL answers by name with a `memory:` stream."""
+    """Opens the ports of devices."""
 
-    def open(self, name: str, url: str) -> ByteStream: ...
+    def open(self, name: str, url: str) -> ByteStream:
+        """The port of the device `name` at `url`. SITL ignores the URL and gives a `memory:` stream for the name."""
+        ...
 
 
 class Sensor(Protocol):
@@ -44,13 +51,21 @@ class Sensor(Protocol):
 
     name: str
 
-    def read(self, now_s: float) -> Sequence[Reading]: ...
+    def read(self, now_s: float) -> Sequence[Reading]:
+        """The readings since the last call, in order of arrival."""
+        ...
 
-    def health(self, now_s: float) -> DeviceHealth: ...
+    def health(self, now_s: float) -> DeviceHealth:
+        """The state of the device now."""
+        ...
 
-    def fileno(self) -> int | None: ...
+    def fileno(self) -> int | None:
+        """A descriptor that becomes readable when the device sends, or None."""
+        ...
 
-    def close(self) -> None: ...
+    def close(self) -> None:
+        """Close the device's port."""
+        ...
 
 
 class Actuator(Protocol):
@@ -58,60 +73,90 @@ class Actuator(Protocol):
 
     name: str
 
-    def read(self, now_s: float) -> Sequence[Reading]: ...
+    def read(self, now_s: float) -> Sequence[Reading]:
+        """What the bridge reported since the last call, in order of arrival."""
+        ...
 
-    def write(self, command: ActuatorCommand, now_s: float) -> None: ...
+    def write(self, command: ActuatorCommand, now_s: float) -> None:
+        """Send the command to the bridge."""
+        ...
 
-    def health(self, now_s: float) -> DeviceHealth: ...
+    def health(self, now_s: float) -> DeviceHealth:
+        """The state of the bridge now."""
+        ...
 
-    def fileno(self) -> int | None: ...
+    def fileno(self) -> int | None:
+        """A descriptor that becomes readable when the bridge sends, or None."""
+        ...
 
-    def close(self) -> None: ...
+    def close(self) -> None:
+        """Close the bridge's port."""
+        ...
 
 
-class Stations(Protocol):
+class GroundStations(Protocol):
     """All ground stations on all links."""
 
     def serve(self, now_s: float) -> None:
-        """Read what came in, answer it at once."""
+        """Read what arrived and answer it at once."""
         ...
 
     def publish(self, tick: Tick) -> None:
-        """Telemetry of a tick, as far as it is due on each link."""
+        """Send the telemetry of a tick that is due on each link."""
         ...
 
-    def health(self, now_s: float) -> Sequence[DeviceHealth]: ...
+    def health(self, now_s: float) -> Sequence[DeviceHealth]:
+        """The state of each link now."""
+        ...
 
-    def filenos(self) -> Sequence[int]: ...
+    def filenos(self) -> Sequence[int]:
+        """Descriptors that become readable when packets arrive."""
+        ...
 
-    def close(self) -> None: ...
+    def close(self) -> None:
+        """Close all links."""
+        ...
 
 
 class Recorder(Protocol):
-    def record(self, tick: Tick) -> None: ...
+    """Takes each tick whole: the log, the state file, the relay of corrections."""
 
-    def close(self) -> None: ...
+    def record(self, tick: Tick) -> None:
+        """Take one tick."""
+        ...
+
+    def close(self) -> None:
+        """Write out what is pending."""
+        ...
 
 
 class World(Protocol):
-    """What must be brought up to date before a tick senses: nothing on a boat, the plant in SITL."""
+    """What is brought up to date before a tick senses: nothing on a boat, the plant in SITL."""
 
-    def advance(self, now_s: float) -> None: ...
+    def advance(self, now_s: float) -> None:
+        """Simulate up to `now_s`."""
+        ...
 
 
 class Clock(Protocol):
-    def now_s(self) -> float: ...
+    """Vessel time and absolute time: wall clock or simulated."""
 
-    def time_unix_ns(self) -> int: ...
+    def now_s(self) -> float:
+        """Vessel time: seconds since the process started."""
+        ...
+
+    def time_unix_ns(self) -> int:
+        """Absolute time now, in nanoseconds since 1970."""
+        ...
 
 
 class WaitingClock(Clock, Protocol):
     """A clock that a run can wait by."""
 
     def wait(self, until_s: float, filenos: Sequence[int]) -> bool:
-        """Until `until_s`, or until a descriptor is readable: True then, and there may be more time to wait."""
+        """Wait until `until_s`, or until a descriptor is readable: then it returns True, perhaps early."""
         ...
 
     def busy_s(self) -> float:
-        """How much of the boat's time the work since the last wait ended has cost; 0 where time waits for the work."""
+        """Vessel time that the work took since the last wait ended; 0 if the clock stands still during work."""
         ...

@@ -1,18 +1,19 @@
-"""How far a hull runs on without thrust."""
+"""Distance that a hull coasts without thrust."""
 
 from __future__ import annotations
 
 import math
 from bisect import bisect_left
 
-from companion.config import HullConfig
+from companion.config.hull import HullConfig
 
 _REST_MPS = 0.2
 _TABLE_MPS = 0.1
 
 
 class Coasting:
-    """How far the hull runs on without thrust: s(v) = ∫ m u / D(u) du from rest, tabled at start and cut at _REST_MPS."""
+    """Distance that the hull coasts without thrust: s(v) = ∫ m u / D(u) du, tabulated at start, from `_REST_MPS` (which
+    counts as rest) up to `fastest_mps`."""
 
     def __init__(self, hull: HullConfig, fastest_mps: float) -> None:
         self._speeds = [_REST_MPS + i * _TABLE_MPS for i in range(max(2, math.ceil(fastest_mps / _TABLE_MPS)))]
@@ -23,11 +24,11 @@ class Coasting:
         self._ways = ways
 
     def way_m(self, speed_mps: float) -> float:
-        """From that speed to rest."""
+        """Distance in m that the hull coasts from that speed to rest."""
         return self._ways[min(len(self._ways) - 1, bisect_left(self._speeds, speed_mps))]
 
     def speed_mps(self, way_m: float) -> float:
-        """From which the hull comes to rest within that way."""
+        """The speed from which the hull coasts to rest within `way_m`; infinite beyond the table."""
         if way_m <= 0.0:
             return 0.0
         i = bisect_left(self._ways, way_m)

@@ -1,7 +1,8 @@
-"""Reference for dynamic positioning under way by velocities: from where the boat is, moving as it does, to the motion asked for.
+"""Reference for dynamic positioning by velocities: from the boat's present motion to a requested motion.
 
-As `reference.py`, in two stages: a core whose velocity goes to the one asked for at no more than the DP_ACC_* limits, then a moving average over SMOOTHING_S,
-which makes the acceleration continuous and keeps position, velocity and acceleration consistent.
+As in `reference.py` there are two stages. The velocity of the core approaches the requested one within the DP_ACC_*
+limits. A moving average over SMOOTHING_S then makes the acceleration continuous and keeps position, velocity and
+acceleration consistent.
 """
 
 from __future__ import annotations
@@ -11,32 +12,35 @@ from collections import deque
 from collections.abc import Callable
 
 from companion.core.angles import wrap_pi
+from companion.core.estimate import NavState
 from companion.core.frames import body_to_ned, ned_to_body
-from companion.core.types import NavState, Setpoint
+from companion.core.setpoint import PoseSetpoint
+from companion.guidance.motion_request import MotionRequest, Pair
 from companion.guidance.pose_setpoint import pose_setpoint
 from companion.guidance.stopping import BRAKE_SHARE, SMOOTHING_S
-from companion.guidance.wanted_motion import Pair, WantedMotion
-from companion.params import Parameters
+from companion.params.store import Parameters
 
-Reach = Callable[[Pair, Pair, float], float]
-"""(place, velocity, deceleration) → the highest speed that way from which a stop still ends where the boat may be."""
+SafeSpeed = Callable[[Pair, Pair, float], float]
+"""(place, velocity, deceleration in m/s²) → the highest speed in the direction of `velocity` from which the boat can
+still stop inside the fence."""
 
 _LEASH_LENGTHS = 0.75
 _LEASH_LEAST_M = 1.0
 _LEASH_RAD = math.radians(45.0)
-_COURSE_MPS = 0.02  # slower, a velocity asked for is no course
+_COURSE_MPS = 0.02  # a slower request has no course
 
 
 class MotionReference:
-    """`start(nav)`, then `update(wanted, nav, dt_s)` → Setpoint of kind POSE. `dt_s` is meant to be the same at every call.
+    """Call `start(nav)`, then `update` every tick, with the same `dt_s` each time.
 
-    Remembers the core's pose and velocity, and the samples of the last SMOOTHING_S. Where the boat does not follow, the reference waits for it: it is never
-    further off than three quarters of its length, or 45°. Speed is capped by MPC_XY_VEL_MAX, sideways and astern by DP_SPEED_*, turning by DP_YAW_RATE.
+    If the boat does not keep up, the reference waits: it never leads by more than three quarters of the boat's length,
+    or by 45°. MPC_XY_VEL_MAX limits the speed, DP_SPEED_* the speeds sideways and astern, DP_YAW_RATE the yaw rate.
+    Remembers the core's pose and velocity, and the samples of the last SMOOTHING_S.
     """
 
-    def __init__(self, length_m: float, parameters: Parameters, reach: Reach) -> None:
+    def __init__(self, length_m: float, parameters: Parameters, safe_speed_mps: SafeSpeed) -> None:
         self._parameters = parameters
-        self._reach = reach
+        self._safe_speed = safe_speed_mps
         self._leash_m = max(_LEASH_LEAST_M, _LEASH_LENGTHS * length_m)
         self._north = self._east = self._yaw = 0.0
         self._velocity = (0.0, 0.0)
@@ -44,25 +48,25 @@ class MotionReference:
         self._window: deque[tuple[float, ...]] = deque()
 
     def start(self, nav: NavState) -> None:
-        """Begin at the boat's state."""
+        """Begin at the boat's motion."""
         self._north, self._east, self._yaw = nav.north_m, nav.east_m, nav.yaw_rad
         self._velocity, self._rate = body_to_ned(nav.surge_mps, nav.sway_mps, nav.yaw_rad), nav.yaw_rate_radps
         self._window.clear()
 
-    def update(self, wanted: WantedMotion, nav: NavState, dt_s: float) -> Setpoint:
-        """The reference `dt_s` later."""
+    def update(self, request: MotionRequest, nav: NavState, dt_s: float) -> PoseSetpoint:
+        """The reference `dt_s` after the last."""
         if not self._window:
             self._fill(dt_s)
         before, rate_before = self._velocity, self._rate
-        asked = self._asked(wanted, dt_s)
-        self._turn(wanted, asked, dt_s)
+        requested = self._requested(request, dt_s)
+        self._turn(request, requested, dt_s)
         turned = 0.5 * (rate_before + self._rate) * dt_s
-        if wanted.body:
+        if request.body:
             c, s = math.cos(turned), math.sin(turned)
             self._velocity = (c * before[0] - s * before[1], s * before[0] + c * before[1])
-            asked = (c * asked[0] - s * asked[1], s * asked[0] + c * asked[1])
+            requested = (c * requested[0] - s * requested[1], s * requested[0] + c * requested[1])
         self._yaw += turned
-        self._speed_up(self._allowed(asked), dt_s)
+        self._speed_up(self._allowed(requested), dt_s)
         vn, ve = self._velocity
         self._north += 0.5 * (before[0] + vn) * dt_s
         self._east += 0.5 * (before[1] + ve) * dt_s
@@ -72,25 +76,28 @@ class MotionReference:
         share = 1.0 / len(self._window)
         mean = [share * sum(column) for column in zip(*self._window, strict=True)]
         self._hold_back(mean, nav)
-        target = (mean[0], mean[1]) if wanted.point is None else wanted.point
+        target = (mean[0], mean[1]) if request.point is None else request.point
         return pose_setpoint(mean[:3], mean[3:6], mean[6:], target)
 
-    # --- what is asked for ---
+    # --- the request ---
 
-    def _asked(self, wanted: WantedMotion, dt_s: float) -> Pair:
-        """Velocity over ground to go to, north and east."""
-        if wanted.velocity is not None:
-            north, east = body_to_ned(*wanted.velocity, self._yaw) if wanted.body else wanted.velocity
-        elif wanted.acceleration is not None:
-            gain = body_to_ned(*wanted.acceleration, self._yaw) if wanted.body else wanted.acceleration
+    def _requested(self, request: MotionRequest, dt_s: float) -> Pair:
+        """The requested velocity over ground (north, east)."""
+        if request.velocity is not None:
+            north, east = body_to_ned(*request.velocity, self._yaw) if request.body else request.velocity
+        elif request.acceleration is not None:
+            gain = body_to_ned(*request.acceleration, self._yaw) if request.body else request.acceleration
             north, east = self._velocity[0] + gain[0] * dt_s, self._velocity[1] + gain[1] * dt_s
         else:
             north = east = 0.0
-        if wanted.point is not None:
-            off_n, off_e = wanted.point[0] - self._north, wanted.point[1] - self._east
+        if request.point is not None:
+            off_n, off_e = request.point[0] - self._north, request.point[1] - self._east
             distance = math.hypot(off_n, off_e)
             if distance > 0.0:
-                closing = min(self._parameters["MPC_XY_VEL_MAX"], _to_rest(distance, BRAKE_SHARE * self._least_acc, dt_s)) / distance
+                closing = (
+                    min(self._parameters["MPC_XY_VEL_MAX"], _to_rest(distance, BRAKE_SHARE * self._least_acc, dt_s))
+                    / distance
+                )
                 north, east = north + closing * off_n, east + closing * off_e
         return north, east
 
@@ -98,12 +105,12 @@ class MotionReference:
     def _least_acc(self) -> float:
         return min(self._parameters["DP_ACC_SURGE"], self._parameters["DP_ACC_SWAY"])
 
-    def _turn(self, wanted: WantedMotion, asked: Pair, dt_s: float) -> None:
-        """The core's rate of turn, one step on."""
+    def _turn(self, request: MotionRequest, requested: Pair, dt_s: float) -> None:
+        """Advance the core's yaw rate by one step."""
         most, acceleration = math.radians(self._parameters["DP_YAW_RATE"]), math.radians(self._parameters["DP_ACC_YAW"])
-        heading, rate = wanted.yaw_rad, wanted.yaw_rate_radps
-        if heading is None and wanted.along:
-            heading = math.atan2(asked[1], asked[0]) if math.hypot(*asked) > _COURSE_MPS else None
+        heading, rate = request.yaw_rad, request.yaw_rate_radps
+        if heading is None and request.along:
+            heading = math.atan2(requested[1], requested[0]) if math.hypot(*requested) > _COURSE_MPS else None
             rate = 0.0
         if heading is not None:
             error = wrap_pi(heading - self._yaw)
@@ -111,24 +118,24 @@ class MotionReference:
         rate = min(most, max(-most, rate))
         self._rate += min(acceleration * dt_s, max(-acceleration * dt_s, rate - self._rate))
 
-    # --- what is given ---
+    # --- the limits ---
 
-    def _allowed(self, asked: Pair) -> Pair:
-        """The same direction, no faster than the boat may go that way, and can stop inside the fence."""
+    def _allowed(self, requested: Pair) -> Pair:
+        """The requested velocity in its direction, within the speed limits and slow enough to stop inside the fence."""
         p, place, braking = self._parameters, (self._north, self._east), BRAKE_SHARE * self._least_acc
-        if math.hypot(*self._velocity) > self._reach(place, self._velocity, braking):
+        if math.hypot(*self._velocity) > self._safe_speed(place, self._velocity, braking):
             return 0.0, 0.0
-        speed = math.hypot(*asked)
+        speed = math.hypot(*requested)
         if speed == 0.0:
-            return asked
-        x, y = ned_to_body(asked[0] / speed, asked[1] / speed, self._yaw)
-        most = min(p["MPC_XY_VEL_MAX"], self._reach(place, asked, braking))
+            return requested
+        x, y = ned_to_body(requested[0] / speed, requested[1] / speed, self._yaw)
+        most = min(p["MPC_XY_VEL_MAX"], self._safe_speed(place, requested, braking))
         most = min(most, p["DP_SPEED_SWAY"] / max(1.0e-9, abs(y)), p["DP_SPEED_ASTERN"] / max(1.0e-9, -x))
         share = min(1.0, most / speed)
-        return share * asked[0], share * asked[1]
+        return share * requested[0], share * requested[1]
 
     def _speed_up(self, allowed: Pair, dt_s: float) -> None:
-        """The core's velocity towards that one, as far as the limits of acceleration let it in a step."""
+        """Advance the core's velocity by one step towards `allowed`, within the acceleration limits."""
         north, east = allowed[0] - self._velocity[0], allowed[1] - self._velocity[1]
         x, y = ned_to_body(north, east, self._yaw)
         excess = max(abs(x) / self._parameters["DP_ACC_SURGE"], abs(y) / self._parameters["DP_ACC_SWAY"]) / dt_s
@@ -136,7 +143,7 @@ class MotionReference:
         self._velocity = (self._velocity[0] + share * north, self._velocity[1] + share * east)
 
     def _hold_back(self, mean: list[float], nav: NavState) -> None:
-        """Move core and samples back with the boat, where they are too far off it."""
+        """Shift core and samples towards the boat, if they lead by too much."""
         north, east = mean[0] - nav.north_m, mean[1] - nav.east_m
         distance = math.hypot(north, east)
         beyond = max(0.0, 1.0 - self._leash_m / distance) if distance > 0.0 else 0.0
@@ -150,7 +157,7 @@ class MotionReference:
         mean[:3] = [mean[i] + shift[i] for i in range(3)]
 
     def _fill(self, dt_s: float) -> None:
-        """Samples of uniform motion whose mean is the state at the start."""
+        """Fill the window with samples of uniform motion whose mean is the state at the start."""
         count = max(1, round(SMOOTHING_S / dt_s))
         vn, ve = self._velocity
         for k in range(count):
@@ -161,6 +168,6 @@ class MotionReference:
 
 
 def _to_rest(way: float, deceleration: float, dt_s: float) -> float:
-    """Speed from which the way that is left ends at rest; the last step lands on it."""
+    """The speed from which braking at `deceleration` ends at rest after `way`; the last step ends exactly there."""
     half = 0.5 * dt_s
     return min(way / dt_s, deceleration * (math.sqrt(half * half + 2.0 * way / deceleration) - half))

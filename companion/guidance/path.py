@@ -1,8 +1,9 @@
-"""A curve through waypoints: linear, PCHIP, modified Akima or cubic spline, measured by arc length (ÅBOAT thesis 3.2, mended).
+"""A curve through waypoints: linear, PCHIP, modified Akima or cubic spline, addressed by arc length (ÅBOAT thesis 3.2,
+corrected).
 
-North and east are interpolated separately over the chord length between waypoints, so a route may turn back on itself. scipy computes the
-coefficients once (imported only then); from there on the curve is evaluated in plain floats. PCHIP is shape-preserving: it never leaves
-the span of two neighbouring waypoints in north or in east.
+North and east are interpolated separately over the chord length between waypoints, so a route may turn back on itself.
+scipy computes the coefficients once (it is imported only then); after that the curve is evaluated in plain floats.
+PCHIP is shape-preserving: it never leaves the span of two neighbouring waypoints in north or in east.
 """
 
 from __future__ import annotations
@@ -20,12 +21,16 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 _SAME_POINT_M = 1.0e-6
-_PIECES = 6  # arc-length pieces a segment
-_GAUSS = ((-0.9061798459386640, 0.2369268850561891), (-0.5384693101056831, 0.4786286704993665), (0.0, 0.5688888888888889))  # 5 points, half of them
+_PIECES = 6  # arc-length pieces for each segment
+_GAUSS = (
+    (-0.9061798459386640, 0.2369268850561891),
+    (-0.5384693101056831, 0.4786286704993665),
+    (0.0, 0.5688888888888889),
+)  # 5 points: one half of the symmetric rule
 _NODES = tuple((0.5 * (1.0 + sign * x), 0.5 * w) for x, w in _GAUSS for sign in ((1.0, -1.0) if x else (1.0,)))
-_STEPS = 60  # of a projection
+_STEPS = 60  # most Newton steps of a projection
 _CLOSE_M = 1.0e-9
-_STILL = 1.0e-4  # of a segment: how far a projection steps off a point where the curve stands still
+_STILL = 1.0e-4  # share of a segment by which a projection steps off a point where the curve's derivative vanishes
 
 Floats: TypeAlias = "NDArray[np.float64]"
 
@@ -50,14 +55,14 @@ class PathPoint:
 
 
 class Path:
-    """Piecewise cubic curve, addressed by arc length from its begin. Made by `build_path`; never changes.
+    """Piecewise cubic curve, addressed by arc length from its beginning. `build_path` makes it; it never changes.
 
-    `waypoint_s_m` holds the arc length at each point given, doubled points included.
+    `length_m`: its length. `waypoint_s_m`: the arc length at each given point, repeated points included.
     """
 
     def __init__(self, knots: Floats, north: Floats, east: Floats, owner: Sequence[int]) -> None:
-        """`knots`: the parameter at each distinct waypoint; `north`, `east`: (segments, 4), a cubic each in (parameter − knot), highest power
-        first; `owner`: which distinct waypoint each given point is."""
+        """`knots`: the parameter at each distinct waypoint. `north`, `east`: (segments, 4), the coefficients of a cubic
+        in (parameter − knot), highest power first. `owner`: the index of the distinct waypoint of each given point."""
         self._knots: list[float] = knots.tolist()
         self._north: list[list[float]] = north.tolist()
         self._east: list[list[float]] = east.tolist()
@@ -66,7 +71,7 @@ class Path:
         self.waypoint_s_m: tuple[float, ...] = tuple(at_knot[i] for i in owner)
 
     def _measure(self, knots: Floats, north: Floats, east: Floats) -> list[float]:
-        """Tabulate arc length against the parameter, a piece of a segment at a time; returns it at the knots."""
+        """Tabulate arc length against the parameter, piece by piece; returns the arc length at each knot."""
         width = np.diff(knots)
         straight = np.all(north[:, :2] == 0.0, axis=1) & np.all(east[:, :2] == 0.0, axis=1)
         self._straight: list[bool] = straight.tolist()
@@ -89,8 +94,8 @@ class Path:
         return at_knot
 
     def at(self, s_m: float) -> PathPoint:
-        """The point at that arc length; beyond the ends, the end."""
-        return self._point(self._parameter_at(s_m))
+        """The point at that arc length; beyond the ends, the end point."""
+        return self.at_parameter(self._parameter_at(s_m))
 
     def position(self, s_m: float) -> tuple[float, float]:
         """(north_m, east_m) at that arc length."""
@@ -101,9 +106,11 @@ class Path:
         return ((a * x + b) * x + c) * x + d, ((e * x + f) * x + g) * x + h
 
     def project(self, north_m: float, east_m: float, near_s_m: float, window_m: float) -> float:
-        """Arc length of the point nearest to (north_m, east_m) on the branch around `near_s_m`, at most `window_m` from it.
+        """Arc length of the point nearest to (north_m, east_m) on the branch around `near_s_m`, at most `window_m` from
+        it.
 
-        Goes downhill from `near_s_m` by Newton steps of a fraction of the window, so another branch that passes nearer by is never taken.
+        Descends from `near_s_m` by Newton steps of a fraction of the window, so it never jumps to another branch that
+        passes nearer.
         """
         low_m, high_m = max(0.0, near_s_m - window_m), min(self.length_m, near_s_m + window_m)
         k = self._piece(min(high_m, max(low_m, near_s_m)))
@@ -114,10 +121,10 @@ class Path:
         return min(high_m, max(low_m, self._s_at(i, x)))
 
     def _descend(self, i: int, x: float, north_m: float, east_m: float, window_m: float) -> tuple[int, float]:
-        """(segment, parameter in it) of the next minimum of the distance."""
+        """(segment, parameter in it) of the next local minimum of the distance."""
         longest = 0.1 * window_m
         last = len(self._north) - 1
-        came = 0  # direction in which a knot was crossed just now
+        came = 0  # direction in which the last step crossed a knot
         for _ in range(_STEPS):
             width = self._knots[i + 1] - self._knots[i]
             step = self._newton(i, x, width, north_m, east_m, longest)
@@ -137,13 +144,13 @@ class Path:
         return i, x
 
     def _newton(self, i: int, x: float, width: float, north_m: float, east_m: float, longest: float) -> float:
-        """Step in the parameter towards the minimum of the squared distance, cut to `longest` metres; Gauss–Newton where it bends the wrong
-        way."""
+        """Step in the parameter towards the minimum of the squared distance, limited to `longest` metres; Gauss–Newton
+        where the second derivative is too small."""
         a, b, c, d = self._north[i]
         e, f, g, h = self._east[i]
         dn, de = (3.0 * a * x + 2.0 * b) * x + c, (3.0 * e * x + 2.0 * f) * x + g
         speed = math.hypot(dn, de)
-        if speed < _STILL * _STILL:  # a corner where the curve stands still: the side to go to shows a little way off
+        if speed < _STILL * _STILL:  # the derivative vanishes at a corner: take it a little way off
             x = x + _STILL * width if x < 0.5 * width else x - _STILL * width
             dn, de = (3.0 * a * x + 2.0 * b) * x + c, (3.0 * e * x + 2.0 * f) * x + g
             speed = math.hypot(dn, de)
@@ -155,13 +162,16 @@ class Path:
         return min(most, max(-most, step))
 
     def samples(self, spacing_m: float) -> tuple[Floats, Floats]:
-        """(north_m, east_m) along the whole path, evenly enough spaced, at most `spacing_m` apart, both ends included."""
+        """(north_m, east_m) along the whole path, about evenly spaced, at most `spacing_m` apart, both ends
+        included."""
         count = max(2, math.ceil(self.length_m / spacing_m) + 1)
         t = np.interp(np.linspace(0.0, self.length_m, count), self._s, self._parameter)
         segment = np.clip(np.searchsorted(self._knots, t, side="right") - 1, 0, len(self._north) - 1)
         x = t - np.asarray(self._knots)[segment]
         north, east = np.asarray(self._north)[segment].T, np.asarray(self._east)[segment].T
-        return ((north[0] * x + north[1]) * x + north[2]) * x + north[3], ((east[0] * x + east[1]) * x + east[2]) * x + east[3]
+        return ((north[0] * x + north[1]) * x + north[2]) * x + north[3], (
+            (east[0] * x + east[1]) * x + east[2]
+        ) * x + east[3]
 
     def _segment(self, t: float) -> tuple[int, float]:
         i = min(len(self._north) - 1, max(0, bisect_right(self._knots, t) - 1))
@@ -212,7 +222,8 @@ class Path:
             t = newton if bracket_low < newton < bracket_high else 0.5 * (bracket_low + bracket_high)
         return t
 
-    def _point(self, t: float) -> PathPoint:
+    def at_parameter(self, t: float) -> PathPoint:
+        """The point at the curve's own parameter, which is 0 at its beginning and grows by the chords."""
         i, x = self._segment(t)
         a, b, c, d = self._north[i]
         e, f, g, h = self._east[i]
@@ -222,16 +233,17 @@ class Path:
         speed = math.hypot(dn, de)
         if speed > 1.0e-6:
             return PathPoint(north, east, math.atan2(de, dn), (dn * dde - de * ddn) / speed**3)
-        width = self._knots[i + 1] - self._knots[i]  # the curve stands still here, at a sharp corner: its course is where it comes from or goes to
+        # the derivative vanishes here, at a sharp corner: the course is that of the curve just before or after it
+        width = self._knots[i + 1] - self._knots[i]
         if x > 0.5 * width:
             ddn, dde = -ddn, -dde
         return PathPoint(north, east, math.atan2(dde, ddn), 0.0)
 
 
 def build_path(points: Sequence[tuple[float, float]], kind: PathKind, straight: Sequence[bool] = ()) -> Path:
-    """The path through `points` (north_m, east_m). Doubled points count once; a single one is a path of no length. `straight[i]`: the leg
-    that leads to point i is a straight line whatever the kind; its neighbours run into it as smoothly as their kind allows. Raises
-    ValueError for no points or a non-finite one."""
+    """The path through `points` (north_m, east_m). Repeated points count once; a single point gives a path of length 0.
+    `straight[i]`: the leg to point i is a straight line whatever the kind; its neighbours join it as smoothly as their
+    kind allows. Raises ValueError for no points or a non-finite one."""
     if not points or not all(math.isfinite(n) and math.isfinite(e) for n, e in points):
         raise ValueError("a path needs points, all finite")
     given = np.array(points, dtype=float).reshape(-1, 2)
@@ -252,7 +264,7 @@ def build_path(points: Sequence[tuple[float, float]], kind: PathKind, straight: 
 
 
 def _distinct(points: Floats) -> tuple[Floats, list[int]]:
-    """The points without those that repeat the one before, and for each point given which of them it is."""
+    """The points without those that repeat the one before, and for each given point its index among them."""
     apart = np.hypot(*np.diff(points, axis=0).T) > _SAME_POINT_M
     if np.all(apart):
         return points, list(range(len(points)))
@@ -266,7 +278,7 @@ def _distinct(points: Floats) -> tuple[Floats, list[int]]:
 
 
 def _straight(knots: Floats, points: Floats) -> Floats:
-    """(segments, axis, power)."""
+    """Coefficients of straight segments, of shape (segments, axis, power)."""
     coefficients = np.zeros((len(points) - 1, 2, 4))
     coefficients[:, :, 2] = np.diff(points, axis=0) / np.diff(knots)[:, None]
     coefficients[:, :, 3] = points[:-1]
@@ -274,7 +286,7 @@ def _straight(knots: Floats, points: Floats) -> Floats:
 
 
 def _mixed(knots: Floats, points: Floats, kind: PathKind, lines: set[int]) -> Floats:
-    """Straight where the segment's number stands in `lines`, curves of that kind in between."""
+    """Coefficients of straight segments at the indices in `lines`, and of curves of that kind between them."""
     coefficients = _straight(knots, points)
     last = len(points) - 1
     begin = 0
@@ -291,7 +303,8 @@ def _mixed(knots: Floats, points: Floats, kind: PathKind, lines: set[int]) -> Fl
 
 
 def _curves(knots: Floats, points: Floats, kind: PathKind, before: Floats | None, after: Floats | None) -> Floats:
-    """(segments, axis, power) of the piecewise cubics, by scipy. `before`, `after`: direction of a straight leg that it joins there."""
+    """Coefficients (segments, axis, power) of the piecewise cubics, by scipy. `before`, `after`: slope of the straight
+    leg that the curve joins there, if any."""
     from scipy.interpolate import Akima1DInterpolator, CubicHermiteSpline, CubicSpline, PchipInterpolator
 
     curve: PchipInterpolator | Akima1DInterpolator | CubicSpline | CubicHermiteSpline
@@ -306,14 +319,17 @@ def _curves(knots: Floats, points: Floats, kind: PathKind, before: Floats | None
         slopes = curve(knots, 1)
         for at, slope, first in ((0, before, 0), (-1, after, -2)):
             if slope is not None:
-                slopes[at] = _within(slope, (points[first + 1] - points[first]) / (knots[first + 1] - knots[first]), kind)
+                slopes[at] = _within(
+                    slope, (points[first + 1] - points[first]) / (knots[first + 1] - knots[first]), kind
+                )
         curve = CubicHermiteSpline(knots, points, slopes)
     coefficients: Floats = np.ascontiguousarray(np.moveaxis(curve.c, 0, 2), dtype=float)
     return coefficients
 
 
 def _within(slope: Floats, chord: Floats, kind: PathKind) -> Floats:
-    """The slope at an end, for PCHIP cut to what keeps the curve between its points in north and in east (Fritsch & Carlson 1980)."""
+    """The slope at an end; for PCHIP limited so that the curve stays between its points in north and in east (Fritsch
+    & Carlson 1980)."""
     if kind is not PathKind.PCHIP:
         return slope
     cut: Floats = np.where(slope * chord > 0.0, np.sign(chord) * np.minimum(np.abs(slope), 3.0 * np.abs(chord)), 0.0)

@@ -1,9 +1,11 @@
-"""Reference for dynamic positioning: from where the boat is, moving as it does, to a pose at rest, within speed and acceleration limits.
+"""Reference for dynamic positioning: from the boat's present motion to a pose at rest, within speed and acceleration
+limits.
 
-Two stages. The *core* moves the pose (north, east, yaw) along the straight line to the target in all three axes in step, at the highest
-rate that the body-frame limits allow, on the braking curve that ends at the target exactly (a trapezoid of speed). A moving average
-over SMOOTHING_S then makes the acceleration continuous: it keeps position, velocity and acceleration consistent, keeps the limits (a mean
-never exceeds its terms), never overshoots, and arrives exactly, SMOOTHING_S later.
+There are two stages. The *core* moves the pose (north, east, yaw) along a straight line to the target, with all three
+axes in step: at the highest rate that the body-frame limits allow, then on the braking curve that ends exactly at the
+target (a trapezoid of speed). A moving average over SMOOTHING_S then makes the acceleration continuous. It keeps
+position, velocity and acceleration consistent, keeps the limits (a mean never exceeds its terms), does not overshoot,
+and arrives exactly, SMOOTHING_S later.
 """
 
 from __future__ import annotations
@@ -13,20 +15,21 @@ from collections import deque
 
 from companion.core.angles import nearest_turn, wrap_pi
 from companion.core.frames import body_to_ned, ned_to_body
-from companion.core.types import Setpoint
+from companion.core.setpoint import PoseSetpoint
 from companion.guidance.pose_setpoint import pose_setpoint
 from companion.guidance.stopping import BRAKE_SHARE, stopping_time_s
 from companion.guidance.stopping import SMOOTHING_S as SMOOTHING_S
-from companion.params import Parameters
+from companion.params.store import Parameters
 
 _QUARTER_TURN = 0.5 * math.pi
-_AT_REST = 1.0e-9  # m and rad, and a hundred times as much per second: from here on the core stands on the target
+_AT_REST = 1.0e-9  # m and rad, and a hundred times that per second: within this the core is set to the target
 
-Sample = tuple[float, float, float, float, float, float, float, float, float]  # pose, velocity, acceleration (north, east, yaw)
+Sample = tuple[float, float, float, float, float, float, float, float, float]
+"""Pose, velocity and acceleration, each (north, east, yaw)."""
 
 
 class Limits:
-    """Body-frame limits of the reference, read from the parameters."""
+    """Body-frame limits of the reference by the parameters; `speed_mps` lowers those of speed."""
 
     __slots__ = ("acc_surge", "acc_sway", "acc_yaw", "ahead", "astern", "sway", "yaw")
 
@@ -41,7 +44,8 @@ class Limits:
         self.acc_yaw = math.radians(parameters["DP_ACC_YAW"])
 
     def along(self, north: float, east: float, yaw: float, headings_rad: tuple[float, ...]) -> tuple[float, float]:
-        """Largest rate and acceleration (1/s, 1/s²) of a motion along (north, east, yaw) that keeps the limits at all `headings_rad`."""
+        """The largest (rate in 1/s, acceleration in 1/s²) of a motion along (north, east, yaw) that keeps the limits at
+        all `headings_rad`."""
         rate = self.yaw / abs(yaw) if yaw != 0.0 else math.inf
         acceleration = self.acc_yaw / abs(yaw) if yaw != 0.0 else math.inf
         for heading in headings_rad:
@@ -56,7 +60,8 @@ class Limits:
 
 
 def _headings_between(from_rad: float, to_rad: float, course_rad: float) -> tuple[float, ...]:
-    """Both ends, and the headings between them at which `course_rad` lies ahead, abeam or astern: there the limits are tightest."""
+    """Both ends, and the headings between them at which `course_rad` is ahead, abeam or astern: the limits are tightest
+    there."""
     low, high = min(from_rad, to_rad), max(from_rad, to_rad)
     first = course_rad + _QUARTER_TURN * math.ceil((low - course_rad) / _QUARTER_TURN)
     count = int((high - first) // _QUARTER_TURN) + 1 if high >= first else 0
@@ -68,7 +73,9 @@ class _Core:
 
     __slots__ = ("acceleration", "pose", "resting", "target", "velocity")
 
-    def __init__(self, pose: tuple[float, float, float], velocity: tuple[float, float, float], target: tuple[float, float, float]) -> None:
+    def __init__(
+        self, pose: tuple[float, float, float], velocity: tuple[float, float, float], target: tuple[float, float, float]
+    ) -> None:
         self.pose = pose
         self.velocity = velocity
         self.acceleration = (0.0, 0.0, 0.0)
@@ -92,16 +99,19 @@ class _Core:
         self.pose = (n + vn * dt_s + an * half, e + ve * dt_s + ae * half, y + vy * dt_s + ay * half)
         self.velocity = (vn + an * dt_s, ve + ae * dt_s, vy + ay * dt_s)
         self.acceleration = (an, ae, ay)
-        if all(abs(a - b) < _AT_REST for a, b in zip(self.pose, self.target, strict=True)) and max(map(abs, self.velocity)) < 100.0 * _AT_REST:
+        if (
+            all(abs(a - b) < _AT_REST for a, b in zip(self.pose, self.target, strict=True))
+            and max(map(abs, self.velocity)) < 100.0 * _AT_REST
+        ):
             self.pose = self.target
             self.velocity = (0.0, 0.0, 0.0)
             self.resting = True
 
     def _wanted_rate(self, dn: float, de: float, dy: float, limits: Limits, dt_s: float) -> float:
-        """Share of the remaining way to cover per second: as fast as the limits allow, and able to stop at its end.
+        """Share of the remaining way to cover per second: as fast as the limits allow and a stop at the target permits.
 
-        After this step, begun at rate v₀ and ended at v, the way left must be v²/2a: v²/2a + v dt/2 + v₀ dt/2 − 1 = 0. The last two steps
-        land on the target exactly.
+        A step begins at rate v₀ and ends at v; the way left after it must be v²/2a: v²/2a + v dt/2 + v₀ dt/2 − 1 = 0.
+        The last two steps end exactly at the target.
         """
         yaw = self.pose[2]
         headings = _headings_between(yaw, yaw + dy, math.atan2(de, dn)) if dn != 0.0 or de != 0.0 else (yaw,)
@@ -121,7 +131,8 @@ class _Core:
         return min(fastest, braking)
 
     def _present_rate(self, dn: float, de: float, dy: float, limits: Limits) -> float:
-        """How fast the present velocity covers the remaining way, in the measure in which the axes' accelerations weigh the same."""
+        """Share of the remaining way that the present velocity covers per second, with each axis scaled by its
+        acceleration limit."""
         w, wy = 1.0 / (limits.acc_surge * limits.acc_sway), 1.0 / (limits.acc_yaw * limits.acc_yaw)
         square = w * (dn * dn + de * de) + wy * dy * dy
         along = w * (dn * self.velocity[0] + de * self.velocity[1]) + wy * dy * self.velocity[2]
@@ -129,10 +140,10 @@ class _Core:
 
 
 class ReferenceGenerator:
-    """`start` at the boat's state, `retarget` at will, `update(dt_s)` → Setpoint of kind POSE.
+    """Call `start` at the boat's state, `retarget` at any time, and `update` every tick, always with the same `dt_s`.
 
-    Remembers the core's state and the samples of the last SMOOTHING_S. Positions in metres NED, velocities and accelerations of the setpoint
-    in the reference's own body axes. Limits are the DP_* parameters, read at every step. `dt_s` is meant to be the same at every call.
+    The limits are the DP_* parameters, read at every step. Remembers the core's state and the samples of the last
+    SMOOTHING_S.
     """
 
     def __init__(self, parameters: Parameters) -> None:
@@ -141,9 +152,15 @@ class ReferenceGenerator:
         self.start(0.0, 0.0, 0.0)
 
     def start(
-        self, north_m: float, east_m: float, yaw_rad: float, surge_mps: float = 0.0, sway_mps: float = 0.0, yaw_rate_radps: float = 0.0
+        self,
+        north_m: float,
+        east_m: float,
+        yaw_rad: float,
+        surge_mps: float = 0.0,
+        sway_mps: float = 0.0,
+        yaw_rate_radps: float = 0.0,
     ) -> None:
-        """Begin at this state; the target is where the boat comes to rest from it."""
+        """Begin at this state; the target is the pose where the boat comes to rest from it."""
         vn, ve = body_to_ned(surge_mps, sway_mps, yaw_rad)
         way = 0.5 * (SMOOTHING_S + stopping_time_s(surge_mps, sway_mps, yaw_rate_radps, self._parameters))
         pose = (north_m, east_m, yaw_rad)
@@ -151,11 +168,12 @@ class ReferenceGenerator:
         self._core = _Core(pose, (vn, ve, yaw_rate_radps), target)
         self._window: deque[Sample] = deque()
         self._sum = [0.0] * 9
-        self._rested = 0  # newest samples in the window that stand on the target
+        self._rested = 0  # number of the newest samples in the window that are at the target
         self._speed_mps = None
 
     def retarget(self, north_m: float, east_m: float, yaw_rad: float, speed_mps: float | None = None) -> None:
-        """Go on from the present motion to another pose, turning the short way; `speed_mps` lowers the limits of speed."""
+        """Continue from the present motion to another pose, by the shorter turn; `speed_mps` lowers the speed
+        limits."""
         self._core.target = (north_m, east_m, nearest_turn(yaw_rad, self._core.pose[2]))
         self._core.resting = False
         self._rested = 0
@@ -163,17 +181,17 @@ class ReferenceGenerator:
 
     @property
     def target(self) -> tuple[float, float, float]:
-        """(north_m, east_m, yaw_rad) where the reference leads to."""
+        """(north_m, east_m, yaw_rad) that the reference goes to."""
         north, east, yaw = self._core.target
         return north, east, wrap_pi(yaw)
 
     @property
     def arrived(self) -> bool:
-        """Whether the reference stands at its target."""
+        """Whether the reference rests at its target."""
         return 0 < len(self._window) <= self._rested
 
-    def update(self, dt_s: float) -> Setpoint:
-        """The reference `dt_s` later."""
+    def update(self, dt_s: float) -> PoseSetpoint:
+        """The reference `dt_s` after the last: pose in NED, velocity and acceleration in the reference's body axes."""
         core = self._core
         if not self._window:
             self._fill(dt_s)
@@ -183,7 +201,7 @@ class ReferenceGenerator:
         oldest = self._window.popleft()
         self._window.append(newest)
         if self._rested >= len(self._window):
-            mean = list(newest)  # no rounding is left over from the running sum
+            mean = list(newest)  # removes the rounding of the running sum
             self._sum = [value * len(self._window) for value in mean]
         else:
             self._sum = [s + new - old for s, new, old in zip(self._sum, newest, oldest, strict=True)]
@@ -192,7 +210,7 @@ class ReferenceGenerator:
         return pose_setpoint(mean[:3], mean[3:6], mean[6:], core.target)
 
     def _fill(self, dt_s: float) -> None:
-        """The run-up: samples of uniform motion whose mean is the state that was asked for."""
+        """Fill the window with samples of uniform motion whose mean is the state at the start."""
         count = max(1, round(SMOOTHING_S / dt_s))
         (n, e, y), (vn, ve, vy) = self._core.pose, self._core.velocity
         for k in range(count):

@@ -1,4 +1,4 @@
-"""Speed along a track: slow enough for every bend, for every leg, and for the end, and reached by bounded acceleration and braking."""
+"""Speed limit along a track, from its bends, its legs and its end, with bounded acceleration and braking."""
 
 from __future__ import annotations
 
@@ -6,15 +6,17 @@ import math
 from bisect import bisect_right
 from collections.abc import Sequence
 
-_SLOWEST_SHARE = 0.25  # of the leg's speed: below it no bend forces the boat, so that it keeps steering
+_SLOWEST_SHARE = 0.25  # of the leg's speed: no bend slows the boat further, so that it can steer
 _LOWEST_MPS = 0.05
 
 
 class SpeedProfile:
-    """Highest speed allowed at each arc length. Never changes.
+    """Highest speed allowed at each arc length. It never changes.
 
-    `s_m`, `curvature_1pm`: samples of the track; `leg_end_s_m`, `leg_speed_mps`: legs in order and the speed on each; `lateral_mps2`,
-    `yaw_rate_radps`: limits in bends; `acceleration_mps2`: along the track. v ≤ √(a_lat/κ), v ≤ r/κ, v² ≤ v₀² + 2a Δs both ways.
+    `s_m`, `curvature_1pm`: samples of the track. `leg_end_s_m`, `leg_speed_mps`: end and speed limit of each leg, in
+    order. `lateral_mps2`, `yaw_rate_radps`: limits in bends; `acceleration_mps2`: limit along the track.
+
+    v ≤ √(a_lat/κ), v ≤ r/κ, v² ≤ v₀² + 2a Δs in both directions.
     """
 
     def __init__(
@@ -45,7 +47,7 @@ class SpeedProfile:
         self._speed = speeds
 
     def at(self, s_m: float) -> float:
-        """Highest speed at that arc length; squares are interpolated, as braking goes."""
+        """Highest speed at that arc length; the square is interpolated, which gives constant deceleration."""
         i = min(len(self._s) - 2, max(0, bisect_right(self._s, s_m) - 1))
         low = self._s[i]
         x = min(1.0, max(0.0, (s_m - low) / (self._s[i + 1] - low)))

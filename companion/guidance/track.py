@@ -1,8 +1,9 @@
-"""The line that is really sailed: a path with its corners rounded as much as the acceptance radii of its waypoints allow.
+"""The line to sail: a path whose corners are rounded as far as the acceptance radii of its waypoints allow.
 
-Every point is the mean of the path over a window around it. On a straight or gently bent path that changes next to nothing (w²/24R); a
-corner of angle θ is cut by w/4·sin(θ/2) and becomes a bend of finite curvature, whatever curve made it. Two means in a row, a wide and a
-narrow one, keep the curvature continuous. The window shrinks to nothing at both ends, so the track begins and ends where the path does.
+Every point is the mean of the path over a window of width w around it. A straight or gently bent path hardly changes
+(by w²/24R). A corner of angle θ is cut by w/4·sin(θ/2) and becomes a bend of finite curvature, whatever the curve. Two
+means in a row, a wide and a narrow one, keep the curvature continuous. The window shrinks to nothing at both ends, so
+the track begins and ends where the path does.
 """
 
 from __future__ import annotations
@@ -27,33 +28,39 @@ Floats = NDArray[np.float64]
 
 
 class Track:
-    """Sampled line with course and curvature, addressed by its own arc length. Never changes.
+    """Sampled line with course and curvature, addressed by its own arc length. It never changes.
 
-    `s_m` lists the arc length of the samples, `curvature_1pm` their curvature, `waypoint_s_m` the station abeam of each waypoint.
+    `s_m`: arc length of the samples; `curvature_1pm`: their curvature; `waypoint_s_m`: arc length abeam of each
+    waypoint.
     """
 
-    def __init__(self, path: Path, waypoints: Sequence[tuple[float, float]], radii_m: Sequence[float], widest_m: float) -> None:
-        """`waypoints`, `radii_m`: the points that made `path` and how near each must be passed; `widest_m`: window that is wide enough."""
+    def __init__(
+        self, path: Path, waypoints: Sequence[tuple[float, float]], radii_m: Sequence[float], widest_m: float
+    ) -> None:
+        """`waypoints`: the points of `path`, (north_m, east_m); `radii_m`: how near to each the track must pass;
+        `widest_m`: widest useful window."""
         widths = [min(_WINDOW_PER_RADIUS * r, widest_m) for r in radii_m]
         spacing = max(min(widths) / _SAMPLES_PER_WINDOW, _FEWEST_M, path.length_m / _MOST_SAMPLES)
         grid, north, east = _evenly(*path.samples(0.5 * spacing), spacing)
-        stations = np.asarray(path.waypoint_s_m) * (grid[-1] / path.length_m if path.length_m > 0.0 else 1.0)
+        waypoint_s = np.asarray(path.waypoint_s_m) * (grid[-1] / path.length_m if path.length_m > 0.0 else 1.0)
         for _ in range(6):
-            window = np.interp(grid, stations, widths)
+            window = np.interp(grid, waypoint_s, widths)
             smooth_north, smooth_east = _smoothed(grid, north, east, window)
             cuts = np.hypot(
-                np.interp(stations, grid, smooth_north) - [w[0] for w in waypoints], np.interp(stations, grid, smooth_east) - [w[1] for w in waypoints]
+                np.interp(waypoint_s, grid, smooth_north) - [w[0] for w in waypoints],
+                np.interp(waypoint_s, grid, smooth_east) - [w[1] for w in waypoints],
             )
             if np.all(cuts <= _LARGEST_CUT * np.asarray(radii_m) + 1.0e-9):
                 break
             widths = [0.6 * w if cut > _LARGEST_CUT * r else w for w, cut, r in zip(widths, cuts, radii_m, strict=True)]
-        self._measure(grid, smooth_north, smooth_east, stations, spacing)
+        self._measure(grid, smooth_north, smooth_east, waypoint_s, spacing)
 
-    def _measure(self, grid: Floats, north: Floats, east: Floats, stations: Floats, spacing: float) -> None:
-        """Arc length, course and curvature of the smoothed samples; those where it stands still, at the tip of a turn back, are dropped."""
+    def _measure(self, grid: Floats, north: Floats, east: Floats, waypoint_s: Floats, spacing: float) -> None:
+        """Compute arc length, course and curvature of the smoothed samples. Samples that coincide, at the tip of a turn
+        back, are left out."""
         steps = np.hypot(np.diff(north), np.diff(east))
         length = np.concatenate(([0.0], np.cumsum(steps)))
-        self.waypoint_s_m: tuple[float, ...] = tuple(np.interp(stations, grid, length).tolist())
+        self.waypoint_s_m: tuple[float, ...] = tuple(np.interp(waypoint_s, grid, length).tolist())
         self.length_m = float(length[-1])
         apart = 0.3 * spacing
         keep = [0]
@@ -78,11 +85,11 @@ class Track:
         self._course: list[float] = course.tolist()
 
     def index(self, s_m: float) -> int:
-        """The sample at or before `s_m`, never the last."""
+        """Index of the sample at or before `s_m`, never the last."""
         return min(len(self.s_m) - 2, max(0, bisect_right(self.s_m, s_m) - 1))
 
     def at(self, s_m: float) -> PathPoint:
-        """The point at that arc length; beyond the ends, the end. The course is not wrapped."""
+        """The point at that arc length; beyond the ends, the end point. The course is not wrapped."""
         i = self.index(s_m)
         low = self.s_m[i]
         x = min(1.0, max(0.0, (s_m - low) / (self.s_m[i + 1] - low)))
@@ -101,8 +108,8 @@ class Track:
         return [(begin.north_m, begin.east_m), *between, (end.north_m, end.east_m)]
 
     def project(self, north_m: float, east_m: float, near_s_m: float, window_m: float) -> float:
-        """Arc length of the nearest point, found by walking downhill from `near_s_m`, at most `window_m` either way: it never jumps to
-        another branch that passes nearer by."""
+        """Arc length of the point nearest to (north_m, east_m), found by descending from `near_s_m`, at most `window_m`
+        either way: it never jumps to another branch that passes nearer."""
         low, high = max(0.0, near_s_m - window_m), min(self.length_m, near_s_m + window_m)
         i = self.index(near_s_m)
         s = self._foot(i, north_m, east_m)
@@ -112,7 +119,7 @@ class Track:
             if not 0 <= j < len(self.s_m) - 1 or not low <= s <= high:
                 break
             foot = self._foot(j, north_m, east_m)
-            if foot == s:  # the corner between the two samples is the nearest
+            if foot == s:  # the corner between both pieces is the nearest point
                 break
             i, s = j, foot
             if self.s_m[i] < s < self.s_m[i + 1]:
@@ -133,7 +140,7 @@ class Track:
 
 
 def _evenly(north: Floats, east: Floats, spacing: float) -> tuple[Floats, Floats, Floats]:
-    """The same line at even steps of arc length: (arc length, north, east)."""
+    """The line resampled at even steps of arc length: (arc length, north, east)."""
     length = np.concatenate(([0.0], np.cumsum(np.hypot(np.diff(north), np.diff(east)))))
     grid = np.linspace(0.0, length[-1], max(3, math.ceil(length[-1] / spacing) + 1))
     return grid, np.interp(grid, length, north), np.interp(grid, length, east)
@@ -147,7 +154,7 @@ def _smoothed(grid: Floats, north: Floats, east: Floats, window: Floats) -> tupl
 
 
 def _mean(grid: Floats, values: Floats, half: Floats) -> Floats:
-    """Mean of the piecewise linear `values` over [grid − half, grid + half], exactly."""
+    """Exact mean of the piecewise linear `values` over [grid − half, grid + half]."""
     step = grid[1] - grid[0]
     if step <= 0.0:
         return values

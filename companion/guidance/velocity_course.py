@@ -1,33 +1,36 @@
-"""Velocities asked of a boat that cannot push itself sideways: sailed as course and speed."""
+"""Requested velocities of a boat without sideways thrust, sailed as course and speed."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import replace
 
+from companion.core.actuation import ZERO_WRENCH
 from companion.core.angles import wrap_pi
+from companion.core.estimate import NavState
 from companion.core.frames import body_to_ned
-from companion.core.types import ZERO_WRENCH, NavState, Setpoint, SetpointKind
-from companion.guidance.crab import Crab
-from companion.guidance.wanted_motion import Pair, WantedMotion
-from companion.params import Parameters
+from companion.core.setpoint import PathSetpoint, Progress, Setpoint, WrenchSetpoint
+from companion.guidance.crab_compensation import CrabCompensation
+from companion.guidance.motion_request import MotionRequest, Pair
+from companion.params.store import Parameters
 
-_STANDING_MPS = 0.05  # less is no way to make
-_STEERAGE_SHARE = 0.3  # of the speed, kept while the bow points elsewhere
+_STANDING_MPS = 0.05  # a slower request means to stand still
+_STEERAGE_SHARE = 0.3  # of the speed, kept while the bow points off the course
 _POINT_RATE_1PS = 0.25
 _LARGEST_LEAD_RAD = math.radians(45.0)
 
 
 class VelocityCourse:
-    """`start(nav)`, then `update(wanted, nav, dt_s)` → Setpoint of kind PATH; of kind WRENCH, without thrust, where a boat that cannot go astern is to stand.
+    """Call `start(nav)`, then `update` every tick.
 
-    Remembers speed and heading last asked for, the drift seen, and under an acceleration the velocity reached. The heading turns at PATH_YAW_RATE at most, the
-    speed changes by PATH_ACC. A heading beside a velocity over ground is left out, and so is the sideways part of one along the boat's axes.
+    The heading turns at PATH_YAW_RATE at most, the speed changes by PATH_ACC. A heading beside a velocity over ground
+    is ignored, and so is the sideways part of a velocity in body axes. Remembers the last setpoint's speed and heading,
+    the drift, and the velocity that a requested acceleration has reached.
     """
 
     def __init__(self, parameters: Parameters, top_mps: float, can_reverse: bool) -> None:
         self._parameters = parameters
-        self._crab = Crab(top_mps)
+        self._crab = CrabCompensation(top_mps)
         self._can_reverse = can_reverse
         self._surge = self._yaw = 0.0
         self._velocity = (0.0, 0.0)
@@ -38,8 +41,9 @@ class VelocityCourse:
         self._velocity = (nav.north_mps, nav.east_mps)
         self._crab.reset()
 
-    def update(self, wanted: WantedMotion, nav: NavState, dt_s: float) -> Setpoint:
-        """One step."""
+    def update(self, wanted: MotionRequest, nav: NavState, dt_s: float) -> Setpoint:
+        """A PathSetpoint for the request; a WrenchSetpoint without thrust if a boat that cannot reverse is to stand
+        still."""
         most_rad = math.radians(self._parameters["PATH_YAW_RATE"])
         straight = max(0.0, 1.0 - 2.0 * abs(nav.yaw_rate_radps) / most_rad)
         self._crab.update(nav, max(0.0, self._surge), straight, dt_s)
@@ -54,10 +58,10 @@ class VelocityCourse:
         best = self._crab.heading_rad(nav, course, speed, self._yaw)
         self._yaw = wrap_pi(self._yaw + _within(wrap_pi(best - self._yaw), most_rad * dt_s))
         surge = speed * max(_STEERAGE_SHARE, math.cos(wrap_pi(course - nav.yaw_rad)))
-        return replace(self._setpoint(surge, 0.0, dt_s), course_rad=course)
+        return replace(self._setpoint(surge, 0.0, dt_s), progress=Progress(course_rad=course))
 
-    def _along_the_hull(self, wanted: WantedMotion, dt_s: float) -> float | None:
-        """Speed ahead, where that is what is asked for, or nothing is."""
+    def _along_the_hull(self, wanted: MotionRequest, dt_s: float) -> float | None:
+        """The requested speed ahead, for a request in body axes or for none; None for one over ground."""
         if wanted.velocity is None and wanted.acceleration is None:
             return 0.0
         if not wanted.body:
@@ -67,7 +71,8 @@ class VelocityCourse:
         assert wanted.acceleration is not None
         return self._surge + wanted.acceleration[0] * dt_s
 
-    def _over_ground(self, wanted: WantedMotion, nav: NavState, dt_s: float) -> Pair:
+    def _over_ground(self, wanted: MotionRequest, nav: NavState, dt_s: float) -> Pair:
+        """The requested velocity over ground (north, east)."""
         north = east = 0.0
         if wanted.velocity is not None:
             north, east = body_to_ned(*wanted.velocity, nav.yaw_rad) if wanted.body else wanted.velocity
@@ -84,8 +89,8 @@ class VelocityCourse:
             east += _POINT_RATE_1PS * (wanted.point[1] - nav.east_m)
         return north, east
 
-    def _by_the_hull(self, ahead_mps: float, wanted: WantedMotion, nav: NavState, dt_s: float) -> Setpoint:
-        """Speed ahead or astern, and the heading by its own or by turning."""
+    def _by_the_hull(self, ahead_mps: float, wanted: MotionRequest, nav: NavState, dt_s: float) -> Setpoint:
+        """A setpoint for a speed ahead or astern, with a requested heading or yaw rate."""
         astern = self._parameters["DP_SPEED_ASTERN"] if self._can_reverse else 0.0
         surge = min(self._parameters["MPC_XY_VEL_MAX"], max(-astern, ahead_mps))
         most = math.radians(self._parameters["PATH_YAW_RATE"])
@@ -99,14 +104,12 @@ class VelocityCourse:
         setpoint = self._setpoint(surge, rate, dt_s)
         if self._can_reverse or surge >= _STANDING_MPS:
             return setpoint
-        return Setpoint(SetpointKind.WRENCH, wrench=ZERO_WRENCH)
+        return WrenchSetpoint(ZERO_WRENCH)
 
-    def _setpoint(self, surge_mps: float, rate_radps: float, dt_s: float) -> Setpoint:
+    def _setpoint(self, surge_mps: float, rate_radps: float, dt_s: float) -> PathSetpoint:
         before = self._surge
         self._surge += _within(surge_mps - before, self._parameters["PATH_ACC"] * dt_s)
-        return Setpoint(
-            SetpointKind.PATH, yaw_rad=self._yaw, surge_mps=self._surge, yaw_rate_radps=rate_radps, surge_mps2=(self._surge - before) / dt_s
-        )
+        return PathSetpoint(self._yaw, self._surge, yaw_rate_radps=rate_radps, surge_mps2=(self._surge - before) / dt_s)
 
 
 def _within(value: float, most: float) -> float:

@@ -1,7 +1,8 @@
-"""Corrections for satellite receivers: RTCM 3 from radios, TCP streams, NTRIP casters and ground stations, to the ports of the receivers.
+"""Corrections for satellite receivers: RTCM 3 from radios, TCP streams, NTRIP casters and ground stations, to the ports
+of the receivers.
 
-Whole frames only, unchanged. Corrections of two base stations must not be mixed: a receiver is given those of one source, the first in the
-vessel's file that is alive, ground stations after them.
+Whole frames only, unchanged. Corrections of two base stations must not be mixed: a receiver is given those of one
+source, the first in the vessel's file that is alive, ground stations after them.
 """
 
 from __future__ import annotations
@@ -10,9 +11,11 @@ import base64
 import math
 from collections.abc import Callable, Mapping, Sequence
 
-from companion.config import CorrectionsConfig
+from companion.config.streams import CorrectionsConfig
+from companion.core.decision import Severity
 from companion.core.ports import ByteStream
-from companion.core.types import DeviceHealth, Measurement, Reading, Severity, Tick
+from companion.core.readings import Measurement, Reading
+from companion.core.tick import DeviceHealth, Tick
 from companion.io.nmea_out import gga
 from companion.io.rtcm import RtcmFramer
 
@@ -29,13 +32,16 @@ _MOST_HEADER = 2000
 
 
 class CorrectionsRelay:
-    """Frames of all sources → the receivers' ports. A recorder too: once a tick it says when corrections stop and when they are back.
+    """Frames of all sources → the receivers' ports. It is a recorder too: once a tick it announces when corrections
+    stop and when they are back.
 
-    Remembers, for each receiver, which source it listens to and when that was last heard; lately forwarded frames; when any were heard.
+    Remembers for each receiver its source and when that was last heard, the frames forwarded lately, and when any were
+    heard.
     """
 
     def __init__(self, receivers: Mapping[str, ByteStream | None], sources: Sequence[str], say: Say) -> None:
-        """`receivers`: ports by the sensors' names, None for one that is not to be written to (a replay); `sources`: of the vessel's file."""
+        """`receivers`: ports by the names of the sensors, None for one that is not written to (a replay). `sources`:
+        those of the vessel's file, in its order."""
         self._receivers = dict(receivers)
         self._ranks = {name: rank for rank, name in enumerate(sources)}
         self._say = say
@@ -43,46 +49,57 @@ class CorrectionsRelay:
         self._lately: dict[bytes, tuple[str, float]] = {}  # frame → (way, when)
         self._heard_s: float | None = None
         self._lost = False
-        self._homeless_told = False
+        self._homeless_announced = False
         self._listeners: list[Callable[[Tick], None]] = []
 
     def every_tick(self, listener: Callable[[Tick], None]) -> None:
-        """Have a source told where the boat is."""
+        """Call `listener` with each tick: a source that needs the boat's position."""
         self._listeners.append(listener)
 
     def take(self, source: str, frames: Sequence[bytes], now_s: float, to: str | None = None, way: str = "") -> None:
-        """Frames of a source for the receiver `to`, or for all. `way`: where one source comes in by several, what comes twice goes out once."""
+        """Forward the frames of a source to the receiver `to`, or to all. `way`: by which of several ways a source came
+        in; a frame that comes by two ways goes out once."""
         if not frames:
             return
-        if not self._receivers and not self._homeless_told:
-            self._homeless_told = True
-            self._say(now_s, Severity.WARNING, "corrections", "RTK corrections come in, but no sensor has rtcm = true in the vessel's file")
+        if not self._receivers and not self._homeless_announced:
+            self._homeless_announced = True
+            self._say(
+                now_s,
+                Severity.WARNING,
+                "corrections",
+                "RTK corrections come in, but no sensor has rtcm = true in the vessel's file",
+            )
         fresh = [frame for frame in frames if self._is_new(frame, way or source, now_s)]
         for name, stream in self._receivers.items():
             if to in (None, name) and self._chosen(name, source, now_s) and fresh and stream is not None:
                 stream.write(b"".join(fresh), now_s)
 
     def heard(self, now_s: float) -> None:
-        """Corrections came in, from whom ever."""
+        """Corrections came in, from any source."""
         if self._lost and self._receivers:
             self._say(now_s, Severity.NOTICE, "corrections_back", "RTK corrections are back")
         self._lost = False
         self._heard_s = now_s
 
     def record(self, tick: Tick) -> None:
+        """See `Recorder`."""
         now_s = tick.t_s
         for listener in self._listeners:
             listener(tick)
-        if any(type(reading) is Measurement and reading.name == RATE and reading.source in self._ranks for reading in tick.readings):
+        if any(
+            type(reading) is Measurement and reading.name == RATE and reading.source in self._ranks
+            for reading in tick.readings
+        ):
             self.heard(now_s)
-        since_s = self._heard_s if self._heard_s is not None else (_PATIENCE_S - _TIMEOUT_S if self._ranks else math.inf)
+        never_s = _PATIENCE_S - _TIMEOUT_S if self._ranks else math.inf
+        since_s = never_s if self._heard_s is None else self._heard_s
         if not self._lost and self._receivers and now_s - since_s > _TIMEOUT_S:
             self._lost = True
-            text = f"RTK corrections: none for {_TIMEOUT_S:.0f} s" if self._heard_s is not None else "RTK corrections: none yet"
-            self._say(now_s, Severity.WARNING, "corrections_lost", text)
+            text = "none yet" if self._heard_s is None else f"none for {_TIMEOUT_S:.0f} s"
+            self._say(now_s, Severity.WARNING, "corrections_lost", f"RTK corrections: {text}")
 
     def close(self) -> None:
-        """The ports belong to the sensors."""
+        """Nothing to close: the ports belong to the sensors."""
 
     def _chosen(self, receiver: str, source: str, now_s: float) -> bool:
         current, last_s = self._listens.get(receiver, (source, now_s))
@@ -106,10 +123,11 @@ class CorrectionsRelay:
 
 
 class CorrectionsSource:
-    """One source of the vessel's file as a `Sensor`: reads its port, hands whole frames to the relay, and gives their rate to the log.
+    """One source of the vessel's file as a `Sensor`: reads its port, hands whole frames to the relay, and gives their
+    rate to the log.
 
-    It is well whatever happens (a boat can do without corrections); the text of its health says how it is. Remembers the unfinished frame, counts, and for a
-    caster whether the request was sent and what was answered.
+    It is always well, since a boat can do without corrections; its health text tells more. Remembers the unfinished
+    frame, counts, and for a caster the request and its answer.
     """
 
     def __init__(self, config: CorrectionsConfig, name: str, stream: ByteStream, relay: CorrectionsRelay) -> None:
@@ -120,7 +138,7 @@ class CorrectionsSource:
         self._framer = RtcmFramer()
         self._caster = None if config.mountpoint is None else Caster(config)
         if self._caster is not None:
-            relay.every_tick(self.tell_position)
+            relay.every_tick(self.send_position)
         self._bytes_s = self._frame_s = -math.inf
         self._frames = 0
         self._counted = 0
@@ -145,15 +163,18 @@ class CorrectionsSource:
         self._relay.take(self.name, frames, now_s, self._config.to)
         return self._rate(now_s)
 
-    def tell_position(self, tick: Tick) -> None:
-        """What a caster of virtual reference stations wants to know now and then."""
+    def send_position(self, tick: Tick) -> None:
+        """The position for a caster of virtual reference stations, when it is due."""
         if self._caster is not None and self._caster.position_due(tick.t_s) and tick.nav.position_valid:
             self._stream.write(gga(tick), tick.t_s)
 
     def health(self, now_s: float) -> DeviceHealth:
+        """Always ok, with the trouble or the counts."""
         age_s = None if self._frames == 0 else now_s - self._frame_s
         counts = f"{self._frames} RTCM frames, {self._framer.bad} bad"
-        return DeviceHealth(self.name, True, age_s, f"{trouble} ({counts})" if (trouble := self._trouble(age_s)) else counts)
+        return DeviceHealth(
+            self.name, True, age_s, f"{trouble} ({counts})" if (trouble := self._trouble(age_s)) else counts
+        )
 
     def _trouble(self, age_s: float | None) -> str:
         if self._caster is not None and self._caster.trouble:
@@ -168,9 +189,11 @@ class CorrectionsSource:
         return "nothing received yet" if age_s is None else f"silent for {age_s:.0f} s"
 
     def fileno(self) -> int | None:
+        """See `Sensor`."""
         return self._stream.fileno()
 
     def close(self) -> None:
+        """Close the port."""
         self._stream.close()
 
     def _rate(self, now_s: float) -> Sequence[Reading]:
@@ -187,7 +210,7 @@ class CorrectionsSource:
 class Caster:
     """The beginning of a conversation with an NTRIP caster, version 1: request, answer, then bare RTCM.
 
-    Remembers whether the line was open, what of the answer's first line has come, and when a request may be sent again.
+    Remembers whether the line was open, the unfinished first line of the answer, and when a request may go out again.
     """
 
     def __init__(self, config: CorrectionsConfig) -> None:
@@ -199,7 +222,7 @@ class Caster:
         self.trouble = ""
 
     def request(self, is_open: bool, now_s: float) -> bytes:
-        """What to send now that the line is open or not; b'' for nothing."""
+        """What to send now; b'' for nothing. `is_open`: whether the line is open."""
         if is_open and not self._was_open:
             self._header, self._asked = b"", False
         self._was_open = is_open
@@ -209,11 +232,13 @@ class Caster:
         config = self._config
         lines = [f"GET /{config.mountpoint} HTTP/1.0", "User-Agent: NTRIP usv-companion/0.1"]
         if config.user is not None:
-            lines.append("Authorization: Basic " + base64.b64encode(f"{config.user}:{config.password}".encode()).decode("ascii"))
+            lines.append(
+                "Authorization: Basic " + base64.b64encode(f"{config.user}:{config.password}".encode()).decode("ascii")
+            )
         return ("\r\n".join(lines) + "\r\n\r\n").encode("ascii")
 
     def stream(self, data: bytes, now_s: float) -> bytes:
-        """What of the bytes that came in may be RTCM."""
+        """The part of the bytes that may be RTCM."""
         if self._header is None:
             return data
         self._header += data
@@ -227,11 +252,16 @@ class Caster:
             return rest
         self._header = b""
         self._may_ask_s = now_s + _PATIENCE_S
-        known = f"the caster has no mountpoint {self._config.mountpoint}" if text.startswith("SOURCETABLE") else f"the caster refuses: {text}"
+        known = (
+            f"the caster has no mountpoint {self._config.mountpoint}"
+            if text.startswith("SOURCETABLE")
+            else f"the caster refuses: {text}"
+        )
         self.trouble = known
         return b""
 
     def position_due(self, now_s: float) -> bool:
+        """Whether the caster should get the position now."""
         if self._header is not None or self._config.gga_s == 0.0 or now_s - self._position_s < self._config.gga_s:
             return False
         self._position_s = now_s

@@ -1,4 +1,5 @@
-"""Listening on serial ports to learn what is plugged in. Nothing is ever written: the ports are opened for reading alone."""
+"""Listening on serial ports to learn what is plugged in. Nothing is ever written: the ports are opened for reading
+alone."""
 
 from __future__ import annotations
 
@@ -11,8 +12,8 @@ import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from companion.io.port_holders import holder_of
 from companion.io.recognise import Recogniser
+from companion.io.transport.port_holders import holder_of
 
 BAUDS = (115200, 38400, 4800, 9600, 57600, 19200, 460800, 921600, 230400)  # the likely ones first
 _TRY_S = 1.3  # at a speed at which bytes make no sense: devices that speak once a second, too
@@ -26,13 +27,16 @@ _BUSY = (errno.EBUSY, errno.EAGAIN)
 
 
 class PortListener:
-    """One port. `update(now_s)` until it is `done`; then `recogniser` holds what was heard within `heard_s` at `baud`.
+    """One port. `update(now_s)` until it is `done`; then `recogniser` holds what came in within `heard_s` at `baud`.
 
-    Where bytes make no sense at a speed, the next is tried; a line on which nothing comes is silent at any. Remembers the port's settings and
-    puts them back. `fault`: why it cannot be listened to, with the remedy; None where it can.
+    Where bytes are no messages at one speed, it tries the next. A line without bytes is silent at any speed. Remembers
+    the port's settings and restores them. `fault`: why the port cannot be listened to, with the remedy; None where it
+    can.
     """
 
-    def __init__(self, path: Path, listen_s: float, bauds: Sequence[int] = BAUDS, options: Mapping[str, str] | None = None) -> None:
+    def __init__(
+        self, path: Path, listen_s: float, bauds: Sequence[int] = BAUDS, options: Mapping[str, str] | None = None
+    ) -> None:
         """`options`: `parity` and `stopbits`, as behind the ? of a port's URL."""
         self.path = path
         self.done = False
@@ -40,7 +44,9 @@ class PortListener:
         self.fault: str | None = None
         self._listen_s = listen_s
         self._bauds = list(bauds)
-        self._framing = _PARITIES[(options or {}).get("parity", "none")] | _STOPBITS[(options or {}).get("stopbits", "1")]
+        self._framing = (
+            _PARITIES[(options or {}).get("parity", "none")] | _STOPBITS[(options or {}).get("stopbits", "1")]
+        )
         self._descriptor: int | None = None
         self._settings: list[object] | None = None
         self._begun_s: float | None = None
@@ -55,7 +61,7 @@ class PortListener:
             self.close()
 
     def update(self, now_s: float) -> None:
-        """Take what has come in, and judge."""
+        """Take what has come in. Decide whether to go on, to try the next speed, or to end."""
         if self.done or self._descriptor is None:
             return
         if self._begun_s is None:
@@ -73,6 +79,7 @@ class PortListener:
             self._next_speed()
 
     def close(self) -> None:
+        """Restore the port's settings and close it."""
         self.done = True
         descriptor, self._descriptor = self._descriptor, None
         if descriptor is None:
@@ -94,7 +101,7 @@ class PortListener:
         self._begin(self.baud)
 
     def _begin(self, baud: int) -> None:
-        """Anew, at that speed."""
+        """Start again at that speed."""
         assert self._descriptor is not None
         speed = getattr(termios, f"B{baud}", None)
         if speed is None:
@@ -117,12 +124,13 @@ class PortListener:
 
 
 def listen(paths: Sequence[Path], listen_s: float) -> list[PortListener]:
-    """All of them at once, at the likely speeds, until each is known, silent for `listen_s`, or a riddle at all speeds."""
+    """Listen to all ports at once, at the likely speeds. Each ends when it is known, silent for `listen_s`, or unknown
+    at all speeds."""
     return hear_out([PortListener(path, listen_s) for path in paths])
 
 
 def hear_out(listeners: list[PortListener]) -> list[PortListener]:
-    """Until all are done."""
+    """Update the listeners until all are done."""
     try:
         while not all(listener.done for listener in listeners):
             time.sleep(_POLL_S)
@@ -137,7 +145,7 @@ def hear_out(listeners: list[PortListener]) -> list[PortListener]:
 def _why_not(error: OSError | termios.error) -> str:
     number = error.errno if isinstance(error, OSError) else None
     if number in (errno.EACCES, errno.EPERM):
-        return "permission denied; `sudo usermod -aG dialout $USER`, then log in anew"
+        return "permission denied; `sudo usermod -aG dialout $USER`, then log in again"
     if number in _BUSY:
         return "skipped: another program has it open"
     if number == errno.ENOENT:

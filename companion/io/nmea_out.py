@@ -1,4 +1,5 @@
-"""NMEA 0183 sentences of the boat for chart plotters and survey software (OpenCPN, Hypack, QINSy): position, motion, heading, track, rudder.
+"""NMEA 0183 sentences of the boat for chart plotters and survey software (OpenCPN, Hypack, QINSy): position, motion,
+heading, track, rudder.
 
 pynmea2 puts fields and checksum together. Source of the fields: NMEA 0183 version 4.11.
 """
@@ -12,10 +13,14 @@ from datetime import UTC, datetime
 
 import pynmea2
 
-from companion.config import NmeaOutConfig, ThrusterConfig
+from companion.config.devices import ThrusterConfig
+from companion.config.streams import NmeaOutConfig
 from companion.core.angles import wrap_pi
+from companion.core.decision import Severity
 from companion.core.ports import ByteStream
-from companion.core.types import FixType, SetpointKind, Severity, Tick
+from companion.core.readings import FixType
+from companion.core.setpoint import PathSetpoint, PoseSetpoint, desired_motion
+from companion.core.tick import Tick
 
 Say = Callable[[float, Severity, str, str], None]
 Fields = tuple[str, ...]
@@ -25,7 +30,6 @@ _QUALITY = {FixType.FIX_2D: 1, FixType.FIX_3D: 1, FixType.DGPS: 2, FixType.RTK_F
 _ESTIMATED = 6
 _MODES = {1: "A", 2: "D", 4: "R", 5: "F", _ESTIMATED: "E"}
 _STANDSTILL_MPS = 0.1  # below it a course over ground is noise
-_TRACK = (SetpointKind.PATH, SetpointKind.POSE)
 _EARLY_S = 1e-3
 _NO_NUMBERS = frozenset({"nan", "inf", "-inf"})
 _REMINDER_S = 60.0
@@ -33,7 +37,7 @@ _REMINDER_S = 60.0
 
 @dataclass(frozen=True, slots=True)
 class Boat:
-    """What sentences are made of: the tick, UTC, and which thruster stands for the starboard and the port rudder."""
+    """What sentences are made of: the tick, UTC, and the thrusters that are shown as starboard and port rudder."""
 
     tick: Tick
     utc: datetime
@@ -41,20 +45,24 @@ class Boat:
 
 
 class NmeaOut:
-    """A recorder that writes sentences to a stream at a fixed rate. Remembers when the next are due, and whether the stream was well."""
+    """A recorder that writes sentences to a stream at a fixed rate. Remembers when the next are due, and whether the
+    stream was well."""
 
-    def __init__(self, config: NmeaOutConfig, thrusters: Sequence[ThrusterConfig], stream: ByteStream, say: Say) -> None:
+    def __init__(
+        self, config: NmeaOutConfig, thrusters: Sequence[ThrusterConfig], stream: ByteStream, say: Say
+    ) -> None:
         self._config = config
         self._stream = stream
         self._say = say
         self._rudders = rudders(thrusters)
         self._due_s: float | None = None
-        self._told: str | None = None
-        self._told_s = -math.inf
+        self._announced: str | None = None
+        self._announced_s = -math.inf
 
     def record(self, tick: Tick) -> None:
+        """See `Recorder`. Writes the sentences that are due."""
         now_s = tick.t_s
-        self._stream.read(now_s)  # what a plotter says back is not listened to, but must not pile up
+        self._stream.read(now_s)  # a plotter's bytes are ignored, but must not pile up
         self._mind_stream(now_s)
         if self._due_s is not None and now_s < self._due_s - _EARLY_S:
             return
@@ -62,33 +70,35 @@ class NmeaOut:
         self._due_s = now_s + period_s if self._due_s is None else max(self._due_s + period_s, now_s)
         try:
             self._stream.write(self.sentences(tick), now_s)
-        except (ValueError, OverflowError) as error:  # numbers that no sentence can carry: the boat goes on, and the log says so
-            self._tell(f"no sentence: {error}", now_s)
+        except (ValueError, OverflowError) as error:  # numbers that no sentence can carry must not stop the boat
+            self._announce(f"no sentence: {error}", now_s)
 
     def sentences(self, tick: Tick) -> bytes:
-        """All that there is to say of a tick, in the order of the vessel's file; what is not known makes no sentence."""
+        """All sentences of a tick, in the order of the vessel's file. A sentence whose values are unknown is left
+        out."""
         boat = Boat(tick, _utc(tick), self._rudders)
         return b"".join(_printed(self._config.talker, kind, boat) for kind in self._config.sentences)
 
     def close(self) -> None:
+        """Close the stream."""
         self._stream.close()
 
     def _mind_stream(self, now_s: float) -> None:
-        """A fault is said once, and again after a minute if it is another."""
+        """A fault is announced once; another one after a minute."""
         fault = self._stream.fault()
         if fault is None:
-            self._told = None
+            self._announced = None
         else:
-            self._tell(fault, now_s)
+            self._announce(fault, now_s)
 
-    def _tell(self, fault: str, now_s: float) -> None:
-        if fault != self._told and now_s - self._told_s >= _REMINDER_S:
-            self._told, self._told_s = fault, now_s
+    def _announce(self, fault: str, now_s: float) -> None:
+        if fault != self._announced and now_s - self._announced_s >= _REMINDER_S:
+            self._announced, self._announced_s = fault, now_s
             self._say(now_s, Severity.WARNING, "nmea_out", f"NMEA out: {fault}")
 
 
 def gga(tick: Tick) -> bytes:
-    """The position alone, as casters of corrections want it."""
+    """The position alone, for casters of corrections."""
     return _printed("GP", "GGA", Boat(tick, _utc(tick), (None, None)))
 
 
@@ -101,7 +111,7 @@ def _printed(talker: str, kind: str, boat: Boat) -> bytes:
 
 
 def _utc(tick: Tick) -> datetime:
-    """To hundredths, in whole numbers: a float would lose one now and then."""
+    """In whole hundredths of a second: a float would lose one now and then."""
     seconds, hundredths = divmod((tick.nav.time_unix_ns or tick.time_unix_ns) // 10_000_000, 100)
     return datetime.fromtimestamp(seconds, UTC).replace(microsecond=10_000 * hundredths)
 
@@ -150,7 +160,11 @@ def _gga(boat: Boat) -> Fields:
     hdop = "" if nav.hdop is None else f"{nav.hdop:.1f}"
     place = _place(boat) if quality else ("", "", "", "")
     corrections = boat.tick.inputs.corrections
-    age = "" if corrections is None or quality not in (2, 4, 5) else f"{corrections.age_s + nav.t_s - corrections.t_s:.1f}"
+    age = (
+        ""
+        if corrections is None or quality not in (2, 4, 5)
+        else f"{corrections.age_s + nav.t_s - corrections.t_s:.1f}"
+    )
     station = "" if not age or corrections is None or corrections.station is None else f"{corrections.station:04d}"
     altitude = f"{nav.altitude_m:.2f}" if quality else ""
     return (_clock(boat), *place, str(quality), satellites, hdop, altitude, "M", "", "M", age, station)
@@ -185,8 +199,8 @@ def _zda(boat: Boat) -> Fields:
 def _steer(boat: Boat) -> tuple[str, str, str] | None:
     """(nautical miles, side to steer to, unit); None off any track."""
     setpoint = boat.tick.setpoint
-    error_m = setpoint.cross_track_error_m
-    if setpoint.kind not in _TRACK or error_m is None:
+    error_m = setpoint.progress.cross_track_error_m
+    if not isinstance(setpoint, PathSetpoint | PoseSetpoint) or error_m is None:
         return None
     return f"{abs(error_m) * _NM:.5f}", "L" if error_m > 0.0 else "R", "N"  # to starboard of the track: steer left
 
@@ -200,18 +214,34 @@ def _xte(boat: Boat) -> Fields | None:
 def _apb(boat: Boat) -> Fields | None:
     """To the point that the boat steers for; the bearing of the track is that of the path where the boat is."""
     setpoint, nav, steer = boat.tick.setpoint, boat.tick.nav, _steer(boat)
-    if steer is None or setpoint.target_north_m is None or setpoint.target_east_m is None:
+    target = setpoint.progress.target
+    if steer is None or target is None:
         return None
     status = "A" if nav.position_valid else "V"
-    bearing = math.atan2(setpoint.target_east_m - nav.east_m, setpoint.target_north_m - nav.north_m)
-    course = bearing if setpoint.course_rad is None else setpoint.course_rad
-    desired = course if setpoint.yaw_rad is None else setpoint.yaw_rad
+    bearing = math.atan2(target.east_m - nav.east_m, target.north_m - nav.north_m)
+    course = bearing if setpoint.progress.course_rad is None else setpoint.progress.course_rad
+    yaw_rad = desired_motion(setpoint).yaw_rad
+    desired = course if yaw_rad is None else yaw_rad
     name = f"{boat.tick.status.mission.seq:03d}"
-    return (status, status, *steer, "V", "V", _degrees(course), "T", name, _degrees(bearing), "T", _degrees(desired), "T")
+    return (
+        status,
+        status,
+        *steer,
+        "V",
+        "V",
+        _degrees(course),
+        "T",
+        name,
+        _degrees(bearing),
+        "T",
+        _degrees(desired),
+        "T",
+    )
 
 
 def _rsa(boat: Boat) -> Fields | None:
-    """A thruster astern that pushes to starboard (azimuth to starboard) turns the bow to port, which a rudder's angle counts as negative."""
+    """A thruster astern that pushes to starboard (azimuth to starboard) turns the bow to port, which a rudder's angle
+    counts as negative."""
     starboard, port = (_rudder(boat, index) for index in boat.rudders)
     return None if starboard is None else (*starboard, *(port or ("", "V")))
 

@@ -1,4 +1,4 @@
-"""What speaks on a line: to say that a device is plugged into another one's port, and to list what is plugged in."""
+"""Which device sends on a line: to report a device on the wrong port, and to list what is plugged in."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from companion.core.microcontroller_frame import BoardStatus, Ident
-from companion.io.formats import BoardFinder, Format, MavlinkFinder, NmeaFinder, RtcmFinder, UbxFinder, XsensFinder
+from companion.io.formats import BoardFinder, LineFormat, MavlinkFinder, NmeaFinder, RtcmFinder, UbxFinder, XsensFinder
 
 _LOOKED_AT, _OF_BYTES = 8192, 65536
 _SAMPLE_BYTES = 40
@@ -23,26 +23,27 @@ _NMEA_DEVICES = (  # the first whose sentences are among those heard
     ("the rudder sensor", frozenset({"RSA"})),
 )
 _DEVICES = {
-    Format.AIS: "the AIS receiver",
-    Format.MTDATA2: "the inertial sensor",
-    Format.XSENS: "the inertial sensor",
-    Format.MAVLINK: "a telemetry radio or an autopilot",
-    Format.BOARD: "the thruster board",
-    Format.RTCM: "the radio with the corrections",
-    Format.UBX: "the GNSS receiver",
+    LineFormat.AIS: "the AIS receiver",
+    LineFormat.MTDATA2: "the inertial sensor",
+    LineFormat.XSENS: "the inertial sensor",
+    LineFormat.MAVLINK: "a telemetry radio or an autopilot",
+    LineFormat.BOARD: "the thruster board",
+    LineFormat.RTCM: "the radio with the corrections",
+    LineFormat.UBX: "the GNSS receiver",
 }
 _REMEDIES = {
-    Format.XSENS: "have it send MTData2 (in MT Manager: output configuration)",
-    Format.UBX: "have it send NMEA 0183",
+    LineFormat.XSENS: "have it send MTData2 (in MT Manager: output configuration)",
+    LineFormat.UBX: "have it send NMEA 0183",
 }
 
 
 @dataclass(frozen=True, slots=True)
-class Verdict:
-    """`kinds`: how many messages of which kind, the most frequent first; `device`: what people call what speaks so; `notes`: its own
-    newest message of each kind, where that matters (MAVLink heartbeats, a board's identity and status)."""
+class Recognised:
+    """What a line carries. `kinds`: how many messages of each kind, the most frequent first. `device`: the name of
+    such a device for people. `notes`: its newest message of some kinds (MAVLink heartbeats, a board's identity and
+    status)."""
 
-    format: Format
+    format: LineFormat
     kinds: tuple[tuple[str, int], ...]
     device: str
     notes: dict[str, Any]
@@ -50,7 +51,9 @@ class Verdict:
     @property
     def types(self) -> Set[str]:
         """NMEA sentences without their talkers; the kinds of other formats."""
-        return frozenset(name[2:] if self.format is Format.NMEA and not name.startswith("P") else name for name, _ in self.kinds)
+        return frozenset(
+            name[2:] if self.format is LineFormat.NMEA and not name.startswith("P") else name for name, _ in self.kinds
+        )
 
     @property
     def text(self) -> str:
@@ -59,12 +62,13 @@ class Verdict:
 
 
 class Recogniser:
-    """Bytes as they come in → `verdict`. Remembers counts, some 2 kB of unfinished messages at most, and the last 40 bytes."""
+    """Bytes as they come in → `verdict`. Remembers counts, at most some 2 kB of unfinished messages, and the last 40
+    bytes."""
 
     def __init__(self) -> None:
         self.bytes = 0
-        self._kinds: dict[Format, Counter[str]] = {each: Counter() for each in Format}
-        self._carried: Counter[Format] = Counter()  # bytes
+        self._kinds: dict[LineFormat, Counter[str]] = {each: Counter() for each in LineFormat}
+        self._carried: Counter[LineFormat] = Counter()  # bytes
         self._notes: dict[str, Any] = {}
         self._printable = self._lines = 0
         self._sample = b""
@@ -85,20 +89,22 @@ class Recogniser:
                     self._notes[found.kind] = found.message
 
     @property
-    def verdict(self) -> Verdict | None:
+    def verdict(self) -> Recognised | None:
         """The format that carried the most bytes; None while no message of any has been seen."""
         if not self._carried:
             return None
         best = max(self._carried, key=lambda each: self._carried[each])
         kinds = tuple(self._kinds[best].most_common())
-        return Verdict(best, kinds, self._device(best, kinds), dict(self._notes))
+        return Recognised(best, kinds, self._device(best, kinds), dict(self._notes))
 
     @property
     def guess(self) -> str:
-        """Half a sentence for who expected something else; empty for bytes that tell nothing."""
+        """Half a sentence for a driver that expects another format; empty for bytes that show nothing."""
         verdict = self.verdict
         if verdict is not None:
-            return f"looks like {verdict.text}: {_REMEDIES.get(verdict.format) or f'is {verdict.device} plugged in here?'}"
+            return (
+                f"looks like {verdict.text}: {_REMEDIES.get(verdict.format) or f'is {verdict.device} plugged in here?'}"
+            )
         if self._nmea.bad:
             return "sentences of NMEA 0183 with wrong checksums: a bad wire, or two talkers on one line"
         if self._lines and self._printable >= _TEXT_SHARE * self.bytes:
@@ -106,23 +112,25 @@ class Recogniser:
             return f"text, but no NMEA 0183 with checksums: '{shown}'"
         return ""
 
-    def _device(self, best: Format, kinds: tuple[tuple[str, int], ...]) -> str:
-        if best is Format.BOARD and isinstance(ident := self._notes.get("identity"), Ident):
+    def _device(self, best: LineFormat, kinds: tuple[tuple[str, int], ...]) -> str:
+        if best is LineFormat.BOARD and isinstance(ident := self._notes.get("identity"), Ident):
             return f"the thruster board '{ident.name}'"
-        if best is not Format.NMEA:
+        if best is not LineFormat.NMEA:
             return _DEVICES[best]
         types = {name[2:] for name, _ in kinds}
-        return next((device for device, tells in _NMEA_DEVICES if types & tells), "an NMEA device")
+        return next((device for device, typical in _NMEA_DEVICES if types & typical), "an NMEA device")
 
 
 class Overheard:
-    """What a driver hears on its port and cannot read: another device's messages, perhaps. `guess` as of a `Recogniser`.
+    """What a driver receives on its port and cannot read: perhaps another device's messages. `guess` as of a
+    `Recogniser`.
 
-    While the driver's own messages come in nothing is done; else the first 8 kB of every 64 kB are looked at, so that a flood costs little.
+    While the driver's own messages come in it does nothing. Otherwise it looks at the first 8 kB of every 64 kB, so
+    that a flood costs little.
     """
 
     def __init__(self, patience_bytes: int) -> None:
-        """`patience_bytes`: so many without one valid message are nothing to wonder at."""
+        """`patience_bytes`: fewer bytes without a valid message are normal."""
         self._patience_bytes = patience_bytes
         self._passed = 0
         self._recogniser: Recogniser | None = None
@@ -140,4 +148,5 @@ class Overheard:
 
     @property
     def guess(self) -> str:
+        """Half a sentence about the other device; empty where nothing is known."""
         return "" if self._recogniser is None else self._recogniser.guess

@@ -1,7 +1,7 @@
 """RTCM 3 frames in a stream of bytes.
 
-Source: RTCM 10403.3, transport layer: D3, six zero bits, length of the data in ten bits, data, CRC-24Q (polynomial 1864CFB, begins with 0) over all
-before it.
+Source: RTCM 10403.3, transport layer: D3, six zero bits, length of the data in ten bits, data, CRC-24Q (polynomial
+1864CFB, begins with 0) over all before it.
 """
 
 from __future__ import annotations
@@ -28,6 +28,7 @@ _TABLE = _table()
 
 
 def crc24q(data: bytes) -> int:
+    """CRC-24Q of RTCM 3; 0 over a frame with its own checksum."""
     crc = 0
     for byte in data:
         crc = (crc << 8 & 0xFFFFFF) ^ _TABLE[crc >> 16 ^ byte]
@@ -40,9 +41,10 @@ def message_number(frame: bytes) -> int:
 
 
 class RtcmFramer:
-    """Takes bytes as they come, gives the frames that are whole, unchanged. Remembers an unfinished frame (at most 1029 bytes).
+    """Bytes as they come in → whole frames, unchanged. Remembers an unfinished frame (at most 1029 bytes).
 
-    Where a checksum does not hold, the search goes on one byte further. `bad`: frames with a wrong checksum; `garbage`: bytes of no frame.
+    Where a checksum does not hold, the search goes on one byte further. `bad`: frames with a wrong checksum; `garbage`:
+    bytes of no frame.
     """
 
     def __init__(self) -> None:
@@ -52,13 +54,15 @@ class RtcmFramer:
 
     @property
     def pending(self) -> bool:
+        """Whether a frame is unfinished."""
         return bool(self._rest)
 
     def feed(self, data: bytes) -> list[bytes]:
+        """The frames that the next bytes complete."""
         return self._scan(self._rest + data, False)
 
     def flush(self) -> list[bytes]:
-        """As if nothing more will come to what is unfinished."""
+        """The frames in what is unfinished, as if nothing more came."""
         return self._scan(self._rest, True) if self._rest else []
 
     def _scan(self, buffer: bytes, last: bool) -> list[bytes]:
@@ -67,7 +71,9 @@ class RtcmFramer:
         while (found := _start(buffer, at)) is not None:
             self.garbage += found.start() - at
             at = found.start()
-            size = _HEAD + _CRC + ((buffer[at + 1] & 0x03) << 8 | buffer[at + 2]) if len(buffer) >= at + _HEAD else LONGEST
+            size = (
+                _HEAD + _CRC + ((buffer[at + 1] & 0x03) << 8 | buffer[at + 2]) if len(buffer) >= at + _HEAD else LONGEST
+            )
             if len(buffer) < at + size:
                 if not last:
                     self._rest = buffer[at:]

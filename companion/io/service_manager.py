@@ -1,4 +1,4 @@
-"""What systemd is told of a run: ready, alive, how it stands, stopping. Source: sd_notify(3), systemd.service(5)."""
+"""Reports to systemd: ready, alive, status, stopping. Source: sd_notify(3), systemd.service(5)."""
 
 from __future__ import annotations
 
@@ -7,20 +7,23 @@ import os
 import socket
 from collections.abc import Mapping
 
-from companion.core.types import Tick
+from companion.core.tick import Tick
 
 _KICKS = 4.0  # in the time that the watchdog waits
 _STATUS_S = 5.0
 
 
 class ServiceManager:
-    """A `core.ports.Recorder`: each tick is a sign of life, so a loop that hangs is restarted. The first one says READY.
+    """A `core.ports.Recorder` for systemd: each tick is a sign of life, so that a loop that hangs is restarted. The
+    first tick reports READY.
 
-    Never blocks and never raises: a service manager that does not listen is no reason to stop. Remembers when it last said what.
+    Never blocks and never raises: a service manager that does not listen is no reason to stop. Remembers when it last
+    sent what.
     """
 
     def __init__(self, address: str, watchdog_s: float | None = None) -> None:
-        """`address`: of the datagram socket, `@name` for an abstract one. `watchdog_s`: after which silence counts as death; None: no watchdog."""
+        """`address`: of the datagram socket, `@name` for an abstract one. `watchdog_s`: silence after which systemd
+        restarts the service; None: no watchdog."""
         self._address = "\0" + address[1:] if address.startswith("@") else address
         self._kick_s = None if watchdog_s is None else watchdog_s / _KICKS
         self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_CLOEXEC)
@@ -29,6 +32,7 @@ class ServiceManager:
         self._ready = False
 
     def record(self, tick: Tick) -> None:
+        """See `Recorder`. Sends the signs of life and the status that are due."""
         lines = []
         if not self._ready:
             self._ready = True
@@ -43,6 +47,7 @@ class ServiceManager:
             self._say(*lines)
 
     def close(self) -> None:
+        """Announce the end."""
         self._say("STOPPING=1")
         self._socket.close()
 
@@ -52,7 +57,8 @@ class ServiceManager:
 
 
 def service_manager(environment: Mapping[str, str], process: int | None = None) -> ServiceManager | None:
-    """The one that `environment` names, or None. `process`: our own number, for a watchdog that means another process."""
+    """The service manager that `environment` names, or None. `process`: our own number, since the watchdog may be meant
+    for another process."""
     address = environment.get("NOTIFY_SOCKET", "")
     if not address.startswith(("/", "@")):
         return None

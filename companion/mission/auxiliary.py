@@ -1,4 +1,4 @@
-"""Items and commands for servo and relay outputs → what they ask for."""
+"""Items and commands for servo and relay outputs → actions."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from companion.mission.commands import Command
 from companion.mission.plan import PlanItem
 from companion.mission.tasks import AuxiliaryAction, SetActuators, SetRelay, SetServo
 
-UNSET_INT = frozenset({0, 2**31 - 1, -(2**31)})  # x or y that says nothing: zero, or what clients make of NaN
+UNSET_INT = frozenset({0, 2**31 - 1, -(2**31)})  # x or y without a value: zero, or what clients make of NaN
 
 
 def auxiliary_of(item: PlanItem) -> AuxiliaryAction | None:
-    """What an item of a mission asks of an output; None for one that is about something else."""
+    """The action of a mission item on an output; None for an item of another kind."""
     return action_of(item.command, (item.param1, item.param2, item.param3, item.param4))
 
 
 def action_of(command: int, params: Sequence[float]) -> AuxiliaryAction | None:
-    """The same for a command whose parameters have been checked."""
+    """The action of a MAV_CMD with checked parameters on an output; None for a command of another kind."""
     match command:
         case Command.DO_SET_SERVO:
             return SetServo(int(params[0]), params[1])

@@ -1,8 +1,8 @@
-"""The commands that a plan may hold, and the one table of what each of them asks for.
+"""The commands that a plan may hold, and the table of rules for each of them.
 
-Numbers, parameters and ranges are those of MAV_CMD in MAVLink's common.xml. Commands for a camera or gimbal that is not there, and those of
-aircraft that a boat has done already (take off), are accepted and do nothing, so that survey plans drawn in a ground station can be sailed.
-Everything else is refused.
+Numbers, parameters and ranges are those of MAV_CMD in MAVLink's common.xml. Commands for a camera or a gimbal, and
+those of aircraft that do not apply to a boat (take-off), are accepted without effect, so that the boat can sail survey
+plans of ground stations. All others are refused.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ class Command(IntEnum):
 
     NAV_WAYPOINT = 16
     NAV_LOITER_UNLIM = 17
+    NAV_LOITER_TURNS = 18
     NAV_LOITER_TIME = 19
     NAV_RETURN_TO_LAUNCH = 20
     NAV_LAND = 21  # onto a berth
@@ -69,23 +70,25 @@ class Command(IntEnum):
     FENCE_CIRCLE_INCLUSION = 5003
     FENCE_CIRCLE_EXCLUSION = 5004
     RALLY_POINT = 5100
-    USER_3 = 31012  # station on the lead boat
+    USER_3 = 31012  # follow position
 
 
 class Role(Enum):
-    """What an item is to the executor."""
+    """How the executor treats an item."""
 
-    NAVIGATION = "navigation"  # the boat has something to do until it is done
-    CONDITION = "condition"  # likewise, between two navigation items
+    NAVIGATION = "navigation"  # a task of the boat, until it is done
+    CONDITION = "condition"  # a task between two navigation items
     DO = "do"  # takes effect at once, on the way
-    GATE = "gate"  # holds back the "do" items after it until it is met, while the boat sails on; at the latest to the end of the leg
+    # delays the "do" items after it until it is met, at the latest to the end of the leg, while the boat sails on
+    GATE = "gate"
     IGNORED = "ignored"  # accepted, without effect
     ZONE = "zone"  # part of a fence, or a rally point
 
 
 @dataclass(frozen=True, slots=True)
 class Range:
-    """What one parameter may be: `low`…`high` (finite), or one of `also`, or NaN where there is a default. `number` is 1…4."""
+    """Allowed values of parameter `number` (1…4): `low`…`high` (finite), one of `also`, or NaN if `nan`. `whole`: whole
+    numbers only."""
 
     number: int
     label: str
@@ -97,6 +100,7 @@ class Range:
     also: tuple[float, ...] = ()
 
     def allows(self, value: float) -> bool:
+        """Whether the parameter may have this value."""
         if self.low <= value <= self.high:
             return not self.whole or value == int(value)
         return (self.nan and value != value) or value in self.also
@@ -104,7 +108,7 @@ class Range:
 
 @dataclass(frozen=True, slots=True)
 class Rule:
-    """What holds for one command. `position`: x, y must be a latitude and a longitude."""
+    """The rule of one command. `position`: x, y must be a latitude and a longitude."""
 
     role: Role
     kind: PlanKind = PlanKind.MISSION
@@ -157,24 +161,45 @@ RULES: dict[int, Rule] = {
         ),
     ),
     Command.NAV_LOITER_UNLIM: Rule(Role.NAVIGATION, position=True, ranges=(_HEADING,)),
-    Command.NAV_LOITER_TIME: Rule(Role.NAVIGATION, position=True, ranges=(Range(1, "time", "give 0 s or more", 0), _HEADING)),
+    Command.NAV_LOITER_TURNS: Rule(
+        Role.NAVIGATION,
+        position=True,
+        ranges=(
+            Range(1, "turns", "give 0 to 1000", 0, 1000),
+            Range(2, "heading required", "give 0, or 1 to leave towards the next item", 0, 1, whole=True, nan=True),
+            Range(
+                3, "radius", "give metres, negative counter-clockwise; 0 means CIRC_RADIUS", -5000.0, 5000.0, nan=True
+            ),
+        ),
+    ),
+    Command.NAV_LOITER_TIME: Rule(
+        Role.NAVIGATION, position=True, ranges=(Range(1, "time", "give 0 s or more", 0), _HEADING)
+    ),
     Command.NAV_LOITER_TO_ALT: Rule(Role.NAVIGATION, position=True),  # a boat is at its altitude: a point to pass
-    Command.NAV_SPLINE_WAYPOINT: Rule(Role.NAVIGATION, position=True, ranges=(Range(1, "hold time", "give 0 s or more", 0),)),
+    Command.NAV_SPLINE_WAYPOINT: Rule(
+        Role.NAVIGATION, position=True, ranges=(Range(1, "hold time", "give 0 s or more", 0),)
+    ),
     Command.NAV_TAKEOFF: _IGNORED,
     Command.NAV_RETURN_TO_LAUNCH: Rule(Role.NAVIGATION),
     Command.NAV_LAND: Rule(
         Role.NAVIGATION,
         position=True,
-        ranges=(Range(4, "heading", "give the heading at which the boat lies at the berth, 0 to 360 degrees", -360.0, 360.0),),
+        ranges=(
+            Range(
+                4, "heading", "give the heading at which the boat lies at the berth, 0 to 360 degrees", -360.0, 360.0
+            ),
+        ),
     ),
     Command.NAV_DELAY: Rule(
         Role.NAVIGATION,
-        ranges=(Range(1, "delay", "give 0 s or more, or −1 to wait for the time of day in params 2 to 4", 0, also=(-1.0,)),),
+        ranges=(
+            Range(1, "delay", "give 0 s or more, or −1 to wait for the time of day in params 2 to 4", 0, also=(-1.0,)),
+        ),
     ),
     Command.CONDITION_YAW: Rule(
         Role.CONDITION,
         ranges=(
-            Range(1, "angle", "give 0 to 360 degrees; param3 says which way round", 0, 360),
+            Range(1, "angle", "give 0 to 360 degrees; param3 gives the direction", 0, 360),
             Range(2, "angular speed", "give 0 deg/s or more; 0 means the vessel's own", 0, nan=True),
             Range(3, "direction", "give −1, 0 or 1", -1, 1, whole=True),
             Range(4, "relative", "give 0 or 1", 0, 1, whole=True),
@@ -193,7 +218,9 @@ RULES: dict[int, Rule] = {
         Role.DO,
         ranges=(
             Range(1, "speed type", "give 1 (ground speed) or 0", 0, 1, whole=True),
-            Range(2, "speed", "give more than 0 m/s, −1 for no change or −2 for the vessel's own", 1e-3, also=(-1.0, -2.0)),
+            Range(
+                2, "speed", "give more than 0 m/s, −1 for no change or −2 for the vessel's own", 1e-3, also=(-1.0, -2.0)
+            ),
         ),
     ),
     Command.DO_SET_HOME: Rule(
@@ -201,12 +228,30 @@ RULES: dict[int, Rule] = {
     ),
     Command.DO_FOLLOW: Rule(
         Role.DO,
-        ranges=(Range(1, "leader", "give a system id, 1 to 255, or −1 for the one that FOLL_SYSID has", 1, 255, whole=True, nan=True, also=(-1.0,)),),
+        ranges=(
+            Range(
+                1,
+                "leader",
+                "give a system id, 1 to 255, or −1 for the one that FOLL_SYSID has",
+                1,
+                255,
+                whole=True,
+                nan=True,
+                also=(-1.0,),
+            ),
+        ),
     ),
     Command.USER_3: Rule(
         Role.DO,
         ranges=(
-            Range(1, "bearing", "give −360 to 360 degrees in the leader's frame, 180 astern, or NaN to keep it", -360, 360, nan=True),
+            Range(
+                1,
+                "bearing",
+                "give −360 to 360 degrees in the leader's frame, 180 astern, or NaN to keep it",
+                -360,
+                360,
+                nan=True,
+            ),
             Range(2, "distance", "give 1 to 500 m, not less than FOLL_MIN_DIST, or NaN to keep it", 1, 500, nan=True),
         ),
     ),
@@ -215,7 +260,10 @@ RULES: dict[int, Rule] = {
     Command.DO_SET_SERVO: Rule(Role.DO, ranges=(_SERVO, _PULSE)),
     Command.DO_REPEAT_SERVO: Rule(Role.DO, ranges=(_SERVO, _PULSE, _count(3), _cycle(4))),
     Command.DO_SET_ACTUATOR: Rule(
-        Role.DO, ranges=tuple(Range(n, f"actuator {n}", "give −1 to 1, or NaN to leave it", -1, 1, nan=True) for n in range(1, 5))
+        Role.DO,
+        ranges=tuple(
+            Range(n, f"actuator {n}", "give −1 to 1, or NaN to leave it", -1, 1, nan=True) for n in range(1, 5)
+        ),
     ),
     Command.DO_LAND_START: _IGNORED,
     Command.DO_SET_ROI_LOCATION: _IGNORED,
@@ -251,9 +299,11 @@ RULES: dict[int, Rule] = {
 }
 
 TASKS = frozenset(command for command, rule in RULES.items() if rule.role in (Role.NAVIGATION, Role.CONDITION))
-DESTINATIONS = frozenset(command for command, rule in RULES.items() if rule.role is Role.NAVIGATION and rule.position and command != Command.NAV_LAND)
+PLACES = frozenset(command for command, rule in RULES.items() if rule.role is Role.NAVIGATION and rule.position)
+DESTINATIONS = PLACES - {Command.NAV_LAND, Command.NAV_LOITER_TURNS}  # points that the boat is steered to
 GATES = frozenset(command for command, rule in RULES.items() if rule.role is Role.GATE)
-PASSED = frozenset({Command.NAV_WAYPOINT, Command.NAV_LOITER_TO_ALT, Command.NAV_SPLINE_WAYPOINT})  # destinations without a stay of their own
+# Destinations at which the boat need not stay.
+PASSED = frozenset({Command.NAV_WAYPOINT, Command.NAV_LOITER_TO_ALT, Command.NAV_SPLINE_WAYPOINT})
 SERVOS = frozenset({Command.DO_SET_SERVO, Command.DO_REPEAT_SERVO})
 RELAYS = frozenset({Command.DO_SET_RELAY, Command.DO_REPEAT_RELAY})
 POLYGONS = frozenset({Command.FENCE_POLYGON_INCLUSION, Command.FENCE_POLYGON_EXCLUSION})
@@ -261,15 +311,16 @@ CIRCLES = frozenset({Command.FENCE_CIRCLE_INCLUSION, Command.FENCE_CIRCLE_EXCLUS
 
 
 def name_of(command: int) -> str:
-    """Name for people, of any number."""
+    """The name of a command number, for people."""
     return Command(command).name if command in RULES else f"command {command}"
 
 
 def heading_rad(item: PlanItem) -> float | None:
-    """Heading that a waypoint or loiter item asks for.
+    """The heading that a waypoint or loiter item asks for; None for none.
 
-    A waypoint without hold time and with param4 exactly 0 asks for none: ground stations of the ArduPilot family fill unused
-    parameters with 0, and taken at its word the boat would stop and turn north at every waypoint of their plans. 360 means north.
+    A waypoint without hold time and with param4 exactly 0 has none: ground stations of the ArduPilot family fill unused
+    parameters with 0, and the boat would otherwise stop and turn north at every waypoint of their plans. 360 means
+    north.
     """
     if not math.isfinite(item.param4) or item.command in (Command.NAV_LOITER_TO_ALT, Command.NAV_SPLINE_WAYPOINT):
         return None
@@ -279,12 +330,12 @@ def heading_rad(item: PlanItem) -> float | None:
 
 
 def must_stay(item: PlanItem) -> bool:
-    """Whether the boat comes to rest at this destination and stays for a while, or takes up a heading there."""
+    """Whether the boat comes to rest at this destination, to stay for a while or to take up a heading."""
     return item.command not in PASSED or stay_s(item) != 0.0 or heading_rad(item) is not None
 
 
 def stay_s(item: PlanItem) -> float | None:
-    """How long it stays at this destination; None for ever."""
+    """How long the boat stays at this destination, in s; None: for ever."""
     if item.command == Command.NAV_LOITER_UNLIM:
         return None
     return 0.0 if item.command == Command.NAV_LOITER_TO_ALT or not item.param1 > 0.0 else item.param1

@@ -1,4 +1,4 @@
-"""A place in a plan, and how it moves on through "do" items and jumps."""
+"""A place in a plan, and how it advances through "do" items and jumps."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from companion.mission.auxiliary import auxiliary_of
 from companion.mission.commands import GATES, TASKS, Command
 from companion.mission.plan import PlanItem
-from companion.mission.tasks import Action, FollowLeader, Gate, SetHome, SetSpeed, SetStation
+from companion.mission.tasks import Action, DoCondition, FollowLeader, SetFollowPosition, SetHome, SetSpeed
 
 ENDLESS = -1
 _STARTS = (Command.IMAGE_START_CAPTURE, Command.VIDEO_START_CAPTURE)
@@ -17,15 +17,27 @@ _MOST_STEPS = 20_000  # between two tasks; twice the longest plan
 
 
 class Cursor:
-    """Where a mission stands: `seq`, the times each jump was taken, the speed that the mission has set (None: none), and whether it is
-    `surveying`: the camera was set to shoot on the way, which is how ground stations mark the transects of a survey.
+    """Place of a mission: `seq`, how often each jump was taken, the speed that the mission has set (None: none), and
+    whether it is `surveying`: the camera shoots on the way, which is how ground stations mark the transects of a
+    survey.
 
-    `seq` equal to the number of items means the end. `copy` looks ahead without moving the original. With `follow_endless` False
-    endless jumps are passed by. `held`: the conditions (first) and "do" items that wait on the present leg, by number; they run when their
-    condition is met (`open_gate`), or when the leg is done. `leg_speed_mps`: the fastest that the boat may sail on the present leg.
+    `seq` equal to the number of items means the end. `copy` looks ahead without moving the original. `follow_endless`
+    False: endless jumps are not taken. `held`: numbers of the condition (first) and the "do" items that wait for it on
+    the present leg; they run when it is met (`open_gate`), or at the end of the leg. `leg_speed_mps`: top speed on the
+    present leg.
     """
 
-    __slots__ = ("_follow_endless", "_gate_serial", "_items", "held", "jumps", "leg_speed_mps", "seq", "speed_mps", "surveying")
+    __slots__ = (
+        "_follow_endless",
+        "_gate_serial",
+        "_items",
+        "held",
+        "jumps",
+        "leg_speed_mps",
+        "seq",
+        "speed_mps",
+        "surveying",
+    )
 
     def __init__(
         self,
@@ -47,13 +59,13 @@ class Cursor:
         self._look_back()
 
     def copy(self) -> Cursor:
-        """Without what is held: the one who looks ahead has no use for it."""
+        """A copy to look ahead with; without the held items, which do not matter then."""
         ahead = Cursor(self._items, 0, dict(self.jumps), self.speed_mps, self._follow_endless)
         ahead.seq, ahead.surveying, ahead.leg_speed_mps = self.seq, self.surveying, self.leg_speed_mps
         return ahead
 
     def stand_at(self, seq: int) -> None:
-        """Another place, as if the items before it had been sailed in order; what waited on the leg is dropped."""
+        """Move to another place, as if the items before it had been sailed in order; held items are discarded."""
         self.seq = seq
         self.held.clear()
         self._look_back()
@@ -63,16 +75,18 @@ class Cursor:
         self.surveying = next((on for on in shooting if on is not None), False)
 
     @property
-    def gate(self) -> Gate | None:
-        """The condition that holds back items now."""
+    def gate(self) -> DoCondition | None:
+        """The condition that delays items now, or None."""
         if not self.held:
             return None
         item = self._items[self.held[0]]
         is_delay = item.command == Command.CONDITION_DELAY
-        return Gate(item.seq, self._gate_serial, item.param1 if is_delay else None, None if is_delay else item.param1)
+        return DoCondition(
+            item.seq, self._gate_serial, item.param1 if is_delay else None, None if is_delay else item.param1
+        )
 
     def open_gate(self) -> list[Action]:
-        """The present condition is met; returns what the items behind it change, up to the next condition."""
+        """The present condition is met: run the items that it held, up to the next condition. Returns their actions."""
         actions: list[Action] = []
         if self.held:
             self.held.pop(0)
@@ -90,19 +104,20 @@ class Cursor:
 
     @property
     def item(self) -> PlanItem | None:
-        """The item at this place; None at the end."""
+        """The item at `seq`; None at the end."""
         return self._items[self.seq] if self.seq < len(self._items) else None
 
     def advance(self) -> list[Action]:
-        """Leave the present item for the next task, or the end; what still waits runs first."""
+        """Advance from the present item to the next task or the end; held items run first. Returns the actions, in
+        order."""
         actions = self._open_all()
         self.seq += 1
         return actions + self.settle()
 
     def settle(self) -> list[Action]:
-        """Run "do" items from here to the next task or the end, or hold them back; returns what they change now, in order.
+        """Run "do" items up to the next task or the end, or hold them; returns their actions, in order.
 
-        A loop of jumps with no task in it is left after a bounded number of steps, past its jumps.
+        A loop of jumps without a task ends after a bounded number of steps, by ignoring its jumps.
         """
         actions: list[Action] = []
         items, count, steps = self._items, len(self._items), 0
@@ -125,7 +140,7 @@ class Cursor:
         return actions
 
     def _run(self, item: PlanItem, actions: list[Action]) -> None:
-        """A "do" item or a condition: its effect on the way ahead, and into `actions` what it changes now."""
+        """Run a "do" item or a condition: append its action to `actions`, or hold it."""
         action = self._action(item)
         holds = bool(self.held) or item.command in GATES
         if isinstance(action, SetSpeed):
@@ -141,7 +156,8 @@ class Cursor:
             actions.append(action)
 
     def _takes(self, jump: PlanItem) -> bool:
-        """Whether this jump is taken now; counts it. Counters run per item and are not set back by leaving the loop."""
+        """Whether this jump is taken now; counts it. Each item has its counter, which leaving the loop does not
+        reset."""
         if not 0 <= jump.param1 < len(self._items):
             return False
         if jump.param2 == ENDLESS:
@@ -162,12 +178,14 @@ class Cursor:
             return FollowLeader(item.seq, int(item.param1) if item.param1 > 0.0 else None)
         if item.command == Command.USER_3:
             bearing_rad, distance_m = math.radians(item.param1), item.param2
-            return SetStation(None if math.isnan(bearing_rad) else bearing_rad, None if math.isnan(distance_m) else distance_m)
+            return SetFollowPosition(
+                None if math.isnan(bearing_rad) else bearing_rad, None if math.isnan(distance_m) else distance_m
+            )
         return auxiliary_of(item)
 
 
 def _shooting(item: PlanItem) -> bool | None:
-    """Whether this item has the camera shoot from here on, or stops it; None where it does neither."""
+    """True if this item starts the camera, False if it stops it, None if neither."""
     if item.command == Command.DO_SET_CAM_TRIGG_DIST:
         return item.param1 > 0.0
     if item.command in _STARTS:

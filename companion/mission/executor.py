@@ -1,4 +1,4 @@
-"""The state machine of a mission: what the boat has to do now, and what comes after it."""
+"""The state machine of a mission: the present task of the boat and the tasks after it."""
 
 from __future__ import annotations
 
@@ -6,30 +6,31 @@ from collections.abc import Iterator, Mapping
 from enum import Enum
 from typing import Any
 
-from companion.core.types import MissionProgress, MissionState
+from companion.core.decision import MissionProgress, MissionState
 from companion.mission.commands import DESTINATIONS, Command, must_stay
 from companion.mission.cursor import Cursor
 from companion.mission.itinerary import task_at
 from companion.mission.plan import PlanItem, PlanKind, Plans, plan_id
 from companion.mission.snapshot import SnapshotError, read_snapshot, write_snapshot
-from companion.mission.tasks import Action, Complete, Gate, Sail, SetSpeed, Stay, Task
+from companion.mission.tasks import Action, Complete, DoCondition, Sail, SetSpeed, Stay, Task
 
 _COMPLETE = Complete()
 
 
 class Replaced(Enum):
-    """What a new plan did to a mission that was under way."""
+    """Effect of a new plan on a mission that was under way."""
 
-    CONTINUED = "continued"  # at the same item, because all up to it is the same
+    CONTINUED = "continued"  # at the same item: the plan is the same up to it
     RESTARTED = "restarted"  # from the first item
 
 
 class MissionExecutor:
-    """Goes through the mission that is in force in `plans`, told of each item that the boat has finished.
+    """Advances through the mission of `plans` as items are completed (`complete`).
 
-    Remembers: the state (MISSION_STATE), the place in the plan, the count of each jump, the speed that the mission has set, and whether
-    the boat has arrived at a destination where it stays. Knows no time: durations stand in the tasks, and who carries them out counts.
-    Navigation follows MAVLink's mission protocol; an item counts as reached when it is done, one with a hold on arrival.
+    It has no clock: the tasks hold durations, and the mode that carries them out measures time. Navigation follows
+    MAVLink's mission protocol; an item counts as reached when it is done, one with a hold on arrival. Remembers the
+    state (MISSION_STATE), the place in the plan, the count of each jump, the speed that the mission has set, and
+    whether the boat has arrived at a destination where it stays.
     """
 
     def __init__(self, plans: Plans) -> None:
@@ -40,22 +41,26 @@ class MissionExecutor:
         self._arrived = False
         self._reached = 0
         self._reached_seq: int | None = None
-        self._task: Task | None = None  # made when asked for
-        self._passed = 0  # points of the present route that lie behind
+        self._task: Task | None = None  # made on the first reading of `task`
+        self._passed = 0  # number of points of the present route passed
         self._just_passed: int | None = None  # the item passed last, while sailing on
         self._actions: list[Action] = []
         self.replaced: Replaced | None = None
-        """What the last change of plan did to the mission under way; None again as soon as the mission moves on."""
+        """Effect of the last change of plan on the mission under way; None once the mission has moved on."""
         plans.on_change(self._on_change)
 
     @property
     def progress(self) -> MissionProgress:
+        """State, current item and items reached."""
         count = len(self._items)
-        return MissionProgress(self._state, max(0, min(self._cursor.seq, count - 1)), count, self._reached_seq, self._reached)
+        return MissionProgress(
+            self._state, max(0, min(self._cursor.seq, count - 1)), count, self._reached_seq, self._reached
+        )
 
     @property
     def task(self) -> Task | None:
-        """What to do now: the same object until something changes. None while not ACTIVE, but `Complete` when all is done."""
+        """The present task: the same object until something changes. None while the mission is not ACTIVE; `Complete`
+        after the last item."""
         if self._state is MissionState.COMPLETE:
             return _COMPLETE
         if self._state is not MissionState.ACTIVE:
@@ -67,23 +72,24 @@ class MissionExecutor:
 
     @property
     def next_place(self) -> tuple[int, float, float] | None:
-        """(seq, lat_deg, lon_deg) of the first item with a position from the current one on, as it would be sailed to; None without any."""
+        """(seq, lat_deg, lon_deg) of the first destination from the current item on; None if there is none."""
         for item in self._items[0 if self._state is MissionState.COMPLETE else max(0, self._cursor.seq) :]:
-            if item.command in DESTINATIONS:
+            if item.command in DESTINATIONS or item.command == Command.NAV_LOITER_TURNS:
                 return item.seq, item.lat_deg, item.lon_deg
         return None
 
     @property
-    def gate(self) -> Gate | None:
-        """The condition that holds back "do" items on the present leg."""
+    def gate(self) -> DoCondition | None:
+        """The condition that delays "do" items on the present leg, or None."""
         return self._cursor.gate if self._state is MissionState.ACTIVE else None
 
     def open_gate(self) -> tuple[Action, ...]:
-        """That condition is met; returns what changes by it. What is still held back when the leg is done changes then."""
+        """The condition is met: returns the actions that it delayed. Actions still delayed at the end of the leg run
+        then."""
         return tuple(self._cursor.open_gate())
 
     def ahead(self) -> Iterator[Task]:
-        """The tasks from here to the end, as they would come; without end in a mission that goes round for ever. Moves nothing."""
+        """The tasks from here to the end, in order; endless for a mission with an endless loop. Changes nothing."""
         done = self._state is MissionState.COMPLETE
         cursor = Cursor(self._items) if done else self._cursor.copy()
         cursor.settle()
@@ -102,14 +108,16 @@ class MissionExecutor:
                 cursor.advance()
 
     def take_actions(self) -> tuple[Action, ...]:
-        """Actions of "do" items that ran when the mission began, was set to another item or was replaced; each is given once."""
+        """Actions of "do" items that ran when the mission began, changed its current item or was replaced; each is
+        returned once."""
         actions, self._actions = tuple(self._actions), []
         return actions
 
     def begin(self, first: int | None = None) -> str | None:
-        """Start or resume; returns why not, or None.
+        """Start or resume; returns the reason if that is refused, else None.
 
-        A mission paused or interrupted goes on at its current item, a complete one starts over, and `first` starts afresh at that item.
+        A paused or interrupted mission continues at its current item, a complete one starts over. With `first` it
+        starts afresh at that item.
         """
         if not self._items:
             return "no mission: upload one first"
@@ -129,15 +137,16 @@ class MissionExecutor:
         return None
 
     def pause(self) -> None:
-        """Interrupt an active mission; `begin` goes on with it."""
+        """Pause an active mission; `begin` resumes it."""
         if self._state is MissionState.ACTIVE:
             self._state = MissionState.PAUSED
             self._task = None
 
     def set_current(self, seq: int, reset: bool = False) -> str | None:
-        """Make `seq` the current item, in the present state; returns why not, or None. `reset` forgets the jumps taken.
+        """Make `seq` the current item; returns the reason if that is refused, else None. `reset` clears the counters of
+        the jumps.
 
-        A complete mission becomes one that has not started, at `seq`.
+        The state stays, but a complete mission becomes NOT_STARTED at `seq`.
         """
         if not self._items:
             return "no mission: upload one first"
@@ -157,10 +166,10 @@ class MissionExecutor:
         return None
 
     def complete(self, seq: int) -> tuple[Action, ...]:
-        """The boat has passed or finished item `seq` of the present task; returns what changes by it, in order.
+        """The boat has passed or finished item `seq` of the present task; returns the actions that follow, in order.
 
-        Points of a route before `seq` count as passed too. A `seq` that is not ahead in the present task is ignored, and so is the
-        point passed last if it is told again.
+        Points of a route before `seq` count as passed too. A `seq` that is not ahead in the present task is ignored,
+        and so is a repetition of the point passed last.
         """
         task = self.task
         actions: list[Action] = []
@@ -179,13 +188,18 @@ class MissionExecutor:
         return (*self.take_actions(), *actions)
 
     def snapshot(self) -> dict[str, Any]:
-        """Where the mission stands, for JSON."""
+        """The mission's place and state, as JSON values."""
         return write_snapshot(
-            self._plans.plan_id(PlanKind.MISSION), self._state, self._cursor, self._arrived, (self._reached, self._reached_seq)
+            self._plans.plan_id(PlanKind.MISSION),
+            self._state,
+            self._cursor,
+            self._arrived,
+            (self._reached, self._reached_seq),
         )
 
     def restore(self, snapshot: Mapping[str, Any]) -> str | None:
-        """Stand where `snapshot` was taken; returns why not, or None. An ACTIVE mission comes back as ACTIVE: `begin` or `pause` it."""
+        """Restore the place and state of `snapshot`; returns the reason if that is refused, else None. An ACTIVE
+        mission is ACTIVE again: `begin` or `pause` it."""
         if snapshot.get("plan_id") != self._plans.plan_id(PlanKind.MISSION):
             return "it belongs to another mission"
         try:
@@ -206,7 +220,7 @@ class MissionExecutor:
     # --- moving on -------------------------------------------------------------------------------------------------
 
     def _points_up_to(self, sail: Sail, seq: int) -> int:
-        """How many points lie ahead up to and including `seq`; 0 if it is not ahead."""
+        """Number of points ahead up to and including `seq`; 0 if it is not ahead."""
         if sail.route[self._passed].seq != seq == self._just_passed:
             return 0
         for number, point in enumerate(sail.route[self._passed :], start=1):
@@ -248,7 +262,7 @@ class MissionExecutor:
             self._state = MissionState.COMPLETE
 
     def _rewind(self, seq: int) -> None:
-        """Forget jumps and speed, and stand at `seq`."""
+        """Forget jumps and speed, and move to `seq`."""
         if self._cursor.speed_mps is not None:
             self._actions.append(SetSpeed(None))
         self._cursor = Cursor(self._items, seq)

@@ -1,6 +1,8 @@
-"""Plan files as text, by suffix: those of ground stations (`.plan`, `.waypoints`) and the routes of chart programs (`.gpx`, `.xml`, …).
+"""Plan files by suffix: those of ground stations (`.plan`, `.waypoints`) and routes of chart programs (`.gpx`, `.xml`,
+…).
 
-Text in, data out, and back; opening files is for others. A new format is one file with `read` and `write`, and one row here.
+These functions convert text to data and back; the caller opens the files. A new format is one file with `read` and
+`write`, and one row here.
 """
 
 from __future__ import annotations
@@ -15,11 +17,11 @@ from companion.mission.plan_file import PlanFile, PlanFileError
 __all__ = ["FORMATS", "LONGEST_TEXT", "Format", "PlanFile", "PlanFileError", "read", "write"]
 
 LONGEST_TEXT = 16_000_000
-"""Characters; the longest mission that a vessel takes needs a quarter of it."""
+"""Characters. The longest mission that a vessel accepts needs a quarter of this."""
 
 
 class Format(NamedTuple):
-    """`read(name, text)` and `write(name, plan)`; both raise PlanFileError."""
+    """A file format: its name for people, `read(name, text)` and `write(name, plan)`; both raise PlanFileError."""
 
     text: str
     read: Callable[[str, str], PlanFile]
@@ -38,14 +40,15 @@ FORMATS: dict[str, Format] = {
 
 
 def read(name: str, text: str) -> PlanFile:
-    """The plan in `text`, whose format the suffix of `name` tells. Raises PlanFileError with all problems."""
+    """The plan in `text`, in the format of the suffix of `name`. Raises PlanFileError with all problems."""
     if len(text) > LONGEST_TEXT:
         raise PlanFileError([f"{name}: {len(text)} characters; a plan file has at most {LONGEST_TEXT}"])
     return _format(name).read(name, text)
 
 
 def write(name: str, plan: PlanFile) -> str:
-    """Text of `plan` in the format that the suffix of `name` tells. Raises PlanFileError for what the format cannot hold."""
+    """The text of `plan` in the format of the suffix of `name`. Raises PlanFileError for what the format cannot
+    hold."""
     return _format(name).write(name, plan)
 
 

@@ -1,8 +1,9 @@
-"""GPX 1.0 and 1.1, as chart programs (OpenCPN, the OpenSeaMap trip planner) and receivers write it: one route, else one track, else waypoints.
+"""GPX 1.0 and 1.1, as chart programs (OpenCPN, the OpenSeaMap trip planner) and receivers write it: one route, else one
+track, else waypoints.
 
-OpenCPN's planned speed of a point is taken over, in knots, for the leg that leads to it; that of the whole route is for estimates only.
-Its arrival radius is not: it stands in every file, 0.05 sea miles unless somebody changed it, and a small boat would cut corners by that.
-What GPX has no place for stands in an extension of our own, `point` in the namespace `urn:usv-companion:route`.
+OpenCPN's planned speed of a point (in knots) applies to the leg that leads to it; that of the whole route is for
+estimates only. OpenCPN's arrival radius is ignored: every file has it, usually 0.05 nautical miles, and a small boat
+would cut corners by that. The extension `point` in the namespace `urn:usv-companion:route` holds what GPX cannot.
 https://www.topografix.com/GPX/1/1/
 """
 
@@ -22,7 +23,8 @@ _OURS = (("radius_m", 0.0, 1e5), ("speed_mps", 1e-3, 1e3), ("hold_s", 0.0, math.
 
 
 def read(name: str, text: str) -> PlanFile:
-    """Raises PlanFileError with every bad point and its line, or where there are several routes to choose from."""
+    """The plan in a GPX text. Raises PlanFileError with every bad point and its line, or if there are several
+    routes."""
     root = read_xml(name, text)
     if root.name != "gpx":
         raise PlanFileError([f"{root.place}: the file begins with <{root.name}>, not with <gpx>; export it as GPX"])
@@ -30,7 +32,7 @@ def read(name: str, text: str) -> PlanFile:
 
 
 def plan_of(name: str, root: Element) -> PlanFile:
-    """The plan in an element that holds routes, tracks or waypoints somewhere."""
+    """The plan in an element with routes, tracks or waypoints somewhere below it. Raises PlanFileError as `read`."""
     chosen, tag = _choose(name, root)
     problems: list[str] = []
     points: list[RouteFilePoint] = []
@@ -51,7 +53,10 @@ def _choose(name: str, root: Element) -> tuple[list[Element], str]:
     for tag, point_tag, what in _LISTS:
         found = [element for element in root.all(tag) if element.all(point_tag)]
         if len(found) > 1:
-            titles = ", ".join((title.text.strip() if (title := one.child("name")) is not None else "without a name")[:30] for one in found[:8])
+            titles = ", ".join(
+                (title.text.strip() if (title := one.child("name")) is not None else "without a name")[:30]
+                for one in found[:8]
+            )
             raise PlanFileError([f"{name}: {len(found)} {what}s ({titles}); export the one to sail by itself"])
         if found:
             return found, point_tag
@@ -66,17 +71,25 @@ def _point(element: Element) -> RouteFilePoint | str:
     values: dict[str, float] = {}
     for key, low, high in _OURS:
         if ours is not None and key in ours.attributes:
-            value = number(ours.attributes[key], key, low, high, f"give {low:g} or more" if high > 1e4 else f"give {low:g} to {high:g}")
+            value = number(
+                ours.attributes[key],
+                key,
+                low,
+                high,
+                f"give {low:g} or more" if high > 1e4 else f"give {low:g} to {high:g}",
+            )
             if isinstance(value, str):
                 return value
             values[key] = value
     hold_s = values.get("hold_s", 0.0)
     speed_mps = values.get("speed_mps") or _knots(element)
-    return RouteFilePoint(*place, values.get("radius_m"), speed_mps, None if math.isinf(hold_s) else hold_s, values.get("heading_deg"))
+    return RouteFilePoint(
+        *place, values.get("radius_m"), speed_mps, None if math.isinf(hold_s) else hold_s, values.get("heading_deg")
+    )
 
 
 def _knots(element: Element) -> float | None:
-    """OpenCPN's planned speed of a route or a point, in m/s; None for none."""
+    """OpenCPN's planned speed of a route or a point, in m/s; None if there is none."""
     extensions = element.child("extensions")
     speed = None if extensions is None else extensions.child("planned_speed")
     value = None if speed is None else number(speed.text.strip(), "speed", 0.01, 100.0, "")
@@ -84,8 +97,8 @@ def _knots(element: Element) -> float | None:
 
 
 def write(name: str, plan: PlanFile) -> str:
-    """One route. Raises PlanFileError with every item that is none of its points."""
-    from gpxpy.gpx import GPX, GPXRoute, GPXRoutePoint  # 60 ms, which nobody else should wait for
+    """The plan as one GPX route. Raises PlanFileError with every item that is not a point of a route."""
+    from gpxpy.gpx import GPX, GPXRoute, GPXRoutePoint  # imported late: it takes 60 ms
 
     points = from_plan(name, plan, "a GPX route")
     gpx = GPX()

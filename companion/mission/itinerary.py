@@ -1,21 +1,22 @@
-"""From a place in a plan to the task there."""
+"""A place in a plan → the task there."""
 
 from __future__ import annotations
 
 import math
 
-from companion.mission.commands import DESTINATIONS, Command, heading_rad, must_stay, stay_s
+from companion.mission.commands import DESTINATIONS, PLACES, Command, heading_rad, must_stay, stay_s
 from companion.mission.cursor import Cursor
 from companion.mission.plan import PlanItem
-from companion.mission.tasks import Complete, Dock, ReturnHome, RoutePoint, Sail, Stay, Task, Turn, Wait
+from companion.mission.tasks import Complete, Dock, Orbit, ReturnHome, RoutePoint, Sail, Stay, Task, Turn, Wait
 
 LONGEST_ROUTE = 200
 LOOK_BEYOND = 16
-_GOES_ON = (Command.NAV_RETURN_TO_LAUNCH, Command.NAV_LAND)
+_GOES_ON = (Command.NAV_RETURN_TO_LAUNCH, Command.NAV_LAND, Command.NAV_LOITER_TURNS)
 
 
 def task_at(cursor: Cursor, arrived: bool) -> Task:
-    """What to do at `cursor`, which stands at a task or at the end. `arrived`: at the destination itself, so the stay remains."""
+    """The task at `cursor`, which is at a task item or at the end. `arrived`: the boat is at the destination, so its
+    stay remains."""
     item = cursor.item
     if item is None:
         return Complete()
@@ -26,16 +27,18 @@ def task_at(cursor: Cursor, arrived: bool) -> Task:
     if item.command == Command.CONDITION_YAW:
         angle_rad = math.radians(item.param1 if item.param4 else math.remainder(item.param1, 360.0))
         return Turn(item.seq, angle_rad, bool(item.param4), int(item.param3))
+    if item.command == Command.NAV_LOITER_TURNS:
+        return _orbit(item, cursor.copy())
     if item.command == Command.NAV_LAND:
         return Dock(item.seq, item.lat_deg, item.lon_deg, heading_rad(item) or 0.0)
     return ReturnHome(item.seq)
 
 
 def _sail(ahead: Cursor) -> Sail:
-    """The points from here to the first at which the boat must come to rest; moves `ahead` along.
+    """The points up to the first at which the boat must come to rest; advances `ahead`.
 
-    A route ends early, without a stop, at its longest length and before a point that would follow itself; the next one goes on from there.
-    Before the way home, or to a berth, it does not stop either.
+    A route ends early, without a stop, at its greatest length, and before a point that would follow itself; the next
+    route continues there. It does not stop before the way home, a berth or an orbit either.
     """
     route: list[RoutePoint] = []
     while (item := ahead.item) is not None and item.command in DESTINATIONS:
@@ -49,7 +52,7 @@ def _sail(ahead: Cursor) -> Sail:
 
 
 def _beyond(ahead: Cursor) -> tuple[RoutePoint, ...]:
-    """What the next route begins with."""
+    """The first points of the next route."""
     points: list[RoutePoint] = []
     while len(points) < LOOK_BEYOND and (item := ahead.item) is not None and item.command in DESTINATIONS:
         points.append(_point(item, ahead))
@@ -66,6 +69,18 @@ def _point(item: PlanItem, at: Cursor) -> RoutePoint:
 
 def _stay(item: PlanItem) -> Stay:
     return Stay(item.seq, item.lat_deg, item.lon_deg, heading_rad(item), stay_s(item))
+
+
+def _orbit(item: PlanItem, at: Cursor) -> Orbit:
+    """Params: turns; 1 to leave only towards the next item; radius, negative counter-clockwise. The boat always leaves
+    straight to the next item, whatever param 4 asks of a craft that follows the line between two centres."""
+    speed_mps, leave_to = at.leg_speed_mps, None
+    at.advance()
+    if item.param2 == 1.0 and at.item is not None and at.item.command in PLACES:
+        leave_to = (at.item.lat_deg, at.item.lon_deg)
+    given = math.isfinite(item.param3) and item.param3 != 0.0
+    radius_m, clockwise = (abs(item.param3), item.param3 > 0.0) if given else (None, None)
+    return Orbit(item.seq, item.lat_deg, item.lon_deg, radius_m, clockwise, item.param1, speed_mps, leave_to)
 
 
 def _wait(item: PlanItem) -> Wait:

@@ -1,7 +1,7 @@
-"""Elements of a file that nests names, attributes and text: XML, or the JSON that a converter made of it.
+"""Elements of a file with nested names, attributes and text: XML, or JSON that a converter made from it.
 
-XML is read by a parser that refuses what plan files never need and attackers do: document types, entities, anything from outside. How many
-elements there may be, and how deep, is bounded.
+The XML parser refuses what plan files never need and attackers use: document types, entities, external content. The
+number of elements and their depth are limited.
 """
 
 from __future__ import annotations
@@ -23,14 +23,15 @@ from companion.mission.plan_file import PlanFileError
 
 MOST_ELEMENTS = 300_000
 DEEPEST = 60
-_ATTRIBUTE_PREFIXES = ("@_", "@", "-", "_", "$")  # as converters write them: fast-xml-parser, xmltodict, BadgerFish, x2js …
+# Keys that converters write: fast-xml-parser, xmltodict, BadgerFish, x2js and others
+_ATTRIBUTE_PREFIXES = ("@_", "@", "-", "_", "$")
 _ATTRIBUTE_OBJECTS = ("$", "@", "_attributes", "@attributes", "attributes", "attr")
 _TEXTS = ("#text", "_text", "$t", "__text", "_", "text", "content", "$")
 
 
 @dataclass(slots=True)
 class Element:
-    """`name` without its namespace; `place` says where it stands, for people."""
+    """One element. `name` has no namespace. `place` is the file and line, or the path in JSON, for error texts."""
 
     name: str
     place: str
@@ -47,14 +48,16 @@ class Element:
             waiting.extend(reversed(element.children))
 
     def all(self, name: str) -> list[Element]:
+        """The elements of that name among this one and all below it, in the order of the file."""
         return [element for element in self.walk() if element.name == name]
 
     def child(self, name: str) -> Element | None:
+        """The first direct child of that name, or None."""
         return next((element for element in self.children if element.name == name), None)
 
 
 def local_name(name: str) -> str:
-    """`rtept` of `gpx:rtept`."""
+    """The name without its namespace prefix: `rtept` for `gpx:rtept`."""
     return name.rpartition(":")[2]
 
 
@@ -62,11 +65,11 @@ def local_name(name: str) -> str:
 
 
 class _TooMuch(Exception):
-    """More than any plan needs."""
+    """The file has more elements, or deeper ones, than a plan needs."""
 
 
 class _Builder(ContentHandler):
-    """SAX events → one tree, each element with its line."""
+    """Builds a tree of elements, each with its line, from SAX events."""
 
     def __init__(self, name: str) -> None:
         super().__init__()
@@ -78,9 +81,11 @@ class _Builder(ContentHandler):
         self.root: Element | None = None
 
     def setDocumentLocator(self, locator: Any) -> None:
+        """Keep the locator, which has the line numbers."""
         self._locator = locator
 
     def startElement(self, name: str, attrs: AttributesImpl) -> None:
+        """Add an element below the open one. Raises _TooMuch beyond the limits."""
         self._count += 1
         if self._count > MOST_ELEMENTS:
             raise _TooMuch(f"more than {MOST_ELEMENTS} elements; keep one route in the file")
@@ -96,14 +101,17 @@ class _Builder(ContentHandler):
         self._texts.append([])
 
     def endElement(self, name: str) -> None:
+        """Close the open element and set its text."""
         self._open.pop().text = "".join(self._texts.pop())
 
     def characters(self, content: str) -> None:
+        """Collect text of the open element."""
         self._texts[-1].append(content)
 
 
 def read_xml(name: str, text: str) -> Element:
-    """The root element. Raises PlanFileError with file and line for what is no XML, or none that a plan file should be."""
+    """The root element. Raises PlanFileError with file and line for invalid XML and for XML that no plan file
+    needs."""
     builder = _Builder(name)
     source = InputSource()
     source.setCharacterStream(StringIO(text.removeprefix("\ufeff")))
@@ -113,9 +121,13 @@ def read_xml(name: str, text: str) -> Element:
     try:
         parser.parse(source)
     except SAXParseException as error:
-        raise PlanFileError([f"{name}:{error.getLineNumber()}: not well-formed XML: {error.getMessage()}; save the file again"]) from error
+        raise PlanFileError(
+            [f"{name}:{error.getLineNumber()}: not well-formed XML: {error.getMessage()}; save the file again"]
+        ) from error
     except DefusedXmlException as error:
-        raise PlanFileError([f"{name}: it declares a document type or entities (DTD), which no route needs; remove that part"]) from error
+        raise PlanFileError(
+            [f"{name}: it declares a document type or entities (DTD), which no route needs; remove that part"]
+        ) from error
     except (_TooMuch, ValueError) as error:
         raise PlanFileError([f"{name}: {error}"]) from error
     if builder.root is None:
@@ -127,17 +139,22 @@ def read_xml(name: str, text: str) -> Element:
 
 
 def read_json(name: str, text: str) -> Any:
-    """Any JSON. Raises PlanFileError with file, line and column."""
+    """The value of a JSON text. Raises PlanFileError with file, line and column."""
     try:
         return json.loads(text.removeprefix("\ufeff"), parse_constant=_no_constant, parse_int=_whole_number)
     except (ValueError, RecursionError) as error:
-        where = f"{name}:{error.lineno}:{error.colno}: {error.msg}" if isinstance(error, json.JSONDecodeError) else f"{name}: {error}"
+        where = (
+            f"{name}:{error.lineno}:{error.colno}: {error.msg}"
+            if isinstance(error, json.JSONDecodeError)
+            else f"{name}: {error}"
+        )
         raise PlanFileError([f"{where}; save the file again, or correct the JSON"]) from error
 
 
 def from_json(name: str, content: Mapping[str, Any]) -> Element:
-    """The elements that JSON made from XML holds: the keys are names, repeated elements are lists, attributes have a prefix or an object of
-    their own, text is a plain value or has a name such as `#text`. A place is the way there, as `gpx.rte.rtept[3]`. Raises PlanFileError."""
+    """The root of the elements in JSON that was made from XML. Keys are names, lists are repeated elements; attributes
+    have a prefix or an object of their own; text is a plain value or has a key such as `#text`. A place is a path such
+    as `gpx.rte.rtept[3]`. Raises PlanFileError for too many or too deep elements."""
     root = Element("", name, {})
     waiting: list[tuple[Element, str, Mapping[str, Any], int]] = [(root, "", content, 0)]
     count = 0
@@ -147,7 +164,9 @@ def from_json(name: str, content: Mapping[str, Any]) -> Element:
             for number, one in enumerate(value) if isinstance(value, list) else ((None, value),):
                 count += 1
                 if count > MOST_ELEMENTS or depth >= DEEPEST:
-                    raise PlanFileError([f"{name}: more elements than a route has, or nested deeper; keep one route in the file"])
+                    raise PlanFileError(
+                        [f"{name}: more elements than a route has, or nested deeper; keep one route in the file"]
+                    )
                 here = f"{way}{key}" if number is None else f"{way}{key}[{number}]"
                 element = _json_element(local_name(key), f"{name}: {here}", one)
                 parent.children.append(element)
@@ -164,7 +183,9 @@ def _json_element(name: str, place: str, value: Any) -> Element:
     leaves: list[Element] = []
     for key, inner in value.items():
         if key in _ATTRIBUTE_OBJECTS and isinstance(inner, Mapping):
-            attributes |= {local_name(k.lstrip("@-_$")): _plain(v) for k, v in inner.items() if not isinstance(v, list | dict)}
+            attributes |= {
+                local_name(k.lstrip("@-_$")): _plain(v) for k, v in inner.items() if not isinstance(v, list | dict)
+            }
         elif not isinstance(inner, list | dict) and key not in _TEXTS:
             attributes[local_name(_bare(key))] = _plain(inner)
             leaves.append(Element(local_name(key), f"{place}.{key}", {}, _plain(inner)))
@@ -186,5 +207,5 @@ def _no_constant(text: str) -> float:
 
 
 def _whole_number(text: str) -> int | float:
-    """Digits without end become infinite, and are refused where they stand."""
+    """A whole number; one with 20 digits or more becomes infinite, which the check of its field refuses."""
     return int(text) if len(text) < 20 else math.inf

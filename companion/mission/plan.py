@@ -1,7 +1,7 @@
-"""Plans as data: items exactly as a ground station sent them, and the three lists that a vessel keeps.
+"""Plans as data: items exactly as a ground station sent them, and the three lists of a vessel.
 
-Items are stored raw (integers and frame as received) so that a download equals the upload bit for bit; what they mean is read
-through properties. Numbers are those of MAVLink (MAV_CMD, MAV_FRAME, MAV_MISSION_TYPE, MAV_MISSION_RESULT).
+Items are stored raw (integers and frame as received), so that a download equals the upload bit for bit; properties give
+their meaning. Numbers are those of MAVLink (MAV_CMD, MAV_FRAME, MAV_MISSION_TYPE, MAV_MISSION_RESULT).
 """
 
 from __future__ import annotations
@@ -12,11 +12,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 
-GLOBAL_FRAMES = frozenset({0, 3, 5, 6, 10, 11})  # a boat takes them all as the same horizontal frame
+GLOBAL_FRAMES = frozenset({0, 3, 5, 6, 10, 11})  # MAV_FRAME; all the same for a boat, which ignores altitude
 
 
 class PlanKind(IntEnum):
-    """The numbers are those of MAV_MISSION_TYPE."""
+    """The three lists; the numbers are those of MAV_MISSION_TYPE."""
 
     MISSION = 0
     FENCE = 1
@@ -24,7 +24,7 @@ class PlanKind(IntEnum):
 
 
 class PlanResult(IntEnum):
-    """The numbers are those of MAV_MISSION_RESULT."""
+    """Answer to an upload; the numbers are those of MAV_MISSION_RESULT."""
 
     ACCEPTED = 0
     ERROR = 1
@@ -46,7 +46,7 @@ class PlanResult(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class PlanRefusal:
-    """Why a plan was not taken. `seq` is the item at fault, or None for the plan as a whole."""
+    """Why a plan is refused. `seq`: the item at fault, or None for the plan as a whole."""
 
     result: PlanResult
     text: str
@@ -55,7 +55,7 @@ class PlanRefusal:
 
 @dataclass(frozen=True, slots=True)
 class PlanItem:
-    """One item as in MISSION_ITEM_INT: params may be NaN; x, y are degrees·1e7 in a global frame, else raw."""
+    """One item, as in MISSION_ITEM_INT: parameters may be NaN; x, y are degrees·1e7 in a global frame, else raw."""
 
     seq: int
     command: int
@@ -72,15 +72,17 @@ class PlanItem:
 
     @property
     def lat_deg(self) -> float:
+        """Latitude of an item in a global frame."""
         return self.x * 1e-7
 
     @property
     def lon_deg(self) -> float:
+        """Longitude of an item in a global frame."""
         return self.y * 1e-7
 
 
 class Plans:
-    """The mission, the fence and the rally points now in force. A list is replaced whole or not at all."""
+    """The mission, the fence and the rally points in force. A list is replaced as a whole or not at all."""
 
     def __init__(self) -> None:
         self._items: dict[PlanKind, tuple[PlanItem, ...]] = dict.fromkeys(PlanKind, ())
@@ -88,20 +90,23 @@ class Plans:
         self._listeners: list[Callable[[PlanKind], None]] = []
 
     def items(self, kind: PlanKind) -> tuple[PlanItem, ...]:
+        """The items of that list, in order."""
         return self._items[kind]
 
     def plan_id(self, kind: PlanKind) -> int:
-        """Changes with the content; 0 for an empty list (MAVLink's opaque_id)."""
+        """A number that changes with the content; 0 for an empty list (MAVLink's opaque_id)."""
         return self._ids[kind]
 
     def replace(self, kind: PlanKind, items: Sequence[PlanItem]) -> None:
-        """Put validated `items` in force and tell the listeners (persistence, executor, fence), in the order they were added."""
+        """Put checked `items` in force, and call the listeners (state file, executor, fence) in the order in which they
+        were added."""
         self._items[kind] = tuple(items)
         self._ids[kind] = plan_id(items)
         for listener in self._listeners:
             listener(kind)
 
     def on_change(self, listener: Callable[[PlanKind], None]) -> None:
+        """Call `listener(kind)` after every replacement."""
         self._listeners.append(listener)
 
 
@@ -111,5 +116,7 @@ def plan_id(items: Sequence[PlanItem]) -> int:
         return 0
     crc = 0
     for i in items:
-        crc = zlib.crc32(struct.pack("<HBffffiif", i.command, i.frame, i.param1, i.param2, i.param3, i.param4, i.x, i.y, i.z), crc)
+        crc = zlib.crc32(
+            struct.pack("<HBffffiif", i.command, i.frame, i.param1, i.param2, i.param3, i.param4, i.x, i.y, i.z), crc
+        )
     return crc or 1

@@ -1,4 +1,4 @@
-"""What a plan file holds, whatever its format, and what can be wrong with one."""
+"""The content of a plan file of any format, its error, and the conversion of items."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ _INT32 = 2**31 - 1
 
 @dataclass(frozen=True, slots=True)
 class PlanFile:
-    """Mission, fence and rally points; `home` (lat_deg, lon_deg, altitude_m) and cruise speed are the plan's own, for estimates."""
+    """Mission, fence and rally points. `home` (lat_deg, lon_deg, altitude_m) and the cruise speed are those of the
+    plan, for estimates."""
 
     mission: tuple[PlanItem, ...]
     fence: tuple[PlanItem, ...] = ()
@@ -24,7 +25,7 @@ class PlanFile:
 
 
 class PlanFileError(Exception):
-    """A file that cannot be read or written. `problems`: all of them, each with file, line or item, and remedy."""
+    """A plan file cannot be read or written. `problems`: one line for each, with file, line or item, and remedy."""
 
     def __init__(self, problems: Sequence[str]) -> None:
         super().__init__("\n".join(problems))
@@ -33,7 +34,7 @@ class PlanFileError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """An item as a file has it: `params` 1…7, of which 5 and 6 are degrees in a global frame and plain numbers in another."""
+    """An item as files hold it: `params` 1…7; 5 and 6 are degrees in a global frame, plain numbers in another."""
 
     command: int
     frame: int
@@ -43,7 +44,8 @@ class Row:
 
 
 def to_item(seq: int, row: Row) -> PlanItem | str:
-    """The item, or what is wrong with it. NaN in params 5 and 6 becomes 0 (they mean nothing then); 1e-7° is the resolution."""
+    """The item, or a text about what is wrong with it. NaN in params 5 and 6 becomes 0 (they have no meaning then); the
+    resolution is 1e-7°."""
     if not 0 <= row.command <= 0xFFFF or not 0 <= row.frame <= 0xFF:
         return f"command {row.command} in frame {row.frame}; give a MAV_CMD and a MAV_FRAME number"
     for number, value in enumerate(row.params, start=1):

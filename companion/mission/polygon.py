@@ -1,4 +1,4 @@
-"""Whether a polygon crosses itself."""
+"""Test of a polygon for self-intersection."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-MOST_VERTICES = 1_000  # keeps the test, and the fence's own work in each tick, within milliseconds
+MOST_VERTICES = 1_000  # keeps this test, and the work of the fence in each tick, within milliseconds
 _TURN = 3_600_000_000  # 360°, in degrees·1e7
 
 _Vectors = NDArray[np.float64]
@@ -15,10 +15,11 @@ _Numbers = NDArray[np.intp]
 
 
 def find_crossing(vertices: Sequence[tuple[int, int]]) -> tuple[int, int] | None:
-    """Numbers of two sides that cross, touch or lie on each other, or None for a simple polygon.
+    """Numbers of two sides that cross, touch or overlap; None for a simple polygon.
 
-    `vertices`: (latitude, longitude) in degrees·1e7, at least 3; side i runs from vertex i to the next, the last one back to the first.
-    Sides without length (a vertex given twice) are passed over. Exact for polygons up to some 5 degrees across.
+    `vertices`: at least 3 (latitude, longitude) in degrees·1e7. Side i runs from vertex i to the next, the last one
+    back to the first. Sides of no length (repeated vertices) are ignored. Exact for polygons up to some 5 degrees
+    across.
     """
     sides, numbers = _sides(vertices)
     if len(sides) < 3:
@@ -62,7 +63,7 @@ def _near_pairs(sides: _Vectors) -> tuple[_Numbers, _Numbers]:
 
 
 def _meet(sides: _Vectors, others: _Vectors) -> NDArray[np.bool_]:
-    """Pair by pair, for sides whose bounding boxes overlap: whether neither lies wholly to one side of the other."""
+    """For each pair of sides whose bounding boxes overlap: whether they have a point in common."""
     result: NDArray[np.bool_] = _straddles(sides, others) & _straddles(others, sides)
     return result
 

@@ -1,6 +1,7 @@
 """Text of QGroundControl's `.plan`: mission, fence and rally points as JSON.
 
-Survey, corridor and structure scans are read as the plain items that QGroundControl keeps with them, and never written.
+Survey, corridor and structure scans are read as the plain items that QGroundControl stores with them; they are never
+written.
 https://docs.qgroundcontrol.com/master/en/qgc-dev-guide/file_formats/plan.html
 """
 
@@ -12,24 +13,33 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
-from companion.mission.commands import DESTINATIONS, Command
+from companion.mission.commands import PLACES, Command
 from companion.mission.plan import PlanItem
 from companion.mission.plan_file import PlanFile, PlanFileError, Row, to_item, to_row
 from companion.mission.qgc_zones import FencePart, fence_rows, fence_text, point, rally_rows, rally_text
 
-_FILE_FRAMES = {5: 0, 6: 3, 11: 10}  # the file knows the frames that were made for floats only
+_FILE_FRAMES = {5: 0, 6: 3, 11: 10}  # the file has only the float variants of these frames
 _PX4 = 12
 _SURFACE_BOAT = 11
 
 
 def read(name: str, text: str) -> PlanFile:
-    """Raises PlanFileError with every problem. null among parameters is NaN; DO_JUMP's doJumpId becomes the item's number."""
+    """The plan in a `.plan` text. null among parameters is NaN; DO_JUMP's doJumpId becomes the item's number. Raises
+    PlanFileError with every problem."""
     try:
         content = json.loads(text.removeprefix("\ufeff"), parse_constant=_no_constant, parse_int=_whole_number)
     except (ValueError, RecursionError) as error:
-        where = f"{name}:{error.lineno}:{error.colno}: {error.msg}" if isinstance(error, json.JSONDecodeError) else f"{name}: {error}"
+        where = (
+            f"{name}:{error.lineno}:{error.colno}: {error.msg}"
+            if isinstance(error, json.JSONDecodeError)
+            else f"{name}: {error}"
+        )
         raise PlanFileError([f"{where}; save the plan again, or correct the JSON"]) from error
-    if not isinstance(content, dict) or content.get("fileType") != "Plan" or not isinstance(content.get("mission"), dict):
+    if (
+        not isinstance(content, dict)
+        or content.get("fileType") != "Plan"
+        or not isinstance(content.get("mission"), dict)
+    ):
         raise PlanFileError([f'{name}: not a QGroundControl plan; it needs "fileType": "Plan" and an object "mission"'])
     problems: list[str] = []
     mission = content["mission"]
@@ -46,7 +56,8 @@ def read(name: str, text: str) -> PlanFile:
 
 
 def write(name: str, plan: PlanFile) -> str:
-    """Raises PlanFileError for a fence that the format cannot hold. Without a home the first destination stands for it."""
+    """The text of a `.plan` file. Without a home, the first destination takes its place. Raises PlanFileError for a
+    fence that the format cannot hold."""
     problems: list[str] = []
     mission: dict[str, Any] = {
         "version": 2,
@@ -76,12 +87,13 @@ def _no_constant(text: str) -> float:
 
 
 def _whole_number(text: str) -> int | float:
-    """Digits without end become infinite, and are refused where they stand."""
+    """A whole number; one with 20 digits or more becomes a float, which the check of its field refuses if too
+    large."""
     return int(text) if len(text) < 20 else float(text)
 
 
 def _object(content: dict[str, Any], key: str) -> dict[str, Any]:
-    """Older files leave the fence and the rally points out."""
+    """The object at `key`; empty if there is none, as in older files without fence and rally points."""
     value = content.get(key)
     return value if isinstance(value, dict) else {}
 
@@ -95,7 +107,7 @@ def _mission(items: Any, problems: list[str]) -> tuple[PlanItem, ...]:
         return ()
     flat = list(_flatten(items, problems))
     numbers: dict[float, int] = {}
-    for nested in (False, True):  # where an id occurs twice, the plan's own items come before those of a survey
+    for nested in (False, True):  # of two equal ids, that of the plan's own item counts before that of a survey
         for seq, (_, raw, inside) in enumerate(flat):
             if inside is nested:
                 jump_id = raw.get("doJumpId")
@@ -126,7 +138,7 @@ def _flatten(items: list[Any], problems: list[str]) -> Iterator[tuple[str, dict[
             transect = raw.get("TransectStyleComplexItem")
             parts = transect.get("Items") if isinstance(transect, dict) else None
             if not isinstance(parts, list) or not parts:
-                problems.append(f"{place}: {kind} without the items it expands to; open the plan in QGroundControl and save it again")
+                problems.append(f"{place}: {kind} without its items; open the plan in QGroundControl and save it again")
                 continue
             for part_number, part in enumerate(parts):
                 if isinstance(part, dict):
@@ -139,14 +151,18 @@ def _row(raw: dict[str, Any]) -> Row | str:
     command, frame, params = raw.get("command"), raw.get("frame", 3), raw.get("params")
     if not isinstance(command, int) or not isinstance(frame, int):
         return f"command {command!r} in frame {frame!r}; give whole numbers"
-    if not isinstance(params, list) or len(params) != 7 or not all(value is None or _is_number(value) for value in params):
+    if (
+        not isinstance(params, list)
+        or len(params) != 7
+        or not all(value is None or _is_number(value) for value in params)
+    ):
         return f"params are {params!r}; give a list of 7 numbers or null"
     values = tuple(math.nan if value is None else float(value) for value in params)
     return Row(command, frame, values, autocontinue=int(raw.get("autoContinue", True) is not False))
 
 
 def _aimed(row: Row, numbers: dict[float, int]) -> Row | str:
-    """A DO_JUMP with the number of its target in place of the target's doJumpId."""
+    """The DO_JUMP with the item number of its target instead of the target's doJumpId; or what is wrong with it."""
     target = numbers.get(row.params[0])
     if target is None:
         return f"DO_JUMP to doJumpId {row.params[0]:g}, which no item has; choose its target again"
@@ -169,7 +185,7 @@ def _simple_item(item: PlanItem) -> dict[str, Any]:
 
 
 def _first_destination(items: tuple[PlanItem, ...]) -> tuple[float, float, float]:
-    return next(((item.x / 1e7, item.y / 1e7, 0.0) for item in items if item.command in DESTINATIONS), (0.0, 0.0, 0.0))
+    return next(((item.x / 1e7, item.y / 1e7, 0.0) for item in items if item.command in PLACES), (0.0, 0.0, 0.0))
 
 
 def _home(value: Any, problems: list[str]) -> tuple[float, float, float] | None:

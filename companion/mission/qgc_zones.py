@@ -11,14 +11,18 @@ from companion.mission.plan import PlanItem
 from companion.mission.plan_file import Row
 
 _GLOBAL, _GLOBAL_RELATIVE_ALT = 0, 3
-FencePart = tuple[str, Row]  # place for people, item
+FencePart = tuple[str, Row]
+"""(place in the file, for people; item)"""
 
 
 def point(value: Any) -> tuple[float, float, float] | None:
-    """[latitude, longitude] or [latitude, longitude, altitude] in degrees and metres; None if it is no such list."""
+    """(lat_deg, lon_deg, altitude_m) of a list [latitude, longitude] or [latitude, longitude, altitude]; None for
+    anything else."""
     if not isinstance(value, list) or len(value) not in (2, 3):
         return None
-    if not all(isinstance(number, int | float) and not isinstance(number, bool) and math.isfinite(number) for number in value):
+    if not all(
+        isinstance(number, int | float) and not isinstance(number, bool) and math.isfinite(number) for number in value
+    ):
         return None
     lat, lon, altitude_m = (*value, 0.0)[:3]
     if not (abs(lat) <= 90.0 and abs(lon) <= 180.0):
@@ -27,7 +31,21 @@ def point(value: Any) -> tuple[float, float, float] | None:
 
 
 def fence_rows(fence: dict[str, Any], problems: list[str]) -> Iterator[FencePart]:
-    """Items in the order in which QGroundControl sends them: polygons, circles, return point."""
+    """The items of a `geoFence` object in QGroundControl's order: polygons, circles, return point. Appends what is
+    wrong to `problems`."""
+    yield from _polygon_rows(fence, problems)
+    yield from _circle_rows(fence, problems)
+    if fence.get("breachReturn") is not None:
+        back = point(fence["breachReturn"])
+        if back is None:
+            problems.append(
+                f"geoFence: breachReturn is {fence['breachReturn']!r}; give [latitude, longitude, altitude]"
+            )
+        else:
+            yield "breachReturn", Row(Command.FENCE_RETURN_POINT, _GLOBAL_RELATIVE_ALT, (0.0, 0.0, 0.0, 0.0, *back))
+
+
+def _polygon_rows(fence: dict[str, Any], problems: list[str]) -> Iterator[FencePart]:
     for number, polygon in enumerate(_list(fence, "polygons")):
         place = f"polygon {number}"
         vertices = [point(value) for value in _list(polygon, "polygon")]
@@ -38,6 +56,9 @@ def fence_rows(fence: dict[str, Any], problems: list[str]) -> Iterator[FencePart
         for vertex in vertices:
             if vertex is not None:
                 yield place, Row(command, _GLOBAL, (float(len(vertices)), 0.0, 0.0, 0.0, *vertex))
+
+
+def _circle_rows(fence: dict[str, Any], problems: list[str]) -> Iterator[FencePart]:
     for number, entry in enumerate(_list(fence, "circles")):
         place = f"circle {number}"
         circle = entry.get("circle") if isinstance(entry, dict) else None
@@ -48,15 +69,10 @@ def fence_rows(fence: dict[str, Any], problems: list[str]) -> Iterator[FencePart
             continue
         command = Command.FENCE_CIRCLE_INCLUSION if entry.get("inclusion", True) else Command.FENCE_CIRCLE_EXCLUSION
         yield place, Row(command, _GLOBAL, (float(radius_m), 0.0, 0.0, 0.0, *centre))
-    if fence.get("breachReturn") is not None:
-        back = point(fence["breachReturn"])
-        if back is None:
-            problems.append(f"geoFence: breachReturn is {fence['breachReturn']!r}; give [latitude, longitude, altitude]")
-        else:
-            yield "breachReturn", Row(Command.FENCE_RETURN_POINT, _GLOBAL_RELATIVE_ALT, (0.0, 0.0, 0.0, 0.0, *back))
 
 
 def rally_rows(rally: dict[str, Any], problems: list[str]) -> Iterator[FencePart]:
+    """The items of a `rallyPoints` object, in order. Appends what is wrong to `problems`."""
     for number, value in enumerate(_list(rally, "points")):
         place = point(value)
         if place is None:
@@ -66,7 +82,8 @@ def rally_rows(rally: dict[str, Any], problems: list[str]) -> Iterator[FencePart
 
 
 def fence_text(fence: Sequence[PlanItem], problems: list[str]) -> dict[str, Any]:
-    """The object `geoFence`. Inclusion groups other than 0 have no place in it."""
+    """The object `geoFence` of a fence. Appends a problem for each item of an inclusion group other than 0, which it
+    cannot hold."""
     polygons: list[dict[str, Any]] = []
     circles: list[dict[str, Any]] = []
     result: dict[str, Any] = {"version": 2, "polygons": polygons, "circles": circles}
@@ -74,11 +91,15 @@ def fence_text(fence: Sequence[PlanItem], problems: list[str]) -> dict[str, Any]
     for item in fence:
         place = [item.x / 1e7, item.y / 1e7]
         if item.command in POLYGONS | CIRCLES and item.param2 != 0.0:
-            problems.append(f"fence item {item.seq}: inclusion group {item.param2:g} cannot be written to a .plan file; use group 0")
+            problems.append(
+                f"fence item {item.seq}: inclusion group {item.param2:g} cannot be written to a .plan file; use group 0"
+            )
         if item.command in POLYGONS:
             if left <= 0:
                 left = int(item.param1)
-                polygons.append({"version": 1, "inclusion": item.command == Command.FENCE_POLYGON_INCLUSION, "polygon": []})
+                polygons.append(
+                    {"version": 1, "inclusion": item.command == Command.FENCE_POLYGON_INCLUSION, "polygon": []}
+                )
             polygons[-1]["polygon"].append(place)
             left -= 1
         elif item.command in CIRCLES:
@@ -90,7 +111,7 @@ def fence_text(fence: Sequence[PlanItem], problems: list[str]) -> dict[str, Any]
 
 
 def rally_text(rally: Sequence[PlanItem]) -> dict[str, Any]:
-    """The object `rallyPoints`."""
+    """The object `rallyPoints` of rally items."""
     return {"version": 2, "points": [[item.x / 1e7, item.y / 1e7, _finite(item.z)] for item in rally]}
 
 

@@ -1,4 +1,4 @@
-"""A route as chart programs have it, points one after the other, and the mission items that it stands for."""
+"""A route of a chart program (points in order) → mission items, and back."""
 
 from __future__ import annotations
 
@@ -12,13 +12,14 @@ from companion.mission.plan_file import PlanFile, PlanFileError, Row, to_item
 
 _GLOBAL_RELATIVE_ALT = 3
 _MISSION = 2
-_USUAL = -2.0  # DO_CHANGE_SPEED: back to the vessel's own
+_USUAL = -2.0  # DO_CHANGE_SPEED: back to the vessel's speed
 _GROUND_SPEED = 1.0
 
 
 @dataclass(frozen=True, slots=True)
 class RouteFilePoint:
-    """One point. None: the vessel's own radius, the vessel's own speed on the way there, no heading; `hold_s` None: for ever."""
+    """One point of a route. `radius_m`, `speed_mps` None: the vessel's own (the speed is for the leg to the point);
+    `hold_s` None: for ever; `heading_deg` None: any."""
 
     lat_deg: float
     lon_deg: float
@@ -29,7 +30,7 @@ class RouteFilePoint:
 
 
 def number(text: str | None, label: str, low: float, high: float, remedy: str) -> float | str:
-    """The value, or what is wrong with it."""
+    """The number in `text`, or a text about what is wrong with it."""
     if text is None:
         return f"no {label}; {remedy}"
     try:
@@ -40,7 +41,7 @@ def number(text: str | None, label: str, low: float, high: float, remedy: str) -
 
 
 def place_of(lat: str | None, lon: str | None) -> tuple[float, float] | str:
-    """(lat_deg, lon_deg) of two texts, or what is wrong with them."""
+    """(lat_deg, lon_deg) of two texts, or a text about what is wrong with them."""
     lat_deg = number(lat, "latitude", -90.0, 90.0, "give −90 to 90 degrees")
     if isinstance(lat_deg, str):
         return lat_deg
@@ -49,7 +50,8 @@ def place_of(lat: str | None, lon: str | None) -> tuple[float, float] | str:
 
 
 def to_plan(name: str, points: Sequence[RouteFilePoint]) -> PlanFile:
-    """A change of speed between two points becomes an item of its own. Raises PlanFileError for a route without points."""
+    """The mission of a route: one item for each point and one for each change of speed. Raises PlanFileError for no
+    points or an invalid one."""
     if not points:
         raise PlanFileError([f"{name}: no points in it; draw a route and save it again"])
     items: list[PlanItem] = []
@@ -77,9 +79,10 @@ def _row(point: RouteFilePoint) -> Row:
 
 
 def from_plan(name: str, plan: PlanFile, format_text: str, plain: bool = False) -> tuple[RouteFilePoint, ...]:
-    """The points of a plan that is a route. What does nothing on a boat (cameras) is left out.
+    """The points of a plan that is a route, without the items that have no effect on a boat (cameras).
 
-    `plain`: the format holds positions and nothing else. Raises PlanFileError with every item that has no place in `format_text`.
+    `plain`: the format holds positions only. Raises PlanFileError with every item that the format, named
+    `format_text`, cannot hold.
     """
     problems = [f"{name}: the {what} has no place in {format_text}; write a .plan file" for what in _zones(plan)]
     points: list[RouteFilePoint] = []
@@ -94,7 +97,9 @@ def from_plan(name: str, plan: PlanFile, format_text: str, plain: bool = False) 
                 text = "its radius, speed, stay or heading has no place in"
                 problems.append(f"{name}: item {item.seq}: {text} {format_text}; write a .plan, .gpx or .json file")
         elif item.command not in RULES or RULES[item.command].role is not Role.IGNORED:
-            problems.append(f"{name}: item {item.seq}: {name_of(item.command)} has no place in {format_text}; write a .plan file")
+            problems.append(
+                f"{name}: item {item.seq}: {name_of(item.command)} has no place in {format_text}; write a .plan file"
+            )
     if not points and not problems:
         problems.append(f"{name}: the plan has no waypoints to write")
     if problems:

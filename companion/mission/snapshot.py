@@ -1,4 +1,4 @@
-"""Where a mission stands, as it survives a restart: plain values to and from the executor's own."""
+"""Place and state of a mission as JSON values, which survive a restart."""
 
 from __future__ import annotations
 
@@ -7,16 +7,18 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from companion.core.types import MissionState
+from companion.core.decision import MissionState
 from companion.mission.cursor import Cursor
 
 
 class SnapshotError(ValueError):
-    """The values are not those of a snapshot."""
+    """The values are not a valid snapshot."""
 
 
 @dataclass(frozen=True, slots=True)
 class Snapshot:
+    """Place and state of the executor: as `Cursor` and `MissionProgress` hold them."""
+
     state: MissionState
     seq: int
     arrived: bool
@@ -27,8 +29,10 @@ class Snapshot:
     held: tuple[int, ...] = ()
 
 
-def write_snapshot(plan_id: int, state: MissionState, cursor: Cursor, arrived: bool, reached: tuple[int, int | None]) -> dict[str, Any]:
-    """For JSON. `reached`: how many arrivals, and the last one."""
+def write_snapshot(
+    plan_id: int, state: MissionState, cursor: Cursor, arrived: bool, reached: tuple[int, int | None]
+) -> dict[str, Any]:
+    """The snapshot as JSON values. `reached`: (number of items reached, the last of them)."""
     return {
         "plan_id": plan_id,
         "state": int(state),
@@ -43,7 +47,8 @@ def write_snapshot(plan_id: int, state: MissionState, cursor: Cursor, arrived: b
 
 
 def read_snapshot(values: Mapping[str, Any], count: int) -> Snapshot:
-    """Of a mission of `count` items (that it is the same one is for the caller to check). Raises SnapshotError where a value is missing, of the wrong kind or out of range."""
+    """The snapshot in `values`, for a mission of `count` items; the caller checks that it is the same mission. Raises
+    SnapshotError for a value that is missing, of the wrong type or out of range."""
     try:
         state = MissionState(values["state"])
         seq, reached = _whole(values["seq"]), _whole(values["reached"])

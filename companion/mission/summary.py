@@ -1,4 +1,4 @@
-"""How long a mission is, and how long it takes."""
+"""Length and duration of a mission."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _MOST_PLACES = 5
 
 @dataclass(frozen=True, slots=True)
 class Leg:
-    """From the place before to item `seq`, and what is done there. Length and course are None where the place before is not known."""
+    """The way to item `seq` and the stay there. Length and course are None if the place before is not known."""
 
     seq: int
     command: int
@@ -32,9 +32,9 @@ class Leg:
 
 @dataclass(frozen=True, slots=True)
 class Summary:
-    """`length_m` and `time_s` are sums over `legs`: at steady speed, without the way into bends, turns on the spot or the weather.
+    """`length_m` and `time_s` are sums over `legs`, at steady speed, without bends, turns on the spot or weather.
 
-    `waypoints`, `holds`, `jumps` and `ignored` count items, `items` all of them. `notes` say what the sums leave out.
+    `waypoints`, `holds`, `jumps` and `ignored` count items, `items` all of them. `notes`: what the sums do not include.
     """
 
     legs: tuple[Leg, ...]
@@ -53,7 +53,7 @@ Place = tuple[float, float]
 
 @dataclass(slots=True)
 class _Voyage:
-    """The boat of the estimate: where it is, where home is, what it has sailed."""
+    """State of the estimate: place of the boat, home, and the legs so far."""
 
     cruise_speed_mps: float
     place: Place | None
@@ -63,6 +63,7 @@ class _Voyage:
     lines: dict[tuple[Place, Place], tuple[float, float]] = field(default_factory=dict)  # laps sail the same legs again
 
     def sail(self, seq: int, command: int, target: Place | None, speed_mps: float | None, hold_s: float) -> None:
+        """Add the leg to `target` and move there; without a target, only the time to hold."""
         speed = speed_mps or self.cruise_speed_mps
         if self.place is None or target is None:
             self.legs.append(Leg(seq, command, None, None, speed, 0.0, hold_s))
@@ -75,10 +76,12 @@ class _Voyage:
         self.place = target or self.place
 
 
-def summarise(items: Sequence[PlanItem], cruise_speed_mps: float, home: tuple[float, float, float] | None = None) -> Summary:
-    """Follow `items` from `home` (lat_deg, lon_deg, altitude_m), with counted jumps, speed changes and holds.
+def summarise(
+    items: Sequence[PlanItem], cruise_speed_mps: float, home: tuple[float, float, float] | None = None
+) -> Summary:
+    """The summary of `items` from `home` (lat_deg, lon_deg, altitude_m), with counted jumps, speed changes and holds.
 
-    Lengths are geodesics on WGS 84. Endless jumps are passed by; a stay for ever ends the mission.
+    Lengths are geodesics on WGS 84. Endless jumps are not taken; a stay for ever ends the mission.
     """
     start = home[:2] if home is not None else None
     voyage = _Voyage(cruise_speed_mps, start, start)
@@ -92,8 +95,14 @@ def summarise(items: Sequence[PlanItem], cruise_speed_mps: float, home: tuple[fl
             break
         _move_home(voyage, cursor.advance())
     voyage.notes += _without_effect(items)
-    voyage.notes += [f"item {i.seq} hands over to Follow: the way until the mission is resumed is not counted" for i in items if i.command == Command.DO_FOLLOW]
-    voyage.notes += [f"item {i.seq} jumps to {i.param1:g} for ever: one lap is counted" for i in items if _is_endless(i)]
+    voyage.notes += [
+        f"item {i.seq} hands over to Follow: the way until the mission is resumed is not counted"
+        for i in items
+        if i.command == Command.DO_FOLLOW
+    ]
+    voyage.notes += [
+        f"item {i.seq} jumps to {i.param1:g} for ever: one lap is counted" for i in items if _is_endless(i)
+    ]
     return Summary(
         tuple(voyage.legs),
         sum(leg.length_m or 0.0 for leg in voyage.legs),
@@ -108,17 +117,22 @@ def summarise(items: Sequence[PlanItem], cruise_speed_mps: float, home: tuple[fl
 
 
 def format_summary(summary: Summary) -> str:
-    """A table for people, one leg a line, ending without a newline."""
+    """A table for people, with one line for each leg, without a newline at the end."""
     lines = ["item  command               length m  course °  speed m/s   sails   holds"]
     for leg in summary.legs:
         length = f"{leg.length_m:8.1f}" if leg.length_m is not None else "       –"
-        course = f"{math.degrees(wrap_two_pi(leg.course_rad)):8.0f}" if leg.course_rad is not None and leg.length_m else "       –"
+        course = (
+            f"{math.degrees(wrap_two_pi(leg.course_rad)):8.0f}"
+            if leg.course_rad is not None and leg.length_m
+            else "       –"
+        )
         lines.append(
             f"{leg.seq:4d}  {name_of(leg.command):20.20s}  {length}  {course}  {leg.speed_mps:9.2f}"
             f"  {_clock(leg.sailing_s):>6s}  {_clock(leg.hold_s) if leg.hold_s else '–':>6s}"
         )
     lines.append(
-        f"{summary.items} items: {summary.waypoints} waypoints, {summary.holds} of them with a stay; {summary.jumps} jumps; {summary.ignored} without effect"
+        f"{summary.items} items: {summary.waypoints} waypoints, {summary.holds} of them with a stay; "
+        f"{summary.jumps} jumps; {summary.ignored} without effect"
     )
     lines.append(f"length {summary.length_m:.1f} m, time {_clock(summary.time_s)}")
     lines += [f"note: {note}" for note in summary.notes]
@@ -126,41 +140,54 @@ def format_summary(summary: Summary) -> str:
 
 
 def _follow(voyage: _Voyage, item: PlanItem, speed_mps: float | None) -> bool:
-    """Sail to `item`, or wait there; False if the mission ends with it."""
-    hold_s = 0.0
-    target = voyage.place
+    """Add the way to `item` and the stay there; False if the mission ends with it."""
+    ends = item.command in DESTINATIONS and stay_s(item) is None
+    if ends:
+        voyage.notes.append(f"the boat stays at item {item.seq} for ever")
+    target, hold_s = _target_and_hold_s(voyage, item, speed_mps)
+    voyage.sail(item.seq, item.command, target, speed_mps, hold_s)
+    return not ends
+
+
+def _target_and_hold_s(voyage: _Voyage, item: PlanItem, speed_mps: float | None) -> tuple[Place | None, float]:
+    """Where the boat sails for `item`, and how long it stays there; a note for what does not count."""
+    target, hold_s = voyage.place, 0.0
     if item.command in DESTINATIONS:
-        target = (item.x / 1e7, item.y / 1e7)
-        stay = stay_s(item)
-        if stay is None:
-            voyage.notes.append(f"the boat stays at item {item.seq} for ever")
-            voyage.sail(item.seq, item.command, target, speed_mps, 0.0)
-            return False
-        hold_s = _duration_s(stay)
+        target, hold_s = (item.x / 1e7, item.y / 1e7), _duration_s(stay_s(item) or 0.0)
+    elif item.command == Command.NAV_LOITER_TURNS:
+        target = (item.lat_deg, item.lon_deg)
+        hold_s = _orbit_s(item, speed_mps or voyage.cruise_speed_mps)
+        voyage.notes.append(f"item {item.seq} goes round its point: the way counts to the centre, the turns as a stay")
     elif item.command == Command.NAV_RETURN_TO_LAUNCH:
         target = voyage.home
         if target is None:
-            voyage.notes.append(f"item {item.seq} returns home, and where that is the file does not say: not counted")
+            voyage.notes.append(f"item {item.seq} returns home, whose place the file does not give: not counted")
     elif item.command == Command.NAV_LAND:
         target = (item.lat_deg, item.lon_deg)
-        voyage.notes.append(f"item {item.seq} comes alongside: that is not counted")
+        voyage.notes.append(f"item {item.seq} comes alongside: not counted")
     elif item.command == Command.NAV_DELAY:
         hold_s = _duration_s(item.param1)
         if item.param1 < 0.0:
             voyage.notes.append(f"item {item.seq} waits for a time of day: not counted")
-    voyage.sail(item.seq, item.command, target, speed_mps, hold_s)
-    return True
+    return target, hold_s
+
+
+def _orbit_s(item: PlanItem, speed_mps: float) -> float:
+    """Duration of the turns; 0 if the radius is the vessel's."""
+    return _duration_s(2.0 * math.pi * item.param1 * abs(item.param3) / speed_mps)
 
 
 def _without_effect(items: Sequence[PlanItem]) -> list[str]:
-    """Which commands are accepted and do nothing, and where they stand."""
+    """A note for each command without effect, with the numbers of its items."""
     found: dict[int, list[int]] = {}
     for item in items:
         if item.command in RULES and RULES[item.command].role is Role.IGNORED:
             found.setdefault(item.command, []).append(item.seq)
     notes = []
     for command, seqs in found.items():
-        places = ", ".join(map(str, seqs[:_MOST_PLACES])) + (f" … {seqs[-1]}, {len(seqs)} in all" if len(seqs) > _MOST_PLACES else "")
+        places = ", ".join(map(str, seqs[:_MOST_PLACES])) + (
+            f" … {seqs[-1]}, {len(seqs)} in all" if len(seqs) > _MOST_PLACES else ""
+        )
         notes.append(f"{name_of(command)} does nothing on this boat: item{'s' if len(seqs) > 1 else ''} {places}")
     return notes
 
@@ -173,7 +200,7 @@ def _move_home(voyage: _Voyage, actions: Sequence[object]) -> None:
 
 
 def _duration_s(value: float) -> float:
-    """Of a plan that has perhaps not been checked yet."""
+    """A valid duration, else 0: the plan may not be checked yet."""
     return value if 0.0 < value < math.inf else 0.0
 
 

@@ -1,4 +1,4 @@
-"""What a mission has the boat do (tasks), and what it changes on the way (actions). All frozen; `seq` is the item it comes from."""
+"""The tasks of a mission, and the actions on the way. All are frozen; `seq` is the mission item that they come from."""
 
 from __future__ import annotations
 
@@ -10,9 +10,10 @@ _DAY_S = 86400
 
 @dataclass(frozen=True, slots=True)
 class RoutePoint:
-    """A point to pass. `radius_m` None: the vessel's own acceptance radius; `speed_mps` towards it, None: the vessel's own.
+    """A point to pass. `radius_m` None: the vessel's acceptance radius. `speed_mps`: on the leg to it; None: the
+    vessel's speed.
 
-    `yaw_rad`: heading that the item asks for, if any. `straight`: the leg towards it is one of a survey.
+    `yaw_rad`: the heading that the item asks for, or None. `straight`: the leg to it belongs to a survey.
     """
 
     seq: int
@@ -28,8 +29,9 @@ class RoutePoint:
 class Sail:
     """Pass these points in this order, and come to rest at the last one if `stop`.
 
-    Each one passed is told to the executor, and the task stays the same until the last. In a mission that sails laps a `seq` may occur
-    several times: the order counts. `beyond`: the first points of the next task, where that sails on without a stop; they shape the path.
+    The mode reports each passed point to the executor; the task stays the same until the last one. With laps a `seq`
+    may occur several times: the order counts. `beyond`: the first points of the next task if the boat sails on without
+    a stop; they shape the path.
     """
 
     route: tuple[RoutePoint, ...]
@@ -52,8 +54,8 @@ class Stay:
 class Wait:
     """Hold where the boat is, for `duration_s` or until a time of day.
 
-    `until_utc` (hour, minute, second; −1 matches any) is None for a plain duration; where it is given, `duration_s` is infinite,
-    and `wait_s` says how long the wait is from a given moment.
+    `until_utc` (hour, minute, second; −1 matches any) is None for a plain duration. Otherwise `duration_s` is infinite,
+    and `wait_s` gives the wait from a given moment.
     """
 
     seq: int
@@ -61,7 +63,8 @@ class Wait:
     until_utc: tuple[int, int, int] | None = None
 
     def wait_s(self, time_unix_ns: int | None) -> float:
-        """Duration of the wait if it begins at `time_unix_ns`: to the next moment that matches. Infinite while the time is unknown."""
+        """The wait in s from `time_unix_ns` to the next moment that matches; infinite while the time is unknown
+        (None)."""
         if self.until_utc is None:
             return self.duration_s
         if time_unix_ns is None:
@@ -76,7 +79,8 @@ class Wait:
 
 @dataclass(frozen=True, slots=True)
 class Turn:
-    """Turn on the spot: to `yaw_rad`, or by it if `relative`. `direction`: −1 to port, 1 to starboard, 0 the shorter way."""
+    """Turn on the spot, to `yaw_rad`, or by that angle if `relative`. `direction`: −1 to port, 1 to starboard, 0 the
+    shorter way."""
 
     seq: int
     yaw_rad: float
@@ -93,7 +97,7 @@ class ReturnHome:
 
 @dataclass(frozen=True, slots=True)
 class Dock:
-    """Come alongside the berth there, lying at `yaw_rad`."""
+    """Come alongside the berth at that position, with the heading `yaw_rad`."""
 
     seq: int
     lat_deg: float
@@ -102,31 +106,50 @@ class Dock:
 
 
 @dataclass(frozen=True, slots=True)
+class Orbit:
+    """Circle this point `turns` times. `radius_m` None: CIRC_RADIUS; `clockwise` None: CIRC_DIR. `speed_mps`: as in
+    `RoutePoint`.
+
+    `leave_to` (lat_deg, lon_deg): after the turns the boat continues round the circle until it points there; None: it
+    leaves at once.
+    """
+
+    seq: int
+    lat_deg: float
+    lon_deg: float
+    radius_m: float | None
+    clockwise: bool | None
+    turns: float
+    speed_mps: float | None
+    leave_to: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class Complete:
     """Nothing is left to do."""
 
 
-Task = Sail | Stay | Wait | Turn | ReturnHome | Dock | Complete
+Task = Sail | Stay | Wait | Turn | ReturnHome | Dock | Orbit | Complete
 
 
 @dataclass(frozen=True, slots=True)
 class SetSpeed:
-    """From here on sail at this speed; None: the vessel's own."""
+    """Sail at this speed from here on; None: the vessel's speed."""
 
     speed_mps: float | None
 
 
 @dataclass(frozen=True, slots=True)
 class SetHome:
-    """Move home; None, None: to where the boat is."""
+    """Move home to a position; None, None: to the boat's position."""
 
     lat_deg: float | None
     lon_deg: float | None
 
 
 @dataclass(frozen=True, slots=True)
-class SetStation:
-    """The station on the lead boat, in its frame; None keeps what is."""
+class SetFollowPosition:
+    """Change the follow position, in the leader's frame; None keeps the present value."""
 
     bearing_rad: float | None
     distance_m: float | None
@@ -134,7 +157,7 @@ class SetStation:
 
 @dataclass(frozen=True, slots=True)
 class FollowLeader:
-    """Item `seq` hands over to Follow. `system_id` None: the leader that the vessel has."""
+    """Change to Follow at item `seq`. `system_id` None: the present leader."""
 
     seq: int
     system_id: int | None
@@ -142,7 +165,8 @@ class FollowLeader:
 
 @dataclass(frozen=True, slots=True)
 class SetServo:
-    """Give servo output `number`, from 1, this pulse; with a count, so many times for half of `cycle_s`, in between what it was before."""
+    """Set servo output `number` (from 1) to this pulse. With a `count`, do it so many times for half of `cycle_s` each,
+    with the former pulse in between."""
 
     number: int
     pulse_us: float
@@ -152,7 +176,7 @@ class SetServo:
 
 @dataclass(frozen=True, slots=True)
 class SetRelay:
-    """Switch relay `number`, from 0; `on` None: to its other state and back, `count` times, for half of `cycle_s` each."""
+    """Switch relay `number` (from 0). `on` None: toggle it and back, `count` times, for half of `cycle_s` each."""
 
     number: int
     on: bool | None
@@ -162,20 +186,21 @@ class SetRelay:
 
 @dataclass(frozen=True, slots=True)
 class SetActuators:
-    """Servo outputs 1, 2, … as shares of their travel, −1…1; None leaves one as it is."""
+    """Set servo outputs 1, 2, … to shares of their travel, −1…1; None leaves an output as it is."""
 
     values: tuple[float | None, ...]
 
 
 AuxiliaryAction = SetServo | SetRelay | SetActuators
-Action = SetSpeed | SetHome | SetStation | FollowLeader | AuxiliaryAction
+Action = SetSpeed | SetHome | SetFollowPosition | FollowLeader | AuxiliaryAction
 
 
 @dataclass(frozen=True, slots=True)
-class Gate:
-    """What holds back "do" items now: so many seconds from when it was met, or being so near to the next destination.
+class DoCondition:
+    """A condition that delays "do" items: `delay_s` from its start, or until the boat is within `distance_m` of the
+    next destination.
 
-    `serial` tells one from the next, also where a lap comes by the same item again.
+    `serial` distinguishes it from later ones, also if a lap comes to the same item again.
     """
 
     seq: int

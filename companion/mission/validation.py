@@ -1,6 +1,6 @@
-"""What a vessel takes as a mission, a fence and rally points, and why it does not.
+"""Checks of missions, fences and rally points before a vessel accepts them.
 
-Each refusal names the item and the remedy, and carries the MAV_MISSION_RESULT that a ground station shows beside the offending value.
+Each refusal names the item and the remedy, and has the MAV_MISSION_RESULT that a ground station shows.
 """
 
 from __future__ import annotations
@@ -14,16 +14,22 @@ from companion.mission.plan import GLOBAL_FRAMES, PlanItem, PlanKind, PlanRefusa
 from companion.mission.polygon import MOST_VERTICES, find_crossing
 
 CAPACITY = 10_000
-"""Most items in one list; MISSION_COUNT above it is answered with NO_SPACE."""
+"""Most items in one list; a larger MISSION_COUNT is refused with NO_SPACE."""
 
 _LAT_LIMIT = 900_000_000
 _LON_LIMIT = 1_800_000_000
-_PARAM_RESULTS = (PlanResult.INVALID_PARAM1, PlanResult.INVALID_PARAM2, PlanResult.INVALID_PARAM3, PlanResult.INVALID_PARAM4)
+_PARAM_RESULTS = (
+    PlanResult.INVALID_PARAM1,
+    PlanResult.INVALID_PARAM2,
+    PlanResult.INVALID_PARAM3,
+    PlanResult.INVALID_PARAM4,
+)
 _KIND_NAMES = {PlanKind.MISSION: "the mission", PlanKind.FENCE: "the fence", PlanKind.RALLY: "the rally points"}
 
 
 def check_item(kind: PlanKind, item: PlanItem) -> PlanRefusal | None:
-    """Why `item` cannot be part of such a list, by itself; None if it can. About a microsecond. The altitude is never a reason."""
+    """Why `item` by itself cannot be part of such a list; None if it can. The altitude is not checked. It takes about a
+    microsecond."""
     rule = RULES.get(item.command)
     if rule is None or rule.kind is not kind:
         return _unknown(kind, item, rule)
@@ -31,34 +37,48 @@ def check_item(kind: PlanKind, item: PlanItem) -> PlanRefusal | None:
         return refusal
     for allowed in rule.ranges:
         number = allowed.number
-        value = item.param1 if number == 1 else item.param2 if number == 2 else item.param3 if number == 3 else item.param4
+        value = (
+            item.param1 if number == 1 else item.param2 if number == 2 else item.param3 if number == 3 else item.param4
+        )
         if not allowed.allows(value):
-            return _refuse(item, _PARAM_RESULTS[number - 1], f"{allowed.label} (param{number}) is {value:g}; {allowed.remedy}")
+            return _refuse(
+                item, _PARAM_RESULTS[number - 1], f"{allowed.label} (param{number}) is {value:g}; {allowed.remedy}"
+            )
     more = _MORE.get(item.command)
     return None if more is None else more(item)
 
 
 def check_plan(
-    kind: PlanKind, items: Sequence[PlanItem], can_sway: bool = True, servos: int | None = None, relays: int | None = None
+    kind: PlanKind,
+    items: Sequence[PlanItem],
+    can_sway: bool = True,
+    servos: int | None = None,
+    relays: int | None = None,
+    least_radius_m: float = 0.0,
 ) -> PlanRefusal | None:
-    """Why `items`, each of which has passed `check_item`, cannot be put in force together; None if they can, or if there are none.
+    """Why `items`, each of which has passed `check_item`, cannot be in force together; None if they can, or for an
+    empty list.
 
-    `can_sway`: whether the boat can push itself sideways, and so come alongside a berth. `servos`, `relays`: how many outputs it has; None
-    where no boat is asked.
+    `can_sway`: whether the boat has sideways thrust, and so can come alongside a berth. `servos`, `relays`: number of
+    its outputs; None: do not check them. `least_radius_m`: of the smallest circle that the boat can sail.
     """
     if len(items) > CAPACITY:
-        return PlanRefusal(PlanResult.NO_SPACE, f"{len(items)} items are too many: {_KIND_NAMES[kind]} can hold {CAPACITY}")
+        return PlanRefusal(
+            PlanResult.NO_SPACE, f"{len(items)} items are too many: {_KIND_NAMES[kind]} can hold {CAPACITY}"
+        )
     for i, item in enumerate(items):
         if item.seq != i:
             return PlanRefusal(
-                PlanResult.INVALID_SEQUENCE, f"item {i}: it carries sequence number {item.seq}; number items from 0 without gaps", i
+                PlanResult.INVALID_SEQUENCE,
+                f"item {i}: it carries sequence number {item.seq}; number items from 0 without gaps",
+                i,
             )
     if kind is PlanKind.MISSION:
         landing = next((item for item in items if item.command == Command.NAV_LAND), None)
         if landing is not None and not can_sway:
-            text = "is for boats that can push themselves sideways, which this one cannot; remove it"
+            text = "needs sideways thrust, which this boat does not have; remove it"
             return _refuse(landing, PlanResult.UNSUPPORTED, text)
-        return _check_outputs(items, servos, relays) or _check_mission(items)
+        return _check_outputs(items, servos, relays) or _check_orbits(items, least_radius_m) or _check_mission(items)
     if kind is PlanKind.FENCE:
         return _check_fence(items)
     return None
@@ -71,7 +91,9 @@ def _refuse(item: PlanItem, result: PlanResult, text: str) -> PlanRefusal:
 def _unknown(kind: PlanKind, item: PlanItem, rule: Rule | None) -> PlanRefusal:
     if rule is None:
         return _refuse(item, PlanResult.UNSUPPORTED, "is not supported; remove it")
-    return _refuse(item, PlanResult.UNSUPPORTED, f"belongs to {_KIND_NAMES[rule.kind]}, not to {_KIND_NAMES[kind]}; remove it")
+    return _refuse(
+        item, PlanResult.UNSUPPORTED, f"belongs to {_KIND_NAMES[rule.kind]}, not to {_KIND_NAMES[kind]}; remove it"
+    )
 
 
 # --- one item ------------------------------------------------------------------------------------------------------
@@ -89,15 +111,23 @@ def _check_position(item: PlanItem) -> PlanRefusal | None:
 
 
 def _check_delay(item: PlanItem) -> PlanRefusal | None:
-    """With param1 −1: a time of day, of which at least one field is given."""
+    """With param1 −1 the item needs a time of day with at least one field."""
     if item.param1 >= 0.0:
         return None
     fields = ((2, "hour", item.param2, 23), (3, "minute", item.param3, 59), (4, "second", item.param4, 59))
     for number, label, value, highest in fields:
         if not (-1.0 <= value <= highest and value == int(value)):
-            return _refuse(item, _PARAM_RESULTS[number - 1], f"{label} (param{number}) is {value:g}; give 0 to {highest}, or −1 for any")
+            return _refuse(
+                item,
+                _PARAM_RESULTS[number - 1],
+                f"{label} (param{number}) is {value:g}; give 0 to {highest}, or −1 for any",
+            )
     if item.param2 == item.param3 == item.param4 == -1.0:
-        return _refuse(item, PlanResult.INVALID_PARAM2, "waits for no time; give a delay in param1, or hour, minute and second (UTC)")
+        return _refuse(
+            item,
+            PlanResult.INVALID_PARAM2,
+            "has no time to wait for; give a delay in param1, or hour, minute and second (UTC)",
+        )
     return None
 
 
@@ -106,12 +136,16 @@ def _check_home(item: PlanItem) -> PlanRefusal | None:
 
 
 def _check_actuators(item: PlanItem) -> PlanRefusal | None:
-    """In a mission only actuators 1 to 4 have a place: 5 and 6 stand where whole numbers go."""
+    """A mission item can set actuators 1 to 4 only: its fields for 5 and 6 are integers."""
     if item.x not in UNSET_INT or item.y not in UNSET_INT:
-        result, number = (PlanResult.INVALID_PARAM5_X, 5) if item.x not in UNSET_INT else (PlanResult.INVALID_PARAM6_Y, 6)
+        result, number = (
+            (PlanResult.INVALID_PARAM5_X, 5) if item.x not in UNSET_INT else (PlanResult.INVALID_PARAM6_Y, 6)
+        )
         return _refuse(item, result, f"sets actuator {number}; in a mission use 1 to 4")
     if item.z == item.z and item.z != 0.0:
-        return _refuse(item, PlanResult.INVALID_PARAM7, f"is for set {item.z:g} of actuators (param7); there is set 0 only")
+        return _refuse(
+            item, PlanResult.INVALID_PARAM7, f"is for set {item.z:g} of actuators (param7); there is set 0 only"
+        )
     return None
 
 
@@ -126,7 +160,7 @@ _MORE: dict[int, Callable[[PlanItem], PlanRefusal | None]] = {
 
 
 def _check_outputs(items: Sequence[PlanItem], servos: int | None, relays: int | None) -> PlanRefusal | None:
-    """Whether the boat has the outputs that the items are for. Servos are counted from 1, relays from 0."""
+    """Whether the boat has the outputs that the items use. Servos count from 1, relays from 0."""
     for item in items:
         if servos is not None and item.command in SERVOS and item.param1 > servos:
             return _no_output(item, 1, f"there is no servo output {item.param1:g}: {_numbers(servos, 1)}")
@@ -148,14 +182,29 @@ def _numbers(count: int, first: int) -> str:
     return "this boat has none" if count == 0 else f"this boat has {first} to {first + count - 1}"
 
 
+def _check_orbits(items: Sequence[PlanItem], least_radius_m: float) -> PlanRefusal | None:
+    for item in items:
+        if item.command == Command.NAV_LOITER_TURNS and 0.0 < abs(item.param3) < least_radius_m:
+            text = f"radius (param3) is {item.param3:g} m; this boat needs {least_radius_m:.1f} m or more"
+            return _refuse(item, PlanResult.INVALID_PARAM3, text)
+    return None
+
+
 def _check_mission(items: Sequence[PlanItem]) -> PlanRefusal | None:
     jumps = [item for item in items if item.command == Command.DO_JUMP]
     for jump in jumps:
         if not 0 <= jump.param1 < len(items):
-            text = f"item {jump.seq}: DO_JUMP to {jump.param1:g}, but the plan has {len(items)} items; give 0 to {len(items) - 1}"
+            text = (
+                f"item {jump.seq}: DO_JUMP to {jump.param1:g}, but the plan has {len(items)} items; "
+                f"give 0 to {len(items) - 1}"
+            )
             return PlanRefusal(PlanResult.INVALID_PARAM1, text, jump.seq)
         if jump.param1 == jump.seq:
-            return PlanRefusal(PlanResult.INVALID_PARAM1, f"item {jump.seq}: DO_JUMP to itself; give the number of another item", jump.seq)
+            return PlanRefusal(
+                PlanResult.INVALID_PARAM1,
+                f"item {jump.seq}: DO_JUMP to itself; give the number of another item",
+                jump.seq,
+            )
     if any(jump.param2 == ENDLESS for jump in jumps) and (refusal := _check_loops(items)) is not None:
         return refusal
     if items and not any(item.command in TASKS for item in items):
@@ -164,7 +213,8 @@ def _check_mission(items: Sequence[PlanItem]) -> PlanRefusal | None:
 
 
 def _check_loops(items: Sequence[PlanItem]) -> PlanRefusal | None:
-    """Finds an endless loop without a task: follows the way that is left when all counted jumps are used up, from each item once."""
+    """Finds an endless loop without a task: follows the way after all counted jumps are used up, from each item
+    once."""
     settled = [item.command in TASKS for item in items]
     for start in range(len(items)):
         way: set[int] = set()
@@ -172,7 +222,10 @@ def _check_loops(items: Sequence[PlanItem]) -> PlanRefusal | None:
         while seq < len(items) and not settled[seq]:
             if seq in way:
                 jump = _jump_ahead(items, seq)
-                text = f"item {jump}: DO_JUMP to {items[jump].param1:g} for ever, with nothing to do in between; add a waypoint to the loop"
+                text = (
+                    f"item {jump}: DO_JUMP to {items[jump].param1:g} for ever, with nothing to do in between; "
+                    "add a waypoint to the loop"
+                )
                 return PlanRefusal(PlanResult.INVALID_PARAM1, text, jump)
             way.add(seq)
             seq = int(items[seq].param1) if _is_endless(items[seq]) else seq + 1
@@ -215,33 +268,47 @@ def _check_fence(items: Sequence[PlanItem]) -> PlanRefusal | None:
 
 
 def _check_polygon(items: Sequence[PlanItem], first: int) -> PlanRefusal | None:
-    """The polygon that begins at item `first`: as many equal vertices as it says, and no sides that cross."""
+    """Check the polygon that begins at item `first`: all its vertices are there and equal, and no sides cross."""
     head = items[first]
     if not head.param1 >= 3:
-        return PlanRefusal(PlanResult.INVALID_PARAM1, f"item {first}: a polygon of {head.param1:g} vertices; it needs 3 or more", first)
+        return PlanRefusal(
+            PlanResult.INVALID_PARAM1, f"item {first}: a polygon of {head.param1:g} vertices; it needs 3 or more", first
+        )
     if head.param1 > MOST_VERTICES:
         text = f"item {first}: a polygon of {head.param1:g} vertices; draw it with {MOST_VERTICES} or fewer"
         return PlanRefusal(PlanResult.NO_SPACE, text, first)
     count = int(head.param1)
     vertices = items[first : first + count]
     for vertex in vertices:
-        named = f"item {vertex.seq}: in the polygon of {count} vertices that begins at item {first}"
-        if vertex.command != head.command:
-            return PlanRefusal(
-                PlanResult.INVALID, f"{named} stands {name_of(vertex.command)}; send its vertices one after the other", vertex.seq
-            )
-        if vertex.param1 != head.param1:
-            text = f"{named} a vertex says {vertex.param1:g}; give each vertex the same count (param1)"
-            return PlanRefusal(PlanResult.INVALID_PARAM1, text, vertex.seq)
-        if vertex.param2 != head.param2:
-            text = f"{named} a vertex is of group {vertex.param2:g}; give each vertex the same group (param2)"
-            return PlanRefusal(PlanResult.INVALID_PARAM2, text, vertex.seq)
+        if (refusal := _check_vertex(vertex, head, count)) is not None:
+            return refusal
     if len(vertices) < count:
-        text = f"item {first}: the polygon that begins here has {len(vertices)} of its {count} vertices; send the rest, or correct param1"
+        text = (
+            f"item {first}: the polygon that begins here has {len(vertices)} of its {count} vertices; "
+            "send the rest, or correct param1"
+        )
         return PlanRefusal(PlanResult.INVALID_PARAM1, text, first)
     crossing = find_crossing([(vertex.x, vertex.y) for vertex in vertices])
     if crossing is not None:
         sides = " and ".join(f"{first + i}–{first + (i + 1) % count}" for i in crossing)
-        text = f"item {first + crossing[0]}: the polygon crosses itself, sides {sides}; put its vertices in order around the area"
+        text = (
+            f"item {first + crossing[0]}: the polygon crosses itself, sides {sides}; "
+            "put its vertices in order around the area"
+        )
         return PlanRefusal(PlanResult.INVALID, text, first + crossing[0])
+    return None
+
+
+def _check_vertex(vertex: PlanItem, head: PlanItem, count: int) -> PlanRefusal | None:
+    """Check that `vertex` belongs to the polygon of `count` vertices that begins with `head`."""
+    named = f"item {vertex.seq}: in the polygon of {count} vertices that begins at item {head.seq}"
+    if vertex.command != head.command:
+        text = f"{named} stands {name_of(vertex.command)}; send its vertices one after the other"
+        return PlanRefusal(PlanResult.INVALID, text, vertex.seq)
+    if vertex.param1 != head.param1:
+        text = f"{named} a vertex says {vertex.param1:g}; give each vertex the same count (param1)"
+        return PlanRefusal(PlanResult.INVALID_PARAM1, text, vertex.seq)
+    if vertex.param2 != head.param2:
+        text = f"{named} a vertex is of group {vertex.param2:g}; give each vertex the same group (param2)"
+        return PlanRefusal(PlanResult.INVALID_PARAM2, text, vertex.seq)
     return None

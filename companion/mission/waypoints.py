@@ -1,8 +1,8 @@
-"""Text of `QGC WPL 110`: a mission as a table, one item a line, of which the first is home.
+"""Text of `QGC WPL 110`: a mission as a table with one item per line, the first of which is home.
 
-Twelve columns: number, current, frame, command, params 1 to 7 (5 and 6 are latitude and longitude), autocontinue. Items are numbered
-with home as 0, and so is the target of DO_JUMP: a vessel's own list begins one later. Fence, rally points and speed have no place in it.
-https://mavlink.io/en/file_formats/
+Twelve columns: number, current, frame, command, params 1 to 7 (5 and 6 are latitude and longitude), autocontinue. Home
+is number 0, and DO_JUMP counts so too: item n of a vessel's list is number n + 1 here. The format has no fence, no
+rally points and no speed. https://mavlink.io/en/file_formats/
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ _COLUMNS = 12
 
 
 def read(name: str, text: str) -> PlanFile:
-    """Raises PlanFileError with every bad line. A home at 0, 0 is none."""
+    """The plan in a waypoint file. A home at 0, 0 counts as none. Raises PlanFileError with every bad line."""
     lines = text.removeprefix("\ufeff").splitlines()
     if not lines or lines[0].split() != _HEADER.split():
         raise PlanFileError([f"{name}:1: not a waypoint file; its first line must be “{_HEADER}”"])
@@ -42,7 +42,8 @@ def read(name: str, text: str) -> PlanFile:
 
 
 def write(name: str, plan: PlanFile) -> str:
-    """Raises PlanFileError where `plan` has a fence or rally points. The cruise speed is left out."""
+    """The text of a waypoint file, without the cruise speed. Raises PlanFileError for a plan with a fence or rally
+    points."""
     if plan.fence or plan.rally:
         raise PlanFileError([f"{name}: a waypoint file holds no fence and no rally points; write a .plan file"])
     lat, lon, altitude_m = plan.home or (0.0, 0.0, 0.0)
@@ -52,7 +53,7 @@ def write(name: str, plan: PlanFile) -> str:
 
 
 def _item(fields: list[str], number: int) -> PlanItem | str:
-    """The item of line `number`, or what is wrong with it."""
+    """The item of line `number`, or a text about what is wrong with it."""
     if len(fields) != _COLUMNS:
         return f"{len(fields)} columns; give {_COLUMNS}, separated by tabs"
     try:
@@ -77,10 +78,16 @@ def _outgoing(row: Row) -> Row:
 
 
 def _line(number: int, row: Row) -> str:
-    fields = [str(number), str(row.current), str(row.frame), str(int(row.command)), *(_text(value) for value in row.params)]
+    fields = [
+        str(number),
+        str(row.current),
+        str(row.frame),
+        str(int(row.command)),
+        *(_text(value) for value in row.params),
+    ]
     return "\t".join([*fields, str(row.autocontinue)])
 
 
 def _text(value: float) -> str:
-    """Shortest text that reads back as the same number."""
+    """The shortest text that reads back as the same number."""
     return repr(value).removesuffix(".0")

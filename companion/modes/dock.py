@@ -1,45 +1,63 @@
-"""Dock: onto the berth of the mission, or the vessel's own, and held there until disarmed."""
+"""Dock: comes alongside the mission's berth, or the vessel's own, and holds there until disarmed."""
 
 from __future__ import annotations
 
-from companion.config import VesselConfig
-from companion.core.types import ModeId, Setpoint
-from companion.modes.berth import BerthChoice
-from companion.modes.docking import Docking, Phase
-from companion.modes.mode import Mode, ModeInputs
+from companion.config.vessel import VesselConfig
+from companion.core.decision import SELF_STEERED_NEEDS, ModeDeclaration, ModeId, ModeInputs, Need
+from companion.core.setpoint import Setpoint
+from companion.modes.mode import Mode
+from companion.modes.parts.berth import BerthChoice
+from companion.modes.parts.docking import Docking, Phase
 
 
 class DockMode(Mode):
-    """What it remembers is in its `Docking`."""
+    """Comes alongside and pushes against the berth. Its `Docking` keeps all state."""
 
-    id = ModeId.DOCK
+    declaration = ModeDeclaration(
+        id=ModeId.DOCK,
+        text="Comes alongside the berth and holds there until disarmed",
+        px4=0x06040000,
+        rover=8,
+        again="docking that was given up is tried again",
+        needs=SELF_STEERED_NEEDS | {Need.SIDEWAYS_THRUST},
+    )
 
     def __init__(self, config: VesselConfig, docking: Docking, choice: BerthChoice) -> None:
         self._docking = docking
         self._choice = choice
-        if config.limits.sway_n > 0.0:
-            self.text = "Comes alongside the berth and holds there until disarmed"
-        else:
-            self.text = "Not for this boat: it cannot push itself sideways"
+        self._can_sway = config.limits.sway_n > 0.0
 
     @property
-    def given_up(self) -> bool:
-        """Holds off the berth; chosen again, it tries again."""
+    def text(self) -> str:
+        """What Dock does on this boat, or why this boat cannot dock."""
+        return self.declaration.text if self._can_sway else "Not for this boat: it cannot push itself sideways"
+
+    def chosen_again(self, inputs: ModeInputs) -> bool:
+        """Start docking again if it was given up."""
         return self._docking.phase is Phase.ABORTED
+
+    def mind_fence(self, inputs: ModeInputs) -> str | None:
+        """Stop docking if the way to the berth now crosses the fence."""
+        reason = self.check(inputs)
+        return None if reason is None else f"Docking stopped by the new fence: {reason}"
 
     @property
     def alongside(self) -> bool:
+        """Whether the boat pushes against the berth."""
         return self._docking.alongside
 
     def check(self, inputs: ModeInputs) -> str | None:
+        """Refuse without a berth, or if the boat cannot dock at it now."""
         berth = self._choice.find(inputs.nav)
         if berth is None:
-            return "no berth: give the vessel a [dock] table, or the mission a NAV_LAND item"
+            return "no berth: add a [dock] table or NAV_LAND item"
         return self._docking.refusal(berth, inputs)
 
     def enter(self, inputs: ModeInputs) -> str | None:
+        """Choose the berth and start docking."""
         berth = self._choice.find(inputs.nav)
         return self.check(inputs) if berth is None else self._docking.start(berth, inputs)
 
     def update(self, inputs: ModeInputs) -> Setpoint:
+        """The setpoint of the present docking phase."""
         return self._docking.update(inputs)

@@ -1,101 +1,119 @@
-"""What every mode of the vessel is: it may refuse to be entered, then gives one setpoint a tick."""
+"""The base of every mode. A mode may refuse to be entered; once entered, it returns one setpoint a tick."""
 
 from __future__ import annotations
 
-import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
-from companion.core.records import quick
-from companion.core.types import ZERO_WRENCH, Home, Leader, ManualInput, ModeId, NavState, Setpoint, Wrench
+from companion.core.decision import ModeDeclaration, ModeId, ModeInputs, Need, OrbitState
+from companion.core.setpoint import Setpoint
 
-
-@quick
-@dataclass(frozen=True, slots=True)
-class ModeInputs:
-    """What a mode sees of a tick. `manual`: live sticks that may be obeyed, else None. `speed_mps`: what a self-steered mode should sail at.
-
-    `achieved`: what the thrusters gave in the last cycle; `failed`: indices of those that have failed, `up` of those that are not lowered. `leader`: the lead boat, None while none has been heard;
-    `leader_fault`: why it cannot be followed now. `station` on it: (distance_m, bearing_rad in its frame, π astern).
-    """
-
-    nav: NavState
-    manual: ManualInput | None
-    home: Home | None
-    speed_mps: float
-    now_s: float
-    dt_s: float
-    achieved: Wrench = ZERO_WRENCH
-    failed: frozenset[int] = frozenset()
-    up: frozenset[int] = frozenset()
-    leader: Leader | None = None
-    leader_fault: str | None = None
-    station: tuple[float, float] = (20.0, math.pi)
+FURTHEST_LEG_M = 50_000.0  # a destination further away is another boat's plan or a typing error
 
 
 @dataclass(frozen=True, slots=True)
 class ModeInfo:
-    """One mode as ground stations list it."""
+    """One mode as ground stations list it. `text` says what it does on this boat."""
 
-    id: ModeId
-    selectable: bool
-    by_stick: bool
+    declaration: ModeDeclaration
     text: str
+
+    @property
+    def id(self) -> ModeId:
+        """The declared id."""
+        return self.declaration.id
 
 
 class Mode(ABC):
     """One way of steering the boat. It is entered only while armed; while disarmed a chosen mode idles.
 
-    `text` is shown to people. `by_stick`: silence of the sticks is a failure. `allocates`: the allocation drives the thrusters, and
-    retractable ones are down. `needs_position`, `needs_heading`: what of the
-    estimate must be valid for it. `early`: it may be chosen while disarmed although it cannot be entered yet; arming asks again.
+    `declaration` holds the facts about the mode that other parts need. `text` may add facts about this boat.
     """
 
-    id: ModeId
-    text: str
-    by_stick: bool = False
-    allocates: bool = True
-    needs_position: bool = True
-    needs_heading: bool = True
-    selectable: bool = True
-    early: bool = False
+    declaration: ClassVar[ModeDeclaration]
+
+    @property
+    def id(self) -> ModeId:
+        """The declared id."""
+        return self.declaration.id
+
+    @property
+    def text(self) -> str:
+        """What the mode does on this boat, as shown to the operator."""
+        return self.declaration.text
+
+    @property
+    def by_stick(self) -> bool:
+        """Whether the operator's sticks steer the boat in this mode."""
+        return self.declaration.by_stick
+
+    @property
+    def needs_position(self) -> bool:
+        """Whether the mode needs a valid position."""
+        return Need.POSITION in self.declaration.needs
+
+    @property
+    def needs_heading(self) -> bool:
+        """Whether the mode needs a valid heading."""
+        return Need.HEADING in self.declaration.needs
 
     def check(self, inputs: ModeInputs) -> str | None:
-        """Why it could not be entered now, apart from the validity of position and heading. Changes nothing."""
+        """Return why the mode cannot be entered now, or None. Callers check position and heading. Changes nothing."""
         return None
 
     def enter(self, inputs: ModeInputs) -> str | None:
-        """Start from the boat's present motion. A reason where that cannot be."""
+        """Start from the boat's present motion. Return a reason if the mode cannot start, else None."""
         return None
 
     def resume(self, inputs: ModeInputs) -> str | None:
-        """Go on with what it was about, after a failsafe had the thrusters in neutral."""
+        """Continue after a failsafe kept the thrusters in neutral. Return a reason if the mode cannot, else None."""
         return self.enter(inputs)
 
+    def chosen_again(self, inputs: ModeInputs) -> bool:
+        """React when the operator chooses the active mode again while armed. Return whether to call `enter` again."""
+        return False
+
+    def loss(self, now_s: float) -> str | None:
+        """Return the cause of the failsafe that the mode declares: the input that it lost. None: nothing is lost."""
+        return None
+
+    def mind_fence(self, inputs: ModeInputs) -> str | None:
+        """React to a new fence while active. Return why the mode cannot continue (the boat then holds), or None."""
+        return None
+
     def stuck_s(self, now_s: float) -> float | None:
-        """For how long the boat has made no way to where the mode leads; None where it is not under way."""
+        """Return for how many seconds the boat has made no headway; None while it is not under way."""
         return None
 
     def way_ahead(self) -> Sequence[tuple[float, float]]:
-        """(north_m, east_m) of the path that the mode sails along, from where the boat is on it; empty where it sails along none."""
+        """Return the rest of the present path as (north_m, east_m) points; empty without a path."""
         return ()
 
     def way_speed_mps(self, inputs: ModeInputs) -> float:
-        """At which it sails there."""
+        """Return the speed along the path of `way_ahead`, m/s."""
         return inputs.speed_mps
 
-    def excuse(self) -> None:  # noqa: B027  most modes do not mind
-        """Something else keeps the boat from making way."""
+    def excuse(self) -> None:  # noqa: B027  most modes do not watch their headway
+        """Restart the headway watch: something else stops the boat, so it is not stuck."""
+
+    def drop_speed(self) -> None:  # noqa: B027  most modes sail at the set speed
+        """Forget the speed of the last order, because the operator has set another one."""
+
+    @property
+    def orbit(self) -> OrbitState | None:
+        """The circle that the mode sails, for ground stations to draw; None without one."""
+        return None
 
     @abstractmethod
     def update(self, inputs: ModeInputs) -> Setpoint:
-        """What the boat should do now."""
+        """Return the setpoint of this tick."""
 
     @property
     def alongside(self) -> bool:
-        """Whether it keeps the boat against a berth: failsafes that would hold or go home leave it there."""
+        """Whether the mode keeps the boat against a berth. Failsafes that hold or return home then leave it there."""
         return False
 
-    def leave(self) -> None:  # noqa: B027  most modes have nothing to put away
-        """Another mode takes over, or the boat is disarmed."""
+    def leave(self) -> None:  # noqa: B027  most modes have nothing to stop
+        """Stop, because another mode takes over or the boat is disarmed."""

@@ -1,59 +1,84 @@
-"""Offboard: another computer steers, by setpoints that it sends all the time."""
+"""Offboard: another computer steers by a continuous stream of setpoints."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 
-from companion.config import VesselConfig
-from companion.core.types import ModeId, NavState, Setpoint
-from companion.guidance.crab import top_speed_mps
+from companion.allocation.propulsion import can_reverse
+from companion.config.vessel import VesselConfig
+from companion.core.decision import LossFailsafe, ModeDeclaration, ModeId, ModeInputs, Severity
+from companion.core.estimate import NavState
+from companion.core.events import EventLog
+from companion.core.setpoint import Setpoint
+from companion.fence.guard import FenceGuard
+from companion.guidance.crab_compensation import top_speed_mps
 from companion.guidance.motion_reference import MotionReference
 from companion.guidance.velocity_course import VelocityCourse
-from companion.modes.events import EventLog
-from companion.modes.fence_guard import FenceGuard
-from companion.modes.headway import Headway
-from companion.modes.mode import Mode, ModeInputs
-from companion.modes.offboard_target import OffboardTarget
-from companion.modes.propulsion import can_reverse
-from companion.modes.station import Station
-from companion.params import Parameters
+from companion.modes.mode import Mode
+from companion.modes.parts.headway import Headway
+from companion.modes.parts.offboard_target import OffboardTarget
+from companion.params.store import Parameters
+from companion.positioning.hold_point import HoldPoint
 
 _FURTHEST_M = 20_000.0
-_MOVED_M = 0.001  # of the point, before the boat is sent after it
+_MOVED_M = 0.001  # move of the point that makes the boat go to it again
 _MOVED_UNDER_WAY_M = 0.25
 
 
 class OffboardMode(Mode):
-    """`take` a setpoint whenever one comes, in the mode or before it; the newest counts. A point alone is gone to and held as in Hold; all else is sailed by
-    dynamic positioning, or where the boat cannot push itself sideways as course and speed.
+    """Call `take` with each setpoint, also before the mode is entered; the newest one counts.
 
-    Remembers the newest setpoint and when it came, the newest refusal, and which of its parts steers.
+    The boat goes to a position setpoint and holds it as in Hold. It follows any other setpoint by dynamic positioning,
+    or as course and speed if it cannot push itself sideways.
+
+    Remembers the newest setpoint and its time, the newest refusal, and which part steers.
     """
 
-    id = ModeId.OFFBOARD
+    declaration = ModeDeclaration(
+        id=ModeId.OFFBOARD,
+        text="Another computer steers by position, velocity, acceleration, heading or yaw rate",
+        px4=0x00060000,
+        rover=15,  # GUIDED
+        advanced=True,
+        has_plan=False,
+        failsafe=LossFailsafe(
+            "offboard_lost", Severity.CRITICAL, "OFFB_LOSS_ACT", "Offboard setpoints are back", prefix="Offboard: "
+        ),
+    )
 
     def __init__(self, config: VesselConfig, parameters: Parameters, events: EventLog, fence: FenceGuard) -> None:
         self._parameters = parameters
         self._fence = fence
         self._can_sway = config.limits.sway_n > 0.0
-        self._station = Station(config, parameters, fence)
+        self._hold_point = HoldPoint(config, parameters, fence)
         self._reference = MotionReference(config.length_m, parameters, fence.reach_mps)
         self._course = VelocityCourse(parameters, top_speed_mps(config), can_reverse(config.thrusters))
         self._headway = Headway("Offboard", events)
         self._target: OffboardTarget | None = None
         self._came_s = -math.inf
         self._refused: tuple[str, float] = ("", -math.inf)
-        self._cleared: tuple[object, ...] | None = None  # fence and point that were last found to agree
-        self._gone_to: tuple[float, float, float | None] | None = None  # point and heading that the station has
+        self._cleared: tuple[object, ...] | None = None  # the fence and the point that last passed the check together
+        self._gone_to: tuple[float, float, float | None] | None = (
+            None  # the point and heading last given to the hold point
+        )
         self._by_motion = False
-        how = "by dynamic positioning" if self._can_sway else "as course and speed: no heading is held, no way made sideways"
-        self.text = f"Another computer steers by position, velocity, acceleration, heading or yaw rate; {how}"
+        how = (
+            "by dynamic positioning"
+            if self._can_sway
+            else "as course and speed: no heading is held, no way made sideways"
+        )
+        self._text = f"{self.declaration.text}; {how}"
 
-    # --- what comes in ---------------------------------------------------------------------------------------------
+    @property
+    def text(self) -> str:
+        """What Offboard does on this boat, depending on its sway force."""
+        return self._text
+
+    # --- incoming setpoints ----------------------------------------------------------------------------------------
 
     def take(self, target: OffboardTarget, nav: NavState, now_s: float) -> str | None:
-        """A setpoint has come. A reason where it is not obeyed: the last one counts on then, until it is too old."""
+        """Accept a setpoint, or return why it is refused. The last accepted setpoint counts until it times out."""
         reason = self._refusal(target, nav)
         if reason is not None:
             self._refused = (reason, now_s)
@@ -63,7 +88,7 @@ class OffboardMode(Mode):
 
     def _refusal(self, target: OffboardTarget, nav: NavState) -> str | None:
         if target.needs_place and not (nav.position_valid and nav.heading_valid):
-            return "the boat's own place is not known"
+            return "own position or heading is not valid"
         place = target.fixed(nav).position
         if place is None:
             return None
@@ -78,8 +103,8 @@ class OffboardMode(Mode):
             self._cleared = agreed
         return None
 
-    def fault(self, now_s: float) -> str | None:
-        """Why there is nothing to steer by, or None."""
+    def loss(self, now_s: float) -> str | None:
+        """Return why there is no valid setpoint, or None."""
         most_s = self._parameters["OFFB_TIMEOUT"]
         age_s = now_s - self._came_s
         if self._target is not None and age_s <= most_s:
@@ -87,34 +112,40 @@ class OffboardMode(Mode):
         reason, refused_s = self._refused
         if now_s - refused_s <= most_s:
             return f"setpoints refused: {reason}"
-        return "no setpoint has come: they must be streaming first" if self._target is None else f"no setpoint for {age_s:.1f} s"
+        return "no setpoint yet: stream first" if self._target is None else f"no setpoint for {age_s:.1f} s"
 
     # --- the mode --------------------------------------------------------------------------------------------------
 
     def check(self, inputs: ModeInputs) -> str | None:
-        return self.fault(inputs.now_s)
+        """Refuse unless valid setpoints arrive."""
+        return self.loss(inputs.now_s)
 
     def enter(self, inputs: ModeInputs) -> str | None:
+        """Start from the present motion; the next tick obeys the newest setpoint."""
         if (reason := self.check(inputs)) is not None:
             return reason
         self._headway.reset()
-        self._station.stop_here(inputs.nav)
+        self._hold_point.stop_here(inputs.nav)
         self._start_motion(inputs.nav)
         self._gone_to = None
         return None
 
     def stuck_s(self, now_s: float) -> float | None:
+        """Seconds without headway to a position setpoint; None if unknown."""
         return self._headway.stuck_s(now_s)
 
     def way_ahead(self) -> Sequence[tuple[float, float]]:
-        return () if self._by_motion else self._station.way_ahead
+        """The path to a position setpoint; empty for other setpoints."""
+        return () if self._by_motion else self._hold_point.way_ahead
 
     def excuse(self) -> None:
+        """Restart the headway watch."""
         self._headway.reset()
 
     def update(self, inputs: ModeInputs) -> Setpoint:
+        """Go to the position setpoint, or follow the requested motion."""
         target = self._target
-        assert target is not None  # or it would not have been entered
+        assert target is not None  # `enter` refuses without a setpoint
         if target.is_point or (target.position is not None and target.velocity is None and not self._can_sway):
             return self._to_point(target, inputs)
         if not self._by_motion:
@@ -133,23 +164,25 @@ class OffboardMode(Mode):
 
     def _to_point(self, target: OffboardTarget, inputs: ModeInputs) -> Setpoint:
         assert target.position is not None
-        nav, station = inputs.nav, self._station
+        nav, hold_point = inputs.nav, self._hold_point
         north_m, east_m = target.position
         before = self._gone_to
         if before is None or self._has_moved(before, target):
             if before is None and not self._by_motion:
-                station.stop_here(nav)
-            station.go_to(nav, north_m, east_m, target.yaw_rad, None, fresh=before is None)
+                hold_point.stop_here(nav)
+            hold_point.go_to(nav, north_m, east_m, target.yaw_rad, None, fresh=before is None)
             self._gone_to = (north_m, east_m, target.yaw_rad)
             self._headway.rebase()
         self._by_motion = False
-        setpoint = station.update(nav, None, inputs.speed_mps, inputs.dt_s)
-        if station.way_m is not None:
-            self._headway.update(station.way_m, inputs.speed_mps, inputs.now_s)
+        setpoint = hold_point.update(nav, None, inputs.speed_mps, inputs.dt_s)
+        if hold_point.way_m is not None:
+            self._headway.update(hold_point.way_m, inputs.speed_mps, inputs.now_s)
         return setpoint
 
     def _has_moved(self, before: tuple[float, float, float | None], target: OffboardTarget) -> bool:
-        """Under way to a point far off the path is not laid anew for less than it can tell."""
+        """Whether the target differs enough for a new path. In transit, moves of up to 0.25 m are ignored."""
         assert target.position is not None
         moved_m = math.dist(before[:2], target.position)
-        return target.yaw_rad != before[2] or moved_m > (_MOVED_UNDER_WAY_M if self._station.in_transit else _MOVED_M)
+        return target.yaw_rad != before[2] or moved_m > (
+            _MOVED_UNDER_WAY_M if self._hold_point.in_transit else _MOVED_M
+        )

@@ -1,37 +1,41 @@
-"""RTL: back to home or the nearest rally point, by a way that keeps inside the fence, then hold there."""
+"""RTL: returns to home or a rally point by a way inside the fence, then holds there."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
 
-from companion.config import VesselConfig
+from companion.config.vessel import VesselConfig
+from companion.core.decision import Home, ModeDeclaration, ModeId, ModeInputs, Severity
+from companion.core.events import EventLog
 from companion.core.geodesy import LocalFrame
-from companion.core.types import Home, ModeId, Setpoint, Severity
+from companion.core.setpoint import Setpoint
+from companion.fence.guard import FenceGuard, Way
 from companion.mission.plan import PlanKind, Plans
-from companion.modes.events import EventLog
-from companion.modes.fence_guard import FenceGuard, Way
-from companion.modes.headway import Headway
-from companion.modes.mode import Mode, ModeInputs
-from companion.modes.station import Station
-from companion.modes.watch import WatchCircles
-from companion.params import Parameters
+from companion.modes.mode import Mode
+from companion.modes.parts.headway import Headway
+from companion.params.store import Parameters
+from companion.positioning.hold_point import HoldPoint
+from companion.positioning.watch_circles import WatchCircles
 
 _NAV_RALLY_POINT = 5100
 _SAME_PLACE_M = 1.0
 
 
 class ReturnPoint:
-    """Where RTL and the mission's return item lead: home, or with RTL_USE_RALLY the one of home and the rally points with the shortest way."""
+    """The destination of RTL and of the mission's return item: home. With RTL_USE_RALLY it is home or the rally point
+    with the shortest way."""
 
-    def __init__(self, parameters: Parameters, plans: Plans, frame: Callable[[], LocalFrame], fence: FenceGuard) -> None:
+    def __init__(
+        self, parameters: Parameters, plans: Plans, frame: Callable[[], LocalFrame], fence: FenceGuard
+    ) -> None:
         self._fence = fence
         self._parameters = parameters
         self._plans = plans
         self._frame = frame
 
     def candidates(self, home: Home | None) -> list[tuple[str, float, float]]:
-        """(name, lat_deg, lon_deg) of all points that come into question."""
+        """(name, lat_deg, lon_deg) of each possible destination."""
         points = [] if home is None else [("home", home.lat_deg, home.lon_deg)]
         if self._parameters["RTL_USE_RALLY"]:
             rally = [item for item in self._plans.items(PlanKind.RALLY) if item.command == _NAV_RALLY_POINT]
@@ -39,7 +43,7 @@ class ReturnPoint:
         return points
 
     def way(self, begin: tuple[float, float], home: Home | None) -> tuple[str, Way] | str:
-        """(name, way) to the one with the shortest way from `begin` (north_m, east_m), or why there is none."""
+        """(name, way) of the destination with the shortest way from `begin` (north_m, east_m), or why there is none."""
         frame = self._frame()
         points = [(name, frame.to_ned(lat_deg, lon_deg)) for name, lat_deg, lon_deg in self.candidates(home)]
         if not points:
@@ -55,24 +59,34 @@ class ReturnPoint:
 
 
 class RtlMode(Mode):
-    """Remembers where it leads, chosen on entry, whether arrival was said, and what the last check found from where."""
+    """Remembers the destination chosen on entry, whether it is reached, and the last check with its position."""
 
-    id = ModeId.RTL
-    text = "Back to home or the nearest rally point, inside the fence, then holds there"
+    declaration = ModeDeclaration(
+        id=ModeId.RTL,
+        text="Back to home or the nearest rally point, inside the fence, then holds there",
+        px4=0x05040000,
+        rover=11,
+        rover_aliases=(12,),  # SMART_RTL
+        standard_mode=5,  # SAFE_RECOVERY
+        commands=(20,),  # NAV_RETURN_TO_LAUNCH
+    )
 
-    def __init__(self, config: VesselConfig, parameters: Parameters, point: ReturnPoint, events: EventLog, fence: FenceGuard) -> None:
+    def __init__(
+        self, config: VesselConfig, parameters: Parameters, point: ReturnPoint, events: EventLog, fence: FenceGuard
+    ) -> None:
         self._point = point
         self._events = events
         self._fence = fence
-        self._station = Station(config, parameters, fence)
+        self._hold_point = HoldPoint(config, parameters, fence)
         self._name = "home"
-        self._arrival_said = False
+        self._arrived = False
         self._checked: tuple[object, tuple[float, float], str | None] = ((), (0.0, 0.0), None)
         self._watch = WatchCircles(parameters, events, "RTL")
         self._headway = Headway("RTL", events)
 
     def check(self, inputs: ModeInputs) -> str | None:
-        """Asked every tick while it waits disarmed, so what was found is good for as long as the boat stays about there."""
+        """Refuse without home, or without a way inside the fence. Callers check every tick while disarmed, so the
+        result is kept while the boat stays within 1 m."""
         candidates, nav = self._point.candidates(inputs.home), inputs.nav
         if not candidates:
             return "no home position"
@@ -85,33 +99,42 @@ class RtlMode(Mode):
         return self._checked[2]
 
     def enter(self, inputs: ModeInputs) -> str | None:
+        """Choose the destination with the shortest way and start towards it."""
         found = self._point.way((inputs.nav.north_m, inputs.nav.east_m), inputs.home)
         if isinstance(found, str):
             return found
         self._name, way = found
-        self._arrival_said = False
+        self._arrived = False
         self._watch.reset()
         self._headway.reset()
-        self._station.go_along(inputs.nav, way)
+        self._hold_point.go_along(inputs.nav, way)
         return None
 
+    def mind_fence(self, inputs: ModeInputs) -> str | None:
+        """Look for another way home; stop without one."""
+        return None if self.enter(inputs) is None else "RTL stopped by the new fence: no way home inside it"
+
     def stuck_s(self, now_s: float) -> float | None:
+        """Seconds without headway on the way home; None if unknown."""
         return self._headway.stuck_s(now_s)
 
     def way_ahead(self) -> Sequence[tuple[float, float]]:
-        return self._station.way_ahead
+        """The rest of the way home."""
+        return self._hold_point.way_ahead
 
     def excuse(self) -> None:
+        """Restart the headway watch."""
         self._headway.reset()
 
     def update(self, inputs: ModeInputs) -> Setpoint:
-        setpoint = self._station.update(inputs.nav, None, inputs.speed_mps, inputs.dt_s)
-        if self._station.way_m is not None:
-            self._headway.update(self._station.way_m, inputs.speed_mps, inputs.now_s)
-        if not self._arrival_said and not self._station.going:
-            self._arrival_said = True
+        """Go home, announce the arrival, then hold there."""
+        setpoint = self._hold_point.update(inputs.nav, None, inputs.speed_mps, inputs.dt_s)
+        if self._hold_point.way_m is not None:
+            self._headway.update(self._hold_point.way_m, inputs.speed_mps, inputs.now_s)
+        if not self._arrived and not self._hold_point.going:
+            self._arrived = True
             self._events.say(inputs.now_s, Severity.NOTICE, "rtl_arrived", f"RTL: at {self._name}, holding")
-        if self._arrival_said:
-            north_m, east_m = self._station.target
+        if self._arrived:
+            north_m, east_m = self._hold_point.target
             self._watch.update(math.hypot(north_m - inputs.nav.north_m, east_m - inputs.nav.east_m), inputs.now_s)
         return setpoint

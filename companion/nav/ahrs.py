@@ -1,13 +1,16 @@
-"""Attitude and heading from gyro, accelerometer and magnetometer, helped by the satellite receiver's velocity: a quaternion Kalman filter.
+"""Attitude and heading from gyro, accelerometer and magnetometer, aided by the receiver's velocity: a quaternion Kalman
+filter.
 
-State: attitude quaternion body → true NED (q̇ = ½ S(ω) q) and gyro bias. Error state of 6: δθ in NED (R = Exp(δθ) R̂), so that its third is
-the yaw error whatever the tilt, and δb. Covariance as the upper triangle of a 6×6 in plain floats: unrolled it costs less than numpy.
+State: attitude quaternion body → true NED (q̇ = ½ S(ω) q) and gyro bias. Error state of 6: δθ in NED (R = Exp(δθ) R̂),
+whose third component is the yaw error whatever the tilt, and δb. The covariance is the upper triangle of a 6×6 in plain
+floats: unrolled, it costs less than numpy.
 
-The RescueRunner thesis (Hallhagen & Persson 2016, section 3.6; `thesis_ahrs.py`) takes the accelerometer for a plumb line whenever its
-length is about g, which it is in a turn of 0.3 g as well: the tilt follows the apparent vertical, and where the field dips by 70° each
-degree of it turns the heading by up to 3. Here the accelerometer's integral over half a second is compared with the change of the measured
-velocity over ground, so that centripetal and all other lasting acceleration is accounted for; the gated plumb line is what is left while no
-velocity comes. The magnetometer changes yaw and gyro bias only (section 3.6.3), weighed by how well the tilt is known.
+The RescueRunner thesis (Hallhagen & Persson 2016, section 3.6; `companion/baselines/ahrs.py`) takes the specific force
+as vertical whenever its length is about g. That holds in a turn of 0.3 g too: the tilt follows the apparent vertical,
+and where the field dips by 70° each degree of tilt error turns the heading by up to 3°. This filter compares the
+integral of the specific force over half a second with the change of the velocity over ground, so that centripetal and
+other lasting accelerations drop out. Without velocities it uses gravity as the vertical, behind a gate. The
+magnetometer corrects yaw and gyro bias only (section 3.6.3), weighted by the uncertainty of the tilt.
 """
 
 from __future__ import annotations
@@ -32,34 +35,42 @@ from companion.nav.lever_arms import (
 )
 
 _LONGEST_STEP_S = 0.1
-_GAP_S = 0.5  # nobody knows how the boat has turned: start again, with bias and correction
+_GAP_S = 0.5  # after a longer gap the turn in between is unknown: start again, keeping bias and correction
 _LEVELLING_S = 1.0
 _TILT_SIGMA_RAD, _YAW_SIGMA_RAD = math.radians(5.0), math.radians(10.0)
 _WINDOW_S, _LONGEST_WINDOW_S = 0.45, 1.5  # between two velocities that are compared
-_VELOCITY_FLOOR_MPS = 0.06  # whatever the receiver promises: it filters, and its velocities lag
-_PLUMB_PERIOD_S = 0.1
-_PLUMB_AFTER_S = 1.5  # without a velocity
-_PLUMB_SHARE = 0.05  # of g, by which the length of the specific force may differ from it
-_PLUMB_RATE_RADPS = math.radians(4.0)
-_PLUMB_SIGMA_MPS2 = 1.5  # in waves, and ten times a second
+_VELOCITY_FLOOR_MPS = 0.06  # whatever accuracy the receiver claims: it filters, and its velocities lag
+_GRAVITY_PERIOD_S = 0.1
+_GRAVITY_AFTER_S = 1.5  # without a velocity
+_GRAVITY_SHARE = 0.05  # of g, by which the length of the specific force may differ from it
+_GRAVITY_RATE_RADPS = math.radians(4.0)
+_GRAVITY_SIGMA_MPS2 = 1.5  # in waves, and ten times a second
 _WINDOW_CHI_SQUARE = 8.0  # of both axes together, over the sum of their variances
-_REFUSALS = 10  # in a row, after which the filter doubts its tilt and not the velocities
+_REJECTIONS = 10  # in a row, after which the tilt is wrong rather than the velocities
 _RATES_TIME_S = 0.05
-_TILT_SAMPLES = 50.0  # of the magnetometer that share one error of the tilt: they do not average it away
+_TILT_SAMPLES = 50.0  # of the magnetometer that share one tilt error: averaging does not remove it
 _FIELD_CHI_SQUARE = 16.0
-_FIELD_REFUSED_S = 5.0  # after that long the filter doubts its heading and not the field
-_DIP_LIMIT = 8.0  # of its tangent: nearer to the poles a compass does not point
-_FIELD_SHARE, _FIELD_TIME_S = 0.2, 60.0  # by which the field's strength may leave its mean, and the mean's time constant
+_FIELD_REJECTED_S = 5.0  # after that long the heading is wrong rather than the field
+_DIP_LIMIT = 8.0  # tangent of the dip: nearer to the poles a compass is unusable
+_FIELD_SHARE = 0.2  # by which the field's strength may differ from its mean
+_FIELD_TIME_S = 60.0  # time constant of that mean
 
-# Places of the rows of a symmetric 6×6 in its upper triangle, row by row.
-_ROWS = ((0, 1, 2, 3, 4, 5), (1, 6, 7, 8, 9, 10), (2, 7, 11, 12, 13, 14), (3, 8, 12, 15, 16, 17), (4, 9, 13, 16, 18, 19), (5, 10, 14, 17, 19, 20))
+# Indices of the rows of a symmetric 6×6 in its upper triangle, row by row.
+_ROWS = (
+    (0, 1, 2, 3, 4, 5),
+    (1, 6, 7, 8, 9, 10),
+    (2, 7, 11, 12, 13, 14),
+    (3, 8, 12, 15, 16, 17),
+    (4, 9, 13, 16, 18, 19),
+    (5, 10, 14, 17, 19, 20),
+)
 _DIAGONAL = (0, 6, 11, 15, 18, 20)
 
 
 @dataclass(frozen=True, slots=True)
 class AhrsNoise:
-    """One sigma each. `field_rad`: of the heading by one sample of the magnetometer, residual deviation in waves included;
-    `force_mps2`: what the mean accelerometer of a window is off by, its bias included."""
+    """Noise of the sensors, one sigma each. `field_rad`: heading error of one magnetometer sample, with the residual
+    deviation in waves. `force_mps2`: error of the mean specific force over a window, with its bias."""
 
     gyro_radps_rthz: float = 5.0e-4
     gyro_switch_on_radps: float = 5.0e-3
@@ -69,10 +80,11 @@ class AhrsNoise:
 
 
 class Ahrs:
-    """In: `sample` for every inertial sample, `magnetic` and `velocity` as they come, in the order of time. Out: `attitude`, `yaw_sigma_rad`.
+    """Call `sample` for every inertial sample, `magnetic` and `velocity` as they arrive, in order of time. Results:
+    `attitude`, `rates`, `yaw_sigma_rad`.
 
-    Starts by itself after a second of samples with a magnetic field. Remembers quaternion, bias, covariance, and the window since the last
-    velocity that was used.
+    It starts by itself after a second of samples with a magnetic field. Remembers quaternion, bias, covariance, and the
+    window since the last velocity that was used.
     """
 
     def __init__(self, gravity_mps2: float, noise: AhrsNoise | None = None) -> None:
@@ -82,7 +94,7 @@ class Ahrs:
         self.quaternion: Quaternion = (1.0, 0.0, 0.0, 0.0)
         self.rotation: Matrix = rotation(self.quaternion)
         self.gyro_bias: Vector = ZERO
-        self.rates: Vector = ZERO  # body, bias taken off, smoothed
+        self.rates: Vector = ZERO  # body, bias removed, smoothed
         self._last_rates: Vector = ZERO
         self.covariance: list[float] = [0.0] * 21  # upper triangle
         self._t_s = -math.inf
@@ -91,11 +103,12 @@ class Ahrs:
         self._strength = 0.0
         self._strength_s = -math.inf
         self._turned_rad = 0.0
-        self._sum_n = self._sum_e = self._sum_d = self._sum_s = 0.0  # of the specific force in NED, since the velocity below
-        self._before: tuple[float, float, float] | None = None  # time, north and east of that velocity
+        # integral of the specific force in NED, and its duration, since the velocity in `_before`
+        self._sum_n = self._sum_e = self._sum_d = self._sum_s = 0.0
+        self._before: tuple[float, float, float] | None = None  # (time, north, east) of a velocity
         self._velocity_s = -math.inf
         self._field_s = -math.inf
-        self._refusals = 0
+        self._rejections = 0
 
     @property
     def attitude(self) -> Vector:
@@ -104,13 +117,14 @@ class Ahrs:
 
     @property
     def yaw_sigma_rad(self) -> float:
-        """One sigma, of what the filter knows: without the magnetometer's own deviation."""
+        """One sigma of yaw by the filter's covariance, without the magnetometer's deviation; π before the start."""
         return math.sqrt(max(self.covariance[11], 0.0)) if self.running else math.pi
 
     # --- prediction ------------------------------------------------------------------------------------------------
 
     def sample(self, t_s: float, force: Vector, rates: Vector) -> None:
-        """Specific force in m/s² and angular rate in rad/s, in body axes, at `t_s`. A sample that is not newer is dropped."""
+        """Specific force in m/s² and angular rate in rad/s, in body axes, at `t_s`. A sample that is not newer than the
+        last is ignored."""
         dt = t_s - self._t_s
         if dt <= 0.0:
             return
@@ -137,26 +151,45 @@ class Ahrs:
         self._sum_e += e * dt
         self._sum_d += d * dt
         self._sum_s += dt
-        if t_s - self._velocity_s > _PLUMB_AFTER_S:
+        if t_s - self._velocity_s > _GRAVITY_AFTER_S:
             self._before = None
-            if self._sum_s >= _PLUMB_PERIOD_S:
-                self._plumb()
+            if self._sum_s >= _GRAVITY_PERIOD_S:
+                self._fuse_gravity()
 
     def _level(self, t_s: float, dt: float, force: Vector) -> None:
-        """Before the start: the mean of the specific force."""
+        """Average the specific force before the start."""
         if not dt <= _LONGEST_STEP_S:
             self._since_s, self._mean = t_s, force
         share = 1.0 / (1.0 + max(t_s - self._since_s, 0.0) / max(min(dt, _LONGEST_STEP_S), 1e-3))
         m = self._mean
-        self._mean = (m[0] + share * (force[0] - m[0]), m[1] + share * (force[1] - m[1]), m[2] + share * (force[2] - m[2]))
+        self._mean = (
+            m[0] + share * (force[0] - m[0]),
+            m[1] + share * (force[1] - m[1]),
+            m[2] + share * (force[2] - m[2]),
+        )
 
     def _propagate(self, dt: float) -> None:
-        """P ← F P Fᵀ + Q with F = [[1, −R dt], [0, 1]], block by block: B′ = B − R C dt, A′ = A − R dt Bᵀ − B′ (R dt)ᵀ."""
-        a00, a01, a02, b00, b01, b02, a11, a12, b10, b11, b12, a22, b20, b21, b22, c00, c01, c02, c11, c12, c22 = self.covariance
+        """P ← F P Fᵀ + Q with F = [[1, −R dt], [0, 1]], block by block: B′ = B − R C dt, A′ = A − R dt Bᵀ − B′ (R
+        dt)ᵀ."""
+        a00, a01, a02, b00, b01, b02, a11, a12, b10, b11, b12, a22, b20, b21, b22, c00, c01, c02, c11, c12, c22 = (
+            self.covariance
+        )
         r00, r01, r02, r10, r11, r12, r20, r21, r22 = [dt * part for part in self.rotation]
-        n00, n01, n02 = b00 - r00 * c00 - r01 * c01 - r02 * c02, b01 - r00 * c01 - r01 * c11 - r02 * c12, b02 - r00 * c02 - r01 * c12 - r02 * c22
-        n10, n11, n12 = b10 - r10 * c00 - r11 * c01 - r12 * c02, b11 - r10 * c01 - r11 * c11 - r12 * c12, b12 - r10 * c02 - r11 * c12 - r12 * c22
-        n20, n21, n22 = b20 - r20 * c00 - r21 * c01 - r22 * c02, b21 - r20 * c01 - r21 * c11 - r22 * c12, b22 - r20 * c02 - r21 * c12 - r22 * c22
+        n00, n01, n02 = (
+            b00 - r00 * c00 - r01 * c01 - r02 * c02,
+            b01 - r00 * c01 - r01 * c11 - r02 * c12,
+            b02 - r00 * c02 - r01 * c12 - r02 * c22,
+        )
+        n10, n11, n12 = (
+            b10 - r10 * c00 - r11 * c01 - r12 * c02,
+            b11 - r10 * c01 - r11 * c11 - r12 * c12,
+            b12 - r10 * c02 - r11 * c12 - r12 * c22,
+        )
+        n20, n21, n22 = (
+            b20 - r20 * c00 - r21 * c01 - r22 * c02,
+            b21 - r20 * c01 - r21 * c11 - r22 * c12,
+            b22 - r20 * c02 - r21 * c12 - r22 * c22,
+        )
         noise = self._noise
         white, wander = noise.gyro_radps_rthz**2 * dt, noise.gyro_wander_radps_rts**2 * dt
         # fmt: off
@@ -177,7 +210,8 @@ class Ahrs:
     # --- measurements ----------------------------------------------------------------------------------------------
 
     def magnetic(self, t_s: float, field: Vector, declination_rad: float) -> None:
-        """Calibrated field in body axes, any unit. Its horizontal part, levelled by the tilt, corrects yaw; the first one starts the filter."""
+        """Calibrated field in body axes, any unit. Its horizontal part corrects yaw; the first field after levelling
+        starts the filter."""
         if not self.running:
             self._start(field, declination_rad)
             return
@@ -193,14 +227,14 @@ class Ahrs:
         variance = self._noise.field_rad**2 + tilt_share
         if innovation * innovation <= _FIELD_CHI_SQUARE * (p[11] + variance):
             self._field_s = t_s
-        elif t_s - self._field_s <= _FIELD_REFUSED_S:
+        elif t_s - self._field_s <= _FIELD_REJECTED_S:
             return
         else:
             p[11] += _YAW_SIGMA_RAD**2
         self._fuse((0.0, 0.0, 1.0), innovation, variance, tilt=False)
 
     def _steady(self, t_s: float, strength: float) -> bool:
-        """Whether the field is about as strong as usual: passing steel is not the Earth."""
+        """Whether the field is about as strong as usual; passing steel changes it."""
         usual, gap_s = self._strength, t_s - self._strength_s
         self._strength_s = t_s
         if strength <= 0.0:
@@ -209,7 +243,7 @@ class Ahrs:
         return abs(strength - usual) <= _FIELD_SHARE * usual
 
     def velocity(self, t_s: float, north_mps: float, east_mps: float, sigma_mps: float, lever_m: Vector = ZERO) -> None:
-        """Velocity over ground of a point `lever_m` from the inertial sensor, white error of one sigma on each axis."""
+        """Velocity over ground of a point `lever_m` (body axes) from the inertial sensor; `sigma_mps` on each axis."""
         if not self.running or not t_s > self._velocity_s:
             return
         swing = velocity_ned(self.rotation, self.rates, lever_m)
@@ -229,37 +263,40 @@ class Ahrs:
         self._sum_n = self._sum_e = self._sum_d = self._sum_s = 0.0
 
     def _compare(self, north_mps: float, east_mps: float, variance: float) -> None:
-        """The change of velocity against the sums of f̂: the true force is f̂ + δθ × f̂."""
+        """Fuse the change of velocity against the integral of f̂: the true force is f̂ + δθ × f̂."""
         n, e, d = self._sum_n, self._sum_e, self._sum_d
         rows = (((0.0, d, -e), north_mps - n), ((-d, 0.0, n), east_mps - e))
         expected = sum(self._variance_of(h) + variance for h, _ in rows)
-        odd = sum(y * y for _, y in rows) > _WINDOW_CHI_SQUARE * expected
-        if odd and self._refusals < _REFUSALS:
-            self._refusals += 1
+        outlier = sum(y * y for _, y in rows) > _WINDOW_CHI_SQUARE * expected
+        if outlier and self._rejections < _REJECTIONS:
+            self._rejections += 1
             return
-        if odd:
+        if outlier:
             for at in (0, 6, 11):
                 self.covariance[at] += _TILT_SIGMA_RAD**2
-        self._refusals = 0
+        self._rejections = 0
         self._fuse(*rows[0], variance)
-        n, e, d = self._sum_n, self._sum_e, self._sum_d  # turned by what the first has found
+        n, e, d = self._sum_n, self._sum_e, self._sum_d  # rotated by the correction of the first axis
         self._fuse((-d, 0.0, n), east_mps - e, variance)
 
-    def _plumb(self) -> None:
-        """Without velocities: the mean force of a tenth of a second as the vertical, if it is about as long as gravity and the boat does not turn."""
+    def _fuse_gravity(self) -> None:
+        """Without velocities: take the mean force of a tenth of a second as the vertical, if its length is about g and
+        the boat does not turn."""
         n, e, d = (part / self._sum_s for part in (self._sum_n, self._sum_e, self._sum_d))
         self._clear_sums()
-        turns = abs(self.rates[2]) > _PLUMB_RATE_RADPS  # and is then pressed outwards, by nobody knows how much
-        if not turns and abs(math.sqrt(n * n + e * e + d * d) - self._gravity_mps2) <= _PLUMB_SHARE * self._gravity_mps2:
-            self._fuse((0.0, d, 0.0), -n, _PLUMB_SIGMA_MPS2**2)
-            self._fuse((-d, 0.0, 0.0), -e, _PLUMB_SIGMA_MPS2**2)
+        turns = abs(self.rates[2]) > _GRAVITY_RATE_RADPS  # then an unknown centripetal force adds to gravity
+        length = math.sqrt(n * n + e * e + d * d)
+        if not turns and abs(length - self._gravity_mps2) <= _GRAVITY_SHARE * self._gravity_mps2:
+            self._fuse((0.0, d, 0.0), -n, _GRAVITY_SIGMA_MPS2**2)
+            self._fuse((-d, 0.0, 0.0), -e, _GRAVITY_SIGMA_MPS2**2)
 
     def _variance_of(self, h: Vector) -> float:
         p, (x, y, z) = self.covariance, h
         return x * (x * p[0] + 2.0 * (y * p[1] + z * p[2])) + y * (y * p[6] + 2.0 * z * p[7]) + z * z * p[11]
 
     def _fuse(self, h: Vector, innovation: float, variance: float, tilt: bool = True) -> None:
-        """One scalar with the row (h, 0, 0, 0). Without `tilt` roll and pitch get no share; then Joseph's form keeps the covariance true."""
+        """Fuse one scalar with the measurement row (h, 0, 0, 0). Without `tilt`, roll and pitch stay as they are;
+        Joseph's form keeps the covariance correct then."""
         p, (x, y, z) = self.covariance, h
         g = [x * p[i] + y * p[j] + z * p[k] for i, j, k in zip(*_ROWS[:3], strict=True)]
         s = x * g[0] + y * g[1] + z * g[2] + variance
@@ -286,7 +323,7 @@ class Ahrs:
         self._sum_n, self._sum_e, self._sum_d = n + y * d - z * e, e + z * n - x * d, d + x * e - y * n
 
     def turn(self, angle_rad: float) -> None:
-        """Turn the heading for good: the magnetometer is off by that much."""
+        """Add `angle_rad` to the heading and to all later magnetometer headings: the magnetometer is off by that."""
         self._turned_rad = wrap_pi(self._turned_rad + angle_rad)
         self._inject([0.0, 0.0, angle_rad, 0.0, 0.0, 0.0])
 
@@ -300,7 +337,9 @@ class Ahrs:
         self.rotation = rotation(self.quaternion)
         self.covariance = [0.0] * 21
         bias = self._noise.gyro_switch_on_radps
-        for at, sigma in zip(_DIAGONAL, (_TILT_SIGMA_RAD, _TILT_SIGMA_RAD, _YAW_SIGMA_RAD, bias, bias, bias), strict=True):
+        for at, sigma in zip(
+            _DIAGONAL, (_TILT_SIGMA_RAD, _TILT_SIGMA_RAD, _YAW_SIGMA_RAD, bias, bias, bias), strict=True
+        ):
             self.covariance[at] = sigma * sigma
         self._strength = math.hypot(*field)
         self._field_s = self._t_s

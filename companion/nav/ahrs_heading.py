@@ -1,42 +1,94 @@
-"""A raw magnetometer as a heading source: calibration, the AHRS that `AHRS_LAW` chooses, and the correction towards the course."""
+"""Heading from a raw magnetometer: calibration, the AHRS that `AHRS_LAW` chooses, and the correction to the course."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from typing import Protocol
 
-from companion.config import NavigatedBoat, SensorConfig
+from companion.config.devices import SensorConfig
+from companion.config.vessel import NavigatedBoat
 from companion.core.angles import wrap_pi
-from companion.core.types import Heading, HeadingBy, Imu, MagneticField
+from companion.core.readings import Heading, HeadingBy, Imu, MagneticField
 from companion.nav.ahrs import Ahrs
 from companion.nav.course_correction import CourseCorrection
 from companion.nav.lever_arms import Vector, normal_gravity_mps2, relative
-from companion.nav.thesis_ahrs import ThesisAhrs
-from companion.params import Parameters
+from companion.params.store import Parameters
 
 _PERIOD_S = 0.095
 _THESIS = 1
-_FIELD_AGE_S = 2.0  # without a field the gyro alone carries the heading for that long
-_LAST_SIGMA_RAD = math.radians(20.0)
+_FIELD_AGE_S = 2.0  # how long the gyro alone may carry the heading without a field
+_LARGEST_SIGMA_RAD = math.radians(20.0)
+
+
+class AttitudeFilter(Protocol):
+    """A filter for attitude from gyro, accelerometer and magnetometer: the companion's (`Ahrs`) or the thesis's."""
+
+    @property
+    def running(self) -> bool:
+        """Whether there is an attitude."""
+        ...
+
+    @property
+    def attitude(self) -> Vector:
+        """(roll, pitch, yaw) in radians, yaw from true north."""
+        ...
+
+    @property
+    def rates(self) -> Vector:
+        """Body rates in rad/s, bias removed."""
+        ...
+
+    @property
+    def yaw_sigma_rad(self) -> float:
+        """One sigma of yaw."""
+        ...
+
+    def sample(self, t_s: float, force: Vector, rates: Vector) -> None:
+        """One inertial sample: specific force (m/s²) and angular rate (rad/s) in body axes."""
+        ...
+
+    def magnetic(self, t_s: float, field: Vector, declination_rad: float) -> None:
+        """One calibrated magnetic field in body axes, any unit."""
+        ...
+
+    def velocity(self, t_s: float, north_mps: float, east_mps: float, sigma_mps: float, lever_m: Vector) -> None:
+        """Velocity over ground of the point `lever_m` (body axes) from the inertial sensor."""
+        ...
+
+    def turn(self, angle_rad: float) -> None:
+        """Add `angle_rad` to the heading and to all later magnetometer headings."""
+        ...
 
 
 class AhrsHeading:
-    """In: inertial samples and magnetic fields of one device, velocities over ground. Out: a true `Heading` ten times a second.
+    """Inertial samples and magnetic fields of one device, and velocities over ground → a true `Heading`, ten times a
+    second.
 
-    Remembers the filter, the correction towards the course, and when field and heading last came.
+    Remembers the filter, the correction to the course (`corrected_rad`), and the times of the last field and heading.
     """
 
-    def __init__(self, row: SensorConfig, gravity_mps2: float, parameters: Parameters) -> None:
+    def __init__(
+        self,
+        row: SensorConfig,
+        gravity_mps2: float,
+        parameters: Parameters,
+        baseline: Callable[[float], AttitudeFilter] | None = None,
+    ) -> None:
+        """`baseline`: makes the thesis's filter, which AHRS_LAW 1 chooses, from the gravity in m/s²; None: not
+        available."""
+        self._baseline = baseline
         self._row = row
         self._gravity_mps2 = gravity_mps2
         self._parameters = parameters
-        self.filter: Ahrs | ThesisAhrs = Ahrs(gravity_mps2)
+        self.filter: AttitudeFilter = Ahrs(gravity_mps2)
         self._law = 0
         self._correction = CourseCorrection()
         self._field_s = self._heading_s = -math.inf
         self.corrected_rad = 0.0
 
     def imu(self, imu: Imu) -> Heading | None:
-        """One inertial sample."""
+        """Take one inertial sample; returns a heading if one is due."""
         self._choose()
         t_s, ahrs = imu.t_s, self.filter
         ahrs.sample(
@@ -47,44 +99,57 @@ class AhrsHeading:
         thesis = self._law == _THESIS
         yaw = ahrs.attitude[2]
         drift = None if thesis else self._parameters["AHRS_DRIFT"]
-        turn = self._correction.update(t_s, wrap_pi(yaw + self._row.heading_offset_rad), ahrs.rates[2], self._parameters["AHRS_COURSE_T"], drift)
+        turn = self._correction.update(
+            t_s, wrap_pi(yaw + self._row.heading_offset_rad), ahrs.rates[2], self._parameters["AHRS_COURSE_T"], drift
+        )
         if turn != 0.0:
             ahrs.turn(turn)
             self.corrected_rad = wrap_pi(self.corrected_rad + turn)
         self._heading_s = t_s
         sigma = ahrs.yaw_sigma_rad
-        if t_s - self._field_s > _FIELD_AGE_S or sigma > _LAST_SIGMA_RAD:
+        if t_s - self._field_s > _FIELD_AGE_S or sigma > _LARGEST_SIGMA_RAD:
             return None
         yaw_rad = wrap_pi(yaw + turn + self._row.heading_offset_rad)
-        return Heading(t_s, self._row.name, yaw_rad, max(sigma, self._row.heading_accuracy_rad or 0.0), HeadingBy.COMPASS)
+        return Heading(
+            t_s, self._row.name, yaw_rad, max(sigma, self._row.heading_accuracy_rad or 0.0), HeadingBy.COMPASS
+        )
 
     def _choose(self) -> None:
         law = int(self._parameters["AHRS_LAW"])
         if law != self._law:
             self._law, self.corrected_rad = law, 0.0
-            self.filter = ThesisAhrs(self._gravity_mps2) if law == _THESIS else Ahrs(self._gravity_mps2)
+            by_baseline = law == _THESIS and self._baseline is not None
+            self.filter = (
+                self._baseline(self._gravity_mps2) if by_baseline and self._baseline else Ahrs(self._gravity_mps2)
+            )
 
     def field(self, field: MagneticField, declination_rad: float) -> None:
-        """One sample of the magnetometer, as it came."""
+        """Take one sample of the magnetometer, not yet calibrated."""
         self._field_s = field.t_s
         self.filter.magnetic(field.t_s, calibrated(self._row, field), declination_rad)
 
     def velocity(self, t_s: float, north_mps: float, east_mps: float, sigma_mps: float, lever_m: Vector) -> None:
-        """Velocity over ground of the point `lever_m` from the boat's origin."""
+        """Take a velocity over ground, of the point `lever_m` from the boat's origin."""
         self._correction.velocity(t_s, north_mps, east_mps)
         row = self._row
         self.filter.velocity(t_s, north_mps, east_mps, sigma_mps, relative(lever_m, (row.x_m, row.y_m, row.z_m)))
 
 
 def calibrated(row: SensorConfig, field: MagneticField) -> Vector:
-    """mag_matrix · (measured − mag_offset), in body axes."""
+    """The calibrated field in body axes: mag_matrix · (measured − mag_offset)."""
     (a, b, c), (d, e, f), (g, h, i) = row.mag_matrix
     ox, oy, oz = row.mag_offset
     x, y, z = field.x - ox, field.y - oy, field.z - oz
     return a * x + b * y + c * z, d * x + e * y + f * z, g * x + h * y + i * z
 
 
-def ahrs_headings(config: NavigatedBoat, parameters: Parameters) -> dict[str, AhrsHeading]:
-    """One for each sensor whose file says that its heading comes from its raw magnetometer, by name."""
+def ahrs_headings(
+    config: NavigatedBoat, parameters: Parameters, baseline: Callable[[float], AttitudeFilter] | None = None
+) -> dict[str, AhrsHeading]:
+    """One `AhrsHeading` for each sensor with `heading = "ahrs"`, by the sensor's name."""
     gravity_mps2 = normal_gravity_mps2(config.home.lat_deg)
-    return {row.name: AhrsHeading(row, gravity_mps2, parameters) for row in config.sensors if row.heading == "ahrs"}
+    return {
+        row.name: AhrsHeading(row, gravity_mps2, parameters, baseline)
+        for row in config.sensors
+        if row.heading == "ahrs"
+    }

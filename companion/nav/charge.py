@@ -1,32 +1,36 @@
-"""Charge of a battery whose board measures voltage and current but does not count."""
+"""State of charge of a battery whose board measures voltage and current but does not count charge."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import replace
 
-from companion.config import BatteryConfig
-from companion.core.types import Battery
+from companion.config.outputs import BatteryConfig
+from companion.core.readings import Battery
 
 _SECONDS_PER_HOUR = 3600.0
 
 
 class ChargeCounter:
-    """`update(battery)` → the same with `remaining` filled in, where the device gives none but a current; as it is otherwise.
+    """Fills in `remaining` for a device that gives a current but no charge.
 
-    Begins with what the voltage at rest says, V + R·I between that of an empty and of a full battery, and counts the current from there (trapezoids
-    over the readings' own times, gaps included), as far as full and empty. Remembers charge, time and current of each source.
+    The first share follows from the voltage at rest, V + R·I, between those of an empty and a full battery. From there
+    it integrates the current (trapezoids over the times of the readings, gaps included), held within 0…1. Remembers
+    share, time and current of each source.
     """
 
     def __init__(self, config: BatteryConfig | None) -> None:
-        """Without a configuration nothing is filled in."""
+        """`config` None: readings stay as they are."""
         self._config = config
         self._counts: dict[str, tuple[float, float, float]] = {}  # share, time, current by source
 
     def update(self, battery: Battery) -> Battery:
+        """The reading with `remaining` filled in, or as it is if that is known or cannot be computed."""
         config = self._config
         current_a = battery.current_a
-        if config is None or battery.remaining is not None or current_a is None or not math.isfinite(current_a) or not math.isfinite(battery.voltage_v):
+        if config is None or battery.remaining is not None or current_a is None:
+            return battery
+        if not math.isfinite(current_a) or not math.isfinite(battery.voltage_v):
             return battery
         before = self._counts.get(battery.source)
         if before is None:

@@ -1,7 +1,7 @@
-"""A heading that is off for good is drawn towards the course over ground, slowly.
+"""Slow correction of a heading with a lasting error, to the course over ground.
 
-Source: RescueRunner thesis (Hallhagen & Persson 2016), sections 3.6.4 and 6.3.5.1: ψ = ψ_q + ψ_corr, ψ_corr ← ψ_corr + α (ψ_GNSS − ψ) at
-200 Hz with α = 1e-4, which is a time constant of 50 s, once the boat has been faster than 5 m/s for 10 s.
+Source: RescueRunner thesis (Hallhagen & Persson 2016), sections 3.6.4 and 6.3.5.1: ψ = ψ_q + ψ_corr, ψ_corr ← ψ_corr +
+α (ψ_GNSS − ψ) at 200 Hz with α = 1e-4, a time constant of 50 s, after 10 s faster than 5 m/s.
 """
 
 from __future__ import annotations
@@ -18,7 +18,8 @@ _STRAIGHT_S = 2.0
 
 
 class CourseCorrection:
-    """Heading and course → how far to turn the heading. Remembers the course, since when the boat has been fast, and straight."""
+    """Heading and course over ground → correction of the heading. Remembers the course, and since when the boat has
+    been fast and on a straight course."""
 
     def __init__(self) -> None:
         self._course_rad = self._speed_mps = 0.0
@@ -27,7 +28,7 @@ class CourseCorrection:
         self._t_s = math.inf
 
     def velocity(self, t_s: float, north_mps: float, east_mps: float) -> None:
-        """Velocity over ground."""
+        """Take a velocity over ground."""
         if self._slow_s == math.inf or t_s - self._course_s > _COURSE_AGE_S:
             self._slow_s = t_s
         self._course_s, self._speed_mps = t_s, math.hypot(north_mps, east_mps)
@@ -35,11 +36,14 @@ class CourseCorrection:
         if self._speed_mps <= _SPEED_MPS:
             self._slow_s = t_s
 
-    def update(self, t_s: float, yaw_rad: float, yaw_rate_radps: float, time_s: float, drift_mps: float | None) -> float:
-        """The turn in rad that is due since the last call, positive clockwise.
+    def update(
+        self, t_s: float, yaw_rad: float, yaw_rate_radps: float, time_s: float, drift_mps: float | None
+    ) -> float:
+        """The correction in rad since the last call, positive clockwise.
 
-        `time_s`: time constant, 0 for no correction. `drift_mps`: how fast wind and current may set the boat sideways; what they explain is
-        not corrected, nor is anything while the boat turns and slips. None: the thesis's rule, which knows neither.
+        `time_s`: time constant; 0: no correction. `drift_mps`: largest sideways drift by wind and current; the part of
+        the error that drift explains is not corrected, and nothing is corrected while the boat turns and slips. None:
+        the thesis's rule, without both exceptions.
         """
         dt = min(max(t_s - self._t_s, 0.0), 0.2)
         self._t_s = t_s

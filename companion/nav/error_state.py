@@ -1,10 +1,12 @@
-"""Error-state Kalman filter of a boat: the arithmetic alone. Which measurement to trust is decided elsewhere.
+"""Error-state Kalman filter of a boat: the arithmetic alone. `inertial.py` decides which measurements to fuse.
 
-Nominal state in plain floats: position and velocity NED, attitude quaternion body → NED, biases of accelerometer and gyro.
-Error state of 15, in this order: δp, δv, δθ, δa_bias, δω_bias, with δθ in NED (R = Exp(δθ) R̂), one preallocated 15×15 covariance.
+Nominal state in plain floats: position and velocity NED, attitude quaternion body → NED, biases of accelerometer and
+gyro. Error state of 15, in this order: δp, δv, δθ, δa_bias, δω_bias, with δθ in NED (R = Exp(δθ) R̂). The 15×15
+covariance is allocated once.
 
-Source: Solà (2017), *Quaternion kinematics for the error-state Kalman filter*, sections 5 to 7 (global angular error); the errata of the
-ReVolt thesis are mended: covariance propagated with every sample, gyro noise its own, reset P ← G P Gᵀ, ∂ψ/∂w with its squares.
+Source: Solà (2017), *Quaternion kinematics for the error-state Kalman filter*, sections 5 to 7 (global angular error).
+Errata of the ReVolt thesis are corrected: the covariance is propagated with every sample, the gyro has its own noise,
+the reset is P ← G P Gᵀ, and ∂ψ/∂w has its squares.
 """
 
 from __future__ import annotations
@@ -40,9 +42,10 @@ _LONGEST_STEP_S = 0.05
 
 @dataclass(frozen=True, slots=True)
 class FilterNoise:
-    """Spectral densities of the sensors; the biases at switch-on; and their wander as first-order processes of bounded variance.
+    """Noise densities of the sensors, their biases at switch-on (one sigma), and the wander of the biases as
+    first-order Gauss–Markov processes.
 
-    The densities are those of a calibrated MEMS unit on a hull that shakes, a few times its data sheet.
+    The densities are those of a calibrated MEMS unit on a vibrating hull: a few times its data sheet.
     """
 
     accelerometer_mps2_rthz: float = 0.004
@@ -56,7 +59,8 @@ class FilterNoise:
 
 
 class Innovation:
-    """A measurement against its prediction: `y` (measured − predicted), its covariance, and what is needed to weigh it in."""
+    """A measurement minus its prediction: y1, y2 with their covariance s11, s12, s22, and the normalised innovation
+    squared yᵀ S⁻¹ y. `size` 1: only y1 and s11 count."""
 
     __slots__ = ("normalised_square", "s11", "s12", "s22", "size", "y1", "y2")
 
@@ -66,12 +70,12 @@ class Innovation:
 
 
 def _flat(array: np.ndarray[Any, np.dtype[np.float64]]) -> memoryview[float]:
-    """The array's numbers in a row: writing one through a memoryview costs a third of numpy indexing."""
+    """The array as a flat memoryview: writing through it costs a third of numpy indexing."""
     return array.data.cast("B").cast("d")
 
 
 class _Rows:
-    """Preallocated arrays for measurements of one size (1 or 2 scalars)."""
+    """Arrays for measurements of one size (1 or 2 scalars), allocated once."""
 
     def __init__(self, size: int) -> None:
         self.h = np.zeros((size, SIZE))
@@ -90,10 +94,11 @@ class _Rows:
 
 
 class ErrorStateFilter:
-    """Nominal state and covariance; `predict` for every IMU sample, then for each measurement an innovation and, if trusted, `fuse`.
+    """Nominal state and covariance. Call `predict` for every IMU sample; for each measurement compute an innovation
+    and, to accept it, `fuse` it at once.
 
-    The reference point is the IMU. All arguments SI, NED or body as named. Remembers the nominal state, the covariance and the last
-    sample (so that two samples make a mean over the step).
+    The reference point is the IMU; arguments are SI, NED or body as named. Remembers the nominal state, the covariance
+    and the last sample (the mean of two samples applies over a step).
     """
 
     def __init__(self, gravity_mps2: float, noise: FilterNoise | None = None) -> None:
@@ -105,7 +110,7 @@ class ErrorStateFilter:
         self.rotation: Matrix = rotation(self.quaternion)
         self.accelerometer_bias: Vector = ZERO
         self.gyro_bias: Vector = ZERO
-        self.rates: Vector = ZERO  # bias taken off
+        self.rates: Vector = ZERO  # rad/s in body axes, bias removed
         self._last_force: Vector | None = None
         self._last_rates: Vector = ZERO
         self.covariance = np.zeros((SIZE, SIZE))
@@ -118,7 +123,7 @@ class ErrorStateFilter:
         self._bind()
 
     def _bind(self) -> None:
-        """Views into the arrays."""
+        """Make views into the arrays."""
         self._diagonal = self.covariance.reshape(-1)[:: SIZE + 1]
         self._transition_transposed = self._transition.T
         self._reset_transposed = self._reset.T
@@ -129,7 +134,8 @@ class ErrorStateFilter:
         self._q = _flat(self._noise_step)
 
     def start(self, position: Vector, velocity: Vector, attitude: Vector, sigmas: Sequence[float]) -> None:
-        """Begin at a position, velocity and (roll, pitch, yaw), biases kept. `sigmas`: 15, one an error state."""
+        """Begin at a position (m), velocity (m/s) and (roll, pitch, yaw); the biases stay. `sigmas`: one for each of
+        the 15 error states."""
         self.position, self.velocity = position, velocity
         self.quaternion = quaternion_of(*attitude)
         self.rotation = rotation(self.quaternion)
@@ -137,7 +143,8 @@ class ErrorStateFilter:
         self.covariance[:] = np.diag(np.square(np.asarray(sigmas, dtype=float)))
 
     def predict(self, force: Vector, rates: Vector, dt_s: float) -> None:
-        """One IMU sample: specific force (m/s²) and angular rate (rad/s) in body axes at the end of `dt_s`."""
+        """Propagate by one IMU sample: specific force (m/s²) and angular rate (rad/s) in body axes, at the end of
+        `dt_s`."""
         if self._last_force is None:
             self._last_force, self._last_rates = force, rates
         f, g, w, v = force, self._last_force, rates, self._last_rates
@@ -167,7 +174,8 @@ class ErrorStateFilter:
         self.rotation = rotation(self.quaternion)
 
     def preview(self, samples: Iterable[tuple[Vector, Vector, float]]) -> tuple[Vector, Vector, Matrix, Vector]:
-        """(position, velocity, rotation, rates) after further samples (force, rates, dt_s), leaving the filter as it is."""
+        """(position, velocity, rotation, rates) after further samples (force, rates, dt_s); the filter stays as it
+        is."""
         p, v, q, r, w = self.position, self.velocity, self.quaternion, self.rotation, self.rates
         ab, wb = self.accelerometer_bias, self.gyro_bias
         for force, rates, dt in samples:
@@ -181,7 +189,7 @@ class ErrorStateFilter:
         return p, v, r, w
 
     def _propagate_covariance(self, fn: float, fe: float, fd: float, dt: float) -> None:
-        """P ← F P Fᵀ + Q, with F from the attitude and the specific force (NED) of this very step."""
+        """P ← F P Fᵀ + Q, with F from the attitude and the specific force (NED) of this step."""
         f, r = self._f, self.rotation
         if dt != self._noise_dt_s:
             self._set_step(dt)
@@ -202,7 +210,7 @@ class ErrorStateFilter:
         self._diagonal += self._noise_step
 
     def _set_step(self, dt: float) -> None:
-        """What in F and Q depends on the step alone."""
+        """Set the elements of F and Q that depend on the step alone."""
         noise = self.noise
         f, q = self._f, self._q
         accelerometer_kept, gyro_kept = 1.0 - dt / noise.accelerometer_bias_time_s, 1.0 - dt / noise.gyro_bias_time_s
@@ -215,8 +223,11 @@ class ErrorStateFilter:
         q[12] = q[13] = q[14] = 2.0 * noise.gyro_bias_radps**2 * dt / noise.gyro_bias_time_s
         self._noise_dt_s = dt
 
-    def position_innovation(self, north_m: float, east_m: float, lever_m: Vector, variance: float, lag_s: float = 0.0) -> Innovation:
-        """Measured position of a point at `lever_m` from the IMU, `lag_s` before the state's time (negative: after it)."""
+    def position_innovation(
+        self, north_m: float, east_m: float, lever_m: Vector, variance: float, lag_s: float = 0.0
+    ) -> Innovation:
+        """Innovation of a measured position of the point `lever_m` (body) from the IMU, `lag_s` before the state's time
+        (negative: after it). `variance` in m² on each axis."""
         arm = rotate(self.rotation, lever_m)
         vn, ve, _ = self.velocity
         turn = rotate(self.rotation, cross(self.rates, lever_m)) if lag_s else ZERO
@@ -229,22 +240,27 @@ class ErrorStateFilter:
         return self._pair_innovation(y1, y2, variance)
 
     def velocity_innovation(self, north_mps: float, east_mps: float, lever_m: Vector, variance: float) -> Innovation:
-        """Measured velocity of a point at `lever_m` from the IMU."""
+        """Innovation of a measured velocity of the point `lever_m` (body) from the IMU; `variance` in (m/s)² on each
+        axis."""
         arm = rotate(self.rotation, cross(self.rates, lever_m))
         h = self._pair.h_flat
         h[0] = h[SIZE + 1] = 0.0
         h[_V] = h[SIZE + _V + 1] = 1.0
         self._set_arm(h, arm)
-        return self._pair_innovation(north_mps - self.velocity[0] - arm[0], east_mps - self.velocity[1] - arm[1], variance)
+        return self._pair_innovation(
+            north_mps - self.velocity[0] - arm[0], east_mps - self.velocity[1] - arm[1], variance
+        )
 
     @staticmethod
     def _set_arm(h: memoryview[float], arm: Vector) -> None:
-        """The first two rows of −[arm]×: how an error of attitude moves a vector that turns with the hull."""
+        """The first two rows of −[arm]×: the effect of an attitude error on a vector fixed to the hull."""
         h[_TH + 1], h[_TH + 2] = arm[2], -arm[1]
         h[SIZE + _TH], h[SIZE + _TH + 2] = -arm[2], arm[0]
 
     def heading_innovation(self, yaw_rad: float, variance: float, lag_s: float = 0.0) -> Innovation:
-        """Measured heading; the innovation is wrapped. ψ = atan2(w_e, w_n) of the body's x axis w."""
+        """Innovation, wrapped, of a measured heading `lag_s` before the state's time; `variance` in rad².
+
+        ψ = atan2(w_e, w_n) of the body's x axis w."""
         wn, we, wd = self.rotation[0], self.rotation[3], self.rotation[6]
         level = max(wn * wn + we * we, 1e-6)
         h = self._single.h_flat
@@ -253,7 +269,8 @@ class ErrorStateFilter:
         return self._single_innovation(wrap_pi(yaw_rad - math.atan2(we, wn) + lag_s * self.rates[2]), variance)
 
     def fuse_down(self, position_m: float, position_variance: float, velocity_variance: float) -> None:
-        """A boat stays on the water: weak knowledge of height (down `position_m`) and of no vertical speed."""
+        """A boat stays on the water: fuse `position_m` as down position and 0 as down velocity, with large variances
+        (m², (m/s)²)."""
         h = self._single.h_flat
         h[_TH] = h[_TH + 1] = h[_TH + 2] = h[_V + 2] = 0.0
         h[2] = 1.0
@@ -283,7 +300,8 @@ class ErrorStateFilter:
         return found
 
     def fuse(self, innovation: Innovation) -> None:
-        """Weigh in the innovation made last: P ← P − P Hᵀ S⁻¹ H P (symmetric by form), inject the error, reset it."""
+        """Fuse the innovation that was computed last: P ← P − P Hᵀ S⁻¹ H P (symmetric by form), then inject the
+        error."""
         if innovation.size == 1:
             rows = self._single
             np.multiply(rows.hp, 1.0 / innovation.s11, rows.gain)
@@ -303,7 +321,7 @@ class ErrorStateFilter:
         self._inject(correction)
 
     def _inject(self, c: list[float]) -> None:
-        """Error state into the nominal state; then the error is zero again and P ← G P Gᵀ, which leaves P exactly symmetric."""
+        """Add the error state `c` to the nominal state and reset it: P ← G P Gᵀ, made exactly symmetric."""
         p, v, a, w = self.position, self.velocity, self.accelerometer_bias, self.gyro_bias
         self.position = (p[0] + c[0], p[1] + c[1], p[2] + c[2])
         self.velocity = (v[0] + c[3], v[1] + c[4], v[2] + c[5])
@@ -320,21 +338,24 @@ class ErrorStateFilter:
         np.add(self.covariance, self._covariance_transposed, self._work)
         np.multiply(self._work, 0.5, self.covariance)
 
-    def reset_position(self, north_m: float, east_m: float, lever_m: Vector, variance: float, velocity_variance: float) -> None:
-        """Begin again from a measured position; the velocity is kept but doubted."""
+    def reset_position(
+        self, north_m: float, east_m: float, lever_m: Vector, variance: float, velocity_variance: float
+    ) -> None:
+        """Restart the position at a measured one (m, `variance` m²); the velocity stays, with `velocity_variance`
+        added."""
         arm = rotate(self.rotation, lever_m)
         self.position = (north_m - arm[0], east_m - arm[1], self.position[2])
         self._forget((_P, _P + 1), variance)
         self.inflate((_V, _V + 1), velocity_variance)
 
     def reset_velocity(self, north_mps: float, east_mps: float, lever_m: Vector, variance: float) -> None:
-        """Begin again from a measured velocity."""
+        """Restart the velocity at a measured one (m/s, `variance` (m/s)²)."""
         arm = rotate(self.rotation, cross(self.rates, lever_m))
         self.velocity = (north_mps - arm[0], east_mps - arm[1], self.velocity[2])
         self._forget((_V, _V + 1), variance)
 
     def reset_heading(self, yaw_rad: float, variance: float) -> None:
-        """Begin again from a measured heading; roll and pitch are kept."""
+        """Restart the heading at a measured one (`variance` rad²); roll and pitch stay."""
         roll, pitch, _ = self.euler()
         self.quaternion = quaternion_of(roll, pitch, yaw_rad)
         self.rotation = rotation(self.quaternion)
@@ -347,16 +368,16 @@ class ErrorStateFilter:
             self.covariance[i, i] = variance
 
     def inflate(self, states: Sequence[int], variance: float) -> None:
-        """Add doubt to single error states."""
+        """Add `variance` to single error states."""
         for i in states:
             self.covariance[i, i] += variance
 
     def inflate_position(self, variance: float) -> None:
-        """Add doubt to the horizontal position, as when the receiver's grade of fix has changed."""
+        """Add variance (m²) to the horizontal position, for example when the type of fix changes."""
         self.inflate((_P, _P + 1), variance)
 
     def inflate_heading(self, variance: float) -> None:
-        """Add doubt to the heading, as when another source takes over."""
+        """Add variance (rad²) to the heading, for example when another source takes over."""
         self.inflate((_TH + 2,), variance)
 
     def euler(self) -> Vector:
@@ -373,6 +394,6 @@ class ErrorStateFilter:
         )
 
     def healthy(self) -> bool:
-        """False when a number has run away: the filter must be started again."""
+        """False if a number is not finite: the filter must restart."""
         sums = self._p[0] + self._p[48] + self._p[96] + self._p[128]
         return all(map(math.isfinite, (sums, *self.position, *self.velocity, *self.quaternion)))

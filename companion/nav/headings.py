@@ -1,56 +1,54 @@
-"""Which heading is listened to, and what it is worth: antenna baseline before compass before course over ground."""
+"""The heading source in use and its accuracy: antenna baseline before compass before course over ground."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 
-from companion.config import UNIT_MATRIX, NavigatedBoat, SensorConfig
+from companion.config.devices import UNIT_MATRIX, SensorConfig
+from companion.config.vessel import NavigatedBoat
 from companion.core.angles import wrap_pi
+from companion.core.decision import Severity
+from companion.core.events import Announce
 from companion.core.geodesy import distance_and_bearing
 from companion.core.geomagnetism import decimal_year, declination_rad
-from companion.core.records import quick
-from companion.core.types import GroundVelocity, Heading, HeadingBy, Severity
+from companion.core.readings import GroundVelocity, Heading, HeadingBy
 from companion.nav.sources import SourceSelector
-
-Say = Callable[[float, Severity, str, str], None]
 
 _BASELINE_SIGMA_RAD = math.radians(0.4)
 _COMPASS_SIGMA_RAD = math.radians(3.0)
-_COMPASS_FACTOR = 3.0  # its error wanders slowly: each reading counts as that much noisier
-_BASELINE_WANDER_RAD, _COMPASS_WANDER_RAD = math.radians(0.1), math.radians(2.1)  # what averaging does not take away
-_UNCALIBRATED_WANDER_RAD = math.radians(15.0)  # iron aboard shifts a raw magnetometer by tens of degrees
-_COURSE_SPEED_MPS = 1.0  # from there on a boat under way points roughly where it goes
+_COMPASS_FACTOR = 3.0  # its errors are correlated: each reading counts as that much noisier
+_BASELINE_WANDER_RAD, _COMPASS_WANDER_RAD = math.radians(0.1), math.radians(2.1)  # slow errors: averaging keeps them
+_UNCALIBRATED_WANDER_RAD = math.radians(15.0)  # iron aboard deflects a raw magnetometer by tens of degrees
+_COURSE_SPEED_MPS = 1.0  # from this speed on, a boat points roughly along its course
 _COURSE_SIGMA_RAD = math.radians(15.0)
 _COURSE_PERIOD_S = 1.0
 _COURSE_AFTER_S = 2.0  # without a heading
 _DECLINATION_REACH_M = 20_000.0
-_DECLINATION_NEAR_DEG = 0.1  # within 12 km anywhere, so within reach: fields come 50 times a second
+_DECLINATION_NEAR_DEG = 0.1  # within 12 km anywhere, so within reach: a cheap test, for 50 fields a second
 _DECLINATION_REACH_YEARS = 0.2
 _COMPASS, _COURSE = " compass", "course over ground"
 
 
-@quick
 @dataclass(frozen=True, slots=True)
 class TrueHeading:
-    """A heading to weigh in: `sigma_rad` of one reading, `slow_rad` of what averaging does not take away, `doubt_rad` to add to the
-    estimate first, because a better source takes over from one whose slow error is still in it."""
+    """A heading to fuse. `sigma_rad`: of one reading; `slow_sigma_rad`: of the slow error, which averaging keeps.
+    `added_sigma_rad`: to add to the estimate first, which still holds the slow error of the source before."""
 
     yaw_rad: float
     sigma_rad: float
-    slow_rad: float = 0.0
-    doubt_rad: float = 0.0
+    slow_sigma_rad: float = 0.0
+    added_sigma_rad: float = 0.0
 
 
 class Declination:
-    """Declination of the place and the year. Remembers the last one and where and when it was valid."""
+    """Declination at a place and time. Remembers the last one, with its place and year."""
 
     def __init__(self) -> None:
         self._known: tuple[float, float, float, float | None] | None = None  # latitude, longitude, year, declination
 
     def at(self, lat_deg: float, lon_deg: float, time_unix_ns: int | None) -> float | None:
-        """In radians, positive east; None where compasses do not point."""
+        """Declination in rad, positive east; None where a compass is unusable. `time_unix_ns` None: unknown."""
         year, known = decimal_year(time_unix_ns), self._known
         if known is not None and abs(year - known[2]) <= _DECLINATION_REACH_YEARS:
             near = abs(lat_deg - known[0]) + abs(lon_deg - known[1]) < _DECLINATION_NEAR_DEG
@@ -61,14 +59,14 @@ class Declination:
 
 
 class HeadingSources:
-    """`Heading` readings of all sources → the one in use, made true.
+    """`Heading` readings of all sources → true headings of the source in use.
 
-    Baselines in the order of the vessel's file, then compasses in that order, then course over ground. The first that is alive is used;
-    a better one is taken back after it has been good without a break for some seconds (`SourceSelector`). A change is said: a fall-back as
-    a warning. Remembers the source in use, its slow error, the declination, and when a heading last came.
+    The order is: baselines as in the vessel's file, then compasses, then course over ground. The first that is alive is
+    used; `SourceSelector` goes back to a better one after some seconds without a break. A change is announced, a
+    fall-back as a warning. Remembers the source in use, its slow error, the declination, and when a heading last came.
     """
 
-    def __init__(self, config: NavigatedBoat, say: Say) -> None:
+    def __init__(self, config: NavigatedBoat, say: Announce) -> None:
         names = {row.name: row.timeout_s for row in config.sensors}
         self._selector = SourceSelector({**names, **{name + _COMPASS: timeout_s for name, timeout_s in names.items()}})
         self._ranks = {name: rank for rank, name in enumerate([*names, *(name + _COMPASS for name in names), _COURSE])}
@@ -76,11 +74,11 @@ class HeadingSources:
         self._say = say
         self._declination = Declination()
         self._used: str | None = None
-        self._slow_rad = 0.0
+        self._slow_sigma_rad = 0.0
         self._heading_s = self._course_s = -math.inf
 
     def offer(self, heading: Heading, lat_deg: float, lon_deg: float, time_unix_ns: int | None) -> TrueHeading | None:
-        """What to weigh in of this reading; None: nothing. The place and time are for the declination."""
+        """The heading to fuse from this reading, or None. Place and time are for the declination."""
         baseline = heading.by is HeadingBy.BASELINE
         yaw = heading.yaw_rad
         if heading.by is HeadingBy.MAGNETIC:
@@ -96,14 +94,14 @@ class HeadingSources:
         sigma = heading.accuracy_rad or accuracy or (_BASELINE_SIGMA_RAD if baseline else _COMPASS_SIGMA_RAD)
         if wander is None:
             wander = _BASELINE_WANDER_RAD if baseline else _COMPASS_WANDER_RAD
-        return self._taken(heading.t_s, source, yaw, sigma if baseline else _COMPASS_FACTOR * sigma, wander)
+        return self._use(heading.t_s, source, yaw, sigma if baseline else _COMPASS_FACTOR * sigma, wander)
 
     def declination(self, lat_deg: float, lon_deg: float, time_unix_ns: int | None) -> float | None:
-        """In rad, positive east; None where compasses do not point."""
+        """Declination in rad, positive east; None where a compass is unusable."""
         return self._declination.at(lat_deg, lon_deg, time_unix_ns)
 
     def course(self, velocity: GroundVelocity) -> TrueHeading | None:
-        """Course over ground as a heading, where there is no other and the boat is fast enough."""
+        """Course over ground as a heading to fuse; None while there is another heading, or the boat is too slow."""
         t_s = velocity.t_s
         if math.hypot(velocity.north_mps, velocity.east_mps) < _COURSE_SPEED_MPS:
             return None
@@ -111,24 +109,31 @@ class HeadingSources:
             return None
         self._course_s = t_s
         course = math.atan2(velocity.east_mps, velocity.north_mps)
-        return self._taken(t_s, _COURSE, course, _COURSE_SIGMA_RAD, 0.0)
+        return self._use(t_s, _COURSE, course, _COURSE_SIGMA_RAD, 0.0)
 
-    def _taken(self, t_s: float, source: str, yaw_rad: float, sigma_rad: float, slow_rad: float) -> TrueHeading:
+    def _use(self, t_s: float, source: str, yaw_rad: float, sigma_rad: float, slow_sigma_rad: float) -> TrueHeading:
         before, self._used = self._used, source
-        doubt = max(self._slow_rad, slow_rad) if source != before else 0.0
-        self._slow_rad = slow_rad
+        added = max(self._slow_sigma_rad, slow_sigma_rad) if source != before else 0.0
+        self._slow_sigma_rad = slow_sigma_rad
         if source != before:
             fallen = before is not None and self._rank(source) > self._rank(before)
             severity = Severity.WARNING if fallen else Severity.NOTICE if before is not None else Severity.INFO
-            self._say(t_s, severity, "heading_source", f"Heading by {source}" + (f": {before} gives none" if fallen else ""))
-        return TrueHeading(yaw_rad, sigma_rad, slow_rad, doubt)
+            text = f"Heading source: {source}" + (f" ({before} lost)" if fallen else "")
+            self._say(t_s, severity, "heading_source", text)
+        return TrueHeading(yaw_rad, sigma_rad, slow_sigma_rad, added)
 
     def _rank(self, source: str) -> int:
-        return self._ranks.get(source, len(self._ranks) - 2)  # a source nobody configured: just before course over ground
+        # a source that is not in the vessel's file ranks just before course over ground
+        return self._ranks.get(source, len(self._ranks) - 2)
 
 
 def _wander_rad(row: SensorConfig) -> float | None:
-    """The slow error as the vessel's file has it; None: by kind."""
-    if row.heading == "ahrs" and row.heading_wander_rad is None and row.mag_offset == (0.0, 0.0, 0.0) and row.mag_matrix == UNIT_MATRIX:
+    """The slow error by the vessel's file; None: the default of the kind applies."""
+    if (
+        row.heading == "ahrs"
+        and row.heading_wander_rad is None
+        and row.mag_offset == (0.0, 0.0, 0.0)
+        and row.mag_matrix == UNIT_MATRIX
+    ):
         return _UNCALIBRATED_WANDER_RAD
     return row.heading_wander_rad

@@ -1,4 +1,4 @@
-"""Navigation with inertial sensors: levelling, start and stop of the error-state filter, and the gates before it."""
+"""Navigation with inertial sensors: levelling, the error-state filter, and the gates that reject outliers."""
 
 from __future__ import annotations
 
@@ -6,28 +6,28 @@ import math
 from collections.abc import Sequence
 
 from companion.core.angles import wrap_pi
-from companion.core.types import Imu
+from companion.core.readings import Imu
 from companion.nav.error_state import ErrorStateFilter, FilterNoise, Innovation
 from companion.nav.lever_arms import ZERO, Vector, euler_of, relative, rotate, velocity_ned
+from companion.nav.outliers import HEADING_GATE, POSITION_GATE, VELOCITY_GATE, InnovationGate, Verdict
 from companion.nav.solution import Motion
-from companion.nav.wild_points import HEADING_GATE, POSITION_GATE, VELOCITY_GATE, InnovationGate, Verdict
 
-_RATES_TIME_S = 0.05  # low-pass of the angular rates that go out
+_RATES_TIME_S = 0.05  # time constant of the low-pass on the published rates
 _DOWN_PERIOD_S = 0.2
 _DOWN_SIGMA_M = 0.3
 _DOWN_SIGMA_MPS = 0.3
-_RESET_SIGMA_MPS = 0.1  # doubt about the velocity after the position had to be reset
+_RESET_SIGMA_MPS = 0.1  # added to the velocity when the position is reset
 _LONGEST_LAG_S = 1.0
 _LONGEST_COAST_S = 0.5
 _TILT_SIGMA_RAD = math.radians(2.0)
-_ACCELEROMETER_BIAS_LIMIT_MPS2 = 0.5
-_GYRO_BIAS_LIMIT_RADPS = math.radians(2.0)
+ACCELEROMETER_BIAS_LIMIT_MPS2 = 0.5
+GYRO_BIAS_LIMIT_RADPS = math.radians(2.0)
 
 
 class Levelling:
-    """Roll and pitch from the direction of gravity: the mean specific force of the last second or so, after at least one second.
+    """Roll and pitch from the direction of gravity: the specific force, low-pass filtered over 1 s.
 
-    Remembers the mean and since when samples have come without a gap.
+    Remembers the mean, and since when samples have come without a gap.
     """
 
     _TIME_S = 1.0
@@ -38,16 +38,21 @@ class Levelling:
         self._mean: Vector = (0.0, 0.0, 0.0)
 
     def update(self, t_s: float, force: Vector) -> None:
+        """Take one specific force (m/s², body axes)."""
         if not 0.0 <= t_s - self._last_s <= self._GAP_S:
             self._since_s = t_s
             self._mean = force
         weight = 1.0 - math.exp(-(t_s - self._last_s) / self._TIME_S) if t_s > self._since_s else 0.0
         m = self._mean
-        self._mean = (m[0] + weight * (force[0] - m[0]), m[1] + weight * (force[1] - m[1]), m[2] + weight * (force[2] - m[2]))
+        self._mean = (
+            m[0] + weight * (force[0] - m[0]),
+            m[1] + weight * (force[1] - m[1]),
+            m[2] + weight * (force[2] - m[2]),
+        )
         self._last_s = t_s
 
     def tilt(self) -> tuple[float, float] | None:
-        """(roll_rad, pitch_rad), None until known."""
+        """(roll_rad, pitch_rad); None in the first second."""
         if self._last_s - self._since_s < self._TIME_S or math.isinf(self._last_s):
             return None
         x, y, z = self._mean
@@ -55,9 +60,9 @@ class Levelling:
 
 
 class InertialSolution:
-    """A `Solution` by the error-state filter. Runs from `start` until `stop` or until a number runs away.
+    """A `Solution` by the error-state filter. It runs from `start` until `stop`, or until a number is not finite.
 
-    `imu_lever_m`: where the IMU sits, from the boat's origin. Remembers the filter, the gates, and the smoothed rates.
+    `imu_lever_m`: the IMU's place from the boat's origin. Remembers the filter, the gates, and the smoothed rates.
     """
 
     def __init__(self, gravity_mps2: float, imu_lever_m: Vector, noise: FilterNoise | None = None) -> None:
@@ -73,7 +78,8 @@ class InertialSolution:
         self._heading_gate = InnovationGate(HEADING_GATE)
 
     def start(self, motion: Motion, tilt: tuple[float, float]) -> None:
-        """Begin from another solution's motion and the tilt. Biases learnt before are kept, with the doubt of the first time."""
+        """Begin from another solution's motion and (roll_rad, pitch_rad). The biases learnt before stay, with the
+        variances of a first start."""
         noise = self.filter.noise
         sigmas = [max(motion.position_sigma_m, 0.02)] * 3 + [max(motion.velocity_sigma_mps, 0.1)] * 3
         sigmas += [_TILT_SIGMA_RAD, _TILT_SIGMA_RAD, max(motion.yaw_sigma_rad, 0.01)]
@@ -87,10 +93,11 @@ class InertialSolution:
         self.running = True
 
     def stop(self) -> None:
+        """Stop; the biases stay for the next start."""
         self.running = False
 
     def sample(self, imu: Imu) -> None:
-        """One IMU sample, in the order of time; an older one is dropped."""
+        """Take one IMU sample; one that is not newer than the last is ignored."""
         dt = imu.t_s - self.t_s
         force = (imu.x_mps2, imu.y_mps2, imu.z_mps2)
         rates = (imu.roll_rate_radps, imu.pitch_rate_radps, imu.yaw_rate_radps)
@@ -105,12 +112,13 @@ class InertialSolution:
         if imu.t_s - self._down_s >= _DOWN_PERIOD_S:
             self._down_s = imu.t_s
             self.filter.fuse_down(0.0, _DOWN_SIGMA_M**2, _DOWN_SIGMA_MPS**2)
-            self._mind_health()
+            self._stop_if_diverged()
             self._bound_biases()
 
     def position(
         self, t_s: float, north_m: float, east_m: float, lever_m: Vector, sigma_m: float, rule: Verdict | None = None
     ) -> Verdict:
+        """As `Solution.position`."""
         lag_s = self.t_s - t_s
         if lag_s > _LONGEST_LAG_S:
             return Verdict.REJECT
@@ -123,6 +131,7 @@ class InertialSolution:
         return verdict
 
     def velocity(self, t_s: float, north_mps: float, east_mps: float, lever_m: Vector, sigma_mps: float) -> Verdict:
+        """As `Solution.velocity`."""
         if self.t_s - t_s > _LONGEST_LAG_S:
             return Verdict.REJECT
         arm, variance = relative(lever_m, self._imu_lever_m), sigma_mps * sigma_mps
@@ -133,13 +142,16 @@ class InertialSolution:
         return verdict
 
     def aid(self, north_mps: float, east_mps: float, sigma_mps: float) -> None:
-        """A velocity of the boat's origin that is not measured but modelled: weighed in where it is likely, else left; it never resets."""
-        innovation = self.filter.velocity_innovation(north_mps, east_mps, relative(ZERO, self._imu_lever_m), sigma_mps * sigma_mps)
+        """Fuse a modelled velocity of the boat's origin if it passes the gate. It never resets the filter."""
+        innovation = self.filter.velocity_innovation(
+            north_mps, east_mps, relative(ZERO, self._imu_lever_m), sigma_mps * sigma_mps
+        )
         if innovation.normalised_square <= VELOCITY_GATE.chi_square:
             self.filter.fuse(innovation)
             self._bound_biases()
 
     def heading(self, t_s: float, yaw_rad: float, sigma_rad: float) -> Verdict:
+        """As `Solution.heading`."""
         lag_s = self.t_s - t_s
         if lag_s > _LONGEST_LAG_S:
             return Verdict.REJECT
@@ -149,22 +161,27 @@ class InertialSolution:
             self.filter.reset_heading(yaw_rad + lag_s * self.filter.rates[2], sigma_rad * sigma_rad)
         return verdict
 
-    def _judge(self, gate: InnovationGate, innovation: Innovation, sigma: float, rule: Verdict | None = None) -> Verdict:
-        """`rule`: what another rule than the gate has found."""
+    def _judge(
+        self, gate: InnovationGate, innovation: Innovation, sigma: float, rule: Verdict | None = None
+    ) -> Verdict:
+        """Fuse the innovation if `rule`, or else the gate, accepts it."""
         verdict = rule or gate.update(innovation.y1, innovation.y2, innovation.normalised_square, sigma)
         if verdict is Verdict.ACCEPT:
             self.filter.fuse(innovation)
             self._bound_biases()
         return verdict
 
-    def doubt_position(self, variance_m2: float) -> None:
+    def add_position_variance(self, variance_m2: float) -> None:
+        """As `Solution.add_position_variance`."""
         self.filter.inflate_position(variance_m2)
 
-    def doubt_heading(self, variance_rad2: float) -> None:
+    def add_heading_variance(self, variance_rad2: float) -> None:
+        """As `Solution.add_heading_variance`."""
         self.filter.inflate_heading(variance_rad2)
 
     def motion(self, now_s: float, later: Sequence[Imu] = ()) -> Motion:
-        """Motion of the boat's origin: through the samples that the filter has not taken yet, then evenly on to `now_s`."""
+        """Motion of the boat's origin at `now_s`: predicted by the samples `later` than the filter's, then at constant
+        velocity."""
         steps: list[tuple[Vector, Vector, float]] = []
         t_s = self.t_s
         for imu in later:
@@ -196,16 +213,16 @@ class InertialSolution:
             r + share * (rates[2] - bias[2] - r),
         )
 
-    def _mind_health(self) -> None:
-        """If a number ran away, stop."""
+    def _stop_if_diverged(self) -> None:
+        """Stop if a number is not finite, and forget the biases."""
         if not self.filter.healthy():
             self.running = False
             self.rates = self.filter.accelerometer_bias = self.filter.gyro_bias = ZERO
 
     def _bound_biases(self) -> None:
-        """No calibrated sensor is that far out: beyond the limits it is the filter that errs."""
-        self.filter.accelerometer_bias = _clipped(self.filter.accelerometer_bias, _ACCELEROMETER_BIAS_LIMIT_MPS2)
-        self.filter.gyro_bias = _clipped(self.filter.gyro_bias, _GYRO_BIAS_LIMIT_RADPS)
+        """Hold the biases within limits: a calibrated sensor does not exceed them, so the filter errs beyond."""
+        self.filter.accelerometer_bias = _clipped(self.filter.accelerometer_bias, ACCELEROMETER_BIAS_LIMIT_MPS2)
+        self.filter.gyro_bias = _clipped(self.filter.gyro_bias, GYRO_BIAS_LIMIT_RADPS)
 
 
 def _clipped(vector: Vector, limit: float) -> Vector:

@@ -1,4 +1,4 @@
-"""Sensors do not sit where the boat's origin is: rotations and the offsets that follow from them.
+"""Rotations, and the lever arms from the boat's origin to its sensors.
 
 Frames: NED; body x forward, y starboard, z down. Rotation matrices are body → NED as nine floats, row by row.
 Source: Solà (2017), *Quaternion kinematics for the error-state Kalman filter*; ReVolt thesis, lever-arm compensation.
@@ -16,28 +16,29 @@ ZERO: Vector = (0.0, 0.0, 0.0)
 
 
 def rotate(matrix: Matrix, vector: Vector) -> Vector:
-    """Body → NED."""
+    """The body-axes `vector` in NED."""
     a, b, c, d, e, f, g, h, i = matrix
     x, y, z = vector
     return a * x + b * y + c * z, d * x + e * y + f * z, g * x + h * y + i * z
 
 
 def cross(a: Vector, b: Vector) -> Vector:
+    """Cross product a × b."""
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
 def velocity_ned(matrix: Matrix, rates_radps: Vector, lever_m: Vector) -> Vector:
-    """Velocity of that point relative to the reference point, in NED m/s: R (ω × l)."""
+    """Velocity of the point at `lever_m` relative to the reference point, in NED m/s: R (ω × l)."""
     return rotate(matrix, cross(rates_radps, lever_m))
 
 
 def relative(lever_m: Vector, reference_m: Vector) -> Vector:
-    """A lever arm from the origin → the same from another point of the hull."""
+    """The vector `lever_m` − `reference_m`: a lever arm from another point of the hull."""
     return lever_m[0] - reference_m[0], lever_m[1] - reference_m[1], lever_m[2] - reference_m[2]
 
 
 def rotation(quaternion: Quaternion) -> Matrix:
-    """Unit quaternion (w, x, y, z) body → NED as a matrix."""
+    """The rotation matrix body → NED of a unit quaternion (w, x, y, z)."""
     w, x, y, z = quaternion
     xx, yy, zz, xy, xz, yz, wx, wy, wz = x * x, y * y, z * z, x * y, x * z, y * z, w * x, w * y, w * z
     return (
@@ -54,7 +55,7 @@ def rotation(quaternion: Quaternion) -> Matrix:
 
 
 def quaternion_of(roll_rad: float, pitch_rad: float, yaw_rad: float) -> Quaternion:
-    """Euler angles (z-y-x) → unit quaternion (w, x, y, z)."""
+    """The unit quaternion (w, x, y, z) of Euler angles (z-y-x)."""
     cr, sr = math.cos(0.5 * roll_rad), math.sin(0.5 * roll_rad)
     cp, sp = math.cos(0.5 * pitch_rad), math.sin(0.5 * pitch_rad)
     cy, sy = math.cos(0.5 * yaw_rad), math.sin(0.5 * yaw_rad)
@@ -67,7 +68,7 @@ def quaternion_of(roll_rad: float, pitch_rad: float, yaw_rad: float) -> Quaterni
 
 
 def euler_of(matrix: Matrix) -> Vector:
-    """(roll, pitch, yaw) of a rotation."""
+    """(roll, pitch, yaw) in rad of a rotation matrix."""
     roll = math.atan2(matrix[7], matrix[8])
     pitch = -math.asin(max(-1.0, min(1.0, matrix[6])))
     return roll, pitch, math.atan2(matrix[3], matrix[0])
@@ -86,7 +87,7 @@ def multiply(a: Quaternion, b: Quaternion) -> Quaternion:
 
 
 def exponential(x_rad: float, y_rad: float, z_rad: float) -> Quaternion:
-    """Rotation vector → unit quaternion."""
+    """The unit quaternion of a rotation vector."""
     angle = math.sqrt(x_rad * x_rad + y_rad * y_rad + z_rad * z_rad)
     if angle < 1e-9:
         return 1.0, 0.5 * x_rad, 0.5 * y_rad, 0.5 * z_rad
@@ -95,7 +96,7 @@ def exponential(x_rad: float, y_rad: float, z_rad: float) -> Quaternion:
 
 
 def turned(quaternion: Quaternion, x_rad: float, y_rad: float, z_rad: float) -> Quaternion:
-    """The attitude after a small rotation given in body axes, of length 1 again."""
+    """The attitude after a small rotation in body axes, normalised."""
     w, x, y, z = multiply(quaternion, exponential(x_rad, y_rad, z_rad))
     scale = 1.5 - 0.5 * (w * w + x * x + y * y + z * z)  # one Newton step towards 1/|q|
     return w * scale, x * scale, y * scale, z * scale

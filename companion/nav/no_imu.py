@@ -1,7 +1,7 @@
-"""Navigation without inertial sensors: positions, headings and velocities low-pass filtered and differenced.
+"""Navigation without inertial sensors: positions, headings and velocities are low-pass filtered and differenced.
 
-Source: the thesis's fallback velocity; here as a fading-memory filter of first degree (Morrison 1969; Brookner 1998, chapter 1): with
-θ = exp(−Δt/τ) the share of an innovation that goes into the value is 1 − θ², and (1 − θ)²/Δt of it into the rate.
+Source: a fading-memory filter of first degree (Morrison 1969; Brookner 1998, chapter 1): with θ = exp(−Δt/τ), the
+share 1 − θ² of an innovation goes into the value, and (1 − θ)²/Δt of it into the rate.
 """
 
 from __future__ import annotations
@@ -11,22 +11,22 @@ import math
 from companion.core.angles import wrap_pi
 from companion.core.frames import body_to_ned
 from companion.nav.lever_arms import Vector
+from companion.nav.outliers import HEADING_GATE, POSITION_GATE, VELOCITY_GATE, InnovationGate, Verdict
 from companion.nav.solution import Motion
-from companion.nav.wild_points import HEADING_GATE, POSITION_GATE, VELOCITY_GATE, InnovationGate, Verdict
 
 _TIME_S = 0.5
-_TIME_SIGMA_M = 0.05  # noisier positions are smoothed longer, as the square root of their sigma
+_TIME_SIGMA_M = 0.05  # noisier positions are smoothed longer, in proportion to the square root of their sigma
 _TIME_LONGEST_S = 4.0
 _VELOCITY_TIME_S = 0.5
 _VELOCITY_FRESH_S = 1.0  # measured velocities are used instead of differences while they come
 _FIRST_STEP_S = 1.0  # a gap longer than this gives no new rate
-_ACCELERATION_MPS2 = 0.3  # what the boat may do unseen
+_ACCELERATION_MPS2 = 0.3  # unmeasured acceleration of the boat
 _YAW_ACCELERATION_RADPS2 = 0.1
-_RATES_FADE_S = 5.0  # without measurements the rates die out
+_RATES_FADE_S = 5.0  # time constant with which the rates decay without measurements
 
 
 class PoseSolution:
-    """A `Solution` from pose measurements alone; roll and pitch are taken as 0.
+    """A `Solution` from pose measurements alone; roll and pitch are 0.
 
     Remembers position, velocity, heading and yaw rate, each with the time of its last measurement.
     """
@@ -49,8 +49,8 @@ class PoseSolution:
         """Whether there is a heading."""
         return self._yaw_t_s > -math.inf
 
-    def follow(self, motion: Motion) -> None:
-        """Go on from another solution's motion."""
+    def continue_from(self, motion: Motion) -> None:
+        """Continue from another solution's motion."""
         self._t_s = self._position_t_s = self._yaw_t_s = motion.t_s
         self._velocity_t_s = -math.inf
         (self._north, self._east, _), (self._vn, self._ve, _) = motion.position, motion.velocity
@@ -59,13 +59,14 @@ class PoseSolution:
         self._sigma_rad = motion.yaw_sigma_rad
 
     def begin(self, t_s: float, north_m: float, east_m: float, lever_m: Vector, sigma_m: float) -> None:
-        """The first position."""
+        """Start at the first position."""
         self._t_s = self._position_t_s = t_s
         self._set_position(north_m, east_m, lever_m, sigma_m)
 
     def position(
         self, t_s: float, north_m: float, east_m: float, lever_m: Vector, sigma_m: float, rule: Verdict | None = None
     ) -> Verdict:
+        """As `Solution.position`."""
         ahead_s = t_s - self._t_s
         fade = self._fading(max(ahead_s, 0.0))
         arm_n, arm_e = body_to_ned(lever_m[0], lever_m[1], self._yaw_at(t_s))
@@ -83,7 +84,7 @@ class PoseSolution:
         return verdict
 
     def _advance(self, t_s: float) -> None:
-        """Carry the position on to `t_s`."""
+        """Predict the position up to `t_s`."""
         ahead_s = t_s - self._t_s
         if ahead_s > 0.0:
             fade = self._fading(ahead_s)
@@ -107,6 +108,7 @@ class PoseSolution:
             self._sigma_mps = max(sigma_m / time_s, 0.02)
 
     def velocity(self, t_s: float, north_mps: float, east_mps: float, lever_m: Vector, sigma_mps: float) -> Verdict:
+        """As `Solution.velocity`."""
         arm_n, arm_e = body_to_ned(-self._rate * lever_m[1], self._rate * lever_m[0], self._yaw_at(t_s))
         dn, de = north_mps - arm_n - self._vn, east_mps - arm_e - self._ve
         gap_s = min(max(t_s - self._velocity_t_s, 0.0), 10.0)
@@ -122,6 +124,7 @@ class PoseSolution:
         return verdict
 
     def heading(self, t_s: float, yaw_rad: float, sigma_rad: float) -> Verdict:
+        """As `Solution.heading`; the first heading gives RESET."""
         if not self.oriented:
             self._yaw, self._rate, self._yaw_t_s, self._sigma_rad = yaw_rad, 0.0, t_s, sigma_rad
             return Verdict.RESET
@@ -141,13 +144,16 @@ class PoseSolution:
         self._yaw_t_s, self._sigma_rad = t_s, sigma_rad
         return verdict
 
-    def doubt_position(self, variance_m2: float) -> None:
+    def add_position_variance(self, variance_m2: float) -> None:
+        """As `Solution.add_position_variance`."""
         self._sigma_m = math.hypot(self._sigma_m, math.sqrt(variance_m2))
 
-    def doubt_heading(self, variance_rad2: float) -> None:
+    def add_heading_variance(self, variance_rad2: float) -> None:
+        """As `Solution.add_heading_variance`."""
         self._sigma_rad = math.hypot(self._sigma_rad, math.sqrt(variance_rad2))
 
     def motion(self, now_s: float) -> Motion:
+        """As `Solution.motion`."""
         dt = max(now_s - self._t_s, 0.0) if self.started else 0.0
         fade, left = self._fading(dt), math.exp(-dt / _RATES_FADE_S)
         yaw_gap_s = max(now_s - self._yaw_t_s, 0.0) if self.oriented else 0.0
@@ -179,5 +185,5 @@ class PoseSolution:
 
     @staticmethod
     def _fading(dt_s: float) -> float:
-        """How far a rate that dies out carries in `dt_s`, as a time."""
+        """The time in which a constant rate covers what a decaying rate covers in `dt_s`."""
         return _RATES_FADE_S * (1.0 - math.exp(-dt_s / _RATES_FADE_S))

@@ -1,19 +1,18 @@
-"""What both ways of navigating give: with inertial sensors (`inertial.py`) and without (`no_imu.py`)."""
+"""The interface of both navigation solutions: with inertial sensors (`inertial.py`) and without (`no_imu.py`)."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import Protocol
 
-from companion.core.records import quick
 from companion.nav.lever_arms import Vector
-from companion.nav.wild_points import Verdict
+from companion.nav.outliers import Verdict
 
 
-@quick
 @dataclass(frozen=True, slots=True)
 class Motion:
-    """Motion of the boat's origin at `t_s`: NED position (m) and velocity (m/s), attitude (rad), body rates (rad/s), one sigma each."""
+    """Motion of the boat's origin at `t_s`: position (m) and velocity (m/s) in NED, attitude (roll, pitch, yaw in rad),
+    body rates (rad/s), and one sigma of each."""
 
     t_s: float
     position: Vector
@@ -26,21 +25,31 @@ class Motion:
 
 
 class Solution(Protocol):
-    """Takes measurements at their time of validity, `lever_m` from the boat's origin, and says what became of each.
-
-    `rule`: what another rule has found of a position; then the solution's own gate is not asked.
-    """
+    """Takes measurements at their time of validity `t_s`, of a point `lever_m` from the boat's origin (body axes).
+    `sigma_*`: one sigma of the measurement on each axis."""
 
     def position(
         self, t_s: float, north_m: float, east_m: float, lever_m: Vector, sigma_m: float, rule: Verdict | None = None
-    ) -> Verdict: ...
+    ) -> Verdict:
+        """Take a position and return its verdict. `rule`: the verdict of another rule, which replaces the gate."""
+        ...
 
-    def velocity(self, t_s: float, north_mps: float, east_mps: float, lever_m: Vector, sigma_mps: float) -> Verdict: ...
+    def velocity(self, t_s: float, north_mps: float, east_mps: float, lever_m: Vector, sigma_mps: float) -> Verdict:
+        """Take a velocity over ground and return its verdict."""
+        ...
 
-    def heading(self, t_s: float, yaw_rad: float, sigma_rad: float) -> Verdict: ...
+    def heading(self, t_s: float, yaw_rad: float, sigma_rad: float) -> Verdict:
+        """Take a true heading and return its verdict."""
+        ...
 
-    def doubt_position(self, variance_m2: float) -> None: ...
+    def add_position_variance(self, variance_m2: float) -> None:
+        """Add to the variance of the horizontal position."""
+        ...
 
-    def doubt_heading(self, variance_rad2: float) -> None: ...
+    def add_heading_variance(self, variance_rad2: float) -> None:
+        """Add to the variance of the heading."""
+        ...
 
-    def motion(self, now_s: float) -> Motion: ...
+    def motion(self, now_s: float) -> Motion:
+        """Motion of the boat's origin at `now_s`."""
+        ...

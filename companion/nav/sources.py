@@ -1,24 +1,26 @@
-"""Which readings are listened to: plausible ones, of the source in use; and what readings say that does not move the estimate."""
+"""Choice of readings: plausible ones, of the source in use. Also absolute time and true wind, which do not affect the
+motion estimate."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
 
-from companion.core.types import FixType, GroundVelocity, Heading, Imu, MagneticField, Reading, Wind
+from companion.core.readings import FixType, GroundVelocity, Heading, Imu, MagneticField, Reading, Wind
 
 REACCEPTANCE_S = 5.0
 _UNKNOWN_TIMEOUT_S = 2.0
 
 
-_LARGEST_FORCE_MPS2 = 160.0  # sixteen times gravity
+_LARGEST_FORCE_MPS2 = 160.0  # sixteen g
 _LARGEST_RATE_RADPS = 35.0
 _LARGEST_SPEED_MPS = 100.0
-_EARLIEST_S, _LATEST_S = -30.0, 1.0  # against now; such a time stamp is no time stamp
+_EARLIEST_S, _LATEST_S = -30.0, 1.0  # against now: a time stamp outside is invalid
 
 
 def plausible(reading: Reading, now_s: float) -> bool:
-    """Whether a reading can be a measurement at all; what cannot never reaches the estimate, and comparisons with NaN are false."""
+    """Whether a reading can be a measurement: recent, finite and within physical limits. Others never reach the
+    estimate. (Comparisons with NaN are false.)"""
     if not now_s + _EARLIEST_S <= reading.t_s <= now_s + _LATEST_S:
         return False
     if isinstance(reading, Imu):
@@ -39,9 +41,10 @@ def plausible(reading: Reading, now_s: float) -> bool:
 class SourceSelector:
     """Readings of one kind from several sources → the one source in use.
 
-    The first in the vessel's file that is alive is used, but a source of a higher grade before it. When the one in use falls silent (its time-out) or says
-    itself that it is no good, the next takes over at once; a better one is taken back only after it has been good, at that grade, without a
-    break for `REACCEPTANCE_S`. Remembers, for each source, its grade, when it was last good and since when without a break.
+    The one in use is the live source of the highest grade, and among equals the first in the vessel's file. When it
+    times out or reports a bad reading, the next takes over at once. A better source returns only after it has been
+    good, at that grade, without a break for `REACCEPTANCE_S`. Remembers for each source its grade, when it was last
+    good, and since when without a break.
     """
 
     def __init__(self, timeouts_s: Mapping[str, float]) -> None:
@@ -53,7 +56,7 @@ class SourceSelector:
         self._current: str | None = None
 
     def offer(self, source: str, t_s: float, good: bool = True, grade: int = 0) -> bool:
-        """A reading of `source`, valid at `t_s`: is it the one to use? A reading that is no good never is."""
+        """Whether to use this reading of `source`, valid at `t_s`. A reading that is not `good` is never used."""
         if source not in self._timeouts_s:
             self._timeouts_s[source] = _UNKNOWN_TIMEOUT_S
             self._order.append(source)
@@ -72,7 +75,7 @@ class SourceSelector:
         return last_s is not None and t_s - last_s <= self._timeouts_s[source]
 
     def _rank(self, source: str) -> tuple[int, int]:
-        """The smaller, the better."""
+        """Sort key: the best source has the smallest."""
         return -self._grades.get(source, 0), self._order.index(source)
 
     def _better(self, source: str, t_s: float) -> bool:
@@ -84,10 +87,11 @@ class SourceSelector:
 
 
 class GradeWatch:
-    """Fix type and sigma of the position in use → doubt to add (m²) when a better grade takes over.
+    """Fix type and sigma of the position in use → variance to add (m²) when a better fix type takes over.
 
-    The slow error of the lesser grade is then still in the estimate, the more the longer it lasted, and the estimate believes itself
-    better than it is: without the doubt the first good fixes would look like wild points. Remembers grade, sigma and since when.
+    The estimate then still holds the slow error of the worse type, the more the longer that lasted, and its covariance
+    is too small. Without the added variance the first good fixes would be rejected as outliers. Remembers fix type,
+    sigma and since when.
     """
 
     _FULL_S = 10.0
@@ -98,19 +102,21 @@ class GradeWatch:
         self._since_s = 0.0
 
     def update(self, t_s: float, grade: FixType, sigma_m: float) -> float:
-        doubt = 0.0
+        """Take one fix; the variance to add, in m²."""
+        added_m2 = 0.0
         if grade is not self._grade:
             if self._grade is not None and grade > self._grade and sigma_m < self._sigma_m:
-                doubt = self._sigma_m**2 * min(max(t_s - self._since_s, 0.0) / self._FULL_S, 1.0)
+                added_m2 = self._sigma_m**2 * min(max(t_s - self._since_s, 0.0) / self._FULL_S, 1.0)
             self._since_s = t_s
         self._grade, self._sigma_m = grade, sigma_m
-        return doubt
+        return added_m2
 
 
 class AbsoluteTime:
     """`TimeOfDay` of a receiver → absolute time of any moment.
 
-    Remembers the difference of the two clocks, in whole nanoseconds; a tenth of each new difference is taken over, a second or more at once.
+    Remembers the offset between both clocks, in whole nanoseconds. It follows each new offset by a tenth of the
+    difference; by all of it from one second on.
     """
 
     _JUMP_NS = 1_000_000_000
@@ -119,6 +125,7 @@ class AbsoluteTime:
         self._offset_ns: int | None = None
 
     def update(self, t_s: float, time_unix_ns: int) -> None:
+        """Take the absolute time at vessel time `t_s`."""
         offset = time_unix_ns - round(t_s * 1e9)
         if self._offset_ns is None or abs(offset - self._offset_ns) >= self._JUMP_NS:
             self._offset_ns = offset
@@ -126,12 +133,13 @@ class AbsoluteTime:
             self._offset_ns += (offset - self._offset_ns) // 10
 
     def at_ns(self, now_s: float) -> int | None:
-        """Absolute time at `now_s`, None until a receiver has said it."""
+        """Absolute time at `now_s` in ns since 1970; None until a receiver gives one."""
         return None if self._offset_ns is None else self._offset_ns + round(now_s * 1e9)
 
 
 class TrueWind:
-    """Apparent wind and the boat's own motion → true wind, low-pass filtered over 1 s. Remembers the filtered vector (NED, towards)."""
+    """Apparent wind and the boat's motion → true wind, low-pass filtered over 1 s. Remembers the filtered vector
+    (NED, the direction that it blows to)."""
 
     _TIME_S = 1.0
 
@@ -140,8 +148,10 @@ class TrueWind:
         self._last_s = -math.inf
         self._north = self._east = 0.0
 
-    def update(self, t_s: float, speed_mps: float, from_rad: float, yaw_rad: float, north_mps: float, east_mps: float) -> None:
-        """`from_rad` clockwise from the bow, as `core.types.Wind`; the boat's heading and velocity over ground."""
+    def update(
+        self, t_s: float, speed_mps: float, from_rad: float, yaw_rad: float, north_mps: float, east_mps: float
+    ) -> None:
+        """Take an apparent wind (`core.readings.Wind`), with the boat's heading and velocity over ground."""
         towards = yaw_rad + from_rad + math.pi
         north = speed_mps * math.cos(towards) + north_mps
         east = speed_mps * math.sin(towards) + east_mps
@@ -152,7 +162,7 @@ class TrueWind:
         self._last_s = t_s
 
     def at(self, now_s: float) -> tuple[float | None, float | None]:
-        """(speed_mps, from_rad in NED); Nones when the sensor is silent."""
+        """(speed_mps, from_rad) of the true wind; (None, None) if the sensor has timed out."""
         if now_s - self._last_s > self._timeout_s:
             return None, None
         return math.hypot(self._north, self._east), math.atan2(-self._east, -self._north)

@@ -1,7 +1,8 @@
-"""Dead reckoning helped by the hull's model: inertial sensors alone drift with the square of time and more, a model's error of speed does not.
+"""Dead reckoning aided by the hull model. Inertial sensors alone drift with the square of time or faster; the velocity
+error of the model does not grow.
 
-While neither position nor velocity is measured, the velocity over ground that thrust, damping and the current learnt so far make is weighed in.
-Its error lasts: several seconds of it are worth no more than one measurement, and it is weighed as that.
+While neither position nor velocity is measured, the modelled velocity over ground (from thrust, damping and the last
+estimate of the current) is fused. Its error is correlated over several seconds, so each value gets a larger sigma.
 """
 
 from __future__ import annotations
@@ -12,17 +13,18 @@ from companion.core.frames import body_to_ned
 from companion.nav.current import CurrentObserver
 from companion.nav.solution import Motion
 
-_SILENT_S = 0.5  # without velocity, before the model's is asked
+_SILENT_S = 0.5  # without a measurement, before the model's velocity is used
 _PERIOD_S = 1.0
 _CORRELATION_S = 6.0  # how long an error of the model's velocity lasts
-_CHANGE_SHARE = 0.15  # of a change of velocity through the water, that is doubted: the steady error turns with the hull
+_CHANGE_SHARE = 0.15  # uncertain share of a change of velocity through the water: the steady error turns with the hull
 _LARGEST_SIGMA_MPS = 0.5
 
 
 class VelocityAid:
-    """`update` every tick → (north_mps, east_mps, sigma_mps) to weigh in now, or None.
+    """Call `update` every tick.
 
-    Remembers what the model's velocity lacked when it was last measured, the velocity through the water then, and when it was last weighed in.
+    Remembers the model's velocity error at the last measurement, the velocity through the water then, and when a
+    modelled velocity was last fused.
     """
 
     def __init__(self, observer: CurrentObserver) -> None:
@@ -32,7 +34,8 @@ class VelocityAid:
         self._measured_s = self._last_s = -math.inf
 
     def update(self, now_s: float, measured: bool, motion: Motion) -> tuple[float, float, float] | None:
-        """`measured`: whether position or velocity have come in lately. The observer has been brought up to `now_s`."""
+        """(north_mps, east_mps, sigma_mps) to fuse now, or None. `measured`: whether a position or velocity arrived
+        lately. Call it after the observer's `update` for `now_s`."""
         yaw_rad = motion.attitude[2]
         north, east, sigma = self._observer.over_ground(yaw_rad)
         water = body_to_ned(*self._observer.through_water, yaw_rad)
@@ -40,7 +43,7 @@ class VelocityAid:
             self._missing = (motion.velocity[0] - north, motion.velocity[1] - east)
             self._water, self._measured_s = water, now_s
             return None
-        known = self._missing is not None and self._observer.knows(now_s)
+        known = self._missing is not None and self._observer.can_predict(now_s)
         if not known or now_s - self._measured_s < _SILENT_S or now_s - self._last_s < _PERIOD_S - 1e-6:
             return None
         assert self._missing is not None

@@ -1,26 +1,29 @@
-"""Keeps where the mission stands, and home with it, so that a restart in mid-mission can go on and still knows the way back."""
+"""Saves mission progress and home, so that the boat can resume after a restart in mid-mission."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from companion.core.types import Home, MissionProgress, MissionState, Tick
+from companion.core.decision import Home, MissionProgress, MissionState
+from companion.core.tick import Tick
 from companion.mission.executor import MissionExecutor
-from companion.modes.homing import is_on_earth
-from companion.modes.supervisor import Supervisor
 from companion.record.state_file import StateFile
+from companion.supervisor.homing import is_on_earth
+from companion.supervisor.supervisor import Supervisor
 
 _INTERRUPTED = (MissionState.ACTIVE, MissionState.PAUSED)
 
 
 class ProgressKeeper:
-    """Recorder that saves the executor's snapshot and home whenever either has changed. Restores them when it is made.
+    """Recorder that saves the executor's snapshot and home when either changes. Restores both when it is created.
 
-    Home comes back only with a mission that was interrupted: a boat that is switched on anew lives where it is.
+    Home is restored only with an interrupted mission: after any other start, home is where the boat is.
     """
 
-    def __init__(self, executor: MissionExecutor, supervisor: Supervisor, state: StateFile, on_warning: Callable[[str], None]) -> None:
+    def __init__(
+        self, executor: MissionExecutor, supervisor: Supervisor, state: StateFile, on_warning: Callable[[str], None]
+    ) -> None:
         self._executor = executor
         self._state = state
         kept, warnings = state.load_progress()
@@ -29,12 +32,13 @@ class ProgressKeeper:
         mission = kept.get("mission")
         if isinstance(mission, Mapping):
             if (refusal := executor.restore(mission)) is not None:
-                on_warning(f"mission progress not taken over: {refusal}")
+                on_warning(f"mission progress refused: {refusal}")
             elif executor.progress.state in _INTERRUPTED and (home := _home_of(kept.get("home"))) is not None:
                 supervisor.set_home(home, 0.0)
         self._saved: tuple[MissionProgress, Home | None] = executor.progress, None
 
     def record(self, tick: Tick) -> None:
+        """Save if progress or home changed with this tick."""
         now = tick.status.mission, tick.status.home
         if now != self._saved:
             self._saved = now
@@ -43,11 +47,11 @@ class ProgressKeeper:
             self._state.save_progress({"mission": self._executor.snapshot(), "home": place})
 
     def close(self) -> None:
-        """Nothing is left to do: every change was kept when it came."""
+        """Nothing to do: every change is already saved."""
 
 
 def _home_of(kept: Any) -> Home | None:
-    """The home of a state file, or None for anything that is none."""
+    """The home in a state file; None where it is invalid."""
     if not isinstance(kept, list) or len(kept) != 3 or not all(isinstance(value, (int, float)) for value in kept):
         return None
     lat_deg, lon_deg, altitude_m = map(float, kept)

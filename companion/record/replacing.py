@@ -1,4 +1,4 @@
-"""Replacing a file whole: a power cut leaves the old content or the new, never a mixture."""
+"""Replace a whole file: a power cut leaves the old content or the new, never a mixture."""
 
 from __future__ import annotations
 
@@ -7,11 +7,16 @@ import os
 from pathlib import Path
 
 
-def replace_file(directory: Path, name: str, data: bytes, mode: int = 0o644, owner: tuple[int, int] | None = None) -> None:
-    """Temporary file, fsync, rename, fsync of the directory. `owner`: (user, group) it is given to. Raises OSError, with nothing left behind."""
+def replace_file(
+    directory: Path, name: str, data: bytes, mode: int = 0o644, owner: tuple[int, int] | None = None
+) -> None:
+    """Write a temporary file, fsync, rename, fsync the directory. `owner`: (user, group) of the new file.
+
+    Raises OSError, and then leaves nothing behind.
+    """
     temporary = directory / f"{name}.tmp"
     try:
-        temporary.unlink(missing_ok=True)  # one from a power cut keeps its own mode
+        temporary.unlink(missing_ok=True)  # one left by a power cut would keep its own mode
         fd = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, mode)
         try:
             if owner is not None:

@@ -1,4 +1,4 @@
-"""Old log folders give way to new ones."""
+"""Deletes the oldest log folders while all together are larger than a limit."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ import threading
 from collections.abc import Callable
 from pathlib import Path
 
-_MARK = "manifest.json"  # what makes a folder a log: nothing else is ever deleted
+_MARK = "manifest.json"  # only folders with this file are ever deleted
 _PERIOD_S = 300.0
 
 
 def size_bytes(folder: Path) -> int:
-    """Of all files in it; those that vanish meanwhile count nothing."""
+    """Size of all files in a folder; files that vanish meanwhile are ignored."""
     total = 0
     for path in folder.rglob("*"):
         try:
@@ -23,9 +23,10 @@ def size_bytes(folder: Path) -> int:
 
 
 def trim(directory: Path, limit_bytes: int, current: Path) -> tuple[list[Path], int]:
-    """Delete the oldest log folders in `directory` until all together hold no more than `limit_bytes`. `current` is never touched.
+    """Delete the oldest log folders in `directory` until all together hold at most `limit_bytes`. `current` is never
+    deleted.
 
-    Returns what was deleted, and how many bytes are left. What cannot be deleted stays, without an error.
+    Returns the deleted folders and the bytes left. A folder that cannot be deleted stays, without an error.
     """
     logs = [path for path in directory.iterdir() if (path / _MARK).is_file()] if directory.is_dir() else []
     sizes = {path: size_bytes(path) for path in logs}
@@ -49,7 +50,8 @@ def _begun(path: Path) -> float:
 
 
 class Retention:
-    """Trims in a thread of its own: at once, and every five minutes. Says once when the present run alone is over the limit."""
+    """Trims in a thread of its own: at once, and every five minutes. Warns once when the present run alone is over the
+    limit."""
 
     def __init__(self, directory: Path, limit_bytes: int, current: Path, warn: Callable[[str], None]) -> None:
         self._arguments = (directory, limit_bytes, current)
@@ -59,6 +61,7 @@ class Retention:
         self._thread.start()
 
     def close(self) -> None:
+        """Stop the thread."""
         self._stop.set()
         self._thread.join(timeout=5.0)
 
@@ -68,6 +71,10 @@ class Retention:
             _, left = trim(*self._arguments)
             if left > self._arguments[1] and not warned:
                 warned = True
-                self._warn(f"logs hold {left / 1e6:.0f} MB, more than their limit of {self._arguments[1] / 1e6:.0f} MB: nothing older is left to delete")
+                limit_mb = self._arguments[1] / 1e6
+                self._warn(
+                    f"logs hold {left / 1e6:.0f} MB, more than their limit of {limit_mb:.0f} MB: "
+                    "nothing older is left to delete"
+                )
             if self._stop.wait(_PERIOD_S):
                 return

@@ -1,7 +1,8 @@
-"""`signing.json` in the state directory: the key of MAVLink signatures and the time that they have come to.
+"""`signing.json` in the state directory: the key that signs MAVLink packets, and the time that signatures have reached.
 
-Whoever can read it can command the boat, so it is its owner's alone (mode 0600), in no log and no copy of the state. It is written by a thread: the
-medium may take its time, the vessel has none. What goes wrong there is told at the next save.
+Whoever can read the key can command the boat. So only its owner can read the file (mode 0600), and neither a log nor a
+copy of the state has it. A thread writes it, since the vessel cannot wait for the medium. The next save reports a
+failure.
 """
 
 from __future__ import annotations
@@ -21,26 +22,32 @@ _MODE = 0o600
 _OTHERS = 0o077
 _LAST = 2**48 - 1
 
-Kept = tuple[bytes | None, int]  # key, horizon: no packet stamped at or before it counts (10 µs since 2015)
+Kept = tuple[bytes | None, int]  # key, horizon: packets stamped at or before it are refused (10 µs since 2015)
 
 
 class SigningFileError(Exception):
-    """A file that is not used; one line with the remedy."""
+    """A file that is not used: one line that says why and what to do."""
 
 
 def read_signing(directory: Path) -> Kept:
-    """What is kept; (None, 0) where there is nothing. Raises SigningFileError for a file that others can read, or that is none of ours."""
+    """(key, horizon); (None, 0) where there is no file. Raises SigningFileError for a file that others can read, or
+    that is invalid."""
     path = directory / FILE
     try:
         with path.open("rb") as file:
             mode = os.fstat(file.fileno()).st_mode
             if mode & _OTHERS:
-                raise SigningFileError(f"{path}: others can read this key, it is not used; chmod 600 {path}, or better set another one (companion signing set)")
+                raise SigningFileError(
+                    f"{path}: others can read this key, so it is not used; chmod 600 {path}, "
+                    "or better set another one (companion signing set)"
+                )
             content = json.loads(file.read())
     except FileNotFoundError:
         return None, 0
     except OSError as error:
-        raise SigningFileError(f"{path}: {error.strerror}; nothing is signed, and nothing signed is taken") from error
+        raise SigningFileError(
+            f"{path}: {error.strerror}; no packet is signed, and no signed packet is accepted"
+        ) from error
     except ValueError as error:
         raise SigningFileError(f"{path}: corrupt; set the key again (companion signing set)") from error
     try:
@@ -50,19 +57,25 @@ def read_signing(directory: Path) -> Kept:
         if (key is not None and len(key) != KEY_BYTES) or type(horizon) is not int or not 0 <= horizon <= _LAST:
             raise ValueError
     except (KeyError, TypeError, ValueError) as error:
-        raise SigningFileError(f"{path}: not in a format that this version knows; set the key again (companion signing set)") from error
+        raise SigningFileError(f"{path}: unknown format; set the key again (companion signing set)") from error
     return key, horizon
 
 
 def write_signing(directory: Path, key: bytes | None, horizon: int) -> None:
-    """Keep both, on the medium when this returns, in the name of the directory's owner. Raises OSError."""
+    """Write both, synced to the medium, with the owner of the directory. Raises OSError."""
     content = {"format": _FORMAT, "key": None if key is None else key.hex(), "horizon": horizon}
     owner = directory.stat() if os.geteuid() == 0 else None
-    replace_file(directory, FILE, json.dumps(content, separators=(",", ":")).encode(), _MODE, None if owner is None else (owner.st_uid, owner.st_gid))
+    replace_file(
+        directory,
+        FILE,
+        json.dumps(content, separators=(",", ":")).encode(),
+        _MODE,
+        None if owner is None else (owner.st_uid, owner.st_gid),
+    )
 
 
 class SigningFile:
-    """`save` hands over what is to be kept, the newest last; `close` waits until it is."""
+    """Writes the newest of what `save` hands over, in a thread of its own."""
 
     def __init__(self, directory: Path, on_warning: Callable[[str], None]) -> None:
         self._directory = directory
@@ -74,6 +87,7 @@ class SigningFile:
         self._thread: threading.Thread | None = None
 
     def save(self, key: bytes | None, horizon: int) -> None:
+        """Write both soon; returns at once. Reports the failure of an earlier save."""
         with self._wake:
             self._waiting = key, horizon
             fault, self._fault = self._fault, None
@@ -85,6 +99,7 @@ class SigningFile:
             self._on_warning(fault)
 
     def close(self) -> None:
+        """Wait until everything is written."""
         with self._wake:
             self._closed = True
             self._wake.notify()
@@ -104,4 +119,6 @@ class SigningFile:
                 write_signing(self._directory, *kept)
             except OSError as error:
                 with self._wake:
-                    self._fault = f"{self._directory / FILE} not saved: {error.strerror}; it keeps what it had"
+                    self._fault = (
+                        f"{self._directory / FILE} not saved: {error.strerror}; the file keeps its old content"
+                    )

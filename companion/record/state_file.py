@@ -1,8 +1,8 @@
-"""What a vessel must remember over a restart: changed parameters, the three plans, where the mission stood, the key of signatures.
+"""What a vessel stores over a restart: changed parameters, the three plans, mission progress, the signing key.
 
-One small JSON file each, in one directory that one process holds at a time. A file is replaced whole (`replacing.py`), so a power cut
-leaves the old content or the new and never a mixture. What cannot be read is set
-aside under another name and told about; what cannot be written is told about. Nothing here raises after the directory is held.
+One small JSON file each, in one directory that one process locks at a time. A file is replaced whole (`replacing.py`),
+so a power cut leaves the old content or the new. A file that cannot be read is renamed, with a warning. A file that
+cannot be written gives a warning. After the directory is locked, nothing here raises.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from companion.mission.plan import PlanItem, PlanKind
-from companion.params import TABLE
+from companion.params.table import TABLE
 from companion.record.replacing import replace_file
 from companion.record.signing_file import Kept, SigningFile, SigningFileError, read_signing
 
@@ -36,15 +36,14 @@ T = TypeVar("T")
 
 
 class StateFileBusy(Exception):
-    """Another companion holds the state directory; the text says what to do."""
+    """Another companion has locked the state directory; the text says what to do."""
 
 
 class StateFile:
-    """The state directory of one vessel.
+    """The state directory of one vessel. Every load returns the content, and a warning for each problem.
 
-    In: what to keep. Out: what was kept, with one line of warning for each thing that was not as it should be. Remembers the parameters
-    of other versions, so that they are still there when that version runs again. `on_warning` is told of what goes wrong while
-    saving, and in the constructor.
+    Remembers parameters of other versions, so that they are still there when that version runs again. `on_warning`
+    receives problems of saving, and of the constructor.
     """
 
     def __init__(
@@ -53,10 +52,16 @@ class StateFile:
         on_warning: Callable[[str], None] = lambda text: None,
         known_parameters: Collection[str] | None = None,
     ) -> None:
-        """Create and hold `directory`. Raises StateFileBusy where another process holds it; all else is a warning."""
+        """Create and lock `directory`. Raises StateFileBusy where another process has it; any other problem is a
+        warning.
+
+        `known_parameters`: names that this version knows; None: those of the table.
+        """
         self.directory = directory
         self.on_warning = on_warning
-        self._known = frozenset(spec.name for spec in TABLE) if known_parameters is None else frozenset(known_parameters)
+        self._known = (
+            frozenset(spec.name for spec in TABLE) if known_parameters is None else frozenset(known_parameters)
+        )
         self._strangers: dict[str, float] = {}
         self._lock_fd: int | None = None
         self._signing: SigningFile | None = None
@@ -64,10 +69,10 @@ class StateFile:
             directory.mkdir(parents=True, exist_ok=True)
             self._hold()
         except OSError as error:
-            self.on_warning(f"state directory {directory}: {error.strerror}; nothing will be kept over a restart")
+            self.on_warning(f"state directory {directory}: {error.strerror}; nothing is stored over a restart")
 
     def close(self) -> None:
-        """Let another process have the directory."""
+        """Unlock the directory."""
         if self._signing is not None:
             self._signing.close()
         fd, self._lock_fd = self._lock_fd, None
@@ -75,7 +80,7 @@ class StateFile:
             os.close(fd)
 
     def copy_to(self, folder: Path) -> None:
-        """Copy what is kept now, so that a run can be begun again as it was; what cannot be copied is told."""
+        """Copy the stored files, so that the run can be repeated from its start. A problem is a warning."""
         names = (_PARAMETERS, *_PLANS.values(), _PROGRESS)
         present = [self.directory / name for name in names if (self.directory / name).is_file()]
         try:
@@ -88,53 +93,53 @@ class StateFile:
     # --- parameters ------------------------------------------------------------------------------------------------
 
     def load_parameters(self) -> tuple[dict[str, float], list[str]]:
-        """Values by name, of the names that this version knows, and warnings."""
+        """(values by name, warnings), of the names that this version knows."""
         warnings: list[str] = []
         values = self._load(_PARAMETERS, _parameters_of, warnings) or {}
         self._strangers = {name: value for name, value in values.items() if name not in self._known}
         if self._strangers:
-            warnings.append(f"parameters of another version, kept aside: {', '.join(sorted(self._strangers))}")
+            warnings.append(f"parameters of another version, not used: {', '.join(sorted(self._strangers))}")
         return {name: value for name, value in values.items() if name in self._known}, warnings
 
     def save_parameters(self, values: Mapping[str, float]) -> None:
-        """Keep exactly `values` (what differs from the defaults)."""
+        """Store exactly `values`, those that differ from the defaults."""
         self._save(_PARAMETERS, {"format": _FORMAT, "parameters": {**self._strangers, **values}})
 
     # --- plans -----------------------------------------------------------------------------------------------------
 
     def load_plans(self) -> tuple[dict[PlanKind, tuple[PlanItem, ...]], list[str]]:
-        """The three lists, an empty one where there is none, and warnings."""
+        """(the three plans, warnings); a missing plan is empty."""
         warnings: list[str] = []
         plans = {kind: self._load(name, _items_of, warnings) or () for kind, name in _PLANS.items()}
         return plans, warnings
 
     def save_plan(self, kind: PlanKind, items: Sequence[PlanItem]) -> None:
-        """Keep `items` bit for bit."""
+        """Store `items`, bit for bit."""
         rows = [_row(item) for item in items]
         self._save(_PLANS[kind], {"format": _FORMAT, "columns": _COLUMNS, "items": rows})
 
     # --- progress --------------------------------------------------------------------------------------------------
 
     def load_progress(self) -> tuple[dict[str, Any], list[str]]:
-        """Where the mission stood, {} where that is unknown, and warnings."""
+        """(mission progress, warnings); {} where it is unknown."""
         warnings: list[str] = []
         return self._load(_PROGRESS, _progress_of, warnings) or {}, warnings
 
     def save_progress(self, progress: Mapping[str, Any]) -> None:
-        """Keep `progress` (names to numbers, texts, None, or lists of them)."""
+        """Store `progress`: names with numbers, texts, None, or lists of them."""
         self._save(_PROGRESS, {"format": _FORMAT, "progress": dict(progress)})
 
     # --- signing ---------------------------------------------------------------------------------------------------
 
     def load_signing(self) -> tuple[Kept, list[str]]:
-        """The key of signatures and their time, (None, 0) where there is none or the file is not safe, and warnings."""
+        """((key, horizon), warnings); (None, 0) where there is no file, or it is not safe."""
         try:
             return read_signing(self.directory), []
         except SigningFileError as error:
             return (None, 0), [str(error)]
 
     def save_signing(self, key: bytes | None, horizon: int) -> None:
-        """Keep both soon: this returns at once."""
+        """Store both soon; returns at once."""
         if self._signing is None:
             self._signing = SigningFile(self.directory, lambda text: self.on_warning(text))
         self._signing.save(key, horizon)
@@ -148,7 +153,8 @@ class StateFile:
         except BlockingIOError:
             os.close(fd)
             raise StateFileBusy(
-                f"state directory {self.directory} is in use by another companion; stop that one, or give this one its own with --state DIR"
+                f"state directory {self.directory} is in use by another companion; "
+                "stop that one, or give this one its own with --state DIR"
             ) from None
         self._lock_fd = fd
 
@@ -157,17 +163,17 @@ class StateFile:
         try:
             replace_file(self.directory, name, json.dumps(content, separators=(",", ":")).encode())
         except OSError as error:
-            self.on_warning(f"{path} not saved: {error.strerror}; it keeps what it had")
+            self.on_warning(f"{path} not saved: {error.strerror}; the file keeps its old content")
         except (TypeError, ValueError) as error:
-            self.on_warning(f"{path} not saved: {error}; it keeps what it had")
+            self.on_warning(f"{path} not saved: {error}; the file keeps its old content")
 
     def _load(self, name: str, understand: Callable[[dict[str, Any]], T], warnings: list[str]) -> T | None:
-        """The content of a file, or None where there is none; a bad one is set aside."""
+        """The content of a file; None where there is none. A bad file is renamed, with a warning."""
         path = self.directory / name
         try:
             content = json.loads(path.read_bytes())
             if not isinstance(content, dict) or content.get("format") != _FORMAT:
-                raise ValueError("not in a format that this version knows")
+                raise ValueError("unknown format")
             return understand(content)
         except (FileNotFoundError, NotADirectoryError):
             return None
@@ -192,7 +198,7 @@ class StateFile:
 
 
 def read_plan(directory: Path, kind: PlanKind) -> tuple[PlanItem, ...]:
-    """A plan of a state directory, or of its copy in a log folder; empty where there is none that can be read."""
+    """The plan in a state directory or its copy in a log folder; empty where it is missing or unreadable."""
     try:
         return _items_of(json.loads((directory / _PLANS[kind]).read_text(encoding="utf-8")))
     except (OSError, ValueError, KeyError, TypeError):
@@ -202,7 +208,7 @@ def read_plan(directory: Path, kind: PlanKind) -> tuple[PlanItem, ...]:
 def _parameters_of(content: dict[str, Any]) -> dict[str, float]:
     values = content["parameters"]
     if not isinstance(values, dict) or not all(_is_number(value) and math.isfinite(value) for value in values.values()):
-        raise ValueError("a parameter is no number")
+        raise ValueError("a parameter is not a number")
     return values
 
 
@@ -234,7 +240,7 @@ def _row(item: PlanItem) -> list[float | str | None]:
 
 
 def _nan(value: float) -> str | None:
-    """JSON has no NaN: null for the usual one, else its bits, for the plan's id depends on them."""
+    """JSON has no NaN: null for the usual NaN, else its bits, since the plan's id depends on them."""
     bits = _FLOAT32.pack(value)
     return None if bits == _USUAL_NAN else bits.hex()
 
@@ -247,7 +253,8 @@ def _item(seq: int, row: Sequence[Any]) -> PlanItem:
     if type(x) is not int or type(y) is not int or x not in _INT32 or y not in _INT32:
         raise ValueError(f"item {seq} is out of range")
     return PlanItem(
-        seq, command, frame, _real(param1), _real(param2), _real(param3), _real(param4), x, y, _real(z), autocontinue, current
+        seq, command, frame, _real(param1), _real(param2), _real(param3), _real(param4), x, y, _real(z),
+        autocontinue, current,
     )  # fmt: skip
 
 
@@ -259,7 +266,7 @@ def _real(value: Any) -> float:
         if len(bits) == _FLOAT32.size and math.isnan(_FLOAT32.unpack(bits)[0]):
             return float(_FLOAT32.unpack(bits)[0])
     if not _is_number(value) or (abs(value) > _LARGEST_FLOAT32 and math.isfinite(value)):
-        raise ValueError(f"{value!r} is no number that MAVLink can carry")
+        raise ValueError(f"{value!r} is not a number that MAVLink can carry")
     return float(value)
 
 

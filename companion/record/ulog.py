@@ -1,7 +1,7 @@
-"""The ticks as ULog, which PlotJuggler, Flight Review's tools and pyulog open. Source: PX4 guide, "ULog File Format".
+"""Ticks as ULog, for PlotJuggler, Flight Review's tools and pyulog. Source: PX4 guide, "ULog File Format".
 
-One topic a step of the tick; each thruster is an instance of `usv_thruster`. SI units and radians, NaN for what is missing. Written through at every
-tick like the other files of a log folder: a file that ends in mid-message is read up to there.
+One topic for each step of the tick; each thruster is an instance of `usv_thruster`. SI units and radians, NaN for a
+missing value. It is written through at every tick; readers accept a file that ends in mid-message.
 """
 
 from __future__ import annotations
@@ -11,14 +11,17 @@ import struct
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from companion.core.types import Condition, ModeId, Tick
+from companion.core.actuation import ThrusterCondition
+from companion.core.decision import ModeId
+from companion.core.setpoint import Point, desired_motion
+from companion.core.tick import Tick
 
 FILE = "ticks.ulg"
 _MAGIC = b"ULog\x01\x12\x35\x01"
 _MESSAGE = struct.Struct("<HB")
 _CODES = {"uint64_t": "Q", "double": "d", "float": "f", "uint8_t": "B", "int32_t": "i"}
 _MODES = {mode: number for number, mode in enumerate(ModeId)}
-_CONDITIONS = {condition: number for number, condition in enumerate(Condition)}
+_CONDITIONS = {condition: number for number, condition in enumerate(ThrusterCondition)}
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,15 +31,17 @@ class _Topic:
 
     @property
     def definition(self) -> bytes:
+        """The ULog format definition."""
         return f"{self.name}:{''.join(f'{kind} {name};' for kind, name in self.fields)}".encode()
 
     @property
     def layout(self) -> struct.Struct:
+        """The packing of a data message: its message id, then the fields."""
         return struct.Struct("<H" + "".join(_CODES[kind] for kind, _ in self.fields))
 
 
 def _topic(name: str, **kinds: str) -> _Topic:
-    """Fields by kind, their names by spaces; the time stands first."""
+    """A topic: names of fields by type, separated by spaces; the timestamp comes first."""
     fields = [("uint64_t", "timestamp")]
     for kind, names in kinds.items():
         fields += [(kind, field) for field in names.split()]
@@ -46,25 +51,32 @@ def _topic(name: str, **kinds: str) -> _Topic:
 _MOTION = _topic(
     "usv_motion",
     double="lat_deg lon_deg",
-    float="north_m east_m roll_rad pitch_rad yaw_rad surge_mps sway_mps north_mps east_mps yaw_rate_radps position_accuracy_m heading_accuracy_rad "
-    "position_age_s wind_speed_mps wind_from_rad current_north_mps current_east_mps",
+    float="north_m east_m roll_rad pitch_rad yaw_rad surge_mps sway_mps north_mps east_mps yaw_rate_radps "
+    "position_accuracy_m heading_accuracy_rad position_age_s wind_speed_mps wind_from_rad "
+    "current_north_mps current_east_mps",
     uint8_t="position_valid heading_valid fix",
 )
-_STATUS = _topic("usv_status", float="load speed_override_mps", int32_t="mission_seq", uint8_t="mode armed failsafes mission_state")
+_STATUS = _topic(
+    "usv_status", float="load speed_override_mps", int32_t="mission_seq", uint8_t="mode armed failsafes mission_state"
+)
 _SETPOINT = _topic(
     "usv_setpoint",
-    float="north_m east_m yaw_rad surge_mps sway_mps yaw_rate_radps target_north_m target_east_m cross_track_error_m distance_to_go_m",
+    float="north_m east_m yaw_rad surge_mps sway_mps yaw_rate_radps target_north_m target_east_m "
+    "cross_track_error_m distance_to_go_m",
 )
 _WRENCH = _topic(
-    "usv_wrench", float="demanded_surge_n demanded_sway_n demanded_yaw_nm achieved_surge_n achieved_sway_n achieved_yaw_nm"
+    "usv_wrench",
+    float="demanded_surge_n demanded_sway_n demanded_yaw_nm achieved_surge_n achieved_sway_n achieved_yaw_nm",
 )
-_THRUSTER = _topic("usv_thruster", float="throttle azimuth_rad force_n measured_throttle measured_azimuth_rad", uint8_t="condition")
+_THRUSTER = _topic(
+    "usv_thruster", float="throttle azimuth_rad force_n measured_throttle measured_azimuth_rad", uint8_t="condition"
+)
 _BATTERY = _topic("usv_battery", float="voltage_v current_a remaining")
 _TOPICS = (_MOTION, _STATUS, _SETPOINT, _WRENCH, _THRUSTER, _BATTERY)
 
 
 class UlogEncoder:
-    """`header` begins a file, `tick` is one tick, `parameter` a change. Remembers nothing but the numbers of its topics."""
+    """`header` begins a file, `tick` is one tick, `parameter` a change. Remembers only the numbers of its topics."""
 
     def __init__(self, thrusters: Sequence[str]) -> None:
         self._thrusters = tuple(thrusters)
@@ -72,10 +84,15 @@ class UlogEncoder:
         self._first_thruster = len(_TOPICS)  # their message numbers come last
 
     def header(self, information: Mapping[str, str], parameters: Mapping[str, float], whole: frozenset[str]) -> bytes:
-        """`information`: of the run; `whole`: parameters that are whole numbers. Time in the file is the vessel's."""
+        """Begins a file. `information`: about the run; `whole`: names of parameters that are whole numbers. Times are
+        the vessel's."""
         parts = [_MAGIC, struct.pack("<Q", 0), _message("B", bytes(40))]
         parts += [_message("F", topic.definition) for topic in _TOPICS]
-        parts += [_message("I", _keyed(f"char[{len(text.encode())}] {key}", text.encode())) for key, text in information.items() if text]
+        parts += [
+            _message("I", _keyed(f"char[{len(text.encode())}] {key}", text.encode()))
+            for key, text in information.items()
+            if text
+        ]
         parts += [self._parameter(name, value, name in whole) for name, value in parameters.items()]
         for number, topic in enumerate(_TOPICS):
             if topic is not _THRUSTER:
@@ -85,7 +102,7 @@ class UlogEncoder:
         return b"".join(parts)
 
     def parameter(self, name: str, value: float, whole: bool) -> bytes:
-        """A value that changed under way."""
+        """A parameter that changed during the run."""
         return self._parameter(name, value, whole)
 
     def tick(self, tick: Tick) -> bytes:
@@ -97,12 +114,22 @@ class UlogEncoder:
             self._row(2, 2, now_us, _setpoint(tick)),
             self._row(3, 3, now_us, _wrench(tick)),
         ]
-        rows += [self._row(4, self._first_thruster + i, now_us, _thruster(tick, i)) for i in range(len(self._thrusters))]
+        rows += [
+            self._row(4, self._first_thruster + i, now_us, _thruster(tick, i)) for i in range(len(self._thrusters))
+        ]
         battery = tick.inputs.battery
         if battery is not None:
-            rows.append(self._row(5, 5, now_us, (battery.voltage_v, _or_nan(battery.current_a), _or_nan(battery.remaining))))
+            rows.append(
+                self._row(5, 5, now_us, (battery.voltage_v, _or_nan(battery.current_a), _or_nan(battery.remaining)))
+            )
         for event in tick.events:
-            rows.append(_message("L", struct.pack("<BQ", ord("0") + min(7, event.severity), round(event.t_s * 1e6)) + event.text.encode()[:1000]))
+            rows.append(
+                _message(
+                    "L",
+                    struct.pack("<BQ", ord("0") + min(7, event.severity), round(event.t_s * 1e6))
+                    + event.text.encode()[:1000],
+                )
+            )
         return b"".join(rows)
 
     def _row(self, topic: int, number: int, now_us: int, values: tuple[float, ...]) -> bytes:
@@ -129,9 +156,10 @@ def _or_nan(value: float | None) -> float:
 def _motion(tick: Tick) -> tuple[float, ...]:
     nav = tick.nav
     return (
-        nav.lat_deg, nav.lon_deg, nav.north_m, nav.east_m, nav.roll_rad, nav.pitch_rad, nav.yaw_rad, nav.surge_mps, nav.sway_mps,
-        nav.north_mps, nav.east_mps, nav.yaw_rate_radps, nav.position_accuracy_m, nav.heading_accuracy_rad, nav.position_age_s,
-        _or_nan(nav.wind_speed_mps), _or_nan(nav.wind_from_rad), _or_nan(nav.current_north_mps), _or_nan(nav.current_east_mps),
+        nav.lat_deg, nav.lon_deg, nav.north_m, nav.east_m, nav.roll_rad, nav.pitch_rad, nav.yaw_rad, nav.surge_mps,
+        nav.sway_mps, nav.north_mps, nav.east_mps, nav.yaw_rate_radps, nav.position_accuracy_m,
+        nav.heading_accuracy_rad, nav.position_age_s, _or_nan(nav.wind_speed_mps), _or_nan(nav.wind_from_rad),
+        _or_nan(nav.current_north_mps), _or_nan(nav.current_east_mps),
         nav.position_valid, nav.heading_valid, int(nav.fix),
     )  # fmt: skip
 
@@ -139,15 +167,27 @@ def _motion(tick: Tick) -> tuple[float, ...]:
 def _status(tick: Tick) -> tuple[float, ...]:
     status = tick.status
     return (
-        tick.load, _or_nan(status.speed_override_mps), status.mission.seq, _MODES[status.mode], status.armed, min(255, len(status.failsafes)),
-        int(status.mission.state),
+        tick.load, _or_nan(status.speed_override_mps), status.mission.seq, _MODES[status.mode], status.armed,
+        min(255, len(status.failsafes)), int(status.mission.state),
     )  # fmt: skip
 
 
 def _setpoint(tick: Tick) -> tuple[float, ...]:
-    s = tick.setpoint
-    optional = (s.target_north_m, s.target_east_m, s.cross_track_error_m, s.distance_to_go_m)
-    return (_or_nan(s.north_m), _or_nan(s.east_m), _or_nan(s.yaw_rad), s.surge_mps, s.sway_mps, s.yaw_rate_radps, *map(_or_nan, optional))
+    progress, motion = tick.setpoint.progress, desired_motion(tick.setpoint)
+    return (
+        *_place(motion.place),
+        _or_nan(motion.yaw_rad),
+        motion.surge_mps,
+        motion.sway_mps,
+        motion.yaw_rate_radps,
+        *_place(progress.target),
+        _or_nan(progress.cross_track_error_m),
+        _or_nan(progress.distance_to_go_m),
+    )
+
+
+def _place(point: Point | None) -> tuple[float, float]:
+    return (math.nan, math.nan) if point is None else (point.north_m, point.east_m)
 
 
 def _wrench(tick: Tick) -> tuple[float, ...]:
@@ -158,6 +198,6 @@ def _wrench(tick: Tick) -> tuple[float, ...]:
 def _thruster(tick: Tick, i: int) -> tuple[float, ...]:
     command = tick.command.thrusters[i]
     measured = tick.feedback[i] if i < len(tick.feedback) else None
-    condition = tick.conditions[i] if i < len(tick.conditions) else Condition.READY
+    condition = tick.conditions[i] if i < len(tick.conditions) else ThrusterCondition.READY
     back = (math.nan, math.nan) if measured is None else (_or_nan(measured.throttle), _or_nan(measured.azimuth_rad))
     return command.throttle, _or_nan(command.azimuth_rad), command.force_n, *back, _CONDITIONS[condition]

@@ -1,4 +1,5 @@
-"""`python -m gcs_plugins.blueos serve | write`: the extension's web server, or cockpit_extras.json anew from the table."""
+"""`python -m gcs_plugins.blueos serve | write`: the extension's web server, or cockpit_extras.json anew from the
+table."""
 
 from __future__ import annotations
 

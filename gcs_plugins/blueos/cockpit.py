@@ -1,7 +1,8 @@
-"""What Cockpit is offered: an action for each row of the table, and buttons of a standard gamepad for some.
+"""Offers Cockpit an action for each row of the table, and buttons of a standard gamepad for some.
 
-Shape: Cockpit, "External Integrations" and src/libs/blueos/schemas.ts (September 2026). Cockpit knows boats from ArduPilot only, so the
-mode numbers are those of a link with ?dialect=ardupilot. A message goes to system 1, the default of MAV_SYS_ID.
+Shape: Cockpit, "External Integrations" and src/libs/blueos/schemas.ts (September 2026). Cockpit knows boats from
+ArduPilot only, so the mode numbers are those of a link with ?dialect=ardupilot. A message goes to system 1, the default
+of MAV_SYS_ID.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ def extras() -> dict[str, Any]:
             {
                 "id": f"{_PREFIX}-gamepad",
                 "name": "USV companion on a standard gamepad",
-                "description": "Hold, nudge and turn by the cross, mission, return, stop with shift",
+                "description": "Hold, mission and return by buttons, nudges and turns by the cross, stop with shift",
                 "buttonMappingSuggestions": [_suggestion(action) for action in ACTIONS if action.button is not None],
                 "version": _VERSION,
             }
@@ -37,7 +38,7 @@ def extras() -> dict[str, Any]:
 
 
 def text() -> str:
-    """As the file has it."""
+    """The text of cockpit_extras.json."""
     return json.dumps(extras(), indent=2) + "\n"
 
 
@@ -52,7 +53,13 @@ def _action(action: Action) -> dict[str, Any]:
     message = {name: {"type": kind, "value": value} for name, (kind, value) in fields.items()}
     name = f"USV {action.label}"
     config = {"name": name, "messageType": "COMMAND_LONG", "messageConfig": message}
-    return {"id": f"{_PREFIX}-{action.name}", "name": name, "type": "mavlink-message", "config": config, "version": _VERSION}
+    return {
+        "id": f"{_PREFIX}-{action.name}",
+        "name": name,
+        "type": "mavlink-message",
+        "config": config,
+        "version": _VERSION,
+    }
 
 
 def _suggestion(action: Action) -> dict[str, Any]:

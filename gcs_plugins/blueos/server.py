@@ -1,4 +1,4 @@
-"""The few pages by which BlueOS and Cockpit find the extension."""
+"""The pages by which BlueOS and Cockpit find the extension."""
 
 from __future__ import annotations
 
@@ -11,12 +11,14 @@ from importlib.metadata import PackageNotFoundError, version
 from gcs_plugins.blueos import cockpit
 from gcs_plugins.commands import ACTIONS
 
-PORT = 8095  # none of those that BlueOS itself has taken
+PORT = 8095  # BlueOS itself does not use it
 
 
 def pages() -> Mapping[str, tuple[str, str]]:
     """Path → media type and text."""
-    rows = "".join(f"<tr><td>{html.escape(a.label)}<td>{html.escape(a.text)}<td>{html.escape(a.where.value)}" for a in ACTIONS)
+    rows = "".join(
+        f"<tr><td>{html.escape(a.label)}<td>{html.escape(a.text)}<td>{html.escape(a.where.value)}" for a in ACTIONS
+    )
     page = f"<!doctype html><meta charset=utf-8><title>USV companion</title><h1>USV companion</h1><table>{rows}</table>"
     return {
         "/": ("text/html; charset=utf-8", page),
@@ -44,9 +46,10 @@ def _service() -> dict[str, object]:
 
 
 class Handler(BaseHTTPRequestHandler):
-    """GET of `pages`, nothing else."""
+    """Answers GET of `pages`, nothing else."""
 
     def do_GET(self) -> None:
+        """Send the page of this path, or 404."""
         found = pages().get(self.path.partition("?")[0])
         if found is None:
             self.send_error(404)
@@ -61,4 +64,4 @@ class Handler(BaseHTTPRequestHandler):
         self.wfile.write(data)
 
     def log_message(self, format: str, *args: object) -> None:
-        """BlueOS asks every few seconds; nobody reads that."""
+        """Log nothing: BlueOS asks every few seconds."""

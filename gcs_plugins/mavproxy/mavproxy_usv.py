@@ -1,4 +1,5 @@
-"""The MAVProxy module: `usv …` at the prompt. Loads with `module load gcs_plugins.mavproxy.mavproxy_usv`; tried with MAVProxy 1.8.75."""
+"""The MAVProxy module: `usv …` at the prompt. Loads with `module load gcs_plugins.mavproxy.mavproxy_usv`; tried with
+MAVProxy 1.8.75."""
 
 from __future__ import annotations
 
@@ -14,23 +15,24 @@ from gcs_plugins.readout import Readout
 _DO_REPOSITION, _CHANGE_MODE, _FRAME_GLOBAL = 192, 1.0, 0
 
 _USAGE = {
-    "status": ("", "where it is, and how well it holds, sails or follows"),
+    "status": ("", "position, and how well the boat holds, sails or follows"),
     "watch": ("[SECONDS | off]", "the status again and again"),
     "goto": ("LAT LON [HEADING_DEG [SPEED_MPS]]", "go there and hold"),
-    "nudge": ("AHEAD_M STARBOARD_M [TURN_DEG]", "move the point and heading held"),
-    "turn": ("HEADING_DEG", "another heading at the point held"),
-    "station": ("BEARING_DEG DISTANCE_M", "the follower's station: 180 astern, 90 to starboard of the leader"),
+    "nudge": ("AHEAD_M STARBOARD_M [TURN_DEG]", "move the hold point and the heading"),
+    "turn": ("HEADING_DEG", "another heading at the hold point"),
+    "station": ("BEARING_DEG DISTANCE_M", "follow position: 180 astern, 90 to starboard of the leader"),
     "tune": ("[LOOP [up | down | FACTOR]]", f"bandwidths, a tenth more or less at a step, of {', '.join(TUNING)}"),
     "help": ("", "this text"),
 }
 
 
 class Mistake(Exception):
-    """Said at the prompt; nothing was sent."""
+    """A mistake in the input: printed at the prompt, nothing was sent."""
 
 
 class UsvModule(mp_module.MPModule):
-    """Sends what the table of actions holds, and what takes numbers. What became of it MAVProxy itself prints: COMMAND_ACK and texts."""
+    """Sends the actions of the table, and commands that take numbers. MAVProxy itself prints the answers: COMMAND_ACK
+    and texts."""
 
     def __init__(self, mpstate: Any) -> None:
         super().__init__(mpstate, "usv", "uncrewed surface vessel", public=True)
@@ -55,12 +57,14 @@ class UsvModule(mp_module.MPModule):
             self._readout.hear(packet.get_type(), packet, self.get_time())
 
     def idle_task(self) -> None:
+        """Repeat the status report while `usv watch` is on."""
         now_s = self.get_time()
         if self._watch_s is not None and now_s - self._watched_s >= self._watch_s:
             self._watched_s = now_s
             self._status(())
 
     def unload(self) -> None:
+        """Remove the command with the module."""
         self.remove_command("usv")
         super().unload()
 
@@ -98,9 +102,9 @@ class UsvModule(mp_module.MPModule):
 
     def _send_action(self, action: Action, rest: Sequence[str]) -> None:
         if rest:
-            raise Mistake(f"usv {action.name} takes no more words")
+            raise Mistake(f"usv {action.name} takes no arguments")
         if action.mode is not None and self._readout.mode is None:
-            raise Mistake(f"usv {action.name}: nothing heard of the boat yet, so how it counts its modes is not known")
+            raise Mistake(f"usv {action.name}: no heartbeat of the boat yet, so its mode numbers are not known")
         self._send(action.command, *action.all_params(self._readout.rover_numbers))
 
     def _send(self, command: int, *params: float) -> None:
@@ -110,10 +114,12 @@ class UsvModule(mp_module.MPModule):
     def _goto(self, rest: Sequence[str]) -> None:
         lat_deg, lon_deg, heading_deg, speed_mps = _numbers("goto", rest, 2, 4, (math.nan, -1.0))
         if not (abs(lat_deg) <= 90.0 and abs(lon_deg) <= 180.0):
-            raise Mistake("usv goto: latitude and longitude in degrees, please")
+            raise Mistake("usv goto: give latitude and longitude in degrees")
         place = (round(lat_deg * 1e7), round(lon_deg * 1e7), 0.0)
         how = (speed_mps, _CHANGE_MODE, 0.0, math.radians(heading_deg))
-        self.master.mav.command_int_send(self.target_system, self.target_component, _FRAME_GLOBAL, _DO_REPOSITION, 0, 0, *how, *place)
+        self.master.mav.command_int_send(
+            self.target_system, self.target_component, _FRAME_GLOBAL, _DO_REPOSITION, 0, 0, *how, *place
+        )
 
     def _nudge(self, rest: Sequence[str]) -> None:
         self._send(MavCmd.USER_1, 1.0, *_numbers("nudge", rest, 2, 3, (0.0,)))
@@ -126,7 +132,7 @@ class UsvModule(mp_module.MPModule):
         self._send(MavCmd.USER_3, *_numbers("station", rest, 2, 2))
 
     def _tune(self, rest: Sequence[str]) -> None:
-        """Without a step, what the bandwidths are."""
+        """Without a step, print the bandwidths."""
         loop, step = (*rest, "", "")[:2]
         if (loop and loop not in TUNING) or len(rest) > 2:
             raise Mistake(f"usage: {_usage('tune')}; loops are {', '.join(TUNING)}")
@@ -147,7 +153,8 @@ class UsvModule(mp_module.MPModule):
 
 
 def completions() -> list[str]:
-    """Rules for the prompt's tab key. A verb with words after it has a rule of its own: MAVProxy trips over a shorter one that fits."""
+    """Rules for the prompt's tab key. A verb with arguments has a rule of its own: MAVProxy fails on a shorter rule
+    that fits."""
     first = [verb for verb in (*_USAGE, *BY_NAME) if verb not in ("tune", "watch")]
     return [f"<{'|'.join(first)}>", f"tune <{'|'.join(TUNING)}> <up|down>", "watch <off>"]
 
@@ -157,7 +164,7 @@ def _factor(step: str) -> float:
         return TUNING_STEP if step == "up" else 1.0 / TUNING_STEP
     (factor,) = _numbers("tune", (step,), 1, 1)
     if not 0.1 <= factor <= 10.0:
-        raise Mistake("usv tune: a factor from 0.1 to 10, please")
+        raise Mistake("usv tune: give a factor from 0.1 to 10")
     return factor
 
 
@@ -166,7 +173,7 @@ def _usage(verb: str) -> str:
 
 
 def _numbers(verb: str, words: Sequence[str], least: int, most: int, others: Sequence[float] = ()) -> list[float]:
-    """The words as finite numbers; those left out from `others`, which stand for the last ones. Raises Mistake."""
+    """The words as finite numbers; `others` are the defaults of the last ones. Raises Mistake."""
     try:
         values = [float(word) for word in words]
     except ValueError:
@@ -177,5 +184,5 @@ def _numbers(verb: str, words: Sequence[str], least: int, most: int, others: Seq
 
 
 def init(mpstate: Any) -> UsvModule:
-    """What MAVProxy calls."""
+    """MAVProxy calls this to load the module."""
     return UsvModule(mpstate)

@@ -19,9 +19,16 @@ _AFTER = f"""Choose them once in QGroundControl, Application Settings, Fly View:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Returns 0, or 2 with the reason on stderr."""
-    parser = argparse.ArgumentParser(prog="python -m gcs_plugins.qgroundcontrol", description="Buttons for this boat in QGroundControl.")
+    parser = argparse.ArgumentParser(
+        prog="python -m gcs_plugins.qgroundcontrol", description="Buttons for this boat in QGroundControl."
+    )
     parser.add_argument("what", choices=("install", "uninstall"))
-    parser.add_argument("--dir", type=Path, metavar="DIR", help="QGroundControl's load/save path, where it is not in the documents folder")
+    parser.add_argument(
+        "--dir",
+        type=Path,
+        metavar="DIR",
+        help="QGroundControl's load/save path, where it is not in the documents folder",
+    )
     arguments = parser.parse_args(argv)
     carry_out = install if arguments.what == "install" else uninstall
     try:

@@ -1,7 +1,7 @@
 """The action files as QGroundControl reads them: "MavlinkActions" since version 5.0, "CustomActions" in 4.4.
 
-Each kind lies in a folder of its own name in QGroundControl's save folder. Keys other than the documented ones are left out, since
-some versions refuse them, and one bad action empties the whole list. Source: MavlinkActionManager.cc, CustomActionManager.cc.
+Each kind has a folder of its own in QGroundControl's save folder. Only documented keys are written: some versions
+refuse others, and one bad action makes the whole list empty. Source: MavlinkActionManager.cc, CustomActionManager.cc.
 """
 
 from __future__ import annotations
@@ -18,7 +18,8 @@ JOYSTICK = "usv_joystick.json"
 
 
 def entry(action: Action) -> dict[str, Any]:
-    """One action; params that are 0 are QGroundControl's default. The px4 dialect's mode numbers: float32 holds each exactly."""
+    """One action. Params that are 0 are left out, as QGroundControl's default. Modes have the px4 persona's numbers:
+    float32 holds each exactly."""
     params = {f"param{n}": value for n, value in enumerate(action.all_params(), start=1) if value != 0.0}
     return {"label": action.label, "description": action.text, "mavCmd": int(action.command), **params}
 

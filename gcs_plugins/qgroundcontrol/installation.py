@@ -1,7 +1,7 @@
-"""Puts the action files where QGroundControl looks for them, and takes them away again.
+"""Installs the action files where QGroundControl looks for them, and removes them again.
 
-What was there under the same name is kept as `NAME.before-usv` (`.before-usv-2`, …) and comes back on removal. A list of what was
-written, with hashes, tells our files from those that somebody has changed since.
+A file of the same name is kept as `NAME.before-usv` (`.before-usv-2`, …) and comes back on removal. A list of the files
+written, with hashes, tells ours from files that were changed since.
 """
 
 from __future__ import annotations
@@ -19,11 +19,12 @@ _BACKUP = ".before-usv"
 
 
 class InstallationError(Exception):
-    """A sentence for the operator, with the remedy."""
+    """The installation cannot be done; the text gives the remedy."""
 
 
 def save_folders(documents: Path) -> list[Path]:
-    """QGroundControl's save folders there: of the release, of the daily build. Raises InstallationError when there is none."""
+    """QGroundControl's save folders there: of the release, of the daily build. Raises InstallationError when there is
+    none."""
     found = [documents / name for name in SAVE_FOLDERS if (documents / name).is_dir()]
     if not found:
         raise InstallationError(
@@ -53,10 +54,11 @@ def install(folder: Path) -> list[str]:
 
 
 def uninstall(folder: Path) -> list[str]:
-    """Take away what `install` wrote and nobody has changed since; what it had kept comes back. Returns what was done."""
+    """Remove the files of `install` that were not changed since; the files that it had kept come back. Returns what was
+    done, a line each."""
     said, record = [], _read_record(folder)
     if not record:
-        raise InstallationError(f"nothing of ours is installed in {folder}")
+        raise InstallationError(f"no action files of ours are installed in {folder}")
     for name, written in record.items():
         path = folder / name
         if path.exists() and _hash(path.read_bytes()) != written:

@@ -1,12 +1,12 @@
-"""One boat over MAVSDK: connect to it, command it, hear why it refuses.
+"""One boat over MAVSDK: connect to it, command it, read why it refuses.
 
     with connected("udpin://0.0.0.0:14550") as boat:
         boat.do("hold")
         boat.do("arm")
         boat.go_to(63.4390, 10.3991, heading_deg=45.0)
 
-MAVSDK's own plug-ins (Action, MissionRaw, Param, …) work on `boat.system` as on any vehicle; what is here is commanded by MavlinkDirect
-since most of it is this boat's own.
+MAVSDK's own plug-ins (Action, MissionRaw, Param, …) work on `boat.system` as on any vehicle. The commands here go
+through MavlinkDirect, since most of them are particular to this boat.
 """
 
 from __future__ import annotations
@@ -35,15 +35,15 @@ _RESULTS = {1: "not now", 2: "denied", 3: "not supported", 4: "failed", 5: "stil
 
 
 class Mistake(Exception):
-    """What was asked cannot be asked; a sentence with the remedy."""
+    """The command cannot be sent; the text gives the remedy."""
 
 
 class NoVessel(Exception):
-    """Nobody there, or nobody any more."""
+    """No boat answers, or no longer."""
 
 
 class Refused(Exception):
-    """The boat's own reason."""
+    """The boat refused; the text is its reason."""
 
 
 @contextmanager
@@ -53,7 +53,9 @@ def connected(link: str, timeout_s: float = 10.0) -> Iterator[Boat]:
     with Mavsdk(Configuration.create_with_component_type(ComponentType.GROUND_STATION)) as sdk:
         result = sdk.add_any_connection(link)
         if result != ConnectionResult.SUCCESS:
-            raise Mistake(f"link {link}: {result.name.lower().replace('_', ' ')}; as udpin://0.0.0.0:14550 or tcpout://HOST:5760")
+            raise Mistake(
+                f"link {link}: {result.name.lower().replace('_', ' ')}; as udpin://0.0.0.0:14550 or tcpout://HOST:5760"
+            )
         system = sdk.first_autopilot(timeout_s)
         if system is None:
             raise NoVessel(f"no boat heard on {link} in {timeout_s:g} s (does another ground station hold that port?)")
@@ -61,7 +63,7 @@ def connected(link: str, timeout_s: float = 10.0) -> Iterator[Boat]:
 
 
 class Boat:
-    """Remembers what the boat says, and the newest message of each kind that was listened for."""
+    """Remembers the boat's texts, and the newest message of each kind that was subscribed to by `listen`."""
 
     def __init__(self, system: System) -> None:
         self.system = system
@@ -87,14 +89,17 @@ class Boat:
         self.command(MavCmd.DO_SET_MODE, 1.0, float(numbers.rover if self.rover_numbers else numbers.px4))
 
     def go_to(self, lat_deg: float, lon_deg: float, heading_deg: float = math.nan, speed_mps: float = math.nan) -> None:
-        """There, and hold. NaN: the heading and the speed are the boat's to choose."""
+        """Go there and hold. NaN: the boat chooses the heading or the speed."""
         place = {"frame": 0, "x": round(lat_deg * 1e7), "y": round(lon_deg * 1e7), "z": 0.0}
         speed = -1.0 if math.isnan(speed_mps) else speed_mps
         self.command(DO_REPOSITION, speed, _CHANGE_MODE, 0.0, math.radians(heading_deg), place=place)
 
     def command(self, number: int, *params: float, place: Mapping[str, Any] | None = None) -> None:
-        """A COMMAND_LONG, or a COMMAND_INT with a `place`. Waits for the answer; raises Refused, or NoVessel when none comes."""
-        fields: dict[str, Any] = {f"param{n}": None if math.isnan(value) else value for n, value in enumerate(params, start=1)}
+        """A COMMAND_LONG, or a COMMAND_INT with a `place`. Waits for the answer; raises Refused, or NoVessel when none
+        comes."""
+        fields: dict[str, Any] = {
+            f"param{n}": None if math.isnan(value) else value for n, value in enumerate(params, start=1)
+        }
         fields |= {f"param{n}": 0.0 for n in range(len(params) + 1, 5 if place else 8)}
         fields |= {"target_system": self.system_id, "target_component": 1, "command": int(number), "confirmation": 0}
         if place is not None:
@@ -110,7 +115,7 @@ class Boat:
             raise Refused(self.reason(heard) or _RESULTS.get(result, f"result {result}"))
 
     def send(self, kind: str, **fields: Any) -> None:
-        """Any message, to which no acknowledgement is waited for."""
+        """Send any message, without waiting for an acknowledgement."""
         fields = {"target_system": self.system_id, "target_component": 1, **fields}
         self._direct.send_message(MavlinkMessage(kind, 0, 0, self.system_id, 1, json.dumps(fields)))
 
@@ -126,35 +131,38 @@ class Boat:
         return self._newest.get(kind)
 
     def forget(self, kind: str) -> None:
-        """So that `newest` gives only what comes from now on."""
+        """Drop the newest message, so that `newest` gives only a later one."""
         self._newest.pop(kind, None)
 
     def wait(self, condition: Callable[[], bool], timeout_s: float) -> bool:
-        """Until something heard makes `condition` true; False when it does not in that time."""
+        """Wait until a message makes `condition` true; False when none does in that time."""
         with self._news:
             return self._news.wait_for(condition, timeout_s)
 
     def wait_next(self, kind: str, timeout_s: float) -> None:
-        """Until the next message of a kind that is listened for, but no longer than that."""
+        """Wait for the next message of a kind that was subscribed to, at most so long."""
         seen = self._newest.get(kind)
         self.wait(lambda: self._newest.get(kind) is not seen, timeout_s)
 
     def reason(self, since: int) -> str:
-        """What the boat warned of since `texts_heard` was `since`, waiting a moment for it; empty when it said nothing."""
+        """The boat's warnings since `texts_heard` was `since`, after a short wait for them; empty when there are
+        none."""
         self.wait(lambda: bool(self._warnings(since)), _REASON_S)
         return "; ".join(dict.fromkeys(self._warnings(since)))
 
     @property
     def texts_heard(self) -> int:
+        """How many texts the boat has sent so far."""
         return len(self._texts)
 
     @property
     def rover_numbers(self) -> bool:
-        """The link speaks ArduPilot's dialect: Rover's mode numbers, home as mission item 0."""
+        """The link has the ardupilot persona: Rover's mode numbers, home as mission item 0."""
         return bool(self._heartbeat["autopilot"] == _ARDUPILOT)
 
     @property
     def armed(self) -> bool:
+        """Whether the newest heartbeat says that the boat is armed."""
         return bool(self._heartbeat["base_mode"] & _ARMED)
 
     @property

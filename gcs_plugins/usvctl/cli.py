@@ -1,4 +1,5 @@
-"""The commands of `usvctl`. Exit codes: 0 done, 1 refused with the boat's reason, 2 a mistake in what was asked, or no boat."""
+"""The commands of `usvctl`. Exit codes: 0 done, 1 refused with the boat's reason, 2 a mistake in the command, or no
+boat."""
 
 from __future__ import annotations
 
@@ -25,7 +26,7 @@ Command = Callable[["Boat", argparse.Namespace], None]
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run a command. Returns its exit code."""
-    arguments = _parser().parse_args(argv)
+    arguments = argument_parser().parse_args(argv)
     try:
         from gcs_plugins.usvctl.boat import Mistake, NoVessel, Refused, connected
     except ModuleNotFoundError as error:
@@ -33,7 +34,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 2
     try:
         prepare = getattr(arguments, "prepare", None)
-        if prepare is not None:  # mistakes in files are said without a boat
+        if prepare is not None:  # mistakes in files are reported without a boat
             prepare(arguments)
         with connected(arguments.link, arguments.timeout) as boat:
             arguments.command(boat, arguments)
@@ -64,7 +65,7 @@ def _do(boat: Boat, arguments: argparse.Namespace) -> None:
 def _checks(boat: Boat, arguments: argparse.Namespace) -> None:
     heard = boat.texts_heard
     boat.do("checks")
-    print(boat.reason(heard).replace("; ", "\n") or "nothing stands against arming")
+    print(boat.reason(heard).replace("; ", "\n") or "nothing prevents arming")
 
 
 def _upload(boat: Boat, arguments: argparse.Namespace) -> None:
@@ -151,7 +152,7 @@ def _read_values(arguments: argparse.Namespace) -> None:
 
 
 def _write_parameters(boat: Boat, wanted: dict[str, float]) -> None:
-    """Those that differ. All are tried; the reasons of those that were refused are one refusal."""
+    """Write those that differ. All are tried; one refusal gives the reasons of all that failed."""
     from gcs_plugins.usvctl import parameters
     from gcs_plugins.usvctl.boat import Refused
 
@@ -211,21 +212,27 @@ def _watch(boat: Boat, arguments: argparse.Namespace) -> None:
 # --- what can be asked ---------------------------------------------------------------------------------------------
 
 
-def _parser() -> argparse.ArgumentParser:
+def argument_parser() -> argparse.ArgumentParser:
+    """What can be asked on the command line."""
     parser = argparse.ArgumentParser(
         prog="usvctl",
-        description="The boat from the command line.",
+        description="Command the boat from a shell.",
         epilog="Exit codes: 0 done, 1 refused by the boat, 2 a mistake, or no boat. "
-        "While usvctl runs it is the boat's ground station; where it is the only one, its end is the loss of it (NAV_DLL_ACT).",
+        "While usvctl runs it is a ground station of the boat. If it is the only one, the boat loses it "
+        "when usvctl ends (NAV_DLL_ACT).",
     )
-    parser.add_argument("--link", default=LINK, help="MAVSDK connection URL, udpin://…, tcpout://HOST:PORT, serial://… (%(default)s)")
-    parser.add_argument("--timeout", type=_positive, default=10.0, metavar="S", help="how long to look for a boat (%(default)g)")
+    parser.add_argument(
+        "--link", default=LINK, help="MAVSDK connection URL, udpin://…, tcpout://HOST:PORT, serial://… (%(default)s)"
+    )
+    parser.add_argument(
+        "--timeout", type=_positive, default=10.0, metavar="S", help="how long to look for a boat (%(default)g)"
+    )
     verbs = parser.add_subparsers(required=True, metavar="COMMAND")
     _add_steering(verbs)
     _add_missions(verbs)
     _add_parameters(verbs)
     _add_files(verbs)
-    watch = _add(verbs, "watch", "how the boat does, until Ctrl-C", _watch)
+    watch = _add(verbs, "watch", "show the boat's state, until Ctrl-C", _watch)
     watch.add_argument("--seconds", type=_positive, default=_FOREVER_S, metavar="S")
     return parser
 
@@ -243,23 +250,44 @@ def _add_steering(verbs: Any) -> None:
     go_to.add_argument("lon", type=_within(180.0), metavar="LON")
     go_to.add_argument("--heading", type=_within(360.0), default=math.nan, metavar="DEG")
     go_to.add_argument("--speed", type=_positive, default=math.nan, metavar="MPS")
-    go_to.add_argument("--radius", type=_positive, default=1.0, metavar="M", help="with --wait: near enough (%(default)g)")
+    go_to.add_argument(
+        "--radius", type=_positive, default=1.0, metavar="M", help="with --wait: near enough (%(default)g)"
+    )
     _add_wait(go_to, "until it is there")
     dock = _add(verbs, "dock", BY_NAME["dock"].text, _dock)
     dock.add_argument("--arm", action="store_true")
     nudge = _add(
-        verbs, "nudge", "move the point and heading held", lambda boat, a: boat.command(MavCmd.USER_1, 1.0, a.ahead, a.starboard, a.turn)
+        verbs,
+        "nudge",
+        "move the hold point and the heading",
+        lambda boat, a: boat.command(MavCmd.USER_1, 1.0, a.ahead, a.starboard, a.turn),
     )
     for name, default in (("ahead", None), ("starboard", None), ("turn", 0.0)):
         nudge.add_argument(
-            name, type=_finite, nargs=None if default is None else "?", default=default, metavar="DEG" if name == "turn" else name.upper()
+            name,
+            type=_finite,
+            nargs=None if default is None else "?",
+            default=default,
+            metavar="DEG" if name == "turn" else name.upper(),
         )
-    turn = _add(verbs, "turn", "another heading at the point held", lambda boat, a: boat.command(MavCmd.USER_1, 2.0, a.heading % 360.0))
+    turn = _add(
+        verbs,
+        "turn",
+        "another heading at the hold point",
+        lambda boat, a: boat.command(MavCmd.USER_1, 2.0, a.heading % 360.0),
+    )
     turn.add_argument("heading", type=_within(360.0), metavar="DEG")
     follow = _add(verbs, "follow", "follow a lead boat", _follow)
     follow.add_argument("--leader", type=int, default=-1, metavar="SYSID", help="its system id; else FOLL_SYSID")
-    follow.add_argument("--station", type=_station, metavar="BEARING@M", help="as 180@20: 20 m astern; 90 is to its starboard")
-    station = _add(verbs, "station", "the station on the lead boat", lambda boat, a: boat.command(MavCmd.USER_3, *a.station))
+    follow.add_argument(
+        "--station", type=_station, metavar="BEARING@M", help="as 180@20: 20 m astern; 90 is to its starboard"
+    )
+    station = _add(
+        verbs,
+        "station",
+        "the follow position on the lead boat",
+        lambda boat, a: boat.command(MavCmd.USER_3, *a.station),
+    )
     station.add_argument("station", type=_station, metavar="BEARING@M")
 
 
@@ -277,7 +305,9 @@ def _add_missions(verbs: Any) -> None:
 
 
 def _add_parameters(verbs: Any) -> None:
-    params = verbs.add_parser("params", help="read and write parameters").add_subparsers(required=True, metavar="get | set | save | load")
+    params = verbs.add_parser("params", help="read and write parameters").add_subparsers(
+        required=True, metavar="get | set | save | load"
+    )
     _add(params, "get", "print some, or all", _get).add_argument("names", nargs="*", metavar="NAME")
     set_ = _add(params, "set", "change one", _set)
     set_.add_argument("name", metavar="NAME")
@@ -294,7 +324,7 @@ def _add_files(verbs: Any) -> None:
     get = _add(logs, "get", "fetch one", _logs_get)
     get.add_argument("log", type=int, nargs="?", metavar="N", help="its number; else the newest")
     get.add_argument("--dir", type=Path, default=Path(), metavar="DIR")
-    files = verbs.add_parser("files", help="list and fetch what the boat shows over MAVLink FTP").add_subparsers(
+    files = verbs.add_parser("files", help="list and fetch the boat's files over MAVLink FTP").add_subparsers(
         required=True, metavar="list | get"
     )
     _add(files, "list", "a folder", _files_list).add_argument("path", nargs="?", default="/", metavar="PATH")
@@ -310,8 +340,14 @@ def _add(verbs: Any, name: str, text: str, command: Command) -> argparse.Argumen
 
 
 def _add_wait(parser: argparse.ArgumentParser, text: str) -> None:
-    parser.add_argument("--wait", action="store_true", help=f"wait {text}; refused when the boat gives up")
-    parser.add_argument("--within", type=_positive, default=_FOREVER_S, metavar="S", help="with --wait: and when it takes longer")
+    parser.add_argument("--wait", action="store_true", help=f"wait {text}; exit code 1 when the boat stops trying")
+    parser.add_argument(
+        "--within",
+        type=_positive,
+        default=_FOREVER_S,
+        metavar="S",
+        help="with --wait: exit code 1 when it takes longer",
+    )
 
 
 def _finite(word: str) -> float:
@@ -341,5 +377,5 @@ def _within(most: float) -> Callable[[str], float]:
 def _station(word: str) -> tuple[float, float]:
     bearing, at, distance = word.partition("@")
     if not at:
-        raise argparse.ArgumentTypeError(f"{word}: as 180@20, bearing from the leader in degrees and metres")
+        raise argparse.ArgumentTypeError(f"{word}: give BEARING@M, as 180@20")
     return _within(360.0)(bearing), _positive(distance)

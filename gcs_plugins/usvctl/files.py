@@ -30,14 +30,15 @@ def _entries(plugin: LogFiles) -> Sequence[Any]:
 
 
 def get_log(boat: Boat, number: int | None, folder: Path) -> Path:
-    """Fetch one log, None for the newest; its suffix tells what it is. Raises Mistake for a number that there is not."""
-    plugin = LogFiles(boat.system)  # knows only logs that it has listed itself
+    """Fetch one log, None for the newest; its suffix tells what it is. Raises Mistake for a number that there is
+    not."""
+    plugin = LogFiles(boat.system)  # it knows only logs that it has listed itself
     entries = {entry.id: entry for entry in _entries(plugin)}
     if not entries or (number is not None and number not in entries):
         raise Mistake(f"no log {'here' if number is None else number}; `usvctl logs list` shows what there is")
     entry = entries[max(entries) if number is None else number]
     part = _made(folder) / f"log_{entry.id}.part"
-    part.unlink(missing_ok=True)  # MAVSDK writes over nothing
+    part.unlink(missing_ok=True)  # MAVSDK overwrites no file
     result = transferred(
         f"log {entry.id}",
         lambda report: plugin.download_log_file_async(entry, str(part), report),
@@ -75,7 +76,7 @@ def get_file(boat: Boat, path: str, folder: Path) -> Path:
 
 
 def _made(folder: Path) -> Path:
-    """MAVSDK takes no relative path without a folder in it."""
+    """The folder, made where it is missing, as the absolute path that MAVSDK needs."""
     folder.mkdir(parents=True, exist_ok=True)
     return folder.resolve()
 

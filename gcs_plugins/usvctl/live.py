@@ -18,11 +18,11 @@ from gcs_plugins.usvctl.progress import bar
 
 _PAUSED, _COMPLETE = 4, 5  # MISSION_STATE
 _METRES_PER_DEGREE = 111_195.0
-_SETTLES_S = 3.0  # in which a mode that was asked for is heard
+_SETTLES_S = 3.0  # within which the heartbeat shows a new mode
 
 
 def sail(boat: Boat, timeout_s: float) -> None:
-    """Until the mission is done, with a bar of its items. Raises Refused when the boat leaves it, or takes longer."""
+    """Wait until the mission is done, and show a bar. Raises Refused when the boat leaves it, or takes longer."""
     boat.listen("MISSION_CURRENT")
     boat.forget("MISSION_CURRENT")
     heard, end_s = boat.texts_heard, time.monotonic() + timeout_s
@@ -35,18 +35,24 @@ def sail(boat: Boat, timeout_s: float) -> None:
                 total = current.get("total") or None
                 done = current.get("mission_state") == _COMPLETE
                 progress.update(
-                    task, total=total, completed=total if done else current["seq"], description=f"mission, item {current['seq']}"
+                    task,
+                    total=total,
+                    completed=total if done else current["seq"],
+                    description=f"mission, item {current['seq']}",
                 )
                 if done:
                     return
                 if boat.mode != "Mission" or not boat.armed:
-                    raise Refused(boat.reason(heard) or f"the mission was left for {boat.mode}{'' if boat.armed else ', disarmed'}")
+                    raise Refused(
+                        boat.reason(heard)
+                        or f"the mission was left for {boat.mode}{'' if boat.armed else ', disarmed'}"
+                    )
             boat.wait_next("MISSION_CURRENT", 1.0)
     raise Refused(f"the mission is not done after {timeout_s:g} s")
 
 
 def arrive(boat: Boat, lat_deg: float, lon_deg: float, within_m: float, timeout_s: float) -> None:
-    """Until the boat is there. Raises Refused when it gives up, or takes longer."""
+    """Wait until the boat is there. Raises Refused when it leaves Hold, or takes longer."""
     boat.listen("GLOBAL_POSITION_INT")
     heard, end_s = boat.texts_heard, time.monotonic() + timeout_s
     boat.wait(lambda: boat.mode == "Hold", _SETTLES_S)
@@ -55,13 +61,13 @@ def arrive(boat: Boat, lat_deg: float, lon_deg: float, within_m: float, timeout_
         if position is not None and _distance_m(position, lat_deg, lon_deg) <= within_m:
             return
         if boat.mode != "Hold" or not boat.armed:
-            raise Refused(boat.reason(heard) or f"the boat went over to {boat.mode}{'' if boat.armed else ', disarmed'}")
+            raise Refused(boat.reason(heard) or f"the boat changed to {boat.mode}{'' if boat.armed else ', disarmed'}")
         boat.wait_next("GLOBAL_POSITION_INT", 1.0)
     raise Refused(f"not there after {timeout_s:g} s")
 
 
 def watch(boat: Boat, seconds: float) -> None:
-    """A line that is kept up to date, on a terminal; else a line a second. For so long, or until Ctrl-C."""
+    """Show one line that is updated, on a terminal; else print a line a second. For so long, or until Ctrl-C."""
     readout, console = Readout(), Console(soft_wrap=True)
     boat.listen(*KINDS)
     end_s = time.monotonic() + seconds
@@ -80,7 +86,7 @@ def watch(boat: Boat, seconds: float) -> None:
 
 
 def _as_message(fields: Mapping[str, Any]) -> SimpleNamespace:
-    """JSON has no NaN: null stands for it."""
+    """The fields as attributes. JSON has no NaN: null stands for it."""
     return SimpleNamespace(**{name: math.nan if value is None else value for name, value in fields.items()})
 
 

@@ -1,4 +1,5 @@
-"""Parameters: read, set, and keep in a file of QGroundControl's form (system, component, name, value, MAV_PARAM_TYPE, by tabs)."""
+"""Parameters: read, set, and keep in a file of QGroundControl's form (system, component, name, value, MAV_PARAM_TYPE,
+by tabs)."""
 
 from __future__ import annotations
 
@@ -45,12 +46,15 @@ def to_text(values: Values, system_id: int) -> str:
     rows = ["# Onboard parameters, saved by usvctl", "# Vehicle-Id Component-Id Name Value Type"]
     for name, value in values.items():
         whole = isinstance(value, int)
-        rows.append(f"{system_id}\t1\t{name}\t{value if whole else format(value, '.9g')}\t{_INT32 if whole else _REAL32}")
+        rows.append(
+            f"{system_id}\t1\t{name}\t{value if whole else format(value, '.9g')}\t{_INT32 if whole else _REAL32}"
+        )
     return "\n".join(rows) + "\n"
 
 
 def from_file(path: Path) -> dict[str, float]:
-    """Names and values of a `.params` file, or of lines `NAME VALUE` as ArduPilot's tools write. Raises Mistake with file and line."""
+    """Names and values of a `.params` file, or of lines `NAME VALUE` as ArduPilot's tools write. Raises Mistake with
+    file and line."""
     values: dict[str, float] = {}
     for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), start=1):
         words = line.replace(",", " ").replace("=", " ").split()
@@ -62,5 +66,5 @@ def from_file(path: Path) -> dict[str, float]:
         except ValueError:
             raise Mistake(f"{path}, line {number}: should be NAME VALUE, or a line of a .params file") from None
         if not math.isfinite(values[name]):
-            raise Mistake(f"{path}, line {number}: {name} is {value}; a number, please")
+            raise Mistake(f"{path}, line {number}: {name} is {value}; give a finite number")
     return values

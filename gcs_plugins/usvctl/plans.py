@@ -29,7 +29,7 @@ def read(path: Path) -> PlanFile:
 
 
 def upload(boat: Boat, plan: PlanFile) -> None:
-    """The boat's plan becomes this one: lists that the plan does not have are emptied."""
+    """Replace the boat's plan by this one. Lists that the plan does not have are cleared."""
     raw = MissionRaw(boat.system)
     _checked(boat, _upload_mission, boat, raw, plan.mission)
     for kind, items, send in ((_FENCE, plan.fence, raw.upload_geofence), (_RALLY, plan.rally, raw.upload_rally_points)):
@@ -40,9 +40,11 @@ def upload(boat: Boat, plan: PlanFile) -> None:
 
 
 def download(boat: Boat) -> PlanFile:
-    """What the boat has now, with its home."""
+    """The boat's present plan, with its home."""
     raw = MissionRaw(boat.system)
-    mission, fence, rally = (_checked(boat, get) for get in (raw.download_mission, raw.download_geofence, raw.download_rallypoints))
+    mission, fence, rally = (
+        _checked(boat, get) for get in (raw.download_mission, raw.download_geofence, raw.download_rallypoints)
+    )
     boat.listen("HOME_POSITION")
     boat.wait(lambda: boat.newest("HOME_POSITION") is not None, _ANSWER_S)
     home = boat.newest("HOME_POSITION")
@@ -54,14 +56,14 @@ def download(boat: Boat) -> PlanFile:
 
 
 def clear(boat: Boat, kind: int) -> None:
-    """Empty one list of the plan: 0 mission, 1 fence, 2 rally points."""
+    """Clear one list of the plan: 0 mission, 1 fence, 2 rally points."""
     boat.listen("MISSION_ACK")
     boat.forget("MISSION_ACK")
     boat.send("MISSION_CLEAR_ALL", mission_type=kind)
     if not boat.wait(lambda: (boat.newest("MISSION_ACK") or {}).get("mission_type") == kind, _ANSWER_S):
-        raise NoVessel("no answer to the emptying of a list")
+        raise NoVessel("no answer to the clearing of a list")
     if (boat.newest("MISSION_ACK") or {})["type"] != 0:
-        raise Refused("a list of the plan could not be emptied")
+        raise Refused("a list of the plan could not be cleared")
 
 
 def _upload_mission(boat: Boat, raw: MissionRaw, items: Sequence[PlanItem]) -> None:
@@ -69,7 +71,7 @@ def _upload_mission(boat: Boat, raw: MissionRaw, items: Sequence[PlanItem]) -> N
         clear(boat, _MISSION)
         return
     shown = f"{len(items)} items"
-    if boat.rover_numbers:  # item 0 is home there, which the boat knows better than we do
+    if boat.rover_numbers:  # item 0 is home there; the boat keeps its own
         items = [PlanItem(0, _WAYPOINT, 0, 0.0, 0.0, 0.0, 0.0, 0, 0, 0.0), *(_moved(item, 1) for item in items)]
     plan = MissionPlan([_sent(item, _MISSION) for item in items])
     result = transferred(
@@ -83,7 +85,7 @@ def _upload_mission(boat: Boat, raw: MissionRaw, items: Sequence[PlanItem]) -> N
 
 
 def _checked(boat: Boat, transfer: Callable[..., Any], *arguments: Any) -> Any:
-    """What a transfer of MAVSDK gives. Raises Refused with what the boat said, NoVessel when it fell silent."""
+    """The result of a transfer of MAVSDK. Raises Refused with the boat's reason, NoVessel when it fell silent."""
     heard = boat.texts_heard
     try:
         return transfer(*arguments)
@@ -94,7 +96,7 @@ def _checked(boat: Boat, transfer: Callable[..., Any], *arguments: Any) -> Any:
 
 
 def _moved(item: PlanItem, places: int) -> PlanItem:
-    """Counted `places` further, the target of a jump included."""
+    """The item with its number, and the target of a jump, moved by `places`."""
     target = item.param1 + places if item.command == _JUMP else item.param1
     return replace(item, seq=item.seq + places, param1=target)
 

@@ -13,13 +13,16 @@ Report = Callable[[Any, Any, Any], None]
 
 
 def bar() -> Progress:
-    """On stderr, so that stdout stays for what a script reads."""
+    """A bar on stderr; stdout stays free for scripts."""
     columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
     return Progress(*columns, console=Console(stderr=True), transient=False)
 
 
-def transferred(what: str, start: Callable[[Report], None], share: Callable[[Any], float], goes_on: Callable[[Any], bool]) -> Any:
-    """Begin a transfer of MAVSDK by `start`, show the `share` of each report, return the first result that does not `goes_on`."""
+def transferred(
+    what: str, start: Callable[[Report], None], share: Callable[[Any], float], goes_on: Callable[[Any], bool]
+) -> Any:
+    """Begin a transfer of MAVSDK by `start`, show the `share` of each report, and return the first result for which
+    `goes_on` is false."""
     over, last = threading.Event(), []
     with bar() as progress:
         task = progress.add_task(what, total=1.0)

@@ -1,14 +1,16 @@
-"""Emulated devices, by the driver that talks to them. A new one is one file and one row."""
+"""Emulated devices, by the driver that reads them. A new one is one file and one row."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
-from companion.config import ActuatorConfig, ConfigError, SensorConfig
+from companion.config.devices import ActuatorConfig, SensorConfig
+from companion.config.vessel import ConfigError
 from sitl.battery import BatteryModel
 from sitl.emulators.ais import AisEmulator
 from sitl.emulators.compass import CompassEmulator
-from sitl.emulators.device import Board, Device, Surroundings
+from sitl.emulators.device import Board, Device, SensedWorld
 from sitl.emulators.gnss import GnssEmulator
 from sitl.emulators.mavlink_servo import MavlinkServoEmulator
 from sitl.emulators.microcontroller import MicrocontrollerEmulator
@@ -21,31 +23,32 @@ from sitl.emulators.wind_sensor import WindEmulator
 from sitl.emulators.xsens import XsensEmulator
 from sitl.faults import Faults
 from sitl.memory import MemoryDevice
-from sitl.thrusters import Thruster
+from sitl.thrusters import ThrusterModel
 
-_INSTRUMENTS: Mapping[str, Callable[[SensorConfig, MemoryDevice, Surroundings], Device]] = {
+_INSTRUMENTS: Mapping[str, Callable[[SensorConfig, MemoryDevice, SensedWorld], Device]] = {
     "wind": WindEmulator,
     "compass": CompassEmulator,
     "sounder": SounderEmulator,
 }
 
 
-def _nmea0183(config: SensorConfig, port: MemoryDevice, around: Surroundings) -> Device:
-    """Many kinds of device speak it: one called wind…, compass… or sounder… is that, any other a satellite receiver."""
+def _nmea0183(config: SensorConfig, port: MemoryDevice, around: SensedWorld) -> Device:
+    """One driver reads many kinds of device: the name's beginning wind…, compass… or sounder… chooses; any other is a
+    receiver."""
     for name, kind in _INSTRUMENTS.items():
         if config.name.startswith(name):
             return kind(config, port, around)
     return GnssEmulator(config, port, around)
 
 
-SENSORS: Mapping[str, Callable[[SensorConfig, MemoryDevice, Surroundings], Device]] = {
+SENSORS: Mapping[str, Callable[[SensorConfig, MemoryDevice, SensedWorld], Device]] = {
     "nmea0183": _nmea0183,
     "mtdata2": XsensEmulator,
     "vectornav": VectorNavEmulator,
     "mavlink_imu": PixhawkEmulator,
     "ais": AisEmulator,
 }
-BOARDS: Mapping[str, Callable[[ActuatorConfig, MemoryDevice, Sequence[Thruster], BatteryModel, Faults], Board]] = {
+BOARDS: Mapping[str, Callable[[Any, MemoryDevice, Sequence[ThrusterModel], BatteryModel, Faults], Board]] = {
     "mavlink_servo": MavlinkServoEmulator,
     "microcontroller": MicrocontrollerEmulator,
     "nanotec": NanotecEmulator,
@@ -53,18 +56,30 @@ BOARDS: Mapping[str, Callable[[ActuatorConfig, MemoryDevice, Sequence[Thruster],
 }
 
 
-def sensor(config: SensorConfig, port: MemoryDevice, around: Surroundings) -> Device:
-    """The device that `config.driver` talks to. Raises ConfigError where there is none."""
+def sensor(config: SensorConfig, port: MemoryDevice, around: SensedWorld) -> Device:
+    """The device that the driver `config.driver` reads. Raises ConfigError where there is none."""
     make = SENSORS.get(config.driver)
     if make is None:
-        raise ConfigError([f"sensor '{config.name}': no simulated device for driver '{config.driver}'; there is {', '.join(SENSORS)}"])
+        raise ConfigError(
+            [f"sensor '{config.name}': no simulated device for driver '{config.driver}'; there is {', '.join(SENSORS)}"]
+        )
     return make(config, port, around)
 
 
-def board(config: ActuatorConfig, port: MemoryDevice, thrusters: Mapping[str, Thruster], battery: BatteryModel, faults: Faults) -> Board:
-    """The board that `config.driver` talks to, with those of `thrusters` that it drives, by name. Raises ConfigError where there is none."""
+def board(
+    config: ActuatorConfig,
+    port: MemoryDevice,
+    thrusters: Mapping[str, ThrusterModel],
+    battery: BatteryModel,
+    faults: Faults,
+) -> Board:
+    """The board that the driver `config.driver` commands. `thrusters`: all of the vessel, by name. Raises ConfigError
+    where there is none."""
     make = BOARDS.get(config.driver)
     if make is None:
-        raise ConfigError([f"actuator '{config.name}': no simulated device for driver '{config.driver}'; there is {', '.join(BOARDS)}"])
+        there_is = ", ".join(BOARDS)
+        raise ConfigError(
+            [f"actuator '{config.name}': no simulated device for driver '{config.driver}'; there is {there_is}"]
+        )
     driven = dict.fromkeys((*config.thrusters, *config.azimuths))
     return make(config, port, [thrusters[name] for name in driven], battery, faults)

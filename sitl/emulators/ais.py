@@ -1,22 +1,22 @@
-"""An AIS receiver that prints what the transponders of the traffic send: position reports and, seldom, what each ship is.
+"""An AIS receiver that prints what the transponders of the traffic send: position reports, and seldom static data.
 
-Source: ITU-R M.1371-5, tables 48 (message 1), 52 (message 5), 70 (message 18) and 79, 80 (message 24); payload armouring as in IEC 61162-1, VDM.
+Source: ITU-R M.1371-5, tables 48 (message 1), 52 (message 5), 70 (message 18) and 79, 80 (message 24); payload
+armouring as in IEC 61162-1, VDM.
 """
 
 from __future__ import annotations
 
 import math
 
-from companion.config import SensorConfig
+from companion.config.devices import SensorConfig
 from companion.core.geodesy import LocalFrame
-from sitl.emulators.device import Surroundings
-from sitl.emulators.nmea import checksum_text
+from sitl.emulators.device import SensedWorld
+from sitl.emulators.nmea import KNOTS_PER_MPS, checksum_text
 from sitl.memory import MemoryDevice
 from sitl.noise import stream
 from sitl.traffic import ScriptedVessel, VesselMotion
 
-_KNOTS = 3600.0 / 1852.0
-_POSITION_M = 1.0  # one sigma on each axis, of a satellite receiver that wanders
+_POSITION_M = 1.0  # one sigma on each axis of the vessel's receiver
 _SPEED_MPS, _COURSE_RAD = 0.03, math.radians(1.0)
 _STATIC_S = 360.0
 _PAYLOAD = 56  # characters in a sentence
@@ -26,9 +26,10 @@ Bits = list[tuple[int, int]]  # (value, width), the most significant first
 
 
 class AisEmulator:
-    """Each vessel reports its motion every `report_s`, at a phase of its own, and its name and size at first and then every 6 minutes."""
+    """Each vessel reports its motion every `report_s`, at a phase of its own; its name and size once and then every 6
+    minutes."""
 
-    def __init__(self, config: SensorConfig, port: MemoryDevice, around: Surroundings) -> None:
+    def __init__(self, config: SensorConfig, port: MemoryDevice, around: SensedWorld) -> None:
         self.name = config.name
         self.rate_hz = min(config.rate_hz, around.step_hz)
         self._port = port
@@ -41,6 +42,7 @@ class AisEmulator:
         self._sequence = 0
 
     def speak(self, t_s: float) -> None:
+        """Print the reports that are due."""
         for vessel in self._around.traffic.vessels:
             if vessel.mmsi not in self._due_s:
                 self._due_s[vessel.mmsi] = t_s + self._random.uniform(0.0, vessel.report_s)
@@ -58,22 +60,51 @@ class AisEmulator:
             self._port.send(sentences(bits, self._sequence).encode("ascii"), t_s + self._latency_s)
 
     def position(self, vessel: ScriptedVessel, motion: VesselMotion, t_s: float) -> Bits:
-        """Message 1 or 18, as its own receiver measures its motion."""
+        """Message 1 or 18, with the errors of the vessel's own receiver."""
         gauss = self._random.gauss
-        lat_deg, lon_deg = self._frame.to_geodetic(motion.north_m + gauss(0.0, _POSITION_M), motion.east_m + gauss(0.0, _POSITION_M))
-        speed = round(max(0.0, motion.speed_mps + gauss(0.0, _SPEED_MPS)) * _KNOTS * 10.0)
+        lat_deg, lon_deg = self._frame.to_geodetic(
+            motion.north_m + gauss(0.0, _POSITION_M), motion.east_m + gauss(0.0, _POSITION_M)
+        )
+        speed = round(max(0.0, motion.speed_mps + gauss(0.0, _SPEED_MPS)) * KNOTS_PER_MPS * 10.0)
         course = round(math.degrees(motion.course_rad + gauss(0.0, _COURSE_RAD)) * 10.0) % 3600
         heading = round(math.degrees(motion.course_rad)) % 360
         second = int((self._around.epoch_unix_ns // 10**9 + int(t_s)) % 60)
         place: Bits = [(round(lon_deg * 600_000.0), 28), (round(lat_deg * 600_000.0), 27)]
         tail: Bits = [(course, 12), (heading, 9), (second, 6)]
         if vessel.class_a:
-            return [(1, 6), (0, 2), (vessel.mmsi, 30), (vessel.status, 4), (0, 8), (speed, 10), (1, 1), *place, *tail, (0, 2), (0, 3), (0, 1), (0, 19)]
-        return [(18, 6), (0, 2), (vessel.mmsi, 30), (0, 8), (speed, 10), (1, 1), *place, *tail, (0, 2), (1, 1), (0, 7), (0, 20)]
+            return [
+                (1, 6),
+                (0, 2),
+                (vessel.mmsi, 30),
+                (vessel.status, 4),
+                (0, 8),
+                (speed, 10),
+                (1, 1),
+                *place,
+                *tail,
+                (0, 2),
+                (0, 3),
+                (0, 1),
+                (0, 19),
+            ]
+        return [
+            (18, 6),
+            (0, 2),
+            (vessel.mmsi, 30),
+            (0, 8),
+            (speed, 10),
+            (1, 1),
+            *place,
+            *tail,
+            (0, 2),
+            (1, 1),
+            (0, 7),
+            (0, 20),
+        ]
 
 
 def static(vessel: ScriptedVessel) -> list[Bits]:
-    """Message 5, or both halves of a 24; the antenna stands amidships."""
+    """Message 5, or both parts of message 24; the antenna is amidships."""
     bow, side = round(0.5 * vessel.length_m), round(0.5 * vessel.beam_m)
     stern, starboard = round(vessel.length_m) - bow, round(vessel.beam_m) - side
     size: Bits = [(bow, 9), (stern, 9), (side, 6), (starboard, 6)]
@@ -92,7 +123,7 @@ def _text(text: str, length: int) -> Bits:
 
 
 def sentences(bits: Bits, sequence: int) -> str:
-    """The bits as VDM sentences of channel A, as many as they need; negative values are two's complements."""
+    """The bits as VDM sentences of channel A, as many as needed. Negative values are two's complements."""
     digits = "".join(format(value & ((1 << width) - 1), f"0{width}b") for value, width in bits)
     fill = -len(digits) % 6
     digits += "0" * fill

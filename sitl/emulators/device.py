@@ -1,4 +1,4 @@
-"""What an emulated device is to the world, and what of the world it can feel."""
+"""What the world needs of an emulated device, and what the devices can measure of the world."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from companion.config import HomeConfig
-from sitl.environment import Waves, Wind
+from companion.config.vessel import HomeConfig
+from sitl.environment import Waves, WindModel
 from sitl.faults import Faults
 from sitl.hull import Hull
 from sitl.sensors import CommonWander
@@ -15,7 +15,7 @@ from sitl.traffic import Traffic
 
 
 class Device(Protocol):
-    """One emulated device on its port. `rate_hz` is how often it speaks."""
+    """One emulated device on its port. The world calls `speak` `rate_hz` times a second."""
 
     name: str
     rate_hz: float
@@ -26,27 +26,28 @@ class Device(Protocol):
 
 
 class Board(Device, Protocol):
-    """An emulated board that drives thrusters. `rc_us`: pulses of a transmitter's channels, None where there is no receiver."""
+    """An emulated board that drives thrusters. `rc_us`: pulses of a transmitter's channels; None without an RC
+    receiver."""
 
     rc_us: Sequence[int] | None
 
     def listen(self, t_s: float) -> None:
-        """Take what has arrived by `t_s`, and mind its own time-outs."""
+        """Handle what has arrived by `t_s`, and the board's own time-outs."""
         ...
 
 
 @dataclass(frozen=True, slots=True)
-class Surroundings:
-    """What sensors on board measure, and the conditions of the run."""
+class SensedWorld:
+    """What the sensors aboard can measure, and the conditions of the run."""
 
     hull: Hull
     waves: Waves
-    wind: Wind
+    wind: WindModel
     faults: Faults
     home: HomeConfig
     gnss: str  # grade of the receivers
     seed: int
     epoch_unix_ns: int
-    step_hz: float  # no device speaks faster than the world steps
-    common: CommonWander | None = None  # of the receivers' errors
+    step_hz: float  # no device sends more often than the world steps
+    common: CommonWander | None = None  # the error that all receivers share
     traffic: Traffic = field(default_factory=Traffic)

@@ -1,25 +1,24 @@
-"""A satellite receiver that prints NMEA 0183 each time: GGA, HDT, VTG and ZDA with two antennas, GGA, RMC and VTG with one."""
+"""A satellite receiver that prints NMEA 0183: GGA, HDT, VTG, ZDA with two antennas; GGA, RMC, VTG with one."""
 
 from __future__ import annotations
 
 import math
 from datetime import UTC, datetime
 
-from companion.config import SensorConfig
-from sitl.emulators.device import Surroundings
-from sitl.emulators.nmea import sentence
+from companion.config.devices import SensorConfig
+from sitl.emulators.device import SensedWorld
+from sitl.emulators.nmea import KNOTS_PER_MPS, sentence
 from sitl.memory import MemoryDevice
 from sitl.sensors import GnssModel, GnssSample
 
 _MODES = {1: "A", 2: "D", 4: "R"}
-_KNOTS = 3600.0 / 1852.0
-_GEOID_M = 40.0  # height of the geoid that the receiver prints; altitudes are above mean sea level
+_GEOID_M = 40.0  # printed height of the geoid; altitudes are above mean sea level
 
 
 class GnssEmulator:
-    """Prints what its receiver model measures, `latency_s` later than it is valid."""
+    """Prints what its receiver model measures, `latency_s` after it is valid."""
 
-    def __init__(self, config: SensorConfig, port: MemoryDevice, around: Surroundings) -> None:
+    def __init__(self, config: SensorConfig, port: MemoryDevice, around: SensedWorld) -> None:
         self.name = config.name
         self.rate_hz = min(config.rate_hz, around.step_hz)
         self._port = port
@@ -30,12 +29,13 @@ class GnssEmulator:
         self._date_of: tuple[int, str] = (-1, "")
 
     def speak(self, t_s: float) -> None:
+        """Measure now, and send."""
         around = self._around
         sample = self._model.sample(around.hull, around.waves, around.faults.active)
         self._port.send(self.sentences(sample, t_s).encode("ascii"), t_s + self._latency_s)
 
     def sentences(self, sample: GnssSample, t_s: float) -> str:
-        """The sentences of one epoch."""
+        """The sentences of one solution, valid at `t_s`."""
         clock, date = self._utc(t_s)
         if self._single:
             return "".join(map(sentence, (_gga(sample, clock), _rmc(sample, clock, date), _vtg(sample))))
@@ -72,28 +72,28 @@ def _gga(sample: GnssSample, clock: str) -> str:
 
 
 def _place(lat_deg: float, lon_deg: float) -> str:
-    latitude, longitude = _degrees_minutes(lat_deg, 2), _degrees_minutes(lon_deg, 3)
+    latitude, longitude = degrees_minutes(lat_deg, 2), degrees_minutes(lon_deg, 3)
     return f"{latitude},{'N' if lat_deg >= 0.0 else 'S'},{longitude},{'E' if lon_deg >= 0.0 else 'W'}"
 
 
 def _rmc(sample: GnssSample, clock: str, date: str) -> str:
-    """`date` as ZDA has it: dd,mm,yyyy."""
+    """The RMC sentence. `date`: dd,mm,yyyy, as in ZDA."""
     day, month, year = date.split(",")
     if sample.position is None:
         return f"GNRMC,{clock},V,,,,,,,{day}{month}{year[2:]},,,N"
     speed_kn, course_deg = _over_ground(sample)
-    place = _place(sample.position[0], sample.position[1])
-    return f"GNRMC,{clock},A,{place},{speed_kn:.3f},{course_deg:.2f},{day}{month}{year[2:]},,,{_MODES[sample.grade.quality]}"
+    place, mode = _place(sample.position[0], sample.position[1]), _MODES[sample.grade.quality]
+    return f"GNRMC,{clock},A,{place},{speed_kn:.3f},{course_deg:.2f},{day}{month}{year[2:]},,,{mode}"
 
 
 def _over_ground(sample: GnssSample) -> tuple[float, float]:
-    """(knots, degrees)."""
+    """(speed in knots, course in degrees)."""
     speed_mps = math.hypot(sample.north_mps, sample.east_mps)
-    return speed_mps * _KNOTS, math.degrees(math.atan2(sample.east_mps, sample.north_mps)) % 360.0
+    return speed_mps * KNOTS_PER_MPS, math.degrees(math.atan2(sample.east_mps, sample.north_mps)) % 360.0
 
 
-def _degrees_minutes(angle_deg: float, digits: int) -> str:
-    """(d)ddmm.mmmmmmm: 1e-7 minutes, 0.2 mm."""
+def degrees_minutes(angle_deg: float, digits: int) -> str:
+    """(d)ddmm.mmmmmmm, rounded to 1e-7 minutes, 0.2 mm."""
     degrees, minutes = divmod(round(abs(angle_deg) * 600_000_000.0), 600_000_000)
     return f"{degrees:0{digits}d}{minutes // 10_000_000:02d}.{minutes % 10_000_000:07d}"
 
@@ -102,4 +102,5 @@ def _vtg(sample: GnssSample) -> str:
     if sample.position is None:
         return "GNVTG,,T,,M,,N,,K,N"
     speed_kn, course_deg = _over_ground(sample)
-    return f"GNVTG,{course_deg:.2f},T,,M,{speed_kn:.3f},N,{speed_kn / _KNOTS * 3.6:.3f},K,{_MODES[sample.grade.quality]}"
+    speed_kmph, mode = speed_kn / KNOTS_PER_MPS * 3.6, _MODES[sample.grade.quality]
+    return f"GNVTG,{course_deg:.2f},T,,M,{speed_kn:.3f},N,{speed_kmph:.3f},K,{mode}"

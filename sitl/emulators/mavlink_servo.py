@@ -1,10 +1,14 @@
-"""A board with ArduPilot on it whose servo outputs drive thrusters: what it does with overrides, DO_SET_SERVO and silence.
+"""A board with ArduPilot whose servo outputs drive thrusters: overrides, DO_SET_SERVO, and what it does in silence.
 
-As the sources of ArduPilot's Rover have it (RC_Channel, SRV_Channel, radio.cpp, AP_ServoRelayEvents; 4.6): overrides are taken from MAV_GCS_SYSID
-alone and last RC_OVERRIDE_TIME; after that a channel is the receiver's, if there ever was one (0 for one that it lacks), else it stays. The radio fails
-when RCMAP_THROTTLE's channel is below FS_THR_VALUE, or neither receiver nor override has come for RC_FS_TIMEOUT. Outputs of function RCINnScaled
-(139 + n) follow RC channel n, and while the radio fails go to SERVOn_TRIM where SERVO_RC_FS_MSK says so, else hold their last pulse. DO_SET_SERVO sets
-outputs of function 0, is refused by others, and lasts for ever, as DO_SET_RELAY does.
+From the sources of ArduPilot Rover 4.6 (RC_Channel, SRV_Channel, radio.cpp, AP_ServoRelayEvents):
+
+Overrides are accepted from MAV_GCS_SYSID alone and last RC_OVERRIDE_TIME. After that a channel has the RC receiver's
+value (0 for a channel it lacks), or keeps its own if there never was a receiver. The radio fails when RCMAP_THROTTLE's
+channel is below FS_THR_VALUE, or when neither receiver nor override has come for RC_FS_TIMEOUT.
+
+Outputs of function RCINnScaled (139 + n) follow RC channel n. While the radio fails they go to SERVOn_TRIM where
+SERVO_RC_FS_MSK says so, else they hold their last pulse. DO_SET_SERVO sets outputs of function 0 for ever; other
+outputs refuse it. DO_SET_RELAY lasts for ever too.
 """
 
 from __future__ import annotations
@@ -14,12 +18,12 @@ from typing import Any
 
 from pymavlink.dialects.v20 import common as mavlink
 
-from companion.config import ActuatorConfig
-from sitl.battery import BatteryModel
-from sitl.drives import Drive
+from companion.config.actuators.mavlink_servo import MavlinkServoConfig
+from sitl.battery import LOW_REMAINING, LOW_VOLTAGE_V, BatteryModel
+from sitl.drives import DriveModel
 from sitl.faults import Faults
 from sitl.memory import MemoryDevice
-from sitl.thrusters import Thruster
+from sitl.thrusters import ThrusterModel
 
 _RATE_HZ = 20.0
 _CHANNELS = 16
@@ -30,27 +34,31 @@ _THROTTLE, _THROTTLE_LOST_US = 3, 910.0
 _RC_CENTRED = (1500, 1500, 1500, 1500, 1000, 1000, 1000, 1000, *(1500,) * 8)
 _RC_SAFE = (1500, 1500, 1500, 1500, 2000, 1000, 1000, 1000, *(1500,) * 8)
 _SCALED = 139
-_LOW_VOLTAGE_V = 10.8
-_LOW_REMAINING = 0.08
 _OUTPUTS_BIT, _RECEIVER_BIT = mavlink.MAV_SYS_STATUS_SENSOR_MOTOR_OUTPUTS, mavlink.MAV_SYS_STATUS_SENSOR_RC_RECEIVER
 
 
 class MavlinkServoEmulator:
-    """Its `parameters` are set as the bridge's documentation asks for; `safety_on`: its safety switch, with which no pulses leave it.
+    """The board. Its `parameters` are set as the bridge's documentation asks. `safety_on`: its safety switch stops all
+    pulses.
 
-    A board that has stopped puts out no pulses, and the drives stand.
+    A stopped board gives no pulses, and the drives stand.
     """
 
     def __init__(
-        self, config: ActuatorConfig, port: MemoryDevice, thrusters: Sequence[Thruster], battery: BatteryModel, faults: Faults
+        self,
+        config: MavlinkServoConfig,
+        port: MemoryDevice,
+        thrusters: Sequence[ThrusterModel],
+        battery: BatteryModel,
+        faults: Faults,
     ) -> None:
-        assert config.mavlink is not None  # the configuration's own checks see to it
+        assert config.mavlink is not None  # checked with the configuration
         self.name = config.name
         self.rate_hz = _RATE_HZ
         self.rc_us: Sequence[int] | None = _RC_CENTRED if faults.planned("rc_") else None
         self.safety_on = False
         self._port, self._thrusters, self._battery, self._faults = port, tuple(thrusters), battery, faults
-        self._drives = tuple(Drive(thruster.config, pulses=True) for thruster in thrusters)
+        self._drives = tuple(DriveModel(thruster.config, pulses=True) for thruster in thrusters)
         self._throttle_channels = config.mavlink.channels
         self._azimuth_channels = config.mavlink.azimuth_channels or (0,) * len(thrusters)
         self._link = mavlink.MAVLink(None, srcSystem=1, srcComponent=1)
@@ -69,19 +77,22 @@ class MavlinkServoEmulator:
         for i, drive in enumerate(self._drives):
             self.parameters[f"SERVO{self._throttle_channels[i]}_TRIM"] = drive.level(0.0)
             if self._azimuth_channels[i]:
-                self.parameters[f"SERVO{self._azimuth_channels[i]}_TRIM"] = drive.servo_pulse_us(thrusters[i].config.azimuth_rad)
+                self.parameters[f"SERVO{self._azimuth_channels[i]}_TRIM"] = drive.servo_pulse_us(
+                    thrusters[i].config.azimuth_rad
+                )
         self.pulses_us = [0.0] * (_CHANNELS + 1)  # by channel, from 1
         self.relays = [False] * _RELAYS
         self._overrides: dict[int, tuple[float, float]] = {}  # pulse and time by channel
         self._radio_us = [0.0] * (_CHANNELS + 1)  # RC channels as the board sees them, from 1
-        self._frame: Sequence[int] | None = None  # the last of a receiver
-        self._radio_s = 0.0  # when anything last came
+        self._frame: Sequence[int] | None = None  # last one from an RC receiver
+        self._radio_s = 0.0  # of the last frame or override
         self._intervals_s: dict[int, float] = {}
         self._due_s: dict[int, float] = {}
         self._t_s = 0.0
         self._beat_s = 0.0
 
     def listen(self, t_s: float) -> None:
+        """Handle packets, then set the outputs."""
         self._t_s = t_s
         for _, data in self._port.receive(t_s):
             if self._faults.active.isdisjoint(("mcu_silent", "mcu_deaf")):
@@ -90,14 +101,21 @@ class MavlinkServoEmulator:
         self._put_out()
 
     def speak(self, t_s: float) -> None:
+        """Send the heartbeat and the telemetry that is due."""
         if "mcu_silent" in self._faults.active:
             return
         if t_s >= self._beat_s:
             self._beat_s = t_s + 1.0
             kind, autopilot = mavlink.MAV_TYPE_SURFACE_BOAT, mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA
-            self._say(mavlink.MAVLink_heartbeat_message(kind, autopilot, mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED, 0, mavlink.MAV_STATE_ACTIVE, 3))
+            self._say(
+                mavlink.MAVLink_heartbeat_message(
+                    kind, autopilot, mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED, 0, mavlink.MAV_STATE_ACTIVE, 3
+                )
+            )
             wet = float("leak" in self._faults.active)
-            self._say(mavlink.MAVLink_named_value_float_message(round(t_s * 1e3), b"leak", wet))  # from a script on it
+            self._say(
+                mavlink.MAVLink_named_value_float_message(round(t_s * 1e3), b"leak", wet)
+            )  # from a script on the board
         for number, interval_s in self._intervals_s.items():
             if t_s >= self._due_s[number] - 1e-9:
                 self._due_s[number] = t_s + interval_s
@@ -130,7 +148,11 @@ class MavlinkServoEmulator:
     def _obey(self, message: Any, t_s: float) -> int:
         if message.command == mavlink.MAV_CMD_SET_MESSAGE_INTERVAL:
             number = round(message.param1)
-            if number not in (mavlink.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW, mavlink.MAVLINK_MSG_ID_SYS_STATUS, mavlink.MAVLINK_MSG_ID_RC_CHANNELS):
+            if number not in (
+                mavlink.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW,
+                mavlink.MAVLINK_MSG_ID_SYS_STATUS,
+                mavlink.MAVLINK_MSG_ID_RC_CHANNELS,
+            ):
                 return int(mavlink.MAV_RESULT_FAILED)
             self._intervals_s[number] = max(message.param2 / 1e6, 1.0 / _RATE_HZ)
             self._due_s[number] = t_s
@@ -153,7 +175,7 @@ class MavlinkServoEmulator:
 
     @property
     def _received_us(self) -> Sequence[int] | None:
-        """What the receiver gives, None while there is none or it has no signal."""
+        """Pulses from the RC receiver; None while there is none, or it has no signal."""
         active = self._faults.active
         if self.rc_us is None or "rc_lost" in active:
             return None
@@ -174,7 +196,10 @@ class MavlinkServoEmulator:
     def _radio_failed(self) -> bool:
         if self.parameters["FS_THR_ENABLE"] == 0.0:
             return False
-        return self._radio_us[_THROTTLE] < _THROTTLE_LOST_US or self._t_s - self._radio_s >= self.parameters["RC_FS_TIMEOUT"] - 1e-9
+        return (
+            self._radio_us[_THROTTLE] < _THROTTLE_LOST_US
+            or self._t_s - self._radio_s >= self.parameters["RC_FS_TIMEOUT"] - 1e-9
+        )
 
     def _put_out(self) -> None:
         self._listen_to_radio()
@@ -201,12 +226,24 @@ class MavlinkServoEmulator:
             pulses = [round(pulse_us) for pulse_us in self._radio_us[1:]]
             return mavlink.MAVLink_rc_channels_message(round(self._t_s * 1e3), count, *pulses, 0, 0, 255)
         low, battery = "battery_low" in self._faults.active, self._battery
-        voltage_v, remaining = (_LOW_VOLTAGE_V, _LOW_REMAINING) if low else (battery.voltage_v, battery.remaining)
+        voltage_v, remaining = (LOW_VOLTAGE_V, LOW_REMAINING) if low else (battery.voltage_v, battery.remaining)
         present = _OUTPUTS_BIT | (0 if self.rc_us is None else _RECEIVER_BIT)
         enabled = 0 if self.safety_on else _OUTPUTS_BIT
         health = 0 if self._radio_failed else _RECEIVER_BIT
         return mavlink.MAVLink_sys_status_message(
-            present, enabled, health, 100, round(voltage_v * 1000), round(battery.current_a * 100), round(remaining * 100), 0, 0, 0, 0, 0, 0
+            present,
+            enabled,
+            health,
+            100,
+            round(voltage_v * 1000),
+            round(battery.current_a * 100),
+            round(remaining * 100),
+            0,
+            0,
+            0,
+            0,
+            0,
+            0,
         )
 
     def _say(self, message: Any) -> None:

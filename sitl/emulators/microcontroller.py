@@ -1,10 +1,11 @@
-"""A board that drives thrusters, speaking `companion.core.microcontroller_frame`, with a watchdog of its own."""
+"""A board that drives thrusters over `companion.core.microcontroller_frame`, with a watchdog of its own."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-from companion.config import ActuatorConfig
+from companion.config.devices import ActuatorConfig
+from companion.core.actuation import DARK, Beacon, Light
 from companion.core.microcontroller_auxiliary import AuxiliaryDemand, AuxiliaryState
 from companion.core.microcontroller_frame import (
     RC_CHANNELS,
@@ -14,33 +15,34 @@ from companion.core.microcontroller_frame import (
     FrameDecoder,
     Ident,
     IdentRequest,
+    Message,
     ThrusterState,
     encode,
 )
-from companion.core.types import DARK, Beacon, Light
-from sitl.battery import BatteryModel
-from sitl.drives import Drive
+from sitl.battery import LOW_REMAINING, LOW_VOLTAGE_V, BatteryModel
+from sitl.drives import DriveModel
 from sitl.faults import Faults
 from sitl.memory import MemoryDevice
-from sitl.thrusters import Thruster
+from sitl.thrusters import ThrusterModel
 
 _STATUS_HZ = 20.0
 _FIRMWARE = (1, 0, 0)
 _RC_CENTRED = (1500, 1500, 1500, 1500, 1000, 1000, 1000, 1000)
 _RC_SAFE = (1500, 1500, 1500, 1500, 2000, 1000, 1000, 1000)
-_LOW_VOLTAGE_V = 10.8
-_LOW_REMAINING = 0.08
 _NONE = (0,) * RC_CHANNELS
 
 
 class MicrocontrollerEmulator:
-    """Obeys armed commands, neutral without them. `rc_us` are the pulses of a transmitter, None where there is no receiver.
-
-    `outputs`: what its servos and relays do.
-    """
+    """Obeys armed commands; without them it is neutral. `rc_us`: pulses of a transmitter, None without an RC receiver.
+    `outputs`: state of its servos and relays."""
 
     def __init__(
-        self, config: ActuatorConfig, port: MemoryDevice, thrusters: Sequence[Thruster], battery: BatteryModel, faults: Faults
+        self,
+        config: ActuatorConfig,
+        port: MemoryDevice,
+        thrusters: Sequence[ThrusterModel],
+        battery: BatteryModel,
+        faults: Faults,
     ) -> None:
         self.name = config.name
         self.rate_hz = _STATUS_HZ
@@ -48,7 +50,7 @@ class MicrocontrollerEmulator:
         self.last_command: Command | None = None
         self.rc_us: Sequence[int] | None = _RC_CENTRED if faults.planned("rc_") else None
         self._thrusters = tuple(thrusters)
-        self._drives = tuple(Drive(thruster.config, pulses=False) for thruster in thrusters)
+        self._drives = tuple(DriveModel(thruster.config, pulses=False) for thruster in thrusters)
         self._battery = battery
         self._faults = faults
         self._decoder = FrameDecoder()
@@ -61,27 +63,34 @@ class MicrocontrollerEmulator:
         self._t_s = 0.0
 
     def listen(self, t_s: float) -> None:
-        """Take the commands that have arrived by `t_s`; mind the watchdog."""
+        """Handle the commands that have arrived by `t_s`, then the watchdog."""
         self._t_s = t_s
         for _, data in self._port.receive(t_s):
-            if not self._faults.active.isdisjoint(("mcu_silent", "mcu_deaf")):
-                continue
-            for message in self._decoder.feed(data):
-                if isinstance(message, Command) and len(message.thrusters) == len(self._thrusters):
-                    self.last_command = message
-                    self._last_command_s = t_s
-                    self._obey(message)
-                elif isinstance(message, IdentRequest):
-                    self._introduced = False
-                elif isinstance(message, AuxiliaryDemand):
-                    self._switch(message, t_s)
-        stopped = "mcu_silent" in self._faults.active
-        if not self._neutral and (stopped or self._last_command_s is None or t_s - self._last_command_s >= WATCHDOG_S - 1e-9):
+            if self._faults.active.isdisjoint(("mcu_silent", "mcu_deaf")):
+                for message in self._decoder.feed(data):
+                    self._take(message, t_s)
+        if not self._neutral and self._has_expired(self._last_command_s, t_s):
             self._go_neutral()
-        if self._outputs_s is not None and (stopped or t_s - self._outputs_s >= WATCHDOG_S - 1e-9):
+        if self._outputs_s is not None and self._has_expired(self._outputs_s, t_s):
             self.outputs = self._at_rest
 
+    def _take(self, message: Message, t_s: float) -> None:
+        if isinstance(message, Command) and len(message.thrusters) == len(self._thrusters):
+            self.last_command = message
+            self._last_command_s = t_s
+            self._obey(message)
+        elif isinstance(message, IdentRequest):
+            self._introduced = False
+        elif isinstance(message, AuxiliaryDemand):
+            self._switch(message, t_s)
+
+    def _has_expired(self, commanded_s: float | None, t_s: float) -> bool:
+        """Whether the watchdog trips: the board has stopped, or the last command is too old."""
+        stopped = "mcu_silent" in self._faults.active
+        return stopped or commanded_s is None or t_s - commanded_s >= WATCHDOG_S - 1e-9
+
     def speak(self, t_s: float) -> None:
+        """Send the state, and once the identity."""
         if "mcu_silent" in self._faults.active:
             return
         if not self._introduced:
@@ -93,13 +102,15 @@ class MicrocontrollerEmulator:
 
     @property
     def beacon(self) -> Beacon:
-        """The lamps as they shine: as commanded; green steady without commands for as long as the watchdog waits, also before the first."""
+        """The lamps as they shine: as commanded, or steady green after the watchdog has tripped and before the first
+        command."""
         command = self.last_command
         if command is None:
             return DARK if self._t_s < WATCHDOG_S else Beacon(green=Light.STEADY)
         return Beacon(command.red, command.yellow, Light.STEADY if self._neutral else command.green)
 
     def status(self) -> BoardStatus:
+        """The state that it reports."""
         active = self._faults.active
         low = "battery_low" in active
         rc_lost = "rc_lost" in active
@@ -110,13 +121,18 @@ class MicrocontrollerEmulator:
             leak_wet="leak" in active,
             rc_present=pulses is not None,
             rc_lost=pulses is not None and rc_lost,
-            voltage_v=_LOW_VOLTAGE_V if low else self._battery.voltage_v,
+            voltage_v=LOW_VOLTAGE_V if low else self._battery.voltage_v,
             current_a=self._battery.current_a,
-            remaining=_LOW_REMAINING if low else self._battery.remaining,
+            remaining=LOW_REMAINING if low else self._battery.remaining,
             rc_us=_NONE if pulses is None or rc_lost else tuple(pulses),
             thrusters=tuple(
                 [
-                    ThrusterState(drive.level(each.throttle()), drive.shown_rad(each.azimuth_rad) if each.steerable else None, not each.dead, each.deployment)
+                    ThrusterState(
+                        drive.level(each.throttle()),
+                        drive.shown_rad(each.azimuth_rad) if each.steerable else None,
+                        not each.dead,
+                        each.deployment,
+                    )
                     for each, drive in zip(self._thrusters, self._drives, strict=True)
                 ]
             ),

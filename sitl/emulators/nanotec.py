@@ -1,36 +1,67 @@
-"""Stepper drives on one RS485 line, each turning a thruster, as Nanotec's SMCI firmware answers: an own reading of its programming manual."""
+"""Stepper drives on one RS485 line, each turning a thruster, as Nanotec's SMCI firmware answers.
+
+Written from the programming manual, apart from the driver, so that each checks the other.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 
-from companion.config import ActuatorConfig, StepperConfig
+from companion.config.actuators.nanotec import NanotecConfig, StepperConfig
 from companion.core.angles import TWO_PI, wrap_pi
 from sitl.battery import BatteryModel
-from sitl.drives import Drive
+from sitl.drives import DriveModel
 from sitl.faults import Faults
 from sitl.memory import MemoryDevice
-from sitl.thrusters import Thruster
+from sitl.thrusters import ThrusterModel
 
-_FACTORY = {"g": 8, "p": 1, "s": 0, "u": 400, "o": 1000, "W": 1, "J": 0, "|": 1, ":accel": 100_000, ":decel": 100_000, ":ramp_mode": 0}
-_RANGES = {"p": (1, 19), "s": (-100_000_000, 100_000_000), "u": (1, 160_000), "o": (1, 1_000_000), "W": (0, 254), "J": (0, 1), "|": (0, 1)}
+_FACTORY = {
+    "g": 8,
+    "p": 1,
+    "s": 0,
+    "u": 400,
+    "o": 1000,
+    "W": 1,
+    "J": 0,
+    "|": 1,
+    ":accel": 100_000,
+    ":decel": 100_000,
+    ":ramp_mode": 0,
+}
+_RANGES = {
+    "p": (1, 19),
+    "s": (-100_000_000, 100_000_000),
+    "u": (1, 160_000),
+    "o": (1, 1_000_000),
+    "W": (0, 254),
+    "J": (0, 1),
+    "|": (0, 1),
+}
 _RANGES |= {":accel": (1, 3_000_000), ":decel": (1, 3_000_000), ":ramp_mode": (0, 2)}
 _STEP_MODES = (1, 2, 4, 5, 8, 10, 16, 32, 64, 254, 255)
 _FOLLOWING_ERROR_RAD = math.radians(10.0)
-_BLOCKED = 16  # the number of that error
+_BLOCKED = 16  # error number of a following error
 
 
 class NanotecEmulator:
-    """The line with its drives. A drive whose fault `drive_<thruster>_lost` is active neither hears nor answers; it holds its angle.
+    """The line with its drives. While the fault `drive_<thruster>_lost` is active a drive neither receives nor answers,
+    and holds its angle.
 
-    Answers go out as soon as a command has come, which a drive does within a millisecond or two.
+    Answers are sent at once when a command comes; a real drive takes a millisecond or two.
     """
 
-    def __init__(self, config: ActuatorConfig, port: MemoryDevice, thrusters: Sequence[Thruster], battery: BatteryModel, faults: Faults) -> None:
+    def __init__(
+        self,
+        config: NanotecConfig,
+        port: MemoryDevice,
+        thrusters: Sequence[ThrusterModel],
+        battery: BatteryModel,
+        faults: Faults,
+    ) -> None:
         self.name = config.name
         self.rate_hz = 1.0
-        self.rc_us: Sequence[int] | None = None  # nothing of a transmitter goes over this line
+        self.rc_us: Sequence[int] | None = None  # this line carries no RC channels
         self._port = port
         self._faults = faults
         by_name = dict(zip((*config.thrusters, *config.azimuths), thrusters, strict=True))
@@ -39,13 +70,13 @@ class NanotecEmulator:
         port.wake = self._hear
 
     def listen(self, t_s: float) -> None:
-        """Take the commands that have arrived by `t_s`, and turn on."""
+        """Handle the commands that have arrived by `t_s`, and turn the drives."""
         self._hear(t_s)
         for drive in self.drives.values():
             drive.turn(t_s)
 
     def speak(self, t_s: float) -> None:
-        """A drive says nothing unasked."""
+        """Nothing: a drive only answers."""
 
     def _hear(self, t_s: float) -> None:
         for arrival_s, data in self._port.receive(t_s):
@@ -55,7 +86,7 @@ class NanotecEmulator:
             self._heard = self._heard[-128:]
 
     def _obey(self, line: bytes, t_s: float) -> None:
-        start = line.rfind(b"#")  # what stands before a start character is noise
+        start = line.rfind(b"#")  # bytes before a start character are noise
         text = line[start + 1 :].decode("ascii", "replace") if start >= 0 else ""
         digits = len(text) - len(text.lstrip("0123456789"))
         everybody = text.startswith("*")
@@ -63,69 +94,79 @@ class NanotecEmulator:
         for address, drive in self.drives.items():
             if not everybody and (digits == 0 or digits > 3 or int(text[:digits]) != address):
                 continue
-            if not command or not self._faults.active.isdisjoint((f"drive_{drive.thruster_name}_lost", "mcu_silent", "mcu_deaf")):
+            if not command or not self._faults.active.isdisjoint(
+                (f"drive_{drive.thruster_name}_lost", "mcu_silent", "mcu_deaf")
+            ):
                 continue
             answer = drive.obey(command)
-            if not everybody:  # they would all speak at once, and none be understood
+            if not everybody:  # all would answer at once, so none does
                 shown = f"{address:03d}" if command in ("$", "v") else str(address)
                 self._port.send(f"{shown}{answer}\r".encode("ascii", "replace"), t_s)
 
 
 class EmulatedDrive:
-    """One drive with its motor. Remembers its settings, its run, and how far the counter stands from the thruster's angle."""
+    """One drive with its motor. Remembers its settings, its motion, and the offset from counter to thruster angle."""
 
-    def __init__(self, row: StepperConfig, thruster: Thruster) -> None:
+    def __init__(self, row: StepperConfig, thruster: ThrusterModel) -> None:
         self.thruster_name = row.thruster
         self._row = row
         self._thruster = thruster
-        self._belt = Drive(thruster.config, pulses=False)
+        self._belt = DriveModel(thruster.config, pulses=False)
         self._steps_per_rad = row.steps_per_turn / TWO_PI
-        self._turned_rad = thruster.azimuth_rad  # the thruster's angle, whole turns counted
+        self._turned_rad = thruster.azimuth_rad  # the thruster's angle, with whole turns
         self._t_s: float | None = None
         self.power_up()
         if row.homing == "here":
-            self._offset = 0.0  # somebody has put it there before
+            self._offset = 0.0  # a person has set the zero by hand
 
     def power_up(self) -> None:
-        """As after a loss of power: settings from the factory, the counter at 0 wherever the thruster stands."""
+        """Reset as after a loss of power: factory settings, counter 0 wherever the thruster stands."""
         self.settings = dict(_FACTORY)
-        self._offset = self._shaft()  # the counter shows the shaft's steps less this
+        self._offset = self._shaft()  # counter = steps of the shaft minus this
         self._commanded = self._target = self._speed = 0.0
         self._running = self._homing = self.referenced = self._failed = False
         self.errors: list[int] = []
 
     @property
     def counter(self) -> float:
-        """Steps, as its encoder sees them."""
+        """Steps, as its encoder counts them."""
         return self._shaft() - self._offset
 
     def obey(self, command: str) -> str:
-        """The answer to a command, without address."""
-        if command == "$":
-            status = 0xA0 | (not self._running) | (self.referenced and abs(self.counter) < 1.0) << 1 | self._failed << 2
-            return f"${int(status)}"
-        if command in ("C", "I"):
-            return f"{command}{round(self.counter):+d}"
+        """The answer to a command, without the address."""
+        if (value := self._read(command)) is not None:
+            return value
+        return command if self._act(command) or self._set(command) else f"{command}?"
+
+    def _read(self, command: str) -> str | None:
+        """The answer to a command that reads a value; None for any other."""
+        match command:
+            case "$":
+                at_zero = self.referenced and abs(self.counter) < 1.0
+                return f"${int(0xA0 | (not self._running) | at_zero << 1 | self._failed << 2)}"
+            case "C" | "I":
+                return f"{command}{round(self.counter):+d}"
+            case ":is_referenced":
+                return f"{command}{int(self.referenced):+d}"
+            case "v":
+                return "v PD2-N_RS485_17-05-2011-rev3711"
+            case "E":
+                return f"E{min(len(self.errors), 32)}"
+            case _:
+                return command + self._shown(command[1:]) if command[0] == "Z" else None
+
+    def _act(self, command: str) -> bool:
+        """Start, stop or reset the counter. Returns False for any other command."""
         if command == "A":
             self._start()
-            return command
-        if command == ":is_referenced":
-            return f"{command}{int(self.referenced):+d}"
-        if command == "v":
-            return "v PD2-N_RS485_17-05-2011-rev3711"
-        if command == "E":
-            return f"E{min(len(self.errors), 32)}"
-        if command[0] == "Z":
-            return command + self._shown(command[1:])
-        if command[0] == "S" and command[1:] in ("", "0", "1"):
+            return True
+        if command in ("S", "S0", "S1"):
             self._stop()
-            return command
-        if command[0] == "D" and self._reset(command[1:]):
-            return command
-        return command if self._set(command) else f"{command}?"
+            return True
+        return command[0] == "D" and self._reset(command[1:])
 
     def turn(self, t_s: float) -> None:
-        """Follow the ramp up to `t_s`."""
+        """Follow the speed ramp up to `t_s`."""
         dt_s = 0.0 if self._t_s is None else t_s - self._t_s
         self._t_s = t_s
         self._turned_rad += wrap_pi(self._thruster.azimuth_rad - self._turned_rad)
@@ -164,7 +205,7 @@ class EmulatedDrive:
         if not self._running:
             self._commanded, self._speed = self.counter, 0.0
         self._running, self._homing = True, self.settings["p"] == 4
-        if self._homing:  # clockwise to the switch, which stands at the zero
+        if self._homing:  # clockwise to the switch, which is at zero
             turns = math.ceil((self._shaft() - 1.0) / self._row.steps_per_turn)
             self._target = turns * self._row.steps_per_turn - self._offset
         else:
@@ -205,4 +246,8 @@ class EmulatedDrive:
 
 
 def _number(text: str) -> int | None:
-    return int(text) if text.lstrip("+-").isdigit() and text.isascii() and len(text) < 12 and len(text) - len(text.lstrip("+-")) < 2 else None
+    return (
+        int(text)
+        if text.lstrip("+-").isdigit() and text.isascii() and len(text) < 12 and len(text) - len(text.lstrip("+-")) < 2
+        else None
+    )

@@ -1,16 +1,18 @@
-"""NMEA 0183 as a device prints it."""
+"""NMEA 0183 sentences as a device prints them."""
 
 from __future__ import annotations
 
 from functools import reduce
 from operator import xor
 
+KNOTS_PER_MPS = 3600.0 / 1852.0
+
 
 def checksum_text(body: str) -> str:
-    """The exclusive or of all characters between the first and *, in two digits."""
+    """The checksum in two hexadecimal digits: exclusive or of the characters between the first one and *."""
     return f"{reduce(xor, body.encode('ascii')):02X}"
 
 
 def sentence(body: str) -> str:
-    """A sentence with its checksum."""
+    """The sentence `body` with start, checksum and line end."""
     return f"${body}*{checksum_text(body)}\r\n"

@@ -1,8 +1,9 @@
-"""Trolling motors on an NMEA 2000 network, their turn-angle sensors and a battery monitor: an own reading of the frames, byte by byte.
+"""Trolling motors on an NMEA 2000 network, their turn-angle sensors and a battery monitor.
 
-Each motor is a device of its own (address 20 + its instance). It obeys 126208 commands of its 128006 and stops when they fail to come for the
-time they tell, says 128006 four times a second and 128008 once in two. The sensors, at one address, say 127245 ten times a second; the monitor 127508
-and 127506 each second and a half.
+Written byte by byte from the frames' definition, apart from the driver, so that each checks the other. Each motor has
+an address of its own (20 + its instance). It obeys 126208 commands of its 128006, and stops when they pause for longer
+than the time-out they carry. It sends 128006 four times a second and 128008 every two seconds. The sensors, at one
+address, send 127245 ten times a second; the monitor sends 127508 and 127506 every 1.5 s.
 """
 
 from __future__ import annotations
@@ -11,36 +12,45 @@ import math
 import struct
 from collections.abc import Sequence
 
-from companion.config import ActuatorConfig
+from companion.config.actuators.nmea2000 import Nmea2000Config
 from companion.core.angles import TWO_PI
-from sitl.battery import BatteryModel
-from sitl.drives import Drive
+from sitl.battery import LOW_REMAINING, LOW_VOLTAGE_V, BatteryModel
+from sitl.drives import DriveModel
 from sitl.faults import Faults
 from sitl.memory import MemoryDevice
-from sitl.thrusters import Thruster
+from sitl.thrusters import ThrusterModel
 
 _SENSORS, _MONITOR = 60, 61
 _NOBODY = 0x3FF
 _DEFAULT_TIMEOUT_S = 0.35
 _FIELD_BYTES = {1: 1, 2: 1, 3: 1, 4: 1, 5: 1, 6: 1, 7: 1, 8: 1, 9: 2}
 _OFF, _READY, _PORT, _STARBOARD = 0, 1, 2, 3
-_LOW_VOLTAGE_V, _LOW_REMAINING = 10.8, 0.08
 
 
 class Nmea2000Emulator:
-    """The network's other devices. A motor whose fault `drive_<thruster>_lost` is active neither hears nor speaks, and has stopped."""
+    """The network's other devices. While the fault `drive_<thruster>_lost` is active a motor neither receives nor
+    sends, and has stopped."""
 
-    def __init__(self, config: ActuatorConfig, port: MemoryDevice, thrusters: Sequence[Thruster], battery: BatteryModel, faults: Faults) -> None:
+    def __init__(
+        self,
+        config: Nmea2000Config,
+        port: MemoryDevice,
+        thrusters: Sequence[ThrusterModel],
+        battery: BatteryModel,
+        faults: Faults,
+    ) -> None:
         self.name = config.name
         self.rate_hz = 20.0
-        self.rc_us: Sequence[int] | None = None  # nothing of a transmitter goes over this network
+        self.rc_us: Sequence[int] | None = None  # this network carries no RC channels
         self._port = port
         self._battery = battery
         self._faults = faults
         names = tuple(dict.fromkeys((*config.thrusters, *config.azimuths)))
         by_name = dict(zip(names, thrusters, strict=True))
         self.motors = [
-            EmulatedMotor(row.thruster, row.instance, row.sensor_instance, by_name[row.thruster], row.thruster in config.thrusters)
+            EmulatedMotor(
+                row.thruster, row.instance, row.sensor_instance, by_name[row.thruster], row.thruster in config.thrusters
+            )
             for row in config.motors
         ]
         self._fast: dict[tuple[int, int], bytearray] = {}
@@ -51,7 +61,7 @@ class Nmea2000Emulator:
         self._rest = b""
 
     def listen(self, t_s: float) -> None:
-        """Take the frames that have come in by `t_s`; mind the commands' time."""
+        """Handle the frames that have arrived by `t_s`, then the commands' time-outs."""
         for _, chunk in self._port.receive(t_s):
             for at in range(0, len(chunk) - 15, 16):
                 word, length = struct.unpack_from("<IB", chunk, at)
@@ -61,6 +71,7 @@ class Nmea2000Emulator:
             motor.mind(t_s, self._lost(motor))
 
     def speak(self, t_s: float) -> None:
+        """Send what is due."""
         self._turn += 1
         if not self._introduced:
             self._introduced = True
@@ -72,41 +83,57 @@ class Nmea2000Emulator:
             if self._turn % 5 == 0:
                 self._send(2, 128006, motor.address, motor.status(), t_s)
             if self._turn % 10 == 0:
-                self._send(2, 128008, motor.address, struct.pack("<BBBBHH", 255, motor.instance, 0, 255, 0xFFFF, 0xFFFF), t_s)
+                self._send(
+                    2, 128008, motor.address, struct.pack("<BBBBHH", 255, motor.instance, 0, 255, 0xFFFF, 0xFFFF), t_s
+                )
             if self._turn % 2 == 0 and motor.steerable:
                 angle = round(math.remainder(motor.angle_rad, TWO_PI) * 1e4)
                 self._send(2, 127245, _SENSORS, struct.pack("<BBhhH", motor.sensor, 0xF8, 0x7FFF, angle, 0xFFFF), t_s)
         if self._turn % 30 == 0:
             low = "battery_low" in active
-            volts = _LOW_VOLTAGE_V if low else self._battery.voltage_v
-            amps = -(self._battery.current_a or 0.0)  # out of the battery is negative here
-            self._send(6, 127508, _MONITOR, struct.pack("<BHhHB", 0, round(volts * 100.0), round(amps * 10.0), 0xFFFF, 255), t_s)
-            share = _LOW_REMAINING if low else self._battery.remaining
-            self._send_fast(6, 127506, _MONITOR, struct.pack("<BBBBBHHH", 255, 0, 0, round(share * 100.0), 255, 0xFFFF, 0xFFFF, 0xFFFF), t_s)
+            volts = LOW_VOLTAGE_V if low else self._battery.voltage_v
+            amps = -(self._battery.current_a or 0.0)  # NMEA 2000 counts discharge as negative
+            self._send(
+                6,
+                127508,
+                _MONITOR,
+                struct.pack("<BHhHB", 0, round(volts * 100.0), round(amps * 10.0), 0xFFFF, 255),
+                t_s,
+            )
+            share = LOW_REMAINING if low else self._battery.remaining
+            self._send_fast(
+                6,
+                127506,
+                _MONITOR,
+                struct.pack("<BBBBBHHH", 255, 0, 0, round(share * 100.0), 255, 0xFFFF, 0xFFFF, 0xFFFF),
+                t_s,
+            )
 
     def _lost(self, motor: EmulatedMotor) -> bool:
         return not self._faults.active.isdisjoint((f"drive_{motor.thruster_name}_lost", "mcu_silent"))
 
     def _hear(self, identifier: int, data: bytes, t_s: float) -> None:
-        active = self._faults.active
-        group, specific, source = identifier >> 16 & 0x1FF, identifier >> 8 & 0xFF, identifier & 0xFF
+        group, destination, source = identifier >> 16 & 0x1FF, identifier >> 8 & 0xFF, identifier & 0xFF
         if group == 0xEA and len(data) >= 3:  # 59904, a request
-            wanted = data[0] | data[1] << 8 | data[2] << 16
-            if wanted == 60928:
-                self._claim(t_s)
-            elif wanted == 128006:
-                for motor in self.motors:
-                    if not self._lost(motor) and specific in (255, motor.address):
-                        self._send(2, 128006, motor.address, motor.status(), t_s)
+            self._answer(data[0] | data[1] << 8 | data[2] << 16, destination, t_s)
         elif group == 0x1ED and data:  # 126208, in parts
-            payload = self._collect((source, specific), data)
-            if payload is not None:
-                for motor in self.motors:
-                    if motor.address == specific and not self._lost(motor) and "mcu_deaf" not in active:
-                        self._obey(motor, payload, source, t_s)
+            payload = self._collect((source, destination), data)
+            for motor in () if payload is None or "mcu_deaf" in self._faults.active else self.motors:
+                if motor.address == destination and payload is not None and not self._lost(motor):
+                    self._obey(motor, payload, source, t_s)
+
+    def _answer(self, pgn: int, destination: int, t_s: float) -> None:
+        """Send the group that was requested."""
+        if pgn == 60928:
+            self._claim(t_s)
+        elif pgn == 128006:
+            for motor in self.motors:
+                if not self._lost(motor) and destination in (255, motor.address):
+                    self._send(2, 128006, motor.address, motor.status(), t_s)
 
     def _collect(self, key: tuple[int, int], data: bytes) -> bytes | None:
-        """A fast packet, part by part: sequence and number of the part in the first byte, the length in the second of the first part."""
+        """Collect a fast packet: sequence and part number in the first byte, the length in the second byte of the first
+        part. Returns the whole payload, or None until then."""
         part = data[0] & 31
         if part == 0 and len(data) == 8:
             self._fast[key] = bytearray((data[0] >> 5, data[1])) + data[2:]
@@ -147,23 +174,34 @@ class Nmea2000Emulator:
         identifier = priority << 26 | (pgn << 8 if group & 0xFF >= 240 else (pgn | destination) << 8) | source
         self._port.send(struct.pack("<IB3x8s", 0x80000000 | identifier, len(data), data), t_s)
 
-    def _send_fast(self, priority: int, pgn: int, source: int, payload: bytes, t_s: float, destination: int = 255) -> None:
+    def _send_fast(
+        self, priority: int, pgn: int, source: int, payload: bytes, t_s: float, destination: int = 255
+    ) -> None:
         self._sequence = (self._sequence + 1) % 8
         rest = bytes((len(payload),)) + payload
         for part, at in enumerate(range(0, len(rest), 7)):
-            self._send(priority, pgn, source, bytes((self._sequence << 5 | part,)) + rest[at : at + 7].ljust(7, b"\xff"), t_s, destination)
+            self._send(
+                priority,
+                pgn,
+                source,
+                bytes((self._sequence << 5 | part,)) + rest[at : at + 7].ljust(7, b"\xff"),
+                t_s,
+                destination,
+            )
 
 
 class EmulatedMotor:
-    """One motor. Remembers what it was told last, and when."""
+    """One motor. Remembers its last command, and when it came."""
 
-    def __init__(self, thruster_name: str, instance: int, sensor: int | None, thruster: Thruster, propels: bool) -> None:
+    def __init__(
+        self, thruster_name: str, instance: int, sensor: int | None, thruster: ThrusterModel, propels: bool
+    ) -> None:
         self.thruster_name = thruster_name
         self.instance = instance
         self.sensor = instance if sensor is None else sensor
         self.address = 20 + instance
         self._thruster = thruster
-        self._drive = Drive(thruster.config, pulses=False)
+        self._drive = DriveModel(thruster.config, pulses=False)
         self._propels = propels
         self._told_s: float | None = None
         self._way = _OFF
@@ -172,15 +210,16 @@ class EmulatedMotor:
 
     @property
     def steerable(self) -> bool:
+        """Whether it turns its thruster."""
         return self._thruster.steerable
 
     @property
     def angle_rad(self) -> float:
-        """As it shows it."""
+        """The angle that it reports."""
         return self._drive.shown_rad(self._thruster.azimuth_rad)
 
     def command(self, fields: dict[int, int], t_s: float) -> bool:
-        """Whether the fields were such as it knows."""
+        """Carry out a command's fields. Returns False for fields that it does not accept."""
         if fields.get(2) != self.instance or fields.get(3, _OFF) > _STARBOARD or fields.get(6, 0) > 100:
             return False
         self._told_s = t_s
@@ -196,6 +235,7 @@ class EmulatedMotor:
         return True
 
     def mind(self, t_s: float, lost: bool) -> None:
+        """Stop after the time-out, or while `lost`."""
         if self._told_s is not None and (lost or t_s - self._told_s > self._timeout_s):
             self._told_s = None
             self._way, self._speed = _OFF, 0
@@ -203,9 +243,26 @@ class EmulatedMotor:
                 self._thruster.drive(0.0)
 
     def status(self) -> bytes:
-        """128006: what it does now."""
+        """Payload of 128006: what it does now."""
         push = self._drive.level(self._thruster.throttle())
         percent = min(100, round(abs(push) * 100.0))
-        way = _OFF if self._way == _OFF and percent == 0 else _READY if percent == 0 else _STARBOARD if push > 0.0 else _PORT
+        way = (
+            _OFF
+            if self._way == _OFF and percent == 0
+            else _READY
+            if percent == 0
+            else _STARBOARD
+            if push > 0.0
+            else _PORT
+        )
         azimuth = round(self.angle_rad % TWO_PI * 1e4) if self.steerable else 0xFFFF
-        return struct.pack("<BBBBBBH", 255, self.instance, way | (self._way != _OFF) << 4, percent, 0, round(self._timeout_s / 0.005), azimuth)
+        return struct.pack(
+            "<BBBBBBH",
+            255,
+            self.instance,
+            way | (self._way != _OFF) << 4,
+            percent,
+            0,
+            round(self._timeout_s / 0.005),
+            azimuth,
+        )

@@ -1,6 +1,6 @@
-"""A Pixhawk that lends its inertial sensors: HEARTBEAT, and HIGHRES_IMU and ATTITUDE at the rates that it is asked for.
+"""A Pixhawk used as an inertial sensor: HEARTBEAT, and HIGHRES_IMU and ATTITUDE at the rates that the host requests.
 
-Packed and parsed by pymavlink's own code. Source: MAVLink common.xml; PX4 answers SET_MESSAGE_INTERVAL with COMMAND_ACK.
+Packed and parsed by pymavlink. Source: MAVLink common.xml; PX4 answers SET_MESSAGE_INTERVAL with COMMAND_ACK.
 """
 
 from __future__ import annotations
@@ -10,20 +10,20 @@ from typing import Any
 
 from pymavlink.dialects.v20 import common as mavlink
 
-from companion.config import SensorConfig
-from sitl.emulators.device import Surroundings
+from companion.config.devices import SensorConfig
+from sitl.emulators.device import SensedWorld
 from sitl.magnetometer import MagnetometerModel
 from sitl.memory import MemoryDevice
 from sitl.sensors import ImuModel, north_of
 
 _SYSTEM = 42
-_FIELDS = 0x1FF  # accelerations, rates and magnetic field are new
+_FIELDS = 0x1FF  # new values: accelerations, rates and magnetic field
 
 
 class PixhawkEmulator:
-    """Sends a heartbeat each second, and what it is asked for, valid `latency_s` before it arrives."""
+    """Sends a heartbeat each second and the requested messages, `latency_s` after they are valid."""
 
-    def __init__(self, config: SensorConfig, port: MemoryDevice, around: Surroundings) -> None:
+    def __init__(self, config: SensorConfig, port: MemoryDevice, around: SensedWorld) -> None:
         self.name = config.name
         self.rate_hz = min(config.rate_hz, around.step_hz)
         self._model = ImuModel(config, around.home, 1.0 / self.rate_hz, around.seed)
@@ -36,16 +36,25 @@ class PixhawkEmulator:
         self._due_s: dict[int, float] = {mavlink.MAVLINK_MSG_ID_HEARTBEAT: 0.0}
 
     def speak(self, t_s: float) -> None:
+        """Measure now, and send what is due."""
         around = self._around
         x, y, z, p, q, r, roll, pitch, yaw = self._model.sample(around.hull, around.waves)
         self._hear(t_s)
         if "imu_lost" in around.faults.active:
             return
         if self._due(mavlink.MAVLINK_MSG_ID_HEARTBEAT, 1.0, t_s):
-            self._send(mavlink.MAVLink_heartbeat_message(mavlink.MAV_TYPE_SURFACE_BOAT, mavlink.MAV_AUTOPILOT_PX4, 0, 0, 3, 3), t_s)
+            self._send(
+                mavlink.MAVLink_heartbeat_message(mavlink.MAV_TYPE_SURFACE_BOAT, mavlink.MAV_AUTOPILOT_PX4, 0, 0, 3, 3),
+                t_s,
+            )
         if self._due(mavlink.MAVLINK_MSG_ID_HIGHRES_IMU, None, t_s):
             field = self._field.sample(around.waves.roll_rad, around.waves.pitch_rad, around.hull.yaw_rad)
-            self._send(mavlink.MAVLink_highres_imu_message(round(t_s * 1e6), x, y, z, p, q, r, *field, 1013.0, 0.0, 0.0, 20.0, _FIELDS), t_s)
+            self._send(
+                mavlink.MAVLink_highres_imu_message(
+                    round(t_s * 1e6), x, y, z, p, q, r, *field, 1013.0, 0.0, 0.0, 20.0, _FIELDS
+                ),
+                t_s,
+            )
         if self._due(mavlink.MAVLINK_MSG_ID_ATTITUDE, None, t_s):
             heading = math.remainder(yaw - self._north_rad, math.tau)
             self._send(mavlink.MAVLink_attitude_message(round(t_s * 1e3), roll, pitch, heading, p, q, r), t_s)

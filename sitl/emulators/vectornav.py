@@ -1,15 +1,16 @@
 """A VectorNav VN-100 that prints VNYMR, mounted forward, starboard, down.
 
-Source: VectorNav, VN-100 User Manual, register 27: yaw, pitch, roll in degrees, magnetic field in Gauss, acceleration in m/s², angular rates in
-rad/s. A written register is answered with the same text, under the name VNWRG; a command that cannot be carried out with VNERR.
+Source: VectorNav, VN-100 User Manual, register 27: yaw, pitch, roll in degrees, magnetic field in Gauss, acceleration
+in m/s², angular rates in rad/s. It answers a written register with the same text under VNWRG, and a command that it
+cannot carry out with VNERR.
 """
 
 from __future__ import annotations
 
 import math
 
-from companion.config import SensorConfig
-from sitl.emulators.device import Surroundings
+from companion.config.devices import SensorConfig
+from sitl.emulators.device import SensedWorld
 from sitl.emulators.nmea import checksum_text, sentence
 from sitl.magnetometer import MagnetometerModel
 from sitl.memory import MemoryDevice
@@ -20,9 +21,10 @@ _INVALID_PARAMETER = 6
 
 
 class VectorNavEmulator:
-    """Prints what its inertial model measures, `latency_s` later than it is valid; sends VNYMR by itself unless it is to be configured."""
+    """Prints what its inertial model measures, `latency_s` after it is valid. If the driver configures it, it sends
+    VNYMR only after that."""
 
-    def __init__(self, config: SensorConfig, port: MemoryDevice, around: Surroundings) -> None:
+    def __init__(self, config: SensorConfig, port: MemoryDevice, around: SensedWorld) -> None:
         self.name = config.name
         self.rate_hz = min(config.rate_hz, around.step_hz)
         self._model = ImuModel(config, around.home, 1.0 / self.rate_hz, around.seed)
@@ -32,6 +34,7 @@ class VectorNavEmulator:
         self._registers = {} if config.configure else {"06": "14", "07": "100"}
 
     def speak(self, t_s: float) -> None:
+        """Answer commands, measure now, and send."""
         around = self._around
         x, y, z, p, q, r, roll, pitch, yaw = self._model.sample(around.hull, around.waves)
         for _, data in self._port.receive(t_s):

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 
-from companion.config import SensorConfig
+from companion.config.devices import SensorConfig
 from companion.core.frames import ned_to_body
-from sitl.emulators.device import Surroundings
+from sitl.emulators.device import SensedWorld
 from sitl.emulators.nmea import sentence
 from sitl.memory import MemoryDevice
 from sitl.noise import stream
@@ -16,15 +16,16 @@ _ANGLE_RAD = math.radians(2.0)
 
 
 class WindEmulator:
-    """Measures the air that moves over the boat, with white noise in speed and angle."""
+    """Measures the air that moves over the boat, with white noise of speed and angle."""
 
-    def __init__(self, config: SensorConfig, port: MemoryDevice, around: Surroundings) -> None:
+    def __init__(self, config: SensorConfig, port: MemoryDevice, around: SensedWorld) -> None:
         self.name = config.name
         self.rate_hz = min(config.rate_hz, around.step_hz)
         self._config, self._port, self._around = config, port, around
         self._gauss = stream(around.seed, f"{config.name} white").gauss
 
     def speak(self, t_s: float) -> None:
+        """Measure now, and send."""
         hull, wind = self._around.hull, self._around.wind
         x_mps, y_mps = ned_to_body(hull.north_mps - wind.north_mps, hull.east_mps - wind.east_mps, hull.yaw_rad)
         speed_mps = max(0.0, math.hypot(x_mps, y_mps) + self._gauss(0.0, _SPEED_MPS))

@@ -1,7 +1,8 @@
-"""An Xsens MTi that prints MTData2, configured for the NED frame (of magnetic north where its heading is called "magnetic") and aligned so that its axes are forward, starboard, down.
+"""An Xsens MTi that prints MTData2 in the NED frame, with axes forward, starboard, down.
 
-Source: MT Low-Level Communication Protocol. FA FF 36 LEN DATA CS: all bytes after FA add up to 0 modulo 256, numbers are big-endian. DATA is
-a row of (identifier u16, size u8, value); in the low nibble of an identifier 0 stands for 32-bit floats and 4 for the NED frame.
+North is magnetic where the vessel's file calls its heading "magnetic". Source: MT Low-Level Communication Protocol. FA
+FF 36 LEN DATA CS: all bytes after FA add up to 0 modulo 256; numbers are big-endian. DATA is a row of (identifier u16,
+size u8, value). In the low nibble of an identifier 0 means 32-bit floats and 4 the NED frame.
 """
 
 from __future__ import annotations
@@ -9,8 +10,8 @@ from __future__ import annotations
 import math
 import struct
 
-from companion.config import SensorConfig
-from sitl.emulators.device import Surroundings
+from companion.config.devices import SensorConfig
+from sitl.emulators.device import SensedWorld
 from sitl.emulators.xsens_settings import XsensSettings
 from sitl.magnetometer import MagnetometerModel
 from sitl.memory import MemoryDevice
@@ -33,12 +34,13 @@ _FIELD_HZ = 50.0
 
 
 class XsensEmulator:
-    """Prints what its inertial model measures, `latency_s` later than it is valid, and for a vessel with an AHRS of its own its magnetic field.
+    """Prints what its inertial model measures, `latency_s` after it is valid; for an AHRS vessel also the magnetic
+    field.
 
-    Where the vessel's file has it configured it takes the commands for that, and is mounted as the file says.
+    If the driver configures it, it accepts the commands for that, and is mounted as the vessel's file says.
     """
 
-    def __init__(self, config: SensorConfig, port: MemoryDevice, around: Surroundings) -> None:
+    def __init__(self, config: SensorConfig, port: MemoryDevice, around: SensedWorld) -> None:
         self.name = config.name
         self.rate_hz = min(config.rate_hz, around.step_hz)
         self.model = ImuModel(config, around.home, 1.0 / self.rate_hz, around.seed)
@@ -48,12 +50,19 @@ class XsensEmulator:
         self._north_rad = north_of(around.home, around.epoch_unix_ns) if config.heading == "magnetic" else 0.0
         self._counter = 0
         self._magnetometer = (
-            MagnetometerModel(config, around.home, around.epoch_unix_ns, around.seed) if config.heading == "ahrs" else None
+            MagnetometerModel(config, around.home, around.epoch_unix_ns, around.seed)
+            if config.heading == "ahrs"
+            else None
         )
         self._field_every = max(1, round(self.rate_hz / _FIELD_HZ))
-        self._settings = XsensSettings(config.rotation_rad, self.rate_hz) if config.configure or config.rotation_rad is not None else None
+        self._settings = (
+            XsensSettings(config.rotation_rad, self.rate_hz)
+            if config.configure or config.rotation_rad is not None
+            else None
+        )
 
     def speak(self, t_s: float) -> None:
+        """Answer commands, measure now, and send."""
         around, settings = self._around, self._settings
         sample = self.model.sample(around.hull, around.waves)
         if "imu_lost" in around.faults.active:
@@ -69,8 +78,10 @@ class XsensEmulator:
         data = self.message(sample, t_s, field) if settings is None else self._as_set(settings, sample, t_s, field)
         self._port.send(data, t_s + self._latency_s)
 
-    def _as_set(self, settings: XsensSettings, sample: tuple[float, ...], t_s: float, field: tuple[float, float, float] | None) -> bytes:
-        """The message with what the settings ask for, in the axes that they make."""
+    def _as_set(
+        self, settings: XsensSettings, sample: tuple[float, ...], t_s: float, field: tuple[float, float, float] | None
+    ) -> bytes:
+        """The message with the outputs and axes that the settings ask for."""
         x, y, z, p, q, r, roll, pitch, yaw = sample
         counter, self._counter = self._counter, (self._counter + 1) & 0xFFFF
         items = {
@@ -93,7 +104,7 @@ class XsensEmulator:
         return b"\xfa" + body + bytes((-sum(body) & 0xFF,))
 
     def message(self, sample: tuple[float, ...], t_s: float, field: tuple[float, float, float] | None = None) -> bytes:
-        """One MTData2 message."""
+        """One MTData2 message with the usual outputs."""
         more = b"" if field is None else _FIELD.pack(_MAGNETIC_FIELD, 12, *field)
         x, y, z, p, q, r, roll, pitch, yaw = sample
         counter, self._counter = self._counter, (self._counter + 1) & 0xFFFF

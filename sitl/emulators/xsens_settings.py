@@ -1,8 +1,8 @@
 """The settings of an emulated MTi, and its answers to the commands that change them.
 
-Source: MT Low-Level Communication Protocol. FA FF MID LEN DATA CS; an acknowledgement bears the command's number and one more. Settings are
-taken in the configuration state only, where nothing is measured; RotSensor (parameter 0) turns what the sensor measures into the axes of
-the object it is fixed to: v_object = R_OS v_sensor.
+Source: MT Low-Level Communication Protocol. FA FF MID LEN DATA CS; an acknowledgement has the command's number plus
+one. Settings are accepted in the configuration state only, in which nothing is measured. RotSensor (parameter 0)
+rotates from sensor axes to the axes of the object: v_object = R_OS v_sensor.
 """
 
 from __future__ import annotations
@@ -22,9 +22,10 @@ KNOWN = frozenset({0x1020, 0x1060, 0x2014, 0x4020, 0x8020, 0xC020, 0xE020})
 
 
 class XsensSettings:
-    """Bytes of the host → answers; remembers the state, what is to be sent how often, and the rotation set.
+    """Bytes of the host → answers. Remembers the state, the outputs and their rates, and the rotation.
 
-    `mounting_rad`: roll, pitch and yaw of the device in the boat. `outputs`: identifier → every how many samples; None as delivered.
+    `mounting_rad`: roll, pitch and yaw of the device in the boat. `outputs`: identifier → one in how many samples; None
+    as delivered.
     """
 
     def __init__(self, mounting_rad: Vector | None, fastest_hz: float) -> None:
@@ -36,7 +37,7 @@ class XsensSettings:
         self.outputs: dict[int, int] | None = None
 
     def hear(self, data: bytes) -> bytes:
-        """The answers to what the host has sent."""
+        """The answers to the host's bytes."""
         self._buffer += data
         return b"".join(self._answer(number, content) for number, content in self._messages())
 
@@ -83,11 +84,11 @@ class XsensSettings:
         return _message(_SET_ALIGNMENT + 1)
 
     def turned(self, vector: Vector) -> Vector:
-        """A vector of the boat as the device says it: in its own axes, turned by its setting."""
+        """A vector in body axes as the device reports it: in its own axes, rotated by RotSensor."""
         return _rotate(self._alignment, _rotate(_inverse(self._mounting), vector))
 
     def attitude(self, boat: Quaternion) -> Quaternion:
-        """The attitude that the device gives while the boat has `boat` (body → NED)."""
+        """The attitude that the device reports while the boat has `boat` (body → NED)."""
         return _times(_times(boat, self._mounting), _inverse(self._alignment))
 
 
@@ -115,7 +116,7 @@ def _rotate(q: Quaternion, v: Vector) -> Vector:
 
 
 def _from_euler(roll: float, pitch: float, yaw: float) -> Quaternion:
-    """Turned by yaw, then pitch, then roll about the new axes."""
+    """Rotation by yaw, then pitch, then roll about the new axes."""
     about_z = (math.cos(0.5 * yaw), 0.0, 0.0, math.sin(0.5 * yaw))
     about_y = (math.cos(0.5 * pitch), 0.0, math.sin(0.5 * pitch), 0.0)
     about_x = (math.cos(0.5 * roll), math.sin(0.5 * roll), 0.0, 0.0)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from sitl.scenarios import (
     ahrs,
     approach,
+    circle,
     colreg,
     cross_current,
     docking,
@@ -47,6 +48,7 @@ _ALL = (
     station_change.SCENARIO,
     two_followers.SCENARIO,
     offboard.SCENARIO,
+    circle.SCENARIO,
     gnss_dropout.SCENARIO,
     wild_points.SCENARIO,
     lever_arm.SCENARIO,

@@ -1,4 +1,5 @@
-"""Heading by a magnetometer alone, at speed, in turns and waves: the boat is towed, so that any vessel may be the one that carries the sensors."""
+"""Heading from a magnetometer alone, at speed, in turns and waves. The boat is towed, so any vessel can carry the
+sensors."""
 
 from __future__ import annotations
 
@@ -8,34 +9,38 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from sitl.scenarios.figure import new_figure, set_title
+from sitl.scenarios.ground_station import GroundStation
 from sitl.scenarios.measure import Check, read_truth, rms
 from sitl.scenarios.scenario import Scenario, Settings, number
-from sitl.scenarios.station import Station
-from sitl.tow import Leg
+from sitl.tow import TowLeg
 
 _REST_S = 12.0
 _JUDGED_MPS = 2.5
 _MEAN_DEG, _MAX_DEG = 1.0, 3.0
-_WITHIN = 0.9  # share of the time in which the error is to be under two sigma of what the boat believes
+_WITHIN = 0.9  # share of the time with an error below two sigma of the stated accuracy
 
 
-def legs(settings: Settings) -> tuple[Leg, ...]:
-    """At rest; straight; hard turns to both sides, one after another and once right round; a gentle one; slow; fast again."""
+def legs(settings: Settings) -> tuple[TowLeg, ...]:
+    """At rest; straight; hard turns to alternate sides, a full circle, a gentle turn; slow; fast again."""
     v, g = number(settings, "speed"), number(settings, "turn")
     slow = max(0.4 * v, _JUDGED_MPS + 0.5)
     return (
-        Leg(_REST_S, 0.0), Leg(15.0, v), Leg(17.0, v, g), Leg(12.0, v), Leg(17.0, v, -g), Leg(10.0, v),
-        Leg(6.0, v, g), Leg(6.0, v, -g), Leg(6.0, v, g), Leg(25.0, v, 0.3 * g), Leg(12.0, slow), Leg(12.0, slow, -0.3 * g),
-        Leg(12.0, v), Leg(34.0, v, -g), Leg(15.0, v),
+        TowLeg(_REST_S, 0.0), TowLeg(15.0, v), TowLeg(17.0, v, g), TowLeg(12.0, v), TowLeg(17.0, v, -g),
+        TowLeg(10.0, v), TowLeg(6.0, v, g), TowLeg(6.0, v, -g), TowLeg(6.0, v, g), TowLeg(25.0, v, 0.3 * g),
+        TowLeg(12.0, slow), TowLeg(12.0, slow, -0.3 * g),
+        TowLeg(12.0, v), TowLeg(34.0, v, -g), TowLeg(15.0, v),
     )  # fmt: skip
 
 
-def sail(station: Station, settings: Settings) -> dict[str, Any]:
-    station.sail(sum(leg.duration_s for leg in legs(settings)))
-    return {"vessel": station.rig.config.name}
+def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
+    """Let the boat be towed along all legs."""
+    gcs.sail(sum(leg.duration_s for leg in legs(settings)))
+    return {"vessel": gcs.rig.config.name}
 
 
 def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[dict[str, float], Sequence[Check]]:
+    """Heading errors at speed, and how well the stated accuracy fits them."""
     rows = [row for row in errors(folder) if row[1] > _JUDGED_MPS]
     found = [abs(math.degrees(error)) for _, _, error, _ in rows]
     within = sum(abs(error) <= 2.0 * sigma for _, _, error, sigma in rows) / len(rows)
@@ -57,22 +62,23 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
 def errors(folder: Path) -> list[tuple[float, float, float, float]]:
     """(time, true speed over ground, heading error, heading accuracy as stated) of each tick."""
     with (folder / "ticks.csv").open(encoding="utf-8") as file:
-        believed = [(float(row["yaw_rad"]), float(row["heading_accuracy_rad"])) for row in csv.DictReader(file)]
+        estimates = [(float(row["yaw_rad"]), float(row["heading_accuracy_rad"])) for row in csv.DictReader(file)]
     return [
-        (true["t_s"], math.hypot(true["surge_mps"], true["sway_mps"]), math.remainder(yaw - true["yaw_rad"], 2.0 * math.pi), sigma)
-        for (yaw, sigma), true in zip(believed, read_truth(folder), strict=True)
+        (
+            true["t_s"],
+            math.hypot(true["surge_mps"], true["sway_mps"]),
+            math.remainder(yaw - true["yaw_rad"], 2.0 * math.pi),
+            sigma,
+        )
+        for (yaw, sigma), true in zip(estimates, read_truth(folder), strict=True)
     ]
 
 
 def draw(folder: Path, asked: dict[str, Any], settings: Settings) -> None:
     """Draw `ahrs.png` into the folder. Raises ImportError without matplotlib."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
     rows, truth = errors(folder), read_truth(folder)
     t = [row[0] for row in rows]
-    figure = Figure(figsize=(12.0, 7.0), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = new_figure(12.0, 7.0)
     error, turn, speed = figure.subplots(3, 1, sharex=True, height_ratios=(2, 1, 1))
     sigma = [2.0 * math.degrees(row[3]) for row in rows]
     error.fill_between(t, [-s for s in sigma], sigma, color="tab:blue", alpha=0.15, label="two sigma, as stated")
@@ -87,13 +93,13 @@ def draw(folder: Path, asked: dict[str, Any], settings: Settings) -> None:
     speed.set_xlabel("time, s")
     for axes in (error, turn, speed):
         axes.grid(alpha=0.3)
-    figure.suptitle(f"{asked['vessel']}: " + ", ".join(f"{key} {value}" for key, value in settings.items() if value), fontsize=10)
+    set_title(figure, settings, asked["vessel"])
     figure.savefig(folder / "ahrs.png", dpi=80)
 
 
 SCENARIO = Scenario(
     name="ahrs",
-    text="heading by a magnetometer alone in turns of 0.3 g and waves, on a boat that is towed at 8 m/s",
+    text="heading from a magnetometer alone in turns of 0.3 g and waves, on a boat towed at 8 m/s",
     vessel="revolt",
     defaults={
         "speed": "8",

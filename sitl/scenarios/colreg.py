@@ -1,5 +1,8 @@
-"""Another vessel on a collision course, seen by its AIS alone and never giving way: the boat keeps clear as the collision regulations ask, and
-goes back to its route. What is asked of it is computed from the truth, with the hulls as rectangles."""
+"""Another vessel on a collision course, which never gives way and is seen by its AIS alone.
+
+The boat keeps clear as the collision regulations ask, and returns to its route. Metrics come from the truth, with the
+hulls as rectangles.
+"""
 
 from __future__ import annotations
 
@@ -13,9 +16,10 @@ from pymavlink.dialects.v20 import common as mavlink
 from companion.core.angles import wrap_pi
 from companion.core.geodesy import LocalFrame
 from sitl.noise import stream
+from sitl.scenarios.figure import new_figure, set_title
+from sitl.scenarios.ground_station import GroundStation, Item
 from sitl.scenarios.measure import Check, Track, between, read_events, read_truth
 from sitl.scenarios.scenario import Scenario, ScenarioError, Settings
-from sitl.scenarios.station import Item, Station
 from sitl.traffic import ScriptedVessel
 
 if TYPE_CHECKING:
@@ -25,9 +29,9 @@ _MISSION = 0x04040000
 _ROUTE_M, _MEETING_M = 330.0, 150.0
 _RADIUS_M = 3.0
 _TIMEOUT_S = 700.0
-_START_S = 8.0  # what the boat is late by its run-up
-_STAND_S = 45.0  # CA_STAND_T's own value
-_SITUATIONS: dict[str, tuple[float, float, float, str]] = {  # course against the boat's, how much it varies, speed, event
+_START_S = 8.0  # time that the boat loses while it gains speed
+_STAND_S = 45.0  # default of CA_STAND_T
+_SITUATIONS: dict[str, tuple[float, float, float, str]] = {  # course relative to the boat's, its spread, speed, event
     "head_on": (180.0, 5.0, 1.5, "traffic_head_on"),
     "crossing_starboard": (-90.0, 20.0, 1.5, "traffic_crossing_starboard"),
     "crossing_port": (90.0, 20.0, 1.5, "traffic_crossing_port"),
@@ -37,35 +41,35 @@ _SITUATIONS: dict[str, tuple[float, float, float, str]] = {  # course against th
 }
 
 
-def sail(station: Station, settings: Settings) -> dict[str, Any]:
-    """North along one leg, towards a meeting half-way."""
+def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
+    """Sail a mission of one leg to the north, towards a meeting half-way."""
     situation = settings["situation"]
     if situation not in _SITUATIONS:
         raise ScenarioError(f"situation={situation}: one of {', '.join(_SITUATIONS)}")
-    home = LocalFrame(station.rig.config.home.lat_deg, station.rig.config.home.lon_deg)
-    station.ready()
+    home = LocalFrame(gcs.rig.config.home.lat_deg, gcs.rig.config.home.lon_deg)
+    gcs.ready()
     point = home.to_geodetic(_ROUTE_M, 0.0)
-    station.upload([Item(mavlink.MAV_CMD_NAV_WAYPOINT, *point, params=(0.0, _RADIUS_M, 0.0, math.nan))])
-    station.set_mode(_MISSION)
-    station.arm()
-    started_s = station.rig.now_s
-    vessel, meeting_s = _other(station, situation, started_s, float(settings["speed"]))
-    station.rig.world.traffic.vessels.append(vessel)
-    station.wait("the end of the route", lambda: 0 in station.reached, _TIMEOUT_S)
+    gcs.upload([Item(mavlink.MAV_CMD_NAV_WAYPOINT, *point, params=(0.0, _RADIUS_M, 0.0, math.nan))])
+    gcs.set_mode(_MISSION)
+    gcs.arm()
+    started_s = gcs.rig.now_s
+    vessel, meeting_s = _other(gcs, situation, started_s, float(settings["speed"]))
+    gcs.rig.world.traffic.vessels.append(vessel)
+    gcs.wait("the end of the route", lambda: 0 in gcs.reached, _TIMEOUT_S)
     return {
         "vessel": vessel,
         "situation": situation,
         "started_s": started_s,
         "meeting_s": meeting_s,
-        "finished_s": station.rig.now_s,
-        "length_m": station.rig.config.length_m,
-        "beam_m": station.rig.config.beam_m,
+        "finished_s": gcs.rig.now_s,
+        "length_m": gcs.rig.config.length_m,
+        "beam_m": gcs.rig.config.beam_m,
     }
 
 
-def _other(station: Station, situation: str, now_s: float, speed_mps: float) -> tuple[ScriptedVessel, float]:
-    """A vessel that would be where the boat is half-way, by the seed a little earlier or later; and when."""
-    draws = stream(station.rig.world.seed, "traffic")
+def _other(gcs: GroundStation, situation: str, now_s: float, speed_mps: float) -> tuple[ScriptedVessel, float]:
+    """The vessel that meets the boat half-way, a little earlier or later by the seed; and the time of the meeting."""
+    draws = stream(gcs.rig.world.seed, "traffic")
     course_deg, spread_deg, other_mps, _ = _SITUATIONS[situation]
     course = math.radians(course_deg + draws.uniform(-spread_deg, spread_deg))
     other_mps *= draws.uniform(0.85, 1.15)
@@ -73,12 +77,16 @@ def _other(station: Station, situation: str, now_s: float, speed_mps: float) -> 
     late_s = draws.uniform(-2.0, 2.0)
     north_mps, east_mps = other_mps * math.cos(course), other_mps * math.sin(course)
     points = tuple(
-        (t_s, _MEETING_M + north_mps * (t_s - meeting_s - late_s), east_mps * (t_s - meeting_s - late_s)) for t_s in (now_s, now_s + _TIMEOUT_S)
+        (t_s, _MEETING_M + north_mps * (t_s - meeting_s - late_s), east_mps * (t_s - meeting_s - late_s))
+        for t_s in (now_s, now_s + _TIMEOUT_S)
     )
-    return ScriptedVessel(230_000_000 + draws.randrange(1_000_000), "NORA", points, class_a=draws.random() < 0.5), meeting_s
+    return ScriptedVessel(
+        230_000_000 + draws.randrange(1_000_000), "NORA", points, class_a=draws.random() < 0.5
+    ), meeting_s
 
 
 def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[dict[str, float], Sequence[Check]]:
+    """Clear water, passing side, and deviations from the route."""
     track = between(read_truth(folder), asked["started_s"], asked["finished_s"])
     vessel: ScriptedVessel = asked["vessel"]
     situation: str = asked["situation"]
@@ -101,12 +109,18 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
     checks = [
         Check("clear water between the hulls", metrics["clear_water_m"], 10.0, "m", at_least=True),
         Check("back on the route at its end", metrics["off_route_at_end_m"], 2.0, "m"),
-        Check("the situation was said by its name", metrics["said"], 1.0, "", at_least=True),
+        Check("announcements that name the situation", metrics["said"], 1.0, "", at_least=True),
     ]
     if situation == "head_on":
-        checks.append(Check("port to port: bearing of the other when it is closest", metrics["bearing_at_closest_deg"], -30.0, "deg"))
+        checks.append(
+            Check(
+                "port to port: bearing of the other when it is closest", metrics["bearing_at_closest_deg"], -30.0, "deg"
+            )
+        )
     if situation == "crossing_starboard":
-        checks.append(Check("not ahead of the other when its track is crossed", metrics["ahead_at_crossing_m"], 0.0, "m"))
+        checks.append(
+            Check("not ahead of the other when its track is crossed", metrics["ahead_at_crossing_m"], 0.0, "m")
+        )
     if situation == "crossing_port":
         checks.append(Check("no turn to port", metrics["most_to_port_m"], 3.0, "m"))
     if situation in ("crossing_port", "overtaken"):
@@ -115,27 +129,39 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
 
 
 def _between_hulls(row: dict[str, float], vessel: ScriptedVessel, asked: dict[str, Any]) -> float:
+    """Distance between the hulls at one row of the truth, in metres."""
     from shapely import Polygon
 
     there = vessel.at(row["t_s"])
     ours = _corners(row["north_m"], row["east_m"], row["yaw_rad"], asked["length_m"], asked["beam_m"])
-    return float(Polygon(ours).distance(Polygon(_corners(there.north_m, there.east_m, there.course_rad, vessel.length_m, vessel.beam_m))))
+    return float(
+        Polygon(ours).distance(
+            Polygon(_corners(there.north_m, there.east_m, there.course_rad, vessel.length_m, vessel.beam_m))
+        )
+    )
 
 
-def _corners(north_m: float, east_m: float, yaw_rad: float, length_m: float, beam_m: float) -> list[tuple[float, float]]:
+def _corners(
+    north_m: float, east_m: float, yaw_rad: float, length_m: float, beam_m: float
+) -> list[tuple[float, float]]:
     c, s = math.cos(yaw_rad), math.sin(yaw_rad)
     around = ((0.5, -0.5), (0.5, 0.5), (-0.5, 0.5), (-0.5, -0.5))
-    return [(north_m + c * a * length_m - s * b * beam_m, east_m + s * a * length_m + c * b * beam_m) for a, b in around]
+    return [
+        (north_m + c * a * length_m - s * b * beam_m, east_m + s * a * length_m + c * b * beam_m) for a, b in around
+    ]
 
 
 def _bearing_deg(row: dict[str, float], vessel: ScriptedVessel) -> float:
-    """Of the other, from the boat's bow."""
+    """Bearing of the other vessel from the boat's bow."""
     there = vessel.at(row["t_s"])
-    return math.degrees(wrap_pi(math.atan2(there.east_m - row["east_m"], there.north_m - row["north_m"]) - row["yaw_rad"]))
+    return math.degrees(
+        wrap_pi(math.atan2(there.east_m - row["east_m"], there.north_m - row["north_m"]) - row["yaw_rad"])
+    )
 
 
 def _ahead_at_crossing(track: Track, vessel: ScriptedVessel) -> float:
-    """How far ahead of the other the boat is when it comes to the other side of its track, the most of all times; −∞ if it never does."""
+    """The largest distance by which the boat is ahead of the other vessel while it crosses its track; −∞ if it never
+    crosses."""
     most, before = -math.inf, 0.0
     for row in track:
         there = vessel.at(row["t_s"])
@@ -150,12 +176,8 @@ def _ahead_at_crossing(track: Track, vessel: ScriptedVessel) -> float:
 
 def plot(folder: Path, asked: dict[str, Any], settings: Settings) -> None:
     """Draw `colreg.png` into the folder. Raises ImportError without matplotlib."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
     track = between(read_truth(folder), asked["started_s"], asked["finished_s"])
-    figure = Figure(figsize=(12.0, 7.0), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = new_figure(12.0, 7.0)
     grid = figure.add_gridspec(2, 2, width_ratios=(1.0, 1.4))
     _chart(figure.add_subplot(grid[:, 0]), track, asked)
     gaps, speeds = figure.add_subplot(grid[0, 1]), figure.add_subplot(grid[1, 1])
@@ -174,7 +196,7 @@ def plot(folder: Path, asked: dict[str, Any], settings: Settings) -> None:
         if event.name.startswith("traffic"):
             gaps.axvline(event.t_s - asked["started_s"], color="grey", linewidth=0.7)
             gaps.text(event.t_s - asked["started_s"], 148.0, f" {event.text}", rotation=90, fontsize=6, va="top")
-    figure.suptitle(", ".join(f"{key} {value}" for key, value in settings.items() if value), fontsize=10)
+    set_title(figure, settings)
     figure.savefig(folder / "colreg.png", dpi=90)
 
 
@@ -202,9 +224,17 @@ def _chart(axes: Axes, track: Track, asked: dict[str, Any]) -> None:
 
 SCENARIO = Scenario(
     name="colreg",
-    text="another vessel on a collision course, which never gives way: kept clear of by the rules, and back to the route",
+    text="another vessel on a collision course never gives way: the boat keeps clear by the rules and returns",
     vessel="aboat",
-    defaults={"situation": "head_on", "action": "alter", "wind": "2", "current": "", "gnss": "sbas", "waves": "", "speed": "1.2"},
+    defaults={
+        "situation": "head_on",
+        "action": "alter",
+        "wind": "2",
+        "current": "",
+        "gnss": "sbas",
+        "waves": "",
+        "speed": "1.2",
+    },
     sail=sail,
     measure=measure,
     plot=plot,

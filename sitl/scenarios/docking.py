@@ -1,4 +1,4 @@
-"""Onto the vessel's own berth in wind: to the standoff point, alongside, held there."""
+"""Dock onto the vessel's own berth in wind: to the standoff point, alongside, and hold there."""
 
 from __future__ import annotations
 
@@ -8,30 +8,31 @@ from pathlib import Path
 from typing import Any
 
 from companion.core.angles import wrap_pi
+from sitl.scenarios.ground_station import GroundStation
 from sitl.scenarios.measure import Check, between, read_truth
 from sitl.scenarios.scenario import Scenario, Settings
-from sitl.scenarios.station import Station
 
 _DOCK = 0x06040000
 _TIMEOUT_S = 400.0
 _HOLD_S = 32.0
 
 
-def sail(station: Station, settings: Settings) -> dict[str, Any]:
-    """Dock chosen and armed; then watched until it says that it is docked, and for half a minute more."""
-    station.ready()
-    station.set_mode(_DOCK)
-    station.arm()
-    from_s = station.rig.now_s
-    station.wait("docked", lambda: any(text.startswith("Docked") for text in station.texts), _TIMEOUT_S)
-    docked_s = station.rig.now_s
-    station.sail(_HOLD_S)
-    dock = station.rig.config.dock
+def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
+    """Choose Dock and arm; wait until the boat announces that it is docked, then half a minute more."""
+    gcs.ready()
+    gcs.set_mode(_DOCK)
+    gcs.arm()
+    from_s = gcs.rig.now_s
+    gcs.wait("docked", lambda: any(text.startswith("Docked") for text in gcs.texts), _TIMEOUT_S)
+    docked_s = gcs.rig.now_s
+    gcs.sail(_HOLD_S)
+    dock = gcs.rig.config.dock
     assert dock is not None
-    return {"from_s": from_s, "docked_s": docked_s, "to_s": station.rig.now_s, "yaw_rad": dock.yaw_rad}
+    return {"from_s": from_s, "docked_s": docked_s, "to_s": gcs.rig.now_s, "yaw_rad": dock.yaw_rad}
 
 
 def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[dict[str, float], Sequence[Check]]:
+    """Speeds at contact, rebound, and how it holds against the berth."""
     track = between(read_truth(folder), asked["from_s"], asked["to_s"])
     first = next((i for i, row in enumerate(track) if not math.isnan(row["contact_sway_mps"])), len(track) - 1)
     alongside = track[first:]

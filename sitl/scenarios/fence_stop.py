@@ -1,4 +1,4 @@
-"""Towards a fence at top speed with the wind behind: the boat stops inside it, whoever steers."""
+"""Towards a fence at top speed with the wind behind: the boat stops inside it, whatever steers it."""
 
 from __future__ import annotations
 
@@ -11,9 +11,10 @@ from pymavlink.dialects.v20 import common as mavlink
 
 from companion.core.angles import wrap_pi
 from companion.core.geodesy import LocalFrame
+from sitl.scenarios.figure import finish_chart, new_figure, set_title
+from sitl.scenarios.ground_station import GroundStation, Item
 from sitl.scenarios.measure import Check, Track, between, read_truth
 from sitl.scenarios.scenario import Scenario, ScenarioError, Settings
-from sitl.scenarios.station import Item, Station
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -24,70 +25,79 @@ _BEHIND_M, _BESIDE_M = 40.0, 100.0
 _TIMEOUT_S = 400.0
 _REST_MPS = 0.1
 _STAY_S = 60.0
-_HELM, _HELM_RATE_S = 1.0, 3.0  # share of the yaw stick for each rad and rad/s
+_HELM, _HELM_RATE_S = 1.0, 3.0  # share of the yaw stick for each rad, and for each rad/s
 
 
-def sail(station: Station, settings: Settings) -> dict[str, Any]:
-    """North, towards a line at `line` metres, steered `by` stick (manual, forces, heading), by a mission that ends near the line, or by one
-    across which the fence is drawn `late` metres ahead of the boat."""
+def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
+    """Sail north, towards a line at `line` metres.
+
+    `by` says what steers: sticks in a mode (manual, forces, heading), a mission that ends near the line, or "late": a
+    mission across which the fence is uploaded `late` metres ahead of the boat.
+    """
     by, line_m = settings["by"], float(settings["line"])
     if by not in (*_BY_STICK, "mission", "late"):
         raise ScenarioError(f"by={by}: one of {', '.join((*_BY_STICK, 'mission', 'late'))}")
-    station.ready()
+    gcs.ready()
     if by != "late":
-        station.upload(_fence(station, line_m), mavlink.MAV_MISSION_TYPE_FENCE)
+        gcs.upload(_fence(gcs, line_m), mavlink.MAV_MISSION_TYPE_FENCE)
     if by in _BY_STICK:
-        push: Callable[[], None] = lambda: _full_ahead(station, steered=by != "heading")  # noqa: E731
+        push: Callable[[], None] = lambda: _full_ahead(gcs, steered=by != "heading")  # noqa: E731
         push()
-        station.set_mode(_BY_STICK[by])
+        gcs.set_mode(_BY_STICK[by])
     else:
         push = lambda: None  # noqa: E731
-        home = LocalFrame(station.rig.config.home.lat_deg, station.rig.config.home.lon_deg)
-        end_m = line_m - 0.5 * station.rig.config.length_m - 0.6 if by == "mission" else line_m + 40.0
-        station.upload([Item(mavlink.MAV_CMD_NAV_WAYPOINT, *home.to_geodetic(end_m, 0.0))])
-        station.set_mode(_MISSION)
-        station.command(mavlink.MAV_CMD_DO_CHANGE_SPEED, 1.0, 25.0, -1.0)
-    station.arm()
-    station.send(mavlink.MAVLink_manual_control_message(1, 0, 0, 0, 0, 0))
-    station.step()
-    from_s = station.rig.now_s
+        home = LocalFrame(gcs.rig.config.home.lat_deg, gcs.rig.config.home.lon_deg)
+        end_m = line_m - 0.5 * gcs.rig.config.length_m - 0.6 if by == "mission" else line_m + 40.0
+        gcs.upload([Item(mavlink.MAV_CMD_NAV_WAYPOINT, *home.to_geodetic(end_m, 0.0))])
+        gcs.set_mode(_MISSION)
+        gcs.command(mavlink.MAV_CMD_DO_CHANGE_SPEED, 1.0, 25.0, -1.0)
+    gcs.arm()
+    gcs.send(mavlink.MAVLink_manual_control_message(1, 0, 0, 0, 0, 0))
+    gcs.step()
+    from_s = gcs.rig.now_s
     if by == "late":
-        _until(station, "near the line", lambda: station.rig.world.truth.north_m > line_m - float(settings["late"]), push)
-        station.upload(_fence(station, line_m), mavlink.MAV_MISSION_TYPE_FENCE)
-    _until(station, "half the way", lambda: station.rig.world.truth.north_m > 0.5 * line_m, push)
-    _until(station, "at rest", lambda: abs(station.rig.world.truth.surge_mps) < _REST_MPS, push)
-    end_s = station.rig.now_s + _STAY_S
-    _until(station, "a while more", lambda: station.rig.now_s >= end_s, push)
-    last = station.last["FENCE_STATUS"]
-    return {"from_s": from_s, "line_m": line_m, "length_m": station.rig.config.length_m, "breaches": last.breach_count + last.breach_status}
+        _until(gcs, "near the line", lambda: gcs.rig.world.truth.north_m > line_m - float(settings["late"]), push)
+        gcs.upload(_fence(gcs, line_m), mavlink.MAV_MISSION_TYPE_FENCE)
+    _until(gcs, "half the way", lambda: gcs.rig.world.truth.north_m > 0.5 * line_m, push)
+    _until(gcs, "at rest", lambda: abs(gcs.rig.world.truth.surge_mps) < _REST_MPS, push)
+    end_s = gcs.rig.now_s + _STAY_S
+    _until(gcs, "a while more", lambda: gcs.rig.now_s >= end_s, push)
+    last = gcs.last["FENCE_STATUS"]
+    return {
+        "from_s": from_s,
+        "line_m": line_m,
+        "length_m": gcs.rig.config.length_m,
+        "breaches": last.breach_count + last.breach_status,
+    }
 
 
-def _full_ahead(station: Station, steered: bool) -> None:
-    """The stick full ahead; `steered`: by somebody who looks where the bow points."""
-    truth = station.rig.world.truth
+def _full_ahead(gcs: GroundStation, steered: bool) -> None:
+    """Push the stick full ahead. `steered`: also steer north with the yaw stick."""
+    truth = gcs.rig.world.truth
     helm = -_HELM * wrap_pi(truth.yaw_rad) - _HELM_RATE_S * truth.yaw_rate_radps if steered else 0.0
-    station.send(mavlink.MAVLink_manual_control_message(1, 1000, 0, 0, round(1000.0 * min(1.0, max(-1.0, helm))), 0))
+    gcs.send(mavlink.MAVLink_manual_control_message(1, 1000, 0, 0, round(1000.0 * min(1.0, max(-1.0, helm))), 0))
 
 
-def _until(station: Station, what: str, condition: Callable[[], bool], push: Callable[[], None]) -> None:
-    """Sail on, with the stick where it is."""
+def _until(gcs: GroundStation, what: str, condition: Callable[[], bool], push: Callable[[], None]) -> None:
+    """Sail until `condition()`, with the stick held."""
 
     def go_on() -> bool:
         push()
         return condition()
 
-    station.wait(what, go_on, _TIMEOUT_S)
+    gcs.wait(what, go_on, _TIMEOUT_S)
 
 
-def _fence(station: Station, line_m: float) -> list[Item]:
-    """A rectangle around home whose northern side is the line."""
-    home = LocalFrame(station.rig.config.home.lat_deg, station.rig.config.home.lon_deg)
+def _fence(gcs: GroundStation, line_m: float) -> list[Item]:
+    """A rectangle around home. Its northern side is the line."""
+    home = LocalFrame(gcs.rig.config.home.lat_deg, gcs.rig.config.home.lon_deg)
     corners = ((line_m, -_BESIDE_M), (line_m, _BESIDE_M), (-_BEHIND_M, _BESIDE_M), (-_BEHIND_M, -_BESIDE_M))
     command, frame = mavlink.MAV_CMD_NAV_FENCE_POLYGON_VERTEX_INCLUSION, mavlink.MAV_FRAME_GLOBAL
     return [Item(command, *home.to_geodetic(*corner), params=(4.0, 0.0, 0.0, 0.0), frame=frame) for corner in corners]
 
 
 def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[dict[str, float], Sequence[Check]]:
+    """How close the hull comes to the line, and that it stands at the end."""
     track = between(read_truth(folder), asked["from_s"])
     line_m, half_m = asked["line_m"], 0.5 * asked["length_m"]
     metrics = {
@@ -98,23 +108,19 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
         "breaches": float(asked["breaches"]),
     }
     checks = (
-        Check("it was fast", metrics["top_speed_mps"], float(settings["fast"]), "m/s", at_least=True),
+        Check("top speed", metrics["top_speed_mps"], float(settings["fast"]), "m/s", at_least=True),
         Check("the boat's middle stays short of the line", metrics["middle_short_of_line_m"], 0.0, "m", at_least=True),
         Check("the hull stays short of the line", metrics["hull_short_of_line_m"], 0.0, "m", at_least=True),
-        Check("it stands at the end", metrics["speed_at_end_mps"], _REST_MPS, "m/s"),
-        Check("no breach was reported", metrics["breaches"], 0.0, ""),
+        Check("speed at the end", metrics["speed_at_end_mps"], _REST_MPS, "m/s"),
+        Check("breaches reported", metrics["breaches"], 0.0, ""),
     )
     return metrics, checks
 
 
 def plot(folder: Path, asked: dict[str, Any], settings: Settings) -> None:
     """Draw `fence.png` into the folder. Raises ImportError without matplotlib."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
     track = between(read_truth(folder), asked["from_s"])
-    figure = Figure(figsize=(11.0, 6.0), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = new_figure(11.0, 6.0)
     grid = figure.add_gridspec(2, 2, width_ratios=(1.0, 1.6))
     _chart(figure.add_subplot(grid[:, 0]), track, asked)
     over_way, over_time = figure.add_subplot(grid[0, 1]), figure.add_subplot(grid[1, 1])
@@ -132,24 +138,31 @@ def plot(folder: Path, asked: dict[str, Any], settings: Settings) -> None:
     over_way.legend()
     for axes in (over_way, over_time):
         axes.grid(alpha=0.3)
-    figure.suptitle(", ".join(f"{key} {value}" for key, value in settings.items() if value), fontsize=10)
+    set_title(figure, settings)
     figure.savefig(folder / "fence.png", dpi=90)
 
 
 def _chart(axes: Axes, track: Track, asked: dict[str, Any]) -> None:
     axes.plot([row["east_m"] for row in track], [row["north_m"] for row in track])
     axes.axhline(asked["line_m"], color="tab:red")
-    axes.set_aspect("equal", adjustable="datalim")
-    axes.set_xlabel("east, m")
-    axes.set_ylabel("north, m")
-    axes.grid(alpha=0.3)
+    finish_chart(axes)
 
 
 SCENARIO = Scenario(
     name="fence_stop",
     text="at top speed towards a fence, the wind behind: it stops inside",
     vessel="revolt",
-    defaults={"wind": "5@180", "current": "", "gnss": "rtk", "waves": "", "model_error": "", "by": "heading", "line": "60", "late": "15", "fast": "0.9"},
+    defaults={
+        "wind": "5@180",
+        "current": "",
+        "gnss": "rtk",
+        "waves": "",
+        "model_error": "",
+        "by": "heading",
+        "line": "60",
+        "late": "15",
+        "fast": "0.9",
+    },
     sail=sail,
     measure=measure,
     plot=plot,

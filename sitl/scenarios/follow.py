@@ -1,4 +1,4 @@
-"""A lead boat sails a script; the follower keeps its station, in its wake if that is astern."""
+"""A lead boat sails a script; the follower keeps its follow position, inside the wake if that is astern."""
 
 from __future__ import annotations
 
@@ -9,26 +9,27 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sitl.leader_script import script
-from sitl.scenarios.company import Company
+from sitl.scenarios.convoy import Convoy
 from sitl.scenarios.follow_measure import WAKE_M, Chase, modes, rms, share, variation_1ps
 from sitl.scenarios.follow_plot import draw as draw
+from sitl.scenarios.ground_station import GroundStation
 from sitl.scenarios.measure import Check
 from sitl.scenarios.rig import Conditions
 from sitl.scenarios.scenario import Scenario, ScenarioError, Settings, number
-from sitl.scenarios.station import Station
-from sitl.waters import OtherBoat
+from sitl.shared_sea import LeadBoatConfig
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-SETTLE_S = 40.0  # after the leader has departed
+SETTLE_S = 40.0  # after the leader's departure
 NEAREST_M = 12.0
-MOVING_SHARE = 0.5  # of its greatest speed: beside a leader that comes to rest a boat without way astern rounds up across the track
+# share of the leader's top speed below which nothing is judged: a boat without way astern leaves the track there
+MOVING_SHARE = 0.5
 _AT_REST_MPS = 0.2
-_TURNS_ASIDE, _BACKS_SHARE = 1.0, 0.02  # a boat without way astern turns away from a leader that backs, and back again
+_TURNS_ASIDE, _BACKS_SHARE = 1.0, 0.02  # a boat without way astern turns away from a leader that goes astern
 MOST_VARIATION_1PS = 2.5
-REST_SLACK_M, REST_MPS = 15.0, 1.5  # a jet cannot hold a point: it drifts in its watch circle
+REST_SLACK_M, REST_MPS = 15.0, 1.5  # a jet boat drifts in its watch circle
 REST_S = 3.0
 _LEAST_S, _AFTER_S = 120.0, 45.0
 
@@ -52,8 +53,9 @@ DEFAULTS = {
 }
 
 
-def station_of(settings: Settings) -> tuple[float, float]:
-    """(bearing in the leader's frame in rad, distance in m): `station=BEARING_DEG@M`, or right astern at `gap`. Raises ScenarioError."""
+def follow_position_of(settings: Settings) -> tuple[float, float]:
+    """(bearing in the leader's frame in rad, distance in m) of the setting `station=BEARING_DEG@M`; right astern at
+    `gap` where it is empty. Raises ScenarioError."""
     text = settings.get("station", "")
     if not text:
         return math.pi, number(settings, "gap")
@@ -65,7 +67,7 @@ def station_of(settings: Settings) -> tuple[float, float]:
 
 
 def thesis_parameters(settings: Settings) -> dict[str, float]:
-    """The thesis's law comes with the thesis's AHRS; `gains=KP/KD` are those of its nozzle. Raises ScenarioError."""
+    """Parameters of the thesis's law and AHRS; the setting `gains=KP/KD` is for its nozzle. Raises ScenarioError."""
     text = settings.get("gains", "")
     if settings.get("law") != "thesis":
         if text:
@@ -81,38 +83,49 @@ def thesis_parameters(settings: Settings) -> dict[str, float]:
 
 
 def prepare(conditions: Conditions, settings: Settings) -> Conditions:
-    """The follower at home, the lead boat at rest ahead of it where its station asks for, heading north."""
-    bearing, distance_m = station_of(settings)
-    leader = OtherBoat(
-        "leader", settings["leader"], (-distance_m * math.cos(bearing), -distance_m * math.sin(bearing), 0.0), None, settings["gnss"]
+    """The follower at home; the lead boat at rest so that home is the follow position, heading north."""
+    bearing, distance_m = follow_position_of(settings)
+    leader = LeadBoatConfig(
+        "leader",
+        settings["leader"],
+        (-distance_m * math.cos(bearing), -distance_m * math.sin(bearing), 0.0),
+        None,
+        settings["gnss"],
     )
     station = {"FLW_TGT_DST": distance_m, "FLW_TGT_FA": math.degrees(math.remainder(bearing, math.tau))}
-    own = {"DP_LAW": 0.0, "WP_LAW": 0.0, **thesis_parameters(settings)}  # `law` is the one of following: the others' theses are about other boats
-    return replace(conditions, others=(leader,), start=(0.0, 0.0, 0.0), parameters={**conditions.parameters, **own, **station})
+    own = {
+        "DP_LAW": 0.0,
+        "WP_LAW": 0.0,
+        **thesis_parameters(settings),
+    }  # the setting `law` is about following alone
+    return replace(
+        conditions, lead_boats=(leader,), start=(0.0, 0.0, 0.0), parameters={**conditions.parameters, **own, **station}
+    )
 
 
-def sail(station: Station, settings: Settings) -> dict[str, Any]:
-    company = Company((station.rig,), settings)
-    company.follow()
-    company.sail(REST_S)
-    asked = begun(company)
-    company.sail(duration_s(settings))
+def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
+    """Follow the lead boat through its script."""
+    convoy = Convoy((gcs.rig,), settings)
+    convoy.follow()
+    convoy.sail(REST_S)
+    asked = begun(convoy)
+    convoy.sail(duration_s(settings))
     return asked
 
 
 def duration_s(settings: Settings) -> float:
-    """`time`, or until the script's last order is well over."""
+    """The setting `time`; where it is empty, long enough for the whole script."""
     return number(settings, "time") or max(_LEAST_S, script(settings["leader"])[-1].at_s + _AFTER_S)
 
 
-def begun(company: Company) -> dict[str, Any]:
-    """The leader departs; what measuring needs to know."""
-    config = company.escorts[0].rig.config
-    company.boat.depart(company.now_s)
+def begun(convoy: Convoy) -> dict[str, Any]:
+    """Let the leader depart. Returns what `measure` needs."""
+    config = convoy.ground_stations[0].rig.config
+    convoy.boat.depart(convoy.now_s)
     jet = config.thrusters[0] if config.thrusters[0].kind == "jet" else None
     return {
         "vessel": config.name,
-        "from_s": company.now_s,
+        "from_s": convoy.now_s,
         "nozzle": jet.name if jet is not None else "",
         "full_rad": jet.azimuth_max_rad if jet is not None else math.nan,
         "length_m": config.length_m,
@@ -122,14 +135,19 @@ def begun(company: Company) -> dict[str, Any]:
 
 
 def astern_of(settings: Settings) -> bool:
-    """Whether the station is right astern, where the leader's track is followed."""
-    return abs(math.cos(station_of(settings)[0]) + 1.0) < 1e-6
+    """Whether the follow position is right astern, where the follower tracks the leader's path."""
+    return abs(math.cos(follow_position_of(settings)[0]) + 1.0) < 1e-6
 
 
 def figures(folder: Path, chase: Chase, asked: dict[str, Any], settings: Settings) -> dict[str, float]:
-    """From 40 s after the leader's departure on; those of a station astern until the leader goes astern or stops."""
+    """Metrics from 40 s after the leader's departure; for a follow position astern until the leader stops or goes
+    astern."""
     judged = chase.t >= asked["from_s"] + SETTLE_S
-    metrics = _astern(chase, judged, station_of(settings)[1]) if astern_of(settings) else _elsewhere(chase, judged, settings)
+    metrics = (
+        _astern(chase, judged, follow_position_of(settings)[1])
+        if astern_of(settings)
+        else _elsewhere(chase, judged, settings)
+    )
     metrics |= {
         "nearest_m": float(chase.distance.min()),
         "circles": chase.circles(),
@@ -139,13 +157,17 @@ def figures(folder: Path, chase: Chase, asked: dict[str, Any], settings: Setting
     }
     if asked["nozzle"]:
         nozzle = asked["nozzle"]
-        metrics["nozzle_variation_1ps"] = variation_1ps(folder, f"{nozzle}_azimuth_rad", asked["full_rad"], asked["from_s"] + SETTLE_S)
+        metrics["nozzle_variation_1ps"] = variation_1ps(
+            folder, f"{nozzle}_azimuth_rad", asked["full_rad"], asked["from_s"] + SETTLE_S
+        )
         metrics["throttle_variation_1ps"] = variation_1ps(folder, f"{nozzle}_throttle", 1.0, asked["from_s"] + SETTLE_S)
     return metrics
 
 
 def _astern(chase: Chase, judged: NDArray[np.bool_], gap_m: float) -> dict[str, float]:
-    moving = judged & (chase.t < chase.ahead_until_s) & (chase.leader_speed > MOVING_SHARE * float(chase.leader_speed.max()))
+    moving = (
+        judged & (chase.t < chase.ahead_until_s) & (chase.leader_speed > MOVING_SHARE * float(chase.leader_speed.max()))
+    )
     straight, bend = moving & chase.on_straight, moving & chase.in_bend
     off, known_off = chase.off_m[moving], chase.known_off_m[moving]
     error, known = chase.gap_m - gap_m, chase.known_gap_m - gap_m
@@ -157,7 +179,9 @@ def _astern(chase: Chase, judged: NDArray[np.bool_], gap_m: float) -> dict[str, 
         "gap_bend_rms_m": rms(error[bend]),
         "gap_bend_max_m": float(abs(error[bend]).max()) if bend.any() else math.nan,
         "recovery_max_s": max(chase.recovery_s(gap_m), default=math.nan),
-        "receivers_in_wake_share": share(abs(known_off - off) <= WAKE_M),  # what a follower that makes no errors of its own would have
+        "receivers_in_wake_share": share(
+            abs(known_off - off) <= WAKE_M
+        ),  # the share of a follower without control errors
         "known_in_wake_share": share(abs(known_off) <= WAKE_M),
         "known_off_rms_m": rms(known_off),
         "known_gap_straight_rms_m": rms(known[straight]),
@@ -168,7 +192,7 @@ def _astern(chase: Chase, judged: NDArray[np.bool_], gap_m: float) -> dict[str, 
 
 
 def _elsewhere(chase: Chase, judged: NDArray[np.bool_], settings: Settings) -> dict[str, float]:
-    error = chase.station_error(*station_of(settings))
+    error = chase.position_error(*follow_position_of(settings))
     straight = judged & chase.on_straight
     return {
         "station_straight_rms_m": rms(error[straight]),
@@ -178,12 +202,13 @@ def _elsewhere(chase: Chase, judged: NDArray[np.bool_], settings: Settings) -> d
 
 
 def following_share(folder: Path, from_s: float) -> float:
-    """Of the ticks, in Follow."""
+    """Share of the ticks in Follow."""
     words = [mode for t_s, mode in modes(folder) if t_s >= from_s]
     return sum(mode == "Follow" for mode in words) / len(words)
 
 
 def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[dict[str, float], Sequence[Check]]:
+    """Metrics of following, and what must hold."""
     chase = Chase(folder, asked["from_s"])
     metrics = figures(folder, chase, asked, settings)
     if chase.leader_speed[-1] < _AT_REST_MPS:
@@ -192,18 +217,36 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
 
 
 def checks(metrics: dict[str, float], asked: dict[str, Any], settings: Settings) -> list[Check]:
-    """What holds of every run. Tracks and gaps as both boats' receivers know them: no law sees what these are wrong by, and over many seeds the truth
-    is judged (`tests/scenarios/test_follow.py`)."""
+    """What must hold of every run.
+
+    Track and gap are judged as both boats' receivers know them, since no law can see the receivers' errors.
+    `tests/scenarios/test_follow.py` judges the truth over many seeds.
+    """
     found = [
         Check("distance from the leader", metrics["nearest_m"], NEAREST_M, "m", at_least=True),
-        Check("whole turns that the leader did not make", metrics["circles"], _TURNS_ASIDE if metrics["leader_astern_share"] > _BACKS_SHARE else 0.0, ""),
+        Check(
+            "whole turns that the leader did not make",
+            metrics["circles"],
+            _TURNS_ASIDE if metrics["leader_astern_share"] > _BACKS_SHARE else 0.0,
+            "",
+        ),
         Check("in Follow all the time", metrics["following_share"], 1.0, "", at_least=True),
     ]
     if asked["nozzle"]:
-        found.append(Check("no limit cycle: nozzle's variation a second", metrics["nozzle_variation_1ps"], MOST_VARIATION_1PS, ""))
+        found.append(
+            Check(
+                "no limit cycle: nozzle's variation a second", metrics["nozzle_variation_1ps"], MOST_VARIATION_1PS, ""
+            )
+        )
     if astern_of(settings):
         found += [
-            Check("share of the time within 4 m of the leader's track, as known", metrics["known_in_wake_share"], 0.98, "", at_least=True),
+            Check(
+                "share of the time within 4 m of the leader's track, as known",
+                metrics["known_in_wake_share"],
+                0.98,
+                "",
+                at_least=True,
+            ),
             Check("gap on straights, RMS, as known", metrics["known_gap_straight_rms_m"], 2.0, "m"),
         ]
         if not math.isnan(metrics["gap_bend_max_m"]):
@@ -212,7 +255,12 @@ def checks(metrics: dict[str, float], asked: dict[str, Any], settings: Settings)
             found.append(Check("gap recovered after a bend", metrics["recovery_max_s"], 10.0, "s"))
     if "final_distance_m" in metrics:
         found += [
-            Check("distance from the leader at rest", metrics["final_distance_m"], station_of(settings)[1] + REST_SLACK_M, "m"),
+            Check(
+                "distance from the leader at rest",
+                metrics["final_distance_m"],
+                follow_position_of(settings)[1] + REST_SLACK_M,
+                "m",
+            ),
             Check("speed beside the leader at rest", metrics["final_speed_mps"], REST_MPS, "m/s"),
         ]
     return found
@@ -220,7 +268,7 @@ def checks(metrics: dict[str, float], asked: dict[str, Any], settings: Settings)
 
 SCENARIO = Scenario(
     name="follow",
-    text="a lead boat followed through its script (straight, thesis, slalom, uturn, stop, reverse, lively), at a gap or a station",
+    text="follow a lead boat through its script (straight, thesis, slalom, uturn, stop, reverse, lively)",
     vessel="rescuerunner",
     defaults=DEFAULTS,
     by_vessel={"revolt": {"leader": "straight@0.7", "gnss": "sbas", "wind": "2"}},

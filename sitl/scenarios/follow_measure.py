@@ -1,4 +1,5 @@
-"""How well a lead boat was followed, from the truth of both boats: gap by arc length, distance from the leader's track, bends by the leader's own turning."""
+"""How well a leader was followed, from the truth of both boats: gap by arc length, offset from the leader's track,
+bends."""
 
 from __future__ import annotations
 
@@ -16,23 +17,24 @@ if TYPE_CHECKING:
     Column = NDArray[np.float64]
 
 WAKE_M = 4.0
-_ASTERN_M = 600.0  # the track is taken to have come from right astern of where it begins
+_ASTERN_M = 600.0  # length of the straight track assumed before the first point
 _STEP_M = 0.25
-_WINDOW_M = 15.0  # in which the nearest point is looked for, about the one before: other branches of a track that turns back do not count
-_LOST_M = 20.0  # beyond this distance all of the track of the last while counts
+# the nearest point is searched within this distance of the last one: other branches of the track do not count
+_WINDOW_M = 15.0
+_LOST_M = 20.0  # at a larger offset the whole recent track is searched
 _RECALL_M = 400.0
 _TURNING_RADPS = math.radians(2.0)
 _ONE_BEND_S = 3.0
 _AFTER_BEND_S = 10.0
 _SETTLED_S = 20.0
-_BEHIND_S = 10.0  # by so much at most a follower comes out of a bend after the leader
+_BEHIND_S = 10.0  # longest time by which a follower leaves a bend after the leader
 _ASTERN_MPS = -0.2
 _BACK_M, _BACK_S = 2.0, 2.0
 
 
 @dataclass(frozen=True, slots=True)
 class Bend:
-    """A turn of the leader: when, and between which arc lengths of its track."""
+    """A turn of the leader: its times, and its arc lengths on the leader's track."""
 
     begin_s: float
     end_s: float
@@ -40,8 +42,8 @@ class Bend:
     end_m: float
 
 
-class Track:
-    """A polyline with its arc length: where a boat has been. It begins far astern of its first point, in the direction `yaw_rad`."""
+class LeaderTrack:
+    """The leader's track as a polyline with arc length. It begins far astern of its first point, against `yaw_rad`."""
 
     def __init__(self, north_m: Column, east_m: Column, yaw_rad: float) -> None:
         import numpy as np
@@ -55,7 +57,8 @@ class Track:
         self.arc = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(self.north), np.diff(self.east)))])
 
     def nearest(self, north_m: float, east_m: float, low_m: float, high_m: float) -> tuple[float, float, float]:
-        """(arc length, offset to starboard, course there) of the point nearest to a place, between two arc lengths."""
+        """(arc length, offset to starboard, course there) of the track's point nearest to a place, between two arc
+        lengths."""
         import numpy as np
 
         first = max(0, int(np.searchsorted(self.arc, low_m)) - 1)
@@ -64,7 +67,9 @@ class Track:
         dn, de = self.north[first + 1 : last + 1] - n, self.east[first + 1 : last + 1] - e
         long = np.hypot(dn, de)
         along = ((north_m - n) * dn + (east_m - e) * de) / long
-        along = np.clip(along, np.maximum(0.0, low_m - self.arc[first:last]), np.minimum(long, high_m - self.arc[first:last]))
+        along = np.clip(
+            along, np.maximum(0.0, low_m - self.arc[first:last]), np.minimum(long, high_m - self.arc[first:last])
+        )
         off_n, off_e = north_m - n - along * dn / long, east_m - e - along * de / long
         i = int(np.argmin(np.hypot(off_n, off_e)))
         side = math.copysign(1.0, dn[i] * off_e[i] - de[i] * off_n[i])
@@ -72,9 +77,10 @@ class Track:
 
 
 class Chase:
-    """Both boats at the same instants (the ticks of the follower), from `from_s` on. Columns are numpy arrays, one value a tick.
+    """Both boats at the follower's ticks, from `from_s` on. Columns are numpy arrays, one value a tick.
 
-    `gap_m` and `off_m` are of the truth; `known_gap_m` and `known_off_m` what both boats' receivers make of it, which is what a law can hold.
+    `gap_m` and `off_m` are the truth; `known_gap_m` and `known_off_m` are what both boats' receivers give, which is
+    what a law can hold.
     """
 
     def __init__(self, folder: Path, from_s: float = 0.0, leader: str = "leader") -> None:
@@ -91,16 +97,27 @@ class Chase:
         self.speed = np.hypot(truth["surge_mps"], truth["sway_mps"])[at]
         self._error = ticks["north_m"][at] - self.north, ticks["east_m"][at] - self.east
         clock = other["t_s"]
-        self.leader_north, self.leader_east = np.interp(t, clock, other["north_m"]), np.interp(t, clock, other["east_m"])
-        self.leader_yaw, self.leader_speed = np.interp(t, clock, np.unwrap(other["yaw_rad"])), np.interp(t, clock, other["speed_mps"])
-        self.leader_surge, self.leader_rate = np.interp(t, clock, other["surge_mps"]), np.interp(t, clock, other["yaw_rate_radps"])
-        self._leader_error = tuple(np.interp(t, clock, other[f"fix_{name}"] - other[name]) for name in ("north_m", "east_m"))
+        self.leader_north, self.leader_east = (
+            np.interp(t, clock, other["north_m"]),
+            np.interp(t, clock, other["east_m"]),
+        )
+        self.leader_yaw, self.leader_speed = (
+            np.interp(t, clock, np.unwrap(other["yaw_rad"])),
+            np.interp(t, clock, other["speed_mps"]),
+        )
+        self.leader_surge, self.leader_rate = (
+            np.interp(t, clock, other["surge_mps"]),
+            np.interp(t, clock, other["yaw_rate_radps"]),
+        )
+        self._leader_error = tuple(
+            np.interp(t, clock, other[f"fix_{name}"] - other[name]) for name in ("north_m", "east_m")
+        )
         self.distance = np.hypot(self.north - self.leader_north, self.east - self.leader_east)
-        self.track = Track(self.leader_north, self.leader_east, float(self.leader_yaw[0]))
+        self.track = LeaderTrack(self.leader_north, self.leader_east, float(self.leader_yaw[0]))
         step = np.hypot(np.diff(self.leader_north), np.diff(self.leader_east))
         self.leader_arc = _ASTERN_M + np.concatenate([[0.0], np.cumsum(step)])
         backing = np.flatnonzero(self.leader_surge < _ASTERN_MPS)
-        self.ahead_until_s = float(t[backing[0]]) if len(backing) else math.inf  # from then on arc length means nothing
+        self.ahead_until_s = float(t[backing[0]]) if len(backing) else math.inf  # arc length is meaningless after this
 
     @cached_property
     def along(self) -> tuple[Column, Column, Column]:
@@ -120,17 +137,17 @@ class Chase:
 
     @property
     def off_m(self) -> Column:
-        """From the leader's track, to starboard."""
+        """Offset from the leader's track, to starboard."""
         return self.along[1]
 
     @property
     def gap_m(self) -> Column:
-        """Along the leader's track."""
+        """Gap along the leader's track."""
         return self.leader_arc - self.along[0]
 
     @property
     def swing(self) -> Column:
-        """Heading against the course of the track where the follower is, in rad."""
+        """Heading relative to the course of the track at the follower, in rad."""
         import numpy as np
 
         apart = self.yaw - self.along[2]
@@ -138,22 +155,27 @@ class Chase:
 
     @cached_property
     def passed(self) -> Column:
-        """When the leader was where the follower is now, as an index of the columns, with fractions."""
+        """When the leader was at the follower's present place, as a fractional index of the columns."""
         import numpy as np
 
         return np.interp(self.along[0], self.leader_arc, np.arange(len(self.t)))
 
     @property
     def known_off_m(self) -> Column:
+        """Offset from the leader's track as the receivers give it, to starboard."""
         import numpy as np
 
         _, off, course = self.along
         rows = np.arange(len(self.t))
-        north, east = (own - np.interp(self.passed, rows, theirs) for own, theirs in zip(self._error, self._leader_error, strict=True))
+        north, east = (
+            own - np.interp(self.passed, rows, theirs)
+            for own, theirs in zip(self._error, self._leader_error, strict=True)
+        )
         return off + east * np.cos(course) - north * np.sin(course)
 
     @property
     def known_gap_m(self) -> Column:
+        """Gap along the leader's track as the receivers give it."""
         import numpy as np
 
         course, there = self.along[2], self.leader_yaw
@@ -163,7 +185,7 @@ class Chase:
 
     @cached_property
     def bends(self) -> tuple[Bend, ...]:
-        """Turns of the leader while it goes ahead; those with less than 3 s between them are one."""
+        """Turns of the leader while it goes ahead; turns less than 3 s apart are one."""
         spans: list[list[int]] = []
         for i in range(len(self.t)):
             if abs(self.leader_rate[i]) < _TURNING_RADPS or self.leader_surge[i] < 0.5:
@@ -173,12 +195,14 @@ class Chase:
             else:
                 spans.append([i, i])
         return tuple(
-            Bend(float(self.t[a]), float(self.t[b]), float(self.leader_arc[a]), float(self.leader_arc[b])) for a, b in spans if b > a
+            Bend(float(self.t[a]), float(self.t[b]), float(self.leader_arc[a]), float(self.leader_arc[b]))
+            for a, b in spans
+            if b > a
         )
 
     @cached_property
     def through_s(self) -> tuple[float, ...]:
-        """When the follower came out of each bend; infinite where it did not."""
+        """When the follower left each bend; infinite where it did not."""
         times = []
         for bend in self.bends:
             out = [t for t, arc in zip(self.t, self.along[0], strict=True) if t > bend.begin_s and arc >= bend.end_m]
@@ -187,12 +211,12 @@ class Chase:
 
     @property
     def in_bend(self) -> NDArray[np.bool_]:
-        """From the leader's turn until the follower is out of it."""
+        """True from the leader's turn until the follower has left it."""
         return self._any_bend(0.0)
 
     @property
     def on_straight(self) -> NDArray[np.bool_]:
-        """Neither in a bend nor in the 10 s after it."""
+        """True outside of bends and the 10 s after them."""
         return ~self._any_bend(_AFTER_BEND_S)
 
     def _any_bend(self, after_s: float) -> NDArray[np.bool_]:
@@ -204,8 +228,8 @@ class Chase:
         return inside
 
     def swing_after_bends(self) -> float:
-        """The most by which the heading went from side to side while the leader went straight, in rad, from 20 s after each of its turns to its next
-        or the end. NaN where it never went straight for as long."""
+        """The largest span of the heading, in rad, while the leader went straight: from 20 s after each of its turns to
+        its next, or the end. NaN where it never went straight that long."""
         swings: list[float] = []
         ends = [*(bend.begin_s for bend in self.bends[1:]), float(self.t[-1])]
         for bend, end_s in zip(self.bends, ends, strict=False):  # no turn, no swing
@@ -215,8 +239,11 @@ class Chase:
         return max(swings, default=math.nan)
 
     def recovery_s(self, gap_m: float) -> tuple[float, ...]:
-        """After each bend, how long until the gap as known was within 2 m and the offset as known within 4 m, for 2 s; infinite if not before the
-        next bend or the end. Bends that end too shortly before the run does are left out."""
+        """Time after each bend until the known gap is within 2 m and the known offset within 4 m, for 2 s.
+
+        Infinite where that does not happen before the next bend or the end. Bends too close to the end of the run are
+        omitted.
+        """
         times = []
         good = (abs(self.known_gap_m - gap_m) <= _BACK_M) & (abs(self.known_off_m) <= WAKE_M)
         ends = [*(bend.begin_s for bend in self.bends[1:]), float(self.t[-1])]
@@ -241,8 +268,8 @@ class Chase:
         apart = self.yaw - self.leader_yaw
         return float(math.floor((apart.max() - apart.min()) / math.tau + 1e-9))
 
-    def station_error(self, bearing_rad: float, distance_m: float, known: bool = False) -> Column:
-        """Distance from the place at that bearing and distance in the leader's frame; `known`: as both boats' receivers put them."""
+    def position_error(self, bearing_rad: float, distance_m: float, known: bool = False) -> Column:
+        """Distance from the follow position at that bearing and distance; `known`: as both boats' receivers give it."""
         import numpy as np
 
         angle = self.leader_yaw + bearing_rad
@@ -255,17 +282,17 @@ class Chase:
 
 
 def rms(values: Column) -> float:
-    """NaN of nothing."""
+    """Root mean square; NaN of no values."""
     return math.sqrt(float((values * values).mean())) if len(values) else math.nan
 
 
 def share(held: NDArray[np.bool_]) -> float:
-    """Of the values that are true; NaN of nothing."""
+    """Share of true values; NaN of no values."""
     return float(held.mean()) if len(held) else math.nan
 
 
 def variation_1ps(folder: Path, column: str, full: float, from_s: float) -> float:
-    """Total variation a second of a column of ticks.csv, in shares of its full value."""
+    """Total variation per second of a column of ticks.csv, as a share of `full`."""
     import numpy as np
 
     ticks = columns(folder / "ticks.csv", "t_s", column)

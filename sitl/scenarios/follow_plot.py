@@ -1,4 +1,5 @@
-"""The figure of a run behind a lead boat: tracks on the water with the borders of the wake, and against time what the RescueRunner thesis plots."""
+"""The figure of a run behind a lead boat: tracks with the borders of the wake, and the time plots of the RescueRunner
+thesis."""
 
 from __future__ import annotations
 
@@ -7,8 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sitl.lead_boat import LENGTH_M
+from sitl.scenarios.figure import draw_hull, finish_chart, finish_panels, new_figure, set_title
 from sitl.scenarios.follow_measure import WAKE_M, Chase, columns, modes
-from sitl.scenarios.plot import outline
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -22,13 +23,9 @@ _AROUND_M = 80.0
 
 def draw(folder: Path, asked: dict[str, Any], settings: Settings) -> None:
     """Draw `follow.png` into the folder. Raises ImportError without matplotlib."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
     folders = [folder, *(folder / name for name in asked.get("others", ()))]
     chases = [Chase(each, asked.get("plot_from_s", asked["from_s"] - 5.0)) for each in folders]
-    figure = Figure(figsize=(17.0, 10.0), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = new_figure(17.0, 10.0)
     grid = figure.add_gridspec(5, 2, width_ratios=(1.0, 1.1))
     _chart(figure.add_subplot(grid[:3, 0]), chases, asked)
     _around_leader(figure.add_subplot(grid[3:, 0]), chases, asked)
@@ -39,14 +36,14 @@ def draw(folder: Path, asked: dict[str, Any], settings: Settings) -> None:
         for t_s, text in asked.get("marks", ()):
             axes.axvline(t_s - asked["from_s"], color="black", alpha=0.4, linewidth=0.7)
             if axes is right[0]:
-                axes.annotate(text, (t_s - asked["from_s"], 1.0), xycoords=("data", "axes fraction"), rotation=60, fontsize=6)
-        axes.set_xlim(chases[0].t[0] - asked["from_s"], chases[0].t[-1] - asked["from_s"])
-        axes.grid(alpha=0.3)
+                axes.annotate(
+                    text, (t_s - asked["from_s"], 1.0), xycoords=("data", "axes fraction"), rotation=60, fontsize=6
+                )
         if axes.lines:
             axes.legend(loc="upper left", fontsize=7, ncols=2)
-    right[-1].set_xlabel("time since the leader departed, s; grey: not in Follow, yellow: the leader turns")
-    said = ", ".join(f"{key} {value}" for key, value in settings.items() if value)
-    figure.suptitle(f"{asked['vessel']}: {said}", fontsize=10)
+    label = "time since the leader departed, s; grey: not in Follow, yellow: the leader turns"
+    finish_panels(right, chases[0].t - asked["from_s"], label)
+    set_title(figure, settings, asked["vessel"])
     figure.savefig(folder / "follow.png", dpi=80)
 
 
@@ -70,17 +67,19 @@ def _chart(axes: Axes, chases: list[Chase], asked: dict[str, Any]) -> None:
     for chase, color in zip(chases, _COLORS, strict=False):
         axes.plot(chase.east, chase.north, color=color, linewidth=0.9, label="follower")
         for i in range(0, len(chase.t), step):
-            outline(axes, chase.north[i], chase.east[i], chase.yaw[i], asked, color, 0.9)
-            axes.plot([chase.east[i], chase.leader_east[i]], [chase.north[i], chase.leader_north[i]], color="black", linewidth=0.25)
-    axes.set_aspect("equal", adjustable="datalim")
-    axes.set_xlabel("east, m; thin lines join the boats every 10 s")
-    axes.set_ylabel("north, m")
-    axes.grid(alpha=0.3)
+            draw_hull(axes, chase.north[i], chase.east[i], chase.yaw[i], asked, color, 0.9)
+            axes.plot(
+                [chase.east[i], chase.leader_east[i]],
+                [chase.north[i], chase.leader_north[i]],
+                color="black",
+                linewidth=0.25,
+            )
+    finish_chart(axes, "east, m; thin lines join the boats every 10 s", "north, m")
     axes.legend(loc="upper right")
 
 
 def _around_leader(axes: Axes, chases: list[Chase], asked: dict[str, Any]) -> None:
-    """In the leader's frame, as far as 80 m: where a follower keeps, and that the keep-out circle stays empty."""
+    """Tracks in the leader's frame within 80 m: where a follower keeps, and that the keep-out circle stays empty."""
     import numpy as np
 
     for chase, color in zip(chases, _COLORS, strict=False):
@@ -88,16 +87,15 @@ def _around_leader(axes: Axes, chases: list[Chase], asked: dict[str, Any]) -> No
         c, s = np.cos(chase.leader_yaw), np.sin(chase.leader_yaw)
         near = np.where(chase.distance < _AROUND_M, 1.0, np.nan)
         axes.plot((c * east - s * north) * near, (c * north + s * east) * near, color=color, linewidth=0.7)
-    outline(axes, 0.0, 0.0, 0.0, {"length_m": LENGTH_M, "beam_m": 0.3 * LENGTH_M}, _LEADER, 1.0)
+    draw_hull(axes, 0.0, 0.0, 0.0, {"length_m": LENGTH_M, "beam_m": 0.3 * LENGTH_M}, _LEADER, 1.0)
     around = np.linspace(0.0, math.tau, 90)
     axes.plot(asked["nearest_m"] * np.cos(around), asked["nearest_m"] * np.sin(around), color=_OTHER, linewidth=0.6)
-    axes.set_aspect("equal", adjustable="datalim")
-    axes.set_xlabel("to starboard of the leader, m")
-    axes.set_ylabel("ahead of it, m")
-    axes.grid(alpha=0.3)
+    finish_chart(axes, "to starboard of the leader, m", "ahead of it, m")
 
 
-def _against_time(right: list[Axes], folder: Path, chase: Chase, asked: dict[str, Any], color: str, shade: bool) -> None:
+def _against_time(
+    right: list[Axes], folder: Path, chase: Chase, asked: dict[str, Any], color: str, shade: bool
+) -> None:
     import numpy as np
 
     t = chase.t - asked["from_s"]
@@ -107,7 +105,12 @@ def _against_time(right: list[Axes], folder: Path, chase: Chase, asked: dict[str
     right[0].axhline(asked["nearest_m"], color=_OTHER, linewidth=0.6)
     right[1].plot(t, np.clip(chase.off_m * ahead, -15.0, 15.0), color=color, linewidth=0.9, label="off the track, m")
     right[1].plot(
-        t, np.clip(chase.known_off_m * ahead, -15.0, 15.0), color=color, linewidth=0.5, alpha=0.6, label="as the receivers know it"
+        t,
+        np.clip(chase.known_off_m * ahead, -15.0, 15.0),
+        color=color,
+        linewidth=0.5,
+        alpha=0.6,
+        label="as the receivers know it",
     )
     for border in (-WAKE_M, WAKE_M):
         right[1].axhline(border, color=_BORDER, linewidth=0.6, linestyle="--")
@@ -126,7 +129,9 @@ def _against_time(right: list[Axes], folder: Path, chase: Chase, asked: dict[str
         names = ("t_s", f"{asked['nozzle']}_throttle", f"{asked['nozzle']}_azimuth_rad")
         ticks = columns(folder / "ticks.csv", *names)
         when = ticks["t_s"] - asked["from_s"]
-        right[4].plot(when, ticks[names[2]] / asked["full_rad"], color=color, linewidth=0.6, label="nozzle, of its full angle")
+        right[4].plot(
+            when, ticks[names[2]] / asked["full_rad"], color=color, linewidth=0.6, label="nozzle, of its full angle"
+        )
         right[4].plot(when, ticks[names[1]], color=_OTHER, linewidth=0.9, label="throttle")
         right[4].set_ylim(-1.05, 1.05)
     if shade:
@@ -134,7 +139,7 @@ def _against_time(right: list[Axes], folder: Path, chase: Chase, asked: dict[str
 
 
 def _shade(right: list[Axes], folder: Path, chase: Chase, from_s: float) -> None:
-    """When the leader turned, and when the follower was not following."""
+    """Shade the times in which the leader turned, and in which the follower was not in Follow."""
     for bend in chase.bends:
         for axes in right:
             axes.axvspan(bend.begin_s - from_s, bend.end_s - from_s, color="gold", alpha=0.25, linewidth=0.0)

@@ -1,4 +1,7 @@
-"""The 4-corner box of dynamic positioning (ReVolt thesis 9.1): each degree of freedom alone, then all together, and back to the start."""
+"""The 4-corner box of dynamic positioning (ReVolt thesis 9.1).
+
+Each degree of freedom moves alone, then all together, and back to the start.
+"""
 
 from __future__ import annotations
 
@@ -7,48 +10,38 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from companion.config import VesselConfig
+from companion.config.vessel import VesselConfig
 from companion.core.geodesy import LocalFrame
-from sitl.scenarios import plot
+from sitl.scenarios import positioning_plot
+from sitl.scenarios.ground_station import GroundStation
 from sitl.scenarios.measure import Check
-from sitl.scenarios.positioning import Thruster, figures, read
+from sitl.scenarios.positioning import ThrusterFigures, figures, read
 from sitl.scenarios.scenario import Scenario, ScenarioError, Settings
-from sitl.scenarios.station import Station
 
-_HOLD = 0x03040000
-_SETTLE_S = 30.0
-# after the first four moves and the last one, in sides of the box and degrees of heading
+SETTLE_S = 30.0
+# poses after each move, in sides of the box and degrees of heading
 _CORNERS = ((1.0, 0.0, 0.0), (1.0, -1.0, 0.0), (1.0, -1.0, -45.0), (0.0, -1.0, -45.0), (0.0, 0.0, 0.0))
 
 
-def thrusters_of(config: VesselConfig) -> list[Thruster]:
-    return [Thruster(t.name, max(t.max_n, -t.min_n), t.x_m, t.y_m) for t in config.thrusters]
+def thrusters_of(config: VesselConfig) -> list[ThrusterFigures]:
+    """What the figures need of the vessel's thrusters."""
+    return [ThrusterFigures(t.name, max(t.max_n, -t.min_n), t.x_m, t.y_m) for t in config.thrusters]
 
 
-def hold_home(station: Station) -> None:
-    """In Hold at home, armed and settled, heading as at the start."""
-    home = station.rig.config.home
-    station.ready()
-    station.set_mode(_HOLD)
-    station.arm()
-    station.reposition(home.lat_deg, home.lon_deg, home.yaw_rad)
-    station.sail(_SETTLE_S)
-
-
-def sail(station: Station, settings: Settings) -> dict[str, Any]:
-    """Each corner is asked for at a fixed time, whatever the law, so that all runs are as long."""
-    config = station.rig.config
+def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
+    """Go to each corner at a fixed time, so that all runs are equally long."""
+    config = gcs.rig.config
     side_m, leg_s = _positive(settings, "box"), _positive(settings, "leg")
     frame = LocalFrame(config.home.lat_deg, config.home.lon_deg)
-    hold_home(station)
-    from_s = station.rig.now_s
+    gcs.hold_at_home(SETTLE_S)
+    from_s = gcs.rig.now_s
     corners = [(north * side_m, east * side_m, math.radians(heading)) for north, east, heading in _CORNERS]
     for north_m, east_m, yaw_rad in corners:
-        station.reposition(*frame.to_geodetic(north_m, east_m), yaw_rad)
-        station.sail(leg_s)
+        gcs.reposition(*frame.to_geodetic(north_m, east_m), yaw_rad)
+        gcs.sail(leg_s)
     return {
         "from_s": from_s,
-        "to_s": station.rig.now_s,
+        "to_s": gcs.rig.now_s,
         "thrusters": thrusters_of(config),
         "corners": corners,
         "vessel": config.name,
@@ -58,6 +51,7 @@ def sail(station: Station, settings: Settings) -> dict[str, Any]:
 
 
 def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[dict[str, float], Sequence[Check]]:
+    """The thesis's figures, and the distance from the start at the end."""
     sailed = read(folder, asked["from_s"], asked["to_s"])
     metrics = figures(sailed, asked["thrusters"])
     last_north, last_east, _ = asked["corners"][-1]
@@ -67,7 +61,7 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
 
 
 def _checks(metrics: dict[str, float], vessel: str, settings: Settings) -> list[Check]:
-    """What the run must keep. The thesis's law on ReVolt is there to be compared with, so only its arrival counts."""
+    """What must hold. With the thesis's law on ReVolt only the arrival counts; the rest is for comparison."""
     arrived = Check("back at the start", metrics["end_off_m"], 0.5, "m")
     thesis = settings["law"] == "thesis"
     if thesis and vessel != "cybership2":
@@ -92,7 +86,7 @@ def _positive(settings: Settings, key: str) -> float:
     except ValueError as error:
         raise ScenarioError(f"{key}={settings[key]}: not a number") from error
     if not 0.0 < value < 1000.0:
-        raise ScenarioError(f"{key}={settings[key]}: above 0, please")
+        raise ScenarioError(f"{key}={settings[key]}: must be above 0 and below 1000")
     return value
 
 
@@ -101,11 +95,13 @@ SCENARIO = Scenario(
     text="the thesis's 4-corner box of dynamic positioning, with its IAE and IADC",
     vessel="revolt",
     defaults={
-        "law": "companion", "feedforward": "", "allocation": "constrained", "bow": "fixed", "box": "5", "leg": "60", "wind": "2", "current": "",
-        "push": "", "gnss": "rtk", "waves": "", "model_error": "", "plant": "",
+        "law": "companion", "feedforward": "", "allocation": "constrained", "bow": "fixed", "box": "5", "leg": "60",
+        "wind": "2", "current": "", "push": "", "gnss": "rtk", "waves": "", "model_error": "", "plant": "",
     },
-    by_vessel={"cybership2": {"box": "2", "leg": "45", "gnss": "basin", "wind": "", "push": "1.5@0", "feedforward": "on"}},
+    by_vessel={
+        "cybership2": {"box": "2", "leg": "45", "gnss": "basin", "wind": "", "push": "1.5@0", "feedforward": "on"}
+    },
     sail=sail,
     measure=measure,
-    plot=plot.positioning,
+    plot=positioning_plot.draw,
 )  # fmt: skip

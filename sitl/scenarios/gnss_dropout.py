@@ -1,4 +1,4 @@
-"""The receiver gives nothing for 2, 5 and 12 s, position, velocity and heading alike: while holding, or under way along a square."""
+"""The receiver gives nothing for 2, 5 and 12 s, while the boat holds or sails along a square."""
 
 from __future__ import annotations
 
@@ -10,49 +10,51 @@ from typing import Any
 from pymavlink.dialects.v20 import common as mavlink
 
 from companion.core.geodesy import LocalFrame
+from sitl.scenarios.ground_station import GroundStation, Item
 from sitl.scenarios.measure import Check, estimate_errors
 from sitl.scenarios.scenario import Scenario, ScenarioError, Settings
-from sitl.scenarios.station import Item, Station
 
 _MISSION = 0x04040000
 _LIMITS_M = {2.0: 0.2, 5.0: 0.3, 12.0: 1.2}
-_SETTLE_S = 60.0  # in which the filter learns its biases
+_SETTLE_S = 60.0  # time for the filter to learn its biases
 _PAUSE_S = 40.0  # between two dropouts
 _AFTER_S = 3.0
 _SPIKE_MPS = 0.3
-_PATIENCE_S = 20.0  # the failsafe would end the run after FS_POS_T otherwise
+_PATIENCE_S = 20.0  # FS_POS_T, so that no failsafe ends the run
 _SIDE_M = 40.0
 
 
-def sail(station: Station, settings: Settings) -> dict[str, Any]:
-    station.ready()
-    station.set_parameter("FS_POS_T", _PATIENCE_S)
+def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
+    """Hold or sail, and let the receiver drop out three times."""
+    gcs.ready()
+    gcs.set_parameter("FS_POS_T", _PATIENCE_S)
     if settings["while"] == "holding":
-        station.hold_at_home(_SETTLE_S)
+        gcs.hold_at_home(_SETTLE_S)
     elif settings["while"] == "sailing":
-        _begin_square(station)
-        station.sail(_SETTLE_S)
+        _begin_square(gcs)
+        gcs.sail(_SETTLE_S)
     else:
         raise ScenarioError(f"while={settings['while']}: holding or sailing")
     dropouts = []
     for duration_s in _LIMITS_M:
-        from_s = station.rig.now_s
-        station.rig.world.add_fault("gnss_lost", duration_s)
-        station.sail(duration_s + _PAUSE_S)
+        from_s = gcs.rig.now_s
+        gcs.rig.world.add_fault("gnss_lost", duration_s)
+        gcs.sail(duration_s + _PAUSE_S)
         dropouts.append((duration_s, from_s))
     return {"dropouts": dropouts}
 
 
-def _begin_square(station: Station) -> None:
-    home = station.rig.config.home
+def _begin_square(gcs: GroundStation) -> None:
+    home = gcs.rig.config.home
     frame = LocalFrame(home.lat_deg, home.lon_deg)
     corners = ((_SIDE_M, 0.0), (_SIDE_M, _SIDE_M), (0.0, _SIDE_M), (0.0, 0.0))
-    station.upload([Item(mavlink.MAV_CMD_NAV_WAYPOINT, *frame.to_geodetic(*corner)) for corner in corners])
-    station.set_mode(_MISSION)
-    station.arm()
+    gcs.upload([Item(mavlink.MAV_CMD_NAV_WAYPOINT, *frame.to_geodetic(*corner)) for corner in corners])
+    gcs.set_mode(_MISSION)
+    gcs.arm()
 
 
 def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[dict[str, float], Sequence[Check]]:
+    """Errors of the estimate during and after each dropout."""
     metrics: dict[str, float] = {}
     checks: list[Check] = []
     for duration_s, from_s in asked["dropouts"]:
@@ -62,7 +64,11 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
         name = f"dropout_{duration_s:g}s"
         metrics[f"{name}_error_m"] = max(error.distance_m for error in errors)
         metrics[f"{name}_after_mps"] = max(after)
-        checks.append(Check(f"estimate error, dropout of {duration_s:g} s", metrics[f"{name}_error_m"], _LIMITS_M[duration_s], "m"))
+        checks.append(
+            Check(
+                f"estimate error, dropout of {duration_s:g} s", metrics[f"{name}_error_m"], _LIMITS_M[duration_s], "m"
+            )
+        )
         checks.append(Check(f"velocity error after {duration_s:g} s", metrics[f"{name}_after_mps"], _SPIKE_MPS, "m/s"))
     between_s = [(from_s - 10.0, from_s) for _, from_s in asked["dropouts"]]
     normal = [error.distance_m for span in between_s for error in estimate_errors(folder, *span)]

@@ -1,4 +1,4 @@
-"""Station keeping with heading, after a go-to onto the point."""
+"""Station keeping with heading, after a go-to to the point."""
 
 from __future__ import annotations
 
@@ -10,30 +10,32 @@ from typing import Any
 from pymavlink.dialects.v20 import common as mavlink
 
 from companion.core.angles import wrap_pi
+from sitl.scenarios.ground_station import GroundStation
 from sitl.scenarios.measure import Check, between, distance_to, read_truth, rms
 from sitl.scenarios.scenario import Scenario, Settings
-from sitl.scenarios.station import Station
 
 _HOLD = 0x03040000
 _SETTLE_S = 30.0
 _HOLD_S = 300.0
-_LIMITS_M = {"sbas": 0.9, "standalone": 4.0}  # the receiver's own wander; 0.15 m with better ones
+_LIMITS_M = {"sbas": 0.9, "standalone": 4.0}  # the receiver's own slow error; 0.15 m with better grades
 
 
-def sail(station: Station, settings: Settings) -> dict[str, Any]:
-    """Hold at home, heading as at the start: the point is asked for, so that the figure includes what the estimator gets wrong."""
-    home = station.rig.config.home
-    station.ready()
-    station.set_mode(_HOLD)
-    station.arm()
-    station.command(mavlink.MAV_CMD_DO_REPOSITION, -1.0, 1.0, 0.0, home.yaw_rad, home.lat_deg, home.lon_deg, math.nan)
-    station.sail(_SETTLE_S)
-    from_s = station.rig.now_s
-    station.sail(_HOLD_S)
-    return {"from_s": from_s, "to_s": station.rig.now_s, "yaw_rad": home.yaw_rad}
+def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
+    """Hold at home with the heading of the start. A command sets the point, so that the metrics include errors of the
+    estimate."""
+    home = gcs.rig.config.home
+    gcs.ready()
+    gcs.set_mode(_HOLD)
+    gcs.arm()
+    gcs.command(mavlink.MAV_CMD_DO_REPOSITION, -1.0, 1.0, 0.0, home.yaw_rad, home.lat_deg, home.lon_deg, math.nan)
+    gcs.sail(_SETTLE_S)
+    from_s = gcs.rig.now_s
+    gcs.sail(_HOLD_S)
+    return {"from_s": from_s, "to_s": gcs.rig.now_s, "yaw_rad": home.yaw_rad}
 
 
 def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[dict[str, float], Sequence[Check]]:
+    """Position and heading errors from what the command asked for."""
     track = between(read_truth(folder), asked["from_s"], asked["to_s"])
     distances = [distance_to(row, 0.0, 0.0) for row in track]
     headings = [math.degrees(wrap_pi(row["yaw_rad"] - asked["yaw_rad"])) for row in track]

@@ -1,4 +1,4 @@
-"""A turn of 90° on the spot: an antenna that is not where the configuration has it would show as an error that turns with the hull."""
+"""A turn of 90° on the spot: a wrong antenna position would show as an error that turns with the hull."""
 
 from __future__ import annotations
 
@@ -7,28 +7,30 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from sitl.scenarios.ground_station import GroundStation
 from sitl.scenarios.measure import Check, EstimateError, estimate_errors, rms
 from sitl.scenarios.scenario import Scenario, Settings
-from sitl.scenarios.station import Station
 
 _SETTLE_S = 40.0
 _TURN_RAD = math.pi / 2.0
 _TURN_S = 50.0
 _LIMIT_M = 0.02
-_WHOLE_M = 0.05  # of the estimate's error, in which the receiver's own slow error is too
+_WHOLE_M = 0.05  # limit of the estimate's whole error, with the receiver's slow error
 
 
-def sail(station: Station, settings: Settings) -> dict[str, Any]:
-    home = station.rig.config.home
-    station.hold_at_home(_SETTLE_S)
-    from_s = station.rig.now_s
-    station.sail(5.0)
-    station.reposition(home.lat_deg, home.lon_deg, home.yaw_rad + _TURN_RAD)
-    station.sail(_TURN_S)
+def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
+    """Hold at home and turn by 90°."""
+    home = gcs.rig.config.home
+    gcs.hold_at_home(_SETTLE_S)
+    from_s = gcs.rig.now_s
+    gcs.sail(5.0)
+    gcs.reposition(home.lat_deg, home.lon_deg, home.yaw_rad + _TURN_RAD)
+    gcs.sail(_TURN_S)
     return {"from_s": from_s}
 
 
 def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[dict[str, float], Sequence[Check]]:
+    """The part of the estimate's error that turns with the hull, and the whole error."""
     errors = estimate_errors(folder, asked["from_s"])
     ahead, starboard = body_fixed(errors)
     distances = [error.distance_m for error in errors]
@@ -48,7 +50,7 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
 
 
 def body_fixed(errors: Sequence[EstimateError]) -> tuple[float, float]:
-    """(x, y) of the part of the errors that is fixed in the hull, beside a part that is fixed in NED (the receiver's own slow error)."""
+    """(x, y) of the error that is fixed in the hull; another part, fixed in NED, is the receiver's slow error."""
     import numpy as np
 
     rows, values = [], []
@@ -62,7 +64,7 @@ def body_fixed(errors: Sequence[EstimateError]) -> tuple[float, float]:
 
 SCENARIO = Scenario(
     name="lever_arm",
-    text="a turn of 90° while holding, judged by the error of the estimate that turns with the hull",
+    text="a turn of 90° while holding, judged by the part of the estimate's error that turns with the hull",
     vessel="revolt",
     defaults={"wind": "2", "current": "", "gnss": "rtk", "waves": "", "model_error": ""},
     sail=sail,

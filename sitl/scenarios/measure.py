@@ -1,4 +1,4 @@
-"""Figures from a run's truth.csv, computed with nothing of the companion's."""
+"""Figures from a run's truth.csv, computed without any of the companion's code."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Point = tuple[float, float]
 
 @dataclass(frozen=True, slots=True)
 class Check:
-    """One thing that must hold: `value` at most `limit`, or at least where `at_least`."""
+    """One condition: `value` at most `limit`, or at least where `at_least`."""
 
     name: str
     value: float
@@ -28,19 +28,22 @@ class Check:
 
     @property
     def ok(self) -> bool:
+        """Whether it holds."""
         return self.value >= self.limit if self.at_least else self.value <= self.limit
 
     def row(self) -> dict[str, Any]:
+        """As it is written to result.json."""
         return {**asdict(self), "ok": self.ok}
 
 
 def read_truth(folder: Path) -> Track:
+    """Rows of truth.csv, by column."""
     with (folder / "truth.csv").open(encoding="utf-8") as file:
         return [{key: float(value) for key, value in row.items()} for row in csv.DictReader(file)]
 
 
 def read_estimates(folder: Path) -> Track:
-    """What the vessel believed, a row a tick: the columns of ticks.csv that are numbers and that truth.csv has too."""
+    """The vessel's estimates, a row a tick: the columns that ticks.csv shares with truth.csv."""
     names = ("t_s", "north_m", "east_m", "yaw_rad", "surge_mps", "sway_mps", "yaw_rate_radps")
     with (folder / "ticks.csv").open(encoding="utf-8") as file:
         return [{name: float(row[name]) for name in names} for row in csv.DictReader(file)]
@@ -48,7 +51,7 @@ def read_estimates(folder: Path) -> Track:
 
 @dataclass(frozen=True, slots=True)
 class EstimateError:
-    """Estimate less truth at one tick, in NED; `yaw_rad` is the true heading, for errors that turn with the hull."""
+    """Estimate less truth at one tick, in NED. `yaw_rad`: the true heading."""
 
     t_s: float
     north_m: float
@@ -59,22 +62,26 @@ class EstimateError:
 
     @property
     def distance_m(self) -> float:
+        """Of the position."""
         return math.hypot(self.north_m, self.east_m)
 
     @property
     def speed_mps(self) -> float:
+        """Of the velocity."""
         return math.hypot(self.north_mps, self.east_mps)
 
 
 def estimate_errors(folder: Path, from_s: float = -math.inf, to_s: float = math.inf) -> list[EstimateError]:
-    """Row by row: both files have one a tick. Raises ValueError where their times do not agree."""
+    """The error of each tick between two times. Raises ValueError where the times of both files disagree."""
     errors = []
-    for believed, true in zip(read_estimates(folder), read_truth(folder), strict=True):
-        if abs(believed["t_s"] - true["t_s"]) > 0.006:
-            raise ValueError(f"ticks.csv and truth.csv disagree at {believed['t_s']:.3f} s")
+    for estimate, true in zip(read_estimates(folder), read_truth(folder), strict=True):
+        if abs(estimate["t_s"] - true["t_s"]) > 0.006:
+            raise ValueError(f"ticks.csv and truth.csv disagree at {estimate['t_s']:.3f} s")
         if from_s <= true["t_s"] <= to_s:
-            (bn, be), (tn, te) = (body_to_ned(row["surge_mps"], row["sway_mps"], row["yaw_rad"]) for row in (believed, true))
-            north_m, east_m = believed["north_m"] - true["north_m"], believed["east_m"] - true["east_m"]
+            (bn, be), (tn, te) = (
+                body_to_ned(row["surge_mps"], row["sway_mps"], row["yaw_rad"]) for row in (estimate, true)
+            )
+            north_m, east_m = estimate["north_m"] - true["north_m"], estimate["east_m"] - true["east_m"]
             errors.append(EstimateError(true["t_s"], north_m, east_m, bn - tn, be - te, true["yaw_rad"]))
     return errors
 
@@ -85,24 +92,28 @@ def square(side_m: float) -> tuple[Point, ...]:
 
 
 def between(track: Track, from_s: float, to_s: float = math.inf) -> Track:
+    """The rows between two times."""
     return [row for row in track if from_s <= row["t_s"] <= to_s]
 
 
 def rms(values: Sequence[float]) -> float:
+    """Root mean square."""
     return math.sqrt(sum(value * value for value in values) / len(values)) if values else math.nan
 
 
 def distance_to(row: dict[str, float], north_m: float, east_m: float) -> float:
+    """Distance of a row's position from a point, in metres."""
     return math.hypot(row["north_m"] - north_m, row["east_m"] - east_m)
 
 
 def closest(track: Track, point: Point) -> float:
-    """Smallest distance of the track to a point, in metres."""
+    """Smallest distance of the track from a point, in metres."""
     return min(distance_to(row, *point) for row in track)
 
 
 def sampled_path(points: Sequence[Point], kind: str, step_m: float = 0.05) -> list[Point]:
-    """The curve through `points` by scipy, over chord length, densely sampled: the yardstick for cross-track errors."""
+    """The curve of that kind through `points`, by scipy over chord length, densely sampled: the reference for
+    cross-track errors."""
     import numpy as np
     from scipy.interpolate import Akima1DInterpolator, CubicSpline, PchipInterpolator
 
@@ -115,14 +126,18 @@ def sampled_path(points: Sequence[Point], kind: str, step_m: float = 0.05) -> li
             return np.interp(at, chord, values)
         if kind == "cubic":
             return CubicSpline(chord, values)(at)
-        return PchipInterpolator(chord, values)(at) if kind == "pchip" else Akima1DInterpolator(chord, values, method="makima")(at)
+        return (
+            PchipInterpolator(chord, values)(at)
+            if kind == "pchip"
+            else Akima1DInterpolator(chord, values, method="makima")(at)
+        )
 
     north, east = (column(np.array([point[axis] for point in points])) for axis in (0, 1))
     return list(zip(north.tolist(), east.tolist(), strict=True))
 
 
 def cross_track_errors(track: Track, path: Sequence[Point]) -> list[float]:
-    """Distance of each row to the sampled path."""
+    """Distance of each row from the sampled path."""
     import numpy as np
     from scipy.spatial import cKDTree
 
@@ -131,7 +146,7 @@ def cross_track_errors(track: Track, path: Sequence[Point]) -> list[float]:
 
 
 @dataclass(frozen=True, slots=True)
-class Said:
+class EventRow:
     """A row of events.csv."""
 
     t_s: float
@@ -139,14 +154,18 @@ class Said:
     text: str
 
 
-def read_events(folder: Path) -> list[Said]:
+def read_events(folder: Path) -> list[EventRow]:
+    """All rows of events.csv."""
     with (folder / "events.csv").open(encoding="utf-8") as file:
-        return [Said(float(row["t_s"]), row["name"], row["text"]) for row in csv.DictReader(file)]
+        return [EventRow(float(row["t_s"]), row["name"], row["text"]) for row in csv.DictReader(file)]
 
 
 def along_path(track: Track, path: Sequence[Point], reach_m: float = 4.0) -> list[tuple[float, float]]:
-    """(arc length, distance) of each row's nearest point on the sampled path, searched within `reach_m` of the one before: it stays on its
-    branch where the path crosses or doubles itself. The arc length may go back."""
+    """(arc length, distance) of each row's nearest point on the sampled path, searched within `reach_m` of the last
+    one.
+
+    So it stays on its branch where the path crosses itself. The arc length may decrease.
+    """
     length = [0.0, *itertools.accumulate(math.dist(a, b) for a, b in itertools.pairwise(path))]
     result: list[tuple[float, float]] = []
     at = 0
@@ -162,8 +181,8 @@ def along_path(track: Track, path: Sequence[Point], reach_m: float = 4.0) -> lis
 
 
 def largest_turn_rad(track: Track, times_s: Sequence[float]) -> float:
-    """How far apart the headings of one stretch are at most, whole turns counted; `times_s` divides the stretches. 2π or more between two
-    waypoints is a circle."""
+    """The largest span of the heading in one stretch, with whole turns; `times_s` divides the stretches. A span of 2π
+    or more between two waypoints is a circle."""
     largest, unwrapped = 0.0, 0.0
     ends = iter([*sorted(times_s), math.inf])
     end = next(ends)
@@ -182,7 +201,7 @@ def largest_turn_rad(track: Track, times_s: Sequence[float]) -> float:
 
 
 def longest_standstill_s(times_s: Sequence[float], along_m: Sequence[float], step_m: float) -> float:
-    """Longest time in which the furthest point reached did not move on by `step_m`."""
+    """Longest time in which the furthest point reached did not advance by `step_m`."""
     longest, since_s, best = 0.0, times_s[0], along_m[0]
     for t_s, s in zip(times_s, along_m, strict=True):
         if s >= best + step_m:

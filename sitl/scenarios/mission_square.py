@@ -10,40 +10,43 @@ from typing import Any
 from pymavlink.dialects.v20 import common as mavlink
 
 from companion.core.geodesy import LocalFrame
+from sitl.scenarios.ground_station import GroundStation, Item
 from sitl.scenarios.measure import Check, between, closest, cross_track_errors, read_truth, rms, sampled_path, square
 from sitl.scenarios.scenario import Scenario, Settings, number
-from sitl.scenarios.station import Item, Station
 
-_RADIUS_SHARE = 0.075  # of the side
+_RADIUS_SHARE = 0.075  # share of the side
 _MISSION = 0x04040000
 _TIMEOUT_S = 600.0
 
 
-def sail(station: Station, settings: Settings) -> dict[str, Any]:
-    home = station.rig.config.home
+def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
+    """Upload the square, arm in Mission and wait for its last waypoint."""
+    home = gcs.rig.config.home
     frame = LocalFrame(home.lat_deg, home.lon_deg)
     radius_m = _RADIUS_SHARE * number(settings, "side")
     items = [
-        Item(mavlink.MAV_CMD_NAV_WAYPOINT, *frame.to_geodetic(*corner), params=(0.0, radius_m, 0.0, math.nan)) for corner in square(number(settings, "side"))
+        Item(mavlink.MAV_CMD_NAV_WAYPOINT, *frame.to_geodetic(*corner), params=(0.0, radius_m, 0.0, math.nan))
+        for corner in square(number(settings, "side"))
     ]
-    station.ready()
-    station.upload(items)
-    station.set_mode(_MISSION)
-    station.arm()
-    started_s = station.rig.now_s
-    truth = station.rig.world.truth
-    station.wait("the last waypoint", lambda: len(items) - 1 in station.reached, _TIMEOUT_S)
-    finished_s = station.rig.now_s
-    station.sail(10.0)
+    gcs.ready()
+    gcs.upload(items)
+    gcs.set_mode(_MISSION)
+    gcs.arm()
+    started_s = gcs.rig.now_s
+    truth = gcs.rig.world.truth
+    gcs.wait("the last waypoint", lambda: len(items) - 1 in gcs.reached, _TIMEOUT_S)
+    finished_s = gcs.rig.now_s
+    gcs.sail(10.0)
     return {
         "start": (truth.north_m, truth.east_m),
         "started_s": started_s,
         "finished_s": finished_s,
-        "reached": list(station.reached),
+        "reached": list(gcs.reached),
     }
 
 
 def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[dict[str, float], Sequence[Check]]:
+    """Cross-track errors against scipy's curve, and how near each waypoint was passed."""
     track = between(read_truth(folder), asked["started_s"], asked["finished_s"])
     corners = square(number(settings, "side"))
     path = sampled_path([asked["start"], *corners], settings["path"])
@@ -59,7 +62,13 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
     }
     radius_m = _RADIUS_SHARE * number(settings, "side")
     checks = (
-        Check("every waypoint was announced as reached", metrics["waypoints_reached"], float(len(corners)), "", at_least=True),
+        Check(
+            "every waypoint was announced as reached",
+            metrics["waypoints_reached"],
+            float(len(corners)),
+            "",
+            at_least=True,
+        ),
         Check("every waypoint was passed inside its radius", metrics["worst_miss_m"], radius_m, "m"),
         Check("cross-track error RMS", metrics["cross_track_rms_m"], number(settings, "limit"), "m"),
     )
@@ -68,9 +77,19 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
 
 SCENARIO = Scenario(
     name="mission_square",
-    text="a square uploaded and sailed by way of MAVLink",
+    text="a square uploaded and sailed over MAVLink",
     vessel="revolt",
-    defaults={"side": "20", "limit": "0.5", "wind": "2", "current": "", "gnss": "rtk", "waves": "", "model_error": "", "plant": "", "path": "pchip"},
+    defaults={
+        "side": "20",
+        "limit": "0.5",
+        "wind": "2",
+        "current": "",
+        "gnss": "rtk",
+        "waves": "",
+        "model_error": "",
+        "plant": "",
+        "path": "pchip",
+    },
     by_vessel={"rescuerunner": {"side": "150", "limit": "2.5", "gnss": "standalone", "wind": "5"}},
     sail=sail,
     measure=measure,

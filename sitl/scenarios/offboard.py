@@ -1,4 +1,4 @@
-"""Offboard: another computer steers by position, by velocity over ground, by velocity along the hull with a yaw rate, and falls silent."""
+"""Offboard: another computer sends a position, velocities, and a body velocity with a yaw rate; then nothing."""
 
 from __future__ import annotations
 
@@ -11,26 +11,29 @@ from typing import Any
 from pymavlink.dialects.v20 import common as mavlink
 
 from companion.core.frames import body_to_ned
+from sitl.scenarios.ground_station import GroundStation
 from sitl.scenarios.measure import Check, Track, between, read_estimates, read_truth
 from sitl.scenarios.scenario import Scenario, Settings, number
-from sitl.scenarios.station import Station
 
 OFFBOARD, HOLD = 0x00060000, 0x03040000
-# masks and frames as MAVSDK's offboard plugin sends them
+# masks as MAVSDK's offboard plugin sends them
 POSITION, VELOCITY, VELOCITY_BODY = 0x9F8, 0x9C7, 0x5C7
 _POINT = (6.0, 4.0, math.radians(60.0))
-_NEW_COURSE_RAD = math.radians(60.0)  # of the second velocity
+_NEW_COURSE_RAD = math.radians(60.0)  # course of the second velocity
 _TURN_RADPS = math.radians(2.0)
-_SETTLED_S = 15.0  # at the end of each part, which is what is measured
+_SETTLED_S = 15.0  # measured at the end of each part
 _SILENCE_S = 1.0
 
 
 def setpoint(frame: int, mask: int, x: float, y: float, yaw_rad: float, rate_radps: float = 0.0) -> Any:
-    """SET_POSITION_TARGET_LOCAL_NED with x, y as the position or the velocity, whichever the mask leaves."""
-    return mavlink.MAVLink_set_position_target_local_ned_message(0, 1, 1, frame, mask, x, y, 0.0, x, y, 0.0, 0.0, 0.0, 0.0, yaw_rad, rate_radps)
+    """SET_POSITION_TARGET_LOCAL_NED. (x, y) is the position or the velocity, as the mask says."""
+    return mavlink.MAVLink_set_position_target_local_ned_message(
+        0, 1, 1, frame, mask, x, y, 0.0, x, y, 0.0, 0.0, 0.0, 0.0, yaw_rad, rate_radps
+    )
 
 
-def sail(station: Station, settings: Settings) -> dict[str, Any]:
+def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
+    """Stream each kind of setpoint, then fall silent."""
     speed = number(settings, "speed")
     legs = {
         "position": (80.0, setpoint(1, POSITION, *_POINT)),
@@ -38,38 +41,44 @@ def sail(station: Station, settings: Settings) -> dict[str, Any]:
         "new_velocity": (60.0, setpoint(1, VELOCITY, *body_to_ned(speed, 0.0, _NEW_COURSE_RAD), _NEW_COURSE_RAD)),
         "body": (60.0, setpoint(8, VELOCITY_BODY, speed, 0.0, 0.0, _TURN_RADPS)),
     }
-    station.ready()
-    station.arm()
-    asked: dict[str, Any] = {"speed": speed, "positions": station.rig.config.limits.sway_n > 0.0}
+    gcs.ready()
+    gcs.arm()
+    asked: dict[str, Any] = {"speed": speed, "positions": gcs.rig.config.limits.sway_n > 0.0}
     for name, (duration_s, message) in legs.items():
-        _stream(station, message, 0.5)
+        _stream(gcs, message, 0.5)
         if name == "position":
-            station.set_mode(OFFBOARD)
-        _stream(station, message, duration_s)
-        asked[name] = station.rig.now_s
-    station.wait("fallback to Hold", lambda: bool(station.last["HEARTBEAT"].custom_mode == HOLD), 5.0)
-    asked["silence_s"] = station.rig.now_s - asked["body"]
-    station.sail(60.0)
+            gcs.set_mode(OFFBOARD)
+        _stream(gcs, message, duration_s)
+        asked[name] = gcs.rig.now_s
+    gcs.wait("fallback to Hold", lambda: bool(gcs.last["HEARTBEAT"].custom_mode == HOLD), 5.0)
+    asked["silence_s"] = gcs.rig.now_s - asked["body"]
+    gcs.sail(60.0)
     return asked
 
 
-def _stream(station: Station, message: Any, duration_s: float) -> None:
-    end_s = station.rig.now_s + duration_s
-    while station.rig.now_s < end_s - 1e-9:
-        station.send(message)
-        station.step()
+def _stream(gcs: GroundStation, message: Any, duration_s: float) -> None:
+    end_s = gcs.rig.now_s + duration_s
+    while gcs.rig.now_s < end_s - 1e-9:
+        gcs.send(message)
+        gcs.step()
 
 
 def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[dict[str, float], Sequence[Check]]:
+    """Errors of each setpoint, and the time until the boat falls back to Hold."""
     truth, known = read_truth(folder), read_estimates(folder)
     speed = asked["speed"]
     at_point = _last(known, asked["position"])
     standing = _last(truth, truth[-1]["t_s"])
-    ground = [_over_ground(truth, asked[name], course, speed) for name, course in (("velocity", math.atan2(0.8, 0.6)), ("new_velocity", _NEW_COURSE_RAD))]
+    ground = [
+        _over_ground(truth, asked[name], course, speed)
+        for name, course in (("velocity", math.atan2(0.8, 0.6)), ("new_velocity", _NEW_COURSE_RAD))
+    ]
     body = _last(truth, asked["body"])
     metrics = {
         "position_max_m": max(math.hypot(row["north_m"] - _POINT[0], row["east_m"] - _POINT[1]) for row in at_point),
-        "heading_max_deg": max(abs(math.degrees(math.remainder(row["yaw_rad"] - _POINT[2], math.tau))) for row in at_point),
+        "heading_max_deg": max(
+            abs(math.degrees(math.remainder(row["yaw_rad"] - _POINT[2], math.tau))) for row in at_point
+        ),
         "speed_error_mps": max(part[0] for part in ground),
         "cross_track_max_m": max(part[1] for part in ground),
         "surge_error_mps": abs(_mean(body, "surge_mps") - speed),
@@ -80,17 +89,17 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
     rtk = settings["gnss"] == "rtk"
     checks = (
         *_standing(folder, metrics, asked["positions"], rtk),
-        Check("mean velocity over ground less what was asked", metrics["speed_error_mps"], 0.03, "m/s"),
+        Check("mean velocity over ground less the setpoint", metrics["speed_error_mps"], 0.03, "m/s"),
         Check("off a straight line", metrics["cross_track_max_m"], 0.3 if rtk else 1.0, "m"),
-        Check("mean speed ahead, less what was asked", metrics["surge_error_mps"], 0.03, "m/s"),
-        Check("mean rate of turn, less what was asked", metrics["turn_error_dps"], 0.2, "deg/s"),
+        Check("mean speed ahead, less the setpoint", metrics["surge_error_mps"], 0.03, "m/s"),
+        Check("mean rate of turn, less the setpoint", metrics["turn_error_dps"], 0.2, "deg/s"),
         Check("from the last setpoint to Hold", metrics["silence_s"], _SILENCE_S, "s"),
     )
     return metrics, checks
 
 
 def _standing(folder: Path, metrics: dict[str, float], positions: bool, rtk: bool) -> Sequence[Check]:
-    """A boat without sideways thrust keeps inside its watch circle, at no heading of its own."""
+    """Checks at rest. A boat without sideways thrust keeps inside its watch circle, at any heading."""
     if not positions:
         circle_m = json.loads((folder / "manifest.json").read_text(encoding="utf-8"))["parameters"]["DP_WATCH_R"]
         return (Check("inside the watch circle, as the boat knows it", metrics["position_max_m"], circle_m, "m"),)
@@ -110,7 +119,8 @@ def _mean(track: Track, name: str) -> float:
 
 
 def _over_ground(truth: Track, end_s: float, course_rad: float, speed_mps: float) -> tuple[float, float]:
-    """(error of the mean velocity, largest distance from the straight line on the course asked for through the mean place)."""
+    """(error of the mean velocity, largest distance from the straight line through the mean position on the demanded
+    course)."""
     rows = _last(truth, end_s)
     took_s = rows[-1]["t_s"] - rows[0]["t_s"]
     north, east = ((rows[-1][name] - rows[0][name]) / took_s for name in ("north_m", "east_m"))
@@ -122,10 +132,14 @@ def _over_ground(truth: Track, end_s: float, course_rad: float, speed_mps: float
 
 SCENARIO = Scenario(
     name="offboard",
-    text="another computer steers: a point, two velocities over ground, a velocity along the hull with a yaw rate, then silence",
+    text="another computer steers: a point, two velocities, a body velocity with a yaw rate, then silence",
     vessel="revolt",
     defaults={"speed": "0.4", "wind": "", "current": "", "gnss": "rtk", "waves": "", "model_error": "", "plant": ""},
-    by_vessel={"aboat": {"speed": "0.8", "gnss": "sbas"}, "rescuerunner": {"speed": "5", "gnss": "standalone"}, "cybership2": {"speed": "0.12"}},
+    by_vessel={
+        "aboat": {"speed": "0.8", "gnss": "sbas"},
+        "rescuerunner": {"speed": "5", "gnss": "standalone"},
+        "cybership2": {"speed": "0.12"},
+    },
     sail=sail,
     measure=measure,
 )

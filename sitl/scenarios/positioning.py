@@ -1,4 +1,4 @@
-"""Figures of dynamic positioning, as the ReVolt thesis defines them (10.14 … 10.19), from truth.csv and ticks.csv."""
+"""Figures of dynamic positioning as the ReVolt thesis defines them (10.14 to 10.19), from truth.csv and ticks.csv."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ _UNIT_AZIMUTH_RAD = 0.5 * math.pi
 
 
 @dataclass(frozen=True, slots=True)
-class Thruster:
-    """What the figures need of a thruster: its column's name, its full force and where it sits."""
+class ThrusterFigures:
+    """What the figures need of a thruster: the name of its columns, its full force and its place."""
 
     name: str
     full_n: float
@@ -28,37 +28,43 @@ class Thruster:
 
 
 @dataclass(frozen=True, slots=True)
-class Sailed:
-    """One row a control step: the truth, and the companion's own record of the same moment."""
+class PositioningLog:
+    """Truth and ticks, row by row of the same moment."""
 
     truth: Track
     ticks: Track
 
 
-def read(folder: Path, from_s: float, to_s: float) -> Sailed:
-    """Both logs between two times, row by row of the same moment. Cells that are empty or words become NaN."""
+def read(folder: Path, from_s: float, to_s: float) -> PositioningLog:
+    """Both logs between two times. Cells that are empty or words are NaN."""
     with (folder / "ticks.csv").open(encoding="utf-8") as file:
         ticks = [{key: _number(value) for key, value in row.items()} for row in csv.DictReader(file)]
     truth = read_truth(folder)
     pairs = [(a, b) for a, b in zip(truth, ticks, strict=False) if from_s <= b["t_s"] <= to_s]
-    return Sailed([a for a, _ in pairs], [b for _, b in pairs])
+    return PositioningLog([a for a, _ in pairs], [b for _, b in pairs])
 
 
-def errors(sailed: Sailed) -> list[tuple[float, float, float]]:
-    """(north m, east m, yaw rad) of the true pose from the desired one."""
+def errors(sailed: PositioningLog) -> list[tuple[float, float, float]]:
+    """(north m, east m, yaw rad) of the true pose less the desired one."""
     return [
-        (a["north_m"] - b["desired_north_m"], a["east_m"] - b["desired_east_m"], wrap_pi(a["yaw_rad"] - b["desired_yaw_rad"]))
+        (
+            a["north_m"] - b["desired_north_m"],
+            a["east_m"] - b["desired_east_m"],
+            wrap_pi(a["yaw_rad"] - b["desired_yaw_rad"]),
+        )
         for a, b in zip(sailed.truth, sailed.ticks, strict=True)
     ]
 
 
-def iae(sailed: Sailed) -> list[float]:
+def iae(sailed: PositioningLog) -> list[float]:
     """Running ∫ √((Δp/5 m)² + (Δψ/50°)²) dt."""
-    return _accumulated(sailed.ticks, [math.hypot(n / _UNIT_M, e / _UNIT_M, yaw / _UNIT_RAD) for n, e, yaw in errors(sailed)])
+    return _accumulated(
+        sailed.ticks, [math.hypot(n / _UNIT_M, e / _UNIT_M, yaw / _UNIT_RAD) for n, e, yaw in errors(sailed)]
+    )
 
 
-def iadc(sailed: Sailed, thrusters: Sequence[Thruster]) -> list[float]:
-    """Running ∫ |dū/dt| + |dᾱ/dt| dt over all thrusters as commanded, ū in full throttles and ᾱ in right angles."""
+def iadc(sailed: PositioningLog, thrusters: Sequence[ThrusterFigures]) -> list[float]:
+    """Running ∫ |dū/dt| + |dᾱ/dt| dt over all commanded thrusters, ū in full throttles and ᾱ in right angles."""
     total, running = 0.0, [0.0]
     for a, b in itertools.pairwise(sailed.ticks):
         for thruster in thrusters:
@@ -70,15 +76,16 @@ def iadc(sailed: Sailed, thrusters: Sequence[Thruster]) -> list[float]:
     return running
 
 
-def energy(sailed: Sailed, thrusters: Sequence[Thruster]) -> list[float]:
-    """Running energy in seconds of full power of all thrusters: ∫ mean (|F|/F_full)^1.5 dt of the true forces."""
+def energy(sailed: PositioningLog, thrusters: Sequence[ThrusterFigures]) -> list[float]:
+    """Running ∫ mean (|F|/F_full)^1.5 dt of the true forces: energy, in seconds of full power of all thrusters."""
     shares = [
-        sum((abs(row[f"{thruster.name}_force_n"]) / thruster.full_n) ** 1.5 for thruster in thrusters) / len(thrusters) for row in sailed.truth
+        sum((abs(row[f"{thruster.name}_force_n"]) / thruster.full_n) ** 1.5 for thruster in thrusters) / len(thrusters)
+        for row in sailed.truth
     ]
     return _accumulated(sailed.ticks, shares)
 
 
-def figures(sailed: Sailed, thrusters: Sequence[Thruster]) -> dict[str, float]:
+def figures(sailed: PositioningLog, thrusters: Sequence[ThrusterFigures]) -> dict[str, float]:
     """The metrics of a run of dynamic positioning."""
     north, east, yaw = zip(*errors(sailed), strict=True)
     count = len(north)

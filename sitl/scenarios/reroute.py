@@ -1,4 +1,5 @@
-"""The mission is replaced under way, again and again: what is asked of the boat never jumps, and it sails the last one to its end."""
+"""The mission is replaced under way, four times. The setpoint never jumps, and the boat sails the last mission to its
+end."""
 
 from __future__ import annotations
 
@@ -13,64 +14,73 @@ from pymavlink.dialects.v20 import common as mavlink
 from companion.core.angles import wrap_pi
 from companion.core.geodesy import LocalFrame
 from sitl.scenarios import track_plot
+from sitl.scenarios.ground_station import GroundStation, Item
 from sitl.scenarios.measure import Check, Point, between, closest, largest_turn_rad, read_truth, rms
 from sitl.scenarios.positioning import read
 from sitl.scenarios.scenario import Scenario, Settings
-from sitl.scenarios.station import Item, Station
 
 _RADIUS_M = 3.0
 _MISSION = 0x04040000
 _TIMEOUT_S = 900.0
-_ROUTES: tuple[tuple[float, tuple[Point, ...]], ...] = (  # how long each is sailed before the next comes, and its waypoints
+_ROUTES: tuple[tuple[float, tuple[Point, ...]], ...] = (  # time until the next one is uploaded, waypoints
     (40.0, ((60.0, 0.0), (60.0, 60.0))),
-    (30.0, ((40.0, 20.0), (60.0, 30.0))),  # around something ahead
-    (2.0, ((42.0, 22.0), (60.0, 34.0))),  # the same again, corrected on the way
+    (30.0, ((40.0, 20.0), (60.0, 30.0))),  # around an obstacle
+    (2.0, ((42.0, 22.0), (60.0, 34.0))),  # the same, corrected under way
     (30.0, ((44.0, 24.0), (60.0, 38.0))),
-    (0.0, ((10.0, 20.0), (0.0, 0.0))),  # and back
+    (0.0, ((10.0, 20.0), (0.0, 0.0))),  # back home
 )
-_RATE_DPS = 12.0  # of the desired heading, PATH_YAW_RATE's own value on this vessel
+_RATE_DPS = 12.0  # largest rate of the desired heading, this vessel's PATH_YAW_RATE
 _SLACK = 1.2
 
 
-def sail(station: Station, settings: Settings) -> dict[str, Any]:
-    home = station.rig.config.home
+def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
+    """Sail each route for its time, then upload the next; wait for the end of the last."""
+    home = gcs.rig.config.home
     frame = LocalFrame(home.lat_deg, home.lon_deg)
-    station.ready()
-    _upload(station, frame, _ROUTES[0][1])
-    station.set_mode(_MISSION)
-    station.arm()
-    started_s, replaced_s = station.rig.now_s, []
-    truth = station.rig.world.truth
+    gcs.ready()
+    _upload(gcs, frame, _ROUTES[0][1])
+    gcs.set_mode(_MISSION)
+    gcs.arm()
+    started_s, replaced_s = gcs.rig.now_s, []
+    truth = gcs.rig.world.truth
     start = (truth.north_m, truth.east_m)
     for (duration_s, _), (_, points) in itertools.pairwise(_ROUTES):
-        station.sail(duration_s)
-        _upload(station, frame, points)
-        replaced_s.append(station.rig.now_s)
+        gcs.sail(duration_s)
+        _upload(gcs, frame, points)
+        replaced_s.append(gcs.rig.now_s)
         start = (truth.north_m, truth.east_m)
-        station.reached.clear()
-    station.wait("the end of the last route", lambda: len(_ROUTES[-1][1]) - 1 in station.reached, _TIMEOUT_S)
+        gcs.reached.clear()
+    gcs.wait("the end of the last route", lambda: len(_ROUTES[-1][1]) - 1 in gcs.reached, _TIMEOUT_S)
     return {
         "start": start,
         "corners": _ROUTES[-1][1],
         "radius_m": _RADIUS_M,
         "started_s": started_s,
         "replaced_s": replaced_s,
-        "finished_s": station.rig.now_s,
-        "vessel": station.rig.config.name,
-        "length_m": station.rig.config.length_m,
-        "beam_m": station.rig.config.beam_m,
+        "finished_s": gcs.rig.now_s,
+        "vessel": gcs.rig.config.name,
+        "length_m": gcs.rig.config.length_m,
+        "beam_m": gcs.rig.config.beam_m,
     }
 
 
-def _upload(station: Station, frame: LocalFrame, points: Sequence[Point]) -> None:
+def _upload(gcs: GroundStation, frame: LocalFrame, points: Sequence[Point]) -> None:
     waypoint = mavlink.MAV_CMD_NAV_WAYPOINT
-    station.upload([Item(waypoint, *frame.to_geodetic(*point), params=(0.0, _RADIUS_M, 0.0, math.nan)) for point in points])
+    gcs.upload([Item(waypoint, *frame.to_geodetic(*point), params=(0.0, _RADIUS_M, 0.0, math.nan)) for point in points])
 
 
 def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[dict[str, float], Sequence[Check]]:
-    ticks = [row for row in read(folder, asked["started_s"] + 1.0, asked["finished_s"] - 1.0).ticks if not math.isnan(row["desired_north_m"])]
+    """Steps of the setpoint, turns of the boat, and how near the waypoints were passed."""
+    ticks = [
+        row
+        for row in read(folder, asked["started_s"] + 1.0, asked["finished_s"] - 1.0).ticks
+        if not math.isnan(row["desired_north_m"])
+    ]
     pairs = [(a, b, b["t_s"] - a["t_s"]) for a, b in itertools.pairwise(ticks)]
-    steps = [math.hypot(b["desired_north_m"] - a["desired_north_m"], b["desired_east_m"] - a["desired_east_m"]) for a, b, _ in pairs]
+    steps = [
+        math.hypot(b["desired_north_m"] - a["desired_north_m"], b["desired_east_m"] - a["desired_east_m"])
+        for a, b, _ in pairs
+    ]
     turns = [abs(wrap_pi(b["desired_yaw_rad"] - a["desired_yaw_rad"])) for a, b, _ in pairs]
     speeds = [abs(b["desired_surge_mps"] - a["desired_surge_mps"]) for a, b, _ in pairs]
     period_s = sorted(dt for _, _, dt in pairs)[len(pairs) // 2]
@@ -87,7 +97,9 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
     }
     return metrics, (
         Check("step of the desired position in one tick", metrics["desired_step_m"], 0.3, "m"),
-        Check("step of the desired heading in one tick", metrics["desired_turn_deg"], _SLACK * _RATE_DPS * period_s, "deg"),
+        Check(
+            "step of the desired heading in one tick", metrics["desired_turn_deg"], _SLACK * _RATE_DPS * period_s, "deg"
+        ),
         Check("step of the desired surge in one tick", metrics["desired_speed_step_mps"], 0.1, "m/s"),
         Check("every waypoint of the last route was passed near", metrics["worst_miss_m"], _RADIUS_M, "m"),
         Check("heading turned between two routes", metrics["largest_turn_deg"], 359.0, "deg"),
@@ -96,10 +108,18 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
 
 SCENARIO = Scenario(
     name="reroute",
-    text="the mission is replaced under way four times; nothing that is asked of the boat jumps",
+    text="the mission is replaced under way four times; the setpoint never jumps",
     vessel="revolt",
-    defaults={"wind": "2", "current": "", "gnss": "rtk", "waves": "", "model_error": "", "path": "pchip", "law": "companion"},
+    defaults={
+        "wind": "2",
+        "current": "",
+        "gnss": "rtk",
+        "waves": "",
+        "model_error": "",
+        "path": "pchip",
+        "law": "companion",
+    },
     sail=sail,
     measure=measure,
-    plot=track_plot.track,
+    plot=track_plot.draw,
 )

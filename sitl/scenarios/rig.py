@@ -1,4 +1,4 @@
-"""What a scenario stands on: a composed vessel in lockstep. The command line composes it; scenarios know only this face."""
+"""What a scenario runs on: a vessel and its world in lockstep. `companion.cli.rig` builds it."""
 
 from __future__ import annotations
 
@@ -7,26 +7,36 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Protocol
 
-from companion.config import HullConfig, ThrusterConfig, VesselConfig
-from sitl.tow import Leg
-from sitl.waters import OtherBoat
+from companion.config.devices import ThrusterConfig
+from companion.config.hull import HullConfig
+from companion.config.vessel import VesselConfig
+from sitl.shared_sea import LeadBoatConfig
+from sitl.tow import TowLeg
 from sitl.world import World
 
 
 class Rig(Protocol):
-    """A vessel, its plant and a clock that moves when told to. One MAVLink link ends here, in bytes."""
+    """A vessel, its world and a clock that moves when told to. One MAVLink link ends here, in bytes."""
 
     @property
-    def config(self) -> VesselConfig: ...
+    def config(self) -> VesselConfig:
+        """The vessel's file, with the conditions' additions."""
+        ...
 
     @property
-    def conditions(self) -> Conditions: ...
+    def conditions(self) -> Conditions:
+        """As the rig was built."""
+        ...
 
     @property
-    def world(self) -> World: ...
+    def world(self) -> World:
+        """The simulated boat."""
+        ...
 
     @property
-    def now_s(self) -> float: ...
+    def now_s(self) -> float:
+        """The vessel's time."""
+        ...
 
     def step(self) -> None:
         """One tick of the vessel."""
@@ -36,32 +46,36 @@ class Rig(Protocol):
         """Bytes from the ground station to the vessel."""
         ...
 
-    def hear(self, data: bytes, at_s: float) -> None:
-        """Bytes that reach the vessel between two ticks, at that time and not before the last ones; it takes them in at once."""
+    def deliver(self, data: bytes, at_s: float) -> None:
+        """Bytes that reach the vessel between two ticks, at `at_s` but not before the last ones. It handles them at
+        once."""
         ...
 
     def receive(self) -> bytes:
         """Bytes from the vessel to the ground station since the last call."""
         ...
 
-    def identify(self) -> Believed:
-        """What the companion identifies from the log of this rig, which it closes; written into the log's folder too."""
+    def identify(self) -> ControllerModel:
+        """Close this rig and identify the hull from its log. The result is also written into the log's folder."""
         ...
 
-    def again(self, believed: Believed, folder: str) -> Rig:
-        """A new rig in the same conditions, whose controller believes in another hull. It logs into `folder` under this rig's own."""
+    def rerun_with(self, model: ControllerModel, folder: str) -> Rig:
+        """A new rig in the same conditions whose controller uses `model`. It logs into `folder` below this rig's."""
         ...
 
-    def beside(self, conditions: Conditions, folder: str) -> Rig:
-        """Another vessel in the same waters: it sees the same boats, which move once. Step both in turn; it logs into `folder` under this rig's own."""
+    def second_vessel(self, conditions: Conditions, folder: str) -> Rig:
+        """Another vessel in the same sea: both see the same lead boats. Step both in turn. It logs into `folder` below
+        this rig's."""
         ...
 
-    def close(self) -> None: ...
+    def close(self) -> None:
+        """Close the vessel and its log."""
+        ...
 
 
 @dataclass(frozen=True, slots=True)
-class Believed:
-    """A hull and thrusters that a controller believes in, whatever the plant is."""
+class ControllerModel:
+    """The hull and thrusters that the controller uses, whatever the plant is."""
 
     hull: HullConfig
     thrusters: tuple[ThrusterConfig, ...] | None = None  # None: as the vessel's file says
@@ -69,7 +83,7 @@ class Believed:
 
 @dataclass(frozen=True, slots=True)
 class Conditions:
-    """What a scenario asks of its world and its controller."""
+    """How the world and the controller of a scenario are set up. None means as the vessel's file says."""
 
     vessel: str
     seed: int = 0
@@ -79,19 +93,23 @@ class Conditions:
     waves_m: float = 0.0
     model_error: float = 0.0
     plant: str | None = None
-    plant_error: float = 0.0  # of a jet boat's mass, thrust, nozzle and drag, up or down by the seed
-    hull: str | Believed | None = None  # what the controller believes: the hull of the plant of that name, or this; None: the vessel's own
+    plant_error: float = (
+        0.0  # share by which a jet boat's mass, thrust, nozzle and drag are wrong, each up or down by seed
+    )
+    # the controller's model: the hull of the plant of that name, or this one; None: the vessel's own
+    controller_model: str | ControllerModel | None = None
     push_ned_n: tuple[float, float] = (0.0, 0.0)
-    wind_sensor: bool = False  # a wind sensor aboard, on a vessel without one
-    ais: bool = False  # an AIS receiver aboard, on a vessel without one
-    rotating: tuple[str, ...] = ()  # fixed thrusters that turn in this run
+    wind_sensor: bool = False  # add a wind sensor
+    ais: bool = False  # add an AIS receiver
+    rotating: tuple[str, ...] = ()  # names of fixed thrusters that turn in this run
     faults: tuple[str, ...] = ()
-    magnetometer: str = ""  # heading by the inertial sensor's raw magnetometer alone: "calibrated", or "raw" for a controller that does not know the iron
-    tow: tuple[Leg, ...] = ()  # the boat is led along these, whatever its thrusters do
+    # heading from the inertial sensor's magnetometer alone: "calibrated", or "raw" without its calibration
+    magnetometer: str = ""
+    tow: tuple[TowLeg, ...] = ()  # towed along these legs, whatever the thrusters do
     parameters: Mapping[str, float] = field(default_factory=dict)
     start: tuple[float, float, float] | None = None  # north and east of home in m, heading in rad; None: at home
-    others: tuple[OtherBoat, ...] = ()  # lead boats in the same waters
-    gnss_common: float = 0.0  # share of the slow position error that all receivers have alike
+    lead_boats: tuple[LeadBoatConfig, ...] = ()
+    gnss_common: float = 0.0  # share of the slow position error that all receivers have in common
 
 
 class Composer(Protocol):

@@ -1,4 +1,4 @@
-"""The routes of the ÅBOAT thesis, uploaded and sailed in wind and current: every waypoint reached, no circling, near the path."""
+"""The routes of the ÅBOAT thesis in wind and current: every waypoint reached, no circling, near the path."""
 
 from __future__ import annotations
 
@@ -11,72 +11,79 @@ from pymavlink.dialects.v20 import common as mavlink
 
 from companion.core.geodesy import LocalFrame
 from sitl.scenarios import route_plot
+from sitl.scenarios.ground_station import GroundStation, Item
 from sitl.scenarios.measure import Check, Point, between, read_truth, rms
 from sitl.scenarios.route_measure import follow, line, most_turn_rad, percentile, reached_rows
 from sitl.scenarios.routes import ROUTES, transects
 from sitl.scenarios.scenario import Scenario, ScenarioError, Settings
-from sitl.scenarios.station import Item, Station
 
-RADIUS_M = 5.0  # the thesis's
+RADIUS_M = 5.0  # as in the thesis
 _MISSION = 0x04040000
-_SLOWEST_MPS = 0.4  # over the whole route; a boat that is not there by then circles or is stuck
-_TURN_M = 15.0  # of each end of a survey's line, where the boat is still turning
+_SLOWEST_MPS = 0.4  # mean over the whole route; a slower boat circles or is stuck
+_TURN_M = 15.0  # at each end of a survey's line, where the boat turns
 # cross-track error RMS and 95 %
 _LIMITS_M = {"rtk": (0.5, 1.0), "sbas": (1.0, 1.8), "standalone": (4.0, 8.0)}
 
 
 def path_of(settings: Settings) -> str:
-    """The curve asked for, or the one that the thesis used on that route."""
+    """The curve of the setting `path`; where it is empty, the one that the thesis used on that route."""
     return settings["path"] or (ROUTES[settings["route"]].path if settings.get("route") in ROUTES else "linear")
 
 
-def _sail(station: Station, waypoints: Sequence[Point]) -> dict[str, Any]:
-    """Upload, arm, and sail until the last waypoint is announced or the time for it is over."""
-    home = station.rig.config.home
+def _sail(gcs: GroundStation, waypoints: Sequence[Point]) -> dict[str, Any]:
+    """Upload, arm, and sail until the last waypoint is announced or the time is over."""
+    home = gcs.rig.config.home
     frame = LocalFrame(home.lat_deg, home.lon_deg)
-    items = [Item(mavlink.MAV_CMD_NAV_WAYPOINT, *frame.to_geodetic(*point), params=(0.0, 0.0, 0.0, math.nan)) for point in waypoints]
-    station.ready()
-    station.upload(items)
-    truth = station.rig.world.truth
+    items = [
+        Item(mavlink.MAV_CMD_NAV_WAYPOINT, *frame.to_geodetic(*point), params=(0.0, 0.0, 0.0, math.nan))
+        for point in waypoints
+    ]
+    gcs.ready()
+    gcs.upload(items)
+    truth = gcs.rig.world.truth
     begin = (truth.north_m, truth.east_m)
-    station.set_mode(_MISSION)
-    station.arm()
-    started_s = station.rig.now_s
+    gcs.set_mode(_MISSION)
+    gcs.arm()
+    started_s = gcs.rig.now_s
     length_m = sum(math.dist(a, b) for a, b in zip([begin, *waypoints], waypoints, strict=False))
     end_s = started_s + 60.0 + length_m / _SLOWEST_MPS
-    while len(items) - 1 not in station.reached and station.rig.now_s < end_s:
-        station.step()
+    while len(items) - 1 not in gcs.reached and gcs.rig.now_s < end_s:
+        gcs.step()
     return {
         "waypoints": [begin, *waypoints],
         "started_s": started_s,
-        "finished_s": station.rig.now_s,
-        "announced": len(set(station.reached)),
-        "vessel": station.rig.config.name,
+        "finished_s": gcs.rig.now_s,
+        "announced": len(set(gcs.reached)),
+        "vessel": gcs.rig.config.name,
     }
 
 
-def sail(station: Station, settings: Settings) -> dict[str, Any]:
+def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
+    """Sail one of the thesis's routes."""
     if settings["route"] not in ROUTES:
         raise ScenarioError(f"route={settings['route']}: one of {', '.join(ROUTES)}")
-    return _sail(station, ROUTES[settings["route"]].points)
+    return _sail(gcs, ROUTES[settings["route"]].points)
 
 
-def sail_survey(station: Station, settings: Settings) -> dict[str, Any]:
+def sail_survey(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
+    """Sail a survey's lines."""
     try:
         count = int(settings["transects"])
     except ValueError as error:
         raise ScenarioError(f"transects={settings['transects']}: not a whole number") from error
     if not 1 <= count <= 100:
-        raise ScenarioError(f"transects={count}: 1 to 100, please")
-    return _sail(station, transects(count, 100.0, 12.0))
+        raise ScenarioError(f"transects={count}: must be 1 to 100")
+    return _sail(gcs, transects(count, 100.0, 12.0))
 
 
 def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[dict[str, float], Sequence[Check]]:
+    """Cross-track errors and turns over the whole route."""
     metrics = _figures(folder, asked, path_of(settings))
     return metrics, _checks(metrics, asked, settings)
 
 
 def _figures(folder: Path, asked: dict[str, Any], kind: str) -> dict[str, float]:
+    """The metrics of a route along the curve of that kind."""
     track = between(read_truth(folder), asked["started_s"], asked["finished_s"])
     waypoints = asked["waypoints"]
     path = line(waypoints, kind)
@@ -96,7 +103,7 @@ def _figures(folder: Path, asked: dict[str, Any], kind: str) -> dict[str, float]
 
 
 def measure_survey(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[dict[str, float], Sequence[Check]]:
-    """On the lines alone, once the boat is round."""
+    """Cross-track errors on the lines alone, without their ends."""
     metrics = _figures(folder, asked, "linear")
     track = between(read_truth(folder), asked["started_s"], asked["finished_s"])
     path = line(asked["waypoints"], "linear")
@@ -107,17 +114,27 @@ def measure_survey(folder: Path, asked: dict[str, Any], settings: Settings) -> t
         for error, s in zip(sailed.error_m, sailed.s_m, strict=True)
         if any(begin + _TURN_M <= s <= end - _TURN_M for begin, end in lines)
     ]
-    metrics |= {"cross_track_rms_m": rms(errors), "cross_track_95_m": percentile(errors, 0.95), "cross_track_max_m": max(errors)}
+    metrics |= {
+        "cross_track_rms_m": rms(errors),
+        "cross_track_95_m": percentile(errors, 0.95),
+        "cross_track_max_m": max(errors),
+    }
     return metrics, _checks(metrics, asked, settings)
 
 
 def _checks(metrics: dict[str, float], asked: dict[str, Any], settings: Settings) -> list[Check]:
-    """What the run must keep. The thesis's law is there to be compared with: of it only figures are taken."""
+    """What must hold. The thesis's law is for comparison, so only its first waypoint counts."""
     if settings["law"] == "thesis":
         return [Check("a waypoint was reached", metrics["waypoints_reached"], 1.0, "", at_least=True)]
     rms_m, most_m = _LIMITS_M.get(settings["gnss"], (0.5, 1.0))
     return [
-        Check("waypoints reached and announced", metrics["waypoints_reached"], float(len(asked["waypoints"]) - 1), "", at_least=True),
+        Check(
+            "waypoints reached and announced",
+            metrics["waypoints_reached"],
+            float(len(asked["waypoints"]) - 1),
+            "",
+            at_least=True,
+        ),
         Check("turn between two waypoints beyond the path's", metrics["most_turn_deg"], 359.0, "deg"),
         Check("cross-track error RMS", metrics["cross_track_rms_m"], rms_m, "m"),
         Check("cross-track error, 95 %", metrics["cross_track_95_m"], most_m, "m"),
@@ -125,7 +142,8 @@ def _checks(metrics: dict[str, float], asked: dict[str, Any], settings: Settings
 
 
 _DEFAULTS = {
-    "law": "companion", "control": "pid", "path": "", "wind": "6", "current": "0.3", "gnss": "rtk", "waves": "", "model_error": "", "plant": "",
+    "law": "companion", "control": "pid", "path": "", "wind": "6", "current": "0.3", "gnss": "rtk", "waves": "",
+    "model_error": "", "plant": "",
 }  # fmt: skip
 
 SCENARIO = Scenario(

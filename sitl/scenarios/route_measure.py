@@ -1,4 +1,4 @@
-"""How well a route was sailed, from truth.csv, against the curve through its waypoints built here by scipy."""
+"""How well a route was sailed, from truth.csv, against scipy's curve through its waypoints."""
 
 from __future__ import annotations
 
@@ -12,12 +12,13 @@ from companion.core.angles import wrap_pi
 from sitl.scenarios.measure import Point, Track, distance_to, sampled_path
 
 _STEP_M = 0.05
-_REACH_M = 20.0  # of arc length, within which the boat may move along the path between two samples
+_REACH_M = 20.0  # arc length that is searched for the next nearest point
 
 
 @dataclass(frozen=True, slots=True)
-class Sailed:
-    """One row for each row of truth: cross-track error (positive: starboard of the path), arc length abeam, heading without wraps."""
+class RouteTrack:
+    """One value for each row of truth: cross-track error (positive: starboard of the path), arc length, heading without
+    wraps."""
 
     error_m: tuple[float, ...]
     s_m: tuple[float, ...]
@@ -25,8 +26,8 @@ class Sailed:
 
 
 @dataclass(frozen=True, slots=True)
-class Line:
-    """A path as dense points, their arc length, course without wraps, and the arc length at each waypoint given."""
+class SampledPath:
+    """A path as dense points: arc length, course without wraps, and the arc length at each waypoint."""
 
     points: Sequence[Point]
     s_m: Sequence[float]
@@ -34,7 +35,7 @@ class Line:
     waypoint_s_m: Sequence[float]
 
 
-def line(waypoints: Sequence[Point], kind: str) -> Line:
+def line(waypoints: Sequence[Point], kind: str) -> SampledPath:
     """The curve of that kind through all waypoints."""
     points = sampled_path(waypoints, kind, _STEP_M)
     s = [0.0]
@@ -47,11 +48,12 @@ def line(waypoints: Sequence[Point], kind: str) -> Line:
         high = bisect_left(s, s[low] + 3.0 * math.dist(waypoints[len(stations) - 1], waypoint)) or len(s)
         low = min(range(low, min(high, len(points))), key=lambda i: math.dist(points[i], waypoint))
         stations.append(s[low])
-    return Line(points, s, course, stations)
+    return SampledPath(points, s, course, stations)
 
 
-def follow(track: Track, path: Line) -> Sailed:
-    """Distance to the nearest point of the path not far from the last one: a branch that passes near by is never taken for it."""
+def follow(track: Track, path: SampledPath) -> RouteTrack:
+    """The track relative to the path. The nearest point is searched near the last one, so that other branches do not
+    count."""
     import numpy as np
 
     points = np.array(path.points)
@@ -65,7 +67,7 @@ def follow(track: Track, path: Line) -> Sailed:
         side = east * math.cos(path.course_rad[near]) - north * math.sin(path.course_rad[near])
         errors.append(math.copysign(math.hypot(north, east), side))
         along.append(path.s_m[near])
-    return Sailed(tuple(errors), tuple(along), tuple(unwrapped([row["yaw_rad"] for row in track])))
+    return RouteTrack(tuple(errors), tuple(along), tuple(unwrapped([row["yaw_rad"] for row in track])))
 
 
 def unwrapped(angles: Sequence[float]) -> list[float]:
@@ -77,7 +79,7 @@ def unwrapped(angles: Sequence[float]) -> list[float]:
 
 
 def reached_rows(track: Track, waypoints: Sequence[Point], radius_m: float) -> list[int]:
-    """Row at which each waypoint was first within the radius, in their order; ends where one never was."""
+    """Row at which each waypoint was first within the radius, in order; ends at the first that never was."""
     rows: list[int] = []
     begin = 0
     for north, east in waypoints:
@@ -89,18 +91,22 @@ def reached_rows(track: Track, waypoints: Sequence[Point], radius_m: float) -> l
     return rows
 
 
-def most_turn_rad(sailed: Sailed, path: Line, rows: Sequence[int]) -> float:
-    """The largest turn of the bow between two waypoints, less what the path turns there; also after the last one reached."""
+def most_turn_rad(sailed: RouteTrack, path: SampledPath, rows: Sequence[int]) -> float:
+    """The largest span of the heading between two waypoints, less that of the path; also after the last one reached."""
     worst = 0.0
     marks = [0, *rows, len(sailed.yaw_rad) - 1]
     for first, last in itertools.pairwise(marks):
         yaw = sailed.yaw_rad[first : last + 1]
-        low, high = (bisect_left(path.s_m, s - 1.0e-9) for s in (min(sailed.s_m[first : last + 1]), max(sailed.s_m[first : last + 1])))
+        low, high = (
+            bisect_left(path.s_m, s - 1.0e-9)
+            for s in (min(sailed.s_m[first : last + 1]), max(sailed.s_m[first : last + 1]))
+        )
         course = path.course_rad[low : high + 1]
         worst = max(worst, (max(yaw) - min(yaw)) - (max(course) - min(course)))
     return worst
 
 
 def percentile(values: Sequence[float], share: float) -> float:
+    """The value below which that share of the values lies."""
     ordered = sorted(values)
     return ordered[min(len(ordered) - 1, int(share * len(ordered)))]

@@ -1,4 +1,4 @@
-"""A route as it was sailed, drawn: track and waypoints, cross-track error, speed, heading."""
+"""The figure of a route: track and waypoints, cross-track error, speed, heading."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from sitl.scenarios.figure import finish_chart, new_figure, set_title
 from sitl.scenarios.measure import between, read_truth
 from sitl.scenarios.route_measure import follow, line
 
@@ -15,25 +16,31 @@ _PATH, _SAILED = "tab:orange", "tab:blue"
 
 def draw(folder: Path, asked: dict[str, Any], kind: str, settings: Mapping[str, str]) -> None:
     """Draw `route.png` into the folder. Raises ImportError without matplotlib."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
     track = between(read_truth(folder), asked["started_s"], asked["finished_s"])
     path = line(asked["waypoints"], kind)
     sailed = follow(track, path)
     t = [row["t_s"] - asked["started_s"] for row in track]
-    figure = Figure(figsize=(14.0, 8.0), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = new_figure(14.0, 8.0)
     grid = figure.add_gridspec(3, 2, width_ratios=(1.1, 1.0))
     chart = figure.add_subplot(grid[:, 0])
     chart.plot([p[1] for p in path.points], [p[0] for p in path.points], color=_PATH, label=f"path, {kind}")
-    chart.plot([row["east_m"] for row in track], [row["north_m"] for row in track], color=_SAILED, linewidth=1.0, label="sailed")
+    chart.plot(
+        [row["east_m"] for row in track],
+        [row["north_m"] for row in track],
+        color=_SAILED,
+        linewidth=1.0,
+        label="sailed",
+    )
     for number, (north, east) in enumerate(asked["waypoints"]):
         chart.plot(east, north, "o", color="black", markersize=4)
-        chart.annotate("start" if number == 0 else str(number), (east, north), textcoords="offset points", xytext=(5, 5), fontsize=8)
-    chart.set_aspect("equal", adjustable="datalim")
-    chart.set_xlabel("east, m")
-    chart.set_ylabel("north, m")
+        chart.annotate(
+            "start" if number == 0 else str(number),
+            (east, north),
+            textcoords="offset points",
+            xytext=(5, 5),
+            fontsize=8,
+        )
+    finish_chart(chart)
     chart.legend(loc="best", fontsize=8)
     rows: tuple[tuple[str, list[tuple[Sequence[float], str, str]]], ...] = (
         ("cross-track error, m", [(sailed.error_m, _SAILED, "")]),
@@ -55,9 +62,7 @@ def draw(folder: Path, asked: dict[str, Any], kind: str, settings: Mapping[str, 
             axes.tick_params(labelbottom=False)
         else:
             axes.set_xlabel("time, s")
-    chart.grid(alpha=0.3)
-    said = ", ".join(f"{key} {value}" for key, value in settings.items() if value)
-    figure.suptitle(f"{asked['vessel']}: {said}", fontsize=10)
+    set_title(figure, settings, asked["vessel"])
     figure.savefig(folder / "route.png", dpi=90)
 
 

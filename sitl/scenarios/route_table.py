@@ -1,4 +1,4 @@
-"""The ÅBOAT thesis's waypoint law beside the companion's on its four routes, on the same seeds, as a Markdown table."""
+"""The ÅBOAT thesis's waypoint law and the companion's on its four routes, on the same seeds, as a Markdown table."""
 
 from __future__ import annotations
 
@@ -19,22 +19,29 @@ ROUTES = ("1", "2", "3", "4")
 
 
 def lines(scenario: Scenario, compose: Composer, seeds: int) -> Iterator[str]:
-    """Header and rows as they are sailed."""
+    """Header, then each row when its runs are done."""
     yield from head()
     for route in ROUTES:
         for text, conditions in CONDITIONS.items():
             for law in ("thesis", "companion"):
-                runs = [_sailed(scenario, compose, {**conditions, "route": route, "law": law}, seed) for seed in range(seeds)]
+                runs = [
+                    _sailed(scenario, compose, {**conditions, "route": route, "law": law}, seed)
+                    for seed in range(seeds)
+                ]
                 yield row(route, text, law, runs)
 
 
 def head() -> tuple[str, str]:
+    """The two lines of the header."""
     return _HEAD, "|---|---|---|" + "---:|" * 5
 
 
 def row(route: str, conditions: str, law: str, runs: Sequence[Mapping[str, float]]) -> str:
-    """The worst of all runs, the time their mean."""
-    worst = (max(metrics[name] for metrics in runs) for name in ("cross_track_rms_m", "cross_track_95_m", "cross_track_max_m"))
+    """A row: the worst of all runs, and their mean time."""
+    worst = (
+        max(metrics[name] for metrics in runs)
+        for name in ("cross_track_rms_m", "cross_track_95_m", "cross_track_max_m")
+    )
     cells = " | ".join(f"{value:.2f}" for value in worst)
     time_s = sum(metrics["time_s"] for metrics in runs) / len(runs)
     completed = sum(metrics["completed"] > 0.0 for metrics in runs)
@@ -42,7 +49,7 @@ def row(route: str, conditions: str, law: str, runs: Sequence[Mapping[str, float
 
 
 def _sailed(scenario: Scenario, compose: Composer, changes: Mapping[str, str], seed: int) -> Mapping[str, float]:
-    """Metrics of one run. Raises RuntimeError for one that could not be measured."""
+    """Metrics of one run. Raises RuntimeError where it could not be measured."""
     with tempfile.TemporaryDirectory() as folder:
         outcome = run(scenario, compose, Path(folder), seed, changes=changes)
     if outcome.error:

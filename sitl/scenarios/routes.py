@@ -1,6 +1,7 @@
-"""The routes of the ÅBOAT thesis (Storbacka 2021, 6.1) by length, count and character: it prints no coordinates.
+"""The routes of the ÅBOAT thesis (Storbacka 2021, 6.1), by length, count and character: it prints no coordinates.
 
-North and east in metres from where the boat starts, heading north. `mission_files/aboat_*.plan` are the same, off Ruissalo.
+North and east in metres from the boat's start, which heads north. `mission_files/aboat_*.plan` are the same, off
+Ruissalo.
 """
 
 from __future__ import annotations
@@ -14,8 +15,8 @@ from sitl.scenarios.measure import Point
 
 
 @dataclass(frozen=True, slots=True)
-class Route:
-    """`path`: the curve that the thesis laid through it."""
+class ThesisRoute:
+    """`path`: the curve that the thesis used."""
 
     text: str
     path: str
@@ -36,15 +37,25 @@ def _legs(begin: Point, length_m: float, courses_deg: Sequence[float]) -> tuple[
     return tuple(points)
 
 
-ROUTES: Mapping[str, Route] = {
-    "1": Route("5 waypoints, turns of 90°", "linear", ((15.0, 0.0), (55.0, 0.0), (55.0, 40.0), (95.0, 40.0), (95.0, 0.0))),
-    "2": Route("5 waypoints, turns of 130° to 150°", "linear", ((15.0, 0.0), (60.0, 10.0), (25.0, 35.0), (75.0, 45.0), (35.0, 75.0))),
-    "3": Route("308 m, 6 waypoints", "pchip", _legs((15.0, 0.0), 308.0, (20.0, 60.0, 95.0, 140.0, 170.0))),
-    "4": Route(
-        "500 m, 11 waypoints", "pchip", _legs((15.0, 0.0), 500.0, (20.0, 50.0, 85.0, 120.0, 90.0, 45.0, 85.0, 130.0, 175.0, 210.0))
+ROUTES: Mapping[str, ThesisRoute] = {
+    "1": ThesisRoute(
+        "5 waypoints, turns of 90°", "linear", ((15.0, 0.0), (55.0, 0.0), (55.0, 40.0), (95.0, 40.0), (95.0, 0.0))
     ),
-    "island": Route(
-        "6 waypoints, narrow passages", "pchip", ((15.0, 0.0), (115.0, 5.0), (130.0, 20.0), (130.0, 120.0), (145.0, 135.0), (245.0, 140.0))
+    "2": ThesisRoute(
+        "5 waypoints, turns of 130° to 150°",
+        "linear",
+        ((15.0, 0.0), (60.0, 10.0), (25.0, 35.0), (75.0, 45.0), (35.0, 75.0)),
+    ),
+    "3": ThesisRoute("308 m, 6 waypoints", "pchip", _legs((15.0, 0.0), 308.0, (20.0, 60.0, 95.0, 140.0, 170.0))),
+    "4": ThesisRoute(
+        "500 m, 11 waypoints",
+        "pchip",
+        _legs((15.0, 0.0), 500.0, (20.0, 50.0, 85.0, 120.0, 90.0, 45.0, 85.0, 130.0, 175.0, 210.0)),
+    ),
+    "island": ThesisRoute(
+        "6 waypoints, narrow passages",
+        "pchip",
+        ((15.0, 0.0), (115.0, 5.0), (130.0, 20.0), (130.0, 120.0), (145.0, 135.0), (245.0, 140.0)),
     ),
 }
 

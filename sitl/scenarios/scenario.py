@@ -1,4 +1,4 @@
-"""A named scenario: what it sets up, what it does as a ground station, what it measures and checks."""
+"""A named scenario: its set-up, what its ground station does, what it measures and checks."""
 
 from __future__ import annotations
 
@@ -10,44 +10,49 @@ from pathlib import Path
 from typing import Any
 
 from sitl.environment import parse_directed
+from sitl.scenarios.ground_station import GroundStation, GroundStationTimeout
 from sitl.scenarios.measure import Check
 from sitl.scenarios.rig import Composer, Conditions
-from sitl.scenarios.station import Station, StationTimeout
-from sitl.tow import Leg
+from sitl.tow import TowLeg
 
 Settings = Mapping[str, str]
 
 
 class ScenarioError(Exception):
-    """A scenario that cannot be run as asked: an unknown name or key, a value that is none."""
+    """A scenario that cannot be run as asked: an unknown name or key, or an invalid value."""
 
 
 @dataclass(frozen=True, slots=True)
 class Scenario:
-    """`sail` plays the ground station and returns what `measure` needs to know of what was asked of the boat. `by_vessel` are defaults that
-    differ for some vessels. `plot` draws into the folder; it raises ImportError where matplotlib is not installed. `tow`: the boat is led
-    along these legs. `prepare`: what else the conditions are, beyond the settings that mean the same everywhere."""
+    """`sail` plays the ground station, and returns what `measure` needs to know. `by_vessel`: defaults for some
+    vessels.
+
+    `plot` draws into the folder, and raises ImportError without matplotlib. `tow`: legs along which the boat is towed.
+    `prepare`: changes of the conditions beyond the settings that all scenarios share.
+    """
 
     name: str
     text: str
     vessel: str
     defaults: Mapping[str, str]
-    sail: Callable[[Station, Settings], dict[str, Any]]
+    sail: Callable[[GroundStation, Settings], dict[str, Any]]
     measure: Callable[[Path, dict[str, Any], Settings], tuple[dict[str, float], Sequence[Check]]]
     by_vessel: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     plot: Callable[[Path, dict[str, Any], Settings], None] | None = None
-    tow: Callable[[Settings], tuple[Leg, ...]] | None = None
+    tow: Callable[[Settings], tuple[TowLeg, ...]] | None = None
     prepare: Callable[[Conditions, Settings], Conditions] | None = None
 
 
 @dataclass(frozen=True, slots=True)
-class Outcome:
+class ScenarioResult:
+    """What a run gave; the same as in result.json. `hint`: what could not be drawn, and why."""
+
     scenario: str
     ok: bool
     metrics: Mapping[str, float]
     checks: Sequence[Check]
     error: str | None
-    hint: str = ""  # what could not be drawn, and why
+    hint: str = ""
 
 
 def run(
@@ -58,22 +63,32 @@ def run(
     vessel: str | None = None,
     changes: Settings | None = None,
     draw: bool = False,
-) -> Outcome:
-    """Sail it, measure it, write result.json beside the log, draw it if asked to. Raises ScenarioError for settings that the scenario
-    does not have."""
+) -> ScenarioResult:
+    """Run it, measure it, write result.json beside the log, and draw it if asked to.
+
+    Raises ScenarioError for settings that the scenario does not have.
+    """
     settings = {**scenario.defaults, **scenario.by_vessel.get(vessel or scenario.vessel, {}), **(changes or {})}
     unknown = set(settings) - set(scenario.defaults)
     if unknown:
-        raise ScenarioError(f"{scenario.name} has no setting {', '.join(sorted(unknown))}; it has {', '.join(sorted(scenario.defaults))}")
-    conditions = replace(_conditions(settings), vessel=vessel or scenario.vessel, seed=seed, tow=scenario.tow(settings) if scenario.tow else ())
+        raise ScenarioError(
+            f"{scenario.name} has no setting {', '.join(sorted(unknown))}; "
+            f"it has {', '.join(sorted(scenario.defaults))}"
+        )
+    conditions = replace(
+        _conditions(settings),
+        vessel=vessel or scenario.vessel,
+        seed=seed,
+        tow=scenario.tow(settings) if scenario.tow else (),
+    )
     if scenario.prepare is not None:
         conditions = scenario.prepare(conditions, settings)
     rig = compose(conditions, folder)
     error: str | None = None
     asked: dict[str, Any] = {}
     try:
-        asked = scenario.sail(Station(rig), settings)
-    except StationTimeout as timeout:
+        asked = scenario.sail(GroundStation(rig), settings)
+    except GroundStationTimeout as timeout:
         error = str(timeout)
     finally:
         rig.close()
@@ -82,19 +97,21 @@ def run(
     if error is None:
         metrics, checks = scenario.measure(folder, asked, settings)
     hint = _draw(scenario, folder, asked, settings) if draw and error is None else ""
-    outcome = Outcome(scenario.name, error is None and all(check.ok for check in checks), metrics, checks, error, hint)
+    outcome = ScenarioResult(
+        scenario.name, error is None and all(check.ok for check in checks), metrics, checks, error, hint
+    )
     _write(folder, outcome, conditions, settings)
     return outcome
 
 
 def _draw(scenario: Scenario, folder: Path, asked: dict[str, Any], settings: Settings) -> str:
-    """Draws; returns a hint where that needs what is not installed."""
+    """Draw. Returns a hint where matplotlib is not installed."""
     if scenario.plot is None:
         return ""
     try:
         scenario.plot(folder, asked, settings)
     except ImportError:
-        return "no plot: that needs matplotlib (pip install 'usv-companion[report]')"
+        return "no plot: matplotlib is not installed (pip install 'usv-companion[report]')"
     return ""
 
 
@@ -108,7 +125,7 @@ _CHOICES: Mapping[str, tuple[tuple[str, ...], Mapping[str, float]]] = {
     "allocation": (("ALLOC_KIND",), {"constrained": 0, "unconstrained": 1}),
 }
 
-_THESIS_ALLOCATION = {"ALLOC_ITER": 1.0}  # linearised once
+_THESIS_ALLOCATION = {"ALLOC_ITER": 1.0}  # one linearisation
 
 
 def _conditions(settings: Settings) -> Conditions:
@@ -125,7 +142,7 @@ def _conditions(settings: Settings) -> Conditions:
         gnss=settings.get("gnss", "rtk"),
         waves_m=number(settings, "waves"),
         model_error=number(settings, "model_error"),
-        hull=settings.get("hull") or None,
+        controller_model=settings.get("hull") or None,
         plant=settings.get("plant") or None,
         plant_error=number(settings, "plant_error"),
         push_ned_n=_push(settings),
@@ -138,9 +155,9 @@ def _conditions(settings: Settings) -> Conditions:
 
 
 def _choice(settings: Settings, key: str, values: Mapping[str, float]) -> float:
-    """The value of a setting that is one of a few words. Unset feed-forward is what fits the law: the thesis sailed best without."""
+    """The number of a setting that is one of a few words. Empty words follow from the law and the route."""
     word = settings[key]
-    if key == "path" and not word:  # what the thesis sailed there
+    if key == "path" and not word:  # as in the thesis
         word = "pchip" if settings.get("route") not in ("1", "2", None) else "linear"
     if key == "feedforward" and not word:
         word = "off" if settings.get("law") == "thesis" else "on"
@@ -157,7 +174,7 @@ def _word(settings: Settings, key: str, words: Sequence[str]) -> str:
 
 
 def _push(settings: Settings) -> tuple[float, float]:
-    """`push=1.5@0`: a force of 1.5 N from north, in newtons towards north and east."""
+    """Force towards (north, east) in N; `push=1.5@0` is 1.5 N from north."""
     text = settings.get("push")
     if not text:
         return 0.0, 0.0
@@ -174,7 +191,7 @@ def number(settings: Settings, key: str) -> float:
         raise ScenarioError(f"{key}={settings[key]}: not a number") from error
 
 
-def _write(folder: Path, outcome: Outcome, conditions: Conditions, settings: Settings) -> None:
+def _write(folder: Path, outcome: ScenarioResult, conditions: Conditions, settings: Settings) -> None:
     result = {
         "scenario": outcome.scenario,
         "vessel": conditions.vessel,

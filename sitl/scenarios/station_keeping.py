@@ -1,4 +1,4 @@
-"""Station keeping for ten minutes in gusts and a current; and the same with a thruster that fails and comes back."""
+"""Station keeping for ten minutes in gusts and a current; and with a thruster that fails and recovers."""
 
 from __future__ import annotations
 
@@ -9,55 +9,65 @@ from typing import Any
 
 from companion.core.angles import wrap_pi
 from sitl.faults import known
-from sitl.scenarios import plot
-from sitl.scenarios.four_corner import hold_home, thrusters_of
+from sitl.scenarios import positioning_plot
+from sitl.scenarios.four_corner import SETTLE_S, thrusters_of
+from sitl.scenarios.ground_station import GroundStation
 from sitl.scenarios.measure import Check, between, distance_to, rms
 from sitl.scenarios.positioning import figures, read
 from sitl.scenarios.scenario import Scenario, ScenarioError, Settings
-from sitl.scenarios.station import Station
 
 _DURATION_S = 600.0
 _DIES_S, _DEAD_S, _RECOVERY_S = 60.0, 120.0, 60.0
 
 
-def _asked(station: Station, from_s: float, **more: float) -> dict[str, Any]:
-    config = station.rig.config
+def _asked(gcs: GroundStation, from_s: float, **more: float) -> dict[str, Any]:
+    config = gcs.rig.config
     return {
-        "from_s": from_s, "to_s": station.rig.now_s, "yaw_rad": config.home.yaw_rad, "thrusters": thrusters_of(config),
-        "corners": [(0.0, 0.0, config.home.yaw_rad)], "vessel": config.name, "length_m": config.length_m, "beam_m": config.beam_m, **more,
+        "from_s": from_s, "to_s": gcs.rig.now_s, "yaw_rad": config.home.yaw_rad, "thrusters": thrusters_of(config),
+        "corners": [(0.0, 0.0, config.home.yaw_rad)], "vessel": config.name, "length_m": config.length_m,
+        "beam_m": config.beam_m, **more,
     }  # fmt: skip
 
 
-def sail(station: Station, settings: Settings) -> dict[str, Any]:
-    """Hold at home: the point is asked for, so that the figure includes what the estimator gets wrong."""
-    hold_home(station)
-    from_s = station.rig.now_s
-    station.sail(_DURATION_S)
-    return _asked(station, from_s)
+def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
+    """Hold at home. A command sets the point, so that the metrics include errors of the estimate."""
+    gcs.hold_at_home(SETTLE_S)
+    from_s = gcs.rig.now_s
+    gcs.sail(_DURATION_S)
+    return _asked(gcs, from_s)
 
 
-def sail_with_failure(station: Station, settings: Settings) -> dict[str, Any]:
-    """A thruster fails after a minute, for two: the first one dies, unless `thruster` and `failure` say otherwise."""
-    config = station.rig.config
+def sail_with_failure(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
+    """Hold at home; a thruster fails after one minute for two: the first one is dead, unless `thruster` and `failure`
+    differ."""
+    config = gcs.rig.config
     fault = f"thruster_{settings['thruster'] or config.thrusters[0].name}_{settings['failure']}"
     if fault not in known(config):
-        names = ", ".join(name.removeprefix("thruster_") for name in sorted(known(config)) if name.startswith("thruster_"))
-        raise ScenarioError(f"thruster={settings['thruster']} failure={settings['failure']}: no such fault; there is {names}")
-    hold_home(station)
-    from_s = station.rig.now_s
-    station.sail(_DIES_S)
-    station.rig.world.add_fault(fault, _DEAD_S)
-    station.sail(_DEAD_S + _RECOVERY_S + _DIES_S)
-    return _asked(station, from_s, recovered_s=from_s + _DIES_S + _DEAD_S + _RECOVERY_S)
+        names = ", ".join(
+            name.removeprefix("thruster_") for name in sorted(known(config)) if name.startswith("thruster_")
+        )
+        raise ScenarioError(
+            f"thruster={settings['thruster']} failure={settings['failure']}: no such fault; there is {names}"
+        )
+    gcs.hold_at_home(SETTLE_S)
+    from_s = gcs.rig.now_s
+    gcs.sail(_DIES_S)
+    gcs.rig.world.add_fault(fault, _DEAD_S)
+    gcs.sail(_DEAD_S + _RECOVERY_S + _DIES_S)
+    return _asked(gcs, from_s, recovered_s=from_s + _DIES_S + _DEAD_S + _RECOVERY_S)
 
 
 def _off(folder: Path, asked: dict[str, Any], from_s: float) -> dict[str, float]:
-    """Distances and heading errors from what was asked for."""
+    """Position and heading errors from what the command asked for, and the thesis's figures."""
     sailed = read(folder, asked["from_s"], asked["to_s"])
     track = between(sailed.truth, from_s, asked["to_s"])
     distances = [distance_to(row, 0.0, 0.0) for row in track]
     headings = [math.degrees(wrap_pi(row["yaw_rad"] - asked["yaw_rad"])) for row in track]
-    common = {key: value for key, value in figures(sailed, asked["thrusters"]).items() if key in ("iae", "iadc", "energy_full_power_s")}
+    common = {
+        key: value
+        for key, value in figures(sailed, asked["thrusters"]).items()
+        if key in ("iae", "iadc", "energy_full_power_s")
+    }
     return {
         "position_rms_m": rms(distances),
         "position_max_m": max(distances),
@@ -68,6 +78,7 @@ def _off(folder: Path, asked: dict[str, Any], from_s: float) -> dict[str, float]
 
 
 def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[dict[str, float], Sequence[Check]]:
+    """Position and heading errors of the whole time."""
     metrics = _off(folder, asked, asked["from_s"])
     return metrics, (
         Check("position RMS", metrics["position_rms_m"], 0.05, "m"),
@@ -75,7 +86,10 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
     )
 
 
-def measure_with_failure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[dict[str, float], Sequence[Check]]:
+def measure_with_failure(
+    folder: Path, asked: dict[str, Any], settings: Settings
+) -> tuple[dict[str, float], Sequence[Check]]:
+    """Errors of the whole time, and those after the recovery."""
     metrics = _off(folder, asked, asked["from_s"])
     after = _off(folder, asked, asked["recovered_s"])
     metrics["recovered_rms_m"] = after["position_rms_m"]
@@ -88,8 +102,8 @@ def measure_with_failure(folder: Path, asked: dict[str, Any], settings: Settings
 
 
 _DEFAULTS = {
-    "law": "companion", "feedforward": "", "allocation": "constrained", "bow": "fixed", "wind": "3", "current": "0.1", "push": "",
-    "gnss": "rtk", "waves": "", "model_error": "", "plant": "",
+    "law": "companion", "feedforward": "", "allocation": "constrained", "bow": "fixed", "wind": "3",
+    "current": "0.1", "push": "", "gnss": "rtk", "waves": "", "model_error": "", "plant": "",
 }  # fmt: skip
 
 SCENARIO = Scenario(
@@ -100,7 +114,7 @@ SCENARIO = Scenario(
     by_vessel={"cybership2": {"gnss": "basin", "wind": "", "current": "", "push": "1.5@0", "feedforward": "on"}},
     sail=sail,
     measure=measure,
-    plot=plot.positioning,
+    plot=positioning_plot.draw,
 )
 THRUSTER_FAILURE = Scenario(
     name="thruster_failure",
@@ -109,5 +123,5 @@ THRUSTER_FAILURE = Scenario(
     defaults={**_DEFAULTS, "thruster": "", "failure": "dead"},
     sail=sail_with_failure,
     measure=measure_with_failure,
-    plot=plot.positioning,
+    plot=positioning_plot.draw,
 )

@@ -1,4 +1,4 @@
-"""The thesis's law beside the companion's, on the same seeds, as a Markdown table."""
+"""The thesis's law of dynamic positioning and the companion's, on the same seeds, as a Markdown table."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ _HEAD = "| vessel | conditions | law | north m | east m | heading ° | IAE | IAD
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
-    """One line of the table: what is set. `spread`: the model error's sign goes with the seed, so that both are sailed."""
+class TableRow:
+    """One line of the table: its settings. `spread`: the model error; its sign alternates with the seed."""
 
     vessel: str
     text: str
@@ -24,24 +24,35 @@ class Row:
     spread: float = 0.0
 
 
-def _both(vessel: str, text: str, changes: Mapping[str, str], spread: float = 0.0) -> list[Row]:
-    """The thesis's law knows no model, so the error does not matter to it."""
-    return [Row(vessel, text, {**changes, "law": "thesis"}), Row(vessel, text, {**changes, "law": "companion"}, spread)]
+def _both(vessel: str, text: str, changes: Mapping[str, str], spread: float = 0.0) -> list[TableRow]:
+    """A row for each law. The thesis's law uses no model, so a model error does not affect it."""
+    return [
+        TableRow(vessel, text, {**changes, "law": "thesis"}),
+        TableRow(vessel, text, {**changes, "law": "companion"}, spread),
+    ]
 
 
-ROWS: tuple[Row, ...] = (
+ROWS: tuple[TableRow, ...] = (
     *_both("cybership2", "2 m box, 1.5 N from north", {}),
-    *(row for wind in ("0", "2", "3") for row in _both("revolt", f"5 m box, wind {wind} m/s, model ±20 %", {"wind": wind}, 0.2)),
-    Row("revolt", "the same, wind 3 m/s, model ±50 %", {"wind": "3", "law": "companion"}, 0.5),
-    Row("revolt", "wind 3 m/s, feed-forward as printed", {"wind": "3", "law": "thesis", "feedforward": "thesis"}),
-    Row("revolt", "wind 3 m/s, feed-forward scaled at sea", {"wind": "3", "law": "thesis", "feedforward": "tuned"}),
-    Row("revolt", "wind 3 m/s, unconstrained allocation", {"wind": "3", "law": "thesis", "allocation": "unconstrained"}),
-    Row("revolt", "wind 3 m/s, rotating bow", {"wind": "3", "law": "thesis", "bow": "rotating"}),
+    *(
+        row
+        for wind in ("0", "2", "3")
+        for row in _both("revolt", f"5 m box, wind {wind} m/s, model ±20 %", {"wind": wind}, 0.2)
+    ),
+    TableRow("revolt", "the same, wind 3 m/s, model ±50 %", {"wind": "3", "law": "companion"}, 0.5),
+    TableRow("revolt", "wind 3 m/s, feed-forward as printed", {"wind": "3", "law": "thesis", "feedforward": "thesis"}),
+    TableRow(
+        "revolt", "wind 3 m/s, feed-forward scaled at sea", {"wind": "3", "law": "thesis", "feedforward": "tuned"}
+    ),
+    TableRow(
+        "revolt", "wind 3 m/s, unconstrained allocation", {"wind": "3", "law": "thesis", "allocation": "unconstrained"}
+    ),
+    TableRow("revolt", "wind 3 m/s, rotating bow", {"wind": "3", "law": "thesis", "bow": "rotating"}),
 )
 
 
-def lines(scenario: Scenario, compose: Composer, seeds: int, rows: Sequence[Row] = ROWS) -> Iterator[str]:
-    """Header and rows as they are sailed: largest errors of all seeds, means of the rest."""
+def lines(scenario: Scenario, compose: Composer, seeds: int, rows: Sequence[TableRow] = ROWS) -> Iterator[str]:
+    """Header, then each row when its runs are done: largest errors of all seeds, means of the rest."""
     yield _HEAD
     yield "|---|---|---|" + "---:|" * len(_COLUMNS)
     for row in rows:
@@ -54,8 +65,8 @@ def lines(scenario: Scenario, compose: Composer, seeds: int, rows: Sequence[Row]
         yield f"| {row.vessel} | {row.text} | {row.changes['law']} | {' | '.join(cells)} |"
 
 
-def sailed(scenario: Scenario, compose: Composer, row: Row, seed: int) -> Mapping[str, float]:
-    """Metrics of one run. Raises RuntimeError for one that could not be finished."""
+def sailed(scenario: Scenario, compose: Composer, row: TableRow, seed: int) -> Mapping[str, float]:
+    """Metrics of one run. Raises RuntimeError where it could not be finished."""
     changes = dict(row.changes)
     if row.spread:
         changes["model_error"] = f"{row.spread if seed % 2 else -row.spread:g}"

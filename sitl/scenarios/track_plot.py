@@ -1,4 +1,4 @@
-"""The figure of a run along a path: track with hull outlines, cross-track error, speed and heading, thrusters."""
+"""The figure of a run along a path: track with hulls, cross-track error, speed and heading, thrusters."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from sitl.scenarios.figure import draw_hull, finish_chart, finish_panels, new_figure, set_title
 from sitl.scenarios.measure import along_path, read_events, sampled_path
-from sitl.scenarios.plot import outline
-from sitl.scenarios.positioning import Sailed, read
+from sitl.scenarios.positioning import PositioningLog, read
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -19,64 +19,88 @@ _TRUE, _DESIRED, _OTHER = "tab:blue", "tab:orange", "tab:green"
 _OUTLINES = 60
 
 
-def track(folder: Path, asked: dict[str, Any], settings: Settings) -> None:
+def draw(folder: Path, asked: dict[str, Any], settings: Settings) -> None:
     """Draw `track.png` into the folder. Raises ImportError without matplotlib."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
     sailed = read(folder, asked["started_s"], asked["finished_s"])
     path = sampled_path([asked["start"], *asked["corners"]], settings["path"])
-    figure = Figure(figsize=(15.0, 9.0), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = new_figure(15.0, 9.0)
     grid = figure.add_gridspec(4, 2, width_ratios=(1.2, 1.0))
     _chart(figure.add_subplot(grid[:, 0]), sailed, path, asked)
     right: list[Axes] = [figure.add_subplot(grid[row, 1]) for row in range(4)]
     t = [row["t_s"] - asked["started_s"] for row in sailed.ticks]
     _against_time(right, t, sailed, [distance for _, distance in along_path(sailed.truth, path)])
-    for said in between_events(folder, asked):
-        right[0].axvline(said - asked["started_s"], color="black", alpha=0.3, linewidth=0.7)
+    for reached_s in _reached_s(folder, asked):
+        right[0].axvline(reached_s - asked["started_s"], color="black", alpha=0.3, linewidth=0.7)
+    finish_panels(right, t)
     for axes in right:
-        axes.set_xlim(t[0], t[-1])
-        axes.grid(alpha=0.3)
         axes.legend(loc="upper right", fontsize=8)
-    right[-1].set_xlabel("time, s")
-    said_settings = ", ".join(f"{key} {value}" for key, value in settings.items() if value)
-    figure.suptitle(f"{asked['vessel']}: {said_settings}", fontsize=10)
+    set_title(figure, settings, asked["vessel"])
     figure.savefig(folder / "track.png", dpi=80)
 
 
-def between_events(folder: Path, asked: dict[str, Any]) -> list[float]:
-    """When waypoints were reached."""
-    return [said.t_s for said in read_events(folder) if said.name == "item_reached" and asked["started_s"] <= said.t_s <= asked["finished_s"]]
+def _reached_s(folder: Path, asked: dict[str, Any]) -> list[float]:
+    """Times at which waypoints were reached."""
+    return [
+        event.t_s
+        for event in read_events(folder)
+        if event.name == "item_reached" and asked["started_s"] <= event.t_s <= asked["finished_s"]
+    ]
 
 
-def _chart(axes: Axes, sailed: Sailed, path: list[tuple[float, float]], asked: dict[str, Any]) -> None:
+def _chart(axes: Axes, sailed: PositioningLog, path: list[tuple[float, float]], asked: dict[str, Any]) -> None:
     truth = sailed.truth
     axes.plot([e for _, e in path], [n for n, _ in path], color=_DESIRED, linewidth=0.8, label="path")
-    axes.plot([row["east_m"] for row in truth], [row["north_m"] for row in truth], color=_TRUE, linewidth=0.9, label="sailed")
+    axes.plot(
+        [row["east_m"] for row in truth], [row["north_m"] for row in truth], color=_TRUE, linewidth=0.9, label="sailed"
+    )
     for row in truth[:: max(1, len(truth) // _OUTLINES)]:
-        outline(axes, row["north_m"], row["east_m"], row["yaw_rad"], asked, _TRUE, 0.6)
+        draw_hull(axes, row["north_m"], row["east_m"], row["yaw_rad"], asked, _TRUE, 0.6)
     for north_m, east_m in asked["corners"]:
         around = [2.0 * math.pi * k / 40 for k in range(41)]
         radius_m = asked["radius_m"]
-        axes.plot([east_m + radius_m * math.sin(a) for a in around], [north_m + radius_m * math.cos(a) for a in around], color="black", linewidth=0.6)
+        axes.plot(
+            [east_m + radius_m * math.sin(a) for a in around],
+            [north_m + radius_m * math.cos(a) for a in around],
+            color="black",
+            linewidth=0.6,
+        )
     last = truth[-1]
     if math.hypot(last["current_north_mps"], last["current_east_mps"]) > 0.0:
-        axes.quiver(0.5, 0.5, last["current_east_mps"], last["current_north_mps"], transform=axes.transAxes, color=_OTHER, scale=5.0, label="current")
-    axes.set_aspect("equal", adjustable="datalim")
-    axes.set_xlabel("east, m")
-    axes.set_ylabel("north, m")
-    axes.grid(alpha=0.3)
+        axes.quiver(
+            0.5,
+            0.5,
+            last["current_east_mps"],
+            last["current_north_mps"],
+            transform=axes.transAxes,
+            color=_OTHER,
+            scale=5.0,
+            label="current",
+        )
+    finish_chart(axes)
     axes.legend(loc="upper right")
 
 
-def _against_time(right: list[Axes], t: list[float], sailed: Sailed, errors: list[float]) -> None:
+def _against_time(right: list[Axes], t: list[float], sailed: PositioningLog, errors: list[float]) -> None:
     right[0].plot(t, errors, color=_TRUE, label="distance from the path, m")
     for column, color in (("surge_mps", _TRUE), ("sway_mps", _OTHER)):
         right[1].plot(t, [row[column] for row in sailed.ticks], color=color, linewidth=0.8, label=column)
         right[1].plot(t, [row[f"desired_{column}"] for row in sailed.ticks], color=color, linewidth=0.8, linestyle=":")
-    right[2].plot(t, [math.degrees(row["desired_yaw_rad"]) for row in sailed.ticks], ".", color=_DESIRED, markersize=1.0, label="desired heading, deg")
-    right[2].plot(t, [math.degrees(math.remainder(row["yaw_rad"], 2.0 * math.pi)) for row in sailed.truth], ".", color=_TRUE, markersize=1.0, label="true")
+    right[2].plot(
+        t,
+        [math.degrees(row["desired_yaw_rad"]) for row in sailed.ticks],
+        ".",
+        color=_DESIRED,
+        markersize=1.0,
+        label="desired heading, deg",
+    )
+    right[2].plot(
+        t,
+        [math.degrees(math.remainder(row["yaw_rad"], 2.0 * math.pi)) for row in sailed.truth],
+        ".",
+        color=_TRUE,
+        markersize=1.0,
+        label="true",
+    )
     for column, color in (("surge_n", _TRUE), ("sway_n", _OTHER), ("yaw_nm", _DESIRED)):
         right[3].plot(t, [row[f"achieved_{column}"] for row in sailed.ticks], color=color, linewidth=0.8, label=column)
         right[3].plot(t, [row[f"demanded_{column}"] for row in sailed.ticks], color=color, linewidth=0.6, alpha=0.4)

@@ -1,4 +1,4 @@
-"""Hold of a boat that can neither push itself sideways nor go astern: inside its watch circle, without circling."""
+"""Hold with a boat that has neither sideways thrust nor way astern: inside its watch circle, without circling."""
 
 from __future__ import annotations
 
@@ -9,27 +9,29 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
+from sitl.scenarios.ground_station import GroundStation
 from sitl.scenarios.measure import Check, between, distance_to, read_truth
 from sitl.scenarios.scenario import Scenario, Settings, number
-from sitl.scenarios.station import Station
 
 _HOLD = 0x03040000
 _RUNNING_N = 20.0
-_WANDER_M = 4.0  # of a receiver without corrections, by which truth may lie outside of what the boat believes
-_MOST_TURNS = 2.0  # whole turns of the bow, all turning counted with its sign
+_WANDER_M = 4.0  # error of a receiver without corrections, which the boat cannot know
+_MOST_TURNS = 2.0  # whole turns of the bow, with their sign
 _MOST_RUNNING = 0.4
 
 
-def sail(station: Station, settings: Settings) -> dict[str, Any]:
-    station.ready()
-    station.set_mode(_HOLD)
-    station.arm()
-    from_s = station.rig.now_s
-    station.sail(number(settings, "time"))
-    return {"from_s": from_s, "name": station.rig.config.thrusters[0].name}
+def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
+    """Hold for the setting `time`."""
+    gcs.ready()
+    gcs.set_mode(_HOLD)
+    gcs.arm()
+    from_s = gcs.rig.now_s
+    gcs.sail(number(settings, "time"))
+    return {"from_s": from_s, "name": gcs.rig.config.thrusters[0].name}
 
 
 def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[dict[str, float], Sequence[Check]]:
+    """Distance from the hold point, turns of the bow, and share of the time with thrust."""
     track = between(read_truth(folder), asked["from_s"])
     circle_m = json.loads((folder / "manifest.json").read_text(encoding="utf-8"))["parameters"]["DP_WATCH_R"]
     turned = sum(math.remainder(b["yaw_rad"] - a["yaw_rad"], math.tau) for a, b in pairwise(track))
@@ -41,7 +43,12 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
         "speed_max_mps": max(math.hypot(row["surge_mps"], row["sway_mps"]) for row in track),
     }
     checks = (
-        Check("inside the watch circle", metrics["distance_max_m"], circle_m + (_WANDER_M if settings["gnss"] == "standalone" else 0.0), "m"),
+        Check(
+            "inside the watch circle",
+            metrics["distance_max_m"],
+            circle_m + (_WANDER_M if settings["gnss"] == "standalone" else 0.0),
+            "m",
+        ),
         Check("no circling: whole turns of the bow", metrics["turns"], _MOST_TURNS, ""),
         Check("drifting most of the time: share with thrust", metrics["running_share"], _MOST_RUNNING, ""),
     )
@@ -52,7 +59,15 @@ SCENARIO = Scenario(
     name="watch_circle",
     text="Hold with a boat that has neither sideways thrust nor way astern",
     vessel="rescuerunner",
-    defaults={"time": "300", "wind": "6", "current": "", "gnss": "standalone", "waves": "", "model_error": "", "plant": ""},
+    defaults={
+        "time": "300",
+        "wind": "6",
+        "current": "",
+        "gnss": "standalone",
+        "waves": "",
+        "model_error": "",
+        "plant": "",
+    },
     sail=sail,
     measure=measure,
 )

@@ -1,4 +1,4 @@
-"""Bursts of wild positions, 1 m to 1,000 km off and 1 to 20 in a row, and at last a step of 3 m that stays."""
+"""Bursts of outliers, 1 m to 1,000 km off and 1 to 20 in a row, and at the end a step of 3 m that stays."""
 
 from __future__ import annotations
 
@@ -8,39 +8,44 @@ from pathlib import Path
 from typing import Any
 
 from sitl.faults import OFFSETS_M
+from sitl.scenarios.ground_station import GroundStation
 from sitl.scenarios.measure import Check, EstimateError, estimate_errors
 from sitl.scenarios.scenario import Scenario, Settings
-from sitl.scenarios.station import Station
 
 _SETTLE_S = 40.0
 _COUNTS = (1, 2, 5, 20)
-_FIX_S = 0.05  # the receiver's period
+_FIX_S = 0.05  # period of the receiver
 _PAUSE_S = 2.0
 _STEP_M = 3
 _STEP_WATCH_S = 5.0
 _MOVED_M = 0.1
 _ACCEPTED_S = 1.1
-_ACCEPTED_SHARE = 0.9  # of the step
+_ACCEPTED_SHARE = 0.9  # share of the step
 
 
-def sail(station: Station, settings: Settings) -> dict[str, Any]:
-    station.hold_at_home(_SETTLE_S)
+def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
+    """Hold through all bursts, then through the step."""
+    gcs.hold_at_home(_SETTLE_S)
     bursts = []
     for distance_m in OFFSETS_M:
         for count in _COUNTS:
-            from_s = station.rig.now_s
-            station.rig.world.add_fault(f"gnss_off_{distance_m}m", (count + 0.5) * _FIX_S)
-            station.sail(_COUNTS[-1] * _FIX_S + _PAUSE_S)
-            bursts.append((distance_m, count, from_s, station.rig.now_s))
-    step_s = station.rig.now_s
-    station.rig.world.add_fault(f"gnss_off_{_STEP_M}m")
-    station.sail(_STEP_WATCH_S)
+            from_s = gcs.rig.now_s
+            gcs.rig.world.add_fault(f"gnss_off_{distance_m}m", (count + 0.5) * _FIX_S)
+            gcs.sail(_COUNTS[-1] * _FIX_S + _PAUSE_S)
+            bursts.append((distance_m, count, from_s, gcs.rig.now_s))
+    step_s = gcs.rig.now_s
+    gcs.rig.world.add_fault(f"gnss_off_{_STEP_M}m")
+    gcs.sail(_STEP_WATCH_S)
     return {"bursts": bursts, "step_s": step_s}
 
 
 def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[dict[str, float], Sequence[Check]]:
+    """How far a burst moves the estimate, and how soon it follows the step."""
     errors = estimate_errors(folder)
-    moved = {(distance, count): _moved([e for e in errors if from_s <= e.t_s <= to_s]) for distance, count, from_s, to_s in asked["bursts"]}
+    moved = {
+        (distance, count): _moved([e for e in errors if from_s <= e.t_s <= to_s])
+        for distance, count, from_s, to_s in asked["bursts"]
+    }
     worst = max(moved, key=lambda burst: moved[burst])
     metrics = {
         "moved_max_m": moved[worst],
@@ -50,19 +55,19 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
     }
     checks = (
         Check("estimate moved by any burst", metrics["moved_max_m"], _MOVED_M, "m"),
-        Check(f"a true step of {_STEP_M} m taken over after", metrics["step_accepted_s"], _ACCEPTED_S, "s"),
+        Check(f"a true step of {_STEP_M} m accepted after", metrics["step_accepted_s"], _ACCEPTED_S, "s"),
     )
     return metrics, checks
 
 
 def _moved(errors: Sequence[EstimateError]) -> float:
-    """How far the estimate's error goes from what it was just before."""
+    """Largest distance of the estimate's error from what it was before."""
     before = errors[0]
     return max(math.hypot(error.north_m - before.north_m, error.east_m - before.east_m) for error in errors)
 
 
 def _accepted(errors: Sequence[EstimateError], step_s: float) -> float:
-    """How long until the estimate has followed the step, infinity for never."""
+    """Time until the estimate has followed the step; infinite for never."""
     before = errors[0]
     for error in errors:
         if math.hypot(error.north_m - before.north_m, error.east_m - before.east_m) >= _ACCEPTED_SHARE * _STEP_M:
@@ -72,7 +77,7 @@ def _accepted(errors: Sequence[EstimateError], step_s: float) -> float:
 
 SCENARIO = Scenario(
     name="wild_points",
-    text="bursts of wild positions while holding, judged by how far the estimate moves",
+    text="bursts of outliers while holding, judged by how far the estimate moves",
     vessel="revolt",
     defaults={"wind": "2", "current": "", "gnss": "rtk", "waves": "", "model_error": ""},
     sail=sail,

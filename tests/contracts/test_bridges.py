@@ -14,16 +14,24 @@ from dataclasses import replace
 import pytest
 
 from companion.allocation.feedback import ThrusterReports
-from companion.config import ActuatorConfig, MavlinkBoardConfig, MotorConfig, OutputConfig, StepperConfig, VesselConfig, find, load
+from companion.config.actuators import BRIDGES
+from companion.config.actuators.mavlink_servo import MavlinkBoardConfig
+from companion.config.actuators.nanotec import StepperConfig
+from companion.config.actuators.nmea2000 import MotorConfig
+from companion.config.bridges import OutputConfig
+from companion.config.devices import ActuatorConfig
+from companion.config.vessel import VesselConfig, find, load
+from companion.core.actuation import ActuatorCommand, ThrusterCommand, ThrusterFeedback
 from companion.core.ports import Actuator
-from companion.core.types import ActuatorCommand, Battery, Leak, RcInput, Reading, ThrusterCommand, ThrusterFeedback
+from companion.core.readings import Battery, Leak, RcInput, Reading
 from companion.io.actuators import DRIVERS, open_actuator
-from companion.io.transport import TransportOpener
+from companion.io.transport.opener import TransportOpener
 from sitl.battery import BatteryModel
 from sitl.emulators import BOARDS, board
 from sitl.faults import Faults
 from sitl.thrusters import build
-from sitl.world import World
+from sitl.world import World, WorldConditions
+from tests.unit.io.rows import bridge_row
 
 REVOLT = load(find("revolt"))
 STOPS = math.radians(178.0)
@@ -33,7 +41,15 @@ SHARES = (
     OutputConfig(dead_band=0.1),
 )
 PULSES = (
-    OutputConfig(trim=1520.0, ahead=1900.0, astern=1100.0, dead_band=25.0, reversed=True, azimuth_min_us=2100.0, azimuth_max_us=900.0),
+    OutputConfig(
+        trim=1520.0,
+        ahead=1900.0,
+        astern=1100.0,
+        dead_band=25.0,
+        reversed=True,
+        azimuth_min_us=2100.0,
+        azimuth_max_us=900.0,
+    ),
     OutputConfig(trim=1490.0),
     OutputConfig(ahead=1900.0, astern=1100.0, dead_band=40.0),
 )
@@ -47,7 +63,7 @@ def vessel(driver: str, outputs: tuple[OutputConfig, ...], *others: ActuatorConf
     pods = [replace(pod, azimuth_min_rad=-STOPS, azimuth_max_rad=STOPS) for pod in REVOLT.thrusters[:2]]
     bow = replace(REVOLT.thrusters[2], retractable=False, travel_s=0.0)
     thrusters = tuple(replace(thruster, output=output) for thruster, output in zip((*pods, bow), outputs, strict=True))
-    bridge = replace(REVOLT.actuators[0], name="bridge", driver=driver, **tables)  # type: ignore[arg-type]
+    bridge = bridge_row(REVOLT.actuators[0], BRIDGES[driver].row, driver, name="bridge", **tables)
     return replace(REVOLT, thrusters=thrusters, actuators=(bridge, *others))
 
 
@@ -55,7 +71,9 @@ OVERRIDE = MavlinkBoardConfig(channels=(9, 10, 11), azimuth_channels=(12, 13, 0)
 VESSELS = {
     "microcontroller": vessel("microcontroller", SHARES),
     "mavlink_servo": vessel("mavlink_servo", PULSES, mavlink=OVERRIDE),
-    "mavlink_servo, do_set_servo": vessel("mavlink_servo", PULSES, mavlink=replace(OVERRIDE, method="do_set_servo", unguarded=True)),
+    "mavlink_servo, do_set_servo": vessel(
+        "mavlink_servo", PULSES, mavlink=replace(OVERRIDE, method="do_set_servo", unguarded=True)
+    ),
     "nanotec": vessel(
         "nanotec",
         SHARES,
@@ -64,7 +82,9 @@ VESSELS = {
         azimuths=PODS,
         drives=(StepperConfig(PODS[0], 1, 12_800.0), StepperConfig(PODS[1], 2, 4800.0)),
     ),
-    "nmea2000": vessel("nmea2000", SHARES, motors=tuple(MotorConfig(thruster.name, i) for i, thruster in enumerate(REVOLT.thrusters))),
+    "nmea2000": vessel(
+        "nmea2000", SHARES, motors=tuple(MotorConfig(thruster.name, i) for i, thruster in enumerate(REVOLT.thrusters))
+    ),
 }
 GUARDED = [name for name in VESSELS if name != "mavlink_servo, do_set_servo"]
 FINENESS = {"nmea2000": 0.01}  # of a throttle: whole percent of what the drive can
@@ -73,7 +93,10 @@ WITH_BATTERY = [name for name in VESSELS if name != "nanotec"]
 NOISE = {"nmea2000": "bit rate"}
 DEAF_TO_TRANSMITTERS = ["mavlink_servo"]  # an overridden board does not say when it has lost one
 THROTTLES = (0.5, -0.6, 0.3)
-MOVING = tuple(ThrusterCommand(0.0, throttle, azimuth_rad) for throttle, azimuth_rad in zip(THROTTLES, (0.2, -1.0, None), strict=True))
+MOVING = tuple(
+    ThrusterCommand(0.0, throttle, azimuth_rad)
+    for throttle, azimuth_rad in zip(THROTTLES, (0.2, -1.0, None), strict=True)
+)
 
 
 def test_every_bridge_stands_here() -> None:
@@ -85,8 +108,10 @@ class Bench:
 
     def __init__(self, name: str, *faults: str) -> None:
         self.config = VESSELS[name]
-        self.world = World(self.config, faults=faults)
-        opened = [open_actuator(bridge, self.config, self.world.open(bridge.name, "")) for bridge in self.config.actuators]
+        self.world = World(self.config, WorldConditions(faults=faults))
+        opened = [
+            open_actuator(bridge, self.config, self.world.open(bridge.name, "")) for bridge in self.config.actuators
+        ]
         self.driver: Actuator = opened[0]
         self.others = opened[1:]
         self.now_s = 0.0
@@ -136,11 +161,17 @@ def name(request: pytest.FixtureRequest) -> str:
 def test_propellers_and_azimuths_do_as_told_and_the_feedback_says_so(name: str) -> None:
     bench = Bench(name)
     readings = bench.run(6.0)
-    assert bench.throttles == pytest.approx(THROTTLES, abs=FINENESS.get(name, 0.004))  # a pulse is a whole number of microseconds
+    assert bench.throttles == pytest.approx(
+        THROTTLES, abs=FINENESS.get(name, 0.004)
+    )  # a pulse is a whole number of microseconds
     assert [bench.world.thrusters[i].azimuth_rad for i in (0, 1)] == pytest.approx([0.2, -1.0], abs=0.004)
     newest = joined(readings)
-    assert [newest[i].throttle for i in range(3)] == pytest.approx(THROTTLES, abs=FINENESS.get(name, 0.004)) and all(each.ok for each in newest.values())
-    assert [newest[i].azimuth_rad for i in (0, 1)] == pytest.approx([0.2, -1.0], abs=0.004) and newest[2].azimuth_rad is None
+    assert [newest[i].throttle for i in range(3)] == pytest.approx(THROTTLES, abs=FINENESS.get(name, 0.004)) and all(
+        each.ok for each in newest.values()
+    )
+    assert [newest[i].azimuth_rad for i in (0, 1)] == pytest.approx([0.2, -1.0], abs=0.004) and newest[
+        2
+    ].azimuth_rad is None
     assert bench.ok, bench.driver.health(bench.now_s).text
 
 
@@ -159,7 +190,9 @@ def test_before_the_first_arming_nothing_moves(name: str) -> None:
     bench = Bench(name)
     bench.run(3.0, armed=False)
     assert bench.throttles == [0.0] * 3 and bench.ok
-    assert [thruster.azimuth_rad for thruster in bench.world.thrusters] == [each.azimuth_rad for each in bench.config.thrusters]
+    assert [thruster.azimuth_rad for thruster in bench.world.thrusters] == [
+        each.azimuth_rad for each in bench.config.thrusters
+    ]
 
 
 @pytest.mark.parametrize("name", GUARDED)
@@ -169,7 +202,7 @@ def test_half_a_second_after_the_companion_stops_the_thrusters_are_neutral(name:
     bench.run(0.45, armed=None, step_s=0.05)
     assert abs(bench.throttles[0]) > 0.4
     bench.run(0.1, armed=None, step_s=0.05)
-    assert [thruster._target_n for thruster in bench.world.thrusters] == [0.0] * 3
+    assert [thruster.target_n for thruster in bench.world.thrusters] == [0.0] * 3
 
 
 def test_closing_the_bridge_stops_the_thrusters_at_once(name: str) -> None:
@@ -177,7 +210,7 @@ def test_closing_the_bridge_stops_the_thrusters_at_once(name: str) -> None:
     bench.run(6.0)
     bench.close()
     bench.run(0.05, armed=None, step_s=0.01)
-    assert [thruster._target_n for thruster in bench.world.thrusters] == [0.0] * 3
+    assert [thruster.target_n for thruster in bench.world.thrusters] == [0.0] * 3
 
 
 @pytest.mark.parametrize("fault", ["mcu_silent", "bridge_unplugged"])
@@ -216,10 +249,15 @@ def test_the_battery_comes_in_on_it(name: str) -> None:
     bench = Bench(name, "battery_low@4")
     readings = bench.run(3.9)
     battery = [reading for reading in readings if isinstance(reading, Battery)][-1]
-    assert (battery.voltage_v, battery.remaining) == (pytest.approx(bench.world.battery.voltage_v, abs=0.1), pytest.approx(1.0, abs=0.02))
+    assert (battery.voltage_v, battery.remaining) == (
+        pytest.approx(bench.world.battery.voltage_v, abs=0.1),
+        pytest.approx(1.0, abs=0.02),
+    )
     assert battery.current_a == pytest.approx(bench.world.battery.current_a, abs=2.0)
     readings = bench.run(3.1)
-    assert [reading for reading in readings if isinstance(reading, Battery)][-1].remaining == pytest.approx(0.08, abs=0.005)
+    assert [reading for reading in readings if isinstance(reading, Battery)][-1].remaining == pytest.approx(
+        0.08, abs=0.005
+    )
 
 
 @pytest.mark.parametrize("name", WITH_RECEIVER)
@@ -260,11 +298,16 @@ class Pty:
 
 
 class CanBus:
-    """The emulated devices' end of a CAN bus: the kernel's virtual one, else frames in UDP multicast, else within the process. `url` says which."""
+    """The emulated devices' end of a CAN bus: the kernel's virtual one, else frames in UDP multicast, else within the
+    process. `url` says which."""
 
     def __init__(self) -> None:
         port = 20_000 + os.getpid() % 20_000
-        for self.url in ("can:vcan0", f"can:239.74.163.2:{port}?interface=udp_multicast", f"can:test{port}?interface=virtual"):
+        for self.url in (
+            "can:vcan0",
+            f"can:239.74.163.2:{port}?interface=udp_multicast",
+            f"can:test{port}?interface=virtual",
+        ):
             self._line = TransportOpener().open("devices", self.url)
             if self._line.fault() is None:
                 return

@@ -1,4 +1,5 @@
-"""Each emulated device with the driver that reads it: two pieces of code that know the same protocol apart from each other."""
+"""Each emulated device with the driver that reads it: two pieces of code that know the same protocol apart from each
+other."""
 
 from __future__ import annotations
 
@@ -9,15 +10,14 @@ from typing import TypeVar
 
 import pytest
 
-from companion.config import SensorConfig, VesselConfig, find, load
+from companion.config.devices import SensorConfig
+from companion.config.vessel import VesselConfig, find, load
+from companion.core.actuation import ActuatorCommand, Beacon, Deployment, Light, ThrusterCommand, ThrusterFeedback
 from companion.core.geodesy import LocalFrame
 from companion.core.ports import Actuator, Sensor
-from companion.core.types import (
-    ActuatorCommand,
+from companion.core.readings import (
     Battery,
-    Beacon,
     Corrections,
-    Deployment,
     Depth,
     FixType,
     GnssFix,
@@ -26,17 +26,14 @@ from companion.core.types import (
     HeadingBy,
     Imu,
     Leak,
-    Light,
     MagneticField,
     Reading,
-    ThrusterCommand,
-    ThrusterFeedback,
     TimeOfDay,
     Wind,
 )
 from companion.io.actuators import open_actuator
 from companion.io.sensors import open_sensor
-from sitl.world import EPOCH_UNIX_NS, World
+from sitl.world import EPOCH_UNIX_NS, World, WorldConditions
 
 T = TypeVar("T")
 REVOLT = load(find("revolt"))
@@ -48,8 +45,10 @@ class Boat:
     """A world and the drivers of its devices; no controller."""
 
     def __init__(self, vessel: VesselConfig = REVOLT, **arguments: object) -> None:
-        self.world = World(vessel, **arguments)  # type: ignore[arg-type]
-        self.sensors: list[Sensor] = [open_sensor(config, self.world.open(config.name, config.port)) for config in vessel.sensors]
+        self.world = World(vessel, WorldConditions(**arguments))  # type: ignore[arg-type]
+        self.sensors: list[Sensor] = [
+            open_sensor(config, self.world.open(config.name, config.port)) for config in vessel.sensors
+        ]
         self.bridges: list[Actuator] = [
             open_actuator(config, vessel, self.world.open(config.name, config.port)) for config in vessel.actuators
         ]
@@ -98,7 +97,9 @@ def test_what_the_drivers_read_is_what_the_boat_does() -> None:
     assert imu.yaw_rad == pytest.approx(truth.yaw_rad, abs=math.radians(4.0))
     assert imu.t_s == pytest.approx(20.0)
     feedback = {reading.index: reading for reading in readings if isinstance(reading, ThrusterFeedback)}
-    assert {index: reading.throttle for index, reading in feedback.items()} == pytest.approx({0: 0.5, 1: 0.5, 2: 0.3}, abs=1e-3)
+    assert {index: reading.throttle for index, reading in feedback.items()} == pytest.approx(
+        {0: 0.5, 1: 0.5, 2: 0.3}, abs=1e-3
+    )
     assert [feedback[index].azimuth_rad for index in (0, 1)] == pytest.approx([0.2, -0.2], abs=1e-4)
     assert last(readings, Battery).remaining == pytest.approx(truth.battery_remaining, abs=0.005)
     assert not last(readings, Leak).wet
@@ -107,7 +108,9 @@ def test_what_the_drivers_read_is_what_the_boat_does() -> None:
 
 def test_a_baseline_mounted_askew_is_put_right() -> None:
     boat = Boat(vessel(replace(GNSS, heading_offset_rad=math.radians(90.0)), IMU, yaw_deg=30.0))
-    assert last(boat.sail(1.0, armed=False), Heading).yaw_rad == pytest.approx(math.radians(30.0), abs=math.radians(1.0))
+    assert last(boat.sail(1.0, armed=False), Heading).yaw_rad == pytest.approx(
+        math.radians(30.0), abs=math.radians(1.0)
+    )
 
 
 def test_latency_is_taken_out_of_the_time_of_validity() -> None:
@@ -118,10 +121,14 @@ def test_latency_is_taken_out_of_the_time_of_validity() -> None:
 
 
 def test_wind_sensor_gives_apparent_wind() -> None:
-    boat = Boat(vessel(*REVOLT.sensors, replace(GNSS, name="wind", x_m=0.0, z_m=0.0, rate_hz=4.0), yaw_deg=90.0), wind="8@180")
+    boat = Boat(
+        vessel(*REVOLT.sensors, replace(GNSS, name="wind", x_m=0.0, z_m=0.0, rate_hz=4.0), yaw_deg=90.0), wind="8@180"
+    )
     readings = [reading for reading in boat.sail(20.0, armed=False) if isinstance(reading, Wind)]
     assert statistics.fmean(reading.speed_mps for reading in readings) == pytest.approx(8.0, abs=2.5)
-    assert all(0.0 < reading.from_rad < math.pi for reading in readings)  # bow east, wind from the south: from starboard
+    assert all(
+        0.0 < reading.from_rad < math.pi for reading in readings
+    )  # bow east, wind from the south: from starboard
 
 
 @pytest.mark.parametrize("device", ["compass", "imu"])
@@ -130,21 +137,29 @@ def test_a_compass_gives_magnetic_heading(device: str) -> None:
     imu = replace(IMU, heading="magnetic" if device == "imu" else "none")
     compass = replace(GNSS, name="compass", x_m=0.0, z_m=0.0, rate_hz=10.0)
     boat = Boat(vessel(GNSS, imu, *([compass] if device == "compass" else []), yaw_deg=100.0))
-    readings = [reading for reading in boat.sail(20.0, armed=False) if isinstance(reading, Heading) and reading.source == device]
+    readings = [
+        reading for reading in boat.sail(20.0, armed=False) if isinstance(reading, Heading) and reading.source == device
+    ]
     assert len(readings) == pytest.approx(200, abs=2) and {reading.by for reading in readings} == {HeadingBy.MAGNETIC}
     mean = statistics.fmean(reading.yaw_rad for reading in readings)
     assert math.degrees(mean) == pytest.approx(100.0 - 5.2, abs=4.0)
 
 
 def test_a_magnetometer_gives_the_field_of_the_place() -> None:
-    """What its file's calibration makes of it is the World Magnetic Model's direction, within what a calibration leaves."""
+    """What its file's calibration makes of it is the World Magnetic Model's direction, within what a calibration
+    leaves."""
     matrix = ((1.1, 0.05, 0.0), (0.05, 0.9, -0.03), (0.0, -0.03, 1.0))
     row = replace(IMU, heading="ahrs", mag_offset=(0.2, -0.1, 0.3), mag_matrix=matrix)
     boat = Boat(vessel(GNSS, row, yaw_deg=100.0))
     readings = boat.sail(10.0, armed=False)
     fields = [reading for reading in readings if isinstance(reading, MagneticField)]
-    assert len(fields) == pytest.approx(500, abs=3) and not any(isinstance(r, Heading) and r.source == "imu" for r in readings)
-    raw = [statistics.fmean(getattr(field, axis) for field in fields) - offset for axis, offset in zip("xyz", row.mag_offset, strict=True)]
+    assert len(fields) == pytest.approx(500, abs=3) and not any(
+        isinstance(r, Heading) and r.source == "imu" for r in readings
+    )
+    raw = [
+        statistics.fmean(getattr(field, axis) for field in fields) - offset
+        for axis, offset in zip("xyz", row.mag_offset, strict=True)
+    ]
     x, y, z = (sum(a * b for a, b in zip(line, raw, strict=True)) for line in matrix)
     assert math.hypot(x, y, z) == pytest.approx(1.0, abs=0.02)
     assert math.degrees(math.atan2(-y, x)) == pytest.approx(100.0 - 5.2, abs=2.5)
@@ -198,7 +213,10 @@ def test_leak_and_low_battery_arrive() -> None:
 def test_a_bridge_carries_retraction_and_beacon_both_ways(bridge: str) -> None:
     """What stands in a command comes out at the device, and where the thruster stands comes back."""
     boat = Boat()
-    (driver,), (board,) = [d for d in boat.bridges if d.name == bridge], [b for b in boat.world.boards if b.name == bridge]
+    (driver,), (board,) = (
+        [d for d in boat.bridges if d.name == bridge],
+        [b for b in boat.world.boards if b.name == bridge],
+    )
     lamps = Beacon(Light.OFF, Light.STEADY, Light.BLINK)
     seen: list[Deployment | None] = []
     for lower in (None, False, True):
@@ -206,7 +224,11 @@ def test_a_bridge_carries_retraction_and_beacon_both_ways(bridge: str) -> None:
             boat.now_s = round(boat.now_s + 0.1, 6)
             boat.world.advance(boat.now_s)
             for reading in driver.read(boat.now_s):
-                if isinstance(reading, ThrusterFeedback) and reading.index == 2 and (not seen or seen[-1] is not reading.deployment):
+                if (
+                    isinstance(reading, ThrusterFeedback)
+                    and reading.index == 2
+                    and (not seen or seen[-1] is not reading.deployment)
+                ):
                     seen.append(reading.deployment)
             driver.write(ActuatorCommand(boat.now_s, False, FORWARD, lower=lower, beacon=lamps), boat.now_s)
     assert board.beacon == lamps
@@ -221,13 +243,17 @@ def test_a_single_antenna_gives_place_speed_and_time_and_no_heading() -> None:
     north, east = LocalFrame(60.41, 22.07).to_ned(fix.lat_deg, fix.lon_deg)
     assert fix.fix is FixType.DGPS and (north, east) == pytest.approx((truth.north_m, truth.east_m), abs=1.5)
     velocity = last(readings, GroundVelocity)
-    assert math.hypot(velocity.north_mps, velocity.east_mps) == pytest.approx(math.hypot(truth.surge_mps, truth.sway_mps), abs=0.15)
+    assert math.hypot(velocity.north_mps, velocity.east_mps) == pytest.approx(
+        math.hypot(truth.surge_mps, truth.sway_mps), abs=0.15
+    )
     assert last(readings, TimeOfDay).time_unix_ns == pytest.approx(EPOCH_UNIX_NS + 2 * 10**9, abs=2e8)
     assert not any(isinstance(reading, Heading) for reading in readings)
 
 
 def test_a_sounder_gives_depth() -> None:
-    boat = Boat(vessel(GNSS, IMU, SensorConfig(name="sounder", driver="nmea0183", port="memory:sounder", rate_hz=5.0, z_m=0.2)))
+    boat = Boat(
+        vessel(GNSS, IMU, SensorConfig(name="sounder", driver="nmea0183", port="memory:sounder", rate_hz=5.0, z_m=0.2))
+    )
     depths = [reading for reading in boat.sail(10.0, armed=False) if isinstance(reading, Depth)]
     assert len(depths) == pytest.approx(50, abs=1) and depths[0].source == "sounder" and depths[0].offset_m == 0.2
     assert statistics.fmean(depth.below_transducer_m for depth in depths) == pytest.approx(5.8, abs=0.02)

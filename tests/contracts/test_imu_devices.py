@@ -1,4 +1,5 @@
-"""Every inertial sensor of the tables with the device that it reads: rates, gravity, attitude, heading, field, loss and return."""
+"""Every inertial sensor of the tables with the device that it reads: rates, gravity, attitude, heading, field, loss and
+return."""
 
 from __future__ import annotations
 
@@ -9,10 +10,10 @@ from typing import Any
 
 import pytest
 
-from companion.config import find, load
-from companion.core.types import Heading, Imu, MagneticField, Reading
+from companion.config.vessel import find, load
+from companion.core.readings import Heading, Imu, MagneticField, Reading
 from companion.io.sensors import open_sensor
-from sitl.world import World
+from sitl.world import World, WorldConditions
 
 REVOLT = load(find("revolt"))
 GNSS, IMU = REVOLT.sensors
@@ -22,7 +23,7 @@ DRIVERS = ("mtdata2", "vectornav", "mavlink_imu")
 class Bench:
     def __init__(self, driver: str, faults: tuple[str, ...] = (), **more: Any) -> None:
         row = replace(IMU, driver=driver, rate_hz=50.0, **more)
-        self.world = World(replace(REVOLT, sensors=(GNSS, row)), seed=2, faults=faults)
+        self.world = World(replace(REVOLT, sensors=(GNSS, row)), WorldConditions(seed=2, faults=faults))
         self.world.set_state(yaw_rad=math.radians(100.0))
         self.sensor = open_sensor(row, self.world.open("imu", ""))
         self.steps = 0
@@ -52,8 +53,12 @@ def test_it_measures_gravity_and_heading_at_its_rate(driver: str, configure: boo
     assert statistics.fmean(imu.z_mps2 for imu in imus) == pytest.approx(-9.82, abs=0.1)
     assert all(imu.roll_rad is not None for imu in imus)
     declination = 5.2  # at Trondheim, 2026
-    assert math.degrees(statistics.fmean(heading.yaw_rad for heading in headings)) == pytest.approx(100.0 - declination, abs=4.0)
-    assert "50 Hz" in bench.health().text or " 50, " in bench.health().text or "50.2" in bench.health().text, bench.health().text
+    assert math.degrees(statistics.fmean(heading.yaw_rad for heading in headings)) == pytest.approx(
+        100.0 - declination, abs=4.0
+    )
+    assert "50 Hz" in bench.health().text or " 50, " in bench.health().text or "50.2" in bench.health().text, (
+        bench.health().text
+    )
 
 
 @pytest.mark.parametrize("driver", DRIVERS)

@@ -8,9 +8,9 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from companion.baselines.ahrs import ThesisAhrs
 from companion.nav.ahrs import Ahrs
 from companion.nav.lever_arms import quaternion_of, rotation
-from companion.nav.thesis_ahrs import ThesisAhrs
 
 _PART = st.tuples(*(st.floats(-30.0, 30.0) for _ in range(3)))
 _RATE = st.tuples(*(st.floats(-6.0, 6.0) for _ in range(3)))
@@ -52,7 +52,8 @@ def test_the_quaternion_stays_one_and_the_covariance_positive(steps: list) -> No
 @given(st.floats(-math.pi, math.pi))
 @settings(deadline=None, derandomize=True, max_examples=30)
 def test_where_north_is_does_not_matter(yaw_rad: float) -> None:
-    """Same sensors on board, same motion, the world turned: magnetic north and velocities by an angle, then so is the heading and nothing else."""
+    """Same sensors on board, same motion, the world turned: magnetic north and velocities by an angle, then so is the
+    heading and nothing else."""
     ends = []
     for begin in (0.0, yaw_rad):
         ahrs = Ahrs(9.81)
@@ -68,6 +69,8 @@ def test_where_north_is_does_not_matter(yaw_rad: float) -> None:
                 ahrs.velocity(t_s, 3.0 * math.cos(begin + yaw), 3.0 * math.sin(begin + yaw), 0.06)
         ends.append((ahrs.attitude, ahrs.yaw_sigma_rad))
     (first, sigma), (second, other) = ends
-    assert abs(math.remainder(second[2] - first[2] - yaw_rad, 2 * math.pi)) < 5e-3  # of second order: axes are weighed in one after the other
+    assert (
+        abs(math.remainder(second[2] - first[2] - yaw_rad, 2 * math.pi)) < 5e-3
+    )  # of second order: axes are weighed in one after the other
     assert max(abs(a - b) for a, b in zip(first[:2], second[:2], strict=True)) < 5e-3
     assert abs(sigma - other) < 1e-2 * sigma

@@ -1,4 +1,5 @@
-"""Whatever wrench is asked for, limits and rates are kept and the achieved wrench is told truly; and the gate lets nothing else through."""
+"""Whatever wrench is asked for, limits and rates are kept and the achieved wrench is told truly; and the gate lets
+nothing else through."""
 
 from __future__ import annotations
 
@@ -8,9 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from companion.allocation.allocator import Allocator
+from companion.core.actuation import Allocation, ThrusterCommand, Wrench
 from companion.core.angles import wrap_pi
-from companion.core.types import Allocation, ThrusterCommand, Wrench
-from companion.params import Parameters
+from companion.params.store import Parameters
 from companion.safety import Gate
 from tests.unit.control.simple_boat import BOW_DOWN, REVOLT
 
@@ -70,7 +71,9 @@ def test_the_gate_never_touches_what_the_allocation_gives(sequence: list[Wrench]
 def test_the_gate_lets_only_sound_commands_through(sequence: list[tuple[list[ThrusterCommand], bool, float]]) -> None:
     gate = Gate(REVOLT)
     for demand, armed, dt_s in sequence:
-        command = gate.update(Allocation(tuple(demand), Wrench(0.0, 0.0, 0.0), (False, False, False)), armed, 0.0, dt_s, True, BOW_DOWN)
+        command = gate.update(
+            Allocation(tuple(demand), Wrench(0.0, 0.0, 0.0), (False, False, False)), armed, 0.0, dt_s, True, BOW_DOWN
+        )
         assert len(command.thrusters) == 3 and command.armed is armed
         for t, c in zip(REVOLT.thrusters, command.thrusters, strict=True):
             assert math.isfinite(c.throttle) and abs(c.throttle) <= 1.0

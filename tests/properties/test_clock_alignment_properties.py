@@ -8,7 +8,7 @@ import random
 from hypothesis import given
 from hypothesis import strategies as st
 
-from companion.nav.clock_alignment import ClockAlignment
+from companion.following.clock_alignment import ClockAlignment
 
 _DRIFT_S = 100e-6 * 20.0  # what a clock drifts in the time over which the least delay is remembered
 
@@ -26,7 +26,8 @@ ways = st.fixed_dictionaries(
 
 
 def messages(way: dict[str, float], duration_s: float = 60.0) -> list[tuple[float, float, float]]:
-    """(arrival, stamp, true time) in order of arrival: those that jitter overtakes come in another order than they were sent."""
+    """(arrival, stamp, true time) in order of arrival: those that jitter overtakes come in another order than they were
+    sent."""
     rng = random.Random(way["seed"])
     out = []
     for n in range(int(duration_s * way["rate_hz"])):
@@ -69,7 +70,9 @@ def test_exchanges_take_out_the_latency(way: dict[str, float], trip_s: float, co
 
 
 @given(ways, st.one_of(st.floats(-1e5, 1e5), st.floats(-10.0, 10.0)).filter(lambda jump: jump < -2.5 or jump > 1.5))
-def test_a_clock_that_starts_anew_is_taken_up_within_two_seconds_and_jitter(way: dict[str, float], jump_s: float) -> None:
+def test_a_clock_that_starts_anew_is_taken_up_within_two_seconds_and_jitter(
+    way: dict[str, float], jump_s: float
+) -> None:
     way = {**way, "jitter_s": min(way["jitter_s"], 0.1), "loss": 0.0}
     clock = ClockAlignment()
     for arrival_s, stamp_s, true_s in messages(way):
@@ -78,7 +81,9 @@ def test_a_clock_that_starts_anew_is_taken_up_within_two_seconds_and_jitter(way:
         if arrival_s > 110.0 and not 130.0 <= arrival_s < 132.5:
             assert abs(said_s - true_s) <= 0.3 * way["jitter_s"] + _DRIFT_S + 0.002
         else:
-            assert arrival_s - said_s <= way["least_s"] + way["jitter_s"] + _DRIFT_S + 2e-3  # at the worst by its arrival
+            assert (
+                arrival_s - said_s <= way["least_s"] + way["jitter_s"] + _DRIFT_S + 2e-3
+            )  # at the worst by its arrival
 
 
 @given(ways, st.floats(-1e9, 1e9), st.integers(200, 1000))
@@ -96,7 +101,11 @@ def test_a_single_wrong_stamp_changes_nothing(way: dict[str, float], wrong_s: fl
             with_it.arrived(stamp_s, arrival_s, way["least_s"])
 
 
-@given(st.sampled_from([1.0, 4.0, 20.0]), st.lists(st.sampled_from([0.0, 0.001]), min_size=200, max_size=200), st.floats(0.0, 0.5))
+@given(
+    st.sampled_from([1.0, 4.0, 20.0]),
+    st.lists(st.sampled_from([0.0, 0.001]), min_size=200, max_size=200),
+    st.floats(0.0, 0.5),
+)
 def test_stamps_that_stand_still_are_no_clock(rate_hz: float, stamps: list[float], latency_s: float) -> None:
     """MAVSDK sends 0 or 1 ms, whenever it is."""
     clock = ClockAlignment()

@@ -10,10 +10,10 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from shapely.geometry import LineString, Point
 
-from companion.config import find, load
-from companion.guidance.clear_route import ClearRoutes
-from companion.guidance.fence_area import Disc, FenceArea
-from companion.guidance.fence_limit import speed_to_stop_in
+from companion.config.vessel import find, load
+from companion.fence.area import Disc, FenceArea
+from companion.fence.limit import speed_to_stop_in
+from companion.fence.way_round import ClearRoutes
 
 REVOLT = load(find("revolt"))
 
@@ -31,7 +31,9 @@ def waters(draw: st.DrawFn) -> FenceArea:
     seed = draw(st.integers(0, 10_000))
     rng = np.random.default_rng(seed)
     outer = star(seed, draw(st.integers(4, 14)), 0.0, 0.0, 120.0)
-    obstacles: list[object] = [Disc(*rng.uniform(-60.0, 60.0, 2), rng.uniform(1.0, 15.0)) for _ in range(draw(st.integers(0, 3)))]
+    obstacles: list[object] = [
+        Disc(*rng.uniform(-60.0, 60.0, 2), rng.uniform(1.0, 15.0)) for _ in range(draw(st.integers(0, 3)))
+    ]
     obstacles += [star(seed + i + 1, 5, *rng.uniform(-60.0, 60.0, 2), 15.0) for i in range(draw(st.integers(0, 3)))]
     return FenceArea({0: [outer]}, obstacles)  # type: ignore[arg-type]
 
@@ -61,7 +63,8 @@ def test_a_way_keeps_inside_and_is_short(area: FenceArea, seed: int) -> None:
 @given(waters(), st.integers(0, 1000))
 @settings(max_examples=40, deadline=None)
 def test_in_one_piece_of_water_there_is_always_a_way(area: FenceArea, seed: int) -> None:
-    """A thousandth of the water may be lost in corners that the simpler area cuts off; a piece that stays in one piece when shrunk has a way."""
+    """A thousandth of the water may be lost in corners that the simpler area cuts off; a piece that stays in one piece
+    when shrunk has a way."""
     kept = area.shrunk(2.0)
     narrow = kept.shrunk(0.6)
     rng = np.random.default_rng(seed)

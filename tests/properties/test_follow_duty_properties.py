@@ -1,4 +1,5 @@
-"""Whatever the link, the receivers and the people do: no thrust by dead data, disarmed is neutral, the transmitter's switch wins."""
+"""Whatever the link, the receivers and the people do: no thrust by dead data, disarmed is neutral, the transmitter's
+switch wins."""
 
 from __future__ import annotations
 
@@ -8,11 +9,13 @@ from typing import Any
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from companion.config import find, load
-from companion.core.types import ModeId, SetpointKind, Wish
-from companion.params import FAILSAFE_ACTIONS
-from tests.unit.modes.conftest import Boat
-from tests.unit.modes.lead_boat import LeadBoat
+from companion.config.vessel import find, load
+from companion.core.decision import ModeId
+from companion.core.readings import Wish
+from companion.core.setpoint import NeutralSetpoint, PathSetpoint
+from companion.params.spec import FAILSAFE_ACTIONS
+from tests.unit.conftest import Boat
+from tests.unit.following.lead_boat import LeadBoat
 
 REVOLT = load(find("revolt"))
 wishes = st.sampled_from((Wish.MANUAL, Wish.REMOTE, Wish.AUTONOMOUS, Wish.AUTONOMOUS))
@@ -41,7 +44,15 @@ steps = st.one_of(
 
 class World:
     def __init__(self, action: int, other_action: int, module: bool, wait_s: float) -> None:
-        self.boat = Boat(REVOLT, FOLL_WAIT_T=wait_s, FOLL_LOSS_ACT=action, NAV_DLL_ACT=other_action, FS_LEAK_ACT=other_action, FS_ACT_ACT=other_action, FS_POS_ACT=other_action)
+        self.boat = Boat(
+            REVOLT,
+            FOLL_WAIT_T=wait_s,
+            FOLL_LOSS_ACT=action,
+            NAV_DLL_ACT=other_action,
+            FS_LEAK_ACT=other_action,
+            FS_ACT_ACT=other_action,
+            FS_POS_ACT=other_action,
+        )
         self.lead = LeadBoat(self.boat, wish=Wish.NONE if module else None)
         self.own_fix, self.own_fix_s = True, self.boat.now_s
 
@@ -51,7 +62,9 @@ class World:
         match name:
             case "link":
                 lead.on, lead.loss = values
-                if lead.wish is None:  # of nine in ten that are lost the rule would make a slow leader, and be as patient
+                if (
+                    lead.wish is None
+                ):  # of nine in ten that are lost the rule would make a slow leader, and be as patient
                     lead.loss = min(lead.loss, 0.5)
             case "leader_fix":
                 lead.fix = values[0]
@@ -82,8 +95,8 @@ class World:
             case "position":
                 boat.nav = replace(boat.nav, position_valid=values[0])
             case "set_station":
-                boat.supervisor.following.set_station(*values, now_s)
-                distance_m, _ = boat.supervisor.following.station
+                boat.supervisor.following.set_follow_position(*values, now_s)
+                distance_m, _ = boat.supervisor.following.follow_position
                 assert 12.0 <= distance_m <= 500.0
             case "FOLL_AUTH":
                 boat.parameters.set(name, values[0])
@@ -103,17 +116,20 @@ class World:
     def check(self) -> None:
         boat, lead = self.boat, self.lead
         if not boat.status.armed:
-            assert boat.setpoint.kind is SetpointKind.NEUTRAL
+            assert isinstance(boat.setpoint, NeutralSetpoint)
         if boat.rc is not None and boat.rc[4] > 0.5:
             assert boat.status.mode is ModeId.MANUAL
-        if boat.status.mode is ModeId.FOLLOW and boat.setpoint.kind is not SetpointKind.NEUTRAL:
+        if boat.status.mode is ModeId.FOLLOW and not isinstance(boat.setpoint, NeutralSetpoint):
             assert lead.last_fix_s is not None and boat.now_s - lead.last_fix_s <= 1.0
             assert boat.now_s - self.own_fix_s <= 1.0
 
 
 @settings(deadline=None, derandomize=True, max_examples=150)
 @given(
-    st.lists(st.tuples(steps, st.integers(1, 40)), min_size=5, max_size=40), st.integers(1, 4), st.sampled_from(sorted(FAILSAFE_ACTIONS)), st.booleans(),
+    st.lists(st.tuples(steps, st.integers(1, 40)), min_size=5, max_size=40),
+    st.integers(1, 4),
+    st.sampled_from(sorted(FAILSAFE_ACTIONS)),
+    st.booleans(),
     st.sampled_from((0.0, 5.0)),
 )
 def test_any_sequence_of_cuts_wishes_and_requests(
@@ -124,7 +140,7 @@ def test_any_sequence_of_cuts_wishes_and_requests(
     world.do("mode", ModeId.FOLLOW)
     world.do("arm", False)
     world.run(20)
-    assert world.boat.status.mode is ModeId.FOLLOW and world.boat.setpoint.kind is SetpointKind.PATH
+    assert world.boat.status.mode is ModeId.FOLLOW and isinstance(world.boat.setpoint, PathSetpoint)
     for (name, *values), ticks in sequence:
         world.do(name, *values)
         world.run(ticks)

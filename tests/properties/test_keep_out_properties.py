@@ -7,9 +7,9 @@ import math
 from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
-from companion.guidance.keep_out import EITHER, way_round
-from companion.guidance.leader_track import LeaderTrack
-from tests.unit.guidance.leaders import DT_S, Lead, leader_at
+from companion.following.keep_out import EITHER, way_round
+from companion.following.track import LeaderTrack
+from tests.unit.following.leaders import DT_S, Lead, leader_at
 
 RADIUS_M = 16.0
 angles = st.floats(-math.pi, math.pi)
@@ -48,7 +48,9 @@ legs = st.lists(st.tuples(st.floats(1.0, 10.0), st.floats(-0.26, 0.26), st.float
 
 @given(legs, st.floats(0.0, 60.0), st.floats(-3.0, 3.0))
 @settings(max_examples=60, deadline=None)
-def test_a_place_beside_the_track_is_found_again(ways: list[tuple[float, float, float]], back_m: float, beside_m: float) -> None:
+def test_a_place_beside_the_track_is_found_again(
+    ways: list[tuple[float, float, float]], back_m: float, beside_m: float
+) -> None:
     track, lead = LeaderTrack(), Lead(0.0, 0.0)
     track.start(leader_at(), 80.0, 0.0, 0.0)
     now_s, length_m = 0.0, 80.0

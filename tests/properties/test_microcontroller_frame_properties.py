@@ -7,6 +7,7 @@ import math
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from companion.core.actuation import Deployment, Light
 from companion.core.microcontroller_auxiliary import AuxiliaryDemand, AuxiliaryState
 from companion.core.microcontroller_frame import (
     BoardStatus,
@@ -19,7 +20,7 @@ from companion.core.microcontroller_frame import (
     ThrusterState,
     encode,
 )
-from companion.core.types import Deployment, Light
+from tests.remembered import remembered
 
 steady = settings(deadline=None, derandomize=True, max_examples=100)
 
@@ -48,7 +49,10 @@ statuses = st.builds(
     current_a=st.none() | st.integers(-(2**31) + 1, 2**31 - 1).map(lambda n: n / 1e3),
     remaining=st.none() | st.integers(0, 254).map(lambda n: n / 254.0),
     rc_us=st.tuples(*[st.integers(0, 65535)] * 8),
-    thrusters=st.lists(st.builds(ThrusterState, throttles, azimuths, st.booleans(), st.none() | st.sampled_from(Deployment)), max_size=16).map(tuple),
+    thrusters=st.lists(
+        st.builds(ThrusterState, throttles, azimuths, st.booleans(), st.none() | st.sampled_from(Deployment)),
+        max_size=16,
+    ).map(tuple),
     safe_mode=st.booleans(),
 )
 names = st.text(st.characters(max_codepoint=127), max_size=32)
@@ -94,7 +98,7 @@ def test_lost_bytes_cost_that_frame_alone(sent: Message, at: int, count: int) ->
 def test_garbage_gives_nothing_and_the_next_frame_comes_through(garbage: bytes) -> None:
     decoder = FrameDecoder()
     assert decoder.feed(garbage + encode(GOOD)) == [GOOD]
-    assert len(decoder._buffer) == 0
+    assert remembered(decoder) == 0
 
 
 @steady

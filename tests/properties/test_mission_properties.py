@@ -7,7 +7,7 @@ from dataclasses import replace
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from companion.core.types import MissionState
+from companion.core.decision import MissionState
 from companion.mission import qgc_plan, waypoints
 from companion.mission.executor import MissionExecutor
 from companion.mission.plan import PlanItem, PlanKind, Plans, plan_id
@@ -51,7 +51,8 @@ _PLANS = _missions().filter(lambda items: check_plan(PlanKind.MISSION, items) is
 
 
 def _interpret(items: tuple[PlanItem, ...]) -> list[tuple[int, float | None]]:
-    """(item, speed there) as a reader of the plan would go through it with a finger, for as long as somebody has patience."""
+    """(item, speed there) as a reader of the plan would go through it with a finger, for as long as somebody has
+    patience."""
     visits: list[tuple[int, float | None]] = []
     taken = [0] * len(items)
     speed: float | None = None
@@ -170,7 +171,9 @@ def test_no_order_of_calls_leads_astray(items: tuple[PlanItem, ...], calls: list
             task = executor.task
             assert task is not None and not isinstance(task, Complete)
             assert executor.task is task
-            assert (task.route[0].seq if isinstance(task, Sail) and len(task.route) == 1 else progress.seq) == progress.seq
+            assert (
+                task.route[0].seq if isinstance(task, Sail) and len(task.route) == 1 else progress.seq
+            ) == progress.seq
 
 
 _FLOAT = st.floats(width=32, allow_infinity=False, allow_nan=False) | st.just(math.nan)  # text knows one NaN only
@@ -186,7 +189,9 @@ def _any_item(draw: st.DrawFn, count: int) -> PlanItem:
     raw = st.integers(-(2**31) + 1, 2**31 - 1)
     x, y = (draw(raw), draw(raw)) if frame == 2 else (draw(_LAT), draw(_LON))
     first = float(draw(st.integers(0, count - 1))) if command == 177 else draw(_FLOAT)
-    return PlanItem(0, command, frame, first, *(draw(_FLOAT) for _ in range(3)), x, y, draw(_FLOAT), draw(st.integers(0, 1)))
+    return PlanItem(
+        0, command, frame, first, *(draw(_FLOAT) for _ in range(3)), x, y, draw(_FLOAT), draw(st.integers(0, 1))
+    )
 
 
 @st.composite
@@ -195,7 +200,9 @@ def _any_mission(draw: st.DrawFn) -> tuple[PlanItem, ...]:
     return tuple(replace(draw(_any_item(count)), seq=seq) for seq in range(count))
 
 
-_HOMES = st.tuples(_LAT, _LON.filter(bool), st.integers(-100, 1000)).map(lambda home: (home[0] / 1e7, home[1] / 1e7, float(home[2])))
+_HOMES = st.tuples(_LAT, _LON.filter(bool), st.integers(-100, 1000)).map(
+    lambda home: (home[0] / 1e7, home[1] / 1e7, float(home[2]))
+)
 
 
 def _same(a: tuple[PlanItem, ...], b: tuple[PlanItem, ...]) -> bool:

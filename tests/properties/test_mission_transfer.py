@@ -1,7 +1,7 @@
 """Plans over a link that loses, doubles and delays, with clients that keep the timings of the real ones.
 
-What must hold whatever happens: a plan in force was uploaded in full by one client, nothing raises, and each upload that is taken is
-answered once.
+What must hold whatever happens: a plan in force was uploaded in full by one client, nothing raises, and each upload
+that is taken is answered once.
 """
 
 from __future__ import annotations
@@ -19,13 +19,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from companion.core.types import ACCEPTED, Home, MissionProgress, MissionState, Outcome
-from companion.io.mavlink import messages as mavlink
-from companion.io.mavlink.dialects import ARDUPILOT, PX4, Dialect
-from companion.io.mavlink.hub import Peer
-from companion.io.mavlink.mission_service import MissionService
+from companion.core.decision import ACCEPTED, Home, MissionProgress, MissionState, Outcome
+from companion.core.events import EventLog
+from companion.io.mavlink.transfer.mission_service import MissionService
+from companion.io.mavlink.wire import messages as mavlink
+from companion.io.mavlink.wire.dialects import ARDUPILOT, PX4, Dialect
+from companion.io.mavlink.wire.hub import Peer
 from companion.mission.plan import PlanItem, PlanKind, PlanResult, Plans
-from companion.modes.events import EventLog
+from companion.params.store import Parameters
 
 TICK_S = 0.1
 CLIENT_S = 0.05
@@ -33,7 +34,8 @@ CLIENT_S = 0.05
 
 def plan(count: int, salt: int = 0) -> list[PlanItem]:
     return [
-        PlanItem(seq, 16, 3, 0.0, 0.0, 0.0, math.nan, 634_400_000 + 1000 * seq + salt, 103_989_999 - 777 * seq, 50.0) for seq in range(count)
+        PlanItem(seq, 16, 3, 0.0, 0.0, 0.0, math.nan, 634_400_000 + 1000 * seq + salt, 103_989_999 - 777 * seq, 50.0)
+        for seq in range(count)
     ]
 
 
@@ -71,9 +73,12 @@ class FakeSupervisor:
 
 
 class Water:
-    """The vessel, its service, the clients, and the link between them: seeded loss, doubling and delay in each direction."""
+    """The vessel, its service, the clients, and the link between them: seeded loss, doubling and delay in each
+    direction."""
 
-    def __init__(self, seed: int = 0, loss: float = 0.0, doubling: float = 0.0, delay_s: float = 0.01, jitter_s: float = 0.0) -> None:
+    def __init__(
+        self, seed: int = 0, loss: float = 0.0, doubling: float = 0.0, delay_s: float = 0.01, jitter_s: float = 0.0
+    ) -> None:
         self.random = random.Random(seed)
         self.loss, self.doubling, self.delay_s, self.jitter_s = loss, doubling, delay_s, jitter_s
         self.now_s = 0.0
@@ -83,8 +88,10 @@ class Water:
         self.events = EventLog()
         self.supervisor = FakeSupervisor(self.plans)
         self.hub = FakeHub(self)
-        config = SimpleNamespace(limits=SimpleNamespace(sway_n=20.0), servos=(), relays=())
-        vessel: Any = SimpleNamespace(plans=self.plans, events=self.events, supervisor=self.supervisor, config=config)
+        config = SimpleNamespace(limits=SimpleNamespace(sway_n=20.0), length_m=3.0, servos=(), relays=())
+        vessel: Any = SimpleNamespace(
+            plans=self.plans, events=self.events, supervisor=self.supervisor, config=config, parameters=Parameters()
+        )
         hub: Any = self.hub
         self.service = MissionService(hub, vessel)
         self.clients: dict[Peer, Any] = {}
@@ -240,7 +247,9 @@ class Downloader:
             self.water.to_vessel(self.peer, mavlink.MAVLink_mission_request_list_message(1, 1, self.kind))
         else:
             self.deadline_s = self.water.now_s + self.timing.read_s
-            self.water.to_vessel(self.peer, mavlink.MAVLink_mission_request_int_message(1, 1, len(self.items), self.kind))
+            self.water.to_vessel(
+                self.peer, mavlink.MAVLink_mission_request_int_message(1, 1, len(self.items), self.kind)
+            )
 
     def hear(self, message: Any) -> None:
         if self.result != "under way":
@@ -280,7 +289,9 @@ def test_an_upload_under_loss_is_whole_or_not_at_all(timing: Timing, loss: float
         if client.result == "accepted":
             accepted += 1
             assert in_force == essence(new)
-    assert accepted >= {0.0: 20, 0.1: 20, 0.2: 18, 0.3: 13}[loss]  # the final answer is sent again where packets were lost
+    assert (
+        accepted >= {0.0: 20, 0.1: 20, 0.2: 18, 0.3: 13}[loss]
+    )  # the final answer is sent again where packets were lost
 
 
 @pytest.mark.parametrize("timing", [QGROUNDCONTROL, MAVSDK], ids=["QGroundControl", "MAVSDK"])
@@ -313,7 +324,7 @@ def test_the_first_request_again_comes_soon_enough_for_any_client() -> None:
     assert any(event.name == "plan_upload_lost" for event in water.events.drain())
 
 
-def test_two_stations_at_once() -> None:
+def test_two_ground_stations_at_once() -> None:
     for seed in range(20):
         water = Water(seed, loss=0.15, jitter_s=0.03)
         first, second = station(255), station(254)
@@ -328,7 +339,7 @@ def test_two_stations_at_once() -> None:
                 assert (PlanKind.MISSION, essence(client.items)) in water.put_in_force
 
 
-def test_the_same_station_number_on_two_links_is_two_stations() -> None:
+def test_the_same_system_id_on_two_links_is_two_ground_stations() -> None:
     water = Water()
     first, second = station(255), station(255)
     a = water.clients[first] = Uploader(water, first, plan(200), QGROUNDCONTROL)
@@ -392,7 +403,9 @@ def u16(seq: int) -> int:
 
 
 MESSAGES = st.one_of(
-    st.builds(lambda n, k: mavlink.MAVLink_mission_count_message(1, 1, n, k), st.sampled_from([0, 1, 2, 3, 65535]), KINDS),
+    st.builds(
+        lambda n, k: mavlink.MAVLink_mission_count_message(1, 1, n, k), st.sampled_from([0, 1, 2, 3, 65535]), KINDS
+    ),
     st.builds(lambda q, k: mavlink.MAVLink_mission_request_int_message(1, 1, u16(q), k), SEQ, KINDS),
     st.builds(lambda q, k: mavlink.MAVLink_mission_request_message(1, 1, u16(q), k), SEQ, KINDS),
     st.builds(lambda k: mavlink.MAVLink_mission_request_list_message(1, 1, k), KINDS),
@@ -402,19 +415,39 @@ MESSAGES = st.one_of(
     st.builds(lambda t, k: mavlink.MAVLink_mission_ack_message(1, 1, t, k), st.integers(0, 255), KINDS),
     st.builds(lambda q: mavlink.MAVLink_mission_set_current_message(1, 1, u16(q)), SEQ),
     st.builds(
-        lambda q, f, c, cur, p, x, y, z, k: mavlink.MAVLink_mission_item_int_message(1, 1, u16(q), f, c, cur, 1, p, z, p, z, x, y, z, k),
-        SEQ, st.sampled_from([0, 3, 2, 6, 1, 200]), COMMAND, st.sampled_from([0, 1, 2]), NUMBER, WHOLE, WHOLE, NUMBER, KINDS,
+        lambda q, f, c, cur, p, x, y, z, k: mavlink.MAVLink_mission_item_int_message(
+            1, 1, u16(q), f, c, cur, 1, p, z, p, z, x, y, z, k
+        ),
+        SEQ,
+        st.sampled_from([0, 3, 2, 6, 1, 200]),
+        COMMAND,
+        st.sampled_from([0, 1, 2]),
+        NUMBER,
+        WHOLE,
+        WHOLE,
+        NUMBER,
+        KINDS,
     ),
     st.builds(
-        lambda q, f, c, p, x, y, k: mavlink.MAVLink_mission_item_message(1, 1, u16(q), f, c, 0, 1, p, p, p, p, x, y, p, k),
-        SEQ, st.sampled_from([0, 3, 2]), COMMAND, NUMBER, NUMBER, NUMBER, KINDS,
+        lambda q, f, c, p, x, y, k: mavlink.MAVLink_mission_item_message(
+            1, 1, u16(q), f, c, 0, 1, p, p, p, p, x, y, p, k
+        ),
+        SEQ,
+        st.sampled_from([0, 3, 2]),
+        COMMAND,
+        NUMBER,
+        NUMBER,
+        NUMBER,
+        KINDS,
     ),
-)  # fmt: skip
+)
 
 
 @given(script=st.lists(st.tuples(st.integers(0, 2), MESSAGES, st.sampled_from([0.0, 0.0, 0.0, 0.3, 6.0])), max_size=60))
 @settings(deadline=None, derandomize=True, max_examples=100)
-def test_any_messages_in_any_order_never_raise_and_a_change_is_answered_once(script: list[tuple[int, Any, float]]) -> None:
+def test_any_messages_in_any_order_never_raise_and_a_change_is_answered_once(
+    script: list[tuple[int, Any, float]],
+) -> None:
     water = Water()
     peers = [station(255), station(254), station(255, home_is_item_zero=True)]
     heard: list[tuple[Peer, Any]] = []
@@ -441,7 +474,9 @@ class Scribe:
 
 STEPS = st.tuples(
     st.integers(0, 2),
-    st.sampled_from(["answer", "answer", "answer", "answer", "begin", "answer twice", "answer late", "cancel", "list", "silence"]),
+    st.sampled_from(
+        ["answer", "answer", "answer", "answer", "begin", "answer twice", "answer late", "cancel", "list", "silence"]
+    ),
     st.integers(1, 5),
 )
 
@@ -478,12 +513,18 @@ def test_a_plan_in_force_is_one_that_one_client_sent_whole(script: list[tuple[in
             seq = max(0, scribe.asked - 1) if what == "answer late" else scribe.asked
             for _ in range(2 if what == "answer twice" else 1):
                 i = scribe.sending[seq]
-                _hand(water, scribe, mavlink.MAVLink_mission_item_int_message(1, 1, seq, 3, 16, 0, 1, 0, 0, 0, 0, i.x, i.y, 0, 0))
+                _hand(
+                    water,
+                    scribe,
+                    mavlink.MAVLink_mission_item_int_message(1, 1, seq, 3, 16, 0, 1, 0, 0, 0, 0, i.x, i.y, 0, 0),
+                )
         if len(water.put_in_force) > before:
             shift = scribe.peer.endpoint.dialect.first_item
             expected = tuple((i.seq - shift, i.command, i.x, i.y) for i in scribe.sending[shift:])
             assert water.put_in_force[before:] == [(PlanKind.MISSION, expected)]
-            assert len(acks) - taken == (2 if what == "answer twice" else 1)  # the doubled last item has its answer doubled
+            assert len(acks) - taken == (
+                2 if what == "answer twice" else 1
+            )  # the doubled last item has its answer doubled
         elif what == "silence":  # on a link that lost something, an answer given before may come again by itself
             assert all(any(ack is earlier for earlier in acks[:taken]) for ack in acks[taken:])
         elif len(acks) > taken:
@@ -500,7 +541,11 @@ def test_scripts_of_that_kind_do_complete_uploads() -> None:
     _hand(water, scribe, mavlink.MAVLink_mission_count_message(1, 1, 5, 0))
     while scribe.asked is not None:
         i = scribe.sending[scribe.asked]
-        _hand(water, scribe, mavlink.MAVLink_mission_item_int_message(1, 1, i.seq, 3, 16, 0, 1, 0, 0, 0, 0, i.x, i.y, 0, 0))
+        _hand(
+            water,
+            scribe,
+            mavlink.MAVLink_mission_item_int_message(1, 1, i.seq, 3, 16, 0, 1, 0, 0, 0, 0, i.x, i.y, 0, 0),
+        )
     assert water.put_in_force == [(PlanKind.MISSION, essence(scribe.sending))]
 
 

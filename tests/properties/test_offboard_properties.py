@@ -1,23 +1,27 @@
-"""Whatever another computer sends, in whatever mask, frame and numbers: nothing raises, a disarmed boat stays still, an armed one keeps its limits."""
+"""Whatever another computer sends, in whatever mask, frame and numbers: nothing raises, a disarmed boat stays still, an
+armed one keeps its limits."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import astuple
 from typing import Any
 
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from companion.config import VesselConfig, find, load
+from companion.config.vessel import VesselConfig, find, load
+from companion.core.decision import ModeId
+from companion.core.events import EventLog
 from companion.core.geodesy import LocalFrame
-from companion.core.types import DeviceHealth, Inputs, ModeId, SetpointKind
-from companion.io.mavlink import messages as mavlink
-from companion.io.mavlink.offboard_codec import read_global, read_local
+from companion.core.setpoint import NeutralSetpoint, PoseSetpoint, desired_motion
+from companion.core.tick import DeviceHealth, Inputs
+from companion.io.mavlink.services.offboard_codec import read_global, read_local
+from companion.io.mavlink.wire import messages as mavlink
 from companion.mission.executor import MissionExecutor
 from companion.mission.plan import PlanItem, PlanKind, Plans
-from companion.modes.events import EventLog
-from companion.modes.supervisor import Supervisor
-from companion.params import Parameters
+from companion.params.store import Parameters
+from companion.supervisor.supervisor import Supervisor
 from tests.properties.test_supervisor_requests import NAV
 
 VESSELS = [load(find(name)) for name in ("revolt", "aboat", "rescuerunner")]
@@ -34,10 +38,21 @@ local = st.builds(
 degrees = st.one_of(st.integers(-(2**31), 2**31 - 1), st.integers(-9000, 9000))
 world = st.builds(
     lambda frame, mask, lat, lon, values: mavlink.MAVLink_set_position_target_global_int_message(
-        0, 1, 1, frame, mask, lat if abs(lat) > 9000 else 634389000 + lat, lon if abs(lon) > 9000 else 103990000 + lon, *values[:9]
+        0,
+        1,
+        1,
+        frame,
+        mask,
+        lat if abs(lat) > 9000 else 634389000 + lat,
+        lon if abs(lon) > 9000 else 103990000 + lon,
+        *values[:9],
     ),
-    st.sampled_from((0, 3, 5, 6, 11)), mask, degrees, degrees, numbers,
-)  # fmt: skip
+    st.sampled_from((0, 3, 5, 6, 11)),
+    mask,
+    degrees,
+    degrees,
+    numbers,
+)
 steps = st.lists(st.tuples(st.one_of(local, local, world), st.integers(1, 6)), min_size=1, max_size=12)
 
 
@@ -46,7 +61,9 @@ class World:
         self.parameters = Parameters(config.parameters)
         self.plans = Plans()
         self.events = EventLog()
-        self.supervisor = Supervisor(config, self.parameters, self.plans, MissionExecutor(self.plans), self.events, lambda: FRAME)
+        self.supervisor = Supervisor(
+            config, self.parameters, self.plans, MissionExecutor(self.plans), self.events, lambda: FRAME
+        )
         self.health = [DeviceHealth(device.name, True, 0.0) for device in (*config.sensors, *config.actuators)]
         self.now_s = 0.0
         if fenced:
@@ -69,8 +86,18 @@ class World:
 
 @settings(deadline=None, derandomize=True, max_examples=120)
 @given(st.sampled_from(VESSELS), st.booleans(), st.booleans(), steps)
-@example(VESSELS[0], True, False, [(mavlink.MAVLink_set_position_target_local_ned_message(0, 1, 1, 1, 0x9C7, *[3e38] * 11), 3)])
-@example(VESSELS[2], True, False, [(mavlink.MAVLink_set_position_target_local_ned_message(0, 1, 1, 8, 0x5C7, *[-3e38] * 11), 3)])
+@example(
+    VESSELS[0],
+    True,
+    False,
+    [(mavlink.MAVLink_set_position_target_local_ned_message(0, 1, 1, 1, 0x9C7, *[3e38] * 11), 3)],
+)
+@example(
+    VESSELS[2],
+    True,
+    False,
+    [(mavlink.MAVLink_set_position_target_local_ned_message(0, 1, 1, 8, 0x5C7, *[-3e38] * 11), 3)],
+)
 def test_any_setpoint(config: VesselConfig, armed: bool, fenced: bool, sequence: list[tuple[Any, int]]) -> None:
     there = World(config, fenced)
     there.tick()
@@ -82,9 +109,13 @@ def test_any_setpoint(config: VesselConfig, armed: bool, fenced: bool, sequence:
         for _ in range(ticks):
             setpoint = there.tick()
             if not armed:
-                assert setpoint.kind is SetpointKind.NEUTRAL and not there.supervisor.status(there.now_s).armed
-            for value in (setpoint.north_m, setpoint.east_m, setpoint.yaw_rad, setpoint.surge_mps2, setpoint.sway_mps2, setpoint.yaw_radps2):
+                assert isinstance(setpoint, NeutralSetpoint) and not there.supervisor.status(there.now_s).armed
+            motion = desired_motion(setpoint)
+            place = () if motion.place is None else astuple(motion.place)
+            for value in (*place, motion.yaw_rad, motion.surge_mps2, motion.sway_mps2, motion.yaw_radps2):
                 assert value is None or math.isfinite(value)
-            assert math.hypot(setpoint.surge_mps, setpoint.sway_mps) <= there.parameters["MPC_XY_VEL_MAX"] + 1e-6
-            if setpoint.kind is SetpointKind.POSE and setpoint.north_m is not None and setpoint.east_m is not None:
-                assert math.hypot(setpoint.north_m, setpoint.east_m) < 4.0, "the boat stands: its reference waits for it"
+            assert math.hypot(motion.surge_mps, motion.sway_mps) <= there.parameters["MPC_XY_VEL_MAX"] + 1e-6
+            if isinstance(setpoint, PoseSetpoint):
+                assert math.hypot(setpoint.north_m, setpoint.east_m) < 4.0, (
+                    "the boat stands: its reference waits for it"
+                )

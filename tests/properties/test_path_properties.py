@@ -1,4 +1,5 @@
-"""Whatever waypoints are given, there is a path through them, PCHIP does not overshoot, and the follower comes to its end."""
+"""Whatever waypoints are given, there is a path through them, PCHIP does not overshoot, and the tracker comes to its
+end."""
 
 from __future__ import annotations
 
@@ -9,8 +10,8 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from companion.guidance.path import PathKind, build_path
-from companion.guidance.path_following import PathFollower, Waypoint
-from companion.params import Parameters
+from companion.guidance.path_tracking import PathTracker, Waypoint
+from companion.params.store import Parameters
 from tests.unit.control.simple_boat import nav_state
 
 coordinates = st.floats(-60.0, 60.0)
@@ -30,7 +31,9 @@ def test_the_path_runs_through_its_waypoints_in_order(points: list[tuple[float, 
 
 @settings(deadline=None, derandomize=True, max_examples=60)
 @given(routes, st.lists(st.booleans(), min_size=8, max_size=8))
-def test_pchip_stays_within_the_span_of_neighbouring_waypoints(points: list[tuple[float, float]], straight: list[bool]) -> None:
+def test_pchip_stays_within_the_span_of_neighbouring_waypoints(
+    points: list[tuple[float, float]], straight: list[bool]
+) -> None:
     path = build_path(points, PathKind.PCHIP, straight[: len(points)])
     stations = path.waypoint_s_m
     for (a, b), (s, e) in zip(itertools.pairwise(points), itertools.pairwise(stations), strict=True):
@@ -48,22 +51,21 @@ def test_every_route_is_sailed_to_its_end_in_any_current(
     parameters = Parameters()
     parameters.set("PATH_KIND", kind)
     parameters.set("MPC_XY_VEL_MAX", 1.5)
-    follower = PathFollower(parameters, can_sway=True)
+    tracker = PathTracker(parameters, can_sway=True)
     north = east = yaw = speed = 0.0
-    follower.start([Waypoint(n, e) for n, e in points], nav_state())
-    length = follower.update(nav_state(), 1.5, DT_S).remaining_m
+    tracker.start([Waypoint(n, e) for n, e in points], nav_state())
+    length = tracker.update(nav_state(), 1.5, DT_S).remaining_m
     assume(length < 700.0)
     reached, passed = 0.0, 0
     for _ in range(round((length / 0.3 + 120.0) / DT_S)):
         c, s = math.cos(yaw), math.sin(yaw)
         vn, ve = speed * c + current[0], speed * s + current[1]
-        progress = follower.update(nav_state(north, east, yaw, c * vn + s * ve, -s * vn + c * ve), 1.5, DT_S)
+        progress = tracker.update(nav_state(north, east, yaw, c * vn + s * ve, -s * vn + c * ve), 1.5, DT_S)
         assert progress.s_m >= reached and progress.passed >= passed
         reached, passed = progress.s_m, progress.passed
         if progress.finished:
             break
         setpoint = progress.setpoint
-        assert setpoint.yaw_rad is not None
         turn = math.remainder(setpoint.yaw_rad - yaw, 2.0 * math.pi)
         yaw += max(-0.2 * DT_S, min(0.2 * DT_S, turn))  # the boat turns at 11°/s at most
         wanted = max(0.3, setpoint.surge_mps - (current[0] * c + current[1] * s))

@@ -39,8 +39,20 @@ def test_any_bytes_in_any_pieces(data: bytes, sizes: list[int]) -> None:
 
 
 def test_floods_made_for_it_cost_little() -> None:
-    """Bytes that seem to begin a message at every second place: 1 MB of each; CPU time, a call being what one read of a port brings."""
-    for flood in (b"\xd3\x00", b"\xd3\x03", b"\xfa\xff", b"\xfa\xff\x36\xff", b"\xb5\x62\x00\x00\x00\x07", b"!AA,", b"$A,", b"\xfd\x00", b"\x00\x01", b"\xfe"):
+    """Bytes that seem to begin a message at every second place: 1 MB of each; CPU time, a call being what one read of a
+    port brings."""
+    for flood in (
+        b"\xd3\x00",
+        b"\xd3\x03",
+        b"\xfa\xff",
+        b"\xfa\xff\x36\xff",
+        b"\xb5\x62\x00\x00\x00\x07",
+        b"!AA,",
+        b"$A,",
+        b"\xfd\x00",
+        b"\x00\x01",
+        b"\xfe",
+    ):
         overheard, worst_s, data = Overheard(600), 0.0, flood * (16384 // len(flood))
         for k in range(64):
             begin_s = time.process_time()

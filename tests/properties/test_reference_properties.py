@@ -7,11 +7,11 @@ import math
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from companion.baselines.reference import ThesisReference
 from companion.core.frames import body_to_ned
-from companion.core.types import Setpoint
+from companion.core.setpoint import Setpoint
 from companion.guidance.reference import ReferenceGenerator
-from companion.guidance.thesis_reference import ThesisReference
-from companion.params import Parameters
+from companion.params.store import Parameters
 
 DT_S = 0.1
 PARAMETERS = Parameters()
@@ -26,7 +26,9 @@ def consistent(a: Setpoint, b: Setpoint, tolerance: float) -> None:
     assert b.north_m is not None and b.east_m is not None and b.yaw_rad is not None
     before, after = body_to_ned(a.surge_mps, a.sway_mps, a.yaw_rad), body_to_ned(b.surge_mps, b.sway_mps, b.yaw_rad)
     # the stated acceleration is that of the body-frame velocity; in NED the rotation comes on top
-    push = body_to_ned(b.surge_mps2 - b.yaw_rate_radps * b.sway_mps, b.sway_mps2 + b.yaw_rate_radps * b.surge_mps, b.yaw_rad)
+    push = body_to_ned(
+        b.surge_mps2 - b.yaw_rate_radps * b.sway_mps, b.sway_mps2 + b.yaw_rate_radps * b.surge_mps, b.yaw_rad
+    )
     for i, (p, q) in enumerate(((a.north_m, b.north_m), (a.east_m, b.east_m))):
         assert abs(q - p - 0.5 * (before[i] + after[i]) * DT_S) < tolerance
         assert abs(after[i] - before[i] - push[i] * DT_S) < tolerance
@@ -53,7 +55,9 @@ def accelerates_within_limits(s: Setpoint) -> None:
 
 @settings(deadline=None, derandomize=True, max_examples=60)
 @given(angles, motions, st.lists(targets, min_size=1, max_size=3))
-def test_any_sequence_of_targets(yaw: float, motion: tuple[float, float, float], sequence: list[tuple[float, float, float, int]]) -> None:
+def test_any_sequence_of_targets(
+    yaw: float, motion: tuple[float, float, float], sequence: list[tuple[float, float, float, int]]
+) -> None:
     generator = ReferenceGenerator(PARAMETERS)
     generator.start(0.0, 0.0, yaw, *motion)
     last = generator.update(DT_S)
@@ -77,7 +81,9 @@ def test_any_sequence_of_targets(yaw: float, motion: tuple[float, float, float],
 
 @settings(deadline=None, derandomize=True, max_examples=60)
 @given(angles, targets)
-def test_from_rest_speeds_keep_their_limits_and_nothing_overshoots(yaw: float, target: tuple[float, float, float, int]) -> None:
+def test_from_rest_speeds_keep_their_limits_and_nothing_overshoots(
+    yaw: float, target: tuple[float, float, float, int]
+) -> None:
     generator = ReferenceGenerator(PARAMETERS)
     generator.start(0.0, 0.0, yaw)
     north, east, heading, _ = target
@@ -98,7 +104,9 @@ def test_from_rest_speeds_keep_their_limits_and_nothing_overshoots(yaw: float, t
 
 @settings(deadline=None, derandomize=True, max_examples=20)
 @given(angles, targets)
-def test_the_thesis_filter_is_consistent_to_the_order_of_its_step(yaw: float, target: tuple[float, float, float, int]) -> None:
+def test_the_thesis_filter_is_consistent_to_the_order_of_its_step(
+    yaw: float, target: tuple[float, float, float, int]
+) -> None:
     reference = ThesisReference(PARAMETERS)
     reference.start(0.0, 0.0, yaw)
     reference.retarget(*target[:3])

@@ -1,36 +1,28 @@
-"""Whatever is asked in whatever order, with whatever the sensors say: the supervisor never raises, and a disarmed boat is neutral."""
+"""Whatever is asked in whatever order, with whatever the sensors say: the supervisor never raises, and a disarmed boat
+is neutral."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import astuple, replace
 from typing import Any
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from companion.config import VesselConfig, find, load
+from companion.config.vessel import VesselConfig, find, load
+from companion.core.actuation import Wrench
+from companion.core.decision import Home, ModeId, Outcome
+from companion.core.estimate import NavState
+from companion.core.events import EventLog
 from companion.core.geodesy import LocalFrame
-from companion.core.types import (
-    Battery,
-    DeviceHealth,
-    FixType,
-    Home,
-    Inputs,
-    Leak,
-    ManualInput,
-    ModeId,
-    NavState,
-    Outcome,
-    RcInput,
-    SetpointKind,
-    Wrench,
-)
+from companion.core.readings import Battery, FixType, Leak, ManualInput, RcInput
+from companion.core.setpoint import NeutralSetpoint, PathSetpoint, PoseSetpoint, desired_motion
+from companion.core.tick import DeviceHealth, Inputs
 from companion.mission.executor import MissionExecutor
 from companion.mission.plan import PlanItem, PlanKind, Plans
-from companion.modes.events import EventLog
-from companion.modes.supervisor import Supervisor
-from companion.params import Parameters
+from companion.params.store import Parameters
+from companion.supervisor.supervisor import Supervisor
 
 REVOLT, ABOAT = load(find("revolt")), load(find("aboat"))
 NAV = NavState(
@@ -60,9 +52,20 @@ steps = st.one_of(
     st.tuples(st.just("change_speed"), st.one_of(st.none(), any_number)),
     st.tuples(st.just("set_home"), st.one_of(st.none(), st.tuples(any_number, any_number))),
     st.tuples(st.just("sticks"), stick, stick, stick),
-    st.tuples(st.just("upload"), st.lists(st.tuples(st.sampled_from((16, 17, 19, 20, 21, 93, 115, 178, 179)), offset_m, offset_m), max_size=4)),
-    st.tuples(st.just("parameter"), st.sampled_from(("MIS_DONE_ACT", "FS_POS_ACT", "NAV_DLL_ACT", "FS_LEAK_ACT", "ARM_CHECKS", "WP_YAW_MODE")), st.integers(0, 3)),
-    st.tuples(st.just("parameter"), st.sampled_from(("WP_LAW", "PATH_CTRL", "DP_LAW", "PATH_KIND", "GF_ACTION", "FENCE_GROUP0", "FENCE_MARGIN")), st.integers(0, 3)),
+    st.tuples(
+        st.just("upload"),
+        st.lists(st.tuples(st.sampled_from((16, 17, 19, 20, 21, 93, 115, 178, 179)), offset_m, offset_m), max_size=4),
+    ),
+    st.tuples(
+        st.just("parameter"),
+        st.sampled_from(("MIS_DONE_ACT", "FS_POS_ACT", "NAV_DLL_ACT", "FS_LEAK_ACT", "ARM_CHECKS", "WP_YAW_MODE")),
+        st.integers(0, 3),
+    ),
+    st.tuples(
+        st.just("parameter"),
+        st.sampled_from(("WP_LAW", "PATH_CTRL", "DP_LAW", "PATH_KIND", "GF_ACTION", "FENCE_GROUP0", "FENCE_MARGIN")),
+        st.integers(0, 3),
+    ),
     st.tuples(st.just("world"), st.booleans(), st.booleans(), st.booleans(), st.booleans(), st.floats(0.0, 1.0)),
     st.tuples(st.just("rc"), st.one_of(st.none(), st.tuples(stick, stick, stick, stick, switch))),
     st.tuples(st.just("move"), offset_m, offset_m, st.floats(-math.pi, math.pi), st.floats(-3.0, 3.0)),
@@ -82,7 +85,9 @@ class World:
         self.parameters = Parameters()
         self.plans = Plans()
         events = EventLog()
-        self.supervisor = Supervisor(config, self.parameters, self.plans, MissionExecutor(self.plans), events, lambda: self.frame)
+        self.supervisor = Supervisor(
+            config, self.parameters, self.plans, MissionExecutor(self.plans), events, lambda: self.frame
+        )
         self.now_s = 0.0
         self.nav = NAV
         self.inputs = Inputs()
@@ -125,17 +130,24 @@ class World:
             case "upload":
                 self.plans.replace(PlanKind.MISSION, [self.item(seq, *row) for seq, row in enumerate(values[0])])
             case "fence":
-                zones = [replace(self.item(seq, 5003 if keep else 5004, *row), frame=0, param1=row[2]) for seq, (keep, *row) in enumerate(values[0])]
+                zones = [
+                    replace(self.item(seq, 5003 if keep else 5004, *row), frame=0, param1=row[2])
+                    for seq, (keep, *row) in enumerate(values[0])
+                ]
                 self.plans.replace(PlanKind.FENCE, zones)
             case "parameter":
                 self.parameters.set(values[0], values[1])
             case "world":
                 self.nav = replace(self.nav, position_valid=values[0], heading_valid=values[1])
                 self.ok = values[2]
-                self.inputs = replace(self.inputs, leak=Leak(now, "l", values[3]), battery=Battery(now, "b", 12.0, None, values[4]))
+                self.inputs = replace(
+                    self.inputs, leak=Leak(now, "l", values[3]), battery=Battery(now, "b", 12.0, None, values[4])
+                )
             case "rc":
                 channels = None if values[0] is None else tuple(0.0 if v is None else v for v in values[0])
-                self.inputs = replace(self.inputs, rc=None if channels is None else RcInput(now, "rc", channels, lost=False))
+                self.inputs = replace(
+                    self.inputs, rc=None if channels is None else RcInput(now, "rc", channels, lost=False)
+                )
             case "move":
                 north, east, yaw, surge = values
                 self.nav = replace(self.nav, north_m=north, east_m=east, yaw_rad=yaw, surge_mps=surge)
@@ -162,20 +174,28 @@ class World:
     def tick(self, dt_s: float) -> None:
         self.now_s += dt_s
         if dt_s <= 0.1:
-            self.supervisor.station_heard(255, self.now_s)
+            self.supervisor.ground_station_heard(self.now_s)
             if self.inputs.rc is not None:
                 self.inputs = replace(self.inputs, rc=replace(self.inputs.rc, t_s=self.now_s))
         health = [DeviceHealth("microcontroller", self.ok, 0.0), DeviceHealth("gnss", True, 0.0)]
         status = self.supervisor.update(replace(self.nav, t_s=self.now_s), self.inputs, health, self.now_s)
-        if status.armed and status.mode is not ModeId.MANUAL and any(thruster.retractable for thruster in self.config.thrusters):
+        if (
+            status.armed
+            and status.mode is not ModeId.MANUAL
+            and any(thruster.retractable for thruster in self.config.thrusters)
+        ):
             assert self.supervisor.retraction.lower is True
         setpoint = self.supervisor.guide(self.nav, self.now_s, 0.1)
         if not status.armed or not self.supervisor.status(self.now_s).armed:
-            assert setpoint.kind is SetpointKind.NEUTRAL
-        assert status.mode is not ModeId.OFFBOARD and not (status.armed and status.mode is ModeId.FOLLOW)  # there is no leader
-        for value in (setpoint.north_m, setpoint.east_m, setpoint.yaw_rad, setpoint.surge_mps, setpoint.sway_mps):
+            assert isinstance(setpoint, NeutralSetpoint)
+        assert status.mode is not ModeId.OFFBOARD and not (
+            status.armed and status.mode is ModeId.FOLLOW
+        )  # there is no leader
+        motion = desired_motion(setpoint)
+        place = () if motion.place is None else astuple(motion.place)
+        for value in (*place, motion.yaw_rad, motion.surge_mps, motion.sway_mps):
             assert value is None or math.isfinite(value)
-        if setpoint.kind in (SetpointKind.POSE, SetpointKind.PATH):
+        if isinstance(setpoint, PoseSetpoint | PathSetpoint):
             assert not status.mode.value.startswith(("Manual", "Forces", "Heading"))
 
 

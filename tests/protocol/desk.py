@@ -1,4 +1,5 @@
-"""A ground station's desk in lockstep: messages in, the vessel serves its links, messages out, and time moves only when told to."""
+"""A ground station's desk in lockstep: messages in, the vessel serves its links, messages out, and time moves only when
+told to."""
 
 from __future__ import annotations
 
@@ -6,9 +7,9 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from companion.cli import LockstepRig
-from companion.io.mavlink import messages as mavlink
-from companion.io.mavlink.framer import Framer, UnknownMessage, frame, pack
+from companion.cli.rig import LockstepRig
+from companion.io.mavlink.wire import messages as mavlink
+from companion.io.mavlink.wire.framer import Framer, UnknownMessage, frame, pack
 from sitl.scenarios.rig import Conditions
 
 

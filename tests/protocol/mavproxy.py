@@ -7,9 +7,10 @@ import re
 import select
 import subprocess
 import sys
-import time
 from pathlib import Path
 from types import TracebackType
+
+from tests.waiting import ended, wait_until
 
 
 class MavProxy:
@@ -18,10 +19,19 @@ class MavProxy:
     def __init__(self, master: str, folder: Path, modules: tuple[str, ...] = ()) -> None:
         folder.mkdir(parents=True, exist_ok=True)
         command = [sys.executable, str(Path(sys.executable).with_name("mavproxy.py")), f"--master={master}"]
-        command += [f"--logfile={folder / 'mav.tlog'}", "--streamrate=-1", *(f"--load-module={name}" for name in modules)]
+        command += [
+            f"--logfile={folder / 'mav.tlog'}",
+            "--streamrate=-1",
+            *(f"--load-module={name}" for name in modules),
+        ]
         environment = {**os.environ, "HOME": str(folder), "PYTHONUNBUFFERED": "1"}
         self._process = subprocess.Popen(
-            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, cwd=folder, env=environment
+            command,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            cwd=folder,
+            env=environment,
         )
         self._heard = ""
         self._looked_at = 0
@@ -31,32 +41,25 @@ class MavProxy:
         self._process.stdin.write((line + "\n").encode())
         self._process.stdin.flush()
 
-    def expect(self, pattern: str, timeout_s: float = 30.0) -> re.Match[str]:
+    def expect(self, pattern: str) -> re.Match[str]:
         """The next thing that it prints which fits `pattern`; what stands before it is passed over."""
-        end_s = time.monotonic() + timeout_s
-        while True:
-            found = re.compile(pattern).search(self._heard, self._looked_at)
-            if found is not None:
-                self._looked_at = found.end()
-                return found
-            assert time.monotonic() < end_s, f"MAVProxy did not print {pattern!r}; it printed: {self._heard[self._looked_at :][-1500:]}"
-            self._listen(0.1)
+        return wait_until(lambda: self._found(pattern), f"MAVProxy prints {pattern!r}")
 
-    def ask(self, line: str, pattern: str, timeout_s: float = 20.0, again_s: float = 1.0) -> re.Match[str]:
+    def ask(self, line: str, pattern: str, again_s: float = 1.0) -> re.Match[str]:
         """Say `line` again and again until what comes back fits `pattern`."""
-        end_s = time.monotonic() + timeout_s
-        while True:
-            self.say(line)
-            try:
-                return self.expect(pattern, again_s)
-            except AssertionError:
-                if time.monotonic() > end_s:
-                    raise
+        what = f"MAVProxy answers {line!r} with {pattern!r}"
+        return wait_until(lambda: self._found(pattern), what, again=lambda: self.say(line), again_s=again_s)
 
-    def _listen(self, timeout_s: float) -> None:
+    def _found(self, pattern: str) -> re.Match[str] | None:
+        self._listen()
+        found = re.compile(pattern).search(self._heard, self._looked_at)
+        if found is not None:
+            self._looked_at = found.end()
+        return found
+
+    def _listen(self) -> None:
         assert self._process.stdout is not None
-        ready, _, _ = select.select([self._process.stdout], (), (), timeout_s)
-        if ready:
+        while select.select([self._process.stdout], (), (), 0.0)[0]:
             data = os.read(self._process.stdout.fileno(), 65536)
             assert data, f"MAVProxy ended: {self._heard[-1500:]}"
             self._heard += data.decode(errors="replace")
@@ -64,10 +67,10 @@ class MavProxy:
     def __enter__(self) -> MavProxy:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if kind is not None:
+            print(f"MAVProxy printed: {self._heard[-1500:]}")
         self._process.terminate()
-        try:
-            self._process.communicate(timeout=10.0)
-        except subprocess.TimeoutExpired:
-            self._process.kill()
-            self._process.communicate()
+        ended(self._process, "MAVProxy")

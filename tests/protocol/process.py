@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import csv
 import os
 import signal
 import socket
@@ -10,6 +11,9 @@ import subprocess
 import sys
 from pathlib import Path
 from types import TracebackType
+
+from tests.protocol.driver import Driver
+from tests.waiting import ended, wait_until
 
 
 def free_port(kind: int = socket.SOCK_DGRAM) -> int:
@@ -20,28 +24,46 @@ def free_port(kind: int = socket.SOCK_DGRAM) -> int:
 
 
 class Companion:
-    """`companion run VESSEL --sitl`, or of a `vessel` that is a file without the plant, on free ports: UDP towards `udp_port`, TCP listening on `tcp_port`."""
+    """`companion run VESSEL --sitl`, or of a `vessel` that is a file without the plant, on free ports: UDP towards
+    `udp_port`, TCP listening on `tcp_port`.
+
+    With a `driver` its time is the test's, else that of the wall, `speed` times as fast.
+    """
 
     def __init__(
-        self, folder: Path, speed: float = 1.0, extra: tuple[str, ...] = (), links: tuple[str, ...] | None = None, vessel: str | Path = "revolt"
+        self,
+        folder: Path,
+        speed: float = 1.0,
+        extra: tuple[str, ...] = (),
+        links: tuple[str, ...] | None = None,
+        vessel: str | Path = "revolt",
+        driver: Driver | None = None,
     ) -> None:
         self.udp_port = free_port()
         self.tcp_port = free_port(socket.SOCK_STREAM)
         self.folder = folder
-        self._links = links if links is not None else (f"udpout:127.0.0.1:{self.udp_port}", f"tcpin:127.0.0.1:{self.tcp_port}")
+        self.links = (
+            links if links is not None else (f"udpout:127.0.0.1:{self.udp_port}", f"tcpin:127.0.0.1:{self.tcp_port}")
+        )
+        self._driver = driver
         self._what = (str(vessel),) if isinstance(vessel, Path) else (vessel, "--sitl", f"--speed={speed}")
         self.extra = extra
         self.process: subprocess.Popen[str] | None = None
         self.hello: list[str] = []
 
     def start(self) -> Companion:
-        """Returns when the process has said its first lines. Raises RuntimeError with what it said if it ends instead."""
+        """Returns when the process has said its first lines. Raises RuntimeError with what it said if it ends
+        instead."""
         command = [sys.executable, "-m", "companion", "run", *self._what]
         command += [f"--state={self.folder / 'state'}", f"--log={self.folder / 'logs'}", *self.extra]
-        for link in self._links:
+        for link in self.links:
             command += ["--link", link]
+        if self._driver is not None:
+            command.append(self._driver.option())
         environment = {**os.environ, "PYTHONUNBUFFERED": "1"}
-        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
+        self.process = subprocess.Popen(
+            command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment
+        )
         assert self.process.stdout is not None
         self.hello = []
         while len(self.hello) < 4:
@@ -55,6 +77,28 @@ class Companion:
     def log_folder(self) -> Path:
         return Path(self.hello[3].removeprefix("log:").strip())
 
+    def rows(self, name: str = "ticks.csv") -> list[dict[str, str]]:
+        """What the log has by now, whole rows only."""
+        file = self.log_folder / name
+        lines = file.read_text(encoding="utf-8").splitlines(keepends=True) if file.exists() else []
+        return list(csv.DictReader(line for line in lines if line.endswith("\n")))
+
+    @property
+    def now_s(self) -> float:
+        """The boat's time, by its log; that of a driver without a look into it."""
+        if self._driver is not None:
+            return self._driver.now_s
+        last = (self.log_folder / "ticks.csv").read_bytes().rpartition(b"\n")[0].rpartition(b"\n")[2].partition(b",")[0]
+        return float(last) if last and last != b"t_s" else 0.0
+
+    def sail(self, duration_s: float) -> None:
+        """Until so much of the boat's time has passed."""
+        if self._driver is not None:
+            self._driver.run(duration_s)
+            return
+        end_s = self.now_s + duration_s
+        wait_until(lambda: self.now_s >= end_s, f"{duration_s:g} s of the boat's time")
+
     def kill(self) -> None:
         """As a power cut: no handler of ours runs."""
         assert self.process is not None
@@ -66,22 +110,21 @@ class Companion:
         assert self.process is not None
         if self.process.poll() is None:
             self.process.send_signal(signal.SIGINT)
-        try:
-            _, errors = self.process.communicate(timeout=15.0)
-        except subprocess.TimeoutExpired:
-            self.process.kill()
-            _, errors = self.process.communicate()
-            raise RuntimeError(f"the companion did not end: {errors}") from None
+        if self._driver is not None:
+            self._driver.release()
+        _, errors = ended(self.process, "the companion")
         return self.process.returncode, errors
 
     def __enter__(self) -> Companion:
         return self.start()
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
         if self.process is not None and self.process.poll() is None:
             if kind is None:
                 code, errors = self.stop()
                 assert code == 0 and not errors, f"exit code {code}: {errors}"
             else:
-                with contextlib.suppress(RuntimeError):
+                with contextlib.suppress(AssertionError):
                     self.stop()

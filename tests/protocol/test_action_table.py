@@ -1,4 +1,5 @@
-"""Every row of the plug-ins' table against a whole vessel in lockstep: taken where the table says so, understood everywhere."""
+"""Every row of the plug-ins' table against a whole vessel in lockstep: taken where the table says so, understood
+everywhere."""
 
 from __future__ import annotations
 
@@ -8,8 +9,9 @@ from collections.abc import Iterator
 
 import pytest
 
-from companion.io.mavlink import messages as mavlink
-from companion.io.mavlink.dialects import ARDUPILOT, PX4
+from companion.core.setpoint import PoseSetpoint
+from companion.io.mavlink.wire import messages as mavlink
+from companion.io.mavlink.wire.dialects import ARDUPILOT, PX4
 from gcs_plugins.commands import ACTIONS, MODES, Action, Where
 from tests.protocol.desk import Desk, Sender
 from tests.protocol.test_qgroundcontrol import FRAME, item
@@ -80,15 +82,14 @@ def test_stop_and_nudges_do_what_they_say(desk: Desk) -> None:
     bring_about(desk, Where.HOLD)
     desk.tick(30)
     before = desk.vessel.last_tick
-    assert before is not None
+    assert before is not None and isinstance(before.setpoint, PoseSetpoint)
     north_m, east_m, yaw_rad = (before.setpoint.north_m, before.setpoint.east_m, before.setpoint.yaw_rad)
-    assert north_m is not None and east_m is not None and yaw_rad is not None
     desk.result(rows["nudge-starboard"].command, *rows["nudge-starboard"].all_params())
     for _ in range(22):
         desk.heartbeat()
         desk.tick(10)
     after = desk.vessel.last_tick
-    assert after is not None and after.setpoint.north_m is not None and after.setpoint.east_m is not None
+    assert after is not None and isinstance(after.setpoint, PoseSetpoint)
     moved = (after.setpoint.north_m - north_m, after.setpoint.east_m - east_m)
     assert moved == pytest.approx((-math.sin(yaw_rad), math.cos(yaw_rad)), abs=0.05)
     desk.result(rows["stop"].command, *rows["stop"].all_params())
@@ -98,7 +99,10 @@ def test_stop_and_nudges_do_what_they_say(desk: Desk) -> None:
 
 
 def test_mode_numbers_are_those_of_the_links() -> None:
-    for dialect, numbers in ((PX4, {m: n.px4 for m, n in MODES.items()}), (ARDUPILOT, {m: n.rover for m, n in MODES.items()})):
+    for dialect, numbers in (
+        (PX4, {m: n.px4 for m, n in MODES.items()}),
+        (ARDUPILOT, {m: n.rover for m, n in MODES.items()}),
+    ):
         assert {mode.value: number for mode, number in dialect.modes.items()} == numbers
 
 

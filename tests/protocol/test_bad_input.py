@@ -10,9 +10,9 @@ from typing import Any
 
 import pytest
 
-from companion.cli import LockstepRig
-from companion.io.mavlink import messages as mavlink
-from companion.io.mavlink.framer import frame, pack
+from companion.cli.rig import LockstepRig
+from companion.io.mavlink.wire import messages as mavlink
+from companion.io.mavlink.wire.framer import frame, pack
 from companion.mission.plan import PlanKind
 from sitl.scenarios.rig import Conditions
 from tests.protocol.desk import Desk, of
@@ -101,7 +101,10 @@ def test_random_bytes_on_every_sensor_port(tmp_path: Path) -> None:
         ([item(0, 16, 0.0, 0.0, -5.0)], {mavlink.MAV_MISSION_INVALID_PARAM1}),
         ([item(0, 4242, 0.0, 0.0)], {mavlink.MAV_MISSION_UNSUPPORTED}),
         ([item(0, 16, 0.0, 0.0, frame=8)], {mavlink.MAV_MISSION_UNSUPPORTED_FRAME}),
-        ([item(0, 16, 0.0, 0.0), item(1, 177, 0, 0, 12.0, 1.0, frame=2)], {mavlink.MAV_MISSION_INVALID_PARAM1, mavlink.MAV_MISSION_INVALID}),
+        (
+            [item(0, 16, 0.0, 0.0), item(1, 177, 0, 0, 12.0, 1.0, frame=2)],
+            {mavlink.MAV_MISSION_INVALID_PARAM1, mavlink.MAV_MISSION_INVALID},
+        ),
     ],
     ids=["NaN", "negative hold", "unknown command", "unknown frame", "jump to nowhere"],
 )
@@ -126,7 +129,9 @@ def test_wrong_counts(desk: Desk) -> None:
     desk.tell(mavlink.MAVLink_mission_count_message(1, 1, 4, 0))
     desk.tell(*square()[:2])  # and never the rest
     desk.tick(100)
-    assert of(desk.tell(mavlink.MAVLink_mission_request_list_message(1, 1, 0)), "MISSION_COUNT")[0].count == len(square())
+    assert of(desk.tell(mavlink.MAVLink_mission_request_list_message(1, 1, 0)), "MISSION_COUNT")[0].count == len(
+        square()
+    )
 
 
 def test_odd_commands_get_one_answer_each_and_move_nothing(desk: Desk) -> None:

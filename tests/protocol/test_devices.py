@@ -1,9 +1,9 @@
-"""`companion devices` and `companion check --listen` on pseudo-terminals with the bytes of real devices; what `companion check` leaves alone."""
+"""`companion devices` and `companion check --listen` on pseudo-terminals with the bytes of real devices; what
+`companion check` leaves alone."""
 
 from __future__ import annotations
 
 import fcntl
-import os
 import subprocess
 import sys
 import termios
@@ -19,23 +19,33 @@ import pytest
 from pymavlink.dialects.v20 import common as mavlink
 
 from companion.app import load_vessel
-from companion.commands.devices import described, listen_to
-from companion.config import ConfigError, SensorConfig, VesselConfig, find, load
+from companion.cli.devices import described, listen_to
+from companion.config.devices import SensorConfig
+from companion.config.vessel import ConfigError, VesselConfig, find, load
 from companion.io.listening import PortListener, listen
-from companion.io.port_names import named
-from companion.io.urls import Endpoint
-from sitl.far_ends import PtyEnd, far_end
-from sitl.plant_process import PlantProcess, offered
-from sitl.world import World
+from companion.io.transport.port_names import named
+from companion.io.transport.urls import PortUrl
+from sitl.device_ports import PtyPort, device_port
+from sitl.plant_process import PlantProcess, serve_devices
+from sitl.world import World, WorldConditions
+from tests.waiting import run_to_end
 
 AIS = b"!AIVDM,1,1,,B,177KQJ5000G?tO`K>RA1wUbN0TKH,0*5C\r\n"
 RTCM_1005 = bytes.fromhex("d300133ed7d30202980edeef34b4bd62ac0941986f33360b98")
-HEARTBEAT = mavlink.MAVLink_heartbeat_message(2, 12, 0, 0, 4, 3).pack(mavlink.MAVLink(None, srcSystem=1, srcComponent=1))
-SPOKEN = {"usv-ais": (AIS, 0.2), "usv-radio": (RTCM_1005, 0.25), "usv-pixhawk": (HEARTBEAT, 1.0), "usv-lidar": (b"\x5a\xa5\x10\x7f\x93" * 16, 0.02), "usv-stepper": (b"", 9.0)}
+HEARTBEAT = mavlink.MAVLink_heartbeat_message(2, 12, 0, 0, 4, 3).pack(
+    mavlink.MAVLink(None, srcSystem=1, srcComponent=1)
+)
+SPOKEN = {
+    "usv-ais": (AIS, 0.2),
+    "usv-radio": (RTCM_1005, 0.25),
+    "usv-pixhawk": (HEARTBEAT, 1.0),
+    "usv-lidar": (b"\x5a\xa5\x10\x7f\x93" * 16, 0.02),
+    "usv-stepper": (b"", 9.0),
+}
 
 
 def companion(*arguments: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run([sys.executable, "-m", "companion", *arguments], capture_output=True, text=True, timeout=60, check=False)
+    return run_to_end([sys.executable, "-m", "companion", *arguments])
 
 
 def vessel() -> VesselConfig:
@@ -48,10 +58,12 @@ def vessel() -> VesselConfig:
 def plugged_in(folder: Path) -> Iterator[None]:
     """The ReVolt's devices with a wind sensor, and others that say what `SPOKEN` has, in real time."""
     config = vessel()
-    world = World(config, seed=1, wind="4@45")
+    world = World(config, WorldConditions(seed=1, wind="4@45"))
     rows = [(row.name, row.port.split(":")[1]) for row in (*config.sensors, *config.actuators)]  # type: ignore[attr-defined]
-    plant = PlantProcess(world, offered(world, config, {name: Endpoint("serial", path=path) for name, path in rows}, folder))
-    others = {name: far_end(Endpoint("serial", path=f"/dev/{name}"), folder) for name in SPOKEN}
+    plant = PlantProcess(
+        world, serve_devices(world, config, {name: PortUrl("serial", path=path) for name, path in rows}, folder)
+    )
+    others = {name: device_port(PortUrl("serial", path=f"/dev/{name}"), folder) for name in SPOKEN}
     for end in others.values():
         end.plug()
     stop, due_s = threading.Event(), dict.fromkeys(SPOKEN, 0.0)
@@ -78,19 +90,26 @@ def plugged_in(folder: Path) -> Iterator[None]:
         plant.close()
         for end in others.values():
             end.unplug()
-    assert not written and all(board.last_command is None for board in world.boards), "nothing was written to any device"
+    assert not written and all(board.last_command is None for board in world.boards), (
+        "nothing was written to any device"
+    )
 
 
 @pytest.mark.process
 def test_devices_names_all_and_check_listens(tmp_path: Path) -> None:
     ports = ["usv-gnss", "usv-imu", "usv-wind", "usv-mcu", *SPOKEN]
     with plugged_in(tmp_path):
-        done = companion("devices", "--seconds", "2.5", *(word for name in ports for word in ("--port", str(tmp_path / name))))
+        done = companion(
+            "devices", "--seconds", "2.5", *(word for name in ports for word in ("--port", str(tmp_path / name)))
+        )
         file = tmp_path / "boat.toml"
         text = find("revolt").read_text(encoding="utf-8").replace("serial:/dev/", f"serial:{tmp_path}/")
         file.write_text(text, encoding="utf-8")
         well = companion("check", "--listen", str(file))
-        file.write_text(text.replace("usv-imu", "usv-x").replace("usv-gnss", "usv-imu").replace("usv-x", "usv-gnss"), encoding="utf-8")
+        file.write_text(
+            text.replace("usv-imu", "usv-x").replace("usv-gnss", "usv-imu").replace("usv-x", "usv-gnss"),
+            encoding="utf-8",
+        )
         swapped = listen_to(load_vessel(str(file)), 1.0)
     assert done.returncode == 0 and not done.stderr, done.stderr
     blocks = {block.split(" ", 1)[0].split("\n", 1)[0]: block for block in done.stdout.split("\n\n")[1:]}
@@ -103,14 +122,24 @@ def test_devices_names_all_and_check_listens(tmp_path: Path) -> None:
         "usv-ais": "the AIS receiver: AIS at 115200 baud: AIVDM",
         "usv-radio": "the radio with the corrections: RTCM 3 at 115200 baud: 1005 ",
         "usv-pixhawk": "system 1, component 1: an autopilot",
-        "usv-lidar": "no format known, at no usual speed",
+        "usv-lidar": "no known format at any usual speed",
         "usv-stepper": "silent: without power, or it only answers when asked, as stepper drives on RS485 (Nanotec)",
     }
     for name, says in expected.items():
         assert says in heard[name], heard[name]
-    lines = [line[2:] for block in heard.values() for line in block.splitlines() if line.startswith(("  [[", "  name", "  driver", "  port", "  ant", "  rate", "  thr"))]
+    lines = [
+        line[2:]
+        for block in heard.values()
+        for line in block.splitlines()
+        if line.startswith(("  [[", "  name", "  driver", "  port", "  ant", "  rate", "  thr"))
+    ]
     tables = tomllib.loads("\n".join(lines))
-    assert [(row["name"], row["driver"]) for row in tables["sensor"]] == [("gnss", "nmea0183"), ("imu", "mtdata2"), ("wind", "nmea0183"), ("ais", "ais")]
+    assert [(row["name"], row["driver"]) for row in tables["sensor"]] == [
+        ("gnss", "nmea0183"),
+        ("imu", "mtdata2"),
+        ("wind", "nmea0183"),
+        ("ais", "ais"),
+    ]
     assert tables["sensor"][0]["antennas"] == 2 and tables["sensor"][0]["port"] == f"serial:{tmp_path}/usv-gnss:115200"
     for row, rate_hz in zip(tables["sensor"], (20.0, 100.0, 4.0), strict=False):
         assert row["rate_hz"] == pytest.approx(rate_hz, rel=0.3)
@@ -120,12 +149,20 @@ def test_devices_names_all_and_check_listens(tmp_path: Path) -> None:
     assert well.returncode == 0, well.stdout
     assert "gnss: " in well.stdout and "NMEA 0183 (G" in well.stdout and "MTData2 (attitude" in well.stdout
     (gnss_well, gnss), (imu_well, imu), (board_well, _) = swapped
-    assert not gnss_well and "looks like MTData2 (attitude, acceleration, rate of turn): is the inertial sensor plugged in here?" in gnss
-    assert not imu_well and "looks like NMEA 0183 (" in imu and "is the GNSS receiver plugged in here?" in imu and board_well
+    assert (
+        not gnss_well
+        and "looks like MTData2 (attitude, acceleration, rate of turn): is the inertial sensor plugged in here?" in gnss
+    )
+    assert (
+        not imu_well
+        and "looks like NMEA 0183 (" in imu
+        and "is the GNSS receiver plugged in here?" in imu
+        and board_well
+    )
 
 
-def terminal(folder: Path) -> tuple[PtyEnd, Path]:
-    end = PtyEnd(Endpoint("serial", path="/dev/port"), folder)
+def terminal(folder: Path) -> tuple[PtyPort, Path]:
+    end = PtyPort(PortUrl("serial", path="/dev/port"), folder)
     end.plug()
     return end, folder / "port"
 
@@ -133,7 +170,9 @@ def terminal(folder: Path) -> tuple[PtyEnd, Path]:
 def test_a_port_that_another_program_has_is_skipped(tmp_path: Path) -> None:
     end, path = terminal(tmp_path)
     script = "import os, sys; fd = os.open(sys.argv[1], os.O_RDWR | os.O_NOCTTY); print('has it', flush=True); sys.stdin.read()"
-    with subprocess.Popen([sys.executable, "-c", script, str(path)], stdin=subprocess.PIPE, stdout=subprocess.PIPE) as other:
+    with subprocess.Popen(
+        [sys.executable, "-c", script, str(path)], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+    ) as other:
         assert other.stdout is not None and other.stdout.readline()
         (listener,) = listen([path], 0.5)
         other.communicate()
@@ -153,22 +192,17 @@ def test_speeds_are_tried_until_bytes_make_sense(tmp_path: Path, monkeypatch: py
         fcntl.fcntl(port, fcntl.F_GETFL)
         before = termios.tcgetattr(port)
         tried: list[int] = []
-        begin = PortListener._begin
-
-        def begun(self: PortListener, baud: int) -> None:
-            tried.append(baud)
-            begin(self, baud)
-
-        monkeypatch.setattr(PortListener, "_begin", begun)
         monkeypatch.setattr("companion.io.listening.holder_of", lambda path: None)
         listener = PortListener(path, 1.0)
         now_s = 0.0
         while not listener.done:
             now_s += 0.05
+            if tried[-1:] != [listener.baud]:
+                tried.append(listener.baud)
             good = listener.baud == 4800
-            os.write(end._master or -1, b"$WIMWV,214.8,R,0.1,K,A*28\r\n" if good else b"\xf8\x00\x98\xfe" * 10)
+            end.give(b"$WIMWV,214.8,R,0.1,K,A*28\r\n" if good else b"\xf8\x00\x98\xfe" * 10)
             listener.update(now_s)
-        assert tried == [115200, 38400, 4800, 4800] and listener.baud == 4800
+        assert tried == [115200, 38400, 4800] and listener.baud == 4800
         assert listener.recogniser.verdict is not None and listener.recogniser.verdict.device == "the wind sensor"
         assert termios.tcgetattr(port) == before
     end.unplug()
@@ -177,8 +211,18 @@ def test_speeds_are_tried_until_bytes_make_sense(tmp_path: Path, monkeypatch: py
 @pytest.mark.parametrize(
     ("links", "twin", "name", "note"),
     [
-        (("serial/by-id/usb-FTDI_A1-if00-port0", "serial/by-path/pci-0:1.0-port0", "usv-gnss"), False, "serial/by-id/usb-FTDI_A1-if00-port0", ""),
-        (("serial/by-id/usb-1a86_USB_Serial-if00-port0", "serial/by-path/pci-0:1.0-port0"), True, "serial/by-path/pci-0:1.0-port0", "call themselves the same"),
+        (
+            ("serial/by-id/usb-FTDI_A1-if00-port0", "serial/by-path/pci-0:1.0-port0", "usv-gnss"),
+            False,
+            "serial/by-id/usb-FTDI_A1-if00-port0",
+            "",
+        ),
+        (
+            ("serial/by-id/usb-1a86_USB_Serial-if00-port0", "serial/by-path/pci-0:1.0-port0"),
+            True,
+            "serial/by-path/pci-0:1.0-port0",
+            "call themselves the same",
+        ),
         (("usv-gnss", "serial/by-path/platform-x"), False, "usv-gnss", ""),
         (("serial/by-path/platform-x",), False, "serial/by-path/platform-x", "no name of its own"),
         ((), False, "ttyUSB0", ""),
@@ -199,14 +243,14 @@ AUDIT = """
 import sys
 seen = []
 sys.addaudithook(lambda event, args: seen.append((event, str(args[0]))) if event in ("open", "socket.__new__", "socket.bind", "socket.connect") else None)
-from companion.cli import main
+from companion.cli.main import main
 
 def opened(*arguments):
     seen.clear()
     assert main(arguments) == 0
     return [(event, what) for event, what in seen if event != "open" or what.startswith(("/dev/", sys.argv[1]))]
 
-from companion.config import bundled
+from companion.config.vessel import bundled
 for vessel in bundled():
     assert not opened("check", vessel), seen
 run = opened("run", "revolt", "--duration", "0.3", "--link", "udpout:127.0.0.1:9", "--state", sys.argv[1] + "/s", "--log", sys.argv[1] + "/l")
@@ -216,7 +260,7 @@ assert any(event == "socket.__new__" for event, _ in run), "the hook sees what i
 
 @pytest.mark.process
 def test_check_opens_no_port_at_all(tmp_path: Path) -> None:
-    done = subprocess.run([sys.executable, "-c", AUDIT, str(tmp_path)], capture_output=True, text=True, timeout=60, check=False)
+    done = run_to_end([sys.executable, "-c", AUDIT, str(tmp_path)])
     assert done.returncode == 0, done.stderr
 
 

@@ -10,7 +10,7 @@ from typing import Any
 
 from shapely.geometry import Point, Polygon
 
-from companion.io.mavlink import messages as mavlink
+from companion.io.mavlink.wire import messages as mavlink
 from tests.protocol.desk import Desk, of
 from tests.protocol.test_found_faults import desk_in, sail
 from tests.protocol.test_qgroundcontrol import ARM, HOLD, MISSION, NAN, RTL, item
@@ -21,11 +21,16 @@ WALL = ((8.0, -6.0), (10.0, -6.0), (10.0, 6.0), (8.0, 6.0))
 GEOFENCE = 0x100000
 
 
-def fence_items(inside: Sequence[Sequence[tuple[float, float]]], outside: Sequence[Sequence[tuple[float, float]]] = ()) -> list[Any]:
+def fence_items(
+    inside: Sequence[Sequence[tuple[float, float]]], outside: Sequence[Sequence[tuple[float, float]]] = ()
+) -> list[Any]:
     items: list[Any] = []
     for command, polygons in ((5001, inside), (5002, outside)):
         for polygon in polygons:
-            items += [item(len(items) + n, command, *place, float(len(polygon)), kind=1, frame=0) for n, place in enumerate(polygon)]
+            items += [
+                item(len(items) + n, command, *place, float(len(polygon)), kind=1, frame=0)
+                for n, place in enumerate(polygon)
+            ]
     return items
 
 
@@ -92,13 +97,23 @@ def test_refused_go_to_refused_mission_and_the_way_round(tmp_path: Path) -> None
 def test_a_breach_is_told_and_acted_on(tmp_path: Path) -> None:
     desk = desk_in(tmp_path)
     desk.tick(20)
-    assert desk.latest("FENCE_STATUS") is None and not desk.latest("SYS_STATUS").onboard_control_sensors_present & GEOFENCE
+    assert (
+        desk.latest("FENCE_STATUS") is None and not desk.latest("SYS_STATUS").onboard_control_sensors_present & GEOFENCE
+    )
     assert desk.latest("SYS_STATUS").onboard_control_sensors_health & GEOFENCE
     assert desk.upload(fence_items([[(n / 5.0, e / 5.0) for n, e in BOX]]), 1) == mavlink.MAV_MISSION_ACCEPTED
     desk.tick(20)
     status = desk.latest("SYS_STATUS")
-    assert status.onboard_control_sensors_present & status.onboard_control_sensors_enabled & status.onboard_control_sensors_health & GEOFENCE
-    assert (desk.latest("FENCE_STATUS").breach_status, desk.latest("FENCE_STATUS").breach_mitigation) == (0, mavlink.FENCE_MITIGATE_NONE)
+    assert (
+        status.onboard_control_sensors_present
+        & status.onboard_control_sensors_enabled
+        & status.onboard_control_sensors_health
+        & GEOFENCE
+    )
+    assert (desk.latest("FENCE_STATUS").breach_status, desk.latest("FENCE_STATUS").breach_mitigation) == (
+        0,
+        mavlink.FENCE_MITIGATE_NONE,
+    )
 
     assert desk.vessel.parameters.set("GF_ACTION", 1) is None
     desk.tell(mavlink.MAVLink_manual_control_message(1, 0, 0, 0, 0, 0), mavlink.MAVLink_set_mode_message(1, 1, MANUAL))
@@ -111,7 +126,10 @@ def test_a_breach_is_told_and_acted_on(tmp_path: Path) -> None:
     told = desk.latest("FENCE_STATUS")
     assert (told.breach_status, told.breach_count, told.breach_type) == (1, 1, mavlink.FENCE_BREACH_BOUNDARY)
     assert desk.latest("HEARTBEAT").custom_mode == MANUAL, "a warning is no action"
-    assert any(re.fullmatch(r"Fence [0-9]+ m ahead", text) for text in desk.texts()) and "Outside the fence" in desk.texts()
+    assert (
+        any(re.fullmatch(r"Fence [0-9]+ m ahead", text) for text in desk.texts())
+        and "Outside the fence" in desk.texts()
+    )
     sail(desk, 1.5)
     assert not desk.latest("SYS_STATUS").onboard_control_sensors_health & GEOFENCE
 

@@ -18,10 +18,11 @@ from mavsdk.plugins.ftp import Ftp, FtpResult
 from mavsdk.plugins.log_files import LogFiles, LogFilesResult
 from pyulog import ULog
 
-from companion.params import TABLE
+from companion.params.table import TABLE
 from tests.protocol.lossy import LossyNetwork
 from tests.protocol.mavproxy import MavProxy
 from tests.protocol.process import Companion, free_port
+from tests.waiting import run_to_end
 
 pytestmark = pytest.mark.process
 
@@ -42,14 +43,30 @@ def companion(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Companion]:
 
 def pymavlink_ftp(companion: Companion, *arguments: str, loss: int = 0) -> subprocess.CompletedProcess[str]:
     """pymavlink's own client, as a person runs it."""
-    command = [sys.executable, "-W", "ignore", "-m", "pymavlink.mavftp", f"--device=tcp:127.0.0.1:{companion.tcp_port}", "--loglevel=INFO"]
-    command += [f"--pkt_loss_tx={loss}", f"--pkt_loss_rx={loss}", "--read_retry_time=0.3", "--retry_time=0.3", *arguments]
-    return subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+    command = [
+        sys.executable,
+        "-W",
+        "ignore",
+        "-m",
+        "pymavlink.mavftp",
+        f"--device=tcp:127.0.0.1:{companion.tcp_port}",
+        "--loglevel=INFO",
+    ]
+    command += [
+        f"--pkt_loss_tx={loss}",
+        f"--pkt_loss_rx={loss}",
+        "--read_retry_time=0.3",
+        "--retry_time=0.3",
+        *arguments,
+    ]
+    return run_to_end(command)
 
 
 def test_pymavlink_fetches_a_log_and_the_metadata_byte_for_byte_over_loss(companion: Companion, tmp_path: Path) -> None:
     log = tmp_path / "old.tlog"
-    done = pymavlink_ftp(companion, "--burst_read_size=239", "get", f"@MAV_LOG/{OLD_RUN}/telemetry.tlog", str(log), loss=10)
+    done = pymavlink_ftp(
+        companion, "--burst_read_size=239", "get", f"@MAV_LOG/{OLD_RUN}/telemetry.tlog", str(log), loss=10
+    )
     assert log.is_file(), done.stderr[-2000:]
     assert log.read_bytes() == (companion.folder / "logs" / OLD_RUN / "telemetry.tlog").read_bytes()
     described = tmp_path / "parameters.json.xz"
@@ -101,7 +118,6 @@ def _download(ftp: Ftp, path: str, target: Path, burst: bool) -> FtpResult:
     return last[-1]
 
 
-
 def test_mavsdk_downloads_a_log_that_pyulog_opens(companion: Companion, tmp_path: Path) -> None:
     with Mavsdk(Configuration.create_with_component_type(ComponentType.GROUND_STATION)) as sdk:
         sdk.add_any_connection(f"udpin://127.0.0.1:{companion.udp_port}")
@@ -128,10 +144,10 @@ def test_mavsdk_downloads_a_log_that_pyulog_opens(companion: Companion, tmp_path
 
 def test_mavproxy_lists_and_downloads_a_log(companion: Companion, tmp_path: Path) -> None:
     with MavProxy(f"tcp:127.0.0.1:{companion.tcp_port}", tmp_path / "mavproxy") as station:
-        station.expect("Detected vehicle 1:1", 60.0)
+        station.expect("Detected vehicle 1:1")
         station.ask("log list", r"Log 0\s+numLogs 2 lastLog 1 size 123456", again_s=3.0)
         station.say(f"log download 0 {tmp_path / 'old.bin'}")
-        station.expect(r"Finished downloading", 60.0)
+        station.expect(r"Finished downloading")
     assert (tmp_path / "old.bin").read_bytes() == (companion.folder / "logs" / OLD_RUN / "telemetry.tlog").read_bytes()
 
 
@@ -155,11 +171,11 @@ def test_mavsdk_and_mavproxy_fetch_over_a_bad_network(tmp_path: Path) -> None:
             for path in ("/parameters.json.xz", f"/logs/{OLD_RUN}/telemetry.tlog"):
                 assert any(_download(ftp, path, tmp_path, True) is FtpResult.SUCCESS for _ in range(3)), path
         with MavProxy(f"udpin:127.0.0.1:{mavproxy_port}", tmp_path / "mavproxy") as station:
-            station.expect("Detected vehicle 1:1", 60.0)
+            station.expect("Detected vehicle 1:1")
             station.say(f"ftp get /logs/{OLD_RUN}/telemetry.tlog {tmp_path / 'proxy.tlog'}")
-            station.expect(r"Wrote 60000 bytes|Wrote 60000/60000", 60.0)
+            station.expect(r"Wrote 60000 bytes|Wrote 60000/60000")
             station.say(f"ftp get /parameters.json.xz {tmp_path / 'proxy.xz'}")
-            station.expect(r"Wrote \d+", 60.0)
+            station.expect(r"Wrote \d+")
     assert first.lost > 10 and second.lost > 10
     assert (tmp_path / "telemetry.tlog").read_bytes() == (tmp_path / "proxy.tlog").read_bytes() == expected
     described = (tmp_path / "parameters.json.xz").read_bytes()

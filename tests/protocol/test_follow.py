@@ -9,13 +9,17 @@ from typing import Any
 
 import pytest
 
-from companion.io.mavlink import messages as mavlink
+from companion.io.mavlink.wire import messages as mavlink
 from tests.protocol.desk import Desk, Sender
 from tests.protocol.test_qgroundcontrol import ARM, FRAME, HOLD, MANUAL, MISSION, NAN, item
 
 FOLLOW = 0x08040000
 DO_FOLLOW, DO_FOLLOW_REPOSITION, STATION, PAUSE_CONTINUE = 32, 33, 31012, 193
-ACCEPTED, REJECTED, DENIED = mavlink.MAV_RESULT_ACCEPTED, mavlink.MAV_RESULT_TEMPORARILY_REJECTED, mavlink.MAV_RESULT_DENIED
+ACCEPTED, REJECTED, DENIED = (
+    mavlink.MAV_RESULT_ACCEPTED,
+    mavlink.MAV_RESULT_TEMPORARILY_REJECTED,
+    mavlink.MAV_RESULT_DENIED,
+)
 
 
 class Phone:
@@ -81,7 +85,9 @@ def test_follow_me_of_a_ground_station_from_choice_to_loss_and_back(desk: Desk) 
     assert desk.latest("HEARTBEAT").custom_mode == FOLLOW and desk.rig.world.truth.north_m > 3.0
     phone.on = False
     assert 0.25 < phone.until(HOLD, 2.0) <= 1.0
-    assert said(desk, "Leader silent for 0.") and desk.vessel.supervisor.status(desk.rig.now_s).failsafes == ("leader_lost",)
+    assert said(desk, "Leader silent for 0.") and desk.vessel.supervisor.status(desk.rig.now_s).failsafes == (
+        "leader_lost",
+    )
     phone.on = True
     assert 3.0 <= phone.until(FOLLOW, 5.0) <= 3.6
     assert desk.result(DO_FOLLOW, 0.0) == ACCEPTED
@@ -96,12 +102,14 @@ def test_stations_by_command_and_by_parameter(desk: Desk) -> None:
     following = desk.vessel.supervisor.following
 
     def station() -> tuple[float, float]:
-        distance_m, bearing_rad = following.station
+        distance_m, bearing_rad = following.follow_position
         return distance_m, math.degrees(bearing_rad)
 
     assert desk.result(STATION, 90.0, 30.0) == ACCEPTED and station() == pytest.approx((30.0, 90.0))
     assert desk.result(STATION, NAN, 25.0) == ACCEPTED and station() == pytest.approx((25.0, 90.0))
-    assert desk.result(STATION, NAN, 5.0) == DENIED and said(desk, "Station refused: 5 m is nearer than FOLL_MIN_DIST, 12 m")
+    assert desk.result(STATION, NAN, 5.0) == DENIED and said(
+        desk, "Follow position refused: 5 m is below FOLL_MIN_DIST (12 m)"
+    )
     assert desk.result(STATION, 90.0, 0.0) == DENIED and desk.result(STATION, 999.0, NAN) == DENIED
     assert desk.result(DO_FOLLOW_REPOSITION, 0.0, 0.0, 0.0, 0.0, 0.0, -20.0, 20.0) == ACCEPTED
     assert station() == pytest.approx((math.hypot(20.0, 20.0), 135.0))
@@ -111,10 +119,28 @@ def test_stations_by_command_and_by_parameter(desk: Desk) -> None:
 
 
 def test_what_mavsdks_follow_me_reads_and_writes_is_there(desk: Desk) -> None:
-    for name, value in ((b"FLW_TGT_HT", 12.0), (b"FLW_TGT_DST", 15.0), (b"FLW_TGT_FA", 90.0), (b"FLW_TGT_RS", 0.5), (b"FLW_TGT_MAX_VEL", 8.0)):
-        (answer,) = [m for m in desk.tell(mavlink.MAVLink_param_set_message(1, 1, name, value, 9)) if m.get_type() == "PARAM_VALUE"]
-        assert (answer.param_id, answer.param_value, answer.param_type) == (name.decode(), value, mavlink.MAV_PARAM_TYPE_REAL32)
-    (answer,) = [m for m in desk.tell(mavlink.MAVLink_param_request_read_message(1, 1, b"FLW_TGT_ALT_M", -1)) if m.get_type() == "PARAM_VALUE"]
+    for name, value in (
+        (b"FLW_TGT_HT", 12.0),
+        (b"FLW_TGT_DST", 15.0),
+        (b"FLW_TGT_FA", 90.0),
+        (b"FLW_TGT_RS", 0.5),
+        (b"FLW_TGT_MAX_VEL", 8.0),
+    ):
+        (answer,) = [
+            m
+            for m in desk.tell(mavlink.MAVLink_param_set_message(1, 1, name, value, 9))
+            if m.get_type() == "PARAM_VALUE"
+        ]
+        assert (answer.param_id, answer.param_value, answer.param_type) == (
+            name.decode(),
+            value,
+            mavlink.MAV_PARAM_TYPE_REAL32,
+        )
+    (answer,) = [
+        m
+        for m in desk.tell(mavlink.MAVLink_param_request_read_message(1, 1, b"FLW_TGT_ALT_M", -1))
+        if m.get_type() == "PARAM_VALUE"
+    ]
     assert answer.param_type == mavlink.MAV_PARAM_TYPE_INT32
 
 
@@ -134,7 +160,7 @@ def test_a_mission_that_follows_and_goes_on_when_continued(desk: Desk) -> None:
     phone.until(FOLLOW, 60.0)
     phone.sail(5.0)
     assert said(desk, "Item 2: following; choose Mission to go on at item 3")
-    assert desk.vessel.supervisor.following.station == pytest.approx((15.0, math.pi))
+    assert desk.vessel.supervisor.following.follow_position == pytest.approx((15.0, math.pi))
     assert desk.latest("MISSION_CURRENT").seq == 3
     assert desk.result(PAUSE_CONTINUE, 1.0) == ACCEPTED
     phone.until(MISSION, 1.0)
@@ -142,7 +168,7 @@ def test_a_mission_that_follows_and_goes_on_when_continued(desk: Desk) -> None:
     assert said(desk, "Mission complete")
     assert desk.result(ARM, 0.0) == ACCEPTED
     desk.tick()
-    assert desk.vessel.supervisor.following.station == pytest.approx((20.0, math.pi))
+    assert desk.vessel.supervisor.following.follow_position == pytest.approx((20.0, math.pi))
 
 
 @pytest.mark.parametrize(
@@ -163,7 +189,9 @@ def test_a_ground_station_that_leads_keeps_its_sticks(desk: Desk) -> None:
     """QGroundControl's own follow-me: it is no lead boat's module."""
     phone = Phone(desk, system=255)
     phone.sail(2.0)
-    desk.tell(mavlink.MAVLink_set_mode_message(1, 1, MANUAL), mavlink.MAVLink_manual_control_message(1, 0, 0, 0, 0, 0, 0))
+    desk.tell(
+        mavlink.MAVLink_set_mode_message(1, 1, MANUAL), mavlink.MAVLink_manual_control_message(1, 0, 0, 0, 0, 0, 0)
+    )
     assert desk.result(ARM, 1.0) == ACCEPTED
     desk.tell(mavlink.MAVLink_manual_control_message(1, 500, 0, 0, 0, 0, 0))
     desk.tick()

@@ -1,4 +1,5 @@
-"""Followed in Follow mode, by the running process: MAVSDK's follow-me, QGroundControl's stream, and the module on a lead boat as a process of its own."""
+"""Followed in Follow mode, by the running process: MAVSDK's follow-me, QGroundControl's stream, and the module on a
+lead boat as a process of its own."""
 
 from __future__ import annotations
 
@@ -6,8 +7,6 @@ import contextlib
 import math
 import os
 import socket
-import threading
-import time
 import tty
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -21,8 +20,10 @@ from mavsdk.plugins.param import Param
 from mavsdk.plugins.telemetry import FlightMode, Telemetry
 from pymavlink.dialects.v20 import common as mavlink
 
+from tests.protocol.driver import Driver
 from tests.protocol.lead_boat_module import FRAME, LeaderProcess, Receiver, along
 from tests.protocol.process import Companion, free_port
+from tests.waiting import CAP_S, wait_until
 
 pytestmark = pytest.mark.process
 
@@ -31,22 +32,18 @@ START_M = 45.0  # of the leader, ahead of the follower
 NEARER_M = 8.0
 
 
-def until(what: str, condition: Callable[[], Any], timeout_s: float = 30.0) -> Any:
-    end_s = time.monotonic() + timeout_s
-    while not (found := condition()):
-        assert time.monotonic() < end_s, f"{what}: not within {timeout_s:g} s"
-        time.sleep(0.02)
-    return found
-
-
 def test_mavsdks_follow_me(tmp_path: Path) -> None:
-    """Its plugin sets six parameters, chooses the mode, and only then tells where the target is, once a second. Disarmed, the mode may be chosen so."""
-    with Companion(tmp_path, vessel="rescuerunner") as companion, Mavsdk(Configuration.create_with_component_type(ComponentType.GROUND_STATION)) as sdk:
+    """Its plugin sets six parameters, chooses the mode, and only then tells where the target is, once a second.
+    Disarmed, the mode may be chosen so."""
+    with (
+        Companion(tmp_path, vessel="rescuerunner") as companion,
+        Mavsdk(Configuration.create_with_component_type(ComponentType.GROUND_STATION)) as sdk,
+    ):
         sdk.add_any_connection(f"udpin://127.0.0.1:{companion.udp_port}")
-        system = sdk.first_autopilot(10.0)
+        system = sdk.first_autopilot(CAP_S)
         assert system is not None
         telemetry, action, follow_me = Telemetry(system), Action(system), FollowMe(system)
-        until("armable", lambda: telemetry.health().is_armable)
+        wait_until(lambda: telemetry.health().is_armable, "armable")
         wanted = Config(11.0, 15.0, 0.4, Config.FollowAltitudeMode.TARGET_GPS, 6.0, 170.0)
         follow_me.set_config(wanted)
         param = Param(system)
@@ -54,10 +51,12 @@ def test_mavsdks_follow_me(tmp_path: Path) -> None:
         assert served == pytest.approx([11.0, 15.0, 0.4, 6.0, 170.0], abs=1e-6)
         assert param.get_param_int("FLW_TGT_ALT_M") == 2
         follow_me.start()
-        until("Follow", lambda: telemetry.flight_mode() is FlightMode.FOLLOW_ME)
-        started_s, distances = time.monotonic(), []
-        while (t_s := time.monotonic() - started_s) < 13.0:
-            north_m = START_M + 2.0 * t_s
+        wait_until(lambda: telemetry.flight_mode() is FlightMode.FOLLOW_ME, "Follow")
+        started_s, distances = companion.now_s, []
+
+        def led_on() -> bool:
+            """The target goes on by the boat's clock; MAVSDK sends the newest place once a second."""
+            north_m = START_M + 2.0 * (companion.now_s - started_s)
             lat_deg, lon_deg = FRAME.to_geodetic(north_m, 0.0)
             follow_me.set_target_location(TargetLocation(lat_deg, lon_deg, 0.0, 0.0, 0.0, 0.0))
             here = telemetry.position()
@@ -67,9 +66,9 @@ def test_mavsdks_follow_me(tmp_path: Path) -> None:
             if not telemetry.armed():
                 with contextlib.suppress(ActionError):  # until the leader has been heard often enough
                     action.arm()
-            time.sleep(1.0)
-        assert telemetry.armed()
-        assert distances[-1] < distances[0] - NEARER_M, distances
+            return telemetry.armed() and distances[-1] < distances[0] - NEARER_M
+
+        wait_until(led_on, "armed and nearer")
         follow_me.stop()
         action.disarm()
         for plugin in (follow_me, param, telemetry, action):
@@ -77,29 +76,32 @@ def test_mavsdks_follow_me(tmp_path: Path) -> None:
 
 
 class Station:
-    """A ground station on UDP: says that it is there, once a second of its own, and keeps what it hears."""
+    """A ground station on UDP in driven time: says that it is there, once a second, and keeps what it hears."""
 
-    def __init__(self, companion: Companion) -> None:
+    def __init__(self, companion: Companion, driver: Driver) -> None:
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._socket.bind(("127.0.0.1", companion.udp_port))
-        self._socket.settimeout(5.0)
+        self._socket.settimeout(CAP_S)
         self._codec = mavlink.MAVLink(None, srcSystem=255, srcComponent=190)
         self._codec.robust_parsing = True
-        self._beat_s = -math.inf
         self.latest: dict[str, Any] = {}
         self.texts: list[str] = []
+        self.driver = driver
+        driver.step()
         first, self._vehicle = self._socket.recvfrom(65535)
         self._system = self._codec.parse_buffer(first)[0].get_srcSystem()
         self._socket.setblocking(False)
+        driver.between.append(self._beat)
 
     def send(self, message: Any) -> None:
         self._socket.sendto(message.pack(self._codec), self._vehicle)
         self._codec.seq = (self._codec.seq + 1) % 256
 
-    def hear(self) -> None:
-        if time.monotonic() - self._beat_s > 0.3:
-            self._beat_s = time.monotonic()
+    def _beat(self, now_s: float) -> None:
+        if now_s % 1.0 < self.driver.step_s - 1e-6:
             self.send(mavlink.MAVLink_heartbeat_message(6, 8, 192, 0, 4, 3))
+
+    def hear(self) -> None:
         with contextlib.suppress(BlockingIOError):
             while True:
                 for message in self._codec.parse_buffer(self._socket.recv(65535)) or ():
@@ -109,15 +111,21 @@ class Station:
                     if message.get_type() == "STATUSTEXT":
                         self.texts.append(message.text)
 
-    def until(self, what: str, condition: Callable[[], Any], timeout_s: float = 30.0) -> None:
+    def until(self, what: str, condition: Callable[[], Any]) -> None:
+        """The boat sails on until `condition()`."""
+
         def heard() -> Any:
             self.hear()
             return condition()
 
         try:
-            until(what, heard, timeout_s)
+            self.driver.until(what, heard)
         except AssertionError as error:
             raise AssertionError(f"{error}; {self.texts[-5:]}") from None
+
+    def sail(self, duration_s: float) -> None:
+        self.driver.run(duration_s)
+        self.hear()
 
     def _field(self, kind: str, name: str) -> Any:
         return getattr(self.latest.get(kind), name, None)
@@ -147,13 +155,21 @@ class Station:
         if not self.armed:
             self.send(mavlink.MAVLink_command_long_message(1, 1, 400, 0, 1, 0, 0, 0, 0, 0, 0))
 
+    def arm_as_soon_as_allowed(self) -> None:
+        """Asks once a second."""
+        while not self.armed:
+            self.arm()
+            self.sail(1.0)
+            assert self.driver.now_s < 60.0, self.texts[-5:]
+
     def close(self) -> None:
+        self.driver.between.remove(self._beat)
         self._socket.close()
 
 
 @contextlib.contextmanager
-def station_of(companion: Companion) -> Iterator[Station]:
-    station = Station(companion)
+def station_of(companion: Companion, driver: Driver) -> Iterator[Station]:
+    station = Station(companion, driver)
     try:
         yield station
     finally:
@@ -161,22 +177,32 @@ def station_of(companion: Companion) -> Iterator[Station]:
 
 
 def test_qgroundcontrols_follow_me(tmp_path: Path) -> None:
-    """As FollowMe.cc sends it (qgroundcontrol: only once the vehicle is in Follow, 4 Hz, position and velocity, no heading), at three times the speed."""
-    speed = 3.0
-    with Companion(tmp_path, speed, vessel="rescuerunner") as companion, station_of(companion) as station:
+    """As FollowMe.cc sends it (qgroundcontrol: only once the vehicle is in Follow, 4 Hz, position and velocity, no
+    heading)."""
+    driver = Driver(0.05)
+    with Companion(tmp_path, vessel="rescuerunner", driver=driver) as boat, station_of(boat, driver) as station:
         station.choose()
-        started_s, distances = time.monotonic(), []
-        for n in range(30):
-            t_s = time.monotonic() - started_s
-            north_m = START_M + 5.0 * speed * t_s
+        started_s, distances = driver.now_s, []
+        for _ in range(90):
+            t_s = driver.now_s - started_s
+            north_m = START_M + 5.0 * t_s
             lat_deg, lon_deg = FRAME.to_geodetic(north_m, 0.0)
             station.send(
                 mavlink.MAVLink_follow_target_message(
-                    round(1000.0 * t_s) + 5000, 3, round(lat_deg * 1e7), round(lon_deg * 1e7), 0.0, (5.0, 0.0, 0.0), (0.0,) * 3, (0.0,) * 4,
-                    (0.0,) * 3, (3.0, 0.0, 4.0), 0,
+                    round(1000.0 * t_s) + 5000,
+                    3,
+                    round(lat_deg * 1e7),
+                    round(lon_deg * 1e7),
+                    0.0,
+                    (5.0, 0.0, 0.0),
+                    (0.0,) * 3,
+                    (0.0,) * 4,
+                    (0.0,) * 3,
+                    (3.0, 0.0, 4.0),
+                    0,
                 )
             )
-            station.until("the next turn", lambda n=n: time.monotonic() - started_s >= 0.25 * (n + 1))
+            station.sail(0.25)
             at = station.place
             distances.append(math.hypot(north_m - at[0], at[1]))
             station.arm()
@@ -185,75 +211,71 @@ def test_qgroundcontrols_follow_me(tmp_path: Path) -> None:
 
 
 class Radio:
-    """A serial radio: two ptys, and what passes between them, counted."""
+    """A serial radio: two ptys, and what passes between them in each step of the driven time, counted."""
 
-    def __init__(self) -> None:
+    def __init__(self, driver: Driver) -> None:
         ends = [os.openpty() for _ in range(2)]
         for _, slave in ends:
             tty.setraw(slave)
         self._masters, self._slaves = [master for master, _ in ends], [slave for _, slave in ends]
         self.ports = [os.ttyname(slave) for slave in self._slaves]
         self.carried = [0, 0]
-        self._stop = threading.Event()
         for master in self._masters:
             os.set_blocking(master, False)
-        self._thread = threading.Thread(target=self._carry, name="radio")
-        self._thread.start()
+        driver.between.append(self._carry)
 
-    def _carry(self) -> None:
-        while not self._stop.wait(0.002):
-            for n in (0, 1):
-                with contextlib.suppress(BlockingIOError):
-                    data = os.read(self._masters[n], 4096)
-                    os.write(self._masters[1 - n], data)
-                    self.carried[n] += len(data)
+    def _carry(self, now_s: float) -> None:
+        for n in (0, 1):
+            with contextlib.suppress(BlockingIOError):
+                data = os.read(self._masters[n], 4096)
+                os.write(self._masters[1 - n], data)
+                self.carried[n] += len(data)
 
     def close(self) -> None:
-        self._stop.set()
-        self._thread.join()
         for fd in (*self._masters, *self._slaves):
             os.close(fd)
 
 
 @pytest.mark.parametrize("way", ["udp", "serial"])
 def test_a_leader_module_is_followed(tmp_path: Path, way: str) -> None:
-    """Two processes and the wall clock. Over the serial line both ways together stay under 2,000 bytes a second."""
+    """Two processes. Over the serial line both ways together stay under 2,000 bytes a second."""
+    driver = Driver(0.05)
     with contextlib.ExitStack() as stack:
         if way == "serial":
-            radio = Radio()
+            radio = Radio(driver)
             stack.callback(radio.close)
             theirs, ours = (f"serial:{port}:57600" for port in radio.ports)
             theirs += "?telemetry=leader"
         else:
             port = free_port()
             theirs, ours = f"udpin:127.0.0.1:{port}?telemetry=leader", f"udpout:127.0.0.1:{port}"
-        companion = Companion(tmp_path, vessel="rescuerunner")
-        companion = Companion(tmp_path, vessel="rescuerunner", extra=("--link", f"udpout:127.0.0.1:{companion.udp_port}", "--link", theirs), links=())
-        companion.udp_port = int(companion.extra[1].rpartition(":")[2])
+        companion = Companion(tmp_path, vessel="rescuerunner", driver=driver)
+        companion.links = (companion.links[0], theirs)
         stack.enter_context(companion)
-        station = stack.enter_context(station_of(companion))
-        receiver = Receiver(along(2.0, 0.0, START_M, 0.0))
+        station = stack.enter_context(station_of(companion, driver))
+        receiver = Receiver(along(2.0, 0.0, START_M, 0.0), driver)
         stack.callback(receiver.close)
-        leader = LeaderProcess(tmp_path / "leader", ours, receiver.port)
+        leader = LeaderProcess(tmp_path / "leader", ours, receiver.port, driver)
         stack.callback(leader.stop)
         station.until("the leader is heard", lambda: "AIS_VESSEL" in station.latest)
         leader.press("a")
         station.choose()
-        station.arm()
-        station.until("armed", lambda: station.armed)
-        gaps, before, began_s = [], sum(radio.carried) if way == "serial" else 0, time.monotonic()
-        for n in range(6):
-            station.until("a second", lambda n=n: time.monotonic() - began_s >= n + 1)
+        station.arm_as_soon_as_allowed()
+        gaps, before, began_s = [], sum(radio.carried) if way == "serial" else 0, driver.now_s
+        for _ in range(6):
+            station.sail(1.0)
             assert station.following, station.texts[-5:]
             gaps.append(float(leader.rows[-1]["gap_m"]))
         assert gaps[-1] < gaps[0] - NEARER_M, gaps
         assert {"lead_gap", "lead_link"} >= {station.latest["NAMED_VALUE_FLOAT"].name}
         if way == "serial":
-            rate = (sum(radio.carried) - before) / (time.monotonic() - began_s)
+            rate = (sum(radio.carried) - before) / (driver.now_s - began_s)
             print(f"{rate:.0f} bytes/s on the serial line, both ways")
             assert 1000.0 < rate < 2000.0
         last = leader.rows[-1]
-        assert (last["wish"], last["follower_mode"], last["follower_armed"]) == ("AUTONOMOUS", "Follow", "1") and int(last["link_counter"]) <= 2
+        assert (last["wish"], last["follower_mode"], last["follower_armed"]) == ("AUTONOMOUS", "Follow", "1") and int(
+            last["link_counter"]
+        ) <= 2
         code, said, errors = leader.stop()
         assert code == 0 and not errors, errors
         assert all(text in said for text in ("asks Autonomous", "asked for: Autonomous", "follower: Armed")), said

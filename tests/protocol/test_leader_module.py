@@ -1,4 +1,5 @@
-"""The module on a lead boat and its follower, both whole and in lockstep: every byte between them is framed, sent and parsed."""
+"""The module on a lead boat and its follower, both whole and in lockstep: every byte between them is framed, sent and
+parsed."""
 
 from __future__ import annotations
 
@@ -12,18 +13,19 @@ from typing import Any
 
 import pytest
 
+from companion.analysis.log_reader import open_log
+from companion.analysis.rerun import rerun
 from companion.app import load_vessel
 from companion.clock import SimulatedClock
-from companion.commands.rerun import rerun
-from companion.config.leader import LeaderConfig
-from companion.core.types import LeaderState, ModeId, Wish
-from companion.io.mavlink import messages as mavlink
-from companion.io.mavlink.framer import Framer
-from companion.io.mavlink.links import MemoryLink
-from companion.leader_app import LeaderSurroundings, build_leader
-from companion.record.log_reader import open_log
+from companion.core.decision import ModeId
+from companion.core.readings import LeaderState, Wish
+from companion.io.mavlink.wire import messages as mavlink
+from companion.io.mavlink.wire.framer import Framer
+from companion.io.mavlink.wire.links import MemoryLink
+from companion.leader_module.app import LeaderSurroundings, build_leader
+from companion.leader_module.config import LeaderConfig
 from sitl.magnetometer import with_magnetometer
-from sitl.world import EPOCH_UNIX_NS, World
+from sitl.world import EPOCH_UNIX_NS, World, WorldConditions
 from tests.protocol.desk import Sender
 from tests.protocol.lead_boat_module import FRAME, NoDisplay, Pair, along, circle
 
@@ -120,9 +122,12 @@ def test_without_thrift_every_message_is_whole(tmp_path: Path) -> None:
     pair.close()
 
 
-@pytest.mark.parametrize(("path", "most_m"), [(along(8.0, 45.0, 20.0, 20.0), 0.35), (circle, 1.3)], ids=["straight", "turn"])
+@pytest.mark.parametrize(
+    ("path", "most_m"), [(along(8.0, 45.0, 20.0, 20.0), 0.35), (circle, 1.3)], ids=["straight", "turn"]
+)
 def test_what_the_follower_knows_is_where_the_leader_is(tmp_path: Path, path: Any, most_m: float) -> None:
-    """The receiver is perfect. What is left: half a step of latency that lockstep feigns and, in a turn without a gyro, the lag of the filter on the lead boat."""
+    """The receiver is perfect. What is left: half a step of latency that lockstep feigns and, in a turn without a gyro,
+    the lag of the filter on the lead boat."""
     pair = Pair(tmp_path, path)
     heard = Heard(pair)
     pair.run(20.0)
@@ -147,8 +152,14 @@ def test_keys_choose_and_choose_again(pair: Pair) -> None:
         pair.run(0.5)
         asked.append((heard.states[-1].wish, heard.states[-1].presses))
     assert asked == [
-        (Wish.NONE, 0), (Wish.MANUAL, 1), (Wish.AUTONOMOUS, 2), (Wish.AUTONOMOUS, 3), (Wish.REMOTE, 4), (Wish.REMOTE, 4), (Wish.REMOTE, 4),
-    ]  # fmt: skip
+        (Wish.NONE, 0),
+        (Wish.MANUAL, 1),
+        (Wish.AUTONOMOUS, 2),
+        (Wish.AUTONOMOUS, 3),
+        (Wish.REMOTE, 4),
+        (Wish.REMOTE, 4),
+        (Wish.REMOTE, 4),
+    ]
     assert "asked for: Autonomous" in pair.display.said
 
 
@@ -212,12 +223,17 @@ def test_the_counters_at_both_ends_tell_of_the_link(pair: Pair) -> None:
 
 def test_half_of_all_packets_lost_leaves_the_leader_known(pair: Pair) -> None:
     framers, rng = {True: Framer(), False: Framer()}, random.Random(3)
-    pair.air = lambda t_s, up, data: b"".join(bytes(m.get_msgbuf()) for m in framers[up].feed(data) if rng.random() < 0.5)
+    pair.air = lambda t_s, up, data: b"".join(
+        bytes(m.get_msgbuf()) for m in framers[up].feed(data) if rng.random() < 0.5
+    )
     heard = Heard(pair)
     pair.run(20.0)
     late = [state for state in heard.states if state.heard_s > 10.0]
     assert len(late) == pytest.approx(100, abs=25)
-    assert all(state.yaw_rad is not None and state.accuracy_m is not None and 0.0 <= state.heard_s - state.t_s < 0.11 for state in late)
+    assert all(
+        state.yaw_rad is not None and state.accuracy_m is not None and 0.0 <= state.heard_s - state.t_s < 0.11
+        for state in late
+    )
     assert sum(state.lost for state in late) == pytest.approx(105, abs=28)
 
 
@@ -226,7 +242,7 @@ def test_a_lost_fix_is_told_within_two_tenths_of_a_second(pair: Pair) -> None:
     pair.run(10.0)
     for how in ("says so", "silent"):
         assert heard.states[-1].lat_deg is not None
-        stream = pair._streams.streams["gnss"]
+        stream = pair.streams.streams["gnss"]
         began_s = pair.now_s
         pair.fix, stream.plugged = how != "says so", how == "says so"
         pair.run(1.0)
@@ -246,36 +262,52 @@ def test_nothing_that_a_peer_sends_stops_the_module(pair: Pair) -> None:
         cls = rng.choice(known)
         junk = _random_message(cls, rng)
         sender = Sender(rng.choice([1, 1, 255, 42]), rng.choice([1, 190]))
-        link = pair.local if n % 2 else pair._far
+        link = pair.local if n % 2 else pair.far
         link.to_vessel(sender.packed(junk) if junk is not None else rng.randbytes(40))
         if n % 10 == 0:
             pair.step()
     heard = Heard(pair)
     pair.run(2.0)
-    assert heard.kinds(True)["FOLLOW_TARGET"] == pytest.approx(40, abs=21)  # every second one if the junk has asked for remote control
+    assert heard.kinds(True)["FOLLOW_TARGET"] == pytest.approx(
+        40, abs=21
+    )  # every second one if the junk has asked for remote control
     assert not [text for text in pair.display.said if "not handled" in text]
 
 
 def _random_message(cls: Any, rng: random.Random) -> Any:
-    from companion.io.mavlink.framer import _reader
-
+    values = cls.unpacker.unpack(rng.randbytes(cls.unpacker.size))
+    at = [sum(cls.lengths[:n]) for n in range(len(cls.lengths))]  # of each field on the wire
+    lengths = [cls.lengths[n] for n in cls.orders]
+    fields = [
+        values[at[n]] if size == 1 else list(values[at[n] : at[n] + size])
+        for n, size in zip(cls.orders, lengths, strict=True)
+    ]
     try:
-        return _reader(cls.id)[2](rng.randbytes(cls.unpacker.size))
-    except (UnicodeDecodeError, ValueError):
+        return cls(*fields)
+    except (TypeError, UnicodeDecodeError, ValueError):
         return None
 
 
 def test_the_follower_streams_nothing_else_there_but_answers(pair: Pair) -> None:
     pair.run(5.0)
     heard, sender = Heard(pair), Sender(255)
-    pair._lead.to_vessel(sender.packed(mavlink.MAVLink_param_request_read_message(1, 1, b"FLW_TGT_DST", -1)))
-    pair._lead.to_vessel(sender.packed(mavlink.MAVLink_command_long_message(1, 1, 512, 0, 33, 0, 0, 0, 0, 0, 0)))
-    pair._lead.to_vessel(sender.packed(mavlink.MAVLink_command_long_message(1, 1, 511, 0, 30, 200000, 0, 0, 0, 0, 0)))
+    pair.lead.to_vessel(sender.packed(mavlink.MAVLink_param_request_read_message(1, 1, b"FLW_TGT_DST", -1)))
+    pair.lead.to_vessel(sender.packed(mavlink.MAVLink_command_long_message(1, 1, 512, 0, 33, 0, 0, 0, 0, 0, 0)))
+    pair.lead.to_vessel(sender.packed(mavlink.MAVLink_command_long_message(1, 1, 511, 0, 30, 200000, 0, 0, 0, 0, 0)))
     pair.run(4.0)
     kinds = heard.kinds(False)
     assert kinds["PARAM_VALUE"] == 1 and kinds["COMMAND_ACK"] == 2 and kinds["GLOBAL_POSITION_INT"] == 5
     assert kinds["ATTITUDE"] == pytest.approx(20, abs=1), "asked for, so it is streamed"
-    assert set(kinds) <= {"PARAM_VALUE", "COMMAND_ACK", "ATTITUDE", "HEARTBEAT", "GLOBAL_POSITION_INT", "DEBUG_VECT", "TIMESYNC", "STATUSTEXT"}
+    assert set(kinds) <= {
+        "PARAM_VALUE",
+        "COMMAND_ACK",
+        "ATTITUDE",
+        "HEARTBEAT",
+        "GLOBAL_POSITION_INT",
+        "DEBUG_VECT",
+        "TIMESYNC",
+        "STATUSTEXT",
+    }
 
 
 def test_ground_stations_see_the_leader_and_the_link(pair: Pair) -> None:
@@ -304,7 +336,12 @@ def test_the_log_can_be_read_again(tmp_path: Path) -> None:
         rows = list(csv.DictReader(file))
     assert len(rows) == 160
     last = rows[-1]
-    assert (last["wish"], last["presses"], last["follower_mode"], last["link_counter"]) == ("MANUAL", "1", ModeId.MANUAL.value, "0")
+    assert (last["wish"], last["presses"], last["follower_mode"], last["link_counter"]) == (
+        "MANUAL",
+        "1",
+        ModeId.MANUAL.value,
+        "0",
+    )
     assert FRAME.to_ned(float(last["lat_deg"]), float(last["lon_deg"])) == pytest.approx((20.0, 5.0 * 7.95), abs=0.5)
     assert float(last["gap_m"]) == pytest.approx(math.hypot(20.0, 5.0 * 7.95), abs=3.0)
     assert "asked for: Manual" in (tmp_path / "leader" / "events.csv").read_text(encoding="utf-8")
@@ -313,7 +350,9 @@ def test_the_log_can_be_read_again(tmp_path: Path) -> None:
 def test_a_followed_leader_is_replayed_to_the_last_bit(pair: Pair, tmp_path: Path) -> None:
     """Clocks, questions for the time and losses included: all of it comes from the packets in the log."""
     framers, rng = {True: Framer(), False: Framer()}, random.Random(6)
-    pair.air = lambda t_s, up, data: b"".join(bytes(m.get_msgbuf()) for m in framers[up].feed(data) if rng.random() < 0.8)
+    pair.air = lambda t_s, up, data: b"".join(
+        bytes(m.get_msgbuf()) for m in framers[up].feed(data) if rng.random() < 0.8
+    )
     pair.run(8.0)
     sender = Sender(255)
     pair.station.to_vessel(sender.packed(mavlink.MAVLink_command_long_message(1, 1, 400, 0, 1, 0, 0, 0, 0, 0, 0)))
@@ -327,9 +366,10 @@ def test_a_followed_leader_is_replayed_to_the_last_bit(pair: Pair, tmp_path: Pat
 
 
 def test_a_module_with_an_inertial_sensor_tells_heading_and_turn(tmp_path: Path) -> None:
-    """Its own AHRS, from the bytes of an emulated receiver and an emulated sensor with a magnetometer, on a boat that is turned by hand."""
+    """Its own AHRS, from the bytes of an emulated receiver and an emulated sensor with a magnetometer, on a boat that
+    is turned by hand."""
     boat = with_magnetometer(load_vessel("rescuerunner"))
-    world, clock, far = World(boat, seed=2), SimulatedClock(EPOCH_UNIX_NS), MemoryLink("memory:far")
+    world, clock, far = World(boat, WorldConditions(seed=2)), SimulatedClock(EPOCH_UNIX_NS), MemoryLink("memory:far")
     config = LeaderConfig("lead", 42, ("memory:far",), boat.sensors)
     module = build_leader(config, LeaderSurroundings(clock, world, [far], [], NoDisplay()))
     framer, states = Framer(), []

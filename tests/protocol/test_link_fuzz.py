@@ -10,9 +10,9 @@ from typing import Any
 
 import pytest
 
-from companion.io.mavlink import messages as mavlink
-from companion.io.mavlink.framer import frame, pack
-from companion.io.mavlink.links import Link, open_link
+from companion.io.mavlink.wire import messages as mavlink
+from companion.io.mavlink.wire.framer import frame, pack
+from companion.io.mavlink.wire.links import Link, open_link
 from tests.protocol.process import free_port
 from tests.protocol.test_bad_input import broken_frames
 
@@ -63,7 +63,9 @@ def pty(scheme: str) -> Iterator[tuple[Link, Send]]:
 
 
 @pytest.mark.parametrize(
-    ("opened", "scheme"), [(udp, "udpin"), (udp, "udpout"), (tcp, "tcpin"), (pty, "serial")], ids=["udpin", "udpout", "tcpin", "serial"]
+    ("opened", "scheme"),
+    [(udp, "udpin"), (udp, "udpout"), (tcp, "tcpin"), (pty, "serial")],
+    ids=["udpin", "udpout", "tcpin", "serial"],
 )
 def test_broken_frames_cost_nothing_but_themselves(opened: Callable[[str], Any], scheme: str) -> None:
     with opened(scheme) as (link, send):

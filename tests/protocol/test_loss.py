@@ -9,9 +9,9 @@ from typing import Any
 
 import pytest
 
-from companion.io.mavlink import messages as mavlink
+from companion.io.mavlink.wire import messages as mavlink
 from companion.mission.plan import PlanKind
-from companion.params import TABLE
+from companion.params.table import TABLE
 from tests.protocol.desk import Desk, of
 from tests.protocol.test_qgroundcontrol import item
 
@@ -48,7 +48,8 @@ class BadRadio:
 
 
 def upload(radio: BadRadio, items: list[Any]) -> None:
-    """QGroundControl's side: an item only ever on request; silence of 1.5 s is a failure unless nothing was asked yet."""
+    """QGroundControl's side: an item only ever on request; silence of 1.5 s is a failure unless nothing was asked
+    yet."""
 
     def asked(answer: Any) -> bool:
         return answer.get_type() in ("MISSION_REQUEST_INT", "MISSION_ACK")
@@ -66,7 +67,9 @@ def upload(radio: BadRadio, items: list[Any]) -> None:
 
 
 def download(radio: BadRadio) -> list[Any]:
-    count = radio.ask(mavlink.MAVLink_mission_request_list_message(1, 1, 0), lambda a: a.get_type() == "MISSION_COUNT", RETRY_S).count
+    count = radio.ask(
+        mavlink.MAVLink_mission_request_list_message(1, 1, 0), lambda a: a.get_type() == "MISSION_COUNT", RETRY_S
+    ).count
     return [
         radio.ask(
             mavlink.MAVLink_mission_request_int_message(1, 1, seq, 0),
@@ -111,7 +114,11 @@ def test_a_second_station_neither_hears_nor_spoils_the_first_ones_transfer(tmp_p
         first.tell(items[n])
         refused = second.tell(mavlink.MAVLink_mission_count_message(1, 1, 2, 0))
         assert [a.type for a in of(refused, "MISSION_ACK")] == [mavlink.MAV_MISSION_DENIED]
-        assert all(m.target_system == 254 for m in refused if hasattr(m, "target_system") and m.get_type().startswith("MISSION_"))
+        assert all(
+            m.target_system == 254
+            for m in refused
+            if hasattr(m, "target_system") and m.get_type().startswith("MISSION_")
+        )
     done = of(first.tell(items[4]), "MISSION_ACK")
     assert [(a.type, a.target_system, a.target_component) for a in done] == [(mavlink.MAV_MISSION_ACCEPTED, 255, 190)]
     assert len(first.vessel.plans.items(PlanKind.MISSION)) == 5

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from companion.core.geodesy import LocalFrame
-from companion.params import TABLE
+from companion.params.table import TABLE
 from tests.protocol.mavproxy import MavProxy
 from tests.protocol.process import Companion, free_port
 
@@ -19,7 +19,13 @@ FRAME = LocalFrame(63.4389, 10.3990)
 CORNERS = ((8.0, 0.0), (8.0, 8.0), (0.0, 8.0), (0.0, 0.0))
 
 
-def row(seq: int, command: int, point: tuple[float, float] | None = None, params: tuple[float, ...] = (0, 0, 0, 0), frame: int = 3) -> str:
+def row(
+    seq: int,
+    command: int,
+    point: tuple[float, float] | None = None,
+    params: tuple[float, ...] = (0, 0, 0, 0),
+    frame: int = 3,
+) -> str:
     lat_deg, lon_deg = FRAME.to_geodetic(*point) if point else (0.0, 0.0)
     cells = [seq, int(seq == 0), frame, command, *params, f"{lat_deg:.7f}", f"{lon_deg:.7f}", 0.0, 1]
     return "\t".join(str(cell) for cell in cells)
@@ -44,17 +50,23 @@ def items_of(path: Path) -> list[list[float]]:
 
 
 def same_items(first: Path, second: Path) -> bool:
-    """Everything but the `current` flag, which is a state of the vehicle, not of the plan. MAVProxy writes six decimals."""
+    """Everything but the `current` flag, which is a state of the vehicle, not of the plan. MAVProxy writes six
+    decimals."""
     a, b = ([[*item[:1], *item[2:]] for item in items_of(path)] for path in (first, second))
     return len(a) == len(b) and all(
-        math.isclose(x, y, abs_tol=1e-6) for left, right in zip(a, b, strict=True) for x, y in zip(left, right, strict=True)
+        math.isclose(x, y, abs_tol=1e-6)
+        for left, right in zip(a, b, strict=True)
+        for x, y in zip(left, right, strict=True)
     )
 
 
 def test_a_mission_from_upload_to_disarming(tmp_path: Path) -> None:
-    with Companion(tmp_path, speed=10.0) as companion, MavProxy(f"tcp:127.0.0.1:{companion.tcp_port}", tmp_path / "mavproxy") as station:
+    with (
+        Companion(tmp_path, speed=10.0) as companion,
+        MavProxy(f"tcp:127.0.0.1:{companion.tcp_port}", tmp_path / "mavproxy") as station,
+    ):
         station.expect("online system 1")
-        station.expect(f"Received {len(TABLE)} parameters", 60.0)
+        station.expect(f"Received {len(TABLE)} parameters")
         station.ask("param show PATH_BW_SURGE", r"PATH_BW_SURGE\s+0\.(4|39999)")
         station.say("param set PATH_BW_SURGE 0.5")
         station.ask("param show PATH_BW_SURGE", r"PATH_BW_SURGE\s+0\.5")
@@ -73,7 +85,10 @@ def test_a_mission_from_upload_to_disarming(tmp_path: Path) -> None:
         rally = write(tmp_path / "rally.txt", [row(0, 5100, (3.0, -3.0)), row(1, 5100, (30.0, 30.0))])
         station.say(f"rally load {rally}")
         station.expect(r"Loaded 2 rally items in")
-        box = [row(n, 5001, (150.0 * math.cos(a), 150.0 * math.sin(a)), (4.0, 0, 0, 0)) for n, a in enumerate((0.7, 2.4, 3.9, 5.5))]
+        box = [
+            row(n, 5001, (150.0 * math.cos(a), 150.0 * math.sin(a)), (4.0, 0, 0, 0))
+            for n, a in enumerate((0.7, 2.4, 3.9, 5.5))
+        ]
         fence = write(tmp_path / "fence.txt", box)
         station.say(f"fence load {fence}")
         station.expect(r"Loaded 4 fence items in")
@@ -81,14 +96,14 @@ def test_a_mission_from_upload_to_disarming(tmp_path: Path) -> None:
         station.ask("arm throttle", "Got COMMAND_ACK: COMPONENT_ARM_DISARM: ACCEPTED", again_s=2.0)
         station.say("long DO_SET_MODE 1 4 4")  # by number: its names for PX4 modes fail in MAVProxy itself
         station.expect("Mode MISSION")
-        station.expect("waypoint 3", 60.0)
+        station.expect("waypoint 3")
         station.say("long DO_SET_MODE 1 4 3")
         station.expect("Mode LOITER")
         station.say("guided {} {} 0".format(*FRAME.to_geodetic(-6.0, -6.0)))
         station.expect("Got COMMAND_ACK: DO_REPOSITION: ACCEPTED")
         station.say("long DO_SET_MODE 1 4 4")
         station.expect("Mode MISSION")
-        station.expect(r"waypoint \d", 60.0)
+        station.expect(r"waypoint \d")
         station.say("long NAV_RETURN_TO_LAUNCH")
         station.expect("Mode RTL")
         station.say("disarm")
@@ -96,7 +111,7 @@ def test_a_mission_from_upload_to_disarming(tmp_path: Path) -> None:
     companion.start()
     try:
         with MavProxy(f"tcp:127.0.0.1:{companion.tcp_port}", tmp_path / "mavproxy2") as station:
-            station.expect(f"Received {len(TABLE)} parameters", 60.0)
+            station.expect(f"Received {len(TABLE)} parameters")
             station.ask("param show PATH_BW_SURGE", r"PATH_BW_SURGE\s+0\.5")
     finally:
         companion.kill()
@@ -106,19 +121,52 @@ def test_rover_mode_names_on_a_link_that_speaks_ardupilot(tmp_path: Path) -> Non
     """Home is item 0 there, and `auto`, `rtl` and `hold` are words."""
     tcp_port = free_port(socket.SOCK_STREAM)
     links = (f"tcpin:127.0.0.1:{tcp_port}?dialect=ardupilot",)
-    with Companion(tmp_path, speed=10.0, links=links), MavProxy(f"tcp:127.0.0.1:{tcp_port}", tmp_path / "mavproxy") as station:
+    with (
+        Companion(tmp_path, speed=10.0, links=links),
+        MavProxy(f"tcp:127.0.0.1:{tcp_port}", tmp_path / "mavproxy") as station,
+    ):
         station.expect("online system 1")
-        station.expect(f"Received {len(TABLE)} parameters", 60.0)
+        station.expect(f"Received {len(TABLE)} parameters")
         rows = [row(0, 16, (0.0, 0.0))] + [row(n, 16, corner) for n, corner in enumerate(CORNERS, start=1)]
         station.say(f"wp load {write(tmp_path / 'plan.txt', rows)}")
         station.expect("Got MISSION_ACK: TYPE_MISSION: ACCEPTED")
         station.ask("arm throttle", "Got COMMAND_ACK: COMPONENT_ARM_DISARM: ACCEPTED", again_s=2.0)
         station.say("auto")
         station.expect("Mode AUTO")
-        station.expect("waypoint 2", 60.0)
+        station.expect("waypoint 2")
         station.say("mode hold")
         station.expect("Mode HOLD")
         station.say("mode rtl")
         station.expect("Mode RTL")
         station.say("disarm")
         station.expect("Got COMMAND_ACK: COMPONENT_ARM_DISARM: ACCEPTED")
+
+
+def test_circle_by_its_rover_name_by_command_and_in_a_mission(tmp_path: Path) -> None:
+    """`mode CIRCLE` knows only ArduPilot's numbers; DO_ORBIT goes out as COMMAND_LONG."""
+    tcp_port = free_port(socket.SOCK_STREAM)
+    links = (f"tcpin:127.0.0.1:{tcp_port}?dialect=ardupilot",)
+    with (
+        Companion(tmp_path, speed=10.0, links=links),
+        MavProxy(f"tcp:127.0.0.1:{tcp_port}", tmp_path / "mavproxy") as station,
+    ):
+        station.expect("online system 1")
+        station.expect(f"Received {len(TABLE)} parameters")
+        station.say("param set CIRC_RADIUS 8")
+        station.ask("param show CIRC_RADIUS", r"CIRC_RADIUS\s+8\.0")
+        station.ask("arm throttle", "Got COMMAND_ACK: COMPONENT_ARM_DISARM: ACCEPTED", again_s=2.0)
+        station.say("mode CIRCLE")
+        station.expect("Mode CIRCLE")
+        station.expect("Circle: radius 8.0 m, clockwise")
+        station.say("mode hold")
+        station.expect("Mode HOLD")
+        station.say("long DO_ORBIT -10 0.6 0 3.2 {} {} 0".format(*FRAME.to_geodetic(15.0, 0.0)))
+        station.expect("Got COMMAND_ACK: DO_ORBIT: ACCEPTED")
+        station.expect("Circle: radius 10.0 m, counter-clockwise, 0.509 turns")
+        station.expect(r"Circle: 0\.5 turns done, holding")
+        rows = [row(0, 16, (0.0, 0.0)), row(1, 16, (0.0, 8.0)), row(2, 18, (10.0, 20.0), (1.0, 0.0, 6.0, 1.0))]
+        station.say(f"wp load {write(tmp_path / 'plan.txt', [*rows, row(3, 16, (0.0, 0.0))])}")
+        station.expect("Got MISSION_ACK: TYPE_MISSION: ACCEPTED")
+        station.say("auto")
+        station.expect("Mode AUTO")
+        station.expect("waypoint 3")

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import socket
 import threading
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 
 from companion.core.geodesy import LocalFrame
-from companion.io.mavlink import messages as mavlink
-from companion.params import TABLE
+from companion.io.mavlink.wire import messages as mavlink
+from companion.params.table import TABLE
 from tests.protocol.desk import Sender
 from tests.protocol.mavproxy import MavProxy
 from tests.protocol.process import Companion, free_port
@@ -33,9 +33,10 @@ def phone(port: int) -> Iterator[None]:
 
     def send() -> None:
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as out:
-            begun_s = time.monotonic()
-            while not over.wait(0.04):
-                at = (round(1000.0 * (time.monotonic() - begun_s)), 3, round(lat_deg * 1e7), round(lon_deg * 1e7), 0.0)
+            for n in itertools.count():
+                if over.wait(0.04):
+                    break
+                at = (40 * n, 3, round(lat_deg * 1e7), round(lon_deg * 1e7), 0.0)
                 rest = ([0.0] * 3, [0.0] * 3, [1.0, 0.0, 0.0, 0.0], [0.0] * 3, [2.0, 0.0, 2.0], 0)
                 out.sendto(sender.packed(mavlink.MAVLink_follow_target_message(*at, *rest)), ("127.0.0.1", port))
 
@@ -57,11 +58,14 @@ def test_holding_nudging_docking_following_and_tuning(tmp_path: Path) -> None:
     port = free_port(socket.SOCK_STREAM)
     phone_port = free_port()
     links = (f"tcpin:127.0.0.1:{port}", f"udpin:127.0.0.1:{phone_port}")
-    with Companion(tmp_path, speed=5.0, links=links), MavProxy(f"tcp:127.0.0.1:{port}", tmp_path / "mavproxy", (MODULE,)) as station:
+    with (
+        Companion(tmp_path, speed=5.0, links=links),
+        MavProxy(f"tcp:127.0.0.1:{port}", tmp_path / "mavproxy", (MODULE,)) as station,
+    ):
         station.expect(f"Loaded module {MODULE}")
-        station.expect(f"Received {len(TABLE)} parameters", 60.0)
+        station.expect(f"Received {len(TABLE)} parameters")
         station.say("usv help")
-        station.expect("usv station BEARING_DEG DISTANCE_M: the follower's station")
+        station.expect("usv station BEARING_DEG DISTANCE_M: follow position")
         station.expect("usv nudge-ahead: .*in Hold, armed")
         station.say("usv status")
         station.expect(r"usv: Manual, disarmed, 63\.43\d+ 10\.39\d+, heading \d+ deg")
@@ -83,11 +87,15 @@ def test_holding_nudging_docking_following_and_tuning(tmp_path: Path) -> None:
         station.expect(TAKEN.format("USER_2"))
         station.say("usv station 135 25")
         station.expect(TAKEN.format("USER_3"))
+        station.say("param set FOLL_LOSS_T 10")
+        station.ask("param show FOLL_LOSS_T", r"FOLL_LOSS_T\s+10")
         station.say("usv follow")
         station.expect("Got COMMAND_ACK: DO_FOLLOW: TEMPORARILY_REJECTED")
         with phone(phone_port):
             station.ask("usv follow", TAKEN.format("DO_FOLLOW"))
-            station.ask("usv status", r"usv: Follow, armed[^\n]*\n+usv: follow: \d+ m to go, towards \d+ deg", again_s=0.3)
+            station.ask(
+                "usv status", r"usv: Follow, armed[^\n]*\n+usv: follow: \d+ m to go, towards \d+ deg", again_s=0.3
+            )
         station.say("usv dock")
         in_mode(station, "Dock")
         station.say("usv stop")
@@ -133,7 +141,10 @@ def test_a_mission_on_a_link_that_speaks_ardupilot(tmp_path: Path) -> None:
     plan = tmp_path / "plan.txt"
     plan.write_text("\n".join(lines) + "\n", encoding="utf-8")
     links = (f"tcpin:127.0.0.1:{port}?dialect=ardupilot",)
-    with Companion(tmp_path, speed=10.0, links=links), MavProxy(f"tcp:127.0.0.1:{port}", tmp_path / "mavproxy", (MODULE,)) as station:
+    with (
+        Companion(tmp_path, speed=10.0, links=links),
+        MavProxy(f"tcp:127.0.0.1:{port}", tmp_path / "mavproxy", (MODULE,)) as station,
+    ):
         station.expect("online system 1")
         station.say(f"wp load {plan}")
         station.expect("Got MISSION_ACK: TYPE_MISSION: ACCEPTED")

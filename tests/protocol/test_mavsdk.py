@@ -5,15 +5,14 @@ from __future__ import annotations
 import json
 import math
 import struct
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import pytest
 from mavsdk import ComponentType, Configuration, Mavsdk, System
-from mavsdk.plugins.action import Action
+from mavsdk.plugins.action import Action, OrbitYawBehavior
 from mavsdk.plugins.mavlink_direct import MavlinkDirect, MavlinkMessage
 from mavsdk.plugins.mission_raw import MissionItem, MissionRaw
 from mavsdk.plugins.param import Param
@@ -22,8 +21,10 @@ from mavsdk.plugins.telemetry import FlightMode, Telemetry
 from companion.core.geodesy import LocalFrame
 from companion.mission import files
 from companion.mission.plan import PlanItem
-from companion.params import TABLE, ParamType
+from companion.params.spec import ParamType
+from companion.params.table import TABLE
 from tests.protocol.process import Companion
+from tests.waiting import CAP_S, wait_until
 
 pytestmark = pytest.mark.process
 
@@ -35,17 +36,9 @@ WAYPOINT, LOITER_TIME, DELAY, CONDITION_YAW, JUMP, SPEED = 16, 19, 93, 115, 177,
 def connected(companion: Companion) -> Iterator[System]:
     with Mavsdk(Configuration.create_with_component_type(ComponentType.GROUND_STATION)) as sdk:
         sdk.add_any_connection(f"udpin://127.0.0.1:{companion.udp_port}")
-        system = sdk.first_autopilot(10.0)
+        system = sdk.first_autopilot(CAP_S)
         assert system is not None, "MAVSDK found no autopilot"
         yield system
-
-
-def until(what: str, condition: Callable[[], bool], timeout_s: float = 30.0) -> None:
-    """The client is another thread's business: look at it again until it has seen what it should."""
-    end_s = time.monotonic() + timeout_s
-    while not condition():
-        assert time.monotonic() < end_s, f"{what}: not within {timeout_s:g} s"
-        time.sleep(0.02)
 
 
 def item(seq: int, command: int, point: tuple[float, float] | None, *params: float, frame: int = 6) -> MissionItem:
@@ -110,7 +103,7 @@ def mode_names(system: System) -> dict[int, str]:
     request = {"target_system": 1, "target_component": 1, "command": 512, "confirmation": 0}
     request |= {"param1": 435.0} | {f"param{n}": 0.0 for n in range(2, 8)}
     direct.send_message(MavlinkMessage("COMMAND_LONG", 0, 0, 1, 1, json.dumps(request)))
-    until("all modes", lambda: bool(found) and len(found) == next(iter(found.values()))["number_modes"])
+    wait_until(lambda: bool(found) and len(found) == next(iter(found.values()))["number_modes"], "all modes")
     direct.destroy()
     return {fields["custom_mode"]: fields["mode_name"] for fields in found.values()}
 
@@ -122,7 +115,9 @@ def test_connect_parameters_and_restart(tmp_path: Path) -> None:
         assert names[0x00010000] == "Manual" and names[0x03040000] == "Hold" and names[0x04040000] == "Mission"
         parameters = Param(system)
         everything = parameters.get_all_params()
-        served = {p.name: ParamType.INT32 for p in everything.int_params} | {p.name: ParamType.REAL32 for p in everything.float_params}
+        served = {p.name: ParamType.INT32 for p in everything.int_params} | {
+            p.name: ParamType.REAL32 for p in everything.float_params
+        }
         assert served == {spec.name: spec.type for spec in TABLE}
         parameters.set_param_float("PATH_BW_SURGE", 0.5)
         parameters.set_param_int("NAV_DLL_ACT", 2)
@@ -136,8 +131,8 @@ def test_connect_parameters_and_restart(tmp_path: Path) -> None:
 def test_a_mission_from_upload_to_disarming(tmp_path: Path) -> None:
     with Companion(tmp_path, speed=10.0) as companion, connected(companion) as system:
         telemetry, action, mission = Telemetry(system), Action(system), MissionRaw(system)
-        until("healthy", lambda: telemetry.health_all_ok())
-        until("ready to arm", lambda: telemetry.health().is_armable)
+        wait_until(lambda: telemetry.health_all_ok(), "healthy")
+        wait_until(lambda: telemetry.health().is_armable, "ready to arm")
 
         mission.upload_mission(twelve_items())
         mission.upload_geofence(fence_items())
@@ -147,28 +142,46 @@ def test_a_mission_from_upload_to_disarming(tmp_path: Path) -> None:
         assert same(mission.download_rallypoints(), rally_items())
 
         action.arm()
-        until("armed", lambda: telemetry.armed())
+        wait_until(lambda: telemetry.armed(), "armed")
         mission.start_mission()
-        until("Mission", lambda: telemetry.flight_mode() == FlightMode.MISSION)
-        until("progress", lambda: mission.mission_progress().current >= 2, 60.0)
+        wait_until(lambda: telemetry.flight_mode() == FlightMode.MISSION, "Mission")
+        wait_until(lambda: mission.mission_progress().current >= 2, "progress")
 
         mission.pause_mission()
-        until("Hold", lambda: telemetry.flight_mode() == FlightMode.HOLD)
+        wait_until(lambda: telemetry.flight_mode() == FlightMode.HOLD, "Hold")
         paused_at = mission.mission_progress().current
 
         action.goto_location(*FRAME.to_geodetic(-6.0, -6.0), 0.0, math.nan)
-        until("the go-to point", lambda: near(telemetry, -6.0, -6.0), 60.0)
+        wait_until(lambda: near(telemetry, -6.0, -6.0), "the go-to point")
 
         mission.start_mission()
-        until("Mission again", lambda: telemetry.flight_mode() == FlightMode.MISSION)
-        until("the jump was taken", lambda: mission.mission_progress().current >= 9, 90.0)
+        wait_until(lambda: telemetry.flight_mode() == FlightMode.MISSION, "Mission again")
+        wait_until(lambda: mission.mission_progress().current >= 9, "the jump was taken")
         assert mission.mission_progress().current >= paused_at
 
         action.return_to_launch()
-        until("RTL", lambda: telemetry.flight_mode() == FlightMode.RETURN_TO_LAUNCH)
-        until("home or a rally point", lambda: near(telemetry, 0.0, 0.0) or near(telemetry, 3.0, -3.0), 90.0)
+        wait_until(lambda: telemetry.flight_mode() == FlightMode.RETURN_TO_LAUNCH, "RTL")
+        wait_until(lambda: near(telemetry, 0.0, 0.0) or near(telemetry, 3.0, -3.0), "home or a rally point")
         action.disarm()
-        until("disarmed", lambda: not telemetry.armed())
+        wait_until(lambda: not telemetry.armed(), "disarmed")
+
+
+def test_do_orbit(tmp_path: Path) -> None:
+    """Its client sends COMMAND_INT, the speed given, the number of orbits NaN."""
+    with Companion(tmp_path, speed=10.0) as companion, connected(companion) as system:
+        telemetry, action = Telemetry(system), Action(system)
+        wait_until(lambda: telemetry.health().is_armable, "ready to arm")
+        action.arm()
+        wait_until(lambda: telemetry.armed(), "armed")
+        centre = FRAME.to_geodetic(20.0, 5.0)
+        action.do_orbit(-10.0, 0.5, OrbitYawBehavior.HOLD_FRONT_TO_CIRCLE_CENTER, *centre, 0.0)
+        wait_until(lambda: telemetry.flight_mode() == FlightMode.POSCTL, "Circle, as MAVSDK knows it")
+        quarters = [(20.0, 15.0), (30.0, 5.0), (20.0, -5.0), (10.0, 5.0)]  # counter-clockwise
+        for _ in range(2):
+            for place in quarters:
+                wait_until(lambda place=place: near(telemetry, *place), f"the circle at {place}")
+        action.hold()
+        wait_until(lambda: telemetry.flight_mode() == FlightMode.HOLD, "Hold")
 
 
 def test_a_mission_goes_on_where_a_power_cut_broke_it_off(tmp_path: Path) -> None:
@@ -179,38 +192,48 @@ def test_a_mission_goes_on_where_a_power_cut_broke_it_off(tmp_path: Path) -> Non
         mission.upload_mission(twelve_items())
         mission.upload_geofence(fence_items())
         mission.upload_rally_points(rally_items())
-        until("ready to arm", lambda: telemetry.health().is_armable)
+        wait_until(lambda: telemetry.health().is_armable, "ready to arm")
         Action(system).arm()
         mission.start_mission()
-        until("under way", lambda: mission.mission_progress().current >= 3, 60.0)
+        wait_until(lambda: mission.mission_progress().current >= 3, "under way")
         position = telemetry.position()
     companion.kill()
     companion.extra = (f"--home={position.latitude_deg},{position.longitude_deg},0",)
     with companion, connected(companion) as system:
         telemetry, mission = Telemetry(system), MissionRaw(system)
-        until("Mission again, disarmed", lambda: telemetry.flight_mode() == FlightMode.MISSION and not telemetry.armed())
+        wait_until(
+            lambda: telemetry.flight_mode() == FlightMode.MISSION and not telemetry.armed(), "Mission again, disarmed"
+        )
         assert same(mission.download_mission(), twelve_items())
         assert same(mission.download_geofence(), fence_items())
         assert same(mission.download_rallypoints(), rally_items())
         assert Param(system).get_param_int("MIS_ON_START") == 1
-        until("its place", lambda: mission.mission_progress().current >= 2)
-        until("ready to arm", lambda: telemetry.health().is_armable)
+        wait_until(lambda: mission.mission_progress().current >= 2, "its place")
+        wait_until(lambda: telemetry.health().is_armable, "ready to arm")
         home = telemetry.home()
-        assert math.dist(FRAME.to_ned(home.latitude_deg, home.longitude_deg), (0.0, 0.0)) < 1.0, "home is where the first run began"
+        assert math.dist(FRAME.to_ned(home.latitude_deg, home.longitude_deg), (0.0, 0.0)) < 1.0, (
+            "home is where the first run began"
+        )
         assert not near(telemetry, 0.0, 0.0, within_m=3.0), "the boat itself is not"
         Action(system).arm()  # MAVSDK chooses Hold before it arms
         mission.start_mission()
-        until("under way again", lambda: mission.mission_progress().current >= 5, 60.0)
+        wait_until(lambda: mission.mission_progress().current >= 5, "under way again")
 
 
-@pytest.mark.parametrize("name", ["harbour_survey", "river_corridor", "mixed_frames", "laps", "doubled_points"])
+@pytest.mark.parametrize(
+    "name", ["harbour_survey", "river_corridor", "mixed_frames", "laps", "doubled_points", "orbits"]
+)
 def test_plans_of_ground_stations_as_mavsdk_reads_them(name: str, mission: MissionRaw) -> None:
     """MAVSDK's own reader of .plan files against ours, and its download against its upload."""
     path = Path(__file__).parents[2] / "mission_files" / f"{name}.plan"
     plan = files.read(path.name, path.read_text(encoding="utf-8"))
     if name != "river_corridor":  # MAVSDK reads no corridor scans
         imported = mission.import_qgroundcontrol_mission(str(path))
-        lists = ((imported.mission_items, plan.mission), (imported.rally_items, plan.rally), (imported.geofence_items, plan.fence))
+        lists = (
+            (imported.mission_items, plan.mission),
+            (imported.rally_items, plan.rally),
+            (imported.geofence_items, plan.fence),
+        )
         for theirs, ours in lists:
             assert [(i.command, i.x, i.y) for i in theirs] == [(i.command, i.x, i.y) for i in ours]
     items = [as_sent(i) for i in plan.mission]

@@ -1,4 +1,5 @@
-"""A telemetry radio of 57,600 baud that loses every twentieth packet: what matters gets through while everything is asked for at once."""
+"""A telemetry radio of 57,600 baud that loses every twentieth packet: what matters gets through while everything is
+asked for at once."""
 
 from __future__ import annotations
 
@@ -12,13 +13,13 @@ import pytest
 
 from companion.app import Surroundings, build, load_vessel
 from companion.clock import SimulatedClock
-from companion.io.mavlink import messages as mavlink
-from companion.io.mavlink.dialects import PX4
-from companion.io.mavlink.framer import Framer
-from companion.io.mavlink.links import MemoryLink, StreamLink
+from companion.io.mavlink.wire import messages as mavlink
+from companion.io.mavlink.wire.dialects import PX4
+from companion.io.mavlink.wire.framer import Framer
+from companion.io.mavlink.wire.links import MemoryLink, StreamLink
 from companion.mission.plan import PlanKind
-from companion.params import TABLE
-from sitl.world import EPOCH_UNIX_NS, World
+from companion.params.table import TABLE
+from sitl.world import EPOCH_UNIX_NS, World, WorldConditions
 from tests.protocol.desk import Sender
 
 BYTES_PER_S = 5760.0
@@ -29,7 +30,8 @@ SLICE_S = 0.02
 
 
 class Radio:
-    """The vessel's end of the line as a stream; `up` and `far` are the other end. Whole packets are lost, and the air takes its time both ways."""
+    """The vessel's end of the line as a stream; `up` and `far` are the other end. Whole packets are lost, and the air
+    takes its time both ways."""
 
     name = "radio"
 
@@ -71,7 +73,8 @@ class Radio:
 
 
 class Client:
-    """A ground station that uploads a mission and reads all parameters at once, each by the protocol's own rules of repetition."""
+    """A ground station that uploads a mission and reads all parameters at once, each by the protocol's own rules of
+    repetition."""
 
     def __init__(self, radio: Radio) -> None:
         self._radio, self._sender = radio, Sender(255)
@@ -88,8 +91,13 @@ class Client:
                 self.at.setdefault(kind, []).append(now_s)
             if kind == "MISSION_REQUEST_INT" and not self.uploaded_s:
                 seq, self._mission_s = message.seq, now_s
-                lat_e7, lon_e7 = 634_389_000 + 300 * (seq // 25), 103_990_000 + 600 * (seq % 25 if seq // 25 % 2 == 0 else 24 - seq % 25)
-                self._last = mavlink.MAVLink_mission_item_int_message(1, 1, seq, 3, 16, 0, 1, 0.0, 0.0, 0.0, 0.0, lat_e7, lon_e7, 0.0, 0)
+                lat_e7, lon_e7 = (
+                    634_389_000 + 300 * (seq // 25),
+                    103_990_000 + 600 * (seq % 25 if seq // 25 % 2 == 0 else 24 - seq % 25),
+                )
+                self._last = mavlink.MAVLink_mission_item_int_message(
+                    1, 1, seq, 3, 16, 0, 1, 0.0, 0.0, 0.0, 0.0, lat_e7, lon_e7, 0.0, 0
+                )
                 self._say(self._last, now_s)
             elif kind == "MISSION_ACK" and not self.uploaded_s:
                 assert message.type == 0
@@ -121,12 +129,20 @@ class Client:
 
 @pytest.mark.parametrize("seed", [0, 6, *(pytest.param(seed, marks=pytest.mark.sweep) for seed in range(10, 26))])
 def test_heartbeat_and_position_get_through_while_everything_is_asked_for(tmp_path: Path, seed: int) -> None:
-    """500 items up, all parameters down, a leader's 20 positions a second and another station's traffic on the next link."""
+    """500 items up, all parameters down, a leader's 20 positions a second and another station's traffic on the next
+    link."""
     config, clock, radio = load_vessel("revolt"), SimulatedClock(EPOCH_UNIX_NS), Radio(seed)
-    world, beside, client, leader = World(config, seed=6), MemoryLink("memory:beside"), Client(radio), Sender(42, 191)
+    world, beside, client, leader = (
+        World(config, WorldConditions(seed=6)),
+        MemoryLink("memory:beside"),
+        Client(radio),
+        Sender(42, 191),
+    )
     links = [StreamLink("serial:radio:57600", radio, PX4, BYTES_PER_S), beside]
     vessel = build(config, Surroundings(clock, world, world, links, None, tmp_path / "log"))
-    follow = mavlink.MAVLink_follow_target_message(0, 11, 634_389_000, 103_990_000, 0.0, (1.0, 0, 0), (0, 0, 0), (1, 0, 0, 0), (0, 0, 0), (1, 1, 0), 1)
+    follow = mavlink.MAVLink_follow_target_message(
+        0, 11, 634_389_000, 103_990_000, 0.0, (1.0, 0, 0), (0, 0, 0), (1, 0, 0, 0), (0, 0, 0), (1, 1, 0), 1
+    )
     n = 0
     while not (client.uploaded_s and client.loaded_s) and n < 300.0 / SLICE_S:
         clock.wait(n * SLICE_S, ())
@@ -142,7 +158,10 @@ def test_heartbeat_and_position_get_through_while_everything_is_asked_for(tmp_pa
         beside.from_vessel()
         n += 1
     end_s = clock.now_s()
-    longest = {kind: max(b - a for a, b in itertools.pairwise(client.at[kind])) for kind in ("HEARTBEAT", "GLOBAL_POSITION_INT")}
+    longest = {
+        kind: max(b - a for a, b in itertools.pairwise(client.at[kind]))
+        for kind in ("HEARTBEAT", "GLOBAL_POSITION_INT")
+    }
     print(
         f"{ITEMS} items in {client.uploaded_s:.1f} s, {len(TABLE)} parameters in {client.loaded_s:.1f} s; longest without a heartbeat "
         f"{longest['HEARTBEAT']:.2f} s, without a position {longest['GLOBAL_POSITION_INT']:.2f} s; {radio.bytes_down / end_s:.0f} bytes/s down, "

@@ -11,8 +11,9 @@ from typing import Any
 import pytest
 
 from companion.core.geodesy import LocalFrame
-from companion.io.mavlink import messages as mavlink
-from companion.params import TABLE
+from companion.io.mavlink.wire import messages as mavlink
+from companion.modes.table import DECLARATIONS
+from companion.params.table import TABLE
 from tests.protocol.desk import Desk, of
 
 HOLD, MISSION, RTL, MANUAL = 0x03040000, 0x04040000, 0x05040000, 0x00010000
@@ -33,7 +34,9 @@ def item(seq: int, command: int, north_m: float, east_m: float, *params: float, 
     lat_deg, lon_deg = FRAME.to_geodetic(north_m, east_m)
     padded = (*params, *(0.0 for _ in range(4 - len(params))))
     x, y = (0, 0) if frame == 2 else (round(1e7 * lat_deg), round(1e7 * lon_deg))
-    return mavlink.MAVLink_mission_item_int_message(1, 1, seq, frame, command, int(seq == 0), 1, *padded, x, y, 50.0, kind)
+    return mavlink.MAVLink_mission_item_int_message(
+        1, 1, seq, frame, command, int(seq == 0), 1, *padded, x, y, 50.0, kind
+    )
 
 
 def square() -> list[Any]:
@@ -73,7 +76,7 @@ def test_the_connect_sequence(desk: Desk) -> None:
         names.append(mode.mode_name)
         if mode.mode_index >= mode.number_modes:
             break
-    assert names == ["Manual", "Forces", "Heading", "Hold", "Mission", "RTL", "Dock", "Follow", "Offboard"]
+    assert names == [mode.value for mode in DECLARATIONS]
 
     described = of(desk.command(REQUEST, 397.0), "COMPONENT_METADATA")
     assert [m.uri for m in described] == ["mftp:///general.json"]
@@ -142,7 +145,7 @@ def test_the_pause_pair_leaves_the_point_where_the_first_put_it(desk: Desk) -> N
     desk.tick(10)
     second = desk.latest("POSITION_TARGET_GLOBAL_INT")
     held = desk.vessel.last_tick
-    assert held is not None and held.setpoint.target_north_m is not None
+    assert held is not None and held.setpoint.progress.target.north_m is not None
     assert (second.lat_int, second.lon_int) == pytest.approx((first.lat_int, first.lon_int), abs=100)
 
 
@@ -166,7 +169,7 @@ def test_go_here_as_command_int_and_as_command_long(desk: Desk) -> None:
         assert desk.latest("HEARTBEAT").custom_mode == HOLD
     assert math.dist(*targets) < 1.0
     tick = desk.vessel.last_tick
-    assert tick is not None and tick.setpoint.target_north_m == pytest.approx(-15.0, abs=0.5)
+    assert tick is not None and tick.setpoint.progress.target.north_m == pytest.approx(-15.0, abs=0.5)
 
 
 def test_choosing_hold_again_cancels_the_go_to(desk: Desk) -> None:
@@ -176,8 +179,8 @@ def test_choosing_hold_again_cancels_the_go_to(desk: Desk) -> None:
     desk.tell(mavlink.MAVLink_set_mode_message(1, 137, HOLD))
     desk.tick(10)
     tick = desk.vessel.last_tick
-    assert tick is not None and tick.setpoint.target_north_m is not None
-    assert abs(tick.setpoint.target_north_m - tick.nav.north_m) < 5.0
+    assert tick is not None and tick.setpoint.progress.target.north_m is not None
+    assert abs(tick.setpoint.progress.target.north_m - tick.nav.north_m) < 5.0
 
 
 def test_change_of_speed_and_set_waypoint(desk: Desk) -> None:
@@ -206,7 +209,7 @@ def test_arming_too_early_says_why(tmp_path: Path) -> None:
 
 
 def test_unknown_commands_are_unsupported_at_once(desk: Desk) -> None:
-    for number in (34, 209, 241, 2510, 31337, 65535):
+    for number in (35, 209, 241, 2510, 31337, 65535):
         assert desk.result(number, *(NAN for _ in range(7))) == mavlink.MAV_RESULT_UNSUPPORTED
         answer = desk.tell(mavlink.MAVLink_command_int_message(1, 1, 0, number, 0, 0, NAN, NAN, NAN, NAN, 0, 0, NAN))
         assert [ack.result for ack in of(answer, "COMMAND_ACK")] == [mavlink.MAV_RESULT_UNSUPPORTED]
@@ -214,20 +217,42 @@ def test_unknown_commands_are_unsupported_at_once(desk: Desk) -> None:
 
 def test_a_file_that_is_not_there_is_refused_at_once(desk: Desk) -> None:
     payload = bytes([7, 0, 0, 4, 5, 0, 0, 0, 0, 0, 0, 0]) + b"/p.js" + bytes(234)
-    answer = of(desk.tell(mavlink.MAVLink_file_transfer_protocol_message(0, 1, 1, list(payload))), "FILE_TRANSFER_PROTOCOL")
+    answer = of(
+        desk.tell(mavlink.MAVLink_file_transfer_protocol_message(0, 1, 1, list(payload))), "FILE_TRANSFER_PROTOCOL"
+    )
     assert len(answer) == 1 and (answer[0].payload[0], answer[0].payload[3], answer[0].payload[5]) == (8, 129, 4)
 
 
 def test_a_whole_plan_comes_back_as_it_was_sent(desk: Desk) -> None:
-    fence = [item(n, 5002, *corner, 3.0, kind=1, frame=0) for n, corner in enumerate(((90.0, 90.0), (90.0, 95.0), (95.0, 90.0)))]
+    fence = [
+        item(n, 5002, *corner, 3.0, kind=1, frame=0)
+        for n, corner in enumerate(((90.0, 90.0), (90.0, 95.0), (95.0, 90.0)))
+    ]
     fence.append(item(3, 5003, 0.0, 0.0, 200.0, kind=1, frame=0))
     rally = [item(0, 5100, 3.0, -3.0, kind=2)]
     for kind, items in ((0, square()), (1, fence), (2, rally)):
         assert desk.upload(items, kind) == mavlink.MAV_MISSION_ACCEPTED
-        assert of(desk.tell(mavlink.MAVLink_mission_request_list_message(1, 1, kind)), "MISSION_COUNT")[0].count == len(items)
+        assert of(desk.tell(mavlink.MAVLink_mission_request_list_message(1, 1, kind)), "MISSION_COUNT")[0].count == len(
+            items
+        )
         for sent in items:
-            back = of(desk.tell(mavlink.MAVLink_mission_request_int_message(1, 1, sent.seq, kind)), "MISSION_ITEM_INT")[0]
-            for name in ("seq", "frame", "command", "autocontinue", "param1", "param2", "param3", "param4", "x", "y", "z", "mission_type"):
+            back = of(desk.tell(mavlink.MAVLink_mission_request_int_message(1, 1, sent.seq, kind)), "MISSION_ITEM_INT")[
+                0
+            ]
+            for name in (
+                "seq",
+                "frame",
+                "command",
+                "autocontinue",
+                "param1",
+                "param2",
+                "param3",
+                "param4",
+                "x",
+                "y",
+                "z",
+                "mission_type",
+            ):
                 assert getattr(back, name) == pytest.approx(getattr(sent, name), nan_ok=True), name
 
 

@@ -1,4 +1,5 @@
-"""Signatures on a whole vessel: what a stranger sends changes not one byte of what it does, and real clients set keys and keep them."""
+"""Signatures on a whole vessel: what a stranger sends changes not one byte of what it does, and real clients set keys
+and keep them."""
 
 from __future__ import annotations
 
@@ -14,15 +15,16 @@ from pymavlink import mavutil
 
 from companion.app import Surroundings, build, load_vessel
 from companion.clock import SimulatedClock
-from companion.io.mavlink import messages as mavlink
-from companion.io.mavlink.framer import Framer, frame, pack
-from companion.io.mavlink.links import MemoryLink
-from companion.io.mavlink.signing import Signing, SigningState, Verdict
+from companion.io.mavlink.wire import messages as mavlink
+from companion.io.mavlink.wire.framer import Framer, frame, pack
+from companion.io.mavlink.wire.links import MemoryLink
+from companion.io.mavlink.wire.signing import SignatureVerdict, Signing, SigningState
 from companion.record.signing_file import read_signing, write_signing
 from companion.record.state_file import StateFile
-from sitl.world import EPOCH_UNIX_NS, World
+from sitl.world import EPOCH_UNIX_NS, World, WorldConditions
 from tests.protocol.mavproxy import MavProxy
 from tests.protocol.process import Companion
+from tests.waiting import CAP_S, wait_until
 
 KEY, OTHER_KEY = bytes(range(32)), bytes(range(1, 33))
 EACH = 10_000
@@ -43,11 +45,12 @@ class Signer:
 
 
 class Guarded:
-    """A ReVolt in lockstep whose one link asks for signatures, its station, and a stranger who hears all and may say anything."""
+    """A ReVolt in lockstep whose one link asks for signatures, its station, and a stranger who hears all and may say
+    anything."""
 
     def __init__(self, folder: Path) -> None:
         self.folder, config = folder, load_vessel("revolt")
-        world, self.clock = World(config, seed=5), SimulatedClock(EPOCH_UNIX_NS)
+        world, self.clock = World(config, WorldConditions(seed=5)), SimulatedClock(EPOCH_UNIX_NS)
         write_signing(folder, KEY, 0)
         self.state = StateFile(folder)
         self.link = MemoryLink("memory:air?signing=require")
@@ -106,7 +109,9 @@ def attack(boat: Guarded, draws: random.Random, count: int) -> int:
         future[-13], future[-12:-6] = draws.randrange(256), draws.randrange(2**47, 2**48).to_bytes(6, "little")
         packets.append(bytes(future))
         flipped = bytearray(draws.choice(boat.heard))
-        flipped[draws.randrange(3, len(flipped))] ^= 1 << draws.randrange(8)  # the length and the flag would hide the neighbours, on any link
+        flipped[draws.randrange(3, len(flipped))] ^= 1 << draws.randrange(
+            8
+        )  # the length and the flag would hide the neighbours, on any link
         packets.append(bytes(flipped))
     for packet in packets:
         boat.link.to_vessel(packet)
@@ -135,10 +140,18 @@ def test_fifty_thousand_bad_packets_change_not_a_byte_and_lock_nobody_out(tmp_pa
     (tmp_path / "attacked").mkdir()
     calm, quiet = sail(tmp_path / "calm", 0)
     boat, loud = sail(tmp_path / "attacked", EACH)
-    assert [ack for ack in calm.acks if ack[0] in (400, 176)] == [(400, 0), (176, 0), (400, 0)] and calm.acks == boat.acks
+    assert [ack for ack in calm.acks if ack[0] in (400, 176)] == [
+        (400, 0),
+        (176, 0),
+        (400, 0),
+    ] and calm.acks == boat.acks
     refused = boat.link.guard.refused
     print(refused)
-    assert refused[Verdict.UNSIGNED] >= EACH and refused[Verdict.STALE] >= EACH and refused[Verdict.FORGED] >= 2 * EACH
+    assert (
+        refused[SignatureVerdict.UNSIGNED] >= EACH
+        and refused[SignatureVerdict.STALE] >= EACH
+        and refused[SignatureVerdict.FORGED] >= 2 * EACH
+    )
     assert calm.link.guard.refused == {}
     for name in LOGS:
         assert quiet[name] == loud[name], name
@@ -152,35 +165,54 @@ def stamp_now() -> int:
 def station(port: int, key: bytes | None) -> Any:
     """pymavlink as a ground station; with a key it signs, and takes nothing else."""
     made = mavutil.mavlink_connection(f"tcp:127.0.0.1:{port}", source_system=254, dialect="common")
-    assert made.wait_heartbeat(timeout=10.0) is not None  # by which it learns that this is MAVLink 2
+    assert made.wait_heartbeat(timeout=CAP_S) is not None  # by which it learns that this is MAVLink 2
     if key is not None:
         made.setup_signing(key, sign_outgoing=True, initial_timestamp=stamp_now())
     return made
 
 
-def answered(by: Any, timeout_s: float) -> bool:
-    """Whether the vessel answers a ping."""
-    end_s, number = time.monotonic() + timeout_s, random.randrange(1, 2**31)
-    while time.monotonic() < end_s:
-        by.mav.ping_send(0, number, 0, 0)
-        message = by.recv_match(type="PING", blocking=True, timeout=0.3)
-        if message is not None and message.seq == number:
-            return True
-    return False
+def asked(by: Any) -> int:
+    """A ping of the vessel; its number."""
+    number = random.randrange(1, 2**31)
+    by.mav.ping_send(0, number, 0, 0)
+    return number
+
+
+def answers(by: Any) -> list[int]:
+    """The numbers of all pings that have been answered by now."""
+    return [message.seq for message in iter(lambda: by.recv_match(type="PING", blocking=False), None)]
+
+
+def answered(by: Any) -> None:
+    """Waits until the vessel answers a ping."""
+    numbers: list[int] = []
+    wait_until(
+        lambda: set(answers(by)) & set(numbers),
+        "the vessel answers a ping",
+        again=lambda: numbers.append(asked(by)),
+    )
+
+
+def unheard(companion: Companion, *those: Any) -> None:
+    """None of them gets an answer, while the boat goes on for three seconds of its time."""
+    numbers = [asked(one) for one in those]
+    companion.sail(3.0)
+    assert all(number not in answers(one) for one, number in zip(those, numbers, strict=True))
 
 
 @pytest.mark.process
 def test_mavproxy_sets_the_key_and_it_stands_after_a_restart(tmp_path: Path) -> None:
-    """`signing setup` on a trusted link; after a restart a link that asks for signatures hears who knows the passphrase, and nobody else."""
+    """`signing setup` on a trusted link; after a restart a link that asks for signatures hears who knows the
+    passphrase, and nobody else."""
     key = hashlib.sha256(b"harbour").digest()
     companion = Companion(tmp_path, speed=5.0)
     port = companion.tcp_port
-    companion._links = (f"tcpin:127.0.0.1:{port}?signing=accept&trusted=yes",)
+    companion.links = (f"tcpin:127.0.0.1:{port}?signing=accept&trusted=yes",)
     with companion, MavProxy(f"tcp:127.0.0.1:{port}", tmp_path / "mavproxy") as proxy:
         proxy.expect("online system 1")
         proxy.say("signing setup harbour")
         proxy.expect("signing key set by system 255")
-        proxy.expect(r"Received \d+ parameters", 60.0)
+        proxy.expect(r"Received \d+ parameters")
         proxy.say("param set PATH_BW_SURGE 0.5")  # signed now
         proxy.ask("param show PATH_BW_SURGE", r"PATH_BW_SURGE\s+0\.5")
     assert read_signing(tmp_path / "state")[0] == key
@@ -193,13 +225,13 @@ def test_mavproxy_sets_the_key_and_it_stands_after_a_restart(tmp_path: Path) -> 
             stations.append(station(port, known))
             closing.callback(stations[-1].close)
         ours, stranger, unsigned = stations
-        assert answered(ours, 10.0)
-        assert not answered(unsigned, 0.6) and not answered(stranger, 0.6)
-        assert answered(ours, 3.0)
+        answered(ours)
+        unheard(again, unsigned, stranger)
+        answered(ours)
         with MavProxy(f"tcp:127.0.0.1:{port}", tmp_path / "mavproxy") as proxy:
             proxy.say("signing key harbour")
             proxy.ask("param show PATH_BW_SURGE", r"PATH_BW_SURGE\s+0\.5", again_s=2.0)
             proxy.say("signing remove harbour")
             proxy.expect("Removed signing")
-        assert not answered(ours, 0.6)
+        unheard(again, ours)
     assert read_signing(tmp_path / "state")[0] is None

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from companion.cli import LockstepRig
-from companion.core.types import Beacon, Condition, Light
-from companion.io.mavlink import messages as mavlink
+from companion.cli.rig import LockstepRig
+from companion.core.actuation import Beacon, Light, ThrusterCondition
+from companion.io.mavlink.wire import messages as mavlink
 from sitl.scenarios.rig import Conditions
 from tests.protocol.desk import Desk
 
@@ -38,7 +38,8 @@ def make_desk(tmp_path: Path) -> Iterator[MakeDesk]:
 
 
 def sail(desk: Desk, seconds: float, sway: float | None = None) -> float:
-    """The greatest distance from home. Sticks centred but for sway, where they are given. Never does a propeller run that is not down."""
+    """The greatest distance from home. Sticks centred but for sway, where they are given. Never does a propeller run
+    that is not down."""
     board, world, worst_m = desk.rig.world.boards[0], desk.rig.world, 0.0
     for k in range(round(10 * seconds)):
         if k % 10 == 0:
@@ -53,7 +54,7 @@ def sail(desk: Desk, seconds: float, sway: float | None = None) -> float:
     return worst_m
 
 
-def condition(desk: Desk, index: int) -> Condition:
+def condition(desk: Desk, index: int) -> ThrusterCondition:
     assert desk.vessel.last_tick is not None
     return desk.vessel.last_tick.conditions[index]
 
@@ -68,37 +69,41 @@ def test_retract_in_manual_and_hold_lowers_it_again(make_desk: MakeDesk, tmp_pat
     assert board.beacon == Beacon(Light.OFF, Light.STEADY, Light.BLINK)
     assert desk.result(USER_2, RETRACT) == ACCEPTED
     sail(desk, 1.0, sway=0.5)
-    assert condition(desk, BOW) is Condition.MOVING and desk.rig.world.truth.down["bow"] < 1.0
+    assert condition(desk, BOW) is ThrusterCondition.MOVING and desk.rig.world.truth.down["bow"] < 1.0
     sail(desk, travel_s, sway=0.5)
-    assert condition(desk, BOW) is Condition.RETRACTED and desk.latest("NAMED_VALUE_FLOAT").value == 0.0
-    assert "Thruster bow is on its way up" in desk.texts() and "Thruster bow is up" in desk.texts()
+    assert condition(desk, BOW) is ThrusterCondition.RETRACTED and desk.latest("NAMED_VALUE_FLOAT").value == 0.0
+    assert "Thruster bow is being retracted" in desk.texts() and "Thruster bow is retracted" in desk.texts()
     assert desk.result(SET_MODE, *HOLD) == ACCEPTED
     sail(desk, 1.0)
     assert "Hold: bow not down, sideways at most 4 of 20 N" in desk.texts()
     assert desk.result(USER_2, RETRACT) == TEMPORARILY_REJECTED
     sail(desk, travel_s)
-    assert condition(desk, BOW) is Condition.READY and "Thruster bow is down" in desk.texts()
+    assert condition(desk, BOW) is ThrusterCondition.READY and "Thruster bow is lowered" in desk.texts()
     assert board.beacon == Beacon(Light.OFF, Light.BLINK, Light.BLINK)
     rows = (tmp_path / "log" / "ticks.csv").read_text(encoding="utf-8").splitlines()
-    assert [rows[-1].split(",")[rows[0].split(",").index(f"{name}_condition")] for name in ("stern_port", "bow")] == ["ready", "ready"]
+    assert [rows[-1].split(",")[rows[0].split(",").index(f"{name}_condition")] for name in ("stern_port", "bow")] == [
+        "ready",
+        "ready",
+    ]
     assert ",moving" in "".join(rows) and ",retracted" in "".join(rows)
     assert "bow_down" in (tmp_path / "log" / "truth.csv").read_text(encoding="utf-8").splitlines()[0]
 
 
 def test_a_stuck_azimuth_is_found_while_holding(make_desk: MakeDesk) -> None:
-    """In gusts and while the boat turns, so that the pods must: it is found within a few seconds, and the boat stays where it is."""
+    """In gusts and while the boat turns, so that the pods must: it is found within a few seconds, and the boat stays
+    where it is."""
     desk = make_desk(wind="5@200")
     assert desk.result(SET_MODE, *HOLD) == ACCEPTED and desk.result(ARM, 1) == ACCEPTED
     assert sail(desk, 12.0) < 0.5
     desk.rig.world.add_fault("thruster_stern_port_stuck", 16.0)
     assert desk.result(31010, 1, 0.0, 0.0, 20.0) == ACCEPTED
     assert sail(desk, 5.0) < 0.5
-    assert condition(desk, 0) is Condition.FAILED
+    assert condition(desk, 0) is ThrusterCondition.FAILED
     assert desk.rig.world.boards[0].beacon.green is Light.STEADY
     assert sail(desk, 11.0) < 0.5
     assert desk.result(31010, 1, 0.0, 0.0, -20.0) == ACCEPTED
     assert sail(desk, 12.0) < 0.5
-    assert condition(desk, 0) is Condition.READY and "Thruster stern_port follows again" in desk.texts()
+    assert condition(desk, 0) is ThrusterCondition.READY and "Thruster stern_port follows again" in desk.texts()
 
 
 def test_a_propeller_running_by_itself_is_said_while_disarmed(make_desk: MakeDesk) -> None:
@@ -106,7 +111,7 @@ def test_a_propeller_running_by_itself_is_said_while_disarmed(make_desk: MakeDes
     desk.rig.world.add_fault("thruster_stern_port_runaway", 5.0)
     sail(desk, 4.0)
     alerts = [m.text for m in desk.received if m.get_type() == "STATUSTEXT" and m.severity == 1]
-    assert alerts == ["Thruster stern_port runs by itself: cut power"]
+    assert alerts == ["Thruster stern_port runaway: cut power"]
     assert desk.result(ARM, 1) == TEMPORARILY_REJECTED
     assert "PreArm: thruster stern_port has failed" in desk.texts()
 
@@ -118,5 +123,5 @@ def test_a_thruster_that_does_not_come_down_is_left_out_and_said(make_desk: Make
     desk.rig.world.add_fault("thruster_bow_jammed")
     assert desk.result(SET_MODE, *HOLD) == ACCEPTED and desk.result(ARM, 1) == ACCEPTED
     assert sail(desk, 14.0) < 0.5
-    assert condition(desk, BOW) is Condition.FAILED
-    assert "".join(desk.texts()).count("Thruster bow does not go down: left out") == 1
+    assert condition(desk, BOW) is ThrusterCondition.FAILED
+    assert "".join(desk.texts()).count("Thruster bow does not lower: not used") == 1

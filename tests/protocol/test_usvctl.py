@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import socket
 import struct
-import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -17,9 +16,10 @@ from companion.core.geodesy import LocalFrame
 from companion.mission import files
 from companion.mission.plan import PlanItem
 from companion.mission.plan_file import PlanFile
-from companion.params import TABLE
+from companion.params.table import TABLE
 from gcs_plugins.usvctl.cli import main
 from tests.protocol.process import Companion, free_port
+from tests.waiting import run_to_end
 
 pytestmark = pytest.mark.process
 
@@ -53,7 +53,11 @@ def usvctl(companion: Companion, capsys: pytest.CaptureFixture[str]) -> Usvctl:
     px4, rover = (hello.strip() for hello in companion.hello[1].removeprefix("links:").split(","))
 
     def call(*words: str, ardupilot: bool = False) -> Said:
-        link = f"tcpout://{rover.split('?')[0].removeprefix('tcpin:')}" if ardupilot else f"udpin://{px4.removeprefix('udpout:')}"
+        link = (
+            f"tcpout://{rover.split('?')[0].removeprefix('tcpin:')}"
+            if ardupilot
+            else f"udpin://{px4.removeprefix('udpout:')}"
+        )
         code = main(["--link", link, *words])
         out, err = capsys.readouterr()
         return code, out, err
@@ -68,7 +72,9 @@ def place(north_m: float, east_m: float) -> tuple[str, str]:
 
 def as_stored(item: PlanItem) -> PlanItem:
     """Numbers as the wire has them, in 32 bits."""
-    p1, p2, p3, p4, z = struct.unpack("<5f", struct.pack("<5f", item.param1, item.param2, item.param3, item.param4, item.z))
+    p1, p2, p3, p4, z = struct.unpack(
+        "<5f", struct.pack("<5f", item.param1, item.param2, item.param3, item.param4, item.z)
+    )
     return replace(item, param1=p1, param2=p2, param3=p3, param4=p4, z=z, current=0)
 
 
@@ -83,10 +89,14 @@ def of_file(path: Path) -> PlanFile:
 
 def test_steering_and_the_boats_reasons(usvctl: Usvctl) -> None:
     assert usvctl("nudge", "1", "0") == (1, "", "refused: Nudge refused: Manual is not Hold\n")
-    assert usvctl("checks") == (0, "nothing stands against arming\n", "")
+    assert usvctl("checks") == (0, "nothing prevents arming\n", "")
     assert usvctl("hold")[0] == 0
     assert usvctl("arm")[0] == 0
-    assert usvctl("goto", *place(3.0, 2.0), "--heading", "30", "--speed", "0.5", "--wait", "--within", "60") == (0, "", "")
+    assert usvctl("goto", *place(3.0, 2.0), "--heading", "30", "--speed", "0.5", "--wait", "--within", "60") == (
+        0,
+        "",
+        "",
+    )
     assert usvctl("nudge", "-1", "0.5", "5")[0] == 0
     assert usvctl("nudge", "9", "0") == (1, "", "refused: Nudge refused: 9.0 m is more than DP_NUDGE_MAX, 3 m\n")
     code, _, said = usvctl("follow", "--station", "180@2")
@@ -103,7 +113,8 @@ def test_steering_and_the_boats_reasons(usvctl: Usvctl) -> None:
 
 @pytest.mark.parametrize("ardupilot", [False, True])
 def test_plans_come_back_as_they_went(usvctl: Usvctl, tmp_path: Path, ardupilot: bool) -> None:
-    """A plan with jumps, fence and no rally points, over one with rally points; on a link whose item 0 is home as well."""
+    """A plan with jumps, fence and no rally points, over one with rally points; on a link whose item 0 is home as
+    well."""
     plan, back = MISSIONS / "laps.plan", tmp_path / "back.plan"
     assert usvctl("upload", str(MISSIONS / "trondheim_square.plan"), ardupilot=ardupilot)[0] == 0
     code, out, _ = usvctl("upload", str(plan), ardupilot=ardupilot)
@@ -117,7 +128,9 @@ def test_plans_come_back_as_they_went(usvctl: Usvctl, tmp_path: Path, ardupilot:
 def route(path: Path, *points: tuple[float, float]) -> str:
     """A .plan of waypoints, metres north and east of home."""
     corners = [FRAME.to_geodetic(*point) for point in points]
-    items = [PlanItem(n, 16, 3, 0, 0, 0, 0, round(lat * 1e7), round(lon * 1e7), 0) for n, (lat, lon) in enumerate(corners)]
+    items = [
+        PlanItem(n, 16, 3, 0, 0, 0, 0, round(lat * 1e7), round(lon * 1e7), 0) for n, (lat, lon) in enumerate(corners)
+    ]
     path.write_text(files.write(path.name, PlanFile(tuple(items))), encoding="utf-8")
     return str(path)
 
@@ -170,6 +183,15 @@ def test_logs_and_files(usvctl: Usvctl, tmp_path: Path) -> None:
 
 
 def test_it_runs_as_a_program_and_says_when_nobody_is_there() -> None:
-    command = [sys.executable, "-m", "gcs_plugins.usvctl", "--timeout", "0.3", "--link", f"udpin://127.0.0.1:{free_port()}", "hold"]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=30, check=False)
+    command = [
+        sys.executable,
+        "-m",
+        "gcs_plugins.usvctl",
+        "--timeout",
+        "0.3",
+        "--link",
+        f"udpin://127.0.0.1:{free_port()}",
+        "hold",
+    ]
+    done = run_to_end(command)
     assert done.returncode == 2 and done.stdout == "" and done.stderr.startswith("usvctl: no boat heard on")

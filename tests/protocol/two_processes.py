@@ -1,4 +1,5 @@
-"""Plant and companion as two processes that meet on pseudo-terminals only, and a ground station over UDP that a `Station` can use."""
+"""Plant and companion as two processes that meet on pseudo-terminals only, and a ground station over UDP that a
+`Station` can use."""
 
 from __future__ import annotations
 
@@ -14,14 +15,23 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from companion.config import VesselConfig, find, load
+from companion.config.vessel import VesselConfig, find, load
+from tests.protocol.driver import Driver
+from tests.waiting import ended
 
 
 class TwoProcesses:
-    """`companion sitl VESSEL` and `companion run VESSEL --devices`. It has the face of a `Rig` as far as a `Station` looks: times are the boat's."""
+    """`companion sitl VESSEL` and `companion run VESSEL --devices`. It has the face of a `Rig` as far as a `Station`
+    looks: times are the boat's.
 
-    def __init__(self, folder: Path, vessel: str = "revolt", speed: float = 1.0, *plant: str, links: tuple[str, ...] = ()) -> None:
-        self.folder, self.vessel, self.speed = folder, vessel, speed
+    With a `driver` both have its time, the plant first; without one, that of the wall.
+    """
+
+    def __init__(
+        self, folder: Path, vessel: str, driver: Driver | None, *plant: str, links: tuple[str, ...] = ()
+    ) -> None:
+        self.folder, self.vessel = folder, vessel
+        self._driver = driver
         self.config: VesselConfig = load(find(vessel))
         self._extra = plant
         self._links = links  # of the companion, besides the one to this station
@@ -36,11 +46,14 @@ class TwoProcesses:
 
     @property
     def now_s(self) -> float:
-        return (time.monotonic() - self._start_s) * self.speed
+        return time.monotonic() - self._start_s if self._driver is None else self._driver.now_s
 
     def step(self) -> None:
-        """Wait for a packet, at most a twentieth of a second."""
-        select.select([self._socket], [], [], 0.05)
+        """A step of the driver; in real time, wait for a packet, at most a twentieth of a second."""
+        if self._driver is None:
+            select.select([self._socket], [], [], 0.05)
+        else:
+            self._driver.step()
 
     def send(self, data: bytes) -> None:
         if self._peer is not None:
@@ -56,14 +69,13 @@ class TwoProcesses:
             pass
         return data
 
-    def type(self, text: str) -> int:
-        """On the plant's console; returns the machine's time in ns at which it was typed."""
+    def type(self, text: str) -> float:
+        """On the plant's console; returns the time at which it was typed."""
         stdin = self._processes[0].stdin
         assert stdin is not None
-        typed_ns = time.time_ns()
         stdin.write(text + "\n")
         stdin.flush()
-        return typed_ns
+        return self.now_s
 
     def events(self) -> list[dict[str, str]]:
         """What the companion has logged so far."""
@@ -85,11 +97,22 @@ class TwoProcesses:
     def __enter__(self) -> TwoProcesses:
         ports = self.folder / "ports"
         link = f"udpout:127.0.0.1:{self._socket.getsockname()[1]}"
-        plant = ["sitl", self.vessel, "--dir", str(ports), "--log", str(self.folder / "plant"), "--speed", f"{self.speed:g}", *self._extra]
-        boat = ["run", self.vessel, "--devices", str(ports), "--speed", f"{self.speed:g}", "--link", link]
+        plant = [
+            "sitl",
+            self.vessel,
+            "--dir",
+            str(ports),
+            "--log",
+            str(self.folder / "plant"),
+            *self._extra,
+        ]
+        boat = ["run", self.vessel, "--devices", str(ports), "--link", link]
         for other in self._links:
             boat += ["--link", other]
         boat += ["--state", str(self.folder / "state"), "--log", str(self.folder / "logs")]
+        if self._driver is not None:
+            plant.append(self._driver.option())
+            boat.append(self._driver.option())
         try:
             both = self._start(plant), self._start(boat)  # either may be first
             self.hello = _lines(both[0], "for: companion run")
@@ -100,7 +123,9 @@ class TwoProcesses:
         self._start_s = time.monotonic()
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
         ends = self._end()
         if kind is None:
             assert all(code == 0 and not errors for code, _, errors in ends), ends
@@ -124,12 +149,9 @@ class TwoProcesses:
         for process in reversed(self._processes):
             if process.poll() is None:
                 process.send_signal(signal.SIGINT)
-            try:
-                out, errors = process.communicate(timeout=15.0)
-            except subprocess.TimeoutExpired:
-                process.kill()
-                out, errors = process.communicate()
-                errors += "it did not end"
+            if self._driver is not None:
+                self._driver.release()
+            out, errors = ended(process, " ".join(process.args[3:5]))
             ends.append((process.returncode, out, errors))
         self._socket.close()
         return ends[::-1]

@@ -6,17 +6,17 @@ from pathlib import Path
 
 import pytest
 
-from companion.cli import LockstepRig
-from companion.record.log_reader import open_log
-from companion.record.replay import replay
+from companion.analysis.log_reader import open_log
+from companion.analysis.replay import replay
+from companion.cli.rig import LockstepRig
 from sitl.scenarios import SCENARIOS
 from sitl.scenarios.rig import Conditions
-from sitl.scenarios.scenario import Outcome, ScenarioError, run
-from sitl.tow import Leg
+from sitl.scenarios.scenario import ScenarioError, ScenarioResult, run
+from sitl.tow import TowLeg
 from tests.unit.nav.test_ahrs import follow, sailing_of
 
 
-def sail(folder: Path, seed: int, **changes: str) -> Outcome:
+def sail(folder: Path, seed: int, **changes: str) -> ScenarioResult:
     return run(SCENARIOS["ahrs"], LockstepRig, folder, seed=seed, changes=changes)
 
 
@@ -35,7 +35,12 @@ def test_the_filter_alone(seed: int) -> None:
 
 
 def test_a_replay_says_the_same_to_the_last_bit(tmp_path: Path) -> None:
-    rig = LockstepRig(Conditions("revolt", seed=3, wind="2", magnetometer="calibrated", tow=(Leg(5.0, 0.0), Leg(15.0, 6.0, 0.2))), tmp_path)
+    rig = LockstepRig(
+        Conditions(
+            "revolt", seed=3, wind="2", magnetometer="calibrated", tow=(TowLeg(5.0, 0.0), TowLeg(15.0, 6.0, 0.2))
+        ),
+        tmp_path,
+    )
     while rig.now_s < 20.0:
         rig.step()
     rig.close()

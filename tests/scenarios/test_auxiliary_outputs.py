@@ -5,8 +5,8 @@ from __future__ import annotations
 from importlib import resources
 from pathlib import Path
 
-from companion.cli import LockstepRig
-from companion.io.mavlink import messages as mavlink
+from companion.cli.rig import LockstepRig
+from companion.io.mavlink.wire import messages as mavlink
 from companion.mission.plan import PlanItem, PlanKind
 from sitl.scenarios.rig import Conditions
 from tests.protocol.desk import Desk
@@ -31,7 +31,9 @@ def with_outputs(folder: Path) -> Desk:
     driven = 'thrusters = ["stern_port", "stern_starboard", "bow"]'
     assert driven in text
     file = folder / "revolt_with_outputs.toml"
-    file.write_text(text.replace(driven, f'{driven}\nservos = ["winch"]\nrelays = ["lamp", "pump"]') + OUTPUTS, encoding="utf-8")
+    file.write_text(
+        text.replace(driven, f'{driven}\nservos = ["winch"]\nrelays = ["lamp", "pump"]') + OUTPUTS, encoding="utf-8"
+    )
     desk = Desk(folder, LockstepRig(Conditions(str(file), seed=3), folder / "log"))
     desk.tick()
     desk.ready()
@@ -47,7 +49,9 @@ def board(desk: Desk) -> tuple[float | None, bool, bool]:
 def test_from_the_ground_station_to_the_board_and_to_rest_with_disarming(tmp_path: Path) -> None:
     desk = with_outputs(tmp_path)
     desk.tick(20)
-    assert board(desk) == (1500.0, False, False) and all(device.ok for device in desk.vessel.device_health(desk.rig.now_s))
+    assert board(desk) == (1500.0, False, False) and all(
+        device.ok for device in desk.vessel.device_health(desk.rig.now_s)
+    )
     assert desk.result(183, 1.0, 1900.0) == mavlink.MAV_RESULT_TEMPORARILY_REJECTED
     assert desk.result(181, 1.0, 1.0) == mavlink.MAV_RESULT_ACCEPTED, "the lamp may be switched at the quay"
     desk.tick(3)

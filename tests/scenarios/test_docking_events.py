@@ -1,4 +1,5 @@
-"""Docking with something wrong: a thruster that dies on the way in, a berth that is not quite where the file says, nudges by command."""
+"""Docking with something wrong: a thruster that dies on the way in, a berth that is not quite where the file says,
+nudges by command."""
 
 from __future__ import annotations
 
@@ -8,21 +9,21 @@ from pathlib import Path
 
 import pytest
 
-from companion.cli import LockstepRig
+from companion.cli.rig import LockstepRig
 from companion.core.geodesy import LocalFrame
-from sitl.berth import Berth
+from sitl.berth import BerthModel
+from sitl.scenarios.ground_station import GroundStation
 from sitl.scenarios.rig import Conditions
-from sitl.scenarios.station import Station
 
 DOCK, HOLD = 0x06040000, 0x03040000
 
 
 @pytest.fixture
-def station(tmp_path: Path) -> Station:
-    return Station(LockstepRig(Conditions(vessel="revolt", seed=5, wind="2"), tmp_path))
+def station(tmp_path: Path) -> GroundStation:
+    return GroundStation(LockstepRig(Conditions(vessel="revolt", seed=5, wind="2"), tmp_path))
 
 
-def near_the_berth(station: Station, off_m: float = 4.0) -> None:
+def near_the_berth(station: GroundStation, off_m: float = 4.0) -> None:
     rig = station.rig
     dock, home = rig.config.dock, rig.config.home
     assert dock is not None
@@ -31,11 +32,11 @@ def near_the_berth(station: Station, off_m: float = 4.0) -> None:
     rig.world.set_state(north_m + off_m * math.cos(out_rad), east_m + off_m * math.sin(out_rad), dock.yaw_rad)
 
 
-def said(station: Station, text: str) -> bool:
+def said(station: GroundStation, text: str) -> bool:
     return any(text in line for line in station.texts)
 
 
-def test_a_thruster_that_dies_on_the_way_in(station: Station) -> None:
+def test_a_thruster_that_dies_on_the_way_in(station: GroundStation) -> None:
     near_the_berth(station)
     station.ready()
     station.set_mode(DOCK)
@@ -52,16 +53,20 @@ def test_a_thruster_that_dies_on_the_way_in(station: Station) -> None:
 
 
 @pytest.mark.parametrize(("further_m", "turned_deg"), [(0.25, 2.0), (-0.25, -2.0)])
-def test_a_berth_that_is_not_quite_where_the_file_says(station: Station, further_m: float, turned_deg: float) -> None:
+def test_a_berth_that_is_not_quite_where_the_file_says(
+    station: GroundStation, further_m: float, turned_deg: float
+) -> None:
     rig = station.rig
     dock, home = rig.config.dock, rig.config.home
     assert dock is not None
     into_rad = dock.yaw_rad - 0.5 * math.pi
     frame = LocalFrame(home.lat_deg, home.lon_deg)
     north_m, east_m = frame.to_ned(dock.lat_deg, dock.lon_deg)
-    lat_deg, lon_deg = frame.to_geodetic(north_m + further_m * math.cos(into_rad), east_m + further_m * math.sin(into_rad))
+    lat_deg, lon_deg = frame.to_geodetic(
+        north_m + further_m * math.cos(into_rad), east_m + further_m * math.sin(into_rad)
+    )
     moved = replace(dock, lat_deg=lat_deg, lon_deg=lon_deg, yaw_rad=dock.yaw_rad + math.radians(turned_deg))
-    berth = rig.world.berth = Berth(moved, home, rig.config.length_m, rig.config.beam_m)
+    berth = rig.world.berth = BerthModel(moved, home, rig.config.length_m, rig.config.beam_m)
     near_the_berth(station)
     station.ready()
     station.set_mode(DOCK)
@@ -76,7 +81,7 @@ def test_a_berth_that_is_not_quite_where_the_file_says(station: Station, further
     rig.close()
 
 
-def test_nudges_by_command(station: Station) -> None:
+def test_nudges_by_command(station: GroundStation) -> None:
     station.ready()
     station.set_mode(HOLD)
     station.arm()

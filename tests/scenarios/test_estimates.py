@@ -1,4 +1,5 @@
-"""The estimator on the emulated devices' bytes, without a controller: are its doubts the size of its errors, slow errors included?"""
+"""The estimator on the emulated devices' bytes, without a controller: are its doubts the size of its errors, slow
+errors included?"""
 
 from __future__ import annotations
 
@@ -10,13 +11,15 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from companion.config import VesselConfig, find, load
-from companion.core.types import ActuatorCommand, NavState, Reading, ThrusterCommand
+from companion.config.vessel import VesselConfig, find, load
+from companion.core.actuation import ActuatorCommand, ThrusterCommand
+from companion.core.estimate import NavState
+from companion.core.readings import Reading
 from companion.io.actuators import open_actuator
 from companion.io.sensors import open_sensor
 from companion.nav.estimator import Estimator
-from companion.params import Parameters
-from sitl.world import World
+from companion.params.store import Parameters
+from sitl.world import World, WorldConditions
 
 REVOLT = load(find("revolt"))
 SEEDS = 16
@@ -24,9 +27,12 @@ INSTANTS_S = (50.0, 89.9, 92.0, 94.9, 95.3, 110.0)
 DROPOUT = "gnss_lost@90+5"
 
 
-def drive(vessel: VesselConfig, seed: int, until_s: float, gnss: str, faults: Sequence[str]) -> list[tuple[NavState, tuple[float, ...]]]:
-    """The boat snakes about under open-loop thrust in wind; each tick's estimate and (north, east, v_north, v_east, yaw) as they are."""
-    world = World(vessel, seed=seed, wind="2", gnss=gnss, faults=faults)
+def drive(
+    vessel: VesselConfig, seed: int, until_s: float, gnss: str, faults: Sequence[str]
+) -> list[tuple[NavState, tuple[float, ...]]]:
+    """The boat snakes about under open-loop thrust in wind; each tick's estimate and (north, east, v_north, v_east,
+    yaw) as they are."""
+    world = World(vessel, WorldConditions(seed=seed, wind="2", gnss=gnss, faults=faults))
     sensors = [open_sensor(row, world.open(row.name, row.port)) for row in vessel.sensors]
     bridges = [open_actuator(row, vessel, world.open(row.name, row.port)) for row in vessel.actuators]
     estimator = Estimator(vessel, Parameters())
@@ -39,7 +45,9 @@ def drive(vessel: VesselConfig, seed: int, until_s: float, gnss: str, faults: Se
             readings += device.read(t_s)
         stern = ThrusterCommand(4.3, 0.4, 0.3 * math.sin(t_s / 15.0))
         for bridge in bridges:
-            bridge.write(ActuatorCommand(t_s, True, (stern, stern, ThrusterCommand(0.6, 0.2 * math.sin(t_s / 7.0), None))), t_s)
+            bridge.write(
+                ActuatorCommand(t_s, True, (stern, stern, ThrusterCommand(0.6, 0.2 * math.sin(t_s / 7.0), None))), t_s
+            )
         hull = world.hull
         state = estimator.update(readings, t_s)
         found.append((state, (hull.north_m, hull.east_m, hull.north_mps, hull.east_mps, hull.yaw_rad)))

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from companion.cli import LockstepRig
+from companion.cli.rig import LockstepRig
 from sitl.scenarios import SCENARIOS
 from sitl.scenarios.scenario import run
 
@@ -34,12 +34,16 @@ def test_stops_inside_sweep(tmp_path: Path, by: str, seed: int) -> None:
 
 @pytest.mark.sweep
 @pytest.mark.parametrize("by", WAYS)
-@pytest.mark.parametrize("change", [{"model_error": "-0.4"}, {"model_error": "0.4"}, {"gnss": "sbas"}, {"current": "0.2@0"}])
+@pytest.mark.parametrize(
+    "change", [{"model_error": "-0.4"}, {"model_error": "0.4"}, {"gnss": "sbas"}, {"current": "0.2@0"}]
+)
 def test_stops_inside_in_other_conditions(tmp_path: Path, by: str, change: dict[str, str]) -> None:
     stop(tmp_path, 3, by=by, **change)
 
 
 def test_a_check_can_fail(tmp_path: Path) -> None:
     """No boat stops in so short a way: the scenario must say so."""
-    outcome = run(SCENARIOS["fence_stop"], LockstepRig, tmp_path, seed=0, changes={"by": "late", "late": "2", "line": "25"})
+    outcome = run(
+        SCENARIOS["fence_stop"], LockstepRig, tmp_path, seed=0, changes={"by": "late", "late": "2", "line": "25"}
+    )
     assert not outcome.ok and any(not check.ok and check.name.startswith("the hull") for check in outcome.checks)

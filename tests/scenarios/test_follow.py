@@ -1,4 +1,5 @@
-"""Following a lead boat, whole: its module's bytes, the follower's sensors and jet, judged by the truth of both boats."""
+"""Following a lead boat, whole: its module's bytes, the follower's sensors and jet, judged by the truth of both
+boats."""
 
 from __future__ import annotations
 
@@ -10,8 +11,8 @@ from pathlib import Path
 import pytest
 from pymavlink.dialects.v20 import common as mavlink
 
-from companion.cli import LockstepRig
-from companion.config import ConfigError, find
+from companion.cli.rig import LockstepRig
+from companion.config.vessel import ConfigError, find
 from sitl.scenarios import SCENARIOS
 from sitl.scenarios.follow_measure import Chase
 from sitl.scenarios.measure import read_events, read_truth
@@ -39,7 +40,10 @@ def over_seeds(folder: Path, must_hold: bool = True, **changes: str) -> list[Map
 def slow_nozzle(folder: Path) -> str:
     """The RescueRunner with its linear actuator, and a file that says so."""
     text = find("rescuerunner").read_text(encoding="utf-8")
-    for line, other in (("azimuth_rate_dps = 70.0", "azimuth_rate_dps = 14.0"), ('plant = "as_estimated"', 'plant = "as_sailed"')):
+    for line, other in (
+        ("azimuth_rate_dps = 70.0", "azimuth_rate_dps = 14.0"),
+        ('plant = "as_estimated"', 'plant = "as_sailed"'),
+    ):
         assert text.count(line) == 1
         text = text.replace(line, other)
     path = folder / "slow_nozzle.toml"
@@ -57,7 +61,9 @@ def pooled_rms(runs: list[Mapping[str, float]], name: str) -> float:
 def test_in_the_wake_through_a_u_turn(tmp_path: Path) -> None:
     """With receivers good enough for the truth to be judged."""
     metrics = sail("follow", tmp_path, 1, leader="uturn@8.2", gnss="sbas", time="95")
-    assert metrics["in_wake_share"] >= 0.98 and metrics["gap_straight_rms_m"] <= 2.0 and metrics["gap_bend_rms_m"] <= 5.0
+    assert (
+        metrics["in_wake_share"] >= 0.98 and metrics["gap_straight_rms_m"] <= 2.0 and metrics["gap_bend_rms_m"] <= 5.0
+    )
     assert (tmp_path / "leader.csv").read_text(encoding="utf-8").count("\n") > 95 * 10
 
 
@@ -85,7 +91,7 @@ def test_packets_reach_the_vessel_between_its_ticks(tmp_path: Path) -> None:
     while rig.now_s < 3.0:
         rig.step()
     codec = mavlink.MAVLink(None, srcSystem=255, srcComponent=190)
-    rig.hear(mavlink.MAVLink_set_mode_message(1, 1, 0x03040000).pack(codec), 3.013)
+    rig.deliver(mavlink.MAVLink_set_mode_message(1, 1, 0x03040000).pack(codec), 3.013)
     rig.step()
     rig.close()
     assert [said.t_s for said in read_events(tmp_path) if said.name == "mode_changed"] == [3.013]
@@ -93,8 +99,12 @@ def test_packets_reach_the_vessel_between_its_ticks(tmp_path: Path) -> None:
 
 
 def test_the_law_of_the_thesis_swings_at_20_m_and_not_at_45_m(tmp_path: Path) -> None:
-    """Until shortly before the second turn. At 20 m it is not the departure that sets it off: it lies quiet until the first."""
-    near, far = (sail("follow", tmp_path / test["gap"], 1, must_hold=False, time="114", **test) for test in (FIRST_TEST, SECOND_TEST))
+    """Until shortly before the second turn. At 20 m it is not the departure that sets it off: it lies quiet until the
+    first."""
+    near, far = (
+        sail("follow", tmp_path / test["gap"], 1, must_hold=False, time="114", **test)
+        for test in (FIRST_TEST, SECOND_TEST)
+    )
     assert near["swing_after_bends_deg"] > 90.0 and far["swing_after_bends_deg"] < 30.0
     run = Chase(tmp_path / "20", 0.0)
     straight = (run.yaw - run.leader_yaw)[(run.t > 45.0) & (run.t < 75.0)]
@@ -141,8 +151,9 @@ _CONDITIONS: Mapping[str, Mapping[str, str]] = {
 @pytest.mark.sweep
 @pytest.mark.parametrize("changes", _CONDITIONS.values(), ids=_CONDITIONS.keys())
 def test_astern_sweep(tmp_path: Path, changes: Mapping[str, str]) -> None:
-    """Each run holds as far as its receivers know it; the truth is judged over all seeds. Two standalone receivers differ by 1.7 m (one sigma) each way, so
-    that a follower without any error of its own is within 4 m of the true track 98 % of the time: its share is the yardstick."""
+    """Each run holds as far as its receivers know it; the truth is judged over all seeds. Two standalone receivers
+    differ by 1.7 m (one sigma) each way, so that a follower without any error of its own is within 4 m of the true
+    track 98 % of the time: its share is the yardstick."""
     runs = over_seeds(tmp_path, **changes)
     wake, ideal = (statistics.fmean(run[name] for run in runs) for name in ("in_wake_share", "receivers_in_wake_share"))
     assert wake >= 0.98 * ideal
@@ -154,13 +165,24 @@ def test_astern_sweep(tmp_path: Path, changes: Mapping[str, str]) -> None:
 @pytest.mark.parametrize("gap", ["20", "45"])
 def test_with_good_receivers_the_truth_holds_in_every_run(tmp_path: Path, gap: str) -> None:
     for metrics in over_seeds(tmp_path, gap=gap, gnss="sbas"):
-        assert metrics["in_wake_share"] >= 0.98 and metrics["gap_straight_rms_m"] <= 2.0 and metrics["gap_bend_rms_m"] <= 5.0
+        assert (
+            metrics["in_wake_share"] >= 0.98
+            and metrics["gap_straight_rms_m"] <= 2.0
+            and metrics["gap_bend_rms_m"] <= 5.0
+        )
 
 
 @pytest.mark.sweep
 def test_half_of_the_packets_lost(tmp_path: Path) -> None:
     whole, half = (over_seeds(tmp_path / loss, loss=loss) for loss in ("0", "0.5"))
-    for name in ("off_rms_m", "gap_straight_rms_m", "gap_bend_rms_m", "known_off_rms_m", "known_gap_straight_rms_m", "nozzle_variation_1ps"):
+    for name in (
+        "off_rms_m",
+        "gap_straight_rms_m",
+        "gap_bend_rms_m",
+        "known_off_rms_m",
+        "known_gap_straight_rms_m",
+        "nozzle_variation_1ps",
+    ):
         assert pooled_rms(half, name) <= 1.5 * pooled_rms(whole, name), name
 
 
@@ -180,15 +202,18 @@ def test_the_other_scenarios(tmp_path: Path, name: str, seed: int) -> None:
 
 @pytest.mark.sweep
 def test_what_the_thesis_found(tmp_path: Path) -> None:
-    """On the plant with the thesis's linear actuator, in every run: after its first turn the boat swings from side to side at 20 m with the gains of the first sea
-    test, and goes steadily at 45 m with those of the second, though it cuts corners out of the wake. Ours does neither where its file knows the actuator's rate."""
+    """On the plant with the thesis's linear actuator, in every run: after its first turn the boat swings from side to
+    side at 20 m with the gains of the first sea test, and goes steadily at 45 m with those of the second, though it
+    cuts corners out of the wake. Ours does neither where its file knows the actuator's rate."""
     near = over_seeds(tmp_path / "near", must_hold=False, **FIRST_TEST)
     far = over_seeds(tmp_path / "far", must_hold=False, **SECOND_TEST)
     assert min(run["swing_after_bends_deg"] for run in near) > 90.0
     assert max(run["swing_after_bends_deg"] for run in far) < 45.0
     vessel = slow_nozzle(tmp_path)
     for gap, theirs in (("20", near), ("45", far)):
-        ours = [sail("follow", tmp_path / "ours" / gap / str(seed), seed, vessel=vessel, gap=gap) for seed in range(SEEDS)]
+        ours = [
+            sail("follow", tmp_path / "ours" / gap / str(seed), seed, vessel=vessel, gap=gap) for seed in range(SEEDS)
+        ]
         assert max(run["swing_after_bends_deg"] for run in ours) < 15.0
         assert pooled_rms(theirs, "known_off_rms_m") > 2.0 * pooled_rms(ours, "known_off_rms_m")
         assert pooled_rms(theirs, "throttle_variation_1ps") > 2.0 * pooled_rms(ours, "throttle_variation_1ps")

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from companion.cli import LockstepRig
-from companion.core.types import MissionState
-from companion.io.mavlink import messages as mavlink
+from companion.cli.rig import LockstepRig
+from companion.core.decision import MissionState
+from companion.io.mavlink.wire import messages as mavlink
 from companion.mission import files
 from companion.mission.commands import DESTINATIONS
 from companion.mission.plan import PlanItem, PlanKind
@@ -32,7 +32,7 @@ def test_there_is_one_of_each_kind() -> None:
 
 
 # the others are begun in every run and sailed to their end in the sweep
-QUICK = ("trondheim_square.plan", "trondheim_tour.waypoints", "aboat_route_1.plan")
+QUICK = ("trondheim_square.plan", "trondheim_tour.waypoints", "aboat_route_1.plan", "orbits.plan")
 
 
 def vessel_of(path: Path) -> str:
@@ -50,7 +50,20 @@ def loaded(path: Path, tmp_path: Path) -> Desk:
         assert desk.upload(sent, int(kind)) == mavlink.MAV_MISSION_ACCEPTED
         back = [desk.tell(mavlink.MAVLink_mission_request_int_message(1, 1, item.seq, int(kind)))[0] for item in items]
         for one, other in zip(sent, back, strict=True):
-            for name in ("seq", "frame", "command", "autocontinue", "param1", "param2", "param3", "param4", "x", "y", "z", "mission_type"):
+            for name in (
+                "seq",
+                "frame",
+                "command",
+                "autocontinue",
+                "param1",
+                "param2",
+                "param3",
+                "param4",
+                "x",
+                "y",
+                "z",
+                "mission_type",
+            ):
                 assert getattr(other, name) == pytest.approx(getattr(one, name), rel=1e-7, nan_ok=True), (one.seq, name)
     desk.tell(mavlink.MAVLink_set_mode_message(1, 1, 0x04040000))
     assert desk.result(400, 1.0) == mavlink.MAV_RESULT_ACCEPTED

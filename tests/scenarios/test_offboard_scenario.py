@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from companion.cli import LockstepRig
+from companion.cli.rig import LockstepRig
 from sitl.scenarios import SCENARIOS
 from sitl.scenarios.scenario import run
 

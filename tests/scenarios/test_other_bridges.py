@@ -1,4 +1,5 @@
-"""Whole vessels on other boards than the bundled files have: an autopilot board's outputs, and a board that does not count its battery."""
+"""Whole vessels on other boards than the bundled files have: an autopilot board's outputs, and a board that does not
+count its battery."""
 
 from __future__ import annotations
 
@@ -10,10 +11,10 @@ from typing import Any
 
 import pytest
 
-from companion.cli import LockstepRig
-from companion.config import as_dict
-from companion.io.mavlink import messages as mavlink
-from companion.record.log_reader import open_log
+from companion.analysis.log_reader import open_log
+from companion.cli.rig import LockstepRig
+from companion.config.vessel import as_dict
+from companion.io.mavlink.wire import messages as mavlink
 from sitl.scenarios.rig import Conditions
 from tests.protocol.desk import Desk
 

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from companion.cli import LockstepRig
+from companion.cli.rig import LockstepRig
 from sitl.scenarios import SCENARIOS
-from sitl.scenarios.scenario import Outcome, run
+from sitl.scenarios.scenario import ScenarioResult, run
 from tests.scenarios.seeds import seeds
 
 pytest.importorskip("matplotlib")
@@ -23,8 +23,8 @@ def sail(name: str, folder: Path, seed: int, vessel: str | None = None, **change
 
 
 def compare(folder: Path, weathers: Sequence[tuple[int, str]]) -> None:
-    """The companion's law against the thesis's in the same weathers, (seed, wind). Wear is their mean, over both signs of the model's error:
-    in a single run with the heavier model it may be some 10 % above the thesis's."""
+    """The companion's law against the thesis's in the same weathers, (seed, wind). Wear is their mean, over both signs
+    of the model's error: in a single run with the heavier model it may be some 10 % above the thesis's."""
     wear_thesis = wear_ours = 0.0
     for seed, wind in weathers:
         place = folder / f"{seed}-{wind}"
@@ -50,7 +50,13 @@ def test_four_corner_with_the_model_wrong_by_half(tmp_path: Path) -> None:
 def test_the_thesis_found_so_too(tmp_path: Path) -> None:
     """The feed-forward as printed is much worse than none, and constraints cost no more wear."""
     without = sail("four_corner", tmp_path / "none", 0, law="thesis", wind="2")
-    outcome = run(SCENARIOS["four_corner"], LockstepRig, tmp_path / "ff", 0, changes={"law": "thesis", "feedforward": "thesis", "wind": "2"})
+    outcome = run(
+        SCENARIOS["four_corner"],
+        LockstepRig,
+        tmp_path / "ff",
+        0,
+        changes={"law": "thesis", "feedforward": "thesis", "wind": "2"},
+    )
     assert outcome.error is None and outcome.metrics["iae"] > 3.0 * without["iae"]
     unconstrained = sail("four_corner", tmp_path / "free", 0, law="thesis", wind="2", allocation="unconstrained")
     assert without["iadc"] <= unconstrained["iadc"]
@@ -72,8 +78,15 @@ def test_station_keeping(tmp_path: Path, name: str, seed: int) -> None:
     sail(name, tmp_path, seed)
 
 
-def short(folder: Path) -> Outcome:
-    return run(SCENARIOS["four_corner"], LockstepRig, folder, seed=0, changes={"box": "0.5", "leg": "12", "wind": ""}, draw=True)
+def short(folder: Path) -> ScenarioResult:
+    return run(
+        SCENARIOS["four_corner"],
+        LockstepRig,
+        folder,
+        seed=0,
+        changes={"box": "0.5", "leg": "12", "wind": ""},
+        draw=True,
+    )
 
 
 def test_it_is_drawn(tmp_path: Path) -> None:

@@ -9,18 +9,22 @@ import pytest
 
 from companion.app import Surroundings, build, load_vessel
 from companion.clock import SimulatedClock
-from companion.core.types import MissionState, ModeId
-from companion.io.mavlink import messages as mavlink
-from companion.io.mavlink.links import MemoryLink
+from companion.core.decision import MissionState, ModeId
+from companion.io.mavlink.wire import messages as mavlink
+from companion.io.mavlink.wire.links import MemoryLink
 from companion.mission import files
 from companion.mission.plan import PlanKind
 from companion.record.state_file import StateFile
-from sitl.world import EPOCH_UNIX_NS, World
+from sitl.world import EPOCH_UNIX_NS, World, WorldConditions
 from tests.protocol.desk import Desk
 from tests.scenarios.test_mission_files import FOLDER, message
 
 LAPS = files.read("laps.plan", (FOLDER / "laps.plan").read_text(encoding="utf-8"))
-LISTS = {PlanKind.MISSION: LAPS.mission, PlanKind.FENCE: LAPS.fence, PlanKind.RALLY: files.read("x.plan", (FOLDER / "mixed_frames.plan").read_text(encoding="utf-8")).rally}
+LISTS = {
+    PlanKind.MISSION: LAPS.mission,
+    PlanKind.FENCE: LAPS.fence,
+    PlanKind.RALLY: files.read("x.plan", (FOLDER / "mixed_frames.plan").read_text(encoding="utf-8")).rally,
+}
 
 
 class Run:
@@ -28,7 +32,7 @@ class Run:
 
     def __init__(self, state: Path, north_m: float = 0.0, east_m: float = 0.0) -> None:
         config = load_vessel("revolt")
-        self.world = World(config, seed=3)
+        self.world = World(config, WorldConditions(seed=3))
         self.world.set_state(north_m, east_m)
         self.state = StateFile(state)
         self._clock = SimulatedClock(EPOCH_UNIX_NS)
@@ -115,7 +119,9 @@ def test_all_is_there_and_the_boat_holds_or_goes_on_by_parameter(
     assert (status.mode, status.armed, status.mission.state) == (mode, False, MissionState.PAUSED)
     desk.ready()
     home = vessel.supervisor.status(desk.rig.now_s).home
-    assert home is not None and vessel.frame.to_ned(home.lat_deg, home.lon_deg) == pytest.approx(vessel.frame.to_ned(63.4389, 10.399), abs=0.5)
+    assert home is not None and vessel.frame.to_ned(home.lat_deg, home.lon_deg) == pytest.approx(
+        vessel.frame.to_ned(63.4389, 10.399), abs=0.5
+    )
     assert desk.result(400, 1.0) == mavlink.MAV_RESULT_ACCEPTED
     sail_until(desk, "a while", lambda: desk.rig.now_s > 12.0)
     away_m = ((run.world.truth.north_m - place[0]) ** 2 + (run.world.truth.east_m - place[1]) ** 2) ** 0.5

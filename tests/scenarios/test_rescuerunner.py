@@ -8,12 +8,12 @@ from pathlib import Path
 
 import pytest
 
-from companion.cli import LockstepRig
+from companion.cli.rig import LockstepRig
 from sitl.scenarios import SCENARIOS
+from sitl.scenarios.ground_station import GroundStation
 from sitl.scenarios.rig import Conditions
 from sitl.scenarios.scenario import run
-from sitl.scenarios.station import Station
-from sitl.waters import OtherBoat
+from sitl.shared_sea import LeadBoatConfig
 
 
 def sail(name: str, folder: Path, seed: int, **changes: str) -> dict[str, float]:
@@ -23,7 +23,8 @@ def sail(name: str, folder: Path, seed: int, **changes: str) -> dict[str, float]
 
 
 def test_square_at_planing_speed(tmp_path: Path) -> None:
-    """With a good receiver, so that what is left is the boat's own, and a jet and hull much worse than believed: the speed is kept all the same."""
+    """With a good receiver, so that what is left is the boat's own, and a jet and hull much worse than believed: the
+    speed is kept all the same."""
     metrics = sail("mission_square", tmp_path, 1, waves="0.3", gnss="rtk", limit="1.5", plant="worn")
     assert metrics["speed_max_mps"] > 7.9 and metrics["time_s"] < 100.0
 
@@ -36,7 +37,11 @@ def test_hold_inside_the_watch_circle(tmp_path: Path) -> None:
 @pytest.mark.sweep
 @pytest.mark.parametrize("seed", range(16))
 @pytest.mark.parametrize("plant", ["as_estimated", "worn"])
-@pytest.mark.parametrize("weather", [{"wind": "4"}, {"wind": "12"}, {"wind": "6", "current": "0.5", "waves": "0.4"}], ids=["breeze", "blow", "stream"])
+@pytest.mark.parametrize(
+    "weather",
+    [{"wind": "4"}, {"wind": "12"}, {"wind": "6", "current": "0.5", "waves": "0.4"}],
+    ids=["breeze", "blow", "stream"],
+)
 def test_watch_circle_sweep(tmp_path: Path, weather: dict[str, str], plant: str, seed: int) -> None:
     sail("watch_circle", tmp_path, seed, plant=plant, **weather)
 
@@ -49,18 +54,19 @@ def test_square_sweep(tmp_path: Path, waves: str, seed: int) -> None:
 
 
 def test_three_vessels_in_one_process(tmp_path: Path) -> None:
-    """Two boats of ours around a lead boat, ticked in turn: all at one time, each with its own errors, and the leader moves once."""
-    leader = OtherBoat("leader", "straight@8.2", (30.0, 0.0, 0.0), 1.0)
-    conditions = Conditions("rescuerunner", seed=1, gnss="standalone", others=(leader,), gnss_common=0.5)
+    """Two boats of ours around a lead boat, ticked in turn: all at one time, each with its own errors, and the leader
+    moves once."""
+    leader = LeadBoatConfig("leader", "straight@8.2", (30.0, 0.0, 0.0), 1.0)
+    conditions = Conditions("rescuerunner", seed=1, gnss="standalone", lead_boats=(leader,), gnss_common=0.5)
     first = LockstepRig(conditions, tmp_path / "first")
-    second = first.beside(replace(conditions, seed=2, start=(0.0, 20.0, 0.0)), "second")
-    third = Station(second)
+    second = first.second_vessel(replace(conditions, seed=2, start=(0.0, 20.0, 0.0)), "second")
+    third = GroundStation(second)
     for _ in range(20 * 12):
         first.step()
         third.step()
     assert [second.now_s, first.world.t_s, second.world.t_s] == pytest.approx([first.now_s] * 3)
-    assert first.world.waters is second.world.waters and first.world.waters is not None
-    boat = first.world.waters.boats[0]
+    assert first.world.shared_sea is second.world.shared_sea and first.world.shared_sea is not None
+    boat = first.world.shared_sea.boats[0]
     assert boat.t_s == pytest.approx(first.now_s, abs=0.02) and 60.0 < boat.hull.north_m < 120.0
     assert second.world.truth.east_m == pytest.approx(20.0, abs=0.5)
     errors = []

@@ -7,16 +7,16 @@ from pathlib import Path
 
 import pytest
 
-from companion.cli import LockstepRig
+from companion.cli.rig import LockstepRig
 from sitl.scenarios import SCENARIOS
-from sitl.scenarios.scenario import Outcome, run
+from sitl.scenarios.scenario import ScenarioResult, run
 
 WINDY = {"wind": "6", "current": "0.3"}
 CALM = {"wind": "", "current": ""}
 ROUTES = ("1", "2", "3", "4")
 
 
-def sail(folder: Path, seed: int, name: str = "route", draw: bool = False, **changes: str) -> Outcome:
+def sail(folder: Path, seed: int, name: str = "route", draw: bool = False, **changes: str) -> ScenarioResult:
     outcome = run(SCENARIOS[name], LockstepRig, folder, seed=seed, changes=changes, draw=draw)
     assert outcome.ok, f"{outcome.error or [check.row() for check in outcome.checks if not check.ok]}"
     return outcome
@@ -66,5 +66,14 @@ def test_sweep_with_another_load(tmp_path: Path, route: str, plant: str, seed: i
 @pytest.mark.sweep
 @pytest.mark.parametrize("seed", range(16))
 def test_sweep_hold_by_sbas(tmp_path: Path, seed: int) -> None:
-    outcome = run(SCENARIOS["hold"], LockstepRig, tmp_path, seed=seed, vessel="aboat", changes={"gnss": "sbas", "wind": "6", "current": "0.3"})
-    assert outcome.error is None and outcome.metrics["position_rms_m"] < 0.9 and outcome.metrics["heading_rms_deg"] < 4.0
+    outcome = run(
+        SCENARIOS["hold"],
+        LockstepRig,
+        tmp_path,
+        seed=seed,
+        vessel="aboat",
+        changes={"gnss": "sbas", "wind": "6", "current": "0.3"},
+    )
+    assert (
+        outcome.error is None and outcome.metrics["position_rms_m"] < 0.9 and outcome.metrics["heading_rms_deg"] < 4.0
+    )

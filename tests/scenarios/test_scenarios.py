@@ -7,13 +7,23 @@ from pathlib import Path
 
 import pytest
 
-from companion.cli import LockstepRig
+from companion.cli.rig import LockstepRig
 from sitl.scenarios import SCENARIOS
 from sitl.scenarios.scenario import run
 from tests.scenarios.seeds import seeds
 
 FOLLOWING = {"approach", "follow", "leader_gnss_loss", "link_loss", "station_change", "two_followers"}
-SWEPT_ELSEWHERE = {"ahrs", "colreg", "cross_current", "fence_stop", "identify", "offboard", "route", "survey"} | FOLLOWING
+SWEPT_ELSEWHERE = {
+    "ahrs",
+    "circle",
+    "colreg",
+    "cross_current",
+    "fence_stop",
+    "identify",
+    "offboard",
+    "route",
+    "survey",
+} | FOLLOWING
 
 
 def sail(name: str, folder: Path, seed: int, **changes: str) -> dict[str, float]:
@@ -86,7 +96,9 @@ def test_square_in_a_current(tmp_path: Path, current: str) -> None:
 
 def test_a_leg_that_cannot_be_made_is_declared(tmp_path: Path) -> None:
     metrics = sail("cross_current", tmp_path, 1, current="1.2@180", side="30")
-    assert metrics["declared_unable"] == 1 and metrics["waypoints_reached"] == 0 and metrics["longest_standstill_s"] < 60.0
+    assert (
+        metrics["declared_unable"] == 1 and metrics["waypoints_reached"] == 0 and metrics["longest_standstill_s"] < 60.0
+    )
 
 
 def test_rerouted_without_a_jump(tmp_path: Path) -> None:
@@ -123,7 +135,8 @@ def test_identify_in_a_current(tmp_path: Path) -> None:
 
 
 def test_identify_in_gusts(tmp_path: Path) -> None:
-    """Without a wind sensor; a constant wind in the model in place of the disturbance left the yaw damping wrong by half of it."""
+    """Without a wind sensor; a constant wind in the model in place of the disturbance left the yaw damping wrong by
+    half of it."""
     metrics = sail("identify", tmp_path, 2, wind="3")
     assert metrics["sway_damping_error"] < 0.1 and metrics["yaw_damping_error"] < 0.06 and metrics["iae_ratio"] < 0.5
 

@@ -1,8 +1,8 @@
-"""Whole boats with plant and companion as two processes that meet on pseudo-terminals, by the very configuration of the boat."""
+"""Whole boats with plant and companion as two processes that meet on pseudo-terminals, by the very configuration of the
+boat."""
 
 from __future__ import annotations
 
-import contextlib
 import math
 from pathlib import Path
 
@@ -10,7 +10,8 @@ import pytest
 from pymavlink.dialects.v20 import common as mavlink
 
 from companion.core.geodesy import LocalFrame
-from sitl.scenarios.station import Item, Station, StationTimeout
+from sitl.scenarios.ground_station import GroundStation, Item
+from tests.protocol.driver import Driver
 from tests.protocol.process import free_port
 from tests.protocol.two_processes import TwoProcesses
 
@@ -22,7 +23,7 @@ PULLED_S = {"gnss": 5.6}  # longer than the boat sails on without a position
 NEUTRAL = {"gnss": ("position_lost", "position_lost_over"), "microcontroller": ("bridge_silent", "bridge_silent_over")}
 
 
-def underway(rig: TwoProcesses, station: Station, ahead_m: float = 0.0) -> None:
+def underway(rig: TwoProcesses, station: GroundStation, ahead_m: float = 0.0) -> None:
     """Armed in Hold where it lies, or on its way to a waypoint ahead."""
     station.ready()
     if ahead_m:
@@ -31,23 +32,19 @@ def underway(rig: TwoProcesses, station: Station, ahead_m: float = 0.0) -> None:
         point = frame.to_geodetic(ahead_m * math.cos(home.yaw_rad), ahead_m * math.sin(home.yaw_rad))
         station.upload([Item(mavlink.MAV_CMD_NAV_WAYPOINT, point[0], point[1])])
     station.set_mode(MISSION if ahead_m else HOLD)
-    for _ in range(5):  # a machine that was busy for a moment lets the board go neutral, and that refuses
-        with contextlib.suppress(StationTimeout):
-            station.arm()
-            return
-        station.sail(1.0)
     station.arm()
 
 
-def pull(rig: TwoProcesses, station: Station, device: str) -> None:
-    """The device's port vanishes and comes back: reported within 1 s of the boat's time, answered by rule, well again soon."""
+def pull(rig: TwoProcesses, station: GroundStation, device: str) -> None:
+    """The device's port vanishes and comes back: reported within 1 s of the boat's time, answered by rule, well again
+    soon."""
     before, pulled_s = len(rig.events()), PULLED_S.get(device, 1.2)
-    typed_ns = rig.type(f"{device}_unplugged+{pulled_s}")
+    typed_s = rig.type(f"{device}_unplugged+{pulled_s}")
     away_s: dict[str, float] = {}
 
     def all_said() -> bool:
         for event in rig.events()[before:]:
-            away_s.setdefault(event["name"], rig.speed * 1e-9 * (int(event["time_unix_ns"]) - typed_ns))
+            away_s.setdefault(event["name"], float(event["t_s"]) - typed_s)
         return all(name in away_s for name in (f"{device}_lost", f"{device}_back", *NEUTRAL.get(device, ())))
 
     station.wait(f"{device} lost and back", all_said, pulled_s + 20.0)
@@ -56,11 +53,18 @@ def pull(rig: TwoProcesses, station: Station, device: str) -> None:
     assert pulled_s - 0.1 < away_s[f"{device}_back"] < pulled_s + BACK_S, away_s
 
 
-@pytest.mark.parametrize(("vessel", "ahead_m"), [("revolt", 0.0), pytest.param("aboat", 0.0, marks=pytest.mark.sweep), pytest.param("rescuerunner", 250.0, marks=pytest.mark.sweep)])
+@pytest.mark.parametrize(
+    ("vessel", "ahead_m"),
+    [
+        ("revolt", 0.0),
+        pytest.param("aboat", 0.0, marks=pytest.mark.sweep),
+        pytest.param("rescuerunner", 250.0, marks=pytest.mark.sweep),
+    ],
+)
 def test_every_device_may_be_unplugged_and_comes_back(vessel: str, ahead_m: float, tmp_path: Path) -> None:
-    with TwoProcesses(tmp_path, vessel, 3.0, "--wind", "1@45") as rig:
-        assert rig.hello[-1] == f"for: companion run {vessel} --devices {tmp_path}/ports --speed 3"
-        station = Station(rig)
+    with TwoProcesses(tmp_path, vessel, Driver(0.05), "--wind", "1@45") as rig:
+        assert rig.hello[-1] == f"for: companion run {vessel} --devices {tmp_path}/ports"
+        station = GroundStation(rig)
         underway(rig, station, ahead_m)
         station.sail(2.0)
         for device in (*rig.config.sensors, *rig.config.actuators):
@@ -78,11 +82,14 @@ def test_every_device_may_be_unplugged_and_comes_back(vessel: str, ahead_m: floa
 
 
 @pytest.mark.sweep
-@pytest.mark.parametrize(("vessel", "ahead_m"), [("revolt", 0.0), ("cybership2", 0.0), ("aboat", 60.0), ("rescuerunner", 450.0)])
+@pytest.mark.parametrize(
+    ("vessel", "ahead_m"), [("revolt", 0.0), ("cybership2", 0.0), ("aboat", 60.0), ("rescuerunner", 450.0)]
+)
 def test_a_minute_in_real_time(vessel: str, ahead_m: float, tmp_path: Path) -> None:
-    """Hold where it can hold a heading; else, and for the ÅBOAT, a straight line across the wind."""
-    with TwoProcesses(tmp_path, vessel, 1.0, "--wind", "3@90") as rig:
-        station = Station(rig)
+    """Hold where it can hold a heading; else, and for the ÅBOAT, a straight line across the wind. By the wall clock,
+    which is what it is about: the machine must have time for it."""
+    with TwoProcesses(tmp_path, vessel, None, "--wind", "3@90") as rig:
+        station = GroundStation(rig)
         underway(rig, station, ahead_m)
         begin_s = rig.truth()[-1]["t_s"]
         station.sail(60.0)
@@ -100,14 +107,15 @@ def test_a_minute_in_real_time(vessel: str, ahead_m: float, tmp_path: Path) -> N
     print(rig.said)
 
 
-@pytest.mark.parametrize(("speed", "sailed_s"), [(3.0, 25.0), pytest.param(1.0, 60.0, marks=pytest.mark.sweep)])
-def test_the_jet_follows_the_plants_lead_boat(speed: float, sailed_s: float, tmp_path: Path) -> None:
+@pytest.mark.parametrize(("driven", "sailed_s"), [(True, 25.0), pytest.param(False, 60.0, marks=pytest.mark.sweep)])
+def test_the_jet_follows_the_plants_lead_boat(driven: bool, sailed_s: float, tmp_path: Path) -> None:
     """The lead boat's module speaks on the follower's own link for it."""
     port = free_port()
     plant = ("--wind", "3@90", "--leader", "thesis@8.2+3600", "--leader-link", f"udpin:127.0.0.1:{port}")
-    with TwoProcesses(tmp_path, "rescuerunner", speed, *plant, links=(f"udpin:127.0.0.1:{port}?telemetry=leader",)) as rig:
+    links, driver = (f"udpin:127.0.0.1:{port}?telemetry=leader",), Driver(0.05) if driven else None
+    with TwoProcesses(tmp_path, "rescuerunner", driver, *plant, links=links) as rig:
         assert any(line.split()[0] == "leader" and str(port) in line for line in rig.hello)
-        station = Station(rig)
+        station = GroundStation(rig)
         station.ready()
         station.set_mode(FOLLOW)
         station.arm()
@@ -117,7 +125,11 @@ def test_the_jet_follows_the_plants_lead_boat(speed: float, sailed_s: float, tmp
         station.sail(sailed_s)
         leader = {round(row["t_s"], 1): row for row in rig.leader()}
         rows = [(row, leader.get(round(row["t_s"], 1))) for row in rig.truth() if row["t_s"] > begin_s]
-        gaps_m = [math.hypot(row["north_m"] - ahead["north_m"], row["east_m"] - ahead["east_m"]) for row, ahead in rows if ahead is not None]
+        gaps_m = [
+            math.hypot(row["north_m"] - ahead["north_m"], row["east_m"] - ahead["east_m"])
+            for row, ahead in rows
+            if ahead is not None
+        ]
         assert station.last["HEARTBEAT"].custom_mode == FOLLOW
         assert rows[-1][0]["surge_mps"] > 7.0, "under way at the leader's speed"
         print(f"gap {min(gaps_m):.1f} to {max(gaps_m):.1f} m over {len(gaps_m)} rows")

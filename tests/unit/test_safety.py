@@ -7,9 +7,18 @@ from dataclasses import replace
 
 import pytest
 
-from companion.config import RelayConfig, ServoConfig, find, load
-from companion.core.auxiliary import NO_AUXILIARY, Auxiliary
-from companion.core.types import ActuatorCommand, Allocation, Deployment, ThrusterCommand, ThrusterFeedback, Wrench
+from companion.config.outputs import RelayConfig, ServoConfig
+from companion.config.vessel import find, load
+from companion.core.actuation import (
+    NO_AUXILIARY,
+    ActuatorCommand,
+    Allocation,
+    Auxiliary,
+    Deployment,
+    ThrusterCommand,
+    ThrusterFeedback,
+    Wrench,
+)
 from companion.safety import Gate as BareGate
 from tests.unit.control.simple_boat import REVOLT
 
@@ -31,7 +40,8 @@ class Gate(BareGate):
 
 def allocation(*throttles: float, azimuth_rad: float = 0.2) -> Allocation:
     commands = tuple(
-        ThrusterCommand(27.0 * u * abs(u), u, azimuth_rad if t.kind == "azimuth" else None) for t, u in zip(REVOLT.thrusters, throttles, strict=False)
+        ThrusterCommand(27.0 * u * abs(u), u, azimuth_rad if t.kind == "azimuth" else None)
+        for t, u in zip(REVOLT.thrusters, throttles, strict=False)
     )
     return Allocation(commands, Wrench(0.0, 0.0, 0.0), NONE)
 
@@ -42,7 +52,7 @@ def run(gate: Gate, demand: Allocation, cycles: int, armed: bool = True) -> Actu
     return command
 
 
-def test_a_sound_demand_goes_through_untouched() -> None:
+def test_a_valid_demand_passes_unchanged() -> None:
     gate = Gate(REVOLT)
     run(gate, allocation(0.5, -0.5, 0.3), 10)
     command = gate.update(allocation(0.5, -0.5, 0.3), True, 7.0, DT_S)
@@ -62,7 +72,7 @@ def test_disarmed_every_throttle_is_zero_at_once() -> None:
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
-def test_no_number_is_neutral_for_that_thruster_alone(bad: float) -> None:
+def test_a_non_finite_demand_is_neutral_for_that_thruster_alone(bad: float) -> None:
     gate = Gate(REVOLT)
     run(gate, allocation(0.5, 0.5, 0.3), 10)
     command = gate.update(allocation(bad, 0.5, 0.3), True, 1.0, DT_S)
@@ -76,7 +86,11 @@ def test_no_number_is_neutral_for_that_thruster_alone(bad: float) -> None:
 def test_throttle_and_force_are_within_limits() -> None:
     command = run(Gate(REVOLT), allocation(7.0, -7.0, 7.0), 40)
     port, starboard, bow = command.thrusters
-    assert port.force_n == pytest.approx(25.0) and starboard.force_n == pytest.approx(-25.0) and bow.force_n == pytest.approx(14.0)
+    assert (
+        port.force_n == pytest.approx(25.0)
+        and starboard.force_n == pytest.approx(-25.0)
+        and bow.force_n == pytest.approx(14.0)
+    )
     assert all(abs(t.throttle) <= 1.0 for t in command.thrusters)
     assert set(command.gated) == {"stern_port.throttle", "stern_starboard.throttle", "bow.throttle"}
 
@@ -93,7 +107,7 @@ def test_thrust_grows_slowly_and_falls_at_once() -> None:
 
 
 @pytest.mark.parametrize("dt_s", [0.0, -1.0, math.nan, math.inf])
-def test_a_strange_time_step_gives_no_more_than_the_slack(dt_s: float) -> None:
+def test_an_invalid_time_step_allows_only_the_slack(dt_s: float) -> None:
     command = Gate(REVOLT).update(allocation(0.9, 0.9, 0.9), True, 0.0, dt_s)
     assert all(abs(t.force_n) <= 0.5 + 1e-9 for t in command.thrusters)
 
@@ -126,7 +140,7 @@ def test_a_thruster_without_astern() -> None:
 
 @pytest.mark.parametrize("deployment", [Deployment.RETRACTED, Deployment.MOVING])
 @pytest.mark.parametrize("lower", [None, True, False])
-def test_a_propeller_that_is_not_down_never_runs(deployment: Deployment, lower: bool | None) -> None:
+def test_a_propeller_that_is_not_lowered_never_runs(deployment: Deployment, lower: bool | None) -> None:
     gate = BareGate(REVOLT)
     for k in range(200):
         command = gate.update(allocation(0.5, 0.5, 0.3), True, DT_S * k, DT_S, lower, bow(deployment))
@@ -135,7 +149,7 @@ def test_a_propeller_that_is_not_down_never_runs(deployment: Deployment, lower: 
     assert command.thrusters[0].throttle == 0.5
 
 
-def test_told_to_go_up_it_stops_at_once() -> None:
+def test_ordered_up_it_stops_at_once() -> None:
     gate = BareGate(REVOLT)
     for k in range(10):
         running = gate.update(allocation(0.1, 0.1, 0.3), True, DT_S * k, DT_S, None, bow(Deployment.LOWERED))
@@ -145,18 +159,35 @@ def test_told_to_go_up_it_stops_at_once() -> None:
 
 
 @pytest.mark.parametrize("feedback", [(), bow(None)])
-def test_a_board_that_does_not_say_is_given_the_time_of_travel(feedback: tuple[ThrusterFeedback | None, ...]) -> None:
+def test_without_a_reported_position_the_travel_time_counts_in_the_gate(
+    feedback: tuple[ThrusterFeedback | None, ...],
+) -> None:
     gate, demand = BareGate(REVOLT), allocation(0.0, 0.0, 0.1)
     assert gate.update(demand, True, 100.0, DT_S, None, feedback).thrusters[2].throttle == 0.0
-    for now_s, lower, runs in ((101.0, True, False), (101.0 + BOW.travel_s - 0.1, True, False), (101.0 + BOW.travel_s, True, True), (107.0, False, False),
-                               (108.0, True, False), (108.0 + BOW.travel_s, True, True)):  # fmt: skip
+    for now_s, lower, runs in (
+        (101.0, True, False),
+        (101.0 + BOW.travel_s - 0.1, True, False),
+        (101.0 + BOW.travel_s, True, True),
+        (107.0, False, False),
+        (108.0, True, False),
+        (108.0 + BOW.travel_s, True, True),
+    ):
         assert (gate.update(demand, True, now_s, DT_S, lower, feedback).thrusters[2].throttle != 0.0) == runs
 
 
-def test_nothing_to_gate_while_up_is_no_complaint() -> None:
-    assert BareGate(REVOLT).update(allocation(0.1, 0.1, 0.0), True, 0.0, DT_S, False, bow(Deployment.RETRACTED)).gated == ()
+def test_a_retracted_thruster_without_demand_is_not_gated() -> None:
+    assert (
+        BareGate(REVOLT).update(allocation(0.1, 0.1, 0.0), True, 0.0, DT_S, False, bow(Deployment.RETRACTED)).gated
+        == ()
+    )
+
+
 def test_servos_and_relays_are_limited_and_rest_while_disarmed() -> None:
-    servos = (ServoConfig("winch", 1000.0, 2000.0, 1500.0), ServoConfig("flap"), ServoConfig("sign", while_disarmed=True))
+    servos = (
+        ServoConfig("winch", 1000.0, 2000.0, 1500.0),
+        ServoConfig("flap"),
+        ServoConfig("sign", while_disarmed=True),
+    )
     boat = replace(REVOLT, servos=servos, relays=(RelayConfig("pump"), RelayConfig("lamp", while_disarmed=True)))
     gate = BareGate(boat)
 

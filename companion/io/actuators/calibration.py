@@ -1,20 +1,24 @@
-"""Between a thruster's throttle and azimuth and what its drive is told: trim, dead band, end points, direction, rates. Shared by all bridges."""
+"""From a thruster's throttle and azimuth to the levels of its drive and back: trim, dead band, end points, direction,
+rates. Shared by all bridges."""
 
 from __future__ import annotations
 
 import math
 
-from companion.config import OutputConfig, ThrusterConfig
+from companion.config.bridges import OutputConfig
+from companion.config.devices import ThrusterConfig
+from companion.core.actuation import ThrusterCommand
 from companion.core.angles import wrap_pi
-from companion.core.types import ThrusterCommand
 
 _AS_IT_IS = OutputConfig()
 
 
 class ThrusterOutput:
-    """`level(command, armed, now_s)` → what the drive is told, in the unit of its bridge; `throttle(level)` → what a level that it shows means.
+    """`level(command, armed, now_s)` → the level that the drive is sent, in the unit of its bridge; `throttle(level)` →
+    the throttle of a level that the drive reports.
 
-    Disarmed, and for what is no number, it is the level of standstill. Remembers the throttle last told and when, for the rate.
+    The level is that of standstill while disarmed, and for a throttle that is not finite. Remembers the last throttle
+    and its time, for the rate.
     """
 
     def __init__(self, thruster: ThrusterConfig, pulses: bool) -> None:
@@ -29,6 +33,7 @@ class ThrusterOutput:
         self._told_s: float | None = None
 
     def level(self, command: ThrusterCommand, armed: bool, now_s: float) -> float:
+        """The level for a command: with trim, dead band, end points, direction and rate."""
         throttle = command.throttle if armed and math.isfinite(command.throttle) else 0.0
         throttle = self._slewed(min(1.0, max(-1.0, throttle)), now_s)
         if throttle == 0.0:
@@ -38,7 +43,7 @@ class ThrusterOutput:
         return self.neutral + skipped + abs(throttle) * (span - skipped)
 
     def throttle(self, level: float) -> float:
-        """−1…1."""
+        """The throttle −1…1 of a level that the drive reports."""
         off, ahead, astern = level - self.neutral, self._scale.ahead - self.neutral, self._scale.astern - self.neutral
         if abs(off) <= self._scale.dead_band:
             return 0.0
@@ -50,13 +55,13 @@ class ThrusterOutput:
         return share if forward else -share
 
     def drive_azimuth(self, azimuth_rad: float | None) -> float | None:
-        """The angle that the drive is told, for one that is told angles."""
+        """The angle to send to a drive that takes angles, in rad."""
         if azimuth_rad is None or not self._turned:
             return azimuth_rad
         return self._azimuth_sign * azimuth_rad + self._azimuth_trim_rad
 
     def azimuth(self, drive_rad: float | None) -> float | None:
-        """The thruster's azimuth, for the angle that its drive shows."""
+        """The thruster's azimuth in rad, for the angle that its drive reports."""
         if drive_rad is None or not self._turned:
             return drive_rad
         return wrap_pi(self._azimuth_sign * (drive_rad - self._azimuth_trim_rad))
@@ -80,24 +85,31 @@ class ThrusterOutput:
 class AzimuthServo:
     """`pulse_us(azimuth_rad, now_s)` for a servo that turns a thruster between its stops; `azimuth_rad(pulse_us)` back.
 
-    Its pulses move at the thruster's own rate, from the first on, which is given at once. Remembers the last azimuth and when.
+    The pulses move at the thruster's own rate; only the first one is given at once. Remembers the last azimuth and its
+    time.
     """
 
     def __init__(self, thruster: ThrusterConfig, begin_at_rest: bool = False) -> None:
-        """`begin_at_rest`: there is a pulse before there is a demand, that of the thruster's azimuth at rest. Raises ValueError for a thruster
-        without stops."""
+        """`begin_at_rest`: before the first demand there is a pulse, that of the thruster's azimuth at rest. Raises
+        ValueError for a thruster without stops."""
         output = thruster.output or _AS_IT_IS
         if thruster.azimuth_min_rad is None or thruster.azimuth_max_rad is None:
             raise ValueError(f"thruster '{thruster.name}' has no stops")
         self._low_rad, self._high_rad = thruster.azimuth_min_rad, thruster.azimuth_max_rad
         self._low_us, self._high_us = output.azimuth_min_us, output.azimuth_max_us
         self._rate_radps = thruster.azimuth_rate_radps
-        self._last_rad: float | None = min(self._high_rad, max(self._low_rad, thruster.azimuth_rad)) if begin_at_rest else None
+        self._last_rad: float | None = (
+            min(self._high_rad, max(self._low_rad, thruster.azimuth_rad)) if begin_at_rest else None
+        )
         self._last_s: float | None = None
 
     def pulse_us(self, azimuth_rad: float | None, now_s: float) -> float | None:
-        """For None or no number as before; None until there has been one."""
-        wanted = self._last_rad if azimuth_rad is None or not math.isfinite(azimuth_rad) else min(self._high_rad, max(self._low_rad, azimuth_rad))
+        """The pulse for an azimuth. None or a number that is not finite: the last one; None before the first demand."""
+        wanted = (
+            self._last_rad
+            if azimuth_rad is None or not math.isfinite(azimuth_rad)
+            else min(self._high_rad, max(self._low_rad, azimuth_rad))
+        )
         if wanted is None:
             return None
         if self._last_rad is not None:
@@ -108,5 +120,6 @@ class AzimuthServo:
         return self._low_us + share * (self._high_us - self._low_us)
 
     def azimuth_rad(self, pulse_us: float) -> float:
+        """The azimuth for a pulse, within the stops."""
         share = (pulse_us - self._low_us) / (self._high_us - self._low_us)
         return self._low_rad + min(1.0, max(0.0, share)) * (self._high_rad - self._low_rad)

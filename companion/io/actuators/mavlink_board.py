@@ -1,4 +1,5 @@
-"""The MAVLink side of a bridge to an autopilot board: who it is, whether it lives, and what it was asked to send."""
+"""The MAVLink side of a bridge to an autopilot board: its address, its heartbeat, the messages that it is asked for,
+and its relays."""
 
 from __future__ import annotations
 
@@ -6,9 +7,11 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from companion.config.actuators.mavlink_servo import MavlinkBoardConfig
+from companion.core.actuation import Beacon, Light
 from companion.core.ports import ByteStream
-from companion.io.mavlink import messages as mavlink
-from companion.io.mavlink.framer import Framer, UnknownMessage, frame, pack
+from companion.io.mavlink.wire import messages as mavlink
+from companion.io.mavlink.wire.framer import Framer, UnknownMessage, frame, pack
 
 COMPONENT = mavlink.MAV_COMP_ID_ONBOARD_COMPUTER
 BEAT_LOST_S = 3.5  # boards beat once a second
@@ -17,17 +20,24 @@ _ASK_S = 1.0
 _ASK_AGAIN_S = 10.0  # for parameters, which somebody may set meanwhile
 _STALE_S = 2.0
 _MICROSECONDS = 1e6
+_RELAYS_AGAIN_S = 1.0
+_BLINK_HZ = 1.0
 
 
 class MavlinkBoard:
-    """`read(now_s)` → messages of the board with their time of arrival; `attend(now_s)` once a step: heartbeat, and requests that are due.
+    """`read(now_s)` → messages of the board with their time of arrival; `attend(now_s)` once a step: heartbeat, and
+    requests that are due.
 
-    The first autopilot whose heartbeat is heard is the board; other systems on the line are not listened to. Remembers its address and kind
-    (`autopilot`, a MAV_AUTOPILOT), when it was heard and beat, when each message came, the parameters asked for, and counts.
+    The board is the first autopilot whose heartbeat comes in; other systems on the line are ignored. Remembers its
+    address and kind (`autopilot`, a MAV_AUTOPILOT), the times of its last message and heartbeat and of each message,
+    the parameters asked for, and counts.
     """
 
-    def __init__(self, stream: ByteStream, system: int, intervals_s: Mapping[int, float], parameters: Sequence[str]) -> None:
-        """`system`: our own id; `intervals_s`: how often each message is wanted; `parameters`: names of those wanted."""
+    def __init__(
+        self, stream: ByteStream, system: int, intervals_s: Mapping[int, float], parameters: Sequence[str]
+    ) -> None:
+        """`system`: our own id; `intervals_s`: how often each message is wanted; `parameters`: names of those
+        wanted."""
         self.stream = stream
         self.address: tuple[int, int] | None = None
         self.autopilot: int | None = None
@@ -47,6 +57,7 @@ class MavlinkBoard:
 
     @property
     def frames(self) -> int:
+        """How many valid frames have come in."""
         return self._framer.received
 
     @property
@@ -55,6 +66,7 @@ class MavlinkBoard:
         return self._framer.garbage - self._garbage_before
 
     def read(self, now_s: float) -> list[tuple[float, Any]]:
+        """Messages of the board since the last call, each with its time of arrival in vessel time."""
         messages: list[tuple[float, Any]] = []
         for arrival_s, data in self.stream.read(now_s):
             for message in self._framer.feed(data):
@@ -67,10 +79,11 @@ class MavlinkBoard:
         return messages
 
     def came_s(self, number: int) -> float | None:
-        """When that message last came."""
+        """When that message last came in; None before the first."""
         return self._came_s.get(number)
 
     def attend(self, now_s: float) -> None:
+        """Send the heartbeat and the requests that are due."""
         if self._sent_beat_s is None or now_s - self._sent_beat_s >= _BEAT_S:
             self._sent_beat_s = now_s
             kind, none = mavlink.MAV_TYPE_ONBOARD_CONTROLLER, mavlink.MAV_AUTOPILOT_INVALID
@@ -80,7 +93,7 @@ class MavlinkBoard:
             self._ask(now_s)
 
     def send(self, now_s: float, *messages: Any) -> None:
-        """All in one piece, so that none is lost to a line that is busy with another."""
+        """Send all messages in one write, so that a busy line drops all or none."""
         frames = []
         for message in messages:
             frames.append(frame(pack(message), self._sequence, self._system, COMPONENT))
@@ -89,7 +102,7 @@ class MavlinkBoard:
             self.stream.write(b"".join(frames), now_s)
 
     def command(self, number: int, *parameters: float) -> Any:
-        """COMMAND_LONG to the board, which must be known."""
+        """COMMAND_LONG to the board. Its address must be known."""
         assert self.address is not None
         values = (*parameters, *(0.0,) * (7 - len(parameters)))
         return mavlink.MAVLink_command_long_message(*self.address, number, 0, *values)
@@ -106,13 +119,20 @@ class MavlinkBoard:
         missing = any(name not in self.parameters for name in self._wanted)
         if self._wanted and (missing or asked_s is None or now_s - asked_s >= _ASK_AGAIN_S):
             self._asked_parameters_s = now_s
-            requests += [mavlink.MAVLink_param_request_read_message(*self.address, name.encode("ascii"), -1) for name in self._wanted]
+            requests += [
+                mavlink.MAVLink_param_request_read_message(*self.address, name.encode("ascii"), -1)
+                for name in self._wanted
+            ]
         self.send(now_s, *requests)
 
     def _is_from_the_board(self, message: Any, arrival_s: float) -> bool:
         sender = message.get_srcSystem(), message.get_srcComponent()
         number = message.get_msgId()
-        if number == mavlink.MAVLINK_MSG_ID_HEARTBEAT and message.autopilot != mavlink.MAV_AUTOPILOT_INVALID and self.address in (None, sender):
+        if (
+            number == mavlink.MAVLINK_MSG_ID_HEARTBEAT
+            and message.autopilot != mavlink.MAV_AUTOPILOT_INVALID
+            and self.address in (None, sender)
+        ):
             self.address, self.autopilot, self.beat_s = sender, message.autopilot, arrival_s
         if sender != self.address:
             return False
@@ -124,3 +144,28 @@ class MavlinkBoard:
         text = name.decode("ascii", "replace") if isinstance(name, bytes) else name
         if text in self._wanted and math.isfinite(value):
             self.parameters[text] = value
+
+
+class MavlinkRelays:
+    """`orders(on, beacon, now_s)` → DO_SET_RELAY messages: changes at once, all others once a second.
+
+    The board leaves its relays as they are in silence. Remembers what was sent and when.
+    """
+
+    def __init__(self, config: MavlinkBoardConfig, board: MavlinkBoard) -> None:
+        self._numbers, self._lamps = config.relays, config.lamps
+        self._board = board
+        self._sent: dict[int, tuple[bool, float]] = {}
+
+    def orders(self, on: Sequence[bool], beacon: Beacon, now_s: float) -> list[Any]:
+        """Messages that are due. `on`: of the bridge's relays, in order. The board's address must be known."""
+        wanted = dict(zip(self._numbers, on, strict=True))
+        for number, light in zip(self._lamps, (beacon.red, beacon.yellow, beacon.green), strict=False):
+            wanted[number] = light is Light.STEADY or (light is Light.BLINK and now_s * _BLINK_HZ % 1.0 < 0.5)
+        due = []
+        for number, state in wanted.items():
+            sent = self._sent.get(number)
+            if sent is None or sent[0] is not state or now_s - sent[1] >= _RELAYS_AGAIN_S:
+                self._sent[number] = state, now_s
+                due.append(self._board.command(mavlink.MAV_CMD_DO_SET_RELAY, number, float(state)))
+        return due

@@ -1,33 +1,39 @@
-"""Bridge to an autopilot board (a Pixhawk with ArduPilot) whose servo outputs drive the thrusters, by RC_CHANNELS_OVERRIDE or DO_SET_SERVO.
+"""Bridge to an autopilot board (a Pixhawk with ArduPilot) whose servo outputs drive the thrusters, by
+RC_CHANNELS_OVERRIDE or DO_SET_SERVO.
 
-What a Rover must be set to, override: SERVOn_FUNCTION = 139 + channel (RCINnScaled) and SERVO_RC_FS_MSK with the channels' bits, so that its radio
-failsafe sends the outputs to SERVOn_TRIM (standstill; of an azimuth, its rest); FS_THR_ENABLE 1 and RC_FS_TIMEOUT 0.5, after which it does so without a
-receiver; RC_OVERRIDE_TIME 0.5 (it comes with 3), after which a receiver has the outputs: it needs those channels, at centre, for one that it lacks reads
-as full astern; RCn_MIN, _TRIM, _MAX the same as SERVOn_…, RCn_DZ 0; MAV_GCS_SYSID (SYSID_MYGCS) = `system`. The failsafe looks at RC channel 3, so
-without a receiver that is kept at its centre.
-DO_SET_SERVO: SERVOn_FUNCTION = 0. The board then holds its last pulses for ever, whatever becomes of the companion.
+What a Rover must be set to, override: SERVOn_FUNCTION = 139 + channel (RCINnScaled) and SERVO_RC_FS_MSK with the
+channels' bits, so that its radio failsafe sends the outputs to SERVOn_TRIM (standstill; of an azimuth, its rest);
+FS_THR_ENABLE 1 and RC_FS_TIMEOUT 0.5, after which it does so without a receiver; RC_OVERRIDE_TIME 0.5 (it comes with
+3), after which a receiver has the outputs: it needs those channels, at centre, for one that it lacks reads as full
+astern; RCn_MIN, _TRIM, _MAX the same as SERVOn_…, RCn_DZ 0; MAV_GCS_SYSID (SYSID_MYGCS) = `system`. The failsafe looks
+at RC channel 3, so without a receiver that channel is kept at its centre. DO_SET_SERVO: SERVOn_FUNCTION = 0. The board
+then holds its last pulses for ever when the companion is silent.
 """
 
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from companion.config import ActuatorConfig, ConfigError, VesselConfig, azimuths_of
+from companion.config.actuators.mavlink_servo import MavlinkServoConfig
+from companion.config.driving import azimuths_of
+from companion.config.vessel import ConfigError, VesselConfig
+from companion.core.actuation import DARK, ActuatorCommand, ThrusterFeedback
 from companion.core.ports import ByteStream
-from companion.core.types import DARK, ActuatorCommand, Battery, DeviceHealth, Leak, RcInput, Reading, ThrusterFeedback
+from companion.core.readings import Battery, Leak, RcInput, Reading
+from companion.core.tick import DeviceHealth
 from companion.io.actuators.calibration import AzimuthServo, ThrusterOutput
-from companion.io.actuators.mavlink_board import BEAT_LOST_S, MavlinkBoard
-from companion.io.actuators.mavlink_relays import MavlinkRelays
-from companion.io.actuators.receiver import channels
-from companion.io.mavlink import messages as mavlink
+from companion.io.actuators.mavlink_board import BEAT_LOST_S, MavlinkBoard, MavlinkRelays
+from companion.io.actuators.rc_receiver import channels
+from companion.io.mavlink.wire import messages as mavlink
 
 _INTERVALS_S = {
     mavlink.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW: 0.05,
     mavlink.MAVLINK_MSG_ID_SYS_STATUS: 0.5,
     mavlink.MAVLINK_MSG_ID_RC_CHANNELS: 0.1,
 }
+_NEWEST_COUNTS = (mavlink.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW, mavlink.MAVLINK_MSG_ID_RC_CHANNELS)
 _IGNORE, _IGNORE_HIGH = 0xFFFF, 0  # a channel of an override, up to 8 and above
 _LOW_CHANNELS, _OVERRIDES = 8, 18
 _REPEAT_S = 0.5  # DO_SET_SERVO without a change
@@ -41,25 +47,37 @@ _SAFETY = mavlink.MAV_SYS_STATUS_SENSOR_MOTOR_OUTPUTS
 _RECEIVER = mavlink.MAV_SYS_STATUS_SENSOR_RC_RECEIVER
 _REFUSALS = {
     mavlink.MAV_CMD_DO_SET_SERVO: "the board refuses DO_SET_SERVO: set SERVOn_FUNCTION of its channels to 0",
-    mavlink.MAV_CMD_DO_SET_RELAY: "the board refuses DO_SET_RELAY: set RELAYn_FUNCTION of its relays to 1, and their pins",
+    mavlink.MAV_CMD_DO_SET_RELAY: (
+        "the board refuses DO_SET_RELAY: set RELAYn_FUNCTION of its relays to 1, and their pins"
+    ),
 }
 _LEAK = ("leak", b"leak")
-_OVERRIDE_TIME, _FAILSAFE_MASK, _FAILSAFE, _FAILSAFE_TIME = "RC_OVERRIDE_TIME", "SERVO_RC_FS_MSK", "FS_THR_ENABLE", "RC_FS_TIMEOUT"
-_SETTINGS = (_OVERRIDE_TIME, _FAILSAFE_MASK, _FAILSAFE, _FAILSAFE_TIME)  # of which older boards lack the last: 0.5 s, fixed
+_OVERRIDE_TIME, _FAILSAFE_MASK, _FAILSAFE, _FAILSAFE_TIME = (
+    "RC_OVERRIDE_TIME",
+    "SERVO_RC_FS_MSK",
+    "FS_THR_ENABLE",
+    "RC_FS_TIMEOUT",
+)
+_SETTINGS = (
+    _OVERRIDE_TIME,
+    _FAILSAFE_MASK,
+    _FAILSAFE,
+    _FAILSAFE_TIME,
+)  # of which older boards lack the last: 0.5 s, fixed
 _THROTTLE_CHANNEL, _CENTRE_US = 3, 1500
 
 
 class MavlinkServoBridge:
-    """`ActuatorCommand` → pulses of the board's channels; SERVO_OUTPUT_RAW → `ThrusterFeedback`, SYS_STATUS → `Battery`, RC_CHANNELS → `RcInput`
-    where nothing is overridden (else the board does not say when it has lost the transmitter), NAMED_VALUE_FLOAT or _INT "leak" (from a script on
-    the board) → `Leak`.
+    """`ActuatorCommand` → pulses of the board's channels. SERVO_OUTPUT_RAW → `ThrusterFeedback`, SYS_STATUS →
+    `Battery`, NAMED_VALUE_FLOAT or _INT "leak" (from a script on the board) → `Leak`. RC_CHANNELS → `RcInput` only
+    where nothing is overridden: otherwise the board does not report a lost transmitter.
 
-    Disarmed, and on closing, the throttles stand at their trim and azimuth servos stay; before the first arming those are at rest. What comes
-    back is what the board puts out, not what propeller and servo make of it. Thruster indices are those of the vessel.
-    Remembers the pulses sent and put out, since when they differ, and refusals.
+    Disarmed, and on closing, the throttles go to their trim and azimuth servos stay; before the first arming those are
+    at rest. Feedback is what the board puts out, not what propeller and servo make of it. Thruster indices are those of
+    the vessel. Remembers the pulses sent and put out, since when they differ, and refusals.
     """
 
-    def __init__(self, config: ActuatorConfig, vessel: VesselConfig, stream: ByteStream) -> None:
+    def __init__(self, config: MavlinkServoConfig, vessel: VesselConfig, stream: ByteStream) -> None:
         """Raises ConfigError without its table of channels."""
         if config.mavlink is None:
             raise ConfigError([f"actuator '{config.name}': needs a table [actuator.mavlink] with the channels"])
@@ -71,16 +89,27 @@ class MavlinkServoBridge:
         self._outputs = tuple(ThrusterOutput(thruster, pulses=True) for thruster in driven)
         self._channels = self._mavlink.channels
         self._azimuth_channels = self._mavlink.azimuth_channels or (0,) * len(driven)
-        self._ours = [channel for channel in (*self._channels, *self._azimuth_channels, *self._mavlink.servo_channels) if channel]
+        self._ours = [
+            channel for channel in (*self._channels, *self._azimuth_channels, *self._mavlink.servo_channels) if channel
+        ]
         self._overrides = self._mavlink.method == "override"
         # a channel that nobody overrides would turn a servo to its end
         turned = azimuths_of(config, vessel.thrusters, vessel.actuators)
-        self._servos = tuple(AzimuthServo(vessel.thrusters[i], begin_at_rest=self._overrides) if i in turned else None for i in self._indices)
+        self._servos = tuple(
+            AzimuthServo(vessel.thrusters[i], begin_at_rest=self._overrides) if i in turned else None
+            for i in self._indices
+        )
         self._board = MavlinkBoard(stream, self._mavlink.system, _INTERVALS_S, _SETTINGS if self._overrides else ())
         self._auxiliary_servos = tuple([servo.name for servo in vessel.servos].index(name) for name in config.servos)
         self._rests_us = tuple(vessel.servos[i].rest_us for i in self._auxiliary_servos)
         self._auxiliary_relays = tuple([relay.name for relay in vessel.relays].index(name) for name in config.relays)
         self._relays = MavlinkRelays(self._mavlink, self._board)
+        self._handlers: Mapping[int, Callable[[float, Any], list[Reading]]] = {
+            mavlink.MAVLINK_MSG_ID_SYS_STATUS: self._status,
+            mavlink.MAVLINK_MSG_ID_NAMED_VALUE_FLOAT: self._leak,
+            mavlink.MAVLINK_MSG_ID_NAMED_VALUE_INT: self._leak,
+            mavlink.MAVLINK_MSG_ID_COMMAND_ACK: self._acknowledged,
+        }
         self._sent: dict[int, int] = {}  # pulses by channel
         self._recent: deque[tuple[float, dict[int, int]]] = deque()  # the same, of the last moments
         self._sent_s: dict[int, float] = {}
@@ -92,29 +121,19 @@ class MavlinkServoBridge:
         self._now_s = 0.0
 
     def read(self, now_s: float) -> Sequence[Reading]:
-        """Readings of all that has come in since the last call; of several outputs and receptions the newest."""
-        outputs: tuple[float, Any] | None = None
-        received: tuple[float, Any] | None = None
+        """Readings of all that has come in since the last call. Of several outputs or receptions the newest counts."""
+        newest: dict[int, tuple[float, Any]] = {}
         readings: list[Reading] = []
         for arrival_s, message in self._board.read(now_s):
-            match message.get_msgId():
-                case mavlink.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW if message.port == 0:
-                    outputs = arrival_s, message
-                case mavlink.MAVLINK_MSG_ID_RC_CHANNELS:
-                    received = arrival_s, message
-                case mavlink.MAVLINK_MSG_ID_SYS_STATUS:
-                    readings += self._status(arrival_s, message)
-                case mavlink.MAVLINK_MSG_ID_NAMED_VALUE_FLOAT | mavlink.MAVLINK_MSG_ID_NAMED_VALUE_INT if message.name in _LEAK:
-                    readings.append(Leak(arrival_s, self.name, message.value > 0))
-                case mavlink.MAVLINK_MSG_ID_COMMAND_ACK if message.command in _REFUSALS and message.result != mavlink.MAV_RESULT_ACCEPTED:
-                    self._refused = message.command, arrival_s  # of which channel is not said, so consent to others takes nothing back
-        if outputs is not None:
+            number = message.get_msgId()
+            if number in _NEWEST_COUNTS and getattr(message, "port", 0) == 0:
+                newest[number] = arrival_s, message
+            elif number in self._handlers:
+                readings += self._handlers[number](arrival_s, message)
+        if outputs := newest.get(mavlink.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW):
             readings += self._feedback(*outputs)
-        if received is not None:
-            self._receiver_channels = received[1].chancount
-        if received is not None and not self._overrides and received[1].chancount > 0:
-            pulses = [getattr(received[1], f"chan{i}_raw") for i in range(1, _LOW_CHANNELS + 1)]
-            readings.append(RcInput(received[0], self.name, channels([0 if us == _IGNORE else us for us in pulses]), self._receiver_lost))
+        if received := newest.get(mavlink.MAVLINK_MSG_ID_RC_CHANNELS):
+            readings += self._received(*received)
         return readings
 
     def write(self, command: ActuatorCommand, now_s: float) -> None:
@@ -139,7 +158,8 @@ class MavlinkServoBridge:
             self._recent.popleft()
 
     def health(self, now_s: float) -> DeviceHealth:
-        """Ok while the board lives, puts out what it is sent, and is set so that it lets go when the companion falls silent; else what to do."""
+        """Ok while the board lives, puts out what it is sent, and lets go of its outputs when the companion is silent;
+        else what to do."""
         heard_s = self._board.heard_s
         complaint = self._complaint(now_s)
         counts = f"{self._board.frames} messages"
@@ -147,14 +167,20 @@ class MavlinkServoBridge:
         return DeviceHealth(self.name, not complaint, age_s, f"{complaint} ({counts})" if complaint else counts)
 
     def fileno(self) -> int | None:
+        """See `Actuator`."""
         return self._board.stream.fileno()
 
     def close(self) -> None:
-        """Standstill. Nothing is released: what came before would stand until the board's failsafe, which lets go by itself."""
+        """Standstill. Nothing is released: otherwise the last pulses would hold until the board's failsafe, which lets
+        go by itself."""
         if self._board.address is not None:
-            neutral = {channel: round(output.neutral) for channel, output in zip(self._channels, self._outputs, strict=True)}
+            neutral = {
+                channel: round(output.neutral) for channel, output in zip(self._channels, self._outputs, strict=True)
+            }
             self._send(neutral, self._now_s)
-            self._board.send(self._now_s, *self._relays.orders((False,) * len(self._auxiliary_relays), DARK, self._now_s))
+            self._board.send(
+                self._now_s, *self._relays.orders((False,) * len(self._auxiliary_relays), DARK, self._now_s)
+            )
         self._board.stream.close()
 
     # --- out -------------------------------------------------------------------------------------------------------
@@ -162,30 +188,59 @@ class MavlinkServoBridge:
     def _auxiliary(self, command: ActuatorCommand) -> tuple[dict[int, int], list[bool]]:
         """Pulses of servos by channel (0: none), and the relays; at rest without a demand."""
         servos, relays = command.auxiliary.servos_us, command.auxiliary.relays
-        known = len(servos) > max(self._auxiliary_servos, default=-1) and len(relays) > max(self._auxiliary_relays, default=-1)
+        known = len(servos) > max(self._auxiliary_servos, default=-1) and len(relays) > max(
+            self._auxiliary_relays, default=-1
+        )
         wanted_us = [servos[i] if known else None for i in self._auxiliary_servos]
         pulses = [rest_us or 0.0 if us is None else us for us, rest_us in zip(wanted_us, self._rests_us, strict=True)]
-        return dict(zip(self._mavlink.servo_channels, map(round, pulses), strict=True)), [known and relays[i] for i in self._auxiliary_relays]
+        return dict(zip(self._mavlink.servo_channels, map(round, pulses), strict=True)), [
+            known and relays[i] for i in self._auxiliary_relays
+        ]
 
     def _send(self, pulses: dict[int, int], now_s: float) -> None:
         if self._overrides:
-            # without a receiver the board takes a throttle channel that nobody sends for a radio that has failed
+            # without a receiver the board takes a silent throttle channel for a radio that has failed
             idle = {} if self._receiver_channels or _THROTTLE_CHANNEL in self._ours else {_THROTTLE_CHANNEL: _CENTRE_US}
             self._board.send(now_s, self._override(idle | pulses))
             self._sent = pulses
             return
-        due = [c for c, us in pulses.items() if self._sent.get(c) != us or now_s - self._sent_s.get(c, 0.0) >= _REPEAT_S]
-        self._board.send(now_s, *(self._board.command(mavlink.MAV_CMD_DO_SET_SERVO, channel, pulses[channel]) for channel in due))
+        due = [
+            c for c, us in pulses.items() if self._sent.get(c) != us or now_s - self._sent_s.get(c, 0.0) >= _REPEAT_S
+        ]
+        self._board.send(
+            now_s, *(self._board.command(mavlink.MAV_CMD_DO_SET_SERVO, channel, pulses[channel]) for channel in due)
+        )
         self._sent.update(pulses)
         self._sent_s.update(dict.fromkeys(due, now_s))
 
     def _override(self, pulses: Mapping[int, int]) -> Any:
         """Pulses by channel; those that are not named stay as they are."""
         assert self._board.address is not None
-        values = [pulses.get(channel, _IGNORE if channel <= _LOW_CHANNELS else _IGNORE_HIGH) for channel in range(1, _OVERRIDES + 1)]
+        values = [
+            pulses.get(channel, _IGNORE if channel <= _LOW_CHANNELS else _IGNORE_HIGH)
+            for channel in range(1, _OVERRIDES + 1)
+        ]
         return mavlink.MAVLink_rc_channels_override_message(*self._board.address, *values)
 
     # --- in --------------------------------------------------------------------------------------------------------
+
+    def _received(self, arrival_s: float, message: Any) -> list[Reading]:
+        """The transmitter's channels, where nothing is overridden."""
+        self._receiver_channels = message.chancount
+        if self._overrides or message.chancount == 0:
+            return []
+        pulses = [getattr(message, f"chan{i}_raw") for i in range(1, _LOW_CHANNELS + 1)]
+        sticks = channels([0 if us == _IGNORE else us for us in pulses])
+        return [RcInput(arrival_s, self.name, sticks, self._receiver_lost)]
+
+    def _leak(self, arrival_s: float, message: Any) -> list[Reading]:
+        return [Leak(arrival_s, self.name, message.value > 0)] if message.name in _LEAK else []
+
+    def _acknowledged(self, arrival_s: float, message: Any) -> list[Reading]:
+        """A refusal does not name its channel, so that an acceptance of another one does not end it."""
+        if message.command in _REFUSALS and message.result != mavlink.MAV_RESULT_ACCEPTED:
+            self._refused = message.command, arrival_s
+        return []
 
     def _feedback(self, arrival_s: float, message: Any) -> list[Reading]:
         self._put_out = {channel: getattr(message, f"servo{channel}_raw") for channel in range(1, 17)}
@@ -201,10 +256,13 @@ class MavlinkServoBridge:
         return readings
 
     def _astray(self) -> int | None:
-        """A channel that does not put out anything near to what it was sent lately."""
+        """A channel whose output is far from all that it was sent lately."""
         for channel in self._sent:
             lately = [pulses[channel] for _, pulses in self._recent if channel in pulses]
-            if lately and not min(lately) - _TOLERANCE_US <= self._put_out.get(channel, 0) <= max(lately) + _TOLERANCE_US:
+            if (
+                lately
+                and not min(lately) - _TOLERANCE_US <= self._put_out.get(channel, 0) <= max(lately) + _TOLERANCE_US
+            ):
                 return channel
         return None
 
@@ -226,33 +284,44 @@ class MavlinkServoBridge:
             return fault
         silent = board.heard_s is None or board.beat_s is None or now_s - board.heard_s > self._config.timeout_s
         if silent and board.garbage >= _MUCH_GARBAGE:
-            return f"bytes arrive but no MAVLink: wrong baud rate in '{self._config.port}', or SERIALn_PROTOCOL of the board is not 2"
+            return (
+                f"bytes arrive but no MAVLink: wrong baud rate in '{self._config.port}', "
+                "or SERIALn_PROTOCOL of the board is not 2"
+            )
         if board.heard_s is None or board.beat_s is None:
             return "no autopilot's heartbeat yet: check the board's power, cable and SERIALn_PROTOCOL"
         if now_s - board.heard_s > self._config.timeout_s or now_s - board.beat_s > BEAT_LOST_S:
-            return f"silent for {now_s - min(board.heard_s, board.beat_s):.1f} s: check the board's power and cable; {self._left_alone()}"
+            silent_s = now_s - min(board.heard_s, board.beat_s)
+            return f"silent for {silent_s:.1f} s: check the board's power and cable; {self._left_alone()}"
         came_s = board.came_s(mavlink.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW)
         if came_s is None or now_s - came_s > self._config.timeout_s:
-            return "the board does not say what it puts out: it should answer SET_MESSAGE_INTERVAL for SERVO_OUTPUT_RAW"
+            return "the board does not report its outputs: it should answer SET_MESSAGE_INTERVAL for SERVO_OUTPUT_RAW"
         return self._settings_complaint() or self._output_complaint(now_s)
 
     def _left_alone(self) -> str:
         return "it lets go of its outputs by itself" if self._overrides else "IT HOLDS ITS LAST PULSES"
 
     def _settings_complaint(self) -> str:
-        """Of a board that would not let go."""
+        """Settings with which the board would not let go of its outputs."""
         parameters = self._board.parameters
         if not self._overrides or self._board.autopilot != mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA:
             return ""
         if missing := [name for name in _SETTINGS[:3] if name not in parameters]:
-            return f"the board has not said its {' and '.join(missing)} yet: nobody knows whether it would let go"
+            return f"the board has not sent its {' and '.join(missing)} yet: its failsafe is unknown"
         if parameters[_FAILSAFE] == 0.0:
-            return f"the board's radio failsafe is off, so it would hold its last pulses when the companion falls silent: set {_FAILSAFE} to 1"
+            return (
+                "the board's radio failsafe is off, so it would hold its last pulses when the companion is silent: "
+                f"set {_FAILSAFE} to 1"
+            )
         if parameters.get(_FAILSAFE_TIME, 0.5) > _LONGEST_OVERRIDE_S:
-            return f"the board would notice the companion's silence after {parameters[_FAILSAFE_TIME]:g} s: set {_FAILSAFE_TIME} to 0.5"
+            late_s = parameters[_FAILSAFE_TIME]
+            return f"the board would notice the companion's silence after {late_s:g} s: set {_FAILSAFE_TIME} to 0.5"
         if 0 < self._receiver_channels < max(self._channels):
             lacks = f"the RC receiver has {self._receiver_channels} channels and lacks {max(self._channels)}"
-            return f"{lacks}, which would be full astern when the companion falls silent: unplug it, use one with 16, or other channels"
+            return (
+                f"{lacks}, which would be full astern when the companion is silent: "
+                "unplug it, use one with 16, or other channels"
+            )
         held_s = parameters[_OVERRIDE_TIME]
         if not 0.0 < held_s <= _LONGEST_OVERRIDE_S:
             how = f"for {held_s:g} s" if held_s > 0.0 else "for ever" if held_s < 0.0 else "not at all"
@@ -261,7 +330,10 @@ class MavlinkServoBridge:
         bare = [channel for channel in self._channels if not mask >> channel - 1 & 1]
         if bare:
             wanted = mask | sum(1 << channel - 1 for channel in self._channels)
-            return f"channel {bare[0]} would hold its last pulse when the companion falls silent: set {_FAILSAFE_MASK} to {wanted}"
+            return (
+                f"channel {bare[0]} would hold its last pulse when the companion is silent: "
+                f"set {_FAILSAFE_MASK} to {wanted}"
+            )
         return ""
 
     def _output_complaint(self, now_s: float) -> str:
@@ -273,7 +345,11 @@ class MavlinkServoBridge:
         channel = self._astray()
         if channel is None or self._agreed_s is None or came_s is None or came_s - self._agreed_s <= _SETTLE_S:
             return ""
-        remedy = f"SERVO{channel}_FUNCTION should be {139 + channel}, MAV_GCS_SYSID {self._mavlink.system}, RC{channel}_MIN … as SERVO{channel}_MIN …, RC{channel}_DZ 0"
-        if not self._overrides:
-            remedy = f"SERVO{channel}_FUNCTION should be 0"
-        return f"output {channel} is at {self._put_out.get(channel, 0)} µs, not {self._sent[channel]}: {remedy}, or the board does not hear: check its RX wire"
+        remedy = f"SERVO{channel}_FUNCTION should be 0"
+        if self._overrides:
+            remedy = (
+                f"SERVO{channel}_FUNCTION should be {139 + channel}, MAV_GCS_SYSID {self._mavlink.system}, "
+                f"RC{channel}_MIN … as SERVO{channel}_MIN …, RC{channel}_DZ 0"
+            )
+        difference = f"output {channel} is at {self._put_out.get(channel, 0)} µs, not {self._sent[channel]}"
+        return f"{difference}: {remedy}, or the board does not receive: check its RX wire"

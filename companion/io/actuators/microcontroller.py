@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from companion.config import ActuatorConfig, ConfigError, VesselConfig, azimuths_of
-from companion.core.auxiliary import Auxiliary
+from companion.config.devices import ActuatorConfig
+from companion.config.driving import azimuths_of
+from companion.config.vessel import ConfigError, VesselConfig
+from companion.core.actuation import ActuatorCommand, Auxiliary, ThrusterFeedback
 from companion.core.microcontroller_auxiliary import AuxiliaryDemand, AuxiliaryState
 from companion.core.microcontroller_frame import (
     MAX_THRUSTERS,
@@ -18,9 +20,10 @@ from companion.core.microcontroller_frame import (
     encode,
 )
 from companion.core.ports import ByteStream
-from companion.core.types import ActuatorCommand, Battery, DeviceHealth, Leak, RcInput, Reading, ThrusterFeedback
+from companion.core.readings import Battery, Leak, RcInput, Reading
+from companion.core.tick import DeviceHealth
 from companion.io.actuators.calibration import ThrusterOutput
-from companion.io.actuators.receiver import channels
+from companion.io.actuators.rc_receiver import channels
 from companion.io.recognise import Overheard
 
 _IDENT_PERIOD_S = 1.0
@@ -29,28 +32,33 @@ _SILENT_BYTES = 400  # that many bytes without one valid frame: not the language
 
 
 class MicrocontrollerBridge:
-    """`ActuatorCommand` → COMMAND frames, and AUXILIARY frames where it drives servos or relays; STATUS frames → `Battery`, `Leak`,
-    `RcInput`, `ThrusterFeedback`.
+    """`ActuatorCommand` → COMMAND frames, and AUXILIARY frames where it drives servos or relays; STATUS frames →
+    `Battery`, `Leak`, `RcInput`, `ThrusterFeedback`.
 
-    Of several STATUS frames in one read the newest counts. Thruster indices are those of the vessel. A thruster whose azimuth another bridge
-    drives is a fixed one to the board.
-    Remembers the last status, the board's identity, the sequence number, and when it was last heard and asked.
+    Of several STATUS frames in one read the newest counts. Thruster indices are those of the vessel. A thruster whose
+    azimuth another bridge drives is a fixed one to the board. Remembers the last status, the board's identity, the
+    sequence number, and when the board was last heard and asked.
     """
 
     def __init__(self, config: ActuatorConfig, vessel: VesselConfig, stream: ByteStream) -> None:
-        """Raises ConfigError for a thruster that the vessel does not have, more of them than a frame holds, or an azimuth without its throttle."""
+        """Raises ConfigError for a thruster that the vessel does not have, more of them than a frame holds, or an
+        azimuth without its throttle."""
         self.name = config.name
         self._config = config
         self._stream = stream
         names = [thruster.name for thruster in vessel.thrusters]
         unknown = [name for name in config.thrusters if name not in names]
         if unknown:
-            raise ConfigError([f"actuator '{config.name}': the vessel has no thruster named '{name}'" for name in unknown])
+            raise ConfigError(
+                [f"actuator '{config.name}': the vessel has no thruster named '{name}'" for name in unknown]
+            )
         if len(config.thrusters) > MAX_THRUSTERS:
-            raise ConfigError([f"actuator '{config.name}': drives {len(config.thrusters)} thrusters; a board drives up to {MAX_THRUSTERS}"])
+            text = f"drives {len(config.thrusters)} thrusters; a board drives up to {MAX_THRUSTERS}"
+            raise ConfigError([f"actuator '{config.name}': {text}"])
         alone = [name for name in config.azimuths if name not in config.thrusters]
         if alone:
-            raise ConfigError([f"actuator '{config.name}': a board that turns '{name}' drives its throttle too: add it to 'thrusters'" for name in alone])
+            texts = [f"a board that turns '{name}' drives its throttle too: add it to 'thrusters'" for name in alone]
+            raise ConfigError([f"actuator '{config.name}': {text}" for text in texts])
         self._indices = tuple(names.index(name) for name in config.thrusters)
         self._turned = frozenset(azimuths_of(config, vessel.thrusters, vessel.actuators))
         self._drives = tuple(ThrusterOutput(vessel.thrusters[i], pulses=False) for i in self._indices)
@@ -116,22 +124,26 @@ class MicrocontrollerBridge:
     def _write_outputs(self, auxiliary: Auxiliary, now_s: float) -> None:
         if not self._servos and not self._relays:
             return
-        known = len(auxiliary.servos_us) > max(self._servos, default=-1) and len(auxiliary.relays) > max(self._relays, default=-1)
+        known = len(auxiliary.servos_us) > max(self._servos, default=-1) and len(auxiliary.relays) > max(
+            self._relays, default=-1
+        )
         servos = tuple(auxiliary.servos_us[i] if known else None for i in self._servos)
         relays = tuple(known and auxiliary.relays[i] for i in self._relays)
         self._stream.write(encode(AuxiliaryDemand(self._sequence, servos, relays)), now_s)
 
     def health(self, now_s: float) -> DeviceHealth:
-        """Ok while status frames come in time and none reports what needs a hand; else what to do."""
+        """Ok while status frames come in time and none reports a fault; else what to do."""
         age_s = None if self._heard_s is None else now_s - self._heard_s
         complaint = self._complaint(now_s)
         counts = f"{self._firmware()}{self._decoder.frames} frames, {self._decoder.errors} bad"
         return DeviceHealth(self.name, not complaint, age_s, f"{complaint} ({counts})" if complaint else counts)
 
     def fileno(self) -> int | None:
+        """See `Actuator`."""
         return self._stream.fileno()
 
     def close(self) -> None:
+        """Close the port. The board's watchdog makes it neutral."""
         self._stream.close()
 
     def _complaint(self, now_s: float) -> str:
@@ -152,33 +164,44 @@ class MicrocontrollerBridge:
         return f"silent for {now_s - self._heard_s:.1f} s: check the board's power and cable; it goes neutral by itself"
 
     def _reported(self, now_s: float) -> str:
-        """What the board itself says, its last status being fresh."""
+        """What the newest status of the board complains of."""
         status, n = self._status, len(self._indices)
         if status is None:
             return ""
         if len(status.thrusters) != n:
             has = len(status.thrusters)
-            return f"the board drives {has} thrusters, the vessel's file gives it {n}: correct 'thrusters' there or the firmware"
+            return (
+                f"the board drives {has} thrusters, the vessel's file gives it {n}: "
+                "correct 'thrusters' there or the firmware"
+            )
         if status.safe_mode:
             return "the transmitter's safe-mode switch has the thrusters, not the companion: switch it off to go on"
         writing_s = 0.0 if self._writing_since_s is None else now_s - self._writing_since_s
         if status.neutral_by_watchdog and writing_s > _COMMAND_GRACE_S:
-            return "the board hears no commands and is neutral: check the wire from the companion's TX to the board's RX"
+            return (
+                "the board hears no commands and is neutral: check the wire from the companion's TX to the board's RX"
+            )
         return self._outputs_complaint(now_s) if writing_s > _COMMAND_GRACE_S else ""
 
     def _outputs_complaint(self, now_s: float) -> str:
-        """A board that drives servos or relays answers for them."""
+        """A board that drives servos or relays reports them too."""
         if not self._servos and not self._relays:
             return ""
         if self._outputs is None or self._outputs_s is None or now_s - self._outputs_s > self._config.timeout_s:
-            return "the board says nothing of its servos and relays: update its firmware, or remove them from the vessel's file"
+            return (
+                "the board does not report its servos and relays: "
+                "update its firmware, or remove them from the vessel's file"
+            )
         has, given = (len(self._outputs.servos_us), len(self._outputs.relays)), (len(self._servos), len(self._relays))
         if has != given:
-            return f"the board has {has[0]} servos and {has[1]} relays, the vessel's file gives it {given[0]} and {given[1]}: correct one of them"
+            counts = f"{has[0]} servos and {has[1]} relays, the vessel's file gives it {given[0]} and {given[1]}"
+            return f"the board has {counts}: correct one of them"
         return ""
 
     def _firmware(self) -> str:
-        return "" if self._ident is None else f"{self._ident.name} firmware {'.'.join(map(str, self._ident.firmware))}, "
+        return (
+            "" if self._ident is None else f"{self._ident.name} firmware {'.'.join(map(str, self._ident.firmware))}, "
+        )
 
     def _readings(self, arrival_s: float, status: BoardStatus) -> list[Reading]:
         name = self.name
@@ -189,7 +212,11 @@ class MicrocontrollerBridge:
             readings.append(RcInput(arrival_s, name, channels(status.rc_us), status.rc_lost))
         for index, drive, state in zip(self._indices, self._drives, status.thrusters, strict=False):
             azimuth_rad = drive.azimuth(state.azimuth_rad) if index in self._turned else None
-            readings.append(ThrusterFeedback(arrival_s, name, index, drive.throttle(state.throttle), azimuth_rad, state.ok, state.deployment))
+            readings.append(
+                ThrusterFeedback(
+                    arrival_s, name, index, drive.throttle(state.throttle), azimuth_rad, state.ok, state.deployment
+                )
+            )
         return readings
 
 

@@ -1,11 +1,14 @@
-"""Bridge to Nanotec stepper drives on one RS485 line, which turn the azimuths of thrusters whose propellers another bridge drives.
+"""Bridge to Nanotec stepper drives on one RS485 line, which turn the azimuths of thrusters whose propellers another
+bridge drives.
 
-`#<address><command>\\r` goes out; `<address><command>[<value>]\\r` comes back, with a `?` behind it for what the drive does not know. The line is
-half duplex: nothing is sent before the answer to what was sent last has come, or its time is up. The drives take turns.
+`#<address><command>\\r` goes out; `<address><command>[<value>]\\r` comes back, with a `?` behind it for what the drive
+does not know. The line is half duplex: the next command waits for the answer to the last one, or for its time-out. The
+drives take turns.
 
-A stepper has no watchdog: without commands it ends its run, at most half a turn, and holds that angle with its torque. Disarmed, it is stopped
-where it is and stays; the push goes away with the propeller, which is the other bridge's to stop. With `homing = "switch"` a drive that does not
-know its angle turns slowly to its reference switch as soon as it answers, armed or not: keep hands off.
+A stepper has no watchdog: without commands it ends its run, at most half a turn, and holds that angle with its torque.
+Disarmed, it stops where it is and stays; the other bridge stops the propeller, and with it the push. With
+`homing = "switch"` a drive that does not know its angle turns slowly to its reference switch as soon as it answers,
+armed or not: keep hands off.
 """
 
 from __future__ import annotations
@@ -13,10 +16,13 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
-from companion.config import ActuatorConfig, ConfigError, VesselConfig
+from companion.config.actuators.nanotec import NanotecConfig
+from companion.config.vessel import ConfigError, VesselConfig
+from companion.core.actuation import ActuatorCommand, ThrusterFeedback
 from companion.core.ports import ByteStream
-from companion.core.types import ActuatorCommand, DeviceHealth, Reading, ThrusterFeedback
-from companion.io.actuators.nanotec_drive import Drive, Phase
+from companion.core.readings import Reading
+from companion.core.tick import DeviceHealth
+from companion.io.actuators.nanotec_drive import Drive, DrivePhase
 
 _ANSWER_S = 0.1  # a drive answers in some milliseconds, a USB adapter may hold that back for 16
 _LONGEST_LINE = 80
@@ -30,22 +36,29 @@ _VALUE = re.compile(rb"[+=]?(-?\d{1,10})")
 class NanotecBridge:
     """`ActuatorCommand` → positions of the drives; their positions → `ThrusterFeedback` of azimuths.
 
-    Remembers the request that waits for its answer, what has come of a line, and whose turn it is.
+    Remembers the request that waits for its answer, the unfinished line, and whose turn it is.
     """
 
-    def __init__(self, config: ActuatorConfig, vessel: VesselConfig, stream: ByteStream) -> None:
-        """Raises ConfigError for thrusters to drive, azimuths without a drive, and drives that cannot do what is asked of them."""
+    def __init__(self, config: NanotecConfig, vessel: VesselConfig, stream: ByteStream) -> None:
+        """Raises ConfigError for throttles to drive, for azimuths without a drive, and for speeds and ramps that a
+        drive does not have."""
         self.name = config.name
         self._config = config
         self._stream = stream
         if config.thrusters:
-            raise ConfigError([f"actuator '{config.name}': drives azimuths only: name '{config.thrusters[0]}' in 'azimuths', and another bridge for it"])
+            text = f"drives azimuths only: name '{config.thrusters[0]}' in 'azimuths', and another bridge for it"
+            raise ConfigError([f"actuator '{config.name}': {text}"])
         names = [thruster.name for thruster in vessel.thrusters]
         by_thruster = {drive.thruster: drive for drive in config.drives}
         missing = [name for name in config.azimuths if name not in by_thruster]
         if missing or not config.azimuths:
-            raise ConfigError([f"actuator '{config.name}': needs an [[actuator.drive]] for '{name}'" for name in missing or ["each azimuth"]])
-        self.drives = tuple(Drive(names.index(name), vessel.thrusters[names.index(name)], by_thruster[name]) for name in config.azimuths)
+            lacking = missing or ["each azimuth"]
+            raise ConfigError(
+                [f"actuator '{config.name}': needs an [[actuator.drive]] for '{name}'" for name in lacking]
+            )
+        self.drives = tuple(
+            Drive(names.index(name), vessel.thrusters[names.index(name)], by_thruster[name]) for name in config.azimuths
+        )
         self._by_address = {drive.address: drive for drive in self.drives}
         self._turn = 0
         self._pending: tuple[Drive, str, float] | None = None
@@ -57,7 +70,8 @@ class NanotecBridge:
         self._answers = self._bad = self._unanswered = 0
 
     def read(self, now_s: float) -> Sequence[Reading]:
-        """Azimuths measured since the last call, each at the time of arrival. An answer lets the next request go out."""
+        """Azimuths measured since the last call, each at the time of arrival. An answer lets the next request go
+        out."""
         self._exchange(now_s)
         readings, self._readings = self._readings, []
         return readings
@@ -70,12 +84,18 @@ class NanotecBridge:
                 drive.demand(azimuth_rad)
             else:
                 drive.halt()
-            if drive.known and not drive.ok and not self._silent() and now_s - self._reported_s[drive.index] >= _REPORT_PERIOD_S:
+            if (
+                drive.known
+                and not drive.ok
+                and not self._silent()
+                and now_s - self._reported_s[drive.index] >= _REPORT_PERIOD_S
+            ):
                 self._report(drive, now_s)
         self._exchange(now_s)
 
     def health(self, now_s: float) -> DeviceHealth:
-        """Ok while one drive answers and none is on its way to its first angle; a single one that fails is a thruster that fails."""
+        """Ok while one drive answers and none is on its way to its first angle. A single drive that fails is a thruster
+        that fails."""
         age_s = None if self._heard_s is None else now_s - self._heard_s
         fault = self._stream.fault()
         trouble = [drive.trouble for drive in self.drives if drive.trouble]
@@ -83,20 +103,23 @@ class NanotecBridge:
         silent = self._silent() or age_s is None or age_s > self._config.timeout_s
         counts = f"{self._answers} answers, {self._unanswered} missing, {self._bad} bad"
         text = fault or (self._silence(age_s) if silent else "; ".join(trouble))
-        return DeviceHealth(self.name, fault is None and not silent and not unknown, age_s, f"{text} ({counts})" if text else counts)
+        return DeviceHealth(
+            self.name, fault is None and not silent and not unknown, age_s, f"{text} ({counts})" if text else counts
+        )
 
     def fileno(self) -> int | None:
+        """See `Actuator`."""
         return self._stream.fileno()
 
     def close(self) -> None:
-        """All drives are told to stop; nobody waits for what they say to that."""
+        """All drives stop. Their answers are not awaited."""
         if self._heard_s is not None:
             self._stream.write(b"#*S1\r", self._heard_s)
         self._stream.close()
 
     def _silent(self) -> bool:
-        """No drive at all answers: that is for the bridge to say, not for each thruster."""
-        return all(drive.phase is Phase.ABSENT for drive in self.drives)
+        """Whether no drive answers at all. The bridge reports that once, not each thruster."""
+        return all(drive.phase is DrivePhase.ABSENT for drive in self.drives)
 
     def _silence(self, age_s: float | None) -> str:
         if self._bytes_since_answer >= _SILENT_BYTES:
@@ -106,7 +129,7 @@ class NanotecBridge:
         return f"no drive has answered for {age_s:.1f} s: check their power and the RS485 line; they hold their angle"
 
     def _exchange(self, now_s: float) -> None:
-        """Take what has come; ask on while answers come."""
+        """Take what has come in; send the next request while answers come."""
         if self._stream.fault() is not None:
             self._pending, self._buffer = None, b""
         for _ in range(_MOST_EXCHANGES):
@@ -123,7 +146,7 @@ class NanotecBridge:
                 return
 
     def _ask(self, now_s: float) -> bool:
-        """The next request of the drive whose turn it is. → whether there was one."""
+        """Send the next request of the drive whose turn it is. Returns whether there was one."""
         for _ in self.drives:
             drive = self.drives[self._turn]
             self._turn = (self._turn + 1) % len(self.drives)
@@ -145,7 +168,8 @@ class NanotecBridge:
                 self._bad += 1
 
     def _line(self, line: bytes, arrival_s: float) -> None:
-        """One line: the answer that is waited for, or of no use (an adapter's echo, a late answer, noise)."""
+        """One line: the answer to the pending request, or something to ignore (an adapter's echo, a late answer,
+        noise)."""
         found = _LINE.fullmatch(line) if self._pending is not None and len(line) <= _LONGEST_LINE else None
         if found is None or self._pending is None:
             self._bad += not line.startswith(b"#")

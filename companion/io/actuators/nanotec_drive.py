@@ -1,16 +1,18 @@
-"""One stepper drive of Nanotec's SMCI family (PD2-N, PD4-N, SMCI33 …) that turns a thruster: what to say to it next, and what its answers mean.
+"""One stepper drive of Nanotec's SMCI family (PD2-N, PD4-N, SMCI33 …) that turns a thruster: its next command, and
+the meaning of its answers.
 
-Commands and answers (Nanotec, Programming Manual V2.7 for SMCI12, SMCI33, SMCI35, SMCI36, SMCI47-S, SMCP33, PD2-N, PD4-N, PD6-N; section
-numbers are its own; the forms of the answers as public drivers of these controllers take them):
+Commands and answers (Nanotec, Programming Manual V2.7 for SMCI12, SMCI33, SMCI35, SMCI36, SMCI47-S, SMCP33, PD2-N,
+PD4-N, PD6-N; section numbers are its own; the forms of the answers as public drivers of these controllers take them):
 
-    |1        1.6.4   answers on                    p2, p4   1.6.6   absolute positions; run to the external reference switch
+    |1        1.6.4   answers on                    p2, p4   1.6.6   absolute positions; run to the reference switch
     J0        1.5.33  no status of itself           s<steps> 1.6.7   target, ±100 000 000
     g<mode>   1.5.6   microsteps a full step        u<Hz> o<Hz> 1.6.8, 1.6.9   frequency at the start, and at most
     W1        1.6.17  one run a start               :accel=<Hz/s> :decel=<Hz/s>   ramps without conversion
     A         1.6.1   start, also towards a new target under way
     S1        1.6.2   stop with the brake ramp
     C         1.5.20  position, "C+1234"            :is_referenced   1.5.21   1 after a reference run since power-up
-    $         1.5.22  status: bit 0 ready, bit 1 zero position reached, bit 2 position error; "001$161" with the address in three digits
+    $         1.5.22  status: bit 0 ready, bit 1 zero position reached, bit 2 position error; "001$161" with the address
+                      in three digits
     E, Z<n>E  1.5.18  index of the newest error; that error
     D[<steps>] 1.5.17 forget the position error; the counter becomes this, or the encoder's position
     Zs        1.1     reads back a setting: after a loss of power it is not what was sent
@@ -24,19 +26,24 @@ import math
 from collections import deque
 from enum import Enum
 
-from companion.config import ConfigError, StepperConfig, ThrusterConfig
+from companion.config.actuators.nanotec import StepperConfig
+from companion.config.devices import ThrusterConfig
+from companion.config.vessel import ConfigError
 from companion.core.angles import TWO_PI, wrap_pi
 from companion.io.actuators.calibration import ThrusterOutput
 
-_LEAST_TURN_RAD = math.radians(0.2)  # demands closer than this to the last one are not worth a run
+_LEAST_TURN_RAD = math.radians(0.2)  # demands closer than this to the last one are ignored
 _STATUS_PERIOD_S = 0.5
 _PROBE_PERIOD_S = 1.0  # how often a drive that does not answer is tried
 _UNANSWERED = 3  # in a row: the drive is lost
 _CLEAR_AFTER_S = 2.0  # a position error is forgotten, and the turn tried anew
-_JUMP_RAD = math.radians(10.0)  # a counter that is so far off after a silence has lost its zero; under way it is a digit that was garbled
+_JUMP_RAD = math.radians(
+    10.0
+)  # a counter that is so far off after a silence has lost its zero; under way it is a digit that was garbled
 _FATAL = ("g", "p", "o")  # settings without which its steps are not what they are taken for
 _REBASE_STEPS = 50_000_000  # endless turning: whole turns are taken off the counter long before it ends
 _HOMING_TURNS, _HOMING_SPARE_S = 1.5, 5.0
+_MOST_ERRORS = 32  # that it remembers
 _READY, _ERROR = 0x01, 0x04
 _ERRORS = {
     1: "low voltage",
@@ -49,8 +56,8 @@ _ERRORS = {
 }
 
 
-class Phase(Enum):
-    """What the drive is at; the value is for people."""
+class DrivePhase(Enum):
+    """What the drive does; the value is for people."""
 
     ABSENT = "does not answer"
     SETUP = "is being set up"
@@ -60,10 +67,10 @@ class Phase(Enum):
 
 
 class Drive:
-    """`demand(azimuth_rad)` or `halt()` once a control step, then `request(now_s)` → the next command, or None, whose answer comes back by
-    `answered`, `refused` or `unanswered`.
+    """`demand(azimuth_rad)` or `halt()` once a control step, then `request(now_s)` → the next command, or None. Its
+    answer comes back by `answered`, `refused` or `unanswered`.
 
-    Angles in here are the drive's own, unwrapped: whole turns are counted. Remembers what was sent.
+    Angles in here are the drive's own, unwrapped, with whole turns counted. Remembers what was sent.
     """
 
     def __init__(self, index: int, thruster: ThrusterConfig, config: StepperConfig) -> None:
@@ -71,7 +78,7 @@ class Drive:
         self.index = index
         self.name = thruster.name
         self.address = config.address
-        self.phase = Phase.ABSENT
+        self.phase = DrivePhase.ABSENT
         self._angle_rad: float | None = None  # where it has turned to; None until it is known
         self.error = ""
         self.known = False  # it has run since the start
@@ -81,7 +88,9 @@ class Drive:
         self._low_rad, self._high_rad = (stops[0], stops[1]) if len(stops) == 2 else (-math.inf, math.inf)
         self._config = config
         self._steps_per_rad = config.steps_per_turn / TWO_PI
-        self._speed_hz = self._frequency("speed_dps", thruster.azimuth_rate_radps if config.speed_radps is None else config.speed_radps, 1_000_000)
+        self._speed_hz = self._frequency(
+            "speed_dps", thruster.azimuth_rate_radps if config.speed_radps is None else config.speed_radps, 1_000_000
+        )
         self._homing_hz = self._frequency("homing_dps", config.homing_radps, 1_000_000)
         self._ramp_hzps = self._frequency("ramp_dps2", config.ramp_radps2, 3_000_000)
         self._queue: deque[str] = deque()
@@ -101,43 +110,44 @@ class Drive:
     @property
     def ok(self) -> bool:
         """Whether it turns its thruster as it should."""
-        return self.phase is Phase.RUNNING and not self.error
+        return self.phase is DrivePhase.RUNNING and not self.error
 
     @property
     def azimuth_rad(self) -> float | None:
-        """Of its thruster; None while nobody knows."""
-        azimuth_rad = self._output.azimuth(self._angle_rad) if self.phase is Phase.RUNNING else None
+        """Azimuth of its thruster; None while it is unknown."""
+        azimuth_rad = self._output.azimuth(self._angle_rad) if self.phase is DrivePhase.RUNNING else None
         return None if azimuth_rad is None else wrap_pi(azimuth_rad)
 
     @property
     def trouble(self) -> str:
         """One phrase, or an empty one."""
-        if self.phase is not Phase.RUNNING:
+        if self.phase is not DrivePhase.RUNNING:
             return f"drive {self.address} of {self.name} {self.phase.value}{': ' + self.error if self.error else ''}"
         return f"drive {self.address} of {self.name}: {self.error}" if self.error else ""
 
     def demand(self, azimuth_rad: float) -> None:
+        """Turn the thruster to that azimuth. A number that is not finite is ignored."""
         if math.isfinite(azimuth_rad):
             self._demand_rad, self._want_halt = self._output.drive_azimuth(azimuth_rad), False
         self._want_position = True
 
     def halt(self) -> None:
-        """Stay where it is; it keeps its torque."""
+        """Stay where it is, with its torque."""
         self._want_halt = self._want_halt or self._moving or self._demand_rad is not None
         self._demand_rad, self._want_position = None, True
 
-    # --- what to say ------------------------------------------------------------------------------------------------
+    # --- commands ---------------------------------------------------------------------------------------------------
 
     def request(self, now_s: float) -> str | None:
         """The next command, without address; None while there is nothing to ask."""
-        if self.phase is Phase.ABSENT:
+        if self.phase is DrivePhase.ABSENT:
             if now_s < self._next_probe_s:
                 return None
             self._next_probe_s = now_s + _PROBE_PERIOD_S
             return "$"
         if self._queue:
             return self._queue[0]
-        if self.phase is not Phase.RUNNING:
+        if self.phase is not DrivePhase.RUNNING:
             return self._watch(now_s)
         if self._want_halt:
             return "S1"
@@ -151,12 +161,12 @@ class Drive:
         if now_s < self._next_status_s:
             return None
         self._next_status_s = now_s + _STATUS_PERIOD_S
-        if self._next_check == "Zs" and self._sent_steps is not None and self.phase is Phase.RUNNING:
+        if self._next_check == "Zs" and self._sent_steps is not None and self.phase is DrivePhase.RUNNING:
             return "Zs"
         return "$"
 
     def _turn(self) -> bool:
-        """Whether a new run has been queued."""
+        """Queue a new run where the demand asks for one. Returns whether it did."""
         demand_rad, here_rad = self._demand_rad, self._angle_rad
         if demand_rad is None or here_rad is None or self.error or self._doubtful_rad is not None:
             return False
@@ -168,13 +178,19 @@ class Drive:
         return True
 
     def _reachable(self, demand_rad: float, here_rad: float) -> float:
-        """The turn of that direction that is nearest; within its stops where it has some."""
+        """The nearest turn in that direction, within its stops where it has some."""
         nearest = here_rad + wrap_pi(demand_rad - here_rad)
-        turns = [turn for turn in (nearest, nearest - TWO_PI, nearest + TWO_PI) if self._low_rad <= turn <= self._high_rad]
-        return min(turns, key=lambda turn: abs(turn - here_rad)) if turns else min(self._high_rad, max(self._low_rad, nearest))
+        turns = [
+            turn for turn in (nearest, nearest - TWO_PI, nearest + TWO_PI) if self._low_rad <= turn <= self._high_rad
+        ]
+        return (
+            min(turns, key=lambda turn: abs(turn - here_rad))
+            if turns
+            else min(self._high_rad, max(self._low_rad, nearest))
+        )
 
     def _begin_setup(self) -> None:
-        self.phase, self.error = Phase.SETUP, ""
+        self.phase, self.error = DrivePhase.SETUP, ""
         if self._sent_rad is not None and self._angle_rad is not None:
             self._unseen_rad = abs(self._sent_rad - self._angle_rad)
         self._sent_rad = self._sent_steps = self._failed_s = self._doubtful_rad = None
@@ -184,17 +200,18 @@ class Drive:
         self._queue = deque((*mode, *ramps, ":is_referenced" if self._config.homing == "switch" else "C"))
 
     def _begin_homing(self, now_s: float) -> None:
-        self.phase = Phase.HOMING
+        self.phase = DrivePhase.HOMING
         self._homing_until_s = now_s + _HOMING_TURNS * TWO_PI / self._config.homing_radps + _HOMING_SPARE_S
         self._queue = deque(("p4", f"o{self._homing_hz}", "A"))
         self._next_status_s = now_s + _STATUS_PERIOD_S
 
-    # --- what it says -----------------------------------------------------------------------------------------------
+    # --- answers ----------------------------------------------------------------------------------------------------
 
     def answered(self, command: str, value: int | None, now_s: float) -> bool:
-        """It has answered `command`, by a number where it was asked for one. → whether its azimuth was measured."""
+        """It has answered `command`, with `value` where the command asks for a number. Returns whether its azimuth was
+        measured."""
         self._failures = 0
-        if self.phase is Phase.ABSENT:
+        if self.phase is DrivePhase.ABSENT:
             self._begin_setup()
             return False
         if self._queue and command == self._queue[0]:
@@ -205,7 +222,15 @@ class Drive:
             self._told(value, now_s)
         elif command == ":is_referenced":
             self._referenced(value == 1, now_s)
-        elif command == "Zs":
+        elif command.endswith("E") and value is not None:
+            self._error_read(command, value)
+        else:
+            self._confirmed(command, value)
+        return False
+
+    def _confirmed(self, command: str, value: int | None) -> None:
+        """A run, a stop, or the target that it reads back."""
+        if command == "Zs":
             self._next_check = "$"
             if value != self._sent_steps:
                 self._begin_setup()  # it has been without power, and knows neither target nor speeds
@@ -214,31 +239,34 @@ class Drive:
         elif command == "S1":
             self._moving = self._want_halt = False
             self._sent_rad = None
-        elif command == "E" and value is not None and 1 <= value <= 32:
+
+    def _error_read(self, command: str, value: int) -> None:
+        """The index of its newest error (`E`), or that error (`Z<n>E`)."""
+        if command == "E" and 1 <= value <= _MOST_ERRORS:
             self._queue.append(f"Z{value}E")
-        elif command.endswith("E") and value is not None:
+        else:
             self.error = _ERRORS.get(value, f"error {value}")
-        return False
 
     def refused(self, command: str, now_s: float) -> None:
-        """It does not know `command`, or not that value. Of its settings only some are needed: older firmware lacks others."""
+        """It does not know `command`, or not that value. Only some settings are needed, since older firmware lacks
+        others."""
         self._failures = 0
         if self._queue and command == self._queue[0]:
             self._queue.popleft()
         if command == "C":
             self._want_position = False
-        if self.phase is Phase.RUNNING and command[:1] in ("s", "A"):
+        if self.phase is DrivePhase.RUNNING and command[:1] in ("s", "A"):
             self.error, self._failed_s = f"refuses '{command}'", now_s
-        elif self.phase is not Phase.RUNNING and command[:1] in _FATAL:
-            self.phase, self.error = Phase.ASTRAY, f"refuses '{command}': other firmware, or not this drive"
+        elif self.phase is not DrivePhase.RUNNING and command[:1] in _FATAL:
+            self.phase, self.error = DrivePhase.ASTRAY, f"refuses '{command}': other firmware, or not this drive"
             self._queue.clear()
 
     def unanswered(self, now_s: float) -> bool:
-        """Nothing came in time. → whether it is lost by that."""
+        """No answer came in time. Returns whether the drive is lost by that."""
         self._failures += 1
-        if self._failures < _UNANSWERED or self.phase is Phase.ABSENT:
+        if self._failures < _UNANSWERED or self.phase is DrivePhase.ABSENT:
             return False
-        self.phase = Phase.ABSENT
+        self.phase = DrivePhase.ABSENT
         self._queue.clear()
         self._moving = self._want_halt = False
         self._next_probe_s = now_s + _PROBE_PERIOD_S
@@ -247,32 +275,39 @@ class Drive:
     def _positioned(self, steps: int, now_s: float) -> bool:
         self._want_position = False
         angle_rad = steps / self._steps_per_rad
-        if self.phase is Phase.SETUP:
+        if self.phase is DrivePhase.SETUP:
             self._placed(angle_rad)
         elif self._jumped(angle_rad, now_s):
             self._want_position = True  # once more, at once
             return False
         self._angle_rad, self._positioned_s, self._doubtful_rad = angle_rad, now_s, None
-        if abs(steps) > _REBASE_STEPS and not self._moving and self.phase is Phase.RUNNING:
+        if abs(steps) > _REBASE_STEPS and not self._moving and self.phase is DrivePhase.RUNNING:
             turns = round(steps / self._config.steps_per_turn)
             rest = steps - round(turns * self._config.steps_per_turn)
             self._queue.extend((f"D{rest}", "C"))
             self._angle_rad = rest / self._steps_per_rad
             self._sent_rad = None
-        return self.phase is Phase.RUNNING
+        return self.phase is DrivePhase.RUNNING
 
     def _placed(self, angle_rad: float) -> None:
-        """Its first angle, or that after a silence: the same that it had, or its zero is gone."""
+        """Its first angle, or that after a silence: the same as before, or it has lost its zero."""
         before = self._angle_rad
-        if self._config.homing == "here" and before is not None and abs(angle_rad - before) > _JUMP_RAD + self._unseen_rad:
-            self.phase = Phase.ASTRAY
-            self.error = "it lost its angle with its power: put the thruster straight, switch the drive off and on, restart"
+        if (
+            self._config.homing == "here"
+            and before is not None
+            and abs(angle_rad - before) > _JUMP_RAD + self._unseen_rad
+        ):
+            self.phase = DrivePhase.ASTRAY
+            self.error = (
+                "it lost its angle with its power: put the thruster straight, switch the drive off and on, restart"
+            )
         else:
-            self.phase, self.known = Phase.RUNNING, True
+            self.phase, self.known = DrivePhase.RUNNING, True
         self._unseen_rad = 0.0
 
     def _jumped(self, angle_rad: float, now_s: float) -> bool:
-        """Whether it cannot have turned so far since: nothing guards the digits on this line. What comes twice is true: its zero has gone."""
+        """Whether it cannot have turned so far since: the line has no checksum. A jump that comes twice is true: it has
+        lost its zero."""
         if self._angle_rad is None:
             return False
         reach_rad = _JUMP_RAD + 2.0 * (now_s - self._positioned_s) * self._speed_hz / self._steps_per_rad
@@ -287,21 +322,21 @@ class Drive:
     def _told(self, status: int, now_s: float) -> None:
         ready = bool(status & _READY)
         self._moving = not ready
-        self._next_check = "Zs" if self.phase is Phase.RUNNING and ready else "$"
+        self._next_check = "Zs" if self.phase is DrivePhase.RUNNING and ready else "$"
         if status & _ERROR:
             self._stumbled(now_s)
-        elif self.phase is Phase.HOMING and ready:
+        elif self.phase is DrivePhase.HOMING and ready:
             self._queue.append(":is_referenced")
-        elif self.error and self.phase is Phase.RUNNING:
+        elif self.error and self.phase is DrivePhase.RUNNING:
             self.error, self._failed_s = "", None
             self._sent_rad = None
-        if self.phase is Phase.HOMING and self._homing_until_s is not None and now_s > self._homing_until_s:
+        if self.phase is DrivePhase.HOMING and self._homing_until_s is not None and now_s > self._homing_until_s:
             self._homing_until_s = math.inf
             self.error = self.error or "no reference switch found"
             self._queue.append("S1")
 
     def _stumbled(self, now_s: float) -> None:
-        """Its position error: said, asked about, and after a while forgotten."""
+        """A position error: reported, asked about, and cleared after a while."""
         if self._failed_s is None:
             self._failed_s = now_s
             self.error = "does not follow"
@@ -309,13 +344,13 @@ class Drive:
         elif now_s - self._failed_s >= _CLEAR_AFTER_S:
             self._failed_s = now_s
             self._sent_rad = None
-            self._queue.extend(("D", "A" if self.phase is Phase.HOMING else "C"))
+            self._queue.extend(("D", "A" if self.phase is DrivePhase.HOMING else "C"))
 
     def _referenced(self, known: bool, now_s: float) -> None:
         if known:
-            self.phase, self.error, self._homing_until_s = Phase.SETUP, "", None
+            self.phase, self.error, self._homing_until_s = DrivePhase.SETUP, "", None
             self._queue.extend(("p2", f"o{self._speed_hz}", "C"))
-        elif self.phase is Phase.SETUP:
+        elif self.phase is DrivePhase.SETUP:
             self._begin_homing(now_s)
 
     def _steps(self, angle_rad: float) -> int:
@@ -324,5 +359,6 @@ class Drive:
     def _frequency(self, key: str, radps: float, most: int) -> int:
         value = round(radps * self._config.steps_per_turn / TWO_PI)
         if not 1 <= value <= most:
-            raise ConfigError([f"drive {self.address} of {self.name}: {key} makes {value} steps a second, the drive takes 1 to {most}"])
+            text = f"{key} makes {value} steps a second, the drive takes 1 to {most}"
+            raise ConfigError([f"drive {self.address} of {self.name}: {text}"])
         return value

@@ -2,8 +2,9 @@
 
 What it sends for that:
 
-    60928   address claim, to all, priority 6: at start, when asked for, and against a claim of its address by a higher NAME. To a lower NAME it
-            gives the address up and claims the next that nobody is known to have. It uses an address 250 ms after claiming it (ISO 11783-5).
+    60928   address claim, to all, priority 6: at start, on request, and against a claim of its address by a higher
+            NAME. To a lower NAME it gives the address up and claims the next that no device is known to have. It uses
+            an address 250 ms after claiming it (ISO 11783-5).
     126993  heartbeat, to all, priority 7: every 60 s, the interval that it tells
     126996  product information, fast packet, when asked for (59904)
     59392   "not available", to a device that asked it alone for anything else
@@ -32,14 +33,20 @@ _FUNCTION, _CLASS, _MARINE = 130, 25, 4  # PC gateway, internetwork device
 
 def header(identifier: int) -> tuple[int, int, int]:
     """A 29-bit identifier → (PGN, source, destination), 255 for all."""
-    source, specific, group, page = identifier & 0xFF, identifier >> 8 & 0xFF, identifier >> 16 & 0xFF, identifier >> 24 & 1
+    source, specific, group, page = (
+        identifier & 0xFF,
+        identifier >> 8 & 0xFF,
+        identifier >> 16 & 0xFF,
+        identifier >> 24 & 1,
+    )
     if group < 240:
         return page << 16 | group << 8, source, specific
     return page << 16 | group << 8 | specific, source, GLOBAL
 
 
 class Node:
-    """`start`, then `heard` for each claim and request, and `tick` once a control step; each returns frames to send, as bytes.
+    """`start`, then `heard` for each claim and request, and `tick` once a control step. Each returns frames to send, as
+    bytes.
 
     Remembers its address, when it claimed it, and which addresses others have. `address` None: not yet to be used.
     """
@@ -63,19 +70,25 @@ class Node:
 
     @property
     def address(self) -> int | None:
+        """Its address; None until it may be used."""
         return self._address if self._settled else None
 
     @property
     def wanted(self) -> int:
-        """The address that it has, or is about to have."""
+        """The address that it has or claims."""
         return self._address
 
     def field(self, name: str, value: Any) -> NMEA2000Field:
+        """A field of a message, with its value in SI units."""
         return self._field(id=name, value=value)
 
-    def encode(self, pgn: int, name: str, fields: list[NMEA2000Field], destination: int = GLOBAL, priority: int = 6) -> bytes:
+    def encode(
+        self, pgn: int, name: str, fields: list[NMEA2000Field], destination: int = GLOBAL, priority: int = 6
+    ) -> bytes:
         """The frames of one message from this device, as bytes for its stream."""
-        message = self._message(PGN=pgn, id=name, fields=fields, source=self._address, destination=destination, priority=priority)
+        message = self._message(
+            PGN=pgn, id=name, fields=fields, source=self._address, destination=destination, priority=priority
+        )
         return b"".join([pack(frame.arbitration_id, bytes(frame.data)) for frame in self._encoder.encode(message)])
 
     def start(self, now_s: float) -> bytes:
@@ -98,7 +111,7 @@ class Node:
         return self._heartbeat()
 
     def heard(self, pgn: int, source: int, destination: int, data: bytes, now_s: float) -> bytes:
-        """What an address claim (60928) or a request (59904) of another device is to be answered with."""
+        """The answer to an address claim (60928) or a request (59904) of another device."""
         if pgn == CLAIM and len(data) == 8:
             return self._contest(source, data, now_s)
         if pgn == REQUEST and len(data) >= 3 and destination in (GLOBAL, self._address) and self._claimed_s is not None:
@@ -133,11 +146,15 @@ class Node:
         if pgn == HEARTBEAT:
             return self._heartbeat()
         if pgn == PRODUCT:
-            return self.encode(PRODUCT, "productInformation", [self.field(name, value) for name, value in self._product()])
+            return self.encode(
+                PRODUCT, "productInformation", [self.field(name, value) for name, value in self._product()]
+            )
         if destination == GLOBAL:
             return b""
         refusal = (("control", 1), ("groupFunction", 255), ("reserved_16", 0xFFFFFF), ("pgn", pgn))
-        return self.encode(ACKNOWLEDGE, "isoAcknowledgement", [self.field(name, value) for name, value in refusal], source)
+        return self.encode(
+            ACKNOWLEDGE, "isoAcknowledgement", [self.field(name, value) for name, value in refusal], source
+        )
 
     def _heartbeat(self) -> bytes:
         self._beats = (self._beats + 1) % 253

@@ -1,8 +1,8 @@
 """AIS receivers and transponders: NMEA 0183 VDM sentences of other vessels, over serial or network.
 
-Source: ITU-R M.1371-5 as pyais decodes it; E. S. Raymond, "AIVDM/AIVDO protocol decoding", for the sentences. Position reports of class A (1, 2, 3, 27)
-and class B (18, 19) and what ships say of themselves (5, 19, 24) are taken; the rest is counted and left. The boat's own reports (VDO) are not
-traffic. Sentences without a checksum are not trusted.
+Source: ITU-R M.1371-5 as pyais decodes it; E. S. Raymond, "AIVDM/AIVDO protocol decoding", for the sentences. Position
+reports of class A (1, 2, 3, 27) and class B (18, 19) and the ships' own data (5, 19, 24) are read; the rest is only
+counted. The boat's own reports (VDO) are not traffic. Sentences without a checksum are rejected.
 """
 
 from __future__ import annotations
@@ -11,15 +11,17 @@ import math
 import re
 from typing import Any
 
-from companion.config import SensorConfig
+from companion.config.devices import SensorConfig
 from companion.core.ports import ByteStream
-from companion.core.types import AisTarget, Reading
+from companion.core.readings import AisTarget, Reading
 from companion.io.sensors.driver import StreamDriver
+from companion.io.sensors.message_timing import MessageTiming
 from companion.io.sensors.nmea0183_fields import checksum
-from companion.io.sensors.pace import Pace
 
 _LONGEST = 100  # of a sentence between ! and *
-_SENTENCE = re.compile(rb"!([A-Z]{2}VDM,([1-9]),([1-9]),([0-9]?),([^,*!]{0,2}),[0-W`-w]{1,%d},[0-5])\*([0-9A-Fa-f]{2})" % _LONGEST)
+_SENTENCE = re.compile(
+    rb"!([A-Z]{2}VDM,([1-9]),([1-9]),([0-9]?),([^,*!]{0,2}),[0-W`-w]{1,%d},[0-5])\*([0-9A-Fa-f]{2})" % _LONGEST
+)
 _KEPT_BYTES = _LONGEST + 30
 _FRAGMENTS_S = 4.0  # between the parts of one message
 _MOST_UNFINISHED = 16
@@ -28,13 +30,13 @@ _MOTION, _SHIP = frozenset({1, 2, 3, 18, 19, 27}), frozenset({5, 19, 24})
 _COARSE = 27  # whole knots and degrees, 63 and 511 for none
 _NO_COURSE, _NO_SPEED_KN, _NO_SPEED_27_KN = 360.0, 102.25, 63.0
 _NO_STATUS = 15
-_MOST_TURN_DEG_MIN = 709.0  # ±127: it turns, how fast is not told
+_MOST_TURN_DEG_MIN = 709.0  # ±127: it turns at an unknown rate
 
 
 class AisReceiver(StreamDriver):
     """VDM sentences → `AisTarget`. Times are those of arrival of a message's first part, less the configured latency.
 
-    Remembers the unfinished sentence and the parts of unfinished messages. An empty sea is silent: silence is not a fault.
+    Remembers the unfinished sentence and the parts of unfinished messages. Silence is no fault: there may be no vessel.
     """
 
     messages = "AIS sentences"
@@ -46,7 +48,7 @@ class AisReceiver(StreamDriver):
 
         self._decode = pyais.decode
         self._decoding_errors = (AISBaseException, ValueError, TypeError, LookupError, ArithmeticError, AttributeError)
-        self._pace = Pace(0.0)  # other vessels speak when they please
+        self._pace = MessageTiming(0.0)  # other vessels have no fixed rate
         self._tail = b""
         self._unfinished: dict[tuple[bytes, ...], tuple[float, dict[int, bytes]]] = {}
 
@@ -99,7 +101,7 @@ class AisReceiver(StreamDriver):
 
 
 def _target(message: Any, t_s: float, source: str) -> AisTarget | None:
-    """What a decoded message says of a vessel; None for messages that are not of one."""
+    """The vessel that a decoded message is about; None for messages about none."""
     values: dict[str, Any] = {}
     if message.msg_type in _MOTION:
         values |= _motion(message)
@@ -113,7 +115,11 @@ def _motion(message: Any) -> dict[str, Any]:
     if not (abs(lat_deg) <= 90.0 and abs(lon_deg) <= 180.0):  # 91, 181: not known
         return {}
     nothing_kn = _NO_SPEED_27_KN if message.msg_type == _COARSE else _NO_SPEED_KN
-    course_deg, heading_deg, turn = float(message.course), getattr(message, "heading", None), getattr(message, "turn", None)
+    course_deg, heading_deg, turn = (
+        float(message.course),
+        getattr(message, "heading", None),
+        getattr(message, "turn", None),
+    )
     return {
         "lat_deg": lat_deg,
         "lon_deg": lon_deg,
@@ -126,7 +132,7 @@ def _motion(message: Any) -> dict[str, Any]:
 
 
 def _turn_rate_radps(turn: Any) -> float | None:
-    """`turn` in degrees a minute, or one of pyais's words for what is not told."""
+    """`turn` in degrees a minute, or one of pyais's words for a missing value."""
     if type(turn) is not float or abs(turn) >= _MOST_TURN_DEG_MIN:
         return None
     return math.radians(turn) / 60.0
@@ -139,7 +145,11 @@ def _status(status: Any) -> int | None:
 def _ship(message: Any) -> dict[str, Any]:
     """Size, type and names, as far as this message (or this half of a 24) brings them."""
     kind = getattr(message, "ship_type", None)
-    values: dict[str, Any] = {"callsign": _text(message, "callsign"), "name": _text(message, "shipname"), "kind": int(kind) if kind else None}
+    values: dict[str, Any] = {
+        "callsign": _text(message, "callsign"),
+        "name": _text(message, "shipname"),
+        "kind": int(kind) if kind else None,
+    }
     sizes = [float(getattr(message, name, None) or 0.0) for name in ("to_bow", "to_stern", "to_port", "to_starboard")]
     if any(sizes):
         values |= dict(zip(("bow_m", "stern_m", "port_m", "starboard_m"), sizes, strict=True))

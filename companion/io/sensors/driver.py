@@ -1,15 +1,16 @@
-"""What the drivers of byte-stream sensors share: reading the port, counting, and saying how the device is."""
+"""What the drivers of byte-stream sensors share: reading the port, counts, and the health of the device."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 
-from companion.config import SensorConfig
+from companion.config.devices import SensorConfig
 from companion.core.ports import ByteStream
-from companion.core.types import DeviceHealth, Reading
+from companion.core.readings import Reading
+from companion.core.tick import DeviceHealth
 from companion.io.recognise import Overheard
-from companion.io.sensors.pace import Pace
+from companion.io.sensors.message_timing import MessageTiming
 from companion.io.sensors.setup import DeviceSetup
 
 _SILENT_BYTES = 600  # that many bytes without one valid message: not the language or not the speed
@@ -18,8 +19,8 @@ _SILENT_BYTES = 600  # that many bytes without one valid message: not the langua
 class StreamDriver(ABC):
     """Bytes of one port → readings. A protocol fills in `_feed`.
 
-    Remembers when the last valid message came, counts of valid messages, of bad ones, and of bytes since the last valid one, the rates of
-    messages, and where those bytes are many what they look like.
+    Remembers when the last valid message came, counts of valid and of bad messages and of bytes since the last valid
+    one, and the rates of messages. Where those bytes are many, it remembers what they look like.
     """
 
     messages = "messages"  # what the protocol calls them, for people
@@ -32,8 +33,8 @@ class StreamDriver(ABC):
         self._valid = 0
         self._bad = 0
         self._bytes_since_valid = 0
-        self._pace = Pace(config.rate_hz)
-        self._setup: DeviceSetup | None = None  # of devices that are told what to send
+        self._pace = MessageTiming(config.rate_hz)
+        self._setup: DeviceSetup | None = None  # of devices that are configured at the start
         self._was_open = False
         self._overheard = Overheard(_SILENT_BYTES)
 
@@ -50,8 +51,13 @@ class StreamDriver(ABC):
                 return ()  # its axes and rates may not be those of the vessel's file yet
         return readings
 
+    @property
+    def counts(self) -> tuple[int, int]:
+        """Valid messages and bad ones, since the start."""
+        return self._valid, self._bad
+
     def health(self, now_s: float) -> DeviceHealth:
-        """Fault of the port, silence, or bytes that make no sense; else the counts and the rates."""
+        """Fault of the port, silence, or bytes that are no messages; else the counts and the rates."""
         age_s = None if self._last_valid_s is None else now_s - self._last_valid_s
         text = self._complaint(age_s)
         counts = f"{self._valid} {self.messages}, {self._bad} bad"
@@ -60,9 +66,11 @@ class StreamDriver(ABC):
         return DeviceHealth(self.name, not text, age_s, f"{text} ({counts})" if text else counts)
 
     def fileno(self) -> int | None:
+        """See `Sensor`."""
         return self._stream.fileno()
 
     def close(self) -> None:
+        """Close the port."""
         self._stream.close()
 
     def _set_up(self, setup: DeviceSetup, now_s: float) -> None:
@@ -70,7 +78,9 @@ class StreamDriver(ABC):
         if is_open and not self._was_open:
             setup.restart()
         self._was_open = is_open
-        if is_open and (request := setup.due(now_s, now_s - (now_s if self._last_valid_s is None else self._last_valid_s))):
+        if is_open and (
+            request := setup.due(now_s, now_s - (now_s if self._last_valid_s is None else self._last_valid_s))
+        ):
             self._stream.write(request, now_s)
 
     def _complaint(self, age_s: float | None) -> str:
@@ -90,7 +100,9 @@ class StreamDriver(ABC):
 
     def _nonsense(self) -> str:
         """What may be wrong where bytes come in that are no messages."""
-        return self._overheard.guess or f"wrong baud rate in '{self._config.port}', or the device speaks another protocol"
+        return (
+            self._overheard.guess or f"wrong baud rate in '{self._config.port}', or the device speaks another protocol"
+        )
 
     def _count_valid(self, arrival_s: float, kind: str = "") -> None:
         self._valid += 1
@@ -100,4 +112,4 @@ class StreamDriver(ABC):
 
     @abstractmethod
     def _feed(self, arrival_s: float, data: bytes, readings: list[Reading]) -> None:
-        """Take the next bytes of the stream and append what they complete."""
+        """Take the next bytes of the stream. Append to `readings` those that they complete."""

@@ -1,8 +1,9 @@
 """Accelerations, rates and attitude of a Pixhawk, or any autopilot that speaks MAVLink, over serial or network.
 
-Source: MAVLink common.xml. HIGHRES_IMU is taken before SCALED_IMU, SCALED_IMU before RAW_IMU; RAW_IMU only of ArduPilot, which fills it with mG,
-mrad/s and mgauss as it does SCALED_IMU (PX4 does not send it). All are body axes forward, starboard, down. The autopilot is asked for the
-messages (SET_MESSAGE_INTERVAL) until they come; it knows us as an onboard computer of its own system.
+Source: MAVLink common.xml. HIGHRES_IMU is taken before SCALED_IMU, SCALED_IMU before RAW_IMU; RAW_IMU only of
+ArduPilot, which fills it with mG, mrad/s and mgauss as it does SCALED_IMU (PX4 does not send it). All are body axes
+forward, starboard, down. The autopilot is asked for the messages (SET_MESSAGE_INTERVAL) until they come; it knows us as
+an onboard computer of its own system.
 """
 
 from __future__ import annotations
@@ -10,12 +11,12 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from companion.config import SensorConfig
+from companion.config.devices import SensorConfig
 from companion.core.angles import wrap_pi
 from companion.core.ports import ByteStream
-from companion.core.types import Imu, MagneticField, Reading
-from companion.io.mavlink import messages as mavlink
-from companion.io.mavlink.framer import Framer, UnknownMessage, frame, pack
+from companion.core.readings import Imu, MagneticField, Reading
+from companion.io.mavlink.wire import messages as mavlink
+from companion.io.mavlink.wire.framer import Framer, UnknownMessage, frame, pack
 from companion.io.sensors.driver import StreamDriver
 from companion.io.sensors.own_yaw import OwnYaw
 from companion.io.sensors.sample_clock import SampleClock
@@ -39,11 +40,11 @@ _FIELD_UPDATED = 0x1C0
 
 
 class MavlinkImu(StreamDriver):
-    """MAVLink frames → `Imu` with the attitude that goes with it, `MagneticField` for an AHRS of ours, `Heading` by the autopilot's yaw
-    where the configuration says what that is worth.
+    """MAVLink frames → `Imu` with the attitude that goes with it, `MagneticField` for our own AHRS, and `Heading` from
+    the autopilot's yaw where `heading` in the vessel's file allows it.
 
-    Remembers the unfinished frame, the autopilot that was heard first, when each message last came and was asked for, the relation of the
-    clocks, and the last attitude.
+    Remembers the unfinished frame, the first autopilot that was heard, when each message last came and was asked for,
+    the relation of the clocks, and the last attitude.
     """
 
     messages = "MAVLink messages"
@@ -64,6 +65,7 @@ class MavlinkImu(StreamDriver):
         self._gives_field = config.heading == "ahrs"
 
     def read(self, now_s: float) -> list[Reading]:
+        """See `Sensor`. Sends the heartbeat and the requests that are due."""
         self._now_s = now_s
         readings = list(super().read(now_s))
         if self._autopilot is not None:
@@ -76,7 +78,10 @@ class MavlinkImu(StreamDriver):
             return complaint
         if self._autopilot is None:
             return "MAVLink, but no autopilot's heartbeat yet"
-        return "the autopilot does not send the IMU messages that it is asked for (HIGHRES_IMU, SCALED_IMU): check its port's protocol and rates"
+        return (
+            "the autopilot does not send the IMU messages that it is asked for (HIGHRES_IMU, SCALED_IMU): "
+            "check its port's protocol and rates"
+        )
 
     # --- in ---------------------------------------------------------------------------------------------------------
 
@@ -87,7 +92,11 @@ class MavlinkImu(StreamDriver):
                 continue
             number = message.get_msgId()
             source = (message.get_srcSystem(), message.get_srcComponent())
-            if number == mavlink.MAVLINK_MSG_ID_HEARTBEAT and self._autopilot is None and message.autopilot != mavlink.MAV_AUTOPILOT_INVALID:
+            if (
+                number == mavlink.MAVLINK_MSG_ID_HEARTBEAT
+                and self._autopilot is None
+                and message.autopilot != mavlink.MAV_AUTOPILOT_INVALID
+            ):
                 self._autopilot = source
                 self._ardupilot = message.autopilot == mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA
             self._valid += 1
@@ -110,7 +119,7 @@ class MavlinkImu(StreamDriver):
         return now_s - self._seen_s.get(number, -math.inf) <= _COMES_S
 
     def _take_imu(self, number: int, message: Any, arrival_s: float, readings: list[Reading]) -> None:
-        self._last_valid_s = arrival_s  # that the autopilot is alive does not help who needs its sensors
+        self._last_valid_s = arrival_s  # only these count: a heartbeat alone brings no measurement
         axes = ("x", "y", "z")
         if number == _HIGHRES:
             if message.fields_updated & _ALL_FIELDS != _ALL_FIELDS:
@@ -122,11 +131,25 @@ class MavlinkImu(StreamDriver):
         force, rate, field = ([getattr(message, f"{axis}{what}") for axis in axes] for what in ("acc", "gyro", "mag"))
         if not math.isfinite(sum(force) + sum(rate)):
             return
-        if self._gives_field and math.isfinite(sum(field)) and (number != _HIGHRES or message.fields_updated & _FIELD_UPDATED == _FIELD_UPDATED):
+        if (
+            self._gives_field
+            and math.isfinite(sum(field))
+            and (number != _HIGHRES or message.fields_updated & _FIELD_UPDATED == _FIELD_UPDATED)
+        ):
             readings.append(MagneticField(t_s, self.name, *(unit * value for value in field)))
         attitude = self._attitude
-        roll_pitch_yaw = attitude[1:] if attitude is not None and abs(t_s - attitude[0]) <= _ATTITUDE_AGE_S else (None, None, None)
-        readings.append(Imu(t_s, self.name, *(force_unit * value for value in force), *(unit * value for value in rate), *roll_pitch_yaw))
+        roll_pitch_yaw = (
+            attitude[1:] if attitude is not None and abs(t_s - attitude[0]) <= _ATTITUDE_AGE_S else (None, None, None)
+        )
+        readings.append(
+            Imu(
+                t_s,
+                self.name,
+                *(force_unit * value for value in force),
+                *(unit * value for value in rate),
+                *roll_pitch_yaw,
+            )
+        )
 
     def _take_attitude(self, message: Any, arrival_s: float, readings: list[Reading]) -> None:
         self._seen_s[_ATTITUDE] = arrival_s
@@ -151,7 +174,14 @@ class MavlinkImu(StreamDriver):
     def _speak(self, now_s: float) -> None:
         if now_s - self._beat_s >= _HEARTBEAT_S:
             self._beat_s = now_s
-            beat = (mavlink.MAV_TYPE_ONBOARD_CONTROLLER, mavlink.MAV_AUTOPILOT_INVALID, 0, 0, mavlink.MAV_STATE_ACTIVE, 3)
+            beat = (
+                mavlink.MAV_TYPE_ONBOARD_CONTROLLER,
+                mavlink.MAV_AUTOPILOT_INVALID,
+                0,
+                0,
+                mavlink.MAV_STATE_ACTIVE,
+                3,
+            )
             self._send(mavlink.MAVLink_heartbeat_message(*beat), now_s)
         missing = [] if self._comes(_HIGHRES, now_s) or self._comes(_SCALED, now_s) else [_HIGHRES, _SCALED]
         if not self._comes(_ATTITUDE, now_s):

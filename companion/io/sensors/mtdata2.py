@@ -1,8 +1,9 @@
 """Xsens MTi inertial sensors: MTData2 messages over serial.
 
-Source: Xsens, MT Low-Level Communication Protocol Documentation. A message is FA FF MID LEN DATA CS; LEN 255 is followed by the length
-in two bytes; all bytes after FA add up to 0 modulo 256; numbers are big-endian. The device gives its NED output frame, its axes those of
-the boat: it is mounted forward-right-down, or turned so by its own setting, which `configure` and `rotation_deg` write at the start.
+Source: Xsens, MT Low-Level Communication Protocol Documentation. A message is FA FF MID LEN DATA CS; LEN 255 is
+followed by the length in two bytes; all bytes after FA add up to 0 modulo 256; numbers are big-endian. The device gives
+its NED output frame, its axes those of the boat: it is mounted forward-right-down, or turned so by its own setting,
+which `configure` and `rotation_deg` write at the start.
 """
 
 from __future__ import annotations
@@ -13,9 +14,10 @@ import struct
 from collections.abc import Mapping
 from dataclasses import replace
 
-from companion.config import SensorConfig
+from companion.config.devices import SensorConfig
 from companion.core.ports import ByteStream
-from companion.core.types import DeviceHealth, Imu, MagneticField, Reading
+from companion.core.readings import Imu, MagneticField, Reading
+from companion.core.tick import DeviceHealth
 from companion.io.sensors.driver import StreamDriver
 from companion.io.sensors.mtdata2_setup import ANSWERS, ERROR, SET_OUTPUT_ACK, error_text, mti_setup, rate_problem
 from companion.io.sensors.own_yaw import OwnYaw
@@ -53,10 +55,11 @@ _CLIPPING = 0x00080000
 
 
 class Mtdata2Sensor(StreamDriver):
-    """MTData2 bytes → `Imu` readings, `MagneticField` readings where the device sends its field, and `Heading` readings by its own yaw
-    where the configuration says what that is worth.
+    """MTData2 bytes → `Imu` readings, `MagneticField` readings where the device sends its field, and `Heading` readings
+    from its own yaw where `heading` in the vessel's file allows it.
 
-    Remembers the unfinished message and the relation of the device's clock to the vessel's. Messages without both acceleration and rate of turn give no reading, but count as valid: the health text then says what is missing.
+    Remembers the unfinished message and the relation of the device's clock to the vessel's. A message without both
+    acceleration and rate of turn gives no reading but counts as valid.
     """
 
     messages = "MTData2 messages"
@@ -101,7 +104,8 @@ class Mtdata2Sensor(StreamDriver):
             del buffer[:-_KEPT_BYTES]
 
     def _message_end(self, at: int) -> int | None:
-        """Where the message that begins at `at` ends, beyond the buffer if that is not known yet; None: it cannot be one."""
+        """Where the message that begins at `at` ends, beyond the buffer if that is not known yet; None: it cannot be
+        one."""
         buffer = self._buffer
         if len(buffer) < at + 4:
             return len(buffer) + 1
@@ -151,7 +155,9 @@ class Mtdata2Sensor(StreamDriver):
         self._count_valid(arrival_s)
         self._emit(arrival_s, ticks, values, readings)
 
-    def _emit(self, arrival_s: float, ticks: int | None, values: Mapping[int, tuple[float, ...]], readings: list[Reading]) -> None:
+    def _emit(
+        self, arrival_s: float, ticks: int | None, values: Mapping[int, tuple[float, ...]], readings: list[Reading]
+    ) -> None:
         acceleration, rate = values.get(_ACCELERATION), values.get(_RATE_OF_TURN)
         t_s = arrival_s - self._config.latency_s
         if ticks is not None:
@@ -180,6 +186,7 @@ class Mtdata2Sensor(StreamDriver):
         return super()._complaint(age_s) or self._remark
 
     def health(self, now_s: float) -> DeviceHealth:
+        """As every driver's, with a remark where the device gives another rate than was asked for."""
         health = super().health(now_s)
         return replace(health, text=f"{health.text}; {self._rate_remark}") if self._rate_remark else health
 
@@ -194,7 +201,8 @@ def _fixed_point(precision: int, count: int, raw: bytes) -> tuple[float, ...]:
 
 
 def _attitude(values: Mapping[int, tuple[float, ...]]) -> tuple[float | None, float | None, float | None]:
-    """(roll, pitch, yaw) in radians from Euler angles in degrees or from the quaternion body → NED; Nones without either."""
+    """(roll, pitch, yaw) in radians from Euler angles in degrees or from the quaternion body → NED; Nones without
+    either."""
     if euler := values.get(_EULER_ANGLES):
         return math.radians(euler[0]), math.radians(euler[1]), math.radians(euler[2])
     if quaternion := values.get(_QUATERNION):

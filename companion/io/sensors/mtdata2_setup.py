@@ -1,7 +1,7 @@
-"""What an Xsens MTi is told at the start: which data, how often, and how it is mounted.
+"""Configuration of an Xsens MTi at the start: which data, how often, and how it is mounted.
 
-Source: Xsens (Movella), MT Low-Level Communication Protocol Documentation, SetOutputConfiguration, SetAlignmentRotation, Error; MTi User
-Manual, "Arbitrary alignment": v_object = R_OS · v_sensor for RotSensor.
+Source: Xsens (Movella), MT Low-Level Communication Protocol Documentation, SetOutputConfiguration,
+SetAlignmentRotation, Error; MTi User Manual, "Arbitrary alignment": v_object = R_OS · v_sensor for RotSensor.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Mapping
 
-from companion.config import SensorConfig
+from companion.config.devices import SensorConfig
 from companion.io.sensors.setup import DeviceSetup, Step
 from companion.nav.lever_arms import quaternion_of
 
@@ -17,7 +17,13 @@ GO_TO_CONFIG_ACK, SET_OUTPUT_ACK, SET_ALIGNMENT_ACK, GO_TO_MEASUREMENT_ACK, ERRO
 ANSWERS = bytes((GO_TO_CONFIG_ACK, SET_OUTPUT_ACK, SET_ALIGNMENT_ACK, GO_TO_MEASUREMENT_ACK, ERROR))
 _GO_TO_CONFIG, _SET_OUTPUT, _SET_ALIGNMENT, _GO_TO_MEASUREMENT = 0x30, 0xC0, 0xEC, 0x10
 _ROT_SENSOR = 0
-_PACKET_COUNTER, _SAMPLE_TIME_FINE, _QUATERNION_NED, _ACCELERATION, _RATE_OF_TURN = 0x1020, 0x1060, 0x2014, 0x4020, 0x8020
+_PACKET_COUNTER, _SAMPLE_TIME_FINE, _QUATERNION_NED, _ACCELERATION, _RATE_OF_TURN = (
+    0x1020,
+    0x1060,
+    0x2014,
+    0x4020,
+    0x8020,
+)
 _MAGNETIC_FIELD, _STATUS_WORD = 0xC020, 0xE020
 _EVERY = 0xFFFF  # with every message
 _FIELD_HZ = 50
@@ -32,7 +38,7 @@ _ERRORS: Mapping[int, str] = {
 
 
 def mti_setup(config: SensorConfig) -> DeviceSetup:
-    """The commands for a device of that configuration."""
+    """The commands that configure a device as its row says."""
     rate_hz = min(max(round(config.rate_hz), 1), _FASTEST_HZ)  # 0 would be as fast as it can
     outputs = [(_PACKET_COUNTER, _EVERY), (_SAMPLE_TIME_FINE, _EVERY)]
     if config.heading != "ahrs":
@@ -43,7 +49,11 @@ def mti_setup(config: SensorConfig) -> DeviceSetup:
     outputs.append((_STATUS_WORD, _EVERY))
     steps = [
         Step("GoToConfig", message(_GO_TO_CONFIG), GO_TO_CONFIG_ACK),
-        Step("SetOutputConfiguration", message(_SET_OUTPUT, b"".join(struct.pack(">HH", *row) for row in outputs)), SET_OUTPUT_ACK),
+        Step(
+            "SetOutputConfiguration",
+            message(_SET_OUTPUT, b"".join(struct.pack(">HH", *row) for row in outputs)),
+            SET_OUTPUT_ACK,
+        ),
     ]
     if config.rotation_rad is not None:
         data = struct.pack(">B4f", _ROT_SENSOR, *quaternion_of(*config.rotation_rad))
@@ -59,7 +69,7 @@ def message(number: int, data: bytes = b"") -> bytes:
 
 
 def rate_problem(answer: bytes, asked_hz: float) -> str:
-    """What a SetOutputConfigurationAck says of the rates that the device will really give; empty where it is as asked."""
+    """The rate that a SetOutputConfigurationAck really gives, where it differs from the one asked for; else empty."""
     for data_id, rate_hz in struct.iter_unpack(">HH", answer[: len(answer) // 4 * 4]):
         if data_id & 0xFFF0 == _ACCELERATION and rate_hz != round(asked_hz):
             return f"gives {rate_hz} Hz, not the {asked_hz:g} asked for"

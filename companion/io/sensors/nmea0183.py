@@ -1,8 +1,10 @@
-"""NMEA 0183: satellite receivers, compasses, wind sensors, sounders, logs and transducers of any maker, over serial or network.
+"""NMEA 0183: satellite receivers, compasses, wind sensors, sounders, logs and transducers of any maker, over serial or
+network.
 
-Source: NMEA 0183 version 4.11 as pynmea2 knows it: its tables name the fields, their texts are read here. Sentences without a checksum are
-not trusted. The two letters of the talker matter only where the vessel's file names them. Between the sentences may stand anything, so RTCM
-or a maker's binary messages on the same line do no harm; proprietary sentences ($P…) and AIS (!…) are passed by.
+Source: NMEA 0183 version 4.11 as pynmea2 knows it: its tables name the fields, their texts are read here. Sentences
+without a checksum are rejected. The two letters of the talker matter only where the vessel's file names them. Between
+the sentences there may be anything, such as RTCM or a maker's binary messages. Proprietary sentences ($P…) and AIS (!…)
+are ignored.
 """
 
 from __future__ import annotations
@@ -13,9 +15,10 @@ from collections.abc import Mapping
 
 import pynmea2
 
-from companion.config import SensorConfig
+from companion.config.devices import SensorConfig
 from companion.core.ports import ByteStream
-from companion.core.types import DeviceHealth, Reading
+from companion.core.readings import Reading
+from companion.core.tick import DeviceHealth
 from companion.io.sensors.driver import StreamDriver
 from companion.io.sensors.nmea0183_fields import checksum
 from companion.io.sensors.nmea0183_gnss import GnssSentences, Handler
@@ -33,7 +36,7 @@ _PROPRIETARY, _SATELLITES, _TRANSDUCERS = "P", "GSV", "XDR"
 
 
 class THS(pynmea2.TalkerSentence):  # type: ignore[misc]  # pynmea2 is untyped
-    """True heading and status, which pynmea2 does not know; defining it enters it in pynmea2's table."""
+    """True heading and status. pynmea2 does not have it; the definition enters it in pynmea2's table."""
 
     fields = (("True heading", "heading", float), ("Mode", "mode"))
 
@@ -41,8 +44,8 @@ class THS(pynmea2.TalkerSentence):  # type: ignore[misc]  # pynmea2 is untyped
 class Nmea0183Sensor(StreamDriver):
     """NMEA sentences → readings; `GnssSentences` and `HullSentences` say which. Times: `SentenceTimes`.
 
-    Remembers the unfinished sentence, when each type of sentence last came, how many came without a checksum since the last with one, and
-    whether any was of use.
+    Remembers the unfinished sentence, when each type of sentence last came, how many came without a checksum since the
+    last with one, and whether any was of use.
     """
 
     messages = "NMEA sentences"
@@ -64,6 +67,7 @@ class Nmea0183Sensor(StreamDriver):
         self._names[_TRANSDUCERS] = TRANSDUCERS
 
     def health(self, now_s: float) -> DeviceHealth:
+        """As every driver's, with the satellites in view."""
         health = super().health(now_s)
         remark = self._gnss.remark(now_s) if health.ok else ""
         return DeviceHealth(health.name, health.ok, health.age_s, f"{health.text}; {remark}") if remark else health
@@ -72,7 +76,8 @@ class Nmea0183Sensor(StreamDriver):
         complaint = super()._complaint(age_s)
         if complaint or self._used or self._valid < _MANY:
             return complaint
-        return f"the device on '{self._config.port}' sends no sentence that is used here, but {', '.join(sorted(self._others))}"
+        others = ", ".join(sorted(self._others))
+        return f"the device on '{self._config.port}' sends no sentence that is used here, but {others}"
 
     def _nonsense(self) -> str:
         if self._unchecked:

@@ -8,7 +8,9 @@ from datetime import date, time
 
 from pynmea2.nmea_utils import datestamp, dm_to_sd, timestamp
 
-Sentence = Mapping[str, str]  # the texts of its fields by their names in pynmea2; those that a device leaves off are not there
+Sentence = Mapping[
+    str, str
+]  # the texts of its fields by their names in pynmea2; those that a device leaves off are not there
 
 MPS = {"N": 1852.0 / 3600.0, "K": 1.0 / 3.6, "M": 1.0, "S": 1609.344 / 3600.0}
 DAY_S = 86400
@@ -16,7 +18,7 @@ _UNIX_DAY = date(1970, 1, 1).toordinal()
 
 
 def checksum(body: bytes) -> int:
-    """The exclusive or of all bytes, at most 128: the one half over the other until one byte is left."""
+    """The exclusive or of all bytes, at most 128. It folds one half over the other until one byte is left."""
     folded = int.from_bytes(body, "little")
     for half in (512, 256, 128, 64, 32, 16, 8):
         folded ^= folded >> half
@@ -24,7 +26,8 @@ def checksum(body: bytes) -> int:
 
 
 def number(text: str | None) -> float | None:
-    """A field as a number, None where it is empty. Raises ValueError for text that is no number: the caller drops the sentence."""
+    """A field as a number, None where it is empty. Raises ValueError for text that is no number: the caller rejects the
+    sentence."""
     if not text:
         return None
     value = float(text)
@@ -34,7 +37,7 @@ def number(text: str | None) -> float | None:
 
 
 def angle_rad(text: str | None) -> float | None:
-    """Degrees → radians."""
+    """Degrees as text → radians; None where it is empty."""
     degrees = number(text)
     return None if degrees is None else math.radians(degrees)
 
@@ -54,13 +57,13 @@ def day(text: str | None) -> date | None:
 
 
 def seconds_of_day(text: str) -> float:
-    """hhmmss.sss; raises ValueError for what is no time."""
+    """hhmmss.sss in seconds since midnight. Raises ValueError for text that is no time."""
     clock: time = timestamp(text)
     return clock.hour * 3600 + clock.minute * 60 + clock.second + clock.microsecond * 1e-6
 
 
 def unix_ns(on: date, text: str) -> int:
-    """Absolute time of hhmmss.sss on a day."""
+    """hhmmss.sss on a day as ns since 1970."""
     clock: time = timestamp(text)
     seconds = (on.toordinal() - _UNIX_DAY) * DAY_S + clock.hour * 3600 + clock.minute * 60 + clock.second
     return seconds * 1_000_000_000 + clock.microsecond * 1000

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Mapping
 from datetime import date
 
-from companion.core.types import Corrections, FixType, GnssFix, GroundVelocity, Reading, TimeOfDay
+from companion.core.readings import Corrections, FixType, GnssFix, GroundVelocity, Reading, TimeOfDay
 from companion.io.sensors.nmea0183_fields import MPS, Sentence, day, number, place, unix_ns
 
 Handler = Callable[[Sentence, float, list[Reading]], None]
@@ -19,7 +19,13 @@ _QUALITY = {
     5: FixType.RTK_FLOAT,
     9: FixType.DGPS,  # satellite-based corrections, as some makers say it
 }  # 0 no fix, 6 dead reckoning, 7 typed in by hand, 8 simulator: not a position
-_SIGMA_M = {FixType.FIX_2D: 5.0, FixType.FIX_3D: 1.5, FixType.DGPS: 0.5, FixType.RTK_FLOAT: 0.25, FixType.RTK_FIXED: 0.03}
+_SIGMA_M = {
+    FixType.FIX_2D: 5.0,
+    FixType.FIX_3D: 1.5,
+    FixType.DGPS: 0.5,
+    FixType.RTK_FLOAT: 0.25,
+    FixType.RTK_FIXED: 0.03,
+}
 _HDOP_RANGE = (0.7, 20.0)
 _STATISTICS_AGE_S = 3.0  # how long GST and GSA hold for the fixes after them
 _SATELLITES_AGE_S = 10.0
@@ -31,8 +37,9 @@ _FLAT = 2  # mode of a GSA without height
 class GnssSentences:
     """GGA, RMC, VTG, GLL, GST, ZDA, GSA, GSV → `GnssFix`, `GroundVelocity`, `TimeOfDay`, `Corrections`.
 
-    Without a fix a `GnssFix` of type NONE is reported, its coordinates NaN. `recent(kind, t_s)` says whether that sentence has come lately:
-    GLL and RMC count only where nothing better does. Remembers the last error statistics, dimension and dilution, and satellites.
+    Without a fix a `GnssFix` of type NONE is reported, its coordinates NaN. `recent(kind, t_s)` says whether that
+    sentence has come lately: GLL and RMC count only where nothing better does. Remembers the last error statistics,
+    dimension and dilution, and satellites.
     """
 
     def __init__(self, name: str, recent: Callable[[str, float], bool]) -> None:
@@ -69,7 +76,7 @@ class GnssSentences:
             readings.append(Corrections(t_s, self._name, age_s, None if station is None else int(station)))
 
     def _dimension(self, fix: FixType, t_s: float) -> FixType:
-        """Quality 1 does not tell a fix without height from one with; GSA does."""
+        """Quality 1 is the same with and without height; GSA tells the two apart."""
         flat = self._solution is not None and t_s - self._solution[0] < _STATISTICS_AGE_S and self._solution[1] == _FLAT
         return FixType.FIX_2D if fix is FixType.FIX_3D and flat else fix
 
@@ -103,11 +110,12 @@ class GnssSentences:
         self._satellites[talker] = t_s, int(count), max(before, *strengths)
 
     def remark(self, now_s: float) -> str:
-        """Satellites in view, for people; empty where the receiver does not tell."""
+        """Satellites in view, for people; empty where the receiver does not report them."""
         seen = [(count, dbhz) for t_s, count, dbhz in self._satellites.values() if now_s - t_s <= _SATELLITES_AGE_S]
         if not seen:
             return ""
-        return f"{sum(count for count, _ in seen)} satellites in view, the strongest {max(dbhz for _, dbhz in seen):.0f} dB-Hz"
+        count, strongest_dbhz = sum(count for count, _ in seen), max(dbhz for _, dbhz in seen)
+        return f"{count} satellites in view, the strongest {strongest_dbhz:.0f} dB-Hz"
 
     def _gll(self, sentence: Sentence, t_s: float, readings: list[Reading]) -> None:
         if sentence.get("status") == "A" and not self._recent("GGA", t_s):
@@ -126,7 +134,9 @@ class GnssSentences:
         if not self._recent("GGA", t_s) and not self._recent("GLL", t_s):
             self._plain_fix(sentence, t_s, readings)
         if not self._recent("VTG", t_s):
-            self._velocity(number(sentence.get("spd_over_grnd")), MPS["N"], number(sentence.get("true_course")), t_s, readings)
+            self._velocity(
+                number(sentence.get("spd_over_grnd")), MPS["N"], number(sentence.get("true_course")), t_s, readings
+            )
         if not self._recent("ZDA", t_s):
             self._time_of_day(day(sentence.get("datestamp")), sentence.get("timestamp"), t_s, readings)
 
@@ -138,7 +148,9 @@ class GnssSentences:
             speed, unit = number(sentence.get("spd_over_grnd_kts")), MPS["N"]
         self._velocity(speed, unit, number(sentence.get("true_track")), t_s, readings)
 
-    def _velocity(self, speed: float | None, unit_mps: float, course_deg: float | None, t_s: float, readings: list[Reading]) -> None:
+    def _velocity(
+        self, speed: float | None, unit_mps: float, course_deg: float | None, t_s: float, readings: list[Reading]
+    ) -> None:
         if speed is None or speed < 0.0:
             return
         speed_mps = speed * unit_mps
@@ -147,7 +159,9 @@ class GnssSentences:
                 return
             course_deg = speed_mps = 0.0
         course_rad = math.radians(course_deg)
-        readings.append(GroundVelocity(t_s, self._name, speed_mps * math.cos(course_rad), speed_mps * math.sin(course_rad)))
+        readings.append(
+            GroundVelocity(t_s, self._name, speed_mps * math.cos(course_rad), speed_mps * math.sin(course_rad))
+        )
 
     def _zda(self, sentence: Sentence, t_s: float, readings: list[Reading]) -> None:
         on, month, year = number(sentence.get("day")), number(sentence.get("month")), number(sentence.get("year"))

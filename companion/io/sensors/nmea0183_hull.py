@@ -6,15 +6,17 @@ import math
 import re
 from collections.abc import Callable, Mapping
 
-from companion.config import SensorConfig
+from companion.config.devices import SensorConfig
 from companion.core.angles import wrap_pi
-from companion.core.types import Depth, Heading, HeadingBy, Measurement, Reading, Wind
+from companion.core.readings import Depth, Heading, HeadingBy, Measurement, Reading, Wind
 from companion.io.sensors.nmea0183_fields import MPS, Sentence, angle_rad, number, signed
 from companion.io.sensors.nmea0183_gnss import Handler
 
 _FOOT_M, _FATHOM_M = 0.3048, 1.8288
 _MOST_TRANSDUCERS = 10  # in one XDR
-TRANSDUCERS = tuple(f"{part}_{n}" for n in range(_MOST_TRANSDUCERS) for part in ("type", "value", "units", "id"))  # fields of an XDR
+TRANSDUCERS = tuple(
+    f"{part}_{n}" for n in range(_MOST_TRANSDUCERS) for part in ("type", "value", "units", "id")
+)  # fields of an XDR
 # type and unit of a transducer → (ending of the name, factor to SI; degrees Celsius stay)
 _TRANSDUCER_UNITS = {
     ("A", "D"): ("rad", math.pi / 180.0),
@@ -90,9 +92,12 @@ class HullSentences:
     # --- wind and water ---------------------------------------------------------------------------------------------
 
     def _mwv(self, sentence: Sentence, t_s: float, readings: list[Reading]) -> None:
+        """Relative wind of a valid sentence only."""
         angle, speed = number(sentence.get("wind_angle")), number(sentence.get("wind_speed"))
         unit = MPS.get(sentence.get("wind_speed_units", ""))
-        if sentence.get("status") == "A" and sentence.get("reference") == "R" and angle is not None and speed is not None and unit is not None:
+        if sentence.get("status") != "A" or sentence.get("reference") != "R":
+            return
+        if angle is not None and speed is not None and unit is not None:
             readings.append(Wind(t_s, self._name, speed * unit, wrap_pi(math.radians(angle) + self._offset_rad)))
 
     def _vwr(self, sentence: Sentence, t_s: float, readings: list[Reading]) -> None:
@@ -108,7 +113,9 @@ class HullSentences:
     def _dpt(self, sentence: Sentence, t_s: float, readings: list[Reading]) -> None:
         depth = number(sentence.get("depth"))
         if depth is not None and depth >= 0.0:
-            readings.append(Depth(t_s, self._name, depth, number(sentence.get("offset")), number(sentence.get("range"))))
+            readings.append(
+                Depth(t_s, self._name, depth, number(sentence.get("offset")), number(sentence.get("range")))
+            )
 
     def _dbt(self, sentence: Sentence, t_s: float, readings: list[Reading]) -> None:
         units = (("depth_meters", 1.0), ("depth_feet", _FOOT_M), ("depth_fathoms", _FATHOM_M))
@@ -148,7 +155,9 @@ class HullSentences:
             ending, factor = _TRANSDUCER_UNITS.get((kind, unit), ("", 1.0))
             known = re.sub("[^a-z0-9]+", "_", (name or kind).lower())[:24].strip("_")
             if known:
-                self._measured(f"{known}_{ending}" if ending else known, number(sentence.get(f"value_{n}")), factor, t_s, readings)
+                self._measured(
+                    f"{known}_{ending}" if ending else known, number(sentence.get(f"value_{n}")), factor, t_s, readings
+                )
 
     def _measured(self, name: str, value: float | None, unit: float, t_s: float, readings: list[Reading]) -> None:
         if value is not None:

@@ -1,9 +1,10 @@
-"""When the values of an NMEA 0183 sentence were valid: by the UTC that it bears, else by that of its neighbours, else by its arrival."""
+"""When the values of an NMEA 0183 sentence were valid: by the UTC that it bears, else by that of its neighbours, else
+by its arrival."""
 
 from __future__ import annotations
 
+from companion.io.sensors.message_timing import MessageTiming
 from companion.io.sensors.nmea0183_fields import DAY_S, Sentence, seconds_of_day
-from companion.io.sensors.pace import Pace
 from companion.io.sensors.sample_clock import SampleClock
 
 _JUMP_S = 0.3
@@ -15,14 +16,14 @@ _BURST_SHARE = 0.4  # and that as a share of the time between epochs
 class SentenceTimes:
     """(kind, sentence, arrival of its first byte) → vessel time of validity.
 
-    GGA, RMC, GLL, GST and ZDA bear UTC: the smallest difference of arrival and stamp is taken for the configured latency, so that
-    sentences held up by the line or the operating system keep their own time. ZDA goes by itself: some receivers send it with the pulse
-    of the second, well before the measurements of that moment. HDT, VTG and others without a stamp belong to the epoch of
-    the stamped one just before them, each kind once; those that come alone are valid on arrival, less the latency.
-    Remembers the relation of the clocks and the last epoch.
+    GGA, RMC, GLL, GST and ZDA carry UTC. The smallest difference of arrival and stamp counts as the configured latency,
+    so that sentences delayed by the line or the operating system keep their own time. ZDA has a clock of its own: some
+    receivers send it with the pulse of the second, well before the measurements of that moment. HDT, VTG and others
+    without a stamp belong to the epoch of the stamped one just before them, each kind once. Those that come alone are
+    valid on arrival, less the latency. Remembers the relation of the clocks and the last epoch.
     """
 
-    def __init__(self, latency_s: float, pace: Pace) -> None:
+    def __init__(self, latency_s: float, pace: MessageTiming) -> None:
         self._latency_s = latency_s
         self._pace = pace
         self._clock, self._zda_clock = (SampleClock(latency_s, _JUMP_S, tick_s=1.0, wrap=DAY_S) for _ in range(2))
@@ -32,14 +33,18 @@ class SentenceTimes:
         self._seen: set[str] = set()
 
     def of(self, kind: str, sentence: Sentence, arrival_s: float) -> float:
-        """Raises ValueError where a time stands that is none."""
+        """Vessel time at which the sentence was valid. Raises ValueError for a time field that is no time."""
         direct_s = arrival_s - self._latency_s
         if stamp := sentence.get("timestamp"):
             if kind == "ZDA":
                 return self._aligned(self._zda_clock, seconds_of_day(stamp), arrival_s)[0]
             return self._stamped(seconds_of_day(stamp), arrival_s)
         since_s = arrival_s - self._epoch_arrival_s
-        if self._stamp_s is None or kind in self._seen or not 0.0 <= since_s <= min(_BURST_S, _BURST_SHARE * self._interval_s):
+        if (
+            self._stamp_s is None
+            or kind in self._seen
+            or not 0.0 <= since_s <= min(_BURST_S, _BURST_SHARE * self._interval_s)
+        ):
             return direct_s
         self._seen.add(kind)
         return min(self._epoch_s, direct_s)

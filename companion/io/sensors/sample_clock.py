@@ -4,11 +4,13 @@ from __future__ import annotations
 
 
 class SampleClock:
-    """Time stamps of a device and the arrival of its messages → times of validity, never after arrival less `latency_s`.
+    """Time stamps of a device and the arrival of its messages → times of validity, never after arrival less
+    `latency_s`.
 
-    In: stamp in ticks of `tick_s` that begin again after `wrap` of them, and the time of arrival. The smallest delay seen is taken for
-    `latency_s`; it may grow by 2 parts in 10 000 of the time, so that crystals may differ. A jump of either clock by more than `jump_s`
-    starts anew. Remembers the last stamp, the device's time, and that smallest delay.
+    In: the stamp in ticks of `tick_s`, which start again after `wrap` of them, and the time of arrival. The smallest
+    delay seen counts as `latency_s`. It may grow by 2 parts in 10 000 of the time, so that crystals may differ. A jump
+    of either clock by more than `jump_s` starts again. Remembers the last stamp, the device's time, and that smallest
+    delay.
     """
 
     _DRIFT = 2e-4
@@ -23,7 +25,7 @@ class SampleClock:
         self._offset_s = 0.0
 
     def time_s(self, ticks: float, arrival_s: float) -> float:
-        """Vessel time of the moment that the stamp `ticks` is of. Stamps may come out of order."""
+        """Vessel time of the moment of the stamp `ticks`. Stamps may come out of order."""
         first = self._last_ticks is None
         step_s = 0.0 if self._last_ticks is None else self._difference(ticks, self._last_ticks) * self._tick_s
         self._last_ticks = ticks

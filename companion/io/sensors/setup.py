@@ -1,4 +1,5 @@
-"""Telling a device at the start what to send: one command after the other, each until the device acknowledges it. Never waits."""
+"""Configuration of a device at the start: one command after the other, each until the device acknowledges it. Never
+waits."""
 
 from __future__ import annotations
 
@@ -7,8 +8,8 @@ from dataclasses import dataclass
 
 _ANSWER_S = 0.5
 _TRIES = 4
-_PAUSE_S = 5.0  # before it begins anew
-_SILENT_S = 3.0  # a device that was silent for so long may have been without power, and have forgotten
+_PAUSE_S = 5.0  # before it starts again
+_SILENT_S = 3.0  # a device that was silent for so long may have lost its power and its settings
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,8 +24,9 @@ class Step:
 class DeviceSetup:
     """Time, answers and the age of the last message → what to write now.
 
-    A command without an answer is sent again every 0.5 s, four times; after that, or when the device refuses one, it begins anew 5 s later. So it
-    does when the port has come back, or the device after a silence. Remembers the step under way, how often it was sent, and when next.
+    A command without an answer goes out every 0.5 s, four times. After that, or when the device refuses a command, the
+    setup starts again 5 s later. It also starts again when the port has come back, or the device after a silence.
+    Remembers the step under way, how often it was sent, and when it is next.
     """
 
     def __init__(self, steps: Sequence[Step]) -> None:
@@ -36,17 +38,18 @@ class DeviceSetup:
 
     @property
     def done(self) -> bool:
+        """Whether the device has acknowledged all commands."""
         return self._at >= len(self._steps)
 
     @property
     def remark(self) -> str:
-        """What people should know; empty when all is acknowledged."""
+        """The state for people; empty when all is acknowledged."""
         if self.done:
             return ""
         return self._trouble or f"being configured: {self._steps[self._at].name}"
 
     def restart(self) -> None:
-        """From the first command."""
+        """Start again with the first command."""
         self._at = self._tries = 0
         self._next_s = None
 
@@ -60,14 +63,16 @@ class DeviceSetup:
             return b""
         step = self._steps[self._at]
         if self._tries >= _TRIES:
-            self._begin_anew(f"does not acknowledge {step.name}: is the device's transmit and receive line connected?", now_s)
+            self._start_again(
+                f"does not acknowledge {step.name}: is the device's transmit and receive line connected?", now_s
+            )
             return b""
         self._tries += 1
         self._next_s = now_s + _ANSWER_S
         return step.request
 
     def heard(self, answer: Hashable) -> bool:
-        """An answer of the device; True if it was the one waited for. The next command is due at once."""
+        """An answer of the device; True if it is the expected one. The next command is due at once."""
         if self.done or answer != self._steps[self._at].answer or self._tries == 0:
             return False
         self._at += 1
@@ -78,11 +83,11 @@ class DeviceSetup:
         return True
 
     def refused(self, why: str, now_s: float) -> None:
-        """The device will not do what it was told."""
+        """The device has refused the command."""
         if not self.done:
-            self._begin_anew(f"refuses {self._steps[self._at].name}: {why}", now_s)
+            self._start_again(f"refuses {self._steps[self._at].name}: {why}", now_s)
 
-    def _begin_anew(self, trouble: str, now_s: float) -> None:
+    def _start_again(self, trouble: str, now_s: float) -> None:
         self._trouble = trouble
         self.restart()
         self._next_s = now_s + _PAUSE_S

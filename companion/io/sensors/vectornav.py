@@ -1,8 +1,9 @@
 """VectorNav VN-100 and VN-200 inertial sensors: their ASCII message VNYMR over serial.
 
-Source: VectorNav, VN-100 User Manual (UM001), "Yaw, Pitch, Roll, Magnetic, Acceleration, and Angular Rates", registers 6 (type of the
-asynchronous output, 14 is VNYMR) and 7 (its rate). Degrees, Gauss, m/s² and rad/s in the sensor's axes, forward, starboard, down; the
-specific force of a level device at rest is −9.8 m/s² downwards. Messages bear an 8-bit checksum and no time.
+Source: VectorNav, VN-100 User Manual (UM001), "Yaw, Pitch, Roll, Magnetic, Acceleration, and Angular Rates", registers
+6 (type of the asynchronous output, 14 is VNYMR) and 7 (its rate). Degrees, Gauss, m/s² and rad/s in the sensor's axes,
+forward, starboard, down; the specific force of a level device at rest is −9.8 m/s² downwards. Messages bear an 8-bit
+checksum and no time.
 """
 
 from __future__ import annotations
@@ -10,10 +11,10 @@ from __future__ import annotations
 import math
 import re
 
-from companion.config import SensorConfig
+from companion.config.devices import SensorConfig
 from companion.core.angles import wrap_pi
 from companion.core.ports import ByteStream
-from companion.core.types import Imu, MagneticField, Reading
+from companion.core.readings import Imu, MagneticField, Reading
 from companion.io.sensors.driver import StreamDriver
 from companion.io.sensors.nmea0183_fields import checksum, number
 from companion.io.sensors.own_yaw import OwnYaw
@@ -28,10 +29,11 @@ _RATES_HZ = (1, 2, 4, 5, 10, 20, 25, 40, 50, 100, 200)  # that register 7 takes
 
 
 class VectorNavSensor(StreamDriver):
-    """VNYMR → `Imu`; `MagneticField` for an AHRS of ours, `Heading` by the device's yaw where the configuration says what that is worth.
+    """VNYMR → `Imu`; `MagneticField` for our own AHRS; `Heading` from the device's yaw where `heading` in the vessel's
+    file allows it.
 
-    Times are those of arrival of a message's first byte, less the configured latency. With `configure` the device is told at the start to
-    send VNYMR at the rate nearest to `rate_hz`. Remembers the unfinished message.
+    Times are those of arrival of a message's first byte, less the configured latency. With `configure` the device gets
+    the command at the start to send VNYMR at the rate nearest to `rate_hz`. Remembers the unfinished message.
     """
 
     messages = "VectorNav messages"
@@ -81,7 +83,9 @@ class VectorNavSensor(StreamDriver):
         yaw = math.radians(yaw_deg)
         if self._gives_field:
             readings.append(MagneticField(t_s, self.name, mx, my, mz))
-        readings.append(Imu(t_s, self.name, x, y, z, p, q, r, math.radians(roll_deg), math.radians(pitch_deg), wrap_pi(yaw)))
+        readings.append(
+            Imu(t_s, self.name, x, y, z, p, q, r, math.radians(roll_deg), math.radians(pitch_deg), wrap_pi(yaw))
+        )
         if (heading := self._own_yaw.heading(t_s, yaw)) is not None:
             readings.append(heading)
 
@@ -89,4 +93,10 @@ class VectorNavSensor(StreamDriver):
 def _setup(rate_hz: float) -> DeviceSetup:
     nearest = min(_RATES_HZ, key=lambda hz: abs(hz - rate_hz))
     commands = (("output type", f"06,{_YMR}"), ("output rate", f"07,{nearest}"))
-    return DeviceSetup([Step(name, b"$%s*%02X\r\n" % (body, checksum(body)), text) for name, text in commands if (body := f"VNWRG,{text}".encode())])
+    return DeviceSetup(
+        [
+            Step(name, b"$%s*%02X\r\n" % (body, checksum(body)), text)
+            for name, text in commands
+            if (body := f"VNWRG,{text}".encode())
+        ]
+    )

@@ -8,10 +8,11 @@ from dataclasses import replace
 import pytest
 
 from companion.allocation.allocator import Allocator
-from companion.config import ThrusterConfig, VesselConfig
+from companion.config.devices import ThrusterConfig
+from companion.config.vessel import VesselConfig
+from companion.core.actuation import Allocation, ThrusterCommand, Wrench
 from companion.core.angles import wrap_pi
-from companion.core.types import Allocation, ThrusterCommand, Wrench
-from companion.params import Parameters
+from companion.params.store import Parameters
 from tests.unit.control.simple_boat import REVOLT
 
 DT_S = 0.1
@@ -41,8 +42,19 @@ def axes(wrench: Wrench) -> tuple[float, float, float]:
 
 
 @pytest.mark.parametrize("kind", [0, 1])
-@pytest.mark.parametrize("demand", [(30.0, 0.0, 0.0), (-30.0, 0.0, 0.0), (0.0, 12.0, 0.0), (0.0, -10.0, 0.0), (0.0, 0.0, 20.0), (10.0, 5.0, -10.0), (-5.0, -5.0, 5.0)])
-def test_what_can_be_had_is_given(kind: int, demand: tuple[float, float, float]) -> None:
+@pytest.mark.parametrize(
+    "demand",
+    [
+        (30.0, 0.0, 0.0),
+        (-30.0, 0.0, 0.0),
+        (0.0, 12.0, 0.0),
+        (0.0, -10.0, 0.0),
+        (0.0, 0.0, 20.0),
+        (10.0, 5.0, -10.0),
+        (-5.0, -5.0, 5.0),
+    ],
+)
+def test_a_feasible_demand_is_given(kind: int, demand: tuple[float, float, float]) -> None:
     result = settle(Allocator(REVOLT, Parameters({"ALLOC_KIND": kind})), Wrench(*demand))
     assert axes(result.achieved) == pytest.approx(demand, abs=0.15)
     assert axes(result.achieved) == pytest.approx(wrench_of(REVOLT, result), abs=1e-9)
@@ -58,14 +70,14 @@ def test_pods_ahead_and_at_rest_answer_a_sideways_demand_at_once() -> None:
     assert any(abs(r.achieved.sway_n - 12.0) < 0.2 and abs(r.achieved.yaw_nm) < 0.5 for r in results)
 
 
-def test_power_is_not_wasted() -> None:
+def test_least_power_is_used() -> None:
     result = settle(allocator(), Wrench(40.0, 0.0, 0.0), 60)
     port, starboard, bow = result.thrusters
     assert port.force_n == pytest.approx(20.0, abs=0.5) and starboard.force_n == pytest.approx(20.0, abs=0.5)
     assert abs(port.azimuth_rad or 0.0) < math.radians(3.0) and abs(bow.force_n) < 0.3
 
 
-def test_a_steady_demand_settles() -> None:
+def test_a_steady_demand_gives_steady_thrusters() -> None:
     for demand in [(-40.0, 0.0, 0.0), (20.0, 8.0, 5.0), (0.0, 0.0, -20.0)]:
         a = allocator()
         settle(a, Wrench(*demand), 60)
@@ -84,7 +96,7 @@ def test_a_small_reversal_reverses_the_thrust_and_leaves_the_pods() -> None:
         assert abs(wrap_pi((p.azimuth_rad or 0.0) - (q.azimuth_rad or 0.0))) < math.radians(45.0)
 
 
-def test_beyond_the_thrusters_it_says_which_axis_falls_short() -> None:
+def test_beyond_the_limits_the_short_axes_are_marked() -> None:
     result = settle(allocator(), Wrench(0.0, 0.0, 32.0), 40)
     assert result.limited == (False, False, False)
     result = settle(allocator(), Wrench(200.0, 0.0, 0.0), 40)
@@ -104,9 +116,11 @@ def test_rates_are_kept() -> None:
         last = now
 
 
-def test_past_astern_an_azimuth_goes_the_short_way() -> None:
+def test_past_astern_an_azimuth_takes_the_shorter_way() -> None:
     a = allocator()
-    pods = tuple(ThrusterCommand(0.0, 0.4, math.radians(179.0) if t.kind == "azimuth" else None) for t in REVOLT.thrusters)
+    pods = tuple(
+        ThrusterCommand(0.0, 0.4, math.radians(179.0) if t.kind == "azimuth" else None) for t in REVOLT.thrusters
+    )
     a.direct(pods, dt_s=10.0)
     turned = tuple(replace(c, azimuth_rad=math.radians(-179.0) if c.azimuth_rad is not None else None) for c in pods)
     result = a.direct(turned, dt_s=DT_S)
@@ -115,12 +129,14 @@ def test_past_astern_an_azimuth_goes_the_short_way() -> None:
     assert abs(wrap_pi((force.thrusters[0].azimuth_rad or 0.0) - math.pi)) < math.radians(17.0)
 
 
-def test_a_failed_thruster_is_made_up_for() -> None:
+def test_the_others_make_up_for_a_failed_thruster() -> None:
     a = allocator()
     a.set_failed(2, True)
     result = settle(a, Wrench(10.0, 0.0, 5.0))
     assert result.thrusters[2].throttle == 0.0
-    assert result.achieved.surge_n == pytest.approx(10.0, abs=0.3) and result.achieved.yaw_nm == pytest.approx(5.0, abs=0.3)
+    assert result.achieved.surge_n == pytest.approx(10.0, abs=0.3) and result.achieved.yaw_nm == pytest.approx(
+        5.0, abs=0.3
+    )
     a.set_failed(2, False)
     assert settle(a, Wrench(0.0, 10.0, 0.0)).thrusters[2].force_n > 2.0
     a.set_failed(99, True)
@@ -138,7 +154,9 @@ def test_neutral_keeps_the_azimuths() -> None:
 
 def test_direct_takes_throttle_and_azimuth_within_rates() -> None:
     a = allocator()
-    demand = tuple(ThrusterCommand(0.0, 0.5, math.radians(30.0) if t.kind == "azimuth" else None) for t in REVOLT.thrusters)
+    demand = tuple(
+        ThrusterCommand(0.0, 0.5, math.radians(30.0) if t.kind == "azimuth" else None) for t in REVOLT.thrusters
+    )
     first = a.direct(demand)
     assert first.thrusters[0].force_n == pytest.approx(5.0), "50 N/s for one period"
     for _ in range(20):
@@ -149,16 +167,18 @@ def test_direct_takes_throttle_and_azimuth_within_rates() -> None:
 
 
 @pytest.mark.parametrize("demand", [(), (ThrusterCommand(math.nan, math.nan, math.nan),) * 3])
-def test_direct_with_nonsense_is_no_thrust(demand: tuple[ThrusterCommand, ...]) -> None:
+def test_direct_with_non_finite_demands_is_no_thrust(demand: tuple[ThrusterCommand, ...]) -> None:
     assert all(t.throttle == 0.0 for t in allocator().direct(demand).thrusters)
 
 
-def test_a_demand_that_is_no_number_is_none() -> None:
+def test_a_non_finite_demand_counts_as_none() -> None:
     result = allocator().update(Wrench(math.nan, 0.0, math.inf), DT_S)
     assert axes(result.achieved) == pytest.approx((0.0, 0.0, 0.0), abs=1e-6)
 
 
-def azimuth(name: str, x_m: float, y_m: float = 0.0, min_n: float = -60.0, sector_deg: float | None = None) -> ThrusterConfig:
+def azimuth(
+    name: str, x_m: float, y_m: float = 0.0, min_n: float = -60.0, sector_deg: float | None = None
+) -> ThrusterConfig:
     return ThrusterConfig(
         name, "azimuth", x_m, y_m, 100.0, min_n, 100.0, 100.0, 200.0,
         azimuth_rate_radps=1.0, azimuth_min_rad=None if sector_deg is None else math.radians(-sector_deg),
@@ -167,7 +187,11 @@ def azimuth(name: str, x_m: float, y_m: float = 0.0, min_n: float = -60.0, secto
 
 
 def test_two_azimuths_in_line() -> None:
-    boat = replace(REVOLT, thrusters=(azimuth("stern", -1.6), azimuth("bow", 1.6)), limits=replace(REVOLT.limits, surge_n=150.0, sway_n=80.0, yaw_nm=100.0))
+    boat = replace(
+        REVOLT,
+        thrusters=(azimuth("stern", -1.6), azimuth("bow", 1.6)),
+        limits=replace(REVOLT.limits, surge_n=150.0, sway_n=80.0, yaw_nm=100.0),
+    )
     for demand in [(100.0, 0.0, 0.0), (0.0, 40.0, 0.0), (0.0, 0.0, 60.0), (-60.0, 20.0, 10.0)]:
         result = settle(allocator(boat), Wrench(*demand), 80)
         assert axes(result.achieved) == pytest.approx(demand, abs=1.5)
@@ -182,10 +206,16 @@ def test_a_thruster_that_cannot_reverse_turns_round() -> None:
 
 
 def test_a_single_nozzle_steers_inside_its_sector_and_ignores_sway() -> None:
-    boat = replace(REVOLT, thrusters=(azimuth("jet", -1.6, 0.0, 0.0, 24.0),), limits=replace(REVOLT.limits, surge_n=100.0, sway_n=0.0, yaw_nm=40.0))
+    boat = replace(
+        REVOLT,
+        thrusters=(azimuth("jet", -1.6, 0.0, 0.0, 24.0),),
+        limits=replace(REVOLT.limits, surge_n=100.0, sway_n=0.0, yaw_nm=40.0),
+    )
     a = allocator(boat)
     result = settle(a, Wrench(60.0, 0.0, 20.0), 40)
-    assert result.achieved.surge_n == pytest.approx(60.0, abs=2.0) and result.achieved.yaw_nm == pytest.approx(20.0, abs=1.0)
+    assert result.achieved.surge_n == pytest.approx(60.0, abs=2.0) and result.achieved.yaw_nm == pytest.approx(
+        20.0, abs=1.0
+    )
     assert not result.limited[1]
     hard = settle(a, Wrench(20.0, 0.0, 40.0), 40)
     assert abs(hard.thrusters[0].azimuth_rad or 0.0) <= math.radians(24.0) + 1e-9

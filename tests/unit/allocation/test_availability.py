@@ -1,4 +1,4 @@
-"""Which thrusters can be counted on, and what is said of them."""
+"""The condition of each thruster, and what is announced of it."""
 
 from __future__ import annotations
 
@@ -7,21 +7,29 @@ from collections.abc import Callable
 import pytest
 
 from companion.allocation.availability import Availability
-from companion.core.types import ActuatorCommand, Condition, Deployment, Severity, ThrusterCommand, ThrusterFeedback
-from companion.params import Parameters
+from companion.core.actuation import ActuatorCommand, Deployment, ThrusterCommand, ThrusterCondition, ThrusterFeedback
+from companion.core.decision import Severity
+from companion.params.store import Parameters
 from tests.unit.control.simple_boat import REVOLT
 
-READY, UP, MOVING, FAILED = Condition.READY, Condition.RETRACTED, Condition.MOVING, Condition.FAILED
+READY, UP, MOVING, FAILED = (
+    ThrusterCondition.READY,
+    ThrusterCondition.RETRACTED,
+    ThrusterCondition.MOVING,
+    ThrusterCondition.FAILED,
+)
 TRAVEL_S = REVOLT.thrusters[2].travel_s
 
 
 class Bench:
-    """Feedback of a board that does what it is told, but for what the test says."""
+    """Feedback of a board that follows its commands, except where the test changes it."""
 
     def __init__(self) -> None:
         self.parameters = Parameters()
         self.said: list[tuple[Severity, str]] = []
-        self.availability = Availability(REVOLT, self.parameters, lambda t_s, severity, name, text: self.said.append((severity, text)))
+        self.availability = Availability(
+            REVOLT, self.parameters, lambda t_s, severity, name, text: self.said.append((severity, text))
+        )
         self.now_s = 0.0
         self.deployment: Deployment | None = Deployment.LOWERED
         self.lower: bool | None = None
@@ -30,34 +38,39 @@ class Bench:
         self.measured: Callable[[], float] = lambda: self.throttle
         self.silent: tuple[str, ...] = ()
 
-    def run(self, seconds: float) -> tuple[Condition, ...]:
+    def run(self, seconds: float) -> tuple[ThrusterCondition, ...]:
         for _ in range(max(1, round(10 * seconds))):
             self.now_s += 0.1
             reports = [ThrusterFeedback(self.now_s, "board", i, 0.0, 0.0) for i in range(2)]
             bow = ThrusterFeedback(self.now_s, "board", 2, self.measured(), None, self.ok, self.deployment)
-            command = ActuatorCommand(self.now_s, True, (ThrusterCommand(0.0, 0.0, 0.0),) * 2 + (ThrusterCommand(1.0, self.throttle, None),))
+            command = ActuatorCommand(
+                self.now_s, True, (ThrusterCommand(0.0, 0.0, 0.0),) * 2 + (ThrusterCommand(1.0, self.throttle, None),)
+            )
             self.availability.update([*reports, bow], command, self.lower, self.silent, self.now_s)
         return self.availability.conditions
 
 
-def test_before_anything_is_heard_a_retractable_one_is_not_counted_on() -> None:
+def test_before_the_first_report_a_retractable_thruster_is_not_used() -> None:
     availability = Availability(REVOLT, Parameters(), lambda *_: None)
     assert availability.update([None] * 3, None, None, (), 0.0)
     assert availability.conditions == (READY, READY, UP) and availability.up == {2}
     assert not availability.update([None] * 3, None, None, (), 0.1)
 
 
-def test_what_the_board_reports_counts_at_once() -> None:
+def test_a_fault_that_the_board_reports_counts_at_once() -> None:
     bench = Bench()
     assert bench.run(1.0) == (READY, READY, READY) and bench.said == []
     bench.ok = False
     assert bench.run(0.1) == (READY, READY, FAILED)
     bench.ok = True
     assert bench.run(0.1) == (READY, READY, READY)
-    assert [text for _, text in bench.said] == ["Thruster bow does not run: left out of the allocation", "Thruster bow runs again"]
+    assert [text for _, text in bench.said] == [
+        "Thruster bow failed: not used",
+        "Thruster bow works again",
+    ]
 
 
-def test_down_is_where_the_board_says_and_up_from_the_moment_it_is_told() -> None:
+def test_lowered_when_the_board_reports_it_and_not_after_the_order_to_retract() -> None:
     bench = Bench()
     bench.run(0.1)
     bench.lower = False
@@ -70,10 +83,15 @@ def test_down_is_where_the_board_says_and_up_from_the_moment_it_is_told() -> Non
     assert bench.run(TRAVEL_S)[2] is MOVING
     bench.deployment = Deployment.LOWERED
     assert bench.run(0.1)[2] is READY
-    assert [text.removeprefix("Thruster bow ") for _, text in bench.said] == ["is on its way up", "is up", "is on its way down", "is down"]
+    assert [text.removeprefix("Thruster bow ") for _, text in bench.said] == [
+        "is being retracted",
+        "is retracted",
+        "is being lowered",
+        "is lowered",
+    ]
 
 
-def test_a_board_that_does_not_say_where_it_stands_is_given_the_time_of_travel() -> None:
+def test_without_a_reported_position_the_travel_time_counts() -> None:
     bench = Bench()
     bench.deployment = None
     assert bench.run(1.0)[2] is UP
@@ -87,9 +105,14 @@ def test_a_board_that_does_not_say_where_it_stands_is_given_the_time_of_travel()
 
 @pytest.mark.parametrize(
     ("lower", "condition", "severity", "text"),
-    [(True, FAILED, Severity.CRITICAL, "does not go down: left out of the allocation"), (False, MOVING, Severity.WARNING, "does not go up")],
+    [
+        (True, FAILED, Severity.CRITICAL, "does not lower: not used"),
+        (False, MOVING, Severity.WARNING, "does not retract"),
+    ],
 )
-def test_one_that_does_not_arrive_is_said_once(lower: bool, condition: Condition, severity: Severity, text: str) -> None:
+def test_a_jammed_thruster_is_announced_once(
+    lower: bool, condition: ThrusterCondition, severity: Severity, text: str
+) -> None:
     bench = Bench()
     bench.deployment = Deployment.MOVING
     bench.lower = lower
@@ -100,11 +123,11 @@ def test_one_that_does_not_arrive_is_said_once(lower: bool, condition: Condition
     assert bench.run(0.1)[2] is (READY if lower else UP)
 
 
-def test_feedback_that_contradicts_the_command_is_a_failure_until_the_trial() -> None:
+def test_feedback_that_contradicts_the_command_is_a_failure_until_the_retry() -> None:
     bench = Bench()
     bench.throttle, bench.measured = 0.5, lambda: 0.0
     assert bench.run(4.0)[2] is FAILED
-    assert bench.said == [(Severity.CRITICAL, "Thruster bow: propeller does not turn: left out of the allocation")]
+    assert bench.said == [(Severity.CRITICAL, "Thruster bow not used: propeller stalled")]
     bench.throttle = 0.0
     assert bench.run(60.0)[2] is READY
     assert bench.said[1:] == [(Severity.NOTICE, "Thruster bow is tried again")]
@@ -119,14 +142,14 @@ def test_a_runaway_is_an_alert_in_one_statustext() -> None:
     assert severity is Severity.ALERT and len(text.replace("bow", "stern_starboard")) <= 50
 
 
-def test_a_bridge_that_is_not_well_says_nothing_of_its_thrusters() -> None:
+def test_feedback_of_a_silent_bridge_does_not_count() -> None:
     bench = Bench()
     bench.run(2.0)
     bench.throttle, bench.measured, bench.silent = 0.9, lambda: 0.0, ("board",)
     assert bench.run(20.0)[2] is READY
 
 
-def test_it_can_be_switched_off_under_way() -> None:
+def test_supervision_can_be_switched_off_under_way() -> None:
     bench = Bench()
     bench.throttle, bench.measured = 0.5, lambda: 0.0
     assert bench.run(4.0)[2] is FAILED

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from companion.allocation.feedback import ThrusterReports
 from companion.allocation.supervision import FeedbackSupervision, ThrusterFault, Tolerances
-from companion.config import find, load
-from companion.core.types import Deployment, ThrusterCommand, ThrusterFeedback
+from companion.config.vessel import find, load
+from companion.core.actuation import Deployment, ThrusterCommand, ThrusterFeedback
 
 STERN = load(find("revolt")).thrusters[0]
 TOLERANCES = Tolerances(0.2, 0.3, 1.0, 2.0, 0.0)
@@ -19,14 +19,14 @@ def azimuth(t_s: float, ok: bool = True) -> ThrusterFeedback:
     return ThrusterFeedback(t_s, "drives", 0, None, 1.2, ok)
 
 
-def test_of_one_bridge_it_is_its_report() -> None:
+def test_the_report_of_a_single_bridge() -> None:
     reports = ThrusterReports(2)
     report = ThrusterFeedback(1.0, "board", 1, 0.4, 0.3)
     reports.take(report)
     assert reports.newest == [None, report] and reports.newest[1] is report
 
 
-def test_of_two_bridges_each_part_is_there_whichever_came_last() -> None:
+def test_two_bridges_each_give_their_part() -> None:
     for order in ((propeller(5.0), azimuth(5.1)), (azimuth(5.0), propeller(5.1))):
         reports = ThrusterReports(1)
         for report in order:
@@ -34,7 +34,7 @@ def test_of_two_bridges_each_part_is_there_whichever_came_last() -> None:
         assert reports.newest == [ThrusterFeedback(5.1, order[1].source, 0, 0.4, 1.2, True, Deployment.LOWERED)]
 
 
-def test_a_part_that_is_old_is_not_there_and_one_that_fails_fails_the_whole() -> None:
+def test_an_old_part_is_left_out_and_one_fault_counts_for_the_thruster() -> None:
     reports = ThrusterReports(1)
     reports.take(azimuth(1.0))
     reports.take(propeller(1.6))
@@ -44,10 +44,10 @@ def test_a_part_that_is_old_is_not_there_and_one_that_fails_fails_the_whole() ->
     (newest,) = reports.newest
     assert newest is not None and (newest.throttle, newest.azimuth_rad, newest.ok) == (0.4, 1.2, False)
     reports.take(propeller(9.0))
-    assert reports.newest[0] is not None and not reports.newest[0].ok, "what failed has not said that it runs again"
+    assert reports.newest[0] is not None and not reports.newest[0].ok, "the failed bridge has not reported a recovery"
 
 
-def test_supervision_judges_what_is_measured_and_nothing_else() -> None:
+def test_supervision_uses_only_measured_parts() -> None:
     supervision, fault = FeedbackSupervision(STERN), None
     for k in range(100):
         report = ThrusterFeedback(0.1 * k, "drives", 0, None, 1.2)
@@ -57,4 +57,7 @@ def test_supervision_judges_what_is_measured_and_nothing_else() -> None:
     assert fault is ThrusterFault.STUCK, "by its azimuth alone, whatever its propeller does"
     for k in range(100):
         report = ThrusterFeedback(0.1 * k, "drives", 0, None, 0.0)
-        assert FeedbackSupervision(STERN).update(ThrusterCommand(20.0, 0.9, 0.0), True, report, TOLERANCES, 0.1 * k) is None
+        assert (
+            FeedbackSupervision(STERN).update(ThrusterCommand(20.0, 0.9, 0.0), True, report, TOLERANCES, 0.1 * k)
+            is None
+        )

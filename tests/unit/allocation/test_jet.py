@@ -9,10 +9,10 @@ import pytest
 
 from companion.allocation.jet import JetAllocator
 from companion.allocation.jet_curve import JetCurve
-from companion.config import find, load
-from companion.core.types import Allocation, ThrusterCommand, Wrench
+from companion.config.vessel import find, load
+from companion.core.actuation import Allocation, ThrusterCommand, Wrench
 from companion.loop import surge_through_water_mps
-from companion.params import Parameters
+from companion.params.store import Parameters
 
 VESSEL = load(find("rescuerunner"))
 JET = VESSEL.thrusters[0]
@@ -38,7 +38,7 @@ def momentum_n(throttle: float, surge_mps: float) -> float:
 
 @pytest.mark.parametrize("surge_mps", [0.0, 4.0, 8.2, 14.0])
 @pytest.mark.parametrize("demand", [(800.0, 0.0), (1000.0, 250.0), (1500.0, -500.0), (2500.0, 600.0)])
-def test_what_can_be_had_is_given_at_any_speed(demand: tuple[float, float], surge_mps: float) -> None:
+def test_a_feasible_demand_is_given_at_any_speed(demand: tuple[float, float], surge_mps: float) -> None:
     result = settle(allocator(), Wrench(demand[0], 0.0, demand[1]), surge_mps)
     (command,) = result.thrusters
     assert command.azimuth_rad is not None
@@ -55,7 +55,7 @@ def test_the_same_thrust_takes_more_throttle_at_speed() -> None:
     assert fast > slow + 0.15
 
 
-def test_a_turn_without_thrust_raises_it_by_what_is_allowed() -> None:
+def test_a_turn_without_thrust_raises_the_thrust_to_jet_steer_n() -> None:
     """No thrust, no steering: 300 N m want 461 N at the stop of the nozzle, and 400 N are allowed for that."""
     result = settle(allocator(JET_STEER_N=400.0), Wrench(0.0, 0.0, 300.0), 8.2)
     assert math.hypot(result.achieved.surge_n, result.achieved.sway_n) == pytest.approx(400.0, rel=1e-6)
@@ -81,7 +81,7 @@ def test_an_impeller_starts_and_stops_at_different_demands() -> None:
     assert settle(a, Wrench(0.2 * first_n, 0.0, 0.0), 0.0).thrusters[0].throttle == 0.0
 
 
-def test_throttle_and_nozzle_go_no_faster_than_they_may() -> None:
+def test_throttle_and_nozzle_keep_their_rates() -> None:
     a = allocator()
     before_n, before_rad = momentum_n(0.02, 0.0), 0.0
     for _ in range(40):
@@ -105,7 +105,7 @@ def test_a_failed_jet_gives_nothing() -> None:
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf])
-def test_what_is_no_number_is_no_demand(bad: float) -> None:
+def test_a_non_finite_input_is_no_demand(bad: float) -> None:
     assert settle(allocator(), Wrench(bad, 0.0, 0.0), 0.0).thrusters[0].throttle == 0.0
     assert settle(allocator(), Wrench(500.0, 0.0, 0.0), bad).thrusters[0].throttle == 0.0
     direct = allocator().direct((ThrusterCommand(0.0, bad, bad),), 1.0)
@@ -123,11 +123,11 @@ def test_direct_holds_the_demand_to_the_stops() -> None:
 
 
 def test_a_curve_needs_a_jet() -> None:
-    with pytest.raises(ValueError, match="has no jet"):
+    with pytest.raises(ValueError, match="is not a jet"):
         JetCurve(load(find("revolt")).thrusters[0])
 
 
-def test_speed_through_the_water_is_what_counts() -> None:
+def test_speed_through_the_water_counts() -> None:
     """Heading east at 5 m/s over ground in a current of 1 m/s to the west: 6 m/s through the water."""
     nav = SimpleNamespace(surge_mps=5.0, yaw_rad=math.radians(90.0), current_north_mps=0.3, current_east_mps=-1.0)
     assert surge_through_water_mps(nav) == pytest.approx(6.0)  # type: ignore[arg-type]

@@ -12,9 +12,9 @@ from scipy.optimize import minimize
 
 from companion.allocation.allocator import Allocator
 from companion.allocation.sectors import Sectors
-from companion.config import ConfigError, VesselConfig, find, load, with_rotating
-from companion.core.types import Allocation, ThrusterCommand, Wrench
-from companion.params import Parameters
+from companion.config.vessel import ConfigError, VesselConfig, find, load, with_rotating_thruster
+from companion.core.actuation import Allocation, ThrusterCommand, Wrench
+from companion.params.store import Parameters
 from companion.safety import Gate
 from tests.unit.control.simple_boat import REVOLT
 
@@ -45,17 +45,23 @@ def test_the_span_ends_at_the_sector(at: float, low: float, high: float) -> None
 
 def test_a_sector_across_astern_and_stops() -> None:
     sectors = Sectors(*deg(-270.0, 270.0), [deg(150.0, -150.0)])  # type: ignore[list-item]
-    assert sectors.allowed(math.radians(149.0)) and not sectors.allowed(math.radians(180.0)) and not sectors.allowed(math.radians(271.0))
+    assert (
+        sectors.allowed(math.radians(149.0))
+        and not sectors.allowed(math.radians(180.0))
+        and not sectors.allowed(math.radians(271.0))
+    )
     assert sectors.span(0.0) == pytest.approx(deg(-150.0, 150.0))
     assert sectors.span(math.radians(220.0)) == pytest.approx(deg(210.0, 270.0))
     assert sectors.nearest(math.radians(179.0), 0.0) == pytest.approx(math.radians(150.0))
 
 
-def test_round_the_stops_it_is_unwound() -> None:
+def test_an_azimuth_is_unwound_round_its_stops() -> None:
     sectors = Sectors(*deg(-270.0, 270.0), ())
     assert sectors.nearest(math.radians(280.0), math.radians(250.0)) == pytest.approx(math.radians(-80.0))
     assert sectors.nearest(math.radians(-100.0), math.radians(250.0)) == pytest.approx(math.radians(260.0))
-    assert Sectors(None, None, ()).nearest(math.radians(-179.0), math.radians(179.0)) == pytest.approx(math.radians(181.0))
+    assert Sectors(None, None, ()).nearest(math.radians(-179.0), math.radians(179.0)) == pytest.approx(
+        math.radians(181.0)
+    )
 
 
 def sail(a: Allocator, wrench: Wrench, cycles: int, config: VesselConfig) -> list[Allocation]:
@@ -67,12 +73,16 @@ def sail(a: Allocator, wrench: Wrench, cycles: int, config: VesselConfig) -> lis
         for t, command in zip(config.thrusters, result.thrusters, strict=True):
             azimuth = t.azimuth_rad if command.azimuth_rad is None else command.azimuth_rad
             for start, end in t.forbidden_rad:
-                assert command.force_n == 0.0 or not 1e-6 < (azimuth - start) % math.tau < (end - start) % math.tau - 1e-6
+                assert (
+                    command.force_n == 0.0 or not 1e-6 < (azimuth - start) % math.tau < (end - start) % math.tau - 1e-6
+                )
             if t.azimuth_max_rad is not None and t.azimuth_min_rad is not None:
                 assert t.azimuth_min_rad - 1e-9 <= azimuth <= t.azimuth_max_rad + 1e-9
             x, y = x + math.cos(azimuth) * command.force_n, y + math.sin(azimuth) * command.force_n
             n += (t.x_m * math.sin(azimuth) - t.y_m * math.cos(azimuth)) * command.force_n
-        assert (result.achieved.surge_n, result.achieved.sway_n, result.achieved.yaw_nm) == pytest.approx((x, y, n), abs=1e-9)
+        assert (result.achieved.surge_n, result.achieved.sway_n, result.achieved.yaw_nm) == pytest.approx(
+            (x, y, n), abs=1e-9
+        )
         results.append(result)
     return results
 
@@ -90,17 +100,19 @@ def test_random_demands_never_thrust_into_a_sector(kind: int) -> None:
             assert not [name for name in command.gated if "sector" in name or "azimuth" in name]
 
 
-@pytest.mark.parametrize("demand", [(20.0, 0.0, 0.0), (0.0, 8.0, 0.0), (-20.0, 3.0, 4.0), (0.0, -8.0, 5.0), (10.0, 5.0, -10.0)])
-def test_beside_the_sectors_the_wrench_is_still_had(demand: tuple[float, float, float]) -> None:
+@pytest.mark.parametrize(
+    "demand", [(20.0, 0.0, 0.0), (0.0, 8.0, 0.0), (-20.0, 3.0, 4.0), (0.0, -8.0, 5.0), (10.0, 5.0, -10.0)]
+)
+def test_outside_the_sectors_the_wrench_is_given(demand: tuple[float, float, float]) -> None:
     config = boat(((60.0, 120.0), (-110.0, -70.0)))
     result = sail(Allocator(config, Parameters()), Wrench(*demand), 100, config)[-1]
     assert (result.achieved.surge_n, result.achieved.sway_n, result.achieved.yaw_nm) == pytest.approx(demand, abs=0.6)
 
 
 @pytest.mark.parametrize("bearing_deg", [0.0, 60.0, 150.0, 240.0, 300.0])
-def test_a_rotating_bow_has_whatever_is_asked_after_many_turns(bearing_deg: float) -> None:
+def test_a_rotating_bow_gives_the_demand_after_many_turns(bearing_deg: float) -> None:
     """The demand goes round three times, so the bow meets its stops; then it stands, and must be had."""
-    config = with_rotating(REVOLT, "bow")
+    config = with_rotating_thruster(REVOLT, "bow")
     a = Allocator(config, Parameters())
     for k in range(0, 1080 + int(bearing_deg), 5):
         sail(a, Wrench(12.0 * math.cos(math.radians(k)), 12.0 * math.sin(math.radians(k)), 0.0), 2, config)
@@ -109,9 +121,9 @@ def test_a_rotating_bow_has_whatever_is_asked_after_many_turns(bearing_deg: floa
     assert (result.achieved.surge_n, result.achieved.sway_n, result.achieved.yaw_nm) == pytest.approx(demand, abs=0.6)
 
 
-def test_what_a_second_solver_finds_is_no_better() -> None:
+def test_a_second_solver_finds_nothing_better() -> None:
     """Settled, with a rotating bow: no local search from there lowers power at the same wrench by much."""
-    config = with_rotating(REVOLT, "bow")
+    config = with_rotating_thruster(REVOLT, "bow")
     rng = np.random.default_rng(8)
     for _ in range(5):
         demand = np.array([rng.uniform(-25, 25), rng.uniform(-12, 12), rng.uniform(-12, 12)])
@@ -125,12 +137,21 @@ def test_what_a_second_solver_finds_is_no_better() -> None:
 
         def off(x: np.ndarray, demand: np.ndarray = demand) -> np.ndarray:
             rows = zip(config.thrusters, x[:3], x[3:], strict=True)
-            parts = [(f * math.cos(z), f * math.sin(z), f * (t.x_m * math.sin(z) - t.y_m * math.cos(z))) for t, f, z in rows]
+            parts = [
+                (f * math.cos(z), f * math.sin(z), f * (t.x_m * math.sin(z) - t.y_m * math.cos(z))) for t, f, z in rows
+            ]
             return np.sum(np.array(parts), axis=0) - demand
 
         assert np.abs(off(np.array(start))).max() < 0.6
         bounds = [(t.min_n, t.max_n) for t in config.thrusters] + [(-4.7, 4.7)] * 3
-        oracle = minimize(power, start, bounds=bounds, constraints={"type": "eq", "fun": off}, method="SLSQP", options={"maxiter": 300})
+        oracle = minimize(
+            power,
+            start,
+            bounds=bounds,
+            constraints={"type": "eq", "fun": off},
+            method="SLSQP",
+            options={"maxiter": 300},
+        )
         assert power(np.array(start)) <= oracle.fun * 1.25 + 0.02
 
 
@@ -144,7 +165,7 @@ def test_the_gate_stops_thrust_in_a_sector() -> None:
 
 def test_only_a_thruster_with_a_rate_can_be_made_to_rotate() -> None:
     with pytest.raises(ConfigError, match="cannot rotate"):
-        with_rotating(REVOLT, "stern")
+        with_rotating_thruster(REVOLT, "stern")
 
 
 def test_pods_at_their_stops_in_reverse_turn_round_when_the_boat_needs_them() -> None:
@@ -153,7 +174,9 @@ def test_pods_at_their_stops_in_reverse_turn_round_when_the_boat_needs_them() ->
     bow, stern = (replace(t, forbidden_rad=()) for t in aboat.thrusters)
     allocator = Allocator(replace(aboat, thrusters=(bow, stern)), Parameters(aboat.parameters))
     for _ in range(60):
-        allocator.direct((ThrusterCommand(0.0, -0.8, math.radians(178.0)), ThrusterCommand(0.0, -0.8, math.radians(-178.0))), DT_S)
+        allocator.direct(
+            (ThrusterCommand(0.0, -0.8, math.radians(178.0)), ThrusterCommand(0.0, -0.8, math.radians(-178.0))), DT_S
+        )
     wrench = Wrench(300.0, 0.0, 85.0)
     first = allocator.update(wrench, DT_S)
     assert first.achieved.yaw_nm < 40.0
@@ -163,11 +186,20 @@ def test_pods_at_their_stops_in_reverse_turn_round_when_the_boat_needs_them() ->
 
 
 # Surge, sway and yaw, a second apart, as ÅBOAT's path following asked for them in a corner of 130° in wind and current.
-CORNER = ((0.9, -39.3, 22.0), (-7.9, -42.1, 86.3), (-29.5, -35.4, 92.1), (-56.9, -12.8, 46.2), (-51.7, -2.0, 72.3), (-58.2, 4.6, 229.6), (-71.7, 5.3, 279.8))
+CORNER = (
+    (0.9, -39.3, 22.0),
+    (-7.9, -42.1, 86.3),
+    (-29.5, -35.4, 92.1),
+    (-56.9, -12.8, 46.2),
+    (-51.7, -2.0, 72.3),
+    (-58.2, 4.6, 229.6),
+    (-71.7, 5.3, 279.8),
+)
 
 
 def test_pods_do_not_all_turn_round_at_once() -> None:
-    """Without thrust on the way round, some of it must be left: both turned in this corner, and the boat lay without for three seconds."""
+    """Without thrust on the way round, some of it must be left: both turned in this corner, and the boat lay without
+    for three seconds."""
     allocator = Allocator(ABOAT, Parameters(ABOAT.parameters))
     for _ in range(20):
         allocator.update(Wrench(*CORNER[0]), DT_S)

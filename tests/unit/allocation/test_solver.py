@@ -33,7 +33,9 @@ def test_a_diagonal_quadratic_in_a_box_is_clipped() -> None:
 
 
 def test_a_box_closed_to_a_point() -> None:
-    assert BoxQuadratic(2).solve([1.0, 0.5, 0.5, 1.0], [0.0, -3.0], [0.7, -9.0], [0.7, 9.0]) == pytest.approx([0.7, 2.65])
+    assert BoxQuadratic(2).solve([1.0, 0.5, 0.5, 1.0], [0.0, -3.0], [0.7, -9.0], [0.7, 9.0]) == pytest.approx(
+        [0.7, 2.65]
+    )
 
 
 def problem(rng: np.random.Generator, turn_rad: float) -> Problem:
@@ -55,7 +57,7 @@ def missed(p: Problem, forces: list[float], azimuths: list[float]) -> float:
     return sum(s * s for s in parts)
 
 
-def test_a_step_misses_hardly_more_than_an_independent_optimiser() -> None:
+def test_a_step_is_nearly_as_good_as_an_independent_optimiser() -> None:
     rng = np.random.default_rng(5)
     solver = AllocationSolver(THRUSTERS, SCALES)
     worse = []
@@ -63,19 +65,23 @@ def test_a_step_misses_hardly_more_than_an_independent_optimiser() -> None:
         p = problem(rng, 0.26)
         p.iterations = 6
         forces, azimuths = solver.solve(p)
-        bounds = [(p.force_low_n[i], p.force_high_n[i]) for i in range(3)] + [(p.turn_low_rad[i], p.turn_high_rad[i]) for i in range(2)]
+        bounds = [(p.force_low_n[i], p.force_high_n[i]) for i in range(3)] + [
+            (p.turn_low_rad[i], p.turn_high_rad[i]) for i in range(2)
+        ]
 
         def cost(x: np.ndarray, p: Problem = p) -> float:
             return 1.0e3 * missed(p, list(x[:3]), [x[3], x[4], math.pi / 2.0])
 
-        oracle = minimize(cost, [*p.forces_n, *p.azimuths_rad[:2]], bounds=bounds, method="SLSQP", options={"maxiter": 300})
+        oracle = minimize(
+            cost, [*p.forces_n, *p.azimuths_rad[:2]], bounds=bounds, method="SLSQP", options={"maxiter": 300}
+        )
         worse.append(math.sqrt(missed(p, forces, azimuths)) - math.sqrt(max(0.0, oracle.fun / 1.0e3)))
     assert np.median(worse) < 1.0e-3, "of the limits of the wrench"
     assert np.quantile(worse, 0.95) < 0.03
     assert max(worse) < 0.15, "both are local: a few problems have two valleys"
 
 
-def test_azimuths_held_the_forces_are_the_least_squares_ones() -> None:
+def test_with_fixed_azimuths_the_forces_are_least_squares() -> None:
     p = problem(np.random.default_rng(7), 0.0)
     p.w_power = 0.0
     p.forces_n = [0.0, 0.0, 0.0]
@@ -95,9 +101,14 @@ def test_the_pseudo_inverse_gives_the_wrench_with_least_effort() -> None:
         parts = inverse.forces_n(demand)
         x = parts[0][0] + parts[1][0]
         y = parts[0][1] + parts[1][1] + parts[2][0]
-        n = sum(t.x_m * fy - t.y_m * fx for t, (fx, fy) in zip(THRUSTERS[:2], parts[:2], strict=True)) + 1.15 * parts[2][0]
+        n = (
+            sum(t.x_m * fy - t.y_m * fx for t, (fx, fy) in zip(THRUSTERS[:2], parts[:2], strict=True))
+            + 1.15 * parts[2][0]
+        )
         assert (x, y, n) == pytest.approx(demand, abs=1e-9)
-        matrix = np.array([[1, 0, 1, 0, 0], [0, 1, 0, 1, 1], [0.15, -1.65, -0.15, -1.65, 1.15]]) * np.array([25, 25, 25, 25, 14])
+        matrix = np.array([[1, 0, 1, 0, 0], [0, 1, 0, 1, 1], [0.15, -1.65, -0.15, -1.65, 1.15]]) * np.array(
+            [25, 25, 25, 25, 14]
+        )
         expected = np.linalg.lstsq(matrix, np.array(demand), rcond=None)[0] * np.array([25, 25, 25, 25, 14])
         assert [*parts[0], *parts[1], parts[2][0]] == pytest.approx(list(expected), abs=1e-9)
 

@@ -1,4 +1,5 @@
-"""One thruster, commanded against measured. The plant's own model is the thruster here: another piece of code than what is tested."""
+"""One thruster, commanded against measured. The plant's own model is the thruster here: another piece of code than what
+is tested."""
 
 from __future__ import annotations
 
@@ -10,8 +11,8 @@ from dataclasses import replace
 import pytest
 
 from companion.allocation.supervision import FeedbackSupervision, ThrusterFault, Tolerances
-from companion.core.types import ThrusterCommand, ThrusterFeedback
-from sitl.thrusters import Thruster
+from companion.core.actuation import ThrusterCommand, ThrusterFeedback
+from sitl.thrusters import ThrusterModel
 from tests.unit.control.simple_boat import REVOLT
 
 STERN = REVOLT.thrusters[0]
@@ -23,7 +24,7 @@ class Bench:
     """A thruster of the plant behind a bridge that is `late_s` late."""
 
     def __init__(self, lag_s: float = 0.3, late: int = 2, rate_share: float = 1.0) -> None:
-        self.thruster = Thruster(replace(STERN, azimuth_rate_radps=rate_share * STERN.azimuth_rate_radps), lag_s)
+        self.thruster = ThrusterModel(replace(STERN, azimuth_rate_radps=rate_share * STERN.azimuth_rate_radps), lag_s)
         self.supervision = FeedbackSupervision(STERN)
         self.now_s = 0.0
         self._late = deque([ThrusterCommand(0.0, 0.0, 0.0)] * late)
@@ -39,11 +40,15 @@ class Bench:
         for _ in range(10):
             self.thruster.step(0.1 * DT_S)
         measured = ThrusterFeedback(self.now_s, "board", 0, self.thruster.throttle(), self.thruster.azimuth_rad)
-        fault = self.supervision.update(self._command, self._armed, None if self.blind else measured, TOLERANCES, self.now_s)
+        fault = self.supervision.update(
+            self._command, self._armed, None if self.blind else measured, TOLERANCES, self.now_s
+        )
         self._command, self._armed = ThrusterCommand(0.0, throttle, azimuth_rad), armed
         return fault
 
-    def run(self, seconds: float, throttle: float, azimuth_rad: float = 0.0, armed: bool = True) -> ThrusterFault | None:
+    def run(
+        self, seconds: float, throttle: float, azimuth_rad: float = 0.0, armed: bool = True
+    ) -> ThrusterFault | None:
         for _ in range(round(seconds / DT_S)):
             fault = self.tick(throttle, azimuth_rad, armed)
         return fault
@@ -57,7 +62,7 @@ class Bench:
 
 @pytest.mark.parametrize("lag_s", [0.0, 0.3, 0.6])
 @pytest.mark.parametrize("seed", range(3))
-def test_no_alarm_however_a_sound_thruster_is_driven(lag_s: float, seed: int) -> None:
+def test_no_alarm_however_a_healthy_thruster_is_driven(lag_s: float, seed: int) -> None:
     rng = random.Random(seed)
     bench = Bench(lag_s, late=rng.randrange(4), rate_share=rng.uniform(0.8, 1.1))
     azimuth, target, throttle, aim = 0.0, 0.0, 0.0, 0.0
@@ -80,7 +85,7 @@ def test_no_alarm_at_arming_and_disarming_with_the_pod_elsewhere() -> None:
 
 
 @pytest.mark.parametrize("throttle", [0.3, -0.3, 0.9])
-def test_a_propeller_that_does_not_turn(throttle: float) -> None:
+def test_a_stalled_propeller(throttle: float) -> None:
     bench = Bench()
     assert bench.run(5.0, 0.0) is None
     bench.thruster.stalled = True
@@ -94,14 +99,14 @@ def test_a_propeller_that_does_not_turn(throttle: float) -> None:
     assert bench.run(5.0, throttle) is None
 
 
-def test_a_thruster_hardly_asked_for_is_not_judged() -> None:
+def test_a_small_demand_is_not_judged() -> None:
     bench = Bench()
     bench.thruster.stalled = True
     assert bench.run(60.0, 0.1) is None
 
 
 @pytest.mark.parametrize("armed", [True, False])
-def test_a_runaway_is_one_until_it_stands_still(armed: bool) -> None:
+def test_a_runaway_lasts_until_it_stops(armed: bool) -> None:
     bench = Bench()
     assert bench.run(3.0, 0.0, armed=armed) is None
     bench.thruster.runaway = True
@@ -112,7 +117,7 @@ def test_a_runaway_is_one_until_it_stands_still(armed: bool) -> None:
     assert bench.run(3.0, 0.0, armed=armed) is None
 
 
-def test_a_propeller_that_runs_otherwise_is_left_out_and_then_found_running_by_itself() -> None:
+def test_a_wrong_throttle_becomes_a_runaway_once_neutral() -> None:
     bench = Bench()
     assert bench.run(5.0, -0.5) is None
     bench.thruster.runaway = True
@@ -121,7 +126,7 @@ def test_a_propeller_that_runs_otherwise_is_left_out_and_then_found_running_by_i
     assert bench.run(5.0, 0.0) is ThrusterFault.RUNAWAY
 
 
-def test_a_propeller_clogged_but_obedient_is_not_taken_for_a_runaway_once_neutral() -> None:
+def test_a_clogged_propeller_that_stops_is_not_a_runaway() -> None:
     supervision = FeedbackSupervision(STERN)
     measured = 0.0
     for k in range(100):
@@ -133,7 +138,7 @@ def test_a_propeller_clogged_but_obedient_is_not_taken_for_a_runaway_once_neutra
     assert fault is ThrusterFault.ASTRAY
 
 
-def test_an_azimuth_that_does_not_follow() -> None:
+def test_a_stuck_azimuth() -> None:
     bench = Bench()
     assert bench.run(5.0, 0.5, 0.5) is None
     bench.thruster.stuck = True
@@ -147,7 +152,7 @@ def test_an_azimuth_that_does_not_follow() -> None:
     assert bench.run(4.0, 0.0, 1.0) is None
 
 
-def test_while_nothing_is_measured_nothing_is_judged() -> None:
+def test_without_measurements_nothing_is_judged() -> None:
     bench = Bench()
     assert bench.run(5.0, 0.9, 0.5) is None
     bench.blind = True
@@ -157,7 +162,7 @@ def test_while_nothing_is_measured_nothing_is_judged() -> None:
     assert bench.run(10.0, 0.9, -2.5) is None
 
 
-def test_a_clock_that_goes_back_or_jumps_ends_nothing() -> None:
+def test_time_that_goes_back_or_jumps_ends_no_fault() -> None:
     supervision = FeedbackSupervision(STERN)
     for now_s in (0.0, 100.0, 50.0, 50.0, 1e6):
         report = ThrusterFeedback(now_s, "board", 0, 0.0, 0.0)

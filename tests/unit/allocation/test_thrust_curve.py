@@ -32,7 +32,7 @@ def test_limits_hold_for_any_force() -> None:
     assert curve.throttle(-1000.0) == pytest.approx(-((6.1 / 6.172) ** 0.5))
 
 
-def test_the_dead_band_is_left_or_jumped() -> None:
+def test_a_force_inside_the_dead_band_becomes_0_or_its_edge() -> None:
     curve = ThrustCurve(replace(BOW, dead_band=0.1))
     edge = 15.18 * 0.01
     assert curve.force_n(0.09) == 0.0

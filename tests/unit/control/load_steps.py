@@ -1,4 +1,5 @@
-"""ÅBOAT under way with another load than its controllers were tuned for: a heading step of 60° and a speed step, on the simulator's hull."""
+"""ÅBOAT under way with another load than its controllers were tuned for: a heading step of 60° and a speed step, on the
+simulator's hull."""
 
 from __future__ import annotations
 
@@ -6,11 +7,13 @@ import math
 from dataclasses import dataclass, replace
 
 from companion.allocation.allocator import Allocator
-from companion.config import HullConfig, VesselConfig, find, load
-from companion.control.controller import Controller
+from companion.baselines.controller_choice import controller_with_baselines
+from companion.config.hull import HullConfig
+from companion.config.vessel import VesselConfig, find, load
+from companion.core.actuation import ZERO_WRENCH
 from companion.core.angles import wrap_pi
-from companion.core.types import ZERO_WRENCH, Setpoint, SetpointKind
-from companion.params import Parameters
+from companion.core.setpoint import PathSetpoint
+from companion.params.store import Parameters
 from sitl import thrusters
 from sitl.hull import Hull
 from tests.unit.control.simple_boat import nav_state
@@ -24,8 +27,8 @@ _DT_S = 0.1
 
 @dataclass(frozen=True, slots=True)
 class Response:
-    """To the step of heading: integral of the error in degree seconds, overshoot in degrees, standard deviation over the last
-    20 s; to the step of speed: integral of the error in metres, and overshoot in m/s."""
+    """To the step of heading: integral of the error in degree seconds, overshoot in degrees, standard deviation over
+    the last 20 s; to the step of speed: integral of the error in metres, and overshoot in m/s."""
 
     heading_iae: float
     overshoot_deg: float
@@ -42,9 +45,10 @@ def loaded(load_kg: float, config: VesselConfig) -> HullConfig:
 
 
 def respond(load_kg: float, config: VesselConfig = ABOAT, **values: float) -> Response:
-    """0.8 m/s straight on for 30 s, 1.2 m/s from then on, and at 70 s 60° to starboard, with the state perfectly known."""
+    """0.8 m/s straight on for 30 s, 1.2 m/s from then on, and at 70 s 60° to starboard, with the state perfectly
+    known."""
     parameters = Parameters({**config.parameters, **values})
-    controller, allocator = Controller(config, parameters), Allocator(config, parameters)
+    controller, allocator = controller_with_baselines(config, parameters), Allocator(config, parameters)
     hull = Hull(loaded(load_kg, config))
     motors = thrusters.build(config.thrusters, 0.4, None)
     achieved = ZERO_WRENCH
@@ -54,7 +58,7 @@ def respond(load_kg: float, config: VesselConfig = ABOAT, **values: float) -> Re
         t = k * _DT_S
         wanted, speed = (math.radians(60.0) if t >= 70.0 else 0.0), (1.2 if t >= 30.0 else 0.8)
         nav = nav_state(hull.north_m, hull.east_m, hull.yaw_rad, hull.surge_mps, hull.sway_mps, hull.yaw_rate_radps, t)
-        setpoint = Setpoint(SetpointKind.PATH, yaw_rad=wanted, surge_mps=speed)
+        setpoint = PathSetpoint(yaw_rad=wanted, surge_mps=speed)
         wrench = controller.update(setpoint, nav, achieved, _DT_S)
         allocation = allocator.update(wrench, _DT_S)
         achieved = allocation.achieved

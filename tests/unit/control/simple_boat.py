@@ -1,13 +1,16 @@
-"""A boat for closed loops: three degrees of freedom, thrusters with lag and turning rate, a constant current and a constant force."""
+"""A boat for closed loops: three degrees of freedom, thrusters with lag and turning rate, a constant current and a
+constant force."""
 
 from __future__ import annotations
 
 import math
 
-from companion.config import VesselConfig, find, load
+from companion.config.vessel import VesselConfig, find, load
+from companion.core.actuation import ActuatorCommand, Deployment, ThrusterFeedback
 from companion.core.angles import wrap_pi
+from companion.core.estimate import NavState
 from companion.core.frames import body_to_ned, ned_to_body
-from companion.core.types import ActuatorCommand, Deployment, FixType, NavState, ThrusterFeedback
+from companion.core.readings import FixType
 
 REVOLT = load(find("revolt"))
 BOW_DOWN = (None, None, ThrusterFeedback(0.0, "board", 2, 0.0, None, True, Deployment.LOWERED))
@@ -29,20 +32,44 @@ def nav_state(
     """A perfectly known state; `wind` is (speed, direction it comes from)."""
     north_mps, east_mps = body_to_ned(surge_mps, sway_mps, yaw_rad)
     return NavState(
-        t_s=t_s, position_valid=True, heading_valid=True, lat_deg=0.0, lon_deg=0.0, altitude_m=0.0,
-        north_m=north_m, east_m=east_m, roll_rad=0.0, pitch_rad=0.0, yaw_rad=yaw_rad,
-        surge_mps=surge_mps, sway_mps=sway_mps, north_mps=north_mps, east_mps=east_mps,
-        roll_rate_radps=0.0, pitch_rate_radps=0.0, yaw_rate_radps=yaw_rate_radps,
-        position_accuracy_m=0.02, velocity_accuracy_mps=0.02, heading_accuracy_rad=0.01,
-        position_age_s=0.0, heading_age_s=0.0, imu_age_s=0.0,
-        fix=FixType.RTK_FIXED, satellites=12, hdop=0.8, time_unix_ns=None,
-        wind_speed_mps=None if wind is None else wind[0], wind_from_rad=None if wind is None else wind[1],
-        current_north_mps=None if current is None else current[0], current_east_mps=None if current is None else current[1],
-    )  # fmt: skip
+        t_s=t_s,
+        position_valid=True,
+        heading_valid=True,
+        lat_deg=0.0,
+        lon_deg=0.0,
+        altitude_m=0.0,
+        north_m=north_m,
+        east_m=east_m,
+        roll_rad=0.0,
+        pitch_rad=0.0,
+        yaw_rad=yaw_rad,
+        surge_mps=surge_mps,
+        sway_mps=sway_mps,
+        north_mps=north_mps,
+        east_mps=east_mps,
+        roll_rate_radps=0.0,
+        pitch_rate_radps=0.0,
+        yaw_rate_radps=yaw_rate_radps,
+        position_accuracy_m=0.02,
+        velocity_accuracy_mps=0.02,
+        heading_accuracy_rad=0.01,
+        position_age_s=0.0,
+        heading_age_s=0.0,
+        imu_age_s=0.0,
+        fix=FixType.RTK_FIXED,
+        satellites=12,
+        hdop=0.8,
+        time_unix_ns=None,
+        wind_speed_mps=None if wind is None else wind[0],
+        wind_from_rad=None if wind is None else wind[1],
+        current_north_mps=None if current is None else current[0],
+        current_east_mps=None if current is None else current[1],
+    )
 
 
 class SimpleBoat:
-    """The controller's own hull, heavier or lighter by `factor`, its stern and bow thrusters where the tape measure put them."""
+    """The controller's own hull, heavier or lighter by `factor`, its stern and bow thrusters where the tape measure put
+    them."""
 
     def __init__(
         self,
@@ -62,7 +89,9 @@ class SimpleBoat:
         self.x_m = [math.copysign(1.12, t.x_m) for t in config.thrusters]
 
     def nav(self) -> NavState:
-        return nav_state(self.north_m, self.east_m, self.yaw_rad, self.surge_mps, self.sway_mps, self.yaw_rate_radps, self.t_s)
+        return nav_state(
+            self.north_m, self.east_m, self.yaw_rad, self.surge_mps, self.sway_mps, self.yaw_rate_radps, self.t_s
+        )
 
     def sail(self, command: ActuatorCommand, dt_s: float) -> None:
         """Advance under `command`."""
@@ -74,7 +103,9 @@ class SimpleBoat:
         x = y = n = 0.0
         for i, (thruster, demand) in enumerate(zip(self.config.thrusters, command.thrusters, strict=True)):
             gain = thruster.ahead_n if demand.throttle >= 0.0 else thruster.astern_n
-            self.forces_n[i] += (gain * demand.throttle * abs(demand.throttle) - self.forces_n[i]) * (1.0 - math.exp(-h / LAG_S))
+            self.forces_n[i] += (gain * demand.throttle * abs(demand.throttle) - self.forces_n[i]) * (
+                1.0 - math.exp(-h / LAG_S)
+            )
             if demand.azimuth_rad is not None:
                 turn = wrap_pi(demand.azimuth_rad - self.azimuths_rad[i])
                 reach = thruster.azimuth_rate_radps * h

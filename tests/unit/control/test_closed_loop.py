@@ -1,4 +1,5 @@
-"""Guidance, control, allocation and gate together on a boat whose inertia and damping are not what the controller believes."""
+"""Guidance, control, allocation and gate together on a boat whose inertia and damping are not what the controller
+believes."""
 
 from __future__ import annotations
 
@@ -9,12 +10,14 @@ from collections.abc import Callable
 import pytest
 
 from companion.allocation.allocator import Allocator
-from companion.control.controller import Controller
+from companion.baselines.controller_choice import controller_with_baselines
+from companion.core.actuation import ZERO_WRENCH
 from companion.core.angles import wrap_pi
-from companion.core.types import ZERO_WRENCH, NavState, Setpoint
-from companion.guidance.path_following import PathFollower, PathProgress, Waypoint
+from companion.core.estimate import NavState
+from companion.core.setpoint import Setpoint
+from companion.guidance.path_tracking import PathProgress, PathTracker, Waypoint
 from companion.guidance.reference import ReferenceGenerator
-from companion.params import Parameters
+from companion.params.store import Parameters
 from companion.safety import Gate
 from tests.unit.control.simple_boat import BOW_DOWN, REVOLT, SimpleBoat
 
@@ -29,8 +32,8 @@ class Stack:
         self.boat = boat
         self.parameters = Parameters(REVOLT.parameters)
         self.reference = ReferenceGenerator(self.parameters)
-        self.follower = PathFollower(self.parameters, can_sway=True)
-        self._controller = Controller(REVOLT, self.parameters)
+        self.tracker = PathTracker(self.parameters, can_sway=True)
+        self._controller = controller_with_baselines(REVOLT, self.parameters)
         self._allocator = Allocator(REVOLT, self.parameters)
         self._gate = Gate(REVOLT)
         self._achieved = ZERO_WRENCH
@@ -52,8 +55,12 @@ class Stack:
         errors = []
         for _ in range(round(seconds / DT_S)):
             s = self.cycle(lambda nav: self.reference.update(DT_S))
-            assert s.north_m is not None and s.east_m is not None and s.yaw_rad is not None
-            errors.append((math.hypot(self.boat.north_m - s.north_m, self.boat.east_m - s.east_m), abs(wrap_pi(self.boat.yaw_rad - s.yaw_rad))))
+            errors.append(
+                (
+                    math.hypot(self.boat.north_m - s.north_m, self.boat.east_m - s.east_m),
+                    abs(wrap_pi(self.boat.yaw_rad - s.yaw_rad)),
+                )
+            )
         return errors
 
 
@@ -73,7 +80,7 @@ def test_a_step_of_position_and_heading_is_followed_and_held(factor: float) -> N
 
 
 @pytest.mark.parametrize("factor", [0.8, 1.2])
-def test_a_constant_force_is_learnt_and_held_against(factor: float) -> None:
+def test_a_constant_force_is_learnt_and_countered(factor: float) -> None:
     stack = Stack(SimpleBoat(factor=factor, force_ned=(-4.0, 5.0), moment_nm=3.0))
     stack.reference.start(0.0, 0.0, 0.5)
     stack.boat.yaw_rad = 0.5
@@ -96,11 +103,11 @@ def test_a_force_beyond_the_thrusters_leaves_no_windup() -> None:
 
 def sail(stack: Stack, points: list[tuple[float, float]], seconds: float) -> list[tuple[PathProgress, float, float]]:
     """Follow `points` at 0.6 m/s; (progress, north, east) of each step."""
-    stack.follower.start([Waypoint(n, e) for n, e in points], stack.boat.nav())
+    stack.tracker.start([Waypoint(n, e) for n, e in points], stack.boat.nav())
     track: list[tuple[PathProgress, float, float]] = []
 
     def guide(nav: NavState) -> Setpoint:
-        track.append((stack.follower.update(nav, 0.6, DT_S), stack.boat.north_m, stack.boat.east_m))
+        track.append((stack.tracker.update(nav, 0.6, DT_S), stack.boat.north_m, stack.boat.east_m))
         return track[-1][0].setpoint
 
     while stack.boat.t_s < seconds and not (track and track[-1][0].finished):
@@ -113,17 +120,20 @@ def test_a_square_is_sailed_in_a_current(factor: float, current: tuple[float, fl
     stack = Stack(SimpleBoat(factor=factor, current=current))
     track = sail(stack, SQUARE, 300.0)
     assert track[-1][0].finished and track[-1][0].passed == 4
-    errors = [p.setpoint.cross_track_error_m or 0.0 for p, _, _ in track]
+    errors = [p.setpoint.progress.cross_track_error_m or 0.0 for p, _, _ in track]
     assert math.sqrt(sum(e * e for e in errors) / len(errors)) < 0.5
     for waypoint in SQUARE:
         assert min(math.dist(waypoint, (n, e)) for _, n, e in track) < 1.0
 
 
-def test_no_waypoint_is_circled_in_a_current_that_is_as_strong_as_the_boat_can_bear() -> None:
+def test_no_waypoint_is_circled_in_the_strongest_current_that_the_boat_can_stem() -> None:
     stack = Stack(SimpleBoat(current=(0.0, 0.45)))
     track = sail(stack, [(20.0, 0.0), (20.0, 10.0), (0.0, 10.0)], 400.0)
     assert track[-1][0].finished
-    turned = sum(abs(wrap_pi((b.setpoint.course_rad or 0.0) - (a.setpoint.course_rad or 0.0))) for (a, _, _), (b, _, _) in itertools.pairwise(track))
+    turned = sum(
+        abs(wrap_pi((b.setpoint.progress.course_rad or 0.0) - (a.setpoint.progress.course_rad or 0.0)))
+        for (a, _, _), (b, _, _) in itertools.pairwise(track)
+    )
     assert turned < math.radians(200.0), "the path's own two right angles and no more"
 
 

@@ -6,31 +6,40 @@ import math
 
 import pytest
 
+from companion.baselines.controller_choice import controller_with_baselines
 from companion.control.bias import BiasForce
 from companion.control.controller import Controller
 from companion.control.dynamic_positioning import pole_placement
 from companion.control.model import force_for
 from companion.control.wind import wind_force
-from companion.core.types import NEUTRAL_SETPOINT, ZERO_WRENCH, Setpoint, SetpointKind, Wrench
-from companion.params import Parameters
+from companion.core.actuation import ZERO_WRENCH, Wrench
+from companion.core.setpoint import (
+    NEUTRAL_SETPOINT,
+    HeadingSetpoint,
+    PathSetpoint,
+    PoseSetpoint,
+    ThrusterSetpoint,
+    WrenchSetpoint,
+)
+from companion.params.store import Parameters
 from tests.unit.control.simple_boat import REVOLT, nav_state
 
 DT_S = 0.1
-HERE = Setpoint(SetpointKind.POSE, 0.0, 0.0, 0.0)
+HERE = PoseSetpoint(0.0, 0.0, 0.0)
 
 
 def controller(**values: float) -> Controller:
     parameters = Parameters(REVOLT.parameters)
     for name, value in values.items():
         assert parameters.set(name, value) is None
-    return Controller(REVOLT, parameters)
+    return controller_with_baselines(REVOLT, parameters)
 
 
 def axes(wrench: Wrench) -> tuple[float, float, float]:
     return wrench.surge_n, wrench.sway_n, wrench.yaw_nm
 
 
-def test_at_the_reference_nothing_is_asked() -> None:
+def test_at_the_reference_the_demand_is_zero() -> None:
     assert axes(controller().update(HERE, nav_state(), ZERO_WRENCH, DT_S)) == pytest.approx((0.0, 0.0, 0.0))
 
 
@@ -42,18 +51,25 @@ def test_errors_pull_back_by_the_placed_gains_in_body_axes() -> None:
     surge, sway = bandwidth["DP_BW_SURGE"], bandwidth["DP_BW_SWAY"]
     assert axes(wrench) == pytest.approx((-0.1 * hull.m11_kg * surge**2, 0.0, 0.0), rel=1e-6)
     c = controller(DP_INTEGRAL=0.0)
-    east = Setpoint(SetpointKind.POSE, 0.0, 0.0, math.pi / 2.0)
+    east = PoseSetpoint(0.0, 0.0, math.pi / 2.0)
     wrench = c.update(east, nav_state(north_m=0.1, yaw_rad=math.pi / 2.0), ZERO_WRENCH, DT_S)
     assert axes(wrench) == pytest.approx((0.0, 0.1 * hull.m22_kg * sway**2, 0.0), rel=1e-6, abs=1e-9)
 
 
 def test_yaw_error_is_wrapped() -> None:
     c = controller(DP_INTEGRAL=0.0)
-    wrench = c.update(Setpoint(SetpointKind.POSE, 0.0, 0.0, math.radians(179.0)), nav_state(yaw_rad=math.radians(-179.0)), ZERO_WRENCH, DT_S)
-    assert wrench.yaw_nm == pytest.approx(-math.radians(2.0) * REVOLT.hull.m33_kgm2 * Parameters(REVOLT.parameters)["DP_BW_YAW"] ** 2, rel=1e-5)
+    wrench = c.update(
+        PoseSetpoint(0.0, 0.0, math.radians(179.0)),
+        nav_state(yaw_rad=math.radians(-179.0)),
+        ZERO_WRENCH,
+        DT_S,
+    )
+    assert wrench.yaw_nm == pytest.approx(
+        -math.radians(2.0) * REVOLT.hull.m33_kgm2 * Parameters(REVOLT.parameters)["DP_BW_YAW"] ** 2, rel=1e-5
+    )
 
 
-def test_gains_give_the_poles_asked_for() -> None:
+def test_gains_place_the_poles() -> None:
     kp, ki, kd = pole_placement(300.0, 20.0, 0.4, 0.9, 0.1)
     assert kp / 300.0 == pytest.approx(0.4**2)
     assert (kd + 20.0) / 300.0 == pytest.approx(2.0 * 0.9 * 0.4)
@@ -62,10 +78,14 @@ def test_gains_give_the_poles_asked_for() -> None:
 
 
 def test_feed_forward_alone_moves_a_perfect_model() -> None:
-    setpoint = Setpoint(SetpointKind.POSE, 0.0, 0.0, 0.0, 0.3, 0.05, 0.02, 0.05, 0.01, 0.005)
-    wrench = controller().update(setpoint, nav_state(surge_mps=0.3, sway_mps=0.05, yaw_rate_radps=0.02), ZERO_WRENCH, DT_S)
+    setpoint = PoseSetpoint(0.0, 0.0, 0.0, 0.3, 0.05, 0.02, 0.05, 0.01, 0.005)
+    wrench = controller().update(
+        setpoint, nav_state(surge_mps=0.3, sway_mps=0.05, yaw_rate_radps=0.02), ZERO_WRENCH, DT_S
+    )
     assert axes(wrench) == pytest.approx(axes(force_for(REVOLT.hull, 0.3, 0.05, 0.02, 0.05, 0.01, 0.005)))
-    nothing = controller(DP_FEEDFORWARD=0.0).update(setpoint, nav_state(surge_mps=0.3, sway_mps=0.05, yaw_rate_radps=0.02), ZERO_WRENCH, DT_S)
+    nothing = controller(DP_FEEDFORWARD=0.0).update(
+        setpoint, nav_state(surge_mps=0.3, sway_mps=0.05, yaw_rate_radps=0.02), ZERO_WRENCH, DT_S
+    )
     assert axes(nothing) == pytest.approx((0.0, 0.0, 0.0))
 
 
@@ -74,7 +94,7 @@ def test_the_demand_never_exceeds_the_limits() -> None:
     assert abs(wrench.surge_n) <= 50.0 and abs(wrench.sway_n) <= 20.0 and abs(wrench.yaw_nm) <= 32.0
 
 
-def test_wind_is_countered_where_it_is_known() -> None:
+def test_known_wind_is_countered() -> None:
     nav = nav_state(wind=(3.0, math.pi / 2.0))
     wrench = controller().update(HERE, nav, ZERO_WRENCH, DT_S)
     beam = 0.8 * 0.5 * 1.225 * 0.9 * 1.2 * 9.0
@@ -84,7 +104,7 @@ def test_wind_is_countered_where_it_is_known() -> None:
     assert x < 0.0 and y < 0.0 and n < 0.0, "from the starboard bow: pushed astern and to port, bow falls off to port"
 
 
-def test_the_bias_stays_in_the_world_while_the_boat_turns() -> None:
+def test_the_bias_stays_fixed_in_ned_while_the_boat_turns() -> None:
     bias = BiasForce(REVOLT.limits)
     bias.grow(10.0, 0.0, 0.0, 0.0, 1.0)
     assert bias.in_body(math.pi / 2.0) == pytest.approx((0.0, -10.0, 0.0), abs=1e-12)
@@ -110,43 +130,42 @@ def test_integration_stops_while_the_thrusters_fall_short() -> None:
     assert back.sway_n < 6.0, "hardly any bias was built up in a minute"
 
 
-def test_other_kinds() -> None:
+def test_neutral_and_wrench_setpoints() -> None:
     c = controller()
     nav = nav_state()
-    assert c.update(Setpoint(SetpointKind.WRENCH, wrench=Wrench(100.0, -5.0, 3.0)), nav, ZERO_WRENCH, DT_S) == Wrench(50.0, -5.0, 3.0)
-    assert c.update(Setpoint(SetpointKind.WRENCH, wrench=Wrench(math.nan, 0.0, 0.0)), nav, ZERO_WRENCH, DT_S) == ZERO_WRENCH
-    assert c.update(Setpoint(SetpointKind.WRENCH), nav, ZERO_WRENCH, DT_S) == ZERO_WRENCH
-    assert c.update(Setpoint(SetpointKind.THRUSTERS), nav, ZERO_WRENCH, DT_S) == ZERO_WRENCH
+    assert c.update(WrenchSetpoint(wrench=Wrench(100.0, -5.0, 3.0)), nav, ZERO_WRENCH, DT_S) == Wrench(50.0, -5.0, 3.0)
+    assert c.update(WrenchSetpoint(wrench=Wrench(math.nan, 0.0, 0.0)), nav, ZERO_WRENCH, DT_S) == ZERO_WRENCH
+    assert c.update(ThrusterSetpoint(()), nav, ZERO_WRENCH, DT_S) == ZERO_WRENCH
     assert c.update(NEUTRAL_SETPOINT, nav, ZERO_WRENCH, DT_S) == ZERO_WRENCH
 
 
 def test_heading_keeps_the_sticks_forces_and_steers() -> None:
-    setpoint = Setpoint(SetpointKind.HEADING, yaw_rad=0.3, wrench=Wrench(12.0, -3.0, 0.0))
+    setpoint = HeadingSetpoint(yaw_rad=0.3, wrench=Wrench(12.0, -3.0, 0.0))
     wrench = controller().update(setpoint, nav_state(), ZERO_WRENCH, DT_S)
     assert wrench.surge_n == 12.0 and wrench.sway_n == -3.0 and wrench.yaw_nm > 5.0
 
 
 def test_a_path_setpoint_brings_speed_and_heading_up() -> None:
-    setpoint = Setpoint(SetpointKind.PATH, yaw_rad=0.1, surge_mps=0.5)
+    setpoint = PathSetpoint(yaw_rad=0.1, surge_mps=0.5)
     wrench = controller().update(setpoint, nav_state(), ZERO_WRENCH, DT_S)
     assert wrench.surge_n == pytest.approx(50.0) and wrench.yaw_nm > 0.0
-    steady = controller().update(Setpoint(SetpointKind.PATH, yaw_rad=0.0, surge_mps=0.5), nav_state(surge_mps=0.5), ZERO_WRENCH, DT_S)
+    steady = controller().update(PathSetpoint(yaw_rad=0.0, surge_mps=0.5), nav_state(surge_mps=0.5), ZERO_WRENCH, DT_S)
     assert axes(steady) == pytest.approx((50.66 * 0.5, 0.0, 0.0), abs=1e-6)
 
 
-def test_what_was_learnt_stays_through_a_change_of_law_and_goes_with_neutral() -> None:
+def test_the_bias_survives_a_change_of_law_and_neutral_resets_it() -> None:
     c = controller(DP_BW_SURGE=0.35, DP_INTEGRAL=0.12)
     for _ in range(300):
         held = c.update(HERE, nav_state(north_m=-0.1), Wrench(6.0, 0.0, 0.0), DT_S)
     learnt = held.surge_n - 0.1 * REVOLT.hull.m11_kg * 0.35**2
     assert learnt > 2.0
-    sailing = c.update(Setpoint(SetpointKind.PATH, yaw_rad=0.0), nav_state(), held, DT_S)
+    sailing = c.update(PathSetpoint(yaw_rad=0.0), nav_state(), held, DT_S)
     assert sailing.surge_n == pytest.approx(learnt, rel=0.02)
     c.update(NEUTRAL_SETPOINT, nav_state(), ZERO_WRENCH, DT_S)
     assert axes(c.update(HERE, nav_state(), ZERO_WRENCH, DT_S)) == pytest.approx((0.0, 0.0, 0.0))
 
 
-def test_no_number_in_gives_no_thrust_out_and_is_forgotten() -> None:
+def test_a_non_finite_input_gives_no_thrust_and_leaves_nothing_behind() -> None:
     c = controller()
     assert c.update(HERE, nav_state(north_m=math.nan), ZERO_WRENCH, DT_S) == ZERO_WRENCH
     assert axes(c.update(HERE, nav_state(), ZERO_WRENCH, DT_S)) == pytest.approx((0.0, 0.0, 0.0))

@@ -5,10 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from companion.config import DampingConfig, HullConfig
+from companion.config.hull import DampingConfig, HullConfig
 from companion.control.model import coriolis, damping, force_for
 
-HULL = HullConfig(263.93, 306.44, 322.15, 7.0, 7.03, DampingConfig(x_u=50.66, y_v=601.45, y_r=83.05, n_v=83.10, n_r=268.17))
+HULL = HullConfig(
+    263.93, 306.44, 322.15, 7.0, 7.03, DampingConfig(x_u=50.66, y_v=601.45, y_r=83.05, n_v=83.10, n_r=268.17)
+)
 
 
 def test_against_matrices_with_the_thesis_numbers() -> None:
@@ -30,7 +32,28 @@ def test_coriolis_does_no_work() -> None:
 
 
 def test_nonlinear_damping_is_odd_and_resists() -> None:
-    hull = HullConfig(1.0, 1.0, 1.0, damping=DampingConfig(x_u=1, x_uu=2, x_uuu=3, y_v=1, y_vv=2, y_rv=3, y_r=4, y_vr=5, y_rr=6, n_v=1, n_vv=2, n_rv=3, n_r=4, n_vr=5, n_rr=6))
+    hull = HullConfig(
+        1.0,
+        1.0,
+        1.0,
+        damping=DampingConfig(
+            x_u=1,
+            x_uu=2,
+            x_uuu=3,
+            y_v=1,
+            y_vv=2,
+            y_rv=3,
+            y_r=4,
+            y_vr=5,
+            y_rr=6,
+            n_v=1,
+            n_vv=2,
+            n_rv=3,
+            n_r=4,
+            n_vr=5,
+            n_rr=6,
+        ),
+    )
     ahead, astern = damping(hull, 0.5, 0.3, 0.2), damping(hull, -0.5, -0.3, -0.2)
     assert ahead == pytest.approx(tuple(-f for f in astern))
     assert ahead[0] == pytest.approx(1 * 0.5 + 2 * 0.25 + 3 * 0.125)

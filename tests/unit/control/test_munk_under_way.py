@@ -6,16 +6,16 @@ from dataclasses import replace
 
 import pytest
 
-from companion.config import find, load
+from companion.config.vessel import find, load
 from companion.control.bias import BiasForce
 from companion.control.dynamic_positioning import DynamicPositioning
-from companion.core.types import Setpoint, SetpointKind
-from companion.params import Parameters
-from tests.unit.modes.conftest import AT_REST
+from companion.core.setpoint import PoseSetpoint
+from companion.params.store import Parameters
+from tests.unit.conftest import AT_REST
 
 
 @pytest.mark.parametrize(("speed", "share"), [(0.0, 0.0), (0.5, 0.0), (0.625, 0.5), (1.0, 1.0), (-1.0, 1.0)])
-def test_it_comes_in_above_the_speed_of_positioning(speed: float, share: float) -> None:
+def test_the_munk_feed_forward_begins_above_positioning_speeds(speed: float, share: float) -> None:
     """(m22 − m11) u v at the velocity through the water, of which the reference has none across."""
     config = load(find("aboat"))
     parameters = Parameters({**config.parameters, "DP_SPEED_AHEAD": 0.5})
@@ -23,7 +23,9 @@ def test_it_comes_in_above_the_speed_of_positioning(speed: float, share: float) 
     for across in (0.0, 0.2):
         nav = replace(AT_REST, surge_mps=speed, current_north_mps=0.0, current_east_mps=across)
         law = DynamicPositioning(config, parameters)
-        setpoint = Setpoint(SetpointKind.POSE, 0.0, 0.0, 0.0, surge_mps=speed)
+        setpoint = PoseSetpoint(0.0, 0.0, 0.0, surge_mps=speed)
         moments.append(law.update(setpoint, nav, BiasForce(config.limits), 0.1).yaw_nm)
     hull = config.hull
-    assert abs(moments[1] - moments[0]) == pytest.approx(share * (hull.m22_kg - hull.m11_kg) * abs(speed) * 0.2, abs=1e-6)
+    assert abs(moments[1] - moments[0]) == pytest.approx(
+        share * (hull.m22_kg - hull.m11_kg) * abs(speed) * 0.2, abs=1e-6
+    )

@@ -7,10 +7,11 @@ from dataclasses import replace
 
 import pytest
 
-from companion.config import ThrusterConfig, VesselConfig, find, load
+from companion.config.devices import ThrusterConfig
+from companion.config.vessel import VesselConfig, find, load
 from companion.control.manual import stick_to_thrusters, stick_to_wrench
-from companion.core.types import ThrusterCommand, Wrench
-from companion.params import Parameters
+from companion.core.actuation import ThrusterCommand, Wrench
+from companion.params.store import Parameters
 from tests.unit.control.simple_boat import REVOLT
 
 PARAMETERS = Parameters()
@@ -46,7 +47,7 @@ def test_revolt_turns_its_stern_pods_by_45_degrees() -> None:
 
 @pytest.mark.parametrize("surge", [0.6, -0.6])
 @pytest.mark.parametrize("yaw", [0.8, -0.8])
-def test_the_yaw_stick_turns_the_boat_its_way_ahead_and_astern(surge: float, yaw: float) -> None:
+def test_the_yaw_stick_turns_the_boat_the_same_way_ahead_and_astern(surge: float, yaw: float) -> None:
     x, _, n = wrench_of(REVOLT, stick_to_thrusters(surge, 0.0, yaw, REVOLT, PARAMETERS))
     assert x * surge > 0.0 and n * yaw > 0.0
 
@@ -64,7 +65,10 @@ def test_two_fixed_propellers_steer_by_difference() -> None:
 
 
 def test_side_thrusters_steer_where_nothing_else_does() -> None:
-    boat = replace(REVOLT, thrusters=(fixed("main", -1.0, 0.0, 0.0), fixed("bow", 1.0, 0.0, 90.0), fixed("stern", -1.0, 0.0, -90.0)))
+    boat = replace(
+        REVOLT,
+        thrusters=(fixed("main", -1.0, 0.0, 0.0), fixed("bow", 1.0, 0.0, 90.0), fixed("stern", -1.0, 0.0, -90.0)),
+    )
     assert wrench_of(boat, stick_to_thrusters(0.0, 0.0, 0.5, boat, PARAMETERS))[2] > 0.0
     x, y, _ = wrench_of(boat, stick_to_thrusters(0.0, 0.5, 0.0, boat, PARAMETERS))
     assert x == pytest.approx(0.0, abs=1e-9) and y > 0.0
@@ -76,7 +80,7 @@ def test_no_command_exceeds_full_throttle() -> None:
             assert all(abs(c.throttle) <= 1.0 for c in stick_to_thrusters(surge, 1.0, yaw, REVOLT, PARAMETERS))
 
 
-def test_a_jet_is_steered_by_its_nozzle_and_knows_no_astern() -> None:
+def test_a_jet_steers_by_its_nozzle_and_cannot_push_astern() -> None:
     vessel = load(find("rescuerunner"))
     (ahead,) = stick_to_thrusters(0.525, 0.0, 1.0, vessel, PARAMETERS)
     assert ahead.throttle == pytest.approx(0.5, rel=1e-6) and ahead.azimuth_rad == pytest.approx(math.radians(-24.0))

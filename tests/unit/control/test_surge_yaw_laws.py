@@ -8,16 +8,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from companion.control import quadratic
-from companion.control.controller import Controller
-from companion.control.quadratic import QuadraticTracking, gains
-from companion.control.thesis_tracking import ThesisTracking
-from companion.core.types import ZERO_WRENCH, Setpoint, SetpointKind
-from companion.params import Parameters
+from companion.baselines.controller_choice import controller_with_baselines
+from companion.baselines.tracking import ThesisTracking
+from companion.control import lqr
+from companion.control.lqr import LqrTracking, gains
+from companion.core.actuation import ZERO_WRENCH
+from companion.core.setpoint import PathSetpoint
+from companion.params.store import Parameters
 from tests.unit.control.load_steps import ABOAT, respond
 from tests.unit.control.simple_boat import nav_state
 
-AHEAD = Setpoint(SetpointKind.PATH, yaw_rad=0.0, surge_mps=1.2)
+AHEAD = PathSetpoint(yaw_rad=0.0, surge_mps=1.2)
 
 
 def parameters(**values: float) -> Parameters:
@@ -27,7 +28,9 @@ def parameters(**values: float) -> Parameters:
 def test_a_pid_is_its_gains_times_its_errors() -> None:
     law = ThesisTracking(ABOAT.limits, parameters(WPT_KI_SURGE=0, WPT_KI_YAW=0))
     wrench = law.update(AHEAD, nav_state(yaw_rad=0.1, surge_mps=1.0, yaw_rate_radps=0.05), 0.1)
-    assert (wrench.surge_n, wrench.sway_n, wrench.yaw_nm) == pytest.approx((200.0 * 0.2, 0.0, -350.0 * 0.1 - 430.0 * 0.05))
+    assert (wrench.surge_n, wrench.sway_n, wrench.yaw_nm) == pytest.approx(
+        (200.0 * 0.2, 0.0, -350.0 * 0.1 - 430.0 * 0.05)
+    )
 
 
 def test_integrals_end_at_half_of_the_limits() -> None:
@@ -59,9 +62,9 @@ def test_the_gains_are_those_of_the_finite_horizon_far_from_its_end() -> None:
 def test_gains_are_computed_when_a_parameter_changes_and_never_in_a_tick(monkeypatch: pytest.MonkeyPatch) -> None:
     calls = []
     real = gains
-    monkeypatch.setattr(quadratic, "gains", lambda config, table: calls.append(1) or real(config, table))
+    monkeypatch.setattr(lqr, "gains", lambda config, table: calls.append(1) or real(config, table))
     table = parameters()
-    law = QuadraticTracking(ABOAT, table)
+    law = LqrTracking(ABOAT, table)
     assert not law.chosen and not calls
     with pytest.raises(RuntimeError):
         law.update(AHEAD, nav_state(), 0.1)
@@ -78,18 +81,19 @@ def test_gains_are_computed_when_a_parameter_changes_and_never_in_a_tick(monkeyp
 
 
 @pytest.mark.parametrize("values", [{"WP_LAW": 1.0}, {"PATH_CTRL": 1.0}, {"WP_LAW": 1.0, "PATH_CTRL": 1.0}])
-def test_the_controller_survives_a_state_that_is_no_number(values: dict[str, float]) -> None:
-    controller = Controller(ABOAT, parameters(**values))
+def test_the_controller_survives_a_non_finite_state(values: dict[str, float]) -> None:
+    controller = controller_with_baselines(ABOAT, parameters(**values))
     controller.update(AHEAD, nav_state(surge_mps=1.0), ZERO_WRENCH, 0.1)
     assert controller.update(AHEAD, nav_state(surge_mps=math.nan), ZERO_WRENCH, 0.1) == ZERO_WRENCH
     wrench = controller.update(AHEAD, nav_state(surge_mps=1.0), ZERO_WRENCH, 0.1)
     assert wrench.surge_n > 0.0 and wrench.sway_n == 0.0
 
 
-def test_what_another_load_does() -> None:
-    """The thesis found its LQR worse with varying mass than its PID, on a model without Coriolis and centripetal forces. On this hull, which
-    has them, the heaviest load makes the Munk moment half of the yaw loop's business, and the PID suffers more than the LQR, which
-    feeds sway back. Each keeps its gains, tuned for a load of 126 kg; the companion's loops are hardly touched."""
+def test_effect_of_another_load() -> None:
+    """The thesis found its LQR worse with varying mass than its PID, on a model without Coriolis and centripetal
+    forces. On this hull, which has them, the heaviest load makes the Munk moment half of the yaw loop's business, and
+    the PID suffers more than the LQR, which feeds sway back. Each keeps its gains, tuned for a load of 126 kg; the
+    companion's loops are hardly touched."""
     laws = {"pid": {"WP_LAW": 1.0}, "lqr": {"WP_LAW": 1.0, "PATH_CTRL": 1.0}, "companion": {}}
     runs = {name: [respond(load, **values) for load in (34.0, 126.0, 295.0)] for name, values in laws.items()}
     nominal = 1
@@ -99,7 +103,7 @@ def test_what_another_load_does() -> None:
     assert all(r.overshoot_mps < 0.1 for rows in runs.values() for r in rows)
 
 
-def test_without_the_munk_moment_neither_minds_the_load_and_the_lqr_a_little_more() -> None:
+def test_without_the_munk_moment_the_load_matters_little_to_either_law() -> None:
     """As in the thesis's model, whose finding then comes out in its sign, if not in its size."""
     plain = replace(ABOAT, hull=replace(ABOAT.hull, m22_kg=ABOAT.hull.m11_kg))
     ratios = []

@@ -11,7 +11,9 @@ from companion.core.geodesy import LocalFrame, distance_and_bearing
 @pytest.mark.parametrize("lat_deg", [-60.0, 0.0, 43.0, 63.4389, 80.0])
 @pytest.mark.parametrize("azimuth_deg", range(0, 360, 30))
 @pytest.mark.parametrize(("distance_m", "tolerance_m"), [(10.0, 1e-6), (1000.0, 1e-4), (10_000.0, 0.05)])
-def test_local_plane_agrees_with_geodesics(lat_deg: float, azimuth_deg: float, distance_m: float, tolerance_m: float) -> None:
+def test_local_plane_agrees_with_geodesics(
+    lat_deg: float, azimuth_deg: float, distance_m: float, tolerance_m: float
+) -> None:
     end = Geodesic.WGS84.Direct(lat_deg, 10.399, azimuth_deg, distance_m)
     north_m, east_m = LocalFrame(lat_deg, 10.399).to_ned(end["lat2"], end["lon2"])
     assert north_m == pytest.approx(distance_m * math.cos(math.radians(azimuth_deg)), abs=tolerance_m)

@@ -20,7 +20,7 @@ def test_wmm2025_test_values(lat_deg: float, lon_deg: float, year: float, declin
     assert math.degrees(found) == pytest.approx(declination_deg, abs=0.006)
 
 
-def test_near_the_magnetic_pole_there_is_none() -> None:
+def test_near_the_magnetic_pole_there_is_no_declination() -> None:
     assert declination_rad(86.0, 142.0, 2025.0) is None
 
 

@@ -21,7 +21,7 @@ def test_the_bytes() -> None:
     assert FrameDecoder().feed(encode(state)) == [state]
 
 
-def test_pulses_out_of_range_are_limited_and_nonsense_is_none() -> None:
+def test_pulses_out_of_range_are_limited_and_nan_is_no_pulses() -> None:
     (decoded,) = FrameDecoder().feed(encode(AuxiliaryDemand(0, (9999.0, -1.0, math.nan, math.inf), ())))
     assert decoded == AuxiliaryDemand(0, (2500.0, 500.0, None, 2500.0), ())
 
@@ -42,6 +42,6 @@ def test_too_many_are_refused() -> None:
         bytes.fromhex("01 06 00 00 00 00 01") + struct.pack("<H", 2501),
     ],
 )
-def test_what_cannot_be_is_an_error(body: bytes) -> None:
+def test_an_invalid_body_is_an_error(body: bytes) -> None:
     decoder = FrameDecoder()
     assert decoder.feed(on_the_wire(body)) == [] and decoder.errors == 1

@@ -13,13 +13,35 @@ from typing import Any
 
 import pytest
 
-from companion.io.mavlink import messages as mavlink
+from companion.io.mavlink.wire import messages as mavlink
 from gcs_plugins.blueos import cockpit
 from gcs_plugins.blueos.server import PORT, Handler
 from gcs_plugins.commands import ACTIONS, MODES
+from tests.waiting import CAP_S
 
 DOCKERFILE = Path(cockpit.__file__).with_name("Dockerfile")
-TAKEN_BY_BLUEOS = {2748, 6020, 6030, 6040, 7777, 8000, 8081, 8088, 9000, 9002, 9090, 9100, 9101, 9110, 9111, 9120, 9134, 9150, 9152, 27353}
+TAKEN_BY_BLUEOS = {
+    2748,
+    6020,
+    6030,
+    6040,
+    7777,
+    8000,
+    8081,
+    8088,
+    9000,
+    9002,
+    9090,
+    9100,
+    9101,
+    9110,
+    9111,
+    9120,
+    9134,
+    9150,
+    9152,
+    27353,
+}
 
 
 def labels() -> dict[str, str]:
@@ -35,10 +57,26 @@ def labels() -> dict[str, str]:
 
 def test_the_image_has_the_labels_that_blueos_reads() -> None:
     found = labels()
-    assert set(found) == {"version", "permissions", "authors", "company", "readme", "links", "type", "tags", "requirements"}
+    assert set(found) == {
+        "version",
+        "permissions",
+        "authors",
+        "company",
+        "readme",
+        "links",
+        "type",
+        "tags",
+        "requirements",
+    }
     assert re.fullmatch(r"\d+\.\d+\.\d+", found["version"])
-    assert found["type"] in ("device-integration", "example", "tool", "other") and found["requirements"] == "core >= 1.1"
-    assert len(json.loads(found["tags"])) <= 10 and json.loads(found["authors"])[0]["name"] and json.loads(found["company"])["name"]
+    assert (
+        found["type"] in ("device-integration", "example", "tool", "other") and found["requirements"] == "core >= 1.1"
+    )
+    assert (
+        len(json.loads(found["tags"])) <= 10
+        and json.loads(found["authors"])[0]["name"]
+        and json.loads(found["company"])["name"]
+    )
     host = json.loads(found["permissions"])["HostConfig"]
     assert host["NetworkMode"] == "host" and "/usr/blueos/extensions/usv-companion:/data" in host["Binds"]
 
@@ -46,7 +84,9 @@ def test_the_image_has_the_labels_that_blueos_reads() -> None:
 def test_cockpits_extras_are_made_of_the_table() -> None:
     assert cockpit.EXTRAS.read_text(encoding="utf-8") == cockpit.text(), "python -m gcs_plugins.blueos write"
     extras = json.loads(cockpit.EXTRAS.read_text(encoding="utf-8"))
-    assert extras["targetSystem"] == "Cockpit" and extras["targetCockpitApiVersion"] == "1.0.0" and extras["widgets"] == []
+    assert (
+        extras["targetSystem"] == "Cockpit" and extras["targetCockpitApiVersion"] == "1.0.0" and extras["widgets"] == []
+    )
     offered = {action["id"]: action for action in extras["actions"]}
     assert len(offered) == len(extras["actions"]) == len(ACTIONS)
     for action in offered.values():
@@ -80,12 +120,12 @@ def test_the_server_answers_what_blueos_asks() -> None:
         thread.start()
         address = f"http://127.0.0.1:{server.server_port}"
         try:
-            with urllib.request.urlopen(f"{address}/register_service", timeout=5.0) as answer:
+            with urllib.request.urlopen(f"{address}/register_service", timeout=CAP_S) as answer:
                 service = json.load(answer)
-            with urllib.request.urlopen(address + service["extras"]["cockpit"], timeout=5.0) as answer:
+            with urllib.request.urlopen(address + service["extras"]["cockpit"], timeout=CAP_S) as answer:
                 assert json.load(answer) == cockpit.extras()
             with pytest.raises(urllib.error.HTTPError) as refused:
-                urllib.request.urlopen(f"{address}/etc/passwd", timeout=5.0)
+                urllib.request.urlopen(f"{address}/etc/passwd", timeout=CAP_S)
             refused.value.close()
         finally:
             server.shutdown()

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from companion.io.mavlink import messages as mavlink
-from companion.params import TABLE
+from companion.io.mavlink.wire import messages as mavlink
+from companion.params.table import TABLE
 from gcs_plugins.commands import ACTIONS, BY_NAME, LONGEST_LABEL, TUNING, MavCmd
 
 # what QGroundControl's joystick page offers by itself; a custom action of the same name would hide behind it
@@ -28,7 +28,9 @@ BUILT_IN = {
 
 
 def test_numbers_are_those_of_mavlink() -> None:
-    assert {command.name: int(command) for command in MavCmd} == {c.name: getattr(mavlink, f"MAV_CMD_{c.name}") for c in MavCmd}
+    assert {command.name: int(command) for command in MavCmd} == {
+        c.name: getattr(mavlink, f"MAV_CMD_{c.name}") for c in MavCmd
+    }
 
 
 def test_names_and_labels() -> None:

@@ -29,14 +29,18 @@ def test_a_file_passes_the_checks_that_qgroundcontrol_makes(name: str) -> None:
 
 
 def test_the_fly_view_shows_all_and_the_joystick_its_share() -> None:
-    fly_view, joystick = (json.loads(files()[f"MavlinkActions/usv_{name}.json"])["actions"] for name in ("fly_view", "joystick"))
+    fly_view, joystick = (
+        json.loads(files()[f"MavlinkActions/usv_{name}.json"])["actions"] for name in ("fly_view", "joystick")
+    )
     assert [action["label"] for action in fly_view] == [action.label for action in ACTIONS]
     assert [action["label"] for action in joystick] == [action.label for action in ACTIONS if action.joystick]
     dock = next(action for action in fly_view if action["label"] == BY_NAME["dock"].label)
     assert (dock["mavCmd"], dock["param1"], dock["param2"]) == (176, 1.0, 100925440.0)
 
 
-def test_install_keeps_what_was_there_and_uninstall_brings_it_back(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_install_keeps_what_was_there_and_uninstall_brings_it_back(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     theirs = tmp_path / "MavlinkActions" / "usv_fly_view.json"
     theirs.parent.mkdir()
     theirs.write_text("somebody's own", encoding="utf-8")
@@ -79,4 +83,4 @@ def test_it_finds_the_folders_of_the_release_and_of_the_daily_build(
 def test_mistakes_are_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["install", "--dir", str(tmp_path / "nowhere")]) == 2
     assert main(["uninstall", "--dir", str(tmp_path)]) == 2
-    assert "nothing of ours" in capsys.readouterr().err
+    assert "no action files of ours are installed in" in capsys.readouterr().err

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from companion.io.mavlink import messages as mavlink
+from companion.io.mavlink.wire import messages as mavlink
 from gcs_plugins.commands import MODES
 from gcs_plugins.readout import Readout
 
@@ -21,7 +21,9 @@ def heard(*messages: Any) -> Readout:
 
 def beat(mode: str, autopilot: int = mavlink.MAV_AUTOPILOT_PX4, armed: bool = True) -> Any:
     number = MODES[mode].rover if autopilot == mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA else MODES[mode].px4
-    return mavlink.MAVLink_heartbeat_message(mavlink.MAV_TYPE_SURFACE_BOAT, autopilot, 0x81 if armed else 1, number, 4, 3)
+    return mavlink.MAVLink_heartbeat_message(
+        mavlink.MAV_TYPE_SURFACE_BOAT, autopilot, 0x81 if armed else 1, number, 4, 3
+    )
 
 
 def position(heading_cdeg: int = 1000) -> Any:
@@ -29,7 +31,7 @@ def position(heading_cdeg: int = 1000) -> Any:
 
 
 def test_before_anything_is_heard_and_when_it_falls_silent() -> None:
-    assert Readout().lines(0.0) == ["nothing heard of the boat yet"]
+    assert Readout().lines(0.0) == ["no heartbeat of the boat yet"]
     station = mavlink.MAVLink_heartbeat_message(mavlink.MAV_TYPE_GCS, 8, 0, 0, 4, 3)
     assert heard(station).mode is None
     assert heard(beat("Manual", armed=False)).lines(110.0) == ["Manual, disarmed (silent for 10 s)"]
@@ -40,7 +42,9 @@ def test_dynamic_positioning_is_told_by_distance_and_heading() -> None:
     lat = HERE[0] + round(3.0 / 111_195.0 * 1e7)
     lon = HERE[1] + round(4.0 / 111_195.0 / math.cos(math.radians(63.4389)) * 1e7)
     mask = 0b100100100  # downwards means nothing
-    target = mavlink.MAVLink_position_target_global_int_message(0, 5, mask, lat, lon, 0.0, 0, 0, 0, 0, 0, 0, math.radians(20.0), 0.0)
+    target = mavlink.MAVLink_position_target_global_int_message(
+        0, 5, mask, lat, lon, 0.0, 0, 0, 0, 0, 0, 0, math.radians(20.0), 0.0
+    )
     lines = heard(beat("Hold"), position(), target).lines(100.0)
     assert lines[1] == "DP: 5.00 m off the setpoint, heading -10.0 deg off 20.0"
 

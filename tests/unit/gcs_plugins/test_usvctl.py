@@ -19,14 +19,18 @@ def test_a_saved_file_reads_back(tmp_path: Path) -> None:
     assert parameters.from_file(path) == {"NAV_DLL_ACT": 2.0, "PATH_BW_SURGE": 0.4}
 
 
-@pytest.mark.parametrize("line", ["PATH_BW_SURGE 0.4", "PATH_BW_SURGE,0.4", "PATH_BW_SURGE=0.4", "1\t1\tPATH_BW_SURGE\t0.4\t9"])
+@pytest.mark.parametrize(
+    "line", ["PATH_BW_SURGE 0.4", "PATH_BW_SURGE,0.4", "PATH_BW_SURGE=0.4", "1\t1\tPATH_BW_SURGE\t0.4\t9"]
+)
 def test_the_forms_of_other_tools(line: str, tmp_path: Path) -> None:
     path = tmp_path / "some.parm"
     path.write_text(f"# a comment\n\n{line}\n", encoding="utf-8")
     assert parameters.from_file(path) == {"PATH_BW_SURGE": 0.4}
 
 
-@pytest.mark.parametrize("line", ["PATH_BW_SURGE", "PATH_BW_SURGE much", "PATH_BW_SURGE nan", "1 1 PATH_BW_SURGE 0.4", "a b c d e f"])
+@pytest.mark.parametrize(
+    "line", ["PATH_BW_SURGE", "PATH_BW_SURGE much", "PATH_BW_SURGE nan", "1 1 PATH_BW_SURGE 0.4", "a b c d e f"]
+)
 def test_a_line_that_is_none_is_named(line: str, tmp_path: Path) -> None:
     path = tmp_path / "some.parm"
     path.write_text(f"NAV_DLL_ACT 1\n{line}\n", encoding="utf-8")
@@ -48,13 +52,17 @@ def test_a_line_that_is_none_is_named(line: str, tmp_path: Path) -> None:
         (),
     ],
 )
-def test_mistakes_end_with_2_before_any_boat_is_looked_for(words: tuple[str, ...], capsys: pytest.CaptureFixture[str]) -> None:
+def test_mistakes_end_with_2_before_any_boat_is_looked_for(
+    words: tuple[str, ...], capsys: pytest.CaptureFixture[str]
+) -> None:
     with pytest.raises(SystemExit) as ended:
         main(words)
     assert ended.value.code == 2 and "usage: usvctl" in capsys.readouterr().err
 
 
-def test_without_mavsdk_it_says_how_to_get_it(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+def test_without_mavsdk_it_says_how_to_get_it(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     monkeypatch.setitem(sys.modules, "mavsdk", None)
     monkeypatch.delitem(sys.modules, "gcs_plugins.usvctl.boat")
     assert main(["hold"]) == 2

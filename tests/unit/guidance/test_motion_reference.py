@@ -1,4 +1,5 @@
-"""The reference of velocities: consistent with itself, inside its limits, without jerks, and stopped inside what bounds it."""
+"""The reference of velocities: consistent with itself, inside its limits, without jerks, and stopped inside what bounds
+it."""
 
 from __future__ import annotations
 
@@ -8,35 +9,45 @@ from typing import Any
 
 import pytest
 
+from companion.core.estimate import NavState
 from companion.core.frames import body_to_ned, ned_to_body
-from companion.core.types import NavState, Setpoint
+from companion.core.setpoint import Setpoint
 from companion.guidance.motion_reference import MotionReference
+from companion.guidance.motion_request import MotionRequest
 from companion.guidance.stopping import SMOOTHING_S
 from companion.guidance.velocity_course import VelocityCourse
-from companion.guidance.wanted_motion import WantedMotion
-from companion.params import Parameters
-from tests.unit.modes.conftest import AT_REST
+from companion.params.store import Parameters
+from tests.unit.conftest import AT_REST
 
 DT = 0.1
 PARAMETERS = Parameters({"DP_SPEED_SWAY": 0.2})
 
 
 class Sailed:
-    """An ideal boat that does what the reference says; `rows` are its setpoints, with positions and velocities in NED."""
+    """An ideal boat that does what the reference says; `rows` are its setpoints, with positions and velocities in
+    NED."""
 
-    def __init__(self, nav: NavState = AT_REST, reach: Any = lambda place, velocity, braking: math.inf, follows: bool = True) -> None:
+    def __init__(
+        self, nav: NavState = AT_REST, reach: Any = lambda place, velocity, braking: math.inf, follows: bool = True
+    ) -> None:
         self.reference = MotionReference(3.0, PARAMETERS, reach)
         self.nav, self.follows = nav, follows
         self.reference.start(nav)
         self.rows: list[Setpoint] = []
 
-    def sail(self, wanted: WantedMotion, duration_s: float) -> Setpoint:
+    def sail(self, wanted: MotionRequest, duration_s: float) -> Setpoint:
         for _ in range(round(duration_s / DT)):
             s = self.reference.update(wanted, self.nav, DT)
-            assert s.north_m is not None and s.east_m is not None and s.yaw_rad is not None
             self.rows.append(s)
             if self.follows:
-                self.nav = replace(self.nav, north_m=s.north_m, east_m=s.east_m, yaw_rad=s.yaw_rad, surge_mps=s.surge_mps, sway_mps=s.sway_mps)
+                self.nav = replace(
+                    self.nav,
+                    north_m=s.north_m,
+                    east_m=s.east_m,
+                    yaw_rad=s.yaw_rad,
+                    surge_mps=s.surge_mps,
+                    sway_mps=s.sway_mps,
+                )
         return s
 
     def ned(self) -> list[tuple[float, float]]:
@@ -45,7 +56,7 @@ class Sailed:
 
 def test_a_step_of_velocity_is_reached_without_a_jerk_and_inside_the_limits() -> None:
     boat = Sailed()
-    last = boat.sail(WantedMotion(velocity=(0.3, 0.1), yaw_rad=0.0), 40.0)
+    last = boat.sail(MotionRequest(velocity=(0.3, 0.1), yaw_rad=0.0), 40.0)
     assert (last.surge_mps, last.sway_mps, last.yaw_rad) == pytest.approx((0.3, 0.1, 0.0), abs=1e-9)
     ax, ay = PARAMETERS["DP_ACC_SURGE"], PARAMETERS["DP_ACC_SWAY"]
     for before, now in zip(boat.rows, boat.rows[1:], strict=False):
@@ -57,15 +68,15 @@ def test_a_step_of_velocity_is_reached_without_a_jerk_and_inside_the_limits() ->
 @pytest.mark.parametrize(
     "wanted",
     [
-        WantedMotion(velocity=(0.4, -0.3), yaw_rad=2.0),
-        WantedMotion(velocity=(0.4, 0.1), body=True, yaw_rate_radps=0.05),
-        WantedMotion(velocity=(-0.3, 0.3), along=True),
-        WantedMotion(acceleration=(0.02, -0.01)),
-        WantedMotion(point=(3.0, -4.0), yaw_rad=-1.0),
-        WantedMotion(yaw_rate_radps=-0.1),
+        MotionRequest(velocity=(0.4, -0.3), yaw_rad=2.0),
+        MotionRequest(velocity=(0.4, 0.1), body=True, yaw_rate_radps=0.05),
+        MotionRequest(velocity=(-0.3, 0.3), along=True),
+        MotionRequest(acceleration=(0.02, -0.01)),
+        MotionRequest(point=(3.0, -4.0), yaw_rad=-1.0),
+        MotionRequest(yaw_rate_radps=-0.1),
     ],
 )
-def test_position_velocity_and_acceleration_belong_together(wanted: WantedMotion) -> None:
+def test_position_velocity_and_acceleration_are_consistent(wanted: MotionRequest) -> None:
     boat = Sailed(replace(AT_REST, surge_mps=0.2, yaw_rate_radps=0.02))
     boat.sail(wanted, 60.0)
     velocity = boat.ned()
@@ -73,7 +84,9 @@ def test_position_velocity_and_acceleration_belong_together(wanted: WantedMotion
         a, b = boat.rows[i - 1], boat.rows[i]
         moved = (b.north_m - a.north_m, b.east_m - a.east_m)  # type: ignore[operator]
         mean = tuple(0.5 * (velocity[i - 1][k] + velocity[i][k]) * DT for k in (0, 1))
-        assert moved == pytest.approx(mean, abs=1e-3)  # the mean of a body's velocities is taken along north and east, its heading apart
+        assert moved == pytest.approx(
+            mean, abs=1e-3
+        )  # the mean of a body's velocities is taken along north and east, its heading apart
         turned = math.remainder(b.yaw_rad - a.yaw_rad, math.tau)  # type: ignore[operator]
         assert turned == pytest.approx(0.5 * (a.yaw_rate_radps + b.yaw_rate_radps) * DT, abs=1e-9)
         assert abs(b.yaw_rate_radps) <= math.radians(PARAMETERS["DP_YAW_RATE"]) + 1e-9
@@ -82,48 +95,50 @@ def test_position_velocity_and_acceleration_belong_together(wanted: WantedMotion
 def test_along_the_hull_with_a_yaw_rate_is_a_circle() -> None:
     boat = Sailed()
     rate = math.radians(2.0)
-    boat.sail(WantedMotion(velocity=(0.3, 0.0), body=True, yaw_rate_radps=rate), 240.0)
+    boat.sail(MotionRequest(velocity=(0.3, 0.0), body=True, yaw_rate_radps=rate), 240.0)
     points = [(s.north_m or 0.0, s.east_m or 0.0) for s in boat.rows[600:]]
     middle = tuple(0.5 * (max(p[k] for p in points) + min(p[k] for p in points)) for k in (0, 1))
     assert all(math.dist(p, middle) == pytest.approx(0.3 / rate, rel=0.01) for p in points)
 
 
-def test_bow_on_the_course_and_slow_while_it_points_elsewhere() -> None:
+def test_bow_on_the_course_and_slow_until_it_points_there() -> None:
     boat = Sailed()
-    last = boat.sail(WantedMotion(velocity=(0.0, 0.4), along=True), 90.0)
+    last = boat.sail(MotionRequest(velocity=(0.0, 0.4), along=True), 90.0)
     assert last.yaw_rad == pytest.approx(math.pi / 2, abs=1e-3) and last.surge_mps == pytest.approx(0.4, abs=1e-3)
     assert all(abs(s.sway_mps) <= 1.1 * PARAMETERS["DP_SPEED_SWAY"] for s in boat.rows)  # the axes turn meanwhile
 
 
 def test_speed_is_capped_and_keeps_its_direction() -> None:
     boat = Sailed()
-    last = boat.sail(WantedMotion(velocity=(30.0, 40.0), yaw_rad=math.atan2(4.0, 3.0)), 90.0)
+    last = boat.sail(MotionRequest(velocity=(30.0, 40.0), yaw_rad=math.atan2(4.0, 3.0)), 90.0)
     north, east = boat.ned()[-1]
     assert math.hypot(north, east) == pytest.approx(PARAMETERS["MPC_XY_VEL_MAX"], abs=1e-6)
     assert math.atan2(east, north) == pytest.approx(math.atan2(4.0, 3.0), abs=1e-3)
     assert last.sway_mps == pytest.approx(0.0, abs=1e-3)
-    boat.sail(WantedMotion(velocity=(-1.0, 0.0), body=True), 90.0)
+    boat.sail(MotionRequest(velocity=(-1.0, 0.0), body=True), 90.0)
     assert boat.rows[-1].surge_mps == pytest.approx(-PARAMETERS["DP_SPEED_ASTERN"], abs=1e-6)
 
 
-def test_a_point_is_met_exactly_and_stayed_at() -> None:
+def test_the_boat_reaches_a_point_exactly_and_stays() -> None:
     boat = Sailed(replace(AT_REST, surge_mps=0.4))
-    last = boat.sail(WantedMotion(point=(10.0, 6.0), yaw_rad=1.0), 300.0)
+    last = boat.sail(MotionRequest(point=(10.0, 6.0), yaw_rad=1.0), 300.0)
     assert (last.north_m, last.east_m, last.yaw_rad) == pytest.approx((10.0, 6.0, 1.0), abs=1e-3)
 
 
-def test_a_point_that_moves_is_kept_up_with() -> None:
+def test_a_moving_point_is_followed() -> None:
     boat = Sailed()
     for i in range(1500):
-        wanted = WantedMotion(velocity=(0.2, 0.1), point=(5.0 + 0.2 * i * DT, 0.1 * i * DT), yaw_rad=0.0)
+        wanted = MotionRequest(velocity=(0.2, 0.1), point=(5.0 + 0.2 * i * DT, 0.1 * i * DT), yaw_rad=0.0)
         boat.sail(wanted, DT)
     last = boat.rows[-1]
-    assert (last.north_m, last.east_m) == pytest.approx((5.0 + 0.2 * 149.9, 0.1 * 149.9), abs=0.4)  # the mean lags by half of SMOOTHING_S
+    assert (last.north_m, last.east_m) == pytest.approx(
+        (5.0 + 0.2 * 149.9, 0.1 * 149.9), abs=0.4
+    )  # the mean lags by half of SMOOTHING_S
 
 
 def test_the_reference_waits_for_a_boat_that_does_not_follow() -> None:
     boat = Sailed(follows=False)
-    last = boat.sail(WantedMotion(velocity=(0.5, 0.0), yaw_rate_radps=0.2), 120.0)
+    last = boat.sail(MotionRequest(velocity=(0.5, 0.0), yaw_rate_radps=0.2), 120.0)
     assert math.hypot(last.north_m or 0.0, last.east_m or 0.0) == pytest.approx(0.75 * 3.0, abs=0.06)
     assert last.yaw_rad is not None and abs(last.yaw_rad) <= math.radians(45.0) + 0.02
 
@@ -136,9 +151,9 @@ def test_it_stops_before_a_line_from_any_speed(speed: float) -> None:
         return math.sqrt(2.0 * braking * max(0.0, 20.0 - place[0])) if velocity[0] > 0.0 else math.inf
 
     boat = Sailed(reach=reach)
-    last = boat.sail(WantedMotion(velocity=(speed, 0.0), yaw_rad=0.0), 400.0)
+    last = boat.sail(MotionRequest(velocity=(speed, 0.0), yaw_rad=0.0), 400.0)
     assert (last.north_m or 0.0) > 18.0 and max(s.north_m or 0.0 for s in boat.rows) <= 20.02
-    boat.sail(WantedMotion(velocity=(-speed, 0.0), yaw_rad=0.0), 60.0)
+    boat.sail(MotionRequest(velocity=(-speed, 0.0), yaw_rad=0.0), 60.0)
     assert (boat.rows[-1].north_m or 0.0) < 15.0
 
 
@@ -147,7 +162,7 @@ def test_course_and_speed_of_a_boat_without_sideways_thrust() -> None:
     course.start(AT_REST)
     nav = AT_REST
     for _ in range(400):
-        s = course.update(WantedMotion(velocity=(0.3, -0.4), yaw_rad=1.0), nav, DT)
+        s = course.update(MotionRequest(velocity=(0.3, -0.4), yaw_rad=1.0), nav, DT)
         assert s.yaw_rad is not None and abs(s.surge_mps2) <= PARAMETERS["PATH_ACC"] + 1e-9
         nav = replace(nav, yaw_rad=s.yaw_rad, surge_mps=s.surge_mps)
     north, east = body_to_ned(s.surge_mps, 0.0, nav.yaw_rad)

@@ -14,7 +14,7 @@ from scipy.integrate import quad
 from scipy.interpolate import Akima1DInterpolator, CubicSpline, PchipInterpolator
 
 from companion.guidance.path import Path, PathKind, build_path
-from companion.guidance.path_following import CONTEXT
+from companion.guidance.path_tracking import CONTEXT
 
 ROUTE = [(0.0, 0.0), (40.0, 10.0), (60.0, 50.0), (55.0, 90.0), (90.0, 100.0), (120.0, 60.0)]
 SQUARE = [(0.0, 0.0), (20.0, 0.0), (20.0, 20.0), (0.0, 20.0), (0.0, 0.0)]
@@ -41,7 +41,9 @@ def test_curves_agree_with_scipy_and_are_measured_by_arc_length(kind: PathKind, 
 
     def length(t: float) -> float:
         parts = [k for k in knots if k < t] + [t]
-        return sum(quad(lambda x: float(np.hypot(*speed(x))), a, b, epsabs=1e-11)[0] for a, b in itertools.pairwise(parts))
+        return sum(
+            quad(lambda x: float(np.hypot(*speed(x))), a, b, epsabs=1e-11)[0] for a, b in itertools.pairwise(parts)
+        )
 
     assert path.length_m == pytest.approx(length(knots[-1]), abs=1e-6)
     for t in np.linspace(0.5, knots[-1] - 0.5, 25):
@@ -60,13 +62,13 @@ def test_curves_agree_with_scipy_and_are_measured_by_arc_length(kind: PathKind, 
         (PathKind.MAKIMA, lambda t, p: Akima1DInterpolator(t, p, method="makima")),
     ],
 )
-def test_our_evaluator_is_scipys_to_a_billionth(kind: PathKind, oracle: Any) -> None:
+def test_our_evaluator_equals_scipys_to_1e_9(kind: PathKind, oracle: Any) -> None:
     close = [*ROUTE[:3], (ROUTE[2][0] + 0.07, ROUTE[2][1] - 0.07), *ROUTE[3:], ROUTE[3], ROUTE[0]]
     knots = chords(close)
     curve = oracle(knots, np.array(close))
     path = build_path(close, kind)
     for t in np.linspace(0.0, knots[-1], 700):
-        point = path._point(float(t))
+        point = path.at_parameter(float(t))
         assert (point.north_m, point.east_m) == pytest.approx(tuple(curve(t)), abs=1e-9)
 
 
@@ -88,7 +90,7 @@ def test_projection_is_the_nearest_point_of_a_thousand(kind: PathKind) -> None:
 
 
 @pytest.mark.parametrize("kind", list(PathKind))
-def test_projection_goes_on_from_where_the_curve_stands_still(kind: PathKind) -> None:
+def test_projection_leaves_a_point_where_the_derivative_vanishes(kind: PathKind) -> None:
     """At the corners of a square PCHIP has no slope at all."""
     path = build_path(SQUARE, kind)
     for corner in path.waypoint_s_m[1:4]:
@@ -102,7 +104,7 @@ SURVEY = [False, False, True, False, True, False, False]
 
 
 @pytest.mark.parametrize("kind", list(PathKind))
-def test_legs_asked_to_be_straight_are_straight_and_the_rest_is_smooth(kind: PathKind) -> None:
+def test_straight_legs_are_straight_and_the_rest_is_smooth(kind: PathKind) -> None:
     path = build_path(TRANSECTS, kind, SURVEY)
     at = path.waypoint_s_m
     for i in (2, 4):
@@ -117,7 +119,7 @@ def test_legs_asked_to_be_straight_are_straight_and_the_rest_is_smooth(kind: Pat
             assert math.remainder(turn, 2.0 * math.pi) == pytest.approx(0.0, abs=1e-2)
 
 
-def test_without_the_wish_a_survey_leg_would_be_bent() -> None:
+def test_without_straight_a_survey_leg_is_bent() -> None:
     path = build_path(TRANSECTS, PathKind.CUBIC)
     at = path.waypoint_s_m
     assert max(abs(path.position(float(s))[1] - 10.0) for s in np.linspace(at[1], at[2], 20)) > 0.5
@@ -154,7 +156,7 @@ def test_curvature_of_a_circle() -> None:
         assert path.at(s).course_rad == pytest.approx(math.remainder(s / 10.0, 2.0 * math.pi), abs=1e-3)
 
 
-def test_waypoint_stations_of_doubled_and_near_points() -> None:
+def test_arc_lengths_of_repeated_and_near_points() -> None:
     path = build_path([(0.0, 0.0), (10.0, 0.0), (10.0, 0.0), (10.1, 0.0), (20.0, 0.0)], PathKind.PCHIP)
     assert path.waypoint_s_m == pytest.approx((0.0, 10.0, 10.0, 10.1, 20.0))
 
@@ -174,7 +176,7 @@ def test_there_and_back_again(kind: PathKind) -> None:
     assert abs(path.at(path.waypoint_s_m[1] + 5.0).course_rad) == pytest.approx(math.pi)
 
 
-def test_projection_keeps_to_its_branch_where_the_path_crosses_itself() -> None:
+def test_projection_stays_on_its_branch_where_the_path_crosses_itself() -> None:
     eight = [(20.0 * math.sin(a), 10.0 * math.sin(2.0 * a)) for a in np.linspace(0.0, 2.0 * math.pi, 41)]
     path = build_path(eight, PathKind.PCHIP)
     s = 0.0
@@ -191,7 +193,7 @@ def test_a_projection_is_the_foot_of_the_perpendicular() -> None:
     assert path.project(-5.0, 0.0, 2.0, 10.0) == pytest.approx(0.0, abs=1e-5)
 
 
-def test_one_point_is_a_path_of_no_length_and_none_is_refused() -> None:
+def test_one_point_gives_a_path_of_length_0_and_none_is_refused() -> None:
     path = build_path([(1.0, 2.0), (1.0, 2.0)], PathKind.PCHIP)
     assert path.length_m == 0.0
     assert path.position(3.0) == (1.0, 2.0)
@@ -201,7 +203,7 @@ def test_one_point_is_a_path_of_no_length_and_none_is_refused() -> None:
         build_path([(0.0, math.nan)], PathKind.PCHIP)
 
 
-def test_straight_lines_do_without_scipy() -> None:
+def test_straight_lines_need_no_scipy() -> None:
     script = (
         "import sys\n"
         "from companion.guidance.path import PathKind, build_path\n"

@@ -9,10 +9,10 @@ import pytest
 
 from companion.core.angles import wrap_pi
 from companion.core.frames import body_to_ned
-from companion.core.types import Setpoint, SetpointKind
+from companion.core.setpoint import PoseSetpoint, Setpoint
 from companion.guidance.reference import ReferenceGenerator
 from companion.guidance.stopping import SMOOTHING_S, stopping_point
-from companion.params import Parameters
+from companion.params.store import Parameters
 from tests.unit.control.simple_boat import nav_state
 
 DT_S = 0.1
@@ -42,13 +42,14 @@ def test_a_leg_ahead_is_a_trapezoid_smoothed(generator: ReferenceGenerator) -> N
     generator.start(0.0, 0.0, 0.0)
     generator.retarget(10.0, 0.0, 0.0)
     points = run(generator)
-    # at 0.5 m/s with 0.1 m/s² up and 0.085 m/s² down: 5.0 s + 5.88 s + (10 − 1.25 − 1.47)/0.5 s, and the smoothing's lag
+    # at 0.5 m/s with 0.1 m/s² up and 0.085 m/s² down: 5.0 s + 5.88 s + (10 − 1.25 − 1.47)/0.5 s, and the smoothing's
+    # lag
     assert len(points) * DT_S == pytest.approx(5.0 + 5.88 + 14.56 + SMOOTHING_S, abs=0.5)
     assert max(p.surge_mps for p in points) == pytest.approx(0.5, rel=1e-6)
     assert pose(points[-1]) == (10.0, 0.0, 0.0)
     assert max(pose(p)[0] for p in points) < 10.0 + 1e-4
-    assert all(p.kind is SetpointKind.POSE for p in points)
-    assert points[-1].distance_to_go_m == 0.0
+    assert all(isinstance(p, PoseSetpoint) for p in points)
+    assert points[-1].progress.distance_to_go_m == 0.0
 
 
 def test_jerk_is_bounded(generator: ReferenceGenerator) -> None:
@@ -59,7 +60,7 @@ def test_jerk_is_bounded(generator: ReferenceGenerator) -> None:
     assert jerk <= (0.1 + 0.085) / SMOOTHING_S + 1e-6
 
 
-def test_all_axes_run_in_step(generator: ReferenceGenerator) -> None:
+def test_all_axes_arrive_together(generator: ReferenceGenerator) -> None:
     generator.start(0.0, 0.0, 0.0)
     generator.retarget(4.0, -3.0, math.radians(60.0))
     for point in run(generator):
@@ -68,7 +69,7 @@ def test_all_axes_run_in_step(generator: ReferenceGenerator) -> None:
         assert yaw == pytest.approx(math.radians(15.0) * north, abs=1e-9)
 
 
-def test_heading_takes_the_short_way(generator: ReferenceGenerator) -> None:
+def test_heading_takes_the_shorter_turn(generator: ReferenceGenerator) -> None:
     generator.start(0.0, 0.0, math.radians(170.0))
     generator.retarget(0.0, 0.0, math.radians(-170.0))
     points = run(generator)
@@ -98,7 +99,9 @@ def test_without_a_target_it_stops_at_the_stopping_point(generator: ReferenceGen
 
 
 @pytest.mark.parametrize("further_m", [3.0, 5.0])
-def test_retarget_under_way_on_the_same_line_does_not_overshoot(generator: ReferenceGenerator, further_m: float) -> None:
+def test_retarget_under_way_on_the_same_line_does_not_overshoot(
+    generator: ReferenceGenerator, further_m: float
+) -> None:
     generator.start(0.0, 0.0, 0.0)
     generator.retarget(10.0, 0.0, 0.0)
     for _ in range(80):
@@ -110,7 +113,7 @@ def test_retarget_under_way_on_the_same_line_does_not_overshoot(generator: Refer
     assert min(p.surge_mps for p in points) > -1e-3
 
 
-def test_a_streamed_target_is_followed_at_its_speed(generator: ReferenceGenerator) -> None:
+def test_a_moving_target_is_followed_at_its_speed(generator: ReferenceGenerator) -> None:
     generator.start(0.0, 0.0, 0.0)
     for k in range(400):
         generator.retarget(0.03 * k, 0.0, 0.0)

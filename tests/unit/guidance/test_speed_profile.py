@@ -13,11 +13,16 @@ from companion.guidance.speed_profile import SpeedProfile
 S_M = [0.1 * i for i in range(1001)]
 
 
-def profile(curvature: list[float] | None = None, ends: tuple[float, ...] = (100.0,), speeds: tuple[float, ...] = (1.0,), stop: bool = True) -> SpeedProfile:
+def profile(
+    curvature: list[float] | None = None,
+    ends: tuple[float, ...] = (100.0,),
+    speeds: tuple[float, ...] = (1.0,),
+    stop: bool = True,
+) -> SpeedProfile:
     return SpeedProfile(S_M, curvature or [0.0] * len(S_M), ends, speeds, 0.1, math.radians(12.0), 0.08, stop)
 
 
-def test_a_stop_is_braked_for_at_the_given_rate() -> None:
+def test_braking_to_a_stop_has_the_given_deceleration() -> None:
     speeds = profile()
     assert speeds.at(50.0) == 1.0
     assert speeds.at(100.0) == 0.0
@@ -31,8 +36,12 @@ def test_bends_limit_by_sideways_acceleration_and_by_yaw_rate() -> None:
     assert gentle.at(50.0) == pytest.approx(math.sqrt(0.1 / 0.15))
     tight = profile([0.8 if 400 <= i <= 600 else 0.0 for i in range(1001)])
     assert tight.at(50.0) == pytest.approx(math.radians(12.0) / 0.8)
-    assert tight.at(39.0) == pytest.approx(math.sqrt(tight.at(40.0) ** 2 + 2.0 * 0.08 * 1.0), rel=1e-6), "braked for before the bend"
-    assert tight.at(61.0) == pytest.approx(math.sqrt(tight.at(60.0) ** 2 + 2.0 * 0.08 * 1.0), rel=1e-6), "left at the same rate"
+    assert tight.at(39.0) == pytest.approx(math.sqrt(tight.at(40.0) ** 2 + 2.0 * 0.08 * 1.0), rel=1e-6), (
+        "braked for before the bend"
+    )
+    assert tight.at(61.0) == pytest.approx(math.sqrt(tight.at(60.0) ** 2 + 2.0 * 0.08 * 1.0), rel=1e-6), (
+        "left at the same rate"
+    )
 
 
 def test_no_bend_stops_the_boat() -> None:

@@ -7,7 +7,7 @@ import math
 import pytest
 
 from companion.guidance.stopping import BRAKE_SHARE, SMOOTHING_S, stopping_point, stopping_time_s
-from companion.params import Parameters
+from companion.params.store import Parameters
 from tests.unit.control.simple_boat import nav_state
 
 
@@ -22,7 +22,7 @@ def test_the_slowest_axis_sets_the_time() -> None:
     assert stopping_time_s(0.0, 0.0, math.radians(-3.0), parameters) == pytest.approx(3.0 / (BRAKE_SHARE * 1.5))
 
 
-def test_it_lies_along_the_velocity() -> None:
+def test_the_stopping_point_lies_along_the_velocity() -> None:
     north, east = stopping_point(nav_state(yaw_rad=math.pi / 2.0, surge_mps=0.5), Parameters())
     assert north == pytest.approx(0.0, abs=1e-12)
     assert east == pytest.approx(0.5 * (SMOOTHING_S / 2.0 + 0.5 / (2.0 * BRAKE_SHARE * 0.1)), rel=1e-6)

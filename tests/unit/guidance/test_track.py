@@ -13,12 +13,16 @@ from companion.guidance.track import Track
 SQUARE = [(0.0, 0.0), (20.0, 0.0), (20.0, 20.0), (0.0, 20.0), (0.0, 0.0)]
 
 
-def track_of(points: list[tuple[float, float]], kind: PathKind = PathKind.PCHIP, radius_m: float = 1.5, widest_m: float = 50.0) -> Track:
+def track_of(
+    points: list[tuple[float, float]], kind: PathKind = PathKind.PCHIP, radius_m: float = 1.5, widest_m: float = 50.0
+) -> Track:
     return Track(build_path(points, kind), points, [radius_m] * len(points), widest_m)
 
 
 def cuts(track: Track, points: list[tuple[float, float]]) -> list[float]:
-    return [math.dist((track.at(s).north_m, track.at(s).east_m), p) for s, p in zip(track.waypoint_s_m, points, strict=True)]
+    return [
+        math.dist((track.at(s).north_m, track.at(s).east_m), p) for s, p in zip(track.waypoint_s_m, points, strict=True)
+    ]
 
 
 @pytest.mark.parametrize("kind", [PathKind.LINEAR, PathKind.PCHIP])
@@ -60,7 +64,7 @@ def test_course_and_curvature_are_those_of_its_own_positions() -> None:
         assert (b.course_rad - a.course_rad) / 0.1 == pytest.approx(track.at(float(s)).curvature_1pm, abs=0.05)
 
 
-def test_projection_walks_and_never_jumps() -> None:
+def test_projection_descends_and_never_jumps() -> None:
     eight = [(20.0 * math.sin(a), 10.0 * math.sin(2.0 * a)) for a in np.linspace(0.0, 2.0 * math.pi, 41)]
     track = track_of(eight)
     s = 0.0

@@ -5,14 +5,17 @@ from __future__ import annotations
 import contextlib
 import os
 import select
+import socket
+import threading
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from companion.core.ports import ByteStream
-from companion.io.line import Line
-from companion.io.serial_line import SerialLine
-from companion.io.transport import TransportOpener
+from companion.io.transport.line import Line
+from companion.io.transport.opener import TransportOpener
+from companion.io.transport.serial_line import SerialLine
+from tests.waiting import CAP_S
 
 
 @contextlib.contextmanager
@@ -28,7 +31,16 @@ def opened(url: str) -> Iterator[Line]:
 def wait_readable(line: Line) -> None:
     descriptor = line.fileno()
     assert descriptor is not None
-    assert select.select([descriptor], [], [], 2.0)[0]
+    assert select.select([descriptor], [], [], CAP_S)[0]
+
+
+def address_of(line: Line) -> tuple[str, int]:
+    """Where a line that listens does so."""
+    descriptor = line.fileno()
+    assert descriptor is not None
+    with socket.socket(fileno=os.dup(descriptor)) as same:
+        host, port = same.getsockname()
+    return str(host), int(port)
 
 
 def text_of(line: Line, now_s: float) -> bytes:
@@ -38,9 +50,10 @@ def text_of(line: Line, now_s: float) -> bytes:
 def wait_opened(line: Line, now_s: float) -> None:
     """Until the thread that opens the port has ended, and the line knows."""
     assert isinstance(line, SerialLine)
-    if line._opening is not None:
-        assert line._opening.ended.wait(5.0)
-        line.read(now_s)
+    for thread in threading.enumerate():
+        if thread.name == "port-opener":
+            thread.join(CAP_S)
+    line.read(now_s)
 
 
 class Terminal:
@@ -55,19 +68,25 @@ class Terminal:
         self.path.unlink(missing_ok=True)
         self.path.symlink_to(os.ttyname(slave))
         os.set_blocking(self.master, False)
-        self._slave = slave
+        self.slave = slave
 
     def let_go(self) -> None:
         """Close our own end of the slave, as the device side of a plugged cable has none."""
-        os.close(self._slave)
+        os.close(self.slave)
 
     def pull(self) -> None:
         os.close(self.master)
         self.path.unlink()
 
 
-def timed(call: Callable[[], object]) -> float:
-    """Seconds of wall time; blocking is what is looked for, so the bounds are wide."""
-    begin_s = time.perf_counter()
+def slept_s(call: Callable[[], object]) -> float:
+    """Seconds that this thread slept in the call: of its wall time, what it neither worked nor waited for a
+    processor."""
+
+    def now_s() -> float:
+        worked_ns, queued_ns, _ = map(int, Path("/proc/thread-self/schedstat").read_text(encoding="ascii").split())
+        return time.perf_counter() - 1e-9 * (worked_ns + queued_ns)
+
+    begin_s = now_s()
     call()
-    return time.perf_counter() - begin_s
+    return now_s() - begin_s

@@ -7,10 +7,11 @@ import random
 import pytest
 from pymavlink.dialects.v20 import common as mavlink
 
-from companion.config import ActuatorConfig, SensorConfig, find, load
+from companion.config.devices import ActuatorConfig, SensorConfig
+from companion.config.vessel import find, load
 from companion.core.microcontroller_frame import BoardStatus, ThrusterState, encode
 from companion.io.actuators import open_actuator
-from companion.io.formats import Format
+from companion.io.formats import LineFormat
 from companion.io.recognise import Recogniser
 from companion.io.rtcm import crc24q
 from companion.io.sensors import open_sensor
@@ -18,22 +19,26 @@ from companion.io.sensors import open_sensor
 GNSS = b"$GPGGA,092725.00,4717.11399,N,00833.91590,E,1,08,1.01,499.6,M,48.0,M,,*5B\r\n"
 WIND = b"$WIMWV,214.8,R,0.1,K,A*28\r\n"
 AIS = b"!AIVDM,1,1,,B,177KQJ5000G?tO`K>RA1wUbN0TKH,0*5C\r\n"
-MTDATA2 = bytes.fromhex("faff36311020020001106004000027104020 0c3f000000be800000c11c0000 80200c3e00000000000000bf000000 e0200400000001 48".replace(" ", ""))
+MTDATA2 = bytes.fromhex(
+    "faff36311020020001106004000027104020 0c3f000000be800000c11c0000 80200c3e00000000000000bf000000 e0200400000001 48".replace(
+        " ", ""
+    )
+)
 XSENS_CONFIG = bytes.fromhex("faff3e00c3")  # WakeUp, as after power-up
 RTCM_1005 = bytes.fromhex("d300133ed7d30202980edeef34b4bd62ac0941986f33360b98")  # the example of RTCM 10403
 UBX_ACK = bytes.fromhex("b5620501020006010f38")
 HEARTBEAT = mavlink.MAVLink_heartbeat_message(2, 3, 0, 0, 4, 3).pack(mavlink.MAVLink(None, srcSystem=1, srcComponent=1))
 BOARD = encode(BoardStatus(7, False, False, False, False, 24.1, 1.5, 0.8, (0,) * 8, (ThrusterState(0.0),) * 3))
 DEVICES = {
-    "gnss": (GNSS, Format.NMEA, "GPGGA", "the GNSS receiver"),
-    "wind": (WIND, Format.NMEA, "WIMWV", "the wind sensor"),
-    "ais": (AIS, Format.AIS, "AIVDM", "the AIS receiver"),
-    "imu": (MTDATA2, Format.MTDATA2, "acceleration, rate of turn", "the inertial sensor"),
-    "xsens": (XSENS_CONFIG, Format.XSENS, "message 3E", "the inertial sensor"),
-    "rtcm": (RTCM_1005, Format.RTCM, "1005", "the radio with the corrections"),
-    "ubx": (UBX_ACK, Format.UBX, "05 01", "the GNSS receiver"),
-    "mavlink": (HEARTBEAT, Format.MAVLINK, "HEARTBEAT", "a telemetry radio or an autopilot"),
-    "board": (BOARD, Format.BOARD, "status", "the thruster board"),
+    "gnss": (GNSS, LineFormat.NMEA, "GPGGA", "the GNSS receiver"),
+    "wind": (WIND, LineFormat.NMEA, "WIMWV", "the wind sensor"),
+    "ais": (AIS, LineFormat.AIS, "AIVDM", "the AIS receiver"),
+    "imu": (MTDATA2, LineFormat.MTDATA2, "acceleration, rate of turn", "the inertial sensor"),
+    "xsens": (XSENS_CONFIG, LineFormat.XSENS, "message 3E", "the inertial sensor"),
+    "rtcm": (RTCM_1005, LineFormat.RTCM, "1005", "the radio with the corrections"),
+    "ubx": (UBX_ACK, LineFormat.UBX, "05 01", "the GNSS receiver"),
+    "mavlink": (HEARTBEAT, LineFormat.MAVLINK, "HEARTBEAT", "a telemetry radio or an autopilot"),
+    "board": (BOARD, LineFormat.BOARD, "status", "the thruster board"),
 }
 
 
@@ -57,7 +62,7 @@ def test_a_receiver_that_passes_corrections_on_is_a_receiver() -> None:
     recogniser = Recogniser()
     for _ in range(10):
         recogniser.feed(5 * GNSS + UBX_ACK + RTCM_1005)
-    assert recogniser.verdict is not None and recogniser.verdict.format is Format.NMEA
+    assert recogniser.verdict is not None and recogniser.verdict.format is LineFormat.NMEA
 
 
 def test_noise_is_nothing() -> None:
@@ -117,11 +122,19 @@ class Wire:
 @pytest.mark.parametrize("expected", ["nmea0183", "mtdata2", "ais", "microcontroller"])
 def test_a_device_in_another_ones_port_is_named(plugged: str, expected: str) -> None:
     data, kind, name, called = DEVICES[plugged]
-    if (plugged, expected) in {("gnss", "nmea0183"), ("ais", "nmea0183"), ("imu", "mtdata2"), ("ais", "ais"), ("board", "microcontroller")}:
+    if (plugged, expected) in {
+        ("gnss", "nmea0183"),
+        ("ais", "nmea0183"),
+        ("imu", "mtdata2"),
+        ("ais", "ais"),
+        ("board", "microcontroller"),
+    }:
         return
     wire, vessel = Wire(data * (4500 // len(data))), load(find("revolt"))
     if expected == "microcontroller":
-        row = ActuatorConfig("mcu", expected, "serial:/dev/usv-mcu:115200", tuple(thruster.name for thruster in vessel.thrusters))
+        row = ActuatorConfig(
+            "mcu", expected, "serial:/dev/usv-mcu:115200", tuple(thruster.name for thruster in vessel.thrusters)
+        )
         driver = open_actuator(row, vessel, wire)
     else:
         driver = open_sensor(SensorConfig("device", expected, "serial:/dev/usv-x:115200"), wire)  # type: ignore[assignment]

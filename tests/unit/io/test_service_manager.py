@@ -88,8 +88,15 @@ def test_the_environment_says_where_and_whose_watchdog(tmp_path: Path) -> None:
     ours = service_manager({"NOTIFY_SOCKET": address, "WATCHDOG_USEC": "2000000", "WATCHDOG_PID": "7"}, process=7)
     theirs = service_manager({"NOTIFY_SOCKET": address, "WATCHDOG_USEC": "2000000", "WATCHDOG_PID": "8"}, process=7)
     odd = service_manager({"NOTIFY_SOCKET": address, "WATCHDOG_USEC": "soon"}, process=7)
-    assert ours is not None and ours._kick_s == 0.5
-    assert theirs is not None and theirs._kick_s is None
-    assert odd is not None and odd._kick_s is None
-    for manager in (ours, theirs, odd):
-        manager.close()
+    for manager, kicks in ((ours, 4), (theirs, 0), (odd, 0)):
+        assert manager is not None
+        with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as listening:
+            listening.bind(address)
+            listening.setblocking(False)
+            lines: list[str] = []
+            for n in range(20):  # two seconds
+                manager.record(tick(0.1 * n))
+                lines += said(listening)
+            assert lines.count("WATCHDOG=1") == kicks
+            manager.close()
+        Path(address).unlink()

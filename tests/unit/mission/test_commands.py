@@ -41,7 +41,9 @@ def _item(command: int, hold: float, yaw: float) -> PlanItem:
         (19, 0.0, 0.0, 0.0, True),
     ],
 )
-def test_where_the_boat_stays_and_with_what_heading(command: int, hold: float, yaw: float, heading_deg: float | None, stays: bool) -> None:
+def test_where_the_boat_stays_and_with_what_heading(
+    command: int, hold: float, yaw: float, heading_deg: float | None, stays: bool
+) -> None:
     item = _item(command, hold, yaw)
     heading = heading_rad(item)
     assert (heading is None) == (heading_deg is None)
@@ -58,4 +60,4 @@ def test_only_a_loiter_without_limit_stays_for_ever() -> None:
 
 def test_names_for_people() -> None:
     assert name_of(16) == "NAV_WAYPOINT"
-    assert name_of(18) == "command 18"
+    assert name_of(23) == "command 23"

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from companion.mission.cursor import Cursor
 from companion.mission.plan import PlanItem
-from companion.mission.tasks import FollowLeader, SetSpeed, SetStation
+from companion.mission.tasks import FollowLeader, SetFollowPosition, SetSpeed
 
 
 def _item(command: int, p1: float = 0.0, p2: float = 0.0) -> PlanItem:
@@ -16,7 +16,7 @@ def _plan(*items: PlanItem) -> tuple[PlanItem, ...]:
     return tuple(replace(item, seq=seq) for seq, item in enumerate(items))
 
 
-def test_an_endless_loop_without_a_task_is_left_behind() -> None:
+def test_an_endless_loop_without_a_task_is_left() -> None:
     cursor = Cursor(_plan(_item(178, 1.0, 2.0), _item(177, 0.0, -1.0), _item(16)))
     actions = cursor.settle()
     assert cursor.seq == 2
@@ -36,14 +36,14 @@ def test_two_endless_jumps_at_each_other() -> None:
     assert cursor.item is None
 
 
-def test_a_jump_out_of_the_plan_is_passed_by() -> None:
+def test_a_jump_out_of_the_plan_is_ignored() -> None:
     for target in (5.0, -1.0, math.nan, math.inf):
         cursor = Cursor(_plan(_item(177, target, 1.0), _item(16)))
         cursor.settle()
         assert cursor.seq == 1
 
 
-def test_a_copy_looks_ahead_alone() -> None:
+def test_a_copy_looks_ahead_without_moving_the_original() -> None:
     cursor = Cursor(_plan(_item(16), _item(177, 0.0, 1.0), _item(178, 1.0, 3.0), _item(16)))
     ahead = cursor.copy()
     ahead.advance()
@@ -54,7 +54,18 @@ def test_a_copy_looks_ahead_alone() -> None:
 
 def test_between_camera_commands_it_is_surveying() -> None:
     """As QGroundControl writes a survey: trigger distance at the begin of a transect, 0 at its end."""
-    items = _plan(_item(16), _item(16), _item(206, 5.0), _item(16), _item(206, 0.0), _item(16), _item(2000), _item(16), _item(2001), _item(16))
+    items = _plan(
+        _item(16),
+        _item(16),
+        _item(206, 5.0),
+        _item(16),
+        _item(206, 0.0),
+        _item(16),
+        _item(2000),
+        _item(16),
+        _item(2001),
+        _item(16),
+    )
     cursor = Cursor(items)
     surveying = []
     while cursor.item is not None:
@@ -67,12 +78,23 @@ def test_between_camera_commands_it_is_surveying() -> None:
     assert not cursor.surveying
 
 
-def test_what_is_asked_about_a_lead_boat() -> None:
-    items = _plan(_item(31012, -90.0, math.nan), _item(31012, math.nan, 30.0), _item(32, -1.0), _item(32, 7.0), _item(32, math.nan), _item(16))
+def test_items_about_the_lead_boat() -> None:
+    items = _plan(
+        _item(31012, -90.0, math.nan),
+        _item(31012, math.nan, 30.0),
+        _item(32, -1.0),
+        _item(32, 7.0),
+        _item(32, math.nan),
+        _item(16),
+    )
     cursor = Cursor(items)
     assert cursor.settle() == [
-        SetStation(-math.pi / 2, None), SetStation(None, 30.0), FollowLeader(2, None), FollowLeader(3, 7), FollowLeader(4, None),
-    ]  # fmt: skip
+        SetFollowPosition(-math.pi / 2, None),
+        SetFollowPosition(None, 30.0),
+        FollowLeader(2, None),
+        FollowLeader(3, 7),
+        FollowLeader(4, None),
+    ]
     assert cursor.seq == 5
 
 

@@ -24,12 +24,19 @@ FROM_GROUND_STATIONS = {
     "harbour_survey.plan": 402,
     "laps.plan": 12,
     "mixed_frames.plan": 16,
+    "orbits.plan": 5,
     "river_corridor.plan": 20,
 }
 HOME = (63.4389, 10.399)
 RUISSALO = (60.41, 22.07)
 SPEED_MPS = {HOME: 0.6, RUISSALO: 1.2}
-ABOAT = {"aboat_route_1.plan": "1", "aboat_route_2.plan": "2", "aboat_route_3.plan": "3", "aboat_route_4.plan": "4", "aboat_island.plan": "island"}
+ABOAT = {
+    "aboat_route_1.plan": "1",
+    "aboat_route_2.plan": "2",
+    "aboat_route_3.plan": "3",
+    "aboat_route_4.plan": "4",
+    "aboat_island.plan": "island",
+}
 OWN = ["trondheim_square.plan", "trondheim_tour.waypoints", *ABOAT]
 
 
@@ -44,7 +51,7 @@ def test_the_readme_names_each() -> None:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_the_boat_would_take_it(name: str) -> None:
+def test_the_boat_accepts_it(name: str) -> None:
     plan = _read(name)
     assert plan.home is not None
     home = RUISSALO if name in ABOAT else HOME
@@ -62,7 +69,11 @@ def test_as_ground_stations_write_them(name: str, count: int) -> None:
     assert [item.seq for item in plan.mission] == list(range(count))
     assert (FOLDER / name).stat().st_size < 60_000
     again = files.read("again.plan", files.write("again.plan", plan))
-    assert repr(again.mission) == repr(plan.mission) and repr(again.fence) == repr(plan.fence) and repr(again.rally) == repr(plan.rally)
+    assert (
+        repr(again.mission) == repr(plan.mission)
+        and repr(again.fence) == repr(plan.fence)
+        and repr(again.rally) == repr(plan.rally)
+    )
 
 
 def test_the_survey_has_200_transects() -> None:
@@ -73,7 +84,7 @@ def test_the_survey_has_200_transects() -> None:
     assert len(across) == 200 and across == [pytest.approx(6.0, abs=0.02)] * 200
 
 
-def test_what_the_others_are_there_for() -> None:
+def test_what_each_example_shows() -> None:
     assert {item.frame for item in _read("mixed_frames.plan").mission} == {0, 2, 3, 10}
     laps = [item.param1 for item in _read("laps.plan").mission if item.command == 177]
     assert laps == [0.0, 8.0], "doJumpIds are items of the list"
@@ -118,7 +129,9 @@ def test_the_aboat_routes_are_those_of_the_scenario(name: str) -> None:
     assert places == [pytest.approx(point, abs=0.02) for point in ROUTES[ABOAT[name]].points]
 
 
-@pytest.mark.parametrize(("name", "count", "length_m"), [("aboat_route_3.plan", 6, 308.0), ("aboat_route_4.plan", 11, 500.0)])
+@pytest.mark.parametrize(
+    ("name", "count", "length_m"), [("aboat_route_3.plan", 6, 308.0), ("aboat_route_4.plan", 11, 500.0)]
+)
 def test_the_long_routes_are_as_long_as_in_the_thesis(name: str, count: int, length_m: float) -> None:
     mission = _read(name).mission
     frame = LocalFrame(*RUISSALO)
@@ -155,9 +168,15 @@ def test_between_the_islands_a_cubic_spline_swings_out_and_pchip_does_not() -> N
     knots = [0.0, *itertools.accumulate(math.dist(a, b) for a, b in itertools.pairwise(places))]
     assert beyond_m(CubicSpline(knots, places), knots, places) > 5.0
     assert beyond_m(PchipInterpolator(knots, places), knots, places) < 1.0e-6
-    for kind, reference in ((PathKind.PCHIP, PchipInterpolator(knots, places)), (PathKind.CUBIC, CubicSpline(knots, places))):
+    for kind, reference in (
+        (PathKind.PCHIP, PchipInterpolator(knots, places)),
+        (PathKind.CUBIC, CubicSpline(knots, places)),
+    ):
         path = build_path(places, kind)
         assert [path.position(s) for s in path.waypoint_s_m] == [pytest.approx(place, abs=1e-6) for place in places]
         north, east = path.samples(0.5)
         fine = reference(np.linspace(0.0, knots[-1], 20_000))
-        assert max(float(np.min(np.hypot(fine[:, 0] - n, fine[:, 1] - e))) for n, e in zip(north, east, strict=True)) < 0.02
+        assert (
+            max(float(np.min(np.hypot(fine[:, 0] - n, fine[:, 1] - e))) for n, e in zip(north, east, strict=True))
+            < 0.02
+        )

@@ -6,13 +6,13 @@ from dataclasses import replace
 
 import pytest
 
-from companion.core.types import MissionState
+from companion.core.decision import MissionState
 from companion.mission.executor import MissionExecutor, Replaced
 from companion.mission.itinerary import LONGEST_ROUTE
 from companion.mission.plan import PlanItem, PlanKind, Plans
 from companion.mission.tasks import (
     Complete,
-    Gate,
+    DoCondition,
     ReturnHome,
     RoutePoint,
     Sail,
@@ -85,7 +85,7 @@ def test_a_square_from_start_to_end() -> None:
     assert isinstance(executor.task, Complete)
 
 
-def test_a_hold_is_sailed_to_and_then_stayed_at_and_counts_once_on_arrival() -> None:
+def test_a_hold_counts_once_on_arrival() -> None:
     executor, _ = _executor(WAYPOINT, _item(16, 10.0, 0.0, 0.0, 90.0), WAYPOINT)
     executor.begin()
     assert _route(executor) == [0, 1]
@@ -101,7 +101,7 @@ def test_a_hold_is_sailed_to_and_then_stayed_at_and_counts_once_on_arrival() -> 
     assert _route(executor) == [2]
 
 
-def test_a_heading_alone_is_a_stay_too() -> None:
+def test_a_heading_alone_makes_a_stay() -> None:
     executor, _ = _executor(_item(16, 0.0, 0.0, 0.0, 45.0), WAYPOINT)
     executor.begin()
     executor.complete(0)
@@ -125,7 +125,11 @@ def test_loiter_time_counts_when_the_time_is_over_and_loiter_unlimited_on_arriva
 
 def test_waiting_turning_and_going_home() -> None:
     executor, _ = _executor(
-        _item(93, 7.0), _item(115, 270.0, 0.0, 1.0, 0.0), _item(115, 30.0, 0.0, -1.0, 1.0), _item(93, -1.0, 14.0, 5.0, -1.0), _item(20)
+        _item(93, 7.0),
+        _item(115, 270.0, 0.0, 1.0, 0.0),
+        _item(115, 30.0, 0.0, -1.0, 1.0),
+        _item(93, -1.0, 14.0, 5.0, -1.0),
+        _item(20),
     )
     executor.begin()
     for seq, task in enumerate(
@@ -153,7 +157,7 @@ def test_the_boat_stops_before_a_wait_and_not_before_the_way_home() -> None:
     assert not returning.task.stop  # type: ignore[union-attr]
 
 
-def test_speed_applies_from_where_it_stands_in_the_plan() -> None:
+def test_a_speed_applies_from_its_place_in_the_plan() -> None:
     executor, _ = _executor(WAYPOINT, FAST, WAYPOINT, UNCHANGED, WAYPOINT, USUAL, WAYPOINT)
     executor.begin()
     task = executor.task
@@ -164,7 +168,7 @@ def test_speed_applies_from_where_it_stands_in_the_plan() -> None:
     assert executor.complete(4) == (SetSpeed(None),)
 
 
-def test_what_stands_before_the_first_waypoint_takes_effect_on_beginning() -> None:
+def test_items_before_the_first_waypoint_take_effect_at_the_start() -> None:
     executor, _ = _executor(FAST, _item(179, 1.0), WAYPOINT, _item(179, 0.0), WAYPOINT)
     executor.begin()
     assert executor.progress.seq == 2
@@ -173,7 +177,7 @@ def test_what_stands_before_the_first_waypoint_takes_effect_on_beginning() -> No
     assert executor.complete(2) == (SetHome(pytest.approx(63.4389), pytest.approx(10.399)),)
 
 
-def test_actions_nobody_took_come_with_the_next_item_in_order() -> None:
+def test_pending_actions_come_with_the_next_item_in_order() -> None:
     executor, _ = _executor(FAST, WAYPOINT, USUAL, WAYPOINT)
     executor.begin()
     assert executor.complete(1) == (SetSpeed(2.5), SetSpeed(None))
@@ -191,7 +195,7 @@ def test_a_counted_jump() -> None:
     assert len(_route(executor)) == 7
 
 
-def test_laps_for_ever_come_in_long_routes() -> None:
+def test_endless_laps_come_in_long_routes() -> None:
     executor, _ = _executor(WAYPOINT, _item(16, north=9), _item(16, north=18), _item(177, 0.0, -1.0))
     executor.begin()
     for lap in range(300):
@@ -205,7 +209,7 @@ def test_laps_for_ever_come_in_long_routes() -> None:
     assert executor.progress.reached == 900
 
 
-def test_a_waypoint_told_twice_is_counted_once_also_in_laps_and_between_routes() -> None:
+def test_a_waypoint_reported_twice_is_counted_once() -> None:
     executor, _ = _executor(WAYPOINT, _item(16, north=9), _item(16, north=18), _item(177, 0.0, -1.0))
     executor.begin()
     for number in range(2 * LONGEST_ROUTE):
@@ -214,7 +218,7 @@ def test_a_waypoint_told_twice_is_counted_once_also_in_laps_and_between_routes()
         assert executor.progress.reached == number + 1
 
 
-def test_points_left_out_count_as_passed() -> None:
+def test_skipped_points_count_as_passed() -> None:
     executor, _ = _executor(*[WAYPOINT] * 5)
     executor.begin()
     executor.complete(3)
@@ -332,7 +336,7 @@ def test_set_current_to_a_jump_of_an_active_mission_takes_it() -> None:
 
 
 class TestReplacedPlan:
-    def test_goes_on_when_all_up_to_the_current_item_is_the_same(self) -> None:
+    def test_continues_if_the_plan_is_the_same_up_to_the_current_item(self) -> None:
         executor, plans = _executor(*[_item(16, north=n) for n in range(4)])
         executor.begin()
         executor.complete(0)
@@ -343,7 +347,7 @@ class TestReplacedPlan:
         executor.complete(1)
         assert executor.replaced is None
 
-    def test_starts_over_when_something_up_to_it_differs(self) -> None:
+    def test_restarts_if_the_plan_differs_before_it(self) -> None:
         executor, plans = _executor(*[_item(16, north=n) for n in range(4)])
         executor.begin()
         executor.complete(0)
@@ -354,7 +358,7 @@ class TestReplacedPlan:
         assert _route(executor) == [0, 1, 2, 3]
         assert executor.progress.reached == 1
 
-    def test_starts_over_when_it_is_too_short(self) -> None:
+    def test_restarts_if_the_plan_is_too_short(self) -> None:
         executor, plans = _executor(WAYPOINT, WAYPOINT)
         executor.begin()
         executor.complete(0)
@@ -411,8 +415,10 @@ class TestConditions:
 
     ON, OFF = _item(181, 0.0, 1.0), _item(181, 0.0, 0.0)
 
-    def test_what_is_held_back_is_let_through_condition_by_condition(self) -> None:
-        executor, _ = _executor(WAYPOINT, FAST, _item(112, 5.0), self.ON, USUAL, _item(114, 3.0), self.OFF, WAYPOINT, WAYPOINT)
+    def test_held_items_run_condition_by_condition(self) -> None:
+        executor, _ = _executor(
+            WAYPOINT, FAST, _item(112, 5.0), self.ON, USUAL, _item(114, 3.0), self.OFF, WAYPOINT, WAYPOINT
+        )
         executor.begin()
         assert executor.gate is None
         assert executor.complete(0) == (SetSpeed(2.5),)
@@ -420,11 +426,13 @@ class TestConditions:
         assert first is not None and (first.seq, first.delay_s, first.distance_m) == (2, 5.0, None)
         assert executor.open_gate() == (SetRelay(0, True), SetSpeed(None))
         second = executor.gate
-        assert second is not None and (second.seq, second.delay_s, second.distance_m) == (5, None, 3.0) and second != first
+        assert (
+            second is not None and (second.seq, second.delay_s, second.distance_m) == (5, None, 3.0) and second != first
+        )
         assert executor.open_gate() == (SetRelay(0, False),)
         assert executor.gate is None and executor.open_gate() == ()
 
-    def test_at_the_end_of_the_leg_all_is_let_through(self) -> None:
+    def test_at_the_end_of_the_leg_all_held_items_run(self) -> None:
         executor, _ = _executor(WAYPOINT, _item(112, 1e6), FAST, self.ON, WAYPOINT, UNCHANGED, WAYPOINT)
         executor.begin()
         executor.complete(0)
@@ -448,7 +456,7 @@ class TestConditions:
         assert executor.gate is not None and first is not None
         assert executor.gate.seq == first.seq and executor.gate != first
 
-    def test_after_the_last_task_nothing_waits(self) -> None:
+    def test_after_the_last_task_no_item_is_held(self) -> None:
         executor, _ = _executor(WAYPOINT, _item(114, 1.0), self.ON)
         executor.begin()
         assert executor.complete(0) == (SetRelay(0, True),)
@@ -467,14 +475,14 @@ class TestConditions:
         other.set_current(0)
         assert other.gate is None
 
-    def test_while_paused_nothing_is_let_through(self) -> None:
+    def test_while_paused_no_held_item_runs(self) -> None:
         executor, _ = _executor(WAYPOINT, _item(112, 5.0), self.ON, WAYPOINT)
         executor.begin()
         executor.complete(0)
         executor.pause()
         assert executor.gate is None
         executor.begin()
-        assert executor.gate == Gate(1, executor.gate.serial, 5.0, None)  # type: ignore[union-attr]
+        assert executor.gate == DoCondition(1, executor.gate.serial, 5.0, None)  # type: ignore[union-attr]
 
 
 def test_servos_and_relays() -> None:
@@ -532,7 +540,7 @@ class TestSnapshot:
         assert other.restore(executor.snapshot()) is None
         assert other.progress == executor.progress
 
-    def test_no_stay_where_the_plan_has_none(self) -> None:
+    def test_a_snapshot_without_a_stay_in_the_plan(self) -> None:
         executor, _ = _executor(WAYPOINT)
         executor.begin()
         assert executor.restore(executor.snapshot() | {"arrived": True}) is None

@@ -18,7 +18,7 @@ LANDING = PlanItem(0, 21, 3, 0.0, 0.0, 0.0, 320.0, 634_387_501, 103_986_009, 50.
 WAYPOINT = PlanItem(0, 16, 3, 0.0, 0.0, 0.0, math.nan, 634_390_000, 103_990_000, 50.0)
 
 
-def test_taken_with_a_heading_by_boats_that_can_come_alongside() -> None:
+def test_accepted_with_a_heading_by_boats_with_sideways_thrust() -> None:
     assert check_item(PlanKind.MISSION, LANDING) is None
     assert check_plan(PlanKind.MISSION, [LANDING], can_sway=True) is None
 

@@ -62,12 +62,12 @@ def test_names_the_sides() -> None:
     assert find_crossing(bow_tie) == (0, 2)
 
 
-def test_a_vertex_given_twice_is_no_crossing() -> None:
+def test_a_repeated_vertex_is_not_a_crossing() -> None:
     assert find_crossing([(0, 0), (0, 0), (100, 0), (100, 100), (0, 0)]) is None
 
 
 @pytest.mark.parametrize("points", [[(5, 5)] * 3, [(0, 0), (10, 10), (0, 0)], [(0, 0), (10, 10), (20, 20)]])
-def test_an_area_of_nothing_is_refused(points: list[Point]) -> None:
+def test_a_polygon_without_area_is_refused(points: list[Point]) -> None:
     assert find_crossing(points) is not None
 
 
@@ -81,7 +81,9 @@ def test_across_the_date_line() -> None:
 
 
 def test_a_large_one() -> None:
-    circle = [(round(1e5 * math.cos(i * math.tau / 1000)), round(1e5 * math.sin(i * math.tau / 1000))) for i in range(1000)]
+    circle = [
+        (round(1e5 * math.cos(i * math.tau / 1000)), round(1e5 * math.sin(i * math.tau / 1000))) for i in range(1000)
+    ]
     assert find_crossing(circle) is None
     circle[500], circle[501] = circle[501], circle[500]
     assert find_crossing(circle) is not None

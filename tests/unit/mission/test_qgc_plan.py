@@ -89,7 +89,7 @@ def test_a_survey_is_read_as_the_items_it_expands_to() -> None:
     assert plan.mission[2].param1 == 25.0
 
 
-def test_a_jump_goes_where_its_id_says() -> None:
+def test_a_jump_goes_to_the_item_of_its_id() -> None:
     """Ids are names: they need not count up."""
     items = [
         _simple(16, [0, 0, 0, None, 63.4, 10.4, 0], 7),
@@ -108,7 +108,10 @@ def test_the_fence_in_the_order_in_which_it_is_sent() -> None:
         "breachReturn": [63.01, 10.09, 5],
     }
     plan = _read(_content([], geoFence=fence, rallyPoints={"version": 2, "points": [[63.02, 10.08, 3]]}))
-    assert [(item.command, item.param1) for item in plan.fence] == [(5001, 3)] * 3 + [(5002, 3)] * 3 + [(5004, 25.5), (5000, 0)]
+    assert [(item.command, item.param1) for item in plan.fence] == [(5001, 3)] * 3 + [(5002, 3)] * 3 + [
+        (5004, 25.5),
+        (5000, 0),
+    ]
     assert [item.seq for item in plan.fence] == list(range(8))
     assert {item.frame for item in plan.fence[:7]} == {0}
     assert (plan.fence[7].frame, plan.fence[7].x, plan.fence[7].z) == (3, 630100000, 5.0)
@@ -182,7 +185,16 @@ def test_a_place_in_a_broken_file() -> None:
 
 @pytest.mark.parametrize(
     "text",
-    ["", "[]", "null", '{"fileType": "Mission"}', '{"fileType": "Plan", "mission": []}', "[" * 100_000, '{"fileType": NaN}', '"\ud800"'],
+    [
+        "",
+        "[]",
+        "null",
+        '{"fileType": "Mission"}',
+        '{"fileType": "Plan", "mission": []}',
+        "[" * 100_000,
+        '{"fileType": NaN}',
+        '"\ud800"',
+    ],
 )
 def test_other_files(text: str) -> None:
     with pytest.raises(PlanFileError):
@@ -210,7 +222,11 @@ def test_other_files(text: str) -> None:
 def test_any_value_in_any_place_is_read_or_refused(value: Any) -> None:
     """Every value of the file in turn, replaced by something else."""
     circle = {"inclusion": True, "circle": {"center": [63.05, 10.05], "radius": 25.5}}
-    fence = {"polygons": [{"polygon": [[63.0, 10.0], [63.0, 10.1], [63.1, 10.1]]}], "circles": [circle], "breachReturn": [63, 10, 0]}
+    fence = {
+        "polygons": [{"polygon": [[63.0, 10.0], [63.0, 10.1], [63.1, 10.1]]}],
+        "circles": [circle],
+        "breachReturn": [63, 10, 0],
+    }
     jump = _simple(177, [1, 1, 0, 0, 0, 0, 0], 9, frame=2)
     whole = _content([WAYPOINT, CORRIDOR, jump], geoFence=fence, rallyPoints={"points": [[63, 10, 0]]})
     tried = 0

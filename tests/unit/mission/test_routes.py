@@ -1,4 +1,5 @@
-"""Routes of chart programs: what OpenCPN, the OpenSeaMap trip planner and converters write, read back, written again and refused."""
+"""Routes of chart programs: what OpenCPN, the OpenSeaMap trip planner and converters write, read back, written again
+and refused."""
 
 from __future__ import annotations
 
@@ -78,7 +79,10 @@ def converted(xml: str, attributes: str) -> str:
     """GPX by way of a converter with that habit."""
     gpx = gpxpy.parse(xml)
     path = [{"lat": str(p.latitude), "lon": str(p.longitude)} for p in gpx.tracks[0].segments[0].points]
-    as_one = [{attributes: p} if attributes in ("$", "_attributes") else {f"{attributes}{k}": v for k, v in p.items()} for p in path]
+    as_one = [
+        {attributes: p} if attributes in ("$", "_attributes") else {f"{attributes}{k}": v for k, v in p.items()}
+        for p in path
+    ]
     return json.dumps({"gpx": {"@version": "1.1", "trk": {"name": {"#text": "x"}, "trkseg": {"trkpt": as_one}}}})
 
 
@@ -94,7 +98,10 @@ def converted(xml: str, attributes: str) -> str:
         ("route.kml", KML),
         ("route.xml", KML),
         *(("route.json", converted(TRACK, habit)) for habit in ("@", "-", "_", "", "$", "_attributes")),
-        ("route.json", json.dumps({"gml:featureMember": {"gml:LineString": {"gml:coordinates": {"@cs": ",", "#text": PAIRS}}}})),
+        (
+            "route.json",
+            json.dumps({"gml:featureMember": {"gml:LineString": {"gml:coordinates": {"@cs": ",", "#text": PAIRS}}}}),
+        ),
         ("route.json", json.dumps({"kml": {"Folder": [{"Placemark": [{"LineString": [{"coordinates": [PAIRS]}]}]}]}})),
         ("route.json", json.dumps([{"lat": lat, "lon": lon} for lat, lon in TURKU])),
         ("route.json", json.dumps({"route": [{"latitude": str(lat), "lng": lon} for lat, lon in TURKU]})),
@@ -107,7 +114,7 @@ def test_a_route_is_read(name: str, text: str) -> None:
     assert check_plan(PlanKind.MISSION, plan.mission) is None
 
 
-def test_speeds_are_of_the_leg_to_the_point_and_opencpns_usual_radius_is_not_taken() -> None:
+def test_speeds_are_of_the_leg_to_the_point_and_opencpns_radius_is_ignored() -> None:
     plan = files.read("a.gpx", OPENCPN)
     assert [item.command for item in plan.mission] == [16, 178, 16, 178, 16]
     assert plan.mission[1].param2 == pytest.approx(3.0 * 0.514444, rel=1e-5)
@@ -133,7 +140,7 @@ FULL = (
 
 
 @pytest.mark.parametrize("name", ["a.gpx", "a.json"])
-def test_what_a_route_can_say_comes_back_exactly(name: str) -> None:
+def test_the_content_of_a_route_comes_back_exactly(name: str) -> None:
     assert exactly(files.read(name, files.write(name, files.PlanFile(FULL)))) == exactly(files.PlanFile(FULL))
 
 
@@ -147,13 +154,21 @@ def test_gpx_is_what_an_independent_reader_reads() -> None:
     gpx = gpxpy.parse(files.write("a.gpx", files.PlanFile(FULL)))
     (route,) = gpx.routes
     assert gpx.version == "1.1"
-    assert [(p.latitude, p.longitude) for p in route.points] == [(63.4389, 10.399), (63.4389001, -179.9999999), (-90.0, 0.0)]
+    assert [(p.latitude, p.longitude) for p in route.points] == [
+        (63.4389, 10.399),
+        (63.4389001, -179.9999999),
+        (-90.0, 0.0),
+    ]
 
 
-def test_what_a_route_cannot_say_is_refused_item_by_item() -> None:
+def test_what_a_route_cannot_hold_is_refused_item_by_item() -> None:
     frame = LocalFrame(63.4389, 10.399)
     waypoint = PlanItem(0, 16, 3, 5.0, 0.0, 0.0, math.nan, *(round(v * 1e7) for v in frame.to_geodetic(5.0, 5.0)), 0.0)
-    items = (waypoint, PlanItem(1, 177, 2, 0.0, 1.0, 0.0, 0.0, 0, 0, 0.0), PlanItem(2, 206, 2, 1.0, 0.0, 0.0, 0.0, 0, 0, 0.0))
+    items = (
+        waypoint,
+        PlanItem(1, 177, 2, 0.0, 1.0, 0.0, 0.0, 0, 0, 0.0),
+        PlanItem(2, 206, 2, 1.0, 0.0, 0.0, 0.0, 0, 0, 0.0),
+    )
     rally = (PlanItem(0, 5100, 3, 0.0, 0.0, 0.0, 0.0, 634389000, 103990000, 0.0),)
     with pytest.raises(files.PlanFileError) as caught:
         files.write("a.gpx", files.PlanFile(items, rally=rally))
@@ -161,7 +176,9 @@ def test_what_a_route_cannot_say_is_refused_item_by_item() -> None:
         "a.gpx: the list of rally points has no place in a GPX route; write a .plan file",
         "a.gpx: item 1: DO_JUMP has no place in a GPX route; write a .plan file",
     ]
-    with pytest.raises(files.PlanFileError, match="item 0: its radius, speed, stay or heading has no place in a KML route"):
+    with pytest.raises(
+        files.PlanFileError, match="item 0: its radius, speed, stay or heading has no place in a KML route"
+    ):
         files.write("a.kml", files.PlanFile((waypoint,)))
 
 
@@ -183,24 +200,40 @@ REMOTE = '<!DOCTYPE gpx SYSTEM "http://127.0.0.1:9/x.dtd"><gpx><wpt lat="1" lon=
         ("a.gpx", OPENCPN.replace('lat="60.431234500" ', ""), "a.gpx:15: no latitude; give −90 to 90 degrees"),
         ("a.gpx", OPENCPN.replace("22.165", "222.165"), "a.gpx:19: longitude is 222.165"),
         ("a.gpx", OPENCPN.replace("60.4325", "nan"), "latitude is nan"),
-        ("a.gpx", OPENCPN.replace("</gpx>", "<rte><name>B</name><rtept lat='1' lon='1'/></rte></gpx>"), r"2 routes \(Ruissalo, B\); export the one"),
+        (
+            "a.gpx",
+            OPENCPN.replace("</gpx>", "<rte><name>B</name><rtept lat='1' lon='1'/></rte></gpx>"),
+            r"2 routes \(Ruissalo, B\); export the one",
+        ),
         ("a.gpx", f"<gpx>{'<wpt/>' * (MOST_ELEMENTS + 1)}</gpx>", f"more than {MOST_ELEMENTS} elements"),
         ("a.gpx", "<gpx>" * 100, "nested deeper"),
         ("a.xml", "<a/>", "a.xml:1: no route in it"),
         ("a.gml", GML.replace("22.165,60.4325", "22.165;60.4325"), r"a.gml:4: pair 2 \(22.165;60.4325\)"),
-        ("a.kml", KML.replace("</kml>", f"<coordinates>{PAIRS}</coordinates></kml>"), r"2 lines \(a.kml:5, a.kml:11\); keep the one"),
+        (
+            "a.kml",
+            KML.replace("</kml>", f"<coordinates>{PAIRS}</coordinates></kml>"),
+            r"2 lines \(a.kml:5, a.kml:11\); keep the one",
+        ),
         ("a.json", "{", "a.json:1:2: "),
         ("a.json", "7", "no route in it"),
         ("a.json", "[]", "no points in it"),
         ("a.json", "[" * 100_000, "a.json: "),
         ("a.json", '{"a":' * 500 + "{}" + "}" * 500, "nested deeper"),
-        ("a.json", '{"waypoints": [{"lat": 1, "lon": 2}, {"lat": true, "lon": 2}]}', r"a.json: waypoints\[1\]: no latitude"),
+        (
+            "a.json",
+            '{"waypoints": [{"lat": 1, "lon": 2}, {"lat": true, "lon": 2}]}',
+            r"a.json: waypoints\[1\]: no latitude",
+        ),
         ("a.json", '[{"lat": 1, "lon": 2, "speed_mps": -1}]', r"\[0\]: speed_mps is -1; give 0.001 to 1000"),
-        ("a.json", '{"gpx": {"rte": {"rtept": [{"@lat": 1, "@lon": 2}, {"@lat": 1}]}}}', r"gpx.rte.rtept\[1\]: no longitude"),
+        (
+            "a.json",
+            '{"gpx": {"rte": {"rtept": [{"@lat": 1, "@lon": 2}, {"@lat": 1}]}}}',
+            r"gpx.rte.rtept\[1\]: no longitude",
+        ),
         ("a.json", '[{"lat": NaN, "lon": 2}]', "NaN is no JSON"),
     ],
 )
-def test_what_is_wrong_is_said_with_its_place(name: str, text: str, problem: str) -> None:
+def test_each_problem_is_reported_with_its_place(name: str, text: str, problem: str) -> None:
     with pytest.raises(files.PlanFileError, match=problem):
         files.read(name, text)
 

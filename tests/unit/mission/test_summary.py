@@ -93,7 +93,12 @@ def test_many_laps_have_a_limit() -> None:
 
 def test_a_plan_that_the_boat_would_refuse_is_summarised_all_the_same() -> None:
     nan = math.nan
-    items = _plan(*(PlanItem(0, command, 9, nan, nan, nan, nan, 0, 0, nan) for command in (16, 19, 93, 177, 178, 179, 31, 5001, 20)))
+    items = _plan(
+        *(
+            PlanItem(0, command, 9, nan, nan, nan, nan, 0, 0, nan)
+            for command in (16, 19, 93, 177, 178, 179, 31, 5001, 20)
+        )
+    )
     assert "9 items" in format_summary(summarise(items, 0.5, HOME))
 
 
@@ -107,7 +112,7 @@ def test_the_table() -> None:
     assert format_summary(summarise((), 0.5)).splitlines()[-1] == "length 0.0 m, time 0:00"
 
 
-def test_what_does_nothing_is_named_with_its_places() -> None:
+def test_commands_without_effect_are_named_with_their_items() -> None:
     items = _plan(_do(22), _at(20, 0), *[_do(206) for _ in range(7)], _at(0, 0))
     summary = summarise(items, 1.0, HOME)
     assert summary.ignored == 8

@@ -5,22 +5,22 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
 
 import pytest
 
-from companion.config import find, load
-from companion.core.types import ModeId, SetpointKind
-from companion.guidance.clearance import closes_too_fast
+from companion.config.vessel import find, load
+from companion.core.decision import ModeId
+from companion.core.setpoint import PathSetpoint, PoseSetpoint, ThrusterSetpoint, WrenchSetpoint
+from companion.following.clearance import closes_too_fast
 from companion.mission.plan import PlanItem, PlanKind
-from tests.unit.guidance.leaders import leader_at
-from tests.unit.modes.conftest import AT_REST
-from tests.unit.modes.lead_boat import LeadBoat
+from tests.unit.conftest import AT_REST, Boat
+from tests.unit.following.lead_boat import LeadBoat
+from tests.unit.following.leaders import leader_at
 
 VESSELS = ("revolt", "aboat", "rescuerunner", "cybership2")
 
 
-def following(boat: Any, lead: LeadBoat, duration_s: float = 5.0) -> None:
+def following(boat: Boat, lead: LeadBoat, duration_s: float = 5.0) -> None:
     lead.run(2.0)
     assert boat.supervisor.request_mode(ModeId.FOLLOW, boat.now_s).accepted
     assert boat.supervisor.arm(boat.now_s, force=True).accepted
@@ -28,13 +28,13 @@ def following(boat: Any, lead: LeadBoat, duration_s: float = 5.0) -> None:
     assert boat.status.mode is ModeId.FOLLOW
 
 
-def gap_m(boat: Any, lead: LeadBoat) -> float:
+def gap_m(boat: Boat, lead: LeadBoat) -> float:
     return float(lead.ahead_m + lead.speed_mps * boat.now_s - boat.nav.north_m)
 
 
 @pytest.mark.parametrize("name", VESSELS)
 @pytest.mark.parametrize("law", [0, 1])
-def test_every_vessel_follows(make_boat: Callable[..., Any], name: str, law: int) -> None:
+def test_every_vessel_follows(make_boat: Callable[..., Boat], name: str, law: int) -> None:
     config = load(find(name))
     boat = make_boat(config, **{**config.parameters, "FOLL_LAW": law})
     lead = LeadBoat(boat)
@@ -42,23 +42,26 @@ def test_every_vessel_follows(make_boat: Callable[..., Any], name: str, law: int
     following(boat, lead, 3.0)
     jet = config.thrusters[0].kind == "jet"
     if law == 1:
-        assert boat.setpoint.kind is (SetpointKind.THRUSTERS if jet else SetpointKind.WRENCH)
+        assert type(boat.setpoint) is (ThrusterSetpoint if jet else WrenchSetpoint)
         return
     lead.run(90.0)
-    assert boat.setpoint.kind is SetpointKind.PATH and gap_m(boat, lead) == pytest.approx(20.0, abs=1.5)
-    assert boat.setpoint.cross_track_error_m == pytest.approx(0.0, abs=0.3)
-    assert boat.setpoint.distance_to_go_m == pytest.approx(gap_m(boat, lead) - 20.0, abs=1.0)
-    assert boat.setpoint.target_north_m == pytest.approx(boat.nav.north_m + gap_m(boat, lead) - 20.0, abs=1.0)
+    assert isinstance(boat.setpoint, PathSetpoint) and gap_m(boat, lead) == pytest.approx(20.0, abs=1.5)
+    assert boat.setpoint.progress.cross_track_error_m == pytest.approx(0.0, abs=0.3)
+    assert boat.setpoint.progress.distance_to_go_m == pytest.approx(gap_m(boat, lead) - 20.0, abs=1.0)
+    assert boat.setpoint.progress.target.north_m == pytest.approx(boat.nav.north_m + gap_m(boat, lead) - 20.0, abs=1.0)
     assert boat.status.mode is ModeId.FOLLOW and "mode_failed" not in boat.names()
 
 
-def test_text_tells_what_it_does_beside_a_leader_at_rest(make_boat: Callable[..., Any]) -> None:
-    said = {name: next(mode.text for mode in make_boat(load(find(name))).supervisor.modes if mode.id is ModeId.FOLLOW) for name in VESSELS}
+def test_text_tells_what_it_does_beside_a_leader_at_rest(make_boat: Callable[..., Boat]) -> None:
+    said = {
+        name: next(mode.text for mode in make_boat(load(find(name))).supervisor.modes if mode.id is ModeId.FOLLOW)
+        for name in VESSELS
+    }
     assert "dynamic positioning" in said["revolt"] and "drifts" in said["rescuerunner"]
     assert all(len(text) < 200 for text in said.values())
 
 
-def test_refused_without_a_leader_and_far_from_one(boat: Any) -> None:
+def test_refused_without_a_leader_and_far_from_one(boat: Boat) -> None:
     boat.supervisor.arm(boat.now_s)
     assert "leader" in boat.supervisor.request_mode(ModeId.FOLLOW, boat.now_s).reason
     lead = LeadBoat(boat)
@@ -68,24 +71,24 @@ def test_refused_without_a_leader_and_far_from_one(boat: Any) -> None:
     assert not outcome.accepted and "5.2 km away" in outcome.reason
 
 
-def test_a_leader_at_rest_is_lain_by_in_dynamic_positioning(boat: Any) -> None:
+def test_a_leader_at_rest_is_lain_by_in_dynamic_positioning(boat: Boat) -> None:
     lead = LeadBoat(boat)
     lead.ahead_m, lead.speed_mps = 22.0, 0.0
     following(boat, lead, 60.0)
-    assert boat.setpoint.kind is SetpointKind.POSE and gap_m(boat, lead) == pytest.approx(20.0, abs=0.3)
-    assert boat.supervisor._helm.mode.stuck_s(boat.now_s) is None
+    assert isinstance(boat.setpoint, PoseSetpoint) and gap_m(boat, lead) == pytest.approx(20.0, abs=0.3)
+    assert boat.helm.mode.stuck_s(boat.now_s) is None
 
 
-def test_a_jet_at_rest_has_no_thrust(make_boat: Callable[..., Any]) -> None:
+def test_a_jet_at_rest_has_no_thrust(make_boat: Callable[..., Boat]) -> None:
     config = load(find("rescuerunner"))
     boat = make_boat(config, **config.parameters)
     lead = LeadBoat(boat)
     lead.ahead_m, lead.speed_mps = 22.0, 0.0
     following(boat, lead, 10.0)
-    assert boat.setpoint.kind is SetpointKind.WRENCH and boat.setpoint.wrench.surge_n == 0.0
+    assert isinstance(boat.setpoint, WrenchSetpoint) and boat.setpoint.wrench.surge_n == 0.0
 
 
-def test_the_fence_is_kept_whatever_the_leader_does(make_boat: Callable[..., Any]) -> None:
+def test_the_fence_is_kept_whatever_the_leader_does(make_boat: Callable[..., Boat]) -> None:
     boat = make_boat(GF_ACTION=2)
     corners = [(-60.0, -60.0), (60.0, -60.0), (60.0, 60.0), (-60.0, 60.0)]
     items = []
@@ -106,15 +109,15 @@ def test_the_fence_is_kept_whatever_the_leader_does(make_boat: Callable[..., Any
     assert furthest_m < 60.0
 
 
-def test_gone_on_with_after_a_failsafe_had_it_in_neutral(boat: Any) -> None:
+def test_gone_on_with_after_a_failsafe_had_it_in_neutral(boat: Boat) -> None:
     lead = LeadBoat(boat)
     following(boat, lead)
-    boat.supervisor._helm.resume(boat.now_s)
+    boat.helm.resume(boat.now_s)
     lead.run(2.0)
-    assert boat.setpoint.kind is SetpointKind.PATH and boat.status.mode is ModeId.FOLLOW
+    assert isinstance(boat.setpoint, PathSetpoint) and boat.status.mode is ModeId.FOLLOW
 
 
-def test_a_boat_that_cannot_make_way_is_said_to_be_stuck(boat: Any) -> None:
+def test_a_boat_that_cannot_make_way_is_said_to_be_stuck(boat: Boat) -> None:
     lead = LeadBoat(boat)
     lead.ahead_m, lead.speed_mps = 60.0, 0.5
     following(boat, lead)

@@ -9,22 +9,24 @@ from typing import Any
 
 import pytest
 
-from companion.config import VesselConfig, find, load
+from companion.config.vessel import VesselConfig, find, load
+from companion.core.decision import ModeId, Result
 from companion.core.frames import body_to_ned
-from companion.core.types import ModeId, Result, SetpointKind
-from companion.modes.offboard_target import OffboardTarget
-from tests.unit.modes.test_fence import fence
+from companion.core.setpoint import NeutralSetpoint, PathSetpoint, PoseSetpoint, WrenchSetpoint
+from companion.modes.parts.offboard_target import OffboardTarget
+from tests.unit.conftest import Boat
+from tests.unit.fence.test_guard import fence
 
 FORWARD = OffboardTarget(velocity=(0.3, 0.0), yaw_rad=0.0)
 
 
-def stream(boat: Any, target: OffboardTarget, duration_s: float) -> None:
+def stream(boat: Boat, target: OffboardTarget, duration_s: float) -> None:
     for _ in range(max(1, round(duration_s / 0.1))):
         boat.supervisor.offboard_setpoint(target, boat.now_s)
         boat.tick()
 
 
-def steered(boat: Any, target: OffboardTarget, duration_s: float = 0.1) -> Any:
+def steered(boat: Boat, target: OffboardTarget, duration_s: float = 0.1) -> Any:
     """Armed and in Offboard, as MAVSDK does it: arm, stream, then choose the mode."""
     boat.station = False
     assert boat.supervisor.arm(boat.now_s, force=True).accepted
@@ -35,13 +37,13 @@ def steered(boat: Any, target: OffboardTarget, duration_s: float = 0.1) -> Any:
 
 
 @pytest.fixture
-def jet(make_boat: Callable[..., Any]) -> Any:
+def jet(make_boat: Callable[..., Boat]) -> Any:
     config = load(find("rescuerunner"))
     return make_boat(config, **config.parameters)
 
 
 @pytest.fixture
-def no_sway(make_boat: Callable[..., Any], revolt: VesselConfig) -> Any:
+def no_sway(make_boat: Callable[..., Boat], revolt: VesselConfig) -> Any:
     """Goes astern, but not sideways."""
     return make_boat(replace(revolt, limits=replace(revolt.limits, sway_n=0.0)))
 
@@ -49,25 +51,27 @@ def no_sway(make_boat: Callable[..., Any], revolt: VesselConfig) -> Any:
 # --- entering, silence -----------------------------------------------------------------------------------------------
 
 
-def test_it_is_refused_without_a_fresh_setpoint_and_entered_with_one(boat: Any) -> None:
+def test_it_is_refused_without_a_fresh_setpoint_and_entered_with_one(boat: Boat) -> None:
     assert boat.supervisor.arm(boat.now_s).accepted
-    assert "must be streaming first" in boat.supervisor.request_mode(ModeId.OFFBOARD, boat.now_s).reason
+    assert "no setpoint yet: stream first" in boat.supervisor.request_mode(ModeId.OFFBOARD, boat.now_s).reason
     stream(boat, FORWARD, 1.0)
     boat.step(1.0)
     outcome = boat.supervisor.request_mode(ModeId.OFFBOARD, boat.now_s)
     assert outcome.result is Result.TEMPORARILY_REJECTED and outcome.reason == "Offboard refused: no setpoint for 1.1 s"
     stream(boat, FORWARD, 0.1)
     assert boat.supervisor.request_mode(ModeId.OFFBOARD, boat.now_s).accepted
-    assert boat.status.mode is ModeId.MANUAL and boat.setpoint.kind is not SetpointKind.POSE, "setpoints alone move nothing"
+    assert boat.status.mode is ModeId.MANUAL and not isinstance(boat.setpoint, PoseSetpoint), (
+        "setpoints alone move nothing"
+    )
     boat.tick()
-    assert boat.status.mode is ModeId.OFFBOARD and boat.setpoint.kind is SetpointKind.POSE
+    assert boat.status.mode is ModeId.OFFBOARD and isinstance(boat.setpoint, PoseSetpoint)
 
 
-def test_chosen_disarmed_it_waits_for_arming_which_needs_setpoints_too(boat: Any) -> None:
+def test_chosen_disarmed_it_waits_for_arming_which_needs_setpoints_too(boat: Boat) -> None:
     stream(boat, FORWARD, 0.2)
     assert boat.supervisor.request_mode(ModeId.OFFBOARD, boat.now_s).accepted
     stream(boat, FORWARD, 2.0)
-    assert boat.setpoint.kind is SetpointKind.NEUTRAL and not boat.status.armed
+    assert isinstance(boat.setpoint, NeutralSetpoint) and not boat.status.armed
     boat.step(2.0)
     assert "Offboard: no setpoint for" in boat.supervisor.arm(boat.now_s).reason
     stream(boat, FORWARD, 0.1)
@@ -75,53 +79,59 @@ def test_chosen_disarmed_it_waits_for_arming_which_needs_setpoints_too(boat: Any
 
 
 @pytest.mark.parametrize(("action", "mode"), [(1, ModeId.HOLD), (2, ModeId.RTL), (3, ModeId.OFFBOARD)])
-def test_silence_falls_back_within_a_second(make_boat: Callable[..., Any], action: int, mode: ModeId) -> None:
+def test_silence_falls_back_within_a_second(make_boat: Callable[..., Boat], action: int, mode: ModeId) -> None:
     boat = steered(make_boat(OFFB_LOSS_ACT=action), FORWARD, 30.0)
     last_s = boat.now_s - 0.1
     boat.until(lambda: "offboard_lost" in boat.names(), 2.0)
     assert boat.now_s - last_s <= 1.0 and boat.status.mode is mode
     assert "offboard_lost" in boat.status.failsafes
-    assert (boat.setpoint.kind is SetpointKind.NEUTRAL) == (action == 3)
+    assert (isinstance(boat.setpoint, NeutralSetpoint)) == (action == 3)
     boat.step(3.0)
     stream(boat, FORWARD, 2.0)
     assert "Offboard setpoints are back" in boat.texts() and boat.status.failsafes == ()
     assert boat.status.mode is mode, "it goes back only when it is chosen again"
-    assert (boat.setpoint.kind is SetpointKind.POSE and boat.setpoint.surge_mps > 0.0) or action == 2 or mode is ModeId.HOLD
+    assert (
+        (isinstance(boat.setpoint, PoseSetpoint) and boat.setpoint.surge_mps > 0.0)
+        or action == 2
+        or mode is ModeId.HOLD
+    )
     assert boat.supervisor.request_mode(ModeId.OFFBOARD, boat.now_s).accepted
 
 
-def test_the_stream_stands_for_a_ground_station(boat: Any) -> None:
+def test_the_stream_stands_for_a_ground_station(boat: Boat) -> None:
     steered(boat, FORWARD, 40.0)
     assert boat.status.mode is ModeId.OFFBOARD and boat.status.failsafes == ()
     boat.step(14.0)
     assert boat.status.mode is ModeId.HOLD and "station_lost" in boat.status.failsafes
 
 
-def test_a_boat_that_lost_its_position_falls_back_as_any_mode_does(boat: Any) -> None:
+def test_a_boat_that_lost_its_position_falls_back_as_any_mode_does(boat: Boat) -> None:
     steered(boat, FORWARD, 5.0)
     boat.nav = replace(boat.nav, position_valid=False)
     stream(boat, FORWARD, 0.5)
-    assert "position_lost" in boat.status.failsafes and boat.setpoint.kind is SetpointKind.NEUTRAL
+    assert "position_lost" in boat.status.failsafes and isinstance(boat.setpoint, NeutralSetpoint)
 
 
 # --- by dynamic positioning ------------------------------------------------------------------------------------------
 
 
-def test_a_point_is_gone_to_and_held_with_its_heading(boat: Any) -> None:
+def test_a_point_is_gone_to_and_held_with_its_heading(boat: Boat) -> None:
     steered(boat, OffboardTarget((4.0, -3.0), yaw_rad=1.0), 120.0)
     assert boat.away_m(4.0, -3.0) < 0.01 and boat.nav.yaw_rad == pytest.approx(1.0, abs=0.01)
     stream(boat, OffboardTarget((4.0, -2.0)), 60.0)
-    assert boat.away_m(4.0, -2.0) < 0.01 and boat.nav.yaw_rad == pytest.approx(1.0, abs=0.01), "no heading asked for: the one held"
+    assert boat.away_m(4.0, -2.0) < 0.01 and boat.nav.yaw_rad == pytest.approx(1.0, abs=0.01), (
+        "no heading asked for: the one held"
+    )
 
 
-def test_a_far_point_is_sailed_to_bow_first_as_in_hold(boat: Any) -> None:
+def test_a_far_point_is_sailed_to_bow_first_as_in_hold(boat: Boat) -> None:
     steered(boat, OffboardTarget((40.0, 0.0), yaw_rad=0.5), 5.0)
-    assert boat.setpoint.kind is SetpointKind.PATH
+    assert isinstance(boat.setpoint, PathSetpoint)
     stream(boat, OffboardTarget((40.0, 0.0), yaw_rad=0.5), 150.0)
     assert boat.away_m(40.0, 0.0) < 0.01 and boat.nav.yaw_rad == pytest.approx(0.5, abs=0.01)
 
 
-def test_a_point_that_wanders_under_way_is_met_in_the_end(boat: Any) -> None:
+def test_a_point_that_wanders_under_way_is_met_in_the_end(boat: Boat) -> None:
     steered(boat, OffboardTarget((30.0, 0.0)), 5.0)
     for i in range(200):
         stream(boat, OffboardTarget((30.0, 0.05 * i)), 0.1)
@@ -129,7 +139,7 @@ def test_a_point_that_wanders_under_way_is_met_in_the_end(boat: Any) -> None:
     assert boat.away_m(30.0, 9.95) < 0.01
 
 
-def test_along_the_hull_from_where_the_boat_is(boat: Any) -> None:
+def test_along_the_hull_from_where_the_boat_is(boat: Boat) -> None:
     """MAVProxy's `guided forward 3`: the point is where the bow pointed when it came."""
     boat.nav = replace(boat.nav, yaw_rad=math.radians(90.0))
     boat.step()
@@ -151,25 +161,25 @@ def test_along_the_hull_from_where_the_boat_is(boat: Any) -> None:
         (OffboardTarget(acceleration=(0.01, 0.0)), (0.4, 0.0)),
     ],
 )
-def test_velocities_over_ground(boat: Any, target: OffboardTarget, velocity: tuple[float, float]) -> None:
+def test_velocities_over_ground(boat: Boat, target: OffboardTarget, velocity: tuple[float, float]) -> None:
     steered(boat, target, 40.0 if target.acceleration else 90.0)
     assert (boat.nav.north_mps, boat.nav.east_mps) == pytest.approx(velocity, abs=0.02)
-    assert boat.setpoint.kind is SetpointKind.POSE
+    assert isinstance(boat.setpoint, PoseSetpoint)
 
 
-def test_no_number_as_heading_keeps_it(boat: Any) -> None:
+def test_no_number_as_heading_keeps_it(boat: Boat) -> None:
     boat.nav = replace(boat.nav, yaw_rad=1.0)
     boat.step()
     steered(boat, OffboardTarget(velocity=(0.0, 0.05), keeps_yaw=True), 40.0)
     assert boat.nav.yaw_rad == pytest.approx(1.0, abs=0.01) and boat.nav.east_mps == pytest.approx(0.05, abs=0.01)
 
 
-def test_a_heading_alone_turns_where_it_is(boat: Any) -> None:
+def test_a_heading_alone_turns_where_it_is(boat: Boat) -> None:
     steered(boat, OffboardTarget(yaw_rad=-2.0), 90.0)
     assert boat.nav.yaw_rad == pytest.approx(-2.0, abs=0.01) and boat.away_m(0.0, 0.0) < 0.01
 
 
-def test_a_point_with_a_velocity_goes_on_by_it(boat: Any) -> None:
+def test_a_point_with_a_velocity_goes_on_by_it(boat: Boat) -> None:
     steered(boat, OffboardTarget((2.0, 0.0), (0.2, 0.0), yaw_rad=0.0))
     start_s = boat.now_s
     for _ in range(900):
@@ -178,9 +188,15 @@ def test_a_point_with_a_velocity_goes_on_by_it(boat: Any) -> None:
     assert boat.nav.north_m == pytest.approx(2.0 + 0.2 * (boat.now_s - start_s), abs=0.25)
 
 
-def test_from_velocity_to_point_and_back_without_a_jump(boat: Any) -> None:
+def test_from_velocity_to_point_and_back_without_a_jump(boat: Boat) -> None:
     steered(boat, FORWARD, 30.0)
-    for target in (OffboardTarget((14.0, 0.0), yaw_rad=0.0), FORWARD, OffboardTarget(yaw_rad=0.5), OffboardTarget((60.0, 3.0)), FORWARD):
+    for target in (
+        OffboardTarget((14.0, 0.0), yaw_rad=0.0),
+        FORWARD,
+        OffboardTarget(yaw_rad=0.5),
+        OffboardTarget((60.0, 3.0)),
+        FORWARD,
+    ):
         for _ in range(60):
             before = boat.nav
             stream(boat, target, 0.1)
@@ -193,17 +209,19 @@ def test_from_velocity_to_point_and_back_without_a_jump(boat: Any) -> None:
 
 def test_a_jet_sails_velocities_as_course_and_speed(jet: Any) -> None:
     steered(jet, OffboardTarget(velocity=(3.0, 4.0), yaw_rad=0.0), 60.0)
-    assert jet.setpoint.kind is SetpointKind.PATH
+    assert isinstance(jet.setpoint, PathSetpoint)
     assert (jet.nav.north_mps, jet.nav.east_mps) == pytest.approx((3.0, 4.0), abs=0.05)
     stream(jet, OffboardTarget(velocity=(0.0, 0.0), yaw_rad=0.0), 20.0)
-    assert jet.setpoint.kind is SetpointKind.WRENCH and jet.setpoint.wrench.surge_n == 0.0
+    assert isinstance(jet.setpoint, WrenchSetpoint) and jet.setpoint.wrench.surge_n == 0.0
 
 
 def test_a_jet_goes_to_a_point_and_stays_as_in_hold(jet: Any) -> None:
     steered(jet, OffboardTarget((120.0, 0.0), (0.0, 0.0)), 60.0)
     assert jet.nav.north_m > 60.0
     stream(jet, OffboardTarget((0.0, 0.0), yaw_rate_radps=0.1), 1.0)
-    assert jet.setpoint.kind is SetpointKind.PATH and jet.setpoint.target_north_m == pytest.approx(0.0, abs=1e-6)
+    assert isinstance(jet.setpoint, PathSetpoint) and jet.setpoint.progress.target.north_m == pytest.approx(
+        0.0, abs=1e-6
+    )
 
 
 def test_along_the_hull_of_a_boat_without_sideways_thrust(no_sway: Any) -> None:
@@ -222,7 +240,7 @@ def test_along_the_hull_of_a_boat_without_sideways_thrust(no_sway: Any) -> None:
 # --- fence, speed ----------------------------------------------------------------------------------------------------
 
 
-def test_points_outside_the_fence_are_refused_and_the_boat_falls_back(boat: Any) -> None:
+def test_points_outside_the_fence_are_refused_and_the_boat_falls_back(boat: Boat) -> None:
     fence(boat)
     outside = OffboardTarget((60.0, 0.0))
     assert "outside the fence" in (boat.supervisor.offboard_setpoint(outside, boat.now_s) or "")
@@ -235,7 +253,7 @@ def test_points_outside_the_fence_are_refused_and_the_boat_falls_back(boat: Any)
 
 @pytest.mark.parametrize("speed", [0.3, 1.0])
 @pytest.mark.parametrize("body", [False, True])
-def test_velocities_stop_inside_the_fence(boat: Any, speed: float, body: bool) -> None:
+def test_velocities_stop_inside_the_fence(boat: Boat, speed: float, body: bool) -> None:
     fence(boat)  # 50 m either way
     target = OffboardTarget(velocity=(speed, 0.0), yaw_rad=None if body else 0.0, body=body, offset=body)
     steered(boat, target, 60.0 + 60.0 / speed)
@@ -253,14 +271,14 @@ def test_a_jet_slows_down_ahead_of_the_fence(jet: Any) -> None:
     assert jet.setpoint.surge_mps < 0.7 * fast and "fence_slowed" in jet.names()
 
 
-def test_a_fence_uploaded_under_way_counts_for_the_point_already_asked_for(boat: Any) -> None:
+def test_a_fence_uploaded_under_way_counts_for_the_point_already_asked_for(boat: Boat) -> None:
     steered(boat, OffboardTarget((80.0, 0.0)), 5.0)
     fence(boat)
     stream(boat, OffboardTarget((80.0, 0.0)), 1.5)
     assert boat.status.mode is ModeId.HOLD
 
 
-def test_what_telemetry_shows_is_what_is_done(boat: Any) -> None:
+def test_what_telemetry_shows_is_what_is_done(boat: Boat) -> None:
     """Not what was asked for: that may be more than the boat may do."""
     steered(boat, OffboardTarget(velocity=(9.0, 0.0), yaw_rad=0.0), 3.0)
     north_mps, _ = body_to_ned(boat.setpoint.surge_mps, boat.setpoint.sway_mps, boat.setpoint.yaw_rad)

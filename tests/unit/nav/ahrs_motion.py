@@ -1,4 +1,5 @@
-"""A fast boat in turns and waves, made of formulas, and what its inertial sensor, magnetometer and receiver would say. It knows no vessel's plant."""
+"""A fast boat in turns and waves, in closed form, and the readings of its inertial sensor, magnetometer and receiver.
+It knows no vessel's plant."""
 
 from __future__ import annotations
 
@@ -18,14 +19,27 @@ _DIP_RAD = math.radians(71.3)
 _PART = tuple[float, float, float]  # seconds, speed m/s, sideways acceleration in g, positive to starboard
 
 TURNS: tuple[_PART, ...] = (
-    (25.0, 8.0, 0.0), (17.0, 8.0, 0.3), (12.0, 8.0, 0.0), (17.0, 8.0, -0.3), (10.0, 8.0, 0.0), (6.0, 8.0, 0.3), (6.0, 8.0, -0.3),
-    (6.0, 8.0, 0.3), (25.0, 8.0, 0.1), (10.0, 3.0, 0.0), (12.0, 3.0, -0.1), (12.0, 8.0, 0.0), (34.0, 8.0, -0.3), (20.0, 8.0, 0.0),
-)  # fmt: skip
+    (25.0, 8.0, 0.0),
+    (17.0, 8.0, 0.3),
+    (12.0, 8.0, 0.0),
+    (17.0, 8.0, -0.3),
+    (10.0, 8.0, 0.0),
+    (6.0, 8.0, 0.3),
+    (6.0, 8.0, -0.3),
+    (6.0, 8.0, 0.3),
+    (25.0, 8.0, 0.1),
+    (10.0, 3.0, 0.0),
+    (12.0, 3.0, -0.1),
+    (12.0, 8.0, 0.0),
+    (34.0, 8.0, -0.3),
+    (20.0, 8.0, 0.0),
+)
 
 
 @dataclass(frozen=True)
 class Sailing:
-    """What is sailed, and with what. Errors are one sigma of what the seed draws; `mounting_rad` turns all of the device about its vertical."""
+    """What is sailed, and with what. Errors are one sigma of what the seed draws; `mounting_rad` turns all of the
+    device about its vertical."""
 
     seed: int = 0
     parts: tuple[_PART, ...] = TURNS
@@ -66,7 +80,10 @@ def _smooth(values: Array, sigma_s: float) -> Array:
 def _waves(random: np.random.Generator, t: Array, amplitude: float) -> Array:
     """Two sinusoids, that amplitude together."""
     periods, phases = random.uniform(2.2, 4.5, 2), random.uniform(0.0, 2 * math.pi, 2)
-    return np.asarray(amplitude * sum(share * np.sin(2 * math.pi * t / p + f) for share, p, f in zip((0.6, 0.4), periods, phases, strict=True)))
+    return np.asarray(
+        amplitude
+        * sum(share * np.sin(2 * math.pi * t / p + f) for share, p, f in zip((0.6, 0.4), periods, phases, strict=True))
+    )
 
 
 def _rotation(roll: Array, pitch: Array, yaw: Array) -> Array:
@@ -83,7 +100,10 @@ def _rotation(roll: Array, pitch: Array, yaw: Array) -> Array:
 def sail(sailing: Sailing) -> Motion:
     random = np.random.default_rng(sailing.seed)
     speed = _smooth(np.array(list(chain.from_iterable([v] * round(s * HZ) for s, v, _ in sailing.parts))), 1.0)
-    sideways = _smooth(np.array(list(chain.from_iterable([g] * round(s * HZ) for s, _, g in sailing.parts))), 0.5) * GRAVITY_MPS2
+    sideways = (
+        _smooth(np.array(list(chain.from_iterable([g] * round(s * HZ) for s, _, g in sailing.parts))), 0.5)
+        * GRAVITY_MPS2
+    )
     t = np.arange(len(speed)) / HZ
     course_rate = sideways / np.maximum(speed, 1.0)
     course = sailing.yaw_rad + np.cumsum(course_rate) / HZ
@@ -91,16 +111,29 @@ def sail(sailing: Sailing) -> Motion:
     roll = sailing.heel * np.arctan(sideways / GRAVITY_MPS2) + _waves(random, t, sailing.wave_rad)
     pitch = math.radians(3.0) * speed / 8.0 + _waves(random, t, sailing.wave_rad)
     orbit = np.stack([_waves(random, t, sailing.wave_m) for _ in range(3)], axis=1)
-    velocity = np.stack([speed * np.cos(course), speed * np.sin(course), 0.0 * t], axis=1) + np.gradient(orbit, 1 / HZ, axis=0)
+    velocity = np.stack([speed * np.cos(course), speed * np.sin(course), 0.0 * t], axis=1) + np.gradient(
+        orbit, 1 / HZ, axis=0
+    )
     acceleration = np.gradient(velocity, 1 / HZ, axis=0)
     velocity = velocity + np.array([*sailing.current_ne_mps, 0.0])
     rotation = _rotation(roll, pitch, yaw)
     dr, dp, dy = (np.gradient(a, 1 / HZ) for a in (roll, pitch, yaw))
-    rates = np.stack([dr - dy * np.sin(pitch), dp * np.cos(roll) + dy * np.sin(roll) * np.cos(pitch), dy * np.cos(roll) * np.cos(pitch) - dp * np.sin(roll)], axis=1)
+    rates = np.stack(
+        [
+            dr - dy * np.sin(pitch),
+            dp * np.cos(roll) + dy * np.sin(roll) * np.cos(pitch),
+            dy * np.cos(roll) * np.cos(pitch) - dp * np.sin(roll),
+        ],
+        axis=1,
+    )
     force = np.einsum("tji,tj->ti", rotation, acceleration - np.array([0.0, 0.0, GRAVITY_MPS2]))
     h = math.cos(_DIP_RAD)
-    field = rotation.transpose(0, 2, 1) @ np.array([h * math.cos(DECLINATION_RAD), h * math.sin(DECLINATION_RAD), math.sin(_DIP_RAD)])
-    field = field @ (np.eye(3) + sailing.iron * random.standard_normal((3, 3))).T + sailing.iron * random.standard_normal(3)
+    field = rotation.transpose(0, 2, 1) @ np.array(
+        [h * math.cos(DECLINATION_RAD), h * math.sin(DECLINATION_RAD), math.sin(_DIP_RAD)]
+    )
+    field = field @ (
+        np.eye(3) + sailing.iron * random.standard_normal((3, 3))
+    ).T + sailing.iron * random.standard_normal(3)
     antenna = velocity + np.einsum("tij,tj->ti", rotation, np.cross(rates, np.array(sailing.lever_m)))
     lag = round(sailing.velocity_lag_s * HZ)
     antenna = np.concatenate([np.repeat(antenna[:1], lag, axis=0), antenna[: len(t) - lag]])
@@ -113,8 +146,12 @@ def sail(sailing: Sailing) -> Motion:
         pitch,
         yaw,
         np.linalg.norm(velocity[:, :2], axis=1),
-        force @ mount.T + sailing.accelerometer_bias_mps2 * random.standard_normal(3) + sailing.vibration_mps2 * random.standard_normal(count),
-        rates @ mount.T + sailing.gyro_bias_radps * random.standard_normal(3) + math.radians(0.1) * random.standard_normal(count),
+        force @ mount.T
+        + sailing.accelerometer_bias_mps2 * random.standard_normal(3)
+        + sailing.vibration_mps2 * random.standard_normal(count),
+        rates @ mount.T
+        + sailing.gyro_bias_radps * random.standard_normal(3)
+        + math.radians(0.1) * random.standard_normal(count),
         field @ mount.T + 0.005 * random.standard_normal(count),
         antenna[:, :2] + 0.06 * random.standard_normal((len(t), 2)),
     )

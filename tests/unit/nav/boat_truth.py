@@ -1,4 +1,5 @@
-"""A small truth of its own for the navigation tests: a boat that circles and rolls, in closed form, and what its sensors would say."""
+"""A small truth of its own for the navigation tests: a boat that circles and rolls, in closed form, and what its
+sensors would say."""
 
 from __future__ import annotations
 
@@ -8,12 +9,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from companion import config as vessel_config
-from companion.config import VesselConfig
+from companion.config import vessel as vessel_config
+from companion.config.vessel import VesselConfig
+from companion.core.estimate import NavState
 from companion.core.geodesy import LocalFrame
-from companion.core.types import FixType, GnssFix, GroundVelocity, Heading, Imu, NavState, Reading
+from companion.core.readings import FixType, GnssFix, GroundVelocity, Heading, Imu, Reading
 from companion.nav.estimator import Estimator
-from companion.params import Parameters
+from companion.params.store import Parameters
 
 LEVER = np.array([-0.81, 0.0, -0.2])
 IMU_HZ = 100
@@ -147,9 +149,14 @@ class Passage:
     def errors(self, after_s: float, before_s: float = math.inf) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """(position m, heading rad, velocity m/s): horizontal error of each state in that time."""
         chosen = [(s, k) for s, k in zip(self.states, self.rows, strict=True) if after_s <= s.t_s < before_s]
-        position = [math.hypot(s.north_m - self.truth.position[k, 0], s.east_m - self.truth.position[k, 1]) for s, k in chosen]
+        position = [
+            math.hypot(s.north_m - self.truth.position[k, 0], s.east_m - self.truth.position[k, 1]) for s, k in chosen
+        ]
         yaw = [math.remainder(s.yaw_rad - self.truth.attitude[k, 2], 2 * math.pi) for s, k in chosen]
-        velocity = [math.hypot(s.north_mps - self.truth.velocity[k, 0], s.east_mps - self.truth.velocity[k, 1]) for s, k in chosen]
+        velocity = [
+            math.hypot(s.north_mps - self.truth.velocity[k, 0], s.east_mps - self.truth.velocity[k, 1])
+            for s, k in chosen
+        ]
         return np.array(position), np.abs(np.array(yaw)), np.array(velocity)
 
 

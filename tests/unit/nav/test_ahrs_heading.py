@@ -8,27 +8,37 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from companion import config as vessel_config
-from companion.config import SensorConfig, VesselConfig
+from companion.baselines.ahrs import ThesisAhrs
+from companion.config import vessel as vessel_config
+from companion.config.devices import SensorConfig
+from companion.config.vessel import VesselConfig
+from companion.core.decision import Severity
+from companion.core.estimate import NavState
 from companion.core.geodesy import LocalFrame
 from companion.core.geomagnetism import declination_rad, field_nt
-from companion.core.types import FixType, GnssFix, GroundVelocity, Heading, HeadingBy, Imu, MagneticField, NavState, Reading, Severity
+from companion.core.readings import FixType, GnssFix, GroundVelocity, Heading, HeadingBy, Imu, MagneticField, Reading
 from companion.nav.ahrs_heading import AhrsHeading, ahrs_headings, calibrated
 from companion.nav.estimator import Estimator
 from companion.nav.headings import HeadingSources
-from companion.nav.thesis_ahrs import ThesisAhrs
-from companion.params import Parameters
+from companion.params.store import Parameters
 from tests.unit.nav.ahrs_motion import DECLINATION_RAD, GRAVITY_MPS2, Motion, Sailing, sail
 
-ROW = SensorConfig(name="imu", driver="mtdata2", port="memory:imu", heading="ahrs", heading_wander_rad=math.radians(1.0))
+ROW = SensorConfig(
+    name="imu", driver="mtdata2", port="memory:imu", heading="ahrs", heading_wander_rad=math.radians(1.0)
+)
 STRAIGHT = ((32.0, 8.0, 0.0),)
 GOTHENBURG = (57.69, 11.80)
 
 
-def correction(parameters: dict[str, float], mounting_rad: float = math.radians(45.0), row: SensorConfig = ROW) -> tuple[AhrsHeading, float, float]:
-    """A straight run at 8 m/s of a device turned in its mounting: (the source, heading error in degrees at 10 s and 30 s)."""
-    motion = sail(Sailing(parts=STRAIGHT, mounting_rad=mounting_rad, wave_rad=math.radians(2.0), wave_m=0.1, iron=0.0, slip_s=0.0))
-    ahrs, errors = AhrsHeading(row, GRAVITY_MPS2, Parameters(parameters)), {}
+def correction(
+    parameters: dict[str, float], mounting_rad: float = math.radians(45.0), row: SensorConfig = ROW
+) -> tuple[AhrsHeading, float, float]:
+    """A straight run at 8 m/s of a device turned in its mounting: (the source, heading error in degrees at 10 s and 30
+    s)."""
+    motion = sail(
+        Sailing(parts=STRAIGHT, mounting_rad=mounting_rad, wave_rad=math.radians(2.0), wave_m=0.1, iron=0.0, slip_s=0.0)
+    )
+    ahrs, errors = AhrsHeading(row, GRAVITY_MPS2, Parameters(parameters), ThesisAhrs), {}
     for k, t_s in enumerate(motion.t_s.tolist()):
         heading = ahrs.imu(Imu(t_s, "imu", *motion.force[k].tolist(), *motion.rates[k].tolist()))
         if k % 4 == 0:
@@ -48,14 +58,14 @@ def test_a_mounting_error_of_45_degrees_is_a_third_corrected_in_20_s(parameters:
     assert abs(math.degrees(ahrs.corrected_rad)) == pytest.approx(45.0 * (1.0 - math.exp(-0.4)), abs=2.0)
 
 
-def test_what_a_current_may_explain_is_left_alone() -> None:
+def test_a_difference_that_drift_explains_is_not_corrected() -> None:
     ahrs, _, _ = correction({}, math.radians(3.0))
     assert abs(math.degrees(ahrs.corrected_rad)) < 0.2
     ahrs, _, _ = correction({"AHRS_COURSE_T": 0.0})
     assert ahrs.corrected_rad == 0.0
 
 
-def test_a_known_mounting_angle_is_taken_out() -> None:
+def test_a_configured_mounting_angle_is_removed() -> None:
     _, before, _ = correction({}, math.radians(45.0), replace(ROW, heading_offset_rad=math.radians(45.0)))
     _, negative, _ = correction({}, math.radians(45.0), replace(ROW, heading_offset_rad=math.radians(-45.0)))
     assert min(abs(before), abs(negative)) < 2.0
@@ -81,9 +91,9 @@ def test_without_a_field_for_2_s_there_is_no_heading() -> None:
     assert len(given) == pytest.approx(40, abs=3)
 
 
-def test_the_law_may_change_under_way() -> None:
+def test_the_law_can_be_changed_under_way() -> None:
     parameters = Parameters()
-    ahrs = AhrsHeading(ROW, 9.81, parameters)
+    ahrs = AhrsHeading(ROW, 9.81, parameters, ThesisAhrs)
     for k in range(600):
         if k == 300:
             parameters.set("AHRS_LAW", 1.0)
@@ -100,7 +110,9 @@ def test_the_law_may_change_under_way() -> None:
 def vessel() -> VesselConfig:
     config = vessel_config.load(vessel_config.find("revolt"))
     gnss = replace(config.sensors[0], antennas=1, x_m=-0.8, z_m=-1.0)
-    imu = replace(config.sensors[1], heading="ahrs", heading_wander_rad=math.radians(1.0), accelerometer_noise_mps2_rthz=0.05)
+    imu = replace(
+        config.sensors[1], heading="ahrs", heading_wander_rad=math.radians(1.0), accelerometer_noise_mps2_rthz=0.05
+    )
     return replace(config, sensors=(gnss, imu), home=replace(config.home, lat_deg=GOTHENBURG[0], lon_deg=GOTHENBURG[1]))
 
 
@@ -124,44 +136,55 @@ def navigate(motion: Motion, until_field_s: float = math.inf) -> tuple[list[NavS
     return states, said
 
 
-def test_it_is_the_heading_of_a_boat_that_has_no_other() -> None:
+def test_a_raw_magnetometer_is_the_only_heading_of_a_boat() -> None:
     """Switched on under way: until the filter has levelled itself, the course has to do."""
     assert declination_rad(*GOTHENBURG, 2027.5) == pytest.approx(DECLINATION_RAD, abs=math.radians(0.1))
     north, east, down = field_nt(*GOTHENBURG, 2027.5)
     assert math.atan2(east, north) == pytest.approx(declination_rad(*GOTHENBURG, 2027.5)) and down > 0.0
-    motion = sail(Sailing(seed=2, iron=0.0015, parts=((20.0, 4.0, 0.0), (15.0, 8.0, 0.3), (8.0, 8.0, 0.0), (15.0, 8.0, -0.3), (8.0, 8.0, 0.0))))
+    motion = sail(
+        Sailing(
+            seed=2,
+            iron=0.0015,
+            parts=((20.0, 4.0, 0.0), (15.0, 8.0, 0.3), (8.0, 8.0, 0.0), (15.0, 8.0, -0.3), (8.0, 8.0, 0.0)),
+        )
+    )
     states, said = navigate(motion)
     late = [(state, motion.yaw_rad[20 * k]) for k, state in enumerate(states) if state.t_s > 12.0]
     errors = np.degrees([abs(math.remainder(state.yaw_rad - yaw, 2 * math.pi)) for state, yaw in late])
     assert errors.mean() < 1.0 and errors.max() < 3.0
     assert all(state.heading_valid for state, _ in late)
     assert all(math.radians(0.8) < state.heading_accuracy_rad < math.radians(3.0) for state, _ in late)
-    assert [text for _, text in said if text.startswith("Heading")] == ["Heading by course over ground", "Heading by imu compass"]
+    assert [text for _, text in said if text.startswith("Heading")] == [
+        "Heading source: course over ground",
+        "Heading source: imu compass",
+    ]
 
 
-def test_when_the_magnetometer_falls_silent_the_course_takes_over_and_that_is_said() -> None:
+def test_a_silent_magnetometer_gives_way_to_the_course_and_is_announced() -> None:
     motion = sail(Sailing(parts=((40.0, 6.0, 0.0),), wave_rad=math.radians(2.0)))
     states, said = navigate(motion, until_field_s=20.0)
-    assert (Severity.WARNING, "Heading by course over ground: imu compass gives none") in said
+    assert (Severity.WARNING, "Heading source: course over ground (imu compass lost)") in said
     assert states[-1].heading_valid
 
 
-def test_a_field_that_is_no_number_is_left_out() -> None:
+def test_a_field_that_is_not_finite_is_ignored() -> None:
     estimator = Estimator(vessel(), Parameters())
     for k in range(300):
         field = (0.35, 0.0, 0.9) if k % 3 else (math.nan, math.inf, 0.0)
-        state = estimator.update([Imu(0.01 * k, "imu", 0.0, 0.0, -9.81, 0.0, 0.0, 0.0), MagneticField(0.01 * k, "imu", *field)], 0.01 * k)
+        state = estimator.update(
+            [Imu(0.01 * k, "imu", 0.0, 0.0, -9.81, 0.0, 0.0, 0.0), MagneticField(0.01 * k, "imu", *field)], 0.01 * k
+        )
     assert math.degrees(state.yaw_rad) == pytest.approx(math.degrees(DECLINATION_RAD), abs=0.5)
 
 
-def test_what_nobody_calibrated_is_not_believed() -> None:
+def test_an_uncalibrated_magnetometer_has_a_large_sigma() -> None:
     def accuracy_deg(**changes: object) -> float:
         config = vessel()
         row = replace(config.sensors[1], **changes)  # type: ignore[arg-type]
         sources = HeadingSources(replace(config, sensors=(config.sensors[0], row)), lambda *_: None)
         found = sources.offer(Heading(0.0, "imu", 1.0, 0.01, HeadingBy.COMPASS), *GOTHENBURG, None)
         assert found is not None
-        return math.degrees(found.slow_rad)
+        return math.degrees(found.slow_sigma_rad)
 
     assert accuracy_deg(heading_wander_rad=None) == pytest.approx(15.0)
     assert accuracy_deg(heading_wander_rad=None, mag_offset=(0.1, 0.0, 0.0)) == pytest.approx(2.1)
@@ -169,6 +192,6 @@ def test_what_nobody_calibrated_is_not_believed() -> None:
     assert accuracy_deg(heading_wander_rad=None, heading="magnetic") == pytest.approx(2.1)
 
 
-def test_only_sensors_that_ask_for_it_get_one() -> None:
+def test_only_sensors_configured_for_it_get_an_ahrs() -> None:
     assert list(ahrs_headings(vessel(), Parameters())) == ["imu"]
     assert ahrs_headings(vessel_config.load(vessel_config.find("revolt")), Parameters()) == {}

@@ -7,19 +7,21 @@ from dataclasses import replace
 
 import pytest
 
-from companion.config import BatteryConfig
-from companion.core.types import Battery
+from companion.config.outputs import BatteryConfig
+from companion.core.readings import Battery
 from companion.nav.charge import ChargeCounter
 from sitl.battery import BatteryModel
 
 LEAD = BatteryConfig(capacity_ah=75.0, full_v=12.8, empty_v=11.2, resistance_ohm=0.02)
 
 
-def reading(t_s: float, current_a: float | None, voltage_v: float = 12.0, remaining: float | None = None, source: str = "board") -> Battery:
+def reading(
+    t_s: float, current_a: float | None, voltage_v: float = 12.0, remaining: float | None = None, source: str = "board"
+) -> Battery:
     return Battery(t_s, source, voltage_v, current_a, remaining)
 
 
-def test_the_simulated_battery_is_followed_from_half_full_to_nearly_empty() -> None:
+def test_the_charge_of_the_simulated_battery_is_tracked_from_half_to_nearly_empty() -> None:
     """900 Wh at 12 V are 75 Ah; the model draws power, so amperes weigh a little more at the end."""
     model, counter = BatteryModel(900.0, used=0.5), ChargeCounter(LEAD)
     for t_s in range(0, 3900, 2):
@@ -38,7 +40,7 @@ def test_a_ramp_of_current_is_integrated_exactly_however_it_is_sampled() -> None
         assert share == pytest.approx(1.0 - 15.0 / 75.0, abs=1e-9)
 
 
-def test_it_begins_with_the_voltage_at_rest() -> None:
+def test_the_first_share_follows_from_the_voltage_at_rest() -> None:
     assert ChargeCounter(LEAD).update(reading(0.0, 20.0, voltage_v=11.6)).remaining == pytest.approx(0.5)
     assert ChargeCounter(LEAD).update(reading(0.0, 0.0, voltage_v=14.4)).remaining == 1.0
     assert ChargeCounter(LEAD).update(reading(0.0, 0.0, voltage_v=9.0)).remaining == 0.0
@@ -53,14 +55,14 @@ def test_charging_raises_it_to_full_and_no_further() -> None:
     assert counter.update(reading(4 * 3600.0 + 1800.0, 30.0)).remaining == pytest.approx(0.8)
 
 
-def test_what_counts_itself_or_measures_no_current_is_left_alone() -> None:
+def test_readings_with_a_charge_or_without_a_current_stay_as_they_are() -> None:
     counter = ChargeCounter(LEAD)
     for battery in (reading(0.0, 5.0, remaining=0.3), reading(1.0, None), reading(2.0, math.nan)):
         assert counter.update(battery) is battery
     assert ChargeCounter(None).update(reading(0.0, 5.0)).remaining is None
 
 
-def test_sources_are_counted_apart_and_a_clock_that_goes_back_takes_nothing() -> None:
+def test_sources_are_counted_separately_and_time_going_back_discharges_nothing() -> None:
     counter = ChargeCounter(replace(LEAD, resistance_ohm=0.0))
     counter.update(reading(0.0, 75.0, 12.8))
     counter.update(reading(0.0, 0.0, 12.0, source="other"))

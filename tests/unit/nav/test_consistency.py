@@ -1,4 +1,5 @@
-"""Whether the filter's doubts are the size of its errors: the normalised estimation error squared over 16 seeds, inside its 95 % band."""
+"""Whether the filter's sigmas match its errors: the normalised estimation error squared over 16 seeds, inside
+its 95 % band."""
 
 from __future__ import annotations
 
@@ -9,8 +10,8 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from companion.config import VesselConfig
-from companion.core.types import Imu, Reading
+from companion.config.vessel import VesselConfig
+from companion.core.readings import Imu, Reading
 from tests.unit.nav.boat_truth import IMU_HZ, Alter, Passage, Voyage, config_of, navigate
 
 SEEDS = 16
@@ -19,7 +20,7 @@ INSTANTS_S = (10.0, 12.0, 13.9, 16.0, 17.9, 18.3, 19.5)
 
 
 def told(voyage: Voyage) -> VesselConfig:
-    """A vessel whose file says of its sensors exactly what they are."""
+    """A vessel whose file describes its sensors exactly."""
     config = config_of(voyage)
     gnss, imu = config.sensors
     gnss = replace(
@@ -30,12 +31,15 @@ def told(voyage: Voyage) -> VesselConfig:
         heading_accuracy_rad=voyage.heading_sigma_rad,
         heading_wander_rad=0.0,
     )
-    imu = replace(imu, accelerometer_noise_mps2_rthz=0.01 / math.sqrt(IMU_HZ), gyro_noise_radps_rthz=0.0017 / math.sqrt(IMU_HZ))
+    imu = replace(
+        imu, accelerometer_noise_mps2_rthz=0.01 / math.sqrt(IMU_HZ), gyro_noise_radps_rthz=0.0017 / math.sqrt(IMU_HZ)
+    )
     return replace(config, sensors=(gnss, imu))
 
 
 def wandering(random: np.random.Generator, samples: int) -> Alter:
-    """Biases that wander as the filter believes (0.01 m/s² in 600 s, 5e-4 rad/s in 1000 s), and a dropout of all but the IMU."""
+    """Biases that wander as the filter assumes (0.01 m/s² in 600 s, 5e-4 rad/s in 1000 s), and a dropout of all but
+    the IMU."""
     walks = [
         np.cumsum(sigma * math.sqrt(2.0 / tau_s / IMU_HZ) * random.standard_normal((samples, 3)), axis=0)
         for sigma, tau_s in ((0.01, 600.0), (5e-4, 1000.0))
@@ -102,9 +106,9 @@ def squares() -> np.ndarray:
 
 
 @pytest.mark.parametrize(("kind", "axes"), [(0, 2), (1, 2), (2, 1)], ids=["position", "velocity", "heading"])
-def test_mean_square_is_inside_its_band(squares: np.ndarray, kind: int, axes: int) -> None:
-    """The mean over the seeds at each instant; of seven instants by three kinds one may lie outside of a 95 % band by chance, so each
-    kind may have one, and none may be outside of the 99.9 % band."""
+def test_normalised_innovations_stay_inside_the_chi_square_band(squares: np.ndarray, kind: int, axes: int) -> None:
+    """The mean over the seeds at each instant; of seven instants by three kinds one may lie outside of a 95 % band by
+    chance, so each kind may have one, and none may be outside of the 99.9 % band."""
     means = squares[:, :, kind].mean(axis=0)
     low, high = (chi2.ppf(share, axes * SEEDS) / SEEDS for share in (0.025, 0.975))
     lowest, highest = (chi2.ppf(share, axes * SEEDS) / SEEDS for share in (0.0005, 0.9995))

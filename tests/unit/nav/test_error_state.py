@@ -90,7 +90,9 @@ def test_erratum_2_reset_is_g_p_gt() -> None:
     h = made._single.h[0].copy()
     gain = prior @ h / (h @ prior @ h + 0.01)
     made.fuse(innovation)
-    joseph = (np.eye(SIZE) - np.outer(gain, h)) @ prior @ (np.eye(SIZE) - np.outer(gain, h)).T + 0.01 * np.outer(gain, gain)
+    joseph = (np.eye(SIZE) - np.outer(gain, h)) @ prior @ (np.eye(SIZE) - np.outer(gain, h)).T + 0.01 * np.outer(
+        gain, gain
+    )
     g = np.eye(SIZE)
     g[6:9, 6:9] += 0.5 * skew(tuple((gain * innovation.y1)[6:9].tolist()))
     assert made.covariance == pytest.approx(g @ joseph @ g.T, abs=1e-12)
@@ -110,7 +112,7 @@ def test_reset_jacobian_against_differences() -> None:
     assert jacobian == pytest.approx(np.eye(3) + 0.5 * skew(tuple(mean.tolist())), abs=3e-4)
 
 
-def test_erratum_3_gyro_noise_is_the_gyros() -> None:
+def test_erratum_3_the_gyro_has_its_own_noise() -> None:
     noise = FilterNoise(accelerometer_mps2_rthz=0.1, gyro_radps_rthz=1e-3)
     made = ErrorStateFilter(9.82, noise)
     made.start((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), [0.0] * SIZE)
@@ -121,7 +123,7 @@ def test_erratum_3_gyro_noise_is_the_gyros() -> None:
     assert np.diag(p)[3:6] == pytest.approx([1e-2] * 3, rel=0.05)
 
 
-def test_erratum_4_covariance_goes_with_every_sample() -> None:
+def test_erratum_4_the_covariance_is_propagated_with_every_sample() -> None:
     """While the boat swings round, one F of the last sample over the whole gap would give quite another covariance."""
     made = a_filter(noise=FilterNoise(accelerometer_bias_time_s=1e9, gyro_bias_time_s=1e9))
     expected = made.covariance.copy()
@@ -176,7 +178,7 @@ def test_erratum_5_heading_innovation_is_wrapped() -> None:
 
 
 def test_erratum_5_bias_variance_is_bounded() -> None:
-    """Without any measurement for hours the doubt about the biases goes to its steady value, not beyond."""
+    """Without measurements for hours the variance of the biases approaches its steady value and no more."""
     made = ErrorStateFilter(9.82)
     made.start((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), [0.0] * SIZE)
     for _ in range(1000):
@@ -253,7 +255,7 @@ def test_the_boat_stays_on_the_water() -> None:
     assert made._single.h[0] == pytest.approx(np.eye(SIZE)[8], abs=1e-3)  # nothing left behind in the shared row
 
 
-def test_a_long_step_is_taken_in_pieces() -> None:
+def test_a_long_step_is_divided() -> None:
     """Half a second of steady turn in one step comes out as in many."""
     one, many = a_filter((0.0, 0.0, 0.0)), a_filter((0.0, 0.0, 0.0))
     one.predict((0.2, 0.0, -9.82), (0.0, 0.0, 1.0), 0.5)
@@ -264,7 +266,7 @@ def test_a_long_step_is_taken_in_pieces() -> None:
     assert np.diag(one.covariance) == pytest.approx(np.diag(many.covariance), rel=0.02)
 
 
-def test_preview_is_predict_without_a_trace() -> None:
+def test_preview_equals_predict_and_changes_nothing() -> None:
     made = a_filter()
     samples = [((0.1, 0.0, -9.8), (0.0, 0.1, 0.4), 0.01)] * 20
     before = made.covariance.copy()

@@ -1,4 +1,4 @@
-"""Which heading is listened to, and what it is worth."""
+"""The heading source in use and its accuracy."""
 
 from __future__ import annotations
 
@@ -7,12 +7,13 @@ from dataclasses import replace
 
 import pytest
 
-from companion import config as vessel_config
+from companion.config import vessel as vessel_config
+from companion.core.decision import Severity
 from companion.core.geomagnetism import declination_rad
-from companion.core.types import FixType, GnssFix, GroundVelocity, Heading, HeadingBy, Imu, Reading, Severity
+from companion.core.readings import FixType, GnssFix, GroundVelocity, Heading, HeadingBy, Imu, Reading
 from companion.nav.estimator import Estimator
 from companion.nav.headings import HeadingSources, TrueHeading
-from companion.params import Parameters
+from companion.params.store import Parameters
 from tests.unit.nav.boat_truth import Voyage, navigate
 
 REVOLT = vessel_config.load(vessel_config.find("revolt"))
@@ -20,13 +21,15 @@ PLACE = (63.4389, 10.3990, 1_780_315_200_000_000_000)
 
 
 class Listener:
-    """Sources on a vessel with a baseline and a compass, and what they say."""
+    """Heading sources of a vessel with a baseline and a compass, and what they announce."""
 
     def __init__(self) -> None:
         self.said: list[tuple[Severity, str]] = []
         self.sources = HeadingSources(REVOLT, lambda _t, severity, name, text: self.said.append((severity, text)))
 
-    def hear(self, t_s: float, source: str, yaw_rad: float, by: HeadingBy, accuracy_rad: float | None = None) -> TrueHeading | None:
+    def hear(
+        self, t_s: float, source: str, yaw_rad: float, by: HeadingBy, accuracy_rad: float | None = None
+    ) -> TrueHeading | None:
         return self.sources.offer(Heading(t_s, source, yaw_rad, accuracy_rad, by), *PLACE)
 
 
@@ -34,25 +37,25 @@ def test_a_magnetic_heading_is_made_true() -> None:
     found = Listener().hear(0.0, "imu", math.radians(-178.0), HeadingBy.MAGNETIC)
     assert found is not None
     assert math.degrees(found.yaw_rad) == pytest.approx(-178.0 + 5.236, abs=0.01)  # WMM2025 for Trondheim, June 2026
-    assert found.sigma_rad > found.slow_rad >= math.radians(2.0)
+    assert found.sigma_rad > found.slow_sigma_rad >= math.radians(2.0)
     compass = Listener().hear(0.0, "imu", 1.0, HeadingBy.COMPASS)
     assert compass is not None and compass.yaw_rad == 1.0
 
 
-def test_near_the_magnetic_pole_a_magnetic_heading_is_left() -> None:
+def test_near_the_magnetic_pole_a_magnetic_heading_is_ignored() -> None:
     sources = HeadingSources(REVOLT, lambda *_: None)
     assert declination_rad(86.0, 142.0, 2026.4) is None
     assert sources.offer(Heading(0.0, "imu", 1.0, None, HeadingBy.MAGNETIC), 86.0, 142.0, PLACE[2]) is None
 
 
-def test_baseline_before_compass_and_back_when_proven() -> None:
+def test_baseline_before_compass_and_back_after_a_while() -> None:
     """Both on one device too: the rank is by kind, then by the vessel's file."""
     listener = Listener()
     assert listener.hear(0.0, "gnss", 1.0, HeadingBy.BASELINE) is not None
     assert listener.hear(0.1, "imu", 1.1, HeadingBy.MAGNETIC) is None
     assert listener.hear(0.1, "gnss", 1.1, HeadingBy.COMPASS) is None
     fallen = listener.hear(2.5, "imu", 1.0, HeadingBy.COMPASS)  # time-out of the receiver is 2 s
-    assert fallen is not None and fallen.doubt_rad == fallen.slow_rad > 0.0
+    assert fallen is not None and fallen.added_sigma_rad == fallen.slow_sigma_rad > 0.0
     back = []
     for k in range(80):
         t_s = 3.0 + 0.1 * k
@@ -60,9 +63,15 @@ def test_baseline_before_compass_and_back_when_proven() -> None:
         back.append(listener.hear(t_s, "gnss", 1.0, HeadingBy.BASELINE))
     first = next(found for found in back if found is not None)
     assert back.index(first) == pytest.approx(50, abs=1)
-    assert first.doubt_rad == pytest.approx(math.radians(2.1))  # the compass's slow error is still in the estimate
+    assert first.added_sigma_rad == pytest.approx(
+        math.radians(2.1)
+    )  # the compass's slow error is still in the estimate
     assert [severity for severity, _ in listener.said] == [Severity.INFO, Severity.WARNING, Severity.NOTICE]
-    assert [text for _, text in listener.said] == ["Heading by gnss", "Heading by imu compass: gnss gives none", "Heading by gnss"]
+    assert [text for _, text in listener.said] == [
+        "Heading source: gnss",
+        "Heading source: imu compass (gnss lost)",
+        "Heading source: gnss",
+    ]
 
 
 def test_course_is_the_last_resort() -> None:
@@ -100,7 +109,7 @@ def test_a_boat_with_a_compass_alone_has_a_heading_at_rest(by: HeadingBy) -> Non
     assert state.heading_valid and state.position_valid
     assert state.yaw_rad == pytest.approx(0.7, abs=math.radians(0.2))
     assert math.degrees(state.heading_accuracy_rad) > 2.0  # a compass's slow error does not average away
-    assert said == ["Heading by imu compass"]
+    assert said == ["Heading source: imu compass"]
 
 
 def test_the_gyro_carries_the_heading_while_positions_come() -> None:
@@ -119,20 +128,26 @@ def test_the_gyro_carries_the_heading_while_positions_come() -> None:
 
 
 def test_from_baseline_to_compass_and_back_there_is_no_jump() -> None:
-    """The compass is 4° off: the heading goes over slowly, and is right again within a second of the baseline's return."""
+    """The compass is 4° off: the heading goes over slowly, and is right again within a second of the baseline's
+    return."""
 
     def lose(_: int, row: list[Reading]) -> list[Reading]:
         t_s = row[0].t_s
         heading = [reading for reading in row if isinstance(reading, Heading)]
         if not heading:
             return row
-        compass = Heading(t_s, "imu", math.remainder(heading[0].yaw_rad + math.radians(4.0), 2.0 * math.pi), None, HeadingBy.COMPASS)
+        compass = Heading(
+            t_s, "imu", math.remainder(heading[0].yaw_rad + math.radians(4.0), 2.0 * math.pi), None, HeadingBy.COMPASS
+        )
         return [reading for reading in row if not (isinstance(reading, Heading) and 40.0 <= t_s < 60.0)] + [compass]
 
     passage = navigate(Voyage(duration_s=75.0, seed=4), lose, tick_every=5)
     position, yaw, _ = passage.errors(38.0)
     assert math.degrees(yaw.max()) < 4.5 and position.max() < 0.12
-    steps = [math.remainder(b.yaw_rad - a.yaw_rad, 2.0 * math.pi) for a, b in zip(passage.states, passage.states[1:], strict=False)]
+    steps = [
+        math.remainder(b.yaw_rad - a.yaw_rad, 2.0 * math.pi)
+        for a, b in zip(passage.states, passage.states[1:], strict=False)
+    ]
     jumps = [abs(step) for step, state in zip(steps, passage.states, strict=False) if 38.0 < state.t_s < 60.0]
     assert math.degrees(max(jumps)) < 1.5
     assert math.degrees(passage.errors(67.0)[1].max()) < 1.0

@@ -7,7 +7,7 @@ import math
 import pytest
 
 from companion.nav.no_imu import PoseSolution
-from companion.nav.wild_points import Verdict
+from companion.nav.outliers import Verdict
 
 LEVER = (-0.81, 0.0, -0.2)
 
@@ -25,7 +25,7 @@ def circling(solution: PoseSolution, until_s: float, begin_s: float = 0.0) -> No
             solution.position(t, north, east, LEVER, 0.02)
 
 
-def test_follows_a_circle_over_the_wrap() -> None:
+def test_heading_on_a_circle_over_the_wrap() -> None:
     solution = PoseSolution()
     circling(solution, 50.0)
     motion, yaw = solution.motion(50.0), 5.0
@@ -35,7 +35,7 @@ def test_follows_a_circle_over_the_wrap() -> None:
     assert motion.rates[2] == pytest.approx(0.1, abs=0.005)
 
 
-def test_wild_points_and_wild_headings_are_rejected() -> None:
+def test_position_and_heading_outliers_are_rejected() -> None:
     solution = PoseSolution()
     circling(solution, 20.0)
     before = solution.motion(20.0)
@@ -54,7 +54,7 @@ def test_measured_velocity_is_preferred() -> None:
     assert motion.position[0] == pytest.approx(10.0 * math.sin(0.5) + 0.5 * 3.0, abs=0.4)  # carried on by it
 
 
-def test_rates_die_out_when_nothing_comes() -> None:
+def test_rates_decay_without_measurements() -> None:
     solution = PoseSolution()
     circling(solution, 20.0)
     at, later = solution.motion(20.0), solution.motion(60.0)

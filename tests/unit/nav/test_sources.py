@@ -6,11 +6,11 @@ import math
 
 import pytest
 
-from companion.core.types import FixType
+from companion.core.readings import FixType
 from companion.nav.sources import AbsoluteTime, GradeWatch, SourceSelector, TrueWind
 
 
-def test_first_in_the_file_is_used_and_taken_back_only_when_proven() -> None:
+def test_first_in_the_file_is_used_and_returns_only_after_a_while() -> None:
     selector = SourceSelector({"a": 1.0, "b": 1.0})
     assert selector.offer("a", 0.0)
     assert not selector.offer("b", 0.1)
@@ -26,7 +26,7 @@ def test_first_in_the_file_is_used_and_taken_back_only_when_proven() -> None:
     assert all(used[used.index(True) :])
 
 
-def test_a_source_that_calls_itself_no_good_is_left_at_once() -> None:
+def test_a_source_that_reports_a_bad_reading_is_replaced_at_once() -> None:
     selector = SourceSelector({"a": 2.0, "b": 2.0})
     assert selector.offer("a", 0.0)
     assert not selector.offer("b", 0.0)
@@ -34,8 +34,9 @@ def test_a_source_that_calls_itself_no_good_is_left_at_once() -> None:
     assert selector.offer("b", 0.1)
 
 
-def test_a_higher_grade_goes_before_the_order_once_it_is_proven() -> None:
-    """Carrier phase on the second receiver while the first has none: taken over after 5 s, given back 5 s after the first has it too."""
+def test_a_higher_grade_goes_before_the_order_after_a_while() -> None:
+    """Carrier phase on the second receiver while the first has none: taken over after 5 s, given back 5 s after the
+    first has it too."""
     selector = SourceSelector({"a": 2.0, "b": 2.0})
     used = []
     for k in range(400):
@@ -48,9 +49,11 @@ def test_a_higher_grade_goes_before_the_order_once_it_is_proven() -> None:
     assert changes == [(pytest.approx(15.0, abs=0.15), "b"), (pytest.approx(25.0, abs=0.15), "a")]
 
 
-def test_a_grade_that_flickers_is_never_proven() -> None:
+def test_a_flickering_grade_never_counts() -> None:
     selector = SourceSelector({"a": 2.0, "b": 2.0})
-    assert all(selector.offer("a", 0.1 * k) and not selector.offer("b", 0.1 * k, grade=int(k % 40 > 0)) for k in range(300))
+    assert all(
+        selector.offer("a", 0.1 * k) and not selector.offer("b", 0.1 * k, grade=int(k % 40 > 0)) for k in range(300)
+    )
 
 
 def test_of_two_that_come_back_the_higher_grade_is_taken() -> None:
@@ -61,14 +64,14 @@ def test_of_two_that_come_back_the_higher_grade_is_taken() -> None:
     assert selector.offer("c", 2.2, grade=1)
 
 
-def test_a_source_nobody_configured_serves_last() -> None:
+def test_an_unconfigured_source_is_used_last() -> None:
     selector = SourceSelector({"a": 1.0})
     assert selector.offer("stranger", 0.0)
     assert not selector.offer("a", 0.1)
     assert selector.offer("stranger", 0.2)
 
 
-def test_grade_watch_doubts_when_a_better_grade_takes_over() -> None:
+def test_variance_is_added_when_a_better_fix_type_takes_over() -> None:
     watch = GradeWatch()
     assert watch.update(0.0, FixType.DGPS, 1.0) == 0.0
     assert watch.update(19.0, FixType.DGPS, 1.0) == 0.0

@@ -7,9 +7,9 @@ import math
 
 import pytest
 
-from companion import config as vessel_config
-from companion.core.types import Wrench
-from companion.nav.current import CurrentObserver, Passage
+from companion.config import vessel as vessel_config
+from companion.core.actuation import Wrench
+from companion.nav.current import CurrentObserver, GroundMotion
 from companion.nav.solution import Motion
 from companion.nav.velocity_aid import VelocityAid
 
@@ -22,7 +22,8 @@ FULL = Wrench(THRUST_N, 0.0, 0.0)
 
 
 class Sail:
-    """Straight ahead on a heading, at a steady speed through moving water; `north_mps`, `east_mps` are what the estimate says."""
+    """Straight ahead on a heading, at a steady speed through moving water; `north_mps`, `east_mps` are what the
+    estimate says."""
 
     def __init__(self, yaw_rad: float = 0.5) -> None:
         self.observer = CurrentObserver(REVOLT)
@@ -31,21 +32,27 @@ class Sail:
         self.north_mps = SPEED_MPS * math.cos(yaw_rad) + CURRENT[0]
         self.east_mps = SPEED_MPS * math.sin(yaw_rad) + CURRENT[1]
 
-    def go(self, duration_s: float, measured: bool, thrust: Wrench | None = FULL, drift_mps2: float = 0.0) -> list[tuple[float, float, float, float]]:
+    def go(
+        self, duration_s: float, measured: bool, thrust: Wrench | None = FULL, drift_mps2: float = 0.0
+    ) -> list[tuple[float, float, float, float]]:
         """What the aid gives, as (t_s, north, east, sigma); `drift_mps2`: how the estimate goes wrong meanwhile."""
         given = []
         for k in range(round(duration_s / DT_S)):
             self.now_s += DT_S
             velocity = (self.north_mps + drift_mps2 * k * DT_S, self.east_mps, 0.0)
-            motion = Motion(self.now_s, (0.0, 0.0, 0.0), velocity, (0.0, 0.0, self.yaw_rad), (0.0, 0.0, 0.0), 0.01, 0.01, 0.01)
-            self.observer.update(self.now_s, thrust, Passage(velocity[0], velocity[1], self.yaw_rad, 0.0, None, None), measured)
+            motion = Motion(
+                self.now_s, (0.0, 0.0, 0.0), velocity, (0.0, 0.0, self.yaw_rad), (0.0, 0.0, 0.0), 0.01, 0.01, 0.01
+            )
+            self.observer.update(
+                self.now_s, thrust, GroundMotion(velocity[0], velocity[1], self.yaw_rad, 0.0, None, None), measured
+            )
             aid = self.aid.update(self.now_s, measured, motion)
             if aid is not None:
                 given.append((self.now_s, *aid))
         return given
 
 
-def test_it_speaks_once_a_second_while_nothing_is_measured() -> None:
+def test_a_velocity_comes_once_a_second_while_nothing_is_measured() -> None:
     sail = Sail()
     assert sail.go(60.0, measured=True) == []
     given = sail.go(10.0, measured=False)
@@ -54,7 +61,7 @@ def test_it_speaks_once_a_second_while_nothing_is_measured() -> None:
     assert sail.go(5.0, measured=True) == []
 
 
-def test_what_it_says_is_not_led_astray_by_the_drifting_estimate() -> None:
+def test_the_aid_does_not_follow_the_drifting_estimate() -> None:
     sail = Sail()
     sail.go(60.0, measured=True)
     for _, north, east, _ in sail.go(12.0, measured=False, drift_mps2=0.02):
@@ -70,7 +77,7 @@ def test_it_loses_speed_as_the_hull_does_when_thrust_ends() -> None:
     assert north - CURRENT[0] == pytest.approx(left, abs=0.03)
 
 
-def test_its_doubt_grows_with_the_gap_and_with_a_change_of_speed() -> None:
+def test_its_sigma_grows_with_the_gap_and_with_a_change_of_speed() -> None:
     steady, slowing = Sail(), Sail()
     for sail in (steady, slowing):
         sail.go(60.0, measured=True)
@@ -79,7 +86,7 @@ def test_its_doubt_grows_with_the_gap_and_with_a_change_of_speed() -> None:
     assert slowing.go(12.0, measured=False, thrust=Wrench(0.0, 0.0, 0.0))[-1][3] > last[3]
 
 
-def test_it_is_silent_where_nobody_knows_the_thrust() -> None:
+def test_without_known_thrust_it_gives_none() -> None:
     sail = Sail()
     sail.go(60.0, measured=True, thrust=None)
     assert sail.go(10.0, measured=False) == []

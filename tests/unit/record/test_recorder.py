@@ -11,7 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from companion.core.types import DeviceHealth, Event, Severity
+from companion.core.decision import Event, Severity
+from companion.core.tick import DeviceHealth
 from companion.record.readings import read_ticks
 from companion.record.recorder import LogFolder, WrittenThrough, tick_columns
 from tests.unit.record.ticks import tick
@@ -79,13 +80,16 @@ def test_each_minute_what_the_devices_count(tmp_path: Path) -> None:
     """Rates and counts change with every message; what is wrong is logged at once."""
     folder = log(tmp_path)
     for n in range(1300):
-        state = DeviceHealth("gnss", True, 0.1, f"{n} NMEA sentences, 0 bad; GGA 20 Hz"), DeviceHealth("imu", n < 900, 0.1, "self-test failed")
+        state = (
+            DeviceHealth("gnss", True, 0.1, f"{n} NMEA sentences, 0 bad; GGA 20 Hz"),
+            DeviceHealth("imu", n < 900, 0.1, "self-test failed"),
+        )
         folder.record(replace(tick(0.1 * n), health=state))
     folder.close()
     found = [
-        (t.t_s, health.name, health.text)
-        for t in read_ticks(tmp_path / "readings.csv", [])
-        for health in t.health
+        (t.t_s, health.name, health.text) for t in read_ticks(tmp_path / "readings.csv", []) for health in t.health
     ]
     minutes = [t_s for t_s, name, text in found if name == "gnss" and "GGA 20 Hz" in text]
-    assert minutes == pytest.approx([0.0, 60.0, 120.0]) and (90.0, "imu", "self-test failed") in found and len(found) == 7
+    assert (
+        minutes == pytest.approx([0.0, 60.0, 120.0]) and (90.0, "imu", "self-test failed") in found and len(found) == 7
+    )

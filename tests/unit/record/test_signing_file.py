@@ -13,6 +13,7 @@ import pytest
 from companion.record import signing_file
 from companion.record.signing_file import FILE, SigningFileError, read_signing, write_signing
 from companion.record.state_file import StateFile
+from tests.waiting import CAP_S
 
 KEY = bytes(range(32))
 
@@ -49,10 +50,18 @@ def test_a_temporary_file_left_by_a_power_cut_does_not_lend_its_mode(tmp_path: P
 @pytest.mark.parametrize(
     "content",
     [
-        b"", b"{", b"[]", b'{"format":1}', b'{"format":2,"key":null,"horizon":0}', b'{"format":1,"key":"00","horizon":0}',
-        b'{"format":1,"key":null,"horizon":-1}', b'{"format":1,"key":5,"horizon":0}', b'{"format":1,"key":null,"horizon":true}', b"\xff\xfe",
+        b"",
+        b"{",
+        b"[]",
+        b'{"format":1}',
+        b'{"format":2,"key":null,"horizon":0}',
+        b'{"format":1,"key":"00","horizon":0}',
+        b'{"format":1,"key":null,"horizon":-1}',
+        b'{"format":1,"key":5,"horizon":0}',
+        b'{"format":1,"key":null,"horizon":true}',
+        b"\xff\xfe",
     ],
-)  # fmt: skip
+)
 def test_what_is_no_key_file_is_said(tmp_path: Path, content: bytes) -> None:
     (tmp_path / FILE).write_bytes(content)
     (tmp_path / FILE).chmod(0o600)
@@ -60,19 +69,21 @@ def test_what_is_no_key_file_is_said(tmp_path: Path, content: bytes) -> None:
         read_signing(tmp_path)
 
 
-def test_saving_returns_while_the_medium_takes_its_time_and_the_newest_is_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_saving_returns_while_the_medium_takes_its_time_and_the_newest_is_kept(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     may_write, writing = threading.Event(), threading.Event()
 
     def slowly(directory: Path, key: bytes | None, horizon: int) -> None:
         writing.set()
-        assert may_write.wait(10.0)
+        assert may_write.wait(CAP_S)
         write_signing(directory, key, horizon)
 
     monkeypatch.setattr(signing_file, "write_signing", slowly)
     state = StateFile(tmp_path)
     for horizon in range(100):
         state.save_signing(KEY, horizon)
-    assert writing.wait(10.0) and not (tmp_path / FILE).exists()
+    assert writing.wait(CAP_S) and not (tmp_path / FILE).exists()
     may_write.set()
     state.close()
     assert read_signing(tmp_path) == (KEY, 99)

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from companion.mission.plan import PlanItem, PlanKind, plan_id
-from companion.params import Parameters
+from companion.params.store import Parameters
 from companion.record.state_file import StateFile, StateFileBusy
 
 
@@ -22,7 +22,20 @@ def item(seq: int, **more: float) -> PlanItem:
 
 
 def bits(plan: PlanItem) -> bytes:
-    return struct.pack("<HBffffiifBB", plan.command, plan.frame, plan.param1, plan.param2, plan.param3, plan.param4, plan.x, plan.y, plan.z, plan.autocontinue, plan.current)
+    return struct.pack(
+        "<HBffffiifBB",
+        plan.command,
+        plan.frame,
+        plan.param1,
+        plan.param2,
+        plan.param3,
+        plan.param4,
+        plan.x,
+        plan.y,
+        plan.z,
+        plan.autocontinue,
+        plan.current,
+    )
 
 
 def float32(value: float) -> float:
@@ -90,7 +103,10 @@ def test_parameters_of_another_version_are_kept_aside(tmp_path: Path) -> None:
     assert len(warnings) == 1 and "BRAND_NEW" in warnings[0]
     older.save_parameters({"WP_SPEED": 0.6})
     older.close()
-    assert StateFile(tmp_path, known_parameters={"WP_SPEED", "BRAND_NEW"}).load_parameters() == ({"WP_SPEED": 0.6, "BRAND_NEW": 7}, [])
+    assert StateFile(tmp_path, known_parameters={"WP_SPEED", "BRAND_NEW"}).load_parameters() == (
+        {"WP_SPEED": 0.6, "BRAND_NEW": 7},
+        [],
+    )
 
 
 def test_a_file_cut_off_at_any_length_is_set_aside_and_never_believed(tmp_path: Path) -> None:

@@ -10,8 +10,10 @@ from pathlib import Path
 import pytest
 from pyulog import ULog
 
-from companion.core.types import Battery, Event, Inputs, Severity
-from companion.params import TABLE
+from companion.core.decision import Event, Severity
+from companion.core.readings import Battery
+from companion.core.tick import Inputs
+from companion.params.table import TABLE
 from companion.record.recorder import LogFolder
 from companion.record.ulog import FILE, UlogEncoder
 from tests.unit.record.ticks import tick
@@ -23,11 +25,21 @@ def read(data: bytes) -> ULog:
 
 def written(count: int = 20) -> bytes:
     encoder = UlogEncoder(("port", "starboard"))
-    parts = [encoder.header({"sys_name": "USV companion", "ver_hw": "revolt"}, {"WP_SPEED": 0.6, "NAV_DLL_ACT": 1.0}, frozenset({"NAV_DLL_ACT"}))]
+    parts = [
+        encoder.header(
+            {"sys_name": "USV companion", "ver_hw": "revolt"},
+            {"WP_SPEED": 0.6, "NAV_DLL_ACT": 1.0},
+            frozenset({"NAV_DLL_ACT"}),
+        )
+    ]
     for n in range(count):
         row = tick(0.1 * n)
         if n == 3:
-            row = replace(row, inputs=Inputs(battery=Battery(0.3, "board", 12.6, None, 0.8)), events=(Event(0.25, Severity.WARNING, "leak", "Water ö"),))
+            row = replace(
+                row,
+                inputs=Inputs(battery=Battery(0.3, "board", 12.6, None, 0.8)),
+                events=(Event(0.25, Severity.WARNING, "leak", "Water ö"),),
+            )
         parts.append(encoder.tick(row))
         if n == 5:
             parts.append(encoder.parameter("WP_SPEED", 0.9, whole=False))
@@ -37,14 +49,26 @@ def written(count: int = 20) -> bytes:
 def test_pyulog_reads_every_topic_with_its_values() -> None:
     log = read(written())
     topics = {(data.name, data.multi_id): data.data for data in log.data_list}
-    assert set(topics) == {("usv_motion", 0), ("usv_status", 0), ("usv_setpoint", 0), ("usv_wrench", 0), ("usv_thruster", 0), ("usv_thruster", 1), ("usv_battery", 0)}
+    assert set(topics) == {
+        ("usv_motion", 0),
+        ("usv_status", 0),
+        ("usv_setpoint", 0),
+        ("usv_wrench", 0),
+        ("usv_thruster", 0),
+        ("usv_thruster", 1),
+        ("usv_battery", 0),
+    }
     motion = topics[("usv_motion", 0)]
     assert motion["timestamp"].tolist() == [round(1e5 * n) for n in range(20)]
     assert motion["lat_deg"][0] == 63.4 and motion["yaw_rad"][7] == pytest.approx(0.3)
     assert math.isnan(motion["wind_speed_mps"][0]) and set(motion["position_valid"]) == {1}
-    assert topics[("usv_thruster", 1)]["throttle"][0] == pytest.approx(-0.5) and math.isnan(topics[("usv_thruster", 1)]["azimuth_rad"][0])
+    assert topics[("usv_thruster", 1)]["throttle"][0] == pytest.approx(-0.5) and math.isnan(
+        topics[("usv_thruster", 1)]["azimuth_rad"][0]
+    )
     assert topics[("usv_thruster", 1)]["condition"][0] == 2
-    assert topics[("usv_battery", 0)]["voltage_v"].tolist() == [pytest.approx(12.6)] and math.isnan(topics[("usv_battery", 0)]["current_a"][0])
+    assert topics[("usv_battery", 0)]["voltage_v"].tolist() == [pytest.approx(12.6)] and math.isnan(
+        topics[("usv_battery", 0)]["current_a"][0]
+    )
     assert topics[("usv_wrench", 0)]["demanded_surge_n"][0] == 3.0
 
 
@@ -68,7 +92,9 @@ def test_a_file_that_was_cut_off_is_read_up_to_there() -> None:
 def test_the_recorder_writes_it_where_rows_are_to_be_kept(tmp_path: Path) -> None:
     for durable in (True, False):
         folder = tmp_path / str(durable)
-        log = LogFolder(folder, ["port", "starboard"], [], {"version": "1", "parameters": {"WP_SPEED": 0.6}}, print, durable, TABLE)
+        log = LogFolder(
+            folder, ["port", "starboard"], [], {"version": "1", "parameters": {"WP_SPEED": 0.6}}, print, durable, TABLE
+        )
         for n in range(5):
             log.record(tick(0.1 * n))
         log.parameter("NAV_DLL_ACT", 2.0)

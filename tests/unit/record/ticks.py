@@ -2,33 +2,45 @@
 
 from __future__ import annotations
 
-from companion.core.types import (
-    ActuatorCommand,
-    Allocation,
-    Condition,
-    DeviceHealth,
-    FixType,
-    Inputs,
-    MissionProgress,
-    MissionState,
-    ModeId,
-    NavState,
-    Setpoint,
-    SetpointKind,
-    Status,
-    ThrusterCommand,
-    Tick,
-    Wrench,
-)
+from companion.core.actuation import ActuatorCommand, Allocation, ThrusterCommand, ThrusterCondition, Wrench
+from companion.core.decision import MissionProgress, MissionState, ModeId, Status
+from companion.core.estimate import NavState
+from companion.core.readings import FixType
+from companion.core.setpoint import PoseSetpoint
+from companion.core.tick import DeviceHealth, Inputs, Tick
 
 
 def tick(t_s: float) -> Tick:
     nav = NavState(
-        t_s=t_s, position_valid=True, heading_valid=True, lat_deg=63.4, lon_deg=10.4, altitude_m=0.0, north_m=1.5, east_m=-2.0,
-        roll_rad=0.0, pitch_rad=0.0, yaw_rad=0.3, surge_mps=0.4, sway_mps=0.0, north_mps=0.4, east_mps=0.1, roll_rate_radps=0.0,
-        pitch_rate_radps=0.0, yaw_rate_radps=0.01, position_accuracy_m=0.02, velocity_accuracy_mps=0.02, heading_accuracy_rad=0.003,
-        position_age_s=0.05, heading_age_s=0.05, imu_age_s=0.01, fix=FixType.RTK_FIXED, satellites=18, hdop=0.7, time_unix_ns=None,
-    )  # fmt: skip
+        t_s=t_s,
+        position_valid=True,
+        heading_valid=True,
+        lat_deg=63.4,
+        lon_deg=10.4,
+        altitude_m=0.0,
+        north_m=1.5,
+        east_m=-2.0,
+        roll_rad=0.0,
+        pitch_rad=0.0,
+        yaw_rad=0.3,
+        surge_mps=0.4,
+        sway_mps=0.0,
+        north_mps=0.4,
+        east_mps=0.1,
+        roll_rate_radps=0.0,
+        pitch_rate_radps=0.0,
+        yaw_rate_radps=0.01,
+        position_accuracy_m=0.02,
+        velocity_accuracy_mps=0.02,
+        heading_accuracy_rad=0.003,
+        position_age_s=0.05,
+        heading_age_s=0.05,
+        imu_age_s=0.01,
+        fix=FixType.RTK_FIXED,
+        satellites=18,
+        hdop=0.7,
+        time_unix_ns=None,
+    )
     status = Status(t_s, ModeId.HOLD, ModeId.HOLD, True, (), (), None, MissionProgress(MissionState.NO_MISSION, 0, 0))
     thrusters = (ThrusterCommand(10.0, 0.6, 0.1), ThrusterCommand(-7.0, -0.5, None))
     wrench = Wrench(3.0, 0.0, 1.0)
@@ -37,12 +49,12 @@ def tick(t_s: float) -> Tick:
         time_unix_ns=1_780_000_000_000_000_000 + round(t_s * 1e9),
         nav=nav,
         status=status,
-        setpoint=Setpoint(SetpointKind.POSE, north_m=1.0, east_m=-2.0, yaw_rad=0.3),
+        setpoint=PoseSetpoint(north_m=1.0, east_m=-2.0, yaw_rad=0.3),
         wrench=wrench,
         allocation=Allocation(thrusters, wrench, (False, False, False)),
         command=ActuatorCommand(t_s, True, thrusters),
         inputs=Inputs(),
         feedback=(None, None),
         health=(DeviceHealth("gnss", True, 0.05), DeviceHealth("imu", False, None, "no bytes yet")),
-        conditions=(Condition.READY, Condition.MOVING),
+        conditions=(ThrusterCondition.READY, ThrusterCondition.MOVING),
     )

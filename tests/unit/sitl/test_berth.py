@@ -7,19 +7,19 @@ from dataclasses import replace
 
 import pytest
 
-from companion.config import DockConfig, find, load
+from companion.config.vessel import DockConfig, find, load
 from companion.core.geodesy import LocalFrame
-from sitl.berth import Berth
+from sitl.berth import BerthModel
 from sitl.hull import Hull
-from sitl.world import World
+from sitl.world import World, WorldConditions
 
 REVOLT = load(find("revolt"))
 HALF_BEAM_M = 0.36
 
 
-def berth(heading_deg: float = 0.0, side: str = "port", clearance_m: float = 0.0) -> Berth:
+def berth(heading_deg: float = 0.0, side: str = "port", clearance_m: float = 0.0) -> BerthModel:
     dock = DockConfig(REVOLT.home.lat_deg, REVOLT.home.lon_deg, math.radians(heading_deg), side, 2.0, clearance_m)  # type: ignore[arg-type]
-    return Berth(dock, REVOLT.home, REVOLT.length_m, REVOLT.beam_m)
+    return BerthModel(dock, REVOLT.home, REVOLT.length_m, REVOLT.beam_m)
 
 
 def hull_at(north_m: float, east_m: float, yaw_rad: float = 0.0, sway_mps: float = 0.0) -> Hull:
@@ -28,7 +28,9 @@ def hull_at(north_m: float, east_m: float, yaw_rad: float = 0.0, sway_mps: float
     return hull
 
 
-@pytest.mark.parametrize(("side", "x", "y"), [("port", 0.0, 0.36), ("starboard", 0.0, -0.36), ("bow", -1.5, 0.0), ("stern", 1.5, 0.0)])
+@pytest.mark.parametrize(
+    ("side", "x", "y"), [("port", 0.0, 0.36), ("starboard", 0.0, -0.36), ("bow", -1.5, 0.0), ("stern", 1.5, 0.0)]
+)
 @pytest.mark.parametrize("heading_deg", [0.0, -40.0, 155.0])
 def test_two_corners_press_with_the_stiffness_of_both(side: str, x: float, y: float, heading_deg: float) -> None:
     yaw = math.radians(heading_deg)
@@ -36,7 +38,9 @@ def test_two_corners_press_with_the_stiffness_of_both(side: str, x: float, y: fl
     for gap_m in (0.02, -0.01):
         a, b = x * (1.0 + gap_m / length), y * (1.0 + gap_m / length)
         line = berth(heading_deg, side)
-        surge_n, sway_n, yaw_nm = line.push(hull_at(math.cos(yaw) * a - math.sin(yaw) * b, math.sin(yaw) * a + math.cos(yaw) * b, yaw))
+        surge_n, sway_n, yaw_nm = line.push(
+            hull_at(math.cos(yaw) * a - math.sin(yaw) * b, math.sin(yaw) * a + math.cos(yaw) * b, yaw)
+        )
         assert line.gap_m == pytest.approx(gap_m, abs=1e-6)
         expected_n = 0.0 if gap_m > 0.0 else 2.0 * 4000.0 * 0.01
         assert (surge_n, sway_n) == pytest.approx((expected_n * x / length, expected_n * y / length), abs=1e-3)
@@ -94,7 +98,7 @@ def test_compression_of_a_boat_that_drifts_on() -> None:
 def test_a_world_has_the_vessels_berth_or_the_one_it_is_given() -> None:
     assert World(replace(REVOLT, dock=None)).berth is None
     lat_deg, lon_deg = LocalFrame(REVOLT.home.lat_deg, REVOLT.home.lon_deg).to_geodetic(0.0, -HALF_BEAM_M - 0.05)
-    world = World(REVOLT, dock=DockConfig(lat_deg, lon_deg, 0.0, "port", 2.0, 0.0))
+    world = World(REVOLT, WorldConditions(dock=DockConfig(lat_deg, lon_deg, 0.0, "port", 2.0, 0.0)))
     world.set_state(sway_mps=-0.1)
     world.advance(20.0)
     assert world.berth is not None and world.berth.touch_sway_mps == pytest.approx(-0.1, abs=0.01)

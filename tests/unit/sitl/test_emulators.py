@@ -12,23 +12,32 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from companion.config import SensorConfig, find, load
+from companion.config.devices import SensorConfig
+from companion.config.vessel import find, load
+from companion.core.actuation import Beacon, Deployment, Light
 from companion.core.geodesy import LocalFrame
 from companion.core.microcontroller_auxiliary import AuxiliaryDemand, AuxiliaryState
-from companion.core.microcontroller_frame import BoardStatus, Command, FrameDecoder, Ident, IdentRequest, ThrusterDemand, encode
-from companion.core.types import Beacon, Deployment, Light
+from companion.core.microcontroller_frame import (
+    BoardStatus,
+    Command,
+    FrameDecoder,
+    Ident,
+    IdentRequest,
+    ThrusterDemand,
+    encode,
+)
 from sitl import emulators
 from sitl.battery import BatteryModel
-from sitl.emulators.device import Surroundings
-from sitl.emulators.gnss import GnssEmulator, _degrees_minutes
+from sitl.emulators.device import SensedWorld
+from sitl.emulators.gnss import GnssEmulator, degrees_minutes
 from sitl.emulators.microcontroller import MicrocontrollerEmulator
 from sitl.emulators.wind_sensor import WindEmulator
 from sitl.emulators.xsens import XsensEmulator
-from sitl.environment import Waves, Wind
+from sitl.environment import Waves, WindModel
 from sitl.faults import Fault, Faults
 from sitl.hull import Hull
 from sitl.memory import MemoryStream
-from sitl.thrusters import Thruster, build
+from sitl.thrusters import ThrusterModel, build
 from sitl.world import EPOCH_UNIX_NS
 
 VESSEL = load(find("revolt"))
@@ -38,15 +47,17 @@ PLANT = VESSEL.sitl.plants["as_sailed"]
 FRAME = LocalFrame(VESSEL.home.lat_deg, VESSEL.home.lon_deg)
 
 
-def surroundings(gnss: str = "rtk", faults: tuple[str, ...] = (), wind: Wind | None = None) -> Surroundings:
-    wind = wind or Wind(0.0, 0.0, 0)
+def surroundings(gnss: str = "rtk", faults: tuple[str, ...] = (), wind: WindModel | None = None) -> SensedWorld:
+    wind = wind or WindModel(0.0, 0.0, 0)
     active = Faults(faults, VESSEL)
     active.update(0.0)
     hull = Hull(PLANT.hull)
-    return Surroundings(hull, Waves(0.0, wind, 3.0, 0), wind, active, VESSEL.home, gnss, 1, EPOCH_UNIX_NS, 100.0)
+    return SensedWorld(hull, Waves(0.0, wind, 3.0, 0), wind, active, VESSEL.home, gnss, 1, EPOCH_UNIX_NS, 100.0)
 
 
-def printed(around: Surroundings, config: SensorConfig = GNSS, t_s: float = 1.25) -> tuple[dict[str, pynmea2.NMEASentence], float]:
+def printed(
+    around: SensedWorld, config: SensorConfig = GNSS, t_s: float = 1.25
+) -> tuple[dict[str, pynmea2.NMEASentence], float]:
     stream = MemoryStream("gnss")
     GnssEmulator(config, stream.device, around).speak(t_s)
     ((arrival_s, data),) = stream.read(1e6)
@@ -67,9 +78,15 @@ def test_sentences_parse_and_say_where_the_antenna_is() -> None:
     assert float(said["HDT"].heading) == pytest.approx(200.0, abs=1.0)
     assert float(said["VTG"].true_track) == pytest.approx(200.0, abs=8.0)
     assert float(said["VTG"].spd_over_grnd_kmph) / 3.6 == pytest.approx(0.8, abs=0.1)
-    assert float(said["VTG"].spd_over_grnd_kts) == pytest.approx(float(said["VTG"].spd_over_grnd_kmph) / 1.852, abs=0.001)
+    assert float(said["VTG"].spd_over_grnd_kts) == pytest.approx(
+        float(said["VTG"].spd_over_grnd_kmph) / 1.852, abs=0.001
+    )
     assert said["ZDA"].datetime.date() == date(2026, 6, 1)
-    assert said["ZDA"].timestamp.replace(tzinfo=None) == time(12, 0, 1, 250_000) == said["GGA"].timestamp.replace(tzinfo=None)
+    assert (
+        said["ZDA"].timestamp.replace(tzinfo=None)
+        == time(12, 0, 1, 250_000)
+        == said["GGA"].timestamp.replace(tzinfo=None)
+    )
 
 
 @pytest.mark.parametrize(("grade", "quality"), [("rtk", 4), ("sbas", 2), ("standalone", 1)])
@@ -98,13 +115,13 @@ def test_midnight_turns_the_date() -> None:
 @given(st.floats(-180.0, 180.0))
 @settings(deadline=None, derandomize=True, max_examples=100)
 def test_degrees_and_minutes_to_a_tenth_of_a_micro_minute(angle_deg: float) -> None:
-    text = _degrees_minutes(angle_deg, 3)
+    text = degrees_minutes(angle_deg, 3)
     assert len(text) == 13 and float(text[3:]) < 60.0
     assert int(text[:3]) + float(text[3:]) / 60.0 == pytest.approx(abs(angle_deg), abs=1e-9)
 
 
 def test_almost_a_whole_degree_does_not_print_sixty_minutes() -> None:
-    assert _degrees_minutes(10.999999999999, 2) == "1100.0000000"
+    assert degrees_minutes(10.999999999999, 2) == "1100.0000000"
 
 
 def test_southern_and_western_hemispheres() -> None:
@@ -115,7 +132,7 @@ def test_southern_and_western_hemispheres() -> None:
 
 
 def test_wind_sensor_prints_apparent_wind() -> None:
-    around = surroundings(wind=Wind(10.0, 0.0, 1))
+    around = surroundings(wind=WindModel(10.0, 0.0, 1))
     around.hull.place(0.0, 0.0, math.radians(90.0), 2.0)
     stream = MemoryStream("wind")
     device = emulators.sensor(replace(GNSS, name="wind", rate_hz=2.0), stream.device, around)
@@ -167,10 +184,9 @@ def test_mtdata2_holds_what_the_model_measured() -> None:
 def test_mtdata2_counts_and_wraps() -> None:
     stream = MemoryStream("imu")
     device = XsensEmulator(IMU, stream.device, surroundings())
-    device._counter = 0xFFFE
-    for k in range(4):
+    for k in range(0x10002):
         device.speak(0.01 * k)
-    messages = [items(data) for _, data in stream.read(1.0)]
+    messages = [items(data) for _, data in stream.read(0.01 * 0x10002)][-4:]
     assert [struct.unpack(">H", message[0x1020])[0] for message in messages] == [0xFFFE, 0xFFFF, 0, 1]
 
 
@@ -189,9 +205,11 @@ class Bench:
     def __init__(self, *faults: str) -> None:
         self.stream = MemoryStream("microcontroller")
         self.faults = Faults(faults, VESSEL)
-        self.thrusters: tuple[Thruster, ...] = build(VESSEL.thrusters, 0.0, None)
+        self.thrusters: tuple[ThrusterModel, ...] = build(VESSEL.thrusters, 0.0, None)
         self.battery = BatteryModel(900.0)
-        self.board = MicrocontrollerEmulator(VESSEL.actuators[0], self.stream.device, self.thrusters, self.battery, self.faults)
+        self.board = MicrocontrollerEmulator(
+            VESSEL.actuators[0], self.stream.device, self.thrusters, self.battery, self.faults
+        )
         self.t_s = 0.0
 
     def send(self, throttle: float = 0.5, armed: bool = True, count: int = 3) -> None:

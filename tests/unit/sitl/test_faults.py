@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from companion.config import ConfigError, find, load
+from companion.config.vessel import ConfigError, find, load
 from sitl.faults import Fault, Faults, known, parse
 
 VESSEL = load(find("revolt"))
@@ -18,18 +18,39 @@ def test_parse() -> None:
     assert parse("thruster_bow_dead@0", VESSEL) == Fault("thruster_bow_dead", 0.0, math.inf)
 
 
-@pytest.mark.parametrize("name", ["gnss_lost", "heading_lost", "imu_lost", "leak", "battery_low", "mcu_silent", "rc_safe", "gnss_jump"])
+@pytest.mark.parametrize(
+    "name", ["gnss_lost", "heading_lost", "imu_lost", "leak", "battery_low", "mcu_silent", "rc_safe", "gnss_jump"]
+)
 def test_the_promised_faults_are_there(name: str) -> None:
     assert name in known(VESSEL)
 
 
 def test_a_thruster_has_the_faults_that_it_can_have() -> None:
     names = known(VESSEL)
-    assert {"thruster_bow_dead", "thruster_bow_stalled", "thruster_bow_runaway", "thruster_bow_jammed", "thruster_stern_port_stuck"} <= set(names)
+    assert {
+        "thruster_bow_dead",
+        "thruster_bow_stalled",
+        "thruster_bow_runaway",
+        "thruster_bow_jammed",
+        "thruster_stern_port_stuck",
+    } <= set(names)
     assert "thruster_bow_stuck" not in names and "thruster_stern_port_jammed" not in names
 
 
-@pytest.mark.parametrize("text", ["gnss_lost", "gnss_lost@", "gnss_lost@x", "gnss_lost@1+", "gnss_lost@1+0", "leak@-1", "leak@nan", "@5", "leak@1+nan"])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "gnss_lost",
+        "gnss_lost@",
+        "gnss_lost@x",
+        "gnss_lost@1+",
+        "gnss_lost@1+0",
+        "leak@-1",
+        "leak@nan",
+        "@5",
+        "leak@1+nan",
+    ],
+)
 def test_a_fault_badly_written_says_how(text: str) -> None:
     with pytest.raises(ConfigError, match=r"NAME@T|no fault named"):
         parse(text, VESSEL)

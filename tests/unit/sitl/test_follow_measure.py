@@ -11,7 +11,7 @@ import pytest
 from scipy.optimize import brentq
 from shapely import LineString, Point
 
-from sitl.scenarios.follow_measure import Chase, Track, variation_1ps
+from sitl.scenarios.follow_measure import Chase, LeaderTrack, variation_1ps
 
 DT_S, SPEED_MPS = 0.05, 8.0
 Place = tuple[float, float, float]  # north, east, heading
@@ -29,11 +29,19 @@ def hairpin(arc_m: float, radius_m: float = 5.0) -> Place:
 
 
 def chase(
-    folder: Path, way: Callable[[float], Place], gap_m: Callable[[float], float], off_m: Callable[[float], float], duration_s: float
+    folder: Path,
+    way: Callable[[float], Place],
+    gap_m: Callable[[float], float],
+    off_m: Callable[[float], float],
+    duration_s: float,
 ) -> Chase:
-    """A leader along a way at 8 m/s, whose receiver is 1 m off to the north, and a follower on it with a gap and an offset, whose own is 2 m off to the
-    east."""
-    truth, leader, ticks = ["t_s,north_m,east_m,yaw_rad,surge_mps,sway_mps"], [], ["t_s,north_m,east_m,mode,jet_azimuth_rad"]
+    """A leader along a way at 8 m/s, whose receiver is 1 m off to the north, and a follower on it with a gap and an
+    offset, whose own is 2 m off to the east."""
+    truth, leader, ticks = (
+        ["t_s,north_m,east_m,yaw_rad,surge_mps,sway_mps"],
+        [],
+        ["t_s,north_m,east_m,mode,jet_azimuth_rad"],
+    )
     leader.append("t_s,north_m,east_m,yaw_rad,speed_mps,surge_mps,yaw_rate_radps,fix_north_m,fix_east_m")
     for k in range(round(duration_s / DT_S)):
         t, arc = k * DT_S, 50.0 + k * DT_S * SPEED_MPS
@@ -54,7 +62,9 @@ def test_through_a_hairpin(tmp_path: Path) -> None:
     run = chase(tmp_path, hairpin, lambda t: 20.0, lambda t: 1.5, 80.0)
     assert run.gap_m == pytest.approx(20.0, abs=0.1) and run.off_m == pytest.approx(1.5, abs=0.05)
     (bend,) = run.bends
-    assert bend.begin_s == pytest.approx(350.0 / SPEED_MPS, abs=0.1) and bend.end_m - bend.begin_m == pytest.approx(math.pi * 5.0, abs=0.6)
+    assert bend.begin_s == pytest.approx(350.0 / SPEED_MPS, abs=0.1) and bend.end_m - bend.begin_m == pytest.approx(
+        math.pi * 5.0, abs=0.6
+    )
     assert run.through_s[0] == pytest.approx((350.0 + math.pi * 5.0 + 20.0) / SPEED_MPS, abs=0.15)
     assert run.circles() == 0.0 and run.recovery_s(20.0) == (0.0,)
 
@@ -63,15 +73,27 @@ def test_what_the_receivers_make_of_it(tmp_path: Path) -> None:
     """Northwards a leader's error to the north opens the gap, a follower's error to the east puts it to starboard."""
     run = chase(tmp_path, hairpin, lambda t: 20.0, lambda t: 0.0, 80.0)
     before, after = run.t < 40.0, run.t > 55.0
-    assert run.known_gap_m[before] == pytest.approx(21.0, abs=0.05) and run.known_off_m[before] == pytest.approx(2.0, abs=0.05)
-    assert run.known_gap_m[after] == pytest.approx(19.0, abs=0.05) and run.known_off_m[after] == pytest.approx(-2.0, abs=0.05)
+    assert run.known_gap_m[before] == pytest.approx(21.0, abs=0.05) and run.known_off_m[before] == pytest.approx(
+        2.0, abs=0.05
+    )
+    assert run.known_gap_m[after] == pytest.approx(19.0, abs=0.05) and run.known_off_m[after] == pytest.approx(
+        -2.0, abs=0.05
+    )
 
 
 def test_recovery_is_counted_from_the_end_of_the_bend(tmp_path: Path) -> None:
     out_s = (350.0 + math.pi * 5.0 + 20.0) / SPEED_MPS
-    run = chase(tmp_path, hairpin, lambda t: 20.0 if t < out_s - 2.0 else 20.0 + 12.0 * math.exp(-(t - out_s) / 3.0), lambda t: 0.0, 80.0)
+    run = chase(
+        tmp_path,
+        hairpin,
+        lambda t: 20.0 if t < out_s - 2.0 else 20.0 + 12.0 * math.exp(-(t - out_s) / 3.0),
+        lambda t: 0.0,
+        80.0,
+    )
     known_bias = -1.0  # of the receivers, southwards
-    late_s = brentq(lambda t: SPEED_MPS * t - 12.0 * math.exp(-t / 3.0), 0.0, 10.0)  # it comes out so much later than with a gap of 20 m
+    late_s = brentq(
+        lambda t: SPEED_MPS * t - 12.0 * math.exp(-t / 3.0), 0.0, 10.0
+    )  # it comes out so much later than with a gap of 20 m
     assert run.recovery_s(20.0)[0] == pytest.approx(3.0 * math.log(12.0 / (2.0 - known_bias)) - late_s, abs=0.15)
     stuck = chase(tmp_path, hairpin, lambda t: 20.0 if t < out_s else 26.0, lambda t: 0.0, 80.0)
     assert stuck.recovery_s(20.0) == (math.inf,)
@@ -81,13 +103,15 @@ def test_projection_against_shapely() -> None:
     rng = np.random.default_rng(3)
     arc = np.arange(0.0, 300.0, 0.3)
     north, east = arc, 25.0 * np.sin(arc / 40.0)
-    track = Track(north, east, math.atan2(25.0 / 40.0, 1.0))
+    track = LeaderTrack(north, east, math.atan2(25.0 / 40.0, 1.0))
     line = LineString(np.column_stack([track.north, track.east]))
     for _ in range(200):
         at = rng.uniform(20.0, 280.0)
         place = Point(at + rng.normal(0.0, 3.0), 25.0 * math.sin(at / 40.0) + rng.normal(0.0, 3.0))
         s, off, course = track.nearest(place.x, place.y, 0.0, math.inf)
-        assert s == pytest.approx(line.project(place), abs=0.02) and abs(off) == pytest.approx(line.distance(place), abs=1e-3)
+        assert s == pytest.approx(line.project(place), abs=0.02) and abs(off) == pytest.approx(
+            line.distance(place), abs=1e-3
+        )
         foot = line.interpolate(s)
         assert off * math.cos(course) == pytest.approx(place.y - foot.y, abs=0.05)
 

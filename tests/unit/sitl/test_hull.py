@@ -11,7 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from companion.config import DampingConfig, HullConfig, find, load
+from companion.config.hull import DampingConfig, HullConfig
+from companion.config.vessel import find, load
 from sitl.hull import Hull, dynamics
 
 VESSEL = load(find("revolt"))
@@ -20,7 +21,12 @@ SAILED = VESSEL.sitl.plants["as_sailed"].hull
 THESIS = VESSEL.sitl.plants["thesis"].hull
 UNDAMPED = HullConfig(m11_kg=263.93, m22_kg=306.44, m33_kgm2=322.15, m23_kgm=7.0)
 EVERYTHING = HullConfig(
-    25.8, 33.8, 2.76, 1.0948, 1.2, DampingConfig(0.72, 1.33, 5.87, 0.89, 36.5, 0.8, 7.25, 0.845, 3.45, -0.03, -3.96, -0.13, 1.9, -0.08, 0.75)
+    25.8,
+    33.8,
+    2.76,
+    1.0948,
+    1.2,
+    DampingConfig(0.72, 1.33, 5.87, 0.89, 36.5, 0.8, 7.25, 0.845, 3.45, -0.03, -3.96, -0.13, 1.9, -0.08, 0.75),
 )
 speeds = st.floats(-2.0, 2.0)
 

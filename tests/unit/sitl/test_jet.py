@@ -9,7 +9,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from companion.config import NozzleConfig, find, load
+from companion.config.devices import NozzleConfig
+from companion.config.vessel import find, load
 from sitl.hull import Hull, resistance_of
 from sitl.jet import Jet
 
@@ -91,20 +92,25 @@ def test_the_impeller_lags_and_the_nozzle_turns_at_its_rate() -> None:
     assert thruster.azimuth_rad == pytest.approx(math.radians(14.0))
     for _ in range(300):
         thruster.step(DT_S)
-    assert thruster.azimuth_rad == pytest.approx(math.radians(24.0)) and thruster.throttle() == pytest.approx(1.0, abs=0.01)
+    assert thruster.azimuth_rad == pytest.approx(math.radians(24.0)) and thruster.throttle() == pytest.approx(
+        1.0, abs=0.01
+    )
     assert thruster.force_n == pytest.approx(CONFIG.ahead_n, rel=0.01)
 
 
 @pytest.mark.parametrize("lag_s", [0.0, 0.3])
 def test_a_linear_actuator_turns_the_nozzle(lag_s: float) -> None:
-    """At its rate while it is further off than rate times lag, then with its time constant, whatever the vessel's file promises."""
+    """At its rate while it is further off than rate times lag, then with its time constant, whatever the vessel's file
+    promises."""
     thruster = Jet(CONFIG, 0.5, CONFIG.jet, None, NozzleConfig(math.radians(14.0), lag_s))  # type: ignore[arg-type]
     thruster.demand(0.5, math.radians(20.0))
     far_s = (20.0 - 14.0 * lag_s) / 14.0
     for step in range(1, 301):
         thruster.step(DT_S)
         t_s = step * DT_S
-        left_deg = 20.0 - 14.0 * t_s if t_s <= far_s else 14.0 * lag_s * math.exp(-(t_s - far_s) / lag_s) if lag_s else 0.0
+        left_deg = (
+            20.0 - 14.0 * t_s if t_s <= far_s else 14.0 * lag_s * math.exp(-(t_s - far_s) / lag_s) if lag_s else 0.0
+        )
         assert math.degrees(thruster.azimuth_rad) == pytest.approx(20.0 - left_deg, abs=0.08)
 
 
@@ -153,7 +159,9 @@ def test_both_sides_read_the_same_resistance() -> None:
         expected = float(np.interp(speed, SPEEDS, FORCES))
         assert plant(speed) == pytest.approx(expected) and PLANT.hull.drag_n(speed) == pytest.approx(expected)
         assert PLANT.hull.drag_n(-speed) == pytest.approx(-expected)
-    assert plant(24.0) == pytest.approx(2500.0 + 850.0 / 4.6 * 3.4) and PLANT.hull.drag_n(24.0) == pytest.approx(plant(24.0))
+    assert plant(24.0) == pytest.approx(2500.0 + 850.0 / 4.6 * 3.4) and PLANT.hull.drag_n(24.0) == pytest.approx(
+        plant(24.0)
+    )
     slope = (PLANT.hull.drag_n(3.001) - PLANT.hull.drag_n(2.999)) / 0.002
     assert PLANT.hull.drag_slope(3.0) == pytest.approx(slope)
     assert replace(PLANT.hull, resistance=()).drag_n(5.0) == 0.0

@@ -8,15 +8,15 @@ from dataclasses import replace
 
 import pytest
 
-from companion.config import ConfigError, find, load
+from companion.config.vessel import ConfigError, find, load
 from companion.core.geodesy import LocalFrame
 from sitl.lead_boat import STEP_HZ, LeadBoat
 from sitl.leader_script import SCRIPTS, script
 from sitl.noise import stream
 from sitl.sensors import GRADES, CommonWander
+from sitl.shared_sea import LeadBoatConfig, SharedSea, build_shared_sea
 from sitl.wake import Wake
-from sitl.waters import OtherBoat, Waters, waters_of
-from sitl.world import World
+from sitl.world import World, WorldConditions
 
 VESSEL = load(find("rescuerunner"))
 
@@ -123,10 +123,10 @@ def test_the_wake_dies_away_and_is_nowhere_else() -> None:
 def test_a_boat_feels_the_wake_outside_and_not_inside() -> None:
     rolls = []
     for east_m in (0.0, 5.0):
-        waters = waters_of((OtherBoat("leader", "straight@8.2", depart_s=0.0),), VESSEL.home, 1)
-        waters.advance(20.0)
-        world = World(VESSEL, waters=waters)
-        world.set_state(waters.boats[0].hull.north_m - 45.0, east_m, 0.0, 8.2)
+        shared_sea = build_shared_sea((LeadBoatConfig("leader", "straight@8.2", depart_s=0.0),), VESSEL.home, 1)
+        shared_sea.advance(20.0)
+        world = World(VESSEL, shared_sea=shared_sea)
+        world.set_state(shared_sea.boats[0].hull.north_m - 45.0, east_m, 0.0, 8.2)
         roll = 0.0
         for k in range(1, 501):
             world.advance(0.01 * k)
@@ -135,19 +135,19 @@ def test_a_boat_feels_the_wake_outside_and_not_inside() -> None:
     assert rolls[0] == 0.0 and rolls[1] > math.radians(1.0)
 
 
-# --- waters ---
+# --- shared sea ---
 
 
 def test_two_worlds_see_the_same_boat_move_once() -> None:
-    waters = waters_of((OtherBoat("leader", "straight", (30.0, 0.0, 0.0), 1.0),), VESSEL.home, 1)
-    alone = waters_of((OtherBoat("leader", "straight", (30.0, 0.0, 0.0), 1.0),), VESSEL.home, 1)
-    first, second = World(VESSEL, waters=waters), World(VESSEL, seed=2, waters=waters)
+    shared_sea = build_shared_sea((LeadBoatConfig("leader", "straight", (30.0, 0.0, 0.0), 1.0),), VESSEL.home, 1)
+    alone = build_shared_sea((LeadBoatConfig("leader", "straight", (30.0, 0.0, 0.0), 1.0),), VESSEL.home, 1)
+    first, second = World(VESSEL, shared_sea=shared_sea), World(VESSEL, WorldConditions(seed=2), shared_sea=shared_sea)
     for k in range(1, 101):
         first.advance(0.05 * k)
         second.advance(0.05 * k)
     alone.advance(5.0)
-    assert waters.boats[0].hull.north_m == alone.boats[0].hull.north_m > 30.0
-    assert waters.boats[0].t_s == pytest.approx(5.0)
+    assert shared_sea.boats[0].hull.north_m == alone.boats[0].hull.north_m > 30.0
+    assert shared_sea.boats[0].t_s == pytest.approx(5.0)
 
 
 def relative_r95_m(share: float) -> float:
@@ -160,7 +160,9 @@ def relative_r95_m(share: float) -> float:
         offsets = []
         for _ in range(2):
             shared = common.at(0.0, grade)
-            own = [math.sqrt(1.0 - share) * rng.gauss(0.0, grade.slow_m) + rng.gauss(0.0, grade.white_m) for _ in range(2)]
+            own = [
+                math.sqrt(1.0 - share) * rng.gauss(0.0, grade.slow_m) + rng.gauss(0.0, grade.white_m) for _ in range(2)
+            ]
             offsets.append((own[0] + shared[0], own[1] + shared[1]))
         distances.append(math.dist(*offsets))
     return sorted(distances)[int(0.95 * len(distances))]
@@ -174,12 +176,16 @@ def test_two_receivers_differ_as_in_the_thesis() -> None:
 
 def test_what_receivers_share_is_the_same_for_all_of_them() -> None:
     common = CommonWander(1.0, 7)
-    waters = Waters([LeadBoat(name, VESSEL.home, script("straight"), common=common, seed=3) for name in ("a", "b")], common)
-    waters.advance(40.0)
-    one, two = (boat.fix for boat in waters.boats)
+    shared_sea = SharedSea(
+        [LeadBoat(name, VESSEL.home, script("straight"), common=common, seed=3) for name in ("a", "b")], common
+    )
+    shared_sea.advance(40.0)
+    one, two = (boat.fix for boat in shared_sea.boats)
     assert one is not None and two is not None and one.lat_deg is not None and two.lat_deg is not None
     assert abs(one.lat_deg - two.lat_deg) * 111_000.0 < 6.0 * GRADES["standalone"].white_m
-    assert common.at(10.0, GRADES["standalone"]) == common.at(40.0, GRADES["standalone"]), "asked for the past it gives the newest"
+    assert common.at(10.0, GRADES["standalone"]) == common.at(40.0, GRADES["standalone"]), (
+        "asked for the past it gives the newest"
+    )
     with pytest.raises(ConfigError, match="common share"):
         CommonWander(1.5, 0)
 

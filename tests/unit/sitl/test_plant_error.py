@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 from companion.app import load_vessel
-from companion.config import ConfigError
+from companion.config.vessel import ConfigError
 from sitl.plant_error import with_plant_error
-from sitl.world import World
+from sitl.world import World, WorldConditions
 
 
 def test_sixteen_seeds_are_all_combinations() -> None:
@@ -35,8 +35,11 @@ def test_the_other_plants_and_the_controller_s_own_model_stay() -> None:
     wrong = with_plant_error(vessel, "worn", 0.3, 5)
     assert wrong.hull == vessel.hull and wrong.thrusters == vessel.thrusters
     assert wrong.sitl is not None and vessel.sitl is not None
-    assert wrong.sitl.plants["as_estimated"] == vessel.sitl.plants["as_estimated"] and wrong.sitl.plants["worn"] != vessel.sitl.plants["worn"]
-    World(wrong, plant="worn").advance(0.1)
+    assert (
+        wrong.sitl.plants["as_estimated"] == vessel.sitl.plants["as_estimated"]
+        and wrong.sitl.plants["worn"] != vessel.sitl.plants["worn"]
+    )
+    World(wrong, WorldConditions(plant="worn")).advance(0.1)
 
 
 def test_what_cannot_be_is_said() -> None:

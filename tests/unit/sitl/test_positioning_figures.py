@@ -6,24 +6,41 @@ import math
 
 import pytest
 
-from sitl.scenarios.positioning import Sailed, Thruster, energy, figures, iadc, iae
+from sitl.scenarios.positioning import PositioningLog, ThrusterFigures, energy, figures, iadc, iae
 
-POD = Thruster("pod", 20.0, -1.0, 0.0)
-FIXED = Thruster("bow", 10.0, 1.0, 0.0)
+POD = ThrusterFigures("pod", 20.0, -1.0, 0.0)
+FIXED = ThrusterFigures("bow", 10.0, 1.0, 0.0)
 
 
-def sailed(count: int = 101) -> Sailed:
-    """10 s: 0.3 m north and 0.4 m east off, 5° off across the turn; pod at half thrust, its throttle and azimuth ramping past 180°."""
+def sailed(count: int = 101) -> PositioningLog:
+    """10 s: 0.3 m north and 0.4 m east off, 5° off across the turn; pod at half thrust, its throttle and azimuth
+    ramping past 180°."""
     truth, ticks = [], []
     for k in range(count):
         t = 0.1 * k
-        truth.append({"t_s": t, "north_m": 1.3, "east_m": 2.4, "yaw_rad": math.radians(-178.0), "pod_force_n": -10.0, "bow_force_n": 0.0})
-        ticks.append({
-            "t_s": t, "desired_north_m": 1.0, "desired_east_m": 2.0, "desired_yaw_rad": math.radians(177.0),
-            "pod_throttle": 0.01 * k, "bow_throttle": 0.5 * (-1) ** k, "pod_azimuth_rad": math.remainder(math.radians(170.0 + 0.9 * k), math.tau),
-            "bow_azimuth_rad": math.nan,
-        })  # fmt: skip
-    return Sailed(truth, ticks)
+        truth.append(
+            {
+                "t_s": t,
+                "north_m": 1.3,
+                "east_m": 2.4,
+                "yaw_rad": math.radians(-178.0),
+                "pod_force_n": -10.0,
+                "bow_force_n": 0.0,
+            }
+        )
+        ticks.append(
+            {
+                "t_s": t,
+                "desired_north_m": 1.0,
+                "desired_east_m": 2.0,
+                "desired_yaw_rad": math.radians(177.0),
+                "pod_throttle": 0.01 * k,
+                "bow_throttle": 0.5 * (-1) ** k,
+                "pod_azimuth_rad": math.remainder(math.radians(170.0 + 0.9 * k), math.tau),
+                "bow_azimuth_rad": math.nan,
+            }
+        )
+    return PositioningLog(truth, ticks)
 
 
 def test_iae_is_the_normalised_error_over_time() -> None:

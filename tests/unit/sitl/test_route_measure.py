@@ -14,7 +14,10 @@ LEG = [(0.0, 0.0), (50.0, 0.0), (50.0, 50.0)]
 
 
 def track(*places: tuple[float, float, float]) -> Track:
-    return [{"t_s": float(i), "north_m": n, "east_m": e, "yaw_rad": math.remainder(yaw, math.tau)} for i, (n, e, yaw) in enumerate(places)]
+    return [
+        {"t_s": float(i), "north_m": n, "east_m": e, "yaw_rad": math.remainder(yaw, math.tau)}
+        for i, (n, e, yaw) in enumerate(places)
+    ]
 
 
 def along(offset: Callable[[float], float]) -> Track:
@@ -51,9 +54,13 @@ def test_waypoints_count_in_their_order_only() -> None:
 def test_a_circle_shows_and_the_turn_of_the_path_does_not() -> None:
     path, straight = line(LEG, "linear"), along(lambda s: 0.0)
     rows = reached_rows(straight, LEG[1:], 5.0)
-    assert math.degrees(most_turn_rad(follow(straight, path), path, rows)) < 91.0  # a corner is turned before or after its waypoint
+    assert (
+        math.degrees(most_turn_rad(follow(straight, path), path, rows)) < 91.0
+    )  # a corner is turned before or after its waypoint
     circle = [(20.0 + 3.0 * math.sin(a), 3.0 - 3.0 * math.cos(a), a) for a in (0.1 * i for i in range(64))]
-    circling = track(*((0.5 * i, 0.0, 0.0) for i in range(40)), *circle, *((20.0 + 0.5 * i, 0.0, 0.0) for i in range(60)))
+    circling = track(
+        *((0.5 * i, 0.0, 0.0) for i in range(40)), *circle, *((20.0 + 0.5 * i, 0.0, 0.0) for i in range(60))
+    )
     rows = reached_rows(circling, LEG[1:], 5.0)
     assert math.degrees(most_turn_rad(follow(circling, path), path, rows)) > 350.0
 

@@ -8,8 +8,8 @@ import statistics
 
 import pytest
 
-from companion.config import HullConfig
-from sitl.environment import Wind
+from companion.config.hull import HullConfig
+from sitl.environment import WindModel
 from sitl.hull import Hull
 from sitl.seaway import Seaway
 
@@ -17,10 +17,12 @@ DT_S = 0.005
 WIND_FROM_NORTH = 0.0
 
 
-def sailed(speed_mps: float, yaw_rad: float, height_m: float = 0.5, rate_radps: float = 0.0, duration_s: float = 120.0) -> list[tuple[float, ...]]:
+def sailed(
+    speed_mps: float, yaw_rad: float, height_m: float = 0.5, rate_radps: float = 0.0, duration_s: float = 120.0
+) -> list[tuple[float, ...]]:
     """Rows of (roll, roll rate, pitch, pitch rate, heave, surge_n, sway_n, yaw_nm) of a boat led along."""
     hull = Hull(HullConfig(472.5, 585.0, 741.0))
-    sea = Seaway(height_m, Wind(0.0, WIND_FROM_NORTH, 1), 3.6, 1, hull, 472.5)
+    sea = Seaway(height_m, WindModel(0.0, WIND_FROM_NORTH, 1), 3.6, 1, hull, 472.5)
     rows = []
     north = east = 0.0
     for k in range(round(duration_s / DT_S)):
@@ -28,7 +30,9 @@ def sailed(speed_mps: float, yaw_rad: float, height_m: float = 0.5, rate_radps: 
         north, east = north + speed_mps * math.cos(yaw) * DT_S, east + speed_mps * math.sin(yaw) * DT_S
         hull.place(north, east, yaw, speed_mps)
         sea.update(k * DT_S)
-        rows.append((sea.roll_rad, sea.roll_rate_radps, sea.pitch_rad, sea.pitch_rate_radps, sea.heave_mps2, *sea.force()))
+        rows.append(
+            (sea.roll_rad, sea.roll_rate_radps, sea.pitch_rad, sea.pitch_rate_radps, sea.heave_mps2, *sea.force())
+        )
     return rows
 
 
@@ -37,7 +41,8 @@ def crossings_hz(values: list[float]) -> float:
 
 
 def test_head_seas_are_met_faster_than_following_ones() -> None:
-    """ω_e = ω (1 + ω U / g) against them: between that of the longest and of the shortest component, 0.8 and 1.2 times 2.97 s at half a metre."""
+    """ω_e = ω (1 + ω U / g) against them: between that of the longest and of the shortest component, 0.8 and 1.2 times
+    2.97 s at half a metre."""
     for speed, rows in ((0.0, sailed(0.0, 0.0)), (8.0, sailed(8.0, 0.0))):
         omegas = [math.tau / (share * 4.2 * math.sqrt(0.5)) for share in (1.2, 0.8)]
         low, high = (omega * (1.0 + omega * speed / 9.81) / math.tau for omega in omegas)
@@ -48,7 +53,8 @@ def test_head_seas_are_met_faster_than_following_ones() -> None:
 
 @pytest.mark.parametrize("rate_radps", [0.0, 0.4])
 def test_rates_lead_from_attitude_to_attitude_also_in_a_turn(rate_radps: float) -> None:
-    """Rates that leave the turning of the hull among the waves out had an inertial filter believe in tilt that was not there."""
+    """Rates that leave the turning of the hull among the waves out had an inertial filter believe in tilt that was not
+    there."""
     rows = sailed(6.0, 0.7, rate_radps=rate_radps, duration_s=30.0)
     for angle, rate in ((0, 1), (2, 3)):
         total = sum(row[rate] for row in rows[1:]) * DT_S

@@ -8,9 +8,9 @@ from dataclasses import replace
 
 import pytest
 
-from companion.config import ConfigError, find, load
+from companion.config.vessel import ConfigError, find, load
 from companion.core.geodesy import LocalFrame
-from sitl.environment import Waves, Wind
+from sitl.environment import Waves, WindModel
 from sitl.hull import Hull
 from sitl.sensors import GRADES, GnssModel, ImuModel, grade, gravity_mps2
 
@@ -24,7 +24,7 @@ NONE: frozenset[str] = frozenset()
 
 
 def calm() -> Waves:
-    return Waves(0.0, Wind(0.0, 0.0, 0), 3.0, 0)
+    return Waves(0.0, WindModel(0.0, 0.0, 0), 3.0, 0)
 
 
 def placed(yaw_rad: float = 0.0, *velocity: float) -> Hull:
@@ -161,8 +161,9 @@ def test_a_yaw_acceleration_swings_a_lever_arm_sideways() -> None:
 
 
 def test_dead_reckoning_on_the_imu_follows_the_boat() -> None:
-    """Bias-free integration of what the IMU measures, in waves, ends where the hull is: axes, signs and timing all fit."""
-    hull, wind = placed(0.3), Wind(5.0, 0.0, 1)
+    """Bias-free integration of what the IMU measures, in waves, ends where the hull is: axes, signs and timing all
+    fit."""
+    hull, wind = placed(0.3), WindModel(5.0, 0.0, 1)
     waves, model = Waves(0.0, wind, 3.0, 1), ImuModel(IMU, HOME, 0.01, 1)
     hull.set_current(0.1, 0.0)
     g = gravity_mps2(HOME.lat_deg)
@@ -170,7 +171,9 @@ def test_dead_reckoning_on_the_imu_follows_the_boat() -> None:
     for k in range(1, 3001):
         hull.step(20.0, 4.0, 3.0, 0.01)
         waves.update(0.01 * k)
-        x, y, z, _p, q, r = (value - bias for value, bias in zip(model.sample(hull, waves)[:6], model.biases, strict=True))
+        x, y, z, _p, q, r = (
+            value - bias for value, bias in zip(model.sample(hull, waves)[:6], model.biases, strict=True)
+        )
         roll, pitch = waves.roll_rad, waves.pitch_rad
         turn = (q * math.sin(roll) + r * math.cos(roll)) / math.cos(pitch)
         forward = math.cos(pitch) * x + math.sin(pitch) * (math.sin(roll) * y + math.cos(roll) * z)

@@ -8,22 +8,23 @@ from dataclasses import replace
 import pytest
 from pydantic import TypeAdapter
 
-from companion.config import ThrusterConfig, find, load
-from companion.core.types import Deployment
-from sitl.thrusters import Thruster, build
+from companion.config.devices import ThrusterConfig
+from companion.config.vessel import find, load
+from companion.core.actuation import Deployment
+from sitl.thrusters import ThrusterModel, build
 
 VESSEL = load(find("revolt"))
 STERN, _, BOW = VESSEL.thrusters
 DT_S = 0.01
 
 
-def run(thruster: Thruster, seconds: float) -> None:
+def run(thruster: ThrusterModel, seconds: float) -> None:
     for _ in range(round(seconds / DT_S)):
         thruster.step(DT_S)
 
 
 def settled(config: ThrusterConfig, throttle: float) -> float:
-    thruster = Thruster(config, 0.1)
+    thruster = ThrusterModel(config, 0.1)
     thruster.demand(throttle, None)
     run(thruster, 3.0)
     return thruster.force_n
@@ -50,7 +51,7 @@ def test_nothing_turns_in_the_dead_band() -> None:
 
 
 def test_force_follows_with_a_first_order_lag() -> None:
-    thruster = Thruster(STERN, 0.3)
+    thruster = ThrusterModel(STERN, 0.3)
     thruster.demand(0.5, None)
     run(thruster, 0.3)
     assert thruster.force_n == pytest.approx(6.75 * (1.0 - math.exp(-1.0)), rel=1e-9)
@@ -58,14 +59,14 @@ def test_force_follows_with_a_first_order_lag() -> None:
 
 
 def test_without_lag_force_is_there_at_once() -> None:
-    thruster = Thruster(STERN, 0.0)
+    thruster = ThrusterModel(STERN, 0.0)
     thruster.demand(-0.5, None)
     thruster.step(DT_S)
     assert thruster.force_n == -6.75
 
 
 def test_azimuth_turns_at_its_rate_and_stops_on_target() -> None:
-    thruster = Thruster(STERN, 0.3)
+    thruster = ThrusterModel(STERN, 0.3)
     thruster.demand(0.0, math.radians(90.0))
     run(thruster, 0.3)
     assert math.degrees(thruster.azimuth_rad) == pytest.approx(45.0)
@@ -74,7 +75,7 @@ def test_azimuth_turns_at_its_rate_and_stops_on_target() -> None:
 
 
 def test_endless_azimuth_takes_the_shorter_way_round() -> None:
-    thruster = Thruster(replace(STERN, azimuth_rad=math.radians(170.0)), 0.3)
+    thruster = ThrusterModel(replace(STERN, azimuth_rad=math.radians(170.0)), 0.3)
     thruster.demand(0.0, math.radians(-170.0))
     thruster.step(DT_S)
     assert math.degrees(thruster.azimuth_rad) == pytest.approx(171.5)
@@ -82,7 +83,7 @@ def test_endless_azimuth_takes_the_shorter_way_round() -> None:
     assert math.degrees(thruster.azimuth_rad) == pytest.approx(-170.0)
 
 
-def limited(low_deg: float, high_deg: float, at_deg: float) -> Thruster:
+def limited(low_deg: float, high_deg: float, at_deg: float) -> ThrusterModel:
     thruster = TypeAdapter(ThrusterConfig).validate_python(
         {
             "name": "drive",
@@ -100,7 +101,7 @@ def limited(low_deg: float, high_deg: float, at_deg: float) -> Thruster:
             "azimuth_max_deg": high_deg,
         }
     )
-    return Thruster(thruster, 0.3)
+    return ThrusterModel(thruster, 0.3)
 
 
 def test_an_azimuth_with_stops_goes_round_the_long_way() -> None:
@@ -133,14 +134,14 @@ def test_a_direction_beyond_the_stops_gives_the_nearer_stop() -> None:
 
 
 def test_a_fixed_thruster_does_not_turn() -> None:
-    thruster = Thruster(BOW, 0.3)
+    thruster = ThrusterModel(BOW, 0.3)
     thruster.demand(0.5, 0.0)
     run(thruster, 2.0)
     assert thruster.azimuth_rad == pytest.approx(math.pi / 2)
 
 
 def test_a_dead_thruster_gives_nothing_and_stays_where_it_points() -> None:
-    thruster = Thruster(STERN, 0.3)
+    thruster = ThrusterModel(STERN, 0.3)
     thruster.demand(1.0, 1.0)
     thruster.dead = True
     run(thruster, 3.0)
@@ -157,11 +158,14 @@ def test_wrench_of_each_place_and_direction() -> None:
     assert port.wrench() == pytest.approx((6.75, 0.0, 0.15 * 6.75))  # pushes ahead on the port side: bow to starboard
     assert starboard.wrench() == pytest.approx((6.75, 0.0, -0.15 * 6.75))
     assert bow.wrench() == pytest.approx((0.0, 3.795, 1.12 * 3.795))
-    assert build(VESSEL.thrusters, 0.0, None)[2]._x_m == 1.15
+    placed = build(VESSEL.thrusters, 0.0, None)[2]
+    placed.demand(0.5, None)
+    placed.step(DT_S)
+    assert placed.wrench() == pytest.approx((0.0, 3.795, 1.15 * 3.795))
 
 
 def test_a_retractable_thruster_gives_nothing_unless_it_is_down() -> None:
-    bow = Thruster(BOW, 0.0)
+    bow = ThrusterModel(BOW, 0.0)
     bow.demand(0.5, None)
     bow.lower = False
     run(bow, 0.01)
@@ -175,11 +179,11 @@ def test_a_retractable_thruster_gives_nothing_unless_it_is_down() -> None:
     assert bow.force_n == pytest.approx(3.795) and bow.deployment is Deployment.LOWERED
     bow.jammed, bow.lower = True, False
     run(bow, 10.0)
-    assert bow.down == 1.0 and Thruster(STERN, 0.0).deployment is None
+    assert bow.down == 1.0 and ThrusterModel(STERN, 0.0).deployment is None
 
 
 def test_faults_that_the_board_does_not_see() -> None:
-    thruster = Thruster(STERN, 0.1)
+    thruster = ThrusterModel(STERN, 0.1)
     thruster.demand(0.5, 1.0)
     thruster.stuck = thruster.stalled = True
     run(thruster, 2.0)

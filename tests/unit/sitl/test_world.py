@@ -8,10 +8,10 @@ from dataclasses import replace
 
 import pytest
 
-from companion.config import ConfigError, find, load
+from companion.config.vessel import ConfigError, find, load
 from companion.core.microcontroller_frame import BoardStatus, Command, FrameDecoder, ThrusterDemand, encode
 from companion.core.ports import ByteStream
-from sitl.world import EPOCH_UNIX_NS, World
+from sitl.world import EPOCH_UNIX_NS, World, WorldConditions
 
 VESSEL = load(find("revolt"))
 
@@ -24,7 +24,9 @@ def sail(world: World, seconds: float, throttles: tuple[float, float, float] | N
         now_s = start_s + 0.1 * k
         world.advance(now_s)
         if throttles is not None:
-            port.write(encode(Command(k % 256, armed, tuple(ThrusterDemand(throttle, 0.0) for throttle in throttles))), now_s)
+            port.write(
+                encode(Command(k % 256, armed, tuple(ThrusterDemand(throttle, 0.0) for throttle in throttles))), now_s
+            )
     world.advance(start_s + seconds)
 
 
@@ -49,11 +51,13 @@ def test_it_starts_at_home_and_stays_there_in_still_water() -> None:
 
 
 def test_a_disarmed_boat_drifts_with_the_current() -> None:
-    world = World(VESSEL, current="0.3@90")
+    world = World(VESSEL, WorldConditions(current="0.3@90"))
     sail(world, 300.0, (1.0, 1.0, 0.0), armed=False)
     truth = world.truth
     assert (truth.current_north_mps, truth.current_east_mps) == pytest.approx((0.0, 0.3))
-    assert math.cos(truth.yaw_rad) * truth.sway_mps + math.sin(truth.yaw_rad) * truth.surge_mps == pytest.approx(0.3, abs=0.02)
+    assert math.cos(truth.yaw_rad) * truth.sway_mps + math.sin(truth.yaw_rad) * truth.surge_mps == pytest.approx(
+        0.3, abs=0.02
+    )
     assert truth.east_m > 60.0 and abs(truth.north_m) < 1.0
     assert all(force == 0.0 for force, _ in truth.thrusters)
 
@@ -81,7 +85,7 @@ def test_thrust_ends_when_commands_end() -> None:
 
 
 def test_wind_pushes_it_downwind() -> None:
-    world = World(VESSEL, wind="6@0", seed=2)
+    world = World(VESSEL, WorldConditions(wind="6@0", seed=2))
     sail(world, 120.0)
     assert world.truth.north_m < -5.0
     assert world.truth.wind_speed_mps == pytest.approx(6.0, abs=4.0)
@@ -89,7 +93,9 @@ def test_wind_pushes_it_downwind() -> None:
 
 def test_same_seed_same_bytes_however_time_is_cut() -> None:
     def printed(seed: int, tick_s: float) -> str:
-        return everything_printed(World(VESSEL, seed=seed, wind="4", current="0.2", waves_m=0.1), 5.0, tick_s)
+        return everything_printed(
+            World(VESSEL, WorldConditions(seed=seed, wind="4", current="0.2", waves_m=0.1)), 5.0, tick_s
+        )
 
     assert printed(1, 0.1) == printed(1, 0.1) == printed(1, 0.5)
     assert printed(1, 0.1) != printed(2, 0.1)
@@ -115,7 +121,9 @@ def test_rates_are_those_of_the_vessel() -> None:
 
 
 def test_odd_rates_come_out_in_the_mean() -> None:
-    world = World(replace(VESSEL, sensors=(replace(VESSEL.sensors[0], rate_hz=30.0), replace(VESSEL.sensors[1], rate_hz=400.0))))
+    world = World(
+        replace(VESSEL, sensors=(replace(VESSEL.sensors[0], rate_hz=30.0), replace(VESSEL.sensors[1], rate_hz=400.0)))
+    )
     gnss, imu = world.open("gnss", ""), world.open("imu", "")
     packets = [0, 0]
     for now_s in (1.0, 2.0, 3.0, 4.0, 5.0):
@@ -127,10 +135,12 @@ def test_odd_rates_come_out_in_the_mean() -> None:
 
 
 def test_set_state_places_the_boat() -> None:
-    world = World(VESSEL, current="0.2@0")
+    world = World(VESSEL, WorldConditions(current="0.2@0"))
     world.set_state(10.0, -5.0, 1.0, surge_mps=0.5)
     truth = world.truth
-    assert (truth.north_m, truth.east_m, truth.yaw_rad, truth.surge_mps, truth.sway_mps) == pytest.approx((10.0, -5.0, 1.0, 0.5, 0.0))
+    assert (truth.north_m, truth.east_m, truth.yaw_rad, truth.surge_mps, truth.sway_mps) == pytest.approx(
+        (10.0, -5.0, 1.0, 0.5, 0.0)
+    )
 
 
 def test_the_battery_drains_with_thrust() -> None:
@@ -143,7 +153,7 @@ def test_the_battery_drains_with_thrust() -> None:
 
 
 def test_a_dead_thruster_and_an_unplugged_port() -> None:
-    world = World(VESSEL, faults=["thruster_stern_port_dead@2", "gnss_unplugged@2+1"])
+    world = World(VESSEL, WorldConditions(faults=["thruster_stern_port_dead@2", "gnss_unplugged@2+1"]))
     port = world.open("gnss", "")
     assert isinstance(port, ByteStream)
     sail(world, 1.9, (0.5, 0.5, 0.0))
@@ -177,12 +187,14 @@ def last_status(port: ByteStream, now_s: float, world: World | None = None) -> B
         world.advance(now_s + 0.1)
         now_s += 0.1
     decoder = FrameDecoder()
-    statuses = [message for _, data in port.read(now_s) for message in decoder.feed(data) if isinstance(message, BoardStatus)]
+    statuses = [
+        message for _, data in port.read(now_s) for message in decoder.feed(data) if isinstance(message, BoardStatus)
+    ]
     return statuses[-1]
 
 
 def test_thesis_plant_can_be_chosen() -> None:
-    world = World(VESSEL, plant="thesis")
+    world = World(VESSEL, WorldConditions(plant="thesis"))
     sail(world, 60.0, (0.0, 0.0, 1.0))
     assert abs(world.truth.sway_mps) < 0.1
 
@@ -199,7 +211,7 @@ def test_thesis_plant_can_be_chosen() -> None:
 )
 def test_what_cannot_be_simulated_is_said(arguments: dict[str, object], message: str) -> None:
     with pytest.raises(ConfigError, match=message):
-        World(VESSEL, **arguments)  # type: ignore[arg-type]
+        World(VESSEL, WorldConditions(**arguments))  # type: ignore[arg-type]
 
 
 def test_unknown_devices_are_said() -> None:
@@ -216,7 +228,7 @@ def test_unknown_devices_are_said() -> None:
 
 
 def test_waves_move_it_to_and_fro_and_leave_it_where_it_was() -> None:
-    world = World(VESSEL, waves_m=0.2)
+    world = World(VESSEL, WorldConditions(waves_m=0.2))
     places = []
     for k in range(1, 2001):
         world.advance(0.1 * k)
@@ -232,9 +244,11 @@ def test_simulated_time_begins_at_noon() -> None:
 
 
 def test_a_push_is_a_force_in_north_and_east_whatever_the_heading() -> None:
-    world = World(VESSEL, push_ned_n=(-1.5, 0.5))
+    world = World(VESSEL, WorldConditions(push_ned_n=(-1.5, 0.5)))
     world.set_state(yaw_rad=math.radians(-45.0))
     world.advance(1.0)
     mass = 0.5 * (VESSEL.hull.m11_kg + VESSEL.hull.m22_kg)
     truth = world.truth
-    assert truth.north_m == pytest.approx(-0.5 * 1.5 / mass, rel=0.15) and truth.east_m == pytest.approx(0.5 * 0.5 / mass, rel=0.3)
+    assert truth.north_m == pytest.approx(-0.5 * 1.5 / mass, rel=0.15) and truth.east_m == pytest.approx(
+        0.5 * 0.5 / mass, rel=0.3
+    )

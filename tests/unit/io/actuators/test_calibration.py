@@ -1,4 +1,5 @@
-"""From throttle to what a drive is told and back, against the plant's own piecewise drive and against figures worked out by hand."""
+"""From throttle to what a drive is told and back, against the plant's own piecewise drive and against figures worked
+out by hand."""
 
 from __future__ import annotations
 
@@ -9,10 +10,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from companion.config import OutputConfig, ThrusterConfig, find, load
-from companion.core.types import ThrusterCommand
+from companion.config.bridges import OutputConfig
+from companion.config.devices import ThrusterConfig
+from companion.config.vessel import find, load
+from companion.core.actuation import ThrusterCommand
 from companion.io.actuators.calibration import AzimuthServo, ThrusterOutput
-from sitl.drives import Drive
+from sitl.drives import DriveModel
 
 POD = load(find("aboat")).thrusters[0]
 
@@ -29,10 +32,16 @@ def told(output: OutputConfig | None, throttle: float, pulses: bool = True, arme
     ("output", "levels"),
     [
         (None, {-1.0: 1000.0, -0.5: 1250.0, 0.0: 1500.0, 0.25: 1625.0, 1.0: 2000.0}),
-        (OutputConfig(trim=1520.0, ahead=1900.0, astern=1100.0), {-1.0: 1100.0, -0.5: 1310.0, 0.0: 1520.0, 0.5: 1710.0, 1.0: 1900.0}),
+        (
+            OutputConfig(trim=1520.0, ahead=1900.0, astern=1100.0),
+            {-1.0: 1100.0, -0.5: 1310.0, 0.0: 1520.0, 0.5: 1710.0, 1.0: 1900.0},
+        ),
         (OutputConfig(dead_band=40.0), {-1.0: 1000.0, -0.5: 1230.0, 0.0: 1500.0, 0.5: 1770.0, 1.0: 2000.0}),
         (OutputConfig(reversed=True, dead_band=40.0), {-1.0: 2000.0, 0.5: 1230.0, 1.0: 1000.0}),
-        (OutputConfig(trim=1000.0, astern=1000.0), {-1.0: 1000.0, -0.1: 1000.0, 0.0: 1000.0, 0.5: 1500.0, 1.0: 2000.0}),  # an engine
+        (
+            OutputConfig(trim=1000.0, astern=1000.0),
+            {-1.0: 1000.0, -0.1: 1000.0, 0.0: 1000.0, 0.5: 1500.0, 1.0: 2000.0},
+        ),  # an engine
         (OutputConfig(), {7.0: 2000.0, -7.0: 1000.0, math.nan: 1500.0, math.inf: 1500.0}),
     ],
 )
@@ -61,8 +70,10 @@ outputs = st.builds(
 
 @settings(deadline=None, derandomize=True, max_examples=200)
 @given(outputs, st.floats(-1.0, 1.0).map(lambda value: round(value, 3)))
-def test_the_plants_drive_does_what_the_throttle_asked_and_its_level_says_so(output: OutputConfig, throttle: float) -> None:
-    drive = Drive(thruster(output), pulses=True)
+def test_the_plants_drive_does_what_the_throttle_asked_and_its_level_says_so(
+    output: OutputConfig, throttle: float
+) -> None:
+    drive = DriveModel(thruster(output), pulses=True)
     level = told(output, throttle)
     assert drive.throttle(level) == pytest.approx(throttle, abs=1e-9)
     assert ThrusterOutput(thruster(output), True).throttle(drive.level(throttle)) == pytest.approx(throttle, abs=1e-9)
@@ -72,7 +83,7 @@ def test_the_plants_drive_does_what_the_throttle_asked_and_its_level_says_so(out
 @given(st.floats(-1.0, 1.0), st.booleans(), st.floats(-math.pi, math.pi))
 def test_azimuths_come_back_as_they_went(trim_rad: float, reverse: bool, azimuth_rad: float) -> None:
     output = OutputConfig(azimuth_trim_rad=trim_rad, azimuth_reversed=reverse)
-    calibrated, drive = ThrusterOutput(thruster(output), False), Drive(thruster(output), pulses=False)
+    calibrated, drive = ThrusterOutput(thruster(output), False), DriveModel(thruster(output), pulses=False)
     shown = calibrated.drive_azimuth(azimuth_rad)
     assert drive.azimuth_rad(shown) == pytest.approx(azimuth_rad, abs=1e-9)
     back = calibrated.azimuth(shown)
@@ -94,7 +105,15 @@ def test_throttle_rises_at_its_rate_and_falls_at_once() -> None:
 
 
 def test_an_azimuth_servo_keeps_to_its_stops_and_its_rate() -> None:
-    servo = AzimuthServo(replace(POD, azimuth_min_rad=-1.0, azimuth_max_rad=1.0, azimuth_rate_radps=0.5, output=OutputConfig(azimuth_min_us=2000.0, azimuth_max_us=1200.0)))
+    servo = AzimuthServo(
+        replace(
+            POD,
+            azimuth_min_rad=-1.0,
+            azimuth_max_rad=1.0,
+            azimuth_rate_radps=0.5,
+            output=OutputConfig(azimuth_min_us=2000.0, azimuth_max_us=1200.0),
+        )
+    )
     assert servo.pulse_us(None, 0.0) is None
     assert servo.pulse_us(0.0, 0.0) == pytest.approx(1600.0)
     assert servo.pulse_us(5.0, 1.0) == pytest.approx(1400.0)

@@ -1,4 +1,5 @@
-"""The bridge to an autopilot board: what goes over the wire, and what its health makes of a board that is set otherwise than it should be."""
+"""The bridge to an autopilot board: what goes over the wire, and what its health makes of a board that is set otherwise
+than it should be."""
 
 from __future__ import annotations
 
@@ -7,30 +8,25 @@ import random
 import struct
 from dataclasses import replace
 from itertools import pairwise
+from typing import Any
 
 import pytest
 from pymavlink.dialects.v20 import common as mavlink
 
-from companion.config import (
-    ActuatorConfig,
-    ConfigError,
-    MavlinkBoardConfig,
-    OutputConfig,
-    RelayConfig,
-    ServoConfig,
-    VesselConfig,
-    find,
-    load,
-)
-from companion.core.auxiliary import Auxiliary
-from companion.core.types import DARK, ActuatorCommand, Battery, Beacon, Light, RcInput, ThrusterCommand, ThrusterFeedback
+from companion.config.actuators.mavlink_servo import MavlinkBoardConfig, MavlinkServoConfig
+from companion.config.bridges import OutputConfig
+from companion.config.outputs import RelayConfig, ServoConfig
+from companion.config.vessel import ConfigError, VesselConfig, find, load
+from companion.core.actuation import DARK, ActuatorCommand, Auxiliary, Beacon, Light, ThrusterCommand, ThrusterFeedback
+from companion.core.readings import Battery, RcInput
 from companion.io.actuators import open_actuator
-from companion.io.mavlink.framer import Packed, frame
+from companion.io.mavlink.wire.framer import Packed, frame
 from sitl.battery import BatteryModel
 from sitl.emulators.mavlink_servo import MavlinkServoEmulator
 from sitl.faults import Faults
 from sitl.memory import MemoryStream
 from sitl.thrusters import build
+from tests.unit.io.rows import bridge_row
 
 ABOAT = load(find("aboat"))
 BOW = replace(ABOAT.thrusters[0], output=OutputConfig(trim=1520.0))
@@ -39,8 +35,9 @@ BOARD = MavlinkBoardConfig(channels=(9, 10), azimuth_channels=(11, 12))
 HALF = (ThrusterCommand(0.0, 0.5, 0.0), ThrusterCommand(0.0, -0.5, math.radians(89.0)))
 
 
-def bridge_config(**board: object) -> ActuatorConfig:
-    return replace(ABOAT.actuators[0], name="pixhawk", driver="mavlink_servo", mavlink=replace(BOARD, **board))  # type: ignore[arg-type]
+def bridge_config(**board: Any) -> MavlinkServoConfig:
+    mavlink = replace(BOARD, **board)
+    return bridge_row(ABOAT.actuators[0], MavlinkServoConfig, "mavlink_servo", name="pixhawk", mavlink=mavlink)
 
 
 class Bench:
@@ -52,13 +49,18 @@ class Bench:
         self.stream = MemoryStream("pixhawk")
         self.thrusters = build(self.vessel.thrusters, 0.0, None)
         self.faults = Faults((), self.vessel)
-        self.board = MavlinkServoEmulator(self.config, self.stream.device, self.thrusters, BatteryModel(900.0), self.faults)
+        self.board = MavlinkServoEmulator(
+            self.config, self.stream.device, self.thrusters, BatteryModel(900.0), self.faults
+        )
         self.driver = open_actuator(self.config, self.vessel, self.stream)
         self.sent: list[mavlink.MAVLink_message] = []
         self.readings: list[object] = []
         self._parser = mavlink.MAVLink(None)
         write = self.stream.write
-        self.stream.write = lambda data, now_s: (self.sent.extend(self._parser.parse_buffer(data) or ()), write(data, now_s))  # type: ignore[method-assign]
+        self.stream.write = lambda data, now_s: (
+            self.sent.extend(self._parser.parse_buffer(data) or ()),
+            write(data, now_s),
+        )  # type: ignore[method-assign]
         self.now_s = 0.0
 
     def run(self, seconds: float, armed: bool | None = True, thrusters: tuple[ThrusterCommand, ...] = HALF) -> None:
@@ -85,7 +87,12 @@ def test_an_override_names_its_channels_and_no_other() -> None:
     bench.run(4.0)
     message = bench.last("RC_CHANNELS_OVERRIDE")
     assert (message.get_srcSystem(), message.target_system, message.target_component) == (255, 1, 1)
-    assert [getattr(message, f"chan{i}_raw") for i in range(1, 9)] == [0xFFFF, 0xFFFF, 1500, *[0xFFFF] * 5]  # 3: for the board's failsafe
+    assert [getattr(message, f"chan{i}_raw") for i in range(1, 9)] == [
+        0xFFFF,
+        0xFFFF,
+        1500,
+        *[0xFFFF] * 5,
+    ]  # 3: for the board's failsafe
     assert [getattr(message, f"chan{i}_raw") for i in range(9, 19)] == [1760, 1250, 1500, 1750, 0, 0, 0, 0, 0, 0]
     assert bench.text == "" and bench.board.pulses_us[9:13] == [1760.0, 1250.0, 1500.0, 1750.0]
 
@@ -94,7 +101,17 @@ def test_low_channels_are_left_alone_by_another_code_than_high_ones() -> None:
     bench = Bench(channels=(1, 2), azimuth_channels=(3, 4))
     bench.run(4.0)
     message = bench.last("RC_CHANNELS_OVERRIDE")
-    assert [getattr(message, f"chan{i}_raw") for i in range(1, 10)] == [1760, 1250, 1500, 1750, 0xFFFF, 0xFFFF, 0xFFFF, 0xFFFF, 0]
+    assert [getattr(message, f"chan{i}_raw") for i in range(1, 10)] == [
+        1760,
+        1250,
+        1500,
+        1750,
+        0xFFFF,
+        0xFFFF,
+        0xFFFF,
+        0xFFFF,
+        0,
+    ]
 
 
 def test_closing_stops_the_thrusters_and_then_a_receiver_has_them() -> None:
@@ -102,7 +119,9 @@ def test_closing_stops_the_thrusters_and_then_a_receiver_has_them() -> None:
     bench.board.rc_us = (1500,) * 8 + (1300,) * 8
     bench.run(4.0)
     bench.driver.close()
-    assert {message.chan3_raw for message in bench.sent[-40:] if message.get_type() == "RC_CHANNELS_OVERRIDE"} == {0xFFFF}
+    assert {message.chan3_raw for message in bench.sent[-40:] if message.get_type() == "RC_CHANNELS_OVERRIDE"} == {
+        0xFFFF
+    }
     bench.run(0.1, armed=None)
     assert bench.board.pulses_us[9:13] == [1520.0, 1500.0, 1500.0, 1750.0]
     bench.run(0.5, armed=None)
@@ -121,7 +140,9 @@ def test_heartbeats_come_once_a_second_and_pulses_only_once_the_board_is_known()
     bench = Bench()
     bench.faults.active = frozenset({"mcu_silent"})
     bench.run(10.0)
-    assert {message.get_type() for message in bench.sent} == {"HEARTBEAT"} and len(bench.sent) == pytest.approx(10, abs=1)
+    assert {message.get_type() for message in bench.sent} == {"HEARTBEAT"} and len(bench.sent) == pytest.approx(
+        10, abs=1
+    )
     assert {message.type for message in bench.sent} == {mavlink.MAV_TYPE_ONBOARD_CONTROLLER}
     assert "no autopilot's heartbeat yet" in bench.text
 
@@ -129,7 +150,11 @@ def test_heartbeats_come_once_a_second_and_pulses_only_once_the_board_is_known()
 def test_do_set_servo_is_sent_on_a_change_and_twice_a_second() -> None:
     bench = Bench(method="do_set_servo", unguarded=True)
     bench.run(10.0)
-    orders = [(message.param1, message.param2) for message in bench.sent if getattr(message, "command", 0) == mavlink.MAV_CMD_DO_SET_SERVO]
+    orders = [
+        (message.param1, message.param2)
+        for message in bench.sent
+        if getattr(message, "command", 0) == mavlink.MAV_CMD_DO_SET_SERVO
+    ]
     assert bench.text == "" and bench.board.pulses_us[9:13] == [1760.0, 1250.0, 1500.0, 1750.0]
     assert orders.count((9, 1760.0)) == pytest.approx(20, abs=2)
     bench.run(0.05, thrusters=(ThrusterCommand(0.0, 0.75, 0.0), HALF[1]))
@@ -149,14 +174,20 @@ def test_do_set_servo_is_sent_on_a_change_and_twice_a_second() -> None:
         ("RC_OVERRIDE_TIME", 3.0, "holds an override for 3 s: set its RC_OVERRIDE_TIME to 0.5"),
         ("RC_OVERRIDE_TIME", -1.0, "for ever"),
         ("RC_OVERRIDE_TIME", 0.0, "not at all"),
-        ("SERVO_RC_FS_MSK", 256.0, "channel 10 would hold its last pulse when the companion falls silent: set SERVO_RC_FS_MSK to 768"),
+        (
+            "SERVO_RC_FS_MSK",
+            256.0,
+            "channel 10 would hold its last pulse when the companion is silent: set SERVO_RC_FS_MSK to 768",
+        ),
         ("FS_THR_ENABLE", 0.0, "radio failsafe is off"),
         ("RC_FS_TIMEOUT", 5.0, "would notice the companion's silence after 5 s: set RC_FS_TIMEOUT to 0.5"),
         ("MAV_GCS_SYSID", 42.0, "output 9 is at 1520 µs, not 1760: SERVO9_FUNCTION should be 148, MAV_GCS_SYSID 255"),
         ("SERVO9_FUNCTION", 70.0, "output 9 is at 0 µs"),
     ],
 )
-def test_a_board_that_is_set_otherwise_is_complained_of_with_the_remedy(parameter: str, value: float, text: str) -> None:
+def test_a_board_that_is_set_otherwise_is_complained_of_with_the_remedy(
+    parameter: str, value: float, text: str
+) -> None:
     bench = Bench()
     bench.board.parameters[parameter] = value
     bench.run(5.0)
@@ -239,15 +270,21 @@ def test_whatever_a_board_says_in_sound_frames_the_bridge_goes_on() -> None:
         kind = rng.choice(kinds)
         payload = bytearray(rng.randbytes(kind.unpacker.size))
         if kind.id in (22, 251, 252) and rng.random() < 0.7:
-            name = rng.choice((b"RC_OVERRIDE_TIME", b"SERVO_RC_FS_MSK\0", b"leak" + b"\0" * 12))[: 16 if kind.id == 22 else 10]
+            name = rng.choice((b"RC_OVERRIDE_TIME", b"SERVO_RC_FS_MSK\0", b"leak" + b"\0" * 12))[
+                : 16 if kind.id == 22 else 10
+            ]
             payload[8 : 8 + len(name)] = name
-            payload[0 if kind.id == 22 else 4 : 4 if kind.id == 22 else 8] = struct.pack("<f", rng.choice((math.nan, math.inf, -math.inf, 1e30, -5.0, 0.5)))
+            payload[0 if kind.id == 22 else 4 : 4 if kind.id == 22 else 8] = struct.pack(
+                "<f", rng.choice((math.nan, math.inf, -math.inf, 1e30, -5.0, 0.5))
+            )
         bench.stream.device.send(frame(Packed(kind.id, bytes((kind.crc_extra,)), bytes(payload)), 0, 1, 1), bench.now_s)
         bench.run(0.05)
         assert isinstance(bench.text, str)
     for reading in bench.readings:
         if isinstance(reading, ThrusterFeedback):
-            assert -1.0 <= reading.throttle <= 1.0 and (reading.azimuth_rad is None or abs(reading.azimuth_rad) <= math.pi)
+            assert -1.0 <= reading.throttle <= 1.0 and (
+                reading.azimuth_rad is None or abs(reading.azimuth_rad) <= math.pi
+            )
         elif isinstance(reading, Battery):
             assert 0.0 < reading.voltage_v < 65.6 and (reading.remaining is None or 0.0 <= reading.remaining <= 1.0)
     bench.run(12.0)
@@ -270,9 +307,13 @@ def test_without_its_table_it_is_refused() -> None:
         ({"FS_THR_ENABLE": 0.0}, 1760.0),
     ],
 )
-def test_without_a_receiver_the_boards_failsafe_frees_the_outputs_if_it_is_set_to(settings: dict[str, float], left_us: float) -> None:
+def test_without_a_receiver_the_boards_failsafe_frees_the_outputs_if_it_is_set_to(
+    settings: dict[str, float], left_us: float
+) -> None:
     bench = Bench()
-    bench.board.parameters.update({"RC_OVERRIDE_TIME": 3.0, "RC_FS_TIMEOUT": 1.0, **settings})  # but for `settings` as it comes
+    bench.board.parameters.update(
+        {"RC_OVERRIDE_TIME": 3.0, "RC_FS_TIMEOUT": 1.0, **settings}
+    )  # but for `settings` as it comes
     bench.run(2.0)
     bench.run(0.9, armed=None)
     assert bench.board.pulses_us[9] == 1760.0
@@ -311,8 +352,6 @@ def test_a_receiver_gets_the_channels_when_the_companion_falls_silent() -> None:
     assert bench.board.pulses_us[9] == 1400.0
 
 
-
-
 # --- servos, relays, lamps ----------------------------------------------------------------------------------------
 
 
@@ -322,7 +361,11 @@ class Equipped(Bench):
     def __init__(self, **board: object) -> None:
         wiring = {"servo_channels": (13,), "relays": (3,), "lamps": (0, 1, 2), "unguarded": True, **board}
         super().__init__(**wiring)
-        self.vessel = replace(self.vessel, servos=(ServoConfig("winch", rest_us=1500.0 if self.config.mavlink.method == "override" else None),), relays=(RelayConfig("pump"),))
+        self.vessel = replace(
+            self.vessel,
+            servos=(ServoConfig("winch", rest_us=1500.0 if self.config.mavlink.method == "override" else None),),
+            relays=(RelayConfig("pump"),),
+        )
         self.driver = open_actuator(replace(self.config, servos=("winch",), relays=("pump",)), self.vessel, self.stream)
 
     def do(self, seconds: float, auxiliary: Auxiliary, beacon: Beacon = DARK) -> list[list[bool]]:
@@ -356,8 +399,12 @@ def test_servos_relays_and_lamps_on_it_obey(method: str) -> None:
 def test_a_relay_is_ordered_when_it_changes_and_once_a_second() -> None:
     bench = Equipped()
     bench.do(10.0, Auxiliary((None,), (True,)))
-    orders = [message.param1 for message in bench.sent if getattr(message, "command", 0) == mavlink.MAV_CMD_DO_SET_RELAY]
-    assert {number: orders.count(float(number)) for number in range(4)} == pytest.approx(dict.fromkeys(range(4), 10), abs=1)
+    orders = [
+        message.param1 for message in bench.sent if getattr(message, "command", 0) == mavlink.MAV_CMD_DO_SET_RELAY
+    ]
+    assert {number: orders.count(float(number)) for number in range(4)} == pytest.approx(
+        dict.fromkeys(range(4), 10), abs=1
+    )
 
 
 def test_a_relay_that_the_board_does_not_have_is_named() -> None:

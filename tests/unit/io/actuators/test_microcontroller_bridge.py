@@ -7,8 +7,18 @@ from itertools import pairwise
 
 import pytest
 
-from companion.config import ActuatorConfig, ConfigError, RelayConfig, ServoConfig, VesselConfig, find, load
-from companion.core.auxiliary import Auxiliary
+from companion.config.devices import ActuatorConfig
+from companion.config.outputs import RelayConfig, ServoConfig
+from companion.config.vessel import ConfigError, VesselConfig, find, load
+from companion.core.actuation import (
+    ActuatorCommand,
+    Auxiliary,
+    Beacon,
+    Deployment,
+    Light,
+    ThrusterCommand,
+    ThrusterFeedback,
+)
 from companion.core.microcontroller_auxiliary import AuxiliaryDemand, AuxiliaryState
 from companion.core.microcontroller_frame import (
     BoardStatus,
@@ -20,7 +30,7 @@ from companion.core.microcontroller_frame import (
     encode,
 )
 from companion.core.ports import Actuator
-from companion.core.types import ActuatorCommand, Battery, Beacon, Deployment, Leak, Light, RcInput, ThrusterCommand, ThrusterFeedback
+from companion.core.readings import Battery, Leak, RcInput
 from companion.io.actuators import DRIVERS, open_actuator
 
 VESSEL = load(find("revolt"))
@@ -83,7 +93,9 @@ def heard(actuator: Actuator, wire: Wire, status: BoardStatus, t_s: float) -> li
 
 
 def test_unknown_driver_names_the_known_ones() -> None:
-    with pytest.raises(ConfigError, match=r"actuator 'microcontroller': no driver 'telepathy'; known: .*microcontroller"):
+    with pytest.raises(
+        ConfigError, match=r"actuator 'microcontroller': no driver 'telepathy'; known: .*microcontroller"
+    ):
         open_actuator(replace(BRIDGE, driver="telepathy"), VESSEL, Wire())
     assert "microcontroller" in DRIVERS
 
@@ -138,7 +150,11 @@ def test_status_becomes_readings() -> None:
     assert Battery(3.0, "microcontroller", 12.5, 3.25, 0.5) in readings
     assert RcInput(3.0, "microcontroller", (-1.0, 0.0, 1.0, 0.5, -1.0), False) in readings
     feedback = [reading for reading in readings if isinstance(reading, ThrusterFeedback)]
-    assert [(each.index, each.throttle, each.azimuth_rad) for each in feedback] == [(0, 0.1, 0.2), (1, 0.3, 0.4), (2, 0.5, None)]
+    assert [(each.index, each.throttle, each.azimuth_rad) for each in feedback] == [
+        (0, 0.1, 0.2),
+        (1, 0.3, 0.4),
+        (2, 0.5, None),
+    ]
 
 
 def test_feedback_index_is_the_vessels() -> None:
@@ -213,7 +229,9 @@ def test_wrong_language_is_told_from_silence() -> None:
 
 def test_beacon_and_retraction_are_passed_on() -> None:
     actuator, wire = bridge()
-    actuator.write(ActuatorCommand(0.0, False, FORWARD, lower=False, beacon=Beacon(Light.STEADY, Light.BLINK, Light.STEADY)), 0.0)
+    actuator.write(
+        ActuatorCommand(0.0, False, FORWARD, lower=False, beacon=Beacon(Light.STEADY, Light.BLINK, Light.STEADY)), 0.0
+    )
     (command,) = wire.commands()
     assert (command.red, command.yellow, command.green) == (Light.STEADY, Light.BLINK, Light.STEADY)
     assert command.lower is False
@@ -222,7 +240,11 @@ def test_beacon_and_retraction_are_passed_on() -> None:
 def test_where_a_retractable_thruster_stands_is_reported() -> None:
     actuator, wire = bridge()
     states = (*STATUS.thrusters[:2], ThrusterState(0.0, None, True, Deployment.MOVING))
-    feedback = [reading for reading in heard(actuator, wire, replace(STATUS, thrusters=states), 0.1) if isinstance(reading, ThrusterFeedback)]
+    feedback = [
+        reading
+        for reading in heard(actuator, wire, replace(STATUS, thrusters=states), 0.1)
+        if isinstance(reading, ThrusterFeedback)
+    ]
     assert [each.deployment for each in feedback] == [None, None, Deployment.MOVING]
 
 
@@ -244,10 +266,16 @@ def test_servos_and_relays_of_this_bridge_are_sent_and_their_answer_is_minded() 
     outputs = Auxiliary((1100.0, 1900.0), (True, False, False))
     for n in range(12):
         actuator.write(ActuatorCommand(0.1 * n, True, FORWARD, auxiliary=outputs), 0.1 * n)
-    sent = [message for data in wire.sent for message in FrameDecoder().feed(data) if isinstance(message, AuxiliaryDemand)]
-    assert len(sent) == 12 and {message.servos_us for message in sent} == {(1900.0,)} and {message.relays for message in sent} == {(False, True)}
+    sent = [
+        message for data in wire.sent for message in FrameDecoder().feed(data) if isinstance(message, AuxiliaryDemand)
+    ]
+    assert (
+        len(sent) == 12
+        and {message.servos_us for message in sent} == {(1900.0,)}
+        and {message.relays for message in sent} == {(False, True)}
+    )
     heard(actuator, wire, STATUS, 1.1)
-    assert "says nothing of its servos and relays: update its firmware" in actuator.health(1.1).text
+    assert "does not report its servos and relays: update its firmware" in actuator.health(1.1).text
     wire.incoming.append((1.2, encode(STATUS) + encode(AuxiliaryState(12, (1900.0,), (False, True)))))
     actuator.read(1.2)
     assert actuator.health(1.2).ok
@@ -261,5 +289,7 @@ def test_without_a_demand_they_rest() -> None:
     vessel = replace(VESSEL, servos=(ServoConfig("winch"),), relays=(RelayConfig("pump"),))
     actuator = open_actuator(replace(BRIDGE, servos=("winch",), relays=("pump",)), vessel, wire)
     actuator.write(ActuatorCommand(0.0, True, FORWARD), 0.0)
-    sent = [message for data in wire.sent for message in FrameDecoder().feed(data) if isinstance(message, AuxiliaryDemand)]
+    sent = [
+        message for data in wire.sent for message in FrameDecoder().feed(data) if isinstance(message, AuxiliaryDemand)
+    ]
     assert [(message.servos_us, message.relays) for message in sent] == [((None,), (False,))]

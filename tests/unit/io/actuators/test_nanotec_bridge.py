@@ -1,4 +1,5 @@
-"""Stepper drives on one line: what is said and when, by hand, and what comes of it on drives that behave and on drives that do not."""
+"""Stepper drives on one line: what is said and when, by hand, and what comes of it on drives that behave and on drives
+that do not."""
 
 from __future__ import annotations
 
@@ -8,23 +9,39 @@ from dataclasses import replace
 
 import pytest
 
-from companion.config import ConfigError, OutputConfig, StepperConfig, VesselConfig, find, load
-from companion.core.types import ActuatorCommand, ThrusterCommand, ThrusterFeedback
+from companion.config.actuators.nanotec import NanotecConfig, StepperConfig
+from companion.config.bridges import OutputConfig
+from companion.config.vessel import ConfigError, VesselConfig, find, load
+from companion.core.actuation import ActuatorCommand, ThrusterCommand, ThrusterFeedback
 from companion.io.actuators import open_actuator
 from companion.io.actuators.nanotec import NanotecBridge
 from sitl.emulators.nanotec import NanotecEmulator
-from sitl.world import World
+from sitl.world import World, WorldConditions
+from tests.unit.io.rows import bridge_row
 
 REVOLT = load(find("revolt"))
 PODS = ("stern_port", "stern_starboard")
 SETUP = ["|1", "J0", "g8", "p2", "W1", "u100", "o2000", ":ramp_mode=0", ":accel=20000", ":decel=20000", "C"]
 
 
-def vessel(*drives: StepperConfig, stops_deg: float | None = None, outputs: tuple[OutputConfig | None, ...] = (None, None)) -> VesselConfig:
+def vessel(
+    *drives: StepperConfig, stops_deg: float | None = None, outputs: tuple[OutputConfig | None, ...] = (None, None)
+) -> VesselConfig:
     stops = None if stops_deg is None else math.radians(stops_deg)
     low = None if stops is None else -stops
-    pods = [replace(pod, azimuth_min_rad=low, azimuth_max_rad=stops, output=output) for pod, output in zip(REVOLT.thrusters[:2], outputs, strict=True)]
-    bridge = replace(REVOLT.actuators[0], name="azimuths", driver="nanotec", thrusters=(), azimuths=tuple(d.thruster for d in drives), drives=drives)
+    pods = [
+        replace(pod, azimuth_min_rad=low, azimuth_max_rad=stops, output=output)
+        for pod, output in zip(REVOLT.thrusters[:2], outputs, strict=True)
+    ]
+    bridge = bridge_row(
+        REVOLT.actuators[0],
+        NanotecConfig,
+        "nanotec",
+        name="azimuths",
+        thrusters=(),
+        azimuths=tuple(d.thruster for d in drives),
+        drives=drives,
+    )
     return replace(REVOLT, thrusters=(*pods, REVOLT.thrusters[2]), actuators=(bridge, REVOLT.actuators[0]))
 
 
@@ -33,7 +50,8 @@ PLAIN = vessel(*DRIVES)
 
 
 class Wire:
-    """A half-duplex line whose other end is the test: it fails at once where a second request goes out before the first is answered."""
+    """A half-duplex line whose other end is the test: it fails at once where a second request goes out before the first
+    is answered."""
 
     name = "wire"
 
@@ -67,7 +85,15 @@ class Wire:
 
 
 def command(azimuth_rad: float = 0.0, armed: bool = True, t_s: float = 0.0) -> ActuatorCommand:
-    return ActuatorCommand(t_s, armed, (ThrusterCommand(0.0, 0.0, azimuth_rad), ThrusterCommand(0.0, 0.0, azimuth_rad), ThrusterCommand(0.0, 0.0, None)))
+    return ActuatorCommand(
+        t_s,
+        armed,
+        (
+            ThrusterCommand(0.0, 0.0, azimuth_rad),
+            ThrusterCommand(0.0, 0.0, azimuth_rad),
+            ThrusterCommand(0.0, 0.0, None),
+        ),
+    )
 
 
 def opened(config: VesselConfig = PLAIN) -> tuple[NanotecBridge, Wire]:
@@ -86,7 +112,9 @@ class Talk:
         self.now_s, self.heard = 0.0, 0
         self.readings: list[ThrusterFeedback] = []
 
-    def step(self, azimuth_rad: float = 0.0, armed: bool = True, rounds: int = 40, silent: frozenset[str] = frozenset()) -> None:
+    def step(
+        self, azimuth_rad: float = 0.0, armed: bool = True, rounds: int = 40, silent: frozenset[str] = frozenset()
+    ) -> None:
         """A control step of 0.1 s; after it, what has come is read as it comes."""
         self.now_s = round(self.now_s + 0.1, 6)
         self.bridge.write(command(azimuth_rad, armed, self.now_s), self.now_s)
@@ -154,7 +182,9 @@ def test_a_garbled_echo_is_no_confirmation() -> None:
     talk.step(0.0)
     talk.says["s382"] = "s3820"
     talk.step(0.5)
-    assert wire.asked.count("1s382") == 1 and wire.asked.count("1A") == 1, "it is not started towards what nobody has asked for"
+    assert wire.asked.count("1s382") == 1 and wire.asked.count("1A") == 1, (
+        "it is not started towards what nobody has asked for"
+    )
     del talk.says["s382"]
     talk.step(0.5)
     talk.step(0.5)
@@ -169,7 +199,9 @@ def test_a_position_with_a_wrong_digit_is_not_believed_until_it_comes_twice() ->
     talk.says["C"] = "C+10"
     talk.once["C"] = "C+40010"
     talk.step(0.0)
-    assert len(talk.readings) == 2 and all(reading.azimuth_rad == pytest.approx(10 / 4800 * math.tau) for reading in talk.readings)
+    assert len(talk.readings) == 2 and all(
+        reading.azimuth_rad == pytest.approx(10 / 4800 * math.tau) for reading in talk.readings
+    )
     assert wire.asked.count("1C") + wire.asked.count("2C") == 5, "it is asked once more"
     talk.says["C"] = "C+40010"
     for _ in range(3):
@@ -190,7 +222,9 @@ def test_a_drive_that_does_not_answer_is_lost_alone_and_found_again() -> None:
     asked = len([text for text in wire.asked if text[0] == "2"])
     for _ in range(10):
         talk.step(0.1, silent=frozenset("2"))
-    assert len([text for text in wire.asked if text[0] == "2"]) - asked == 1, "it is tried once a second: the other has the line"
+    assert len([text for text in wire.asked if text[0] == "2"]) - asked == 1, (
+        "it is tried once a second: the other has the line"
+    )
     talk.readings.clear()
     for _ in range(12):
         talk.step(0.1)
@@ -246,7 +280,10 @@ def test_a_drive_that_refuses_what_it_needs_is_not_used() -> None:
     [
         ({"thrusters": ("bow",)}, "drives azimuths only: name 'bow' in 'azimuths'"),
         ({"drives": DRIVES[:1]}, r"needs an \[\[actuator.drive\]\] for 'stern_starboard'"),
-        ({"drives": (DRIVES[0], replace(DRIVES[1], speed_radps=3000.0))}, "speed_dps makes 2291831 steps a second, the drive takes 1 to 1000000"),
+        (
+            {"drives": (DRIVES[0], replace(DRIVES[1], speed_radps=3000.0))},
+            "speed_dps makes 2291831 steps a second, the drive takes 1 to 1000000",
+        ),
     ],
 )
 def test_what_cannot_be_is_refused_with_the_remedy(change: dict[str, object], text: str) -> None:
@@ -255,14 +292,15 @@ def test_what_cannot_be_is_refused_with_the_remedy(change: dict[str, object], te
         open_actuator(config, PLAIN, Wire())
 
 
-# --- on drives ---------------------------------------------------------------------------------------------------------
+# --- on drives
+# ---------------------------------------------------------------------------------------------------------
 
 
 class Bench:
     """Drives in a world, and their bridge."""
 
     def __init__(self, config: VesselConfig = PLAIN, *faults: str) -> None:
-        self.world = World(config, faults=faults)
+        self.world = World(config, WorldConditions(faults=faults))
         self.bridge = open_actuator(config.actuators[0], config, self.world.open("azimuths", ""))
         (self.emulator,) = [board for board in self.world.boards if isinstance(board, NanotecEmulator)]
         self.now_s = 0.0
@@ -329,17 +367,32 @@ def test_speed_and_ramp_are_those_of_the_file() -> None:
     fast, slowly = (math.degrees(bench.world.thrusters[i].azimuth_rad) for i in (0, 1))
     assert fast == pytest.approx(120.0, abs=1.0) and slowly == pytest.approx(30.0 * (0.9 - 0.25), abs=3.0)
     settings = bench.emulator.drives[2].settings
-    assert (settings["o"], settings[":accel"], settings[":decel"], settings["g"], settings["p"]) == (400, 800, 800, 8, 2)
+    assert (settings["o"], settings[":accel"], settings[":decel"], settings["g"], settings["p"]) == (
+        400,
+        800,
+        800,
+        8,
+        2,
+    )
 
 
 def test_homing_turns_once_to_the_switch_and_not_again_while_the_drive_knows_its_angle() -> None:
-    config = vessel(DRIVES[0], replace(DRIVES[1], homing="switch"), outputs=(None, OutputConfig(azimuth_trim_rad=math.radians(40.0))))
+    config = vessel(
+        DRIVES[0],
+        replace(DRIVES[1], homing="switch"),
+        outputs=(None, OutputConfig(azimuth_trim_rad=math.radians(40.0))),
+    )
     bench = Bench(config)
     bench.run(1.0, armed=False)
-    assert not bench.bridge.health(bench.now_s).ok and "drive 2 of stern_starboard turns to its reference switch" in bench.text
+    assert (
+        not bench.bridge.health(bench.now_s).ok
+        and "drive 2 of stern_starboard turns to its reference switch" in bench.text
+    )
     bench.run(17.0, armed=False)
     assert bench.bridge.health(bench.now_s).ok, bench.text
-    assert off_rad(bench.world.thrusters[1].azimuth_rad, math.radians(-40.0)) < 0.01, "the switch stands where its drive shows 0"
+    assert off_rad(bench.world.thrusters[1].azimuth_rad, math.radians(-40.0)) < 0.01, (
+        "the switch stands where its drive shows 0"
+    )
     bench.run(3.0, 0.5)
     assert off_rad(bench.world.thrusters[1].azimuth_rad, 0.5) < 0.005
     again = open_actuator(config.actuators[0], config, bench.world.open("azimuths", ""))
@@ -352,7 +405,9 @@ def test_a_switch_that_never_comes_is_told() -> None:
     bench = Bench(vessel(DRIVES[0], replace(DRIVES[1], homing="switch")), "thruster_stern_starboard_stuck@0")
     bench.world.thrusters[1].azimuth_rad = 1.0
     bench.run(40.0, armed=False)
-    assert "stern_starboard" in bench.text and "does not follow" in bench.text and not bench.bridge.health(bench.now_s).ok
+    assert (
+        "stern_starboard" in bench.text and "does not follow" in bench.text and not bench.bridge.health(bench.now_s).ok
+    )
 
 
 def test_a_blocked_azimuth_is_told_with_the_drives_own_word_and_tried_again() -> None:
@@ -360,7 +415,10 @@ def test_a_blocked_azimuth_is_told_with_the_drives_own_word_and_tried_again() ->
     bench.run(1.9)
     bench.run(2.0, 1.0)
     assert not bench.newest[0].ok and bench.newest[1].ok
-    assert "drive 1 of stern_port: does not follow: blocked, or its encoder" in bench.text and bench.bridge.health(bench.now_s).ok
+    assert (
+        "drive 1 of stern_port: does not follow: blocked, or its encoder" in bench.text
+        and bench.bridge.health(bench.now_s).ok
+    )
     bench.run(8.0, 1.0)
     assert bench.newest[0].ok and bench.newest[0].azimuth_rad == pytest.approx(1.0, abs=0.005)
 
@@ -373,7 +431,10 @@ def test_power_lost_for_a_moment_leaves_a_homed_drive_searching_and_another_one_
         drive.power_up()
     bench.run(3.0, 1.0)
     assert not bench.newest[0].ok and not bench.newest[1].ok
-    assert "drive 1 of stern_port cannot be used: it lost its angle with its power: put the thruster straight" in bench.text
+    assert (
+        "drive 1 of stern_port cannot be used: it lost its angle with its power: put the thruster straight"
+        in bench.text
+    )
     assert "drive 2 of stern_starboard turns to its reference switch" in bench.text
     bench.run(25.0, 1.0)
     assert bench.newest[1].ok and off_rad(bench.world.thrusters[1].azimuth_rad, 1.0) < 0.005 and not bench.newest[0].ok
@@ -385,15 +446,24 @@ def test_ten_thousand_garbled_lines_each_way_move_nothing_and_stop_nothing() -> 
     bench.run(1.0, 0.3)
     alphabet = b"#*0123456789sACSDEZ$IpgoJWv|:+-=? \r\r\xff\x00"
     for _ in range(100):
-        bench.world.babble("azimuths", b"".join(bytes(rng.choices(alphabet, k=rng.randrange(1, 14))) + b"\r" for _ in range(100)))
+        bench.world.babble(
+            "azimuths", b"".join(bytes(rng.choices(alphabet, k=rng.randrange(1, 14))) + b"\r" for _ in range(100))
+        )
         bench.run(0.1, 0.3)
-    assert off_rad(bench.world.thrusters[0].azimuth_rad, 0.3) < 0.005 and off_rad(bench.world.thrusters[1].azimuth_rad, 0.3) < 0.005
+    assert (
+        off_rad(bench.world.thrusters[0].azimuth_rad, 0.3) < 0.005
+        and off_rad(bench.world.thrusters[1].azimuth_rad, 0.3) < 0.005
+    )
     bench.run(4.0, 0.3)
     assert all(reading.ok for reading in bench.newest.values()) and bench.bridge.health(bench.now_s).ok, bench.text
     stream = bench.world.open("azimuths", "")
     for _ in range(10_000):
         line = bytes(rng.choices(alphabet, k=rng.randrange(1, 14)))
-        if not any(line[i : i + 1] == b"#" and line[i + 1 : i + 2] in b"12*" for i in range(len(line))):  # noise that is no command of ours
+        if not any(
+            line[i : i + 1] == b"#" and line[i + 1 : i + 2] in b"12*" for i in range(len(line))
+        ):  # noise that is no command of ours
             stream.write(line + b"\r", bench.now_s)
     bench.run(3.0, 0.3)
-    assert off_rad(bench.world.thrusters[0].azimuth_rad, 0.3) < 0.005 and bench.bridge.health(bench.now_s).ok, bench.text
+    assert off_rad(bench.world.thrusters[0].azimuth_rad, 0.3) < 0.005 and bench.bridge.health(bench.now_s).ok, (
+        bench.text
+    )

@@ -1,4 +1,5 @@
-"""Thrusters on NMEA 2000: frames byte by byte as the standard lays them out, and what the bridge makes of a network that is not quite as it should be."""
+"""Thrusters on NMEA 2000: frames byte by byte as the standard lays them out, and what the bridge makes of a network
+that is not quite as it should be."""
 
 from __future__ import annotations
 
@@ -11,17 +12,20 @@ from typing import Any
 
 import pytest
 
-from companion.config import ConfigError, MotorConfig, VesselConfig, find, load
+from companion.config.actuators.nmea2000 import MotorConfig, Nmea2000Config
+from companion.config.vessel import ConfigError, VesselConfig, find, load
+from companion.core.actuation import ActuatorCommand, ThrusterCommand, ThrusterFeedback
 from companion.core.can_frame import SIZE, TROUBLE, pack, unpack
-from companion.core.types import ActuatorCommand, Battery, Reading, ThrusterCommand, ThrusterFeedback
+from companion.core.readings import Battery, Reading
 from companion.io.actuators import open_actuator
 from companion.io.actuators.nmea2000 import Nmea2000Bridge
 from companion.io.actuators.nmea2000_node import Node, header
 from sitl.world import World
+from tests.unit.io.rows import bridge_row
 
 ABOAT = load(find("aboat"))
 MOTORS = (MotorConfig("bow", 3), MotorConfig("stern", 7, sensor_instance=9))
-BRIDGE = replace(ABOAT.actuators[0], name="motors", driver="nmea2000", port="can:can0", motors=MOTORS)
+BRIDGE = bridge_row(ABOAT.actuators[0], Nmea2000Config, "nmea2000", name="motors", port="can:can0", motors=MOTORS)
 VESSEL: VesselConfig = replace(ABOAT, actuators=(BRIDGE,))
 BOW, STERN = 0x16, 0x1A  # addresses of the motors
 
@@ -94,16 +98,20 @@ def of_thruster(readings: list[Reading], index: int) -> ThrusterFeedback:
     return [reading for reading in readings if isinstance(reading, ThrusterFeedback) and reading.index == index][-1]
 
 
-# --- frames ------------------------------------------------------------------------------------------------------------
+# --- frames
+# ------------------------------------------------------------------------------------------------------------
 
 
 def test_a_frame_is_the_kernels_and_what_is_none_is_counted() -> None:
     assert pack(0x1DF40616, b"\x01\x02\x03") == struct.pack("<IB3x8s", 0x9DF40616, 3, b"\x01\x02\x03")
     frame = pack(0x0EF, bytes(8))
     standard, remote = struct.pack("<IB3x8s", 0x123, 8, bytes(8)), struct.pack("<IB3x8s", 0xC0000123, 0, b"")
-    assert unpack(frame + standard + remote + TROUBLE + frame + b"\x00" * 5) == ([(0xEF, bytes(8)), (0xEF, bytes(8))], 4)
+    assert unpack(frame + standard + remote + TROUBLE + frame + b"\x00" * 5) == (
+        [(0xEF, bytes(8)), (0xEF, bytes(8))],
+        4,
+    )
     for wrong in ((1 << 29, b""), (1, bytes(9))):
-        with pytest.raises(ValueError, match="no CAN frame"):
+        with pytest.raises(ValueError, match="not a CAN frame"):
             pack(*wrong)
 
 
@@ -118,7 +126,13 @@ def test_a_claim_goes_out_first_and_nothing_else_until_it_has_stood() -> None:
     talk.tick(count=2)
     assert [frame[0] for frame in talk.bus.sent] == [0x18EEFF32] and len(talk.bus.sent[0][1]) == 8
     name = int.from_bytes(talk.bus.sent[0][1], "little")
-    assert (name >> 21 & 0x7FF, name >> 40 & 0xFF, name >> 49 & 0x7F, name >> 60 & 7, name >> 63) == (2046, 130, 25, 4, 1)
+    assert (name >> 21 & 0x7FF, name >> 40 & 0xFF, name >> 49 & 0x7F, name >> 60 & 7, name >> 63) == (
+        2046,
+        130,
+        25,
+        4,
+        1,
+    )
     talk.tick(count=3)
     beats = talk.bus.of(126993)
     assert [(frame[0], frame[1].hex()) for frame in beats] == [(0x1DF01132, "60ea01ccffffffff")]  # 60 000 ms
@@ -143,7 +157,9 @@ def test_a_command_byte_by_byte(demand: ActuatorCommand, fields: tuple[str, ...]
     talk.bus.sent.clear()
     talk.tick(demand)
     frames = [data for where, data in talk.bus.sent if where == identifier(126208, 2, 0x32, BOW)]
-    content = bytes.fromhex("0106f401f8") + bytes([len(fields)]) + bytes.fromhex("".join(fields))  # command, 128006, priority as it is
+    content = (
+        bytes.fromhex("0106f401f8") + bytes([len(fields)]) + bytes.fromhex("".join(fields))
+    )  # command, 128006, priority as it is
     whole = bytes([len(content)]) + content
     assert [data[1:] for data in frames] == [whole[at : at + 7].ljust(7, b"\xff") for at in range(0, len(whole), 7)]
     assert [data[0] & 31 for data in frames] == list(range(len(frames))) and len({data[0] >> 5 for data in frames}) == 1
@@ -154,10 +170,14 @@ def test_motors_that_nobody_has_heard_are_asked_for_and_told_nothing() -> None:
     talk = Talk(motors="none")
     talk.tick(command(0.5), count=25)
     assert [(frame[0], frame[1].hex()) for frame in talk.bus.of(59904)] == [(0x18EAFF32, "06f401")] * 3
-    assert talk.bus.of(126208) == [] and "nothing received yet: check the network's power, its two terminators" in talk.bridge.health(2.5).text
+    assert (
+        talk.bus.of(126208) == []
+        and "nothing received yet: check the network's power, its two terminators" in talk.bridge.health(2.5).text
+    )
 
 
-# --- what every device owes the others ---------------------------------------------------------------------------------
+# --- what every device owes the others
+# ---------------------------------------------------------------------------------
 
 
 def answers(node: Node, pgn: int, source: int, destination: int, data: bytes) -> list[tuple[int, bytes]]:
@@ -174,7 +194,10 @@ def settled() -> tuple[Node, int]:
 
 def test_an_address_is_kept_against_a_higher_name_and_left_to_a_lower_one() -> None:
     node, own = settled()
-    assert answers(node, 60928, 50, 255, (own + 1).to_bytes(8, "little"))[0][1] == own.to_bytes(8, "little") and node.address == 50
+    assert (
+        answers(node, 60928, 50, 255, (own + 1).to_bytes(8, "little"))[0][1] == own.to_bytes(8, "little")
+        and node.address == 50
+    )
     assert answers(node, 60928, 51, 255, (own - 7).to_bytes(8, "little")) == []
     (claim,) = answers(node, 60928, 50, 255, (own - 1).to_bytes(8, "little"))
     assert claim == (0x18EEFF34, own.to_bytes(8, "little")), "51 is taken: 52"
@@ -193,12 +216,20 @@ def test_requests_are_answered() -> None:
     assert answers(node, 59904, 9, 50, ask[126993])[0][0] == 0x1DF01132
     product = answers(node, 59904, 9, 50, ask[126996])
     text = b"".join(data[1:] for _, data in product)[1:]
-    assert len(product) == 20 and text[:4] == struct.pack("<HH", 2100, 1) and text[4:17] == b"USV companion" and text[36:41] == b"1.2.3"
-    assert answers(node, 59904, 9, 50, ask[129025]) == [(0x18E80932, bytes.fromhex("01ffffffff" "01f801"))], "not available, to who asked"
+    assert (
+        len(product) == 20
+        and text[:4] == struct.pack("<HH", 2100, 1)
+        and text[4:17] == b"USV companion"
+        and text[36:41] == b"1.2.3"
+    )
+    assert answers(node, 59904, 9, 50, ask[129025]) == [(0x18E80932, bytes.fromhex("01ffffffff01f801"))], (
+        "not available, to who asked"
+    )
     assert answers(node, 59904, 9, 255, ask[129025]) == [] == answers(node, 59904, 9, 51, ask[60928])
 
 
-# --- what it hears -----------------------------------------------------------------------------------------------------
+# --- what it hears
+# -----------------------------------------------------------------------------------------------------
 
 
 def test_what_a_motor_says_is_its_feedback() -> None:
@@ -215,9 +246,13 @@ def test_an_angle_sensor_counts_before_the_motors_own_word() -> None:
     talk.tick()
     talk.bus.hear(identifier(127245, 2, 60), "09f8ff7ff0d8ffff", 0.15)  # sensor 9: −1 rad
     talk.bus.hear(identifier(127245, 2, 60), "07f8ff7f0000ffff", 0.15)  # 7 is the motor's number, not its sensor's
-    assert of_thruster(talk.tick(), 1).azimuth_rad == pytest.approx(-1.0) and of_thruster(talk.readings, 0).azimuth_rad == pytest.approx(1.0)
+    assert of_thruster(talk.tick(), 1).azimuth_rad == pytest.approx(-1.0) and of_thruster(
+        talk.readings, 0
+    ).azimuth_rad == pytest.approx(1.0)
     talk.tick(count=8)
-    assert of_thruster(talk.readings, 1).azimuth_rad is None, "the sensor has gone, and the motor says nothing of its angle"
+    assert of_thruster(talk.readings, 1).azimuth_rad is None, (
+        "the sensor has gone, and the motor says nothing of its angle"
+    )
 
 
 def test_a_motor_that_has_cut_out_fails_and_says_why() -> None:
@@ -236,10 +271,13 @@ def test_a_motor_that_has_cut_out_fails_and_says_why() -> None:
 def test_a_motor_that_refuses_or_obeys_another_is_told() -> None:
     talk = Talk()
     talk.tick(count=3)
-    for at, part in enumerate(("20" "0a" "02" "06f401" "03" "06", "21" "000000" "ffffffff")):
+    for at, part in enumerate(("200a0206f4010306", "21000000ffffffff")):
         talk.bus.hear(identifier(126208, 3, BOW, 0x32), part, 0.35 + 0.001 * at)
     talk.tick()
-    assert not of_thruster(talk.readings, 0).ok and "motor bow: refuses commands (error 3)" in talk.bridge.health(talk.now_s).text
+    assert (
+        not of_thruster(talk.readings, 0).ok
+        and "motor bow: refuses commands (error 3)" in talk.bridge.health(talk.now_s).text
+    )
     talk.tick(count=12)
     assert of_thruster(talk.readings, 0).ok
     talk.bus.hear(identifier(128006, 2, BOW), "ff03000001461027", talk.now_s)
@@ -304,7 +342,8 @@ def test_what_is_missing_is_refused_with_the_remedy(monkeypatch: pytest.MonkeyPa
         open_actuator(BRIDGE, VESSEL, Bus())
 
 
-# --- noise -------------------------------------------------------------------------------------------------------------
+# --- noise
+# -------------------------------------------------------------------------------------------------------------
 
 
 def test_ten_thousand_fuzzed_frames_each_way_move_nothing_and_stop_nothing() -> None:
@@ -316,7 +355,12 @@ def test_ten_thousand_fuzzed_frames_each_way_move_nothing_and_stop_nothing() -> 
     for step in range(130):
         now_s = round(now_s + 0.1, 6)
         for _ in range(100):
-            where = identifier(rng.choice(pgns), rng.randrange(8), rng.choice((rng.randrange(256), 23, 27)), rng.choice((255, 50, rng.randrange(256))))
+            where = identifier(
+                rng.choice(pgns),
+                rng.randrange(8),
+                rng.choice((rng.randrange(256), 23, 27)),
+                rng.choice((255, 50, rng.randrange(256))),
+            )
             data = rng.randbytes(rng.choice((8, 8, 8, 0, 3, 5)))
             world.babble("motors", pack(where, data) if rng.random() < 0.9 else rng.randbytes(rng.randrange(40)))
             if step > 20:
@@ -332,5 +376,7 @@ def test_ten_thousand_fuzzed_frames_each_way_move_nothing_and_stop_nothing() -> 
         bridge.write(command(0.6, 0.5), now_s)
     health = bridge.health(now_s)
     assert health.ok, health.text
-    assert world.thrusters[0].throttle() == pytest.approx(0.6, abs=0.01) and world.thrusters[0].azimuth_rad == pytest.approx(0.5, abs=0.001)
+    assert world.thrusters[0].throttle() == pytest.approx(0.6, abs=0.01) and world.thrusters[
+        0
+    ].azimuth_rad == pytest.approx(0.5, abs=0.001)
     assert of_thruster(list(readings), 0).throttle == pytest.approx(0.6, abs=0.01)

@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 from pymavlink.dialects.v20 import common as mavlink
 
-from companion.config import SensorConfig
-from companion.core.types import Heading, HeadingBy, Imu, MagneticField
+from companion.config.devices import SensorConfig
+from companion.core.readings import Heading, HeadingBy, Imu, MagneticField
 from companion.io.sensors import open_sensor
 from tests.unit.io.sensors.test_mtdata2_setup import Listening
 
@@ -30,7 +30,11 @@ def scaled(boot_ms: int) -> Any:
 
 
 HEARTBEAT = packed(heartbeat())
-HIGHRES = packed(mavlink.MAVLink_highres_imu_message(5_000_000, 0.5, -0.25, -9.75, 0.125, -0.25, 0.5, 0.2, -0.05, 0.4, 1013.0, 0, 0, 20, 0x1FF))
+HIGHRES = packed(
+    mavlink.MAVLink_highres_imu_message(
+        5_000_000, 0.5, -0.25, -9.75, 0.125, -0.25, 0.5, 0.2, -0.05, 0.4, 1013.0, 0, 0, 20, 0x1FF
+    )
+)
 ATTITUDE = packed(mavlink.MAVLink_attitude_message(5000, 0.02, -0.03, 2.0, 0.0, 0.0, 0.0))
 
 
@@ -77,7 +81,9 @@ def test_attitude_goes_with_the_sample() -> None:
     heading, imu = read(HEARTBEAT + ATTITUDE + HIGHRES, heading="true", heading_offset_rad=0.1)
     assert heading == Heading(1.0, "imu", pytest.approx(2.1), None, HeadingBy.COMPASS)
     field, imu = read(HEARTBEAT + ATTITUDE + HIGHRES, heading="ahrs")
-    assert field == MagneticField(1.0, "imu", pytest.approx(0.2), pytest.approx(-0.05), pytest.approx(0.4)) and isinstance(imu, Imu)
+    assert field == MagneticField(
+        1.0, "imu", pytest.approx(0.2), pytest.approx(-0.05), pytest.approx(0.4)
+    ) and isinstance(imu, Imu)
 
 
 def test_an_old_attitude_does_not() -> None:
@@ -89,7 +95,9 @@ def test_an_old_attitude_does_not() -> None:
 
 def test_other_systems_on_the_line_are_not_the_imu() -> None:
     station = packed(mavlink.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3), system=255, component=190)
-    other = HIGHRES.replace(HIGHRES, packed(mavlink.MAVLink_highres_imu_message(1, 9, 9, 9, 9, 9, 9, 0, 0, 0, 0, 0, 0, 0, 0x1FF), system=8))
+    other = HIGHRES.replace(
+        HIGHRES, packed(mavlink.MAVLink_highres_imu_message(1, 9, 9, 9, 9, 9, 9, 0, 0, 0, 0, 0, 0, 0, 0x1FF), system=8)
+    )
     assert read(station + HIGHRES) == []
     assert read(station + HEARTBEAT + other) == []
     assert len(read(station + HEARTBEAT + other + HIGHRES)) == 1
@@ -120,7 +128,13 @@ def test_it_asks_for_what_does_not_come() -> None:
     line.chunks = [(1.0, HEARTBEAT)]
     sensor.read(1.0)
     beat, *asked = written(line)
-    assert (beat.get_type(), beat.get_srcSystem(), beat.get_srcComponent(), beat.type, beat.autopilot) == ("HEARTBEAT", 7, 191, 18, 8)
+    assert (beat.get_type(), beat.get_srcSystem(), beat.get_srcComponent(), beat.type, beat.autopilot) == (
+        "HEARTBEAT",
+        7,
+        191,
+        18,
+        8,
+    )
     assert [(m.command, int(m.param1), m.param2, m.target_system, m.target_component) for m in asked] == [
         (511, 105, 10_000.0, 7, 1), (511, 26, 10_000.0, 7, 1), (511, 30, 50_000.0, 7, 1)
     ]  # fmt: skip

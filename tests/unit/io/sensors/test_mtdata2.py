@@ -10,8 +10,8 @@ from typing import Literal
 
 import pytest
 
-from companion.config import SensorConfig
-from companion.core.types import Heading, HeadingBy, Imu, MagneticField
+from companion.config.devices import SensorConfig
+from companion.core.readings import Heading, HeadingBy, Imu, MagneticField
 from companion.io.sensors.mtdata2 import Mtdata2Sensor
 from companion.io.sensors.sample_clock import SampleClock
 
@@ -94,7 +94,9 @@ def test_quaternion() -> None:
     a, b = math.radians(45.0), math.radians(15.0)
     q = (math.cos(a) * math.cos(b), -math.sin(a) * math.sin(b), math.cos(a) * math.sin(b), math.sin(a) * math.cos(b))
     (imu,) = read(message(item(0x2014, struct.pack(">4f", *q)), FORCE, RATE))
-    assert (imu.roll_rad, imu.pitch_rad, imu.yaw_rad) == pytest.approx((0.0, math.radians(30.0), math.radians(90.0)), abs=1e-6)
+    assert (imu.roll_rad, imu.pitch_rad, imu.yaw_rad) == pytest.approx(
+        (0.0, math.radians(30.0), math.radians(90.0)), abs=1e-6
+    )
 
 
 @pytest.mark.parametrize(
@@ -149,12 +151,15 @@ def test_items_that_lie_about_their_size() -> None:
 
 
 def test_times_are_those_of_the_samples() -> None:
-    """Samples of 10 ms that arrive in bunches every 50 ms, and once 80 ms late: spaced 10 ms, never after their arrival."""
+    """Samples of 10 ms that arrive in bunches every 50 ms, and once 80 ms late: spaced 10 ms, never after their
+    arrival."""
     sensor, line = driver()
     found = []
     for k in range(200):
         arrival = 5.0 + 0.05 * (k // 5 + 1) + (0.08 if 100 <= k < 105 else 0.0)
-        line.chunks = [(arrival, message(item(0x1060, struct.pack(">I", (2**32 - 700 + 100 * k) % 2**32)), FORCE, RATE))]
+        line.chunks = [
+            (arrival, message(item(0x1060, struct.pack(">I", (2**32 - 700 + 100 * k) % 2**32)), FORCE, RATE))
+        ]
         (imu,) = sensor.read(arrival)
         assert imu.t_s <= arrival
         found.append(imu.t_s)
@@ -183,14 +188,20 @@ def test_health() -> None:
     assert "wrong baud rate" in sensor.health(3.0).text
 
 
-@pytest.mark.parametrize(("worth", "by"), [("magnetic", HeadingBy.MAGNETIC), ("true", HeadingBy.COMPASS), ("none", None)])
+@pytest.mark.parametrize(
+    ("worth", "by"), [("magnetic", HeadingBy.MAGNETIC), ("true", HeadingBy.COMPASS), ("none", None)]
+)
 def test_the_devices_own_yaw_as_a_compass(worth: Literal["none", "magnetic", "true"], by: HeadingBy | None) -> None:
     """Ten a second of a hundred, with the mounting offset, and only where the file says what it is worth."""
     line = Line()
-    config = SensorConfig("imu", "mtdata2", "serial:/dev/x:115200", heading=worth, heading_offset_rad=math.radians(20.0))
+    config = SensorConfig(
+        "imu", "mtdata2", "serial:/dev/x:115200", heading=worth, heading_offset_rad=math.radians(20.0)
+    )
     sensor = Mtdata2Sensor(config, line)
     euler = item(0x2034, struct.pack(">3f", 0.0, 0.0, 170.0))
-    line.chunks = [(1.0 + 0.01 * k, message(item(0x1060, struct.pack(">I", 100 * k)), FORCE, RATE, euler)) for k in range(100)]
+    line.chunks = [
+        (1.0 + 0.01 * k, message(item(0x1060, struct.pack(">I", 100 * k)), FORCE, RATE, euler)) for k in range(100)
+    ]
     headings = [reading for reading in sensor.read(3.0) if isinstance(reading, Heading)]
     assert len(headings) == (10 if by else 0)
     assert all(heading.by is by and heading.yaw_rad == pytest.approx(math.radians(-170.0)) for heading in headings)

@@ -1,4 +1,5 @@
-"""An MTi told at the start what to send and how it is mounted: by the bytes of its protocol, and against an emulated one that answers."""
+"""An MTi told at the start what to send and how it is mounted: by the bytes of its protocol, and against an emulated
+one that answers."""
 
 from __future__ import annotations
 
@@ -8,11 +9,12 @@ from dataclasses import replace
 
 import pytest
 
-from companion.config import SensorConfig, find, load, parse
-from companion.core.types import Imu, MagneticField
+from companion.config.devices import SensorConfig
+from companion.config.vessel import find, load, parse
+from companion.core.readings import Imu, MagneticField
 from companion.io.sensors import open_sensor
 from companion.io.sensors.mtdata2 import Mtdata2Sensor
-from sitl.world import World
+from sitl.world import World, WorldConditions
 from tests.unit.io.sensors.test_mtdata2 import BY_HAND, FORCE, RATE, Line, item, message
 
 REVOLT = load(find("revolt"))
@@ -34,7 +36,9 @@ class Listening(Line):
 
 def told(**more: object) -> tuple[Mtdata2Sensor, Listening]:
     line = Listening()
-    return Mtdata2Sensor(SensorConfig("imu", "mtdata2", "serial:/dev/x", rate_hz=100.0, configure=True, **more), line), line  # type: ignore[arg-type]
+    return Mtdata2Sensor(
+        SensorConfig("imu", "mtdata2", "serial:/dev/x", rate_hz=100.0, configure=True, **more), line
+    ), line  # type: ignore[arg-type]
 
 
 def answer(number: int, data: bytes = b"") -> bytes:
@@ -46,7 +50,7 @@ def step(sensor: Mtdata2Sensor, line: Listening, now_s: float, data: bytes = b""
     """What it writes after hearing `data`."""
     line.sent.clear()
     line.chunks = [(now_s, data)] if data else []
-    assert sensor.read(now_s) == () or sensor._setup is None or sensor._setup.done
+    sensor.read(now_s)
     return b"".join(sent for _, sent in line.sent)
 
 
@@ -70,7 +74,9 @@ def test_the_commands_by_hand() -> None:
 def test_raw_field_for_an_ahrs_of_our_own() -> None:
     sensor, line = told(heading="ahrs")
     step(sensor, line, 0.0)
-    assert step(sensor, line, 0.1, answer(0x31))[4:-1] == bytes.fromhex("1020ffff 1060ffff 40200064 80200064 c0200032 e020ffff")
+    assert step(sensor, line, 0.1, answer(0x31))[4:-1] == bytes.fromhex(
+        "1020ffff 1060ffff 40200064 80200064 c0200032 e020ffff"
+    )
 
 
 def test_nothing_is_believed_before_it_is_configured() -> None:
@@ -128,7 +134,7 @@ def test_an_emulated_device_turns_its_axes_as_told(heading: str) -> None:
     for rotation in (None, ROTATION):
         gnss, imu = REVOLT.sensors
         row = replace(imu, rate_hz=50.0, heading=heading, rotation_rad=rotation, configure=rotation is not None)
-        world = World(replace(REVOLT, sensors=(gnss, row)), seed=3)
+        world = World(replace(REVOLT, sensors=(gnss, row)), WorldConditions(seed=3))
         world.set_state(yaw_rad=1.0)
         sensor, readings = open_sensor(row, world.open("imu", "")), []
         for k in range(200):
@@ -136,9 +142,19 @@ def test_an_emulated_device_turns_its_axes_as_told(heading: str) -> None:
             readings += sensor.read(0.05 * k)
         assert sensor.health(9.95).ok, sensor.health(9.95).text
         assert sum(isinstance(reading, Imu) for reading in readings) > 450
-        found.append({reading.t_s: reading for reading in readings if isinstance(reading, Imu if heading == "magnetic" else MagneticField)})
+        found.append(
+            {
+                reading.t_s: reading
+                for reading in readings
+                if isinstance(reading, Imu if heading == "magnetic" else MagneticField)
+            }
+        )
     straight, turned = found
-    names = ("x_mps2", "y_mps2", "z_mps2", "roll_rate_radps", "yaw_rate_radps", "roll_rad", "pitch_rad", "yaw_rad") if heading == "magnetic" else ("x", "y", "z")
+    names = (
+        ("x_mps2", "y_mps2", "z_mps2", "roll_rate_radps", "yaw_rate_radps", "roll_rad", "pitch_rad", "yaw_rad")
+        if heading == "magnetic"
+        else ("x", "y", "z")
+    )
     for t_s in sorted(turned)[:: max(1, len(turned) // 20)]:
         near = straight[min(straight, key=lambda other: abs(other - t_s))]
         for name in names:
@@ -146,6 +162,10 @@ def test_an_emulated_device_turns_its_axes_as_told(heading: str) -> None:
 
 
 def test_the_file_says_it_in_degrees(tmp_path: object) -> None:
-    text = find("revolt").read_text(encoding="utf-8").replace('driver = "mtdata2"', 'driver = "mtdata2"\nconfigure = true\nrotation_deg = [180, 0, -90]')
+    text = (
+        find("revolt")
+        .read_text(encoding="utf-8")
+        .replace('driver = "mtdata2"', 'driver = "mtdata2"\nconfigure = true\nrotation_deg = [180, 0, -90]')
+    )
     row = parse(text, "x").sensors[1]
     assert row.configure and row.rotation_rad == pytest.approx((math.pi, 0.0, -0.5 * math.pi))

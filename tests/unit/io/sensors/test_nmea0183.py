@@ -8,8 +8,19 @@ from typing import Any
 
 import pytest
 
-from companion.config import ConfigError, SensorConfig
-from companion.core.types import Corrections, FixType, GnssFix, GroundVelocity, Heading, HeadingBy, Reading, TimeOfDay, Wind
+from companion.config.devices import SensorConfig
+from companion.config.vessel import ConfigError
+from companion.core.readings import (
+    Corrections,
+    FixType,
+    GnssFix,
+    GroundVelocity,
+    Heading,
+    HeadingBy,
+    Reading,
+    TimeOfDay,
+    Wind,
+)
 from companion.io.sensors import DRIVERS, open_sensor
 
 # sentences as makers' manuals print them, with their checksums
@@ -71,7 +82,14 @@ def test_gga_by_hand() -> None:
     assert isinstance(fix, GnssFix)
     assert fix.lat_deg == pytest.approx(53.0 + 21.6802 / 60.0)
     assert fix.lon_deg == pytest.approx(-(6.0 + 30.3372 / 60.0))
-    assert (fix.t_s, fix.source, fix.fix, fix.satellites, fix.hdop, fix.altitude_m) == (1.0, "gnss", FixType.FIX_3D, 8, 1.03, 61.7)
+    assert (fix.t_s, fix.source, fix.fix, fix.satellites, fix.hdop, fix.altitude_m) == (
+        1.0,
+        "gnss",
+        FixType.FIX_3D,
+        8,
+        1.03,
+        61.7,
+    )
     assert fix.position_accuracy_m == pytest.approx(1.5 * 1.03)
 
 
@@ -146,11 +164,20 @@ def test_compasses() -> None:
 
 @pytest.mark.parametrize(
     "quality, fix",
-    [(1, FixType.FIX_3D), (2, FixType.DGPS), (3, FixType.FIX_3D), (4, FixType.RTK_FIXED), (5, FixType.RTK_FLOAT), (9, FixType.DGPS)]
+    [
+        (1, FixType.FIX_3D),
+        (2, FixType.DGPS),
+        (3, FixType.FIX_3D),
+        (4, FixType.RTK_FIXED),
+        (5, FixType.RTK_FLOAT),
+        (9, FixType.DGPS),
+    ]
     + [(quality, FixType.NONE) for quality in (0, 6, 7, 8)],
 )
 def test_quality(quality: int, fix: FixType) -> None:
-    reading, *rest = read(sentence(f"GNGGA,120000.00,6326.33401,N,01023.94001,E,{quality},12,0.8,10.4,M,40.0,M,1.5,0001"))
+    reading, *rest = read(
+        sentence(f"GNGGA,120000.00,6326.33401,N,01023.94001,E,{quality},12,0.8,10.4,M,40.0,M,1.5,0001")
+    )
     assert isinstance(reading, GnssFix)
     assert rest == ([Corrections(1.0, "gnss", 1.5, 1)] if fix >= FixType.DGPS else [])
     assert reading.fix is fix

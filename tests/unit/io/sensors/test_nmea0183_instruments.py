@@ -1,4 +1,5 @@
-"""NMEA sentences of instruments and of quality, as manuals print them, their values worked out by hand; talkers; what people are told."""
+"""NMEA sentences of instruments and of quality, as manuals print them, their values worked out by hand; talkers; what
+people are told."""
 
 from __future__ import annotations
 
@@ -6,7 +7,7 @@ import math
 
 import pytest
 
-from companion.core.types import Depth, FixType, GnssFix, Heading, Measurement, Wind
+from companion.core.readings import Depth, FixType, GnssFix, Heading, Measurement, Wind
 from tests.unit.io.sensors.test_nmea0183 import GGA, HDT, VTG, driver, read, sentence
 
 # of manuals and of other parsers' documentation, with the checksums printed there
@@ -38,7 +39,9 @@ def test_depth_by_hand() -> None:
 
 def test_relative_wind_by_hand() -> None:
     assert read(VWR) == [Wind(1.0, "gnss", pytest.approx(0.51), pytest.approx(math.radians(75.0)))]
-    assert read(sentence("IIVWR,30.0,L,10.0,N,,M,,K")) == [Wind(1.0, "gnss", pytest.approx(10.0 * KNOT), pytest.approx(math.radians(-30.0)))]
+    assert read(sentence("IIVWR,30.0,L,10.0,N,,M,,K")) == [
+        Wind(1.0, "gnss", pytest.approx(10.0 * KNOT), pytest.approx(math.radians(-30.0)))
+    ]
     assert len(read(sentence("WIMWV,214.8,R,0.1,K,A") + VWR)) == 1, "MWV says the same"
     assert read(sentence("IIVWR,30.0,,10.0,N,,M,,K")) == []
 
@@ -46,12 +49,18 @@ def test_relative_wind_by_hand() -> None:
 def test_rates_and_rudders_and_speed_through_water_by_hand() -> None:
     assert measured(ROT) == {"rate_of_turn_radps": pytest.approx(-11.23 * math.pi / 180.0 / 60.0)}
     assert measured(sentence("HEROT,-11.23,V")) == {}
-    assert measured(RSA) == {"rudder_rad": pytest.approx(0.183260, abs=1e-6), "rudder_port_rad": pytest.approx(0.006981, abs=1e-6)}
+    assert measured(RSA) == {
+        "rudder_rad": pytest.approx(0.183260, abs=1e-6),
+        "rudder_port_rad": pytest.approx(0.006981, abs=1e-6),
+    }
     assert measured(b"$IIRSA,10.5,A,,V*4D\r\n") == {"rudder_rad": pytest.approx(math.radians(10.5))}
     assert measured(VHW) == {"water_surge_mps": pytest.approx(3.148, abs=1e-3)}
     assert measured(sentence("VWVHW,,T,,M,,N,3.6,K")) == {"water_surge_mps": pytest.approx(1.0)}
     both = sentence("VDVBW,2.0,-0.5,A,2.1,0.3,A") + VHW
-    assert measured(both) == {"water_surge_mps": pytest.approx(2.0 * KNOT), "water_sway_mps": pytest.approx(-0.5 * KNOT)}
+    assert measured(both) == {
+        "water_surge_mps": pytest.approx(2.0 * KNOT),
+        "water_sway_mps": pytest.approx(-0.5 * KNOT),
+    }
     assert measured(sentence("VDVBW,2.0,-0.5,V,2.1,0.3,A")) == {}
 
 
@@ -105,7 +114,15 @@ def test_proprietary_and_ais_sentences_are_passed_by() -> None:
     from tests.unit.io.sensors.test_ais import CLASS_A
 
     sensor, line = driver()
-    line.chunks = [(1.0, sentence("PASHR,085335.000,224.19,T,-01.26,+00.83,+00.00,0.101,0.113,0.267,1,0") + sentence("PGHDT,1.0,T") + CLASS_A + HDT)]
+    line.chunks = [
+        (
+            1.0,
+            sentence("PASHR,085335.000,224.19,T,-01.26,+00.83,+00.00,0.101,0.113,0.267,1,0")
+            + sentence("PGHDT,1.0,T")
+            + CLASS_A
+            + HDT,
+        )
+    ]
     (heading,) = sensor.read(1.0)
     assert isinstance(heading, Heading) and heading.yaw_rad == pytest.approx(math.radians(123.456))
     assert sensor.health(1.0).text == "4 NMEA sentences, 0 bad"
@@ -136,11 +153,14 @@ def test_sentences_without_checksums_are_not_called_a_wrong_baud_rate() -> None:
 
 
 def fix_at(seconds: float) -> bytes:
-    return sentence(f"GNGGA,12{int(seconds // 60):02d}{seconds % 60:05.2f},6326.33401,N,01023.94001,E,1,12,0.8,10.4,M,40.0,M,,")
+    return sentence(
+        f"GNGGA,12{int(seconds // 60):02d}{seconds % 60:05.2f},6326.33401,N,01023.94001,E,1,12,0.8,10.4,M,40.0,M,,"
+    )
 
 
 def test_a_held_up_sentence_keeps_its_own_time() -> None:
-    """Fixes of 0.1 s each, every fifth held up by 80 ms: spaced 0.1 s all the same, and a heading of the same burst with them."""
+    """Fixes of 0.1 s each, every fifth held up by 80 ms: spaced 0.1 s all the same, and a heading of the same burst
+    with them."""
     sensor, line = driver(latency_s=0.02)
     times, headings = [], []
     for k in range(100):
@@ -173,7 +193,10 @@ def test_a_zda_with_the_pulse_of_the_second_does_not_draw_the_fixes_to_itself() 
 def test_midnight_and_a_jump_of_the_receivers_clock() -> None:
     sensor, line = driver()
     stamps = ["235959.80", "235959.90", "000000.00", "000000.10", "120000.00", "120000.10"]
-    line.chunks = [(1.0 + 0.1 * k + 0.01 * (k % 2), sentence(f"GNGGA,{text},6326.33401,N,01023.94001,E,1,12,0.8,10.4,M,40.0,M,,")) for k, text in enumerate(stamps)]
+    line.chunks = [
+        (1.0 + 0.1 * k + 0.01 * (k % 2), sentence(f"GNGGA,{text},6326.33401,N,01023.94001,E,1,12,0.8,10.4,M,40.0,M,,"))
+        for k, text in enumerate(stamps)
+    ]
     times = [reading.t_s for reading in sensor.read(2.0)]
     assert times == pytest.approx([1.0, 1.1, 1.2, 1.3, 1.4, 1.5], abs=1e-3)
 

@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from companion.config import SensorConfig
-from companion.core.types import Heading, HeadingBy, Imu, MagneticField
+from companion.config.devices import SensorConfig
+from companion.core.readings import Heading, HeadingBy, Imu, MagneticField
 from companion.io.sensors import open_sensor
 from tests.unit.io.sensors.test_mtdata2_setup import Listening
 from tests.unit.io.sensors.test_nmea0183 import sentence
@@ -34,11 +34,14 @@ def test_by_hand() -> None:
     assert isinstance(imu, Imu)
     assert (imu.t_s, imu.source, imu.x_mps2, imu.y_mps2, imu.z_mps2) == (1.0, "imu", -1.258, -0.1, -9.701)
     assert (imu.roll_rate_radps, imu.pitch_rate_radps, imu.yaw_rate_radps) == (-0.000018, 0.001122, -0.000551)
-    assert (imu.roll_rad, imu.pitch_rad, imu.yaw_rad) == pytest.approx([math.radians(a) for a in (0.715, -7.33, 100.949)])
+    assert (imu.roll_rad, imu.pitch_rad, imu.yaw_rad) == pytest.approx(
+        [math.radians(a) for a in (0.715, -7.33, 100.949)]
+    )
 
 
 def test_attitude_and_specific_force_are_of_the_same_axes() -> None:
-    """At rest the force is −g in the axes of the attitude: x g sin pitch, y −g cos pitch sin roll, z −g cos pitch cos roll."""
+    """At rest the force is −g in the axes of the attitude: x g sin pitch, y −g cos pitch sin roll, z −g cos pitch cos
+    roll."""
     for imu in read(VNYMR, TILTED):
         g = math.hypot(imu.x_mps2, imu.y_mps2, imu.z_mps2)
         assert g == pytest.approx(9.8, abs=0.15)
@@ -54,7 +57,14 @@ def test_field_and_heading_where_the_file_asks_for_them() -> None:
 
 
 @pytest.mark.parametrize(
-    "bad", [VNYMR.replace(b"*69", b"*68"), sentence("VNYMR,1,2,3"), sentence("VNYMR" + ",1" * 11 + ",x"), sentence("VNYMR" + ",1" * 11 + ","), b"$VN*18\r\n"]
+    "bad",
+    [
+        VNYMR.replace(b"*69", b"*68"),
+        sentence("VNYMR,1,2,3"),
+        sentence("VNYMR" + ",1" * 11 + ",x"),
+        sentence("VNYMR" + ",1" * 11 + ","),
+        b"$VN*18\r\n",
+    ],
 )
 def test_bad_messages_give_nothing(bad: bytes) -> None:
     assert read(bad) == []

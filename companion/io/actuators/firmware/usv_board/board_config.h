@@ -1,4 +1,4 @@
-/* What hangs on this board: edit this file, and this file alone. As it stands: ReVolt's bow and one stern pod on an Arduino Mega. */
+/* The wiring of this board. Edit only this file. It comes as ReVolt's bow and one stern pod on an Arduino Mega. */
 #ifndef BOARD_CONFIG_H
 #define BOARD_CONFIG_H
 
@@ -31,7 +31,7 @@ static const usv_drive_config THRUSTERS[THRUSTER_COUNT] = {
     },
 };
 
-/* USV_SAFE_NOTHING: the switch is the companion's business alone. USV_SAFE_CUT: it cuts thrust here. USV_SAFE_STICKS: it gives the sticks the
+/* USV_SAFE_NOTHING: only the companion reads the switch. USV_SAFE_CUT: it cuts thrust here. USV_SAFE_STICKS: it gives the sticks the
  * thrusters here, ALSO WHILE THE COMPANION IS DISARMED OR OFF. */
 static const usv_board_config CONFIG = {BOARD_NAME, THRUSTER_COUNT, RELAY_COUNT, SERVO_COUNT, THRUSTERS, USV_SAFE_CUT, 5, 3, 1, 4};
 

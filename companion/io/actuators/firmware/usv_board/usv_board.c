@@ -9,7 +9,7 @@
 
 #define BLINK_MS 500U
 #define RC_LOST_MS 500U
-#define RC_SHORTEST_US 800U /* a receiver that has lost its transmitter often says so by a pulse out of range */
+#define RC_SHORTEST_US 800U /* many receivers report a lost transmitter by a pulse out of range */
 #define RC_LONGEST_US 2200U
 #define RC_CENTRE_US 1500
 #define RC_IDLE_US 40 /* a stick no further from its centre is centred */
@@ -37,7 +37,7 @@ void usv_board_start(usv_board *board, const usv_board_config *config, uint32_t 
     board->introduce = true;
 }
 
-/* --- hear --------------------------------------------------------------------------------------------------------- */
+/* --- in ----------------------------------------------------------------------------------------------------------- */
 
 static void obey(usv_board *board, uint32_t now_ms)
 {
@@ -74,7 +74,7 @@ void usv_board_hear(usv_board *board, uint8_t byte, uint32_t now_ms)
         }
         break;
     default:
-        break; /* what boards say to hosts */
+        break; /* messages from boards to hosts */
     }
 }
 
@@ -188,7 +188,7 @@ void usv_board_step(usv_board *board, uint32_t now_ms)
     board->out.green = board->late || lit(board->command.green, now_ms);
 }
 
-/* --- speak -------------------------------------------------------------------------------------------------------- */
+/* --- out ---------------------------------------------------------------------------------------------------------- */
 
 static void introduce(usv_ident *ident, const usv_board_config *config)
 {

@@ -1,5 +1,5 @@
 /*
- * The board: what it hears and what it knows → what its outputs do and what it says. No platform in it, nothing allocated.
+ * The board: frames and sensors in → outputs and frames out. No platform in it, nothing allocated.
  *
  *     usv_board_start(&board, &config, now_ms);
  *     for ever:

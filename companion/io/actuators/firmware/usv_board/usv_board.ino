@@ -1,5 +1,5 @@
 /*
- * The reference firmware on an Arduino: pins in, pins out, around the core in usv_board.c. What hangs where stands in board_config.h.
+ * The reference firmware on an Arduino: pins in, pins out, around the core in usv_board.c. board_config.h has the wiring.
  *
  * The loop never waits. A board that hangs is restarted by its own hardware watchdog, and starts neutral.
  */

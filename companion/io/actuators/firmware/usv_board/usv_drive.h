@@ -35,7 +35,7 @@ typedef struct {
     int16_t mix_azimuth; /* azimuth from rest at full yaw stick, then */
 } usv_drive_config;
 
-/* What the platform knows of a thruster. */
+/* Inputs of a thruster, read by the platform. */
 typedef struct {
     bool works;
     bool throttle_measured, azimuth_measured;
@@ -43,7 +43,7 @@ typedef struct {
     bool switch_up, switch_down;
 } usv_drive_input;
 
-/* What the platform does with it. */
+/* Outputs of a thruster, written by the platform. */
 typedef struct {
     uint16_t pulse_us;
     uint16_t azimuth_us; /* 0 where no servo turns it */
@@ -64,7 +64,7 @@ typedef struct {
 
 void usv_drive_start(usv_drive *drive, const usv_drive_config *config);
 
-/* Whether a retractable one shall go down or up; USV_STAY ends a travel begun and begins none. */
+/* Lower or raise a retractable thruster; USV_STAY ends a travel and begins none. */
 void usv_drive_send(usv_drive *drive, const usv_drive_config *config, const usv_drive_input *input, int8_t lower);
 
 /* `elapsed_ms` later. `throttle` 0: standstill, at once; `azimuth` USV_NO_AZIMUTH: leave it. */

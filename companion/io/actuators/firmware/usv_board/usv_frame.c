@@ -57,7 +57,7 @@ static uint8_t *put_i32(uint8_t *at, int32_t value)
     return put_u16(put_u16(at, (uint16_t)((uint32_t)value & 0xFFFF)), (uint16_t)((uint32_t)value >> 16));
 }
 
-/* --- what can be -------------------------------------------------------------------------------------------------- */
+/* --- limits ------------------------------------------------------------------------------------------------------- */
 
 static bool sensible(int16_t throttle, int16_t azimuth)
 {
@@ -75,7 +75,7 @@ static int16_t limited_azimuth(int16_t azimuth)
     if (azimuth == USV_NO_AZIMUTH) {
         return azimuth;
     }
-    return azimuth <= -USV_MAX_AZIMUTH ? USV_MAX_AZIMUTH : limited(azimuth, USV_MAX_AZIMUTH); /* astern is said in one way */
+    return azimuth <= -USV_MAX_AZIMUTH ? USV_MAX_AZIMUTH : limited(azimuth, USV_MAX_AZIMUTH); /* one value for astern */
 }
 
 static uint16_t limited_pulse(uint16_t pulse_us)

@@ -1,8 +1,8 @@
 /*
  * The frame between the companion and a microcontroller board: the codec in C99, for host and board.
  *
- * `companion/core/microcontroller_frame.py` and `microcontroller_auxiliary.py` say the format byte by byte; this is written from that
- * text. Numbers are kept as they stand on the wire: throttle in 1e-4, azimuth in 1e-4 rad, mV, mA, microseconds.
+ * `companion/core/microcontroller_frame.py` and `microcontroller_auxiliary.py` describe the format byte by byte; this is written from that
+ * text. Numbers are kept as on the wire: throttle in 1e-4, azimuth in 1e-4 rad, mV, mA, microseconds.
  * Nothing is allocated and every loop is bounded by the length of a frame.
  */
 #ifndef USV_FRAME_H
@@ -111,7 +111,7 @@ uint16_t usv_crc(const uint8_t *data, size_t length);
 /* One frame, both delimiters included; `frame` holds USV_MAX_FRAME bytes. 0 for a message that no frame can hold. */
 size_t usv_encode(const usv_message *message, uint8_t *frame);
 
-/* The message in what stood between two delimiters, which is overwritten. False if it is damaged, unknown or says what cannot be. */
+/* The message in what stood between two delimiters, which is overwritten. False if it is damaged, unknown or impossible. */
 bool usv_decode(uint8_t *encoded, size_t length, usv_message *message);
 
 void usv_receiver_start(usv_receiver *receiver);

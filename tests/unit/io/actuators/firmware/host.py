@@ -1,20 +1,38 @@
-"""Compiles the firmware's core for the host, and mirrors its structs so that tests can step a board in their own time."""
+"""Compiles the firmware's core for the host, and mirrors its structs so that tests can step a board in their own
+time."""
 
 from __future__ import annotations
 
 import ctypes
 import os
 import subprocess
-from ctypes import POINTER, Structure, c_bool, c_char, c_char_p, c_int8, c_int16, c_int32, c_size_t, c_uint8, c_uint16, c_uint32
+from ctypes import (
+    POINTER,
+    Structure,
+    c_bool,
+    c_char,
+    c_char_p,
+    c_int8,
+    c_int16,
+    c_int32,
+    c_size_t,
+    c_uint8,
+    c_uint16,
+    c_uint32,
+)
 from pathlib import Path
 
 from companion.core.microcontroller_auxiliary import AuxiliaryState
 from companion.core.microcontroller_frame import BoardStatus, FrameDecoder, Ident, Message, encode
+from tests.waiting import CAP_S
 
 CORE = Path(__file__).parents[5] / "companion/io/actuators/firmware/usv_board"
 HERE = Path(__file__).parent
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror")
-ENVIRONMENT = {**os.environ, "ASAN_OPTIONS": "detect_leaks=0"}  # nothing is allocated; and looking for leaks needs rights that a container may lack
+ENVIRONMENT = {
+    **os.environ,
+    "ASAN_OPTIONS": "detect_leaks=0",
+}  # nothing is allocated; and looking for leaks needs rights that a container may lack
 NO_VOLTAGE, NO_AZIMUTH = 0xFFFF, -32768
 
 
@@ -27,7 +45,11 @@ def build(name: str, folder: Path) -> Path:
     made = folder / name
     flags = ["-shared", "-fPIC"] if name == "host_library" else _sanitizers(folder)
     sources = [HERE / f"{name}.c", *sorted(CORE.glob("*.c"))]
-    subprocess.run([compiler(), *STRICT, "-O1", *flags, f"-I{CORE}", *map(str, sources), "-o", str(made)], check=True, timeout=60)
+    subprocess.run(
+        [compiler(), *STRICT, "-O1", *flags, f"-I{CORE}", *map(str, sources), "-o", str(made)],
+        check=True,
+        timeout=CAP_S,
+    )
     return made
 
 
@@ -37,7 +59,7 @@ def _sanitizers(folder: Path) -> list[str]:
     source.write_text("int main(void) { return 0; }\n", encoding="ascii")
     full = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
     for command in ([compiler(), *full, str(source), "-o", str(probe)], [str(probe)]):
-        if subprocess.run(command, check=False, capture_output=True, timeout=60, env=ENVIRONMENT).returncode != 0:
+        if subprocess.run(command, check=False, capture_output=True, timeout=CAP_S, env=ENVIRONMENT).returncode != 0:
             return ["-fsanitize=undefined", "-fsanitize-undefined-trap-on-error"]
     return full
 
@@ -66,9 +88,17 @@ class DriveOutput(Structure):
 
 class BoardConfig(Structure):
     _fields_ = (
-        ("name", c_char_p), ("thrusters", c_uint8), ("relays", c_uint8), ("servos", c_uint8), ("thruster", POINTER(DriveConfig)),
-        ("safe_action", c_uint8), ("safe_channel", c_uint8), ("surge_channel", c_uint8), ("sway_channel", c_uint8), ("yaw_channel", c_uint8),
-    )  # fmt: skip
+        ("name", c_char_p),
+        ("thrusters", c_uint8),
+        ("relays", c_uint8),
+        ("servos", c_uint8),
+        ("thruster", POINTER(DriveConfig)),
+        ("safe_action", c_uint8),
+        ("safe_channel", c_uint8),
+        ("surge_channel", c_uint8),
+        ("sway_channel", c_uint8),
+        ("yaw_channel", c_uint8),
+    )
 
 
 class BoardIn(Structure):
@@ -79,11 +109,23 @@ class BoardIn(Structure):
 
 
 class Outputs(Structure):
-    _fields_ = (("sequence", c_uint8), ("relays", c_uint16), ("relay_count", c_uint8), ("servo_count", c_uint8), ("servo_us", c_uint16 * 16))
+    _fields_ = (
+        ("sequence", c_uint8),
+        ("relays", c_uint16),
+        ("relay_count", c_uint8),
+        ("servo_count", c_uint8),
+        ("servo_us", c_uint16 * 16),
+    )
 
 
 class BoardOut(Structure):
-    _fields_ = (("thruster", DriveOutput * 16), ("red", c_bool), ("yellow", c_bool), ("green", c_bool), ("auxiliary", Outputs))
+    _fields_ = (
+        ("thruster", DriveOutput * 16),
+        ("red", c_bool),
+        ("yellow", c_bool),
+        ("green", c_bool),
+        ("auxiliary", Outputs),
+    )
 
 
 _core: ctypes.CDLL | None = None

@@ -1,4 +1,5 @@
-"""The board's own rules, in virtual time: what `microcontroller_frame` promises of a board, held against the compiled C."""
+"""The board's own rules, in virtual time: what `microcontroller_frame` promises of a board, held against the compiled
+C."""
 
 from __future__ import annotations
 
@@ -8,12 +9,12 @@ from dataclasses import replace
 
 import pytest
 
-from companion.config import find
-from companion.config import load as load_vessel
+from companion.config.vessel import find
+from companion.config.vessel import load as load_vessel
+from companion.core.actuation import Deployment, Light
 from companion.core.microcontroller_auxiliary import AuxiliaryDemand
 from companion.core.microcontroller_frame import BoardStatus, Command, Ident, IdentRequest, ThrusterDemand, encode
-from companion.core.types import Deployment, Light
-from sitl.thrusters import Thruster
+from sitl.thrusters import ThrusterModel
 from tests.unit.io.actuators.firmware.host import NO_VOLTAGE, Board, DriveConfig, throttle_us
 
 FIXED, WITH_STOPS, ENDLESS = range(3)
@@ -26,7 +27,9 @@ def drive(**values: int | bool) -> DriveConfig:
     return DriveConfig(**{**PLAIN, **values})
 
 
-def ahead(throttle: float = 0.5, armed: bool = True, n: int = 1, azimuth_rad: float | None = None, **more: object) -> Command:
+def ahead(
+    throttle: float = 0.5, armed: bool = True, n: int = 1, azimuth_rad: float | None = None, **more: object
+) -> Command:
     return replace(Command(1, armed, (ThrusterDemand(throttle, azimuth_rad),) * n), **more)  # type: ignore[arg-type]
 
 
@@ -41,7 +44,10 @@ def ahead(throttle: float = 0.5, armed: bool = True, n: int = 1, azimuth_rad: fl
         ({"dead_us": 40}, {-10000: 1100, -5000: 1280, -1: 1460, 0: 1500, 1: 1540, 5000: 1720, 10000: 1900}),
         ({"reversed": True}, {-10000: 1900, 0: 1500, 2500: 1400, 10000: 1100}),
         ({"reversed": True, "dead_us": 40}, {-10000: 1900, 1: 1460, 10000: 1100}),
-        ({"trim_us": 1000, "astern_us": 1000, "ahead_us": 2000}, {-10000: 1000, -1: 1000, 0: 1000, 5000: 1500, 10000: 2000}),
+        (
+            {"trim_us": 1000, "astern_us": 1000, "ahead_us": 2000},
+            {-10000: 1000, -1: 1000, 0: 1000, 5000: 1500, 10000: 2000},
+        ),
     ],
 )
 def test_a_throttle_becomes_a_pulse_by_the_calibration(values: dict[str, int], pulses: dict[int, int]) -> None:
@@ -132,10 +138,24 @@ def test_azimuth_drives_go_where_the_plants_go() -> None:
     """The plant's thruster is a second writing of the same rule, in floats: endless, and with stops at ±270°."""
     aboat, rng = load_vessel(find("aboat")), random.Random(8)
     for limit in (None, 1.5 * math.pi):
-        config = replace(aboat.thrusters[0], azimuth_rate_radps=1.0, azimuth_min_rad=None if limit is None else -limit, azimuth_max_rad=limit)
-        plant = Thruster(config, 0.0)
+        config = replace(
+            aboat.thrusters[0],
+            azimuth_rate_radps=1.0,
+            azimuth_min_rad=None if limit is None else -limit,
+            azimuth_max_rad=limit,
+        )
+        plant = ThrusterModel(config, 0.0)
         ends = (0, 0) if limit is None else (-47124, 47124)
-        board = Board([drive(azimuth=ENDLESS if limit is None else WITH_STOPS, azimuth_min=ends[0], azimuth_max=ends[1], azimuth_rate=10000)])
+        board = Board(
+            [
+                drive(
+                    azimuth=ENDLESS if limit is None else WITH_STOPS,
+                    azimuth_min=ends[0],
+                    azimuth_max=ends[1],
+                    azimuth_rate=10000,
+                )
+            ]
+        )
         for _ in range(40):
             azimuth_rad = rng.uniform(-math.pi, math.pi)
             for _ in range(rng.randrange(80)):
@@ -145,12 +165,21 @@ def test_azimuth_drives_go_where_the_plants_go() -> None:
                 plant.step(0.1)
                 gap_rad = board.outputs.thruster[0].azimuth / 1e4 - plant.azimuth_rad
                 assert abs(math.remainder(gap_rad, math.tau) if limit is None else gap_rad) < 0.003
-                said_rad = next(message.thrusters[0].azimuth_rad for message in board.said() if isinstance(message, BoardStatus))
+                said_rad = next(
+                    message.thrusters[0].azimuth_rad for message in board.said() if isinstance(message, BoardStatus)
+                )
                 assert said_rad is not None and abs(math.remainder(said_rad - plant.azimuth_rad, math.tau)) < 0.003
 
 
 def test_a_servo_is_given_the_pulse_between_its_stops() -> None:
-    config = drive(azimuth=WITH_STOPS, azimuth_min=-31416, azimuth_max=31416, azimuth_min_us=2100, azimuth_max_us=900, azimuth_rate=60000)
+    config = drive(
+        azimuth=WITH_STOPS,
+        azimuth_min=-31416,
+        azimuth_max=31416,
+        azimuth_min_us=2100,
+        azimuth_max_us=900,
+        azimuth_rate=60000,
+    )
     board = Board([config])
     for azimuth_rad, pulse_us in ((0.0, 1500), (math.pi / 2, 1200), (-math.pi / 2, 1800), (-3.14, 2100)):
         for _ in range(20):
@@ -175,7 +204,9 @@ def test_a_thruster_with_end_switches_runs_only_when_it_is_down() -> None:
     seen, travels = [], []
     for lower, down_ms in ((None, 0), (True, 700), (False, 0)):
         for ms in range(0, 1500, 100):
-            board.inputs.thruster[0].switch_up = lower is None or (lower is True and ms < 100) or (lower is False and ms >= 700)
+            board.inputs.thruster[0].switch_up = (
+                lower is None or (lower is True and ms < 100) or (lower is False and ms >= 700)
+            )
             board.inputs.thruster[0].switch_down = lower is True and ms >= down_ms
             board.hear(ahead(0.5, lower=lower))
             board.step(100)
@@ -255,7 +286,13 @@ def test_lamps_blink_at_one_hertz_and_green_is_steady_in_silence() -> None:
 def test_what_it_measures_is_said_and_what_it_does_not_is_unknown() -> None:
     board = Board([drive()])
     nothing = board.status()
-    assert (nothing.voltage_v, nothing.current_a, nothing.remaining, nothing.rc_present, nothing.leak_wet) == (None, None, None, False, False)
+    assert (nothing.voltage_v, nothing.current_a, nothing.remaining, nothing.rc_present, nothing.leak_wet) == (
+        None,
+        None,
+        None,
+        False,
+        False,
+    )
     inputs = board.inputs
     inputs.leak_wet, inputs.battery_mv, inputs.current_ma, inputs.remaining = True, 12345, -1500, 127
     inputs.thruster[0].works, inputs.thruster[0].throttle_measured, inputs.thruster[0].throttle = False, True, -2500
@@ -332,7 +369,17 @@ def test_the_safe_mode_switch_cuts_thrust_without_the_companion() -> None:
 
 
 def test_in_safe_mode_the_sticks_have_the_thrusters_once_they_were_centred() -> None:
-    thrusters = [drive(mix_surge=100, mix_yaw=50, azimuth=WITH_STOPS, azimuth_min=-7854, azimuth_max=7854, mix_azimuth=7854, azimuth_rate=60000)] * 2
+    thrusters = [
+        drive(
+            mix_surge=100,
+            mix_yaw=50,
+            azimuth=WITH_STOPS,
+            azimuth_min=-7854,
+            azimuth_max=7854,
+            mix_azimuth=7854,
+            azimuth_rate=60000,
+        )
+    ] * 2
     board = Board(thrusters, safe_action=STICKS, safe_channel=5, surge_channel=3, yaw_channel=4)
     forward = (1500, 1500, 1750, 1500, 2000, 1000, 1000, 1000)
     board.run(200, 5, forward)

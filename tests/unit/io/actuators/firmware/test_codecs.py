@@ -1,4 +1,5 @@
-"""The C codec and the Python codec read the same bytes: every accept must agree, and no damaged frame may pass but by the chance of its CRC."""
+"""The C codec and the Python codec read the same bytes: every accept must agree, and no damaged frame may pass but by
+the chance of its CRC."""
 
 from __future__ import annotations
 
@@ -13,6 +14,7 @@ from pathlib import Path
 
 import pytest
 
+from companion.core.actuation import Deployment, Light
 from companion.core.microcontroller_auxiliary import AuxiliaryDemand, AuxiliaryState
 from companion.core.microcontroller_frame import (
     BoardStatus,
@@ -28,15 +30,37 @@ from companion.core.microcontroller_frame import (
     frame,
     unframe,
 )
-from companion.core.types import Deployment, Light
 from tests.unit.io.actuators.firmware.host import ENVIRONMENT
+from tests.waiting import CAP_S
 
-EDGES = (0, 1, 2, 3, 4, 5, 6, 7, 8, 15, 16, 17, 31, 32, 33, 63, 64, 127, 128, 254, 255)  # where rules of fields change their mind
+EDGES = (
+    0,
+    1,
+    2,
+    3,
+    4,
+    5,
+    6,
+    7,
+    8,
+    15,
+    16,
+    17,
+    31,
+    32,
+    33,
+    63,
+    64,
+    127,
+    128,
+    254,
+    255,
+)  # where rules of fields change their mind
 
 
 def heard_by_c(program: Path, wire: bytes) -> tuple[list[tuple[int, bytes]], int, int]:
     """Accepts as (offset of the last byte, frame), and what the receiver counted: frames, errors."""
-    done = subprocess.run([str(program)], input=wire, capture_output=True, check=True, timeout=300, env=ENVIRONMENT)
+    done = subprocess.run([str(program)], input=wire, capture_output=True, check=True, timeout=CAP_S, env=ENVIRONMENT)
     accepts, at = [], 0
     while at < len(done.stdout):
         offset, length = struct.unpack_from("<IH", done.stdout, at)
@@ -70,7 +94,9 @@ def any_message(rng: random.Random) -> Message:
         return Command(rng.randrange(256), rng.random() < 0.5, demands, rng.choice((None, True, False)), *lights)
     if kind == 2:
         deployments = (None, *Deployment)
-        states = tuple([ThrusterState(throttle(), azimuth(), rng.random() < 0.5, rng.choice(deployments)) for _ in range(n)])
+        states = tuple(
+            [ThrusterState(throttle(), azimuth(), rng.random() < 0.5, rng.choice(deployments)) for _ in range(n)]
+        )
         flags = [rng.random() < 0.5 for _ in range(5)]
         rc_us = tuple([rng.choice((0, 1000, 1500, 2000, 65535)) for _ in range(8)])
         measured = rng.choice((None, 12.345)), rng.choice((None, -1.5, 2000.0)), rng.choice((None, 0.0, 1.0))
@@ -108,7 +134,14 @@ def absurd(wire: bytes, rng: random.Random) -> bytes:
     body = bytearray(raw[:-2])
     for _ in range(rng.choice((1, 1, 2, 4))):
         at = rng.randrange(len(body)) if rng.random() < 0.5 else min(rng.randrange(8), len(body) - 1)
-        body[at] = rng.choice((body[at] ^ 1 << rng.randrange(8), (body[at] + rng.choice((-1, 1))) % 256, rng.choice(EDGES), rng.randrange(256)))
+        body[at] = rng.choice(
+            (
+                body[at] ^ 1 << rng.randrange(8),
+                (body[at] + rng.choice((-1, 1))) % 256,
+                rng.choice(EDGES),
+                rng.randrange(256),
+            )
+        )
     if rng.random() < 0.3:
         body = body[: rng.randrange(len(body) + 1)] if rng.random() < 0.5 else body + rng.randbytes(rng.randrange(1, 6))
     return frame(bytes(body) + struct.pack("<H", crc_hqx(bytes(body), 0xFFFF)))
@@ -132,7 +165,8 @@ def fuzzed(count: int, seed: int) -> Iterator[tuple[bytes, bytes | None]]:
 
 
 def compare(program: Path, count: int, seed: int) -> tuple[int, int, int]:
-    """(frames heard, frames heard that nobody sent, frames that only their CRC gave away), once both codecs agree on every accept and every error."""
+    """(frames heard, frames heard that nobody sent, frames that only their CRC gave away), once both codecs agree on
+    every accept and every error."""
     pieces, starts, meant, at = [], [], [], 0
     for wire, sound in fuzzed(count, seed):
         pieces.append(wire)
@@ -146,7 +180,9 @@ def compare(program: Path, count: int, seed: int) -> tuple[int, int, int]:
     for offset, heard in by_c[0]:
         i = bisect_right(starts, offset) - 1
         j = bisect_left(starts, starts[i])  # pieces may be empty
-        false += _canonical(heard) not in {_canonical(sound) for sound in meant[max(0, j - 3) : i + 1] if sound is not None}
+        false += _canonical(heard) not in {
+            _canonical(sound) for sound in meant[max(0, j - 3) : i + 1] if sound is not None
+        }
     return len(by_c[0]), false, sum(map(_only_crc_is_wrong, stream.split(b"\0")))
 
 
@@ -181,7 +217,9 @@ def test_both_codecs_hear_the_same_in_100_000_fuzzed_frames(host_codec: Path) ->
 @pytest.mark.sweep
 def test_both_codecs_hear_the_same_in_a_million_fuzzed_frames(host_codec: Path) -> None:
     heard, false, kept_out = compare(host_codec, 1_000_000, seed=21)
-    print(f"{heard} heard, {false} of them never sent; {kept_out} kept out by their CRC alone, of which {kept_out / 65536:.1f} pass by chance")
+    print(
+        f"{heard} heard, {false} of them never sent; {kept_out} kept out by their CRC alone, of which {kept_out / 65536:.1f} pass by chance"
+    )
     assert heard > 100_000 and kept_out > 50_000 and false <= _most_by_chance(kept_out)
 
 
@@ -193,7 +231,19 @@ def test_both_ends_of_the_azimuth_mean_astern(host_codec: Path) -> None:
 
 
 def test_the_check_value_of_the_crc_and_the_longest_frames(host_codec: Path) -> None:
-    longest = BoardStatus(0, True, True, True, True, 65.534, -2147483.647, 1.0, (65535,) * 8, (ThrusterState(-1.0, 3.1, True, Deployment.LOWERED),) * 16, True)
+    longest = BoardStatus(
+        0,
+        True,
+        True,
+        True,
+        True,
+        65.534,
+        -2147483.647,
+        1.0,
+        (65535,) * 8,
+        (ThrusterState(-1.0, 3.1, True, Deployment.LOWERED),) * 16,
+        True,
+    )
     sent = [longest, Command(255, True, (ThrusterDemand(1.0, -3.1),) * 16, True, Light.BLINK, Light.BLINK, Light.BLINK)]
     sent += [AuxiliaryDemand(9, (2500.0,) * 16, (True,) * 16), Ident((255, 255, 255), 255, "x" * 32)]
     accepts, frames, errors = heard_by_c(host_codec, b"".join(map(encode, sent)))

@@ -1,15 +1,17 @@
-"""The emulated board and the firmware are two writings of one text: told the same, they do the same. And what no board may ever do."""
+"""The emulated board and the firmware are two writings of one text: told the same, they do the same. And what no board
+may ever do."""
 
 from __future__ import annotations
 
 import random
 from dataclasses import replace
 
-from companion.config import RelayConfig, ServoConfig, find
-from companion.config import load as load_vessel
+from companion.config.outputs import RelayConfig, ServoConfig
+from companion.config.vessel import find
+from companion.config.vessel import load as load_vessel
+from companion.core.actuation import Light
 from companion.core.microcontroller_auxiliary import AuxiliaryDemand, AuxiliaryState
 from companion.core.microcontroller_frame import BoardStatus, Command, Message, ThrusterDemand, encode
-from companion.core.types import Light
 from sitl.battery import BatteryModel
 from sitl.emulators.microcontroller import MicrocontrollerEmulator
 from sitl.faults import Faults
@@ -35,7 +37,9 @@ class Pair:
         vessel = replace(REVOLT, servos=(ServoConfig("winch"),), relays=(RelayConfig("pump"), RelayConfig("lamp")))
         self.stream = MemoryStream("microcontroller")
         self.thrusters = vessel_thrusters()
-        self.emulator = MicrocontrollerEmulator(config, self.stream.device, self.thrusters, BatteryModel(900.0), Faults((), vessel))  # type: ignore[arg-type]
+        self.emulator = MicrocontrollerEmulator(
+            config, self.stream.device, self.thrusters, BatteryModel(900.0), Faults((), vessel)
+        )  # type: ignore[arg-type]
         pod = DriveConfig(trim_us=1500, ahead_us=2000, astern_us=1000, azimuth=2, azimuth_rate=26180)
         bow = DriveConfig(trim_us=1500, ahead_us=2000, astern_us=1000, travel_ms=TRAVEL_MS, end_switches=True)
         self.board = Board([pod, pod, bow], relays=2, servos=1)
@@ -77,7 +81,10 @@ class Pair:
             light, lit = getattr(lamps, colour), getattr(self.board.outputs, colour)
             if light is not Light.BLINK and lit is not (light is Light.STEADY):
                 found.add(colour)
-        if self.outputs and (self.outputs[-1].servos_us, self.outputs[-1].relays) != (self.emulator.outputs.servos_us, self.emulator.outputs.relays):
+        if self.outputs and (self.outputs[-1].servos_us, self.outputs[-1].relays) != (
+            self.emulator.outputs.servos_us,
+            self.emulator.outputs.relays,
+        ):
             found.add("outputs")
         return found
 
@@ -85,9 +92,13 @@ class Pair:
 def random_messages(rng: random.Random, sequence: int) -> list[Message | bytes]:
     messages: list[Message | bytes] = []
     count = 3 if rng.random() < 0.9 else rng.randrange(6)
-    demands = tuple([ThrusterDemand(rng.choice((0.0, rng.uniform(-1.0, 1.0))), rng.uniform(-3.14, 3.14)) for _ in range(count)])
+    demands = tuple(
+        [ThrusterDemand(rng.choice((0.0, rng.uniform(-1.0, 1.0))), rng.uniform(-3.14, 3.14)) for _ in range(count)]
+    )
     lights = [rng.choice(list(Light)) for _ in range(3)]
-    messages.append(Command(sequence, rng.random() < 0.8, demands, rng.choice((None, None, None, True, True, False)), *lights))
+    messages.append(
+        Command(sequence, rng.random() < 0.8, demands, rng.choice((None, None, None, True, True, False)), *lights)
+    )
     if rng.random() < 0.3:
         relays = tuple([rng.random() < 0.5 for _ in range(2 if rng.random() < 0.9 else 1)])
         messages.append(AuxiliaryDemand(sequence, (rng.choice((None, 1000.0, 2500.0)),), relays))
@@ -123,7 +134,13 @@ def test_whatever_comes_no_output_leaves_its_bounds_and_no_propeller_turns_unbid
     rng, pair = random.Random(12), Pair()
     armed_ms = -10000
     for n in range(6000):
-        messages = random_messages(rng, n % 256) if rng.random() < 0.25 else [rng.randbytes(rng.randrange(60))] if rng.random() < 0.3 else []
+        messages = (
+            random_messages(rng, n % 256)
+            if rng.random() < 0.25
+            else [rng.randbytes(rng.randrange(60))]
+            if rng.random() < 0.3
+            else []
+        )
         for message in messages:
             if isinstance(message, Command) and len(message.thrusters) == 3:
                 armed_ms = pair.board.now_ms if message.armed else -10000

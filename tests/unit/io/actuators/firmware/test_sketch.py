@@ -10,20 +10,32 @@ from pathlib import Path
 import pytest
 
 from tests.unit.io.actuators.firmware.host import CORE, HERE, STRICT, compiler
+from tests.waiting import CAP_S
 
 SOURCES = sorted(CORE.glob("usv_*.[ch]"))
 
 
 @pytest.mark.skipif(shutil.which("c++") is None, reason="no C++ compiler on this machine")
 def test_the_sketch_compiles_against_arduinos_interface() -> None:
-    flags = ["-std=gnu++11", "-Wall", "-Wextra", "-Werror", "-fsyntax-only", "-x", "c++", "-include", "Arduino.h", f"-I{HERE / 'arduino'}"]
-    subprocess.run(["c++", *flags, str(CORE / "usv_board.ino")], check=True, timeout=60)
+    flags = [
+        "-std=gnu++11",
+        "-Wall",
+        "-Wextra",
+        "-Werror",
+        "-fsyntax-only",
+        "-x",
+        "c++",
+        "-include",
+        "Arduino.h",
+        f"-I{HERE / 'arduino'}",
+    ]
+    subprocess.run(["c++", *flags, str(CORE / "usv_board.ino")], check=True, timeout=CAP_S)
 
 
 @pytest.mark.parametrize("source", [path for path in SOURCES if path.suffix == ".c"], ids=lambda path: path.name)
 def test_the_core_compiles_freestanding_and_without_a_warning(source: Path, tmp_path: Path) -> None:
     flags = [*STRICT, "-Wshadow", "-Wvla", "-O2", "-ffreestanding", "-c"]
-    subprocess.run([compiler(), *flags, str(source), "-o", str(tmp_path / "core.o")], check=True, timeout=60)
+    subprocess.run([compiler(), *flags, str(source), "-o", str(tmp_path / "core.o")], check=True, timeout=CAP_S)
 
 
 def test_the_core_knows_no_platform() -> None:

@@ -1,0 +1,45 @@
+"""What the boat can still do with the thrusters that work."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Sequence
+
+from companion.config.devices import ThrusterConfig
+
+_SHARE = 0.2  # share of a force, or of a lever, from which it counts
+
+
+def lost_motions(thrusters: Sequence[ThrusterConfig], failed: Collection[int]) -> tuple[str, ...]:
+    """Which of "thrust", "way ahead", "steering" the boat loses with the thrusters at the indices `failed`.
+
+    A fixed thruster counts by its direction, an azimuth thruster in every direction. Steering needs a lever about the
+    boat's origin.
+    """
+    if not failed:
+        return ()
+    left = [thruster for i, thruster in enumerate(thrusters) if i not in failed]
+    if not left:
+        return ("thrust",)
+    lost = []
+    if not any(t.turns or abs(math.cos(t.azimuth_rad)) > _SHARE for t in left):
+        lost.append("way ahead")
+    if not any(_steers(t) for t in left):
+        lost.append("steering")
+    return tuple(lost)
+
+
+def can_reverse(thrusters: Sequence[ThrusterConfig]) -> bool:
+    """Whether a thruster can push astern, by reversing or by turning round."""
+    return any(t.min_n < 0.0 or (t.turns and t.kind != "jet") for t in thrusters)
+
+
+def _steers(thruster: ThrusterConfig) -> bool:
+    lever_m = math.hypot(thruster.x_m, thruster.y_m)
+    if thruster.turns:
+        return lever_m > 0.0
+    return (
+        abs(thruster.x_m * math.sin(thruster.azimuth_rad) - thruster.y_m * math.cos(thruster.azimuth_rad))
+        > _SHARE * lever_m
+        > 0.0
+    )

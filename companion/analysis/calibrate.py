@@ -1,0 +1,269 @@
+"""Turns in a log → `mag_offset` and `mag_matrix` of a magnetometer, as lines for the vessel's TOML, and a plot."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from companion.analysis.field_fit import SECTORS, Array, FieldFit, fit, headings, sectors_seen
+from companion.analysis.figure import MATPLOTLIB_MISSING, new_figure
+from companion.analysis.log_reader import Log, LogError
+from companion.config.devices import SensorConfig
+from companion.core.geomagnetism import decimal_year, field_nt
+from companion.core.readings import FixType, GnssFix, GroundVelocity, Imu, MagneticField, Reading, TimeOfDay
+from companion.nav.ahrs import Ahrs
+from companion.nav.lever_arms import normal_gravity_mps2, relative
+from companion.record.readings import FILE, read_kind
+
+TOML_FILE = "magnetometer.toml"
+PLOT_FILE = "magnetometer.png"
+_SAMPLES = 3000
+_PASSES = 3
+_SETTLE_S = 5.0
+_FEWEST = 3  # fewest samples in a sector that counts as seen
+_GOOD_RAD = math.radians(1.5)  # residual deviation above which something else is wrong
+_POINTS = ("north", "north-east", "east", "south-east", "south", "south-west", "west", "north-west")
+
+
+@dataclass(frozen=True, slots=True)
+class Calibration:
+    """`report`: for a person; `toml`: for the sensor's table; `plot`: None where matplotlib is not installed."""
+
+    fit: FieldFit
+    report: str
+    toml: str
+    plot: Path | None
+    warnings: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Turns:
+    """The samples: time, field as measured, and tilt (roll, pitch) of each; and the dip of the Earth's field."""
+
+    t_s: Array
+    field: Array
+    tilt: Array
+    dip_rad: float
+
+
+def calibrate(
+    log: Log, out: Path, sensor: str | None = None, from_s: float = 0.0, to_s: float = math.inf
+) -> Calibration:
+    """Fit, and write `magnetometer.toml` and `magnetometer.png` into `out`.
+
+    `sensor`: the magnetometer's name, needed where the log has several. Raises LogError for an unsuitable log, OSError.
+    """
+    warnings: list[str] = []
+    row, readings, dip_rad = _readings(log, sensor, from_s, to_s, warnings)
+    gravity = normal_gravity_mps2(log.config.home.lat_deg)
+    turns = _tilts(log, row, readings, gravity, dip_rad, None)
+    found = _fit(turns)
+    for _ in range(_PASSES):  # a better heading gives a better tilt in turns, and so a better fit
+        turns = _tilts(log, row, readings, gravity, dip_rad, found)
+        found = _fit(turns)
+    warnings += _doubts(found)
+    toml = toml_lines(log, row, found)
+    out.mkdir(parents=True, exist_ok=True)
+    (out / TOML_FILE).write_text(toml, encoding="utf-8")
+    plotted: Path | None = out / PLOT_FILE
+    try:
+        plot(turns, found, out / PLOT_FILE)
+    except ImportError:
+        plotted = None
+        warnings.append(f"no plot: {MATPLOTLIB_MISSING}")
+    return Calibration(found, report(row, turns, found), toml, plotted, tuple(warnings))
+
+
+def _readings(
+    log: Log, sensor: str | None, from_s: float, to_s: float, warnings: list[str]
+) -> tuple[SensorConfig, list[Reading], float]:
+    """The sensor's row, its readings and all velocities in order of time, and the dip."""
+    path = log.folder / FILE
+    fields = read_kind(path, "field", warnings)
+    names = sorted({reading.source for reading in fields})
+    if not names:
+        raise LogError(
+            f"{path}: no magnetic field in this log: the inertial sensor must send it "
+            "(MTData2: add Magnetic Field to its output)"
+        )
+    if sensor is None and len(names) > 1:
+        raise LogError(f"several magnetometers: choose one with --sensor {' or --sensor '.join(names)}")
+    name = sensor or names[0]
+    row = next((row for row in log.config.sensors if row.name == name), None)
+    if row is None or name not in names:
+        raise LogError(f"no magnetometer named '{name}' in this log; there is {', '.join(names)}")
+    own = [reading for reading in (*fields, *read_kind(path, "imu", warnings)) if reading.source == name]
+    if not any(isinstance(reading, Imu) for reading in own):
+        raise LogError(f"{path}: no accelerations of '{name}', so its tilt is not known")
+    chosen = [r for r in (*own, *read_kind(path, "velocity", warnings)) if from_s <= r.t_s <= to_s]
+    chosen.sort(key=lambda reading: reading.t_s)
+    return row, chosen, _dip(log, path, warnings)
+
+
+def _dip(log: Log, path: Path, warnings: list[str]) -> float:
+    """Dip of the Earth's field, positive down, where the log was made."""
+    place = log.config.home.lat_deg, log.config.home.lon_deg
+    for fix in read_kind(path, "gnss", warnings):
+        if isinstance(fix, GnssFix) and fix.fix >= FixType.FIX_2D:
+            place = fix.lat_deg, fix.lon_deg
+            break
+    time_ns = next(
+        (reading.time_unix_ns for reading in read_kind(path, "time", warnings) if isinstance(reading, TimeOfDay)), None
+    )
+    north, east, down = field_nt(*place, decimal_year(time_ns))
+    return math.atan2(down, math.hypot(north, east))
+
+
+def _tilts(
+    log: Log, row: SensorConfig, readings: list[Reading], gravity: float, dip_rad: float, rough: FieldFit | None
+) -> Turns:
+    """Run the log through an AHRS. Without a rough fit its heading is meaningless, so velocities are not used."""
+    ahrs, levers = Ahrs(gravity), {sensor.name: (sensor.x_m, sensor.y_m, sensor.z_m) for sensor in log.config.sensors}
+    samples = list(_samples(ahrs, row, readings, levers, rough))
+    if not samples:
+        raise LogError("the log ends before the tilt was known")
+    every = max(1, len(samples) // _SAMPLES)
+    table = np.array(samples[::every])
+    settled = table[table[:, 0] > table[0, 0] + _SETTLE_S]
+    return Turns(settled[:, 0], settled[:, 1:4], settled[:, 4:], dip_rad)
+
+
+def _samples(
+    ahrs: Ahrs,
+    row: SensorConfig,
+    readings: list[Reading],
+    levers: dict[str, tuple[float, float, float]],
+    rough: FieldFit | None,
+) -> Iterator[tuple[float, ...]]:
+    imu_lever = row.x_m, row.y_m, row.z_m
+    for reading in readings:
+        if isinstance(reading, Imu):
+            r = reading
+            ahrs.sample(
+                r.t_s, (r.x_mps2, r.y_mps2, r.z_mps2), (r.roll_rate_radps, r.pitch_rate_radps, r.yaw_rate_radps)
+            )
+        elif isinstance(reading, MagneticField):
+            measured = reading.x, reading.y, reading.z
+            if rough is not None:
+                x, y, z = (rough.matrix @ (np.array(measured) - rough.offset)).tolist()
+                ahrs.magnetic(reading.t_s, (x, y, z), 0.0)
+            elif not ahrs.running:
+                ahrs.magnetic(reading.t_s, (1.0, 0.0, 0.0), 0.0)
+            if ahrs.running:
+                yield (reading.t_s, *measured, *ahrs.attitude[:2])
+        elif isinstance(reading, GroundVelocity) and rough is not None:
+            lever = relative(levers.get(reading.source, (0.0, 0.0, 0.0)), imu_lever)
+            ahrs.velocity(reading.t_s, reading.north_mps, reading.east_mps, 0.06, lever)
+
+
+def _fit(turns: Turns) -> FieldFit:
+    try:
+        found = fit(turns.field, turns.tilt, turns.dip_rad)
+    except ValueError as error:
+        raise LogError(f"{error}: sail two slow circles to each side") from error
+    heading, _ = headings((turns.field - found.offset) @ found.matrix, turns.tilt)
+    missing = np.flatnonzero(sectors_seen(heading) < _FEWEST)
+    if len(missing):
+        towards = sorted({round(8 * (k + 0.5) / SECTORS) % 8 for k in missing.tolist()})
+        points = ", ".join(_POINTS[k] for k in towards)
+        raise LogError(f"the log has no headings to the {points}: sail two slow circles to each side")
+    return found
+
+
+def _left_rad(found: FieldFit) -> float:
+    return float(np.sqrt(np.mean(found.deviation_rad**2)))
+
+
+def _doubts(found: FieldFit) -> list[str]:
+    doubts = []
+    if found.flat:
+        doubts.append(
+            "the boat did not tilt enough to determine the vertical part: fitted in the plane, with the vertical "
+            "offset from the World Magnetic Model. The heading is good while the boat is about as level as here. "
+            "For more, heel and pitch by 10° while turning (crew to one side, then the other)"
+        )
+    if _left_rad(found) > _GOOD_RAD:
+        doubts.append(
+            f"{math.degrees(_left_rad(found)):.1f}° of deviation remain: "
+            "iron that moves, currents that change, or another hull close by?"
+        )
+    return doubts
+
+
+def report(row: SensorConfig, turns: Turns, found: FieldFit) -> str:
+    """What was fitted and the residuals, for a person."""
+    before = float(np.sqrt(np.nanmean((found.deviation_before_rad - np.nanmean(found.deviation_before_rad)) ** 2)))
+    kind = "in the plane (flat circle)" if found.flat else "ellipsoid"
+    tilt = np.degrees(np.ptp(turns.tilt, axis=0))
+    return "\n".join(
+        [
+            f"{row.name}: {len(turns.t_s)} samples over {turns.t_s[-1] - turns.t_s[0]:.0f} s, "
+            f"roll over {tilt[0]:.0f}°, pitch over {tilt[1]:.0f}°; fit: {kind}",
+            f"strength of the field: {found.residual:.2%} RMS left of {found.before:.1%}",
+            f"deviation of the heading: about {math.degrees(_left_rad(found)):.1f}° RMS "
+            f"left of {math.degrees(before):.0f}°",
+            f"offset known to {found.offset_sigma:.2%} of the field",
+        ]
+    )
+
+
+def toml_lines(log: Log, row: SensorConfig, found: FieldFit) -> str:
+    """Lines for the sensor's table in the vessel's file."""
+    wander_deg = max(1.0, 2.0 * math.degrees(_left_rad(found)))
+    rows = ", ".join("[" + ", ".join(f"{value:.6g}" for value in line) + "]" for line in found.matrix.tolist())
+    return "\n".join(
+        [
+            f"# magnetometer of '{row.name}', calibrated from {log.folder.name}"
+            f"{', in the plane only' if found.flat else ''}",
+            'heading = "ahrs"',
+            f"heading_wander_deg = {wander_deg:.1f}",
+            f"mag_offset = [{', '.join(f'{value:.6g}' for value in found.offset.tolist())}]",
+            f"mag_matrix = [{rows}]",
+            "",
+        ]
+    )
+
+
+def plot(turns: Turns, found: FieldFit, path: Path) -> None:
+    """Write a picture: the field from above, its strength, and the deviation over heading, before and after.
+
+    Raises ImportError without matplotlib.
+    """
+    figure = new_figure(13.0, 5.0)
+    above, strength, deviation = figure.subplots(1, 3)
+    true = (turns.field - found.offset) @ found.matrix
+    raw = turns.field / np.median(np.linalg.norm(turns.field, axis=1))
+    heading, length = headings(true, turns.tilt)
+    level = math.cos(turns.dip_rad)
+    round_ = np.linspace(0.0, 2.0 * math.pi, 100)
+    above.plot(raw[:, 1], raw[:, 0], ".", markersize=1.5, color="tab:gray", label="measured")
+    above.plot(
+        -length * np.sin(heading),
+        length * np.cos(heading),
+        ".",
+        markersize=1.5,
+        color="tab:blue",
+        label="calibrated, levelled",
+    )
+    above.plot(level * np.sin(round_), level * np.cos(round_), color="tab:orange", linewidth=0.8, label="the Earth's")
+    above.set_aspect("equal")
+    above.set_xlabel("starboard")
+    above.set_ylabel("ahead")
+    for values, color, label in ((raw, "tab:gray", "measured"), (true, "tab:blue", "calibrated")):
+        strength.plot(turns.t_s, np.linalg.norm(values, axis=1), color=color, linewidth=0.7, label=label)
+    strength.set_xlabel("time, s")
+    strength.set_ylabel("strength of the field")
+    at = (np.arange(SECTORS) + 0.5) * 360.0 / SECTORS
+    before = found.deviation_before_rad - np.nanmean(found.deviation_before_rad)
+    deviation.plot(at, np.degrees(before), ".-", color="tab:gray", label="measured")
+    deviation.plot(at, np.degrees(found.deviation_rad), ".-", color="tab:blue", label="calibrated")
+    deviation.set_xlabel("magnetic heading, °")
+    deviation.set_ylabel("length of the level field, as a heading error, °")
+    for axes in (above, strength, deviation):
+        axes.grid(alpha=0.3)
+        axes.legend(loc="upper right", fontsize=8)
+    figure.savefig(path, dpi=80)

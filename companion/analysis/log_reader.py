@@ -1,0 +1,119 @@
+"""Reads a log folder, whatever ended the run that wrote it: an incomplete last line is omitted with a warning."""
+
+from __future__ import annotations
+
+import csv
+import json
+import types
+import typing
+from collections.abc import Mapping
+from dataclasses import MISSING, dataclass, fields, is_dataclass
+from pathlib import Path
+from typing import Any
+
+from companion.config.actuators import BRIDGES
+from companion.config.devices import ActuatorConfig, SensorConfig
+from companion.config.sensors import SENSORS
+from companion.config.vessel import VesselConfig
+from companion.params.spec import ParamRefusal
+from companion.params.store import Parameters
+
+Table = dict[str, list[float]]
+
+
+class LogError(Exception):
+    """A folder that is no log, or lacks what is needed: one line that says why and what to do."""
+
+
+@dataclass(frozen=True, slots=True)
+class Log:
+    """What a run began with: its configuration, and the value of each parameter."""
+
+    folder: Path
+    config: VesselConfig
+    parameters: Mapping[str, float]
+
+
+def open_log(folder: Path) -> Log:
+    """The log in `folder`. Raises LogError where manifest.json is missing or holds no vessel."""
+    path = folder / "manifest.json"
+    try:
+        manifest = json.loads(path.read_text(encoding="utf-8"))
+        config = _rebuilt(VesselConfig, manifest["configuration"])
+        parameters = {str(name): float(value) for name, value in manifest["parameters"].items()}
+    except OSError as error:
+        raise LogError(f"{folder}: no log folder: {error.strerror}: {path.name}") from error
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
+        raise LogError(f"{path}: not a manifest that this version can read: {error}") from error
+    return Log(folder, config, parameters)
+
+
+def parameters_of(log: Log, warnings: list[str]) -> Parameters:
+    """Today's table with the values of the run's start. A value that it refuses keeps its default, with a warning."""
+    parameters = Parameters()
+    for name, value in log.parameters.items():
+        refusal = parameters.set(name, value)
+        if refusal is not None and not (refusal is ParamRefusal.READ_ONLY and parameters[name] == value):
+            warnings.append(f"parameter {name} = {value:g} refused: {refusal.name.lower().replace('_', ' ')}")
+    return parameters
+
+
+def read_table(path: Path, columns: tuple[str, ...], warnings: list[str]) -> Table:
+    """Columns of a CSV as floats; an empty cell is NaN. A row that cannot be read is omitted, with a warning.
+
+    Raises LogError for a file without these columns, OSError.
+    """
+    table: Table = {name: [] for name in columns}
+    with path.open("rb") as file:
+        lines = file.read().split(b"\n")
+    if lines[-1]:
+        warnings.append(f"{path.name}:{len(lines)}: incomplete line omitted")
+    rows = csv.reader(line.decode("utf-8", "replace") for line in lines[:-1])
+    header = next(rows, [])
+    missing = [name for name in columns if name not in header]
+    if missing:
+        raise LogError(f"{path}: no column {', '.join(missing)}")
+    places = [header.index(name) for name in columns]
+    for number, row in enumerate(rows, start=2):
+        try:
+            values = [float(row[place] or "nan") for place in places]
+            if len(row) != len(header):
+                raise ValueError(f"{len(row)} cells, not {len(header)}")
+        except (ValueError, IndexError) as error:
+            warnings.append(f"{path.name}:{number}: row omitted: {error}")
+            continue
+        for name, value in zip(columns, values, strict=True):
+            table[name].append(value)
+    return table
+
+
+def _rebuilt(kind: Any, value: Any) -> Any:
+    """The dataclass that `config.as_dict` took apart. A key that this version does not know is ignored."""
+    origin = typing.get_origin(kind)
+    if origin in (typing.Union, types.UnionType):
+        return None if value is None else _rebuilt(next(k for k in typing.get_args(kind) if k is not type(None)), value)
+    if origin is tuple:
+        return tuple(_rebuilt(typing.get_args(kind)[0], item) for item in value)
+    if origin is dict:
+        return {key: _rebuilt(typing.get_args(kind)[1], item) for key, item in value.items()}
+    if is_dataclass(kind) and isinstance(kind, type):
+        kind = _row_of(kind, value)
+        hints = typing.get_type_hints(kind)
+        missing = [
+            f.name
+            for f in fields(kind)
+            if f.name not in value and f.default is MISSING and f.default_factory is MISSING
+        ]
+        if missing:
+            raise KeyError(f"{kind.__name__} lacks {', '.join(missing)}")
+        return kind(**{f.name: _rebuilt(hints[f.name], value[f.name]) for f in fields(kind) if f.name in value})
+    return float(value) if kind is float else value
+
+
+def _row_of(kind: type[Any], value: Mapping[str, Any]) -> type[Any]:
+    """The dataclass of a sensor's or bridge's row: that of its driver."""
+    if kind is ActuatorConfig and value["driver"] in BRIDGES:
+        return BRIDGES[value["driver"]].row
+    if kind is SensorConfig and value["driver"] in SENSORS:
+        return SENSORS[value["driver"]].row
+    return kind

@@ -1,0 +1,90 @@
+"""The choice of path tracking by WP_LAW: the companion's own, or the waypoint law of the ÅBOAT thesis. It may change
+under way."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+from companion.baselines.waypoints import ThesisWaypoints
+from companion.core.estimate import NavState
+from companion.guidance.path_tracking import PathProgress, PathTracker, Waypoint
+from companion.params.store import Parameters
+
+_THESIS = 1
+
+
+class ChosenPathTracker:
+    """Same interface as `PathTracker`. A law that takes over under way sails the rest of the route from the boat.
+
+    Remembers the law in use, the route, how many waypoints were passed before that law took over, and the way made.
+    `took_over`: a law took over in the last update, so its line from the boat is new and has not been checked yet.
+    """
+
+    def __init__(self, parameters: Parameters, can_sway: bool, top_mps: float = math.inf) -> None:
+        self._parameters = parameters
+        self._kinds: tuple[PathTracker | ThesisWaypoints, ...] = (
+            PathTracker(parameters, can_sway, top_mps),
+            ThesisWaypoints(parameters),
+        )
+        self._active = self._wanted()
+        self._waypoints: tuple[Waypoint, ...] = ()
+        self._stop_at_end = True
+        self._before = self._passed = 0
+        self._way_m = self._way_before_m = 0.0
+        self.took_over = False
+
+    def start(
+        self,
+        waypoints: Sequence[Waypoint],
+        nav: NavState,
+        stop_at_end: bool = True,
+        from_here: bool = True,
+        beyond: Sequence[Waypoint] = (),
+    ) -> None:
+        """As `PathTracker.start`."""
+        self._active = self._wanted()
+        self._remember(waypoints, stop_at_end)
+        self._active.start(waypoints, nav, stop_at_end, from_here, beyond)
+
+    def replace(
+        self, waypoints: Sequence[Waypoint], nav: NavState, stop_at_end: bool = True, beyond: Sequence[Waypoint] = ()
+    ) -> None:
+        """As `PathTracker.replace`."""
+        self._remember(waypoints, stop_at_end)
+        self._active.replace(waypoints, nav, stop_at_end, beyond)
+
+    def go_on(
+        self, waypoints: Sequence[Waypoint], nav: NavState, stop_at_end: bool = True, beyond: Sequence[Waypoint] = ()
+    ) -> None:
+        """As `PathTracker.go_on`."""
+        self._remember(waypoints, stop_at_end)
+        self._active.go_on(waypoints, nav, stop_at_end, beyond)
+
+    def update(self, nav: NavState, speed_mps: float, dt_s: float) -> PathProgress:
+        """As `PathTracker.update`."""
+        wanted = self._wanted()
+        self.took_over = wanted is not self._active and self._passed < len(self._waypoints)
+        if self.took_over:
+            self._active, self._before = wanted, self._passed
+            wanted.start(self._waypoints[self._passed :], nav, self._stop_at_end)
+        progress = self._active.update(nav, speed_mps, dt_s)
+        if self.took_over:  # each law measures the way from a different place
+            self._way_before_m = self._way_m - progress.way_m
+        self._passed = self._before + progress.passed
+        self._way_m = self._way_before_m + progress.way_m
+        return replace(progress, passed=self._passed, way_m=self._way_m)
+
+    @property
+    def legs(self) -> list[list[tuple[float, float]]]:
+        """As `PathTracker.legs`."""
+        return self._active.legs
+
+    def _remember(self, waypoints: Sequence[Waypoint], stop_at_end: bool) -> None:
+        self._waypoints, self._stop_at_end = tuple(waypoints), stop_at_end
+        self._before = self._passed = 0
+        self._way_before_m = 0.0
+
+    def _wanted(self) -> PathTracker | ThesisWaypoints:
+        return self._kinds[1 if self._parameters["WP_LAW"] == _THESIS else 0]

@@ -1,0 +1,33 @@
+"""`companion check VESSEL`: every error of a vessel's file at once, and whether its devices are what it says."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+from companion.app import load_vessel
+from companion.cli.devices import listen_to
+
+_LISTEN_S = 3.0
+
+
+def add_to(commands: Any) -> None:
+    """Add the command to `commands`, argparse's subparsers."""
+    check = commands.add_parser("check", help="every error of a vessel's file at once, with its place")
+    check.add_argument("vessel", metavar="VESSEL")
+    check.add_argument(
+        "--listen",
+        action="store_true",
+        help="also compare its serial devices with what they send; nothing is written to any",
+    )
+    check.set_defaults(command=_check)
+
+
+def _check(arguments: argparse.Namespace) -> int:
+    """Exit code 0 where the file and, if asked for, its devices are in order, else 1."""
+    config = load_vessel(arguments.vessel)
+    print(f"{config.name}: {config.title}: no errors", flush=True)
+    judged = listen_to(config, _LISTEN_S) if arguments.listen else []
+    for _, text in judged:
+        print(text)
+    return 0 if all(well for well, _ in judged) else 1

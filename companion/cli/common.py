@@ -1,0 +1,87 @@
+"""What several commands share: errors of use, the folders of a boat, the end of a run."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import signal
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+
+from companion.clock import DrivenClock
+from companion.core.ports import Clock
+
+
+class UsageError(Exception):
+    """A command that cannot be carried out: one line that says why and what to do."""
+
+
+def add_clock_to(parser: argparse.ArgumentParser) -> None:
+    """Add `--clock HOST:PORT`: the time comes from another program (`companion.clock.DrivenClock`). It is for tests and
+    co-simulation; the help leaves it out."""
+    parser.add_argument("--clock", metavar="HOST:PORT", help=argparse.SUPPRESS)
+
+
+def driven_clock(text: str, epoch_unix_ns: int) -> DrivenClock:
+    """The clock of `--clock text`. Raises UsageError for what is no address, OSError where nothing listens there."""
+    host, _, port = text.rpartition(":")
+    if not host or not port.isdecimal():
+        raise UsageError(f"--clock {text}: write HOST:PORT")
+    return DrivenClock((host, int(port)), epoch_unix_ns)
+
+
+class Interrupt:
+    """Takes over `signals` and remembers in `received` whether one of them has come."""
+
+    def __init__(self, *signals: signal.Signals) -> None:
+        """`signals`: SIGINT (Ctrl-C) and SIGTERM where none are given."""
+        self.received = False
+        for number in signals or (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, self._note)
+
+    def _note(self, number: int, frame: object) -> None:
+        self.received = True
+
+
+def is_over(clock: Clock, duration_s: float | None) -> bool:
+    """Whether `clock` has reached `duration_s`; False where that is None."""
+    return duration_s is not None and clock.now_s() >= duration_s
+
+
+def boat_folder(name: str, simulated: bool = False) -> Path:
+    """The folder of a boat's logs and state in the user's home. A simulated boat has its own."""
+    base = Path(os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state")
+    return base / "usv-companion" / (f"{name}-sitl" if simulated else name)
+
+
+def new_folder(directory: Path, name: str) -> Path:
+    """The path `directory/name`, numbered if that already exists. Creates nothing."""
+    folder, n = directory / name, 2
+    while folder.exists():
+        folder, n = directory / f"{name}-{n}", n + 1
+    return folder
+
+
+def complain(text: str) -> None:
+    """One line on standard error, in the program's name."""
+    print(f"companion: {text}", file=sys.stderr)
+
+
+def print_warnings(warnings: Iterable[str]) -> None:
+    """Each warning on its own line of standard error."""
+    for warning in warnings:
+        print(f"warning: {warning}", file=sys.stderr)
+
+
+def add_time_span(parser: argparse.ArgumentParser) -> None:
+    """The options `--from` and `--to`, as `from_s` and `to_s`: the part of a log that a command uses."""
+    parser.add_argument(
+        "--from",
+        type=float,
+        default=0.0,
+        metavar="S",
+        dest="from_s",
+        help="leave out what was before, in the boat's time",
+    )
+    parser.add_argument("--to", type=float, default=float("inf"), metavar="S", dest="to_s")

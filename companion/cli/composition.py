@@ -1,0 +1,130 @@
+"""Puts a vessel together with what it runs in: a boat's own ports and wall clock, or a simulated boat.
+
+Only this folder knows both `companion` and `sitl`. The lockstep rig of scenarios and tests is in `rig`.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from companion.app import Surroundings, build
+from companion.cli.common import driven_clock
+from companion.clock import PacedClock, WallClock
+from companion.config.vessel import VesselConfig
+from companion.core.ports import WaitingClock
+from companion.io.mavlink.wire.links import open_links
+from companion.io.transport.opener import TransportOpener
+from companion.loop import RealWorld, Vessel
+from companion.record.state_file import StateFile
+
+SITL_LINKS = ("udpout:127.0.0.1:14550", "tcpin:127.0.0.1:5760")
+_PATIENT_S = {  # parameter: usual value, largest value
+    "COM_DL_LOSS_T": (10.0, 300.0),
+    "COM_RC_LOSS_T": (0.5, 10.0),
+    "FOLL_LOSS_T": (0.9, 10.0),
+    "OFFB_TIMEOUT": (0.8, 60.0),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class RunOptions:
+    """How to run a vessel. `links` are the URLs that ground stations use.
+
+    `devices`: the folder of a `companion sitl` whose ports replace the boat's. `wind`, `current`, `faults` and `seed`
+    are for `sitl` alone, and are written as on the command line. `clock`: the address of a program that gives the time.
+    """
+
+    links: Sequence[str]
+    sitl: bool = False
+    devices: Path | None = None
+    speed: float = 1.0
+    clock: str | None = None
+    seed: int = 0
+    wind: str | None = None
+    current: str | None = None
+    faults: tuple[str, ...] = ()
+
+    @property
+    def simulated(self) -> bool:
+        """Whether the boat is simulated, in this process or another."""
+        return self.sitl or self.devices is not None
+
+    @property
+    def patience(self) -> float:
+        """The factor on the time that the vessel waits for people and ground stations.
+
+        They live in wall time: their time-outs must not shrink as the boat's time speeds up.
+        """
+        return max(1.0, self.speed)
+
+    @property
+    def defaults(self) -> Mapping[str, float]:
+        """Parameters whose default changes with the speed."""
+        if self.patience <= 1.0:
+            return {}
+        return {name: min(most_s, usual_s * self.patience) for name, (usual_s, most_s) in _PATIENT_S.items()}
+
+
+def compose(
+    config: VesselConfig, options: RunOptions, state: StateFile, log_folder: Path
+) -> tuple[Vessel, WaitingClock]:
+    """The vessel of `config` and its clock. Raises ConfigError, LinkError, TransportError, OSError."""
+    return (_compose_simulated if options.sitl else _compose_real)(config, options, state, log_folder)
+
+
+def _compose_real(
+    config: VesselConfig, options: RunOptions, state: StateFile, log_folder: Path
+) -> tuple[Vessel, WaitingClock]:
+    clock = driven_clock(options.clock, time.time_ns()) if options.clock else WallClock(options.speed)
+    opener = TransportOpener(options.devices)
+    around = Surroundings(
+        clock=clock,
+        opener=opener,
+        world=RealWorld(),
+        links=open_links(options.links, options.patience),
+        state=state,
+        log_folder=log_folder,
+        durable_log=True,
+        manifest=_manifest(options),
+        defaults=options.defaults,
+        patience=options.patience,
+        network=opener,
+    )
+    return build(config, around), clock
+
+
+def _compose_simulated(
+    config: VesselConfig, options: RunOptions, state: StateFile, log_folder: Path
+) -> tuple[Vessel, WaitingClock]:
+    from sitl.truth_log import TruthLog
+    from sitl.world import EPOCH_UNIX_NS, World, WorldConditions
+
+    conditions = WorldConditions(seed=options.seed, wind=options.wind, current=options.current, faults=options.faults)
+    world = World(config, conditions)
+    driven = driven_clock(options.clock, EPOCH_UNIX_NS) if options.clock else None
+    clock = driven or PacedClock(options.speed, EPOCH_UNIX_NS)
+    around = Surroundings(
+        clock=clock,
+        opener=world,
+        world=world,
+        links=open_links(options.links, options.patience),
+        state=state,
+        log_folder=log_folder,
+        durable_log=True,
+        manifest=_manifest(options),
+        defaults=options.defaults,
+        patience=options.patience,
+        stations_time_unix_ns=time.time_ns,
+        network=TransportOpener(),
+    )
+    vessel = build(config, around)
+    vessel.add_recorder(TruthLog(log_folder, world, tuple(thruster.name for thruster in config.thrusters)))
+    return vessel, clock
+
+
+def _manifest(options: RunOptions) -> dict[str, object]:
+    return {"command": " ".join(sys.argv), "seed": options.seed if options.sitl else None}

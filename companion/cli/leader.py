@@ -1,0 +1,91 @@
+"""`companion leader CONFIG`: the leader module, the program on the lead boat."""
+
+from __future__ import annotations
+
+import argparse
+import signal
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from companion.cli.common import Interrupt, add_clock_to, boat_folder, complain, driven_clock, is_over, new_folder
+from companion.clock import WallClock
+from companion.core.ports import Clock
+from companion.io.mavlink.wire.links import Link, open_links
+from companion.io.mavlink.wire.signing import Policy, Signing, SigningState
+from companion.io.transport.opener import TransportOpener
+from companion.leader_module.app import LeaderSurroundings, build_leader, load_leader
+from companion.leader_module.config import LeaderConfig, bundled_leaders
+from companion.leader_module.console import Console
+from companion.loop import run
+from companion.record.state_file import StateFile
+
+
+def add_to(commands: Any) -> None:
+    """Add the command to `commands`, argparse's subparsers."""
+    leader = commands.add_parser(
+        "leader", help="the module on a lead boat: sends the follower its position and what its crew asks for"
+    )
+    leader.add_argument(
+        "config",
+        metavar="CONFIG",
+        help=f"a bundled name ({', '.join(bundled_leaders())}) or a TOML file of a leader module",
+    )
+    leader.add_argument(
+        "--link", action="append", metavar="URL", help="towards the follower; replaces the file's links"
+    )
+    leader.add_argument("--state", type=Path, metavar="DIR", help="folder of the signing key, for links that use one")
+    leader.add_argument("--log", type=Path, metavar="DIR", help="folder in which the log folder is made")
+    leader.add_argument("--duration", type=float, metavar="S", help="end after this long")
+    add_clock_to(leader)
+    leader.set_defaults(command=_leader)
+
+
+def _leader(arguments: argparse.Namespace) -> int:
+    config = load_leader(arguments.config)
+    clock = driven_clock(arguments.clock, time.time_ns()) if arguments.clock else WallClock()
+    logs = boat_folder(config.name) / "logs" if arguments.log is None else arguments.log
+    log_folder = new_folder(logs, f"{config.name}-{time.strftime('%Y%m%d-%H%M%S')}")
+    urls = tuple(arguments.link or config.links)
+    links = open_links((*urls, *config.local_links))
+    towards, local = links[: len(urls)], links[len(urls) :]
+    interrupt = Interrupt(signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+    print(f"leader module {config.title or config.name}, system {config.system_id}, of follower {config.follower}")
+    print(f"links: {', '.join((*urls, *config.local_links))}")
+    print(f"log:   {log_folder}")
+    print("keys:  m Manual, r Remote, a Autonomous; Ctrl-C ends it", flush=True)
+    state = _state(config, arguments, links)
+    console = Console()
+    try:
+        module = build_leader(
+            config,
+            LeaderSurroundings(
+                clock, TransportOpener(), towards, local, console, log_folder, True, _signing(state, clock)
+            ),
+        )
+        try:
+            run(module, clock, lambda: interrupt.received or is_over(clock, arguments.duration))
+        finally:
+            module.close()
+    finally:
+        console.close()
+        if state is not None:
+            state.close()
+    return 0
+
+
+def _state(config: LeaderConfig, arguments: argparse.Namespace, links: Sequence[Link]) -> StateFile | None:
+    """The module's state folder, locked for this process; None where no link uses signatures."""
+    if all(link.guard.options.signing is Policy.OFF for link in links):
+        return None
+    return StateFile(boat_folder(config.name) / "state" if arguments.state is None else arguments.state, complain)
+
+
+def _signing(state: StateFile | None, clock: Clock) -> Signing | None:
+    if state is None:
+        return None
+    kept, warnings = state.load_signing()
+    for text in warnings:
+        complain(text)
+    return Signing(clock.time_unix_ns, SigningState(*kept), lambda new: state.save_signing(new.key, new.horizon))

@@ -1,0 +1,157 @@
+"""The lockstep rig: a whole vessel and its simulated boat in one thread, on a clock that moves when told to.
+
+Scenarios and tests run on it. It is the `sitl.scenarios.rig.Rig` that only this folder can build, since it joins
+`companion` and `sitl`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+from companion.analysis.log_reader import open_log
+from companion.app import Surroundings, build, load_vessel
+from companion.cli.common import UsageError
+from companion.clock import SimulatedClock
+from companion.config import vessel as config_module
+from companion.config.devices import SensorConfig
+from companion.config.vessel import VesselConfig
+from companion.io.mavlink.wire.links import MemoryLink
+from sitl.magnetometer import with_magnetometer
+from sitl.plant_error import with_plant_error
+from sitl.scenarios.rig import Conditions, ControllerModel
+from sitl.shared_sea import SharedSea, build_shared_sea
+from sitl.truth_log import LeaderTruthLog, TruthLog
+from sitl.world import EPOCH_UNIX_NS, World, WorldConditions
+
+
+class LockstepRig:
+    """A vessel, its world and a memory link whose far end the scenario holds. Logs into `folder`."""
+
+    def __init__(self, conditions: Conditions, folder: Path, shared_sea: SharedSea | None = None) -> None:
+        """`shared_sea`: that of another rig; None: one as the conditions ask for, if they ask for any.
+
+        Raises ConfigError, UsageError for conditions that the vessel cannot meet.
+        """
+        self.config: VesselConfig = _equipped(conditions)
+        self.conditions: Conditions = conditions
+        self._folder = folder
+        controller = _controller_config(self.config, conditions)
+        self.world: World = _world(self.config, conditions, shared_sea)
+        self._clock = SimulatedClock(EPOCH_UNIX_NS)
+        self._link = MemoryLink("memory:scenario")
+        manifest = {"seed": conditions.seed, "conditions": repr(conditions)}
+        around = Surroundings(
+            self._clock, self.world, self.world, [self._link], None, folder, False, manifest, conditions.parameters
+        )
+        self.vessel = build(controller, around)
+        thrusters = tuple(thruster.name for thruster in self.config.thrusters)
+        self.vessel.add_recorder(TruthLog(folder, self.world, thrusters))
+        for boat in () if self.world.shared_sea is None else self.world.shared_sea.boats:
+            self.vessel.add_recorder(LeaderTruthLog(folder, boat, self.config.home))
+        self._steps = 0
+        self._closed = False
+
+    @property
+    def now_s(self) -> float:
+        """The vessel's time."""
+        return self._clock.now_s()
+
+    def step(self) -> None:
+        """One tick of the vessel."""
+        self._clock.wait(self._steps * self.vessel.period_s, ())
+        self.vessel.tick(self._clock.now_s())
+        self._steps += 1
+
+    def send(self, data: bytes) -> None:
+        """Bytes from the ground station; the vessel reads them with its next tick."""
+        self._link.to_vessel(data)
+
+    def deliver(self, data: bytes, at_s: float) -> None:
+        """Bytes that reach the vessel between two ticks, at `at_s` but not before the last ones."""
+        self._clock.wait(max(at_s, self._clock.now_s()), ())
+        self._link.to_vessel(data)
+        self.vessel.serve(self._clock.now_s())
+
+    def receive(self) -> bytes:
+        """Bytes from the vessel to the ground station since the last call."""
+        return self._link.from_vessel()
+
+    def identify(self) -> ControllerModel:
+        """Close this rig and identify the hull from its log."""
+        from companion.analysis.identify import identify
+
+        self.close()
+        fit = identify(open_log(self._folder), out=self._folder).fit
+        return ControllerModel(fit.hull, fit.thrusters)
+
+    def rerun_with(self, model: ControllerModel, folder: str) -> LockstepRig:
+        """A new rig in the same conditions whose controller uses `model`; it logs into `folder` below this one's."""
+        return LockstepRig(replace(self.conditions, controller_model=model), self._folder / folder)
+
+    def second_vessel(self, conditions: Conditions, folder: str) -> LockstepRig:
+        """Another vessel in the same sea; it logs into `folder` below this one's. Step both in turn."""
+        return LockstepRig(conditions, self._folder / folder, self.world.shared_sea)
+
+    def close(self) -> None:
+        """Close the vessel and its log; a second call does nothing."""
+        if not self._closed:
+            self._closed = True
+            self.vessel.close()
+
+
+def _equipped(conditions: Conditions) -> VesselConfig:
+    """The vessel with the thrusters and sensors that the conditions ask for."""
+    config = load_vessel(conditions.vessel)
+    for name in conditions.rotating:
+        config = config_module.with_rotating_thruster(config, name)
+    if conditions.wind_sensor:
+        config = _with_sensor(config, "wind", "nmea0183")
+    if conditions.magnetometer:
+        config = with_magnetometer(config)
+    if conditions.ais:
+        config = _with_sensor(config, "ais", "ais")
+    return config
+
+
+def _with_sensor(config: VesselConfig, name: str, driver: str) -> VesselConfig:
+    sensor = SensorConfig(name=name, driver=driver, port=f"memory:{name}", rate_hz=5.0)
+    return replace(config, sensors=(*config.sensors, sensor))
+
+
+def _controller_config(config: VesselConfig, conditions: Conditions) -> VesselConfig:
+    """The vessel as its controller knows it: another hull, no calibration, or a wrong model, where asked for."""
+    if conditions.magnetometer == "raw":
+        config = config_module.without_calibration(config)
+    model = conditions.controller_model
+    if isinstance(model, str):
+        plants = config.sitl.plants if config.sitl is not None else {}
+        if model not in plants:
+            raise UsageError(f"no plant '{model}' whose hull the controller could use; there is {', '.join(plants)}")
+        config = replace(config, hull=plants[model].hull)
+    elif model is not None:
+        config = replace(config, hull=model.hull, thrusters=model.thrusters or config.thrusters)
+    return config_module.with_model_error(config, conditions.model_error) if conditions.model_error else config
+
+
+def _world(config: VesselConfig, conditions: Conditions, shared_sea: SharedSea | None) -> World:
+    """The simulated boat, at its start."""
+    c = conditions
+    if shared_sea is None and (c.lead_boats or c.gnss_common):
+        shared_sea = build_shared_sea(c.lead_boats, config.home, c.seed, c.gnss_common)
+    real = with_plant_error(config, c.plant, c.plant_error, c.seed) if c.plant_error else config
+    weather = WorldConditions(
+        seed=c.seed,
+        wind=c.wind,
+        current=c.current,
+        gnss=c.gnss,
+        plant=c.plant,
+        waves_m=c.waves_m,
+        push_ned_n=c.push_ned_n,
+        faults=c.faults,
+        tow=c.tow,
+    )
+    world = World(real, weather, shared_sea)
+    if c.start is not None:
+        world.set_state(*c.start)
+    return world

@@ -1,0 +1,161 @@
+"""`companion run VESSEL`: the autopilot of one boat, real or simulated."""
+
+from __future__ import annotations
+
+import argparse
+import gc
+import math
+import os
+import sys
+import threading
+import time
+from pathlib import Path
+from typing import Any
+
+from companion.app import load_vessel, program_version, warm_up
+from companion.cli.common import Interrupt, UsageError, add_clock_to, boat_folder, complain, is_over, new_folder
+from companion.cli.composition import SITL_LINKS, RunOptions, compose
+from companion.config import vessel as config_module
+from companion.config.vessel import HomeConfig, VesselConfig
+from companion.core.ports import WaitingClock
+from companion.io.service_manager import service_manager
+from companion.loop import Punctuality, Vessel, run
+from companion.record.retention import Retention
+from companion.record.state_file import StateFile
+
+
+def add_to(commands: Any) -> None:
+    """Add the command to `commands`, argparse's subparsers."""
+    run_ = commands.add_parser("run", help="run a vessel, real or simulated")
+    add = run_.add_argument
+    add("vessel", metavar="VESSEL", help=f"a bundled name ({', '.join(config_module.bundled())}) or a TOML file")
+    add("--sitl", action="store_true", help="with the simulated boat in place of its devices")
+    add("--devices", type=Path, metavar="DIR", help="with the devices of a `companion sitl`: /dev/NAME is DIR/NAME")
+    add("--speed", type=float, default=1.0, metavar="N", help="with --sitl or --devices: N times as fast as the clock")
+    add(
+        "--link",
+        action="append",
+        metavar="URL",
+        help="replaces the vessel's links; udpout:, udpin:, tcpin:, tcpout:, serial:",
+    )
+    add("--home", metavar="LAT,LON,HEADING_DEG", help="replaces the vessel's home")
+    add("--state", type=Path, metavar="DIR", help="folder of parameters and plans")
+    add("--log", type=Path, metavar="DIR", help="folder in which the log folder is made")
+    add("--log-limit", type=int, metavar="MB", help="delete the oldest log folders there while all together are larger")
+    add("--seed", type=int, default=0, help="with --sitl: seed of all noise")
+    add("--wind", metavar="MPS@FROM_DEG", help="with --sitl")
+    add("--current", metavar="MPS@TOWARDS_DEG", help="with --sitl")
+    add("--fault", action="append", default=[], metavar="NAME@T_S[+DURATION_S]", help="with --sitl")
+    add("--duration", type=float, metavar="S", help="end after this long, in the boat's time")
+    add_clock_to(run_)
+    run_.set_defaults(command=_run)
+
+
+def _run(arguments: argparse.Namespace) -> int:
+    _check_arguments(arguments)
+    config = load_vessel(arguments.vessel)
+    if arguments.home:
+        config = config_module.with_home(config, _home(arguments.home))
+    options = _options(arguments, config)
+    kept = boat_folder(config.name, options.simulated)
+    logs = kept / "logs" if arguments.log is None else arguments.log
+    log_folder = new_folder(logs, f"{config.name}-{time.strftime('%Y%m%d-%H%M%S')}")
+    state = StateFile(kept / "state" if arguments.state is None else arguments.state)
+    vessel, clock = compose(config, options, state, log_folder)
+    if (manager := service_manager(os.environ)) is not None:
+        vessel.add_recorder(manager)
+    limit_mb = arguments.log_limit
+    retention = None if limit_mb is None else Retention(logs, limit_mb * 1_000_000, log_folder, complain)
+    interrupt = Interrupt()
+    _print_banner(config, options, state, log_folder)
+    try:
+        punctuality = _run_until_stopped(vessel, clock, interrupt, arguments.duration)
+    finally:
+        vessel.close()
+        state.close()
+        if retention is not None:
+            retention.close()
+    if not options.sitl:
+        print(punctuality.text, flush=True)
+    if vessel.restart_requested:
+        os.execv(sys.executable, [sys.executable, "-m", "companion", *sys.argv[1:]])
+    return 0
+
+
+def _run_until_stopped(
+    vessel: Vessel, clock: WaitingClock, interrupt: Interrupt, duration_s: float | None
+) -> Punctuality:
+    """Tick until a signal, the end of the duration, or a restart that a ground station asks for."""
+    gc.collect()
+    gc.freeze()
+    loading = threading.Thread(target=warm_up, name="warm-up")
+    loading.start()
+    try:
+        return run(
+            vessel,
+            clock,
+            lambda: interrupt.received or is_over(clock, duration_s) or vessel.restart_requested,
+        )
+    finally:
+        loading.join()
+
+
+def _check_arguments(arguments: argparse.Namespace) -> None:
+    """Raises UsageError for values, and for combinations of options, that make no sense."""
+    if arguments.duration is not None and not arguments.duration > 0.0:
+        raise UsageError(f"--duration {arguments.duration:g}: must be above 0")
+    if arguments.log_limit is not None and arguments.log_limit < 1:
+        raise UsageError(f"--log-limit {arguments.log_limit}: must be at least 1 MB")
+    if arguments.sitl and arguments.devices is not None:
+        raise UsageError("--sitl has its own devices: leave out --devices, or --sitl for those of a `companion sitl`")
+    simulated = arguments.sitl or arguments.devices is not None
+    for flag in () if arguments.sitl else ("wind", "current", "fault"):
+        if getattr(arguments, flag):
+            reason = "belongs to `companion sitl`" if simulated else "needs --sitl: a real boat has its own weather"
+            raise UsageError(f"--{flag} {reason}")
+    _check_time(arguments, simulated)
+
+
+def _check_time(arguments: argparse.Namespace, simulated: bool) -> None:
+    if not arguments.speed > 0.0:
+        raise UsageError(f"--speed {arguments.speed:g}: must be above 0")
+    if arguments.clock and not simulated:
+        raise UsageError("--clock needs --sitl or --devices: a real boat runs in real time")
+    if not simulated and arguments.speed != 1.0:
+        raise UsageError(f"--speed {arguments.speed:g}: needs --sitl or --devices; a real boat runs in real time")
+
+
+def _options(arguments: argparse.Namespace, config: VesselConfig) -> RunOptions:
+    return RunOptions(
+        links=arguments.link or (SITL_LINKS if arguments.sitl else config.links),
+        sitl=arguments.sitl,
+        devices=arguments.devices,
+        speed=arguments.speed,
+        clock=arguments.clock,
+        seed=arguments.seed,
+        wind=arguments.wind,
+        current=arguments.current,
+        faults=tuple(arguments.fault),
+    )
+
+
+def _home(text: str) -> HomeConfig:
+    """`63.4389,10.3990,0` or without the heading. Raises UsageError."""
+    try:
+        lat_deg, lon_deg, *heading_deg = (float(part) for part in text.split(","))
+    except ValueError as error:
+        raise UsageError(f"--home {text}: write LAT,LON,HEADING_DEG, as 63.4389,10.3990,0") from error
+    on_earth = -89.0 <= lat_deg <= 89.0 and -180.0 <= lon_deg <= 180.0
+    if not on_earth or len(heading_deg) > 1 or not all(map(math.isfinite, heading_deg)):
+        raise UsageError(f"--home {text}: no such place; write LAT,LON,HEADING_DEG")
+    return HomeConfig(lat_deg, lon_deg, math.radians(heading_deg[0]) if heading_deg else 0.0)
+
+
+def _print_banner(config: VesselConfig, options: RunOptions, state: StateFile, log_folder: Path) -> None:
+    how = f"simulated, {options.speed:g} times real time" if options.sitl else "on its own devices"
+    if options.devices is not None:
+        how = f"on simulated devices in {options.devices}, {options.speed:g} times real time"
+    print(f"USV companion {program_version()}: {config.title}, {how}")
+    print(f"links: {', '.join(options.links)}")
+    print(f"state: {state.directory}")
+    print(f"log:   {log_folder}", flush=True)

@@ -1,1 +1,0 @@
-"""Commands that have a file of their own: each offers `add_to(commands)`, which hangs it into the command line."""

@@ -1,0 +1,419 @@
+"""A vessel's TOML → frozen dataclasses, with every error of the file at once and its place.
+
+Angles stand in the file in degrees (`azimuth_deg`) and in the dataclasses in radians (`azimuth_rad`); everything else
+is SI in both.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import tomllib
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
+from importlib import resources
+from pathlib import Path
+from typing import Annotated, Any, Literal, Protocol, TypeVar
+
+from pydantic import Field, TypeAdapter, ValidationError
+
+from companion.config.actuators import BridgeRow
+from companion.config.bridge_checks import bridge_problems
+from companion.config.devices import (
+    UNIT_MATRIX,
+    JetConfig,
+    NozzleConfig,
+    SensorConfig,
+    ThrusterConfig,
+)
+from companion.config.driving import driving_problems
+from companion.config.fields import (
+    FROM_DEGREES,
+    STRICT,
+    Latitude,
+    Longitude,
+    Name,
+    NonNegative,
+    Positive,
+    means,
+)
+from companion.config.hull import HullConfig, ThesisModelConfig, WindageConfig, resistance_problems
+from companion.config.kinds import Equipment, Problem
+from companion.config.outputs import BatteryConfig, RelayConfig, ServoConfig, battery_problems, rest_problems
+from companion.config.sensor_checks import sensor_problems
+from companion.config.sensors import SensorRow
+from companion.config.streams import CorrectionsConfig, NmeaOutConfig, stream_problems
+from companion.config.thruster_checks import jet_problems, thruster_problems
+from companion.config.toml_places import dotted, line_of
+
+
+class ConfigError(Exception):
+    """A file that cannot be used. `problems` holds one line for each fault, each with its place."""
+
+    def __init__(self, problems: Sequence[str]) -> None:
+        super().__init__("\n".join(problems))
+        self.problems = tuple(problems)
+
+
+@dataclass(frozen=True, slots=True)
+class HomeConfig:
+    """Where the boat lives: the origin of its local frame, and where SITL starts."""
+
+    __pydantic_config__ = STRICT
+    lat_deg: Annotated[Latitude, means("Latitude.")]
+    lon_deg: Annotated[Longitude, means("Longitude.")]
+    yaw_rad: Annotated[
+        float,
+        Field(alias="heading_deg", ge=-360.0, le=360.0),
+        FROM_DEGREES,
+        means("Heading in simulation at the start, clockwise from north."),
+    ] = 0.0
+    altitude_m: Annotated[float, means("Altitude above mean sea level.")] = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class LimitsConfig:
+    """What the controller may ask of all thrusters together."""
+
+    __pydantic_config__ = STRICT
+    surge_n: Annotated[Positive, means("Largest force ahead or astern.")]
+    sway_n: Annotated[NonNegative, means("Largest force sideways. 0 for a boat that cannot push itself sideways.")]
+    yaw_nm: Annotated[Positive, means("Largest moment.")]
+
+
+@dataclass(frozen=True, slots=True)
+class DockConfig:
+    """The boat's own berth."""
+
+    __pydantic_config__ = STRICT
+    lat_deg: Annotated[
+        Latitude,
+        means("Latitude of the point of the berth's face that lies against the middle of `side`."),
+    ]
+    lon_deg: Annotated[Longitude, means("Longitude of that point.")]
+    yaw_rad: Annotated[
+        float,
+        Field(alias="heading_deg", ge=-360.0, le=360.0),
+        FROM_DEGREES,
+        means("Heading of the boat at the berth, clockwise from north."),
+    ]
+    side: Annotated[
+        Literal["port", "starboard", "bow", "stern"],
+        means("Side with which the boat lies against the berth."),
+    ] = "port"
+    standoff_m: Annotated[
+        float,
+        Field(ge=1.0, le=50.0),
+        means("Clear water from which the boat comes alongside."),
+    ] = 2.0
+    clearance_m: Annotated[
+        float,
+        Field(ge=0.0, le=5.0),
+        means("Room between hull and face that fenders take up."),
+    ] = 0.1
+
+
+@dataclass(frozen=True, slots=True)
+class PlantConfig:
+    """One set of truth for SITL: the hull as it really is, and what the thrusters really do."""
+
+    __pydantic_config__ = STRICT
+    hull: Annotated[HullConfig, means("The hull as it really is.")]
+    windage: Annotated[WindageConfig, means("Wind areas as they really are.")] = field(default_factory=WindageConfig)
+    thruster_lag_s: Annotated[NonNegative, means("Time constant with which thrust follows its command.")] = 0.3
+    thruster_x_m: Annotated[
+        tuple[float, ...] | None,
+        means("Where the thrusters really are, one value for each. Left out: where `[[thruster]]` says."),
+    ] = None
+    jet: Annotated[JetConfig | None, means("The water jet as it really is. Left out: as the thruster says.")] = None
+    nozzle: Annotated[
+        NozzleConfig | None,
+        means("How a jet's nozzle really turns. Left out: without lag, at `azimuth_rate_dps` of the thruster."),
+    ] = None
+    seaway: Annotated[
+        bool,
+        means("Waves at the frequency of encounter, with heave and yaw. Otherwise they only roll, pitch and push."),
+    ] = False
+
+
+@dataclass(frozen=True, slots=True)
+class SitlConfig:
+    """The simulated boat: its plants, its receiver and its battery."""
+
+    __pydantic_config__ = STRICT
+    plant: Annotated[str, means("The plant that is used: a name in `[sitl.plants]`.")]
+    plants: Annotated[dict[str, PlantConfig], means("Plants by name.")]
+    gnss: Annotated[str, means("Grade of the simulated receiver: `rtk`, `sbas` or `standalone`.")] = "rtk"
+    battery_wh: Annotated[Positive, means("Energy of the simulated battery.")] = 900.0
+    full_power_w: Annotated[Positive, means("Power of all thrusters together at full throttle.")] = 340.0
+    hotel_power_w: Annotated[NonNegative, means("Power of everything else.")] = 20.0
+
+
+@dataclass(frozen=True, slots=True)
+class VesselConfig:
+    """A vessel, whole. `hull` and `windage` are the controller's own model."""
+
+    __pydantic_config__ = STRICT
+    name: Annotated[Name, means("Short name. Folders of state and logs are named after it.")]
+    title: Annotated[str, means("Name for people.")]
+    length_m: Annotated[Positive, means("Length over all.")]
+    beam_m: Annotated[Positive, means("Width.")]
+    control_rate_hz: Annotated[float, Field(ge=1.0, le=100.0), means("Rate of the control loop.")]
+    home: Annotated[HomeConfig, means("Where the boat lives.")]
+    hull: Annotated[HullConfig, means("The controller's model of the hull.")]
+    limits: Annotated[LimitsConfig, means("What the controller may ask of all thrusters together.")]
+    thrusters: Annotated[tuple[ThrusterConfig, ...], Field(alias="thruster", min_length=1), means("Thrusters.")]
+    sensors: Annotated[tuple[SensorRow, ...], Field(alias="sensor", min_length=1), means("Sensors.")]
+    actuators: Annotated[
+        tuple[BridgeRow, ...],
+        Field(alias="actuator", min_length=1),
+        means("Bridges: the devices that turn commands into thrust."),
+    ]
+    servos: Annotated[tuple[ServoConfig, ...], Field(alias="servo", max_length=16), means("Servo outputs.")] = ()
+    relays: Annotated[tuple[RelayConfig, ...], Field(alias="relay", max_length=16), means("Relays.")] = ()
+    windage: Annotated[
+        WindageConfig,
+        means("Wind areas and coefficients, as the controller believes them."),
+    ] = field(default_factory=WindageConfig)
+    thesis_model: Annotated[ThesisModelConfig | None, means("Model of the thesis's own feed-forward.")] = None
+    corrections: Annotated[tuple[CorrectionsConfig, ...], means("Sources of RTCM corrections.")] = ()
+    nmea_out: Annotated[tuple[NmeaOutConfig, ...], means("Streams of NMEA sentences to others.")] = ()
+    links: Annotated[tuple[str, ...], means("Links to ground stations, such as `udpout:192.168.1.10:14550`.")] = ()
+    operators: Annotated[
+        tuple[Annotated[int, Field(ge=1, le=255)], ...],
+        means("System ids of the ground stations that may command. Empty: all."),
+    ] = ()
+    mmsi: Annotated[
+        Annotated[int, Field(ge=1, le=999_999_999)] | None,
+        means("MMSI of the boat's own AIS transponder, whose reports are not another vessel's."),
+    ] = None
+    parameters: Annotated[
+        dict[str, float],
+        means("Parameters over the defaults of the table."),
+    ] = field(default_factory=dict)
+    dock: Annotated[DockConfig | None, means("The boat's own berth.")] = None
+    battery: Annotated[BatteryConfig | None, means("Battery of a board that does not count charge.")] = None
+    sitl: Annotated[SitlConfig | None, means("Simulated boat. Without this table the vessel has no simulation.")] = None
+
+
+class NavigatedBoat(Protocol):
+    """What navigation needs of a boat: a vessel, or a lead boat with a module aboard."""
+
+    @property
+    def home(self) -> HomeConfig:
+        """Origin of the local frame."""
+        ...
+
+    @property
+    def sensors(self) -> tuple[SensorConfig, ...]:
+        """Its sensors, in the order of the file."""
+        ...
+
+
+def bundled() -> tuple[str, ...]:
+    """Names of the vessels that come with the program."""
+    files = resources.files("companion.vessels").iterdir()
+    return tuple(sorted(f.name.removesuffix(".toml") for f in files if f.name.endswith(".toml")))
+
+
+def find(vessel: str) -> Path:
+    """The file of a bundled name or a path. Raises ConfigError with the remedy."""
+    if vessel in bundled():
+        return Path(str(resources.files("companion.vessels").joinpath(f"{vessel}.toml")))
+    path = Path(vessel)
+    if path.is_file():
+        return path
+    if vessel.endswith(".toml") or "/" in vessel:
+        raise ConfigError([f"{vessel}: no such file"])
+    raise ConfigError([f"no vessel named '{vessel}'; bundled: {', '.join(bundled())}; or give the path of a TOML file"])
+
+
+def load(path: Path) -> VesselConfig:
+    """Read and check a vessel's file. Raises ConfigError with every problem and its line."""
+    try:
+        text = path.read_text(encoding="utf-8")
+        return parse(text, str(path))
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigError([f"{path}: cannot be read: {error}"]) from error
+
+
+def parse(text: str, place: str) -> VesselConfig:
+    """As `load`, for text already in hand; `place` names it in the messages."""
+    config, located = validated(VesselConfig, text, place)
+    problems = [located(loc, message) for loc, message in _cross_checks(config)]
+    if problems:
+        raise ConfigError(problems)
+    return config
+
+
+T = TypeVar("T")
+Located = Callable[[Sequence[str | int], str], str]
+
+
+def validated(kind: type[T], text: str, place: str) -> tuple[T, Located]:
+    """A TOML's text as one of our dataclasses, and a function that puts file, line and key before a message. Raises
+    ConfigError with every problem."""
+    try:
+        data = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise ConfigError([_not_toml(place, str(error))]) from error
+    lines = text.splitlines()
+
+    def located(loc: Sequence[str | int], message: str) -> str:
+        line = line_of(lines, loc)
+        return f"{place}{f':{line}' if line else ''}: {dotted(loc)}: {message}"
+
+    try:
+        return TypeAdapter(kind).validate_python(data), located
+    except ValidationError as error:
+        raise ConfigError([located(e["loc"], remedy(e["msg"])) for e in error.errors()]) from error
+
+
+def _not_toml(place: str, reason: str) -> str:
+    """tomllib's "Invalid value (at line 6, column 11)" with its line where all others have theirs."""
+    found = re.fullmatch(r"(.*) \(at line (\d+), column (\d+)\)", reason)
+    return (
+        f"{place}:{found[2]}: not valid TOML: {found[1]}, at column {found[3]}"
+        if found
+        else f"{place}: not valid TOML: {reason}"
+    )
+
+
+def remedy(message: str) -> str:
+    """pydantic's message in the words of a person who edits a TOML."""
+    return message.replace("Unexpected keyword argument", "unknown key; check the spelling").replace(
+        "Input should", "should"
+    )
+
+
+def _cross_checks(config: VesselConfig) -> list[Problem]:
+    """What no single field can know."""
+    servos, relays = [row.name for row in config.servos], [row.name for row in config.relays]
+    return [
+        *_names_used_twice(config),
+        *driving_problems(config.actuators, config.thrusters, servos, relays),
+        *rest_problems(config.servos),
+        *battery_problems(config.battery),
+        *stream_problems(config.sensors, config.actuators, config.corrections),
+        *thruster_problems(config.thrusters),
+        *sensor_problems(config.sensors),
+        *bridge_problems(Equipment(config.thrusters, config.actuators, config.servos)),
+        *jet_problems(config.thrusters, config.limits.sway_n),
+        *resistance_problems(config.hull, ("hull",)),
+        *_inertia_problems(config.hull),
+        *([] if config.sitl is None else _sitl_problems(config.sitl, len(config.thrusters))),
+    ]
+
+
+def _names_used_twice(config: VesselConfig) -> list[Problem]:
+    problems: list[Problem] = []
+    for table in ("thruster", "sensor", "actuator", "servo", "relay"):
+        names = [row.name for row in getattr(config, f"{table}s")]
+        problems += [
+            ((table, i, "name"), f"'{name}' is used twice") for i, name in enumerate(names) if name in names[:i]
+        ]
+    return problems
+
+
+def _inertia_problems(hull: HullConfig) -> list[Problem]:
+    if hull.m22_kg * hull.m33_kgm2 > hull.m23_kgm * (hull.m32_kgm or hull.m23_kgm):
+        return []
+    return [(("hull", "m23_kgm"), "the inertia matrix is not positive definite")]
+
+
+def _sitl_problems(sitl: SitlConfig, thrusters: int) -> list[Problem]:
+    """Faults of the plants. `thrusters`: how many the vessel has."""
+    problems: list[Problem] = []
+    if sitl.plant not in sitl.plants:
+        text = f"no plant named '{sitl.plant}'; there is {', '.join(sitl.plants)}"
+        problems.append((("sitl", "plant"), text))
+    for name, plant in sitl.plants.items():
+        if plant.thruster_x_m is not None and len(plant.thruster_x_m) != thrusters:
+            text = f"needs {thrusters} values, one a thruster"
+            problems.append((("sitl", "plants", name, "thruster_x_m"), text))
+        problems += resistance_problems(plant.hull, ("sitl", "plants", name, "hull"))
+    return problems
+
+
+def placed(path: Path, loc: Sequence[str | int], message: str) -> str:
+    """`message` with the file, the line and the key that it is about, for checks outside this room."""
+    line = line_of(path.read_text(encoding="utf-8").splitlines(), loc)
+    return f"{path}{f':{line}' if line else ''}: {dotted(loc)}: {message}"
+
+
+def with_home(config: VesselConfig, home: HomeConfig) -> VesselConfig:
+    """The same vessel with another home."""
+    return replace(config, home=home)
+
+
+def with_model_error(config: VesselConfig, fraction: float) -> VesselConfig:
+    """The same vessel with a controller whose inertia and damping are wrong by `fraction`. The plants stay true."""
+    hull, damping = config.hull, config.hull.damping
+    factor = 1.0 + fraction
+    wrong = replace(damping, **{name: getattr(damping, name) * factor for name in damping.__slots__})
+    return replace(
+        config,
+        hull=HullConfig(
+            m11_kg=hull.m11_kg * factor,
+            m22_kg=hull.m22_kg * factor,
+            m33_kgm2=hull.m33_kgm2 * factor,
+            m23_kgm=hull.m23_kgm * factor,
+            m32_kgm=None if hull.m32_kgm is None else hull.m32_kgm * factor,
+            damping=wrong,
+            resistance=tuple((speed_mps, force_n * factor) for speed_mps, force_n in hull.resistance),
+        ),
+    )
+
+
+def with_rotating_thruster(config: VesselConfig, name: str) -> VesselConfig:
+    """The same vessel with the fixed thruster `name` turning within ±270° at its rate. Raises ConfigError for one that
+    cannot."""
+    found = [t for t in config.thrusters if t.name == name and t.azimuth_rate_radps > 0.0]
+    if not found:
+        raise ConfigError([f"{config.name}: no thruster '{name}' with an azimuth_rate_dps, so it cannot rotate"])
+    turning = replace(
+        found[0], kind="azimuth", azimuth_min_rad=math.radians(-270.0), azimuth_max_rad=math.radians(270.0)
+    )
+    return replace(config, thrusters=tuple(turning if t.name == name else t for t in config.thrusters))
+
+
+def without_calibration(config: VesselConfig) -> VesselConfig:
+    """The same vessel with magnetometers that are not calibrated."""
+    return replace(config, sensors=tuple(_uncalibrated(sensor) for sensor in config.sensors))
+
+
+def _uncalibrated(sensor: SensorConfig) -> SensorConfig:
+    if sensor.heading != "ahrs":
+        return sensor
+    return replace(sensor, mag_offset=(0.0, 0.0, 0.0), mag_matrix=UNIT_MATRIX, heading_wander_rad=None)
+
+
+def as_dict(config: VesselConfig) -> dict[str, Any]:
+    """The configuration in force for the manifest of a log, with the field names of this module, without passwords."""
+    return asdict(replace(config, corrections=tuple(replace(row, password="") for row in config.corrections)))
+
+
+def raw(path: Path) -> dict[str, Any]:
+    """The tables of a file as they are, with their faults; empty where it is no TOML."""
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError):
+        return {}
+
+
+def raw_parameters(path: Path) -> dict[str, float]:
+    """Entries of `[parameters]` that are numbers, of a file whose other parts may be wrong."""
+    entries = raw(path).get("parameters", {})
+    numbers = entries.items() if isinstance(entries, dict) else ()
+    return {
+        name: float(value) for name, value in numbers if isinstance(value, (int, float)) and not isinstance(value, bool)
+    }
+
+
+def parameter_lines(path: Path) -> Mapping[str, int]:
+    """Line of each entry of `[parameters]`, for messages about them."""
+    try:
+        lines = path.read_text(encoding="utf-8").splitlines()
+    except (OSError, UnicodeDecodeError):
+        return {}
+    return {name: line_of(lines, ("parameters", name)) or 0 for name in raw_parameters(path)}

@@ -1,0 +1,171 @@
+"""Values of the step estimate: motion of the boat, of the lead boat and of the vessels around."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+from companion.core.readings import AisTarget, FixType, Wish
+
+
+@dataclass(frozen=True, slots=True)
+class NavState:
+    """Estimated motion of the boat's origin at `t_s`, with accuracies (one sigma) and ages of the last measurements.
+
+    `position_valid` and `heading_valid`: whether control may use them. Before the first fix the positions are 0 and
+    invalid. `north_m`, `east_m` are in the local plane of the estimator (`Estimator.frame`); surge and sway are over
+    ground in body axes.
+    """
+
+    t_s: float
+    position_valid: bool
+    heading_valid: bool
+    lat_deg: float
+    lon_deg: float
+    altitude_m: float
+    north_m: float
+    east_m: float
+    roll_rad: float
+    pitch_rad: float
+    yaw_rad: float
+    surge_mps: float
+    sway_mps: float
+    north_mps: float
+    east_mps: float
+    roll_rate_radps: float
+    pitch_rate_radps: float
+    yaw_rate_radps: float
+    position_accuracy_m: float
+    velocity_accuracy_mps: float
+    heading_accuracy_rad: float
+    position_age_s: float
+    heading_age_s: float
+    imu_age_s: float
+    fix: FixType
+    satellites: int | None
+    hdop: float | None
+    time_unix_ns: int | None  # absolute time from a receiver, for this tick
+    wind_speed_mps: float | None = None  # true wind
+    wind_from_rad: float | None = None
+    current_north_mps: float | None = None  # velocity of the water over ground, estimated from thrust and motion
+    current_east_mps: float | None = None
+    current_accuracy_mps: float | None = None  # one sigma on the worse axis
+
+
+NO_ESTIMATE = NavState(
+    t_s=0.0,
+    position_valid=False,
+    heading_valid=False,
+    lat_deg=0.0,
+    lon_deg=0.0,
+    altitude_m=0.0,
+    north_m=0.0,
+    east_m=0.0,
+    roll_rad=0.0,
+    pitch_rad=0.0,
+    yaw_rad=0.0,
+    surge_mps=0.0,
+    sway_mps=0.0,
+    north_mps=0.0,
+    east_mps=0.0,
+    roll_rate_radps=0.0,
+    pitch_rate_radps=0.0,
+    yaw_rate_radps=0.0,
+    position_accuracy_m=math.inf,
+    velocity_accuracy_mps=math.inf,
+    heading_accuracy_rad=math.inf,
+    position_age_s=math.inf,
+    heading_age_s=math.inf,
+    imu_age_s=math.inf,
+    fix=FixType.NONE,
+    satellites=None,
+    hdop=None,
+    time_unix_ns=None,
+)
+"""Before the first tick."""
+
+
+def usable(nav: NavState) -> NavState:
+    """The estimate with validity cleared where a value is not finite: the failsafes act on that."""
+    motion = (
+        nav.north_m
+        + nav.east_m
+        + nav.surge_mps
+        + nav.sway_mps
+        + nav.north_mps
+        + nav.east_mps
+        + nav.lat_deg
+        + nav.lon_deg
+    )
+    position_ok, heading_ok = math.isfinite(motion), math.isfinite(nav.yaw_rad + nav.yaw_rate_radps)
+    if position_ok and heading_ok:
+        return nav
+    return replace(
+        nav, position_valid=nav.position_valid and position_ok, heading_valid=nav.heading_valid and heading_ok
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Leader:
+    """Estimated motion of the lead boat now, in the local plane. `yaw_rad` is its heading, or its course if it reports
+    no heading; None if neither is known.
+
+    `age_s`: age of its last position; `interval_s`: recent interval between positions. `counter`: 0…40, up with each
+    lost message, down with each received one. `acceleration_mps2`: along its course. `astern`: it goes stern first;
+    known only for a leader that reports its heading.
+    """
+
+    system_id: int
+    north_m: float
+    east_m: float
+    north_mps: float
+    east_mps: float
+    yaw_rad: float | None
+    yaw_rate_radps: float
+    accuracy_m: float
+    age_s: float
+    interval_s: float
+    wish: Wish | None
+    counter: int = 0
+    acceleration_mps2: float = 0.0
+    astern: bool = False
+
+    @property
+    def speed_mps(self) -> float:
+        """Speed over ground, negative while it goes astern."""
+        speed = math.hypot(self.north_mps, self.east_mps)
+        return -speed if self.astern else speed
+
+
+@dataclass(frozen=True, slots=True)
+class TrackedTarget:
+    """All that is known of one vessel. `known.t_s`: time of its position; `heard_s`: time of its last message."""
+
+    known: AisTarget
+    heard_s: float
+    reports: int  # number of position reports
+
+    @property
+    def label(self) -> str:
+        """Its name, or its MMSI if it has none; for people."""
+        return self.known.name or f"MMSI {self.known.mmsi}"
+
+
+@dataclass(frozen=True, slots=True)
+class Contact:
+    """A vessel's motion now, dead-reckoned along its course: centre of its hull in the local plane, velocity over
+    ground, and the radius of the circle around the centre that contains the hull."""
+
+    mmsi: int
+    label: str
+    north_m: float
+    east_m: float
+    north_mps: float
+    east_mps: float
+    radius_m: float
+    status: int | None
+
+    @property
+    def speed_mps(self) -> float:
+        """Speed over ground."""
+        return math.hypot(self.north_mps, self.east_mps)

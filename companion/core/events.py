@@ -1,0 +1,33 @@
+"""What the vessel announces: to ground stations as STATUSTEXT, in the log as events."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from companion.core.decision import Event, Severity
+
+Announce = Callable[[float, Severity, str, str], None]
+"""(t_s, severity, name, text): `EventLog.say`, as blocks take it."""
+
+
+class EventLog:
+    """Collects the events of a tick. The same name and text within `repeat_s` is announced once."""
+
+    def __init__(self, repeat_s: float = 10.0) -> None:
+        self._repeat_s = repeat_s
+        self._pending: list[Event] = []
+        self._last: dict[str, Event] = {}
+
+    def say(self, t_s: float, severity: Severity, name: str, text: str) -> None:
+        """Announce an event. `name`: stable, for programs (`mode_changed`, `gcs_lost`); `text`: for people."""
+        last = self._last.get(name)
+        if last is not None and last.text == text and t_s - last.t_s < self._repeat_s:
+            return
+        event = Event(t_s, severity, name, text)
+        self._last[name] = event
+        self._pending.append(event)
+
+    def drain(self) -> tuple[Event, ...]:
+        """The events since the last call, oldest first."""
+        pending, self._pending = tuple(self._pending), []
+        return pending

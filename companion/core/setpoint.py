@@ -1,0 +1,129 @@
+"""Values of the step guide: what the active mode asks for. Each way of steering has its own setpoint; `Setpoint` is any
+of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from companion.core.actuation import ThrusterCommand, Wrench
+
+
+@dataclass(frozen=True, slots=True)
+class Point:
+    """A place in the local plane."""
+
+    north_m: float
+    east_m: float
+
+
+@dataclass(frozen=True, slots=True)
+class Progress:
+    """Where a setpoint leads, for people and instruments; control does not read it.
+
+    `place`: the point on the path, or the hold point. `target`: the go-to point or the next waypoint. The cross-track
+    error is positive to starboard of the path; the course and the distance to go are those of the path. `yaw_rad`: the
+    desired heading of a boat that lies without thrust.
+    """
+
+    place: Point | None = None
+    target: Point | None = None
+    cross_track_error_m: float | None = None
+    course_rad: float | None = None
+    distance_to_go_m: float | None = None
+    yaw_rad: float | None = None
+
+
+NO_PROGRESS = Progress()
+
+
+@dataclass(frozen=True, slots=True)
+class NeutralSetpoint:
+    """No thrust."""
+
+    progress: Progress = NO_PROGRESS
+
+
+@dataclass(frozen=True, slots=True)
+class PoseSetpoint:
+    """Dynamic positioning: pose of the reference, with its velocity and acceleration in the reference's body axes."""
+
+    north_m: float
+    east_m: float
+    yaw_rad: float
+    surge_mps: float = 0.0
+    sway_mps: float = 0.0
+    yaw_rate_radps: float = 0.0
+    surge_mps2: float = 0.0
+    sway_mps2: float = 0.0
+    yaw_radps2: float = 0.0
+    progress: Progress = NO_PROGRESS
+
+
+@dataclass(frozen=True, slots=True)
+class PathSetpoint:
+    """Path tracking: heading, speed and yaw rate under way, in body axes."""
+
+    yaw_rad: float
+    surge_mps: float = 0.0
+    sway_mps: float = 0.0
+    yaw_rate_radps: float = 0.0
+    surge_mps2: float = 0.0
+    progress: Progress = NO_PROGRESS
+
+
+@dataclass(frozen=True, slots=True)
+class HeadingSetpoint:
+    """A heading to hold, with its yaw rate. `wrench` holds the surge and sway forces of the sticks."""
+
+    yaw_rad: float
+    wrench: Wrench
+    yaw_rate_radps: float = 0.0
+    progress: Progress = NO_PROGRESS
+
+
+@dataclass(frozen=True, slots=True)
+class WrenchSetpoint:
+    """The wrench itself: past the control laws."""
+
+    wrench: Wrench
+    progress: Progress = NO_PROGRESS
+
+
+@dataclass(frozen=True, slots=True)
+class ThrusterSetpoint:
+    """A demand for each thruster: past the control laws and the allocation."""
+
+    thrusters: tuple[ThrusterCommand, ...]
+    progress: Progress = NO_PROGRESS
+
+
+Setpoint = NeutralSetpoint | PoseSetpoint | PathSetpoint | HeadingSetpoint | WrenchSetpoint | ThrusterSetpoint
+
+NEUTRAL_SETPOINT = NeutralSetpoint()
+
+
+@dataclass(frozen=True, slots=True)
+class DesiredMotion:
+    """Pose and velocity that a setpoint asks for, None where it leaves them open; for the log and the telemetry."""
+
+    place: Point | None
+    yaw_rad: float | None
+    surge_mps: float = 0.0
+    sway_mps: float = 0.0
+    yaw_rate_radps: float = 0.0
+    surge_mps2: float = 0.0
+    sway_mps2: float = 0.0
+    yaw_radps2: float = 0.0
+
+
+def desired_motion(setpoint: Setpoint) -> DesiredMotion:
+    """The pose, velocity and acceleration that a setpoint of any type asks for."""
+    match setpoint:
+        case PoseSetpoint(n, e, yaw, u, v, r, ax, ay, turn):
+            return DesiredMotion(Point(n, e), yaw, u, v, r, ax, ay, turn)
+        case PathSetpoint(yaw, u, v, r, ax, progress):
+            return DesiredMotion(progress.place, yaw, u, v, r, ax)
+        case HeadingSetpoint(yaw, _, r, progress):
+            return DesiredMotion(progress.place, yaw, yaw_rate_radps=r)
+        case _:
+            return DesiredMotion(setpoint.progress.place, setpoint.progress.yaw_rad)

@@ -1,0 +1,57 @@
+"""Values of the step record: one cycle of the loop."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from companion.core.actuation import ActuatorCommand, Allocation, ThrusterCondition, ThrusterFeedback, Wrench
+from companion.core.decision import Event, Status
+from companion.core.estimate import NavState
+from companion.core.readings import Battery, Corrections, Depth, Leak, ManualInput, RcInput, Reading, Wind
+from companion.core.setpoint import Setpoint
+
+
+@dataclass(frozen=True, slots=True)
+class DeviceHealth:
+    """State of one sensor, bridge or link, as its driver sees it. `age_s`: since the last good message; None before the
+    first. `text`: what is wrong."""
+
+    name: str
+    ok: bool
+    age_s: float | None
+    text: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Inputs:
+    """The newest of the slow readings."""
+
+    battery: Battery | None = None
+    leak: Leak | None = None
+    rc: RcInput | None = None
+    manual: ManualInput | None = None
+    wind: Wind | None = None
+    depth: Depth | None = None
+    corrections: Corrections | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Tick:
+    """One whole cycle of the loop. The log, the telemetry and all displays are made from this alone."""
+
+    t_s: float
+    time_unix_ns: int
+    nav: NavState
+    status: Status
+    setpoint: Setpoint
+    wrench: Wrench
+    allocation: Allocation
+    command: ActuatorCommand
+    inputs: Inputs
+    feedback: tuple[ThrusterFeedback | None, ...]
+    health: tuple[DeviceHealth, ...]
+    events: tuple[Event, ...] = field(default=())
+    load: float = 0.0  # share of the control period spent computing
+    readings: Sequence[Reading] = ()  # the readings that the estimator got
+    conditions: tuple[ThrusterCondition, ...] = ()

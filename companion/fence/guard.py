@@ -1,0 +1,411 @@
+"""The fence in force: what it allows, and whether the boat is inside. Every other module asks here about the fence.
+
+Without a fence, or with GF_ACTION 0, everything is allowed and shapely is not imported.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Protocol
+
+from companion.config.vessel import VesselConfig
+from companion.control.model import damping
+from companion.core.decision import FenceState, ModeId, Severity
+from companion.core.estimate import NavState
+from companion.core.events import EventLog
+from companion.core.frames import body_to_ned
+from companion.core.geodesy import LocalFrame
+from companion.core.setpoint import HeadingSetpoint, PathSetpoint, Setpoint
+from companion.fence.zones import FenceZone, fence_zones
+from companion.guidance.stopping import SMOOTHING_S, stopping_point
+from companion.mission.plan import PlanKind, Plans
+from companion.params.store import Parameters
+
+if TYPE_CHECKING:
+    from companion.fence.area import FenceArea, Shape
+    from companion.fence.limit import FenceAreas, SpeedLimit
+    from companion.fence.way_round import ClearRoutes
+
+Place = tuple[float, float]
+_NO_ACTION, _ANY = 0, 1  # values of GF_ACTION and FENCE_GROUP0
+_CORNER_CUT = 0.6  # share of a waypoint's radius by which the path may cut its corner
+_TIGHT_SHARE = 0.2  # of NAV_ACC_RAD: waypoint radius on a way through a narrow gap
+_DECIDE_S = 1.0  # delay from the moment when a stop is needed to its begin
+_DRIFT_MPS = 0.05  # a slower motion towards the line does not count while the boat is at rest near it
+_AWAY_M = 2.0  # inside the keeping area, before a warning is over
+_STEERAGE_SHARE = 0.3  # of the cruise speed, left to a boat without sideways thrust so that it can turn back
+_SLOWED_SHARE = 0.9  # of the demand: below it the boat counts as slowed
+_SLOWED_S = 2.0  # for how long the state "slowed" lasts after that
+
+
+class SteeredMode(Protocol):
+    """What the fence needs to know of the active mode."""
+
+    @property
+    def id(self) -> ModeId:
+        """Which mode it is."""
+        ...
+
+    @property
+    def by_stick(self) -> bool:
+        """Whether the operator's sticks steer."""
+        ...
+
+    @property
+    def needs_position(self) -> bool:
+        """Whether the mode ends when the position is lost."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Way:
+    """Points to sail, the boat's own place first. `radius_m`: how closely each is to be passed; None: NAV_ACC_RAD."""
+
+    points: tuple[Place, ...]
+    radius_m: float | None
+
+    @property
+    def length_m(self) -> float:
+        """Length along the straight legs."""
+        return sum(math.dist(a, b) for a, b in zip(self.points, self.points[1:], strict=False))
+
+
+class FenceGuard:
+    """`update` once a tick, `limited` on each setpoint; all other methods are queries.
+
+    Remembers the areas of the fence in force (rebuilt when it changes), whether the boat has been inside, and whether
+    it is outside now or about to be. `cause`: the reason for which the failsafe "fence" acts, in words; None while
+    nothing is wrong.
+    """
+
+    def __init__(
+        self,
+        config: VesselConfig,
+        parameters: Parameters,
+        plans: Plans,
+        events: EventLog,
+        frame: Callable[[], LocalFrame],
+    ) -> None:
+        self._config = config
+        self._parameters = parameters
+        self._plans = plans
+        self._events = events
+        self._frame = frame
+        self._key: tuple[object, ...] = ()
+        self._areas: FenceAreas | None = None
+        self._routes: dict[float, ClearRoutes] = {}
+        self._entered = False
+        self._breached = False
+        self._breaches = 0
+        self._breach_s: float | None = None
+        self._slowed = False
+        self._slowed_s = 0.0  # time at which it was slowed last
+        self._blind = False  # the position is lost, and that was announced
+        self.cause: str | None = None
+        plans.on_change(self._on_change)
+
+    # --- the areas -------------------------------------------------------------------------------------------------
+
+    @property
+    def key(self) -> tuple[object, ...]:
+        """Changes whenever the allowed area may have changed; () while no fence is in force."""
+        p = self._parameters
+        fence_id = self._plans.plan_id(PlanKind.FENCE)
+        if not fence_id or p["GF_ACTION"] == _NO_ACTION:
+            return ()
+        return fence_id, self._frame(), p["FENCE_GROUP0"], p["FENCE_MARGIN"]
+
+    @property
+    def state(self) -> FenceState | None:
+        """The state that ground stations are shown; None while no fence is in force."""
+        return None if self._areas is None else FenceState(self._breached, self._breaches, self._breach_s, self._slowed)
+
+    def _on_change(self, kind: PlanKind) -> None:
+        if kind is PlanKind.FENCE:
+            self.areas()  # built now, because a tick has no time for it
+
+    def areas(self) -> FenceAreas | None:
+        """The areas of the fence in force; None where there is none."""
+        key = self.key
+        if key != self._key:
+            self._key = key
+            self._areas = self._build() if key else None
+            self._routes = {}
+            self._entered = self._breached = self._slowed = False
+            self.cause = None
+        return self._areas
+
+    @property
+    def kept_m(self) -> float:
+        """Distance of plans from the fence: half a boat's length and FENCE_MARGIN."""
+        return 0.5 * self._config.length_m + self._parameters["FENCE_MARGIN"]
+
+    def _build(self) -> FenceAreas | None:
+        from companion.fence.area import FenceArea
+        from companion.fence.limit import FenceAreas
+
+        zones = fence_zones(self._plans.items(PlanKind.FENCE))
+        if not zones:
+            return None
+        groups: dict[int, list[Shape]] = {}
+        for zone in zones:
+            if zone.inclusion:
+                apart = zone.group == 0 and self._parameters["FENCE_GROUP0"] == _ANY
+                groups.setdefault(-1 - zone.seq if apart else zone.group, []).append(self._shape(zone))
+        fence = FenceArea(groups, [self._shape(zone) for zone in zones if not zone.inclusion])
+        return FenceAreas(fence, fence.shrunk(0.5 * self._config.length_m), fence.shrunk(self.kept_m))
+
+    def _shape(self, zone: FenceZone) -> Shape:
+        from companion.fence.area import Disc
+
+        frame = self._frame()
+        points = [frame.to_ned(lat_deg, lon_deg) for lat_deg, lon_deg in zone.points]
+        return points if zone.radius_m is None else Disc(*points[0], zone.radius_m)
+
+    # --- what it allows --------------------------------------------------------------------------------------------
+
+    def point_refusal(self, north_m: float, east_m: float) -> str | None:
+        """Why the boat may not be sent to that point; None where it may."""
+        areas = self.areas()
+        if areas is None or areas.keeping.contains(north_m, east_m):
+            return None
+        if not areas.fence.contains(north_m, east_m):
+            return "outside the fence"
+        return f"nearer than {self.kept_m:.1f} m to the fence"
+
+    def line_refusal(self, line: Sequence[Place]) -> str | None:
+        """Why the boat, which is at the begin of the line, may not be sent along it; None where it may. A boat outside
+        may always come in."""
+        areas = self.areas()
+        if areas is None:
+            return None
+        if areas.fence.first_exit(line, forgive_start=not areas.fence.contains(*line[0])) is not None:
+            return "way crosses the fence"
+        if areas.keeping.first_exit(line, forgive_start=True) is not None:
+            return f"way nearer than {self.kept_m:.1f} m to the fence"
+        return None
+
+    def go_refusal(self, nav: NavState, north_m: float, east_m: float) -> str | None:
+        """Why the boat may not be sent straight to a point: the point or the line; None where it may."""
+        return self.point_refusal(north_m, east_m) or self.line_refusal(((nav.north_m, nav.east_m), (north_m, east_m)))
+
+    def allows_berth(self, line: Sequence[Place]) -> bool:
+        """Whether the boat may come alongside along `line`: at a berth only the fence counts, without a margin."""
+        areas = self.areas()
+        return areas is None or areas.fence.first_exit(line, forgive_start=not areas.fence.contains(*line[0])) is None
+
+    def may_move_to(self, from_place: Place, to_place: Place) -> bool:
+        """Whether sticks may move the hold point from one place to the other: to inside, or from outside further in."""
+        areas = self.areas()
+        if areas is None or areas.keeping.contains(*to_place):
+            return True
+        return areas.keeping.margin(*to_place).distance_m > areas.keeping.margin(*from_place).distance_m
+
+    def way(self, begin: Place, end: Place) -> Way | None:
+        """The shortest way that keeps clear of the fence; None where there is none.
+
+        It leaves room for the corners that the path cuts, or less room where the gap is narrow. An `end` inside the
+        fence but too near to it is replaced by the nearest point that is far enough.
+        """
+        areas = self.areas()
+        if areas is None:
+            return Way((begin, end), None)
+        if not areas.fence.contains(*end):
+            return None
+        radius_m = self._parameters["NAV_ACC_RAD"]
+        if not areas.keeping.contains(*end):
+            inside = areas.keeping.nearest_inside(*end)
+            if inside is None:
+                return None
+            end = inside
+        for radius in (radius_m, _TIGHT_SHARE * radius_m):
+            points = self._find(areas.keeping, _CORNER_CUT * radius, begin, end)
+            if (
+                points is not None
+                and areas.fence.first_exit(points, forgive_start=not areas.fence.contains(*begin)) is None
+            ):
+                return Way(points, radius)
+        return None
+
+    def _find(self, keeping: FenceArea, room_m: float, begin: Place, end: Place) -> tuple[Place, ...] | None:
+        """A way whose bends keep another `room_m` from the fence; begin and end need not."""
+        from companion.fence.way_round import ClearRoutes
+
+        if keeping.contains(*begin) and keeping.covers((begin, end)):
+            return begin, end
+        if room_m not in self._routes:
+            self._routes[room_m] = ClearRoutes(keeping.shrunk(room_m))
+        return self._routes[room_m].find(begin, end, through=keeping)
+
+    # --- the boat and the fence ------------------------------------------------------------------------------------
+
+    def update(self, nav: NavState, mode: SteeredMode, armed: bool, now_s: float) -> None:
+        """Check where the boat is, and announce what changed. Without a valid position nothing changes; in a mode that
+        goes on without one, a warning is announced."""
+        areas = self.areas()
+        if areas is None:
+            self._blind = False
+            return
+        self._announce_blind(armed and not nav.position_valid and not mode.needs_position, nav, now_s)
+        if not nav.position_valid:
+            return
+        margin = areas.fence.margin(nav.north_m, nav.east_m)
+        outside = margin.distance_m < (self._parameters["FENCE_MARGIN"] if self._breached else 0.0)
+        if outside and not self._breached:
+            self._breached = True
+            self._on_breach(areas, -margin.distance_m, now_s)
+        elif self._breached and not outside:
+            self._breached = False
+            if not self._entered:
+                self._events.say(now_s, Severity.NOTICE, "fence_entered", "Inside the fence: enforced from now on")
+        self._entered = self._entered or not outside
+        if self._breached:
+            self.cause = "Outside the fence" if self._entered else None
+        else:
+            self.cause = self._ahead(areas, nav, mode)
+
+    def _announce_blind(self, blind: bool, nav: NavState, now_s: float) -> None:
+        """Announce that the position is lost, or back. `blind`: it is lost, and the active mode goes on without it."""
+        if blind and not self._blind:
+            self._events.say(now_s, Severity.WARNING, "fence_blind", "Position lost: the fence is not enforced")
+        elif self._blind and nav.position_valid:
+            self._events.say(now_s, Severity.NOTICE, "fence_seen", "Position is back: the fence is enforced again")
+        self._blind = not nav.position_valid and (self._blind or blind)
+
+    def _on_breach(self, areas: FenceAreas, off_m: float, now_s: float) -> None:
+        """A breach begins. The failsafe announces it at its own onset; it is not announced twice."""
+        if not self._entered:
+            text = (
+                "Fence is empty: no place is inside it"
+                if areas.fence.empty
+                else f"Outside the new fence by {off_m:.0f} m: sail back in"
+            )
+            self._events.say(now_s, Severity.WARNING, "fence_outside", text)
+            return
+        self._breaches += 1
+        self._breach_s = now_s
+        if self.cause is not None:
+            self._events.say(now_s, Severity.CRITICAL, "fence_breached", "Outside the fence")
+
+    def _ahead(self, areas: FenceAreas, nav: NavState, mode: SteeredMode) -> str | None:
+        """The warning where the operator steers the boat out of the fence; None where that is not so.
+
+        It comes while the boat can still stop inside. In Heading, which slows down by itself, it comes when the boat
+        has reached the line.
+        """
+        if not mode.by_stick and self.cause is None:
+            return None
+        speed = math.hypot(nav.north_mps, nav.east_mps)
+        edge = areas.keeping.margin(nav.north_m, nav.east_m)
+        lasting = self.cause is not None
+        way_m = math.inf
+        if speed > _DRIFT_MPS:
+            way_m = areas.keeping.way_to_line_m(nav.north_m, nav.east_m, nav.north_mps / speed, nav.east_mps / speed)
+        need_m = 0.0
+        if mode.id is not ModeId.HEADING and edge.distance_m > 0.0:
+            stop = stopping_point(nav, self._parameters)
+            need_m = math.dist(stop, (nav.north_m, nav.east_m)) + _DECIDE_S * speed
+        near = areas.fence.margin(nav.north_m, nav.east_m)
+        closing = nav.north_mps * near.north + nav.east_mps * near.east > _DRIFT_MPS
+        begins = (edge.distance_m <= 2.0 * nav.position_accuracy_m + _DECIDE_S * _DRIFT_MPS and closing) or (
+            edge.distance_m > 0.0 and speed > 2.0 * _DRIFT_MPS and way_m <= need_m
+        )
+        lasts = lasting and (edge.distance_m < _AWAY_M or way_m <= need_m)
+        if not begins and not lasts:
+            return None
+        return self.cause if lasts else f"Fence {max(0.0, near.distance_m):.0f} m ahead"
+
+    def slowed(self, nav: NavState) -> NavState:
+        """The estimate with which a reference for a stop begins: no faster than it can stop inside the fence. The
+        feedback brakes a boat that is faster."""
+        areas = self.areas()
+        speed = math.hypot(nav.surge_mps, nav.sway_mps)
+        if (
+            areas is None
+            or not speed >= 1.0e-6
+            or not all(map(math.isfinite, (speed, nav.north_m, nav.east_m, nav.yaw_rad, nav.yaw_rate_radps)))
+        ):
+            return nav
+        from companion.fence.limit import fitted_speed_mps
+
+        stop = stopping_point(nav, self._parameters)
+        way_m = math.dist(stop, (nav.north_m, nav.east_m))
+        share = min(1.0, fitted_speed_mps(areas, nav, way_m, 0.5 * SMOOTHING_S) / speed)
+        return nav if share >= 1.0 else replace(nav, surge_mps=share * nav.surge_mps, sway_mps=share * nav.sway_mps)
+
+    def reach_mps(self, place: Place, velocity: Place, deceleration_mps2: float) -> float:
+        """Speed from which a reference at `place`, in the direction of `velocity`, still stops inside the keeping area.
+        Infinite outside on the way in, 0 outside on the way out."""
+        areas = self.areas()
+        speed = math.hypot(*velocity)
+        if areas is None or speed < 1.0e-6:
+            return math.inf
+        from companion.fence.limit import speed_to_stop_in
+
+        north, east = velocity[0] / speed, velocity[1] / speed
+        if areas.keeping.contains(*place):
+            return speed_to_stop_in(areas.keeping.way_to_line_m(*place, north, east), deceleration_mps2, 0.0)
+        near = areas.keeping.margin(*place)
+        return math.inf if north * near.north + east * near.east > 0.0 else 0.0
+
+    def limited(self, setpoint: Setpoint, nav: NavState, cruise_mps: float, now_s: float) -> Setpoint:
+        """The setpoint, limited so that the boat stops inside the fence: the speed of a path setpoint, the surge force
+        of a heading setpoint. Others are returned unchanged."""
+        areas = self.areas()
+        if areas is None or not isinstance(setpoint, PathSetpoint | HeadingSetpoint) or not nav.position_valid:
+            self._slowed = False
+            return setpoint
+        from companion.fence.limit import SpeedLimit, speed_limit
+
+        demand = _demand(setpoint, nav)
+        if isinstance(setpoint, HeadingSetpoint):  # leaves room for the mode that the failsafe enters at the line
+            areas = replace(areas, stopping=areas.keeping)
+        limit = speed_limit(areas, nav, demand, self._parameters)
+        if self._config.limits.sway_n <= 0.0 and isinstance(setpoint, PathSetpoint):
+            limit = SpeedLimit(max(limit.speed_mps, _STEERAGE_SHARE * cruise_mps), limit.braking_mps2)
+        result = (
+            self._governed(setpoint, nav, limit) if isinstance(setpoint, HeadingSetpoint) else _slower(setpoint, limit)
+        )
+        slowed = math.hypot(*_demand(result, nav)) < _SLOWED_SHARE * math.hypot(*demand)
+        if slowed:
+            if not self._slowed:
+                self._events.say(now_s, Severity.INFO, "fence_slowed", "Fence ahead: slowing down")
+            self._slowed_s = now_s
+        self._slowed = slowed or (self._slowed and now_s - self._slowed_s < _SLOWED_S)
+        return result
+
+    def _governed(self, setpoint: HeadingSetpoint, nav: NavState, limit: SpeedLimit) -> HeadingSetpoint:
+        """Surge force of the stick, at most what brings the boat to the limit: m11 (−a + ω (u_lim − u)) + X(u_lim)."""
+        wrench = setpoint.wrench
+        if math.isinf(limit.speed_mps):
+            return setpoint
+        hull = self._config.hull
+        sign = -1.0 if nav.surge_mps < 0.0 else 1.0
+        drag_n, _, _ = damping(hull, limit.speed_mps, 0.0, 0.0)
+        slack = limit.speed_mps - sign * nav.surge_mps
+        most_n = hull.m11_kg * (self._parameters["PATH_BW_SURGE"] * slack - limit.braking_mps2) + drag_n
+        surge_n = min(wrench.surge_n, most_n) if sign > 0.0 else max(wrench.surge_n, -most_n)
+        return setpoint if surge_n == wrench.surge_n else replace(setpoint, wrench=replace(wrench, surge_n=surge_n))
+
+
+def _demand(setpoint: PathSetpoint | HeadingSetpoint, nav: NavState) -> tuple[float, float]:
+    """Direction in which a setpoint sends the boat, in NED: its velocity in m/s, or its force in N."""
+    if isinstance(setpoint, HeadingSetpoint):
+        return body_to_ned(setpoint.wrench.surge_n, setpoint.wrench.sway_n, nav.yaw_rad)
+    return body_to_ned(setpoint.surge_mps, setpoint.sway_mps, nav.yaw_rad)
+
+
+def _slower(setpoint: PathSetpoint, limit: SpeedLimit) -> PathSetpoint:
+    """The setpoint, no faster than the limit and braking at least as the limit asks."""
+    speed = math.hypot(setpoint.surge_mps, setpoint.sway_mps)
+    if speed <= limit.speed_mps:
+        return setpoint
+    share = limit.speed_mps / speed
+    return replace(
+        setpoint,
+        surge_mps=share * setpoint.surge_mps,
+        sway_mps=share * setpoint.sway_mps,
+        surge_mps2=min(setpoint.surge_mps2, -limit.braking_mps2),
+    )

@@ -1,0 +1,117 @@
+"""The speed limit at which the boat still stops inside the fence."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from companion.core.estimate import NavState
+from companion.fence.area import FenceArea
+from companion.params.store import Parameters
+
+_CREEP_MPS = 0.05  # allowed between the edge of the stopping area and the fence
+_CREEP_SHARE = 0.5  # of the way between the two, on which the creep speed falls to 0
+_SLOW_MPS = 0.1  # below it the course over ground is uncertain, and the demand tells where the boat will go
+_LAG = 1.5  # times 1/PATH_BW_SURGE: delay of the boat's speed behind its demand
+_SIGMAS = 2.0
+
+
+@dataclass(frozen=True, slots=True)
+class SpeedLimit:
+    """Highest speed over ground in the boat's direction, and the deceleration that keeps to it as the line comes
+    nearer."""
+
+    speed_mps: float
+    braking_mps2: float = 0.0
+
+
+NO_LIMIT = SpeedLimit(math.inf)
+
+
+@dataclass(frozen=True, slots=True)
+class FenceAreas:
+    """`fence`: where the boat may be. `stopping`: where its middle may come to rest, half a boat's length further in.
+    `keeping`: where plans may lead, further in again by FENCE_MARGIN."""
+
+    fence: FenceArea
+    stopping: FenceArea
+    keeping: FenceArea
+
+
+def speed_to_stop_in(way_m: float, deceleration_mps2: float, lag_s: float) -> float:
+    """Speed from which the boat stops within `way_m`: v t + v²/2a = way, with lag t and deceleration a."""
+    if math.isinf(way_m):
+        return math.inf
+    a, t = deceleration_mps2, lag_s
+    return a * (math.sqrt(t * t + 2.0 * max(0.0, way_m) / a) - t)
+
+
+def speed_limit(areas: FenceAreas, nav: NavState, demand: tuple[float, float], parameters: Parameters) -> SpeedLimit:
+    """The limit for a boat that the setpoint sends in the direction of `demand` (NED, of any length).
+
+    Inside the stopping area, braking at PATH_ACC straight along the course over ground must end in there, with twice
+    the position's accuracy to spare. Between there and the fence the boat may creep outwards, ever slower, and move
+    along the line. Outside the fence it may only come back. A demand against the course is braking; then the direction
+    of the demand counts.
+    """
+    way = _direction(nav, demand)
+    if way is None:
+        return NO_LIMIT
+    reserve_m = _SIGMAS * nav.position_accuracy_m
+    edge = areas.stopping.margin(nav.north_m, nav.east_m)
+    if edge.distance_m > reserve_m:
+        deceleration, lag = parameters["PATH_ACC"], _LAG / parameters["PATH_BW_SURGE"]
+        way_m = areas.stopping.way_to_line_m(nav.north_m, nav.east_m, *way) - reserve_m
+        limit = speed_to_stop_in(way_m, deceleration, lag)
+        if limit > _CREEP_MPS:
+            braking = deceleration * limit / (deceleration * lag + limit) if math.isfinite(limit) else 0.0
+            return SpeedLimit(limit, braking)
+        return SpeedLimit(_CREEP_MPS)
+    near = areas.fence.margin(nav.north_m, nav.east_m)
+    if near.distance_m <= 0.0:
+        inwards = (demand[0] * near.north + demand[1] * near.east) > 0.0 or math.hypot(*demand) == 0.0
+        return NO_LIMIT if inwards else SpeedLimit(0.0)
+    closing = way[0] * near.north + way[1] * near.east
+    if closing <= 0.0:
+        return NO_LIMIT
+    room_m = near.distance_m - edge.distance_m  # half a boat's length, for the hull; the boat may creep into half of it
+    share = 1.0 - (reserve_m - edge.distance_m) / max(1.0e-6, _CREEP_SHARE * room_m)
+    return SpeedLimit(_CREEP_MPS * max(0.0, share) / closing)
+
+
+def _direction(nav: NavState, demand: tuple[float, float]) -> tuple[float, float] | None:
+    """Unit vector (north, east) in which the boat goes, or will go by its demand; None at rest without a demand."""
+    size = math.hypot(*demand)
+    north, east = nav.north_mps, nav.east_mps
+    if size > 0.0:
+        pull_n, pull_e = demand[0] / size, demand[1] / size
+        if north * pull_n + east * pull_e <= 0.0:
+            north, east = pull_n, pull_e
+        elif math.hypot(north, east) < _SLOW_MPS:
+            north, east = north + _SLOW_MPS * pull_n, east + _SLOW_MPS * pull_e
+    speed = math.hypot(north, east)
+    return None if speed < 1.0e-6 else (north / speed, east / speed)
+
+
+def fitted_speed_mps(areas: FenceAreas, nav: NavState, stopping_way_m: float, lag_s: float) -> float:
+    """Speed from which a gentle stop would end inside the fence; the present speed where it does.
+
+    `stopping_way_m`: the way that the stop takes from the present speed. `lag_s`: its first part, without braking.
+    """
+    speed = math.hypot(nav.north_mps, nav.east_mps)
+    if speed < _SLOW_MPS or not areas.fence.contains(nav.north_m, nav.east_m):
+        return speed
+    north, east = nav.north_mps / speed, nav.east_mps / speed
+    if areas.stopping.contains(nav.north_m, nav.east_m):
+        way_m = (
+            areas.stopping.way_to_line_m(nav.north_m, nav.east_m, north, east)
+            - _SIGMAS * nav.position_accuracy_m
+            - lag_s * speed
+        )
+    else:
+        near = areas.fence.margin(nav.north_m, nav.east_m)
+        way_m = 0.0 if north * near.north + east * near.east > 0.0 else math.inf
+    if way_m >= stopping_way_m:
+        return speed
+    deceleration = speed * speed / (2.0 * max(0.05, stopping_way_m - lag_s * speed))
+    return min(speed, speed_to_stop_in(way_m, deceleration, lag_s))

@@ -1,0 +1,103 @@
+"""The shortest way inside a fence: A* over the visibility graph of the corners, whose edges are computed when needed.
+
+In a polygon the shortest way bends only at corners that stick into the area (Lozano-Pérez & Wesley 1979).
+"""
+
+from __future__ import annotations
+
+import heapq
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from companion.fence.area import FenceArea, Floats, Place
+
+Visible = NDArray[np.bool_]
+
+_MOST_CORNERS = 150
+_SIMPLER_M = (0.2, 0.5, 1.0, 3.0, 10.0, 30.0, 100.0)
+
+
+class ClearRoutes:
+    """Shortest ways inside `area`, which already includes the clearance. Remembers the corners, and which of them see
+    each other."""
+
+    def __init__(self, area: FenceArea) -> None:
+        self._area = area
+        self._corners = self._few_corners(area)
+        self._visible: dict[int, Visible] = {}  # by corner
+
+    @staticmethod
+    def _few_corners(area: FenceArea) -> Floats:
+        """Corners of a simplified area inside this one: so few that an arc is not a hundred bends."""
+        for tolerance_m in _SIMPLER_M:
+            corners = area.shrunk(tolerance_m).corners(tolerance_m)
+            if len(corners) <= _MOST_CORNERS:
+                break
+        return corners
+
+    def find(self, begin: Place, end: Place, through: FenceArea | None = None) -> tuple[Place, ...] | None:
+        """Points from `begin` to `end`, both included; None where there is no way.
+
+        From a begin outside the area, the way first goes to the nearest place inside. An end outside is allowed if it
+        is inside the wider area `through`: the last leg then goes to it from the nearest place inside.
+        """
+        start, goal = self._area.nearest_inside(*begin), self._area.nearest_inside(*end)
+        if start is None or goal is None:
+            return None
+        if goal != end and (through is None or not through.covers((goal, end))):
+            return None
+        found = (start, goal) if self._area.covers((start, goal)) else self._search(start, goal)
+        if found is None:
+            return None
+        return (*(() if start == begin else (begin,)), *found, *(() if goal == end else (end,)))
+
+    def _search(self, begin: Place, end: Place) -> tuple[Place, ...] | None:
+        """A* from `begin` to `end`, both inside; None where there is no way."""
+        count = len(self._corners)
+        points = np.vstack((self._corners, [begin], [end]))
+        source, goal = count, count + 1
+        to_goal = np.hypot(points[:, 0] - end[0], points[:, 1] - end[1])
+        goal_visible = self._sees(points[goal], self._corners)
+        best = np.full(count + 2, math.inf)
+        best[source] = 0.0
+        before: dict[int, int] = {}
+        queue = [(float(to_goal[source]), source)]
+        done: set[int] = set()
+        while queue:
+            _, node = heapq.heappop(queue)
+            if node == goal:
+                return self._unwound(points, before, goal)
+            if node in done:
+                continue
+            done.add(node)
+            steps = np.hypot(points[:, 0] - points[node, 0], points[:, 1] - points[node, 1])
+            lengths = best[node] + steps
+            visible = self._visible_from(node, source, goal_visible, points)
+            for other in np.nonzero(visible & (lengths < best - 1.0e-9))[0].tolist():
+                best[other] = lengths[other]
+                before[other] = node
+                heapq.heappush(queue, (float(lengths[other] + to_goal[other]), other))
+        return None
+
+    def _visible_from(self, node: int, source: int, goal_visible: Visible, points: Floats) -> Visible:
+        """Which points `node` sees, shape (corners + 2,): the corners, then source and goal."""
+        if node == source:
+            return np.append(self._sees(points[source], self._corners), [False, False])
+        if node not in self._visible:
+            self._visible[node] = self._sees(points[node], self._corners)
+        return np.append(self._visible[node], [False, goal_visible[node]])
+
+    def _sees(self, place: Floats, others: Floats) -> Visible:
+        """Which of `others` can be reached in a straight line inside the area."""
+        lines = np.stack((np.broadcast_to(place, others.shape), others), axis=1)
+        return self._area.covers_each(lines) if len(others) else np.zeros(0, dtype=bool)
+
+    @staticmethod
+    def _unwound(points: Floats, before: dict[int, int], node: int) -> tuple[Place, ...]:
+        """The points on the way to `node`, from its begin on."""
+        way = [node]
+        while way[-1] in before:
+            way.append(before[way[-1]])
+        return tuple((float(points[i, 0]), float(points[i, 1])) for i in reversed(way))

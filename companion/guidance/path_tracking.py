@@ -1,0 +1,368 @@
+"""Path tracking: integral line of sight along a smooth track, at a speed that fits the bends ahead.
+
+Course to sail χ_d = χ(s) − atan((e + κ z)/Δ), with z' = U Δ e / (Δ² + (e + κ z)²) (Børhaug, Pavlov & Pettersen 2008;
+Fossen 2021, 12.3), Δ the look-ahead distance. Heading ψ_d = χ_d − β, with the crab angle β from `CrabCompensation`. A
+waypoint counts as passed inside its radius or abeam of it, so the boat never circles one that it missed. The heading
+setpoint never jumps: it turns at PATH_YAW_RATE at most.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from companion.core.angles import wrap_pi
+from companion.core.estimate import NavState
+from companion.core.setpoint import PathSetpoint, Point, Progress
+from companion.guidance.crab_compensation import CrabCompensation
+from companion.guidance.path import PathKind, PathPoint, build_path
+from companion.guidance.speed_profile import SpeedProfile
+from companion.guidance.track import Track
+from companion.params.store import Parameters
+
+CONTEXT = 16  # waypoints on either side that shape a section; further ones change a cubic spline by under 1e-9
+_ONWARD_RADII = 1.3  # how far a replaced track continues, so that its first bend begins at the boat
+_ALMOST_BACK_RAD = math.radians(120.0)  # a sharper turn leads back along the same line
+_STRAIGHT_RAD = math.radians(15.0)  # the integral learns where the track turns by less over the look-ahead distance
+_PLANNED_TURN = 0.7  # share of the yaw rate that bends are planned for; the rest is for corrections
+_MOST_PACE = 2.0  # fastest motion of the point abeam along the track, in boat speeds: in a bend that is cut
+_TIP_PACE = 1.5  # the same around the tip of a turn back
+_SURGE_SHARE = 3.0  # in PATH_ACC: how fast the speed setpoint changes as the bow turns to the course
+_TURN_PREVIEW_S = 1.2  # lag of the heading loop
+_PREVIEW_S = 0.5  # lag of the speed loop
+_TURN_IN_PLACE_SHARE = 0.3  # of the speed, kept off the course by a boat that needs way to steer
+
+
+@dataclass(frozen=True, slots=True)
+class Waypoint:
+    """A point to pass within `radius_m` (None: NAV_ACC_RAD), with at most `speed_mps` on the leg to it (None: as
+    commanded). `straight`: the leg to it is a straight line, else the curve of PATH_KIND."""
+
+    north_m: float
+    east_m: float
+    radius_m: float | None = None
+    speed_mps: float | None = None
+    straight: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class PathProgress:
+    """The setpoint of this tick, the number of waypoints passed since the start, the arc length `s_m` reached on the
+    track, and the distance that remains to the last waypoint.
+
+    `way_m` grows as the boat comes nearer to the end, along the track or towards it: it measures headway.
+    """
+
+    setpoint: PathSetpoint
+    passed: int
+    finished: bool
+    s_m: float
+    remaining_m: float
+    way_m: float
+
+
+class PathTracker:
+    """Call `start(waypoints, nav)`, then `update` every tick.
+
+    `can_sway`: the boat has sideways thrust; the setpoint then has a sideways speed too. `top_mps`: top speed through
+    the water. Remembers the track, the arc length reached (which never decreases), the waypoints passed, the integral
+    of the line of sight, the drift, and the last setpoint's speed and heading.
+    """
+
+    def __init__(self, parameters: Parameters, can_sway: bool, top_mps: float = math.inf) -> None:
+        self._parameters = parameters
+        self._can_sway = can_sway
+        self._crab = CrabCompensation(top_mps)
+        self._points: tuple[Waypoint, ...] = ()  # the points of the track, up to the last waypoint
+        self._waypoints: tuple[Waypoint, ...] = ()
+        self._track: Track | None = None
+        self._profile: SpeedProfile | None = None
+        self._profile_key: tuple[float, ...] = ()
+        self._waypoint_s_m: tuple[float, ...] = ()
+        self._stop_at_end = True
+        self._passed = 0
+        self._finished = False
+        self._s = self._integral = self._speed = 0.0
+        self._tip_end = 0.0  # arc length at which the last turn back ends
+        self._surge = 0.0  # of the last setpoint
+        self._yaw: float | None = None  # of the last setpoint
+
+    def start(
+        self,
+        waypoints: Sequence[Waypoint],
+        nav: NavState,
+        stop_at_end: bool = True,
+        from_here: bool = True,
+        beyond: Sequence[Waypoint] = (),
+    ) -> None:
+        """Lay the track. `from_here`: it begins at the boat; else it begins at the first waypoint, which counts as
+        passed. `beyond`: later waypoints, which affect the shape alone. Raises ValueError for no waypoints or a
+        non-finite one."""
+        from_here = from_here or len(waypoints) == 1
+        begin = (Waypoint(nav.north_m, nav.east_m),) if from_here else ()
+        self._lay(begin, waypoints, beyond, stop_at_end)
+        track = self._track
+        assert track is not None
+        self._passed = 0 if from_here else 1
+        self._integral = 0.0
+        self._crab.reset()
+        self._yaw = None
+        first_leg = track.waypoint_s_m[1]
+        self._s = 0.0 if from_here else min(first_leg, track.project(nav.north_m, nav.east_m, 0.0, first_leg))
+        self._surge = nav.surge_mps
+        course = track.at(self._s).course_rad
+        self._speed = max(0.0, nav.north_mps * math.cos(course) + nav.east_mps * math.sin(course))
+
+    def replace(
+        self, waypoints: Sequence[Waypoint], nav: NavState, stop_at_end: bool = True, beyond: Sequence[Waypoint] = ()
+    ) -> None:
+        """Change to other waypoints under way: the new track leaves the old one at the boat, in its direction. Raises
+        ValueError as `start`."""
+        if self._track is None or not waypoints:
+            self.start(waypoints, nav, stop_at_end, beyond=beyond)
+            return
+        here, first = self._track.at(self._s), waypoints[0]
+        c, s = math.cos(here.course_rad), math.sin(here.course_rad)
+        radius_m = self._parameters["NAV_ACC_RAD"]
+        away_m = math.hypot(first.north_m - here.north_m, first.east_m - here.east_m)
+        ahead_m = min(_ONWARD_RADII * radius_m, 0.5 * away_m)
+        begin = [
+            Waypoint(here.north_m + x * c, here.east_m + x * s, straight=True)
+            for x in (-_ONWARD_RADII * radius_m, 0.0, ahead_m)
+        ]
+        self._lay(begin, waypoints, beyond, stop_at_end)
+        self._s = self._track.waypoint_s_m[1]
+
+    def go_on(
+        self, waypoints: Sequence[Waypoint], nav: NavState, stop_at_end: bool = True, beyond: Sequence[Waypoint] = ()
+    ) -> None:
+        """Continue with the waypoints that follow: the track is the same as if `start` had been given all of them.
+        Raises ValueError as `start`."""
+        if self._track is None:
+            self.start(waypoints, nav, stop_at_end, beyond=beyond)
+            return
+        here, begin = self._track.at(self._s), self._points[-CONTEXT:]
+        self._lay(begin, waypoints, beyond, stop_at_end)
+        near = self._track.waypoint_s_m[len(begin) - 1]
+        self._s = self._track.project(
+            here.north_m, here.east_m, near, 4.0 * self._radius(begin[-1]) + self._parameters["PATH_LOOKAHEAD"]
+        )
+
+    def _lay(
+        self, begin: Sequence[Waypoint], waypoints: Sequence[Waypoint], beyond: Sequence[Waypoint], stop_at_end: bool
+    ) -> None:
+        """Lay the track through `begin` (not waypoints to pass), `waypoints` and `beyond`."""
+        if not waypoints:
+            raise ValueError("a path needs waypoints")
+        shape = (*begin, *waypoints, *beyond)
+        points = [(w.north_m, w.east_m) for w in shape]
+        path = build_path(points, PathKind(int(self._parameters["PATH_KIND"])), [w.straight for w in shape])
+        self._track = Track(path, points, [self._radius(w) for w in shape], self._widest_m())
+        self._points = (*begin, *waypoints)
+        self._waypoints = tuple(waypoints)
+        self._waypoint_s_m = self._track.waypoint_s_m[len(begin) : len(self._points)]
+        self._stop_at_end = stop_at_end
+        self._passed = 0
+        self._finished = False
+        self._profile_key = ()
+        self._tip_end = 0.0
+
+    @property
+    def legs(self) -> list[list[tuple[float, float]]]:
+        """The track from the boat on: closely spaced (north_m, east_m), one list for each waypoint ahead. Raises
+        RuntimeError before `start`."""
+        if self._track is None:
+            raise RuntimeError("PathTracker.legs before start")
+        begins, ends = [self._s, *self._waypoint_s_m[:-1]], self._waypoint_s_m
+        return [self._track.part(a, max(a, b)) for a, b in zip(begins, ends, strict=True)]
+
+    def update(self, nav: NavState, speed_mps: float, dt_s: float) -> PathProgress:
+        """Find the boat on the track, count the waypoints passed, and make the setpoint, at `speed_mps` at most. Raises
+        RuntimeError before `start`."""
+        track = self._track
+        if track is None:
+            raise RuntimeError("PathTracker.update before start")
+        lookahead = max(self._parameters["PATH_LOOKAHEAD"], self._parameters["PATH_LOOK_TIME"] * self._speed)
+        window = max(2.0 * lookahead, 4.0 * math.hypot(nav.north_mps, nav.east_mps) * dt_s)
+        nearest = track.project(nav.north_m, nav.east_m, self._s, window)
+        pace = _MOST_PACE * max(self._speed, self._creep_mps(), math.hypot(nav.north_mps, nav.east_mps))
+        self._s = max(self._s, min(nearest, self._s + pace * dt_s))
+        self._s = self._over_tips(track, dt_s)
+        self._pass_waypoints(nav, track)
+        here = track.at(self._s)
+        error = -(nav.north_m - here.north_m) * math.sin(here.course_rad) + (nav.east_m - here.east_m) * math.cos(
+            here.course_rad
+        )
+        last_speed = self._speed
+        self._speed = self._next_speed(track, speed_mps, dt_s)
+        straight = max(0.0, 1.0 - 2.0 * abs(nav.yaw_rate_radps) / math.radians(self._parameters["PATH_YAW_RATE"]))
+        self._crab.update(nav, self._speed, straight, dt_s)
+        ahead = track.at(self._s + _TURN_PREVIEW_S * self._speed)
+        setpoint = self._setpoint(nav, here, ahead, error, lookahead, last_speed, dt_s)
+        remaining = max(0.0, self._waypoint_s_m[-1] - self._s)
+        self._finished = self._finished or self._at_end(nav, track)
+        beside = track.at(nearest)
+        way = nearest - math.hypot(nav.north_m - beside.north_m, nav.east_m - beside.east_m)
+        return PathProgress(setpoint, self._passed, self._finished, self._s, remaining, way)
+
+    # --- the place on the track ---
+
+    def _radius(self, waypoint: Waypoint) -> float:
+        return (
+            waypoint.radius_m
+            if waypoint.radius_m is not None and waypoint.radius_m > 0.0
+            else self._parameters["NAV_ACC_RAD"]
+        )
+
+    def _widest_m(self) -> float:
+        """The window at which a right-angled corner becomes a bend for full speed: the bend's radius is
+        window/2.83."""
+        top = self._parameters["MPC_XY_VEL_MAX"]
+        turn = max(top / math.radians(self._parameters["PATH_YAW_RATE"]), top * top / self._parameters["PATH_ACC_LAT"])
+        return 3.0 * turn
+
+    def _pass_waypoints(self, nav: NavState, track: Track) -> None:
+        """Count the waypoints that the boat now passes: inside their radius, or abeam."""
+        while self._passed < len(self._waypoints):
+            waypoint, abeam_s = self._waypoints[self._passed], self._waypoint_s_m[self._passed]
+            inside = math.hypot(waypoint.north_m - nav.north_m, waypoint.east_m - nav.east_m) <= self._radius(waypoint)
+            is_last = self._passed == len(self._waypoints) - 1
+            abeam = self._s >= abeam_s - 1.0e-6 if not is_last else self._past_end(nav, track)
+            if not inside and not abeam:
+                return
+            self._passed += 1
+
+    def _over_tips(self, track: Track, dt_s: float) -> float:
+        """The arc length reached. It advances by itself around the tip of a turn back: there the legs before and after
+        the tip are equally near, so projection cannot tell them apart."""
+        beyond = self._s + _TURN_PREVIEW_S * self._speed + 3.0 * track.length_m / len(track.s_m)
+        turn = wrap_pi(track.at(beyond).course_rad - track.at(self._s).course_rad)
+        if abs(turn) > _ALMOST_BACK_RAD:
+            self._tip_end = min(track.length_m, beyond)
+        return max(self._s, min(self._tip_end, self._s + _TIP_PACE * max(self._speed, self._creep_mps()) * dt_s))
+
+    def _past_end(self, nav: NavState, track: Track) -> bool:
+        """Whether the boat has passed the line across the track at the last waypoint."""
+        end = track.at(self._waypoint_s_m[-1])
+        return (nav.north_m - end.north_m) * math.cos(end.course_rad) + (nav.east_m - end.east_m) * math.sin(
+            end.course_rad
+        ) >= 0.0
+
+    def _at_end(self, nav: NavState, track: Track) -> bool:
+        if self._passed < len(self._waypoints):
+            return False
+        if not self._stop_at_end:
+            return True
+        slow = math.hypot(nav.north_mps, nav.east_mps) <= 2.0 * self._creep_mps()
+        return (slow and self._speed <= 2.0 * self._creep_mps()) or self._past_last_waypoint(nav, track)
+
+    def _past_last_waypoint(self, nav: NavState, track: Track) -> bool:
+        return self._s >= self._waypoint_s_m[-1] - 1.0e-6 and self._past_end(nav, track)
+
+    # --- speed ---
+
+    def _creep_mps(self) -> float:
+        """Lowest speed of approach, so that the boat reaches the end."""
+        return 0.1 * self._parameters["WP_SPEED"]
+
+    def _next_speed(self, track: Track, speed_mps: float, dt_s: float) -> float:
+        parameters = self._parameters
+        key = (
+            parameters["PATH_ACC_LAT"],
+            parameters["PATH_YAW_RATE"],
+            parameters["PATH_ACC"],
+            parameters["MPC_XY_VEL_MAX"],
+        )
+        if self._profile is None or key != self._profile_key:
+            legs = [min(key[3], w.speed_mps) if w.speed_mps is not None else key[3] for w in self._waypoints]
+            self._profile = SpeedProfile(
+                track.s_m,
+                track.curvature_1pm,
+                self._waypoint_s_m,
+                legs,
+                key[0],
+                _PLANNED_TURN * math.radians(key[1]),
+                key[2],
+                self._stop_at_end,
+            )
+            self._profile_key = key
+        wanted = min(max(0.0, speed_mps), self._profile.at(self._s + _PREVIEW_S * self._speed))
+        if self._stop_at_end and speed_mps > 0.0:
+            wanted = max(wanted, min(speed_mps, self._creep_mps()))
+        step = 1.25 * parameters["PATH_ACC"] * dt_s
+        return min(self._speed + step, max(self._speed - 1.5 * step, wanted))
+
+    # --- heading ---
+
+    def _turned(self, last_rad: float, heading_rad: float, dt_s: float) -> float:
+        """The heading setpoint: from `last_rad` towards `heading_rad`, at PATH_YAW_RATE at most."""
+        most = math.radians(self._parameters["PATH_YAW_RATE"]) * dt_s
+        self._yaw = wrap_pi(_towards(last_rad, last_rad + wrap_pi(heading_rad - last_rad), most))
+        return self._yaw
+
+    def _sway(self, nav: NavState, off_rad: float) -> float:
+        """Sideways speed over ground: that of the water, plus or minus DP_SPEED_SWAY by the thrusters."""
+        return self._crab.sway_mps(nav, self._speed * math.sin(off_rad), self._parameters["DP_SPEED_SWAY"])
+
+    def _setpoint(
+        self,
+        nav: NavState,
+        here: PathPoint,
+        ahead: PathPoint,
+        error: float,
+        lookahead: float,
+        last_speed: float,
+        dt_s: float,
+    ) -> PathSetpoint:
+        gain = self._parameters["PATH_INTEGRAL"]
+        leaning = error + gain * self._integral
+        if abs(error) < 2.0 * lookahead and abs(here.curvature_1pm) * lookahead < _STRAIGHT_RAD:
+            self._integral += self._speed * lookahead * error / (lookahead * lookahead + leaning * leaning) * dt_s
+            bound = 0.6 * lookahead / gain if gain > 0.0 else 0.0
+            self._integral = min(bound, max(-bound, self._integral))
+        course = ahead.course_rad - math.atan2(error + gain * self._integral, lookahead)
+        last = nav.yaw_rad if self._yaw is None else self._yaw
+        best = self._crab.heading_rad(nav, course, self._speed, last)
+        heading = self._turned(last, best, dt_s)
+        off = wrap_pi(course - nav.yaw_rad)
+        against = math.cos(best - course) < 0.0  # bow into a current that carries the boat along its course
+        lowest = -1.0 if against else 0.0 if self._can_sway else _TURN_IN_PLACE_SHARE
+        self._surge = _towards(
+            self._surge, self._speed * max(lowest, math.cos(off)), _SURGE_SHARE * self._parameters["PATH_ACC"] * dt_s
+        )
+        sway = self._sway(nav, off) if self._can_sway else 0.0
+        target = self._waypoints[min(self._passed, len(self._waypoints) - 1)]
+        abeam_s = self._waypoint_s_m[min(self._passed, len(self._waypoints) - 1)]
+        progress = Progress(
+            place=Point(here.north_m, here.east_m),
+            target=Point(target.north_m, target.east_m),
+            cross_track_error_m=error,
+            course_rad=wrap_pi(here.course_rad),
+            distance_to_go_m=max(0.0, abeam_s - self._s),
+        )
+        return PathSetpoint(
+            heading,
+            self._surge,
+            sway,
+            self._turn_rate(nav, here, ahead, leaning, lookahead),
+            (self._speed - last_speed) / dt_s,
+            progress,
+        )
+
+    def _turn_rate(self, nav: NavState, here: PathPoint, ahead: PathPoint, leaning: float, lookahead: float) -> float:
+        """Yaw rate of the course to sail: by the bend, and by the change of the cross-track error.
+
+        The part of the bend follows the true speed along the track: a boat that wind stops in a bend must first turn
+        back to its course.
+        """
+        along = nav.north_mps * math.cos(here.course_rad) + nav.east_mps * math.sin(here.course_rad)
+        pace = min(self._speed, max(0.0, along))
+        drift = -nav.north_mps * math.sin(here.course_rad) + nav.east_mps * math.cos(here.course_rad)
+        rate = pace * ahead.curvature_1pm - drift * lookahead / (lookahead * lookahead + leaning * leaning)
+        limit = math.radians(self._parameters["PATH_YAW_RATE"])
+        return min(limit, max(-limit, rate))
+
+
+def _towards(value: float, wanted: float, most: float) -> float:
+    return value + min(most, max(-most, wanted - value))

@@ -1,0 +1,155 @@
+"""Files of the log folders, read in a thread of their own: a memory card may take a tenth of a second, a tick must
+not."""
+
+from __future__ import annotations
+
+import os
+import stat
+import zlib
+from collections.abc import Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+_BLOCK = 1 << 17
+_KEPT_BLOCKS = 3
+_MARK = "manifest.json"  # marks a log folder; written when the run begins
+LOG_FILES = ("ticks.ulg", "telemetry.tlog")
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """One name in a directory; `size` None for a directory."""
+
+    name: str
+    size: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """The log file of one run: its path (folder, file), its size, and when the run began."""
+
+    path: tuple[str, str]
+    size: int
+    begun_unix_s: int
+
+
+class DiskFile:
+    """One open file. `size`: when it was opened. Remembers the last blocks, read or being read."""
+
+    def __init__(self, pool: ThreadPoolExecutor, descriptor: int, size: int) -> None:
+        self.size = size
+        self._pool = pool
+        self._descriptor = descriptor
+        self._blocks: dict[int, Future[bytes]] = {}
+
+    def read(self, offset: int, count: int) -> bytes | None:
+        """Up to `count` bytes from `offset`; None while they are being read. Raises OSError when the disk fails."""
+        count = max(0, min(count, self.size - offset))
+        first, last = offset // _BLOCK, (offset + max(0, count - 1)) // _BLOCK
+        for number in (first, last, last + 1):  # the next block too: it will be needed
+            self._fetch(number)
+        wanted = [self._blocks[number] for number in range(first, last + 1)]
+        if not all(block.done() for block in wanted):
+            return None
+        data = b"".join(block.result() for block in wanted)
+        return data[offset - first * _BLOCK :][:count]
+
+    def crc32(self) -> Future[int]:
+        """MAVLink's CRC32 of the whole file, as a future."""
+        return self._pool.submit(_crc32, self._descriptor, self.size)
+
+    def close(self) -> None:
+        """Close it, after the reads that are under way."""
+        self._pool.submit(os.close, self._descriptor)
+
+    def _fetch(self, number: int) -> None:
+        if number in self._blocks or number * _BLOCK >= max(1, self.size):
+            return
+        while len(self._blocks) >= _KEPT_BLOCKS:
+            del self._blocks[min(self._blocks, key=lambda kept: -abs(kept - number))]
+        self._blocks[number] = self._pool.submit(os.pread, self._descriptor, _BLOCK, number * _BLOCK)
+
+
+class LogStore:
+    """The log folders in one directory: two levels, regular files only, symbolic links ignored."""
+
+    def __init__(self, directory: Path) -> None:
+        self._directory = directory
+        self._pool = ThreadPoolExecutor(1, thread_name_prefix="log-reader")
+
+    def entries(self, path: Sequence[str]) -> Future[list[Entry] | None]:
+        """The entries of a directory, sorted by name; None where there is no such directory."""
+        return self._pool.submit(self._entries, tuple(path))
+
+    def open(self, path: Sequence[str]) -> Future[DiskFile | None]:
+        """Open a file; None where there is no such file."""
+        return self._pool.submit(self._open, tuple(path))
+
+    def runs(self, most: int) -> Future[list[Run]]:
+        """The newest `most` runs, oldest first, each with the first of LOG_FILES that it has; empty files do not
+        count."""
+        return self._pool.submit(self._runs, most)
+
+    def close(self) -> None:
+        """End the thread, after what it is doing."""
+        self._pool.shutdown(wait=True, cancel_futures=True)
+
+    def _runs(self, most: int) -> list[Run]:
+        found = []
+        for folder in self._entries(()) or ():
+            begun = self._directory / folder.name / _MARK
+            sizes = {entry.name: entry.size for entry in self._entries((folder.name,)) or () if entry.size}
+            name = next((name for name in LOG_FILES if name in sizes), None)
+            if name is not None and _MARK in sizes:
+                found.append(Run((folder.name, name), sizes[name] or 0, int(begun.stat().st_mtime)))
+        return sorted(found, key=lambda run: (run.begun_unix_s, run.path))[-most:]
+
+    def _entries(self, path: tuple[str, ...]) -> list[Entry] | None:
+        folder = self._below(path)
+        if folder is None or not folder.is_dir() or len(path) > 2:
+            return None
+        found = []
+        for item in sorted(folder.iterdir(), key=lambda item: item.name):
+            mode = item.lstat().st_mode
+            if stat.S_ISDIR(mode) and len(path) < 2:
+                found.append(Entry(item.name))
+            elif stat.S_ISREG(mode) and path:
+                found.append(Entry(item.name, item.stat().st_size))
+        return found
+
+    def _open(self, path: tuple[str, ...]) -> DiskFile | None:
+        file = self._below(path)
+        if file is None or len(path) < 2:
+            return None
+        try:
+            descriptor = os.open(file, os.O_RDONLY | os.O_NOFOLLOW | os.O_CLOEXEC | os.O_NONBLOCK)
+        except OSError:
+            return None
+        status = os.fstat(descriptor)
+        if not stat.S_ISREG(status.st_mode):
+            os.close(descriptor)
+            return None
+        return DiskFile(self._pool, descriptor, status.st_size)
+
+    def _below(self, path: tuple[str, ...]) -> Path | None:
+        """The path inside the directory; None where a part of it is invalid or a symbolic link."""
+        place = self._directory
+        for name in path:
+            if name in ("", ".", "..") or "/" in name or "\0" in name:
+                return None
+            place = place / name
+            if place.is_symlink():
+                return None
+        return place
+
+
+def _crc32(descriptor: int, size: int) -> int:
+    crc, offset = 0xFFFFFFFF, 0
+    while offset < size:
+        data = os.pread(descriptor, _BLOCK, offset)
+        if not data:
+            break
+        crc = zlib.crc32(data[: size - offset], crc)
+        offset += len(data)
+    return crc ^ 0xFFFFFFFF

@@ -1,0 +1,145 @@
+"""The files that a vessel offers over MAVLink FTP, all read-only: metadata, parameters, plans, logs.
+
+    general.json  parameters.json.xz
+    @PARAM/    param.pck  usv.params
+    plans/     mission.dat  fence.dat  rally.dat  current.plan
+    logs/      one folder for each run, as on the disk
+
+ArduPilot's names for them (@MISSION/mission.dat, @FENCE/fence.dat, @RALLY/rally.dat, @MAV_LOG) work too, but are not
+listed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Future
+from typing import Any, Protocol
+
+from companion.io.mavlink.transfer.component_metadata import GENERAL, PARAMETERS, Metadata, crc32
+from companion.io.mavlink.transfer.disk_files import Entry, LogStore
+from companion.io.mavlink.transfer.mission_codec import plan_data
+from companion.io.mavlink.transfer.parameter_file import param_pck, params_text
+from companion.io.mavlink.wire.dialects import Dialect
+from companion.loop import Vessel
+from companion.mission import qgc_plan
+from companion.mission.plan import PlanKind
+from companion.mission.plan_file import PlanFile
+
+_LOGS = "logs"
+_ALIASES = {"@MAV_LOG": _LOGS, "@MISSION": "plans", "@FENCE": "plans", "@RALLY": "plans"}
+
+
+class OpenFile(Protocol):
+    """An open file."""
+
+    size: int
+
+    def read(self, offset: int, count: int) -> bytes | None:
+        """Up to `count` bytes from `offset`; None while they are being read. Raises OSError when the disk fails."""
+        ...
+
+    def crc32(self) -> Future[int]:
+        """MAVLink's CRC32 of the whole file, as a future."""
+        ...
+
+    def close(self) -> None:
+        """Close the file."""
+        ...
+
+
+class MemoryFile:
+    """An `OpenFile` of bytes made when the file was opened; later changes do not affect it."""
+
+    def __init__(self, data: bytes) -> None:
+        self.size = len(data)
+        self._data = data
+
+    def read(self, offset: int, count: int) -> bytes:
+        """As `OpenFile.read`; never None."""
+        return self._data[offset : offset + max(0, count)]
+
+    def crc32(self) -> Future[int]:
+        """As `OpenFile.crc32`; done at once."""
+        return _done(crc32(self._data))
+
+    def close(self) -> None:
+        """Nothing to close."""
+
+
+class FileTree:
+    """`entries` and `open` by a path as a client writes it. Each returns a future; its result is None for a path that
+    does not exist."""
+
+    def __init__(self, vessel: Vessel, system: int, component: int, metadata: Metadata, store: LogStore | None) -> None:
+        """`store`: the log folders; None where nothing is logged."""
+        self._vessel = vessel
+        self._address = (system, component)
+        self._store = store
+        self._folders: Mapping[str, Mapping[str, Callable[[Dialect], bytes]]] = {
+            "": {GENERAL: lambda _: metadata.general, PARAMETERS: lambda _: metadata.parameters},
+            "@PARAM": {
+                "param.pck": lambda _: param_pck(vessel.parameters),
+                "usv.params": lambda _: params_text(vessel.parameters, *self._address).encode(),
+            },
+            "plans": {
+                "mission.dat": lambda dialect: self._plan(PlanKind.MISSION, dialect),
+                "fence.dat": lambda dialect: self._plan(PlanKind.FENCE, dialect),
+                "rally.dat": lambda dialect: self._plan(PlanKind.RALLY, dialect),
+                "current.plan": lambda _: self._plan_file(),
+            },
+        }
+
+    def entries(self, path: str, dialect: Dialect) -> Future[Sequence[Entry] | None]:
+        """The entries of a directory, as that persona sees them."""
+        names, _ = split(path)
+        if names is None:
+            return _done(None)
+        if names and names[0] == _LOGS and self._store is not None:
+            return self._store.entries(names[1:])  # type: ignore[return-value]  # a list is a sequence
+        folder = self._folders.get("/".join(names))
+        if folder is None:
+            return _done(None)
+        entries = [Entry(name, len(make(dialect))) for name, make in folder.items()]
+        if not names:
+            entries += [Entry(name) for name in self._folders if name] + ([] if self._store is None else [Entry(_LOGS)])
+        return _done(entries)
+
+    def open(self, path: str, dialect: Dialect) -> Future[OpenFile | None]:
+        """Open a file, made for that persona."""
+        names, query = split(path)
+        if not names:
+            return _done(None)
+        if names[0] == _LOGS and self._store is not None:
+            return self._store.open(names[1:])  # type: ignore[return-value]  # a disk file is an open file
+        if names == ["@PARAM", "param.pck"] and query == "withdefaults=1":
+            return _done(MemoryFile(param_pck(self._vessel.parameters, with_defaults=True)))
+        make = self._folders.get("/".join(names[:-1]), {}).get(names[-1])
+        return _done(None if make is None else MemoryFile(make(dialect)))
+
+    def _plan(self, kind: PlanKind, dialect: Dialect) -> bytes:
+        home = None if self._vessel.last_tick is None else self._vessel.last_tick.status.home
+        return plan_data(kind, self._vessel.plans.items(kind), home, dialect, *self._address)
+
+    def _plan_file(self) -> bytes:
+        plans = self._vessel.plans
+        plan = PlanFile(plans.items(PlanKind.MISSION), plans.items(PlanKind.FENCE), plans.items(PlanKind.RALLY))
+        return qgc_plan.write("current.plan", plan).encode()
+
+
+def split(path: str) -> tuple[list[str] | None, str]:
+    """(names of the path's parts, what follows a "?"). Slashes at the ends and double ones are ignored. The names are
+    None for an invalid path, or one that leads upwards."""
+    plain, _, query = path.strip("\0").partition("?")
+    names = [name for name in plain.split("/") if name not in ("", ".")]
+    if ".." in names or any("\0" in name or "\\" in name for name in names):
+        return None, query
+    if names and names[0] in _ALIASES:
+        names[0] = _ALIASES[names[0]]
+    return names, query
+
+
+def _done(value: Any) -> Future[Any]:
+    """A future that is done."""
+    future: Future[Any] = Future()
+    future.set_result(value)
+    return future

@@ -1,0 +1,343 @@
+"""MAVLink FTP, read-only: lists, opens, reads and streams the files of a `FileTree` to several clients.
+
+Source: MAVLink guide, "File Transfer Protocol". Every request is answered at once, or when the disk has delivered:
+silence costs a client seconds of retries (MAVProxy waits 11 s before it requests parameters one by one). Clients differ
+from the guide: QGroundControl repeats a request with the same number, MAVSDK with a new one, and pymavlink ignores
+answers with another session than its own.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Future
+from dataclasses import dataclass, field
+from typing import Any
+
+from companion.io.mavlink.transfer.disk_files import Entry
+from companion.io.mavlink.transfer.file_tree import FileTree, OpenFile
+from companion.io.mavlink.transfer.ftp_codec import LARGEST_DATA, FtpError, FtpRequest, Opcode, ack, nak, parse
+from companion.io.mavlink.wire import messages as mavlink
+from companion.io.mavlink.wire.hub import Handler, Hub, Peer
+
+_MOST_CLIENTS, _MOST_SESSIONS, _SESSIONS_OF_ONE = 16, 16, 4
+_IDLE_S = 60.0
+_BURST_CHUNKS = 256  # after them the client has to ask for more: it may be gone
+_SHARE = 0.5  # of the line, for bursts; the rest is for telemetry
+_FRAME_BYTES = 263 + 14  # of one answer on the line
+_SAVED_S = 0.25  # for which an unused share is saved up
+_U32 = struct.Struct("<I")
+
+_WRITING = frozenset(
+    {
+        Opcode.CREATE_FILE,
+        Opcode.WRITE_FILE,
+        Opcode.REMOVE_FILE,
+        Opcode.CREATE_DIRECTORY,
+        Opcode.REMOVE_DIRECTORY,
+        Opcode.OPEN_FILE_WO,
+        Opcode.TRUNCATE_FILE,
+        Opcode.RENAME,
+    }
+)
+
+
+@dataclass(slots=True)
+class _Burst:
+    """A file that is streamed to a client: number and offset of the next answer, and how many answers are left."""
+
+    request: FtpRequest
+    seq: int
+    offset: int
+    left: int = _BURST_CHUNKS
+
+
+@dataclass(slots=True)
+class _Session:
+    """An open file of a client."""
+
+    file: OpenFile
+    burst: _Burst | None = None
+
+
+@dataclass(slots=True)
+class _FtpClient:
+    """`last`: number, opcode and answer of its last request; a repeated request gets the same answer. `waiting`: the
+    request that waits for the disk, how to see that it is ready, and how to answer it then."""
+
+    used_s: float
+    sessions: dict[int, _Session] = field(default_factory=dict)
+    last: tuple[int, int, bytes] | None = None
+    waiting: tuple[Callable[[], bool], Callable[[], bytes], FtpRequest] | None = None
+    allowance: float = 0.0
+    allowed_s: float | None = None
+
+
+class FtpService:
+    """Answers FILE_TRANSFER_PROTOCOL requests. Remembers each client's open files and the bursts to it."""
+
+    def __init__(self, hub: Hub, tree: FileTree) -> None:
+        self._hub = hub
+        self._tree = tree
+        self._clients: dict[Peer, _FtpClient] = {}
+        self.handles: Mapping[int, Handler] = {mavlink.MAVLINK_MSG_ID_FILE_TRANSFER_PROTOCOL: self._on_request}
+
+    def update(self, now_s: float) -> None:
+        """Answer requests that waited for the disk, continue the bursts, forget clients that are gone."""
+        for peer, client in list(self._clients.items()):
+            if peer.endpoint.gone or now_s - client.used_s > _IDLE_S * self._hub.patience:
+                self._forget(peer)
+                continue
+            self._answer_waiting(peer, client)
+            self._stream(peer, client, now_s)
+
+    def close(self) -> None:
+        """Close all open files."""
+        for peer in list(self._clients):
+            self._forget(peer)
+
+    # --- requests --------------------------------------------------------------------------------------------------
+
+    def _on_request(self, message: Any, peer: Peer, now_s: float) -> None:
+        request = parse(bytes(message.payload))
+        if request is None:
+            return
+        client = self._client(peer, now_s)
+        if client is None:
+            self._send(peer, nak(request, FtpError.NO_SESSIONS_AVAILABLE))
+            return
+        client.used_s = now_s
+        if client.last is not None and client.last[:2] == (request.seq, request.opcode):
+            self._send(peer, client.last[2])
+            return
+        if client.waiting is not None and client.waiting[2] == request:
+            return
+        client.waiting = client.last = None
+        for session in client.sessions.values():
+            session.burst = None
+        self._carry_out(peer, client, request)
+        self._stream(peer, client, now_s)
+
+    def _carry_out(self, peer: Peer, client: _FtpClient, request: FtpRequest) -> None:
+        """Answer a request, or begin to wait for the disk."""
+        path, dialect = request.path or "", peer.endpoint.dialect
+        error = _refusal(request)
+        if error is not None:
+            self._reply(peer, client, request, nak(request, error))
+            return
+        match request.opcode:
+            case Opcode.TERMINATE_SESSION:
+                self._end(client, request.session)
+                self._reply(peer, client, request, ack(request))
+            case Opcode.RESET_SESSIONS:
+                for number in list(client.sessions):
+                    self._end(client, number)
+                self._reply(peer, client, request, ack(request))
+            case Opcode.LIST_DIRECTORY:
+                self._after(peer, client, request, self._tree.entries(path, dialect), _listing)
+            case Opcode.OPEN_FILE_RO | Opcode.CALC_FILE_CRC32:
+                opens = request.opcode == Opcode.OPEN_FILE_RO
+                answer = self._opened(client) if opens else self._summed(peer, client)
+                self._after(peer, client, request, self._tree.open(path, dialect), answer)
+            case Opcode.READ_FILE | Opcode.BURST_READ_FILE:
+                self._read(peer, client, request)
+            case _:
+                self._reply(peer, client, request, ack(request))
+
+    def _read(self, peer: Peer, client: _FtpClient, request: FtpRequest) -> None:
+        """READ_FILE, or the begin of a burst."""
+        session = client.sessions.get(request.session)
+        if session is None:
+            self._reply(peer, client, request, nak(request, FtpError.INVALID_SESSION))
+        elif request.offset >= session.file.size:
+            self._reply(peer, client, request, nak(request, FtpError.EOF))
+        elif request.opcode == Opcode.BURST_READ_FILE:
+            session.burst = _Burst(request, request.seq + 1, request.offset)
+        else:
+            file, count = session.file, min(request.size, LARGEST_DATA)
+            self._when(
+                peer,
+                client,
+                request,
+                lambda: file.read(request.offset, count) is not None,
+                lambda: ack(request, file.read(request.offset, count) or b""),
+            )
+
+    def _opened(self, client: _FtpClient) -> Callable[[FtpRequest, OpenFile | None], bytes | None]:
+        """The answer to an open. A session already in use is opened again: the client may have missed the first
+        answer."""
+
+        def answer(request: FtpRequest, file: OpenFile | None) -> bytes | None:
+            if file is None:
+                return nak(request, FtpError.FILE_NOT_FOUND)
+            self._end(client, request.session)
+            in_all = sum(len(other.sessions) for other in self._clients.values())
+            if len(client.sessions) >= _SESSIONS_OF_ONE or in_all >= _MOST_SESSIONS:
+                file.close()
+                return nak(request, FtpError.NO_SESSIONS_AVAILABLE)
+            client.sessions[request.session] = _Session(file)
+            return ack(request, _U32.pack(min(file.size, 0xFFFFFFFF)))
+
+        return answer
+
+    def _summed(self, peer: Peer, client: _FtpClient) -> Callable[[FtpRequest, OpenFile | None], bytes | None]:
+        """The answer to a checksum request. Computing it takes time, so a second wait begins."""
+
+        def answer(request: FtpRequest, file: OpenFile | None) -> bytes | None:
+            if file is None:
+                return nak(request, FtpError.FILE_NOT_FOUND)
+            crc = file.crc32()
+            file.close()
+            self._after(peer, client, request, crc, lambda asked, value: ack(asked, _U32.pack(value)))
+            return None
+
+        return answer
+
+    # --- waiting for the disk --------------------------------------------------------------------------------------
+
+    def _after(
+        self,
+        peer: Peer,
+        client: _FtpClient,
+        request: FtpRequest,
+        future: Future[Any],
+        answer: Callable[[FtpRequest, Any], bytes | None],
+    ) -> None:
+        """Answer with the result of `future` as soon as it is there."""
+        self._when(peer, client, request, future.done, lambda: answer(request, future.result()))
+
+    def _when(
+        self,
+        peer: Peer,
+        client: _FtpClient,
+        request: FtpRequest,
+        ready: Callable[[], bool],
+        answer: Callable[[], bytes | None],
+    ) -> None:
+        """Answer as soon as it is `ready`: now, or in one of the next updates. A disk error is answered with FAIL."""
+
+        def attempt() -> bytes:
+            try:
+                made = answer()
+            except OSError:
+                made = nak(request, FtpError.FAIL)
+            return b"" if made is None else made
+
+        client.waiting = (ready, attempt, request)
+        self._answer_waiting(peer, client)
+
+    def _answer_waiting(self, peer: Peer, client: _FtpClient) -> None:
+        waiting = client.waiting
+        if waiting is None:
+            return
+        ready, attempt, request = waiting
+        try:
+            if not ready():
+                return
+        except OSError:
+            client.waiting = None
+            self._reply(peer, client, request, nak(request, FtpError.FAIL))
+            return
+        client.waiting = None
+        payload = attempt()
+        if payload:
+            self._reply(peer, client, request, payload)
+
+    # --- bursts ----------------------------------------------------------------------------------------------------
+
+    def _stream(self, peer: Peer, client: _FtpClient, now_s: float) -> None:
+        """Send as many answers of the client's bursts as the line has room for."""
+        rate = _SHARE * peer.endpoint.bytes_per_s
+        elapsed_s = _SAVED_S if client.allowed_s is None else max(0.0, now_s - client.allowed_s)
+        client.allowed_s = now_s
+        client.allowance = min(max(_SAVED_S * rate, 2.0 * _FRAME_BYTES), client.allowance + elapsed_s * rate)
+        for session in client.sessions.values():
+            while session.burst is not None and client.allowance >= _FRAME_BYTES and not peer.endpoint.busy:
+                if not self._send_chunk(peer, session, session.burst):
+                    return
+                client.allowance -= _FRAME_BYTES
+                client.used_s = now_s
+
+    def _send_chunk(self, peer: Peer, session: _Session, burst: _Burst) -> bool:
+        """Send the next answer of a burst. False while the disk has not delivered it yet."""
+        request, size = burst.request, session.file.size
+        try:
+            data = session.file.read(burst.offset, min(request.size or LARGEST_DATA, LARGEST_DATA))
+        except OSError:
+            session.burst = None
+            self._send(peer, nak(request, FtpError.FAIL, seq=burst.seq, offset=burst.offset))
+            return True
+        if data is None:
+            return False
+        burst.left -= 1
+        end = burst.offset + len(data) >= size or not data
+        complete = end or burst.left <= 0
+        self._send(peer, ack(request, data, seq=burst.seq, offset=burst.offset, burst_complete=complete))
+        burst.seq += 1
+        burst.offset += len(data)
+        if complete:
+            session.burst = None
+        return True
+
+    # --- clients ---------------------------------------------------------------------------------------------------
+
+    def _client(self, peer: Peer, now_s: float) -> _FtpClient | None:
+        """The client, added where it is new; None where there are too many."""
+        client = self._clients.get(peer)
+        if client is None:
+            if len(self._clients) >= _MOST_CLIENTS:
+                idle = [other for other, known in self._clients.items() if not known.sessions and known.waiting is None]
+                if not idle:
+                    return None
+                self._forget(idle[0])
+            client = self._clients[peer] = _FtpClient(now_s)
+        return client
+
+    def _forget(self, peer: Peer) -> None:
+        client = self._clients.pop(peer)
+        for number in list(client.sessions):
+            self._end(client, number)
+
+    @staticmethod
+    def _end(client: _FtpClient, number: int) -> None:
+        session = client.sessions.pop(number, None)
+        if session is not None:
+            session.file.close()
+
+    def _reply(self, peer: Peer, client: _FtpClient, request: FtpRequest, payload: bytes) -> None:
+        client.last = (request.seq, request.opcode, payload)
+        self._send(peer, payload)
+
+    def _send(self, peer: Peer, payload: bytes) -> None:
+        self._hub.send(peer, mavlink.MAVLink_file_transfer_protocol_message(0, peer.system, peer.component, payload))
+
+
+def _refusal(request: FtpRequest) -> FtpError | None:
+    """Why the request is refused whatever files there are; None where it is not."""
+    try:
+        opcode = Opcode(request.opcode)
+    except ValueError:
+        return FtpError.UNKNOWN_COMMAND
+    if opcode in _WRITING:
+        return FtpError.FILE_PROTECTED
+    reads = opcode in (Opcode.READ_FILE, Opcode.BURST_READ_FILE)
+    if request.size > LARGEST_DATA and not reads:
+        return FtpError.INVALID_DATA_SIZE
+    if opcode in (Opcode.OPEN_FILE_RO, Opcode.CALC_FILE_CRC32) and not request.data.strip(b"\0/"):
+        return FtpError.INVALID_DATA_SIZE
+    if opcode in (Opcode.OPEN_FILE_RO, Opcode.CALC_FILE_CRC32, Opcode.LIST_DIRECTORY) and request.path is None:
+        return FtpError.FILE_NOT_FOUND
+    return None
+
+
+def _listing(request: FtpRequest, entries: Sequence[Entry] | None) -> bytes:
+    """The answer to a listing: entries from number `offset` on, as many as fit."""
+    if entries is None:
+        return nak(request, FtpError.FILE_NOT_FOUND)
+    data = b""
+    for entry in entries[request.offset :]:
+        row = (f"D{entry.name}" if entry.size is None else f"F{entry.name}\t{entry.size}").encode() + b"\0"
+        if len(data) + len(row) > LARGEST_DATA:
+            break
+        data += row
+    return ack(request, data) if data else nak(request, FtpError.EOF)

@@ -1,0 +1,295 @@
+"""Upload of plans: the vessel requests one item after the other, and replaces its plan as a whole or not at all.
+
+Source: MAVLink guide, "Mission Protocol". The timings tolerate loss with QGroundControl, which gives up after 1.5 s
+without a request, and with MAVSDK (2.5 s).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from companion.core.decision import Severity
+from companion.guidance.orbit import least_radius_m
+from companion.io.mavlink.transfer.mission_codec import item_from_float, item_from_int, with_jump_moved
+from companion.io.mavlink.wire import messages as mavlink
+from companion.io.mavlink.wire.hub import Hub, Peer
+from companion.loop import Vessel
+from companion.mission.plan import PlanItem, PlanKind, PlanRefusal, PlanResult
+from companion.mission.validation import CAPACITY, check_item, check_plan
+
+RETRY_S = 0.25
+LATER_RETRY_S = 0.5  # after `_QUICK_RETRIES`: MAVSDK gives up at the sixth request for one item
+GIVE_UP_S = 5.0
+ABANDONED_S = 1.0  # an upload without an item for so long is taken to be abandoned when its sender does something else
+REPEAT_ANSWER_S = 5.0  # for so long the last item of a finished upload gets its answer again
+# Over a link that has lost packets the last answer is repeated: QGroundControl never asks for it.
+UNASKED_REPEATS_S = (0.5, 1.0)
+
+_QUICK_RETRIES = 4
+_LEGACY_GUIDED = (2, 3)  # values of `current` that once meant "go there now"
+
+
+@dataclass(slots=True)
+class _Upload:
+    """One transfer. Item numbers are those on the wire: `shift` higher than in the plan, where item 0 is home."""
+
+    peer: Peer
+    kind: PlanKind
+    shift: int
+    expected: int
+    end: int
+    heard_s: float
+    retry_s: float = 0.0
+    retries: int = 0
+    lossy: bool = False  # an item had to be requested again
+    base: tuple[PlanItem, ...] | None = None  # the plan that a partial upload changes
+    items: list[PlanItem] = field(default_factory=list)
+
+
+@dataclass(slots=True)
+class _Finished:
+    """How a transfer ended, for a sender that missed the answer. `repeats_s`: times at which it is sent again."""
+
+    last_seq: int
+    answer: Any
+    until_s: float
+    repeats_s: list[float] = field(default_factory=list)
+
+
+class PlanReceiver:
+    """Takes MISSION_COUNT, MISSION_WRITE_PARTIAL_LIST, MISSION_ITEM_INT, MISSION_ITEM and the client's MISSION_ACK.
+
+    Sends requests, refusals and the final MISSION_ACK to the sender only. Replaces the plan in `vessel.plans` as a
+    whole, and calls `on_commit(now_s)` after the final answer. Remembers one transfer for each kind of plan, and for
+    5 s how the last one of each sender ended.
+    """
+
+    def __init__(self, hub: Hub, vessel: Vessel, on_commit: Callable[[float], None]) -> None:
+        self._hub = hub
+        self._vessel = vessel
+        self._on_commit = on_commit
+        self._patience = hub.patience
+        self._uploads: dict[int, _Upload] = {}  # by mission type
+        self._finished: dict[tuple[Peer, int], _Finished] = {}
+
+    # --- messages --------------------------------------------------------------------------------------------------
+
+    def on_count(self, kind: PlanKind, count: int, peer: Peer, now_s: float) -> None:
+        """MISSION_COUNT: start an upload; a repeated one from the same sender starts it again."""
+        if self.busy_with_another(kind, peer):
+            self._deny(kind, peer, now_s)
+            return
+        self.end_uploads(kind, peer, now_s)
+        self._finished.pop((peer, kind), None)
+        shift = shift_of(kind, peer)
+        if count > CAPACITY + shift:
+            text = f"{count - shift} items, room for {CAPACITY}"
+            self._refuse(kind, peer, PlanRefusal(PlanResult.NO_SPACE, text), shift, now_s)
+        elif count == 0:
+            self.clear(kind)
+            self.acknowledge(kind, peer, PlanResult.ACCEPTED)
+            self._on_commit(now_s)
+        else:
+            self._start(_Upload(peer, kind, shift, 0, count, now_s), now_s)
+
+    def on_partial(self, kind: PlanKind, first: int, last: int, peer: Peer, now_s: float) -> None:
+        """MISSION_WRITE_PARTIAL_LIST: change some items of the plan. `last` may lie past the end, as from MAVProxy."""
+        if self.busy_with_another(kind, peer):
+            self._deny(kind, peer, now_s)
+            return
+        self.end_uploads(kind, peer, now_s)
+        shift = shift_of(kind, peer)
+        base = self._vessel.plans.items(kind)
+        count = len(base) + shift
+        if not base or first < 0 or first >= count or last < first:
+            refusal = PlanRefusal(
+                PlanResult.INVALID_SEQUENCE, f"items {first} to {last} of a list of {count} cannot be changed"
+            )
+            self._refuse(kind, peer, refusal, shift, now_s)
+            return
+        self._start(_Upload(peer, kind, shift, first, min(last + 1, count), now_s, base=base), now_s)
+
+    def on_item_int(self, message: Any, peer: Peer, now_s: float) -> None:
+        """MISSION_ITEM_INT."""
+        upload = self._uploads.get(message.mission_type)
+        if upload is None or upload.peer != peer:
+            self._on_stray_item(message, peer, now_s)
+            return
+        upload.heard_s = now_s
+        if message.seq == upload.expected:  # others are late or duplicates; the retry timer requests what is missing
+            self._take(upload, item_from_int(message, message.seq - upload.shift), now_s)
+
+    def on_item(self, message: Any, peer: Peer, now_s: float) -> None:
+        """MISSION_ITEM, the old form with degrees as floats."""
+        upload = self._uploads.get(message.mission_type)
+        if upload is None or upload.peer != peer:
+            self._on_stray_item(message, peer, now_s)
+            return
+        upload.heard_s = now_s
+        if message.seq != upload.expected:
+            return
+        item = item_from_float(message, message.seq - upload.shift)
+        if isinstance(item, PlanRefusal):
+            self._end_refused(upload, item, now_s)
+        else:
+            self._take(upload, item, now_s)
+
+    def on_client_ack(self, message: Any, peer: Peer) -> None:
+        """MISSION_ACK: any other than ACCEPTED from the sender ends its upload; the old plan stays."""
+        upload = self._uploads.get(message.mission_type)
+        if upload is not None and upload.peer == peer and message.type != PlanResult.ACCEPTED:
+            del self._uploads[message.mission_type]
+
+    def update(self, now_s: float) -> None:
+        """Request missing items again; end the upload of a silent sender."""
+        for upload in list(self._uploads.values()):
+            if now_s - upload.heard_s >= GIVE_UP_S * self._patience or upload.peer.endpoint.gone:
+                del self._uploads[upload.kind]
+                text = f"{_name(upload.kind)} upload broke off at item {upload.expected}; the old one stays in force"
+                self._vessel.events.say(now_s, Severity.WARNING, "plan_upload_lost", text)
+            elif now_s >= upload.retry_s:
+                upload.retries += 1
+                upload.lossy = True
+                upload.retry_s = now_s + self._patience * (
+                    RETRY_S if upload.retries < _QUICK_RETRIES else LATER_RETRY_S
+                )
+                self._send_request(upload)
+        for (peer, kind), finished in list(self._finished.items()):
+            if now_s >= finished.until_s or peer.endpoint.gone:
+                del self._finished[peer, kind]
+            elif finished.repeats_s and now_s >= finished.repeats_s[0]:
+                del finished.repeats_s[0]
+                self._hub.send(peer, finished.answer)
+
+    # --- for the mission service -----------------------------------------------------------------------------------
+
+    def busy_with_another(self, kind: int, peer: Peer) -> bool:
+        """Whether another client is uploading a plan of this kind."""
+        upload = self._uploads.get(kind)
+        return upload is not None and upload.peer != peer and not upload.peer.endpoint.gone
+
+    def end_uploads(self, kind: PlanKind, peer: Peer, now_s: float) -> None:
+        """`peer` begins something new with `kind`: end its upload of that kind, and its abandoned uploads of other
+        kinds.
+
+        Its other uploads go on, because MAVProxy sends mission and fence side by side. Requests and answers for a
+        transfer that the client has given up would disturb its next one.
+        """
+        for (waiting, _), finished in self._finished.items():
+            if waiting == peer:
+                finished.repeats_s.clear()
+        for upload in list(self._uploads.values()):
+            over = upload.kind is kind or now_s - upload.heard_s >= ABANDONED_S * self._patience
+            if upload.peer.endpoint.gone or (over and upload.peer == peer):
+                del self._uploads[upload.kind]
+
+    def clear(self, kind: PlanKind) -> None:
+        """Remove the plan of this kind."""
+        if self._vessel.plans.items(kind):
+            self._vessel.plans.replace(kind, ())
+
+    def acknowledge(self, mission_type: int, peer: Peer, result: PlanResult, plan_id: int = 0) -> Any:
+        """Send MISSION_ACK to `peer` only; returns the message."""
+        answer = mavlink.MAVLink_mission_ack_message(peer.system, peer.component, result, mission_type, plan_id)
+        self._hub.send(peer, answer)
+        return answer
+
+    # --- the transfer ----------------------------------------------------------------------------------------------
+
+    def _start(self, upload: _Upload, now_s: float) -> None:
+        self._uploads[upload.kind] = upload
+        self._ask(upload, now_s)
+
+    def _ask(self, upload: _Upload, now_s: float) -> None:
+        upload.retries = 0
+        upload.retry_s = now_s + RETRY_S * self._patience
+        self._send_request(upload)
+
+    def _send_request(self, upload: _Upload) -> None:
+        peer = upload.peer
+        self._hub.send(
+            peer, mavlink.MAVLink_mission_request_int_message(peer.system, peer.component, upload.expected, upload.kind)
+        )
+
+    def _take(self, upload: _Upload, item: PlanItem, now_s: float) -> None:
+        """Add the expected item; request the next one, or put the plan in force."""
+        if item.seq >= 0:  # item −1 is home, and the vessel keeps its own
+            if upload.shift:
+                item = with_jump_moved(item, -upload.shift)
+            refusal = check_item(upload.kind, item)
+            if refusal is not None:
+                self._end_refused(upload, replace(refusal, seq=item.seq), now_s)
+                return
+            upload.items.append(item)
+        upload.expected += 1
+        if upload.expected < upload.end:
+            self._ask(upload, now_s)
+        else:
+            self._commit(upload, now_s)
+
+    def _commit(self, upload: _Upload, now_s: float) -> None:
+        """Check the whole plan, put it in force, and answer."""
+        kind, plans = upload.kind, self._vessel.plans
+        items = upload.items
+        if upload.base is not None:
+            items = list(upload.base)
+            for item in upload.items:
+                items[item.seq] = item
+        config = self._vessel.config
+        least_m = least_radius_m(self._vessel.parameters, config.length_m)
+        can_sway = config.limits.sway_n > 0.0
+        refusal = check_plan(kind, items, can_sway, len(config.servos), len(config.relays), least_m)
+        if refusal is None and upload.base is not None and upload.base is not plans.items(kind):
+            refusal = PlanRefusal(PlanResult.ERROR, "the plan has changed meanwhile; load it again")
+        if refusal is not None:
+            self._end_refused(upload, refusal, now_s)
+            return
+        del self._uploads[kind]
+        plans.replace(kind, items)
+        answer = self.acknowledge(kind, upload.peer, PlanResult.ACCEPTED, plans.plan_id(kind))
+        self._finish(upload, upload.end - 1, answer, now_s)
+        self._on_commit(now_s)
+
+    def _end_refused(self, upload: _Upload, refusal: PlanRefusal, now_s: float) -> None:
+        del self._uploads[upload.kind]
+        last_seq = min(upload.expected, upload.end - 1)
+        answer = self._refuse(upload.kind, upload.peer, refusal, upload.shift, now_s)
+        self._finish(upload, last_seq, answer, now_s)
+
+    def _finish(self, upload: _Upload, last_seq: int, answer: Any, now_s: float) -> None:
+        repeats_s = [now_s + after_s * self._patience for after_s in UNASKED_REPEATS_S] if upload.lossy else []
+        until_s = now_s + REPEAT_ANSWER_S * self._patience
+        self._finished[upload.peer, upload.kind] = _Finished(last_seq, answer, until_s, repeats_s)
+
+    def _refuse(self, kind: PlanKind, peer: Peer, refusal: PlanRefusal, shift: int, now_s: float) -> Any:
+        """Announce a refusal and answer with it; returns the answer."""
+        place, text = _name(kind), refusal.text
+        if refusal.seq is not None:
+            text = text.removeprefix(f"item {refusal.seq}:").lstrip()
+            place += f" item {refusal.seq + shift}"  # numbered as that client does
+        self._vessel.events.say(now_s, Severity.WARNING, "plan_refused", f"{place}: {text}")
+        return self.acknowledge(kind, peer, refusal.result)
+
+    def _deny(self, kind: PlanKind, peer: Peer, now_s: float) -> None:
+        text = f"{_name(kind)}: another ground station is uploading; try again"
+        self._vessel.events.say(now_s, Severity.WARNING, "plan_refused", text)
+        self.acknowledge(kind, peer, PlanResult.DENIED)
+
+    def _on_stray_item(self, message: Any, peer: Peer, now_s: float) -> None:
+        """An item outside an upload: repeat the answer of a finished one, or refuse an old "go there now"."""
+        finished = self._finished.get((peer, message.mission_type))
+        if finished is not None and finished.last_seq == message.seq and now_s < finished.until_s:
+            self._hub.send(peer, finished.answer)
+        elif message.current in _LEGACY_GUIDED:
+            self.acknowledge(message.mission_type, peer, PlanResult.UNSUPPORTED)
+
+
+def shift_of(kind: PlanKind, peer: Peer) -> int:
+    """By how much item numbers on the wire exceed those of the plan: 1 for a mission whose item 0 is home, else 0."""
+    return int(kind is PlanKind.MISSION and peer.endpoint.dialect.home_is_item_zero)
+
+
+def _name(kind: PlanKind) -> str:
+    return kind.name.lower()

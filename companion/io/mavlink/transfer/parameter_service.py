@@ -1,0 +1,199 @@
+"""The parameter protocol: lists, reads and sets parameters. Source: MAVLink guide, "Parameter Protocol".
+
+A whole number travels as its bits in the float field where the persona is bytewise (PX4, QGroundControl, MAVSDK), else
+as the float of the same value (ArduPilot). This service stores no values; `Parameters.on_change` tells the state file.
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Any
+
+from companion.core.decision import Severity
+from companion.io.mavlink.wire import messages as mavlink
+from companion.io.mavlink.wire.framer import pack
+from companion.io.mavlink.wire.hub import Handler, Hub, Peer
+from companion.loop import Vessel
+from companion.params.spec import ParamRefusal, ParamSpec, ParamType
+
+LIST_RATE_HZ = 400.0
+LIST_BURST = 40.0
+LIST_SHARE = 0.5  # of a slow line; the rest is for telemetry
+_VALUE_BYTES = 37  # a framed PARAM_VALUE
+_NO_INDEX = -1
+_FLOAT, _INT32 = struct.Struct("<f"), struct.Struct("<i")
+_REAL32_TYPE = 9  # MAV_PARAM_TYPE
+_INT32_TYPE = 6
+_WHOLE_NUMBERS = {
+    1: struct.Struct("<B"),
+    2: struct.Struct("<b"),
+    3: struct.Struct("<H"),
+    4: struct.Struct("<h"),
+    5: struct.Struct("<I"),
+    6: _INT32,
+}
+
+
+class ParamError(IntEnum):
+    """The values of MAV_PARAM_ERROR that occur here."""
+
+    DOES_NOT_EXIST = 1
+    VALUE_OUT_OF_RANGE = 2
+    READ_ONLY = 5
+    TYPE_UNSUPPORTED = 6
+    TYPE_MISMATCH = 7
+
+
+@dataclass(slots=True)
+class _Listing:
+    """The list of parameters that is being sent to one client."""
+
+    next_index: int
+    allowance: float
+    since_s: float
+
+
+class ParameterService:
+    """Answers PARAM_REQUEST_LIST, PARAM_REQUEST_READ and PARAM_SET with PARAM_VALUE (to all when a value changed), or
+    with PARAM_ERROR to the client.
+
+    Remembers how far each client's list was sent, and which values changed otherwise and are still to be sent.
+    """
+
+    def __init__(self, hub: Hub, vessel: Vessel) -> None:
+        self._hub = hub
+        self._vessel = vessel
+        self._parameters = vessel.parameters
+        self._names = tuple(spec.name.encode() for spec in self._parameters.specs)
+        self._listings: dict[Peer, _Listing] = {}
+        self._changed: dict[str, None] = {}
+        self._parameters.on_change(self._on_change)
+        self.handles: Mapping[int, Handler] = {
+            mavlink.MAVLINK_MSG_ID_PARAM_REQUEST_LIST: self._on_request_list,
+            mavlink.MAVLINK_MSG_ID_PARAM_REQUEST_READ: self._on_request_read,
+            mavlink.MAVLINK_MSG_ID_PARAM_SET: self._on_set,
+        }
+
+    def update(self, now_s: float) -> None:
+        """Continue the lists, and send values that changed."""
+        for peer, listing in list(self._listings.items()):
+            if peer.endpoint.gone:
+                del self._listings[peer]
+                continue
+            rate_hz = min(LIST_RATE_HZ, LIST_SHARE * peer.endpoint.bytes_per_s / _VALUE_BYTES)
+            listing.allowance = min(listing.allowance + (now_s - listing.since_s) * rate_hz, LIST_BURST)
+            listing.since_s = now_s
+            self._send_due(peer, listing)
+        for name in list(self._changed)[: int(LIST_BURST)]:
+            self._send_to_all(name)
+
+    def _on_request_list(self, message: Any, peer: Peer, now_s: float) -> None:
+        """Send the list from its start. A client that asks again meanwhile gets no higher rate for it."""
+        listing = self._listings.get(peer)
+        if listing is None:
+            listing = self._listings[peer] = _Listing(0, LIST_BURST, now_s)
+        listing.next_index = 0
+        self._send_due(peer, listing)
+
+    def _send_due(self, peer: Peer, listing: _Listing) -> None:
+        count = len(self._parameters.specs)
+        while listing.next_index < count and listing.allowance >= 1.0 and not peer.endpoint.busy:
+            self._hub.send(peer, self._value_message(listing.next_index, peer.endpoint.dialect.bytewise_parameters))
+            listing.next_index += 1
+            listing.allowance -= 1.0
+        if listing.next_index >= count:
+            self._listings.pop(peer, None)
+
+    def _on_request_read(self, message: Any, peer: Peer, now_s: float) -> None:
+        index = message.param_index
+        if index == _NO_INDEX:
+            index = self._parameters.index.get(message.param_id, _NO_INDEX)
+        if 0 <= index < len(self._parameters.specs):
+            self._hub.send(peer, self._value_message(index, peer.endpoint.dialect.bytewise_parameters))
+        else:
+            self._send_error(peer, message.param_id, message.param_index, ParamError.DOES_NOT_EXIST)
+
+    def _on_set(self, message: Any, peer: Peer, now_s: float) -> None:
+        name = message.param_id
+        spec = self._parameters.spec(name)
+        if spec is None:
+            self._send_error(peer, name, _NO_INDEX, ParamError.DOES_NOT_EXIST)
+            self._announce_refusal(now_s, f"unknown parameter {name}")
+            return
+        bytewise = peer.endpoint.dialect.bytewise_parameters
+        value = decoded(spec, message.param_value, message.param_type if bytewise else None)
+        refusal = value if isinstance(value, ParamError) else _error_of(self._parameters.set(name, value))
+        if refusal is None:
+            self._send_to_all(name)
+            return
+        index = self._parameters.index[name]
+        self._send_error(peer, name, index, refusal)  # first: MAVSDK takes the old value alone for a lost answer
+        self._hub.send(peer, self._value_message(index, bytewise))
+        self._announce_refusal(now_s, f"{name} stays {self._parameters[name]:g}: {_reason(spec, refusal)}")
+
+    def _on_change(self, name: str, value: float) -> None:
+        self._changed[name] = None
+
+    def _send_to_all(self, name: str) -> None:
+        self._changed.pop(name, None)
+        index = self._parameters.index[name]
+        packed = {bytewise: pack(self._value_message(index, bytewise)) for bytewise in (False, True)}
+        for outlet in self._hub.listeners:
+            self._hub.send_packed(outlet, packed[outlet.dialect.bytewise_parameters])
+
+    def _value_message(self, index: int, bytewise: bool) -> Any:
+        spec = self._parameters.specs[index]
+        value, kind = encoded(spec, self._parameters[spec.name], bytewise)
+        return mavlink.MAVLink_param_value_message(self._names[index], value, kind, len(self._names), index)
+
+    def _send_error(self, peer: Peer, name: str, index: int, error: ParamError) -> None:
+        identifier = name.encode("ascii", "replace")[:16]
+        self._hub.send(peer, mavlink.MAVLink_param_error_message(peer.system, peer.component, identifier, index, error))
+
+    def _announce_refusal(self, now_s: float, text: str) -> None:
+        self._vessel.events.say(now_s, Severity.WARNING, "parameter_refused", text)
+
+
+def encoded(spec: ParamSpec, value: float, bytewise: bool) -> tuple[float, int]:
+    """(param_value, param_type) of PARAM_VALUE. `bytewise`: whole numbers as their bits in the float field."""
+    if spec.type is ParamType.REAL32:
+        return value, _REAL32_TYPE
+    if not bytewise:
+        return float(value), _INT32_TYPE
+    return _FLOAT.unpack(_INT32.pack(int(value)))[0], _INT32_TYPE
+
+
+def decoded(spec: ParamSpec, value: float, param_type: int | None) -> float | ParamError:
+    """The value of a PARAM_SET, or the error. `param_type` None: `value` is a plain number, whatever type the message
+    has (C-cast)."""
+    if param_type is None:
+        return value
+    whole = _WHOLE_NUMBERS.get(param_type)
+    if whole is not None:
+        return float(whole.unpack_from(_FLOAT.pack(value))[0])
+    if param_type != _REAL32_TYPE:
+        return ParamError.TYPE_UNSUPPORTED
+    if spec.type is ParamType.INT32 and math.isfinite(value) and value != round(value):
+        return ParamError.TYPE_MISMATCH
+    return value
+
+
+def _error_of(refusal: ParamRefusal | None) -> ParamError | None:
+    return None if refusal is None else ParamError[refusal.name]
+
+
+def _reason(spec: ParamSpec, error: ParamError) -> str:
+    if error is ParamError.READ_ONLY:
+        return "it is read-only"
+    if error is ParamError.VALUE_OUT_OF_RANGE:
+        takes = (
+            ", ".join(map(str, spec.choices))
+            if spec.choices
+            else f"{spec.minimum:g} to {spec.maximum:g} {spec.unit}".rstrip()
+        )
+        return f"it takes {takes}"
+    return "it takes whole numbers" if error is ParamError.TYPE_MISMATCH else "that type does not fit"

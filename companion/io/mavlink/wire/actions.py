@@ -1,0 +1,85 @@
+"""What a MAVLink message asks for, and the answers of the protocols where it is refused. Whether it is refused is
+decided in `companion/supervisor/authority.py`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from companion.core.decision import Result
+from companion.io.mavlink.wire import messages as mavlink
+from companion.mission.plan import PlanResult
+from companion.supervisor.authority import Action
+
+REQUEST_OPERATOR_CONTROL = 32100  # MAV_CMD, which pymavlink's `common` lacks
+_PERMISSION_DENIED = 3  # MAV_PARAM_ERROR
+_NO_INDEX = -1
+
+CONTROLLING: Mapping[int, Action] = {  # message ids; all others change nothing aboard
+    mavlink.MAVLINK_MSG_ID_COMMAND_LONG: Action.COMMAND,
+    mavlink.MAVLINK_MSG_ID_COMMAND_INT: Action.COMMAND,
+    mavlink.MAVLINK_MSG_ID_SET_MODE: Action.COMMAND,
+    mavlink.MAVLINK_MSG_ID_MISSION_SET_CURRENT: Action.COMMAND,
+    mavlink.MAVLINK_MSG_ID_LOG_ERASE: Action.COMMAND,
+    mavlink.MAVLINK_MSG_ID_MISSION_COUNT: Action.UPLOAD,
+    mavlink.MAVLINK_MSG_ID_MISSION_WRITE_PARTIAL_LIST: Action.UPLOAD,
+    mavlink.MAVLINK_MSG_ID_MISSION_ITEM: Action.UPLOAD,
+    mavlink.MAVLINK_MSG_ID_MISSION_ITEM_INT: Action.UPLOAD,
+    mavlink.MAVLINK_MSG_ID_MISSION_CLEAR_ALL: Action.UPLOAD,
+    mavlink.MAVLINK_MSG_ID_MANUAL_CONTROL: Action.STICKS,
+    mavlink.MAVLINK_MSG_ID_RC_CHANNELS_OVERRIDE: Action.STICKS,
+    mavlink.MAVLINK_MSG_ID_SET_ATTITUDE_TARGET: Action.SETPOINT,
+    mavlink.MAVLINK_MSG_ID_SET_POSITION_TARGET_LOCAL_NED: Action.SETPOINT,
+    mavlink.MAVLINK_MSG_ID_SET_POSITION_TARGET_GLOBAL_INT: Action.SETPOINT,
+    mavlink.MAVLINK_MSG_ID_PARAM_SET: Action.PARAMETER,
+}
+STREAMS = frozenset({Action.STICKS, Action.SETPOINT})  # many messages a second: one refusal is told
+_COMMANDS = frozenset({mavlink.MAVLINK_MSG_ID_COMMAND_LONG, mavlink.MAVLINK_MSG_ID_COMMAND_INT})
+_READING = frozenset(
+    {
+        mavlink.MAV_CMD_REQUEST_MESSAGE,
+        mavlink.MAV_CMD_SET_MESSAGE_INTERVAL,
+        mavlink.MAV_CMD_GET_MESSAGE_INTERVAL,
+        mavlink.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES,
+        mavlink.MAV_CMD_REQUEST_PROTOCOL_VERSION,
+        mavlink.MAV_CMD_GET_HOME_POSITION,
+        mavlink.MAV_CMD_RUN_PREARM_CHECKS,
+    }
+)
+
+
+def action_of(message: Any) -> Action:
+    """What a message asks for."""
+    number = message.get_msgId()
+    if number not in _COMMANDS:
+        return CONTROLLING.get(number, Action.READ)
+    if message.command in _READING:
+        return Action.READ
+    if message.command == REQUEST_OPERATOR_CONTROL:
+        return Action.OPERATOR_CONTROL
+    return Action.DISARM if _ends_motion(message) else Action.COMMAND
+
+
+def _ends_motion(message: Any) -> bool:
+    """Disarming and termination."""
+    if message.command == mavlink.MAV_CMD_COMPONENT_ARM_DISARM:
+        return bool(message.param1 == 0.0)
+    return bool(message.command == mavlink.MAV_CMD_DO_FLIGHTTERMINATION and message.param1 == 1.0)
+
+
+def denials(message: Any, system: int, component: int) -> Sequence[Any]:
+    """The negative acknowledgement of a message that is refused; empty where its protocol has none."""
+    number = message.get_msgId()
+    if number in _COMMANDS:
+        return (
+            mavlink.MAVLink_command_ack_message(
+                message.command, Result.DENIED.value, target_system=system, target_component=component
+            ),
+        )
+    if CONTROLLING.get(number) is Action.UPLOAD:
+        return (mavlink.MAVLink_mission_ack_message(system, component, PlanResult.DENIED, message.mission_type),)
+    if number == mavlink.MAVLINK_MSG_ID_PARAM_SET:
+        name = message.param_id.encode("ascii", "replace")[:16]
+        return (mavlink.MAVLink_param_error_message(system, component, name, _NO_INDEX, _PERMISSION_DENIED),)
+    return ()

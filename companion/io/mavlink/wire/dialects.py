@@ -1,0 +1,98 @@
+"""What a ground station is told that the vehicle is. A dialect belongs to a link; the vessel's state knows nothing of
+it.
+
+Numbers: PX4's `custom_mode` is main << 16 | sub << 24; ArduPilot's is that of Rover (MAVLink, ardupilotmega.xml,
+ROVER_MODE).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from companion.core.decision import ModeDeclaration, ModeId, Need
+from companion.io.mavlink.wire import messages as mavlink
+from companion.modes.table import DECLARATIONS
+
+_PX4_MODES = {mode: declared.px4 for mode, declared in DECLARATIONS.items()}
+_ROVER_MODES = {mode: declared.rover for mode, declared in DECLARATIONS.items()}
+_ROVER_ALIASES = {number: mode for mode, declared in DECLARATIONS.items() for number in declared.rover_aliases}
+
+
+def _base_mode(declared: ModeDeclaration) -> int:
+    """MAV_MODE_FLAGs of a mode."""
+    flags: int = mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
+    if Need.HEADING in declared.needs:
+        flags |= mavlink.MAV_MODE_FLAG_STABILIZE_ENABLED
+    flags |= mavlink.MAV_MODE_FLAG_MANUAL_INPUT_ENABLED if declared.by_stick else mavlink.MAV_MODE_FLAG_GUIDED_ENABLED
+    if declared.has_plan and not declared.by_stick:
+        flags |= mavlink.MAV_MODE_FLAG_AUTO_ENABLED
+    return flags
+
+
+_BASE_MODES = {mode: _base_mode(declared) for mode, declared in DECLARATIONS.items()}
+
+
+@dataclass(frozen=True, slots=True)
+class Dialect:
+    """One identity: autopilot type, mode numbers, how parameters are encoded, what mission item 0 means.
+
+    `bytewise_parameters`: an INT32 travels as its four bytes in the float field (PX4), else as the float of the same
+    value (ArduPilot). `home_is_item_zero`: in missions item 0 is home, and the first real item is number 1.
+    `offboard_may_wait`: its number of Offboard also means to wait for a go-to, which is Hold, where no setpoints come.
+    `zero_yaw_is_unset`: clients of this dialect send 0 where MAVLink says NaN for a heading that does not matter.
+    """
+
+    name: str
+    autopilot: int
+    modes: Mapping[ModeId, int]
+    bytewise_parameters: bool
+    home_is_item_zero: bool
+    zero_yaw_is_unset: bool = False
+    offboard_may_wait: bool = False
+    packs_main_and_sub: bool = True  # custom_mode is made of a main and a sub mode
+    aliases: Mapping[int, ModeId] = field(default_factory=dict)  # numbers that are understood but never sent
+
+    def __hash__(self) -> int:
+        return hash(self.name)
+
+    def custom_mode(self, mode: ModeId) -> int:
+        """The number under which `mode` is sent."""
+        return self.modes[mode]
+
+    def mode(self, custom_mode: int, offered: frozenset[ModeId] = frozenset(ModeId)) -> ModeId | None:
+        """The mode that a number asks for, among those offered; None for a number that means none of them."""
+        for mode, number in self.modes.items():
+            if number == custom_mode and mode in offered:
+                return mode
+        alias = self.aliases.get(custom_mode)
+        return alias if alias in offered else None
+
+    def base_mode(self, mode: ModeId, armed: bool) -> int:
+        """HEARTBEAT.base_mode: always with CUSTOM_MODE_ENABLED; the other flags inform only, but for SAFETY_ARMED."""
+        return _BASE_MODES[mode] | (mavlink.MAV_MODE_FLAG_SAFETY_ARMED if armed else 0)
+
+    @property
+    def first_item(self) -> int:
+        """Number, in this dialect, of the vessel's mission item 0."""
+        return 1 if self.home_is_item_zero else 0
+
+
+PX4 = Dialect("px4", mavlink.MAV_AUTOPILOT_PX4, _PX4_MODES, bytewise_parameters=True, home_is_item_zero=False)
+GENERIC = Dialect(
+    "generic", mavlink.MAV_AUTOPILOT_GENERIC, _PX4_MODES, bytewise_parameters=True, home_is_item_zero=False
+)
+ARDUPILOT = Dialect(
+    "ardupilot",
+    mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA,
+    _ROVER_MODES,
+    bytewise_parameters=False,
+    home_is_item_zero=True,
+    zero_yaw_is_unset=True,
+    offboard_may_wait=True,
+    packs_main_and_sub=False,
+    aliases=_ROVER_ALIASES,
+)
+
+DIALECTS: Mapping[str, Dialect] = {dialect.name: dialect for dialect in (PX4, ARDUPILOT, GENERIC)}
+DEFAULT_DIALECT = PX4

@@ -1,0 +1,114 @@
+"""The interface of all links to ground stations, and what they share."""
+
+from __future__ import annotations
+
+import errno
+import socket
+from collections.abc import Sequence
+from typing import Any, Protocol
+
+from companion.core.tick import DeviceHealth
+from companion.io.mavlink.wire.endpoint import Endpoint
+from companion.io.mavlink.wire.framer import UnknownMessage
+from companion.io.mavlink.wire.guard import RADIO_STATUS, Guard
+
+PEER_TIMEOUT_S = 15.0
+MAX_PEERS = 16
+MOST_BYTES = 16384  # read in one call: a flood must not hold the vessel up; the rest keeps the descriptor readable
+
+Received = list[tuple[Endpoint, Any]]
+
+
+class LinkError(Exception):
+    """A link that cannot be opened; the message is one line that says what to do."""
+
+
+class Link(Protocol):
+    """One link with any number of endpoints. `guard`: its options, applied to each packet."""
+
+    name: str
+    guard: Guard
+
+    @property
+    def endpoints(self) -> Sequence[Endpoint]:
+        """The endpoints that can be written to now."""
+        ...
+
+    def receive(self, now_s: float) -> Received:
+        """Messages that came in, each with its endpoint. At most about 16 kB; the rest comes with the next call."""
+        ...
+
+    def filenos(self) -> Sequence[int]:
+        """File descriptors that become readable when bytes arrive."""
+        ...
+
+    def health(self, now_s: float) -> DeviceHealth:
+        """State of the link, for the display of devices."""
+        ...
+
+    def news(self) -> Sequence[str]:
+        """Texts to announce that have come up since the last call."""
+        ...
+
+    def close(self) -> None:
+        """Close all sockets and ports of the link."""
+        ...
+
+
+def bound_socket(url: str, address: tuple[str, int], kind: socket.SocketKind, bind: bool) -> socket.socket:
+    """A non-blocking socket, bound to `address` if `bind`. Raises LinkError with what to do."""
+    made = socket.socket(socket.AF_INET6 if ":" in address[0] else socket.AF_INET, kind)
+    made.setblocking(False)
+    try:
+        if kind == socket.SOCK_STREAM:
+            made.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        else:
+            made.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
+        if bind:
+            made.bind(address)
+    except (OSError, OverflowError) as error:
+        made.close()
+        raise LinkError(f"'{url}': {why_not_bound(error)}") from error
+    return made
+
+
+def why_not_bound(error: Exception) -> str:
+    """Why a socket could not be bound, and what to do, in words."""
+    number = getattr(error, "errno", None)
+    if number == errno.EADDRINUSE:
+        return "port in use; stop the program that listens there, or choose another port with --link"
+    if number == errno.EADDRNOTAVAIL:
+        return "this computer has no such address; use 0.0.0.0 for all"
+    if number in (errno.EACCES, errno.EPERM):
+        return "permission denied; choose a port above 1023"
+    return str(error)
+
+
+def take_in(endpoint: Endpoint, messages: list[Any], now_s: float, out: Received) -> None:
+    """Add the messages that the link's guard admits to `out`, and update the endpoint's counts.
+
+    The endpoint counts as heard if one of them is of a known id. A refused message changes only the guard's counts.
+    RADIO_STATUS comes from the modem and needs no signature, so it does not count as the far end being heard.
+    """
+    for message in messages:
+        if not endpoint.guard.admits(message):
+            continue
+        out.append((endpoint, message))
+        certain = message.__class__ is not UnknownMessage
+        endpoint.traffic.received += certain
+        if message.get_msgId() == RADIO_STATUS:
+            continue
+        endpoint.receptions.take(message.get_srcSystem(), message.get_srcComponent(), message.get_seq())
+        if certain:
+            endpoint.last_heard_s = now_s
+
+
+def link_health(
+    name: str, endpoints: Sequence[Endpoint], fault: str | None, now_s: float, guard: Guard | None = None
+) -> DeviceHealth:
+    """Health of a link: good unless it has a fault. Its age is that of the newest message. `guard`: adds what it
+    refused."""
+    heard = [endpoint.last_heard_s for endpoint in endpoints if endpoint.last_heard_s is not None]
+    age_s = now_s - max(heard) if heard else None
+    texts = (fault, None if heard else "nobody heard yet", None if guard is None else guard.text)
+    return DeviceHealth(name, fault is None, age_s, fault or "; ".join(text for text in texts if text))

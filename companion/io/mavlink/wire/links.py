@@ -1,0 +1,378 @@
+"""Links to ground stations, opened by URL. No link ever blocks, or raises because of the far end or the network.
+
+    udpout:192.168.1.20:14550   send there; also answer other senders to our socket
+    udpin:0.0.0.0:14550         answer every sender; forget it after 15 s of silence
+    tcpin:0.0.0.0:5760          accept clients
+    tcpout:192.168.1.20:5760    connect; reconnect when the connection breaks
+    serial:/dev/ttyUSB0:57600   a telemetry radio
+    memory:name                 tests and lockstep: the far end is in this process
+
+Each takes options as `?key=value&key=value` (`link_options.py`):
+
+    dialect=px4|ardupilot|generic       persona: what the clients of the link are told that the vehicle is
+    telemetry=all|leader|high_latency   messages that are streamed without a request
+    signing=off|accept|require          signatures that packets need
+    trusted=no|yes                      whether the signing key may be set there
+    route=yes|from|no                   forwarding between this link and the others
+    rate=BYTES_PER_S                    capacity of the line, where lower than usual for its kind
+"""
+
+from __future__ import annotations
+
+import socket
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from companion.core.ports import ByteStream
+from companion.core.tick import DeviceHealth
+from companion.io.mavlink.wire.dialects import Dialect
+from companion.io.mavlink.wire.endpoint import FAST_BYTES_PER_S, Endpoint
+from companion.io.mavlink.wire.framer import Framer
+from companion.io.mavlink.wire.guard import Guard
+from companion.io.mavlink.wire.link_base import (
+    MAX_PEERS,
+    MOST_BYTES,
+    PEER_TIMEOUT_S,
+    Link,
+    LinkError,
+    Received,
+    bound_socket,
+    link_health,
+    take_in,
+)
+from companion.io.mavlink.wire.link_options import OptionError, parse_options
+from companion.io.mavlink.wire.tcp_server import TcpServerLink
+from companion.io.transport import opener as transport
+from companion.io.transport import urls
+
+__all__ = [
+    "PEER_TIMEOUT_S",
+    "SILENCE_S",
+    "Link",
+    "LinkError",
+    "MemoryLink",
+    "StreamLink",
+    "TcpServerLink",
+    "UdpLink",
+    "open_link",
+    "open_links",
+]
+
+SILENCE_S = 0.3  # after so long a pause inside a frame, a serial line will not finish that frame
+_RECEIVES = 64  # datagrams read in one call, at most
+
+
+def open_link(url: str, patience: float = 1.0) -> Link:
+    """Open the link of a URL. `patience`: factor on the silence after which peers are forgotten, where vessel time runs
+    fast.
+
+    Raises LinkError, with one line, for a URL that cannot be used or a port in use.
+    """
+    body = url.strip().partition("?")[0]
+    if body.startswith("memory:"):
+        return MemoryLink(url)
+    parsed = _parsed(url)
+    dialect, guard = _options(url, parsed.options)
+    if parsed.scheme == "serial":
+        return StreamLink(url, _opened(body), dialect, guard.options.rate_bytes_per_s or parsed.baud / 10.0, guard)
+    address = _resolved(url, parsed.host, parsed.port)
+    match parsed.scheme:
+        case "tcpout":
+            host = f"[{address[0]}]" if ":" in address[0] else address[0]
+            return StreamLink(
+                url,
+                _opened(f"tcpout:{host}:{address[1]}"),
+                dialect,
+                guard.options.rate_bytes_per_s or FAST_BYTES_PER_S,
+                guard,
+            )
+        case "tcpin":
+            return TcpServerLink(url, address, dialect, patience, guard)
+        case _:
+            return UdpLink(url, address, dialect, parsed.scheme == "udpin", patience, guard)
+
+
+def judge_url(url: str) -> None:
+    """Check a URL without opening it. Raises LinkError, as `open_link` does, for one that can never be a link."""
+    _options(url, _parsed(url).options)
+
+
+def _parsed(url: str) -> urls.PortUrl:
+    try:
+        parsed = urls.parse_url(url)
+    except urls.TransportError as error:
+        raise LinkError(str(error)) from error
+    if parsed.scheme == "can":
+        raise LinkError(f"'{url}': MAVLink does not go over CAN")
+    return parsed
+
+
+def open_links(urls: Sequence[str], patience: float = 1.0) -> list[Link]:
+    """Open all of them, or none. Raises LinkError for the first that cannot be opened."""
+    opened: list[Link] = []
+    try:
+        for url in urls:
+            opened.append(open_link(url, patience))
+    except LinkError:
+        for link in opened:
+            link.close()
+        raise
+    return opened
+
+
+def _options(url: str, given: Mapping[str, str]) -> tuple[Dialect, Guard]:
+    """Persona and guard from the options of a URL."""
+    try:
+        dialect, options = parse_options(given)
+    except OptionError as error:
+        raise LinkError(f"'{url}': {error}") from error
+    return dialect, Guard(options)
+
+
+def _opened(url: str) -> ByteStream:
+    try:
+        return transport.TransportOpener().open(url, url)
+    except urls.TransportError as error:
+        raise LinkError(str(error)) from error
+
+
+def _resolved(url: str, host: str, port: int) -> tuple[str, int]:
+    """IP address and port of a host name, looked up once."""
+    try:
+        found = socket.getaddrinfo(host, port, type=socket.SOCK_DGRAM)
+    except (OSError, UnicodeError) as error:
+        raise LinkError(f"'{url}': host '{host}' not found; give its IP address") from error
+    address = found[0][4]
+    return str(address[0]), int(address[1])
+
+
+class UdpLink:
+    """A UDP link. `udpout` has one endpoint from the start. All others are added at their first valid message, and
+    removed after PEER_TIMEOUT_S of silence."""
+
+    def __init__(
+        self,
+        url: str,
+        address: tuple[str, int],
+        dialect: Dialect,
+        listens: bool,
+        patience: float = 1.0,
+        guard: Guard | None = None,
+    ) -> None:
+        self.name = url
+        self.guard = Guard() if guard is None else guard
+        self._timeout_s = PEER_TIMEOUT_S * patience
+        self._rate = self.guard.options.rate_bytes_per_s or FAST_BYTES_PER_S
+        self._dialect = dialect
+        self._socket = bound_socket(url, address, socket.SOCK_DGRAM, bind=listens)
+        self._fault: str | None = None
+        self._static: Endpoint | None = None
+        self._peers: dict[Any, Endpoint] = {}
+        if not listens:
+            self._static = self._endpoint(address, Framer())
+            self._peers[address] = self._static
+
+    @property
+    def address(self) -> tuple[str, int]:
+        """(host, port) that this link's socket is bound to."""
+        bound = self._socket.getsockname()
+        return bound[0], bound[1]
+
+    @property
+    def endpoints(self) -> Sequence[Endpoint]:
+        """As `Link.endpoints`."""
+        return tuple(self._peers.values())
+
+    def receive(self, now_s: float) -> Received:
+        """As `Link.receive`."""
+        out: Received = []
+        left = MOST_BYTES
+        for _ in range(_RECEIVES):
+            if left <= 0:
+                break
+            try:
+                data, address = self._socket.recvfrom(MOST_BYTES)
+            except (BlockingIOError, InterruptedError):
+                break
+            except ConnectionError:  # no program listens yet at the address that we sent to
+                continue
+            except OSError as error:
+                self._fault = f"{self.name}: {error}"
+                break
+            left -= len(data)
+            self._take(data, address[:2], now_s, out)
+        self._forget(now_s)
+        return out
+
+    def filenos(self) -> Sequence[int]:
+        """As `Link.filenos`."""
+        number = self._socket.fileno()
+        return (number,) if number >= 0 else ()
+
+    def health(self, now_s: float) -> DeviceHealth:
+        """As `Link.health`."""
+        return link_health(self.name, self.endpoints, self._fault, now_s, self.guard)
+
+    def news(self) -> Sequence[str]:
+        """As `Link.news`."""
+        return ()
+
+    def close(self) -> None:
+        """As `Link.close`."""
+        self._socket.close()
+
+    def _take(self, data: bytes, address: Any, now_s: float, out: Received) -> None:
+        known = self._peers.get(address)
+        if known is None and len(self._peers) >= MAX_PEERS:
+            return
+        endpoint = self._endpoint(address, Framer()) if known is None else known
+        taken: Received = []
+        # a frame does not span datagrams
+        take_in(endpoint, endpoint.framer.feed(data) + endpoint.framer.flush(), now_s, taken)
+        if known is None and endpoint.last_heard_s is None:  # a new sender without a valid message
+            return
+        self._peers[address] = endpoint
+        out += taken
+
+    def _forget(self, now_s: float) -> None:
+        for address, endpoint in list(self._peers.items()):
+            heard_s = endpoint.last_heard_s
+            if endpoint is not self._static and heard_s is not None and now_s - heard_s > self._timeout_s:
+                endpoint.gone = True
+                del self._peers[address]
+
+    def _endpoint(self, address: Any, framer: Framer) -> Endpoint:
+        def transmit(data: bytes, now_s: float) -> int:
+            try:
+                sent = self._socket.sendto(data, address)
+                self._fault = None
+                return sent
+            except (BlockingIOError, InterruptedError, ConnectionError):
+                return 0
+            except OSError as error:  # the network is down; the next datagram tries again
+                self._fault = f"{self.name}: {error.strerror or error}"
+                return 0
+
+        return Endpoint(
+            f"{self.name} {address[0]}:{address[1]}",
+            self._dialect,
+            transmit,
+            datagrams=True,
+            bytes_per_s=self._rate,
+            framer=framer,
+            guard=self.guard,
+        )
+
+
+class StreamLink:
+    """A link with one endpoint on a byte stream that reopens by itself: a serial port, or a TCP connection that we
+    make."""
+
+    def __init__(
+        self, url: str, stream: ByteStream, dialect: Dialect, bytes_per_s: float, guard: Guard | None = None
+    ) -> None:
+        self.name = url
+        self.guard = Guard() if guard is None else guard
+        self._stream = stream
+        self._fed_s = 0.0
+        self._noisy = bytes_per_s < FAST_BYTES_PER_S  # a line that may lose bytes inside a frame
+        self._endpoint = Endpoint(url, dialect, self._transmit, bytes_per_s=bytes_per_s, guard=self.guard)
+
+    @property
+    def endpoints(self) -> Sequence[Endpoint]:
+        """As `Link.endpoints`."""
+        return (self._endpoint,) if self._stream.fault() is None else ()
+
+    def receive(self, now_s: float) -> Received:
+        """As `Link.receive`."""
+        out: Received = []
+        framer = self._endpoint.framer
+        for t_s, data in self._stream.read(now_s):
+            self._fed_s = t_s
+            take_in(self._endpoint, framer.feed(data), now_s, out)
+        if self._noisy and framer.pending and now_s - self._fed_s > SILENCE_S:
+            take_in(self._endpoint, framer.flush(), now_s, out)
+        return out
+
+    def filenos(self) -> Sequence[int]:
+        """As `Link.filenos`."""
+        number = self._stream.fileno()
+        return () if number is None else (number,)
+
+    def health(self, now_s: float) -> DeviceHealth:
+        """As `Link.health`."""
+        return link_health(self.name, (self._endpoint,), self._stream.fault(), now_s, self.guard)
+
+    def news(self) -> Sequence[str]:
+        """As `Link.news`."""
+        return ()
+
+    def close(self) -> None:
+        """As `Link.close`."""
+        self._stream.close()
+
+    def _transmit(self, data: bytes, now_s: float) -> int:
+        self._stream.write(data, now_s)
+        return len(data)
+
+
+class MemoryLink:
+    """A link whose far end is in this process: `to_vessel` puts bytes in, `from_vessel` takes out what the vessel
+    sent."""
+
+    _MOST_BYTES = 16 << 20
+
+    def __init__(self, url: str = "memory:") -> None:
+        self.name = url
+        query = url.partition("?")[2]
+        options = dict(part.partition("=")[::2] for part in query.split("&")) if query else {}
+        self._in = bytearray()
+        self._out = bytearray()
+        dialect, self.guard = _options(url, options)
+        rate = self.guard.options.rate_bytes_per_s or FAST_BYTES_PER_S
+        self._endpoint = Endpoint(url, dialect, self._transmit, bytes_per_s=rate, guard=self.guard)
+
+    def to_vessel(self, data: bytes) -> None:
+        """Bytes that the vessel receives at its next `receive`."""
+        self._in += data
+
+    def from_vessel(self) -> bytes:
+        """All bytes that the vessel has sent since the last call."""
+        data = bytes(self._out)
+        self._out.clear()
+        return data
+
+    @property
+    def endpoints(self) -> Sequence[Endpoint]:
+        """As `Link.endpoints`."""
+        return (self._endpoint,)
+
+    def receive(self, now_s: float) -> Received:
+        """As `Link.receive`."""
+        out: Received = []
+        if self._in:
+            data = bytes(self._in)
+            self._in.clear()
+            take_in(self._endpoint, self._endpoint.framer.feed(data), now_s, out)
+        return out
+
+    def filenos(self) -> Sequence[int]:
+        """As `Link.filenos`."""
+        return ()
+
+    def health(self, now_s: float) -> DeviceHealth:
+        """As `Link.health`."""
+        return link_health(self.name, self.endpoints, None, now_s, self.guard)
+
+    def news(self) -> Sequence[str]:
+        """As `Link.news`."""
+        return ()
+
+    def close(self) -> None:
+        """As `Link.close`."""
+        self._endpoint.gone = True
+
+    def _transmit(self, data: bytes, now_s: float) -> int:
+        if len(self._out) + len(data) <= self._MOST_BYTES:
+            self._out += data
+        return len(data)

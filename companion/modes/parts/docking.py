@@ -1,0 +1,349 @@
+"""Docking: goes to the standoff point, lines up, moves onto the berth (sideways, bow or stern first), pushes gently.
+
+All decisions use the smoothed motion (`alongside.py`), without the waves. Docking is given up when the boat strays, is
+stopped short, or runs out of time or accuracy. It is also given up at the standoff point if wind and current leave too
+little thrust for gusts.
+"""
+
+from __future__ import annotations
+
+import math
+from enum import Enum
+
+from companion.config.vessel import VesselConfig
+from companion.core.angles import wrap_pi
+from companion.core.decision import ModeInputs, Severity
+from companion.core.events import EventLog
+from companion.core.setpoint import Point, PoseSetpoint, Progress, Setpoint, desired_motion
+from companion.fence.guard import FenceGuard
+from companion.modes.parts.alongside import Alongside, pushing_n
+from companion.modes.parts.berth import Berth
+from companion.params.store import Parameters
+from companion.positioning.consequence import most_n
+from companion.positioning.hold_point import HoldPoint
+
+_BEYOND_M = 0.6  # distance of the reference's target beyond the expected berth
+_BERTH_TOLERANCE_M = 0.4  # contact further than this from the expected berth is an obstacle
+_STALLED_SHARE = 0.35  # share of DOCK_SPEED below which the boat counts as stopped
+_STALL_S = 0.8  # time stopped at the berth that counts as contact
+_OBSTACLE_S = 5.0  # time stopped short of the berth that counts as an obstacle
+_STALL_LAG_M = 0.03  # least distance of the reference ahead of a stopped boat
+_STALL_SHARE_OF_PUSH = 0.3  # share of DOCK_PUSH_N above the free-motion force that shows contact
+_FREE_S = 4.0  # averaging time of the free-motion force
+_QUIET_MPS, _QUIET_RADPS = 0.03, math.radians(1.0)
+_SEA_SHARE = 0.3  # share of the waves' motion that smoothing leaves
+_SETTLE_S = 10.0  # time at the standoff point until the mean force shows wind and current
+_MOST_TAKEN = 0.75  # share of thrust that wind and current may take; gusts take a third more
+_CALM_MPS, _SEA_PUSH_S = 0.02, 4.0  # scatter that counts as waves; time in which the push undoes their motion
+_GUSTS = 0.5  # extra push for gusts, as a share of the force of wind and current
+_PRESS_RADPS = 0.2  # bandwidth of the pushing force
+_DEEPEST_M, _FURTHEST_M = 0.5, -0.1  # limits of the reference's depth behind the contact
+_SWING_1PS, _SWING_MAX_RAD = 0.05, math.radians(5.0)  # the berth turns the boat, so the target heading gives way
+_LEFT_M, _LEFT_S = 0.15, 2.0  # distance and time that show that the boat has left the berth
+_DOCKED_S = 3.0
+
+
+class Phase(Enum):
+    """The phases of docking, in order."""
+
+    GO = "go"
+    ALIGN = "align"
+    APPROACH = "approach"
+    PUSH = "push"
+    ABORTED = "aborted"
+
+
+class Docking:
+    """Call `start(berth, inputs)`, then `update(inputs)` every tick → Setpoint. Each phase is announced as an event.
+
+    Remembers the phase and its start, how long its end condition has lasted, and the smoothed motion. Remembers too the
+    force of wind and current, the largest thrust each way, the place of contact and the depth of the reference. Needs
+    the achieved wrench and the failed thrusters in `inputs`.
+    """
+
+    def __init__(
+        self, config: VesselConfig, parameters: Parameters, events: EventLog, fence: FenceGuard | None = None
+    ) -> None:
+        self._fence = fence
+        self._config = config
+        self._parameters = parameters
+        self._events = events
+        self._hold_point = HoldPoint(config, parameters, fence)
+        self._berth = Berth(0.0, 0.0, 0.0, (0.0, -1.0), 0.0, 0.0)
+        self._motion = Alongside()
+        self._most_n: dict[tuple[float, float], tuple[float, float]] = {}
+        self._way: list[tuple[float, float, float]] = []
+        self._clearing = False
+        self._free_n = self._contact_m = self._depth_m = self._yaw_rad = 0.0
+        self._phase = Phase.GO
+        self._since_s = 0.0
+        self._left_s: float | None = None
+        self._good_s: float | None = None  # when the condition that the phase waits for began to hold
+
+    @property
+    def phase(self) -> Phase:
+        """The present phase."""
+        return self._phase
+
+    @property
+    def alongside(self) -> bool:
+        """Whether the boat pushes against the berth."""
+        return self._phase is Phase.PUSH
+
+    @property
+    def docked(self) -> bool:
+        """Whether the boat has pushed against the berth for long enough to count as docked."""
+        return self._phase is Phase.PUSH and self._good_s is not None
+
+    def refusal(self, berth: Berth, inputs: ModeInputs) -> str | None:
+        """Return why the boat cannot dock at the berth now, or None. Changes nothing."""
+        if self._config.limits.sway_n <= 0.0:
+            return "this boat cannot push itself sideways"
+        if inputs.failed:
+            return self._failed_text(inputs)
+        off_m, _ = berth.place(inputs.nav.north_m, inputs.nav.east_m)
+        if inputs.nav.position_valid and off_m + berth.reach_m < 0.0:
+            return "boat is behind the berth: go round to its front"
+        line = [(inputs.nav.north_m, inputs.nav.east_m), *(berth.pose(off)[:2] for off in (berth.standoff_m, 0.0))]
+        if self._fence is not None and not self._fence.allows_berth(line if inputs.nav.position_valid else line[1:]):
+            return "way to the berth crosses the fence"
+        return None
+
+    def start(self, berth: Berth, inputs: ModeInputs) -> str | None:
+        """Start from the present motion. Return a reason if docking is refused, else None. A boat already at the berth
+        starts to push."""
+        reason = self.refusal(berth, inputs)
+        if reason is not None:
+            return reason
+        nav = inputs.nav
+        self._berth = berth
+        self._motion.start(berth)
+        self._look_up_most(berth.towards)
+        off_m, along_m = berth.place(nav.north_m, nav.east_m)
+        self._free_n = 0.0
+        aligned = abs(wrap_pi(nav.yaw_rad - berth.yaw_rad)) < math.radians(self._parameters["DOCK_YAW_MAX"])
+        if abs(off_m) < _LEFT_M and abs(along_m) < self._parameters["DOCK_OFF_MAX"] and aligned:
+            self._press(off_m, 0.0, inputs)
+            return None
+        self._enter(Phase.GO, inputs.now_s, "Dock: going to the standoff point")
+        standoff = berth.pose(berth.standoff_m)
+        far = math.hypot(standoff[0] - nav.north_m, standoff[1] - nav.east_m) > self._parameters["DP_TRANSIT_DIST"]
+        # the boat arrives on any course and swings its bow: it needs one more boat length of clear water
+        self._way = [berth.pose(berth.standoff_m + self._config.length_m), standoff] if far else [standoff]
+        self._go_on(inputs, fresh=True)
+        return None
+
+    def update(self, inputs: ModeInputs) -> Setpoint:
+        """Give up if a rule requires it, then return the setpoint of the present phase."""
+        self._motion.update(inputs)
+        reason = self._reason_to_abort(inputs)
+        if reason is not None:
+            self._abort(reason, inputs)
+        match self._phase:
+            case Phase.GO:
+                return self._go(inputs)
+            case Phase.ALIGN:
+                return self._align(inputs)
+            case Phase.APPROACH:
+                return self._approach(inputs)
+            case Phase.PUSH:
+                return self._push(inputs)
+        return self._clear(inputs)
+
+    # --- phases ----------------------------------------------------------------------------------------------------
+
+    def _go_on(self, inputs: ModeInputs, fresh: bool) -> None:
+        north_m, east_m, yaw_rad = self._way.pop(0)
+        self._hold_point.go_to(inputs.nav, north_m, east_m, yaw_rad, None, fresh=fresh)
+
+    def _go(self, inputs: ModeInputs) -> Setpoint:
+        setpoint = self._hold_point.update(inputs.nav, None, inputs.speed_mps, inputs.dt_s)
+        if self._hold_point.arrived:
+            if self._way:
+                self._go_on(inputs, fresh=False)
+            else:
+                self._motion.settle()
+                self._enter(Phase.ALIGN, inputs.now_s, "Dock: lining up with the berth")
+        return setpoint
+
+    def _align(self, inputs: ModeInputs) -> Setpoint:
+        setpoint = self._hold_point.update(inputs.nav, None, inputs.speed_mps, inputs.dt_s)
+        if (
+            self._lasts(self._is_aligned(), inputs.now_s, self._parameters["DOCK_ALIGN_T"])
+            and self._motion.settled_s >= _SETTLE_S
+        ):
+            self._enter(
+                Phase.APPROACH, inputs.now_s, f"Dock: coming alongside at {self._parameters['DOCK_SPEED']:.2f} m/s"
+            )
+            self._free_n = self._motion.mean_n
+            self._come_alongside(inputs, fresh=False)
+        return setpoint
+
+    def _is_aligned(self) -> bool:
+        motion, parameters = self._motion, self._parameters
+        near = math.hypot(motion.off_m - self._berth.standoff_m, motion.along_m) <= parameters["DOCK_TOL"]
+        straight = abs(motion.turned_rad) <= math.radians(parameters["DOCK_TOL_YAW"])
+        quiet_mps = _QUIET_MPS + _SEA_SHARE * motion.scatter_mps
+        return (
+            near
+            and straight
+            and math.hypot(motion.closing_mps, motion.sliding_mps) <= quiet_mps
+            and abs(motion.turning_radps) <= _QUIET_RADPS
+        )
+
+    def _come_alongside(self, inputs: ModeInputs, fresh: bool) -> None:
+        pose = self._berth.pose(-_BEYOND_M)
+        self._hold_point.go_to(inputs.nav, *pose, self._parameters["DOCK_SPEED"], fresh=fresh, sideways=True)
+
+    def _approach(self, inputs: ModeInputs) -> Setpoint:
+        motion, off_m = self._motion, self._motion.off_now_m
+        setpoint = self._hold_point.update(inputs.nav, None, inputs.speed_mps, inputs.dt_s)
+        lag_m = motion.off_m - self._off_m(setpoint)
+        resisted = motion.push_n - self._free_n > _STALL_SHARE_OF_PUSH * self._parameters["DOCK_PUSH_N"]
+        stopped = motion.closing_mps < _STALLED_SHARE * self._parameters["DOCK_SPEED"] and lag_m > _STALL_LAG_M
+        if min(motion.closing_mps, motion.closing_now_mps) >= _STALLED_SHARE * self._parameters["DOCK_SPEED"]:
+            self._free_n += (pushing_n(self._berth, inputs) - self._free_n) * inputs.dt_s / _FREE_S
+        at_berth = off_m < _BERTH_TOLERANCE_M
+        if self._lasts(stopped and resisted, inputs.now_s, _STALL_S if at_berth else _OBSTACLE_S):
+            if at_berth:
+                self._press(motion.off_m, lag_m, inputs)
+            else:
+                self._abort(f"stopped {off_m:.1f} m short of the berth", inputs)
+        return setpoint
+
+    def _press(self, off_m: float, lag_m: float, inputs: ModeInputs) -> None:
+        """React to contact: keep the reference at its present depth beyond the boat, and start to push."""
+        self._contact_m, self._depth_m = off_m, min(_DEEPEST_M, max(_FURTHEST_M, lag_m))
+        self._yaw_rad = self._berth.yaw_rad
+        self._enter(Phase.PUSH, inputs.now_s, f"Dock: contact, pushing with {self._parameters['DOCK_PUSH_N']:.0f} N")
+        self._left_s = None
+
+    def _push(self, inputs: ModeInputs) -> Setpoint:
+        """Move the target of the pose control until the force towards the berth is the wanted one. So no integrator
+        winds up against the fender."""
+        nav, berth, dt_s, now_s = inputs.nav, self._berth, inputs.dt_s, inputs.now_s
+        wanted_n = self._wanted_n()
+        stiffness = self._stiffness_npm()
+        depth_m = self._depth_m + _PRESS_RADPS * dt_s * (wanted_n - pushing_n(berth, inputs)) / stiffness
+        self._depth_m = min(_DEEPEST_M, max(_FURTHEST_M, depth_m))
+        swing_rad = wrap_pi(self._yaw_rad + _SWING_1PS * dt_s * wrap_pi(nav.yaw_rad - self._yaw_rad) - berth.yaw_rad)
+        self._yaw_rad = berth.yaw_rad + min(_SWING_MAX_RAD, max(-_SWING_MAX_RAD, swing_rad))
+        if self._good_s is None and now_s - self._since_s >= _DOCKED_S:
+            self._good_s = now_s
+            self._events.say(now_s, Severity.NOTICE, "dock_docked", "Docked: pushing until disarmed")
+        self._mind_contact(inputs)
+        north_m, east_m, _ = berth.pose(self._contact_m - self._depth_m)
+        progress = Progress(target=Point(berth.north_m, berth.east_m))
+        return PoseSetpoint(north_m, east_m, wrap_pi(self._yaw_rad), progress=progress)
+
+    def _wanted_n(self) -> float:
+        """The force to push with, N: against wind, current and gusts, against the waves' motion, plus DOCK_PUSH_N."""
+        back_n = (
+            self._inertia_kg() * self._motion.scatter_mps / _SEA_PUSH_S if self._motion.scatter_mps > _CALM_MPS else 0.0
+        )
+        wanted_n = (1.0 + _GUSTS) * max(0.0, self._free_n) + back_n + self._parameters["DOCK_PUSH_N"]
+        return min(wanted_n, self._most_n[self._berth.towards][0])
+
+    def _mind_contact(self, inputs: ModeInputs) -> None:
+        """Come alongside again after wind or wake has moved the boat off the berth."""
+        if self._motion.off_now_m - self._contact_m <= _LEFT_M:
+            self._left_s = None
+        elif self._left_s is None:
+            self._left_s = inputs.now_s
+        elif inputs.now_s - self._left_s >= _LEFT_S:
+            self._enter(Phase.APPROACH, inputs.now_s, "Dock: off the berth, coming alongside again")
+            self._come_alongside(inputs, fresh=True)
+
+    def _clear(self, inputs: ModeInputs) -> Setpoint:
+        setpoint = self._hold_point.update(inputs.nav, None, inputs.speed_mps, inputs.dt_s)
+        if self._clearing and self._hold_point.arrived:
+            self._clearing = False
+            self._events.say(
+                inputs.now_s, Severity.NOTICE, "dock_clear", "Dock: holding off the berth; choose Dock to retry"
+            )
+        return setpoint
+
+    # --- giving up -------------------------------------------------------------------------------------------------
+
+    def _reason_to_abort(self, inputs: ModeInputs) -> str | None:
+        phase, nav, parameters = self._phase, inputs.nav, self._parameters
+        if phase in (Phase.ABORTED, Phase.PUSH):
+            return None
+        if inputs.failed:
+            return self._failed_text(inputs)
+        if phase is Phase.GO:
+            return None
+        if nav.position_accuracy_m > parameters["DOCK_POS_ACC"]:
+            return f"position known to {nav.position_accuracy_m:.2f} m only"
+        if inputs.now_s - self._since_s > parameters["DOCK_TIMEOUT"]:
+            what = "lining up" if phase is Phase.ALIGN else "coming alongside"
+            return f"{what} took more than {parameters['DOCK_TIMEOUT']:.0f} s"
+        return self._strays() if phase is Phase.APPROACH else self._overpowered()
+
+    def _overpowered(self) -> str | None:
+        """Return why wind, current or waves are too strong to come alongside, or None."""
+        if self._motion.settled_s < _SETTLE_S:
+            return None
+        if self._motion.scatter_mps > self._parameters["DOCK_WAVE_MAX"]:
+            return f"waves move the boat by {self._motion.scatter_mps:.2f} m/s"
+        taken_n, (towards_n, away_n) = self._motion.mean_n, self._most_n[self._berth.towards]
+        if taken_n > _MOST_TAKEN * towards_n:
+            return f"wind and current take {taken_n:.0f} N, the thrusters have {towards_n:.0f} N towards the berth"
+        if -taken_n > _MOST_TAKEN * away_n:
+            return f"wind and current take {-taken_n:.0f} N, the thrusters have {away_n:.0f} N to keep off the berth"
+        return None
+
+    def _strays(self) -> str | None:
+        parameters, motion = self._parameters, self._motion
+        if abs(motion.along_m) > parameters["DOCK_OFF_MAX"]:
+            return f"{abs(motion.along_now_m):.2f} m off the line"
+        if abs(motion.turned_rad) > math.radians(parameters["DOCK_YAW_MAX"]):
+            return f"heading {math.degrees(abs(motion.turned_now_rad)):.0f} deg off"
+        if motion.off_m < -_BERTH_TOLERANCE_M:
+            return f"no berth {-motion.off_m:.1f} m beyond where it should be"
+        return None
+
+    def _abort(self, reason: str, inputs: ModeInputs) -> None:
+        self._enter(
+            Phase.ABORTED, inputs.now_s, f"Docking given up: {reason}; back to the standoff point", Severity.WARNING
+        )
+        self._clearing = True
+        self._hold_point.go_to(inputs.nav, *self._berth.pose(self._berth.standoff_m), None)
+
+    # --- parts -----------------------------------------------------------------------------------------------------
+
+    def _enter(self, phase: Phase, now_s: float, text: str, severity: Severity = Severity.NOTICE) -> None:
+        self._phase, self._since_s, self._good_s = phase, now_s, None
+        self._events.say(now_s, severity, f"dock_{phase.value}", text)
+
+    def _lasts(self, condition: bool, now_s: float, duration_s: float) -> bool:
+        """Whether `condition` has held for `duration_s`."""
+        if not condition:
+            self._good_s = None
+            return False
+        if self._good_s is None:
+            self._good_s = now_s
+        return now_s - self._good_s >= duration_s - 1e-9
+
+    def _off_m(self, setpoint: Setpoint) -> float:
+        place = desired_motion(setpoint).place or Point(0.0, 0.0)
+        return self._berth.place(place.north_m, place.east_m)[0]
+
+    def _look_up_most(self, towards: tuple[float, float]) -> None:
+        """Compute the largest lasting force towards the berth and away from it, once for each direction."""
+        if towards not in self._most_n:
+            x, y = towards
+            self._most_n[towards] = most_n(self._config, x, y), most_n(self._config, -x, -y)
+
+    def _inertia_kg(self) -> float:
+        return self._config.hull.m22_kg if self._berth.towards[0] == 0.0 else self._config.hull.m11_kg
+
+    def _stiffness_npm(self) -> float:
+        """The stiffness of the pose control towards the berth, N/m."""
+        return (
+            self._inertia_kg() * self._parameters["DP_BW_SWAY" if self._berth.towards[0] == 0.0 else "DP_BW_SURGE"] ** 2
+        )
+
+    def _failed_text(self, inputs: ModeInputs) -> str:
+        names = [self._config.thrusters[i].name for i in sorted(inputs.failed)]
+        return f"thruster {' and '.join(names)} failed"

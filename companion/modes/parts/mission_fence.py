@@ -1,0 +1,159 @@
+"""Checks that the rest of a mission, as the boat would sail it, stays inside the fence; else names the item."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
+from itertools import pairwise
+
+from companion.config.vessel import VesselConfig
+from companion.core.decision import ModeInputs
+from companion.core.geodesy import LocalFrame
+from companion.fence.guard import FenceGuard, Place
+from companion.guidance.orbit import Circle, chosen_circle, whole_line
+from companion.guidance.path_tracking import PathTracker, Waypoint
+from companion.mission.executor import MissionExecutor
+from companion.mission.plan import PlanKind, Plans
+from companion.mission.tasks import Dock, Orbit, ReturnHome, RoutePoint, Sail
+from companion.modes.parts.berth import BerthChoice
+from companion.modes.rtl import ReturnPoint
+from companion.params.store import Parameters
+
+# Before the start, the first points are checked by the smooth path and the rest by straight legs.
+# Each path is checked again when it is laid.
+_SMOOTH_POINTS = 200
+_MOST_POINTS = 2_000
+_SAME_PLACE_M = 1.0
+_SHAPE = (
+    "PATH_KIND",
+    "NAV_ACC_RAD",
+    "PATH_SURVEY",
+    "WP_YAW_MODE",
+    "MPC_XY_VEL_MAX",
+    "PATH_YAW_RATE",
+    "PATH_ACC_LAT",
+    "RTL_USE_RALLY",
+    "CIRC_RADIUS",
+    "CIRC_DIR",
+)
+
+
+def orbit_circle(task: Orbit, frame: LocalFrame, parameters: Parameters) -> Circle:
+    """The circle of a mission's orbit, in the local plane."""
+    return chosen_circle(frame.to_ned(task.lat_deg, task.lon_deg), task.radius_m, task.clockwise, parameters)
+
+
+class MissionFence:
+    """`refusal(inputs)` checks the rest of the mission; `track_refusal(legs, seqs)` checks a path just laid. Remembers
+    the last answer and the position that it holds for."""
+
+    def __init__(
+        self,
+        config: VesselConfig,
+        parameters: Parameters,
+        plans: Plans,
+        executor: MissionExecutor,
+        point: ReturnPoint,
+        berths: BerthChoice,
+        frame: Callable[[], LocalFrame],
+        fence: FenceGuard,
+    ) -> None:
+        self._parameters = parameters
+        self._plans = plans
+        self._executor = executor
+        self._point = point
+        self._berths = berths
+        self._frame = frame
+        self._fence = fence
+        self._can_sway = config.limits.sway_n > 0.0
+        self._scratch = PathTracker(parameters, self._can_sway)
+        self._known: tuple[object, Place, str | None] = ((), (0.0, 0.0), None)
+
+    @property
+    def guard(self) -> FenceGuard:
+        """The fence guard that checks single points and lines."""
+        return self._fence
+
+    def refusal(self, inputs: ModeInputs) -> str | None:
+        """Return which item leads out of the fence, and why; None if all stay inside. Callers ask every tick while
+        disarmed, so the answer is kept while the boat stays within 1 m."""
+        nav = inputs.nav
+        if not self._fence.key or not nav.position_valid:
+            return None
+        progress, ids = self._executor.progress, [self._plans.plan_id(kind) for kind in PlanKind]
+        shape = [self._parameters[name] for name in _SHAPE]
+        key = (self._fence.key, tuple(ids), progress.state, progress.seq, inputs.home, tuple(shape))
+        place = (nav.north_m, nav.east_m)
+        if key != self._known[0] or math.dist(place, self._known[1]) > _SAME_PLACE_M:
+            self._known = key, place, self._look_ahead(inputs)
+        return self._known[2]
+
+    def track_refusal(self, legs: Sequence[Sequence[Place]], seqs: Iterable[int]) -> str | None:
+        """Return which leg crosses the fence, or None. `legs` are the lines to a route's points, `seqs` their items."""
+        for seq, leg in zip(seqs, legs, strict=False):  # leg by leg: shapely takes minutes for many laps as one line
+            if (found := self._fence.line_refusal(leg)) is not None:
+                return f"item {seq}: {found}"
+        return None
+
+    def _look_ahead(self, inputs: ModeInputs) -> str | None:
+        place, points = (inputs.nav.north_m, inputs.nav.east_m), 0
+        for task in self._executor.ahead():
+            match task:
+                case Sail():
+                    points += len(task.route)
+                    smooth = points <= _SMOOTH_POINTS or points == len(task.route)
+                    refusal, place = self._sail(task, place, inputs, smooth)
+                case ReturnHome():
+                    found = self._point.way(place, inputs.home)
+                    refusal = f"item {task.seq}: {found}" if isinstance(found, str) else None
+                    place = place if isinstance(found, str) else found[1].points[-1]
+                case Dock():
+                    berth = self._berths.at(task.lat_deg, task.lon_deg, task.yaw_rad)
+                    line = (place, berth.pose(berth.standoff_m)[:2], berth.pose(0.0)[:2])
+                    refusal = (
+                        None
+                        if self._fence.allows_berth(line)
+                        else f"item {task.seq}: way to the berth crosses the fence"
+                    )
+                    place = line[-1]
+                case Orbit():
+                    refusal, place = self._orbit(task, place)
+                    points += 1
+                case _:
+                    refusal = None
+                    points += 1
+            if refusal is not None or points > _MOST_POINTS:
+                return refusal
+        return None
+
+    def _orbit(self, task: Orbit, place: Place) -> tuple[str | None, Place]:
+        line = whole_line(orbit_circle(task, self._frame(), self._parameters), place, None, self._parameters)
+        found = self._fence.line_refusal(line)
+        return None if found is None else f"item {task.seq}: {found}", line[-1]
+
+    def _waypoints(self, route: Sequence[RoutePoint]) -> list[Waypoint]:
+        frame, surveys = self._frame(), bool(self._parameters["PATH_SURVEY"])
+        return [Waypoint(*frame.to_ned(p.lat_deg, p.lon_deg), p.radius_m, None, surveys and p.straight) for p in route]
+
+    def _sail(self, task: Sail, place: Place, inputs: ModeInputs, smooth: bool) -> tuple[str | None, Place]:
+        route, waypoints = task.route, self._waypoints(task.route)
+        ends = [(w.north_m, w.east_m) for w in waypoints]
+        for point, end in zip(route, ends, strict=True):
+            if (refusal := self._fence.point_refusal(*end)) is not None:
+                return f"item {point.seq}: {refusal}", place
+        if self._sideways(route) or not smooth:
+            legs = [list(leg) for leg in pairwise((place, *ends))]
+        else:
+            at_rest = replace(inputs.nav, north_m=place[0], east_m=place[1], north_mps=0.0, east_mps=0.0)
+            self._scratch.start(waypoints, at_rest, task.stop, beyond=self._waypoints(task.beyond))
+            legs = self._scratch.legs
+        return self.track_refusal(legs, [p.seq for p in route]), ends[-1]
+
+    def _sideways(self, route: Sequence[RoutePoint]) -> bool:
+        return (
+            len(route) == 1
+            and route[0].yaw_rad is not None
+            and self._can_sway
+            and bool(self._parameters["WP_YAW_MODE"])
+        )

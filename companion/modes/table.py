@@ -1,0 +1,105 @@
+"""The modes of the vessel, in the order in which ground stations show them. A new mode is one file and one row."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import NamedTuple, TypeVar
+
+from companion.config.vessel import VesselConfig
+from companion.core.decision import ModeDeclaration, ModeId
+from companion.core.events import EventLog
+from companion.core.geodesy import LocalFrame
+from companion.fence.guard import FenceGuard
+from companion.mission.executor import MissionExecutor
+from companion.mission.plan import Plans
+from companion.modes.circle import CircleMode
+from companion.modes.dock import DockMode
+from companion.modes.follow import FollowMode
+from companion.modes.forces import ForcesMode
+from companion.modes.heading import HeadingMode
+from companion.modes.hold import HoldMode
+from companion.modes.manual import ManualMode
+from companion.modes.mission import Destinations, MissionMode
+from companion.modes.mode import Mode
+from companion.modes.offboard import OffboardMode
+from companion.modes.parts.berth import BerthChoice
+from companion.modes.parts.docking import Docking
+from companion.modes.parts.mission_fence import MissionFence
+from companion.modes.rtl import ReturnPoint, RtlMode
+from companion.params.store import Parameters
+
+
+@dataclass(frozen=True, slots=True)
+class Parts:
+    """The parts from which modes are built. `frame` returns the estimator's local NED plane."""
+
+    config: VesselConfig
+    parameters: Parameters
+    plans: Plans
+    executor: MissionExecutor
+    events: EventLog
+    frame: Callable[[], LocalFrame]
+    fence: FenceGuard
+    point: ReturnPoint
+    berths: BerthChoice
+    docking: Docking
+
+
+class Row(NamedTuple):
+    """One mode class and the function that builds it."""
+
+    kind: type[Mode]
+    build: Callable[[Parts], Mode]
+
+
+ROWS: tuple[Row, ...] = (  # in display order; a mode's own failsafe is more severe than those of the rows below
+    Row(ManualMode, lambda p: ManualMode(p.config, p.parameters)),
+    Row(ForcesMode, lambda p: ForcesMode(p.config, p.parameters)),
+    Row(HeadingMode, lambda p: HeadingMode(p.config, p.parameters)),
+    Row(HoldMode, lambda p: HoldMode(p.config, p.parameters, p.events, p.fence)),
+    Row(MissionMode, lambda p: _mission(p)),
+    Row(RtlMode, lambda p: RtlMode(p.config, p.parameters, p.point, p.events, p.fence)),
+    Row(DockMode, lambda p: DockMode(p.config, p.docking, p.berths)),
+    Row(CircleMode, lambda p: CircleMode(p.config, p.parameters, p.events, p.frame, p.fence)),
+    Row(FollowMode, lambda p: FollowMode(p.config, p.parameters, p.events, p.fence)),
+    Row(OffboardMode, lambda p: OffboardMode(p.config, p.parameters, p.events, p.fence)),
+)
+
+DECLARATIONS: Mapping[ModeId, ModeDeclaration] = {row.kind.declaration.id: row.kind.declaration for row in ROWS}
+"""The declaration of each mode, in display order."""
+
+
+def _mission(p: Parts) -> MissionMode:
+    fence = MissionFence(p.config, p.parameters, p.plans, p.executor, p.point, p.berths, p.frame, p.fence)
+    return MissionMode(
+        p.config, p.parameters, p.executor, Destinations(p.point, p.berths, p.docking), p.events, p.frame, fence
+    )
+
+
+def build_modes(
+    config: VesselConfig,
+    parameters: Parameters,
+    plans: Plans,
+    executor: MissionExecutor,
+    events: EventLog,
+    frame: Callable[[], LocalFrame],
+    fence: FenceGuard,
+) -> dict[ModeId, Mode]:
+    """Every mode of the table, in display order."""
+    point = ReturnPoint(parameters, plans, frame, fence)
+    berths = BerthChoice(config, plans, frame)
+    docking = Docking(config, parameters, events, fence)
+    parts = Parts(config, parameters, plans, executor, events, frame, fence, point, berths, docking)
+    return {row.kind.declaration.id: row.build(parts) for row in ROWS}
+
+
+M = TypeVar("M", bound=Mode)
+
+
+def mode_of(modes: Mapping[ModeId, Mode], kind: type[M]) -> M:
+    """The mode of class `kind`. Raises TypeError if another class is registered under its id."""
+    mode = modes[kind.declaration.id]
+    if not isinstance(mode, kind):
+        raise TypeError(f"{kind.declaration.id.value} is a {type(mode).__name__}, not a {kind.__name__}")
+    return mode

@@ -1,0 +1,71 @@
+"""What a parameter is, and short ways to write one as a row of the table."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import Any
+
+FAILSAFE_ACTIONS = {0: "Ignore", 1: "Hold", 2: "RTL", 3: "Neutral"}
+FEEDFORWARD_KINDS = {0: "Off", 1: "Thesis, as printed", 2: "Thesis, scaled at sea", 3: "Full"}
+YES_NO = {0: "No", 1: "Yes"}
+DEGREES_PER_S = "deg/s"
+
+
+class ParamType(Enum):
+    """Type of a parameter on MAVLink; the value is its name in the component metadata."""
+
+    REAL32 = "Float"
+    INT32 = "Int32"
+
+
+@dataclass(frozen=True, slots=True)
+class ParamSpec:
+    """One parameter. `default`, `minimum` and `maximum` are in `unit`; `choices` names the values of an
+    enumeration."""
+
+    name: str
+    default: float
+    minimum: float
+    maximum: float
+    unit: str
+    group: str
+    text: str
+    type: ParamType = ParamType.REAL32
+    decimals: int = 2
+    reboot: bool = False
+    read_only: bool = False
+    choices: Mapping[int, str] = field(default_factory=dict)
+
+
+class ParamRefusal(Enum):
+    """Why a value is refused; the names are those of MAVLink's MAV_PARAM_ERROR."""
+
+    DOES_NOT_EXIST = 1
+    VALUE_OUT_OF_RANGE = 2
+    READ_ONLY = 5
+
+
+def real(
+    name: str, default: float, minimum: float, maximum: float, unit: str, group: str, text: str, **more: Any
+) -> ParamSpec:
+    """A parameter with a real value."""
+    return ParamSpec(name, default, minimum, maximum, unit, group, text, **more)
+
+
+def integer(
+    name: str, default: int, minimum: int, maximum: int, unit: str, group: str, text: str, **more: Any
+) -> ParamSpec:
+    """A parameter with a whole number."""
+    return ParamSpec(name, default, minimum, maximum, unit, group, text, ParamType.INT32, 0, **more)
+
+
+def choice(name: str, default: int, choices: Mapping[int, str], group: str, text: str, **more: Any) -> ParamSpec:
+    """A parameter whose values are the keys of `choices`."""
+    return integer(name, default, min(choices), max(choices), "", group, text, choices=choices, **more)
+
+
+def fixed(name: str, value: int, text: str) -> ParamSpec:
+    """A read-only name that QGroundControl's PX4 pages look up: without it they report a missing parameter."""
+    return integer(name, value, value, value, "", "Compatibility", text, read_only=True)

@@ -1,0 +1,118 @@
+"""Holding near a point with a boat that has neither sideways thrust nor reverse: it drifts, and sails back upstream."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from companion.config.vessel import VesselConfig
+from companion.core.actuation import ZERO_WRENCH
+from companion.core.angles import wrap_pi
+from companion.core.estimate import NavState
+from companion.core.readings import ManualInput
+from companion.core.setpoint import PathSetpoint, Point, Progress, Setpoint, WrenchSetpoint
+from companion.guidance.coasting import Coasting
+from companion.guidance.stopping import stopping_point
+from companion.params.store import Parameters
+
+_OUT_SHARE = 0.75  # of the watch circle: the boat turns back when it would drift past this within _WARNING_S
+_WARNING_S = 4.0  # to start the impeller and turn
+_ABOVE_SHARE = 0.45  # of the watch circle: how far upstream of the hold point the boat sails back to
+_DRIFT_TAU_S = 8.0
+_SLOW_MPS = 1.5  # a faster boat is still coasting, so its motion is not drift
+_LEAST_DRIFT_MPS = 0.05
+_STEERAGE_SHARE = 0.5  # of the speed, kept while the bow points elsewhere: a jet steers by its thrust
+_LONGEST_RETURN_S = 90.0  # after which it aims anew
+
+
+class DriftKeeper:
+    """A `Keeper`. Inside the watch circle the boat drifts without thrust. Before it drifts out, it sails to a point
+    upstream of the hold point, bow into the drift. It stops the impeller early enough to come to rest there, and drifts
+    again.
+
+    Remembers the hold point, whether the boat is sailing back and since when, and the measured drift over ground.
+    """
+
+    def __init__(self, config: VesselConfig, parameters: Parameters) -> None:
+        self._parameters = parameters
+        self._coasting = Coasting(config.hull, 10.0)
+        self._point = self._aim = (0.0, 0.0)
+        self._heading_rad = 0.0
+        self._returning = self._arrived = False
+        self._returning_s = 0.0
+        self._drift = (0.0, 0.0)
+
+    @property
+    def arrived(self) -> bool:
+        """Whether the boat has drifted, or come to rest upstream, since the point was set."""
+        return self._arrived
+
+    @property
+    def target(self) -> tuple[float, float, float]:
+        """(north_m, east_m, yaw_rad): the hold point and the last heading steered."""
+        return (*self._point, self._heading_rad)
+
+    def start(self, nav: NavState) -> None:
+        """Hold the point where the boat comes to rest from its present motion."""
+        self._point = stopping_point(nav, self._parameters)
+        self._heading_rad = nav.yaw_rad
+        self._returning = self._arrived = False
+
+    def hold(self, north_m: float, east_m: float, yaw_rad: float, speed_mps: float | None) -> None:
+        """Hold another point. Heading and speed are ignored: this boat cannot hold a heading."""
+        self._point = (north_m, east_m)
+        self._arrived = self._returning = False
+
+    def update(self, nav: NavState, stick: ManualInput | None, speed_mps: float, dt_s: float) -> Setpoint:
+        """Zero thrust while drifting, else a path setpoint for the way back at `speed_mps` at most."""
+        self._see_drift(nav, dt_s)
+        north_m, east_m = self._point[0] - nav.north_m, self._point[1] - nav.east_m
+        distance_m = math.hypot(north_m, east_m)
+        if self._returning:
+            self._returning_s += dt_s
+            self._returning = not self._will_rest_there(nav)
+            if self._returning_s > _LONGEST_RETURN_S:
+                self._turn_back()
+        elif distance_m + _WARNING_S * _outward_mps(nav, north_m, east_m) > _OUT_SHARE * self._parameters["DP_WATCH_R"]:
+            self._turn_back()
+        self._arrived = self._arrived or not self._returning
+        if not self._returning:
+            return WrenchSetpoint(ZERO_WRENCH, replace(self._progress(distance_m), yaw_rad=self._heading_rad))
+        self._heading_rad = math.atan2(self._aim[1] - nav.east_m, self._aim[0] - nav.north_m)
+        fastest = min(speed_mps, self._parameters["DP_SPEED_AHEAD"])
+        surge_mps = fastest * max(_STEERAGE_SHARE, math.cos(wrap_pi(self._heading_rad - nav.yaw_rad)))
+        return PathSetpoint(self._heading_rad, surge_mps, progress=self._progress(distance_m))
+
+    def _progress(self, distance_m: float) -> Progress:
+        point = Point(*self._point)
+        return Progress(place=point, target=point, distance_to_go_m=distance_m)
+
+    def _turn_back(self) -> None:
+        """Aim at a point upstream of the hold point; at the hold point itself where there is no drift."""
+        drift_mps = math.hypot(*self._drift)
+        above_m = 0.0
+        if drift_mps >= _LEAST_DRIFT_MPS:
+            above_m = _ABOVE_SHARE * self._parameters["DP_WATCH_R"] / drift_mps
+        self._aim = self._point[0] - above_m * self._drift[0], self._point[1] - above_m * self._drift[1]
+        self._returning, self._returning_s = True, 0.0
+
+    def _will_rest_there(self, nav: NavState) -> bool:
+        """Whether the boat would coast as far as the aim. A boat that does not move towards it has still to turn."""
+        north_m, east_m = self._aim[0] - nav.north_m, self._aim[1] - nav.east_m
+        left_m = math.hypot(north_m, east_m)
+        towards_mps = -_outward_mps(nav, north_m, east_m)
+        return left_m <= max(0.5 * self._parameters["NAV_ACC_RAD"], self._coasting.way_m(max(0.0, towards_mps)))
+
+    def _see_drift(self, nav: NavState, dt_s: float) -> None:
+        """Measure the drift over ground, while the boat neither pushes nor coasts."""
+        if self._returning or math.hypot(nav.north_mps, nav.east_mps) > _SLOW_MPS:
+            return
+        share = dt_s / (dt_s + _DRIFT_TAU_S)
+        north, east = self._drift
+        self._drift = north + share * (nav.north_mps - north), east + share * (nav.east_mps - east)
+
+
+def _outward_mps(nav: NavState, north_m: float, east_m: float) -> float:
+    """Speed over ground away from a point at (north_m, east_m) from the boat."""
+    distance_m = math.hypot(north_m, east_m)
+    return -(nav.north_mps * north_m + nav.east_mps * east_m) / distance_m if distance_m > 0.0 else 0.0

@@ -1,0 +1,378 @@
+"""Going to a point and holding it, shared by Hold, RTL, Dock, Offboard and the mission's stops."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple, Protocol
+
+from companion.allocation.propulsion import can_reverse
+from companion.baselines.path_choice import ChosenPathTracker
+from companion.baselines.reference_choice import ChosenReference
+from companion.config.vessel import VesselConfig
+from companion.control.manual import beyond_deadband
+from companion.core.angles import wrap_pi
+from companion.core.estimate import NavState
+from companion.core.frames import body_to_ned
+from companion.core.readings import ManualInput
+from companion.core.setpoint import PathSetpoint, Point, Progress, Setpoint
+from companion.fence.guard import FenceGuard, Way
+from companion.guidance.crab_compensation import top_speed_mps
+from companion.guidance.path_tracking import Waypoint
+from companion.guidance.stopping import BRAKE_SHARE, SMOOTHING_S, stopping_point
+from companion.params.store import Parameters
+from companion.positioning.drift import DriftKeeper
+
+_LEEWAY = 0.03  # share of the wind speed at which wind alone moves a small boat
+_LEAST_DRIFT_MPS = 0.05
+_STEERAGE_SHARE = 0.3  # of the speed, kept while the bow points elsewhere: a jet steers by its thrust
+_RETURN_RATE_1PS = 0.25
+
+
+class Keeper(Protocol):
+    """Keeps the boat at a point, as well as its thrusters allow."""
+
+    @property
+    def arrived(self) -> bool:
+        """Whether the keeper has reached its point, as far as its reference goes."""
+        ...
+
+    @property
+    def target(self) -> tuple[float, float, float]:
+        """(north_m, east_m, yaw_rad) that is held or led to."""
+        ...
+
+    def start(self, nav: NavState) -> None:
+        """Begin from the boat's present motion and come to rest."""
+        ...
+
+    def hold(self, north_m: float, east_m: float, yaw_rad: float, speed_mps: float | None) -> None:
+        """Hold another pose, reached at `speed_mps` at most (None: at the keeper's own limits)."""
+        ...
+
+    def update(self, nav: NavState, stick: ManualInput | None, speed_mps: float, dt_s: float) -> Setpoint:
+        """One step. `stick`: the operator's sticks, None where they do not count."""
+        ...
+
+
+class PoseKeeper:
+    """A `Keeper` for a boat with sideways thrust: dynamic positioning, with position and heading from the reference
+    generator. Deflected sticks move the held pose, inside the fence."""
+
+    def __init__(self, parameters: Parameters, fence: FenceGuard | None = None) -> None:
+        self._parameters = parameters
+        self._fence = fence
+        self._reference = ChosenReference(parameters)
+        self._pose = (0.0, 0.0, 0.0)  # of the reference
+
+    @property
+    def arrived(self) -> bool:
+        """Whether the reference is at its target."""
+        return self._reference.arrived
+
+    @property
+    def target(self) -> tuple[float, float, float]:
+        """(north_m, east_m, yaw_rad) that the reference leads to."""
+        return self._reference.target
+
+    def start(self, nav: NavState) -> None:
+        """Begin from the boat's present motion and come to rest on the shortest way, with the present heading."""
+        self._pose = (nav.north_m, nav.east_m, nav.yaw_rad)
+        self._reference.start(*self._pose, nav.surge_mps, nav.sway_mps, nav.yaw_rate_radps)
+        self._reference.retarget(*stopping_point(nav, self._parameters), nav.yaw_rad)
+
+    def hold(self, north_m: float, east_m: float, yaw_rad: float, speed_mps: float | None) -> None:
+        """Lead the reference to another pose."""
+        self._reference.retarget(north_m, east_m, yaw_rad, speed_mps)
+
+    def update(self, nav: NavState, stick: ManualInput | None, speed_mps: float, dt_s: float) -> Setpoint:
+        """The reference `dt_s` later; `speed_mps` is not used."""
+        if stick is not None:
+            self._nudge(stick)
+        setpoint = self._reference.update(dt_s)
+        self._pose = (setpoint.north_m, setpoint.east_m, setpoint.yaw_rad)
+        return setpoint
+
+    def _nudge(self, stick: ManualInput) -> None:
+        """Put the target so far ahead that the reference moves at the stick's speed. When the stick is released, the
+        reference comes to rest there."""
+        parameters = self._parameters
+        deadband = parameters["MAN_DEADBAND"]
+        surge, sway, yaw = (beyond_deadband(axis, deadband) for axis in (stick.surge, stick.sway, stick.yaw))
+        if surge == sway == yaw == 0.0:
+            return
+        ahead = parameters["DP_SPEED_AHEAD"] if surge > 0.0 else parameters["DP_SPEED_ASTERN"]
+        x = _way_to_rest(surge * ahead, parameters["DP_ACC_SURGE"])
+        y = _way_to_rest(sway * parameters["DP_SPEED_SWAY"], parameters["DP_ACC_SWAY"])
+        turn_radps = yaw * math.radians(min(parameters["MAN_YAW_RATE"], parameters["DP_YAW_RATE"]))
+        turn = _way_to_rest(turn_radps, math.radians(parameters["DP_ACC_YAW"]))
+        north, east, heading = self._pose
+        north_m, east_m = body_to_ned(x, y, heading)
+        held_north, held_east, held_yaw = self._reference.target
+        moved = surge != 0.0 or sway != 0.0
+        if moved and self._fence is not None:
+            moved = self._fence.may_move_to((north, east), (north + north_m, east + east_m))
+        self._reference.retarget(
+            north + north_m if moved else held_north,
+            east + east_m if moved else held_east,
+            wrap_pi(heading + min(3.0, max(-3.0, turn))) if turn != 0.0 else held_yaw,
+        )
+
+
+def _way_to_rest(speed: float, acceleration: float) -> float:
+    """Distance (or angle) that the reference covers from `speed` to rest, smoothing included; signed as `speed`."""
+    return speed * (abs(speed) / (2.0 * BRAKE_SHARE * acceleration) + SMOOTHING_S)
+
+
+class CircleKeeper:
+    """A `Keeper` for a boat without sideways thrust: inside the watch circle it lies bow into the resultant of wind and
+    current, outside it sails back.
+
+    It holds neither a heading nor an exact point: ahead and astern thrust control the position along the bow only. The
+    resultant is the drift: the current plus 3 % of the wind. Remembers the hold point, whether the boat is sailing
+    back, and the heading to lie at.
+    """
+
+    def __init__(self, parameters: Parameters) -> None:
+        self._parameters = parameters
+        self._point = (0.0, 0.0)
+        self._lie_rad = 0.0
+        self._returning = False
+        self._arrived = False
+
+    @property
+    def arrived(self) -> bool:
+        """Whether the boat has been inside the watch circle since the point was set."""
+        return self._arrived
+
+    @property
+    def target(self) -> tuple[float, float, float]:
+        """(north_m, east_m, yaw_rad): the hold point and the heading to lie at."""
+        return (*self._point, self._lie_rad)
+
+    def start(self, nav: NavState) -> None:
+        """Hold the point where the boat comes to rest from its present motion."""
+        self._point = stopping_point(nav, self._parameters)
+        self._lie_rad = nav.yaw_rad
+        self._returning = False
+        self._arrived = False
+
+    def hold(self, north_m: float, east_m: float, yaw_rad: float, speed_mps: float | None) -> None:
+        """Hold another point. Heading and speed are ignored: this boat cannot hold a heading."""
+        self._point = (north_m, east_m)
+        self._arrived = False
+
+    def update(self, nav: NavState, stick: ManualInput | None, speed_mps: float, dt_s: float) -> Setpoint:
+        """A path setpoint: back to the point at `speed_mps` at most, or into the drift."""
+        north_m, east_m = self._point[0] - nav.north_m, self._point[1] - nav.east_m
+        distance_m = math.hypot(north_m, east_m)
+        circle_m = self._parameters["DP_WATCH_R"]
+        if distance_m > 0.7 * circle_m:
+            self._returning = True
+        elif distance_m < 0.35 * circle_m:
+            self._returning = False
+        self._arrived = self._arrived or not self._returning
+        if self._returning:
+            self._lie_rad = math.atan2(east_m, north_m)
+            fastest = min(speed_mps, self._parameters["DP_SPEED_AHEAD"], _RETURN_RATE_1PS * distance_m)
+            surge_mps = fastest * max(_STEERAGE_SHARE, math.cos(wrap_pi(self._lie_rad - nav.yaw_rad)))
+        else:
+            self._lie_rad = self._upstream_rad(nav)
+            along_m = north_m * math.cos(nav.yaw_rad) + east_m * math.sin(nav.yaw_rad)
+            astern, ahead = self._parameters["DP_SPEED_ASTERN"], self._parameters["DP_SPEED_AHEAD"]
+            surge_mps = min(ahead, max(-astern, _RETURN_RATE_1PS * along_m))
+        point = Point(*self._point)
+        return PathSetpoint(
+            self._lie_rad, surge_mps, progress=Progress(place=point, target=point, distance_to_go_m=distance_m)
+        )
+
+    def _upstream_rad(self, nav: NavState) -> float:
+        """Heading against the drift; the last one where the drift is too small to have a direction."""
+        north, east = nav.current_north_mps or 0.0, nav.current_east_mps or 0.0
+        if nav.wind_speed_mps is not None and nav.wind_from_rad is not None:
+            north -= _LEEWAY * nav.wind_speed_mps * math.cos(nav.wind_from_rad)
+            east -= _LEEWAY * nav.wind_speed_mps * math.sin(nav.wind_from_rad)
+        return math.atan2(-east, -north) if math.hypot(north, east) >= _LEAST_DRIFT_MPS else self._lie_rad
+
+
+class _Transit(NamedTuple):
+    """A point that is sailed to bow first. `yaw_rad` None: the heading of arrival. `speed_mps` None: the speed that
+    `update` is given."""
+
+    north_m: float
+    east_m: float
+    yaw_rad: float | None
+    speed_mps: float | None
+
+    def distance_m(self, nav: NavState) -> float:
+        """Straight from the boat."""
+        return math.hypot(self.north_m - nav.north_m, self.east_m - nav.east_m)
+
+
+class HoldPoint:
+    """`stop_here`, `go_to` or `go_along`, then `update` every tick → Setpoint.
+
+    Within DP_TRANSIT_DIST the keeper moves the boat to the point in any direction. A point further off is sailed to bow
+    first along a straight line (transit); the keeper takes over a boat's length before it.
+    """
+
+    def __init__(self, config: VesselConfig, parameters: Parameters, fence: FenceGuard | None = None) -> None:
+        """`fence`: stops and motion by stick stay inside it. The caller checks points and ways."""
+        self._parameters = parameters
+        self._fence = fence
+        self._can_sway = config.limits.sway_n > 0.0
+        self._handover_m = config.length_m
+        self._keeper = self._suitable_keeper(config, parameters, fence)
+        self._path_tracker = ChosenPathTracker(parameters, self._can_sway, top_speed_mps(config))
+        self._way_m: float | None = None
+        self._transit: _Transit | None = None
+        self._bends = 0  # number of them on the way in transit
+        self._going = False
+
+    @staticmethod
+    def _suitable_keeper(config: VesselConfig, parameters: Parameters, fence: FenceGuard | None) -> Keeper:
+        if config.limits.sway_n > 0.0:
+            return PoseKeeper(parameters, fence)
+        return CircleKeeper(parameters) if can_reverse(config.thrusters) else DriftKeeper(config, parameters)
+
+    @property
+    def going(self) -> bool:
+        """Whether the boat is still on its way to a point that was asked for."""
+        return self._going
+
+    @property
+    def in_transit(self) -> bool:
+        """Whether the boat sails bow first to a point further off."""
+        return self._transit is not None
+
+    @property
+    def way_m(self) -> float | None:
+        """Progress in m: grows as the boat nears the point asked for. None where it cannot be measured: the boat is
+        there, or the reference is still on its way."""
+        return self._way_m
+
+    @property
+    def arrived(self) -> bool:
+        """Whether the point is reached, as far as the reference goes."""
+        return self._transit is None and self._keeper.arrived
+
+    @property
+    def target(self) -> tuple[float, float]:
+        """(north_m, east_m) that is held or on the way to."""
+        return (self._transit.north_m, self._transit.east_m) if self._transit is not None else self._keeper.target[:2]
+
+    @property
+    def held(self) -> tuple[float, float, float]:
+        """(north_m, east_m, yaw_rad) that the keeper holds or leads to; meaningless in transit."""
+        return self._keeper.target
+
+    @property
+    def way_ahead(self) -> list[tuple[float, float]]:
+        """The path in transit, from the boat's place on it; empty otherwise."""
+        return [] if self._transit is None else [point for leg in self._path_tracker.legs for point in leg]
+
+    def way_speed_mps(self, speed_mps: float) -> float:
+        """Speed in transit: the one given to `go_to`, else `speed_mps`."""
+        asked_mps = None if self._transit is None else self._transit.speed_mps
+        return speed_mps if asked_mps is None else asked_mps
+
+    def stop_here(self, nav: NavState) -> None:
+        """Come to rest on the shortest way and hold there, with the present heading."""
+        self._start_keeper(nav)
+        self._transit = None
+        self._going = False
+
+    def go_to(
+        self,
+        nav: NavState,
+        north_m: float,
+        east_m: float,
+        yaw_rad: float | None,
+        speed_mps: float | None,
+        fresh: bool = True,
+        sideways: bool = False,
+    ) -> None:
+        """Go to a point from the present motion. `yaw_rad` None: the heading held, or that of arrival. `fresh` False:
+        the reference goes on instead of restarting at the boat. `sideways`: by dynamic positioning at any distance,
+        where the boat has sideways thrust.
+        """
+        self._going = True
+        if (
+            not (sideways and self._can_sway)
+            and math.hypot(north_m - nav.north_m, east_m - nav.east_m) > self._parameters["DP_TRANSIT_DIST"]
+        ):
+            lay = self._path_tracker.start if fresh or self._transit is None else self._path_tracker.replace
+            self._transit = _Transit(north_m, east_m, yaw_rad, speed_mps)
+            self._bends = 0
+            lay((Waypoint(north_m, east_m, speed_mps=speed_mps),), nav)
+            return
+        if fresh or self._transit is not None:
+            self._start_keeper(nav)
+        self._transit = None
+        self._keeper.hold(north_m, east_m, self._keeper.target[2] if yaw_rad is None else yaw_rad, speed_mps)
+
+    def go_along(self, nav: NavState, way: Way) -> None:
+        """Go from the present motion along a way that begins here, to its end."""
+        if len(way.points) == 2:
+            self.go_to(nav, *way.points[1], None, None)
+            return
+        self._going = True
+        self._transit = _Transit(*way.points[-1], None, None)
+        self._bends = len(way.points) - 2
+        self._path_tracker.start(
+            [Waypoint(*point, radius_m=way.radius_m, straight=True) for point in way.points[1:]], nav
+        )
+
+    def _start_keeper(self, nav: NavState) -> None:
+        self._keeper.start(nav if self._fence is None else self._fence.slowed(nav))
+
+    def drop_speed(self) -> None:
+        """Forget the speed given to `go_to`: go on at the speed that `update` is given."""
+        if self._transit is not None:
+            self._transit = self._transit._replace(speed_mps=None)
+
+    def shift(self, north_m: float, east_m: float, yaw_rad: float) -> None:
+        """Hold another pose, from the reference's present motion. Not in transit."""
+        self._keeper.hold(north_m, east_m, yaw_rad, None)
+
+    def turn_to(self, yaw_rad: float) -> None:
+        """Hold another heading at the same point."""
+        north_m, east_m, _ = self._keeper.target
+        self._keeper.hold(north_m, east_m, yaw_rad, None)
+
+    def rejoin(self, nav: NavState) -> None:
+        """Go back to the same point from the present motion."""
+        if self._transit is not None:
+            self.go_to(nav, *self._transit)
+            return
+        going = self._going
+        north_m, east_m, held_rad = self._keeper.target
+        self.go_to(nav, north_m, east_m, held_rad, None)
+        self._going = going
+
+    def update(self, nav: NavState, stick: ManualInput | None, speed_mps: float, dt_s: float) -> Setpoint:
+        """One step. `stick`: moves the held pose once the boat is there. `speed_mps`: in transit, where `go_to` gave
+        none."""
+        transit = self._transit
+        if transit is not None:
+            progress = self._path_tracker.update(nav, self.way_speed_mps(speed_mps), dt_s)
+            near = progress.passed >= self._bends and transit.distance_m(nav) <= self._handover_m
+            if not progress.finished and not near:
+                self._way_m = progress.way_m
+                return progress.setpoint
+            self._transit = None
+            self._start_keeper(nav)
+            yaw_rad = nav.yaw_rad if transit.yaw_rad is None else transit.yaw_rad
+            self._keeper.hold(transit.north_m, transit.east_m, yaw_rad, None)
+        setpoint = self._keeper.update(nav, None if self._going else stick, speed_mps, dt_s)
+        self._going = self._going and not (self._keeper.arrived and self._is_there(nav))
+        north_m, east_m, _ = self._keeper.target
+        self._way_m = (
+            -math.hypot(north_m - nav.north_m, east_m - nav.east_m) if self._going and self._keeper.arrived else None
+        )
+        return setpoint
+
+    def _is_there(self, nav: NavState) -> bool:
+        """Whether the boat itself is at the point: wind may have kept it from following its reference."""
+        north_m, east_m, _ = self._keeper.target
+        off_m = math.hypot(north_m - nav.north_m, east_m - nav.east_m)
+        return off_m <= max(self._parameters["NAV_ACC_RAD"], 0.0 if self._can_sway else self._parameters["DP_WATCH_R"])

@@ -1,0 +1,330 @@
+"""Who is obeyed, who steers, who leads: one table.
+
+`ROWS` is the table, in order. `refusal(request, facts)` is the text of the first row that refuses a request, or None.
+`sticks_in_charge(facts)` answers from the same table whose sticks steer. Both are pure. Who needs a decision asks here;
+MAVLink services only say which action a message asks for.
+
+A message of a ground station is asked about twice: on arrival as a message (`COMMAND`, `STICKS`, …), and when it is
+carried out as what it does (`CHANGE_MODE`, `GROUND_STICKS`, …).
+
+The documentation's page of authority is generated from `ROWS`: `name`, `about`, `by` and `doc` of each row.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Mapping
+from dataclasses import dataclass
+from enum import Enum
+
+from companion.core.decision import ModeId
+from companion.core.readings import Wish
+
+
+class Action(Enum):
+    """What is asked for; the value is for people."""
+
+    READ = "read, or set message rates"
+    COMMAND = "command, or change the mode"
+    DISARM = "disarm or terminate"
+    STICKS = "send sticks"
+    SETPOINT = "send setpoints"
+    UPLOAD = "upload or clear a plan"
+    PARAMETER = "set a parameter"
+    OPERATOR_CONTROL = "ask for operator control"
+    TAKE_CONTROL = "take operator control"
+    RELEASE_CONTROL = "release operator control"
+    CHANGE_MODE = "change the mode"
+    ARM = "arm"
+    GROUND_STICKS = "be the ground station that steers"
+    STEER = "steer by sticks"
+    LEADER_WISH = "choose the mode from the lead boat"
+    LEADER_POSITION = "be the leader"
+    RETURN_TO_FOLLOW = "go back to Follow after a lost leader"
+    STAND_IN = "count as a ground station"
+
+
+class Right(Enum):
+    """By what right somebody asks; the value is for people."""
+
+    GROUND_STATION = "ground station"
+    TRANSMITTER = "transmitter"
+    LEAD_BOAT = "lead boat"
+    VEHICLE = "another vehicle's telemetry"
+    OFFBOARD = "offboard computer"
+    BOAT = "the boat itself"
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    """Who asks for what. `link`: tells apart two senders of the same system id. `mode`: the mode asked for by
+    CHANGE_MODE."""
+
+    action: Action
+    right: Right = Right.GROUND_STATION
+    system: int = 0
+    link: Hashable = None
+    mode: ModeId | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Facts:
+    """What the answer depends on, as it stands at one moment."""
+
+    safe_switch: bool = False  # on when the transmitter was last heard
+    transmitter_live: bool = False  # heard within COM_RC_LOSS_T
+    operators: frozenset[int] = frozenset()  # listed in the vessel's file; empty: all may command
+    in_control: int = 0  # system with operator control, 0: none
+    takeover: bool = True  # the system in control lets others take it over
+    chosen_sticks: int = 0  # MAN_GCS_SYSID
+    steering: tuple[int, Hashable] | None = None  # system and link of the ground station whose sticks came last
+    steering_live: bool = False  # those sticks came within COM_RC_LOSS_T
+    remote_system: int | None = None  # lead boat that steers by remote
+    module: int | None = None  # system of the leader module
+    lead_boat_decides: bool = True  # FOLL_AUTH
+    wish: Wish | None = None  # of the leader module, None: no module is heard
+    chosen_leader: int = 0  # FOLL_SYSID
+    leader: int | None = None  # system that leads now
+    leader_silent: bool = False  # for so long that another may lead
+    followed: int | None = None  # system that the boat followed last
+    mode: ModeId = ModeId.MANUAL
+    intended: ModeId = ModeId.MANUAL  # the mode last asked for by a person
+    sticks_moved: bool = False  # the mode is steered by stick, and live sticks are off centre
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One reason to refuse. It binds requests for an action of `about` by a right of `by`.
+
+    `text`: why, for the sender; empty where the input is ignored without a word. `doc`: the rule in one sentence.
+    """
+
+    name: str
+    about: frozenset[Action]
+    by: frozenset[Right]
+    refuses: Callable[[Request, Facts], bool]
+    text: Callable[[Request, Facts], str]
+    doc: str
+
+
+_PEOPLE = frozenset({Right.GROUND_STATION, Right.LEAD_BOAT})
+_GROUND_STATION = frozenset({Right.GROUND_STATION})
+_CONTROLLING = frozenset(
+    {Action.COMMAND, Action.STICKS, Action.SETPOINT, Action.UPLOAD, Action.PARAMETER}
+)  # what operator control reserves
+WISHES = {Wish.MANUAL: "Manual", Wish.REMOTE: "remote control", Wish.AUTONOMOUS: "Follow"}
+
+
+def _exempt(r: Request, f: Facts) -> bool:
+    """The lead boat's crew steers by its own right."""
+    return r.action is Action.STICKS and f.remote_system == r.system
+
+
+def _who_steers(r: Request, f: Facts) -> str:
+    system = f.steering[0] if f.steering is not None else 0
+    where = " on another link" if system == r.system else ""
+    return f"system {system}{where} steers. MAN_GCS_SYSID chooses"
+
+
+ROWS: tuple[Row, ...] = (
+    Row(
+        "operator_list",
+        _CONTROLLING | {Action.DISARM, Action.OPERATOR_CONTROL},
+        _GROUND_STATION,
+        lambda r, f: bool(f.operators) and r.system not in f.operators and not _exempt(r, f),
+        lambda r, f: f"system {r.system} may not command here",
+        "Where the vessel's file lists `operators`, only those systems command. Reading stays open to all.",
+    ),
+    Row(
+        "operator_control",
+        _CONTROLLING,
+        _GROUND_STATION,
+        lambda r, f: f.in_control not in (0, r.system) and not _exempt(r, f),
+        lambda r, f: f"system {f.in_control} has control",
+        "While one system has operator control, no other commands. Every operator may disarm and terminate at any "
+        "time. Control ends when its system is silent for COM_DL_LOSS_T.",
+    ),
+    Row(
+        "control_taken",
+        frozenset({Action.TAKE_CONTROL}),
+        _GROUND_STATION,
+        lambda r, f: f.in_control not in (0, r.system) and not f.takeover,
+        lambda r, f: f"system {f.in_control} has control",
+        "Operator control is taken from another system only if that system allows a takeover.",
+    ),
+    Row(
+        "control_of_another",
+        frozenset({Action.RELEASE_CONTROL}),
+        _GROUND_STATION,
+        lambda r, f: f.in_control not in (0, r.system),
+        lambda r, f: f"system {f.in_control} has control",
+        "Only the system in control releases it.",
+    ),
+    Row(
+        "safe_switch",
+        frozenset({Action.CHANGE_MODE}),
+        _PEOPLE,
+        lambda r, f: f.safe_switch and f.transmitter_live and r.mode is not ModeId.MANUAL,
+        lambda r, f: "safe switch of the transmitter is on",
+        "While the safe switch is on and the transmitter is heard, the boat is in Manual and no other mode can be "
+        "chosen. From a silent transmitter an operator takes over by choosing a mode.",
+    ),
+    Row(
+        "safe_switch_arming",
+        frozenset({Action.ARM}),
+        _PEOPLE,
+        lambda r, f: f.safe_switch,
+        lambda r, f: "safe switch of the transmitter is on",
+        "The boat is not armed while the safe switch is on, unless by force or without ARM_CHECKS.",
+    ),
+    Row(
+        "safe_switch_failsafe",
+        frozenset({Action.CHANGE_MODE}),
+        frozenset({Right.BOAT}),
+        lambda r, f: f.safe_switch,
+        lambda r, f: "left to the transmitter",
+        "While the safe switch is on, no failsafe changes the mode; one whose action is Neutral stops the thrusters.",
+    ),
+    Row(
+        "lead_boat_steers",
+        frozenset({Action.GROUND_STICKS}),
+        _GROUND_STATION,
+        lambda r, f: f.remote_system is not None and f.remote_system != r.system,
+        lambda r, f: f"lead boat (system {f.remote_system}) steers. Choose a mode to take over",
+        "While the lead boat steers by remote, no ground station's sticks count.",
+    ),
+    Row(
+        "lead_boat_has_not_asked",
+        frozenset({Action.GROUND_STICKS}),
+        _GROUND_STATION,
+        lambda r, f: f.module == r.system and r.system not in (f.remote_system, f.chosen_sticks),
+        lambda r, f: "the crew has not asked for remote control",
+        "The lead boat's sticks count once its crew has asked for remote control, or if MAN_GCS_SYSID names it.",
+    ),
+    Row(
+        "other_sticks_chosen",
+        frozenset({Action.GROUND_STICKS}),
+        _GROUND_STATION,
+        lambda r, f: (f.remote_system or f.chosen_sticks) not in (0, r.system),
+        lambda r, f: "",
+        "If MAN_GCS_SYSID names a system, all other sticks are ignored.",
+    ),
+    Row(
+        "first_sticks",
+        frozenset({Action.GROUND_STICKS}),
+        _GROUND_STATION,
+        lambda r, f: (
+            f.steering not in (None, (r.system, r.link))
+            and (f.remote_system or f.chosen_sticks) == 0
+            and f.steering_live
+        ),
+        _who_steers,
+        "Of several ground stations the first steers, until its sticks have been silent for COM_RC_LOSS_T.",
+    ),
+    Row(
+        "safe_switch_sticks",
+        frozenset({Action.STEER}),
+        _GROUND_STATION,
+        lambda r, f: f.safe_switch,
+        lambda r, f: "safe switch of the transmitter is on",
+        "While the safe switch is on, only the transmitter steers.",
+    ),
+    Row(
+        "lead_boat_alone_steers",
+        frozenset({Action.STEER}),
+        frozenset({Right.TRANSMITTER}),
+        lambda r, f: f.remote_system is not None and not f.safe_switch,
+        lambda r, f: f"lead boat (system {f.remote_system}) steers",
+        "While the lead boat steers by remote, the transmitter does not steer, unless its safe switch is on.",
+    ),
+    Row(
+        "ground_stations_decide",
+        frozenset({Action.LEADER_WISH}),
+        frozenset({Right.LEAD_BOAT}),
+        lambda r, f: not f.lead_boat_decides,
+        lambda r, f: "FOLL_AUTH is 0",
+        "With FOLL_AUTH 0 the lead boat's crew chooses no mode. With 1 the newest decision counts, whoever makes it.",
+    ),
+    Row(
+        "vehicle_not_chosen",
+        frozenset({Action.LEADER_POSITION}),
+        frozenset({Right.VEHICLE}),
+        lambda r, f: r.system != f.chosen_leader,
+        lambda r, f: "",
+        "A vehicle that sends its own position only, leads only if FOLL_SYSID names it.",
+    ),
+    Row(
+        "other_leader_chosen",
+        frozenset({Action.LEADER_POSITION}),
+        frozenset({Right.LEAD_BOAT, Right.VEHICLE}),
+        lambda r, f: f.chosen_leader not in (0, r.system),
+        lambda r, f: "",
+        "If FOLL_SYSID names a system, no other leads.",
+    ),
+    Row(
+        "first_leader",
+        frozenset({Action.LEADER_POSITION}),
+        frozenset({Right.LEAD_BOAT, Right.VEHICLE}),
+        lambda r, f: f.chosen_leader == 0 and f.leader not in (None, r.system) and not f.leader_silent,
+        lambda r, f: "",
+        "Otherwise the first lead boat heard leads, until it has been silent for 30 s.",
+    ),
+    Row(
+        "another_leader",
+        frozenset({Action.RETURN_TO_FOLLOW}),
+        frozenset({Right.BOAT}),
+        lambda r, f: f.followed is not None and f.leader != f.followed and not f.chosen_leader,
+        lambda r, f: "it is another leader",
+        "The boat does not go back to Follow by itself behind another leader, unless FOLL_SYSID names it.",
+    ),
+    Row(
+        "lead_boat_asks_otherwise",
+        frozenset({Action.RETURN_TO_FOLLOW}),
+        frozenset({Right.BOAT}),
+        lambda r, f: f.lead_boat_decides and f.wish in (Wish.MANUAL, Wish.REMOTE),
+        lambda r, f: f"the lead boat asks for {WISHES[f.wish or Wish.NONE]}",
+        "Nor while the lead boat's crew asks for another mode (with FOLL_AUTH 1).",
+    ),
+    Row(
+        "somebody_steers",
+        frozenset({Action.RETURN_TO_FOLLOW}),
+        frozenset({Right.BOAT}),
+        lambda r, f: f.sticks_moved,
+        lambda r, f: "somebody steers",
+        "Nor while somebody steers by stick.",
+    ),
+    Row(
+        "leader_elsewhere",
+        frozenset({Action.STAND_IN}),
+        frozenset({Right.LEAD_BOAT}),
+        lambda r, f: f.intended is not ModeId.FOLLOW and f.remote_system != r.system,
+        lambda r, f: "",
+        "The leader counts as a ground station (NAV_DLL_ACT) only in Follow, and while it steers by remote.",
+    ),
+    Row(
+        "stream_elsewhere",
+        frozenset({Action.STAND_IN}),
+        frozenset({Right.OFFBOARD}),
+        lambda r, f: f.mode is not ModeId.OFFBOARD,
+        lambda r, f: "",
+        "A stream of setpoints counts as a ground station (NAV_DLL_ACT) only in Offboard.",
+    ),
+)
+
+_BY_ACTION: Mapping[Action, tuple[Row, ...]] = {
+    action: tuple(row for row in ROWS if action in row.about) for action in Action
+}
+_STICKS = tuple(Request(Action.STEER, right) for right in (Right.GROUND_STATION, Right.TRANSMITTER))
+
+
+def refusal(request: Request, facts: Facts) -> str | None:
+    """Why `request` is refused, for people; "" where it is ignored without a word; None where it is obeyed."""
+    for row in _BY_ACTION[request.action]:
+        if request.right in row.by and row.refuses(request, facts):
+            return row.text(request, facts)
+    return None
+
+
+def sticks_in_charge(facts: Facts) -> tuple[Right, ...]:
+    """Whose sticks may steer, in order: the first of them that is live steers. The ground station here is the one that
+    the rows of GROUND_STICKS let in. Depends on `safe_switch` and `remote_system` only."""
+    return tuple(request.right for request in _STICKS if refusal(request, facts) is None)

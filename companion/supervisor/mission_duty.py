@@ -1,0 +1,108 @@
+"""What a mission does to the vessel's mode: handing over to Follow, what comes after its end, and after a restart."""
+
+from __future__ import annotations
+
+from companion.core.decision import MissionState, ModeId, Severity
+from companion.core.estimate import NavState
+from companion.core.events import EventLog
+from companion.mission.executor import MissionExecutor, Replaced
+from companion.mission.tasks import FollowLeader
+from companion.modes.mission import MissionMode
+from companion.params.store import Parameters
+from companion.supervisor.failsafes import Action
+from companion.supervisor.follow_duty import FollowDuty
+from companion.supervisor.helm import Helm
+from companion.supervisor.mission_actions import MissionActions
+from companion.supervisor.mode_changes import Cause
+
+
+class MissionDuty:
+    """`restore` and `tell_of_new_plan` once a tick, `after(nav, now_s)` when the mission has steered. Remembers the
+    last new plan, and whether the first tick is over."""
+
+    def __init__(
+        self,
+        parameters: Parameters,
+        executor: MissionExecutor,
+        mission: MissionMode,
+        helm: Helm,
+        following: FollowDuty,
+        actions: MissionActions,
+        events: EventLog,
+    ) -> None:
+        self._parameters = parameters
+        self._executor = executor
+        self._mission = mission
+        self._helm = helm
+        self._following = following
+        self._actions = actions
+        self._events = events
+        self._replaced: Replaced | None = None
+        self._restored = False
+
+    def restore(self, now_s: float) -> None:
+        """On the first tick: pause a mission that a restart interrupted. With MIS_ON_START it goes on when armed."""
+        if self._restored:
+            return
+        self._restored = True
+        if self._executor.progress.state is not MissionState.ACTIVE:
+            return
+        self._executor.pause()
+        goes_on = bool(self._parameters["MIS_ON_START"])
+        self._helm.choose_disarmed(ModeId.MISSION if goes_on else ModeId.HOLD, Cause.RESTART)
+        remedy = "goes on when armed" if goes_on else "choose Mission to go on"
+        text = f"Mission was interrupted at item {self._executor.progress.seq}: {remedy}"
+        self._events.say(now_s, Severity.NOTICE, "mission_interrupted", text)
+
+    def tell_of_new_plan(self, now_s: float) -> None:
+        """Announce whether the mission goes on in a new plan or begins anew."""
+        replaced = self._executor.replaced
+        if replaced is not None and replaced is not self._replaced:
+            seq = self._executor.progress.seq
+            text = (
+                f"New mission goes on at item {seq}"
+                if replaced is Replaced.CONTINUED
+                else "New mission begins at its first item"
+            )
+            self._events.say(now_s, Severity.NOTICE, "mission_replaced", text)
+        self._replaced = replaced
+
+    def after(self, nav: NavState, now_s: float) -> None:
+        """Perform the actions of the mission, and what comes after its end."""
+        for action in self._mission.take_actions():
+            if isinstance(action, FollowLeader):
+                self._follow(action, nav, now_s)
+            else:
+                self._actions.perform(action, nav, now_s)
+        ended = self._mission.ended
+        if ended is not None and self._helm.mode is self._mission:
+            self._end(ended, nav, now_s)
+
+    def _follow(self, action: FollowLeader, nav: NavState, now_s: float) -> None:
+        """Follow; the next items wait until the mission is resumed. Without a leader the boat holds; the mission ends
+        if no item is left."""
+        complete = self._mission.ended is MissionState.COMPLETE
+        if action.system_id is None or self._following.choose_leader(action.system_id, now_s).accepted:
+            reason = self._helm.switch(ModeId.FOLLOW, nav, now_s, Cause.MISSION_ITEM)
+            if reason is None:
+                then = (
+                    "Mission complete" if complete else f"choose Mission to go on at item {self._executor.progress.seq}"
+                )
+                self._events.say(now_s, Severity.NOTICE, "mission_follows", f"Item {action.seq}: following; {then}")
+                return
+            self._events.say(now_s, Severity.WARNING, "refused", f"Item {action.seq}: Follow refused: {reason}")
+        refused = Cause.MISSION_ITEM_REFUSED
+        if not complete and self._helm.switch(ModeId.HOLD, nav, now_s, refused) is not None:
+            self._helm.stop(refused)
+
+    def _end(self, ended: MissionState, nav: NavState, now_s: float) -> None:
+        text = "Mission complete" if ended is MissionState.COMPLETE else "Mission cleared"
+        self._events.say(now_s, Severity.NOTICE, "mission_ended", text)
+        helm, complete, cause = self._helm, ended is MissionState.COMPLETE, Cause.MISSION_END
+        if complete and self._mission.docked and helm.switch(ModeId.DOCK, nav, now_s, cause) is None:
+            return
+        then = Action(int(self._parameters["MIS_DONE_ACT"])) if complete else Action.HOLD
+        if then is Action.RTL and helm.switch(ModeId.RTL, nav, now_s, cause) is None:
+            return
+        if then is Action.NEUTRAL or helm.switch(ModeId.HOLD, nav, now_s, cause) is not None:
+            helm.stop(cause)

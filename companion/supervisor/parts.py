@@ -1,0 +1,170 @@
+"""The supervisor's parts, what they have seen of the boat, and the views that they are given."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from companion.allocation.propulsion import lost_motions
+from companion.config.vessel import VesselConfig
+from companion.core.actuation import ZERO_WRENCH
+from companion.core.decision import ModeId, ModeInputs, Order, Outcome
+from companion.core.estimate import NO_ESTIMATE
+from companion.core.events import EventLog
+from companion.core.geodesy import LocalFrame
+from companion.core.tick import DeviceHealth, Inputs
+from companion.fence.guard import FenceGuard
+from companion.following.tracker import FORGET_S, LeaderTracker
+from companion.mission.executor import MissionExecutor
+from companion.mission.plan import Plans
+from companion.modes.hold import HoldMode
+from companion.modes.mission import MissionMode
+from companion.modes.offboard import OffboardMode
+from companion.modes.table import build_modes, mode_of
+from companion.params.store import Parameters
+from companion.supervisor.authority import Facts, Request, refusal
+from companion.supervisor.cruise import Cruise
+from companion.supervisor.fence_duty import FenceDuty
+from companion.supervisor.follow_duty import FollowDuty
+from companion.supervisor.ground_stations import GroundStations
+from companion.supervisor.helm import Helm
+from companion.supervisor.homing import HomeKeeper
+from companion.supervisor.mission_actions import MissionActions
+from companion.supervisor.mission_duty import MissionDuty
+from companion.supervisor.mode_changes import Cause
+from companion.supervisor.nudges import Nudges
+from companion.supervisor.outputs import AuxiliaryOutputs
+from companion.supervisor.responder import Responder
+from companion.supervisor.retraction import Retraction
+from companion.supervisor.situation import Situation, Source
+from companion.supervisor.sticks import Sticks, is_centred
+from companion.traffic.guard import TrafficGuard
+from companion.traffic.tracker import TrafficTracker
+
+
+class SupervisorParts:
+    """One of each. Remembers what was seen last: the estimate `nav`, `inputs`, device `health`, the wrench `achieved`,
+    and indices of `failed` thrusters; and an `order` while its mode is being chosen."""
+
+    def __init__(
+        self,
+        config: VesselConfig,
+        parameters: Parameters,
+        plans: Plans,
+        executor: MissionExecutor,
+        events: EventLog,
+        frame_of: Callable[[], LocalFrame],
+        choose: Callable[[ModeId, float, Cause], Outcome],
+    ) -> None:
+        """`frame_of()`: the local plane of the estimate. `choose(mode, now_s, cause)`: a person's choice of a mode."""
+        self.config, self.parameters, self.executor, self.events = config, parameters, executor, events
+        self.frame_of = frame_of
+        self.nav = NO_ESTIMATE
+        self.inputs = Inputs()
+        self.health: Sequence[DeviceHealth] = ()
+        self.achieved = ZERO_WRENCH
+        self.failed: frozenset[int] = frozenset()
+        self.order: Order | None = None
+        self._bridges = frozenset(bridge.name for bridge in config.actuators)
+
+        self.traffic = TrafficTracker(config.mmsi)
+        self.leader = LeaderTracker()
+        self.fence = FenceGuard(config, parameters, plans, events, frame_of)
+        self.traffic_guard = TrafficGuard(config, parameters, self.traffic, events, frame_of, self.fence)
+        modes = build_modes(config, parameters, plans, executor, events, frame_of, self.fence)
+        self.hold = hold = mode_of(modes, HoldMode)
+        self.mission = mission = mode_of(modes, MissionMode)
+        self.offboard = mode_of(modes, OffboardMode)
+        self._with_source = tuple(mode for mode in modes.values() if mode.declaration.failsafe is not None)
+
+        self.cruise = Cruise(parameters)
+        self.auxiliary = AuxiliaryOutputs(config, events)
+        self.sticks = Sticks(parameters)
+        self.ground_stations = GroundStations(config.operators)
+        self.home = HomeKeeper(events)
+        self.helm = helm = Helm(modes, self.sticks, events, self.mode_inputs)
+        self.following = FollowDuty(parameters, helm, self.sticks, events, choose, self.refusal)
+        actions = MissionActions(self.cruise, self.home, self.auxiliary, self.following)
+        self.mission_duty = MissionDuty(parameters, executor, mission, helm, self.following, actions, events)
+        self.fence_duty = FenceDuty(self.fence, plans, helm, mission, events)
+        self.nudges = Nudges(config, parameters, helm, hold, events)
+        self.retraction = Retraction(config, parameters, helm, events)
+        self.responder = Responder(helm, hold, self.sticks, events, self.situation)
+
+    # --- views -----------------------------------------------------------------------------------------------------
+
+    def refusal(self, request: Request, now_s: float) -> str | None:
+        """Why `request` is refused now; "" where it is ignored, None where it is obeyed (`authority.py`)."""
+        return refusal(request, self.facts(now_s))
+
+    def facts(self, now_s: float) -> Facts:
+        """What it depends on now who is obeyed."""
+        parameters, sticks, ground_stations = self.parameters, self.sticks, self.ground_stations
+        following, mode = self.following, self.helm.mode
+        live = sticks.live(now_s) if mode.by_stick else None
+        return Facts(
+            safe_switch=sticks.safe_switch,
+            transmitter_live=sticks.transmitter_live(now_s),
+            operators=ground_stations.operators,
+            in_control=ground_stations.in_control,
+            takeover=ground_stations.takeover,
+            chosen_sticks=int(parameters["MAN_GCS_SYSID"]),
+            steering=ground_stations.steering,
+            steering_live=now_s - ground_stations.steered_s <= parameters["COM_RC_LOSS_T"],
+            remote_system=sticks.remote_system,
+            module=following.module,
+            lead_boat_decides=bool(parameters["FOLL_AUTH"]),
+            wish=following.wish,
+            chosen_leader=int(parameters["FOLL_SYSID"]),
+            leader=self.leader.system_id,
+            leader_silent=self.leader.silent_s(now_s) >= FORGET_S,
+            followed=following.followed,
+            mode=mode.id,
+            intended=self.helm.intended.id,
+            sticks_moved=live is not None and not is_centred(live),
+        )
+
+    def mode_inputs(self, now_s: float, dt_s: float) -> ModeInputs:
+        """What modes see of a tick."""
+        return ModeInputs(
+            nav=self.nav,
+            manual=self.sticks.obeyed(now_s),
+            home=self.home.home,
+            speed_mps=self.cruise.speed_mps,
+            now_s=now_s,
+            dt_s=dt_s,
+            achieved=self.achieved,
+            failed=self.failed,
+            up=self.retraction.up,
+            leader=self.leader.leader(self.frame_of(), now_s),
+            leader_fault=self.following.fault(self.nav, now_s),
+            station=self.following.follow_position,
+            order=self.order,
+        )
+
+    def situation(self, now_s: float) -> Situation:
+        """What arming checks and failsafes see."""
+        helm, thrusters = self.helm, self.config.thrusters
+        return Situation(
+            now_s=now_s,
+            nav=self.nav,
+            inputs=self.inputs,
+            bridges={device.name: device for device in self.health if device.name in self._bridges},
+            sensors={device.name: device for device in self.health if device.name not in self._bridges},
+            parameters=self.parameters,
+            armed=helm.armed,
+            mode=helm.mode,
+            intended=helm.intended,
+            mode_refusal=None if helm.armed else helm.refusal(helm.mode.id, self.nav, now_s),
+            sticks_age_s=self.sticks.age_s(now_s) if self.sticks.heard else None,
+            ground_station_age_s=self.ground_stations.age_s(now_s),
+            authority=self.facts(now_s),
+            failed_thrusters=tuple(thrusters[i].name for i in sorted(self.failed)),
+            lost_motions=lost_motions(thrusters, self.failed),
+            fence=self.fence.cause,
+            sources=self._sources(now_s),
+        )
+
+    def _sources(self, now_s: float) -> dict[ModeId, Source]:
+        """What modes steer by. Of the leader the duty knows more than the mode."""
+        sources = {mode.id: Source(mode.loss(now_s)) for mode in self._with_source}
+        return sources | {ModeId.FOLLOW: self.following.sight(self.nav, now_s)}

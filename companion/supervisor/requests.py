@@ -1,0 +1,225 @@
+"""What people ask of the boat between two ticks. Each request returns an outcome; a refusal is an event too."""
+
+from __future__ import annotations
+
+import math
+
+from companion.core.decision import ACCEPTED, Home, MissionState, ModeId, Order, Outcome, Result, Severity
+from companion.core.geodesy import distance_and_bearing
+from companion.modes.mode import FURTHEST_LEG_M
+from companion.supervisor.arming import arming_refusals
+from companion.supervisor.authority import Action, Request, Right
+from companion.supervisor.homing import is_on_earth
+from companion.supervisor.mode_changes import Cause
+from companion.supervisor.parts import SupervisorParts
+
+
+class Requests:
+    """Remembers nothing itself; what a request changes is in `parts`. None of it raises."""
+
+    def __init__(self, parts: SupervisorParts) -> None:
+        self.parts = parts
+        self._helm = parts.helm
+        self._events = parts.events
+
+    # --- modes -----------------------------------------------------------------------------------------------------
+
+    def request_mode(self, mode: ModeId, now_s: float) -> Outcome:
+        """Choose a mode, armed or not; it never arms. The present mode again: Hold gives up a go-to, a mission that has
+        ended starts over."""
+        return self._choose(mode, now_s, Cause.OPERATOR)
+
+    def _choose(self, mode: ModeId, now_s: float, cause: Cause) -> Outcome:
+        helm, nav = self._helm, self.parts.nav
+        reason = self._forbidden(mode, now_s, cause) or helm.choice_refusal(mode, nav, now_s)
+        if reason is None and helm.mode is helm.modes[mode]:
+            reason = self._same_mode(now_s)
+        elif reason is None:
+            reason = helm.switch(mode, nav, now_s, cause)
+        if reason is not None:
+            return self._refuse(Result.TEMPORARILY_REJECTED, f"{mode.value} refused: {reason}", now_s)
+        self._taken_over(now_s)
+        return ACCEPTED
+
+    def give_order(self, order: Order, now_s: float) -> Outcome:
+        """Choose the mode that the order is for, armed only; the mode carries the order out."""
+        if not self._helm.armed:
+            text = f"{order.mode.value} refused: arm first"
+            return self._refuse(Result.TEMPORARILY_REJECTED, text, now_s)
+        self.parts.order = order
+        outcome = self.request_mode(order.mode, now_s)
+        self.parts.order = None
+        return outcome
+
+    def hold_here(self, now_s: float) -> Outcome:
+        """Hold at the present place. A boat that holds already goes on; it gives up a go-to."""
+        return self.request_mode(ModeId.HOLD, now_s)
+
+    def pause(self, now_s: float) -> Outcome:
+        """From any self-steered mode: hold here. A mission keeps its place."""
+        mode = self._helm.mode
+        if mode.by_stick:
+            text = f"Pause refused: {mode.id.value} is steered by stick"
+            return self._refuse(Result.TEMPORARILY_REJECTED, text, now_s)
+        return self.hold_here(now_s)
+
+    # --- arming ----------------------------------------------------------------------------------------------------
+
+    def arm(self, now_s: float, force: bool = False) -> Outcome:
+        """`force` skips the checks, but cannot enter a mode that refuses."""
+        if self._helm.armed:
+            return ACCEPTED
+        situation = self.parts.situation(now_s)
+        reasons: tuple[str, ...] = () if force else arming_refusals(situation)
+        if not reasons and situation.mode_refusal is not None:
+            reasons = (f"{situation.mode.id.value}: {situation.mode_refusal}",)
+        if not reasons and (reason := self._helm.arm(now_s)) is not None:
+            reasons = (f"{situation.mode.id.value}: {reason}",)
+        if reasons:
+            for reason in reasons:
+                self._events.say(now_s, Severity.WARNING, "arming_refused", f"PreArm: {reason}")
+            return Outcome(Result.TEMPORARILY_REJECTED, "; ".join(reasons))
+        if self.parts.parameters["HOME_ON_ARM"]:
+            self.parts.home.set_here(self.parts.nav, now_s)
+        self.parts.responder.monitor.override()
+        self._events.say(now_s, Severity.NOTICE, "armed", "Armed by force" if force else "Armed")
+        return ACCEPTED
+
+    def disarm(self, now_s: float, force: bool = False) -> Outcome:
+        """Always possible, also under way: the thrusters stop. `force` changes nothing."""
+        if self._helm.armed:
+            self._helm.disarm(now_s)
+            self.parts.cruise.ask(None)
+            self._events.say(now_s, Severity.NOTICE, "disarmed", "Disarmed")
+        return ACCEPTED
+
+    def terminate(self, now_s: float) -> Outcome:
+        """Neutral and disarmed at once."""
+        self._events.say(now_s, Severity.CRITICAL, "terminated", "Terminated: thrusters stopped")
+        return self.disarm(now_s, force=True)
+
+    # --- places ----------------------------------------------------------------------------------------------------
+
+    def go_to(
+        self, lat_deg: float, lon_deg: float, yaw_rad: float | None, speed_mps: float | None, now_s: float
+    ) -> Outcome:
+        """Go to that point and hold it. `yaw_rad` None or not finite: the heading of arrival. `speed_mps` None or not
+        finite: the speed of missions."""
+        parts, helm = self.parts, self._helm
+        if (refused := self._go_to_refused(lat_deg, lon_deg, now_s)) is not None:
+            return refused
+        if helm.mode is not parts.hold:
+            reason = helm.switch(ModeId.HOLD, parts.nav, now_s, Cause.OPERATOR)
+            if reason is not None:
+                return self._refuse(Result.TEMPORARILY_REJECTED, f"Go-to refused: {reason}", now_s)
+        self._taken_over(now_s)
+        north_m, east_m = parts.frame_of().to_ned(lat_deg, lon_deg)
+        heading_rad = yaw_rad if yaw_rad is not None and math.isfinite(yaw_rad) else None
+
+        def go() -> None:
+            parts.hold.go_to(parts.nav, north_m, east_m, heading_rad, parts.cruise.limited(speed_mps))
+
+        if (reason := helm.guarded(parts.hold, go, now_s)) is not None:
+            return self._refuse(Result.FAILED, f"Go-to {reason}", now_s)
+        distance_m, _ = distance_and_bearing(parts.nav.lat_deg, parts.nav.lon_deg, lat_deg, lon_deg)
+        self._events.say(now_s, Severity.INFO, "go_to", f"Going to a point {distance_m:.0f} m away")
+        return ACCEPTED
+
+    def _go_to_refused(self, lat_deg: float, lon_deg: float, now_s: float) -> Outcome | None:
+        """The refusal, if the boat cannot go there."""
+        parts, nav = self.parts, self.parts.nav
+        if not is_on_earth(lat_deg, lon_deg):
+            return self._refuse(Result.DENIED, "Go-to refused: not a position", now_s)
+        if not self._helm.armed:
+            return self._refuse(Result.TEMPORARILY_REJECTED, "Go-to refused: arm first", now_s)
+        reason = self._forbidden(ModeId.HOLD, now_s) or self._helm.refusal(ModeId.HOLD, nav, now_s)
+        if reason is not None:
+            return self._refuse(Result.TEMPORARILY_REJECTED, f"Go-to refused: {reason}", now_s)
+        distance_m, _ = distance_and_bearing(nav.lat_deg, nav.lon_deg, lat_deg, lon_deg)
+        if distance_m > FURTHEST_LEG_M:
+            return self._refuse(Result.DENIED, f"Go-to refused: {distance_m / 1000.0:.0f} km away", now_s)
+        reason = parts.fence.go_refusal(nav, *parts.frame_of().to_ned(lat_deg, lon_deg))
+        return None if reason is None else self._refuse(Result.DENIED, f"Go-to refused: {reason}", now_s)
+
+    def nudge(self, forward_m: float, starboard_m: float, turn_rad: float, now_s: float) -> Outcome:
+        """In Hold: move the hold point along the held heading, and turn that heading."""
+        return self.parts.nudges.nudge(forward_m, starboard_m, turn_rad, self.parts.nav, now_s)
+
+    def set_heading(self, yaw_rad: float, now_s: float) -> Outcome:
+        """In Hold: hold this heading at the same point."""
+        return self.parts.nudges.head(yaw_rad, self.parts.nav, now_s)
+
+    def set_home(self, home: Home | None, now_s: float) -> Outcome:
+        """None: home is where the boat is."""
+        parts = self.parts
+        if home is None and not parts.home.set_here(parts.nav, now_s):
+            return self._refuse(Result.TEMPORARILY_REJECTED, "Home refused: position not valid", now_s)
+        if home is not None and not parts.home.set(home, now_s):
+            return self._refuse(Result.DENIED, "Home refused: not a position", now_s)
+        return ACCEPTED
+
+    # --- missions --------------------------------------------------------------------------------------------------
+
+    def start_mission(self, first: int | None, now_s: float) -> Outcome:
+        """Mission mode, from item `first` where that is given. Starts when armed; does not arm."""
+        if first is not None and (outcome := self.set_current(first, True, now_s)) != ACCEPTED:
+            return outcome
+        return self.request_mode(ModeId.MISSION, now_s)
+
+    def resume(self, now_s: float) -> Outcome:
+        """Go on with a paused mission."""
+        paused = self.parts.executor.progress.state is MissionState.PAUSED
+        if self._helm.mode is not self.parts.mission and not paused:
+            return self._refuse(Result.TEMPORARILY_REJECTED, "Resume refused: no paused mission", now_s)
+        return self.request_mode(ModeId.MISSION, now_s)
+
+    def set_current(self, seq: int, reset: bool, now_s: float) -> Outcome:
+        """Make `seq` the mission's current item, under way or not."""
+        reason = self.parts.executor.set_current(seq, reset)
+        if reason is not None:
+            return self._refuse(Result.DENIED, f"Mission item {seq} refused: {reason}", now_s)
+        return ACCEPTED
+
+    def change_speed(self, speed_mps: float | None, now_s: float) -> Outcome:
+        """Speed of self-steered modes until the mission changes it or the boat is disarmed; None: WP_SPEED. Capped by
+        MPC_XY_VEL_MAX."""
+        if speed_mps is not None and not (math.isfinite(speed_mps) and speed_mps > 0.0):
+            return self._refuse(Result.DENIED, f"Speed {speed_mps:g} m/s refused: it must be above 0", now_s)
+        cruise = self.parts.cruise
+        cruise.ask(speed_mps)
+        self._helm.mode.drop_speed()
+        limit = ", the most MPC_XY_VEL_MAX allows" if cruise.asked_mps != speed_mps else ""
+        self._events.say(now_s, Severity.INFO, "speed_changed", f"Speed {cruise.speed_mps:.2f} m/s{limit}")
+        return ACCEPTED
+
+    # --- thrusters -------------------------------------------------------------------------------------------------
+
+    def lower_thrusters(self, lower: bool, now_s: float) -> Outcome:
+        """Retractable thrusters down, or up. Up is refused while an armed boat's mode needs them."""
+        return self.parts.retraction.request(lower, now_s)
+
+    # --- parts of requests -----------------------------------------------------------------------------------------
+
+    def _refuse(self, result: Result, text: str, now_s: float) -> Outcome:
+        self._events.say(now_s, Severity.WARNING, "refused", text)
+        return Outcome(result, text)
+
+    def _forbidden(self, mode: ModeId, now_s: float, cause: Cause = Cause.OPERATOR) -> str | None:
+        right = Right.LEAD_BOAT if cause is Cause.LEAD_BOAT else Right.GROUND_STATION
+        return self.parts.refusal(Request(Action.CHANGE_MODE, right, mode=mode), now_s)
+
+    def _same_mode(self, now_s: float) -> str | None:
+        """The present mode is chosen again."""
+        helm = self._helm
+        helm.intended = helm.mode
+        begins_anew = helm.armed and helm.mode.chosen_again(self.parts.mode_inputs(now_s, 0.0))
+        return helm.enter_again(now_s) if begins_anew else None
+
+    def _taken_over(self, now_s: float) -> None:
+        """A person has decided: failsafes that last have had their turn, and thrust is free again."""
+        parts, monitor = self.parts, self.parts.responder.monitor
+        parts.sticks.overrule_silent_switch(now_s)
+        if self._helm.armed and (monitor.neutral or self._helm.stopped):
+            self._helm.resume(now_s)
+        monitor.override()
+        parts.following.taken_over(now_s)

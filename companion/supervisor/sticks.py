@@ -1,0 +1,113 @@
+"""The sticks of ground station and transmitter: which are live, and whether they were centred once before they steer.
+Whose sticks count is in `authority.py`."""
+
+from __future__ import annotations
+
+import math
+
+from companion.core.readings import ManualInput, RcInput
+from companion.params.store import Parameters
+from companion.supervisor.authority import Facts, Right, sticks_in_charge
+
+_CENTRED = 0.15
+_SWITCH_ON = 0.5
+_SWITCH_OFF = 0.2
+
+
+def is_centred(manual: ManualInput) -> bool:
+    """Whether no axis is off centre by more than 15 %."""
+    return all(axis is None or abs(axis) <= _CENTRED for axis in (manual.surge, manual.sway, manual.yaw))
+
+
+class Sticks:
+    """Remembers the last sticks of the ground stations and of the transmitter.
+
+    The transmitter's channels are 1 sway, 2 surge, 3 throttle, 4 yaw, positive to starboard and ahead; MAN_AXIS_SURGE
+    chooses between 2 and 3. `safe_switch`: as last seen. `remote_system`: the lead boat that steers by remote, None for
+    none; its sticks come as a ground station's. `heard`: sticks were heard once.
+    """
+
+    def __init__(self, parameters: Parameters) -> None:
+        self._parameters = parameters
+        self._last: dict[Right, ManualInput | None] = {Right.GROUND_STATION: None, Right.TRANSMITTER: None}
+        self._must_centre = False
+        self._remote_s = -math.inf  # since when the lead boat steers by remote
+        self.remote_system: int | None = None
+        self.safe_switch = False
+        self.heard = False
+
+    def ground_station_input(self, manual: ManualInput) -> None:
+        """Sticks of the ground station that steers; ignored if a value is not a number."""
+        axes = (manual.surge, manual.sway, manual.yaw)
+        if all(axis is None or math.isfinite(axis) for axis in axes) and math.isfinite(manual.t_s):
+            self._last[Right.GROUND_STATION] = manual
+            self.heard = True
+
+    def hand_over(self, now_s: float, remote_system: int | None) -> None:
+        """From now on that lead boat steers by remote; None: no lead boat does. Sticks must be centred first."""
+        self._last[Right.GROUND_STATION] = None
+        self.remote_system = remote_system
+        self._remote_s = -math.inf if remote_system is None else now_s
+        self.heard = self.heard or remote_system is not None
+        self.demand_centre(now_s, even_if_silent=True)
+
+    def update(self, rc: RcInput | None, now_s: float) -> None:
+        """Take in the transmitter. A switch whose signal is lost keeps its last position until an operator overrules
+        it."""
+        usable = rc is not None and not rc.lost and len(rc.channels) >= 4 and all(map(math.isfinite, rc.channels))
+        if rc is not None and usable:
+            surge = rc.channels[2] if self._parameters["MAN_AXIS_SURGE"] else rc.channels[1]
+            self._last[Right.TRANSMITTER] = ManualInput(rc.t_s, rc.source, surge, rc.channels[0], rc.channels[3])
+            self.heard = True
+            self._read_switch(rc)
+        live = self.live(now_s)
+        if self._must_centre and live is not None and is_centred(live):
+            self._must_centre = False
+
+    def _read_switch(self, rc: RcInput) -> None:
+        channel = int(self._parameters["MAN_RC_SAFE_CH"])
+        if channel == 0:
+            self.safe_switch = False
+        elif channel <= len(rc.channels):
+            self.safe_switch = rc.channels[channel - 1] > (_SWITCH_OFF if self.safe_switch else _SWITCH_ON)
+
+    def transmitter_live(self, now_s: float) -> bool:
+        """Whether the transmitter was heard within COM_RC_LOSS_T."""
+        return self._fresh(self._last[Right.TRANSMITTER], now_s)
+
+    def live(self, now_s: float) -> ManualInput | None:
+        """The sticks in charge, wherever they stand; None if they have been silent for COM_RC_LOSS_T."""
+        return next((manual for manual in self._in_charge() if self._fresh(manual, now_s)), None)
+
+    def obeyed(self, now_s: float) -> ManualInput | None:
+        """The sticks in charge, once they may steer."""
+        return None if self._must_centre else self.live(now_s)
+
+    def demand_centre(self, now_s: float, even_if_silent: bool) -> None:
+        """Sticks that are off centre now must be seen centred before they are obeyed; `even_if_silent`: sticks that
+        come later must too."""
+        live = self.live(now_s)
+        self._must_centre = even_if_silent if live is None else not is_centred(live)
+
+    @property
+    def must_centre(self) -> bool:
+        """Whether the sticks must be centred before they steer."""
+        return self._must_centre
+
+    def age_s(self, now_s: float) -> float:
+        """Since the sticks in charge were last heard; infinite before that."""
+        since_s = -math.inf if self.safe_switch else self._remote_s
+        heard_s = (manual.t_s for manual in self._in_charge() if manual is not None)
+        return now_s - max(since_s, *heard_s, -math.inf)
+
+    def overrule_silent_switch(self, now_s: float) -> None:
+        """An operator takes over: the switch of a transmitter that is silent counts no more."""
+        if not self.transmitter_live(now_s):
+            self.safe_switch = False
+
+    def _in_charge(self) -> list[ManualInput | None]:
+        facts = Facts(safe_switch=self.safe_switch, remote_system=self.remote_system)
+        return [self._last[right] for right in sticks_in_charge(facts)]
+
+    def _fresh(self, manual: ManualInput | None, now_s: float) -> bool:
+        return manual is not None and now_s - manual.t_s <= self._parameters["COM_RC_LOSS_T"]

@@ -1,0 +1,198 @@
+"""Decide: once a tick, what the vessel is and what it should do. Requests that come between ticks are in
+`requests.py`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from companion.config.vessel import VesselConfig
+from companion.core.actuation import Wrench
+from companion.core.decision import ModeId, ModeInputs, Severity, Status
+from companion.core.estimate import NavState, usable
+from companion.core.events import EventLog
+from companion.core.geodesy import LocalFrame
+from companion.core.readings import AisTarget, LeaderState, ManualInput
+from companion.core.setpoint import NEUTRAL_SETPOINT, Setpoint
+from companion.core.tick import DeviceHealth, Inputs
+from companion.mission.executor import MissionExecutor
+from companion.mission.plan import Plans
+from companion.modes.mode import ModeInfo
+from companion.modes.parts.offboard_target import OffboardTarget
+from companion.params.store import Parameters
+from companion.supervisor.arming import arming_refusals
+from companion.supervisor.authority import Action, Facts, Request, Right
+from companion.supervisor.mode_changes import Cause
+from companion.supervisor.parts import SupervisorParts
+from companion.supervisor.requests import Requests
+
+
+class Supervisor(Requests):
+    """Requests and messages come in between ticks; once a tick `update` → Status, then `guide` → Setpoint. None of it
+    raises.
+
+    Remembers its parts, and the last failure of fence and traffic guards. The boat starts disarmed and in Manual.
+    """
+
+    def __init__(
+        self,
+        config: VesselConfig,
+        parameters: Parameters,
+        plans: Plans,
+        executor: MissionExecutor,
+        events: EventLog,
+        frame_of: Callable[[], LocalFrame],
+    ) -> None:
+        """`frame_of()`: the local plane of the estimate."""
+        super().__init__(SupervisorParts(config, parameters, plans, executor, events, frame_of, self._choose))
+        parts = self.parts
+        self.auxiliary, self.following, self.retraction = parts.auxiliary, parts.following, parts.retraction
+        self.ground_stations = parts.ground_stations
+        modes = parts.helm.modes.values()
+        self.modes = tuple(ModeInfo(mode.declaration, mode.text) for mode in modes)
+        self._monitor = parts.responder.monitor
+        self._guard_failure = ""
+
+    @property
+    def version(self) -> int:
+        """Grows with every change of mode or arming."""
+        return self._helm.version
+
+    @property
+    def mode_cause(self) -> Cause | None:
+        """Why the mode changed last, or thrust was stopped; None before that."""
+        return self._helm.cause
+
+    # --- what comes in between ticks -------------------------------------------------------------------------------
+
+    def manual_input(self, manual: ManualInput) -> None:
+        """Sticks of the ground station that steers (`Action.GROUND_STICKS`)."""
+        self.parts.sticks.ground_station_input(manual)
+
+    def ground_station_heard(self, now_s: float) -> None:
+        """A message of a ground station has come."""
+        self.ground_stations.heard(now_s)
+
+    def traffic_heard(self, report: AisTarget, now_s: float) -> None:
+        """A report of another vessel, from a receiver or another system."""
+        nav = self.parts.nav
+        self.parts.traffic.take(report, now_s, (nav.lat_deg, nav.lon_deg) if nav.position_valid else None)
+
+    def leader_heard(self, state: LeaderState) -> None:
+        """A message of a lead boat. It is ignored unless that boat leads."""
+        system, now_s = state.system_id, state.heard_s
+        leads = self.refusal(Request(Action.LEADER_POSITION, Right.LEAD_BOAT, system), now_s) is None
+        if leads:
+            self.parts.leader.take(state)
+        self.following.heard(state, leads)
+        if leads and self.refusal(Request(Action.STAND_IN, Right.LEAD_BOAT, system), now_s) is None:
+            self.ground_stations.heard(now_s)
+
+    def offboard_setpoint(self, target: OffboardTarget, now_s: float) -> str | None:
+        """A setpoint of another computer. Returns why it is refused, or None."""
+        reason = self.parts.offboard.take(target, self.parts.nav, now_s)
+        if reason is None and self.refusal(Request(Action.STAND_IN, Right.OFFBOARD), now_s) is None:
+            self.ground_stations.heard(now_s)
+        return reason
+
+    def offboard_fault(self, now_s: float) -> str | None:
+        """Why Offboard has no setpoint to steer by, or None."""
+        return self.parts.offboard.loss(now_s)
+
+    def thrust_achieved(self, achieved: Wrench) -> None:
+        """The wrench that the thrusters give in this cycle, from the allocation."""
+        self.parts.achieved = achieved
+
+    def thruster_failed(self, index: int, failed: bool) -> None:
+        """A thruster has failed, or works again."""
+        parts = self.parts
+        parts.failed = parts.failed | {index} if failed else parts.failed - {index}
+
+    # --- what others ask -------------------------------------------------------------------------------------------
+
+    def refusal(self, request: Request, now_s: float) -> str | None:
+        """Why `request` is refused now; "" where it is ignored, None where it is obeyed (`authority.py`)."""
+        return self.parts.refusal(request, now_s)
+
+    def facts(self, now_s: float) -> Facts:
+        """What it depends on now who is obeyed."""
+        return self.parts.facts(now_s)
+
+    def status(self, now_s: float) -> Status:
+        """The vessel at this moment."""
+        parts, helm = self.parts, self._helm
+        return Status(
+            t_s=now_s,
+            mode=helm.mode.id,
+            intended_mode=helm.intended.id,
+            armed=helm.armed,
+            arming_refusals=() if helm.armed else arming_refusals(parts.situation(now_s)),
+            failsafes=self._monitor.names,
+            home=parts.home.home,
+            mission=parts.executor.progress,
+            speed_override_mps=parts.cruise.asked_mps,
+            fence=parts.fence.state,
+            traffic=parts.traffic.targets,
+            leader=parts.leader.leader(parts.frame_of(), now_s),
+            orbit=helm.mode.orbit if helm.armed else None,
+        )
+
+    # --- once a tick -----------------------------------------------------------------------------------------------
+
+    def update(self, nav: NavState, inputs: Inputs, health: Sequence[DeviceHealth], now_s: float) -> Status:
+        """Look at everything and act on failures. `health`: of every sensor and bridge."""
+        parts = self.parts
+        parts.nav, parts.inputs, parts.health = usable(nav), inputs, health
+        parts.traffic.update(now_s)
+        parts.mission_duty.restore(now_s)
+        parts.home.update(parts.nav, now_s)
+        parts.sticks.update(inputs.rc, now_s)
+        self._obey_safe_switch(now_s)
+        parts.fence.update(parts.nav, self._helm.mode, self._helm.armed, now_s)
+        parts.fence_duty.update(parts.mode_inputs(now_s, 0.0))
+        parts.following.update(parts.mode_inputs(now_s, 0.0))
+        parts.responder.update(now_s)
+        parts.retraction.update(inputs.rc, now_s)
+        parts.mission_duty.tell_of_new_plan(now_s)
+        return self.status(now_s)
+
+    def guide(self, nav: NavState, now_s: float, dt_s: float) -> Setpoint:
+        """The active mode's setpoint; neutral while disarmed, or while a failsafe or a failure stops the thrusters."""
+        parts, helm = self.parts, self._helm
+        parts.nav = usable(nav)
+        if not helm.armed or helm.stopped or self._monitor.neutral:
+            parts.traffic_guard.reset()
+            return NEUTRAL_SETPOINT
+        inputs = parts.mode_inputs(now_s, dt_s)
+        setpoint = helm.guide(inputs)
+        if helm.mode is parts.mission:
+            parts.mission_duty.after(parts.nav, now_s)
+        if setpoint is None or helm.stopped:
+            return NEUTRAL_SETPOINT
+        return self._guarded(setpoint, inputs)
+
+    def _guarded(self, setpoint: Setpoint, inputs: ModeInputs) -> Setpoint:
+        """The setpoint, clear of traffic and inside the fence. If a guard fails, that is announced and the boat holds;
+        Hold and modes steered by stick go on unguarded."""
+        parts, helm, now_s = self.parts, self._helm, inputs.now_s
+        try:
+            steered = parts.traffic_guard.steer(setpoint, helm.mode, inputs)
+            return parts.fence.limited(steered, parts.nav, parts.cruise.speed_mps, now_s)
+        except Exception as error:  # noqa: BLE001  whatever is wrong there, the boat must not be without a helm
+            text = f"Fence and traffic not minded ({type(error).__name__}: {error})"
+            if text != self._guard_failure:
+                self._guard_failure = text
+                self._events.say(now_s, Severity.CRITICAL, "guard_failed", text)
+            if helm.mode.by_stick or helm.mode is parts.hold:
+                return setpoint
+            if helm.switch(ModeId.HOLD, parts.nav, now_s, Cause.GUARD_FAILED) is not None:
+                helm.stop(Cause.GUARD_FAILED)
+            return NEUTRAL_SETPOINT
+
+    def _obey_safe_switch(self, now_s: float) -> None:
+        """A mode that the safe switch forbids is left for Manual."""
+        helm = self._helm
+        if self.refusal(Request(Action.CHANGE_MODE, mode=helm.mode.id), now_s) is None:
+            return
+        self._events.say(now_s, Severity.WARNING, "safe_switch", "Safe switch of the transmitter: Manual")
+        helm.switch(ModeId.MANUAL, self.parts.nav, now_s, Cause.SAFE_SWITCH)
+        self._monitor.override()

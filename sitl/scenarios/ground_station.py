@@ -1,0 +1,180 @@
+"""A ground station in lockstep: it sends and reads MAVLink over a rig's link, with pymavlink, and waits by ticking the
+rig."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from pymavlink.dialects.v20 import common as mavlink
+
+from sitl.scenarios.rig import Rig
+
+_HEARTBEAT_PERIOD_S = 1.0
+
+
+class GroundStationTimeout(Exception):
+    """The vessel did not do in time what the scenario waited for."""
+
+
+@dataclass(frozen=True, slots=True)
+class Item:
+    """A mission item, with its place in degrees."""
+
+    command: int
+    lat_deg: float = 0.0
+    lon_deg: float = 0.0
+    params: tuple[float, float, float, float] = (0.0, 0.0, 0.0, math.nan)
+    frame: int = mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT
+
+
+class GroundStation:
+    """`last`: newest message of each type; `texts`: all STATUSTEXTs; `acks`, `reached`: results and items so far."""
+
+    def __init__(self, rig: Rig, system: int = 255, vessel: int = 1) -> None:
+        """`system`: its own id; `vessel`: the boat's id."""
+        self.rig = rig
+        self.vessel = vessel
+        self.last: dict[str, Any] = {}
+        self.texts: list[str] = []
+        self.acks: list[Any] = []
+        self.reached: list[int] = []
+        self._heartbeat_due_s = 0.0
+        self._requests: list[Any] = []
+        self._mission_ack: Any = None
+        self._codec = mavlink.MAVLink(None, srcSystem=system, srcComponent=190)
+        self._codec.robust_parsing = True
+
+    def send(self, message: Any) -> None:
+        """Send a message."""
+        self.rig.send(message.pack(self._codec))
+        self._codec.seq = (self._codec.seq + 1) % 256
+
+    def step(self) -> None:
+        """One tick of the vessel; handle everything that it sent."""
+        if self.rig.now_s >= self._heartbeat_due_s:
+            self._heartbeat_due_s = self.rig.now_s + _HEARTBEAT_PERIOD_S
+            self.send(mavlink.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3))
+        self.rig.step()
+        data = self.rig.receive()
+        for message in self._codec.parse_buffer(data) or () if data else ():
+            self._take(message)
+
+    def _take(self, message: Any) -> None:
+        kind = message.get_type()
+        self.last[kind] = message
+        if kind == "STATUSTEXT":
+            self.texts.append(message.text)
+        elif kind == "COMMAND_ACK":
+            self.acks.append(message)
+        elif kind == "MISSION_ITEM_REACHED":
+            self.reached.append(message.seq)
+        elif kind == "MISSION_REQUEST_INT":
+            self._requests.append(message)
+        elif kind == "MISSION_ACK":
+            self._mission_ack = message
+
+    def wait(self, what: str, condition: Callable[[], bool], timeout_s: float) -> None:
+        """Step until `condition()`. Raises GroundStationTimeout with `what` and the vessel's last texts."""
+        end_s = self.rig.now_s + timeout_s
+        while not condition():
+            if self.rig.now_s >= end_s:
+                raise GroundStationTimeout(f"{what}: not within {timeout_s:g} s; last texts: {self.texts[-3:]}")
+            self.step()
+
+    def sail(self, duration_s: float) -> None:
+        """Step for `duration_s`."""
+        end_s = self.rig.now_s + duration_s
+        while self.rig.now_s < end_s - 1e-9:
+            self.step()
+
+    def command(self, number: int, *params: float, expect: int = mavlink.MAV_RESULT_ACCEPTED) -> None:
+        """Send COMMAND_LONG and wait for its result. Raises GroundStationTimeout for another result than `expect`."""
+        self.acks.clear()
+        padded = (*params, *(0.0 for _ in range(7 - len(params))))
+        self.send(mavlink.MAVLink_command_long_message(self.vessel, 1, number, 0, *padded))
+        self._acknowledged(number, expect)
+
+    def _acknowledged(self, number: int, expect: int) -> None:
+        self.wait(f"ack of command {number}", lambda: any(a.command == number for a in self.acks), 3.0)
+        result = next(a.result for a in self.acks if a.command == number)
+        if result != expect:
+            raise GroundStationTimeout(
+                f"command {number}: result {result}, expected {expect}; last texts: {self.texts[-3:]}"
+            )
+
+    def set_parameter(self, name: str, value: float) -> None:
+        """Send PARAM_SET and wait for its echo. Raises GroundStationTimeout where none comes."""
+        self.last.pop("PARAM_VALUE", None)
+        self.send(
+            mavlink.MAVLink_param_set_message(self.vessel, 1, name.encode(), value, mavlink.MAV_PARAM_TYPE_REAL32)
+        )
+        self.wait(f"{name} = {value:g}", lambda: getattr(self.last.get("PARAM_VALUE"), "param_id", "") == name, 3.0)
+
+    def hold_at_home(self, settle_s: float) -> None:
+        """Arm in Hold, go to home with the heading of the start, and settle."""
+        home = self.rig.config.home
+        self.ready()
+        self.set_mode(0x03040000)
+        self.arm()
+        self.reposition(home.lat_deg, home.lon_deg, home.yaw_rad)
+        self.sail(settle_s)
+
+    def reposition(self, lat_deg: float, lon_deg: float, yaw_rad: float) -> None:
+        """Go to a point and hold it with that heading. COMMAND_INT, so that the point is exact to a centimetre."""
+        self.acks.clear()
+        number = mavlink.MAV_CMD_DO_REPOSITION
+        x, y = round(lat_deg * 1e7), round(lon_deg * 1e7)
+        frame = mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT
+        self.send(
+            mavlink.MAVLink_command_int_message(
+                self.vessel, 1, frame, number, 0, 0, -1.0, 1.0, 0.0, yaw_rad, x, y, math.nan
+            )
+        )
+        self._acknowledged(number, mavlink.MAV_RESULT_ACCEPTED)
+
+    def set_mode(self, custom_mode: int) -> None:
+        """Set a mode and wait for it."""
+        self.send(mavlink.MAVLink_set_mode_message(self.vessel, 1, custom_mode))
+        self.wait(f"mode {custom_mode:#x}", lambda: self._heartbeat("custom_mode") == custom_mode, 3.0)
+
+    def arm(self) -> None:
+        """Arm, and wait until the vessel is armed."""
+        self.command(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 1.0)
+        self.wait("armed", lambda: bool(self._heartbeat("base_mode") & 128), 3.0)
+
+    def ready(self, timeout_s: float = 60.0) -> None:
+        """Wait until the vessel reports that it can be armed."""
+        bit = mavlink.MAV_SYS_STATUS_PREARM_CHECK
+        self.wait(
+            "ready to arm",
+            lambda: bool(getattr(self.last.get("SYS_STATUS"), "onboard_control_sensors_health", 0) & bit),
+            timeout_s,
+        )
+
+    def _heartbeat(self, name: str) -> int:
+        return int(getattr(self.last.get("HEARTBEAT"), name, 0))
+
+    def upload(self, items: Sequence[Item], kind: int = mavlink.MAV_MISSION_TYPE_MISSION) -> None:
+        """Upload mission, fence or rally points. Raises GroundStationTimeout when the vessel refuses."""
+        self._requests.clear()
+        self._mission_ack = None
+        self.send(mavlink.MAVLink_mission_count_message(self.vessel, 1, len(items), kind))
+        end_s = self.rig.now_s + 30.0
+        while self._mission_ack is None:
+            if self.rig.now_s >= end_s:
+                raise GroundStationTimeout("mission upload: not within 30 s")
+            self.step()
+            requests, self._requests = self._requests, []
+            for request in requests:
+                self.send(self._item_message(items[request.seq], request.seq, kind))
+        if self._mission_ack.type != mavlink.MAV_MISSION_ACCEPTED:
+            raise GroundStationTimeout(f"mission refused with {self._mission_ack.type}; last texts: {self.texts[-3:]}")
+
+    def _item_message(self, item: Item, seq: int, kind: int) -> Any:
+        x, y = round(item.lat_deg * 1e7), round(item.lon_deg * 1e7)
+        return mavlink.MAVLink_mission_item_int_message(
+            self.vessel, 1, seq, item.frame, item.command, int(seq == 0), 1, *item.params, x, y, 0.0, kind
+        )

@@ -1,0 +1,38 @@
+"""Mistakes on the command line that cost no process."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from companion.cli.main import main
+
+
+@pytest.mark.parametrize(
+    ("arguments", "remedy"),
+    [
+        (("run", "revolt", "--sitl", "--devices", "."), "leave out --devices"),
+        (("run", "revolt", "--devices", ".", "--wind", "3"), "belongs to `companion sitl`"),
+        (("run", "revolt", "--speed", "2"), "needs --sitl or --devices"),
+        (("sitl", "revlot"), "no vessel named"),
+        (("sitl", "revolt", "--speed", "0"), "above 0"),
+        (("sitl", "rescuerunner", "--leader", "kraken"), "one of straight, thesis"),
+        (("devices", "--seconds", "0"), "0.5 to 600"),
+        (("thruster-test", "revolt", "--yes"), "--yes is for --sitl"),
+        (("check", "companion/leader_module/viknes.toml"), "`companion leader"),
+        (("leader", "companion/vessels/revolt.toml"), "`companion run"),
+    ],
+)
+def test_a_mistake_is_one_line_that_says_what_to_do(
+    arguments: tuple[str, ...],
+    remedy: str,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "home"))
+    extra = ("--state", str(tmp_path / "state"), "--log", str(tmp_path / "log")) if arguments[0] == "run" else ()
+    assert main([*arguments, *extra]) == 2
+    errors = capsys.readouterr().err
+    assert remedy in errors and len(errors.strip().splitlines()) == 1, errors

@@ -1,0 +1,127 @@
+"""The fence as an area, against plain shapely and closed forms."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+import shapely
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from shapely.geometry import LineString, Point, Polygon
+
+from companion.fence.area import Disc, FenceArea
+
+BOX = [(-50.0, -40.0), (50.0, -40.0), (50.0, 40.0), (-50.0, 40.0)]
+HOLE = [(0.0, 0.0), (10.0, 0.0), (10.0, 10.0), (0.0, 10.0)]
+PLAIN = FenceArea({0: [BOX]}, [HOLE])
+
+places = st.tuples(st.floats(-80.0, 80.0), st.floats(-80.0, 80.0))
+
+
+def test_distance_and_direction_in_a_box() -> None:
+    margin = PLAIN.margin(30.0, -35.0)
+    assert (margin.distance_m, margin.north, margin.east) == pytest.approx((5.0, 0.0, -1.0))
+    outside = PLAIN.margin(53.0, 44.0)
+    assert (outside.distance_m, outside.north, outside.east) == pytest.approx((-5.0, -0.6, -0.8))
+    in_the_hole = PLAIN.margin(5.0, 8.0)
+    assert (in_the_hole.distance_m, in_the_hole.north, in_the_hole.east) == pytest.approx((-2.0, 0.0, 1.0))
+    assert PLAIN.margin(50.0, 0.0).distance_m == 0.0
+
+
+@given(places)
+@settings(max_examples=300, deadline=None)
+def test_signed_distance_is_shapelys(place: tuple[float, float]) -> None:
+    whole = Polygon(BOX, [HOLE])
+    distance = whole.boundary.distance(Point(place))
+    expected = distance if whole.contains(Point(place)) else -distance
+    margin = PLAIN.margin(*place)
+    assert margin.distance_m == pytest.approx(expected, abs=1e-9)
+    if distance > 1e-6:
+        foot = (place[0] + distance * margin.north, place[1] + distance * margin.east)
+        assert whole.boundary.distance(Point(foot)) < 1e-6
+
+
+@given(places, st.floats(-math.pi, math.pi))
+@settings(max_examples=300, deadline=None)
+def test_way_to_the_line_is_shapelys(place: tuple[float, float], course: float) -> None:
+    assume(
+        abs(math.sin(2.0 * course)) > 1e-3 and abs(PLAIN.margin(*place).distance_m) > 1e-3
+    )  # along a side anything goes
+    north, east = math.cos(course), math.sin(course)
+    way = PLAIN.way_to_line_m(*place, north, east)
+    ray = LineString([place, (place[0] + 1000.0 * north, place[1] + 1000.0 * east)])
+    hit = ray.intersection(Polygon(BOX, [HOLE]).boundary)
+    if hit.is_empty:
+        assert way == math.inf
+    else:
+        assert way == pytest.approx(hit.distance(Point(place)), abs=1e-6)
+
+
+def test_circles_err_to_the_safe_side_by_no_more_than_centimetres() -> None:
+    for radius_m in (0.5, 5.0, 200.0, 2000.0):
+        inclusion, exclusion = FenceArea({0: [Disc(3.0, 4.0, radius_m)]}, []), FenceArea({}, [Disc(3.0, 4.0, radius_m)])
+        for angle in np.linspace(0.0, math.tau, 97):
+            c, s = math.cos(angle), math.sin(angle)
+            assert not inclusion.contains(3.0 + 1.0001 * radius_m * c, 4.0 + 1.0001 * radius_m * s)
+            assert not exclusion.contains(3.0 + 0.9999 * radius_m * c, 4.0 + 0.9999 * radius_m * s)
+            assert inclusion.contains(3.0 + (radius_m - 0.03) * c, 4.0 + (radius_m - 0.03) * s)
+            assert exclusion.contains(3.0 + (radius_m + 0.03) * c, 4.0 + (radius_m + 0.03) * s)
+
+
+def test_all_of_a_group_any_of_the_groups_none_of_the_exclusions() -> None:
+    west, east, far = (
+        [(-10.0, -10.0), (10.0, -10.0), (10.0, 2.0), (-10.0, 2.0)],
+        Disc(0.0, 5.0, 6.0),
+        Disc(100.0, 100.0, 5.0),
+    )
+    area = FenceArea({0: [west, east], 7: [far]}, [Disc(100.0, 100.0, 1.0)])
+    assert area.contains(0.0, 1.0) and not area.contains(0.0, -5.0) and not area.contains(0.0, 8.0)
+    assert area.contains(103.0, 100.0) and not area.contains(100.0, 100.0)
+    assert FenceArea({0: [west], 1: [east]}, []).contains(0.0, 8.0)
+    assert FenceArea({0: [west, far]}, []).empty
+    assert FenceArea({0: [west, far]}, []).margin(0.0, 0.0).distance_m == -math.inf
+
+
+def test_exclusions_alone_leave_the_rest_of_the_world() -> None:
+    area = FenceArea({}, [HOLE])
+    assert area.contains(1000.0, -90_000.0) and not area.contains(5.0, 5.0)
+    assert area.margin(20.0, 5.0).distance_m == pytest.approx(10.0)
+
+
+def test_where_a_line_leaves() -> None:
+    assert PLAIN.first_exit([(-40.0, 0.0), (-40.0, 30.0), (40.0, 30.0)]) is None
+    assert PLAIN.first_exit([(-40.0, 5.0), (40.0, 5.0)]) == pytest.approx((0.0, 5.0), abs=1e-5)
+    assert PLAIN.first_exit([(-40.0, 0.0), (-40.0, 60.0), (-30.0, 30.0), (-30.0, -60.0)]) == pytest.approx(
+        (-40.0, 40.0), abs=1e-5
+    )
+    assert PLAIN.first_exit([(0.0, 60.0), (0.0, 20.0)], forgive_start=True) is None
+    assert PLAIN.first_exit([(0.0, 60.0), (0.0, 20.0)]) is not None
+    assert PLAIN.first_exit([(5.0, 60.0), (5.0, 20.0), (5.0, -20.0)], forgive_start=True) == pytest.approx(
+        (5.0, 10.0), abs=1e-5
+    )
+    assert PLAIN.first_exit([(-40.0, 40.0), (40.0, 40.0)]) is None, "along the line is inside"
+
+
+def test_a_shrunk_area_keeps_its_distance() -> None:
+    inner = PLAIN.shrunk(2.0)
+    rng = np.random.default_rng(1)
+    for north, east in rng.uniform(-60.0, 60.0, (500, 2)):
+        distance = PLAIN.margin(north, east).distance_m
+        if inner.contains(north, east):
+            assert distance >= 1.9
+        elif distance > 0.0:
+            assert distance <= 2.01
+    assert PLAIN.shrunk(45.0).empty
+
+
+def test_corners_stick_into_the_area() -> None:
+    concave = FenceArea({0: [[(0.0, 0.0), (20.0, 0.0), (20.0, 20.0), (10.0, 5.0), (0.0, 20.0)]]}, [])
+    found = {(round(n, 6), round(e, 6)) for n, e in concave.corners().tolist()}
+    for north, east in found:
+        ring = Point(north, east).buffer(0.1)
+        assert shapely.intersection(ring, concave.geometry).area > 0.5 * ring.area
+    assert found == {(10.0, 5.0)}
+    assert FenceArea({0: [BOX]}, []).corners().shape == (0, 2)
+    assert len(FenceArea({0: [BOX]}, [HOLE]).corners()) == 4

@@ -1,0 +1,99 @@
+"""A lead boat on a given way, and a boat that does what a setpoint says as far as a hull without way astern can."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from companion.config.vessel import VesselConfig
+from companion.core.angles import wrap_pi
+from companion.core.estimate import Leader, NavState
+from companion.core.setpoint import PathSetpoint, Setpoint
+from tests.unit.conftest import AT_REST
+
+DT_S = 0.1
+
+
+def leader_at(
+    north_m: float = 0.0,
+    east_m: float = 0.0,
+    *,
+    speed_mps: float = 0.0,
+    course_rad: float = 0.0,
+    **more: float | bool | None,
+) -> Leader:
+    """It goes `speed_mps` where `course_rad` points its bow; astern where that is negative."""
+    leader = Leader(
+        7,
+        north_m,
+        east_m,
+        speed_mps * math.cos(course_rad),
+        speed_mps * math.sin(course_rad),
+        course_rad,
+        0.0,
+        1.0,
+        0.0,
+        0.05,
+        None,
+        astern=speed_mps < -0.3,
+    )
+    return replace(leader, **more) if more else leader  # type: ignore[arg-type]
+
+
+class Lead:
+    """`step(speed, turn)` → Leader a tick on; it gains speed and turn as a crew would have it."""
+
+    def __init__(self, north_m: float, east_m: float, course_rad: float = 0.0) -> None:
+        self.north_m, self.east_m, self.course_rad = north_m, east_m, course_rad
+        self.speed_mps = self.turn_radps = 0.0
+
+    def step(self, speed_mps: float, turn_radps: float = 0.0) -> Leader:
+        gain = min(1.0, max(-1.0, (speed_mps - self.speed_mps) / DT_S))
+        self.speed_mps += gain * DT_S
+        self.turn_radps += min(0.15 * DT_S, max(-0.15 * DT_S, turn_radps - self.turn_radps))
+        self.course_rad = wrap_pi(self.course_rad + self.turn_radps * DT_S)
+        self.north_m += self.speed_mps * math.cos(self.course_rad) * DT_S
+        self.east_m += self.speed_mps * math.sin(self.course_rad) * DT_S
+        along = math.copysign(1.0, self.speed_mps) * gain
+        return leader_at(
+            self.north_m,
+            self.east_m,
+            speed_mps=self.speed_mps,
+            course_rad=self.course_rad,
+            yaw_rate_radps=self.turn_radps,
+            acceleration_mps2=along,
+        )
+
+
+class Jet:
+    """Turns no faster than 0.5 rad/s and only with way or thrust on, slows down by its resistance alone, knows where it
+    is."""
+
+    def __init__(self, config: VesselConfig, north_m: float, east_m: float, yaw_rad: float = 0.0) -> None:
+        self._hull = config.hull
+        self.nav = replace(AT_REST, north_m=north_m, east_m=east_m, yaw_rad=yaw_rad)
+
+    def step(self, setpoint: Setpoint) -> NavState:
+        nav, hull = self.nav, self._hull
+        u, rate = nav.surge_mps, nav.yaw_rate_radps
+        drag = hull.drag_n(u) / hull.m11_kg
+        wanted, turn = 0.0, 0.0
+        if isinstance(setpoint, PathSetpoint) and setpoint.yaw_rad is not None:
+            off = wrap_pi(setpoint.yaw_rad - nav.yaw_rad)
+            turn = min(0.5, max(-0.5, 1.5 * off + setpoint.yaw_rate_radps))
+            wanted = max(setpoint.surge_mps, 2.3 if abs(off) > 0.15 else 0.0)
+        u = min(wanted, u + 2.0 * DT_S) if u < wanted else max(wanted, u - drag * DT_S)
+        rate += (turn - rate) * DT_S / 0.6
+        yaw = wrap_pi(nav.yaw_rad + rate * DT_S)
+        north, east = u * math.cos(yaw), u * math.sin(yaw)
+        self.nav = replace(
+            nav,
+            north_m=nav.north_m + north * DT_S,
+            east_m=nav.east_m + east * DT_S,
+            yaw_rad=yaw,
+            surge_mps=u,
+            north_mps=north,
+            east_mps=east,
+            yaw_rate_radps=rate,
+        )
+        return self.nav

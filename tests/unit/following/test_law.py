@@ -1,0 +1,210 @@
+"""The law on a boat that knows where it is: gaps, follow positions, the keep-out circle, a leader that stops or goes
+astern."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import pytest
+
+from companion.config.vessel import find, load
+from companion.core.estimate import Leader, NavState
+from companion.core.setpoint import WrenchSetpoint
+from companion.following.clearance import Clearance
+from companion.following.law import FollowLaw
+from companion.params.store import Parameters
+from tests.unit.conftest import AT_REST
+from tests.unit.following.leaders import DT_S, Jet, Lead, leader_at
+
+JET = load(find("rescuerunner"))
+ASTERN = (20.0, math.pi)
+LEAST_M = 12.0
+
+
+class Chase:
+    """`sail(duration, speed, turn, follow_position)`. Remembers the least distance, and the law's last motion and
+    setpoint."""
+
+    def __init__(self, boat: Jet, lead: Lead, **parameters: float) -> None:
+        self.boat, self.lead = boat, lead
+        self.law = FollowLaw(JET, Parameters({**JET.parameters, **parameters}), can_reverse=False)
+        self.now_s = 0.0
+        self.least_m = math.inf
+        self.turned_rad = 0.0
+        self.started = False
+
+    def sail(
+        self,
+        duration_s: float,
+        speed_mps: float,
+        turn_radps: float = 0.0,
+        follow_position: tuple[float, float] = ASTERN,
+    ) -> None:
+        for _ in range(round(duration_s / DT_S)):
+            self.now_s += DT_S
+            leader = self.lead.step(speed_mps, turn_radps)
+            if not self.started:
+                self.law.start(self.boat.nav, leader, follow_position, self.now_s)
+                self.started = True
+            self.motion = self.law.update(self.boat.nav, leader, follow_position, self.now_s)
+            self.setpoint = self.law.setpoint(self.motion, self.boat.nav, DT_S)
+            nav = self.boat.step(self.setpoint)
+            self.turned_rad += nav.yaw_rate_radps * DT_S
+            self.least_m = min(self.least_m, self.distance_m)
+
+    @property
+    def distance_m(self) -> float:
+        return math.hypot(self.boat.nav.north_m - self.lead.north_m, self.boat.nav.east_m - self.lead.east_m)
+
+
+def astern_of(lead: Lead, distance_m: float = 20.0, **parameters: float) -> Chase:
+    return Chase(Jet(JET, lead.north_m - distance_m, lead.east_m), lead, **parameters)
+
+
+def test_gap_and_track_through_a_sharp_turn() -> None:
+    """This hull does not slip in a turn, which the law counts on."""
+    chase = astern_of(Lead(0.0, 0.0))
+    chase.sail(25.0, 8.2)
+    assert chase.motion.off_m == pytest.approx(0.0, abs=0.7)
+    for turn in (0.26, 0.0, -0.26):
+        for _ in range(60):
+            chase.sail(DT_S, 8.2, turn)
+            assert (
+                chase.motion.cross_m is not None and abs(chase.motion.cross_m) < 2.5 and abs(chase.motion.off_m) < 2.0
+            )
+
+
+def test_a_fast_leader_is_closed_up_with_to_the_gap() -> None:
+    """The look-ahead took both boats at different moments, half a second apart, and held the boat 20 m too far off."""
+    chase = astern_of(Lead(0.0, 0.0), 45.0)
+    for _ in range(600):
+        chase.sail(DT_S, 14.0)
+        assert not chase.motion.evading
+    assert chase.motion.off_m == pytest.approx(0.0, abs=0.7)
+
+
+def test_leader_stops_and_the_boat_beside_it_without_circling() -> None:
+    for speed, gap in ((8.2, 20.0), (4.0, 20.0), (8.2, 45.0)):
+        chase = astern_of(Lead(0.0, 0.0), gap)
+        chase.sail(25.0, speed, follow_position=(gap, math.pi))
+        turned = chase.turned_rad
+        chase.sail(50.0, 0.0, follow_position=(gap, math.pi))
+        assert chase.least_m > LEAST_M + 2.0
+        assert 0.7 * gap < chase.distance_m < 1.4 * gap and chase.boat.nav.surge_mps < 0.3
+        assert abs(chase.turned_rad - turned) < 1.2 * math.pi
+        assert isinstance(chase.setpoint, WrenchSetpoint) and chase.motion.resting
+
+
+def test_leader_goes_astern_and_the_boat_makes_room() -> None:
+    chase = astern_of(Lead(0.0, 0.0))
+    chase.sail(25.0, 8.2)
+    chase.sail(35.0, 0.0)
+    chase.sail(25.0, -2.0)
+    assert chase.least_m > LEAST_M
+    chase.sail(20.0, 0.0)
+    chase.sail(40.0, 5.0)
+    assert chase.least_m > LEAST_M and chase.motion.off_m == pytest.approx(0.0, abs=1.5), "and it follows again"
+
+
+def test_the_boat_seeks_no_follow_position_in_the_way_of_a_leader_that_backs() -> None:
+    """It lay clear of the leader's way, and turned into it to be astern of it again."""
+    chase = astern_of(Lead(0.0, 0.0))
+    chase.sail(25.0, 8.2)
+    chase.sail(35.0, 0.0)
+    drifted = replace(
+        chase.boat.nav, north_m=chase.lead.north_m - 16.0, east_m=chase.lead.east_m - 18.0, yaw_rad=math.radians(-121.0)
+    )
+    chase.boat.nav = drifted
+    chase.sail(2.0, 0.0)
+    chase.sail(22.0, -2.0)
+    assert chase.boat.nav.east_m < drifted.east_m + 4.0, "it stays on its side"
+    assert chase.least_m > LEAST_M + 2.0
+
+
+@pytest.mark.parametrize("speed", [0.0, 3.0, 8.2])
+def test_follow_positions_all_round_never_through_the_keep_out_circle(speed: float) -> None:
+    chase = astern_of(Lead(0.0, 0.0))
+    chase.sail(25.0, speed)
+    for bearing_deg in (90.0, 0.0, 180.0, -90.0, 180.0, 0.0, 135.0):
+        chase.sail(45.0, speed, follow_position=(20.0, math.radians(bearing_deg)))
+        assert chase.least_m > LEAST_M, bearing_deg
+        if speed > 5.0:
+            assert chase.motion.off_m < 4.0, bearing_deg
+
+
+@pytest.mark.parametrize("bearing_deg", [90.0, -90.0, 45.0, 0.0])
+@pytest.mark.parametrize("turn", [0.26, -0.26])
+def test_a_turning_leader_is_kept_clear_of(bearing_deg: float, turn: float) -> None:
+    """Inside the turn the follow position crawls, outside it outruns the boat; either way the distance is kept, and the position
+    is found again."""
+    follow_position = (20.0, math.radians(bearing_deg))
+    lead = Lead(0.0, 0.0)
+    chase = Chase(Jet(JET, 20.0 * math.cos(follow_position[1]), 20.0 * math.sin(follow_position[1])), lead)
+    chase.sail(30.0, 8.2, follow_position=follow_position)
+    chase.sail(12.0, 8.2, turn, follow_position)
+    assert chase.least_m > LEAST_M
+    chase.sail(35.0, 8.2, follow_position=follow_position)
+    assert chase.least_m > LEAST_M and chase.motion.off_m < 3.0
+
+
+def test_a_turn_straight_back_is_followed_round() -> None:
+    chase = astern_of(Lead(0.0, 0.0))
+    chase.sail(25.0, 8.2)
+    chase.sail(math.pi / 0.26, 8.2, 0.26)
+    chase.sail(15.0, 8.2)
+    assert chase.motion.cross_m == pytest.approx(0.0, abs=0.5) and chase.turned_rad == pytest.approx(
+        chase.lead.course_rad % math.tau, abs=0.15
+    )
+    assert chase.least_m > 15.0
+
+
+@pytest.mark.parametrize("place", [(-300.0, 0.0), (-150.0, 200.0), (250.0, 30.0), (20.0, -200.0)])
+@pytest.mark.parametrize("speed", [0.0, 6.0])
+def test_approach_from_300_m(place: tuple[float, float], speed: float) -> None:
+    chase = Chase(Jet(JET, *place), Lead(0.0, 0.0))
+    chase.sail(160.0, speed)
+    assert chase.least_m > LEAST_M
+    assert chase.motion.off_m < (2.0 if speed else 10.0) and chase.distance_m < 32.0
+
+
+def test_no_nearer_than_the_keep_out_allows_whatever_follow_position_is_asked_for() -> None:
+    chase = astern_of(Lead(0.0, 0.0), 30.0)
+    chase.sail(40.0, 6.0, follow_position=(5.0, math.pi))
+    assert chase.law.distance_m == pytest.approx(12.0 + 1.4 * 3.5) and chase.least_m > 15.0
+
+
+def test_speed_is_capped() -> None:
+    chase = Chase(Jet(JET, -200.0, 0.0), Lead(0.0, 0.0), FLW_TGT_MAX_VEL=7.0)
+    chase.sail(20.0, 6.5)
+    assert chase.setpoint.surge_mps <= 7.0 + 1e-9 and chase.boat.nav.surge_mps > 6.5
+
+
+def clearance() -> Clearance:
+    return Clearance(JET, Parameters(JET.parameters), can_reverse=False)
+
+
+def going(nav: NavState, speed_mps: float) -> NavState:
+    return replace(
+        nav,
+        surge_mps=speed_mps,
+        north_mps=speed_mps * math.cos(nav.yaw_rad),
+        east_mps=speed_mps * math.sin(nav.yaw_rad),
+    )
+
+
+def steady(course_rad: float, speed_mps: float) -> Callable[[float, float, float, float], tuple[float, float]]:
+    return lambda _north, _east, _leader_north, _leader_east: (course_rad, speed_mps)
+
+
+def asked(leader: Leader, speed_mps: float) -> object:
+    return clearance().update(0.0, speed_mps, 20.0, going(AT_REST, speed_mps), leader, steady(0.0, speed_mps))
+
+
+def test_clearance_acts_only_where_the_boat_would_come_too_near() -> None:
+    assert asked(leader_at(20.0, speed_mps=8.0), 8.0) is None, "both go on alike"
+    assert asked(leader_at(300.0), 8.0) is None, "far away"
+    assert asked(leader_at(40.0), 8.0) is not None, "it stands in the way"
+    assert asked(leader_at(60.0, speed_mps=-6.0), 6.0) is not None, "it comes astern"
+    assert asked(leader_at(30.0, 40.0, speed_mps=6.0, course_rad=-1.5), 8.0) is not None, "it crosses"

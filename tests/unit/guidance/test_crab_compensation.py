@@ -1,0 +1,60 @@
+"""The wind triangle: against geometry, and at its limits."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from companion.guidance.crab_compensation import CrabCompensation, top_speed_mps
+from tests.unit.control.simple_boat import REVOLT, nav_state
+
+
+def made_good(heading_rad: float, through_mps: float, current: tuple[float, float]) -> tuple[float, float]:
+    return through_mps * math.cos(heading_rad) + current[0], through_mps * math.sin(heading_rad) + current[1]
+
+
+def test_top_speed_is_where_drag_takes_all_the_thrust() -> None:
+    assert top_speed_mps(REVOLT) == pytest.approx(REVOLT.limits.surge_n / REVOLT.hull.damping.x_u, rel=1e-6)
+
+
+@pytest.mark.parametrize("towards_deg", range(0, 360, 30))
+@pytest.mark.parametrize("strength_mps", [0.2, 0.5, 0.79])
+def test_the_course_is_kept_in_any_current_that_leaves_some_speed(towards_deg: int, strength_mps: float) -> None:
+    a = math.radians(towards_deg)
+    current = (strength_mps * math.cos(a), strength_mps * math.sin(a))
+    crab = CrabCompensation(1.0)
+    for course_deg in range(0, 360, 15):
+        course, speed = math.radians(course_deg), 0.6
+        heading = crab.heading_rad(nav_state(current=current), course, speed, course)
+        along = current[0] * math.cos(course) + current[1] * math.sin(course)
+        across = current[1] * math.cos(course) - current[0] * math.sin(course)
+        reached = min(speed, along + math.sqrt(1.0 - across * across))
+        if reached - along < 0.15:
+            continue  # set along faster than asked: see the next test
+        north, east = made_good(heading, math.hypot(reached - along, across), current)
+        assert math.remainder(math.atan2(east, north) - course, 2.0 * math.pi) == pytest.approx(0.0, abs=1e-9)
+        assert math.hypot(north, east) == pytest.approx(reached, abs=1e-9)
+
+
+def test_in_a_following_current_that_is_too_fast_the_nearer_heading_is_used() -> None:
+    crab, nav = CrabCompensation(1.0), nav_state(current=(0.8, 0.0))
+    assert crab.heading_rad(nav, 0.0, 0.5, 0.3) == pytest.approx(0.0)
+    assert abs(crab.heading_rad(nav, 0.0, 0.5, 2.8)) == pytest.approx(math.pi)
+
+
+@pytest.mark.parametrize("current", [(0.0, 1.2), (-1.2, 0.0), (0.9, 1.1)])
+def test_where_the_course_cannot_be_kept_the_heading_is_into_the_current(current: tuple[float, float]) -> None:
+    heading = CrabCompensation(1.0).heading_rad(nav_state(current=current), 0.0, 0.6, 0.0)
+    assert math.remainder(heading - math.atan2(-current[1], -current[0]), 2.0 * math.pi) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_without_a_known_current_the_learnt_drift_is_used() -> None:
+    crab = CrabCompensation(math.inf)
+    for _ in range(300):
+        crab.update(nav_state(surge_mps=0.5, sway_mps=0.2), 0.5, 1.0, 0.1)
+    assert crab.water(nav_state()) == pytest.approx((0.0, 0.2), abs=1e-3)
+    crab.update(nav_state(surge_mps=0.5, sway_mps=-0.5), 0.5, 0.0, 0.1)
+    assert crab.water(nav_state()) == pytest.approx((0.0, 0.2), abs=1e-3), "nothing is learnt in a bend"
+    crab.reset()
+    assert crab.water(nav_state()) == (0.0, 0.0)

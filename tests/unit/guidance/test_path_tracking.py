@@ -1,0 +1,300 @@
+"""Waypoint tracking on a point that goes exactly where it is told, and on one that is carried off."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import astuple
+
+import pytest
+
+from companion.core.estimate import NavState
+from companion.core.setpoint import PathSetpoint, Setpoint
+from companion.guidance.path_tracking import PathProgress, PathTracker, Waypoint
+from companion.params.store import Parameters
+from tests.unit.control.simple_boat import nav_state
+
+DT_S = 0.1
+
+
+class Puppet:
+    """Takes heading and speed as told, at once, and drifts with `current` besides."""
+
+    def __init__(
+        self,
+        tracker: PathTracker,
+        north_m: float = 0.0,
+        east_m: float = 0.0,
+        current: tuple[float, float] = (0.0, 0.0),
+    ) -> None:
+        self.tracker, self.current = tracker, current
+        self.north_m, self.east_m, self.yaw_rad, self.speed_mps = north_m, east_m, 0.0, 0.0
+
+    def nav(self) -> NavState:
+        c, s = math.cos(self.yaw_rad), math.sin(self.yaw_rad)
+        vn, ve = self.speed_mps * c + self.current[0], self.speed_mps * s + self.current[1]
+        return nav_state(self.north_m, self.east_m, self.yaw_rad, c * vn + s * ve, -s * vn + c * ve)
+
+    def sail(self, seconds: float, speed_mps: float = 0.6) -> list[PathProgress]:
+        progress: list[PathProgress] = []
+        for _ in range(round(seconds / DT_S)):
+            progress.append(self.tracker.update(self.nav(), speed_mps, DT_S))
+            if progress[-1].finished:
+                break
+            setpoint = progress[-1].setpoint
+            assert setpoint.yaw_rad is not None
+            self.yaw_rad = setpoint.yaw_rad
+            along = self.current[0] * math.cos(self.yaw_rad) + self.current[1] * math.sin(self.yaw_rad)
+            self.speed_mps = setpoint.surge_mps - along
+            self.north_m += (self.speed_mps * math.cos(self.yaw_rad) + self.current[0]) * DT_S
+            self.east_m += (self.speed_mps * math.sin(self.yaw_rad) + self.current[1]) * DT_S
+        return progress
+
+
+def tracker(can_sway: bool = True, **values: float) -> PathTracker:
+    parameters = Parameters()
+    for name, value in values.items():
+        assert parameters.set(name, value) is None
+    return PathTracker(parameters, can_sway)
+
+
+def points(*pairs: tuple[float, float]) -> list[Waypoint]:
+    return [Waypoint(n, e) for n, e in pairs]
+
+
+def test_a_square_is_sailed_and_every_waypoint_counted_once() -> None:
+    boat = Puppet(tracker())
+    boat.tracker.start(points((20, 0), (20, 20), (0, 20), (0, 0)), boat.nav())
+    progress = boat.sail(300.0)
+    assert progress[-1].finished
+    counts = [p.passed for p in progress]
+    assert counts == sorted(counts) and counts[-1] == 4
+    assert {b - a for a, b in itertools.pairwise(counts)} <= {0, 1}
+    assert all(isinstance(p.setpoint, PathSetpoint) for p in progress)
+    assert max(abs(p.setpoint.progress.cross_track_error_m or 0.0) for p in progress) < 0.35
+    assert math.hypot(boat.north_m, boat.east_m) < 0.3, "it stops at the last waypoint"
+    assert progress[-1].setpoint.surge_mps < 0.15
+    assert [p.s_m for p in progress] == sorted(p.s_m for p in progress)
+
+
+def test_the_target_is_the_next_waypoint_and_the_distance_to_it_shrinks() -> None:
+    boat = Puppet(tracker())
+    boat.tracker.start(points((20, 0), (20, 20)), boat.nav())
+    first = boat.tracker.update(boat.nav(), 0.6, DT_S)
+    assert (first.setpoint.progress.target.north_m, first.setpoint.progress.target.east_m) == (20.0, 0.0)
+    assert first.setpoint.progress.distance_to_go_m == pytest.approx(20.0, abs=0.5)
+    assert first.remaining_m == pytest.approx(39.4, abs=0.5)
+    later = boat.sail(40.0)[-1]
+    assert later.passed == 1
+    assert (later.setpoint.progress.target.north_m, later.setpoint.progress.target.east_m) == (20.0, 20.0)
+
+
+def test_an_unknown_current_is_compensated_until_no_error_is_left() -> None:
+    for can_sway in (True, False):
+        boat = Puppet(tracker(can_sway), current=(0.0, 0.2))
+        boat.tracker.start(points((60, 0)), boat.nav())
+        boat.sail(70.0)
+        last = boat.tracker.update(boat.nav(), 0.6, DT_S).setpoint
+        assert abs(last.progress.cross_track_error_m or 0.0) < 0.05
+        assert math.degrees(last.yaw_rad or 0.0) < -10.0
+
+
+def settled(guide: PathTracker, nav: NavState, seconds: float = 10.0) -> Setpoint:
+    """What is asked of a boat that stays where it is, once the heading asked for has turned."""
+    for _ in range(round(seconds / DT_S)):
+        setpoint = guide.update(nav, 0.6, DT_S).setpoint
+    return setpoint
+
+
+def test_a_known_current_is_compensated_at_once() -> None:
+    guide = tracker()
+    nav = nav_state(surge_mps=0.6, current=(0.0, 0.3))
+    guide.start(points((50, 0)), nav)
+    setpoint = settled(guide, nav)
+    assert setpoint.yaw_rad == pytest.approx(-math.asin(0.3 / math.hypot(0.6, 0.3)), abs=0.03)
+
+
+def test_the_line_of_sight_steers_back_to_the_path() -> None:
+    guide = tracker(PATH_INTEGRAL=0.0)
+    guide.start(points((50, 0)), nav_state())
+    setpoint = settled(guide, nav_state(5.0, 3.0))
+    assert setpoint.progress.cross_track_error_m == pytest.approx(3.0)
+    assert setpoint.yaw_rad == pytest.approx(-math.pi / 4.0, abs=0.02), "three metres off at three metres of look-ahead"
+    assert setpoint.progress.course_rad == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_missed_waypoint_is_left_behind() -> None:
+    guide = tracker()
+    nav = nav_state(0.0, 0.0)
+    guide.start(points((10, 0), (30, 0)), nav)
+    passed = 0
+    for k in range(120):
+        progress = guide.update(nav_state(0.1 * k, 4.0, surge_mps=0.6), 0.6, DT_S)
+        assert abs(progress.setpoint.yaw_rad or 0.0) < math.radians(90.0)
+        passed = progress.passed
+        if 0.1 * k < 9.5:
+            assert passed == 0
+    assert passed == 1, "abeam of it, four metres off"
+
+
+def test_a_waypoint_is_passed_inside_its_own_radius() -> None:
+    guide = tracker()
+    guide.start([Waypoint(10.0, 0.0, radius_m=4.0), Waypoint(30.0, 0.0)], nav_state())
+    assert guide.update(nav_state(5.5, 0.0, surge_mps=0.6), 0.6, DT_S).passed == 0
+    assert guide.update(nav_state(6.5, 0.0, surge_mps=0.6), 0.6, DT_S).passed == 1
+
+
+def test_speeds_of_legs_and_of_the_command() -> None:
+    boat = Puppet(tracker())
+    boat.tracker.start([Waypoint(20.0, 0.0, speed_mps=0.3), Waypoint(50.0, 0.0)], boat.nav())
+    progress = boat.sail(200.0)
+    assert max(p.setpoint.surge_mps for p in progress if p.s_m < 19.0) == pytest.approx(0.3, abs=0.01)
+    assert max(p.setpoint.surge_mps for p in progress) == pytest.approx(0.6, abs=0.01)
+    speeds = [p.setpoint.surge_mps for p in progress]
+    assert max(abs(b - a) for a, b in itertools.pairwise(speeds)) <= 1.9 * 0.08 * DT_S + 1e-6
+
+
+def test_without_a_stop_the_last_waypoint_is_passed_at_speed() -> None:
+    boat = Puppet(tracker())
+    boat.tracker.start(points((20, 0)), boat.nav(), stop_at_end=False)
+    progress = boat.sail(100.0)
+    assert progress[-1].finished and progress[-1].setpoint.surge_mps == pytest.approx(0.6, abs=0.01)
+
+
+def test_a_boat_blown_past_the_end_has_finished() -> None:
+    guide = tracker()
+    guide.start(points((20, 0)), nav_state())
+    for k in range(300):
+        progress = guide.update(nav_state(0.1 * k, 3.0, surge_mps=1.0), 0.6, DT_S)
+    assert progress.finished and progress.passed == 1
+
+
+def test_started_in_the_middle_of_a_leg() -> None:
+    guide = tracker()
+    guide.start(points((0, 0), (20, 0), (20, 20)), nav_state(12.0, 0.5), from_here=False)
+    progress = guide.update(nav_state(12.0, 0.5), 0.6, DT_S)
+    assert progress.passed == 1
+    assert progress.s_m == pytest.approx(12.0, abs=0.1)
+    assert progress.setpoint.progress.cross_track_error_m == pytest.approx(0.5, abs=0.01)
+
+
+@pytest.mark.parametrize("kind", [0, 1, 2, 3])
+def test_routes_that_turn_back_are_sailed_to_their_end(kind: int) -> None:
+    boat = Puppet(tracker(PATH_KIND=kind))
+    boat.tracker.start(points((20, 0), (0, 0.5), (20, 1), (20, 1), (20.1, 1), (0, -5)), boat.nav())
+    progress = boat.sail(400.0)
+    assert progress[-1].finished and progress[-1].passed == 6
+    assert boat.north_m == pytest.approx(0.0, abs=0.5)
+
+
+def test_a_leg_straight_back_is_sailed() -> None:
+    boat = Puppet(tracker())
+    boat.tracker.start(points((20, 0), (0, 0)), boat.nav())
+    progress = boat.sail(300.0)
+    assert progress[-1].finished
+    assert max(p.s_m for p in progress) > 38.0
+    assert math.hypot(boat.north_m, boat.east_m) < 0.5
+
+
+def test_at_the_only_waypoint_it_finishes() -> None:
+    guide = tracker()
+    guide.start(points((0, 0)), nav_state())
+    assert guide.update(nav_state(), 0.6, DT_S).finished
+
+
+def test_a_boat_that_needs_way_to_steer_keeps_some_while_it_turns() -> None:
+    astern = nav_state(yaw_rad=math.pi)
+    for can_sway, least in ((True, 0.0), (False, 0.1)):
+        guide = tracker(can_sway)
+        guide.start(points((50, 0)), astern)
+        for _ in range(100):
+            setpoint = guide.update(astern, 0.6, DT_S).setpoint
+        assert setpoint.surge_mps >= least
+        assert setpoint.surge_mps < 0.2
+
+
+def test_misuse_is_refused() -> None:
+    with pytest.raises(ValueError, match="waypoints"):
+        tracker().start([], nav_state())
+    with pytest.raises(ValueError, match="finite"):
+        tracker().start(points((math.nan, 0.0)), nav_state())
+    with pytest.raises(RuntimeError, match="start"):
+        tracker().update(nav_state(), 0.6, DT_S)
+
+
+def jumps(progress: list[PathProgress]) -> tuple[float, float, float]:
+    """Largest steps of the desired position, heading and surge from one tick to the next."""
+    pairs = list(itertools.pairwise(p.setpoint for p in progress))
+    return (
+        max(math.dist(astuple(a.progress.place), astuple(b.progress.place)) for a, b in pairs),
+        max(abs(math.remainder((b.yaw_rad or 0.0) - (a.yaw_rad or 0.0), 2.0 * math.pi)) for a, b in pairs),
+        max(abs(b.surge_mps - a.surge_mps) for a, b in pairs),
+    )
+
+
+SMOOTH = (0.15, math.radians(1.3), 0.04)
+
+
+@pytest.mark.parametrize(
+    "route", [((40, 10),), ((20, 30), (0, 30)), ((-20, 0),), ((20.5, 0.2), (40, 0)), ((0, -20), (0, -40))]
+)
+def test_replaced_under_way_the_setpoint_does_not_jump(route: tuple[tuple[float, float], ...]) -> None:
+    boat = Puppet(tracker(), current=(0.0, 0.1))
+    boat.tracker.start(points((50, 0)), boat.nav())
+    progress = boat.sail(40.0)
+    boat.tracker.replace(points(*route), boat.nav())
+    progress += boat.sail(250.0)
+    assert progress[-1].finished and progress[-1].passed == len(route)
+    assert all(step <= most for step, most in zip(jumps(progress), SMOOTH, strict=True)), jumps(progress)
+
+
+def test_replaced_every_second_it_still_gets_there() -> None:
+    boat = Puppet(tracker())
+    boat.tracker.start(points((50, 0)), boat.nav())
+    progress = boat.sail(20.0)
+    for k in range(40):
+        boat.tracker.replace(points((40, 20 + 0.1 * k)), boat.nav())
+        progress += boat.sail(1.0)
+    progress += boat.sail(100.0)
+    assert progress[-1].finished
+    assert math.hypot(boat.north_m - 40.0, boat.east_m - 23.9) < 0.5
+    assert all(step <= most for step, most in zip(jumps(progress), SMOOTH, strict=True)), jumps(progress)
+
+
+@pytest.mark.parametrize("kind", [0, 1, 2, 3])
+def test_section_by_section_is_the_same_as_the_whole(kind: int) -> None:
+    route = [(15.0 * k, 8.0 * math.sin(1.3 * k)) for k in range(1, 9)]
+    whole = Puppet(tracker(PATH_KIND=kind))
+    whole.tracker.start(points(*route), whole.nav())
+    at_once = whole.sail(400.0)
+    parts = Puppet(tracker(PATH_KIND=kind))
+    parts.tracker.start(points(*route[:4]), parts.nav(), stop_at_end=False, beyond=points(*route[4:]))
+    by_parts = parts.sail(400.0)
+    assert by_parts[-1].finished and by_parts[-1].passed == 4
+    parts.tracker.go_on(points(*route[4:]), parts.nav())
+    by_parts = [*by_parts[:-1], *parts.sail(400.0)]
+    assert by_parts[-1].finished and by_parts[-1].passed == 4
+    assert len(by_parts) == pytest.approx(len(at_once), abs=2)
+    for a, b in zip(at_once, by_parts, strict=False):
+        assert (*astuple(b.setpoint.progress.place), b.setpoint.yaw_rad) == pytest.approx(
+            (*astuple(a.setpoint.progress.place), a.setpoint.yaw_rad), abs=0.02
+        )
+
+
+def test_the_boat_slows_for_a_turn_back_and_the_setpoint_does_not_jump() -> None:
+    boat = Puppet(tracker())
+    boat.tracker.start(points((30, 0), (0, 0)), boat.nav())
+    progress = boat.sail(300.0)
+    assert progress[-1].finished
+    assert all(step <= most for step, most in zip(jumps(progress), SMOOTH, strict=True)), jumps(progress)
+    tip = max(range(len(progress)), key=lambda i: progress[i].setpoint.progress.place.north_m)
+    assert progress[tip].setpoint.surge_mps < 0.3
+    assert max(p.setpoint.progress.place.north_m for p in progress) > 29.0
+
+
+def test_way_grows_as_the_boat_sails_and_not_while_it_is_set_back() -> None:
+    guide = tracker()
+    guide.start(points((50, 0)), nav_state())
+    ways = [guide.update(nav_state(n, 0.0), 0.6, DT_S).way_m for n in (0.0, 1.0, 2.0, 1.5, 0.5, -5.0)]
+    assert ways == pytest.approx([0.0, 1.0, 2.0, 1.5, 0.5, -5.0], abs=0.01)
+    assert guide.update(nav_state(2.0, 3.0), 0.6, DT_S).way_m == pytest.approx(-1.0, abs=0.01)

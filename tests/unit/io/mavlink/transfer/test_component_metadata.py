@@ -1,0 +1,124 @@
+"""Metadata and parameter files: every parameter is right, and the clients' own readers can read them."""
+
+from __future__ import annotations
+
+import json
+import lzma
+from typing import Any
+
+import pytest
+from pymavlink.mavftp import MAVFTP
+
+from companion.app import load_vessel
+from companion.config.vessel import bundled
+from companion.io.mavlink.transfer.component_metadata import crc32, metadata
+from companion.io.mavlink.transfer.parameter_file import param_pck, params_text
+from companion.params.store import Parameters
+from companion.params.table import TABLE
+
+TYPES = {"Uint8", "Int8", "Uint16", "Int16", "Uint32", "Int32", "Float"}
+KNOWN = {
+    "name",
+    "type",
+    "shortDesc",
+    "longDesc",
+    "units",
+    "default",
+    "decimalPlaces",
+    "min",
+    "max",
+    "increment",
+    "rebootRequired",
+    "group",
+    "category",
+    "volatile",
+    "values",
+    "bitmask",
+}
+
+
+def rows(parameters: Parameters) -> list[dict[str, Any]]:
+    content = json.loads(lzma.decompress(metadata(parameters).parameters, format=lzma.FORMAT_XZ))
+    assert content["version"] == 1
+    found: list[dict[str, Any]] = content["parameters"]
+    return found
+
+
+def test_every_parameter_is_described_in_the_shape_that_qgroundcontrol_reads() -> None:
+    described = rows(Parameters())
+    assert [row["name"] for row in described] == sorted(spec.name for spec in TABLE)
+    for row in described:
+        assert set(row) <= KNOWN and row["type"] in TYPES
+        assert row["min"] <= row["default"] <= row["max"]
+        assert row["shortDesc"] and row["group"]
+        if row["type"] == "Int32":
+            assert all(isinstance(row[key], int) for key in ("min", "max", "default"))
+        else:
+            assert 0 <= row["decimalPlaces"] <= 6 and row["increment"] > 0.0
+        for value in row.get("values", []):
+            assert set(value) == {"value", "description"} and row["min"] <= value["value"] <= row["max"]
+
+
+def test_types_units_and_ranges_are_those_of_the_table() -> None:
+    described = {row["name"]: row for row in rows(Parameters())}
+    for spec in TABLE:
+        row = described[spec.name]
+        assert row["type"] == spec.type.value and row.get("units", "") == spec.unit and row["group"] == spec.group
+        assert row["max"] == pytest.approx(spec.maximum, rel=1e-6) and row["min"] == pytest.approx(
+            spec.minimum, rel=1e-6
+        )
+        assert {value["value"]: value["description"] for value in row.get("values", [])} == dict(spec.choices)
+
+
+@pytest.mark.parametrize("vessel", bundled())
+def test_defaults_are_the_vessels_own(vessel: str) -> None:
+    config = load_vessel(vessel)
+    described = {row["name"]: row for row in rows(Parameters(config.parameters))}
+    for name, value in config.parameters.items():
+        assert described[name]["default"] == pytest.approx(value, rel=1e-6)
+
+
+def test_the_files_are_small_the_same_each_time_and_named_by_their_checksum() -> None:
+    first, second = metadata(Parameters()), metadata(Parameters())
+    assert first == second and len(first.parameters) < 30_000 and len(first.uri) < 100
+    (entry,) = json.loads(first.general)["metadataTypes"]
+    assert entry == {"type": 1, "uri": "mftp:///parameters.json.xz", "fileCrc": crc32(first.parameters)}
+    other = metadata(Parameters({"WP_SPEED": 0.7}))
+    assert other.crc != first.crc and other.parameters != first.parameters
+
+
+def test_mavlinks_checksum() -> None:
+    """Against the bitwise definition: reflected 0xEDB88320, begun with 0, not inverted."""
+
+    def bitwise(data: bytes) -> int:
+        crc = 0
+        for byte in data:
+            crc ^= byte
+            for _ in range(8):
+                crc = crc >> 1 ^ (0xEDB88320 if crc & 1 else 0)
+        return crc
+
+    for data in (b"", b"a", b"123456789", bytes(range(256))):
+        assert crc32(data) == bitwise(data)
+
+
+@pytest.mark.parametrize("with_defaults", [False, True])
+def test_pymavlink_reads_the_packed_file(with_defaults: bool) -> None:
+    parameters = Parameters()
+    parameters.set("WP_SPEED", 1.25)
+    parameters.set("NAV_DLL_ACT", 2)
+    decoded = MAVFTP.ftp_param_decode(param_pck(parameters, with_defaults))
+    assert decoded is not None
+    values = {name.decode(): value for name, value, _ in decoded.params}
+    assert values == {spec.name: pytest.approx(parameters[spec.name]) for spec in parameters.specs}
+    if with_defaults:
+        defaults = {name.decode(): value for name, value, _ in decoded.defaults}
+        assert defaults["WP_SPEED"] == pytest.approx(parameters.defaults["WP_SPEED"]) and defaults["NAV_DLL_ACT"] == 1
+
+
+def test_the_text_has_every_parameter_with_its_type() -> None:
+    lines = [line.split("\t") for line in params_text(Parameters(), 3, 1).splitlines() if not line.startswith("#")]
+    assert len(lines) == len(TABLE)
+    by_name = {name: (system, component, value, kind) for system, component, name, value, kind in lines}
+    assert by_name["WP_SPEED"] == ("3", "1", "0.600000024", "9")
+    assert by_name["NAV_DLL_ACT"] == ("3", "1", "1", "6")

@@ -1,0 +1,248 @@
+"""Parameters listed, read and set, in both encodings."""
+
+from __future__ import annotations
+
+import math
+import struct
+from typing import Any
+
+import pytest
+
+from companion.io.mavlink.transfer.parameter_service import ParameterService
+from companion.io.mavlink.wire import messages as mavlink
+from companion.io.mavlink.wire.endpoint import Endpoint
+from companion.io.mavlink.wire.hub import Peer
+from tests.unit.io.mavlink.conftest import Desk
+
+REAL32, INT32 = 9, 6
+VALUE, ERROR = mavlink.MAVLINK_MSG_ID_PARAM_VALUE, mavlink.MAVLINK_MSG_ID_PARAM_ERROR
+
+
+@pytest.fixture(autouse=True)
+def service(desk: Desk) -> Any:
+    return desk.serve(ParameterService(desk.hub, desk.vessel))
+
+
+def as_float(number: int, code: str = "<i") -> float:
+    return float(struct.unpack("<f", struct.pack(code, number).ljust(4, b"\0"))[0])
+
+
+def as_int(value: float) -> int:
+    return int(struct.unpack("<i", struct.pack("<f", value))[0])
+
+
+def setting(name: str, value: float, kind: int) -> Any:
+    return mavlink.MAVLink_param_set_message(1, 1, name.encode(), value, kind)
+
+
+def listed(desk: Desk, peer: Peer, wait_s: float = 2.0) -> list[Any]:
+    desk.tell(mavlink.MAVLink_param_request_list_message(1, 0), peer)
+    desk.wait(wait_s)
+    heard = desk.heard()
+    assert all(to == peer and message.id == VALUE for to, message in heard)
+    return [message for _, message in heard]
+
+
+@pytest.mark.parametrize("name", ["qgc", "rover"])
+def test_the_list_is_whole_and_in_order(desk: Desk, name: str) -> None:
+    values = listed(desk, desk.peer(name))
+    specs = desk.parameters.specs
+    assert [v.param_id for v in values] == [spec.name for spec in specs]
+    assert [v.param_index for v in values] == list(range(len(specs)))
+    assert {v.param_count for v in values} == {len(specs)}
+    for value, spec in zip(values, specs, strict=True):
+        assert value.param_type == (INT32 if spec.type.value == "Int32" else REAL32)
+        bytewise = name == "qgc" and value.param_type == INT32
+        assert (as_int(value.param_value) if bytewise else value.param_value) == desk.parameters[spec.name]
+
+
+def test_negative_whole_numbers_travel_as_bits_too(desk: Desk) -> None:
+    desk.tell(mavlink.MAVLink_param_request_read_message(1, 1, b"COM_FLTMODE1", -1))
+    (value,) = desk.replies()
+    assert as_int(value.param_value) == -1
+
+
+def test_the_list_is_paced(desk: Desk) -> None:
+    desk.tell(mavlink.MAVLink_param_request_list_message(1, 1))
+    assert len(desk.heard()) == 40
+    desk.wait(0.1)
+    assert len(desk.heard()) == 40
+
+
+def test_repeated_list_requests_do_not_raise_the_rate(desk: Desk) -> None:
+    for _ in range(50):
+        desk.tell(mavlink.MAVLink_param_request_list_message(1, 1))
+    assert len(desk.heard()) == 40
+    desk.wait(2.0)
+    rest = [m.param_index for m in desk.replies()]
+    assert rest == list(range(rest[0], len(desk.parameters.specs)))
+
+
+def test_two_ground_stations_have_a_list_each(desk: Desk) -> None:
+    for name in ("qgc", "other"):
+        desk.tell(mavlink.MAVLink_param_request_list_message(1, 1), desk.peer(name))
+    desk.wait(2.0)
+    heard = desk.heard()
+    for name in ("qgc", "other"):
+        assert [m.param_index for to, m in heard if to == desk.peer(name)] == list(range(len(desk.parameters.specs)))
+
+
+def test_a_slow_line_is_not_filled(desk: Desk) -> None:
+    slow = Peer(
+        Endpoint("radio", desk.peer("qgc").endpoint.dialect, lambda data, now_s: 0, bytes_per_s=1000.0), 255, 190
+    )
+    desk.tell(mavlink.MAVLink_param_request_list_message(1, 1), slow)
+    desk.heard()
+    desk.wait(1.0)
+    assert 8 <= len(desk.heard()) <= 16
+
+
+def test_a_line_that_is_gone_gets_no_list(desk: Desk) -> None:
+    desk.tell(mavlink.MAVLink_param_request_list_message(1, 1))
+    desk.heard()
+    desk.peer("qgc").endpoint.gone = True
+    desk.wait(1.0)
+    assert desk.heard() == []
+
+
+def test_read_by_name_and_by_index(desk: Desk) -> None:
+    index = desk.parameters.index["WP_SPEED"]
+    desk.tell(mavlink.MAVLink_param_request_read_message(1, 1, b"WP_SPEED", -1))
+    desk.tell(mavlink.MAVLink_param_request_read_message(1, 1, b"", index))
+    one, two = desk.replies()
+    assert (
+        (one.param_id, one.param_index, one.param_value)
+        == (two.param_id, two.param_index, two.param_value)
+        == ("WP_SPEED", index, desk.parameters["WP_SPEED"])
+    )
+
+
+@pytest.mark.parametrize(
+    ("name", "index"),
+    [(b"FLW_TGT_YP", -1), (b"", 9999), (b"", -2), (b"\xff\xfe\x80", -1), (b"SIXTEEN_CHARS_XX", -1), (b"", -1)],
+)
+def test_an_unknown_parameter_is_refused_at_once(desk: Desk, name: bytes, index: int) -> None:
+    desk.tell(mavlink.MAVLink_param_request_read_message(1, 1, name, index))
+    ((to, error),) = desk.heard()
+    assert to == desk.peer("qgc") and (error.id, error.error, error.param_index) == (ERROR, 1, index)
+    assert (error.target_system, error.target_component) == (255, 190)
+    assert name.startswith(b"\xff") or error.param_id == name.decode()
+    assert desk.texts() == []
+
+
+@pytest.mark.parametrize(
+    ("peer", "value", "kind"),
+    [
+        ("qgc", as_float(4), INT32),
+        ("qgc", as_float(4, "<I"), 5),
+        ("qgc", as_float(4, "<h"), 4),
+        ("qgc", as_float(4, "<H"), 3),
+        ("qgc", as_float(4, "<b"), 2),
+        ("qgc", as_float(4, "<B"), 1),
+        ("qgc", 4.0, REAL32),
+        ("rover", 4.0, INT32),
+        ("rover", 4.0, REAL32),
+        ("rover", 4.0, 1),
+        ("rover", 4.0, 77),
+    ],
+)
+def test_a_whole_number_is_set_and_sent_to_all_in_their_own_encoding(
+    desk: Desk, peer: str, value: float, kind: int
+) -> None:
+    desk.tell(setting("ALLOC_ITER", value, kind), desk.peer(peer))
+    assert desk.parameters["ALLOC_ITER"] == 4
+    told = {to.name: m for to, m in desk.heard()}
+    assert {m.id for m in told.values()} == {VALUE}
+    assert as_int(told["qgc"].param_value) == as_int(told["other"].param_value) == 4
+    assert told["rover"].param_value == 4.0 and told["rover"].param_type == INT32
+    desk.wait(1.0)
+    assert desk.heard() == []  # once
+
+
+@pytest.mark.parametrize(
+    ("peer", "value", "kind"),
+    [("qgc", 0.7, REAL32), ("rover", 0.7, REAL32), ("rover", 0.7, 1), ("qgc", as_float(1), INT32)],
+)
+def test_a_real_number_is_set(desk: Desk, peer: str, value: float, kind: int) -> None:
+    desk.tell(setting("WP_SPEED", value, kind), desk.peer(peer))
+    assert desk.parameters["WP_SPEED"] == pytest.approx(1.0 if kind == INT32 else 0.7, rel=1e-6)
+    assert len(desk.heard()) == 3
+
+
+@pytest.mark.parametrize(
+    ("peer", "name", "value", "kind", "error"),
+    [
+        ("qgc", "WP_SPEED", 99.0, REAL32, 2),
+        ("qgc", "WP_SPEED", math.nan, REAL32, 2),
+        ("qgc", "WP_SPEED", math.inf, REAL32, 2),
+        ("rover", "WP_SPEED", math.nan, REAL32, 2),
+        ("rover", "ALLOC_ITER", math.nan, INT32, 2),
+        ("rover", "ALLOC_ITER", -math.inf, INT32, 2),
+        ("qgc", "ALLOC_ITER", as_float(99), INT32, 2),
+        ("qgc", "ALLOC_ITER", as_float(-1), INT32, 2),
+        ("qgc", "ALLOC_ITER", math.nan, REAL32, 2),
+        ("qgc", "ALLOC_ITER", 2.5, REAL32, 7),
+        ("qgc", "ALLOC_ITER", as_float(4), REAL32, 7),  # bits under the wrong name: a tiny fraction
+        ("qgc", "ALLOC_ITER", 4.0, 10, 6),
+        ("qgc", "WP_SPEED", 0.5, 0, 6),
+        ("qgc", "SYS_AUTOSTART", as_float(3), INT32, 5),
+        ("rover", "SYS_AUTOSTART", 3.0, INT32, 5),
+        ("qgc", "MAN_RC_SAFE_CH", as_float(3), INT32, 2),
+    ],
+)
+def test_a_refusal_comes_first_and_then_the_value_that_stays(
+    desk: Desk, peer: str, name: str, value: float, kind: int, error: int
+) -> None:
+    before = desk.parameters[name]
+    desk.tell(setting(name, value, kind), desk.peer(peer))
+    (to_first, first), (to_second, second) = desk.heard()
+    assert to_first == to_second == desk.peer(peer)
+    assert (first.id, first.error, first.param_id, first.param_index) == (
+        ERROR,
+        error,
+        name,
+        desk.parameters.index[name],
+    )
+    assert second.id == VALUE and second.param_id == name
+    bytewise = peer == "qgc" and second.param_type == INT32
+    assert (as_int(second.param_value) if bytewise else second.param_value) == before == desk.parameters[name]
+    (text,) = desk.texts()
+    assert text.startswith(f"{name} stays {before:g}: ")
+
+
+def test_the_reason_names_the_remedy(desk: Desk) -> None:
+    desk.tell(setting("WP_SPEED", 99.0, REAL32))
+    desk.tell(setting("MAN_RC_SAFE_CH", as_float(3), INT32))
+    assert desk.texts() == [
+        "WP_SPEED stays 0.6: it takes 0.05 to 20 m/s",
+        "MAN_RC_SAFE_CH stays 5: it takes 0, 5, 6, 7, 8",
+    ]
+
+
+@pytest.mark.parametrize("name", ["NO_SUCH_NAME", "wp_speed", "SIXTEEN_CHARS_XX", "_HASH_CHECK", ""])
+def test_an_unknown_name_cannot_be_set(desk: Desk, name: str) -> None:
+    desk.tell(setting(name, 1.0, REAL32))
+    ((to, error),) = desk.heard()
+    assert to == desk.peer("qgc") and (error.id, error.error, error.param_id) == (ERROR, 1, name)
+    assert len(desk.texts()) == 1
+
+
+def test_other_changes_are_sent_too_and_many_of_them_in_turns(desk: Desk) -> None:
+    changed = [
+        spec.name
+        for spec in desk.parameters.specs
+        if not spec.read_only and spec.type.value == "Float" and spec.minimum < spec.default
+    ][:30]
+    for name in changed:
+        assert desk.parameters.set(name, (desk.parameters.spec(name).minimum + desk.parameters[name]) / 2) is None
+    desk.wait(0.1)
+    told = [m.param_id for to, m in desk.heard() if to.name == "qgc"]
+    assert told == changed
+    desk.parameters.reset()
+    desk.wait(0.5)
+    assert sorted(m.param_id for to, m in desk.heard() if to.name == "qgc") == sorted(changed)
+
+
+def test_sixteen_letters_fit(desk: Desk) -> None:
+    desk.tell(setting("ABCDEFGHIJKLMNOP", 1.0, REAL32))
+    assert desk.replies()[0].param_id == "ABCDEFGHIJKLMNOP"

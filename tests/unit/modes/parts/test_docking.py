@@ -1,0 +1,470 @@
+"""Dock, phase by phase: a boat that follows its setpoint until something solid is in the way."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from companion.config.vessel import DockConfig, VesselConfig
+from companion.core.actuation import Wrench
+from companion.core.decision import MissionState, ModeId
+from companion.core.setpoint import NeutralSetpoint, PathSetpoint, PoseSetpoint
+from companion.mission.plan import PlanItem, PlanKind, Plans
+from companion.modes.parts.berth import Berth, BerthChoice
+from tests.unit.conftest import Boat
+
+STIFFNESS_NPM = 40.0
+STANDOFF_M = 2.0
+
+
+class Quay:
+    """Keeps the ideal boat out of the berth, and says what force the thrusters would give."""
+
+    def __init__(self, boat: Boat, solid_at_m: float = 0.0) -> None:
+        self.boat = boat
+        self.solid_at_m = solid_at_m
+        self.along_m = 0.0
+        dock = boat.config.dock
+        self.berth: Berth = BerthChoice(boat.config, Plans(), lambda: boat.frame).at(
+            dock.lat_deg, dock.lon_deg, dock.yaw_rad
+        )
+        self.force_n = 0.0
+        self.free_n = 0.0
+        self._follow: Callable[[Any], None] = boat.obey
+        boat.obey = self.follow
+
+    @property
+    def off_m(self) -> float:
+        return self.berth.place(self.boat.nav.north_m, self.boat.nav.east_m)[0]
+
+    def follow(self, setpoint: Any) -> None:
+        boat, berth = self.boat, self.berth
+        self._follow(setpoint)
+        self.force_n = self.free_n
+        if isinstance(setpoint, PoseSetpoint):
+            off_m, along_m = berth.place(boat.nav.north_m, boat.nav.east_m)
+            lag_m = self.solid_at_m - off_m
+            if lag_m > 0.0:
+                north_m, east_m, _ = berth.pose(self.solid_at_m, along_m)
+                boat.nav = replace(
+                    boat.nav, north_m=north_m, east_m=east_m, surge_mps=0.0, sway_mps=0.0, north_mps=0.0, east_mps=0.0
+                )
+            self.force_n += STIFFNESS_NPM * max(lag_m, 0.0)
+        x, y = berth.towards
+        boat.supervisor.thrust_achieved(Wrench(self.force_n * x, self.force_n * y, 0.0))
+
+
+@pytest.fixture
+def quay(boat: Boat) -> Quay:
+    return Quay(boat)
+
+
+def dock(boat: Boat) -> None:
+    assert boat.supervisor.request_mode(ModeId.DOCK, boat.now_s).accepted
+    assert boat.supervisor.arm(boat.now_s).accepted
+
+
+def said(boat: Boat, name: str) -> Callable[[], bool]:
+    return lambda: name in boat.names()
+
+
+def test_the_phases_in_their_order(boat: Boat, quay: Quay) -> None:
+    dock(boat)
+    boat.until(said(boat, "dock_docked"))
+    boat.step(30.0)
+    phases = [name for name in boat.names() if name.startswith("dock_")]
+    assert phases == ["dock_go", "dock_align", "dock_approach", "dock_push", "dock_docked"]
+    assert boat.status.mode is ModeId.DOCK and boat.status.armed
+    assert quay.force_n == pytest.approx(5.0, abs=0.1)
+    assert quay.off_m == pytest.approx(0.0, abs=1e-6)
+
+
+def test_far_it_sails_bow_first_and_keeps_clear_until_it_lies_parallel(boat: Boat, quay: Quay) -> None:
+    dock(boat)
+    boat.step(5.0)
+    assert isinstance(boat.setpoint, PathSetpoint)
+    while not said(boat, "dock_align")():
+        boat.tick()
+        bow_m = quay.off_m + quay.berth.reach_m - 0.5 * boat.config.length_m  # whatever the heading
+        assert bow_m > 0.3
+        if isinstance(boat.setpoint, PathSetpoint):
+            assert quay.off_m > STANDOFF_M + 0.5
+    assert quay.off_m == pytest.approx(STANDOFF_M, abs=0.01)
+
+
+def test_near_it_goes_in_any_direction(boat: Boat, quay: Quay) -> None:
+    north_m, east_m, yaw_rad = quay.berth.pose(STANDOFF_M + 3.0, 1.0)
+    boat.nav = replace(boat.nav, north_m=north_m, east_m=east_m, yaw_rad=yaw_rad + 1.0)
+    boat.step()
+    dock(boat)
+    while not said(boat, "dock_align")():
+        boat.tick()
+        assert isinstance(boat.setpoint, PoseSetpoint)
+
+
+def test_it_lines_up_for_as_long_as_it_must(boat: Boat, quay: Quay) -> None:
+    boat.parameters.set("DOCK_ALIGN_T", 12.0)
+    dock(boat)
+    boat.until(said(boat, "dock_align"))
+    from_s = boat.now_s
+    boat.until(said(boat, "dock_approach"))
+    assert boat.now_s - from_s == pytest.approx(12.1, abs=0.21)
+
+
+@pytest.mark.parametrize("speed_mps", [0.03, 0.05, 0.1])
+def test_it_comes_alongside_at_the_speed_asked_for(boat: Boat, quay: Quay, speed_mps: float) -> None:
+    boat.parameters.set("DOCK_SPEED", speed_mps)
+    dock(boat)
+    boat.until(said(boat, "dock_approach"))
+    fastest = 0.0
+    while not said(boat, "dock_push")():
+        boat.tick()
+        fastest = max(fastest, quay.berth.closing_mps(boat.nav))
+        assert boat.nav.yaw_rad == pytest.approx(math.radians(-40.0), abs=1e-3)
+    assert fastest == pytest.approx(speed_mps, rel=0.01)
+
+
+@pytest.mark.parametrize("push_n", [0.0, 2.0, 12.0])
+def test_it_pushes_as_hard_as_asked(boat: Boat, quay: Quay, push_n: float) -> None:
+    boat.parameters.set("DOCK_PUSH_N", push_n)
+    dock(boat)
+    boat.until(said(boat, "dock_docked"))
+    boat.step(40.0)
+    assert quay.force_n == pytest.approx(push_n, abs=0.1)
+
+
+def test_what_wind_takes_and_half_of_it_for_gusts_is_added_to_the_push(boat: Boat, quay: Quay) -> None:
+    quay.free_n = 4.0
+    dock(boat)
+    boat.until(said(boat, "dock_docked"))
+    boat.step(40.0)
+    assert quay.force_n == pytest.approx(11.0, abs=0.3)
+
+
+def test_at_the_berth_already_it_just_pushes(boat: Boat, quay: Quay) -> None:
+    dock(boat)
+    boat.until(said(boat, "dock_docked"))
+    boat.supervisor.disarm(boat.now_s)
+    boat.step(12.0)
+    assert isinstance(boat.setpoint, NeutralSetpoint)
+    boat.supervisor.arm(boat.now_s)
+    boat.step(12.0)
+    assert boat.names().count("dock_go") == 1 and boat.names().count("dock_push") == 2
+    assert quay.off_m == pytest.approx(0.0, abs=0.01)
+
+
+def test_taken_off_the_berth_it_comes_back(boat: Boat, quay: Quay) -> None:
+    dock(boat)
+    boat.until(said(boat, "dock_docked"))
+    quay.solid_at_m = 0.4  # something between
+    boat.step(3.0)
+    quay.solid_at_m = 0.0
+    boat.until(lambda: boat.names().count("dock_push") == 2)
+    assert boat.names().count("dock_approach") == 2
+    boat.step(5.0)
+    assert quay.off_m == pytest.approx(0.0, abs=0.01)
+
+
+# --- giving up -----------------------------------------------------------------------------------------------------
+
+
+def worse_position(boat: Boat, quay: Quay) -> None:
+    boat.nav = replace(boat.nav, position_accuracy_m=0.5)
+
+
+def set_aside(boat: Boat, quay: Quay) -> None:
+    follow = boat.obey
+
+    def aside(setpoint: Any) -> None:
+        follow(setpoint)
+        north_m, east_m, _ = quay.berth.pose(quay.off_m, 0.4)
+        boat.nav = replace(boat.nav, north_m=north_m, east_m=east_m)
+
+    boat.obey = aside
+
+
+def turned(boat: Boat, quay: Quay) -> None:
+    follow = boat.obey
+
+    def turn(setpoint: Any) -> None:
+        follow(setpoint)
+        boat.nav = replace(boat.nav, yaw_rad=quay.berth.yaw_rad + math.radians(9.0))
+
+    boat.obey = turn
+
+
+def no_berth(boat: Boat, quay: Quay) -> None:
+    quay.solid_at_m = -5.0
+
+
+def obstacle(boat: Boat, quay: Quay) -> None:
+    quay.solid_at_m = 1.2
+
+
+def thruster(boat: Boat, quay: Quay) -> None:
+    boat.supervisor.thruster_failed(2, True)
+
+
+def short_of_time(boat: Boat, quay: Quay) -> None:
+    boat.parameters.set("DOCK_TIMEOUT", 10.0)
+
+
+@pytest.mark.parametrize(
+    ("cause", "reason"),
+    [
+        (worse_position, "position known to 0.50 m only"),
+        (set_aside, "0.40 m off the line"),
+        (turned, "heading 9 deg off"),
+        (no_berth, "no berth 0.4 m beyond where it should be"),
+        (obstacle, "stopped 1.2 m short of the berth"),
+        (thruster, "thruster bow failed"),
+        (short_of_time, "coming alongside took more than 10 s"),
+    ],
+)
+def test_it_gives_up_goes_back_and_says_why(boat: Boat, quay: Quay, cause: Any, reason: str) -> None:
+    dock(boat)
+    boat.until(said(boat, "dock_approach"))
+    boat.step(5.0)
+    cause(boat, quay)
+    boat.until(said(boat, "dock_aborted"), 100.0)
+    assert f"Docking given up: {reason}; back to the standoff point" in boat.texts()
+    boat.obey = quay.follow
+    boat.until(said(boat, "dock_clear"), 200.0)
+    boat.step(20.0)
+    assert quay.off_m == pytest.approx(STANDOFF_M, abs=0.02)
+    assert boat.status.mode is ModeId.DOCK and isinstance(boat.setpoint, PoseSetpoint)
+    assert "dock_push" not in boat.names()
+
+
+def test_lining_up_may_not_take_for_ever(boat: Boat, quay: Quay) -> None:
+    dock(boat)
+    boat.until(said(boat, "dock_align"))
+    turned(boat, quay)
+    boat.until(said(boat, "dock_aborted"), 130.0)
+    assert any("lining up took more than 120 s" in text for text in boat.texts())
+
+
+def test_chosen_again_it_tries_again(boat: Boat, quay: Quay) -> None:
+    dock(boat)
+    boat.until(said(boat, "dock_approach"))
+    thruster(boat, quay)
+    boat.until(said(boat, "dock_clear"))
+    outcome = boat.supervisor.request_mode(ModeId.DOCK, boat.now_s)
+    assert not outcome.accepted and "thruster bow failed" in outcome.reason
+    boat.supervisor.thruster_failed(2, False)
+    assert boat.supervisor.request_mode(ModeId.DOCK, boat.now_s).accepted
+    boat.until(said(boat, "dock_docked"))
+
+
+def test_another_mode_ends_it_at_once(boat: Boat, quay: Quay) -> None:
+    dock(boat)
+    boat.until(said(boat, "dock_approach"))
+    boat.step(10.0)
+    assert boat.supervisor.request_mode(ModeId.HOLD, boat.now_s).accepted
+    boat.step(60.0)
+    assert boat.status.mode is ModeId.HOLD and 1.0 < quay.off_m < STANDOFF_M
+
+
+def test_a_thruster_that_fails_alongside_does_not_take_it_off(boat: Boat, quay: Quay) -> None:
+    dock(boat)
+    boat.until(said(boat, "dock_docked"))
+    thruster(boat, quay)
+    boat.step(10.0)
+    assert "dock_aborted" not in boat.names() and quay.off_m == pytest.approx(0.0, abs=1e-6)
+
+
+# --- failsafes while pushing ---------------------------------------------------------------------------------------
+
+
+def pushing(boat: Boat) -> None:
+    dock(boat)
+    boat.until(said(boat, "dock_docked"))
+
+
+def test_without_a_ground_station_it_keeps_pushing(boat: Boat, quay: Quay) -> None:
+    pushing(boat)
+    boat.station = False
+    boat.step(30.0)
+    assert "No ground station for 10 s: stays alongside, pushing" in boat.texts()
+    assert boat.status.mode is ModeId.DOCK and quay.force_n == pytest.approx(5.0, abs=0.1)
+
+
+def test_without_a_ground_station_on_the_way_in_it_holds(boat: Boat, quay: Quay) -> None:
+    dock(boat)
+    boat.until(said(boat, "dock_approach"))
+    boat.station = False
+    boat.step(20.0)
+    assert boat.status.mode is ModeId.HOLD
+
+
+def test_an_empty_battery_does_not_take_it_from_the_berth(boat: Boat, quay: Quay) -> None:
+    pushing(boat)
+    boat.battery = 0.1
+    boat.step(10.0)
+    assert boat.status.mode is ModeId.DOCK and isinstance(boat.setpoint, PoseSetpoint)
+
+
+@pytest.mark.parametrize("action", [1.0, 3.0])
+def test_without_a_position_it_cannot_push(boat: Boat, quay: Quay, action: float) -> None:
+    boat.parameters.set("FS_POS_ACT", action)
+    pushing(boat)
+    boat.nav = replace(boat.nav, position_valid=False)
+    boat.step(10.0)
+    assert isinstance(boat.setpoint, NeutralSetpoint)
+
+
+# --- wind and waves ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("free_n", "reason"),
+    [
+        (13.0, "take 13 N, the thrusters have 15 N towards the berth"),
+        (-17.0, "take 17 N, the thrusters have 20 N to keep off"),
+    ],
+)
+def test_wind_that_takes_most_of_the_thrust(boat: Boat, quay: Quay, free_n: float, reason: str) -> None:
+    quay.free_n = free_n
+    dock(boat)
+    boat.until(said(boat, "dock_aborted"))
+    assert any(reason in text for text in boat.texts())
+    assert "dock_approach" not in boat.names()
+
+
+def rocked(boat: Boat, speed_mps: float) -> None:
+    """Waves under the boat, of 1.5 s: across the berth and along it."""
+    follow = boat.obey
+
+    def rock(setpoint: Any) -> None:
+        follow(setpoint)
+        swing = speed_mps * math.sin(2.0 * math.pi * boat.now_s / 1.5)
+        nav = boat.nav
+        boat.nav = replace(nav, north_mps=nav.north_mps + swing)
+
+    boat.obey = rock
+
+
+def test_waves_do_not_keep_it_from_docking(boat: Boat, quay: Quay) -> None:
+    rocked(boat, 0.1)
+    dock(boat)
+    boat.until(said(boat, "dock_docked"), 300.0)
+    assert "dock_aborted" not in boat.names()
+
+
+def test_waves_beyond_the_limit_do(boat: Boat, quay: Quay) -> None:
+    rocked(boat, 0.3)
+    dock(boat)
+    boat.until(said(boat, "dock_aborted"), 300.0)
+    assert any("waves move the boat by 0.2" in text for text in boat.texts())
+
+
+# --- refusals ------------------------------------------------------------------------------------------------------
+
+
+def refusal(boat: Boat) -> str:
+    outcome = boat.supervisor.request_mode(ModeId.DOCK, boat.now_s)
+    assert not outcome.accepted and boat.status.mode is not ModeId.DOCK
+    return str(outcome.reason)
+
+
+def test_without_a_berth(make_boat: Callable[..., Boat], revolt: VesselConfig) -> None:
+    assert "no berth" in refusal(make_boat(replace(revolt, dock=None)))
+
+
+def test_a_boat_that_cannot_push_itself_sideways(make_boat: Callable[..., Boat], revolt: VesselConfig) -> None:
+    jet = make_boat(replace(revolt, limits=replace(revolt.limits, sway_n=0.0)))
+    assert "sideways" in refusal(jet)
+    assert "sideways" in next(mode.text for mode in jet.supervisor.modes if mode.id is ModeId.DOCK)
+
+
+def test_from_behind_the_berth(boat: Boat, quay: Quay) -> None:
+    north_m, east_m, _ = quay.berth.pose(-3.0)
+    boat.nav = replace(boat.nav, north_m=north_m, east_m=east_m)
+    boat.step()
+    assert "behind the berth" in refusal(boat)
+
+
+# --- berths --------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("side", "bearing_deg", "reach_m"),
+    [("port", -90, 0.46), ("starboard", 90, 0.46), ("bow", 0, 1.6), ("stern", 180, 1.6)],
+)
+@pytest.mark.parametrize("heading_deg", [0.0, -40.0, 130.0])
+def test_where_a_berth_puts_the_boat(
+    boat: Boat, revolt: VesselConfig, side: Any, bearing_deg: float, reach_m: float, heading_deg: float
+) -> None:
+    dock = DockConfig(63.4389, 10.399, math.radians(heading_deg), side, 2.0, 0.1)
+    berth = BerthChoice(replace(revolt, dock=dock), Plans(), lambda: boat.frame).find(boat.nav)
+    assert berth is not None
+    for off_m, along_m in ((0.0, 0.0), (2.0, 0.5), (-0.3, -1.0)):
+        north_m, east_m, yaw_rad = berth.pose(off_m, along_m)
+        assert berth.place(north_m, east_m) == pytest.approx((off_m, along_m), abs=1e-6)
+        assert yaw_rad == pytest.approx(math.radians(heading_deg))
+    north_m, east_m, _ = berth.pose(2.0)
+    assert math.hypot(north_m, east_m) == pytest.approx(reach_m + 2.0)
+    towards_deg = math.degrees(math.atan2(-east_m, -north_m))
+    assert math.remainder(towards_deg - heading_deg - bearing_deg, 360.0) == pytest.approx(0.0, abs=1e-6)
+
+
+def landing(boat: Boat, north_m: float, east_m: float, heading_deg: float) -> PlanItem:
+    lat_deg, lon_deg = boat.point(north_m, east_m)
+    return PlanItem(0, 21, 3, 0.0, 0.0, 0.0, heading_deg, round(lat_deg * 1e7), round(lon_deg * 1e7), 0.0)
+
+
+def test_the_missions_berth_comes_before_the_vessels_own(boat: Boat, revolt: VesselConfig) -> None:
+    choice = BerthChoice(revolt, boat.plans, lambda: boat.frame)
+    own = choice.find(boat.nav)
+    boat.plans.replace(
+        PlanKind.MISSION,
+        [replace(landing(boat, *row), seq=i) for i, row in enumerate([(9.0, 5.0, 90.0), (30.0, 5.0, 0.0)])],
+    )
+    berth = choice.find(boat.nav)
+    assert own is not None and berth is not None
+    assert (berth.north_m, berth.east_m) == pytest.approx((9.0, 5.0), abs=0.01) and berth.yaw_rad == pytest.approx(
+        math.pi / 2.0
+    )
+    assert own.yaw_rad == pytest.approx(math.radians(-40.0))
+
+
+def test_a_mission_ends_at_its_berth(boat: Boat, quay: Quay) -> None:
+    dock_config = boat.config.dock
+    point = boat.frame.to_ned(dock_config.lat_deg, dock_config.lon_deg)
+    boat.upload((10.0, 0.0), (10.0, -10.0), commands={2: landing(boat, *point, -40.0)})
+    assert boat.supervisor.request_mode(ModeId.MISSION, boat.now_s).accepted
+    boat.supervisor.arm(boat.now_s)
+    boat.until(said(boat, "dock_docked"), 900.0)
+    assert boat.status.mode is ModeId.MISSION
+    boat.step(2.0)
+    assert boat.status.mission.state is MissionState.COMPLETE and boat.status.mission.reached == 3
+    assert boat.status.mode is ModeId.DOCK and boat.status.armed
+    boat.step(30.0)
+    assert quay.force_n == pytest.approx(5.0, abs=0.1) and boat.names().count("dock_go") == 1
+
+
+def test_a_mission_goes_on_from_its_berth(boat: Boat, quay: Quay) -> None:
+    point = boat.frame.to_ned(boat.config.dock.lat_deg, boat.config.dock.lon_deg)
+    delay = PlanItem(0, 93, 2, 5.0, 0.0, 0.0, 0.0, 0, 0, 0.0)
+    boat.upload((0.0, 10.0), commands={0: landing(boat, *point, -40.0), 1: delay})
+    boat.supervisor.request_mode(ModeId.MISSION, boat.now_s)
+    boat.supervisor.arm(boat.now_s)
+    boat.until(lambda: boat.status.mission.state is MissionState.COMPLETE, 900.0)
+    boat.step(20.0)
+    assert boat.away_m(0.0, 10.0) < 1.5 and boat.status.mode is ModeId.HOLD
+
+
+def test_a_mission_whose_docking_fails_holds_off_the_berth(boat: Boat, quay: Quay) -> None:
+    point = boat.frame.to_ned(boat.config.dock.lat_deg, boat.config.dock.lon_deg)
+    boat.upload(commands={0: landing(boat, *point, -40.0)})
+    boat.supervisor.request_mode(ModeId.MISSION, boat.now_s)
+    boat.supervisor.arm(boat.now_s)
+    boat.until(said(boat, "dock_approach"), 900.0)
+    thruster(boat, quay)
+    boat.until(said(boat, "dock_clear"))
+    boat.step(30.0)
+    assert boat.status.mission.state is MissionState.ACTIVE and quay.off_m == pytest.approx(STANDOFF_M, abs=0.02)

@@ -1,0 +1,111 @@
+"""Holding near a point by drifting and sailing back, on a point mass: it goes where it is sent, and drifts where
+nothing drives it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from companion.allocation.propulsion import can_reverse
+from companion.config.hull import DampingConfig, HullConfig
+from companion.config.vessel import find, load
+from companion.core.setpoint import PathSetpoint, WrenchSetpoint
+from companion.guidance.coasting import Coasting
+from companion.params.store import Parameters
+from companion.positioning.drift import DriftKeeper
+from tests.unit.conftest import Boat
+
+VESSEL = load(find("rescuerunner"))
+PARAMETERS = Parameters(VESSEL.parameters)
+CIRCLE_M = PARAMETERS["DP_WATCH_R"]
+DT_S = 0.05
+
+
+class Particle:
+    """Turns at 30° a second, takes on a speed asked for within 2 s, coasts to a stop within 8 s, and is carried by the
+    water."""
+
+    def __init__(self, nav: Any, drift: tuple[float, float]) -> None:
+        self.nav = replace(
+            nav, north_m=0.0, east_m=0.0, yaw_rad=0.0, surge_mps=0.0, sway_mps=0.0, north_mps=0.0, east_mps=0.0
+        )
+        self.drift = drift
+        self.keeper = DriftKeeper(VESSEL, PARAMETERS)
+        self.speed = 0.0
+        self.furthest_m = self.driven_s = 0.0
+        self.returns: list[float] = []  # courses on which it set off back
+
+    def sail(self, duration_s: float) -> None:
+        driven = False
+        for _ in range(round(duration_s / DT_S)):
+            setpoint = self.keeper.update(self.nav, None, 8.0, DT_S)
+            was, driven = driven, isinstance(setpoint, PathSetpoint)
+            yaw = self.nav.yaw_rad
+            if driven:
+                assert setpoint.yaw_rad is not None and setpoint.surge_mps >= 0.0
+                if not was:
+                    self.returns.append(setpoint.yaw_rad)
+                turn = math.remainder(setpoint.yaw_rad - yaw, math.tau)
+                yaw += min(math.radians(30.0) * DT_S, max(-math.radians(30.0) * DT_S, turn))
+                self.speed += (setpoint.surge_mps - self.speed) * DT_S / 2.0
+                self.driven_s += DT_S
+            else:
+                assert (
+                    isinstance(setpoint, WrenchSetpoint)
+                    and setpoint.wrench is not None
+                    and setpoint.wrench.surge_n == 0.0
+                )
+                self.speed -= self.speed * DT_S / 8.0
+            north_mps, east_mps = self.speed * math.cos(yaw) + self.drift[0], self.speed * math.sin(yaw) + self.drift[1]
+            self.nav = replace(
+                self.nav, yaw_rad=yaw, north_mps=north_mps, east_mps=east_mps,
+                north_m=self.nav.north_m + north_mps * DT_S, east_m=self.nav.east_m + east_mps * DT_S,
+            )  # fmt: skip
+            self.furthest_m = max(self.furthest_m, math.hypot(self.nav.north_m, self.nav.east_m))
+
+
+@pytest.mark.parametrize("drift", [(0.2, 0.0), (0.0, -0.6), (0.7, 0.7)])
+def test_it_stays_inside_and_sails_back_against_the_drift(boat: Boat, drift: tuple[float, float]) -> None:
+    particle = Particle(boat.nav, drift)
+    particle.keeper.start(particle.nav)
+    particle.sail(600.0)
+    assert particle.furthest_m < CIRCLE_M and particle.returns
+    assert particle.driven_s < 0.35 * 600.0
+    against = math.atan2(-drift[1], -drift[0])
+    for course in particle.returns:
+        assert abs(math.remainder(course - against, math.tau)) < math.radians(35.0)
+
+
+def test_in_still_water_it_does_nothing(boat: Boat) -> None:
+    particle = Particle(boat.nav, (0.0, 0.0))
+    particle.keeper.start(particle.nav)
+    particle.sail(60.0)
+    assert particle.driven_s == 0.0 and particle.furthest_m == 0.0 and particle.keeper.arrived
+
+
+def test_another_point_is_sailed_to(boat: Boat) -> None:
+    particle = Particle(boat.nav, (0.0, 0.0))
+    particle.keeper.start(particle.nav)
+    particle.keeper.hold(0.0, 40.0, 0.0, None)
+    assert not particle.keeper.arrived
+    particle.sail(90.0)
+    assert particle.keeper.arrived and particle.keeper.target[:2] == (0.0, 40.0)
+    assert math.hypot(particle.nav.north_m, particle.nav.east_m - 40.0) < 0.5 * CIRCLE_M
+
+
+def test_coasting_with_linear_damping_is_the_closed_form() -> None:
+    """s = m Δv / d."""
+    hull = HullConfig(470.0, 600.0, 700.0, damping=DampingConfig(x_u=60.0))
+    coasting = Coasting(hull, 6.0)
+    for speed in (0.5, 2.0, 5.0):
+        assert coasting.way_m(speed) == pytest.approx(470.0 / 60.0 * (speed - 0.2), rel=0.02)
+    assert coasting.way_m(0.0) == 0.0 and coasting.way_m(99.0) == pytest.approx(coasting.way_m(6.0), rel=0.02)
+
+
+def test_which_boats_can_go_astern() -> None:
+    assert not can_reverse(VESSEL.thrusters)
+    assert all(can_reverse(load(find(name)).thrusters) for name in ("revolt", "aboat", "cybership2"))
+    assert not can_reverse([replace(load(find("revolt")).thrusters[2], min_n=0.0)])

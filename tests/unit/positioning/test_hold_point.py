@@ -1,0 +1,123 @@
+"""Watch circle, transit, and the boat without sideways thrust."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from companion.config.vessel import VesselConfig
+from companion.core.decision import ModeId
+from companion.core.setpoint import PathSetpoint
+from companion.core.tick import Inputs
+from tests.unit.conftest import Boat
+
+
+def holding(boat: Boat) -> Any:
+    boat.supervisor.request_mode(ModeId.HOLD, boat.now_s)
+    boat.supervisor.arm(boat.now_s)
+    boat.step(5.0)
+    return boat
+
+
+def test_the_watch_circle_is_announced_on_leaving_and_on_return(boat: Boat) -> None:
+    holding(boat)
+    boat.obey = lambda setpoint: None
+    for north_m, times in ((2.9, (0, 0)), (3.1, (1, 0)), (2.9, (1, 0)), (3.2, (1, 0)), (1.0, (1, 1)), (4.0, (2, 1))):
+        boat.nav = replace(boat.nav, north_m=north_m)
+        boat.step(1.0)
+        assert (boat.names().count("watch_circle_left"), boat.names().count("watch_circle_back")) == times
+
+
+def test_hold_under_way_stops_ahead_and_not_behind(boat: Boat) -> None:
+    boat.supervisor.arm(boat.now_s)
+    boat.nav = replace(boat.nav, surge_mps=0.5, north_mps=0.5)
+    boat.supervisor.update(boat.nav, Inputs(), (), boat.now_s)
+    boat.supervisor.request_mode(ModeId.HOLD, boat.now_s)
+    boat.step()
+    assert boat.setpoint.surge_mps == pytest.approx(0.5, abs=0.02)
+    assert boat.setpoint.progress.target.north_m == pytest.approx(0.5**2 / (2.0 * 0.085) + 0.5 * 0.75, abs=0.02)
+    boat.step(30.0)
+    assert boat.nav.north_m == pytest.approx(boat.setpoint.progress.target.north_m, abs=1e-6)
+
+
+def test_the_turn_from_transit_to_holding_is_smooth(boat: Boat) -> None:
+    boat.supervisor.arm(boat.now_s)
+    boat.supervisor.go_to(*boat.point(30.0, 20.0), None, None, boat.now_s)
+    boat.until(lambda: isinstance(boat.setpoint, PathSetpoint) and boat.away_m(30.0, 20.0) < 4.0)
+    speeds = []
+    while boat.away_m(30.0, 20.0) > 0.01:
+        boat.step()
+        speeds.append(boat.setpoint.surge_mps)
+        assert len(speeds) < 600
+    assert max(abs(a - b) for a, b in itertools.pairwise(speeds)) < 0.05
+
+
+@pytest.fixture
+def jet(make_boat: Callable[..., Boat], revolt: VesselConfig) -> Any:
+    return make_boat(replace(revolt, limits=replace(revolt.limits, sway_n=0.0)))
+
+
+def drifting(boat: Boat, north_mps: float, east_mps: float) -> None:
+    """A current carries the ideal boat."""
+    follow = boat.obey
+
+    def drift(setpoint: Any) -> None:
+        follow(setpoint)
+        boat.nav = replace(
+            boat.nav, north_m=boat.nav.north_m + north_mps * 0.1, east_m=boat.nav.east_m + east_mps * 0.1
+        )
+
+    boat.obey = drift
+
+
+def test_a_boat_without_sideways_thrust_describes_its_hold(jet: Any, boat: Boat) -> None:
+    texts = {b: next(m.text for m in b.supervisor.modes if m.id is ModeId.HOLD) for b in (jet, boat)}
+    assert "watch circle" in texts[jet] and "watch circle" not in texts[boat]
+
+
+def test_a_boat_without_sway_stays_inside_its_circle_bow_to_the_stream(jet: Any) -> None:
+    holding(jet)
+    jet.nav = replace(jet.nav, current_north_mps=0.0, current_east_mps=0.15)
+    drifting(jet, 0.0, 0.15)
+    jet.step(60.0)
+    farthest = 0.0
+    for _ in range(600):
+        jet.step()
+        farthest = max(farthest, jet.away_m(0.0, 0.0))
+        assert isinstance(jet.setpoint, PathSetpoint) and jet.setpoint.sway_mps == 0.0
+    assert farthest < 3.0 and jet.nav.yaw_rad == pytest.approx(-math.pi / 2.0, abs=0.3)
+
+
+def test_a_boat_without_sway_returns_when_nothing_is_known_of_the_drift(jet: Any) -> None:
+    holding(jet)
+    drifting(jet, 0.1, -0.1)
+    farthest = 0.0
+    for _ in range(1200):
+        jet.step()
+        farthest = max(farthest, jet.away_m(0.0, 0.0))
+    assert farthest < 3.5
+
+
+def test_a_boat_without_sway_goes_to_points_near_and_far(jet: Any) -> None:
+    holding(jet)
+    for point in ((4.0, 3.0), (30.0, -10.0)):
+        assert jet.supervisor.go_to(*jet.point(*point), None, None, jet.now_s).accepted
+        jet.until(lambda point=point: jet.away_m(*point) < 1.1, 300.0)
+        jet.step(20.0)
+        assert jet.away_m(*point) < 3.0
+
+
+def test_a_boat_without_sway_skips_turns_on_the_spot(jet: Any) -> None:
+    from companion.core.decision import MissionState
+    from companion.mission.plan import PlanItem
+
+    jet.upload((10.0, 0.0), (20.0, 0.0), commands={1: PlanItem(0, 115, 2, 90.0, 0.0, 0.0, 0.0, 0, 0, 0.0)})
+    jet.supervisor.request_mode(ModeId.MISSION, jet.now_s)
+    jet.supervisor.arm(jet.now_s)
+    jet.until(lambda: jet.status.mission.state is MissionState.COMPLETE)
+    assert "turn_skipped" in jet.names()

@@ -1,0 +1,355 @@
+"""Each failsafe: onset, action, end, override, precedence."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from companion.core.decision import ModeId, Severity
+from companion.core.setpoint import NeutralSetpoint, PathSetpoint, PoseSetpoint, ThrusterSetpoint
+from companion.params.spec import FAILSAFE_ACTIONS
+from companion.params.table import TABLE
+from companion.supervisor.failsafes import FAILSAFES, Action
+from tests.unit.conftest import Boat
+
+SQUARE = ((60.0, 0.0), (60.0, 60.0))
+
+
+def sail(boat: Boat) -> Any:
+    """Armed and on a mission, 10 s under way."""
+    boat.upload(*SQUARE)
+    assert boat.supervisor.request_mode(ModeId.MISSION, boat.now_s).accepted
+    assert boat.supervisor.arm(boat.now_s).accepted
+    boat.step(10.0)
+    assert isinstance(boat.setpoint, PathSetpoint)
+    return boat
+
+
+def position(boat: Boat, valid: bool) -> None:
+    boat.nav = replace(boat.nav, position_valid=valid)
+
+
+def heading(boat: Boat, valid: bool) -> None:
+    boat.nav = replace(boat.nav, heading_valid=valid)
+
+
+def bridge(boat: Boat, well: bool) -> None:
+    boat.silent = set() if well else {"microcontroller"}
+
+
+def leak(boat: Boat, dry: bool) -> None:
+    boat.wet = not dry
+
+
+def battery(boat: Boat, full: bool) -> None:
+    boat.battery = 0.9 if full else 0.1
+
+
+def station(boat: Boat, there: bool) -> None:
+    boat.station = there
+
+
+CAUSES: list[tuple[str, str, Callable[[Any, bool], None], float]] = [
+    ("bridge_silent", "FS_ACT_ACT", bridge, 0.1),
+    ("position_lost", "FS_POS_ACT", position, 0.1),
+    ("heading_lost", "FS_POS_ACT", heading, 0.1),
+    ("leak", "FS_LEAK_ACT", leak, 0.1),
+    ("battery_critical", "COM_LOW_BAT_ACT", battery, 0.1),
+    ("station_lost", "NAV_DLL_ACT", station, 10.2),
+]
+NEEDED = {"position_lost", "heading_lost"}  # without these Hold and RTL cannot be
+
+
+@pytest.mark.parametrize(("name", "parameter", "cause", "delay_s"), CAUSES)
+@pytest.mark.parametrize("action", [Action(number) for number in FAILSAFE_ACTIONS])
+def test_onset_action_and_end(
+    make_boat: Callable[..., Boat], name: str, parameter: str, cause: Any, delay_s: float, action: Action
+) -> None:
+    boat = sail(make_boat(**{parameter: action}))
+    cause(boat, False)
+    boat.step(delay_s)
+    expected = Action.NEUTRAL if name in NEEDED and action is not Action.IGNORE else action
+    modes = {
+        Action.IGNORE: ModeId.MISSION,
+        Action.HOLD: ModeId.HOLD,
+        Action.RTL: ModeId.RTL,
+        Action.NEUTRAL: ModeId.MISSION,
+    }
+    assert boat.status.mode is modes[expected] and boat.status.armed
+    assert boat.status.intended_mode is ModeId.MISSION
+    assert name in boat.status.failsafes
+    assert (isinstance(boat.setpoint, NeutralSetpoint)) == (expected is Action.NEUTRAL)
+    assert boat.names().count(name) == 1 and boat.severities[name] <= Severity.WARNING
+    boat.step(3.0)
+    assert boat.names().count(name) == 1
+    cause(boat, True)
+    boat.step(0.2)
+    assert name not in boat.status.failsafes and f"{name}_over" in boat.names()
+    assert boat.status.mode is modes[expected]
+    if expected is Action.NEUTRAL:
+        assert isinstance(boat.setpoint, PathSetpoint)  # goes on where it was
+
+
+@pytest.mark.parametrize(("name", "parameter", "cause", "delay_s"), [row for row in CAUSES if row[0] not in NEEDED])
+@pytest.mark.parametrize("action", [Action.HOLD, Action.NEUTRAL])
+def test_operator_overrides_until_it_begins_again(
+    make_boat: Callable[..., Boat], name: str, parameter: str, cause: Any, delay_s: float, action: Action
+) -> None:
+    boat = sail(make_boat(**{parameter: action}))
+    cause(boat, False)
+    boat.step(delay_s)
+    assert boat.supervisor.request_mode(ModeId.MISSION, boat.now_s).accepted
+    boat.step(15.0)
+    assert (
+        boat.status.mode is ModeId.MISSION and isinstance(boat.setpoint, PathSetpoint) and name in boat.status.failsafes
+    )
+    cause(boat, True)
+    boat.step(0.2)
+    cause(boat, False)
+    boat.step(delay_s)
+    assert boat.status.mode is (ModeId.HOLD if action is Action.HOLD else ModeId.MISSION)
+    assert (isinstance(boat.setpoint, NeutralSetpoint)) == (action is Action.NEUTRAL)
+
+
+def test_station_counts_only_once_heard_and_only_when_self_steered(make_boat: Callable[..., Boat]) -> None:
+    boat = make_boat(ready=False)
+    boat.station = False
+    boat.step()
+    sail(boat)
+    boat.step(30.0)
+    assert boat.status.failsafes == () and boat.status.mode is ModeId.MISSION
+    boat = make_boat()
+    boat.sticks = (0.0, 0.0, 0.0)
+    boat.supervisor.arm(boat.now_s)
+    boat.station = False
+    boat.step(30.0)
+    assert boat.status.failsafes == () and boat.status.mode is ModeId.MANUAL
+
+
+def test_go_to_is_given_up_when_the_station_falls_silent(boat: Boat) -> None:
+    boat.supervisor.arm(boat.now_s)
+    boat.supervisor.go_to(*boat.point(200.0, 0.0), None, None, boat.now_s)
+    boat.station = False
+    boat.step(40.0)
+    assert boat.status.mode is ModeId.HOLD and boat.away_m(0.0, 0.0) < 12.0 and isinstance(boat.setpoint, PoseSetpoint)
+
+
+def test_a_boat_on_its_way_home_is_not_stopped_by_hold(boat: Boat) -> None:
+    sail(boat)
+    boat.supervisor.request_mode(ModeId.RTL, boat.now_s)
+    boat.station = False
+    boat.step(11.0)
+    assert boat.status.mode is ModeId.RTL and "station_lost" in boat.status.failsafes
+
+
+def test_sticks_lost_stops_at_once_then_holds(boat: Boat) -> None:
+    boat.sticks = (0.0, 0.0, 0.0)
+    boat.supervisor.arm(boat.now_s)
+    boat.step()
+    boat.sticks = (0.8, 0.0, 0.0)
+    boat.step()
+    assert isinstance(boat.setpoint, ThrusterSetpoint) and boat.setpoint.thrusters[0].force_n > 5.0
+    boat.sticks = None
+    boat.step(0.6)
+    assert (
+        boat.status.mode is ModeId.HOLD
+        and boat.status.intended_mode is ModeId.MANUAL
+        and "sticks_lost" in boat.status.failsafes
+    )
+    boat.sticks = (0.0, 0.0, 0.0)
+    boat.step(0.2)
+    assert boat.status.mode is ModeId.HOLD and boat.status.failsafes == () and "sticks_lost_over" in boat.names()
+    assert boat.supervisor.request_mode(ModeId.MANUAL, boat.now_s).accepted
+
+
+@pytest.mark.parametrize("mode", [ModeId.MANUAL, ModeId.FORCES, ModeId.HEADING])
+def test_sticks_lost_gives_no_thrust_whatever_the_action(make_boat: Callable[..., Boat], mode: ModeId) -> None:
+    for action in (Action.IGNORE, Action.NEUTRAL):
+        boat = make_boat(NAV_RCL_ACT=action)
+        boat.sticks = (0.0, 0.0, 0.0)
+        boat.step()
+        boat.supervisor.request_mode(mode, boat.now_s)
+        boat.supervisor.arm(boat.now_s)
+        boat.sticks = (1.0, 0.5, 0.5)
+        boat.step()
+        assert not isinstance(boat.setpoint, NeutralSetpoint)
+        boat.sticks = None
+        boat.step(0.6)
+        assert isinstance(boat.setpoint, NeutralSetpoint) and boat.status.mode is mode
+
+
+def test_sticks_that_come_back_deflected_after_neutral_must_be_centred(make_boat: Callable[..., Boat]) -> None:
+    boat = make_boat(NAV_RCL_ACT=Action.NEUTRAL)
+    boat.sticks = (0.0, 0.0, 0.0)
+    boat.supervisor.arm(boat.now_s)
+    boat.step()
+    boat.sticks = None
+    boat.step(1.0)
+    boat.sticks = (1.0, 0.0, 0.0)
+    boat.step(1.0)
+    assert isinstance(boat.setpoint, NeutralSetpoint)
+    boat.sticks = (0.0, 0.0, 0.0)
+    boat.step()
+    boat.sticks = (1.0, 0.0, 0.0)
+    boat.step()
+    assert isinstance(boat.setpoint, ThrusterSetpoint)
+
+
+def test_manual_without_any_sticks_drifts_and_does_not_sail_off(boat: Boat) -> None:
+    boat.supervisor.arm(boat.now_s)
+    boat.step(5.0)
+    assert (
+        boat.status.mode is ModeId.MANUAL and isinstance(boat.setpoint, NeutralSetpoint) and boat.status.failsafes == ()
+    )
+
+
+def test_low_battery_is_only_said(boat: Boat) -> None:
+    boat.battery = 0.2
+    sail(boat)
+    assert "battery_low" in boat.status.failsafes and boat.status.mode is ModeId.MISSION
+    assert "Battery low, 20 % left" in boat.texts()
+
+
+def test_battery_near_the_threshold_does_not_chatter(boat: Boat) -> None:
+    sail(boat)
+    for i in range(40):
+        boat.battery = 0.115 if i % 2 else 0.125
+        boat.step()
+    assert boat.names().count("battery_critical") == 1 and "battery_critical_over" not in boat.names()
+
+
+def test_the_more_severe_one_wins(boat: Boat) -> None:
+    sail(boat)
+    boat.wet = True  # RTL
+    boat.step()
+    assert boat.status.mode is ModeId.RTL
+    boat.station = False  # Hold, less severe
+    boat.step(11.0)
+    assert boat.status.mode is ModeId.RTL and boat.status.failsafes == ("leak", "station_lost")
+    bridge(boat, False)  # neutral, most severe
+    boat.step()
+    assert isinstance(boat.setpoint, NeutralSetpoint)
+    bridge(boat, True)
+    boat.step(0.2)
+    assert not isinstance(boat.setpoint, NeutralSetpoint) and boat.status.mode is ModeId.RTL
+
+
+def test_the_lesser_one_acts_when_the_greater_one_ends(boat: Boat) -> None:
+    sail(boat)
+    bridge(boat, False)
+    boat.step()
+    boat.station = False
+    boat.step(12.0)
+    assert boat.status.mode is ModeId.MISSION and isinstance(boat.setpoint, NeutralSetpoint)
+    bridge(boat, True)
+    boat.step(0.2)
+    assert boat.status.mode is ModeId.HOLD and isinstance(boat.setpoint, PoseSetpoint)
+
+
+def test_what_was_overridden_does_not_block_the_others(boat: Boat) -> None:
+    sail(boat)
+    boat.wet = True
+    boat.step()
+    boat.supervisor.request_mode(ModeId.MISSION, boat.now_s)
+    boat.station = False
+    boat.step(11.0)
+    assert boat.status.mode is ModeId.HOLD
+
+
+def test_return_that_is_impossible_becomes_hold_then_neutral(make_boat: Callable[..., Boat]) -> None:
+    boat = make_boat(ARM_NEED_POS=0, ready=False)
+    position(boat, False)
+    boat.step()
+    boat.sticks = (0.0, 0.0, 0.0)
+    boat.step()
+    boat.supervisor.arm(boat.now_s)
+    boat.wet = True
+    boat.step()
+    assert (
+        boat.status.mode is ModeId.MANUAL
+        and isinstance(boat.setpoint, NeutralSetpoint)
+        and "Water in the hull: neutral" in boat.texts()
+    )
+    assert boat.supervisor.request_mode(ModeId.MANUAL, boat.now_s).accepted
+    boat.sticks = (1.0, 0.0, 0.0)
+    boat.step(0.2)
+    boat.sticks = (0.0, 0.0, 0.0)
+    boat.step(0.2)
+    boat.sticks = (1.0, 0.0, 0.0)
+    boat.step(0.2)
+    assert isinstance(boat.setpoint, ThrusterSetpoint)
+
+
+def test_return_without_home_becomes_hold(boat: Boat) -> None:
+    sail(boat)
+    boat.forget_home()
+    boat.wet = True
+    boat.step()
+    assert boat.status.mode is ModeId.HOLD and "Water in the hull: Hold" in boat.texts()
+
+
+def test_hold_goes_back_to_its_point_after_the_position_returns(boat: Boat) -> None:
+    boat.supervisor.request_mode(ModeId.HOLD, boat.now_s)
+    boat.supervisor.arm(boat.now_s)
+    boat.step(5.0)
+    position(boat, False)
+    boat.step(5.0)
+    assert isinstance(boat.setpoint, NeutralSetpoint)
+    boat.nav = replace(boat.nav, position_valid=True, north_m=3.0)
+    boat.step(0.2)
+    assert isinstance(boat.setpoint, PoseSetpoint) and boat.setpoint.progress.target.north_m == pytest.approx(
+        0.0, abs=1e-9
+    )
+
+
+def test_an_estimate_that_is_not_finite_counts_as_lost(boat: Boat) -> None:
+    sail(boat)
+    good = boat.nav
+    follow, boat.obey = boat.obey, lambda setpoint: None
+    boat.nav = replace(good, north_m=float("nan"), yaw_rad=float("inf"))
+    boat.step(0.5)
+    boat.obey = follow
+    assert isinstance(boat.setpoint, NeutralSetpoint) and boat.status.failsafes == ("position_lost", "heading_lost")
+    boat.nav = good
+    boat.step(0.2)
+    assert isinstance(boat.setpoint, PathSetpoint) and "mode_failed" not in boat.names()
+
+
+def test_faults_while_disarmed_are_said_and_do_not_act_on_a_forced_arming(boat: Boat) -> None:
+    boat.wet = True
+    boat.step()
+    assert "leak" in boat.names() and boat.status.mode is ModeId.MANUAL
+    boat.supervisor.arm(boat.now_s, force=True)
+    boat.step(2.0)
+    assert boat.status.mode is ModeId.MANUAL and boat.status.armed
+
+
+def test_every_row_reads_a_parameter_of_the_table() -> None:
+    known = {spec.name for spec in TABLE}
+    assert all(isinstance(row.action, Action) or row.action in known for row in FAILSAFES)
+    assert len({row.name for row in FAILSAFES}) == len(FAILSAFES)
+
+
+def test_a_mode_that_raises_becomes_hold_then_stops(boat: Boat) -> None:
+    sail(boat)
+
+    def broken(*_: object) -> None:
+        raise ZeroDivisionError("division by zero")
+
+    boat.helm.modes[ModeId.MISSION].update = broken
+    boat.step()
+    assert isinstance(boat.setpoint, NeutralSetpoint) and boat.severities["mode_failed"] is Severity.CRITICAL
+    boat.step()
+    assert boat.status.mode is ModeId.HOLD and isinstance(boat.setpoint, PoseSetpoint)
+    boat.helm.modes[ModeId.HOLD].update = broken
+    boat.step(2.0)
+    assert isinstance(boat.setpoint, NeutralSetpoint) and boat.status.armed
+    boat.sticks = (0.0, 0.0, 0.0)
+    boat.step()
+    assert boat.supervisor.request_mode(ModeId.MANUAL, boat.now_s).accepted
+    boat.sticks = (0.5, 0.0, 0.0)
+    boat.step()
+    assert isinstance(boat.setpoint, ThrusterSetpoint)

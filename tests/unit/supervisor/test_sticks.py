@@ -1,0 +1,201 @@
+"""Sticks of ground station and transmitter, and the modes they steer."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from companion.control.manual import beyond_deadband
+from companion.core.decision import ModeId, Result
+from companion.core.readings import ManualInput, RcInput
+from companion.core.setpoint import HeadingSetpoint, NeutralSetpoint, PoseSetpoint, ThrusterSetpoint, WrenchSetpoint
+from companion.params.store import Parameters
+from companion.supervisor.sticks import Sticks
+from tests.unit.conftest import Boat
+
+
+def armed(boat: Boat, mode: ModeId) -> Any:
+    boat.sticks = (0.0, 0.0, 0.0)
+    boat.step()
+    assert boat.supervisor.request_mode(mode, boat.now_s).accepted
+    assert boat.supervisor.arm(boat.now_s).accepted
+    boat.step()
+    return boat
+
+
+def test_deadband() -> None:
+    assert [beyond_deadband(v, 0.2) for v in (None, 0.2, -0.2, 1.0, -1.0, 0.6)] == pytest.approx(
+        [0.0, 0.0, 0.0, 1.0, -1.0, 0.5]
+    )
+
+
+def test_forces(boat: Boat) -> None:
+    armed(boat, ModeId.FORCES)
+    boat.sticks = (1.0, -1.0, 0.0)
+    boat.step()
+    assert isinstance(boat.setpoint, WrenchSetpoint)
+    assert (boat.setpoint.wrench.surge_n, boat.setpoint.wrench.sway_n, boat.setpoint.wrench.yaw_nm) == pytest.approx(
+        (50.0, -20.0, 0.0)
+    )
+
+
+def test_heading_is_held_and_turned(boat: Boat) -> None:
+    boat.nav = replace(boat.nav, yaw_rad=1.0)
+    armed(boat, ModeId.HEADING)
+    boat.sticks = (1.0, 0.0, 0.0)
+    boat.step(2.0)
+    assert isinstance(boat.setpoint, HeadingSetpoint) and boat.setpoint.yaw_rad == pytest.approx(1.0)
+    assert boat.setpoint.wrench.surge_n == pytest.approx(50.0)
+    boat.sticks = (0.0, 0.0, 1.0)
+    boat.step(2.0)
+    assert boat.setpoint.yaw_rad == pytest.approx(1.0 + 2.0 * math.radians(20.0), abs=1e-6)
+    assert boat.setpoint.yaw_rate_radps == pytest.approx(math.radians(20.0)) and boat.setpoint.wrench.yaw_nm == 0.0
+    boat.sticks = (0.0, 0.0, 0.0)
+    boat.step(2.0)
+    assert (
+        boat.setpoint.yaw_rad == pytest.approx(1.0 + 2.0 * math.radians(20.0), abs=1e-6)
+        and boat.setpoint.yaw_rate_radps == 0.0
+    )
+
+
+def test_heading_does_not_run_away_from_a_boat_that_cannot_turn(boat: Boat) -> None:
+    armed(boat, ModeId.HEADING)
+    boat.obey = lambda setpoint: None
+    boat.sticks = (0.0, 0.0, -1.0)
+    boat.step(30.0)
+    assert boat.setpoint.yaw_rad == pytest.approx(math.radians(-45.0))
+
+
+def test_sticks_off_centre_at_arming_must_be_centred_once(boat: Boat) -> None:
+    boat.sticks = (-1.0, 0.0, 0.0)
+    boat.step()
+    boat.supervisor.arm(boat.now_s)
+    boat.step(2.0)
+    assert (
+        isinstance(boat.setpoint, NeutralSetpoint)
+        and "sticks_off_centre" in boat.names()
+        and boat.status.failsafes == ()
+    )
+    boat.sticks = (0.0, 0.0, 0.0)
+    boat.step()
+    boat.sticks = (-1.0, 0.0, 0.0)
+    boat.step()
+    assert isinstance(boat.setpoint, ThrusterSetpoint) and boat.setpoint.thrusters[0].force_n < 0.0
+
+
+def test_sticks_that_appear_after_arming_are_obeyed(boat: Boat) -> None:
+    boat.supervisor.arm(boat.now_s)
+    boat.step(1.0)
+    boat.sticks = (0.5, 0.0, 0.0)
+    boat.step()
+    assert isinstance(boat.setpoint, ThrusterSetpoint)
+
+
+def test_what_is_not_a_number_is_dropped(boat: Boat) -> None:
+    armed(boat, ModeId.FORCES)
+    boat.supervisor.manual_input(ManualInput(boat.now_s, "gcs", math.nan, 0.0, 0.0))
+    boat.sticks = None
+    boat.step()
+    assert boat.setpoint.wrench is not None and boat.setpoint.wrench.surge_n == 0.0
+
+
+def test_nudging_moves_the_held_point_and_heading(boat: Boat) -> None:
+    armed(boat, ModeId.HOLD)
+    boat.step(3.0)
+    boat.sticks = (1.0, 0.0, 0.0)
+    boat.step(20.0)
+    assert boat.setpoint.surge_mps == pytest.approx(0.5, abs=0.03)
+    boat.sticks = (0.0, 0.0, 0.0)
+    let_go_m = boat.nav.north_m
+    boat.step(20.0)
+    assert boat.setpoint.surge_mps == pytest.approx(0.0, abs=1e-6) and let_go_m < boat.nav.north_m < let_go_m + 2.5
+    assert boat.nav.east_m == pytest.approx(0.0, abs=1e-6)
+    boat.sticks = (0.0, 0.0, 1.0)
+    boat.step(20.0)
+    assert boat.setpoint.yaw_rate_radps == pytest.approx(math.radians(3.0), abs=math.radians(0.2))
+    boat.sticks = (0.0, -1.0, 0.0)
+    boat.step(20.0)
+    assert boat.setpoint.sway_mps == pytest.approx(-0.1, abs=0.01)
+
+
+def test_nudging_waits_for_centred_sticks(boat: Boat) -> None:
+    boat.supervisor.request_mode(ModeId.HOLD, boat.now_s)
+    boat.supervisor.arm(boat.now_s)
+    boat.step(2.0)
+    boat.sticks = (-1.0, 0.0, 0.0)
+    boat.step(10.0)
+    assert boat.away_m(0.0, 0.0) < 1e-6
+
+
+SWITCH_ON = (0.0, 0.0, -1.0, 0.0, 1.0)
+SWITCH_OFF = (0.0, 0.0, -1.0, 0.0, -1.0)
+
+
+def test_safe_switch_always_wins(boat: Boat) -> None:
+    boat.rc = SWITCH_OFF
+    armed(boat, ModeId.HOLD)
+    boat.rc = SWITCH_ON
+    boat.step()
+    assert boat.status.mode is ModeId.MANUAL and "safe_switch" in boat.names()
+    assert boat.supervisor.request_mode(ModeId.HOLD, boat.now_s).result is Result.TEMPORARILY_REJECTED
+    assert boat.supervisor.go_to(*boat.point(5.0, 0.0), None, None, boat.now_s).result is Result.TEMPORARILY_REJECTED
+    boat.sticks = (1.0, 0.0, 0.0)  # of the ground station: no longer counts
+    boat.step()
+    assert boat.setpoint.thrusters[0].force_n == 0.0
+    boat.rc = (0.0, 0.6, -1.0, 0.0, 1.0)
+    boat.step()
+    assert boat.setpoint.thrusters[0].force_n > 1.0
+    boat.wet = True  # not even a failsafe takes the boat away
+    boat.step(1.0)
+    assert boat.status.mode is ModeId.MANUAL and isinstance(boat.setpoint, ThrusterSetpoint)
+    boat.rc = SWITCH_OFF
+    boat.step()
+    assert boat.status.mode is ModeId.MANUAL
+    assert boat.supervisor.request_mode(ModeId.HOLD, boat.now_s).accepted
+
+
+def test_transmitter_lost_with_its_switch_on_stops_the_boat_until_an_operator_takes_over(boat: Boat) -> None:
+    boat.rc = SWITCH_OFF
+    armed(boat, ModeId.HOLD)
+    boat.rc = SWITCH_ON
+    boat.step()
+    boat.rc = None
+    boat.step(2.0)
+    assert boat.status.mode is ModeId.MANUAL and isinstance(boat.setpoint, NeutralSetpoint)
+    assert "transmitter_lost" in boat.status.failsafes
+    assert boat.supervisor.request_mode(ModeId.HOLD, boat.now_s).accepted
+    boat.step()
+    assert boat.status.mode is ModeId.HOLD and isinstance(boat.setpoint, PoseSetpoint)
+    boat.rc = SWITCH_ON
+    boat.step()
+    assert boat.status.mode is ModeId.MANUAL
+
+
+def test_switch_has_hysteresis_and_can_be_left_out() -> None:
+    parameters = Parameters()
+    sticks = Sticks(parameters)
+    states = []
+    for t, value in enumerate((0.3, 0.6, 0.3, 0.1, 0.3)):
+        sticks.update(RcInput(t, "rc", (0.0, 0.0, 0.0, 0.0, value), lost=False), t)
+        states.append(sticks.safe_switch)
+    assert states == [False, True, True, False, False]
+    parameters.set("MAN_RC_SAFE_CH", 0)
+    sticks.update(RcInput(9.0, "rc", (0.0, 0.0, 0.0, 0.0, 1.0), lost=False), 9.0)
+    assert not sticks.safe_switch
+
+
+def test_transmitter_axes() -> None:
+    parameters = Parameters()
+    for throttle, surge in ((0, 0.2), (1, 0.3)):
+        parameters.set("MAN_AXIS_SURGE", throttle)
+        sticks = Sticks(parameters)
+        sticks.update(RcInput(1.0, "rc", (0.1, 0.2, 0.3, 0.4, 0.0), lost=False), 1.0)
+        live = sticks.live(1.0)
+        assert live is not None and (live.sway, live.surge, live.yaw) == (0.1, surge, 0.4)
+        assert sticks.live(1.6) is None
+    lost = Sticks(parameters)
+    lost.update(RcInput(1.0, "rc", (0.1, 0.2, 0.3, 0.4, 1.0), lost=True), 1.0)
+    assert lost.live(1.0) is None and not lost.safe_switch and not lost.heard
