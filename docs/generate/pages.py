@@ -1,0 +1,49 @@
+"""All that is generated, by its place in the site."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from docs.generate.authority import authority
+from docs.generate.command_line import command_line
+from docs.generate.house import house, rooms_table
+from docs.generate.log_columns import log_columns
+from docs.generate.markdown import page
+from docs.generate.mavlink import mavlink_page
+from docs.generate.modes import modes
+from docs.generate.parameters import parameters
+from docs.generate.results import results
+from docs.generate.statustexts import statustexts
+from docs.generate.vessel_file import vessel_file
+
+
+def _rooms() -> str:
+    return page(
+        "Rooms",
+        "The folders of the program, top first. [Architecture](architecture.md) says what each is for.",
+        rooms_table(),
+    )
+
+
+PAGES: Mapping[str, Callable[[], str]] = {
+    "reference/parameters.md": parameters,
+    "reference/modes.md": modes,
+    "reference/authority.md": authority,
+    "reference/statustexts.md": statustexts,
+    "reference/vessel-file.md": vessel_file,
+    "reference/command-line.md": command_line,
+    "reference/mavlink.md": mavlink_page,
+    "reference/log-columns.md": log_columns,
+    "reference/results.md": results,
+    "inside/rooms.md": _rooms,
+    "inside/house.svg": house,
+}
+
+
+def write(folder: Path) -> None:
+    """Every generated file, below `folder`."""
+    for place, make in PAGES.items():
+        target = folder / place
+        target.parent.mkdir(parents=True, exist_ok=True)
+        target.write_text(make(), encoding="utf-8")

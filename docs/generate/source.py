@@ -1,0 +1,52 @@
+"""The program's own source as syntax trees."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+
+
+@dataclass(frozen=True, slots=True)
+class Module:
+    """One file. `place`: its path from the top level, `name`: as it is imported."""
+
+    place: str
+    name: str
+    tree: ast.Module
+    lines: int
+
+
+@cache
+def modules(package: str) -> tuple[Module, ...]:
+    """Every module of a package of the top level."""
+    return tuple(_module(path) for path in sorted((ROOT / package).rglob("*.py")))
+
+
+def _module(path: Path) -> Module:
+    text = path.read_text(encoding="utf-8")
+    place = path.relative_to(ROOT)
+    parts = place.with_suffix("").parts
+    name = ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+    return Module(place.as_posix(), name, ast.parse(text), len(text.splitlines()))
+
+
+def functions(tree: ast.AST) -> Iterator[ast.FunctionDef]:
+    """Every function and method, at any depth."""
+    return (node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef))
+
+
+def calls(tree: ast.AST) -> Iterator[ast.Call]:
+    """Every call, at any depth."""
+    return (node for node in ast.walk(tree) if isinstance(node, ast.Call))
+
+
+def called(call: ast.Call) -> str:
+    """The last name of what is called: `say` of `self._events.say(…)`."""
+    if isinstance(call.func, ast.Attribute):
+        return call.func.attr
+    return call.func.id if isinstance(call.func, ast.Name) else ""
