@@ -28,10 +28,10 @@ from companion.core.actuation import ActuatorCommand
 from companion.core.ports import ByteStream
 from companion.core.readings import Reading
 from companion.core.tick import DeviceHealth
-from companion.io.mavlink.wire.dialects import DEFAULT_DIALECT, DIALECTS
 from companion.io.mavlink.wire.endpoint import Endpoint
 from companion.io.mavlink.wire.guard import Guard
 from companion.io.mavlink.wire.link_base import Received, link_health, take_in
+from companion.io.mavlink.wire.personas import DEFAULT_PERSONA, PERSONAS
 from companion.loop import Devices, RealWorld, Vessel
 from companion.params.store import Parameters
 from companion.record import readings
@@ -246,10 +246,10 @@ class _Link:
         out: Received = []
         arrived, self._arrived = self._arrived, []
         for packet in arrived:
-            key = packet.dialect, packet.endpoint
+            key = packet.persona, packet.endpoint
             if key not in self._endpoints:
-                dialect = DIALECTS.get(packet.dialect, DEFAULT_DIALECT)
-                self._endpoints[key] = Endpoint(packet.endpoint, dialect, lambda data, now_s: len(data))
+                persona = PERSONAS.get(packet.persona, DEFAULT_PERSONA)
+                self._endpoints[key] = Endpoint(packet.endpoint, persona, lambda data, now_s: len(data))
             endpoint = self._endpoints[key]
             take_in(endpoint, endpoint.framer.feed(packet.data) + endpoint.framer.flush(), now_s, out)
         return out

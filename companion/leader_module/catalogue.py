@@ -11,7 +11,7 @@ from typing import Any
 
 from companion.core.decision import ModeId
 from companion.io.mavlink.wire import messages as mavlink
-from companion.io.mavlink.wire.dialects import PX4
+from companion.io.mavlink.wire.personas import PX4
 from companion.params.spec import ParamSpec
 from companion.params.table import TABLE
 

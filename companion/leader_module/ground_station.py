@@ -18,10 +18,10 @@ from companion.core.tick import DeviceHealth
 from companion.io.mavlink.telemetry.statustext import statustexts
 from companion.io.mavlink.telemetry.view import INT16_MAX, centidegrees, degrees_e7, fitted, millimetres
 from companion.io.mavlink.wire import messages as mavlink
-from companion.io.mavlink.wire.dialects import PX4
 from companion.io.mavlink.wire.endpoint import Endpoint
 from companion.io.mavlink.wire.framer import UnknownMessage, pack
 from companion.io.mavlink.wire.links import Link
+from companion.io.mavlink.wire.personas import PX4
 from companion.leader_module.catalogue import Catalogue
 from companion.leader_module.crew_wish import CrewWish
 

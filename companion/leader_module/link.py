@@ -23,10 +23,10 @@ from companion.core.readings import ManualInput, Wish
 from companion.core.tick import DeviceHealth
 from companion.following.link_counter import AcknowledgedCounter
 from companion.io.mavlink.wire import messages as mavlink
-from companion.io.mavlink.wire.dialects import ARDUPILOT, PX4
 from companion.io.mavlink.wire.endpoint import Endpoint
 from companion.io.mavlink.wire.framer import Packed, UnknownMessage, pack
 from companion.io.mavlink.wire.links import Link
+from companion.io.mavlink.wire.personas import ARDUPILOT, PX4
 from companion.leader_module.messages import COMPONENT, follow_target, heartbeat, manual_control
 
 _AUTOPILOT = mavlink.MAV_COMP_ID_AUTOPILOT1
@@ -175,8 +175,8 @@ class LeadLink:
         follower = self.follower
         follower.heard_s = now_s
         if kind == "HEARTBEAT":
-            dialect = ARDUPILOT if message.autopilot == mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA else PX4
-            mode = dialect.mode(message.custom_mode)
+            persona = ARDUPILOT if message.autopilot == mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA else PX4
+            mode = persona.mode(message.custom_mode)
             follower.mode = f"mode {message.custom_mode}" if mode is None else mode.value
             follower.armed = bool(message.base_mode & mavlink.MAV_MODE_FLAG_SAFETY_ARMED)
         elif kind == "GLOBAL_POSITION_INT":

@@ -7,7 +7,7 @@ Lines of other kinds:
     tick       the end of a tick, after its readings: TICK_COLUMNS as float64, then throttle and azimuth of each
                thruster where the setpoint sets them
     parameter  a parameter that changed during the run: its name as source, its value
-    packet     a MAVLink packet that came in: dialect and endpoint as source; when it was handled, then its bytes
+    packet     a MAVLink packet that came in: persona and endpoint as source; when it was handled, then its bytes
     health     what a device's driver reports from then on: one byte for well or not, then its text. A device that is
                well has such a line once a minute, for its rates and counts
 
@@ -102,9 +102,9 @@ class ReadingsEncoder:
         return f"parameter,{name},".encode() + binascii.b2a_base64(struct.pack("<d", value))
 
     @staticmethod
-    def packet(dialect: str, endpoint: str, t_s: float, packet: bytes) -> bytes:
+    def packet(persona: str, endpoint: str, t_s: float, packet: bytes) -> bytes:
         """The line of a packet that came in."""
-        source = f"{dialect} {endpoint}".replace(",", ";").replace("\n", " ")
+        source = f"{persona} {endpoint}".replace(",", ";").replace("\n", " ")
         return f"packet,{source},".encode() + binascii.b2a_base64(struct.pack("<d", t_s) + packet)
 
     @staticmethod
@@ -142,10 +142,10 @@ def _packed_tick(tick: Tick) -> bytes:
 @dataclass(frozen=True, slots=True)
 class RecordedPacket:
     """A MAVLink packet that came in: when it was handled, its endpoint, and the persona of that endpoint
-    (`dialect`)."""
+    (`persona`)."""
 
     t_s: float
-    dialect: str
+    persona: str
     endpoint: str
     data: bytes
 
@@ -187,8 +187,8 @@ class _Gathered:
             case "parameter":
                 self._parameters.append((source, floats(data)[0]))
             case "packet":
-                dialect, _, endpoint = source.partition(" ")
-                self._packets.append(RecordedPacket(struct.unpack_from("<d", data)[0], dialect, endpoint, data[8:]))
+                persona, _, endpoint = source.partition(" ")
+                self._packets.append(RecordedPacket(struct.unpack_from("<d", data)[0], persona, endpoint, data[8:]))
             case "health":
                 self._health.append(DeviceHealth(source, bool(data[0]), None, data[1:].decode()))
             case _:

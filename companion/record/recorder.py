@@ -156,9 +156,9 @@ class LogFolder:
             file, encoder = self._ulog
             file.write(encoder.parameter(name, value, name in self._whole))
 
-    def heard(self, dialect: str, endpoint: str, t_s: float, packet: bytes) -> None:
+    def heard(self, persona: str, endpoint: str, t_s: float, packet: bytes) -> None:
         """Record a received MAVLink packet among the readings, with the time at which it is handled."""
-        self._readings.write(self._encoder.packet(dialect, endpoint, t_s, packet))
+        self._readings.write(self._encoder.packet(persona, endpoint, t_s, packet))
 
     def _changed(self, health: Sequence[DeviceHealth], now_s: float) -> list[DeviceHealth]:
         """Devices whose health changed; once a minute all of them, for their counts and rates."""

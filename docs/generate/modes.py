@@ -10,7 +10,7 @@ from tempfile import TemporaryDirectory
 from companion.cli.rig import LockstepRig
 from companion.config.vessel import bundled
 from companion.core.decision import ModeDeclaration, Need
-from companion.io.mavlink.wire.dialects import DIALECTS
+from companion.io.mavlink.wire.personas import PERSONAS
 from companion.modes.mode import ModeInfo
 from companion.modes.table import DECLARATIONS
 from docs.generate.markdown import code, page, section, sentence, table
@@ -48,10 +48,10 @@ def numbers_table() -> str:
     """Mode numbers by persona."""
     rows = []
     for mode in DECLARATIONS.values():
-        numbers = [persona.modes.get(mode.id) for persona in DIALECTS.values()]
+        numbers = [persona.modes.get(mode.id) for persona in PERSONAS.values()]
         shown = ["" if n is None else code(f"0x{n:08X}") if n > 0xFF else code(n) for n in numbers]
         rows.append((code(mode.id.value), *shown))
-    return table(("mode", *DIALECTS), rows)
+    return table(("mode", *PERSONAS), rows)
 
 
 @cache

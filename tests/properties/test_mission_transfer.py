@@ -23,8 +23,8 @@ from companion.core.decision import ACCEPTED, Home, MissionProgress, MissionStat
 from companion.core.events import EventLog
 from companion.io.mavlink.transfer.mission_service import MissionService
 from companion.io.mavlink.wire import messages as mavlink
-from companion.io.mavlink.wire.dialects import ARDUPILOT, PX4, Dialect
 from companion.io.mavlink.wire.hub import Peer
+from companion.io.mavlink.wire.personas import ARDUPILOT, PX4, Persona
 from companion.mission.plan import PlanItem, PlanKind, PlanResult, Plans
 from companion.params.store import Parameters
 
@@ -50,8 +50,8 @@ def endpoint(home_is_item_zero: bool = False) -> Any:
 class FakeEndpoint:
     """Stands for one network address; equal to itself alone."""
 
-    def __init__(self, dialect: Dialect) -> None:
-        self.dialect = dialect
+    def __init__(self, persona: Persona) -> None:
+        self.persona = persona
         self.gone = False
 
 
@@ -519,7 +519,7 @@ def test_a_plan_in_force_is_one_that_one_client_sent_whole(script: list[tuple[in
                     mavlink.MAVLink_mission_item_int_message(1, 1, seq, 3, 16, 0, 1, 0, 0, 0, 0, i.x, i.y, 0, 0),
                 )
         if len(water.put_in_force) > before:
-            shift = scribe.peer.endpoint.dialect.first_item
+            shift = scribe.peer.endpoint.persona.first_item
             expected = tuple((i.seq - shift, i.command, i.x, i.y) for i in scribe.sending[shift:])
             assert water.put_in_force[before:] == [(PlanKind.MISSION, expected)]
             assert len(acks) - taken == (

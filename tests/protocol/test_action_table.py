@@ -11,7 +11,7 @@ import pytest
 
 from companion.core.setpoint import PoseSetpoint
 from companion.io.mavlink.wire import messages as mavlink
-from companion.io.mavlink.wire.dialects import ARDUPILOT, PX4
+from companion.io.mavlink.wire.personas import ARDUPILOT, PX4
 from gcs_plugins.commands import ACTIONS, MODES, Action, Where
 from tests.protocol.desk import Desk, Sender
 from tests.protocol.test_qgroundcontrol import FRAME, item
@@ -99,11 +99,11 @@ def test_stop_and_nudges_do_what_they_say(desk: Desk) -> None:
 
 
 def test_mode_numbers_are_those_of_the_links() -> None:
-    for dialect, numbers in (
+    for persona, numbers in (
         (PX4, {m: n.px4 for m, n in MODES.items()}),
         (ARDUPILOT, {m: n.rover for m, n in MODES.items()}),
     ):
-        assert {mode.value: number for mode, number in dialect.modes.items()} == numbers
+        assert {mode.value: number for mode, number in persona.modes.items()} == numbers
 
 
 @pytest.mark.parametrize("rover", [False, True])

@@ -14,9 +14,9 @@ import pytest
 from companion.app import Surroundings, build, load_vessel
 from companion.clock import SimulatedClock
 from companion.io.mavlink.wire import messages as mavlink
-from companion.io.mavlink.wire.dialects import PX4
 from companion.io.mavlink.wire.framer import Framer
 from companion.io.mavlink.wire.links import MemoryLink, StreamLink
+from companion.io.mavlink.wire.personas import PX4
 from companion.mission.plan import PlanKind
 from companion.params.table import TABLE
 from sitl.world import EPOCH_UNIX_NS, World, WorldConditions

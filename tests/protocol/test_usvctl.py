@@ -34,7 +34,7 @@ Usvctl = Callable[..., Said]
 
 @pytest.fixture(scope="module")
 def companion(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Companion]:
-    """Links of both dialects that a script may meet, and a run of long ago in the log folder."""
+    """Links of both personas that a script may meet, and a run of long ago in the log folder."""
     folder = tmp_path_factory.mktemp("usvctl")
     old = folder / "logs" / OLD_RUN
     old.mkdir(parents=True)

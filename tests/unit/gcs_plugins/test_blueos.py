@@ -100,7 +100,7 @@ def test_cockpits_extras_are_made_of_the_table() -> None:
         assert offered[button["actionId"]]["name"] == button["actionName"] and 0 <= button["button"] <= 16
 
 
-def test_modes_are_sent_as_a_link_of_ardupilots_dialect_counts_them() -> None:
+def test_modes_are_sent_as_a_link_of_ardupilots_persona_counts_them() -> None:
     by_id: dict[str, Any] = {action["id"]: action for action in cockpit.extras()["actions"]}
     dock = by_id["usv-companion-dock"]["config"]["messageConfig"]
     assert dock["command"]["value"] == "MAV_CMD_DO_SET_MODE" and dock["param2"]["value"] == MODES["Dock"].rover == 8

@@ -11,9 +11,9 @@ import pytest
 
 from companion.core.readings import ManualInput, Wish
 from companion.io.mavlink.wire import messages as mavlink
-from companion.io.mavlink.wire.dialects import PX4
 from companion.io.mavlink.wire.framer import Framer
 from companion.io.mavlink.wire.links import MemoryLink, StreamLink
+from companion.io.mavlink.wire.personas import PX4
 from companion.leader_module.app import status_line
 from companion.leader_module.crew_wish import CrewWish
 from companion.leader_module.ground_station import LeadGroundStation
@@ -69,7 +69,7 @@ def test_what_the_follower_reports_is_shown(lead: Lead) -> None:
     assert lead.line().startswith("follower silent for 11 s | ")
 
 
-def test_modes_of_other_dialects_and_of_none(lead: Lead) -> None:
+def test_modes_of_other_personas_and_of_none(lead: Lead) -> None:
     lead.tell(mavlink.MAVLink_heartbeat_message(11, mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA, 1, 6, 4, 3))
     assert lead.link.follower.mode == "Follow"
     lead.tell(mavlink.MAVLink_heartbeat_message(11, 12, 1, 77, 4, 3))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from companion.core.decision import ModeId, Need
-from companion.io.mavlink.wire.dialects import PX4
+from companion.io.mavlink.wire.personas import PX4
 from companion.modes.table import DECLARATIONS, ROWS
 from companion.params.table import TABLE
 from companion.supervisor.failsafes import FAILSAFES

@@ -12,8 +12,8 @@ from companion.io.mavlink.telemetry.state import available_mode
 from companion.io.mavlink.telemetry.streams import NEVER, STREAMS
 from companion.io.mavlink.transfer.component_metadata import Metadata
 from companion.io.mavlink.wire import messages as mavlink
-from companion.io.mavlink.wire.dialects import Dialect
 from companion.io.mavlink.wire.hub import Hub, Peer
+from companion.io.mavlink.wire.personas import Persona
 from companion.loop import Vessel
 
 _CAPABILITIES: int = (
@@ -32,13 +32,13 @@ _PARAM_BYTEWISE, _PARAM_C_CAST = 16, 131072  # MAV_PROTOCOL_CAPABILITY_PARAM_ENC
 _NUMBERING = 2  # as major version: QGroundControl finds anything below 1.4.1 too old for the px4 identity
 
 
-def autopilot_version(version: str, vessel_name: str, dialect: Dialect) -> Any:
+def autopilot_version(version: str, vessel_name: str, persona: Persona) -> Any:
     """AUTOPILOT_VERSION. The firmware type is "development": an official one is not ours to claim."""
     parts = [int(part) if part.isdigit() else 0 for part in (*version.split("."), "0", "0")[:3]]
     major, minor, patch = (min(255, part) for part in parts)
     flight = _NUMBERING << 24 | minor << 16 | patch << 8
     unique = hashlib.blake2b(vessel_name.encode(), digest_size=8).digest()
-    encoding = _PARAM_BYTEWISE if dialect.bytewise_parameters else _PARAM_C_CAST
+    encoding = _PARAM_BYTEWISE if persona.bytewise_parameters else _PARAM_C_CAST
     custom = (patch, minor, major, 0, 0, 0, 0, 0)
     nothing = (0,) * 8
     return mavlink.MAVLink_autopilot_version_message(
@@ -101,7 +101,7 @@ class MessageCommands:
     def _streamed(self, request: Request, number: int) -> Answer:
         if number not in STREAMS:
             return UNSUPPORTED
-        message = self._hub.telemetry.message(number, request.peer.endpoint.dialect, request.now_s)
+        message = self._hub.telemetry.message(number, request.peer.endpoint.persona, request.now_s)
         return not_now() if message is None else _with(message)
 
     def _capabilities(self, request: Request) -> Answer:
@@ -116,7 +116,7 @@ class MessageCommands:
         return self._streamed(request, mavlink.MAVLINK_MSG_ID_HOME_POSITION)
 
     def _version(self, peer: Peer) -> Any:
-        return autopilot_version(self._hub.version, self._vessel.config.name, peer.endpoint.dialect)
+        return autopilot_version(self._hub.version, self._vessel.config.name, peer.endpoint.persona)
 
     def _available_modes(self, request: Request) -> Answer:
         """Param 2: the index from 1, or 0 for all, the last one last."""
@@ -124,7 +124,7 @@ class MessageCommands:
         if index is None or not 0 <= index <= len(modes):
             return denied(f"modes are numbered 1 to {len(modes)}")
         wanted = range(1, len(modes) + 1) if index == 0 else (index,)
-        return _with(*(available_mode(modes, i, request.peer.endpoint.dialect) for i in wanted))
+        return _with(*(available_mode(modes, i, request.peer.endpoint.persona) for i in wanted))
 
     def _set_interval(self, request: Request) -> Answer:
         """Rate of a message on this link.

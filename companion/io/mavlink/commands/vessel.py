@@ -77,14 +77,14 @@ class VesselCommands:
         return denied("param 1 of arming should be 0 or 1")
 
     def set_mode(self, custom_mode: int, peer: Peer, now_s: float) -> Outcome | Answer:
-        """The mode of a number in the peer's dialect."""
+        """The mode of a number in the peer's persona."""
         offered = frozenset(mode.declaration.id for mode in self._supervisor.modes if mode.declaration.selectable)
-        mode = peer.endpoint.dialect.mode(custom_mode, offered)
+        mode = peer.endpoint.persona.mode(custom_mode, offered)
         if mode is None:
             return denied(f"no mode number {custom_mode} here")
         if (
             mode is ModeId.OFFBOARD
-            and peer.endpoint.dialect.offboard_may_wait
+            and peer.endpoint.persona.offboard_may_wait
             and self._supervisor.offboard_fault(now_s) is not None
         ):
             mode = ModeId.HOLD
@@ -104,7 +104,7 @@ class VesselCommands:
             return denied("mode numbers should be whole")
         if not base & mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED:
             return denied("base modes alone are not understood")
-        if request.peer.endpoint.dialect.packs_main_and_sub:
+        if request.peer.endpoint.persona.packs_main_and_sub:
             number = main << 16 | sub << 24 if main <= 0xFF else main
         elif sub:
             return denied("this link takes ArduPilot's mode numbers")
@@ -163,7 +163,7 @@ class VesselCommands:
         if not is_place(lat_deg, lon_deg):
             return denied("no such place")
         speed_mps, yaw_rad = request.params[0], request.params[3]
-        no_yaw = not math.isfinite(yaw_rad) or (yaw_rad == 0.0 and request.peer.endpoint.dialect.zero_yaw_is_unset)
+        no_yaw = not math.isfinite(yaw_rad) or (yaw_rad == 0.0 and request.peer.endpoint.persona.zero_yaw_is_unset)
         no_speed = not math.isfinite(speed_mps) or speed_mps <= 0.0
         return self._supervisor.go_to(
             lat_deg, lon_deg, None if no_yaw else yaw_rad, None if no_speed else speed_mps, request.now_s
@@ -215,7 +215,7 @@ class VesselCommands:
     @staticmethod
     def _item(seq: int, peer: Peer) -> int:
         """An item's number in the vessel's plan; home itself stands for the first."""
-        return max(0, seq - peer.endpoint.dialect.first_item)
+        return max(0, seq - peer.endpoint.persona.first_item)
 
     def _change_speed(self, request: Request) -> Outcome | Answer:
         """Speed in modes that steer by themselves, until the mission changes it or the boat is disarmed.

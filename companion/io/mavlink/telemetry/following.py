@@ -14,9 +14,9 @@ from companion.io.mavlink.telemetry.high_latency import PERIOD_S
 from companion.io.mavlink.telemetry.motion import retraction
 from companion.io.mavlink.telemetry.view import View
 from companion.io.mavlink.wire import messages as mavlink
-from companion.io.mavlink.wire.dialects import Dialect
 from companion.io.mavlink.wire.endpoint import Endpoint
 from companion.io.mavlink.wire.link_options import ALL, HIGH_LATENCY, LEADER
+from companion.io.mavlink.wire.personas import Persona
 
 LEADER_STREAMS = {
     mavlink.MAVLINK_MSG_ID_HEARTBEAT: 1.0,
@@ -35,7 +35,7 @@ def streamed(endpoint: Endpoint, number: int) -> bool:
     return endpoint.telemetry == ALL or number in NARROW[endpoint.telemetry]
 
 
-def report(view: View, dialect: Dialect) -> Any:
+def report(view: View, persona: Persona) -> Any:
     """DEBUG_VECT "follow" for the leader module. x: throttle of the first thruster, −1…1. y: its direction in degrees;
     of a jet the nozzle, positive pushes to starboard. z: packets of the module received here, modulo 65536."""
     if view.tick is None:
@@ -47,10 +47,10 @@ def report(view: View, dialect: Dialect) -> Any:
     )
 
 
-def named_values(view: View, dialect: Dialect) -> Any:
+def named_values(view: View, persona: Persona) -> Any:
     """NAMED_VALUE_FLOAT: the retractable thruster; in Follow also the distance to the leader in m (`lead_gap`) and the
     counter of its link, 0 good … 40 (`lead_link`)."""
-    values = [retraction(view, dialect)]
+    values = [retraction(view, persona)]
     leader = view.status.leader
     if view.tick is not None and leader is not None and view.status.mode is ModeId.FOLLOW:
         nav = view.tick.nav

@@ -9,29 +9,29 @@ from typing import Any
 from companion.core.actuation import ThrusterCondition
 from companion.io.mavlink.telemetry.view import INT16_MAX, UINT16_UNKNOWN, View, degrees_e7, fitted
 from companion.io.mavlink.wire import messages as mavlink
-from companion.io.mavlink.wire.dialects import Dialect
+from companion.io.mavlink.wire.personas import Persona
 
 PERIOD_S = 5.0
 _CELSIUS_UNKNOWN = -128
 
 
-def high_latency2(view: View, dialect: Dialect) -> Any:
+def high_latency2(view: View, persona: Persona) -> Any:
     """HIGH_LATENCY2. Its fields have coarse units: 2°, 0.2 m/s, decimetres, decametres. custom0 has base_mode, which
     tells clients whether the vessel is armed; custom1 has the number of failsafes that act."""
     tick, status = view.tick, view.status
     if tick is None:
         return None
     nav, battery = tick.nav, tick.inputs.battery
-    base_mode = dialect.base_mode(status.mode, status.armed)
-    number = dialect.custom_mode(status.mode)
+    base_mode = persona.base_mode(status.mode, status.armed)
+    number = persona.custom_mode(status.mode)
     bearing_rad, distance_m = _to_target(view)
     thrusters = tick.command.thrusters
     throttle = sum(abs(thruster.throttle) for thruster in thrusters) / len(thrusters) if thrusters else 0.0
     return mavlink.MAVLink_high_latency2_message(
         timestamp=view.boot_ms,
         type=mavlink.MAV_TYPE_SURFACE_BOAT,
-        autopilot=dialect.autopilot,
-        custom_mode=number >> 16 if dialect.packs_main_and_sub else number,
+        autopilot=persona.autopilot,
+        custom_mode=number >> 16 if persona.packs_main_and_sub else number,
         latitude=degrees_e7(nav.lat_deg) if nav.position_valid else 0,
         longitude=degrees_e7(nav.lon_deg) if nav.position_valid else 0,
         altitude=fitted(nav.altitude_m, 1.0, -INT16_MAX, INT16_MAX, 0),
@@ -50,7 +50,7 @@ def high_latency2(view: View, dialect: Dialect) -> Any:
         temperature_air=_CELSIUS_UNKNOWN,
         climb_rate=0,
         battery=fitted(None if battery is None else battery.remaining, 100.0, 0, 100, -1),
-        wp_num=min(status.mission.seq + dialect.first_item, UINT16_UNKNOWN),
+        wp_num=min(status.mission.seq + persona.first_item, UINT16_UNKNOWN),
         failure_flags=_failures(view),
         custom0=base_mode - 256 if base_mode > 127 else base_mode,
         custom1=len(status.failsafes),

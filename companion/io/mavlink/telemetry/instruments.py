@@ -7,7 +7,7 @@ from typing import Any
 from companion.core.readings import FixType
 from companion.io.mavlink.telemetry.view import UINT8_UNKNOWN, UINT16_UNKNOWN, View, fitted
 from companion.io.mavlink.wire import messages as mavlink
-from companion.io.mavlink.wire.dialects import Dialect
+from companion.io.mavlink.wire.personas import Persona
 
 _GPS_EPOCH_S = 315_964_800  # of Unix time
 _LEAP_S = 18  # GPS time minus UTC, since 2017
@@ -17,7 +17,7 @@ _DEPTH_STALE_S = 5.0
 _MOST_CM = 0xFFFE
 
 
-def gps_rtk(view: View, dialect: Dialect) -> Any:
+def gps_rtk(view: View, persona: Persona) -> Any:
     """GPS_RTK: when the corrections in use were made, and whether the carrier phase is resolved. None while no receiver
     reports corrections.
 
@@ -45,7 +45,7 @@ def gps_rtk(view: View, dialect: Dialect) -> Any:
     )
 
 
-def distance_sensor(view: View, dialect: Dialect) -> Any:
+def distance_sensor(view: View, persona: Persona) -> Any:
     """DISTANCE_SENSOR: depth below the transducer, as a downward sonar; None while it is not measured."""
     depth = None if view.tick is None else view.tick.inputs.depth
     if depth is None or view.now_s - depth.t_s > _DEPTH_STALE_S:

@@ -21,7 +21,7 @@ from companion.io.mavlink.telemetry.view import (
     whole_degrees,
 )
 from companion.io.mavlink.wire import messages as mavlink
-from companion.io.mavlink.wire.dialects import Dialect
+from companion.io.mavlink.wire.personas import Persona
 
 _COURSE_SPEED_MPS = 0.2  # below it a course over ground is noise
 _DOWN = {
@@ -39,7 +39,7 @@ _IGNORE_YAW_RATE = 1 << 11
 _OUTPUTS = 32
 
 
-def attitude(view: View, dialect: Dialect) -> Any:
+def attitude(view: View, persona: Persona) -> Any:
     """ATTITUDE."""
     if view.tick is None:
         return None
@@ -55,7 +55,7 @@ def attitude(view: View, dialect: Dialect) -> Any:
     )
 
 
-def global_position_int(view: View, dialect: Dialect) -> Any:
+def global_position_int(view: View, persona: Persona) -> Any:
     """GLOBAL_POSITION_INT; the heading is unknown while it is not valid."""
     if view.tick is None:
         return None
@@ -73,7 +73,7 @@ def global_position_int(view: View, dialect: Dialect) -> Any:
     )
 
 
-def gps_raw_int(view: View, dialect: Dialect) -> Any:
+def gps_raw_int(view: View, persona: Persona) -> Any:
     """GPS_RAW_INT, made from the estimate, with the fix type and satellites of the receiver in use."""
     if view.tick is None:
         return None
@@ -99,7 +99,7 @@ def gps_raw_int(view: View, dialect: Dialect) -> Any:
     )
 
 
-def local_position_ned(view: View, dialect: Dialect) -> Any:
+def local_position_ned(view: View, persona: Persona) -> Any:
     """LOCAL_POSITION_NED; None while the position is not valid: MAVSDK takes the message as a sign that it is."""
     if view.tick is None or not view.tick.nav.position_valid:
         return None
@@ -109,7 +109,7 @@ def local_position_ned(view: View, dialect: Dialect) -> Any:
     )
 
 
-def vfr_hud(view: View, dialect: Dialect) -> Any:
+def vfr_hud(view: View, persona: Persona) -> Any:
     """VFR_HUD: speeds, heading, and the mean throttle of all thrusters; the airspeed field has the measured wind."""
     tick = view.tick
     if tick is None:
@@ -126,7 +126,7 @@ def vfr_hud(view: View, dialect: Dialect) -> Any:
     )
 
 
-def nav_controller_output(view: View, dialect: Dialect) -> Any:
+def nav_controller_output(view: View, persona: Persona) -> Any:
     """NAV_CONTROLLER_OUTPUT: heading asked for, bearing and distance to the target, cross-track error."""
     if view.tick is None:
         return None
@@ -151,7 +151,7 @@ def nav_controller_output(view: View, dialect: Dialect) -> Any:
     )
 
 
-def orbit_execution_status(view: View, dialect: Dialect) -> Any:
+def orbit_execution_status(view: View, persona: Persona) -> Any:
     """The circle that Circle sails: ground stations draw it, with an arrow. Nothing in other modes."""
     orbit = view.status.orbit
     if orbit is None:
@@ -162,7 +162,7 @@ def orbit_execution_status(view: View, dialect: Dialect) -> Any:
     )
 
 
-def position_target_global_int(view: View, dialect: Dialect) -> Any:
+def position_target_global_int(view: View, persona: Persona) -> Any:
     """POSITION_TARGET_GLOBAL_INT: the setpoint; None while there is none."""
     if view.tick is None or (target := _target(view.tick.setpoint)) is None:
         return None
@@ -174,7 +174,7 @@ def position_target_global_int(view: View, dialect: Dialect) -> Any:
     )
 
 
-def position_target_local_ned(view: View, dialect: Dialect) -> Any:
+def position_target_local_ned(view: View, persona: Persona) -> Any:
     """POSITION_TARGET_LOCAL_NED: the setpoint in the plane of LOCAL_POSITION_NED; None while there is none."""
     if view.tick is None or (target := _target(view.tick.setpoint)) is None:
         return None
@@ -212,7 +212,7 @@ def _motion(setpoint: Setpoint, mask: int) -> tuple[tuple[float, float], tuple[f
     return velocity, body_to_ned(setpoint.surge_mps2, setpoint.sway_mps2, setpoint.yaw_rad), mask
 
 
-def estimator_status(view: View, dialect: Dialect) -> Any:
+def estimator_status(view: View, persona: Persona) -> Any:
     """ESTIMATOR_STATUS: which parts of the estimate are valid, and the position's accuracy."""
     if view.tick is None:
         return None
@@ -229,7 +229,7 @@ def estimator_status(view: View, dialect: Dialect) -> Any:
     )
 
 
-def wind_cov(view: View, dialect: Dialect) -> Any:
+def wind_cov(view: View, persona: Persona) -> Any:
     """WIND_COV: the true wind, as the direction it blows to; None where it is not measured."""
     if view.tick is None:
         return None
@@ -246,7 +246,7 @@ def wind_cov(view: View, dialect: Dialect) -> Any:
     )
 
 
-def retraction(view: View, dialect: Dialect) -> Any:
+def retraction(view: View, persona: Persona) -> Any:
     """NAMED_VALUE_FLOAT of the first retractable thruster (`bow_down`): 0 up, 0.5 moving, 1 down, NaN failed. None
     for a boat without one."""
     if view.tick is None or not view.tick.conditions:
@@ -259,7 +259,7 @@ def retraction(view: View, dialect: Dialect) -> Any:
     return None
 
 
-def actuator_output_status(view: View, dialect: Dialect) -> Any:
+def actuator_output_status(view: View, persona: Persona) -> Any:
     """ACTUATOR_OUTPUT_STATUS: throttles −1…1 in the order of the vessel file, then the azimuths of the thrusters that
     turn, divided by π."""
     if view.tick is None:

@@ -19,7 +19,7 @@ from companion.io.mavlink.telemetry.view import (
     standard_mode,
 )
 from companion.io.mavlink.wire import messages as mavlink
-from companion.io.mavlink.wire.dialects import Dialect
+from companion.io.mavlink.wire.personas import Persona
 from companion.mission.plan import PlanKind
 from companion.modes.mode import ModeInfo
 
@@ -29,7 +29,7 @@ _CELL_MOST_MV = 0xFFFE
 _SYSTEM_MANAGER, _TAKEOVER_ALLOWED = 1, 2  # GCS_CONTROL_STATUS_FLAGS
 
 
-def heartbeat(view: View, dialect: Dialect) -> Any:
+def heartbeat(view: View, persona: Persona) -> Any:
     """HEARTBEAT; its system status is CRITICAL while a failsafe acts."""
     status = view.status
     if status.failsafes:
@@ -38,40 +38,40 @@ def heartbeat(view: View, dialect: Dialect) -> Any:
         system_status = mavlink.MAV_STATE_ACTIVE if status.armed else mavlink.MAV_STATE_STANDBY
     return mavlink.MAVLink_heartbeat_message(
         mavlink.MAV_TYPE_SURFACE_BOAT,
-        dialect.autopilot,
-        dialect.base_mode(status.mode, status.armed),
-        dialect.custom_mode(status.mode),
+        persona.autopilot,
+        persona.base_mode(status.mode, status.armed),
+        persona.custom_mode(status.mode),
         system_status,
         3,
     )
 
 
-def extended_sys_state(view: View, dialect: Dialect) -> Any:
+def extended_sys_state(view: View, persona: Persona) -> Any:
     """EXTENDED_SYS_STATE. An armed boat is "in the air": otherwise QGroundControl offers no return, pause or go-to."""
     landed = mavlink.MAV_LANDED_STATE_IN_AIR if view.status.armed else mavlink.MAV_LANDED_STATE_ON_GROUND
     return mavlink.MAVLink_extended_sys_state_message(mavlink.MAV_VTOL_STATE_UNDEFINED, landed)
 
 
-def current_mode(view: View, dialect: Dialect) -> Any:
+def current_mode(view: View, persona: Persona) -> Any:
     """CURRENT_MODE."""
     status = view.status
     return mavlink.MAVLink_current_mode_message(
-        standard_mode(status.mode), dialect.custom_mode(status.mode), dialect.custom_mode(status.intended_mode)
+        standard_mode(status.mode), persona.custom_mode(status.mode), persona.custom_mode(status.intended_mode)
     )
 
 
-def control_status(view: View, dialect: Dialect) -> Any:
+def control_status(view: View, persona: Persona) -> Any:
     """CONTROL_STATUS: which system has operator control, and whether another ground station may take it over."""
     system, takeover = view.control
     return mavlink.MAVLink_control_status_message(system, _SYSTEM_MANAGER | (_TAKEOVER_ALLOWED if takeover else 0))
 
 
-def available_modes_monitor(view: View, dialect: Dialect) -> Any:
+def available_modes_monitor(view: View, persona: Persona) -> Any:
     """AVAILABLE_MODES_MONITOR: its number changes with the list of modes."""
     return mavlink.MAVLink_available_modes_monitor_message(view.modes_seq)
 
 
-def available_mode(modes: Sequence[ModeInfo], index: int, dialect: Dialect) -> Any:
+def available_mode(modes: Sequence[ModeInfo], index: int, persona: Persona) -> Any:
     """AVAILABLE_MODES of the mode number `index` (from 1)."""
     mode = modes[index - 1]
     declared = mode.declaration
@@ -82,13 +82,13 @@ def available_mode(modes: Sequence[ModeInfo], index: int, dialect: Dialect) -> A
         len(modes),
         index,
         standard_mode(declared.id),
-        dialect.custom_mode(declared.id),
+        persona.custom_mode(declared.id),
         properties,
         declared.id.value.encode("ascii"),
     )
 
 
-def sys_status(view: View, dialect: Dialect) -> Any:
+def sys_status(view: View, persona: Persona) -> Any:
     """SYS_STATUS: which sensors are present and healthy, load and battery."""
     tick = view.tick
     if tick is None:
@@ -142,7 +142,7 @@ def _sensor_bits(view: View) -> dict[int, tuple[bool, bool]]:
     return bits
 
 
-def fence_status(view: View, dialect: Dialect) -> Any:
+def fence_status(view: View, persona: Persona) -> Any:
     """FENCE_STATUS; None while no fence is in force."""
     fence = view.status.fence
     if fence is None:
@@ -155,7 +155,7 @@ def fence_status(view: View, dialect: Dialect) -> Any:
     )
 
 
-def battery_status(view: View, dialect: Dialect) -> Any:
+def battery_status(view: View, persona: Persona) -> Any:
     """BATTERY_STATUS; None while no battery is measured."""
     battery = None if view.tick is None else view.tick.inputs.battery
     if battery is None:
@@ -192,7 +192,7 @@ def battery_status(view: View, dialect: Dialect) -> Any:
     )
 
 
-def home_position(view: View, dialect: Dialect) -> Any:
+def home_position(view: View, persona: Persona) -> Any:
     """HOME_POSITION; None while home is not set."""
     home = view.status.home
     if home is None:
@@ -219,13 +219,13 @@ def home_position(view: View, dialect: Dialect) -> Any:
     )
 
 
-def mission_current(view: View, dialect: Dialect) -> Any:
+def mission_current(view: View, persona: Persona) -> Any:
     """MISSION_CURRENT: item, state and the ids of the three plans."""
     progress, plans = view.status.mission, view.vessel.plans
     in_mode = view.status.mode is ModeId.MISSION
     none = progress.state is MissionState.NO_MISSION
     return mavlink.MAVLink_mission_current_message(
-        0 if none else min(progress.seq + dialect.first_item, UINT16_UNKNOWN),
+        0 if none else min(progress.seq + persona.first_item, UINT16_UNKNOWN),
         UINT16_UNKNOWN if none else progress.count,
         progress.state,
         0 if none else (1 if in_mode else 2),
@@ -235,17 +235,17 @@ def mission_current(view: View, dialect: Dialect) -> Any:
     )
 
 
-def mission_item_reached(view: View, dialect: Dialect) -> Any:
+def mission_item_reached(view: View, persona: Persona) -> Any:
     """MISSION_ITEM_REACHED of the last item reached; None before the first."""
     seq = view.status.mission.reached_seq
     return (
         None
         if seq is None
-        else mavlink.MAVLink_mission_item_reached_message(min(seq + dialect.first_item, UINT16_UNKNOWN))
+        else mavlink.MAVLink_mission_item_reached_message(min(seq + persona.first_item, UINT16_UNKNOWN))
     )
 
 
-def system_time(view: View, dialect: Dialect) -> Any:
+def system_time(view: View, persona: Persona) -> Any:
     """SYSTEM_TIME: by GNSS where known, else by the computer's clock."""
     tick = view.tick
     if tick is None:
@@ -254,7 +254,7 @@ def system_time(view: View, dialect: Dialect) -> Any:
     return mavlink.MAVLink_system_time_message(max(0, unix_ns // 1000), view.boot_ms)
 
 
-def rc_channels(view: View, dialect: Dialect) -> Any:
+def rc_channels(view: View, persona: Persona) -> Any:
     """RC_CHANNELS of the transmitter, 1000…2000 µs; None without an RC receiver."""
     rc = None if view.tick is None else view.tick.inputs.rc
     if rc is None:

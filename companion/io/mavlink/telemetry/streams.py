@@ -24,14 +24,14 @@ from companion.io.mavlink.telemetry.high_latency import high_latency2
 from companion.io.mavlink.telemetry.statustext import unasked_prearm_texts
 from companion.io.mavlink.telemetry.view import View
 from companion.io.mavlink.wire import messages as mavlink
-from companion.io.mavlink.wire.dialects import Dialect
 from companion.io.mavlink.wire.endpoint import FAST_BYTES_PER_S, Endpoint
 from companion.io.mavlink.wire.framer import Packed, pack
 from companion.io.mavlink.wire.hub import Hub
 from companion.io.mavlink.wire.link_options import HIGH_LATENCY
+from companion.io.mavlink.wire.personas import Persona
 from companion.loop import Vessel
 
-Builder = Callable[[View, Dialect], Any]
+Builder = Callable[[View, Persona], Any]
 
 NEVER = -1.0
 PREARM_PERIOD_S = 30.0
@@ -44,12 +44,12 @@ _EARLY_S = 1e-3  # a tick may come so much before the time at which a message is
 
 @dataclass(frozen=True, slots=True)
 class Stream:
-    """A message that can be streamed or requested. `interval_s`: default period; NEVER: only on request. `by_dialect`:
+    """A message that can be streamed or requested. `interval_s`: default period; NEVER: only on request. `by_persona`:
     whether it differs between personas."""
 
     build: Builder
     interval_s: float
-    by_dialect: bool = False
+    by_persona: bool = False
 
 
 AIS_VESSEL: int = mavlink.MAVLINK_MSG_ID_AIS_VESSEL
@@ -224,11 +224,11 @@ class Telemetry:
                 if slot.interval_s > 0.0:
                     slot.due_s = now_s + slot.interval_s
 
-    def message(self, number: int, dialect: Dialect, now_s: float) -> Any:
+    def message(self, number: int, persona: Persona, now_s: float) -> Any:
         """A message of STREAMS as it would be sent now, the first where there are several; None where it has no
         content."""
         view = self._view(self._vessel.supervisor.status(now_s), now_s)
-        return next(iter(_as_messages(STREAMS[number].build(view, dialect))), None)
+        return next(iter(_as_messages(STREAMS[number].build(view, persona))), None)
 
     # --- rates -----------------------------------------------------------------------------------------------------
 
@@ -311,12 +311,12 @@ class Telemetry:
     def _send(self, outlet: Endpoint, number: int, view: View, built: dict[Any, Sequence[Packed]]) -> None:
         """Send a message to one endpoint. `built`: the messages that were packed in this tick already."""
         stream = STREAMS[number]
-        key: Any = (number, outlet.dialect.name) if stream.by_dialect else number
+        key: Any = (number, outlet.persona.name) if stream.by_persona else number
         if number == DEBUG_VECT:
             received = outlet.leader.received if outlet.leader is not None else 0
             key, view = (number, outlet), replace(view, received=received)
         if key not in built:
-            built[key] = self._packed(stream.build, view, outlet.dialect)
+            built[key] = self._packed(stream.build, view, outlet.persona)
         for packed in built[key]:
             self._hub.send_packed(outlet, packed)
 
@@ -335,10 +335,10 @@ class Telemetry:
         if vessel is not None:
             self._hub.send_packed(outlet, pack(made(vessel, now_s)))
 
-    def _packed(self, build: Builder, view: View, dialect: Dialect) -> Sequence[Packed]:
+    def _packed(self, build: Builder, view: View, persona: Persona) -> Sequence[Packed]:
         """Build and pack. Where a value does not fit its field, nothing is sent and an event says so."""
         try:
-            return [pack(message) for message in _as_messages(build(view, dialect))]
+            return [pack(message) for message in _as_messages(build(view, persona))]
         except (struct.error, ValueError, OverflowError) as error:
             self._vessel.events.say(view.now_s, Severity.ERROR, "telemetry_failed", f"{build.__name__}: {error}")
             return ()

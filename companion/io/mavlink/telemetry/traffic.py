@@ -12,8 +12,8 @@ from companion.core.estimate import TrackedTarget
 from companion.core.readings import AisTarget
 from companion.io.mavlink.telemetry.view import UINT16_UNKNOWN, View, centidegrees, degrees_e7, fitted
 from companion.io.mavlink.wire import messages as mavlink
-from companion.io.mavlink.wire.dialects import Dialect
 from companion.io.mavlink.wire.endpoint import Endpoint
+from companion.io.mavlink.wire.personas import Persona
 
 _ROUND_S = 1.0  # no vessel is sent more often
 _FASTEST_CMPS = 65_000
@@ -49,7 +49,7 @@ class Rounds:
         return chosen
 
 
-def nearest(view: View, dialect: Dialect) -> Any:
+def nearest(view: View, persona: Persona) -> Any:
     """AIS_VESSEL of the vessel nearest to the boat by its last report, for a request of one message."""
     vessel = _nearest(view)
     return None if vessel is None else ais_vessel(vessel, view.now_s)
@@ -107,7 +107,7 @@ def ais_vessel(vessel: TrackedTarget, now_s: float) -> Any:
     )
 
 
-def nearest_adsb(view: View, dialect: Dialect) -> Any:
+def nearest_adsb(view: View, persona: Persona) -> Any:
     """ADSB_VEHICLE of the same vessel as `nearest`."""
     vessel = _nearest(view)
     return None if vessel is None else adsb_vehicle(vessel, view.now_s)

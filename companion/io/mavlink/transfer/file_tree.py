@@ -19,7 +19,7 @@ from companion.io.mavlink.transfer.component_metadata import GENERAL, PARAMETERS
 from companion.io.mavlink.transfer.disk_files import Entry, LogStore
 from companion.io.mavlink.transfer.mission_codec import plan_data
 from companion.io.mavlink.transfer.parameter_file import param_pck, params_text
-from companion.io.mavlink.wire.dialects import Dialect
+from companion.io.mavlink.wire.personas import Persona
 from companion.loop import Vessel
 from companion.mission import qgc_plan
 from companion.mission.plan import PlanKind
@@ -75,21 +75,21 @@ class FileTree:
         self._vessel = vessel
         self._address = (system, component)
         self._store = store
-        self._folders: Mapping[str, Mapping[str, Callable[[Dialect], bytes]]] = {
+        self._folders: Mapping[str, Mapping[str, Callable[[Persona], bytes]]] = {
             "": {GENERAL: lambda _: metadata.general, PARAMETERS: lambda _: metadata.parameters},
             "@PARAM": {
                 "param.pck": lambda _: param_pck(vessel.parameters),
                 "usv.params": lambda _: params_text(vessel.parameters, *self._address).encode(),
             },
             "plans": {
-                "mission.dat": lambda dialect: self._plan(PlanKind.MISSION, dialect),
-                "fence.dat": lambda dialect: self._plan(PlanKind.FENCE, dialect),
-                "rally.dat": lambda dialect: self._plan(PlanKind.RALLY, dialect),
+                "mission.dat": lambda persona: self._plan(PlanKind.MISSION, persona),
+                "fence.dat": lambda persona: self._plan(PlanKind.FENCE, persona),
+                "rally.dat": lambda persona: self._plan(PlanKind.RALLY, persona),
                 "current.plan": lambda _: self._plan_file(),
             },
         }
 
-    def entries(self, path: str, dialect: Dialect) -> Future[Sequence[Entry] | None]:
+    def entries(self, path: str, persona: Persona) -> Future[Sequence[Entry] | None]:
         """The entries of a directory, as that persona sees them."""
         names, _ = split(path)
         if names is None:
@@ -99,12 +99,12 @@ class FileTree:
         folder = self._folders.get("/".join(names))
         if folder is None:
             return _done(None)
-        entries = [Entry(name, len(make(dialect))) for name, make in folder.items()]
+        entries = [Entry(name, len(make(persona))) for name, make in folder.items()]
         if not names:
             entries += [Entry(name) for name in self._folders if name] + ([] if self._store is None else [Entry(_LOGS)])
         return _done(entries)
 
-    def open(self, path: str, dialect: Dialect) -> Future[OpenFile | None]:
+    def open(self, path: str, persona: Persona) -> Future[OpenFile | None]:
         """Open a file, made for that persona."""
         names, query = split(path)
         if not names:
@@ -114,11 +114,11 @@ class FileTree:
         if names == ["@PARAM", "param.pck"] and query == "withdefaults=1":
             return _done(MemoryFile(param_pck(self._vessel.parameters, with_defaults=True)))
         make = self._folders.get("/".join(names[:-1]), {}).get(names[-1])
-        return _done(None if make is None else MemoryFile(make(dialect)))
+        return _done(None if make is None else MemoryFile(make(persona)))
 
-    def _plan(self, kind: PlanKind, dialect: Dialect) -> bytes:
+    def _plan(self, kind: PlanKind, persona: Persona) -> bytes:
         home = None if self._vessel.last_tick is None else self._vessel.last_tick.status.home
-        return plan_data(kind, self._vessel.plans.items(kind), home, dialect, *self._address)
+        return plan_data(kind, self._vessel.plans.items(kind), home, persona, *self._address)
 
     def _plan_file(self) -> bytes:
         plans = self._vessel.plans

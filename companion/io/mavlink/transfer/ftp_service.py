@@ -120,7 +120,7 @@ class FtpService:
 
     def _carry_out(self, peer: Peer, client: _FtpClient, request: FtpRequest) -> None:
         """Answer a request, or begin to wait for the disk."""
-        path, dialect = request.path or "", peer.endpoint.dialect
+        path, persona = request.path or "", peer.endpoint.persona
         error = _refusal(request)
         if error is not None:
             self._reply(peer, client, request, nak(request, error))
@@ -134,11 +134,11 @@ class FtpService:
                     self._end(client, number)
                 self._reply(peer, client, request, ack(request))
             case Opcode.LIST_DIRECTORY:
-                self._after(peer, client, request, self._tree.entries(path, dialect), _listing)
+                self._after(peer, client, request, self._tree.entries(path, persona), _listing)
             case Opcode.OPEN_FILE_RO | Opcode.CALC_FILE_CRC32:
                 opens = request.opcode == Opcode.OPEN_FILE_RO
                 answer = self._opened(client) if opens else self._summed(peer, client)
-                self._after(peer, client, request, self._tree.open(path, dialect), answer)
+                self._after(peer, client, request, self._tree.open(path, persona), answer)
             case Opcode.READ_FILE | Opcode.BURST_READ_FILE:
                 self._read(peer, client, request)
             case _:

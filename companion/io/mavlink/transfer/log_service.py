@@ -99,7 +99,7 @@ class LogService:
             if client.listing is None:
                 client.listing = self._store.runs(_MOST_RUNS)
             return  # the client will ask again
-        index = message.id - peer.endpoint.dialect.first_item
+        index = message.id - peer.endpoint.persona.first_item
         if not 0 <= index < len(client.runs):
             self._hub.say(peer, Severity.WARNING, f"Log {message.id} not found: request the list again")
             return
@@ -143,7 +143,7 @@ class LogService:
 
     def _send_list(self, peer: Peer, runs: list[Run], start: int, end: int) -> None:
         """One LOG_ENTRY for each run; a single empty one where there is none."""
-        first = peer.endpoint.dialect.first_item
+        first = peer.endpoint.persona.first_item
         if not runs:
             self._hub.send(peer, mavlink.MAVLink_log_entry_message(0, 0, 0, 0, 0))
         last = first + len(runs) - 1

@@ -14,7 +14,7 @@ from typing import Any
 
 from companion.core.decision import Home
 from companion.io.mavlink.wire import messages as mavlink
-from companion.io.mavlink.wire.dialects import Dialect
+from companion.io.mavlink.wire.personas import Persona
 from companion.mission.plan import GLOBAL_FRAMES, PlanItem, PlanKind, PlanRefusal, PlanResult
 
 NAV_WAYPOINT = 16
@@ -96,11 +96,11 @@ def with_jump_moved(item: PlanItem, places: int) -> PlanItem:
 
 
 def plan_data(
-    kind: PlanKind, items: Sequence[PlanItem], home: Home | None, dialect: Dialect, system: int, component: int
+    kind: PlanKind, items: Sequence[PlanItem], home: Home | None, persona: Persona, system: int, component: int
 ) -> bytes:
     """A plan as the file that ArduPilot's clients fetch (`mission.dat`): a header, and the items as MISSION_ITEM_INT
     has them, numbered as that persona does."""
-    if kind is PlanKind.MISSION and dialect.home_is_item_zero and items:
+    if kind is PlanKind.MISSION and persona.home_is_item_zero and items:
         items = [home_item(home), *(with_jump_moved(item, 1) for item in items)]
     rows = []
     for seq, item in enumerate(items):

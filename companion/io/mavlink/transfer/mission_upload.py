@@ -288,7 +288,7 @@ class PlanReceiver:
 
 def shift_of(kind: PlanKind, peer: Peer) -> int:
     """By how much item numbers on the wire exceed those of the plan: 1 for a mission whose item 0 is home, else 0."""
-    return int(kind is PlanKind.MISSION and peer.endpoint.dialect.home_is_item_zero)
+    return int(kind is PlanKind.MISSION and peer.endpoint.persona.home_is_item_zero)
 
 
 def _name(kind: PlanKind) -> str:

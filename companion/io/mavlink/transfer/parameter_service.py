@@ -102,7 +102,7 @@ class ParameterService:
     def _send_due(self, peer: Peer, listing: _Listing) -> None:
         count = len(self._parameters.specs)
         while listing.next_index < count and listing.allowance >= 1.0 and not peer.endpoint.busy:
-            self._hub.send(peer, self._value_message(listing.next_index, peer.endpoint.dialect.bytewise_parameters))
+            self._hub.send(peer, self._value_message(listing.next_index, peer.endpoint.persona.bytewise_parameters))
             listing.next_index += 1
             listing.allowance -= 1.0
         if listing.next_index >= count:
@@ -113,7 +113,7 @@ class ParameterService:
         if index == _NO_INDEX:
             index = self._parameters.index.get(message.param_id, _NO_INDEX)
         if 0 <= index < len(self._parameters.specs):
-            self._hub.send(peer, self._value_message(index, peer.endpoint.dialect.bytewise_parameters))
+            self._hub.send(peer, self._value_message(index, peer.endpoint.persona.bytewise_parameters))
         else:
             self._send_error(peer, message.param_id, message.param_index, ParamError.DOES_NOT_EXIST)
 
@@ -124,7 +124,7 @@ class ParameterService:
             self._send_error(peer, name, _NO_INDEX, ParamError.DOES_NOT_EXIST)
             self._announce_refusal(now_s, f"unknown parameter {name}")
             return
-        bytewise = peer.endpoint.dialect.bytewise_parameters
+        bytewise = peer.endpoint.persona.bytewise_parameters
         value = decoded(spec, message.param_value, message.param_type if bytewise else None)
         refusal = value if isinstance(value, ParamError) else _error_of(self._parameters.set(name, value))
         if refusal is None:
@@ -143,7 +143,7 @@ class ParameterService:
         index = self._parameters.index[name]
         packed = {bytewise: pack(self._value_message(index, bytewise)) for bytewise in (False, True)}
         for outlet in self._hub.listeners:
-            self._hub.send_packed(outlet, packed[outlet.dialect.bytewise_parameters])
+            self._hub.send_packed(outlet, packed[outlet.persona.bytewise_parameters])
 
     def _value_message(self, index: int, bytewise: bool) -> Any:
         spec = self._parameters.specs[index]

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from companion.io.mavlink.wire.dialects import Dialect
 from companion.io.mavlink.wire.framer import Framer, Packed, frame
 from companion.io.mavlink.wire.guard import Guard
+from companion.io.mavlink.wire.personas import Persona
 from companion.io.mavlink.wire.reception import Reception, Receptions
 
 DATAGRAM_BYTES = 1200  # several messages share a datagram up to this size, which no network splits
@@ -43,7 +43,7 @@ class Endpoint:
     def __init__(
         self,
         name: str,
-        dialect: Dialect,
+        persona: Persona,
         transmit: Callable[[bytes, float], int],
         *,
         datagrams: bool = False,
@@ -54,7 +54,7 @@ class Endpoint:
         """`transmit(data, now_s)`: returns how many bytes the line took; for datagrams all or none. `guard`: that of
         the link, with its options."""
         self.name = name
-        self.dialect = dialect
+        self.persona = persona
         self.bytes_per_s = bytes_per_s
         self.framer = Framer() if framer is None else framer
         self.guard = Guard() if guard is None else guard

@@ -20,12 +20,12 @@ from companion.core.tick import DeviceHealth, Tick
 from companion.io.mavlink.telemetry.statustext import statustexts, unasked_prearm_texts
 from companion.io.mavlink.wire import messages as mavlink
 from companion.io.mavlink.wire.actions import CONTROLLING, STREAMS, action_of, denials
-from companion.io.mavlink.wire.dialects import DEFAULT_DIALECT, Dialect
 from companion.io.mavlink.wire.endpoint import Endpoint
 from companion.io.mavlink.wire.framer import Packed, UnknownMessage, pack
 from companion.io.mavlink.wire.guard import RADIO_STATUS
 from companion.io.mavlink.wire.link_options import HIGH_LATENCY
 from companion.io.mavlink.wire.links import PEER_TIMEOUT_S, Link
+from companion.io.mavlink.wire.personas import DEFAULT_PERSONA, Persona
 from companion.io.mavlink.wire.router import Router
 from companion.io.mavlink.wire.signing import Signing, is_signed, unsigned
 from companion.loop import Vessel
@@ -75,7 +75,7 @@ Ear = Callable[[str, str, float, bytes], None]
 @dataclass(frozen=True, slots=True)
 class Copies:
     """The functions that get copies of packets, for the logs. `tap` gets every packet, in and out, a few at a time,
-    without signatures. `ear` gets each known incoming packet before it is handled, as (dialect, endpoint, now_s,
+    without signatures. `ear` gets each known incoming packet before it is handled, as (persona, endpoint, now_s,
     packet)."""
 
     tap: Tap | None = None
@@ -100,7 +100,7 @@ class TelemetryFace(Protocol):
         """Send what has changed and cannot wait for its interval."""
         ...
 
-    def message(self, number: int, dialect: Dialect, now_s: float) -> Any:
+    def message(self, number: int, persona: Persona, now_s: float) -> Any:
         """A streamed message as it would be sent now; None if it has no content."""
         ...
 
@@ -125,7 +125,7 @@ class _LogOutlet(Endpoint):
     """The log, as an endpoint that never answers. Each flush gives the packets since the last one to the tap."""
 
     def __init__(self, tap: Tap) -> None:
-        super().__init__("log", DEFAULT_DIALECT, lambda data, now_s: len(data))
+        super().__init__("log", DEFAULT_PERSONA, lambda data, now_s: len(data))
         self._tap = tap
         self._packets: list[bytes] = []
 
@@ -317,7 +317,7 @@ class Hub:
         if self._log is not None:
             self._log.send_bytes(data)
         if self._ear is not None and aloud:
-            self._ear(endpoint.dialect.name, endpoint.name, now_s, data)
+            self._ear(endpoint.persona.name, endpoint.name, now_s, data)
 
     def _is_ours(self, message: Any) -> bool:
         system = getattr(message, "target_system", getattr(message, "target", 0))  # the short name in MANUAL_CONTROL

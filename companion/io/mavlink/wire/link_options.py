@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
-from companion.io.mavlink.wire.dialects import DEFAULT_DIALECT, DIALECTS, Dialect
+from companion.io.mavlink.wire.personas import DEFAULT_PERSONA, PERSONAS, Persona
 from companion.io.mavlink.wire.signing import Policy
 from companion.io.transport.urls import TransportError
 
@@ -54,7 +54,7 @@ KNOWN = ("dialect", *_TABLE, "rate")
 _LEAST_RATE = 100
 
 
-def parse_options(options: Mapping[str, str]) -> tuple[Dialect, LinkOptions]:
+def parse_options(options: Mapping[str, str]) -> tuple[Persona, LinkOptions]:
     """The persona of a link and its other options. Raises OptionError with what is allowed."""
     for key in options:
         if key not in KNOWN:
@@ -65,7 +65,7 @@ def parse_options(options: Mapping[str, str]) -> tuple[Dialect, LinkOptions]:
         if not (rate.isascii() and rate.isdigit() and int(rate) >= _LEAST_RATE):
             raise OptionError(f"rate should be bytes a second, {_LEAST_RATE} or more")
         chosen["rate_bytes_per_s"] = int(rate)
-    return _one_of("dialect", options.get("dialect", DEFAULT_DIALECT.name), DIALECTS), LinkOptions(**chosen)
+    return _one_of("dialect", options.get("dialect", DEFAULT_PERSONA.name), PERSONAS), LinkOptions(**chosen)
 
 
 def _one_of(key: str, value: str, values: Mapping[str, Any]) -> Any:

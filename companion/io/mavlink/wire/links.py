@@ -25,7 +25,6 @@ from typing import Any
 
 from companion.core.ports import ByteStream
 from companion.core.tick import DeviceHealth
-from companion.io.mavlink.wire.dialects import Dialect
 from companion.io.mavlink.wire.endpoint import FAST_BYTES_PER_S, Endpoint
 from companion.io.mavlink.wire.framer import Framer
 from companion.io.mavlink.wire.guard import Guard
@@ -41,6 +40,7 @@ from companion.io.mavlink.wire.link_base import (
     take_in,
 )
 from companion.io.mavlink.wire.link_options import OptionError, parse_options
+from companion.io.mavlink.wire.personas import Persona
 from companion.io.mavlink.wire.tcp_server import TcpServerLink
 from companion.io.transport import opener as transport
 from companion.io.transport import urls
@@ -72,9 +72,9 @@ def open_link(url: str, patience: float = 1.0) -> Link:
     if body.startswith("memory:"):
         return MemoryLink(url)
     parsed = _parsed(url)
-    dialect, guard = _options(url, parsed.options)
+    persona, guard = _options(url, parsed.options)
     if parsed.scheme == "serial":
-        return StreamLink(url, _opened(body), dialect, guard.options.rate_bytes_per_s or parsed.baud / 10.0, guard)
+        return StreamLink(url, _opened(body), persona, guard.options.rate_bytes_per_s or parsed.baud / 10.0, guard)
     address = _resolved(url, parsed.host, parsed.port)
     match parsed.scheme:
         case "tcpout":
@@ -82,14 +82,14 @@ def open_link(url: str, patience: float = 1.0) -> Link:
             return StreamLink(
                 url,
                 _opened(f"tcpout:{host}:{address[1]}"),
-                dialect,
+                persona,
                 guard.options.rate_bytes_per_s or FAST_BYTES_PER_S,
                 guard,
             )
         case "tcpin":
-            return TcpServerLink(url, address, dialect, patience, guard)
+            return TcpServerLink(url, address, persona, patience, guard)
         case _:
-            return UdpLink(url, address, dialect, parsed.scheme == "udpin", patience, guard)
+            return UdpLink(url, address, persona, parsed.scheme == "udpin", patience, guard)
 
 
 def judge_url(url: str) -> None:
@@ -120,13 +120,13 @@ def open_links(urls: Sequence[str], patience: float = 1.0) -> list[Link]:
     return opened
 
 
-def _options(url: str, given: Mapping[str, str]) -> tuple[Dialect, Guard]:
+def _options(url: str, given: Mapping[str, str]) -> tuple[Persona, Guard]:
     """Persona and guard from the options of a URL."""
     try:
-        dialect, options = parse_options(given)
+        persona, options = parse_options(given)
     except OptionError as error:
         raise LinkError(f"'{url}': {error}") from error
-    return dialect, Guard(options)
+    return persona, Guard(options)
 
 
 def _opened(url: str) -> ByteStream:
@@ -154,7 +154,7 @@ class UdpLink:
         self,
         url: str,
         address: tuple[str, int],
-        dialect: Dialect,
+        persona: Persona,
         listens: bool,
         patience: float = 1.0,
         guard: Guard | None = None,
@@ -163,7 +163,7 @@ class UdpLink:
         self.guard = Guard() if guard is None else guard
         self._timeout_s = PEER_TIMEOUT_S * patience
         self._rate = self.guard.options.rate_bytes_per_s or FAST_BYTES_PER_S
-        self._dialect = dialect
+        self._persona = persona
         self._socket = bound_socket(url, address, socket.SOCK_DGRAM, bind=listens)
         self._fault: str | None = None
         self._static: Endpoint | None = None
@@ -255,7 +255,7 @@ class UdpLink:
 
         return Endpoint(
             f"{self.name} {address[0]}:{address[1]}",
-            self._dialect,
+            self._persona,
             transmit,
             datagrams=True,
             bytes_per_s=self._rate,
@@ -269,14 +269,14 @@ class StreamLink:
     make."""
 
     def __init__(
-        self, url: str, stream: ByteStream, dialect: Dialect, bytes_per_s: float, guard: Guard | None = None
+        self, url: str, stream: ByteStream, persona: Persona, bytes_per_s: float, guard: Guard | None = None
     ) -> None:
         self.name = url
         self.guard = Guard() if guard is None else guard
         self._stream = stream
         self._fed_s = 0.0
         self._noisy = bytes_per_s < FAST_BYTES_PER_S  # a line that may lose bytes inside a frame
-        self._endpoint = Endpoint(url, dialect, self._transmit, bytes_per_s=bytes_per_s, guard=self.guard)
+        self._endpoint = Endpoint(url, persona, self._transmit, bytes_per_s=bytes_per_s, guard=self.guard)
 
     @property
     def endpoints(self) -> Sequence[Endpoint]:
@@ -328,9 +328,9 @@ class MemoryLink:
         options = dict(part.partition("=")[::2] for part in query.split("&")) if query else {}
         self._in = bytearray()
         self._out = bytearray()
-        dialect, self.guard = _options(url, options)
+        persona, self.guard = _options(url, options)
         rate = self.guard.options.rate_bytes_per_s or FAST_BYTES_PER_S
-        self._endpoint = Endpoint(url, dialect, self._transmit, bytes_per_s=rate, guard=self.guard)
+        self._endpoint = Endpoint(url, persona, self._transmit, bytes_per_s=rate, guard=self.guard)
 
     def to_vessel(self, data: bytes) -> None:
         """Bytes that the vessel receives at its next `receive`."""

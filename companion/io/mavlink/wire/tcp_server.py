@@ -9,7 +9,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from companion.core.tick import DeviceHealth
-from companion.io.mavlink.wire.dialects import Dialect
 from companion.io.mavlink.wire.endpoint import FAST_BYTES_PER_S, Endpoint
 from companion.io.mavlink.wire.guard import Guard
 from companion.io.mavlink.wire.link_base import (
@@ -23,6 +22,7 @@ from companion.io.mavlink.wire.link_base import (
     take_in,
     why_not_bound,
 )
+from companion.io.mavlink.wire.personas import Persona
 
 _LEAST_SHARE = 1024  # bytes read from each client in one call, at least
 _MOST_USELESS_BYTES = 100_000  # from a client that does not speak MAVLink
@@ -56,11 +56,11 @@ class TcpServerLink:
     """
 
     def __init__(
-        self, url: str, address: tuple[str, int], dialect: Dialect, patience: float = 1.0, guard: Guard | None = None
+        self, url: str, address: tuple[str, int], persona: Persona, patience: float = 1.0, guard: Guard | None = None
     ) -> None:
         self.name = url
         self.guard = Guard() if guard is None else guard
-        self._dialect = dialect
+        self._persona = persona
         self._timeout_s = PEER_TIMEOUT_S * patience
         self._listener = bound_socket(url, address, socket.SOCK_STREAM, bind=True)
         try:
@@ -164,7 +164,7 @@ class TcpServerLink:
                 return 0
 
         rate = self.guard.options.rate_bytes_per_s or FAST_BYTES_PER_S
-        endpoint = Endpoint(name, self._dialect, transmit, bytes_per_s=rate, guard=self.guard)
+        endpoint = Endpoint(name, self._persona, transmit, bytes_per_s=rate, guard=self.guard)
         return endpoint
 
     def _read(self, client: _Client, most: int, now_s: float, out: Received) -> None:

@@ -1,4 +1,4 @@
-"""A desk to try one service at: a vessel of plain parts, a hub that keeps what is sent, and peers of each dialect.
+"""A desk to try one service at: a vessel of plain parts, a hub that keeps what is sent, and peers of each persona.
 
 Every message goes through its bytes and back, both ways, as on a link.
 """
@@ -13,10 +13,10 @@ import pytest
 from companion.core.decision import ACCEPTED, Home, MissionProgress, MissionState, Outcome, Result
 from companion.core.events import EventLog
 from companion.io.mavlink.wire import messages as mavlink
-from companion.io.mavlink.wire.dialects import ARDUPILOT, PX4
 from companion.io.mavlink.wire.endpoint import Endpoint
 from companion.io.mavlink.wire.framer import Framer, Packed, frame, pack
 from companion.io.mavlink.wire.hub import Peer
+from companion.io.mavlink.wire.personas import ARDUPILOT, PX4
 from companion.mission.plan import PlanKind, Plans
 from companion.params.store import Parameters
 
@@ -87,8 +87,8 @@ class Desk:
         self.now_s = 0.0
         self._service: Any = None
         self._peers: dict[str, Peer] = {}
-        for name, system, dialect in (("qgc", 255, PX4), ("other", 254, PX4), ("rover", 255, ARDUPILOT)):
-            endpoint = Endpoint(name, dialect, lambda data, now_s: len(data))
+        for name, system, persona in (("qgc", 255, PX4), ("other", 254, PX4), ("rover", 255, ARDUPILOT)):
+            endpoint = Endpoint(name, persona, lambda data, now_s: len(data))
             self.hub.endpoints.append(endpoint)
             self._peers[name] = Peer(endpoint, system, 190)
 

@@ -183,7 +183,7 @@ def test_modes_that_are_none(rig: Rig, params: tuple[float, ...]) -> None:
     assert rig.supervisor.asked == []
 
 
-def test_modes_of_the_ardupilot_dialect(make_rig: type[Rig]) -> None:
+def test_modes_of_the_ardupilot_persona(make_rig: type[Rig]) -> None:
     rig = make_rig(["memory:?dialect=ardupilot"])
     assert result(rig.command(176, 1.0, 10.0)) == ACCEPTED
     assert result(rig.command(176, 1.0, 5.0)) == ACCEPTED
@@ -298,7 +298,7 @@ def test_mission_start(rig: Rig, params: tuple[float, ...], first: int | None) -
     assert rig.supervisor.asked == [("start_mission", first)]
 
 
-def test_item_numbers_of_the_ardupilot_dialect_count_home(make_rig: type[Rig]) -> None:
+def test_item_numbers_of_the_ardupilot_persona_count_home(make_rig: type[Rig]) -> None:
     rig = make_rig(["memory:?dialect=ardupilot"])
     rig.command(300, 2.0, 5.0)
     rig.command(224, 3.0)

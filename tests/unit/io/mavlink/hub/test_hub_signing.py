@@ -36,7 +36,7 @@ class Signed:
             signing=self.signing,
             copies=Copies(
                 lambda packets: self.tapped.extend(b"".join(packets)),
-                lambda dialect, endpoint, now_s, data: self.heard.extend(data),
+                lambda persona, endpoint, now_s, data: self.heard.extend(data),
             ),
         )
 

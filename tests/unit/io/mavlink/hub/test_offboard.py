@@ -150,7 +150,7 @@ def test_guided_of_rover_is_offboard_where_setpoints_come_else_hold(make_rig: ty
     rig.supervisor.setpoints_missing = None
     rig.command(176, 1.0, 15.0)
     assert [asked[1] for asked in rig.supervisor.asked] == [ModeId.HOLD, ModeId.OFFBOARD]
-    assert rig.desk.endpoint.dialect.custom_mode(ModeId.OFFBOARD) == 15
+    assert rig.desk.endpoint.persona.custom_mode(ModeId.OFFBOARD) == 15
 
 
 def test_offboard_of_px4_is_never_hold(rig: Rig) -> None:

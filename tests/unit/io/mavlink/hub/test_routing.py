@@ -216,10 +216,10 @@ def test_it_is_switched_off_and_on_from_any_link(make_rig: type[Rig]) -> None:
     assert [m.result for m in rig.command(2600, 7.0, desk=1) if m.get_type() == "COMMAND_ACK"] == [2]
 
 
-@pytest.mark.parametrize(("dialect", "mode"), [("px4", 0x0304), ("ardupilot", 4)])
-def test_what_it_says(make_rig: type[Rig], dialect: str, mode: int) -> None:
+@pytest.mark.parametrize(("persona", "mode"), [("px4", 0x0304), ("ardupilot", 4)])
+def test_what_it_says(make_rig: type[Rig], persona: str, mode: int) -> None:
     """Hold, armed, at 63.44 N 10.4 E, heading 57°, 0.5 m/s over ground."""
-    rig = make_rig([f"memory:?telemetry=high_latency&dialect={dialect}"])
+    rig = make_rig([f"memory:?telemetry=high_latency&dialect={persona}"])
     rig.supervisor.change(armed=True)
     rig.run(6.0)
     message = [m for m in rig.desk.hear() if m.get_type() == "HIGH_LATENCY2"][-1]

@@ -100,7 +100,7 @@ def test_a_change_by_command_is_told_between_two_ticks(
     assert named(rig.desk.hear(), "HEARTBEAT") == []  # said once
 
 
-def test_the_dialect_is_the_endpoints(make_rig: type[Rig], named: Callable[[Sequence[Any], str], list[Any]]) -> None:
+def test_the_persona_is_the_endpoints(make_rig: type[Rig], named: Callable[[Sequence[Any], str], list[Any]]) -> None:
     rig = make_rig(["memory:a", "memory:b?dialect=ardupilot", "memory:c?dialect=generic"])
     rig.supervisor.change(mode=ModeId.MISSION, mission=MissionProgress(MissionState.ACTIVE, 1, 3))
     rig.run(1.5)
@@ -409,6 +409,6 @@ def test_the_modes_monitor_moves_when_the_modes_do(rig: Rig) -> None:
 @pytest.mark.parametrize("number", STREAMS)
 def test_nothing_is_made_up_before_the_first_tick(rig: Rig, number: int) -> None:
     """Only what needs no estimate can be asked for; nothing fails."""
-    message = rig.hub.telemetry.message(number, rig.desk.endpoint.dialect, 0.0)
+    message = rig.hub.telemetry.message(number, rig.desk.endpoint.persona, 0.0)
     assert message is None or message.get_msgId() == number
     assert rig.vessel.events.drain() == ()

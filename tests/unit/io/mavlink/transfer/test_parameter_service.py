@@ -89,7 +89,7 @@ def test_two_ground_stations_have_a_list_each(desk: Desk) -> None:
 
 def test_a_slow_line_is_not_filled(desk: Desk) -> None:
     slow = Peer(
-        Endpoint("radio", desk.peer("qgc").endpoint.dialect, lambda data, now_s: 0, bytes_per_s=1000.0), 255, 190
+        Endpoint("radio", desk.peer("qgc").endpoint.persona, lambda data, now_s: 0, bytes_per_s=1000.0), 255, 190
     )
     desk.tell(mavlink.MAVLink_param_request_list_message(1, 1), slow)
     desk.heard()

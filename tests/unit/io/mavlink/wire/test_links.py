@@ -103,10 +103,10 @@ def test_a_port_in_use_says_what_to_do(sockets: Any, scheme: str, kind: int) -> 
     "url",
     ["udpin:127.0.0.1:0", "udpout:127.0.0.1:14599", "memory:test", "tcpout:127.0.0.1:9", "serial:/dev/no-such:57600"],
 )
-def test_the_dialect_belongs_to_the_link(opened: Any, url: str) -> None:
+def test_the_persona_belongs_to_the_link(opened: Any, url: str) -> None:
     endpoint = getattr(opened(f"{url}?dialect=ardupilot"), "_endpoint", None)
     if isinstance(endpoint, Endpoint):
-        assert endpoint.dialect.name == "ardupilot"
+        assert endpoint.persona.name == "ardupilot"
     assert opened(url).health(0.0).name == url
 
 
@@ -477,7 +477,7 @@ def test_a_slow_line_is_given_what_it_carries() -> None:
         sent.extend(data)
         return len(data)
 
-    endpoint = Endpoint("radio", open_link("memory:").endpoints[0].dialect, transmit, bytes_per_s=1000.0)
+    endpoint = Endpoint("radio", open_link("memory:").endpoints[0].persona, transmit, bytes_per_s=1000.0)
     for i in range(1, 101):
         for _ in range(3):
             endpoint.send(LONG, 1, 1)
@@ -497,7 +497,7 @@ def test_messages_share_datagrams_and_are_not_cut() -> None:
         datagrams.append(data)
         return len(data)
 
-    endpoint = Endpoint("udp", open_link("memory:").endpoints[0].dialect, transmit, datagrams=True)
+    endpoint = Endpoint("udp", open_link("memory:").endpoints[0].persona, transmit, datagrams=True)
     for _ in range(20):
         endpoint.send(LONG, 1, 1)
         endpoint.send(PACKED, 1, 1)

@@ -8,10 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from companion.io.mavlink.wire import messages as mavlink
-from companion.io.mavlink.wire.dialects import PX4
 from companion.io.mavlink.wire.endpoint import Endpoint
 from companion.io.mavlink.wire.framer import UnknownMessage, frame, pack
 from companion.io.mavlink.wire.link_base import take_in
+from companion.io.mavlink.wire.personas import PX4
 from companion.io.mavlink.wire.reception import MOST_SOURCES, Reception, Receptions
 
 

@@ -1,4 +1,4 @@
-"""What a ground station is told that the vehicle is. A dialect belongs to a link; the vessel's state knows nothing of
+"""What a ground station is told that the vehicle is. A persona belongs to a link; the vessel's state knows nothing of
 it.
 
 Numbers: PX4's `custom_mode` is main << 16 | sub << 24; ArduPilot's is that of Rover (MAVLink, ardupilotmega.xml,
@@ -34,13 +34,13 @@ _BASE_MODES = {mode: _base_mode(declared) for mode, declared in DECLARATIONS.ite
 
 
 @dataclass(frozen=True, slots=True)
-class Dialect:
+class Persona:
     """One identity: autopilot type, mode numbers, how parameters are encoded, what mission item 0 means.
 
     `bytewise_parameters`: an INT32 travels as its four bytes in the float field (PX4), else as the float of the same
     value (ArduPilot). `home_is_item_zero`: in missions item 0 is home, and the first real item is number 1.
     `offboard_may_wait`: its number of Offboard also means to wait for a go-to, which is Hold, where no setpoints come.
-    `zero_yaw_is_unset`: clients of this dialect send 0 where MAVLink says NaN for a heading that does not matter.
+    `zero_yaw_is_unset`: clients of this persona send 0 where MAVLink says NaN for a heading that does not matter.
     """
 
     name: str
@@ -74,15 +74,15 @@ class Dialect:
 
     @property
     def first_item(self) -> int:
-        """Number, in this dialect, of the vessel's mission item 0."""
+        """Number, in this persona, of the vessel's mission item 0."""
         return 1 if self.home_is_item_zero else 0
 
 
-PX4 = Dialect("px4", mavlink.MAV_AUTOPILOT_PX4, _PX4_MODES, bytewise_parameters=True, home_is_item_zero=False)
-GENERIC = Dialect(
+PX4 = Persona("px4", mavlink.MAV_AUTOPILOT_PX4, _PX4_MODES, bytewise_parameters=True, home_is_item_zero=False)
+GENERIC = Persona(
     "generic", mavlink.MAV_AUTOPILOT_GENERIC, _PX4_MODES, bytewise_parameters=True, home_is_item_zero=False
 )
-ARDUPILOT = Dialect(
+ARDUPILOT = Persona(
     "ardupilot",
     mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA,
     _ROVER_MODES,
@@ -94,5 +94,5 @@ ARDUPILOT = Dialect(
     aliases=_ROVER_ALIASES,
 )
 
-DIALECTS: Mapping[str, Dialect] = {dialect.name: dialect for dialect in (PX4, ARDUPILOT, GENERIC)}
-DEFAULT_DIALECT = PX4
+PERSONAS: Mapping[str, Persona] = {persona.name: persona for persona in (PX4, ARDUPILOT, GENERIC)}
+DEFAULT_PERSONA = PX4

@@ -5,14 +5,14 @@ import struct
 import pytest
 
 from companion.core.decision import ModeId
-from companion.io.mavlink.wire.dialects import ARDUPILOT, DIALECTS, GENERIC, PX4, Dialect
+from companion.io.mavlink.wire.personas import ARDUPILOT, GENERIC, PERSONAS, PX4, Persona
 
 
-@pytest.mark.parametrize("dialect", DIALECTS.values(), ids=lambda d: d.name)
-def test_every_mode_goes_there_and_back(dialect: Dialect) -> None:
-    numbers = [dialect.custom_mode(mode) for mode in ModeId]
+@pytest.mark.parametrize("persona", PERSONAS.values(), ids=lambda d: d.name)
+def test_every_mode_goes_there_and_back(persona: Persona) -> None:
+    numbers = [persona.custom_mode(mode) for mode in ModeId]
     assert len(set(numbers)) == len(numbers)
-    assert [dialect.mode(number) for number in numbers] == list(ModeId)
+    assert [persona.mode(number) for number in numbers] == list(ModeId)
     for number in numbers:  # ground-station buttons send them as a float
         assert struct.unpack("<f", struct.pack("<f", float(number)))[0] == number
 
