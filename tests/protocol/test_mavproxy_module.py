@@ -121,11 +121,11 @@ def test_holding_nudging_docking_following_and_tuning(tmp_path: Path) -> None:
 MISTAKES = {
     "nudge": r"usage: usv nudge AHEAD_M STARBOARD_M \[TURN_DEG\]",
     "nudge nan 0": "usage: usv nudge",
-    "goto 95 10": "usv goto: latitude and longitude in degrees",
+    "goto 95 10": "usv goto: give latitude and longitude in degrees",
     "station 180": "usage: usv station",
     "tune sideways up": "usage: usv tune .*loops are dp, ",
-    "tune dp 100": "usv tune: a factor from 0.1 to 10",
-    "hold now": "usv hold takes no more words",
+    "tune dp 100": "usv tune: give a factor from 0.1 to 10",
+    "hold now": "usv hold takes no arguments",
     "sing": "usv sing: no such command",
 }
 
