@@ -16,7 +16,7 @@ from companion.baselines.ahrs import ThesisAhrs
 from companion.baselines.controller_choice import controller_with_baselines
 from companion.config import vessel as config_module
 from companion.config.vessel import ConfigError, VesselConfig
-from companion.core.decision import Severity
+from companion.core.decision import TextKind
 from companion.core.events import EventLog
 from companion.core.ports import StreamOpener, WaitingClock, World
 from companion.guidance.path import PathKind, build_path
@@ -37,6 +37,8 @@ from companion.mission.plan import PlanKind, Plans
 from companion.mission.validation import check_plan
 from companion.nav.estimator import Estimator
 from companion.params.store import Parameters
+from companion.params.table import table_of
+from companion.record.geotags import GeotagFile
 from companion.record.progress_keeper import ProgressKeeper
 from companion.record.recorder import STATE_FOLDER, LogFolder
 from companion.record.state_file import StateFile
@@ -194,6 +196,7 @@ def build(config: VesselConfig, around: Surroundings) -> Vessel:
     executor = MissionExecutor(plans)
     estimator = Estimator(config, parameters, events.say, ThesisAhrs)
     supervisor = Supervisor(config, parameters, plans, executor, events, lambda: estimator.frame)
+    supervisor.senses.decide = estimator.answer
     availability = Availability(config, parameters, events.say)
     allocator = (JetAllocator if config.thrusters[0].kind == "jet" else Allocator)(config, parameters)
     controller = controller_with_baselines(config, parameters)
@@ -206,12 +209,13 @@ def build(config: VesselConfig, around: Surroundings) -> Vessel:
     if log is not None:
         vessel.add_recorder(log)
         parameters.on_change(log.parameter)
+        if config.cameras:
+            vessel.add_recorder(GeotagFile(log.folder, warn, around.durable_log))
     ear = None if log is None else log.heard
     vessel.add_recorder(relay)
     if around.network is not None:
         for row in config.nmea_out:
             vessel.add_recorder(NmeaOut(row, config.thrusters, around.network.open("nmea_out", row.port), events.say))
-    logs = None if around.log_folder is None else around.log_folder.parent
     vessel.attach(
         connect(
             vessel,
@@ -219,7 +223,7 @@ def build(config: VesselConfig, around: Surroundings) -> Vessel:
             program_version(),
             Copies(_tap(log, around.clock), ear),
             around.patience,
-            logs,
+            around.log_folder,
             relay,
             _signing(around, warn),
         )
@@ -266,7 +270,7 @@ def _warner(events: EventLog, clock: WaitingClock) -> Callable[[str], None]:
     """Announces a warning about storage, and writes it to stderr."""
 
     def warn(text: str) -> None:
-        events.say(clock.now_s(), Severity.WARNING, "storage", text)
+        events.say(clock.now_s(), TextKind.ATTENTION, "storage", text)
         sys.stderr.write(f"companion: {text}\n")
 
     return warn
@@ -275,7 +279,7 @@ def _warner(events: EventLog, clock: WaitingClock) -> Callable[[str], None]:
 def _parameters(config: VesselConfig, around: Surroundings, warn: Callable[[str], None]) -> Parameters:
     """The parameters: defaults of the table, then the vessel's, then this run's, then the stored values of an
     operator."""
-    parameters = Parameters({**config.parameters, **(around.defaults or {})})
+    parameters = Parameters({**config.parameters, **(around.defaults or {})}, table_of(config))
     kept: Mapping[str, float] = {}
     if around.state is not None:
         kept, warnings = around.state.load_parameters()
@@ -286,7 +290,7 @@ def _parameters(config: VesselConfig, around: Surroundings, warn: Callable[[str]
             warn(f"Stored {name} = {value:g} ignored: {refusal.name.lower().replace('_', ' ')}")
     if around.state is not None:
         state = around.state
-        parameters.on_change(lambda _name, _value: state.save_parameters(parameters.changed()))
+        parameters.after_change(lambda: state.save_parameters(parameters.changed()))
     return parameters
 
 
@@ -300,7 +304,7 @@ def _signing(around: Surroundings, warn: Callable[[str], None]) -> Signing:
     for text in warnings:
         warn(text)
     if kept[0] is None and any(link.guard.options.signing is Policy.REQUIRE for link in around.links):
-        warn("No signing key: a link ignores all packets (run companion signing set)")
+        warn("No signing key: run companion signing set")
     return Signing(time_unix_ns, SigningState(*kept), lambda new: state.save_signing(new.key, new.horizon))
 
 
@@ -312,11 +316,7 @@ def _plans(state: StateFile | None, config: VesselConfig, warn: Callable[[str], 
         for text in warnings:
             warn(text)
         for kind, items in kept.items():
-            refusal = (
-                check_plan(kind, items, config.limits.sway_n > 0.0, len(config.servos), len(config.relays))
-                if items
-                else None
-            )
+            refusal = check_plan(kind, items, len(config.servos), len(config.relays)) if items else None
             if refusal is None:
                 plans.replace(kind, items)
             else:

@@ -25,7 +25,7 @@ from companion.core.actuation import (
     ThrusterFeedback,
     Wrench,
 )
-from companion.core.decision import Severity, Status
+from companion.core.decision import Status, TextKind
 from companion.core.estimate import NavState
 from companion.core.events import EventLog
 from companion.core.frames import ned_to_body
@@ -36,7 +36,7 @@ from companion.core.setpoint import NeutralSetpoint, Setpoint, ThrusterSetpoint
 from companion.core.tick import DeviceHealth, Inputs, Tick
 from companion.mission.executor import MissionExecutor
 from companion.mission.plan import Plans
-from companion.nav.charge import ChargeCounter
+from companion.nav.battery import BatteryGauge
 from companion.nav.estimator import Estimator
 from companion.params.store import Parameters
 from companion.safety import Gate
@@ -103,7 +103,7 @@ class Vessel:
         self._recorders: list[Recorder] = []
         self._arrived: list[Reading] = []  # readings that came in between two ticks
         self._inputs = Inputs()
-        self._charge = ChargeCounter(config.battery)
+        self._battery = BatteryGauge(config, parameters, events.say)
         self._reports = ThrusterReports(len(config.thrusters))
         self._achieved: Wrench = ZERO_WRENCH
         self._command: ActuatorCommand | None = None  # the last one sent to the bridges
@@ -121,6 +121,11 @@ class Vessel:
         """The local NED plane of the estimator."""
         return self._blocks.estimator.frame
 
+    @property
+    def sources(self) -> Mapping[str, str | None]:
+        """The sensor in use for each kind of reading, as the estimator chooses; None before the first."""
+        return self._blocks.estimator.sources
+
     def attach(self, stations: GroundStations) -> None:
         """Set the ground stations. They need the vessel, so they are made after it."""
         self._stations = stations
@@ -130,7 +135,7 @@ class Vessel:
         self._recorders.append(recorder)
 
     def request_restart(self) -> None:
-        """Ask the runner to end the process with the exit code on which the service manager restarts it."""
+        """Ask the runner to end this run and begin the program anew."""
         self.restart_requested = True
 
     def filenos(self) -> Sequence[int]:
@@ -172,10 +177,12 @@ class Vessel:
             elif kind in NEWEST:
                 newest[NEWEST[kind]] = reading
         self._inputs = replace(self._inputs, **newest) if newest else self._inputs
+        self.supervisor.calibration.take(readings, now_s)
         return readings
 
     def _battery_read(self, reading: Battery, now_s: float) -> None:
-        self._inputs = replace(self._inputs, battery=self._charge.update(reading))
+        battery = self._battery.update(reading, self._inputs.battery, now_s)
+        self._inputs = replace(self._inputs, battery=battery)
 
     def device_health(self, now_s: float) -> tuple[DeviceHealth, ...]:
         """Health of every device. Announces changes, and devices that do not answer within `_ANSWER_S` of the start."""
@@ -186,9 +193,9 @@ class Vessel:
             if before is None and not device.ok and now_s < self._answers_due_s:
                 continue
             if device.ok and before is False:
-                self.events.say(now_s, Severity.NOTICE, f"{device.name}_back", f"{device.name}: back")
+                self.events.say(now_s, TextKind.ROUTINE, f"{device.name}_back", f"{device.name}: back")
             elif not device.ok and before is not False:
-                self.events.say(now_s, Severity.WARNING, f"{device.name}_lost", f"{device.name}: {device.text}")
+                self.events.say(now_s, TextKind.ATTENTION, f"{device.name}_lost", f"{device.name}: {device.text}")
             self._device_ok[device.name] = device.ok
         return health
 
@@ -203,9 +210,12 @@ class Vessel:
         self.supervisor.retraction.see(availability.up, now_s)
 
     def allocate(self, setpoint: Setpoint, wrench: Wrench, status: Status, nav: NavState) -> Allocation:
-        """The thruster demands for a setpoint and its wrench. Keeps the achieved wrench for the integrators."""
+        """The thruster demands for a setpoint and its wrench, or of a motor test. Keeps the achieved wrench for the
+        integrators."""
         allocator = self._blocks.allocator
-        if not status.armed or isinstance(setpoint, NeutralSetpoint):
+        if (test := self.supervisor.motor_test.update(nav.t_s, self.period_s)) is not None:
+            allocation = replace(allocator.direct(test), achieved=ZERO_WRENCH)
+        elif not status.armed or isinstance(setpoint, NeutralSetpoint):
             allocation = allocator.neutral()
         elif isinstance(setpoint, ThrusterSetpoint):
             allocation = allocator.direct(setpoint.thrusters, surge_mps=surge_through_water_mps(nav))
@@ -221,9 +231,10 @@ class Vessel:
     ) -> ActuatorCommand:
         """The command for the bridges, with servos, relays and lamps."""
         lower = self.supervisor.retraction.lower
-        outputs = self.supervisor.auxiliary.update(status.armed, now_s)
+        outputs = self.supervisor.outputs(now_s, self.period_s)
+        armed = status.armed or self.supervisor.motor_test.running
         command = self._blocks.gate.update(
-            allocation, status.armed, now_s, self.period_s, lower, self._reports.newest, outputs
+            allocation, armed, now_s, self.period_s, lower, self._reports.newest, outputs
         )
         leak = self._inputs.leak
         lamps = beacon(status, leak is not None and leak.wet, health, self._blocks.availability.conditions)
@@ -263,6 +274,8 @@ class Vessel:
             load=self.load,
             readings=readings,
             conditions=self._blocks.availability.conditions,
+            shots=self.supervisor.payload.take_shots(),
+            forwards=self.supervisor.payload.take_forwards(),
         )
         self.last_tick = tick
         for recorder in self._recorders:

@@ -29,6 +29,7 @@ class MavCmd(IntEnum):
     USER_1 = 31010
     USER_2 = 31011
     USER_3 = 31012
+    USER_4 = 31013
 
 
 class Where(Enum):
@@ -43,6 +44,7 @@ class Where(Enum):
     SELF_STEERED = "in a mode that steers itself"
     BERTH = "with a berth in the mission or the vessel's file"
     LEADER = "with a leader heard"
+    ASKED = "while the boat asks whether a sensor is right"
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,6 +76,11 @@ class Action:
 
     `joystick`: among the actions that a button of a stick can be given; `button`: which one is suggested, as Cockpit
     numbers a standard gamepad, with `shift` held where that is set. No number is NaN: JSON has none.
+
+    `asks`: what a slip would do, for a ground station that asks before it sends; empty: the action is safe at one
+    click, because the boat stays where it is, or the next click takes it back. Only such actions go to ground stations
+    whose buttons fire at once (QGroundControl's action files, Cockpit's MAVLink message actions). An emergency stop is
+    among them: it must not ask.
     """
 
     name: str
@@ -86,6 +93,12 @@ class Action:
     joystick: bool = False
     button: int | None = None
     shift: bool = False
+    asks: str = ""
+
+    @property
+    def at_once(self) -> bool:
+        """Whether it is safe at one click."""
+        return not self.asks
 
     def all_params(self, rover_numbers: bool = False) -> tuple[float, ...]:
         """Params 1 to 7 as COMMAND_LONG has them. `rover_numbers`: for a link with the ardupilot persona."""
@@ -96,11 +109,15 @@ class Action:
         return (*params, *(0.0 for _ in range(7 - len(params))))
 
 
+_SAILS = "the boat sails off"
+
+
 def _mode(
-    name: str, label: str, mode: str, text: str, where: Where = Where.ALWAYS, button: int | None = None
+    name: str, label: str, mode: str, text: str, where: Where = Where.ALWAYS, button: int | None = None, asks: str = ""
 ) -> Action:
+    joystick = button is not None
     return Action(
-        name, label, text, MavCmd.DO_SET_MODE, mode=mode, where=where, joystick=button is not None, button=button
+        name, label, text, MavCmd.DO_SET_MODE, mode=mode, where=where, joystick=joystick, button=button, asks=asks
     )
 
 
@@ -140,8 +157,22 @@ ACTIONS: tuple[Action, ...] = (
         button=1,
         shift=True,
     ),
-    Action("arm", "Arm thrusters", "Arm: the thrusters give thrust from now on", MavCmd.COMPONENT_ARM_DISARM, (1.0,)),
-    Action("disarm", "Disarm thrusters", "Disarm: every thruster at neutral", MavCmd.COMPONENT_ARM_DISARM, (0.0,)),
+    Action(
+        "arm",
+        "Arm thrusters",
+        "Arm: the thrusters give thrust from now on",
+        MavCmd.COMPONENT_ARM_DISARM,
+        (1.0,),
+        asks="propellers may turn from now on",
+    ),
+    Action(
+        "disarm",
+        "Disarm thrusters",
+        "Disarm: every thruster at neutral",
+        MavCmd.COMPONENT_ARM_DISARM,
+        (0.0,),
+        asks="a boat under way drifts",
+    ),
     Action(
         "checks",
         "Why not armed?",
@@ -156,8 +187,7 @@ ACTIONS: tuple[Action, ...] = (
         "Sail the mission from its current item; the boat must be armed to move",
         MavCmd.MISSION_START,
         where=Where.MISSION,
-        joystick=True,
-        button=3,
+        asks=_SAILS,
     ),
     Action(
         "pause",
@@ -175,7 +205,7 @@ ACTIONS: tuple[Action, ...] = (
         MavCmd.DO_PAUSE_CONTINUE,
         (1.0,),
         where=Where.PAUSED,
-        joystick=True,
+        asks=_SAILS,
     ),
     Action(
         "restart",
@@ -184,14 +214,14 @@ ACTIONS: tuple[Action, ...] = (
         MavCmd.DO_SET_MISSION_CURRENT,
         (0.0, 1.0),
         where=Where.MISSION,
+        asks="a boat on its mission turns back to the first item",
     ),
     Action(
         "return",
         "Return home",
         "Back to home or the nearest rally point, then hold",
         MavCmd.NAV_RETURN_TO_LAUNCH,
-        joystick=True,
-        button=2,
+        asks=_SAILS,
     ),
     _mode(
         "dock",
@@ -199,9 +229,23 @@ ACTIONS: tuple[Action, ...] = (
         "Dock",
         "Dock: to the standoff point, then alongside the berth, pushing until disarmed",
         where=Where.BERTH,
+        asks="the boat sails to the berth and pushes against it",
     ),
-    _mode("circle", "Circle here", "Circle", "Orbit the point where the boat is, at CIRC_RADIUS, until another mode"),
-    Action("set-home", "Home is here", "Home becomes where the boat is now", MavCmd.DO_SET_HOME, (1.0,)),
+    _mode(
+        "circle",
+        "Circle here",
+        "Circle",
+        "Orbit the point where the boat is, at CIRC_RADIUS, until another mode",
+        asks=_SAILS,
+    ),
+    Action(
+        "set-home",
+        "Home is here",
+        "Home becomes where the boat is now",
+        MavCmd.DO_SET_HOME,
+        (1.0,),
+        asks="RTL and failsafes go here from now on",
+    ),
     Action(
         "slow",
         "Slow, 0.3 m/s",
@@ -246,6 +290,23 @@ ACTIONS: tuple[Action, ...] = (
     _bow("bow-east", "Bow to east", 90.0),
     _bow("bow-south", "Bow to south", 180.0),
     _bow("bow-west", "Bow to west", 270.0),
+    # sensors that seem to lie
+    Action(
+        "accept",
+        "Accept the sensor",
+        "The sensor that the boat asks about is right: the estimate follows it",
+        MavCmd.USER_4,
+        (1.0,),
+        where=Where.ASKED,
+    ),
+    Action(
+        "reject",
+        "Reject the sensor",
+        "The sensor that the boat asks about is wrong: it is not used until it agrees with the others",
+        MavCmd.USER_4,
+        (2.0,),
+        where=Where.ASKED,
+    ),
     # following
     Action(
         "follow",
@@ -254,9 +315,7 @@ ACTIONS: tuple[Action, ...] = (
         MavCmd.DO_FOLLOW,
         (-1.0,),
         where=Where.LEADER,
-        joystick=True,
-        button=3,
-        shift=True,
+        asks="the boat sails after the leader",
     ),
     Action("follow-end", "Stop following", "Stop following and hold here", MavCmd.DO_FOLLOW, (0.0,), joystick=True),
     _station("station-astern", "Keep astern 20 m", "astern", 180.0),
@@ -266,7 +325,12 @@ ACTIONS: tuple[Action, ...] = (
     _station("station-starboard", "Keep to stbd 20 m", "abeam to starboard", 90.0),
     # thrusters
     Action(
-        "lower", "Lower bow thruster", "Lower the retractable thruster", MavCmd.USER_2, (1.0,), joystick=True, button=5
+        "lower",
+        "Lower bow thruster",
+        "Lower the retractable thruster",
+        MavCmd.USER_2,
+        (1.0,),
+        asks="the thruster moves out: hands off, and water below it",
     ),
     Action(
         "retract",
@@ -275,8 +339,7 @@ ACTIONS: tuple[Action, ...] = (
         MavCmd.USER_2,
         (2.0,),
         where=Where.UNLESS_NEEDED,
-        joystick=True,
-        button=4,
+        asks="the thruster moves in: hands off",
     ),
 )
 

@@ -115,7 +115,7 @@ class Readout:
         side = "starboard" if output.xtrack_error >= 0.0 else "port"
         text = f"path: {abs(output.xtrack_error):.2f} m to {side} of it, {output.wp_dist} m to go"
         if self.mode == "Mission" and mission is not None:
-            text += f", item {mission.seq}" + (
+            text += f", item {mission.seq + (not self.rover_numbers)}" + (
                 f" of {mission.total}" if getattr(mission, "total", 0) not in (0, 0xFFFF) else ""
             )
         return [text]

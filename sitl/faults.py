@@ -1,4 +1,7 @@
-"""Faults of a run: NAME@T[+DURATION], in seconds. Without a duration a fault lasts to the end."""
+"""Faults of a run: NAME[:DEVICE][=SIZE]@T[+DURATION], in seconds. Without a duration a fault lasts to the end.
+
+Only a lie of a sensor (`lie_table.py`) has a device and a size: without them all devices lie, by the size of the
+table."""
 
 from __future__ import annotations
 
@@ -10,11 +13,11 @@ from companion.config.actuators.nanotec import NanotecConfig
 from companion.config.actuators.nmea2000 import Nmea2000Config
 from companion.config.devices import ThrusterConfig
 from companion.config.vessel import ConfigError, VesselConfig
+from sitl.lie_table import LIES, text_of
 
 OFFSETS_M = (1, 3, 10, 100, 1000, 10_000, 100_000, 1_000_000)
 _FIXED = {
     "gnss_lost": "receivers have no fix, position, velocity and heading fields stay empty",
-    "gnss_jump": "positions are 25 m off to the north-east",
     **{f"gnss_off_{m}m": f"positions are {m} m off to the north-east" for m in OFFSETS_M},
     "gnss_wild": "every tenth position is near the Equator",
     "rtk_lost": "receivers fall back to a standalone fix",
@@ -44,11 +47,13 @@ def _can(thruster: ThrusterConfig, kind: str) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """One fault, active in [start_s, end_s)."""
+    """One fault, active in [start_s, end_s). `size`, `device`: of a lie; without a device all lie."""
 
     name: str
     start_s: float
     end_s: float = math.inf
+    size: float | None = None
+    device: str | None = None
 
 
 def known(vessel: VesselConfig) -> dict[str, str]:
@@ -62,6 +67,7 @@ def known(vessel: VesselConfig) -> dict[str, str]:
             single += [row.thruster for row in bridge.motors]
     return {
         **_FIXED,
+        **{name: text_of(lie) for name, lie in LIES.items()},
         **{
             f"thruster_{t.name}_{kind}": f"thruster {t.name} {text}"
             for t in vessel.thrusters
@@ -74,29 +80,63 @@ def known(vessel: VesselConfig) -> dict[str, str]:
 
 
 def parse(text: str, vessel: VesselConfig) -> Fault:
-    """`leak@60` or `gnss_lost@120+12` → Fault. Raises ConfigError that says what is wrong and names the faults there
-    are."""
-    name, at, times = text.partition("@")
-    start, plus, duration = times.partition("+")
-    try:
-        start_s = float(start) if at else 0.0
-        duration_s = float(duration) if plus else math.inf
-    except ValueError as error:
-        raise ConfigError(
-            [f"fault '{text}': write NAME@T or NAME@T+DURATION, in seconds, as gnss_lost@120+12"]
-        ) from error
-    if not at or not (0.0 <= start_s < math.inf and duration_s > 0.0):
-        raise ConfigError([f"fault '{text}': write NAME@T or NAME@T+DURATION, in seconds, as gnss_lost@120+12"])
+    """`leak@60`, `gnss_lost@120+12` or `gnss_jump:spare=5@60` → Fault. Raises ConfigError that says what is wrong and
+    names the faults there are."""
+    what, at, times = text.partition("@")
+    start_s, duration_s = _times(text, times) if at else (-1.0, 0.0)
+    if not (0.0 <= start_s < math.inf and duration_s > 0.0):
+        raise _badly_written(text)
+    named, sized, size = what.partition("=")
+    name, limited, device = named.partition(":")
     names = known(vessel)
     if name not in names:
         raise ConfigError([f"fault '{text}': no fault named '{name}'; known: {', '.join(sorted(names))}"])
-    return Fault(name, start_s, start_s + duration_s)
+    lie = LIES.get(name)
+    if lie is None and (sized or limited):
+        raise ConfigError([f"fault '{text}': '{name}' takes neither a size nor a device"])
+    return Fault(
+        name,
+        start_s,
+        start_s + duration_s,
+        None if lie is None else _size(text, size) if sized else lie.size,
+        _device(text, device, vessel) if limited else None,
+    )
+
+
+def _times(text: str, times: str) -> tuple[float, float]:
+    """(start_s, duration_s) of `T` or `T+DURATION`."""
+    start, plus, duration = times.partition("+")
+    try:
+        return float(start), float(duration) if plus else math.inf
+    except ValueError as error:
+        raise _badly_written(text) from error
+
+
+def _badly_written(text: str) -> ConfigError:
+    return ConfigError([f"fault '{text}': write NAME@T or NAME@T+DURATION, in seconds, as gnss_lost@120+12"])
+
+
+def _size(text: str, size: str) -> float:
+    try:
+        value = float(size)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise ConfigError([f"fault '{text}': write NAME=SIZE@T, as gnss_jump=5@60"])
+    return value
+
+
+def _device(text: str, device: str, vessel: VesselConfig) -> str:
+    names = [sensor.name for sensor in vessel.sensors]
+    if device not in names:
+        raise ConfigError([f"fault '{text}': no sensor named '{device}'; there is {', '.join(names)}"])
+    return device
 
 
 class Faults:
-    """The faults of a run. `active`: names of those active now; emulated devices read it."""
+    """The faults of a run. `active`: names of those active now; emulated devices read it, and `lies`."""
 
-    __slots__ = ("_change_s", "_faults", "active")
+    __slots__ = ("_change_s", "_faults", "_lies", "active")
 
     def __init__(self, texts: Sequence[str], vessel: VesselConfig) -> None:
         """Raises ConfigError with one line for each text that is wrong."""
@@ -110,11 +150,17 @@ class Faults:
         if problems:
             raise ConfigError(problems)
         self.active: frozenset[str] = frozenset()
+        self._lies: tuple[Fault, ...] = ()
         self._change_s = -math.inf
 
     def planned(self, prefix: str) -> bool:
         """Whether the run has a fault whose name begins with `prefix`."""
         return any(fault.name.startswith(prefix) for fault in self._faults)
+
+    def lies(self, device: str) -> Sequence[Fault]:
+        """The lies that the sensor of that name tells now, in the order in which they were asked for."""
+        lies = self._lies
+        return [lie for lie in lies if lie.device is None or lie.device == device] if lies else ()
 
     def add(self, fault: Fault) -> None:
         """Add a fault during the run."""
@@ -126,7 +172,9 @@ class Faults:
         if t_s < self._change_s:
             return False
         now_s = t_s + 1e-9
-        self.active = frozenset(fault.name for fault in self._faults if fault.start_s <= now_s < fault.end_s)
+        active = [fault for fault in self._faults if fault.start_s <= now_s < fault.end_s]
+        self.active = frozenset(fault.name for fault in active)
+        self._lies = tuple(fault for fault in active if fault.name in LIES)
         edges = [edge for fault in self._faults for edge in (fault.start_s, fault.end_s) if edge > now_s]
         self._change_s = min(edges, default=math.inf) - 1e-9
         return True

@@ -16,7 +16,6 @@ from sitl.faults import OFFSETS_M
 from sitl.hull import Hull
 from sitl.noise import GaussMarkov, normals, stream
 
-_JUMP_M = (18.0, 17.3)  # 25 m to the north-east
 _SQRT_HALF = math.sqrt(0.5)
 _WILD_EVERY = 10
 
@@ -156,8 +155,6 @@ class GnssModel:
         )
 
     def _place(self, north_m: float, east_m: float, faults: Set[str]) -> tuple[float, float]:
-        if "gnss_jump" in faults:
-            north_m, east_m = north_m + _JUMP_M[0], east_m + _JUMP_M[1]
         for distance_m in OFFSETS_M if faults else ():
             if f"gnss_off_{distance_m}m" in faults:
                 north_m, east_m = north_m + _SQRT_HALF * distance_m, east_m + _SQRT_HALF * distance_m

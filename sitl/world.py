@@ -17,6 +17,7 @@ from companion.core.ports import ByteStream
 from sitl import emulators
 from sitl.battery import BatteryModel
 from sitl.berth import BerthModel
+from sitl.camera import emulated_cameras
 from sitl.emulators.device import SensedWorld
 from sitl.environment import UPDATE_S, CurrentModel, Waves, WindModel, parse_directed, wind_force
 from sitl.faults import Faults, parse
@@ -128,6 +129,7 @@ class World:
             emulators.board(config, self._port(config.name), by_name, self.battery, self.faults)
             for config in vessel.actuators
         ]
+        self.cameras = emulated_cameras(vessel.cameras, vessel.actuators, self.boards, self.hull)
         self._devices = (*self.sensors, *self.boards)
         self._due = [0.0] * len(self._devices)
         self.hull.set_current(self.current.north_mps, self.current.east_mps)
@@ -255,6 +257,8 @@ class World:
             self._apply_faults()
         for board in self.boards:
             board.listen(t_s)
+        for camera in self.cameras:
+            camera.look(t_s)
         if self._steps % self._update_steps == 0:
             self._update_weather()
         if self.shared_sea is not None:

@@ -10,7 +10,7 @@ from companion.allocation.supervision import FeedbackSupervision, ThrusterFault,
 from companion.config.devices import ThrusterConfig
 from companion.config.vessel import VesselConfig
 from companion.core.actuation import ActuatorCommand, Deployment, ThrusterCondition, ThrusterFeedback
-from companion.core.decision import Severity
+from companion.core.decision import TextKind
 from companion.core.events import Announce
 from companion.params.store import Parameters
 
@@ -140,10 +140,8 @@ class _Thruster:
         there = lower is None or deployment is (Deployment.LOWERED if lower else Deployment.RETRACTED)
         late = not there and now_s - self._ordered_s > _TRAVELS * self._config.travel_s + 1.0
         if late and not self._late:
-            severity, what = (Severity.CRITICAL, "lower: not used") if lower else (Severity.WARNING, "retract")
-            self._say(
-                now_s, severity, f"retraction_{self._config.name}", f"Thruster {self._config.name} does not {what}"
-            )
+            kind, what = (TextKind.ALARM, "lower: not used") if lower else (TextKind.ATTENTION, "retract")
+            self._say(now_s, kind, f"retraction_{self._config.name}", f"Thruster {self._config.name} does not {what}")
         self._late, self._jammed = late, late and lower is True
 
     def _announce_deployment(self, deployment: Deployment | None, lower: bool | None, now_s: float) -> None:
@@ -153,20 +151,20 @@ class _Thruster:
         text = {Deployment.LOWERED: "is lowered", Deployment.RETRACTED: "is retracted", Deployment.MOVING: way}[
             deployment
         ]
-        self._say(now_s, Severity.NOTICE, f"retraction_{self._config.name}", f"Thruster {self._config.name} {text}")
+        self._say(now_s, TextKind.ROUTINE, f"retraction_{self._config.name}", f"Thruster {self._config.name} {text}")
 
     def _announce_reported(self, ok: bool, now_s: float) -> None:
         name = self._config.name
-        severity, state = (Severity.NOTICE, "works again") if ok else (Severity.CRITICAL, "failed: not used")
-        self._say(now_s, severity, f"thruster_{name}", f"Thruster {name} {state}")
+        kind, state = (TextKind.ROUTINE, "works again") if ok else (TextKind.ALARM, "failed: not used")
+        self._say(now_s, kind, f"thruster_{name}", f"Thruster {name} {state}")
 
     def _announce_fault(self, fault: ThrusterFault | None, now_s: float) -> None:
         event, name = f"thruster_{self._config.name}", f"Thruster {self._config.name}"
         if fault is None:
             stuck, runaway = self._fault is ThrusterFault.STUCK, self._fault is ThrusterFault.RUNAWAY
             over = "follows again" if stuck else "has stopped" if runaway else "is tried again"
-            self._say(now_s, Severity.NOTICE, event, f"{name} {over}")
+            self._say(now_s, TextKind.ROUTINE, event, f"{name} {over}")
         elif fault is ThrusterFault.RUNAWAY:
-            self._say(now_s, Severity.ALERT, event, f"{name} {fault.value}: cut power")
+            self._say(now_s, TextKind.DANGER, event, f"{name} {fault.value}: cut power")
         else:
-            self._say(now_s, Severity.CRITICAL, event, f"{name} not used: {fault.value}")
+            self._say(now_s, TextKind.ALARM, event, f"{name} not used: {fault.value}")

@@ -3,30 +3,24 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from companion.analysis.field_fit import SECTORS, Array, FieldFit, fit, headings, sectors_seen
 from companion.analysis.figure import MATPLOTLIB_MISSING, new_figure
 from companion.analysis.log_reader import Log, LogError
 from companion.config.devices import SensorConfig
 from companion.core.geomagnetism import decimal_year, field_nt
-from companion.core.readings import FixType, GnssFix, GroundVelocity, Imu, MagneticField, Reading, TimeOfDay
-from companion.nav.ahrs import Ahrs
-from companion.nav.lever_arms import normal_gravity_mps2, relative
+from companion.core.readings import FixType, GnssFix, Imu, Reading, TimeOfDay
+from companion.nav.compass_turns import GOOD_RAD, PASSES, TiltPass, Turns, TurnsError, fit_turns, left_rad, wander_rad
+from companion.nav.field_fit import SECTORS, FieldFit, headings
+from companion.nav.lever_arms import normal_gravity_mps2
 from companion.record.readings import FILE, read_kind
 
 TOML_FILE = "magnetometer.toml"
 PLOT_FILE = "magnetometer.png"
 _SAMPLES = 3000
-_PASSES = 3
-_SETTLE_S = 5.0
-_FEWEST = 3  # fewest samples in a sector that counts as seen
-_GOOD_RAD = math.radians(1.5)  # residual deviation above which something else is wrong
-_POINTS = ("north", "north-east", "east", "south-east", "south", "south-west", "west", "north-west")
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,16 +32,6 @@ class Calibration:
     toml: str
     plot: Path | None
     warnings: tuple[str, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class Turns:
-    """The samples: time, field as measured, and tilt (roll, pitch) of each; and the dip of the Earth's field."""
-
-    t_s: Array
-    field: Array
-    tilt: Array
-    dip_rad: float
 
 
 def calibrate(
@@ -62,7 +46,7 @@ def calibrate(
     gravity = normal_gravity_mps2(log.config.home.lat_deg)
     turns = _tilts(log, row, readings, gravity, dip_rad, None)
     found = _fit(turns)
-    for _ in range(_PASSES):  # a better heading gives a better tilt in turns, and so a better fit
+    for _ in range(PASSES):
         turns = _tilts(log, row, readings, gravity, dip_rad, found)
         found = _fit(turns)
     warnings += _doubts(found)
@@ -121,61 +105,22 @@ def _dip(log: Log, path: Path, warnings: list[str]) -> float:
 def _tilts(
     log: Log, row: SensorConfig, readings: list[Reading], gravity: float, dip_rad: float, rough: FieldFit | None
 ) -> Turns:
-    """Run the log through an AHRS. Without a rough fit its heading is meaningless, so velocities are not used."""
-    ahrs, levers = Ahrs(gravity), {sensor.name: (sensor.x_m, sensor.y_m, sensor.z_m) for sensor in log.config.sensors}
-    samples = list(_samples(ahrs, row, readings, levers, rough))
-    if not samples:
-        raise LogError("the log ends before the tilt was known")
-    every = max(1, len(samples) // _SAMPLES)
-    table = np.array(samples[::every])
-    settled = table[table[:, 0] > table[0, 0] + _SETTLE_S]
-    return Turns(settled[:, 0], settled[:, 1:4], settled[:, 4:], dip_rad)
-
-
-def _samples(
-    ahrs: Ahrs,
-    row: SensorConfig,
-    readings: list[Reading],
-    levers: dict[str, tuple[float, float, float]],
-    rough: FieldFit | None,
-) -> Iterator[tuple[float, ...]]:
-    imu_lever = row.x_m, row.y_m, row.z_m
+    """One pass of the log through an AHRS."""
+    levers = {sensor.name: (sensor.x_m, sensor.y_m, sensor.z_m) for sensor in log.config.sensors}
+    tilts = TiltPass(levers[row.name], levers, gravity, rough)
     for reading in readings:
-        if isinstance(reading, Imu):
-            r = reading
-            ahrs.sample(
-                r.t_s, (r.x_mps2, r.y_mps2, r.z_mps2), (r.roll_rate_radps, r.pitch_rate_radps, r.yaw_rate_radps)
-            )
-        elif isinstance(reading, MagneticField):
-            measured = reading.x, reading.y, reading.z
-            if rough is not None:
-                x, y, z = (rough.matrix @ (np.array(measured) - rough.offset)).tolist()
-                ahrs.magnetic(reading.t_s, (x, y, z), 0.0)
-            elif not ahrs.running:
-                ahrs.magnetic(reading.t_s, (1.0, 0.0, 0.0), 0.0)
-            if ahrs.running:
-                yield (reading.t_s, *measured, *ahrs.attitude[:2])
-        elif isinstance(reading, GroundVelocity) and rough is not None:
-            lever = relative(levers.get(reading.source, (0.0, 0.0, 0.0)), imu_lever)
-            ahrs.velocity(reading.t_s, reading.north_mps, reading.east_mps, 0.06, lever)
+        tilts.take(reading)
+    try:
+        return tilts.turns(dip_rad, _SAMPLES)
+    except TurnsError as error:
+        raise LogError(str(error)) from error
 
 
 def _fit(turns: Turns) -> FieldFit:
     try:
-        found = fit(turns.field, turns.tilt, turns.dip_rad)
-    except ValueError as error:
+        return fit_turns(turns)
+    except TurnsError as error:
         raise LogError(f"{error}: sail two slow circles to each side") from error
-    heading, _ = headings((turns.field - found.offset) @ found.matrix, turns.tilt)
-    missing = np.flatnonzero(sectors_seen(heading) < _FEWEST)
-    if len(missing):
-        towards = sorted({round(8 * (k + 0.5) / SECTORS) % 8 for k in missing.tolist()})
-        points = ", ".join(_POINTS[k] for k in towards)
-        raise LogError(f"the log has no headings to the {points}: sail two slow circles to each side")
-    return found
-
-
-def _left_rad(found: FieldFit) -> float:
-    return float(np.sqrt(np.mean(found.deviation_rad**2)))
 
 
 def _doubts(found: FieldFit) -> list[str]:
@@ -186,9 +131,9 @@ def _doubts(found: FieldFit) -> list[str]:
             "offset from the World Magnetic Model. The heading is good while the boat is about as level as here. "
             "For more, heel and pitch by 10° while turning (crew to one side, then the other)"
         )
-    if _left_rad(found) > _GOOD_RAD:
+    if left_rad(found) > GOOD_RAD:
         doubts.append(
-            f"{math.degrees(_left_rad(found)):.1f}° of deviation remain: "
+            f"{math.degrees(left_rad(found)):.1f}° of deviation remain: "
             "iron that moves, currents that change, or another hull close by?"
         )
     return doubts
@@ -204,7 +149,7 @@ def report(row: SensorConfig, turns: Turns, found: FieldFit) -> str:
             f"{row.name}: {len(turns.t_s)} samples over {turns.t_s[-1] - turns.t_s[0]:.0f} s, "
             f"roll over {tilt[0]:.0f}°, pitch over {tilt[1]:.0f}°; fit: {kind}",
             f"strength of the field: {found.residual:.2%} RMS left of {found.before:.1%}",
-            f"deviation of the heading: about {math.degrees(_left_rad(found)):.1f}° RMS "
+            f"deviation of the heading: about {math.degrees(left_rad(found)):.1f}° RMS "
             f"left of {math.degrees(before):.0f}°",
             f"offset known to {found.offset_sigma:.2%} of the field",
         ]
@@ -213,7 +158,7 @@ def report(row: SensorConfig, turns: Turns, found: FieldFit) -> str:
 
 def toml_lines(log: Log, row: SensorConfig, found: FieldFit) -> str:
     """Lines for the sensor's table in the vessel's file."""
-    wander_deg = max(1.0, 2.0 * math.degrees(_left_rad(found)))
+    wander_deg = math.degrees(wander_rad(found))
     rows = ", ".join("[" + ", ".join(f"{value:.6g}" for value in line) + "]" for line in found.matrix.tolist())
     return "\n".join(
         [

@@ -17,6 +17,7 @@ from companion.config.sensors import SENSORS
 from companion.config.vessel import VesselConfig
 from companion.params.spec import ParamRefusal
 from companion.params.store import Parameters
+from companion.params.table import table_of
 
 Table = dict[str, list[float]]
 
@@ -50,7 +51,7 @@ def open_log(folder: Path) -> Log:
 
 def parameters_of(log: Log, warnings: list[str]) -> Parameters:
     """Today's table with the values of the run's start. A value that it refuses keeps its default, with a warning."""
-    parameters = Parameters()
+    parameters = Parameters(table=table_of(log.config))
     for name, value in log.parameters.items():
         refusal = parameters.set(name, value)
         if refusal is not None and not (refusal is ParamRefusal.READ_ONLY and parameters[name] == value):

@@ -15,7 +15,7 @@ from companion.core.geodesy import LocalFrame
 from companion.core.readings import FixType
 from companion.guidance.path import PathKind, build_path
 from companion.guidance.path_tracking import PathTracker, Waypoint
-from companion.mission.commands import CIRCLES, PLACES, POLYGONS, Command
+from companion.mission.commands import CIRCLES, PLACES, POLYGONS, Command, is_no_circle
 from companion.mission.executor import MissionExecutor
 from companion.mission.plan import PlanItem, PlanKind, Plans
 from companion.mission.plan_file import PlanFile, PlanFileError
@@ -227,7 +227,9 @@ def _draw_places(chart: Any, plan: PlanFile, frame: LocalFrame) -> None:
     chart.plot([p[1] for p in points], [p[0] for p in points], "ko", markersize=4 if len(points) <= 100 else 2)
     every = math.ceil(len(points) / _MOST_LABELS)
     for item, (north_m, east_m) in list(zip(places, points, strict=True))[::every]:
-        chart.annotate(str(item.seq), (east_m, north_m), textcoords="offset points", xytext=(4, 4), fontsize="x-small")
+        chart.annotate(
+            str(item.number), (east_m, north_m), textcoords="offset points", xytext=(4, 4), fontsize="x-small"
+        )
     for item in plan.rally:
         north_m, east_m = frame.to_ned(item.lat_deg, item.lon_deg)
         chart.plot(east_m, north_m, "m^", markersize=8)
@@ -250,7 +252,7 @@ def fence_zones(fence: Sequence[PlanItem], frame: LocalFrame) -> Iterator[tuple[
             count = max(1, int(item.param1))
             corners = [frame.to_ned(vertex.lat_deg, vertex.lon_deg) for vertex in fence[at : at + count]]
             yield ([c[1] for c in corners], [c[0] for c in corners]), item.command == Command.FENCE_POLYGON_INCLUSION
-        elif item.command in CIRCLES:
+        elif item.command in CIRCLES and not is_no_circle(item):
             north_m, east_m = frame.to_ned(item.lat_deg, item.lon_deg)
             around = [math.tau * k / 72 for k in range(72)]
             ring = (

@@ -6,6 +6,7 @@ from __future__ import annotations
 import struct
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,7 @@ from companion.analysis.report_data import Recorded, read_log
 from companion.analysis.report_page import page
 from companion.analysis.report_plots import Chart, LinkSeries, draw
 from companion.core.geodesy import LocalFrame
-from companion.io.mavlink.transfer.mission_codec import item_from_int
+from companion.io.mavlink.transfer.mission_codec import item_from_int, with_jump_moved
 from companion.io.mavlink.wire.framer import Framer, UnknownMessage
 from companion.mission.commands import PLACES, name_of
 from companion.mission.plan import PlanItem, PlanKind
@@ -55,6 +56,7 @@ class Packets:
         self._times: dict[tuple[int, int], list[float]] = defaultdict(list)
         self._missing: dict[tuple[int, int], list[tuple[float, int]]] = defaultdict(list)
         self._accepted: dict[PlanKind, tuple[PlanItem, ...]] = {}
+        self._fresh = False  # a mission was accepted, and the boat has not said yet how many items it has
         self._end_s = float(recorded.t_s[-1])
         self.place: tuple[float, float, float] | None = None
         coming: dict[int, dict[int, PlanItem]] = defaultdict(dict)
@@ -89,6 +91,18 @@ class Packets:
                 items = coming.pop(message.mission_type)
                 if message.mission_type in tuple(PlanKind):
                     self._accepted[PlanKind(message.mission_type)] = tuple(items[seq] for seq in sorted(items))
+                    self._fresh = self._fresh or message.mission_type == PlanKind.MISSION
+            case "MISSION_CURRENT" if message.get_srcSystem() == self._own and self._fresh:
+                self._fresh = False
+                self._drop_home(message.total)
+
+    def _drop_home(self, total: int) -> None:
+        """A link of the ardupilot persona uploads home as item 0, which the boat's own list of `total` items lacks."""
+        items = self._accepted[PlanKind.MISSION]
+        if total == len(items) - 1:
+            self._accepted[PlanKind.MISSION] = tuple(
+                replace(with_jump_moved(item, -1), seq=item.seq - 1) for item in items[1:]
+            )
 
     def plans(self) -> dict[PlanKind, tuple[PlanItem, ...]]:
         """The plans in force at the end: uploaded during the run, else those of its start."""
@@ -162,7 +176,7 @@ def _frame(recorded: Recorded, packets: Packets) -> LocalFrame:
 
 def _chart(plans: dict[PlanKind, tuple[PlanItem, ...]], frame: LocalFrame) -> Chart:
     places = [item for item in plans[PlanKind.MISSION] if item.command in PLACES]
-    waypoints = [(item.seq, *frame.to_ned(item.lat_deg, item.lon_deg)) for item in places]
+    waypoints = [(item.number, *frame.to_ned(item.lat_deg, item.lon_deg)) for item in places]
     zones = [
         (tuple(zip(north, east, strict=True)), inside)
         for (east, north), inside in fence_zones(plans[PlanKind.FENCE], frame)
@@ -181,6 +195,11 @@ def _mission(recorded: Recorded, plans: dict[PlanKind, tuple[PlanItem, ...]]) ->
     for item in plans[PlanKind.MISSION]:
         place = f"{item.lat_deg:.6f}, {item.lon_deg:.6f}" if item.command in PLACES else ""
         rows.append(
-            (str(item.seq), name_of(item.command), place, f"{reached[item.seq]:.1f}" if item.seq in reached else "")
+            (
+                str(item.number),
+                name_of(item.command),
+                place,
+                f"{reached[item.number]:.1f}" if item.number in reached else "",
+            )
         )
     return rows

@@ -16,29 +16,35 @@ from companion.cli.common import driven_clock
 from companion.clock import PacedClock, WallClock
 from companion.config.vessel import VesselConfig
 from companion.core.ports import WaitingClock
-from companion.io.mavlink.wire.links import open_links
+from companion.io.mavlink.wire.links import Link
 from companion.io.transport.opener import TransportOpener
 from companion.loop import RealWorld, Vessel
 from companion.record.state_file import StateFile
 
-SITL_LINKS = ("udpout:127.0.0.1:14550", "tcpin:127.0.0.1:5760")
+# As PX4's and ArduPilot's simulators: a ground station, an API, other programs, ArduPilot's ground stations.
+SITL_LINKS = (
+    "udpout:127.0.0.1:14550",
+    "udpout:127.0.0.1:14540",
+    "tcpin:127.0.0.1:5760",
+    "tcpin:127.0.0.1:5762?dialect=ardupilot",
+)
 _PATIENT_S = {  # parameter: usual value, largest value
     "COM_DL_LOSS_T": (10.0, 300.0),
     "COM_RC_LOSS_T": (0.5, 10.0),
     "FOLL_LOSS_T": (0.9, 10.0),
+    "FOLL_WAIT_T": (10.0, 300.0),
     "OFFB_TIMEOUT": (0.8, 60.0),
 }
 
 
 @dataclass(frozen=True, slots=True)
 class RunOptions:
-    """How to run a vessel. `links` are the URLs that ground stations use.
+    """How to run a vessel.
 
     `devices`: the folder of a `companion sitl` whose ports replace the boat's. `wind`, `current`, `faults` and `seed`
     are for `sitl` alone, and are written as on the command line. `clock`: the address of a program that gives the time.
     """
 
-    links: Sequence[str]
     sitl: bool = False
     devices: Path | None = None
     speed: float = 1.0
@@ -70,14 +76,14 @@ class RunOptions:
 
 
 def compose(
-    config: VesselConfig, options: RunOptions, state: StateFile, log_folder: Path
+    config: VesselConfig, options: RunOptions, links: Sequence[Link], state: StateFile, log_folder: Path
 ) -> tuple[Vessel, WaitingClock]:
-    """The vessel of `config` and its clock. Raises ConfigError, LinkError, TransportError, OSError."""
-    return (_compose_simulated if options.sitl else _compose_real)(config, options, state, log_folder)
+    """The vessel of `config` on these links, and its clock. Raises ConfigError, TransportError, OSError."""
+    return (_compose_simulated if options.sitl else _compose_real)(config, options, links, state, log_folder)
 
 
 def _compose_real(
-    config: VesselConfig, options: RunOptions, state: StateFile, log_folder: Path
+    config: VesselConfig, options: RunOptions, links: Sequence[Link], state: StateFile, log_folder: Path
 ) -> tuple[Vessel, WaitingClock]:
     clock = driven_clock(options.clock, time.time_ns()) if options.clock else WallClock(options.speed)
     opener = TransportOpener(options.devices)
@@ -85,7 +91,7 @@ def _compose_real(
         clock=clock,
         opener=opener,
         world=RealWorld(),
-        links=open_links(options.links, options.patience),
+        links=links,
         state=state,
         log_folder=log_folder,
         durable_log=True,
@@ -98,8 +104,9 @@ def _compose_real(
 
 
 def _compose_simulated(
-    config: VesselConfig, options: RunOptions, state: StateFile, log_folder: Path
+    config: VesselConfig, options: RunOptions, links: Sequence[Link], state: StateFile, log_folder: Path
 ) -> tuple[Vessel, WaitingClock]:
+    from sitl.camera import PictureLog
     from sitl.truth_log import TruthLog
     from sitl.world import EPOCH_UNIX_NS, World, WorldConditions
 
@@ -111,7 +118,7 @@ def _compose_simulated(
         clock=clock,
         opener=world,
         world=world,
-        links=open_links(options.links, options.patience),
+        links=links,
         state=state,
         log_folder=log_folder,
         durable_log=True,
@@ -123,6 +130,8 @@ def _compose_simulated(
     )
     vessel = build(config, around)
     vessel.add_recorder(TruthLog(log_folder, world, tuple(thruster.name for thruster in config.thrusters)))
+    if world.cameras:
+        vessel.add_recorder(PictureLog(log_folder, world.cameras))
     return vessel, clock
 
 

@@ -17,6 +17,7 @@ from companion.config import vessel as config_module
 from companion.config.devices import SensorConfig
 from companion.config.vessel import VesselConfig
 from companion.io.mavlink.wire.links import MemoryLink
+from sitl.camera import PictureLog
 from sitl.magnetometer import with_magnetometer
 from sitl.plant_error import with_plant_error
 from sitl.scenarios.rig import Conditions, ControllerModel
@@ -47,6 +48,8 @@ class LockstepRig:
         self.vessel = build(controller, around)
         thrusters = tuple(thruster.name for thruster in self.config.thrusters)
         self.vessel.add_recorder(TruthLog(folder, self.world, thrusters))
+        if self.world.cameras:
+            self.vessel.add_recorder(PictureLog(folder, self.world.cameras))
         for boat in () if self.world.shared_sea is None else self.world.shared_sea.boats:
             self.vessel.add_recorder(LeaderTruthLog(folder, boat, self.config.home))
         self._steps = 0
@@ -111,6 +114,8 @@ def _equipped(conditions: Conditions) -> VesselConfig:
         config = with_magnetometer(config)
     if conditions.ais:
         config = _with_sensor(config, "ais", "ais")
+    if conditions.camera:
+        config = config_module.with_camera(config)
     return config
 
 

@@ -9,6 +9,7 @@ import os
 import sys
 import threading
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ from companion.cli.composition import SITL_LINKS, RunOptions, compose
 from companion.config import vessel as config_module
 from companion.config.vessel import HomeConfig, VesselConfig
 from companion.core.ports import WaitingClock
+from companion.io.mavlink.wire.links import open_links
 from companion.io.service_manager import service_manager
 from companion.loop import Punctuality, Vessel, run
 from companion.record.retention import Retention
@@ -45,7 +47,7 @@ def add_to(commands: Any) -> None:
     add("--seed", type=int, default=0, help="with --sitl: seed of all noise")
     add("--wind", metavar="MPS@FROM_DEG", help="with --sitl")
     add("--current", metavar="MPS@TOWARDS_DEG", help="with --sitl")
-    add("--fault", action="append", default=[], metavar="NAME@T_S[+DURATION_S]", help="with --sitl")
+    add("--fault", action="append", default=[], metavar="NAME[:DEVICE][=SIZE]@T_S[+DURATION_S]", help="with --sitl")
     add("--duration", type=float, metavar="S", help="end after this long, in the boat's time")
     add_clock_to(run_)
     run_.set_defaults(command=_run)
@@ -56,18 +58,20 @@ def _run(arguments: argparse.Namespace) -> int:
     config = load_vessel(arguments.vessel)
     if arguments.home:
         config = config_module.with_home(config, _home(arguments.home))
-    options = _options(arguments, config)
+    options = _options(arguments)
     kept = boat_folder(config.name, options.simulated)
     logs = kept / "logs" if arguments.log is None else arguments.log
     log_folder = new_folder(logs, f"{config.name}-{time.strftime('%Y%m%d-%H%M%S')}")
     state = StateFile(kept / "state" if arguments.state is None else arguments.state)
-    vessel, clock = compose(config, options, state, log_folder)
+    default_links = SITL_LINKS if options.sitl else config.links
+    links = open_links(arguments.link or default_links, options.patience, None if arguments.link else complain)
+    vessel, clock = compose(config, options, links, state, log_folder)
     if (manager := service_manager(os.environ)) is not None:
         vessel.add_recorder(manager)
     limit_mb = arguments.log_limit
     retention = None if limit_mb is None else Retention(logs, limit_mb * 1_000_000, log_folder, complain)
     interrupt = Interrupt()
-    _print_banner(config, options, state, log_folder)
+    _print_banner(config, options, [link.name for link in links], state, log_folder)
     try:
         punctuality = _run_until_stopped(vessel, clock, interrupt, arguments.duration)
     finally:
@@ -125,9 +129,8 @@ def _check_time(arguments: argparse.Namespace, simulated: bool) -> None:
         raise UsageError(f"--speed {arguments.speed:g}: needs --sitl or --devices; a real boat runs in real time")
 
 
-def _options(arguments: argparse.Namespace, config: VesselConfig) -> RunOptions:
+def _options(arguments: argparse.Namespace) -> RunOptions:
     return RunOptions(
-        links=arguments.link or (SITL_LINKS if arguments.sitl else config.links),
         sitl=arguments.sitl,
         devices=arguments.devices,
         speed=arguments.speed,
@@ -151,11 +154,13 @@ def _home(text: str) -> HomeConfig:
     return HomeConfig(lat_deg, lon_deg, math.radians(heading_deg[0]) if heading_deg else 0.0)
 
 
-def _print_banner(config: VesselConfig, options: RunOptions, state: StateFile, log_folder: Path) -> None:
+def _print_banner(
+    config: VesselConfig, options: RunOptions, links: Sequence[str], state: StateFile, log_folder: Path
+) -> None:
     how = f"simulated, {options.speed:g} times real time" if options.sitl else "on its own devices"
     if options.devices is not None:
         how = f"on simulated devices in {options.devices}, {options.speed:g} times real time"
     print(f"USV companion {program_version()}: {config.title}, {how}")
-    print(f"links: {', '.join(options.links)}")
+    print(f"links: {', '.join(links)}")
     print(f"state: {state.directory}")
     print(f"log:   {log_folder}", flush=True)

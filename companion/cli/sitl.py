@@ -23,6 +23,7 @@ from companion.core.ports import WaitingClock
 from companion.io.transport.opener import device_endpoint
 
 if TYPE_CHECKING:
+    from sitl.camera import PictureLog
     from sitl.plant_process import PlantProcess, ServedDevice
     from sitl.truth_log import LeaderTruthLog, TruthLog
     from sitl.world import World
@@ -45,7 +46,7 @@ def add_to(commands: Any) -> None:
     sitl.add_argument("--seed", type=int, default=0, help="seed of all noise")
     sitl.add_argument("--wind", metavar="MPS@FROM_DEG")
     sitl.add_argument("--current", metavar="MPS@TOWARDS_DEG")
-    sitl.add_argument("--fault", action="append", default=[], metavar="NAME@T_S[+DURATION_S]")
+    sitl.add_argument("--fault", action="append", default=[], metavar="NAME[:DEVICE][=SIZE]@T_S[+DURATION_S]")
     sitl.add_argument(
         "--leader",
         metavar="SCRIPT[@MPS][+DEPART_S]",
@@ -145,22 +146,26 @@ def _locked(folder: Path) -> Any:
         yield
 
 
-def _truth_logs(config: VesselConfig, world: World, arguments: argparse.Namespace) -> list[TruthLog | LeaderTruthLog]:
-    """truth.csv and the lead boat's leader.csv, where `--log` asks for them.
+def _truth_logs(
+    config: VesselConfig, world: World, arguments: argparse.Namespace
+) -> list[TruthLog | LeaderTruthLog | PictureLog]:
+    """truth.csv, the lead boat's leader.csv and the cameras' pictures.csv, where `--log` asks for them.
 
     The manifest beside them holds the time at which theirs begins, so that they can be compared with the companion's
     log.
     """
     if arguments.log is None:
         return []
+    from sitl.camera import PictureLog
     from sitl.truth_log import LeaderTruthLog, TruthLog
 
     folder = new_folder(arguments.log, f"{config.name}-plant-{time.strftime('%Y%m%d-%H%M%S')}")
-    truths: list[TruthLog | LeaderTruthLog] = [
+    truths: list[TruthLog | LeaderTruthLog | PictureLog] = [
         TruthLog(folder, world, tuple(thruster.name for thruster in config.thrusters))
     ]
     boats = () if world.shared_sea is None else world.shared_sea.boats
     truths += [LeaderTruthLog(folder, boat, config.home) for boat in boats]
+    truths += [PictureLog(folder, world.cameras)] if world.cameras else []
     about = {
         "vessel": config.name,
         "seed": arguments.seed,
@@ -176,7 +181,7 @@ def _truth_logs(config: VesselConfig, world: World, arguments: argparse.Namespac
 def _simulate(
     plant: PlantProcess,
     clock: WaitingClock,
-    truths: Sequence[TruthLog | LeaderTruthLog],
+    truths: Sequence[TruthLog | LeaderTruthLog | PictureLog],
     interrupt: Interrupt,
     duration_s: float | None,
 ) -> None:

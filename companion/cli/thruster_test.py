@@ -27,14 +27,14 @@ from companion.io.transport.opener import TransportOpener
 from companion.loop import RealWorld
 from companion.record.state_file import StateFile
 from companion.safety import Gate
+from companion.supervisor.motor_test import MOST_POWER, RAMP_S
 
-_RAMP_S = 0.5
 _SWING_RAD = math.radians(60.0)
 _SWING_MOST_S = 30.0
 _SWING_DONE_RAD = math.radians(3.0)
+_LEAST_S = 0.5
 _ANSWER_S = 8.0  # within which every bridge has to answer
 _GOOD_THROTTLE = 0.05
-MOST_POWER = 0.3
 
 
 def add_to(commands: Any) -> None:
@@ -53,7 +53,13 @@ def add_to(commands: Any) -> None:
         metavar="SHARE",
         help=f"of full throttle, at most {MOST_POWER:g} (default 0.15)",
     )
-    test.add_argument("--seconds", type=float, default=3.0, metavar="S", help="for each direction (default 3)")
+    test.add_argument(
+        "--seconds",
+        type=float,
+        default=3.0,
+        metavar="S",
+        help=f"at that power, for each direction, between ramps of {RAMP_S:g} s (default 3)",
+    )
     test.add_argument("--yes", action="store_true", help="with --sitl: do not ask")
     test.set_defaults(command=_thruster_test)
 
@@ -100,9 +106,9 @@ def steps_of(thruster: ThrusterConfig, power: float, seconds: float) -> Iterator
             high = min(thruster.azimuth_max_rad, high)
         for name, target in (("to starboard", high), ("to port", low), ("back", thruster.azimuth_rad)):
             yield TrialStep(f"azimuth {name}", 0.0, target, _SWING_MOST_S, until_there=True)
-    yield TrialStep("ahead", power, rest, seconds)
+    yield TrialStep("ahead", power, rest, seconds + 2.0 * RAMP_S)
     if thruster.min_n < 0.0:
-        yield TrialStep("astern", -power, rest, seconds)
+        yield TrialStep("astern", -power, rest, seconds + 2.0 * RAMP_S)
 
 
 @dataclass(frozen=True, slots=True)
@@ -193,7 +199,7 @@ class Trial:
         begin_s = self._clock.now_s()
         measured: float | None = None
         while (t_s := self._clock.now_s() - begin_s) < step.duration_s:
-            share = min(1.0, t_s / _RAMP_S, (step.duration_s - t_s) / _RAMP_S)
+            share = min(1.0, t_s / RAMP_S, (step.duration_s - t_s) / RAMP_S)
             self._cycle(index, share * step.throttle, step.azimuth_rad, armed=True, lower=True)
             report = self._reports.newest[index]
             if report is not None and (share >= 1.0 or measured is None):
@@ -284,8 +290,8 @@ def run_test(
         raise TrialError(
             f"--power {arguments.power:g}: must be above 0, at most {MOST_POWER:g}: this tests wiring, not thrust"
         )
-    if not 2.0 * _RAMP_S <= arguments.seconds <= 30.0:
-        raise TrialError(f"--seconds {arguments.seconds:g}: must be {2.0 * _RAMP_S:g} to 30")
+    if not _LEAST_S <= arguments.seconds <= 30.0:
+        raise TrialError(f"--seconds {arguments.seconds:g}: must be {_LEAST_S:g} to 30")
     if arguments.yes and not arguments.sitl:
         raise TrialError("--yes is for --sitl: on a real boat a person must look first")
     actuators = [open_actuator(bridge, config, opener.open(bridge.name, bridge.port)) for bridge in config.actuators]

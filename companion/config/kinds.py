@@ -51,10 +51,12 @@ class BridgeKind:
 
 @dataclass(frozen=True, slots=True)
 class SensorKind:
-    """A sensor driver's part of the file: the dataclass of its row, and `problems(row, place of the row)`."""
+    """A sensor driver's part of the file: the dataclass of its row, and `problems(row, place of the row)`. `inertial`:
+    it gives accelerations and rates."""
 
     row: type[SensorConfig] = SensorConfig
     problems: Callable[[Any, Place], list[Problem]] = lambda row, at: []
+    inertial: bool = False
 
 
 Kinds = Mapping[str, BridgeKind] | Mapping[str, SensorKind]

@@ -40,6 +40,7 @@ from companion.config.fields import (
 from companion.config.hull import HullConfig, ThesisModelConfig, WindageConfig, resistance_problems
 from companion.config.kinds import Equipment, Problem
 from companion.config.outputs import BatteryConfig, RelayConfig, ServoConfig, battery_problems, rest_problems
+from companion.config.payload import CameraConfig, camera_problems
 from companion.config.sensor_checks import sensor_problems
 from companion.config.sensors import SensorRow
 from companion.config.streams import CorrectionsConfig, NmeaOutConfig, stream_problems
@@ -171,6 +172,7 @@ class VesselConfig:
     ]
     servos: Annotated[tuple[ServoConfig, ...], Field(alias="servo", max_length=16), means("Servo outputs.")] = ()
     relays: Annotated[tuple[RelayConfig, ...], Field(alias="relay", max_length=16), means("Relays.")] = ()
+    cameras: Annotated[tuple[CameraConfig, ...], Field(alias="camera", max_length=6), means("Cameras.")] = ()
     windage: Annotated[
         WindageConfig,
         means("Wind areas and coefficients, as the controller believes them."),
@@ -293,6 +295,7 @@ def _cross_checks(config: VesselConfig) -> list[Problem]:
         *_names_used_twice(config),
         *driving_problems(config.actuators, config.thrusters, servos, relays),
         *rest_problems(config.servos),
+        *camera_problems(config.cameras, config.servos, config.relays),
         *battery_problems(config.battery),
         *stream_problems(config.sensors, config.actuators, config.corrections),
         *thruster_problems(config.thrusters),
@@ -307,7 +310,7 @@ def _cross_checks(config: VesselConfig) -> list[Problem]:
 
 def _names_used_twice(config: VesselConfig) -> list[Problem]:
     problems: list[Problem] = []
-    for table in ("thruster", "sensor", "actuator", "servo", "relay"):
+    for table in ("thruster", "sensor", "actuator", "servo", "relay", "camera"):
         names = [row.name for row in getattr(config, f"{table}s")]
         problems += [
             ((table, i, "name"), f"'{name}' is used twice") for i, name in enumerate(names) if name in names[:i]
@@ -344,6 +347,14 @@ def placed(path: Path, loc: Sequence[str | int], message: str) -> str:
 def with_home(config: VesselConfig, home: HomeConfig) -> VesselConfig:
     """The same vessel with another home."""
     return replace(config, home=home)
+
+
+def with_camera(config: VesselConfig) -> VesselConfig:
+    """The same vessel with a camera on a relay of its first bridge, for trials."""
+    first = config.actuators[0]
+    bridges = (replace(first, relays=(*first.relays, "shutter")), *config.actuators[1:])
+    relay, camera = RelayConfig("shutter", while_disarmed=True), CameraConfig("downward", "relay", relay="shutter")
+    return replace(config, relays=(*config.relays, relay), actuators=bridges, cameras=(*config.cameras, camera))
 
 
 def with_model_error(config: VesselConfig, fraction: float) -> VesselConfig:

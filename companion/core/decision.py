@@ -41,6 +41,27 @@ class Severity(IntEnum):
     DEBUG = 7
 
 
+class TextKind(Enum):
+    """The kinds of texts that the boat sends, each with its severity: who announces chooses a kind, never a severity.
+
+    Ground stations go by the severity: QGroundControl opens a window for ERROR and worse, speaks NOTICE and worse, and
+    keeps the rest quietly in its list. So NOTICE is not used.
+    """
+
+    ROUTINE = Severity.INFO, "what was asked is done, or all is as it should be"
+    HINT = Severity.INFO, "why a program's request to read, or for a message rate, is not fulfilled"
+    ATTENTION = Severity.WARNING, "something that nobody asked for, and that a person should know"
+    REFUSAL = Severity.ERROR, "what an operator asked for is not done, now or when the mission comes to it"
+    FAULT = Severity.ERROR, "a part of the program failed; the rest goes on"
+    ALARM = Severity.CRITICAL, "the boat cannot do what it should, or a failsafe acts"
+    DANGER = Severity.ALERT, "a person must act at once"
+
+    def __init__(self, severity: Severity, meaning: str) -> None:
+        """`meaning`: for the documentation."""
+        self.severity = severity
+        self.meaning = meaning
+
+
 class Need(Enum):
     """What a mode cannot do without."""
 
@@ -58,13 +79,13 @@ class LossFailsafe:
     """The failsafe of one mode: what it steers by is lost. It lasts as long as the loss, while the boat is in the mode
     or would be without the failsafe.
 
-    `name` and `severity` are those of the event. `action` names the parameter with the action. `prefix` begins the
+    `name` and `kind` are those of the event. `action` names the parameter with the action. `prefix` begins the
     announcement, the reason follows; `ends` announces the end. `back_after` names the parameter with the seconds for
     which the source must be good before the boat returns to the mode; None: it does not return by itself.
     """
 
     name: str
-    severity: Severity
+    kind: TextKind
     action: str
     ends: str
     prefix: str = ""
@@ -72,16 +93,30 @@ class LossFailsafe:
 
 
 @dataclass(frozen=True, slots=True)
+class KnownRefusal:
+    """A reason for which a mode cannot be entered, as ground stations list it beside the arming checks.
+
+    `pattern`: regular expression that the whole reason matches. `text`: the reason without its values. `remedy`: what
+    to do; a name between <param> and </param> is a parameter that QGroundControl opens.
+    """
+
+    pattern: str
+    text: str
+    remedy: str
+
+
+@dataclass(frozen=True, slots=True)
 class ModeDeclaration:
     """What the rest of the program needs to know of a mode. One declaration stands in each mode's file.
 
     `text`: for people. `again`: what happens when it is chosen again, for people. `px4`: PX4's `custom_mode`, main <<
-    16 | sub << 24; the generic persona sends the same. `rover`: ArduPilot Rover's mode number; `rover_aliases`: numbers
-    that are understood too. `standard_mode`: MAV_STANDARD_MODE by which the mode can be asked for (0: none);
-    `shows_standard`: it is reported too. `by_stick`: sticks steer, and their silence is a failure. `allocates`: the
-    allocation drives the thrusters, and retractable ones are down. `early`: it may be chosen while disarmed although it
-    cannot be entered yet; arming asks again. `selectable`: ground stations offer it; `advanced`: to experts only.
-    `has_plan`: it leads somewhere by itself (MAV_MODE_FLAG_AUTO). `commands`: MAV_CMD numbers of its own.
+    16 | sub << 24; the generic persona sends the same. `rover`: ArduPilot Rover's mode number; `rover_aliases`,
+    `px4_aliases`: numbers that are understood too. `standard_mode`: MAV_STANDARD_MODE by which the mode can be asked
+    for (0: none); `shows_standard`: it is reported too. `by_stick`: sticks steer, and their silence is a failure.
+    `allocates`: the allocation drives the thrusters, and retractable ones are down. `early`: it may be chosen while
+    disarmed although it cannot be entered yet; arming asks again. `selectable`: ground stations offer it; `advanced`:
+    to experts only. `has_plan`: it leads somewhere by itself (MAV_MODE_FLAG_AUTO). `commands`: MAV_CMD numbers of its
+    own. `refusals`: why it cannot be entered; the first whose pattern matches is listed.
     """
 
     id: ModeId
@@ -90,6 +125,7 @@ class ModeDeclaration:
     rover: int
     again: str = "nothing changes"
     rover_aliases: tuple[int, ...] = ()
+    px4_aliases: tuple[int, ...] = ()
     standard_mode: int = 0
     shows_standard: bool = False
     by_stick: bool = False
@@ -101,6 +137,7 @@ class ModeDeclaration:
     has_plan: bool = True
     failsafe: LossFailsafe | None = None
     commands: tuple[int, ...] = ()
+    refusals: tuple[KnownRefusal, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,9 +145,14 @@ class Event:
     """Something to announce. `name` is stable, for programs; `text` is for people."""
 
     t_s: float
-    severity: Severity
+    kind: TextKind
     name: str
     text: str
+
+    @property
+    def severity(self) -> Severity:
+        """The severity of its kind."""
+        return self.kind.severity
 
 
 class Result(Enum):
@@ -196,7 +238,8 @@ class Status:
 
     `arming_refusals`: why arming would be refused; empty if it would be accepted. `fence`: None while no fence is in
     force. `traffic`: the vessels around, in the order of their MMSI. `leader`: None while no lead boat is heard.
-    `orbit`: the circle that the mode sails, if any.
+    `orbit`: the circle that the mode sails, if any. `landed`: armed, but Land or Dock is done, or the mission that
+    ended at home or a berth.
     """
 
     t_s: float
@@ -212,6 +255,7 @@ class Status:
     traffic: tuple[TrackedTarget, ...] = ()
     leader: Leader | None = None
     orbit: OrbitState | None = None
+    landed: bool = False
 
 
 class Order:

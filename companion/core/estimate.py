@@ -9,6 +9,21 @@ from companion.core.readings import AisTarget, FixType, Wish
 
 
 @dataclass(frozen=True, slots=True)
+class Distrust:
+    """A sensor that lies, as far as the others tell. `sense`: what it measures; `fault`: what it does, for people.
+
+    `since_s`: when that began. `excluded`: it is not used. `asks`: it has jumped, and an operator may accept that.
+    """
+
+    sense: str
+    source: str
+    fault: str
+    since_s: float
+    excluded: bool
+    asks: bool
+
+
+@dataclass(frozen=True, slots=True)
 class NavState:
     """Estimated motion of the boat's origin at `t_s`, with accuracies (one sigma) and ages of the last measurements.
 
@@ -50,6 +65,8 @@ class NavState:
     current_north_mps: float | None = None  # velocity of the water over ground, estimated from thrust and motion
     current_east_mps: float | None = None
     current_accuracy_mps: float | None = None  # one sigma on the worse axis
+    distrusted: tuple[Distrust, ...] = ()  # sensors that lie
+    jumps_followed: int = 0  # how often the position has followed a jump that was accepted
 
 
 NO_ESTIMATE = NavState(

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from companion.core.decision import Event, Severity
+from companion.core.decision import Event, TextKind
 
-Announce = Callable[[float, Severity, str, str], None]
-"""(t_s, severity, name, text): `EventLog.say`, as blocks take it."""
+Announce = Callable[[float, TextKind, str, str], None]
+"""(t_s, kind, name, text): `EventLog.say`, as blocks take it."""
 
 
 class EventLog:
@@ -18,12 +18,12 @@ class EventLog:
         self._pending: list[Event] = []
         self._last: dict[str, Event] = {}
 
-    def say(self, t_s: float, severity: Severity, name: str, text: str) -> None:
+    def say(self, t_s: float, kind: TextKind, name: str, text: str) -> None:
         """Announce an event. `name`: stable, for programs (`mode_changed`, `gcs_lost`); `text`: for people."""
         last = self._last.get(name)
         if last is not None and last.text == text and t_s - last.t_s < self._repeat_s:
             return
-        event = Event(t_s, severity, name, text)
+        event = Event(t_s, kind, name, text)
         self._last[name] = event
         self._pending.append(event)
 

@@ -9,6 +9,8 @@ from geographiclib.constants import Constants
 from geographiclib.geodesic import Geodesic
 
 _A_M = Constants.WGS84_a
+_PLANE_M = 20_000.0
+_MEAN_RADIUS_M = 6_371_008.8
 _SETTLED_M = 1e-6  # each pass shrinks the rest by distance over Earth radius: below this, nothing is left
 _E2 = Constants.WGS84_f * (2.0 - Constants.WGS84_f)
 
@@ -52,6 +54,24 @@ class LocalFrame:
                 break
         lon_deg = self.lon_deg + math.degrees(dlon)
         return math.degrees(lat), math.remainder(lon_deg, 360.0)
+
+
+def rough_distance_and_bearing(
+    lat1_deg: float, lon1_deg: float, lat2_deg: float, lon2_deg: float
+) -> tuple[float, float]:
+    """As `distance_and_bearing`, much faster: on a plane up to about 20 km (within 0.01 %), on a sphere beyond that
+    (within 0.6 %)."""
+    lat1, lat2 = math.radians(lat1_deg), math.radians(lat2_deg)
+    dlon = math.radians(math.remainder(lon2_deg - lon1_deg, 360.0))
+    middle = 0.5 * (lat1 + lat2)
+    meridian, vertical = _radii_m(middle)
+    north_m, east_m = meridian * (lat2 - lat1), vertical * math.cos(middle) * dlon
+    if math.hypot(north_m, east_m) < _PLANE_M:
+        return math.hypot(north_m, east_m), math.atan2(east_m, north_m)
+    half = math.sin(0.5 * (lat2 - lat1)) ** 2 + math.cos(lat1) * math.cos(lat2) * math.sin(0.5 * dlon) ** 2
+    east = math.sin(dlon) * math.cos(lat2)
+    north = math.cos(lat1) * math.sin(lat2) - math.sin(lat1) * math.cos(lat2) * math.cos(dlon)
+    return 2.0 * _MEAN_RADIUS_M * math.asin(min(1.0, math.sqrt(half))), math.atan2(east, north)
 
 
 def distance_and_bearing(lat1_deg: float, lon1_deg: float, lat2_deg: float, lon2_deg: float) -> tuple[float, float]:

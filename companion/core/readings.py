@@ -143,8 +143,8 @@ class Leak:
 
 @dataclass(frozen=True, slots=True)
 class RcInput:
-    """Channels of the hand-held transmitter, each −1…1, in channel order. `lost`: the RC receiver reports no
-    signal."""
+    """Channels of the hand-held transmitter, in channel order: −1 is a pulse of 1000 µs, 1 one of 2000 µs; some reach
+    a little further. `lost`: the RC receiver reports no signal."""
 
     t_s: float
     source: str

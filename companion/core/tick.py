@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from companion.core.actuation import ActuatorCommand, Allocation, ThrusterCondition, ThrusterFeedback, Wrench
 from companion.core.decision import Event, Status
 from companion.core.estimate import NavState
+from companion.core.payload import Forward, Shot
 from companion.core.readings import Battery, Corrections, Depth, Leak, ManualInput, RcInput, Reading, Wind
 from companion.core.setpoint import Setpoint
 
@@ -55,3 +56,5 @@ class Tick:
     load: float = 0.0  # share of the control period spent computing
     readings: Sequence[Reading] = ()  # the readings that the estimator got
     conditions: tuple[ThrusterCondition, ...] = ()
+    shots: tuple[Shot, ...] = ()  # pictures taken in this tick
+    forwards: tuple[Forward, ...] = ()  # commands of missions for cameras and gimbals on the links

@@ -1,6 +1,7 @@
 """The fence in force: what it allows, and whether the boat is inside. Every other module asks here about the fence.
 
-Without a fence, or with GF_ACTION 0, everything is allowed and shapely is not imported.
+It is the plan's zones, within the circle around home where GF_MAX_HOR_DIST gives one. Without a fence, or with
+GF_ACTION 0, everything is allowed and shapely is not imported.
 """
 
 from __future__ import annotations
@@ -12,12 +13,14 @@ from typing import TYPE_CHECKING, Protocol
 
 from companion.config.vessel import VesselConfig
 from companion.control.model import damping
-from companion.core.decision import FenceState, ModeId, Severity
+from companion.core.decision import FenceState, Home, ModeId, TextKind
 from companion.core.estimate import NavState
 from companion.core.events import EventLog
 from companion.core.frames import body_to_ned
 from companion.core.geodesy import LocalFrame
 from companion.core.setpoint import HeadingSetpoint, PathSetpoint, Setpoint
+from companion.fence.home_circle import PARAMETER as _HOME_CIRCLE
+from companion.fence.home_circle import HomeCircle
 from companion.fence.zones import FenceZone, fence_zones
 from companion.guidance.stopping import SMOOTHING_S, stopping_point
 from companion.mission.plan import PlanKind, Plans
@@ -87,14 +90,18 @@ class FenceGuard:
         plans: Plans,
         events: EventLog,
         frame: Callable[[], LocalFrame],
+        home: Callable[[], Home | None],
     ) -> None:
+        """`home()`: None while there is none."""
         self._config = config
         self._parameters = parameters
         self._plans = plans
         self._events = events
         self._frame = frame
+        self._circle = HomeCircle(parameters, home, events)
         self._key: tuple[object, ...] = ()
         self._areas: FenceAreas | None = None
+        self._planned: tuple[tuple[object, ...], FenceAreas | None] = (), None  # of the plan's zones alone
         self._routes: dict[float, ClearRoutes] = {}
         self._entered = False
         self._breached = False
@@ -105,6 +112,8 @@ class FenceGuard:
         self._blind = False  # the position is lost, and that was announced
         self.cause: str | None = None
         plans.on_change(self._on_change)
+        parameters.on_change(self._on_parameter)
+        self._prepare()
 
     # --- the areas -------------------------------------------------------------------------------------------------
 
@@ -112,10 +121,10 @@ class FenceGuard:
     def key(self) -> tuple[object, ...]:
         """Changes whenever the allowed area may have changed; () while no fence is in force."""
         p = self._parameters
-        fence_id = self._plans.plan_id(PlanKind.FENCE)
-        if not fence_id or p["GF_ACTION"] == _NO_ACTION:
+        fence_id, circle = self._plans.plan_id(PlanKind.FENCE), self._circle.zone
+        if not (fence_id or circle) or p["GF_ACTION"] == _NO_ACTION:
             return ()
-        return fence_id, self._frame(), p["FENCE_GROUP0"], p["FENCE_MARGIN"]
+        return fence_id, circle, self._frame(), p["FENCE_GROUP0"], p["FENCE_MARGIN"]
 
     @property
     def state(self) -> FenceState | None:
@@ -126,15 +135,27 @@ class FenceGuard:
         if kind is PlanKind.FENCE:
             self.areas()  # built now, because a tick has no time for it
 
+    def _on_parameter(self, name: str, _value: float) -> None:
+        if name == _HOME_CIRCLE:
+            self._prepare()
+            self.areas()
+
+    def _prepare(self) -> None:
+        """Load what builds areas before a tick needs it: home may come, or move, in a tick."""
+        if self._circle.wanted:
+            from companion.fence import area, limit  # noqa: F401
+
     def areas(self) -> FenceAreas | None:
         """The areas of the fence in force; None where there is none."""
         key = self.key
         if key != self._key:
+            circle_moved = _is_same_but_for_the_circle(key, self._key)
             self._key = key
             self._areas = self._build() if key else None
             self._routes = {}
-            self._entered = self._breached = self._slowed = False
-            self.cause = None
+            if not circle_moved:
+                self._entered = self._breached = self._slowed = False
+                self.cause = None
         return self._areas
 
     @property
@@ -143,6 +164,34 @@ class FenceGuard:
         return 0.5 * self._config.length_m + self._parameters["FENCE_MARGIN"]
 
     def _build(self) -> FenceAreas | None:
+        """The areas of the plan's zones, cut off by the circle around home: a tick in which home moves has time for no
+        more."""
+        circle = self._circle.zone
+        planned = self._planned_areas()
+        if circle is None:
+            return planned
+        from companion.fence.area import Disc, FenceArea
+        from companion.fence.limit import FenceAreas
+
+        if planned is None:
+            planned = FenceAreas(*(FenceArea({}, ()) for _ in range(3)))
+        north_m, east_m = self._frame().to_ned(*circle.points[0])
+        radius_m = circle.radius_m or 0.0
+
+        def cut(area: FenceArea, by_m: float) -> FenceArea:
+            return area.within(Disc(north_m, east_m, radius_m - by_m))
+
+        half_m = 0.5 * self._config.length_m
+        return FenceAreas(cut(planned.fence, 0.0), cut(planned.stopping, half_m), cut(planned.keeping, self.kept_m))
+
+    def _planned_areas(self) -> FenceAreas | None:
+        """The areas of the plan's zones; None if it has none. Kept until they change."""
+        key = (self._plans.plan_id(PlanKind.FENCE), *self._key[2:])
+        if key != self._planned[0]:
+            self._planned = key, self._build_planned()
+        return self._planned[1]
+
+    def _build_planned(self) -> FenceAreas | None:
         from companion.fence.area import FenceArea
         from companion.fence.limit import FenceAreas
 
@@ -245,6 +294,7 @@ class FenceGuard:
         """Check where the boat is, and announce what changed. Without a valid position nothing changes; in a mode that
         goes on without one, a warning is announced."""
         areas = self.areas()
+        self._circle.announce(now_s)
         if areas is None:
             self._blind = False
             return
@@ -259,7 +309,7 @@ class FenceGuard:
         elif self._breached and not outside:
             self._breached = False
             if not self._entered:
-                self._events.say(now_s, Severity.NOTICE, "fence_entered", "Inside the fence: enforced from now on")
+                self._events.say(now_s, TextKind.ROUTINE, "fence_entered", "Inside the fence: enforced from now on")
         self._entered = self._entered or not outside
         if self._breached:
             self.cause = "Outside the fence" if self._entered else None
@@ -269,9 +319,9 @@ class FenceGuard:
     def _announce_blind(self, blind: bool, nav: NavState, now_s: float) -> None:
         """Announce that the position is lost, or back. `blind`: it is lost, and the active mode goes on without it."""
         if blind and not self._blind:
-            self._events.say(now_s, Severity.WARNING, "fence_blind", "Position lost: the fence is not enforced")
+            self._events.say(now_s, TextKind.ATTENTION, "fence_blind", "Position lost: the fence is not enforced")
         elif self._blind and nav.position_valid:
-            self._events.say(now_s, Severity.NOTICE, "fence_seen", "Position is back: the fence is enforced again")
+            self._events.say(now_s, TextKind.ROUTINE, "fence_seen", "Position is back: the fence is enforced again")
         self._blind = not nav.position_valid and (self._blind or blind)
 
     def _on_breach(self, areas: FenceAreas, off_m: float, now_s: float) -> None:
@@ -282,12 +332,12 @@ class FenceGuard:
                 if areas.fence.empty
                 else f"Outside the new fence by {off_m:.0f} m: sail back in"
             )
-            self._events.say(now_s, Severity.WARNING, "fence_outside", text)
+            self._events.say(now_s, TextKind.ATTENTION, "fence_outside", text)
             return
         self._breaches += 1
         self._breach_s = now_s
         if self.cause is not None:
-            self._events.say(now_s, Severity.CRITICAL, "fence_breached", "Outside the fence")
+            self._events.say(now_s, TextKind.ALARM, "fence_breached", "Outside the fence")
 
     def _ahead(self, areas: FenceAreas, nav: NavState, mode: SteeredMode) -> str | None:
         """The warning where the operator steers the boat out of the fence; None where that is not so.
@@ -371,7 +421,7 @@ class FenceGuard:
         slowed = math.hypot(*_demand(result, nav)) < _SLOWED_SHARE * math.hypot(*demand)
         if slowed:
             if not self._slowed:
-                self._events.say(now_s, Severity.INFO, "fence_slowed", "Fence ahead: slowing down")
+                self._events.say(now_s, TextKind.ROUTINE, "fence_slowed", "Fence ahead: slowing down")
             self._slowed_s = now_s
         self._slowed = slowed or (self._slowed and now_s - self._slowed_s < _SLOWED_S)
         return result
@@ -388,6 +438,15 @@ class FenceGuard:
         most_n = hull.m11_kg * (self._parameters["PATH_BW_SURGE"] * slack - limit.braking_mps2) + drag_n
         surge_n = min(wrench.surge_n, most_n) if sign > 0.0 else max(wrench.surge_n, -most_n)
         return setpoint if surge_n == wrench.surge_n else replace(setpoint, wrench=replace(wrench, surge_n=surge_n))
+
+
+def _is_same_but_for_the_circle(key: tuple[object, ...], before: tuple[object, ...]) -> bool:
+    """Whether there was and is a circle around home, and nothing else has changed. A boat that has been inside and is
+    now outside has then left the fence, as in PX4."""
+    if not key or not before:
+        return False
+    (plan, circle, *rest), (plan_before, circle_before, *rest_before) = key, before
+    return None not in (circle, circle_before) and (plan, rest) == (plan_before, rest_before)
 
 
 def _demand(setpoint: PathSetpoint | HeadingSetpoint, nav: NavState) -> tuple[float, float]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from companion.mission.commands import CIRCLES, POLYGONS, Command
+from companion.mission.commands import CIRCLES, POLYGONS, Command, is_no_circle
 from companion.mission.plan import PlanItem
 
 _INCLUSIONS = frozenset({Command.FENCE_POLYGON_INCLUSION, Command.FENCE_CIRCLE_INCLUSION})
@@ -25,13 +25,13 @@ class FenceZone:
 
 def fence_zones(items: Sequence[PlanItem]) -> tuple[FenceZone, ...]:
     """The zones of a fence that has passed `check_plan`. A return point is not a zone and is ignored: RTL leads to home
-    or to a rally point."""
+    or to a rally point. A circle with radius 0 is none either."""
     zones: list[FenceZone] = []
     at = 0
     while at < len(items):
         item = items[at]
         count = int(item.param1) if item.command in POLYGONS else 1
-        if item.command in POLYGONS | CIRCLES:
+        if item.command in POLYGONS | CIRCLES and not is_no_circle(item):
             inclusion = item.command in _INCLUSIONS
             points = tuple((vertex.lat_deg, vertex.lon_deg) for vertex in items[at : at + count])
             group = int(item.param2) if inclusion and item.param2 == item.param2 else 0

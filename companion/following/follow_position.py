@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from companion.core.angles import wrap_pi
-from companion.core.decision import ACCEPTED, Outcome, Result, Severity
+from companion.core.decision import ACCEPTED, Outcome, Result, TextKind
 from companion.core.events import EventLog
 from companion.params.store import Parameters
 
@@ -36,15 +36,13 @@ class FollowPosition:
         bearing_rad = kept_rad if bearing_rad is None else bearing_rad
         distance_m = kept_m if distance_m is None else distance_m
         if not math.isfinite(bearing_rad) or abs(bearing_rad) > 2.0 * math.pi + 1e-6:
-            return self._refuse(f"bearing {math.degrees(bearing_rad):g} deg is not within -360 to 360", now_s)
+            return self._refuse("give -360 to 360 deg", now_s)
         spec = self._parameters.spec("FLW_TGT_DST")
         assert spec is not None
         if not spec.minimum <= distance_m <= spec.maximum:
-            return self._refuse(f"{distance_m:g} m is not within {spec.minimum:g} to {spec.maximum:g} m", now_s)
+            return self._refuse(f"give {spec.minimum:g} to {spec.maximum:g} m", now_s)
         if distance_m < self._parameters["FOLL_MIN_DIST"]:
-            return self._refuse(
-                f"{distance_m:g} m is below FOLL_MIN_DIST ({self._parameters['FOLL_MIN_DIST']:g} m)", now_s
-            )
+            return self._refuse(f"FOLL_MIN_DIST is {self._parameters['FOLL_MIN_DIST']:g} m", now_s)
         self._commanded = distance_m, wrap_pi(bearing_rad)
         self._tell(now_s)
         return ACCEPTED
@@ -70,12 +68,12 @@ class FollowPosition:
         return self.now, self._parameters["FOLL_MIN_DIST"]
 
     def _tell(self, now_s: float) -> None:
-        self._events.say(now_s, Severity.INFO, "station", f"Follow position: {self.text}")
+        self._events.say(now_s, TextKind.ROUTINE, "station", f"Follow position: {self.text}")
         self._told = self._state
 
     def _refuse(self, reason: str, now_s: float) -> Outcome:
         text = f"Follow position refused: {reason}"
-        self._events.say(now_s, Severity.WARNING, "refused", text)
+        self._events.say(now_s, TextKind.REFUSAL, "refused", text)
         return Outcome(Result.DENIED, text)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Callable
+from statistics import median_high
 
 from companion.core.estimate import NavState
 from companion.core.readings import LeaderState, Wish
@@ -14,13 +15,15 @@ _LEAST_S = 0.5  # shorter outages are tolerated
 _MOST_S = 4.0  # a leader heard less often than every 1.3 s cannot be followed
 _MISSED = 3.0  # a position may be late by as many intervals
 _REMEMBERED = 8
+_TOGETHER = 0.2  # share of the median interval below which two came together
 _SAME_S = 1e-3  # times that differ by rounding only
 _LONGEST_STEP_S = 0.25
 
 
 class Rhythm:
     """`see(t_s)` each position. `interval_s`: how often a source sends. Losses lengthen intervals, so it is the second
-    shortest of the last 8 (the shortest may be two that came together)."""
+    shortest of the last 8. Two that came together do not count: MAVSDK sends each new target at once, and again at its
+    usual time."""
 
     def __init__(self) -> None:
         self._intervals_s: deque[float] = deque(maxlen=_REMEMBERED)
@@ -37,7 +40,10 @@ class Rhythm:
     @property
     def interval_s(self) -> float | None:
         """None before the second position."""
-        return sorted(self._intervals_s)[:2][-1] if self._intervals_s else None
+        if not self._intervals_s:
+            return None
+        least_s = _TOGETHER * median_high(self._intervals_s)
+        return sorted(interval_s for interval_s in self._intervals_s if interval_s >= least_s)[:2][-1]
 
 
 class LeaderWatch:

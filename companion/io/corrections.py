@@ -12,14 +12,14 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 
 from companion.config.streams import CorrectionsConfig
-from companion.core.decision import Severity
+from companion.core.decision import TextKind
 from companion.core.ports import ByteStream
 from companion.core.readings import Measurement, Reading
 from companion.core.tick import DeviceHealth, Tick
 from companion.io.nmea_out import gga
 from companion.io.rtcm import RtcmFramer
 
-Say = Callable[[float, Severity, str, str], None]
+Say = Callable[[float, TextKind, str, str], None]
 
 RATE = "rtcm_hz"  # the measurement by which a source shows in the log
 _TIMEOUT_S = 10.0
@@ -65,9 +65,9 @@ class CorrectionsRelay:
             self._homeless_announced = True
             self._say(
                 now_s,
-                Severity.WARNING,
+                TextKind.ATTENTION,
                 "corrections",
-                "RTK corrections come in, but no sensor has rtcm = true in the vessel's file",
+                "RTK corrections unused: no sensor has rtcm = true",
             )
         fresh = [frame for frame in frames if self._is_new(frame, way or source, now_s)]
         for name, stream in self._receivers.items():
@@ -77,7 +77,7 @@ class CorrectionsRelay:
     def heard(self, now_s: float) -> None:
         """Corrections came in, from any source."""
         if self._lost and self._receivers:
-            self._say(now_s, Severity.NOTICE, "corrections_back", "RTK corrections are back")
+            self._say(now_s, TextKind.ROUTINE, "corrections_back", "RTK corrections are back")
         self._lost = False
         self._heard_s = now_s
 
@@ -96,7 +96,7 @@ class CorrectionsRelay:
         if not self._lost and self._receivers and now_s - since_s > _TIMEOUT_S:
             self._lost = True
             text = "none yet" if self._heard_s is None else f"none for {_TIMEOUT_S:.0f} s"
-            self._say(now_s, Severity.WARNING, "corrections_lost", f"RTK corrections: {text}")
+            self._say(now_s, TextKind.ATTENTION, "corrections_lost", f"RTK corrections: {text}")
 
     def close(self) -> None:
         """Nothing to close: the ports belong to the sensors."""

@@ -16,13 +16,13 @@ import pynmea2
 from companion.config.devices import ThrusterConfig
 from companion.config.streams import NmeaOutConfig
 from companion.core.angles import wrap_pi
-from companion.core.decision import Severity
+from companion.core.decision import TextKind
 from companion.core.ports import ByteStream
 from companion.core.readings import FixType
 from companion.core.setpoint import PathSetpoint, PoseSetpoint, desired_motion
 from companion.core.tick import Tick
 
-Say = Callable[[float, Severity, str, str], None]
+Say = Callable[[float, TextKind, str, str], None]
 Fields = tuple[str, ...]
 
 _KNOTS, _KMPH, _NM = 3600.0 / 1852.0, 3.6, 1.0 / 1852.0
@@ -94,7 +94,7 @@ class NmeaOut:
     def _announce(self, fault: str, now_s: float) -> None:
         if fault != self._announced and now_s - self._announced_s >= _REMINDER_S:
             self._announced, self._announced_s = fault, now_s
-            self._say(now_s, Severity.WARNING, "nmea_out", f"NMEA out: {fault}")
+            self._say(now_s, TextKind.ATTENTION, "nmea_out", f"NMEA out: {fault}")
 
 
 def gga(tick: Tick) -> bytes:

@@ -16,7 +16,7 @@ from companion.app import parameter_problems, port_problems, program_version
 from companion.baselines.ahrs import ThesisAhrs
 from companion.config import vessel as config_module
 from companion.config.vessel import ConfigError
-from companion.core.decision import Severity
+from companion.core.decision import TextKind
 from companion.core.estimate import NavState
 from companion.core.events import EventLog
 from companion.core.geodesy import distance_and_bearing
@@ -178,7 +178,7 @@ class LeaderModule:
                 radio.serve(now_s)
             except Exception as error:  # noqa: BLE001  a peer's message must not stop the module
                 self._events.say(
-                    now_s, Severity.ERROR, "link_failed", f"message not handled: {type(error).__name__}: {error}"
+                    now_s, TextKind.FAULT, "link_failed", f"message not handled: {type(error).__name__}: {error}"
                 )
 
     def tick(self, now_s: float) -> None:
@@ -220,12 +220,12 @@ class LeaderModule:
         )
 
     def _follower_says(self, now_s: float, text: str) -> None:
-        self._events.say(now_s, Severity.INFO, "follower", f"follower: {text}")
+        self._events.say(now_s, TextKind.ROUTINE, "follower", f"follower: {text}")
         for ground_station in self._ground_stations:
-            ground_station.tell(Severity.INFO, f"follower: {text}")
+            ground_station.tell(TextKind.ROUTINE, f"follower: {text}")
 
     def _note(self, now_s: float, text: str) -> None:
-        self._events.say(now_s, Severity.NOTICE, "station", text)
+        self._events.say(now_s, TextKind.ROUTINE, "station", text)
 
     def _announce_changes(self, placed: bool, now_s: float) -> None:
         """Announce changes of device health, of the fix, and of the crew's wish: on the terminal and in the log."""
@@ -237,20 +237,20 @@ class LeaderModule:
             if self._ok.get(name) != health.ok and (name in self._ok or not health.ok):
                 # a link's fault already has its name
                 text = f"{name}: {'back' if health.ok else health.text.removeprefix(f'{name}: ')}"
-                self._events.say(now_s, Severity.NOTICE if health.ok else Severity.WARNING, f"{name}_health", text)
+                self._events.say(now_s, TextKind.ROUTINE if health.ok else TextKind.ATTENTION, f"{name}_health", text)
             self._ok[name] = health.ok
         if self._ok.get("fix") != placed:
             self._ok["fix"] = placed
             self._events.say(
                 now_s,
-                Severity.NOTICE if placed else Severity.WARNING,
+                TextKind.ROUTINE if placed else TextKind.ATTENTION,
                 "fix",
                 "fix" if placed else "no fix: reported to the follower",
             )
         if self._announced_presses != self.crew.presses:
             self._announced_presses = self.crew.presses
             self._events.say(
-                now_s, Severity.NOTICE, f"press{self.crew.presses}", f"asked for: {_WISH_TEXTS[self.crew.wish]}"
+                now_s, TextKind.ROUTINE, f"press{self.crew.presses}", f"asked for: {_WISH_TEXTS[self.crew.wish]}"
             )
         for event in self._events.drain():
             self._display.say(event.text)

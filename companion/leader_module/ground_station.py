@@ -11,7 +11,7 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from companion.core.decision import ModeId
+from companion.core.decision import ModeId, TextKind
 from companion.core.estimate import NavState
 from companion.core.readings import ManualInput, Wish
 from companion.core.tick import DeviceHealth
@@ -69,10 +69,10 @@ class LeadGroundStation:
             self._send(_position(nav))
         self._flush(now_s)
 
-    def tell(self, severity: int, text: str) -> None:
+    def tell(self, kind: TextKind, text: str) -> None:
         """Send a STATUSTEXT to all that are connected."""
         self._text_id = self._text_id % 0xFFFF + 1
-        for message in statustexts(severity, text, self._text_id):  # type: ignore[arg-type]
+        for message in statustexts(kind, text, self._text_id):
             self._send(message)
 
     def sticks(self, now_s: float) -> ManualInput | None:

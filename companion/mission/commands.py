@@ -1,8 +1,9 @@
 """The commands that a plan may hold, and the table of rules for each of them.
 
-Numbers, parameters and ranges are those of MAV_CMD in MAVLink's common.xml. Commands for a camera or a gimbal, and
-those of aircraft that do not apply to a boat (take-off), are accepted without effect, so that the boat can sail survey
-plans of ground stations. All others are refused.
+Numbers, parameters and ranges are those of MAV_CMD in MAVLink's common.xml. Commands for a camera or a gimbal are
+accepted without one too, with a word about it, so that the boat can sail survey plans of ground stations for its other
+instruments. Those of aircraft that do not apply to a boat (take-off) are accepted without effect. All others are
+refused.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ class Command(IntEnum):
     NAV_LOITER_TURNS = 18
     NAV_LOITER_TIME = 19
     NAV_RETURN_TO_LAUNCH = 20
-    NAV_LAND = 21  # onto a berth
+    NAV_LAND = 21  # at a berth, or where the boat then holds
     NAV_TAKEOFF = 22
     NAV_LOITER_TO_ALT = 31
     DO_FOLLOW = 32
@@ -52,7 +53,6 @@ class Command(IntEnum):
     DO_SET_CAM_TRIGG_DIST = 206
     DO_SET_CAM_TRIGG_INTERVAL = 214
     DO_MOUNT_CONTROL_QUAT = 220
-    OBLIQUE_SURVEY = 260
     SET_CAMERA_MODE = 530
     SET_CAMERA_ZOOM = 531
     SET_CAMERA_FOCUS = 532
@@ -81,6 +81,7 @@ class Role(Enum):
     DO = "do"  # takes effect at once, on the way
     # delays the "do" items after it until it is met, at the latest to the end of the leg, while the boat sails on
     GATE = "gate"
+    PAYLOAD = "payload"  # for a camera or a gimbal, at once, on the way
     IGNORED = "ignored"  # accepted, without effect
     ZONE = "zone"  # part of a fence, or a rally point
 
@@ -131,6 +132,17 @@ def _cycle(number: int) -> Range:
 
 
 _IGNORED = Rule(Role.IGNORED)
+_PAYLOAD = Rule(Role.PAYLOAD)
+
+
+def _cameras(number: int) -> Range:
+    return Range(number, "camera", "give its number from 1, or 0 for all", 0, 255, whole=True, nan=True)
+
+
+def _switch(number: int, label: str) -> Range:
+    return Range(number, label, "give 1 or 0, or −1 to leave it", -1, 1, whole=True, nan=True)
+
+
 _POLYGON = Rule(
     Role.ZONE,
     PlanKind.FENCE,
@@ -186,7 +198,12 @@ RULES: dict[int, Rule] = {
         position=True,
         ranges=(
             Range(
-                4, "heading", "give the heading at which the boat lies at the berth, 0 to 360 degrees", -360.0, 360.0
+                4,
+                "heading",
+                "give the heading at which the boat lies at the berth, 0 to 360 degrees, or NaN to hold there",
+                -360.0,
+                360.0,
+                nan=True,
             ),
         ),
     ),
@@ -266,30 +283,49 @@ RULES: dict[int, Rule] = {
         ),
     ),
     Command.DO_LAND_START: _IGNORED,
-    Command.DO_SET_ROI_LOCATION: _IGNORED,
-    Command.DO_SET_ROI_WPNEXT_OFFSET: _IGNORED,
-    Command.DO_SET_ROI_NONE: _IGNORED,
-    Command.DO_SET_ROI_SYSID: _IGNORED,
-    Command.DO_CONTROL_VIDEO: _IGNORED,
-    Command.DO_SET_ROI: _IGNORED,
-    Command.DO_DIGICAM_CONTROL: _IGNORED,
-    Command.DO_MOUNT_CONFIGURE: _IGNORED,
-    Command.DO_MOUNT_CONTROL: _IGNORED,
-    Command.DO_SET_CAM_TRIGG_DIST: _IGNORED,
-    Command.DO_SET_CAM_TRIGG_INTERVAL: _IGNORED,
-    Command.DO_MOUNT_CONTROL_QUAT: _IGNORED,
-    Command.OBLIQUE_SURVEY: _IGNORED,
-    Command.SET_CAMERA_MODE: _IGNORED,
-    Command.SET_CAMERA_ZOOM: _IGNORED,
-    Command.SET_CAMERA_FOCUS: _IGNORED,
-    Command.SET_CAMERA_SOURCE: _IGNORED,
-    Command.DO_GIMBAL_MANAGER_PITCHYAW: _IGNORED,
-    Command.DO_GIMBAL_MANAGER_CONFIGURE: _IGNORED,
-    Command.IMAGE_START_CAPTURE: _IGNORED,
-    Command.IMAGE_STOP_CAPTURE: _IGNORED,
-    Command.DO_TRIGGER_CONTROL: _IGNORED,
-    Command.VIDEO_START_CAPTURE: _IGNORED,
-    Command.VIDEO_STOP_CAPTURE: _IGNORED,
+    Command.DO_SET_ROI_LOCATION: _PAYLOAD,
+    Command.DO_SET_ROI_WPNEXT_OFFSET: _PAYLOAD,
+    Command.DO_SET_ROI_NONE: _PAYLOAD,
+    Command.DO_SET_ROI_SYSID: _PAYLOAD,
+    Command.DO_CONTROL_VIDEO: _PAYLOAD,
+    Command.DO_SET_ROI: _PAYLOAD,
+    Command.DO_DIGICAM_CONTROL: _PAYLOAD,
+    Command.DO_MOUNT_CONFIGURE: _PAYLOAD,
+    Command.DO_MOUNT_CONTROL: _PAYLOAD,
+    Command.DO_SET_CAM_TRIGG_DIST: Rule(
+        Role.PAYLOAD,
+        ranges=(
+            Range(1, "distance", "give 0.1 m or more, or 0 to stop", 0.1, also=(0.0,)),
+            _switch(3, "picture at once"),
+            _cameras(4),
+        ),
+    ),
+    Command.DO_SET_CAM_TRIGG_INTERVAL: Rule(
+        Role.PAYLOAD,
+        ranges=(Range(1, "cycle time", "give milliseconds, or 0 or −1 for no change", 0, also=(-1.0,)), _cameras(3)),
+    ),
+    Command.DO_MOUNT_CONTROL_QUAT: _PAYLOAD,
+    Command.SET_CAMERA_MODE: _PAYLOAD,
+    Command.SET_CAMERA_ZOOM: _PAYLOAD,
+    Command.SET_CAMERA_FOCUS: _PAYLOAD,
+    Command.SET_CAMERA_SOURCE: _PAYLOAD,
+    Command.DO_GIMBAL_MANAGER_PITCHYAW: _PAYLOAD,
+    Command.DO_GIMBAL_MANAGER_CONFIGURE: _PAYLOAD,
+    Command.IMAGE_START_CAPTURE: Rule(
+        Role.PAYLOAD,
+        ranges=(
+            _cameras(1),
+            Range(2, "interval", "give 0 s or more", 0, nan=True),
+            Range(3, "count", "give a whole number, or 0 for no end", 0, whole=True, nan=True),
+            Range(4, "sequence", "give a whole number, or 0 for none", 0, whole=True, nan=True),
+        ),
+    ),
+    Command.IMAGE_STOP_CAPTURE: Rule(Role.PAYLOAD, ranges=(_cameras(1),)),
+    Command.DO_TRIGGER_CONTROL: Rule(
+        Role.PAYLOAD, ranges=(_switch(1, "enable"), _switch(2, "reset"), _switch(3, "pause"))
+    ),
+    Command.VIDEO_START_CAPTURE: _PAYLOAD,
+    Command.VIDEO_STOP_CAPTURE: _PAYLOAD,
     Command.FENCE_RETURN_POINT: Rule(Role.ZONE, PlanKind.FENCE, position=True),
     Command.FENCE_POLYGON_INCLUSION: _POLYGON,
     Command.FENCE_POLYGON_EXCLUSION: _POLYGON,
@@ -308,6 +344,11 @@ SERVOS = frozenset({Command.DO_SET_SERVO, Command.DO_REPEAT_SERVO})
 RELAYS = frozenset({Command.DO_SET_RELAY, Command.DO_REPEAT_RELAY})
 POLYGONS = frozenset({Command.FENCE_POLYGON_INCLUSION, Command.FENCE_POLYGON_EXCLUSION})
 CIRCLES = frozenset({Command.FENCE_CIRCLE_INCLUSION, Command.FENCE_CIRCLE_EXCLUSION})
+
+
+def is_no_circle(item: PlanItem) -> bool:
+    """Whether it is a circle of a fence with radius 0, which clients send for none: MAVSDK's fences always hold one."""
+    return item.command in CIRCLES and item.param1 == 0.0
 
 
 def name_of(command: int) -> str:

@@ -6,9 +6,21 @@ import math
 from collections.abc import Sequence
 
 from companion.mission.auxiliary import auxiliary_of
-from companion.mission.commands import GATES, TASKS, Command
+from companion.mission.commands import GATES, RULES, TASKS, Command, Role
+from companion.mission.payload import PICTURES, payload_of
 from companion.mission.plan import PlanItem
-from companion.mission.tasks import Action, DoCondition, FollowLeader, SetFollowPosition, SetHome, SetSpeed
+from companion.mission.tasks import (
+    Action,
+    ByDistance,
+    ByTime,
+    DoCondition,
+    FollowLeader,
+    SetFollowPosition,
+    SetHome,
+    SetSpeed,
+    StopPictures,
+    TriggerAsBefore,
+)
 
 ENDLESS = -1
 _STARTS = (Command.IMAGE_START_CAPTURE, Command.VIDEO_START_CAPTURE)
@@ -58,9 +70,9 @@ class Cursor:
         self.surveying = False
         self._look_back()
 
-    def copy(self) -> Cursor:
+    def copy(self, follow_endless: bool = True) -> Cursor:
         """A copy to look ahead with; without the held items, which do not matter then."""
-        ahead = Cursor(self._items, 0, dict(self.jumps), self.speed_mps, self._follow_endless)
+        ahead = Cursor(self._items, 0, dict(self.jumps), self.speed_mps, self._follow_endless and follow_endless)
         ahead.seq, ahead.surveying, ahead.leg_speed_mps = self.seq, self.surveying, self.leg_speed_mps
         return ahead
 
@@ -181,7 +193,23 @@ class Cursor:
             return SetFollowPosition(
                 None if math.isnan(bearing_rad) else bearing_rad, None if math.isnan(distance_m) else distance_m
             )
+        if item.command in RULES and RULES[item.command].role is Role.PAYLOAD:
+            return payload_of(item)
         return auxiliary_of(item)
+
+    def trigger_before(self) -> list[Action]:
+        """What the items before this place have the camera do on the way; empty for a plan without pictures."""
+        if not any(item.command in PICTURES for item in self._items):
+            return []
+        for action in map(payload_of, reversed(self._items[: self.seq])):
+            match action:
+                case ByDistance(camera=camera, spacing_m=spacing_m):
+                    return [TriggerAsBefore(ByDistance(camera, spacing_m) if spacing_m > 0.0 else None)]
+                case ByTime(count=count):
+                    return [TriggerAsBefore(action if count is None else None)]
+                case StopPictures():
+                    break
+        return [TriggerAsBefore(None)]
 
 
 def _shooting(item: PlanItem) -> bool | None:

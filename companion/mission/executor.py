@@ -10,7 +10,7 @@ from companion.core.decision import MissionProgress, MissionState
 from companion.mission.commands import DESTINATIONS, Command, must_stay
 from companion.mission.cursor import Cursor
 from companion.mission.itinerary import task_at
-from companion.mission.plan import PlanItem, PlanKind, Plans, plan_id
+from companion.mission.plan import PlanItem, PlanKind, Plans, item_number, plan_id
 from companion.mission.snapshot import SnapshotError, read_snapshot, write_snapshot
 from companion.mission.tasks import Action, Complete, DoCondition, Sail, SetSpeed, Stay, Task
 
@@ -107,6 +107,12 @@ class MissionExecutor:
             if not arrived:
                 cursor.advance()
 
+    def way_ahead(self) -> Cursor:
+        """From here to the end, for `Reckoning`: a copy that takes no endless jumps. Changes nothing."""
+        if self._state is MissionState.COMPLETE:
+            return Cursor(self._items, follow_endless=False)
+        return self._cursor.copy(follow_endless=False)
+
     def take_actions(self) -> tuple[Action, ...]:
         """Actions of "do" items that ran when the mission began, changed its current item or was replaced; each is
         returned once."""
@@ -128,7 +134,7 @@ class MissionExecutor:
         seq = ahead.seq
         ahead.settle()
         if ahead.item is None:
-            return f"nothing to sail to from item {seq} to the end of the mission"
+            return f"nothing to sail to from item {item_number(seq)} on"
         if afresh:
             self._rewind(seq)
         self._state = MissionState.ACTIVE
@@ -153,6 +159,7 @@ class MissionExecutor:
         if (refusal := self._outside(seq)) is not None:
             return refusal
         self._cursor.stand_at(seq)
+        self._actions += self._cursor.trigger_before()
         if reset:
             self._cursor.jumps.clear()
         self._arrived = False
@@ -207,6 +214,7 @@ class MissionExecutor:
         except SnapshotError as error:
             return str(error)
         self._cursor = Cursor(self._items, kept.seq, kept.jumps, kept.speed_mps, held=kept.held)
+        self._actions += self._cursor.trigger_before()
         self._state = kept.state
         item = self._cursor.item
         self._arrived = kept.arrived and item is not None and must_stay(item)
@@ -266,6 +274,7 @@ class MissionExecutor:
         if self._cursor.speed_mps is not None:
             self._actions.append(SetSpeed(None))
         self._cursor = Cursor(self._items, seq)
+        self._actions += self._cursor.trigger_before()
         self._arrived = False
         self._just_passed = None
         self._task = None
@@ -273,7 +282,7 @@ class MissionExecutor:
     def _outside(self, seq: int) -> str | None:
         if 0 <= seq < len(self._items):
             return None
-        return f"no item {seq}: the mission has {len(self._items)} items, 0 to {len(self._items) - 1}"
+        return f"the mission has items 1 to {item_number(len(self._items) - 1)}"
 
     # --- a new plan ------------------------------------------------------------------------------------------------
 

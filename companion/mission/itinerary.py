@@ -30,7 +30,7 @@ def task_at(cursor: Cursor, arrived: bool) -> Task:
     if item.command == Command.NAV_LOITER_TURNS:
         return _orbit(item, cursor.copy())
     if item.command == Command.NAV_LAND:
-        return Dock(item.seq, item.lat_deg, item.lon_deg, heading_rad(item) or 0.0)
+        return Dock(item.seq, item.lat_deg, item.lon_deg, heading_rad(item))
     return ReturnHome(item.seq)
 
 

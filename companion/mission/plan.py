@@ -44,6 +44,15 @@ class PlanResult(IntEnum):
     OPERATION_CANCELLED = 15
 
 
+def item_number(seq: int) -> int:
+    """The number by which people know item `seq` of a list: the first is 1, in every text, table, picture and option.
+
+    It is what QGroundControl writes on its map and `doJumpId` in its files, the line of a `.waypoints` file, and the
+    sequence number on a link with the ardupilot persona, where 0 is home. On other links sequence numbers begin with 0.
+    """
+    return seq + 1
+
+
 @dataclass(frozen=True, slots=True)
 class PlanRefusal:
     """Why a plan is refused. `seq`: the item at fault, or None for the plan as a whole."""
@@ -51,6 +60,10 @@ class PlanRefusal:
     result: PlanResult
     text: str
     seq: int | None = None
+
+    def __str__(self) -> str:
+        """The reason, with the item's number before it."""
+        return self.text if self.seq is None else f"item {item_number(self.seq)}: {self.text}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,6 +82,11 @@ class PlanItem:
     z: float
     autocontinue: int = 1
     current: int = 0
+
+    @property
+    def number(self) -> int:
+        """Its number for people."""
+        return item_number(self.seq)
 
     @property
     def lat_deg(self) -> float:

@@ -127,7 +127,9 @@ def _mission(items: Any, problems: list[str]) -> tuple[PlanItem, ...]:
 
 def _flatten(items: list[Any], problems: list[str]) -> Iterator[tuple[str, dict[str, Any], bool]]:
     """(place for people, the item's object, whether it comes from a complex item), in order."""
-    for number, raw in enumerate(items):
+    number = 0
+    for raw in items:
+        number += 1
         place = f"mission item {number}"
         if not isinstance(raw, dict):
             problems.append(f"{place}: not an object; remove it")
@@ -141,10 +143,12 @@ def _flatten(items: list[Any], problems: list[str]) -> Iterator[tuple[str, dict[
                 problems.append(f"{place}: {kind} without its items; open the plan in QGroundControl and save it again")
                 continue
             for part_number, part in enumerate(parts):
+                place = f"mission item {number + part_number} ({kind})"
                 if isinstance(part, dict):
-                    yield f"{place} ({kind}) part {part_number}", part, True
+                    yield place, part, True
                 else:
-                    problems.append(f"{place} ({kind}) part {part_number}: not an object; remove it")
+                    problems.append(f"{place}: not an object; remove it")
+            number += len(parts) - 1
 
 
 def _row(raw: dict[str, Any]) -> Row | str:

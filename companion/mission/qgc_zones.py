@@ -46,7 +46,7 @@ def fence_rows(fence: dict[str, Any], problems: list[str]) -> Iterator[FencePart
 
 
 def _polygon_rows(fence: dict[str, Any], problems: list[str]) -> Iterator[FencePart]:
-    for number, polygon in enumerate(_list(fence, "polygons")):
+    for number, polygon in enumerate(_list(fence, "polygons"), start=1):
         place = f"polygon {number}"
         vertices = [point(value) for value in _list(polygon, "polygon")]
         if not vertices or None in vertices:
@@ -59,7 +59,7 @@ def _polygon_rows(fence: dict[str, Any], problems: list[str]) -> Iterator[FenceP
 
 
 def _circle_rows(fence: dict[str, Any], problems: list[str]) -> Iterator[FencePart]:
-    for number, entry in enumerate(_list(fence, "circles")):
+    for number, entry in enumerate(_list(fence, "circles"), start=1):
         place = f"circle {number}"
         circle = entry.get("circle") if isinstance(entry, dict) else None
         centre = point(circle.get("center")) if isinstance(circle, dict) else None
@@ -73,7 +73,7 @@ def _circle_rows(fence: dict[str, Any], problems: list[str]) -> Iterator[FencePa
 
 def rally_rows(rally: dict[str, Any], problems: list[str]) -> Iterator[FencePart]:
     """The items of a `rallyPoints` object, in order. Appends what is wrong to `problems`."""
-    for number, value in enumerate(_list(rally, "points")):
+    for number, value in enumerate(_list(rally, "points"), start=1):
         place = point(value)
         if place is None:
             problems.append(f"rallyPoints: point {number} is {value!r}; give [latitude, longitude, altitude]")
@@ -92,7 +92,7 @@ def fence_text(fence: Sequence[PlanItem], problems: list[str]) -> dict[str, Any]
         place = [item.x / 1e7, item.y / 1e7]
         if item.command in POLYGONS | CIRCLES and item.param2 != 0.0:
             problems.append(
-                f"fence item {item.seq}: inclusion group {item.param2:g} cannot be written to a .plan file; use group 0"
+                f"fence item {item.number}: a .plan file cannot hold inclusion group {item.param2:g}; use group 0"
             )
         if item.command in POLYGONS:
             if left <= 0:

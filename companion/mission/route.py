@@ -78,8 +78,11 @@ def _row(point: RouteFilePoint) -> Row:
     return Row(command, _GLOBAL_RELATIVE_ALT, (first, second, 0.0, heading, point.lat_deg, point.lon_deg, 0.0))
 
 
+_DROPPED = (Role.IGNORED, Role.PAYLOAD)
+
+
 def from_plan(name: str, plan: PlanFile, format_text: str, plain: bool = False) -> tuple[RouteFilePoint, ...]:
-    """The points of a plan that is a route, without the items that have no effect on a boat (cameras).
+    """The points of a plan that is a route, without the items that do not move the boat (cameras).
 
     `plain`: the format holds positions only. Raises PlanFileError with every item that the format, named
     `format_text`, cannot hold.
@@ -95,10 +98,10 @@ def from_plan(name: str, plan: PlanFile, format_text: str, plain: bool = False) 
             points.append(point)
             if plain and point != RouteFilePoint(point.lat_deg, point.lon_deg):
                 text = "its radius, speed, stay or heading has no place in"
-                problems.append(f"{name}: item {item.seq}: {text} {format_text}; write a .plan, .gpx or .json file")
-        elif item.command not in RULES or RULES[item.command].role is not Role.IGNORED:
+                problems.append(f"{name}: item {item.number}: {text} {format_text}; write a .plan, .gpx or .json file")
+        elif item.command not in RULES or RULES[item.command].role not in _DROPPED:
             problems.append(
-                f"{name}: item {item.seq}: {name_of(item.command)} has no place in {format_text}; write a .plan file"
+                f"{name}: item {item.number}: {name_of(item.command)} has no place in {format_text}; write a .plan file"
             )
     if not points and not problems:
         problems.append(f"{name}: the plan has no waypoints to write")

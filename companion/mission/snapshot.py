@@ -9,6 +9,7 @@ from typing import Any
 
 from companion.core.decision import MissionState
 from companion.mission.cursor import Cursor
+from companion.mission.plan import item_number
 
 
 class SnapshotError(ValueError):
@@ -61,7 +62,7 @@ def read_snapshot(values: Mapping[str, Any], count: int) -> Snapshot:
         raise SnapshotError(f"it cannot be read ({error})") from error
     furthest = count if state is MissionState.COMPLETE else count - 1
     if seq > max(0, furthest) or (state is MissionState.NO_MISSION) != (count == 0):
-        raise SnapshotError(f"item {seq} in state {state.name} does not fit a mission of {count} items")
+        raise SnapshotError(f"item {item_number(seq)} in state {state.name} does not fit a mission of {count} items")
     if any(seq >= count for seq in held):
         raise SnapshotError(f"items held back that a mission of {count} items does not have")
     return Snapshot(state, seq, arrived, jumps, speed_mps, reached, reached_seq, held)

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from companion.core.angles import wrap_two_pi
 from companion.core.geodesy import distance_and_bearing
-from companion.mission.commands import DESTINATIONS, RULES, Command, Role, must_stay, name_of, stay_s
+from companion.mission.commands import DESTINATIONS, PLACES, RULES, Command, Role, must_stay, name_of, stay_s
 from companion.mission.cursor import ENDLESS, Cursor
-from companion.mission.plan import PlanItem
+from companion.mission.plan import PlanItem, item_number
+from companion.mission.survey import Survey, survey_of
 from companion.mission.tasks import SetHome
 
 _MOST_LEGS = 100_000
@@ -35,6 +36,7 @@ class Summary:
     """`length_m` and `time_s` are sums over `legs`, at steady speed, without bends, turns on the spot or weather.
 
     `waypoints`, `holds`, `jumps` and `ignored` count items, `items` all of them. `notes`: what the sums do not include.
+    `survey`: what cameras do.
     """
 
     legs: tuple[Leg, ...]
@@ -46,9 +48,12 @@ class Summary:
     jumps: int
     ignored: int
     notes: tuple[str, ...]
+    survey: Survey | None = None
 
 
 Place = tuple[float, float]
+Measure = Callable[[float, float, float, float], tuple[float, float]]
+"""(lat1_deg, lon1_deg, lat2_deg, lon2_deg) → (distance_m, bearing_rad)."""
 
 
 @dataclass(slots=True)
@@ -58,62 +63,118 @@ class _Voyage:
     cruise_speed_mps: float
     place: Place | None
     home: Place | None
+    measure: Measure
+    most_speed_mps: float = math.inf
     legs: list[Leg] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     lines: dict[tuple[Place, Place], tuple[float, float]] = field(default_factory=dict)  # laps sail the same legs again
 
     def sail(self, seq: int, command: int, target: Place | None, speed_mps: float | None, hold_s: float) -> None:
         """Add the leg to `target` and move there; without a target, only the time to hold."""
-        speed = speed_mps or self.cruise_speed_mps
+        speed = min(speed_mps or self.cruise_speed_mps, self.most_speed_mps)
         if self.place is None or target is None:
             self.legs.append(Leg(seq, command, None, None, speed, 0.0, hold_s))
         else:
             line = (self.place, target)
             if line not in self.lines:
-                self.lines[line] = distance_and_bearing(*self.place, *target)
+                self.lines[line] = self.measure(*self.place, *target)
             length_m, course_rad = self.lines[line]
             self.legs.append(Leg(seq, command, length_m, course_rad, speed, length_m / speed, hold_s))
         self.place = target or self.place
 
 
+class Reckoning:
+    """Sails a mission on paper, some legs at a time. `advance(most_legs)` until it returns True.
+
+    Counted jumps, speed changes and holds are followed. Endless jumps are not taken; a stay for ever ends the mission.
+    """
+
+    def __init__(
+        self,
+        cursor: Cursor,
+        cruise_speed_mps: float,
+        start: Place | None,
+        home: Place | None,
+        measure: Measure = distance_and_bearing,
+        most_speed_mps: float = math.inf,
+    ) -> None:
+        """`cursor` is moved: it follows no endless jumps. `start`: where the boat is; `home`: where it returns to.
+        `most_speed_mps` caps the speeds of the mission."""
+        self._cursor = cursor
+        self._voyage = _Voyage(cruise_speed_mps, start, home, measure, most_speed_mps)
+        self.length_m = self.time_s = 0.0
+        _move_home(self._voyage, cursor.settle())
+
+    @property
+    def legs(self) -> Sequence[Leg]:
+        """The legs so far."""
+        return self._voyage.legs
+
+    @property
+    def notes(self) -> list[str]:
+        """What the sums do not include."""
+        return self._voyage.notes
+
+    def advance(self, most_legs: int) -> bool:
+        """Sail so many legs more; returns whether the mission is at its end."""
+        for _ in range(most_legs):
+            item = self._cursor.item
+            if item is None:
+                return True
+            if len(self.legs) == _MOST_LEGS:
+                self.notes.append(f"only the first {_MOST_LEGS} legs are counted")
+                return True
+            goes_on = _follow(self._voyage, item, self._cursor.speed_mps)
+            self.length_m += self.legs[-1].length_m or 0.0
+            self.time_s += self.legs[-1].sailing_s + self.legs[-1].hold_s
+            if not goes_on:
+                return True
+            _move_home(self._voyage, self._cursor.advance())
+        return self._cursor.item is None
+
+
 def summarise(
-    items: Sequence[PlanItem], cruise_speed_mps: float, home: tuple[float, float, float] | None = None
+    items: Sequence[PlanItem],
+    cruise_speed_mps: float,
+    home: tuple[float, float, float] | None = None,
+    most_speed_mps: float = math.inf,
 ) -> Summary:
     """The summary of `items` from `home` (lat_deg, lon_deg, altitude_m), with counted jumps, speed changes and holds.
 
-    Lengths are geodesics on WGS 84. Endless jumps are not taken; a stay for ever ends the mission.
+    `most_speed_mps` caps the speeds that the mission sets. Lengths are geodesics on WGS 84. Endless jumps are not
+    taken; a stay for ever ends the mission.
     """
     start = home[:2] if home is not None else None
-    voyage = _Voyage(cruise_speed_mps, start, start)
     cursor = Cursor(items, follow_endless=False)
-    _move_home(voyage, cursor.settle())
-    while (item := cursor.item) is not None:
-        if len(voyage.legs) == _MOST_LEGS:
-            voyage.notes.append(f"only the first {_MOST_LEGS} legs are counted")
-            break
-        if not _follow(voyage, item, cursor.speed_mps):
-            break
-        _move_home(voyage, cursor.advance())
-    voyage.notes += _without_effect(items)
-    voyage.notes += [
-        f"item {i.seq} hands over to Follow: the way until the mission is resumed is not counted"
+    voyage = Reckoning(cursor, cruise_speed_mps, start, start, most_speed_mps=most_speed_mps)
+    voyage.advance(_MOST_LEGS + 1)
+    notes = [*voyage.notes, *_without_effect(items)]
+    notes += [
+        f"item {i.number} hands over to Follow: the way until the mission is resumed is not counted"
         for i in items
         if i.command == Command.DO_FOLLOW
     ]
-    voyage.notes += [
-        f"item {i.seq} jumps to {i.param1:g} for ever: one lap is counted" for i in items if _is_endless(i)
+    notes += [
+        f"item {i.number} jumps to item {i.param1 + 1:g} for ever: one lap is counted" for i in items if _is_endless(i)
     ]
     return Summary(
         tuple(voyage.legs),
-        sum(leg.length_m or 0.0 for leg in voyage.legs),
-        sum(leg.sailing_s + leg.hold_s for leg in voyage.legs),
+        voyage.length_m,
+        voyage.time_s,
         len(items),
         sum(item.command in DESTINATIONS for item in items),
         sum(item.command in DESTINATIONS and must_stay(item) for item in items),
         sum(item.command == Command.DO_JUMP for item in items),
         sum(item.command in RULES and RULES[item.command].role is Role.IGNORED for item in items),
-        tuple(dict.fromkeys(voyage.notes)),
+        tuple(dict.fromkeys(notes)),
+        survey_of(items, cruise_speed_mps),
     )
+
+
+def first_leg(legs: Sequence[Leg]) -> Leg | None:
+    """The way to the first place of the mission; None if there is none, or its length is not known."""
+    leg = next((leg for leg in legs if leg.command in PLACES), None)
+    return None if leg is None or leg.length_m is None else leg
 
 
 def format_summary(summary: Summary) -> str:
@@ -127,7 +188,7 @@ def format_summary(summary: Summary) -> str:
             else "       –"
         )
         lines.append(
-            f"{leg.seq:4d}  {name_of(leg.command):20.20s}  {length}  {course}  {leg.speed_mps:9.2f}"
+            f"{item_number(leg.seq):4d}  {name_of(leg.command):20.20s}  {length}  {course}  {leg.speed_mps:9.2f}"
             f"  {_clock(leg.sailing_s):>6s}  {_clock(leg.hold_s) if leg.hold_s else '–':>6s}"
         )
     lines.append(
@@ -135,6 +196,8 @@ def format_summary(summary: Summary) -> str:
         f"{summary.jumps} jumps; {summary.ignored} without effect"
     )
     lines.append(f"length {summary.length_m:.1f} m, time {_clock(summary.time_s)}")
+    if summary.survey is not None:
+        lines.append(summary.survey.text)
     lines += [f"note: {note}" for note in summary.notes]
     return "\n".join(lines)
 
@@ -143,7 +206,7 @@ def _follow(voyage: _Voyage, item: PlanItem, speed_mps: float | None) -> bool:
     """Add the way to `item` and the stay there; False if the mission ends with it."""
     ends = item.command in DESTINATIONS and stay_s(item) is None
     if ends:
-        voyage.notes.append(f"the boat stays at item {item.seq} for ever")
+        voyage.notes.append(f"the boat stays at item {item.number} for ever")
     target, hold_s = _target_and_hold_s(voyage, item, speed_mps)
     voyage.sail(item.seq, item.command, target, speed_mps, hold_s)
     return not ends
@@ -157,18 +220,20 @@ def _target_and_hold_s(voyage: _Voyage, item: PlanItem, speed_mps: float | None)
     elif item.command == Command.NAV_LOITER_TURNS:
         target = (item.lat_deg, item.lon_deg)
         hold_s = _orbit_s(item, speed_mps or voyage.cruise_speed_mps)
-        voyage.notes.append(f"item {item.seq} goes round its point: the way counts to the centre, the turns as a stay")
+        voyage.notes.append(
+            f"item {item.number} goes round its point: the way counts to its centre, the turns as a stay"
+        )
     elif item.command == Command.NAV_RETURN_TO_LAUNCH:
         target = voyage.home
         if target is None:
-            voyage.notes.append(f"item {item.seq} returns home, whose place the file does not give: not counted")
+            voyage.notes.append(f"item {item.number} returns home, whose place the file does not give: not counted")
     elif item.command == Command.NAV_LAND:
         target = (item.lat_deg, item.lon_deg)
-        voyage.notes.append(f"item {item.seq} comes alongside: not counted")
+        voyage.notes.append(f"item {item.number} comes alongside: not counted")
     elif item.command == Command.NAV_DELAY:
         hold_s = _duration_s(item.param1)
         if item.param1 < 0.0:
-            voyage.notes.append(f"item {item.seq} waits for a time of day: not counted")
+            voyage.notes.append(f"item {item.number} waits for a time of day: not counted")
     return target, hold_s
 
 
@@ -182,7 +247,7 @@ def _without_effect(items: Sequence[PlanItem]) -> list[str]:
     found: dict[int, list[int]] = {}
     for item in items:
         if item.command in RULES and RULES[item.command].role is Role.IGNORED:
-            found.setdefault(item.command, []).append(item.seq)
+            found.setdefault(item.command, []).append(item.number)
     notes = []
     for command, seqs in found.items():
         places = ", ".join(map(str, seqs[:_MOST_PLACES])) + (

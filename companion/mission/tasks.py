@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from companion.core.payload import Forward
+
 _DAY_S = 86400
 
 
@@ -97,12 +99,12 @@ class ReturnHome:
 
 @dataclass(frozen=True, slots=True)
 class Dock:
-    """Come alongside the berth at that position, with the heading `yaw_rad`."""
+    """Come alongside the berth at that position, with the heading `yaw_rad`. None: no berth is there, hold there."""
 
     seq: int
     lat_deg: float
     lon_deg: float
-    yaw_rad: float
+    yaw_rad: float | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -192,7 +194,62 @@ class SetActuators:
 
 
 AuxiliaryAction = SetServo | SetRelay | SetActuators
-Action = SetSpeed | SetHome | SetFollowPosition | FollowLeader | AuxiliaryAction
+
+
+@dataclass(frozen=True, slots=True)
+class TakePicture:
+    """One picture now. `camera`: its number from 1, 0 for all, as in all actions on cameras. `sequence`: of the
+    request, 0 for none; the same one again is a repetition."""
+
+    camera: int = 0
+    sequence: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class ByDistance:
+    """A picture every `spacing_m` along the boat's track, 0 to stop. `at_once`: and one now."""
+
+    camera: int
+    spacing_m: float
+    at_once: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class ByTime:
+    """A picture now and every `interval_s`, `count` in all; None: until it is stopped."""
+
+    camera: int
+    interval_s: float
+    count: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class StopPictures:
+    """No more pictures by distance or time."""
+
+    camera: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class TriggerControl:
+    """Switch the triggers of all cameras on or off, or pause them, as they are; None changes nothing. `reset`: number
+    the pictures from 1 again."""
+
+    enable: bool | None
+    pause: bool | None
+    reset: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class TriggerAsBefore:
+    """The mission begins at, or jumps to, another item: cameras do what the items before it say; None: nothing."""
+
+    trigger: ByDistance | ByTime | None
+
+
+CameraAction = TakePicture | ByDistance | ByTime | StopPictures | TriggerControl | TriggerAsBefore
+PayloadAction = CameraAction | Forward
+Action = SetSpeed | SetHome | SetFollowPosition | FollowLeader | AuxiliaryAction | PayloadAction
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,15 +7,28 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
+from companion.core.geodesy import distance_and_bearing
 from companion.mission.auxiliary import UNSET_INT
-from companion.mission.commands import CIRCLES, POLYGONS, RELAYS, RULES, SERVOS, TASKS, Command, Rule, name_of
+from companion.mission.commands import (
+    CIRCLES,
+    POLYGONS,
+    RELAYS,
+    RULES,
+    SERVOS,
+    TASKS,
+    Command,
+    Rule,
+    is_no_circle,
+    name_of,
+)
 from companion.mission.cursor import ENDLESS
-from companion.mission.plan import GLOBAL_FRAMES, PlanItem, PlanKind, PlanRefusal, PlanResult
+from companion.mission.plan import GLOBAL_FRAMES, PlanItem, PlanKind, PlanRefusal, PlanResult, item_number
 from companion.mission.polygon import MOST_VERTICES, find_crossing
 
 CAPACITY = 10_000
 """Most items in one list; a larger MISSION_COUNT is refused with NO_SPACE."""
 
+_NEAR_ZERO_M = 1000.0  # of latitude 0, longitude 0: a boat that lives there means it
 _LAT_LIMIT = 900_000_000
 _LON_LIMIT = 1_800_000_000
 _PARAM_RESULTS = (
@@ -33,6 +46,8 @@ def check_item(kind: PlanKind, item: PlanItem) -> PlanRefusal | None:
     rule = RULES.get(item.command)
     if rule is None or rule.kind is not kind:
         return _unknown(kind, item, rule)
+    if is_no_circle(item):
+        return None
     if rule.position and (refusal := _check_position(item)) is not None:
         return refusal
     for allowed in rule.ranges:
@@ -51,16 +66,18 @@ def check_item(kind: PlanKind, item: PlanItem) -> PlanRefusal | None:
 def check_plan(
     kind: PlanKind,
     items: Sequence[PlanItem],
-    can_sway: bool = True,
     servos: int | None = None,
     relays: int | None = None,
     least_radius_m: float = 0.0,
+    takes_off: bool = True,
+    home: tuple[float, float] | None = None,
 ) -> PlanRefusal | None:
     """Why `items`, each of which has passed `check_item`, cannot be in force together; None if they can, or for an
     empty list.
 
-    `can_sway`: whether the boat has sideways thrust, and so can come alongside a berth. `servos`, `relays`: number of
-    its outputs; None: do not check them. `least_radius_m`: of the smallest circle that the boat can sail.
+    `servos`, `relays`: number of the boat's outputs; None: do not check them. `least_radius_m`: of the smallest circle
+    that the boat can sail. `takes_off`: whether a take-off is taken, as what is done already (COM_TAKEOFF_OK).
+    `home`: (lat_deg, lon_deg), if known.
     """
     if len(items) > CAPACITY:
         return PlanRefusal(
@@ -70,22 +87,36 @@ def check_plan(
         if item.seq != i:
             return PlanRefusal(
                 PlanResult.INVALID_SEQUENCE,
-                f"item {i}: it carries sequence number {item.seq}; number items from 0 without gaps",
+                f"it carries sequence number {item.seq}; number them without gaps",
                 i,
             )
+    if (refusal := _check_zero(items, home)) is not None:
+        return refusal
     if kind is PlanKind.MISSION:
-        landing = next((item for item in items if item.command == Command.NAV_LAND), None)
-        if landing is not None and not can_sway:
-            text = "needs sideways thrust, which this boat does not have; remove it"
-            return _refuse(landing, PlanResult.UNSUPPORTED, text)
+        take_off = next((item for item in items if item.command == Command.NAV_TAKEOFF), None)
+        if take_off is not None and not takes_off:
+            return _refuse(take_off, PlanResult.UNSUPPORTED, "is not for a boat (COM_TAKEOFF_OK); remove it")
         return _check_outputs(items, servos, relays) or _check_orbits(items, least_radius_m) or _check_mission(items)
     if kind is PlanKind.FENCE:
         return _check_fence(items)
     return None
 
 
+def _check_zero(items: Sequence[PlanItem], home: tuple[float, float] | None) -> PlanRefusal | None:
+    """Latitude 0, longitude 0 is what programs send that have no place, unless the boat lives there."""
+    if home is not None and distance_and_bearing(0.0, 0.0, *home)[0] <= _NEAR_ZERO_M:
+        return None
+    for item in items:
+        here = item.command == Command.DO_SET_HOME and item.param1 != 0.0
+        rule = RULES.get(item.command)
+        placed = rule is not None and (rule.position or item.command == Command.DO_SET_HOME)
+        if placed and not here and item.x == 0 and item.y == 0:
+            return _refuse(item, PlanResult.INVALID_PARAM5_X, "is at latitude 0, longitude 0; give it a place")
+    return None
+
+
 def _refuse(item: PlanItem, result: PlanResult, text: str) -> PlanRefusal:
-    return PlanRefusal(result, f"item {item.seq}: {name_of(item.command)} {text}", item.seq)
+    return PlanRefusal(result, f"{name_of(item.command)} {text}", item.seq)
 
 
 def _unknown(kind: PlanKind, item: PlanItem, rule: Rule | None) -> PlanRefusal:
@@ -175,7 +206,7 @@ def _check_outputs(items: Sequence[PlanItem], servos: int | None, relays: int | 
 
 
 def _no_output(item: PlanItem, number: int, text: str) -> PlanRefusal:
-    return PlanRefusal(_PARAM_RESULTS[number - 1], f"item {item.seq}: {name_of(item.command)}: {text}", item.seq)
+    return PlanRefusal(_PARAM_RESULTS[number - 1], f"{name_of(item.command)}: {text}", item.seq)
 
 
 def _numbers(count: int, first: int) -> str:
@@ -194,15 +225,13 @@ def _check_mission(items: Sequence[PlanItem]) -> PlanRefusal | None:
     jumps = [item for item in items if item.command == Command.DO_JUMP]
     for jump in jumps:
         if not 0 <= jump.param1 < len(items):
-            text = (
-                f"item {jump.seq}: DO_JUMP to {jump.param1:g}, but the plan has {len(items)} items; "
-                f"give 0 to {len(items) - 1}"
-            )
+            target = jump.param1 + 1
+            text = f"DO_JUMP to item {target:g}, but the plan has {len(items)} items; jump to one of them"
             return PlanRefusal(PlanResult.INVALID_PARAM1, text, jump.seq)
         if jump.param1 == jump.seq:
             return PlanRefusal(
                 PlanResult.INVALID_PARAM1,
-                f"item {jump.seq}: DO_JUMP to itself; give the number of another item",
+                "DO_JUMP to itself; jump to another item",
                 jump.seq,
             )
     if any(jump.param2 == ENDLESS for jump in jumps) and (refusal := _check_loops(items)) is not None:
@@ -222,10 +251,8 @@ def _check_loops(items: Sequence[PlanItem]) -> PlanRefusal | None:
         while seq < len(items) and not settled[seq]:
             if seq in way:
                 jump = _jump_ahead(items, seq)
-                text = (
-                    f"item {jump}: DO_JUMP to {items[jump].param1:g} for ever, with nothing to do in between; "
-                    "add a waypoint to the loop"
-                )
+                target = item_number(int(items[jump].param1))
+                text = f"DO_JUMP to item {target} for ever, with nothing to do in between; add a waypoint to the loop"
                 return PlanRefusal(PlanResult.INVALID_PARAM1, text, jump)
             way.add(seq)
             seq = int(items[seq].param1) if _is_endless(items[seq]) else seq + 1
@@ -260,7 +287,7 @@ def _check_fence(items: Sequence[PlanItem]) -> PlanRefusal | None:
             continue
         if item.command not in CIRCLES:
             if return_point is not None:
-                text = f"item {at}: a second return point, after the one at item {return_point}; keep one of them"
+                text = f"a second return point, after item {item_number(return_point)}; keep one of them"
                 return PlanRefusal(PlanResult.INVALID, text, at)
             return_point = at
         at += 1
@@ -272,10 +299,10 @@ def _check_polygon(items: Sequence[PlanItem], first: int) -> PlanRefusal | None:
     head = items[first]
     if not head.param1 >= 3:
         return PlanRefusal(
-            PlanResult.INVALID_PARAM1, f"item {first}: a polygon of {head.param1:g} vertices; it needs 3 or more", first
+            PlanResult.INVALID_PARAM1, f"a polygon of {head.param1:g} vertices; it needs 3 or more", first
         )
     if head.param1 > MOST_VERTICES:
-        text = f"item {first}: a polygon of {head.param1:g} vertices; draw it with {MOST_VERTICES} or fewer"
+        text = f"a polygon of {head.param1:g} vertices; draw it with {MOST_VERTICES} or fewer"
         return PlanRefusal(PlanResult.NO_SPACE, text, first)
     count = int(head.param1)
     vertices = items[first : first + count]
@@ -284,24 +311,21 @@ def _check_polygon(items: Sequence[PlanItem], first: int) -> PlanRefusal | None:
             return refusal
     if len(vertices) < count:
         text = (
-            f"item {first}: the polygon that begins here has {len(vertices)} of its {count} vertices; "
+            f"the polygon that begins here has {len(vertices)} of its {count} vertices; "
             "send the rest, or correct param1"
         )
         return PlanRefusal(PlanResult.INVALID_PARAM1, text, first)
     crossing = find_crossing([(vertex.x, vertex.y) for vertex in vertices])
     if crossing is not None:
-        sides = " and ".join(f"{first + i}–{first + (i + 1) % count}" for i in crossing)
-        text = (
-            f"item {first + crossing[0]}: the polygon crosses itself, sides {sides}; "
-            "put its vertices in order around the area"
-        )
+        sides = " and ".join(f"{item_number(first + i)}–{item_number(first + (i + 1) % count)}" for i in crossing)
+        text = f"the polygon crosses itself, sides {sides}; put its vertices in order around the area"
         return PlanRefusal(PlanResult.INVALID, text, first + crossing[0])
     return None
 
 
 def _check_vertex(vertex: PlanItem, head: PlanItem, count: int) -> PlanRefusal | None:
     """Check that `vertex` belongs to the polygon of `count` vertices that begins with `head`."""
-    named = f"item {vertex.seq}: in the polygon of {count} vertices that begins at item {head.seq}"
+    named = f"in the polygon of {count} vertices that begins at item {head.number}"
     if vertex.command != head.command:
         text = f"{named} stands {name_of(vertex.command)}; send its vertices one after the other"
         return PlanRefusal(PlanResult.INVALID, text, vertex.seq)

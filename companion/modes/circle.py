@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from companion.config.vessel import VesselConfig
-from companion.core.decision import ModeDeclaration, ModeId, ModeInputs, OrbitState, Order, Severity
+from companion.core.decision import KnownRefusal, ModeDeclaration, ModeId, ModeInputs, OrbitState, Order, TextKind
 from companion.core.events import EventLog
 from companion.core.geodesy import LocalFrame
 from companion.core.setpoint import Setpoint
@@ -17,6 +17,7 @@ from companion.guidance.crab_compensation import top_speed_mps
 from companion.guidance.orbit import Circle, OrbitGuidance, chosen_circle, least_radius_m, radius_refusal, whole_line
 from companion.modes.mode import FURTHEST_LEG_M, Mode
 from companion.modes.parts.headway import Headway
+from companion.modes.parts.refusals import FENCE_REFUSALS
 from companion.params.store import Parameters
 from companion.positioning.hold_point import HoldPoint
 from companion.positioning.watch_circles import WatchCircles
@@ -64,6 +65,15 @@ class CircleMode(Mode):
         standard_mode=2,  # ORBIT
         again="an orbit that is over begins anew",
         commands=(34,),  # DO_ORBIT
+        refusals=(
+            KnownRefusal(
+                r"radius .*|the radius should be above 0 m",
+                "the radius is too small for this boat",
+                "Set <param>CIRC_RADIUS</param> larger.",
+            ),
+            KnownRefusal(r"centre .* km away", "the centre is too far away", "Choose a centre near the boat."),
+            *FENCE_REFUSALS,
+        ),
     )
 
     def __init__(
@@ -149,7 +159,7 @@ class CircleMode(Mode):
         self._plan, self._over = plan, False
         self._headway.reset()
         self._guidance.start(plan.circle, inputs.nav, None if math.isinf(plan.total_rad) else plan.total_rad)
-        self._events.say(inputs.now_s, Severity.INFO, "circle_begins", f"Circle: {_said(plan)}")
+        self._events.say(inputs.now_s, TextKind.ROUTINE, "circle_begins", f"Circle: {_said(plan)}")
         return None
 
     def resume(self, inputs: ModeInputs) -> str | None:
@@ -178,8 +188,7 @@ class CircleMode(Mode):
 
     def mind_fence(self, inputs: ModeInputs) -> str | None:
         """Stop if the rest of the orbit leaves the new fence."""
-        reason = None if self._over else self._fence.line_refusal(self._guidance.line())
-        return None if reason is None else f"Circle stopped by the new fence: {reason}"
+        return None if self._over else self._fence.line_refusal(self._guidance.line())
 
     def stuck_s(self, now_s: float) -> float | None:
         """Seconds for which the boat has made no way round the circle."""
@@ -216,7 +225,7 @@ class CircleMode(Mode):
         self._hold_point.stop_here(inputs.nav)
         self._watch.reset()
         turns = (progress.swept_rad or 0.0) / _TURN_RAD
-        self._events.say(inputs.now_s, Severity.NOTICE, "circle_done", f"Circle: {turns:.1f} turns done, holding")
+        self._events.say(inputs.now_s, TextKind.ROUTINE, "circle_done", f"Circle: {turns:.1f} turns done, holding")
         return self._hold(inputs)
 
     def _hold(self, inputs: ModeInputs) -> Setpoint:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from companion.config.vessel import VesselConfig
-from companion.core.decision import SELF_STEERED_NEEDS, ModeDeclaration, ModeId, ModeInputs, Need
+from companion.core.decision import SELF_STEERED_NEEDS, KnownRefusal, ModeDeclaration, ModeId, ModeInputs, Need
 from companion.core.setpoint import Setpoint
 from companion.modes.mode import Mode
 from companion.modes.parts.berth import BerthChoice
@@ -20,6 +20,19 @@ class DockMode(Mode):
         rover=8,
         again="docking that was given up is tried again",
         needs=SELF_STEERED_NEEDS | {Need.SIDEWAYS_THRUST},
+        refusals=(
+            KnownRefusal(r"no berth.*", "no berth", "Add [dock] to the vessel file, or NAV_LAND to the mission."),
+            KnownRefusal(
+                r"this boat cannot push itself sideways",
+                "this boat cannot push itself sideways",
+                "Choose another mode.",
+            ),
+            KnownRefusal(r"thruster .* failed", "a thruster has failed", "Repair it. The other modes work without it."),
+            KnownRefusal(r"boat is behind the berth.*", "the boat is behind the berth", "Sail round to its front."),
+            KnownRefusal(
+                r"way to the berth crosses the fence", "the way to the berth crosses the fence", "Change the fence."
+            ),
+        ),
     )
 
     def __init__(self, config: VesselConfig, docking: Docking, choice: BerthChoice) -> None:
@@ -38,8 +51,12 @@ class DockMode(Mode):
 
     def mind_fence(self, inputs: ModeInputs) -> str | None:
         """Stop docking if the way to the berth now crosses the fence."""
-        reason = self.check(inputs)
-        return None if reason is None else f"Docking stopped by the new fence: {reason}"
+        return self.check(inputs)
+
+    @property
+    def voyage_over(self) -> bool:
+        """Whether the boat has docked."""
+        return self._docking.docked
 
     @property
     def alongside(self) -> bool:

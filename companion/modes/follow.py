@@ -11,12 +11,13 @@ from companion.config.vessel import VesselConfig
 from companion.core.actuation import ZERO_WRENCH
 from companion.core.decision import (
     SELF_STEERED_NEEDS,
+    KnownRefusal,
     LossFailsafe,
     ModeDeclaration,
     ModeId,
     ModeInputs,
     Need,
-    Severity,
+    TextKind,
 )
 from companion.core.estimate import Leader, NavState
 from companion.core.events import EventLog
@@ -43,7 +44,8 @@ class FollowMode(Mode):
     has reverse thrust; otherwise it drifts.
 
     Remembers the state of its law, the follow position that it holds beside a leader at rest, and the way made. It also
-    remembers whether it waits inside the fence because the follow position is outside.
+    remembers whether it waits inside the fence because the follow position is outside, and whether it waits for the
+    leader.
     """
 
     declaration = ModeDeclaration(
@@ -55,12 +57,31 @@ class FollowMode(Mode):
         early=True,  # ground stations send their position only once the boat is in Follow
         failsafe=LossFailsafe(
             "leader_lost",
-            Severity.CRITICAL,
+            TextKind.ALARM,
             "FOLL_LOSS_ACT",
-            "Leader's and own position are good again",
+            "Leader can be followed again",
             back_after="FOLL_BACK_T",
         ),
         commands=(32, 33, 31012),  # DO_FOLLOW, DO_FOLLOW_REPOSITION, USER_3: follow position
+        refusals=(
+            KnownRefusal(
+                r"no leader heard|leader \d+ not heard",
+                "no leader heard",
+                "Start the leader module, or Follow Me. <param>FOLL_SYSID</param> names the leader.",
+            ),
+            KnownRefusal(
+                r"leader silent.*|leader has only just been heard",
+                "the leader is not heard steadily",
+                "Wait, or look at the link to the lead boat.",
+            ),
+            KnownRefusal(
+                r"leader without a position.*|leader has no position",
+                "the leader has no position",
+                "Look at the receiver of the lead boat.",
+            ),
+            KnownRefusal(r"own position .*", "own position is not known", "Wait for a satellite fix."),
+            KnownRefusal(r"the leader is .* km away", "the leader is over 2 km away", "Sail nearer to the leader."),
+        ),
     )
 
     def __init__(self, config: VesselConfig, parameters: Parameters, events: EventLog, fence: FenceGuard) -> None:
@@ -75,6 +96,7 @@ class FollowMode(Mode):
         self._headway = Headway("Follow", events)
         self._held: tuple[float, float] | None = None
         self._waiting = False
+        self._standing_by = False
         self._by_thesis = False
         self._way_m = 0.0
         standing = (
@@ -112,8 +134,19 @@ class FollowMode(Mode):
         self._thesis.start()
         self._headway.reset()
         self._held = None
-        self._waiting = False
+        self._waiting = self._standing_by = False
         return None
+
+    def stand_by(self, inputs: ModeInputs) -> Setpoint:
+        """Hold here until the leader is heard."""
+        if not self._standing_by:
+            self._hold_point.stop_here(inputs.nav)
+            self._standing_by = True
+        return self._hold_point.update(inputs.nav, None, inputs.speed_mps, inputs.dt_s)
+
+    def leave(self) -> None:
+        """Stand by no longer."""
+        self._standing_by = False
 
     def stuck_s(self, now_s: float) -> float | None:
         """Seconds without headway along the course to the follow position; None if unknown."""
@@ -177,10 +210,10 @@ class FollowMode(Mode):
             self._hold_point.stop_here(nav)
             self._held = None
             self._events.say(
-                inputs.now_s, Severity.WARNING, "follow_waits", f"Follow: waiting inside the fence: {beyond}"
+                inputs.now_s, TextKind.ATTENTION, "follow_waits", f"Follow waits inside the fence: {beyond}"
             )
         elif beyond is None and self._waiting:
-            self._events.say(inputs.now_s, Severity.NOTICE, "follow_goes_on", "Follow: going on")
+            self._events.say(inputs.now_s, TextKind.ROUTINE, "follow_goes_on", "Follow: going on")
         self._waiting = beyond is not None
         return self._waiting
 

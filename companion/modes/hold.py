@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from companion.allocation.propulsion import can_reverse
 from companion.config.vessel import VesselConfig
 from companion.core.angles import wrap_pi
-from companion.core.decision import ModeDeclaration, ModeId, ModeInputs, Severity
+from companion.core.decision import ModeDeclaration, ModeId, ModeInputs, TextKind
 from companion.core.estimate import NavState
 from companion.core.events import EventLog
 from companion.core.frames import body_to_ned
@@ -32,6 +32,7 @@ class HoldMode(Mode):
         px4=0x03040000,
         rover=4,
         rover_aliases=(5,),  # LOITER
+        px4_aliases=(0x00030000,),  # POSCTL: sticks move the point that is held
         standard_mode=1,  # POSITION_HOLD
         again="a go-to is given up, and the boat holds where it can stop",
         has_plan=False,
@@ -45,6 +46,8 @@ class HoldMode(Mode):
         self._circles = WatchCircles(parameters, events)
         self._consequence = ConsequenceCheck(config, parameters, events)
         self._headway = Headway("Hold", events)
+        self._jumps = 0
+        self._landing = False
         if config.limits.sway_n > 0.0:
             self._text = self.declaration.text
         elif not can_reverse(config.thrusters):
@@ -73,6 +76,7 @@ class HoldMode(Mode):
     def enter(self, inputs: ModeInputs) -> str | None:
         """Stop and hold here."""
         self._headway.reset()
+        self._jumps = inputs.nav.jumps_followed
         self.hold_here(inputs.nav)
         return None
 
@@ -92,8 +96,17 @@ class HoldMode(Mode):
         """Stop a go-to that the fence now refuses, and hold here. Hold itself always continues."""
         if self.going and (reason := self._fence.go_refusal(inputs.nav, *self.target)) is not None:
             self.hold_here(inputs.nav)
-            self._events.say(inputs.now_s, Severity.WARNING, "fence_stops", f"Go-to stopped by the new fence: {reason}")
+            self._events.say(inputs.now_s, TextKind.ATTENTION, "fence_stops", f"Go-to stopped: {reason}")
         return None
+
+    @property
+    def voyage_over(self) -> bool:
+        """Whether the boat was told to land, and holds there."""
+        return self._landing and not self.going and self._hold_point.arrived
+
+    def land(self) -> None:
+        """The present hold point is the end of the voyage, until the point is moved."""
+        self._landing = True
 
     def hold_here(self, nav: NavState) -> None:
         """Stop in the shortest distance and hold there."""
@@ -145,9 +158,21 @@ class HoldMode(Mode):
         self._headway.reset()
 
     def _moved(self) -> None:
+        self._landing = False
         self._headway.rebase()
         self._circles.reset()
         self._consequence.reset()
+
+    def _stay(self, inputs: ModeInputs) -> None:
+        """Where the estimate has followed a jump, the boat stays at its place over ground: the hold point follows."""
+        if inputs.nav.jumps_followed == self._jumps:
+            return
+        self._jumps = inputs.nav.jumps_followed
+        if not self.going:
+            self.hold_here(inputs.nav)
+            self._events.say(
+                inputs.now_s, TextKind.ATTENTION, "hold_point_moved", "Hold point moved: the position jumped"
+            )
 
     def drop_speed(self) -> None:
         """Forget the speed that came with the go-to."""
@@ -155,9 +180,12 @@ class HoldMode(Mode):
 
     def update(self, inputs: ModeInputs) -> Setpoint:
         """The setpoint that keeps the hold point or goes to it."""
+        self._stay(inputs)
+        point = self.target
         setpoint = self._hold_point.update(inputs.nav, inputs.manual, inputs.speed_mps, inputs.dt_s)
         if self._hold_point.way_m is not None:
             self._headway.update(self._hold_point.way_m, inputs.speed_mps, inputs.now_s)
+        self._landing = self._landing and (self.target == point or self.going)
         if self._hold_point.arrived:
             north_m, east_m = self._hold_point.target
             self._circles.update(math.hypot(inputs.nav.north_m - north_m, inputs.nav.east_m - east_m), inputs.now_s)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from companion.baselines.path_choice import ChosenPathTracker
 from companion.config.vessel import VesselConfig
-from companion.core.decision import MissionState, ModeDeclaration, ModeId, ModeInputs, Severity
+from companion.core.decision import KnownRefusal, MissionState, ModeDeclaration, ModeId, ModeInputs, TextKind
 from companion.core.events import EventLog
 from companion.core.geodesy import LocalFrame, distance_and_bearing
 from companion.core.setpoint import PoseSetpoint, Setpoint
@@ -16,6 +16,7 @@ from companion.guidance.crab_compensation import top_speed_mps
 from companion.guidance.orbit import OrbitGuidance
 from companion.guidance.path_tracking import Waypoint
 from companion.mission.executor import MissionExecutor
+from companion.mission.plan import item_number
 from companion.mission.tasks import (
     Action,
     Complete,
@@ -35,6 +36,7 @@ from companion.modes.parts.berth import BerthChoice
 from companion.modes.parts.docking import Docking
 from companion.modes.parts.headway import Headway
 from companion.modes.parts.mission_fence import MissionFence, orbit_circle
+from companion.modes.parts.refusals import FAR_AWAY, FENCE_REFUSALS
 from companion.modes.parts.sideways_leg import SidewaysLeg
 from companion.modes.parts.turn import TurnPlan
 from companion.modes.rtl import ReturnPoint
@@ -72,6 +74,12 @@ class MissionMode(Mode):
         shows_standard=True,
         again="a mission that has ended starts over",
         commands=(300, 224),  # MISSION_START, DO_SET_MISSION_CURRENT
+        refusals=(
+            KnownRefusal(r"no mission loaded", "no mission loaded", "Draw a plan and upload it."),
+            FAR_AWAY,
+            KnownRefusal(r".*no way home.*", "no way home inside the fence", "Change the fence, or the rally points."),
+            *FENCE_REFUSALS,
+        ),
     )
 
     def __init__(
@@ -98,6 +106,7 @@ class MissionMode(Mode):
         self._sideways = False  # `_leg` sails the last leg of the route
         self._on_leg = False  # `_leg` sails now
         self._at_berth = False  # docking has started and was not refused
+        self._landing = False  # the boat goes to hold where the mission lands it
         self._path_tracker = ChosenPathTracker(parameters, self._can_sway, top_speed_mps(config))
         self._orbit = OrbitGuidance(parameters, self._can_sway, top_speed_mps(config))
         self._headway = Headway("Mission", events)
@@ -113,6 +122,7 @@ class MissionMode(Mode):
         self._gate_since_s = 0.0
         self._blocked: str | None = None
         self._way_home = False
+        self._homeward = False  # the last task leads home or lands
 
     @property
     def blocked(self) -> str | None:
@@ -129,8 +139,7 @@ class MissionMode(Mode):
 
     def mind_fence(self, inputs: ModeInputs) -> str | None:
         """Stop the mission if the rest of it now crosses the fence."""
-        reason = self._fence.refusal(inputs)
-        return None if reason is None else f"Stopped by the new fence: {reason}"
+        return self._fence.refusal(inputs)
 
     @property
     def ended(self) -> MissionState | None:
@@ -142,6 +151,11 @@ class MissionMode(Mode):
     def docked(self) -> bool:
         """Whether the boat has docked at the berth of the last completed item."""
         return self._at_berth and self._docking.docked
+
+    @property
+    def voyage_over(self) -> bool:
+        """Whether the mission has ended at home, at a berth or where it landed the boat."""
+        return self.ended is MissionState.COMPLETE and self._homeward
 
     @property
     def alongside(self) -> bool:
@@ -188,7 +202,9 @@ class MissionMode(Mode):
         seq, lat_deg, lon_deg = place
         away_m, _ = distance_and_bearing(inputs.nav.lat_deg, inputs.nav.lon_deg, lat_deg, lon_deg)
         return (
-            self._fence.refusal(inputs) if away_m <= FURTHEST_LEG_M else f"item {seq} is {away_m / 1000.0:.0f} km away"
+            self._fence.refusal(inputs)
+            if away_m <= FURTHEST_LEG_M
+            else f"item {item_number(seq)} is {away_m / 1000.0:.0f} km away"
         )
 
     def enter(self, inputs: ModeInputs) -> str | None:
@@ -263,7 +279,7 @@ class MissionMode(Mode):
             self._task = Complete()
             return self._docking.update(inputs)
         if not isinstance(self._task, Complete):
-            if not isinstance(self._task, Stay | Wait | Turn | ReturnHome):
+            if not isinstance(self._task, Stay | Wait | Turn | ReturnHome | Dock):
                 self._hold_point.stop_here(inputs.nav)
             self._task = Complete()
         return self._hold_point.update(inputs.nav, None, inputs.speed_mps, inputs.dt_s)
@@ -272,6 +288,7 @@ class MissionMode(Mode):
 
     def _take_up(self, task: Task, inputs: ModeInputs) -> None:
         before, self._task = self._task, task
+        self._homeward = isinstance(task, ReturnHome | Dock)
         self._headway.rebase()
         self._at_berth = False
         self._since_s = None
@@ -310,15 +327,17 @@ class MissionMode(Mode):
         self._turn = TurnPlan(inputs.nav.yaw_rad, task.yaw_rad, task.relative, task.direction)
         self._turning = True
         if not self._can_sway:
-            text = f"Item {task.seq}: this boat cannot turn on the spot"
-            self._events.say(inputs.now_s, Severity.NOTICE, "turn_skipped", text)
+            text = f"Item {item_number(task.seq)}: this boat cannot turn on the spot"
+            self._events.say(inputs.now_s, TextKind.REFUSAL, "turn_skipped", text)
 
     def _return_home(self, task: ReturnHome, inputs: ModeInputs) -> None:
         found = self._point.way((inputs.nav.north_m, inputs.nav.east_m), inputs.home)
         self._way_home = not isinstance(found, str)
         if isinstance(found, str):
             self._hold_point.stop_here(inputs.nav)
-            self._events.say(inputs.now_s, Severity.WARNING, "no_home", f"Item {task.seq}: {found}, holding here")
+            self._events.say(
+                inputs.now_s, TextKind.REFUSAL, "no_home", f"Item {item_number(task.seq)}: {found}, holding here"
+            )
         else:
             self._hold_point.go_along(inputs.nav, found[1])
 
@@ -329,16 +348,23 @@ class MissionMode(Mode):
         self._stop_if_blocked(self._fence.track_refusal([self._orbit.line()], [task.seq]), inputs)
 
     def _go_to_berth(self, task: Dock, inputs: ModeInputs) -> None:
-        """Start docking. If it is refused, announce why and hold here."""
-        refusal = self._docking.start(self._berths.at(task.lat_deg, task.lon_deg, task.yaw_rad), inputs)
+        """Start docking. If it is refused, announce why and hold here. Where the boat should not dock, or cannot, it
+        goes there and holds."""
+        yaw_rad = self._fence.berth_heading_rad(task)
+        self._landing = yaw_rad is None
+        if yaw_rad is None:
+            north_m, east_m = self._frame().to_ned(task.lat_deg, task.lon_deg)
+            self._hold_point.go_to(inputs.nav, north_m, east_m, task.yaw_rad, None)
+            return
+        refusal = self._docking.start(self._berths.at(task.lat_deg, task.lon_deg, yaw_rad), inputs)
         self._at_berth = refusal is None
         if refusal is not None:
             self._hold_point.stop_here(inputs.nav)
             self._events.say(
                 inputs.now_s,
-                Severity.WARNING,
+                TextKind.REFUSAL,
                 "dock_refused",
-                f"Item {task.seq}: docking refused: {refusal}; holding here",
+                f"Item {item_number(task.seq)}: docking refused: {refusal}",
             )
 
     def _lay_path(self, task: Sail, inputs: ModeInputs, before: Task | None) -> None:
@@ -461,7 +487,7 @@ class MissionMode(Mode):
             case Turn():
                 return self._is_turned(setpoint)
             case Dock():
-                return self.docked
+                return not self._hold_point.going if self._landing else self.docked
             case ReturnHome():
                 return self._way_home and not self._hold_point.going
 
@@ -483,4 +509,4 @@ class MissionMode(Mode):
         before = self._executor.progress.reached
         self._actions += self._executor.complete(seq)
         if self._executor.progress.reached != before:
-            self._events.say(inputs.now_s, Severity.INFO, "item_reached", f"Mission item {seq} reached")
+            self._events.say(inputs.now_s, TextKind.ROUTINE, "item_reached", f"Mission item {item_number(seq)} reached")

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from companion.core.decision import ModeDeclaration, ModeId, ModeInputs, Need, OrbitState
-from companion.core.setpoint import Setpoint
+from companion.core.setpoint import NEUTRAL_SETPOINT, Setpoint
 
 FURTHEST_LEG_M = 50_000.0  # a destination further away is another boat's plan or a typing error
 
@@ -109,6 +109,15 @@ class Mode(ABC):
     @abstractmethod
     def update(self, inputs: ModeInputs) -> Setpoint:
         """Return the setpoint of this tick."""
+
+    def stand_by(self, inputs: ModeInputs) -> Setpoint:
+        """The setpoint while the mode is chosen but waits for what it needs to be entered."""
+        return NEUTRAL_SETPOINT
+
+    @property
+    def voyage_over(self) -> bool:
+        """Whether the boat has come to the end of its voyage: at home, at a berth, or where it was told to land."""
+        return False
 
     @property
     def alongside(self) -> bool:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from companion.allocation.propulsion import can_reverse
 from companion.config.vessel import VesselConfig
-from companion.core.decision import LossFailsafe, ModeDeclaration, ModeId, ModeInputs, Severity
+from companion.core.decision import KnownRefusal, LossFailsafe, ModeDeclaration, ModeId, ModeInputs, TextKind
 from companion.core.estimate import NavState
 from companion.core.events import EventLog
 from companion.core.setpoint import Setpoint
@@ -43,7 +43,11 @@ class OffboardMode(Mode):
         advanced=True,
         has_plan=False,
         failsafe=LossFailsafe(
-            "offboard_lost", Severity.CRITICAL, "OFFB_LOSS_ACT", "Offboard setpoints are back", prefix="Offboard: "
+            "offboard_lost", TextKind.ALARM, "OFFB_LOSS_ACT", "Offboard setpoints are back", prefix="Offboard: "
+        ),
+        refusals=(
+            KnownRefusal(r"no setpoint.*", "no setpoints come", "Stream setpoints first, several a second."),
+            KnownRefusal(r"setpoints refused: .*", "setpoints are refused", "Send points inside the fence."),
         ),
     )
 

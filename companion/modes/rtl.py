@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 
 from companion.config.vessel import VesselConfig
-from companion.core.decision import Home, ModeDeclaration, ModeId, ModeInputs, Severity
+from companion.core.decision import Home, KnownRefusal, ModeDeclaration, ModeId, ModeInputs, TextKind
 from companion.core.events import EventLog
 from companion.core.geodesy import LocalFrame
 from companion.core.setpoint import Setpoint
@@ -39,7 +39,7 @@ class ReturnPoint:
         points = [] if home is None else [("home", home.lat_deg, home.lon_deg)]
         if self._parameters["RTL_USE_RALLY"]:
             rally = [item for item in self._plans.items(PlanKind.RALLY) if item.command == _NAV_RALLY_POINT]
-            points += [(f"rally point {item.seq}", item.lat_deg, item.lon_deg) for item in rally]
+            points += [(f"rally point {item.number}", item.lat_deg, item.lon_deg) for item in rally]
         return points
 
     def way(self, begin: tuple[float, float], home: Home | None) -> tuple[str, Way] | str:
@@ -69,6 +69,14 @@ class RtlMode(Mode):
         rover_aliases=(12,),  # SMART_RTL
         standard_mode=5,  # SAFE_RECOVERY
         commands=(20,),  # NAV_RETURN_TO_LAUNCH
+        refusals=(
+            KnownRefusal(
+                r"no home position",
+                "no home position",
+                "Home is set when the boat has a position. Or set it: Set home here, or a rally point.",
+            ),
+            KnownRefusal(r"no way home.*", "no way home inside the fence", "Change the fence, or add a rally point."),
+        ),
     )
 
     def __init__(
@@ -112,7 +120,7 @@ class RtlMode(Mode):
 
     def mind_fence(self, inputs: ModeInputs) -> str | None:
         """Look for another way home; stop without one."""
-        return None if self.enter(inputs) is None else "RTL stopped by the new fence: no way home inside it"
+        return None if self.enter(inputs) is None else "no way home inside the fence"
 
     def stuck_s(self, now_s: float) -> float | None:
         """Seconds without headway on the way home; None if unknown."""
@@ -126,6 +134,11 @@ class RtlMode(Mode):
         """Restart the headway watch."""
         self._headway.reset()
 
+    @property
+    def voyage_over(self) -> bool:
+        """Whether the boat is at home or the rally point."""
+        return self._arrived
+
     def update(self, inputs: ModeInputs) -> Setpoint:
         """Go home, announce the arrival, then hold there."""
         setpoint = self._hold_point.update(inputs.nav, None, inputs.speed_mps, inputs.dt_s)
@@ -133,7 +146,7 @@ class RtlMode(Mode):
             self._headway.update(self._hold_point.way_m, inputs.speed_mps, inputs.now_s)
         if not self._arrived and not self._hold_point.going:
             self._arrived = True
-            self._events.say(inputs.now_s, Severity.NOTICE, "rtl_arrived", f"RTL: at {self._name}, holding")
+            self._events.say(inputs.now_s, TextKind.ROUTINE, "rtl_arrived", f"RTL: at {self._name}, holding")
         if self._arrived:
             north_m, east_m = self._hold_point.target
             self._watch.update(math.hypot(north_m - inputs.nav.north_m, east_m - inputs.nav.east_m), inputs.now_s)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Protocol
 
 from companion.config.devices import SensorConfig
@@ -11,8 +11,9 @@ from companion.config.vessel import NavigatedBoat
 from companion.core.angles import wrap_pi
 from companion.core.readings import Heading, HeadingBy, Imu, MagneticField
 from companion.nav.ahrs import Ahrs
+from companion.nav.corrections import Corrections
 from companion.nav.course_correction import CourseCorrection
-from companion.nav.lever_arms import Vector, normal_gravity_mps2, relative
+from companion.nav.lever_arms import Matrix, Vector, normal_gravity_mps2, relative, rotate
 from companion.params.store import Parameters
 
 _PERIOD_S = 0.095
@@ -65,7 +66,8 @@ class AhrsHeading:
     """Inertial samples and magnetic fields of one device, and velocities over ground → a true `Heading`, ten times a
     second.
 
-    Remembers the filter, the correction to the course (`corrected_rad`), and the times of the last field and heading.
+    A new calibration of the device begins a new filter. Remembers the filter, the correction to the course
+    (`corrected_rad`), and the times of the last field and heading.
     """
 
     def __init__(
@@ -73,14 +75,16 @@ class AhrsHeading:
         row: SensorConfig,
         gravity_mps2: float,
         parameters: Parameters,
+        corrections: Corrections,
         baseline: Callable[[float], AttitudeFilter] | None = None,
     ) -> None:
-        """`baseline`: makes the thesis's filter, which AHRS_LAW 1 chooses, from the gravity in m/s²; None: not
-        available."""
+        """`corrections`: those of the device. `baseline`: makes the thesis's filter, which AHRS_LAW 1 chooses, from the
+        gravity in m/s²; None: not available."""
         self._baseline = baseline
         self._row = row
         self._gravity_mps2 = gravity_mps2
         self._parameters = parameters
+        self._corrections, self._version = corrections, corrections.version
         self.filter: AttitudeFilter = Ahrs(gravity_mps2)
         self._law = 0
         self._correction = CourseCorrection()
@@ -88,7 +92,7 @@ class AhrsHeading:
         self.corrected_rad = 0.0
 
     def imu(self, imu: Imu) -> Heading | None:
-        """Take one inertial sample; returns a heading if one is due."""
+        """Take one inertial sample, corrected and in body axes; returns a heading if one is due."""
         self._choose()
         t_s, ahrs = imu.t_s, self.filter
         ahrs.sample(
@@ -115,18 +119,19 @@ class AhrsHeading:
         )
 
     def _choose(self) -> None:
-        law = int(self._parameters["AHRS_LAW"])
-        if law != self._law:
-            self._law, self.corrected_rad = law, 0.0
+        law, version = int(self._parameters["AHRS_LAW"]), self._corrections.version
+        if law != self._law or version != self._version:
+            self._law, self._version, self.corrected_rad = law, version, 0.0
             by_baseline = law == _THESIS and self._baseline is not None
             self.filter = (
                 self._baseline(self._gravity_mps2) if by_baseline and self._baseline else Ahrs(self._gravity_mps2)
             )
 
-    def field(self, field: MagneticField, declination_rad: float) -> None:
-        """Take one sample of the magnetometer, not yet calibrated."""
+    def field(self, field: MagneticField, declination_rad: float, turn: Matrix | None = None) -> None:
+        """Take one sample of the magnetometer, not yet calibrated. `turn`: from its axes to the boat's."""
         self._field_s = field.t_s
-        self.filter.magnetic(field.t_s, calibrated(self._row, field), declination_rad)
+        vector = self._corrections.field(field)
+        self.filter.magnetic(field.t_s, vector if turn is None else rotate(turn, vector), declination_rad)
 
     def velocity(self, t_s: float, north_mps: float, east_mps: float, sigma_mps: float, lever_m: Vector) -> None:
         """Take a velocity over ground, of the point `lever_m` from the boat's origin."""
@@ -135,21 +140,16 @@ class AhrsHeading:
         self.filter.velocity(t_s, north_mps, east_mps, sigma_mps, relative(lever_m, (row.x_m, row.y_m, row.z_m)))
 
 
-def calibrated(row: SensorConfig, field: MagneticField) -> Vector:
-    """The calibrated field in body axes: mag_matrix · (measured − mag_offset)."""
-    (a, b, c), (d, e, f), (g, h, i) = row.mag_matrix
-    ox, oy, oz = row.mag_offset
-    x, y, z = field.x - ox, field.y - oy, field.z - oz
-    return a * x + b * y + c * z, d * x + e * y + f * z, g * x + h * y + i * z
-
-
 def ahrs_headings(
-    config: NavigatedBoat, parameters: Parameters, baseline: Callable[[float], AttitudeFilter] | None = None
+    config: NavigatedBoat,
+    parameters: Parameters,
+    corrections: Mapping[str, Corrections],
+    baseline: Callable[[float], AttitudeFilter] | None = None,
 ) -> dict[str, AhrsHeading]:
     """One `AhrsHeading` for each sensor with `heading = "ahrs"`, by the sensor's name."""
     gravity_mps2 = normal_gravity_mps2(config.home.lat_deg)
     return {
-        row.name: AhrsHeading(row, gravity_mps2, parameters, baseline)
+        row.name: AhrsHeading(row, gravity_mps2, parameters, corrections[row.name], baseline)
         for row in config.sensors
         if row.heading == "ahrs"
     }

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 from companion.config.vessel import VesselConfig
 from companion.core.actuation import Wrench
+from companion.core.frames import body_to_ned
 
 _AIR_KGPM3 = 1.225
 _UNKNOWN_WIND_MPS = 2.0  # assumed uncertainty without a wind sensor
@@ -48,7 +49,8 @@ class CurrentObserver:
     given then and for two minutes longer, while one sigma is within 0.2 m/s. The weaker the damping, the slower the
     estimate; a hull model without damping gives none. Without a wind sensor the estimate includes the push of the mean
     wind, and its accuracy allows for 2 m/s of wind. Remembers the velocity through the water, the current, and their
-    covariance.
+    covariance; and `carried` and `carried_turn_radps`, the velocity over ground (NED) and the rate of turn that the
+    model alone has added up to. `run` changes when that begins anew.
     """
 
     def __init__(self, config: VesselConfig) -> None:
@@ -57,6 +59,10 @@ class CurrentObserver:
         self._p = [[_FIRST_SIGMA_MPS**2 if i == j else 0.0 for j in range(4)] for i in range(4)]
         self._systematic_mps = math.inf
         self._last_s = self._seen_s = -math.inf
+        self.carried = (0.0, 0.0)
+        self.carried_turn_radps = 0.0
+        self.run = 0
+        self._yaw_rad: float | None = None
         self._unbroken = False  # thrust known in every call since the velocity was last measured
 
     def update(self, now_s: float, thrust: Wrench | None, passage: GroundMotion | None, measured: bool = True) -> None:
@@ -66,14 +72,35 @@ class CurrentObserver:
         if thrust is None or passage is None or not 0.0 < dt_s <= _LONGEST_STEP_S:
             self._p[2][2] += _CURRENT_MPS_RTS**2 * min(max(dt_s, 0.0), 10.0)
             self._p[3][3] += _CURRENT_MPS_RTS**2 * min(max(dt_s, 0.0), 10.0)
-            self._unbroken = False
+            self._unbroken, self._yaw_rad = False, None
             if passage is not None and measured:
                 self._begin(passage)
             return
+        before = self._water_ned(self._yaw_rad)
         self._predict(thrust, passage, dt_s)
+        self._carry(before, passage.yaw_rad)
+        self.carried_turn_radps += dt_s * self._turn_radps2(thrust, passage.yaw_rate_radps)
         if measured:
             self._correct(passage)
             self._seen_s, self._unbroken = now_s, True
+
+    def _water_ned(self, yaw_rad: float | None) -> tuple[float, float] | None:
+        return None if yaw_rad is None else body_to_ned(self._state[0], self._state[1], yaw_rad)
+
+    def _carry(self, before: tuple[float, float] | None, yaw_rad: float) -> None:
+        """Add the change of velocity that the model predicts."""
+        after = body_to_ned(self._state[0], self._state[1], yaw_rad)
+        if before is None:
+            self.run += 1
+        else:
+            self.carried = self.carried[0] + after[0] - before[0], self.carried[1] + after[1] - before[1]
+        self._yaw_rad = yaw_rad
+
+    def _turn_radps2(self, thrust: Wrench, rate_radps: float) -> float:
+        """Angular acceleration by the moments of thrust, damping and the hull in the flow."""
+        hull, d, (u, v, _, _) = self._hull, self._hull.damping, self._state
+        damping_nm = (d.n_r + d.n_rr * abs(rate_radps)) * rate_radps + (d.n_v + d.n_vv * abs(v)) * v
+        return (thrust.yaw_nm - damping_nm - (hull.m22_kg - hull.m11_kg) * u * v) / hull.m33_kgm2
 
     def can_predict(self, now_s: float) -> bool:
         """Whether thrust has been known without a break since the velocity was last measured."""

@@ -176,6 +176,16 @@ class ErrorStateFilter:
     def preview(self, samples: Iterable[tuple[Vector, Vector, float]]) -> tuple[Vector, Vector, Matrix, Vector]:
         """(position, velocity, rotation, rates) after further samples (force, rates, dt_s); the filter stays as it
         is."""
+        p, v, _, r, w = self._ahead(samples)
+        return p, v, r, w
+
+    def carry_on(self, samples: Iterable[tuple[Vector, Vector, float]]) -> None:
+        """Advance the nominal state by further samples (force, rates, dt_s); the covariance stays as it is."""
+        self.position, self.velocity, self.quaternion, self.rotation, self.rates = self._ahead(samples)
+
+    def _ahead(
+        self, samples: Iterable[tuple[Vector, Vector, float]]
+    ) -> tuple[Vector, Vector, Quaternion, Matrix, Vector]:
         p, v, q, r, w = self.position, self.velocity, self.quaternion, self.rotation, self.rates
         ab, wb = self.accelerometer_bias, self.gyro_bias
         for force, rates, dt in samples:
@@ -186,7 +196,7 @@ class ErrorStateFilter:
             v = (v[0] + fn * dt, v[1] + fe * dt, v[2] + down * dt)
             q = turned(q, w[0] * dt, w[1] * dt, w[2] * dt)
             r = rotation(q)
-        return p, v, r, w
+        return p, v, q, r, w
 
     def _propagate_covariance(self, fn: float, fe: float, fd: float, dt: float) -> None:
         """P ← F P Fᵀ + Q, with F from the attitude and the specific force (NED) of this step."""
@@ -392,6 +402,16 @@ class ErrorStateFilter:
             math.sqrt(max(0.5 * (p[48] + p[64]), 0.0)),
             math.sqrt(max(p[128], 0.0)),
         )
+
+    def velocity_sigmas(self) -> tuple[float, float]:
+        """One sigma of the horizontal velocity, and of the acceleration that tilt and bias leave in it: of the worse
+        axis."""
+        p, g, r = self._p, self.gravity_mps2, self.rotation
+        worst = 0.0
+        for tilt, sign, row in ((_TH + 1, -g, r[0:3]), (_TH, g, r[3:6])):  # δv̇ = −[f]× δθ − R δa_bias, f ≈ (0, 0, −g)
+            h = ((tilt, sign), *((_AB + i, -row[i]) for i in range(3)))
+            worst = max(worst, sum(a * b * p[SIZE * i + j] for i, a in h for j, b in h))
+        return math.sqrt(max(p[48], p[64], 0.0)), math.sqrt(worst)
 
     def healthy(self) -> bool:
         """False if a number is not finite: the filter must restart."""

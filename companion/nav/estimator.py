@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from operator import attrgetter
 
 from companion.config.vessel import NavigatedBoat, VesselConfig
 from companion.core.actuation import Wrench
-from companion.core.decision import Severity
+from companion.core.decision import TextKind
 from companion.core.estimate import NavState
 from companion.core.events import Announce
 from companion.core.frames import ned_to_body
@@ -26,16 +26,20 @@ from companion.core.readings import (
     Wind,
 )
 from companion.nav.ahrs_heading import AttitudeFilter, ahrs_headings
+from companion.nav.corrections import corrections_of
 from companion.nav.current import CurrentObserver, GroundMotion
 from companion.nav.error_state import FilterNoise
 from companion.nav.headings import HeadingSources, TrueHeading
 from companion.nav.inertial import InertialSolution
+from companion.nav.integrity.evidence import Finding, Sense
 from companion.nav.lever_arms import ZERO, Vector, normal_gravity_mps2
+from companion.nav.mounting import Mounting
 from companion.nav.no_imu import PoseSolution
 from companion.nav.outliers import FirstPosition, ThesisOutlierRule, Verdict
-from companion.nav.solution import Motion
+from companion.nav.solution import Motion, Place
 from companion.nav.sources import AbsoluteTime, GradeWatch, SourceSelector, TrueWind, plausible
 from companion.nav.velocity_aid import VelocityAid
+from companion.nav.witness import Witness
 from companion.params.store import Parameters
 
 _FAR_FROM_HOME_M = 50_000.0
@@ -56,6 +60,9 @@ _IMU_TIMEOUT_S = 0.5
 _WIND_TIMEOUT_S = 2.0
 _CURRENT_AGE_S = 1.0  # age of the position up to which the velocity counts as measured
 _AID_AGE_S = 0.2  # age of position and velocity above which neither counts as measured for the aid
+_CARRIED_AGE_S = 1.0  # age of the velocity up to which it carries the position
+_LIE_SIGMA = 0.5  # m, m/s: of the motion that a lying inertial sensor leaves
+_LIE_SIGMA_RAD = math.radians(15.0)  # of a heading that has followed a lie
 _THESIS_RULE = 1
 _NAVIGATION = (GnssFix, GroundVelocity, Heading, Imu, MagneticField)
 
@@ -66,8 +73,8 @@ class Estimator:
     The filter runs behind the present by the longest configured latency, so that delayed measurements meet the state of
     their own time. The later inertial samples carry its result to the present. Without inertial sensors, while they are
     silent, or before there is a heading, the low-pass filter of `no_imu` takes over. A boat without a hull model (a
-    lead boat) has no estimate of the current. Remembers the filters, the sources in use, and when a reading of each
-    kind was last accepted.
+    lead boat) has no estimate of the current. While the boat is armed, the integrity monitor says which sources are not
+    used. Remembers the filters, the sources in use, and when a reading of each kind was last accepted.
     """
 
     def __init__(
@@ -86,8 +93,11 @@ class Estimator:
         timeouts_s = {row.name: row.timeout_s for row in config.sensors}
         self._sensors = {row.name: row for row in config.sensors}
         self._say = say
-        self._positions, self._headings = SourceSelector(timeouts_s), HeadingSources(config, say)
-        self._ahrs = ahrs_headings(config, parameters, baseline_ahrs)
+        self._corrections = corrections_of(config.sensors, parameters)
+        self._versions = dict.fromkeys(self._corrections, 0)
+        self._positions, self._headings = SourceSelector(timeouts_s), HeadingSources(config, say, self._corrections)
+        self._ahrs = ahrs_headings(config, parameters, self._corrections, baseline_ahrs)
+        self._mounting = Mounting(config, parameters)
         self._velocities, self._imus, self._winds = (
             SourceSelector(timeouts_s),
             SourceSelector(timeouts_s),
@@ -95,7 +105,9 @@ class Estimator:
         )
         self._timeouts_s = timeouts_s
         self._lag_s = max(row.latency_s for row in config.sensors)
-        self._last_place = ZERO
+        self._witness = Witness(parameters, say)
+        self._jumps_followed = 0
+        self._lied_s = -math.inf  # when a source was last not used because it lies
         self._pending: list[Reading] = []
         self._inertial: InertialSolution | None = None
         self._pose = PoseSolution()
@@ -122,7 +134,7 @@ class Estimator:
         """Take the readings since the last call and return the state at `now_s`, which must not go back. `thrust`: the
         wrench that the thrusters gave since then; None if unknown (while disarmed, mooring lines may hold the boat, or
         others may drive its thrusters)."""
-        readings = [reading for reading in readings if plausible(reading, now_s)]
+        readings = [self._corrected(reading) for reading in readings if plausible(reading, now_s)]
         self._pending.extend(reading for reading in readings if isinstance(reading, _NAVIGATION))
         self._pending.sort(key=attrgetter("t_s"))
         horizon_s = now_s - self._lag_s
@@ -135,10 +147,44 @@ class Estimator:
         del self._pending[:due]
         self._check_imu(horizon_s)
         motion = self._motion(now_s)
-        self._last_place = motion.position
         self._side_readings(readings, motion)
         self._update_current(motion, thrust, now_s)
+        driven = thrust is not None and self._pose.started
+        self._react(self._witness.conclude(driven, motion, self._inertial, self._current, now_s))
+        if self._witness.monitor.untrusted:
+            self._lied_s = now_s
         return self._state(motion, now_s)
+
+    def answer(self, accept: bool, now_s: float) -> str | None:
+        """The operator's answer about a sensor that seems to lie: believe it, or not. Returns why not, or None."""
+        return self._witness.monitor.answer(accept, now_s)
+
+    def _react(self, findings: Sequence[Finding]) -> None:
+        """Undo what the filter has taken from sources that are found to lie."""
+        inertial = self._inertial
+        if not findings or inertial is None or not inertial.running:
+            return
+        if any(finding.channel == (Sense.IMU, self._imus.current) for finding in findings):
+            self._leave_inertial(inertial.t_s, _LIE_SIGMA)
+            return
+        used = {
+            (Sense.POSITION, self._positions.current),
+            (Sense.VELOCITY, self._velocities.current),
+            (Sense.HEADING, self._headings.used),
+        }
+        taken = [finding for finding in findings if finding.channel in used and not finding.jump]
+        if taken:
+            inertial.go_back(min(finding.since_s for finding in taken))
+        if any(finding.widens for finding in taken):
+            inertial.add_heading_variance(_LIE_SIGMA_RAD**2)
+
+    def _corrected(self, reading: Reading) -> Reading:
+        """An inertial sample as calibrated, in body axes; every other reading as it is."""
+        if type(reading) is not Imu:
+            return reading
+        self._witness.raw(reading)
+        corrections = self._corrections.get(reading.source)
+        return self._mounting.turned(reading if corrections is None else corrections.imu(reading))
 
     def _take(self, reading: Reading) -> None:
         kind = type(reading)
@@ -154,18 +200,29 @@ class Estimator:
         else:
             self._take_velocity(reading)  # type: ignore[arg-type]
 
+    @property
+    def sources(self) -> Mapping[str, str | None]:
+        """The sensor in use for each kind of reading, None before the first."""
+        return {
+            "position": self._positions.current,
+            "velocity": self._velocities.current,
+            "heading": self._headings.used,
+            "inertial": self._imus.current,
+            "wind": self._winds.current,
+        }
+
     def _solution(self) -> InertialSolution | PoseSolution:
         inertial = self._inertial
         return inertial if inertial is not None and inertial.running else self._pose
 
     def _take_imu(self, imu: Imu) -> None:
-        if not self._imus.offer(imu.source, imu.t_s):
+        if not self._imus.offer(imu.source, imu.t_s, self._witness.imu(imu)):
             return
         if self._inertial is None:
             lever, noise = self._levers.get(imu.source, ZERO), self._imu_noise(imu.source)
             self._inertial = InertialSolution(normal_gravity_mps2(self.frame.lat_deg), lever, noise)
         inertial = self._inertial
-        if inertial.running and imu.t_s - inertial.t_s > _IMU_TIMEOUT_S:
+        if inertial.running and (imu.t_s - inertial.t_s > _IMU_TIMEOUT_S or self._is_recalibrated(imu.source)):
             self._leave_inertial(inertial.t_s)
         inertial.sample(imu)
         self._imu_s = max(self._imu_s, imu.t_s)
@@ -174,19 +231,30 @@ class Estimator:
             if tilt is not None:
                 inertial.start(self._pose.motion(imu.t_s), tilt)
 
+    def _is_recalibrated(self, source: str) -> bool:
+        """Whether a sensor has been calibrated since its last sample; what the filter knows of its biases is void
+        then."""
+        corrections = self._corrections.get(source)
+        if corrections is None or corrections.version == self._versions[source]:
+            return False
+        self._versions[source] = corrections.version
+        assert self._inertial is not None
+        self._inertial.forget_biases()
+        return True
+
     def _turn_ahrs(self, imu: Imu) -> None:
-        ahrs = self._ahrs.get(imu.source)
+        ahrs = self._ahrs.get(imu.source) if self._witness.trusts(Sense.IMU, imu.source) else None
         heading = ahrs.imu(imu) if ahrs is not None else None
         if heading is not None:
             self._take_heading(heading)
 
     def _take_field(self, field: MagneticField) -> None:
-        ahrs = self._ahrs.get(field.source)
+        ahrs = self._ahrs.get(field.source) if self._witness.field(field) else None
         declination = (
             self._headings.declination(*self._place(), self._time.at_ns(field.t_s)) if ahrs is not None else None
         )
         if ahrs is not None and declination is not None:
-            ahrs.field(field, declination)
+            ahrs.field(field, declination, self._mounting.compass(field.source))
 
     def _imu_noise(self, source: str) -> FilterNoise:
         row = self._sensors.get(source)
@@ -200,38 +268,56 @@ class Estimator:
         if inertial is not None and inertial.running and horizon_s - inertial.t_s > _IMU_TIMEOUT_S:
             self._leave_inertial(inertial.t_s)
 
-    def _leave_inertial(self, t_s: float) -> None:
+    def _leave_inertial(self, t_s: float, least_sigma: float = 0.0) -> None:
+        """Go on without inertial sensors. `least_sigma`: of position and velocity, in m and m/s."""
         assert self._inertial is not None
-        self._pose.continue_from(self._inertial.motion(t_s))
+        motion = self._inertial.motion(t_s)
+        sigma_m, sigma_mps = max(motion.position_sigma_m, least_sigma), max(motion.velocity_sigma_mps, least_sigma)
+        self._pose.continue_from(replace(motion, position_sigma_m=sigma_m, velocity_sigma_mps=sigma_mps))
         self._inertial.stop()
 
     def _take_fix(self, fix: GnssFix) -> None:
         good = fix.fix >= FixType.FIX_2D and math.isfinite(fix.lat_deg) and math.isfinite(fix.lon_deg)
+        lever = self._levers.get(fix.source, ZERO)
+        sigma_m = self._sigma_m(fix)
+        north, east = self.frame.to_ned(fix.lat_deg, fix.lon_deg)
+        rule = None
+        if good and self._pose.started:
+            rule = self._witness.position(fix, (north, east), lever, sigma_m, self._solution())
+            sigma_m = self._witness.monitor.sigma_m(fix.source, sigma_m)
+        good = good and self._witness.trusts(Sense.POSITION, fix.source)
         used = self._positions.offer(fix.source, fix.t_s, good, int(fix.fix >= FixType.RTK_FLOAT))
         if used or self._fix is None or self._fix.source == fix.source:
             self._fix = fix
         if not used:
             return
         self._announce(fix)
-        lever = self._levers.get(fix.source, ZERO)
-        row = self._sensors.get(fix.source)
-        sigma_m = max(fix.position_accuracy_m or _UNKNOWN_ACCURACY_M, row.accuracy_floor_m if row is not None else 0.0)
-        north, east = self.frame.to_ned(fix.lat_deg, fix.lon_deg)
-        rule = self._thesis.update(north, east) if self._parameters["NAV_WILD_RULE"] == _THESIS_RULE else None
+        self._jumps_followed += rule is Verdict.RESET
+        if self._parameters["NAV_WILD_RULE"] == _THESIS_RULE:
+            rule = rule or self._thesis.update(north, east)
         if not self._pose.started:
             self._first_fix(fix, north, east, lever, sigma_m)
             return
-        solution = self._solution()
+        self._fuse_position(fix, (north, east), lever, sigma_m, rule)
+
+    def _sigma_m(self, fix: GnssFix) -> float:
+        """One sigma of the fix on each axis, as the receiver claims."""
+        row = self._sensors.get(fix.source)
+        return max(fix.position_accuracy_m or _UNKNOWN_ACCURACY_M, row.accuracy_floor_m if row is not None else 0.0)
+
+    def _fuse_position(
+        self, fix: GnssFix, place: tuple[float, float], lever: Vector, sigma_m: float, rule: Verdict | None
+    ) -> None:
+        solution, row = self._solution(), self._sensors.get(fix.source)
         added_m2 = self._grade.update(fix.t_s, fix.fix, sigma_m)
         if added_m2 > 0.0:
             solution.add_position_variance(added_m2)
         carrier_phase = fix.fix >= FixType.RTK_FLOAT
         fused_sigma_m = sigma_m if carrier_phase else _CORRELATED_FACTOR * sigma_m
-        verdict = solution.position(fix.t_s, north, east, lever, fused_sigma_m, rule)
-        if verdict is Verdict.RESET and self._inertial is not None:
-            jump_m = math.hypot(north - self._last_place[0], east - self._last_place[1])
-            text = f"Position reset by {jump_m:.0f} m ({fix.source})"
-            self._say(fix.t_s, Severity.CRITICAL, "position_jumped", text)
+        before = solution.place(fix.t_s)
+        verdict = solution.position(fix.t_s, *place, lever, fused_sigma_m, rule)
+        if verdict is Verdict.RESET:
+            self._announce_reset(fix, before, solution.place(fix.t_s))
         if verdict is not Verdict.REJECT:
             self._position_s = max(self._position_s, fix.t_s)
             wander_m = row.position_wander_m if row is not None else None
@@ -240,12 +326,19 @@ class Estimator:
             self._slow_sigma_m = wander_m
             self._take_altitude(fix, lever)
 
+    def _announce_reset(self, fix: GnssFix, before: Place, after: Place) -> None:
+        """Announce that the estimate has restarted from a fix, where an inertial sensor had carried it."""
+        if self._inertial is not None:
+            jump_m = math.hypot(after.north_m - before.north_m, after.east_m - before.east_m)
+            text = f"Position reset by {jump_m:.0f} m ({fix.source})"
+            self._say(fix.t_s, TextKind.ALARM, "position_jumped", text)
+
     def _announce(self, fix: GnssFix) -> None:
         """Announce when another receiver takes over."""
         before, self._position_source = self._position_source, fix.source
         if before is not None and before != fix.source:
             text = f"Position source: {fix.source} (was {before})"
-            self._say(fix.t_s, Severity.WARNING, "position_source", text)
+            self._say(fix.t_s, TextKind.ATTENTION, "position_source", text)
 
     def _first_fix(self, fix: GnssFix, north: float, east: float, lever: Vector, sigma_m: float) -> None:
         approved = self._first.update(north, east, sigma_m, fix.t_s)
@@ -267,27 +360,37 @@ class Estimator:
             self._altitude_known = True
 
     def _take_velocity(self, velocity: GroundVelocity) -> None:
-        if not self._velocities.offer(velocity.source, velocity.t_s):
+        lever, rule, sigma_mps = self._levers.get(velocity.source, ZERO), None, self._sigma_mps(velocity)
+        if self._pose.started:
+            rule = self._witness.velocity(velocity, lever, sigma_mps, self._solution())
+        good = self._witness.trusts(Sense.VELOCITY, velocity.source)
+        if not self._velocities.offer(velocity.source, velocity.t_s, good) or rule is Verdict.REJECT:
             return
-        lever = self._levers.get(velocity.source, ZERO)
         course = self._headings.course(velocity)
         if course is not None:
             self._fuse_heading(velocity.t_s, course)
-        row = self._sensors.get(velocity.source)
-        sigma_mps = row.velocity_accuracy_mps if row is not None else _UNKNOWN_ACCURACY_MPS
-        if self._fix is not None:
-            sigma_mps *= _VELOCITY_SHARES.get(self._fix.fix, 1.0)
         for ahrs in self._ahrs.values():
             ahrs.velocity(velocity.t_s, velocity.north_mps, velocity.east_mps, sigma_mps, lever)
         if self._pose.started:
-            verdict = self._solution().velocity(velocity.t_s, velocity.north_mps, velocity.east_mps, lever, sigma_mps)
+            measured = velocity.north_mps, velocity.east_mps
+            verdict = self._solution().velocity(velocity.t_s, *measured, lever, sigma_mps, rule)
             if verdict is not Verdict.REJECT:
                 self._velocity_s = max(self._velocity_s, velocity.t_s)
 
+    def _sigma_mps(self, velocity: GroundVelocity) -> float:
+        """One sigma of the velocity on each axis."""
+        row = self._sensors.get(velocity.source)
+        sigma_mps = row.velocity_accuracy_mps if row is not None else _UNKNOWN_ACCURACY_MPS
+        return sigma_mps if self._fix is None else sigma_mps * _VELOCITY_SHARES.get(self._fix.fix, 1.0)
+
     def _take_heading(self, reading: Heading) -> None:
-        heading = self._headings.offer(reading, *self._place(), self._time.at_ns(reading.t_s))
+        measured = self._headings.measured(reading, *self._place(), self._time.at_ns(reading.t_s))
+        if measured is None:
+            return
+        rule = self._witness.heading(reading, measured, self._solution()) if self._pose.oriented else None
+        heading = self._headings.offer(measured, self._witness.trusts(Sense.HEADING, measured.source))
         if heading is not None:
-            self._fuse_heading(reading.t_s, heading)
+            self._fuse_heading(reading.t_s, heading, rule)
 
     def _place(self) -> tuple[float, float]:
         """(lat_deg, lon_deg) for the declination."""
@@ -296,11 +399,11 @@ class Estimator:
             return fix.lat_deg, fix.lon_deg
         return self._home.lat_deg, self._home.lon_deg
 
-    def _fuse_heading(self, t_s: float, heading: TrueHeading) -> None:
+    def _fuse_heading(self, t_s: float, heading: TrueHeading, rule: Verdict | None = None) -> None:
         solution = self._solution()
         if heading.added_sigma_rad > 0.0:
             solution.add_heading_variance(heading.added_sigma_rad**2)
-        if solution.heading(t_s, heading.yaw_rad, heading.sigma_rad) is not Verdict.REJECT:
+        if solution.heading(t_s, heading.yaw_rad, heading.sigma_rad, rule) is not Verdict.REJECT:
             self._heading_s = max(self._heading_s, t_s)
             self._slow_sigma_rad = heading.slow_sigma_rad
 
@@ -308,7 +411,7 @@ class Estimator:
         if self._current is None or self._aid is None:
             return
         passage: GroundMotion | None = None
-        measured = now_s - self._position_s <= _CURRENT_AGE_S
+        measured = now_s - self._position_s <= _CURRENT_AGE_S or self._carried(now_s)
         if self._pose.started and self._pose.oriented:
             speed, from_rad = self._wind.at(now_s)
             air = (
@@ -323,6 +426,14 @@ class Estimator:
             aid = self._aid.update(now_s, now_s - max(self._position_s, self._velocity_s) <= _AID_AGE_S, motion)
             if aid is not None:
                 solution.aid(*aid)
+
+    def _carried(self, now_s: float) -> bool:
+        """Whether measured velocities carry on a position that no fix confirms, not for too long."""
+        return (
+            now_s - self._velocity_s <= _CARRIED_AGE_S
+            and now_s - self._position_s <= self._parameters["NAV_CARRY_T"]
+            and now_s - self._lied_s <= _CARRIED_AGE_S
+        )
 
     def _heading_ok(self, sigma_rad: float, heading_age_s: float, position_age_s: float) -> bool:
         """Whether control may use the heading: measured lately, or carried by the gyro while its sigma is small and
@@ -341,10 +452,15 @@ class Estimator:
         """Take the readings that do not affect the motion: time of day and wind."""
         for reading in readings:
             if type(reading) is TimeOfDay:
-                self._time.update(reading.t_s, reading.time_unix_ns)
-            elif type(reading) is Wind and self._pose.oriented and self._winds.offer(reading.source, reading.t_s):
-                yaw, (north, east, _) = motion.attitude[2], motion.velocity
-                self._wind.update(reading.t_s, reading.speed_mps, reading.from_rad, yaw, north, east)
+                if self._witness.time(reading):
+                    self._time.update(reading.t_s, reading.time_unix_ns)
+            elif type(reading) is Wind and self._pose.oriented:
+                self._take_wind(reading, motion)
+
+    def _take_wind(self, wind: Wind, motion: Motion) -> None:
+        if self._winds.offer(wind.source, wind.t_s, self._witness.wind(wind)):
+            yaw, (north, east, _) = motion.attitude[2], motion.velocity
+            self._wind.update(wind.t_s, wind.speed_mps, wind.from_rad, yaw, north, east)
 
     def _motion(self, now_s: float) -> Motion:
         solution = self._solution()
@@ -366,6 +482,7 @@ class Estimator:
         tolerated_s = self._parameters["FS_POS_T"]
         position_sigma_m = math.hypot(motion.position_sigma_m, self._slow_sigma_m)
         yaw_sigma_rad = min(math.hypot(motion.yaw_sigma_rad, self._slow_sigma_rad), math.pi)
+        carried = self._carried(now_s)
         accurate = position_sigma_m <= self._parameters["COM_POS_FS_EPH"]
         fix = self._fix
         heard = fix is not None and now_s - fix.t_s <= self._timeouts_s.get(fix.source, tolerated_s)
@@ -373,8 +490,8 @@ class Estimator:
         current = (None if self._current is None else self._current.estimate(now_s)) or (None, None, None)
         return NavState(
             t_s=now_s,
-            position_valid=self._pose.started and position_age_s <= tolerated_s and accurate,
-            heading_valid=self._heading_ok(yaw_sigma_rad, heading_age_s, position_age_s),
+            position_valid=self._pose.started and (position_age_s <= tolerated_s or carried) and accurate,
+            heading_valid=self._heading_ok(yaw_sigma_rad, heading_age_s, 0.0 if carried else position_age_s),
             lat_deg=lat,
             lon_deg=lon,
             altitude_m=self._altitude_m,
@@ -405,4 +522,6 @@ class Estimator:
             current_north_mps=current[0],
             current_east_mps=current[1],
             current_accuracy_mps=current[2],
+            distrusted=self._witness.monitor.state,
+            jumps_followed=self._jumps_followed,
         )

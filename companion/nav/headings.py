@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from companion.config.devices import UNIT_MATRIX, SensorConfig
 from companion.config.vessel import NavigatedBoat
 from companion.core.angles import wrap_pi
-from companion.core.decision import Severity
+from companion.core.decision import TextKind
 from companion.core.events import Announce
 from companion.core.geodesy import distance_and_bearing
 from companion.core.geomagnetism import decimal_year, declination_rad
 from companion.core.readings import GroundVelocity, Heading, HeadingBy
+from companion.nav.corrections import Corrections
 from companion.nav.sources import SourceSelector
 
 _BASELINE_SIGMA_RAD = math.radians(0.4)
@@ -41,6 +43,19 @@ class TrueHeading:
     added_sigma_rad: float = 0.0
 
 
+@dataclass(frozen=True, slots=True)
+class Measured:
+    """A true heading of one source, `sigma_rad` as it would be fused; `wander_rad`: its slow error. `anew`: the source
+    has been calibrated anew since its last heading."""
+
+    t_s: float
+    source: str
+    yaw_rad: float
+    sigma_rad: float
+    wander_rad: float
+    anew: bool = False
+
+
 class Declination:
     """Declination at a place and time. Remembers the last one, with its place and year."""
 
@@ -66,19 +81,30 @@ class HeadingSources:
     fall-back as a warning. Remembers the source in use, its slow error, the declination, and when a heading last came.
     """
 
-    def __init__(self, config: NavigatedBoat, say: Announce) -> None:
+    def __init__(
+        self, config: NavigatedBoat, say: Announce, corrections: Mapping[str, Corrections] | None = None
+    ) -> None:
+        """`corrections`: of the sensors that have some; they know how good a calibration aboard is."""
         names = {row.name: row.timeout_s for row in config.sensors}
         self._selector = SourceSelector({**names, **{name + _COMPASS: timeout_s for name, timeout_s in names.items()}})
         self._ranks = {name: rank for rank, name in enumerate([*names, *(name + _COMPASS for name in names), _COURSE])}
         self._configured = {row.name: (row.heading_accuracy_rad, _wander_rad(row)) for row in config.sensors}
+        self._corrections = corrections or {}
+        self._versions = {name: correction.version for name, correction in self._corrections.items()}
         self._say = say
         self._declination = Declination()
         self._used: str | None = None
         self._slow_sigma_rad = 0.0
         self._heading_s = self._course_s = -math.inf
 
-    def offer(self, heading: Heading, lat_deg: float, lon_deg: float, time_unix_ns: int | None) -> TrueHeading | None:
-        """The heading to fuse from this reading, or None. Place and time are for the declination."""
+    @property
+    def used(self) -> str | None:
+        """The source in use; None before the first heading."""
+        return self._used
+
+    def measured(self, heading: Heading, lat_deg: float, lon_deg: float, time_unix_ns: int | None) -> Measured | None:
+        """The true heading of a reading, whether or not its source is in use; None where a compass is unusable. Place
+        and time are for the declination."""
         baseline = heading.by is HeadingBy.BASELINE
         yaw = heading.yaw_rad
         if heading.by is HeadingBy.MAGNETIC:
@@ -86,15 +112,29 @@ class HeadingSources:
             if declination is None:
                 return None
             yaw = wrap_pi(yaw + declination)
-        source = heading.source if baseline else heading.source + _COMPASS
-        if not self._selector.offer(source, heading.t_s):
-            return None
-        self._heading_s = heading.t_s
         accuracy, wander = self._configured.get(heading.source, (None, None))
+        wander, anew = self._by_calibration(heading.source, wander)
         sigma = heading.accuracy_rad or accuracy or (_BASELINE_SIGMA_RAD if baseline else _COMPASS_SIGMA_RAD)
         if wander is None:
             wander = _BASELINE_WANDER_RAD if baseline else _COMPASS_WANDER_RAD
-        return self._use(heading.t_s, source, yaw, sigma if baseline else _COMPASS_FACTOR * sigma, wander)
+        source = heading.source if baseline else heading.source + _COMPASS
+        return Measured(heading.t_s, source, yaw, sigma if baseline else _COMPASS_FACTOR * sigma, wander, anew)
+
+    def offer(self, heading: Measured, good: bool = True) -> TrueHeading | None:
+        """The heading to fuse; None if its source is not in use. One that is not `good` is never used."""
+        if not self._selector.offer(heading.source, heading.t_s, good):
+            return None
+        self._heading_s = heading.t_s
+        return self._use(heading)
+
+    def _by_calibration(self, name: str, wander_rad: float | None) -> tuple[float | None, bool]:
+        """The slow error of a sensor, and whether it has been calibrated anew since its last heading."""
+        corrections = self._corrections.get(name)
+        if corrections is None:
+            return wander_rad, False
+        anew = corrections.version != self._versions[name]
+        self._versions[name] = corrections.version
+        return (corrections.wander_rad if corrections.calibrated_aboard else wander_rad), anew
 
     def declination(self, lat_deg: float, lon_deg: float, time_unix_ns: int | None) -> float | None:
         """Declination in rad, positive east; None where a compass is unusable."""
@@ -109,18 +149,19 @@ class HeadingSources:
             return None
         self._course_s = t_s
         course = math.atan2(velocity.east_mps, velocity.north_mps)
-        return self._use(t_s, _COURSE, course, _COURSE_SIGMA_RAD, 0.0)
+        return self._use(Measured(t_s, _COURSE, course, _COURSE_SIGMA_RAD, 0.0))
 
-    def _use(self, t_s: float, source: str, yaw_rad: float, sigma_rad: float, slow_sigma_rad: float) -> TrueHeading:
+    def _use(self, heading: Measured) -> TrueHeading:
+        source, slow_sigma_rad = heading.source, heading.wander_rad
         before, self._used = self._used, source
-        added = max(self._slow_sigma_rad, slow_sigma_rad) if source != before else 0.0
+        added = max(self._slow_sigma_rad, slow_sigma_rad) if source != before or heading.anew else 0.0
         self._slow_sigma_rad = slow_sigma_rad
         if source != before:
             fallen = before is not None and self._rank(source) > self._rank(before)
-            severity = Severity.WARNING if fallen else Severity.NOTICE if before is not None else Severity.INFO
+            kind = TextKind.ATTENTION if fallen else TextKind.ROUTINE
             text = f"Heading source: {source}" + (f" ({before} lost)" if fallen else "")
-            self._say(t_s, severity, "heading_source", text)
-        return TrueHeading(yaw_rad, sigma_rad, slow_sigma_rad, added)
+            self._say(heading.t_s, kind, "heading_source", text)
+        return TrueHeading(heading.yaw_rad, heading.sigma_rad, slow_sigma_rad, added)
 
     def _rank(self, source: str) -> int:
         # a source that is not in the vessel's file ranks just before course over ground

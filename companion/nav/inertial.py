@@ -8,9 +8,10 @@ from collections.abc import Sequence
 from companion.core.angles import wrap_pi
 from companion.core.readings import Imu
 from companion.nav.error_state import ErrorStateFilter, FilterNoise, Innovation
+from companion.nav.lanes import InertialMemory, Lane, Odometer
 from companion.nav.lever_arms import ZERO, Vector, euler_of, relative, rotate, velocity_ned
 from companion.nav.outliers import HEADING_GATE, POSITION_GATE, VELOCITY_GATE, InnovationGate, Verdict
-from companion.nav.solution import Motion
+from companion.nav.solution import Motion, Offset, Place
 
 _RATES_TIME_S = 0.05  # time constant of the low-pass on the published rates
 _DOWN_PERIOD_S = 0.2
@@ -71,6 +72,8 @@ class InertialSolution:
         self.levelling = Levelling()
         self.t_s = -math.inf  # of the last sample
         self.rates: Vector = (0.0, 0.0, 0.0)
+        self.odometer = Odometer()
+        self._memory = InertialMemory()
         self._imu_lever_m = imu_lever_m
         self._down_s = -math.inf
         self._position_gate = InnovationGate(POSITION_GATE)
@@ -88,13 +91,22 @@ class InertialSolution:
         self.filter.start((0.0, 0.0, 0.0), motion.velocity, attitude, sigmas)
         arm = rotate(self.filter.rotation, self._imu_lever_m)
         self.filter.position = (motion.position[0] + arm[0], motion.position[1] + arm[1], 0.0)
+        self._clear_gates()
+        self.odometer.begin()
+        self._memory.clear()
+        self.running = True
+
+    def _clear_gates(self) -> None:
         for gate in (self._position_gate, self._velocity_gate, self._heading_gate):
             gate.clear()
-        self.running = True
 
     def stop(self) -> None:
         """Stop; the biases stay for the next start."""
         self.running = False
+
+    def forget_biases(self) -> None:
+        """The sensor has been calibrated: what was learnt of it is void."""
+        self.filter.accelerometer_bias = self.filter.gyro_bias = ZERO
 
     def sample(self, imu: Imu) -> None:
         """Take one IMU sample; one that is not newer than the last is ignored."""
@@ -108,12 +120,72 @@ class InertialSolution:
         if not self.running:
             self.levelling.update(imu.t_s, force)
             return
-        self.filter.predict(force, rates, dt)
+        self._predict(force, rates, dt)
         if imu.t_s - self._down_s >= _DOWN_PERIOD_S:
             self._down_s = imu.t_s
             self.filter.fuse_down(0.0, _DOWN_SIGMA_M**2, _DOWN_SIGMA_MPS**2)
             self._stop_if_diverged()
             self._bound_biases()
+            self.odometer.learn(imu.t_s, self.filter.gyro_bias[2], self._bias_sigma_radps())
+            self._memory.keep(imu.t_s, self.filter)
+
+    def _predict(self, force: Vector, rates: Vector, dt_s: float) -> None:
+        """Advance filter and odometer by one sample."""
+        filter_ = self.filter
+        north, east, _ = filter_.velocity
+        filter_.predict(force, rates, dt_s)
+        after_north, after_east, _ = filter_.velocity
+        _, q, r = filter_.rates
+        _, _, _, _, _, _, _, r7, r8 = filter_.rotation
+        turn_radps = (q * r7 + r * r8) / max(r7 * r7 + r8 * r8, 0.1)  # (q sin φ + r cos φ) / cos θ
+        self._memory.sample(self.t_s, force, rates, dt_s)
+        self.odometer.add(dt_s, after_north - north, after_east - east, turn_radps, filter_.gyro_bias[2])
+
+    def go_back(self, since_s: float) -> bool:
+        """Take the filter back to before `since_s`, and on from there by the inertial sensor alone: what was fused
+        since is forgotten. False if it does not remember as far back."""
+        if not self.running or not self._memory.go_back(since_s, self.t_s, self.filter):
+            return False
+        self._clear_gates()
+        return True
+
+    @property
+    def lanes(self) -> Sequence[Lane]:
+        """Dead reckoning by the inertial sensor alone, from several times; of the sensor's place."""
+        return self._memory.lanes
+
+    @property
+    def swing(self) -> tuple[float, float]:
+        """Velocity of the sensor relative to the boat's origin, in NED."""
+        north, east, _ = velocity_ned(self.filter.rotation, self.filter.rates, self._imu_lever_m)
+        return north, east
+
+    def _bias_sigma_radps(self) -> float:
+        """One sigma of the gyro's bias about the vertical axis."""
+        return math.sqrt(max(float(self.filter.covariance[14, 14]), 0.0))
+
+    def place(self, t_s: float) -> Place:
+        """As `Solution.place`."""
+        filter_, ahead_s = self.filter, t_s - self.t_s
+        arm = rotate(filter_.rotation, self._imu_lever_m)
+        swing = velocity_ned(filter_.rotation, filter_.rates, self._imu_lever_m)
+        north, east = filter_.velocity[0] - swing[0], filter_.velocity[1] - swing[1]
+        yaw = math.atan2(filter_.rotation[3], filter_.rotation[0])
+        return Place(
+            filter_.position[0] - arm[0] + ahead_s * north,
+            filter_.position[1] - arm[1] + ahead_s * east,
+            north,
+            east,
+            wrap_pi(yaw + ahead_s * filter_.rates[2]),
+            filter_.sigmas()[0],
+        )
+
+    def offset(self, lever_m: Vector) -> Offset:
+        """As `Solution.offset`."""
+        filter_ = self.filter
+        arm = rotate(filter_.rotation, lever_m)
+        swing = velocity_ned(filter_.rotation, filter_.rates, lever_m)
+        return Offset(arm[0], arm[1], swing[0], swing[1])
 
     def position(
         self, t_s: float, north_m: float, east_m: float, lever_m: Vector, sigma_m: float, rule: Verdict | None = None
@@ -130,13 +202,21 @@ class InertialSolution:
             self.filter.reset_position(north_m + lag_s * vn, east_m + lag_s * ve, arm, variance, _RESET_SIGMA_MPS**2)
         return verdict
 
-    def velocity(self, t_s: float, north_mps: float, east_mps: float, lever_m: Vector, sigma_mps: float) -> Verdict:
+    def velocity(
+        self,
+        t_s: float,
+        north_mps: float,
+        east_mps: float,
+        lever_m: Vector,
+        sigma_mps: float,
+        rule: Verdict | None = None,
+    ) -> Verdict:
         """As `Solution.velocity`."""
         if self.t_s - t_s > _LONGEST_LAG_S:
             return Verdict.REJECT
         arm, variance = relative(lever_m, self._imu_lever_m), sigma_mps * sigma_mps
         innovation = self.filter.velocity_innovation(north_mps, east_mps, arm, variance)
-        verdict = self._judge(self._velocity_gate, innovation, sigma_mps)
+        verdict = self._judge(self._velocity_gate, innovation, sigma_mps, rule)
         if verdict is Verdict.RESET:
             self.filter.reset_velocity(north_mps, east_mps, arm, variance)
         return verdict
@@ -150,13 +230,13 @@ class InertialSolution:
             self.filter.fuse(innovation)
             self._bound_biases()
 
-    def heading(self, t_s: float, yaw_rad: float, sigma_rad: float) -> Verdict:
+    def heading(self, t_s: float, yaw_rad: float, sigma_rad: float, rule: Verdict | None = None) -> Verdict:
         """As `Solution.heading`."""
         lag_s = self.t_s - t_s
         if lag_s > _LONGEST_LAG_S:
             return Verdict.REJECT
         innovation = self.filter.heading_innovation(yaw_rad, sigma_rad * sigma_rad, lag_s)
-        verdict = self._judge(self._heading_gate, innovation, sigma_rad)
+        verdict = self._judge(self._heading_gate, innovation, sigma_rad, rule)
         if verdict is Verdict.RESET:
             self.filter.reset_heading(yaw_rad + lag_s * self.filter.rates[2], sigma_rad * sigma_rad)
         return verdict

@@ -12,7 +12,7 @@ from companion.core.angles import wrap_pi
 from companion.core.frames import body_to_ned
 from companion.nav.lever_arms import Vector
 from companion.nav.outliers import HEADING_GATE, POSITION_GATE, VELOCITY_GATE, InnovationGate, Verdict
-from companion.nav.solution import Motion
+from companion.nav.solution import Motion, Offset, Place
 
 _TIME_S = 0.5
 _TIME_SIGMA_M = 0.05  # noisier positions are smoothed longer, in proportion to the square root of their sigma
@@ -107,13 +107,21 @@ class PoseSolution:
             self._ve += rate_gain * de
             self._sigma_mps = max(sigma_m / time_s, 0.02)
 
-    def velocity(self, t_s: float, north_mps: float, east_mps: float, lever_m: Vector, sigma_mps: float) -> Verdict:
+    def velocity(
+        self,
+        t_s: float,
+        north_mps: float,
+        east_mps: float,
+        lever_m: Vector,
+        sigma_mps: float,
+        rule: Verdict | None = None,
+    ) -> Verdict:
         """As `Solution.velocity`."""
         arm_n, arm_e = body_to_ned(-self._rate * lever_m[1], self._rate * lever_m[0], self._yaw_at(t_s))
         dn, de = north_mps - arm_n - self._vn, east_mps - arm_e - self._ve
         gap_s = min(max(t_s - self._velocity_t_s, 0.0), 10.0)
         sigma = math.hypot(sigma_mps, self._sigma_mps + _ACCELERATION_MPS2 * gap_s)
-        verdict = self._velocity_gate.update(dn, de, (dn * dn + de * de) / (sigma * sigma), sigma_mps)
+        verdict = rule or self._velocity_gate.update(dn, de, (dn * dn + de * de) / (sigma * sigma), sigma_mps)
         if verdict is not Verdict.REJECT:
             self._advance(t_s)
             share = 1.0 if verdict is Verdict.RESET else 1.0 - math.exp(-gap_s / _VELOCITY_TIME_S)
@@ -123,7 +131,7 @@ class PoseSolution:
             self._velocity_t_s = t_s
         return verdict
 
-    def heading(self, t_s: float, yaw_rad: float, sigma_rad: float) -> Verdict:
+    def heading(self, t_s: float, yaw_rad: float, sigma_rad: float, rule: Verdict | None = None) -> Verdict:
         """As `Solution.heading`; the first heading gives RESET."""
         if not self.oriented:
             self._yaw, self._rate, self._yaw_t_s, self._sigma_rad = yaw_rad, 0.0, t_s, sigma_rad
@@ -131,7 +139,7 @@ class PoseSolution:
         dt = t_s - self._yaw_t_s
         error = wrap_pi(yaw_rad - self._yaw_at(t_s))
         sigma = math.hypot(sigma_rad, self._yaw_sigma(dt))
-        verdict = self._heading_gate.update(error, 0.0, error * error / (sigma * sigma), sigma_rad)
+        verdict = rule or self._heading_gate.update(error, 0.0, error * error / (sigma * sigma), sigma_rad)
         if verdict is Verdict.REJECT or dt <= 0.0:
             return verdict
         if verdict is Verdict.RESET:
@@ -143,6 +151,18 @@ class PoseSolution:
                 self._rate += (1.0 - theta) ** 2 / dt * error
         self._yaw_t_s, self._sigma_rad = t_s, sigma_rad
         return verdict
+
+    def place(self, t_s: float) -> Place:
+        """As `Solution.place`."""
+        fade = self._fading(max(t_s - self._t_s, 0.0)) if self.started else 0.0
+        sigma_m = self._position_sigma(t_s - self._t_s) if self.started else 0.0
+        north, east = self._north + self._vn * fade, self._east + self._ve * fade
+        return Place(north, east, self._vn, self._ve, self._yaw_at(t_s), sigma_m)
+
+    def offset(self, lever_m: Vector) -> Offset:
+        """As `Solution.offset`."""
+        north, east = body_to_ned(lever_m[0], lever_m[1], self._yaw)
+        return Offset(north, east, -self._rate * east, self._rate * north)
 
     def add_position_variance(self, variance_m2: float) -> None:
         """As `Solution.add_position_variance`."""

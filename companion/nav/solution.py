@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 from companion.nav.lever_arms import Vector
 from companion.nav.outliers import Verdict
@@ -24,6 +24,26 @@ class Motion:
     yaw_sigma_rad: float
 
 
+class Place(NamedTuple):
+    """Horizontal motion of the boat's origin at some moment, and one sigma of its position."""
+
+    north_m: float
+    east_m: float
+    north_mps: float
+    east_mps: float
+    yaw_rad: float
+    sigma_m: float
+
+
+class Offset(NamedTuple):
+    """Where a point of the hull is from the boat's origin, and how it moves relative to it, in NED."""
+
+    north_m: float
+    east_m: float
+    north_mps: float
+    east_mps: float
+
+
 class Solution(Protocol):
     """Takes measurements at their time of validity `t_s`, of a point `lever_m` from the boat's origin (body axes).
     `sigma_*`: one sigma of the measurement on each axis."""
@@ -34,12 +54,20 @@ class Solution(Protocol):
         """Take a position and return its verdict. `rule`: the verdict of another rule, which replaces the gate."""
         ...
 
-    def velocity(self, t_s: float, north_mps: float, east_mps: float, lever_m: Vector, sigma_mps: float) -> Verdict:
-        """Take a velocity over ground and return its verdict."""
+    def velocity(
+        self,
+        t_s: float,
+        north_mps: float,
+        east_mps: float,
+        lever_m: Vector,
+        sigma_mps: float,
+        rule: Verdict | None = None,
+    ) -> Verdict:
+        """Take a velocity over ground and return its verdict. `rule` as for a position."""
         ...
 
-    def heading(self, t_s: float, yaw_rad: float, sigma_rad: float) -> Verdict:
-        """Take a true heading and return its verdict."""
+    def heading(self, t_s: float, yaw_rad: float, sigma_rad: float, rule: Verdict | None = None) -> Verdict:
+        """Take a true heading and return its verdict. `rule` as for a position."""
         ...
 
     def add_position_variance(self, variance_m2: float) -> None:
@@ -48,6 +76,14 @@ class Solution(Protocol):
 
     def add_heading_variance(self, variance_rad2: float) -> None:
         """Add to the variance of the heading."""
+        ...
+
+    def place(self, t_s: float) -> Place:
+        """Where the boat was or will be at a moment near the last measurement."""
+        ...
+
+    def offset(self, lever_m: Vector) -> Offset:
+        """Of a point `lever_m` from the boat's origin (body axes)."""
         ...
 
     def motion(self, now_s: float) -> Motion:

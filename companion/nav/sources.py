@@ -55,6 +55,11 @@ class SourceSelector:
         self._grades: dict[str, int] = {}
         self._current: str | None = None
 
+    @property
+    def current(self) -> str | None:
+        """The source in use; None before the first good reading."""
+        return self._current
+
     def offer(self, source: str, t_s: float, good: bool = True, grade: int = 0) -> bool:
         """Whether to use this reading of `source`, valid at `t_s`. A reading that is not `good` is never used."""
         if source not in self._timeouts_s:

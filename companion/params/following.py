@@ -133,12 +133,12 @@ ROWS: tuple[ParamSpec, ...] = (
     ),
     real(
         "FOLL_WAIT_T",
+        10.0,
         0.0,
-        0.0,
-        60.0,
+        300.0,
         "s",
         "Follow",
-        "How long Follow, chosen while armed, waits without thrust for a leader; 0: it is refused",
+        "How long Follow, chosen while armed, holds position and waits for a leader; 0: it is refused",
     ),
     choice(
         "FOLL_AUTH",

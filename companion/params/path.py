@@ -155,6 +155,16 @@ ROWS: tuple[ParamSpec, ...] = (
         "Mission",
         "What the boat does after a restart in mid-mission",
     ),
+    real(
+        "MIS_DIST_1WP",
+        1000.0,
+        0.0,
+        100000.0,
+        "m",
+        "Mission",
+        "Way to the first place of a mission above which the boat tells it, at upload and at the start; 0: never",
+        decimals=0,
+    ),
     choice("MIS_DONE_ACT", 1, {1: "Hold", 2: "RTL", 3: "Neutral"}, "Mission", "Action after the last mission item"),
     choice("RTL_USE_RALLY", 1, YES_NO, "Mission", "RTL goes to the nearest of home and the rally points"),
     choice(
@@ -163,6 +173,16 @@ ROWS: tuple[ParamSpec, ...] = (
         {0: "Fence off", 1: "Warn", 2: "Hold", 3: "RTL"},
         "Fence",
         "Action when the boat leaves the fence, or is about to by stick; but for 0, other modes stay inside",
+    ),
+    real(
+        "GF_MAX_HOR_DIST",
+        0.0,
+        0.0,
+        10000.0,
+        "m",
+        "Fence",
+        "Circle around home that the boat must not leave, beside the zones of the fence; 0: none",
+        decimals=0,
     ),
     choice(
         "FENCE_GROUP0",

@@ -38,6 +38,13 @@ class ParamSpec:
     read_only: bool = False
     choices: Mapping[int, str] = field(default_factory=dict)
 
+    @property
+    def takes(self) -> str:
+        """The values that it takes, for people."""
+        if self.choices:
+            return ", ".join(map(str, self.choices))
+        return f"{self.minimum:g} to {self.maximum:g} {self.unit}".rstrip()
+
 
 class ParamRefusal(Enum):
     """Why a value is refused; the names are those of MAVLink's MAV_PARAM_ERROR."""
@@ -66,6 +73,11 @@ def choice(name: str, default: int, choices: Mapping[int, str], group: str, text
     return integer(name, default, min(choices), max(choices), "", group, text, choices=choices, **more)
 
 
-def fixed(name: str, value: int, text: str) -> ParamSpec:
-    """A read-only name that QGroundControl's PX4 pages look up: without it they report a missing parameter."""
-    return integer(name, value, value, value, "", "Compatibility", text, read_only=True)
+def fixed(name: str, value: float, text: str, shown: str = "", whole: bool = True) -> ParamSpec:
+    """A read-only name that QGroundControl's PX4 pages look up: without it they report a missing parameter. `shown`:
+    the value's name, where a page lists values by name. `whole`: INT32, as in PX4; else REAL32."""
+    kind, decimals = (ParamType.INT32, 0) if whole else (ParamType.REAL32, 1)
+    names = {int(value): shown} if shown else {}
+    return ParamSpec(
+        name, value, value, value, "", "Compatibility", text, kind, decimals, read_only=True, choices=names
+    )

@@ -27,6 +27,7 @@ class Parameters:
             self.defaults[name] = self._coerced(self._by_name[name], value)
         self._values = dict(self.defaults)
         self._listeners: list[Callable[[str, float], None]] = []
+        self._after: list[Callable[[], None]] = []
 
     def __getitem__(self, name: str) -> float:
         return self._values[name]
@@ -42,6 +43,10 @@ class Parameters:
     def on_change(self, listener: Callable[[str, float], None]) -> None:
         """Call `listener(name, value)` after every accepted change."""
         self._listeners.append(listener)
+
+    def after_change(self, listener: Callable[[], None]) -> None:
+        """Call `listener()` once after each change, however many values it has."""
+        self._after.append(listener)
 
     def refusal(self, name: str, value: float) -> ParamRefusal | None:
         """Why `value` would be refused; None if it would be accepted."""
@@ -59,19 +64,27 @@ class Parameters:
 
     def set(self, name: str, value: float) -> ParamRefusal | None:
         """Store `value`, call the listeners and return None; or return why it is refused, and change nothing."""
-        refusal = self.refusal(name, value)
-        if refusal is None:
-            value = self._coerced(self._by_name[name], value)
-            self._values[name] = value
-            for listener in self._listeners:
-                listener(name, value)
-        return refusal
+        return self.set_all({name: value})
+
+    def set_all(self, values: Mapping[str, float]) -> ParamRefusal | None:
+        """As `set` for several values: all of them or none."""
+        for name, value in values.items():
+            if (refusal := self.refusal(name, value)) is not None:
+                return refusal
+        self._store({name: self._coerced(self._by_name[name], value) for name, value in values.items()})
+        return None
 
     def reset(self) -> None:
         """Set all parameters back to the vessel's defaults."""
-        for name, value in self.defaults.items():
-            if self._values[name] != value:
-                self.set(name, value)
+        self._store({name: value for name, value in self.defaults.items() if self._values[name] != value})
+
+    def _store(self, values: Mapping[str, float]) -> None:
+        self._values.update(values)
+        for name, value in values.items():
+            for listener in self._listeners:
+                listener(name, value)
+        for after in self._after:
+            after()
 
     @staticmethod
     def _coerced(spec: ParamSpec, value: float) -> float:

@@ -9,15 +9,47 @@ every change takes effect at once.
 
 from __future__ import annotations
 
-from companion.params import compatibility, following, general, path, positioning, thrusters
+from collections.abc import Mapping
+from dataclasses import replace
+
+from companion.config.vessel import VesselConfig
+from companion.params import (
+    calibration,
+    compatibility,
+    devices,
+    following,
+    general,
+    path,
+    positioning,
+    thrusters,
+    transmitter,
+)
 from companion.params.spec import ParamSpec
 
 TABLE: tuple[ParamSpec, ...] = (
     *general.ROWS,
+    *transmitter.ROWS,
     *positioning.ROWS,
     *path.ROWS,
     *following.ROWS,
     *thrusters.ROWS,
+    *devices.ROWS,
+    *calibration.ROWS,
     *compatibility.ROWS,
 )
 """Every parameter, in the order in which ground stations list them."""
+
+
+def table_of(config: VesselConfig) -> tuple[ParamSpec, ...]:
+    """The table of one vessel: read-only values that tell ground stations what it has."""
+    facts = _facts(config)
+    return tuple(
+        replace(spec, default=facts[spec.name], minimum=facts[spec.name], maximum=facts[spec.name])
+        if spec.name in facts
+        else spec
+        for spec in TABLE
+    )
+
+
+def _facts(config: VesselConfig) -> Mapping[str, int]:
+    return {"SYS_HAS_MAG": int(any(row.heading == "ahrs" for row in config.sensors))}

@@ -15,7 +15,7 @@ from collections.abc import Sequence
 from companion.allocation.geometry import Thruster, thrusters_of
 from companion.config.vessel import VesselConfig
 from companion.core.actuation import Wrench
-from companion.core.decision import ModeInputs, Severity
+from companion.core.decision import ModeInputs, TextKind
 from companion.core.events import EventLog
 from companion.params.store import Parameters
 
@@ -255,8 +255,8 @@ class ConsequenceCheck:
         self._needed = needed
         if self._needed:
             names = " or ".join(self._thrusters[i].name for i in sorted(self._needed))
-            self._events.say(inputs.now_s, Severity.WARNING, "consequence", f"Would not hold if {names} failed")
+            self._events.say(inputs.now_s, TextKind.ATTENTION, "consequence", f"Would not hold if {names} failed")
         else:
             self._events.say(
-                inputs.now_s, Severity.NOTICE, "consequence_over", "Would hold with any one thruster failed"
+                inputs.now_s, TextKind.ROUTINE, "consequence_over", "Would hold with any one thruster failed"
             )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from companion.core.decision import Severity
+from companion.core.decision import TextKind
 from companion.core.events import EventLog
 from companion.params.store import Parameters
 
@@ -33,18 +33,20 @@ class WatchCircles:
             self._outside = True
             self._events.say(
                 now_s,
-                Severity.WARNING,
+                TextKind.ATTENTION,
                 "watch_circle_left",
                 f"{self._name}: {off_m:.1f} m off, outside the watch circle",
             )
         elif self._outside and off_m < _BACK_INSIDE * warn_m:
             self._outside = False
-            self._events.say(now_s, Severity.NOTICE, "watch_circle_back", f"{self._name}: back inside the watch circle")
+            self._events.say(
+                now_s, TextKind.ROUTINE, "watch_circle_back", f"{self._name}: back inside the watch circle"
+            )
         if not self._alarmed and off_m > alarm_m:
             self._alarmed = True
             self._events.say(
-                now_s, Severity.CRITICAL, "watch_alarm", f"{self._name}: {off_m:.1f} m off, outside the alarm circle"
+                now_s, TextKind.ALARM, "watch_alarm", f"{self._name}: {off_m:.1f} m off, outside the alarm circle"
             )
         elif self._alarmed and off_m < _BACK_INSIDE * alarm_m:
             self._alarmed = False
-            self._events.say(now_s, Severity.NOTICE, "watch_alarm_over", f"{self._name}: back inside the alarm circle")
+            self._events.say(now_s, TextKind.ROUTINE, "watch_alarm_over", f"{self._name}: back inside the alarm circle")

@@ -16,7 +16,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
-from companion.mission.plan import PlanItem, PlanKind
+from companion.mission.plan import PlanItem, PlanKind, item_number
 from companion.params.table import TABLE
 from companion.record.replacing import replace_file
 from companion.record.signing_file import Kept, SigningFile, SigningFileError, read_signing
@@ -249,9 +249,9 @@ def _item(seq: int, row: Sequence[Any]) -> PlanItem:
     command, frame, param1, param2, param3, param4, x, y, z, autocontinue, current = row
     for value, top in ((command, 0xFFFF), (frame, 0xFF), (autocontinue, 0xFF), (current, 0xFF)):
         if type(value) is not int or not 0 <= value <= top:
-            raise ValueError(f"item {seq} is out of range")
+            raise ValueError(f"item {item_number(seq)} is out of range")
     if type(x) is not int or type(y) is not int or x not in _INT32 or y not in _INT32:
-        raise ValueError(f"item {seq} is out of range")
+        raise ValueError(f"item {item_number(seq)} is out of range")
     return PlanItem(
         seq, command, frame, _real(param1), _real(param2), _real(param3), _real(param4), x, y, _real(z),
         autocontinue, current,

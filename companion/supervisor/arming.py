@@ -1,59 +1,139 @@
-"""Whether the boat may be armed. A new check is one function and one row of CHECKS."""
+"""Whether the boat may be armed, and in which modes. A new check is one function and one row of CHECKS."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 
-from companion.supervisor.authority import Action, Request, refusal
+from companion.core.arming import ArmingReport, Check, Finding
+from companion.core.decision import ModeId
+from companion.modes.mode import Mode
+from companion.supervisor.authority import Action, Request, Right, refusal
 from companion.supervisor.situation import Situation
 
-Check = Callable[[Situation], Iterator[str]]
+Looks = Callable[[Situation], Iterator[Finding]]
 
 
-def arming_refusals(situation: Situation) -> tuple[str, ...]:
-    """Every reason against arming, for people; empty when arming would be accepted. Without ARM_CHECKS only the reason
-    for which the mode cannot be entered."""
-    reasons = [reason for check in CHECKS for reason in check(situation)] if situation.parameters["ARM_CHECKS"] else []
+def arming_refusals(situation: Situation, right: Right = Right.GROUND_STATION, force: bool = False) -> tuple[str, ...]:
+    """Every reason against arming, for people; empty when arming would be accepted. By `force`, or without ARM_CHECKS,
+    only the kill switch and the reason for which the mode cannot be entered. `right`: of the one who arms."""
+    checked = _checks(situation) and not force
+    reasons = [finding.text for check in CHECKS for finding in check(situation)] if checked else []
+    request = Request(Action.ARM if checked else Action.ARM_BY_FORCE, right)
+    if (reason := refusal(request, situation.authority)) is not None:
+        reasons.append(reason)
     if situation.mode_refusal is not None and situation.mode_refusal not in reasons:
         reasons.append(f"{situation.mode.id.value}: {situation.mode_refusal}")
     return tuple(reasons)
 
 
-def _position(s: Situation) -> Iterator[str]:
+def arming_report(
+    situation: Situation, modes: Mapping[ModeId, Mode], refusals: Mapping[ModeId, str | None]
+) -> ArmingReport:
+    """Every finding, for the present mode and all others, armed or not. `refusals`: why each mode cannot be entered."""
+    findings = [*_general(situation), *_warnings(situation)]
+    blocked = any(finding.blocks for finding in findings)
+    findings += _estimate(situation, modes)
+    findings += [
+        Finding(Check.MODE, reason, modes=frozenset({mode}))
+        for mode, reason in refusals.items()
+        if reason is not None and not _by_estimate(situation, modes[mode], reason)
+    ]
+    free = {mode for mode, reason in refusals.items() if reason is None}
+    allowed = {mode for mode in free if refusal(Request(Action.CHANGE_MODE, mode=mode), situation.authority) is None}
+    return ArmingReport(
+        tuple(findings), frozenset() if blocked else frozenset(free), frozenset(allowed), _measured(situation)
+    )
+
+
+def _general(situation: Situation) -> Iterator[Finding]:
+    """The findings of CHECKS, without ARM_CHECKS as warnings, and who forbids arming."""
+    checked = _checks(situation)
+    for check in CHECKS:
+        for finding in check(situation):
+            yield finding if checked else replace(finding, blocks=False)
+    facts = situation.authority
+    if (reason := refusal(Request(Action.ARM if checked else Action.ARM_BY_FORCE), facts)) is not None:
+        yield Finding(Check.KILL_SWITCH if facts.kill_switch else Check.AUTHORITY, reason)
+
+
+def _checks(situation: Situation) -> bool:
+    return bool(situation.parameters["ARM_CHECKS"])
+
+
+def _warnings(s: Situation) -> Iterator[Finding]:
+    """What does not speak against arming, but should be known before."""
+    remaining = None if s.inputs.battery is None else s.inputs.battery.remaining
+    if remaining is not None and s.parameters["BAT_CRIT_THR"] <= remaining < s.parameters["BAT_LOW_THR"]:
+        yield Finding(Check.BATTERY_LOW, "battery low", value=remaining, blocks=False)
+
+
+def _estimate(s: Situation, modes: Mapping[ModeId, Mode]) -> Iterator[Finding]:
+    """What the estimate lacks for some modes, where ARM_NEED_POS does not ask for it in all."""
+    if s.parameters["ARM_NEED_POS"] and s.parameters["ARM_CHECKS"]:
+        return
+    needing_position = frozenset(mode.id for mode in modes.values() if mode.needs_position)
+    needing_heading = frozenset(mode.id for mode in modes.values() if mode.needs_heading)
+    if not s.nav.position_valid:
+        yield Finding(Check.POSITION, "position not valid", modes=needing_position)
+    if not s.nav.heading_valid:
+        yield Finding(Check.HEADING, "heading not valid", modes=needing_heading)
+
+
+def _by_estimate(s: Situation, mode: Mode, reason: str) -> bool:
+    """Whether the mode is refused for what the estimate lacks, which has a finding of its own."""
+    return (mode.needs_position and not s.nav.position_valid and reason == "position not valid") or (
+        mode.needs_heading and not s.nav.heading_valid and reason == "heading not valid"
+    )
+
+
+def _measured(s: Situation) -> frozenset[Check]:
+    measured = set(Check)
+    if s.inputs.battery is None:
+        measured -= {Check.BATTERY, Check.BATTERY_LOW}
+    if s.inputs.leak is None:
+        measured.discard(Check.LEAK)
+    if s.inputs.rc is None:
+        measured -= {Check.AUTHORITY, Check.KILL_SWITCH, Check.KILL_SWITCH_FAULT}
+    return frozenset(measured)
+
+
+def _position(s: Situation) -> Iterator[Finding]:
     if s.parameters["ARM_NEED_POS"] and not s.nav.position_valid:
-        yield "position not valid"
+        yield Finding(Check.POSITION, "position not valid")
 
 
-def _heading(s: Situation) -> Iterator[str]:
+def _heading(s: Situation) -> Iterator[Finding]:
     if s.parameters["ARM_NEED_POS"] and not s.nav.heading_valid:
-        yield "heading not valid"
+        yield Finding(Check.HEADING, "heading not valid")
 
 
-def _devices(s: Situation) -> Iterator[str]:
+def _devices(s: Situation) -> Iterator[Finding]:
     for device in (*s.sensors.values(), *s.bridges.values()):
         if not device.ok:
-            yield f"{device.name}: {device.text or 'no data'}"
+            yield Finding(Check.DEVICE, f"{device.name}: {device.text or 'no data'}", device.name, device.age_s)
 
 
-def _thrusters(s: Situation) -> Iterator[str]:
+def _thrusters(s: Situation) -> Iterator[Finding]:
     for name in s.failed_thrusters:
-        yield f"thruster {name} has failed"
+        yield Finding(Check.THRUSTER, f"thruster {name} has failed", name)
 
 
-def _battery(s: Situation) -> Iterator[str]:
+def _battery(s: Situation) -> Iterator[Finding]:
     battery = s.inputs.battery
     if battery is not None and battery.remaining is not None and battery.remaining < s.parameters["BAT_CRIT_THR"]:
-        yield f"battery critical: {100.0 * battery.remaining:.0f} % left"
+        text = f"battery critical: {100.0 * battery.remaining:.0f} % left"
+        yield Finding(Check.BATTERY, text, value=battery.remaining)
 
 
-def _leak(s: Situation) -> Iterator[str]:
+def _leak(s: Situation) -> Iterator[Finding]:
     if s.inputs.leak is not None and s.inputs.leak.wet:
-        yield "water in the hull"
+        yield Finding(Check.LEAK, "water in the hull")
 
 
-def _authority(s: Situation) -> Iterator[str]:
-    if (reason := refusal(Request(Action.ARM), s.authority)) is not None:
-        yield reason
+def _kill_switch(s: Situation) -> Iterator[Finding]:
+    if s.kill_switch_fault is not None:
+        yield Finding(Check.KILL_SWITCH_FAULT, s.kill_switch_fault)
 
 
-CHECKS: tuple[Check, ...] = (_position, _heading, _devices, _thrusters, _battery, _leak, _authority)
+CHECKS: tuple[Looks, ...] = (_position, _heading, _devices, _thrusters, _battery, _leak, _kill_switch)

@@ -35,6 +35,7 @@ class Action(Enum):
     RELEASE_CONTROL = "release operator control"
     CHANGE_MODE = "change the mode"
     ARM = "arm"
+    ARM_BY_FORCE = "arm by force"
     GROUND_STICKS = "be the ground station that steers"
     STEER = "steer by sticks"
     LEADER_WISH = "choose the mode from the lead boat"
@@ -70,6 +71,7 @@ class Request:
 class Facts:
     """What the answer depends on, as it stands at one moment."""
 
+    kill_switch: bool = False  # on when the transmitter was last heard
     safe_switch: bool = False  # on when the transmitter was last heard
     transmitter_live: bool = False  # heard within COM_RC_LOSS_T
     operators: frozenset[int] = frozenset()  # listed in the vessel's file; empty: all may command
@@ -122,7 +124,7 @@ def _exempt(r: Request, f: Facts) -> bool:
 def _who_steers(r: Request, f: Facts) -> str:
     system = f.steering[0] if f.steering is not None else 0
     where = " on another link" if system == r.system else ""
-    return f"system {system}{where} steers. MAN_GCS_SYSID chooses"
+    return f"system {system}{where} steers"
 
 
 ROWS: tuple[Row, ...] = (
@@ -160,13 +162,23 @@ ROWS: tuple[Row, ...] = (
         "Only the system in control releases it.",
     ),
     Row(
+        "kill_switch",
+        frozenset({Action.ARM, Action.ARM_BY_FORCE}),
+        _PEOPLE | {Right.TRANSMITTER},
+        lambda r, f: f.kill_switch,
+        lambda r, f: "kill switch of the transmitter is on",
+        "While the kill switch is on, the boat is disarmed and nobody arms it, not even by force. While the "
+        "transmitter is silent its last position counts, until RC_MAP_KILL_SW is 0.",
+    ),
+    Row(
         "safe_switch",
         frozenset({Action.CHANGE_MODE}),
-        _PEOPLE,
+        _PEOPLE | {Right.TRANSMITTER},
         lambda r, f: f.safe_switch and f.transmitter_live and r.mode is not ModeId.MANUAL,
         lambda r, f: "safe switch of the transmitter is on",
         "While the safe switch is on and the transmitter is heard, the boat is in Manual and no other mode can be "
-        "chosen. From a silent transmitter an operator takes over by choosing a mode.",
+        "chosen, not even by another switch of the transmitter. From a silent transmitter an operator takes over by "
+        "choosing a mode.",
     ),
     Row(
         "safe_switch_arming",
@@ -189,7 +201,7 @@ ROWS: tuple[Row, ...] = (
         frozenset({Action.GROUND_STICKS}),
         _GROUND_STATION,
         lambda r, f: f.remote_system is not None and f.remote_system != r.system,
-        lambda r, f: f"lead boat (system {f.remote_system}) steers. Choose a mode to take over",
+        lambda r, f: f"lead boat {f.remote_system} steers: choose a mode",
         "While the lead boat steers by remote, no ground station's sticks count.",
     ),
     Row(
@@ -233,7 +245,7 @@ ROWS: tuple[Row, ...] = (
         frozenset({Action.STEER}),
         frozenset({Right.TRANSMITTER}),
         lambda r, f: f.remote_system is not None and not f.safe_switch,
-        lambda r, f: f"lead boat (system {f.remote_system}) steers",
+        lambda r, f: f"lead boat {f.remote_system} steers",
         "While the lead boat steers by remote, the transmitter does not steer, unless its safe switch is on.",
     ),
     Row(

@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
 
-from companion.core.decision import LossFailsafe, ModeId, Severity
+from companion.core.decision import LossFailsafe, ModeId, TextKind
 from companion.modes.table import DECLARATIONS
 from companion.supervisor.situation import Situation
 
@@ -41,7 +41,7 @@ class Failsafe:
     return to its mode by itself afterwards; None for a failsafe after which it never does."""
 
     name: str
-    severity: Severity
+    kind: TextKind
     cause: Callable[[Situation, bool], bool]
     applies: Callable[[Situation, bool], bool]
     action: str | Action
@@ -131,7 +131,7 @@ def _row_of(mode: ModeId, declared: LossFailsafe) -> Failsafe:
 
     return Failsafe(
         declared.name,
-        declared.severity,
+        declared.kind,
         lost,
         applies,
         declared.action,
@@ -144,7 +144,7 @@ def _row_of(mode: ModeId, declared: LossFailsafe) -> Failsafe:
 FAILSAFES: tuple[Failsafe, ...] = (  # most severe first
     Failsafe(
         "bridge_silent",
-        Severity.CRITICAL,
+        TextKind.ALARM,
         lambda s, _: bool(_silent_bridges(s)),
         _armed,
         "FS_ACT_ACT",
@@ -153,7 +153,7 @@ FAILSAFES: tuple[Failsafe, ...] = (  # most severe first
     ),
     Failsafe(
         "thrust_lost",
-        Severity.CRITICAL,
+        TextKind.ALARM,
         lambda s, _: bool(s.lost_motions),
         _armed,
         "FS_ACT_ACT",
@@ -162,7 +162,7 @@ FAILSAFES: tuple[Failsafe, ...] = (  # most severe first
     ),
     Failsafe(
         "position_lost",
-        Severity.CRITICAL,
+        TextKind.ALARM,
         lambda s, _: not s.nav.position_valid,
         lambda s, _: s.armed and s.mode.needs_position,
         "FS_POS_ACT",
@@ -171,7 +171,7 @@ FAILSAFES: tuple[Failsafe, ...] = (  # most severe first
     ),
     Failsafe(
         "heading_lost",
-        Severity.CRITICAL,
+        TextKind.ALARM,
         lambda s, _: not s.nav.heading_valid,
         lambda s, _: s.armed and s.mode.needs_heading,
         "FS_POS_ACT",
@@ -180,7 +180,7 @@ FAILSAFES: tuple[Failsafe, ...] = (  # most severe first
     ),
     Failsafe(
         "leak",
-        Severity.CRITICAL,
+        TextKind.ALARM,
         lambda s, active: s.inputs.leak.wet if s.inputs.leak is not None else active,
         _always,
         "FS_LEAK_ACT",
@@ -189,7 +189,7 @@ FAILSAFES: tuple[Failsafe, ...] = (  # most severe first
     ),
     Failsafe(
         "battery_critical",
-        Severity.CRITICAL,
+        TextKind.ALARM,
         _battery_below("BAT_CRIT_THR"),
         _always,
         "COM_LOW_BAT_ACT",
@@ -198,7 +198,7 @@ FAILSAFES: tuple[Failsafe, ...] = (  # most severe first
     ),
     Failsafe(
         "battery_low",
-        Severity.WARNING,
+        TextKind.ATTENTION,
         _battery_below("BAT_LOW_THR"),
         _always,
         Action.IGNORE,
@@ -207,7 +207,7 @@ FAILSAFES: tuple[Failsafe, ...] = (  # most severe first
     ),
     Failsafe(
         "fence",
-        Severity.CRITICAL,
+        TextKind.ALARM,
         lambda s, _: s.fence is not None,
         _armed,
         "GF_ACTION",
@@ -217,7 +217,7 @@ FAILSAFES: tuple[Failsafe, ...] = (  # most severe first
     ),
     Failsafe(
         "transmitter_lost",  # by its safe switch a person has taken the boat in hand: it must not sail off by itself
-        Severity.CRITICAL,
+        TextKind.ALARM,
         _sticks_silent,
         _by_safe_switch,
         Action.NEUTRAL,
@@ -226,7 +226,7 @@ FAILSAFES: tuple[Failsafe, ...] = (  # most severe first
     ),
     Failsafe(
         "sticks_lost",
-        Severity.CRITICAL,
+        TextKind.ALARM,
         _sticks_silent,
         _by_other_sticks,
         "NAV_RCL_ACT",
@@ -235,7 +235,7 @@ FAILSAFES: tuple[Failsafe, ...] = (  # most severe first
     ),
     Failsafe(
         "station_lost",
-        Severity.CRITICAL,
+        TextKind.ALARM,
         _ground_stations_silent,
         _self_steered,
         "NAV_DLL_ACT",
@@ -245,7 +245,7 @@ FAILSAFES: tuple[Failsafe, ...] = (  # most severe first
     *(_row_of(mode, declared.failsafe) for mode, declared in DECLARATIONS.items() if declared.failsafe is not None),
     Failsafe(
         "stuck",
-        Severity.WARNING,
+        TextKind.ATTENTION,
         _no_way,
         _under_way,
         "WP_STUCK_ACT",

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from companion.core.decision import ModeId, ModeInputs, Severity
+from companion.core.decision import ModeId, ModeInputs, TextKind
 from companion.core.events import EventLog
 from companion.fence.guard import FenceGuard
+from companion.mission.commands import is_no_circle
 from companion.mission.plan import PlanKind, Plans
 from companion.modes.mission import MissionMode
 from companion.supervisor.helm import Helm
@@ -24,6 +25,7 @@ class FenceDuty:
         self._events = events
         self._seen_fence: object = None
         self._seen_plans: object = None
+        self._told_of: object = None
         self._changed_s: float | None = None
 
     def update(self, inputs: ModeInputs) -> None:
@@ -33,6 +35,7 @@ class FenceDuty:
             self._seen_fence = key
             if key and self._helm.armed:
                 self._mind_new_fence(inputs)
+            self._tell_of_no_circles(inputs.now_s)
         if self._helm.armed and self._helm.mode is self._mission and self._mission.blocked is not None:
             self._interrupt(f"Mission stopped: {self._mission.blocked}", inputs)
         self._warn_of_plan(inputs)
@@ -42,10 +45,19 @@ class FenceDuty:
         mode = self._helm.mode
         reason = self._helm.guarded(mode, lambda: mode.mind_fence(inputs), inputs.now_s)
         if reason is not None:
-            self._interrupt(reason, inputs)
+            self._interrupt(f"{mode.id.value} stopped: {reason}", inputs)
+
+    def _tell_of_no_circles(self, now_s: float) -> None:
+        """Announce the circles of a new fence that are none."""
+        fence_id, items = self._plans.plan_id(PlanKind.FENCE), self._plans.items(PlanKind.FENCE)
+        none = [item.seq for item in items if is_no_circle(item)]
+        if none and fence_id != self._told_of:
+            text = f"Fence item {none[0]}: circle of radius 0 ignored"
+            self._events.say(now_s, TextKind.ATTENTION, "fence_no_circle", text)
+        self._told_of = fence_id
 
     def _interrupt(self, text: str, inputs: ModeInputs) -> None:
-        self._events.say(inputs.now_s, Severity.WARNING, "fence_stops", f"{text}; holding here")
+        self._events.say(inputs.now_s, TextKind.ATTENTION, "fence_stops", text)
         if self._helm.switch(ModeId.HOLD, inputs.nav, inputs.now_s, Cause.FENCE) is not None:
             self._helm.stop(Cause.FENCE)
 
@@ -60,4 +72,4 @@ class FenceDuty:
         self._changed_s = None
         under_way = self._helm.armed and self._helm.mode is self._mission
         if plans[0] and plans[1] and not under_way and (reason := self._mission.fence_refusal(inputs)) is not None:
-            self._events.say(inputs.now_s, Severity.WARNING, "mission_crosses_fence", f"Check the mission: {reason}")
+            self._events.say(inputs.now_s, TextKind.ATTENTION, "mission_crosses_fence", f"Check the mission: {reason}")

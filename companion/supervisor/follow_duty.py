@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from companion.core.decision import ACCEPTED, ModeId, ModeInputs, Outcome, Result, Severity
+from companion.core.decision import ACCEPTED, ModeId, ModeInputs, Outcome, Result, TextKind
 from companion.core.estimate import NavState
 from companion.core.events import EventLog
 from companion.core.readings import LeaderState, Wish
@@ -99,6 +99,11 @@ class FollowDuty:
         """The system that the boat followed last."""
         return self._followed
 
+    @property
+    def awaits(self) -> bool:
+        """Whether the boat stands by in Follow until the leader is heard."""
+        return self._awaits and self._helm.stopped and self._helm.mode.id is ModeId.FOLLOW
+
     # --- requests --------------------------------------------------------------------------------------------------
 
     def set_follow_position(self, bearing_rad: float | None, distance_m: float | None, now_s: float) -> Outcome:
@@ -164,10 +169,10 @@ class FollowDuty:
         if wish is None or wish is Wish.NONE:
             return
         text = f"Lead boat asks for {WISHES[wish]}"
-        if (reason := self._wish_refusal(now_s)) is not None:
-            self._events.say(now_s, Severity.WARNING, "refused", f"{text}: not obeyed, {reason}")
+        if (rule := self._wish_refusal(now_s)) is not None:
+            self._events.say(now_s, TextKind.REFUSAL, "refused", f"Lead boat: {WISHES[wish]} refused: {rule}")
             return
-        self._events.say(now_s, Severity.NOTICE, "leader_wish", text)
+        self._events.say(now_s, TextKind.ROUTINE, "leader_wish", text)
         mode = ModeId.FOLLOW if wish is Wish.AUTONOMOUS else ModeId.MANUAL
         accepted = self._choose(mode, now_s, Cause.LEAD_BOAT).accepted
         if accepted and wish is Wish.REMOTE:
@@ -211,17 +216,20 @@ class FollowDuty:
         leader, nav, least_m = inputs.leader, inputs.nav, self._parameters["FOLL_MIN_DIST"]
         if self._helm.stopped:
             self._events.say(
-                inputs.now_s, Severity.NOTICE, "leader_awaited", f"Follow waits for the leader: {inputs.leader_fault}"
+                inputs.now_s,
+                TextKind.ATTENTION,
+                "leader_awaited",
+                f"Follow waits for the leader: {inputs.leader_fault}",
             )
             return
         text = f"Following system {self._watch.system_id}: {self._position.text}"
-        self._events.say(inputs.now_s, Severity.INFO, "station", text)
+        self._events.say(inputs.now_s, TextKind.ROUTINE, "station", text)
         if leader is None:
             return
         away_m = math.hypot(leader.north_m - nav.north_m, leader.east_m - nav.east_m)
         if away_m < least_m:
-            text = f"Leader {away_m:.0f} m away, below FOLL_MIN_DIST ({least_m:g} m)"
-            self._events.say(inputs.now_s, Severity.WARNING, "leader_near", text)
+            near = f"Leader {away_m:.0f} m away, below FOLL_MIN_DIST ({least_m:g} m)"
+            self._events.say(inputs.now_s, TextKind.ATTENTION, "leader_near", near)
 
     def _waits(self, mode: ModeId, nav: NavState, now_s: float) -> bool:
         """Whether Follow waits for a leader that sends only once the boat is in Follow. A module always sends: the boat
@@ -234,7 +242,7 @@ class FollowDuty:
         return self._awaits and now_s - self._since_s <= self._parameters["FOLL_WAIT_T"]
 
     def _refuse(self, result: Result, text: str, now_s: float) -> Outcome:
-        self._events.say(now_s, Severity.WARNING, "refused", text)
+        self._events.say(now_s, TextKind.REFUSAL, "refused", text)
         return Outcome(result, text)
 
 

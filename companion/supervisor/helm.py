@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 
-from companion.core.decision import ModeId, ModeInputs, Severity
+from companion.core.decision import ModeId, ModeInputs, TextKind
 from companion.core.estimate import NavState
 from companion.core.events import EventLog
 from companion.core.setpoint import HeadingSetpoint, Setpoint, WrenchSetpoint, desired_motion
@@ -34,8 +34,8 @@ class Helm:
         self.stopped = False
         self.cause: Cause | None = None
         self.waits: Callable[[ModeId, NavState, float], bool] = lambda mode, nav, now_s: False
-        """Whether a mode that cannot be entered yet may be chosen: the boat then is in it without thrust, until it is
-        resumed."""
+        """Whether a mode that cannot be entered yet may be chosen by an operator: the boat then is in it and stands by
+        (`Mode.stand_by`), until it is resumed."""
         self._sticks = sticks
         self._events = events
         self._inputs_at = inputs_at
@@ -45,17 +45,18 @@ class Helm:
         candidate = self.modes[mode]
         return candidate.check(self._inputs_at(now_s, 0.0)) or estimate_refusal(candidate, nav)
 
-    def choice_refusal(self, mode: ModeId, nav: NavState, now_s: float) -> str | None:
+    def choice_refusal(self, mode: ModeId, nav: NavState, now_s: float, cause: Cause = Cause.OPERATOR) -> str | None:
         """As `refusal`; None too for a mode that may be chosen before it can be entered."""
-        early = (self.modes[mode].declaration.early and not self.armed) or self.waits(mode, nav, now_s)
+        waits = cause is Cause.OPERATOR and self.waits(mode, nav, now_s)
+        early = waits or (self.modes[mode].declaration.early and not self.armed)
         return None if early else self.refusal(mode, nav, now_s)
 
     def switch(self, mode: ModeId, nav: NavState, now_s: float, cause: Cause) -> str | None:
         """Change to `mode`. Returns None, or the reason why not; all stays as it was then."""
-        reason = self.choice_refusal(mode, nav, now_s)
+        reason = self.choice_refusal(mode, nav, now_s, cause)
         new, waits = self.modes[mode], False
         if reason is None and self.armed:
-            before, waits = self.mode, self.waits(mode, nav, now_s)
+            before, waits = self.mode, cause is Cause.OPERATOR and self.waits(mode, nav, now_s)
             self._guarded_leave(before, now_s)
             reason = None if waits else self._guarded_enter(new, now_s)
             if reason is not None:
@@ -68,7 +69,7 @@ class Helm:
         self.cause = cause
         self.stopped = waits
         self.version += 1
-        self._events.say(now_s, Severity.NOTICE, "mode_changed", f"Mode {mode.value}")
+        self._events.say(now_s, TextKind.ROUTINE, "mode_changed", f"Mode {mode.value}")
         return None
 
     def choose_disarmed(self, mode: ModeId, cause: Cause) -> None:
@@ -112,7 +113,7 @@ class Helm:
         """The active mode's setpoint. None if the mode failed: that is announced, and the boat holds, or stops if it
         cannot hold."""
         try:
-            setpoint = self.mode.update(inputs)
+            setpoint = self.mode.stand_by(inputs) if self.stopped else self.mode.update(inputs)
         except Exception as error:  # noqa: BLE001  whatever is wrong with a mode, the boat must not be without a helm
             self._failed(self.mode, error, inputs)
             return None
@@ -123,7 +124,7 @@ class Helm:
 
     def _failed(self, mode: Mode, error: Exception, inputs: ModeInputs) -> None:
         text = f"{mode.id.value} failed ({type(error).__name__}: {error})"
-        self._events.say(inputs.now_s, Severity.CRITICAL, "mode_failed", text)
+        self._events.say(inputs.now_s, TextKind.ALARM, "mode_failed", text)
         cause = Cause.MODE_FAILED
         if mode.id is ModeId.HOLD or self.switch(ModeId.HOLD, inputs.nav, inputs.now_s, cause) is not None:
             self.stop(cause)
@@ -135,7 +136,7 @@ class Helm:
             if mode.by_stick and self._sticks.must_centre:
                 self._events.say(
                     now_s,
-                    Severity.WARNING,
+                    TextKind.ATTENTION,
                     "sticks_off_centre",
                     "Sticks off centre: centre them to take control",
                 )
@@ -158,7 +159,7 @@ class Helm:
             return step()
         except Exception as error:  # noqa: BLE001  as in `guide`
             reason = f"{type(error).__name__}: {error}"
-            self._events.say(now_s, Severity.CRITICAL, "mode_failed", f"{mode.id.value} failed ({reason})")
+            self._events.say(now_s, TextKind.ALARM, "mode_failed", f"{mode.id.value} failed ({reason})")
             return f"failed ({reason})"
 
 

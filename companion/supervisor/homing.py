@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from companion.core.decision import Home, Severity
+from companion.core.decision import Home, TextKind
 from companion.core.estimate import NavState
 from companion.core.events import EventLog
 
@@ -32,7 +32,7 @@ class HomeKeeper:
             return False
         yaw_rad = nav.yaw_rad if nav.heading_valid else None
         self.home = Home(nav.lat_deg, nav.lon_deg, nav.altitude_m, yaw_rad)
-        self._events.say(now_s, Severity.INFO, "home_set", "Home set here")
+        self._events.say(now_s, TextKind.ROUTINE, "home_set", "Home set here")
         return True
 
     def set(self, home: Home, now_s: float) -> bool:
@@ -40,5 +40,5 @@ class HomeKeeper:
         if not is_on_earth(home.lat_deg, home.lon_deg):
             return False
         self.home = home
-        self._events.say(now_s, Severity.INFO, "home_set", f"Home set to {home.lat_deg:.6f}, {home.lon_deg:.6f}")
+        self._events.say(now_s, TextKind.ROUTINE, "home_set", f"Home set to {home.lat_deg:.6f}, {home.lon_deg:.6f}")
         return True

@@ -1,27 +1,34 @@
-"""What a mission asks of the vessel without leaving its mode: speed, home, follow position, outputs."""
+"""What a mission asks of the vessel without leaving its mode: speed, home, follow position, outputs, payload."""
 
 from __future__ import annotations
 
 from companion.core.decision import Home
 from companion.core.estimate import NavState
-from companion.mission.tasks import AuxiliaryAction, SetFollowPosition, SetHome, SetSpeed
+from companion.mission.tasks import AuxiliaryAction, PayloadAction, SetFollowPosition, SetHome, SetSpeed
 from companion.supervisor.cruise import Cruise
 from companion.supervisor.follow_duty import FollowDuty
 from companion.supervisor.homing import HomeKeeper
 from companion.supervisor.outputs import AuxiliaryOutputs
+from companion.supervisor.payload import Payload
 
 
 class MissionActions:
     """`perform(action, nav, now_s)`. Remembers nothing."""
 
-    def __init__(self, cruise: Cruise, home: HomeKeeper, auxiliary: AuxiliaryOutputs, following: FollowDuty) -> None:
+    def __init__(
+        self, cruise: Cruise, home: HomeKeeper, auxiliary: AuxiliaryOutputs, following: FollowDuty, payload: Payload
+    ) -> None:
         self._cruise = cruise
         self._home = home
         self._auxiliary = auxiliary
         self._following = following
+        self._payload = payload
 
     def perform(
-        self, action: SetSpeed | SetHome | SetFollowPosition | AuxiliaryAction, nav: NavState, now_s: float
+        self,
+        action: SetSpeed | SetHome | SetFollowPosition | AuxiliaryAction | PayloadAction,
+        nav: NavState,
+        now_s: float,
     ) -> None:
         """Carry out one action. What is refused is announced by the part that refuses."""
         if isinstance(action, SetSpeed):
@@ -30,8 +37,14 @@ class MissionActions:
             self._set_home(action, nav, now_s)
         elif isinstance(action, SetFollowPosition):
             self._following.set_follow_position(action.bearing_rad, action.distance_m, now_s)
-        else:
+        elif isinstance(action, AuxiliaryAction):
             self._auxiliary.request(action, now_s)
+        else:
+            self._payload.request(action, now_s, by_mission=True)
+
+    def ended(self, now_s: float) -> None:
+        """The mission has ended."""
+        self._payload.mission_ended(now_s)
 
     def _set_home(self, action: SetHome, nav: NavState, now_s: float) -> None:
         if action.lat_deg is None or action.lon_deg is None:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from companion.core.decision import MissionState, ModeId, Severity
+from companion.core.decision import MissionState, ModeId, TextKind
 from companion.core.estimate import NavState
 from companion.core.events import EventLog
 from companion.mission.executor import MissionExecutor, Replaced
+from companion.mission.plan import item_number
 from companion.mission.tasks import FollowLeader
+from companion.modes.hold import HoldMode
 from companion.modes.mission import MissionMode
 from companion.params.store import Parameters
 from companion.supervisor.failsafes import Action
@@ -25,6 +27,7 @@ class MissionDuty:
         parameters: Parameters,
         executor: MissionExecutor,
         mission: MissionMode,
+        hold: HoldMode,
         helm: Helm,
         following: FollowDuty,
         actions: MissionActions,
@@ -33,12 +36,18 @@ class MissionDuty:
         self._parameters = parameters
         self._executor = executor
         self._mission = mission
+        self._hold = hold
         self._helm = helm
         self._following = following
         self._actions = actions
         self._events = events
         self._replaced: Replaced | None = None
         self._restored = False
+
+    @property
+    def _item(self) -> int:
+        """Number of the current item."""
+        return item_number(self._executor.progress.seq)
 
     def restore(self, now_s: float) -> None:
         """On the first tick: pause a mission that a restart interrupted. With MIS_ON_START it goes on when armed."""
@@ -51,20 +60,19 @@ class MissionDuty:
         goes_on = bool(self._parameters["MIS_ON_START"])
         self._helm.choose_disarmed(ModeId.MISSION if goes_on else ModeId.HOLD, Cause.RESTART)
         remedy = "goes on when armed" if goes_on else "choose Mission to go on"
-        text = f"Mission was interrupted at item {self._executor.progress.seq}: {remedy}"
-        self._events.say(now_s, Severity.NOTICE, "mission_interrupted", text)
+        text = f"Interrupted at item {self._item}: {remedy}"
+        self._events.say(now_s, TextKind.ATTENTION, "mission_interrupted", text)
 
     def tell_of_new_plan(self, now_s: float) -> None:
         """Announce whether the mission goes on in a new plan or begins anew."""
         replaced = self._executor.replaced
         if replaced is not None and replaced is not self._replaced:
-            seq = self._executor.progress.seq
             text = (
-                f"New mission goes on at item {seq}"
+                f"New mission goes on at item {self._item}"
                 if replaced is Replaced.CONTINUED
                 else "New mission begins at its first item"
             )
-            self._events.say(now_s, Severity.NOTICE, "mission_replaced", text)
+            self._events.say(now_s, TextKind.ROUTINE, "mission_replaced", text)
         self._replaced = replaced
 
     def after(self, nav: NavState, now_s: float) -> None:
@@ -85,20 +93,24 @@ class MissionDuty:
         if action.system_id is None or self._following.choose_leader(action.system_id, now_s).accepted:
             reason = self._helm.switch(ModeId.FOLLOW, nav, now_s, Cause.MISSION_ITEM)
             if reason is None:
-                then = (
-                    "Mission complete" if complete else f"choose Mission to go on at item {self._executor.progress.seq}"
+                then = "Mission complete" if complete else f"choose Mission for item {self._item}"
+                self._events.say(
+                    now_s, TextKind.ROUTINE, "mission_follows", f"Item {item_number(action.seq)}: following; {then}"
                 )
-                self._events.say(now_s, Severity.NOTICE, "mission_follows", f"Item {action.seq}: following; {then}")
                 return
-            self._events.say(now_s, Severity.WARNING, "refused", f"Item {action.seq}: Follow refused: {reason}")
+            self._events.say(
+                now_s, TextKind.REFUSAL, "refused", f"Item {item_number(action.seq)}: Follow refused: {reason}"
+            )
         refused = Cause.MISSION_ITEM_REFUSED
         if not complete and self._helm.switch(ModeId.HOLD, nav, now_s, refused) is not None:
             self._helm.stop(refused)
 
     def _end(self, ended: MissionState, nav: NavState, now_s: float) -> None:
         text = "Mission complete" if ended is MissionState.COMPLETE else "Mission cleared"
-        self._events.say(now_s, Severity.NOTICE, "mission_ended", text)
+        self._events.say(now_s, TextKind.ROUTINE, "mission_ended", text)
+        self._actions.ended(now_s)
         helm, complete, cause = self._helm, ended is MissionState.COMPLETE, Cause.MISSION_END
+        landed = self._mission.voyage_over
         if complete and self._mission.docked and helm.switch(ModeId.DOCK, nav, now_s, cause) is None:
             return
         then = Action(int(self._parameters["MIS_DONE_ACT"])) if complete else Action.HOLD
@@ -106,3 +118,5 @@ class MissionDuty:
             return
         if then is Action.NEUTRAL or helm.switch(ModeId.HOLD, nav, now_s, cause) is not None:
             helm.stop(cause)
+        elif landed:
+            self._hold.land()

@@ -23,6 +23,7 @@ class Cause(Enum):
     """Why the mode changes, or why the boat has no thrust until the next request."""
 
     SAFE_SWITCH = "safe_switch"
+    TRANSMITTER = "transmitter"
     OPERATOR = "operator"
     LEAD_BOAT = "lead_boat"
     FAILSAFE = "failsafe"
@@ -105,6 +106,14 @@ MODE_CHANGES: tuple[ModeChange, ...] = (
         "Manual",
         "The transmitter's safe switch is on and the transmitter is heard",
         "MAN_RC_SAFE_CH",
+    ),
+    ModeChange(
+        Cause.TRANSMITTER.value,
+        Cause.TRANSMITTER,
+        "any",
+        "RTL, Hold or Offboard; the mode at the position of the mode switch",
+        "The transmitter's return, hold, offboard or mode switch is moved",
+        "RC_MAP_FLTMODE",
     ),
     ModeChange(
         Cause.OPERATOR.value,

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 
 from companion.config.vessel import VesselConfig
-from companion.core.decision import ACCEPTED, Outcome, Result, Severity
+from companion.core.decision import ACCEPTED, Outcome, Result, TextKind
 from companion.core.estimate import NavState
 from companion.core.events import EventLog
 from companion.modes.hold import HoldMode
@@ -32,10 +32,10 @@ class Nudges:
             return self._refuse(Result.DENIED, "not a number", now_s)
         way_m, most_m = math.hypot(forward_m, starboard_m), self._parameters["DP_NUDGE_MAX"]
         if way_m > most_m:
-            return self._refuse(Result.DENIED, f"{way_m:.1f} m is more than DP_NUDGE_MAX, {most_m:g} m", now_s)
+            return self._refuse(Result.DENIED, f"{way_m:.1f} m, DP_NUDGE_MAX is {most_m:g} m", now_s)
         turn_deg, most_deg = math.degrees(abs(turn_rad)), self._parameters["DP_NUDGE_YAW"]
         if turn_deg > most_deg + 1e-6:
-            return self._refuse(Result.DENIED, f"{turn_deg:.0f} deg is more than DP_NUDGE_YAW, {most_deg:g} deg", now_s)
+            return self._refuse(Result.DENIED, f"{turn_deg:.0f} deg, DP_NUDGE_YAW is {most_deg:g} deg", now_s)
         text = f"Nudge {forward_m:+.2f} m ahead, {starboard_m:+.2f} m to starboard, {math.degrees(turn_rad):+.0f} deg"
         return self._done(lambda: self._hold.nudge(forward_m, starboard_m, turn_rad), text, nav, now_s)
 
@@ -53,13 +53,13 @@ class Nudges:
         if not helm.armed:
             return self._refuse(Result.TEMPORARILY_REJECTED, "arm first", now_s)
         if not self._can_sway:
-            return self._refuse(Result.DENIED, "this boat cannot push itself sideways", now_s)
+            return self._refuse(Result.DENIED, "this boat has no sideways thrust", now_s)
         if (reason := helm.refusal(self._hold.id, nav, now_s) or helm.guarded(self._hold, step, now_s)) is not None:
             return self._refuse(Result.TEMPORARILY_REJECTED, reason, now_s)
-        self._events.say(now_s, Severity.INFO, "nudge", text)
+        self._events.say(now_s, TextKind.ROUTINE, "nudge", text)
         return ACCEPTED
 
     def _refuse(self, result: Result, reason: str, now_s: float) -> Outcome:
         text = f"Nudge refused: {reason}"
-        self._events.say(now_s, Severity.WARNING, "refused", text)
+        self._events.say(now_s, TextKind.REFUSAL, "refused", text)
         return Outcome(result, text)

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from companion.config.outputs import RelayConfig, ServoConfig
 from companion.config.vessel import VesselConfig
 from companion.core.actuation import Auxiliary
-from companion.core.decision import ACCEPTED, Outcome, Result, Severity
+from companion.core.decision import ACCEPTED, Outcome, Result, TextKind
 from companion.core.events import EventLog
 from companion.mission.tasks import AuxiliaryAction, SetActuators, SetRelay, SetServo
 
@@ -60,7 +60,7 @@ class AuxiliaryOutputs:
         """Set the output. A refusal is an event too."""
         reason, result = self._refusal(action)
         if reason is not None:
-            self._events.say(now_s, Severity.WARNING, "auxiliary_refused", reason)
+            self._events.say(now_s, TextKind.REFUSAL, "auxiliary_refused", reason)
             return Outcome(result, reason)
         match action:
             case SetServo():
@@ -80,6 +80,16 @@ class AuxiliaryOutputs:
                 self._say("Actuators set", 0, now_s)
         return ACCEPTED
 
+    def pulse_refusal(self, output: ServoConfig | RelayConfig) -> str | None:
+        """Why the output may not move now, or None."""
+        moves = self._armed or output.while_disarmed
+        return None if moves else f"{output.name} moves only while the boat is armed"
+
+    def pulse(self, output: ServoConfig | RelayConfig, value: float | bool, duration_s: float, now_s: float) -> None:
+        """Set the output for a moment, without a word: a camera's shutter. Where it may not move, nothing happens."""
+        if self.pulse_refusal(output) is None:
+            self._set(output, value, 1, 2.0 * duration_s, now_s)
+
     def update(self, armed: bool, now_s: float) -> Auxiliary:
         """The outputs now. With disarming, those that may not move then go to rest and forget what was asked."""
         self._armed = armed
@@ -97,10 +107,8 @@ class AuxiliaryOutputs:
         wanted = self._wanted(action)
         if isinstance(wanted, str):
             return wanted, Result.DENIED
-        moving = next((output for output in wanted if not output.while_disarmed), None)
-        if not self._armed and moving is not None:
-            return f"{moving.name} moves only while the boat is armed", Result.TEMPORARILY_REJECTED
-        return None, Result.ACCEPTED
+        reason = next((text for output in wanted if (text := self.pulse_refusal(output)) is not None), None)
+        return reason, Result.ACCEPTED if reason is None else Result.TEMPORARILY_REJECTED
 
     def _wanted(self, action: AuxiliaryAction) -> Sequence[ServoConfig | RelayConfig] | str:
         """The outputs that are to move, or why they cannot."""
@@ -136,7 +144,7 @@ class AuxiliaryOutputs:
         self._values[output] = output.rest_us if isinstance(output, ServoConfig) else False
 
     def _say(self, text: str, count: int, now_s: float) -> None:
-        self._events.say(now_s, Severity.INFO, "auxiliary", f"{text}, {count} times" if count else text)
+        self._events.say(now_s, TextKind.ROUTINE, "auxiliary", f"{text}, {count} times" if count else text)
 
 
 def _numbers(count: int, first: int) -> str:

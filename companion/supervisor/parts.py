@@ -21,7 +21,8 @@ from companion.modes.mission import MissionMode
 from companion.modes.offboard import OffboardMode
 from companion.modes.table import build_modes, mode_of
 from companion.params.store import Parameters
-from companion.supervisor.authority import Facts, Request, refusal
+from companion.supervisor.authority import Action, Facts, Request, refusal
+from companion.supervisor.calibration import CalibrationDuty
 from companion.supervisor.cruise import Cruise
 from companion.supervisor.fence_duty import FenceDuty
 from companion.supervisor.follow_duty import FollowDuty
@@ -31,12 +32,18 @@ from companion.supervisor.homing import HomeKeeper
 from companion.supervisor.mission_actions import MissionActions
 from companion.supervisor.mission_duty import MissionDuty
 from companion.supervisor.mode_changes import Cause
+from companion.supervisor.motor_test import MotorTest
 from companion.supervisor.nudges import Nudges
+from companion.supervisor.outlook_duty import OutlookDuty
 from companion.supervisor.outputs import AuxiliaryOutputs
+from companion.supervisor.payload import Payload
 from companion.supervisor.responder import Responder
 from companion.supervisor.retraction import Retraction
+from companion.supervisor.senses import Senses
 from companion.supervisor.situation import Situation, Source
 from companion.supervisor.sticks import Sticks, is_centred
+from companion.supervisor.switch_faults import kill_switch_fault
+from companion.supervisor.switches import Switches
 from companion.traffic.guard import TrafficGuard
 from companion.traffic.tracker import TrafficTracker
 
@@ -68,7 +75,8 @@ class SupervisorParts:
 
         self.traffic = TrafficTracker(config.mmsi)
         self.leader = LeaderTracker()
-        self.fence = FenceGuard(config, parameters, plans, events, frame_of)
+        self.home = HomeKeeper(events)
+        self.fence = FenceGuard(config, parameters, plans, events, frame_of, lambda: self.home.home)
         self.traffic_guard = TrafficGuard(config, parameters, self.traffic, events, frame_of, self.fence)
         modes = build_modes(config, parameters, plans, executor, events, frame_of, self.fence)
         self.hold = hold = mode_of(modes, HoldMode)
@@ -78,16 +86,21 @@ class SupervisorParts:
 
         self.cruise = Cruise(parameters)
         self.auxiliary = AuxiliaryOutputs(config, events)
+        self.payload = Payload(config, parameters, plans, self.auxiliary, events, frame_of)
         self.sticks = Sticks(parameters)
+        self.switches = Switches(parameters, events)
         self.ground_stations = GroundStations(config.operators)
-        self.home = HomeKeeper(events)
         self.helm = helm = Helm(modes, self.sticks, events, self.mode_inputs)
         self.following = FollowDuty(parameters, helm, self.sticks, events, choose, self.refusal)
-        actions = MissionActions(self.cruise, self.home, self.auxiliary, self.following)
-        self.mission_duty = MissionDuty(parameters, executor, mission, helm, self.following, actions, events)
+        actions = MissionActions(self.cruise, self.home, self.auxiliary, self.following, self.payload)
+        self.mission_duty = MissionDuty(parameters, executor, mission, hold, helm, self.following, actions, events)
         self.fence_duty = FenceDuty(self.fence, plans, helm, mission, events)
+        self.outlook = OutlookDuty(parameters, plans, executor, mission, helm, self.cruise, self.home, events)
         self.nudges = Nudges(config, parameters, helm, hold, events)
         self.retraction = Retraction(config, parameters, helm, events)
+        self.senses = Senses(events)
+        self.calibration = CalibrationDuty(config, parameters, helm, events, lambda: self.nav)
+        self.motor_test = MotorTest(config, events, self.motor_objection)
         self.responder = Responder(helm, hold, self.sticks, events, self.situation)
 
     # --- views -----------------------------------------------------------------------------------------------------
@@ -102,6 +115,7 @@ class SupervisorParts:
         following, mode = self.following, self.helm.mode
         live = sticks.live(now_s) if mode.by_stick else None
         return Facts(
+            kill_switch=self.switches.killed,
             safe_switch=sticks.safe_switch,
             transmitter_live=sticks.transmitter_live(now_s),
             operators=ground_stations.operators,
@@ -122,6 +136,19 @@ class SupervisorParts:
             intended=self.helm.intended.id,
             sticks_moved=live is not None and not is_centred(live),
         )
+
+    def motor_objection(self, index: int, now_s: float) -> str | None:
+        """Why a thruster may not run in a motor test now, or None."""
+        thruster = self.config.thrusters[index]
+        if self.helm.armed:
+            return "disarm first"
+        if (reason := self.refusal(Request(Action.ARM), now_s)) is not None:
+            return reason
+        if index in self.retraction.up:
+            return f"lower {thruster.name} first"
+        drives = {bridge.name for bridge in self.config.actuators if thruster.name in bridge.thrusters}
+        ill = next((device for device in self.health if device.name in drives and not device.ok), None)
+        return None if ill is None else f"{ill.name}: {ill.text or 'no data'}"
 
     def mode_inputs(self, now_s: float, dt_s: float) -> ModeInputs:
         """What modes see of a tick."""
@@ -160,6 +187,7 @@ class SupervisorParts:
             authority=self.facts(now_s),
             failed_thrusters=tuple(thrusters[i].name for i in sorted(self.failed)),
             lost_motions=lost_motions(thrusters, self.failed),
+            kill_switch_fault=kill_switch_fault(self.parameters, self.switches.channels),
             fence=self.fence.cause,
             sources=self._sources(now_s),
         )

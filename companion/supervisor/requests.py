@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import math
 
-from companion.core.decision import ACCEPTED, Home, MissionState, ModeId, Order, Outcome, Result, Severity
+from companion.core.decision import ACCEPTED, Home, MissionState, ModeId, Order, Outcome, Result, TextKind
 from companion.core.geodesy import distance_and_bearing
+from companion.mission.plan import item_number
 from companion.modes.mode import FURTHEST_LEG_M
 from companion.supervisor.arming import arming_refusals
 from companion.supervisor.authority import Action, Request, Right
 from companion.supervisor.homing import is_on_earth
 from companion.supervisor.mode_changes import Cause
 from companion.supervisor.parts import SupervisorParts
+
+_RIGHTS = {Cause.LEAD_BOAT: Right.LEAD_BOAT, Cause.TRANSMITTER: Right.TRANSMITTER}
 
 
 class Requests:
@@ -65,37 +68,38 @@ class Requests:
 
     # --- arming ----------------------------------------------------------------------------------------------------
 
-    def arm(self, now_s: float, force: bool = False) -> Outcome:
-        """`force` skips the checks, but cannot enter a mode that refuses."""
+    def arm(self, now_s: float, force: bool = False, right: Right = Right.GROUND_STATION) -> Outcome:
+        """`force` skips the checks, but not the kill switch, and cannot enter a mode that refuses. `right`: of the one
+        who arms. A motor test ends."""
         if self._helm.armed:
             return ACCEPTED
+        self.parts.motor_test.stop(None, now_s)
         situation = self.parts.situation(now_s)
-        reasons: tuple[str, ...] = () if force else arming_refusals(situation)
-        if not reasons and situation.mode_refusal is not None:
-            reasons = (f"{situation.mode.id.value}: {situation.mode_refusal}",)
+        reasons = arming_refusals(situation, right, force)
         if not reasons and (reason := self._helm.arm(now_s)) is not None:
             reasons = (f"{situation.mode.id.value}: {reason}",)
         if reasons:
             for reason in reasons:
-                self._events.say(now_s, Severity.WARNING, "arming_refused", f"PreArm: {reason}")
+                self._events.say(now_s, TextKind.REFUSAL, "arming_refused", f"PreArm: {reason}")
             return Outcome(Result.TEMPORARILY_REJECTED, "; ".join(reasons))
         if self.parts.parameters["HOME_ON_ARM"]:
             self.parts.home.set_here(self.parts.nav, now_s)
         self.parts.responder.monitor.override()
-        self._events.say(now_s, Severity.NOTICE, "armed", "Armed by force" if force else "Armed")
+        self._events.say(now_s, TextKind.ROUTINE, "armed", "Armed by force" if force else "Armed")
         return ACCEPTED
 
     def disarm(self, now_s: float, force: bool = False) -> Outcome:
-        """Always possible, also under way: the thrusters stop. `force` changes nothing."""
+        """Always possible, also under way: the thrusters stop, also those of a motor test. `force` changes nothing."""
+        self.parts.motor_test.stop(None, now_s)
         if self._helm.armed:
             self._helm.disarm(now_s)
             self.parts.cruise.ask(None)
-            self._events.say(now_s, Severity.NOTICE, "disarmed", "Disarmed")
+            self._events.say(now_s, TextKind.ROUTINE, "disarmed", "Disarmed")
         return ACCEPTED
 
     def terminate(self, now_s: float) -> Outcome:
         """Neutral and disarmed at once."""
-        self._events.say(now_s, Severity.CRITICAL, "terminated", "Terminated: thrusters stopped")
+        self._events.say(now_s, TextKind.ALARM, "terminated", "Terminated: thrusters stopped")
         return self.disarm(now_s, force=True)
 
     # --- places ----------------------------------------------------------------------------------------------------
@@ -122,7 +126,7 @@ class Requests:
         if (reason := helm.guarded(parts.hold, go, now_s)) is not None:
             return self._refuse(Result.FAILED, f"Go-to {reason}", now_s)
         distance_m, _ = distance_and_bearing(parts.nav.lat_deg, parts.nav.lon_deg, lat_deg, lon_deg)
-        self._events.say(now_s, Severity.INFO, "go_to", f"Going to a point {distance_m:.0f} m away")
+        self._events.say(now_s, TextKind.ROUTINE, "go_to", f"Going to a point {distance_m:.0f} m away")
         return ACCEPTED
 
     def _go_to_refused(self, lat_deg: float, lon_deg: float, now_s: float) -> Outcome | None:
@@ -177,7 +181,7 @@ class Requests:
         """Make `seq` the mission's current item, under way or not."""
         reason = self.parts.executor.set_current(seq, reset)
         if reason is not None:
-            return self._refuse(Result.DENIED, f"Mission item {seq} refused: {reason}", now_s)
+            return self._refuse(Result.DENIED, f"Item {item_number(seq)} refused: {reason}", now_s)
         return ACCEPTED
 
     def change_speed(self, speed_mps: float | None, now_s: float) -> Outcome:
@@ -189,7 +193,7 @@ class Requests:
         cruise.ask(speed_mps)
         self._helm.mode.drop_speed()
         limit = ", the most MPC_XY_VEL_MAX allows" if cruise.asked_mps != speed_mps else ""
-        self._events.say(now_s, Severity.INFO, "speed_changed", f"Speed {cruise.speed_mps:.2f} m/s{limit}")
+        self._events.say(now_s, TextKind.ROUTINE, "speed_changed", f"Speed {cruise.speed_mps:.2f} m/s{limit}")
         return ACCEPTED
 
     # --- thrusters -------------------------------------------------------------------------------------------------
@@ -201,11 +205,11 @@ class Requests:
     # --- parts of requests -----------------------------------------------------------------------------------------
 
     def _refuse(self, result: Result, text: str, now_s: float) -> Outcome:
-        self._events.say(now_s, Severity.WARNING, "refused", text)
+        self._events.say(now_s, TextKind.REFUSAL, "refused", text)
         return Outcome(result, text)
 
     def _forbidden(self, mode: ModeId, now_s: float, cause: Cause = Cause.OPERATOR) -> str | None:
-        right = Right.LEAD_BOAT if cause is Cause.LEAD_BOAT else Right.GROUND_STATION
+        right = _RIGHTS.get(cause, Right.GROUND_STATION)
         return self.parts.refusal(Request(Action.CHANGE_MODE, right, mode=mode), now_s)
 
     def _same_mode(self, now_s: float) -> str | None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from companion.core.decision import ModeId, Severity
+from companion.core.decision import ModeId, TextKind
 from companion.core.estimate import NavState
 from companion.core.events import EventLog
 from companion.modes.hold import HoldMode
@@ -38,14 +38,12 @@ class Responder:
         back = [failsafe for failsafe, cause_gone in changes.over if cause_gone and failsafe.stays is not None]
         for failsafe, cause_gone in changes.over:
             if cause_gone and failsafe not in back:
-                self._events.say(now_s, Severity.NOTICE, f"{failsafe.name}_over", failsafe.ends)
+                self._events.say(now_s, TextKind.ROUTINE, f"{failsafe.name}_over", failsafe.ends)
         if changes.demand is not None:
             self._act(changes.demand, situation)
         for active in changes.begun:
             if active is not changes.demand:
-                self._events.say(
-                    now_s, active.failsafe.severity, active.failsafe.name, active.failsafe.starts(situation)
-                )
+                self._events.say(now_s, active.failsafe.kind, active.failsafe.name, active.failsafe.starts(situation))
         if was_neutral and not self.monitor.neutral and self._helm.armed:
             self._helm.resume(now_s)
         for failsafe in back:
@@ -64,7 +62,7 @@ class Responder:
         if reason is not None and helm.mode is helm.intended:
             self._hold_or_stop(nav, now_s)
         done = mode.value if reason is None else f"stays in {helm.mode.id.value}: {reason}"
-        self._events.say(now_s, Severity.NOTICE, f"{failsafe.name}_over", f"{failsafe.ends}: {done}")
+        self._events.say(now_s, TextKind.ROUTINE, f"{failsafe.name}_over", f"{failsafe.ends}: {done}")
 
     def _hold_or_stop(self, nav: NavState, now_s: float) -> None:
         if not self._bring_to(ModeId.HOLD, nav, now_s, Cause.FAILSAFE_OVER):
@@ -90,7 +88,7 @@ class Responder:
             active.neutral = True
             self._sticks.demand_centre(now_s, even_if_silent=True)
         text = f"{active.failsafe.starts(situation)}: {done}"
-        self._events.say(now_s, active.failsafe.severity, active.failsafe.name, text)
+        self._events.say(now_s, active.failsafe.kind, active.failsafe.name, text)
 
     def _stays_alongside(self, nav: NavState) -> bool:
         """Whether the boat pushes against a berth and can go on with it."""

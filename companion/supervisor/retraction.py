@@ -5,7 +5,7 @@ from __future__ import annotations
 from companion.allocation.geometry import thrusters_of
 from companion.config.vessel import VesselConfig
 from companion.core.actuation import Wrench
-from companion.core.decision import ACCEPTED, Outcome, Result, Severity
+from companion.core.decision import ACCEPTED, Outcome, Result, TextKind
 from companion.core.events import EventLog
 from companion.core.readings import RcInput
 from companion.modes.mode import Mode
@@ -43,13 +43,13 @@ class Retraction:
         if not self._retractable:
             return self._refuse(
                 Result.DENIED,
-                f"Refused to {'lower' if lower else 'retract'}: no retractable thruster",
+                f"{'Lower' if lower else 'Retract'} refused: no retractable thruster",
                 now_s,
             )
         if not lower and self._needed:
             return self._refuse(
                 Result.TEMPORARILY_REJECTED,
-                f"Refused to retract: {self._helm.mode.id.value} needs it: choose Manual or disarm",
+                f"Retract refused: {self._helm.mode.id.value} needs it; choose Manual",
                 now_s,
             )
         self.lower = lower
@@ -72,7 +72,7 @@ class Retraction:
             self._said_in = helm.mode
             names = " and ".join(self._config.thrusters[i].name for i in sorted(up))
             self._events.say(
-                now_s, Severity.WARNING, "thruster_up", f"{helm.mode.id.value}: {names} not down, {self._lack(up)}"
+                now_s, TextKind.ATTENTION, "thruster_up", f"{helm.mode.id.value}: {names} not down, {self._lack(up)}"
             )
 
     @property
@@ -105,7 +105,7 @@ class Retraction:
         return "all sideways force left" if left_n >= most_n else f"sideways at most {left_n:.0f} of {most_n:.0f} N"
 
     def _refuse(self, result: Result, text: str, now_s: float) -> Outcome:
-        self._events.say(now_s, Severity.WARNING, "refused", text)
+        self._events.say(now_s, TextKind.REFUSAL, "refused", text)
         return Outcome(result, text)
 
 

@@ -22,9 +22,10 @@ def is_centred(manual: ManualInput) -> bool:
 class Sticks:
     """Remembers the last sticks of the ground stations and of the transmitter.
 
-    The transmitter's channels are 1 sway, 2 surge, 3 throttle, 4 yaw, positive to starboard and ahead; MAN_AXIS_SURGE
-    chooses between 2 and 3. `safe_switch`: as last seen. `remote_system`: the lead boat that steers by remote, None for
-    none; its sticks come as a ground station's. `heard`: sticks were heard once.
+    RC_MAP_ROLL, PITCH, THROTTLE and YAW name the transmitter's channels for sway, surge, surge and yaw, positive to
+    starboard and ahead; MAN_AXIS_SURGE chooses between the two for surge. `safe_switch`: as last seen.
+    `remote_system`: the lead boat that steers by remote, None for none; its sticks come as a ground station's. `heard`:
+    sticks were heard once.
     """
 
     def __init__(self, parameters: Parameters) -> None:
@@ -52,17 +53,28 @@ class Sticks:
         self.demand_centre(now_s, even_if_silent=True)
 
     def update(self, rc: RcInput | None, now_s: float) -> None:
-        """Take in the transmitter. A switch whose signal is lost keeps its last position until an operator overrules
-        it."""
-        usable = rc is not None and not rc.lost and len(rc.channels) >= 4 and all(map(math.isfinite, rc.channels))
-        if rc is not None and usable:
-            surge = rc.channels[2] if self._parameters["MAN_AXIS_SURGE"] else rc.channels[1]
-            self._last[Right.TRANSMITTER] = ManualInput(rc.t_s, rc.source, surge, rc.channels[0], rc.channels[3])
-            self.heard = True
-            self._read_switch(rc)
+        """Take in the transmitter, whose channels are calibrated. A switch whose signal is lost keeps its last position
+        until an operator overrules it."""
+        if rc is not None and not rc.lost and all(map(math.isfinite, rc.channels)):
+            self._take(rc)
         live = self.live(now_s)
         if self._must_centre and live is not None and is_centred(live):
             self._must_centre = False
+
+    def _take(self, rc: RcInput) -> None:
+        """Sticks whose channel is missing make the whole transmitter unusable; a channel of 0 leaves its axis out."""
+        names = (
+            "RC_MAP_THROTTLE" if self._parameters["MAN_AXIS_SURGE"] else "RC_MAP_PITCH",
+            "RC_MAP_ROLL",
+            "RC_MAP_YAW",
+        )
+        numbers = [int(self._parameters[name]) for name in names]
+        if max(numbers) > len(rc.channels):
+            return
+        surge, sway, yaw = (rc.channels[number - 1] if number else None for number in numbers)
+        self._last[Right.TRANSMITTER] = ManualInput(rc.t_s, rc.source, surge, sway, yaw)
+        self.heard = True
+        self._read_switch(rc)
 
     def _read_switch(self, rc: RcInput) -> None:
         channel = int(self._parameters["MAN_RC_SAFE_CH"])

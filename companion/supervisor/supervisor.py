@@ -3,15 +3,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from companion.config.vessel import VesselConfig
-from companion.core.actuation import Wrench
-from companion.core.decision import ModeId, ModeInputs, Severity, Status
+from companion.core.actuation import Auxiliary, Wrench
+from companion.core.arming import ArmingReport
+from companion.core.decision import ModeId, ModeInputs, Status, TextKind
 from companion.core.estimate import NavState, usable
 from companion.core.events import EventLog
 from companion.core.geodesy import LocalFrame
-from companion.core.readings import AisTarget, LeaderState, ManualInput
+from companion.core.readings import AisTarget, LeaderState, ManualInput, RcInput
 from companion.core.setpoint import NEUTRAL_SETPOINT, Setpoint
 from companion.core.tick import DeviceHealth, Inputs
 from companion.mission.executor import MissionExecutor
@@ -19,11 +20,14 @@ from companion.mission.plan import Plans
 from companion.modes.mode import ModeInfo
 from companion.modes.parts.offboard_target import OffboardTarget
 from companion.params.store import Parameters
-from companion.supervisor.arming import arming_refusals
+from companion.supervisor.arming import arming_refusals, arming_report
 from companion.supervisor.authority import Action, Facts, Request, Right
+from companion.supervisor.channels import calibrated
+from companion.supervisor.landing import Landing
 from companion.supervisor.mode_changes import Cause
 from companion.supervisor.parts import SupervisorParts
 from companion.supervisor.requests import Requests
+from companion.supervisor.situation import estimate_refusal
 
 
 class Supervisor(Requests):
@@ -46,10 +50,14 @@ class Supervisor(Requests):
         super().__init__(SupervisorParts(config, parameters, plans, executor, events, frame_of, self._choose))
         parts = self.parts
         self.auxiliary, self.following, self.retraction = parts.auxiliary, parts.following, parts.retraction
+        self.payload = parts.payload
         self.ground_stations = parts.ground_stations
+        self.calibration, self.motor_test = parts.calibration, parts.motor_test
+        self.senses = parts.senses
         modes = parts.helm.modes.values()
         self.modes = tuple(ModeInfo(mode.declaration, mode.text) for mode in modes)
         self._monitor = parts.responder.monitor
+        self.landing = Landing(self)
         self._guard_failure = ""
 
     @property
@@ -134,7 +142,29 @@ class Supervisor(Requests):
             traffic=parts.traffic.targets,
             leader=parts.leader.leader(parts.frame_of(), now_s),
             orbit=helm.mode.orbit if helm.armed else None,
+            landed=self.landing.landed,
         )
+
+    def arming_report(self, now_s: float) -> ArmingReport:
+        """What speaks now against arming and against each mode. It asks every mode, so not in every tick."""
+        parts, helm = self.parts, self._helm
+        refusals = {mode: self._mode_refusal(mode, now_s) for mode in helm.modes}
+        return arming_report(parts.situation(now_s), helm.modes, refusals)
+
+    def mode_refusals(self, now_s: float) -> Mapping[ModeId, str | None]:
+        """Why each mode cannot be chosen and entered now; None where it can. Not in every tick, as `arming_report`."""
+        forbidden = {m: self.refusal(Request(Action.CHANGE_MODE, mode=m), now_s) for m in self._helm.modes}
+        return {mode: reason or self._mode_refusal(mode, now_s) for mode, reason in forbidden.items()}
+
+    def _mode_refusal(self, mode: ModeId, now_s: float) -> str | None:
+        """Why the mode cannot be entered; None for the one that steers now. A mode that fails at it says so."""
+        helm = self._helm
+        if helm.armed and not helm.stopped and helm.mode.id is mode:
+            return None
+        try:
+            return helm.refusal(mode, self.parts.nav, now_s)
+        except Exception as error:  # noqa: BLE001  a list for people must not stop the boat
+            return f"failed ({type(error).__name__}: {error})"
 
     # --- once a tick -----------------------------------------------------------------------------------------------
 
@@ -145,30 +175,47 @@ class Supervisor(Requests):
         parts.traffic.update(now_s)
         parts.mission_duty.restore(now_s)
         parts.home.update(parts.nav, now_s)
-        parts.sticks.update(inputs.rc, now_s)
+        rc = calibrated(inputs.rc, parts.parameters)
+        parts.sticks.update(rc, now_s)
+        self._obey_switches(rc, now_s)
         self._obey_safe_switch(now_s)
         parts.fence.update(parts.nav, self._helm.mode, self._helm.armed, now_s)
         parts.fence_duty.update(parts.mode_inputs(now_s, 0.0))
         parts.following.update(parts.mode_inputs(now_s, 0.0))
         parts.responder.update(now_s)
-        parts.retraction.update(inputs.rc, now_s)
+        self.landing.update(now_s)
+        parts.retraction.update(rc, now_s)
         parts.mission_duty.tell_of_new_plan(now_s)
+        parts.outlook.update(parts.nav, inputs.battery, now_s)
         return self.status(now_s)
 
     def guide(self, nav: NavState, now_s: float, dt_s: float) -> Setpoint:
         """The active mode's setpoint; neutral while disarmed, or while a failsafe or a failure stops the thrusters."""
         parts, helm = self.parts, self._helm
         parts.nav = usable(nav)
-        if not helm.armed or helm.stopped or self._monitor.neutral:
+        if not helm.armed or self._stopped or self._monitor.neutral:
             parts.traffic_guard.reset()
             return NEUTRAL_SETPOINT
         inputs = parts.mode_inputs(now_s, dt_s)
         setpoint = helm.guide(inputs)
         if helm.mode is parts.mission:
             parts.mission_duty.after(parts.nav, now_s)
-        if setpoint is None or helm.stopped:
+        if setpoint is None or self._stopped:
             return NEUTRAL_SETPOINT
         return self._guarded(setpoint, inputs)
+
+    @property
+    def _stopped(self) -> bool:
+        """Whether the boat gets no thrust. One that waits for its leader stands by, as long as it knows where it is."""
+        parts, helm = self.parts, self._helm
+        return helm.stopped and not (parts.following.awaits and estimate_refusal(helm.mode, parts.nav) is None)
+
+    def outputs(self, now_s: float, dt_s: float) -> Auxiliary:
+        """Servos and relays now, after the pictures that are due."""
+        parts, helm = self.parts, self._helm
+        mission_runs = helm.armed and helm.mode is parts.mission and not helm.stopped
+        parts.payload.update(parts.nav, helm.armed, mission_runs, now_s, dt_s)
+        return parts.auxiliary.update(helm.armed, now_s)
 
     def _guarded(self, setpoint: Setpoint, inputs: ModeInputs) -> Setpoint:
         """The setpoint, clear of traffic and inside the fence. If a guard fails, that is announced and the boat holds;
@@ -181,18 +228,31 @@ class Supervisor(Requests):
             text = f"Fence and traffic not minded ({type(error).__name__}: {error})"
             if text != self._guard_failure:
                 self._guard_failure = text
-                self._events.say(now_s, Severity.CRITICAL, "guard_failed", text)
+                self._events.say(now_s, TextKind.ALARM, "guard_failed", text)
             if helm.mode.by_stick or helm.mode is parts.hold:
                 return setpoint
             if helm.switch(ModeId.HOLD, parts.nav, now_s, Cause.GUARD_FAILED) is not None:
                 helm.stop(Cause.GUARD_FAILED)
             return NEUTRAL_SETPOINT
 
+    def _obey_switches(self, rc: RcInput | None, now_s: float) -> None:
+        """What the transmitter's switches ask for; while its kill switch is on the boat is disarmed."""
+        switches = self.parts.switches
+        for order in switches.update(rc, now_s):
+            if order.mode is not None:
+                self._choose(order.mode, now_s, Cause.TRANSMITTER)
+            elif order.action is Action.ARM:
+                self.arm(now_s, right=Right.TRANSMITTER)
+            else:
+                self.disarm(now_s)
+        if switches.killed:
+            self.disarm(now_s)
+
     def _obey_safe_switch(self, now_s: float) -> None:
         """A mode that the safe switch forbids is left for Manual."""
         helm = self._helm
         if self.refusal(Request(Action.CHANGE_MODE, mode=helm.mode.id), now_s) is None:
             return
-        self._events.say(now_s, Severity.WARNING, "safe_switch", "Safe switch of the transmitter: Manual")
+        self._events.say(now_s, TextKind.ATTENTION, "safe_switch", "Safe switch of the transmitter: Manual")
         helm.switch(ModeId.MANUAL, self.parts.nav, now_s, Cause.SAFE_SWITCH)
         self._monitor.override()

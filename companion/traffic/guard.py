@@ -18,7 +18,7 @@ from typing import Protocol
 from companion.baselines.path_choice import ChosenPathTracker
 from companion.config.vessel import VesselConfig
 from companion.core.angles import wrap_pi
-from companion.core.decision import ModeInputs, Severity
+from companion.core.decision import ModeInputs, TextKind
 from companion.core.estimate import Contact
 from companion.core.events import EventLog
 from companion.core.geodesy import LocalFrame
@@ -162,7 +162,7 @@ class TrafficGuard:
             self._avoid(urgent, route, way, contacts, inputs)
         elif self._share < 1.0 and self._may_speed_up(way, contacts, inputs):
             self._share = 1.0
-            self._announce(Severity.INFO, "Traffic: resuming speed", now_s)
+            self._announce(TextKind.ROUTINE, "Traffic: resuming speed", now_s)
 
     def _avoid(
         self,
@@ -260,7 +260,7 @@ class TrafficGuard:
             text = f"Traffic: no way to keep clear of {label}"
         else:
             text = f"Traffic: {'stopping' if share == 0.0 else 'slowing down'} for {label}"
-        self._announce(Severity.WARNING, text, inputs.now_s)
+        self._announce(TextKind.ATTENTION, text, inputs.now_s)
 
     def _may_speed_up(self, way: Sequence[evasion.Place], contacts: Sequence[Contact], inputs: ModeInputs) -> bool:
         keep_m = self._parameters["CA_DIST"] + self._watch.margin_m(inputs.nav)
@@ -275,7 +275,7 @@ class TrafficGuard:
             return progress.setpoint
         self._detour = None
         self._next_s = inputs.now_s
-        self._announce(Severity.INFO, "Traffic: back on the route", inputs.now_s)
+        self._announce(TextKind.ROUTINE, "Traffic: back on the route", inputs.now_s)
         return setpoint
 
     def _remaining(self, route: Sequence[evasion.Place]) -> Sequence[evasion.Place]:
@@ -335,10 +335,10 @@ class TrafficGuard:
     def _ramp(self, speed_mps: float, inputs: ModeInputs) -> evasion.SpeedRamp:
         return evasion.SpeedRamp(speed_mps, self._share * inputs.speed_mps, self._acceleration)
 
-    def _announce(self, severity: Severity, text: str, now_s: float) -> None:
+    def _announce(self, kind: TextKind, text: str, now_s: float) -> None:
         if self._announced != text:
             self._announced = text
-            self._events.say(now_s, severity, "traffic_action", text)
+            self._events.say(now_s, kind, "traffic_action", text)
 
 
 def _near_part(way: Sequence[evasion.Place]) -> Sequence[evasion.Place]:

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from companion.config.vessel import VesselConfig
-from companion.core.decision import Severity
+from companion.core.decision import TextKind
 from companion.core.estimate import Contact, NavState
 from companion.core.events import EventLog
 from companion.core.geodesy import LocalFrame
@@ -118,15 +118,15 @@ class TrafficWatch:
         """Announce new conflicts, and vessels that are past and clear."""
         for conflict in conflicts:
             if conflict.contact.mmsi not in self._met:
-                duty = "" if conflict.we_give_way else "; it has to give way"
+                duty = "" if conflict.we_give_way else "; it gives way"
                 near = f"{max(0.0, conflict.clear_m):.0f} m in {conflict.due_s:.0f} s"
                 text = f"Traffic: {conflict.contact.label} {conflict.met.value}, {near}{duty}"
-                self._events.say(now_s, Severity.WARNING, f"traffic_{conflict.met.name.lower()}", text)
+                self._events.say(now_s, TextKind.ATTENTION, f"traffic_{conflict.met.name.lower()}", text)
             self._met[conflict.contact.mmsi] = conflict.met, now_s, conflict.contact.label
         for mmsi, (_, last_s, label) in list(self._met.items()):
             if now_s - last_s > _CLEAR_S:
                 del self._met[mmsi]
-                self._events.say(now_s, Severity.INFO, "traffic_clear", f"Traffic: clear of {label}")
+                self._events.say(now_s, TextKind.ROUTINE, "traffic_clear", f"Traffic: clear of {label}")
 
     def extend(self, now_s: float) -> None:
         """Keep all conflicts alive: while the boat avoids them, none of them is past and clear."""

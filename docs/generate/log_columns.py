@@ -6,11 +6,13 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from companion.config.vessel import bundled, find, load
 from companion.leader_module.log import COLUMNS as MODULE_COLUMNS
+from companion.record.geotags import COLUMNS as GEOTAG_COLUMNS
 from companion.record.readings import COLUMNS as READING_COLUMNS
 from companion.record.readings import TICK_COLUMNS
 from companion.record.recorder import EVENT_COLUMNS, tick_columns
 from docs.generate.markdown import code, page, section, sentence, summary, table
 from docs.generate.units import unit_of
+from sitl.camera import COLUMNS as PICTURE_COLUMNS
 from sitl.truth_log import LEADER_COLUMNS, truth_columns
 
 THRUSTER, DEVICE = "THRUSTER", "DEVICE"  # stand for the names of the vessel file
@@ -57,7 +59,7 @@ TICKS: Mapping[str, str] = {
     "position_valid": "1: the position is valid.",
     "heading_valid": "1: the heading is valid.",
     "cross_track_error_m": "Distance from the path, positive to starboard.",
-    "mission_seq": "Current item of the mission, from 0.",
+    "mission_seq": "MAVLink's sequence number of the current item: one less than the item's number in texts.",
     "failsafes": "Failsafes that last, separated by semicolons, most severe first.",
     "load": "Share of the tick's period spent computing.",
     f"{DEVICE}_ok": "1: the device answers.",
@@ -84,6 +86,28 @@ EVENTS: Mapping[str, str] = {
     "severity": "`EMERGENCY` to `DEBUG`, as in MAVLink.",
     "name": "Name for programs; it stays the same when the text changes.",
     "text": "Text for people, in quotation marks.",
+}
+GEOTAGS: Mapping[str, str] = {
+    "t_s": "The boat's time at which the camera was triggered.",
+    "time_unix_ns": "Absolute time of it, by the satellite receiver where it gives one.",
+    "camera": "Name in the vessel file.",
+    "image": "Number of the picture of that camera, from 1.",
+    "lat_deg": "Latitude of the lens.",
+    "lon_deg": "Longitude of the lens.",
+    "altitude_m": "Altitude of the lens above mean sea level.",
+    "heading_deg": "Heading of the boat, clockwise from north.",
+    "roll_deg": "Roll of the boat, starboard side down.",
+    "pitch_deg": "Pitch of the boat, bow up.",
+    "speed_mps": "Speed over ground.",
+    "position_accuracy_m": "Error of position, one sigma, as the filter believes.",
+    "heading_accuracy_deg": "Error of heading, one sigma, as the filter believes.",
+}
+PICTURES: Mapping[str, str] = {
+    "t_s": "The plant's time.",
+    "camera": "Name in the vessel file.",
+    "north_m": "True place of the lens, north of home.",
+    "east_m": "True place of the lens, east of home.",
+    "yaw_rad": "True heading, clockwise from north.",
 }
 LEADER: Mapping[str, str] = {
     **{name: text for name, text in TRUTH.items() if name in LEADER_COLUMNS},
@@ -145,6 +169,8 @@ _FILES = (
     ("manifest.json", "What ran, and with which configuration."),
     ("state/", "Parameters, plans and keys of the boat when the run began."),
     ("ticks.ulg", "On a boat: the ticks as ULog, for PlotJuggler and pyulog."),
+    ("geotags.csv", "With cameras: one row a picture."),
+    ("pictures.csv", "In simulation with cameras: where each picture was really taken."),
     ("truth.csv", "In simulation: what the plant really did."),
     ("LEADER.csv", "In simulation with a lead boat: what it really did. The file has the boat's name."),
     ("result.json", "Of a scenario: metrics and checks."),
@@ -173,6 +199,8 @@ def log_columns() -> str:
         section(2, "ticks.csv", columns(tick_columns([THRUSTER], [DEVICE]), TICKS)),
         section(2, "truth.csv", columns(truth_columns([THRUSTER], [THRUSTER], True), TRUTH)),
         section(2, "events.csv", columns(EVENT_COLUMNS, EVENTS)),
+        section(2, "geotags.csv", columns(GEOTAG_COLUMNS, GEOTAGS)),
+        section(2, "pictures.csv", columns(PICTURE_COLUMNS, PICTURES)),
         section(
             2, "readings.csv", _READINGS, _kinds(), section(3, "The line of a tick", _TICK_LINE, _names(TICK_COLUMNS))
         ),

@@ -12,15 +12,18 @@ from functools import partial
 from types import SimpleNamespace
 from typing import Any
 
-from pymavlink.dialects.v20 import common
+from pymavlink.dialects.v20 import ardupilotmega, common
 
 from companion.io.mavlink.commands.messages import MessageCommands
 from companion.io.mavlink.commands.vessel import VesselCommands
+from companion.io.mavlink.services.arming import ArmingService
+from companion.io.mavlink.services.introduction import IntroductionService
 from companion.io.mavlink.services.operator_control import OperatorService
+from companion.io.mavlink.services.payload import PayloadService
 from companion.io.mavlink.telemetry.following import NARROW
 from companion.io.mavlink.telemetry.streams import NEVER, STREAMS
 from companion.io.mavlink.wire import messages as mavlink
-from companion.io.mavlink.wire.actions import REQUEST_OPERATOR_CONTROL
+from companion.io.mavlink.wire.actions import DO_SEND_BANNER, REQUEST_OPERATOR_CONTROL
 from companion.mission.commands import RULES, Command, Range, Role
 from docs.generate.markdown import anchored, code, number, page, section, sentence, summary, table
 from docs.generate.modes import numbers_table
@@ -54,6 +57,7 @@ _ROLES: Mapping[Role, str] = {
     Role.CONDITION: "the boat does it between two navigation items",
     Role.DO: "at once, on the way",
     Role.GATE: "holds back the items at once after it, until it is met",
+    Role.PAYLOAD: "at once, on the way: a camera or gimbal; without one it is told and does nothing",
     Role.IGNORED: "no effect",
     Role.ZONE: "part of a fence, or a rally point",
 }
@@ -92,15 +96,25 @@ def mavlink_page() -> str:
     )
 
 
+_LACKING = {  # of pymavlink's `common`
+    REQUEST_OPERATOR_CONTROL: "MAV_CMD_REQUEST_OPERATOR_CONTROL",
+    DO_SEND_BANNER: "MAV_CMD_DO_SEND_BANNER",
+}
+
 # --- commands ------------------------------------------------------------------------------------------------------
 
 
 def command_handlers() -> dict[int, Callable[..., Any]]:
     """Number of each command → the function that carries it out."""
     nothing: Any = SimpleNamespace(supervisor=SimpleNamespace())
-    operators = OperatorService(nothing, nothing)
+    operators, arming = OperatorService(nothing, nothing), ArmingService(nothing, nothing, nothing, nothing)
     tables = (VesselCommands(nothing, nothing).commands, MessageCommands(nothing, nothing, nothing).commands)
-    found: dict[int, Callable[..., Any]] = {REQUEST_OPERATOR_CONTROL: operators.carry_out}
+    found: dict[int, Callable[..., Any]] = {
+        REQUEST_OPERATOR_CONTROL: operators.carry_out,
+        mavlink.MAV_CMD_RUN_PREARM_CHECKS: arming.run_checks,
+        DO_SEND_BANNER: IntroductionService(nothing, nothing).banner,
+        **PayloadService(nothing, nothing).commands,
+    }
     for commands in tables:
         found |= commands
     return {number: _bare(handler) for number, handler in found.items()}
@@ -114,11 +128,11 @@ def _bare(handler: Callable[..., Any]) -> Callable[..., Any]:
 
 def command_name(command: int) -> str:
     """`MAV_CMD_…` of a number."""
-    names: Mapping[str, Any] = vars(common)
+    names: Mapping[str, Any] = {**vars(ardupilotmega), **vars(common)}
     for name, value in names.items():
         if name.startswith("MAV_CMD_") and value == command:
             return name
-    return "MAV_CMD_REQUEST_OPERATOR_CONTROL" if command == REQUEST_OPERATOR_CONTROL else f"command {command}"
+    return _LACKING.get(command, f"command {command}")
 
 
 class UndescribedCommand(Exception):

@@ -67,17 +67,31 @@ def _named(name: str, function: ast.FunctionDef, seen: frozenset[str]) -> list[s
     """What was assigned to a local name, or the mark of a parameter."""
     if name in parameters(function):
         return [_MARK.format(name)]
-    assigned = [
-        node.value
+    values = [value for value in assigned(name, function) if _is_text(value)]
+    return [text for value in values for text in _texts(value, function, seen)] or [f"{{{name}}}"]
+
+
+def assigned(name: str, function: ast.FunctionDef) -> list[ast.expr]:
+    """What is assigned to a local name, also as one of several: `a, b = (1, 2) if c else (3, 4)`."""
+    return [
+        value
         for node in ast.walk(function)
-        if isinstance(node, (ast.Assign, ast.NamedExpr)) and name in _targets(node) and _is_text(node.value)
+        if isinstance(node, (ast.Assign, ast.NamedExpr))
+        for target in (node.targets if isinstance(node, ast.Assign) else [node.target])
+        for value in _given_to(name, target, node.value)
     ]
-    return [text for value in assigned for text in _texts(value, function, seen)] or [f"{{{name}}}"]
 
 
-def _targets(node: ast.Assign | ast.NamedExpr) -> list[str]:
-    targets = node.targets if isinstance(node, ast.Assign) else [node.target]
-    return [target.id for target in targets if isinstance(target, ast.Name)]
+def _given_to(name: str, target: ast.expr, value: ast.expr) -> list[ast.expr]:
+    match target, value:
+        case ast.Name(id=found), _ if found == name:
+            return [value]
+        case ast.Tuple(), ast.IfExp(body=body, orelse=orelse):
+            return _given_to(name, target, body) + _given_to(name, target, orelse)
+        case ast.Tuple(elts=targets), ast.Tuple(elts=values):
+            pairs = zip(targets, values, strict=False)
+            return [found for one, other in pairs for found in _given_to(name, one, other)]
+    return []
 
 
 def _is_text(node: ast.expr) -> bool:

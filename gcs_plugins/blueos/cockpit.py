@@ -1,8 +1,9 @@
-"""Offers Cockpit an action for each row of the table, and buttons of a standard gamepad for some.
+"""Offers Cockpit the actions of the table that are safe at one click, and buttons of a standard gamepad for some.
 
 Shape: Cockpit, "External Integrations" and src/libs/blueos/schemas.ts (September 2026). Cockpit knows boats from
 ArduPilot only, so the mode numbers are those of a link with ?dialect=ardupilot. A message goes to system 1, the default
-of MAV_SYS_ID.
+of MAV_SYS_ID. Cockpit asks before its own commands only: a MAVLink message action is sent at once, so there are none
+but those that are safe so. (A JavaScript action could ask, but Cockpit runs it at its start too.)
 """
 
 from __future__ import annotations
@@ -24,12 +25,12 @@ def extras() -> dict[str, Any]:
         "targetSystem": "Cockpit",
         "targetCockpitApiVersion": "1.0.0",
         "widgets": [],
-        "actions": [_action(action) for action in ACTIONS],
+        "actions": [_action(action) for action in ACTIONS if action.at_once],
         "joystickSuggestions": [
             {
                 "id": f"{_PREFIX}-gamepad",
                 "name": "USV companion on a standard gamepad",
-                "description": "Hold, mission and return by buttons, nudges and turns by the cross, stop with shift",
+                "description": "Hold and sticks by buttons, nudges and turns by the cross, stop with shift",
                 "buttonMappingSuggestions": [_suggestion(action) for action in ACTIONS if action.button is not None],
                 "version": _VERSION,
             }

@@ -14,6 +14,8 @@ from gcs_plugins.readout import Readout
 
 _DO_REPOSITION, _CHANGE_MODE, _FRAME_GLOBAL = 192, 1.0, 0
 
+_YES = "yes"
+
 _USAGE = {
     "status": ("", "position, and how well the boat holds, sails or follows"),
     "watch": ("[SECONDS | off]", "the status again and again"),
@@ -96,13 +98,16 @@ class UsvModule(mp_module.MPModule):
         for verb, (_, text) in _USAGE.items():
             print(f"{_usage(verb)}: {text}")
         for action in ACTIONS:
-            print(f"usv {action.name}: {action.text} ({action.where.value})")
+            sure = f" {_YES}" if action.asks else ""
+            print(f"usv {action.name}{sure}: {action.text} ({action.where.value})")
 
     # --- what it sends ---------------------------------------------------------------------------------------------
 
     def _send_action(self, action: Action, rest: Sequence[str]) -> None:
-        if rest:
+        if rest and not (action.asks and tuple(rest) == (_YES,)):
             raise Mistake(f"usv {action.name} takes no arguments")
+        if action.asks and not rest:
+            raise Mistake(f"{action.label}: {action.asks}. usv {action.name} {_YES} sends it")
         if action.mode is not None and self._readout.mode is None:
             raise Mistake(f"usv {action.name}: no heartbeat of the boat yet, so its mode numbers are not known")
         self._send(action.command, *action.all_params(self._readout.rover_numbers))

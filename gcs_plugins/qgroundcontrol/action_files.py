@@ -1,7 +1,9 @@
 """The action files as QGroundControl reads them: "MavlinkActions" since version 5.0, "CustomActions" in 4.4.
 
 Each kind has a folder of its own in QGroundControl's save folder. Only documented keys are written: some versions
-refuse others, and one bad action makes the whole list empty. Source: MavlinkActionManager.cc, CustomActionManager.cc.
+refuse others, and one bad action makes the whole list empty. An action fires at one click, so the files hold only
+those that are safe so; QGroundControl's own buttons ask for the rest. Source: MavlinkActionManager.cc,
+CustomActionManager.cc.
 """
 
 from __future__ import annotations
@@ -32,9 +34,10 @@ def text(file_type: str, actions: Sequence[Action]) -> str:
 
 def files() -> Mapping[str, str]:
     """Path in the save folder → text, of all files."""
-    buttons = [action for action in ACTIONS if action.joystick]
+    at_once = [action for action in ACTIONS if action.at_once]
+    buttons = [action for action in at_once if action.joystick]
     made = {}
     for file_type in FILE_TYPES:
-        made[f"{file_type}/{FLY_VIEW}"] = text(file_type, ACTIONS)
+        made[f"{file_type}/{FLY_VIEW}"] = text(file_type, at_once)
         made[f"{file_type}/{JOYSTICK}"] = text(file_type, buttons)
     return made

@@ -36,6 +36,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         prepare = getattr(arguments, "prepare", None)
         if prepare is not None:  # mistakes in files are reported without a boat
             prepare(arguments)
+        _ask(arguments)
         with connected(arguments.link, arguments.timeout) as boat:
             arguments.command(boat, arguments)
     except Refused as refusal:
@@ -55,11 +56,24 @@ def main(argv: Sequence[str] | None = None) -> int:
     return 0
 
 
+def _ask(arguments: argparse.Namespace) -> None:
+    """At a terminal, ask before an action that is not safe at once; a script is not asked. Raises Mistake without a
+    yes."""
+    from gcs_plugins.usvctl.boat import Mistake
+
+    action = BY_NAME.get(getattr(arguments, "action", ""))
+    if action is None or action.at_once or arguments.yes or not sys.stdin.isatty():
+        return
+    print(f"{action.label}: {action.asks}. Send it? [y/N] ", end="", flush=True)
+    if sys.stdin.readline().strip().lower() not in ("y", "yes"):
+        raise Mistake("not sent")
+
+
 # --- commands ------------------------------------------------------------------------------------------------------
 
 
 def _do(boat: Boat, arguments: argparse.Namespace) -> None:
-    boat.do(arguments.name)
+    boat.do(arguments.action)
 
 
 def _checks(boat: Boat, arguments: argparse.Namespace) -> None:
@@ -94,7 +108,7 @@ def _start(boat: Boat, arguments: argparse.Namespace) -> None:
     from gcs_plugins.usvctl import live
 
     if arguments.item is not None:
-        boat.command(MavCmd.DO_SET_MISSION_CURRENT, float(arguments.item + boat.rover_numbers), 1.0)
+        boat.command(MavCmd.DO_SET_MISSION_CURRENT, float(arguments.item - (not boat.rover_numbers)), 1.0)
     boat.do("start")
     _arm(boat, arguments)
     if arguments.wait:
@@ -227,6 +241,7 @@ def argument_parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--timeout", type=_positive, default=10.0, metavar="S", help="how long to look for a boat (%(default)g)"
     )
+    parser.add_argument("--yes", action="store_true", help="ask nothing, also at a terminal")
     verbs = parser.add_subparsers(required=True, metavar="COMMAND")
     _add_steering(verbs)
     _add_missions(verbs)
@@ -239,10 +254,10 @@ def argument_parser() -> argparse.ArgumentParser:
 
 def _add_steering(verbs: Any) -> None:
     for name in _PLAIN:
-        _add(verbs, name, BY_NAME[name].text, _do).set_defaults(name=name)
+        _add(verbs, name, BY_NAME[name].text, _do).set_defaults(action=name)
     _add(verbs, "checks", BY_NAME["checks"].text, _checks)
     do = _add(verbs, "do", "any action of the table by its name", _do)
-    do.add_argument("name", choices=[action.name for action in ACTIONS], metavar="NAME", help=", ".join(BY_NAME))
+    do.add_argument("action", choices=[action.name for action in ACTIONS], metavar="NAME", help=", ".join(BY_NAME))
     mode = _add(verbs, "mode", "another mode", lambda boat, arguments: boat.set_mode(arguments.name))
     mode.add_argument("name", choices=list(MODES))
     go_to = _add(verbs, "goto", "go there and hold", _go_to)
@@ -255,6 +270,7 @@ def _add_steering(verbs: Any) -> None:
     )
     _add_wait(go_to, "until it is there")
     dock = _add(verbs, "dock", BY_NAME["dock"].text, _dock)
+    dock.set_defaults(action="dock")
     dock.add_argument("--arm", action="store_true")
     nudge = _add(
         verbs,
@@ -278,6 +294,7 @@ def _add_steering(verbs: Any) -> None:
     )
     turn.add_argument("heading", type=_within(360.0), metavar="DEG")
     follow = _add(verbs, "follow", "follow a lead boat", _follow)
+    follow.set_defaults(action="follow")
     follow.add_argument("--leader", type=int, default=-1, metavar="SYSID", help="its system id; else FOLL_SYSID")
     follow.add_argument(
         "--station", type=_station, metavar="BEARING@M", help="as 180@20: 20 m astern; 90 is to its starboard"
@@ -299,8 +316,9 @@ def _add_missions(verbs: Any) -> None:
     download = _add(verbs, "download", "the boat's plan into a file of the suffix's format", _download)
     download.add_argument("file", type=Path, metavar="FILE")
     start = _add(verbs, "start", BY_NAME["start"].text, _start)
+    start.set_defaults(action="start")
     start.add_argument("--arm", action="store_true", help="and arm")
-    start.add_argument("--item", type=int, metavar="N", help="from this item, counted from 0")
+    start.add_argument("--item", type=_item_number, metavar="N", help="from this item; the first is 1")
     _add_wait(start, "until it is done")
 
 
@@ -348,6 +366,13 @@ def _add_wait(parser: argparse.ArgumentParser, text: str) -> None:
         metavar="S",
         help="with --wait: exit code 1 when it takes longer",
     )
+
+
+def _item_number(word: str) -> int:
+    number = int(word)
+    if number < 1:
+        raise argparse.ArgumentTypeError(f"{word}: the first item is 1")
+    return number
 
 
 def _finite(word: str) -> float:

@@ -33,12 +33,13 @@ def sail(boat: Boat, timeout_s: float) -> None:
             current = boat.newest("MISSION_CURRENT")
             if current is not None:
                 total = current.get("total") or None
+                number = current["seq"] + (not boat.rover_numbers)
                 done = current.get("mission_state") == _COMPLETE
                 progress.update(
                     task,
                     total=total,
-                    completed=total if done else current["seq"],
-                    description=f"mission, item {current['seq']}",
+                    completed=total if done else number - 1,
+                    description=f"mission, item {number}",
                 )
                 if done:
                     return

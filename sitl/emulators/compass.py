@@ -7,6 +7,7 @@ import math
 from companion.config.devices import SensorConfig
 from sitl.emulators.device import SensedWorld
 from sitl.emulators.nmea import sentence
+from sitl.lies import HeadingLies
 from sitl.memory import MemoryDevice
 from sitl.sensors import CompassModel
 
@@ -19,9 +20,11 @@ class CompassEmulator:
         self.rate_hz = min(config.rate_hz, around.step_hz)
         self._config, self._port, self._around = config, port, around
         self._model = CompassModel(config, around.home, around.epoch_unix_ns, 1.0 / self.rate_hz, around.seed)
+        self._lies = HeadingLies(around.faults, config.name)
 
     def speak(self, t_s: float) -> None:
         """Measure now, and send."""
-        heading_rad = self._model.sample(self._around.hull.yaw_rad) - self._config.heading_offset_rad
+        measured_rad = self._model.sample(self._around.hull.yaw_rad) - self._config.heading_offset_rad
+        heading_rad = self._lies.told(measured_rad, t_s)
         text = sentence(f"HCHDG,{math.degrees(heading_rad) % 360.0:.1f},,,,")
         self._port.send(text.encode("ascii"), t_s + self._config.latency_s)

@@ -8,6 +8,7 @@ from datetime import UTC, datetime
 from companion.config.devices import SensorConfig
 from sitl.emulators.device import SensedWorld
 from sitl.emulators.nmea import KNOTS_PER_MPS, sentence
+from sitl.lies import GnssLies
 from sitl.memory import MemoryDevice
 from sitl.sensors import GnssModel, GnssSample
 
@@ -26,16 +27,18 @@ class GnssEmulator:
         self._latency_s = config.latency_s
         self._single = config.antennas == 1
         self._model = GnssModel(config, around.home, around.gnss, 1.0 / self.rate_hz, around.seed, around.common)
+        self._lies = GnssLies(around.faults, config.name, around.home, around.seed)
         self._date_of: tuple[int, str] = (-1, "")
 
     def speak(self, t_s: float) -> None:
         """Measure now, and send."""
         around = self._around
-        sample = self._model.sample(around.hull, around.waves, around.faults.active)
-        self._port.send(self.sentences(sample, t_s).encode("ascii"), t_s + self._latency_s)
+        sample = self._lies.told(self._model.sample(around.hull, around.waves, around.faults.active), t_s)
+        text = self.sentences(sample, t_s + self._lies.time_off_s(t_s))
+        self._port.send(text.encode("ascii"), t_s + self._latency_s)
 
     def sentences(self, sample: GnssSample, t_s: float) -> str:
-        """The sentences of one solution, valid at `t_s`."""
+        """The sentences of one solution, valid at `t_s` by the receiver's clock."""
         clock, date = self._utc(t_s)
         if self._single:
             return "".join(map(sentence, (_gga(sample, clock), _rmc(sample, clock, date), _vtg(sample))))

@@ -60,6 +60,7 @@ class MavlinkServoEmulator:
         self._port, self._thrusters, self._battery, self._faults = port, tuple(thrusters), battery, faults
         self._drives = tuple(DriveModel(thruster.config, pulses=True) for thruster in thrusters)
         self._throttle_channels = config.mavlink.channels
+        self._relay_numbers, self._servo_channels = config.mavlink.relays, config.mavlink.servo_channels
         self._azimuth_channels = config.mavlink.azimuth_channels or (0,) * len(thrusters)
         self._link = mavlink.MAVLink(None, srcSystem=1, srcComponent=1)
         self._link.robust_parsing = True
@@ -90,6 +91,14 @@ class MavlinkServoEmulator:
         self._due_s: dict[int, float] = {}
         self._t_s = 0.0
         self._beat_s = 0.0
+
+    def relay(self, number: int) -> bool:
+        """Whether the board's relay is on, by its place in the file's row."""
+        return self.relays[self._relay_numbers[number]]
+
+    def servo_us(self, number: int) -> float | None:
+        """Pulse of the board's servo, by its place in the file's row."""
+        return self.pulses_us[self._servo_channels[number]] or None
 
     def listen(self, t_s: float) -> None:
         """Handle packets, then set the outputs."""

@@ -62,6 +62,14 @@ class MicrocontrollerEmulator:
         self._outputs_s: float | None = None
         self._t_s = 0.0
 
+    def relay(self, number: int) -> bool:
+        """Whether the board's relay is on, by its place in the file's row."""
+        return self.outputs.relays[number]
+
+    def servo_us(self, number: int) -> float | None:
+        """Pulse of the board's servo, by its place in the file's row."""
+        return self.outputs.servos_us[number]
+
     def listen(self, t_s: float) -> None:
         """Handle the commands that have arrived by `t_s`, then the watchdog."""
         self._t_s = t_s

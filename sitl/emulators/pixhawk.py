@@ -12,6 +12,7 @@ from pymavlink.dialects.v20 import common as mavlink
 
 from companion.config.devices import SensorConfig
 from sitl.emulators.device import SensedWorld
+from sitl.lies import HeadingLies, ImuLies
 from sitl.magnetometer import MagnetometerModel
 from sitl.memory import MemoryDevice
 from sitl.sensors import ImuModel, north_of
@@ -28,6 +29,7 @@ class PixhawkEmulator:
         self.rate_hz = min(config.rate_hz, around.step_hz)
         self._model = ImuModel(config, around.home, 1.0 / self.rate_hz, around.seed)
         self._field = MagnetometerModel(config, around.home, around.epoch_unix_ns, around.seed)
+        self._lies, self._field_lies = ImuLies(around.faults, config.name), HeadingLies(around.faults, config.name)
         self._config, self._port, self._around = config, port, around
         self._north_rad = north_of(around.home, around.epoch_unix_ns) if config.heading == "magnetic" else 0.0
         self._codec: Any = mavlink.MAVLink(None, srcSystem=_SYSTEM, srcComponent=1)
@@ -38,7 +40,7 @@ class PixhawkEmulator:
     def speak(self, t_s: float) -> None:
         """Measure now, and send what is due."""
         around = self._around
-        x, y, z, p, q, r, roll, pitch, yaw = self._model.sample(around.hull, around.waves)
+        x, y, z, p, q, r, roll, pitch, yaw = self._lies.told(self._model.sample(around.hull, around.waves), t_s)
         self._hear(t_s)
         if "imu_lost" in around.faults.active:
             return
@@ -48,7 +50,8 @@ class PixhawkEmulator:
                 t_s,
             )
         if self._due(mavlink.MAVLINK_MSG_ID_HIGHRES_IMU, None, t_s):
-            field = self._field.sample(around.waves.roll_rad, around.waves.pitch_rad, around.hull.yaw_rad)
+            yaw_rad = self._field_lies.told(around.hull.yaw_rad, t_s)
+            field = self._field.sample(around.waves.roll_rad, around.waves.pitch_rad, yaw_rad)
             self._send(
                 mavlink.MAVLink_highres_imu_message(
                     round(t_s * 1e6), x, y, z, p, q, r, *field, 1013.0, 0.0, 0.0, 20.0, _FIELDS

@@ -12,6 +12,7 @@ import math
 from companion.config.devices import SensorConfig
 from sitl.emulators.device import SensedWorld
 from sitl.emulators.nmea import checksum_text, sentence
+from sitl.lies import HeadingLies, ImuLies
 from sitl.magnetometer import MagnetometerModel
 from sitl.memory import MemoryDevice
 from sitl.sensors import ImuModel, north_of
@@ -29,6 +30,7 @@ class VectorNavEmulator:
         self.rate_hz = min(config.rate_hz, around.step_hz)
         self._model = ImuModel(config, around.home, 1.0 / self.rate_hz, around.seed)
         self._field = MagnetometerModel(config, around.home, around.epoch_unix_ns, around.seed)
+        self._lies, self._field_lies = ImuLies(around.faults, config.name), HeadingLies(around.faults, config.name)
         self._config, self._port, self._around = config, port, around
         self._north_rad = north_of(around.home, around.epoch_unix_ns) if config.heading == "magnetic" else 0.0
         self._registers = {} if config.configure else {"06": "14", "07": "100"}
@@ -36,13 +38,14 @@ class VectorNavEmulator:
     def speak(self, t_s: float) -> None:
         """Answer commands, measure now, and send."""
         around = self._around
-        x, y, z, p, q, r, roll, pitch, yaw = self._model.sample(around.hull, around.waves)
+        x, y, z, p, q, r, roll, pitch, yaw = self._lies.told(self._model.sample(around.hull, around.waves), t_s)
         for _, data in self._port.receive(t_s):
             for line in data.decode("ascii").splitlines():
                 self._hear(line, t_s)
         if "imu_lost" in around.faults.active or len(self._registers) < len(_TAKEN):
             return
-        mx, my, mz = self._field.sample(around.waves.roll_rad, around.waves.pitch_rad, around.hull.yaw_rad)
+        yaw_rad = self._field_lies.told(around.hull.yaw_rad, t_s)
+        mx, my, mz = self._field.sample(around.waves.roll_rad, around.waves.pitch_rad, yaw_rad)
         heading = math.degrees(math.remainder(yaw - self._north_rad, math.tau))
         text = (
             f"VNYMR,{heading:+08.3f},{math.degrees(pitch):+08.3f},{math.degrees(roll):+08.3f},{mx:+08.4f},{my:+08.4f},{mz:+08.4f},"

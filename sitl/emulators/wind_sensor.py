@@ -8,6 +8,7 @@ from companion.config.devices import SensorConfig
 from companion.core.frames import ned_to_body
 from sitl.emulators.device import SensedWorld
 from sitl.emulators.nmea import sentence
+from sitl.lies import WindLies
 from sitl.memory import MemoryDevice
 from sitl.noise import stream
 
@@ -22,6 +23,7 @@ class WindEmulator:
         self.name = config.name
         self.rate_hz = min(config.rate_hz, around.step_hz)
         self._config, self._port, self._around = config, port, around
+        self._lies = WindLies(around.faults, config.name)
         self._gauss = stream(around.seed, f"{config.name} white").gauss
 
     def speak(self, t_s: float) -> None:
@@ -30,5 +32,6 @@ class WindEmulator:
         x_mps, y_mps = ned_to_body(hull.north_mps - wind.north_mps, hull.east_mps - wind.east_mps, hull.yaw_rad)
         speed_mps = max(0.0, math.hypot(x_mps, y_mps) + self._gauss(0.0, _SPEED_MPS))
         angle = math.atan2(y_mps, x_mps) - self._config.heading_offset_rad + self._gauss(0.0, _ANGLE_RAD)
+        speed_mps, angle = self._lies.told(speed_mps, angle)
         text = sentence(f"WIMWV,{math.degrees(angle) % 360.0:.1f},R,{speed_mps:.2f},M,A")
         self._port.send(text.encode("ascii"), t_s + self._config.latency_s)

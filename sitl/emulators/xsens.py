@@ -13,6 +13,7 @@ import struct
 from companion.config.devices import SensorConfig
 from sitl.emulators.device import SensedWorld
 from sitl.emulators.xsens_settings import XsensSettings
+from sitl.lies import HeadingLies, ImuLies
 from sitl.magnetometer import MagnetometerModel
 from sitl.memory import MemoryDevice
 from sitl.sensors import ImuModel, north_of
@@ -44,6 +45,7 @@ class XsensEmulator:
         self.name = config.name
         self.rate_hz = min(config.rate_hz, around.step_hz)
         self.model = ImuModel(config, around.home, 1.0 / self.rate_hz, around.seed)
+        self._lies, self._field_lies = ImuLies(around.faults, config.name), HeadingLies(around.faults, config.name)
         self._port = port
         self._around = around
         self._latency_s = config.latency_s
@@ -64,12 +66,13 @@ class XsensEmulator:
     def speak(self, t_s: float) -> None:
         """Answer commands, measure now, and send."""
         around, settings = self._around, self._settings
-        sample = self.model.sample(around.hull, around.waves)
+        sample = self._lies.told(self.model.sample(around.hull, around.waves), t_s)
         if "imu_lost" in around.faults.active:
             return
         field = None
         if self._magnetometer is not None and self._counter % self._field_every == 0:
-            field = self._magnetometer.sample(around.waves.roll_rad, around.waves.pitch_rad, around.hull.yaw_rad)
+            yaw_rad = self._field_lies.told(around.hull.yaw_rad, t_s)
+            field = self._magnetometer.sample(around.waves.roll_rad, around.waves.pitch_rad, yaw_rad)
         if settings is not None:
             answers = settings.hear(b"".join(data for _, data in self._port.receive(t_s)))
             self._port.send(answers, t_s)

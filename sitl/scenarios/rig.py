@@ -101,6 +101,7 @@ class Conditions:
     push_ned_n: tuple[float, float] = (0.0, 0.0)
     wind_sensor: bool = False  # add a wind sensor
     ais: bool = False  # add an AIS receiver
+    camera: bool = False  # add a camera on a relay
     rotating: tuple[str, ...] = ()  # names of fixed thrusters that turn in this run
     faults: tuple[str, ...] = ()
     # heading from the inertial sensor's magnetometer alone: "calibrated", or "raw" without its calibration

@@ -1,4 +1,5 @@
-"""Bursts of outliers, 1 m to 1,000 km off and 1 to 20 in a row, and at the end a step of 3 m that stays."""
+"""Bursts of outliers, 1 m to 1,000 km off and 1 to 20 in a row, and at the end a step of 3 m that stays, which the boat
+is told to follow."""
 
 from __future__ import annotations
 
@@ -16,6 +17,8 @@ _SETTLE_S = 40.0
 _COUNTS = (1, 2, 5, 20)
 _FIX_S = 0.05  # period of the receiver
 _PAUSE_S = 2.0
+_RECOVERY_S = 6.0  # after which the receiver is trusted again
+_FOLLOW = 0
 _STEP_M = 3
 _STEP_WATCH_S = 5.0
 _MOVED_M = 0.1
@@ -33,6 +36,8 @@ def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
             gcs.rig.world.add_fault(f"gnss_off_{distance_m}m", (count + 0.5) * _FIX_S)
             gcs.sail(_COUNTS[-1] * _FIX_S + _PAUSE_S)
             bursts.append((distance_m, count, from_s, gcs.rig.now_s))
+    gcs.sail(_RECOVERY_S)
+    gcs.set_parameter("NAV_JUMP_ACT", _FOLLOW)
     step_s = gcs.rig.now_s
     gcs.rig.world.add_fault(f"gnss_off_{_STEP_M}m")
     gcs.sail(_STEP_WATCH_S)

@@ -12,7 +12,7 @@ from tests.architecture.measures import LONGEST, ROOMS, ROOT, long_functions, pa
 
 SOURCES = sources(*ROOMS)
 PURE = (
-    "core", "nav", "guidance", "control", "allocation", "mission", "following", "fence", "baselines", "positioning",
+    "core", "nav", "guidance", "control", "allocation", "mission", "following", "fence", "baselines", "positioning", "payload",
     "traffic", "modes", "supervisor",
 )  # fmt: skip
 

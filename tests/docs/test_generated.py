@@ -11,7 +11,7 @@ import pytest
 
 from companion.cli.main import argument_parser
 from companion.config.vessel import VesselConfig
-from companion.core.decision import ModeId
+from companion.core.decision import ModeId, TextKind
 from companion.leader_module.config import LeaderConfig
 from companion.params.table import TABLE
 from companion.supervisor.authority import ROWS
@@ -24,7 +24,7 @@ from docs.generate.log_columns import UndescribedColumn, columns
 from docs.generate.mavlink import command_handlers, described_params, refusals
 from docs.generate.pages import PAGES
 from docs.generate.results import figure, results
-from docs.generate.statustexts import all_texts
+from docs.generate.statustexts import all_texts, severity
 from docs.generate.templates import templates
 from docs.generate.units import unit_of
 from tests.docs.pages import DOCS, generated
@@ -109,13 +109,17 @@ def test_every_rule_and_every_reason_to_change_the_mode_stands_on_the_page_in_or
 
 
 def test_texts_are_found_with_severity_and_name() -> None:
-    said = {(one.text, one.severity, one.name) for one in all_texts()}
-    assert ("Disarmed", "NOTICE", "disarmed") in said
+    said = {(one.text, severity(one), one.name) for one in all_texts()}
+    assert ("Disarmed", "INFO", "disarmed") in said
     assert ("Position lost", "CRITICAL", "position_lost") in said
     assert ("PreArm: water in the hull", "WARNING", "arming_refused") in said
     assert any(text.startswith("Go-to refused: ") for text, _, _ in said), "through a function that refuses"
     assert len(said) > 200
-    assert all(severity for _, severity, _ in said)
+    assert all(
+        kind in TextKind.__members__ or kind == "as the case is"
+        for one in all_texts()
+        for kind in one.kind.split(" or ")
+    )
 
 
 def test_a_text_of_several_parts_becomes_a_template() -> None:

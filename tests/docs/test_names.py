@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 from pymavlink.dialects.v20 import common
 
+from companion.io.mavlink.commands.table import ROWS
 from companion.io.mavlink.wire import messages as mavlink
 from companion.io.mavlink.wire.actions import REQUEST_OPERATOR_CONTROL
 from companion.mission.commands import Command
@@ -33,7 +34,8 @@ def _known() -> frozenset[str]:
     parameters = {spec.name for spec in TABLE}
     wire = {kind.msgname for kind in mavlink.MESSAGES.values()} | {name for name in vars(common) if name.isupper()}
     commands = {name.removeprefix("MAV_CMD_") for name in wire if name.startswith("MAV_CMD_")}
-    own = {command_name(REQUEST_OPERATOR_CONTROL), *(command.name for command in Command)}
+    carried_out = {command_name(row.number) for row in ROWS} | {command_name(REQUEST_OPERATOR_CONTROL)}
+    own = carried_out | {command.name for command in Command}
     return frozenset(parameters | wire | commands | own | _OTHERS)
 
 

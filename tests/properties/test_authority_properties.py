@@ -27,6 +27,7 @@ ATOMS: dict[str, Atom] = {
     "free": lambda r, f: f.in_control == 0,
     "in_control": lambda r, f: f.in_control == r.system,
     "takeover": lambda r, f: f.takeover,
+    "kill": lambda r, f: f.kill_switch,
     "switch": lambda r, f: f.safe_switch,
     "transmitter": lambda r, f: f.transmitter_live,
     "to_manual": lambda r, f: r.mode is ModeId.MANUAL,
@@ -57,6 +58,7 @@ ATOMS: dict[str, Atom] = {
 NOT_LISTED = ("list -listed", "system {r.system} may not command here")
 CONTROLLED = ("-free -in_control", "system {f.in_control} has control")
 SWITCH = "safe switch of the transmitter is on"
+KILLED = ("kill", "kill switch of the transmitter is on")
 SAILS_BY_ITSELF = [
     ("followed -followed_leads -leader_chosen", "it is another leader"),
     ("crew_decides wish_manual", "the lead boat asks for Manual"),
@@ -84,24 +86,29 @@ EXPECTED: dict[tuple[Action, Right], list[tuple[str, str]]] = {
     (Action.RELEASE_CONTROL, GCS): [CONTROLLED],
     (Action.CHANGE_MODE, GCS): [("switch transmitter -to_manual", SWITCH)],
     (Action.CHANGE_MODE, LEAD): [("switch transmitter -to_manual", SWITCH)],
+    (Action.CHANGE_MODE, RC): [("switch transmitter -to_manual", SWITCH)],
     (Action.CHANGE_MODE, SELF): [("switch", "left to the transmitter")],
-    (Action.ARM, GCS): [("switch", SWITCH)],
-    (Action.ARM, LEAD): [("switch", SWITCH)],
+    (Action.ARM, GCS): [KILLED, ("switch", SWITCH)],
+    (Action.ARM, LEAD): [KILLED, ("switch", SWITCH)],
+    (Action.ARM, RC): [KILLED],
+    (Action.ARM_BY_FORCE, GCS): [KILLED],
+    (Action.ARM_BY_FORCE, LEAD): [KILLED],
+    (Action.ARM_BY_FORCE, RC): [KILLED],
     (Action.GROUND_STICKS, GCS): [
-        ("remote -by_remote", "lead boat (system {f.remote_system}) steers. Choose a mode to take over"),
+        ("remote -by_remote", "lead boat {f.remote_system} steers: choose a mode"),
         ("module -by_remote -by_chosen_sticks", "the crew has not asked for remote control"),
         ("-remote sticks_chosen -by_chosen_sticks", ""),
         (
             "-remote -sticks_chosen steered -steering steered_lately -by_number",
-            "system {f.steering[0]} steers. MAN_GCS_SYSID chooses",
+            "system {f.steering[0]} steers",
         ),
         (
             "-remote -sticks_chosen steered -steering steered_lately by_number",
-            "system {r.system} on another link steers. MAN_GCS_SYSID chooses",
+            "system {r.system} on another link steers",
         ),
     ],
     (Action.STEER, GCS): [("switch", SWITCH)],
-    (Action.STEER, RC): [("remote -switch", "lead boat (system {f.remote_system}) steers")],
+    (Action.STEER, RC): [("remote -switch", "lead boat {f.remote_system} steers")],
     (Action.LEADER_WISH, LEAD): [("-crew_decides", "FOLL_AUTH is 0")],
     (Action.LEADER_POSITION, LEAD): [
         ("leader_chosen -chosen_leader", ""),
@@ -118,6 +125,7 @@ LINKS = ("radio", "wifi")
 YES_NO = (False, True)
 MAYBE = (None, *SYSTEMS)
 VALUES: dict[str, tuple[Any, ...]] = {
+    "kill_switch": YES_NO,
     "safe_switch": YES_NO,
     "transmitter_live": YES_NO,
     "operators": (frozenset(), frozenset({255}), frozenset({42, 254})),

@@ -81,3 +81,16 @@ def test_the_speed_stops_within_the_way(way_m: float, deceleration_mps2: float, 
     speed = speed_to_stop_in(way_m, deceleration_mps2, lag_s)
     assert speed * lag_s + speed * speed / (2.0 * deceleration_mps2) <= way_m * (1.0 + 1e-6) + 1e-9
     assert speed >= 0.0
+
+
+@given(waters(), st.floats(-100.0, 100.0), st.floats(-100.0, 100.0), st.floats(5.0, 150.0), st.floats(0.1, 8.0))
+@settings(max_examples=60, deadline=None)
+def test_cutting_a_shrunk_area_is_shrinking_a_cut_one(
+    area: FenceArea, north_m: float, east_m: float, radius_m: float, by_m: float
+) -> None:
+    """So the areas of a plan need not be built anew when the circle around home moves."""
+    slow = area.within(Disc(north_m, east_m, radius_m)).shrunk(by_m)
+    quick = area.shrunk(by_m).within(Disc(north_m, east_m, radius_m - by_m))
+    for place in np.random.default_rng(1).uniform(-130.0, 130.0, (300, 2)).tolist():
+        if slow.contains(*place) is not quick.contains(*place):
+            assert min(abs(slow.margin(*place).distance_m), abs(quick.margin(*place).distance_m)) < 0.1

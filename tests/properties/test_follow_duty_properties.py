@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from companion.config.vessel import find, load
 from companion.core.decision import ModeId
 from companion.core.readings import Wish
-from companion.core.setpoint import NeutralSetpoint, PathSetpoint
+from companion.core.setpoint import NeutralSetpoint, PathSetpoint, PoseSetpoint
 from companion.params.spec import FAILSAFE_ACTIONS
 from tests.unit.conftest import Boat
 from tests.unit.following.lead_boat import LeadBoat
@@ -119,7 +119,8 @@ class World:
             assert isinstance(boat.setpoint, NeutralSetpoint)
         if boat.rc is not None and boat.rc[4] > 0.5:
             assert boat.status.mode is ModeId.MANUAL
-        if boat.status.mode is ModeId.FOLLOW and not isinstance(boat.setpoint, NeutralSetpoint):
+        stands_by = boat.supervisor.following.awaits and isinstance(boat.setpoint, PoseSetpoint)
+        if boat.status.mode is ModeId.FOLLOW and not isinstance(boat.setpoint, NeutralSetpoint) and not stands_by:
             assert lead.last_fix_s is not None and boat.now_s - lead.last_fix_s <= 1.0
             assert boat.now_s - self.own_fix_s <= 1.0
 

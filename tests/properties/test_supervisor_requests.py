@@ -188,8 +188,9 @@ class World:
         setpoint = self.supervisor.guide(self.nav, self.now_s, 0.1)
         if not status.armed or not self.supervisor.status(self.now_s).armed:
             assert isinstance(setpoint, NeutralSetpoint)
-        assert status.mode is not ModeId.OFFBOARD and not (
-            status.armed and status.mode is ModeId.FOLLOW
+        following = status.armed and status.mode is ModeId.FOLLOW
+        assert status.mode is not ModeId.OFFBOARD and (
+            not following or self.supervisor.following.awaits
         )  # there is no leader
         motion = desired_motion(setpoint)
         place = () if motion.place is None else astuple(motion.place)

@@ -64,14 +64,19 @@ class Companion:
         self.process = subprocess.Popen(
             command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment
         )
-        assert self.process.stdout is not None
-        self.hello = []
-        while len(self.hello) < 4:
+        self.hello = self.read_hello()
+        return self
+
+    def read_hello(self) -> list[str]:
+        """The first lines of the process, or of one that has begun anew in its place."""
+        assert self.process is not None and self.process.stdout is not None
+        hello: list[str] = []
+        while len(hello) < 4:
             line = self.process.stdout.readline()
             if not line:
-                raise RuntimeError(f"the companion did not start: {self.hello} {self.stop()}")
-            self.hello.append(line.strip())
-        return self
+                raise RuntimeError(f"the companion did not start: {hello} {self.stop()}")
+            hello.append(line.strip())
+        return hello
 
     @property
     def log_folder(self) -> Path:

@@ -61,6 +61,9 @@ def bring_about(desk: Desk, where: Where) -> None:
         assert desk.result(PAUSE_CONTINUE, 0.0) == ACCEPTED
     if where is Where.LEADER:
         leader_heard(desk)
+    if where is Where.ASKED:
+        desk.rig.world.add_fault("gnss_jump", 2.0)
+        desk.tick(15)
 
 
 @pytest.mark.parametrize("action", ACTIONS, ids=lambda action: action.name)

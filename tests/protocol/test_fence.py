@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+import pytest
 from shapely.geometry import Point, Polygon
 
 from companion.io.mavlink.wire import messages as mavlink
@@ -15,7 +16,7 @@ from tests.protocol.desk import Desk, of
 from tests.protocol.test_found_faults import desk_in, sail
 from tests.protocol.test_qgroundcontrol import ARM, HOLD, MISSION, NAN, RTL, item
 
-MANUAL = 0x00010000
+MANUAL, HEADING = 0x00010000, 0x00070000
 BOX = ((-30.0, -30.0), (30.0, -30.0), (30.0, 30.0), (-30.0, 30.0))
 WALL = ((8.0, -6.0), (10.0, -6.0), (10.0, 6.0), (8.0, 6.0))
 GEOFENCE = 0x100000
@@ -58,11 +59,11 @@ def test_refused_go_to_refused_mission_and_the_way_round(tmp_path: Path) -> None
     assert desk.upload([item(0, 16, 5.0, 0.0), item(1, 16, 14.0, 0.0)]) == mavlink.MAV_MISSION_ACCEPTED
     assert desk.upload(fence_items([BOX], [WALL]), 1) == mavlink.MAV_MISSION_ACCEPTED
     desk.tick(40)
-    assert any("Check the mission: item 1: way crosses the fence" in text for text in desk.texts())
+    assert any("Check the mission: item 2: way crosses the fence" in text for text in desk.texts())
     desk.tell(mavlink.MAVLink_set_mode_message(1, 1, MISSION))
     desk.tick(2)
     assert desk.latest("HEARTBEAT").custom_mode != MISSION
-    assert any("Mission refused: item 1: way crosses the fence" in text for text in desk.texts())
+    assert any("Mission refused: item 2: way crosses the fence" in text for text in desk.texts())
 
     desk.tell(mavlink.MAVLink_set_mode_message(1, 1, HOLD))
     assert desk.result(ARM, 1.0) == mavlink.MAV_RESULT_ACCEPTED
@@ -136,4 +137,29 @@ def test_a_breach_is_told_and_acted_on(tmp_path: Path) -> None:
     assert desk.vessel.parameters.set("GF_ACTION", 2) is None
     assert go_to(desk, 0.0, 0.0) == mavlink.MAV_RESULT_ACCEPTED, "back in is free"
     sail_until(desk, lambda: not desk.latest("FENCE_STATUS").breach_status)
+    desk.close()
+
+
+@pytest.mark.parametrize("mode", [HEADING, MANUAL])
+def test_the_circle_around_home_stops_the_boat(tmp_path: Path, mode: int) -> None:
+    """GF_MAX_HOR_DIST as QGroundControl's slider sets it: no zone is uploaded. In Heading the boat slows down by
+    itself, in Manual GF_ACTION comes in time."""
+    desk = desk_in(tmp_path)
+    desk.tell(mavlink.MAVLink_param_set_message(1, 1, b"GF_MAX_HOR_DIST", 15.0, mavlink.MAV_PARAM_TYPE_REAL32))
+    desk.tick(2)
+    assert desk.latest("PARAM_VALUE").param_value == 15.0 and "Fence: within 15 m of home" in desk.texts()
+    desk.tell(mavlink.MAVLink_manual_control_message(1, 0, 0, 0, 0, 0), mavlink.MAVLink_set_mode_message(1, 1, mode))
+    assert desk.result(ARM, 1.0) == mavlink.MAV_RESULT_ACCEPTED
+    desk.tick(2)
+    furthest_m = 0.0
+    for _ in range(80):
+        desk.tell(mavlink.MAVLink_manual_control_message(1, 1000, 0, 0, 0, 0))
+        sail(desk, 0.4)
+        furthest_m = max(furthest_m, away_m(desk, 0.0, 0.0))
+    assert 10.0 < furthest_m < 15.0 and abs(desk.rig.world.truth.surge_mps) < 0.1
+    assert desk.latest("FENCE_STATUS").breach_count == 0
+    if mode == MANUAL:
+        assert any(re.fullmatch(r"Fence [0-9]+ m ahead: Hold", text) for text in desk.texts())
+    assert go_to(desk, 40.0, 0.0) == mavlink.MAV_RESULT_DENIED
+    assert go_to(desk, 0.0, 0.0) == mavlink.MAV_RESULT_ACCEPTED
     desk.close()

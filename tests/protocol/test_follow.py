@@ -73,6 +73,11 @@ def said(desk: Desk, part: str) -> bool:
 def test_follow_me_of_a_ground_station_from_choice_to_loss_and_back(desk: Desk) -> None:
     phone = Phone(desk)
     assert desk.result(ARM, 1.0) == ACCEPTED
+    assert desk.result(DO_FOLLOW, -1.0) == ACCEPTED and said(desk, "Follow waits for the leader: no leader heard")
+    phone.on = False
+    assert 9.5 < phone.until(HOLD, 12.0) < 10.5 and said(desk, "No leader heard: Hold")
+    phone.on = True
+    desk.vessel.parameters.set("FOLL_WAIT_T", 0.0)
     assert desk.result(DO_FOLLOW, -1.0) == REJECTED and said(desk, "Follow refused: no leader heard")
     assert desk.result(ARM, 0.0) == ACCEPTED
     desk.tell(mavlink.MAVLink_set_mode_message(1, 1, FOLLOW))  # disarmed, before the ground station sends where it is
@@ -107,9 +112,7 @@ def test_stations_by_command_and_by_parameter(desk: Desk) -> None:
 
     assert desk.result(STATION, 90.0, 30.0) == ACCEPTED and station() == pytest.approx((30.0, 90.0))
     assert desk.result(STATION, NAN, 25.0) == ACCEPTED and station() == pytest.approx((25.0, 90.0))
-    assert desk.result(STATION, NAN, 5.0) == DENIED and said(
-        desk, "Follow position refused: 5 m is below FOLL_MIN_DIST (12 m)"
-    )
+    assert desk.result(STATION, NAN, 5.0) == DENIED and said(desk, "Follow position refused: FOLL_MIN_DIST is 12 m")
     assert desk.result(STATION, 90.0, 0.0) == DENIED and desk.result(STATION, 999.0, NAN) == DENIED
     assert desk.result(DO_FOLLOW_REPOSITION, 0.0, 0.0, 0.0, 0.0, 0.0, -20.0, 20.0) == ACCEPTED
     assert station() == pytest.approx((math.hypot(20.0, 20.0), 135.0))
@@ -159,7 +162,7 @@ def test_a_mission_that_follows_and_goes_on_when_continued(desk: Desk) -> None:
     assert desk.result(ARM, 1.0) == ACCEPTED
     phone.until(FOLLOW, 60.0)
     phone.sail(5.0)
-    assert said(desk, "Item 2: following; choose Mission to go on at item 3")
+    assert said(desk, "Item 3: following; choose Mission for item 4")
     assert desk.vessel.supervisor.following.follow_position == pytest.approx((15.0, math.pi))
     assert desk.latest("MISSION_CURRENT").seq == 3
     assert desk.result(PAUSE_CONTINUE, 1.0) == ACCEPTED

@@ -98,9 +98,10 @@ def test_steering_and_the_boats_reasons(usvctl: Usvctl) -> None:
         "",
     )
     assert usvctl("nudge", "-1", "0.5", "5")[0] == 0
-    assert usvctl("nudge", "9", "0") == (1, "", "refused: Nudge refused: 9.0 m is more than DP_NUDGE_MAX, 3 m\n")
+    assert usvctl("nudge", "9", "0") == (1, "", "refused: Nudge refused: 9.0 m, DP_NUDGE_MAX is 3 m\n")
     code, _, said = usvctl("follow", "--station", "180@2")
     assert code == 1 and "FOLL_MIN_DIST" in said
+    assert usvctl("params", "set", "FOLL_WAIT_T", "0")[0] == 0
     assert usvctl("follow", "--station", "180@20") == (1, "", "refused: Follow refused: no leader heard\n")
     code, _, said = usvctl("goto", *place(40.0, 0.0), "--wait", "--within", "0.5")
     assert code == 1 and said == "refused: not there after 0.5 s\n"
@@ -146,7 +147,7 @@ def test_a_mission_is_sailed_to_its_end(usvctl: Usvctl, tmp_path: Path) -> None:
     unknown = PlanFile((PlanItem(0, 84, 3, 0, 0, 0, 0, 634389000, 103990000, 0),))
     (tmp_path / "unknown.plan").write_text(files.write("unknown.plan", unknown), encoding="utf-8")
     code, _, said = usvctl("upload", str(tmp_path / "unknown.plan"))
-    assert code == 1 and "refused: mission item 0: command 84 is not supported" in said
+    assert code == 1 and "refused: mission item 1: command 84 is not supported" in said
     code, _, said = usvctl("upload", str(MISSIONS / "README.md"))
     assert code == 2 and "unknown kind of plan file" in said
 

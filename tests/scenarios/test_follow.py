@@ -105,6 +105,7 @@ def test_the_law_of_the_thesis_swings_at_20_m_and_not_at_45_m(tmp_path: Path) ->
         sail("follow", tmp_path / test["gap"], 1, must_hold=False, time="114", **test)
         for test in (FIRST_TEST, SECOND_TEST)
     )
+    assert near["following_share"] == 1.0, "no sensor is doubted for it"
     assert near["swing_after_bends_deg"] > 90.0 and far["swing_after_bends_deg"] < 30.0
     run = Chase(tmp_path / "20", 0.0)
     straight = (run.yaw - run.leader_yaw)[(run.t > 45.0) & (run.t < 75.0)]

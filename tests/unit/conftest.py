@@ -9,10 +9,12 @@ from dataclasses import replace
 import pytest
 
 from companion.config.vessel import VesselConfig, find, load
+from companion.core.actuation import NO_AUXILIARY
 from companion.core.decision import Severity, Status
 from companion.core.estimate import NavState
 from companion.core.events import EventLog
 from companion.core.geodesy import LocalFrame
+from companion.core.payload import Forward, Shot
 from companion.core.readings import Battery, FixType, Leak, ManualInput, RcInput
 from companion.core.setpoint import HeadingSetpoint, PathSetpoint, PoseSetpoint, Setpoint
 from companion.core.tick import DeviceHealth, Inputs
@@ -57,7 +59,8 @@ AT_REST = NavState(
 
 
 class Boat:
-    """Steps the supervisor; `said` collects the events, `setpoint` and `status` are the newest."""
+    """Steps the supervisor; `said`, `shots` and `forwards` collect; `setpoint`, `status` and `auxiliary` are the
+    newest."""
 
     def __init__(self, config: VesselConfig, ready: bool = True, **parameters: float) -> None:
         self.config = config
@@ -80,6 +83,9 @@ class Boat:
         self.silent: set[str] = set()
         self.said: list[tuple[str, str]] = []
         self.severities: dict[str, Severity] = {}
+        self.shots: list[Shot] = []
+        self.forwards: list[Forward] = []
+        self.auxiliary = NO_AUXILIARY
         self.setpoint: Setpoint
         self.status: Status
         if ready:
@@ -145,6 +151,9 @@ class Boat:
         self.status = self.supervisor.update(self.nav, inputs, health, now)
         self.setpoint = self.supervisor.guide(self.nav, now, DT_S)
         self.obey(self.setpoint)
+        self.auxiliary = self.supervisor.outputs(now, DT_S)
+        self.shots += self.supervisor.payload.take_shots()
+        self.forwards += self.supervisor.payload.take_forwards()
         for event in self.events.drain():
             self.said.append((event.name, event.text))
             self.severities[event.name] = event.severity

@@ -14,11 +14,17 @@ from companion.config.kinds import ByDriver, SensorKind
 
 SENSORS: Mapping[str, SensorKind] = {
     "nmea0183": SensorKind(),
-    "mtdata2": SensorKind(),
-    "vectornav": SensorKind(),
-    "mavlink_imu": SensorKind(),
+    "mtdata2": SensorKind(inertial=True),
+    "vectornav": SensorKind(inertial=True),
+    "mavlink_imu": SensorKind(inertial=True),
     "ais": SensorKind(),
 }
 
 SensorRow = Annotated[SensorConfig, ByDriver(SENSORS)]
 """The type of a row in a file: read into the dataclass of its driver."""
+
+
+def is_inertial(row: SensorConfig) -> bool:
+    """Whether the sensor gives accelerations and rates. Of a plug-in's: if the row uses its yaw."""
+    kind = SENSORS.get(row.driver)
+    return row.heading != "none" if kind is None else kind.inertial

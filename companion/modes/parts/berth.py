@@ -57,7 +57,7 @@ class Berth:
 
 
 class BerthChoice:
-    """Chooses the berth: the nearest NAV_LAND item of the mission, else the vessel's own."""
+    """Chooses the berth: the nearest NAV_LAND item of the mission that has a heading, else the vessel's own."""
 
     def __init__(self, config: VesselConfig, plans: Plans, frame: Callable[[], LocalFrame]) -> None:
         self._config = config
@@ -76,7 +76,8 @@ class BerthChoice:
     def find(self, nav: NavState) -> Berth | None:
         """The berth to dock at from here; None without one."""
         items = [item for item in self._plans.items(PlanKind.MISSION) if item.command == Command.NAV_LAND]
-        berths = [self.at(item.lat_deg, item.lon_deg, heading_rad(item) or 0.0) for item in items]
+        headed = [(item, yaw_rad) for item in items if (yaw_rad := heading_rad(item)) is not None]
+        berths = [self.at(item.lat_deg, item.lon_deg, yaw_rad) for item, yaw_rad in headed]
         dock = self._config.dock
         if not berths and dock is not None:
             return self.at(dock.lat_deg, dock.lon_deg, dock.yaw_rad)

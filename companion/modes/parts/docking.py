@@ -12,7 +12,7 @@ from enum import Enum
 
 from companion.config.vessel import VesselConfig
 from companion.core.angles import wrap_pi
-from companion.core.decision import ModeInputs, Severity
+from companion.core.decision import ModeInputs, TextKind
 from companion.core.events import EventLog
 from companion.core.setpoint import Point, PoseSetpoint, Progress, Setpoint, desired_motion
 from companion.fence.guard import FenceGuard
@@ -230,7 +230,7 @@ class Docking:
         self._yaw_rad = berth.yaw_rad + min(_SWING_MAX_RAD, max(-_SWING_MAX_RAD, swing_rad))
         if self._good_s is None and now_s - self._since_s >= _DOCKED_S:
             self._good_s = now_s
-            self._events.say(now_s, Severity.NOTICE, "dock_docked", "Docked: pushing until disarmed")
+            self._events.say(now_s, TextKind.ROUTINE, "dock_docked", "Docked: pushing until disarmed")
         self._mind_contact(inputs)
         north_m, east_m, _ = berth.pose(self._contact_m - self._depth_m)
         progress = Progress(target=Point(berth.north_m, berth.east_m))
@@ -259,7 +259,7 @@ class Docking:
         if self._clearing and self._hold_point.arrived:
             self._clearing = False
             self._events.say(
-                inputs.now_s, Severity.NOTICE, "dock_clear", "Dock: holding off the berth; choose Dock to retry"
+                inputs.now_s, TextKind.ATTENTION, "dock_clear", "Dock: holding off the berth; choose Dock to retry"
             )
         return setpoint
 
@@ -288,9 +288,9 @@ class Docking:
             return f"waves move the boat by {self._motion.scatter_mps:.2f} m/s"
         taken_n, (towards_n, away_n) = self._motion.mean_n, self._most_n[self._berth.towards]
         if taken_n > _MOST_TAKEN * towards_n:
-            return f"wind and current take {taken_n:.0f} N, the thrusters have {towards_n:.0f} N towards the berth"
+            return f"weather {taken_n:.0f} N, thrust {towards_n:.0f} N"
         if -taken_n > _MOST_TAKEN * away_n:
-            return f"wind and current take {-taken_n:.0f} N, the thrusters have {away_n:.0f} N to keep off the berth"
+            return f"weather {-taken_n:.0f} N, thrust {away_n:.0f} N off the berth"
         return None
 
     def _strays(self) -> str | None:
@@ -304,17 +304,15 @@ class Docking:
         return None
 
     def _abort(self, reason: str, inputs: ModeInputs) -> None:
-        self._enter(
-            Phase.ABORTED, inputs.now_s, f"Docking given up: {reason}; back to the standoff point", Severity.WARNING
-        )
+        self._enter(Phase.ABORTED, inputs.now_s, f"Docking given up: {reason}", TextKind.ATTENTION)
         self._clearing = True
         self._hold_point.go_to(inputs.nav, *self._berth.pose(self._berth.standoff_m), None)
 
     # --- parts -----------------------------------------------------------------------------------------------------
 
-    def _enter(self, phase: Phase, now_s: float, text: str, severity: Severity = Severity.NOTICE) -> None:
+    def _enter(self, phase: Phase, now_s: float, text: str, kind: TextKind = TextKind.ROUTINE) -> None:
         self._phase, self._since_s, self._good_s = phase, now_s, None
-        self._events.say(now_s, severity, f"dock_{phase.value}", text)
+        self._events.say(now_s, kind, f"dock_{phase.value}", text)
 
     def _lasts(self, condition: bool, now_s: float, duration_s: float) -> bool:
         """Whether `condition` has held for `duration_s`."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 
-from companion.core.decision import Severity
+from companion.core.decision import TextKind
 from companion.core.events import EventLog
 
 _WINDOW_S = 40
@@ -70,8 +70,10 @@ class Headway:
             and made[-1] - made[0] < least_mps * _WINDOW_S
         ):
             self._stuck_s = now_s - _WINDOW_S
-            self._events.say(now_s, Severity.WARNING, "no_way", f"{self._name}: no way made: wind, current or obstacle")
+            self._events.say(
+                now_s, TextKind.ATTENTION, "no_way", f"{self._name}: no way made: wind, current or obstacle"
+            )
         elif self._stuck_s is not None and lately:
             self._stuck_s = None
             self._made = deque([made[-1]], _WINDOW_S + 1)  # the way made while stuck no longer counts
-            self._events.say(now_s, Severity.NOTICE, "way_again", f"{self._name}: making way again")
+            self._events.say(now_s, TextKind.ROUTINE, "way_again", f"{self._name}: making way again")

@@ -14,7 +14,7 @@ from companion.fence.guard import FenceGuard, Place
 from companion.guidance.orbit import Circle, chosen_circle, whole_line
 from companion.guidance.path_tracking import PathTracker, Waypoint
 from companion.mission.executor import MissionExecutor
-from companion.mission.plan import PlanKind, Plans
+from companion.mission.plan import PlanKind, Plans, item_number
 from companion.mission.tasks import Dock, Orbit, ReturnHome, RoutePoint, Sail
 from companion.modes.parts.berth import BerthChoice
 from companion.modes.rtl import ReturnPoint
@@ -93,7 +93,7 @@ class MissionFence:
         """Return which leg crosses the fence, or None. `legs` are the lines to a route's points, `seqs` their items."""
         for seq, leg in zip(seqs, legs, strict=False):  # leg by leg: shapely takes minutes for many laps as one line
             if (found := self._fence.line_refusal(leg)) is not None:
-                return f"item {seq}: {found}"
+                return f"item {item_number(seq)}: {found}"
         return None
 
     def _look_ahead(self, inputs: ModeInputs) -> str | None:
@@ -106,17 +106,10 @@ class MissionFence:
                     refusal, place = self._sail(task, place, inputs, smooth)
                 case ReturnHome():
                     found = self._point.way(place, inputs.home)
-                    refusal = f"item {task.seq}: {found}" if isinstance(found, str) else None
+                    refusal = f"item {item_number(task.seq)}: {found}" if isinstance(found, str) else None
                     place = place if isinstance(found, str) else found[1].points[-1]
                 case Dock():
-                    berth = self._berths.at(task.lat_deg, task.lon_deg, task.yaw_rad)
-                    line = (place, berth.pose(berth.standoff_m)[:2], berth.pose(0.0)[:2])
-                    refusal = (
-                        None
-                        if self._fence.allows_berth(line)
-                        else f"item {task.seq}: way to the berth crosses the fence"
-                    )
-                    place = line[-1]
+                    refusal, place = self._dock(task, place)
                 case Orbit():
                     refusal, place = self._orbit(task, place)
                     points += 1
@@ -127,10 +120,26 @@ class MissionFence:
                 return refusal
         return None
 
+    def berth_heading_rad(self, task: Dock) -> float | None:
+        """The heading at the berth of a NAV_LAND item; None where the boat holds there instead (MIS_LAND_ACT)."""
+        docks = self._can_sway and self._parameters["MIS_LAND_ACT"]
+        return task.yaw_rad if docks else None
+
+    def _dock(self, task: Dock, place: Place) -> tuple[str | None, Place]:
+        yaw_rad = self.berth_heading_rad(task)
+        if yaw_rad is None:
+            end = self._frame().to_ned(task.lat_deg, task.lon_deg)
+            found = self._fence.point_refusal(*end) or self._fence.line_refusal((place, end))
+            return None if found is None else f"item {item_number(task.seq)}: {found}", end
+        berth = self._berths.at(task.lat_deg, task.lon_deg, yaw_rad)
+        line = (place, berth.pose(berth.standoff_m)[:2], berth.pose(0.0)[:2])
+        text = f"item {item_number(task.seq)}: way to the berth crosses the fence"
+        return None if self._fence.allows_berth(line) else text, line[-1]
+
     def _orbit(self, task: Orbit, place: Place) -> tuple[str | None, Place]:
         line = whole_line(orbit_circle(task, self._frame(), self._parameters), place, None, self._parameters)
         found = self._fence.line_refusal(line)
-        return None if found is None else f"item {task.seq}: {found}", line[-1]
+        return None if found is None else f"item {item_number(task.seq)}: {found}", line[-1]
 
     def _waypoints(self, route: Sequence[RoutePoint]) -> list[Waypoint]:
         frame, surveys = self._frame(), bool(self._parameters["PATH_SURVEY"])
@@ -141,7 +150,7 @@ class MissionFence:
         ends = [(w.north_m, w.east_m) for w in waypoints]
         for point, end in zip(route, ends, strict=True):
             if (refusal := self._fence.point_refusal(*end)) is not None:
-                return f"item {point.seq}: {refusal}", place
+                return f"item {item_number(point.seq)}: {refusal}", place
         if self._sideways(route) or not smooth:
             legs = [list(leg) for leg in pairwise((place, *ends))]
         else:

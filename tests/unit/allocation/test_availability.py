@@ -8,7 +8,7 @@ import pytest
 
 from companion.allocation.availability import Availability
 from companion.core.actuation import ActuatorCommand, Deployment, ThrusterCommand, ThrusterCondition, ThrusterFeedback
-from companion.core.decision import Severity
+from companion.core.decision import TextKind
 from companion.params.store import Parameters
 from tests.unit.control.simple_boat import REVOLT
 
@@ -26,7 +26,7 @@ class Bench:
 
     def __init__(self) -> None:
         self.parameters = Parameters()
-        self.said: list[tuple[Severity, str]] = []
+        self.said: list[tuple[TextKind, str]] = []
         self.availability = Availability(
             REVOLT, self.parameters, lambda t_s, severity, name, text: self.said.append((severity, text))
         )
@@ -106,12 +106,12 @@ def test_without_a_reported_position_the_travel_time_counts() -> None:
 @pytest.mark.parametrize(
     ("lower", "condition", "severity", "text"),
     [
-        (True, FAILED, Severity.CRITICAL, "does not lower: not used"),
-        (False, MOVING, Severity.WARNING, "does not retract"),
+        (True, FAILED, TextKind.ALARM, "does not lower: not used"),
+        (False, MOVING, TextKind.ATTENTION, "does not retract"),
     ],
 )
 def test_a_jammed_thruster_is_announced_once(
-    lower: bool, condition: ThrusterCondition, severity: Severity, text: str
+    lower: bool, condition: ThrusterCondition, severity: TextKind, text: str
 ) -> None:
     bench = Bench()
     bench.deployment = Deployment.MOVING
@@ -127,10 +127,10 @@ def test_feedback_that_contradicts_the_command_is_a_failure_until_the_retry() ->
     bench = Bench()
     bench.throttle, bench.measured = 0.5, lambda: 0.0
     assert bench.run(4.0)[2] is FAILED
-    assert bench.said == [(Severity.CRITICAL, "Thruster bow not used: propeller stalled")]
+    assert bench.said == [(TextKind.ALARM, "Thruster bow not used: propeller stalled")]
     bench.throttle = 0.0
     assert bench.run(60.0)[2] is READY
-    assert bench.said[1:] == [(Severity.NOTICE, "Thruster bow is tried again")]
+    assert bench.said[1:] == [(TextKind.ROUTINE, "Thruster bow is tried again")]
 
 
 def test_a_runaway_is_an_alert_in_one_statustext() -> None:
@@ -139,7 +139,7 @@ def test_a_runaway_is_an_alert_in_one_statustext() -> None:
     bench.measured = lambda: 0.6
     assert bench.run(3.0)[2] is FAILED
     ((severity, text),) = bench.said
-    assert severity is Severity.ALERT and len(text.replace("bow", "stern_starboard")) <= 50
+    assert severity is TextKind.DANGER and len(text.replace("bow", "stern_starboard")) <= 50
 
 
 def test_feedback_of_a_silent_bridge_does_not_count() -> None:

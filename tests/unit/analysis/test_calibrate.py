@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 
 from companion.analysis.calibrate import calibrate
-from companion.analysis.field_fit import Array, FieldFit, fit, headings
 from companion.analysis.log_reader import LogError, open_log
 from companion.cli.main import main
 from companion.config import vessel as config_module
 from companion.config.vessel import VesselConfig
 from companion.core.readings import GroundVelocity, Imu, MagneticField, Reading
+from companion.nav.field_fit import Array, FieldFit, fit, headings
 from companion.record.readings import FILE, HEADER, ReadingsEncoder
 from tests.unit.nav.ahrs_motion import Sailing, sail
 from tests.unit.record.ticks import tick

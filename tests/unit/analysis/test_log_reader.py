@@ -10,12 +10,15 @@ import pytest
 
 from companion.analysis.log_reader import LogError, open_log, parameters_of, read_table
 from companion.config import vessel as config_module
+from companion.config.vessel import VesselConfig
 from companion.params.store import Parameters
+from companion.params.table import table_of
+
+REVOLT = config_module.load(config_module.find("revolt"))
 
 
-def manifest(folder: Path, **changes: object) -> Path:
-    config = config_module.load(config_module.find("revolt"))
-    parameters = Parameters()
+def manifest(folder: Path, config: VesselConfig = REVOLT, **changes: object) -> Path:
+    parameters = Parameters(table=table_of(config))
     values = {spec.name: parameters[spec.name] for spec in parameters.specs}
     entries = {"configuration": config_module.as_dict(config), "parameters": values, **changes}
     (folder / "manifest.json").write_text(json.dumps(entries, default=str), encoding="utf-8")
@@ -25,7 +28,7 @@ def manifest(folder: Path, **changes: object) -> Path:
 @pytest.mark.parametrize("vessel", config_module.bundled())
 def test_a_configuration_comes_back_whole(tmp_path: Path, vessel: str) -> None:
     config = config_module.load(config_module.find(vessel))
-    log = open_log(manifest(tmp_path, configuration=config_module.as_dict(config)))
+    log = open_log(manifest(tmp_path, config))
     assert log.config == config
     assert parameters_of(log, warnings := []).changed() == {} and warnings == []
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shutil
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -15,6 +16,8 @@ from companion.analysis.report_plots import _stretches
 from companion.cli.main import main
 from companion.cli.rig import LockstepRig
 from companion.core.geodesy import LocalFrame
+from companion.io.mavlink.wire import messages as mavlink
+from companion.io.mavlink.wire.framer import frame, pack
 from companion.mission.plan import PlanKind
 from sitl.scenarios.ground_station import GroundStation, Item
 from sitl.scenarios.rig import Conditions
@@ -87,6 +90,28 @@ def test_the_page_is_whole_and_needs_nothing_else(sailed: Path, capsys: pytest.C
     )
     assert outline.cells.count("NAV_WAYPOINT") == 2
     assert any("Mission item 1 reached" in cell for cell in outline.cells)
+    rows = re.findall(
+        r"<tr><td>(\d+)</td><td>NAV_WAYPOINT</td><td>[^<]*</td><td>([\d.]+)</td>", re.sub(" class='n'", "", text)
+    )
+    assert [number for number, _ in rows] == ["1", "2"], "each with the time when it was reached"
+
+
+def test_a_mission_with_home_as_item_0_has_the_same_numbers(sailed: Path, tmp_path: Path) -> None:
+    """As a client uploads it on a link of the ardupilot persona: home, then the boat's own items."""
+    folder = shutil.copytree(sailed, tmp_path / "log")
+    said = [(255, mavlink.MAVLink_mission_count_message(1, 1, 3, 0))]
+    for seq in range(3):
+        item = mavlink.MAVLink_mission_item_int_message(
+            1, 1, seq, 3, 16, 0, 1, 0.0, 0.0, 0.0, 0.0, 634_400_000 + seq, 104_000_000, 0.0, 0
+        )
+        said.append((255, item))
+    said.append((1, mavlink.MAVLink_mission_ack_message(255, 190, 0, 0)))
+    said.append((1, mavlink.MAVLink_mission_current_message(0, 2, 2, 2, 0, 0, 0)))
+    stamp = (folder / "telemetry.tlog").read_bytes()[:8]
+    packets = [stamp + frame(pack(message), seq, system, 1) for seq, (system, message) in enumerate(said)]
+    (folder / "telemetry.tlog").write_bytes(b"".join(packets))
+    mission = Packets(read_log(folder)).plans()[PlanKind.MISSION]
+    assert [(item.number, item.x) for item in mission] == [(1, 634_400_001), (2, 634_400_002)]
 
 
 def test_the_mission_and_the_fence_stand_where_they_were_uploaded(sailed: Path) -> None:

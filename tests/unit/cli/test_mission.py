@@ -10,9 +10,11 @@ import pytest
 
 from companion.analysis.mission_plot import curve, legs_of
 from companion.cli.main import main
+from companion.config.vessel import find
 from companion.core.geodesy import LocalFrame
 from companion.guidance.path import PathKind
 from companion.mission import files
+from companion.mission.plan import PlanItem
 from companion.params.store import Parameters
 
 MISSIONS = Path(__file__).parents[3] / "mission_files"
@@ -29,6 +31,45 @@ def test_a_summary(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["mission", str(SQUARE), "--vessel", "revolt"]) == 0
     said = capsys.readouterr()
     assert "length 80.0 m, time 2:13" in said.out and "fence: 5 items, rally points: 2" in said.out and not said.err
+
+
+def test_a_survey_says_what_it_does_and_what_it_needs(capsys: pytest.CaptureFixture[str]) -> None:
+    survey = str(MISSIONS / "harbour_survey.plan")
+    assert main(["mission", survey]) == 0
+    alone = capsys.readouterr().out
+    assert "Survey: 200 transects, every 2 m, about" in alone and "No camera" not in alone
+    assert main(["mission", survey, "--vessel", "revolt"]) == 0
+    assert "note: No camera for DO_SET_CAM_TRIGG_DIST, item 2 and 1 more" in capsys.readouterr().out
+
+
+def far(tmp_path: Path, north_m: float) -> str:
+    file = tmp_path / "far.plan"
+    north = [
+        PlanItem(seq, 16, 3, 0.0, 0.0, 0.0, 0.0, round(HOME.to_geodetic(d, 0.0)[0] * 1e7), 103_990_000, 0.0)
+        for seq, d in enumerate((north_m, 0.0))
+    ]
+    file.write_text(files.write(file.name, files.PlanFile(tuple(north), home=(63.4389, 10.399, 0.0))), encoding="utf-8")
+    return str(file)
+
+
+def test_a_long_first_leg_and_a_battery_that_does_not_last_are_told(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """In the words of the boat."""
+    assert main(["mission", far(tmp_path, 20_000.0), "--vessel", "revolt"]) == 0
+    said = capsys.readouterr().out
+    assert "the boat would warn: Item 1 is 20.0 km away, 9:16 h (MIS_DIST_1WP)\n" in said
+    assert "the boat would warn: Mission: 40.0 km, 18:31 h; battery lasts 6:10 h\n" in said
+    assert main(["mission", far(tmp_path, 900.0), "--vessel", "revolt"]) == 0
+    assert "would warn" not in capsys.readouterr().out
+
+
+def test_a_waypoint_at_0_0_would_be_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "null.waypoints"
+    nowhere = PlanItem(0, 16, 3, 0.0, 0.0, 0.0, 0.0, 0, 0, 0.0)
+    file.write_text(files.write(file.name, files.PlanFile((nowhere,))), encoding="utf-8")
+    assert main(["mission", str(file)]) == 1
+    assert "item 1: NAV_WAYPOINT is at latitude 0, longitude 0" in capsys.readouterr().err
 
 
 def test_converted_there_and_back_it_is_the_same(tmp_path: Path) -> None:
@@ -67,14 +108,14 @@ def test_what_the_boat_would_refuse_is_said(tmp_path: Path, capsys: pytest.Captu
         encoding="utf-8",
     )
     assert main(["mission", str(file), "--plot", str(tmp_path / "a.png")]) == 1
-    assert "item 0: NAV_WAYPOINT hold time (param1) is -5" in capsys.readouterr().err
+    assert "item 1: NAV_WAYPOINT hold time (param1) is -5" in capsys.readouterr().err
     assert not (tmp_path / "a.png").exists()
 
 
 def test_a_conversion_that_would_lose_something_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / "tour.gpx"
     assert main(["mission", str(TOUR), "--convert", str(out)]) == 2
-    assert "item 10: DO_JUMP has no place in a GPX route" in capsys.readouterr().err and not out.exists()
+    assert "item 11: DO_JUMP has no place in a GPX route" in capsys.readouterr().err and not out.exists()
 
 
 def test_the_curves_of_a_square() -> None:
@@ -127,3 +168,17 @@ def test_without_matplotlib_it_says_what_to_install(
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
     assert main(["mission", str(SQUARE), "--plot", str(tmp_path / "a.png")]) == 2
     assert "pip install 'usv-companion[report]'" in capsys.readouterr().err
+
+
+def test_the_circle_around_home_is_told_drawn_and_checked(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = find("revolt").read_text(encoding="utf-8")
+    assert "[parameters]" in text
+    for radius_m, code in ((500, 0), (20, 1)):
+        vessel = tmp_path / "near.toml"
+        vessel.write_text(text.replace("[parameters]", f"[parameters]\nGF_MAX_HOR_DIST = {radius_m}"), encoding="utf-8")
+        picture = tmp_path / f"{radius_m}.png"
+        assert main(["mission", str(SQUARE), "--vessel", str(vessel), "--plot", str(picture)]) == code
+        said = capsys.readouterr()
+        assert f"fence: a circle of {radius_m} m around home (GF_MAX_HOR_DIST)" in said.out
+        assert picture.exists() is (code == 0)
+    assert "the boat would refuse: item 2: 28 m from home; GF_MAX_HOR_DIST is 20 m" in said.err

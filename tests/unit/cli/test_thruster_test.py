@@ -10,11 +10,12 @@ from collections.abc import Callable
 import pytest
 
 from companion.app import load_vessel
-from companion.cli.thruster_test import MOST_POWER, Trial, TrialError, run_test, run_trials
+from companion.cli.thruster_test import Trial, TrialError, run_test, run_trials
 from companion.clock import SimulatedClock
 from companion.config.vessel import bundled
 from companion.io.actuators import open_actuator
 from companion.loop import RealWorld
+from companion.supervisor.motor_test import MOST_POWER
 from sitl.world import World, WorldConditions
 
 
@@ -85,6 +86,15 @@ def test_the_measured_azimuth_rate_is_the_plants() -> None:
     (line,) = (text for text in said if "azimuth_rate_dps" in text)
     true_dps = math.degrees(load_vessel("aboat").thrusters[0].azimuth_rate_radps)
     assert float(line.split()[2]) == pytest.approx(true_dps, rel=0.05)
+
+
+def test_a_second_is_a_second_at_full_power() -> None:
+    world = Watched("revolt")
+    trial, names = trial_of(world, "revolt")
+    said: list[str] = []
+    assert run_trials(load_vessel("revolt"), trial, names[:1], 0.2, 1.0, answers("y"), said.append), said
+    reported = [float(line.split("commanded,")[1].split("%")[0]) for line in said if "commanded" in line]
+    assert [abs(percent) for percent in reported] == pytest.approx([20.0, 20.0], abs=2.0)
 
 
 def test_a_dead_propeller_is_found() -> None:

@@ -118,11 +118,11 @@ def test_a_mission_that_crosses_is_accepted_but_not_started(boat: Boat) -> None:
     fence(boat, outside=[WALL])
     boat.upload((10.0, 0.0), (10.0, 30.0), (40.0, 30.0), (40.0, -30.0), (10.0, -10.0))
     boat.step(4.0)
-    assert any(text.startswith("Check the mission: item 4: way crosses the fence") for text in boat.texts())
+    assert any(text.startswith("Check the mission: item 5: way crosses the fence") for text in boat.texts())
     outcome = boat.supervisor.request_mode(ModeId.MISSION, boat.now_s)
-    assert not outcome.accepted and "item 4: way crosses the fence" in outcome.reason
+    assert not outcome.accepted and "item 5: way crosses the fence" in outcome.reason
     boat.upload((10.0, 0.0), (10.0, 30.0), (40.0, 30.0), (60.0, 30.0))
-    assert "item 3: outside the fence" in boat.supervisor.request_mode(ModeId.MISSION, boat.now_s).reason
+    assert "item 4: outside the fence" in boat.supervisor.request_mode(ModeId.MISSION, boat.now_s).reason
     boat.upload((10.0, 0.0), (10.0, 30.0), (40.0, 30.0))
     assert boat.supervisor.request_mode(ModeId.MISSION, boat.now_s).accepted
 
@@ -132,7 +132,7 @@ def test_chosen_while_disarmed_a_crossing_mission_is_not_armed(boat: Boat) -> No
     assert boat.supervisor.request_mode(ModeId.MISSION, boat.now_s).accepted
     fence(boat, outside=[WALL])
     boat.step()
-    assert any("item 1: way crosses the fence" in reason for reason in boat.status.arming_refusals)
+    assert any("item 2: way crosses the fence" in reason for reason in boat.status.arming_refusals)
     assert not boat.supervisor.arm(boat.now_s, force=True).accepted
 
 
@@ -163,7 +163,7 @@ def test_return_items_and_loops_are_checked(boat: Boat) -> None:
     boat.upload(
         (10.0, 0.0), (10.0, 30.0), (40.0, 30.0), commands={3: PlanItem(3, 177, 2, 0.0, -1.0, 0.0, 0.0, 0, 0, 0.0)}
     )
-    assert "item 0: way crosses the fence" in boat.supervisor.request_mode(ModeId.MISSION, boat.now_s).reason, (
+    assert "item 1: way crosses the fence" in boat.supervisor.request_mode(ModeId.MISSION, boat.now_s).reason, (
         "the leg back to the first"
     )
 
@@ -200,7 +200,7 @@ def test_rtl_takes_the_shortest_way_and_not_the_nearest_point(boat: Boat) -> Non
     at(boat, 27.0, 0.0)
     armed_in(boat, ModeId.HOLD)
     assert boat.supervisor.request_mode(ModeId.RTL, boat.now_s).accepted
-    boat.until(lambda: "RTL: at rally point 0, holding" in boat.texts())
+    boat.until(lambda: "RTL: at rally point 1, holding" in boat.texts())
 
 
 def test_no_way_home_is_announced_and_the_failsafe_holds(boat: Boat) -> None:
@@ -314,7 +314,7 @@ def test_action_0_switches_the_fence_off(boat: Boat) -> None:
     assert go(boat, 80.0, 0.0).accepted
     boat.parameters.set("GF_ACTION", 2)
     boat.step()
-    assert boat.status.fence is not None and "Go-to stopped by the new fence" in " ".join(boat.texts())
+    assert boat.status.fence is not None and "Go-to stopped: " in " ".join(boat.texts())
 
 
 def test_group_0_by_parameter(boat: Boat) -> None:
@@ -344,7 +344,7 @@ def test_a_mission_under_way_gives_way_to_a_new_fence(boat: Boat) -> None:
     fence(boat, outside=[WALL])
     boat.step()
     assert boat.status.mode is ModeId.HOLD and boat.status.intended_mode is ModeId.MISSION
-    assert any(text.startswith("Stopped by the new fence: item 1: way crosses the fence") for text in boat.texts())
+    assert any(text.startswith("Mission stopped: item 2: way crosses the fence") for text in boat.texts())
     assert boat.status.mission.state is MissionState.PAUSED
     boat.step(30.0)
     assert boat.nav.north_m < 16.0
@@ -423,7 +423,7 @@ def test_the_line_of_a_law_that_takes_over_under_way_is_checked(boat: Boat, law:
     assert boat.parameters.set("WP_LAW", law) is None
     boat.step(0.3)
     assert boat.status.mode is ModeId.HOLD
-    assert any(text.startswith("Mission stopped: item 0: way") for text in boat.texts())
+    assert any(text.startswith("Mission stopped: item 1: way") for text in boat.texts())
 
 
 def test_without_a_position_the_fence_is_not_enforced_and_that_is_announced(boat: Boat) -> None:

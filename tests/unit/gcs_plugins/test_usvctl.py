@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import io
 import sys
+from contextlib import nullcontext
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -58,6 +61,42 @@ def test_mistakes_end_with_2_before_any_boat_is_looked_for(
     with pytest.raises(SystemExit) as ended:
         main(words)
     assert ended.value.code == 2 and "usage: usvctl" in capsys.readouterr().err
+
+
+class Terminal(io.StringIO):
+    def isatty(self) -> bool:
+        return True
+
+
+@pytest.mark.parametrize("words", [("arm",), ("do", "lower"), ("dock",), ("start", "--arm"), ("follow",)])
+@pytest.mark.parametrize("answer", ["n\n", "\n", ""])
+def test_at_a_terminal_it_asks_before_what_is_not_safe_at_once(
+    words: tuple[str, ...], answer: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(sys, "stdin", Terminal(answer))
+    assert main(words) == 2
+    said = capsys.readouterr()
+    assert "Send it? [y/N]" in said.out and said.err == "usvctl: not sent\n"
+
+
+@pytest.mark.parametrize(
+    ("words", "stdin"),
+    [
+        (("arm",), Terminal("y\n")),
+        (("--yes", "arm"), Terminal("")),
+        (("arm",), io.StringIO("")),  # a script
+        (("hold",), Terminal("")),
+        (("stop",), Terminal("")),
+    ],
+)
+def test_what_is_confirmed_safe_or_asked_by_a_script_is_sent(
+    words: tuple[str, ...], stdin: io.StringIO, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sent: list[str] = []
+    monkeypatch.setattr(sys, "stdin", stdin)
+    boat = SimpleNamespace(do=sent.append)
+    monkeypatch.setattr("gcs_plugins.usvctl.boat.connected", lambda link, timeout_s: nullcontext(boat))
+    assert main(words) == 0 and sent == [words[-1]]
 
 
 def test_without_mavsdk_it_says_how_to_get_it(

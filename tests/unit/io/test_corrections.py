@@ -16,7 +16,7 @@ import pytest
 
 from companion.config.streams import CorrectionsConfig, stream_problems
 from companion.config.vessel import ConfigError, as_dict, find, load, parse
-from companion.core.decision import Severity
+from companion.core.decision import TextKind
 from companion.core.readings import Measurement
 from companion.io.corrections import CorrectionsRelay, CorrectionsSource
 from companion.io.transport.opener import TransportOpener
@@ -98,7 +98,7 @@ def test_corrections_that_nobody_wants_are_said_once() -> None:
     relay = CorrectionsRelay({}, (), lambda *event: said.append(event))
     for k in range(5):
         relay.take("mavlink:255", [STATION], float(k))
-    assert [event[1] for event in said] == [Severity.WARNING] and "rtcm = true" in said[0][3]
+    assert [event[1] for event in said] == [TextKind.ATTENTION] and "rtcm = true" in said[0][3]
 
 
 # --- on real descriptors ----------------------------------------------------------------------------------------------

@@ -15,7 +15,7 @@ from pynmeagps import NMEAReader
 from companion.config.streams import NmeaOutConfig
 from companion.config.vessel import ConfigError, find, load, parse
 from companion.core.actuation import ThrusterCommand, ThrusterFeedback
-from companion.core.decision import Severity
+from companion.core.decision import TextKind
 from companion.core.readings import Corrections, FixType
 from companion.core.setpoint import NeutralSetpoint, PathSetpoint, Point, Progress
 from companion.core.tick import Inputs, Tick
@@ -169,7 +169,7 @@ def test_a_fault_is_said_once() -> None:
     line.broken = "tcpout:10.0.0.9:10110: refused; nothing listens there yet"
     for k in range(300):
         sink.record(plain_tick(0.1 * k))
-    assert [(event[1], event[3]) for event in said] == [(Severity.WARNING, f"NMEA out: {line.broken}")]
+    assert [(event[1], event[3]) for event in said] == [(TextKind.ATTENTION, f"NMEA out: {line.broken}")]
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, 1e300])

@@ -282,12 +282,12 @@ def test_begin_at_an_item_starts_afresh_there() -> None:
     assert _route(executor)[executor.progress.reached :] == [1]
     assert executor.begin(1) is None
     assert _route(executor) == [1, 0, 1]
-    assert executor.begin(3) == "no item 3: the mission has 3 items, 0 to 2"
+    assert executor.begin(3) == "the mission has items 1 to 3"
 
 
 def test_nothing_left_to_sail_to() -> None:
     executor, _ = _executor(WAYPOINT, FAST)
-    assert executor.begin(1) == "nothing to sail to from item 1 to the end of the mission"
+    assert executor.begin(1) == "nothing to sail to from item 2 on"
     assert executor.progress.state is MissionState.NOT_STARTED
     assert executor.take_actions() == ()
 
@@ -303,7 +303,7 @@ def test_starting_over_goes_back_to_the_vessels_own_speed() -> None:
 
 def test_set_current() -> None:
     executor, _ = _executor(WAYPOINT, WAYPOINT, _item(177, 0.0, 1.0), WAYPOINT)
-    assert executor.set_current(4) == "no item 4: the mission has 4 items, 0 to 3"
+    assert executor.set_current(4) == "the mission has items 1 to 4"
     assert executor.set_current(-1) is not None
     assert executor.set_current(1) is None
     assert (executor.progress.state, executor.progress.seq) == (MissionState.NOT_STARTED, 1)

@@ -18,22 +18,26 @@ LANDING = PlanItem(0, 21, 3, 0.0, 0.0, 0.0, 320.0, 634_387_501, 103_986_009, 50.
 WAYPOINT = PlanItem(0, 16, 3, 0.0, 0.0, 0.0, math.nan, 634_390_000, 103_990_000, 50.0)
 
 
-def test_accepted_with_a_heading_by_boats_with_sideways_thrust() -> None:
-    assert check_item(PlanKind.MISSION, LANDING) is None
-    assert check_plan(PlanKind.MISSION, [LANDING], can_sway=True) is None
+@pytest.mark.parametrize("heading", [0.0, 320.0, math.nan])
+def test_accepted_with_a_heading_as_a_berth_and_without_as_a_place_to_hold(heading: float) -> None:
+    item = replace(LANDING, param4=heading)
+    assert check_item(PlanKind.MISSION, item) is None
+    assert check_plan(PlanKind.MISSION, [item]) is None
 
 
-def test_refused_by_others_with_the_reason() -> None:
-    refusal = check_plan(PlanKind.MISSION, [WAYPOINT, replace(LANDING, seq=1)], can_sway=False)
-    assert refusal is not None and refusal.result is PlanResult.UNSUPPORTED and refusal.seq == 1
-    assert "sideways" in refusal.text and "remove it" in refusal.text
-    assert check_plan(PlanKind.MISSION, [WAYPOINT], can_sway=False) is None
-
-
-@pytest.mark.parametrize("heading", [math.nan, math.inf, 400.0])
-def test_refused_without_a_heading(heading: float) -> None:
+@pytest.mark.parametrize("heading", [math.inf, 400.0])
+def test_refused_with_a_heading_that_is_none(heading: float) -> None:
     refusal = check_item(PlanKind.MISSION, replace(LANDING, param4=heading))
     assert refusal is not None and refusal.result is PlanResult.INVALID_PARAM4 and "berth" in refusal.text
+
+
+def test_a_take_off_is_taken_unless_told_otherwise() -> None:
+    items = [replace(LANDING, command=22), replace(WAYPOINT, seq=1)]
+    assert check_item(PlanKind.MISSION, items[0]) is None
+    assert check_plan(PlanKind.MISSION, items) is None
+    refusal = check_plan(PlanKind.MISSION, items, takes_off=False)
+    assert refusal is not None and refusal.result is PlanResult.UNSUPPORTED and refusal.seq == 0
+    assert "COM_TAKEOFF_OK" in refusal.text
 
 
 def test_the_task_and_the_way_to_it() -> None:
@@ -42,6 +46,11 @@ def test_the_task_and_the_way_to_it() -> None:
     assert isinstance(way, Sail) and not way.stop and len(way.route) == 1
     task = task_at(Cursor(items, 1), arrived=False)
     assert task == Dock(1, pytest.approx(63.4387501), pytest.approx(10.3986009), pytest.approx(math.radians(-40.0)))
+
+
+def test_without_a_heading_the_task_has_no_berth() -> None:
+    task = task_at(Cursor((replace(LANDING, param4=math.nan),)), arrived=False)
+    assert isinstance(task, Dock) and task.yaw_rad is None
 
 
 def test_reached_when_done() -> None:

@@ -43,7 +43,7 @@ def test_refused(changes: dict[str, float], result: PlanResult) -> None:
 def test_refused_where_the_boat_cannot_turn_so_tightly() -> None:
     refusal = check_plan(PlanKind.MISSION, [WAYPOINT, replace(ORBIT, seq=1)], least_radius_m=15.0)
     assert refusal is not None and refusal.result is PlanResult.INVALID_PARAM3 and refusal.seq == 1
-    assert refusal.text == "item 1: NAV_LOITER_TURNS radius (param3) is -12 m; this boat needs 15.0 m or more"
+    assert str(refusal) == "item 2: NAV_LOITER_TURNS radius (param3) is -12 m; this boat needs 15.0 m or more"
     assert check_plan(PlanKind.MISSION, [ORBIT], least_radius_m=12.0) is None
     assert check_plan(PlanKind.MISSION, [replace(ORBIT, param3=0.0)], least_radius_m=15.0) is None
 

@@ -133,7 +133,7 @@ def test_what_the_loader_of_qgroundcontrol_requires_is_written() -> None:
 
 def test_a_group_that_the_format_cannot_hold() -> None:
     circle = PlanItem(0, 5003, 0, 10.0, 0.0, 0.0, 0.0, 1, 1, 0.0)
-    with pytest.raises(PlanFileError, match=r"a\.plan: fence item 1: inclusion group 2"):
+    with pytest.raises(PlanFileError, match=r"a\.plan: fence item 2: a .plan file cannot hold inclusion group 2"):
         qgc_plan.write("a.plan", PlanFile((), fence=(circle, replace(circle, seq=1, param2=2.0))))
 
 
@@ -160,17 +160,17 @@ def test_all_problems_at_once() -> None:
     problems = _problems(content)
     assert all(problem.startswith("a.plan: ") for problem in problems)
     for words in (
-        "mission item 1: not an object",
-        "mission item 2: latitude",
-        "mission item 3: params",
-        "mission item 4: DO_JUMP to doJumpId 99",
-        "mission item 5: survey without",
-        "mission item 6: command 'WAYPOINT'",
-        "geoFence: polygon 0",
+        "mission item 2: not an object",
+        "mission item 3: latitude",
+        "mission item 4: params",
+        "mission item 5: DO_JUMP to doJumpId 99",
+        "mission item 6: survey without",
+        "mission item 7: command 'WAYPOINT'",
         "geoFence: polygon 1",
-        "geoFence: circle 0",
+        "geoFence: polygon 1",
+        "geoFence: circle 1",
         "geoFence: breachReturn",
-        "rallyPoints: point 0",
+        "rallyPoints: point 1",
         "cruiseSpeed",
         "plannedHomePosition",
     ):

@@ -174,10 +174,10 @@ def test_what_a_route_cannot_hold_is_refused_item_by_item() -> None:
         files.write("a.gpx", files.PlanFile(items, rally=rally))
     assert caught.value.problems == [
         "a.gpx: the list of rally points has no place in a GPX route; write a .plan file",
-        "a.gpx: item 1: DO_JUMP has no place in a GPX route; write a .plan file",
+        "a.gpx: item 2: DO_JUMP has no place in a GPX route; write a .plan file",
     ]
     with pytest.raises(
-        files.PlanFileError, match="item 0: its radius, speed, stay or heading has no place in a KML route"
+        files.PlanFileError, match="item 1: its radius, speed, stay or heading has no place in a KML route"
     ):
         files.write("a.kml", files.PlanFile((waypoint,)))
 

@@ -28,7 +28,7 @@ def test_as_mission_planner_writes_it() -> None:
     assert first == PlanItem(0, 16, 3, 0.0, 0.0, 0.0, 0.0, 604312345, 221612345, 100.0)
     assert (second.x, second.y, second.param1) == (-338567844, -1512152967, 12.5)
     assert math.isnan(second.param4)
-    assert (jump.command, jump.param1, jump.param2) == (177, 0.0, -1.0)  # line 1 is the vessel's item 0
+    assert (jump.command, jump.param1, jump.param2) == (177, 0.0, -1.0)  # line 1 has sequence number 0
     assert (camera.seq, camera.autocontinue) == (3, 0)
 
 

@@ -153,7 +153,7 @@ def test_a_new_fence_stops_it(boat: Any) -> None:
     fence(boat)
     boat.step()
     assert boat.status.mode is ModeId.HOLD
-    assert "Circle stopped by the new fence: way crosses the fence; holding here" in boat.texts()
+    assert "Circle stopped: way crosses the fence" in boat.texts()
 
 
 def test_the_speed_of_the_order_stands_until_the_operator_changes_it(boat: Any) -> None:

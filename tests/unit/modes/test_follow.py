@@ -62,6 +62,7 @@ def test_text_tells_what_it_does_beside_a_leader_at_rest(make_boat: Callable[...
 
 
 def test_refused_without_a_leader_and_far_from_one(boat: Boat) -> None:
+    boat.parameters.set("FOLL_WAIT_T", 0.0)
     boat.supervisor.arm(boat.now_s)
     assert "leader" in boat.supervisor.request_mode(ModeId.FOLLOW, boat.now_s).reason
     lead = LeadBoat(boat)

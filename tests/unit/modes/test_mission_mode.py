@@ -41,7 +41,7 @@ def test_path_is_not_laid_again_while_its_rest_is_sailed(boat: Boat, monkeypatch
     boat.upload((20.0, 0.0), (20.0, 20.0), (0.0, 20.0))  # the same again: nothing changes
     finish(boat)
     assert len(laid) == 1 and boat.status.mission.reached == 3
-    assert boat.texts().count("Mission item 0 reached") == 1
+    assert boat.texts().count("Mission item 1 reached") == 1
 
 
 def test_replaced_under_way(boat: Boat) -> None:
@@ -50,7 +50,7 @@ def test_replaced_under_way(boat: Boat) -> None:
     boat.until(lambda: boat.status.mission.seq == 1)
     boat.upload((20.0, 0.0), (20.0, 20.0), (40.0, 20.0))
     boat.step()
-    assert boat.status.mission.seq == 1 and "New mission goes on at item 1" in boat.texts()
+    assert boat.status.mission.seq == 1 and "New mission goes on at item 2" in boat.texts()
     boat.upload((0.0, -20.0), (0.0, -40.0))
     boat.step()
     assert boat.status.mission.seq == 0 and "New mission begins at its first item" in boat.texts()
@@ -244,7 +244,7 @@ def test_a_point_is_orbited_and_the_mission_goes_on(boat: Any, radius_m: float, 
     swept, distances = bearings_about(boat, 30.0, 20.0, lambda: boat.status.mission.seq != 1)
     assert 2.0 * 2.0 * math.pi <= sign * swept < 2.75 * 2.0 * math.pi
     assert max(abs(distance - 8.0) for distance in distances) < 0.1
-    assert "Mission item 1 reached" in boat.texts() and boat.status.orbit is None
+    assert "Mission item 2 reached" in boat.texts() and boat.status.orbit is None
     finish(boat)
     assert boat.away_m(0.0, 40.0) < 1.5
 
@@ -286,6 +286,6 @@ def test_a_mission_whose_orbit_leaves_the_fence_is_refused(boat: Any) -> None:
     boat.plans.replace(PlanKind.FENCE, zones)
     boat.upload((15.0, 0.0), commands={1: orbit(boat, 35.0, 20.0, 1.0, 18.0)})
     outcome = boat.supervisor.request_mode(ModeId.MISSION, boat.now_s)
-    assert outcome.reason == "Mission refused: item 1: way crosses the fence"
+    assert outcome.reason == "Mission refused: item 2: way crosses the fence"
     boat.upload((15.0, 0.0), commands={1: orbit(boat, 25.0, 20.0, 1.0, 18.0)})
     assert boat.supervisor.request_mode(ModeId.MISSION, boat.now_s).accepted

@@ -12,12 +12,13 @@ from companion.baselines.ahrs import ThesisAhrs
 from companion.config import vessel as vessel_config
 from companion.config.devices import SensorConfig
 from companion.config.vessel import VesselConfig
-from companion.core.decision import Severity
+from companion.core.decision import TextKind
 from companion.core.estimate import NavState
 from companion.core.geodesy import LocalFrame
 from companion.core.geomagnetism import declination_rad, field_nt
 from companion.core.readings import FixType, GnssFix, GroundVelocity, Heading, HeadingBy, Imu, MagneticField, Reading
-from companion.nav.ahrs_heading import AhrsHeading, ahrs_headings, calibrated
+from companion.nav.ahrs_heading import AhrsHeading, ahrs_headings
+from companion.nav.corrections import Corrections, corrections_of
 from companion.nav.estimator import Estimator
 from companion.nav.headings import HeadingSources
 from companion.params.store import Parameters
@@ -30,6 +31,10 @@ STRAIGHT = ((32.0, 8.0, 0.0),)
 GOTHENBURG = (57.69, 11.80)
 
 
+def heading_of(row: SensorConfig, parameters: Parameters) -> AhrsHeading:
+    return AhrsHeading(row, GRAVITY_MPS2, parameters, corrections_of([row], parameters)[row.name], ThesisAhrs)
+
+
 def correction(
     parameters: dict[str, float], mounting_rad: float = math.radians(45.0), row: SensorConfig = ROW
 ) -> tuple[AhrsHeading, float, float]:
@@ -38,7 +43,7 @@ def correction(
     motion = sail(
         Sailing(parts=STRAIGHT, mounting_rad=mounting_rad, wave_rad=math.radians(2.0), wave_m=0.1, iron=0.0, slip_s=0.0)
     )
-    ahrs, errors = AhrsHeading(row, GRAVITY_MPS2, Parameters(parameters), ThesisAhrs), {}
+    ahrs, errors = heading_of(row, Parameters(parameters)), {}
     for k, t_s in enumerate(motion.t_s.tolist()):
         heading = ahrs.imu(Imu(t_s, "imu", *motion.force[k].tolist(), *motion.rates[k].tolist()))
         if k % 4 == 0:
@@ -73,11 +78,12 @@ def test_a_configured_mounting_angle_is_removed() -> None:
 
 def test_calibration_is_offset_first_then_matrix() -> None:
     row = replace(ROW, mag_offset=(1.0, 2.0, 3.0), mag_matrix=((2.0, 0.0, 0.0), (0.0, 3.0, 1.0), (0.0, 1.0, 4.0)))
-    assert calibrated(row, MagneticField(0.0, "imu", 2.0, 2.5, 2.0)) == (2.0, 0.5, -3.5)
+    corrections = Corrections(row, Parameters(), None, None)
+    assert corrections.field(MagneticField(0.0, "imu", 2.0, 2.5, 2.0)) == (2.0, 0.5, -3.5)
 
 
 def test_without_a_field_for_2_s_there_is_no_heading() -> None:
-    ahrs = AhrsHeading(ROW, 9.81, Parameters())
+    ahrs = heading_of(ROW, Parameters())
     given = []
     for k in range(600):
         t_s = 0.01 * k
@@ -93,7 +99,7 @@ def test_without_a_field_for_2_s_there_is_no_heading() -> None:
 
 def test_the_law_can_be_changed_under_way() -> None:
     parameters = Parameters()
-    ahrs = AhrsHeading(ROW, 9.81, parameters, ThesisAhrs)
+    ahrs = heading_of(ROW, parameters)
     for k in range(600):
         if k == 300:
             parameters.set("AHRS_LAW", 1.0)
@@ -116,7 +122,7 @@ def vessel() -> VesselConfig:
     return replace(config, sensors=(gnss, imu), home=replace(config.home, lat_deg=GOTHENBURG[0], lon_deg=GOTHENBURG[1]))
 
 
-def navigate(motion: Motion, until_field_s: float = math.inf) -> tuple[list[NavState], list[tuple[Severity, str]]]:
+def navigate(motion: Motion, until_field_s: float = math.inf) -> tuple[list[NavState], list[tuple[TextKind, str]]]:
     config, said = vessel(), []
     estimator = Estimator(config, Parameters(), lambda _t, severity, _name, text: said.append((severity, text)))
     frame, states, batch = LocalFrame(*GOTHENBURG), [], []
@@ -163,7 +169,7 @@ def test_a_raw_magnetometer_is_the_only_heading_of_a_boat() -> None:
 def test_a_silent_magnetometer_gives_way_to_the_course_and_is_announced() -> None:
     motion = sail(Sailing(parts=((40.0, 6.0, 0.0),), wave_rad=math.radians(2.0)))
     states, said = navigate(motion, until_field_s=20.0)
-    assert (Severity.WARNING, "Heading source: course over ground (imu compass lost)") in said
+    assert (TextKind.ATTENTION, "Heading source: course over ground (imu compass lost)") in said
     assert states[-1].heading_valid
 
 
@@ -182,7 +188,9 @@ def test_an_uncalibrated_magnetometer_has_a_large_sigma() -> None:
         config = vessel()
         row = replace(config.sensors[1], **changes)  # type: ignore[arg-type]
         sources = HeadingSources(replace(config, sensors=(config.sensors[0], row)), lambda *_: None)
-        found = sources.offer(Heading(0.0, "imu", 1.0, 0.01, HeadingBy.COMPASS), *GOTHENBURG, None)
+        measured = sources.measured(Heading(0.0, "imu", 1.0, 0.01, HeadingBy.COMPASS), *GOTHENBURG, None)
+        assert measured is not None
+        found = sources.offer(measured)
         assert found is not None
         return math.degrees(found.slow_sigma_rad)
 
@@ -193,5 +201,6 @@ def test_an_uncalibrated_magnetometer_has_a_large_sigma() -> None:
 
 
 def test_only_sensors_configured_for_it_get_an_ahrs() -> None:
-    assert list(ahrs_headings(vessel(), Parameters())) == ["imu"]
-    assert ahrs_headings(vessel_config.load(vessel_config.find("revolt")), Parameters()) == {}
+    parameters, boat = Parameters(), vessel()
+    assert list(ahrs_headings(boat, parameters, corrections_of(boat.sensors, parameters))) == ["imu"]
+    assert ahrs_headings(vessel_config.load(vessel_config.find("revolt")), parameters, {}) == {}

@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 from companion.config import vessel as vessel_config
-from companion.core.decision import Severity
+from companion.core.decision import TextKind
 from companion.core.geomagnetism import declination_rad
 from companion.core.readings import FixType, GnssFix, GroundVelocity, Heading, HeadingBy, Imu, Reading
 from companion.nav.estimator import Estimator
@@ -24,13 +24,14 @@ class Listener:
     """Heading sources of a vessel with a baseline and a compass, and what they announce."""
 
     def __init__(self) -> None:
-        self.said: list[tuple[Severity, str]] = []
+        self.said: list[tuple[TextKind, str]] = []
         self.sources = HeadingSources(REVOLT, lambda _t, severity, name, text: self.said.append((severity, text)))
 
     def hear(
         self, t_s: float, source: str, yaw_rad: float, by: HeadingBy, accuracy_rad: float | None = None
     ) -> TrueHeading | None:
-        return self.sources.offer(Heading(t_s, source, yaw_rad, accuracy_rad, by), *PLACE)
+        measured = self.sources.measured(Heading(t_s, source, yaw_rad, accuracy_rad, by), *PLACE)
+        return None if measured is None else self.sources.offer(measured)
 
 
 def test_a_magnetic_heading_is_made_true() -> None:
@@ -45,7 +46,7 @@ def test_a_magnetic_heading_is_made_true() -> None:
 def test_near_the_magnetic_pole_a_magnetic_heading_is_ignored() -> None:
     sources = HeadingSources(REVOLT, lambda *_: None)
     assert declination_rad(86.0, 142.0, 2026.4) is None
-    assert sources.offer(Heading(0.0, "imu", 1.0, None, HeadingBy.MAGNETIC), 86.0, 142.0, PLACE[2]) is None
+    assert sources.measured(Heading(0.0, "imu", 1.0, None, HeadingBy.MAGNETIC), 86.0, 142.0, PLACE[2]) is None
 
 
 def test_baseline_before_compass_and_back_after_a_while() -> None:
@@ -66,7 +67,7 @@ def test_baseline_before_compass_and_back_after_a_while() -> None:
     assert first.added_sigma_rad == pytest.approx(
         math.radians(2.1)
     )  # the compass's slow error is still in the estimate
-    assert [severity for severity, _ in listener.said] == [Severity.INFO, Severity.WARNING, Severity.NOTICE]
+    assert [severity for severity, _ in listener.said] == [TextKind.ROUTINE, TextKind.ATTENTION, TextKind.ROUTINE]
     assert [text for _, text in listener.said] == [
         "Heading source: gnss",
         "Heading source: imu compass (gnss lost)",
@@ -83,7 +84,7 @@ def test_course_is_the_last_resort() -> None:
     found = listener.sources.course(replace(north, t_s=3.1, east_mps=1.5))
     assert found is not None and found.yaw_rad == pytest.approx(math.pi / 4.0) and found.sigma_rad > math.radians(10.0)
     assert listener.sources.course(replace(north, t_s=3.5)) is None  # once a second
-    assert listener.said[-1][0] is Severity.WARNING and "course over ground" in listener.said[-1][1]
+    assert listener.said[-1][0] is TextKind.ATTENTION and "course over ground" in listener.said[-1][1]
 
 
 def at_rest(compass: HeadingBy, offset_rad: float) -> tuple[Estimator, list[str]]:

@@ -18,7 +18,7 @@ def test_every_row_is_well_formed(spec: ParamSpec) -> None:
     assert spec.minimum <= spec.default <= spec.maximum
     assert spec.text and spec.group
     if spec.choices:
-        assert spec.type is ParamType.INT32 and int(spec.default) in spec.choices
+        assert spec.default in spec.choices and {spec.minimum, spec.maximum} <= set(spec.choices)
     if spec.type is ParamType.INT32:
         assert abs(spec.minimum) <= 2**24 and abs(spec.maximum) <= 2**24, "must survive a float32"
 

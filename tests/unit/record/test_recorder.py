@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from companion.core.decision import Event, Severity
+from companion.core.decision import Event, TextKind
 from companion.core.tick import DeviceHealth
 from companion.record.readings import read_ticks
 from companion.record.recorder import LogFolder, WrittenThrough, tick_columns
@@ -28,7 +28,7 @@ def log(folder: Path, sync: bool = False) -> LogFolder:
 def test_every_row_is_there_without_closing(tmp_path: Path) -> None:
     folder = log(tmp_path)
     for n in range(3):
-        folder.record(replace(tick(0.1 * n), events=(Event(0.1 * n, Severity.NOTICE, "said", 'a "quoted", text'),)))
+        folder.record(replace(tick(0.1 * n), events=(Event(0.1 * n, TextKind.ROUTINE, "said", 'a "quoted", text'),)))
         rows = list(csv.DictReader((tmp_path / "ticks.csv").read_text(encoding="utf-8").splitlines()))
         assert len(rows) == n + 1 and float(rows[-1]["t_s"]) == pytest.approx(0.1 * n)
     assert list(rows[0]) == tick_columns(THRUSTERS, DEVICES) and None not in rows[0].values()

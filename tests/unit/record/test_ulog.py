@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from pyulog import ULog
 
-from companion.core.decision import Event, Severity
+from companion.core.decision import Event, TextKind
 from companion.core.readings import Battery
 from companion.core.tick import Inputs
 from companion.params.table import TABLE
@@ -38,7 +38,7 @@ def written(count: int = 20) -> bytes:
             row = replace(
                 row,
                 inputs=Inputs(battery=Battery(0.3, "board", 12.6, None, 0.8)),
-                events=(Event(0.25, Severity.WARNING, "leak", "Water ö"),),
+                events=(Event(0.25, TextKind.ATTENTION, "leak", "Water ö"),),
             )
         parts.append(encoder.tick(row))
         if n == 5:

@@ -100,9 +100,9 @@ def test_faults_of_the_receiver() -> None:
     assert lost.position is None and lost.heading_rad is None
     no_heading = model.sample(hull, calm(), {"heading_lost"})
     assert no_heading.heading_rad is None and no_heading.position is not None
-    jumped = model.sample(hull, calm(), {"gnss_jump"}).position
-    assert jumped is not None
-    assert math.dist(FRAME.to_ned(*jumped[:2]), (10.0, -20.0)) == pytest.approx(25.0, abs=0.2)
+    off = model.sample(hull, calm(), {"gnss_off_10m"}).position
+    assert off is not None
+    assert math.dist(FRAME.to_ned(*off[:2]), (10.0, -20.0)) == pytest.approx(10.0, abs=0.2)
     assert model.sample(hull, calm(), {"rtk_lost"}).grade == GRADES["standalone"]
     wild = [model.sample(hull, calm(), {"gnss_wild"}).position for _ in range(100)]
     assert sum(position is not None and abs(position[0]) < 1.0 for position in wild) == 10

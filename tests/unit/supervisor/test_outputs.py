@@ -137,4 +137,4 @@ def test_a_refusal_in_mid_mission_is_said_and_the_boat_sails_on(
     boat.supervisor.start_mission(None, boat.now_s)
     boat.supervisor.arm(boat.now_s)
     boat.until(lambda: boat.executor.progress.reached_seq == 2)
-    assert boat.severities["auxiliary_refused"] is Severity.WARNING
+    assert boat.severities["auxiliary_refused"] is Severity.ERROR

@@ -74,7 +74,7 @@ def test_the_transmitters_switch_acts_when_it_is_moved(make_boat: Callable[..., 
         boat.step(0.3)
     assert boat.supervisor.retraction.lower is True and boat.said[-1] == (
         "refused",
-        "Refused to retract: Hold needs it: choose Manual or disarm",
+        "Retract refused: Hold needs it; choose Manual",
     )
 
 
@@ -109,4 +109,4 @@ def test_a_boat_without_one_refuses(make_boat: Callable[..., Boat], revolt: Vess
 def test_a_refusal_names_what_was_asked(make_boat: Callable[..., Boat], lower: bool, word: str) -> None:
     boat = make_boat(load(find("aboat")), ready=False)
     outcome = boat.supervisor.lower_thrusters(lower, boat.now_s)
-    assert outcome.reason == f"Refused to {word}: no retractable thruster"
+    assert outcome.reason == f"{word.capitalize()} refused: no retractable thruster"

@@ -29,7 +29,7 @@ def do_follow(supervisor: Supervisor, request: Request) -> Outcome | Answer:
             return supervisor.hold_here(request.now_s) if following else DONE
         case int(system_id) if 1 <= system_id <= 255:
             return supervisor.following.follow(system_id, request.now_s)
-    return denied("param 1 of follow should be a system id, 1 to 255, -1 for FOLL_SYSID, or 0 to follow no more")
+    return denied("param 1 of follow should be a system id, -1 or 0")
 
 
 def user_3(supervisor: Supervisor, request: Request) -> Outcome | Answer:
@@ -40,7 +40,7 @@ def user_3(supervisor: Supervisor, request: Request) -> Outcome | Answer:
     """
     bearing_deg, distance_m = request.params[0], request.params[1]
     if math.isnan(bearing_deg) and math.isnan(distance_m):
-        return denied("command 31012: give a bearing (param 1, deg), a distance (param 2, m) or both")
+        return denied("command 31012: give a bearing, a distance or both")
     bearing_rad = None if math.isnan(bearing_deg) else math.radians(bearing_deg)
     return supervisor.following.set_follow_position(
         bearing_rad, None if math.isnan(distance_m) else distance_m, request.now_s
@@ -55,9 +55,9 @@ def reposition(supervisor: Supervisor, request: Request) -> Outcome | Answer:
     """
     ahead_m, starboard_m = request.params[5], request.params[6]
     if request.frame is not None:
-        return denied("send command 33 as COMMAND_LONG: its offsets are metres, not whole numbers")
+        return denied("send command 33 as COMMAND_LONG: it has offsets")
     if not math.isfinite(ahead_m) or not math.isfinite(starboard_m):
-        return denied("params 6 and 7 of command 33 should be metres ahead of the leader and to its starboard")
+        return denied("params 6 and 7 of command 33 should be metres")
     return supervisor.following.set_follow_position(
         math.atan2(starboard_m, ahead_m), math.hypot(ahead_m, starboard_m), request.now_s
     )

@@ -7,10 +7,19 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from companion.io.mavlink.commands.request import DONE, UNSUPPORTED, Answer, CommandHandler, Request, denied, not_now
+from companion.io.mavlink.commands.request import (
+    DONE,
+    UNSUPPORTED,
+    Answer,
+    CommandHandler,
+    Request,
+    denied,
+    not_now,
+    unread,
+)
 from companion.io.mavlink.telemetry.state import available_mode
 from companion.io.mavlink.telemetry.streams import NEVER, STREAMS
-from companion.io.mavlink.transfer.component_metadata import Metadata
+from companion.io.mavlink.transfer.component_metadata import Descriptions
 from companion.io.mavlink.wire import messages as mavlink
 from companion.io.mavlink.wire.hub import Hub, Peer
 from companion.io.mavlink.wire.personas import Persona
@@ -65,7 +74,7 @@ def _with(*messages: Any) -> Answer:
 class MessageCommands:
     """`commands`: REQUEST_MESSAGE and its relatives, SET_MESSAGE_INTERVAL, GET_MESSAGE_INTERVAL."""
 
-    def __init__(self, hub: Hub, vessel: Vessel, described: Metadata) -> None:
+    def __init__(self, hub: Hub, vessel: Vessel, described: Descriptions) -> None:
         self._described = described
         self._hub = hub
         self._vessel = vessel
@@ -86,14 +95,15 @@ class MessageCommands:
         """
         number = request.whole(1)
         if number is None or number < 0:
-            return denied("no such message")
+            return unread("no such message")
         if number == mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION:
             return _with(self._version(request.peer))
         if number == mavlink.MAVLINK_MSG_ID_AVAILABLE_MODES:
             return self._available_modes(request)
         if number == mavlink.MAVLINK_MSG_ID_COMPONENT_METADATA:
             boot_ms = int(request.now_s * 1000.0) & 0xFFFFFFFF
-            return _with(mavlink.MAVLink_component_metadata_message(boot_ms, self._described.crc, self._described.uri))
+            described = self._described.of(request.peer.endpoint.persona)
+            return _with(mavlink.MAVLink_component_metadata_message(boot_ms, described.crc, described.uri))
         if number == mavlink.MAVLINK_MSG_ID_MESSAGE_INTERVAL:
             return self._interval_of(request, request.whole(2))
         return self._streamed(request, number)
@@ -109,7 +119,7 @@ class MessageCommands:
 
         param1: 1.
         """
-        return _with(self._version(request.peer)) if request.whole(1) == 1 else denied("param 1 should be 1")
+        return _with(self._version(request.peer)) if request.whole(1) == 1 else unread("param 1 should be 1")
 
     def _get_home(self, request: Request) -> Answer:
         """HOME_POSITION."""
@@ -122,7 +132,7 @@ class MessageCommands:
         """Param 2: the index from 1, or 0 for all, the last one last."""
         modes, index = self._vessel.supervisor.modes, request.whole_or(2, 0)
         if index is None or not 0 <= index <= len(modes):
-            return denied(f"modes are numbered 1 to {len(modes)}")
+            return unread(f"modes are numbered 1 to {len(modes)}")
         wanted = range(1, len(modes) + 1) if index == 0 else (index,)
         return _with(*(available_mode(modes, i, request.peer.endpoint.persona) for i in wanted))
 
@@ -134,10 +144,10 @@ class MessageCommands:
         """
         number, interval_us = request.whole(1), request.params[1]
         if number is None or not math.isfinite(interval_us) or interval_us < -1.0:
-            return denied("no such message or interval")
+            return unread("no such message or interval")
         interval_s = None if interval_us == 0.0 else NEVER if interval_us < 0.0 else interval_us * 1e-6
         taken = self._hub.telemetry.set_interval(request.peer.endpoint, number, interval_s, request.now_s)
-        return DONE if taken else denied(f"message {number} is not streamed")
+        return DONE if taken else unread(f"message {number} is not streamed")
 
     def _control_high_latency(self, request: Request) -> Answer:
         """HIGH_LATENCY2 on links with `?telemetry=high_latency`.
@@ -160,7 +170,7 @@ class MessageCommands:
     def _interval_of(self, request: Request, number: int | None) -> Answer:
         """MESSAGE_INTERVAL: −1 for a message that could be streamed but is not, 0 for one that cannot."""
         if number is None or not 0 <= number <= 0xFFFF:
-            return denied("no such message")
+            return unread("no such message")
         interval_s = self._hub.telemetry.interval_s(request.peer.endpoint, number, request.now_s)
         interval_us = 0 if interval_s is None else -1 if interval_s < 0.0 else round(interval_s * 1e6)
         return _with(mavlink.MAVLink_message_interval_message(number, interval_us))

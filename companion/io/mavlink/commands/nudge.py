@@ -29,4 +29,4 @@ def user_1(supervisor: Supervisor, request: Request) -> Outcome | Answer:
             if not 0.0 <= request.params[1] <= 360.0:
                 return denied("param 2 of the heading should be 0 to 360 degrees")
             return supervisor.set_heading(math.radians(request.params[1]), request.now_s)
-    return denied("param 1 of command 31010 should be 1 (nudge) or 2 (heading)")
+    return denied("command 31010: give param 1, 1 nudge or 2 heading")

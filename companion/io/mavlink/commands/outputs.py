@@ -29,7 +29,7 @@ def auxiliary(supervisor: Supervisor, request: Request) -> Outcome | Answer:
             return denied(f"{allowed.label} of {name_of(request.command)} is {value:g}; {allowed.remedy}")
     actuators = request.command == Command.DO_SET_ACTUATOR
     if actuators and not all(value != value or -1.0 <= value <= 1.0 for value in request.params[4:6]):
-        return denied("actuators 5 and 6: give -1 to 1, or NaN to leave one")
+        return denied("actuators 5 and 6: give -1 to 1, or NaN for none")
     if actuators and request.params[6] == request.params[6] and request.params[6] != 0.0:
         return denied("there is set 0 of actuators only")
     action = action_of(request.command, request.params[:6] if actuators else request.params)

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from companion.core.decision import ACCEPTED, Outcome, Result
+from companion.core.decision import ACCEPTED, Outcome, Result, TextKind
 from companion.io.mavlink.wire.hub import Peer
 from companion.mission.plan import GLOBAL_FRAMES
 from companion.supervisor.supervisor import Supervisor
@@ -67,12 +67,14 @@ class Request:
 class Answer:
     """What became of a command, and the messages that go to who asked after the acknowledgement.
 
-    The reason of a refusal is said to who asked. A handler that returns the supervisor's outcome as it is leaves that
-    to the supervisor.
+    The reason of a refusal is said to who asked, as a text of that kind. A handler that returns the supervisor's
+    outcome as it is leaves that to the supervisor.
     """
 
     outcome: Outcome
     messages: Sequence[Any] = ()
+    kind: TextKind = TextKind.REFUSAL
+    later: bool = False  # whoever carries it out acknowledges it
 
 
 SupervisorHandler = Callable[[Supervisor, Request], "Outcome | Answer"]
@@ -96,12 +98,18 @@ def denied(reason: str) -> Answer:
     return Answer(Outcome(Result.DENIED, reason))
 
 
+def unread(reason: str) -> Answer:
+    """Wrong whenever it is asked. A program asked in order to read: that interrupts no operator."""
+    return Answer(Outcome(Result.DENIED, reason), kind=TextKind.HINT)
+
+
 def not_now(reason: str = "") -> Answer:
     """Could be right at another time."""
     return Answer(Outcome(Result.TEMPORARILY_REJECTED, reason))
 
 
 DONE = Answer(ACCEPTED)
+LATER = Answer(ACCEPTED, later=True)
 UNSUPPORTED = Answer(Outcome(Result.UNSUPPORTED))
 
 

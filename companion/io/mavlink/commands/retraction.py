@@ -18,4 +18,4 @@ def user_2(supervisor: Supervisor, request: Request) -> Outcome | Answer:
             return supervisor.lower_thrusters(True, request.now_s)
         case 2:
             return supervisor.lower_thrusters(False, request.now_s)
-    return denied("param 1 of command 31011 should be 1 (lower) or 2 (retract)")
+    return denied("command 31011: give param 1, 1 lower or 2 retract")

@@ -1,4 +1,4 @@
-"""The command protocol: every command message gets exactly one acknowledgement, at once, sent to who asked.
+"""The command protocol: every command gets exactly one acknowledgement, at once, sent to who asked.
 
 What a command does stands in `command_vessel.py` (arming, modes, go-to, mission, home, …) and `command_messages.py`
 (requests for messages and their rates). Source: MAVLink guide, "Command Protocol".
@@ -10,11 +10,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from companion.core.decision import Outcome, Severity
+from companion.core.decision import Outcome, TextKind
 from companion.io.mavlink.commands.messages import MessageCommands
 from companion.io.mavlink.commands.request import UNSUPPORTED, Answer, CommandHandler, Request
 from companion.io.mavlink.commands.vessel import ONCE, VesselCommands
-from companion.io.mavlink.transfer.component_metadata import Metadata
+from companion.io.mavlink.transfer.component_metadata import Descriptions
 from companion.io.mavlink.wire import messages as mavlink
 from companion.io.mavlink.wire.hub import Handler, Hub, Peer
 from companion.loop import Vessel
@@ -40,9 +40,9 @@ class CommandService:
     """
 
     def __init__(
-        self, hub: Hub, vessel: Vessel, described: Metadata, more: Mapping[int, CommandHandler] | None = None
+        self, hub: Hub, vessel: Vessel, described: Descriptions, more: Mapping[int, CommandHandler] | None = None
     ) -> None:
-        """`described`: the files that say what the vessel's parameters are; `more`: commands of other services."""
+        """`described`: the files that say what parameters and events are; `more`: commands of other services."""
         self._hub = hub
         self._supervisor = vessel.supervisor
         self._vessel = VesselCommands(hub, vessel)
@@ -52,6 +52,8 @@ class CommandService:
             **(more or {}),
         }
         self._last: dict[Peer, _Last] = {}
+        self._batch = -1
+        self._answered: set[tuple[Peer, bytes]] = set()  # in this batch
         self.handles: Mapping[int, Handler] = {
             mavlink.MAVLINK_MSG_ID_COMMAND_LONG: self._on_long,
             mavlink.MAVLINK_MSG_ID_COMMAND_INT: self._on_int,
@@ -71,7 +73,23 @@ class CommandService:
         params = (m.param1, m.param2, m.param3, m.param4, float(m.x), float(m.y), m.z)
         self._carry_out(Request(m.command, params, m.frame, peer, now_s), broadcast=m.target_system == 0)
 
+    def _is_repeat(self, request: Request) -> bool:
+        """Whether the same command of the same sender came just before it, in the same batch.
+
+        A sender that has waited too long repeats its command, and the boat then finds both. It gets one answer: MAVSDK
+        would take the second for the answer to its next command, or log "Received ack for not-existing command".
+        """
+        if self._batch != self._hub.batch:
+            self._batch = self._hub.batch
+            self._answered.clear()
+        key = (request.peer, request.key)
+        known = key in self._answered
+        self._answered.add(key)
+        return known
+
     def _carry_out(self, request: Request, broadcast: bool) -> None:
+        if self._is_repeat(request):
+            return
         handler = self._commands.get(request.command)
         if handler is None:
             if not broadcast:  # who speaks to everybody does not want to hear it from everybody
@@ -82,6 +100,8 @@ class CommandService:
             self._acknowledge(request, repeated)
             return
         result = handler(request)
+        if isinstance(result, Answer) and result.later:
+            return
         outcome = result.outcome if isinstance(result, Answer) else result
         self._remember(request, outcome)
         self._acknowledge(request, outcome)
@@ -92,7 +112,7 @@ class CommandService:
         for message in answer.messages:
             self._hub.send(peer, message)
         if answer.outcome.reason:
-            self._hub.say(peer, Severity.WARNING, answer.outcome.reason)
+            self._hub.say(peer, answer.kind, answer.outcome.reason)
 
     def _acknowledge(self, request: Request, outcome: Outcome) -> None:
         peer = request.peer
@@ -119,7 +139,7 @@ class CommandService:
     def _on_set_mode(self, message: Any, peer: Peer, now_s: float) -> None:
         """SET_MODE (#11): no acknowledgement exists, so a refusal is said. Its armed bit means nothing."""
         if not message.base_mode & mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED:
-            self._hub.say(peer, Severity.WARNING, "mode not changed: it has no number")
+            self._hub.say(peer, TextKind.REFUSAL, "mode not changed: it has no number")
             return
         result = self._vessel.set_mode(message.custom_mode, peer, now_s)
         if isinstance(result, Answer):

@@ -2,7 +2,17 @@
 
 from __future__ import annotations
 
-from companion.io.mavlink.commands import circle, following, nudge, outputs, retraction
+from companion.io.mavlink.commands import (
+    calibration,
+    circle,
+    following,
+    landing,
+    motor_test,
+    nudge,
+    outputs,
+    retraction,
+    senses,
+)
 from companion.io.mavlink.commands.request import CommandRow
 from companion.io.mavlink.wire import messages as mavlink
 
@@ -10,8 +20,17 @@ ROWS: tuple[CommandRow, ...] = (
     CommandRow(mavlink.MAV_CMD_USER_1, nudge.user_1, once=True),
     CommandRow(mavlink.MAV_CMD_USER_2, retraction.user_2),
     CommandRow(mavlink.MAV_CMD_USER_3, following.user_3),
+    CommandRow(mavlink.MAV_CMD_USER_4, senses.user_4, once=True),
     CommandRow(mavlink.MAV_CMD_DO_FOLLOW, following.do_follow),
     CommandRow(mavlink.MAV_CMD_DO_FOLLOW_REPOSITION, following.reposition),
+    CommandRow(mavlink.MAV_CMD_NAV_TAKEOFF, landing.take_off, once=True),
+    CommandRow(mavlink.MAV_CMD_NAV_LAND, landing.land),
     CommandRow(mavlink.MAV_CMD_DO_ORBIT, circle.do_orbit, once=True),
+    CommandRow(mavlink.MAV_CMD_PREFLIGHT_CALIBRATION, calibration.preflight, once=True),
+    CommandRow(calibration.DO_START_MAG_CAL, calibration.start_compass, once=True),
+    CommandRow(calibration.DO_ACCEPT_MAG_CAL, calibration.accept_compass),
+    CommandRow(calibration.DO_CANCEL_MAG_CAL, calibration.cancel_compass),
+    CommandRow(mavlink.MAV_CMD_ACTUATOR_TEST, motor_test.actuator_test),
+    CommandRow(mavlink.MAV_CMD_DO_MOTOR_TEST, motor_test.do_motor_test, once=True),
     *(CommandRow(int(number), outputs.auxiliary, number in outputs.ONCE) for number in outputs.NUMBERS),
 )

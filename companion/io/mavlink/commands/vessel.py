@@ -6,10 +6,9 @@ import math
 from collections.abc import Mapping
 from functools import partial
 
-from companion.core.decision import Home, ModeId, Outcome, Result, Severity
+from companion.core.decision import Home, ModeId, Outcome, Result, TextKind
 from companion.io.mavlink.commands.request import DONE, Answer, CommandHandler, Request, denied, is_place, not_now
 from companion.io.mavlink.commands.table import ROWS
-from companion.io.mavlink.telemetry.statustext import prearm_texts
 from companion.io.mavlink.wire import messages as mavlink
 from companion.io.mavlink.wire.hub import Hub, Peer
 from companion.loop import Vessel
@@ -55,7 +54,6 @@ class VesselCommands:
             mavlink.MAV_CMD_DO_SET_MISSION_CURRENT: self._set_mission_current,
             mavlink.MAV_CMD_PREFLIGHT_STORAGE: self._storage,
             mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN: self._restart,
-            mavlink.MAV_CMD_RUN_PREARM_CHECKS: self._prearm_checks,
             mavlink.MAV_CMD_DO_FLIGHTTERMINATION: self._terminate,
             **{row.number: partial(row.handler, self._supervisor) for row in ROWS},
         }
@@ -184,7 +182,7 @@ class VesselCommands:
     def _mission_start(self, request: Request) -> Outcome | Answer:
         """Mission mode. It does not arm.
 
-        param1: First item. 0 in both params, or NaN: from the current item.
+        param1: Sequence number of the first item. 0 in both params, or NaN: from the current item.
         param2: Last item; ignored.
         """
         first, last = request.whole_or(1, 0), request.whole_or(2, 0)
@@ -197,7 +195,7 @@ class VesselCommands:
     def _set_mission_current(self, request: Request) -> Outcome | Answer:
         """Make an item of the mission the current one.
 
-        param1: Number of the item; −1: the present one.
+        param1: Sequence number of the item; −1: the present one.
         param2: 1 forgets the jumps taken.
         """
         seq, reset = request.whole(1), request.whole_or(2, 0)
@@ -285,23 +283,14 @@ class VesselCommands:
         return denied("param 1 of storage should be 0 to 2")
 
     def _restart(self, request: Request) -> Outcome | Answer:
-        """Restart the companion, while disarmed.
+        """Restart the companion, while disarmed. The process begins anew by itself, as a service and in a terminal.
 
         param1: 1.
         """
         if request.whole(1) != _RESTART:
-            return denied("only a restart of the autopilot is offered (param 1 = 1)")
+            return denied("param 1 of restart should be 1")
         if self._supervisor.status(request.now_s).armed:
             return denied("restart while disarmed only")
+        self._vessel.events.say(request.now_s, TextKind.ROUTINE, "restart", "Restarting: back in some seconds")
         self._vessel.request_restart()
         return DONE
-
-    def _prearm_checks(self, request: Request) -> Outcome | Answer:
-        """Send every reason for which the boat would refuse to arm, as `PreArm: …` texts."""
-        status = self._supervisor.status(request.now_s)
-        if status.armed:
-            return not_now("armed already")
-        return Answer(
-            DONE.outcome,
-            [message for text in prearm_texts(status) for message in self._hub.texts(Severity.WARNING, text)],
-        )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from companion.core.decision import Severity
+from companion.core.decision import TextKind
 from companion.core.readings import ManualInput
 from companion.io.mavlink.telemetry.traffic import from_ais_vessel
 from companion.io.mavlink.wire import messages as mavlink
@@ -108,7 +108,7 @@ class InputService:
     def _tell(self, peer: Peer, source: _Source, why: str) -> None:
         if (source, why) not in self._told and len(self._told) < _MOST_TOLD:
             self._told.add((source, why))
-            self._hub.say(peer, Severity.WARNING, f"Sticks ignored: {why}")
+            self._hub.say(peer, TextKind.REFUSAL, f"Sticks ignored: {why}")
 
     # --- clocks ----------------------------------------------------------------------------------------------------
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from companion.core.decision import Severity
+from companion.core.decision import TextKind
 from companion.io.mavlink.services.offboard_codec import read_global, read_local
 from companion.io.mavlink.wire import messages as mavlink
 from companion.io.mavlink.wire.endpoint import Endpoint
@@ -13,7 +13,7 @@ from companion.io.mavlink.wire.hub import Handler, Hub, Peer
 from companion.loop import Vessel
 from companion.modes.parts.offboard_target import OffboardTarget
 
-_AGAIN_S = 5.0  # after which a sender that goes on is told the reason again
+_AGAIN_S = 5.0  # after which a sender that goes on is told another reason
 _MOST_TOLD = 64
 
 
@@ -52,4 +52,4 @@ class OffboardService:
         if told_s is None and len(self._told_s) >= _MOST_TOLD:
             del self._told_s[next(iter(self._told_s))]
         self._told_s[source] = now_s
-        self._hub.say(peer, Severity.WARNING, f"Setpoint refused: {reason}")
+        self._hub.say(peer, TextKind.REFUSAL, f"Setpoint refused: {reason}")

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from companion.core.decision import ACCEPTED, Outcome, Result, Severity
+from companion.core.decision import ACCEPTED, Outcome, Result, TextKind
 from companion.io.mavlink.commands.request import Answer, Request, denied
 from companion.io.mavlink.wire import messages as mavlink
 from companion.io.mavlink.wire.actions import REQUEST_OPERATOR_CONTROL
@@ -39,7 +39,7 @@ class OperatorService:
         if silent:
             self._in_control = None
             self._hub.control_changed()
-            self._changed(now_s, f"system {silent}, in control, is silent: any may command", Severity.WARNING)
+            self._changed(now_s, f"system {silent}, in control, is silent: any may command", TextKind.ATTENTION)
 
     def carry_out(self, request: Request) -> Outcome | Answer:
         """Control of the boat for one ground station, or its release.
@@ -49,7 +49,7 @@ class OperatorService:
         """
         action, takeover = request.whole(1), request.whole_or(2, 0)
         if action not in (_TAKE, _RELEASE) or takeover not in (0, 1):
-            return denied("param 1 of command 32100 should be 0 or 1, param 2 too")
+            return denied("params 1 and 2 of command 32100 should be 0 or 1")
         supervisor, system = self._vessel.supervisor, request.peer.system
         asked = Action.TAKE_CONTROL if action == _TAKE else Action.RELEASE_CONTROL
         reason = supervisor.refusal(Question(asked, system=system), request.now_s)
@@ -68,7 +68,7 @@ class OperatorService:
         if (stations.in_control, stations.takeover) != before:
             taken = "lets control be taken over" if takeover else "has control"
             what = "released control" if action == _RELEASE else taken
-            self._changed(request.now_s, f"system {system} {what}", Severity.NOTICE)
+            self._changed(request.now_s, f"system {system} {what}", TextKind.ROUTINE)
         return ACCEPTED
 
     def _pass_on(self, in_control: Peer, request: Request) -> None:
@@ -79,8 +79,8 @@ class OperatorService:
                 in_control.system, in_control.component, REQUEST_OPERATOR_CONTROL, 0, *map(float, params)
             ),
         )
-        self._hub.say(in_control, Severity.NOTICE, f"system {request.peer.system} asks for control")
+        self._hub.say(in_control, TextKind.ATTENTION, f"system {request.peer.system} asks for control")
 
-    def _changed(self, now_s: float, text: str, severity: Severity) -> None:
-        self._vessel.events.say(now_s, severity, "operator_control", text)
+    def _changed(self, now_s: float, text: str, kind: TextKind) -> None:
+        self._vessel.events.say(now_s, kind, "operator_control", text)
         self._hub.announce(now_s, mavlink.MAVLINK_MSG_ID_CONTROL_STATUS)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from companion.core.decision import Severity
+from companion.core.decision import TextKind
 from companion.io.mavlink.wire import messages as mavlink
 from companion.io.mavlink.wire.hub import Handler, Hub, Peer
 from companion.io.mavlink.wire.signing import KEY_BYTES, Signing
@@ -28,7 +28,7 @@ class SigningService:
         if message.target_system != self._hub.system:
             return
         if not peer.endpoint.guard.options.trusted:
-            self._hub.say(peer, Severity.WARNING, "signing key not set: link without ?trusted=yes")
+            self._hub.say(peer, TextKind.REFUSAL, "signing key not set: link without ?trusted=yes")
             return
         key, stamp = bytes(message.secret_key), message.initial_timestamp
         if any(key):
@@ -38,7 +38,7 @@ class SigningService:
             self._signing.set_key(None)
             self._announce(now_s, f"signing key removed by system {peer.system}")
         else:
-            self._hub.say(peer, Severity.WARNING, f"signing key not set: {KEY_BYTES} zeros are not a key")
+            self._hub.say(peer, TextKind.REFUSAL, f"signing key not set: {KEY_BYTES} zeros are not a key")
 
     def _announce(self, now_s: float, text: str) -> None:
-        self._vessel.events.say(now_s, Severity.NOTICE, "signing", text)
+        self._vessel.events.say(now_s, TextKind.ROUTINE, "signing", text)

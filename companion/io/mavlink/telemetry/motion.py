@@ -127,7 +127,8 @@ def vfr_hud(view: View, persona: Persona) -> Any:
 
 
 def nav_controller_output(view: View, persona: Persona) -> Any:
-    """NAV_CONTROLLER_OUTPUT: heading asked for, bearing and distance to the target, cross-track error."""
+    """NAV_CONTROLLER_OUTPUT: heading asked for, bearing and distance to the target, speed that is missing, cross-track
+    error."""
     if view.tick is None:
         return None
     nav, progress = view.tick.nav, view.tick.setpoint.progress
@@ -137,8 +138,9 @@ def nav_controller_output(view: View, persona: Persona) -> Any:
         bearing_rad, distance_m = math.atan2(east_m, north_m), math.hypot(north_m, east_m)
     if progress.distance_to_go_m is not None:
         distance_m = progress.distance_to_go_m
-    yaw_rad = desired_motion(view.tick.setpoint).yaw_rad
-    desired_rad = yaw_rad if yaw_rad is not None else progress.course_rad
+    desired = desired_motion(view.tick.setpoint)
+    desired_rad = desired.yaw_rad if desired.yaw_rad is not None else progress.course_rad
+    steered = isinstance(view.tick.setpoint, PoseSetpoint | PathSetpoint)
     return mavlink.MAVLink_nav_controller_output_message(
         0.0,
         0.0,
@@ -146,7 +148,7 @@ def nav_controller_output(view: View, persona: Persona) -> Any:
         whole_degrees(bearing_rad),
         fitted(distance_m, 1.0, 0, UINT16_UNKNOWN, 0),
         0.0,
-        0.0,
+        desired.surge_mps - nav.surge_mps if steered else 0.0,
         progress.cross_track_error_m or 0.0,
     )
 

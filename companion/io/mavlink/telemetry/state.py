@@ -27,6 +27,7 @@ _STALE_S = 2.0
 _ADVANCED, _NOT_SELECTABLE, _AUTO = 1, 2, 4  # MAV_MODE_PROPERTY
 _CELL_MOST_MV = 0xFFFE
 _SYSTEM_MANAGER, _TAKEOVER_ALLOWED = 1, 2  # GCS_CONTROL_STATUS_FLAGS
+_RESET = 1  # MAV_EVENT_CURRENT_SEQUENCE_FLAGS
 
 
 def heartbeat(view: View, persona: Persona) -> Any:
@@ -47,8 +48,10 @@ def heartbeat(view: View, persona: Persona) -> Any:
 
 
 def extended_sys_state(view: View, persona: Persona) -> Any:
-    """EXTENDED_SYS_STATE. An armed boat is "in the air": otherwise QGroundControl offers no return, pause or go-to."""
-    landed = mavlink.MAV_LANDED_STATE_IN_AIR if view.status.armed else mavlink.MAV_LANDED_STATE_ON_GROUND
+    """EXTENDED_SYS_STATE. An armed boat is "in the air" until its voyage is over: otherwise QGroundControl offers no
+    return, pause or go-to."""
+    under_way = view.status.armed and not view.status.landed
+    landed = mavlink.MAV_LANDED_STATE_IN_AIR if under_way else mavlink.MAV_LANDED_STATE_ON_GROUND
     return mavlink.MAVLink_extended_sys_state_message(mavlink.MAV_VTOL_STATE_UNDEFINED, landed)
 
 
@@ -64,6 +67,15 @@ def control_status(view: View, persona: Persona) -> Any:
     """CONTROL_STATUS: which system has operator control, and whether another ground station may take it over."""
     system, takeover = view.control
     return mavlink.MAVLink_control_status_message(system, _SYSTEM_MANAGER | (_TAKEOVER_ALLOWED if takeover else 0))
+
+
+def current_event_sequence(view: View, persona: Persona) -> Any:
+    """CURRENT_EVENT_SEQUENCE: the number of the newest event. Before the first event it tells ground stations that the
+    numbers begin anew; None for a persona without events."""
+    sequence, fresh = view.event_sequence
+    if not persona.has_events:
+        return None
+    return mavlink.MAVLink_current_event_sequence_message(sequence, _RESET if fresh else 0)
 
 
 def available_modes_monitor(view: View, persona: Persona) -> Any:
@@ -118,12 +130,15 @@ def _sensor_bits(view: View) -> dict[int, tuple[bool, bool]]:
     nav, inputs = tick.nav, tick.inputs
     # a boat with a satellite compass may have no IMU; then the IMU bits show whether all its devices are healthy
     without_imu = math.isinf(nav.imu_age_s) and nav.heading_valid and all(device.ok for device in tick.health)
-    imu = nav.imu_age_s < _STALE_S or without_imu
+    lies = {distrust.sense for distrust in nav.distrusted}
+    imu = (nav.imu_age_s < _STALE_S or without_imu) and "IMU" not in lies
+    heading = nav.heading_valid and "heading" not in lies  # the heading source, whichever it is
+    receiver = nav.position_valid and nav.fix >= FixType.FIX_2D and lies.isdisjoint(("position", "velocity"))
     bits = {
         mavlink.MAV_SYS_STATUS_SENSOR_3D_GYRO: (True, imu),
         mavlink.MAV_SYS_STATUS_SENSOR_3D_ACCEL: (True, imu),
-        mavlink.MAV_SYS_STATUS_SENSOR_3D_MAG: (True, nav.heading_valid),  # the heading source, whichever it is
-        mavlink.MAV_SYS_STATUS_SENSOR_GPS: (True, nav.position_valid and nav.fix >= FixType.FIX_2D),
+        mavlink.MAV_SYS_STATUS_SENSOR_3D_MAG: (True, heading),
+        mavlink.MAV_SYS_STATUS_SENSOR_GPS: (True, receiver),
         mavlink.MAV_SYS_STATUS_AHRS: (True, nav.heading_valid and nav.position_valid),
         mavlink.MAV_SYS_STATUS_SENSOR_MOTOR_OUTPUTS: (True, ThrusterCondition.FAILED not in tick.conditions),
         mavlink.MAV_SYS_STATUS_PREARM_CHECK: (True, status.armed or not status.arming_refusals),

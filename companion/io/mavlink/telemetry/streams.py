@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from companion.core.decision import Severity, Status
+from companion.core.decision import Status, TextKind
 from companion.core.estimate import TrackedTarget
 from companion.core.tick import Tick
 from companion.io.mavlink.telemetry import following as follow
@@ -20,8 +20,8 @@ from companion.io.mavlink.telemetry import instruments as instruments
 from companion.io.mavlink.telemetry import motion as motion
 from companion.io.mavlink.telemetry import state as state
 from companion.io.mavlink.telemetry import traffic as traffic
+from companion.io.mavlink.telemetry import tuning as tuning
 from companion.io.mavlink.telemetry.high_latency import high_latency2
-from companion.io.mavlink.telemetry.statustext import unasked_prearm_texts
 from companion.io.mavlink.telemetry.view import View
 from companion.io.mavlink.wire import messages as mavlink
 from companion.io.mavlink.wire.endpoint import FAST_BYTES_PER_S, Endpoint
@@ -34,7 +34,6 @@ from companion.loop import Vessel
 Builder = Callable[[View, Persona], Any]
 
 NEVER = -1.0
-PREARM_PERIOD_S = 30.0
 _FASTEST_S = 0.02
 _TOTAL_BYTES_PER_S = 2500.0  # of all messages at default rates
 _TELEMETRY_SHARE = 0.6  # of a slow line; the rest is for answers
@@ -64,6 +63,7 @@ STREAMS: dict[int, Stream] = {
     mavlink.MAVLINK_MSG_ID_SYS_STATUS: Stream(state.sys_status, 1.0),
     mavlink.MAVLINK_MSG_ID_CURRENT_MODE: Stream(state.current_mode, 2.0, True),
     mavlink.MAVLINK_MSG_ID_CONTROL_STATUS: Stream(state.control_status, 1.0),
+    mavlink.MAVLINK_MSG_ID_CURRENT_EVENT_SEQUENCE: Stream(state.current_event_sequence, 1.0, True),
     mavlink.MAVLINK_MSG_ID_AVAILABLE_MODES_MONITOR: Stream(state.available_modes_monitor, 3.0),
     mavlink.MAVLINK_MSG_ID_HOME_POSITION: Stream(state.home_position, 1.0),
     mavlink.MAVLINK_MSG_ID_MISSION_CURRENT: Stream(state.mission_current, 1.0, True),
@@ -80,6 +80,8 @@ STREAMS: dict[int, Stream] = {
     mavlink.MAVLINK_MSG_ID_NAV_CONTROLLER_OUTPUT: Stream(motion.nav_controller_output, 0.5),
     mavlink.MAVLINK_MSG_ID_POSITION_TARGET_GLOBAL_INT: Stream(motion.position_target_global_int, 1.0),
     mavlink.MAVLINK_MSG_ID_POSITION_TARGET_LOCAL_NED: Stream(motion.position_target_local_ned, NEVER),
+    mavlink.MAVLINK_MSG_ID_ATTITUDE_QUATERNION: Stream(tuning.attitude_quaternion, NEVER),
+    mavlink.MAVLINK_MSG_ID_ATTITUDE_TARGET: Stream(tuning.attitude_target, NEVER),
     mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS: Stream(motion.estimator_status, 1.0),
     mavlink.MAVLINK_MSG_ID_WIND_COV: Stream(motion.wind_cov, 1.0),
     mavlink.MAVLINK_MSG_ID_ACTUATOR_OUTPUT_STATUS: Stream(motion.actuator_output_status, 1.0),
@@ -152,7 +154,7 @@ class Telemetry:
         self._told_fence: Any = None
         self._modes: Any = None
         self._modes_seq = 0
-        self._prearm_s: float | None = None
+        self._event_sequence = (0, True)
         self._high_latency = True
 
     # --- streaming -------------------------------------------------------------------------------------------------
@@ -167,9 +169,7 @@ class Telemetry:
             if outlet.telemetry != HIGH_LATENCY or self._high_latency:
                 self._publish_to(outlet, view, built)
         for event in tick.events:
-            for message in self._hub.texts(event.severity, event.text):
-                self._hub.broadcast(message)
-        self._announce_refusals(tick.status, now_s)
+            self._hub.say_to_all(event.kind, event.text)
 
     def _publish_to(self, outlet: Endpoint, view: View, built: dict[Any, Sequence[Packed]]) -> None:
         """All messages that are due on one endpoint; only the heartbeat while its line is busy."""
@@ -255,6 +255,10 @@ class Telemetry:
         """Whether links with `?telemetry=high_latency` carry telemetry."""
         self._high_latency = on
 
+    def set_event_sequence(self, latest: int) -> None:
+        """The number of the newest event, for CURRENT_EVENT_SEQUENCE."""
+        self._event_sequence = (latest, False)
+
     def set_data_stream(self, endpoint: Endpoint, group: int, rate_hz: float, start: bool, now_s: float) -> None:
         """REQUEST_DATA_STREAM: set the rate of a group, except for messages whose own interval was requested."""
         for number in _DATA_STREAMS.get(group, ()):
@@ -306,6 +310,7 @@ class Telemetry:
             now_s,
             self._modes_seq,
             (ground_stations.in_control, ground_stations.takeover),
+            event_sequence=self._event_sequence,
         )
 
     def _send(self, outlet: Endpoint, number: int, view: View, built: dict[Any, Sequence[Packed]]) -> None:
@@ -340,18 +345,5 @@ class Telemetry:
         try:
             return [pack(message) for message in _as_messages(build(view, persona))]
         except (struct.error, ValueError, OverflowError) as error:
-            self._vessel.events.say(view.now_s, Severity.ERROR, "telemetry_failed", f"{build.__name__}: {error}")
+            self._vessel.events.say(view.now_s, TextKind.FAULT, "telemetry_failed", f"{build.__name__}: {error}")
             return ()
-
-    # --- texts -----------------------------------------------------------------------------------------------------
-
-    def _announce_refusals(self, status: Status, now_s: float) -> None:
-        """Announce every 30 s why the boat cannot be armed; QGroundControl shows each text for 35 s."""
-        texts = unasked_prearm_texts(status)
-        if not texts:
-            return
-        if self._prearm_s is None or now_s - self._prearm_s >= PREARM_PERIOD_S:
-            self._prearm_s = now_s
-            for text in texts:
-                for message in self._hub.texts(Severity.WARNING, text):
-                    self._hub.broadcast(message)

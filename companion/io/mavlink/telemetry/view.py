@@ -26,6 +26,7 @@ class View:
     now_s: float
     modes_seq: int = 0
     control: tuple[int, bool] = (0, True)  # system with operator control, whether another may take it over
+    event_sequence: tuple[int, bool] = (0, True)  # number of the newest event; whether there has been none yet
     received: int = 0  # packets of the leader module on the endpoint that the message is for
 
     @property

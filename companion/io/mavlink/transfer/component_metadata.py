@@ -1,7 +1,8 @@
-"""Component metadata: names, units, ranges and texts of the parameters for ground stations, served over MAVLink FTP.
+"""Component metadata: what parameters and events mean, and which thrusters there are, for ground stations, served over
+MAVLink FTP.
 
-Generated from the table of parameters. Source: MAVLink guide, "Component Metadata Protocol" (general and parameter
-metadata, version 1, as QGroundControl reads them).
+Generated from the tables of parameters and events and from the vessel's file. Source: MAVLink guide, "Component
+Metadata Protocol" (general and parameter metadata, version 1, as QGroundControl reads them).
 """
 
 from __future__ import annotations
@@ -9,27 +10,32 @@ from __future__ import annotations
 import json
 import lzma
 import zlib
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from companion.config.devices import ThrusterConfig
+from companion.io.mavlink.telemetry.arming_events import ArmingEvents
+from companion.io.mavlink.transfer.actuator_metadata import actuators
+from companion.io.mavlink.transfer.events_metadata import events_json
+from companion.io.mavlink.wire.personas import PERSONAS, Persona
 from companion.params.spec import ParamSpec
 from companion.params.store import Parameters
 
-GENERAL, PARAMETERS = "general.json", "parameters.json.xz"
-_TYPE_PARAMETER = 1  # COMP_METADATA_TYPE_PARAMETER
+GENERAL, PARAMETERS, EVENTS, ACTUATORS = "general.json", "parameters.json.xz", "events.json.xz", "actuators.json.xz"
+_TYPES = {PARAMETERS: 1, EVENTS: 4, ACTUATORS: 5}  # COMP_METADATA_TYPE
 
 
 @dataclass(frozen=True, slots=True)
 class Metadata:
-    """The two files as they are served; checksum and URI of the first, for COMPONENT_METADATA."""
+    """The files as they are served, by name; checksum and URI of the first, for COMPONENT_METADATA."""
 
-    general: bytes
-    parameters: bytes
+    files: Mapping[str, bytes]
 
     @property
     def crc(self) -> int:
         """MAVLink's CRC32 of the general metadata."""
-        return crc32(self.general)
+        return crc32(self.files[GENERAL])
 
     @property
     def uri(self) -> bytes:
@@ -37,13 +43,43 @@ class Metadata:
         return f"mftp:///{GENERAL}".encode()
 
 
-def metadata(parameters: Parameters) -> Metadata:
-    """The metadata of a table of parameters, with this vessel's defaults. The same table gives the same bytes."""
+class Descriptions:
+    """The metadata of one vessel, for each persona. The same tables give the same bytes."""
+
+    def __init__(self, parameters: Parameters, events: ArmingEvents, thrusters: Sequence[ThrusterConfig] = ()) -> None:
+        """`parameters`: their table, with this vessel's defaults; `events`: with this vessel's names."""
+        same = {PARAMETERS: parameters_file(parameters), ACTUATORS: _packed(_json(actuators(thrusters)))}
+        self._by_persona = {persona.name: _metadata(persona, same, events) for persona in PERSONAS.values()}
+
+    def of(self, persona: Persona) -> Metadata:
+        """The metadata on links of that persona."""
+        return self._by_persona[persona.name]
+
+
+def parameters_file(parameters: Parameters) -> bytes:
+    """The parameter metadata as it is served."""
     rows = [parameter_row(spec, parameters.defaults[spec.name]) for spec in parameters.specs]
-    text = json.dumps({"version": 1, "parameters": rows}, separators=(",", ":"), ensure_ascii=False)
-    packed = lzma.compress(text.encode(), format=lzma.FORMAT_XZ, check=lzma.CHECK_CRC32)
-    types = [{"type": _TYPE_PARAMETER, "uri": f"mftp:///{PARAMETERS}", "fileCrc": crc32(packed)}]
-    return Metadata(json.dumps({"version": 1, "metadataTypes": types}).encode(), packed)
+    return _packed(_json({"version": 1, "parameters": rows}))
+
+
+def _metadata(persona: Persona, same: Mapping[str, bytes], events: ArmingEvents) -> Metadata:
+    """`same`: the files that are the same for all personas."""
+    files = dict(same)
+    if persona.has_events:
+        files[EVENTS] = _packed(events_json(events, persona))
+    types = [
+        {"type": _TYPES[name], "uri": f"mftp:///{name}", "fileCrc": crc32(content)} for name, content in files.items()
+    ]
+    return Metadata({GENERAL: json.dumps({"version": 1, "metadataTypes": types}).encode(), **files})
+
+
+def _json(content: Mapping[str, Any]) -> bytes:
+    return json.dumps(content, separators=(",", ":"), ensure_ascii=False).encode()
+
+
+def _packed(content: bytes) -> bytes:
+    """QGroundControl reads no other container."""
+    return lzma.compress(content, format=lzma.FORMAT_XZ, check=lzma.CHECK_CRC32)
 
 
 def parameter_row(spec: ParamSpec, default: float) -> dict[str, Any]:

@@ -4,6 +4,7 @@ not."""
 from __future__ import annotations
 
 import os
+import shutil
 import stat
 import zlib
 from collections.abc import Sequence
@@ -74,8 +75,10 @@ class DiskFile:
 class LogStore:
     """The log folders in one directory: two levels, regular files only, symbolic links ignored."""
 
-    def __init__(self, directory: Path) -> None:
+    def __init__(self, directory: Path, running: str | None = None) -> None:
+        """`running`: name of the log folder that this run writes; it is never erased."""
         self._directory = directory
+        self._running = running
         self._pool = ThreadPoolExecutor(1, thread_name_prefix="log-reader")
 
     def entries(self, path: Sequence[str]) -> Future[list[Entry] | None]:
@@ -91,6 +94,10 @@ class LogStore:
         count."""
         return self._pool.submit(self._runs, most)
 
+    def erase(self) -> Future[tuple[int, int]]:
+        """Delete the log folders of all other runs: (how many, their bytes). One that cannot be deleted stays."""
+        return self._pool.submit(self._erase)
+
     def close(self) -> None:
         """End the thread, after what it is doing."""
         self._pool.shutdown(wait=True, cancel_futures=True)
@@ -104,6 +111,19 @@ class LogStore:
             if name is not None and _MARK in sizes:
                 found.append(Run((folder.name, name), sizes[name] or 0, int(begun.stat().st_mtime)))
         return sorted(found, key=lambda run: (run.begun_unix_s, run.path))[-most:]
+
+    def _erase(self) -> tuple[int, int]:
+        count = size = 0
+        for folder in self._entries(()) or ():
+            files = self._entries((folder.name,)) or ()
+            if folder.name == self._running or _MARK not in {entry.name for entry in files}:
+                continue
+            path = self._directory / folder.name
+            shutil.rmtree(path, ignore_errors=True)
+            if not path.exists():
+                count += 1
+                size += sum(entry.size or 0 for entry in files)
+        return count, size
 
     def _entries(self, path: tuple[str, ...]) -> list[Entry] | None:
         folder = self._below(path)

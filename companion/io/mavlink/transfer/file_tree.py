@@ -1,6 +1,6 @@
 """The files that a vessel offers over MAVLink FTP, all read-only: metadata, parameters, plans, logs.
 
-    general.json  parameters.json.xz
+    general.json  parameters.json.xz  actuators.json.xz  events.json.xz
     @PARAM/    param.pck  usv.params
     plans/     mission.dat  fence.dat  rally.dat  current.plan
     logs/      one folder for each run, as on the disk
@@ -15,7 +15,7 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
 from typing import Any, Protocol
 
-from companion.io.mavlink.transfer.component_metadata import GENERAL, PARAMETERS, Metadata, crc32
+from companion.io.mavlink.transfer.component_metadata import Descriptions, crc32
 from companion.io.mavlink.transfer.disk_files import Entry, LogStore
 from companion.io.mavlink.transfer.mission_codec import plan_data
 from companion.io.mavlink.transfer.parameter_file import param_pck, params_text
@@ -70,13 +70,15 @@ class FileTree:
     """`entries` and `open` by a path as a client writes it. Each returns a future; its result is None for a path that
     does not exist."""
 
-    def __init__(self, vessel: Vessel, system: int, component: int, metadata: Metadata, store: LogStore | None) -> None:
+    def __init__(
+        self, vessel: Vessel, system: int, component: int, described: Descriptions, store: LogStore | None
+    ) -> None:
         """`store`: the log folders; None where nothing is logged."""
         self._vessel = vessel
         self._address = (system, component)
         self._store = store
+        self._described = described
         self._folders: Mapping[str, Mapping[str, Callable[[Persona], bytes]]] = {
-            "": {GENERAL: lambda _: metadata.general, PARAMETERS: lambda _: metadata.parameters},
             "@PARAM": {
                 "param.pck": lambda _: param_pck(vessel.parameters),
                 "usv.params": lambda _: params_text(vessel.parameters, *self._address).encode(),
@@ -96,13 +98,12 @@ class FileTree:
             return _done(None)
         if names and names[0] == _LOGS and self._store is not None:
             return self._store.entries(names[1:])  # type: ignore[return-value]  # a list is a sequence
-        folder = self._folders.get("/".join(names))
-        if folder is None:
-            return _done(None)
-        entries = [Entry(name, len(make(persona))) for name, make in folder.items()]
         if not names:
-            entries += [Entry(name) for name in self._folders if name] + ([] if self._store is None else [Entry(_LOGS)])
-        return _done(entries)
+            entries = [Entry(name, len(content)) for name, content in self._described.of(persona).files.items()]
+            folders = [*self._folders, *(() if self._store is None else (_LOGS,))]
+            return _done([*entries, *map(Entry, folders)])
+        folder = self._folders.get("/".join(names))
+        return _done(None if folder is None else [Entry(name, len(make(persona))) for name, make in folder.items()])
 
     def open(self, path: str, persona: Persona) -> Future[OpenFile | None]:
         """Open a file, made for that persona."""
@@ -113,6 +114,9 @@ class FileTree:
             return self._store.open(names[1:])  # type: ignore[return-value]  # a disk file is an open file
         if names == ["@PARAM", "param.pck"] and query == "withdefaults=1":
             return _done(MemoryFile(param_pck(self._vessel.parameters, with_defaults=True)))
+        if len(names) == 1:
+            content = self._described.of(persona).files.get(names[0])
+            return _done(None if content is None else MemoryFile(content))
         make = self._folders.get("/".join(names[:-1]), {}).get(names[-1])
         return _done(None if make is None else MemoryFile(make(persona)))
 

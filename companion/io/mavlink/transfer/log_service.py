@@ -14,10 +14,11 @@ from concurrent.futures import Future
 from dataclasses import dataclass
 from typing import Any
 
-from companion.core.decision import Severity
+from companion.core.decision import TextKind
 from companion.io.mavlink.transfer.disk_files import DiskFile, LogStore, Run
 from companion.io.mavlink.wire import messages as mavlink
 from companion.io.mavlink.wire.hub import Handler, Hub, Peer
+from companion.loop import Vessel
 
 BLOCK = 90
 _ALL = 0xFFFFFFFF
@@ -47,15 +48,18 @@ class _LogClient:
 
 
 class LogService:
-    """Answers LOG_REQUEST_LIST, LOG_REQUEST_DATA and LOG_REQUEST_END with LOG_ENTRY and LOG_DATA; refuses LOG_ERASE.
+    """Answers LOG_REQUEST_LIST, LOG_REQUEST_DATA and LOG_REQUEST_END with LOG_ENTRY and LOG_DATA. LOG_ERASE deletes the
+    logs of earlier runs, while disarmed.
 
     Remembers each client's list, its open file, and how far that was sent.
     """
 
-    def __init__(self, hub: Hub, store: LogStore | None) -> None:
+    def __init__(self, hub: Hub, vessel: Vessel, store: LogStore | None) -> None:
         """`store`: the log folders; None where nothing is logged."""
         self._hub = hub
+        self._vessel = vessel
         self._store = store
+        self._erasing: Future[tuple[int, int]] | None = None
         self._clients: dict[Peer, _LogClient] = {}
         self.handles: Mapping[int, Handler] = {
             mavlink.MAVLINK_MSG_ID_LOG_REQUEST_LIST: self._on_list,
@@ -65,7 +69,13 @@ class LogService:
         }
 
     def update(self, now_s: float) -> None:
-        """Continue all transfers."""
+        """Continue all transfers, and announce that logs are erased."""
+        if self._erasing is not None and self._erasing.done():
+            count, size = self._erasing.result()
+            self._erasing = None
+            self._vessel.events.say(
+                now_s, TextKind.ROUTINE, "logs_erased", f"Logs erased: {count}, {size / 1e6:.0f} MB"
+            )
         for peer, client in list(self._clients.items()):
             if peer.endpoint.gone or now_s - client.used_s > _IDLE_S * self._hub.patience:
                 self._forget(peer)
@@ -85,6 +95,7 @@ class LogService:
             return
         client.asked = (message.start, message.end)
         client.sending = None
+        self._close_file(client)
         if self._store is not None:
             client.listing = self._store.runs(_MOST_RUNS)
         else:
@@ -101,7 +112,7 @@ class LogService:
             return  # the client will ask again
         index = message.id - peer.endpoint.persona.first_item
         if not 0 <= index < len(client.runs):
-            self._hub.say(peer, Severity.WARNING, f"Log {message.id} not found: request the list again")
+            self._hub.say(peer, TextKind.REFUSAL, f"Log {message.id} not found: request the list again")
             return
         if client.number != message.id:
             self._close_file(client)
@@ -122,7 +133,13 @@ class LogService:
             self._close_file(client)
 
     def _on_erase(self, message: Any, peer: Peer, now_s: float) -> None:
-        self._hub.say(peer, Severity.WARNING, "Logs not erased: not allowed over a link; see --log-limit")
+        """Who downloads goes on with the file that is open; of a log that is gone the client is told so."""
+        if self._store is None:
+            self._hub.say(peer, TextKind.REFUSAL, "Logs not erased: nothing is logged here")
+        elif self._vessel.supervisor.status(now_s).armed:
+            self._hub.say(peer, TextKind.REFUSAL, "Logs not erased: disarm first")
+        elif self._erasing is None:
+            self._erasing = self._store.erase()
 
     # --- steps -----------------------------------------------------------------------------------------------------
 
@@ -137,7 +154,7 @@ class LogService:
             client.file, client.opening = client.opening.result(), None
             if client.file is None:
                 client.sending = client.number = None
-                self._hub.say(peer, Severity.WARNING, "Log no longer there: request the list again")
+                self._hub.say(peer, TextKind.REFUSAL, "Log no longer there: request the list again")
         if client.file is not None and client.sending is not None:
             self._stream(peer, client, client.file, now_s)
 
@@ -166,7 +183,7 @@ class LogService:
                 data = file.read(offset, min(BLOCK, end - offset))
             except OSError as error:
                 client.sending = None
-                self._hub.say(peer, Severity.WARNING, f"Log not readable: {error.strerror or error}")
+                self._hub.say(peer, TextKind.REFUSAL, f"Log not readable: {error.strerror or error}")
                 return
             if data is None:
                 return
@@ -189,7 +206,7 @@ class LogService:
         client = self._clients.get(peer)
         if client is None:
             if len(self._clients) >= _MOST_CLIENTS:
-                self._hub.say(peer, Severity.WARNING, "Log refused: too many clients fetch logs")
+                self._hub.say(peer, TextKind.REFUSAL, "Log refused: too many clients fetch logs")
                 return None
             client = self._clients[peer] = _LogClient(now_s)
         client.used_s = now_s

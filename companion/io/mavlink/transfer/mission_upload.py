@@ -10,13 +10,13 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from companion.core.decision import Severity
+from companion.core.decision import TextKind
 from companion.guidance.orbit import least_radius_m
 from companion.io.mavlink.transfer.mission_codec import item_from_float, item_from_int, with_jump_moved
 from companion.io.mavlink.wire import messages as mavlink
 from companion.io.mavlink.wire.hub import Hub, Peer
 from companion.loop import Vessel
-from companion.mission.plan import PlanItem, PlanKind, PlanRefusal, PlanResult
+from companion.mission.plan import PlanItem, PlanKind, PlanRefusal, PlanResult, item_number
 from companion.mission.validation import CAPACITY, check_item, check_plan
 
 RETRY_S = 0.25
@@ -86,7 +86,7 @@ class PlanReceiver:
         shift = shift_of(kind, peer)
         if count > CAPACITY + shift:
             text = f"{count - shift} items, room for {CAPACITY}"
-            self._refuse(kind, peer, PlanRefusal(PlanResult.NO_SPACE, text), shift, now_s)
+            self._refuse(kind, peer, PlanRefusal(PlanResult.NO_SPACE, text), now_s)
         elif count == 0:
             self.clear(kind)
             self.acknowledge(kind, peer, PlanResult.ACCEPTED)
@@ -104,10 +104,9 @@ class PlanReceiver:
         base = self._vessel.plans.items(kind)
         count = len(base) + shift
         if not base or first < 0 or first >= count or last < first:
-            refusal = PlanRefusal(
-                PlanResult.INVALID_SEQUENCE, f"items {first} to {last} of a list of {count} cannot be changed"
-            )
-            self._refuse(kind, peer, refusal, shift, now_s)
+            asked = f"items {item_number(first - shift)} to {item_number(last - shift)}"
+            refusal = PlanRefusal(PlanResult.INVALID_SEQUENCE, f"{asked} cannot be changed, there are {len(base)}")
+            self._refuse(kind, peer, refusal, now_s)
             return
         self._start(_Upload(peer, kind, shift, first, min(last + 1, count), now_s, base=base), now_s)
 
@@ -147,8 +146,9 @@ class PlanReceiver:
         for upload in list(self._uploads.values()):
             if now_s - upload.heard_s >= GIVE_UP_S * self._patience or upload.peer.endpoint.gone:
                 del self._uploads[upload.kind]
-                text = f"{_name(upload.kind)} upload broke off at item {upload.expected}; the old one stays in force"
-                self._vessel.events.say(now_s, Severity.WARNING, "plan_upload_lost", text)
+                at = item_number(upload.expected - upload.shift)
+                text = f"{_plan(upload.kind)} upload broke off at item {at}: old one kept"
+                self._vessel.events.say(now_s, TextKind.REFUSAL, "plan_upload_lost", text)
             elif now_s >= upload.retry_s:
                 upload.retries += 1
                 upload.lossy = True
@@ -237,10 +237,11 @@ class PlanReceiver:
             items = list(upload.base)
             for item in upload.items:
                 items[item.seq] = item
-        config = self._vessel.config
-        least_m = least_radius_m(self._vessel.parameters, config.length_m)
-        can_sway = config.limits.sway_n > 0.0
-        refusal = check_plan(kind, items, can_sway, len(config.servos), len(config.relays), least_m)
+        config, parameters = self._vessel.config, self._vessel.parameters
+        least_m, takes_off = least_radius_m(parameters, config.length_m), bool(parameters["COM_TAKEOFF_OK"])
+        home = self._vessel.supervisor.status(now_s).home
+        at = None if home is None else (home.lat_deg, home.lon_deg)
+        refusal = check_plan(kind, items, len(config.servos), len(config.relays), least_m, takes_off, at)
         if refusal is None and upload.base is not None and upload.base is not plans.items(kind):
             refusal = PlanRefusal(PlanResult.ERROR, "the plan has changed meanwhile; load it again")
         if refusal is not None:
@@ -255,7 +256,7 @@ class PlanReceiver:
     def _end_refused(self, upload: _Upload, refusal: PlanRefusal, now_s: float) -> None:
         del self._uploads[upload.kind]
         last_seq = min(upload.expected, upload.end - 1)
-        answer = self._refuse(upload.kind, upload.peer, refusal, upload.shift, now_s)
+        answer = self._refuse(upload.kind, upload.peer, refusal, now_s)
         self._finish(upload, last_seq, answer, now_s)
 
     def _finish(self, upload: _Upload, last_seq: int, answer: Any, now_s: float) -> None:
@@ -263,18 +264,15 @@ class PlanReceiver:
         until_s = now_s + REPEAT_ANSWER_S * self._patience
         self._finished[upload.peer, upload.kind] = _Finished(last_seq, answer, until_s, repeats_s)
 
-    def _refuse(self, kind: PlanKind, peer: Peer, refusal: PlanRefusal, shift: int, now_s: float) -> Any:
+    def _refuse(self, kind: PlanKind, peer: Peer, refusal: PlanRefusal, now_s: float) -> Any:
         """Announce a refusal and answer with it; returns the answer."""
-        place, text = _name(kind), refusal.text
-        if refusal.seq is not None:
-            text = text.removeprefix(f"item {refusal.seq}:").lstrip()
-            place += f" item {refusal.seq + shift}"  # numbered as that client does
-        self._vessel.events.say(now_s, Severity.WARNING, "plan_refused", f"{place}: {text}")
+        text = f"{_plan(kind)}{': ' if refusal.seq is None else ' '}{refusal}"
+        self._vessel.events.say(now_s, TextKind.REFUSAL, "plan_refused", text)
         return self.acknowledge(kind, peer, refusal.result)
 
     def _deny(self, kind: PlanKind, peer: Peer, now_s: float) -> None:
-        text = f"{_name(kind)}: another ground station is uploading; try again"
-        self._vessel.events.say(now_s, Severity.WARNING, "plan_refused", text)
+        text = f"{_plan(kind)}: another ground station uploads; wait"
+        self._vessel.events.say(now_s, TextKind.REFUSAL, "plan_refused", text)
         self.acknowledge(kind, peer, PlanResult.DENIED)
 
     def _on_stray_item(self, message: Any, peer: Peer, now_s: float) -> None:
@@ -291,5 +289,5 @@ def shift_of(kind: PlanKind, peer: Peer) -> int:
     return int(kind is PlanKind.MISSION and peer.endpoint.persona.home_is_item_zero)
 
 
-def _name(kind: PlanKind) -> str:
+def _plan(kind: PlanKind) -> str:
     return kind.name.lower()

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any
 
-from companion.core.decision import Severity
+from companion.core.decision import TextKind
 from companion.io.mavlink.wire import messages as mavlink
 from companion.io.mavlink.wire.framer import pack
 from companion.io.mavlink.wire.hub import Handler, Hub, Peer
@@ -155,7 +155,7 @@ class ParameterService:
         self._hub.send(peer, mavlink.MAVLink_param_error_message(peer.system, peer.component, identifier, index, error))
 
     def _announce_refusal(self, now_s: float, text: str) -> None:
-        self._vessel.events.say(now_s, Severity.WARNING, "parameter_refused", text)
+        self._vessel.events.say(now_s, TextKind.REFUSAL, "parameter_refused", text)
 
 
 def encoded(spec: ParamSpec, value: float, bytewise: bool) -> tuple[float, int]:
@@ -190,10 +190,5 @@ def _reason(spec: ParamSpec, error: ParamError) -> str:
     if error is ParamError.READ_ONLY:
         return "it is read-only"
     if error is ParamError.VALUE_OUT_OF_RANGE:
-        takes = (
-            ", ".join(map(str, spec.choices))
-            if spec.choices
-            else f"{spec.minimum:g} to {spec.maximum:g} {spec.unit}".rstrip()
-        )
-        return f"it takes {takes}"
+        return f"it takes {spec.takes}"
     return "it takes whole numbers" if error is ParamError.TYPE_MISMATCH else "that type does not fit"

@@ -13,6 +13,7 @@ from companion.mission.plan import PlanResult
 from companion.supervisor.authority import Action
 
 REQUEST_OPERATOR_CONTROL = 32100  # MAV_CMD, which pymavlink's `common` lacks
+DO_SEND_BANNER = 42428  # MAV_CMD of ArduPilot's dialect
 _PERMISSION_DENIED = 3  # MAV_PARAM_ERROR
 _NO_INDEX = -1
 
@@ -36,15 +37,24 @@ CONTROLLING: Mapping[int, Action] = {  # message ids; all others change nothing 
 }
 STREAMS = frozenset({Action.STICKS, Action.SETPOINT})  # many messages a second: one refusal is told
 _COMMANDS = frozenset({mavlink.MAVLINK_MSG_ID_COMMAND_LONG, mavlink.MAVLINK_MSG_ID_COMMAND_INT})
-_READING = frozenset(
+READING = frozenset(  # commands that change nothing aboard, so that nobody refuses them
     {
-        mavlink.MAV_CMD_REQUEST_MESSAGE,
-        mavlink.MAV_CMD_SET_MESSAGE_INTERVAL,
-        mavlink.MAV_CMD_GET_MESSAGE_INTERVAL,
-        mavlink.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES,
-        mavlink.MAV_CMD_REQUEST_PROTOCOL_VERSION,
-        mavlink.MAV_CMD_GET_HOME_POSITION,
         mavlink.MAV_CMD_RUN_PREARM_CHECKS,
+        mavlink.MAV_CMD_GET_HOME_POSITION,
+        mavlink.MAV_CMD_GET_MESSAGE_INTERVAL,
+        mavlink.MAV_CMD_SET_MESSAGE_INTERVAL,
+        mavlink.MAV_CMD_REQUEST_MESSAGE,
+        mavlink.MAV_CMD_REQUEST_PROTOCOL_VERSION,
+        mavlink.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES,
+        # QGroundControl and MAVSDK ask every component for these until one answers that it has no camera
+        mavlink.MAV_CMD_REQUEST_CAMERA_INFORMATION,
+        mavlink.MAV_CMD_REQUEST_CAMERA_SETTINGS,
+        mavlink.MAV_CMD_REQUEST_STORAGE_INFORMATION,
+        mavlink.MAV_CMD_REQUEST_CAMERA_CAPTURE_STATUS,
+        mavlink.MAV_CMD_REQUEST_VIDEO_STREAM_INFORMATION,
+        mavlink.MAV_CMD_REQUEST_VIDEO_STREAM_STATUS,
+        mavlink.MAV_CMD_REQUEST_FLIGHT_INFORMATION,
+        DO_SEND_BANNER,
     }
 )
 
@@ -54,7 +64,7 @@ def action_of(message: Any) -> Action:
     number = message.get_msgId()
     if number not in _COMMANDS:
         return CONTROLLING.get(number, Action.READ)
-    if message.command in _READING:
+    if message.command in READING:
         return Action.READ
     if message.command == REQUEST_OPERATOR_CONTROL:
         return Action.OPERATOR_CONTROL

@@ -15,9 +15,9 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol, runtime_checkable
 
-from companion.core.decision import Severity, Status
+from companion.core.decision import Status, TextKind
 from companion.core.tick import DeviceHealth, Tick
-from companion.io.mavlink.telemetry.statustext import statustexts, unasked_prearm_texts
+from companion.io.mavlink.telemetry.statustext import statustexts
 from companion.io.mavlink.wire import messages as mavlink
 from companion.io.mavlink.wire.actions import CONTROLLING, STREAMS, action_of, denials
 from companion.io.mavlink.wire.endpoint import Endpoint
@@ -26,6 +26,7 @@ from companion.io.mavlink.wire.guard import RADIO_STATUS
 from companion.io.mavlink.wire.link_options import HIGH_LATENCY
 from companion.io.mavlink.wire.links import PEER_TIMEOUT_S, Link
 from companion.io.mavlink.wire.personas import DEFAULT_PERSONA, Persona
+from companion.io.mavlink.wire.repeats import AGAIN_S, Repeats
 from companion.io.mavlink.wire.router import Router
 from companion.io.mavlink.wire.signing import Signing, is_signed, unsigned
 from companion.loop import Vessel
@@ -116,6 +117,10 @@ class TelemetryFace(Protocol):
         """Turn the telemetry of high-latency links on or off."""
         ...
 
+    def set_event_sequence(self, latest: int) -> None:
+        """Note the number of the newest event."""
+        ...
+
     def set_data_stream(self, endpoint: Endpoint, group: int, rate_hz: float, start: bool, now_s: float) -> None:
         """Set the rate of a MAVLink 1 data stream group, or stop it."""
         ...
@@ -174,6 +179,9 @@ class Hub:
         self._stations: set[int] = set()
         self._greeted_s: weakref.WeakKeyDictionary[Endpoint, float] = weakref.WeakKeyDictionary()
         self._statustext_id = 0
+        self._repeats = Repeats(AGAIN_S * patience)
+        self._now_s = 0.0  # of the packet or the tick that is handled
+        self.batch = 0  # counts the readings of all links: messages of one batch had piled up before it
         self._supervisor_version = vessel.supervisor.version
         self.telemetry = telemetry(self, vessel)
         self._services = tuple(services(self))
@@ -186,16 +194,19 @@ class Hub:
 
     def serve(self, now_s: float) -> None:
         """Read the messages that have arrived and answer them at once."""
+        self._now_s = now_s
+        self.batch += 1
         for link in self._links:
             for endpoint, message in link.receive(now_s):
                 self._take(endpoint, message, now_s)
             for text in link.news():
-                self.vessel.events.say(now_s, Severity.WARNING, "link", text)
+                self.vessel.events.say(now_s, TextKind.ATTENTION, "link", text)
         self._tell_changes(now_s)
         self._flush(now_s)
 
     def publish(self, tick: Tick) -> None:
         """Send the telemetry that is due on each endpoint, then update the services."""
+        self._now_s = tick.t_s
         self._supervisor_version = self.vessel.supervisor.version
         self.telemetry.publish(tick)
         for service in self._services:
@@ -230,6 +241,11 @@ class Hub:
             yield from link.endpoints
 
     @property
+    def link_names(self) -> Sequence[str]:
+        """The URLs of the links."""
+        return [link.name for link in self._links]
+
+    @property
     def outlets(self) -> Iterator[Endpoint]:
         """The endpoints, and the log."""
         yield from self.endpoints
@@ -262,15 +278,25 @@ class Hub:
         """Send the telemetry messages of these ids to all listeners now."""
         self.telemetry.announce(self.vessel.supervisor.status(now_s), now_s, numbers)
 
-    def say(self, peer: Peer, severity: Severity, text: str) -> None:
-        """Send a STATUSTEXT to one peer. An event of the vessel sends a text to all."""
-        for message in self.texts(severity, text):
-            self.send(peer, message)
+    def say(self, peer: Peer, kind: TextKind, text: str) -> None:
+        """Send a STATUSTEXT to one peer, but no refusal that it has heard within 30 s. An event of the vessel sends a
+        text to all."""
+        if self._repeats.says(peer.endpoint, kind, text, self._now_s):
+            for message in self.texts(kind, text):
+                self.send(peer, message)
 
-    def texts(self, severity: Severity, text: str) -> Sequence[Any]:
+    def say_to_all(self, kind: TextKind, text: str) -> None:
+        """Send a STATUSTEXT to all listeners, but no refusal to one that has heard it within 30 s."""
+        packed = [pack(message) for message in self.texts(kind, text)]
+        for outlet in self.listeners:
+            if self._repeats.says(outlet, kind, text, self._now_s):
+                for one in packed:
+                    self.send_packed(outlet, one)
+
+    def texts(self, kind: TextKind, text: str) -> Sequence[Any]:
         """The STATUSTEXT messages that carry a text."""
         self._statustext_id = self._statustext_id % 0xFFFF + 1
-        return statustexts(severity, text, self._statustext_id)
+        return statustexts(kind, text, self._statustext_id)
 
     def control_changed(self) -> None:
         """Operator control has changed: announce once more why streams are refused."""
@@ -301,7 +327,7 @@ class Hub:
             except Exception as error:  # noqa: BLE001  no message from a peer may stop the boat
                 self.vessel.events.say(
                     now_s,
-                    Severity.ERROR,
+                    TextKind.FAULT,
                     "mavlink_handler_failed",
                     f"{message.get_type()} not handled: {type(error).__name__}: {error}",
                 )
@@ -335,7 +361,7 @@ class Hub:
             self.send(peer, answer)
         told = (peer.system, reason)
         if action not in STREAMS or told not in self._told:
-            self.say(peer, Severity.WARNING, f"Not obeyed: {reason}")
+            self.say(peer, TextKind.REFUSAL, f"Not obeyed: {reason}")
         if action in STREAMS:
             self._told.add(told)
         return True
@@ -347,9 +373,7 @@ class Hub:
         before_s = self._greeted_s.get(peer.endpoint)
         self._greeted_s[peer.endpoint] = now_s
         if before_s is None or now_s - before_s > PEER_TIMEOUT_S * self.patience:
-            self.say(peer, Severity.INFO, f"USV companion {self.version}")
-            for text in unasked_prearm_texts(self.vessel.supervisor.status(now_s)):
-                self.say(peer, Severity.WARNING, text)
+            self.say(peer, TextKind.ROUTINE, f"USV companion {self.version}")
 
     def _tell_changes(self, now_s: float) -> None:
         """Announce a change of mode or arming to all before anything else happens."""

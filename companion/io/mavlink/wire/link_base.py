@@ -23,6 +23,10 @@ class LinkError(Exception):
     """A link that cannot be opened; the message is one line that says what to do."""
 
 
+class PortInUse(LinkError):
+    """Another program listens at the link's port."""
+
+
 class Link(Protocol):
     """One link with any number of endpoints. `guard`: its options, applied to each packet."""
 
@@ -68,15 +72,20 @@ def bound_socket(url: str, address: tuple[str, int], kind: socket.SocketKind, bi
             made.bind(address)
     except (OSError, OverflowError) as error:
         made.close()
-        raise LinkError(f"'{url}': {why_not_bound(error)}") from error
+        raise not_bound(url, error) from error
     return made
 
 
-def why_not_bound(error: Exception) -> str:
-    """Why a socket could not be bound, and what to do, in words."""
+def not_bound(url: str, error: Exception) -> LinkError:
+    """Why the socket of a link could not be bound, and what to do, in words."""
+    if getattr(error, "errno", None) == errno.EADDRINUSE:
+        text = "port in use; stop the program that listens there, or choose another port with --link"
+        return PortInUse(f"'{url}': {text}")
+    return LinkError(f"'{url}': {_why_not_bound(error)}")
+
+
+def _why_not_bound(error: Exception) -> str:
     number = getattr(error, "errno", None)
-    if number == errno.EADDRINUSE:
-        return "port in use; stop the program that listens there, or choose another port with --link"
     if number == errno.EADDRNOTAVAIL:
         return "this computer has no such address; use 0.0.0.0 for all"
     if number in (errno.EACCES, errno.EPERM):

@@ -20,7 +20,7 @@ Each takes options as `?key=value&key=value` (`link_options.py`):
 from __future__ import annotations
 
 import socket
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from companion.core.ports import ByteStream
@@ -34,6 +34,7 @@ from companion.io.mavlink.wire.link_base import (
     PEER_TIMEOUT_S,
     Link,
     LinkError,
+    PortInUse,
     Received,
     bound_socket,
     link_health,
@@ -107,16 +108,29 @@ def _parsed(url: str) -> urls.PortUrl:
     return parsed
 
 
-def open_links(urls: Sequence[str], patience: float = 1.0) -> list[Link]:
-    """Open all of them, or none. Raises LinkError for the first that cannot be opened."""
+def open_links(urls: Sequence[str], patience: float = 1.0, warn: Callable[[str], None] | None = None) -> list[Link]:
+    """Open all of them, or none. Raises LinkError for the first that cannot be opened.
+
+    With `warn` a link whose port is in use is left out, and that is told, as long as another TCP server could be
+    opened: where every port is taken, this is a second companion.
+    """
     opened: list[Link] = []
+    taken: list[LinkError] = []
     try:
         for url in urls:
-            opened.append(open_link(url, patience))
+            try:
+                opened.append(open_link(url, patience))
+            except PortInUse as error:
+                taken.append(error)
+        if taken and (warn is None or not any(isinstance(link, TcpServerLink) for link in opened)):
+            raise taken[0]
     except LinkError:
         for link in opened:
             link.close()
         raise
+    if warn is not None:
+        for left_out in taken:
+            warn(f"{left_out}; going on without it")
     return opened
 
 

@@ -7,7 +7,7 @@
     mavlink.MAVLink_available_modes_message(number_modes=1, mode_index=1, …)
 
 Field lists are those of MAVLink's XML in declaration order: common.xml and standard.xml of July 2026, CONTROL_STATUS of
-development.xml as first released.
+development.xml as first released, CAMERA_FEEDBACK and MAG_CAL_PROGRESS of ardupilotmega.xml.
 """
 
 from __future__ import annotations
@@ -47,13 +47,33 @@ _SPECS = (
     ),
     ("MISSION_COUNT", 44, f"{_ADDRESS}, uint16_t count | uint8_t mission_type, uint32_t opaque_id"),
     ("MISSION_ACK", 47, f"{_ADDRESS}, uint8_t type | uint8_t mission_type, uint32_t opaque_id"),
+    ("AUTOPILOT_VERSION_REQUEST", 183, _ADDRESS),  # of ArduPilot's dialect
     ("COMMAND_CANCEL", 80, f"{_ADDRESS}, uint16_t command"),
     ("TIMESYNC", 111, f"int64_t tc1, int64_t ts1 | {_ADDRESS}"),
+    (
+        "SERIAL_CONTROL",
+        126,
+        "uint8_t device, uint8_t flags, uint16_t timeout, uint32_t baudrate, uint8_t count, uint8_t[70] data | "
+        f"{_ADDRESS}",
+    ),
     (
         "FENCE_STATUS",
         162,
         "uint8_t breach_status, uint16_t breach_count, uint8_t breach_type, uint32_t breach_time | "
         "uint8_t breach_mitigation",
+    ),
+    (
+        "MAG_CAL_PROGRESS",
+        191,
+        "uint8_t compass_id, uint8_t cal_mask, uint8_t cal_status, uint8_t attempt, uint8_t completion_pct, "
+        "uint8_t[10] completion_mask, float direction_x, float direction_y, float direction_z",
+    ),
+    (
+        "CAMERA_FEEDBACK",
+        180,
+        "uint64_t time_usec, uint8_t target_system, uint8_t cam_idx, uint16_t img_idx, int32_t lat, int32_t lng, "
+        "float alt_msl, float alt_rel, float roll, float pitch, float yaw, float foc_len, uint8_t flags | "
+        "uint16_t completed_captures",
     ),
     (
         "PROTOCOL_VERSION",

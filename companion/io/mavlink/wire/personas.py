@@ -16,6 +16,7 @@ from companion.modes.table import DECLARATIONS
 
 _PX4_MODES = {mode: declared.px4 for mode, declared in DECLARATIONS.items()}
 _ROVER_MODES = {mode: declared.rover for mode, declared in DECLARATIONS.items()}
+_PX4_ALIASES = {number: mode for mode, declared in DECLARATIONS.items() for number in declared.px4_aliases}
 _ROVER_ALIASES = {number: mode for mode, declared in DECLARATIONS.items() for number in declared.rover_aliases}
 
 
@@ -41,6 +42,7 @@ class Persona:
     value (ArduPilot). `home_is_item_zero`: in missions item 0 is home, and the first real item is number 1.
     `offboard_may_wait`: its number of Offboard also means to wait for a go-to, which is Hold, where no setpoints come.
     `zero_yaw_is_unset`: clients of this persona send 0 where MAVLink says NaN for a heading that does not matter.
+    `calibrates_by_messages`: it reports a compass calibration as MAG_CAL messages (ArduPilot), else as texts (PX4).
     """
 
     name: str
@@ -50,7 +52,9 @@ class Persona:
     home_is_item_zero: bool
     zero_yaw_is_unset: bool = False
     offboard_may_wait: bool = False
+    calibrates_by_messages: bool = False
     packs_main_and_sub: bool = True  # custom_mode is made of a main and a sub mode
+    has_events: bool = True  # its clients may know MAVLink's events interface; PX4's numbers of modes stand in them
     aliases: Mapping[int, ModeId] = field(default_factory=dict)  # numbers that are understood but never sent
 
     def __hash__(self) -> int:
@@ -78,9 +82,21 @@ class Persona:
         return 1 if self.home_is_item_zero else 0
 
 
-PX4 = Persona("px4", mavlink.MAV_AUTOPILOT_PX4, _PX4_MODES, bytewise_parameters=True, home_is_item_zero=False)
+PX4 = Persona(
+    "px4",
+    mavlink.MAV_AUTOPILOT_PX4,
+    _PX4_MODES,
+    bytewise_parameters=True,
+    home_is_item_zero=False,
+    aliases=_PX4_ALIASES,
+)
 GENERIC = Persona(
-    "generic", mavlink.MAV_AUTOPILOT_GENERIC, _PX4_MODES, bytewise_parameters=True, home_is_item_zero=False
+    "generic",
+    mavlink.MAV_AUTOPILOT_GENERIC,
+    _PX4_MODES,
+    bytewise_parameters=True,
+    home_is_item_zero=False,
+    aliases=_PX4_ALIASES,
 )
 ARDUPILOT = Persona(
     "ardupilot",
@@ -90,7 +106,9 @@ ARDUPILOT = Persona(
     home_is_item_zero=True,
     zero_yaw_is_unset=True,
     offboard_may_wait=True,
+    calibrates_by_messages=True,
     packs_main_and_sub=False,
+    has_events=False,
     aliases=_ROVER_ALIASES,
 )
 

@@ -15,12 +15,11 @@ from companion.io.mavlink.wire.link_base import (
     MAX_PEERS,
     MOST_BYTES,
     PEER_TIMEOUT_S,
-    LinkError,
     Received,
     bound_socket,
     link_health,
+    not_bound,
     take_in,
-    why_not_bound,
 )
 from companion.io.mavlink.wire.personas import Persona
 
@@ -67,7 +66,7 @@ class TcpServerLink:
             self._listener.listen(8)
         except OSError as error:
             self._listener.close()
-            raise LinkError(f"'{url}': {why_not_bound(error)}") from error
+            raise not_bound(url, error) from error
         self._clients: list[_Client] = []
         self._news: list[str] = []
 

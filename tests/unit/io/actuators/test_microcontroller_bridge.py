@@ -148,7 +148,7 @@ def test_status_becomes_readings() -> None:
     readings = heard(actuator, wire, STATUS, 3.0)
     assert Leak(3.0, "microcontroller", False) in readings
     assert Battery(3.0, "microcontroller", 12.5, 3.25, 0.5) in readings
-    assert RcInput(3.0, "microcontroller", (-1.0, 0.0, 1.0, 0.5, -1.0), False) in readings
+    assert RcInput(3.0, "microcontroller", (-1.0, 0.0, 1.0, 0.5, -1.2), False) in readings
     feedback = [reading for reading in readings if isinstance(reading, ThrusterFeedback)]
     assert [(each.index, each.throttle, each.azimuth_rad) for each in feedback] == [
         (0, 0.1, 0.2),

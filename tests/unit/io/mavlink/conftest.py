@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from companion.core.decision import ACCEPTED, Home, MissionProgress, MissionState, Outcome, Result
+from companion.core.decision import ACCEPTED, Home, MissionProgress, MissionState, Outcome, Result, TextKind
 from companion.core.events import EventLog
 from companion.io.mavlink.wire import messages as mavlink
 from companion.io.mavlink.wire.endpoint import Endpoint
@@ -30,11 +30,13 @@ class DeskSupervisor:
     def __init__(self, plans: Plans) -> None:
         self._plans = plans
         self.seq = 0
+        self.armed = False
         self.home: Home | None = Home(63.44, 10.4, 2.5)
 
     def status(self, now_s: float) -> Any:
         count = len(self._plans.items(PlanKind.MISSION))
-        return SimpleNamespace(home=self.home, mission=MissionProgress(MissionState.NOT_STARTED, self.seq, count))
+        progress = MissionProgress(MissionState.NOT_STARTED, self.seq, count)
+        return SimpleNamespace(home=self.home, mission=progress, armed=self.armed)
 
     def set_current(self, seq: int, reset: bool, now_s: float) -> Outcome:
         if seq >= len(self._plans.items(PlanKind.MISSION)):
@@ -64,8 +66,8 @@ class DeskHub:
     def send_packed(self, outlet: Endpoint, packed: Packed) -> None:
         self.sent.append((outlet, over_the_wire(packed)))
 
-    def say(self, peer: Peer, severity: int, text: str) -> None:
-        self.send(peer, mavlink.MAVLink_statustext_message(severity, text.encode()[:50]))
+    def say(self, peer: Peer, kind: TextKind, text: str) -> None:
+        self.send(peer, mavlink.MAVLink_statustext_message(kind.severity, text.encode()[:50]))
 
     def announce(self, now_s: float, *numbers: int) -> None:
         self.announced.extend(numbers)

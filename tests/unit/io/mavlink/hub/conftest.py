@@ -10,7 +10,9 @@ from typing import Any
 
 import pytest
 
+from companion.config.payload import CameraConfig
 from companion.core.actuation import ZERO_WRENCH, ActuatorCommand, Allocation, ThrusterCommand
+from companion.core.arming import ArmingReport, Check, Finding
 from companion.core.decision import ACCEPTED, Home, MissionProgress, MissionState, ModeId, Order, Outcome, Status
 from companion.core.estimate import NavState
 from companion.core.events import EventLog
@@ -28,7 +30,10 @@ from companion.mission.plan import Plans
 from companion.modes.table import DECLARATIONS
 from companion.params.store import Parameters
 from companion.supervisor.authority import Facts, Request, refusal
+from companion.supervisor.calibration import CalibrationState, Kind
 from companion.supervisor.ground_stations import GroundStations
+from companion.supervisor.outputs import AuxiliaryOutputs
+from companion.supervisor.payload import Payload
 
 UNIX_NS = 1_780_000_000_000_000_000
 
@@ -72,6 +77,23 @@ def still(t_s: float) -> NavState:
     )
 
 
+class FakeCalibration:
+    """Keeps what is asked of it; `state` is what it shows."""
+
+    def __init__(self, take: Callable[..., Outcome]) -> None:
+        self._take = take
+        self.state: CalibrationState | None = None
+
+    def request(self, kind: Kind, now_s: float, save: bool = True) -> Outcome:
+        return self._take("calibrate", kind, save)
+
+    def accept(self, now_s: float) -> Outcome:
+        return self._take("accept")
+
+    def cancel(self, now_s: float) -> Outcome:
+        return self._take("cancel")
+
+
 class FakeSupervisor:
     """Accepts everything, or answers with `outcome`; keeps (name, arguments) in `asked`. Authority is the real one."""
 
@@ -89,6 +111,12 @@ class FakeSupervisor:
         self.setpoints_refused: str | None = None
         self.setpoints_missing: str | None = "no setpoint"
         self.reports: list[AisTarget] = []
+        self.calibration = FakeCalibration(self._take)
+        self.findings: tuple[Finding, ...] = ()
+        self.landing = SimpleNamespace(
+            take_off=lambda now_s: self._take("take_off"), land=lambda place, now_s: self._take("land", place)
+        )
+        self.payload: Payload
         self.now = Status(
             0.0,
             ModeId.HOLD,
@@ -102,6 +130,10 @@ class FakeSupervisor:
 
     def status(self, now_s: float) -> Status:
         return replace(self.now, t_s=now_s)
+
+    def arming_report(self, now_s: float) -> ArmingReport:
+        free = frozenset(ModeId) if not any(finding.blocks for finding in self.findings) else frozenset()
+        return ArmingReport(self.findings, free, frozenset(ModeId), frozenset(Check))
 
     def change(self, **changes: Any) -> None:
         self.now = replace(self.now, **changes)
@@ -213,6 +245,8 @@ class FakeSupervisor:
 
 
 class FakeVessel:
+    cameras: tuple[CameraConfig, ...] = ()
+
     def __init__(self) -> None:
         self.parameters = Parameters()
         self.supervisor = FakeSupervisor(self.parameters)
@@ -221,13 +255,21 @@ class FakeVessel:
         self.events = EventLog()
         self.config: Any = SimpleNamespace(
             name="revolt",
+            title="ReVolt 1:20 model ship",
             length_m=3.0,
             operators=(),
             sensors=(),
+            actuators=(),
+            corrections=(),
+            cameras=self.cameras,
             thrusters=(),
             servos=(),
             relays=(),
-            limits=SimpleNamespace(sway_n=20.0),
+            limits=SimpleNamespace(surge_n=40.0, sway_n=20.0),
+        )
+        auxiliary = AuxiliaryOutputs(self.config, self.events)
+        self.supervisor.payload = Payload(
+            self.config, self.parameters, self.plans, auxiliary, self.events, lambda: LocalFrame(63.43, 10.39)
         )
         self.last_tick: Tick | None = None
         self.frame: LocalFrame | None = LocalFrame(63.43, 10.39)

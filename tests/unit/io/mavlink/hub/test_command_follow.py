@@ -115,7 +115,7 @@ def test_a_lead_boat_that_steers_by_remote_steers_at_once_and_alone(make_rig: An
         rig.ask(manual(300), desk=1)
     assert [sticks.surge for sticks in rig.supervisor.sticks] == [0.1, *(0.3 for _ in range(5))]
     text = "".join(message.text for message in told)
-    assert set(text.split("Sticks ignored: ")) == {"", "lead boat (system 254) steers. Choose a mode to take over"}
+    assert set(text.split("Sticks ignored: ")) == {"", "lead boat 254 steers: choose a mode"}
     assert text.count("Sticks") <= 2  # once, and again when the lead boat began
 
 

@@ -133,8 +133,14 @@ def test_a_refusal_is_said_again_after_a_while_and_to_nobody_else(make_rig: type
     assert [m.text for m in rig.ask(message)] == ["Setpoint refused: point outside the fence"]
     assert rig.ask(message) == [] and rig.desks[1].hear() == []
     assert len(rig.ask(message, desk=1)) == 1 and rig.desks[0].hear() == []
-    rig.now_s += 5.1
-    assert len(rig.ask(message)) == 1
+    rig.run(5.1)
+    assert "STATUSTEXT" not in {m.get_type() for m in rig.ask(message)}
+    rig.supervisor.setpoints_refused = "not in Offboard"
+    rig.run(5.1)
+    assert "Setpoint refused: not in Offboard" in [m.text for m in rig.ask(message) if m.get_type() == "STATUSTEXT"]
+    rig.supervisor.setpoints_refused = "point outside the fence"
+    rig.run(30.0)
+    assert len([m for m in rig.ask(message) if m.get_type() == "STATUSTEXT"]) == 1
 
 
 @pytest.mark.parametrize("target", [0, 2])

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from companion.io.mavlink.wire import messages as mavlink
-from companion.io.mavlink.wire.actions import CONTROLLING, REQUEST_OPERATOR_CONTROL
+from companion.io.mavlink.wire.actions import CONTROLLING, READING, REQUEST_OPERATOR_CONTROL
 from companion.supervisor.ground_stations import GroundStations
 
 ARM, DISARM, TERMINATE = (400, 1.0), (400, 0.0), (185, 1.0)
@@ -17,7 +17,7 @@ TAKE, TAKE_OPEN, RELEASE = (
     (REQUEST_OPERATOR_CONTROL, 1.0, 1.0),
     (REQUEST_OPERATOR_CONTROL, 0.0),
 )
-ACCEPTED, DENIED, FAILED = 0, 2, 4
+ACCEPTED, DENIED, UNSUPPORTED, FAILED = 0, 2, 3, 4
 
 
 def ack(rig: Any, command: tuple[float, ...], desk: int) -> int:
@@ -108,6 +108,49 @@ def test_reading_and_stopping_stay_open(two: Any) -> None:
     assert ack(two, (185, 0.0), 1) == DENIED and ack(two, (400, float("nan")), 1) == DENIED
 
 
+@pytest.mark.parametrize("number", sorted(READING))
+def test_no_reading_command_is_refused_to_who_is_not_in_control(two: Any, number: int) -> None:
+    """QGroundControl asks for a camera (521) every two seconds, whoever has control."""
+
+    def results() -> list[tuple[str, int]]:
+        two.desks[1].hear()
+        answers = two.command(number, 1.0, desk=1)
+        assert not any("control" in text for text in texts(answers))
+        return [(m.get_type(), m.result) for m in answers if m.get_type() == "COMMAND_ACK"]
+
+    before = results()
+    ack(two, TAKE, 0)
+    assert results() == before
+
+
+def test_a_camera_is_asked_for_in_vain_without_a_word(two: Any) -> None:
+    ack(two, TAKE, 0)
+    assert [ack(two, (number, 1.0), 1) for number in (521, 522, 525, 527, 2504, 2505)] == [UNSUPPORTED] * 6
+
+
+def test_the_same_refusal_is_said_once_in_half_a_minute_and_acknowledged_each_time(two: Any) -> None:
+    ack(two, TAKE, 0)
+    said = []
+    for _ in range(35):
+        answers = two.command(int(ARM[0]), ARM[1], desk=1)
+        assert [m.result for m in answers if m.get_type() == "COMMAND_ACK"] == [DENIED]
+        said += [m for m in answers if m.get_type() == "STATUSTEXT"]
+        two.run(0.5)
+        two.ask(mavlink.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3), desk=0)
+        two.run(0.5)
+    assert [(m.severity, m.text) for m in said] == [(3, "Not obeyed: system 255 has control")] * 2
+
+
+def test_a_refusal_of_another_kind_and_a_refusal_to_another_are_said_at_once(make_rig: Any) -> None:
+    rig = make_rig(["memory:a", "memory:b", "memory:c"])
+    rig.ask(mavlink.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3), desk=0)
+    ack(rig, TAKE, 0)
+    for desk in (1, 2):
+        assert "Not obeyed: system 255 has control" in texts(rig.command(400, 1.0, desk=desk))
+    ack(rig, RELEASE, 0)
+    assert "the speed should be above 0" in texts(rig.command(178, 1.0, 0.0, desk=1))
+
+
 def test_hand_over(two: Any) -> None:
     """Asked for, refused, told to who has it; allowed, asked for again, had; given back."""
     assert ack(two, TAKE, 0) == ACCEPTED
@@ -179,10 +222,15 @@ def test_sticks_for_another_boat_are_not_ours_to_refuse(two: Any) -> None:
 def test_whatever_changes_the_vessel_is_under_control(two: Any) -> None:
     """A handler of a new message has to be put on one side or the other."""
     open_to_all = {  # clocks and rates, reading, transfers under way, positions of others, corrections, keys
+        "HEARTBEAT",
+        "COMMAND_ACK",
+        "CAMERA_IMAGE_CAPTURED",
+        "REQUEST_EVENT",
         "TIMESYNC",
         "PING",
         "REQUEST_DATA_STREAM",
         "AIS_VESSEL",
+        "AUTOPILOT_VERSION_REQUEST",
         "MISSION_ACK",
         "MISSION_REQUEST_LIST",
         "MISSION_REQUEST_PARTIAL_LIST",
@@ -199,6 +247,7 @@ def test_whatever_changes_the_vessel_is_under_control(two: Any) -> None:
         "GPS_RTCM_DATA",
         "GPS_INJECT_DATA",
         "SETUP_SIGNING",
+        "SERIAL_CONTROL",  # the shell refuses each line that sets something
     }
     handled = {mavlink.MESSAGES[number].msgname for number in two.hub._handlers if number not in CONTROLLING}
     assert handled <= open_to_all, handled - open_to_all

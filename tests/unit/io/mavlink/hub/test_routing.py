@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from companion.core.decision import TextKind
 from companion.io.mavlink.wire import messages as mavlink
 from companion.io.mavlink.wire.framer import Framer, frame, pack
 from companion.io.mavlink.wire.router import FORGET_S
@@ -196,7 +197,7 @@ def test_a_costly_link_carries_one_message_every_five_seconds_and_no_heartbeat(m
     costly = rig.desks[0]
     rig.run(20.0)
     rig.supervisor.change(armed=True)
-    rig.vessel.events.say(rig.now_s, 4, "test", "something for everybody")
+    rig.vessel.events.say(rig.now_s, TextKind.ATTENTION, "test", "something for everybody")
     rig.run(0.5)
     heard = [m.get_type() for m in costly.hear()]
     assert set(heard) == {"HIGH_LATENCY2"} and 4 <= len(heard) <= 5

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from companion.core.actuation import ZERO_WRENCH
-from companion.core.decision import Event, FenceState, Home, MissionProgress, MissionState, ModeId, Severity
+from companion.core.decision import Event, FenceState, Home, MissionProgress, MissionState, ModeId, TextKind
 from companion.core.readings import Battery, FixType, RcInput, Wind
 from companion.core.setpoint import PathSetpoint, Point, PoseSetpoint, Progress, Setpoint, WrenchSetpoint
 from companion.core.tick import Inputs
@@ -327,7 +327,7 @@ def test_numbers_that_are_none_stop_nothing(rig: Rig) -> None:
 
 
 def test_events_become_texts(rig: Rig, named: Callable[[Sequence[Any], str], list[Any]]) -> None:
-    rig.tick(events=(Event(0.1, Severity.WARNING, "x", "short"), Event(0.1, Severity.CRITICAL, "y", "z" * 120)))
+    rig.tick(events=(Event(0.1, TextKind.ATTENTION, "x", "short"), Event(0.1, TextKind.ALARM, "y", "z" * 120)))
     texts = named(rig.desk.hear(), "STATUSTEXT")
     assert (texts[0].severity, texts[0].text, texts[0].id) == (4, "short", 0)
     assert "".join(message.text for message in texts[1:]) == "z" * 120

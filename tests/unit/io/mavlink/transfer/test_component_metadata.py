@@ -4,15 +4,27 @@ from __future__ import annotations
 
 import json
 import lzma
+from collections.abc import Sequence
 from typing import Any
 
 import pytest
 from pymavlink.mavftp import MAVFTP
 
 from companion.app import load_vessel
+from companion.config.devices import ThrusterConfig
 from companion.config.vessel import bundled
-from companion.io.mavlink.transfer.component_metadata import crc32, metadata
+from companion.io.mavlink.telemetry.arming_events import ArmingEvents
+from companion.io.mavlink.transfer.component_metadata import (
+    ACTUATORS,
+    GENERAL,
+    PARAMETERS,
+    Descriptions,
+    Metadata,
+    crc32,
+    parameters_file,
+)
 from companion.io.mavlink.transfer.parameter_file import param_pck, params_text
+from companion.io.mavlink.wire.personas import PERSONAS, PX4, Persona
 from companion.params.store import Parameters
 from companion.params.table import TABLE
 
@@ -37,8 +49,12 @@ KNOWN = {
 }
 
 
+def metadata(parameters: Parameters, persona: Persona = PX4, thrusters: Sequence[ThrusterConfig] = ()) -> Metadata:
+    return Descriptions(parameters, ArmingEvents(["gnss", "imu"], ["stern"]), thrusters).of(persona)
+
+
 def rows(parameters: Parameters) -> list[dict[str, Any]]:
-    content = json.loads(lzma.decompress(metadata(parameters).parameters, format=lzma.FORMAT_XZ))
+    content = json.loads(lzma.decompress(parameters_file(parameters), format=lzma.FORMAT_XZ))
     assert content["version"] == 1
     found: list[dict[str, Any]] = content["parameters"]
     return found
@@ -80,11 +96,48 @@ def test_defaults_are_the_vessels_own(vessel: str) -> None:
 
 def test_the_files_are_small_the_same_each_time_and_named_by_their_checksum() -> None:
     first, second = metadata(Parameters()), metadata(Parameters())
-    assert first == second and len(first.parameters) < 30_000 and len(first.uri) < 100
-    (entry,) = json.loads(first.general)["metadataTypes"]
-    assert entry == {"type": 1, "uri": "mftp:///parameters.json.xz", "fileCrc": crc32(first.parameters)}
+    assert first == second and sum(map(len, first.files.values())) < 30_000 and len(first.uri) < 100
+    listed = json.loads(first.files[GENERAL])["metadataTypes"]
+    assert listed == [
+        {"type": number, "uri": f"mftp:///{name}", "fileCrc": crc32(first.files[name])}
+        for number, name in ((1, "parameters.json.xz"), (5, "actuators.json.xz"), (4, "events.json.xz"))
+    ]
     other = metadata(Parameters({"WP_SPEED": 0.7}))
-    assert other.crc != first.crc and other.parameters != first.parameters
+    assert other.crc != first.crc and other.files[PARAMETERS] != first.files[PARAMETERS]
+
+
+def test_only_clients_that_may_know_events_are_told_of_them() -> None:
+    told = {
+        name: [entry["type"] for entry in json.loads(metadata(Parameters(), persona).files[GENERAL])["metadataTypes"]]
+        for name, persona in PERSONAS.items()
+    }
+    assert told == {"px4": [1, 5, 4], "generic": [1, 5, 4], "ardupilot": [1, 5]}
+
+
+@pytest.mark.parametrize("vessel", bundled())
+def test_qgroundcontrol_learns_the_motors(vessel: str) -> None:
+    """As its Actuators page goes about it: outputs whose parameter exists, their functions, the type of these."""
+    config = load_vessel(vessel)
+    parameters = Parameters(config.parameters)
+    packed = metadata(parameters, thrusters=config.thrusters).files[ACTUATORS]
+    content = json.loads(lzma.decompress(packed, format=lzma.FORMAT_XZ))
+    (output,) = content["outputs_v1"]
+    (subgroup,) = output["subgroups"]
+    (parameter,) = [row for row in subgroup["per-channel-parameters"] if row["function"] == "function"]
+    functions = [
+        int(parameters[parameter["name"].replace("${i}", str(channel["param-index"]))])
+        for channel in subgroup["channels"]
+    ]
+    assert [channel["label"] for channel in subgroup["channels"]] == [thruster.name for thruster in config.thrusters]
+    motor = content["mixer_v1"]["actuator-types"]["motor"]
+    assert functions == list(range(motor["function-min"], motor["function-min"] + len(config.thrusters)))
+    assert all(content["functions_v1"][str(number)]["label"] for number in functions)
+    assert max(functions) <= motor["function-max"] and motor["values"]["max"] == 0.3
+    assert (motor["values"]["min"] < 0.0) is (vessel != "rescuerunner")
+    (geometry,) = content["mixer_v1"]["config"]
+    (group,) = geometry["actuators"]
+    assert group["count"] == len(config.thrusters) == len(group["item-label-prefix"])
+    assert all(len(row["value"]) == group["count"] for row in group["per-item-parameters"])
 
 
 def test_mavlinks_checksum() -> None:

@@ -12,7 +12,8 @@ from typing import Any
 
 import pytest
 
-from companion.io.mavlink.transfer.component_metadata import metadata
+from companion.io.mavlink.telemetry.arming_events import ArmingEvents
+from companion.io.mavlink.transfer.component_metadata import Descriptions
 from companion.io.mavlink.transfer.disk_files import LogStore
 from companion.io.mavlink.transfer.file_tree import FileTree
 from companion.io.mavlink.transfer.ftp_codec import parse
@@ -129,7 +130,7 @@ def logs(tmp_path: Path) -> Path:
 def service(desk: Desk, logs: Path) -> Any:
     desk.vessel.last_tick = None
     store = LogStore(logs)
-    made = FtpService(desk.hub, FileTree(desk.vessel, 1, 1, metadata(desk.parameters), store))
+    made = FtpService(desk.hub, FileTree(desk.vessel, 1, 1, Descriptions(desk.parameters, ArmingEvents((), ())), store))
     desk.serve(made)
     yield made
     made.close()
@@ -146,6 +147,8 @@ def test_the_tree_is_listed(client: Client) -> None:
     assert [row.split("\t")[0] for row in root] == [
         "Fgeneral.json",
         "Fparameters.json.xz",
+        "Factuators.json.xz",
+        "Fevents.json.xz",
         "D@PARAM",
         "Dplans",
         "Dlogs",

@@ -33,9 +33,9 @@ def logs(tmp_path: Path) -> Path:
 
 
 class Desk:
-    def __init__(self, desk: Desk, logs: Path | None) -> None:
+    def __init__(self, desk: Any, logs: Path | None) -> None:
         self.desk = desk
-        self.service = LogService(desk.hub, None if logs is None else LogStore(logs))
+        self.service = LogService(desk.hub, desk.vessel, None if logs is None else LogStore(logs, "c"))
         desk.serve(self.service)
         self.now_s = 0.0
         self.who = "qgc"
@@ -128,13 +128,10 @@ def test_a_gap_is_sent_again_and_the_end_stops(station: Desk, logs: Path) -> Non
     assert station.heard() == []
 
 
-def test_an_unknown_number_and_an_erase_are_refused(station: Desk, logs: Path) -> None:
+def test_an_unknown_number_is_refused(station: Desk, logs: Path) -> None:
     station.entries()
     (said,) = station.tell(station.desk.messages.MAVLink_log_request_data_message(1, 1, 77, 0, 90))
     assert "Log 77 not found" in said.text
-    (said,) = station.tell(station.desk.messages.MAVLink_log_erase_message(1, 1))
-    assert "Logs not erased" in said.text
-    assert (logs / "c" / "ticks.ulg").stat().st_size == SIZES["c"]
 
 
 def test_a_log_that_is_gone_is_refused(station: Desk, logs: Path) -> None:
@@ -143,3 +140,31 @@ def test_a_log_that_is_gone_is_refused(station: Desk, logs: Path) -> None:
     station.tell(station.desk.messages.MAVLink_log_request_data_message(1, 1, 1, 0, 90))
     (said,) = station.until("STATUSTEXT", 1)
     assert "no longer there" in said.text
+
+
+def test_erase_leaves_the_running_log_and_what_is_no_log(station: Desk, logs: Path) -> None:
+    """QGroundControl asks for the list again at once."""
+    (logs / "a" / "state").mkdir()
+    (logs / "a" / "state" / "plan.json").write_bytes(b"{}")
+    (logs / "elsewhere").symlink_to(logs / "b", target_is_directory=True)
+    station.entries()
+    assert station.tell(station.desk.messages.MAVLink_log_erase_message(1, 1)) == []
+    (entry,) = station.entries(count=1)
+    assert (entry.id, entry.num_logs, entry.size) == (0, 1, SIZES["c"])
+    assert sorted(path.name for path in logs.iterdir()) == ["c", "elsewhere", "no_log"]
+    assert station.desk.texts() == ["Logs erased: 3, 0 MB"]
+    assert station.data(0, 0, 90, 1)[0].count == 90, "number 0 is another log now"
+
+
+def test_a_download_under_way_ends_well(station: Desk, logs: Path) -> None:
+    station.entries()
+    station.data(1, 0, 90, 1)
+    station.tell(station.desk.messages.MAVLink_log_erase_message(1, 1))
+    wait_until(lambda: not (logs / "b").exists(), "erased")
+    assert b"".join(bytes(m.data[: m.count]) for m in station.data(1, 90, 900, 10))[:900]
+
+
+def test_an_armed_boat_keeps_its_logs(station: Desk, logs: Path) -> None:
+    station.desk.supervisor.armed = True
+    (said,) = station.tell(station.desk.messages.MAVLink_log_erase_message(1, 1))
+    assert said.text == "Logs not erased: disarm first" and (logs / "a").exists()

@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from companion.core.decision import Home
 from companion.io.mavlink.transfer.mission_service import MissionService
 from companion.io.mavlink.wire import messages as mavlink
 from companion.io.mavlink.wire.hub import Peer
@@ -176,7 +177,7 @@ def test_an_item_is_refused_at_once_with_its_reason(desk: Desk, bad: dict[str, A
     assert (answer.type, answer.opaque_id) == (result, 0)
     assert len(desk.plans.items(MISSION)) == 1
     (text,) = desk.texts()
-    assert text.startswith("mission item 1: ") and text.count("item 1:") == 1
+    assert text.startswith("mission item 2: ") and text.count("item 2:") == 1
     desk.wait(8.0)
     assert desk.replies() == []
     desk.tell(item_int(waypoint(1, **bad)))  # again, for the answer was lost
@@ -195,7 +196,26 @@ def test_the_whole_plan_is_checked_before_it_is_accepted(desk: Desk) -> None:
     upload(desk, [waypoint(0)])
     answer = upload(desk, [waypoint(0), waypoint(1, command=177, frame=2, param1=7.0, param2=1.0)])
     assert answer.type == PlanResult.INVALID_PARAM1 and len(desk.plans.items(MISSION)) == 1
-    assert "item 1: DO_JUMP to 7" in desk.texts()[0]
+    assert "item 2: DO_JUMP to item 8" in desk.texts()[0]
+
+
+@pytest.mark.parametrize(("kind", "command"), [(MISSION, 16), (MISSION, 19), (RALLY, 5100)])
+def test_latitude_and_longitude_0_is_no_place(desk: Desk, kind: PlanKind, command: int) -> None:
+    nowhere = waypoint(1, command=command, x=0, y=0, param4=0.0)
+    answer = upload(desk, [waypoint(0, command=command, param4=0.0), nowhere], kind)
+    assert answer.type == PlanResult.INVALID_PARAM5_X and desk.plans.items(kind) == ()
+    (said,) = desk.texts()
+    assert "item 2: " in said and said.endswith("is at latitude 0, longitude 0; give it a place")
+
+
+@pytest.mark.parametrize(("home", "result"), [((0.005, -0.005), 0), ((0.02, 0.0), 10)])
+def test_but_for_a_boat_that_lives_there(desk: Desk, home: tuple[float, float], result: int) -> None:
+    desk.supervisor.home = Home(*home, 0.0)
+    assert upload(desk, [waypoint(0, x=0, y=0)]).type == result
+
+
+def test_on_the_equator_or_the_meridian_is_a_place(desk: Desk) -> None:
+    assert upload(desk, [waypoint(0, x=0), waypoint(1, y=0)]).type == 0
 
 
 def test_what_is_missing_is_asked_for_again(desk: Desk) -> None:
@@ -221,7 +241,7 @@ def test_a_silent_client_is_given_up(desk: Desk) -> None:
     desk.heard()
     desk.wait(5.0)
     assert desk.heard() == [] and len(desk.plans.items(MISSION)) == 1
-    assert "broke off at item 0" in desk.texts()[0]
+    assert "broke off at item 1" in desk.texts()[0]
 
 
 def test_a_repeated_count_starts_again(desk: Desk) -> None:
@@ -410,7 +430,7 @@ def test_senders_to_a_vessel_in_fast_motion_get_more_of_its_time(desk: Desk) -> 
     desk.wait(90.0)
     assert desk.texts() == []
     desk.wait(6.0)
-    assert "broke off at item 0" in desk.texts()[0]
+    assert "broke off at item 1" in desk.texts()[0]
 
 
 def test_part_of_a_list(desk: Desk) -> None:
@@ -495,9 +515,35 @@ def test_the_item_in_the_place_of_home_is_not_checked(desk: Desk) -> None:
     assert upload(desk, [waypoint(0, command=0, frame=77, x=2**31 - 1), waypoint(1)], peer=desk.peer("rover")).type == 0
 
 
-def test_refusals_count_as_the_client_does(desk: Desk) -> None:
+def test_an_item_has_the_same_number_for_people_on_every_link(desk: Desk) -> None:
+    """The second item: 2 on QGroundControl's map (sequence number 1), and 2 on a link whose item 0 is home."""
+    upload(desk, [waypoint(0), waypoint(1, command=9999)])
+    said = desk.texts()
+    desk.wait(11.0)  # the same text is said once in 10 s
     upload(desk, [ROVER_PLAN[0], waypoint(1), waypoint(2, command=9999)], peer=desk.peer("rover"))
-    assert desk.texts()[0].startswith("mission item 2: ")
+    assert desk.texts() == said and said[0].startswith("mission item 2: command 9999 is not supported")
+
+
+def test_a_jump_names_its_target_by_the_number_for_people(desk: Desk) -> None:
+    """Sequence number 7 is the eighth item; on a link whose item 0 is home the eighth item is 8."""
+    upload(desk, [waypoint(0), waypoint(1, command=177, frame=2, param1=7.0, param2=1.0)])
+    said = desk.texts()
+    desk.wait(11.0)
+    jump = waypoint(2, command=177, frame=2, param1=8.0, param2=1.0)
+    upload(desk, [ROVER_PLAN[0], waypoint(1), jump], peer=desk.peer("rover"))
+    assert desk.texts() == said and "item 2: DO_JUMP to item 8" in said[0]
+
+
+def test_an_upload_breaks_off_at_the_same_number_on_every_link(desk: Desk) -> None:
+    said = []
+    for name, count in (("qgc", 2), ("rover", 3)):
+        peer = desk.peer(name)
+        desk.tell(mavlink.MAVLink_mission_count_message(1, 1, count, 0), peer)
+        for seq in range(count - 1):
+            desk.tell(item_int(waypoint(seq)), peer)
+        desk.wait(16.0)
+        said.append(desk.texts())
+    assert said[0] == said[1] == ["mission upload broke off at item 2: old one kept"]
 
 
 @pytest.mark.parametrize(("wire", "seq"), [(0, 0), (1, 0), (3, 2)])

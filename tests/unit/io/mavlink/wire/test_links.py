@@ -22,6 +22,7 @@ from companion.io.mavlink.wire.links import (
     TcpServerLink,
     UdpLink,
     open_link,
+    open_links,
 )
 from tests.waiting import CAP_S, wait_until
 
@@ -97,6 +98,23 @@ def test_a_port_in_use_says_what_to_do(sockets: Any, scheme: str, kind: int) -> 
         other.listen()
     with pytest.raises(LinkError, match="port in use; stop the program"):
         open_link(f"{scheme}:127.0.0.1:{other.getsockname()[1]}")
+
+
+def test_a_default_link_whose_port_is_taken_is_left_out_and_that_is_told(sockets: Any) -> None:
+    other = sockets(socket.SOCK_STREAM)
+    other.bind(("127.0.0.1", 0))
+    other.listen()
+    taken = f"tcpin:127.0.0.1:{other.getsockname()[1]}?dialect=ardupilot"
+    told: list[str] = []
+    links = open_links(["udpout:127.0.0.1:14599", "tcpin:127.0.0.1:0", taken], warn=told.append)
+    assert [link.name for link in links] == ["udpout:127.0.0.1:14599", "tcpin:127.0.0.1:0"]
+    assert len(told) == 1 and taken in told[0] and "going on without it" in told[0]
+    for link in links:
+        link.close()
+    with pytest.raises(LinkError, match="port in use"):
+        open_links(["tcpin:127.0.0.1:0", taken])  # one that was asked for
+    with pytest.raises(LinkError, match="port in use"):
+        open_links(["udpout:127.0.0.1:14599", taken], warn=told.append)  # a second companion: no server is left
 
 
 @pytest.mark.parametrize(

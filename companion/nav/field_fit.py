@@ -11,7 +11,8 @@ corrects it. Least squares by scipy with a soft L1 loss, since waves and passing
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,7 @@ _DETERMINED = (
 )
 _VERTICAL_FLAT = 0.1  # weight of the vertical part where only its mean can be fitted
 _NEIGHBOURS = 10.0  # neighbouring samples that share one error
+_MOST_STEPS = 50  # of the whole ellipsoid; where the samples determine it, it takes fewer than 20
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,6 +47,11 @@ class FieldFit:
     deviation_rad: Array
     deviation_before_rad: Array
     offset_sigma: float  # of the worst axis, as a share of the field
+
+    def before_turn(self, turn: Sequence[float]) -> FieldFit:
+        """The fit for a field that was turned by `turn`, a 3×3 rotation row by row, before it was fitted."""
+        matrix = np.reshape(turn, (3, 3))
+        return replace(self, offset=matrix.T @ self.offset, matrix=matrix.T @ self.matrix @ matrix)
 
 
 def fit(field: Array, tilt: Array, dip_rad: float) -> FieldFit:
@@ -72,7 +79,9 @@ def fit(field: Array, tilt: Array, dip_rad: float) -> FieldFit:
     flat_fit = least_squares(residuals(True), start[:6], loss="soft_l1", f_scale=_OUTLIER, x_scale="jac")
     a, b, c = flat_fit.x[3:]
     begin = np.array([*flat_fit.x[:3], a, b, 0.0, c, 0.0, 0.5 * (a + c)])
-    full_fit = least_squares(residuals(False), begin, loss="soft_l1", f_scale=_OUTLIER, x_scale="jac")
+    full_fit = least_squares(
+        residuals(False), begin, loss="soft_l1", f_scale=_OUTLIER, x_scale="jac", max_nfev=_MOST_STEPS
+    )
     sigma = _sigmas(full_fit, len(field))
     scale = full_fit.x[8]
     determined = full_fit.success and sigma[2] * scale < _DETERMINED and sigma[8] / scale < _DETERMINED

@@ -1,0 +1,67 @@
+"""Which device's measurement of the battery counts (BAT1_SOURCE), and how full the battery is."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from companion.config.vessel import VesselConfig
+from companion.core.decision import TextKind
+from companion.core.events import Announce
+from companion.core.readings import Battery
+from companion.nav.charge import ChargeCounter
+from companion.params.devices import ANY_DEVICE
+from companion.params.store import Parameters
+
+_SAG_S = 10.0  # time constant: a pull of the thrusters lowers the voltage for seconds
+
+
+class BatteryGauge:
+    """Battery readings of all devices → the battery as the boat sees it.
+
+    `remaining` is the device's; else counted from the current with the vessel's `[battery]`; else judged by the voltage
+    of BAT1_N_CELLS cells, smoothed. Remembers the count of charge, the smoothed voltage of each device with its time,
+    and the source that was announced as missing.
+    """
+
+    def __init__(self, config: VesselConfig, parameters: Parameters, say: Announce) -> None:
+        self._bridges = [bridge.name for bridge in config.actuators]
+        self._parameters = parameters
+        self._say = say
+        self._counter = ChargeCounter(config.battery)
+        self._voltages: dict[str, tuple[float, float]] = {}
+        self._missed = ANY_DEVICE
+
+    def update(self, reading: Battery, before: Battery | None, now_s: float) -> Battery | None:
+        """The newest measurement that counts: `reading`, or `before`, the one until now; None for none."""
+        counted = self._counter.update(reading)
+        if not self._counts(reading.source, now_s):
+            return before if before is not None and self._counts(before.source, now_s) else None
+        if counted.remaining is None:
+            return replace(counted, remaining=self._by_voltage(counted))
+        return counted
+
+    def _counts(self, source: str, now_s: float) -> bool:
+        number = int(self._parameters["BAT1_SOURCE"])
+        if number <= len(self._bridges):
+            self._missed = ANY_DEVICE
+            return number == ANY_DEVICE or (number > 0 and source == self._bridges[number - 1])
+        if self._missed != number:
+            self._missed = number
+            text = f"No battery: BAT1_SOURCE is {number}, bridges are {len(self._bridges)}"
+            self._say(now_s, TextKind.ATTENTION, "battery_source", text)
+        return False
+
+    def _by_voltage(self, battery: Battery) -> float | None:
+        p = self._parameters
+        cells, span_v = p["BAT1_N_CELLS"], p["BAT1_V_CHARGED"] - p["BAT1_V_EMPTY"]
+        if cells <= 0.0 or span_v <= 0.0 or not math.isfinite(battery.voltage_v):
+            return None
+        return min(1.0, max(0.0, (self._smoothed_v(battery) / cells - p["BAT1_V_EMPTY"]) / span_v))
+
+    def _smoothed_v(self, battery: Battery) -> float:
+        voltage_v, t_s = self._voltages.get(battery.source, (battery.voltage_v, battery.t_s))
+        weight = 1.0 - math.exp(-max(0.0, battery.t_s - t_s) / _SAG_S)
+        voltage_v += weight * (battery.voltage_v - voltage_v)
+        self._voltages[battery.source] = voltage_v, battery.t_s
+        return voltage_v

@@ -1,0 +1,67 @@
+"""A fast boat does not point where it goes: the heading differs from the course by more than drift explains."""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from companion.core.angles import wrap_pi
+from companion.nav.integrity.evidence import Channel, Evidence, Finding, HeadingSeen, Hypothesis, Sense
+
+_SPEED_MPS = 3.0  # slower boats drift, and may go sideways or astern
+_DRIFT_MPS = 0.7  # by wind and current, across the course
+_LEAST_RAD = math.radians(10.0)
+_WANDERS = 3.0
+_LASTS_S = 8.0
+_TURN_RADPS = math.radians(5.0)  # in turns a boat slips
+
+
+@dataclass(slots=True)
+class _Source:
+    since_s: float | None = None  # since when heading and course differ
+    found: bool = False
+
+
+class HeadingCourse(Hypothesis):
+    """Remembers for each source since when it differs from the course."""
+
+    def __init__(self) -> None:
+        self._sources: dict[str, _Source] = defaultdict(_Source)
+
+    def clear(self) -> None:
+        """Begin anew."""
+        self._sources.clear()
+
+    def accept(self, channel: Channel) -> None:
+        """The boat points where that source says, and goes elsewhere."""
+        self._sources.pop(channel.source, None)
+
+    def update(self, evidence: Evidence, now_s: float) -> Sequence[Finding]:
+        """Sources whose heading is not that of a boat on this course."""
+        self.doubt = 0.0
+        turning = evidence.inertial is None or abs(evidence.turn_radps) > _TURN_RADPS
+        speed_mps = math.hypot(evidence.north_mps, evidence.east_mps)
+        if evidence.driven and speed_mps >= _SPEED_MPS and not turning:
+            course_rad = math.atan2(evidence.east_mps, evidence.north_mps)
+            explained_rad = _LEAST_RAD + math.asin(min(_DRIFT_MPS / speed_mps, 1.0))
+            for seen in evidence.headings[-4:]:
+                self._compare(seen, course_rad, explained_rad)
+        return [
+            Finding(Channel(Sense.HEADING, name), "is not on course", source.since_s, asks=True, widens=True)
+            for name, source in self._sources.items()
+            if source.found and source.since_s is not None
+        ]
+
+    def _compare(self, seen: HeadingSeen, course_rad: float, explained_rad: float) -> None:
+        source = self._sources[seen.source]
+        off_rad = abs(wrap_pi(course_rad - seen.yaw_rad))
+        if off_rad <= explained_rad + _WANDERS * seen.wander_rad:
+            source.since_s, source.found = None, False
+            return
+        if source.since_s is None:
+            source.since_s = seen.t_s
+        doubt = (seen.t_s - source.since_s) / _LASTS_S
+        self.doubt = max(self.doubt, min(doubt, 1.0))
+        source.found = source.found or doubt >= 1.0

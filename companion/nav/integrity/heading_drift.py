@@ -1,0 +1,190 @@
+"""The heading drifts away from what the gyro has turned; or the gyro away from the heading.
+
+Page's test on the difference of both. Which of them lies is told by how it began: a gyro whose bias changes does so
+from one sample to the next, without the moment that a real turn needs; a gyro with the wrong sign turns as far as the
+heading does, the other way; a heading that creeps leaves the gyro as it was. A gyro that drifts off slowly cannot be
+told from a heading that does: the heading is blamed.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from itertools import accumulate
+
+from companion.core.angles import wrap_pi
+from companion.nav.integrity.evidence import Channel, Evidence, Finding, HeadingSeen, Hypothesis, Sense
+from companion.nav.integrity.statistics import NoiseSize, ScalarCusum
+
+_SLACK_RADPS = math.radians(0.15)
+_TURN_SHARE = 0.04  # of a turn: the gyro's scale, the compass's deviation, its tilt in a tight turn
+_BIAS_SIGMAS = 3.0  # of the gyro's bias, as the filter knows it
+_LEAST_RAD = math.radians(1.5)
+_NOISES = 8.0
+_WANDERS = 4.0  # of the slow error by the vessel's file: a compass deviates with the heading
+_GAP_S = 1.5
+_AGREES_RAD = math.radians(3.0)
+_STEADY_S = 5.0  # without a further drift, before a source can be believed again
+_MEMORY_S = 15.0
+_STEP_SAMPLES = 5  # whose mean is compared with that of as many more: a bias changes in between, no boat turns so soon
+_ROUND_ONSET_S = 1.0  # how far the onset may be off
+_STEP_SHARE = 0.6  # of the rate of the drift, by which the gyro's step must explain it
+_LEAST_STEP_RADPS = math.radians(0.6)  # smaller steps are noise
+_OPPOSITE = 0.6  # share of the drift by which heading and turn may differ in size
+_MODEL_TICKS = 5  # between two rates that are compared with the model
+_MODEL_SLOPE = 0.3
+
+
+@dataclass(slots=True)
+class _Source:
+    last: HeadingSeen | None = None
+    noise: NoiseSize = field(default_factory=NoiseSize)
+    cusum: ScalarCusum = field(default_factory=ScalarCusum)
+    since_s: float | None = None
+    drifted_s: float = 0.0  # when it last drifted by the threshold
+    track: deque[tuple[float, float, float]] = field(default_factory=deque)  # time, heading and turn, each unwrapped
+
+
+class HeadingDrift(Hypothesis):
+    """Remembers the sums of each source, and the gyro's samples of the last seconds."""
+
+    def __init__(self) -> None:
+        self._sources: dict[str, _Source] = {}
+        self._rates: deque[tuple[float, float]] = deque()  # (time, yaw rate) of the samples
+        self._imu: tuple[str, str, float] | None = None  # the sensor whose gyro lies, how, and since when
+        self._turning: deque[tuple[float, float, float]] = deque()  # time, yaw rate, and what the model adds up to
+        self._run: int | None = None
+
+    def clear(self) -> None:
+        """Begin the sums anew."""
+        self._imu = None
+        for source in self._sources.values():
+            source.since_s, source.last = None, None
+
+    def accept(self, channel: Channel) -> None:
+        """The boat points where that source says."""
+        if channel.sense is Sense.HEADING and channel.source in self._sources:
+            self._sources[channel.source] = _Source()
+
+    def update(self, evidence: Evidence, now_s: float) -> Sequence[Finding]:
+        """Sources whose heading has drifted off, until it agrees with the estimate again; or the sensor whose gyro
+        has."""
+        self.doubt = 0.0
+        self._remember(evidence, now_s)
+        for seen in evidence.headings:
+            source = self._sources.setdefault(seen.source, _Source())
+            if evidence.driven and evidence.inertial is not None and seen.turned_rad is not None:
+                self._compare(source, seen, evidence, Channel(Sense.HEADING, seen.source) in evidence.distrusted)
+            else:
+                source.last = None
+        if self._imu is not None:
+            source_name, fault, since_s = self._imu
+            return (Finding(Channel(Sense.IMU, source_name), fault, since_s, lasting=True),)
+        return [
+            Finding(Channel(Sense.HEADING, name), "drifts", source.since_s, asks=True)
+            for name, source in self._sources.items()
+            if source.since_s is not None
+        ]
+
+    def _remember(self, evidence: Evidence, now_s: float) -> None:
+        step, rates = evidence.inertial, self._rates
+        if step is None or step.run != self._run:
+            rates.clear()
+            for source in self._sources.values():
+                source.last = None
+        self._run = None if step is None else step.run
+        self._remember_model(evidence, now_s)
+        rates.extend((imu.t_s, imu.yaw_rate_radps) for imu in evidence.imu)
+        while rates and rates[0][0] < now_s - _MEMORY_S:
+            rates.popleft()
+
+    def _remember_model(self, evidence: Evidence, now_s: float) -> None:
+        """The gyro's rate beside that of the hull model, for each tick."""
+        turning, imu = self._turning, evidence.imu
+        if evidence.model is None or not imu:
+            turning.clear()
+            return
+        mean_radps = sum(sample.yaw_rate_radps for sample in imu) / len(imu)
+        turning.append((now_s, mean_radps, evidence.model.turn_radps))
+        while turning[0][0] < now_s - _MEMORY_S:
+            turning.popleft()
+
+    def _compare(self, source: _Source, seen: HeadingSeen, evidence: Evidence, distrusted: bool) -> None:
+        assert evidence.inertial is not None and seen.turned_rad is not None
+        last, source.last = source.last, seen
+        if last is None or last.turned_rad is None or not 0.0 < seen.t_s - last.t_s <= _GAP_S:
+            source.cusum.clear(seen.t_s)
+            return
+        step_rad = wrap_pi(seen.yaw_rad - last.yaw_rad - (seen.turned_rad - last.turned_rad))
+        threshold_rad = max(_LEAST_RAD, _NOISES * source.noise.size) + _WANDERS * seen.wander_rad
+        if abs(step_rad) > threshold_rad:
+            source.last = last  # a jump, which `heading_jump.py` judges
+            return
+        source.noise.update(abs(step_rad))
+        _follow(source.track, seen, step_rad)
+        slack_radps = _SLACK_RADPS + _BIAS_SIGMAS * evidence.inertial.turn_sigma_radps
+        turn_rad = abs(seen.turned_rad - last.turned_rad)
+        source.cusum.update(seen.t_s, step_rad, (seen.t_s - last.t_s) * slack_radps + _TURN_SHARE * turn_rad)
+        doubt = source.cusum.largest / threshold_rad
+        self.doubt = max(self.doubt, min(doubt, 1.0))
+        if doubt >= 1.0:
+            if source.since_s is None and not distrusted:
+                self._blame(source, seen, evidence)
+            source.drifted_s = seen.t_s
+            source.cusum.clear(seen.t_s)
+        elif seen.t_s - source.drifted_s >= _STEADY_S and abs(seen.off_rad) <= _AGREES_RAD + 3.0 * seen.sigma_rad:
+            source.since_s = None
+
+    def _blame(self, source: _Source, seen: HeadingSeen, evidence: Evidence) -> None:
+        onset_s = source.cusum.onset_s
+        rate_radps = source.cusum.largest / max(seen.t_s - onset_s, 0.05) + _SLACK_RADPS
+        step_radps = self._gyro_step_radps(onset_s)
+        if not evidence.imu:
+            source.since_s = onset_s
+        elif _opposite(source.track, onset_s) and _against_model(self._turning, onset_s):
+            self._imu = evidence.imu[-1].source, "yaw axis reversed", onset_s
+        elif step_radps >= max(_STEP_SHARE * rate_radps, _LEAST_STEP_RADPS):
+            self._imu = evidence.imu[-1].source, "yaw rate is off", onset_s
+        else:
+            source.since_s = onset_s
+
+    def _gyro_step_radps(self, onset_s: float) -> float:
+        """The largest change of the yaw rate from a few samples to the next few, around a time."""
+        near = [rate for t_s, rate in self._rates if abs(t_s - onset_s) <= _ROUND_ONSET_S]
+        sums = list(accumulate(near, initial=0.0))
+        count = _STEP_SAMPLES
+        return max(
+            (abs(sums[i + 2 * count] - 2.0 * sums[i + count] + sums[i]) / count for i in range(len(sums) - 2 * count)),
+            default=0.0,
+        )
+
+
+def _follow(track: deque[tuple[float, float, float]], seen: HeadingSeen, step_rad: float) -> None:
+    """Add heading and turn to the track of the last seconds; `step_rad`: what the heading gained on the turn."""
+    turned_rad = seen.turned_rad or 0.0
+    gained_rad = track[-1][1] - track[-1][2] + step_rad if track else 0.0
+    track.append((seen.t_s, turned_rad + gained_rad, turned_rad))
+    while track[0][0] < seen.t_s - _MEMORY_S:
+        track.popleft()
+
+
+def _opposite(track: Sequence[tuple[float, float, float]], from_s: float) -> bool:
+    """Whether the heading has turned about as far as the gyro, but the other way."""
+    since = [point for point in track if point[0] >= from_s]
+    if len(since) < 2:
+        return False
+    heading_rad, turn_rad = since[-1][1] - since[0][1], since[-1][2] - since[0][2]
+    return abs(heading_rad + turn_rad) <= _OPPOSITE * abs(heading_rad - turn_rad)
+
+
+def _against_model(turning: Sequence[tuple[float, float, float]], from_s: float) -> bool:
+    """Whether the gyro's rate falls where thrust should raise it: the slope between their changes is negative."""
+    since = [point for point in turning if point[0] >= from_s]
+    products = squares = 0.0
+    for before, after in zip(since, since[_MODEL_TICKS:], strict=False):
+        model_radps = after[2] - before[2]
+        products += model_radps * (after[1] - before[1])
+        squares += model_radps * model_radps
+    return products < -_MODEL_SLOPE * squares

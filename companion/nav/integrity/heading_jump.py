@@ -1,0 +1,95 @@
+"""The heading jumps: by more than the gyro felt, and more than the gyro jumped itself."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from companion.core.angles import wrap_pi
+from companion.nav.integrity.continuity import Continuity
+from companion.nav.integrity.evidence import Channel, Evidence, Finding, HeadingSeen, Hypothesis, Sense
+from companion.nav.integrity.statistics import NoiseSize
+from companion.nav.outliers import Verdict
+
+_LEAST_RAD = math.radians(5.0)
+_NOISES = 8.0
+_GAP_S = 2.0
+_FASTEST_RADPS = math.radians(90.0)  # a boat's own turn, where no gyro tells
+_GYRO_RADPS = math.radians(0.2)  # drift of the gyro over a gap
+
+
+@dataclass(slots=True)
+class _Source:
+    last: HeadingSeen
+    noise: NoiseSize = field(default_factory=NoiseSize)
+    track: Continuity = field(default_factory=Continuity)
+
+
+class HeadingJump(Hypothesis):
+    """`screen` is asked for each heading before it is used. Remembers the last heading, the noise and
+    the track of each source."""
+
+    def __init__(self) -> None:
+        self._sources: dict[str, _Source] = {}
+
+    def clear(self) -> None:
+        """All headings are believed."""
+        for source in self._sources.values():
+            source.track.clear()
+
+    def accept(self, channel: Channel) -> None:
+        """The boat points where that source says."""
+        if channel.sense is Sense.HEADING and channel.source in self._sources:
+            self._sources[channel.source].track.clear()
+
+    def screen(self, seen: HeadingSeen, driven: bool) -> Verdict | None:
+        """What is to become of a heading: REJECT one beside its own track; None: the usual rule."""
+        source = self._sources.get(seen.source)
+        if source is None:
+            self._sources[seen.source] = _Source(seen)
+            return None
+        last = source.last
+        if seen.raw == last.raw:
+            return Verdict.REJECT if source.track.suspect else None  # it repeats: no step of the source
+        source.last = seen
+        track, dt_s = source.track, seen.t_s - last.t_s
+        if not driven:
+            track.clear()
+        if dt_s <= 0.0:
+            return None
+        self._compare(source, last, seen, driven)
+        return Verdict.REJECT if track.suspect else None
+
+    @staticmethod
+    def _compare(source: _Source, last: HeadingSeen, seen: HeadingSeen, driven: bool) -> None:
+        track, own_rad, dt_s = source.track, wrap_pi(seen.yaw_rad - last.yaw_rad), seen.t_s - last.t_s
+        bound_rad = max(_LEAST_RAD, 3.0 * seen.sigma_rad + _NOISES * source.noise.size)
+        unfelt_rad = own_rad
+        if seen.turned_rad is None or last.turned_rad is None:
+            bound_rad += _FASTEST_RADPS * dt_s
+        else:
+            felt_rad = seen.turned_rad - last.turned_rad
+            unfelt_rad = wrap_pi(own_rad - felt_rad) if abs(felt_rad) <= abs(own_rad) else 0.0
+        if dt_s > _GAP_S:
+            if driven:
+                track.place(seen.t_s, seen.off_rad, 0.0, bound_rad + _GYRO_RADPS * dt_s)
+            return
+        if driven:
+            track.take(seen.t_s, unfelt_rad, 0.0, bound_rad)
+            track.compare(seen.t_s, abs(seen.off_rad), bound_rad)
+        if not track.suspect:
+            source.noise.update(abs(unfelt_rad))
+
+    def update(self, evidence: Evidence, now_s: float) -> Sequence[Finding]:
+        """Sources whose heading has jumped; each asks to be accepted."""
+        self.doubt = 0.0
+        found = []
+        for name, source in self._sources.items():
+            track = source.track
+            self.doubt = max(self.doubt, 0.5 * track.suspect, 1.0 * track.jumped)
+            if evidence.driven and track.jumped:
+                angle_deg = abs(math.degrees(wrap_pi(track.north)))
+                fault = f"jumped {angle_deg:.0f} deg"
+                found.append(Finding(Channel(Sense.HEADING, name), fault, track.since_s, asks=True, jump=True))
+        return found

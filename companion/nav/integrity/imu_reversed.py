@@ -1,0 +1,155 @@
+"""An axis of an inertial sensor has the wrong sign: the hypotheses run side by side, each with one axis turned round.
+
+What the accelerometers have added up to, less what a receiver's velocity has gained, is noise where all axes are right.
+With one axis reversed it is twice that axis's part, with the other sign. The log-likelihood of "this axis is reversed"
+against "all is right" is summed up by Page's test. Where roll or pitch rate is reversed, the force of gravity is taken
+out of the wrong direction: its part is that of twice the tilt.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from companion.core.readings import Imu
+from companion.nav.integrity.evidence import Channel, Evidence, Finding, Hypothesis, Sense, VelocitySeen
+from companion.nav.integrity.statistics import FALSE_ALARM, NoiseSize
+
+_AXES = ("x", "y", "roll", "pitch")
+_GRAVITY_MPS2 = 9.81
+_WINDOW_S = 0.45
+_LONGEST_S = 1.5
+_LEVEL_TIME_S = 5.0  # of the high-pass on force and tilt
+_LEAST_SIGMA_MPS = 0.03  # of a difference over a window, on one axis
+_KNOWN_WINDOWS = 30  # after which the noise that was measured counts, before the accuracy of the vessel's file
+_MEAN_LENGTH = math.sqrt(0.5 * math.pi)  # of a vector, in sigmas of one axis
+_THRESHOLD = -2.0 * math.log(FALSE_ALARM)  # log-likelihoods of windows are not quite independent
+
+
+@dataclass(slots=True)
+class _Parts:
+    """Of each axis: what it would add to the velocity along the boat's axes, in the present window."""
+
+    forward: list[float] = field(default_factory=lambda: [0.0] * len(_AXES))
+    starboard: list[float] = field(default_factory=lambda: [0.0] * len(_AXES))
+
+
+@dataclass(slots=True)
+class _Sensor:
+    """Means of force, tilt by the gyro, and the sums of each hypothesis."""
+
+    t_s: float
+    force: tuple[float, float]
+    tilt: tuple[float, float] = (0.0, 0.0)
+    parts: _Parts = field(default_factory=_Parts)
+    sums: list[float] = field(default_factory=lambda: [0.0] * len(_AXES))
+    began_s: float = 0.0
+
+
+class ImuReversed(Hypothesis):
+    """Remembers the sums of the sensor in use, the last velocity of a receiver, and its noise."""
+
+    def __init__(self) -> None:
+        self._sensor: _Sensor | None = None
+        self._source = ""
+        self._before: VelocitySeen | None = None
+        self._noise, self._windows = NoiseSize(), 0
+        self._sigma_mps = 0.0
+        self._found: Finding | None = None
+
+    def clear(self) -> None:
+        """Begin the sums anew."""
+        self._sensor = self._before = self._found = None
+
+    def update(self, evidence: Evidence, now_s: float) -> Sequence[Finding]:
+        """The sensor in use, if one of its axes is reversed."""
+        self.doubt = 0.0 if self._found is None else 1.0
+        if self._found is not None:
+            return (self._found,)
+        if evidence.inertial is None or not evidence.driven or not evidence.imu:
+            self.clear()
+            return ()
+        source = evidence.imu[-1].source
+        if source != self._source:
+            self.clear()
+            self._source = source
+        samples = [imu for imu in evidence.imu if imu.source == source]
+        at = 0
+        for seen in evidence.velocities:
+            while at < len(samples) and samples[at].t_s <= seen.t_s + 1e-6:
+                self._sample(samples[at])
+                at += 1
+            if Channel(Sense.VELOCITY, seen.source) not in evidence.distrusted:
+                self._compare(seen, evidence.yaw_rad)
+        for imu in samples[at:]:
+            self._sample(imu)
+        return () if self._found is None else (self._found,)
+
+    def _sample(self, imu: Imu) -> None:
+        sensor = self._sensor
+        if sensor is None:
+            self._sensor = _Sensor(imu.t_s, (imu.x_mps2, imu.y_mps2), began_s=imu.t_s)
+            return
+        dt_s = imu.t_s - sensor.t_s
+        if not 0.0 < dt_s <= 0.1:
+            self._sensor = None
+            return
+        sensor.t_s = imu.t_s
+        share = dt_s / _LEVEL_TIME_S
+        fx, fy = sensor.force
+        fx, fy = fx + share * (imu.x_mps2 - fx), fy + share * (imu.y_mps2 - fy)
+        sensor.force = fx, fy
+        roll, pitch = sensor.tilt
+        roll += dt_s * imu.roll_rate_radps - share * roll
+        pitch += dt_s * imu.pitch_rate_radps - share * pitch
+        sensor.tilt = roll, pitch
+        forward, starboard = sensor.parts.forward, sensor.parts.starboard
+        forward[0] += dt_s * (imu.x_mps2 - fx)
+        starboard[1] += dt_s * (imu.y_mps2 - fy)
+        starboard[2] += dt_s * _GRAVITY_MPS2 * roll
+        forward[3] -= dt_s * _GRAVITY_MPS2 * pitch
+
+    def _compare(self, seen: VelocitySeen, yaw_rad: float) -> None:
+        before, sensor = self._before, self._sensor
+        if sensor is None or seen.inertial_north_mps is None or seen.inertial_east_mps is None:
+            return
+        if before is not None and before.source != seen.source:
+            return
+        if before is not None and seen.t_s - before.t_s < _WINDOW_S:
+            return
+        self._before = seen
+        parts, sensor.parts = sensor.parts, _Parts()
+        known = before is not None and before.inertial_north_mps is not None and seen.t_s - before.t_s <= _LONGEST_S
+        if not known:
+            return
+        assert before is not None and before.inertial_north_mps is not None and before.inertial_east_mps is not None
+        north = seen.north_mps - before.north_mps - (seen.inertial_north_mps - before.inertial_north_mps)
+        east = seen.east_mps - before.east_mps - (seen.inertial_east_mps - before.inertial_east_mps)
+        c, s = math.cos(yaw_rad), math.sin(yaw_rad)
+        self._weigh(sensor, parts, (c * north + s * east, c * east - s * north), seen)
+
+    def _sigma(self, seen: VelocitySeen) -> float:
+        """One sigma of a difference over a window, on one axis. Another kind of fix has another noise."""
+        if seen.sigma_mps != self._sigma_mps:
+            self._noise, self._windows, self._sigma_mps = NoiseSize(), 0, seen.sigma_mps
+        if self._windows < _KNOWN_WINDOWS:
+            return max(_LEAST_SIGMA_MPS, math.sqrt(2.0) * seen.sigma_mps)
+        return max(_LEAST_SIGMA_MPS, self._noise.size / _MEAN_LENGTH)
+
+    def _weigh(self, sensor: _Sensor, parts: _Parts, rest: tuple[float, float], seen: VelocitySeen) -> None:
+        """Add the log-likelihood of each hypothesis. `rest`: the receiver's gain less the accelerometers'."""
+        sigma = self._sigma(seen)
+        as_is = rest[0] * rest[0] + rest[1] * rest[1]
+        for i in range(len(_AXES)):
+            x, y = rest[0] + 2.0 * parts.forward[i], rest[1] + 2.0 * parts.starboard[i]
+            gain = (as_is - x * x - y * y) / (2.0 * sigma * sigma)
+            sensor.sums[i] = max(0.0, sensor.sums[i] + min(gain, 0.2 * _THRESHOLD))
+        worst = max(range(len(_AXES)), key=lambda i: sensor.sums[i])
+        self.doubt = max(self.doubt, sensor.sums[worst] / _THRESHOLD)
+        if self.doubt < 0.2:
+            self._noise.update(math.sqrt(as_is))
+            self._windows += 1
+        if self.doubt >= 1.0:
+            fault = f"{_AXES[worst]} axis reversed"
+            self._found = Finding(Channel(Sense.IMU, self._source), fault, seen.t_s - _LONGEST_S, lasting=True)

@@ -1,0 +1,235 @@
+"""Combines the hypotheses: which channel is used, which is not and why, and what the operator is asked."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from companion.core.decision import TextKind
+from companion.core.estimate import Distrust
+from companion.core.events import Announce
+from companion.nav.integrity.evidence import (
+    Channel,
+    Evidence,
+    Finding,
+    HeadingSeen,
+    PositionSeen,
+    Sense,
+    VelocitySeen,
+)
+from companion.nav.integrity.table import Hypotheses
+from companion.nav.outliers import Verdict
+from companion.params.store import Parameters
+
+_REACCEPTANCE_S = 5.0  # how long nothing may speak against a channel before it is used again
+_PROBATION_S = 2.5  # how long the position of a receiver whose velocity lies is kept out: time to judge it, too
+_OFF, _REPORT, _ACT = 0, 1, 2  # of NAV_INTEG
+_FOLLOW, _ASK, _ASK_ALWAYS = 0, 1, 2  # of NAV_JUMP_ACT
+
+
+class _Doubted:
+    """A channel that is, or lately was, found to lie."""
+
+    def __init__(self, finding: Finding, now_s: float) -> None:
+        self.finding = finding
+        self.first_s = self.last_s = now_s  # when it was found, first and last
+
+
+class IntegrityMonitor:
+    """`screen_…` for each reading as it comes, `update` once a tick. `trusts` says whether a channel is used.
+
+    Remembers the channels that are not, until nothing has spoken against them for some seconds. While the boat is
+    disarmed all are trusted; disarming clears everything.
+    """
+
+    def __init__(self, parameters: Parameters, say: Announce) -> None:
+        self._parameters = parameters
+        self._say = say
+        self.hypotheses = Hypotheses()
+        self._doubted: dict[Channel, _Doubted] = {}
+        self._untrusted: frozenset[Channel] = frozenset()
+        self._take_next: set[Channel] = set()  # accepted: its next reading counts, whatever the estimate is
+        self._driven = False
+
+    # --- what the estimator asks -----------------------------------------------------------------------------------
+
+    def trusts(self, sense: Sense, source: str) -> bool:
+        """Whether that sense of that source is used."""
+        return not self._untrusted or (sense, source) not in self._untrusted
+
+    @property
+    def untrusted(self) -> frozenset[Channel]:
+        """The channels that are not used."""
+        return self._untrusted
+
+    @property
+    def state(self) -> tuple[Distrust, ...]:
+        """What is found, for the record of the tick."""
+        acts = self._acts
+        return tuple(
+            Distrust(
+                channel.sense.value,
+                channel.source,
+                doubted.finding.fault,
+                doubted.finding.since_s,
+                acts and not doubted.finding.used,
+                doubted.finding.asks,
+            )
+            for channel, doubted in self._doubted.items()
+        )
+
+    @property
+    def _acts(self) -> bool:
+        return bool(self._parameters["NAV_INTEG"] == _ACT)
+
+    def screen_position(self, seen: PositionSeen) -> Verdict | None:
+        """The verdict on a fix that is about to be used; None: the usual rule."""
+        verdict = self.hypotheses.position_jump.screen(seen, self._driven)
+        if verdict is None and self._on_probation(seen.source, seen.t_s):
+            verdict = Verdict.REJECT
+        return self._screened(Channel(Sense.POSITION, seen.source), verdict)
+
+    def _on_probation(self, source: str, t_s: float) -> bool:
+        """Whether the receiver's velocity has just been found to lie, or seems to: its position may lie with it."""
+        doubted = self._doubted.get(Channel(Sense.VELOCITY, source)) if self._doubted else None
+        if doubted is not None:
+            return t_s - doubted.first_s <= _PROBATION_S
+        return self.hypotheses.velocity_jump.suspects(source)
+
+    def screen_velocity(self, seen: VelocitySeen) -> Verdict | None:
+        """The verdict on a velocity that is about to be used; None: the usual rule."""
+        verdict = self.hypotheses.velocity_jump.screen(seen, self._driven)
+        return self._screened(Channel(Sense.VELOCITY, seen.source), verdict)
+
+    def screen_heading(self, seen: HeadingSeen) -> Verdict | None:
+        """The verdict on a heading that is about to be used; None: the usual rule."""
+        verdict = self.hypotheses.heading_jump.screen(seen, self._driven)
+        return self._screened(Channel(Sense.HEADING, seen.source), verdict)
+
+    def _screened(self, channel: Channel, verdict: Verdict | None) -> Verdict | None:
+        if self._take_next and channel in self._take_next:
+            self._take_next.discard(channel)
+            return Verdict.RESET
+        if verdict is None or not self._acts or self._parameters["NAV_JUMP_ACT"] == _FOLLOW:
+            return None
+        return verdict
+
+    def sigma_m(self, source: str, claimed_m: float) -> float:
+        """One sigma of that receiver's fixes on each axis: what it claims, or worse."""
+        if not self._acts:
+            return claimed_m
+        by_scatter = self.hypotheses.accuracy_lie.sigma_m(source, claimed_m)
+        return max(by_scatter, self.hypotheses.receivers_apart.sigma_m(source, claimed_m))
+
+    # --- once a tick -----------------------------------------------------------------------------------------------
+
+    def update(self, evidence: Evidence, now_s: float) -> Sequence[Finding]:
+        """Take the readings of a tick; returns what is found to lie from now on, and must not be used."""
+        if self._parameters["NAV_INTEG"] == _OFF:
+            evidence.driven = False
+        if self._driven and not evidence.driven:
+            self._forget()
+        self._driven = evidence.driven
+        evidence.distrusted = frozenset(c for c, doubted in self._doubted.items() if not doubted.finding.used)
+        found: dict[Channel, Finding] = {}
+        for hypothesis in self.hypotheses.all:
+            for finding in hypothesis.update(evidence, now_s):
+                known = found.get(finding.channel)
+                if known is None or known.used:
+                    found[finding.channel] = finding
+        self._follow_confirmed(found, now_s)
+        begun = self._enter(found, now_s)
+        self._leave(now_s)
+        self._untrusted = self._unusable() if self._acts else frozenset()
+        return [finding for finding in begun if finding.channel in self._untrusted]
+
+    def _unusable(self) -> frozenset[Channel]:
+        followed = self._parameters["NAV_JUMP_ACT"] == _FOLLOW
+        return frozenset(
+            channel
+            for channel, doubted in self._doubted.items()
+            if not doubted.finding.used and not (followed and doubted.finding.jump)
+        )
+
+    def _follow_confirmed(self, found: dict[Channel, Finding], now_s: float) -> None:
+        """Jumps with which independent evidence agrees."""
+        if self._parameters["NAV_JUMP_ACT"] != _ASK:
+            return
+        for channel, finding in list(found.items()):
+            if (
+                finding.jump
+                and channel.sense is Sense.POSITION
+                and self.hypotheses.position_jump.confirmed(channel.source, self._untrusted, now_s)
+            ):
+                self._take(finding, now_s, "confirmed by another")
+                del found[channel]
+
+    def _take(self, finding: Finding, now_s: float, why: str) -> None:
+        """Believe a source after all."""
+        channel = finding.channel
+        for hypothesis in self.hypotheses.all:
+            hypothesis.accept(channel)
+        self._take_next.add(channel)
+        self._doubted.pop(channel, None)
+        text = f"{channel.source} {channel.sense.value} followed: {why}"
+        self._say(now_s, TextKind.ATTENTION, "sense_accepted", text)
+
+    def _enter(self, found: dict[Channel, Finding], now_s: float) -> list[Finding]:
+        begun = []
+        for channel, finding in found.items():
+            doubted = self._doubted.get(channel)
+            if doubted is not None and (finding.used or not doubted.finding.used):
+                if finding.used == doubted.finding.used:
+                    doubted.last_s = now_s
+                continue
+            self._doubted[channel] = _Doubted(finding, now_s)
+            begun.append(finding)
+        self._announce(begun, now_s)
+        return begun
+
+    def _announce(self, begun: Sequence[Finding], now_s: float) -> None:
+        """One text for each source and fault."""
+        named: dict[tuple[str, str], list[Finding]] = {}
+        for finding in begun:
+            named.setdefault((finding.channel.source, finding.fault), []).append(finding)
+        for (source, fault), findings in named.items():
+            sense = findings[0].channel.sense
+            whole = len(findings) > 1 or sense is Sense.IMU or sense.value == source
+            of = "" if whole else f" {sense.value}"
+            acts = self._acts and not findings[0].used
+            end = "not used" if acts else "used on"
+            kind = TextKind.ALARM if acts else TextKind.ATTENTION
+            self._say(now_s, kind, "sense_distrusted", f"{source}{of} {fault}: {end}")
+            if acts and findings[0].asks:
+                self._say(now_s, TextKind.ALARM, "sense_asked", f"Is {source} right? Accept or reject it")
+
+    def _leave(self, now_s: float) -> None:
+        """Channels against which nothing speaks any more."""
+        for channel, doubted in list(self._doubted.items()):
+            if now_s - doubted.last_s < _REACCEPTANCE_S or doubted.finding.lasting:
+                continue
+            del self._doubted[channel]
+            text = f"{channel.source} {channel.sense.value} is good again"
+            self._say(now_s, TextKind.ROUTINE, "sense_trusted", text)
+
+    def _forget(self) -> None:
+        self._doubted.clear()
+        self._take_next.clear()
+        for hypothesis in self.hypotheses.all:
+            hypothesis.clear()
+
+    # --- the operator's answer -------------------------------------------------------------------------------------
+
+    def answer(self, accept: bool, now_s: float) -> str | None:
+        """Believe the sources that are asked about, or not. Returns why not, or None."""
+        asked = [doubted.finding for doubted in self._doubted.values() if doubted.finding.asks]
+        if not asked:
+            return "no sensor waits for an answer"
+        for finding in asked:
+            if accept:
+                self._take(finding, now_s, "accepted")
+            else:
+                self._doubted[finding.channel].finding = finding._replace(asks=False)
+                text = f"{finding.channel.source} {finding.channel.sense.value} rejected"
+                self._say(now_s, TextKind.ROUTINE, "sense_rejected", text)
+        self._untrusted = self._unusable() if self._acts else frozenset()
+        return None

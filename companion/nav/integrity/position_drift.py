@@ -1,0 +1,162 @@
+"""The position drifts away from the way that the velocity makes.
+
+Page's test on the difference of both, towards ±north and ±east: its slack is what an honest receiver wanders and an
+honest velocity errs, its threshold what noise and wander can add up to at once. A drift slower than the slack cannot be
+told from those. While the receiver's velocity is not trusted, the way is that of the inertial sensor, for as long as
+that is better than nothing.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from companion.nav.integrity.evidence import (
+    Channel,
+    Evidence,
+    Finding,
+    Hypothesis,
+    InertialStep,
+    PositionSeen,
+    Sense,
+    VelocitySeen,
+)
+from companion.nav.integrity.statistics import StepNoise, VectorCusum
+
+_VELOCITY_MPS = 0.05  # lasting error of a measured velocity
+_INERTIAL_MPS = 0.1  # of one that the inertial sensor carries on,
+_INERTIAL_S = 12.0  # for that long
+_WANDER_S = 30.0  # an honest position wanders by its accuracy in that time, at the fastest
+_LEAST_M = 0.2
+_CLAIMS = 3.0  # of the accuracy that the receiver claims
+_NOISES = 8.0  # of its usual step beside the boat's
+_GAP_S = 1.5
+_LEAST_S = 0.35  # a single step is noise, or a jump, which `position_jump.py` judges
+_AGREES = 0.5  # share of the threshold below which a position agrees with the estimate again
+_OUTLIER = 1.5  # a step of that many thresholds is a jump
+
+Way = tuple[float, float]
+
+
+@dataclass(slots=True)
+class _Receiver:
+    """`way`: what its velocity has added up to, by `velocity`. `carried`: the velocity of the estimate less that of the
+    inertial sums when the velocity was found to lie, and when that was. `last`: the last fix, and the way by then."""
+
+    velocity: VelocitySeen | None = None
+    way: Way = (0.0, 0.0)
+    carried: tuple[float, float, float] | None = None
+    last: tuple[PositionSeen, Way] | None = None
+    noise: StepNoise = field(default_factory=StepNoise)
+    cusum: VectorCusum = field(default_factory=VectorCusum)
+    since_s: float | None = None
+
+
+class PositionDrift(Hypothesis):
+    """Remembers the way, the noise and the sums of each receiver."""
+
+    def __init__(self) -> None:
+        self._receivers: dict[str, _Receiver] = {}
+
+    def clear(self) -> None:
+        """Begin the sums anew."""
+        for receiver in self._receivers.values():
+            receiver.since_s = receiver.last = receiver.carried = None
+
+    def accept(self, channel: Channel) -> None:
+        """The boat is where that receiver says."""
+        if channel.sense is Sense.POSITION and channel.source in self._receivers:
+            receiver = self._receivers[channel.source]
+            receiver.since_s = receiver.last = None
+
+    def update(self, evidence: Evidence, now_s: float) -> Sequence[Finding]:
+        """Receivers whose position has drifted off, until it agrees with the estimate again."""
+        self.doubt = 0.0
+        by_time: list[PositionSeen | VelocitySeen] = [*evidence.velocities, *evidence.positions]
+        by_time.sort(key=lambda seen: seen.t_s)
+        for seen in by_time:
+            receiver = self._receivers.setdefault(seen.source, _Receiver())
+            if isinstance(seen, VelocitySeen):
+                lies = Channel(Sense.VELOCITY, seen.source) in evidence.distrusted
+                self._advance(receiver, seen, lies, evidence)
+            elif evidence.driven:
+                self._compare(receiver, seen, Channel(Sense.POSITION, seen.source) in evidence.distrusted)
+            else:
+                receiver.last = None
+        return [
+            Finding(Channel(Sense.POSITION, source), "drifts", receiver.since_s, asks=True)
+            for source, receiver in self._receivers.items()
+            if receiver.since_s is not None
+        ]
+
+    def _advance(self, receiver: _Receiver, seen: VelocitySeen, lies: bool, evidence: Evidence) -> None:
+        if lies:
+            if receiver.carried is None and evidence.inertial is not None:
+                receiver.carried = _carried(evidence, evidence.inertial, seen.t_s)
+                receiver.velocity = receiver.last = None
+            return
+        if receiver.carried is not None:
+            receiver.carried = receiver.last = None
+        last, receiver.velocity = receiver.velocity, seen
+        if last is None or not 0.0 < seen.t_s - last.t_s <= _GAP_S:
+            receiver.last = None
+            return
+        half_s = 0.5 * (seen.t_s - last.t_s)
+        north, east = receiver.way
+        receiver.way = (
+            north + half_s * (last.north_mps + seen.north_mps),
+            east + half_s * (last.east_mps + seen.east_mps),
+        )
+
+    @staticmethod
+    def _way(receiver: _Receiver, seen: PositionSeen) -> Way | None:
+        """The way that the boat has made by the time of a fix; None: unknown."""
+        carried, velocity = receiver.carried, receiver.velocity
+        if carried is not None:
+            gone_s = seen.t_s - carried[2]
+            if gone_s > _INERTIAL_S or seen.inertial_north_m is None or seen.inertial_east_m is None:
+                return None
+            return seen.inertial_north_m + gone_s * carried[0], seen.inertial_east_m + gone_s * carried[1]
+        if velocity is None or seen.t_s - velocity.t_s > _GAP_S:
+            return None
+        beyond_s = seen.t_s - velocity.t_s
+        return (
+            receiver.way[0] + beyond_s * velocity.north_mps,
+            receiver.way[1] + beyond_s * velocity.east_mps,
+        )
+
+    def _compare(self, receiver: _Receiver, seen: PositionSeen, distrusted: bool) -> None:
+        threshold_m = max(_LEAST_M, _CLAIMS * seen.sigma_m, _NOISES * receiver.noise.size)
+        if receiver.since_s is not None:
+            off_m = math.hypot(seen.off_north_m, seen.off_east_m)
+            agrees = off_m <= _AGREES * threshold_m + min(3.0 * seen.estimate_sigma_m, threshold_m)
+            receiver.since_s, self.doubt = (None, self.doubt) if agrees else (receiver.since_s, 1.0)
+            receiver.last = None
+            return
+        way, last = self._way(receiver, seen), receiver.last
+        receiver.last = None if way is None or distrusted else (seen, way)
+        if way is None or last is None or distrusted or not _follows(last[0], seen):
+            receiver.cusum.clear(seen.t_s)
+            return
+        north = seen.north_m - last[0].north_m - (way[0] - last[1][0])
+        east = seen.east_m - last[0].east_m - (way[1] - last[1][1])
+        if math.hypot(north, east) > _OUTLIER * threshold_m:
+            receiver.last = last
+            return
+        receiver.noise.update(north, east)
+        slack_mps = (_VELOCITY_MPS if receiver.carried is None else _INERTIAL_MPS) + seen.sigma_m / _WANDER_S
+        receiver.cusum.update(seen.t_s, north, east, (seen.t_s - last[0].t_s) * slack_mps)
+        doubt = receiver.cusum.largest / threshold_m
+        self.doubt = max(self.doubt, min(doubt, 1.0))
+        if doubt >= 1.0 and seen.t_s - receiver.cusum.onset_s >= _LEAST_S:
+            receiver.since_s = receiver.cusum.onset_s
+
+
+def _carried(evidence: Evidence, inertial: InertialStep, t_s: float) -> tuple[float, float, float]:
+    return evidence.north_mps - inertial.north_mps, evidence.east_mps - inertial.east_mps, t_s
+
+
+def _follows(last: PositionSeen, seen: PositionSeen) -> bool:
+    """Whether two fixes can be compared: close in time and of one kind."""
+    return 0.0 < seen.t_s - last.t_s <= _GAP_S and last.fix is seen.fix

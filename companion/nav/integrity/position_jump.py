@@ -1,0 +1,125 @@
+"""The position jumps: by more than the boat can have moved since the last fix.
+
+Whether the receiver jumped or the estimate drifted is told by the receiver's own track: a fix is compared with the fix
+before, moved on by the velocity; only after a gap with the dead-reckoned estimate. A jump is followed when independent
+evidence agrees with it, and when the operator accepts it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from companion.core.readings import FixType
+from companion.nav.integrity.continuity import Continuity
+from companion.nav.integrity.evidence import Channel, Evidence, Finding, Hypothesis, PositionSeen, Sense
+from companion.nav.integrity.statistics import StepNoise
+from companion.nav.outliers import Verdict
+
+_LEAST_M = 0.3
+_CLAIMS = 3.0  # of the accuracy that the receiver claims, the worse one of the two fixes
+_NOISES = 8.0  # of its usual step beside the boat's
+_GAP_S = 2.0  # after a longer one, a fix is compared with the estimate
+_GAP_MPS = 0.1  # error of dead reckoning beyond its sigma
+_ESTIMATES = 4.0  # of the estimate's sigma
+_FRESH_S = 2.0  # of another receiver's fix
+
+
+@dataclass(slots=True)
+class _Receiver:
+    last: PositionSeen
+    noise: StepNoise = field(default_factory=StepNoise)
+    track: Continuity = field(default_factory=Continuity)
+
+
+class PositionJump(Hypothesis):
+    """`screen` is asked for each fix before it is used. Remembers the last fix, the noise and the track
+    of each receiver."""
+
+    def __init__(self) -> None:
+        self._receivers: dict[str, _Receiver] = {}
+
+    def clear(self) -> None:
+        """All receivers are where they say."""
+        for receiver in self._receivers.values():
+            receiver.track.clear()
+
+    def accept(self, channel: Channel) -> None:
+        """The boat is where that receiver says."""
+        if channel.sense is Sense.POSITION and channel.source in self._receivers:
+            self._receivers[channel.source].track.clear()
+
+    def screen(self, seen: PositionSeen, driven: bool) -> Verdict | None:
+        """What is to become of a fix: REJECT one beside its own track; None: the usual rule."""
+        receiver = self._receivers.get(seen.source)
+        if receiver is None:
+            self._receivers[seen.source] = _Receiver(seen)
+            return None
+        last = receiver.last
+        if (seen.lat_deg, seen.lon_deg) == (last.lat_deg, last.lon_deg):
+            return Verdict.REJECT if receiver.track.suspect else None  # it repeats: no step of the receiver
+        receiver.last = seen
+        if not driven:
+            receiver.track.clear()
+            self._learn(receiver, last, seen)
+            return None
+        gap_s = seen.t_s - last.t_s
+        bound_m = self._bound_m(receiver, last, seen)
+        if gap_s > _GAP_S:
+            reach_m = bound_m + _ESTIMATES * seen.estimate_sigma_m + _GAP_MPS * gap_s
+            receiver.track.place(seen.t_s, seen.off_north_m, seen.off_east_m, reach_m)
+        elif gap_s > 0.0:
+            north, east = _step(last, seen)
+            receiver.track.take(seen.t_s, north, east, bound_m)
+            if not receiver.track.suspect:
+                receiver.noise.update(north, east)
+        off_m = math.hypot(seen.off_north_m, seen.off_east_m)
+        receiver.track.compare(seen.t_s, off_m, bound_m + 3.0 * seen.estimate_sigma_m)
+        return Verdict.REJECT if receiver.track.suspect else None
+
+    @staticmethod
+    def _bound_m(receiver: _Receiver, last: PositionSeen, seen: PositionSeen) -> float:
+        claim_m = max(last.sigma_m, seen.sigma_m)
+        return max(_LEAST_M, _CLAIMS * claim_m + _NOISES * receiver.noise.size)
+
+    @staticmethod
+    def _learn(receiver: _Receiver, last: PositionSeen, seen: PositionSeen) -> None:
+        if 0.0 < seen.t_s - last.t_s <= _GAP_S:
+            receiver.noise.update(*_step(last, seen))
+
+    def update(self, evidence: Evidence, now_s: float) -> Sequence[Finding]:
+        """Receivers that have jumped; each asks to be accepted."""
+        self.doubt = 0.0
+        found = []
+        for source, receiver in self._receivers.items():
+            track = receiver.track
+            self.doubt = max(self.doubt, 0.5 * track.suspect, 1.0 * track.jumped)
+            if evidence.driven and track.jumped:
+                fault = f"jumped {track.size:.0f} m"
+                found.append(Finding(Channel(Sense.POSITION, source), fault, track.since_s, asks=True, jump=True))
+        return found
+
+    def confirmed(self, source: str, distrusted: frozenset[Channel], now_s: float) -> bool:
+        """Whether another receiver that is trusted and has not jumped itself is where this one has jumped to, closer
+        than to the estimate."""
+        jumped = self._receivers[source].last
+        for name, other in self._receivers.items():
+            fresh = now_s - other.last.t_s <= _FRESH_S and other.last.fix >= FixType.FIX_2D
+            trusted = not other.track.suspect and Channel(Sense.POSITION, name) not in distrusted
+            if name == source or not fresh or not trusted:
+                continue
+            apart_m = math.hypot(jumped.north_m - other.last.north_m, jumped.east_m - other.last.east_m)
+            off_m = math.hypot(other.last.off_north_m, other.last.off_east_m)
+            if apart_m <= _LEAST_M + 3.0 * math.hypot(jumped.sigma_m, other.last.sigma_m) and apart_m < off_m:
+                return True
+        return False
+
+
+def _step(last: PositionSeen, seen: PositionSeen) -> tuple[float, float]:
+    """The receiver's step less the boat's, by the velocity of the estimate."""
+    dt_s = seen.t_s - last.t_s
+    return (
+        seen.north_m - last.north_m - 0.5 * dt_s * (last.estimate_north_mps + seen.estimate_north_mps),
+        seen.east_m - last.east_m - 0.5 * dt_s * (last.estimate_east_mps + seen.estimate_east_mps),
+    )

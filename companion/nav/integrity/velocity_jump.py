@@ -1,0 +1,109 @@
+"""The velocity of a receiver jumps: by more than the accelerometers felt, and more than they felt of it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from companion.nav.integrity.continuity import Continuity
+from companion.nav.integrity.evidence import Channel, Evidence, Finding, Hypothesis, Sense, VelocitySeen
+from companion.nav.integrity.statistics import StepNoise
+from companion.nav.outliers import Verdict
+
+_LEAST_MPS = 0.2
+_CLAIMS = 4.0  # of the accuracy that the vessel's file gives
+_NOISES = 8.0
+_GAP_S = 2.0
+_FASTEST_MPS2 = 3.0  # a boat's own acceleration, where no accelerometer tells
+_AGREES_MPS = 0.15
+
+
+@dataclass(slots=True)
+class _Receiver:
+    last: VelocitySeen
+    noise: StepNoise = field(default_factory=StepNoise)
+    track: Continuity = field(default_factory=Continuity)
+
+
+class VelocityJump(Hypothesis):
+    """`screen` is asked for each velocity before it is used. Remembers the last velocity, the noise and
+    the track of each receiver."""
+
+    def __init__(self) -> None:
+        self._receivers: dict[str, _Receiver] = {}
+
+    def clear(self) -> None:
+        """All velocities are believed."""
+        for receiver in self._receivers.values():
+            receiver.track.clear()
+
+    def accept(self, channel: Channel) -> None:
+        """The boat moves as that receiver says."""
+        if channel.sense is Sense.VELOCITY and channel.source in self._receivers:
+            self._receivers[channel.source].track.clear()
+
+    def suspects(self, source: str) -> bool:
+        """Whether the velocity of that receiver is off its own track."""
+        receiver = self._receivers.get(source)
+        return receiver is not None and receiver.track.suspect
+
+    def screen(self, seen: VelocitySeen, driven: bool) -> Verdict | None:
+        """REJECT a velocity beside its own track; None: the usual rule."""
+        receiver = self._receivers.get(seen.source)
+        if receiver is None:
+            self._receivers[seen.source] = _Receiver(seen)
+            return None
+        last = receiver.last
+        if seen.raw != last.raw:  # else it repeats: no step of the receiver
+            receiver.last = seen
+            self._compare(receiver, last, seen, driven)
+        return Verdict.REJECT if receiver.track.suspect else None
+
+    @staticmethod
+    def _compare(receiver: _Receiver, last: VelocitySeen, seen: VelocitySeen, driven: bool) -> None:
+        track, dt_s = receiver.track, seen.t_s - last.t_s
+        if dt_s > _GAP_S or not driven:
+            track.clear()
+        if not 0.0 < dt_s <= _GAP_S:
+            return
+        own = seen.north_mps - last.north_mps, seen.east_mps - last.east_mps
+        felt, unfelt = _felt(last, seen, own)
+        bound_mps = max(_LEAST_MPS, _CLAIMS * max(last.sigma_mps, seen.sigma_mps), _NOISES * receiver.noise.size)
+        if felt is None:
+            bound_mps += _FASTEST_MPS2 * dt_s
+        elif math.hypot(*felt) > math.hypot(*own):
+            unfelt = (0.0, 0.0)  # the accelerometers jumped, the receiver did not
+        if driven:
+            track.take(seen.t_s, *unfelt, bound_mps)
+            off_mps = math.hypot(seen.off_north_mps, seen.off_east_mps)
+            track.compare(seen.t_s, off_mps, max(_AGREES_MPS, 4.0 * receiver.noise.size))
+        if not track.suspect:
+            receiver.noise.update(*unfelt)
+
+    def update(self, evidence: Evidence, now_s: float) -> Sequence[Finding]:
+        """Receivers whose velocity has jumped."""
+        self.doubt = 0.0
+        found = []
+        for source, receiver in self._receivers.items():
+            track = receiver.track
+            self.doubt = max(self.doubt, 0.5 * track.suspect, 1.0 * track.jumped)
+            if evidence.driven and track.jumped:
+                fault = f"jumped {track.size:.1f} m/s"
+                found.append(Finding(Channel(Sense.VELOCITY, source), fault, track.since_s, asks=True, jump=True))
+        return found
+
+
+def _felt(
+    last: VelocitySeen, seen: VelocitySeen, own: tuple[float, float]
+) -> tuple[tuple[float, float] | None, tuple[float, float]]:
+    """(the accelerometers' change of velocity, or None; the receiver's less that)."""
+    if (
+        seen.inertial_north_mps is None
+        or seen.inertial_east_mps is None
+        or last.inertial_north_mps is None
+        or last.inertial_east_mps is None
+    ):
+        return None, own
+    felt = seen.inertial_north_mps - last.inertial_north_mps, seen.inertial_east_mps - last.inertial_east_mps
+    return felt, (own[0] - felt[0], own[1] - felt[1])

@@ -1,0 +1,190 @@
+"""What the inertial sensor says alone: sums of its steps, dead reckoning from some seconds ago, and the filter as it
+was then, to go back to."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from companion.nav.error_state import ErrorStateFilter
+from companion.nav.lever_arms import Quaternion, Vector, rotate, rotation, turned
+
+_KEPT_EVERY_S = 0.5
+_KEPT_S = 13.0
+_STEADY_S = 10.0
+_LANE_EVERY_S, _LANE_LIFE_S = 6.0, 12.0
+_POSITION_MPS, _VELOCITY_MPS2, _HEADING_RADPS = 0.05, 0.02, math.radians(0.1)  # growth of sigmas that went back
+
+Sample = tuple[Vector, Vector, float]
+"""Specific force (m/s²), rates (rad/s), duration (s)."""
+
+
+@dataclass(slots=True)
+class Odometer:
+    """Sums of the filter's predictions, measurements left out: velocity in NED, the way that it makes, and the turn
+    about the vertical. They have no meaning but their differences; `run` changes when those have none either.
+
+    `turned_rad`: with the gyro's bias of ten seconds ago, which cannot come from a heading that has just begun to
+    creep; `bias_sigma_radps`: one sigma of that bias.
+    """
+
+    run: int = 0
+    north_mps: float = 0.0
+    east_mps: float = 0.0
+    north_m: float = 0.0
+    east_m: float = 0.0
+    turned_rad: float = 0.0
+    bias_sigma_radps: float = math.inf
+    _biases: deque[tuple[float, float, float]] = field(default_factory=deque)  # time, bias, sigma
+
+    def begin(self) -> None:
+        """The filter starts anew: no difference to what was before has a meaning."""
+        self.run += 1
+        self._biases.clear()
+        self.bias_sigma_radps = math.inf
+
+    def learn(self, t_s: float, bias_radps: float, sigma_radps: float) -> None:
+        """Take the gyro's bias about the vertical, as the filter knows it now."""
+        biases = self._biases
+        biases.append((t_s, bias_radps, sigma_radps))
+        while len(biases) > 1 and biases[1][0] <= t_s - _STEADY_S:
+            biases.popleft()
+        self.bias_sigma_radps = biases[0][2]
+
+    def add(self, dt_s: float, north_mps: float, east_mps: float, turn_radps: float, bias_radps: float) -> None:
+        """Add a step of the prediction: changes of velocity, rate of turn, and the bias that was taken off it."""
+        self.north_m += dt_s * (self.north_mps + 0.5 * north_mps)
+        self.east_m += dt_s * (self.east_mps + 0.5 * east_mps)
+        self.north_mps += north_mps
+        self.east_mps += east_mps
+        steady = self._biases[0][1] if self._biases else bias_radps
+        self.turned_rad += dt_s * (turn_radps + bias_radps - steady)
+
+
+class Lane:
+    """Dead reckoning by the inertial sensor alone, from the filter as it was at `from_s`. `first`, `velocity`: in NED,
+    then and now.
+
+    Source: as ArduPilot runs filters side by side, and PX4's yaw estimator; here without measurements at all.
+    """
+
+    __slots__ = (
+        "_accelerometer_bias",
+        "_gravity_mps2",
+        "_gyro_bias",
+        "_last",
+        "_quaternion",
+        "_sigma_mps",
+        "_sigma_mps2",
+        "first",
+        "from_s",
+        "velocity",
+    )
+
+    def __init__(self, from_s: float, filter_: ErrorStateFilter) -> None:
+        self.from_s = from_s
+        self.first = self.velocity = filter_.velocity
+        self._quaternion: Quaternion = filter_.quaternion
+        self._accelerometer_bias, self._gyro_bias = filter_.accelerometer_bias, filter_.gyro_bias
+        self._gravity_mps2 = filter_.gravity_mps2
+        self._last: tuple[Vector, Vector] | None = None
+        self._sigma_mps, self._sigma_mps2 = filter_.velocity_sigmas()
+
+    def sigma_mps(self, now_s: float) -> float:
+        """One sigma of the velocity on an axis, by the filter's covariance at the start."""
+        return math.hypot(self._sigma_mps, self._sigma_mps2 * (now_s - self.from_s))
+
+    def advance(self, force: Vector, rates: Vector, dt_s: float) -> None:
+        """Take one sample; the mean of two applies over a step, in the attitude at its middle."""
+        (fx, fy, fz), (p, q, r) = force, rates
+        (gx, gy, gz), (u, v, w) = self._last or (force, rates)
+        self._last = force, rates
+        bx, by, bz = self._accelerometer_bias
+        wx, wy, wz = self._gyro_bias
+        half_s = 0.5 * dt_s
+        turn = (0.5 * (p + u) - wx) * half_s, (0.5 * (q + v) - wy) * half_s, (0.5 * (r + w) - wz) * half_s
+        middle = turned(self._quaternion, *turn)
+        self._quaternion = turned(middle, *turn)
+        mean = 0.5 * (fx + gx) - bx, 0.5 * (fy + gy) - by, 0.5 * (fz + gz) - bz
+        n, e, d = rotate(rotation(middle), mean)
+        vn, ve, vd = self.velocity
+        self.velocity = (vn + n * dt_s, ve + e * dt_s, vd + (d + self._gravity_mps2) * dt_s)
+
+
+@dataclass(frozen=True, slots=True)
+class _Kept:
+    t_s: float
+    position: Vector
+    velocity: Vector
+    quaternion: Quaternion
+    accelerometer_bias: Vector
+    gyro_bias: Vector
+    covariance: np.ndarray[Any, np.dtype[np.float64]]
+
+
+class InertialMemory:
+    """Call `sample` for each sample and `keep` now and then. Remembers samples and filter of the last seconds, and the
+    lanes."""
+
+    def __init__(self) -> None:
+        self.lanes: list[Lane] = []
+        self._kept: deque[_Kept] = deque()
+        self._samples: deque[tuple[float, Sample]] = deque()
+
+    def clear(self) -> None:
+        """Forget all: the filter begins anew."""
+        self.lanes.clear()
+        self._kept.clear()
+        self._samples.clear()
+
+    def sample(self, t_s: float, force: Vector, rates: Vector, dt_s: float) -> None:
+        """Take one sample."""
+        samples = self._samples
+        samples.append((t_s, (force, rates, dt_s)))
+        if samples[0][0] < t_s - _KEPT_S:
+            samples.popleft()
+        for lane in self.lanes:
+            lane.advance(force, rates, dt_s)
+
+    def keep(self, t_s: float, filter_: ErrorStateFilter) -> None:
+        """Remember the filter, if half a second has passed, and begin a lane where one is due."""
+        kept, lanes = self._kept, self.lanes
+        if kept and t_s - kept[-1].t_s < _KEPT_EVERY_S:
+            return
+        while kept and kept[0].t_s < t_s - _KEPT_S:
+            kept.popleft()
+        f = filter_
+        kept.append(
+            _Kept(
+                t_s, f.position, f.velocity, f.quaternion, f.accelerometer_bias, f.gyro_bias, f.covariance.copy(),
+            )
+        )  # fmt: skip
+        if lanes and t_s - lanes[0].from_s >= _LANE_LIFE_S:
+            del lanes[0]
+        if not lanes or t_s - lanes[-1].from_s >= _LANE_EVERY_S:
+            lanes.append(Lane(t_s, filter_))
+
+    def go_back(self, since_s: float, now_s: float, filter_: ErrorStateFilter) -> bool:
+        """Take the filter back to before `since_s`, and on from there by the samples alone. False if it does not
+        remember as far back; then nothing changes."""
+        kept = self._kept
+        if not kept or kept[0].t_s >= since_s:
+            return False
+        while kept[-1].t_s >= since_s:
+            kept.pop()
+        then = kept[-1]
+        self.lanes[:] = [lane for lane in self.lanes if lane.from_s < since_s]
+        filter_.position, filter_.velocity = then.position, then.velocity
+        filter_.quaternion, filter_.rotation = then.quaternion, rotation(then.quaternion)
+        filter_.accelerometer_bias, filter_.gyro_bias = then.accelerometer_bias, then.gyro_bias
+        filter_.carry_on([sample for t_s, sample in self._samples if t_s > then.t_s + 1e-9])
+        filter_.covariance[:] = then.covariance
+        passed_s = now_s - then.t_s
+        growths = ((0, 1), _POSITION_MPS), ((3, 4), _VELOCITY_MPS2), ((8,), _HEADING_RADPS)
+        for states, growth in growths:
+            filter_.inflate(states, (growth * passed_s) ** 2)
+        return True

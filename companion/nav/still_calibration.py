@@ -1,0 +1,94 @@
+"""Level and gyro bias of an inertial sensor, from a few seconds in which the boat lies still."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from companion.core.readings import Imu, Reading
+from companion.nav.lever_arms import Vector
+
+_SILENT_S = 3.0
+_FEWEST = 50
+_MOST_TILT_RAD = math.radians(20.0)
+_MOST_BIAS_RADPS = math.radians(5.0)  # what no gyro has: the boat turns
+
+
+class StillMean:
+    """Means of one inertial sensor over `duration_s`: call `update` with the readings of each tick until `failure` or
+    `complete`.
+
+    `swing_radps`: largest standard deviation of a rate at which the boat counts as still. `progress`: 0…1. Remembers
+    sums.
+    """
+
+    def __init__(self, name: str, duration_s: float, swing_radps: float, now_s: float) -> None:
+        self.name = name
+        self.progress = 0.0
+        self.failure: str | None = None
+        self._duration_s, self._swing_radps = duration_s, swing_radps
+        self._begin_s = self._heard_s = now_s
+        self._count = 0
+        self._force = [0.0, 0.0, 0.0]
+        self._rates = [0.0, 0.0, 0.0]
+        self._squares = [0.0, 0.0, 0.0]
+
+    @property
+    def complete(self) -> bool:
+        """Whether the means are there."""
+        return self.progress >= 1.0 and self.failure is None
+
+    @property
+    def force(self) -> Vector:
+        """Mean specific force, m/s²."""
+        x, y, z = (part / self._count for part in self._force)
+        return x, y, z
+
+    @property
+    def rates(self) -> Vector:
+        """Mean rates, rad/s."""
+        x, y, z = (part / self._count for part in self._rates)
+        return x, y, z
+
+    def update(self, readings: Sequence[Reading], now_s: float) -> None:
+        """Take the readings of a tick. Does nothing after the end."""
+        if self.failure is not None or self.complete:
+            return
+        for reading in readings:
+            if isinstance(reading, Imu) and reading.source == self.name:
+                self._heard_s = now_s
+                self._add(reading)
+        self.progress = min(1.0, (now_s - self._begin_s) / self._duration_s)
+        if now_s - self._heard_s > _SILENT_S or (self.progress >= 1.0 and self._count < _FEWEST):
+            self.failure = f"{self.name} is silent"
+        elif self._count >= _FEWEST and (self._swing() > self._swing_radps or self._turn() > _MOST_BIAS_RADPS):
+            self.failure = "the boat moves"
+
+    def _add(self, imu: Imu) -> None:
+        self._count += 1
+        rates = (imu.roll_rate_radps, imu.pitch_rate_radps, imu.yaw_rate_radps)
+        for i, (force, rate) in enumerate(zip((imu.x_mps2, imu.y_mps2, imu.z_mps2), rates, strict=True)):
+            self._force[i] += force
+            self._rates[i] += rate
+            self._squares[i] += rate * rate
+
+    def _swing(self) -> float:
+        """Largest standard deviation of the rates."""
+        means = self.rates
+        variances = (square / self._count - mean * mean for square, mean in zip(self._squares, means, strict=True))
+        return math.sqrt(max(0.0, *variances))
+
+    def _turn(self) -> float:
+        """Largest mean rate."""
+        return max(map(abs, self.rates))
+
+
+def level_of(force: Vector) -> tuple[float, float]:
+    """(roll_rad, pitch_rad) of a sensor whose mean specific force at rest is `force`. Raises ValueError for a sensor
+    that is not mounted level."""
+    x, y, z = force
+    roll, pitch = math.atan2(-y, -z), math.atan2(x, math.hypot(y, z))
+    if max(abs(roll), abs(pitch)) > _MOST_TILT_RAD:
+        tilt = math.degrees(max(abs(roll), abs(pitch)))
+        raise ValueError(f"mounted {tilt:.0f} deg off level: correct its mounting")
+    return roll, pitch

@@ -1,0 +1,159 @@
+"""Each reading set against the estimate, for the integrity monitor."""
+
+from __future__ import annotations
+
+from typing import TypeGuard
+
+from companion.core.angles import wrap_pi
+from companion.core.events import Announce
+from companion.core.readings import GnssFix, GroundVelocity, Heading, Imu, MagneticField, TimeOfDay, Wind
+from companion.nav.current import CurrentObserver
+from companion.nav.headings import Measured
+from companion.nav.inertial import InertialSolution
+from companion.nav.integrity.evidence import (
+    Evidence,
+    Finding,
+    HeadingSeen,
+    InertialStep,
+    LaneStep,
+    ModelStep,
+    PositionSeen,
+    Sense,
+    VelocitySeen,
+)
+from companion.nav.integrity.monitor import IntegrityMonitor
+from companion.nav.lever_arms import Vector
+from companion.nav.no_imu import PoseSolution
+from companion.nav.outliers import Verdict
+from companion.nav.solution import Motion
+from companion.params.store import Parameters
+
+_FRESH_S = 0.15  # age of the last inertial sample up to which its sums hold for a reading
+
+
+class Witness:
+    """Call a method for each reading, before it is used, and `conclude` once a tick. Remembers the evidence of the
+    present tick."""
+
+    def __init__(self, parameters: Parameters, say: Announce) -> None:
+        self.monitor = IntegrityMonitor(parameters, say)
+        self._evidence = Evidence()
+
+    def trusts(self, sense: Sense, source: str) -> bool:
+        """Whether that sense of that source is used."""
+        return self.monitor.trusts(sense, source)
+
+    def raw(self, imu: Imu) -> None:
+        """Note a sample as the sensor gave it, before calibration and in its own axes."""
+        self._evidence.raw_imu.append(imu)
+
+    def imu(self, imu: Imu) -> bool:
+        """Note a sample; whether it may be used."""
+        self._evidence.imu.append(imu)
+        return self.monitor.trusts(Sense.IMU, imu.source)
+
+    def field(self, field: MagneticField) -> bool:
+        """Note a magnetic field; whether it may be used."""
+        self._evidence.fields.append(field)
+        return self.monitor.trusts(Sense.FIELD, field.source) and self.monitor.trusts(Sense.IMU, field.source)
+
+    def wind(self, wind: Wind) -> bool:
+        """Note a wind; whether it may be used."""
+        self._evidence.winds.append(wind)
+        return self.monitor.trusts(Sense.WIND, wind.source)
+
+    def time(self, time: TimeOfDay) -> bool:
+        """Note an absolute time; whether it may be used."""
+        self._evidence.times.append(time)
+        return self.monitor.trusts(Sense.TIME, time.source)
+
+    def position(
+        self,
+        fix: GnssFix,
+        antenna: tuple[float, float],
+        lever_m: Vector,
+        sigma_m: float,
+        solution: InertialSolution | PoseSolution,
+    ) -> Verdict | None:
+        """Note a fix, `antenna` in the local plane; the verdict on it, or None: the usual rule."""
+        here, arm = solution.place(fix.t_s), solution.offset(lever_m)
+        north, east = antenna[0] - arm.north_m, antenna[1] - arm.east_m
+        way: tuple[float | None, float | None] = (None, None)
+        if _fresh(solution, fix.t_s):
+            way = solution.odometer.north_m, solution.odometer.east_m
+        seen = PositionSeen(
+            fix.t_s, fix.source, fix.lat_deg, fix.lon_deg, north, east, north - here.north_m, east - here.east_m,
+            here.north_mps, here.east_mps, here.sigma_m, sigma_m, fix.fix, *way,
+        )  # fmt: skip
+        self._evidence.positions.append(seen)
+        return self.monitor.screen_position(seen)
+
+    def velocity(
+        self, velocity: GroundVelocity, lever_m: Vector, sigma_mps: float, solution: InertialSolution | PoseSolution
+    ) -> Verdict | None:
+        """Note a velocity; the verdict on it, or None: the usual rule."""
+        here, swing = solution.place(velocity.t_s), solution.offset(lever_m)
+        north, east = velocity.north_mps - swing.north_mps, velocity.east_mps - swing.east_mps
+        felt: tuple[float | None, float | None] = (None, None)
+        if _fresh(solution, velocity.t_s):
+            felt = solution.odometer.north_mps, solution.odometer.east_mps
+        seen = VelocitySeen(
+            velocity.t_s, velocity.source, (velocity.north_mps, velocity.east_mps), north, east,
+            north - here.north_mps, east - here.east_mps, *felt, sigma_mps,
+        )  # fmt: skip
+        self._evidence.velocities.append(seen)
+        return self.monitor.screen_velocity(seen)
+
+    def heading(self, reading: Heading, heading: Measured, solution: InertialSolution | PoseSolution) -> Verdict | None:
+        """Note a heading; the verdict on it, or None: the usual rule."""
+        here = solution.place(heading.t_s)
+        turned = None
+        if _fresh(solution, heading.t_s):
+            turned = solution.odometer.turned_rad + solution.filter.rates[2] * (heading.t_s - solution.t_s)
+        seen = HeadingSeen(
+            heading.t_s, heading.source, reading.yaw_rad, heading.yaw_rad, wrap_pi(heading.yaw_rad - here.yaw_rad),
+            heading.sigma_rad, heading.wander_rad, turned,
+        )  # fmt: skip
+        self._evidence.headings.append(seen)
+        return self.monitor.screen_heading(seen)
+
+    def conclude(
+        self,
+        driven: bool,
+        motion: Motion,
+        inertial: InertialSolution | None,
+        current: CurrentObserver | None,
+        now_s: float,
+    ) -> list[Finding]:
+        """Judge the tick; returns what is found to lie from now on."""
+        evidence, self._evidence = self._evidence, Evidence()
+        evidence.driven = driven
+        if inertial is not None and inertial.running:
+            evidence.inertial = _inertial_step(inertial)
+        if current is not None and driven:
+            evidence.model = ModelStep(current.run, *current.carried, current.carried_turn_radps)
+        evidence.yaw_rad, evidence.turn_radps = motion.attitude[2], motion.rates[2]
+        evidence.north_mps, evidence.east_mps = motion.velocity[0], motion.velocity[1]
+        return list(self.monitor.update(evidence, now_s))
+
+
+def _inertial_step(inertial: InertialSolution) -> InertialStep:
+    odometer, (swing_north, swing_east) = inertial.odometer, inertial.swing
+    lanes = []
+    for lane in inertial.lanes:
+        (first_north, first_east, _), (north, east, _) = lane.first, lane.velocity
+        sigma_mps = lane.sigma_mps(inertial.t_s)
+        lanes.append(LaneStep(lane.from_s, first_north, first_east, north - swing_north, east - swing_east, sigma_mps))
+    return InertialStep(
+        odometer.run,
+        odometer.north_mps,
+        odometer.east_mps,
+        odometer.turned_rad,
+        odometer.bias_sigma_radps,
+        tuple(lanes),
+    )
+
+
+def _fresh(solution: InertialSolution | PoseSolution, t_s: float) -> TypeGuard[InertialSolution]:
+    """Whether inertial samples reach up to that time."""
+    return isinstance(solution, InertialSolution) and abs(t_s - solution.t_s) <= _FRESH_S

@@ -1,0 +1,50 @@
+"""The faults of sensors that lie: names, what each does, and the size that it has where none is given."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+IMU_AXES = ("x", "y", "z", "roll", "pitch", "yaw")  # of specific force, and of angular rate
+_BIASES = (0.5, 0.5, 0.5, 3.0, 3.0, 3.0)
+_UNITS = ("m/s²",) * 3 + ("deg/s",) * 3
+
+
+@dataclass(frozen=True, slots=True)
+class Lie:
+    """What a lying sensor does, for people. `size`: what NAME=SIZE replaces, in `unit`; None: the lie has no size."""
+
+    text: str
+    size: float | None = None
+    unit: str = ""
+
+
+LIES: Mapping[str, Lie] = {
+    "gnss_frozen": Lie("receivers repeat their last position, velocity and heading"),
+    "position_frozen": Lie("receivers repeat their last position; velocity and heading go on"),
+    "velocity_frozen": Lie("receivers repeat their last velocity"),
+    "heading_frozen": Lie("headings repeat: of receivers, compasses and inertial sensors"),
+    "gnss_jump": Lie("positions are off to the north-east", 25.0, "m"),
+    "position_creep": Lie("positions creep to the north-east, which the velocities do not show", 0.5, "m/s"),
+    "gnss_spoof": Lie("positions creep to the north-east, and velocities show it from the first moment", 0.5, "m/s"),
+    "gnss_pull": Lie("positions and velocities are pulled to the north-east ever faster", 0.05, "m/s²"),
+    "velocity_off": Lie("velocities are off to the north-east", 0.5, "m/s"),
+    "heading_turned": Lie("headings are turned: of receivers, compasses and inertial sensors", 180.0, "deg"),
+    "heading_creep": Lie("headings creep to starboard", 1.0, "deg/s"),
+    "accuracy_lie": Lie("positions have this much noise, of which accuracy and kind of fix show nothing", 0.15, "m"),
+    "time_jump": Lie("the receivers' absolute time is ahead", 60.0, "s"),
+    "time_fast": Lie("the receivers' absolute time runs fast by this share", 0.02),
+    "imu_repeats": Lie("inertial sensors repeat their last sample"),
+    **{f"imu_{axis}_stuck": Lie(f"the {axis} axis of inertial sensors repeats its last value") for axis in IMU_AXES},
+    **{f"imu_{axis}_reversed": Lie(f"the {axis} axis of inertial sensors has the wrong sign") for axis in IMU_AXES},
+    **{
+        f"imu_{axis}_biased": Lie(f"the {axis} axis of inertial sensors is off", size, unit)
+        for axis, size, unit in zip(IMU_AXES, _BIASES, _UNITS, strict=True)
+    },
+    "wind_frozen": Lie("wind sensors repeat their last wind"),
+}
+
+
+def text_of(lie: Lie) -> str:
+    """What it does, with the size that it has where none is given."""
+    return lie.text if lie.size is None else f"{lie.text}; {lie.size:g} {lie.unit}".rstrip()

@@ -1,0 +1,186 @@
+"""Jumps of position, velocity and heading: kept out from the first moment, and asked about."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from companion.core.readings import FixType
+from companion.nav.integrity.evidence import Channel, Evidence, Sense
+from companion.nav.integrity.heading_jump import HeadingJump
+from companion.nav.integrity.position_jump import PositionJump
+from companion.nav.integrity.velocity_jump import VelocityJump
+from companion.nav.outliers import Verdict
+from tests.unit.nav.integrity.seen import heading, position, velocity
+
+HZ = 20
+
+
+def fixes(jump: PositionJump, spans: list[tuple[float, float, float]], **more: object) -> list[Verdict | None]:
+    """Fixes 20 times a second; each span: (from_s, to_s, north of the estimate)."""
+    verdicts = []
+    for from_s, to_s, north_m in spans:
+        for k in range(round(from_s * HZ), round(to_s * HZ)):
+            noise = 0.005 * ((k * 7919) % 13 - 6) / 6
+            fix = position(k / HZ, north_m + noise, noise, off=(north_m + noise, noise), **more)  # type: ignore[arg-type]
+            verdicts.append(jump.screen(fix, True))
+    return verdicts
+
+
+def found(jump: PositionJump, now_s: float) -> list[str]:
+    return [finding.fault for finding in jump.update(Evidence(driven=True), now_s)]
+
+
+@pytest.mark.parametrize("distance_m", [0.5, 5.0, 50.0, 1e6])
+def test_a_jump_is_kept_out_from_its_first_fix_and_named_soon(distance_m: float) -> None:
+    jump = PositionJump()
+    assert set(fixes(jump, [(0.0, 5.0, 0.0)])) == {None}
+    assert set(fixes(jump, [(5.0, 5.3, distance_m)])) == {Verdict.REJECT}
+    assert found(jump, 5.3) == []
+    assert set(fixes(jump, [(5.3, 5.6, distance_m)])) == {Verdict.REJECT}
+    assert found(jump, 5.6) == [f"jumped {distance_m:.0f} m"]
+    finding = jump.update(Evidence(driven=True), 5.6)[0]
+    assert finding.asks and finding.jump and finding.since_s == pytest.approx(5.0)
+
+
+def test_a_wild_point_passes_without_a_word() -> None:
+    jump = PositionJump()
+    verdicts = fixes(jump, [(0.0, 5.0, 0.0), (5.0, 5.05, 1000.0), (5.05, 9.0, 0.0)])
+    assert verdicts.count(Verdict.REJECT) == 1 and found(jump, 9.0) == []
+
+
+def test_a_boat_under_way_does_not_jump() -> None:
+    jump = PositionJump()
+    for k in range(200):
+        fix = position(k / HZ, 3.0 * k / HZ, velocity=(3.0, 0.0))
+        assert jump.screen(fix, True) is None
+
+
+def test_a_jump_back_ends_it() -> None:
+    jump = PositionJump()
+    fixes(jump, [(0.0, 5.0, 0.0), (5.0, 7.0, 5.0)])
+    assert found(jump, 7.0)
+    fixes(jump, [(7.0, 7.2, 0.0)])
+    assert not found(jump, 7.2)
+
+
+def test_what_the_receiver_claims_is_no_jump() -> None:
+    """2 m of a receiver without corrections, and the change to and from such a fix."""
+    plain = PositionJump()
+    assert set(fixes(plain, [(0.0, 5.0, 0.0), (5.0, 9.0, 2.0)], sigma_m=1.5, fix=FixType.FIX_3D)) == {None}
+    change = PositionJump()
+    assert set(fixes(change, [(0.0, 5.0, 0.0)])) == {None}
+    assert set(fixes(change, [(5.0, 9.0, 2.0)], sigma_m=1.5, fix=FixType.FIX_3D)) == {None}
+    assert set(fixes(change, [(9.0, 12.0, 0.0)])) == {None}
+
+
+def test_a_receiver_that_has_frozen_comes_back_where_the_estimate_can_be() -> None:
+    jump = PositionJump()
+    fixes(jump, [(0.0, 5.0, 0.0)])
+    for k in range(100):  # 5 s of the same fix, while the boat drifts 1 m
+        assert jump.screen(position(5.0 + k / HZ, 0.0, off=(-0.01 * k, 0.0)), True) is None
+    near = position(10.1, 1.0, 0.02, off=(0.1, 0.0), estimate_sigma_m=0.2)
+    assert jump.screen(near, True) is None
+    gone = PositionJump()
+    fixes(gone, [(0.0, 5.0, 0.0)])
+    assert gone.screen(position(10.1, 9.0, off=(9.0, 0.0), estimate_sigma_m=0.2), True) is Verdict.REJECT
+
+
+def test_disarmed_boats_jump_as_they_like() -> None:
+    jump = PositionJump()
+    for k in range(100):
+        assert jump.screen(position(k / HZ, 50.0 * (k > 50)), False) is None
+
+
+def test_accepted_it_is_believed() -> None:
+    jump = PositionJump()
+    fixes(jump, [(0.0, 5.0, 0.0), (5.0, 7.0, 5.0)])
+    jump.accept(Channel(Sense.POSITION, "gnss"))
+    assert set(fixes(jump, [(7.0, 9.0, 5.0)])) == {None}
+    assert not found(jump, 9.0)
+
+
+@pytest.mark.parametrize("other_m, confirmed", [(5.0, True), (0.0, False)])
+def test_another_receiver_confirms_a_jump_or_does_not(other_m: float, confirmed: bool) -> None:
+    jump = PositionJump()
+    for k in range(8 * HZ):
+        jumped = 5.0 if k >= 5 * HZ else 0.0
+        noise = 0.004 * (k % 3)
+        jump.screen(position(k / HZ, jumped + noise, off=(jumped, 0.0)), True)
+        jump.screen(position(k / HZ, other_m + noise, off=(other_m, 0.0), source="spare"), True)
+    assert found(jump, 8.0) == ["jumped 5 m"]
+    assert jump.confirmed("gnss", frozenset(), 8.0) is confirmed
+    assert not jump.confirmed("gnss", frozenset({Channel(Sense.POSITION, "spare")}), 8.0)
+    assert not jump.confirmed("gnss", frozenset(), 99.0)
+
+
+# --- velocity --------------------------------------------------------------------------------------------------------
+
+
+def test_a_velocity_that_no_force_explains_is_kept_out() -> None:
+    jump = VelocityJump()
+    for k in range(100):
+        assert jump.screen(velocity(k / HZ, 0.001 * (k % 7)), True) is None
+    verdicts = [jump.screen(velocity(5.0 + k / HZ, 0.5 + 0.001 * (k % 7), off=(0.5, 0.0)), True) for k in range(20)]
+    assert set(verdicts) == {Verdict.REJECT} and jump.suspects("gnss")
+    assert [finding.fault for finding in jump.update(Evidence(driven=True), 6.0)] == ["jumped 0.5 m/s"]
+    jump.accept(Channel(Sense.VELOCITY, "gnss"))
+    assert not jump.suspects("gnss")
+
+
+def test_a_velocity_that_a_force_explains_is_used() -> None:
+    jump = VelocityJump()
+    for k in range(100):
+        speed = 0.1 * k + 0.001 * (k % 7)  # 2 m/s²
+        assert jump.screen(velocity(k / HZ, speed, felt=(0.1 * k, 0.0)), True) is None
+
+
+def test_accelerometers_that_jump_are_not_the_receivers_fault() -> None:
+    jump = VelocityJump()
+    for k in range(100):
+        felt = (3.0, 0.0) if k > 50 else (0.0, 0.0)
+        assert jump.screen(velocity(k / HZ, 0.001 * (k % 7), felt=felt), True) is None
+
+
+def test_without_accelerometers_a_boat_may_accelerate() -> None:
+    jump = VelocityJump()
+    for k in range(100):
+        assert jump.screen(velocity(k / HZ, 0.14 * k, felt=None), True) is None
+    assert jump.screen(velocity(5.0, 16.0, felt=None), True) is Verdict.REJECT
+
+
+# --- heading ---------------------------------------------------------------------------------------------------------
+
+
+def test_a_heading_turned_round_is_kept_out() -> None:
+    jump = HeadingJump()
+    for k in range(100):
+        assert jump.screen(heading(k / HZ, 0.001 * (k % 7)), True) is None
+    for k in range(20):
+        turned = heading(5.0 + k / HZ, math.pi - 0.001 * (k % 7), off_rad=math.pi)
+        assert jump.screen(turned, True) is Verdict.REJECT
+    finding = jump.update(Evidence(driven=True), 6.0)[0]
+    assert finding.fault == "jumped 180 deg" and finding.asks
+    jump.accept(finding.channel)
+    assert not jump.update(Evidence(driven=True), 6.0)
+
+
+def test_a_turn_that_the_gyro_felt_is_none() -> None:
+    jump = HeadingJump()
+    for k in range(200):
+        yaw = math.remainder(0.05 * k, math.tau)
+        assert jump.screen(heading(k / HZ, yaw, 0.05 * k), True) is None
+
+
+def test_a_gyro_that_jumps_is_not_the_headings_fault() -> None:
+    jump = HeadingJump()
+    for k in range(100):
+        assert jump.screen(heading(k / HZ, 0.001 * (k % 7), 1.0 if k > 50 else 0.0), True) is None
+
+
+def test_after_a_gap_the_gyro_has_carried_the_heading() -> None:
+    jump = HeadingJump()
+    jump.screen(heading(0.0, 0.0), True)
+    assert jump.screen(heading(10.0, 0.5, 0.5, off_rad=0.02), True) is None
+    assert jump.screen(heading(20.0, 2.0, 0.5, off_rad=1.5), True) is Verdict.REJECT
