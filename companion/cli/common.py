@@ -32,13 +32,18 @@ def driven_clock(text: str, epoch_unix_ns: int) -> DrivenClock:
 
 
 class Interrupt:
-    """Takes over `signals` and remembers in `received` whether one of them has come."""
+    """Takes over the signals that end a process, and remembers in `received` whether one of them has come: Ctrl-C,
+    SIGTERM, and SIGHUP of a terminal that closes.
 
-    def __init__(self, *signals: signal.Signals) -> None:
-        """`signals`: SIGINT (Ctrl-C) and SIGTERM where none are given."""
+    A process started with `nohup` outlives its terminal.
+    """
+
+    def __init__(self) -> None:
         self.received = False
-        for number in signals or (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, self._note)
+        signal.signal(signal.SIGINT, self._note)
+        signal.signal(signal.SIGTERM, self._note)
+        if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:
+            signal.signal(signal.SIGHUP, self._note)
 
     def _note(self, number: int, frame: object) -> None:
         self.received = True

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import signal
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -50,7 +49,7 @@ def _leader(arguments: argparse.Namespace) -> int:
     urls = tuple(arguments.link or config.links)
     links = open_links((*urls, *config.local_links))
     towards, local = links[: len(urls)], links[len(urls) :]
-    interrupt = Interrupt(signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+    interrupt = Interrupt()
     print(f"leader module {config.title or config.name}, system {config.system_id}, of follower {config.follower}")
     print(f"links: {', '.join((*urls, *config.local_links))}")
     print(f"log:   {log_folder}")

@@ -7,6 +7,7 @@ import contextlib
 import csv
 import itertools
 import json
+import signal
 import socket
 import subprocess
 import sys
@@ -18,7 +19,7 @@ from pymavlink.dialects.v20 import common as mavlink
 
 from tests.protocol.driver import Driver
 from tests.protocol.process import Companion, free_port
-from tests.waiting import CAP_S, run_to_end
+from tests.waiting import CAP_S, run_to_end, wait_until
 
 pytestmark = pytest.mark.process
 
@@ -119,6 +120,16 @@ def test_missing_devices_are_said_and_the_boat_keeps_waiting_for_them(tmp_path: 
         and {row["gnss_ok"] for row in rows} == {"0"}
         and {row["armed"] for row in rows} == {"0"}
     )
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_every_signal_that_ends_it_ends_it_in_order(tmp_path: Path, number: signal.Signals) -> None:
+    boat = Companion(tmp_path, speed=5.0)
+    with boat:
+        assert boat.process is not None
+        wait_until(lambda: boat.now_s > 1.0, "the first ticks")
+        boat.process.send_signal(number)
+        assert boat.stop() == (0, "")
 
 
 def test_two_companions_side_by_side(tmp_path: Path) -> None:
