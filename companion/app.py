@@ -24,6 +24,7 @@ from companion.io import actuators, sensors
 from companion.io.actuators import open_actuator
 from companion.io.corrections import CorrectionsRelay, CorrectionsSource
 from companion.io.mavlink.assembly import connect
+from companion.io.mavlink.wire.exposure import exposed
 from companion.io.mavlink.wire.hub import Copies
 from companion.io.mavlink.wire.links import Link, LinkError, judge_url
 from companion.io.mavlink.wire.signing import Policy, Signing, SigningState
@@ -228,6 +229,7 @@ def build(config: VesselConfig, around: Surroundings) -> Vessel:
             _signing(around, warn),
         )
     )
+    _tell_exposed(around, events)
     return vessel
 
 
@@ -258,6 +260,12 @@ def _devices(config: VesselConfig, around: Surroundings, events: EventLog) -> tu
         ),
     )
     return devices, relay
+
+
+def _tell_exposed(around: Surroundings, events: EventLog) -> None:
+    for link in around.links:
+        if exposed(link.name):
+            events.say(around.clock.now_s(), TextKind.ATTENTION, "link_exposed", f"Link {link.name} obeys anybody")
 
 
 def warm_up() -> None:

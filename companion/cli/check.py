@@ -6,7 +6,9 @@ import argparse
 from typing import Any
 
 from companion.app import load_vessel
+from companion.cli.common import print_warnings
 from companion.cli.devices import listen_to
+from companion.io.mavlink.wire.exposure import exposed_warnings
 
 _LISTEN_S = 3.0
 
@@ -27,6 +29,7 @@ def _check(arguments: argparse.Namespace) -> int:
     """Exit code 0 where the file and, if asked for, its devices are in order, else 1."""
     config = load_vessel(arguments.vessel)
     print(f"{config.name}: {config.title}: no errors", flush=True)
+    print_warnings(exposed_warnings(config.links))
     judged = listen_to(config, _LISTEN_S) if arguments.listen else []
     for _, text in judged:
         print(text)

@@ -14,11 +14,21 @@ from pathlib import Path
 from typing import Any
 
 from companion.app import load_vessel, program_version, warm_up
-from companion.cli.common import Interrupt, UsageError, add_clock_to, boat_folder, complain, is_over, new_folder
+from companion.cli.common import (
+    Interrupt,
+    UsageError,
+    add_clock_to,
+    boat_folder,
+    complain,
+    is_over,
+    new_folder,
+    print_warnings,
+)
 from companion.cli.composition import SITL_LINKS, RunOptions, compose
 from companion.config import vessel as config_module
 from companion.config.vessel import HomeConfig, VesselConfig
 from companion.core.ports import WaitingClock
+from companion.io.mavlink.wire.exposure import exposed_warnings
 from companion.io.mavlink.wire.links import open_links
 from companion.io.service_manager import service_manager
 from companion.loop import Punctuality, Vessel, run
@@ -72,6 +82,7 @@ def _run(arguments: argparse.Namespace) -> int:
     retention = None if limit_mb is None else Retention(logs, limit_mb * 1_000_000, log_folder, complain)
     interrupt = Interrupt()
     _print_banner(config, options, [link.name for link in links], state, log_folder)
+    print_warnings(exposed_warnings(link.name for link in links))
     try:
         punctuality = _run_until_stopped(vessel, clock, interrupt, arguments.duration)
     finally:

@@ -86,6 +86,22 @@ def test_check_lists_every_error_with_its_line(tmp_path: Path) -> None:
     assert companion("check", "revolt").returncode == 0
 
 
+def test_a_link_that_obeys_anybody_is_said(tmp_path: Path) -> None:
+    text = (Path(__file__).parents[2] / "companion" / "vessels" / "revolt.toml").read_text(encoding="utf-8")
+    file = tmp_path / "boat.toml"
+    file.write_text(text.replace("tcpin:127.0.0.1:5760", "tcpin:0.0.0.0:5760", 1), encoding="utf-8")
+    remedy = "listen on 127.0.0.1, or add signing=require\n"
+    done = companion("check", str(file))
+    assert done.returncode == 0
+    assert done.stderr == f"warning: link tcpin:0.0.0.0:5760 obeys anybody in the network: {remedy}"
+    link = f"tcpin:0.0.0.0:{free_port(socket.SOCK_STREAM)}"
+    boat = Companion(tmp_path, speed=5.0, links=(link,))
+    with boat:
+        wait_until(lambda: boat.now_s > 0.5, "the first ticks")
+        assert boat.stop() == (0, f"warning: link {link} obeys anybody in the network: {remedy}")
+    assert f"Link {link} obeys anybody" in {row["text"] for row in boat.rows("events.csv")}
+
+
 def test_a_port_in_use_is_said(tmp_path: Path) -> None:
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
