@@ -33,8 +33,7 @@ class AccuracyLie(Hypothesis):
 
     def clear(self) -> None:
         """Claims are believed."""
-        for receiver in self._receivers.values():
-            receiver.since_s = None
+        self._receivers.clear()
 
     def sigma_m(self, source: str, claimed_m: float) -> float:
         """One sigma on each axis: as claimed, or as the positions scatter where that is a lie."""

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from typing import NamedTuple
 
 from companion.core.readings import FixType, Imu, MagneticField, TimeOfDay, Wind
+
+_SETTLED_RADPS = math.radians(0.1)  # sigma of the gyro's bias
 
 
 class Sense(Enum):
@@ -137,13 +140,19 @@ class InertialStep(NamedTuple):
     turn_sigma_radps: float
     lanes: tuple[LaneStep, ...] = ()
 
+    @property
+    def settled(self) -> bool:
+        """Whether the filter has known its attitude for some time. One that has begun in a hard turn has not."""
+        return self.turn_sigma_radps <= _SETTLED_RADPS
+
 
 @dataclass(slots=True)
 class Evidence:
     """The readings of a tick, in order of time, with what they say against the estimate.
 
     `driven`: the boat is armed: nothing is judged else, since moorings and people move it. `imu`: calibrated, in the
-    boat's axes; `raw_imu`: as the sensor gave them. `inertial`, `model`: None where there is none.
+    boat's axes; `raw_imu`: as the sensor gave them. `inertial`, `model`: None where there is none. `distrusted`: found
+    to lie by the last tick; `suspected`: velocities that have just left their own track.
     """
 
     positions: list[PositionSeen] = field(default_factory=list)
@@ -162,6 +171,7 @@ class Evidence:
     north_mps: float = 0.0
     east_mps: float = 0.0
     distrusted: frozenset[Channel] = frozenset()
+    suspected: frozenset[Channel] = frozenset()
 
 
 class Hypothesis:

@@ -75,7 +75,8 @@ class HeadingDrift(Hypothesis):
         self._remember(evidence, now_s)
         for seen in evidence.headings:
             source = self._sources.setdefault(seen.source, _Source())
-            if evidence.driven and evidence.inertial is not None and seen.turned_rad is not None:
+            settled = evidence.inertial is not None and evidence.inertial.settled
+            if evidence.driven and settled and seen.turned_rad is not None:
                 self._compare(source, seen, evidence, Channel(Sense.HEADING, seen.source) in evidence.distrusted)
             else:
                 source.last = None

@@ -3,7 +3,8 @@
 What the accelerometers have added up to, less what a receiver's velocity has gained, is noise where all axes are right.
 With one axis reversed it is twice that axis's part, with the other sign. The log-likelihood of "this axis is reversed"
 against "all is right" is summed up by Page's test. Where roll or pitch rate is reversed, the force of gravity is taken
-out of the wrong direction: its part is that of twice the tilt.
+out of the wrong direction: its part is that of twice the tilt. An attitude that is wrong for other reasons tells
+nothing: of a filter that has just begun, or whose heading lies.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ _LEVEL_TIME_S = 5.0  # of the high-pass on force and tilt
 _LEAST_SIGMA_MPS = 0.03  # of a difference over a window, on one axis
 _KNOWN_WINDOWS = 30  # after which the noise that was measured counts, before the accuracy of the vessel's file
 _MEAN_LENGTH = math.sqrt(0.5 * math.pi)  # of a vector, in sigmas of one axis
+_MOST_OF_A_WINDOW = 0.2  # of the threshold; the less likely axes count as much less
 _THRESHOLD = -2.0 * math.log(FALSE_ALARM)  # log-likelihoods of windows are not quite independent
 
 
@@ -67,7 +69,7 @@ class ImuReversed(Hypothesis):
         self.doubt = 0.0 if self._found is None else 1.0
         if self._found is not None:
             return (self._found,)
-        if evidence.inertial is None or not evidence.driven or not evidence.imu:
+        if not _knows_attitude(evidence) or not evidence.driven or not evidence.imu:
             self.clear()
             return ()
         source = evidence.imu[-1].source
@@ -141,10 +143,13 @@ class ImuReversed(Hypothesis):
         """Add the log-likelihood of each hypothesis. `rest`: the receiver's gain less the accelerometers'."""
         sigma = self._sigma(seen)
         as_is = rest[0] * rest[0] + rest[1] * rest[1]
-        for i in range(len(_AXES)):
-            x, y = rest[0] + 2.0 * parts.forward[i], rest[1] + 2.0 * parts.starboard[i]
-            gain = (as_is - x * x - y * y) / (2.0 * sigma * sigma)
-            sensor.sums[i] = max(0.0, sensor.sums[i] + min(gain, 0.2 * _THRESHOLD))
+        gains = []
+        for forward, starboard in zip(parts.forward, parts.starboard, strict=True):
+            x, y = rest[0] + 2.0 * forward, rest[1] + 2.0 * starboard
+            gains.append((as_is - x * x - y * y) / (2.0 * sigma * sigma))
+        share = min(1.0, _MOST_OF_A_WINDOW * _THRESHOLD / max(*gains, 1e-9))
+        for i, gain in enumerate(gains):
+            sensor.sums[i] = max(0.0, sensor.sums[i] + (share * gain if gain > 0.0 else gain))
         worst = max(range(len(_AXES)), key=lambda i: sensor.sums[i])
         self.doubt = max(self.doubt, sensor.sums[worst] / _THRESHOLD)
         if self.doubt < 0.2:
@@ -153,3 +158,9 @@ class ImuReversed(Hypothesis):
         if self.doubt >= 1.0:
             fault = f"{_AXES[worst]} axis reversed"
             self._found = Finding(Channel(Sense.IMU, self._source), fault, seen.t_s - _LONGEST_S, lasting=True)
+
+
+def _knows_attitude(evidence: Evidence) -> bool:
+    """Whether the filter has settled, with a heading that is believed."""
+    settled = evidence.inertial is not None and evidence.inertial.settled
+    return settled and all(channel.sense is not Sense.HEADING for channel in evidence.distrusted)

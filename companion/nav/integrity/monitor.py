@@ -64,14 +64,13 @@ class IntegrityMonitor:
     @property
     def state(self) -> tuple[Distrust, ...]:
         """What is found, for the record of the tick."""
-        acts = self._acts
         return tuple(
             Distrust(
                 channel.sense.value,
                 channel.source,
                 doubted.finding.fault,
                 doubted.finding.since_s,
-                acts and not doubted.finding.used,
+                self._excludes(doubted.finding),
                 doubted.finding.asks,
             )
             for channel, doubted in self._doubted.items()
@@ -80,6 +79,11 @@ class IntegrityMonitor:
     @property
     def _acts(self) -> bool:
         return bool(self._parameters["NAV_INTEG"] == _ACT)
+
+    def _excludes(self, finding: Finding) -> bool:
+        """Whether what is found keeps the channel out."""
+        followed = finding.jump and self._parameters["NAV_JUMP_ACT"] == _FOLLOW
+        return self._acts and not finding.used and not followed
 
     def screen_position(self, seen: PositionSeen) -> Verdict | None:
         """The verdict on a fix that is about to be used; None: the usual rule."""
@@ -130,6 +134,8 @@ class IntegrityMonitor:
             self._forget()
         self._driven = evidence.driven
         evidence.distrusted = frozenset(c for c, doubted in self._doubted.items() if not doubted.finding.used)
+        velocities = {Channel(Sense.VELOCITY, seen.source) for seen in evidence.velocities}
+        evidence.suspected = frozenset(c for c in velocities if self.hypotheses.velocity_jump.suspects(c.source))
         found: dict[Channel, Finding] = {}
         for hypothesis in self.hypotheses.all:
             for finding in hypothesis.update(evidence, now_s):
@@ -139,16 +145,11 @@ class IntegrityMonitor:
         self._follow_confirmed(found, now_s)
         begun = self._enter(found, now_s)
         self._leave(now_s)
-        self._untrusted = self._unusable() if self._acts else frozenset()
+        self._untrusted = self._unusable()
         return [finding for finding in begun if finding.channel in self._untrusted]
 
     def _unusable(self) -> frozenset[Channel]:
-        followed = self._parameters["NAV_JUMP_ACT"] == _FOLLOW
-        return frozenset(
-            channel
-            for channel, doubted in self._doubted.items()
-            if not doubted.finding.used and not (followed and doubted.finding.jump)
-        )
+        return frozenset(channel for channel, doubted in self._doubted.items() if self._excludes(doubted.finding))
 
     def _follow_confirmed(self, found: dict[Channel, Finding], now_s: float) -> None:
         """Jumps with which independent evidence agrees."""
@@ -195,11 +196,11 @@ class IntegrityMonitor:
             sense = findings[0].channel.sense
             whole = len(findings) > 1 or sense is Sense.IMU or sense.value == source
             of = "" if whole else f" {sense.value}"
-            acts = self._acts and not findings[0].used
-            end = "not used" if acts else "used on"
-            kind = TextKind.ALARM if acts else TextKind.ATTENTION
+            excluded = self._excludes(findings[0])
+            end = "not used" if excluded else "used on"
+            kind = TextKind.ALARM if excluded else TextKind.ATTENTION
             self._say(now_s, kind, "sense_distrusted", f"{source}{of} {fault}: {end}")
-            if acts and findings[0].asks:
+            if excluded and findings[0].asks:
                 self._say(now_s, TextKind.ALARM, "sense_asked", f"Is {source} right? Accept or reject it")
 
     def _leave(self, now_s: float) -> None:
@@ -231,5 +232,5 @@ class IntegrityMonitor:
                 self._doubted[finding.channel].finding = finding._replace(asks=False)
                 text = f"{finding.channel.source} {finding.channel.sense.value} rejected"
                 self._say(now_s, TextKind.ROUTINE, "sense_rejected", text)
-        self._untrusted = self._unusable() if self._acts else frozenset()
+        self._untrusted = self._unusable()
         return None

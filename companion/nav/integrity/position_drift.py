@@ -2,8 +2,8 @@
 
 Page's test on the difference of both, towards ±north and ±east: its slack is what an honest receiver wanders and an
 honest velocity errs, its threshold what noise and wander can add up to at once. A drift slower than the slack cannot be
-told from those. While the receiver's velocity is not trusted, the way is that of the inertial sensor, for as long as
-that is better than nothing.
+told from those. While the receiver's velocity is suspected or not trusted, the way is that of the inertial sensor, for
+as long as that is better than nothing.
 """
 
 from __future__ import annotations
@@ -78,7 +78,7 @@ class PositionDrift(Hypothesis):
         for seen in by_time:
             receiver = self._receivers.setdefault(seen.source, _Receiver())
             if isinstance(seen, VelocitySeen):
-                lies = Channel(Sense.VELOCITY, seen.source) in evidence.distrusted
+                lies = Channel(Sense.VELOCITY, seen.source) in evidence.distrusted | evidence.suspected
                 self._advance(receiver, seen, lies, evidence)
             elif evidence.driven:
                 self._compare(receiver, seen, Channel(Sense.POSITION, seen.source) in evidence.distrusted)

@@ -96,7 +96,7 @@ class PositionJump(Hypothesis):
             track = receiver.track
             self.doubt = max(self.doubt, 0.5 * track.suspect, 1.0 * track.jumped)
             if evidence.driven and track.jumped:
-                fault = f"jumped {track.size:.0f} m"
+                fault = f"jumped {track.size:.{1 if track.size < 10.0 else 0}f} m"
                 found.append(Finding(Channel(Sense.POSITION, source), fault, track.since_s, asks=True, jump=True))
         return found
 

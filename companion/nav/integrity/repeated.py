@@ -24,28 +24,36 @@ Axes = tuple[float, float]
 
 @dataclass(slots=True)
 class _Watch:
-    """A channel's run of repeats, the resolution of its axes in units of the motion, and the motion when it began."""
+    """A channel's run of repeats, the resolution of its axes, what turns that into units of the motion, and the motion
+    when the run began."""
 
     run: RepeatRun = field(default_factory=RepeatRun)
     axes: tuple[Resolution, Resolution] = field(default_factory=lambda: (Resolution(), Resolution()))
+    scale: Axes = (1.0, 1.0)
     from_north: float = 0.0
     from_east: float = 0.0
+    has_moved: bool = False
 
     def take(self, t_s: float, value: tuple[float, ...], steps: Axes, motion: Axes | None) -> None:
-        """`steps`: the value on two axes, in the unit of `motion`, of which there is no end."""
+        """`steps`: the value on two axes. `motion`: a sum, on the same axes; None: unknown."""
         self.run.update(value, t_s)
-        if self.run.run == 0 and motion is not None:
-            self.from_north, self.from_east = motion
+        if self.run.run == 0:
+            self.has_moved = False
+            if motion is not None:
+                self.from_north, self.from_east = motion
         for axis, step in zip(self.axes, steps, strict=True):
             axis.update(step)
 
     def moved(self, motion: Axes | None) -> bool:
-        """Whether the boat has moved by more than the resolution since the run began. None: nobody knows, so nothing
-        excuses repeats."""
+        """Whether the boat has moved by more than the resolution since the run began, be it there and back. None:
+        nobody knows, so nothing excuses repeats."""
         if motion is None:
             return True
-        resolution = min(self.axes[0].step, self.axes[1].step)
-        return math.hypot(motion[0] - self.from_north, motion[1] - self.from_east) >= _STEPS * resolution
+        if not self.has_moved:
+            resolution = min(axis.step * unit for axis, unit in zip(self.axes, self.scale, strict=True))
+            way = math.hypot(motion[0] - self.from_north, motion[1] - self.from_east)
+            self.has_moved = way >= _STEPS * resolution
+        return self.has_moved
 
 
 class Repeated(Hypothesis):
@@ -66,9 +74,9 @@ class Repeated(Hypothesis):
         swing = None if inertial is None else (inertial.north_mps, inertial.east_mps)
         turn = None if inertial is None else (inertial.turned_rad, 0.0)
         for seen in evidence.positions:
-            level = math.cos(math.radians(seen.lat_deg))
-            metres = _METRES_PER_DEGREE * seen.lat_deg, _METRES_PER_DEGREE * level * seen.lon_deg
-            self._watch(Sense.POSITION, seen.source).take(seen.t_s, (seen.lat_deg, seen.lon_deg), metres, way)
+            degrees, watch = (seen.lat_deg, seen.lon_deg), self._watch(Sense.POSITION, seen.source)
+            watch.scale = _METRES_PER_DEGREE, _METRES_PER_DEGREE * math.cos(math.radians(seen.lat_deg))
+            watch.take(seen.t_s, degrees, degrees, way)
         for velocity in evidence.velocities:
             self._watch(Sense.VELOCITY, velocity.source).take(velocity.t_s, velocity.raw, velocity.raw, swing)
         for heading in evidence.headings:

@@ -82,6 +82,7 @@ class _Receiver:
     apart: dict[float, Pair] = field(default_factory=dict)
     since_s: float | None = None
     found_s: float = 0.0
+    limit_mps: float = 0.0  # by which it was found to differ from a lane
 
 
 class VelocityVote(Hypothesis):
@@ -116,7 +117,7 @@ class VelocityVote(Hypothesis):
             self._sea.clear()
             self._starts.clear()
         self._run = None if inertial is None else inertial.run
-        if inertial is None or model is None or not evidence.driven:
+        if inertial is None or not inertial.settled or model is None or not evidence.driven:
             return self._findings()
         self._sea.update(dt_s, inertial)
         self._begin(inertial.lanes, model)
@@ -188,7 +189,7 @@ class VelocityVote(Hypothesis):
         noise_mps, sea_mps = _NOISES * receiver.noise.size, self._sea.size_mps
         lane_mps = _LANE_MPS + _LANE_SIGMAS * lane.sigma_mps + noise_mps + _LANE_SEAS * sea_mps
         if receiver.since_s is not None:
-            self._compare(receiver, lane_mps, now_s)
+            self._compare(receiver, now_s)
             return
         if learns:
             receiver.model_s = now_s if receiver.model_s is None else receiver.model_s
@@ -203,17 +204,18 @@ class VelocityVote(Hypothesis):
         self.doubt = max(self.doubt, min(receiver_alone, 1.0), min(imu_alone, 1.0))
         since_s = lane.from_s + _JUST_AFTER_S  # it has begun in this lane, nobody knows when
         if receiver_alone >= 1.0 and _alike(by_lane, by_model, 1.0):
-            receiver.since_s, receiver.found_s = since_s, now_s
+            receiver.since_s, receiver.found_s, receiver.limit_mps = since_s, now_s, lane_mps
         elif imu_alone >= 1.0 and _alike(by_lane, lane_model, -1.0) and evidence.imu:
             self._imu = (evidence.imu[-1].source, since_s)
 
-    def _compare(self, receiver: _Receiver, lane_mps: float, now_s: float) -> None:
-        """Whether a receiver that was found to lie agrees with the estimate again, which has forgotten it meanwhile."""
+    def _compare(self, receiver: _Receiver, now_s: float) -> None:
+        """Whether a receiver that was found to lie agrees with the estimate again, which has forgotten it meanwhile.
+        By the limit of then: dead reckoning that gets worse agrees with anything in the end."""
         self.doubt = 1.0
         last = receiver.last
         if last is None or now_s - receiver.found_s < _FORGOTTEN_S:
             return
-        if math.hypot(last.off_north_mps, last.off_east_mps) < _AGREES * lane_mps:
+        if math.hypot(last.off_north_mps, last.off_east_mps) < _AGREES * receiver.limit_mps:
             receiver.since_s = None
 
     def _findings(self) -> Sequence[Finding]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import random
 
 import pytest
@@ -124,3 +125,22 @@ def test_a_calm_repeats() -> None:
 
 def test_the_resolution_is_of_the_receiver() -> None:
     assert pytest.approx(1.0) == METRE_DEG * 111_000.0
+
+
+def test_a_boat_that_comes_back_does_not_excuse_a_frozen_receiver() -> None:
+    """To and fro by 10 cm: it stays found, also where the boat is at its place again."""
+
+    def make(k: int, now_s: float, rng: random.Random) -> Evidence:
+        evidence = moving(k, now_s, rng)
+        north_m = 0.1 * math.sin(now_s)
+        evidence.north_mps = 0.1 * math.cos(now_s)
+        evidence.positions.append(position(now_s, north_m + rng.gauss(0.0, 0.005) if now_s < FROM_S else 0.07))
+        return evidence
+
+    hypothesis, rng, found = Repeated(), random.Random(1), []
+    for k in range(1, 400):
+        evidence = make(k, 0.1 * k, rng)
+        evidence.driven = True
+        found.append(bool(hypothesis.update(evidence, 0.1 * k)))
+    first = found.index(True)
+    assert 0.1 * first < FROM_S + 3.0 and all(found[first:])

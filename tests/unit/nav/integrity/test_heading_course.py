@@ -1,0 +1,48 @@
+"""A fast boat points where it goes."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from companion.nav.integrity.evidence import Evidence
+from companion.nav.integrity.heading_course import HeadingCourse
+from tests.unit.nav.integrity.honest_boat import Boat, Passage, turned
+
+FAST = Boat(6.0)
+
+
+@pytest.mark.parametrize(("angle_deg", "found"), [(12.0, False), (25.0, True), (180.0, True), (-90.0, True)])
+def test_only_what_drift_cannot_explain_is_found(angle_deg: float, found: bool) -> None:
+    passage = Passage(HeadingCourse(), FAST)
+    findings = passage.go(20.0, lambda evidence, _: turned(evidence, math.radians(angle_deg)))
+    assert bool(findings) is found
+    for _, finding in findings:
+        assert finding.asks and finding.widens
+
+
+def test_slow_boats_may_go_sideways() -> None:
+    assert Passage(HeadingCourse(), Boat(2.0)).go(20.0, lambda evidence, _: turned(evidence, 1.5)) == []
+
+
+def test_boats_slip_in_turns() -> None:
+    def turning(evidence: Evidence, age_s: float) -> None:
+        evidence.turn_radps = 0.2
+        turned(evidence, 0.6)
+
+    assert Passage(HeadingCourse(), FAST).go(20.0, turning) == []
+
+
+def test_the_deviation_of_a_compass_is_allowed() -> None:
+    def compass(evidence: Evidence, age_s: float) -> None:
+        evidence.headings = [seen._replace(wander_rad=math.radians(5.0)) for seen in evidence.headings]
+        turned(evidence, math.radians(25.0))
+
+    assert Passage(HeadingCourse(), FAST).go(20.0, compass) == []
+
+
+def test_it_ends_when_heading_and_course_agree() -> None:
+    passage = Passage(HeadingCourse(), FAST)
+    assert passage.go(10.0, lambda evidence, _: turned(evidence, 1.0))
+    assert passage.go(1.0) == []

@@ -1,0 +1,124 @@
+"""Heading against gyro: which of the two has drifted off is told by how that began."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import pytest
+
+from companion.nav.integrity.evidence import Channel, Evidence, Hypothesis, Sense
+from companion.nav.integrity.heading_drift import HeadingDrift
+from companion.nav.integrity.imu_reversed import ImuReversed
+from companion.nav.integrity.velocity_vote import VelocityVote
+from tests.unit.nav.integrity.honest_boat import Boat, Passage, Spoil, sped, turned
+
+BOAT = Boat()
+HEADING, IMU = Channel(Sense.HEADING, "gnss"), Channel(Sense.IMU, "imu")
+
+
+def known(for_s: float = 30.0) -> Passage:
+    passage = Passage(HeadingDrift(), BOAT)
+    assert passage.go(for_s) == []
+    return passage
+
+
+@pytest.mark.parametrize(("creep_degps", "within_s"), [(5.0, 1.0), (1.0, 3.0), (0.4, 12.0)])
+def test_a_heading_that_creeps_is_blamed(creep_degps: float, within_s: float) -> None:
+    found = known().go(within_s, lambda evidence, age_s: turned(evidence, math.radians(creep_degps * age_s)))
+    assert found and {finding.channel for _, finding in found} == {HEADING}
+    assert found[0][1].asks
+
+
+def test_a_creep_as_slow_as_a_gyro_drifts_is_not_told() -> None:
+    assert known().go(60.0, lambda evidence, age_s: turned(evidence, math.radians(0.1 * age_s))) == []
+
+
+def gyro_off(radps: float) -> Spoil:
+    """The samples, and what they add up to."""
+
+    def spoil(evidence: Evidence, age_s: float) -> None:
+        evidence.imu = [replace(imu, yaw_rate_radps=imu.yaw_rate_radps + radps) for imu in evidence.imu]
+        evidence.headings = [
+            seen._replace(turned_rad=(seen.turned_rad or 0.0) + radps * age_s) for seen in evidence.headings
+        ]
+
+    return spoil
+
+
+def test_a_gyro_that_steps_is_blamed() -> None:
+    _, finding = known().go(4.0, gyro_off(math.radians(3.0)))[0]
+    assert (finding.channel, finding.fault, finding.lasting) == (IMU, "yaw rate is off", True)
+
+
+def gyro_reversed() -> Spoil:
+    """From its first tick on the turn goes the other way."""
+    began: list[float] = []
+
+    def spoil(evidence: Evidence, age_s: float) -> None:
+        began.append(evidence.headings[0].turned_rad or 0.0)
+        evidence.imu = [replace(imu, yaw_rate_radps=-imu.yaw_rate_radps) for imu in evidence.imu]
+        evidence.headings = [
+            seen._replace(turned_rad=2.0 * began[0] - (seen.turned_rad or 0.0)) for seen in evidence.headings
+        ]
+
+    return spoil
+
+
+def test_a_gyro_that_turns_the_other_way_is_blamed() -> None:
+    """From a moment without turn on: it does not step."""
+    passage = known(36.6)
+    _, finding = passage.go(20.0, gyro_reversed())[0]
+    assert (finding.channel, finding.fault) == (IMU, "yaw axis reversed")
+    assert passage.go(5.0), "only disarming clears a sensor whose axis is wrong"
+
+
+def test_without_a_gyro_it_is_silent() -> None:
+    def bare(evidence: Evidence, age_s: float) -> None:
+        evidence.headings = [seen._replace(turned_rad=None) for seen in evidence.headings]
+        turned(evidence, math.radians(age_s))
+
+    assert Passage(HeadingDrift(), BOAT).go(20.0, bare) == []
+
+
+def test_the_wander_of_a_compass_is_allowed() -> None:
+    """3° of deviation that change as the boat turns."""
+
+    def compass(evidence: Evidence, age_s: float) -> None:
+        evidence.headings = [seen._replace(wander_rad=math.radians(3.0)) for seen in evidence.headings]
+        turned(evidence, math.radians(3.0) * math.sin(0.1 * age_s))
+
+    assert Passage(HeadingDrift(), BOAT).go(120.0, compass) == []
+
+
+def test_it_ends_when_the_heading_is_steady_where_the_estimate_is() -> None:
+    passage = known()
+    assert passage.go(3.0, lambda evidence, age_s: turned(evidence, math.radians(age_s)))
+    assert passage.go(20.0)[-1][0] < 8.0
+
+
+def test_a_filter_that_begins_anew_is_no_drift() -> None:
+    passage = known()
+
+    def anew(evidence: Evidence, age_s: float) -> None:
+        assert evidence.inertial is not None
+        evidence.inertial = evidence.inertial._replace(run=2)
+        evidence.headings = [seen._replace(turned_rad=(seen.turned_rad or 0.0) + 1.0) for seen in evidence.headings]
+
+    assert passage.go(20.0, anew) == []
+
+
+@pytest.mark.parametrize("hypothesis", [HeadingDrift, VelocityVote, ImuReversed])
+def test_a_filter_that_has_not_settled_tells_nothing(hypothesis: Callable[[], Hypothesis]) -> None:
+    """It began in a hard turn, so its sums are wrong: heading, velocity and sensor are not to blame."""
+
+    def unsettled(evidence: Evidence, age_s: float) -> None:
+        assert evidence.inertial is not None
+        evidence.inertial = evidence.inertial._replace(turn_sigma_radps=math.radians(0.2))
+        turned(evidence, math.radians(age_s))
+        sped(evidence, 0.1 * age_s)
+
+    passage = Passage(hypothesis(), BOAT)
+    passage.go(30.0)
+    assert passage.go(20.0, unsettled) == []

@@ -1,0 +1,114 @@
+"""A position that creeps away from the way that the velocities make."""
+
+from __future__ import annotations
+
+import random
+
+import pytest
+
+from companion.core.readings import FixType
+from companion.nav.integrity.evidence import Channel, Evidence, Sense
+from companion.nav.integrity.position_drift import PositionDrift
+from tests.unit.nav.integrity.honest_boat import Boat, Passage, Spoil, moved, sped
+
+BOAT = Boat()
+
+
+@pytest.mark.parametrize(("creep_mps", "within_s"), [(2.0, 0.6), (0.5, 1.0), (0.1, 10.0)])
+def test_a_creep_is_found_the_sooner_the_faster_it_is(creep_mps: float, within_s: float) -> None:
+    passage = Passage(PositionDrift(), BOAT)
+    passage.go(30.0)
+    age_s, finding = passage.go(within_s, lambda evidence, age_s: moved(evidence, creep_mps * age_s))[0]
+    assert finding.asks and not finding.jump
+    assert finding.since_s <= 30.0 + age_s
+
+
+def test_a_creep_within_the_errors_of_an_honest_receiver_is_not_told() -> None:
+    passage = Passage(PositionDrift(), BOAT)
+    assert passage.go(120.0, lambda evidence, age_s: moved(evidence, 0.04 * age_s)) == []
+
+
+def test_a_receiver_that_wanders_by_its_accuracy_is_honest() -> None:
+    """1.5 m without corrections, within half a minute."""
+
+    def plain(evidence: Evidence, age_s: float) -> None:
+        moved(evidence, 1.5 * min(age_s / 30.0, 1.0))
+        evidence.positions = [seen._replace(sigma_m=1.5, fix=FixType.FIX_3D) for seen in evidence.positions]
+
+    assert Passage(PositionDrift(), BOAT).go(60.0, plain) == []
+
+
+def test_a_change_of_the_kind_of_fix_is_no_drift() -> None:
+    passage = Passage(PositionDrift(), BOAT)
+    passage.go(20.0)
+
+    def worse(evidence: Evidence, age_s: float) -> None:
+        moved(evidence, 0.25)
+        evidence.positions = [seen._replace(sigma_m=0.3, fix=FixType.DGPS) for seen in evidence.positions]
+
+    assert passage.go(20.0, worse) == []
+    assert passage.go(20.0) == []
+
+
+def test_a_jump_is_not_taken_for_a_drift() -> None:
+    passage = Passage(PositionDrift(), BOAT)
+    passage.go(20.0)
+    assert passage.go(20.0, lambda evidence, _: moved(evidence, 9.0)) == []
+
+
+def test_it_ends_where_the_position_agrees_with_the_estimate() -> None:
+    passage = Passage(PositionDrift(), BOAT)
+    passage.go(20.0)
+    assert passage.go(3.0, lambda evidence, age_s: moved(evidence, 0.5 * age_s))
+    assert passage.go(2.0) == []
+
+
+def spoofed(distrusted: bool) -> Spoil:
+    def spoil(evidence: Evidence, age_s: float) -> None:
+        moved(evidence, 0.5 * age_s)
+        sped(evidence, 0.5)
+        if distrusted:
+            evidence.distrusted = frozenset({Channel(Sense.VELOCITY, "gnss")})
+
+    return spoil
+
+
+def test_a_velocity_that_lies_cannot_excuse_the_position() -> None:
+    """Both creep together: as long as the velocity is believed, nothing is seen; then the inertial sensor is asked."""
+    believed = Passage(PositionDrift(), BOAT)
+    believed.go(30.0)
+    assert believed.go(10.0, spoofed(False)) == []
+    doubted = Passage(PositionDrift(), BOAT)
+    doubted.go(30.0)
+    assert doubted.go(2.0, spoofed(True))
+
+
+def test_without_velocities_it_is_silent() -> None:
+    def bare(evidence: Evidence, age_s: float) -> None:
+        evidence.velocities = []
+        moved(evidence, 0.5 * age_s)
+
+    assert Passage(PositionDrift(), BOAT).go(20.0, bare) == []
+
+
+def test_gaps_are_not_bridged() -> None:
+    passage = Passage(PositionDrift(), BOAT)
+    draw = random.Random(3)
+
+    def gaps(evidence: Evidence, age_s: float) -> None:
+        if int(age_s) % 3 or draw.random() < 0.5:
+            evidence.positions = evidence.velocities = []
+
+    assert passage.go(60.0, gaps) == []
+
+
+def test_a_velocity_that_has_just_jumped_is_not_the_positions_fault() -> None:
+    """It is suspected from its first moment on, before it has lasted long enough to be found."""
+
+    def suspected(evidence: Evidence, age_s: float) -> None:
+        sped(evidence, 1.0)
+        evidence.suspected = frozenset({Channel(Sense.VELOCITY, "gnss")})
+
+    passage = Passage(PositionDrift(), BOAT)
+    passage.go(20.0)
+    assert passage.go(5.0, suspected) == []
