@@ -30,7 +30,7 @@ from companion.core.estimate import NavState
 from companion.core.events import EventLog
 from companion.core.frames import ned_to_body
 from companion.core.geodesy import LocalFrame
-from companion.core.ports import Actuator, Clock, GroundStations, Recorder, Sensor, WaitingClock, World
+from companion.core.ports import Actuator, Clock, GroundStationPort, Recorder, Sensor, WaitingClock, World
 from companion.core.readings import AisTarget, Battery, Corrections, Depth, Leak, RcInput, Reading, Wind
 from companion.core.setpoint import NeutralSetpoint, Setpoint, ThrusterSetpoint
 from companion.core.tick import DeviceHealth, Inputs, Tick
@@ -99,7 +99,7 @@ class Vessel:
         self._blocks = blocks
         self._devices = devices
         self._clock = clock
-        self._stations: GroundStations = NoGroundStations()
+        self._stations: GroundStationPort = NoGroundStations()
         self._recorders: list[Recorder] = []
         self._arrived: list[Reading] = []  # readings that came in between two ticks
         self._inputs = Inputs()
@@ -126,7 +126,7 @@ class Vessel:
         """The sensor in use for each kind of reading, as the estimator chooses; None before the first."""
         return self._blocks.estimator.sources
 
-    def attach(self, stations: GroundStations) -> None:
+    def attach(self, stations: GroundStationPort) -> None:
         """Set the ground stations. They need the vessel, so they are made after it."""
         self._stations = stations
 

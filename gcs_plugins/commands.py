@@ -70,7 +70,7 @@ MODES: Mapping[str, ModeNumbers] = {
 
 
 @dataclass(frozen=True, slots=True)
-class Action:
+class OperatorAction:
     """One row. A row with a `mode` sends DO_SET_MODE with that mode's number; `params` are 1, 2, …, those left out are
     0.
 
@@ -114,21 +114,23 @@ _SAILS = "the boat sails off"
 
 def _mode(
     name: str, label: str, mode: str, text: str, where: Where = Where.ALWAYS, button: int | None = None, asks: str = ""
-) -> Action:
+) -> OperatorAction:
     joystick = button is not None
-    return Action(
+    return OperatorAction(
         name, label, text, MavCmd.DO_SET_MODE, mode=mode, where=where, joystick=joystick, button=button, asks=asks
     )
 
 
-def _nudge(name: str, label: str, text: str, params: tuple[float, ...], button: int, shift: bool = False) -> Action:
-    return Action(
+def _nudge(
+    name: str, label: str, text: str, params: tuple[float, ...], button: int, shift: bool = False
+) -> OperatorAction:
+    return OperatorAction(
         name, label, text, MavCmd.USER_1, (1.0, *params), where=Where.HOLD, joystick=True, button=button, shift=shift
     )
 
 
-def _bow(name: str, label: str, heading_deg: float) -> Action:
-    return Action(
+def _bow(name: str, label: str, heading_deg: float) -> OperatorAction:
+    return OperatorAction(
         name,
         label,
         f"Turn the bow to {heading_deg:g} degrees at the point held",
@@ -138,16 +140,16 @@ def _bow(name: str, label: str, heading_deg: float) -> Action:
     )
 
 
-def _station(name: str, label: str, where: str, bearing_deg: float) -> Action:
+def _station(name: str, label: str, where: str, bearing_deg: float) -> OperatorAction:
     text = f"Follow 20 m from the leader, {where}, until another follow position is set or the boat is disarmed"
-    return Action(name, label, text, MavCmd.USER_3, (bearing_deg, 20.0))
+    return OperatorAction(name, label, text, MavCmd.USER_3, (bearing_deg, 20.0))
 
 
 # Buttons: 0 to 3 the lower, right, left and upper face button, 4 and 5 the shoulders, 12 to 15 the cross up, down,
 # left, right.
-ACTIONS: tuple[Action, ...] = (
+ACTIONS: tuple[OperatorAction, ...] = (
     _mode("hold", "Hold here", "Hold", "Dynamic positioning: hold this point and heading", button=0),
-    Action(
+    OperatorAction(
         "stop",
         "STOP thrusters",
         "Disarm at once, whatever the boat does: every thruster at neutral",
@@ -157,7 +159,7 @@ ACTIONS: tuple[Action, ...] = (
         button=1,
         shift=True,
     ),
-    Action(
+    OperatorAction(
         "arm",
         "Arm thrusters",
         "Arm: the thrusters give thrust from now on",
@@ -165,7 +167,7 @@ ACTIONS: tuple[Action, ...] = (
         (1.0,),
         asks="propellers may turn from now on",
     ),
-    Action(
+    OperatorAction(
         "disarm",
         "Disarm thrusters",
         "Disarm: every thruster at neutral",
@@ -173,7 +175,7 @@ ACTIONS: tuple[Action, ...] = (
         (0.0,),
         asks="a boat under way drifts",
     ),
-    Action(
+    OperatorAction(
         "checks",
         "Why not armed?",
         "Report every reason against arming",
@@ -181,7 +183,7 @@ ACTIONS: tuple[Action, ...] = (
         where=Where.DISARMED,
     ),
     # missions and ways
-    Action(
+    OperatorAction(
         "start",
         "Start the mission",
         "Sail the mission from its current item; the boat must be armed to move",
@@ -189,7 +191,7 @@ ACTIONS: tuple[Action, ...] = (
         where=Where.MISSION,
         asks=_SAILS,
     ),
-    Action(
+    OperatorAction(
         "pause",
         "Pause and hold",
         "Hold here; the mission keeps its place",
@@ -198,7 +200,7 @@ ACTIONS: tuple[Action, ...] = (
         where=Where.SELF_STEERED,
         joystick=True,
     ),
-    Action(
+    OperatorAction(
         "continue",
         "Go on with mission",
         "Go on with the mission that was paused",
@@ -207,7 +209,7 @@ ACTIONS: tuple[Action, ...] = (
         where=Where.PAUSED,
         asks=_SAILS,
     ),
-    Action(
+    OperatorAction(
         "restart",
         "Mission from item 1",
         "Make the first item current and forget the jumps taken",
@@ -216,7 +218,7 @@ ACTIONS: tuple[Action, ...] = (
         where=Where.MISSION,
         asks="a boat on its mission turns back to the first item",
     ),
-    Action(
+    OperatorAction(
         "return",
         "Return home",
         "Back to home or the nearest rally point, then hold",
@@ -238,7 +240,7 @@ ACTIONS: tuple[Action, ...] = (
         "Orbit the point where the boat is, at CIRC_RADIUS, until another mode",
         asks=_SAILS,
     ),
-    Action(
+    OperatorAction(
         "set-home",
         "Home is here",
         "Home becomes where the boat is now",
@@ -246,14 +248,14 @@ ACTIONS: tuple[Action, ...] = (
         (1.0,),
         asks="RTL and failsafes go here from now on",
     ),
-    Action(
+    OperatorAction(
         "slow",
         "Slow, 0.3 m/s",
         "At most 0.3 m/s in self-steered modes, until the mission changes it",
         MavCmd.DO_CHANGE_SPEED,
         (1.0, 0.3, -1.0),
     ),
-    Action(
+    OperatorAction(
         "usual-speed", "Usual speed", "Back to the speed of the parameters", MavCmd.DO_CHANGE_SPEED, (1.0, -2.0, -1.0)
     ),
     # by hand
@@ -291,7 +293,7 @@ ACTIONS: tuple[Action, ...] = (
     _bow("bow-south", "Bow to south", 180.0),
     _bow("bow-west", "Bow to west", 270.0),
     # sensors that seem to lie
-    Action(
+    OperatorAction(
         "accept",
         "Accept the sensor",
         "The sensor that the boat asks about is right: the estimate follows it",
@@ -299,7 +301,7 @@ ACTIONS: tuple[Action, ...] = (
         (1.0,),
         where=Where.ASKED,
     ),
-    Action(
+    OperatorAction(
         "reject",
         "Reject the sensor",
         "The sensor that the boat asks about is wrong: it is not used until it agrees with the others",
@@ -308,7 +310,7 @@ ACTIONS: tuple[Action, ...] = (
         where=Where.ASKED,
     ),
     # following
-    Action(
+    OperatorAction(
         "follow",
         "Follow the leader",
         "Follow the leader of FOLL_SYSID",
@@ -317,14 +319,16 @@ ACTIONS: tuple[Action, ...] = (
         where=Where.LEADER,
         asks="the boat sails after the leader",
     ),
-    Action("follow-end", "Stop following", "Stop following and hold here", MavCmd.DO_FOLLOW, (0.0,), joystick=True),
+    OperatorAction(
+        "follow-end", "Stop following", "Stop following and hold here", MavCmd.DO_FOLLOW, (0.0,), joystick=True
+    ),
     _station("station-astern", "Keep astern 20 m", "astern", 180.0),
     _station("station-port-quarter", "Keep port qtr 20 m", "on its port quarter", -135.0),
     _station("station-stbd-quarter", "Keep stbd qtr 20 m", "on its starboard quarter", 135.0),
     _station("station-port", "Keep to port 20 m", "abeam to port", -90.0),
     _station("station-starboard", "Keep to stbd 20 m", "abeam to starboard", 90.0),
     # thrusters
-    Action(
+    OperatorAction(
         "lower",
         "Lower bow thruster",
         "Lower the retractable thruster",
@@ -332,7 +336,7 @@ ACTIONS: tuple[Action, ...] = (
         (1.0,),
         asks="the thruster moves out: hands off, and water below it",
     ),
-    Action(
+    OperatorAction(
         "retract",
         "Retract bow thruster",
         "Retract the retractable thruster",
@@ -343,7 +347,7 @@ ACTIONS: tuple[Action, ...] = (
     ),
 )
 
-BY_NAME: Mapping[str, Action] = {action.name: action for action in ACTIONS}
+BY_NAME: Mapping[str, OperatorAction] = {action.name: action for action in ACTIONS}
 
 TUNING: Mapping[str, tuple[str, ...]] = {
     "dp": ("DP_BW_SURGE", "DP_BW_SWAY", "DP_BW_YAW"),

@@ -127,7 +127,7 @@ class ThrusterState:
 
 
 @dataclass(frozen=True, slots=True)
-class Command:
+class BoardCommand:
     """COMMAND: what the board must do. `lower`: True lowers the retractable thrusters, False retracts them, None leaves
     them."""
 
@@ -172,7 +172,7 @@ class Ident:
     name: str
 
 
-Message = Command | BoardStatus | IdentRequest | Ident | AuxiliaryDemand | AuxiliaryState
+Message = BoardCommand | BoardStatus | IdentRequest | Ident | AuxiliaryDemand | AuxiliaryState
 
 
 def encode(message: Message) -> bytes:
@@ -181,7 +181,7 @@ def encode(message: Message) -> bytes:
     Values out of range are limited; a throttle that is NaN becomes 0, an azimuth that is not finite "does not turn".
     Raises ValueError for more than 16 thrusters, servos or relays.
     """
-    if isinstance(message, Command):
+    if isinstance(message, BoardCommand):
         body = _encode_command(message)
     elif isinstance(message, BoardStatus):
         body = _encode_status(message)
@@ -270,7 +270,7 @@ def decode(encoded: bytes) -> Message | None:
     return IdentRequest() if kind == _IDENT_REQUEST and len(body) == 2 else None
 
 
-def _encode_command(message: Command) -> bytes:
+def _encode_command(message: BoardCommand) -> bytes:
     lights = message.red | message.yellow << 2 | message.green << 4
     flags = message.armed | (0 if message.lower is None else 2 if message.lower else 4)
     parts = [_COMMAND_HEAD.pack(VERSION, _COMMAND, message.sequence & 0xFF, flags, lights, _count(message.thrusters))]
@@ -278,7 +278,7 @@ def _encode_command(message: Command) -> bytes:
     return b"".join(parts)
 
 
-def _decode_command(body: bytes) -> Command | None:
+def _decode_command(body: bytes) -> BoardCommand | None:
     if len(body) < _COMMAND_HEAD.size:
         return None
     _, _, sequence, flags, lights, n = _COMMAND_HEAD.unpack_from(body)
@@ -294,7 +294,7 @@ def _decode_command(body: bytes) -> Command | None:
         [ThrusterDemand(throttle / _THROTTLE_SCALE, _azimuth_rad(azimuth)) for throttle, azimuth in demands]
     )
     lower = None if flags < 2 else flags < 4
-    return Command(sequence, bool(flags & 1), thrusters, lower, Light(red), Light(yellow), Light(green))
+    return BoardCommand(sequence, bool(flags & 1), thrusters, lower, Light(red), Light(yellow), Light(green))
 
 
 def _encode_status(message: BoardStatus) -> bytes:

@@ -94,7 +94,7 @@ class Actuator(Protocol):
         ...
 
 
-class GroundStations(Protocol):
+class GroundStationPort(Protocol):
     """All ground stations on all links."""
 
     def serve(self, now_s: float) -> None:

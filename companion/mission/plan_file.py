@@ -33,7 +33,7 @@ class PlanFileError(Exception):
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
+class PlanRow:
     """An item as files hold it: `params` 1…7; 5 and 6 are degrees in a global frame, plain numbers in another."""
 
     command: int
@@ -43,7 +43,7 @@ class Row:
     current: int = 0
 
 
-def to_item(seq: int, row: Row) -> PlanItem | str:
+def to_item(seq: int, row: PlanRow) -> PlanItem | str:
     """The item, or a text about what is wrong with it. NaN in params 5 and 6 becomes 0 (they have no meaning then); the
     resolution is 1e-7°."""
     if not 0 <= row.command <= 0xFFFF or not 0 <= row.frame <= 0xFF:
@@ -64,8 +64,8 @@ def to_item(seq: int, row: Row) -> PlanItem | str:
     return PlanItem(seq, row.command, row.frame, p1, p2, p3, p4, round(x), round(y), z, row.autocontinue, row.current)
 
 
-def to_row(item: PlanItem) -> Row:
+def to_row(item: PlanItem) -> PlanRow:
     """The inverse of `to_item`, to the last digit."""
     x, y = (item.x / 1e7, item.y / 1e7) if item.frame in GLOBAL_FRAMES else (float(item.x), float(item.y))
     params = (item.param1, item.param2, item.param3, item.param4, x, y, item.z)
-    return Row(item.command, item.frame, params, item.autocontinue, item.current)
+    return PlanRow(item.command, item.frame, params, item.autocontinue, item.current)

@@ -15,7 +15,7 @@ from typing import Any
 
 from companion.mission.commands import PLACES, Command
 from companion.mission.plan import PlanItem
-from companion.mission.plan_file import PlanFile, PlanFileError, Row, to_item, to_row
+from companion.mission.plan_file import PlanFile, PlanFileError, PlanRow, to_item, to_row
 from companion.mission.qgc_zones import FencePart, fence_rows, fence_text, point, rally_rows, rally_text
 
 _FILE_FRAMES = {5: 0, 6: 3, 11: 10}  # the file has only the float variants of these frames
@@ -115,7 +115,7 @@ def _mission(items: Any, problems: list[str]) -> tuple[PlanItem, ...]:
     result: list[PlanItem] = []
     for seq, (place, raw, _) in enumerate(flat):
         row = _row(raw)
-        if isinstance(row, Row) and row.command == Command.DO_JUMP:
+        if isinstance(row, PlanRow) and row.command == Command.DO_JUMP:
             row = _aimed(row, numbers)
         item = row if isinstance(row, str) else to_item(seq, row)
         if isinstance(item, str):
@@ -151,7 +151,7 @@ def _flatten(items: list[Any], problems: list[str]) -> Iterator[tuple[str, dict[
             number += len(parts) - 1
 
 
-def _row(raw: dict[str, Any]) -> Row | str:
+def _row(raw: dict[str, Any]) -> PlanRow | str:
     command, frame, params = raw.get("command"), raw.get("frame", 3), raw.get("params")
     if not isinstance(command, int) or not isinstance(frame, int):
         return f"command {command!r} in frame {frame!r}; give whole numbers"
@@ -162,10 +162,10 @@ def _row(raw: dict[str, Any]) -> Row | str:
     ):
         return f"params are {params!r}; give a list of 7 numbers or null"
     values = tuple(math.nan if value is None else float(value) for value in params)
-    return Row(command, frame, values, autocontinue=int(raw.get("autoContinue", True) is not False))
+    return PlanRow(command, frame, values, autocontinue=int(raw.get("autoContinue", True) is not False))
 
 
-def _aimed(row: Row, numbers: dict[float, int]) -> Row | str:
+def _aimed(row: PlanRow, numbers: dict[float, int]) -> PlanRow | str:
     """The DO_JUMP with the item number of its target instead of the target's doJumpId; or what is wrong with it."""
     target = numbers.get(row.params[0])
     if target is None:

@@ -8,10 +8,10 @@ from typing import Any
 
 from companion.mission.commands import CIRCLES, POLYGONS, Command
 from companion.mission.plan import PlanItem
-from companion.mission.plan_file import Row
+from companion.mission.plan_file import PlanRow
 
 _GLOBAL, _GLOBAL_RELATIVE_ALT = 0, 3
-FencePart = tuple[str, Row]
+FencePart = tuple[str, PlanRow]
 """(place in the file, for people; item)"""
 
 
@@ -42,7 +42,7 @@ def fence_rows(fence: dict[str, Any], problems: list[str]) -> Iterator[FencePart
                 f"geoFence: breachReturn is {fence['breachReturn']!r}; give [latitude, longitude, altitude]"
             )
         else:
-            yield "breachReturn", Row(Command.FENCE_RETURN_POINT, _GLOBAL_RELATIVE_ALT, (0.0, 0.0, 0.0, 0.0, *back))
+            yield "breachReturn", PlanRow(Command.FENCE_RETURN_POINT, _GLOBAL_RELATIVE_ALT, (0.0, 0.0, 0.0, 0.0, *back))
 
 
 def _polygon_rows(fence: dict[str, Any], problems: list[str]) -> Iterator[FencePart]:
@@ -55,7 +55,7 @@ def _polygon_rows(fence: dict[str, Any], problems: list[str]) -> Iterator[FenceP
         command = Command.FENCE_POLYGON_INCLUSION if polygon.get("inclusion", True) else Command.FENCE_POLYGON_EXCLUSION
         for vertex in vertices:
             if vertex is not None:
-                yield place, Row(command, _GLOBAL, (float(len(vertices)), 0.0, 0.0, 0.0, *vertex))
+                yield place, PlanRow(command, _GLOBAL, (float(len(vertices)), 0.0, 0.0, 0.0, *vertex))
 
 
 def _circle_rows(fence: dict[str, Any], problems: list[str]) -> Iterator[FencePart]:
@@ -68,7 +68,7 @@ def _circle_rows(fence: dict[str, Any], problems: list[str]) -> Iterator[FencePa
             problems.append(f"geoFence: {place}: needs center [latitude, longitude] and radius; draw it again")
             continue
         command = Command.FENCE_CIRCLE_INCLUSION if entry.get("inclusion", True) else Command.FENCE_CIRCLE_EXCLUSION
-        yield place, Row(command, _GLOBAL, (float(radius_m), 0.0, 0.0, 0.0, *centre))
+        yield place, PlanRow(command, _GLOBAL, (float(radius_m), 0.0, 0.0, 0.0, *centre))
 
 
 def rally_rows(rally: dict[str, Any], problems: list[str]) -> Iterator[FencePart]:
@@ -78,7 +78,7 @@ def rally_rows(rally: dict[str, Any], problems: list[str]) -> Iterator[FencePart
         if place is None:
             problems.append(f"rallyPoints: point {number} is {value!r}; give [latitude, longitude, altitude]")
         else:
-            yield f"point {number}", Row(Command.RALLY_POINT, _GLOBAL_RELATIVE_ALT, (0.0, 0.0, 0.0, 0.0, *place))
+            yield f"point {number}", PlanRow(Command.RALLY_POINT, _GLOBAL_RELATIVE_ALT, (0.0, 0.0, 0.0, 0.0, *place))
 
 
 def fence_text(fence: Sequence[PlanItem], problems: list[str]) -> dict[str, Any]:

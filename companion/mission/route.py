@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from companion.mission.commands import DESTINATIONS, RULES, Command, Role, heading_rad, name_of, stay_s
 from companion.mission.plan import PlanItem
-from companion.mission.plan_file import PlanFile, PlanFileError, Row, to_item
+from companion.mission.plan_file import PlanFile, PlanFileError, PlanRow, to_item
 
 _GLOBAL_RELATIVE_ALT = 3
 _MISSION = 2
@@ -57,11 +57,11 @@ def to_plan(name: str, points: Sequence[RouteFilePoint]) -> PlanFile:
     items: list[PlanItem] = []
     speed_mps: float | None = None
     for point in points:
-        rows: list[Row] = []
+        rows: list[PlanRow] = []
         if point.speed_mps != speed_mps:
             speed_mps = point.speed_mps
             value = _USUAL if speed_mps is None else speed_mps
-            rows.append(Row(Command.DO_CHANGE_SPEED, _MISSION, (_GROUND_SPEED, value, -1.0, 0.0, 0.0, 0.0, 0.0)))
+            rows.append(PlanRow(Command.DO_CHANGE_SPEED, _MISSION, (_GROUND_SPEED, value, -1.0, 0.0, 0.0, 0.0, 0.0)))
         rows.append(_row(point))
         for row in rows:
             item = to_item(len(items), row)
@@ -71,11 +71,11 @@ def to_plan(name: str, points: Sequence[RouteFilePoint]) -> PlanFile:
     return PlanFile(tuple(items))
 
 
-def _row(point: RouteFilePoint) -> Row:
+def _row(point: RouteFilePoint) -> PlanRow:
     heading = math.nan if point.heading_deg is None else point.heading_deg or 360.0
     command = Command.NAV_LOITER_UNLIM if point.hold_s is None else Command.NAV_WAYPOINT
     first, second = (0.0, 0.0) if point.hold_s is None else (point.hold_s, point.radius_m or 0.0)
-    return Row(command, _GLOBAL_RELATIVE_ALT, (first, second, 0.0, heading, point.lat_deg, point.lon_deg, 0.0))
+    return PlanRow(command, _GLOBAL_RELATIVE_ALT, (first, second, 0.0, heading, point.lat_deg, point.lon_deg, 0.0))
 
 
 _DROPPED = (Role.IGNORED, Role.PAYLOAD)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from companion.mission.commands import Command
 from companion.mission.plan import PlanItem
-from companion.mission.plan_file import PlanFile, PlanFileError, Row, to_item, to_row
+from companion.mission.plan_file import PlanFile, PlanFileError, PlanRow, to_item, to_row
 
 _HEADER = "QGC WPL 110"
 _COLUMNS = 12
@@ -47,7 +47,7 @@ def write(name: str, plan: PlanFile) -> str:
     if plan.fence or plan.rally:
         raise PlanFileError([f"{name}: a waypoint file holds no fence and no rally points; write a .plan file"])
     lat, lon, altitude_m = plan.home or (0.0, 0.0, 0.0)
-    home = Row(Command.NAV_WAYPOINT, 0, (0.0, 0.0, 0.0, 0.0, lat, lon, altitude_m), current=1)
+    home = PlanRow(Command.NAV_WAYPOINT, 0, (0.0, 0.0, 0.0, 0.0, lat, lon, altitude_m), current=1)
     rows = [home, *(_outgoing(to_row(item)) for item in plan.mission)]
     return "\n".join([_HEADER, *(_line(number, row) for number, row in enumerate(rows))]) + "\n"
 
@@ -68,16 +68,16 @@ def _item(fields: list[str], number: int) -> PlanItem | str:
         if params[0] == 0:
             return "DO_JUMP to 0, which is home; give the number of an item, or use NAV_RETURN_TO_LAUNCH (20)"
         params = (params[0] - 1, *params[1:])
-    return to_item(max(0, number - 1), Row(command, frame, params, autocontinue, current))
+    return to_item(max(0, number - 1), PlanRow(command, frame, params, autocontinue, current))
 
 
-def _outgoing(row: Row) -> Row:
+def _outgoing(row: PlanRow) -> PlanRow:
     if row.command != Command.DO_JUMP:
         return row
-    return Row(row.command, row.frame, (row.params[0] + 1, *row.params[1:]), row.autocontinue, row.current)
+    return PlanRow(row.command, row.frame, (row.params[0] + 1, *row.params[1:]), row.autocontinue, row.current)
 
 
-def _line(number: int, row: Row) -> str:
+def _line(number: int, row: PlanRow) -> str:
     fields = [
         str(number),
         str(row.current),

@@ -46,24 +46,24 @@ class Parts:
     docking: Docking
 
 
-class Row(NamedTuple):
+class ModeRow(NamedTuple):
     """One mode class and the function that builds it."""
 
     kind: type[Mode]
     build: Callable[[Parts], Mode]
 
 
-ROWS: tuple[Row, ...] = (  # in display order; a mode's own failsafe is more severe than those of the rows below
-    Row(ManualMode, lambda p: ManualMode(p.config, p.parameters)),
-    Row(ForcesMode, lambda p: ForcesMode(p.config, p.parameters)),
-    Row(HeadingMode, lambda p: HeadingMode(p.config, p.parameters)),
-    Row(HoldMode, lambda p: HoldMode(p.config, p.parameters, p.events, p.fence)),
-    Row(MissionMode, lambda p: _mission(p)),
-    Row(RtlMode, lambda p: RtlMode(p.config, p.parameters, p.point, p.events, p.fence)),
-    Row(DockMode, lambda p: DockMode(p.config, p.docking, p.berths)),
-    Row(CircleMode, lambda p: CircleMode(p.config, p.parameters, p.events, p.frame, p.fence)),
-    Row(FollowMode, lambda p: FollowMode(p.config, p.parameters, p.events, p.fence)),
-    Row(OffboardMode, lambda p: OffboardMode(p.config, p.parameters, p.events, p.fence)),
+ROWS: tuple[ModeRow, ...] = (  # in display order; a mode's own failsafe is more severe than those of the rows below
+    ModeRow(ManualMode, lambda p: ManualMode(p.config, p.parameters)),
+    ModeRow(ForcesMode, lambda p: ForcesMode(p.config, p.parameters)),
+    ModeRow(HeadingMode, lambda p: HeadingMode(p.config, p.parameters)),
+    ModeRow(HoldMode, lambda p: HoldMode(p.config, p.parameters, p.events, p.fence)),
+    ModeRow(MissionMode, lambda p: _mission(p)),
+    ModeRow(RtlMode, lambda p: RtlMode(p.config, p.parameters, p.point, p.events, p.fence)),
+    ModeRow(DockMode, lambda p: DockMode(p.config, p.docking, p.berths)),
+    ModeRow(CircleMode, lambda p: CircleMode(p.config, p.parameters, p.events, p.frame, p.fence)),
+    ModeRow(FollowMode, lambda p: FollowMode(p.config, p.parameters, p.events, p.fence)),
+    ModeRow(OffboardMode, lambda p: OffboardMode(p.config, p.parameters, p.events, p.fence)),
 )
 
 DECLARATIONS: Mapping[ModeId, ModeDeclaration] = {row.kind.declaration.id: row.kind.declaration for row in ROWS}

@@ -8,7 +8,7 @@ from dataclasses import replace
 from companion.core.arming import ArmingReport, Check, Finding
 from companion.core.decision import ModeId
 from companion.modes.mode import Mode
-from companion.supervisor.authority import Action, Request, Right, refusal
+from companion.supervisor.authority import AuthorityRequest, RequestedAction, Right, refusal
 from companion.supervisor.situation import Situation
 
 Looks = Callable[[Situation], Iterator[Finding]]
@@ -19,7 +19,7 @@ def arming_refusals(situation: Situation, right: Right = Right.GROUND_STATION, f
     only the kill switch and the reason for which the mode cannot be entered. `right`: of the one who arms."""
     checked = _checks(situation) and not force
     reasons = [finding.text for check in CHECKS for finding in check(situation)] if checked else []
-    request = Request(Action.ARM if checked else Action.ARM_BY_FORCE, right)
+    request = AuthorityRequest(RequestedAction.ARM if checked else RequestedAction.ARM_BY_FORCE, right)
     if (reason := refusal(request, situation.authority)) is not None:
         reasons.append(reason)
     if situation.mode_refusal is not None and situation.mode_refusal not in reasons:
@@ -40,7 +40,11 @@ def arming_report(
         if reason is not None and not _by_estimate(situation, modes[mode], reason)
     ]
     free = {mode for mode, reason in refusals.items() if reason is None}
-    allowed = {mode for mode in free if refusal(Request(Action.CHANGE_MODE, mode=mode), situation.authority) is None}
+    allowed = {
+        mode
+        for mode in free
+        if refusal(AuthorityRequest(RequestedAction.CHANGE_MODE, mode=mode), situation.authority) is None
+    }
     return ArmingReport(
         tuple(findings), frozenset() if blocked else frozenset(free), frozenset(allowed), _measured(situation)
     )
@@ -53,7 +57,9 @@ def _general(situation: Situation) -> Iterator[Finding]:
         for finding in check(situation):
             yield finding if checked else replace(finding, blocks=False)
     facts = situation.authority
-    if (reason := refusal(Request(Action.ARM if checked else Action.ARM_BY_FORCE), facts)) is not None:
+    if (
+        reason := refusal(AuthorityRequest(RequestedAction.ARM if checked else RequestedAction.ARM_BY_FORCE), facts)
+    ) is not None:
         yield Finding(Check.KILL_SWITCH if facts.kill_switch else Check.AUTHORITY, reason)
 
 

@@ -20,7 +20,7 @@ from companion.core.decision import ModeId
 from companion.core.readings import Wish
 
 
-class Action(Enum):
+class RequestedAction(Enum):
     """What is asked for; the value is for people."""
 
     READ = "read, or set message rates"
@@ -56,11 +56,11 @@ class Right(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Request:
+class AuthorityRequest:
     """Who asks for what. `link`: tells apart two senders of the same system id. `mode`: the mode asked for by
     CHANGE_MODE."""
 
-    action: Action
+    action: RequestedAction
     right: Right = Right.GROUND_STATION
     system: int = 0
     link: Hashable = None
@@ -94,49 +94,55 @@ class Facts:
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
+class RefusalRule:
     """One reason to refuse. It binds requests for an action of `about` by a right of `by`.
 
     `text`: why, for the sender; empty where the input is ignored without a word. `doc`: the rule in one sentence.
     """
 
     name: str
-    about: frozenset[Action]
+    about: frozenset[RequestedAction]
     by: frozenset[Right]
-    refuses: Callable[[Request, Facts], bool]
-    text: Callable[[Request, Facts], str]
+    refuses: Callable[[AuthorityRequest, Facts], bool]
+    text: Callable[[AuthorityRequest, Facts], str]
     doc: str
 
 
 _PEOPLE = frozenset({Right.GROUND_STATION, Right.LEAD_BOAT})
 _GROUND_STATION = frozenset({Right.GROUND_STATION})
 _CONTROLLING = frozenset(
-    {Action.COMMAND, Action.STICKS, Action.SETPOINT, Action.UPLOAD, Action.PARAMETER}
+    {
+        RequestedAction.COMMAND,
+        RequestedAction.STICKS,
+        RequestedAction.SETPOINT,
+        RequestedAction.UPLOAD,
+        RequestedAction.PARAMETER,
+    }
 )  # what operator control reserves
 WISHES = {Wish.MANUAL: "Manual", Wish.REMOTE: "remote control", Wish.AUTONOMOUS: "Follow"}
 
 
-def _exempt(r: Request, f: Facts) -> bool:
+def _exempt(r: AuthorityRequest, f: Facts) -> bool:
     """The lead boat's crew steers by its own right."""
-    return r.action is Action.STICKS and f.remote_system == r.system
+    return r.action is RequestedAction.STICKS and f.remote_system == r.system
 
 
-def _who_steers(r: Request, f: Facts) -> str:
+def _who_steers(r: AuthorityRequest, f: Facts) -> str:
     system = f.steering[0] if f.steering is not None else 0
     where = " on another link" if system == r.system else ""
     return f"system {system}{where} steers"
 
 
-ROWS: tuple[Row, ...] = (
-    Row(
+ROWS: tuple[RefusalRule, ...] = (
+    RefusalRule(
         "operator_list",
-        _CONTROLLING | {Action.DISARM, Action.OPERATOR_CONTROL},
+        _CONTROLLING | {RequestedAction.DISARM, RequestedAction.OPERATOR_CONTROL},
         _GROUND_STATION,
         lambda r, f: bool(f.operators) and r.system not in f.operators and not _exempt(r, f),
         lambda r, f: f"system {r.system} may not command here",
         "Where the vessel's file lists `operators`, only those systems command. Reading stays open to all.",
     ),
-    Row(
+    RefusalRule(
         "operator_control",
         _CONTROLLING,
         _GROUND_STATION,
@@ -145,34 +151,34 @@ ROWS: tuple[Row, ...] = (
         "While one system has operator control, no other commands. Every operator may disarm and terminate at any "
         "time. Control ends when its system is silent for COM_DL_LOSS_T.",
     ),
-    Row(
+    RefusalRule(
         "control_taken",
-        frozenset({Action.TAKE_CONTROL}),
+        frozenset({RequestedAction.TAKE_CONTROL}),
         _GROUND_STATION,
         lambda r, f: f.in_control not in (0, r.system) and not f.takeover,
         lambda r, f: f"system {f.in_control} has control",
         "Operator control is taken from another system only if that system allows a takeover.",
     ),
-    Row(
+    RefusalRule(
         "control_of_another",
-        frozenset({Action.RELEASE_CONTROL}),
+        frozenset({RequestedAction.RELEASE_CONTROL}),
         _GROUND_STATION,
         lambda r, f: f.in_control not in (0, r.system),
         lambda r, f: f"system {f.in_control} has control",
         "Only the system in control releases it.",
     ),
-    Row(
+    RefusalRule(
         "kill_switch",
-        frozenset({Action.ARM, Action.ARM_BY_FORCE}),
+        frozenset({RequestedAction.ARM, RequestedAction.ARM_BY_FORCE}),
         _PEOPLE | {Right.TRANSMITTER},
         lambda r, f: f.kill_switch,
         lambda r, f: "kill switch of the transmitter is on",
         "While the kill switch is on, the boat is disarmed and nobody arms it, not even by force. While the "
         "transmitter is silent its last position counts, until RC_MAP_KILL_SW is 0.",
     ),
-    Row(
+    RefusalRule(
         "safe_switch",
-        frozenset({Action.CHANGE_MODE}),
+        frozenset({RequestedAction.CHANGE_MODE}),
         _PEOPLE | {Right.TRANSMITTER},
         lambda r, f: f.safe_switch and f.transmitter_live and r.mode is not ModeId.MANUAL,
         lambda r, f: "safe switch of the transmitter is on",
@@ -180,49 +186,49 @@ ROWS: tuple[Row, ...] = (
         "chosen, not even by another switch of the transmitter. From a silent transmitter an operator takes over by "
         "choosing a mode.",
     ),
-    Row(
+    RefusalRule(
         "safe_switch_arming",
-        frozenset({Action.ARM}),
+        frozenset({RequestedAction.ARM}),
         _PEOPLE,
         lambda r, f: f.safe_switch,
         lambda r, f: "safe switch of the transmitter is on",
         "The boat is not armed while the safe switch is on, unless by force or without ARM_CHECKS.",
     ),
-    Row(
+    RefusalRule(
         "safe_switch_failsafe",
-        frozenset({Action.CHANGE_MODE}),
+        frozenset({RequestedAction.CHANGE_MODE}),
         frozenset({Right.BOAT}),
         lambda r, f: f.safe_switch,
         lambda r, f: "left to the transmitter",
         "While the safe switch is on, no failsafe changes the mode; one whose action is Neutral stops the thrusters.",
     ),
-    Row(
+    RefusalRule(
         "lead_boat_steers",
-        frozenset({Action.GROUND_STICKS}),
+        frozenset({RequestedAction.GROUND_STICKS}),
         _GROUND_STATION,
         lambda r, f: f.remote_system is not None and f.remote_system != r.system,
         lambda r, f: f"lead boat {f.remote_system} steers: choose a mode",
         "While the lead boat steers by remote, no ground station's sticks count.",
     ),
-    Row(
+    RefusalRule(
         "lead_boat_has_not_asked",
-        frozenset({Action.GROUND_STICKS}),
+        frozenset({RequestedAction.GROUND_STICKS}),
         _GROUND_STATION,
         lambda r, f: f.module == r.system and r.system not in (f.remote_system, f.chosen_sticks),
         lambda r, f: "the crew has not asked for remote control",
         "The lead boat's sticks count once its crew has asked for remote control, or if MAN_GCS_SYSID names it.",
     ),
-    Row(
+    RefusalRule(
         "other_sticks_chosen",
-        frozenset({Action.GROUND_STICKS}),
+        frozenset({RequestedAction.GROUND_STICKS}),
         _GROUND_STATION,
         lambda r, f: (f.remote_system or f.chosen_sticks) not in (0, r.system),
         lambda r, f: "",
         "If MAN_GCS_SYSID names a system, all other sticks are ignored.",
     ),
-    Row(
+    RefusalRule(
         "first_sticks",
-        frozenset({Action.GROUND_STICKS}),
+        frozenset({RequestedAction.GROUND_STICKS}),
         _GROUND_STATION,
         lambda r, f: (
             f.steering not in (None, (r.system, r.link))
@@ -232,89 +238,89 @@ ROWS: tuple[Row, ...] = (
         _who_steers,
         "Of several ground stations the first steers, until its sticks have been silent for COM_RC_LOSS_T.",
     ),
-    Row(
+    RefusalRule(
         "safe_switch_sticks",
-        frozenset({Action.STEER}),
+        frozenset({RequestedAction.STEER}),
         _GROUND_STATION,
         lambda r, f: f.safe_switch,
         lambda r, f: "safe switch of the transmitter is on",
         "While the safe switch is on, only the transmitter steers.",
     ),
-    Row(
+    RefusalRule(
         "lead_boat_alone_steers",
-        frozenset({Action.STEER}),
+        frozenset({RequestedAction.STEER}),
         frozenset({Right.TRANSMITTER}),
         lambda r, f: f.remote_system is not None and not f.safe_switch,
         lambda r, f: f"lead boat {f.remote_system} steers",
         "While the lead boat steers by remote, the transmitter does not steer, unless its safe switch is on.",
     ),
-    Row(
+    RefusalRule(
         "ground_stations_decide",
-        frozenset({Action.LEADER_WISH}),
+        frozenset({RequestedAction.LEADER_WISH}),
         frozenset({Right.LEAD_BOAT}),
         lambda r, f: not f.lead_boat_decides,
         lambda r, f: "FOLL_AUTH is 0",
         "With FOLL_AUTH 0 the lead boat's crew chooses no mode. With 1 the newest decision counts, whoever makes it.",
     ),
-    Row(
+    RefusalRule(
         "vehicle_not_chosen",
-        frozenset({Action.LEADER_POSITION}),
+        frozenset({RequestedAction.LEADER_POSITION}),
         frozenset({Right.VEHICLE}),
         lambda r, f: r.system != f.chosen_leader,
         lambda r, f: "",
         "A vehicle that sends its own position only, leads only if FOLL_SYSID names it.",
     ),
-    Row(
+    RefusalRule(
         "other_leader_chosen",
-        frozenset({Action.LEADER_POSITION}),
+        frozenset({RequestedAction.LEADER_POSITION}),
         frozenset({Right.LEAD_BOAT, Right.VEHICLE}),
         lambda r, f: f.chosen_leader not in (0, r.system),
         lambda r, f: "",
         "If FOLL_SYSID names a system, no other leads.",
     ),
-    Row(
+    RefusalRule(
         "first_leader",
-        frozenset({Action.LEADER_POSITION}),
+        frozenset({RequestedAction.LEADER_POSITION}),
         frozenset({Right.LEAD_BOAT, Right.VEHICLE}),
         lambda r, f: f.chosen_leader == 0 and f.leader not in (None, r.system) and not f.leader_silent,
         lambda r, f: "",
         "Otherwise the first lead boat heard leads, until it has been silent for 30 s.",
     ),
-    Row(
+    RefusalRule(
         "another_leader",
-        frozenset({Action.RETURN_TO_FOLLOW}),
+        frozenset({RequestedAction.RETURN_TO_FOLLOW}),
         frozenset({Right.BOAT}),
         lambda r, f: f.followed is not None and f.leader != f.followed and not f.chosen_leader,
         lambda r, f: "it is another leader",
         "The boat does not go back to Follow by itself behind another leader, unless FOLL_SYSID names it.",
     ),
-    Row(
+    RefusalRule(
         "lead_boat_asks_otherwise",
-        frozenset({Action.RETURN_TO_FOLLOW}),
+        frozenset({RequestedAction.RETURN_TO_FOLLOW}),
         frozenset({Right.BOAT}),
         lambda r, f: f.lead_boat_decides and f.wish in (Wish.MANUAL, Wish.REMOTE),
         lambda r, f: f"the lead boat asks for {WISHES[f.wish or Wish.NONE]}",
         "Nor while the lead boat's crew asks for another mode (with FOLL_AUTH 1).",
     ),
-    Row(
+    RefusalRule(
         "somebody_steers",
-        frozenset({Action.RETURN_TO_FOLLOW}),
+        frozenset({RequestedAction.RETURN_TO_FOLLOW}),
         frozenset({Right.BOAT}),
         lambda r, f: f.sticks_moved,
         lambda r, f: "somebody steers",
         "Nor while somebody steers by stick.",
     ),
-    Row(
+    RefusalRule(
         "leader_elsewhere",
-        frozenset({Action.STAND_IN}),
+        frozenset({RequestedAction.STAND_IN}),
         frozenset({Right.LEAD_BOAT}),
         lambda r, f: f.intended is not ModeId.FOLLOW and f.remote_system != r.system,
         lambda r, f: "",
         "The leader counts as a ground station (NAV_DLL_ACT) only in Follow, and while it steers by remote.",
     ),
-    Row(
+    RefusalRule(
         "stream_elsewhere",
-        frozenset({Action.STAND_IN}),
+        frozenset({RequestedAction.STAND_IN}),
         frozenset({Right.OFFBOARD}),
         lambda r, f: f.mode is not ModeId.OFFBOARD,
         lambda r, f: "",
@@ -322,13 +328,13 @@ ROWS: tuple[Row, ...] = (
     ),
 )
 
-_BY_ACTION: Mapping[Action, tuple[Row, ...]] = {
-    action: tuple(row for row in ROWS if action in row.about) for action in Action
+_BY_ACTION: Mapping[RequestedAction, tuple[RefusalRule, ...]] = {
+    action: tuple(row for row in ROWS if action in row.about) for action in RequestedAction
 }
-_STICKS = tuple(Request(Action.STEER, right) for right in (Right.GROUND_STATION, Right.TRANSMITTER))
+_STICKS = tuple(AuthorityRequest(RequestedAction.STEER, right) for right in (Right.GROUND_STATION, Right.TRANSMITTER))
 
 
-def refusal(request: Request, facts: Facts) -> str | None:
+def refusal(request: AuthorityRequest, facts: Facts) -> str | None:
     """Why `request` is refused, for people; "" where it is ignored without a word; None where it is obeyed."""
     for row in _BY_ACTION[request.action]:
         if request.right in row.by and row.refuses(request, facts):

@@ -20,7 +20,7 @@ from companion.supervisor.situation import Situation
 _BATTERY_HYSTERESIS = 0.03
 
 
-class Action(IntEnum):
+class FailsafeAction(IntEnum):
     """The numbers are those of the failsafe parameters."""
 
     IGNORE = 0
@@ -30,8 +30,13 @@ class Action(IntEnum):
     MANUAL = 4  # of FOLL_LOSS_ACT alone
 
 
-_SAME = {int(action): action for action in Action}
-_FENCE_ACTIONS = {0: Action.IGNORE, 1: Action.IGNORE, 2: Action.HOLD, 3: Action.RTL}  # GF_ACTION counts as PX4 does
+_SAME = {int(action): action for action in FailsafeAction}
+_FENCE_ACTIONS = {
+    0: FailsafeAction.IGNORE,
+    1: FailsafeAction.IGNORE,
+    2: FailsafeAction.HOLD,
+    3: FailsafeAction.RTL,
+}  # GF_ACTION counts as PX4 does
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,10 +49,10 @@ class Failsafe:
     kind: TextKind
     cause: Callable[[Situation, bool], bool]
     applies: Callable[[Situation, bool], bool]
-    action: str | Action
+    action: str | FailsafeAction
     starts: Callable[[Situation], str]
     ends: str
-    actions: Mapping[int, Action] = field(default_factory=lambda: _SAME)
+    actions: Mapping[int, FailsafeAction] = field(default_factory=lambda: _SAME)
     stays: Callable[[Situation], str | None] | None = None
 
 
@@ -201,7 +206,7 @@ FAILSAFES: tuple[Failsafe, ...] = (  # most severe first
         TextKind.ATTENTION,
         _battery_below("BAT_LOW_THR"),
         _always,
-        Action.IGNORE,
+        FailsafeAction.IGNORE,
         lambda s: f"Battery low, {_battery_text(s)}",
         "Battery no longer low",
     ),
@@ -220,7 +225,7 @@ FAILSAFES: tuple[Failsafe, ...] = (  # most severe first
         TextKind.ALARM,
         _sticks_silent,
         _by_safe_switch,
-        Action.NEUTRAL,
+        FailsafeAction.NEUTRAL,
         lambda _: "Transmitter silent with its safe switch on",
         "Transmitter is back",
     ),
@@ -261,7 +266,7 @@ class Active:
     keeps the thrusters in neutral."""
 
     failsafe: Failsafe
-    action: Action
+    action: FailsafeAction
     acted: bool = False
     released: bool = False
     neutral: bool = False
@@ -304,7 +309,9 @@ class FailsafeMonitor:
             lasts = cause and row.applies(situation, was)
             if lasts and not was:
                 action = (
-                    row.action if isinstance(row.action, Action) else row.actions[int(situation.parameters[row.action])]
+                    row.action
+                    if isinstance(row.action, FailsafeAction)
+                    else row.actions[int(situation.parameters[row.action])]
                 )
                 active = Active(row, action, released=not situation.armed)
                 self._active[row.name] = active
@@ -318,7 +325,7 @@ class FailsafeMonitor:
         """The most severe one with an action that was not released; None if it has acted already."""
         for row in self._table:
             active = self._active.get(row.name)
-            if active is not None and active.action is not Action.IGNORE and not active.released:
+            if active is not None and active.action is not FailsafeAction.IGNORE and not active.released:
                 return None if active.acted else active
         return None
 

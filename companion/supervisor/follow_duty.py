@@ -15,7 +15,7 @@ from companion.core.readings import LeaderState, Wish
 from companion.following.follow_position import FollowPosition
 from companion.following.watch import LeaderWatch
 from companion.params.store import Parameters
-from companion.supervisor.authority import WISHES, Action, Facts, Request, Right, refusal
+from companion.supervisor.authority import WISHES, AuthorityRequest, Facts, RequestedAction, Right, refusal
 from companion.supervisor.helm import Helm
 from companion.supervisor.mode_changes import Cause
 from companion.supervisor.situation import Source, estimate_refusal
@@ -42,7 +42,7 @@ class FollowDuty:
         sticks: Sticks,
         events: EventLog,
         choose: Callable[[ModeId, float, Cause], Outcome],
-        refusal_now: Callable[[Request, float], str | None],
+        refusal_now: Callable[[AuthorityRequest, float], str | None],
     ) -> None:
         """`choose(mode, now_s, cause)`: a person's choice of a mode. `refusal_now(request, now_s)`: by the table of
         authority."""
@@ -81,7 +81,7 @@ class FollowDuty:
             if self._waiting(now_s)
             else self._watch.fault(nav, now_s) or ("follow cannot begin" if self._awaits else None)
         )
-        stays = self._refusal(Request(Action.RETURN_TO_FOLLOW, Right.BOAT), now_s)
+        stays = self._refusal(AuthorityRequest(RequestedAction.RETURN_TO_FOLLOW, Right.BOAT), now_s)
         return Source(fault, self._watch.good_s(now_s), stays)
 
     @property
@@ -179,12 +179,12 @@ class FollowDuty:
             self._sticks.hand_over(now_s, state.system_id)
 
     def _wish_refusal(self, now_s: float) -> str | None:
-        return self._refusal(Request(Action.LEADER_WISH, Right.LEAD_BOAT), now_s)
+        return self._refusal(AuthorityRequest(RequestedAction.LEADER_WISH, Right.LEAD_BOAT), now_s)
 
     def _leads(self, system_id: int) -> bool:
         """Whether the system that led last still may. Asked many times a tick, so with the facts that matter only."""
         facts = Facts(chosen_leader=int(self._parameters["FOLL_SYSID"]), leader=system_id)
-        return refusal(Request(Action.LEADER_POSITION, Right.LEAD_BOAT, system_id), facts) is None
+        return refusal(AuthorityRequest(RequestedAction.LEADER_POSITION, Right.LEAD_BOAT, system_id), facts) is None
 
     # --- once a tick -----------------------------------------------------------------------------------------------
 

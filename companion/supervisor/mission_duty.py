@@ -11,7 +11,7 @@ from companion.mission.tasks import FollowLeader
 from companion.modes.hold import HoldMode
 from companion.modes.mission import MissionMode
 from companion.params.store import Parameters
-from companion.supervisor.failsafes import Action
+from companion.supervisor.failsafes import FailsafeAction
 from companion.supervisor.follow_duty import FollowDuty
 from companion.supervisor.helm import Helm
 from companion.supervisor.mission_actions import MissionActions
@@ -113,10 +113,10 @@ class MissionDuty:
         landed = self._mission.voyage_over
         if complete and self._mission.docked and helm.switch(ModeId.DOCK, nav, now_s, cause) is None:
             return
-        then = Action(int(self._parameters["MIS_DONE_ACT"])) if complete else Action.HOLD
-        if then is Action.RTL and helm.switch(ModeId.RTL, nav, now_s, cause) is None:
+        then = FailsafeAction(int(self._parameters["MIS_DONE_ACT"])) if complete else FailsafeAction.HOLD
+        if then is FailsafeAction.RTL and helm.switch(ModeId.RTL, nav, now_s, cause) is None:
             return
-        if then is Action.NEUTRAL or helm.switch(ModeId.HOLD, nav, now_s, cause) is not None:
+        if then is FailsafeAction.NEUTRAL or helm.switch(ModeId.HOLD, nav, now_s, cause) is not None:
             helm.stop(cause)
         elif landed:
             self._hold.land()

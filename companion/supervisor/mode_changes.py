@@ -16,7 +16,7 @@ from enum import Enum
 from companion.core.decision import LossFailsafe, ModeId
 from companion.modes.table import DECLARATIONS
 from companion.params.table import TABLE
-from companion.supervisor.failsafes import FAILSAFES, Action, Failsafe
+from companion.supervisor.failsafes import FAILSAFES, Failsafe, FailsafeAction
 
 
 class Cause(Enum):
@@ -72,10 +72,10 @@ _HOLD_OR_NO_THRUST = "Hold, or no thrust if that is not possible"
 def _of(failsafe: Failsafe) -> ModeChange:
     """A failsafe that acts. One that only warns is no mode change."""
     condition = f"The failsafe {failsafe.name} acts, and no failsafe above it has acted and lasts"
-    if isinstance(failsafe.action, Action):
+    if isinstance(failsafe.action, FailsafeAction):
         return ModeChange(failsafe.name, Cause.FAILSAFE, "any", "the same, without thrust", condition)
     choices = next(spec.choices for spec in TABLE if spec.name == failsafe.action)
-    to = [text for number, text in choices.items() if failsafe.actions[number] is not Action.IGNORE]
+    to = [text for number, text in choices.items() if failsafe.actions[number] is not FailsafeAction.IGNORE]
     return ModeChange(failsafe.name, Cause.FAILSAFE, "any", ", ".join(to), condition, failsafe.action)
 
 
@@ -130,7 +130,7 @@ MODE_CHANGES: tuple[ModeChange, ...] = (
         "The lead boat's crew presses for it",
         "FOLL_AUTH",
     ),
-    *(_of(failsafe) for failsafe in FAILSAFES if failsafe.action is not Action.IGNORE),
+    *(_of(failsafe) for failsafe in FAILSAFES if failsafe.action is not FailsafeAction.IGNORE),
     *(_back_from(mode, declared) for mode, declared in _RETURNS.items()),
     ModeChange(
         Cause.FENCE.value,

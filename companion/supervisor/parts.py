@@ -21,7 +21,7 @@ from companion.modes.mission import MissionMode
 from companion.modes.offboard import OffboardMode
 from companion.modes.table import build_modes, mode_of
 from companion.params.store import Parameters
-from companion.supervisor.authority import Action, Facts, Request, refusal
+from companion.supervisor.authority import AuthorityRequest, Facts, RequestedAction, refusal
 from companion.supervisor.calibration import CalibrationDuty
 from companion.supervisor.cruise import Cruise
 from companion.supervisor.fence_duty import FenceDuty
@@ -105,7 +105,7 @@ class SupervisorParts:
 
     # --- views -----------------------------------------------------------------------------------------------------
 
-    def refusal(self, request: Request, now_s: float) -> str | None:
+    def refusal(self, request: AuthorityRequest, now_s: float) -> str | None:
         """Why `request` is refused now; "" where it is ignored, None where it is obeyed (`authority.py`)."""
         return refusal(request, self.facts(now_s))
 
@@ -142,7 +142,7 @@ class SupervisorParts:
         thruster = self.config.thrusters[index]
         if self.helm.armed:
             return "disarm first"
-        if (reason := self.refusal(Request(Action.ARM), now_s)) is not None:
+        if (reason := self.refusal(AuthorityRequest(RequestedAction.ARM), now_s)) is not None:
             return reason
         if index in self.retraction.up:
             return f"lower {thruster.name} first"

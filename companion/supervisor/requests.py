@@ -9,7 +9,7 @@ from companion.core.geodesy import distance_and_bearing
 from companion.mission.plan import item_number
 from companion.modes.mode import FURTHEST_LEG_M
 from companion.supervisor.arming import arming_refusals
-from companion.supervisor.authority import Action, Request, Right
+from companion.supervisor.authority import AuthorityRequest, RequestedAction, Right
 from companion.supervisor.homing import is_on_earth
 from companion.supervisor.mode_changes import Cause
 from companion.supervisor.parts import SupervisorParts
@@ -210,7 +210,7 @@ class Requests:
 
     def _forbidden(self, mode: ModeId, now_s: float, cause: Cause = Cause.OPERATOR) -> str | None:
         right = _RIGHTS.get(cause, Right.GROUND_STATION)
-        return self.parts.refusal(Request(Action.CHANGE_MODE, right, mode=mode), now_s)
+        return self.parts.refusal(AuthorityRequest(RequestedAction.CHANGE_MODE, right, mode=mode), now_s)
 
     def _same_mode(self, now_s: float) -> str | None:
         """The present mode is chosen again."""

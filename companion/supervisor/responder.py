@@ -8,9 +8,8 @@ from companion.core.decision import ModeId, TextKind
 from companion.core.estimate import NavState
 from companion.core.events import EventLog
 from companion.modes.hold import HoldMode
-from companion.supervisor.authority import Action as Asked
-from companion.supervisor.authority import Request, Right, refusal
-from companion.supervisor.failsafes import Action, Active, Failsafe, FailsafeMonitor
+from companion.supervisor.authority import AuthorityRequest, RequestedAction, Right, refusal
+from companion.supervisor.failsafes import Active, Failsafe, FailsafeAction, FailsafeMonitor
 from companion.supervisor.helm import Helm
 from companion.supervisor.mode_changes import Cause
 from companion.supervisor.situation import Situation, estimate_refusal
@@ -73,16 +72,16 @@ class Responder:
         now_s, nav = situation.now_s, situation.nav
         active.acted = True
         done = "neutral"
-        refused = refusal(Request(Asked.CHANGE_MODE, Right.BOAT), situation.authority)
-        if refused is not None and active.action is not Action.NEUTRAL:
+        refused = refusal(AuthorityRequest(RequestedAction.CHANGE_MODE, Right.BOAT), situation.authority)
+        if refused is not None and active.action is not FailsafeAction.NEUTRAL:
             done = refused
-        elif active.action is not Action.NEUTRAL and self._stays_alongside(nav):
+        elif active.action is not FailsafeAction.NEUTRAL and self._stays_alongside(nav):
             done = "stays alongside, pushing"
-        elif active.action is Action.MANUAL and self._bring_to(ModeId.MANUAL, nav, now_s, Cause.FAILSAFE):
+        elif active.action is FailsafeAction.MANUAL and self._bring_to(ModeId.MANUAL, nav, now_s, Cause.FAILSAFE):
             done = self._helm.mode.id.value
-        elif active.action is Action.RTL and self._bring_to(ModeId.RTL, nav, now_s, Cause.FAILSAFE):
+        elif active.action is FailsafeAction.RTL and self._bring_to(ModeId.RTL, nav, now_s, Cause.FAILSAFE):
             done = "RTL"
-        elif active.action is not Action.NEUTRAL and self._bring_to(ModeId.HOLD, nav, now_s, Cause.FAILSAFE):
+        elif active.action is not FailsafeAction.NEUTRAL and self._bring_to(ModeId.HOLD, nav, now_s, Cause.FAILSAFE):
             done = self._helm.mode.id.value
         else:
             active.neutral = True

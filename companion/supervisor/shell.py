@@ -44,7 +44,7 @@ Words = Sequence[str]
 
 
 @dataclass(frozen=True, slots=True)
-class Command:
+class ShellCommand:
     """One command: its name, the words that may follow, and what it tells."""
 
     name: str
@@ -234,17 +234,17 @@ def _set(word: str, value: str, boat: Snapshot) -> Reply:
     return _reply([f"{name} = {after} (was {before}){later}"], Setting(name, number))
 
 
-COMMANDS: Mapping[str, Command] = {
+COMMANDS: Mapping[str, ShellCommand] = {
     command.name: command
     for command in (
-        Command("help", "", "this list", _help),
-        Command("status", "", "mode, place, battery, mission", _status),
-        Command("why", "", "why armed or not, why this mode, why this speed", _why),
-        Command("modes", "", "all modes, and why some are refused", _modes),
-        Command("devices", "", "sensors, bridges, links and thrusters", _devices),
-        Command("sources", "", "the sensor in use for each kind of reading", _sources),
-        Command("events", "[N]", "the newest events", _events),
-        Command("param", "[NAME [VALUE]]", "what differs from its default; one; NAME* lists; set one", _param),
+        ShellCommand("help", "", "this list", _help),
+        ShellCommand("status", "", "mode, place, battery, mission", _status),
+        ShellCommand("why", "", "why armed or not, why this mode, why this speed", _why),
+        ShellCommand("modes", "", "all modes, and why some are refused", _modes),
+        ShellCommand("devices", "", "sensors, bridges, links and thrusters", _devices),
+        ShellCommand("sources", "", "the sensor in use for each kind of reading", _sources),
+        ShellCommand("events", "[N]", "the newest events", _events),
+        ShellCommand("param", "[NAME [VALUE]]", "what differs from its default; one; NAME* lists; set one", _param),
     )
 }
 """Every command, in the order in which help lists them."""

@@ -21,7 +21,7 @@ from companion.modes.mode import ModeInfo
 from companion.modes.parts.offboard_target import OffboardTarget
 from companion.params.store import Parameters
 from companion.supervisor.arming import arming_refusals, arming_report
-from companion.supervisor.authority import Action, Facts, Request, Right
+from companion.supervisor.authority import AuthorityRequest, Facts, RequestedAction, Right
 from companion.supervisor.channels import calibrated
 from companion.supervisor.landing import Landing
 from companion.supervisor.mode_changes import Cause
@@ -88,17 +88,17 @@ class Supervisor(Requests):
     def leader_heard(self, state: LeaderState) -> None:
         """A message of a lead boat. It is ignored unless that boat leads."""
         system, now_s = state.system_id, state.heard_s
-        leads = self.refusal(Request(Action.LEADER_POSITION, Right.LEAD_BOAT, system), now_s) is None
+        leads = self.refusal(AuthorityRequest(RequestedAction.LEADER_POSITION, Right.LEAD_BOAT, system), now_s) is None
         if leads:
             self.parts.leader.take(state)
         self.following.heard(state, leads)
-        if leads and self.refusal(Request(Action.STAND_IN, Right.LEAD_BOAT, system), now_s) is None:
+        if leads and self.refusal(AuthorityRequest(RequestedAction.STAND_IN, Right.LEAD_BOAT, system), now_s) is None:
             self.ground_stations.heard(now_s)
 
     def offboard_setpoint(self, target: OffboardTarget, now_s: float) -> str | None:
         """A setpoint of another computer. Returns why it is refused, or None."""
         reason = self.parts.offboard.take(target, self.parts.nav, now_s)
-        if reason is None and self.refusal(Request(Action.STAND_IN, Right.OFFBOARD), now_s) is None:
+        if reason is None and self.refusal(AuthorityRequest(RequestedAction.STAND_IN, Right.OFFBOARD), now_s) is None:
             self.ground_stations.heard(now_s)
         return reason
 
@@ -117,7 +117,7 @@ class Supervisor(Requests):
 
     # --- what others ask -------------------------------------------------------------------------------------------
 
-    def refusal(self, request: Request, now_s: float) -> str | None:
+    def refusal(self, request: AuthorityRequest, now_s: float) -> str | None:
         """Why `request` is refused now; "" where it is ignored, None where it is obeyed (`authority.py`)."""
         return self.parts.refusal(request, now_s)
 
@@ -153,7 +153,9 @@ class Supervisor(Requests):
 
     def mode_refusals(self, now_s: float) -> Mapping[ModeId, str | None]:
         """Why each mode cannot be chosen and entered now; None where it can. Not in every tick, as `arming_report`."""
-        forbidden = {m: self.refusal(Request(Action.CHANGE_MODE, mode=m), now_s) for m in self._helm.modes}
+        forbidden = {
+            m: self.refusal(AuthorityRequest(RequestedAction.CHANGE_MODE, mode=m), now_s) for m in self._helm.modes
+        }
         return {mode: reason or self._mode_refusal(mode, now_s) for mode, reason in forbidden.items()}
 
     def _mode_refusal(self, mode: ModeId, now_s: float) -> str | None:
@@ -241,7 +243,7 @@ class Supervisor(Requests):
         for order in switches.update(rc, now_s):
             if order.mode is not None:
                 self._choose(order.mode, now_s, Cause.TRANSMITTER)
-            elif order.action is Action.ARM:
+            elif order.action is RequestedAction.ARM:
                 self.arm(now_s, right=Right.TRANSMITTER)
             else:
                 self.disarm(now_s)
@@ -251,7 +253,7 @@ class Supervisor(Requests):
     def _obey_safe_switch(self, now_s: float) -> None:
         """A mode that the safe switch forbids is left for Manual."""
         helm = self._helm
-        if self.refusal(Request(Action.CHANGE_MODE, mode=helm.mode.id), now_s) is None:
+        if self.refusal(AuthorityRequest(RequestedAction.CHANGE_MODE, mode=helm.mode.id), now_s) is None:
             return
         self._events.say(now_s, TextKind.ATTENTION, "safe_switch", "Safe switch of the transmitter: Manual")
         helm.switch(ModeId.MANUAL, self.parts.nav, now_s, Cause.SAFE_SWITCH)

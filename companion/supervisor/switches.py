@@ -15,7 +15,7 @@ from companion.core.events import EventLog
 from companion.core.readings import RcInput
 from companion.params.store import Parameters
 from companion.params.transmitter import POSITIONS, SWITCH_MODES
-from companion.supervisor.authority import Action
+from companion.supervisor.authority import RequestedAction
 from companion.supervisor.switch_faults import KILL_CHANNEL, switch_faults
 
 SETTLE_S = 0.2  # for so long a position must last: a switch passes over others on its way
@@ -49,7 +49,7 @@ MODE_CHANNEL = "RC_MAP_FLTMODE"
 class SwitchOrder:
     """What a switch asks for: ARM, DISARM, or CHANGE_MODE to `mode`."""
 
-    action: Action
+    action: RequestedAction
     mode: ModeId | None = None
 
 
@@ -135,11 +135,11 @@ class Switches:
 
     def _on_moved(self, switch: Switch, on: bool, now_s: float) -> Iterator[SwitchOrder]:
         if switch.mode is None:
-            yield SwitchOrder(Action.ARM if on else Action.DISARM)
+            yield SwitchOrder(RequestedAction.ARM if on else RequestedAction.DISARM)
         elif on:
-            yield SwitchOrder(Action.CHANGE_MODE, switch.mode)
+            yield SwitchOrder(RequestedAction.CHANGE_MODE, switch.mode)
         elif (mode := self._mode_left()) is not None:
-            yield SwitchOrder(Action.CHANGE_MODE, mode)
+            yield SwitchOrder(RequestedAction.CHANGE_MODE, mode)
         else:
             text = f"{switch.name.capitalize()} is off: the mode stays"
             self._events.say(now_s, TextKind.ROUTINE, "switch_off", text)
@@ -171,7 +171,7 @@ class Switches:
         elif first:
             self._events.say(now_s, TextKind.ROUTINE, "mode_switch", f"{place}, {mode.value}: it acts when moved")
         else:
-            yield SwitchOrder(Action.CHANGE_MODE, mode)
+            yield SwitchOrder(RequestedAction.CHANGE_MODE, mode)
 
     # --- parts -----------------------------------------------------------------------------------------------------
 

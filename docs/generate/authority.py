@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from companion.params.table import TABLE
-from companion.supervisor.authority import ROWS, Action, Right
-from companion.supervisor.failsafes import FAILSAFES, Failsafe
-from companion.supervisor.failsafes import Action as FailsafeAction
+from companion.supervisor.authority import ROWS, RequestedAction, Right
+from companion.supervisor.failsafes import FAILSAFES, Failsafe, FailsafeAction
 from companion.supervisor.mode_changes import MODE_CHANGES
 from docs.generate.markdown import code, page, section, sentence, table
 from docs.generate.parameters import shown
@@ -117,7 +116,7 @@ def _action(row: Failsafe) -> str:
 def rule_rows() -> Iterator[tuple[str, ...]]:
     """One row a rule of authority, in order."""
     for place, row in enumerate(ROWS, start=1):
-        about = "; ".join(action.value for action in Action if action in row.about)
+        about = "; ".join(action.value for action in RequestedAction if action in row.about)
         by = "; ".join(right.value for right in Right if right in row.by)
         yield str(place), f"{code(row.name)}{{#{row.name}}}", by, about, row.doc
 

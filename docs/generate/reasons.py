@@ -45,7 +45,7 @@ def _given(module: Module) -> Iterator[Reason]:
             if isinstance(node, ast.Return) and node.value is not None:
                 yield from _reasons(node.value, function, module)
     for call in calls(module.tree):
-        if called(call) == "Row" and len(call.args) == 6 and isinstance(call.args[4], ast.Lambda):
+        if called(call) == "RefusalRule" and len(call.args) == 6 and isinstance(call.args[4], ast.Lambda):
             yield from _reasons(call.args[4].body, None, module)
 
 

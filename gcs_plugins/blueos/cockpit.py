@@ -12,7 +12,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from gcs_plugins.commands import ACTIONS, Action
+from gcs_plugins.commands import ACTIONS, OperatorAction
 
 EXTRAS = Path(__file__).with_name("cockpit_extras.json")
 _PREFIX = "usv-companion"
@@ -43,7 +43,7 @@ def text() -> str:
     return json.dumps(extras(), indent=2) + "\n"
 
 
-def _action(action: Action) -> dict[str, Any]:
+def _action(action: OperatorAction) -> dict[str, Any]:
     fields: dict[str, tuple[str, Any]] = {
         "target_system": ("number", 1),
         "target_component": ("number", 1),
@@ -63,7 +63,7 @@ def _action(action: Action) -> dict[str, Any]:
     }
 
 
-def _suggestion(action: Action) -> dict[str, Any]:
+def _suggestion(action: OperatorAction) -> dict[str, Any]:
     return {
         "id": f"{_PREFIX}-button-{action.name}",
         "actionProtocol": "cockpit-action",

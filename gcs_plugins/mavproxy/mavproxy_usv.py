@@ -9,7 +9,7 @@ from typing import Any
 
 from MAVProxy.modules.lib import mp_module
 
-from gcs_plugins.commands import ACTIONS, BY_NAME, TUNING, TUNING_STEP, Action, MavCmd
+from gcs_plugins.commands import ACTIONS, BY_NAME, TUNING, TUNING_STEP, MavCmd, OperatorAction
 from gcs_plugins.readout import Readout
 
 _DO_REPOSITION, _CHANGE_MODE, _FRAME_GLOBAL = 192, 1.0, 0
@@ -103,7 +103,7 @@ class UsvModule(mp_module.MPModule):
 
     # --- what it sends ---------------------------------------------------------------------------------------------
 
-    def _send_action(self, action: Action, rest: Sequence[str]) -> None:
+    def _send_action(self, action: OperatorAction, rest: Sequence[str]) -> None:
         if rest and not (action.asks and tuple(rest) == (_YES,)):
             raise Mistake(f"usv {action.name} takes no arguments")
         if action.asks and not rest:

@@ -12,21 +12,21 @@ import json
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from gcs_plugins.commands import ACTIONS, Action
+from gcs_plugins.commands import ACTIONS, OperatorAction
 
 FILE_TYPES = ("MavlinkActions", "CustomActions")
 FLY_VIEW = "usv_fly_view.json"
 JOYSTICK = "usv_joystick.json"
 
 
-def entry(action: Action) -> dict[str, Any]:
+def entry(action: OperatorAction) -> dict[str, Any]:
     """One action. Params that are 0 are left out, as QGroundControl's default. Modes have the px4 persona's numbers:
     float32 holds each exactly."""
     params = {f"param{n}": value for n, value in enumerate(action.all_params(), start=1) if value != 0.0}
     return {"label": action.label, "description": action.text, "mavCmd": int(action.command), **params}
 
 
-def text(file_type: str, actions: Sequence[Action]) -> str:
+def text(file_type: str, actions: Sequence[OperatorAction]) -> str:
     """One file."""
     content = {"version": 1, "fileType": file_type, "actions": [entry(action) for action in actions]}
     return json.dumps(content, indent=2) + "\n"

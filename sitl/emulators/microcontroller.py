@@ -10,8 +10,8 @@ from companion.core.microcontroller_auxiliary import AuxiliaryDemand, AuxiliaryS
 from companion.core.microcontroller_frame import (
     RC_CHANNELS,
     WATCHDOG_S,
+    BoardCommand,
     BoardStatus,
-    Command,
     FrameDecoder,
     Ident,
     IdentRequest,
@@ -47,7 +47,7 @@ class MicrocontrollerEmulator:
         self.name = config.name
         self.rate_hz = _STATUS_HZ
         self._port = port
-        self.last_command: Command | None = None
+        self.last_command: BoardCommand | None = None
         self.rc_us: Sequence[int] | None = _RC_CENTRED if faults.planned("rc_") else None
         self._thrusters = tuple(thrusters)
         self._drives = tuple(DriveModel(thruster.config, pulses=False) for thruster in thrusters)
@@ -83,7 +83,7 @@ class MicrocontrollerEmulator:
             self.outputs = self._at_rest
 
     def _take(self, message: Message, t_s: float) -> None:
-        if isinstance(message, Command) and len(message.thrusters) == len(self._thrusters):
+        if isinstance(message, BoardCommand) and len(message.thrusters) == len(self._thrusters):
             self.last_command = message
             self._last_command_s = t_s
             self._obey(message)
@@ -151,7 +151,7 @@ class MicrocontrollerEmulator:
             self.outputs = AuxiliaryState(demand.sequence, demand.servos_us, demand.relays)
             self._outputs_s = t_s
 
-    def _obey(self, command: Command) -> None:
+    def _obey(self, command: BoardCommand) -> None:
         self._neutral = False
         for thruster, drive, demand in zip(self._thrusters, self._drives, command.thrusters, strict=True):
             if command.lower is not None:

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from companion.params.table import TABLE
-from companion.supervisor.failsafes import FAILSAFES, Action
+from companion.supervisor.failsafes import FAILSAFES, FailsafeAction
 from companion.supervisor.mode_changes import MODE_CHANGES, Cause
 
 ROOT = Path(__file__).parents[2] / "companion"
@@ -80,7 +80,7 @@ def test_each_cause_is_used_and_has_its_row() -> None:
 
 def test_each_failsafe_that_acts_has_its_row_in_their_order() -> None:
     rows = [row.name for row in MODE_CHANGES if row.cause is Cause.FAILSAFE]
-    assert rows == [failsafe.name for failsafe in FAILSAFES if failsafe.action is not Action.IGNORE]
+    assert rows == [failsafe.name for failsafe in FAILSAFES if failsafe.action is not FailsafeAction.IGNORE]
     over = [row.name for row in MODE_CHANGES if row.cause is Cause.FAILSAFE_OVER]
     assert over == [f"{failsafe.name}_over" for failsafe in FAILSAFES if failsafe.stays is not None]
     assert len({row.name for row in MODE_CHANGES}) == len(MODE_CHANGES)

@@ -17,9 +17,17 @@ from hypothesis import strategies as st
 
 from companion.core.decision import ModeId
 from companion.core.readings import Wish
-from companion.supervisor.authority import ROWS, Action, Facts, Request, Right, refusal, sticks_in_charge
+from companion.supervisor.authority import (
+    ROWS,
+    AuthorityRequest,
+    Facts,
+    RequestedAction,
+    Right,
+    refusal,
+    sticks_in_charge,
+)
 
-Atom = Callable[[Request, Facts], bool]
+Atom = Callable[[AuthorityRequest, Facts], bool]
 
 ATOMS: dict[str, Atom] = {
     "list": lambda r, f: len(f.operators) > 0,
@@ -74,27 +82,30 @@ GCS, RC, LEAD, SHIP, STREAM, SELF = (
     Right.BOAT,
 )
 
-EXPECTED: dict[tuple[Action, Right], list[tuple[str, str]]] = {
-    (Action.COMMAND, GCS): [NOT_LISTED, CONTROLLED],
-    (Action.SETPOINT, GCS): [NOT_LISTED, CONTROLLED],
-    (Action.UPLOAD, GCS): [NOT_LISTED, CONTROLLED],
-    (Action.PARAMETER, GCS): [NOT_LISTED, CONTROLLED],
-    (Action.STICKS, GCS): [("list -listed -by_remote", NOT_LISTED[1]), ("-free -in_control -by_remote", CONTROLLED[1])],
-    (Action.DISARM, GCS): [NOT_LISTED],
-    (Action.OPERATOR_CONTROL, GCS): [NOT_LISTED],
-    (Action.TAKE_CONTROL, GCS): [("-free -in_control -takeover", CONTROLLED[1])],
-    (Action.RELEASE_CONTROL, GCS): [CONTROLLED],
-    (Action.CHANGE_MODE, GCS): [("switch transmitter -to_manual", SWITCH)],
-    (Action.CHANGE_MODE, LEAD): [("switch transmitter -to_manual", SWITCH)],
-    (Action.CHANGE_MODE, RC): [("switch transmitter -to_manual", SWITCH)],
-    (Action.CHANGE_MODE, SELF): [("switch", "left to the transmitter")],
-    (Action.ARM, GCS): [KILLED, ("switch", SWITCH)],
-    (Action.ARM, LEAD): [KILLED, ("switch", SWITCH)],
-    (Action.ARM, RC): [KILLED],
-    (Action.ARM_BY_FORCE, GCS): [KILLED],
-    (Action.ARM_BY_FORCE, LEAD): [KILLED],
-    (Action.ARM_BY_FORCE, RC): [KILLED],
-    (Action.GROUND_STICKS, GCS): [
+EXPECTED: dict[tuple[RequestedAction, Right], list[tuple[str, str]]] = {
+    (RequestedAction.COMMAND, GCS): [NOT_LISTED, CONTROLLED],
+    (RequestedAction.SETPOINT, GCS): [NOT_LISTED, CONTROLLED],
+    (RequestedAction.UPLOAD, GCS): [NOT_LISTED, CONTROLLED],
+    (RequestedAction.PARAMETER, GCS): [NOT_LISTED, CONTROLLED],
+    (RequestedAction.STICKS, GCS): [
+        ("list -listed -by_remote", NOT_LISTED[1]),
+        ("-free -in_control -by_remote", CONTROLLED[1]),
+    ],
+    (RequestedAction.DISARM, GCS): [NOT_LISTED],
+    (RequestedAction.OPERATOR_CONTROL, GCS): [NOT_LISTED],
+    (RequestedAction.TAKE_CONTROL, GCS): [("-free -in_control -takeover", CONTROLLED[1])],
+    (RequestedAction.RELEASE_CONTROL, GCS): [CONTROLLED],
+    (RequestedAction.CHANGE_MODE, GCS): [("switch transmitter -to_manual", SWITCH)],
+    (RequestedAction.CHANGE_MODE, LEAD): [("switch transmitter -to_manual", SWITCH)],
+    (RequestedAction.CHANGE_MODE, RC): [("switch transmitter -to_manual", SWITCH)],
+    (RequestedAction.CHANGE_MODE, SELF): [("switch", "left to the transmitter")],
+    (RequestedAction.ARM, GCS): [KILLED, ("switch", SWITCH)],
+    (RequestedAction.ARM, LEAD): [KILLED, ("switch", SWITCH)],
+    (RequestedAction.ARM, RC): [KILLED],
+    (RequestedAction.ARM_BY_FORCE, GCS): [KILLED],
+    (RequestedAction.ARM_BY_FORCE, LEAD): [KILLED],
+    (RequestedAction.ARM_BY_FORCE, RC): [KILLED],
+    (RequestedAction.GROUND_STICKS, GCS): [
         ("remote -by_remote", "lead boat {f.remote_system} steers: choose a mode"),
         ("module -by_remote -by_chosen_sticks", "the crew has not asked for remote control"),
         ("-remote sticks_chosen -by_chosen_sticks", ""),
@@ -107,17 +118,17 @@ EXPECTED: dict[tuple[Action, Right], list[tuple[str, str]]] = {
             "system {r.system} on another link steers",
         ),
     ],
-    (Action.STEER, GCS): [("switch", SWITCH)],
-    (Action.STEER, RC): [("remote -switch", "lead boat {f.remote_system} steers")],
-    (Action.LEADER_WISH, LEAD): [("-crew_decides", "FOLL_AUTH is 0")],
-    (Action.LEADER_POSITION, LEAD): [
+    (RequestedAction.STEER, GCS): [("switch", SWITCH)],
+    (RequestedAction.STEER, RC): [("remote -switch", "lead boat {f.remote_system} steers")],
+    (RequestedAction.LEADER_WISH, LEAD): [("-crew_decides", "FOLL_AUTH is 0")],
+    (RequestedAction.LEADER_POSITION, LEAD): [
         ("leader_chosen -chosen_leader", ""),
         ("-leader_chosen led -leads -leader_silent", ""),
     ],
-    (Action.LEADER_POSITION, SHIP): [("-chosen_leader", "")],
-    (Action.RETURN_TO_FOLLOW, SELF): SAILS_BY_ITSELF,
-    (Action.STAND_IN, LEAD): [("-follow_intended -by_remote", "")],
-    (Action.STAND_IN, STREAM): [("-offboard", "")],
+    (RequestedAction.LEADER_POSITION, SHIP): [("-chosen_leader", "")],
+    (RequestedAction.RETURN_TO_FOLLOW, SELF): SAILS_BY_ITSELF,
+    (RequestedAction.STAND_IN, LEAD): [("-follow_intended -by_remote", "")],
+    (RequestedAction.STAND_IN, STREAM): [("-offboard", "")],
 }  # all else is obeyed
 
 SYSTEMS = (1, 42, 254, 255)
@@ -148,15 +159,18 @@ VALUES: dict[str, tuple[Any, ...]] = {
 }
 facts = st.builds(Facts, **{name: st.sampled_from(values) for name, values in VALUES.items()})
 requests = st.builds(
-    Request, st.sampled_from(Action), st.sampled_from(Right), *map(st.sampled_from, (SYSTEMS, LINKS, tuple(ModeId)))
+    AuthorityRequest,
+    st.sampled_from(RequestedAction),
+    st.sampled_from(Right),
+    *map(st.sampled_from, (SYSTEMS, LINKS, tuple(ModeId))),
 )
 
 
-def holds(condition: str, request: Request, given_facts: Facts) -> bool:
+def holds(condition: str, request: AuthorityRequest, given_facts: Facts) -> bool:
     return all(ATOMS[name.lstrip("-")](request, given_facts) is not name.startswith("-") for name in condition.split())
 
 
-def expected(request: Request, given_facts: Facts) -> str | None:
+def expected(request: AuthorityRequest, given_facts: Facts) -> str | None:
     for condition, text in EXPECTED.get((request.action, request.right), []):
         if holds(condition, request, given_facts):
             return text.format(r=request, f=given_facts)
@@ -165,16 +179,18 @@ def expected(request: Request, given_facts: Facts) -> str | None:
 
 @settings(deadline=None, derandomize=True, max_examples=500)
 @given(requests, facts)
-def test_refusals_are_those_of_the_truth_table(request: Request, given_facts: Facts) -> None:
+def test_refusals_are_those_of_the_truth_table(request: AuthorityRequest, given_facts: Facts) -> None:
     assert refusal(request, given_facts) == expected(request, given_facts)
 
 
 @pytest.mark.parametrize(("action", "right"), sorted(EXPECTED, key=str), ids=str)
-def test_each_entry_of_the_truth_table_refuses_for_some_facts(action: Action, right: Right) -> None:
+def test_each_entry_of_the_truth_table_refuses_for_some_facts(action: RequestedAction, right: Right) -> None:
     draws, entries = random.Random(1), set(EXPECTED[action, right])
     seen: set[tuple[str, str]] = set()
     for _ in range(4000):
-        request = Request(action, right, draws.choice(SYSTEMS), draws.choice(LINKS), draws.choice(list(ModeId)))
+        request = AuthorityRequest(
+            action, right, draws.choice(SYSTEMS), draws.choice(LINKS), draws.choice(list(ModeId))
+        )
         given_facts = Facts(**{name: draws.choice(values) for name, values in VALUES.items()})
         assert refusal(request, given_facts) == expected(request, given_facts)
         seen |= {entry for entry in entries if holds(entry[0], request, given_facts)}

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from companion.core.actuation import Deployment, Light
 from companion.core.microcontroller_auxiliary import AuxiliaryDemand, AuxiliaryState
 from companion.core.microcontroller_frame import (
+    BoardCommand,
     BoardStatus,
-    Command,
     FrameDecoder,
     Ident,
     IdentRequest,
@@ -29,7 +29,7 @@ azimuths = st.none() | st.integers(-31415, 31415).map(lambda n: n / 1e4)
 bytes_u8 = st.integers(0, 255)
 lights = st.sampled_from(Light)
 commands = st.builds(
-    Command,
+    BoardCommand,
     sequence=bytes_u8,
     armed=st.booleans(),
     thrusters=st.lists(st.builds(ThrusterDemand, throttles, azimuths), max_size=16).map(tuple),
@@ -62,7 +62,7 @@ relays = st.lists(st.booleans(), max_size=16).map(tuple)
 outputs = st.builds(AuxiliaryDemand, bytes_u8, pulses, relays) | st.builds(AuxiliaryState, bytes_u8, pulses, relays)
 messages = commands | statuses | idents | outputs | st.just(IdentRequest())
 
-GOOD = Command(9, True, (ThrusterDemand(0.5, 1.0), ThrusterDemand(0.0, None)))
+GOOD = BoardCommand(9, True, (ThrusterDemand(0.5, 1.0), ThrusterDemand(0.0, None)))
 
 
 @steady
@@ -104,8 +104,8 @@ def test_garbage_gives_nothing_and_the_next_frame_comes_through(garbage: bytes) 
 @steady
 @given(st.floats(-20.0, 20.0), st.floats(-1.5, 1.5))
 def test_any_azimuth_arrives_as_the_same_direction(azimuth_rad: float, throttle: float) -> None:
-    (received,) = FrameDecoder().feed(encode(Command(0, True, (ThrusterDemand(throttle, azimuth_rad),))))
-    assert isinstance(received, Command)
+    (received,) = FrameDecoder().feed(encode(BoardCommand(0, True, (ThrusterDemand(throttle, azimuth_rad),))))
+    assert isinstance(received, BoardCommand)
     (thruster,) = received.thrusters
     assert thruster.azimuth_rad is not None
     assert abs(math.remainder(thruster.azimuth_rad - azimuth_rad, 2.0 * math.pi)) < 6e-5

@@ -12,7 +12,7 @@ import pytest
 from companion.core.setpoint import PoseSetpoint
 from companion.io.mavlink.wire import messages as mavlink
 from companion.io.mavlink.wire.personas import ARDUPILOT, PX4
-from gcs_plugins.commands import ACTIONS, MODES, Action, Where
+from gcs_plugins.commands import ACTIONS, MODES, OperatorAction, Where
 from tests.protocol.desk import Desk, Sender
 from tests.protocol.test_qgroundcontrol import FRAME, item
 
@@ -67,7 +67,7 @@ def bring_about(desk: Desk, where: Where) -> None:
 
 
 @pytest.mark.parametrize("action", ACTIONS, ids=lambda action: action.name)
-def test_a_row_is_taken_where_the_table_says(desk: Desk, action: Action) -> None:
+def test_a_row_is_taken_where_the_table_says(desk: Desk, action: OperatorAction) -> None:
     bring_about(desk, action.where)
     assert desk.result(action.command, *action.all_params()) == ACCEPTED, desk.texts()[-3:]
     if action.mode is not None:
@@ -75,7 +75,7 @@ def test_a_row_is_taken_where_the_table_says(desk: Desk, action: Action) -> None
 
 
 @pytest.mark.parametrize("action", ACTIONS, ids=lambda action: action.name)
-def test_a_row_is_understood_by_a_boat_that_lies_disarmed(desk: Desk, action: Action) -> None:
+def test_a_row_is_understood_by_a_boat_that_lies_disarmed(desk: Desk, action: OperatorAction) -> None:
     bring_about(desk, Where.DISARMED)
     assert desk.result(action.command, *action.all_params()) != UNSUPPORTED
 

@@ -11,8 +11,8 @@ from companion.core.actuation import ActuatorCommand, Auxiliary, ThrusterFeedbac
 from companion.core.microcontroller_auxiliary import AuxiliaryDemand, AuxiliaryState
 from companion.core.microcontroller_frame import (
     MAX_THRUSTERS,
+    BoardCommand,
     BoardStatus,
-    Command,
     FrameDecoder,
     Ident,
     IdentRequest,
@@ -107,7 +107,7 @@ class MicrocontrollerBridge:
             demands.append(ThrusterDemand(drive.level(thruster, command.armed, now_s), azimuth_rad))
         beacon = command.beacon
         self._sequence = (self._sequence + 1) & 0xFF
-        message = Command(
+        message = BoardCommand(
             sequence=self._sequence,
             armed=command.armed,
             thrusters=tuple(demands),

@@ -10,8 +10,8 @@ import pytest
 
 from companion.core.actuation import Deployment, Light
 from companion.core.microcontroller_frame import (
+    BoardCommand,
     BoardStatus,
-    Command,
     FrameDecoder,
     Ident,
     IdentRequest,
@@ -70,7 +70,7 @@ def test_crc_check_value() -> None:
 
 
 def test_command_bytes() -> None:
-    command = Command(
+    command = BoardCommand(
         sequence=0x102,
         armed=True,
         thrusters=(ThrusterDemand(0.5, math.pi / 2), ThrusterDemand(-1.0, None)),
@@ -86,8 +86,8 @@ def test_command_bytes() -> None:
 @pytest.mark.parametrize(("lower", "flags"), [(None, 1), (True, 3), (False, 5)])
 def test_retractable_thrusters_in_both_directions(lower: bool | None, flags: int) -> None:
     encoded = on_the_wire(bytes((1, 1, 0, flags, 0, 0)))
-    assert encode(Command(0, True, (), lower)) == encoded
-    assert FrameDecoder().feed(encoded) == [Command(0, True, (), lower)]
+    assert encode(BoardCommand(0, True, (), lower)) == encoded
+    assert FrameDecoder().feed(encoded) == [BoardCommand(0, True, (), lower)]
     states = (None, Deployment.RETRACTED, Deployment.MOVING, Deployment.LOWERED)
     status = replace(STATUS, thrusters=tuple(ThrusterState(0.0, None, True, state) for state in states))
     body = bytes.fromhex("01 02 07 06") + struct.pack("<HiB8HB", 12345, -1500, 254, 1000, 1500, 2000, 0, 0, 0, 0, 0, 4)
@@ -117,7 +117,7 @@ def test_ident_bytes() -> None:
 
 
 def test_a_frame_holds_no_zero_inside() -> None:
-    assert 0 not in encode(Command(0, False, (ThrusterDemand(0.0, 0.0),) * 16))[1:-1]
+    assert 0 not in encode(BoardCommand(0, False, (ThrusterDemand(0.0, 0.0),) * 16))[1:-1]
 
 
 def test_values_out_of_range_are_limited_and_nan_is_neutral() -> None:
@@ -127,8 +127,8 @@ def test_values_out_of_range_are_limited_and_nan_is_neutral() -> None:
         ThrusterDemand(math.nan, math.nan),
         ThrusterDemand(math.inf, math.inf),
     )
-    (decoded,) = FrameDecoder().feed(encode(Command(1, True, demands)))
-    assert isinstance(decoded, Command)
+    (decoded,) = FrameDecoder().feed(encode(BoardCommand(1, True, demands)))
+    assert isinstance(decoded, BoardCommand)
     assert [(demand.throttle, demand.azimuth_rad) for demand in decoded.thrusters] == [
         (1.0, 0.0),
         (-1.0, 0.0),
@@ -144,7 +144,7 @@ def test_unknown_values_survive() -> None:
 
 def test_too_many_thrusters_are_refused() -> None:
     with pytest.raises(ValueError, match="17 thrusters"):
-        encode(Command(0, False, (ThrusterDemand(0.0),) * 17))
+        encode(BoardCommand(0, False, (ThrusterDemand(0.0),) * 17))
 
 
 @pytest.mark.parametrize(

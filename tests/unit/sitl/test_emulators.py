@@ -18,8 +18,8 @@ from companion.core.actuation import Beacon, Deployment, Light
 from companion.core.geodesy import LocalFrame
 from companion.core.microcontroller_auxiliary import AuxiliaryDemand, AuxiliaryState
 from companion.core.microcontroller_frame import (
+    BoardCommand,
     BoardStatus,
-    Command,
     FrameDecoder,
     Ident,
     IdentRequest,
@@ -213,7 +213,7 @@ class Bench:
         self.t_s = 0.0
 
     def send(self, throttle: float = 0.5, armed: bool = True, count: int = 3) -> None:
-        self.stream.write(encode(Command(1, armed, (ThrusterDemand(throttle, 0.1),) * count)), self.t_s)
+        self.stream.write(encode(BoardCommand(1, armed, (ThrusterDemand(throttle, 0.1),) * count)), self.t_s)
 
     def run(self, seconds: float) -> None:
         for _ in range(round(seconds * 100)):
@@ -262,7 +262,7 @@ def test_damaged_frames_do_not_feed_the_watchdog() -> None:
     bench = Bench()
     bench.send()
     for _ in range(60):
-        damaged = bytearray(encode(Command(1, True, (ThrusterDemand(0.5, 0.1),) * 3)))
+        damaged = bytearray(encode(BoardCommand(1, True, (ThrusterDemand(0.5, 0.1),) * 3)))
         damaged[9] ^= 0x10
         bench.stream.write(bytes(damaged), bench.t_s)
         bench.run(0.01)
@@ -347,7 +347,7 @@ def test_a_retractable_thruster_goes_where_it_is_told_armed_or_not() -> None:
 
     def command(lower: bool | None, seconds: float) -> list[Deployment | None]:
         for _ in range(round(seconds / 0.1)):
-            bench.stream.write(encode(Command(1, False, (ThrusterDemand(0.0),) * 3, lower)), bench.t_s)
+            bench.stream.write(encode(BoardCommand(1, False, (ThrusterDemand(0.0),) * 3, lower)), bench.t_s)
             bench.run(0.1)
         return [state.deployment for state in bench.board.status().thrusters]
 
@@ -364,7 +364,7 @@ def test_the_beacon_is_as_commanded_until_the_watchdog_has_the_board() -> None:
     assert bench.board.beacon == Beacon()
     bench.run(0.6)
     assert bench.board.beacon == Beacon(green=Light.STEADY)  # nobody has commanded it yet
-    command = Command(1, True, (ThrusterDemand(0.0),) * 3, None, Light.STEADY, Light.BLINK, Light.BLINK)
+    command = BoardCommand(1, True, (ThrusterDemand(0.0),) * 3, None, Light.STEADY, Light.BLINK, Light.BLINK)
     bench.stream.write(encode(command), bench.t_s)
     bench.run(0.1)
     assert bench.board.beacon == Beacon(Light.STEADY, Light.BLINK, Light.BLINK)

@@ -9,7 +9,7 @@ from dataclasses import replace
 import pytest
 
 from companion.config.vessel import ConfigError, find, load
-from companion.core.microcontroller_frame import BoardStatus, Command, FrameDecoder, ThrusterDemand, encode
+from companion.core.microcontroller_frame import BoardCommand, BoardStatus, FrameDecoder, ThrusterDemand, encode
 from companion.core.ports import ByteStream
 from sitl.world import EPOCH_UNIX_NS, World, WorldConditions
 
@@ -25,7 +25,8 @@ def sail(world: World, seconds: float, throttles: tuple[float, float, float] | N
         world.advance(now_s)
         if throttles is not None:
             port.write(
-                encode(Command(k % 256, armed, tuple(ThrusterDemand(throttle, 0.0) for throttle in throttles))), now_s
+                encode(BoardCommand(k % 256, armed, tuple(ThrusterDemand(throttle, 0.0) for throttle in throttles))),
+                now_s,
             )
     world.advance(start_s + seconds)
 

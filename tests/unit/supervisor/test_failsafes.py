@@ -12,7 +12,7 @@ from companion.core.decision import ModeId, Severity
 from companion.core.setpoint import NeutralSetpoint, PathSetpoint, PoseSetpoint, ThrusterSetpoint
 from companion.params.spec import FAILSAFE_ACTIONS
 from companion.params.table import TABLE
-from companion.supervisor.failsafes import FAILSAFES, Action
+from companion.supervisor.failsafes import FAILSAFES, FailsafeAction
 from tests.unit.conftest import Boat
 
 SQUARE = ((60.0, 0.0), (60.0, 60.0))
@@ -64,24 +64,24 @@ NEEDED = {"position_lost", "heading_lost"}  # without these Hold and RTL cannot 
 
 
 @pytest.mark.parametrize(("name", "parameter", "cause", "delay_s"), CAUSES)
-@pytest.mark.parametrize("action", [Action(number) for number in FAILSAFE_ACTIONS])
+@pytest.mark.parametrize("action", [FailsafeAction(number) for number in FAILSAFE_ACTIONS])
 def test_onset_action_and_end(
-    make_boat: Callable[..., Boat], name: str, parameter: str, cause: Any, delay_s: float, action: Action
+    make_boat: Callable[..., Boat], name: str, parameter: str, cause: Any, delay_s: float, action: FailsafeAction
 ) -> None:
     boat = sail(make_boat(**{parameter: action}))
     cause(boat, False)
     boat.step(delay_s)
-    expected = Action.NEUTRAL if name in NEEDED and action is not Action.IGNORE else action
+    expected = FailsafeAction.NEUTRAL if name in NEEDED and action is not FailsafeAction.IGNORE else action
     modes = {
-        Action.IGNORE: ModeId.MISSION,
-        Action.HOLD: ModeId.HOLD,
-        Action.RTL: ModeId.RTL,
-        Action.NEUTRAL: ModeId.MISSION,
+        FailsafeAction.IGNORE: ModeId.MISSION,
+        FailsafeAction.HOLD: ModeId.HOLD,
+        FailsafeAction.RTL: ModeId.RTL,
+        FailsafeAction.NEUTRAL: ModeId.MISSION,
     }
     assert boat.status.mode is modes[expected] and boat.status.armed
     assert boat.status.intended_mode is ModeId.MISSION
     assert name in boat.status.failsafes
-    assert (isinstance(boat.setpoint, NeutralSetpoint)) == (expected is Action.NEUTRAL)
+    assert (isinstance(boat.setpoint, NeutralSetpoint)) == (expected is FailsafeAction.NEUTRAL)
     assert boat.names().count(name) == 1 and boat.severities[name] <= Severity.WARNING
     boat.step(3.0)
     assert boat.names().count(name) == 1
@@ -89,14 +89,14 @@ def test_onset_action_and_end(
     boat.step(0.2)
     assert name not in boat.status.failsafes and f"{name}_over" in boat.names()
     assert boat.status.mode is modes[expected]
-    if expected is Action.NEUTRAL:
+    if expected is FailsafeAction.NEUTRAL:
         assert isinstance(boat.setpoint, PathSetpoint)  # goes on where it was
 
 
 @pytest.mark.parametrize(("name", "parameter", "cause", "delay_s"), [row for row in CAUSES if row[0] not in NEEDED])
-@pytest.mark.parametrize("action", [Action.HOLD, Action.NEUTRAL])
+@pytest.mark.parametrize("action", [FailsafeAction.HOLD, FailsafeAction.NEUTRAL])
 def test_operator_overrides_until_it_begins_again(
-    make_boat: Callable[..., Boat], name: str, parameter: str, cause: Any, delay_s: float, action: Action
+    make_boat: Callable[..., Boat], name: str, parameter: str, cause: Any, delay_s: float, action: FailsafeAction
 ) -> None:
     boat = sail(make_boat(**{parameter: action}))
     cause(boat, False)
@@ -110,8 +110,8 @@ def test_operator_overrides_until_it_begins_again(
     boat.step(0.2)
     cause(boat, False)
     boat.step(delay_s)
-    assert boat.status.mode is (ModeId.HOLD if action is Action.HOLD else ModeId.MISSION)
-    assert (isinstance(boat.setpoint, NeutralSetpoint)) == (action is Action.NEUTRAL)
+    assert boat.status.mode is (ModeId.HOLD if action is FailsafeAction.HOLD else ModeId.MISSION)
+    assert (isinstance(boat.setpoint, NeutralSetpoint)) == (action is FailsafeAction.NEUTRAL)
 
 
 def test_station_counts_only_once_heard_and_only_when_self_steered(make_boat: Callable[..., Boat]) -> None:
@@ -167,7 +167,7 @@ def test_sticks_lost_stops_at_once_then_holds(boat: Boat) -> None:
 
 @pytest.mark.parametrize("mode", [ModeId.MANUAL, ModeId.FORCES, ModeId.HEADING])
 def test_sticks_lost_gives_no_thrust_whatever_the_action(make_boat: Callable[..., Boat], mode: ModeId) -> None:
-    for action in (Action.IGNORE, Action.NEUTRAL):
+    for action in (FailsafeAction.IGNORE, FailsafeAction.NEUTRAL):
         boat = make_boat(NAV_RCL_ACT=action)
         boat.sticks = (0.0, 0.0, 0.0)
         boat.step()
@@ -182,7 +182,7 @@ def test_sticks_lost_gives_no_thrust_whatever_the_action(make_boat: Callable[...
 
 
 def test_sticks_that_come_back_deflected_after_neutral_must_be_centred(make_boat: Callable[..., Boat]) -> None:
-    boat = make_boat(NAV_RCL_ACT=Action.NEUTRAL)
+    boat = make_boat(NAV_RCL_ACT=FailsafeAction.NEUTRAL)
     boat.sticks = (0.0, 0.0, 0.0)
     boat.supervisor.arm(boat.now_s)
     boat.step()
@@ -329,7 +329,7 @@ def test_faults_while_disarmed_are_said_and_do_not_act_on_a_forced_arming(boat: 
 
 def test_every_row_reads_a_parameter_of_the_table() -> None:
     known = {spec.name for spec in TABLE}
-    assert all(isinstance(row.action, Action) or row.action in known for row in FAILSAFES)
+    assert all(isinstance(row.action, FailsafeAction) or row.action in known for row in FAILSAFES)
     assert len({row.name for row in FAILSAFES}) == len(FAILSAFES)
 
 

@@ -13,7 +13,7 @@ from companion.core.decision import ModeId, Result, Severity
 from companion.core.readings import Wish
 from companion.core.setpoint import NeutralSetpoint, PathSetpoint, PoseSetpoint, ThrusterSetpoint
 from companion.mission.plan import PlanItem
-from companion.supervisor.authority import Action, Request
+from companion.supervisor.authority import AuthorityRequest, RequestedAction
 from tests.unit.following.lead_boat import LeadBoat
 
 NAN = math.nan
@@ -39,7 +39,7 @@ def remote_system(boat: Any) -> int | None:
 
 
 def stick_refusal(boat: Any, system: int) -> str | None:
-    return boat.supervisor.refusal(Request(Action.GROUND_STICKS, system=system), boat.now_s)
+    return boat.supervisor.refusal(AuthorityRequest(RequestedAction.GROUND_STICKS, system=system), boat.now_s)
 
 
 def modes_said(boat: Any) -> list[str]:

@@ -4,7 +4,7 @@ the compass (ardupilotmega.xml), which pymavlink's `common` lacks."""
 from __future__ import annotations
 
 from companion.core.decision import Outcome, TextKind
-from companion.io.mavlink.commands.request import DONE, Answer, Request, denied
+from companion.io.mavlink.commands.request import DONE, Answer, CommandRequest, denied
 from companion.io.mavlink.telemetry.statustext import statustexts
 from companion.supervisor.calibration import Kind
 from companion.supervisor.supervisor import Supervisor
@@ -14,7 +14,7 @@ _ACCELEROMETER = (1, 4)  # six sides, or one: of both a boat takes its level
 _LEVEL = 2
 
 
-def preflight(supervisor: Supervisor, request: Request) -> Outcome | Answer:
+def preflight(supervisor: Supervisor, request: CommandRequest) -> Outcome | Answer:
     """Calibrate a sensor. Of several the first is taken. All params 0 cancel the calibration that runs.
 
     param1: 1: gyro bias, while the boat lies still.
@@ -38,7 +38,7 @@ def preflight(supervisor: Supervisor, request: Request) -> Outcome | Answer:
     return DONE if transmitter == 1 else denied("a boat calibrates compass, gyro and level")
 
 
-def start_compass(supervisor: Supervisor, request: Request) -> Outcome | Answer:
+def start_compass(supervisor: Supervisor, request: CommandRequest) -> Outcome | Answer:
     """Calibrate the compass, while the boat turns round twice, slowly.
 
     param1: Bits of the compasses; 0: all.
@@ -50,11 +50,11 @@ def start_compass(supervisor: Supervisor, request: Request) -> Outcome | Answer:
     return supervisor.calibration.request(Kind.COMPASS, request.now_s, save=request.whole_or(3, 0) == 1)
 
 
-def accept_compass(supervisor: Supervisor, request: Request) -> Outcome:
+def accept_compass(supervisor: Supervisor, request: CommandRequest) -> Outcome:
     """Store the result of the compass calibration."""
     return supervisor.calibration.accept(request.now_s)
 
 
-def cancel_compass(supervisor: Supervisor, request: Request) -> Outcome:
+def cancel_compass(supervisor: Supervisor, request: CommandRequest) -> Outcome:
     """Cancel the calibration that runs."""
     return supervisor.calibration.cancel(request.now_s)

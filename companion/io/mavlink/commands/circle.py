@@ -11,14 +11,14 @@ from __future__ import annotations
 import math
 
 from companion.core.decision import Outcome
-from companion.io.mavlink.commands.request import Answer, Request, denied, is_place
+from companion.io.mavlink.commands.request import Answer, CommandRequest, denied, is_place
 from companion.modes.circle import OrbitOrder
 from companion.supervisor.supervisor import Supervisor
 
 _YAW_BEHAVIOURS = range(6)
 
 
-def do_orbit(supervisor: Supervisor, request: Request) -> Outcome | Answer:
+def do_orbit(supervisor: Supervisor, request: CommandRequest) -> Outcome | Answer:
     """Orbit a point in Circle.
 
     param1: Radius in metres, negative counter-clockwise; NaN: as it is, else CIRC_RADIUS and CIRC_DIR.
@@ -42,7 +42,7 @@ def do_orbit(supervisor: Supervisor, request: Request) -> Outcome | Answer:
     return supervisor.give_order(order, request.now_s)
 
 
-def _refusal(request: Request) -> str | None:
+def _refusal(request: CommandRequest) -> str | None:
     """What of the params cannot be meant."""
     radius_m, speed_mps, _, sweep_rad = request.params[:4]
     lat_deg, lon_deg = request.place

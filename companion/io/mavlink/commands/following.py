@@ -12,11 +12,11 @@ from __future__ import annotations
 import math
 
 from companion.core.decision import ModeId, Outcome
-from companion.io.mavlink.commands.request import DONE, Answer, Request, denied
+from companion.io.mavlink.commands.request import DONE, Answer, CommandRequest, denied
 from companion.supervisor.supervisor import Supervisor
 
 
-def do_follow(supervisor: Supervisor, request: Request) -> Outcome | Answer:
+def do_follow(supervisor: Supervisor, request: CommandRequest) -> Outcome | Answer:
     """Follow mode, or the end of it.
 
     param1: System id of the leader, which becomes FOLL_SYSID; −1 or NaN: as FOLL_SYSID has it; 0: end Follow and hold.
@@ -32,7 +32,7 @@ def do_follow(supervisor: Supervisor, request: Request) -> Outcome | Answer:
     return denied("param 1 of follow should be a system id, -1 or 0")
 
 
-def user_3(supervisor: Supervisor, request: Request) -> Outcome | Answer:
+def user_3(supervisor: Supervisor, request: CommandRequest) -> Outcome | Answer:
     """The follow position by bearing and distance.
 
     param1: Bearing in the leader's frame, degrees: 180 astern, 90 to starboard. NaN keeps it.
@@ -47,7 +47,7 @@ def user_3(supervisor: Supervisor, request: Request) -> Outcome | Answer:
     )
 
 
-def reposition(supervisor: Supervisor, request: Request) -> Outcome | Answer:
+def reposition(supervisor: Supervisor, request: CommandRequest) -> Outcome | Answer:
     """The follow position by an offset, as COMMAND_LONG only.
 
     param6: Metres ahead of the leader.

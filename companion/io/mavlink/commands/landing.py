@@ -5,17 +5,17 @@ from __future__ import annotations
 import math
 
 from companion.core.decision import Outcome
-from companion.io.mavlink.commands.request import Answer, Request, denied, is_place
+from companion.io.mavlink.commands.request import Answer, CommandRequest, denied, is_place
 from companion.supervisor.supervisor import Supervisor
 
 
-def take_off(supervisor: Supervisor, request: Request) -> Outcome | Answer:
+def take_off(supervisor: Supervisor, request: CommandRequest) -> Outcome | Answer:
     """Nothing: a boat is afloat already. An armed boat in a mode that sticks steer holds from then on. COM_TAKEOFF_OK 0
     refuses it. The params are ignored."""
     return supervisor.landing.take_off(request.now_s)
 
 
-def land(supervisor: Supervisor, request: Request) -> Outcome | Answer:
+def land(supervisor: Supervisor, request: CommandRequest) -> Outcome | Answer:
     """Hold, or dock, as COM_LAND_ACT says.
 
     param5: Latitude of the place to hold at. NaN or 0 in params 5 and 6: here.

@@ -12,7 +12,7 @@ from companion.io.mavlink.commands.request import (
     UNSUPPORTED,
     Answer,
     CommandHandler,
-    Request,
+    CommandRequest,
     denied,
     not_now,
     unread,
@@ -87,7 +87,7 @@ class MessageCommands:
             mavlink.MAV_CMD_CONTROL_HIGH_LATENCY: self._control_high_latency,
         }
 
-    def _request_message(self, request: Request) -> Answer:
+    def _request_message(self, request: CommandRequest) -> Answer:
         """One message, sent once.
 
         param1: Id of the message.
@@ -108,27 +108,27 @@ class MessageCommands:
             return self._interval_of(request, request.whole(2))
         return self._streamed(request, number)
 
-    def _streamed(self, request: Request, number: int) -> Answer:
+    def _streamed(self, request: CommandRequest, number: int) -> Answer:
         if number not in STREAMS:
             return UNSUPPORTED
         message = self._hub.telemetry.message(number, request.peer.endpoint.persona, request.now_s)
         return not_now() if message is None else _with(message)
 
-    def _capabilities(self, request: Request) -> Answer:
+    def _capabilities(self, request: CommandRequest) -> Answer:
         """AUTOPILOT_VERSION.
 
         param1: 1.
         """
         return _with(self._version(request.peer)) if request.whole(1) == 1 else unread("param 1 should be 1")
 
-    def _get_home(self, request: Request) -> Answer:
+    def _get_home(self, request: CommandRequest) -> Answer:
         """HOME_POSITION."""
         return self._streamed(request, mavlink.MAVLINK_MSG_ID_HOME_POSITION)
 
     def _version(self, peer: Peer) -> Any:
         return autopilot_version(self._hub.version, self._vessel.config.name, peer.endpoint.persona)
 
-    def _available_modes(self, request: Request) -> Answer:
+    def _available_modes(self, request: CommandRequest) -> Answer:
         """Param 2: the index from 1, or 0 for all, the last one last."""
         modes, index = self._vessel.supervisor.modes, request.whole_or(2, 0)
         if index is None or not 0 <= index <= len(modes):
@@ -136,7 +136,7 @@ class MessageCommands:
         wanted = range(1, len(modes) + 1) if index == 0 else (index,)
         return _with(*(available_mode(modes, i, request.peer.endpoint.persona) for i in wanted))
 
-    def _set_interval(self, request: Request) -> Answer:
+    def _set_interval(self, request: CommandRequest) -> Answer:
         """Rate of a message on this link.
 
         param1: Id of the message.
@@ -149,7 +149,7 @@ class MessageCommands:
         taken = self._hub.telemetry.set_interval(request.peer.endpoint, number, interval_s, request.now_s)
         return DONE if taken else unread(f"message {number} is not streamed")
 
-    def _control_high_latency(self, request: Request) -> Answer:
+    def _control_high_latency(self, request: CommandRequest) -> Answer:
         """HIGH_LATENCY2 on links with `?telemetry=high_latency`.
 
         param1: 1 starts it, 0 stops it.
@@ -160,14 +160,14 @@ class MessageCommands:
         self._hub.telemetry.set_high_latency(bool(wanted))
         return DONE
 
-    def _get_interval(self, request: Request) -> Answer:
+    def _get_interval(self, request: CommandRequest) -> Answer:
         """MESSAGE_INTERVAL of a message: −1 for one that is not streamed, 0 for one that cannot be.
 
         param1: Id of the message.
         """
         return self._interval_of(request, request.whole(1))
 
-    def _interval_of(self, request: Request, number: int | None) -> Answer:
+    def _interval_of(self, request: CommandRequest, number: int | None) -> Answer:
         """MESSAGE_INTERVAL: −1 for a message that could be streamed but is not, 0 for one that cannot."""
         if number is None or not 0 <= number <= 0xFFFF:
             return unread("no such message")

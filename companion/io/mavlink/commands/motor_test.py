@@ -7,7 +7,7 @@ from __future__ import annotations
 import math
 
 from companion.core.decision import Outcome
-from companion.io.mavlink.commands.request import Answer, Request, denied
+from companion.io.mavlink.commands.request import Answer, CommandRequest, denied
 from companion.params.compatibility import FIRST_MOTOR, MOTORS
 from companion.supervisor.motor_test import is_stop
 from companion.supervisor.supervisor import Supervisor
@@ -19,7 +19,7 @@ _LONGEST_S = 3.0  # MAVLink, common.xml
 _PERCENT = 0  # MOTOR_TEST_THROTTLE_PERCENT
 
 
-def actuator_test(supervisor: Supervisor, request: Request) -> Outcome | Answer:
+def actuator_test(supervisor: Supervisor, request: CommandRequest) -> Outcome | Answer:
     """Run a thruster for a moment, while disarmed. A stream of these runs it on.
 
     param1: Throttle −1…1, at most 0.3 either way; NaN: stop it.
@@ -39,7 +39,7 @@ def actuator_test(supervisor: Supervisor, request: Request) -> Outcome | Answer:
     return supervisor.motor_test.begin(index, throttle, duration_s, request.now_s)
 
 
-def do_motor_test(supervisor: Supervisor, request: Request) -> Outcome | Answer:
+def do_motor_test(supervisor: Supervisor, request: CommandRequest) -> Outcome | Answer:
     """Run a thruster for some seconds, while disarmed.
 
     param1: Motor: 1 is the first thruster of the vessel's file.

@@ -9,11 +9,11 @@ from __future__ import annotations
 import math
 
 from companion.core.decision import Outcome
-from companion.io.mavlink.commands.request import Answer, Request, denied
+from companion.io.mavlink.commands.request import Answer, CommandRequest, denied
 from companion.supervisor.supervisor import Supervisor
 
 
-def user_1(supervisor: Supervisor, request: Request) -> Outcome | Answer:
+def user_1(supervisor: Supervisor, request: CommandRequest) -> Outcome | Answer:
     """Small corrections in Hold: a nudge, or another heading at the same point.
 
     param1: 1 nudges, 2 sets the heading.

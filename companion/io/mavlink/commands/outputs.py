@@ -6,7 +6,7 @@ Servos are numbered from 1 and relays from 0, as ground stations do. The same nu
 from __future__ import annotations
 
 from companion.core.decision import Outcome
-from companion.io.mavlink.commands.request import Answer, Request, denied
+from companion.io.mavlink.commands.request import Answer, CommandRequest, denied
 from companion.mission.auxiliary import action_of
 from companion.mission.commands import RULES, Command, name_of
 from companion.supervisor.supervisor import Supervisor
@@ -21,7 +21,7 @@ NUMBERS = (
 ONCE = (Command.DO_REPEAT_RELAY, Command.DO_REPEAT_SERVO)  # done again, they would begin again
 
 
-def auxiliary(supervisor: Supervisor, request: Request) -> Outcome | Answer:
+def auxiliary(supervisor: Supervisor, request: CommandRequest) -> Outcome | Answer:
     """What the command asks for, or why not."""
     for allowed in RULES[request.command].ranges:
         value = request.params[allowed.number - 1]

@@ -21,7 +21,7 @@ Params = tuple[float, float, float, float, float, float, float]
 
 
 @dataclass(frozen=True, slots=True)
-class Request:
+class CommandRequest:
     """A command. `params` may hold NaN and infinities; `frame` is None for COMMAND_LONG.
 
     In COMMAND_INT params 5 and 6 are x and y as they came: `place` gives the position that they mean.
@@ -77,7 +77,7 @@ class Answer:
     later: bool = False  # whoever carries it out acknowledges it
 
 
-SupervisorHandler = Callable[[Supervisor, Request], "Outcome | Answer"]
+SupervisorHandler = Callable[[Supervisor, CommandRequest], "Outcome | Answer"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,7 +90,7 @@ class CommandRow:
     once: bool = False
 
 
-CommandHandler = Callable[[Request], "Outcome | Answer"]
+CommandHandler = Callable[[CommandRequest], "Outcome | Answer"]
 
 
 def denied(reason: str) -> Answer:

@@ -4,11 +4,11 @@
 from __future__ import annotations
 
 from companion.core.decision import Outcome
-from companion.io.mavlink.commands.request import Answer, Request, denied
+from companion.io.mavlink.commands.request import Answer, CommandRequest, denied
 from companion.supervisor.supervisor import Supervisor
 
 
-def user_2(supervisor: Supervisor, request: Request) -> Outcome | Answer:
+def user_2(supervisor: Supervisor, request: CommandRequest) -> Outcome | Answer:
     """Lower or retract the retractable thrusters. 0, with which clients fill what they leave out, is refused.
 
     param1: 1 lowers them, 2 retracts them.

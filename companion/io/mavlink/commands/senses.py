@@ -4,11 +4,11 @@ say. param1 = 2: reject it."""
 from __future__ import annotations
 
 from companion.core.decision import Outcome
-from companion.io.mavlink.commands.request import Answer, Request, denied
+from companion.io.mavlink.commands.request import Answer, CommandRequest, denied
 from companion.supervisor.supervisor import Supervisor
 
 
-def user_4(supervisor: Supervisor, request: Request) -> Outcome | Answer:
+def user_4(supervisor: Supervisor, request: CommandRequest) -> Outcome | Answer:
     """Answer the boat's question whether sensors that seem to lie are right.
 
     param1: 1 accepts them: the estimate follows. 2 rejects them: they are used again when they agree with the others.

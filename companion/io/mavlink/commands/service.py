@@ -12,7 +12,7 @@ from typing import Any
 
 from companion.core.decision import Outcome, TextKind
 from companion.io.mavlink.commands.messages import MessageCommands
-from companion.io.mavlink.commands.request import UNSUPPORTED, Answer, CommandHandler, Request
+from companion.io.mavlink.commands.request import UNSUPPORTED, Answer, CommandHandler, CommandRequest
 from companion.io.mavlink.commands.vessel import ONCE, VesselCommands
 from companion.io.mavlink.transfer.component_metadata import Descriptions
 from companion.io.mavlink.wire import messages as mavlink
@@ -66,14 +66,16 @@ class CommandService:
     def _on_long(self, message: Any, peer: Peer, now_s: float) -> None:
         m = message
         params = (m.param1, m.param2, m.param3, m.param4, m.param5, m.param6, m.param7)
-        self._carry_out(Request(m.command, params, None, peer, now_s, m.confirmation), broadcast=m.target_system == 0)
+        self._carry_out(
+            CommandRequest(m.command, params, None, peer, now_s, m.confirmation), broadcast=m.target_system == 0
+        )
 
     def _on_int(self, message: Any, peer: Peer, now_s: float) -> None:
         m = message
         params = (m.param1, m.param2, m.param3, m.param4, float(m.x), float(m.y), m.z)
-        self._carry_out(Request(m.command, params, m.frame, peer, now_s), broadcast=m.target_system == 0)
+        self._carry_out(CommandRequest(m.command, params, m.frame, peer, now_s), broadcast=m.target_system == 0)
 
-    def _is_repeat(self, request: Request) -> bool:
+    def _is_repeat(self, request: CommandRequest) -> bool:
         """Whether the same command of the same sender came just before it, in the same batch.
 
         A sender that has waited too long repeats its command, and the boat then finds both. It gets one answer: MAVSDK
@@ -87,7 +89,7 @@ class CommandService:
         self._answered.add(key)
         return known
 
-    def _carry_out(self, request: Request, broadcast: bool) -> None:
+    def _carry_out(self, request: CommandRequest, broadcast: bool) -> None:
         if self._is_repeat(request):
             return
         handler = self._commands.get(request.command)
@@ -114,7 +116,7 @@ class CommandService:
         if answer.outcome.reason:
             self._hub.say(peer, answer.kind, answer.outcome.reason)
 
-    def _acknowledge(self, request: Request, outcome: Outcome) -> None:
+    def _acknowledge(self, request: CommandRequest, outcome: Outcome) -> None:
         peer = request.peer
         self._hub.send(
             peer,
@@ -123,7 +125,7 @@ class CommandService:
             ),
         )
 
-    def _repeated(self, request: Request) -> Outcome | None:
+    def _repeated(self, request: CommandRequest) -> Outcome | None:
         """What became of this command a moment ago, where doing it again would do something else."""
         last = self._last.get(request.peer)
         if request.command not in ONCE or last is None or last.key != request.key:
@@ -131,7 +133,7 @@ class CommandService:
         overtaken = request.now_s - last.at_s > REPEAT_S or last.version != self._supervisor.version
         return None if overtaken or not last.outcome.accepted else last.outcome
 
-    def _remember(self, request: Request, outcome: Outcome) -> None:
+    def _remember(self, request: CommandRequest, outcome: Outcome) -> None:
         if len(self._last) >= _MOST_PEERS and request.peer not in self._last:
             self._last.pop(next(iter(self._last)))
         self._last[request.peer] = _Last(request.key, outcome, request.now_s, self._supervisor.version)

@@ -7,7 +7,15 @@ from collections.abc import Mapping
 from functools import partial
 
 from companion.core.decision import Home, ModeId, Outcome, Result, TextKind
-from companion.io.mavlink.commands.request import DONE, Answer, CommandHandler, Request, denied, is_place, not_now
+from companion.io.mavlink.commands.request import (
+    DONE,
+    Answer,
+    CommandHandler,
+    CommandRequest,
+    denied,
+    is_place,
+    not_now,
+)
 from companion.io.mavlink.commands.table import ROWS
 from companion.io.mavlink.wire import messages as mavlink
 from companion.io.mavlink.wire.hub import Hub, Peer
@@ -60,7 +68,7 @@ class VesselCommands:
 
     # --- arming and modes ------------------------------------------------------------------------------------------
 
-    def _arm_disarm(self, request: Request) -> Outcome | Answer:
+    def _arm_disarm(self, request: CommandRequest) -> Outcome | Answer:
         """Arm or disarm.
 
         param1: 1 arms, 0 disarms.
@@ -88,7 +96,7 @@ class VesselCommands:
             mode = ModeId.HOLD
         return self._supervisor.request_mode(mode, now_s)
 
-    def _do_set_mode(self, request: Request) -> Outcome | Answer:
+    def _do_set_mode(self, request: CommandRequest) -> Outcome | Answer:
         """Another mode, by the numbers of this link's persona.
 
         param1: MAV_MODE_FLAG_CUSTOM_MODE_ENABLED (1) must be set.
@@ -110,7 +118,7 @@ class VesselCommands:
             number = main
         return self.set_mode(number, request.peer, request.now_s)
 
-    def _set_standard_mode(self, request: Request) -> Outcome | Answer:
+    def _set_standard_mode(self, request: CommandRequest) -> Outcome | Answer:
         """Another mode, by MAV_STANDARD_MODE.
 
         param1: 1 Hold, 5 RTL, 6 Mission.
@@ -121,11 +129,11 @@ class VesselCommands:
             return Answer(Outcome(Result.FAILED, "no such standard mode"))
         return self._supervisor.request_mode(mode, request.now_s)
 
-    def _return(self, request: Request) -> Outcome | Answer:
+    def _return(self, request: CommandRequest) -> Outcome | Answer:
         """RTL."""
         return self._supervisor.request_mode(ModeId.RTL, request.now_s)
 
-    def _terminate(self, request: Request) -> Outcome | Answer:
+    def _terminate(self, request: CommandRequest) -> Outcome | Answer:
         """Stop the thrusters and disarm, whatever the boat does.
 
         param1: 1 terminates, 0 does nothing.
@@ -139,7 +147,7 @@ class VesselCommands:
 
     # --- go-to and mission -----------------------------------------------------------------------------------------
 
-    def _reposition(self, request: Request) -> Outcome | Answer:
+    def _reposition(self, request: CommandRequest) -> Outcome | Answer:
         """Go to a point and hold there.
 
         param1: Speed, m/s. 0, negative or NaN: the usual one.
@@ -167,7 +175,7 @@ class VesselCommands:
             lat_deg, lon_deg, None if no_yaw else yaw_rad, None if no_speed else speed_mps, request.now_s
         )
 
-    def _pause_continue(self, request: Request) -> Outcome | Answer:
+    def _pause_continue(self, request: CommandRequest) -> Outcome | Answer:
         """Pause or continue a mission.
 
         param1: 0 pauses and holds here, 1 continues.
@@ -179,7 +187,7 @@ class VesselCommands:
                 return self._supervisor.resume(request.now_s)
         return denied("param 1 of pause should be 0 or 1")
 
-    def _mission_start(self, request: Request) -> Outcome | Answer:
+    def _mission_start(self, request: CommandRequest) -> Outcome | Answer:
         """Mission mode. It does not arm.
 
         param1: Sequence number of the first item. 0 in both params, or NaN: from the current item.
@@ -192,7 +200,7 @@ class VesselCommands:
             return self._supervisor.start_mission(None, request.now_s)
         return self._supervisor.start_mission(self._item(first, request.peer), request.now_s)
 
-    def _set_mission_current(self, request: Request) -> Outcome | Answer:
+    def _set_mission_current(self, request: CommandRequest) -> Outcome | Answer:
         """Make an item of the mission the current one.
 
         param1: Sequence number of the item; −1: the present one.
@@ -215,7 +223,7 @@ class VesselCommands:
         """An item's number in the vessel's plan; home itself stands for the first."""
         return max(0, seq - peer.endpoint.persona.first_item)
 
-    def _change_speed(self, request: Request) -> Outcome | Answer:
+    def _change_speed(self, request: CommandRequest) -> Outcome | Answer:
         """Speed in modes that steer by themselves, until the mission changes it or the boat is disarmed.
 
         param1: 1 or 0: ground speed.
@@ -234,7 +242,7 @@ class VesselCommands:
 
     # --- home, storage, restart ------------------------------------------------------------------------------------
 
-    def _set_home(self, request: Request) -> Outcome | Answer:
+    def _set_home(self, request: CommandRequest) -> Outcome | Answer:
         """Another home.
 
         param1: 1: where the boat is; 0: the position given.
@@ -254,7 +262,7 @@ class VesselCommands:
             self._hub.announce(request.now_s, mavlink.MAVLINK_MSG_ID_HOME_POSITION)
         return result
 
-    def _set_home_at(self, request: Request) -> Outcome | Answer:
+    def _set_home_at(self, request: CommandRequest) -> Outcome | Answer:
         lat_deg, lon_deg = request.place
         if not request.frame_is_global or not is_place(lat_deg, lon_deg):
             return denied("no such place")
@@ -267,7 +275,7 @@ class VesselCommands:
             Home(lat_deg, lon_deg, altitude_m, math.radians(yaw_deg) if given else None), request.now_s
         )
 
-    def _storage(self, request: Request) -> Outcome | Answer:
+    def _storage(self, request: CommandRequest) -> Outcome | Answer:
         """Parameters are kept as they are set: reading and writing do nothing.
 
         param1: 2 resets all parameters to the defaults of the vessel, while disarmed. −1, 0 and 1 do nothing.
@@ -282,7 +290,7 @@ class VesselCommands:
                 return DONE
         return denied("param 1 of storage should be 0 to 2")
 
-    def _restart(self, request: Request) -> Outcome | Answer:
+    def _restart(self, request: CommandRequest) -> Outcome | Answer:
         """Restart the companion, while disarmed. The process begins anew by itself, as a service and in a terminal.
 
         param1: 1.

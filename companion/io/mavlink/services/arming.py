@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from companion.core.decision import Outcome, TextKind
-from companion.io.mavlink.commands.request import DONE, Answer, Request, not_now
+from companion.io.mavlink.commands.request import DONE, Answer, CommandRequest, not_now
 from companion.io.mavlink.services.events import EventService, takes_events
 from companion.io.mavlink.telemetry.arming_events import ArmingEvents, EventContent
 from companion.io.mavlink.telemetry.statustext import SETTLING_S, prearm_texts, unasked_prearm_texts
@@ -79,7 +79,7 @@ class ArmingService:
         self._tell_refusal(now_s)
         self._send_texts(now_s)
 
-    def run_checks(self, request: Request) -> Outcome | Answer:
+    def run_checks(self, request: CommandRequest) -> Outcome | Answer:
         """Send every reason for which the boat would refuse to arm: as events to a ground station that uses them, else
         as `PreArm: …` texts."""
         client = self._listener(request.peer.endpoint, request.now_s).clients.get(_key(request.peer))

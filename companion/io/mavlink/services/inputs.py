@@ -12,7 +12,7 @@ from companion.io.mavlink.wire import messages as mavlink
 from companion.io.mavlink.wire.endpoint import Endpoint
 from companion.io.mavlink.wire.hub import Handler, Hub, Peer
 from companion.loop import Vessel
-from companion.supervisor.authority import Action, Request
+from companion.supervisor.authority import AuthorityRequest, RequestedAction
 
 _AXIS_ABSENT = 0x7FFF
 _IGNORE = 0xFFFF
@@ -95,7 +95,7 @@ class InputService:
 
     def _may_steer(self, peer: Peer, now_s: float) -> bool:
         supervisor, source = self._vessel.supervisor, (peer.system, peer.endpoint)
-        request = Request(Action.GROUND_STICKS, system=peer.system, link=peer.endpoint)
+        request = AuthorityRequest(RequestedAction.GROUND_STICKS, system=peer.system, link=peer.endpoint)
         reason = supervisor.refusal(request, now_s)
         if reason:
             self._tell(peer, source, reason)

@@ -9,7 +9,7 @@ from typing import Any
 
 from companion.core.decision import TextKind
 from companion.io.mavlink.commands.messages import autopilot_version
-from companion.io.mavlink.commands.request import DONE, Answer, Request
+from companion.io.mavlink.commands.request import DONE, Answer, CommandRequest
 from companion.io.mavlink.wire import messages as mavlink
 from companion.io.mavlink.wire.endpoint import Endpoint
 from companion.io.mavlink.wire.hub import Handler, Hub, Peer
@@ -35,7 +35,7 @@ class IntroductionService:
     def update(self, now_s: float) -> None:
         """Nothing here takes time."""
 
-    def banner(self, request: Request) -> Answer:
+    def banner(self, request: CommandRequest) -> Answer:
         """Send the program's version and the vessel's name as texts."""
         persona = request.peer.endpoint.persona
         manner = ", modes as Rover" if persona is ARDUPILOT else ""

@@ -26,7 +26,7 @@ from companion.io.mavlink.wire.endpoint import Endpoint
 from companion.io.mavlink.wire.hub import Handler, Hub, Peer
 from companion.io.mavlink.wire.reception import Reception
 from companion.loop import Vessel
-from companion.supervisor.authority import Action, Request, Right
+from companion.supervisor.authority import AuthorityRequest, RequestedAction, Right
 from companion.supervisor.homing import is_on_earth
 
 _POSITION, _VELOCITY, _ATTITUDE = 1, 2, 8  # est_capabilities
@@ -127,7 +127,7 @@ class LeaderService:
 
     def _on_global_position(self, message: Any, peer: Peer, now_s: float) -> None:
         """Of a vehicle that leads, unless it sends FOLLOW_TARGET too."""
-        request = Request(Action.LEADER_POSITION, Right.VEHICLE, peer.system)
+        request = AuthorityRequest(RequestedAction.LEADER_POSITION, Right.VEHICLE, peer.system)
         if self._vessel.supervisor.refusal(request, now_s) is not None:
             return
         better = (

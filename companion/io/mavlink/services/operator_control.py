@@ -6,13 +6,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from companion.core.decision import ACCEPTED, Outcome, Result, TextKind
-from companion.io.mavlink.commands.request import Answer, Request, denied
+from companion.io.mavlink.commands.request import Answer, CommandRequest, denied
 from companion.io.mavlink.wire import messages as mavlink
 from companion.io.mavlink.wire.actions import REQUEST_OPERATOR_CONTROL
 from companion.io.mavlink.wire.hub import Handler, Hub, Peer
 from companion.loop import Vessel
-from companion.supervisor.authority import Action
-from companion.supervisor.authority import Request as Question
+from companion.supervisor.authority import AuthorityRequest, RequestedAction
 
 _TAKE, _RELEASE = 1, 0
 
@@ -41,7 +40,7 @@ class OperatorService:
             self._hub.control_changed()
             self._changed(now_s, f"system {silent}, in control, is silent: any may command", TextKind.ATTENTION)
 
-    def carry_out(self, request: Request) -> Outcome | Answer:
+    def carry_out(self, request: CommandRequest) -> Outcome | Answer:
         """Control of the boat for one ground station, or its release.
 
         param1: 1 takes control, 0 releases it.
@@ -51,8 +50,8 @@ class OperatorService:
         if action not in (_TAKE, _RELEASE) or takeover not in (0, 1):
             return denied("params 1 and 2 of command 32100 should be 0 or 1")
         supervisor, system = self._vessel.supervisor, request.peer.system
-        asked = Action.TAKE_CONTROL if action == _TAKE else Action.RELEASE_CONTROL
-        reason = supervisor.refusal(Question(asked, system=system), request.now_s)
+        asked = RequestedAction.TAKE_CONTROL if action == _TAKE else RequestedAction.RELEASE_CONTROL
+        reason = supervisor.refusal(AuthorityRequest(asked, system=system), request.now_s)
         if reason is not None:
             if action == _TAKE and self._in_control is not None:
                 self._pass_on(self._in_control, request)
@@ -71,7 +70,7 @@ class OperatorService:
             self._changed(request.now_s, f"system {system} {what}", TextKind.ROUTINE)
         return ACCEPTED
 
-    def _pass_on(self, in_control: Peer, request: Request) -> None:
+    def _pass_on(self, in_control: Peer, request: CommandRequest) -> None:
         params = (_TAKE, request.params[1], request.params[2], request.peer.system, 0.0, 0.0, 0.0)
         self._hub.send(
             in_control,

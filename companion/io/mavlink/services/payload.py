@@ -20,7 +20,7 @@ from companion.io.mavlink.commands.request import (
     UNSUPPORTED,
     Answer,
     CommandHandler,
-    Request,
+    CommandRequest,
     denied,
     not_now,
 )
@@ -65,7 +65,7 @@ class _Pending:
     """A command that was passed on. `request`: who asked; None for a mission."""
 
     action: Forward
-    request: Request | None
+    request: CommandRequest | None
     due_s: float
     again_s: float | None
 
@@ -117,19 +117,19 @@ class PayloadService:
 
     # --- commands --------------------------------------------------------------------------------------------------
 
-    def pass_on(self, request: Request) -> Outcome | Answer:
+    def pass_on(self, request: CommandRequest) -> Outcome | Answer:
         """Passed on to a camera or gimbal with the boat's system id: the one that the command names by its component,
         else the first that is heard. Its answer is the answer."""
         return self._carry_out(request)
 
-    def digicam(self, request: Request) -> Outcome | Answer:
+    def digicam(self, request: CommandRequest) -> Outcome | Answer:
         """A picture now, on every camera of the vessel file. Zoom and focus are passed on.
 
         param5: 1 takes a picture.
         """
         return self._carry_out(request)
 
-    def by_distance(self, request: Request) -> Outcome | Answer:
+    def by_distance(self, request: CommandRequest) -> Outcome | Answer:
         """Pictures by distance along the track.
 
         param1: Metres between two pictures; 0 stops.
@@ -139,7 +139,7 @@ class PayloadService:
         """
         return self._carry_out(request)
 
-    def by_interval(self, request: Request) -> Outcome | Answer:
+    def by_interval(self, request: CommandRequest) -> Outcome | Answer:
         """Pictures by time, the first at once, until they are stopped.
 
         param1: Milliseconds between two pictures; 0 and −1 change nothing.
@@ -148,7 +148,7 @@ class PayloadService:
         """
         return self._carry_out(request)
 
-    def start_capture(self, request: Request) -> Outcome | Answer:
+    def start_capture(self, request: CommandRequest) -> Outcome | Answer:
         """One picture, or pictures by time.
 
         param1: Number of the camera from 1; 0: all.
@@ -158,14 +158,14 @@ class PayloadService:
         """
         return self._carry_out(request)
 
-    def stop_capture(self, request: Request) -> Outcome | Answer:
+    def stop_capture(self, request: CommandRequest) -> Outcome | Answer:
         """No more pictures by distance or time.
 
         param1: Number of the camera from 1; 0: all.
         """
         return self._carry_out(request)
 
-    def trigger_control(self, request: Request) -> Outcome | Answer:
+    def trigger_control(self, request: CommandRequest) -> Outcome | Answer:
         """Switch the pictures by distance or time off and on, as they are.
 
         param1: 1 on, 0 off; −1: no change.
@@ -174,7 +174,7 @@ class PayloadService:
         """
         return self._carry_out(request)
 
-    def _carry_out(self, request: Request) -> Outcome | Answer:
+    def _carry_out(self, request: CommandRequest) -> Outcome | Answer:
         """Check the parameters, then take the picture or pass the command on."""
         for allowed in RULES[request.command].ranges:
             value = request.params[allowed.number - 1]
@@ -189,13 +189,13 @@ class PayloadService:
 
     # --- passing on ------------------------------------------------------------------------------------------------
 
-    def _passed_on(self, action: Forward, request: Request) -> Answer:
+    def _passed_on(self, action: Forward, request: CommandRequest) -> Answer:
         reason = self._vessel.supervisor.payload.lacking(action)
         if reason is not None:
             return not_now(reason) if reason else DONE
         return LATER if self._pass_on(action, request, request.now_s) else not_now("the same is under way for another")
 
-    def _pass_on(self, action: Forward, request: Request | None, now_s: float) -> bool:
+    def _pass_on(self, action: Forward, request: CommandRequest | None, now_s: float) -> bool:
         """Send a command to its component. False where the same command of somebody else waits for its answer."""
         number = self._vessel.supervisor.payload.component(action.part, action.component)
         if number is None or number not in self._components:  # it fell silent meanwhile

@@ -16,7 +16,7 @@ from companion.core.decision import Event, TextKind
 from companion.io.mavlink.wire import messages as mavlink
 from companion.io.mavlink.wire.hub import Handler, Hub, Peer
 from companion.loop import Vessel
-from companion.supervisor.authority import Action, Request
+from companion.supervisor.authority import AuthorityRequest, RequestedAction
 from companion.supervisor.shell import Reply, answer
 from companion.supervisor.snapshot import Snapshot
 
@@ -138,7 +138,7 @@ class ShellService:
         """Set what the reply asks to be set; returns what to say."""
         if reply.setting is None:
             return reply.lines
-        reason = self._vessel.supervisor.refusal(Request(Action.PARAMETER, system=peer.system), now_s)
+        reason = self._vessel.supervisor.refusal(AuthorityRequest(RequestedAction.PARAMETER, system=peer.system), now_s)
         if reason is not None:
             return (f"Not obeyed: {reason}",)
         self._vessel.parameters.set(reply.setting.name, reply.setting.value)

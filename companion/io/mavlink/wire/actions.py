@@ -10,32 +10,32 @@ from typing import Any
 from companion.core.decision import Result
 from companion.io.mavlink.wire import messages as mavlink
 from companion.mission.plan import PlanResult
-from companion.supervisor.authority import Action
+from companion.supervisor.authority import RequestedAction
 
 REQUEST_OPERATOR_CONTROL = 32100  # MAV_CMD, which pymavlink's `common` lacks
 DO_SEND_BANNER = 42428  # MAV_CMD of ArduPilot's dialect
 _PERMISSION_DENIED = 3  # MAV_PARAM_ERROR
 _NO_INDEX = -1
 
-CONTROLLING: Mapping[int, Action] = {  # message ids; all others change nothing aboard
-    mavlink.MAVLINK_MSG_ID_COMMAND_LONG: Action.COMMAND,
-    mavlink.MAVLINK_MSG_ID_COMMAND_INT: Action.COMMAND,
-    mavlink.MAVLINK_MSG_ID_SET_MODE: Action.COMMAND,
-    mavlink.MAVLINK_MSG_ID_MISSION_SET_CURRENT: Action.COMMAND,
-    mavlink.MAVLINK_MSG_ID_LOG_ERASE: Action.COMMAND,
-    mavlink.MAVLINK_MSG_ID_MISSION_COUNT: Action.UPLOAD,
-    mavlink.MAVLINK_MSG_ID_MISSION_WRITE_PARTIAL_LIST: Action.UPLOAD,
-    mavlink.MAVLINK_MSG_ID_MISSION_ITEM: Action.UPLOAD,
-    mavlink.MAVLINK_MSG_ID_MISSION_ITEM_INT: Action.UPLOAD,
-    mavlink.MAVLINK_MSG_ID_MISSION_CLEAR_ALL: Action.UPLOAD,
-    mavlink.MAVLINK_MSG_ID_MANUAL_CONTROL: Action.STICKS,
-    mavlink.MAVLINK_MSG_ID_RC_CHANNELS_OVERRIDE: Action.STICKS,
-    mavlink.MAVLINK_MSG_ID_SET_ATTITUDE_TARGET: Action.SETPOINT,
-    mavlink.MAVLINK_MSG_ID_SET_POSITION_TARGET_LOCAL_NED: Action.SETPOINT,
-    mavlink.MAVLINK_MSG_ID_SET_POSITION_TARGET_GLOBAL_INT: Action.SETPOINT,
-    mavlink.MAVLINK_MSG_ID_PARAM_SET: Action.PARAMETER,
+CONTROLLING: Mapping[int, RequestedAction] = {  # message ids; all others change nothing aboard
+    mavlink.MAVLINK_MSG_ID_COMMAND_LONG: RequestedAction.COMMAND,
+    mavlink.MAVLINK_MSG_ID_COMMAND_INT: RequestedAction.COMMAND,
+    mavlink.MAVLINK_MSG_ID_SET_MODE: RequestedAction.COMMAND,
+    mavlink.MAVLINK_MSG_ID_MISSION_SET_CURRENT: RequestedAction.COMMAND,
+    mavlink.MAVLINK_MSG_ID_LOG_ERASE: RequestedAction.COMMAND,
+    mavlink.MAVLINK_MSG_ID_MISSION_COUNT: RequestedAction.UPLOAD,
+    mavlink.MAVLINK_MSG_ID_MISSION_WRITE_PARTIAL_LIST: RequestedAction.UPLOAD,
+    mavlink.MAVLINK_MSG_ID_MISSION_ITEM: RequestedAction.UPLOAD,
+    mavlink.MAVLINK_MSG_ID_MISSION_ITEM_INT: RequestedAction.UPLOAD,
+    mavlink.MAVLINK_MSG_ID_MISSION_CLEAR_ALL: RequestedAction.UPLOAD,
+    mavlink.MAVLINK_MSG_ID_MANUAL_CONTROL: RequestedAction.STICKS,
+    mavlink.MAVLINK_MSG_ID_RC_CHANNELS_OVERRIDE: RequestedAction.STICKS,
+    mavlink.MAVLINK_MSG_ID_SET_ATTITUDE_TARGET: RequestedAction.SETPOINT,
+    mavlink.MAVLINK_MSG_ID_SET_POSITION_TARGET_LOCAL_NED: RequestedAction.SETPOINT,
+    mavlink.MAVLINK_MSG_ID_SET_POSITION_TARGET_GLOBAL_INT: RequestedAction.SETPOINT,
+    mavlink.MAVLINK_MSG_ID_PARAM_SET: RequestedAction.PARAMETER,
 }
-STREAMS = frozenset({Action.STICKS, Action.SETPOINT})  # many messages a second: one refusal is told
+STREAMS = frozenset({RequestedAction.STICKS, RequestedAction.SETPOINT})  # many messages a second: one refusal is told
 _COMMANDS = frozenset({mavlink.MAVLINK_MSG_ID_COMMAND_LONG, mavlink.MAVLINK_MSG_ID_COMMAND_INT})
 READING = frozenset(  # commands that change nothing aboard, so that nobody refuses them
     {
@@ -59,16 +59,16 @@ READING = frozenset(  # commands that change nothing aboard, so that nobody refu
 )
 
 
-def action_of(message: Any) -> Action:
+def action_of(message: Any) -> RequestedAction:
     """What a message asks for."""
     number = message.get_msgId()
     if number not in _COMMANDS:
-        return CONTROLLING.get(number, Action.READ)
+        return CONTROLLING.get(number, RequestedAction.READ)
     if message.command in READING:
-        return Action.READ
+        return RequestedAction.READ
     if message.command == REQUEST_OPERATOR_CONTROL:
-        return Action.OPERATOR_CONTROL
-    return Action.DISARM if _ends_motion(message) else Action.COMMAND
+        return RequestedAction.OPERATOR_CONTROL
+    return RequestedAction.DISARM if _ends_motion(message) else RequestedAction.COMMAND
 
 
 def _ends_motion(message: Any) -> bool:
@@ -87,7 +87,7 @@ def denials(message: Any, system: int, component: int) -> Sequence[Any]:
                 message.command, Result.DENIED.value, target_system=system, target_component=component
             ),
         )
-    if CONTROLLING.get(number) is Action.UPLOAD:
+    if CONTROLLING.get(number) is RequestedAction.UPLOAD:
         return (mavlink.MAVLink_mission_ack_message(system, component, PlanResult.DENIED, message.mission_type),)
     if number == mavlink.MAVLINK_MSG_ID_PARAM_SET:
         name = message.param_id.encode("ascii", "replace")[:16]

@@ -30,7 +30,7 @@ from companion.io.mavlink.wire.repeats import AGAIN_S, Repeats
 from companion.io.mavlink.wire.router import Router
 from companion.io.mavlink.wire.signing import Signing, is_signed, unsigned
 from companion.loop import Vessel
-from companion.supervisor.authority import Request
+from companion.supervisor.authority import AuthorityRequest
 
 COMPONENT = 1  # MAV_COMP_ID_AUTOPILOT1: ground stations show a vehicle only for this component
 
@@ -146,8 +146,8 @@ class _LogOutlet(Endpoint):
 
 
 class Hub:
-    """Implements `core.ports.GroundStations`. Remembers which systems are ground stations, and when each endpoint last
-    heard one."""
+    """Implements `core.ports.GroundStationPort`. Remembers which systems are ground stations, and when each endpoint
+    last heard one."""
 
     def __init__(
         self,
@@ -190,7 +190,7 @@ class Hub:
             for number, handler in service.handles.items():
                 self._handlers[number] = (*self._handlers.get(number, ()), handler)
 
-    # --- core.ports.GroundStations ---------------------------------------------------------------------------------
+    # --- core.ports.GroundStationPort ---------------------------------------------------------------------------------
 
     def serve(self, now_s: float) -> None:
         """Read the messages that have arrived and answer them at once."""
@@ -354,7 +354,7 @@ class Hub:
         if message.get_msgId() not in CONTROLLING:
             return False
         action = action_of(message)
-        reason = self.vessel.supervisor.refusal(Request(action, system=peer.system), now_s)
+        reason = self.vessel.supervisor.refusal(AuthorityRequest(action, system=peer.system), now_s)
         if reason is None:
             return False
         for answer in denials(message, peer.system, peer.component):

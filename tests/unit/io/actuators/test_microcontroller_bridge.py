@@ -21,8 +21,8 @@ from companion.core.actuation import (
 )
 from companion.core.microcontroller_auxiliary import AuxiliaryDemand, AuxiliaryState
 from companion.core.microcontroller_frame import (
+    BoardCommand,
     BoardStatus,
-    Command,
     FrameDecoder,
     Ident,
     IdentRequest,
@@ -77,9 +77,9 @@ class Wire:
     def close(self) -> None:
         self.closed = True
 
-    def commands(self) -> list[Command]:
+    def commands(self) -> list[BoardCommand]:
         messages = FrameDecoder().feed(b"".join(self.sent))
-        return [message for message in messages if isinstance(message, Command)]
+        return [message for message in messages if isinstance(message, BoardCommand)]
 
 
 def bridge(config: ActuatorConfig = BRIDGE, vessel: VesselConfig = VESSEL) -> tuple[Actuator, Wire]:

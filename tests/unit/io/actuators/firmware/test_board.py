@@ -13,7 +13,7 @@ from companion.config.vessel import find
 from companion.config.vessel import load as load_vessel
 from companion.core.actuation import Deployment, Light
 from companion.core.microcontroller_auxiliary import AuxiliaryDemand
-from companion.core.microcontroller_frame import BoardStatus, Command, Ident, IdentRequest, ThrusterDemand, encode
+from companion.core.microcontroller_frame import BoardCommand, BoardStatus, Ident, IdentRequest, ThrusterDemand, encode
 from sitl.thrusters import ThrusterModel
 from tests.unit.io.actuators.firmware.host import NO_VOLTAGE, Board, DriveConfig, throttle_us
 
@@ -29,8 +29,8 @@ def drive(**values: int | bool) -> DriveConfig:
 
 def ahead(
     throttle: float = 0.5, armed: bool = True, n: int = 1, azimuth_rad: float | None = None, **more: object
-) -> Command:
-    return replace(Command(1, armed, (ThrusterDemand(throttle, azimuth_rad),) * n), **more)  # type: ignore[arg-type]
+) -> BoardCommand:
+    return replace(BoardCommand(1, armed, (ThrusterDemand(throttle, azimuth_rad),) * n), **more)  # type: ignore[arg-type]
 
 
 # --- calibration ---------------------------------------------------------------------------------------------------

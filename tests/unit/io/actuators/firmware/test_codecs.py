@@ -17,8 +17,8 @@ import pytest
 from companion.core.actuation import Deployment, Light
 from companion.core.microcontroller_auxiliary import AuxiliaryDemand, AuxiliaryState
 from companion.core.microcontroller_frame import (
+    BoardCommand,
     BoardStatus,
-    Command,
     FrameDecoder,
     Ident,
     IdentRequest,
@@ -91,7 +91,7 @@ def any_message(rng: random.Random) -> Message:
     if kind < 2:
         demands = tuple([ThrusterDemand(throttle(), azimuth()) for _ in range(n)])
         lights = [rng.choice(list(Light)) for _ in range(3)]
-        return Command(rng.randrange(256), rng.random() < 0.5, demands, rng.choice((None, True, False)), *lights)
+        return BoardCommand(rng.randrange(256), rng.random() < 0.5, demands, rng.choice((None, True, False)), *lights)
     if kind == 2:
         deployments = (None, *Deployment)
         states = tuple(
@@ -225,9 +225,9 @@ def test_both_codecs_hear_the_same_in_a_million_fuzzed_frames(host_codec: Path) 
 
 def test_both_ends_of_the_azimuth_mean_astern(host_codec: Path) -> None:
     """A direction a hair to port of astern rounds to π on both sides."""
-    sent = encode(Command(0, True, (ThrusterDemand(0.1, -math.pi + 1e-6),)))
+    sent = encode(BoardCommand(0, True, (ThrusterDemand(0.1, -math.pi + 1e-6),)))
     ((_, heard),), _, _ = heard_by_c(host_codec, sent)
-    assert heard == sent == encode(Command(0, True, (ThrusterDemand(0.1, math.pi),)))
+    assert heard == sent == encode(BoardCommand(0, True, (ThrusterDemand(0.1, math.pi),)))
 
 
 def test_the_check_value_of_the_crc_and_the_longest_frames(host_codec: Path) -> None:
@@ -244,7 +244,10 @@ def test_the_check_value_of_the_crc_and_the_longest_frames(host_codec: Path) -> 
         (ThrusterState(-1.0, 3.1, True, Deployment.LOWERED),) * 16,
         True,
     )
-    sent = [longest, Command(255, True, (ThrusterDemand(1.0, -3.1),) * 16, True, Light.BLINK, Light.BLINK, Light.BLINK)]
+    sent = [
+        longest,
+        BoardCommand(255, True, (ThrusterDemand(1.0, -3.1),) * 16, True, Light.BLINK, Light.BLINK, Light.BLINK),
+    ]
     sent += [AuxiliaryDemand(9, (2500.0,) * 16, (True,) * 16), Ident((255, 255, 255), 255, "x" * 32)]
     accepts, frames, errors = heard_by_c(host_codec, b"".join(map(encode, sent)))
     assert [heard for _, heard in accepts] == [encode(message) for message in sent] and (frames, errors) == (4, 0)

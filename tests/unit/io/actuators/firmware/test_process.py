@@ -27,7 +27,7 @@ from companion.core.actuation import (
     ThrusterCommand,
     ThrusterFeedback,
 )
-from companion.core.microcontroller_frame import Command, ThrusterDemand, encode
+from companion.core.microcontroller_frame import BoardCommand, ThrusterDemand, encode
 from companion.core.readings import Battery, Leak, RcInput, Reading
 from companion.core.tick import DeviceHealth
 from companion.io.actuators import open_actuator
@@ -236,7 +236,7 @@ def test_half_a_second_after_the_companion_is_gone_the_board_is_neutral(how: str
 
 def test_a_flood_of_garbage_never_moves_an_output(firmware: Firmware) -> None:
     rng = random.Random(3)
-    armed = encode(Command(1, True, (ThrusterDemand(1.0, 1.0),) * 3))
+    armed = encode(BoardCommand(1, True, (ThrusterDemand(1.0, 1.0),) * 3))
     for _ in range(300):
         kind = rng.randrange(4)
         if kind == 0:
@@ -250,6 +250,6 @@ def test_a_flood_of_garbage_never_moves_an_output(firmware: Firmware) -> None:
             data = armed[:at] + bytes((armed[at] ^ 1 << rng.randrange(8),)) + armed[at + 1 :]
         _ = os.write(firmware._slave, data + b"\0")
         firmware.gather()
-    _ = os.write(firmware._slave, encode(Command(77, False, (ThrusterDemand(0.0),) * 3)))
+    _ = os.write(firmware._slave, encode(BoardCommand(77, False, (ThrusterDemand(0.0),) * 3)))
     firmware.wait_for(lambda: any(line.kind == "heard" for line in firmware.lines), "the frame after the flood")
     assert [line.values for line in firmware.lines if line.kind == "heard"] == [[77]] and firmware.outs() == []

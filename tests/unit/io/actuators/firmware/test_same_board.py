@@ -11,7 +11,7 @@ from companion.config.vessel import find
 from companion.config.vessel import load as load_vessel
 from companion.core.actuation import Light
 from companion.core.microcontroller_auxiliary import AuxiliaryDemand, AuxiliaryState
-from companion.core.microcontroller_frame import BoardStatus, Command, Message, ThrusterDemand, encode
+from companion.core.microcontroller_frame import BoardCommand, BoardStatus, Message, ThrusterDemand, encode
 from sitl.battery import BatteryModel
 from sitl.emulators.microcontroller import MicrocontrollerEmulator
 from sitl.faults import Faults
@@ -97,7 +97,7 @@ def random_messages(rng: random.Random, sequence: int) -> list[Message | bytes]:
     )
     lights = [rng.choice(list(Light)) for _ in range(3)]
     messages.append(
-        Command(sequence, rng.random() < 0.8, demands, rng.choice((None, None, None, True, True, False)), *lights)
+        BoardCommand(sequence, rng.random() < 0.8, demands, rng.choice((None, None, None, True, True, False)), *lights)
     )
     if rng.random() < 0.3:
         relays = tuple([rng.random() < 0.5 for _ in range(2 if rng.random() < 0.9 else 1)])
@@ -142,7 +142,7 @@ def test_whatever_comes_no_output_leaves_its_bounds_and_no_propeller_turns_unbid
             else []
         )
         for message in messages:
-            if isinstance(message, Command) and len(message.thrusters) == 3:
+            if isinstance(message, BoardCommand) and len(message.thrusters) == 3:
                 armed_ms = pair.board.now_ms if message.armed else -10000
         pair.step(*messages)
         pulses = pair.board.pulses

@@ -29,7 +29,7 @@ from companion.io.mavlink.wire.links import MemoryLink
 from companion.mission.plan import Plans
 from companion.modes.table import DECLARATIONS
 from companion.params.store import Parameters
-from companion.supervisor.authority import Facts, Request, refusal
+from companion.supervisor.authority import AuthorityRequest, Facts, refusal
 from companion.supervisor.calibration import CalibrationState, Kind
 from companion.supervisor.ground_stations import GroundStations
 from companion.supervisor.outputs import AuxiliaryOutputs
@@ -197,7 +197,7 @@ class FakeSupervisor:
     def following(self) -> FakeSupervisor:
         return self
 
-    def refusal(self, request: Request, now_s: float) -> str | None:
+    def refusal(self, request: AuthorityRequest, now_s: float) -> str | None:
         stations, parameters = self.ground_stations, self._parameters
         facts = Facts(
             operators=stations.operators,

@@ -17,7 +17,7 @@ from companion.io.mavlink.wire.framer import frame, pack
 from companion.io.mavlink.wire.hub import Peer
 from companion.io.mavlink.wire.link_base import take_in
 from companion.leader_module.messages import follow_target
-from companion.supervisor.authority import Facts, Request, refusal
+from companion.supervisor.authority import AuthorityRequest, Facts, refusal
 
 NAN = math.nan
 NAV = NavState(
@@ -62,7 +62,7 @@ class Follower:
         self.service = desk.serve(LeaderService(desk.hub, desk.vessel))
         self._sequences: dict[tuple[int, int], int] = {}
 
-    def refusal(self, request: Request, now_s: float) -> str | None:
+    def refusal(self, request: AuthorityRequest, now_s: float) -> str | None:
         return refusal(request, Facts(chosen_leader=int(self.desk.vessel.parameters["FOLL_SYSID"])))
 
     def peer(self, system: int = 42, component: int = 191) -> Peer:
