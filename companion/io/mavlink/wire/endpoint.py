@@ -38,6 +38,8 @@ class Endpoint:
 
     `send` and `send_bytes` collect frames; `flush` puts them on the line, as many as it takes. `bytes_per_s`: capacity
     of the line. `intervals_s`: message intervals that the far end asked for (message id → period; negative: never).
+    `first_heard_s`, `last_heard_s`, `asked_s`: when it was heard first and last, and when it last sent more than a
+    heartbeat. `trusted`: it has sent a genuine signature, or as one of the vessel's `operators`.
     """
 
     def __init__(
@@ -62,7 +64,10 @@ class Endpoint:
         self.receptions = Receptions()
         self.leader: Reception | None = None  # of the leader module behind it
         self.traffic = Traffic()
+        self.first_heard_s: float | None = None
         self.last_heard_s: float | None = None
+        self.asked_s: float | None = None
+        self.trusted = False
         self.gone = False
         self.intervals_s: dict[int, float] = {}
         self._transmit = transmit

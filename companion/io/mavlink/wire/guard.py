@@ -14,15 +14,17 @@ RADIO_STATUS: int = mavlink.MAVLINK_MSG_ID_RADIO_STATUS
 class Guard:
     """The guard of one link. Remembers how many packets it refused, by the reason.
 
-    The hub sets `signing` (the key) and `number` (the link id in signatures). Without `signing` no packet is signed,
-    and no signature counts as genuine.
+    The hub sets `signing` (the key), `number` (the link id in signatures) and `operators` (systems that may command;
+    empty: all). Without `signing` no packet is signed, and no signature counts as genuine.
     """
 
     def __init__(self, options: LinkOptions | None = None) -> None:
         self.options = LinkOptions() if options is None else options
         self.signing: Signing | None = None
         self.number = 0
+        self.operators: frozenset[int] = frozenset()
         self.refused: dict[SignatureVerdict, int] = {}
+        self._genuine = False  # the message that was admitted last
 
     def admits(self, message: Any) -> bool:
         """Whether a message is admitted. Ask once for each message, because a signature is genuine only once.
@@ -30,12 +32,17 @@ class Guard:
         policy, signing = self.options.signing, self.signing
         # verified under every policy: a packet heard on one link must not count again on another
         verdict = signing.judge(message.get_msgbuf()) if signing is not None else SignatureVerdict.FORGED
+        self._genuine = verdict is SignatureVerdict.GENUINE
         if policy is Policy.OFF or message.get_msgId() == RADIO_STATUS or verdict is SignatureVerdict.GENUINE:
             return True
         if policy is Policy.ACCEPT and (verdict is SignatureVerdict.UNSIGNED or signing is None or not signing.has_key):
             return True
         self.refused[verdict] = self.refused.get(verdict, 0) + 1
         return False
+
+    def trusts(self, message: Any) -> bool:
+        """Whether the message that was admitted last speaks for its sender: signed, or from one of the operators."""
+        return self._genuine or message.get_srcSystem() in self.operators
 
     def sign(self, data: bytes, crc_extra: bytes) -> bytes:
         """One of our frames, signed where the link's policy asks for it."""

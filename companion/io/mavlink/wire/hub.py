@@ -173,6 +173,7 @@ class Hub:
         self._signing = signing
         for number, link in enumerate(self._links):
             link.guard.signing, link.guard.number = signing, number
+            link.guard.operators = vessel.supervisor.ground_stations.operators
         self._router = Router((self.system, COMPONENT), patience)
         self._log = None if copies.tap is None else _LogOutlet(copies.tap)
         self._ear = copies.ear

@@ -8,12 +8,12 @@ from collections.abc import Sequence
 from typing import Any, Protocol
 
 from companion.core.tick import DeviceHealth
+from companion.io.mavlink.wire import messages as mavlink
 from companion.io.mavlink.wire.endpoint import Endpoint
 from companion.io.mavlink.wire.framer import UnknownMessage
 from companion.io.mavlink.wire.guard import RADIO_STATUS, Guard
 
 PEER_TIMEOUT_S = 15.0
-MAX_PEERS = 16
 MOST_BYTES = 16384  # read in one call: a flood must not hold the vessel up; the rest keeps the descriptor readable
 
 Received = list[tuple[Endpoint, Any]]
@@ -109,7 +109,16 @@ def take_in(endpoint: Endpoint, messages: list[Any], now_s: float, out: Received
             continue
         endpoint.receptions.take(message.get_srcSystem(), message.get_srcComponent(), message.get_seq())
         if certain:
-            endpoint.last_heard_s = now_s
+            _note_heard(endpoint, message, now_s)
+
+
+def _note_heard(endpoint: Endpoint, message: Any, now_s: float) -> None:
+    endpoint.last_heard_s = now_s
+    if endpoint.first_heard_s is None:
+        endpoint.first_heard_s = now_s
+    if message.get_msgId() != mavlink.MAVLINK_MSG_ID_HEARTBEAT:
+        endpoint.asked_s = now_s
+    endpoint.trusted = endpoint.trusted or endpoint.guard.trusts(message)
 
 
 def link_health(

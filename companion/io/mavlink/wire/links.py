@@ -29,7 +29,6 @@ from companion.io.mavlink.wire.endpoint import FAST_BYTES_PER_S, Endpoint
 from companion.io.mavlink.wire.framer import Framer
 from companion.io.mavlink.wire.guard import Guard
 from companion.io.mavlink.wire.link_base import (
-    MAX_PEERS,
     MOST_BYTES,
     PEER_TIMEOUT_S,
     Link,
@@ -42,6 +41,7 @@ from companion.io.mavlink.wire.link_base import (
 )
 from companion.io.mavlink.wire.link_options import OptionError, parse_options
 from companion.io.mavlink.wire.personas import Persona
+from companion.io.mavlink.wire.slots import MAX_PEERS, Slot, to_leave
 from companion.io.mavlink.wire.tcp_server import TcpServerLink
 from companion.io.transport import opener as transport
 from companion.io.transport import urls
@@ -237,16 +237,28 @@ class UdpLink:
 
     def _take(self, data: bytes, address: Any, now_s: float, out: Received) -> None:
         known = self._peers.get(address)
-        if known is None and len(self._peers) >= MAX_PEERS:
-            return
         endpoint = self._endpoint(address, Framer()) if known is None else known
         taken: Received = []
         # a frame does not span datagrams
         take_in(endpoint, endpoint.framer.feed(data) + endpoint.framer.flush(), now_s, taken)
-        if known is None and endpoint.last_heard_s is None:  # a new sender without a valid message
+        if known is None and not self._has_room(endpoint, address, now_s):
             return
         self._peers[address] = endpoint
         out += taken
+
+    def _has_room(self, newcomer: Endpoint, address: Any, now_s: float) -> bool:
+        """Whether a new sender gets a slot, in place of another where all are taken. It needs a valid message."""
+        if newcomer.last_heard_s is None:
+            return False
+        if len(self._peers) < MAX_PEERS:
+            return True
+        slots = {Slot(known[0], one): known for known, one in self._peers.items() if one is not self._static}
+        left = to_leave(tuple(slots), address[0], newcomer.trusted, now_s, self._timeout_s)
+        if left is None:
+            return False
+        left.endpoint.gone = True
+        del self._peers[slots[left]]
+        return True
 
     def _forget(self, now_s: float) -> None:
         for address, endpoint in list(self._peers.items()):

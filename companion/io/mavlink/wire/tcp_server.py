@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import math
 import socket
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,7 +11,6 @@ from companion.core.tick import DeviceHealth
 from companion.io.mavlink.wire.endpoint import FAST_BYTES_PER_S, Endpoint
 from companion.io.mavlink.wire.guard import Guard
 from companion.io.mavlink.wire.link_base import (
-    MAX_PEERS,
     MOST_BYTES,
     PEER_TIMEOUT_S,
     Received,
@@ -22,8 +20,10 @@ from companion.io.mavlink.wire.link_base import (
     take_in,
 )
 from companion.io.mavlink.wire.personas import Persona
+from companion.io.mavlink.wire.slots import IDLE_S, MAX_PEERS, Slot, to_leave
 
 _LEAST_SHARE = 1024  # bytes read from each client in one call, at least
+_WAIT_S = 3.0  # for the first message of a client that has no slot
 _MOST_USELESS_BYTES = 100_000  # from a client that does not speak MAVLink
 _SEND_BUFFER = 1 << 18
 _TCP_OPTIONS = (  # detect a client whose network is gone within about 15 s, where the operating system can
@@ -39,19 +39,22 @@ _TCP_OPTIONS = (  # detect a client whose network is gone within about 15 s, whe
 
 @dataclass(slots=True)
 class _Client:
-    """A TCP client. `useless`: bytes since its last admitted frame."""
+    """A TCP client. `useless`: bytes since its last admitted frame. `waits_s`: since when it waits for a slot, which
+    it gets only if it shows that it is an operator; None: it has one."""
 
     socket: socket.socket
     host: str
     endpoint: Endpoint
+    waits_s: float | None = None
     useless: int = 0
 
 
 class TcpServerLink:
     """A listening socket. Each client is an endpoint while it is connected.
 
-    Remembers the clients in order of arrival. It closes a client that does not send MAVLink. To make room for a new
-    client, it closes one that was never heard, or the one that has been silent longest.
+    Remembers the clients in order of arrival. It closes a client that does not send MAVLink. Where all slots are taken,
+    `slots.to_leave` says who makes room for a new client. One for whom nobody does waits a moment: if its first message
+    shows an operator, it gets in.
     """
 
     def __init__(
@@ -79,7 +82,7 @@ class TcpServerLink:
     @property
     def endpoints(self) -> Sequence[Endpoint]:
         """As `Link.endpoints`."""
-        return tuple(client.endpoint for client in self._clients)
+        return tuple(client.endpoint for client in self._clients if client.waits_s is None)
 
     def receive(self, now_s: float) -> Received:
         """As `Link.receive`."""
@@ -89,6 +92,8 @@ class TcpServerLink:
         for client in tuple(self._clients):
             if not client.endpoint.gone:
                 self._read(client, share, now_s, out)
+            if client.waits_s is not None and not client.endpoint.gone:
+                self._judge(client, client.waits_s, now_s)
             if client.endpoint.gone:
                 self._drop(client)
         return out
@@ -119,9 +124,10 @@ class TcpServerLink:
                 accepted, address = self._listener.accept()
             except OSError:  # no client is waiting, or it has gone again
                 return
-            if len(self._clients) >= MAX_PEERS and not self._make_room(now_s):
+            waits_s = None if self._has_room(address[0], False, now_s) else now_s
+            if waits_s is not None and any(client.waits_s is not None for client in self._clients):
                 accepted.close()
-                self._news.append(f"{self.name}: refused {address[0]}: {MAX_PEERS} clients are connected and active")
+                self._refuse(address[0])
                 continue
             accepted.setblocking(False)
             for level, option, value in _TCP_OPTIONS:
@@ -129,22 +135,32 @@ class TcpServerLink:
                     with contextlib.suppress(OSError):
                         accepted.setsockopt(getattr(socket, level), getattr(socket, option), value)
             endpoint = self._endpoint(accepted, f"{self.name} {address[0]}:{address[1]}")
-            self._clients.append(_Client(accepted, address[0], endpoint))
+            self._clients.append(_Client(accepted, address[0], endpoint, waits_s))
 
-    def _make_room(self, now_s: float) -> bool:
-        """Close the client that was silent longest. False where all were heard lately."""
+    def _judge(self, client: _Client, waits_s: float, now_s: float) -> None:
+        """A client that waits gets a slot if it is trusted; it is closed after its first message, or a while."""
+        if client.endpoint.trusted and self._has_room(client.host, True, now_s):
+            client.waits_s = None
+        elif client.endpoint.last_heard_s is not None or now_s - waits_s > _WAIT_S:
+            client.endpoint.gone = True
+            self._refuse(client.host)
 
-        def last_heard_s(client: _Client) -> float:
-            heard_s = client.endpoint.last_heard_s
-            return -math.inf if heard_s is None else heard_s
+    def _refuse(self, host: str) -> None:
+        self._news.append(f"{self.name}: refused {host}: {MAX_PEERS} clients are connected and active")
 
-        quietest = min(self._clients, key=last_heard_s)
-        silence_s = now_s - last_heard_s(quietest)
-        if silence_s < self._timeout_s and not quietest.endpoint.gone:
+    def _has_room(self, host: str, trusted: bool, now_s: float) -> bool:
+        """Whether a new client gets a slot, in place of another where all are taken."""
+        seated = {Slot(client.host, client.endpoint): client for client in self._clients if client.waits_s is None}
+        if len(seated) < MAX_PEERS:
+            return True
+        left = to_leave(tuple(seated), host, trusted, now_s, self._timeout_s)
+        if left is None:
             return False
-        how = "never heard" if math.isinf(silence_s) else f"silent for {silence_s:.0f} s"
-        self._news.append(f"{self.name}: closed a client at {quietest.host}, {how}, to make room for another")
-        self._drop(quietest)
+        heard_s = left.endpoint.last_heard_s
+        silence_s = None if heard_s is None else now_s - heard_s
+        how = ", never heard" if silence_s is None else f", silent for {silence_s:.0f} s" if silence_s > IDLE_S else ""
+        self._news.append(f"{self.name}: closed a client at {left.host}{how}, to make room for {host}")
+        self._drop(seated[left])
         return True
 
     def _drop(self, client: _Client) -> None:

@@ -220,6 +220,21 @@ def test_peers_are_bounded(opened: Any, sockets: Any) -> None:
     assert len(link.endpoints) == 16
 
 
+def test_many_ports_of_one_address_shut_nobody_out(opened: Any, sockets: Any) -> None:
+    link: UdpLink = opened("udpin:127.0.0.1:0")
+    for _ in range(40):
+        sockets(socket.SOCK_DGRAM).sendto(BYTES, link.address)
+    until(lambda: link.receive(0.0) and len(link.endpoints) == 16)
+    station = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    with station:
+        station.bind(("127.0.0.2", 0))
+        station.sendto(BYTES, link.address)
+        until(lambda: link.receive(0.1) and any("127.0.0.2" in endpoint.name for endpoint in link.endpoints))
+        sockets(socket.SOCK_DGRAM).sendto(BYTES, link.address)
+        link.receive(0.2)
+    assert len(link.endpoints) == 16 and any("127.0.0.2" in endpoint.name for endpoint in link.endpoints)
+
+
 def test_no_listener_is_no_error(opened: Any, sockets: Any) -> None:
     gone = sockets(socket.SOCK_DGRAM)
     port = gone.getsockname()[1]
@@ -439,10 +454,51 @@ def test_clients_that_are_heard_are_not_dropped_for_newer_ones(opened: Any, sock
         until(lambda endpoint=endpoint: link.receive(1.0) and endpoint.last_heard_s is not None)
     late = sockets(socket.SOCK_STREAM)
     late.connect(link.address)
-    news = until(lambda: link.receive(2.0) or link.news())
+    late.sendall(BYTES)
+    news = until(lambda: (link.receive(2.0) and None) or link.news())
     assert "refused 127.0.0.1" in news[0]
     assert late.recv(10) == b""
     assert not any(endpoint.gone for endpoint in link.endpoints)
+
+
+def test_who_has_only_sent_heartbeats_leaves_after_a_while(opened: Any, sockets: Any) -> None:
+    link: TcpServerLink = opened("tcpin:127.0.0.1:0")
+    for _ in range(16):
+        client, endpoint = connected(link, sockets)
+        client.sendall(BYTES)
+        until(lambda endpoint=endpoint: link.receive(1.0) and endpoint.last_heard_s is not None)
+    first = link.endpoints[0]
+    sockets(socket.SOCK_STREAM).connect(link.address)
+    until(lambda: link.receive(12.0) or first.gone)
+    assert len(link.endpoints) == 16
+
+
+def test_an_operator_gets_in_where_all_places_are_taken(opened: Any, sockets: Any) -> None:
+    link: TcpServerLink = opened("tcpin:127.0.0.1:0")
+    link.guard.operators = frozenset({77})
+    for _ in range(16):
+        client, endpoint = connected(link, sockets)
+        client.sendall(BYTES)
+        until(lambda endpoint=endpoint: link.receive(1.0) and endpoint.last_heard_s is not None)
+    operator = sockets(socket.SOCK_STREAM)
+    operator.connect(link.address)
+    operator.sendall(frame(PACKED, 0, 77, 190))
+    until(lambda: link.receive(2.0) or any(endpoint.trusted for endpoint in link.endpoints))
+    assert len(link.endpoints) == 16
+
+
+def test_a_client_that_waits_and_says_nothing_is_closed(opened: Any, sockets: Any) -> None:
+    link: TcpServerLink = opened("tcpin:127.0.0.1:0")
+    for _ in range(16):
+        client, endpoint = connected(link, sockets)
+        client.sendall(BYTES)
+        until(lambda endpoint=endpoint: link.receive(1.0) and endpoint.last_heard_s is not None)
+    late = sockets(socket.SOCK_STREAM)
+    late.connect(link.address)
+    until(lambda: link.receive(2.0) or len(link.filenos()) == 18)
+    assert len(link.endpoints) == 16
+    link.receive(5.1)
+    assert len(link.filenos()) == 17 and late.recv(10) == b""
 
 
 def test_dead_clients_are_noticed_by_the_system(opened: Any, sockets: Any) -> None:
