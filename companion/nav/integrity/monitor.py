@@ -153,7 +153,7 @@ class IntegrityMonitor:
 
     def _follow_confirmed(self, found: dict[Channel, Finding], now_s: float) -> None:
         """Jumps with which independent evidence agrees."""
-        if self._parameters["NAV_JUMP_ACT"] != _ASK:
+        if not self._acts or self._parameters["NAV_JUMP_ACT"] != _ASK:
             return
         for channel, finding in list(found.items()):
             if (
@@ -222,7 +222,8 @@ class IntegrityMonitor:
 
     def answer(self, accept: bool, now_s: float) -> str | None:
         """Believe the sources that are asked about, or not. Returns why not, or None."""
-        asked = [doubted.finding for doubted in self._doubted.values() if doubted.finding.asks]
+        found = [doubted.finding for doubted in self._doubted.values()]
+        asked = [finding for finding in found if finding.asks and self._excludes(finding)]
         if not asked:
             return "no sensor waits for an answer"
         for finding in asked:

@@ -34,6 +34,7 @@ _NOISES = 8.0  # of its usual step beside the boat's
 _GAP_S = 1.5
 _LEAST_S = 0.35  # a single step is noise, or a jump, which `position_jump.py` judges
 _AGREES = 0.5  # share of the threshold below which a position agrees with the estimate again
+_STEADY_S = 3.0  # without a further drift, before it can agree
 _OUTLIER = 1.5  # a step of that many thresholds is a jump
 
 Way = tuple[float, float]
@@ -42,7 +43,8 @@ Way = tuple[float, float]
 @dataclass(slots=True)
 class _Receiver:
     """`way`: what its velocity has added up to, by `velocity`. `carried`: the velocity of the estimate less that of the
-    inertial sums when the velocity was found to lie, and when that was. `last`: the last fix, and the way by then."""
+    inertial sums when the velocity was found to lie, and when that was. `last`: the last fix, and the way by then.
+    `drifted_s`: when it last drifted by the threshold."""
 
     velocity: VelocitySeen | None = None
     way: Way = (0.0, 0.0)
@@ -51,6 +53,7 @@ class _Receiver:
     noise: StepNoise = field(default_factory=StepNoise)
     cusum: VectorCusum = field(default_factory=VectorCusum)
     since_s: float | None = None
+    drifted_s: float = 0.0
 
 
 class PositionDrift(Hypothesis):
@@ -128,29 +131,36 @@ class PositionDrift(Hypothesis):
 
     def _compare(self, receiver: _Receiver, seen: PositionSeen, distrusted: bool) -> None:
         threshold_m = max(_LEAST_M, _CLAIMS * seen.sigma_m, _NOISES * receiver.noise.size)
-        if receiver.since_s is not None:
-            off_m = math.hypot(seen.off_north_m, seen.off_east_m)
-            agrees = off_m <= _AGREES * threshold_m + min(3.0 * seen.estimate_sigma_m, threshold_m)
-            receiver.since_s, self.doubt = (None, self.doubt) if agrees else (receiver.since_s, 1.0)
-            receiver.last = None
-            return
-        way, last = self._way(receiver, seen), receiver.last
-        receiver.last = None if way is None or distrusted else (seen, way)
-        if way is None or last is None or distrusted or not _follows(last[0], seen):
-            receiver.cusum.clear(seen.t_s)
-            return
-        north = seen.north_m - last[0].north_m - (way[0] - last[1][0])
-        east = seen.east_m - last[0].east_m - (way[1] - last[1][1])
-        if math.hypot(north, east) > _OUTLIER * threshold_m:
-            receiver.last = last
-            return
-        receiver.noise.update(north, east)
-        slack_mps = (_VELOCITY_MPS if receiver.carried is None else _INERTIAL_MPS) + seen.sigma_m / _WANDER_S
-        receiver.cusum.update(seen.t_s, north, east, (seen.t_s - last[0].t_s) * slack_mps)
-        doubt = receiver.cusum.largest / threshold_m
+        known = receiver.since_s is not None
+        doubt = _drift(receiver, seen, self._way(receiver, seen), threshold_m, distrusted and not known)
         self.doubt = max(self.doubt, min(doubt, 1.0))
-        if doubt >= 1.0 and seen.t_s - receiver.cusum.onset_s >= _LEAST_S:
-            receiver.since_s = receiver.cusum.onset_s
+        if doubt >= 1.0 and (known or seen.t_s - receiver.cusum.onset_s >= _LEAST_S):
+            receiver.since_s = receiver.cusum.onset_s if receiver.since_s is None else receiver.since_s
+            receiver.drifted_s = seen.t_s
+            receiver.cusum.clear(seen.t_s)
+        elif known and seen.t_s - receiver.drifted_s >= _STEADY_S:
+            off_m = math.hypot(seen.off_north_m, seen.off_east_m)
+            if off_m <= _AGREES * threshold_m + min(3.0 * seen.estimate_sigma_m, threshold_m):
+                receiver.since_s = None
+
+
+def _drift(receiver: _Receiver, seen: PositionSeen, way: Way | None, threshold_m: float, distrusted: bool) -> float:
+    """The drift from fix to fix, summed up, over the threshold; 0 where it cannot be told."""
+    last = receiver.last
+    receiver.last = None if way is None or distrusted else (seen, way)
+    if way is None or last is None or distrusted or not _follows(last[0], seen):
+        receiver.cusum.clear(seen.t_s)
+        return 0.0
+    north = seen.north_m - last[0].north_m - (way[0] - last[1][0])
+    east = seen.east_m - last[0].east_m - (way[1] - last[1][1])
+    if math.hypot(north, east) > _OUTLIER * threshold_m:
+        receiver.last = last
+        return 0.0
+    if receiver.since_s is None:
+        receiver.noise.update(north, east)
+    slack_mps = (_VELOCITY_MPS if receiver.carried is None else _INERTIAL_MPS) + seen.sigma_m / _WANDER_S
+    receiver.cusum.update(seen.t_s, north, east, (seen.t_s - last[0].t_s) * slack_mps)
+    return receiver.cusum.largest / threshold_m
 
 
 def _carried(evidence: Evidence, inertial: InertialStep, t_s: float) -> tuple[float, float, float]:

@@ -23,6 +23,7 @@ _NOISES = 8.0  # of its usual step beside the boat's
 _GAP_S = 2.0  # after a longer one, a fix is compared with the estimate
 _GAP_MPS = 0.1  # error of dead reckoning beyond its sigma
 _ESTIMATES = 4.0  # of the estimate's sigma
+_AGREES = 0.4  # of the jump, by which dead reckoning that has got worse may excuse it
 _FRESH_S = 2.0  # of another receiver's fix
 
 
@@ -75,7 +76,8 @@ class PositionJump(Hypothesis):
             if not receiver.track.suspect:
                 receiver.noise.update(north, east)
         off_m = math.hypot(seen.off_north_m, seen.off_east_m)
-        receiver.track.compare(seen.t_s, off_m, bound_m + 3.0 * seen.estimate_sigma_m)
+        unsure_m = min(3.0 * seen.estimate_sigma_m, _AGREES * receiver.track.size)  # else all agrees in the end
+        receiver.track.compare(seen.t_s, off_m, bound_m + unsure_m)
         return Verdict.REJECT if receiver.track.suspect else None
 
     @staticmethod

@@ -92,6 +92,15 @@ def test_report_only() -> None:
     assert set(watch.verdicts) == {None}
 
 
+@pytest.mark.parametrize("parameters", [{"NAV_INTEG": 1}, {"NAV_JUMP_ACT": 0}])
+def test_what_is_used_on_waits_for_no_answer(parameters: dict[str, float]) -> None:
+    watch = known(**parameters)
+    watch.go(3.0, jumped)
+    assert watch.monitor.answer(True, watch.now_s) == "no sensor waits for an answer"
+    watch.go(1.0, jumped)
+    assert set(watch.verdicts) == {None}
+
+
 def test_report_only_widens_nothing() -> None:
     watch = known(NAV_INTEG=1)
     assert watch.go(10.0, noisy())
@@ -122,10 +131,10 @@ def test_other_lies_are_not_followed_by_that() -> None:
     assert not watch.trusts(IMU)
 
 
-@pytest.mark.parametrize("act", [1, 2])
-def test_a_jump_that_another_receiver_confirms(act: int) -> None:
-    """Both go 5 m; the second, which went first, is believed after a gap."""
-    watch = Watch({"NAV_JUMP_ACT": act})
+@pytest.mark.parametrize(("act", "integrity"), [(1, 2), (2, 2), (1, 1)])
+def test_a_jump_that_another_receiver_confirms(act: int, integrity: int) -> None:
+    """Both go 5 m; the second, which was silent, comes back there."""
+    watch, follows = Watch({"NAV_JUMP_ACT": act, "NAV_INTEG": integrity}), (act, integrity) == (1, 2)
 
     def two(evidence: Evidence, age_s: float) -> None:
         another(evidence, 0.0)
@@ -142,9 +151,9 @@ def test_a_jump_that_another_receiver_confirms(act: int) -> None:
     watch.go(5.0)  # the other is silent
     texts = watch.go(1.0, second_gone)
     confirmed = "gnss position followed: confirmed by another"
-    assert (confirmed in texts) is (act == 1)
-    assert (Verdict.RESET in watch.verdicts) is (act == 1)
-    assert watch.trusts(POSITION) is (act == 1)
+    assert (confirmed in texts) is follows
+    assert (Verdict.RESET in watch.verdicts) is follows
+    assert watch.trusts(POSITION) is (follows or integrity == 1)
 
 
 # --- the answer ------------------------------------------------------------------------------------------------------

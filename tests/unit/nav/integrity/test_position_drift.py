@@ -60,7 +60,32 @@ def test_it_ends_where_the_position_agrees_with_the_estimate() -> None:
     passage = Passage(PositionDrift(), BOAT)
     passage.go(20.0)
     assert passage.go(3.0, lambda evidence, age_s: moved(evidence, 0.5 * age_s))
-    assert passage.go(2.0) == []
+    assert passage.go(10.0)[-1][0] < 5.0
+
+
+def test_a_noisy_receiver_that_creeps_on_does_not_agree() -> None:
+    """By the time that it is found it is not yet far off, and the estimate is not sure."""
+    draw = random.Random(4)
+
+    def noisy(evidence: Evidence, age_s: float) -> None:
+        evidence.positions = [
+            seen._replace(
+                north_m=seen.north_m + draw.gauss(0.0, 0.02),
+                east_m=seen.east_m + draw.gauss(0.0, 0.02),
+                estimate_sigma_m=0.2,
+            )
+            for seen in evidence.positions
+        ]
+
+    def creeping(evidence: Evidence, age_s: float) -> None:
+        noisy(evidence, age_s)
+        moved(evidence, 0.3 * age_s)
+
+    passage = Passage(PositionDrift(), BOAT)
+    assert passage.go(20.0, noisy) == []
+    ages_s = [age_s for age_s, _ in passage.go(30.0, creeping)]
+    assert ages_s[0] < 3.0
+    assert len(ages_s) == round((30.0 - ages_s[0]) * 10.0) + 1, "without a break"
 
 
 def spoofed(distrusted: bool) -> Spoil:

@@ -63,6 +63,13 @@ def test_a_jump_back_ends_it() -> None:
     assert not found(jump, 7.2)
 
 
+def test_an_estimate_that_knows_less_and_less_does_not_follow() -> None:
+    jump = PositionJump()
+    fixes(jump, [(0.0, 5.0, 0.0)])
+    assert set(fixes(jump, [(5.0, 60.0, 5.0)], estimate_sigma_m=10.0)) == {Verdict.REJECT}
+    assert found(jump, 60.0)
+
+
 def test_what_the_receiver_claims_is_no_jump() -> None:
     """2 m of a receiver without corrections, and the change to and from such a fix."""
     plain = PositionJump()

@@ -112,6 +112,7 @@ class FakeSupervisor:
         self.setpoints_missing: str | None = "no setpoint"
         self.reports: list[AisTarget] = []
         self.calibration = FakeCalibration(self._take)
+        self.senses = SimpleNamespace(request=lambda accept, now_s: self._take("senses", accept))
         self.findings: tuple[Finding, ...] = ()
         self.landing = SimpleNamespace(
             take_off=lambda now_s: self._take("take_off"), land=lambda place, now_s: self._take("land", place)

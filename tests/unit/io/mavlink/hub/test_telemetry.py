@@ -9,6 +9,7 @@ import pytest
 
 from companion.core.actuation import ZERO_WRENCH
 from companion.core.decision import Event, FenceState, Home, MissionProgress, MissionState, ModeId, TextKind
+from companion.core.estimate import Distrust
 from companion.core.readings import Battery, FixType, RcInput, Wind
 from companion.core.setpoint import PathSetpoint, Point, PoseSetpoint, Progress, Setpoint, WrenchSetpoint
 from companion.core.tick import Inputs
@@ -192,6 +193,17 @@ def test_sensor_bits_tell_the_truth(rig: Rig) -> None:
     assert bits(heading_valid=False) & GYRO_ACCEL_MAG_GPS == 1 | 2 | 32
     assert bits(position_valid=False) & GYRO_ACCEL_MAG_GPS == 7
     assert bits(fix=FixType.NONE) & 32 == 0
+
+
+@pytest.mark.parametrize(
+    ("sense", "ill"),
+    [("position", 32), ("velocity", 32), ("heading", 4), ("IMU", 1 | 2), ("wind", 0), ("time", 0), ("", 0)],
+)
+def test_the_bit_of_a_sensor_that_lies(rig: Rig, sense: str, ill: int) -> None:
+    lies = (Distrust(sense, "gnss", "repeats", 0.0, True, False),) if sense else ()
+    rig.run(2.0, nav=replace(rig.tick().nav, distrusted=lies))
+    health = newest(rig, "SYS_STATUS").onboard_control_sensors_health
+    assert health & GYRO_ACCEL_MAG_GPS == GYRO_ACCEL_MAG_GPS & ~ill
 
 
 def test_readiness_and_fence_bits(rig: Rig) -> None:

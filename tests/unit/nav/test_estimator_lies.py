@@ -1,0 +1,203 @@
+"""The estimator among sensors that lie: what it stops using, what it forgets, what it goes on with and for how long."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import pytest
+
+from companion.core.actuation import Wrench
+from companion.core.decision import TextKind
+from companion.core.estimate import NavState
+from companion.core.geodesy import LocalFrame
+from companion.core.readings import GnssFix, GroundVelocity, Heading, Imu, Reading
+from companion.nav.estimator import Estimator
+from companion.params.store import Parameters
+from tests.unit.nav.boat_truth import Voyage, config_of, readings_of, sail
+
+TICK_EVERY = 10
+LIE_S = 20.0
+DRIFTING = Voyage(duration_s=40.0, speed_mps=0.1, radius_m=5.0)
+
+Lie = Callable[[Reading, float], Reading | None]
+"""(reading, time since the lie began) → what the sensor says instead; None: nothing."""
+
+
+@dataclass
+class Afloat:
+    """An armed boat in Hold, so to say: its estimator, what it said, and how far it is off."""
+
+    parameters: dict[str, float]
+    voyage: Voyage = DRIFTING
+
+    def __post_init__(self) -> None:
+        config = config_of(self.voyage)
+        self.truth = sail(self.voyage)
+        self.said: list[str] = []
+        self.estimator = Estimator(config, Parameters(self.parameters), self._say)
+        frame = LocalFrame(config.home.lat_deg, config.home.lon_deg)
+        self.rows = readings_of(self.voyage, self.truth, frame)
+        self.k = 0
+        self.state: NavState | None = None
+
+    def _say(self, t_s: float, kind: TextKind, name: str, text: str) -> None:
+        self.said.append(text)
+
+    def go(self, to_s: float, lie: Lie | None = None) -> NavState:
+        """Sail on to that time, lied to since `LIE_S`; the last state."""
+        batch: list[Reading] = []
+        while self.k < len(self.rows) and self.k <= round(to_s * 100):
+            for reading in self.rows[self.k]:
+                told = reading if lie is None or reading.t_s < LIE_S else lie(reading, reading.t_s - LIE_S)
+                batch += [] if told is None else [told]
+            if self.k % TICK_EVERY == 0:
+                self.state = self.estimator.update(batch, float(self.truth.t_s[self.k]), Wrench(0.0, 0.0, 0.0))
+                batch = []
+            self.k += 1
+        assert self.state is not None
+        return self.state
+
+    def off(self) -> tuple[float, float]:
+        """(m, rad) of the last state from the truth."""
+        assert self.state is not None
+        row = round(self.state.t_s * 100)
+        north, east, _ = self.truth.position[row]
+        yaw_rad = math.remainder(self.state.yaw_rad - self.truth.attitude[row, 2], math.tau)
+        return math.hypot(self.state.north_m - north, self.state.east_m - east), abs(yaw_rad)
+
+
+def north_by(fix: GnssFix, metres: float) -> GnssFix:
+    return replace(fix, lat_deg=fix.lat_deg + metres / 111_200.0)
+
+
+def jump(metres: float) -> Lie:
+    return lambda reading, age_s: north_by(reading, metres) if isinstance(reading, GnssFix) else reading
+
+
+def creep(mps: float) -> Lie:
+    return lambda reading, age_s: north_by(reading, mps * age_s) if isinstance(reading, GnssFix) else reading
+
+
+def spoof(mps: float) -> Lie:
+    def lie(reading: Reading, age_s: float) -> Reading:
+        if isinstance(reading, GroundVelocity):
+            return replace(reading, north_mps=reading.north_mps + mps)
+        return creep(mps)(reading, age_s) or reading
+
+    return lie
+
+
+def heading_creep(degps: float) -> Lie:
+    def lie(reading: Reading, age_s: float) -> Reading:
+        if isinstance(reading, Heading):
+            return replace(reading, yaw_rad=math.remainder(reading.yaw_rad + math.radians(degps) * age_s, math.tau))
+        return reading
+
+    return lie
+
+
+def imu_repeats() -> Lie:
+    first: list[Imu] = []
+
+    def lie(reading: Reading, age_s: float) -> Reading:
+        if not isinstance(reading, Imu):
+            return reading
+        first.append(reading)
+        return replace(first[0], t_s=reading.t_s)
+
+    return lie
+
+
+def afloat(**parameters: float) -> Afloat:
+    boat = Afloat(parameters)
+    assert boat.go(LIE_S - 0.1).position_valid
+    boat.said.clear()
+    return boat
+
+
+def test_a_jump_is_not_followed_and_the_velocity_carries_on() -> None:
+    boat = afloat()
+    state = boat.go(40.0, jump(50.0))
+    assert boat.said == ["gnss position jumped 50 m: not used", "Is gnss right? Accept or reject it"]
+    assert state.position_valid and state.heading_valid
+    assert boat.off()[0] < 0.3
+    assert state.distrusted[0].excluded and state.jumps_followed == 0
+
+
+def test_carried_for_so_long_then_the_position_is_lost() -> None:
+    """`FS_POS_ACT` acts on an estimate whose position is not valid."""
+    boat = afloat(NAV_CARRY_T=10.0)
+    assert boat.go(LIE_S + 9.5, jump(50.0)).position_valid
+    lost = boat.go(LIE_S + 11.0, jump(50.0))
+    assert not lost.position_valid
+    assert not lost.heading_valid or lost.heading_age_s < 1.0
+
+
+def test_without_velocity_the_inertial_sensor_and_model_carry_it_for_fs_pos_t() -> None:
+    boat = afloat(FS_POS_T=4.0)
+    assert boat.go(LIE_S + 3.5, spoof(1.0)).position_valid
+    assert boat.off()[0] < 0.5
+    assert not boat.go(LIE_S + 6.0, spoof(1.0)).position_valid
+
+
+@pytest.mark.parametrize("accept", [True, False])
+def test_the_operator_decides(accept: bool) -> None:
+    boat = afloat()
+    boat.go(25.0, jump(5.0))
+    assert boat.estimator.answer(accept, 25.0) is None
+    state = boat.go(32.0, jump(5.0))
+    assert boat.off()[0] == pytest.approx(5.0 if accept else 0.0, abs=0.2)
+    assert state.position_valid and state.jumps_followed == int(accept)
+    assert boat.estimator.answer(accept, 32.0) == "no sensor waits for an answer"
+
+
+def test_the_estimate_goes_back_to_before_a_creep() -> None:
+    boat = afloat()
+    boat.go(30.0, creep(0.3))
+    assert boat.said[0] == "gnss position drifts: not used"
+    assert boat.off()[0] < 0.2
+
+
+def test_the_heading_goes_back_to_before_its_creep_and_the_gyro_carries_it() -> None:
+    boat = afloat()
+    state = boat.go(40.0, heading_creep(1.0))
+    assert boat.said[0] == "gnss heading drifts: not used"
+    assert state.heading_valid and math.degrees(boat.off()[1]) < 2.0
+
+
+def test_an_inertial_sensor_that_repeats_is_done_without() -> None:
+    boat = afloat()
+    state = boat.go(32.0, imu_repeats())
+    assert boat.said == ["imu repeats: not used"]
+    assert boat.estimator.inertial is not None and not boat.estimator.inertial.running
+    assert state.position_valid and state.heading_valid
+    assert boat.off()[0] < 0.3
+
+
+def test_what_comes_right_is_used_again() -> None:
+    boat = afloat()
+
+    def passing(reading: Reading, age_s: float) -> Reading | None:
+        return jump(5.0)(reading, age_s) if age_s < 3.0 else reading
+
+    state = boat.go(32.0, passing)
+    assert boat.said[-1] == "gnss position is good again"
+    assert state.position_age_s < 0.2 and state.distrusted == () and boat.off()[0] < 0.1
+
+
+def test_report_only_follows_as_ever() -> None:
+    boat = afloat(NAV_INTEG=1)
+    boat.go(30.0, jump(5.0))
+    assert boat.said[0] == "gnss position jumped 5.0 m: used on"
+    assert boat.off()[0] == pytest.approx(5.0, abs=0.2)
+
+
+def test_disarmed_boats_are_carried_about() -> None:
+    """No thrust is known while disarmed."""
+    boat = Afloat({})
+    told = [[jump(5.0)(r, 0.0) if r.t_s > LIE_S else r for r in row] for row in boat.rows[:3000]]
+    for k, row in enumerate(told):
+        boat.estimator.update([reading for reading in row if reading is not None], 0.01 * k)
+    assert not any("used" in text for text in boat.said)
