@@ -14,6 +14,7 @@ from companion.allocation.availability import Availability
 from companion.allocation.jet import JetAllocator
 from companion.baselines.ahrs import ThesisAhrs
 from companion.baselines.controller_choice import controller_with_baselines
+from companion.beside import Beside
 from companion.config import vessel as config_module
 from companion.config.vessel import ConfigError, VesselConfig
 from companion.core.decision import TextKind
@@ -34,15 +35,17 @@ from companion.io.transport.opener import device_endpoint
 from companion.io.transport.urls import TransportError, parse_url
 from companion.loop import Blocks, Devices, Vessel
 from companion.mission.executor import MissionExecutor
-from companion.mission.plan import PlanKind, Plans
+from companion.mission.plan import Plans
 from companion.mission.validation import check_plan
 from companion.nav.estimator import Estimator
 from companion.params.store import Parameters
 from companion.params.table import table_of
-from companion.record.geotags import GeotagFile
+from companion.record.disk import REAL_DISK, Disk
 from companion.record.progress_keeper import ProgressKeeper
-from companion.record.recorder import STATE_FOLDER, LogFolder
+from companion.record.recorder import STATE_FOLDER, LogFolder, Medium
 from companion.record.state_file import StateFile
+from companion.record.storage import BoatStorage
+from companion.record.writer import ThreadWriter
 from companion.safety import Gate
 from companion.supervisor.supervisor import Supervisor
 
@@ -175,12 +178,14 @@ class Surroundings:
     links: Sequence[Link]
     state: StateFile | None = None
     log_folder: Path | None = None
-    durable_log: bool = False  # sync each row to the medium; for a boat, not for lockstep
+    durable_log: bool = False  # with ticks.ulg; for a boat, not for lockstep
     manifest: Mapping[str, Any] | None = None
     defaults: Mapping[str, float] | None = None  # defaults of parameters; they override the vessel's own
     patience: float = 1.0  # factor on time-outs of ground stations, whose time runs slower than the vessel's
     devices: Devices | None = None  # None: open the devices of the configuration
     stations_time_unix_ns: Callable[[], int] | None = None  # the time of the ground stations; None: the clock's
+    beside: bool = False  # write, and do long work, beside the control thread; for a boat, not for lockstep
+    disk: Disk = REAL_DISK
     network: StreamOpener | None = None  # opens the ports of corrections and NMEA out; None: both are off
 
 
@@ -190,8 +195,8 @@ def build(config: VesselConfig, around: Surroundings) -> Vessel:
     warn = _warner(events, around.clock)
     if around.state is not None:
         around.state.on_warning = warn
-        if around.log_folder is not None:
-            around.state.copy_to(around.log_folder / STATE_FOLDER)
+        around.state.on_good_news = lambda text: events.say(around.clock.now_s(), TextKind.ROUTINE, "storage", text)
+    beside = Beside() if around.beside else None
     parameters = _parameters(config, around, warn)
     plans = _plans(around.state, config, warn)
     executor = MissionExecutor(plans)
@@ -204,14 +209,10 @@ def build(config: VesselConfig, around: Surroundings) -> Vessel:
     blocks = Blocks(estimator, supervisor, controller, availability, allocator, Gate(config))
     devices, relay = _devices(config, around, events)
     vessel = Vessel(config, parameters, plans, executor, events, blocks, devices, around.clock)
-    if around.state is not None:
-        vessel.add_recorder(ProgressKeeper(executor, supervisor, around.state, warn))
-    log = _log_folder(config, parameters, around, warn)
-    if log is not None:
-        vessel.add_recorder(log)
-        parameters.on_change(log.parameter)
-        if config.cameras:
-            vessel.add_recorder(GeotagFile(log.folder, warn, around.durable_log))
+    if beside is not None:
+        vessel.work_beside(beside.worker, beside.bell)
+        supervisor.parts.fence.work_with(beside.worker)
+    log = _store(vessel, around, beside, warn)
     ear = None if log is None else log.heard
     vessel.add_recorder(relay)
     if around.network is not None:
@@ -229,8 +230,32 @@ def build(config: VesselConfig, around: Surroundings) -> Vessel:
             _signing(around, warn),
         )
     )
+    if beside is not None:
+        vessel.add_recorder(beside)
     _tell_exposed(around, events)
     return vessel
+
+
+def _store(
+    vessel: Vessel, around: Surroundings, beside: Beside | None, warn: Callable[[str], None]
+) -> LogFolder | None:
+    """Give the vessel its log, its storage and what keeps its progress; returns the log."""
+    state, keeper = around.state, None
+    if state is not None:
+        if beside is not None:
+            state.write_with(ThreadWriter(state.directory, beside.bell.ring, around.disk))
+        keeper = ProgressKeeper(vessel.executor, vessel.supervisor, state, warn)
+        vessel.add_recorder(keeper)
+    log = _log_folder(vessel.config, vessel.parameters, around)
+    if log is not None:
+        vessel.add_recorder(log)
+        vessel.parameters.on_change(log.parameter)
+    if state is not None or log is not None:
+        output = None if log is None else log.output
+        storage = BoatStorage(state, vessel.parameters, keeper, output, vessel.events.say)
+        vessel.store_in(storage)
+        vessel.add_recorder(storage)
+    return log
 
 
 def _devices(config: VesselConfig, around: Surroundings, events: EventLog) -> tuple[Devices, CorrectionsRelay]:
@@ -296,9 +321,6 @@ def _parameters(config: VesselConfig, around: Surroundings, warn: Callable[[str]
     for name, value in kept.items():
         if (refusal := parameters.set(name, value)) is not None:
             warn(f"Stored {name} = {value:g} ignored: {refusal.name.lower().replace('_', ' ')}")
-    if around.state is not None:
-        state = around.state
-        parameters.after_change(lambda: state.save_parameters(parameters.changed()))
     return parameters
 
 
@@ -313,11 +335,15 @@ def _signing(around: Surroundings, warn: Callable[[str], None]) -> Signing:
         warn(text)
     if kept[0] is None and any(link.guard.options.signing is Policy.REQUIRE for link in around.links):
         warn("No signing key: run companion signing set")
-    return Signing(time_unix_ns, SigningState(*kept), lambda new: state.save_signing(new.key, new.horizon))
+
+    def save(new: SigningState) -> None:
+        state.save_signing(new.key, new.horizon)
+
+    return Signing(time_unix_ns, SigningState(*kept), save)
 
 
 def _plans(state: StateFile | None, config: VesselConfig, warn: Callable[[str], None]) -> Plans:
-    """The stored plans that pass the checks; later changes are stored."""
+    """The stored plans that pass the checks."""
     plans = Plans()
     if state is not None:
         kept, warnings = state.load_plans()
@@ -329,17 +355,10 @@ def _plans(state: StateFile | None, config: VesselConfig, warn: Callable[[str], 
                 plans.replace(kind, items)
             else:
                 warn(f"Stored {kind.name.lower()} ignored: {refusal.text}")
-
-        def save(kind: PlanKind) -> None:
-            state.save_plan(kind, plans.items(kind))
-
-        plans.on_change(save)
     return plans
 
 
-def _log_folder(
-    config: VesselConfig, parameters: Parameters, around: Surroundings, warn: Callable[[str], None]
-) -> LogFolder | None:
+def _log_folder(config: VesselConfig, parameters: Parameters, around: Surroundings) -> LogFolder | None:
     if around.log_folder is None:
         return None
     manifest = {
@@ -355,7 +374,16 @@ def _log_folder(
     }
     thrusters = [thruster.name for thruster in config.thrusters]
     devices = [*(sensor.name for sensor in config.sensors), *(bridge.name for bridge in config.actuators)]
-    return LogFolder(around.log_folder, thrusters, devices, manifest, warn, around.durable_log, parameters.specs)
+    medium = Medium(around.durable_log, around.beside, around.disk)
+    state = around.state
+
+    def furnish(folder: Path) -> None:
+        if state is not None:
+            state.copy_to(folder / STATE_FOLDER)
+
+    return LogFolder(
+        around.log_folder, thrusters, devices, manifest, parameters.specs, medium, furnish, bool(config.cameras)
+    )
 
 
 def _tap(log: LogFolder | None, clock: WaitingClock) -> Callable[[Sequence[bytes]], None] | None:

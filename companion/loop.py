@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Future
 from dataclasses import dataclass, replace
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeVar
 
 from companion.allocation.allocator import Allocator
 from companion.allocation.availability import Availability
@@ -30,9 +31,21 @@ from companion.core.estimate import NavState
 from companion.core.events import EventLog
 from companion.core.frames import ned_to_body
 from companion.core.geodesy import LocalFrame
-from companion.core.ports import Actuator, Clock, GroundStationPort, Recorder, Sensor, WaitingClock, World
+from companion.core.ports import (
+    Actuator,
+    Clock,
+    GroundStationPort,
+    Recorder,
+    Sensor,
+    Storage,
+    WaitingClock,
+    Waker,
+    Worker,
+    World,
+)
 from companion.core.readings import AisTarget, Battery, Corrections, Depth, Leak, RcInput, Reading, Wind
 from companion.core.setpoint import NeutralSetpoint, Setpoint, ThrusterSetpoint
+from companion.core.storing import Ticket, durable
 from companion.core.tick import DeviceHealth, Inputs, Tick
 from companion.mission.executor import MissionExecutor
 from companion.mission.plan import Plans
@@ -42,6 +55,8 @@ from companion.params.store import Parameters
 from companion.safety import Gate
 from companion.supervisor.beacon import beacon
 from companion.supervisor.supervisor import Supervisor
+
+T = TypeVar("T")
 
 _ANSWER_S = 10.0  # time for a device to answer after the start: NMEA 2000 motors and drives that home need it
 _LATE_S = 0.005  # a tick that begins later counts as late
@@ -94,6 +109,9 @@ class Vessel:
         self.supervisor = blocks.supervisor
         self.last_tick: Tick | None = None
         self.restart_requested = False
+        self.storage: Storage = NoStorage()
+        self.worker: Worker = AtOnce()
+        self.waker: Waker | None = None
         self.load = 0.0  # share of the period that the last tick took; set by `run`
         self.period_s = 1.0 / config.control_rate_hz
         self._blocks = blocks
@@ -130,6 +148,14 @@ class Vessel:
         """Set the ground stations. They need the vessel, so they are made after it."""
         self._stations = stations
 
+    def store_in(self, storage: Storage) -> None:
+        """Set the storage. It needs the recorders, so it is made after them."""
+        self.storage = storage
+
+    def work_beside(self, worker: Worker, waker: Waker) -> None:
+        """Let `worker` do what takes long, and `waker` wake the control thread afterwards."""
+        self.worker, self.waker = worker, waker
+
     def add_recorder(self, recorder: Recorder) -> None:
         """Pass every tick to `recorder` too."""
         self._recorders.append(recorder)
@@ -139,12 +165,15 @@ class Vessel:
         self.restart_requested = True
 
     def filenos(self) -> Sequence[int]:
-        """Descriptors that become readable when a device or a ground station sends."""
+        """Descriptors that become readable when a device or a ground station sends, or work beside is done."""
         devices = (device.fileno() for device in (*self._devices.sensors, *self._devices.actuators))
-        return [*self._stations.filenos(), *(fd for fd in devices if fd is not None)]
+        waker = () if self.waker is None else (self.waker.fileno(),)
+        return [*self._stations.filenos(), *(fd for fd in devices if fd is not None), *waker]
 
     def serve(self, now_s: float) -> None:
         """Between two ticks: keep what the sensors sent, with its time, and answer the ground stations."""
+        if self.waker is not None:
+            self.waker.silence()
         self._collect(now_s)
         self._stations.serve(now_s)
 
@@ -269,7 +298,7 @@ class Vessel:
             command=command,
             inputs=self._inputs,
             feedback=tuple(self._reports.newest),
-            health=(*health, *self._stations.health(nav.t_s)),
+            health=(*health, *self._stations.health(nav.t_s), *self.storage.health(nav.t_s)),
             events=self.events.drain(),
             load=self.load,
             readings=readings,
@@ -328,6 +357,46 @@ class NoGroundStations:
 
     def close(self) -> None:
         """Nothing to close."""
+
+
+class AtOnce:
+    """The `Worker` of a vessel in lockstep."""
+
+    def submit(self, work: Callable[[], T]) -> Future[T]:
+        """Carry it out now; the future is done."""
+        future: Future[T] = Future()
+        settle(future, work)
+        return future
+
+
+def settle(future: Future[T], work: Callable[[], T]) -> None:
+    """Carry out `work`, and put its result or its exception into the future."""
+    try:
+        result = work()
+    except Exception as error:  # noqa: BLE001  it is raised again where the result is asked for
+        future.set_exception(error)
+    else:
+        future.set_result(result)
+
+
+class NoStorage:
+    """The `Storage` of a vessel that keeps nothing: what it is asked to do is done at once."""
+
+    def parameters(self) -> Ticket:
+        """Nothing to wait for."""
+        return durable()
+
+    def progress(self) -> Ticket:
+        """Nothing to wait for."""
+        return durable()
+
+    def plan(self, kind: int, items: Sequence[Any]) -> Ticket:
+        """Nothing to wait for."""
+        return durable()
+
+    def health(self, now_s: float) -> Sequence[DeviceHealth]:
+        """Nothing that could fail."""
+        return ()
 
 
 class RealWorld:

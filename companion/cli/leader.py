@@ -19,6 +19,7 @@ from companion.leader_module.config import LeaderConfig, bundled_leaders
 from companion.leader_module.console import Console
 from companion.loop import run
 from companion.record.state_file import StateFile
+from companion.record.writer import ThreadWriter
 
 
 def add_to(commands: Any) -> None:
@@ -78,7 +79,9 @@ def _state(config: LeaderConfig, arguments: argparse.Namespace, links: Sequence[
     """The module's state folder, locked for this process; None where no link uses signatures."""
     if all(link.guard.options.signing is Policy.OFF for link in links):
         return None
-    return StateFile(boat_folder(config.name) / "state" if arguments.state is None else arguments.state, complain)
+    state = StateFile(boat_folder(config.name) / "state" if arguments.state is None else arguments.state, complain)
+    state.write_with(ThreadWriter(state.directory, lambda: None))
+    return state
 
 
 def _signing(state: StateFile | None, clock: Clock) -> Signing | None:
@@ -87,4 +90,8 @@ def _signing(state: StateFile | None, clock: Clock) -> Signing | None:
     kept, warnings = state.load_signing()
     for text in warnings:
         complain(text)
-    return Signing(clock.time_unix_ns, SigningState(*kept), lambda new: state.save_signing(new.key, new.horizon))
+
+    def save(new: SigningState) -> None:
+        state.save_signing(new.key, new.horizon)
+
+    return Signing(clock.time_unix_ns, SigningState(*kept), save)

@@ -35,6 +35,8 @@ from companion.loop import Punctuality, Vessel, run
 from companion.record.retention import Retention
 from companion.record.state_file import StateFile
 
+_SWITCH_S = 1e-4  # for which another thread may compute before the control thread has its turn
+
 
 def add_to(commands: Any) -> None:
     """Add the command to `commands`, argparse's subparsers."""
@@ -103,6 +105,7 @@ def _run_until_stopped(
     """Tick until a signal, the end of the duration, or a restart that a ground station asks for."""
     gc.collect()
     gc.freeze()
+    sys.setswitchinterval(_SWITCH_S)
     loading = threading.Thread(target=warm_up, name="warm-up")
     loading.start()
     try:

@@ -21,6 +21,7 @@ class Check(Enum):
     AUTHORITY = "authority"
     KILL_SWITCH = "kill switch"
     KILL_SWITCH_FAULT = "kill switch fault"
+    FENCE = "fence"
     MODE = "mode"
 
 

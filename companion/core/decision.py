@@ -163,6 +163,7 @@ class Result(Enum):
     DENIED = 2
     UNSUPPORTED = 3
     FAILED = 4
+    IN_PROGRESS = 5
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Protocol, runtime_checkable
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future
+from typing import Any, Protocol, TypeVar, runtime_checkable
 
 from companion.core.actuation import ActuatorCommand
 from companion.core.readings import Reading
+from companion.core.storing import Ticket
 from companion.core.tick import DeviceHealth, Tick
+
+T = TypeVar("T")
 
 
 @runtime_checkable
@@ -127,6 +131,51 @@ class Recorder(Protocol):
 
     def close(self) -> None:
         """Write out what is pending."""
+        ...
+
+
+class Storage(Protocol):
+    """What the vessel keeps over a restart. Nothing here waits for the medium: who acknowledges something asks for its
+    ticket, and answers when that is settled."""
+
+    def parameters(self) -> Ticket:
+        """The ticket of the parameters as they are now."""
+        ...
+
+    def progress(self) -> Ticket:
+        """Store mission progress and home as they are now."""
+        ...
+
+    def plan(self, kind: int, items: Sequence[Any]) -> Ticket:
+        """Store a plan, which replaces the stored one of that kind (`PlanKind`)."""
+        ...
+
+    def health(self, now_s: float) -> Sequence[DeviceHealth]:
+        """Whether the state and the log are being written."""
+        ...
+
+
+class Worker(Protocol):
+    """Carries out functions that take longer than a tick may: beside the control thread, or at once in lockstep."""
+
+    def submit(self, work: Callable[[], T]) -> Future[T]:
+        """Carry out `work`, after what was submitted before. A future that is not running yet can be cancelled."""
+        ...
+
+
+class Waker(Protocol):
+    """Wakes the control thread when work beside it is done."""
+
+    def ring(self) -> None:
+        """Wake it now, or when it next waits. Any thread may call this."""
+        ...
+
+    def fileno(self) -> int:
+        """A descriptor that becomes readable then."""
+        ...
+
+    def silence(self) -> None:
+        """It is awake."""
         ...
 
 

@@ -12,11 +12,13 @@ from companion.core.payload import Forward, Shot
 from companion.core.readings import Battery, Corrections, Depth, Leak, ManualInput, RcInput, Reading, Wind
 from companion.core.setpoint import Setpoint
 
+STORAGE = "storage"  # the name under which the state and the log have their health
+
 
 @dataclass(frozen=True, slots=True)
 class DeviceHealth:
-    """State of one sensor, bridge or link, as its driver sees it. `age_s`: since the last good message; None before the
-    first. `text`: what is wrong."""
+    """State of one sensor, bridge or link, as its driver sees it, or of the storage. `age_s`: since the last good
+    message; None before the first. `text`: what is wrong."""
 
     name: str
     ok: bool

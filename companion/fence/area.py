@@ -20,13 +20,17 @@ from numpy.typing import NDArray
 from shapely.geometry import LineString, MultiPolygon, Point, Polygon, box
 from shapely.geometry.base import BaseGeometry
 
+from companion.fence.sides import Sides, rings_of
+
 Floats = NDArray[np.float64]
 Place = tuple[float, float]
 
 _WORLD_M = 500_000.0  # without inclusion zones, everything up to here is inside
 _SAG_M = 0.02  # error of the polygon that stands for a circle, to the safe side
-_MOST_ARC_SIDES = 720
+_MOST_ARC_SIDES, _LEAST_ARC_SIDES = 720, 12
+_MOST_DISC_SIDES = 120_000  # of all circles together: beyond that, each is drawn more coarsely
 _TOUCH_M = 1.0e-6
+_SIMPLER_M = 0.01
 _ARCS = 4  # sides for each rounded corner of 90° in a shrunk area
 
 
@@ -56,11 +60,14 @@ class FenceArea:
 
     def __init__(self, groups: Mapping[int, Sequence[Shape]], exclusions: Sequence[Shape]) -> None:
         """`groups`: inclusion zones by group number. `exclusions`: exclusion zones."""
+        discs = sum(isinstance(shape, Disc) for shapes in (*groups.values(), exclusions) for shape in shapes)
+        most = min(_MOST_ARC_SIDES, max(_LEAST_ARC_SIDES, _MOST_DISC_SIDES // max(1, discs)))
         inside = [
-            reduce(shapely.intersection, [_polygon(shape, True) for shape in shapes]) for shapes in groups.values()
+            reduce(shapely.intersection, [_polygon(shape, True, most) for shape in shapes])
+            for shapes in groups.values()
         ]
         area = shapely.union_all(inside) if inside else box(-_WORLD_M, -_WORLD_M, _WORLD_M, _WORLD_M)
-        forbidden = shapely.union_all([_polygon(shape, False) for shape in exclusions])
+        forbidden = shapely.union_all([_polygon(shape, False, most) for shape in exclusions])
         self._set(_areal(shapely.difference(area, forbidden)))
 
     @classmethod
@@ -75,9 +82,16 @@ class FenceArea:
         shapely.prepare(geometry)
         self._touching = geometry.buffer(_TOUCH_M, join_style="mitre")  # much quicker than round corners
         shapely.prepare(self._touching)
-        sides = _sides(geometry)
-        self._start, self._along = sides[:, 0], sides[:, 1] - sides[:, 0]
-        self._square = np.maximum((self._along**2).sum(axis=1), 1.0e-12)
+        self._sides = Sides(rings_of(geometry))
+        if not geometry.is_empty:
+            self._use(shapely.point_on_surface(geometry))
+
+    def _use(self, place: Point) -> None:
+        """Use the prepared geometries: GEOS makes their indices with the first and the second use, which takes long."""
+        for _ in range(3):
+            self.contains(place.x, place.y)
+            self.covers(((place.x, place.y), (place.x + 1.0, place.y)))
+            self.nearest_inside(place.x, place.y)
 
     @property
     def empty(self) -> bool:
@@ -90,7 +104,7 @@ class FenceArea:
 
     def within(self, disc: Disc) -> FenceArea:
         """The places of this area that are inside the disc too; none for a disc without a radius."""
-        kept = _polygon(disc, True) if disc.radius_m > 0.0 else Polygon()
+        kept = _polygon(disc, True, _MOST_ARC_SIDES) if disc.radius_m > 0.0 else Polygon()
         return FenceArea.of(shapely.intersection(self.geometry, kept))
 
     def contains(self, north_m: float, east_m: float) -> bool:
@@ -99,29 +113,17 @@ class FenceArea:
 
     def margin(self, north_m: float, east_m: float) -> Margin:
         """Signed distance to the line and the direction of its nearest point; −∞ for an empty area."""
-        if len(self._start) == 0:
+        if len(self._sides) == 0:
             return Margin(-math.inf, 0.0, 0.0)
-        off = np.array((north_m, east_m)) - self._start
-        share = np.minimum(1.0, np.maximum(0.0, np.einsum("ij,ij->i", off, self._along) / self._square))
-        way = share[:, None] * self._along - off
-        squares = np.einsum("ij,ij->i", way, way)
-        nearest = int(squares.argmin())
-        distance_m = math.sqrt(float(squares[nearest]))
-        north, east = float(way[nearest, 0]), float(way[nearest, 1])
-        inside = self.contains(north_m, east_m)
+        distance_m, way_north_m, way_east_m = self._sides.nearest(north_m, east_m)
         if distance_m < 1.0e-9:
             return Margin(0.0, 0.0, 0.0)
-        return Margin(distance_m if inside else -distance_m, north / distance_m, east / distance_m)
+        signed_m = distance_m if self.contains(north_m, east_m) else -distance_m
+        return Margin(signed_m, way_north_m / distance_m, way_east_m / distance_m)
 
     def way_to_line_m(self, north_m: float, east_m: float, north: float, east: float) -> float:
         """Distance from a place to the line along the unit vector (north, east); infinite where that never meets it."""
-        off_n, off_e = self._start[:, 0] - north_m, self._start[:, 1] - east_m
-        cross = north * self._along[:, 1] - east * self._along[:, 0]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            way = (off_n * self._along[:, 1] - off_e * self._along[:, 0]) / cross
-            share = (off_n * east - off_e * north) / cross
-        hits = way[(np.abs(cross) > 1.0e-12) & (way >= 0.0) & (share >= -1.0e-9) & (share <= 1.0 + 1.0e-9)]
-        return float(hits.min()) if len(hits) else math.inf
+        return self._sides.first_hit_m(north_m, east_m, north, east)
 
     def nearest_inside(self, north_m: float, east_m: float) -> Place | None:
         """The nearest place of the area: the place itself where it is inside. None for an empty area."""
@@ -140,6 +142,23 @@ class FenceArea:
         """As `covers`, for many lines of two points each: shape (n, 2, 2) → (n,)."""
         result: NDArray[np.bool_] = shapely.covers(self._touching, shapely.linestrings(lines))
         return result
+
+    def covers_lines(self, lines: Sequence[Sequence[Place]]) -> list[bool]:
+        """As `covers` to within a centimetre, for many lines of two points or more each."""
+        if not lines:
+            return []
+        places = np.concatenate([np.asarray(line, dtype=np.float64) for line in lines])
+        numbers = np.repeat(np.arange(len(lines)), [len(line) for line in lines])
+        given = shapely.linestrings(places, indices=numbers)
+        simpler = shapely.simplify(given, _SIMPLER_M, preserve_topology=False)
+        covered: list[bool] = shapely.covers(self._touching, simpler).tolist()
+        return covered
+
+    def contains_each(self, places: Sequence[Place]) -> list[bool]:
+        """As `contains`, for many places."""
+        points = np.asarray(places, dtype=np.float64).reshape(-1, 2)
+        inside: list[bool] = shapely.intersects_xy(self.geometry, points[:, 0], points[:, 1]).tolist()
+        return inside
 
     def first_exit(self, line: Sequence[Place] | Floats, forgive_start: bool = False) -> Place | None:
         """Where the line first leaves the area; None where it does not. `forgive_start`: a line that begins outside may
@@ -161,14 +180,12 @@ class FenceArea:
         """Vertices that stick into the area: a shortest way can bend only there. Shape (n, 2). `simplified_m`:
         tolerance by which the boundary is simplified first."""
         geometry = self.geometry.simplify(simplified_m) if simplified_m > 0.0 else self.geometry
-        found: list[Floats] = []
-        for ring in _rings(geometry):
-            before, after = np.roll(ring, 1, axis=0), np.roll(ring, -1, axis=0)
-            turn = (ring[:, 0] - before[:, 0]) * (after[:, 1] - ring[:, 1]) - (ring[:, 1] - before[:, 1]) * (
-                after[:, 0] - ring[:, 0]
-            )
-            found.append(ring[turn < -1.0e-9])
-        return np.concatenate(found) if found else np.zeros((0, 2))
+        rings = rings_of(geometry)
+        here, before, after = rings.places, rings.places[rings.before], rings.places[rings.after]
+        turn = (here[:, 0] - before[:, 0]) * (after[:, 1] - here[:, 1]) - (here[:, 1] - before[:, 1]) * (
+            after[:, 0] - here[:, 0]
+        )
+        return here[turn < -1.0e-9]
 
 
 def _line(points: Sequence[Place] | Floats) -> LineString:
@@ -182,31 +199,15 @@ def _areal(geometry: BaseGeometry) -> BaseGeometry:
     return MultiPolygon(parts) if len(parts) != 1 else parts[0]
 
 
-def _polygon(shape: Shape, inclusion: bool) -> BaseGeometry:
-    """A zone as a shapely polygon. A circle becomes a polygon inside it (inclusion) or around it (exclusion)."""
+def _polygon(shape: Shape, inclusion: bool, most: int) -> BaseGeometry:
+    """A zone as a shapely polygon. A circle becomes one of at most `most` sides, inside it (inclusion) or around it
+    (exclusion)."""
     if not isinstance(shape, Disc):
         return shapely.make_valid(Polygon(shape))
     sag = min(0.5, _SAG_M / shape.radius_m)
-    count = min(_MOST_ARC_SIDES, max(16, math.ceil(math.pi / math.acos(1.0 - sag))))
+    count = min(most, max(16, math.ceil(math.pi / math.acos(1.0 - sag))))
     radius_m = shape.radius_m if inclusion else shape.radius_m / math.cos(math.pi / count)
     angles = np.arange(count) * (math.tau / count)
     return Polygon(
         np.column_stack((shape.north_m + radius_m * np.cos(angles), shape.east_m + radius_m * np.sin(angles)))
     )
-
-
-def _rings(geometry: BaseGeometry) -> list[Floats]:
-    """Vertices of every ring, with the area always on the same side: outer rings counter-clockwise with (north, east)
-    as (x, y), holes clockwise. The first vertex is not repeated at the end."""
-    rings: list[Floats] = []
-    for part in shapely.get_parts(geometry).tolist():
-        if part.geom_type != "Polygon" or part.is_empty:
-            continue
-        oriented = shapely.geometry.polygon.orient(part)
-        rings += [np.asarray(ring.coords)[:-1] for ring in (oriented.exterior, *oriented.interiors)]
-    return rings
-
-
-def _sides(geometry: BaseGeometry) -> Floats:
-    sides = [np.stack((ring, np.roll(ring, -1, axis=0)), axis=1) for ring in _rings(geometry)]
-    return np.concatenate(sides) if sides else np.zeros((0, 2, 2))

@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from concurrent.futures import Future
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, Protocol
 
 from companion.config.vessel import VesselConfig
@@ -18,23 +20,21 @@ from companion.core.estimate import NavState
 from companion.core.events import EventLog
 from companion.core.frames import body_to_ned
 from companion.core.geodesy import LocalFrame
+from companion.core.ports import Worker
 from companion.core.setpoint import HeadingSetpoint, PathSetpoint, Setpoint
 from companion.fence.home_circle import PARAMETER as _HOME_CIRCLE
 from companion.fence.home_circle import HomeCircle
-from companion.fence.zones import FenceZone, fence_zones
+from companion.fence.preparation import FEW_ITEMS, NOTHING, FencePlan, Prepared, Ways
 from companion.guidance.stopping import SMOOTHING_S, stopping_point
-from companion.mission.plan import PlanKind, Plans
+from companion.mission.plan import Adopt, PlanItem, PlanKind, Plans
 from companion.params.store import Parameters
 
 if TYPE_CHECKING:
-    from companion.fence.area import FenceArea, Shape
+    from companion.fence.area import FenceArea
     from companion.fence.limit import FenceAreas, SpeedLimit
-    from companion.fence.way_round import ClearRoutes
 
 Place = tuple[float, float]
-_NO_ACTION, _ANY = 0, 1  # values of GF_ACTION and FENCE_GROUP0
-_CORNER_CUT = 0.6  # share of a waypoint's radius by which the path may cut its corner
-_TIGHT_SHARE = 0.2  # of NAV_ACC_RAD: waypoint radius on a way through a narrow gap
+_NO_ACTION = 0  # of GF_ACTION
 _DECIDE_S = 1.0  # delay from the moment when a stop is needed to its begin
 _DRIFT_MPS = 0.05  # a slower motion towards the line does not count while the boat is at rest near it
 _AWAY_M = 2.0  # inside the keeping area, before a warning is over
@@ -80,7 +80,7 @@ class FenceGuard:
 
     Remembers the areas of the fence in force (rebuilt when it changes), whether the boat has been inside, and whether
     it is outside now or about to be. `cause`: the reason for which the failsafe "fence" acts, in words; None while
-    nothing is wrong.
+    nothing is wrong. `no_circle`: item of the fence in force that is a circle of radius 0; None without one.
     """
 
     def __init__(
@@ -101,8 +101,11 @@ class FenceGuard:
         self._circle = HomeCircle(parameters, home, events)
         self._key: tuple[object, ...] = ()
         self._areas: FenceAreas | None = None
-        self._planned: tuple[tuple[object, ...], FenceAreas | None] = (), None  # of the plan's zones alone
-        self._routes: dict[float, ClearRoutes] = {}
+        self._ways: Ways | None = None
+        self._prepared = NOTHING
+        self._left: list[object] = []
+        self._worker: Worker | None = None
+        self._work: tuple[tuple[object, ...], Future[Prepared]] | None = None
         self._entered = False
         self._breached = False
         self._breaches = 0
@@ -111,6 +114,8 @@ class FenceGuard:
         self._slowed_s = 0.0  # time at which it was slowed last
         self._blind = False  # the position is lost, and that was announced
         self.cause: str | None = None
+        self.no_circle: int | None = None
+        plans.prepare_by(PlanKind.FENCE, self.prepare)
         plans.on_change(self._on_change)
         parameters.on_change(self._on_parameter)
         self._prepare()
@@ -120,6 +125,10 @@ class FenceGuard:
     @property
     def key(self) -> tuple[object, ...]:
         """Changes whenever the allowed area may have changed; () while no fence is in force."""
+        self.areas()
+        return self._key
+
+    def _wanted_key(self) -> tuple[object, ...]:
         p = self._parameters
         fence_id, circle = self._plans.plan_id(PlanKind.FENCE), self._circle.zone
         if not (fence_id or circle) or p["GF_ACTION"] == _NO_ACTION:
@@ -130,6 +139,26 @@ class FenceGuard:
     def state(self) -> FenceState | None:
         """The state that ground stations are shown; None while no fence is in force."""
         return None if self._areas is None else FenceState(self._breached, self._breaches, self._breach_s, self._slowed)
+
+    def work_with(self, worker: Worker) -> None:
+        """Let `worker` prepare the areas of a fence that changes by its settings."""
+        self._worker = worker
+
+    def prepare(self, items: Sequence[PlanItem]) -> Callable[[], Adopt]:
+        """The work that a new fence needs before it comes into force (`Plans.prepare_by`): its areas, with the settings
+        of now."""
+        plan = self._plan_of(items)
+
+        def work() -> Adopt:
+            prepared = plan.build()
+
+            def adopt() -> None:
+                self._leave(self._prepared)
+                self._prepared = prepared
+
+            return adopt
+
+        return work
 
     def _on_change(self, kind: PlanKind) -> None:
         if kind is PlanKind.FENCE:
@@ -146,72 +175,75 @@ class FenceGuard:
             from companion.fence import area, limit  # noqa: F401
 
     def areas(self) -> FenceAreas | None:
-        """The areas of the fence in force; None where there is none."""
-        key = self.key
-        if key != self._key:
-            circle_moved = _is_same_but_for_the_circle(key, self._key)
-            self._key = key
-            self._areas = self._build() if key else None
-            self._routes = {}
-            if not circle_moved:
-                self._entered = self._breached = self._slowed = False
-                self.cause = None
+        """The areas of the fence in force; None where there is none, or while they are being prepared."""
+        key = self._wanted_key()
+        if key != self._key and self._is_prepared(key):
+            self._put_in_force(self._prepared if key else NOTHING)
         return self._areas
+
+    @property
+    def preparing(self) -> bool:
+        """Whether a fence is wanted that is not in force yet."""
+        self.areas()
+        return self._wanted_key() != self._key
+
+    def _put_in_force(self, prepared: Prepared) -> None:
+        circle_moved = _is_same_but_for_the_circle(prepared.key, self._key)
+        self._leave(Prepared(self._key, self._areas, self._ways))
+        self._key, self._areas, self._ways = prepared.key, prepared.areas, prepared.ways
+        self.no_circle = prepared.no_circle
+        if not circle_moved:
+            self._entered = self._breached = self._slowed = False
+            self.cause = None
+
+    def _leave(self, prepared: Prepared) -> None:
+        """It is no longer needed. To free a large fence takes long too, so its pieces are kept for the worker."""
+        if self._worker is not None and prepared.ways is not None and prepared.ways.large:
+            self._left += prepared.pieces()
+
+    def _free(self) -> None:
+        """Let the worker free what is left of large fences, a piece at a time. By now nobody else holds them."""
+        if self._left and self._worker is not None:
+            left, self._left = self._left, []
+            for _ in range(len(left)):
+                self._worker.submit(partial(_drop_one, left))
+
+    def _is_prepared(self, key: tuple[object, ...]) -> bool:
+        """Whether the areas for `key` are there. Those of a large fence are made by the worker. Until then the old ones
+        stay in force, unless they lie in another plane."""
+        if not key or self._prepared.key == key:
+            return True
+        plan = self._plan_of(self._plans.items(PlanKind.FENCE))
+        if self._worker is None or len(plan.items) <= FEW_ITEMS:
+            self._prepared = plan.build(self._prepared)
+            return True
+        if self._key and self._key[2] != plan.frame:
+            self._put_in_force(NOTHING)
+        if self._work is None or self._work[0] != key:
+            self._work = key, self._worker.submit(partial(plan.build, self._prepared))
+        if not self._work[1].done():
+            return False
+        self._leave(self._prepared)
+        self._prepared, self._work = self._work[1].result(), None
+        return self._prepared.key == key
+
+    def _plan_of(self, items: Sequence[PlanItem]) -> FencePlan:
+        """All that the areas depend on, as it is now."""
+        p = self._parameters
+        return FencePlan(
+            tuple(items),
+            self._circle.zone,
+            self._frame(),
+            p["FENCE_GROUP0"],
+            p["FENCE_MARGIN"],
+            self._config.length_m,
+            p["NAV_ACC_RAD"],
+        )
 
     @property
     def kept_m(self) -> float:
         """Distance of plans from the fence: half a boat's length and FENCE_MARGIN."""
         return 0.5 * self._config.length_m + self._parameters["FENCE_MARGIN"]
-
-    def _build(self) -> FenceAreas | None:
-        """The areas of the plan's zones, cut off by the circle around home: a tick in which home moves has time for no
-        more."""
-        circle = self._circle.zone
-        planned = self._planned_areas()
-        if circle is None:
-            return planned
-        from companion.fence.area import Disc, FenceArea
-        from companion.fence.limit import FenceAreas
-
-        if planned is None:
-            planned = FenceAreas(*(FenceArea({}, ()) for _ in range(3)))
-        north_m, east_m = self._frame().to_ned(*circle.points[0])
-        radius_m = circle.radius_m or 0.0
-
-        def cut(area: FenceArea, by_m: float) -> FenceArea:
-            return area.within(Disc(north_m, east_m, radius_m - by_m))
-
-        half_m = 0.5 * self._config.length_m
-        return FenceAreas(cut(planned.fence, 0.0), cut(planned.stopping, half_m), cut(planned.keeping, self.kept_m))
-
-    def _planned_areas(self) -> FenceAreas | None:
-        """The areas of the plan's zones; None if it has none. Kept until they change."""
-        key = (self._plans.plan_id(PlanKind.FENCE), *self._key[2:])
-        if key != self._planned[0]:
-            self._planned = key, self._build_planned()
-        return self._planned[1]
-
-    def _build_planned(self) -> FenceAreas | None:
-        from companion.fence.area import FenceArea
-        from companion.fence.limit import FenceAreas
-
-        zones = fence_zones(self._plans.items(PlanKind.FENCE))
-        if not zones:
-            return None
-        groups: dict[int, list[Shape]] = {}
-        for zone in zones:
-            if zone.inclusion:
-                apart = zone.group == 0 and self._parameters["FENCE_GROUP0"] == _ANY
-                groups.setdefault(-1 - zone.seq if apart else zone.group, []).append(self._shape(zone))
-        fence = FenceArea(groups, [self._shape(zone) for zone in zones if not zone.inclusion])
-        return FenceAreas(fence, fence.shrunk(0.5 * self._config.length_m), fence.shrunk(self.kept_m))
-
-    def _shape(self, zone: FenceZone) -> Shape:
-        from companion.fence.area import Disc
-
-        frame = self._frame()
-        points = [frame.to_ned(lat_deg, lon_deg) for lat_deg, lon_deg in zone.points]
-        return points if zone.radius_m is None else Disc(*points[0], zone.radius_m)
 
     # --- what it allows --------------------------------------------------------------------------------------------
 
@@ -235,6 +267,17 @@ class FenceGuard:
         if areas.keeping.first_exit(line, forgive_start=True) is not None:
             return f"way nearer than {self.kept_m:.1f} m to the fence"
         return None
+
+    def inside(self, places: Sequence[Place]) -> Sequence[bool]:
+        """Whether the boat may be sent to each of the places (`point_refusal`), for many at once."""
+        areas = self.areas()
+        return [True] * len(places) if areas is None else areas.keeping.contains_each(places)
+
+    def clear(self, lines: Sequence[Sequence[Place]]) -> Sequence[bool]:
+        """Whether each line lies where the boat may be sent, for many at once. False only means that `line_refusal`
+        must tell."""
+        areas = self.areas()
+        return [True] * len(lines) if areas is None else areas.keeping.covers_lines(lines)
 
     def go_refusal(self, nav: NavState, north_m: float, east_m: float) -> str | None:
         """Why the boat may not be sent straight to a point: the point or the line; None where it may."""
@@ -263,14 +306,14 @@ class FenceGuard:
             return Way((begin, end), None)
         if not areas.fence.contains(*end):
             return None
-        radius_m = self._parameters["NAV_ACC_RAD"]
         if not areas.keeping.contains(*end):
             inside = areas.keeping.nearest_inside(*end)
             if inside is None:
                 return None
             end = inside
-        for radius in (radius_m, _TIGHT_SHARE * radius_m):
-            points = self._find(areas.keeping, _CORNER_CUT * radius, begin, end)
+        assert self._ways is not None
+        for radius in self._ways.radii_m(self._parameters["NAV_ACC_RAD"]):
+            points = self._find(areas.keeping, self._ways, radius, begin, end)
             if (
                 points is not None
                 and areas.fence.first_exit(points, forgive_start=not areas.fence.contains(*begin)) is None
@@ -278,15 +321,12 @@ class FenceGuard:
                 return Way(points, radius)
         return None
 
-    def _find(self, keeping: FenceArea, room_m: float, begin: Place, end: Place) -> tuple[Place, ...] | None:
-        """A way whose bends keep another `room_m` from the fence; begin and end need not."""
-        from companion.fence.way_round import ClearRoutes
-
+    @staticmethod
+    def _find(keeping: FenceArea, ways: Ways, radius_m: float, begin: Place, end: Place) -> tuple[Place, ...] | None:
+        """A way whose bends keep room for their radius; begin and end need not."""
         if keeping.contains(*begin) and keeping.covers((begin, end)):
             return begin, end
-        if room_m not in self._routes:
-            self._routes[room_m] = ClearRoutes(keeping.shrunk(room_m))
-        return self._routes[room_m].find(begin, end, through=keeping)
+        return ways.of(radius_m).find(begin, end, through=keeping)
 
     # --- the boat and the fence ------------------------------------------------------------------------------------
 
@@ -294,6 +334,7 @@ class FenceGuard:
         """Check where the boat is, and announce what changed. Without a valid position nothing changes; in a mode that
         goes on without one, a warning is announced."""
         areas = self.areas()
+        self._free()
         self._circle.announce(now_s)
         if areas is None:
             self._blind = False
@@ -438,6 +479,10 @@ class FenceGuard:
         most_n = hull.m11_kg * (self._parameters["PATH_BW_SURGE"] * slack - limit.braking_mps2) + drag_n
         surge_n = min(wrench.surge_n, most_n) if sign > 0.0 else max(wrench.surge_n, -most_n)
         return setpoint if surge_n == wrench.surge_n else replace(setpoint, wrench=replace(wrench, surge_n=surge_n))
+
+
+def _drop_one(pieces: list[object]) -> None:
+    pieces.pop()
 
 
 def _is_same_but_for_the_circle(key: tuple[object, ...], before: tuple[object, ...]) -> bool:

@@ -6,8 +6,14 @@ import math
 from bisect import bisect_right
 from collections.abc import Sequence
 
+import numpy as np
+from numpy.typing import NDArray
+
 _SLOWEST_SHARE = 0.25  # of the leg's speed: no bend slows the boat further, so that it can steer
 _LOWEST_MPS = 0.05
+_STRAIGHT_1PM = 1.0e-6
+
+Floats = NDArray[np.float64]
 
 
 class SpeedProfile:
@@ -31,20 +37,18 @@ class SpeedProfile:
         stop_at_end: bool,
     ) -> None:
         self._s = s_m
-        speeds = []
-        leg = 0
-        for s, curvature in zip(s_m, curvature_1pm, strict=True):
-            while leg < len(leg_end_s_m) - 1 and s > leg_end_s_m[leg]:
-                leg += 1
-            speeds.append(_bend_speed(leg_speed_mps[leg], abs(curvature), lateral_mps2, yaw_rate_radps))
+        s = np.asarray(s_m)
+        leg = np.searchsorted(np.asarray(leg_end_s_m)[:-1], s)
+        speed = _bend_speeds(
+            np.asarray(leg_speed_mps)[leg], np.abs(np.asarray(curvature_1pm)), lateral_mps2, yaw_rate_radps
+        )
         if stop_at_end:
-            speeds[-1] = 0.0
-        double = 2.0 * acceleration_mps2
-        for i in range(len(speeds) - 2, -1, -1):
-            speeds[i] = min(speeds[i], math.sqrt(speeds[i + 1] ** 2 + double * (s_m[i + 1] - s_m[i])))
-        for i in range(1, len(speeds) - 1):
-            speeds[i] = min(speeds[i], math.sqrt(speeds[i - 1] ** 2 + double * (s_m[i] - s_m[i - 1])))
-        self._speed = speeds
+            speed[-1] = 0.0
+        # of v² ∓ 2as, braking and speeding up keep to the least so far
+        rise = 2.0 * acceleration_mps2 * (s - s[-1])
+        square = np.minimum.accumulate((speed**2 + rise)[::-1])[::-1] - rise
+        square[:-1] = np.minimum.accumulate((square - rise)[:-1]) + rise[:-1]
+        self._speed: list[float] = np.sqrt(np.maximum(square, 0.0)).tolist()
 
     def at(self, s_m: float) -> float:
         """Highest speed at that arc length; the square is interpolated, which gives constant deceleration."""
@@ -55,8 +59,10 @@ class SpeedProfile:
         return math.sqrt(a * a + x * (b * b - a * a))
 
 
-def _bend_speed(speed_mps: float, curvature_1pm: float, lateral_mps2: float, yaw_rate_radps: float) -> float:
-    if curvature_1pm < 1.0e-6:
-        return speed_mps
-    bend = min(math.sqrt(lateral_mps2 / curvature_1pm), yaw_rate_radps / curvature_1pm)
-    return min(speed_mps, max(bend, _SLOWEST_SHARE * speed_mps, _LOWEST_MPS))
+def _bend_speeds(speed_mps: Floats, curvature_1pm: Floats, lateral_mps2: float, yaw_rate_radps: float) -> Floats:
+    """The legs' speeds, lower in bends."""
+    curvature = np.maximum(curvature_1pm, _STRAIGHT_1PM)
+    bend = np.minimum(np.sqrt(lateral_mps2 / curvature), yaw_rate_radps / curvature)
+    slowed = np.minimum(speed_mps, np.maximum(np.maximum(bend, _SLOWEST_SHARE * speed_mps), _LOWEST_MPS))
+    result: Floats = np.where(curvature_1pm < _STRAIGHT_1PM, speed_mps, slowed)
+    return result

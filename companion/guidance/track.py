@@ -22,7 +22,7 @@ _WIDE, _NARROW = 0.8, 0.25  # widths of the two means, as shares of the window
 _LARGEST_CUT = 0.6  # of a waypoint's radius
 _SAMPLES_PER_WINDOW = 24
 _FEWEST_M = 0.02
-_MOST_SAMPLES = 20_000
+_MOST_SAMPLES = 10_000  # more would take too long in one tick
 
 Floats = NDArray[np.float64]
 
@@ -62,14 +62,7 @@ class Track:
         length = np.concatenate(([0.0], np.cumsum(steps)))
         self.waypoint_s_m: tuple[float, ...] = tuple(np.interp(waypoint_s, grid, length).tolist())
         self.length_m = float(length[-1])
-        apart = 0.3 * spacing
-        keep = [0]
-        for i in range(1, len(length)):
-            if length[i] - length[keep[-1]] >= apart:
-                keep.append(i)
-        if len(keep) == 1:
-            keep.append(len(length) - 1)
-        keep[-1] = len(length) - 1
+        keep = _apart(length, 0.3 * spacing)
         s, n, e = length[keep], north[keep], east[keep]
         if self.length_m <= 0.0:
             s = np.array([0.0, 1.0e-9])
@@ -137,6 +130,19 @@ class Track:
         if x >= 1.0:
             return self.s_m[i + 1]
         return self.s_m[i] + x * (self.s_m[i + 1] - self.s_m[i])
+
+
+def _apart(length: Floats, least: float) -> list[int] | slice:
+    """The samples that are at least so far from the one kept before; the first and the last always."""
+    if np.all(np.diff(length) >= least):
+        return slice(None)
+    keep = [0]
+    while (following := int(np.searchsorted(length, length[keep[-1]] + least))) < len(length):
+        keep.append(following)
+    if len(keep) == 1:
+        keep.append(len(length) - 1)
+    keep[-1] = len(length) - 1
+    return keep
 
 
 def _evenly(north: Floats, east: Floats, spacing: float) -> tuple[Floats, Floats, Floats]:

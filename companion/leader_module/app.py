@@ -6,7 +6,6 @@ It steers nothing. It sends the lead boat's motion and what its crew asks for, a
 from __future__ import annotations
 
 import math
-import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -22,6 +21,7 @@ from companion.core.events import EventLog
 from companion.core.geodesy import distance_and_bearing
 from companion.core.ports import Clock, Sensor, StreamOpener
 from companion.core.readings import ManualInput, Reading, Wish
+from companion.core.tick import DeviceHealth
 from companion.io.mavlink.wire.links import Link
 from companion.io.mavlink.wire.signing import Signing
 from companion.io.sensors import open_sensor, plugin_problems
@@ -34,6 +34,7 @@ from companion.leader_module.link import Broadcast, Follower, LeadLink
 from companion.leader_module.log import LeaderLog
 from companion.nav.estimator import Estimator
 from companion.params.store import Parameters
+from companion.record.storage import log_health
 
 _KEYS = {"m": Wish.MANUAL, "r": Wish.REMOTE, "a": Wish.AUTONOMOUS}
 _WISH_TEXTS = {Wish.NONE: "no wish yet", Wish.MANUAL: "Manual", Wish.REMOTE: "Remote", Wish.AUTONOMOUS: "Autonomous"}
@@ -108,12 +109,8 @@ def build_leader(config: LeaderConfig, around: LeaderSurroundings) -> LeaderModu
             "started_unix_ns": around.clock.time_unix_ns(),
             "configuration": asdict(config),
         }
-        log = LeaderLog(around.log_folder, manifest, lambda text: _warn(text), around.durable_log)
+        log = LeaderLog(around.log_folder, manifest, around.durable_log)
     return LeaderModule(config, around, sensors, log)
-
-
-def _warn(text: str) -> None:
-    sys.stderr.write(f"companion: {text}\n")
 
 
 class LeaderModule:
@@ -229,10 +226,7 @@ class LeaderModule:
 
     def _announce_changes(self, placed: bool, now_s: float) -> None:
         """Announce changes of device health, of the fix, and of the crew's wish: on the terminal and in the log."""
-        states = [sensor.health(now_s) for sensor in self._sensors] + [radio.health(now_s) for radio in self._radios]
-        if self._joystick is not None:
-            states.append(self._joystick.health(now_s))
-        for health in states:
+        for health in self._states(now_s):
             name = health.name
             if self._ok.get(name) != health.ok and (name in self._ok or not health.ok):
                 # a link's fault already has its name
@@ -256,6 +250,14 @@ class LeaderModule:
             self._display.say(event.text)
             if self._log is not None:
                 self._log.event(event, self._clock.time_unix_ns())
+
+    def _states(self, now_s: float) -> list[DeviceHealth]:
+        states = [device.health(now_s) for device in (*self._sensors, *self._radios)]
+        if self._joystick is not None:
+            states.append(self._joystick.health(now_s))
+        if self._log is not None:
+            states.append(log_health(self._log.output))
+        return states
 
     def _show(self, broadcast: Broadcast) -> None:
         now_s = broadcast.nav.t_s

@@ -1,15 +1,17 @@
-"""The log folder of a leader module: module.csv, events.csv, manifest.json, without buffers as a vessel's."""
+"""The log folder of a leader module: module.csv, events.csv, manifest.json, written as a vessel's."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from companion.core.decision import Event
-from companion.record.recorder import EVENT_COLUMNS, Syncer, WrittenThrough, event_row
+from companion.record.log_writer import DirectLog, LogOutput, LogSet, ThreadLog
+from companion.record.recorder import EVENT_COLUMNS, EVENTS, event_row
 
+_ROWS = "module.csv"
 COLUMNS = (
     "t_s",
     "time_unix_ns",
@@ -39,34 +41,39 @@ COLUMNS = (
 class LeaderLog:
     """Recorder of a leader module's run."""
 
-    def __init__(
-        self, folder: Path, manifest: Mapping[str, Any], on_warning: Callable[[str], None], sync: bool
-    ) -> None:
-        """Raises OSError when the folder cannot be written."""
-        folder.mkdir(parents=True, exist_ok=True)
-        self.folder = folder
-        (folder / "manifest.json").write_text(json.dumps(manifest, indent=1, default=str) + "\n", encoding="utf-8")
-        self._rows = WrittenThrough(folder / "module.csv", on_warning)
-        self._events = WrittenThrough(folder / "events.csv", on_warning)
-        self._rows.write((",".join(COLUMNS) + "\n").encode())
-        self._events.write((",".join(EVENT_COLUMNS) + "\n").encode())
-        self._files: Sequence[WrittenThrough] = (self._rows, self._events)
-        self._syncer = Syncer(self._files) if sync else None
+    def __init__(self, folder: Path, manifest: Mapping[str, Any], beside: bool) -> None:
+        """`beside`: write and sync it by threads. Raises OSError when the folder cannot be written."""
+        self._manifest = manifest
+        files = LogSet(folder, self)
+        self._out: LogOutput = ThreadLog(files) if beside else DirectLog(files)
+        self._now_s = 0.0
+
+    @property
+    def output(self) -> LogOutput:
+        """Where the rows go."""
+        return self._out
+
+    def headers(self) -> Mapping[str, bytes]:
+        """As `LogContent.headers`."""
+        return {_ROWS: (",".join(COLUMNS) + "\n").encode(), EVENTS: (",".join(EVENT_COLUMNS) + "\n").encode()}
+
+    def furnish(self, folder: Path) -> None:
+        """As `LogContent.furnish`."""
+        text = json.dumps(self._manifest, indent=1, default=str) + "\n"
+        (folder / "manifest.json").write_text(text, encoding="utf-8")
 
     def row(self, values: Mapping[str, Any]) -> None:
         """Write a row of module.csv; `values` by the names in COLUMNS."""
-        self._rows.write((",".join(_cell(values[name]) for name in COLUMNS) + "\n").encode())
+        self._now_s = float(values["t_s"])
+        self._out.put(_ROWS, (",".join(_cell(values[name]) for name in COLUMNS) + "\n").encode(), self._now_s)
 
     def event(self, event: Event, time_unix_ns: int) -> None:
         """Write a row of events.csv."""
-        self._events.write(event_row(event, time_unix_ns).encode())
+        self._out.put(EVENTS, event_row(event, time_unix_ns).encode(), self._now_s)
 
     def close(self) -> None:
-        """Close all files."""
-        if self._syncer is not None:
-            self._syncer.close()
-        for file in self._files:
-            file.close()
+        """Write what waits, and close all files."""
+        self._out.close()
 
 
 def _cell(value: Any) -> str:

@@ -9,7 +9,7 @@ from companion.mission.cursor import Cursor
 from companion.mission.plan import PlanItem
 from companion.mission.tasks import Complete, Dock, Orbit, ReturnHome, RoutePoint, Sail, Stay, Task, Turn, Wait
 
-LONGEST_ROUTE = 200
+LONGEST_ROUTE = 40  # a longer one would take too long to lay in one tick
 LOOK_BEYOND = 16
 _GOES_ON = (Command.NAV_RETURN_TO_LAUNCH, Command.NAV_LAND, Command.NAV_LOITER_TURNS)
 

@@ -99,6 +99,12 @@ class PlanItem:
         return self.y * 1e-7
 
 
+Adopt = Callable[[], None]
+Prepare = Callable[[Sequence[PlanItem]], Callable[[], Adopt]]
+"""Long work that a new plan needs before it comes into force. `prepare(items)` returns the work, which may be done
+beside the control thread. The work returns what puts its result in force."""
+
+
 class Plans:
     """The mission, the fence and the rally points in force. A list is replaced as a whole or not at all."""
 
@@ -106,6 +112,7 @@ class Plans:
         self._items: dict[PlanKind, tuple[PlanItem, ...]] = dict.fromkeys(PlanKind, ())
         self._ids: dict[PlanKind, int] = dict.fromkeys(PlanKind, 0)
         self._listeners: list[Callable[[PlanKind], None]] = []
+        self._preparations: dict[PlanKind, Prepare] = {}
 
     def items(self, kind: PlanKind) -> tuple[PlanItem, ...]:
         """The items of that list, in order."""
@@ -115,17 +122,30 @@ class Plans:
         """A number that changes with the content; 0 for an empty list (MAVLink's opaque_id)."""
         return self._ids[kind]
 
-    def replace(self, kind: PlanKind, items: Sequence[PlanItem]) -> None:
-        """Put checked `items` in force, and call the listeners (state file, executor, fence) in the order in which they
-        were added."""
+    def prepare_by(self, kind: PlanKind, prepare: Prepare) -> None:
+        """Let `prepare` do its work before a plan of that kind comes into force."""
+        self._preparations[kind] = prepare
+
+    def prepared(self, kind: PlanKind, items: Sequence[PlanItem]) -> Callable[[], Adopt]:
+        """The work to do on checked `items` before `replace`. Without it `replace` may take long."""
+        prepare = self._preparations.get(kind)
+        return _nothing if prepare is None else prepare(items)
+
+    def replace(self, kind: PlanKind, items: Sequence[PlanItem], known_id: int | None = None) -> None:
+        """Put checked `items` in force, and call the listeners (executor, fence) in the order in which they were added.
+        `known_id`: their `plan_id`, where it is known already."""
         self._items[kind] = tuple(items)
-        self._ids[kind] = plan_id(items)
+        self._ids[kind] = plan_id(items) if known_id is None else known_id
         for listener in self._listeners:
             listener(kind)
 
     def on_change(self, listener: Callable[[PlanKind], None]) -> None:
         """Call `listener(kind)` after every replacement."""
         self._listeners.append(listener)
+
+
+def _nothing() -> Adopt:
+    return lambda: None
 
 
 def plan_id(items: Sequence[PlanItem]) -> int:

@@ -133,6 +133,11 @@ class MissionMode(Mode):
         """Return which item of the rest of the mission leads out of the fence, or None."""
         return self._fence.refusal(inputs)
 
+    @property
+    def fence_checked(self) -> bool:
+        """Whether `fence_refusal` has seen all of the mission; each tick sees more of a long one."""
+        return self._fence.checked
+
     def chosen_again(self, inputs: ModeInputs) -> bool:
         """Start over unless the mission is under way."""
         return self._executor.progress.state is not MissionState.ACTIVE

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from companion.core.decision import Home, MissionProgress, MissionState
+from companion.core.storing import Ticket, durable
 from companion.core.tick import Tick
 from companion.mission.executor import MissionExecutor
 from companion.record.state_file import StateFile
@@ -17,6 +18,7 @@ _INTERRUPTED = (MissionState.ACTIVE, MissionState.PAUSED)
 
 class ProgressKeeper:
     """Recorder that saves the executor's snapshot and home when either changes. Restores both when it is created.
+    `save` does so at once.
 
     Home is restored only with an interrupted mission: after any other start, home is where the boat is.
     """
@@ -25,7 +27,9 @@ class ProgressKeeper:
         self, executor: MissionExecutor, supervisor: Supervisor, state: StateFile, on_warning: Callable[[str], None]
     ) -> None:
         self._executor = executor
+        self._supervisor = supervisor
         self._state = state
+        self._ticket = durable()
         kept, warnings = state.load_progress()
         for text in warnings:
             on_warning(text)
@@ -39,12 +43,18 @@ class ProgressKeeper:
 
     def record(self, tick: Tick) -> None:
         """Save if progress or home changed with this tick."""
-        now = tick.status.mission, tick.status.home
-        if now != self._saved:
-            self._saved = now
-            home = tick.status.home
+        self._keep(tick.status.mission, tick.status.home)
+
+    def save(self) -> Ticket:
+        """Save if progress or home has changed; the ticket of the newest."""
+        self._keep(self._executor.progress, self._supervisor.parts.home.home)
+        return self._ticket
+
+    def _keep(self, progress: MissionProgress, home: Home | None) -> None:
+        if (progress, home) != self._saved:
+            self._saved = progress, home
             place = None if home is None else [home.lat_deg, home.lon_deg, home.altitude_m]
-            self._state.save_progress({"mission": self._executor.snapshot(), "home": place})
+            self._ticket = self._state.save_progress({"mission": self._executor.snapshot(), "home": place})
 
     def close(self) -> None:
         """Nothing to do: every change is already saved."""

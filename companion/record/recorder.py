@@ -1,18 +1,16 @@
 """The log folder: ticks.csv, readings.csv, events.csv, telemetry.tlog, manifest.json, state/, and on a boat ticks.ulg.
 
-Each row leaves the process with one `write`, and so do the packets of one exchange: `kill -9` loses at most what is
-being written. On a boat a second thread syncs the files to the medium (`fdatasync`) as fast as it can, so a power cut
-loses at most what the medium was writing. The control thread never waits for a medium. (The ReVolt thesis lost a
-recording at each power cut.)
+On a boat one thread writes the rows at once (`log_writer.py`), and another syncs the files to the medium
+(`fdatasync`) as fast as it can: `kill -9` and a power cut lose at most what the medium was writing. The control thread
+never waits for a medium. (The ReVolt thesis lost a recording at each power cut.)
 """
 
 from __future__ import annotations
 
 import json
-import os
 import struct
-import threading
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -20,76 +18,37 @@ from companion.core.decision import Event
 from companion.core.setpoint import PathSetpoint, PoseSetpoint, desired_motion
 from companion.core.tick import DeviceHealth, Tick
 from companion.params.spec import ParamSpec, ParamType
-from companion.record import readings, ulog
+from companion.record import geotags, readings, ulog
+from companion.record.disk import REAL_DISK, Disk
+from companion.record.log_writer import DirectLog, LogOutput, LogSet, ThreadLog
 
 _POSE = ("north_m", "east_m", "yaw_rad", "surge_mps", "sway_mps", "yaw_rate_radps")
 _WRENCH = ("surge_n", "sway_n", "yaw_nm")
 EVENT_COLUMNS = ("t_s", "time_unix_ns", "severity", "name", "text")
 STATE_FOLDER = "state"  # in a log folder: copy of the state directory at the start of the run
+TICKS, EVENTS, PACKETS = "ticks.csv", "events.csv", "telemetry.tlog"
 _COUNTS_PERIOD_S = 60.0
 
 
-class WrittenThrough:
-    """A file without buffer: a reader may open it at any moment, whatever happens to this process."""
+@dataclass(frozen=True, slots=True)
+class Medium:
+    """How a log is written. `durable`: with ticks.ulg, for a log that people read later. `beside`: by threads, which
+    sync it too."""
 
-    def __init__(self, path: Path, on_warning: Callable[[str], None]) -> None:
-        self._path = path
-        self._on_warning = on_warning
-        self._fd: int | None = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_APPEND | os.O_CLOEXEC, 0o644)
-        self.dirty = False
-
-    def write(self, data: bytes) -> None:
-        """One system call. A full disk ends this file with a warning, never the run."""
-        if self._fd is None:
-            return
-        try:
-            os.write(self._fd, data)
-            self.dirty = True
-        except OSError as error:
-            self.close()
-            self._on_warning(f"log {self._path.name} ends here: {error.strerror}")
-
-    def sync(self) -> None:
-        """Sync to the medium what was written. Called from the sync thread."""
-        if self.dirty and self._fd is not None:
-            self.dirty = False
-            try:
-                os.fdatasync(self._fd)
-            except OSError:
-                return  # closed meanwhile, or the file system cannot: the kernel still has the row
-
-    def close(self) -> None:
-        """Close the file; later writes are ignored."""
-        fd, self._fd = self._fd, None
-        if fd is not None:
-            os.close(fd)
+    durable: bool = False
+    beside: bool = False
+    disk: Disk = REAL_DISK
 
 
-class Syncer:
-    """The thread that syncs files to the medium."""
-
-    def __init__(self, files: Sequence[WrittenThrough], pause_s: float = 0.02) -> None:
-        self._files = files
-        self._pause_s = pause_s
-        self._stop = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="log-sync", daemon=True)
-        self._thread.start()
-
-    def _run(self) -> None:
-        while not self._stop.wait(self._pause_s):
-            for file in self._files:
-                file.sync()
-
-    def close(self) -> None:
-        """Stop the thread, then sync once more."""
-        self._stop.set()
-        self._thread.join(timeout=5.0)
-        for file in self._files:
-            file.sync()
+LOCKSTEP = Medium()
 
 
 class LogFolder:
-    """Recorder of a run. `thrusters` and `devices` name the columns."""
+    """Recorder of a run. `thrusters` and `devices` name the columns.
+
+    Remembers the health of the devices as last recorded, and the parameters as they are now, for a folder that begins
+    later.
+    """
 
     def __init__(
         self,
@@ -97,68 +56,90 @@ class LogFolder:
         thrusters: Sequence[str],
         devices: Sequence[str],
         manifest: Mapping[str, Any],
-        on_warning: Callable[[str], None],
-        sync: bool,
         parameters: Sequence[ParamSpec] = (),
+        medium: Medium = LOCKSTEP,
+        furnish: Callable[[Path], None] = lambda folder: None,
+        cameras: bool = False,
     ) -> None:
-        """`sync`: sync each row to the medium, and also write ticks.ulg, in which `parameters` says which values are
-        whole numbers. Raises OSError when the folder cannot be written, which is an error at start."""
-        folder.mkdir(parents=True, exist_ok=True)
-        self.folder = folder
-        (folder / "manifest.json").write_text(json.dumps(manifest, indent=1, default=str) + "\n", encoding="utf-8")
-        self._ticks = WrittenThrough(folder / "ticks.csv", on_warning)
-        self._events = WrittenThrough(folder / "events.csv", on_warning)
-        self._packets = WrittenThrough(folder / "telemetry.tlog", on_warning)
-        self._readings = WrittenThrough(folder / readings.FILE, on_warning)
-        self._encoder = readings.ReadingsEncoder()
+        """`parameters` says which values are whole numbers. `furnish`: puts more into each new folder.
+        `cameras`: with geotags.csv. Raises OSError when the folder cannot be written, which is an error at start."""
+        self._manifest = dict(manifest)
+        self._furnish = furnish
+        self._cameras = cameras
+        self._thrusters = tuple(thrusters)
         self._devices = tuple(devices)
-        self._health: dict[str, tuple[bool, str]] = {}
-        self._counted_s = 0.0
-        self._ticks.write((",".join(tick_columns(thrusters, devices)) + "\n").encode())
-        self._events.write((",".join(EVENT_COLUMNS) + "\n").encode())
-        self._readings.write(readings.HEADER)
-        self._files: tuple[WrittenThrough, ...] = (self._ticks, self._events, self._packets, self._readings)
+        self._parameters: dict[str, float] = dict(manifest.get("parameters", {}))
         self._whole = frozenset(spec.name for spec in parameters if spec.type is ParamType.INT32)
-        self._ulog: tuple[WrittenThrough, ulog.UlogEncoder] | None = None
-        if sync:
-            self._ulog = self._open_ulog(thrusters, manifest, on_warning)
-            self._files = (*self._files, self._ulog[0])
-        self._syncer = Syncer(self._files) if sync else None
+        self._encoder = readings.ReadingsEncoder()
+        self._ulog = ulog.UlogEncoder(thrusters) if medium.durable else None
+        self._health: dict[str, tuple[bool, str]] = {}
+        self._counted_s = self._now_s = 0.0
+        files = LogSet(folder, self, medium.disk)
+        self._out: LogOutput = ThreadLog(files) if medium.beside else DirectLog(files)
+        self._number = self._out.number
 
-    def _open_ulog(
-        self, thrusters: Sequence[str], manifest: Mapping[str, Any], on_warning: Callable[[str], None]
-    ) -> tuple[WrittenThrough, ulog.UlogEncoder]:
-        file, encoder = WrittenThrough(self.folder / ulog.FILE, on_warning), ulog.UlogEncoder(thrusters)
-        information = {
-            "sys_name": "USV companion",
-            "ver_sw": str(manifest.get("version", "")),
-            "ver_hw": str(manifest.get("vessel", "")),
+    @property
+    def output(self) -> LogOutput:
+        """Where the rows go."""
+        return self._out
+
+    def headers(self) -> Mapping[str, bytes]:
+        """As `LogContent.headers`."""
+        headers = {
+            TICKS: (",".join(tick_columns(self._thrusters, self._devices)) + "\n").encode(),
+            EVENTS: (",".join(EVENT_COLUMNS) + "\n").encode(),
+            PACKETS: b"",
+            readings.FILE: readings.HEADER,
         }
-        file.write(encoder.header(information, manifest.get("parameters", {}), self._whole))
-        return file, encoder
+        if self._cameras:
+            headers[geotags.FILE] = geotags.HEADER
+        if self._ulog is not None:
+            information = {
+                "sys_name": "USV companion",
+                "ver_sw": str(self._manifest.get("version", "")),
+                "ver_hw": str(self._manifest.get("vessel", "")),
+            }
+            headers[ulog.FILE] = self._ulog.header(information, self._parameters.copy(), self._whole)
+        return headers
+
+    def furnish(self, folder: Path) -> None:
+        """As `LogContent.furnish`."""
+        manifest = {**self._manifest}
+        if "parameters" in manifest:
+            manifest["parameters"] = self._parameters.copy()
+        (folder / "manifest.json").write_text(json.dumps(manifest, indent=1, default=str) + "\n", encoding="utf-8")
+        self._furnish(folder)
 
     def record(self, tick: Tick) -> None:
         """Write the rows of a tick and its events."""
-        self._readings.write(
-            b"".join([*map(self._encoder.health, self._changed(tick.health, tick.t_s)), self._encoder.tick(tick)])
-        )
-        self._ticks.write(tick_row(tick, self._devices).encode())
-        for event in tick.events:
-            self._events.write(event_row(event, tick.time_unix_ns).encode())
+        self._now_s = tick.t_s
+        if self._out.number != self._number:
+            self._number = self._out.number
+            self._health.clear()
+        changed = map(self._encoder.health, self._changed(tick.health, tick.t_s))
+        self._write(readings.FILE, b"".join([*changed, self._encoder.tick(tick)]))
+        self._write(TICKS, tick_row(tick, self._devices).encode())
+        if tick.events:
+            self._write(EVENTS, "".join([event_row(event, tick.time_unix_ns) for event in tick.events]).encode())
+        if self._cameras and tick.shots:
+            time_unix_ns = tick.nav.time_unix_ns or tick.time_unix_ns
+            self._write(geotags.FILE, b"".join([geotags.geotag_row(shot, time_unix_ns) for shot in tick.shots]))
         if self._ulog is not None:
-            file, encoder = self._ulog
-            file.write(encoder.tick(tick))
+            self._write(ulog.FILE, self._ulog.tick(tick))
 
     def parameter(self, name: str, value: float) -> None:
         """Record the change of a parameter, among the readings."""
-        self._readings.write(self._encoder.parameter(name, value))
+        self._parameters[name] = value
+        self._write(readings.FILE, self._encoder.parameter(name, value))
         if self._ulog is not None:
-            file, encoder = self._ulog
-            file.write(encoder.parameter(name, value, name in self._whole))
+            self._write(ulog.FILE, self._ulog.parameter(name, value, name in self._whole))
 
     def heard(self, persona: str, endpoint: str, t_s: float, packet: bytes) -> None:
         """Record a received MAVLink packet among the readings, with the time at which it is handled."""
-        self._readings.write(self._encoder.packet(persona, endpoint, t_s, packet))
+        self._write(readings.FILE, self._encoder.packet(persona, endpoint, t_s, packet))
+
+    def _write(self, name: str, data: bytes) -> None:
+        self._out.put(name, data, self._now_s)
 
     def _changed(self, health: Sequence[DeviceHealth], now_s: float) -> list[DeviceHealth]:
         """Devices whose health changed; once a minute all of them, for their counts and rates."""
@@ -177,14 +158,11 @@ class LogFolder:
         """Record whole MAVLink packets, sent or received, in .tlog form: before each, microseconds since 1970,
         big-endian."""
         stamp = struct.pack(">Q", time_unix_ns // 1000)
-        self._packets.write(b"".join([stamp + packet for packet in packets]))
+        self._write(PACKETS, b"".join([stamp + packet for packet in packets]))
 
     def close(self) -> None:
-        """Close all files."""
-        if self._syncer is not None:
-            self._syncer.close()
-        for file in self._files:
-            file.close()
+        """Write what waits, and close all files."""
+        self._out.close()
 
 
 def tick_columns(thrusters: Sequence[str], devices: Sequence[str]) -> list[str]:

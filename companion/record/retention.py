@@ -7,6 +7,8 @@ import threading
 from collections.abc import Callable
 from pathlib import Path
 
+from companion.core.log_names import is_of_run
+
 _MARK = "manifest.json"  # only folders with this file are ever deleted
 _PERIOD_S = 300.0
 
@@ -24,7 +26,7 @@ def size_bytes(folder: Path) -> int:
 
 def trim(directory: Path, limit_bytes: int, current: Path) -> tuple[list[Path], int]:
     """Delete the oldest log folders in `directory` until all together hold at most `limit_bytes`. `current` is never
-    deleted.
+    deleted, nor are the folders in which its log went on.
 
     Returns the deleted folders and the bytes left. A folder that cannot be deleted stays, without an error.
     """
@@ -32,7 +34,7 @@ def trim(directory: Path, limit_bytes: int, current: Path) -> tuple[list[Path], 
     sizes = {path: size_bytes(path) for path in logs}
     total = sum(sizes.values())
     deleted: list[Path] = []
-    for path in sorted((path for path in logs if path.resolve() != current.resolve()), key=_begun):
+    for path in sorted((path for path in logs if not is_of_run(path.name, current.name)), key=_begun):
         if total <= limit_bytes:
             break
         shutil.rmtree(path, ignore_errors=True)

@@ -1,19 +1,17 @@
 """`signing.json` in the state directory: the key that signs MAVLink packets, and the time that signatures have reached.
 
 Whoever can read the key can command the boat. So only its owner can read the file (mode 0600), and neither a log nor a
-copy of the state has it. A thread writes it, since the vessel cannot wait for the medium. The next save reports a
-failure.
+copy of the state has it.
 """
 
 from __future__ import annotations
 
 import json
 import os
-import threading
-from collections.abc import Callable
 from pathlib import Path
 
 from companion.record.replacing import replace_file
+from companion.record.writer import Access
 
 FILE = "signing.json"
 KEY_BYTES = 32
@@ -63,62 +61,20 @@ def read_signing(directory: Path) -> Kept:
 
 def write_signing(directory: Path, key: bytes | None, horizon: int) -> None:
     """Write both, synced to the medium, with the owner of the directory. Raises OSError."""
+    may = access(directory)
+    replace_file(directory, FILE, encoded(key, horizon), may.mode, may.owner)
+
+
+def encoded(key: bytes | None, horizon: int) -> bytes:
+    """The content of the file."""
     content = {"format": _FORMAT, "key": None if key is None else key.hex(), "horizon": horizon}
-    owner = directory.stat() if os.geteuid() == 0 else None
-    replace_file(
-        directory,
-        FILE,
-        json.dumps(content, separators=(",", ":")).encode(),
-        _MODE,
-        None if owner is None else (owner.st_uid, owner.st_gid),
-    )
+    return json.dumps(content, separators=(",", ":")).encode()
 
 
-class SigningFile:
-    """Writes the newest of what `save` hands over, in a thread of its own."""
-
-    def __init__(self, directory: Path, on_warning: Callable[[str], None]) -> None:
-        self._directory = directory
-        self._on_warning = on_warning
-        self._wake = threading.Condition()
-        self._waiting: Kept | None = None
-        self._closed = False
-        self._fault: str | None = None
-        self._thread: threading.Thread | None = None
-
-    def save(self, key: bytes | None, horizon: int) -> None:
-        """Write both soon; returns at once. Reports the failure of an earlier save."""
-        with self._wake:
-            self._waiting = key, horizon
-            fault, self._fault = self._fault, None
-            if self._thread is None:
-                self._thread = threading.Thread(target=self._run, name="signing-file", daemon=True)
-                self._thread.start()
-            self._wake.notify()
-        if fault is not None:
-            self._on_warning(fault)
-
-    def close(self) -> None:
-        """Wait until everything is written."""
-        with self._wake:
-            self._closed = True
-            self._wake.notify()
-        if self._thread is not None:
-            self._thread.join()
-        if self._fault is not None:
-            self._on_warning(self._fault)
-
-    def _run(self) -> None:
-        while True:
-            with self._wake:
-                self._wake.wait_for(lambda: self._waiting is not None or self._closed)
-                kept, self._waiting = self._waiting, None
-            if kept is None:
-                return
-            try:
-                write_signing(self._directory, *kept)
-            except OSError as error:
-                with self._wake:
-                    self._fault = (
-                        f"{self._directory / FILE} not saved: {error.strerror}; the file keeps its old content"
-                    )
+def access(directory: Path) -> Access:
+    """Who may read the file: its owner, who is that of the directory. Where that is not there, the process."""
+    try:
+        owner = directory.stat() if os.geteuid() == 0 else None
+    except OSError:
+        owner = None
+    return Access(_MODE, None if owner is None else (owner.st_uid, owner.st_gid))

@@ -2,7 +2,7 @@
 
 One small JSON file each, in one directory that one process locks at a time. A file is replaced whole (`replacing.py`),
 so a power cut leaves the old content or the new. A file that cannot be read is renamed, with a warning. A file that
-cannot be written gives a warning. After the directory is locked, nothing here raises.
+cannot be written gives a warning, and is tried again (`writer.py`). After the directory is locked, nothing here raises.
 """
 
 from __future__ import annotations
@@ -16,10 +16,12 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
+from companion.core.storing import Ticket
 from companion.mission.plan import PlanItem, PlanKind, item_number
 from companion.params.table import TABLE
-from companion.record.replacing import replace_file
-from companion.record.signing_file import Kept, SigningFile, SigningFileError, read_signing
+from companion.record import signing_file
+from companion.record.signing_file import Kept, SigningFileError, read_signing
+from companion.record.writer import USUAL, Access, DirectWriter, Writer
 
 _FORMAT = 1
 _LOCK_NAME = "lock"
@@ -42,8 +44,9 @@ class StateFileBusy(Exception):
 class StateFile:
     """The state directory of one vessel. Every load returns the content, and a warning for each problem.
 
-    Remembers parameters of other versions, so that they are still there when that version runs again. `on_warning`
-    receives problems of saving, and of the constructor.
+    Every save returns a ticket at once. Remembers parameters of other versions, so that they are still there when that
+    version runs again. `on_warning` receives problems of saving, and of the constructor; `on_good_news` that they are
+    over.
     """
 
     def __init__(
@@ -59,36 +62,51 @@ class StateFile:
         """
         self.directory = directory
         self.on_warning = on_warning
+        self.on_good_news: Callable[[str], None] = lambda text: None
         self._known = (
             frozenset(spec.name for spec in TABLE) if known_parameters is None else frozenset(known_parameters)
         )
         self._strangers: dict[str, float] = {}
         self._lock_fd: int | None = None
-        self._signing: SigningFile | None = None
+        self._writer: Writer = DirectWriter(directory)
         try:
             directory.mkdir(parents=True, exist_ok=True)
             self._hold()
         except OSError as error:
             self.on_warning(f"state directory {directory}: {error.strerror}; nothing is stored over a restart")
 
+    @property
+    def writer(self) -> Writer:
+        """What writes the files: at once, unless `write_with` was called."""
+        return self._writer
+
+    def write_with(self, writer: Writer) -> None:
+        """Let `writer` write the files from now on."""
+        self._writer = writer
+
+    def tell_news(self) -> None:
+        """Pass on what the writer has met with since the last call."""
+        for news in self._writer.news():
+            (self.on_good_news if news.good else self.on_warning)(news.text)
+
     def close(self) -> None:
-        """Unlock the directory."""
-        if self._signing is not None:
-            self._signing.close()
+        """Write what waits, and unlock the directory."""
+        self._writer.close()
+        self.tell_news()
         fd, self._lock_fd = self._lock_fd, None
         if fd is not None:
             os.close(fd)
 
     def copy_to(self, folder: Path) -> None:
-        """Copy the stored files, so that the run can be repeated from its start. A problem is a warning."""
-        names = (_PARAMETERS, *_PLANS.values(), _PROGRESS)
-        present = [self.directory / name for name in names if (self.directory / name).is_file()]
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-            for path in present:
-                (folder / path.name).write_bytes(path.read_bytes())
-        except OSError as error:
-            self.on_warning(f"{folder}: {error.strerror}; this run cannot be replayed whole")
+        """Copy the stored files, so that the run can be repeated from its start. What cannot be read is left out;
+        loading it has given a warning. Raises OSError where the folder cannot be written."""
+        folder.mkdir(parents=True, exist_ok=True)
+        for name in (_PARAMETERS, *_PLANS.values(), _PROGRESS):
+            try:
+                content = (self.directory / name).read_bytes()
+            except OSError:
+                continue
+            (folder / name).write_bytes(content)
 
     # --- parameters ------------------------------------------------------------------------------------------------
 
@@ -101,9 +119,10 @@ class StateFile:
             warnings.append(f"parameters of another version, not used: {', '.join(sorted(self._strangers))}")
         return {name: value for name, value in values.items() if name in self._known}, warnings
 
-    def save_parameters(self, values: Mapping[str, float]) -> None:
+    def save_parameters(self, values: Mapping[str, float]) -> Ticket:
         """Store exactly `values`, those that differ from the defaults."""
-        self._save(_PARAMETERS, {"format": _FORMAT, "parameters": {**self._strangers, **values}})
+        content = {"format": _FORMAT, "parameters": {**self._strangers, **values}}
+        return self._save(_PARAMETERS, lambda: _json(content))
 
     # --- plans -----------------------------------------------------------------------------------------------------
 
@@ -113,10 +132,10 @@ class StateFile:
         plans = {kind: self._load(name, _items_of, warnings) or () for kind, name in _PLANS.items()}
         return plans, warnings
 
-    def save_plan(self, kind: PlanKind, items: Sequence[PlanItem]) -> None:
+    def save_plan(self, kind: PlanKind, items: Sequence[PlanItem]) -> Ticket:
         """Store `items`, bit for bit."""
-        rows = [_row(item) for item in items]
-        self._save(_PLANS[kind], {"format": _FORMAT, "columns": _COLUMNS, "items": rows})
+        kept = tuple(items)
+        return self._save(_PLANS[kind], lambda: _plan_json(kept))
 
     # --- progress --------------------------------------------------------------------------------------------------
 
@@ -125,9 +144,10 @@ class StateFile:
         warnings: list[str] = []
         return self._load(_PROGRESS, _progress_of, warnings) or {}, warnings
 
-    def save_progress(self, progress: Mapping[str, Any]) -> None:
+    def save_progress(self, progress: Mapping[str, Any]) -> Ticket:
         """Store `progress`: names with numbers, texts, None, or lists of them."""
-        self._save(_PROGRESS, {"format": _FORMAT, "progress": dict(progress)})
+        content = {"format": _FORMAT, "progress": dict(progress)}
+        return self._save(_PROGRESS, lambda: _json(content))
 
     # --- signing ---------------------------------------------------------------------------------------------------
 
@@ -138,11 +158,10 @@ class StateFile:
         except SigningFileError as error:
             return (None, 0), [str(error)]
 
-    def save_signing(self, key: bytes | None, horizon: int) -> None:
-        """Store both soon; returns at once."""
-        if self._signing is None:
-            self._signing = SigningFile(self.directory, lambda text: self.on_warning(text))
-        self._signing.save(key, horizon)
+    def save_signing(self, key: bytes | None, horizon: int) -> Ticket:
+        """Store both."""
+        access = signing_file.access(self.directory)
+        return self._save(signing_file.FILE, lambda: signing_file.encoded(key, horizon), access)
 
     # --- files -----------------------------------------------------------------------------------------------------
 
@@ -158,14 +177,10 @@ class StateFile:
             ) from None
         self._lock_fd = fd
 
-    def _save(self, name: str, content: dict[str, Any]) -> None:
-        path = self.directory / name
-        try:
-            replace_file(self.directory, name, json.dumps(content, separators=(",", ":")).encode())
-        except OSError as error:
-            self.on_warning(f"{path} not saved: {error.strerror}; the file keeps its old content")
-        except (TypeError, ValueError) as error:
-            self.on_warning(f"{path} not saved: {error}; the file keeps its old content")
+    def _save(self, name: str, content: Callable[[], bytes], access: Access = USUAL) -> Ticket:
+        ticket = self._writer.submit(name, content, access)
+        self.tell_news()
+        return ticket
 
     def _load(self, name: str, understand: Callable[[dict[str, Any]], T], warnings: list[str]) -> T | None:
         """The content of a file; None where there is none. A bad file is renamed, with a warning."""
@@ -203,6 +218,16 @@ def read_plan(directory: Path, kind: PlanKind) -> tuple[PlanItem, ...]:
         return _items_of(json.loads((directory / _PLANS[kind]).read_text(encoding="utf-8")))
     except (OSError, ValueError, KeyError, TypeError):
         return ()
+
+
+def _json(content: Any) -> bytes:
+    return json.dumps(content, separators=(",", ":")).encode()
+
+
+def _plan_json(items: Sequence[PlanItem]) -> bytes:
+    """A plan's file. It is made row by row, so that a long plan does not keep the other threads waiting."""
+    head = _json({"format": _FORMAT, "columns": _COLUMNS, "items": []})
+    return head.removesuffix(b"]}") + b",".join([_json(_row(item)) for item in items]) + b"]}"
 
 
 def _parameters_of(content: dict[str, Any]) -> dict[str, float]:

@@ -142,4 +142,9 @@ def _kill_switch(s: Situation) -> Iterator[Finding]:
         yield Finding(Check.KILL_SWITCH_FAULT, s.kill_switch_fault)
 
 
-CHECKS: tuple[Looks, ...] = (_position, _heading, _devices, _thrusters, _battery, _leak, _kill_switch)
+def _fence(s: Situation) -> Iterator[Finding]:
+    if s.fence_preparing:
+        yield Finding(Check.FENCE, "fence is being prepared: wait")
+
+
+CHECKS: tuple[Looks, ...] = (_position, _heading, _devices, _thrusters, _battery, _leak, _kill_switch, _fence)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from companion.core.decision import ModeId, ModeInputs, TextKind
 from companion.core.events import EventLog
 from companion.fence.guard import FenceGuard
-from companion.mission.commands import is_no_circle
 from companion.mission.plan import PlanKind, Plans
 from companion.modes.mission import MissionMode
 from companion.supervisor.helm import Helm
@@ -49,10 +48,9 @@ class FenceDuty:
 
     def _tell_of_no_circles(self, now_s: float) -> None:
         """Announce the circles of a new fence that are none."""
-        fence_id, items = self._plans.plan_id(PlanKind.FENCE), self._plans.items(PlanKind.FENCE)
-        none = [item.seq for item in items if is_no_circle(item)]
-        if none and fence_id != self._told_of:
-            text = f"Fence item {none[0]}: circle of radius 0 ignored"
+        fence_id, none = self._plans.plan_id(PlanKind.FENCE), self._fence.no_circle
+        if none is not None and fence_id != self._told_of:
+            text = f"Fence item {none}: circle of radius 0 ignored"
             self._events.say(now_s, TextKind.ATTENTION, "fence_no_circle", text)
         self._told_of = fence_id
 
@@ -62,14 +60,19 @@ class FenceDuty:
             self._helm.stop(Cause.FENCE)
 
     def _warn_of_plan(self, inputs: ModeInputs) -> None:
-        """Announce, once mission and fence are both there, what would be refused at the start."""
+        """Check a new mission against the fence, a step each tick. Announce, once both are there, what would be refused
+        at the start."""
         plans = self._fence.key, self._plans.plan_id(PlanKind.MISSION)
         if plans != self._seen_plans:
             self._seen_plans = plans
             self._changed_s = inputs.now_s
-        if self._changed_s is None or inputs.now_s - self._changed_s < _SETTLED_S or not inputs.nav.position_valid:
+        if self._changed_s is None or not inputs.nav.position_valid:
+            return
+        under_way = self._helm.armed and self._helm.mode is self._mission
+        reason = self._mission.fence_refusal(inputs) if plans[0] and plans[1] and not under_way else None
+        unfinished = reason is None and not under_way and not self._mission.fence_checked
+        if unfinished or inputs.now_s - self._changed_s < _SETTLED_S:
             return
         self._changed_s = None
-        under_way = self._helm.armed and self._helm.mode is self._mission
-        if plans[0] and plans[1] and not under_way and (reason := self._mission.fence_refusal(inputs)) is not None:
+        if reason is not None:
             self._events.say(inputs.now_s, TextKind.ATTENTION, "mission_crosses_fence", f"Check the mission: {reason}")

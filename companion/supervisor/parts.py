@@ -189,6 +189,7 @@ class SupervisorParts:
             lost_motions=lost_motions(thrusters, self.failed),
             kill_switch_fault=kill_switch_fault(self.parameters, self.switches.channels),
             fence=self.fence.cause,
+            fence_preparing=self.fence.preparing,
             sources=self._sources(now_s),
         )
 

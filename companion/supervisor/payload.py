@@ -16,8 +16,8 @@ from companion.core.geodesy import LocalFrame
 from companion.core.payload import Forward, PayloadPart, Shot
 from companion.mission.commands import Command, name_of
 from companion.mission.payload import payload_of
-from companion.mission.plan import PlanItem, PlanKind, Plans, item_number
-from companion.mission.survey import has_payload, survey_of, without_camera
+from companion.mission.plan import Adopt, PlanItem, PlanKind, Plans, item_number
+from companion.mission.survey import Survey, has_payload, survey_of, without_camera
 from companion.mission.tasks import (
     ByDistance,
     ByTime,
@@ -63,6 +63,25 @@ class _Camera:
     sequence: tuple[int, float] = (0, -math.inf)  # of the last request, and when it came
 
 
+@dataclass(frozen=True, slots=True)
+class _PlanContent:
+    """What a mission has for cameras and gimbals. `items`: the mission."""
+
+    items: tuple[PlanItem, ...]
+    any: bool = False
+    survey: Survey | None = None
+    passed_on: tuple[Forward, ...] = ()
+    without_camera: str | None = None
+
+
+def _content_of(items: tuple[PlanItem, ...], cruise_mps: float) -> _PlanContent:
+    """Looks at every item, so of a long mission not within a tick."""
+    if not has_payload(items):
+        return _PlanContent(items)
+    passed_on = tuple(action for action in map(payload_of, items) if isinstance(action, Forward))
+    return _PlanContent(items, True, survey_of(items, cruise_mps), passed_on, without_camera(items))
+
+
 class Payload:
     """`request(action, now_s)` → Outcome; `update(nav, armed, mission_runs, now_s, dt_s)` once a tick, then
     `take_shots` and `take_forwards`. None of it raises.
@@ -93,6 +112,8 @@ class Payload:
         self._of_mission = 0  # since the mission began
         self._said: set[str] = set()  # refusals of the present mission
         self._new_plan = False
+        self._content = _PlanContent(())  # of the mission that was prepared last
+        plans.prepare_by(PlanKind.MISSION, self._prepare)
         plans.on_change(self._on_change)
 
     def hear(self, cameras: Collection[int], gimbals: Collection[int]) -> None:
@@ -314,24 +335,39 @@ class Payload:
     def _on_change(self, kind: PlanKind) -> None:
         self._new_plan = self._new_plan or kind is PlanKind.MISSION
 
+    def _prepare(self, items: Sequence[PlanItem]) -> Callable[[], Adopt]:
+        """The work that a new mission needs before it comes into force (`Plans.prepare_by`): a look at its items."""
+        kept, cruise_mps = tuple(items), self._parameters["WP_SPEED"]
+
+        def work() -> Adopt:
+            content = _content_of(kept, cruise_mps)
+
+            def adopt() -> None:
+                self._content = content
+
+            return adopt
+
+        return work
+
     def _tell_of_plan(self, now_s: float) -> None:
         """What a new mission does with cameras and gimbals, and what it lacks."""
         items = self._plans.items(PlanKind.MISSION)
-        if not has_payload(items):
+        if self._content.items is not items:
+            self._content = _content_of(items, self._parameters["WP_SPEED"])
+        content = self._content
+        if not content.any:
             for camera in self._cameras:
                 camera.trigger.stop(by_mission=True)
             return
-        survey = survey_of(items, self._parameters["WP_SPEED"])
-        if survey is not None and self._cameras:
-            self._events.say(now_s, TextKind.ROUTINE, "survey", survey.text)
-        for text in self._missing(items):
+        if content.survey is not None and self._cameras:
+            self._events.say(now_s, TextKind.ROUTINE, "survey", content.survey.text)
+        for text in self._missing(content):
             self._events.say(now_s, TextKind.ATTENTION, "payload_missing", text)
 
-    def _missing(self, items: Sequence[PlanItem]) -> list[str]:
+    def _missing(self, content: _PlanContent) -> list[str]:
         """What the items need and the boat has not, for people."""
         told = [self._unready(camera) for camera in self._cameras if camera.press is None]
-        passed_on = [action for action in map(payload_of, items) if isinstance(action, Forward)]
         for part in PayloadPart:
-            lacks = [text for action in passed_on if action.part is part and (text := self.lacking(action))]
+            lacks = [text for action in content.passed_on if action.part is part and (text := self.lacking(action))]
             told += [f"{lacks[0]}; {len(lacks) - 1} more" if len(lacks) > 1 else lacks[0]] if lacks else []
-        return [text for text in (None if self._cameras else without_camera(items), *told) if text is not None]
+        return [text for text in (None if self._cameras else content.without_camera, *told) if text is not None]

@@ -25,6 +25,7 @@ from companion.io.mavlink.transfer.mission_service import MissionService
 from companion.io.mavlink.wire import messages as mavlink
 from companion.io.mavlink.wire.hub import Peer
 from companion.io.mavlink.wire.personas import ARDUPILOT, PX4, Persona
+from companion.loop import AtOnce, NoStorage
 from companion.mission.plan import PlanItem, PlanKind, PlanResult, Plans
 from companion.params.store import Parameters
 
@@ -90,7 +91,13 @@ class Water:
         self.hub = FakeHub(self)
         config = SimpleNamespace(limits=SimpleNamespace(sway_n=20.0), length_m=3.0, servos=(), relays=())
         vessel: Any = SimpleNamespace(
-            plans=self.plans, events=self.events, supervisor=self.supervisor, config=config, parameters=Parameters()
+            plans=self.plans,
+            events=self.events,
+            supervisor=self.supervisor,
+            config=config,
+            parameters=Parameters(),
+            storage=NoStorage(),
+            worker=AtOnce(),
         )
         hub: Any = self.hub
         self.service = MissionService(hub, vessel)

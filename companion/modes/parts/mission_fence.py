@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from itertools import pairwise
 
@@ -15,15 +15,16 @@ from companion.guidance.orbit import Circle, chosen_circle, whole_line
 from companion.guidance.path_tracking import PathTracker, Waypoint
 from companion.mission.executor import MissionExecutor
 from companion.mission.plan import PlanKind, Plans, item_number
-from companion.mission.tasks import Dock, Orbit, ReturnHome, RoutePoint, Sail
+from companion.mission.tasks import Dock, Orbit, ReturnHome, RoutePoint, Sail, Task
 from companion.modes.parts.berth import BerthChoice
 from companion.modes.rtl import ReturnPoint
 from companion.params.store import Parameters
 
-# Before the start, the first points are checked by the smooth path and the rest by straight legs.
+# Before the start, the first route is checked by the smooth path and the rest by straight legs.
 # Each path is checked again when it is laid.
-_SMOOTH_POINTS = 200
+_POINTS_A_STEP = 40
 _MOST_POINTS = 2_000
+_PLACES = (Sail, ReturnHome, Dock, Orbit)  # tasks after which it does not matter where the boat was before
 _SAME_PLACE_M = 1.0
 _SHAPE = (
     "PATH_KIND",
@@ -45,8 +46,12 @@ def orbit_circle(task: Orbit, frame: LocalFrame, parameters: Parameters) -> Circ
 
 
 class MissionFence:
-    """`refusal(inputs)` checks the rest of the mission; `track_refusal(legs, seqs)` checks a path just laid. Remembers
-    the last answer and the position that it holds for."""
+    """`refusal(inputs)` checks the rest of the mission; `track_refusal(legs, seqs)` checks a path just laid.
+
+    A long mission is checked in steps, one a tick: until the last one, it is refused only for what was found by then.
+    The check has two parts: from the boat to the first place of the mission, anew whenever the boat has moved, and from
+    there on. Remembers the answer of the first part with its position, and how far the second part is.
+    """
 
     def __init__(
         self,
@@ -68,7 +73,11 @@ class MissionFence:
         self._fence = fence
         self._can_sway = config.limits.sway_n > 0.0
         self._scratch = PathTracker(parameters, self._can_sway)
-        self._known: tuple[object, Place, str | None] = ((), (0.0, 0.0), None)
+        self._key: object = ()
+        self._from_here: tuple[Place, str | None] | None = None
+        self._rest: Iterator[str | None] | None = None  # the second part, while it goes on
+        self._rest_refusal: str | None = None
+        self._stepped_s: float | None = None  # time of the last step
 
     @property
     def guard(self) -> FenceGuard:
@@ -76,8 +85,8 @@ class MissionFence:
         return self._fence
 
     def refusal(self, inputs: ModeInputs) -> str | None:
-        """Return which item leads out of the fence, and why; None if all stay inside. Callers ask every tick while
-        disarmed, so the answer is kept while the boat stays within 1 m."""
+        """Return which item leads out of the fence, and why; None if all stay inside as far as that is checked. Callers
+        ask every tick while disarmed, so the answer is kept while the boat stays within 1 m."""
         nav = inputs.nav
         if not self._fence.key or not nav.position_valid:
             return None
@@ -85,40 +94,82 @@ class MissionFence:
         shape = [self._parameters[name] for name in _SHAPE]
         key = (self._fence.key, tuple(ids), progress.state, progress.seq, inputs.home, tuple(shape))
         place = (nav.north_m, nav.east_m)
-        if key != self._known[0] or math.dist(place, self._known[1]) > _SAME_PLACE_M:
-            self._known = key, place, self._look_ahead(inputs)
-        return self._known[2]
+        if key != self._key:
+            self._key, self._from_here = key, None
+        if self._from_here is None or math.dist(place, self._from_here[0]) > _SAME_PLACE_M:
+            anew = self._from_here is None or self._from_here[1] is not None
+            self._begin(place, inputs, anew)
+            self._stepped_s = None if anew else inputs.now_s
+        if self._rest is not None and inputs.now_s != self._stepped_s:
+            self._stepped_s = inputs.now_s
+            self._go_on(self._rest)
+        assert self._from_here is not None
+        return self._from_here[1] or self._rest_refusal
+
+    @property
+    def checked(self) -> bool:
+        """Whether the check of the mission asked for last is complete."""
+        return self._rest is None
 
     def track_refusal(self, legs: Sequence[Sequence[Place]], seqs: Iterable[int]) -> str | None:
         """Return which leg crosses the fence, or None. `legs` are the lines to a route's points, `seqs` their items."""
-        for seq, leg in zip(seqs, legs, strict=False):  # leg by leg: shapely takes minutes for many laps as one line
-            if (found := self._fence.line_refusal(leg)) is not None:
+        clear = self._fence.clear(legs)  # leg by leg: shapely takes minutes for many laps as one line
+        for seq, leg, is_clear in zip(seqs, legs, clear, strict=False):
+            if not is_clear and (found := self._fence.line_refusal(leg)) is not None:
                 return f"item {item_number(seq)}: {found}"
         return None
 
-    def _look_ahead(self, inputs: ModeInputs) -> str | None:
-        place, points = (inputs.nav.north_m, inputs.nav.east_m), 0
-        for task in self._executor.ahead():
-            match task:
-                case Sail():
-                    points += len(task.route)
-                    smooth = points <= _SMOOTH_POINTS or points == len(task.route)
-                    refusal, place = self._sail(task, place, inputs, smooth)
-                case ReturnHome():
-                    found = self._point.way(place, inputs.home)
-                    refusal = f"item {item_number(task.seq)}: {found}" if isinstance(found, str) else None
-                    place = place if isinstance(found, str) else found[1].points[-1]
-                case Dock():
-                    refusal, place = self._dock(task, place)
-                case Orbit():
-                    refusal, place = self._orbit(task, place)
-                    points += 1
-                case _:
-                    refusal = None
-                    points += 1
+    def _begin(self, place: Place, inputs: ModeInputs, anew: bool) -> None:
+        """Check from the boat to the first place of the mission. `anew`: prepare the check of the rest too."""
+        tasks = self._executor.ahead()
+        refusal, there = None, place
+        for task in tasks:
+            refusal, there = self._check(task, place, inputs, smooth=True)
+            if refusal is not None or isinstance(task, _PLACES):
+                break
+        self._from_here = place, refusal
+        if anew:
+            self._rest, self._rest_refusal = self._look_ahead(tasks, there, inputs), None
+
+    def _go_on(self, rest: Iterator[str | None]) -> None:
+        """One step of the rest."""
+        try:
+            self._rest_refusal = next(rest)
+        except StopIteration:
+            self._rest = None
+        if self._rest_refusal is not None:
+            self._rest = None
+
+    def _look_ahead(self, tasks: Iterator[Task], place: Place, inputs: ModeInputs) -> Iterator[str | None]:
+        """The answer after each step, as long as it is None."""
+        points = since = 0
+        for task in tasks:
+            refusal, place = self._check(task, place, inputs, smooth=False)
+            count = len(task.route) if isinstance(task, Sail) else 1
+            points, since = points + count, since + count
+            if refusal is not None:
+                yield refusal
             if refusal is not None or points > _MOST_POINTS:
-                return refusal
-        return None
+                return
+            if since >= _POINTS_A_STEP:
+                since = 0
+                yield None
+
+    def _check(self, task: Task, place: Place, inputs: ModeInputs, smooth: bool) -> tuple[str | None, Place]:
+        """Why the task leads out of the fence, and where the boat is afterwards."""
+        match task:
+            case Sail():
+                return self._sail(task, place, inputs, smooth)
+            case ReturnHome():
+                found = self._point.way(place, inputs.home)
+                if isinstance(found, str):
+                    return f"item {item_number(task.seq)}: {found}", place
+                return None, found[1].points[-1]
+            case Dock():
+                return self._dock(task, place)
+            case Orbit():
+                return self._orbit(task, place)
+        return None, place
 
     def berth_heading_rad(self, task: Dock) -> float | None:
         """The heading at the berth of a NAV_LAND item; None where the boat holds there instead (MIS_LAND_ACT)."""
@@ -148,8 +199,8 @@ class MissionFence:
     def _sail(self, task: Sail, place: Place, inputs: ModeInputs, smooth: bool) -> tuple[str | None, Place]:
         route, waypoints = task.route, self._waypoints(task.route)
         ends = [(w.north_m, w.east_m) for w in waypoints]
-        for point, end in zip(route, ends, strict=True):
-            if (refusal := self._fence.point_refusal(*end)) is not None:
+        for point, end, inside in zip(route, ends, self._fence.inside(ends), strict=True):
+            if not inside and (refusal := self._fence.point_refusal(*end)) is not None:
                 return f"item {item_number(point.seq)}: {refusal}", place
         if self._sideways(route) or not smooth:
             legs = [list(leg) for leg in pairwise((place, *ends))]

@@ -14,7 +14,7 @@ import pytest
 from companion.core.decision import Event, TextKind
 from companion.core.tick import DeviceHealth
 from companion.record.readings import read_ticks
-from companion.record.recorder import LogFolder, WrittenThrough, tick_columns
+from companion.record.recorder import LogFolder, Medium, tick_columns
 from tests.unit.record.ticks import tick
 
 THRUSTERS = ("port", "starboard")
@@ -22,7 +22,7 @@ DEVICES = ("gnss", "imu")
 
 
 def log(folder: Path, sync: bool = False) -> LogFolder:
-    return LogFolder(folder, THRUSTERS, DEVICES, {"vessel": "test"}, pytest.fail, sync)
+    return LogFolder(folder, THRUSTERS, DEVICES, {"vessel": "test"}, medium=Medium(durable=sync, beside=sync))
 
 
 def test_every_row_is_there_without_closing(tmp_path: Path) -> None:
@@ -57,16 +57,6 @@ def test_a_synced_log_closes_cleanly(tmp_path: Path) -> None:
     folder.close()
     folder.record(tick(0.1))
     assert len((tmp_path / "ticks.csv").read_text(encoding="utf-8").splitlines()) == 2
-
-
-@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
-def test_a_full_disk_ends_the_file_with_one_warning(tmp_path: Path) -> None:
-    warnings: list[str] = []
-    (tmp_path / "ticks.csv").symlink_to("/dev/full")
-    file = WrittenThrough(tmp_path / "ticks.csv", warnings.append)
-    for _ in range(3):
-        file.write(b"row\n")
-    assert len(warnings) == 1 and "ticks.csv" in warnings[0]
 
 
 def test_a_folder_that_cannot_be_written_is_an_error_at_start(tmp_path: Path) -> None:

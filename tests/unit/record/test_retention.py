@@ -32,6 +32,12 @@ def test_the_present_run_stays_whatever_its_size_and_age(tmp_path: Path) -> None
     assert present.is_dir() and left == size_bytes(present)
 
 
+def test_the_folders_in_which_its_log_went_on_stay_too(tmp_path: Path) -> None:
+    present, more, other = log(tmp_path, "run", 10.0), log(tmp_path, "run-2", 20.0), log(tmp_path, "run-twice", 30.0)
+    trim(tmp_path, 0, present)
+    assert present.exists() and more.exists() and not other.exists()
+
+
 def test_what_is_no_log_is_never_deleted(tmp_path: Path) -> None:
     precious = tmp_path / "photographs"
     precious.mkdir()

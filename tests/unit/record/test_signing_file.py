@@ -5,15 +5,14 @@ from __future__ import annotations
 import json
 import os
 import stat
-import threading
 from pathlib import Path
 
 import pytest
 
-from companion.record import signing_file
 from companion.record.signing_file import FILE, SigningFileError, read_signing, write_signing
 from companion.record.state_file import StateFile
-from tests.waiting import CAP_S
+from companion.record.writer import ThreadWriter
+from tests.faulty_disk import FaultyDisk
 
 KEY = bytes(range(32))
 
@@ -69,33 +68,26 @@ def test_what_is_no_key_file_is_said(tmp_path: Path, content: bytes) -> None:
         read_signing(tmp_path)
 
 
-def test_saving_returns_while_the_medium_takes_its_time_and_the_newest_is_kept(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    may_write, writing = threading.Event(), threading.Event()
-
-    def slowly(directory: Path, key: bytes | None, horizon: int) -> None:
-        writing.set()
-        assert may_write.wait(CAP_S)
-        write_signing(directory, key, horizon)
-
-    monkeypatch.setattr(signing_file, "write_signing", slowly)
+def test_saving_returns_while_the_medium_takes_its_time_and_the_newest_is_kept(tmp_path: Path) -> None:
+    disk = FaultyDisk()
     state = StateFile(tmp_path)
+    state.write_with(ThreadWriter(tmp_path, lambda: None, disk))
+    disk.stall()
     for horizon in range(100):
         state.save_signing(KEY, horizon)
-    assert writing.wait(CAP_S) and not (tmp_path / FILE).exists()
-    may_write.set()
+    disk.wait_for_stall()
+    assert not (tmp_path / FILE).exists()
+    disk.go_on()
     state.close()
     assert read_signing(tmp_path) == (KEY, 99)
+    assert stat.S_IMODE((tmp_path / FILE).stat().st_mode) == 0o600
 
 
-def test_a_full_medium_is_told_of_and_stops_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def full(directory: Path, key: bytes | None, horizon: int) -> None:
-        raise OSError(28, "No space left on device")
-
-    warnings: list[str] = []
-    monkeypatch.setattr(signing_file, "write_signing", full)
+def test_a_full_medium_is_told_of_and_stops_nothing(tmp_path: Path) -> None:
+    disk, warnings = FaultyDisk(), list[str]()
     state = StateFile(tmp_path, warnings.append)
+    state.write_with(ThreadWriter(tmp_path, lambda: None, disk))
+    disk.fail_with()
     state.save_signing(KEY, 1)
     state.close()
     assert len(warnings) == 1 and "No space left" in warnings[0]

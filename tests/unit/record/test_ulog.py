@@ -14,7 +14,7 @@ from companion.core.decision import Event, TextKind
 from companion.core.readings import Battery
 from companion.core.tick import Inputs
 from companion.params.table import TABLE
-from companion.record.recorder import LogFolder
+from companion.record.recorder import LogFolder, Medium
 from companion.record.ulog import FILE, UlogEncoder
 from tests.unit.record.ticks import tick
 
@@ -93,7 +93,12 @@ def test_the_recorder_writes_it_where_rows_are_to_be_kept(tmp_path: Path) -> Non
     for durable in (True, False):
         folder = tmp_path / str(durable)
         log = LogFolder(
-            folder, ["port", "starboard"], [], {"version": "1", "parameters": {"WP_SPEED": 0.6}}, print, durable, TABLE
+            folder,
+            ["port", "starboard"],
+            [],
+            {"version": "1", "parameters": {"WP_SPEED": 0.6}},
+            TABLE,
+            Medium(durable=durable, beside=durable),
         )
         for n in range(5):
             log.record(tick(0.1 * n))

@@ -50,9 +50,9 @@ def start_compass(supervisor: Supervisor, request: CommandRequest) -> Outcome | 
     return supervisor.calibration.request(Kind.COMPASS, request.now_s, save=request.whole_or(3, 0) == 1)
 
 
-def accept_compass(supervisor: Supervisor, request: CommandRequest) -> Outcome:
+def accept_compass(supervisor: Supervisor, request: CommandRequest) -> Outcome | Answer:
     """Store the result of the compass calibration."""
-    return supervisor.calibration.accept(request.now_s)
+    return Answer(supervisor.calibration.accept(request.now_s), sets_parameters=True)
 
 
 def cancel_compass(supervisor: Supervisor, request: CommandRequest) -> Outcome:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from companion.core.decision import ACCEPTED, Outcome, Result, TextKind
+from companion.core.storing import Ticket
 from companion.io.mavlink.wire.hub import Peer
 from companion.mission.plan import GLOBAL_FRAMES
 from companion.supervisor.supervisor import Supervisor
@@ -68,13 +69,16 @@ class Answer:
     """What became of a command, and the messages that go to who asked after the acknowledgement.
 
     The reason of a refusal is said to who asked, as a text of that kind. A handler that returns the supervisor's
-    outcome as it is leaves that to the supervisor.
+    outcome as it is leaves that to the supervisor. The acknowledgement waits until what the command changes
+    is stored: `stored` is its ticket; `sets_parameters`: parameters.
     """
 
     outcome: Outcome
     messages: Sequence[Any] = ()
     kind: TextKind = TextKind.REFUSAL
     later: bool = False  # whoever carries it out acknowledges it
+    stored: Ticket | None = None
+    sets_parameters: bool = False
 
 
 SupervisorHandler = Callable[[Supervisor, CommandRequest], "Outcome | Answer"]

@@ -1,4 +1,7 @@
-"""The command protocol: every command gets exactly one acknowledgement, at once, sent to who asked.
+"""The command protocol: every command gets an acknowledgement, sent to who asked.
+
+It comes at once, except for a command that changes what is stored: that one is acknowledged when it is on the medium.
+Meanwhile a client that asks again, or that has waited for a while, is told that the command is in progress.
 
 What a command does stands in `command_vessel.py` (arming, modes, go-to, mission, home, …) and `command_messages.py`
 (requests for messages and their rates). Source: MAVLink guide, "Command Protocol".
@@ -10,7 +13,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from companion.core.decision import Outcome, TextKind
+from companion.core.decision import Outcome, Result, TextKind
+from companion.core.storing import Ticket
 from companion.io.mavlink.commands.messages import MessageCommands
 from companion.io.mavlink.commands.request import UNSUPPORTED, Answer, CommandHandler, CommandRequest
 from companion.io.mavlink.commands.vessel import ONCE, VesselCommands
@@ -19,8 +23,13 @@ from companion.io.mavlink.wire import messages as mavlink
 from companion.io.mavlink.wire.hub import Handler, Hub, Peer
 from companion.loop import Vessel
 
+PATIENCE_S = 0.3  # after which, and then again and again, a client is told that its command is in progress
 REPEAT_S = 2.0  # MAVSDK sends a command up to 4 times, 0.5 s apart, with nothing to tell them apart
 _MOST_PEERS = 64
+_MOST_ANSWERED = 1_000
+_MOST_UNSTORED = 64
+_IN_PROGRESS = Outcome(Result.IN_PROGRESS)
+_NOT_STORED_YET = Answer(Outcome(Result.FAILED, "In force but not stored yet: the medium is too slow"))
 
 
 @dataclass(slots=True)
@@ -33,10 +42,21 @@ class _Last:
     version: int
 
 
+@dataclass(slots=True)
+class _Unstored:
+    """A command that is done but not stored yet, its answer, and when its peer is told so next."""
+
+    request: CommandRequest
+    answer: Answer
+    ticket: Ticket
+    tell_s: float
+
+
 class CommandService:
     """In: COMMAND_LONG, COMMAND_INT, SET_MODE. Out: COMMAND_ACK and what was asked for.
 
     Remembers each peer's last command: a repetition of one that must not be done twice is only acknowledged again.
+    Remembers too the commands that are to be acknowledged when they are stored.
     """
 
     def __init__(
@@ -52,8 +72,8 @@ class CommandService:
             **(more or {}),
         }
         self._last: dict[Peer, _Last] = {}
-        self._batch = -1
-        self._answered: set[tuple[Peer, bytes]] = set()  # in this batch
+        self._unstored: list[_Unstored] = []
+        self._answered: dict[tuple[Peer, bytes], int] = {}  # the batch in which that command came last
         self.handles: Mapping[int, Handler] = {
             mavlink.MAVLINK_MSG_ID_COMMAND_LONG: self._on_long,
             mavlink.MAVLINK_MSG_ID_COMMAND_INT: self._on_int,
@@ -61,7 +81,18 @@ class CommandService:
         }
 
     def update(self, now_s: float) -> None:
-        """Nothing here takes time."""
+        """Acknowledge what is stored; tell clients that wait long."""
+        self.answer(now_s)
+        for one in self._unstored:
+            if now_s >= one.tell_s:
+                one.tell_s = now_s + PATIENCE_S * self._hub.patience
+                self._acknowledge(one.request, _IN_PROGRESS)
+
+    def answer(self, now_s: float) -> None:
+        """Acknowledge commands that are stored, or refuse those that could not be."""
+        for one in [one for one in self._unstored if not one.ticket.pending]:
+            self._unstored.remove(one)
+            self._settle(one)
 
     def _on_long(self, message: Any, peer: Peer, now_s: float) -> None:
         m = message
@@ -81,12 +112,11 @@ class CommandService:
         A sender that has waited too long repeats its command, and the boat then finds both. It gets one answer: MAVSDK
         would take the second for the answer to its next command, or log "Received ack for not-existing command".
         """
-        if self._batch != self._hub.batch:
-            self._batch = self._hub.batch
-            self._answered.clear()
-        key = (request.peer, request.key)
-        known = key in self._answered
-        self._answered.add(key)
+        key, batch = (request.peer, request.key), self._hub.batch
+        known = self._answered.pop(key, None) == batch
+        self._answered[key] = batch
+        if len(self._answered) > _MOST_ANSWERED:
+            del self._answered[next(iter(self._answered))]
         return known
 
     def _carry_out(self, request: CommandRequest, broadcast: bool) -> None:
@@ -102,13 +132,35 @@ class CommandService:
             self._acknowledge(request, repeated)
             return
         result = handler(request)
-        if isinstance(result, Answer) and result.later:
+        if isinstance(result, Outcome):
+            self._conclude(request, Answer(result), tell=False)
+        elif result.outcome.accepted and (ticket := self._ticket_of(result)) is not None:
+            self._wait(_Unstored(request, result, ticket, request.now_s + PATIENCE_S * self._hub.patience))
+        elif not result.later:
+            self._conclude(request, result)
+
+    def _ticket_of(self, answer: Answer) -> Ticket | None:
+        return self._hub.vessel.storage.parameters() if answer.sets_parameters else answer.stored
+
+    def _conclude(self, request: CommandRequest, answer: Answer, tell: bool = True) -> None:
+        self._remember(request, answer.outcome)
+        self._acknowledge(request, answer.outcome)
+        if tell:
+            self._tell(answer, request.peer)
+
+    def _wait(self, one: _Unstored) -> None:
+        """Answer when it is stored: now, or in one of the next updates. Of too many, the oldest are answered now."""
+        if not one.ticket.pending:
+            self._settle(one)
             return
-        outcome = result.outcome if isinstance(result, Answer) else result
-        self._remember(request, outcome)
-        self._acknowledge(request, outcome)
-        if isinstance(result, Answer):
-            self._tell(result, request.peer)
+        self._unstored.append(one)
+        if len(self._unstored) > _MOST_UNSTORED:
+            self._conclude(self._unstored.pop(0).request, _NOT_STORED_YET)
+
+    def _settle(self, one: _Unstored) -> None:
+        """The ticket of a command is settled: answer it."""
+        failed = Answer(Outcome(Result.FAILED, f"In force but not stored: {one.ticket.reason}"))
+        self._conclude(one.request, one.answer if one.ticket.durable else failed)
 
     def _tell(self, answer: Answer, peer: Peer) -> None:
         for message in answer.messages:
@@ -126,7 +178,10 @@ class CommandService:
         )
 
     def _repeated(self, request: CommandRequest) -> Outcome | None:
-        """What became of this command a moment ago, where doing it again would do something else."""
+        """What became of this command a moment ago, where doing it again would do something else; in progress while it
+        is being stored."""
+        if any(one.request.peer == request.peer and one.request.key == request.key for one in self._unstored):
+            return _IN_PROGRESS
         last = self._last.get(request.peer)
         if request.command not in ONCE or last is None or last.key != request.key:
             return None

@@ -214,9 +214,10 @@ class VesselCommands:
         else:
             own_seq = self._item(seq, request.peer)
         outcome = self._supervisor.set_current(own_seq, bool(reset), request.now_s)
-        if outcome.accepted:
-            self._hub.announce(request.now_s, mavlink.MAVLINK_MSG_ID_MISSION_CURRENT)
-        return outcome
+        if not outcome.accepted:
+            return outcome
+        self._hub.announce(request.now_s, mavlink.MAVLINK_MSG_ID_MISSION_CURRENT)
+        return Answer(outcome, stored=self._vessel.storage.progress())
 
     @staticmethod
     def _item(seq: int, peer: Peer) -> int:
@@ -258,9 +259,10 @@ class VesselCommands:
                 result = self._set_home_at(request)
             case _:
                 return denied("param 1 of set home should be 0 or 1")
-        if isinstance(result, Outcome) and result.accepted:
-            self._hub.announce(request.now_s, mavlink.MAVLINK_MSG_ID_HOME_POSITION)
-        return result
+        if not isinstance(result, Outcome) or not result.accepted:
+            return result
+        self._hub.announce(request.now_s, mavlink.MAVLINK_MSG_ID_HOME_POSITION)
+        return Answer(result, stored=self._vessel.storage.progress())
 
     def _set_home_at(self, request: CommandRequest) -> Outcome | Answer:
         lat_deg, lon_deg = request.place
@@ -287,7 +289,7 @@ class VesselCommands:
                 if self._supervisor.status(request.now_s).armed:
                     return not_now("parameters are reset while disarmed only")
                 self._vessel.parameters.reset()
-                return DONE
+                return Answer(DONE.outcome, sets_parameters=True)
         return denied("param 1 of storage should be 0 to 2")
 
     def _restart(self, request: CommandRequest) -> Outcome | Answer:

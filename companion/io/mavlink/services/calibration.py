@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 from companion.core.decision import TextKind
@@ -51,10 +52,16 @@ class CalibrationService:
             self._say(_begun(state.kind))
         if state.phase is Phase.RUNNING:
             self._progress(state, now_s)
-        else:
+        elif state.phase is not Phase.DONE or not self._hub.vessel.storage.parameters().pending:
             self._phase = state.phase
-            self._say(_ended(state))
-            self._report(state)
+            self._end(state)
+
+    def _end(self, state: CalibrationState) -> None:
+        """Tell how it ended. It is done when its result is stored; the storage tells why it is not."""
+        if state.phase is Phase.DONE and not self._hub.vessel.storage.parameters().durable:
+            state = replace(state, phase=Phase.FAILED, text="not stored")
+        self._say(_ended(state))
+        self._report(state)
 
     def _progress(self, state: CalibrationState, now_s: float) -> None:
         percent = int(100.0 * state.progress)

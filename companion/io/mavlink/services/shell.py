@@ -2,7 +2,8 @@
 
 QGroundControl's MAVLink Console and MAVSDK send whole lines; MAVProxy's `nsh` sends lines and asks for more output many
 times a second. They show what comes back as it is: the line again, the answer, the prompt. What the commands say stands
-in `companion/supervisor/shell.py`.
+in `companion/supervisor/shell.py`. A line that sets a parameter is answered when the value is on the medium; the lines
+behind it wait for that.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from companion.core.decision import Event, TextKind
+from companion.core.storing import Ticket
 from companion.io.mavlink.wire import messages as mavlink
 from companion.io.mavlink.wire.hub import Handler, Hub, Peer
 from companion.loop import Vessel
@@ -27,6 +29,7 @@ _REPLY, _RESPOND = 1, 2  # SERIAL_CONTROL_FLAG
 _MOST_CLIENTS = 8
 _LONGEST_LINE = 200
 _MOST_WAITING = 16_000  # bytes; about two of the longest answers
+_MOST_UNREAD = 4_000  # bytes, while a parameter is being stored
 _IDLE_S = 600.0
 _SHARE = 0.25  # of the line
 _FRAME_BYTES = 81 + 14
@@ -38,13 +41,15 @@ _BACK = (8, 127)
 @dataclass(slots=True)
 class _Session:
     """One client: the line that it writes, and the output that waits for room on its link. `listens`: whether it wants
-    any."""
+    any. `held`: an answer that waits until what it tells is stored; meanwhile the input stays in `unread`."""
 
     used_s: float
     allowed_s: float
     listens: bool
     line: bytearray = field(default_factory=bytearray)
     waiting: bytearray = field(default_factory=bytearray)
+    unread: bytearray = field(default_factory=bytearray)
+    held: tuple[Ticket, Sequence[str]] | None = None
     allowance: float = 0.0
 
     def put(self, text: str) -> None:
@@ -52,6 +57,10 @@ class _Session:
         if not self.listens:
             return
         self.waiting += text.encode("ascii", "replace")[: max(0, _MOST_WAITING - len(self.waiting))]
+
+    def say(self, lines: Sequence[str]) -> None:
+        """Put the lines of an answer, and the prompt."""
+        self.put("".join(f"{text}\n" for text in lines) + PROMPT)
 
 
 class ShellService:
@@ -77,6 +86,13 @@ class ShellService:
             else:
                 self._send(peer, session, now_s)
 
+    def answer(self, now_s: float) -> None:
+        """Answer lines whose parameter is stored, and go on with those behind them."""
+        for peer, session in self._sessions.items():
+            if session.held is not None and not session.held[0].pending:
+                self._read(session, peer, now_s)
+                self._send(peer, session, now_s)
+
     def _on_serial_control(self, message: Any, peer: Peer, now_s: float) -> None:
         """Take what a client writes. Without data and the wish for an answer, it closes its session."""
         if message.flags & _REPLY:
@@ -91,7 +107,8 @@ class ShellService:
             return
         session = self._session(peer, listens, now_s)
         if session is not None:
-            self._read(session, data, peer, now_s)
+            session.unread += data[: max(0, _MOST_UNREAD - len(session.unread))]
+            self._read(session, peer, now_s)
             self._send(peer, session, now_s)
 
     def _session(self, peer: Peer, listens: bool, now_s: float) -> _Session | None:
@@ -108,11 +125,12 @@ class ShellService:
 
     # --- input -----------------------------------------------------------------------------------------------------
 
-    def _read(self, session: _Session, data: bytes, peer: Peer, now_s: float) -> None:
+    def _read(self, session: _Session, peer: Peer, now_s: float) -> None:
         """Take bytes as a terminal does: a line feed ends the line, backspace deletes, other control bytes are
         ignored."""
         boat: Snapshot | None = None  # one for all lines: it takes a while
-        for byte in data:
+        while self._may_go_on(session) and session.unread:
+            byte = session.unread.pop(0)
             if byte == ord("\n"):
                 boat = boat or snapshot_of(self._vessel, tuple(self._events), now_s)
                 self._obey(session, boat, peer, now_s)
@@ -131,17 +149,31 @@ class ShellService:
         elif len(session.waiting) > _MOST_WAITING // 2:
             lines = ("Too much at once: wait for the answers",)
         else:
-            lines = self._carry_out(answer(line, boat), peer, now_s)
-        session.put("".join(f"{text}\n" for text in lines) + PROMPT)
+            lines = self._carry_out(session, answer(line, boat), peer, now_s)
+        if session.held is None:
+            session.say(lines)
 
-    def _carry_out(self, reply: Reply, peer: Peer, now_s: float) -> Sequence[str]:
-        """Set what the reply asks to be set; returns what to say."""
+    @staticmethod
+    def _may_go_on(session: _Session) -> bool:
+        """Whether no answer is held any more. Says it where its ticket is settled."""
+        if session.held is None:
+            return True
+        ticket, lines = session.held
+        if ticket.pending:
+            return False
+        session.held = None
+        session.say(lines if ticket.durable else (f"In force but not stored: {ticket.reason}",))
+        return True
+
+    def _carry_out(self, session: _Session, reply: Reply, peer: Peer, now_s: float) -> Sequence[str]:
+        """Set what the reply asks to be set, and hold its answer; returns what to say of any other."""
         if reply.setting is None:
             return reply.lines
         reason = self._vessel.supervisor.refusal(AuthorityRequest(RequestedAction.PARAMETER, system=peer.system), now_s)
         if reason is not None:
             return (f"Not obeyed: {reason}",)
         self._vessel.parameters.set(reply.setting.name, reply.setting.value)
+        session.held = self._vessel.storage.parameters(), reply.lines
         return reply.lines
 
     # --- output ----------------------------------------------------------------------------------------------------

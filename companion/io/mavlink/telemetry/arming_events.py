@@ -25,6 +25,7 @@ _FIXED: dict[Check, EventRow] = {
     Check.AUTHORITY: table.SAFE_SWITCH,
     Check.KILL_SWITCH: table.KILL_SWITCH,
     Check.KILL_SWITCH_FAULT: table.KILL_SWITCH_FAULT,
+    Check.FENCE: table.FENCE_PREPARED,
 }
 
 

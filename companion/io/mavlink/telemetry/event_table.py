@@ -51,6 +51,7 @@ HEALTH_COMPONENTS: tuple[Component, ...] = (
     Component("hull", "Hull", (Check.LEAK,)),
     Component("transmitter", "Transmitter", (Check.AUTHORITY, Check.KILL_SWITCH, Check.KILL_SWITCH_FAULT)),
     Component("modes", "Modes", (Check.MODE,)),
+    Component("fence", "Fence", (Check.FENCE,)),
 )
 COMPONENT_OF: Mapping[Check, int] = {check: i for i, row in enumerate(HEALTH_COMPONENTS) for check in row.checks}
 
@@ -178,6 +179,12 @@ KILL_SWITCH_FAULT = EventRow(
     "The kill switch would not work",
     "Give <param>RC_MAP_KILL_SW</param> a channel that the transmitter sends and nothing else uses.",
 )
+FENCE_PREPARED = EventRow(
+    "fence_being_prepared",
+    ARMING,
+    "The fence is being prepared",
+    "Wait: a fence of thousands of zones takes some seconds.",
+)
 ROWS: tuple[EventRow, ...] = (
     ARMING_SUMMARY,
     HEALTH_SUMMARY,
@@ -193,6 +200,7 @@ ROWS: tuple[EventRow, ...] = (
     SAFE_SWITCH,
     KILL_SWITCH,
     KILL_SWITCH_FAULT,
+    FENCE_PREPARED,
 )
 """The events that do not depend on a mode."""
 

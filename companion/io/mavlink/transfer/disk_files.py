@@ -11,6 +11,9 @@ from collections.abc import Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Protocol, TypeVar
+
+from companion.core.log_names import is_of_run
 
 _BLOCK = 1 << 17
 _KEPT_BLOCKS = 3
@@ -38,8 +41,9 @@ class Run:
 class DiskFile:
     """One open file. `size`: when it was opened. Remembers the last blocks, read or being read."""
 
-    def __init__(self, pool: ThreadPoolExecutor, descriptor: int, size: int) -> None:
+    def __init__(self, store: LogStore, pool: ThreadPoolExecutor, descriptor: int, size: int) -> None:
         self.size = size
+        self._store = store
         self._pool = pool
         self._descriptor = descriptor
         self._blocks: dict[int, Future[bytes]] = {}
@@ -62,7 +66,8 @@ class DiskFile:
 
     def close(self) -> None:
         """Close it, after the reads that are under way."""
-        self._pool.submit(os.close, self._descriptor)
+        self._blocks.clear()
+        self._store.close_file(self._descriptor)
 
     def _fetch(self, number: int) -> None:
         if number in self._blocks or number * _BLOCK >= max(1, self.size):
@@ -72,13 +77,40 @@ class DiskFile:
         self._blocks[number] = self._pool.submit(os.pread, self._descriptor, _BLOCK, number * _BLOCK)
 
 
+class Closable(Protocol):
+    """A file that must be closed."""
+
+    def close(self) -> None:
+        """Close it."""
+        ...
+
+
+C = TypeVar("C", bound=Closable)
+
+
+def abandon(opening: Future[C | None]) -> None:
+    """Nobody waits for this file any more: it is not opened, or closed as soon as it is open."""
+
+    def close(done: Future[C | None]) -> None:
+        file = None if done.cancelled() or done.exception() is not None else done.result()
+        if file is not None:
+            file.close()
+
+    if not opening.cancel():
+        opening.add_done_callback(close)
+
+
 class LogStore:
-    """The log folders in one directory: two levels, regular files only, symbolic links ignored."""
+    """The log folders in one directory: two levels, regular files only, symbolic links ignored. Remembers the open
+    descriptors."""
 
     def __init__(self, directory: Path, running: str | None = None) -> None:
-        """`running`: name of the log folder that this run writes; it is never erased."""
+        """`running`: name of the log folder with which this run began. It is never erased, nor are those in which its
+        log went on (`NAME-2`…)."""
         self._directory = directory
         self._running = running
+        self._open_files: set[int] = set()
+        self._closed = False
         self._pool = ThreadPoolExecutor(1, thread_name_prefix="log-reader")
 
     def entries(self, path: Sequence[str]) -> Future[list[Entry] | None]:
@@ -98,9 +130,22 @@ class LogStore:
         """Delete the log folders of all other runs: (how many, their bytes). One that cannot be deleted stays."""
         return self._pool.submit(self._erase)
 
+    def close_file(self, descriptor: int) -> None:
+        """Close an open file, after the reads that are under way."""
+        if not self._closed:
+            self._pool.submit(self._close_file, descriptor)
+
     def close(self) -> None:
-        """End the thread, after what it is doing."""
+        """End the thread, after what it is doing, and close all files."""
+        self._closed = True
         self._pool.shutdown(wait=True, cancel_futures=True)
+        while self._open_files:
+            os.close(self._open_files.pop())
+
+    def _close_file(self, descriptor: int) -> None:
+        if descriptor in self._open_files:
+            self._open_files.discard(descriptor)
+            os.close(descriptor)
 
     def _runs(self, most: int) -> list[Run]:
         found = []
@@ -116,7 +161,7 @@ class LogStore:
         count = size = 0
         for folder in self._entries(()) or ():
             files = self._entries((folder.name,)) or ()
-            if folder.name == self._running or _MARK not in {entry.name for entry in files}:
+            if self._is_of_this_run(folder.name) or _MARK not in {entry.name for entry in files}:
                 continue
             path = self._directory / folder.name
             shutil.rmtree(path, ignore_errors=True)
@@ -124,6 +169,9 @@ class LogStore:
                 count += 1
                 size += sum(entry.size or 0 for entry in files)
         return count, size
+
+    def _is_of_this_run(self, name: str) -> bool:
+        return self._running is not None and is_of_run(name, self._running)
 
     def _entries(self, path: tuple[str, ...]) -> list[Entry] | None:
         folder = self._below(path)
@@ -150,7 +198,8 @@ class LogStore:
         if not stat.S_ISREG(status.st_mode):
             os.close(descriptor)
             return None
-        return DiskFile(self._pool, descriptor, status.st_size)
+        self._open_files.add(descriptor)
+        return DiskFile(self, self._pool, descriptor, status.st_size)
 
     def _below(self, path: tuple[str, ...]) -> Path | None:
         """The path inside the directory; None where a part of it is invalid or a symbolic link."""

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
+from functools import partial
 from typing import Any, Protocol
 
 from companion.io.mavlink.transfer.component_metadata import Descriptions, crc32
@@ -23,10 +24,14 @@ from companion.io.mavlink.wire.personas import Persona
 from companion.loop import Vessel
 from companion.mission import qgc_plan
 from companion.mission.plan import PlanKind
-from companion.mission.plan_file import PlanFile
+from companion.mission.plan_file import PlanFile, PlanFileError
 
+_MOST_MADE = 6
 _LOGS = "logs"
 _ALIASES = {"@MAV_LOG": _LOGS, "@MISSION": "plans", "@FENCE": "plans", "@RALLY": "plans"}
+
+Make = Callable[[], bytes]
+"""Makes the content of a file, from what the vessel had when it was asked for."""
 
 
 class OpenFile(Protocol):
@@ -78,10 +83,11 @@ class FileTree:
         self._address = (system, component)
         self._store = store
         self._described = described
-        self._folders: Mapping[str, Mapping[str, Callable[[Persona], bytes]]] = {
+        self._made: dict[tuple[object, ...], bytes] = {}  # files of plans, the newest last; used by the worker alone
+        self._folders: Mapping[str, Mapping[str, Callable[[Persona], Make]]] = {
             "@PARAM": {
-                "param.pck": lambda _: param_pck(vessel.parameters),
-                "usv.params": lambda _: params_text(vessel.parameters, *self._address).encode(),
+                "param.pck": lambda _: _ready(param_pck(vessel.parameters)),
+                "usv.params": lambda _: _ready(params_text(vessel.parameters, *self._address).encode()),
             },
             "plans": {
                 "mission.dat": lambda persona: self._plan(PlanKind.MISSION, persona),
@@ -103,7 +109,15 @@ class FileTree:
             folders = [*self._folders, *(() if self._store is None else (_LOGS,))]
             return _done([*entries, *map(Entry, folders)])
         folder = self._folders.get("/".join(names))
-        return _done(None if folder is None else [Entry(name, len(make(persona))) for name, make in folder.items()])
+        if folder is None:
+            return _done(None)
+        files = [(name, make(persona)) for name, make in folder.items()]
+
+        def listed() -> Sequence[Entry] | None:
+            made = [(name, _attempt(make)) for name, make in files]
+            return [Entry(name, len(data)) for name, data in made if data is not None]
+
+        return self._vessel.worker.submit(listed)
 
     def open(self, path: str, persona: Persona) -> Future[OpenFile | None]:
         """Open a file, made for that persona."""
@@ -117,17 +131,48 @@ class FileTree:
         if len(names) == 1:
             content = self._described.of(persona).files.get(names[0])
             return _done(None if content is None else MemoryFile(content))
-        make = self._folders.get("/".join(names[:-1]), {}).get(names[-1])
-        return _done(None if make is None else MemoryFile(make(persona)))
+        maker = self._folders.get("/".join(names[:-1]), {}).get(names[-1])
+        if maker is None:
+            return _done(None)
+        make = maker(persona)
 
-    def _plan(self, kind: PlanKind, persona: Persona) -> bytes:
-        home = None if self._vessel.last_tick is None else self._vessel.last_tick.status.home
-        return plan_data(kind, self._vessel.plans.items(kind), home, persona, *self._address)
+        def opened() -> OpenFile | None:
+            data = _attempt(make)
+            return None if data is None else MemoryFile(data)
 
-    def _plan_file(self) -> bytes:
+        return self._vessel.worker.submit(opened)
+
+    def _plan(self, kind: PlanKind, persona: Persona) -> Make:
+        plans, tick = self._vessel.plans, self._vessel.last_tick
+        items, home = plans.items(kind), None if tick is None else tick.status.home
+        key = (kind, plans.plan_id(kind), len(items), home, persona.name)
+        return partial(self._kept, key, lambda: plan_data(kind, items, home, persona, *self._address))
+
+    def _plan_file(self) -> Make:
         plans = self._vessel.plans
         plan = PlanFile(plans.items(PlanKind.MISSION), plans.items(PlanKind.FENCE), plans.items(PlanKind.RALLY))
-        return qgc_plan.write("current.plan", plan).encode()
+        key = tuple((plans.plan_id(kind), len(plans.items(kind))) for kind in PlanKind)
+        return partial(self._kept, key, lambda: qgc_plan.write("current.plan", plan).encode())
+
+    def _kept(self, key: tuple[object, ...], make: Make) -> bytes:
+        """A file as it was made before, else made now: who lists a folder usually opens a file next."""
+        data = self._made.pop(key, None)
+        data = self._made[key] = make() if data is None else data
+        if len(self._made) > _MOST_MADE:
+            del self._made[next(iter(self._made))]
+        return data
+
+
+def _attempt(make: Make) -> bytes | None:
+    """The content of a file; None for a plan that its format cannot hold."""
+    try:
+        return make()
+    except (PlanFileError, ValueError):
+        return None
+
+
+def _ready(data: bytes) -> Make:
+    return lambda: data
 
 
 def split(path: str) -> tuple[list[str] | None, str]:

@@ -1,6 +1,6 @@
 """MAVLink FTP, read-only: lists, opens, reads and streams the files of a `FileTree` to several clients.
 
-Source: MAVLink guide, "File Transfer Protocol". Every request is answered at once, or when the disk has delivered:
+Source: MAVLink guide, "File Transfer Protocol". Every request is answered at once, or when the work for it is done:
 silence costs a client seconds of retries (MAVProxy waits 11 s before it requests parameters one by one). Clients differ
 from the guide: QGroundControl repeats a request with the same number, MAVSDK with a new one, and pymavlink ignores
 answers with another session than its own.
@@ -12,9 +12,10 @@ import struct
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
-from companion.io.mavlink.transfer.disk_files import Entry
+from companion.io.mavlink.transfer.disk_files import Entry, abandon
 from companion.io.mavlink.transfer.file_tree import FileTree, OpenFile
 from companion.io.mavlink.transfer.ftp_codec import LARGEST_DATA, FtpError, FtpRequest, Opcode, ack, nak, parse
 from companion.io.mavlink.wire import messages as mavlink
@@ -60,15 +61,25 @@ class _Session:
     burst: _Burst | None = None
 
 
+@dataclass(frozen=True, slots=True)
+class _Waiting:
+    """A request that waits for the disk or for long work: how to see that it is ready, how to answer it then, and what
+    to do if nobody wants the answer any more."""
+
+    request: FtpRequest
+    ready: Callable[[], bool]
+    answer: Callable[[], bytes]
+    drop: Callable[[], object]
+
+
 @dataclass(slots=True)
 class _FtpClient:
-    """`last`: number, opcode and answer of its last request; a repeated request gets the same answer. `waiting`: the
-    request that waits for the disk, how to see that it is ready, and how to answer it then."""
+    """`last`: number, opcode and answer of its last request; a repeated request gets the same answer."""
 
     used_s: float
     sessions: dict[int, _Session] = field(default_factory=dict)
     last: tuple[int, int, bytes] | None = None
-    waiting: tuple[Callable[[], bool], Callable[[], bytes], FtpRequest] | None = None
+    waiting: _Waiting | None = None
     allowance: float = 0.0
     allowed_s: float | None = None
 
@@ -81,6 +92,11 @@ class FtpService:
         self._tree = tree
         self._clients: dict[Peer, _FtpClient] = {}
         self.handles: Mapping[int, Handler] = {mavlink.MAVLINK_MSG_ID_FILE_TRANSFER_PROTOCOL: self._on_request}
+
+    def answer(self, now_s: float) -> None:
+        """Answer requests whose work is done."""
+        for peer, client in list(self._clients.items()):
+            self._answer_waiting(peer, client)
 
     def update(self, now_s: float) -> None:
         """Answer requests that waited for the disk, continue the bursts, forget clients that are gone."""
@@ -110,9 +126,10 @@ class FtpService:
         if client.last is not None and client.last[:2] == (request.seq, request.opcode):
             self._send(peer, client.last[2])
             return
-        if client.waiting is not None and client.waiting[2] == request:
+        if client.waiting is not None and client.waiting.request == request:
             return
-        client.waiting = client.last = None
+        self._drop_waiting(client)
+        client.last = None
         for session in client.sessions.values():
             session.burst = None
         self._carry_out(peer, client, request)
@@ -138,7 +155,8 @@ class FtpService:
             case Opcode.OPEN_FILE_RO | Opcode.CALC_FILE_CRC32:
                 opens = request.opcode == Opcode.OPEN_FILE_RO
                 answer = self._opened(client) if opens else self._summed(peer, client)
-                self._after(peer, client, request, self._tree.open(path, persona), answer)
+                opening = self._tree.open(path, persona)
+                self._after(peer, client, request, opening, answer, partial(abandon, opening))
             case Opcode.READ_FILE | Opcode.BURST_READ_FILE:
                 self._read(peer, client, request)
             case _:
@@ -155,13 +173,13 @@ class FtpService:
             session.burst = _Burst(request, request.seq + 1, request.offset)
         else:
             file, count = session.file, min(request.size, LARGEST_DATA)
-            self._when(
-                peer,
-                client,
+            waiting = _Waiting(
                 request,
                 lambda: file.read(request.offset, count) is not None,
                 lambda: ack(request, file.read(request.offset, count) or b""),
+                lambda: None,
             )
+            self._wait(peer, client, waiting)
 
     def _opened(self, client: _FtpClient) -> Callable[[FtpRequest, OpenFile | None], bytes | None]:
         """The answer to an open. A session already in use is opened again: the client may have missed the first
@@ -202,46 +220,40 @@ class FtpService:
         request: FtpRequest,
         future: Future[Any],
         answer: Callable[[FtpRequest, Any], bytes | None],
+        drop: Callable[[], object] | None = None,
     ) -> None:
         """Answer with the result of `future` as soon as it is there."""
-        self._when(peer, client, request, future.done, lambda: answer(request, future.result()))
+        self._wait(
+            peer,
+            client,
+            _Waiting(request, future.done, lambda: answer(request, future.result()) or b"", drop or future.cancel),
+        )
 
-    def _when(
-        self,
-        peer: Peer,
-        client: _FtpClient,
-        request: FtpRequest,
-        ready: Callable[[], bool],
-        answer: Callable[[], bytes | None],
-    ) -> None:
-        """Answer as soon as it is `ready`: now, or in one of the next updates. A disk error is answered with FAIL."""
-
-        def attempt() -> bytes:
-            try:
-                made = answer()
-            except OSError:
-                made = nak(request, FtpError.FAIL)
-            return b"" if made is None else made
-
-        client.waiting = (ready, attempt, request)
+    def _wait(self, peer: Peer, client: _FtpClient, waiting: _Waiting) -> None:
+        """Answer as soon as it is ready: now, or in one of the next updates. A fault is answered with FAIL."""
+        client.waiting = waiting
         self._answer_waiting(peer, client)
+
+    @staticmethod
+    def _drop_waiting(client: _FtpClient) -> None:
+        waiting, client.waiting = client.waiting, None
+        if waiting is not None:
+            waiting.drop()
 
     def _answer_waiting(self, peer: Peer, client: _FtpClient) -> None:
         waiting = client.waiting
         if waiting is None:
             return
-        ready, attempt, request = waiting
         try:
-            if not ready():
+            if not waiting.ready():
                 return
-        except OSError:
             client.waiting = None
-            self._reply(peer, client, request, nak(request, FtpError.FAIL))
-            return
-        client.waiting = None
-        payload = attempt()
+            payload = waiting.answer()
+        except Exception:  # noqa: BLE001  whatever is wrong with one file, the client gets an answer
+            client.waiting = None
+            payload = nak(waiting.request, FtpError.FAIL)
         if payload:
-            self._reply(peer, client, request, payload)
+            self._reply(peer, client, waiting.request, payload)
 
     # --- bursts ----------------------------------------------------------------------------------------------------
 
@@ -295,6 +307,7 @@ class FtpService:
 
     def _forget(self, peer: Peer) -> None:
         client = self._clients.pop(peer)
+        self._drop_waiting(client)
         for number in list(client.sessions):
             self._end(client, number)
 

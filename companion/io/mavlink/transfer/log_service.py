@@ -12,10 +12,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from concurrent.futures import Future
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 from companion.core.decision import TextKind
-from companion.io.mavlink.transfer.disk_files import DiskFile, LogStore, Run
+from companion.io.mavlink.transfer.disk_files import DiskFile, LogStore, Run, abandon
 from companion.io.mavlink.wire import messages as mavlink
 from companion.io.mavlink.wire.hub import Handler, Hub, Peer
 from companion.loop import Vessel
@@ -28,6 +28,8 @@ _FRAME_BYTES = 97 + 14
 _SAVED_S = 0.25
 _IDLE_S = 60.0
 _MOST_RUNS = 1000  # the newest of them
+
+T = TypeVar("T")
 
 
 @dataclass(slots=True)
@@ -71,7 +73,7 @@ class LogService:
     def update(self, now_s: float) -> None:
         """Continue all transfers, and announce that logs are erased."""
         if self._erasing is not None and self._erasing.done():
-            count, size = self._erasing.result()
+            count, size = _result(self._erasing) or (0, 0)
             self._erasing = None
             self._vessel.events.say(
                 now_s, TextKind.ROUTINE, "logs_erased", f"Logs erased: {count}, {size / 1e6:.0f} MB"
@@ -97,7 +99,7 @@ class LogService:
         client.sending = None
         self._close_file(client)
         if self._store is not None:
-            client.listing = self._store.runs(_MOST_RUNS)
+            client.listing = client.listing or self._store.runs(_MOST_RUNS)
         else:
             client.runs = []
         self._advance(peer, client, now_s)
@@ -146,12 +148,12 @@ class LogService:
     def _advance(self, peer: Peer, client: _LogClient, now_s: float) -> None:
         """Continue one client's transfer with what the disk has delivered."""
         if client.listing is not None and client.listing.done():
-            client.runs, client.listing = client.listing.result(), None
+            client.runs, client.listing = _result(client.listing) or [], None
         if client.asked is not None and client.runs is not None and client.listing is None:
             self._send_list(peer, client.runs, *client.asked)
             client.asked = None
         if client.opening is not None and client.opening.done():
-            client.file, client.opening = client.opening.result(), None
+            client.file, client.opening = _result(client.opening), None
             if client.file is None:
                 client.sending = client.number = None
                 self._hub.say(peer, TextKind.REFUSAL, "Log no longer there: request the list again")
@@ -213,10 +215,23 @@ class LogService:
         return client
 
     def _forget(self, peer: Peer) -> None:
-        self._close_file(self._clients.pop(peer))
+        client = self._clients.pop(peer)
+        self._close_file(client)
+        if client.listing is not None:
+            client.listing.cancel()
 
     @staticmethod
     def _close_file(client: _LogClient) -> None:
         if client.file is not None:
             client.file.close()
+        if client.opening is not None:
+            abandon(client.opening)
         client.file = client.opening = client.number = None
+
+
+def _result(done: Future[T]) -> T | None:
+    """What the disk delivered; None where it failed."""
+    try:
+        return done.result()
+    except OSError:
+        return None

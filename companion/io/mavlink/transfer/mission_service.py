@@ -10,13 +10,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from companion.core.decision import Home
+from companion.core.decision import Home, TextKind
 from companion.io.mavlink.transfer.mission_codec import home_item, item_message, with_jump_moved
 from companion.io.mavlink.transfer.mission_upload import PlanReceiver, shift_of
+from companion.io.mavlink.transfer.plan_store import PlanStore
 from companion.io.mavlink.wire import messages as mavlink
 from companion.io.mavlink.wire.hub import Handler, Hub, Peer
 from companion.loop import Vessel
-from companion.mission.plan import PlanItem, PlanKind, PlanResult
+from companion.mission.plan import PlanItem, PlanKind, PlanRefusal, PlanResult
 
 SNAPSHOT_S = 15.0
 _MOST_SNAPSHOTS = 64
@@ -43,8 +44,10 @@ class MissionService:
     def __init__(self, hub: Hub, vessel: Vessel) -> None:
         self._hub = hub
         self._vessel = vessel
-        self._receiver = PlanReceiver(hub, vessel, self._announce_current)
+        self._store = PlanStore(vessel)
+        self._receiver = PlanReceiver(hub, vessel, self._store, self._announce_current)
         self._snapshots: dict[tuple[Peer, PlanKind], _Snapshot] = {}
+        self._listings: set[tuple[Peer, PlanKind]] = set()  # asked for while that client's plan is being stored
         self.handles: Mapping[int, Handler] = {
             mavlink.MAVLINK_MSG_ID_MISSION_COUNT: self._on_count,
             mavlink.MAVLINK_MSG_ID_MISSION_WRITE_PARTIAL_LIST: self._on_write_partial_list,
@@ -61,6 +64,7 @@ class MissionService:
 
     def update(self, now_s: float) -> None:
         """Retries and timeouts."""
+        self.answer(now_s)
         self._receiver.update(now_s)
         for key in [
             key
@@ -69,18 +73,30 @@ class MissionService:
         ]:
             del self._snapshots[key]
 
+    def answer(self, now_s: float) -> None:
+        """Go on with plans that are being checked and stored."""
+        self._store.advance(now_s)
+        for peer, kind in [(peer, kind) for peer, kind in self._listings if not self._receiver.is_storing(kind, peer)]:
+            self._listings.discard((peer, kind))
+            self._send_count(kind, peer, now_s)
+
     # --- upload ----------------------------------------------------------------------------------------------------
 
     def _on_count(self, message: Any, peer: Peer, now_s: float) -> None:
         kind = self._kind(message.mission_type, peer)
         if kind is not None:
-            self._snapshots.pop((peer, kind), None)
+            self._forget(peer, kind)
             self._receiver.on_count(kind, message.count, peer, now_s)
+
+    def _forget(self, peer: Peer, kind: PlanKind) -> None:
+        """The client begins something new with that plan."""
+        self._snapshots.pop((peer, kind), None)
+        self._listings.discard((peer, kind))
 
     def _on_write_partial_list(self, message: Any, peer: Peer, now_s: float) -> None:
         kind = self._kind(message.mission_type, peer)
         if kind is not None:
-            self._snapshots.pop((peer, kind), None)
+            self._forget(peer, kind)
             self._receiver.on_partial(kind, message.start_index, message.end_index, peer, now_s)
 
     def _on_ack(self, message: Any, peer: Peer, now_s: float) -> None:
@@ -95,7 +111,14 @@ class MissionService:
         kind = self._kind(message.mission_type, peer)
         if kind is None:
             return
+        if self._receiver.is_storing(kind, peer):  # MAVProxy asks at once for what it has just sent
+            self._listings.add((peer, kind))
+            return
         self._receiver.end_uploads(kind, peer, now_s)
+        self._send_count(kind, peer, now_s)
+
+    def _send_count(self, kind: PlanKind, peer: Peer, now_s: float) -> None:
+        """Begin a download."""
         snapshot = self._snapshot_now(kind, peer, now_s)
         self._snapshots.pop((peer, kind), None)
         if len(self._snapshots) >= _MOST_SNAPSHOTS:
@@ -148,11 +171,18 @@ class MissionService:
             self._receiver.acknowledge(asked, peer, PlanResult.DENIED)
             return
         for one in kinds:
-            self._snapshots.pop((peer, one), None)
+            self._forget(peer, one)
             self._receiver.end_uploads(one, peer, now_s)
-            self._receiver.clear(one)
-        self._receiver.acknowledge(asked, peer, PlanResult.ACCEPTED)
-        self._announce_current(now_s)
+
+        def cleared(refusal: PlanRefusal | None, then_s: float) -> None:
+            if refusal is not None:
+                text = f"plan not cleared: {refusal.text}"
+                self._vessel.events.say(then_s, TextKind.REFUSAL, "plan_refused", text)
+            result = PlanResult.ACCEPTED if refusal is None else refusal.result
+            self._receiver.acknowledge(asked, peer, result)
+            self._announce_current(then_s)
+
+        self._store.clear(kinds, cleared, now_s)
 
     def _on_set_current(self, message: Any, peer: Peer, now_s: float) -> None:
         seq = max(message.seq - shift_of(PlanKind.MISSION, peer), 0)

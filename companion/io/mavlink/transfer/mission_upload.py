@@ -1,5 +1,8 @@
 """Upload of plans: the vessel requests one item after the other, and replaces its plan as a whole or not at all.
 
+The last item is answered when the plan is checked, stored and in force. Until then the vessel requests that item again
+now and then, which keeps a client from giving up.
+
 Source: MAVLink guide, "Mission Protocol". The timings tolerate loss with QGroundControl, which gives up after 1.5 s
 without a request, and with MAVSDK (2.5 s).
 """
@@ -8,19 +11,21 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any
 
 from companion.core.decision import TextKind
-from companion.guidance.orbit import least_radius_m
 from companion.io.mavlink.transfer.mission_codec import item_from_float, item_from_int, with_jump_moved
+from companion.io.mavlink.transfer.plan_store import PlanStore
 from companion.io.mavlink.wire import messages as mavlink
 from companion.io.mavlink.wire.hub import Hub, Peer
 from companion.loop import Vessel
 from companion.mission.plan import PlanItem, PlanKind, PlanRefusal, PlanResult, item_number
-from companion.mission.validation import CAPACITY, check_item, check_plan
+from companion.mission.validation import CAPACITY, check_item
 
 RETRY_S = 0.25
 LATER_RETRY_S = 0.5  # after `_QUICK_RETRIES`: MAVSDK gives up at the sixth request for one item
+STORING_S, _MOST_STORING = 1.0, 4  # requests for the last item while the plan is checked and stored
 GIVE_UP_S = 5.0
 ABANDONED_S = 1.0  # an upload without an item for so long is taken to be abandoned when its sender does something else
 REPEAT_ANSWER_S = 5.0  # for so long the last item of a finished upload gets its answer again
@@ -44,6 +49,7 @@ class _Upload:
     retry_s: float = 0.0
     retries: int = 0
     lossy: bool = False  # an item had to be requested again
+    complete: bool = False  # all items are there; the plan is being checked and stored
     base: tuple[PlanItem, ...] | None = None  # the plan that a partial upload changes
     items: list[PlanItem] = field(default_factory=list)
 
@@ -61,14 +67,15 @@ class _Finished:
 class PlanReceiver:
     """Takes MISSION_COUNT, MISSION_WRITE_PARTIAL_LIST, MISSION_ITEM_INT, MISSION_ITEM and the client's MISSION_ACK.
 
-    Sends requests, refusals and the final MISSION_ACK to the sender only. Replaces the plan in `vessel.plans` as a
-    whole, and calls `on_commit(now_s)` after the final answer. Remembers one transfer for each kind of plan, and for
+    Sends requests, refusals and the final MISSION_ACK to the sender only. Gives the whole plan to the store, and calls
+    `on_commit(now_s)` after the final answer. Remembers one transfer for each kind of plan, and for
     5 s how the last one of each sender ended.
     """
 
-    def __init__(self, hub: Hub, vessel: Vessel, on_commit: Callable[[float], None]) -> None:
+    def __init__(self, hub: Hub, vessel: Vessel, store: PlanStore, on_commit: Callable[[float], None]) -> None:
         self._hub = hub
         self._vessel = vessel
+        self._store = store
         self._on_commit = on_commit
         self._patience = hub.patience
         self._uploads: dict[int, _Upload] = {}  # by mission type
@@ -88,9 +95,8 @@ class PlanReceiver:
             text = f"{count - shift} items, room for {CAPACITY}"
             self._refuse(kind, peer, PlanRefusal(PlanResult.NO_SPACE, text), now_s)
         elif count == 0:
-            self.clear(kind)
-            self.acknowledge(kind, peer, PlanResult.ACCEPTED)
-            self._on_commit(now_s)
+            self._uploads[kind] = _Upload(peer, kind, shift, 0, 0, now_s)
+            self._commit(self._uploads[kind], now_s)
         else:
             self._start(_Upload(peer, kind, shift, 0, count, now_s), now_s)
 
@@ -117,7 +123,8 @@ class PlanReceiver:
             self._on_stray_item(message, peer, now_s)
             return
         upload.heard_s = now_s
-        if message.seq == upload.expected:  # others are late or duplicates; the retry timer requests what is missing
+        if message.seq == upload.expected and not upload.complete:
+            # others are late or duplicates; the retry timer requests what is missing
             self._take(upload, item_from_int(message, message.seq - upload.shift), now_s)
 
     def on_item(self, message: Any, peer: Peer, now_s: float) -> None:
@@ -127,7 +134,7 @@ class PlanReceiver:
             self._on_stray_item(message, peer, now_s)
             return
         upload.heard_s = now_s
-        if message.seq != upload.expected:
+        if message.seq != upload.expected or upload.complete:
             return
         item = item_from_float(message, message.seq - upload.shift)
         if isinstance(item, PlanRefusal):
@@ -139,23 +146,19 @@ class PlanReceiver:
         """MISSION_ACK: any other than ACCEPTED from the sender ends its upload; the old plan stays."""
         upload = self._uploads.get(message.mission_type)
         if upload is not None and upload.peer == peer and message.type != PlanResult.ACCEPTED:
-            del self._uploads[message.mission_type]
+            self._drop(upload)
 
     def update(self, now_s: float) -> None:
         """Request missing items again; end the upload of a silent sender."""
         for upload in list(self._uploads.values()):
-            if now_s - upload.heard_s >= GIVE_UP_S * self._patience or upload.peer.endpoint.gone:
+            silent = now_s - upload.heard_s >= GIVE_UP_S * self._patience or upload.peer.endpoint.gone
+            if silent and not upload.complete:
                 del self._uploads[upload.kind]
                 at = item_number(upload.expected - upload.shift)
                 text = f"{_plan(upload.kind)} upload broke off at item {at}: old one kept"
                 self._vessel.events.say(now_s, TextKind.REFUSAL, "plan_upload_lost", text)
             elif now_s >= upload.retry_s:
-                upload.retries += 1
-                upload.lossy = True
-                upload.retry_s = now_s + self._patience * (
-                    RETRY_S if upload.retries < _QUICK_RETRIES else LATER_RETRY_S
-                )
-                self._send_request(upload)
+                self._retry(upload, now_s)
         for (peer, kind), finished in list(self._finished.items()):
             if now_s >= finished.until_s or peer.endpoint.gone:
                 del self._finished[peer, kind]
@@ -170,6 +173,11 @@ class PlanReceiver:
         upload = self._uploads.get(kind)
         return upload is not None and upload.peer != peer and not upload.peer.endpoint.gone
 
+    def is_storing(self, kind: int, peer: Peer) -> bool:
+        """Whether this client has sent a whole plan of this kind, which is being checked and stored."""
+        upload = self._uploads.get(kind)
+        return upload is not None and upload.peer == peer and upload.complete
+
     def end_uploads(self, kind: PlanKind, peer: Peer, now_s: float) -> None:
         """`peer` begins something new with `kind`: end its upload of that kind, and its abandoned uploads of other
         kinds.
@@ -181,14 +189,10 @@ class PlanReceiver:
             if waiting == peer:
                 finished.repeats_s.clear()
         for upload in list(self._uploads.values()):
-            over = upload.kind is kind or now_s - upload.heard_s >= ABANDONED_S * self._patience
-            if upload.peer.endpoint.gone or (over and upload.peer == peer):
-                del self._uploads[upload.kind]
-
-    def clear(self, kind: PlanKind) -> None:
-        """Remove the plan of this kind."""
-        if self._vessel.plans.items(kind):
-            self._vessel.plans.replace(kind, ())
+            abandoned = not upload.complete and now_s - upload.heard_s >= ABANDONED_S * self._patience
+            over = upload.peer == peer and (upload.kind is kind or abandoned)
+            if over or (upload.peer.endpoint.gone and not upload.complete):
+                self._drop(upload)
 
     def acknowledge(self, mission_type: int, peer: Peer, result: PlanResult, plan_id: int = 0) -> Any:
         """Send MISSION_ACK to `peer` only; returns the message."""
@@ -205,6 +209,18 @@ class PlanReceiver:
     def _ask(self, upload: _Upload, now_s: float) -> None:
         upload.retries = 0
         upload.retry_s = now_s + RETRY_S * self._patience
+        self._send_request(upload)
+
+    def _retry(self, upload: _Upload, now_s: float) -> None:
+        """Nothing has come for a while: request the item again."""
+        upload.retries += 1
+        if upload.complete:
+            upload.retry_s = now_s + STORING_S * self._patience
+            if upload.retries > _MOST_STORING or not upload.end:
+                return
+        else:
+            upload.lossy = True
+            upload.retry_s = now_s + self._patience * (RETRY_S if upload.retries < _QUICK_RETRIES else LATER_RETRY_S)
         self._send_request(upload)
 
     def _send_request(self, upload: _Upload) -> None:
@@ -230,28 +246,34 @@ class PlanReceiver:
             self._commit(upload, now_s)
 
     def _commit(self, upload: _Upload, now_s: float) -> None:
-        """Check the whole plan, put it in force, and answer."""
-        kind, plans = upload.kind, self._vessel.plans
+        """All items are there: give the whole plan to the store."""
+        upload.complete = True
+        upload.expected = max(0, upload.end - 1)
+        upload.retries, upload.retry_s = 0, now_s + STORING_S * self._patience
         items = upload.items
         if upload.base is not None:
             items = list(upload.base)
             for item in upload.items:
                 items[item.seq] = item
-        config, parameters = self._vessel.config, self._vessel.parameters
-        least_m, takes_off = least_radius_m(parameters, config.length_m), bool(parameters["COM_TAKEOFF_OK"])
-        home = self._vessel.supervisor.status(now_s).home
-        at = None if home is None else (home.lat_deg, home.lon_deg)
-        refusal = check_plan(kind, items, len(config.servos), len(config.relays), least_m, takes_off, at)
-        if refusal is None and upload.base is not None and upload.base is not plans.items(kind):
-            refusal = PlanRefusal(PlanResult.ERROR, "the plan has changed meanwhile; load it again")
+        self._store.put(upload.kind, items, partial(self._settle, upload), now_s, upload.base)
+
+    def _settle(self, upload: _Upload, refusal: PlanRefusal | None, now_s: float) -> None:
+        """The plan is in force, or refused: answer."""
         if refusal is not None:
             self._end_refused(upload, refusal, now_s)
             return
-        del self._uploads[kind]
-        plans.replace(kind, items)
-        answer = self.acknowledge(kind, upload.peer, PlanResult.ACCEPTED, plans.plan_id(kind))
-        self._finish(upload, upload.end - 1, answer, now_s)
+        del self._uploads[upload.kind]
+        plan_id = self._vessel.plans.plan_id(upload.kind)
+        answer = self.acknowledge(upload.kind, upload.peer, PlanResult.ACCEPTED, plan_id)
+        if upload.end:
+            self._finish(upload, upload.end - 1, answer, now_s)
         self._on_commit(now_s)
+
+    def _drop(self, upload: _Upload) -> None:
+        """Forget an upload that its client has given up."""
+        del self._uploads[upload.kind]
+        if upload.complete:
+            self._store.drop(upload.kind)
 
     def _end_refused(self, upload: _Upload, refusal: PlanRefusal, now_s: float) -> None:
         del self._uploads[upload.kind]

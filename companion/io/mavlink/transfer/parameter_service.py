@@ -1,7 +1,11 @@
 """The parameter protocol: lists, reads and sets parameters. Source: MAVLink guide, "Parameter Protocol".
 
 A whole number travels as its bits in the float field where the persona is bytewise (PX4, QGroundControl, MAVSDK), else
-as the float of the same value (ArduPilot). This service stores no values; `Parameters.on_change` tells the state file.
+as the float of the same value (ArduPilot).
+
+A value is in force as soon as it is set, and acknowledged when it is on the medium: PARAM_VALUE to all. Where it cannot
+be stored, the client gets PARAM_ERROR and a text. The value stays in force, and PARAM_VALUE follows once the medium
+takes it.
 """
 
 from __future__ import annotations
@@ -9,11 +13,12 @@ from __future__ import annotations
 import math
 import struct
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import IntEnum
 from typing import Any
 
 from companion.core.decision import TextKind
+from companion.core.storing import Stored, Ticket
 from companion.io.mavlink.wire import messages as mavlink
 from companion.io.mavlink.wire.framer import pack
 from companion.io.mavlink.wire.hub import Handler, Hub, Peer
@@ -39,13 +44,23 @@ _WHOLE_NUMBERS = {
 
 
 class ParamError(IntEnum):
-    """The values of MAV_PARAM_ERROR that occur here."""
+    """The values of MAV_PARAM_ERROR that occur here. None of them says that a medium fails; PERMISSION_DENIED does not
+    blame the value."""
 
     DOES_NOT_EXIST = 1
     VALUE_OUT_OF_RANGE = 2
+    PERMISSION_DENIED = 3
     READ_ONLY = 5
     TYPE_UNSUPPORTED = 6
     TYPE_MISMATCH = 7
+
+
+@dataclass(slots=True)
+class _Change:
+    """A change that is not acknowledged yet: who asked for it, and the ticket of its storing."""
+
+    ticket: Ticket
+    askers: list[Peer] = field(default_factory=list)
 
 
 @dataclass(slots=True)
@@ -61,17 +76,20 @@ class ParameterService:
     """Answers PARAM_REQUEST_LIST, PARAM_REQUEST_READ and PARAM_SET with PARAM_VALUE (to all when a value changed), or
     with PARAM_ERROR to the client.
 
-    Remembers how far each client's list was sent, and which values changed otherwise and are still to be sent.
+    Remembers how far each client's list was sent, and which changes are not acknowledged yet.
     """
 
     def __init__(self, hub: Hub, vessel: Vessel) -> None:
         self._hub = hub
         self._vessel = vessel
         self._parameters = vessel.parameters
+        self._storage = vessel.storage
         self._names = tuple(spec.name.encode() for spec in self._parameters.specs)
         self._listings: dict[Peer, _Listing] = {}
-        self._changed: dict[str, None] = {}
-        self._parameters.on_change(self._on_change)
+        self._changes: dict[str, _Change] = {}
+        self._touched: list[str] = []  # by the change that is being made
+        self._parameters.on_change(lambda name, _value: self._touched.append(name))
+        self._parameters.after_change(self._note_changes)
         self.handles: Mapping[int, Handler] = {
             mavlink.MAVLINK_MSG_ID_PARAM_REQUEST_LIST: self._on_request_list,
             mavlink.MAVLINK_MSG_ID_PARAM_REQUEST_READ: self._on_request_read,
@@ -88,8 +106,16 @@ class ParameterService:
             listing.allowance = min(listing.allowance + (now_s - listing.since_s) * rate_hz, LIST_BURST)
             listing.since_s = now_s
             self._send_due(peer, listing)
-        for name in list(self._changed)[: int(LIST_BURST)]:
+        self.answer(now_s)
+
+    def answer(self, now_s: float) -> None:
+        """Acknowledge changes that are stored; tell who asked for one that could not be. At most 40 in one call."""
+        stored = [name for name, change in self._changes.items() if change.ticket.durable]
+        for name in stored[: int(LIST_BURST)]:
             self._send_to_all(name)
+        failed = [name for name, change in self._changes.items() if not change.ticket.pending and change.askers]
+        for name in failed[: int(LIST_BURST)]:
+            self._tell_not_stored(name, now_s)
 
     def _on_request_list(self, message: Any, peer: Peer, now_s: float) -> None:
         """Send the list from its start. A client that asks again meanwhile gets no higher rate for it."""
@@ -128,18 +154,43 @@ class ParameterService:
         value = decoded(spec, message.param_value, message.param_type if bytewise else None)
         refusal = value if isinstance(value, ParamError) else _error_of(self._parameters.set(name, value))
         if refusal is None:
-            self._send_to_all(name)
+            self._acknowledge(name, peer, now_s)
             return
         index = self._parameters.index[name]
         self._send_error(peer, name, index, refusal)  # first: MAVSDK takes the old value alone for a lost answer
         self._hub.send(peer, self._value_message(index, bytewise))
         self._announce_refusal(now_s, f"{name} stays {self._parameters[name]:g}: {_reason(spec, refusal)}")
 
-    def _on_change(self, name: str, value: float) -> None:
-        self._changed[name] = None
+    def _acknowledge(self, name: str, peer: Peer, now_s: float) -> None:
+        """A value is set: send it to all, now or when it is stored."""
+        change = self._changes.setdefault(name, _Change(self._storage.parameters()))
+        if peer not in change.askers:
+            change.askers.append(peer)
+        if change.ticket.durable:
+            self._send_to_all(name)
+        elif not change.ticket.pending:
+            self._tell_not_stored(name, now_s)
+
+    def _note_changes(self) -> None:
+        """The newest ticket covers all values, so it serves for changes that could not be stored before too."""
+        ticket = self._storage.parameters()
+        for name in self._touched:
+            self._changes.setdefault(name, _Change(ticket)).ticket = ticket
+        self._touched.clear()
+        for change in self._changes.values():
+            if change.ticket.state is Stored.FAILED:
+                change.ticket = ticket
+
+    def _tell_not_stored(self, name: str, now_s: float) -> None:
+        change = self._changes[name]
+        for peer in change.askers:
+            self._send_error(peer, name, self._parameters.index[name], ParamError.PERMISSION_DENIED)
+        change.askers.clear()
+        text = f"{name} not stored: {change.ticket.reason}"
+        self._vessel.events.say(now_s, TextKind.REFUSAL, "parameter_not_stored", text)
 
     def _send_to_all(self, name: str) -> None:
-        self._changed.pop(name, None)
+        self._changes.pop(name, None)
         index = self._parameters.index[name]
         packed = {bytewise: pack(self._value_message(index, bytewise)) for bytewise in (False, True)}
         for outlet in self._hub.listeners:

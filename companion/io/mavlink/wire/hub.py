@@ -1,7 +1,8 @@
 """Serves all ground stations on all links: receives messages, gives them to services, sends the answers.
 
 A service is an object with `handles` (message id → handler) and `update(now_s)`. A handler `(message, peer, now_s)` is
-called only for messages addressed to the boat or to all, and answers before it returns:
+called only for messages addressed to the boat or to all. It answers before it returns, unless the answer needs the
+medium or long work; then the service has an `answer(now_s)` that is called whenever such work may be done.
 
     hub.send(peer, message)             to the sender of the request, on its endpoint
     hub.broadcast(message)              to all
@@ -10,7 +11,9 @@ called only for messages addressed to the boat or to all, and answers before it 
 
 from __future__ import annotations
 
+import sys
 import weakref
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol, runtime_checkable
@@ -32,6 +35,7 @@ from companion.io.mavlink.wire.signing import Signing, is_signed, unsigned
 from companion.loop import Vessel
 from companion.supervisor.authority import AuthorityRequest
 
+_MOST_MESSAGES, _LEAST_SHARE = 40, 8  # handled in one call: of all links together, and of each at least
 COMPONENT = 1  # MAV_COMP_ID_AUTOPILOT1: ground stations show a vehicle only for this component
 
 
@@ -57,6 +61,15 @@ class Service(Protocol):
 
     def update(self, now_s: float) -> None:
         """Do what is due by time. The hub calls it after each tick's telemetry."""
+        ...
+
+
+@runtime_checkable
+class AnsweringService(Protocol):
+    """A service that owes answers to requests whose work is done beside the control thread."""
+
+    def answer(self, now_s: float) -> None:
+        """Answer what is done."""
         ...
 
 
@@ -174,6 +187,9 @@ class Hub:
         for number, link in enumerate(self._links):
             link.guard.signing, link.guard.number = signing, number
             link.guard.operators = vessel.supervisor.ground_stations.operators
+        self._received: tuple[deque[tuple[int, Endpoint, Any]], ...] = tuple(deque() for _ in self._links)
+        share = max(_LEAST_SHARE, _MOST_MESSAGES // max(1, len(self._links)))
+        self._share = sys.maxsize if vessel.waker is None else share
         self._router = Router((self.system, COMPONENT), patience)
         self._log = None if copies.tap is None else _LogOutlet(copies.tap)
         self._ear = copies.ear
@@ -182,10 +198,12 @@ class Hub:
         self._statustext_id = 0
         self._repeats = Repeats(AGAIN_S * patience)
         self._now_s = 0.0  # of the packet or the tick that is handled
-        self.batch = 0  # counts the readings of all links: messages of one batch had piled up before it
+        self._readings = 0
+        self.batch = 0  # number of the reading of a link with which the message came that is handled now
         self._supervisor_version = vessel.supervisor.version
         self.telemetry = telemetry(self, vessel)
         self._services = tuple(services(self))
+        self._answering = [service for service in self._services if isinstance(service, AnsweringService)]
         self._handlers: dict[int, tuple[Handler, ...]] = {}
         for service in self._services:
             for number, handler in service.handles.items():
@@ -194,14 +212,22 @@ class Hub:
     # --- core.ports.GroundStationPort ---------------------------------------------------------------------------------
 
     def serve(self, now_s: float) -> None:
-        """Read the messages that have arrived and answer them at once."""
+        """Read the messages that have arrived and answer them at once, as many as a tick has time for. The rest waits
+        for the next call, which comes before anything else but a tick."""
         self._now_s = now_s
-        self.batch += 1
-        for link in self._links:
-            for endpoint, message in link.receive(now_s):
+        for link, received in zip(self._links, self._received, strict=True):
+            if not received:
+                self._readings += 1
+                received.extend((self._readings, endpoint, message) for endpoint, message in link.receive(now_s))
+            for _ in range(min(len(received), self._share)):
+                self.batch, endpoint, message = received.popleft()
                 self._take(endpoint, message, now_s)
             for text in link.news():
                 self.vessel.events.say(now_s, TextKind.ATTENTION, "link", text)
+        if self.vessel.waker is not None and any(self._received):
+            self.vessel.waker.ring()
+        for service in self._answering:
+            service.answer(now_s)
         self._tell_changes(now_s)
         self._flush(now_s)
 

@@ -17,6 +17,7 @@ from companion.io.mavlink.wire.endpoint import Endpoint
 from companion.io.mavlink.wire.framer import Framer, Packed, frame, pack
 from companion.io.mavlink.wire.hub import Peer
 from companion.io.mavlink.wire.personas import ARDUPILOT, PX4
+from companion.loop import AtOnce, NoStorage
 from companion.mission.plan import PlanKind, Plans
 from companion.params.store import Parameters
 
@@ -84,7 +85,14 @@ class Desk:
         self.limits = SimpleNamespace(sway_n=20.0)
         config = SimpleNamespace(limits=self.limits, servos=(), relays=(), length_m=3.0)
         self.vessel: Any = SimpleNamespace(
-            plans=self.plans, events=self.events, parameters=self.parameters, supervisor=self.supervisor, config=config
+            plans=self.plans,
+            events=self.events,
+            parameters=self.parameters,
+            supervisor=self.supervisor,
+            config=config,
+            storage=NoStorage(),
+            worker=AtOnce(),
+            last_tick=None,
         )
         self.now_s = 0.0
         self._service: Any = None
@@ -103,6 +111,10 @@ class Desk:
 
     def tell(self, message: Any, peer: Peer | None = None) -> None:
         self._service.handles[type(message).id](over_the_wire(pack(message)), peer or self.peer("qgc"), self.now_s)
+
+    def answer(self) -> None:
+        """Let the service answer what is done beside it."""
+        self._service.answer(self.now_s)
 
     def wait(self, duration_s: float) -> None:
         for _ in range(round(duration_s * 10)):

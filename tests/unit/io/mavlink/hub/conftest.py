@@ -26,6 +26,7 @@ from companion.io.mavlink.wire import messages as mavlink
 from companion.io.mavlink.wire.framer import Framer, frame, pack
 from companion.io.mavlink.wire.hub import Copies, Hub
 from companion.io.mavlink.wire.links import MemoryLink
+from companion.loop import AtOnce, NoStorage
 from companion.mission.plan import Plans
 from companion.modes.table import DECLARATIONS
 from companion.params.store import Parameters
@@ -275,6 +276,9 @@ class FakeVessel:
         self.last_tick: Tick | None = None
         self.frame: LocalFrame | None = LocalFrame(63.43, 10.39)
         self.restarts = 0
+        self.storage: Any = NoStorage()
+        self.worker = AtOnce()
+        self.waker = None
 
     def request_restart(self) -> None:
         self.restarts += 1

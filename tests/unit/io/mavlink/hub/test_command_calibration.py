@@ -11,10 +11,12 @@ import pytest
 from pymavlink.dialects.v20 import ardupilotmega
 
 from companion.core.decision import Outcome, Result
+from companion.core.storing import Ticket
 from companion.io.mavlink.wire.framer import frame, pack
 from companion.nav.field_fit import FieldFit
 from companion.supervisor.calibration import CalibrationState, CompassState, Kind, Phase
 from tests.unit.io.mavlink.hub.conftest import Rig
+from tests.unit.io.mavlink.slow_storage import SlowStorage
 
 PREFLIGHT, START, ACCEPT, CANCEL = 241, 42424, 42425, 42426
 ACCEPTED, REJECTED, DENIED = 0, 1, 2
@@ -157,3 +159,40 @@ def test_ardupilots_own_library_reads_the_progress() -> None:
     (read,) = ardupilotmega.MAVLink(None).parse_buffer(frame(pack(sent), 0, 1, 1))
     assert (read.get_type(), read.completion_pct, read.direction_y) == ("MAG_CAL_PROGRESS", 25, 1.0)
     assert sum(byte.bit_count() for byte in read.completion_mask) == 20
+
+
+class OneChange(SlowStorage):
+    """The parameters have changed once."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._change = super().parameters()
+
+    def parameters(self) -> Ticket:
+        return self._change
+
+
+def test_it_is_done_when_its_result_is_stored() -> None:
+    rig = Rig(["memory:", "memory:?dialect=ardupilot"])
+    storage = rig.vessel.storage = OneChange()
+    rig.command(ACCEPT, desk=1)
+    px4, ardupilot = show(rig, state(Phase.RUNNING), state(Phase.DONE, 1.0))
+    assert cal_lines(px4)[-1] == "[cal] progress <0>" and not reported(ardupilot)
+    storage.settle()
+    assert result(rig.ask(desk=1)) == ACCEPTED
+    px4, ardupilot = show(rig, state(Phase.DONE, 1.0))
+    assert cal_lines(px4)[-1] == "[cal] calibration done: mag" and reported(ardupilot) == [(4, 1)]
+
+
+def test_a_result_that_is_not_stored_has_failed() -> None:
+    rig = Rig(["memory:", "memory:?dialect=ardupilot"])
+    storage = rig.vessel.storage = OneChange()
+    show(rig, state(Phase.RUNNING), state(Phase.DONE, 1.0))
+    storage.fail()
+    px4, ardupilot = show(rig, state(Phase.DONE, 1.0))
+    assert cal_lines(px4) == ["[cal] calibration failed: not stored"]
+    assert reported(ardupilot) == [(5, 0)]
+
+
+def reported(messages: list[Any]) -> list[tuple[int, int]]:
+    return [(m.cal_status, m.autosaved) for m in messages if m.get_type() == "MAG_CAL_REPORT"]

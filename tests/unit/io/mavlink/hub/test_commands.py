@@ -11,9 +11,10 @@ from companion.io.mavlink.telemetry.streams import STREAMS
 from companion.io.mavlink.wire import messages as mavlink
 from companion.mission.tasks import SetActuators, SetRelay, SetServo
 from tests.unit.io.mavlink.hub.conftest import Rig
+from tests.unit.io.mavlink.slow_storage import SlowStorage
 
 NAN = math.nan
-ACCEPTED, REJECTED, DENIED, UNSUPPORTED, FAILED = range(5)
+ACCEPTED, REJECTED, DENIED, UNSUPPORTED, FAILED, IN_PROGRESS = range(6)
 KNOWN = (400, 176, 262, 20, 21, 22, 300, 192, 193, 178, 179, 224, 245, 246, 401, 185, 512, 520, 410, 511, 510)
 
 
@@ -21,6 +22,10 @@ def ack(messages: list[Any]) -> Any:
     acks = [message for message in messages if message.get_type() == "COMMAND_ACK"]
     assert len(acks) == 1
     return acks[0]
+
+
+def ack_or_none(messages: list[Any]) -> Any:
+    return next((message for message in messages if message.get_type() == "COMMAND_ACK"), None)
 
 
 def result(messages: list[Any]) -> int:
@@ -355,6 +360,37 @@ def test_storage(rig: Rig) -> None:
     rig.supervisor.change(armed=False)
     assert result(rig.command(245, 2.0, -1.0)) == ACCEPTED
     assert rig.vessel.parameters.changed() == {}
+
+
+STORED = ((245, (2.0,)), (179, (1.0,)), (224, (1.0, 0.0)))
+
+
+@pytest.mark.parametrize(("number", "params"), STORED)
+def test_what_must_be_stored_is_acknowledged_when_it_is(rig: Rig, number: int, params: tuple[float, ...]) -> None:
+    rig.vessel.storage = storage = SlowStorage()
+    assert ack_or_none(rig.command(number, *params)) is None
+    assert result(rig.command(number, *params)) == IN_PROGRESS, "the client asks again"
+    assert len(rig.supervisor.asked) <= 1, "it is done once"
+    rig.run(1.0)
+    waited = [message.result for message in rig.desk.hear() if message.get_type() == "COMMAND_ACK"]
+    assert 1 < len(waited) < 5 and set(waited) == {IN_PROGRESS}
+    storage.settle()
+    assert result(rig.ask()) == ACCEPTED
+    assert ack_or_none(rig.ask()) is None
+    assert result(rig.command(number, *params)) == ACCEPTED, "and a repetition only acknowledged again"
+    assert len(rig.supervisor.asked) <= 1
+
+
+@pytest.mark.parametrize(("number", "params"), STORED)
+def test_what_cannot_be_stored_has_failed_and_says_why(
+    rig: Rig, number: int, params: tuple[float, ...], named: Callable[[Sequence[Any], str], list[Any]]
+) -> None:
+    rig.vessel.storage = storage = SlowStorage()
+    rig.command(number, *params)
+    storage.fail()
+    heard = rig.ask()
+    assert result(heard) == FAILED
+    assert [text.text for text in named(heard, "STATUSTEXT")] == ["In force but not stored: No space left on device"]
 
 
 def test_restart_while_disarmed_only(rig: Rig) -> None:

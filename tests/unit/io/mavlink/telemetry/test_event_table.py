@@ -107,6 +107,7 @@ FINDINGS = (
     (Finding(Check.AUTHORITY, "safe switch"), "The transmitter's safe switch is on", 3),
     (Finding(Check.KILL_SWITCH, "kill switch"), "The transmitter's kill switch is on", 3),
     (Finding(Check.KILL_SWITCH_FAULT, "channel 9 of 8"), "The kill switch would not work", 3),
+    (Finding(Check.FENCE, "fence is being prepared: wait"), "The fence is being prepared", 3),
     (
         Finding(Check.MODE, "item 7 is 60 km away", modes=frozenset({ModeId.MISSION})),
         "Mission: the destination is over 50 km away",

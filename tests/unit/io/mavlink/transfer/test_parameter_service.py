@@ -8,11 +8,13 @@ from typing import Any
 
 import pytest
 
+from companion.core.storing import Stored
 from companion.io.mavlink.transfer.parameter_service import ParameterService
 from companion.io.mavlink.wire import messages as mavlink
 from companion.io.mavlink.wire.endpoint import Endpoint
 from companion.io.mavlink.wire.hub import Peer
 from tests.unit.io.mavlink.conftest import Desk
+from tests.unit.io.mavlink.slow_storage import SlowStorage
 
 REAL32, INT32 = 9, 6
 VALUE, ERROR = mavlink.MAVLINK_MSG_ID_PARAM_VALUE, mavlink.MAVLINK_MSG_ID_PARAM_ERROR
@@ -246,3 +248,76 @@ def test_other_changes_are_sent_too_and_many_of_them_in_turns(desk: Desk) -> Non
 def test_sixteen_letters_fit(desk: Desk) -> None:
     desk.tell(setting("ABCDEFGHIJKLMNOP", 1.0, REAL32))
     assert desk.replies()[0].param_id == "ABCDEFGHIJKLMNOP"
+
+
+class Slow:
+    """A desk whose vessel stores when it is told to."""
+
+    def __init__(self, desk: Desk) -> None:
+        self.desk, self.storage = desk, SlowStorage()
+        desk.vessel.storage = self.storage
+        self.service = desk.serve(ParameterService(desk.hub, desk.vessel))
+
+    def set(self, value: float, name: str = "WP_SPEED", peer: str = "qgc") -> None:
+        self.desk.tell(setting(name, value, REAL32), self.desk.peer(peer))
+
+    def answers(self) -> list[tuple[Any, Any]]:
+        self.service.answer(self.desk.now_s)
+        return self.desk.heard()
+
+
+def test_a_value_is_in_force_at_once_and_acknowledged_when_it_is_stored(desk: Desk) -> None:
+    slow = Slow(desk)
+    for value in (0.75, 0.5, 0.5):
+        slow.set(value)
+    assert slow.answers() == [] and desk.parameters["WP_SPEED"] == 0.5
+    slow.storage.settle()
+    answers = slow.answers()
+    assert [message.param_value for _, message in answers] == [0.5] * len(desk.hub.endpoints), "once, to all"
+    assert slow.answers() == []
+
+
+def test_a_newer_value_waits_for_its_own_storing(desk: Desk) -> None:
+    slow = Slow(desk)
+    slow.set(0.75)
+    first = slow.storage.tickets[0]
+    first.state = Stored.DURABLE
+    slow.set(0.5)
+    assert slow.answers() == [], "0.75 is stored, but 0.5 is in force"
+    slow.storage.settle()
+    assert {message.param_value for _, message in slow.answers()} == {0.5}
+
+
+def test_another_parameter_does_not_hold_up_the_first(desk: Desk) -> None:
+    slow = Slow(desk)
+    slow.set(0.75)
+    slow.storage.tickets[0].state = Stored.DURABLE
+    slow.set(2.0, "NAV_ACC_RAD")
+    assert {message.param_id for _, message in slow.answers()} == {"WP_SPEED"}
+
+
+def test_what_cannot_be_stored_is_told_to_who_asked_and_acknowledged_later(desk: Desk) -> None:
+    slow = Slow(desk)
+    slow.set(0.75, peer="qgc")
+    slow.set(0.75, peer="rover")
+    slow.storage.fail()
+    errors = slow.answers()
+    assert [(to, m.id, m.error) for to, m in errors] == [
+        (desk.peer("qgc"), ERROR, mavlink.MAV_PARAM_ERROR_PERMISSION_DENIED),
+        (desk.peer("rover"), ERROR, mavlink.MAV_PARAM_ERROR_PERMISSION_DENIED),
+    ]
+    assert desk.parameters["WP_SPEED"] == 0.75
+    assert desk.texts() == ["WP_SPEED not stored: No space left on device"]
+    assert slow.answers() == [], "told once"
+    slow.storage.tickets[0].state = Stored.DURABLE
+    assert {message.id for _, message in slow.answers()} == {VALUE}
+
+
+def test_a_later_change_that_is_stored_acknowledges_the_one_that_was_not(desk: Desk) -> None:
+    slow = Slow(desk)
+    slow.set(0.75)
+    slow.storage.fail()
+    slow.answers()
+    slow.set(2.0, "NAV_ACC_RAD")
+    slow.storage.settle()
+    assert {message.param_id for _, message in slow.answers()} == {"WP_SPEED", "NAV_ACC_RAD"}

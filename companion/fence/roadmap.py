@@ -1,0 +1,136 @@
+"""Ways inside an area with very many corners, by a grid of places: a shortest way on the grid, then straightened.
+
+A way through a gap narrower than a cell may not be found. The grid and what its places see of each other are made once;
+finding a way then takes milliseconds. Coordinates are (north_m, east_m).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from companion.fence.area import FenceArea, Floats, Place
+
+_CELLS = 6_400  # of the grid
+_BEYOND = 1.1  # the grid is so much larger than all zones
+_WORLD_M = 100_000.0  # an area larger than this is not fenced in: its outer line does not count
+_NEIGHBOURS = ((0, 1), (1, 0), (1, 1), (1, -1))
+_TRIED = 24  # nearest places of the grid that a begin or an end may see
+_FEWEST = 2
+
+
+class Roadmap:
+    """As `ClearRoutes`, for areas that have too many corners for it."""
+
+    def __init__(self, area: FenceArea) -> None:
+        from scipy.sparse import coo_matrix
+
+        self._area = area
+        low, high = _extent(area)
+        cell_m = max(1.0, math.sqrt(float(np.prod(high - low)) / _CELLS))
+        counts = np.maximum(2, np.ceil((high - low) / cell_m).astype(int) + 1)
+        norths, easts = (np.linspace(low[i], high[i], counts[i]) for i in (0, 1))
+        places = np.stack(np.meshgrid(norths, easts, indexing="ij"), axis=-1)
+        inside = np.array([shapely.intersects_xy(area.geometry, row[:, 0], row[:, 1]) for row in places])
+        number = np.where(inside, np.cumsum(inside).reshape(inside.shape) - 1, -1)
+        self._places: Floats = places[inside]
+        begins, ends = _edges(number)
+        seen = self._sees(self._places[begins], self._places[ends])
+        begins, ends = begins[seen], ends[seen]
+        lengths = np.hypot(*(self._places[begins] - self._places[ends]).T)
+        count = len(self._places)
+        self._graph: Any = coo_matrix((lengths, (begins, ends)), shape=(count, count)).tocsr()
+        if count:
+            self._search(tuple(self._places[0].tolist()), tuple(self._places[-1].tolist()))  # the first one takes long
+
+    def find(self, begin: Place, end: Place, through: FenceArea | None = None) -> tuple[Place, ...] | None:
+        """As `ClearRoutes.find`."""
+        start, goal = self._area.nearest_inside(*begin), self._area.nearest_inside(*end)
+        if start is None or goal is None:
+            return None
+        if goal != end and (through is None or not through.covers((goal, end))):
+            return None
+        found = (start, goal) if self._area.covers((start, goal)) else self._search(start, goal)
+        if found is None:
+            return None
+        return (*(() if start == begin else (begin,)), *found, *(() if goal == end else (end,)))
+
+    def _search(self, begin: Place, end: Place) -> tuple[Place, ...] | None:
+        from scipy.sparse.csgraph import dijkstra
+
+        first, last = self._seen_from(begin), self._seen_from(end)
+        if not len(first) or not len(last):
+            return None
+        lengths, before = dijkstra(self._graph, directed=False, indices=last, return_predecessors=True)
+        ways = (
+            np.hypot(*(self._places[last] - end).T)[:, None]
+            + lengths[:, first]
+            + np.hypot(*(self._places[first] - begin).T)[None, :]
+        )
+        row, column = np.unravel_index(int(ways.argmin()), ways.shape)
+        if not math.isfinite(ways[row, column]):
+            return None
+        node, way = int(first[column]), [begin]
+        while node >= 0:
+            way.append((float(self._places[node, 0]), float(self._places[node, 1])))
+            node = int(before[row, node])
+        return self._straightened([*way, end])
+
+    def _seen_from(self, place: Place) -> NDArray[np.intp]:
+        """Numbers of the nearest places of the grid that can be reached in a straight line."""
+        nearest = np.argsort(np.hypot(*(self._places - place).T))[:_TRIED]
+        seen = nearest[self._sees(np.broadcast_to(place, (len(nearest), 2)), self._places[nearest])]
+        return seen[:_FEWEST]
+
+    def _straightened(self, way: list[Place]) -> tuple[Place, ...]:
+        """The way without points that it can do without: each time on to a point in sight, tried in ever longer
+        steps."""
+        kept, at = [way[0]], 0
+        while at < len(way) - 1:
+            reached, step = at + 1, 1
+            while step:
+                further = min(reached + step, len(way) - 1)
+                in_sight = further > reached and self._area.covers((way[at], way[further]))
+                reached = further if in_sight else reached
+                step = 2 * step if in_sight else step // 2
+            at = reached
+            kept.append(way[at])
+        return tuple(kept)
+
+    def _sees(self, begins: Floats, ends: Floats) -> NDArray[np.bool_]:
+        if not len(begins):
+            return np.zeros(0, dtype=bool)
+        return self._area.covers_each(np.stack((begins, ends), axis=1))
+
+
+def _extent(area: FenceArea) -> tuple[Floats, Floats]:
+    """Opposite corners of the box to lay the grid over: around the area, or around the zones that it leaves out."""
+    geometry = area.geometry
+    low, high = _box(geometry)
+    if float((high - low).max(initial=0.0)) > _WORLD_M:
+        holes = [hole for part in shapely.get_parts(geometry).tolist() for hole in part.interiors]
+        low, high = _box(shapely.multilinestrings(holes))
+    middle, half = 0.5 * (low + high), 0.5 * _BEYOND * (high - low)
+    return middle - half, middle + half
+
+
+def _box(geometry: Any) -> tuple[Floats, Floats]:
+    bounds = np.asarray(shapely.bounds(geometry))
+    return (bounds[:2], bounds[2:]) if np.all(np.isfinite(bounds)) else (np.zeros(2), np.zeros(2))
+
+
+def _edges(number: NDArray[np.intp]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """The two ends of each edge between neighbours of the grid. `number`: of each place; −1 for one that is outside."""
+    rows, columns = number.shape
+    begins, ends = [], []
+    for down, across in _NEIGHBOURS:
+        here = number[: rows - down, max(0, -across) : columns - max(0, across)]
+        there = number[down:, max(0, across) : columns - max(0, -across)]
+        both = (here >= 0) & (there >= 0)
+        begins.append(here[both])
+        ends.append(there[both])
+    return np.concatenate(begins), np.concatenate(ends)
