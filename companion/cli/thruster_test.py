@@ -112,7 +112,7 @@ def steps_of(thruster: ThrusterConfig, power: float, seconds: float) -> Iterator
 
 
 @dataclass(frozen=True, slots=True)
-class Finding:
+class ThrusterFinding:
     """What one step showed.
 
     `measured`: the throttle that the bridge reported at the end; None where it reports none. `rate_radps`: of a swing.
@@ -155,10 +155,10 @@ class Trial:
         """One cycle of neutral, disarmed."""
         self._cycle(None, 0.0, None, armed=False, lower=None)
 
-    def conduct(self, index: int, power: float, seconds: float, say: Callable[[str], None]) -> list[Finding]:
+    def conduct(self, index: int, power: float, seconds: float, say: Callable[[str], None]) -> list[ThrusterFinding]:
         """All steps of one thruster. It ends neutral and disarmed, whatever happens. `say` prints a line."""
         thruster = self._config.thrusters[index]
-        found: list[Finding] = []
+        found: list[ThrusterFinding] = []
         try:
             if thruster.retractable:
                 say("  lowering")
@@ -171,7 +171,7 @@ class Trial:
                 self.idle()
         return found
 
-    def _swing(self, index: int, step: TrialStep) -> Finding:
+    def _swing(self, index: int, step: TrialStep) -> ThrusterFinding:
         target = step.azimuth_rad or 0.0
         begun: tuple[float, float] | None = None  # when, and how far there was to go, once it moved
         rate: float | None = None
@@ -182,7 +182,7 @@ class Trial:
             self._cycle(index, 0.0, target, armed=True, lower=True)
             report = self._reports.newest[index]
             if report is None or report.azimuth_rad is None:
-                return Finding(step.name, target, None, None, True)
+                return ThrusterFinding(step.name, target, None, None, True)
             left = abs(_off(report, target))
             if begun is None and left < 0.9 * whole:
                 begun = report.t_s, left
@@ -193,9 +193,9 @@ class Trial:
                 break
         report = self._reports.newest[index]
         arrived = report is not None and abs(_off(report, target)) <= max(_SWING_DONE_RAD, 0.11 * whole)
-        return Finding(step.name, target, None, rate, arrived)
+        return ThrusterFinding(step.name, target, None, rate, arrived)
 
-    def _push(self, index: int, step: TrialStep) -> Finding:
+    def _push(self, index: int, step: TrialStep) -> ThrusterFinding:
         begin_s = self._clock.now_s()
         measured: float | None = None
         while (t_s := self._clock.now_s() - begin_s) < step.duration_s:
@@ -205,7 +205,7 @@ class Trial:
             if report is not None and (share >= 1.0 or measured is None):
                 measured = report.throttle
         ok = measured is None or abs(measured - step.throttle) <= max(_GOOD_THROTTLE, 0.5 * abs(step.throttle))
-        return Finding(step.name, step.throttle, measured, None, ok)
+        return ThrusterFinding(step.name, step.throttle, measured, None, ok)
 
     def _for(self, duration_s: float, index: int, throttle: float, azimuth_rad: float | None, lower: bool) -> None:
         end_s = self._clock.now_s() + duration_s
@@ -262,7 +262,7 @@ def _off(report: ThrusterFeedback, target_rad: float) -> float:
     return math.remainder((report.azimuth_rad or 0.0) - target_rad, math.tau)
 
 
-def _line_of(finding: Finding) -> str:
+def _line_of(finding: ThrusterFinding) -> str:
     if finding.rate_radps is not None:
         return f"{finding.name}: {math.degrees(finding.rate_radps):.0f}°/s"
     verdict = "" if finding.ok else "  NOT AS COMMANDED"

@@ -8,7 +8,7 @@ from enum import Enum
 from companion.core.decision import ModeId
 
 
-class Check(Enum):
+class ArmingCheck(Enum):
     """What a finding is about."""
 
     POSITION = "position"
@@ -26,14 +26,14 @@ class Check(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Finding:
+class ArmingFinding:
     """One thing that is wrong. `text`: for people. `subject`: name of the device or thruster. `value`: of a battery the
     share left, of a device the seconds since it was heard; None: never, or not known.
 
     `modes`: those that it concerns; None: all. `blocks` False: a warning only.
     """
 
-    check: Check
+    check: ArmingCheck
     text: str
     subject: str = ""
     value: float | None = None
@@ -46,7 +46,7 @@ class ArmingReport:
     """All findings, and the modes in which the boat could be armed now, and to which an armed boat could change.
     `measured`: the checks for which there is something aboard to look at."""
 
-    findings: tuple[Finding, ...]
+    findings: tuple[ArmingFinding, ...]
     can_arm: frozenset[ModeId]
     can_run: frozenset[ModeId]
-    measured: frozenset[Check]
+    measured: frozenset[ArmingCheck]

@@ -17,7 +17,7 @@ class SnapshotError(ValueError):
 
 
 @dataclass(frozen=True, slots=True)
-class Snapshot:
+class MissionSnapshot:
     """Place and state of the executor: as `Cursor` and `MissionProgress` hold them."""
 
     state: MissionState
@@ -47,7 +47,7 @@ def write_snapshot(
     }
 
 
-def read_snapshot(values: Mapping[str, Any], count: int) -> Snapshot:
+def read_snapshot(values: Mapping[str, Any], count: int) -> MissionSnapshot:
     """The snapshot in `values`, for a mission of `count` items; the caller checks that it is the same mission. Raises
     SnapshotError for a value that is missing, of the wrong type or out of range."""
     try:
@@ -65,7 +65,7 @@ def read_snapshot(values: Mapping[str, Any], count: int) -> Snapshot:
         raise SnapshotError(f"item {item_number(seq)} in state {state.name} does not fit a mission of {count} items")
     if any(seq >= count for seq in held):
         raise SnapshotError(f"items held back that a mission of {count} items does not have")
-    return Snapshot(state, seq, arrived, jumps, speed_mps, reached, reached_seq, held)
+    return MissionSnapshot(state, seq, arrived, jumps, speed_mps, reached, reached_seq, held)
 
 
 def _speed(value: Any) -> float:

@@ -7,7 +7,7 @@ from companion.core.decision import SELF_STEERED_NEEDS, KnownRefusal, ModeDeclar
 from companion.core.setpoint import Setpoint
 from companion.modes.mode import Mode
 from companion.modes.parts.berth import BerthChoice
-from companion.modes.parts.docking import Docking, Phase
+from companion.modes.parts.docking import Docking, DockingPhase
 
 
 class DockMode(Mode):
@@ -47,7 +47,7 @@ class DockMode(Mode):
 
     def chosen_again(self, inputs: ModeInputs) -> bool:
         """Start docking again if it was given up."""
-        return self._docking.phase is Phase.ABORTED
+        return self._docking.phase is DockingPhase.ABORTED
 
     def mind_fence(self, inputs: ModeInputs) -> str | None:
         """Stop docking if the way to the berth now crosses the fence."""

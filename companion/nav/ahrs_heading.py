@@ -11,7 +11,7 @@ from companion.config.vessel import NavigatedBoat
 from companion.core.angles import wrap_pi
 from companion.core.readings import Heading, HeadingBy, Imu, MagneticField
 from companion.nav.ahrs import Ahrs
-from companion.nav.corrections import Corrections
+from companion.nav.corrections import SensorCorrections
 from companion.nav.course_correction import CourseCorrection
 from companion.nav.lever_arms import Matrix, Vector, normal_gravity_mps2, relative, rotate
 from companion.params.store import Parameters
@@ -75,7 +75,7 @@ class AhrsHeading:
         row: SensorConfig,
         gravity_mps2: float,
         parameters: Parameters,
-        corrections: Corrections,
+        corrections: SensorCorrections,
         baseline: Callable[[float], AttitudeFilter] | None = None,
     ) -> None:
         """`corrections`: those of the device. `baseline`: makes the thesis's filter, which AHRS_LAW 1 chooses, from the
@@ -143,7 +143,7 @@ class AhrsHeading:
 def ahrs_headings(
     config: NavigatedBoat,
     parameters: Parameters,
-    corrections: Mapping[str, Corrections],
+    corrections: Mapping[str, SensorCorrections],
     baseline: Callable[[float], AttitudeFilter] | None = None,
 ) -> dict[str, AhrsHeading]:
     """One `AhrsHeading` for each sensor with `heading = "ahrs"`, by the sensor's name."""

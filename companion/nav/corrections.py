@@ -30,7 +30,7 @@ def inertial_sensors(sensors: Sequence[SensorConfig]) -> tuple[SensorConfig, ...
     return tuple(row for row in sensors if is_inertial(row))[:SENSORS]
 
 
-class Corrections:
+class SensorCorrections:
     """Of one device: `imu` and `field` give its readings corrected.
 
     `version` grows when a parameter of it, or of its mounting, changes. Remembers the values in force.
@@ -90,12 +90,12 @@ class Corrections:
         self.calibrated_aboard = True
 
 
-def corrections_of(sensors: Sequence[SensorConfig], parameters: Parameters) -> Mapping[str, Corrections]:
+def corrections_of(sensors: Sequence[SensorConfig], parameters: Parameters) -> Mapping[str, SensorCorrections]:
     """The corrections of every sensor that has some, by its name."""
     inertial = {row.name: number for number, row in enumerate(inertial_sensors(sensors))}
     magnetic = {row.name: number for number, row in enumerate(magnetometers(sensors))}
     return {
-        row.name: Corrections(row, parameters, inertial.get(row.name), magnetic.get(row.name))
+        row.name: SensorCorrections(row, parameters, inertial.get(row.name), magnetic.get(row.name))
         for row in sensors
         if row.name in inertial or row.heading == "ahrs"
     }

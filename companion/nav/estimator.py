@@ -31,7 +31,7 @@ from companion.nav.current import CurrentObserver, GroundMotion
 from companion.nav.error_state import FilterNoise
 from companion.nav.headings import HeadingSources, TrueHeading
 from companion.nav.inertial import InertialSolution
-from companion.nav.integrity.evidence import Finding, Sense
+from companion.nav.integrity.evidence import LieFound, Sense
 from companion.nav.lever_arms import ZERO, Vector, normal_gravity_mps2
 from companion.nav.mounting import Mounting
 from companion.nav.no_imu import PoseSolution
@@ -159,7 +159,7 @@ class Estimator:
         """The operator's answer about a sensor that seems to lie: believe it, or not. Returns why not, or None."""
         return self._witness.monitor.answer(accept, now_s)
 
-    def _react(self, findings: Sequence[Finding]) -> None:
+    def _react(self, findings: Sequence[LieFound]) -> None:
         """Undo what the filter has taken from sources that are found to lie."""
         inertial = self._inertial
         if not findings or inertial is None or not inertial.running:

@@ -14,7 +14,7 @@ from companion.core.events import Announce
 from companion.core.geodesy import distance_and_bearing
 from companion.core.geomagnetism import decimal_year, declination_rad
 from companion.core.readings import GroundVelocity, Heading, HeadingBy
-from companion.nav.corrections import Corrections
+from companion.nav.corrections import SensorCorrections
 from companion.nav.sources import SourceSelector
 
 _BASELINE_SIGMA_RAD = math.radians(0.4)
@@ -82,7 +82,7 @@ class HeadingSources:
     """
 
     def __init__(
-        self, config: NavigatedBoat, say: Announce, corrections: Mapping[str, Corrections] | None = None
+        self, config: NavigatedBoat, say: Announce, corrections: Mapping[str, SensorCorrections] | None = None
     ) -> None:
         """`corrections`: of the sensors that have some; they know how good a calibration aboard is."""
         names = {row.name: row.timeout_s for row in config.sensors}

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from companion.core.angles import wrap_pi
 from companion.core.readings import Imu
 from companion.nav.error_state import ErrorStateFilter, FilterNoise, Innovation
-from companion.nav.lanes import InertialMemory, Lane, Odometer
+from companion.nav.lanes import InertialMemory, InertialSums, Lane
 from companion.nav.lever_arms import ZERO, Vector, euler_of, relative, rotate, velocity_ned
 from companion.nav.outliers import HEADING_GATE, POSITION_GATE, VELOCITY_GATE, InnovationGate, Verdict
 from companion.nav.solution import Motion, Offset, Place
@@ -72,7 +72,7 @@ class InertialSolution:
         self.levelling = Levelling()
         self.t_s = -math.inf  # of the last sample
         self.rates: Vector = (0.0, 0.0, 0.0)
-        self.odometer = Odometer()
+        self.odometer = InertialSums()
         self._memory = InertialMemory()
         self._imu_lever_m = imu_lever_m
         self._down_s = -math.inf

@@ -24,7 +24,7 @@ Sample = tuple[Vector, Vector, float]
 
 
 @dataclass(slots=True)
-class Odometer:
+class InertialSums:
     """Sums of the filter's predictions, measurements left out: velocity in NED, the way that it makes, and the turn
     about the vertical. They have no meaning but their differences; `run` changes when those have none either.
 

@@ -12,10 +12,10 @@ from companion.nav.headings import Measured
 from companion.nav.inertial import InertialSolution
 from companion.nav.integrity.evidence import (
     Evidence,
-    Finding,
     HeadingSeen,
     InertialStep,
     LaneStep,
+    LieFound,
     ModelStep,
     PositionSeen,
     Sense,
@@ -124,7 +124,7 @@ class Witness:
         inertial: InertialSolution | None,
         current: CurrentObserver | None,
         now_s: float,
-    ) -> list[Finding]:
+    ) -> list[LieFound]:
         """Judge the tick; returns what is found to lie from now on."""
         evidence, self._evidence = self._evidence, Evidence()
         evidence.driven = driven

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 
-from companion.core.arming import ArmingReport, Check, Finding
+from companion.core.arming import ArmingCheck, ArmingFinding, ArmingReport
 from companion.core.decision import ModeId
 from companion.modes.mode import Mode
 from companion.supervisor.authority import AuthorityRequest, RequestedAction, Right, refusal
 from companion.supervisor.situation import Situation
 
-Looks = Callable[[Situation], Iterator[Finding]]
+Looks = Callable[[Situation], Iterator[ArmingFinding]]
 
 
 def arming_refusals(situation: Situation, right: Right = Right.GROUND_STATION, force: bool = False) -> tuple[str, ...]:
@@ -35,7 +35,7 @@ def arming_report(
     blocked = any(finding.blocks for finding in findings)
     findings += _estimate(situation, modes)
     findings += [
-        Finding(Check.MODE, reason, modes=frozenset({mode}))
+        ArmingFinding(ArmingCheck.MODE, reason, modes=frozenset({mode}))
         for mode, reason in refusals.items()
         if reason is not None and not _by_estimate(situation, modes[mode], reason)
     ]
@@ -50,7 +50,7 @@ def arming_report(
     )
 
 
-def _general(situation: Situation) -> Iterator[Finding]:
+def _general(situation: Situation) -> Iterator[ArmingFinding]:
     """The findings of CHECKS, without ARM_CHECKS as warnings, and who forbids arming."""
     checked = _checks(situation)
     for check in CHECKS:
@@ -60,30 +60,30 @@ def _general(situation: Situation) -> Iterator[Finding]:
     if (
         reason := refusal(AuthorityRequest(RequestedAction.ARM if checked else RequestedAction.ARM_BY_FORCE), facts)
     ) is not None:
-        yield Finding(Check.KILL_SWITCH if facts.kill_switch else Check.AUTHORITY, reason)
+        yield ArmingFinding(ArmingCheck.KILL_SWITCH if facts.kill_switch else ArmingCheck.AUTHORITY, reason)
 
 
 def _checks(situation: Situation) -> bool:
     return bool(situation.parameters["ARM_CHECKS"])
 
 
-def _warnings(s: Situation) -> Iterator[Finding]:
+def _warnings(s: Situation) -> Iterator[ArmingFinding]:
     """What does not speak against arming, but should be known before."""
     remaining = None if s.inputs.battery is None else s.inputs.battery.remaining
     if remaining is not None and s.parameters["BAT_CRIT_THR"] <= remaining < s.parameters["BAT_LOW_THR"]:
-        yield Finding(Check.BATTERY_LOW, "battery low", value=remaining, blocks=False)
+        yield ArmingFinding(ArmingCheck.BATTERY_LOW, "battery low", value=remaining, blocks=False)
 
 
-def _estimate(s: Situation, modes: Mapping[ModeId, Mode]) -> Iterator[Finding]:
+def _estimate(s: Situation, modes: Mapping[ModeId, Mode]) -> Iterator[ArmingFinding]:
     """What the estimate lacks for some modes, where ARM_NEED_POS does not ask for it in all."""
     if s.parameters["ARM_NEED_POS"] and s.parameters["ARM_CHECKS"]:
         return
     needing_position = frozenset(mode.id for mode in modes.values() if mode.needs_position)
     needing_heading = frozenset(mode.id for mode in modes.values() if mode.needs_heading)
     if not s.nav.position_valid:
-        yield Finding(Check.POSITION, "position not valid", modes=needing_position)
+        yield ArmingFinding(ArmingCheck.POSITION, "position not valid", modes=needing_position)
     if not s.nav.heading_valid:
-        yield Finding(Check.HEADING, "heading not valid", modes=needing_heading)
+        yield ArmingFinding(ArmingCheck.HEADING, "heading not valid", modes=needing_heading)
 
 
 def _by_estimate(s: Situation, mode: Mode, reason: str) -> bool:
@@ -93,58 +93,60 @@ def _by_estimate(s: Situation, mode: Mode, reason: str) -> bool:
     )
 
 
-def _measured(s: Situation) -> frozenset[Check]:
-    measured = set(Check)
+def _measured(s: Situation) -> frozenset[ArmingCheck]:
+    measured = set(ArmingCheck)
     if s.inputs.battery is None:
-        measured -= {Check.BATTERY, Check.BATTERY_LOW}
+        measured -= {ArmingCheck.BATTERY, ArmingCheck.BATTERY_LOW}
     if s.inputs.leak is None:
-        measured.discard(Check.LEAK)
+        measured.discard(ArmingCheck.LEAK)
     if s.inputs.rc is None:
-        measured -= {Check.AUTHORITY, Check.KILL_SWITCH, Check.KILL_SWITCH_FAULT}
+        measured -= {ArmingCheck.AUTHORITY, ArmingCheck.KILL_SWITCH, ArmingCheck.KILL_SWITCH_FAULT}
     return frozenset(measured)
 
 
-def _position(s: Situation) -> Iterator[Finding]:
+def _position(s: Situation) -> Iterator[ArmingFinding]:
     if s.parameters["ARM_NEED_POS"] and not s.nav.position_valid:
-        yield Finding(Check.POSITION, "position not valid")
+        yield ArmingFinding(ArmingCheck.POSITION, "position not valid")
 
 
-def _heading(s: Situation) -> Iterator[Finding]:
+def _heading(s: Situation) -> Iterator[ArmingFinding]:
     if s.parameters["ARM_NEED_POS"] and not s.nav.heading_valid:
-        yield Finding(Check.HEADING, "heading not valid")
+        yield ArmingFinding(ArmingCheck.HEADING, "heading not valid")
 
 
-def _devices(s: Situation) -> Iterator[Finding]:
+def _devices(s: Situation) -> Iterator[ArmingFinding]:
     for device in (*s.sensors.values(), *s.bridges.values()):
         if not device.ok:
-            yield Finding(Check.DEVICE, f"{device.name}: {device.text or 'no data'}", device.name, device.age_s)
+            yield ArmingFinding(
+                ArmingCheck.DEVICE, f"{device.name}: {device.text or 'no data'}", device.name, device.age_s
+            )
 
 
-def _thrusters(s: Situation) -> Iterator[Finding]:
+def _thrusters(s: Situation) -> Iterator[ArmingFinding]:
     for name in s.failed_thrusters:
-        yield Finding(Check.THRUSTER, f"thruster {name} has failed", name)
+        yield ArmingFinding(ArmingCheck.THRUSTER, f"thruster {name} has failed", name)
 
 
-def _battery(s: Situation) -> Iterator[Finding]:
+def _battery(s: Situation) -> Iterator[ArmingFinding]:
     battery = s.inputs.battery
     if battery is not None and battery.remaining is not None and battery.remaining < s.parameters["BAT_CRIT_THR"]:
         text = f"battery critical: {100.0 * battery.remaining:.0f} % left"
-        yield Finding(Check.BATTERY, text, value=battery.remaining)
+        yield ArmingFinding(ArmingCheck.BATTERY, text, value=battery.remaining)
 
 
-def _leak(s: Situation) -> Iterator[Finding]:
+def _leak(s: Situation) -> Iterator[ArmingFinding]:
     if s.inputs.leak is not None and s.inputs.leak.wet:
-        yield Finding(Check.LEAK, "water in the hull")
+        yield ArmingFinding(ArmingCheck.LEAK, "water in the hull")
 
 
-def _kill_switch(s: Situation) -> Iterator[Finding]:
+def _kill_switch(s: Situation) -> Iterator[ArmingFinding]:
     if s.kill_switch_fault is not None:
-        yield Finding(Check.KILL_SWITCH_FAULT, s.kill_switch_fault)
+        yield ArmingFinding(ArmingCheck.KILL_SWITCH_FAULT, s.kill_switch_fault)
 
 
-def _fence(s: Situation) -> Iterator[Finding]:
+def _fence(s: Situation) -> Iterator[ArmingFinding]:
     if s.fence_preparing:
-        yield Finding(Check.FENCE, "fence is being prepared: wait")
+        yield ArmingFinding(ArmingCheck.FENCE, "fence is being prepared: wait")
 
 
 CHECKS: tuple[Looks, ...] = (_position, _heading, _devices, _thrusters, _battery, _leak, _kill_switch, _fence)

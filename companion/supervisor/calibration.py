@@ -30,7 +30,7 @@ _LEVEL_S, _LEVEL_SWING_RADPS = 10.0, math.radians(8.0)  # waves average out
 _GYRO_S, _GYRO_SWING_RADPS = 5.0, math.radians(0.5)
 
 
-class Kind(Enum):
+class CalibrationKind(Enum):
     """What is calibrated; the value is for people."""
 
     COMPASS = "Compass"
@@ -38,7 +38,7 @@ class Kind(Enum):
     GYRO = "Gyro"
 
 
-class Phase(Enum):
+class CalibrationPhase(Enum):
     """How far a calibration is."""
 
     RUNNING = "running"
@@ -64,8 +64,8 @@ class CalibrationState:
     """The calibration that runs, or ran last. `run` counts them; `progress`: 0…1; `text`: why it failed."""
 
     run: int
-    kind: Kind
-    phase: Phase
+    kind: CalibrationKind
+    phase: CalibrationPhase
     progress: float
     text: str = ""
     compasses: tuple[CompassState, ...] = ()
@@ -107,7 +107,7 @@ class CalibrationDuty:
 
     # --- requests --------------------------------------------------------------------------------------------------
 
-    def request(self, kind: Kind, now_s: float, save: bool = True) -> Outcome:
+    def request(self, kind: CalibrationKind, now_s: float, save: bool = True) -> Outcome:
         """Begin a calibration. `save`: store its result at once, without `accept`."""
         rows = self._rows(kind)
         reason, result = self._running() or self._forbidden(kind), Result.TEMPORARILY_REJECTED
@@ -120,54 +120,58 @@ class CalibrationDuty:
         self._parts = tuple(self._part(kind, row, now_s) for row in rows)
         self._save = save
         self._runs += 1
-        self._set(kind, Phase.RUNNING)
-        how = "turn round twice, slowly" if kind is Kind.COMPASS else "keep the boat still"
+        self._set(kind, CalibrationPhase.RUNNING)
+        how = "turn round twice, slowly" if kind is CalibrationKind.COMPASS else "keep the boat still"
         self._events.say(now_s, TextKind.ROUTINE, "calibration", f"{kind.value} calibration: {how}")
         return ACCEPTED
 
     def accept(self, now_s: float) -> Outcome:
         """Store a result that waits for it. Where none waits, nothing changes."""
-        if self.state is not None and self.state.phase is Phase.FITTED:
+        if self.state is not None and self.state.phase is CalibrationPhase.FITTED:
             self._store(self.state.kind, now_s)
         return ACCEPTED
 
     def cancel(self, now_s: float) -> Outcome:
         """End the calibration without a result. Where none runs, nothing changes."""
-        if self.state is not None and self.state.phase in (Phase.RUNNING, Phase.FITTED):
-            self._set(self.state.kind, Phase.CANCELLED)
+        if self.state is not None and self.state.phase in (CalibrationPhase.RUNNING, CalibrationPhase.FITTED):
+            self._set(self.state.kind, CalibrationPhase.CANCELLED)
             text = f"{self.state.kind.value} calibration cancelled"
             self._events.say(now_s, TextKind.ROUTINE, "calibration", text)
         return ACCEPTED
 
-    def _rows(self, kind: Kind) -> Sequence[SensorConfig]:
+    def _rows(self, kind: CalibrationKind) -> Sequence[SensorConfig]:
         """The sensors to calibrate. All inertial sensors share one level: the first one gives it."""
-        if kind is Kind.COMPASS:
+        if kind is CalibrationKind.COMPASS:
             return self._magnetometers
-        return self._inertial if kind is Kind.GYRO else self._inertial[:1]
+        return self._inertial if kind is CalibrationKind.GYRO else self._inertial[:1]
 
     def _running(self) -> str | None:
         state = self.state
-        return f"{state.kind.value.lower()} calibration runs" if state and state.phase is Phase.RUNNING else None
+        return (
+            f"{state.kind.value.lower()} calibration runs"
+            if state and state.phase is CalibrationPhase.RUNNING
+            else None
+        )
 
-    def _forbidden(self, kind: Kind) -> str | None:
+    def _forbidden(self, kind: CalibrationKind) -> str | None:
         """Why the boat may not be calibrated now. In a mode that steers by no heading it may turn by its own thrust."""
         helm = self._helm
         if not helm.armed:
             return None
-        if kind is not Kind.COMPASS:
+        if kind is not CalibrationKind.COMPASS:
             return "disarm first"
         free = helm.mode.by_stick and Need.HEADING not in helm.mode.declaration.needs
         return None if free else "disarm, or choose Manual"
 
-    def _nothing(self, kind: Kind) -> str:
-        if kind is not Kind.COMPASS:
+    def _nothing(self, kind: CalibrationKind) -> str:
+        if kind is not CalibrationKind.COMPASS:
             return "no inertial sensor"
         return 'no sensor has heading = "ahrs"' if self._inertial else "no magnetometer"
 
-    def _part(self, kind: Kind, row: SensorConfig, now_s: float) -> Part:
-        if kind is Kind.LEVEL:
+    def _part(self, kind: CalibrationKind, row: SensorConfig, now_s: float) -> Part:
+        if kind is CalibrationKind.LEVEL:
             return StillMean(row.name, _LEVEL_S, _LEVEL_SWING_RADPS, now_s)
-        if kind is Kind.GYRO:
+        if kind is CalibrationKind.GYRO:
             return StillMean(row.name, _GYRO_S, _GYRO_SWING_RADPS, now_s)
         nav, home = self._nav_of(), self._config.home
         place = (nav.lat_deg, nav.lon_deg) if nav.position_valid else (home.lat_deg, home.lon_deg)
@@ -180,7 +184,7 @@ class CalibrationDuty:
     def take(self, readings: Sequence[Reading], now_s: float) -> None:
         """The readings of a tick. None of it raises."""
         state = self.state
-        if state is None or state.phase is not Phase.RUNNING:
+        if state is None or state.phase is not CalibrationPhase.RUNNING:
             return
         if (reason := self._forbidden(state.kind)) is not None:
             self._fail(state.kind, reason, now_s)
@@ -192,14 +196,14 @@ class CalibrationDuty:
         if failure is not None:
             self._fail(state.kind, failure, now_s)
         elif not all(part.progress >= 1.0 for part in self._parts):
-            self._set(state.kind, Phase.RUNNING)
+            self._set(state.kind, CalibrationPhase.RUNNING)
         elif self._save:
             self._store(state.kind, now_s)
         else:
-            self._set(state.kind, Phase.FITTED)
+            self._set(state.kind, CalibrationPhase.FITTED)
             self._events.say(now_s, TextKind.ROUTINE, "calibration", f"{state.kind.value} fitted: accept or cancel it")
 
-    def _set(self, kind: Kind, phase: Phase, text: str = "") -> None:
+    def _set(self, kind: CalibrationKind, phase: CalibrationPhase, text: str = "") -> None:
         progress = min(part.progress for part in self._parts)
         compasses = tuple(
             CompassState(part.row.name, part.progress, part.direction, part.failure, part.result)
@@ -208,14 +212,14 @@ class CalibrationDuty:
         )
         self.state = CalibrationState(self._runs, kind, phase, progress, text, compasses)
 
-    def _fail(self, kind: Kind, reason: str, now_s: float) -> None:
-        self._set(kind, Phase.FAILED, reason)
+    def _fail(self, kind: CalibrationKind, reason: str, now_s: float) -> None:
+        self._set(kind, CalibrationPhase.FAILED, reason)
         text = f"{kind.value} not calibrated: {reason}"
         self._events.say(now_s, TextKind.REFUSAL, "calibration_failed", text)
 
     # --- the result ------------------------------------------------------------------------------------------------
 
-    def _store(self, kind: Kind, now_s: float) -> None:
+    def _store(self, kind: CalibrationKind, now_s: float) -> None:
         try:
             values: dict[str, float] = {}
             for number, part in enumerate(self._parts):
@@ -226,25 +230,25 @@ class CalibrationDuty:
         if self._parameters.set_all(values) is not None:
             self._fail(kind, "a value is out of range", now_s)
             return
-        self._set(kind, Phase.DONE)
+        self._set(kind, CalibrationPhase.DONE)
         text = f"{kind.value} calibrated{self._summary(kind, values)}"
         self._events.say(now_s, TextKind.ROUTINE, "calibration", text)
 
-    def _values(self, kind: Kind, number: int, part: Part) -> dict[str, float]:
+    def _values(self, kind: CalibrationKind, number: int, part: Part) -> dict[str, float]:
         """The parameters of one sensor. Raises ValueError for a result that cannot be right."""
         if isinstance(part, CompassCalibration):
             assert part.result is not None
             return compass_values(number, part.result)
-        if kind is Kind.LEVEL:
+        if kind is CalibrationKind.LEVEL:
             angles = level_of(self._mounting.unlevelled(part.force))
             return {name: math.degrees(angle) for name, angle in zip(_LEVEL, angles, strict=True)}
         return {f"CAL_GYRO{number}_{axis}OFF": bias for axis, bias in zip("XYZ", part.rates, strict=True)}
 
-    def _summary(self, kind: Kind, values: Mapping[str, float]) -> str:
+    def _summary(self, kind: CalibrationKind, values: Mapping[str, float]) -> str:
         part = self._parts[0]
         if isinstance(part, CompassCalibration) and part.result is not None:
             return f": {math.degrees(left_rad(part.result)):.1f} deg of deviation left"
-        if kind is Kind.LEVEL:
+        if kind is CalibrationKind.LEVEL:
             roll, pitch = (round(values[name], 1) + 0.0 for name in _LEVEL)  # no -0.0
             return f": roll {roll:.1f}, pitch {pitch:.1f} deg"
         return ""

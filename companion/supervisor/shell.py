@@ -16,7 +16,7 @@ from companion.core.geodesy import distance_and_bearing
 from companion.core.tick import DeviceHealth, Tick
 from companion.mission.plan import item_number
 from companion.params.spec import ParamRefusal, ParamSpec, ParamType
-from companion.supervisor.snapshot import Snapshot
+from companion.supervisor.snapshot import BoatSnapshot
 from companion.supervisor.why import why
 
 WIDTH = 80
@@ -50,10 +50,10 @@ class ShellCommand:
     name: str
     words: str
     text: str
-    tell: Callable[[Words, Snapshot], Iterator[str]]
+    tell: Callable[[Words, BoatSnapshot], Iterator[str]]
 
 
-def answer(line: str, boat: Snapshot) -> Reply:
+def answer(line: str, boat: BoatSnapshot) -> Reply:
     """The answer to one line. An empty line has none. Raises nothing."""
     words = line.split()
     if not words:
@@ -83,12 +83,12 @@ def _reply(lines: Iterable[str], setting: Setting | None = None) -> Reply:
 # --- status --------------------------------------------------------------------------------------------------------
 
 
-def _help(words: Words, boat: Snapshot) -> Iterator[str]:
+def _help(words: Words, boat: BoatSnapshot) -> Iterator[str]:
     for command in COMMANDS.values():
         yield f"{command.name + ' ' + command.words:<22} {command.text}"
 
 
-def _status(words: Words, boat: Snapshot) -> Iterator[str]:
+def _status(words: Words, boat: BoatSnapshot) -> Iterator[str]:
     status = boat.status
     asked = "" if status.intended_mode is status.mode else f" (asked for: {status.intended_mode.value})"
     yield f"{boat.config.title}: {'armed' if status.armed else 'disarmed'}, {status.mode.value}{asked}"
@@ -108,7 +108,7 @@ def _status(words: Words, boat: Snapshot) -> Iterator[str]:
     yield f"Load: {boat.tick.load:.0%}"
 
 
-def _motion(boat: Snapshot, tick: Tick) -> Iterator[str]:
+def _motion(boat: BoatSnapshot, tick: Tick) -> Iterator[str]:
     nav, home = tick.nav, boat.status.home
     if nav.position_valid:
         fix = nav.fix.name.lower().replace("_", " ")
@@ -128,7 +128,7 @@ def _bearing(angle_rad: float) -> str:
     return f"{round(math.degrees(angle_rad)) % 360} deg"
 
 
-def _devices(words: Words, boat: Snapshot) -> Iterator[str]:
+def _devices(words: Words, boat: BoatSnapshot) -> Iterator[str]:
     if boat.tick is None:
         return
     for device in boat.tick.health:
@@ -143,7 +143,7 @@ def _health(device: DeviceHealth) -> str:
     return f"ok{age}" if device.ok else f"FAULT: {device.text or 'no data'}{age}"
 
 
-def _sources(words: Words, boat: Snapshot) -> Iterator[str]:
+def _sources(words: Words, boat: BoatSnapshot) -> Iterator[str]:
     if boat.tick is None or boat.sources is None:
         return
     nav = boat.tick.nav
@@ -154,11 +154,11 @@ def _sources(words: Words, boat: Snapshot) -> Iterator[str]:
         yield f"{kind:<10} {source or 'none'}{age}"
 
 
-def _why(words: Words, boat: Snapshot) -> Iterator[str]:
+def _why(words: Words, boat: BoatSnapshot) -> Iterator[str]:
     return why(boat)
 
 
-def _modes(words: Words, boat: Snapshot) -> Iterator[str]:
+def _modes(words: Words, boat: BoatSnapshot) -> Iterator[str]:
     refusals = boat.refusals or {}
     for mode in boat.modes:
         mark = "*" if mode.id is boat.status.mode else " "
@@ -166,7 +166,7 @@ def _modes(words: Words, boat: Snapshot) -> Iterator[str]:
         yield f"{mark} {mode.id.value:<10} {'ready' if reason is None else f'refused: {reason}'}"
 
 
-def _events(words: Words, boat: Snapshot) -> Iterator[str]:
+def _events(words: Words, boat: BoatSnapshot) -> Iterator[str]:
     number = words[0] if words else str(_EVENTS)
     if not number.isdigit() or not 1 <= int(number) <= _MOST_EVENTS:
         yield f"events takes a number from 1 to {_MOST_EVENTS}"
@@ -178,7 +178,7 @@ def _events(words: Words, boat: Snapshot) -> Iterator[str]:
 # --- parameters ----------------------------------------------------------------------------------------------------
 
 
-def _param(words: Words, boat: Snapshot) -> Iterator[str]:
+def _param(words: Words, boat: BoatSnapshot) -> Iterator[str]:
     if not words:
         changed = boat.parameters.changed()
         yield f"{len(changed)} of {len(boat.parameters.specs)} parameters differ from their defaults"
@@ -195,13 +195,13 @@ def _param(words: Words, boat: Snapshot) -> Iterator[str]:
     yield from (_value(boat, name) for name in found)
 
 
-def _value(boat: Snapshot, name: str) -> str:
+def _value(boat: BoatSnapshot, name: str) -> str:
     spec = boat.parameters.spec(name)
     assert spec is not None
     return f"{name:<17} {_shown(spec, boat.parameters[name])}"
 
 
-def _described(boat: Snapshot, spec: ParamSpec) -> Iterator[str]:
+def _described(boat: BoatSnapshot, spec: ParamSpec) -> Iterator[str]:
     yield f"{spec.name} = {_shown(spec, boat.parameters[spec.name])}"
     yield f"  {spec.text}"
     takes = "read-only" if spec.read_only else f"takes {spec.takes}"
@@ -215,7 +215,7 @@ def _shown(spec: ParamSpec, value: float) -> str:
     return f"{value:.7g} {spec.unit}".rstrip() if meaning is None else f"{value:.7g} ({meaning})"
 
 
-def _set(word: str, value: str, boat: Snapshot) -> Reply:
+def _set(word: str, value: str, boat: BoatSnapshot) -> Reply:
     name = word.upper()
     spec = boat.parameters.spec(name)
     if spec is None:

@@ -15,7 +15,7 @@ from companion.supervisor.mode_changes import Cause
 
 
 @dataclass(frozen=True, slots=True)
-class Snapshot:
+class BoatSnapshot:
     """`tick`: the last one, None before the first; `status` may be newer. `cause`: why the mode changed last.
     `refusals`: why each mode cannot be chosen now. `sources`: the sensor in use for each kind of reading. `events`: the
     newest, oldest first. `in_control`: the system with operator control, 0 for none."""

@@ -10,7 +10,7 @@ from companion.core.setpoint import NeutralSetpoint, PoseSetpoint, desired_motio
 from companion.core.tick import Tick
 from companion.modes.table import DECLARATIONS
 from companion.supervisor.mode_changes import Cause
-from companion.supervisor.snapshot import Snapshot
+from companion.supervisor.snapshot import BoatSnapshot
 
 CAUSES: Mapping[Cause, str] = {
     Cause.SAFE_SWITCH: "the transmitter's safe switch is on",
@@ -32,7 +32,7 @@ CAUSES: Mapping[Cause, str] = {
 _AXES = ("surge", "sway", "yaw")
 
 
-def why(boat: Snapshot) -> Iterator[str]:
+def why(boat: BoatSnapshot) -> Iterator[str]:
     """Arming, mode and speed, each with its reason."""
     yield from _arming(boat)
     yield from _mode(boat)
@@ -40,7 +40,7 @@ def why(boat: Snapshot) -> Iterator[str]:
         yield from _speed(boat, boat.tick)
 
 
-def _arming(boat: Snapshot) -> Iterator[str]:
+def _arming(boat: BoatSnapshot) -> Iterator[str]:
     status = boat.status
     if status.armed:
         yield "Armed"
@@ -53,7 +53,7 @@ def _arming(boat: Snapshot) -> Iterator[str]:
     yield from (f"  warning: {text}" for text in warnings)
 
 
-def _mode(boat: Snapshot) -> Iterator[str]:
+def _mode(boat: BoatSnapshot) -> Iterator[str]:
     status = boat.status
     reason = "as at the start" if boat.cause is None else CAUSES[boat.cause]
     yield f"Mode {status.mode.value}: {reason}"
@@ -62,7 +62,7 @@ def _mode(boat: Snapshot) -> Iterator[str]:
     yield from (f"  failsafe lasts: {name}" for name in status.failsafes)
 
 
-def _speed(boat: Snapshot, tick: Tick) -> Iterator[str]:
+def _speed(boat: BoatSnapshot, tick: Tick) -> Iterator[str]:
     nav = tick.nav
     now = f"{math.hypot(nav.surge_mps, nav.sway_mps):.2f} m/s" if nav.position_valid else "not known"
     if not boat.status.armed:
@@ -82,7 +82,7 @@ def _speed(boat: Snapshot, tick: Tick) -> Iterator[str]:
     yield from _thrust(boat, tick)
 
 
-def _why_neutral(boat: Snapshot) -> str:
+def _why_neutral(boat: BoatSnapshot) -> str:
     if boat.status.failsafes:
         return f"failsafe {boat.status.failsafes[0]}"
     if DECLARATIONS[boat.status.mode].by_stick:
@@ -90,14 +90,14 @@ def _why_neutral(boat: Snapshot) -> str:
     return "the mode gives none" if boat.cause is None else CAUSES[boat.cause]
 
 
-def _cruise(boat: Snapshot) -> str:
+def _cruise(boat: BoatSnapshot) -> str:
     asked_mps, most_mps = boat.status.speed_override_mps, boat.parameters["MPC_XY_VEL_MAX"]
     set_mps = boat.parameters["WP_SPEED"] if asked_mps is None else asked_mps
     by = "WP_SPEED" if asked_mps is None else "as asked for"
     return f"{set_mps:.2f} m/s, {by}" if set_mps < most_mps else f"{most_mps:.2f} m/s, at most MPC_XY_VEL_MAX"
 
 
-def _thrust(boat: Snapshot, tick: Tick) -> Iterator[str]:
+def _thrust(boat: BoatSnapshot, tick: Tick) -> Iterator[str]:
     """What the thrusters cannot give."""
     if boat.status.armed and any(tick.allocation.limited):
         short = ", ".join(axis for axis, limited in zip(_AXES, tick.allocation.limited, strict=True) if limited)

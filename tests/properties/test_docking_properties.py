@@ -18,7 +18,7 @@ from companion.core.events import EventLog
 from companion.core.readings import FixType
 from companion.core.setpoint import PoseSetpoint, desired_motion
 from companion.modes.parts.berth import Berth
-from companion.modes.parts.docking import Docking, Phase
+from companion.modes.parts.docking import Docking, DockingPhase
 from companion.params.store import Parameters
 
 REVOLT = load(find("revolt"))
@@ -86,9 +86,9 @@ def test_any_sequence(towards: tuple[float, float], yaw_rad: float, sequence: li
             place = (None, None) if motion.place is None else astuple(motion.place)
             parts = (*place, motion.yaw_rad, motion.surge_mps, motion.sway_mps, motion.yaw_rate_radps)
             assert all(part is not None and math.isfinite(part) for part in parts)
-            if inputs.failed or before is Phase.ABORTED:
-                assert docking.phase in (Phase.ABORTED, Phase.PUSH)
-            if docking.phase is Phase.PUSH and before is not Phase.PUSH:
+            if inputs.failed or before is DockingPhase.ABORTED:
+                assert docking.phase in (DockingPhase.ABORTED, DockingPhase.PUSH)
+            if docking.phase is DockingPhase.PUSH and before is not DockingPhase.PUSH:
                 assert berth.place(inputs.nav.north_m, inputs.nav.east_m)[0] < 0.4
             if name == "follow":
                 inputs = replace(inputs, nav=at_setpoint(inputs.nav, setpoint))

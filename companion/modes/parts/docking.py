@@ -43,7 +43,7 @@ _LEFT_M, _LEFT_S = 0.15, 2.0  # distance and time that show that the boat has le
 _DOCKED_S = 3.0
 
 
-class Phase(Enum):
+class DockingPhase(Enum):
     """The phases of docking, in order."""
 
     GO = "go"
@@ -75,25 +75,25 @@ class Docking:
         self._way: list[tuple[float, float, float]] = []
         self._clearing = False
         self._free_n = self._contact_m = self._depth_m = self._yaw_rad = 0.0
-        self._phase = Phase.GO
+        self._phase = DockingPhase.GO
         self._since_s = 0.0
         self._left_s: float | None = None
         self._good_s: float | None = None  # when the condition that the phase waits for began to hold
 
     @property
-    def phase(self) -> Phase:
+    def phase(self) -> DockingPhase:
         """The present phase."""
         return self._phase
 
     @property
     def alongside(self) -> bool:
         """Whether the boat pushes against the berth."""
-        return self._phase is Phase.PUSH
+        return self._phase is DockingPhase.PUSH
 
     @property
     def docked(self) -> bool:
         """Whether the boat has pushed against the berth for long enough to count as docked."""
-        return self._phase is Phase.PUSH and self._good_s is not None
+        return self._phase is DockingPhase.PUSH and self._good_s is not None
 
     def refusal(self, berth: Berth, inputs: ModeInputs) -> str | None:
         """Return why the boat cannot dock at the berth now, or None. Changes nothing."""
@@ -125,7 +125,7 @@ class Docking:
         if abs(off_m) < _LEFT_M and abs(along_m) < self._parameters["DOCK_OFF_MAX"] and aligned:
             self._press(off_m, 0.0, inputs)
             return None
-        self._enter(Phase.GO, inputs.now_s, "Dock: going to the standoff point")
+        self._enter(DockingPhase.GO, inputs.now_s, "Dock: going to the standoff point")
         standoff = berth.pose(berth.standoff_m)
         far = math.hypot(standoff[0] - nav.north_m, standoff[1] - nav.east_m) > self._parameters["DP_TRANSIT_DIST"]
         # the boat arrives on any course and swings its bow: it needs one more boat length of clear water
@@ -140,13 +140,13 @@ class Docking:
         if reason is not None:
             self._abort(reason, inputs)
         match self._phase:
-            case Phase.GO:
+            case DockingPhase.GO:
                 return self._go(inputs)
-            case Phase.ALIGN:
+            case DockingPhase.ALIGN:
                 return self._align(inputs)
-            case Phase.APPROACH:
+            case DockingPhase.APPROACH:
                 return self._approach(inputs)
-            case Phase.PUSH:
+            case DockingPhase.PUSH:
                 return self._push(inputs)
         return self._clear(inputs)
 
@@ -163,7 +163,7 @@ class Docking:
                 self._go_on(inputs, fresh=False)
             else:
                 self._motion.settle()
-                self._enter(Phase.ALIGN, inputs.now_s, "Dock: lining up with the berth")
+                self._enter(DockingPhase.ALIGN, inputs.now_s, "Dock: lining up with the berth")
         return setpoint
 
     def _align(self, inputs: ModeInputs) -> Setpoint:
@@ -173,7 +173,9 @@ class Docking:
             and self._motion.settled_s >= _SETTLE_S
         ):
             self._enter(
-                Phase.APPROACH, inputs.now_s, f"Dock: coming alongside at {self._parameters['DOCK_SPEED']:.2f} m/s"
+                DockingPhase.APPROACH,
+                inputs.now_s,
+                f"Dock: coming alongside at {self._parameters['DOCK_SPEED']:.2f} m/s",
             )
             self._free_n = self._motion.mean_n
             self._come_alongside(inputs, fresh=False)
@@ -215,7 +217,9 @@ class Docking:
         """React to contact: keep the reference at its present depth beyond the boat, and start to push."""
         self._contact_m, self._depth_m = off_m, min(_DEEPEST_M, max(_FURTHEST_M, lag_m))
         self._yaw_rad = self._berth.yaw_rad
-        self._enter(Phase.PUSH, inputs.now_s, f"Dock: contact, pushing with {self._parameters['DOCK_PUSH_N']:.0f} N")
+        self._enter(
+            DockingPhase.PUSH, inputs.now_s, f"Dock: contact, pushing with {self._parameters['DOCK_PUSH_N']:.0f} N"
+        )
         self._left_s = None
 
     def _push(self, inputs: ModeInputs) -> Setpoint:
@@ -251,7 +255,7 @@ class Docking:
         elif self._left_s is None:
             self._left_s = inputs.now_s
         elif inputs.now_s - self._left_s >= _LEFT_S:
-            self._enter(Phase.APPROACH, inputs.now_s, "Dock: off the berth, coming alongside again")
+            self._enter(DockingPhase.APPROACH, inputs.now_s, "Dock: off the berth, coming alongside again")
             self._come_alongside(inputs, fresh=True)
 
     def _clear(self, inputs: ModeInputs) -> Setpoint:
@@ -267,18 +271,18 @@ class Docking:
 
     def _reason_to_abort(self, inputs: ModeInputs) -> str | None:
         phase, nav, parameters = self._phase, inputs.nav, self._parameters
-        if phase in (Phase.ABORTED, Phase.PUSH):
+        if phase in (DockingPhase.ABORTED, DockingPhase.PUSH):
             return None
         if inputs.failed:
             return self._failed_text(inputs)
-        if phase is Phase.GO:
+        if phase is DockingPhase.GO:
             return None
         if nav.position_accuracy_m > parameters["DOCK_POS_ACC"]:
             return f"position known to {nav.position_accuracy_m:.2f} m only"
         if inputs.now_s - self._since_s > parameters["DOCK_TIMEOUT"]:
-            what = "lining up" if phase is Phase.ALIGN else "coming alongside"
+            what = "lining up" if phase is DockingPhase.ALIGN else "coming alongside"
             return f"{what} took more than {parameters['DOCK_TIMEOUT']:.0f} s"
-        return self._strays() if phase is Phase.APPROACH else self._overpowered()
+        return self._strays() if phase is DockingPhase.APPROACH else self._overpowered()
 
     def _overpowered(self) -> str | None:
         """Return why wind, current or waves are too strong to come alongside, or None."""
@@ -304,13 +308,13 @@ class Docking:
         return None
 
     def _abort(self, reason: str, inputs: ModeInputs) -> None:
-        self._enter(Phase.ABORTED, inputs.now_s, f"Docking given up: {reason}", TextKind.ATTENTION)
+        self._enter(DockingPhase.ABORTED, inputs.now_s, f"Docking given up: {reason}", TextKind.ATTENTION)
         self._clearing = True
         self._hold_point.go_to(inputs.nav, *self._berth.pose(self._berth.standoff_m), None)
 
     # --- parts -----------------------------------------------------------------------------------------------------
 
-    def _enter(self, phase: Phase, now_s: float, text: str, kind: TextKind = TextKind.ROUTINE) -> None:
+    def _enter(self, phase: DockingPhase, now_s: float, text: str, kind: TextKind = TextKind.ROUTINE) -> None:
         self._phase, self._since_s, self._good_s = phase, now_s, None
         self._events.say(now_s, kind, f"dock_{phase.value}", text)
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from companion.nav.integrity.evidence import Channel, Evidence, Finding, Hypothesis, PositionSeen, Sense
+from companion.nav.integrity.evidence import Channel, Evidence, Hypothesis, LieFound, PositionSeen, Sense
 from companion.nav.integrity.statistics import NoiseSize
 
 _RATIO = 3.0  # of the scatter to the claim, where the claim is a lie
@@ -42,13 +42,13 @@ class AccuracyLie(Hypothesis):
             return claimed_m
         return max(claimed_m, receiver.scatter.size / _MEAN_OF_STEP)
 
-    def update(self, evidence: Evidence, now_s: float) -> Sequence[Finding]:
+    def update(self, evidence: Evidence, now_s: float) -> Sequence[LieFound]:
         """Receivers whose accuracy is a lie; they are used by their scatter."""
         self.doubt = 0.0
         for seen in evidence.positions:
             self._take(self._receivers.setdefault(seen.source, _Receiver()), seen, evidence.driven)
         return [
-            Finding(Channel(Sense.POSITION, source), "is noisier than it claims", receiver.since_s, used=True)
+            LieFound(Channel(Sense.POSITION, source), "is noisier than it claims", receiver.since_s, used=True)
             for source, receiver in self._receivers.items()
             if receiver.since_s is not None
         ]

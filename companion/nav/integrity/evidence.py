@@ -32,7 +32,7 @@ class Channel(NamedTuple):
     source: str
 
 
-class Finding(NamedTuple):
+class LieFound(NamedTuple):
     """A channel that lies, by one hypothesis. `fault`: what it does, for people, after its name. `since_s`: when that
     began, as far as can be told.
 
@@ -182,7 +182,7 @@ class Hypothesis:
 
     doubt = 0.0
 
-    def update(self, evidence: Evidence, now_s: float) -> Sequence[Finding]:
+    def update(self, evidence: Evidence, now_s: float) -> Sequence[LieFound]:
         """Take the readings of a tick; returns what lies now."""
         raise NotImplementedError
 

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from companion.core.angles import wrap_pi
-from companion.nav.integrity.evidence import Channel, Evidence, Finding, HeadingSeen, Hypothesis, Sense
+from companion.nav.integrity.evidence import Channel, Evidence, HeadingSeen, Hypothesis, LieFound, Sense
 
 _SPEED_MPS = 3.0  # slower boats drift, and may go sideways or astern
 _DRIFT_MPS = 0.7  # by wind and current, across the course
@@ -38,7 +38,7 @@ class HeadingCourse(Hypothesis):
         """The boat points where that source says, and goes elsewhere."""
         self._sources.pop(channel.source, None)
 
-    def update(self, evidence: Evidence, now_s: float) -> Sequence[Finding]:
+    def update(self, evidence: Evidence, now_s: float) -> Sequence[LieFound]:
         """Sources whose heading is not that of a boat on this course."""
         self.doubt = 0.0
         turning = evidence.inertial is None or abs(evidence.turn_radps) > _TURN_RADPS
@@ -49,7 +49,7 @@ class HeadingCourse(Hypothesis):
             for seen in evidence.headings[-4:]:
                 self._compare(seen, course_rad, explained_rad)
         return [
-            Finding(Channel(Sense.HEADING, name), "is not on course", source.since_s, asks=True, widens=True)
+            LieFound(Channel(Sense.HEADING, name), "is not on course", source.since_s, asks=True, widens=True)
             for name, source in self._sources.items()
             if source.found and source.since_s is not None
         ]

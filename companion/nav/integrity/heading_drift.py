@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 from itertools import accumulate
 
 from companion.core.angles import wrap_pi
-from companion.nav.integrity.evidence import Channel, Evidence, Finding, HeadingSeen, Hypothesis, Sense
+from companion.nav.integrity.evidence import Channel, Evidence, HeadingSeen, Hypothesis, LieFound, Sense
 from companion.nav.integrity.statistics import NoiseSize, ScalarCusum
 
 _SLACK_RADPS = math.radians(0.15)
@@ -68,7 +68,7 @@ class HeadingDrift(Hypothesis):
         if channel.sense is Sense.HEADING and channel.source in self._sources:
             self._sources[channel.source] = _Source()
 
-    def update(self, evidence: Evidence, now_s: float) -> Sequence[Finding]:
+    def update(self, evidence: Evidence, now_s: float) -> Sequence[LieFound]:
         """Sources whose heading has drifted off, until it agrees with the estimate again; or the sensor whose gyro
         has."""
         self.doubt = 0.0
@@ -82,9 +82,9 @@ class HeadingDrift(Hypothesis):
                 source.last = None
         if self._imu is not None:
             source_name, fault, since_s = self._imu
-            return (Finding(Channel(Sense.IMU, source_name), fault, since_s, lasting=True),)
+            return (LieFound(Channel(Sense.IMU, source_name), fault, since_s, lasting=True),)
         return [
-            Finding(Channel(Sense.HEADING, name), "drifts", source.since_s, asks=True)
+            LieFound(Channel(Sense.HEADING, name), "drifts", source.since_s, asks=True)
             for name, source in self._sources.items()
             if source.since_s is not None
         ]

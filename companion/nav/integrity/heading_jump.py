@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 from companion.core.angles import wrap_pi
 from companion.nav.integrity.continuity import Continuity
-from companion.nav.integrity.evidence import Channel, Evidence, Finding, HeadingSeen, Hypothesis, Sense
+from companion.nav.integrity.evidence import Channel, Evidence, HeadingSeen, Hypothesis, LieFound, Sense
 from companion.nav.integrity.statistics import NoiseSize
 from companion.nav.outliers import Verdict
 
@@ -81,7 +81,7 @@ class HeadingJump(Hypothesis):
         if not track.suspect:
             source.noise.update(abs(unfelt_rad))
 
-    def update(self, evidence: Evidence, now_s: float) -> Sequence[Finding]:
+    def update(self, evidence: Evidence, now_s: float) -> Sequence[LieFound]:
         """Sources whose heading has jumped; each asks to be accepted."""
         self.doubt = 0.0
         found = []
@@ -91,5 +91,5 @@ class HeadingJump(Hypothesis):
             if evidence.driven and track.jumped:
                 angle_deg = abs(math.degrees(wrap_pi(track.north)))
                 fault = f"jumped {angle_deg:.0f} deg"
-                found.append(Finding(Channel(Sense.HEADING, name), fault, track.since_s, asks=True, jump=True))
+                found.append(LieFound(Channel(Sense.HEADING, name), fault, track.since_s, asks=True, jump=True))
         return found

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from companion.core.readings import Imu
-from companion.nav.integrity.evidence import Channel, Evidence, Finding, Hypothesis, Sense
+from companion.nav.integrity.evidence import Channel, Evidence, Hypothesis, LieFound, Sense
 
 _GRAVITY_MPS2 = 9.81
 _TIME_S = 2.0  # over which waves and slamming average out
@@ -35,7 +35,7 @@ class ImuGravity(Hypothesis):
         """Begin the means anew."""
         self._sensors.clear()
 
-    def update(self, evidence: Evidence, now_s: float) -> Sequence[Finding]:
+    def update(self, evidence: Evidence, now_s: float) -> Sequence[LieFound]:
         """Sensors whose mean force is not gravity, or points up."""
         self.doubt = 0.0
         for imu in evidence.imu:
@@ -51,7 +51,7 @@ class ImuGravity(Hypothesis):
             self.doubt = max(self.doubt, wrong, upside_down)
             if max(wrong, upside_down) >= 1.0:
                 fault = "force is not gravity" if wrong >= 1.0 else "is upside down"
-                found.append(Finding(Channel(Sense.IMU, source), fault, now_s - _TIME_S))
+                found.append(LieFound(Channel(Sense.IMU, source), fault, now_s - _TIME_S))
         return found
 
     def _take(self, imu: Imu, speed_mps: float) -> None:

@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from companion.core.readings import Imu
-from companion.nav.integrity.evidence import Channel, Evidence, Finding, Hypothesis, Sense, VelocitySeen
+from companion.nav.integrity.evidence import Channel, Evidence, Hypothesis, LieFound, Sense, VelocitySeen
 from companion.nav.integrity.statistics import FALSE_ALARM, NoiseSize
 
 _AXES = ("x", "y", "roll", "pitch")
@@ -58,13 +58,13 @@ class ImuReversed(Hypothesis):
         self._before: VelocitySeen | None = None
         self._noise, self._windows = NoiseSize(), 0
         self._sigma_mps = 0.0
-        self._found: Finding | None = None
+        self._found: LieFound | None = None
 
     def clear(self) -> None:
         """Begin the sums anew."""
         self._sensor = self._before = self._found = None
 
-    def update(self, evidence: Evidence, now_s: float) -> Sequence[Finding]:
+    def update(self, evidence: Evidence, now_s: float) -> Sequence[LieFound]:
         """The sensor in use, if one of its axes is reversed."""
         self.doubt = 0.0 if self._found is None else 1.0
         if self._found is not None:
@@ -157,7 +157,7 @@ class ImuReversed(Hypothesis):
             self._windows += 1
         if self.doubt >= 1.0:
             fault = f"{_AXES[worst]} axis reversed"
-            self._found = Finding(Channel(Sense.IMU, self._source), fault, seen.t_s - _LONGEST_S, lasting=True)
+            self._found = LieFound(Channel(Sense.IMU, self._source), fault, seen.t_s - _LONGEST_S, lasting=True)
 
 
 def _knows_attitude(evidence: Evidence) -> bool:

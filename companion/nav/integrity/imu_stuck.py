@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from companion.core.readings import Imu
-from companion.nav.integrity.evidence import Channel, Evidence, Finding, Hypothesis, Sense
+from companion.nav.integrity.evidence import Channel, Evidence, Hypothesis, LieFound, Sense
 from companion.nav.integrity.statistics import RepeatRun
 
 AXES = ("x", "y", "z", "roll", "pitch", "yaw")
@@ -18,7 +18,7 @@ class ImuStuck(Hypothesis):
     def __init__(self) -> None:
         self._runs: dict[str, tuple[RepeatRun, ...]] = {}
 
-    def update(self, evidence: Evidence, now_s: float) -> Sequence[Finding]:
+    def update(self, evidence: Evidence, now_s: float) -> Sequence[LieFound]:
         """Sensors of which one axis is stuck, but not all."""
         for imu in evidence.raw_imu:
             runs = self._runs.get(imu.source)
@@ -29,7 +29,7 @@ class ImuStuck(Hypothesis):
         self.doubt = 0.0
         return [found for source, runs in self._runs.items() for found in self._judged(source, runs, evidence.driven)]
 
-    def _judged(self, source: str, runs: Sequence[RepeatRun], driven: bool) -> Sequence[Finding]:
+    def _judged(self, source: str, runs: Sequence[RepeatRun], driven: bool) -> Sequence[LieFound]:
         if not driven or not any(run.run == 0 for run in runs):
             return ()
         found = []
@@ -37,7 +37,7 @@ class ImuStuck(Hypothesis):
             doubt = min(run.doubt, run.run / _LEAST_RUN) if run.run else 0.0
             self.doubt = max(self.doubt, doubt)
             if doubt >= 1.0:
-                found.append(Finding(Channel(Sense.IMU, source), f"{axis} axis stuck", run.since_s))
+                found.append(LieFound(Channel(Sense.IMU, source), f"{axis} axis stuck", run.since_s))
         return found[:1]
 
 

@@ -10,8 +10,8 @@ from companion.core.events import Announce
 from companion.nav.integrity.evidence import (
     Channel,
     Evidence,
-    Finding,
     HeadingSeen,
+    LieFound,
     PositionSeen,
     Sense,
     VelocitySeen,
@@ -29,7 +29,7 @@ _FOLLOW, _ASK, _ASK_ALWAYS = 0, 1, 2  # of NAV_JUMP_ACT
 class _Doubted:
     """A channel that is, or lately was, found to lie."""
 
-    def __init__(self, finding: Finding, now_s: float) -> None:
+    def __init__(self, finding: LieFound, now_s: float) -> None:
         self.finding = finding
         self.first_s = self.last_s = now_s  # when it was found, first and last
 
@@ -80,7 +80,7 @@ class IntegrityMonitor:
     def _acts(self) -> bool:
         return bool(self._parameters["NAV_INTEG"] == _ACT)
 
-    def _excludes(self, finding: Finding) -> bool:
+    def _excludes(self, finding: LieFound) -> bool:
         """Whether what is found keeps the channel out."""
         followed = finding.jump and self._parameters["NAV_JUMP_ACT"] == _FOLLOW
         return self._acts and not finding.used and not followed
@@ -126,7 +126,7 @@ class IntegrityMonitor:
 
     # --- once a tick -----------------------------------------------------------------------------------------------
 
-    def update(self, evidence: Evidence, now_s: float) -> Sequence[Finding]:
+    def update(self, evidence: Evidence, now_s: float) -> Sequence[LieFound]:
         """Take the readings of a tick; returns what is found to lie from now on, and must not be used."""
         if self._parameters["NAV_INTEG"] == _OFF:
             evidence.driven = False
@@ -136,7 +136,7 @@ class IntegrityMonitor:
         evidence.distrusted = frozenset(c for c, doubted in self._doubted.items() if not doubted.finding.used)
         velocities = {Channel(Sense.VELOCITY, seen.source) for seen in evidence.velocities}
         evidence.suspected = frozenset(c for c in velocities if self.hypotheses.velocity_jump.suspects(c.source))
-        found: dict[Channel, Finding] = {}
+        found: dict[Channel, LieFound] = {}
         for hypothesis in self.hypotheses.all:
             for finding in hypothesis.update(evidence, now_s):
                 known = found.get(finding.channel)
@@ -151,7 +151,7 @@ class IntegrityMonitor:
     def _unusable(self) -> frozenset[Channel]:
         return frozenset(channel for channel, doubted in self._doubted.items() if self._excludes(doubted.finding))
 
-    def _follow_confirmed(self, found: dict[Channel, Finding], now_s: float) -> None:
+    def _follow_confirmed(self, found: dict[Channel, LieFound], now_s: float) -> None:
         """Jumps with which independent evidence agrees."""
         if not self._acts or self._parameters["NAV_JUMP_ACT"] != _ASK:
             return
@@ -164,7 +164,7 @@ class IntegrityMonitor:
                 self._take(finding, now_s, "confirmed by another")
                 del found[channel]
 
-    def _take(self, finding: Finding, now_s: float, why: str) -> None:
+    def _take(self, finding: LieFound, now_s: float, why: str) -> None:
         """Believe a source after all."""
         channel = finding.channel
         for hypothesis in self.hypotheses.all:
@@ -174,7 +174,7 @@ class IntegrityMonitor:
         text = f"{channel.source} {channel.sense.value} followed: {why}"
         self._say(now_s, TextKind.ATTENTION, "sense_accepted", text)
 
-    def _enter(self, found: dict[Channel, Finding], now_s: float) -> list[Finding]:
+    def _enter(self, found: dict[Channel, LieFound], now_s: float) -> list[LieFound]:
         begun = []
         for channel, finding in found.items():
             doubted = self._doubted.get(channel)
@@ -187,9 +187,9 @@ class IntegrityMonitor:
         self._announce(begun, now_s)
         return begun
 
-    def _announce(self, begun: Sequence[Finding], now_s: float) -> None:
+    def _announce(self, begun: Sequence[LieFound], now_s: float) -> None:
         """One text for each source and fault."""
-        named: dict[tuple[str, str], list[Finding]] = {}
+        named: dict[tuple[str, str], list[LieFound]] = {}
         for finding in begun:
             named.setdefault((finding.channel.source, finding.fault), []).append(finding)
         for (source, fault), findings in named.items():

@@ -15,9 +15,9 @@ from dataclasses import dataclass, field
 from companion.nav.integrity.evidence import (
     Channel,
     Evidence,
-    Finding,
     Hypothesis,
     InertialStep,
+    LieFound,
     PositionSeen,
     Sense,
     VelocitySeen,
@@ -73,7 +73,7 @@ class PositionDrift(Hypothesis):
             receiver = self._receivers[channel.source]
             receiver.since_s = receiver.last = None
 
-    def update(self, evidence: Evidence, now_s: float) -> Sequence[Finding]:
+    def update(self, evidence: Evidence, now_s: float) -> Sequence[LieFound]:
         """Receivers whose position has drifted off, until it agrees with the estimate again."""
         self.doubt = 0.0
         by_time: list[PositionSeen | VelocitySeen] = [*evidence.velocities, *evidence.positions]
@@ -88,7 +88,7 @@ class PositionDrift(Hypothesis):
             else:
                 receiver.last = None
         return [
-            Finding(Channel(Sense.POSITION, source), "drifts", receiver.since_s, asks=True)
+            LieFound(Channel(Sense.POSITION, source), "drifts", receiver.since_s, asks=True)
             for source, receiver in self._receivers.items()
             if receiver.since_s is not None
         ]

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 
 from companion.core.readings import FixType
 from companion.nav.integrity.continuity import Continuity
-from companion.nav.integrity.evidence import Channel, Evidence, Finding, Hypothesis, PositionSeen, Sense
+from companion.nav.integrity.evidence import Channel, Evidence, Hypothesis, LieFound, PositionSeen, Sense
 from companion.nav.integrity.statistics import StepNoise
 from companion.nav.outliers import Verdict
 
@@ -90,7 +90,7 @@ class PositionJump(Hypothesis):
         if 0.0 < seen.t_s - last.t_s <= _GAP_S:
             receiver.noise.update(*_step(last, seen))
 
-    def update(self, evidence: Evidence, now_s: float) -> Sequence[Finding]:
+    def update(self, evidence: Evidence, now_s: float) -> Sequence[LieFound]:
         """Receivers that have jumped; each asks to be accepted."""
         self.doubt = 0.0
         found = []
@@ -99,7 +99,7 @@ class PositionJump(Hypothesis):
             self.doubt = max(self.doubt, 0.5 * track.suspect, 1.0 * track.jumped)
             if evidence.driven and track.jumped:
                 fault = f"jumped {track.size:.{1 if track.size < 10.0 else 0}f} m"
-                found.append(Finding(Channel(Sense.POSITION, source), fault, track.since_s, asks=True, jump=True))
+                found.append(LieFound(Channel(Sense.POSITION, source), fault, track.since_s, asks=True, jump=True))
         return found
 
     def confirmed(self, source: str, distrusted: frozenset[Channel], now_s: float) -> bool:

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from companion.core.readings import FixType
-from companion.nav.integrity.evidence import Channel, Evidence, Finding, Hypothesis, PositionSeen, Sense
+from companion.nav.integrity.evidence import Channel, Evidence, Hypothesis, LieFound, PositionSeen, Sense
 
 _LEAST_M = 0.5
 _CLAIMS = 4.0  # of both accuracies together
@@ -50,7 +50,7 @@ class ReceiversApart(Hypothesis):
         """One sigma on each axis: as claimed, or the distance to the receiver that says otherwise."""
         return max([claimed_m, *(apart.distance_m for pair, apart in self._found.items() if source in pair)])
 
-    def update(self, evidence: Evidence, now_s: float) -> Sequence[Finding]:
+    def update(self, evidence: Evidence, now_s: float) -> Sequence[LieFound]:
         """Of each pair that is apart: the receiver that claims less."""
         self.doubt = 0.0
         for seen in evidence.positions:
@@ -68,7 +68,7 @@ class ReceiversApart(Hypothesis):
         for pair in pairs if evidence.driven else ():
             self._compare(pair, now_s)
         return [
-            Finding(
+            LieFound(
                 Channel(Sense.POSITION, apart.lesser), f"is {apart.distance_m:.0f} m from {apart.other}",
                 self._since_s[pair], used=True,
             )

@@ -10,7 +10,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from companion.nav.integrity.evidence import Channel, Evidence, Finding, Hypothesis, Sense
+from companion.nav.integrity.evidence import Channel, Evidence, Hypothesis, LieFound, Sense
 from companion.nav.integrity.statistics import RepeatRun, Resolution
 
 FAULT = "repeats"
@@ -64,7 +64,7 @@ class Repeated(Hypothesis):
         self._way_north = self._way_east = 0.0
         self._last_s = math.inf
 
-    def update(self, evidence: Evidence, now_s: float) -> Sequence[Finding]:
+    def update(self, evidence: Evidence, now_s: float) -> Sequence[LieFound]:
         """Channels that repeat though the boat moves."""
         dt_s, self._last_s = min(max(now_s - self._last_s, 0.0), 1.0), now_s
         self._way_north += evidence.north_mps * dt_s
@@ -107,7 +107,7 @@ class Repeated(Hypothesis):
             found = self._watches[channel] = _Watch()
         return found
 
-    def _judged(self, evidence: Evidence, motions: dict[Sense, Axes | None], now_s: float) -> Sequence[Finding]:
+    def _judged(self, evidence: Evidence, motions: dict[Sense, Axes | None], now_s: float) -> Sequence[LieFound]:
         self.doubt = 0.0
         if not evidence.driven:
             return ()
@@ -120,5 +120,5 @@ class Repeated(Hypothesis):
                 doubt = min(doubt, (now_s - watch.run.since_s) / _LEAST_WIND_S)
             self.doubt = max(self.doubt, doubt)
             if doubt >= 1.0:
-                found.append(Finding(channel, FAULT, watch.run.since_s))
+                found.append(LieFound(channel, FAULT, watch.run.since_s))
         return found

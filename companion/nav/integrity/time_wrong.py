@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from companion.core.readings import TimeOfDay
-from companion.nav.integrity.evidence import Channel, Evidence, Finding, Hypothesis, Sense
+from companion.nav.integrity.evidence import Channel, Evidence, Hypothesis, LieFound, Sense
 
 _JUMP_NS = 400_000_000  # less is the delay of a line or of the host; a leap second is more
 _RATE = 1e-3  # that of any crystal oscillator is far smaller
@@ -34,13 +34,13 @@ class TimeWrong(Hypothesis):
         """The present times are believed."""
         self._receivers.clear()
 
-    def update(self, evidence: Evidence, now_s: float) -> Sequence[Finding]:
+    def update(self, evidence: Evidence, now_s: float) -> Sequence[LieFound]:
         """Receivers whose time is not what it was, until it is again."""
         self.doubt = 0.0
         for time in evidence.times:
             self._take(time, evidence.driven)
         return [
-            Finding(Channel(Sense.TIME, source), receiver.fault, receiver.since_s)
+            LieFound(Channel(Sense.TIME, source), receiver.fault, receiver.since_s)
             for source, receiver in self._receivers.items()
             if receiver.since_s is not None
         ]

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from companion.nav.integrity.continuity import Continuity
-from companion.nav.integrity.evidence import Channel, Evidence, Finding, Hypothesis, Sense, VelocitySeen
+from companion.nav.integrity.evidence import Channel, Evidence, Hypothesis, LieFound, Sense, VelocitySeen
 from companion.nav.integrity.statistics import StepNoise
 from companion.nav.outliers import Verdict
 
@@ -81,7 +81,7 @@ class VelocityJump(Hypothesis):
         if not track.suspect:
             receiver.noise.update(*unfelt)
 
-    def update(self, evidence: Evidence, now_s: float) -> Sequence[Finding]:
+    def update(self, evidence: Evidence, now_s: float) -> Sequence[LieFound]:
         """Receivers whose velocity has jumped."""
         self.doubt = 0.0
         found = []
@@ -90,7 +90,7 @@ class VelocityJump(Hypothesis):
             self.doubt = max(self.doubt, 0.5 * track.suspect, 1.0 * track.jumped)
             if evidence.driven and track.jumped:
                 fault = f"jumped {track.size:.1f} m/s"
-                found.append(Finding(Channel(Sense.VELOCITY, source), fault, track.since_s, asks=True, jump=True))
+                found.append(LieFound(Channel(Sense.VELOCITY, source), fault, track.since_s, asks=True, jump=True))
         return found
 
 

@@ -18,10 +18,10 @@ from dataclasses import dataclass, field
 from companion.nav.integrity.evidence import (
     Channel,
     Evidence,
-    Finding,
     Hypothesis,
     InertialStep,
     LaneStep,
+    LieFound,
     ModelStep,
     Sense,
     VelocitySeen,
@@ -108,7 +108,7 @@ class VelocityVote(Hypothesis):
         if channel.sense is Sense.VELOCITY:
             self._receivers.pop(channel.source, None)
 
-    def update(self, evidence: Evidence, now_s: float) -> Sequence[Finding]:
+    def update(self, evidence: Evidence, now_s: float) -> Sequence[LieFound]:
         """Receivers whose velocity, or the inertial sensor whose forces, differ from both others."""
         self.doubt = 0.0
         dt_s, self._last_s = min(max(now_s - self._last_s, 0.0), 1.0), now_s
@@ -218,15 +218,15 @@ class VelocityVote(Hypothesis):
         if math.hypot(last.off_north_mps, last.off_east_mps) < _AGREES * receiver.limit_mps:
             receiver.since_s = None
 
-    def _findings(self) -> Sequence[Finding]:
+    def _findings(self) -> Sequence[LieFound]:
         found = [
-            Finding(Channel(Sense.VELOCITY, source), "fits no force", receiver.since_s, asks=True)
+            LieFound(Channel(Sense.VELOCITY, source), "fits no force", receiver.since_s, asks=True)
             for source, receiver in self._receivers.items()
             if receiver.since_s is not None
         ]
         if self._imu is not None:
             fault = "force fits neither fix nor thrust"
-            found.append(Finding(Channel(Sense.IMU, self._imu[0]), fault, self._imu[1], lasting=True))
+            found.append(LieFound(Channel(Sense.IMU, self._imu[0]), fault, self._imu[1], lasting=True))
         return found
 
 

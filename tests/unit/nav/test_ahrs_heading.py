@@ -18,7 +18,7 @@ from companion.core.geodesy import LocalFrame
 from companion.core.geomagnetism import declination_rad, field_nt
 from companion.core.readings import FixType, GnssFix, GroundVelocity, Heading, HeadingBy, Imu, MagneticField, Reading
 from companion.nav.ahrs_heading import AhrsHeading, ahrs_headings
-from companion.nav.corrections import Corrections, corrections_of
+from companion.nav.corrections import SensorCorrections, corrections_of
 from companion.nav.estimator import Estimator
 from companion.nav.headings import HeadingSources
 from companion.params.store import Parameters
@@ -78,7 +78,7 @@ def test_a_configured_mounting_angle_is_removed() -> None:
 
 def test_calibration_is_offset_first_then_matrix() -> None:
     row = replace(ROW, mag_offset=(1.0, 2.0, 3.0), mag_matrix=((2.0, 0.0, 0.0), (0.0, 3.0, 1.0), (0.0, 1.0, 4.0)))
-    corrections = Corrections(row, Parameters(), None, None)
+    corrections = SensorCorrections(row, Parameters(), None, None)
     assert corrections.field(MagneticField(0.0, "imu", 2.0, 2.5, 2.0)) == (2.0, 0.5, -3.5)
 
 

@@ -7,7 +7,7 @@ import math
 import pytest
 
 from companion.nav.error_state import ErrorStateFilter
-from companion.nav.lanes import InertialMemory, Odometer
+from companion.nav.lanes import InertialMemory, InertialSums
 
 G = 9.81
 AT_REST = (0.0, 0.0, -G)
@@ -75,7 +75,7 @@ def test_it_does_not_remember_as_far_back_as_one_likes() -> None:
 
 def test_the_odometer_turns_by_the_bias_of_ten_seconds_ago() -> None:
     """A heading that creeps teaches the filter a bias; the sum of the turn does not follow."""
-    odometer = Odometer()
+    odometer = InertialSums()
     odometer.begin()
     for k in range(200):
         t_s = 0.1 * k

@@ -21,7 +21,7 @@ from companion.core.readings import Battery, FixType
 from companion.core.setpoint import NEUTRAL_SETPOINT
 from companion.core.tick import DeviceHealth, Inputs, Tick
 from companion.params.store import Parameters
-from companion.supervisor.snapshot import Snapshot
+from companion.supervisor.snapshot import BoatSnapshot
 
 CONFIG = config_module.load(config_module.find("revolt"))
 NAV = replace(
@@ -65,8 +65,8 @@ def tick_of(**changes: Any) -> Tick:
 
 def snapshot(
     status: Mapping[str, Any] | None = None, tick: Mapping[str, Any] | None = None, **changes: Any
-) -> Snapshot:
+) -> BoatSnapshot:
     """`status`, `tick`: fields that differ."""
     report = ArmingReport((), frozenset(), frozenset(), frozenset())
-    boat = Snapshot(CONFIG, Parameters(), replace(STATUS, **(status or {})), report, tick_of(**(tick or {})))
+    boat = BoatSnapshot(CONFIG, Parameters(), replace(STATUS, **(status or {})), report, tick_of(**(tick or {})))
     return replace(boat, **changes)

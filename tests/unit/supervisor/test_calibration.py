@@ -12,7 +12,7 @@ import pytest
 from companion.core.decision import ModeId, Result
 from companion.core.readings import Imu, Reading
 from companion.nav.field_fit import FieldFit
-from companion.supervisor.calibration import CalibrationDuty, Kind, Phase, compass_values
+from companion.supervisor.calibration import CalibrationDuty, CalibrationKind, CalibrationPhase, compass_values
 
 
 def lie_still(boat: Any, duration_s: float, swing_radps: float = 0.0) -> None:
@@ -27,17 +27,17 @@ def lie_still(boat: Any, duration_s: float, swing_radps: float = 0.0) -> None:
         duty.take(readings, boat.now_s)
 
 
-def phase(boat: Any) -> Phase | None:
+def phase(boat: Any) -> CalibrationPhase | None:
     state = boat.supervisor.calibration.state
     return None if state is None else state.phase
 
 
 def test_a_level_is_stored_as_parameters(boat: Any) -> None:
-    assert boat.supervisor.calibration.request(Kind.LEVEL, boat.now_s).accepted
+    assert boat.supervisor.calibration.request(CalibrationKind.LEVEL, boat.now_s).accepted
     lie_still(boat, 5.0)
-    assert phase(boat) is Phase.RUNNING and 0.4 < boat.supervisor.calibration.state.progress < 0.6
+    assert phase(boat) is CalibrationPhase.RUNNING and 0.4 < boat.supervisor.calibration.state.progress < 0.6
     lie_still(boat, 6.0)
-    assert phase(boat) is Phase.DONE and boat.supervisor.calibration.state.run == 1
+    assert phase(boat) is CalibrationPhase.DONE and boat.supervisor.calibration.state.run == 1
     assert boat.parameters["SENS_BOARD_Y_OFF"] == pytest.approx(-2.0, abs=0.01)
     assert boat.texts()[-2:] == ["Level calibration: keep the boat still", "Level calibrated: roll 0.0, pitch -2.0 deg"]
 
@@ -45,52 +45,56 @@ def test_a_level_is_stored_as_parameters(boat: Any) -> None:
 def test_a_result_may_wait_to_be_accepted(boat: Any) -> None:
     duty = boat.supervisor.calibration
     assert duty.accept(boat.now_s).accepted and phase(boat) is None
-    duty.request(Kind.GYRO, boat.now_s, save=False)
+    duty.request(CalibrationKind.GYRO, boat.now_s, save=False)
     lie_still(boat, 6.0)
-    assert phase(boat) is Phase.FITTED and boat.parameters["CAL_GYRO0_ZOFF"] == 0.0
+    assert phase(boat) is CalibrationPhase.FITTED and boat.parameters["CAL_GYRO0_ZOFF"] == 0.0
     assert duty.accept(boat.now_s).accepted
-    assert phase(boat) is Phase.DONE and boat.parameters["CAL_GYRO0_ZOFF"] == pytest.approx(0.001)
-    duty.request(Kind.GYRO, boat.now_s, save=False)
+    assert phase(boat) is CalibrationPhase.DONE and boat.parameters["CAL_GYRO0_ZOFF"] == pytest.approx(0.001)
+    duty.request(CalibrationKind.GYRO, boat.now_s, save=False)
     lie_still(boat, 6.0)
     duty.cancel(boat.now_s)
-    assert phase(boat) is Phase.CANCELLED and duty.accept(boat.now_s).accepted and phase(boat) is Phase.CANCELLED
+    assert (
+        phase(boat) is CalibrationPhase.CANCELLED
+        and duty.accept(boat.now_s).accepted
+        and phase(boat) is CalibrationPhase.CANCELLED
+    )
 
 
 def test_one_at_a_time(boat: Any) -> None:
     duty = boat.supervisor.calibration
-    duty.request(Kind.LEVEL, boat.now_s)
+    duty.request(CalibrationKind.LEVEL, boat.now_s)
     lie_still(boat, 1.0)
-    outcome = duty.request(Kind.GYRO, boat.now_s)
+    outcome = duty.request(CalibrationKind.GYRO, boat.now_s)
     assert outcome.result is Result.TEMPORARILY_REJECTED and "level calibration runs" in outcome.reason
     duty.cancel(boat.now_s)
-    assert duty.request(Kind.GYRO, boat.now_s).accepted and duty.state.run == 2
+    assert duty.request(CalibrationKind.GYRO, boat.now_s).accepted and duty.state.run == 2
 
 
 def test_a_boat_that_rocks_keeps_its_bias(boat: Any) -> None:
-    boat.supervisor.calibration.request(Kind.GYRO, boat.now_s)
+    boat.supervisor.calibration.request(CalibrationKind.GYRO, boat.now_s)
     lie_still(boat, 6.0, swing_radps=0.05)
-    assert phase(boat) is Phase.FAILED and boat.supervisor.calibration.state.text == "the boat moves"
+    assert phase(boat) is CalibrationPhase.FAILED and boat.supervisor.calibration.state.text == "the boat moves"
     assert boat.parameters["CAL_GYRO0_XOFF"] == 0.0 and "calibration_failed" in boat.names()
 
 
 def test_arming_ends_it(boat: Any) -> None:
-    boat.supervisor.calibration.request(Kind.LEVEL, boat.now_s)
+    boat.supervisor.calibration.request(CalibrationKind.LEVEL, boat.now_s)
     lie_still(boat, 1.0)
     boat.supervisor.request_mode(ModeId.MANUAL, boat.now_s)
     assert boat.supervisor.arm(boat.now_s).accepted
     lie_still(boat, 0.2)
-    assert phase(boat) is Phase.FAILED and boat.supervisor.calibration.state.text == "disarm first"
-    refused = boat.supervisor.calibration.request(Kind.GYRO, boat.now_s)
+    assert phase(boat) is CalibrationPhase.FAILED and boat.supervisor.calibration.state.text == "disarm first"
+    refused = boat.supervisor.calibration.request(CalibrationKind.GYRO, boat.now_s)
     assert refused.result is Result.TEMPORARILY_REJECTED
 
 
 def test_a_boat_without_a_magnetometer_says_so(boat: Any) -> None:
-    outcome = boat.supervisor.calibration.request(Kind.COMPASS, boat.now_s)
+    outcome = boat.supervisor.calibration.request(CalibrationKind.COMPASS, boat.now_s)
     assert outcome.result is Result.DENIED and "heading" in outcome.reason and phase(boat) is None
 
 
 def test_a_sensor_that_falls_silent_is_named(boat: Any) -> None:
-    boat.supervisor.calibration.request(Kind.LEVEL, boat.now_s)
+    boat.supervisor.calibration.request(CalibrationKind.LEVEL, boat.now_s)
     for _ in range(40):
         boat.tick()
         boat.supervisor.calibration.take([], boat.now_s)

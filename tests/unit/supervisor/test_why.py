@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from companion.core.actuation import ZERO_WRENCH, Allocation, ThrusterCondition
-from companion.core.arming import ArmingReport, Check, Finding
+from companion.core.arming import ArmingCheck, ArmingFinding, ArmingReport
 from companion.core.decision import FenceState, ModeId
 from companion.core.setpoint import PathSetpoint, PoseSetpoint
 from companion.supervisor.mode_changes import Cause
@@ -29,7 +29,7 @@ def test_a_disarmed_boat_says_what_speaks_against_arming() -> None:
 
 
 def test_warnings_speak_not_against_arming() -> None:
-    finding = Finding(Check.BATTERY_LOW, "battery low", blocks=False)
+    finding = ArmingFinding(ArmingCheck.BATTERY_LOW, "battery low", blocks=False)
     lines = list(why(snapshot(report=ArmingReport((finding,), frozenset(), frozenset(), frozenset()))))
     assert lines[:2] == ["Disarmed: nothing speaks against arming", "  warning: battery low"]
 

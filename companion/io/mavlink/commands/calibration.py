@@ -6,7 +6,7 @@ from __future__ import annotations
 from companion.core.decision import Outcome, TextKind
 from companion.io.mavlink.commands.request import DONE, Answer, CommandRequest, denied
 from companion.io.mavlink.telemetry.statustext import statustexts
-from companion.supervisor.calibration import Kind
+from companion.supervisor.calibration import CalibrationKind
 from companion.supervisor.supervisor import Supervisor
 
 DO_START_MAG_CAL, DO_ACCEPT_MAG_CAL, DO_CANCEL_MAG_CAL = 42424, 42425, 42426
@@ -28,11 +28,11 @@ def preflight(supervisor: Supervisor, request: CommandRequest) -> Outcome | Answ
     if not any(wanted):
         return supervisor.calibration.cancel(request.now_s)
     if gyro == 1:
-        return supervisor.calibration.request(Kind.GYRO, request.now_s)
+        return supervisor.calibration.request(CalibrationKind.GYRO, request.now_s)
     if compass == 1:
-        return supervisor.calibration.request(Kind.COMPASS, request.now_s)
+        return supervisor.calibration.request(CalibrationKind.COMPASS, request.now_s)
     if level == _LEVEL or level in _ACCELEROMETER:
-        outcome = supervisor.calibration.request(Kind.LEVEL, request.now_s)
+        outcome = supervisor.calibration.request(CalibrationKind.LEVEL, request.now_s)
         note = statustexts(TextKind.ROUTINE, "Accelerometer: a boat takes its level only", 0)
         return Answer(outcome, note) if level in _ACCELEROMETER and outcome.accepted else outcome
     return DONE if transmitter == 1 else denied("a boat calibrates compass, gyro and level")
@@ -47,7 +47,7 @@ def start_compass(supervisor: Supervisor, request: CommandRequest) -> Outcome | 
     """
     if request.whole_or(1, 0) is None:
         return denied("param 1 of a compass calibration should be bits")
-    return supervisor.calibration.request(Kind.COMPASS, request.now_s, save=request.whole_or(3, 0) == 1)
+    return supervisor.calibration.request(CalibrationKind.COMPASS, request.now_s, save=request.whole_or(3, 0) == 1)
 
 
 def accept_compass(supervisor: Supervisor, request: CommandRequest) -> Outcome | Answer:

@@ -16,16 +16,16 @@ from companion.io.mavlink.wire import messages as mavlink
 from companion.io.mavlink.wire.framer import pack
 from companion.io.mavlink.wire.hub import Handler, Hub
 from companion.loop import Vessel
-from companion.supervisor.calibration import CalibrationState, CompassState, Kind, Phase
+from companion.supervisor.calibration import CalibrationKind, CalibrationPhase, CalibrationState, CompassState
 
-_WORDS = {Kind.COMPASS: "mag", Kind.LEVEL: "level", Kind.GYRO: "gyro"}
+_WORDS = {CalibrationKind.COMPASS: "mag", CalibrationKind.LEVEL: "level", CalibrationKind.GYRO: "gyro"}
 _PERIOD_S = 0.5
 _STATUS = {  # MAG_CAL_STATUS
-    Phase.RUNNING: 2,
-    Phase.FITTED: 4,
-    Phase.DONE: 4,
-    Phase.FAILED: 5,
-    Phase.CANCELLED: 0,
+    CalibrationPhase.RUNNING: 2,
+    CalibrationPhase.FITTED: 4,
+    CalibrationPhase.DONE: 4,
+    CalibrationPhase.FAILED: 5,
+    CalibrationPhase.CANCELLED: 0,
 }
 _MASK_BYTES = 10
 
@@ -37,7 +37,7 @@ class CalibrationService:
         self._hub = hub
         self._calibration = vessel.supervisor.calibration
         self._run = 0
-        self._phase: Phase | None = None
+        self._phase: CalibrationPhase | None = None
         self._percent = -1
         self._told_s = -math.inf
         self.handles: Mapping[int, Handler] = {}
@@ -45,21 +45,23 @@ class CalibrationService:
     def update(self, now_s: float) -> None:
         """Tell what has changed."""
         state = self._calibration.state
-        if state is None or (state.phase is not Phase.RUNNING and (state.run, state.phase) == (self._run, self._phase)):
+        if state is None or (
+            state.phase is not CalibrationPhase.RUNNING and (state.run, state.phase) == (self._run, self._phase)
+        ):
             return
         if state.run != self._run:
-            self._run, self._phase, self._percent = state.run, Phase.RUNNING, -1
+            self._run, self._phase, self._percent = state.run, CalibrationPhase.RUNNING, -1
             self._say(_begun(state.kind))
-        if state.phase is Phase.RUNNING:
+        if state.phase is CalibrationPhase.RUNNING:
             self._progress(state, now_s)
-        elif state.phase is not Phase.DONE or not self._hub.vessel.storage.parameters().pending:
+        elif state.phase is not CalibrationPhase.DONE or not self._hub.vessel.storage.parameters().pending:
             self._phase = state.phase
             self._end(state)
 
     def _end(self, state: CalibrationState) -> None:
         """Tell how it ended. It is done when its result is stored; the storage tells why it is not."""
-        if state.phase is Phase.DONE and not self._hub.vessel.storage.parameters().durable:
-            state = replace(state, phase=Phase.FAILED, text="not stored")
+        if state.phase is CalibrationPhase.DONE and not self._hub.vessel.storage.parameters().durable:
+            state = replace(state, phase=CalibrationPhase.FAILED, text="not stored")
         self._say(_ended(state))
         self._report(state)
 
@@ -73,7 +75,11 @@ class CalibrationService:
 
     def _report(self, state: CalibrationState) -> None:
         self._send(
-            [_mag_cal_report(i, c, state) for i, c in enumerate(state.compasses) if state.phase is not Phase.CANCELLED]
+            [
+                _mag_cal_report(i, c, state)
+                for i, c in enumerate(state.compasses)
+                if state.phase is not CalibrationPhase.CANCELLED
+            ]
         )
 
     def _say(self, lines: Sequence[str]) -> None:
@@ -91,19 +97,21 @@ class CalibrationService:
                     self._hub.send_packed(outlet, packed)
 
 
-def _begun(kind: Kind) -> Sequence[str]:
+def _begun(kind: CalibrationKind) -> Sequence[str]:
     started = f"[cal] calibration started: 2 {_WORDS[kind]}"
-    return (started, "[cal] down orientation detected") if kind is Kind.COMPASS else (started,)
+    return (started, "[cal] down orientation detected") if kind is CalibrationKind.COMPASS else (started,)
 
 
 def _ended(state: CalibrationState) -> Sequence[str]:
     match state.phase:
-        case Phase.FAILED:
+        case CalibrationPhase.FAILED:
             return (f"[cal] calibration failed: {state.text}",)
-        case Phase.CANCELLED:
+        case CalibrationPhase.CANCELLED:
             return ("[cal] calibration cancelled",)
-        case Phase.DONE:
-            side = ("[cal] down side done, rotate to a different side",) if state.kind is Kind.COMPASS else ()
+        case CalibrationPhase.DONE:
+            side = (
+                ("[cal] down side done, rotate to a different side",) if state.kind is CalibrationKind.COMPASS else ()
+            )
             return ("[cal] progress <100>", *side, f"[cal] calibration done: {_WORDS[state.kind]}")
     return ()
 
@@ -127,7 +135,7 @@ def _mag_cal_report(number: int, compass: CompassState, state: CalibrationState)
     offset = (0.0, 0.0, 0.0) if fit is None else fit.offset.tolist()
     (a, b, c), (_, d, e), (_, _, f) = ((0.0,) * 3,) * 3 if fit is None else fit.matrix.tolist()
     fitness = 0.0 if fit is None else 1e3 * fit.residual
-    saved = int(state.phase is Phase.DONE)
+    saved = int(state.phase is CalibrationPhase.DONE)
     return mavlink.MAVLink_mag_cal_report_message(
         number, _mask(state.compasses), _STATUS[state.phase], saved, fitness, *offset, a, d, f, b, c, e
     )

@@ -20,7 +20,7 @@ from companion.io.mavlink.wire.hub import Handler, Hub, Peer
 from companion.loop import Vessel
 from companion.supervisor.authority import AuthorityRequest, RequestedAction
 from companion.supervisor.shell import Reply, answer
-from companion.supervisor.snapshot import Snapshot
+from companion.supervisor.snapshot import BoatSnapshot
 
 PROMPT = "usv> "
 DATA = 70  # bytes of one message
@@ -128,7 +128,7 @@ class ShellService:
     def _read(self, session: _Session, peer: Peer, now_s: float) -> None:
         """Take bytes as a terminal does: a line feed ends the line, backspace deletes, other control bytes are
         ignored."""
-        boat: Snapshot | None = None  # one for all lines: it takes a while
+        boat: BoatSnapshot | None = None  # one for all lines: it takes a while
         while self._may_go_on(session) and session.unread:
             byte = session.unread.pop(0)
             if byte == ord("\n"):
@@ -139,7 +139,7 @@ class ShellService:
             elif byte >= ord(" ") and len(session.line) <= _LONGEST_LINE:
                 session.line.append(byte)
 
-    def _obey(self, session: _Session, boat: Snapshot, peer: Peer, now_s: float) -> None:
+    def _obey(self, session: _Session, boat: BoatSnapshot, peer: Peer, now_s: float) -> None:
         """Echo a line and answer it."""
         line = session.line.decode("ascii", "replace")
         session.line.clear()
@@ -201,10 +201,10 @@ def _burst(peer: Peer) -> float:
     return max(2.0 * _FRAME_BYTES, _SAVED_S * _SHARE * peer.endpoint.bytes_per_s)
 
 
-def snapshot_of(vessel: Vessel, events: Sequence[Event], now_s: float) -> Snapshot:
+def snapshot_of(vessel: Vessel, events: Sequence[Event], now_s: float) -> BoatSnapshot:
     """The boat as it is now. It asks every mode, so not in every tick."""
     supervisor = vessel.supervisor
-    return Snapshot(
+    return BoatSnapshot(
         config=vessel.config,
         parameters=vessel.parameters,
         status=supervisor.status(now_s),

@@ -8,24 +8,24 @@ import struct
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from companion.core.arming import ArmingReport, Check, Finding
+from companion.core.arming import ArmingCheck, ArmingFinding, ArmingReport
 from companion.core.decision import ModeId
 from companion.io.mavlink.telemetry import event_table as table
 from companion.io.mavlink.telemetry.event_table import EventRow
 from companion.modes.table import DECLARATIONS
 
 ARGUMENT_BYTES = 40
-_FIXED: dict[Check, EventRow] = {
-    Check.POSITION: table.POSITION,
-    Check.HEADING: table.HEADING,
-    Check.THRUSTER: table.THRUSTER_FAILED,
-    Check.BATTERY: table.BATTERY_CRITICAL,
-    Check.BATTERY_LOW: table.BATTERY_LOW,
-    Check.LEAK: table.LEAK,
-    Check.AUTHORITY: table.SAFE_SWITCH,
-    Check.KILL_SWITCH: table.KILL_SWITCH,
-    Check.KILL_SWITCH_FAULT: table.KILL_SWITCH_FAULT,
-    Check.FENCE: table.FENCE_PREPARED,
+_FIXED: dict[ArmingCheck, EventRow] = {
+    ArmingCheck.POSITION: table.POSITION,
+    ArmingCheck.HEADING: table.HEADING,
+    ArmingCheck.THRUSTER: table.THRUSTER_FAILED,
+    ArmingCheck.BATTERY: table.BATTERY_CRITICAL,
+    ArmingCheck.BATTERY_LOW: table.BATTERY_LOW,
+    ArmingCheck.LEAK: table.LEAK,
+    ArmingCheck.AUTHORITY: table.SAFE_SWITCH,
+    ArmingCheck.KILL_SWITCH: table.KILL_SWITCH,
+    ArmingCheck.KILL_SWITCH_FAULT: table.KILL_SWITCH_FAULT,
+    ArmingCheck.FENCE: table.FENCE_PREPARED,
 }
 
 
@@ -59,23 +59,23 @@ class ArmingEvents:
         """Arming was refused: ground stations show it with the findings of the last report for that mode."""
         return content(table.NOT_ARMED, table.ERROR, custom_mode)
 
-    def _event(self, finding: Finding) -> EventContent:
+    def _event(self, finding: ArmingFinding) -> EventContent:
         row, more = self._row(finding)
         modes = table.mode_bits(DECLARATIONS if finding.modes is None else finding.modes)
         level = table.ERROR if finding.blocks else table.WARNING
         return content(row, level, modes, table.COMPONENT_OF[finding.check], *more)
 
-    def _row(self, finding: Finding) -> tuple[EventRow, tuple[int, ...]]:
+    def _row(self, finding: ArmingFinding) -> tuple[EventRow, tuple[int, ...]]:
         """The row of a finding, and its arguments after the first two."""
         match finding.check:
-            case Check.DEVICE:
+            case ArmingCheck.DEVICE:
                 row = table.DEVICE_NOT_HEARD if finding.value is None else table.DEVICE_LOST
                 return row, (_number(self.devices, finding.subject),)
-            case Check.THRUSTER:
+            case ArmingCheck.THRUSTER:
                 return _FIXED[finding.check], (_number(self.thrusters, finding.subject),)
-            case Check.BATTERY | Check.BATTERY_LOW:
+            case ArmingCheck.BATTERY | ArmingCheck.BATTERY_LOW:
                 return _FIXED[finding.check], (round(100.0 * min(1.0, max(0.0, finding.value or 0.0))),)
-            case Check.MODE:
+            case ArmingCheck.MODE:
                 return _refusal_row(next(iter(finding.modes or ())), finding.text), ()
         return _FIXED[finding.check], ()
 
@@ -93,7 +93,7 @@ def _refusal_row(mode: ModeId, reason: str) -> EventRow:
     )
 
 
-def _components(checks: Iterable[Check]) -> int:
+def _components(checks: Iterable[ArmingCheck]) -> int:
     """The parts of the boat that these checks are about, as bits."""
     return sum(1 << number for number in {table.COMPONENT_OF[check] for check in checks})
 

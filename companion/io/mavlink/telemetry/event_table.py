@@ -10,7 +10,7 @@ import zlib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from companion.core.arming import Check
+from companion.core.arming import ArmingCheck
 from companion.core.decision import ModeDeclaration, ModeId
 from companion.modes.table import DECLARATIONS
 
@@ -38,22 +38,24 @@ class Component:
 
     name: str
     label: str
-    checks: tuple[Check, ...] = ()
+    checks: tuple[ArmingCheck, ...] = ()
 
 
 HEALTH_COMPONENTS: tuple[Component, ...] = (
     Component("none", "None"),  # libevents asks for it
-    Component("gps", "Position", (Check.POSITION,)),  # QGroundControl colours its GPS symbol by this name
-    Component("heading", "Heading", (Check.HEADING,)),
-    Component("devices", "Sensors and bridges", (Check.DEVICE,)),
-    Component("thrusters", "Thrusters", (Check.THRUSTER,)),
-    Component("battery", "Battery", (Check.BATTERY, Check.BATTERY_LOW)),
-    Component("hull", "Hull", (Check.LEAK,)),
-    Component("transmitter", "Transmitter", (Check.AUTHORITY, Check.KILL_SWITCH, Check.KILL_SWITCH_FAULT)),
-    Component("modes", "Modes", (Check.MODE,)),
-    Component("fence", "Fence", (Check.FENCE,)),
+    Component("gps", "Position", (ArmingCheck.POSITION,)),  # QGroundControl colours its GPS symbol by this name
+    Component("heading", "Heading", (ArmingCheck.HEADING,)),
+    Component("devices", "Sensors and bridges", (ArmingCheck.DEVICE,)),
+    Component("thrusters", "Thrusters", (ArmingCheck.THRUSTER,)),
+    Component("battery", "Battery", (ArmingCheck.BATTERY, ArmingCheck.BATTERY_LOW)),
+    Component("hull", "Hull", (ArmingCheck.LEAK,)),
+    Component(
+        "transmitter", "Transmitter", (ArmingCheck.AUTHORITY, ArmingCheck.KILL_SWITCH, ArmingCheck.KILL_SWITCH_FAULT)
+    ),
+    Component("modes", "Modes", (ArmingCheck.MODE,)),
+    Component("fence", "Fence", (ArmingCheck.FENCE,)),
 )
-COMPONENT_OF: Mapping[Check, int] = {check: i for i, row in enumerate(HEALTH_COMPONENTS) for check in row.checks}
+COMPONENT_OF: Mapping[ArmingCheck, int] = {check: i for i, row in enumerate(HEALTH_COMPONENTS) for check in row.checks}
 
 
 @dataclass(frozen=True, slots=True)

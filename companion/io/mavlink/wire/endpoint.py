@@ -20,7 +20,7 @@ _LEAST_FORWARD = 1200.0
 
 
 @dataclass(slots=True)
-class Traffic:
+class LinkTraffic:
     """Counts since the endpoint was first seen. `received`: admitted messages of known ids. `forwarded`, `held_back`:
     packets of other systems. `dropped`: messages that the line could not take."""
 
@@ -63,7 +63,7 @@ class Endpoint:
         self.telemetry = self.guard.options.telemetry
         self.receptions = Receptions()
         self.leader: Reception | None = None  # of the leader module behind it
-        self.traffic = Traffic()
+        self.traffic = LinkTraffic()
         self.first_heard_s: float | None = None
         self.last_heard_s: float | None = None
         self.asked_s: float | None = None

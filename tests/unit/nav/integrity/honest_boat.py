@@ -10,11 +10,11 @@ from dataclasses import dataclass
 from companion.core.readings import FixType, Imu, MagneticField, TimeOfDay, Wind
 from companion.nav.integrity.evidence import (
     Evidence,
-    Finding,
     HeadingSeen,
     Hypothesis,
     InertialStep,
     LaneStep,
+    LieFound,
     ModelStep,
     PositionSeen,
     VelocitySeen,
@@ -158,7 +158,7 @@ def another(evidence: Evidence, north_m: float, source: str = "spare") -> None:
     ]
 
 
-def feed(hypothesis: Hypothesis, evidence: Evidence, now_s: float) -> list[Finding]:
+def feed(hypothesis: Hypothesis, evidence: Evidence, now_s: float) -> list[LieFound]:
     """As the monitor does: each reading is screened first where the hypothesis screens it."""
     if isinstance(hypothesis, PositionJump):
         for position in evidence.positions:
@@ -181,7 +181,7 @@ class Passage:
     now_s: float = 0.0
     rng: random.Random | None = None
 
-    def go(self, seconds: float, spoil: Spoil | None = None, driven: bool = True) -> list[tuple[float, Finding]]:
+    def go(self, seconds: float, spoil: Spoil | None = None, driven: bool = True) -> list[tuple[float, LieFound]]:
         """Sail on, lied to by `spoil` from the first tick; (time since then, finding) of each."""
         self.rng = self.rng or random.Random(self.boat.seed)
         found, from_s = [], self.now_s

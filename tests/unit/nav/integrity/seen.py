@@ -9,11 +9,11 @@ from collections.abc import Callable, Iterable
 from companion.core.readings import FixType, Imu
 from companion.nav.integrity.evidence import (
     Evidence,
-    Finding,
     HeadingSeen,
     Hypothesis,
     InertialStep,
     LaneStep,
+    LieFound,
     ModelStep,
     PositionSeen,
     VelocitySeen,
@@ -98,7 +98,7 @@ def model(north_mps: float = 0.0, east_mps: float = 0.0, turn_radps: float = 0.0
 Making = Callable[[int, float, random.Random], Evidence]
 
 
-def sail(hypothesis: Hypothesis, make: Making, until_s: float = 30.0, seed: int = 1) -> tuple[float, Finding] | None:
+def sail(hypothesis: Hypothesis, make: Making, until_s: float = 30.0, seed: int = 1) -> tuple[float, LieFound] | None:
     """Feed the evidence that `make(tick, now_s, random)` gives; the first finding and its time, or None."""
     rng = random.Random(seed)
     for k in range(1, round(until_s / TICK_S) + 1):

@@ -12,7 +12,7 @@ import pytest
 
 from companion.config.payload import CameraConfig
 from companion.core.actuation import ZERO_WRENCH, ActuatorCommand, Allocation, ThrusterCommand
-from companion.core.arming import ArmingReport, Check, Finding
+from companion.core.arming import ArmingCheck, ArmingFinding, ArmingReport
 from companion.core.decision import ACCEPTED, Home, MissionProgress, MissionState, ModeId, Order, Outcome, Status
 from companion.core.estimate import NavState
 from companion.core.events import EventLog
@@ -31,7 +31,7 @@ from companion.mission.plan import Plans
 from companion.modes.table import DECLARATIONS
 from companion.params.store import Parameters
 from companion.supervisor.authority import AuthorityRequest, Facts, refusal
-from companion.supervisor.calibration import CalibrationState, Kind
+from companion.supervisor.calibration import CalibrationKind, CalibrationState
 from companion.supervisor.ground_stations import GroundStations
 from companion.supervisor.outputs import AuxiliaryOutputs
 from companion.supervisor.payload import Payload
@@ -85,7 +85,7 @@ class FakeCalibration:
         self._take = take
         self.state: CalibrationState | None = None
 
-    def request(self, kind: Kind, now_s: float, save: bool = True) -> Outcome:
+    def request(self, kind: CalibrationKind, now_s: float, save: bool = True) -> Outcome:
         return self._take("calibrate", kind, save)
 
     def accept(self, now_s: float) -> Outcome:
@@ -114,7 +114,7 @@ class FakeSupervisor:
         self.reports: list[AisTarget] = []
         self.calibration = FakeCalibration(self._take)
         self.senses = SimpleNamespace(request=lambda accept, now_s: self._take("senses", accept))
-        self.findings: tuple[Finding, ...] = ()
+        self.findings: tuple[ArmingFinding, ...] = ()
         self.landing = SimpleNamespace(
             take_off=lambda now_s: self._take("take_off"), land=lambda place, now_s: self._take("land", place)
         )
@@ -135,7 +135,7 @@ class FakeSupervisor:
 
     def arming_report(self, now_s: float) -> ArmingReport:
         free = frozenset(ModeId) if not any(finding.blocks for finding in self.findings) else frozenset()
-        return ArmingReport(self.findings, free, frozenset(ModeId), frozenset(Check))
+        return ArmingReport(self.findings, free, frozenset(ModeId), frozenset(ArmingCheck))
 
     def change(self, **changes: Any) -> None:
         self.now = replace(self.now, **changes)

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from companion.core.arming import Check, Finding
+from companion.core.arming import ArmingCheck, ArmingFinding
 from companion.core.decision import Event, ModeId, TextKind
 from companion.io.mavlink.telemetry.arming_events import ArmingEvents
 from companion.io.mavlink.transfer.events_metadata import events_json
@@ -18,8 +18,8 @@ from tests.events_client import EventsClient, Metadata
 from tests.unit.io.mavlink.hub.conftest import Rig
 
 Named = Callable[[Sequence[Any], str], list[Any]]
-NO_POSITION = Finding(Check.POSITION, "No position")
-NO_PLAN = Finding(Check.MODE, "no mission loaded", modes=frozenset({ModeId.MISSION}))
+NO_POSITION = ArmingFinding(ArmingCheck.POSITION, "No position")
+NO_PLAN = ArmingFinding(ArmingCheck.MODE, "no mission loaded", modes=frozenset({ModeId.MISSION}))
 HEARTBEAT = mavlink.MAVLink_heartbeat_message(6, 8, 192, 0, 4, 3)
 MANUAL, MISSION = 0x00010000, 0x04040000
 METADATA, CHECKS = (512, 397.0), (401,)

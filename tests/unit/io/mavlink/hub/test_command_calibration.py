@@ -14,7 +14,7 @@ from companion.core.decision import Outcome, Result
 from companion.core.storing import Ticket
 from companion.io.mavlink.wire.framer import frame, pack
 from companion.nav.field_fit import FieldFit
-from companion.supervisor.calibration import CalibrationState, CompassState, Kind, Phase
+from companion.supervisor.calibration import CalibrationKind, CalibrationPhase, CalibrationState, CompassState
 from tests.unit.io.mavlink.hub.conftest import Rig
 from tests.unit.io.mavlink.slow_storage import SlowStorage
 
@@ -34,12 +34,12 @@ def texts(messages: list[Any]) -> list[str]:
 @pytest.mark.parametrize(
     ("params", "asked"),
     [
-        ((1,), ("calibrate", Kind.GYRO, True)),
-        ((0, 1), ("calibrate", Kind.COMPASS, True)),
-        ((1, 1), ("calibrate", Kind.GYRO, True)),  # pymavlink's calibrate_imu
-        ((0, 0, 0, 0, 1), ("calibrate", Kind.LEVEL, True)),
-        ((0, 0, 0, 0, 2), ("calibrate", Kind.LEVEL, True)),
-        ((0, 0, 0, 0, 4), ("calibrate", Kind.LEVEL, True)),
+        ((1,), ("calibrate", CalibrationKind.GYRO, True)),
+        ((0, 1), ("calibrate", CalibrationKind.COMPASS, True)),
+        ((1, 1), ("calibrate", CalibrationKind.GYRO, True)),  # pymavlink's calibrate_imu
+        ((0, 0, 0, 0, 1), ("calibrate", CalibrationKind.LEVEL, True)),
+        ((0, 0, 0, 0, 2), ("calibrate", CalibrationKind.LEVEL, True)),
+        ((0, 0, 0, 0, 4), ("calibrate", CalibrationKind.LEVEL, True)),
         ((), ("cancel",)),
         ((math.nan,) * 7, ("cancel",)),
     ],
@@ -66,8 +66,8 @@ def test_the_accelerometer_is_its_level(rig: Rig) -> None:
 def test_ardupilots_commands() -> None:
     rig = Rig(["memory:?dialect=ardupilot"])
     for command, params, asked in (
-        (START, (0, 1, 0), ("calibrate", Kind.COMPASS, False)),
-        (START, (1, 0, 1), ("calibrate", Kind.COMPASS, True)),
+        (START, (0, 1, 0), ("calibrate", CalibrationKind.COMPASS, False)),
+        (START, (1, 0, 1), ("calibrate", CalibrationKind.COMPASS, True)),
         (ACCEPT, (1,), ("accept",)),
         (CANCEL, (), ("cancel",)),
     ):
@@ -79,10 +79,14 @@ FIT = FieldFit(np.array([1.0, 2.0, 3.0]), np.eye(3), True, 0.01, 0.1, np.full(24
 
 
 def state(
-    phase: Phase, progress: float = 0.0, kind: Kind = Kind.COMPASS, run: int = 1, text: str = ""
+    phase: CalibrationPhase,
+    progress: float = 0.0,
+    kind: CalibrationKind = CalibrationKind.COMPASS,
+    run: int = 1,
+    text: str = "",
 ) -> CalibrationState:
     compass = CompassState("imu", progress, (0.0, 1.0, 0.0), text or None, FIT if progress >= 1.0 else None)
-    return CalibrationState(run, kind, phase, progress, text, (compass,) if kind is Kind.COMPASS else ())
+    return CalibrationState(run, kind, phase, progress, text, (compass,) if kind is CalibrationKind.COMPASS else ())
 
 
 def show(rig: Rig, *states: CalibrationState) -> list[list[Any]]:
@@ -102,7 +106,11 @@ def cal_lines(messages: list[Any]) -> list[str]:
 def test_texts_for_px4_and_messages_for_ardupilot() -> None:
     rig = Rig(["memory:", "memory:?dialect=ardupilot"])
     px4, ardupilot = show(
-        rig, state(Phase.RUNNING), state(Phase.RUNNING, 0.5), state(Phase.FITTED, 1.0), state(Phase.DONE, 1.0)
+        rig,
+        state(CalibrationPhase.RUNNING),
+        state(CalibrationPhase.RUNNING, 0.5),
+        state(CalibrationPhase.FITTED, 1.0),
+        state(CalibrationPhase.DONE, 1.0),
     )
     assert cal_lines(px4) == [
         "[cal] calibration started: 2 mag",
@@ -125,10 +133,10 @@ def test_a_failure_and_a_cancelled_one() -> None:
     rig = Rig(["memory:", "memory:?dialect=ardupilot"])
     px4, ardupilot = show(
         rig,
-        state(Phase.RUNNING),
-        state(Phase.FAILED, text="no turn for 60 s"),
-        state(Phase.CANCELLED, run=2),
-        state(Phase.DONE, 1.0, Kind.GYRO, run=3),
+        state(CalibrationPhase.RUNNING),
+        state(CalibrationPhase.FAILED, text="no turn for 60 s"),
+        state(CalibrationPhase.CANCELLED, run=2),
+        state(CalibrationPhase.DONE, 1.0, CalibrationKind.GYRO, run=3),
     )
     assert [line for line in cal_lines(px4) if "progress" not in line] == [
         "[cal] calibration started: 2 mag",
@@ -144,7 +152,7 @@ def test_a_failure_and_a_cancelled_one() -> None:
 
 
 def test_progress_is_told_twice_a_second_at_most(rig: Rig) -> None:
-    states = [replace(state(Phase.RUNNING), progress=0.01 * k) for k in range(20)]
+    states = [replace(state(CalibrationPhase.RUNNING), progress=0.01 * k) for k in range(20)]
     rig.desk.hear()
     for one in states:
         rig.supervisor.calibration.state = one
@@ -154,7 +162,7 @@ def test_progress_is_told_twice_a_second_at_most(rig: Rig) -> None:
 
 def test_ardupilots_own_library_reads_the_progress() -> None:
     rig = Rig(["memory:?dialect=ardupilot"])
-    (messages,) = show(rig, state(Phase.RUNNING, 0.25))
+    (messages,) = show(rig, state(CalibrationPhase.RUNNING, 0.25))
     (sent,) = [m for m in messages if m.get_type() == "MAG_CAL_PROGRESS"]
     (read,) = ardupilotmega.MAVLink(None).parse_buffer(frame(pack(sent), 0, 1, 1))
     assert (read.get_type(), read.completion_pct, read.direction_y) == ("MAG_CAL_PROGRESS", 25, 1.0)
@@ -176,20 +184,20 @@ def test_it_is_done_when_its_result_is_stored() -> None:
     rig = Rig(["memory:", "memory:?dialect=ardupilot"])
     storage = rig.vessel.storage = OneChange()
     rig.command(ACCEPT, desk=1)
-    px4, ardupilot = show(rig, state(Phase.RUNNING), state(Phase.DONE, 1.0))
+    px4, ardupilot = show(rig, state(CalibrationPhase.RUNNING), state(CalibrationPhase.DONE, 1.0))
     assert cal_lines(px4)[-1] == "[cal] progress <0>" and not reported(ardupilot)
     storage.settle()
     assert result(rig.ask(desk=1)) == ACCEPTED
-    px4, ardupilot = show(rig, state(Phase.DONE, 1.0))
+    px4, ardupilot = show(rig, state(CalibrationPhase.DONE, 1.0))
     assert cal_lines(px4)[-1] == "[cal] calibration done: mag" and reported(ardupilot) == [(4, 1)]
 
 
 def test_a_result_that_is_not_stored_has_failed() -> None:
     rig = Rig(["memory:", "memory:?dialect=ardupilot"])
     storage = rig.vessel.storage = OneChange()
-    show(rig, state(Phase.RUNNING), state(Phase.DONE, 1.0))
+    show(rig, state(CalibrationPhase.RUNNING), state(CalibrationPhase.DONE, 1.0))
     storage.fail()
-    px4, ardupilot = show(rig, state(Phase.DONE, 1.0))
+    px4, ardupilot = show(rig, state(CalibrationPhase.DONE, 1.0))
     assert cal_lines(px4) == ["[cal] calibration failed: not stored"]
     assert reported(ardupilot) == [(5, 0)]
 

@@ -12,7 +12,7 @@ import pytest
 
 from companion.app import load_vessel
 from companion.config.vessel import bundled
-from companion.core.arming import ArmingReport, Check, Finding
+from companion.core.arming import ArmingCheck, ArmingFinding, ArmingReport
 from companion.core.decision import ModeId
 from companion.io.mavlink.telemetry import event_table as table
 from companion.io.mavlink.telemetry.arming_events import ArmingEvents
@@ -95,33 +95,33 @@ def test_names_of_every_bundled_vessel_fit(vessel: str) -> None:
 
 
 FINDINGS = (
-    (Finding(Check.POSITION, "position not valid"), "Position not valid", 3),
-    (Finding(Check.HEADING, "heading not valid", blocks=False), "Heading not valid", 4),
-    (Finding(Check.DEVICE, "imu: silent", "imu", None), "imu: nothing heard", 3),
-    (Finding(Check.DEVICE, "gnss: silent", "gnss", 4.0), "gnss: no good data", 3),
-    (Finding(Check.DEVICE, "x: silent", "x", 4.0), "0: no good data", 3),
-    (Finding(Check.THRUSTER, "thruster bow has failed", "bow"), "Thruster bow has failed", 3),
-    (Finding(Check.BATTERY, "battery critical: 12 % left", value=0.12), "Battery critical: 12 % left", 3),
-    (Finding(Check.BATTERY_LOW, "battery low", value=0.2, blocks=False), "Battery low: 20 % left", 4),
-    (Finding(Check.LEAK, "water in the hull"), "Water in the hull", 3),
-    (Finding(Check.AUTHORITY, "safe switch"), "The transmitter's safe switch is on", 3),
-    (Finding(Check.KILL_SWITCH, "kill switch"), "The transmitter's kill switch is on", 3),
-    (Finding(Check.KILL_SWITCH_FAULT, "channel 9 of 8"), "The kill switch would not work", 3),
-    (Finding(Check.FENCE, "fence is being prepared: wait"), "The fence is being prepared", 3),
+    (ArmingFinding(ArmingCheck.POSITION, "position not valid"), "Position not valid", 3),
+    (ArmingFinding(ArmingCheck.HEADING, "heading not valid", blocks=False), "Heading not valid", 4),
+    (ArmingFinding(ArmingCheck.DEVICE, "imu: silent", "imu", None), "imu: nothing heard", 3),
+    (ArmingFinding(ArmingCheck.DEVICE, "gnss: silent", "gnss", 4.0), "gnss: no good data", 3),
+    (ArmingFinding(ArmingCheck.DEVICE, "x: silent", "x", 4.0), "0: no good data", 3),
+    (ArmingFinding(ArmingCheck.THRUSTER, "thruster bow has failed", "bow"), "Thruster bow has failed", 3),
+    (ArmingFinding(ArmingCheck.BATTERY, "battery critical: 12 % left", value=0.12), "Battery critical: 12 % left", 3),
+    (ArmingFinding(ArmingCheck.BATTERY_LOW, "battery low", value=0.2, blocks=False), "Battery low: 20 % left", 4),
+    (ArmingFinding(ArmingCheck.LEAK, "water in the hull"), "Water in the hull", 3),
+    (ArmingFinding(ArmingCheck.AUTHORITY, "safe switch"), "The transmitter's safe switch is on", 3),
+    (ArmingFinding(ArmingCheck.KILL_SWITCH, "kill switch"), "The transmitter's kill switch is on", 3),
+    (ArmingFinding(ArmingCheck.KILL_SWITCH_FAULT, "channel 9 of 8"), "The kill switch would not work", 3),
+    (ArmingFinding(ArmingCheck.FENCE, "fence is being prepared: wait"), "The fence is being prepared", 3),
     (
-        Finding(Check.MODE, "item 7 is 60 km away", modes=frozenset({ModeId.MISSION})),
+        ArmingFinding(ArmingCheck.MODE, "item 7 is 60 km away", modes=frozenset({ModeId.MISSION})),
         "Mission: the destination is over 50 km away",
         3,
     ),
-    (Finding(Check.MODE, "what?", modes=frozenset({ModeId.RTL})), "RTL: it cannot be entered now", 3),
+    (ArmingFinding(ArmingCheck.MODE, "what?", modes=frozenset({ModeId.RTL})), "RTL: it cannot be entered now", 3),
 )
 
 
 def test_every_kind_of_finding_has_its_event() -> None:
-    assert {finding.check for finding, _, _ in FINDINGS} == set(Check)
+    assert {finding.check for finding, _, _ in FINDINGS} == set(ArmingCheck)
     metadata = Metadata(FILE)
     for finding, text, level in FINDINGS:
-        contents = NAMES.report(ArmingReport((finding,), frozenset(), frozenset(ModeId), frozenset(Check)))
+        contents = NAMES.report(ArmingReport((finding,), frozenset(), frozenset(ModeId), frozenset(ArmingCheck)))
         begin, check, end = map(metadata.parse, contents)
         assert (begin.name, end.name) == ("arming_check_summary", "health_summary")
         assert (check.text, check.level) == (text, level) and check.remedy
