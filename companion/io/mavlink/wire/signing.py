@@ -25,6 +25,7 @@ _EPOCH_UNIX_NS = 1_420_070_400_000_000_000  # 2015-01-01
 _TICKS_PER_S = 100_000
 _LATE = 60 * _TICKS_PER_S  # the first packet of a new stream may be so far behind our own time
 _LAST = 2**48 - 1
+_IMPLAUSIBLE = (4_102_444_800 - _EPOCH_UNIX_NS // 10**9) * _TICKS_PER_S  # 2100-01-01; nobody's clock shows that
 _MOST_STREAMS = 256  # only senders with the key make streams
 SAVE_PERIOD_S = 5.0
 _PERIOD = round(SAVE_PERIOD_S * _TICKS_PER_S)
@@ -44,7 +45,7 @@ class SignatureVerdict(Enum):
 
     GENUINE = "genuine"
     FORGED = "forged"  # made with another key, altered, or we have no key to verify it
-    STALE = "stale"  # replayed, or too old for a new stream
+    STALE = "stale"  # replayed, too old for a new stream, or from the next century
     UNSIGNED = "unsigned"
 
 
@@ -67,10 +68,11 @@ class Signing:
         packets come and go."""
         self._time_unix_ns = time_unix_ns
         self._save = save
+        horizon = state.horizon if state.horizon < _IMPLAUSIBLE else 0
         self._key = state.key
-        self._floor = state.horizon
-        self._horizon = state.horizon
-        self._now = max(self._clock(), state.horizon)
+        self._floor = horizon
+        self._horizon = horizon
+        self._now = max(self._clock(), horizon)
         self._streams: dict[tuple[int, int, int], int] = {}
 
     @property
@@ -87,7 +89,7 @@ class Signing:
             self._streams.clear()
             self._floor = 0
         self._key = key
-        self._now = max(self._now, self._clock(), min(stamp, _LAST))
+        self._now = max(self._now, self._clock(), stamp if stamp < _IMPLAUSIBLE else 0)
         self._keep()
 
     def sign(self, data: bytes, crc_extra: bytes, link: int) -> bytes:
@@ -111,6 +113,8 @@ class Signing:
         ):
             return SignatureVerdict.FORGED
         stamp = int.from_bytes(data[-_HASH_BYTES - _STAMP_BYTES : -_HASH_BYTES], "little")
+        if stamp >= _IMPLAUSIBLE:  # it would end the time stamps of this stream, and then ours
+            return SignatureVerdict.STALE
         stream = (data[5], data[6], data[-SIGNATURE_BYTES])
         last = self._streams.get(stream)
         if last is None:

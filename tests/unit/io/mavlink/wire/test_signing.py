@@ -129,6 +129,23 @@ def test_a_boat_whose_clock_is_behind_accepts_genuine_time() -> None:
     assert int.from_bytes(sent[-12:-6], "little") > real
 
 
+@pytest.mark.parametrize("stamp", [2**48 - 1, 2**48 - 2, 85 * 366 * 24 * 3600 * 100_000])
+def test_a_stamp_of_the_next_century_ends_nobodys_time(stamp: int) -> None:
+    """The last stamp of all would make every later one stale, theirs and ours."""
+    clock, kept = Clock(), Kept()
+    ours = signing(clock=clock, kept=kept)
+    assert ours.judge(heartbeat(station(KEY, stamp))) is SignatureVerdict.STALE
+    ours.set_key(OTHER_KEY, stamp)
+    ours.set_key(KEY, stamp)
+    assert ours.judge(heartbeat(station(KEY, clock.stamp))) is SignatureVerdict.GENUINE
+    packed = pack(mavlink.MAVLink_heartbeat_message(11, 12, 0, 0, 4, 3))
+    sent = [ours.sign(frame(packed, 0, 1, 1), packed.crc_extra, 0)[-12:-6] for _ in range(3)]
+    stamps = [int.from_bytes(one, "little") for one in sent]
+    assert stamps == sorted(set(stamps)) and stamps[-1] < clock.stamp + MINUTE
+    healed = signing(clock=clock, horizon=stamp)
+    assert healed.judge(heartbeat(station(KEY, clock.stamp))) is SignatureVerdict.GENUINE, "a state file of before"
+
+
 @given(st.integers(0, 2**48 - 1), st.integers(0, 255), st.binary(min_size=6, max_size=6))
 def test_no_forgery_locks_a_genuine_peer_out(stamp: int, link: int, guess: bytes) -> None:
     """Not a packet with a time from the future, nor on the same stream: what is genuine stays genuine."""
