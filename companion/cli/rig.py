@@ -29,8 +29,11 @@ from sitl.world import EPOCH_UNIX_NS, World, WorldConditions
 class LockstepRig:
     """A vessel, its world and a memory link whose far end the scenario holds. Logs into `folder`."""
 
-    def __init__(self, conditions: Conditions, folder: Path, shared_sea: SharedSea | None = None) -> None:
-        """`shared_sea`: that of another rig; None: one as the conditions ask for, if they ask for any.
+    def __init__(
+        self, conditions: Conditions, folder: Path, shared_sea: SharedSea | None = None, link: str = "memory:scenario"
+    ) -> None:
+        """`shared_sea`: that of another rig; None: one as the conditions ask for, if they ask for any. `link`: the
+        URL of the memory link, with its options.
 
         Raises ConfigError, UsageError for conditions that the vessel cannot meet.
         """
@@ -40,7 +43,7 @@ class LockstepRig:
         controller = _controller_config(self.config, conditions)
         self.world: World = _world(self.config, conditions, shared_sea)
         self._clock = SimulatedClock(EPOCH_UNIX_NS)
-        self._link = MemoryLink("memory:scenario")
+        self._link = MemoryLink(link)
         manifest = {"seed": conditions.seed, "conditions": repr(conditions)}
         around = Surroundings(
             self._clock, self.world, self.world, [self._link], None, folder, False, manifest, conditions.parameters

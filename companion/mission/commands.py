@@ -9,7 +9,7 @@ refused.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum, IntEnum
 
 from companion.mission.plan import PlanItem, PlanKind
@@ -118,6 +118,8 @@ class Rule:
 
 
 _HEADING = Range(4, "heading", "give −360 to 360 degrees, or NaN for none", -360.0, 360.0, nan=True)
+_NO_HEADING = 999.0  # which Cockpit sends with every waypoint
+_WAYPOINT_HEADING = replace(_HEADING, also=(_NO_HEADING,))
 _SERVO = Range(1, "servo", "give the number of a servo output, 1 or more", 1, 16, whole=True)
 _RELAY = Range(1, "relay", "give the number of a relay, 0 or more", 0, 15, whole=True)
 _PULSE = Range(2, "pulse width", "give 500 to 2500 µs", 500, 2500)
@@ -169,7 +171,7 @@ RULES: dict[int, Rule] = {
         ranges=(
             Range(1, "hold time", "give 0 s or more", 0),
             Range(2, "acceptance radius", "give 0 m or more; 0 means the vessel's own", 0, nan=True),
-            _HEADING,
+            _WAYPOINT_HEADING,
         ),
     ),
     Command.NAV_LOITER_UNLIM: Rule(Role.NAVIGATION, position=True, ranges=(_HEADING,)),
@@ -363,7 +365,11 @@ def heading_rad(item: PlanItem) -> float | None:
     parameters with 0, and the boat would otherwise stop and turn north at every waypoint of their plans. 360 means
     north.
     """
-    if not math.isfinite(item.param4) or item.command in (Command.NAV_LOITER_TO_ALT, Command.NAV_SPLINE_WAYPOINT):
+    if (
+        not math.isfinite(item.param4)
+        or item.param4 == _NO_HEADING
+        or item.command in (Command.NAV_LOITER_TO_ALT, Command.NAV_SPLINE_WAYPOINT)
+    ):
         return None
     if item.command == Command.NAV_WAYPOINT and item.param4 == 0.0 and not item.param1 > 0.0:
         return None

@@ -110,7 +110,7 @@ def _check_zero(items: Sequence[PlanItem], home: tuple[float, float] | None) -> 
         here = item.command == Command.DO_SET_HOME and item.param1 != 0.0
         rule = RULES.get(item.command)
         placed = rule is not None and (rule.position or item.command == Command.DO_SET_HOME)
-        if placed and not here and item.x == 0 and item.y == 0:
+        if placed and not here and (item.x, item.y) == (0, 0) and not is_no_circle(item):
             return _refuse(item, PlanResult.INVALID_PARAM5_X, "is at latitude 0, longitude 0; give it a place")
     return None
 

@@ -11,6 +11,7 @@ from docs.generate.house import house, rooms_table
 from docs.generate.log_columns import log_columns
 from docs.generate.markdown import page
 from docs.generate.mavlink import mavlink_page
+from docs.generate.mavsdk_examples import mavsdk_examples
 from docs.generate.modes import modes
 from docs.generate.parameters import parameters
 from docs.generate.results import results
@@ -36,6 +37,7 @@ PAGES: Mapping[str, Callable[[], str]] = {
     "reference/mavlink.md": mavlink_page,
     "reference/log-columns.md": log_columns,
     "reference/results.md": results,
+    "ground-stations/mavsdk-examples.md": mavsdk_examples,
     "inside/rooms.md": _rooms,
     "inside/house.svg": house,
 }

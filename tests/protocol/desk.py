@@ -27,8 +27,11 @@ class Sender:
 class Desk:
     """One ground station over the memory link of a whole vessel. Every byte passes through framing, both ways."""
 
-    def __init__(self, folder: Path, rig: LockstepRig | None = None, system: int = 255) -> None:
-        self.rig = rig or LockstepRig(Conditions("revolt", seed=3), folder / "log")
+    def __init__(
+        self, folder: Path, rig: LockstepRig | None = None, system: int = 255, link: str = "memory:desk"
+    ) -> None:
+        """`link`: the URL of the memory link, where the desk makes the vessel itself."""
+        self.rig = rig or LockstepRig(Conditions("revolt", seed=3), folder / "log", link=link)
         self.vessel = self.rig.vessel
         self._framer = Framer()
         self._sender = Sender(system)

@@ -14,11 +14,12 @@ from tests.waiting import ended, wait_until
 
 
 class MavProxy:
-    """`mavproxy.py --master MASTER` with a pipe for a keyboard. `modules`: to load over those that it brings."""
+    """`mavproxy.py --master MASTER` with a pipe for a keyboard. `modules`: to load over those that it brings. `within`:
+    a command that runs this one, as that of an `Island`."""
 
-    def __init__(self, master: str, folder: Path, modules: tuple[str, ...] = ()) -> None:
+    def __init__(self, master: str, folder: Path, modules: tuple[str, ...] = (), within: tuple[str, ...] = ()) -> None:
         folder.mkdir(parents=True, exist_ok=True)
-        command = [sys.executable, str(Path(sys.executable).with_name("mavproxy.py")), f"--master={master}"]
+        command = [*within, sys.executable, str(Path(sys.executable).with_name("mavproxy.py")), f"--master={master}"]
         command += [
             f"--logfile={folder / 'mav.tlog'}",
             "--streamrate=-1",

@@ -27,7 +27,8 @@ class Companion:
     """`companion run VESSEL --sitl`, or of a `vessel` that is a file without the plant, on free ports: UDP towards
     `udp_port`, TCP listening on `tcp_port`.
 
-    With a `driver` its time is the test's, else that of the wall, `speed` times as fast.
+    With a `driver` its time is the test's, else that of the wall, `speed` times as fast. `within`: a command that runs
+    this one, as that of an `Island`.
     """
 
     def __init__(
@@ -38,6 +39,7 @@ class Companion:
         links: tuple[str, ...] | None = None,
         vessel: str | Path = "revolt",
         driver: Driver | None = None,
+        within: tuple[str, ...] = (),
     ) -> None:
         self.udp_port = free_port()
         self.tcp_port = free_port(socket.SOCK_STREAM)
@@ -46,6 +48,7 @@ class Companion:
             links if links is not None else (f"udpout:127.0.0.1:{self.udp_port}", f"tcpin:127.0.0.1:{self.tcp_port}")
         )
         self._driver = driver
+        self._within = within
         self._what = (str(vessel),) if isinstance(vessel, Path) else (vessel, "--sitl", f"--speed={speed}")
         self.extra = extra
         self.process: subprocess.Popen[str] | None = None
@@ -54,7 +57,7 @@ class Companion:
     def start(self) -> Companion:
         """Returns when the process has said its first lines. Raises RuntimeError with what it said if it ends
         instead."""
-        command = [sys.executable, "-m", "companion", "run", *self._what]
+        command = [*self._within, sys.executable, "-m", "companion", "run", *self._what]
         command += [f"--state={self.folder / 'state'}", f"--log={self.folder / 'logs'}", *self.extra]
         for link in self.links:
             command += ["--link", link]

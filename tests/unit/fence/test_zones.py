@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import replace
 
 from companion.fence.zones import FenceZone, fence_zones
 from companion.mission.executor import MissionExecutor
 from companion.mission.plan import PlanItem, PlanKind, Plans
 from companion.mission.tasks import Complete, ReturnHome, Sail, Stay
-from companion.mission.validation import check_item
+from companion.mission.validation import check_item, check_plan
 
 
 def _item(seq: int, command: int, param1: float = 0.0, param2: float = 0.0) -> PlanItem:
@@ -65,6 +66,7 @@ def test_a_circle_of_radius_0_is_none() -> None:
     none = PlanItem(3, 5003, 5, 0.0, 0.0, 0.0, 0.0, 0, 0, 0.0)
     assert check_item(PlanKind.FENCE, none) is None
     polygon = [_item(n, 5001, 3.0) for n in range(3)]
+    assert check_plan(PlanKind.FENCE, [replace(none, seq=0)], home=(63.44, 10.4)) is None
     assert fence_zones([*polygon, none]) == fence_zones(polygon)
     refusal = check_item(PlanKind.FENCE, _item(3, 5003, -1.0))
     assert refusal is not None and "radius" in refusal.text

@@ -33,6 +33,7 @@ def _item(command: int, hold: float, yaw: float) -> PlanItem:
     [
         (16, 0.0, math.nan, None, False),
         (16, 0.0, 0.0, None, False),  # unused fields of Mission Planner are 0
+        (16, 0.0, 999.0, None, False),  # of Cockpit
         (16, 0.0, 360.0, 0.0, True),
         (16, 0.0, 90.0, 90.0, True),
         (16, 5.0, 0.0, 0.0, True),

@@ -94,7 +94,10 @@ class VesselCommands:
             and self._supervisor.offboard_fault(now_s) is not None
         ):
             mode = ModeId.HOLD
-        return self._supervisor.request_mode(mode, now_s)
+        outcome = self._supervisor.request_mode(mode, now_s)
+        if outcome.accepted:
+            self._hub.modes_asked[peer.endpoint.persona] = custom_mode
+        return outcome
 
     def _do_set_mode(self, request: CommandRequest) -> Outcome | Answer:
         """Another mode, by the numbers of this link's persona.

@@ -1,5 +1,5 @@
 """Who the boat is, to clients of the ArduPilot family: the banner and the version that Mission Planner asks for when it
-connects, and the names of modes for MAVProxy, which knows them by the autopilot only."""
+connects, and where the command `mode` of MAVProxy works."""
 
 from __future__ import annotations
 
@@ -21,7 +21,8 @@ _MAVPROXY = 230  # the component by which it speaks
 
 
 class IntroductionService:
-    """In: AUTOPILOT_VERSION_REQUEST, HEARTBEAT, DO_SEND_BANNER. Remembers which endpoints were told mode names."""
+    """In: AUTOPILOT_VERSION_REQUEST, HEARTBEAT, DO_SEND_BANNER. Remembers the endpoints on which MAVProxy was told
+    where its command works."""
 
     def __init__(self, hub: Hub, vessel: Vessel) -> None:
         self._hub = hub
@@ -48,14 +49,13 @@ class IntroductionService:
         self._hub.send(peer, autopilot_version(version, name, peer.endpoint.persona))
 
     def _on_heartbeat(self, message: Any, peer: Peer, now_s: float) -> None:
-        """MAVProxy on a px4 link has PX4's mode names, and where Rover's are is not in its help."""
+        """MAVProxy's command `mode` fails with every vehicle of PX4 ("required argument is not a float", 1.8.75)."""
         if peer.component != _MAVPROXY or peer.endpoint.persona is not PX4 or peer.endpoint in self._told:
             return
         self._told.add(peer.endpoint)
-        self._hub.say(peer, TextKind.ROUTINE, "PX4 mode names: LOITER holds, MISSION sails")
         place = place_to_connect(self._hub.link_names)
-        if place is not None:
-            self._hub.say(peer, TextKind.ROUTINE, f"Rover's mode names (AUTO, HOLD): {place}")
+        remedy = "needs ?dialect=ardupilot" if place is None else f"works on {place}"
+        self._hub.say(peer, TextKind.ATTENTION, f"MAVProxy's mode command {remedy}")
 
 
 def place_to_connect(link_names: Sequence[str]) -> str | None:

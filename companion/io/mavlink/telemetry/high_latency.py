@@ -23,7 +23,7 @@ def high_latency2(view: View, persona: Persona) -> Any:
         return None
     nav, battery = tick.nav, tick.inputs.battery
     base_mode = persona.base_mode(status.mode, status.armed)
-    number = persona.custom_mode(status.mode)
+    number = view.custom_mode(persona, status.mode)
     bearing_rad, distance_m = _to_target(view)
     thrusters = tick.command.thrusters
     throttle = sum(abs(thruster.throttle) for thruster in thrusters) / len(thrusters) if thrusters else 0.0

@@ -41,7 +41,7 @@ def heartbeat(view: View, persona: Persona) -> Any:
         mavlink.MAV_TYPE_SURFACE_BOAT,
         persona.autopilot,
         persona.base_mode(status.mode, status.armed),
-        persona.custom_mode(status.mode),
+        view.custom_mode(persona, status.mode),
         system_status,
         3,
     )
@@ -59,7 +59,9 @@ def current_mode(view: View, persona: Persona) -> Any:
     """CURRENT_MODE."""
     status = view.status
     return mavlink.MAVLink_current_mode_message(
-        standard_mode(status.mode), persona.custom_mode(status.mode), persona.custom_mode(status.intended_mode)
+        standard_mode(status.mode),
+        view.custom_mode(persona, status.mode),
+        view.custom_mode(persona, status.intended_mode),
     )
 
 

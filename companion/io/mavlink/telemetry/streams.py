@@ -311,6 +311,7 @@ class Telemetry:
             self._modes_seq,
             (ground_stations.in_control, ground_stations.takeover),
             event_sequence=self._event_sequence,
+            modes_asked=self._hub.modes_asked,
         )
 
     def _send(self, outlet: Endpoint, number: int, view: View, built: dict[Any, Sequence[Packed]]) -> None:

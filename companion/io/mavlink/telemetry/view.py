@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 from companion.core.decision import ModeId, Status
 from companion.core.tick import Tick
+from companion.io.mavlink.wire.personas import Persona
 from companion.loop import Vessel
 from companion.modes.table import DECLARATIONS
 
@@ -27,12 +29,17 @@ class View:
     modes_seq: int = 0
     control: tuple[int, bool] = (0, True)  # system with operator control, whether another may take it over
     event_sequence: tuple[int, bool] = (0, True)  # number of the newest event; whether there has been none yet
+    modes_asked: Mapping[Persona, int] = field(default_factory=dict)  # the number of a mode that was asked for last
     received: int = 0  # packets of the leader module on the endpoint that the message is for
 
     @property
     def boot_ms(self) -> int:
         """Vessel time in ms, modulo 2³²."""
         return int(self.now_s * 1000.0) & 0xFFFFFFFF
+
+    def custom_mode(self, persona: Persona, mode: ModeId) -> int:
+        """The number of `mode` as the clients of that persona should see it."""
+        return persona.custom_mode(mode, self.modes_asked.get(persona))
 
     @property
     def unix_us(self) -> int:

@@ -201,6 +201,7 @@ class Hub:
         self._readings = 0
         self.batch = 0  # number of the reading of a link with which the message came that is handled now
         self._supervisor_version = vessel.supervisor.version
+        self.modes_asked: dict[Persona, int] = {}  # the number of the mode that clients of a persona chose last
         self.telemetry = telemetry(self, vessel)
         self._services = tuple(services(self))
         self._answering = [service for service in self._services if isinstance(service, AnsweringService)]

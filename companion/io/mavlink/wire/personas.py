@@ -42,6 +42,8 @@ class Persona:
     value (ArduPilot). `home_is_item_zero`: in missions item 0 is home, and the first real item is number 1.
     `offboard_may_wait`: its number of Offboard also means to wait for a go-to, which is Hold, where no setpoints come.
     `zero_yaw_is_unset`: clients of this persona send 0 where MAVLink says NaN for a heading that does not matter.
+    `waits_for_its_number`: its clients wait for the very number that they asked for, also where it is an alias: Cockpit
+    starts no mission before it sees LOITER.
     `calibrates_by_messages`: it reports a compass calibration as MAG_CAL messages (ArduPilot), else as texts (PX4).
     """
 
@@ -52,16 +54,19 @@ class Persona:
     home_is_item_zero: bool
     zero_yaw_is_unset: bool = False
     offboard_may_wait: bool = False
+    waits_for_its_number: bool = False
     calibrates_by_messages: bool = False
     packs_main_and_sub: bool = True  # custom_mode is made of a main and a sub mode
     has_events: bool = True  # its clients may know MAVLink's events interface; PX4's numbers of modes stand in them
-    aliases: Mapping[int, ModeId] = field(default_factory=dict)  # numbers that are understood but never sent
+    aliases: Mapping[int, ModeId] = field(default_factory=dict)  # numbers that are understood too
 
     def __hash__(self) -> int:
         return hash(self.name)
 
-    def custom_mode(self, mode: ModeId) -> int:
-        """The number under which `mode` is sent."""
+    def custom_mode(self, mode: ModeId, asked: int | None = None) -> int:
+        """The number under which `mode` is sent. `asked`: the number that a client asked for last."""
+        if asked is not None and self.waits_for_its_number and self.aliases.get(asked) is mode:
+            return asked
         return self.modes[mode]
 
     def mode(self, custom_mode: int, offered: frozenset[ModeId] = frozenset(ModeId)) -> ModeId | None:
@@ -106,6 +111,7 @@ ARDUPILOT = Persona(
     home_is_item_zero=True,
     zero_yaw_is_unset=True,
     offboard_may_wait=True,
+    waits_for_its_number=True,
     calibrates_by_messages=True,
     packs_main_and_sub=False,
     has_events=False,

@@ -40,9 +40,9 @@ def heard(rig: Any, component: int) -> list[str]:
     return [message.text for message in rig.ask(HEARTBEAT) if message.get_type() == "STATUSTEXT"]
 
 
-def test_mavproxy_is_told_the_names_of_modes_once_on_a_px4_link(make_rig: Any) -> None:
+def test_mavproxy_is_told_once_where_its_mode_command_works(make_rig: Any) -> None:
     rig = make_rig(["memory:"])
-    assert "PX4 mode names: LOITER holds, MISSION sails" in heard(rig, 230)
+    assert "MAVProxy's mode command needs ?dialect=ardupilot" in heard(rig, 230)
     assert heard(rig, 230) == []
 
 

@@ -26,6 +26,7 @@ def test_numbers_that_quickly_go_wrong() -> None:
         ARDUPILOT.custom_mode(ModeId.RTL),
         ARDUPILOT.custom_mode(ModeId.MANUAL),
     ) == (10, 11, 0)
+    assert ARDUPILOT.custom_mode(ModeId.HOLD, asked=5) == 5 and ARDUPILOT.custom_mode(ModeId.MISSION, asked=5) == 10
     assert ARDUPILOT.custom_mode(ModeId.OFFBOARD) == 15 and PX4.custom_mode(ModeId.OFFBOARD) == 0x00060000
     assert PX4.mode(10) is None
     assert ARDUPILOT.mode(0x04040000) is None
