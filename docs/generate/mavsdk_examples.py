@@ -38,7 +38,7 @@ of version 4 once more, for asyncio; these are not run."""
 @dataclass(frozen=True, slots=True)
 class Example:
     """One example. `shows`: what it prints, as regular expressions; nothing: it is not run. `ends`: whether it ends by
-    itself, without an error. `before`: arguments of version 4's params.py, run first."""
+    itself, without an error. `before`: arguments of version 4's params.py, run first. `speed`: of the boat's time."""
 
     sdk: int
     file: str
@@ -48,6 +48,7 @@ class Example:
     ends: bool = True
     arguments: tuple[str, ...] = ()
     before: tuple[str, ...] = ()
+    speed: float = 5.0
 
 
 def examples(file: Path = FILE) -> list[Example]:

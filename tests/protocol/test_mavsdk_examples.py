@@ -28,7 +28,7 @@ def cache(request: pytest.FixtureRequest) -> Path:
 
 
 @contextmanager
-def afloat(folder: Path) -> Iterator[tuple[str, ...]]:
+def afloat(folder: Path, speed: float) -> Iterator[tuple[str, ...]]:
     """A boat at the example's place, alone with it on a network. What to put before a command that shall meet it."""
     try:
         island = Island()
@@ -36,7 +36,7 @@ def afloat(folder: Path) -> Iterator[tuple[str, ...]]:
         pytest.skip(f"the examples' port is fixed, and this machine gives no network of its own: {error}")
     with (
         island,
-        Companion(folder, speed=5.0, extra=(f"--home={HOME}",), links=(LINK,), within=island.within),
+        Companion(folder, speed=speed, extra=(f"--home={HOME}",), links=(LINK,), within=island.within),
     ):
         yield island.within
 
@@ -52,7 +52,7 @@ def test_an_example_does_what_the_table_says(example: Example, cache: Path, tmp_
         pytest.skip(str(error))
     script = source / example.file
     (source / "boat.params").write_text("# a parameter file\n1\t1\tWP_SPEED\t0.5\t9\n", encoding="utf-8")
-    with afloat(tmp_path / "boat") as within:
+    with afloat(tmp_path / "boat", example.speed) as within:
         if example.before:
             params = str(fetched(4, cache) / "params.py")
             prepare = [*within, interpreter(4, cache), params, "udpin://0.0.0.0:14540", *example.before]
