@@ -14,8 +14,9 @@ RADIO_STATUS: int = mavlink.MAVLINK_MSG_ID_RADIO_STATUS
 class Guard:
     """The guard of one link. Remembers how many packets it refused, by the reason.
 
-    The hub sets `signing` (the key), `number` (the link id in signatures) and `operators` (systems that may command;
-    empty: all). Without `signing` no packet is signed, and no signature counts as genuine.
+    The hub sets `signing` (the key), `number` (the link id in signatures), `operators` (systems that may command;
+    empty: all) and `exposed` (anybody in the network can reach the link). Without `signing` no packet is signed, and no
+    signature counts as genuine.
     """
 
     def __init__(self, options: LinkOptions | None = None) -> None:
@@ -23,6 +24,7 @@ class Guard:
         self.signing: Signing | None = None
         self.number = 0
         self.operators: frozenset[int] = frozenset()
+        self.exposed = False
         self.refused: dict[SignatureVerdict, int] = {}
         self._genuine = False  # the message that was admitted last
 
@@ -53,7 +55,7 @@ class Guard:
     @property
     def text(self) -> str:
         """What to report in the link's health; empty for nothing."""
-        parts = []
+        parts = ["obeys anybody in the network"] if self.exposed else []
         if self.options.signing is Policy.REQUIRE and (self.signing is None or not self.signing.has_key):
             parts.append("requires signatures but has no key: all packets are refused (companion signing set)")
         if self.refused:

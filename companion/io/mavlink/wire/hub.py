@@ -24,6 +24,7 @@ from companion.io.mavlink.telemetry.statustext import statustexts
 from companion.io.mavlink.wire import messages as mavlink
 from companion.io.mavlink.wire.actions import CONTROLLING, STREAMS, action_of, denials
 from companion.io.mavlink.wire.endpoint import Endpoint
+from companion.io.mavlink.wire.exposure import exposed
 from companion.io.mavlink.wire.framer import Packed, UnknownMessage, pack
 from companion.io.mavlink.wire.guard import RADIO_STATUS
 from companion.io.mavlink.wire.link_options import HIGH_LATENCY
@@ -187,6 +188,7 @@ class Hub:
         for number, link in enumerate(self._links):
             link.guard.signing, link.guard.number = signing, number
             link.guard.operators = vessel.supervisor.ground_stations.operators
+            link.guard.exposed = exposed(link.name)
         self._received: tuple[deque[tuple[int, Endpoint, Any]], ...] = tuple(deque() for _ in self._links)
         share = max(_LEAST_SHARE, _MOST_MESSAGES // max(1, len(self._links)))
         self._share = sys.maxsize if vessel.waker is None else share

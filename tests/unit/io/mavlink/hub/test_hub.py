@@ -235,3 +235,11 @@ _RIG: list[Any] = []
 @pytest.fixture(autouse=True)
 def _a_rig(make_rig: Any) -> None:
     _RIG[:] = [make_rig(["memory:"])]
+
+
+def test_the_health_of_a_link_says_that_it_obeys_anybody(make_rig: Any) -> None:
+    rig = make_rig(["memory:a"])
+    for name, exposed in (("tcpin:0.0.0.0:5760", True), ("tcpin:127.0.0.1:5760", False)):
+        rig.desk.link.name = name
+        (health,) = connect(rig.vessel, [rig.desk.link], "0.1.0").health(0.0)
+        assert health.ok and ("obeys anybody in the network" in health.text) is exposed
