@@ -236,6 +236,6 @@ def _arming(module: Module) -> Iterator[Said]:
 
 
 def _is_check(function: ast.FunctionDef) -> bool:
-    """`(s: Situation) -> Iterator[Finding]`."""
+    """`(s: Situation) -> Iterator[ArmingFinding]`."""
     takes = ast.unparse(function.args) == "s: Situation"
-    return takes and function.returns is not None and "Iterator[Finding]" in ast.unparse(function.returns)
+    return takes and function.returns is not None and "Iterator[ArmingFinding]" in ast.unparse(function.returns)
