@@ -181,6 +181,7 @@ def test_a_mission_from_upload_to_disarming(tmp_path: Path) -> None:
         wait_until(lambda: not telemetry.armed(), "disarmed")
 
 
+@pytest.mark.sweep
 def test_do_orbit(tmp_path: Path) -> None:
     """Its client sends COMMAND_INT, the speed given, the number of orbits NaN."""
     with Companion(tmp_path, speed=10.0) as companion, connected(companion) as system:

@@ -63,6 +63,7 @@ class Client:
         return slice(end - round(last_s * 10), end)
 
 
+@pytest.mark.sweep
 def test_the_examples_of_mavsdk_sail_two_boats(tmp_path: Path) -> None:
     """Position, velocity over ground, velocity along the hull with a yaw rate; both boats at once."""
     with ExitStack() as stack:

@@ -25,10 +25,12 @@ def test_aboat_in_a_current(tmp_path: Path) -> None:
     assert metrics["radius_rms_m"] < 0.06 and metrics["radius_max_m"] < 0.15
 
 
+@pytest.mark.sweep
 def test_revolt_counter_clockwise(tmp_path: Path) -> None:
     assert sail(tmp_path, "revolt", 2, current="0.1", direction="ccw", turns="2")["radius_rms_m"] < 0.05
 
 
+@pytest.mark.sweep
 def test_a_jet(tmp_path: Path) -> None:
     assert sail(tmp_path, "rescuerunner", 3, turns="2", gnss="rtk")["radius_rms_m"] < 0.3
 

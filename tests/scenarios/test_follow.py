@@ -58,6 +58,7 @@ def pooled_rms(runs: list[Mapping[str, float]], name: str) -> float:
 # --- quick: one seed -----------------------------------------------------------------------------------------------
 
 
+@pytest.mark.sweep
 def test_in_the_wake_through_a_u_turn(tmp_path: Path) -> None:
     """With receivers good enough for the truth to be judged."""
     metrics = sail("follow", tmp_path, 1, leader="uturn@8.2", gnss="sbas", time="95")
@@ -76,6 +77,7 @@ def test_link_and_own_receiver_lost(tmp_path: Path) -> None:
     sail("link_loss", tmp_path, 1)
 
 
+@pytest.mark.sweep
 def test_round_the_leader_under_way(tmp_path: Path) -> None:
     sail("station_change", tmp_path, 1, each="32")
 

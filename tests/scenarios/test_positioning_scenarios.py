@@ -38,6 +38,7 @@ def compare(folder: Path, weathers: Sequence[tuple[int, str]]) -> None:
     assert wear_ours <= wear_thesis
 
 
+@pytest.mark.sweep
 def test_four_corner_against_the_thesis(tmp_path: Path) -> None:
     compare(tmp_path, [(0, "3"), (1, "2")])
 

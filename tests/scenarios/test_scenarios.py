@@ -136,6 +136,7 @@ def test_identify_in_a_current(tmp_path: Path) -> None:
     assert metrics["sway_damping_error"] < 0.1 and metrics["yaw_damping_error"] < 0.1 and metrics["iae_ratio"] < 0.5
 
 
+@pytest.mark.sweep
 def test_identify_in_gusts(tmp_path: Path) -> None:
     """Without a wind sensor; a constant wind in the model in place of the disturbance left the yaw damping wrong by
     half of it."""
