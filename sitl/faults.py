@@ -13,6 +13,7 @@ from companion.config.actuators.nanotec import NanotecConfig
 from companion.config.actuators.nmea2000 import Nmea2000Config
 from companion.config.devices import ThrusterConfig
 from companion.config.vessel import ConfigError, VesselConfig
+from companion.core.nearest import did_you_mean
 from sitl.lie_table import LIES, text_of
 
 OFFSETS_M = (1, 3, 10, 100, 1000, 10_000, 100_000, 1_000_000)
@@ -24,11 +25,15 @@ _FIXED = {
     "heading_lost": "the heading sentence stays empty",
     "imu_lost": "inertial sensors are silent",
     "leak": "the leak sensor is wet",
+    "capsized": "the boat rolls over to starboard, by 60 degrees a second, and stays so",
+    "aground": "the keel is on the ground: the hull stops, and creeps at most",
     "battery_low": "the battery reports 8 % and a low voltage",
     "mcu_silent": "boards have stopped: they neither receive nor send, thrust is neutral",
     "mcu_deaf": "commands do not reach the boards, whose watchdogs go neutral",
     "rc_safe": "the transmitter's safe switch is on",
     "rc_lost": "the RC receiver has no signal",
+    "disk_full": "the medium of the log takes nothing: no space is left",
+    "disk_read_only": "the medium of the log has become read-only",
 }
 
 
@@ -37,12 +42,18 @@ _OF_THRUSTERS = {  # the board reports only the first
     "stalled": "gives nothing, and its board does not report it",
     "stuck": "does not turn its azimuth",
     "runaway": "runs ahead at half force, whatever the command",
+    "reversed": "pushes the other way, as with two wires exchanged",
+    "fouled": "turns as commanded and gives a tenth of its force",
     "jammed": "moves neither up nor down",
 }
 
 
 def _can(thruster: ThrusterConfig, kind: str) -> bool:
-    return {"stuck": thruster.turns, "jammed": thruster.retractable}.get(kind, True)
+    return {
+        "stuck": thruster.turns,
+        "jammed": thruster.retractable,
+        "reversed": thruster.min_n < 0.0,
+    }.get(kind, True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,6 +87,7 @@ def known(vessel: VesselConfig) -> dict[str, str]:
         },
         **{f"drive_{name}_lost": f"the drive or motor of {name} does not answer" for name in single},
         **{f"{device}_unplugged": f"the port of {device} vanishes" for device in devices},
+        **{f"{device}_garbled": f"on the line of {device} one byte in ten is wrong" for device in devices},
     }
 
 
@@ -90,7 +102,9 @@ def parse(text: str, vessel: VesselConfig) -> Fault:
     name, limited, device = named.partition(":")
     names = known(vessel)
     if name not in names:
-        raise ConfigError([f"fault '{text}': no fault named '{name}'; known: {', '.join(sorted(names))}"])
+        raise ConfigError(
+            [f"fault '{text}': no fault named '{name}'; known: {', '.join(sorted(names))}{did_you_mean(name, names)}"]
+        )
     lie = LIES.get(name)
     if lie is None and (sized or limited):
         raise ConfigError([f"fault '{text}': '{name}' takes neither a size nor a device"])

@@ -31,6 +31,7 @@ LIES: Mapping[str, Lie] = {
     "velocity_off": Lie("velocities are off to the north-east", 0.5, "m/s"),
     "heading_turned": Lie("headings are turned: of receivers, compasses and inertial sensors", 180.0, "deg"),
     "heading_creep": Lie("headings creep to starboard", 1.0, "deg/s"),
+    "heading_noise": Lie("headings have this much noise, of which nothing is reported", 20.0, "deg"),
     "accuracy_lie": Lie("positions have this much noise, of which accuracy and kind of fix show nothing", 0.15, "m"),
     "time_jump": Lie("the receivers' absolute time is ahead", 60.0, "s"),
     "time_fast": Lie("the receivers' absolute time runs fast by this share", 0.02),

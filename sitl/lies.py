@@ -36,6 +36,7 @@ class GnssLies:
             "accuracy_lie": lambda sample, size, age_s: self._noisy(sample, size),
             "heading_turned": lambda sample, size, age_s: _turned(sample, math.radians(size)),
             "heading_creep": lambda sample, size, age_s: _turned(sample, math.radians(size * age_s)),
+            "heading_noise": lambda sample, size, age_s: _turned(sample, self._gauss(0.0, math.radians(size))),
         }
         self._repeated: Mapping[str, tuple[str, ...]] = {
             "gnss_frozen": ("position", "north_mps", "east_mps", "heading_rad"),
@@ -91,10 +92,12 @@ def _turned(sample: GnssSample, angle_rad: float) -> GnssSample:
 
 
 class HeadingLies:
-    """The heading of a compass or an inertial sensor, as measured → as told. Remembers the last one."""
+    """The heading of a compass or an inertial sensor, as measured → as told. Remembers the last one, and its place in
+    the noise."""
 
-    def __init__(self, faults: Faults, name: str) -> None:
+    def __init__(self, faults: Faults, name: str, seed: int = 0) -> None:
         self._faults, self._name = faults, name
+        self._gauss = stream(seed, f"{name} heading lies").gauss
         self._last_rad: float | None = None
 
     def told(self, yaw_rad: float, t_s: float) -> float:
@@ -104,6 +107,8 @@ class HeadingLies:
                 yaw_rad = wrap_pi(yaw_rad + math.radians(lie.size or 0.0))
             elif lie.name == "heading_creep":
                 yaw_rad = wrap_pi(yaw_rad + math.radians((lie.size or 0.0) * (t_s - lie.start_s)))
+            elif lie.name == "heading_noise":
+                yaw_rad = wrap_pi(yaw_rad + self._gauss(0.0, math.radians(lie.size or 0.0)))
             elif lie.name == "heading_frozen" and self._last_rad is not None:
                 yaw_rad = self._last_rad
         self._last_rad = yaw_rad
@@ -113,9 +118,9 @@ class HeadingLies:
 class ImuLies:
     """Samples of an inertial sensor, as measured → as told. Remembers the last one that was told."""
 
-    def __init__(self, faults: Faults, name: str) -> None:
+    def __init__(self, faults: Faults, name: str, seed: int = 0) -> None:
         self._faults, self._name = faults, name
-        self._heading = HeadingLies(faults, name)
+        self._heading = HeadingLies(faults, name, seed)
         self._last: ImuSample | None = None
 
     def told(self, sample: ImuSample, t_s: float) -> ImuSample:

@@ -24,6 +24,18 @@ class Distrust:
 
 
 @dataclass(frozen=True, slots=True)
+class Judged:
+    """The verdict on the newest measurement of one sense, for people. `square`: its normalised innovation squared;
+    `limit`: the largest that the gate accepts."""
+
+    sense: str
+    t_s: float
+    square: float
+    limit: float
+    accepted: bool
+
+
+@dataclass(frozen=True, slots=True)
 class NavState:
     """Estimated motion of the boat's origin at `t_s`, with accuracies (one sigma) and ages of the last measurements.
 
@@ -67,6 +79,8 @@ class NavState:
     current_accuracy_mps: float | None = None  # one sigma on the worse axis
     distrusted: tuple[Distrust, ...] = ()  # sensors that lie
     jumps_followed: int = 0  # how often the position has followed a jump that was accepted
+    position_covariance_m2: tuple[float, float, float] | None = None  # north-north, north-east, east-east
+    judged: tuple[Judged, ...] = ()  # the newest measurements of the inertial filter
 
 
 NO_ESTIMATE = NavState(

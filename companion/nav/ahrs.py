@@ -70,13 +70,15 @@ _DIAGONAL = (0, 6, 11, 15, 18, 20)
 @dataclass(frozen=True, slots=True)
 class AhrsNoise:
     """Noise of the sensors, one sigma each. `field_rad`: heading error of one magnetometer sample, with the residual
-    deviation in waves. `force_mps2`: error of the mean specific force over a window, with its bias."""
+    deviation in waves. `force_mps2`: error of the mean specific force over a window, with its bias. `start_rad`: of the
+    heading at the start."""
 
     gyro_radps_rthz: float = 5.0e-4
     gyro_switch_on_radps: float = 5.0e-3
     gyro_wander_radps_rts: float = 2.0e-5
     field_rad: float = math.radians(3.0)
     force_mps2: float = 0.06
+    start_rad: float = _YAW_SIGMA_RAD
 
 
 class Ahrs:
@@ -87,7 +89,9 @@ class Ahrs:
     window since the last velocity that was used.
     """
 
-    def __init__(self, gravity_mps2: float, noise: AhrsNoise | None = None) -> None:
+    def __init__(self, gravity_mps2: float, noise: AhrsNoise | None = None, levelling_s: float = _LEVELLING_S) -> None:
+        """`levelling_s`: over which the force is averaged before the start."""
+        self._levelling_s = levelling_s
         self._gravity_mps2 = gravity_mps2
         self._noise = noise or AhrsNoise()
         self.running = False
@@ -328,7 +332,7 @@ class Ahrs:
         self._inject([0.0, 0.0, angle_rad, 0.0, 0.0, 0.0])
 
     def _start(self, field: Vector, declination_rad: float) -> None:
-        if not self._t_s - self._since_s >= _LEVELLING_S:
+        if not self._t_s - self._since_s >= self._levelling_s:
             return
         x, y, z = self._mean
         roll, pitch = math.atan2(-y, -z), math.atan2(x, math.hypot(y, z))
@@ -338,7 +342,7 @@ class Ahrs:
         self.covariance = [0.0] * 21
         bias = self._noise.gyro_switch_on_radps
         for at, sigma in zip(
-            _DIAGONAL, (_TILT_SIGMA_RAD, _TILT_SIGMA_RAD, _YAW_SIGMA_RAD, bias, bias, bias), strict=True
+            _DIAGONAL, (_TILT_SIGMA_RAD, _TILT_SIGMA_RAD, self._noise.start_rad, bias, bias, bias), strict=True
         ):
             self.covariance[at] = sigma * sigma
         self._strength = math.hypot(*field)

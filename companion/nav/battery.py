@@ -13,6 +13,7 @@ from companion.nav.charge import ChargeCounter
 from companion.params.devices import ANY_DEVICE
 from companion.params.store import Parameters
 
+_PACK_AGE_S = 10.0  # an older measurement of another pack does not count
 _SAG_S = 10.0  # time constant: a pull of the thrusters lowers the voltage for seconds
 
 
@@ -20,8 +21,8 @@ class BatteryGauge:
     """Battery readings of all devices → the battery as the boat sees it.
 
     `remaining` is the device's; else counted from the current with the vessel's `[battery]`; else judged by the voltage
-    of BAT1_N_CELLS cells, smoothed. Remembers the count of charge, the smoothed voltage of each device with its time,
-    and the source that was announced as missing.
+    of BAT1_N_CELLS cells, smoothed. Of several packs the one with the least left counts. Remembers the count of charge,
+    the newest measurement and the smoothed voltage of each device, and the source that was announced as missing.
     """
 
     def __init__(self, config: VesselConfig, parameters: Parameters, say: Announce) -> None:
@@ -31,6 +32,7 @@ class BatteryGauge:
         self._counter = ChargeCounter(config.battery)
         self._voltages: dict[str, tuple[float, float]] = {}
         self._missed = ANY_DEVICE
+        self._packs: dict[str, Battery] = {}
 
     def update(self, reading: Battery, before: Battery | None, now_s: float) -> Battery | None:
         """The newest measurement that counts: `reading`, or `before`, the one until now; None for none."""
@@ -38,8 +40,17 @@ class BatteryGauge:
         if not self._counts(reading.source, now_s):
             return before if before is not None and self._counts(before.source, now_s) else None
         if counted.remaining is None:
-            return replace(counted, remaining=self._by_voltage(counted))
-        return counted
+            counted = replace(counted, remaining=self._by_voltage(counted))
+        return self._emptiest(counted, now_s)
+
+    def _emptiest(self, battery: Battery, now_s: float) -> Battery:
+        """Of several packs that count, the one with the least left; `battery` where its charge is not known."""
+        self._packs[battery.source] = battery
+        if battery.remaining is None or len(self._packs) == 1:
+            return battery
+        self._packs = {name: one for name, one in self._packs.items() if now_s - one.t_s <= _PACK_AGE_S}
+        known = [one for name, one in self._packs.items() if one.remaining is not None and self._counts(name, now_s)]
+        return min(known, key=lambda one: one.remaining or 0.0, default=battery)
 
     def _counts(self, source: str, now_s: float) -> bool:
         number = int(self._parameters["BAT1_SOURCE"])

@@ -148,8 +148,9 @@ class CurrentObserver:
         hull, d, r = self._hull, self._hull.damping, passage.yaw_rate_radps
         u, v = self._state[0], self._state[1]
         au, av, ar = abs(u), abs(v), abs(r)
-        drag_x = hull.drag_n(u)
-        drag_y = (d.y_v + d.y_vv * av + d.y_rv * ar + d.y_uv * au) * v + (d.y_r + d.y_vr * av + d.y_rr * ar) * r
+        drag_x = _at_most(hull.drag_n(u), hull.m11_kg * au / dt_s)
+        drag_y = _at_most((d.y_v + d.y_vv * av + d.y_rv * ar + d.y_uv * au) * v, hull.m22_kg * av / dt_s)
+        drag_y += (d.y_r + d.y_vr * av + d.y_rr * ar) * r
         slope_x = hull.drag_slope(u)
         slope_y = d.y_v + 2.0 * d.y_vv * av + d.y_rv * ar + d.y_uv * au
         wind_x, wind_y, sigma_x, sigma_y = self._wind(passage)
@@ -201,6 +202,11 @@ class CurrentObserver:
                 [value - k * other / variance for value, other in zip(row, ph, strict=True)]
                 for row, k in zip(self._p, ph, strict=True)
             ]
+
+
+def _at_most(drag_n: float, stopping_n: float) -> float:
+    """Drag that stops a motion within the step, and does not turn it round."""
+    return max(-stopping_n, min(stopping_n, drag_n))
 
 
 def _force_sigma_n(wind_n: float, thrust_n: float, limit_n: float, drag_n: float) -> float:

@@ -122,6 +122,10 @@ class ErrorStateFilter:
         self._single, self._pair = _Rows(1), _Rows(2)
         self._bind()
 
+    def expect(self, noise: FilterNoise) -> None:
+        """Take other noise densities from the next sample on."""
+        self.noise, self._noise_dt_s = noise, -1.0
+
     def _bind(self) -> None:
         """Make views into the arrays."""
         self._diagonal = self.covariance.reshape(-1)[:: SIZE + 1]

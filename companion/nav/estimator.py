@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from operator import attrgetter
 
+from companion.config.top_speed import top_speed_mps
 from companion.config.vessel import NavigatedBoat, VesselConfig
 from companion.core.actuation import Wrench
 from companion.core.decision import TextKind
@@ -30,8 +31,8 @@ from companion.nav.corrections import corrections_of
 from companion.nav.current import CurrentObserver, GroundMotion
 from companion.nav.error_state import FilterNoise
 from companion.nav.headings import HeadingSources, TrueHeading
-from companion.nav.inertial import InertialSolution
-from companion.nav.integrity.evidence import LieFound, Sense
+from companion.nav.inertial import InertialSolution, without_force
+from companion.nav.integrity.evidence import INERTIAL, LieFound, Sense
 from companion.nav.lever_arms import ZERO, Vector, normal_gravity_mps2
 from companion.nav.mounting import Mounting
 from companion.nav.no_imu import PoseSolution
@@ -43,6 +44,9 @@ from companion.nav.witness import Witness
 from companion.params.store import Parameters
 
 _FAR_FROM_HOME_M = 50_000.0
+_TOP_SPEEDS, _PUSHED_MPS = 2.0, 5.0  # a boat is slower than that many times its top speed, and what current and sea add
+_UNCONFIRMED_S = 0.5  # shorter than the gates take to follow the receivers to where the estimate has gone
+_FASTEST_MPS = 60.0  # where no hull model tells the top speed
 _UNKNOWN_ACCURACY_M = 3.0
 _UNKNOWN_ACCURACY_MPS = 0.1
 _CORRELATED_FACTOR = 3.0  # errors of fixes without carrier phase are correlated: each counts as that much noisier
@@ -61,6 +65,7 @@ _WIND_TIMEOUT_S = 2.0
 _CURRENT_AGE_S = 1.0  # age of the position up to which the velocity counts as measured
 _AID_AGE_S = 0.2  # age of position and velocity above which neither counts as measured for the aid
 _CARRIED_AGE_S = 1.0  # age of the velocity up to which it carries the position
+_LIE_M = 1.5  # off by more after such a lie, the position begins anew
 _LIE_SIGMA = 0.5  # m, m/s: of the motion that a lying inertial sensor leaves
 _LIE_SIGMA_RAD = math.radians(15.0)  # of a heading that has followed a lie
 _THESIS_RULE = 1
@@ -108,12 +113,16 @@ class Estimator:
         self._witness = Witness(parameters, say)
         self._jumps_followed = 0
         self._lied_s = -math.inf  # when a source was last not used because it lies
+        self._anew: set[Sense] = set()  # of what the next measurement counts, after an inertial sensor has lied
+        self._unfelt: set[str] = set()  # inertial sensors whose forces lie
         self._pending: list[Reading] = []
         self._inertial: InertialSolution | None = None
         self._pose = PoseSolution()
         self._first = FirstPosition()
         self._thesis = ThesisOutlierRule()
-        self._current = CurrentObserver(config) if isinstance(config, VesselConfig) else None
+        self._config = config
+        self._current = self._current_observer()
+        self._impossible_mps = _impossible_mps(config)
         self._aid = None if self._current is None else VelocityAid(self._current)
         self._grade = GradeWatch()
         self._time = AbsoluteTime()
@@ -147,6 +156,8 @@ class Estimator:
         del self._pending[:due]
         self._check_imu(horizon_s)
         motion = self._motion(now_s)
+        if thrust is not None and self._is_lost(motion, now_s):
+            motion = self._begin_anew(motion, now_s)
         self._side_readings(readings, motion)
         self._update_current(motion, thrust, now_s)
         driven = thrust is not None and self._pose.started
@@ -154,6 +165,31 @@ class Estimator:
         if self._witness.monitor.untrusted:
             self._lied_s = now_s
         return self._state(motion, now_s)
+
+    def _current_observer(self) -> CurrentObserver | None:
+        return CurrentObserver(self._config) if isinstance(self._config, VesselConfig) else None
+
+    def _is_lost(self, motion: Motion, now_s: float) -> bool:
+        """Whether the boat cannot be as fast as the estimate, and no receiver says that it is."""
+        return self._impossible(motion) and now_s - max(self._position_s, self._velocity_s) > _UNCONFIRMED_S
+
+    def _impossible(self, motion: Motion) -> bool:
+        return math.hypot(motion.velocity[0], motion.velocity[1]) > self._impossible_mps
+
+    def _begin_anew(self, motion: Motion, now_s: float) -> Motion:
+        """Forget an estimate that no boat can sail: it has lost itself, and speaks against receivers that are right.
+        Returns the motion without it."""
+        speed_mps = math.hypot(motion.velocity[0], motion.velocity[1])
+        text = f"Estimate begins anew: {speed_mps:.0f} m/s is impossible"
+        self._say(now_s, TextKind.ALARM, "estimate_begun_anew", text)
+        if self._inertial is not None:
+            self._inertial.stop()
+            self._inertial.forget_biases()
+        self._pose, self._first = PoseSolution(), FirstPosition()
+        self._current = self._current_observer()
+        self._aid = None if self._current is None else VelocityAid(self._current)
+        self._witness.monitor.begin_anew()
+        return self._motion(now_s)
 
     def answer(self, accept: bool, now_s: float) -> str | None:
         """The operator's answer about a sensor that seems to lie: believe it, or not. Returns why not, or None."""
@@ -164,8 +200,10 @@ class Estimator:
         inertial = self._inertial
         if not findings or inertial is None or not inertial.running:
             return
-        if any(finding.channel == (Sense.IMU, self._imus.current) for finding in findings):
+        carrying = {(sense, self._imus.current) for sense in INERTIAL}
+        if any(finding.channel in carrying for finding in findings):
             self._leave_inertial(inertial.t_s, _LIE_SIGMA)
+            self._anew = {Sense.POSITION, Sense.VELOCITY, Sense.HEADING}
             return
         used = {
             (Sense.POSITION, self._positions.current),
@@ -173,10 +211,18 @@ class Estimator:
             (Sense.HEADING, self._headings.used),
         }
         taken = [finding for finding in findings if finding.channel in used and not finding.jump]
-        if taken:
+        if taken and inertial.feels:
             inertial.go_back(min(finding.since_s for finding in taken))
         if any(finding.widens for finding in taken):
             inertial.add_heading_variance(_LIE_SIGMA_RAD**2)
+
+    def _begins_anew(self, sense: Sense, rule: Verdict | None) -> Verdict | None:
+        """RESET for the first measurement that nothing speaks against, after an inertial sensor has lied: what it has
+        added up to counts no longer."""
+        if not self._anew or sense not in self._anew or rule is not None:
+            return rule
+        self._anew.discard(sense)
+        return Verdict.RESET
 
     def _corrected(self, reading: Reading) -> Reading:
         """An inertial sample as calibrated, in body axes; every other reading as it is."""
@@ -189,8 +235,9 @@ class Estimator:
     def _take(self, reading: Reading) -> None:
         kind = type(reading)
         if kind is Imu:
-            self._take_imu(reading)  # type: ignore[arg-type]
-            self._turn_ahrs(reading)  # type: ignore[arg-type]
+            felt = self._felt(reading)  # type: ignore[arg-type]
+            self._take_imu(reading, felt)  # type: ignore[arg-type]
+            self._turn_ahrs(felt)
         elif kind is GnssFix:
             self._take_fix(reading)  # type: ignore[arg-type]
         elif kind is Heading:
@@ -215,9 +262,34 @@ class Estimator:
         inertial = self._inertial
         return inertial if inertial is not None and inertial.running else self._pose
 
-    def _take_imu(self, imu: Imu) -> None:
-        if not self._imus.offer(imu.source, imu.t_s, self._witness.imu(imu)):
+    def _felt(self, measured: Imu) -> Imu:
+        """The sample as it is used: without its forces, where those lie."""
+        source = measured.source
+        if self._witness.trusts(Sense.ACCELEROMETER, source):
+            if source in self._unfelt:
+                self._unfelt.discard(source)
+                self._feel(source, True)
+            return measured
+        if source not in self._unfelt:
+            self._unfelt.add(source)
+            self._feel(source, False)
+        return without_force(measured, normal_gravity_mps2(self.frame.lat_deg))
+
+    def _feel(self, source: str, feels: bool) -> None:
+        """Begin anew, with or without the forces of a sensor."""
+        if self._inertial is not None and source == self._imus.current:
+            if self._inertial.running:
+                self._leave_inertial(self._inertial.t_s, _LIE_SIGMA)
+            self._inertial.feel(feels)
+
+    def _take_imu(self, measured: Imu, imu: Imu) -> None:
+        """`imu`: the sample as it is used. A sensor whose forces lie gives way to another."""
+        feels = imu is measured
+        before = self._imus.current
+        if not self._imus.offer(imu.source, imu.t_s, self._witness.imu(measured), int(feels)):
             return
+        if before not in (None, imu.source) and self._inertial is not None and self._inertial.feels is not feels:
+            self._feel(imu.source, feels)
         if self._inertial is None:
             lever, noise = self._levers.get(imu.source, ZERO), self._imu_noise(imu.source)
             self._inertial = InertialSolution(normal_gravity_mps2(self.frame.lat_deg), lever, noise)
@@ -227,9 +299,11 @@ class Estimator:
         inertial.sample(imu)
         self._imu_s = max(self._imu_s, imu.t_s)
         if not inertial.running and self._pose.started and self._pose.oriented:
-            tilt = inertial.levelling.tilt()
+            motion = self._pose.motion(imu.t_s)
+            surge_mps, _ = ned_to_body(motion.velocity[0], motion.velocity[1], motion.attitude[2])
+            tilt = inertial.levelling.tilt(surge_mps)
             if tilt is not None:
-                inertial.start(self._pose.motion(imu.t_s), tilt)
+                inertial.start(motion, tilt, inertial.levelling.sigma_rad(surge_mps))
 
     def _is_recalibrated(self, source: str) -> bool:
         """Whether a sensor has been calibrated since its last sample; what the filter knows of its biases is void
@@ -244,9 +318,12 @@ class Estimator:
 
     def _turn_ahrs(self, imu: Imu) -> None:
         ahrs = self._ahrs.get(imu.source) if self._witness.trusts(Sense.IMU, imu.source) else None
-        heading = ahrs.imu(imu) if ahrs is not None else None
+        if ahrs is None:
+            return
+        ahrs.trust(imu.source not in self._unfelt, self._witness.trusts(Sense.GYRO, imu.source))
+        heading = ahrs.imu(imu)
         if heading is not None:
-            self._take_heading(heading)
+            self._take_heading(heading, ahrs.by_field_rad)
 
     def _take_field(self, field: MagneticField) -> None:
         ahrs = self._ahrs.get(field.source) if self._witness.field(field) else None
@@ -298,6 +375,10 @@ class Estimator:
         if not self._pose.started:
             self._first_fix(fix, north, east, lever, sigma_m)
             return
+        if self._begins_anew(Sense.POSITION, rule) is Verdict.RESET:
+            here = self._solution().place(fix.t_s)
+            off_m = math.hypot(north - here.north_m, east - here.east_m)
+            rule = Verdict.RESET if rule is Verdict.RESET or off_m > _LIE_M else rule
         self._fuse_position(fix, (north, east), lever, sigma_m, rule)
 
     def _sigma_m(self, fix: GnssFix) -> float:
@@ -372,6 +453,7 @@ class Estimator:
         for ahrs in self._ahrs.values():
             ahrs.velocity(velocity.t_s, velocity.north_mps, velocity.east_mps, sigma_mps, lever)
         if self._pose.started:
+            rule = self._begins_anew(Sense.VELOCITY, rule)
             measured = velocity.north_mps, velocity.east_mps
             verdict = self._solution().velocity(velocity.t_s, *measured, lever, sigma_mps, rule)
             if verdict is not Verdict.REJECT:
@@ -383,14 +465,15 @@ class Estimator:
         sigma_mps = row.velocity_accuracy_mps if row is not None else _UNKNOWN_ACCURACY_MPS
         return sigma_mps if self._fix is None else sigma_mps * _VELOCITY_SHARES.get(self._fix.fix, 1.0)
 
-    def _take_heading(self, reading: Heading) -> None:
+    def _take_heading(self, reading: Heading, by_field_rad: float | None = None) -> None:
+        """`by_field_rad`: of a heading that our own attitude filter gives, what the magnetic field alone says."""
         measured = self._headings.measured(reading, *self._place(), self._time.at_ns(reading.t_s))
         if measured is None:
             return
-        rule = self._witness.heading(reading, measured, self._solution()) if self._pose.oriented else None
+        rule = self._witness.heading(reading, measured, self._solution(), by_field_rad) if self._pose.oriented else None
         heading = self._headings.offer(measured, self._witness.trusts(Sense.HEADING, measured.source))
         if heading is not None:
-            self._fuse_heading(reading.t_s, heading, rule)
+            self._fuse_heading(reading.t_s, heading, self._begins_anew(Sense.HEADING, rule))
 
     def _place(self) -> tuple[float, float]:
         """(lat_deg, lon_deg) for the declination."""
@@ -412,7 +495,7 @@ class Estimator:
             return
         passage: GroundMotion | None = None
         measured = now_s - self._position_s <= _CURRENT_AGE_S or self._carried(now_s)
-        if self._pose.started and self._pose.oriented:
+        if self._pose.started and self._pose.oriented and not self._impossible(motion):
             speed, from_rad = self._wind.at(now_s)
             air = (
                 (None, None)
@@ -466,6 +549,8 @@ class Estimator:
         solution = self._solution()
         if isinstance(solution, InertialSolution):
             later = [reading for reading in self._pending if type(reading) is Imu and reading.t_s <= now_s]
+            if not solution.feels:
+                later = [without_force(imu, solution.filter.gravity_mps2) for imu in later]
             return solution.motion(now_s, later)
         motion, inertial = solution.motion(now_s), self._inertial
         if inertial is None or now_s - self._lag_s - inertial.t_s > _IMU_TIMEOUT_S:
@@ -524,4 +609,18 @@ class Estimator:
             current_accuracy_mps=current[2],
             distrusted=self._witness.monitor.state,
             jumps_followed=self._jumps_followed,
+            position_covariance_m2=self._covariance(motion),
+            judged=() if self._inertial is None else tuple(self._inertial.judged.values()),
         )
+
+    def _covariance(self, motion: Motion) -> tuple[float, float, float]:
+        """Of the position: (north-north, north-east, east-east) in m², with what a receiver wanders slowly."""
+        slow_m2 = self._slow_sigma_m**2
+        nn, ne, ee = motion.position_covariance_m2 or (motion.position_sigma_m**2, 0.0, motion.position_sigma_m**2)
+        return nn + slow_m2, ne, ee + slow_m2
+
+
+def _impossible_mps(config: NavigatedBoat) -> float:
+    """A speed over ground that the boat cannot have."""
+    top_mps = top_speed_mps(config) if isinstance(config, VesselConfig) else math.inf
+    return min(_TOP_SPEEDS * top_mps + _PUSHED_MPS, _FASTEST_MPS)

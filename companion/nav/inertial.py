@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 from companion.core.angles import wrap_pi
+from companion.core.estimate import Judged
 from companion.core.readings import Imu
 from companion.nav.error_state import ErrorStateFilter, FilterNoise, Innovation
 from companion.nav.lanes import InertialMemory, InertialSums, Lane
@@ -20,15 +22,24 @@ _DOWN_SIGMA_MPS = 0.3
 _RESET_SIGMA_MPS = 0.1  # added to the velocity when the position is reset
 _LONGEST_LAG_S = 1.0
 _LONGEST_COAST_S = 0.5
-_TILT_SIGMA_RAD = math.radians(2.0)
+_TILT_SIGMA_RAD = math.radians(2.0)  # at rest
+_AT_REST_MPS, _UNDER_WAY_MPS = 0.5, 2.0  # up to the first speed the tilt is as good as at rest, from the second on not
+_UNKNOWN_MPS2 = 1.0  # acceleration of a boat under way that nothing tells while the filter does not run
+_GRAVITY_MPS2 = 9.81
+_UNFELT_MPS2_RTHZ = 1.0  # of a boat's acceleration, where no accelerometer tells: 1.5 m/s² for half a second
 ACCELEROMETER_BIAS_LIMIT_MPS2 = 0.5
 GYRO_BIAS_LIMIT_RADPS = math.radians(2.0)
+
+
+def without_force(imu: Imu, gravity_mps2: float) -> Imu:
+    """The sample with the force that a boat feels which is level and does not accelerate."""
+    return replace(imu, x_mps2=0.0, y_mps2=0.0, z_mps2=-gravity_mps2)
 
 
 class Levelling:
     """Roll and pitch from the direction of gravity: the specific force, low-pass filtered over 1 s.
 
-    Remembers the mean, and since when samples have come without a gap.
+    Remembers the means of force and rate of turn, and since when samples have come without a gap.
     """
 
     _TIME_S = 1.0
@@ -37,12 +48,13 @@ class Levelling:
     def __init__(self) -> None:
         self._since_s = self._last_s = -math.inf
         self._mean: Vector = (0.0, 0.0, 0.0)
+        self._turn_radps = 0.0
 
-    def update(self, t_s: float, force: Vector) -> None:
-        """Take one specific force (m/s², body axes)."""
+    def update(self, t_s: float, force: Vector, turn_radps: float = 0.0) -> None:
+        """Take one specific force (m/s², body axes), and the rate of turn."""
         if not 0.0 <= t_s - self._last_s <= self._GAP_S:
             self._since_s = t_s
-            self._mean = force
+            self._mean, self._turn_radps = force, turn_radps
         weight = 1.0 - math.exp(-(t_s - self._last_s) / self._TIME_S) if t_s > self._since_s else 0.0
         m = self._mean
         self._mean = (
@@ -50,29 +62,44 @@ class Levelling:
             m[1] + weight * (force[1] - m[1]),
             m[2] + weight * (force[2] - m[2]),
         )
+        self._turn_radps += weight * (turn_radps - self._turn_radps)
         self._last_s = t_s
 
-    def tilt(self) -> tuple[float, float] | None:
-        """(roll_rad, pitch_rad); None in the first second."""
+    def tilt(self, surge_mps: float = 0.0) -> tuple[float, float] | None:
+        """(roll_rad, pitch_rad) of a boat that goes ahead at that speed: in a turn the force is not gravity alone. None
+        in the first second."""
         if self._last_s - self._since_s < self._TIME_S or math.isinf(self._last_s):
             return None
         x, y, z = self._mean
+        y -= surge_mps * self._turn_radps
         return math.atan2(-y, -z), math.atan2(x, math.hypot(y, z))
+
+    def sigma_rad(self, surge_mps: float) -> float:
+        """One sigma of that tilt. At rest the force is gravity; under way the boat gathers and loses speed, and half of
+        what a turn takes off may be wrong."""
+        under_way = min(abs(surge_mps) / _UNDER_WAY_MPS, 1.0) if abs(surge_mps) >= _AT_REST_MPS else 0.0
+        unknown_mps2 = math.hypot(under_way * _UNKNOWN_MPS2, 0.5 * under_way * surge_mps * self._turn_radps)
+        return math.hypot(_TILT_SIGMA_RAD, unknown_mps2 / _GRAVITY_MPS2)
 
 
 class InertialSolution:
     """A `Solution` by the error-state filter. It runs from `start` until `stop`, or until a number is not finite.
 
+    `feels`: the forces are measured. Without them the samples hold those of a boat that is level and does not
+    accelerate (`without_force`), and count for little: velocities come from receivers, and the tilt stays near level.
     `imu_lever_m`: the IMU's place from the boat's origin. Remembers the filter, the gates, and the smoothed rates.
     """
 
     def __init__(self, gravity_mps2: float, imu_lever_m: Vector, noise: FilterNoise | None = None) -> None:
         self.filter = ErrorStateFilter(gravity_mps2, noise)
         self.running = False
+        self.feels = True
+        self._noise = self.filter.noise
         self.levelling = Levelling()
         self.t_s = -math.inf  # of the last sample
         self.rates: Vector = (0.0, 0.0, 0.0)
         self.odometer = InertialSums()
+        self.judged: dict[str, Judged] = {}  # the newest verdict on each sense
         self._memory = InertialMemory()
         self._imu_lever_m = imu_lever_m
         self._down_s = -math.inf
@@ -80,12 +107,12 @@ class InertialSolution:
         self._velocity_gate = InnovationGate(VELOCITY_GATE)
         self._heading_gate = InnovationGate(HEADING_GATE)
 
-    def start(self, motion: Motion, tilt: tuple[float, float]) -> None:
+    def start(self, motion: Motion, tilt: tuple[float, float], tilt_sigma_rad: float = _TILT_SIGMA_RAD) -> None:
         """Begin from another solution's motion and (roll_rad, pitch_rad). The biases learnt before stay, with the
         variances of a first start."""
         noise = self.filter.noise
         sigmas = [max(motion.position_sigma_m, 0.02)] * 3 + [max(motion.velocity_sigma_mps, 0.1)] * 3
-        sigmas += [_TILT_SIGMA_RAD, _TILT_SIGMA_RAD, max(motion.yaw_sigma_rad, 0.01)]
+        sigmas += [tilt_sigma_rad, tilt_sigma_rad, max(motion.yaw_sigma_rad, 0.01)]
         sigmas += [noise.accelerometer_switch_on_mps2] * 3 + [noise.gyro_switch_on_radps] * 3
         attitude = (tilt[0], tilt[1], motion.attitude[2])
         self.filter.start((0.0, 0.0, 0.0), motion.velocity, attitude, sigmas)
@@ -104,6 +131,14 @@ class InertialSolution:
         """Stop; the biases stay for the next start."""
         self.running = False
 
+    def feel(self, feels: bool) -> None:
+        """Forces are measured from the next `start` on, or not. Stops."""
+        noise = self._noise
+        self.filter.expect(noise if feels else replace(noise, accelerometer_mps2_rthz=_UNFELT_MPS2_RTHZ))
+        self.filter.accelerometer_bias = ZERO
+        self.feels = feels
+        self.stop()
+
     def forget_biases(self) -> None:
         """The sensor has been calibrated: what was learnt of it is void."""
         self.filter.accelerometer_bias = self.filter.gyro_bias = ZERO
@@ -118,7 +153,7 @@ class InertialSolution:
         self.t_s = imu.t_s
         self._smooth(rates, dt)
         if not self.running:
-            self.levelling.update(imu.t_s, force)
+            self.levelling.update(imu.t_s, force, rates[2] - self.filter.gyro_bias[2])
             return
         self._predict(force, rates, dt)
         if imu.t_s - self._down_s >= _DOWN_PERIOD_S:
@@ -196,7 +231,7 @@ class InertialSolution:
             return Verdict.REJECT
         arm, variance = relative(lever_m, self._imu_lever_m), sigma_m * sigma_m
         innovation = self.filter.position_innovation(north_m, east_m, arm, variance, lag_s)
-        verdict = self._judge(self._position_gate, innovation, sigma_m, rule)
+        verdict = self._judge("position", t_s, self._position_gate, innovation, sigma_m, rule)
         if verdict is Verdict.RESET:
             vn, ve, _ = self.filter.velocity
             self.filter.reset_position(north_m + lag_s * vn, east_m + lag_s * ve, arm, variance, _RESET_SIGMA_MPS**2)
@@ -216,7 +251,7 @@ class InertialSolution:
             return Verdict.REJECT
         arm, variance = relative(lever_m, self._imu_lever_m), sigma_mps * sigma_mps
         innovation = self.filter.velocity_innovation(north_mps, east_mps, arm, variance)
-        verdict = self._judge(self._velocity_gate, innovation, sigma_mps, rule)
+        verdict = self._judge("velocity", t_s, self._velocity_gate, innovation, sigma_mps, rule)
         if verdict is Verdict.RESET:
             self.filter.reset_velocity(north_mps, east_mps, arm, variance)
         return verdict
@@ -236,16 +271,25 @@ class InertialSolution:
         if lag_s > _LONGEST_LAG_S:
             return Verdict.REJECT
         innovation = self.filter.heading_innovation(yaw_rad, sigma_rad * sigma_rad, lag_s)
-        verdict = self._judge(self._heading_gate, innovation, sigma_rad, rule)
+        verdict = self._judge("heading", t_s, self._heading_gate, innovation, sigma_rad, rule)
         if verdict is Verdict.RESET:
             self.filter.reset_heading(yaw_rad + lag_s * self.filter.rates[2], sigma_rad * sigma_rad)
         return verdict
 
     def _judge(
-        self, gate: InnovationGate, innovation: Innovation, sigma: float, rule: Verdict | None = None
+        self,
+        sense: str,
+        t_s: float,
+        gate: InnovationGate,
+        innovation: Innovation,
+        sigma: float,
+        rule: Verdict | None = None,
     ) -> Verdict:
-        """Fuse the innovation if `rule`, or else the gate, accepts it."""
+        """Fuse the innovation if `rule`, or else the gate, accepts it. Keep the verdict for people."""
         verdict = rule or gate.update(innovation.y1, innovation.y2, innovation.normalised_square, sigma)
+        self.judged[sense] = Judged(
+            sense, t_s, innovation.normalised_square, gate.chi_square, verdict is not Verdict.REJECT
+        )
         if verdict is Verdict.ACCEPT:
             self.filter.fuse(innovation)
             self._bound_biases()
@@ -282,6 +326,11 @@ class InertialSolution:
             (roll, pitch, wrap_pi(yaw + rates[2] * coast_s)),
             self.rates,
             *sigmas,
+            (
+                float(self.filter.covariance[0, 0]),
+                float(self.filter.covariance[0, 1]),
+                float(self.filter.covariance[1, 1]),
+            ),
         )
 
     def _smooth(self, rates: Vector, dt_s: float) -> None:

@@ -17,10 +17,12 @@ from companion.nav.solution import Motion, Offset, Place
 _TIME_S = 0.5
 _TIME_SIGMA_M = 0.05  # noisier positions are smoothed longer, in proportion to the square root of their sigma
 _TIME_LONGEST_S = 4.0
-_VELOCITY_TIME_S = 0.5
+_VELOCITY_TIME_S = 0.5  # of a boat that does not turn; a velocity that may change is smoothed less
+_VELOCITY_STEADY_MPS2 = 0.5
 _VELOCITY_FRESH_S = 1.0  # measured velocities are used instead of differences while they come
 _FIRST_STEP_S = 1.0  # a gap longer than this gives no new rate
 _ACCELERATION_MPS2 = 0.3  # unmeasured acceleration of the boat
+_SLOW_MPS, _TURN_RADPS = 0.5, 0.5  # a faster boat may turn that hard, which changes its velocity by speed times rate
 _YAW_ACCELERATION_RADPS2 = 0.1
 _RATES_FADE_S = 5.0  # time constant with which the rates decay without measurements
 
@@ -72,7 +74,8 @@ class PoseSolution:
         arm_n, arm_e = body_to_ned(lever_m[0], lever_m[1], self._yaw_at(t_s))
         dn = north_m - arm_n - self._north - self._vn * fade
         de = east_m - arm_e - self._east - self._ve * fade
-        sigma = math.hypot(sigma_m, self._position_sigma(ahead_s))
+        turn_m = 0.5 * self._turning_mps2 * min(max(ahead_s, 0.0), _FIRST_STEP_S) ** 2
+        sigma = math.hypot(sigma_m, self._position_sigma(ahead_s) + turn_m)
         verdict = rule or self._position_gate.update(dn, de, (dn * dn + de * de) / (sigma * sigma), sigma_m)
         if verdict is Verdict.RESET:
             self._set_position(north_m, east_m, lever_m, sigma_m)
@@ -120,14 +123,16 @@ class PoseSolution:
         arm_n, arm_e = body_to_ned(-self._rate * lever_m[1], self._rate * lever_m[0], self._yaw_at(t_s))
         dn, de = north_mps - arm_n - self._vn, east_mps - arm_e - self._ve
         gap_s = min(max(t_s - self._velocity_t_s, 0.0), 10.0)
-        sigma = math.hypot(sigma_mps, self._sigma_mps + _ACCELERATION_MPS2 * gap_s)
+        turning_mps2 = self._turning_mps2
+        sigma = math.hypot(sigma_mps, self._sigma_mps + (_ACCELERATION_MPS2 + turning_mps2) * gap_s)
         verdict = rule or self._velocity_gate.update(dn, de, (dn * dn + de * de) / (sigma * sigma), sigma_mps)
         if verdict is not Verdict.REJECT:
             self._advance(t_s)
-            share = 1.0 if verdict is Verdict.RESET else 1.0 - math.exp(-gap_s / _VELOCITY_TIME_S)
+            time_s = _VELOCITY_TIME_S / (1.0 + turning_mps2 / _VELOCITY_STEADY_MPS2)
+            share = 1.0 if verdict is Verdict.RESET else 1.0 - math.exp(-gap_s / time_s)
             self._vn += share * dn
             self._ve += share * de
-            self._sigma_mps = sigma_mps
+            self._sigma_mps = math.hypot(sigma_mps, 0.5 * turning_mps2 * time_s)
             self._velocity_t_s = t_s
         return verdict
 
@@ -151,6 +156,11 @@ class PoseSolution:
                 self._rate += (1.0 - theta) ** 2 / dt * error
         self._yaw_t_s, self._sigma_rad = t_s, sigma_rad
         return verdict
+
+    @property
+    def _turning_mps2(self) -> float:
+        """By what the boat's velocity may change in a turn."""
+        return _TURN_RADPS * max(math.hypot(self._vn, self._ve) - _SLOW_MPS, 0.0)
 
     def place(self, t_s: float) -> Place:
         """As `Solution.place`."""

@@ -91,6 +91,11 @@ class InnovationGate:
         self._rejections = 0
 
     @property
+    def chi_square(self) -> float:
+        """The largest normalised square that is accepted at once."""
+        return self._config.chi_square
+
+    @property
     def rejections(self) -> int:
         """The present number of rejections in a row."""
         return self._rejections

@@ -22,6 +22,7 @@ class Motion:
     position_sigma_m: float
     velocity_sigma_mps: float
     yaw_sigma_rad: float
+    position_covariance_m2: tuple[float, float, float] | None = None  # north-north, north-east, east-east
 
 
 class Place(NamedTuple):

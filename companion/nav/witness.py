@@ -11,6 +11,7 @@ from companion.nav.current import CurrentObserver
 from companion.nav.headings import Measured
 from companion.nav.inertial import InertialSolution
 from companion.nav.integrity.evidence import (
+    SETTLED_RADPS,
     Evidence,
     HeadingSeen,
     InertialStep,
@@ -50,7 +51,11 @@ class Witness:
     def imu(self, imu: Imu) -> bool:
         """Note a sample; whether it may be used."""
         self._evidence.imu.append(imu)
-        return self.monitor.trusts(Sense.IMU, imu.source)
+        return self.turns(imu.source)
+
+    def turns(self, source: str) -> bool:
+        """Whether the rates of an inertial sensor may be used."""
+        return self.trusts(Sense.IMU, source) and self.trusts(Sense.GYRO, source)
 
     def field(self, field: MagneticField) -> bool:
         """Note a magnetic field; whether it may be used."""
@@ -79,7 +84,7 @@ class Witness:
         here, arm = solution.place(fix.t_s), solution.offset(lever_m)
         north, east = antenna[0] - arm.north_m, antenna[1] - arm.east_m
         way: tuple[float | None, float | None] = (None, None)
-        if _fresh(solution, fix.t_s):
+        if _feels(solution, fix.t_s):
             way = solution.odometer.north_m, solution.odometer.east_m
         seen = PositionSeen(
             fix.t_s, fix.source, fix.lat_deg, fix.lon_deg, north, east, north - here.north_m, east - here.east_m,
@@ -95,7 +100,7 @@ class Witness:
         here, swing = solution.place(velocity.t_s), solution.offset(lever_m)
         north, east = velocity.north_mps - swing.north_mps, velocity.east_mps - swing.east_mps
         felt: tuple[float | None, float | None] = (None, None)
-        if _fresh(solution, velocity.t_s):
+        if _feels(solution, velocity.t_s):
             felt = solution.odometer.north_mps, solution.odometer.east_mps
         seen = VelocitySeen(
             velocity.t_s, velocity.source, (velocity.north_mps, velocity.east_mps), north, east,
@@ -104,14 +109,22 @@ class Witness:
         self._evidence.velocities.append(seen)
         return self.monitor.screen_velocity(seen)
 
-    def heading(self, reading: Heading, heading: Measured, solution: InertialSolution | PoseSolution) -> Verdict | None:
-        """Note a heading; the verdict on it, or None: the usual rule."""
-        here = solution.place(heading.t_s)
+    def heading(
+        self,
+        reading: Heading,
+        heading: Measured,
+        solution: InertialSolution | PoseSolution,
+        by_field_rad: float | None = None,
+    ) -> Verdict | None:
+        """Note a heading; the verdict on it, or None: the usual rule. `by_field_rad`: what the magnetic field alone
+        says, where a filter has mixed it with the gyro: that is judged."""
+        here, yaw_rad = solution.place(heading.t_s), heading.yaw_rad if by_field_rad is None else by_field_rad
         turned = None
-        if _fresh(solution, heading.t_s):
+        levelled = by_field_rad is None or _feels(solution, heading.t_s)  # by nothing but an assumption else
+        if levelled and _fresh(solution, heading.t_s):
             turned = solution.odometer.turned_rad + solution.filter.rates[2] * (heading.t_s - solution.t_s)
         seen = HeadingSeen(
-            heading.t_s, heading.source, reading.yaw_rad, heading.yaw_rad, wrap_pi(heading.yaw_rad - here.yaw_rad),
+            heading.t_s, heading.source, reading.yaw_rad, yaw_rad, wrap_pi(yaw_rad - here.yaw_rad),
             heading.sigma_rad, heading.wander_rad, turned,
         )  # fmt: skip
         self._evidence.headings.append(seen)
@@ -140,7 +153,7 @@ class Witness:
 def _inertial_step(inertial: InertialSolution) -> InertialStep:
     odometer, (swing_north, swing_east) = inertial.odometer, inertial.swing
     lanes = []
-    for lane in inertial.lanes:
+    for lane in inertial.lanes if inertial.feels else ():
         (first_north, first_east, _), (north, east, _) = lane.first, lane.velocity
         sigma_mps = lane.sigma_mps(inertial.t_s)
         lanes.append(LaneStep(lane.from_s, first_north, first_east, north - swing_north, east - swing_east, sigma_mps))
@@ -157,3 +170,9 @@ def _inertial_step(inertial: InertialSolution) -> InertialStep:
 def _fresh(solution: InertialSolution | PoseSolution, t_s: float) -> TypeGuard[InertialSolution]:
     """Whether inertial samples reach up to that time."""
     return isinstance(solution, InertialSolution) and abs(t_s - solution.t_s) <= _FRESH_S
+
+
+def _feels(solution: InertialSolution | PoseSolution, t_s: float) -> TypeGuard[InertialSolution]:
+    """Whether they do, with forces that are measured and speak against a receiver: a filter that has begun under way
+    does not know its attitude yet."""
+    return _fresh(solution, t_s) and solution.feels and solution.odometer.bias_sigma_radps <= SETTLED_RADPS

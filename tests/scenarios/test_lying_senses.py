@@ -7,8 +7,11 @@ from pathlib import Path
 import pytest
 
 from companion.cli.rig import LockstepRig
+from companion.control.wind import wind_force
 from sitl.scenarios import SCENARIOS
+from sitl.scenarios.ground_station import GroundStation
 from sitl.scenarios.lying_senses import PROMISED
+from sitl.scenarios.rig import Conditions
 from sitl.scenarios.scenario import run
 from tests.scenarios.seeds import seeds
 
@@ -19,3 +22,31 @@ def test_a_lie_is_found_in_time(tmp_path: Path, lie: str, seed: int) -> None:
     outcome = run(SCENARIOS["lying_senses"], LockstepRig, tmp_path, seed=100 + seed, changes={"lie": lie})
     assert not outcome.error, outcome.error
     assert outcome.checks and outcome.ok, [check.row() for check in outcome.checks if not check.ok]
+
+
+@pytest.mark.parametrize("seed", seeds(0, 10))
+@pytest.mark.parametrize("vessel", ["aboat", "rescuerunner"])
+def test_a_compass_that_creeps_is_found_before_it_is_10_degrees_off(tmp_path: Path, vessel: str, seed: int) -> None:
+    lie = {"lie": "heading_creep=1"}
+    outcome = run(SCENARIOS["lying_senses"], LockstepRig, tmp_path, seed=5000 + seed, vessel=vessel, changes=lie)
+    assert not outcome.error, outcome.error
+    assert outcome.metrics["found_s"] < 10.0 and outcome.metrics["heading_error_deg"] < 10.0, outcome.metrics
+
+
+@pytest.mark.parametrize("seed", seeds(1, 10))
+def test_a_wind_that_repeats_is_said_and_no_longer_fed_forward(tmp_path: Path, seed: int) -> None:
+    rig = LockstepRig(Conditions("aboat", seed=5000 + seed, wind="4"), tmp_path / "log")
+    station = GroundStation(rig)
+    vessel = rig.vessel
+
+    def fed_forward() -> bool:
+        tick = vessel.last_tick
+        assert tick is not None
+        return any(wind_force(rig.config.windage, rig.config.length_m, tick.nav))
+
+    station.hold_at_home(15.0)
+    assert fed_forward() and "wind repeats: not used" not in station.texts
+    rig.world.add_fault("wind_frozen")
+    station.sail(12.5)  # a steady wind may repeat for 10 s, and what is known of it is used for 2 s
+    assert "wind repeats: not used" in station.texts and not fed_forward()
+    rig.close()

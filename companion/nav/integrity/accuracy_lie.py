@@ -54,6 +54,9 @@ class AccuracyLie(Hypothesis):
         ]
 
     def _take(self, receiver: _Receiver, seen: PositionSeen, driven: bool) -> None:
+        if seen.inertial_north_m is None:
+            receiver.last = receiver.since_s = None  # the estimate's velocity lags behind: not the positions scatter
+            return
         last, receiver.last = receiver.last, seen
         if last is None or not 0.0 < seen.t_s - last.t_s <= _GAP_S or last.fix is not seen.fix:
             receiver.count, receiver.scatter = 0, NoiseSize(_SAMPLES, 6.0)

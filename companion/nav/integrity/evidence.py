@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import Enum
@@ -10,7 +11,7 @@ from typing import NamedTuple
 
 from companion.core.readings import FixType, Imu, MagneticField, TimeOfDay, Wind
 
-_SETTLED_RADPS = math.radians(0.1)  # sigma of the gyro's bias
+SETTLED_RADPS = math.radians(0.1)  # sigma of the gyro's bias
 
 
 class Sense(Enum):
@@ -19,10 +20,15 @@ class Sense(Enum):
     POSITION = "position"
     VELOCITY = "velocity"
     HEADING = "heading"
-    IMU = "IMU"
+    IMU = "IMU"  # all of it
+    ACCELEROMETER = "accelerometer"
+    GYRO = "gyro"
     FIELD = "magnetic field"
     WIND = "wind"
     TIME = "time"
+
+
+INERTIAL = frozenset({Sense.IMU, Sense.ACCELEROMETER, Sense.GYRO})
 
 
 class Channel(NamedTuple):
@@ -30,6 +36,14 @@ class Channel(NamedTuple):
 
     sense: Sense
     source: str
+
+
+FORCE_AXES, RATE_AXES = ("x", "y", "z"), ("roll", "pitch", "yaw")
+
+
+def sense_of_axis(axis: str) -> Sense:
+    """The part of an inertial sensor that measures along, or about, that axis."""
+    return Sense.ACCELEROMETER if axis in FORCE_AXES else Sense.GYRO
 
 
 class LieFound(NamedTuple):
@@ -143,7 +157,7 @@ class InertialStep(NamedTuple):
     @property
     def settled(self) -> bool:
         """Whether the filter has known its attitude for some time. One that has begun in a hard turn has not."""
-        return self.turn_sigma_radps <= _SETTLED_RADPS
+        return self.turn_sigma_radps <= SETTLED_RADPS
 
 
 @dataclass(slots=True)
@@ -174,7 +188,7 @@ class Evidence:
     suspected: frozenset[Channel] = frozenset()
 
 
-class Hypothesis:
+class Hypothesis(ABC):
     """One way in which a source can lie. It sees all sources, also those that are not used.
 
     `doubt`: the largest statistic of the last update over its threshold; from 1 on there is a finding.
@@ -182,12 +196,12 @@ class Hypothesis:
 
     doubt = 0.0
 
+    @abstractmethod
     def update(self, evidence: Evidence, now_s: float) -> Sequence[LieFound]:
         """Take the readings of a tick; returns what lies now."""
-        raise NotImplementedError
 
-    def clear(self) -> None:
+    def clear(self) -> None:  # noqa: B027  some remember nothing that arming would not renew
         """Begin anew: the boat was disarmed."""
 
-    def accept(self, channel: Channel) -> None:
+    def accept(self, channel: Channel) -> None:  # noqa: B027  not every lie can be right after all
         """An operator, or independent evidence, says that this channel is right as it is."""

@@ -23,7 +23,9 @@ _TURN_SHARE = 0.04  # of a turn: the gyro's scale, the compass's deviation, its 
 _BIAS_SIGMAS = 3.0  # of the gyro's bias, as the filter knows it
 _LEAST_RAD = math.radians(1.5)
 _NOISES = 8.0
-_WANDERS = 4.0  # of the slow error by the vessel's file: a compass deviates with the heading
+_WANDERS = 1.0  # of the slow error by the vessel's file, while the heading stays
+_TURNED_WANDERS = 3.0  # more of it after a turn, since a compass deviates with the heading
+_ALL_TURNED_RAD = math.radians(60.0)  # by so far; in proportion before
 _GAP_S = 1.5
 _AGREES_RAD = math.radians(3.0)
 _STEADY_S = 5.0  # without a further drift, before a source can be believed again
@@ -82,7 +84,7 @@ class HeadingDrift(Hypothesis):
                 source.last = None
         if self._imu is not None:
             source_name, fault, since_s = self._imu
-            return (LieFound(Channel(Sense.IMU, source_name), fault, since_s, lasting=True),)
+            return (LieFound(Channel(Sense.GYRO, source_name), fault, since_s, lasting=True),)
         return [
             LieFound(Channel(Sense.HEADING, name), "drifts", source.since_s, asks=True)
             for name, source in self._sources.items()
@@ -119,7 +121,7 @@ class HeadingDrift(Hypothesis):
             source.cusum.clear(seen.t_s)
             return
         step_rad = wrap_pi(seen.yaw_rad - last.yaw_rad - (seen.turned_rad - last.turned_rad))
-        threshold_rad = max(_LEAST_RAD, _NOISES * source.noise.size) + _WANDERS * seen.wander_rad
+        threshold_rad = _threshold_rad(source, seen)
         if abs(step_rad) > threshold_rad:
             source.last = last  # a jump, which `heading_jump.py` judges
             return
@@ -160,6 +162,17 @@ class HeadingDrift(Hypothesis):
             (abs(sums[i + 2 * count] - 2.0 * sums[i + count] + sums[i]) / count for i in range(len(sums) - 2 * count)),
             default=0.0,
         )
+
+
+def _threshold_rad(source: _Source, seen: HeadingSeen) -> float:
+    """How far heading and turn may honestly come apart, after the turns since they began to."""
+    wanders = _WANDERS
+    if seen.wander_rad > 0.0 and source.track:
+        onset_s = source.cusum.onset_s
+        turns_rad = [turn_rad for t_s, _, turn_rad in source.track if t_s >= onset_s]
+        spread_rad = max(turns_rad, default=0.0) - min(turns_rad, default=0.0)
+        wanders += _TURNED_WANDERS * min(spread_rad / _ALL_TURNED_RAD, 1.0)
+    return max(_LEAST_RAD, _NOISES * source.noise.size) + wanders * seen.wander_rad
 
 
 def _follow(track: deque[tuple[float, float, float]], seen: HeadingSeen, step_rad: float) -> None:

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, field
 
 from companion.core.angles import wrap_pi
 from companion.nav.integrity.continuity import Continuity
-from companion.nav.integrity.evidence import Channel, Evidence, HeadingSeen, Hypothesis, LieFound, Sense
+from companion.nav.integrity.evidence import HeadingSeen, Sense
+from companion.nav.integrity.jump import JumpHypothesis, Tracked
 from companion.nav.integrity.statistics import NoiseSize
 from companion.nav.outliers import Verdict
 
@@ -19,39 +18,24 @@ _FASTEST_RADPS = math.radians(90.0)  # a boat's own turn, where no gyro tells
 _GYRO_RADPS = math.radians(0.2)  # drift of the gyro over a gap
 
 
-@dataclass(slots=True)
-class _Source:
-    last: HeadingSeen
-    noise: NoiseSize = field(default_factory=NoiseSize)
-    track: Continuity = field(default_factory=Continuity)
+_Source = Tracked[HeadingSeen, NoiseSize]
 
 
-class HeadingJump(Hypothesis):
+class HeadingJump(JumpHypothesis[HeadingSeen, NoiseSize]):
     """`screen` is asked for each heading before it is used. Remembers the last heading, the noise and
     the track of each source."""
 
     def __init__(self) -> None:
-        self._sources: dict[str, _Source] = {}
-
-    def clear(self) -> None:
-        """All headings are believed."""
-        for source in self._sources.values():
-            source.track.clear()
-
-    def accept(self, channel: Channel) -> None:
-        """The boat points where that source says."""
-        if channel.sense is Sense.HEADING and channel.source in self._sources:
-            self._sources[channel.source].track.clear()
+        super().__init__(Sense.HEADING, NoiseSize)
 
     def screen(self, seen: HeadingSeen, driven: bool) -> Verdict | None:
         """What is to become of a heading: REJECT one beside its own track; None: the usual rule."""
-        source = self._sources.get(seen.source)
+        source = self._known(seen)
         if source is None:
-            self._sources[seen.source] = _Source(seen)
             return None
         last = source.last
         if seen.raw == last.raw:
-            return Verdict.REJECT if source.track.suspect else None  # it repeats: no step of the source
+            return source.verdict  # it repeats: no step of the source
         source.last = seen
         track, dt_s = source.track, seen.t_s - last.t_s
         if not driven:
@@ -59,7 +43,7 @@ class HeadingJump(Hypothesis):
         if dt_s <= 0.0:
             return None
         self._compare(source, last, seen, driven)
-        return Verdict.REJECT if track.suspect else None
+        return source.verdict
 
     @staticmethod
     def _compare(source: _Source, last: HeadingSeen, seen: HeadingSeen, driven: bool) -> None:
@@ -81,15 +65,6 @@ class HeadingJump(Hypothesis):
         if not track.suspect:
             source.noise.update(abs(unfelt_rad))
 
-    def update(self, evidence: Evidence, now_s: float) -> Sequence[LieFound]:
-        """Sources whose heading has jumped; each asks to be accepted."""
-        self.doubt = 0.0
-        found = []
-        for name, source in self._sources.items():
-            track = source.track
-            self.doubt = max(self.doubt, 0.5 * track.suspect, 1.0 * track.jumped)
-            if evidence.driven and track.jumped:
-                angle_deg = abs(math.degrees(wrap_pi(track.north)))
-                fault = f"jumped {angle_deg:.0f} deg"
-                found.append(LieFound(Channel(Sense.HEADING, name), fault, track.since_s, asks=True, jump=True))
-        return found
+    @staticmethod
+    def _size(track: Continuity) -> str:
+        return f"{abs(math.degrees(wrap_pi(track.north))):.0f} deg"

@@ -51,7 +51,7 @@ class ImuGravity(Hypothesis):
             self.doubt = max(self.doubt, wrong, upside_down)
             if max(wrong, upside_down) >= 1.0:
                 fault = "force is not gravity" if wrong >= 1.0 else "is upside down"
-                found.append(LieFound(Channel(Sense.IMU, source), fault, now_s - _TIME_S))
+                found.append(LieFound(Channel(Sense.ACCELEROMETER, source), fault, now_s - _TIME_S))
         return found
 
     def _take(self, imu: Imu, speed_mps: float) -> None:

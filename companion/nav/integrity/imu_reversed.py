@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from companion.core.readings import Imu
-from companion.nav.integrity.evidence import Channel, Evidence, Hypothesis, LieFound, Sense, VelocitySeen
+from companion.nav.integrity.evidence import Channel, Evidence, Hypothesis, LieFound, Sense, VelocitySeen, sense_of_axis
 from companion.nav.integrity.statistics import FALSE_ALARM, NoiseSize
 
 _AXES = ("x", "y", "roll", "pitch")
@@ -156,8 +156,8 @@ class ImuReversed(Hypothesis):
             self._noise.update(math.sqrt(as_is))
             self._windows += 1
         if self.doubt >= 1.0:
-            fault = f"{_AXES[worst]} axis reversed"
-            self._found = LieFound(Channel(Sense.IMU, self._source), fault, seen.t_s - _LONGEST_S, lasting=True)
+            channel = Channel(sense_of_axis(_AXES[worst]), self._source)
+            self._found = LieFound(channel, f"{_AXES[worst]} axis reversed", seen.t_s - _LONGEST_S, lasting=True)
 
 
 def _knows_attitude(evidence: Evidence) -> bool:

@@ -5,10 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from companion.core.readings import Imu
-from companion.nav.integrity.evidence import Channel, Evidence, Hypothesis, LieFound, Sense
+from companion.nav.integrity.evidence import (
+    FORCE_AXES,
+    RATE_AXES,
+    Channel,
+    Evidence,
+    Hypothesis,
+    LieFound,
+    sense_of_axis,
+)
 from companion.nav.integrity.statistics import RepeatRun
 
-AXES = ("x", "y", "z", "roll", "pitch", "yaw")
+AXES = (*FORCE_AXES, *RATE_AXES)
 _LEAST_RUN = 50  # samples; an axis of few bits may rest for some
 
 
@@ -37,7 +45,7 @@ class ImuStuck(Hypothesis):
             doubt = min(run.doubt, run.run / _LEAST_RUN) if run.run else 0.0
             self.doubt = max(self.doubt, doubt)
             if doubt >= 1.0:
-                found.append(LieFound(Channel(Sense.IMU, source), f"{axis} axis stuck", run.since_s))
+                found.append(LieFound(Channel(sense_of_axis(axis), source), f"{axis} axis stuck", run.since_s))
         return found[:1]
 
 

@@ -8,6 +8,7 @@ from companion.core.decision import TextKind
 from companion.core.estimate import Distrust
 from companion.core.events import Announce
 from companion.nav.integrity.evidence import (
+    INERTIAL,
     Channel,
     Evidence,
     HeadingSeen,
@@ -22,6 +23,7 @@ from companion.params.store import Parameters
 
 _REACCEPTANCE_S = 5.0  # how long nothing may speak against a channel before it is used again
 _PROBATION_S = 2.5  # how long the position of a receiver whose velocity lies is kept out: time to judge it, too
+_ROUND_ONSET_S = 1.0  # how far the onset of an inertial sensor's lie may be off
 _OFF, _REPORT, _ACT = 0, 1, 2  # of NAV_INTEG
 _FOLLOW, _ASK, _ASK_ALWAYS = 0, 1, 2  # of NAV_JUMP_ACT
 
@@ -184,8 +186,20 @@ class IntegrityMonitor:
                 continue
             self._doubted[channel] = _Doubted(finding, now_s)
             begun.append(finding)
+        lies_s = [finding.since_s for finding in begun if finding.channel.sense in INERTIAL]
+        if lies_s:
+            self._absolve(min(lies_s) - _ROUND_ONSET_S)
+            begun = [finding for finding in begun if finding.channel in self._doubted]
         self._announce(begun, now_s)
         return begun
+
+    def _absolve(self, from_s: float) -> None:
+        """An inertial sensor has lied since then: what it has made receivers and headings look like is void."""
+        for hypothesis in (self.hypotheses.position_jump, self.hypotheses.velocity_jump, self.hypotheses.heading_jump):
+            hypothesis.absolve(from_s)
+        for channel, doubted in list(self._doubted.items()):
+            if channel.sense not in INERTIAL and doubted.finding.since_s >= from_s:
+                del self._doubted[channel]
 
     def _announce(self, begun: Sequence[LieFound], now_s: float) -> None:
         """One text for each source and fault."""
@@ -194,7 +208,7 @@ class IntegrityMonitor:
             named.setdefault((finding.channel.source, finding.fault), []).append(finding)
         for (source, fault), findings in named.items():
             sense = findings[0].channel.sense
-            whole = len(findings) > 1 or sense is Sense.IMU or sense.value == source
+            whole = len(findings) > 1 or sense in INERTIAL or sense.value == source
             of = "" if whole else f" {sense.value}"
             excluded = self._excludes(findings[0])
             end = "not used" if excluded else "used on"
@@ -212,11 +226,17 @@ class IntegrityMonitor:
             text = f"{channel.source} {channel.sense.value} is good again"
             self._say(now_s, TextKind.ROUTINE, "sense_trusted", text)
 
+    def begin_anew(self) -> None:
+        """The estimate was wrong, against which all channels were judged: trust them, and forget what they were."""
+        self.hypotheses = Hypotheses()
+        self._forget()
+
     def _forget(self) -> None:
         self._doubted.clear()
         self._take_next.clear()
         for hypothesis in self.hypotheses.all:
             hypothesis.clear()
+        self._untrusted = frozenset()
 
     # --- the operator's answer -------------------------------------------------------------------------------------
 

@@ -8,12 +8,11 @@ evidence agrees with it, and when the operator accepts it.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, field
 
 from companion.core.readings import FixType
 from companion.nav.integrity.continuity import Continuity
-from companion.nav.integrity.evidence import Channel, Evidence, Hypothesis, LieFound, PositionSeen, Sense
+from companion.nav.integrity.evidence import Channel, PositionSeen, Sense
+from companion.nav.integrity.jump import JumpHypothesis, Tracked
 from companion.nav.integrity.statistics import StepNoise
 from companion.nav.outliers import Verdict
 
@@ -27,39 +26,25 @@ _AGREES = 0.4  # of the jump, by which dead reckoning that has got worse may exc
 _FRESH_S = 2.0  # of another receiver's fix
 
 
-@dataclass(slots=True)
-class _Receiver:
-    last: PositionSeen
-    noise: StepNoise = field(default_factory=StepNoise)
-    track: Continuity = field(default_factory=Continuity)
+_Receiver = Tracked[PositionSeen, StepNoise]
 
 
-class PositionJump(Hypothesis):
-    """`screen` is asked for each fix before it is used. Remembers the last fix, the noise and the track
-    of each receiver."""
+class PositionJump(JumpHypothesis[PositionSeen, StepNoise]):
+    """`screen` is asked for each fix before it is used. Remembers the last fix, the noise, the track and the velocity
+    by the last honest step of each receiver."""
 
     def __init__(self) -> None:
-        self._receivers: dict[str, _Receiver] = {}
-
-    def clear(self) -> None:
-        """All receivers are where they say."""
-        for receiver in self._receivers.values():
-            receiver.track.clear()
-
-    def accept(self, channel: Channel) -> None:
-        """The boat is where that receiver says."""
-        if channel.sense is Sense.POSITION and channel.source in self._receivers:
-            self._receivers[channel.source].track.clear()
+        super().__init__(Sense.POSITION, StepNoise)
+        self._by_step: dict[str, tuple[float, float]] = {}
 
     def screen(self, seen: PositionSeen, driven: bool) -> Verdict | None:
         """What is to become of a fix: REJECT one beside its own track; None: the usual rule."""
-        receiver = self._receivers.get(seen.source)
+        receiver = self._known(seen)
         if receiver is None:
-            self._receivers[seen.source] = _Receiver(seen)
             return None
         last = receiver.last
         if (seen.lat_deg, seen.lon_deg) == (last.lat_deg, last.lon_deg):
-            return Verdict.REJECT if receiver.track.suspect else None  # it repeats: no step of the receiver
+            return receiver.verdict  # it repeats: no step of the receiver
         receiver.last = seen
         if not driven:
             receiver.track.clear()
@@ -71,14 +56,27 @@ class PositionJump(Hypothesis):
             reach_m = bound_m + _ESTIMATES * seen.estimate_sigma_m + _GAP_MPS * gap_s
             receiver.track.place(seen.t_s, seen.off_north_m, seen.off_east_m, reach_m)
         elif gap_s > 0.0:
-            north, east = _step(last, seen)
+            north, east = self._unexplained(last, seen, bound_m)
             receiver.track.take(seen.t_s, north, east, bound_m)
             if not receiver.track.suspect:
                 receiver.noise.update(north, east)
         off_m = math.hypot(seen.off_north_m, seen.off_east_m)
         unsure_m = min(3.0 * seen.estimate_sigma_m, _AGREES * receiver.track.size)  # else all agrees in the end
         receiver.track.compare(seen.t_s, off_m, bound_m + unsure_m)
-        return Verdict.REJECT if receiver.track.suspect else None
+        return receiver.verdict
+
+    def _unexplained(self, last: PositionSeen, seen: PositionSeen, bound_m: float) -> tuple[float, float]:
+        """The receiver's step less the boat's. Without measured forces the estimate's velocity lags behind in turns;
+        then a step like the one before is the boat's, too."""
+        north, east = _step(last, seen)
+        gap_s, before = seen.t_s - last.t_s, self._by_step.get(seen.source)
+        if seen.inertial_north_m is None and before is not None:
+            n, e = seen.north_m - last.north_m - gap_s * before[0], seen.east_m - last.east_m - gap_s * before[1]
+            if math.hypot(n, e) < math.hypot(north, east):
+                north, east = n, e
+        if math.hypot(north, east) <= bound_m:
+            self._by_step[seen.source] = (seen.north_m - last.north_m) / gap_s, (seen.east_m - last.east_m) / gap_s
+        return north, east
 
     @staticmethod
     def _bound_m(receiver: _Receiver, last: PositionSeen, seen: PositionSeen) -> float:
@@ -90,23 +88,15 @@ class PositionJump(Hypothesis):
         if 0.0 < seen.t_s - last.t_s <= _GAP_S:
             receiver.noise.update(*_step(last, seen))
 
-    def update(self, evidence: Evidence, now_s: float) -> Sequence[LieFound]:
-        """Receivers that have jumped; each asks to be accepted."""
-        self.doubt = 0.0
-        found = []
-        for source, receiver in self._receivers.items():
-            track = receiver.track
-            self.doubt = max(self.doubt, 0.5 * track.suspect, 1.0 * track.jumped)
-            if evidence.driven and track.jumped:
-                fault = f"jumped {track.size:.{1 if track.size < 10.0 else 0}f} m"
-                found.append(LieFound(Channel(Sense.POSITION, source), fault, track.since_s, asks=True, jump=True))
-        return found
+    @staticmethod
+    def _size(track: Continuity) -> str:
+        return f"{track.size:.{1 if track.size < 10.0 else 0}f} m"
 
     def confirmed(self, source: str, distrusted: frozenset[Channel], now_s: float) -> bool:
         """Whether another receiver that is trusted and has not jumped itself is where this one has jumped to, closer
         than to the estimate."""
-        jumped = self._receivers[source].last
-        for name, other in self._receivers.items():
+        jumped = self._sources[source].last
+        for name, other in self._sources.items():
             fresh = now_s - other.last.t_s <= _FRESH_S and other.last.fix >= FixType.FIX_2D
             trusted = not other.track.suspect and Channel(Sense.POSITION, name) not in distrusted
             if name == source or not fresh or not trusted:

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, field
 
 from companion.nav.integrity.continuity import Continuity
-from companion.nav.integrity.evidence import Channel, Evidence, Hypothesis, LieFound, Sense, VelocitySeen
+from companion.nav.integrity.evidence import Sense, VelocitySeen
+from companion.nav.integrity.jump import JumpHypothesis, Tracked
 from companion.nav.integrity.statistics import StepNoise
 from companion.nav.outliers import Verdict
 
@@ -19,46 +18,31 @@ _FASTEST_MPS2 = 3.0  # a boat's own acceleration, where no accelerometer tells
 _AGREES_MPS = 0.15
 
 
-@dataclass(slots=True)
-class _Receiver:
-    last: VelocitySeen
-    noise: StepNoise = field(default_factory=StepNoise)
-    track: Continuity = field(default_factory=Continuity)
+_Receiver = Tracked[VelocitySeen, StepNoise]
 
 
-class VelocityJump(Hypothesis):
+class VelocityJump(JumpHypothesis[VelocitySeen, StepNoise]):
     """`screen` is asked for each velocity before it is used. Remembers the last velocity, the noise and
     the track of each receiver."""
 
     def __init__(self) -> None:
-        self._receivers: dict[str, _Receiver] = {}
-
-    def clear(self) -> None:
-        """All velocities are believed."""
-        for receiver in self._receivers.values():
-            receiver.track.clear()
-
-    def accept(self, channel: Channel) -> None:
-        """The boat moves as that receiver says."""
-        if channel.sense is Sense.VELOCITY and channel.source in self._receivers:
-            self._receivers[channel.source].track.clear()
+        super().__init__(Sense.VELOCITY, StepNoise)
 
     def suspects(self, source: str) -> bool:
         """Whether the velocity of that receiver is off its own track."""
-        receiver = self._receivers.get(source)
+        receiver = self._sources.get(source)
         return receiver is not None and receiver.track.suspect
 
     def screen(self, seen: VelocitySeen, driven: bool) -> Verdict | None:
         """REJECT a velocity beside its own track; None: the usual rule."""
-        receiver = self._receivers.get(seen.source)
+        receiver = self._known(seen)
         if receiver is None:
-            self._receivers[seen.source] = _Receiver(seen)
             return None
         last = receiver.last
         if seen.raw != last.raw:  # else it repeats: no step of the receiver
             receiver.last = seen
             self._compare(receiver, last, seen, driven)
-        return Verdict.REJECT if receiver.track.suspect else None
+        return receiver.verdict
 
     @staticmethod
     def _compare(receiver: _Receiver, last: VelocitySeen, seen: VelocitySeen, driven: bool) -> None:
@@ -81,17 +65,9 @@ class VelocityJump(Hypothesis):
         if not track.suspect:
             receiver.noise.update(*unfelt)
 
-    def update(self, evidence: Evidence, now_s: float) -> Sequence[LieFound]:
-        """Receivers whose velocity has jumped."""
-        self.doubt = 0.0
-        found = []
-        for source, receiver in self._receivers.items():
-            track = receiver.track
-            self.doubt = max(self.doubt, 0.5 * track.suspect, 1.0 * track.jumped)
-            if evidence.driven and track.jumped:
-                fault = f"jumped {track.size:.1f} m/s"
-                found.append(LieFound(Channel(Sense.VELOCITY, source), fault, track.since_s, asks=True, jump=True))
-        return found
+    @staticmethod
+    def _size(track: Continuity) -> str:
+        return f"{track.size:.1f} m/s"
 
 
 def _felt(

@@ -3,7 +3,8 @@
 Each of them tells the velocity over ground: the receiver measures it; the inertial sensor carries on that of some
 seconds ago by its forces, in lanes that no measurement reaches; the model carries it on by thrust, damping and wind.
 One difference alone does not tell who is wrong; the one that differs from both others, by the same amount, is. The
-model itself is never blamed: collisions, moorings and failed thrusters make it wrong.
+model itself is never blamed: collisions, moorings and failed thrusters make it wrong. Of an inertial sensor that is
+alone the accelerometers are blamed while gyro and heading agree: a gyro that is off turns away sooner than its forces.
 
 Lanes are judged by their own covariance, and what an honest sensor adds to that; the model by what hulls, gusts and
 waves have been seen to add.
@@ -95,7 +96,8 @@ class VelocityVote(Hypothesis):
         self._sea = _Sea()
         self._run: int | None = None
         self._last_s = math.inf
-        self._imu: tuple[str, float] | None = None
+        self._imu: tuple[Channel, float] | None = None  # what lies, and since when
+        self._agrees_s = -math.inf  # when gyro and heading were last seen to agree
 
     def clear(self) -> None:
         """Begin anew."""
@@ -119,6 +121,8 @@ class VelocityVote(Hypothesis):
         self._run = None if inertial is None else inertial.run
         if inertial is None or not inertial.settled or model is None or not evidence.driven:
             return self._findings()
+        if any(seen.turned_rad is not None for seen in evidence.headings) and not evidence.distrusted:
+            self._agrees_s = now_s
         self._sea.update(dt_s, inertial)
         self._begin(inertial.lanes, model)
         for seen in evidence.velocities:
@@ -206,7 +210,8 @@ class VelocityVote(Hypothesis):
         if receiver_alone >= 1.0 and _alike(by_lane, by_model, 1.0):
             receiver.since_s, receiver.found_s, receiver.limit_mps = since_s, now_s, lane_mps
         elif imu_alone >= 1.0 and _alike(by_lane, lane_model, -1.0) and evidence.imu:
-            self._imu = (evidence.imu[-1].source, since_s)
+            agrees = now_s - self._agrees_s <= _GAP_S
+            self._imu = Channel(Sense.ACCELEROMETER if agrees else Sense.IMU, evidence.imu[-1].source), since_s
 
     def _compare(self, receiver: _Receiver, now_s: float) -> None:
         """Whether a receiver that was found to lie agrees with the estimate again, which has forgotten it meanwhile.
@@ -226,7 +231,7 @@ class VelocityVote(Hypothesis):
         ]
         if self._imu is not None:
             fault = "force fits neither fix nor thrust"
-            found.append(LieFound(Channel(Sense.IMU, self._imu[0]), fault, self._imu[1], lasting=True))
+            found.append(LieFound(self._imu[0], fault, self._imu[1], lasting=True))
         return found
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import replace
 
@@ -95,6 +96,45 @@ def test_without_a_field_for_2_s_there_is_no_heading() -> None:
             given.append(t_s)
     assert given[0] == pytest.approx(1.0, abs=0.2) and given[-1] == pytest.approx(5.0, abs=0.15)
     assert len(given) == pytest.approx(40, abs=3)
+
+
+@pytest.mark.parametrize("off_deg", [10.0, 180.0])
+def test_the_heading_by_the_field_alone_knows_nothing_of_the_gyro(off_deg: float) -> None:
+    """A field that is turned, beside a gyro that is not: the filter takes its time."""
+    ahrs, off_rad, before, after = heading_of(ROW, Parameters()), math.radians(off_deg), [], []
+    assert ahrs.by_field_rad is None
+    for k in range(400):
+        t_s, angle_rad = 0.01 * k, 0.0 if k < 300 else off_rad
+        noise = 0.002 * (-1.0) ** k
+        ahrs.field(MagneticField(t_s, "imu", 0.35 * math.cos(angle_rad), -0.35 * math.sin(angle_rad) + noise, 0.9), 0.0)
+        heading = ahrs.imu(Imu(t_s, "imu", 0.0, 0.0, -9.81, 0.0, 0.0, 0.0))
+        if heading is not None and ahrs.by_field_rad is not None:
+            (before if k < 300 else after).append((ahrs.by_field_rad, heading.yaw_rad))
+    assert all(abs(by_field) < 0.005 and abs(yaw) < 0.005 for by_field, yaw in before[1:])
+    by_field, yaw = after[2]
+    assert abs(math.remainder(by_field - off_rad, 2.0 * math.pi)) < 0.02 and abs(yaw) < 0.3 * off_rad
+
+
+@pytest.mark.parametrize(("forces", "rates"), [(False, True), (True, False)], ids=["no forces", "no gyro"])
+def test_a_part_that_lies_does_not_take_the_heading_with_it(forces: bool, rates: bool) -> None:
+    """Turned by 60 deg after 2 s; what lies is what nobody would measure there."""
+    ahrs, given = heading_of(ROW, Parameters()), []
+    for k in range(500):
+        t_s = 0.01 * k
+        turning = 3.0 <= t_s < 4.0
+        yaw_rad = math.radians(60.0) * min(max(t_s - 3.0, 0.0), 1.0)
+        if k == 200:
+            ahrs.trust(forces, rates)
+        force = (0.0, 0.0, -9.81) if k < 200 or rates else (0.3 * math.sin(t_s), 0.0, -9.81)
+        turn_radps = (math.radians(60.0) * turning) if rates else (4.0 if k >= 200 else 0.0)
+        ahrs.field(MagneticField(t_s, "imu", 0.35 * math.cos(yaw_rad), -0.35 * math.sin(yaw_rad), 0.9), 0.0)
+        heading = ahrs.imu(Imu(t_s, "imu", *force, 0.0, 0.0, turn_radps))
+        if heading is not None:
+            given.append((t_s, math.degrees(heading.yaw_rad - yaw_rad), heading.accuracy_rad))
+    gaps_s = [after[0] - before[0] for before, after in itertools.pairwise(given)]
+    assert max(gaps_s) < 0.35 and given[-1][0] > 4.85
+    assert all(abs(off_deg) < 6.0 for t_s, off_deg, _ in given if t_s > 2.0)
+    assert all(accuracy is not None and accuracy < math.radians(6.0) for _, _, accuracy in given[-10:])
 
 
 def test_the_law_can_be_changed_under_way() -> None:

@@ -73,3 +73,21 @@ def test_voltage_tells_the_charge_where_nothing_else_does() -> None:
     counted = Bench(BatteryConfig(10.0, 12.0, 10.0), BAT1_N_CELLS=3)
     full = counted.gauge.update(Battery(0.0, "fore", 12.0, 1.0, None), None, 0.0)
     assert full is not None and full.remaining == 1.0, "the vessel file counts"
+
+
+def test_of_several_packs_the_emptiest_counts_until_it_is_no_longer_heard() -> None:
+    bench = Bench()
+    heard = [bench.hear(name, 12.0, left) for name, left in (("fore", 0.8), ("aft", 0.3), ("fore", 0.79))]
+    assert [battery.remaining for battery in heard if battery is not None] == [0.8, 0.3, 0.3]
+    for left in (0.78, 0.77):
+        bench.t_s += 6.0
+        last = bench.hear("fore", 12.0, left)
+    assert last is not None and (last.source, last.remaining) == ("fore", 0.77)
+
+
+def test_a_pack_that_does_not_count_is_not_the_emptiest() -> None:
+    bench = Bench()
+    bench.hear("aft", 12.0, 0.1)
+    bench.parameters.set("BAT1_SOURCE", 1)
+    last = bench.hear("fore", 12.0, 0.9)
+    assert last is not None and last.source == "fore"

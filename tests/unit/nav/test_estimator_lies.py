@@ -176,6 +176,37 @@ def test_an_inertial_sensor_that_repeats_is_done_without() -> None:
     assert boat.off()[0] < 0.3
 
 
+def axis_stuck(name: str) -> Lie:
+    first: list[float] = []
+
+    def lie(reading: Reading, age_s: float) -> Reading:
+        if not isinstance(reading, Imu):
+            return reading
+        first.append(getattr(reading, name))
+        return replace(reading, **{name: first[0]})
+
+    return lie
+
+
+def test_a_stuck_force_axis_leaves_the_gyro() -> None:
+    boat = afloat()
+    state = boat.go(32.0, axis_stuck("y_mps2"))
+    assert boat.said == ["imu y axis stuck: not used"]
+    inertial = boat.estimator.inertial
+    assert inertial is not None and inertial.running and not inertial.feels
+    assert state.position_valid and state.heading_valid
+    off_m, off_rad = boat.off()
+    assert off_m < 0.2 and math.degrees(off_rad) < 1.0
+
+
+def test_a_stuck_rate_axis_is_done_without() -> None:
+    boat = afloat()
+    state = boat.go(32.0, axis_stuck("yaw_rate_radps"))
+    assert boat.said == ["imu yaw axis stuck: not used"]
+    assert boat.estimator.inertial is not None and not boat.estimator.inertial.running
+    assert state.position_valid and state.heading_valid and boat.off()[0] < 0.3
+
+
 def test_what_comes_right_is_used_again() -> None:
     boat = afloat()
 
@@ -201,3 +232,16 @@ def test_disarmed_boats_are_carried_about() -> None:
     for k, row in enumerate(told):
         boat.estimator.update([reading for reading in row if reading is not None], 0.01 * k)
     assert not any("used" in text for text in boat.said)
+
+
+def test_an_estimate_that_no_boat_can_sail_begins_anew() -> None:
+    """Whatever drove it there: the receivers are right then, and are believed again."""
+    boat = afloat()
+    inertial = boat.estimator.inertial
+    assert inertial is not None
+    inertial.filter.velocity = (3000.0, -2000.0, 0.0)
+    state = boat.go(LIE_S + 6.0)
+    assert [text for text in boat.said if "anew" in text] == ["Estimate begins anew: 3606 m/s is impossible"]
+    assert state.position_valid and state.heading_valid and not state.distrusted
+    assert boat.off()[0] < 0.5 and boat.off()[1] < math.radians(3.0)
+    assert state.current_north_mps is None or abs(state.current_north_mps) < 1.0

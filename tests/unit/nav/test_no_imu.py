@@ -62,3 +62,25 @@ def test_rates_decay_without_measurements() -> None:
     assert carried == pytest.approx(5.0, rel=0.1)
     assert math.hypot(*later.velocity) < 1e-3
     assert later.position_sigma_m > 50.0
+
+
+def test_a_fast_boat_in_a_hard_turn_is_followed() -> None:
+    """8 m/s and 0.5 rad/s: the velocity changes by 4 m/s², as a water jet does."""
+    solution = PoseSolution()
+    solution.begin(0.0, 0.0, 0.0, (0.0, 0.0, 0.0), 0.02)
+    solution.heading(0.0, 0.0, 0.1)
+    radius_m, verdicts = 16.0, set()
+    for k in range(1, 100):
+        t = 0.1 * k
+        yaw = max(0.0, 0.5 * (t - 3.0))  # straight ahead for 3 s
+        north = 8.0 * min(t, 3.0) + radius_m * math.sin(yaw)
+        east = radius_m * (1.0 - math.cos(yaw))
+        solution.heading(t, math.remainder(yaw, 2.0 * math.pi), 0.1)
+        place = solution.position(t, north, east, (0.0, 0.0, 0.0), 0.02)
+        speed = solution.velocity(t, 8.0 * math.cos(yaw), 8.0 * math.sin(yaw), (0.0, 0.0, 0.0), 0.02)
+        verdicts |= {place, speed} if t > 1.5 else set()
+        motion = solution.motion(t)
+        if t > 1.5:
+            assert motion.velocity[:2] == pytest.approx((8.0 * math.cos(yaw), 8.0 * math.sin(yaw)), abs=0.5)
+            assert motion.position[:2] == pytest.approx((north, east), abs=0.4)
+    assert verdicts == {Verdict.ACCEPT}

@@ -109,6 +109,15 @@ def test_headings_turned_and_creeping() -> None:
     assert compass.told(0.0, AT_S) == pytest.approx(math.pi / 2)
 
 
+def test_headings_with_noise_that_nothing_reports() -> None:
+    made = faults("heading_noise=20@0")
+    compass, again = HeadingLies(made, "imu", 7), HeadingLies(made, "imu", 7)
+    off = [compass.told(1.0, 1.0) - 1.0 for _ in range(400)]
+    assert math.degrees(math.sqrt(sum(one * one for one in off) / len(off))) == pytest.approx(20.0, rel=0.15)
+    assert again.told(1.0, 1.0) - 1.0 == off[0], "by the seed"
+    assert told("heading_noise")[2].heading_rad not in (None, sample(1).heading_rad)
+
+
 def test_noise_that_the_accuracy_does_not_show() -> None:
     made, lies = liar("accuracy_lie=0.5@0")
     made.update(AT_S)

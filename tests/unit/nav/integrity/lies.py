@@ -31,6 +31,7 @@ POSITION, VELOCITY, HEADING = (
     Channel(Sense.HEADING, "gnss"),
 )
 IMU, TIME = Channel(Sense.IMU, "imu"), Channel(Sense.TIME, "gnss")
+ACCELEROMETER, GYRO = Channel(Sense.ACCELEROMETER, "imu"), Channel(Sense.GYRO, "imu")
 
 
 def frozen_imu(evidence: Evidence, age_s: float) -> None:
@@ -95,9 +96,9 @@ class Row:
 
 ROWS = (
     Row(Repeated, frozen_imu, IMU, "repeats", 0.5),
-    Row(ImuStuck, stuck_yaw, IMU, "yaw axis stuck", 1.0),
-    Row(ImuGravity, heavy, IMU, "force is not gravity", 3.0),
-    Row(ImuReversed, reversed_x, IMU, "x axis reversed", 15.0),
+    Row(ImuStuck, stuck_yaw, GYRO, "yaw axis stuck", 1.0),
+    Row(ImuGravity, heavy, ACCELEROMETER, "force is not gravity", 3.0),
+    Row(ImuReversed, reversed_x, ACCELEROMETER, "x axis reversed", 15.0),
     Row(PositionJump, lambda evidence, _: moved(evidence, 5.0), POSITION, "jumped 5.0 m", 0.6),
     Row(VelocityJump, lambda evidence, _: sped(evidence, 0.5), VELOCITY, "jumped 0.5 m/s", 0.6),
     Row(HeadingJump, lambda evidence, _: turned(evidence, math.pi / 2), HEADING, "jumped 90 deg", 0.6),

@@ -15,7 +15,7 @@ from companion.nav.integrity.velocity_vote import VelocityVote
 from tests.unit.nav.integrity.honest_boat import Boat, Passage, Spoil, sped, turned
 
 BOAT = Boat()
-HEADING, IMU = Channel(Sense.HEADING, "gnss"), Channel(Sense.IMU, "imu")
+HEADING, GYRO = Channel(Sense.HEADING, "gnss"), Channel(Sense.GYRO, "imu")
 
 
 def known(for_s: float = 30.0) -> Passage:
@@ -49,7 +49,7 @@ def gyro_off(radps: float) -> Spoil:
 
 def test_a_gyro_that_steps_is_blamed() -> None:
     _, finding = known().go(4.0, gyro_off(math.radians(3.0)))[0]
-    assert (finding.channel, finding.fault, finding.lasting) == (IMU, "yaw rate is off", True)
+    assert (finding.channel, finding.fault, finding.lasting) == (GYRO, "yaw rate is off", True)
 
 
 def gyro_reversed() -> Spoil:
@@ -70,7 +70,7 @@ def test_a_gyro_that_turns_the_other_way_is_blamed() -> None:
     """From a moment without turn on: it does not step."""
     passage = known(36.6)
     _, finding = passage.go(20.0, gyro_reversed())[0]
-    assert (finding.channel, finding.fault) == (IMU, "yaw axis reversed")
+    assert (finding.channel, finding.fault) == (GYRO, "yaw axis reversed")
     assert passage.go(5.0), "only disarming clears a sensor whose axis is wrong"
 
 
@@ -90,6 +90,45 @@ def test_the_wander_of_a_compass_is_allowed() -> None:
         turned(evidence, math.radians(3.0) * math.sin(0.1 * age_s))
 
     assert Passage(HeadingDrift(), BOAT).go(120.0, compass) == []
+
+
+COMPASS_RAD = math.radians(1.5)
+
+
+def compass(evidence: Evidence) -> None:
+    evidence.headings = [seen._replace(wander_rad=COMPASS_RAD) for seen in evidence.headings]
+
+
+def test_a_compass_that_creeps_is_found_long_before_it_is_10_degrees_off() -> None:
+    passage = Passage(HeadingDrift(), BOAT)
+    assert passage.go(30.0, lambda evidence, _: compass(evidence)) == []
+
+    def creeps(evidence: Evidence, age_s: float) -> None:
+        compass(evidence)
+        turned(evidence, math.radians(age_s))
+
+    assert passage.go(6.0, creeps)
+
+
+class TurningBoat(Boat):
+    """Turns by 45° to either side."""
+
+    def yaw(self, t_s: float) -> float:
+        return 0.8 * math.sin(0.2 * t_s)
+
+    def turn_radps(self, t_s: float) -> float:
+        return 0.16 * math.cos(0.2 * t_s)
+
+
+@pytest.mark.parametrize("orders", [1, 2])
+def test_a_compass_may_deviate_with_the_heading(orders: int) -> None:
+    """Iron aboard: by twice its slow error once in a turn, or by as much twice."""
+
+    def deviates(evidence: Evidence, age_s: float) -> None:
+        compass(evidence)
+        turned(evidence, COMPASS_RAD * 2.0 / orders * math.sin(orders * evidence.yaw_rad))
+
+    assert Passage(HeadingDrift(), TurningBoat()).go(120.0, deviates) == []
 
 
 def test_it_ends_when_the_heading_is_steady_where_the_estimate_is() -> None:

@@ -14,7 +14,7 @@ from companion.nav.integrity.monitor import IntegrityMonitor
 from companion.nav.outliers import Verdict
 from companion.params.store import Parameters
 from tests.unit.nav.integrity.honest_boat import Boat, Spoil, another, moved, sped, turned
-from tests.unit.nav.integrity.lies import HEADING, IMU, POSITION, VELOCITY, frozen_imu, noisy
+from tests.unit.nav.integrity.lies import ACCELEROMETER, GYRO, HEADING, IMU, POSITION, VELOCITY, frozen_imu, noisy
 from tests.unit.nav.integrity.seen import TICK_S
 
 QUESTION = "Is gnss right? Accept or reject it"
@@ -242,9 +242,24 @@ def test_what_only_disarming_clears_stays() -> None:
 
     watch.go(20.0)
     assert watch.go(15.0, upside_down) == ["imu x axis reversed: not used"]
-    assert watch.go(20.0) == [] and not watch.trusts(IMU)
+    assert watch.go(20.0) == [] and not watch.trusts(ACCELEROMETER)
+    assert watch.trusts(GYRO) and watch.trusts(IMU), "only what lies"
     watch.go(0.1, driven=False)
-    assert watch.trusts(IMU)
+    assert watch.trusts(ACCELEROMETER)
+
+
+def test_what_a_lying_inertial_sensor_made_of_a_receiver_is_void() -> None:
+    """The sums of its forces run away, and the receiver seems to jump beside them; then one of its axes is found to be
+    stuck."""
+    watch = known()
+
+    def runs_away(evidence: Evidence, age_s: float) -> None:
+        moved(evidence, 5.0)
+        evidence.raw_imu = [replace(imu, x_mps2=0.3) for imu in evidence.raw_imu]
+
+    said = watch.go(1.0, runs_away)
+    assert "imu x axis stuck: not used" in said
+    assert watch.trusts(POSITION) and watch.monitor.answer(True, watch.now_s) == "no sensor waits for an answer"
 
 
 # --- several at once -------------------------------------------------------------------------------------------------

@@ -54,6 +54,15 @@ def test_a_receiver_that_is_pulled_away_is_named(mps2: float) -> None:
 
 def test_accelerometers_that_feel_a_force_alone_are_named() -> None:
     _, finding = known().go(20.0, pushed(0.1))[0]
+    assert finding.channel == Channel(Sense.ACCELEROMETER, "imu") and finding.lasting
+
+
+def test_without_a_heading_nobody_knows_whether_gyro_or_accelerometers_lie() -> None:
+    def unheaded(evidence: Evidence, age_s: float) -> None:
+        evidence.headings = []
+        pushed(0.1)(evidence, age_s)
+
+    _, finding = known().go(20.0, unheaded)[0]
     assert finding.channel == Channel(Sense.IMU, "imu") and finding.lasting
 
 
