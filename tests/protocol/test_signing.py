@@ -28,7 +28,7 @@ from tests.waiting import CAP_S, wait_until
 
 KEY, OTHER_KEY = bytes(range(32)), bytes(range(1, 33))
 EACH = 10_000
-LOGS = ("ticks.csv", "readings.csv", "events.csv", "telemetry.tlog")
+LOGS = ("ticks.csv", "log.mcap", "events.csv", "telemetry.tlog")
 
 
 class Signer:
@@ -156,6 +156,20 @@ def test_fifty_thousand_bad_packets_change_not_a_byte_and_lock_nobody_out(tmp_pa
     for name in LOGS:
         assert quiet[name] == loud[name], name
     assert KEY not in loud["telemetry.tlog"] and len(quiet["ticks.csv"].splitlines()) > 140
+
+
+def test_a_station_from_the_future_locks_nobody_out_of_a_boat_with_satellite_time(tmp_path: Path) -> None:
+    boat = Guarded(tmp_path)
+    boat.tick(50)
+    wrong = Signer(boat.clock, KEY, ahead_ns=10 * 366 * 86_400 * 10**9)
+    boat.link.to_vessel(wrong.packed(mavlink.MAVLink_command_long_message(1, 1, 400, 0, 1, 0, 0, 0, 0, 0, 0), 7))
+    boat.tick(5)
+    newcomer = Signer(boat.clock, KEY)
+    boat.link.to_vessel(newcomer.packed(mavlink.MAVLink_command_long_message(1, 1, 400, 0, 1, 0, 0, 0, 0, 0, 0), 8))
+    boat.tick(2)
+    assert boat.link.guard.refused == {SignatureVerdict.AHEAD: 1}
+    assert boat.acks == [(400, 0)]
+    boat.close()
 
 
 def stamp_now() -> int:

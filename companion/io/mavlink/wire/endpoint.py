@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from companion.io.mavlink.wire.framer import Framer, Packed, frame
 from companion.io.mavlink.wire.guard import Guard
 from companion.io.mavlink.wire.personas import Persona
+from companion.io.mavlink.wire.proof import Proof
 from companion.io.mavlink.wire.reception import Reception, Receptions
 
 DATAGRAM_BYTES = 1200  # several messages share a datagram up to this size, which no network splits
@@ -39,7 +40,8 @@ class Endpoint:
     `send` and `send_bytes` collect frames; `flush` puts them on the line, as many as it takes. `bytes_per_s`: capacity
     of the line. `intervals_s`: message intervals that the far end asked for (message id → period; negative: never).
     `first_heard_s`, `last_heard_s`, `asked_s`: when it was heard first and last, and when it last sent more than a
-    heartbeat. `trusted`: it has sent a genuine signature, or as one of the vessel's `operators`.
+    heartbeat. `trusted`: it has sent a genuine signature, or as one of the vessel's `operators`. `proof`: limits what
+    is sent to an address that anybody can claim; None: no limit.
     """
 
     def __init__(
@@ -62,6 +64,7 @@ class Endpoint:
         self.guard = Guard() if guard is None else guard
         self.telemetry = self.guard.options.telemetry
         self.receptions = Receptions()
+        self.proof: Proof | None = None
         self.leader: Reception | None = None  # of the leader module behind it
         self.traffic = LinkTraffic()
         self.first_heard_s: float | None = None
@@ -90,8 +93,8 @@ class Endpoint:
 
     @property
     def busy(self) -> bool:
-        """Whether half of the backlog is used: messages that can wait should."""
-        return 2 * len(self._waiting) > self._limit
+        """Whether half of the backlog is used, or a proof is missing: messages that can wait should."""
+        return 2 * len(self._waiting) > self._limit or (self.proof is not None and self.proof.scarce)
 
     def send(self, packed: Packed, system: int, component: int) -> None:
         """Frame a packed message with this endpoint's next sequence number, and collect it."""
@@ -99,9 +102,9 @@ class Endpoint:
         self._sequence = (self._sequence + 1) & 0xFF
 
     def send_bytes(self, data: bytes) -> None:
-        """Collect one whole frame; it is dropped when too much waits already."""
+        """Collect one whole frame; it is dropped when too much waits already, or may not be sent without a proof."""
         waiting = self._waiting
-        if self.gone or len(waiting) + len(data) > self._limit:
+        if self.gone or len(waiting) + len(data) > self._limit or not (self.proof is None or self._proves(len(data))):
             self.traffic.dropped += 1
             return
         if (
@@ -112,6 +115,10 @@ class Endpoint:
             self._cuts.append(len(waiting))
         waiting += data
         self.traffic.sent += 1
+
+    def _proves(self, size: int) -> bool:
+        assert self.proof is not None
+        return self.trusted or self.proof.allows(size)
 
     def forward(self, data: bytes, urgent: bool, now_s: float) -> None:
         """Collect another system's packet, unchanged, if its share of the line allows. Half of that share is reserved

@@ -15,7 +15,8 @@ class Guard:
     """The guard of one link. Remembers how many packets it refused, by the reason.
 
     The hub sets `signing` (the key), `number` (the link id in signatures), `operators` (systems that may command;
-    empty: all) and `exposed` (anybody in the network can reach the link). Without `signing` no packet is signed, and no
+    empty: all), `exposed` (anybody in the network can reach the link) and `proves` (answers to unknown addresses are
+    limited, because the hub asks for the proof that lifts the limit). Without `signing` no packet is signed, and no
     signature counts as genuine.
     """
 
@@ -25,6 +26,7 @@ class Guard:
         self.number = 0
         self.operators: frozenset[int] = frozenset()
         self.exposed = False
+        self.proves = False
         self.refused: dict[SignatureVerdict, int] = {}
         self._genuine = False  # the message that was admitted last
 

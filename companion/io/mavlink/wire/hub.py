@@ -30,6 +30,7 @@ from companion.io.mavlink.wire.guard import RADIO_STATUS
 from companion.io.mavlink.wire.link_options import HIGH_LATENCY
 from companion.io.mavlink.wire.links import PEER_TIMEOUT_S, Link
 from companion.io.mavlink.wire.personas import DEFAULT_PERSONA, Persona
+from companion.io.mavlink.wire.proof import Proof
 from companion.io.mavlink.wire.repeats import AGAIN_S, Repeats
 from companion.io.mavlink.wire.router import Router
 from companion.io.mavlink.wire.signing import Signing, is_signed, unsigned
@@ -189,6 +190,7 @@ class Hub:
             link.guard.signing, link.guard.number = signing, number
             link.guard.operators = vessel.supervisor.ground_stations.operators
             link.guard.exposed = exposed(link.name)
+            link.guard.proves = link.guard.options.proof
         self._received: tuple[deque[tuple[int, Endpoint, Any]], ...] = tuple(deque() for _ in self._links)
         share = max(_LEAST_SHARE, _MOST_MESSAGES // max(1, len(self._links)))
         self._share = sys.maxsize if vessel.waker is None else share
@@ -337,6 +339,8 @@ class Hub:
     def _take(self, endpoint: Endpoint, message: Any, now_s: float) -> None:
         system, component = message.get_srcSystem(), message.get_srcComponent()
         number = message.get_msgId()  # `.id` is a field of its own in some messages
+        if endpoint.proof is not None and not endpoint.proof.proven:
+            self._prove(Peer(endpoint, system, component), endpoint.proof, message, now_s)
         not_for_us = isinstance(message, UnknownMessage) or (system == self.system and component == COMPONENT)
         self._write_down(endpoint, message, now_s, aloud=not not_for_us)
         self._router.take(message, endpoint, self.endpoints, now_s)
@@ -361,6 +365,14 @@ class Hub:
                     "mavlink_handler_failed",
                     f"{message.get_type()} not handled: {type(error).__name__}: {error}",
                 )
+
+    def _prove(self, peer: Peer, proof: Proof, message: Any, now_s: float) -> None:
+        """Limit what is sent to an address until it has shown that it receives it. The question comes first: it must
+        not find the allowance used up."""
+        proof.proven = peer.endpoint.trusted
+        proof.take(message)
+        for question in proof.questions(now_s):
+            self.send(peer, question)
 
     def _write_down(self, endpoint: Endpoint, message: Any, now_s: float, aloud: bool) -> None:
         """Copy a packet to the log, and to the ear if `aloud`. Keys and signatures are left out, because a signature
@@ -398,7 +410,8 @@ class Hub:
 
     def _ground_station_heard(self, peer: Peer, now_s: float) -> None:
         self.vessel.supervisor.ground_station_heard(now_s)
-        if peer.endpoint.telemetry == HIGH_LATENCY:
+        proof = peer.endpoint.proof
+        if peer.endpoint.telemetry == HIGH_LATENCY or (proof is not None and not proof.proven):
             return
         before_s = self._greeted_s.get(peer.endpoint)
         self._greeted_s[peer.endpoint] = now_s

@@ -31,12 +31,14 @@ _USUAL_ROUTE = {ALL: Route.YES, LEADER: Route.FROM, HIGH_LATENCY: Route.NO}
 @dataclass(frozen=True, slots=True)
 class LinkOptions:
     """`telemetry`: what is streamed there, a name of TELEMETRY. `signing`: which signatures packets need. `trusted`:
-    whether keys may be set there. `rate_bytes_per_s`: capacity of the line; None: as usual for its kind."""
+    whether keys may be set there. `proof`: whether a sender of datagrams has to prove that it receives the answers.
+    `rate_bytes_per_s`: capacity of the line; None: as usual for its kind."""
 
     telemetry: str = ALL
     signing: Policy = Policy.OFF
     trusted: bool = False
     route: Route = Route.YES
+    proof: bool = True
     rate_bytes_per_s: int | None = None
 
 
@@ -49,6 +51,7 @@ _TABLE: Mapping[str, Mapping[str, Any]] = {  # field of LinkOptions: value by it
     "signing": {policy.value: policy for policy in Policy},
     "trusted": _YES_NO,
     "route": {route.value: route for route in Route},
+    "proof": _YES_NO,
 }
 KNOWN = ("dialect", *_TABLE, "rate")
 _LEAST_RATE = 100

@@ -14,6 +14,7 @@ Each takes options as `?key=value&key=value` (`link_options.py`):
     signing=off|accept|require          signatures that packets need
     trusted=no|yes                      whether the signing key may be set there
     route=yes|from|no                   forwarding between this link and the others
+    proof=yes|no                        whether senders of datagrams must prove that they receive the answers
     rate=BYTES_PER_S                    capacity of the line, where lower than usual for its kind
 """
 
@@ -21,6 +22,7 @@ from __future__ import annotations
 
 import socket
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 from companion.core.ports import ByteStream
@@ -41,6 +43,7 @@ from companion.io.mavlink.wire.link_base import (
 )
 from companion.io.mavlink.wire.link_options import OptionError, parse_options
 from companion.io.mavlink.wire.personas import Persona
+from companion.io.mavlink.wire.proof import Proof, needs_proof
 from companion.io.mavlink.wire.slots import MAX_PEERS, Slot, to_leave
 from companion.io.mavlink.wire.tcp_server import TcpServerLink
 from companion.io.transport import opener as transport
@@ -225,7 +228,12 @@ class UdpLink:
 
     def health(self, now_s: float) -> DeviceHealth:
         """As `Link.health`."""
-        return link_health(self.name, self.endpoints, self._fault, now_s, self.guard)
+        health = link_health(self.name, self.endpoints, self._fault, now_s, self.guard)
+        unproven = [host for (host, _), one in self._peers.items() if one.proof is not None and not one.proof.proven]
+        if not health.ok or not unproven:
+            return health
+        text = f"{', '.join(sorted(set(unproven)))} has not proved that it hears us, and gets little"
+        return replace(health, text="; ".join(part for part in (health.text, text) if part))
 
     def news(self) -> Sequence[str]:
         """As `Link.news`."""
@@ -237,14 +245,22 @@ class UdpLink:
 
     def _take(self, data: bytes, address: Any, now_s: float, out: Received) -> None:
         known = self._peers.get(address)
-        endpoint = self._endpoint(address, Framer()) if known is None else known
+        endpoint = self._newcomer(address) if known is None else known
         taken: Received = []
+        if endpoint.proof is not None:
+            endpoint.proof.received(len(data))
         # a frame does not span datagrams
         take_in(endpoint, endpoint.framer.feed(data) + endpoint.framer.flush(), now_s, taken)
         if known is None and not self._has_room(endpoint, address, now_s):
             return
         self._peers[address] = endpoint
         out += taken
+
+    def _newcomer(self, address: Any) -> Endpoint:
+        endpoint = self._endpoint(address, Framer())
+        if self.guard.proves and needs_proof(address[0]):
+            endpoint.proof = Proof()
+        return endpoint
 
     def _has_room(self, newcomer: Endpoint, address: Any, now_s: float) -> bool:
         """Whether a new sender gets a slot, in place of another where all are taken. It needs a valid message."""

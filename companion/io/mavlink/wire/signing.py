@@ -4,15 +4,20 @@ Source: MAVLink guide, "Message Signing". A signature is the first 48 bits of SH
 time stamp included. Time stamps count 10 µs since 2015 and rise with every packet of a stream (system, component,
 link). A time stamp is used only after its signature is verified, so a forged packet changes nothing. (pymavlink takes
 the time stamp first, so that one forged packet locks a genuine peer out.)
+
+As the guide says, our own time follows the time stamps of peers; a boat without a clock gets the time that way. Where
+we know the time, a packet more than a minute ahead of it is refused: one peer with a wrong clock must not make the
+time stamps of all others too old. What such a peer did before we knew the time is undone then.
 """
 
 from __future__ import annotations
 
 import hashlib
 import hmac
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from enum import Enum
+from typing import Protocol
 
 from fastcrc import crc16
 
@@ -24,12 +29,14 @@ _SIGNED = 0x01
 _EPOCH_UNIX_NS = 1_420_070_400_000_000_000  # 2015-01-01
 _TICKS_PER_S = 100_000
 _LATE = 60 * _TICKS_PER_S  # the first packet of a new stream may be so far behind our own time
+_LEAD = 60 * _TICKS_PER_S  # a packet may be so far ahead of the time that we know
 _LAST = 2**48 - 1
 _IMPLAUSIBLE = (4_102_444_800 - _EPOCH_UNIX_NS // 10**9) * _TICKS_PER_S  # 2100-01-01; nobody's clock shows that
-_MOST_STREAMS = 256  # only senders with the key make streams
+MOST_STREAMS = 256  # only senders with the key make streams
 SAVE_PERIOD_S = 5.0
 _PERIOD = round(SAVE_PERIOD_S * _TICKS_PER_S)
 _AHEAD = 2 * _PERIOD  # one period for a slow storage medium
+_UNDONE = _LEAD + 2 * _AHEAD  # ahead of the time that we know: more than honest peers and stored horizons explain
 
 
 class Policy(Enum):
@@ -46,6 +53,7 @@ class SignatureVerdict(Enum):
     GENUINE = "genuine"
     FORGED = "forged"  # made with another key, altered, or we have no key to verify it
     STALE = "stale"  # replayed, too old for a new stream, or from the next century
+    AHEAD = "ahead of our time"  # by more than a minute, where we know the time
     UNSIGNED = "unsigned"
 
 
@@ -57,23 +65,87 @@ class SigningState:
     horizon: int
 
 
+Stream = tuple[int, int, int]
+"""System, component and link of a sender."""
+
+
+@dataclass(frozen=True, slots=True)
+class Recollection:
+    """What a process knew that ended without notice: its time, the floor of new streams, the last time stamp of each
+    stream."""
+
+    now: int
+    floor: int
+    streams: Mapping[Stream, int] = field(default_factory=dict)
+
+
+class StreamMemory(Protocol):
+    """Keeps what a process knows of its streams, packet by packet, past the end of that process."""
+
+    def recall(self, state: SigningState) -> Recollection | None:
+        """What the process before knew; None where it is lost, or does not belong to this state."""
+        ...
+
+    def begin(self, key: bytes | None, known: Recollection) -> None:
+        """Keep this, and forget what was before."""
+        ...
+
+    def note(self, now: int, stream: Stream | None = None, stamp: int = 0) -> None:
+        """Our time is `now`; a stream has reached `stamp`."""
+        ...
+
+    def close(self) -> None:
+        """The process ends in order: what is stored elsewhere is enough."""
+        ...
+
+
+class _NoMemory:
+    """The `StreamMemory` of who has none."""
+
+    def recall(self, state: SigningState) -> Recollection | None:
+        return None
+
+    def begin(self, key: bytes | None, known: Recollection) -> None:
+        pass
+
+    def note(self, now: int, stream: Stream | None = None, stamp: int = 0) -> None:
+        pass
+
+    def close(self) -> None:
+        pass
+
+
+def _unknown() -> int | None:
+    return None
+
+
 class Signing:
     """`sign` and `judge` frames, with one key for all links. Remembers the key, its own time, and the last time stamp
     of each stream."""
 
     def __init__(
-        self, time_unix_ns: Callable[[], int], state: SigningState, save: Callable[[SigningState], None]
+        self,
+        time_unix_ns: Callable[[], int],
+        state: SigningState,
+        save: Callable[[SigningState], None],
+        known_unix_ns: Callable[[], int | None] = _unknown,
+        memory: StreamMemory | None = None,
     ) -> None:
         """`save`: stores the state. It is called for every new key, and every SAVE_PERIOD_S at most while signed
-        packets come and go."""
+        packets come and go. `known_unix_ns`: the time where it is known to be right, None where it is not. `memory`:
+        keeps the streams over an end without notice."""
         self._time_unix_ns = time_unix_ns
+        self._known_unix_ns = known_unix_ns
         self._save = save
+        self._memory: StreamMemory = _NoMemory() if memory is None else memory
         horizon = state.horizon if state.horizon < _IMPLAUSIBLE else 0
+        before = self._memory.recall(state) or Recollection(horizon, horizon)
         self._key = state.key
-        self._floor = horizon
+        self._floor = before.floor
         self._horizon = horizon
-        self._now = max(self._clock(), horizon)
-        self._streams: dict[tuple[int, int, int], int] = {}
+        self._now = max(self._clock(), before.now)
+        self._streams: dict[Stream, int] = dict(before.streams)
+        self._remember()
 
     @property
     def has_key(self) -> bool:
@@ -89,7 +161,10 @@ class Signing:
             self._streams.clear()
             self._floor = 0
         self._key = key
-        self._now = max(self._now, self._clock(), stamp if stamp < _IMPLAUSIBLE else 0)
+        known = self._known()
+        most = _IMPLAUSIBLE if known is None else known + _LEAD
+        self._now = max(self._now, self._clock(), stamp if stamp < most else 0)
+        self._remember()
         self._keep()
 
     def sign(self, data: bytes, crc_extra: bytes, link: int) -> bytes:
@@ -99,7 +174,9 @@ class Signing:
         head = bytearray(data[:-2])
         head[2] |= _SIGNED
         head += crc16.mcrf4xx(bytes(head[1:]) + crc_extra).to_bytes(2, "little")
+        self._known()
         self._now = max(self._now + 1, self._clock())
+        self._memory.note(self._now)
         head += bytes([link & 0xFF]) + min(self._now, _LAST).to_bytes(_STAMP_BYTES, "little")
         self._keep_in_time()
         return bytes(head + self._hash(self._key, bytes(head)))
@@ -115,19 +192,15 @@ class Signing:
         stamp = int.from_bytes(data[-_HASH_BYTES - _STAMP_BYTES : -_HASH_BYTES], "little")
         if stamp >= _IMPLAUSIBLE:  # it would end the time stamps of this stream, and then ours
             return SignatureVerdict.STALE
+        known = self._known()
+        if known is not None and stamp > known + _LEAD:
+            return SignatureVerdict.AHEAD
         stream = (data[5], data[6], data[-SIGNATURE_BYTES])
-        last = self._streams.get(stream)
-        if last is None:
-            self._now = max(self._now, self._clock())
-            if stamp <= self._floor or stamp < self._now - _LATE:
-                return SignatureVerdict.STALE
-            if len(self._streams) >= _MOST_STREAMS:
-                oldest = min(self._streams, key=lambda known: self._streams[known])
-                self._floor = max(self._floor, self._streams.pop(oldest))
-        elif stamp <= last:
+        if not self._fresh(stream, stamp, known):
             return SignatureVerdict.STALE
         self._streams[stream] = stamp
         self._now = max(self._now, stamp)
+        self._memory.note(self._now, stream, stamp)
         self._keep_in_time()
         return SignatureVerdict.GENUINE
 
@@ -135,13 +208,50 @@ class Signing:
         """Store the present time stamp."""
         if self._key is not None:
             self._keep(0)
+        self._memory.close()
+
+    def _fresh(self, stream: Stream, stamp: int, known: int | None) -> bool:
+        """Whether a packet is newer than all that its stream had before; of a new stream, new enough."""
+        last = self._streams.get(stream)
+        if last is not None:
+            return stamp > last
+        self._now = max(self._now, self._clock())
+        if stamp <= self._floor or stamp < (self._now if known is None else known) - _LATE:
+            return False
+        if len(self._streams) >= MOST_STREAMS:
+            oldest = min(self._streams, key=lambda each: self._streams[each])
+            self._floor = max(self._floor, self._streams.pop(oldest))
+            self._remember()
+        return True
+
+    def _known(self) -> int | None:
+        """The time stamp of now, where the time is known. Undoes what peers with wrong clocks did before."""
+        time_unix_ns = self._known_unix_ns()
+        if time_unix_ns is None:
+            return None
+        known = max(0, (time_unix_ns - _EPOCH_UNIX_NS) // 10_000)
+        if max(self._now, self._floor) > known + _UNDONE:
+            self._now = known
+            self._floor = known  # what came before counted already, or never will
+            self._streams = {stream: last for stream, last in self._streams.items() if last <= known + _LEAD}
+            self._remember()
+            self._keep()
+        return known
+
+    def _remember(self) -> None:
+        self._memory.begin(self._key, Recollection(self._now, self._floor, self._streams))
 
     @staticmethod
     def _hash(key: bytes, data: bytes) -> bytes:
         return hashlib.sha256(key + data).digest()[:_HASH_BYTES]
 
     def _clock(self) -> int:
-        return max(0, (self._time_unix_ns() - _EPOCH_UNIX_NS) // 10_000)
+        """The time stamp of now by the best clock; 0 for one that shows the next century."""
+        time_unix_ns = self._known_unix_ns()
+        if time_unix_ns is None:
+            time_unix_ns = self._time_unix_ns()
+        stamp = max(0, (time_unix_ns - _EPOCH_UNIX_NS) // 10_000)
+        return stamp if stamp < _IMPLAUSIBLE else 0
 
     def _keep_in_time(self) -> None:
         if self._now + _PERIOD > self._horizon:

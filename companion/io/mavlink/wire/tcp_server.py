@@ -21,6 +21,7 @@ from companion.io.mavlink.wire.link_base import (
 )
 from companion.io.mavlink.wire.personas import Persona
 from companion.io.mavlink.wire.slots import IDLE_S, MAX_PEERS, Slot, to_leave
+from companion.io.mavlink.wire.spare import NO_DESCRIPTORS, SpareDescriptor
 
 _LEAST_SHARE = 1024  # bytes read from each client in one call, at least
 _WAIT_S = 3.0  # for the first message of a client that has no slot
@@ -70,6 +71,7 @@ class TcpServerLink:
         except OSError as error:
             self._listener.close()
             raise not_bound(url, error) from error
+        self._spare = SpareDescriptor()
         self._clients: list[_Client] = []
         self._news: list[str] = []
 
@@ -115,6 +117,7 @@ class TcpServerLink:
     def close(self) -> None:
         """As `Link.close`."""
         self._listener.close()
+        self._spare.close()
         for client in tuple(self._clients):
             self._drop(client)
 
@@ -122,7 +125,9 @@ class TcpServerLink:
         for _ in range(MAX_PEERS):
             try:
                 accepted, address = self._listener.accept()
-            except OSError:  # no client is waiting, or it has gone again
+            except OSError as error:  # no client is waiting, or it has gone again
+                if error.errno in NO_DESCRIPTORS and self._spare.turn_away(self._listener):
+                    self._news.append(f"{self.name}: refused a client: no file descriptors left")
                 return
             waits_s = None if self._has_room(address[0], False, now_s) else now_s
             if waits_s is not None and any(client.waits_s is not None for client in self._clients):

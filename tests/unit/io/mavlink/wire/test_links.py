@@ -259,6 +259,14 @@ def connected(link: TcpServerLink, sockets: Any) -> tuple[socket.socket, Endpoin
     return client, endpoint
 
 
+def fill(link: TcpServerLink, sockets: Any) -> None:
+    """All places taken, by clients that were heard."""
+    for _ in range(16):
+        client, endpoint = connected(link, sockets)
+        client.sendall(BYTES)
+        until(lambda endpoint=endpoint: link.receive(1.0) and endpoint.last_heard_s is not None)
+
+
 def test_tcpin_keeps_clients_apart(opened: Any, sockets: Any) -> None:
     link: TcpServerLink = opened("tcpin:127.0.0.1:0")
     one, first = connected(link, sockets)
@@ -448,10 +456,7 @@ def test_newer_clients_take_the_place_of_the_silent(opened: Any, sockets: Any) -
 
 def test_clients_that_are_heard_are_not_dropped_for_newer_ones(opened: Any, sockets: Any) -> None:
     link: TcpServerLink = opened("tcpin:127.0.0.1:0")
-    for _ in range(16):
-        client, endpoint = connected(link, sockets)
-        client.sendall(BYTES)
-        until(lambda endpoint=endpoint: link.receive(1.0) and endpoint.last_heard_s is not None)
+    fill(link, sockets)
     late = sockets(socket.SOCK_STREAM)
     late.connect(link.address)
     late.sendall(BYTES)
@@ -463,10 +468,7 @@ def test_clients_that_are_heard_are_not_dropped_for_newer_ones(opened: Any, sock
 
 def test_who_has_only_sent_heartbeats_leaves_after_a_while(opened: Any, sockets: Any) -> None:
     link: TcpServerLink = opened("tcpin:127.0.0.1:0")
-    for _ in range(16):
-        client, endpoint = connected(link, sockets)
-        client.sendall(BYTES)
-        until(lambda endpoint=endpoint: link.receive(1.0) and endpoint.last_heard_s is not None)
+    fill(link, sockets)
     first = link.endpoints[0]
     sockets(socket.SOCK_STREAM).connect(link.address)
     until(lambda: link.receive(12.0) or first.gone)
@@ -476,10 +478,7 @@ def test_who_has_only_sent_heartbeats_leaves_after_a_while(opened: Any, sockets:
 def test_an_operator_gets_in_where_all_places_are_taken(opened: Any, sockets: Any) -> None:
     link: TcpServerLink = opened("tcpin:127.0.0.1:0")
     link.guard.operators = frozenset({77})
-    for _ in range(16):
-        client, endpoint = connected(link, sockets)
-        client.sendall(BYTES)
-        until(lambda endpoint=endpoint: link.receive(1.0) and endpoint.last_heard_s is not None)
+    fill(link, sockets)
     operator = sockets(socket.SOCK_STREAM)
     operator.connect(link.address)
     operator.sendall(frame(PACKED, 0, 77, 190))
@@ -489,10 +488,7 @@ def test_an_operator_gets_in_where_all_places_are_taken(opened: Any, sockets: An
 
 def test_a_client_that_waits_and_says_nothing_is_closed(opened: Any, sockets: Any) -> None:
     link: TcpServerLink = opened("tcpin:127.0.0.1:0")
-    for _ in range(16):
-        client, endpoint = connected(link, sockets)
-        client.sendall(BYTES)
-        until(lambda endpoint=endpoint: link.receive(1.0) and endpoint.last_heard_s is not None)
+    fill(link, sockets)
     late = sockets(socket.SOCK_STREAM)
     late.connect(link.address)
     until(lambda: link.receive(2.0) or len(link.filenos()) == 18)

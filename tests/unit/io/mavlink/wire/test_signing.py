@@ -248,3 +248,66 @@ def test_a_log_keeps_no_signature() -> None:
     (message,) = Framer().feed(plain)
     assert len(plain) == len(signed) - 13 and message.get_type() == "HEARTBEAT" and not plain[2] & 1
     assert unsigned(plain, 50) == plain and unsigned(signed, None) == signed
+
+
+class Knowing(Clock):
+    """A clock that may be known to be right."""
+
+    known: int | None = None
+
+    def unix_ns(self) -> int | None:
+        return self.known
+
+
+YEAR_NS = 366 * 86_400 * 1_000_000_000
+
+
+def test_a_clock_of_the_future_locks_nobody_out_where_we_know_the_time() -> None:
+    clock, kept = Knowing(), Kept()
+    clock.known = clock.ns
+    ours = Signing(clock, SigningState(KEY, 0), kept, clock.unix_ns)
+    ahead = station(KEY, clock.stamp + 61 * 100_000, system=250)
+    assert ours.judge(heartbeat(ahead)) is SignatureVerdict.AHEAD
+    fast = station(KEY, clock.stamp + 59 * 100_000, system=251)
+    assert ours.judge(heartbeat(fast)) is SignatureVerdict.GENUINE
+    slow = station(KEY, clock.stamp - 59 * 100_000, system=252)
+    assert ours.judge(heartbeat(slow)) is SignatureVerdict.GENUINE
+    ours.set_key(OTHER_KEY, clock.stamp + 10**9)
+    assert ours.judge(heartbeat(station(OTHER_KEY, clock.stamp))) is SignatureVerdict.GENUINE
+    assert kept.states[-1].horizon < clock.stamp + 80 * 100_000
+
+
+def test_what_a_clock_of_the_future_did_is_undone_when_we_learn_the_time() -> None:
+    """Over a restart too. What counted before does not count again."""
+    clock, kept = Knowing(), Kept()
+    ours = Signing(clock, SigningState(KEY, 0), kept, clock.unix_ns)
+    honest = station(KEY, clock.stamp)
+    early = heartbeat(honest)
+    assert ours.judge(early) is SignatureVerdict.GENUINE
+    wrong = station(KEY, clock.stamp + 10 * YEAR_NS // TICK_NS, system=250)
+    future = heartbeat(wrong)
+    assert ours.judge(future) is SignatureVerdict.GENUINE
+    late = station(KEY, clock.stamp, system=253)
+    assert ours.judge(heartbeat(late)) is SignatureVerdict.STALE, "it cannot be told who is right"
+    restarted = Signing(clock, kept.states[-1], Kept(), clock.unix_ns)
+    for boat in (ours, restarted):
+        clock.ns += 2_000_000_000
+        clock.known = clock.ns
+        assert boat.judge(early) is SignatureVerdict.STALE
+        assert boat.judge(future) is SignatureVerdict.AHEAD
+        clock.ns += 1_000_000_000
+        clock.known = clock.ns
+        late.signing.timestamp = wrong.signing.timestamp = clock.stamp
+        assert boat.judge(heartbeat(late)) is SignatureVerdict.GENUINE
+        assert boat.judge(heartbeat(wrong)) is SignatureVerdict.GENUINE, "its clock is right now"
+        packed = pack(mavlink.MAVLink_heartbeat_message(11, 12, 0, 0, 4, 3))
+        sent = boat.sign(frame(packed, 0, 1, 1), packed.crc_extra, 0)
+        assert int.from_bytes(sent[-12:-6], "little") < clock.stamp + 1_000
+        clock.known = None
+
+
+def test_our_own_clock_in_the_next_century_does_not_freeze_our_time_stamps() -> None:
+    ours = signing(clock=Clock(EPOCH_NS + (2**48 - 1) * TICK_NS))
+    packed = pack(mavlink.MAVLink_heartbeat_message(11, 12, 0, 0, 4, 3))
+    sent = [ours.sign(frame(packed, 0, 1, 1), packed.crc_extra, 0)[-12:-6] for _ in range(3)]
+    assert len({int.from_bytes(one, "little") for one in sent}) == 3
