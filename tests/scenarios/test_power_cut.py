@@ -7,15 +7,12 @@ from pathlib import Path
 
 import pytest
 
-from companion.app import Surroundings, build, load_vessel
-from companion.clock import SimulatedClock
 from companion.core.decision import MissionState, ModeId
 from companion.io.mavlink.wire import messages as mavlink
-from companion.io.mavlink.wire.links import MemoryLink
 from companion.mission import files
 from companion.mission.plan import PlanKind
 from companion.record.state_file import StateFile
-from sitl.world import EPOCH_UNIX_NS, World, WorldConditions
+from tests.afloat import BoatAfloat
 from tests.protocol.desk import Desk
 from tests.scenarios.test_mission_files import FOLDER, message
 
@@ -27,40 +24,7 @@ LISTS = {
 }
 
 
-class Run:
-    """One run of the program on a state directory, in lockstep; what `Desk` needs of a rig."""
-
-    def __init__(self, state: Path, north_m: float = 0.0, east_m: float = 0.0) -> None:
-        config = load_vessel("revolt")
-        self.world = World(config, WorldConditions(seed=3))
-        self.world.set_state(north_m, east_m)
-        self.state = StateFile(state)
-        self._clock = SimulatedClock(EPOCH_UNIX_NS)
-        self._link = MemoryLink("memory:desk")
-        self.vessel = build(config, Surroundings(self._clock, self.world, self.world, [self._link], self.state))
-        self._steps = 0
-
-    @property
-    def now_s(self) -> float:
-        return self._clock.now_s()
-
-    def step(self) -> None:
-        self._clock.wait(self._steps * self.vessel.period_s, ())
-        self.vessel.tick(self._clock.now_s())
-        self._steps += 1
-
-    def send(self, data: bytes) -> None:
-        self._link.to_vessel(data)
-
-    def receive(self) -> bytes:
-        return self._link.from_vessel()
-
-    def close(self) -> None:
-        self.vessel.close()
-        self.state.close()
-
-
-def desk_of(run: Run) -> Desk:
+def desk_of(run: BoatAfloat) -> Desk:
     desk = Desk(Path(), run)  # type: ignore[arg-type]
     desk.tick()
     return desk
@@ -81,7 +45,7 @@ def sail_until(desk: Desk, what: str, done: object, timeout_s: float = 200.0) ->
 def cut(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, object], tuple[float, float]]:
     """The disk after the cut, where the mission stood, and where the boat is."""
     folder = tmp_path_factory.mktemp("cut")
-    desk = desk_of(Run(folder / "state"))
+    desk = desk_of(BoatAfloat(folder / "state"))
     desk.ready()
     desk.tell(mavlink.MAVLink_param_set_message(1, 1, b"NAV_ACC_RAD", 2.0, 9))
     for kind, items in LISTS.items():
@@ -108,7 +72,7 @@ def test_all_is_there_and_the_boat_holds_or_goes_on_by_parameter(
     parameters, _ = state.load_parameters()
     state.save_parameters({**parameters, "MIS_ON_START": on_start})
     state.close()
-    run = Run(tmp_path / "state", *place)
+    run = BoatAfloat(tmp_path / "state", place=place)
     vessel = run.vessel
     for kind, items in LISTS.items():
         assert [(i.command, i.x, i.y) for i in vessel.plans.items(kind)] == [(i.command, i.x, i.y) for i in items], kind
