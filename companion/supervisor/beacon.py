@@ -8,12 +8,14 @@ from companion.core.actuation import Beacon, Light, ThrusterCondition
 from companion.core.decision import ModeId, Status
 from companion.core.tick import DeviceHealth
 
+CAPSIZED = "capsized"  # the failsafe of that name
+
 
 def beacon(
     status: Status, wet: bool, health: Sequence[DeviceHealth], conditions: Sequence[ThrusterCondition]
 ) -> Beacon:
-    """Red steady: water in the hull. Yellow steady: Manual; blinking: any other mode. Green blinking: no error; steady:
-    a failsafe lasts, a device is not ok, or a thruster has failed.
+    """Red steady: water in the hull, or capsized. Yellow steady: Manual; blinking: any other mode. Green blinking: no
+    error; steady: a failsafe lasts, a device is not ok, or a thruster has failed.
 
     Yellow shows the chosen mode also while disarmed: a dark lamp may be broken, so it must not mean "safe".
     """
@@ -24,7 +26,7 @@ def beacon(
                 well = False
                 break
     return Beacon(
-        red=Light.STEADY if wet else Light.OFF,
+        red=Light.STEADY if wet or CAPSIZED in status.failsafes else Light.OFF,
         yellow=Light.STEADY if status.mode is ModeId.MANUAL else Light.BLINK,
         green=Light.BLINK if well else Light.STEADY,
     )

@@ -9,6 +9,7 @@ Hold and RTL leave it, Neutral ends the push.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
@@ -148,6 +149,15 @@ def _row_of(mode: ModeId, declared: LossFailsafe) -> Failsafe:
 
 FAILSAFES: tuple[Failsafe, ...] = (  # most severe first
     Failsafe(
+        "capsized",
+        TextKind.ALARM,
+        lambda s, _: s.tilt_rad is not None,
+        _armed,
+        FailsafeAction.NEUTRAL,
+        lambda s: f"Capsized, {math.degrees(s.tilt_rad or 0.0):.0f} deg from upright",
+        "Upright again",
+    ),
+    Failsafe(
         "bridge_silent",
         TextKind.ALARM,
         lambda s, _: bool(_silent_bridges(s)),
@@ -164,6 +174,15 @@ FAILSAFES: tuple[Failsafe, ...] = (  # most severe first
         "FS_ACT_ACT",
         lambda s: f"Thrusters failed: no {' and no '.join(s.lost_motions)} left",
         "Thrusters are enough again",
+    ),
+    Failsafe(
+        "ticks_late",
+        TextKind.ALARM,
+        lambda s, _: s.ticks_late,
+        _armed,
+        "FS_TICK_ACT",
+        lambda s: f"Computer too slow: ticks {s.worst_late_s:.2g} s late",
+        "Computer keeps up again",
     ),
     Failsafe(
         "position_lost",
@@ -202,6 +221,15 @@ FAILSAFES: tuple[Failsafe, ...] = (  # most severe first
         "Battery no longer critical",
     ),
     Failsafe(
+        "battery_return",
+        TextKind.ALARM,
+        lambda s, _: s.range_short,
+        _self_steered,
+        "BAT_RET_ACT",
+        lambda s: f"Return now: {_battery_text(s)}, home takes {100.0 * (s.home_share or 0.0):.0f} %",
+        "Battery is enough for the way home",
+    ),
+    Failsafe(
         "battery_low",
         TextKind.ATTENTION,
         _battery_below("BAT_LOW_THR"),
@@ -209,6 +237,24 @@ FAILSAFES: tuple[Failsafe, ...] = (  # most severe first
         FailsafeAction.IGNORE,
         lambda s: f"Battery low, {_battery_text(s)}",
         "Battery no longer low",
+    ),
+    Failsafe(
+        "shallow",
+        TextKind.ALARM,
+        lambda s, _: s.depth_m is not None,
+        _self_steered,
+        "FS_DEPTH_ACT",
+        lambda s: f"Shallow: {s.depth_m or 0.0:.1f} m of water",
+        "Deep enough again",
+    ),
+    Failsafe(
+        "no_way",
+        TextKind.ALARM,
+        lambda s, _: s.no_way,
+        _self_steered,
+        "FS_WAY_ACT",
+        lambda _: "Thrust makes no way: aground or propeller fouled",
+        "Thrust makes way",
     ),
     Failsafe(
         "fence",

@@ -82,6 +82,8 @@ class FollowDuty:
             else self._watch.fault(nav, now_s) or ("follow cannot begin" if self._awaits else None)
         )
         stays = self._refusal(AuthorityRequest(RequestedAction.RETURN_TO_FOLLOW, Right.BOAT), now_s)
+        if stays is None and self._watch.jump_m is not None:
+            stays = f"leader jumped {self._watch.jump_m:.0f} m"
         return Source(fault, self._watch.good_s(now_s), stays)
 
     @property
@@ -200,6 +202,7 @@ class FollowDuty:
         self._awaits = self._awaits and following and self._helm.stopped
         if following and not self._following:
             self._since_s, self._awaits = inputs.now_s, self._helm.stopped
+            self._watch.forget_jump()
             self._begin(inputs)
         elif self._awaits and inputs.leader_fault is None:
             self._helm.resume(inputs.now_s)

@@ -34,6 +34,7 @@ class Cause(Enum):
     MISSION_ITEM = "mission_item"
     MISSION_ITEM_REFUSED = "mission_item_refused"
     MISSION_END = "mission_end"
+    TRIAL_END = "trial_end"
     RESTART = "restart"
 
     @property
@@ -174,6 +175,13 @@ MODE_CHANGES: tuple[ModeChange, ...] = (
         "Dock if the last item docks; else Hold, RTL or no thrust, as the parameter says; Hold for a cleared mission",
         "The mission is complete, or is cleared",
         "MIS_DONE_ACT",
+    ),
+    ModeChange(
+        Cause.TRIAL_END.value,
+        Cause.TRIAL_END,
+        "Trial",
+        _HOLD_OR_NO_THRUST,
+        "The trial is complete, or gives up",
     ),
     ModeChange(
         Cause.RESTART.value,

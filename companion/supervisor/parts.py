@@ -8,7 +8,7 @@ from companion.allocation.propulsion import lost_motions
 from companion.config.vessel import VesselConfig
 from companion.core.actuation import ZERO_WRENCH
 from companion.core.decision import ModeId, ModeInputs, Order, Outcome
-from companion.core.estimate import NO_ESTIMATE
+from companion.core.estimate import NO_ESTIMATE, Contact
 from companion.core.events import EventLog
 from companion.core.geodesy import LocalFrame
 from companion.core.tick import DeviceHealth, Inputs
@@ -20,15 +20,18 @@ from companion.modes.hold import HoldMode
 from companion.modes.mission import MissionMode
 from companion.modes.offboard import OffboardMode
 from companion.modes.table import build_modes, mode_of
+from companion.modes.trial.mode import TrialMode
 from companion.params.store import Parameters
 from companion.supervisor.authority import AuthorityRequest, Facts, RequestedAction, refusal
 from companion.supervisor.calibration import CalibrationDuty
+from companion.supervisor.computer import ComputerWatch
 from companion.supervisor.cruise import Cruise
 from companion.supervisor.fence_duty import FenceDuty
 from companion.supervisor.follow_duty import FollowDuty
 from companion.supervisor.ground_stations import GroundStations
 from companion.supervisor.helm import Helm
 from companion.supervisor.homing import HomeKeeper
+from companion.supervisor.hull_watch import HullWatch
 from companion.supervisor.mission_actions import MissionActions
 from companion.supervisor.mission_duty import MissionDuty
 from companion.supervisor.mode_changes import Cause
@@ -37,15 +40,18 @@ from companion.supervisor.nudges import Nudges
 from companion.supervisor.outlook_duty import OutlookDuty
 from companion.supervisor.outputs import AuxiliaryOutputs
 from companion.supervisor.payload import Payload
+from companion.supervisor.range_watch import RangeWatch
 from companion.supervisor.responder import Responder
 from companion.supervisor.retraction import Retraction
 from companion.supervisor.senses import Senses
 from companion.supervisor.situation import Situation, Source
+from companion.supervisor.standstill import Standstill
 from companion.supervisor.sticks import Sticks, is_centred
 from companion.supervisor.switch_faults import kill_switch_fault
 from companion.supervisor.switches import Switches
+from companion.supervisor.unmeasured import Unmeasured
 from companion.traffic.guard import TrafficGuard
-from companion.traffic.tracker import TrafficTracker
+from companion.traffic.tracker import TrafficTracker, contact
 
 
 class SupervisorParts:
@@ -82,8 +88,10 @@ class SupervisorParts:
         self.hold = hold = mode_of(modes, HoldMode)
         self.mission = mission = mode_of(modes, MissionMode)
         self.offboard = mode_of(modes, OffboardMode)
+        self.trial = mode_of(modes, TrialMode)
         self._with_source = tuple(mode for mode in modes.values() if mode.declaration.failsafe is not None)
 
+        self.computer = ComputerWatch(1.0 / config.control_rate_hz, parameters, events.say)
         self.cruise = Cruise(parameters)
         self.auxiliary = AuxiliaryOutputs(config, events)
         self.payload = Payload(config, parameters, plans, self.auxiliary, events, frame_of)
@@ -99,9 +107,20 @@ class SupervisorParts:
         self.nudges = Nudges(config, parameters, helm, hold, events)
         self.retraction = Retraction(config, parameters, helm, events)
         self.senses = Senses(events)
+        self.unmeasured = Unmeasured(events)
+        self.standstill = Standstill(events)
+        self.hull = HullWatch(config, parameters)
+        self.range = RangeWatch(config, parameters, lambda: self.cruise.speed_mps)
         self.calibration = CalibrationDuty(config, parameters, helm, events, lambda: self.nav)
         self.motor_test = MotorTest(config, events, self.motor_objection)
         self.responder = Responder(helm, hold, self.sticks, events, self.situation)
+
+    def watch_hull(self, desired_mps: float, now_s: float) -> None:
+        """Once a tick: hull and range. `desired_mps`: speed ahead of the last setpoint of a mode without sticks."""
+        by_itself = self.helm.armed and not self.helm.mode.by_stick
+        wanted_mps = desired_mps if by_itself else 0.0
+        self.hull.update(self.nav, self.inputs.depth, wanted_mps, self.achieved.surge_n, now_s)
+        self.range.update(self.nav, self.inputs.battery, self.home.home, by_itself, now_s)
 
     # --- views -----------------------------------------------------------------------------------------------------
 
@@ -166,7 +185,13 @@ class SupervisorParts:
             leader_fault=self.following.fault(self.nav, now_s),
             station=self.following.follow_position,
             order=self.order,
+            contacts=self._contacts(now_s) if self.helm.mode is self.trial else (),
         )
+
+    def _contacts(self, now_s: float) -> tuple[Contact, ...]:
+        """The vessels around whose place is known."""
+        seen = (contact(target, self.frame_of(), now_s) for target in self.traffic.targets)
+        return tuple(one for one in seen if one is not None)
 
     def situation(self, now_s: float) -> Situation:
         """What arming checks and failsafes see."""
@@ -189,6 +214,13 @@ class SupervisorParts:
             lost_motions=lost_motions(thrusters, self.failed),
             kill_switch_fault=kill_switch_fault(self.parameters, self.switches.channels),
             fence=self.fence.cause,
+            ticks_late=self.computer.ticks_late,
+            worst_late_s=self.computer.worst_s,
+            tilt_rad=self.hull.tilt_rad,
+            no_way=self.hull.no_way,
+            depth_m=self.hull.depth_m,
+            home_share=self.range.need,
+            range_short=self.range.short,
             fence_preparing=self.fence.preparing,
             sources=self._sources(now_s),
         )

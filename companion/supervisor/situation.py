@@ -55,6 +55,13 @@ class Situation:
     lost_motions: tuple[str, ...] = ()  # what thrusters that have failed leave the boat unable to do
     fence_preparing: bool = False  # a fence that is set is not in force yet
     kill_switch_fault: str | None = None  # why the transmitter's kill switch would not work
+    ticks_late: bool = False  # the computer does not keep up
+    worst_late_s: float = 0.0  # the latest of these ticks
+    tilt_rad: float | None = None  # of a boat that is capsized
+    no_way: bool = False  # thrust makes no way
+    depth_m: float | None = None  # where it is too shallow
+    home_share: float | None = None  # of the battery, with which the boat gets home; None where not known
+    range_short: bool = False  # less is left
     fence: str | None = None  # what is wrong with the boat's place, or soon will be
 
 

@@ -13,7 +13,7 @@ from companion.core.estimate import NavState, usable
 from companion.core.events import EventLog
 from companion.core.geodesy import LocalFrame
 from companion.core.readings import AisTarget, LeaderState, ManualInput, RcInput
-from companion.core.setpoint import NEUTRAL_SETPOINT, Setpoint
+from companion.core.setpoint import NEUTRAL_SETPOINT, Setpoint, desired_motion
 from companion.core.tick import DeviceHealth, Inputs
 from companion.mission.executor import MissionExecutor
 from companion.mission.plan import Plans
@@ -34,7 +34,8 @@ class Supervisor(Requests):
     """Requests and messages come in between ticks; once a tick `update` → Status, then `guide` → Setpoint. None of it
     raises.
 
-    Remembers its parts, and the last failure of fence and traffic guards. The boat starts disarmed and in Manual.
+    Remembers its parts, the desired speed, and the last failure of fence and traffic guards. The boat starts disarmed
+    and in Manual.
     """
 
     def __init__(
@@ -59,6 +60,7 @@ class Supervisor(Requests):
         self._monitor = parts.responder.monitor
         self.landing = Landing(self)
         self._guard_failure = ""
+        self._desired_mps = 0.0  # speed ahead, of the last setpoint
 
     @property
     def version(self) -> int:
@@ -143,6 +145,7 @@ class Supervisor(Requests):
             leader=parts.leader.leader(parts.frame_of(), now_s),
             orbit=helm.mode.orbit if helm.armed else None,
             landed=self.landing.landed,
+            trial_left_s=parts.trial.time_left_s if helm.armed else None,
         )
 
     def arming_report(self, now_s: float) -> ArmingReport:
@@ -177,6 +180,8 @@ class Supervisor(Requests):
         parts.traffic.update(now_s)
         parts.mission_duty.restore(now_s)
         parts.home.update(parts.nav, now_s)
+        parts.standstill.update(now_s)
+        parts.unmeasured.update(parts.nav, self._helm.armed, now_s)
         rc = calibrated(inputs.rc, parts.parameters)
         parts.sticks.update(rc, now_s)
         self._obey_switches(rc, now_s)
@@ -184,6 +189,7 @@ class Supervisor(Requests):
         parts.fence.update(parts.nav, self._helm.mode, self._helm.armed, now_s)
         parts.fence_duty.update(parts.mode_inputs(now_s, 0.0))
         parts.following.update(parts.mode_inputs(now_s, 0.0))
+        parts.watch_hull(self._desired_mps, now_s)
         parts.responder.update(now_s)
         self.landing.update(now_s)
         parts.retraction.update(rc, now_s)
@@ -193,6 +199,11 @@ class Supervisor(Requests):
 
     def guide(self, nav: NavState, now_s: float, dt_s: float) -> Setpoint:
         """The active mode's setpoint; neutral while disarmed, or while a failsafe or a failure stops the thrusters."""
+        setpoint = self._guide(nav, now_s, dt_s)
+        self._desired_mps = desired_motion(setpoint).surge_mps
+        return setpoint
+
+    def _guide(self, nav: NavState, now_s: float, dt_s: float) -> Setpoint:
         parts, helm = self.parts, self._helm
         parts.nav = usable(nav)
         if not helm.armed or self._stopped or self._monitor.neutral:
@@ -202,6 +213,10 @@ class Supervisor(Requests):
         setpoint = helm.guide(inputs)
         if helm.mode is parts.mission:
             parts.mission_duty.after(parts.nav, now_s)
+        if helm.mode is parts.trial and parts.trial.ended is not None:
+            if helm.switch(ModeId.HOLD, parts.nav, now_s, Cause.TRIAL_END) is not None:
+                helm.stop(Cause.TRIAL_END)
+            return NEUTRAL_SETPOINT
         if setpoint is None or self._stopped:
             return NEUTRAL_SETPOINT
         return self._guarded(setpoint, inputs)

@@ -25,6 +25,7 @@ CAUSES: Mapping[Cause, str] = {
     Cause.MISSION_ITEM: "the mission asked for it",
     Cause.MISSION_ITEM_REFUSED: "the mission's item was refused: see events",
     Cause.MISSION_END: "the mission has ended",
+    Cause.TRIAL_END: "the trial has ended: see events",
     Cause.RESTART: "a mission was interrupted by a restart",
 }
 """Each reason for a mode, in the words of an answer to "why"."""

@@ -7,7 +7,8 @@ import pytest
 from companion.core.actuation import Beacon, Light, ThrusterCondition
 from companion.core.decision import MissionProgress, MissionState, ModeId, Status
 from companion.core.tick import DeviceHealth
-from companion.supervisor.beacon import beacon
+from companion.supervisor.beacon import CAPSIZED, beacon
+from companion.supervisor.failsafes import FAILSAFES
 
 OFF, STEADY, BLINK = Light.OFF, Light.STEADY, Light.BLINK
 READY, UP, MOVING, FAILED = (
@@ -50,3 +51,8 @@ def test_green_is_health(
     green: Light,
 ) -> None:
     assert beacon(status(ModeId.HOLD, failsafes=failsafes), False, health, conditions).green is green
+
+
+def test_red_is_a_capsized_boat_too() -> None:
+    assert CAPSIZED in {row.name for row in FAILSAFES}
+    assert beacon(status(ModeId.HOLD, failsafes=(CAPSIZED,)), False, (WELL,), (READY,)).red is STEADY

@@ -21,7 +21,7 @@ def test_starts_disarmed_in_manual(boat: Boat) -> None:
 
 def test_modes_stand_in_display_order(boat: Boat) -> None:
     assert [mode.id.value for mode in boat.supervisor.modes] == [
-        "Manual", "Forces", "Heading", "Hold", "Mission", "RTL", "Dock", "Circle", "Follow", "Offboard",
+        "Manual", "Forces", "Heading", "Hold", "Mission", "RTL", "Dock", "Circle", "Trial", "Follow", "Offboard",
     ]  # fmt: skip
     assert [mode.id.value for mode in boat.supervisor.modes if mode.declaration.by_stick] == [
         "Manual",

@@ -1,0 +1,140 @@
+"""Heel, thrust in vain and shallow water: when they are told, what explains them away, and when they are over."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from companion.config.vessel import find, load
+from companion.core.actuation import Wrench
+from companion.core.decision import ModeId
+from companion.core.estimate import Distrust, NavState
+from companion.core.readings import Depth
+from companion.core.setpoint import NeutralSetpoint
+from companion.params.store import Parameters
+from companion.supervisor.hull_watch import HullWatch
+from tests.unit.conftest import AT_REST, Boat
+from tests.unit.supervisor.test_failsafes import sail
+
+REVOLT = load(find("revolt"))
+DT_S = 0.1
+
+
+class Bench:
+    def __init__(self, **parameters: float) -> None:
+        self.watch = HullWatch(REVOLT, Parameters(parameters))
+        self.t_s = 0.0
+
+    def sail(
+        self,
+        duration_s: float,
+        roll_deg: float = 0.0,
+        desired_mps: float = 0.0,
+        made_mps: float = 0.0,
+        push_n: float = 0.0,
+        depth_m: float | None = None,
+        **nav: object,
+    ) -> HullWatch:
+        state: NavState = replace(
+            AT_REST, roll_rad=math.radians(roll_deg), surge_mps=made_mps, imu_age_s=0.0, **nav  # type: ignore[arg-type]
+        )  # fmt: skip
+        for _ in range(round(duration_s / DT_S)):
+            self.t_s += DT_S
+            depth = None if depth_m is None else Depth(self.t_s, "sounder", depth_m)
+            self.watch.update(state, depth, desired_mps, push_n, self.t_s)
+        return self.watch
+
+
+def test_capsized_after_a_moment_and_upright_again() -> None:
+    bench = Bench()
+    assert bench.sail(5.0, roll_deg=-59.0).tilt_rad is None
+    assert bench.sail(0.3, roll_deg=-80.0).tilt_rad is None
+    assert bench.sail(0.2, roll_deg=-80.0).tilt_rad == pytest.approx(math.radians(80.0))
+    assert bench.sail(1.0, roll_deg=45.0).tilt_rad is not None, "still heeled"
+    assert bench.sail(0.1, roll_deg=40.0).tilt_rad is None
+
+
+def test_a_wave_does_not_capsize_the_boat_and_zero_turns_the_watch_off() -> None:
+    bench = Bench()
+    for _ in range(10):
+        assert bench.sail(0.2, roll_deg=90.0).tilt_rad is None
+        bench.sail(0.2)
+    assert Bench(FS_TILT_ANG=0.0).sail(2.0, roll_deg=170.0).tilt_rad is None
+
+
+@pytest.mark.parametrize(
+    "blind",
+    [
+        {"imu_age_s": 2.0},
+        {"distrusted": (Distrust("IMU", "imu", "is upside down", 0.0, True, False),)},
+        {"distrusted": (Distrust("accelerometer", "imu", "is upside down", 0.0, True, False),)},
+    ],
+)
+def test_who_sees_nothing_does_not_know_that_the_boat_is_upright(blind: dict[str, object]) -> None:
+    bench = Bench()
+    bench.sail(1.0, roll_deg=150.0)
+    state = {"roll_rad": 0.0, "surge_mps": 0.0, **blind}
+    for _ in range(50):
+        bench.t_s += DT_S
+        bench.watch.update(replace(AT_REST, **state), None, 0.0, 0.0, bench.t_s)  # type: ignore[arg-type]
+    assert bench.watch.tilt_rad is not None
+    assert bench.sail(0.1).tilt_rad is None
+
+
+def test_thrust_in_vain() -> None:
+    bench = Bench()
+    assert not bench.sail(9.8, desired_mps=0.6, push_n=45.0, made_mps=0.02).no_way
+    assert bench.sail(0.5, desired_mps=0.6, push_n=45.0, made_mps=0.02).no_way
+    assert bench.sail(30.0, desired_mps=0.0).no_way, "only way made ends it"
+    assert not bench.sail(0.2, desired_mps=0.6, push_n=30.0, made_mps=0.4).no_way
+
+
+@pytest.mark.parametrize(
+    "explained",
+    [
+        {"desired_mps": 0.6, "push_n": 45.0, "made_mps": 0.5},  # it makes way
+        {"desired_mps": 0.6, "push_n": 25.0, "made_mps": 0.0},  # a stream of 0.3 m/s takes half of that
+        {"desired_mps": 0.0, "push_n": 45.0, "made_mps": 0.0},  # it holds against a storm
+        {"desired_mps": 0.6, "push_n": -45.0, "made_mps": 0.0},  # it brakes
+        {"desired_mps": 0.6, "push_n": 45.0, "made_mps": 0.0, "position_valid": False},
+    ],
+)
+def test_what_is_no_thrust_in_vain(explained: dict[str, float]) -> None:
+    assert not Bench().sail(60.0, **explained).no_way  # type: ignore[arg-type]
+
+
+def test_shallow_water_for_a_second_until_it_is_a_fifth_deeper() -> None:
+    bench = Bench(FS_DEPTH_MIN=1.0)
+    assert bench.sail(0.9, depth_m=0.8).depth_m is None
+    assert bench.sail(0.3, depth_m=0.8).depth_m == 0.8
+    assert bench.sail(1.0, depth_m=1.1).depth_m == 1.1
+    assert bench.sail(0.1, depth_m=1.3).depth_m is None
+    assert Bench().sail(5.0, depth_m=0.0).depth_m is None, "0: never"
+
+
+def test_a_capsized_boat_has_no_thrust_and_goes_on_when_it_is_upright(boat: Boat) -> None:
+    sail(boat)
+    boat.nav = replace(boat.nav, roll_rad=math.radians(100.0), imu_age_s=0.0)
+    boat.step(1.0)
+    assert boat.status.failsafes[0] == "capsized" and isinstance(boat.setpoint, NeutralSetpoint)
+    assert ("capsized", "Capsized, 100 deg from upright: neutral") in boat.said
+    boat.nav = replace(boat.nav, roll_rad=0.0)
+    boat.step(0.2)
+    assert boat.status.failsafes == () and not isinstance(boat.setpoint, NeutralSetpoint)
+
+
+def test_a_boat_aground_holds_and_an_operator_may_go_on(boat: Boat) -> None:
+    sail(boat)
+    boat.pinned = True
+    boat.supervisor.thrust_achieved(Wrench(48.0, 0.0, 0.0))
+    boat.step(12.0)
+    assert boat.status.mode is ModeId.HOLD and "no_way" in boat.status.failsafes
+    assert ("no_way", "Thrust makes no way: aground or propeller fouled: Hold") in boat.said
+    assert boat.supervisor.request_mode(ModeId.MISSION, boat.now_s).accepted
+    boat.step(5.0)
+    assert boat.status.mode is ModeId.MISSION
+    boat.pinned = False
+    boat.step(5.0)
+    assert "no_way_over" in boat.names()
