@@ -19,6 +19,7 @@ from companion.config.fields import (
     NonNegative,
     Positive,
     Vector,
+    derived,
     means,
 )
 
@@ -92,21 +93,21 @@ class ThrusterConfig:
     ]
     x_m: Annotated[float, means("Position ahead of the middle of the boat.")]
     y_m: Annotated[float, means("Position to starboard of the middle of the boat.")]
-    max_n: Annotated[Positive, means("Largest thrust ahead that the allocation uses.")]
+    max_n: Annotated[Positive, derived("Largest thrust ahead that the allocation uses.")]
     min_n: Annotated[
         float,
         Field(le=0.0),
-        means(
+        derived(
             "Largest thrust astern that the allocation uses, as a negative number. 0 for a thruster that "
             "cannot reverse."
         ),
     ]
     ahead_n: Annotated[
         Positive,
-        means("Thrust at full throttle ahead with the boat at rest. Thrust is `ahead_n` · u² at throttle u."),
+        derived("Thrust at full throttle ahead with the boat at rest. Thrust is `ahead_n` · u² at throttle u."),
     ]
-    astern_n: Annotated[Positive, means("Thrust at full throttle astern with the boat at rest, as a positive number.")]
-    force_rate_nps: Annotated[Positive, means("Fastest change of thrust that the allocation uses.")]
+    astern_n: Annotated[Positive, derived("Thrust at full throttle astern with the boat at rest, without sign.")]
+    force_rate_nps: Annotated[Positive, derived("Fastest change of thrust that the allocation uses.")]
     azimuth_rad: Annotated[
         float,
         Field(alias="azimuth_deg", ge=-360.0, le=360.0),
@@ -153,6 +154,19 @@ class ThrusterConfig:
     output: Annotated[
         OutputConfig | None,
         means("Calibration of the drive. Without it the drive takes throttle and azimuth as they are."),
+    ] = None
+    motor: Annotated[
+        str | None,
+        means("Motor whose published thrust counts where none is given: `T200`, `Travel 1103`, `trolling 55 lb` …"),
+    ] = None
+    voltage_v: Annotated[Positive | None, means("Voltage at the motor. Left out: the highest one in the table.")] = None
+    power_w: Annotated[
+        Positive | None,
+        means("Electric power at full throttle. With `propeller_m` it gives the thrust where nothing better is known."),
+    ] = None
+    propeller_m: Annotated[
+        Positive | None,
+        means("Diameter of the propeller. It says how much thrust is lost with speed."),
     ] = None
 
     @property

@@ -26,3 +26,12 @@ Longitude = Annotated[float, Field(ge=-180.0, le=180.0)]
 def means(text: str) -> Any:
     """What a key means, as the generated page of the vessel file has it. It stands in the annotation of the key."""
     return Field(description=text)
+
+
+DERIVED = "derived"
+
+
+def derived(text: str) -> Any:
+    """As `means`, for a key that is filled in before the file is checked, where other keys say enough
+    (`companion.config.dimensions`)."""
+    return Field(description=text, json_schema_extra={DERIVED: True})

@@ -6,9 +6,9 @@ import math
 from bisect import bisect_right
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import Annotated
+from typing import Annotated, Literal
 
-from companion.config.fields import STRICT, NonNegative, Positive, means
+from companion.config.fields import STRICT, NonNegative, Positive, derived, means
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,13 +45,14 @@ class DampingConfig:
 class HullConfig:
     """Inertia with added mass, and damping: M = [[m11, 0, 0], [0, m22, m23], [0, m32, m33]].
 
-    `resistance` is linear between its pairs, and beyond the last two.
+    `resistance` is linear between its pairs, and beyond the last two. With `form` and dimensions the rest may be left
+    out: `companion.config.dimensions` fills it in.
     """
 
     __pydantic_config__ = STRICT
-    m11_kg: Annotated[Positive, means("Mass with added mass in surge.")]
-    m22_kg: Annotated[Positive, means("Mass with added mass in sway.")]
-    m33_kgm2: Annotated[Positive, means("Moment of inertia with added inertia in yaw.")]
+    m11_kg: Annotated[Positive, derived("Mass with added mass in surge.")]
+    m22_kg: Annotated[Positive, derived("Mass with added mass in sway.")]
+    m33_kgm2: Annotated[Positive, derived("Moment of inertia with added inertia in yaw.")]
     m23_kgm: Annotated[float, means("Coupling of sway and yaw in the inertia matrix.")] = 0.0
     m32_kgm: Annotated[float | None, means("Coupling of yaw and sway. Left out: as `m23_kgm`.")] = None
     damping: Annotated[DampingConfig, means("Damping of the water.")] = field(default_factory=DampingConfig)
@@ -62,6 +63,30 @@ class HullConfig:
             "rising speeds. It comes on top of the x_ terms of the damping."
         ),
     ] = ()
+    form: Annotated[
+        Literal["monohull", "catamaran", "inflatable", "barge", "planing"] | None,
+        means(
+            "Form of the hull. With it the model is made of the dimensions below, and each key of the model in the "
+            "file overrides one figure."
+        ),
+    ] = None
+    length_m: Annotated[Positive | None, means("Length of the waterline. Left out: that of the boat.")] = None
+    beam_m: Annotated[Positive | None, means("Width over all. Left out: that of the boat.")] = None
+    mass_kg: Annotated[Positive | None, means("Mass of the boat as it floats.")] = None
+    draft_m: Annotated[Positive | None, means("Depth of the hull below the water. Left out: by mass and form.")] = None
+    hull_beam_m: Annotated[Positive | None, means("Width of one hull of a catamaran at the waterline.")] = None
+    hull_spacing_m: Annotated[
+        Positive | None,
+        means("Distance between the centre planes of a catamaran's hulls. Left out: `beam_m` less `hull_beam_m`."),
+    ] = None
+    height_m: Annotated[
+        Positive | None,
+        means("Mean height of hull and gear above the water, for the wind. Left out: by length and form."),
+    ] = None
+    top_speed_mps: Annotated[
+        Positive | None,
+        means("Speed at full thrust, where it is known: it makes the damping ahead more certain."),
+    ] = None
 
     def drag_n(self, surge_mps: float) -> float:
         """Resistance ahead in N at that speed; negative astern."""

@@ -11,6 +11,7 @@ import re
 import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
+from functools import cache
 from importlib import resources
 from pathlib import Path
 from typing import Annotated, Any, Literal, Protocol, TypeVar
@@ -26,6 +27,8 @@ from companion.config.devices import (
     SensorConfig,
     ThrusterConfig,
 )
+from companion.config.dimensions.completion import Completion, completed
+from companion.config.dimensions.receivers import grade_of
 from companion.config.driving import driving_problems
 from companion.config.fields import (
     FROM_DEGREES,
@@ -35,17 +38,21 @@ from companion.config.fields import (
     Name,
     NonNegative,
     Positive,
+    derived,
     means,
 )
 from companion.config.hull import HullConfig, ThesisModelConfig, WindageConfig, resistance_problems
 from companion.config.kinds import Equipment, Problem
+from companion.config.mistakes import problems_of
 from companion.config.outputs import BatteryConfig, RelayConfig, ServoConfig, battery_problems, rest_problems
+from companion.config.overlay import in_force, is_overlay, with_overlay
 from companion.config.payload import CameraConfig, camera_problems
 from companion.config.sensor_checks import sensor_problems
 from companion.config.sensors import SensorRow
 from companion.config.streams import CorrectionsConfig, NmeaOutConfig, stream_problems
 from companion.config.thruster_checks import jet_problems, thruster_problems
 from companion.config.toml_places import dotted, line_of
+from companion.core.nearest import did_you_mean
 
 
 class ConfigError(Exception):
@@ -77,9 +84,9 @@ class LimitsConfig:
     """What the controller may ask of all thrusters together."""
 
     __pydantic_config__ = STRICT
-    surge_n: Annotated[Positive, means("Largest force ahead or astern.")]
-    sway_n: Annotated[NonNegative, means("Largest force sideways. 0 for a boat that cannot push itself sideways.")]
-    yaw_nm: Annotated[Positive, means("Largest moment.")]
+    surge_n: Annotated[Positive, derived("Largest force ahead or astern.")]
+    sway_n: Annotated[NonNegative, derived("Largest force sideways. 0 for a boat that cannot push itself sideways.")]
+    yaw_nm: Annotated[Positive, derived("Largest moment.")]
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,14 +144,24 @@ class PlantConfig:
     ] = False
 
 
+AS_MODELLED = "as_modelled"
+"""Name of the plant whose hull is the controller's own."""
+
+
 @dataclass(frozen=True, slots=True)
 class SitlConfig:
     """The simulated boat: its plants, its receiver and its battery."""
 
     __pydantic_config__ = STRICT
-    plant: Annotated[str, means("The plant that is used: a name in `[sitl.plants]`.")]
-    plants: Annotated[dict[str, PlantConfig], means("Plants by name.")]
-    gnss: Annotated[str, means("Grade of the simulated receiver: `rtk`, `sbas` or `standalone`.")] = "rtk"
+    plant: Annotated[
+        str,
+        means("The plant that is used: a name in `[sitl.plants]`. `as_modelled` is the controller's own hull."),
+    ] = AS_MODELLED
+    plants: Annotated[dict[str, PlantConfig], means("Plants by name.")] = field(default_factory=dict)
+    gnss: Annotated[
+        str,
+        derived("Grade of the simulated receiver: `rtk`, `sbas` or `standalone`. Left out: by the sensors."),
+    ] = "rtk"
     battery_wh: Annotated[Positive, means("Energy of the simulated battery.")] = 900.0
     full_power_w: Annotated[Positive, means("Power of all thrusters together at full throttle.")] = 340.0
     hotel_power_w: Annotated[NonNegative, means("Power of everything else.")] = 20.0
@@ -157,12 +174,12 @@ class VesselConfig:
     __pydantic_config__ = STRICT
     name: Annotated[Name, means("Short name. Folders of state and logs are named after it.")]
     title: Annotated[str, means("Name for people.")]
-    length_m: Annotated[Positive, means("Length over all.")]
-    beam_m: Annotated[Positive, means("Width.")]
+    length_m: Annotated[Positive, derived("Length over all.")]
+    beam_m: Annotated[Positive, derived("Width.")]
     control_rate_hz: Annotated[float, Field(ge=1.0, le=100.0), means("Rate of the control loop.")]
     home: Annotated[HomeConfig, means("Where the boat lives.")]
     hull: Annotated[HullConfig, means("The controller's model of the hull.")]
-    limits: Annotated[LimitsConfig, means("What the controller may ask of all thrusters together.")]
+    limits: Annotated[LimitsConfig, derived("What the controller may ask of all thrusters together.")]
     thrusters: Annotated[tuple[ThrusterConfig, ...], Field(alias="thruster", min_length=1), means("Thrusters.")]
     sensors: Annotated[tuple[SensorRow, ...], Field(alias="sensor", min_length=1), means("Sensors.")]
     actuators: Annotated[
@@ -195,7 +212,10 @@ class VesselConfig:
     ] = field(default_factory=dict)
     dock: Annotated[DockConfig | None, means("The boat's own berth.")] = None
     battery: Annotated[BatteryConfig | None, means("Battery of a board that does not count charge.")] = None
-    sitl: Annotated[SitlConfig | None, means("Simulated boat. Without this table the vessel has no simulation.")] = None
+    sitl: Annotated[
+        SitlConfig | None,
+        means("Simulated boat. Without this table it is the controller's own hull, with the receiver of the sensors."),
+    ] = None
 
 
 class NavigatedBoat(Protocol):
@@ -215,7 +235,9 @@ class NavigatedBoat(Protocol):
 def bundled() -> tuple[str, ...]:
     """Names of the vessels that come with the program."""
     files = resources.files("companion.vessels").iterdir()
-    return tuple(sorted(f.name.removesuffix(".toml") for f in files if f.name.endswith(".toml")))
+    return tuple(
+        sorted(f.name.removesuffix(".toml") for f in files if f.name.endswith(".toml") and not is_overlay(f.name))
+    )
 
 
 def find(vessel: str) -> Path:
@@ -227,34 +249,63 @@ def find(vessel: str) -> Path:
         return path
     if vessel.endswith(".toml") or "/" in vessel:
         raise ConfigError([f"{vessel}: no such file"])
-    raise ConfigError([f"no vessel named '{vessel}'; bundled: {', '.join(bundled())}; or give the path of a TOML file"])
+    meant = did_you_mean(vessel, bundled())
+    raise ConfigError([f"no vessel named '{vessel}'; bundled: {', '.join(bundled())}; or a path of a TOML file{meant}"])
 
 
 def load(path: Path) -> VesselConfig:
-    """Read and check a vessel's file. Raises ConfigError with every problem and its line."""
+    """Read and check a vessel's file, with what a trial found and the operator accepted (`overlay`). The simulated boat
+    stays that of the file. Raises ConfigError with every problem and its line."""
     try:
-        text = path.read_text(encoding="utf-8")
-        return parse(text, str(path))
+        text, overlay = path.read_text(encoding="utf-8"), in_force(path)
+        config = parse(text, str(path))
+        return config if overlay is None else replace(_overlaid(text, overlay), sitl=config.sitl)
     except (OSError, UnicodeDecodeError) as error:
         raise ConfigError([f"{path}: cannot be read: {error}"]) from error
 
 
-def parse(text: str, place: str) -> VesselConfig:
-    """As `load`, for text already in hand; `place` names it in the messages."""
-    config, located = validated(VesselConfig, text, place)
+def _overlaid(text: str, overlay: Path) -> VesselConfig:
+    """The vessel with the keys of an overlay. Raises ConfigError, OSError."""
+    try:
+        config, located = validated(
+            VesselConfig, text, str(overlay), lambda data: completed(with_overlay(data, overlay))
+        )
+    except tomllib.TOMLDecodeError as error:
+        raise ConfigError([_not_toml(str(overlay), str(error))]) from error
     problems = [located(loc, message) for loc, message in _cross_checks(config)]
     if problems:
         raise ConfigError(problems)
     return config
 
 
+def parse(text: str, place: str) -> VesselConfig:
+    """As `load`, for text already in hand; `place` names it in the messages."""
+    config, located = validated(VesselConfig, text, place, completed)
+    config = _simulated(config)
+    problems = [located(loc, message) for loc, message in _cross_checks(config)]
+    if problems:
+        raise ConfigError(problems)
+    return config
+
+
+def _simulated(config: VesselConfig) -> VesselConfig:
+    """The vessel with a plant made of the controller's own hull, where its file asks for no other."""
+    sitl = config.sitl or SitlConfig(gnss=grade_of(config.sensors))
+    if sitl.plant != AS_MODELLED or AS_MODELLED in sitl.plants:
+        return replace(config, sitl=sitl)
+    plant = PlantConfig(hull=config.hull, windage=config.windage)
+    return replace(config, sitl=replace(sitl, plants={**sitl.plants, AS_MODELLED: plant}))
+
+
 T = TypeVar("T")
 Located = Callable[[Sequence[str | int], str], str]
 
 
-def validated(kind: type[T], text: str, place: str) -> tuple[T, Located]:
-    """A TOML's text as one of our dataclasses, and a function that puts file, line and key before a message. Raises
-    ConfigError with every problem."""
+def validated(
+    kind: type[T], text: str, place: str, complete: Callable[[Mapping[str, Any]], Completion] | None = None
+) -> tuple[T, Located]:
+    """A TOML's text as one of our dataclasses, and a function that puts file, line and key before a message. `complete`
+    fills in what follows from other keys. Raises ConfigError with every problem."""
     try:
         data = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
@@ -265,10 +316,22 @@ def validated(kind: type[T], text: str, place: str) -> tuple[T, Located]:
         line = line_of(lines, loc)
         return f"{place}{f':{line}' if line else ''}: {dotted(loc)}: {message}"
 
+    completion = Completion(data) if complete is None else complete(data)
+    problems = list(completion.problems)
     try:
-        return TypeAdapter(kind).validate_python(data), located
+        reader: Any = kind  # mypy takes a class with slots for one that cannot be hashed
+        found: T = _reader(reader).validate_python(completion.data)
     except ValidationError as error:
-        raise ConfigError([located(e["loc"], remedy(e["msg"])) for e in error.errors()]) from error
+        problems += problems_of(kind, error, data, completion.moot)
+    if problems:
+        raise ConfigError([located(loc, message) for loc, message in problems])
+    return found, located
+
+
+@cache
+def _reader(kind: Any) -> TypeAdapter[Any]:
+    """It takes longer to make than to use."""
+    return TypeAdapter(kind)
 
 
 def _not_toml(place: str, reason: str) -> str:
@@ -278,13 +341,6 @@ def _not_toml(place: str, reason: str) -> str:
         f"{place}:{found[2]}: not valid TOML: {found[1]}, at column {found[3]}"
         if found
         else f"{place}: not valid TOML: {reason}"
-    )
-
-
-def remedy(message: str) -> str:
-    """pydantic's message in the words of a person who edits a TOML."""
-    return message.replace("Unexpected keyword argument", "unknown key; check the spelling").replace(
-        "Input should", "should"
     )
 
 
@@ -364,7 +420,8 @@ def with_model_error(config: VesselConfig, fraction: float) -> VesselConfig:
     wrong = replace(damping, **{name: getattr(damping, name) * factor for name in damping.__slots__})
     return replace(
         config,
-        hull=HullConfig(
+        hull=replace(
+            hull,
             m11_kg=hull.m11_kg * factor,
             m22_kg=hull.m22_kg * factor,
             m33_kgm2=hull.m33_kgm2 * factor,

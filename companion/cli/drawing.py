@@ -1,0 +1,130 @@
+"""A boat from above, as its file describes it: an SVG, and a rough drawing of characters for the terminal."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from html import escape
+
+from companion.config.devices import SensorConfig, ThrusterConfig
+from companion.config.vessel import VesselConfig
+
+_MARGIN = 0.35  # of the length, for arrows and names
+_PIXELS = 560.0
+_COLUMNS = 58
+_ASPECT = 0.5  # width of a character over its height
+_ARROWS = "↑↗→↘↓↙←↖"
+
+Outline = list[tuple[float, float]]
+Placed = Callable[[float, float], tuple[float, float]]
+"""From metres ahead and to starboard to the picture."""
+
+
+def outlines(config: VesselConfig) -> list[Outline]:
+    """The hulls as closed lines of (x ahead, y to starboard) in m."""
+    length_m, beam_m, hull = config.length_m, config.beam_m, config.hull
+    if hull.form == "catamaran" and hull.hull_beam_m is not None:
+        spacing_m = hull.hull_spacing_m or beam_m - hull.hull_beam_m
+        return [_one(length_m, hull.hull_beam_m, side * 0.5 * spacing_m) for side in (-1.0, 1.0)]
+    return [_one(length_m, beam_m, 0.0, square=hull.form == "barge")]
+
+
+def _one(length_m: float, beam_m: float, y_m: float, square: bool = False) -> Outline:
+    half, b = 0.5 * length_m, 0.5 * beam_m
+    if square:
+        return [(half, y_m - b), (half, y_m + b), (-half, y_m + b), (-half, y_m - b)]
+    bow = [(half - 0.35 * length_m * (1.0 - math.cos(a)), y_m + b * math.sin(a)) for a in _angles()]
+    return [*bow, (-half, y_m + 0.85 * b), (-half, y_m - 0.85 * b)]
+
+
+def _angles() -> Iterator[float]:
+    return (math.radians(angle) for angle in range(-90, 91, 15))
+
+
+def svg(config: VesselConfig) -> str:
+    """The drawing as the text of an SVG file. Bow up; measures in m."""
+    length_m, beam_m = config.length_m, config.beam_m
+    half_x, half_y = (0.5 + _MARGIN) * length_m, 0.5 * beam_m + 0.6 * length_m
+    scale = _PIXELS / (2.0 * half_x)
+    width, height = 2.0 * half_y * scale, _PIXELS
+
+    def at(x_m: float, y_m: float) -> tuple[float, float]:
+        return (y_m + half_y) * scale, (half_x - x_m) * scale
+
+    parts = [
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width:.0f} {height:.0f}" font-family="sans-serif" '
+        f'font-size="12" width="{width:.0f}" height="{height:.0f}">',
+        f"<title>{escape(config.title)} from above</title>",
+        '<rect width="100%" height="100%" fill="#eef5fa"/>',
+    ]
+    for line in outlines(config):
+        points = " ".join(f"{x:.1f},{y:.1f}" for x, y in (at(*point) for point in line))
+        parts.append(f'<polygon points="{points}" fill="#ffffff" stroke="#33475b" stroke-width="2"/>')
+    centre = at(0.0, 0.0)
+    parts.append(f'<circle cx="{centre[0]:.1f}" cy="{centre[1]:.1f}" r="3" fill="#33475b"/>')
+    most_n = max(thruster.max_n for thruster in config.thrusters)
+    for thruster in config.thrusters:
+        parts += _thruster(thruster, at, 0.28 * length_m * thruster.max_n / most_n)
+    for sensor in config.sensors:
+        parts += _sensor(sensor, at)
+    text = f"{config.title}: {length_m:g} × {beam_m:g} m"
+    parts += [f'<text x="10" y="20" font-size="15">{escape(text)}</text>', "</svg>"]
+    return "\n".join(parts) + "\n"
+
+
+def _thruster(thruster: ThrusterConfig, at: Placed, arrow_m: float) -> Iterator[str]:
+    x, y = at(thruster.x_m, thruster.y_m)
+    c, s = math.cos(thruster.azimuth_rad), math.sin(thruster.azimuth_rad)
+    tip = at(thruster.x_m + arrow_m * c, thruster.y_m + arrow_m * s)
+    yield f'<circle cx="{x:.1f}" cy="{y:.1f}" r="7" fill="#d9480f"/>'
+    yield f'<line x1="{x:.1f}" y1="{y:.1f}" x2="{tip[0]:.1f}" y2="{tip[1]:.1f}" stroke="#d9480f" stroke-width="3"/>'
+    yield f'<circle cx="{tip[0]:.1f}" cy="{tip[1]:.1f}" r="4" fill="#d9480f"/>'
+    side = "end" if thruster.y_m < 0.0 else "start"
+    label = f"{thruster.name} ({thruster.kind}) {thruster.max_n:g} / {thruster.min_n:g} N"
+    shift = -12.0 if thruster.y_m < 0.0 else 12.0
+    yield f'<text x="{x + shift:.1f}" y="{y + 16.0:.1f}" text-anchor="{side}">{escape(label)}</text>'
+
+
+def _sensor(sensor: SensorConfig, at: Placed) -> Iterator[str]:
+    x, y = at(sensor.x_m, sensor.y_m)
+    zero = at(0.0, 0.0)
+    ends = f'x1="{zero[0]:.1f}" y1="{zero[1]:.1f}" x2="{x:.1f}" y2="{y:.1f}"'
+    yield f'<line {ends} stroke="#1864ab" stroke-dasharray="4"/>'
+    yield f'<rect x="{x - 5:.1f}" y="{y - 5:.1f}" width="10" height="10" fill="#1864ab"/>'
+    label = f"{sensor.name} {sensor.x_m:g}, {sensor.y_m:g}, {sensor.z_m:g} m"
+    yield f'<text x="{x + 9:.1f}" y="{y - 7:.1f}" fill="#1864ab">{escape(label)}</text>'
+
+
+def characters(config: VesselConfig) -> str:
+    """The drawing in characters, bow up, with a list of what the signs mean."""
+    half_x, half_y = 0.58 * config.length_m, 0.58 * max(config.beam_m, 0.3 * config.length_m)
+    columns = _COLUMNS if half_y > half_x else max(24, round(_COLUMNS * half_y / half_x))
+    rows = max(9, round(columns * half_x / half_y * _ASPECT))
+    grid = [[" "] * columns for _ in range(rows)]
+
+    def put(x_m: float, y_m: float, sign: str) -> None:
+        row = round((half_x - x_m) / (2.0 * half_x) * (rows - 1))
+        column = round((y_m + half_y) / (2.0 * half_y) * (columns - 1))
+        grid[min(rows - 1, max(0, row))][min(columns - 1, max(0, column))] = sign
+
+    for line in outlines(config):
+        for (x0, y0), (x1, y1) in zip(line, [*line[1:], line[0]], strict=True):
+            for step in range(41):
+                put(x0 + step / 40.0 * (x1 - x0), y0 + step / 40.0 * (y1 - y0), "·")
+    put(0.0, 0.0, "+")
+    legend = []
+    for sensor, sign in zip(config.sensors, "abcdefghijklmnop", strict=False):
+        put(sensor.x_m, sensor.y_m, sign)
+        legend.append(
+            f"{sign}  {sensor.name}: {sensor.x_m:g} m ahead, {sensor.y_m:g} m to starboard, {0.0 - sensor.z_m:g} m up"
+        )
+    for thruster in config.thrusters:
+        sign = _ARROWS[round(thruster.azimuth_rad / (math.pi / 4.0)) % 8]
+        put(thruster.x_m, thruster.y_m, sign)
+        turns = "" if not thruster.turns else ", turns"
+        legend.append(
+            f"{sign}  {thruster.name}: {thruster.x_m:g} m ahead, {thruster.y_m:g} m to starboard, "
+            f"{thruster.max_n:g} N ahead, {-thruster.min_n:g} N astern{turns}"
+        )
+    drawing = "\n".join("".join(row).rstrip() for row in grid)
+    return f"{drawing}\n\n+  middle of the boat\n" + "\n".join(legend)

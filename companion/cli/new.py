@@ -1,0 +1,208 @@
+"""`companion new FILE`: a vessel's file from what a person can measure, by questions or by options."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import re
+import sys
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, get_args
+
+from companion.cli.common import UsageError
+from companion.cli.drawing import characters
+from companion.cli.new_file import BOARDS, LAYOUTS, RECEIVERS, Answers, file_text
+from companion.config.dimensions import motors
+from companion.config.dimensions.completion import figures_of
+from companion.config.dimensions.derivation import top_speed_mps
+from companion.config.dimensions.form import Form
+from companion.config.plausibility import judgements
+from companion.config.vessel import VesselConfig, parse
+
+Known = Mapping[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Question:
+    """One thing to know. `default` None: it must be answered; `when`: whether it is asked, by what is known so far."""
+
+    key: str
+    text: str
+    read: Callable[[str], Any]
+    default: Callable[[Known], Any] | None = None
+    when: Callable[[Known], bool] = lambda known: True
+
+
+def _number(text: str) -> float:
+    value = float(text)
+    if not math.isfinite(value) or value <= 0.0:
+        raise ValueError("a number above 0")
+    return value
+
+
+def _known_or_number(text: str) -> float | None:
+    return None if text in ("", "-") else _number(text)
+
+
+def _degrees(text: str) -> float:
+    return float(text)
+
+
+def _one_of(words: Mapping[str, str] | tuple[str, ...]) -> Callable[[str], str]:
+    def read(text: str) -> str:
+        if text not in words:
+            raise ValueError(f"one of {', '.join(words)}")
+        return text
+
+    return read
+
+
+def _motor(text: str) -> str:
+    try:
+        _number(text)
+    except ValueError:
+        if motors.find(text) is None:
+            raise ValueError(motors.unknown_motor(text)) from None
+    return text
+
+
+def _name(text: str) -> str:
+    if not re.fullmatch(r"[a-z][a-z0-9_]{0,31}", text):
+        raise ValueError("small letters, digits and _, from a letter on")
+    return text
+
+
+def _choices(words: Mapping[str, str]) -> str:
+    return "; ".join(f"{word}: {text}" for word, text in words.items())
+
+
+QUESTIONS: tuple[Question, ...] = (
+    Question("name", "Short name", _name),
+    Question("title", "Name for people", str, lambda known: str(known["name"]).replace("_", " ")),
+    Question("form", f"Form of the hull ({', '.join(get_args(Form))})", _one_of(get_args(Form))),
+    Question("length_m", "Length of the waterline, m", _number),
+    Question("beam_m", "Width over all, m", _number),
+    Question("mass_kg", "Mass afloat with batteries, kg", _number),
+    Question(
+        "hull_beam_m",
+        "Width of one of the two hulls at the waterline, m",
+        _number,
+        when=lambda known: known["form"] == "catamaran",
+    ),
+    Question("draft_m", "Depth below the water, m (- if unknown)", _known_or_number, lambda known: None),
+    Question("top_speed_mps", "Top speed, m/s (- if unknown)", _known_or_number, lambda known: None),
+    Question("layout", f"Thrusters ({_choices(LAYOUTS)})", _one_of(LAYOUTS), lambda known: "twin"),
+    Question("motor", "Motor of each thruster (T200, trolling 55 lb …), or its largest thrust in N", _motor),
+    Question(
+        "voltage_v",
+        "Voltage at the motor, V (- if unknown)",
+        _known_or_number,
+        lambda known: None,
+        lambda known: not re.fullmatch(r"[\d.]+", str(known["motor"])),
+    ),
+    Question(
+        "spread_m",
+        "Distance between the two stern thrusters, m",
+        _number,
+        lambda known: round(known["beam_m"] - (known.get("hull_beam_m") or 0.3 * known["beam_m"]), 3),
+        lambda known: str(known["layout"]).startswith("twin"),
+    ),
+    Question("board", f"What drives the motors ({_choices(BOARDS)})", _one_of(BOARDS), lambda known: "microcontroller"),
+    Question("receiver", f"Satellite receiver ({_choices(RECEIVERS)})", _one_of(RECEIVERS), lambda known: "one"),
+    Question("lat_deg", "Latitude of its home, degrees", _degrees, lambda known: 63.442),
+    Question("lon_deg", "Longitude of its home, degrees", _degrees, lambda known: 10.4),
+)
+
+
+def add_to(commands: Any) -> None:
+    """Add the command to `commands`, argparse's subparsers."""
+    new = commands.add_parser("new", help="write a vessel's file from what you can measure, by questions or options")
+    new.add_argument("file", type=Path, metavar="FILE", help="the TOML file to write; it must not exist yet")
+    for question in QUESTIONS:
+        option = "--" + re.sub(r"_(m|kg|mps|v|deg)$", "", question.key).replace("_", "-")
+        new.add_argument(option, dest=question.key, metavar="VALUE", help=question.text)
+    new.add_argument("--yes", action="store_true", help="ask nothing: what is not given takes its default")
+    new.set_defaults(command=_new)
+
+
+def _new(arguments: argparse.Namespace) -> int:
+    """Exit code 0 where the file was written, 1 where it was declined."""
+    if arguments.file.exists():
+        raise UsageError(f"{arguments.file}: exists already; choose another name")
+    asks = not arguments.yes and sys.stdin.isatty()
+    answers = _answers(arguments, asks)
+    text = file_text(answers)
+    config = parse(text, str(arguments.file))
+    print(characters(config))
+    print()
+    for line in summary(config):
+        print(line)
+    if asks and not _confirmed(f"Write {arguments.file}?"):
+        return 1
+    arguments.file.write_text(text, encoding="utf-8")
+    print(f"{arguments.file}: written. Next: companion check {arguments.file}")
+    return 0
+
+
+def summary(config: VesselConfig) -> list[str]:
+    """What follows from the answers, with its uncertainty, and what is implausible."""
+    lines = []
+    for figure in figures_of(config.hull, config.thrusters):
+        if figure.key in ("hull.m11_kg", "hull.m22_kg", "hull.m33_kgm2"):
+            low, high = figure.value / figure.factor, figure.value * figure.factor
+            lines.append(f"{figure.key.removeprefix('hull.'):10} {figure.value:.4g} ({low:.3g} to {high:.3g})")
+    lines.append(f"{'top speed':10} {top_speed_mps(config.hull, config.limits.surge_n):.2f} m/s")
+    limits = config.limits
+    lines.append(f"{'limits':10} {limits.surge_n:g} N ahead, {limits.sway_n:g} N sideways, {limits.yaw_nm:g} Nm")
+    return lines + [f"note: {found}" for found in judgements(config)]
+
+
+def _answers(arguments: argparse.Namespace, asks: bool) -> Answers:
+    """All answers: options first, then questions or defaults. Raises UsageError."""
+    known: dict[str, Any] = {question.key: None for question in QUESTIONS}
+    known["spread_m"] = 0.0
+    missing = []
+    for question in QUESTIONS:
+        given = getattr(arguments, question.key)
+        if given is not None:
+            known[question.key] = _read(question, given)
+        elif question.when(known):
+            if asks:
+                known[question.key] = _asked(question, known)
+            elif question.default is None:
+                missing.append("--" + re.sub(r"_(m|kg|mps|v|deg)$", "", question.key).replace("_", "-"))
+                break
+            else:
+                known[question.key] = question.default(known)
+    if missing:
+        raise UsageError(f"new: {', '.join(missing)} is missing; give it, or run in a terminal to be asked")
+    return Answers(**known)
+
+
+def _read(question: Question, text: str) -> Any:
+    try:
+        return question.read(text)
+    except ValueError as error:
+        raise UsageError(f"new: {question.text}: '{text}': {error}") from error
+
+
+def _asked(question: Question, known: Known) -> Any:
+    """Ask until the answer can be read."""
+    from rich.prompt import Prompt
+
+    default = None if question.default is None else question.default(known)
+    shown = "-" if question.default is not None and default is None else None if default is None else str(default)
+    while True:
+        text = Prompt.ask(question.text) if shown is None else Prompt.ask(question.text, default=shown)
+        try:
+            return question.read((text or "").strip())
+        except ValueError as error:
+            print(f"  {error}")
+
+
+def _confirmed(text: str) -> bool:
+    from rich.prompt import Confirm
+
+    return Confirm.ask(text, default=True)

@@ -1,0 +1,179 @@
+"""The text of a new vessel's file from what a person can measure or read off a label."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+LAYOUTS: Mapping[str, str] = {
+    "twin": "two fixed thrusters at the stern",
+    "twin-bow": "two fixed thrusters at the stern and one across the bow",
+    "azimuth": "one thruster at the stern that turns, such as an outboard",
+    "two-azimuths": "a turning thruster at either end",
+}
+BOARDS: Mapping[str, str] = {"microcontroller": "an Arduino or another board", "pixhawk": "a Pixhawk with ArduPilot"}
+RECEIVERS: Mapping[str, str] = {"one": "one antenna", "two": "two antennas, which give the heading"}
+
+
+@dataclass(frozen=True, slots=True)
+class Answers:
+    """What was asked. None: not known, so that it follows from the rest."""
+
+    name: str
+    title: str
+    form: str
+    length_m: float
+    beam_m: float
+    mass_kg: float
+    draft_m: float | None
+    hull_beam_m: float | None
+    top_speed_mps: float | None
+    layout: str
+    motor: str
+    voltage_v: float | None
+    spread_m: float
+    board: str
+    receiver: str
+    lat_deg: float
+    lon_deg: float
+
+
+@dataclass(frozen=True, slots=True)
+class _Place:
+    name: str
+    kind: str
+    x_m: float
+    y_m: float
+    azimuth_deg: float = 0.0
+
+
+def file_text(answers: Answers) -> str:
+    """The file, with comments, units and sources."""
+    return "\n".join(_lines(answers)) + "\n"
+
+
+def _lines(a: Answers) -> Iterator[str]:
+    yield f"# {a.title}. Written by `companion new`; all lengths in m, masses in kg, forces in N."
+    yield "# What is not here follows from the dimensions (docs/reference: A model from dimensions)."
+    yield f'name = "{a.name}"'
+    yield f'title = "{_escaped(a.title)}"'
+    yield f"length_m = {a.length_m:g}{_comment('over all')}"
+    yield f"beam_m = {a.beam_m:g}{_comment('over all')}"
+    yield "control_rate_hz = 10.0"
+    yield 'links = ["udpout:127.0.0.1:14550", "tcpin:127.0.0.1:5760"]'
+    yield ""
+    yield "[home]                      # where the boat lives; simulations start here"
+    yield f"lat_deg = {a.lat_deg:.6f}"
+    yield f"lon_deg = {a.lon_deg:.6f}"
+    yield ""
+    yield "# Measured figures, such as m11_kg, go here as well: they override what follows from the dimensions."
+    yield "[hull]"
+    yield f'form = "{a.form}"'
+    yield f"mass_kg = {a.mass_kg:g}{_comment('afloat, with batteries')}"
+    for key, value, text in (
+        ("draft_m", a.draft_m, "depth below the water"),
+        ("hull_beam_m", a.hull_beam_m, "one hull, at the waterline"),
+        ("top_speed_mps", a.top_speed_mps, "at full thrust"),
+    ):
+        if value is not None:
+            yield f"{key} = {value:g}{_comment(text)}"
+    places = _places(a)
+    for place in places:
+        yield from _thruster(a, place)
+    yield from _sensors(a)
+    yield from _bridge(a, places)
+
+
+def _places(a: Answers) -> list[_Place]:
+    stern_m, bow_m, half_m = round(-0.45 * a.length_m, 3), round(0.4 * a.length_m, 3), round(0.5 * a.spread_m, 3)
+    twin = [_Place("port", "fixed", stern_m, -half_m), _Place("starboard", "fixed", stern_m, half_m)]
+    by_layout = {
+        "twin": twin,
+        "twin-bow": [*twin, _Place("bow", "fixed", bow_m, 0.0, 90.0)],
+        "azimuth": [_Place("stern", "azimuth", stern_m, 0.0)],
+        "two-azimuths": [_Place("bow", "azimuth", bow_m, 0.0), _Place("stern", "azimuth", stern_m, 0.0)],
+    }
+    return by_layout[a.layout]
+
+
+def _thruster(a: Answers, place: _Place) -> Iterator[str]:
+    yield ""
+    yield "[[thruster]]"
+    yield f'name = "{place.name}"'
+    yield f'kind = "{place.kind}"'
+    yield f"x_m = {place.x_m:g}{_comment('ahead of the middle of the boat: measure it')}"
+    yield f"y_m = {place.y_m:g}{_comment('to starboard')}"
+    if place.azimuth_deg:
+        yield f"azimuth_deg = {place.azimuth_deg:g}{_comment('pushes to starboard')}"
+    if place.kind == "azimuth":
+        yield f"azimuth_rate_dps = 60.0{_comment('estimated; companion thruster-test measures it')}"
+        yield "azimuth_min_deg = -90.0" if a.layout == "two-azimuths" else "azimuth_min_deg = -35.0"
+        yield "azimuth_max_deg = 90.0" if a.layout == "two-azimuths" else "azimuth_max_deg = 35.0"
+        yield "manual_azimuth_deg = 35.0"
+    yield from _thrust(a)
+
+
+def _thrust(a: Answers) -> Iterator[str]:
+    try:
+        yield f"max_n = {float(a.motor):g}{_comment('bollard pull ahead')}"
+    except ValueError:
+        yield f'motor = "{_escaped(a.motor)}"{_comment("thrust as its maker publishes it")}'
+        if a.voltage_v is not None:
+            yield f"voltage_v = {a.voltage_v:g}"
+
+
+def _sensors(a: Answers) -> Iterator[str]:
+    two = a.receiver == "two"
+    yield ""
+    yield "[[sensor]]"
+    yield 'name = "gnss"'
+    yield 'driver = "nmea0183"'
+    yield f'port = "serial:/dev/usv-gnss:115200"{_comment("`companion devices` prints yours")}'
+    yield f"z_m = {-0.25 * a.length_m:.2f}{_comment('above the middle of the boat: measure x_m, y_m, z_m')}"
+    yield f"antennas = {2 if two else 1}"
+    yield "rate_hz = 5.0"
+    yield ""
+    yield "[[sensor]]"
+    yield 'name = "imu"'
+    if a.board == "pixhawk":
+        yield 'driver = "mavlink_imu"'
+        yield 'port = "serial:/dev/usv-pixhawk:115200"'
+        yield "rate_hz = 50.0"
+        yield 'heading = "true"'
+    else:
+        yield 'driver = "mtdata2"'
+        yield 'port = "serial:/dev/usv-imu:115200"'
+        yield "rate_hz = 100.0"
+        yield "timeout_s = 0.5"
+        if not two:
+            yield 'heading = "magnetic"'
+
+
+def _bridge(a: Answers, places: list[_Place]) -> Iterator[str]:
+    names = ", ".join(f'"{place.name}"' for place in places)
+    yield ""
+    yield "[[actuator]]"
+    if a.board != "pixhawk":
+        yield 'name = "microcontroller"'
+        yield 'driver = "microcontroller"'
+        yield 'port = "serial:/dev/usv-mcu:115200"'
+        yield f"thrusters = [{names}]"
+        return
+    channels = [1, 3, 5][: len(places)]
+    turning = [place.kind == "azimuth" for place in places]
+    yield 'name = "pixhawk"'
+    yield 'driver = "mavlink_servo"'
+    yield 'port = "serial:/dev/usv-pixhawk:115200"'
+    yield f"thrusters = [{names}]"
+    yield "[actuator.mavlink]"
+    yield f"channels = {channels}{_comment('servo outputs, in the order of the thrusters')}"
+    if any(turning):
+        yield f"azimuth_channels = {[2 + 2 * i if turns else 0 for i, turns in enumerate(turning)]}"
+
+
+def _comment(text: str) -> str:
+    return f"    # {text}"
+
+
+def _escaped(text: str) -> str:
+    return text.replace("\\", "\\\\").replace('"', '\\"')

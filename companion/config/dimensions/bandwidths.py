@@ -1,0 +1,88 @@
+"""Parameters of a boat whose gains nobody has tuned: bandwidths and speeds by the thrust there is."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from companion.config.devices import SensorConfig
+from companion.config.dimensions.figure import Figure
+from companion.config.dimensions.receivers import grade_of
+from companion.config.hull import HullConfig
+
+# Errors at which the proportional part alone takes all thrust. ReVolt's tuned gains are at 0.7 m, 0.43 m and 18°.
+_FULL_AT_M, _FULL_AT_RAD = 0.7, 0.3
+_LAG_SHARE = 0.25  # bandwidth times the lag of thrust: leaves a phase margin of 60° with the derivative part
+_MOST_BY_RECEIVER = {"rtk": 0.6, "sbas": 0.35, "standalone": 0.25}  # rad/s: a wandering position is not chased
+_CRUISE_SHARE, _TOP_SHARE, _POSITIONING_SHARE = 0.6, 0.85, 0.25  # of top speed
+_ACCELERATION_SHARE = 0.3  # of the thrust
+_SLOWEST_CRUISE_MPS = 0.3
+
+
+def figures(
+    hull: HullConfig,
+    limits: tuple[float, float, float],
+    length_m: float,
+    sensors: Sequence[SensorConfig],
+    lag_s: float,
+    top_mps: float,
+) -> tuple[Figure, ...]:
+    """Defaults of `[parameters]`. `limits`: largest surge N, sway N and yaw Nm; `lag_s`: of the thrust; `top_mps`: top
+    speed."""
+    surge_n, sway_n, yaw_nm = limits
+    receiver = grade_of(sensors)
+    by_lag = _LAG_SHARE / max(0.1, lag_s)
+    most = min(_MOST_BY_RECEIVER[receiver], by_lag)
+    rows = {
+        "DP_BW_SURGE": _within(0.1, math.sqrt(surge_n / (hull.m11_kg * _FULL_AT_M)), most),
+        "DP_BW_YAW": _within(0.15, math.sqrt(yaw_nm / (hull.m33_kgm2 * _FULL_AT_RAD)), min(0.8, by_lag)),
+        "PATH_BW_SURGE": _within(0.15, math.sqrt(surge_n / (hull.m11_kg * _FULL_AT_M)), min(1.0, by_lag)),
+        "PATH_BW_YAW": _within(0.3, math.sqrt(yaw_nm / (hull.m33_kgm2 * _FULL_AT_RAD)), min(1.3, 1.6 * by_lag)),
+        **_speeds(top_mps, surge_n / hull.m11_kg, yaw_nm, hull),
+        **_circles(length_m, receiver, sway_n > 0.0),
+    }
+    if sway_n > 0.0:
+        rows["DP_BW_SWAY"] = _within(0.1, math.sqrt(sway_n / (hull.m22_kg * _FULL_AT_M)), most)
+        rows["DP_ACC_SWAY"] = _within(0.01, _ACCELERATION_SHARE * sway_n / hull.m22_kg, 0.2)
+    source = "thrust over inertia; ReVolt's tuning at sea"
+    return tuple(
+        Figure(f"parameters.{name}", round(value, 3), 2.0, "thrust over inertia, lag and receiver", source)
+        for name, value in rows.items()
+    )
+
+
+def _speeds(top_mps: float, most_mps2: float, yaw_nm: float, hull: HullConfig) -> dict[str, float]:
+    turn_radps2 = yaw_nm / hull.m33_kgm2
+    d = hull.damping
+    turn_radps = (math.sqrt(d.n_r**2 + 4.0 * d.n_rr * 0.5 * yaw_nm) - d.n_r) / (2.0 * d.n_rr) if d.n_rr else 0.3
+    positioning = _within(0.1, _POSITIONING_SHARE * top_mps, 0.5)
+    return {
+        "WP_SPEED": max(_SLOWEST_CRUISE_MPS, _CRUISE_SHARE * top_mps),
+        "MPC_XY_VEL_MAX": max(_SLOWEST_CRUISE_MPS, _TOP_SHARE * top_mps),
+        "DP_SPEED_AHEAD": positioning,
+        "DP_SPEED_ASTERN": 0.5 * positioning,
+        "DP_SPEED_SWAY": _within(0.05, 0.3 * positioning, 0.15),
+        "DP_ACC_SURGE": _within(0.02, _ACCELERATION_SHARE * most_mps2, 0.2),
+        "DP_ACC_YAW": _within(0.5, math.degrees(_ACCELERATION_SHARE * turn_radps2), 6.0),
+        "DP_YAW_RATE": _within(2.0, math.degrees(0.5 * turn_radps), 8.0),
+        "PATH_ACC": _within(0.03, _ACCELERATION_SHARE * most_mps2, 0.8),
+        "PATH_ACC_LAT": _within(0.05, _ACCELERATION_SHARE * most_mps2, 1.0),
+        "PATH_YAW_RATE": _within(5.0, math.degrees(turn_radps), 30.0),
+        "MAN_YAW_RATE": _within(5.0, math.degrees(0.7 * turn_radps), 40.0),
+    }
+
+
+def _circles(length_m: float, receiver: str, sideways: bool) -> dict[str, float]:
+    """Watch circle, alarm circle and acceptance radius: by length, receiver and whether the boat can push sideways."""
+    by_receiver = {"rtk": 0.0, "sbas": 2.0, "standalone": 5.0}[receiver]
+    watch_m = (1.0 if sideways else 1.5) * length_m + by_receiver
+    watch_m = max(3.0, watch_m)
+    return {
+        "DP_WATCH_R": watch_m,
+        "DP_ALARM_R": 2.0 * watch_m,
+        "NAV_ACC_RAD": max(1.5 if receiver == "rtk" else 2.0, 0.75 * length_m),
+    }
+
+
+def _within(low: float, value: float, high: float) -> float:
+    return max(low, min(high, value))

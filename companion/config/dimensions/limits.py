@@ -1,0 +1,103 @@
+"""The largest wrench of all thrusters together on each axis, with the other axes at zero."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+
+from companion.config.devices import ThrusterConfig
+from companion.config.dimensions.figure import Figure
+
+_SHARE = 0.9  # of what the thrusters give: the rest is for the other axes
+_USEFUL_SHARE = 0.05  # of the force ahead; a smaller force sideways counts as none
+_NARROWINGS = 40
+_GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
+
+
+def support_n(thruster: ThrusterConfig, surge: float, sway: float, yaw: float) -> float:
+    """Largest value of surge·X + sway·Y + yaw·N that the thruster can give. Forbidden sectors do not count."""
+    along_x, along_y = surge - thruster.y_m * yaw, sway + thruster.x_m * yaw
+    size, direction = math.hypot(along_x, along_y), math.atan2(along_y, along_x)
+    if not thruster.turns:
+        value = size * math.cos(direction - thruster.azimuth_rad)
+        return max(thruster.max_n * value, thruster.min_n * value)
+    ahead = size * math.cos(_beyond(thruster, direction))
+    astern = size * math.cos(_beyond(thruster, direction + math.pi))
+    return max(0.0, thruster.max_n * ahead, -thruster.min_n * astern)
+
+
+def _beyond(thruster: ThrusterConfig, direction: float) -> float:
+    """Angle from `direction` to the nearest azimuth between the stops."""
+    low, high = thruster.azimuth_min_rad, thruster.azimuth_max_rad
+    if low is None or high is None or high - low >= math.tau:
+        return 0.0
+    if (direction - low) % math.tau <= high - low:
+        return 0.0
+    return min(abs(math.remainder(direction - low, math.tau)), abs(math.remainder(direction - high, math.tau)))
+
+
+def largest(thrusters: Sequence[ThrusterConfig], axis: int, free: Sequence[int] = ()) -> float:
+    """Largest force or moment on `axis` (0 surge, 1 sway, 2 yaw) with the others at zero but those that are `free`.
+
+    By duality: the least of the support function over the multipliers of the axes at zero, which is convex.
+    """
+    held = [other for other in range(3) if other != axis and other not in free]
+    scale = 1.0 if axis == 2 else 1.0 / max(0.1, max(math.hypot(t.x_m, t.y_m) for t in thrusters))
+
+    def value(multipliers: Sequence[float]) -> float:
+        weights = [0.0, 0.0, 0.0]
+        weights[axis] = 1.0
+        for other, multiplier in zip(held, multipliers, strict=True):
+            weights[other] = multiplier
+        return sum(support_n(t, *weights) for t in thrusters)
+
+    bounds = [20.0 * (scale if other == 2 else 1.0) * (1.0 if axis != 2 else _reach(thrusters)) for other in held]
+    if not held:
+        return value(())
+    if len(held) == 1:
+        return _least(lambda m: value((m,)), bounds[0])
+    return _least(lambda m: _least(lambda k: value((m, k)), bounds[1]), bounds[0])
+
+
+def _reach(thrusters: Sequence[ThrusterConfig]) -> float:
+    return max(0.1, max(math.hypot(t.x_m, t.y_m) for t in thrusters))
+
+
+def _least(function: Callable[[float], float], bound: float) -> float:
+    """Least value of a convex function within ±bound, by golden sections."""
+    low, high = -bound, bound
+    a, b = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
+    at_a, at_b = function(a), function(b)
+    for _ in range(_NARROWINGS):
+        if at_a <= at_b:
+            high, b, at_b = b, a, at_a
+            a = high - _GOLDEN * (high - low)
+            at_a = function(a)
+        else:
+            low, a, at_a = a, b, at_b
+            b = low + _GOLDEN * (high - low)
+            at_b = function(b)
+    return min(at_a, at_b)
+
+
+def figures(thrusters: Sequence[ThrusterConfig]) -> tuple[Figure, ...]:
+    """Limits of surge, sway and yaw. Sway is 0 for a boat that cannot push itself sideways without turning."""
+    ahead_n = largest(thrusters, 0)
+    sideways_n = 0.0 if any(t.kind == "jet" for t in thrusters) else largest(thrusters, 1)
+    if sideways_n < _USEFUL_SHARE * ahead_n:
+        sideways_n = 0.0
+    turning_nm = largest(thrusters, 2) if sideways_n > 0.0 else largest(thrusters, 2, free=(1,))
+    if turning_nm < 1.0e-3 * ahead_n:
+        turning_nm = largest(thrusters, 2, free=(0, 1))
+    source = "places and directions of the thrusters"
+    return (
+        Figure("limits.surge_n", _SHARE * ahead_n, 1.5, "0.9 of the largest X with Y = N = 0", source),
+        Figure("limits.sway_n", _SHARE * sideways_n, 1.5, "0.9 of the largest Y with X = N = 0", source),
+        Figure(
+            "limits.yaw_nm",
+            _SHARE * turning_nm,
+            1.5,
+            "0.9 of the largest N with X = 0, and Y = 0 where it can be",
+            source,
+        ),
+    )

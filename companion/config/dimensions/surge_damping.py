@@ -1,0 +1,98 @@
+"""Damping ahead: friction and form of the hull, and the thrust that propellers lose with speed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from companion.config.devices import ThrusterConfig
+from companion.config.dimensions.figure import Figure
+from companion.config.dimensions.form import GRAVITY_MPS2, WATER_KGPM3, Dimensions
+
+_VISCOSITY_M2PS = 1.19e-6  # sea water at 15 °C (ITTC 7.5-02-01-03)
+_KT_BOLLARD, _ADVANCE_AT_ZERO = 0.35, 0.9  # of a Wageningen B propeller of P/D 0.8 to 0.9 (Carlton 2012, ch. 6)
+_DISC_LOAD_PA = 4000.0  # bollard thrust over disc area where the diameter is unknown: between trolling motors and pods
+_THRUST_SHARE = 0.5  # of full thrust at which the loss is taken: it grows with the root of thrust
+_FROUDE = 0.25  # at which friction is taken
+# Resistance over weight of planing hulls by volumetric Froude number: mean of Series 62 (Clement and Blount 1963) and
+# of what small planing boats are rated at.
+_PLANING = ((0.0, 0.0), (0.7, 0.02), (1.4, 0.10), (1.9, 0.145), (2.8, 0.135), (4.2, 0.185), (5.6, 0.28), (7.2, 0.42))
+
+
+def friction(boat: Dimensions, speed_mps: float) -> float:
+    """ITTC-57 line: C_F = 0.075 / (log10 Re − 2)²."""
+    reynolds = max(1.0e4, speed_mps * boat.length_m / _VISCOSITY_M2PS)
+    return float(0.075 / (math.log10(reynolds) - 2.0) ** 2)
+
+
+def form_factor(boat: Dimensions) -> float:
+    """1 + k, of Watanabe: k = −0.095 + 25.6 C_B / ((L/B)² √(B/T)), within 0.1 and 0.6."""
+    slender = (boat.length_m / boat.hull_beam_m) ** 2 * math.sqrt(boat.hull_beam_m / boat.draft_m)
+    return 1.0 + min(0.6, max(0.1, -0.095 + 25.6 * boat.block / slender))
+
+
+def quadratic(boat: Dimensions) -> float:
+    """x_uu = ½ ρ S (C_F (1 + k) + C_r), in N per (m/s)²."""
+    speed_mps = _FROUDE * math.sqrt(GRAVITY_MPS2 * boat.length_m)
+    total = friction(boat, speed_mps) * form_factor(boat) + boat.traits.residual
+    return 0.5 * WATER_KGPM3 * boat.wetted_m2 * total
+
+
+def thrust_loss(ahead_n: float, diameter_m: float | None) -> float:
+    """Thrust that a propeller loses with speed, at half thrust, N per (m/s): D √(K_T ρ T) / J₀, of K_T (1 − J/J₀)."""
+    across_m = math.sqrt(4.0 * ahead_n / (math.pi * _DISC_LOAD_PA)) if diameter_m is None else diameter_m
+    return across_m * math.sqrt(_KT_BOLLARD * WATER_KGPM3 * _THRUST_SHARE * ahead_n) / _ADVANCE_AT_ZERO
+
+
+def pushes_ahead(thruster: ThrusterConfig) -> bool:
+    """Whether it can push the boat ahead."""
+    return thruster.turns or abs(math.cos(thruster.azimuth_rad)) > 0.5
+
+
+def full_ahead_n(thrusters: Sequence[ThrusterConfig]) -> float:
+    """Thrust of all together ahead, with the boat at rest."""
+    return sum(
+        t.max_n if t.turns else max(t.max_n * math.cos(t.azimuth_rad), t.min_n * math.cos(t.azimuth_rad))
+        for t in thrusters
+        if pushes_ahead(t)
+    )
+
+
+def linear(thrusters: Sequence[ThrusterConfig]) -> float:
+    """x_u: what all propellers that push ahead lose. A jet's own curve has its loss."""
+    return sum(thrust_loss(t.max_n, t.propeller_m) for t in thrusters if t.kind != "jet" and pushes_ahead(t))
+
+
+def planing_table(boat: Dimensions) -> tuple[tuple[float, float], ...]:
+    """Resistance of a planing hull, as (speed m/s, force N)."""
+    unit_mps = math.sqrt(GRAVITY_MPS2 * boat.hull_volume_m3 ** (1.0 / 3.0))
+    weight_n = boat.mass_kg * GRAVITY_MPS2
+    return tuple((round(froude * unit_mps, 2), round(share * weight_n, 1)) for froude, share in _PLANING)
+
+
+def figures(boat: Dimensions, thrusters: Sequence[ThrusterConfig]) -> tuple[Figure, ...]:
+    """x_u and x_uu. Both are scaled to the top speed where that is known."""
+    x_u, x_uu, factor, by_speed = linear(thrusters), quadratic(boat), 2.3, ""
+    if boat.form == "planing":
+        x_uu = 0.0  # the table of resistance has it
+    elif boat.top_speed_mps is not None:
+        drag_n = x_u * boat.top_speed_mps + x_uu * boat.top_speed_mps**2
+        scale = full_ahead_n(thrusters) / drag_n if drag_n > 0.0 else 1.0
+        x_u, x_uu, factor = scale * x_u, scale * x_uu, 1.6
+        by_speed = ", scaled so that full thrust gives the top speed"
+    return (
+        Figure(
+            "hull.damping.x_u",
+            x_u,
+            factor,
+            "D √(K_T ρ T) / J₀ for each propeller ahead" + by_speed,
+            "Wageningen B series, in Carlton, Marine Propellers (2012)",
+        ),
+        Figure(
+            "hull.damping.x_uu",
+            x_uu,
+            factor,
+            "½ ρ S (C_F (1 + k) + C_r)" + by_speed,
+            "ITTC-57; Watanabe; Denny and Mumford",
+        ),
+    )

@@ -1,0 +1,151 @@
+"""Mistakes in a file, in the words of a person who edits it: what a missing key means, which key a misspelt one is."""
+
+from __future__ import annotations
+
+import types
+import typing
+from collections.abc import Mapping, Sequence
+from dataclasses import fields, is_dataclass
+from difflib import get_close_matches
+from functools import cache
+from typing import Any, get_args, get_origin, get_type_hints
+
+from pydantic import ValidationError
+from pydantic.fields import FieldInfo
+
+from companion.config.kinds import Place, Problem
+from companion.config.units import unit_of
+
+_ALIKE = 0.6  # of difflib: what one would take for the same word
+
+
+def problems_of(
+    root: type[Any], error: ValidationError, data: Mapping[str, Any], moot: Sequence[Place] = ()
+) -> list[Problem]:
+    """The problems of a file, without those that are only the consequence of another: a missing key whose name was
+    misspelt, and missing keys below a place in `moot`. `data`: the file as it stands."""
+    found = [(tuple(e["loc"]), e["type"], e["msg"]) for e in error.errors()]
+    missing = [place for place, kind, _ in found if kind == "missing"]
+    unknown = {place: _near(root, place, missing) for place, kind, _ in found if kind == "unexpected_keyword_argument"}
+    meant = {(*place[:-1], near) for place, near in unknown.items() if near is not None}
+    problems = []
+    for place, kind, text in found:
+        if kind == "missing" and (place in meant or _below(place, moot)):
+            continue
+        if kind == "missing":
+            problems.append((place, _missing(root, place)))
+        elif place in unknown:
+            problems.append((place, _unknown(unknown[place])))
+        else:
+            problems.append((place, remedy(text)))
+    return problems
+
+
+def remedy(message: str) -> str:
+    """pydantic's message in the words of a person who edits a TOML."""
+    return message.replace("Unexpected keyword argument", "unknown key; check the spelling").replace(
+        "Input should", "should"
+    )
+
+
+def _below(place: Place, moot: Sequence[Place]) -> bool:
+    return any(place[: len(above)] == above for above in moot)
+
+
+def _missing(root: type[Any], place: Place) -> str:
+    entry = _entries_at(root, place[:-1]).get(str(place[-1]))
+    if entry is None:
+        return "is missing"
+    unit = unit_of(str(place[-1]))
+    meaning = entry.rstrip(".")
+    return f"is missing: {meaning[:1].lower()}{meaning[1:]}{f', in {unit}' if unit else ''}"
+
+
+def _unknown(near: str | None) -> str:
+    return f"unknown key; did you mean '{near}'?" if near is not None else "unknown key; check the spelling"
+
+
+def _near(root: type[Any], place: Place, missing: Sequence[Place]) -> str | None:
+    """The key that was meant: one that is missing in the same table first."""
+    wrong = str(place[-1])
+    absent = [str(other[-1]) for other in missing if other[:-1] == place[:-1]]
+    for names in (absent, list(_entries_at(root, place[:-1]))):
+        if close := get_close_matches(wrong, names, n=1, cutoff=_ALIKE):
+            return close[0]
+    return None
+
+
+def _entries_at(root: type[Any], place: Place) -> Mapping[str, str]:
+    table: Any = _table(root, place)
+    return _entries(table)
+
+
+def _table(root: type[Any], place: Place) -> type[Any] | None:
+    """The dataclass of the table at `place`; None where it is none."""
+    table: Any = root
+    for part in place:
+        if isinstance(part, int):
+            continue
+        if table is None:
+            return None
+        table = _inner(table).get(part, table if _is_mapping(table, part) else None)
+    found: type[Any] | None = table
+    return found
+
+
+@cache
+def _inner(table: Any) -> Mapping[str, type[Any]]:
+    """The tables below a table, by key."""
+    found = {}
+    for name, hint in _hints(table):
+        inner = _dataclass_in(hint)
+        if inner is not None:
+            found[name] = inner
+    return found
+
+
+def _is_mapping(table: type[Any], part: str) -> bool:
+    """Whether `part` is a name that the file chose, as of a plant, and no key of the table."""
+    known: Any = table
+    return part not in _entries(known)
+
+
+@cache
+def _entries(table: Any) -> Mapping[str, str]:
+    """Meaning by key of a table."""
+    if table is None:
+        return {}
+    return {
+        name: next((info.description for info in _infos(hint) if info.description), "")
+        for name, hint in _hints(table)
+        if not name.startswith("keys of")
+    }
+
+
+def _hints(table: type[Any]) -> list[tuple[str, Any]]:
+    hints = get_type_hints(table, include_extras=True)
+    return [
+        (next((info.alias for info in _infos(hints[entry.name]) if info.alias), entry.name), hints[entry.name])
+        for entry in fields(table)
+    ]
+
+
+def _infos(hint: Any) -> list[FieldInfo]:
+    infos: list[FieldInfo] = []
+    if get_origin(hint) is typing.Annotated:
+        hint, *extras = get_args(hint)
+        infos += [extra for extra in extras if isinstance(extra, FieldInfo)]
+    if get_origin(hint) in (types.UnionType, typing.Union):
+        for part in get_args(hint):
+            infos += _infos(part)
+    return infos
+
+
+def _dataclass_in(hint: Any) -> type[Any] | None:
+    """The dataclass that a hint holds, through Annotated, unions, tuples and mappings."""
+    if isinstance(hint, type) and is_dataclass(hint):
+        return hint
+    for part in get_args(hint):
+        if not isinstance(part, FieldInfo) and (found := _dataclass_in(part)) is not None:
+            return found
+    return None

@@ -1,0 +1,74 @@
+"""Overlays: what a sea trial found, in a file beside the vessel's own, which stays as it is.
+
+`NAME.trial-2026-11-22.toml` beside `NAME.toml` counts while its `[trial]` table says `accepted = true`; of several, the
+one with the last name. To undo it, `accepted` becomes false, and the one before counts again.
+"""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+_ACCEPTED = re.compile(r"^accepted *= *(true|false)", re.MULTILINE)
+_MARK = ".trial-"
+
+
+def is_overlay(name: str) -> bool:
+    """Whether a file of that name is an overlay."""
+    return _MARK in name and name.endswith(".toml")
+
+
+def overlay_name(vessel: str, date: str) -> str:
+    """The file name of an overlay of that vessel file's stem; `date`: 2026-11-22."""
+    return f"{vessel}{_MARK}{date}.toml"
+
+
+def overlays(vessel_file: Path) -> tuple[Path, ...]:
+    """All overlays beside a vessel's file, the oldest first."""
+    return tuple(sorted(vessel_file.parent.glob(f"{vessel_file.stem}{_MARK}*.toml")))
+
+
+def accepted(overlay: Path) -> bool:
+    """Whether it counts. Raises OSError."""
+    found = _ACCEPTED.search(overlay.read_text(encoding="utf-8"))
+    return found is not None and found[1] == "true"
+
+
+def in_force(vessel_file: Path) -> Path | None:
+    """The overlay that counts for a vessel's file; None without one. Raises OSError."""
+    return next((overlay for overlay in reversed(overlays(vessel_file)) if accepted(overlay)), None)
+
+
+def set_accepted(overlay: Path, counts: bool) -> None:
+    """Let it count, or not. Raises OSError, ValueError for a file without the key."""
+    text = overlay.read_text(encoding="utf-8")
+    if _ACCEPTED.search(text) is None:
+        raise ValueError(f"{overlay}: no key 'accepted' in [trial], so it is no overlay of a trial")
+    new = _ACCEPTED.sub(f"accepted = {'true' if counts else 'false'}", text, count=1)
+    beside = overlay.with_suffix(".new")
+    beside.write_text(new, encoding="utf-8")
+    beside.replace(overlay)
+
+
+def merged(data: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
+    """`data` with the keys of `over` in place of its own. Rows of an array of tables are matched by their `name`."""
+    result = dict(data)
+    for key, value in over.items():
+        here = result.get(key)
+        if isinstance(value, Mapping) and isinstance(here, Mapping):
+            result[key] = merged(here, value)
+        elif isinstance(value, list) and isinstance(here, list) and all(isinstance(row, Mapping) for row in value):
+            rows = {row["name"]: row for row in value}
+            result[key] = [merged(row, rows.get(row.get("name"), {})) for row in here]
+        else:
+            result[key] = value
+    return result
+
+
+def with_overlay(data: Mapping[str, Any], overlay: Path) -> dict[str, Any]:
+    """The raw tables of a vessel with those of its overlay. Raises OSError, tomllib.TOMLDecodeError."""
+    over = tomllib.loads(overlay.read_text(encoding="utf-8"))
+    return merged(data, {key: value for key, value in over.items() if key != "trial"})

@@ -1,0 +1,132 @@
+"""What a vessel's file says that a real boat would hardly be, and what that means for its modes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+from companion.config.dimensions.derivation import top_speed_mps
+from companion.config.dimensions.form import GRAVITY_MPS2
+from companion.config.kinds import Place
+from companion.config.vessel import VesselConfig
+
+_MOST_MPS2, _LEAST_MPS2 = 10.0, 0.03  # thrust over mass: a speedboat's, and one that wind carries off
+_OVER_HULL_SPEED = 2.5
+_OUTSIDE = 1.1  # of half the length or beam
+_CRUISE_MPS = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class Judgement:
+    """One finding: the place in the file, what is wrong with it, and what it means for the modes."""
+
+    place: Place
+    text: str
+    means: str
+
+    def __str__(self) -> str:
+        return f"{self.text}. {self.means}"
+
+
+def judgements(config: VesselConfig) -> list[Judgement]:
+    """All findings. Empty for a plausible boat that can do every mode."""
+    return [found for judge in _JUDGES for found in judge(config)]
+
+
+def _damping(config: VesselConfig) -> Iterator[Judgement]:
+    d = config.hull.damping
+    for axis, terms, means in (
+        ("x_u", (d.x_u, d.x_uu, d.x_uuu, *config.hull.resistance), "Missions and Follow: no top speed is known"),
+        ("y_v", (d.y_v, d.y_vv, d.y_uv), "No current can be estimated: Missions drift off in a cross current"),
+        ("n_r", (d.n_r, d.n_rr, d.n_ur), "All modes: the bow swings, since the model takes its own turn as free"),
+    ):
+        if not any(terms):
+            text = f"no damping of {'surge' if axis[0] == 'x' else 'sway' if axis[0] == 'y' else 'yaw'}"
+            yield Judgement(("hull", "damping", axis), text, means)
+
+
+def _thrust(config: VesselConfig) -> Iterator[Judgement]:
+    share = config.limits.surge_n / config.hull.m11_kg
+    if share > _MOST_MPS2:
+        yield Judgement(
+            ("limits", "surge_n"),
+            f"thrust of {share:.1f} m/s² for its mass: check mass in kg, thrust in N",
+            "Hold and Manual: every small error is a leap",
+        )
+    if share < _LEAST_MPS2:
+        yield Judgement(
+            ("limits", "surge_n"),
+            f"thrust of only {share:.3f} m/s² for its mass",
+            "Hold, Missions and RTL: wind and current are stronger than the boat",
+        )
+
+
+def _speed(config: VesselConfig) -> Iterator[Judgement]:
+    top_mps = top_speed_mps(config.hull, config.limits.surge_n)
+    hull_mps = math.sqrt(GRAVITY_MPS2 * config.length_m / math.tau)
+    if (
+        not config.hull.resistance
+        and config.hull.damping.x_u >= 0.0
+        and hull_mps * _OVER_HULL_SPEED < top_mps < math.inf
+    ):
+        yield Judgement(
+            ("hull", "damping", "x_uu"),
+            f"top speed {top_mps:.1f} m/s by the model, {top_mps / hull_mps:.1f} times the hull speed",
+            'Missions: legs take longer than planned. A hull that planes has form = "planing" or a resistance table',
+        )
+
+
+def _turning(config: VesselConfig) -> Iterator[Judgement]:
+    d, moment_nm = config.hull.damping, config.limits.yaw_nm
+    linear = d.n_r + d.n_ur * _CRUISE_MPS
+    if d.n_rr > 0.0:
+        rate_radps = (math.sqrt(linear * linear + 4.0 * d.n_rr * moment_nm) - linear) / (2.0 * d.n_rr)
+    else:
+        rate_radps = moment_nm / linear if linear > 0.0 else math.inf
+    across_m = 2.0 * _CRUISE_MPS / rate_radps
+    if across_m < 0.25 * config.length_m:
+        yield Judgement(
+            ("hull", "damping", "n_rr"),
+            f"a turning circle of {across_m:.1f} m at 1 m/s, far under the hull's length",
+            "Missions and Follow: the model turns faster than the boat will, and bends are cut",
+        )
+
+
+def _places(config: VesselConfig) -> Iterator[Judgement]:
+    most_x_m, most_y_m = 0.5 * _OUTSIDE * config.length_m + 0.1, 0.5 * _OUTSIDE * config.beam_m
+    for i, thruster in enumerate(config.thrusters):
+        if abs(thruster.x_m) > most_x_m or abs(thruster.y_m) > most_y_m:
+            yield Judgement(
+                ("thruster", i, "x_m"),
+                f"'{thruster.name}' at x {thruster.x_m:g} m, y {thruster.y_m:g} m is outside the hull",
+                "All modes: its lever is wrong, and so is every turn",
+            )
+    for i, sensor in enumerate(config.sensors):
+        if abs(sensor.x_m) > config.length_m or abs(sensor.y_m) > config.beam_m:
+            yield Judgement(
+                ("sensor", i, "x_m"),
+                f"'{sensor.name}' at x {sensor.x_m:g} m, y {sensor.y_m:g} m is outside the hull",
+                "All modes: the position swings as the boat turns",
+            )
+
+
+def _axes(config: VesselConfig) -> Iterator[Judgement]:
+    if config.limits.sway_n <= 0.0:
+        astern = any(t.min_n < 0.0 or (t.turns and t.kind != "jet") for t in config.thrusters)
+        hold = "lies bow to the weather at its point" if astern else "drifts and sails back within its watch circle"
+        yield Judgement(
+            ("limits", "sway_n"),
+            "no sideways thrust",
+            f"Dock: needs it, refused. Hold: {hold}, without a heading. Missions, RTL, Follow, Offboard: bow first",
+        )
+
+
+_JUDGES: tuple[Callable[[VesselConfig], Iterator[Judgement]], ...] = (
+    _damping,
+    _thrust,
+    _speed,
+    _turning,
+    _places,
+    _axes,
+)

@@ -1,0 +1,14 @@
+"""The name that a person may have meant."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+
+_ALIKE = 0.6  # difflib's ratio: one letter wrong, missing or swapped in a short name
+
+
+def did_you_mean(name: str, known: Iterable[str]) -> str:
+    """`; did you mean 'hold'?` for a name close to a known one, to end a refusal with; else empty."""
+    close = get_close_matches(name.lower(), list(known), n=1, cutoff=_ALIKE)
+    return f"; did you mean '{close[0]}'?" if close else ""

@@ -1,0 +1,73 @@
+"""`companion new` and `companion draw`: a file from answers, and the picture of a boat."""
+
+import math
+import re
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+
+from companion.cli.drawing import characters, outlines, svg
+from companion.cli.main import main
+from companion.cli.new_file import BOARDS, LAYOUTS
+from companion.config.vessel import bundled, find, load
+
+_SHAPE = ["--name", "cat", "--form", "catamaran", "--length", "1.2", "--beam", "0.9"]
+CATAMARAN = [*_SHAPE, "--mass", "30", "--hull-beam", "0.2", "--motor", "T200", "--voltage", "16"]
+
+
+@pytest.mark.parametrize("layout", LAYOUTS)
+@pytest.mark.parametrize("board", BOARDS)
+def test_every_layout_on_every_board_becomes_a_boat(tmp_path: Path, layout: str, board: str) -> None:
+    file = tmp_path / "boat.toml"
+    assert main(["new", str(file), "--yes", *CATAMARAN, "--layout", layout, "--board", board]) == 0
+    boat = load(file)
+    assert boat.hull.mass_kg == 30.0 and boat.sitl is not None
+    assert (boat.limits.sway_n > 0.0) == (layout in ("twin-bow", "two-azimuths"))
+    assert "# " in file.read_text(encoding="utf-8")
+
+
+def test_a_missing_answer_and_a_wrong_one_are_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = str(tmp_path / "boat.toml")
+    assert main(["new", file, "--yes", "--name", "cat", "--form", "barge", "--length", "3"]) == 2
+    assert "--beam is missing" in capsys.readouterr().err
+    assert main(["new", file, "--yes", *CATAMARAN[:-4], "--motor", "T220"]) == 2
+    assert "did you mean 't200'" in capsys.readouterr().err
+    assert not Path(file).exists()
+
+
+def test_a_file_that_exists_is_never_overwritten(tmp_path: Path) -> None:
+    file = tmp_path / "boat.toml"
+    file.write_text("mine")
+    assert main(["new", str(file), "--yes", *CATAMARAN]) == 2 and file.read_text() == "mine"
+
+
+def test_a_largest_thrust_does_instead_of_a_motor(tmp_path: Path) -> None:
+    file = tmp_path / "boat.toml"
+    assert main(["new", str(file), "--yes", *CATAMARAN[:-4], "--motor", "80"]) == 0
+    assert load(file).thrusters[0].max_n == 80.0
+
+
+@pytest.mark.parametrize("name", bundled())
+def test_every_bundled_boat_can_be_drawn(name: str) -> None:
+    boat = load(find(name))
+    picture = ElementTree.fromstring(svg(boat))
+    texts = " ".join(text for text in picture.itertext())
+    assert all(thruster.name in texts for thruster in boat.thrusters)
+    assert all(sensor.name in texts for sensor in boat.sensors)
+    listed = characters(boat)
+    assert all(re.search(rf"[↑↗→↘↓↙←↖]  {thruster.name}: ", listed) for thruster in boat.thrusters)
+
+
+def test_a_tunnel_thruster_points_to_starboard_and_hulls_lie_within_the_beam() -> None:
+    assert "→  bow: 1.15 m ahead" in characters(load(find("revolt")))
+    otter = load(find("otter"))
+    assert len(outlines(otter)) == 2
+    assert max(abs(y) for line in outlines(otter) for _, y in line) <= 0.5 * otter.beam_m + 1e-9
+    assert math.isclose(max(x for line in outlines(otter) for x, _ in line), 1.0)
+
+
+def test_draw_writes_an_svg(tmp_path: Path) -> None:
+    picture = tmp_path / "otter.svg"
+    assert main(["draw", "otter", "--svg", str(picture)]) == 0
+    assert picture.read_text(encoding="utf-8").startswith("<svg")

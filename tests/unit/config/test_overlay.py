@@ -1,0 +1,99 @@
+"""Overlays of a trial: which one counts, what it changes, and the way back."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from companion.cli.main import main
+from companion.config.overlay import accepted, in_force, merged, overlay_name, overlays, set_accepted
+from companion.config.vessel import ConfigError, bundled, find, load
+
+OVERLAY = """
+[trial]
+accepted = false
+[hull]
+m11_kg = 300.0
+[hull.damping]
+x_u = 40.0
+[[thruster]]
+name = "bow"
+x_m = 1.12
+[parameters]
+DP_BW_SURGE = 0.4
+"""
+
+
+@pytest.fixture
+def vessel_file(tmp_path: Path) -> Path:
+    path = tmp_path / "boat.toml"
+    shutil.copyfile(find("revolt"), path)
+    return path
+
+
+def written(vessel_file: Path, date: str = "2026-11-22", text: str = OVERLAY) -> Path:
+    path = vessel_file.with_name(overlay_name(vessel_file.stem, date))
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_tables_are_merged_and_rows_matched_by_name() -> None:
+    base = {"a": 1, "t": {"x": 1, "y": 2}, "row": [{"name": "p", "k": 1}, {"name": "q", "k": 2}]}
+    over = {"t": {"y": 3}, "row": [{"name": "q", "k": 5}, {"name": "gone", "k": 9}]}
+    assert merged(base, over) == {
+        "a": 1,
+        "t": {"x": 1, "y": 3},
+        "row": [{"name": "p", "k": 1}, {"name": "q", "k": 5}],
+    }
+
+
+def test_an_overlay_counts_only_once_it_is_accepted(vessel_file: Path) -> None:
+    before, overlay = load(vessel_file), written(vessel_file)
+    assert load(vessel_file) == before and in_force(vessel_file) is None
+    assert main(["trial", "accept", str(overlay)]) == 0
+    now = load(vessel_file)
+    assert (now.hull.m11_kg, now.hull.m22_kg, now.hull.damping.x_u) == (300.0, before.hull.m22_kg, 40.0)
+    assert (now.thrusters[2].x_m, now.thrusters[0]) == (1.12, before.thrusters[0])
+    assert now.parameters["DP_BW_SURGE"] == 0.4 and now.parameters["DP_BW_SWAY"] == before.parameters["DP_BW_SWAY"]
+    assert now.sitl == before.sitl
+
+
+def test_undo_goes_back_to_the_one_before(vessel_file: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    before = load(vessel_file)
+    first, second = written(vessel_file), written(vessel_file, "2026-11-23", OVERLAY.replace("300.0", "310.0"))
+    for overlay in (first, second):
+        set_accepted(overlay, True)
+    assert load(vessel_file).hull.m11_kg == 310.0 and overlays(vessel_file) == (first, second)
+    assert main(["trial", "undo", str(vessel_file)]) == 0
+    assert load(vessel_file).hull.m11_kg == 300.0
+    assert main(["trial", "list", str(vessel_file)]) == 0
+    assert "2026-11-22.toml: in force" in capsys.readouterr().out
+    assert main(["trial", "undo", str(vessel_file)]) == 0 and load(vessel_file) == before
+    assert main(["trial", "undo", str(vessel_file)]) == 2
+
+
+def test_an_overlay_from_a_log_is_copied_beside_the_vessel(vessel_file: Path, tmp_path: Path) -> None:
+    (tmp_path / "log").mkdir()
+    away = tmp_path / "log" / "revolt.trial-2026-11-22.toml"
+    away.write_text(OVERLAY, encoding="utf-8")
+    assert main(["trial", "accept", str(away)]) == 2
+    assert main(["trial", "accept", str(away), "--vessel", str(vessel_file)]) == 0
+    assert in_force(vessel_file) == vessel_file.with_name("boat.trial-2026-11-22.toml") and not accepted(away)
+
+
+def test_an_overlay_with_an_error_is_not_accepted(vessel_file: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    overlay = written(vessel_file, text=OVERLAY.replace("m11_kg = 300.0", "m11_kg = -1.0"))
+    assert main(["trial", "accept", str(overlay)]) == 2
+    assert not accepted(overlay) and "m11_kg" in capsys.readouterr().err
+
+
+def test_no_vessel_and_no_overlay_by_mistake(vessel_file: Path) -> None:
+    assert main(["trial", "accept", str(vessel_file)]) == 2
+    overlay = written(vessel_file, text="[hull]\n")
+    assert main(["trial", "accept", str(overlay)]) == 2
+    overlay.write_text("accepted = true\n[[", encoding="utf-8")
+    with pytest.raises(ConfigError, match="not valid TOML"):
+        load(vessel_file)
+    assert not any(".trial-" in name for name in bundled())

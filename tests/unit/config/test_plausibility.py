@@ -1,0 +1,48 @@
+"""What `companion check` says of a boat that loads, but that hardly exists."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import pytest
+
+from companion.config.hull import DampingConfig
+from companion.config.plausibility import judgements
+from companion.config.vessel import VesselConfig, bundled, find, load
+
+REVOLT = load(find("revolt"))
+
+
+def moved(boat: VesselConfig) -> VesselConfig:
+    return replace(boat, thrusters=(replace(boat.thrusters[0], x_m=-3.0), *boat.thrusters[1:]))
+
+
+@pytest.mark.parametrize(
+    ("change", "text", "means"),
+    [
+        (
+            lambda b: replace(b, hull=replace(b.hull, damping=DampingConfig(y_v=1.0, n_r=1.0))),
+            "no damping of surge",
+            "Miss",
+        ),
+        (lambda b: replace(b, hull=replace(b.hull, m11_kg=0.257)), "thrust of 194.6 m/s²", "Hold"),
+        (lambda b: replace(b, limits=replace(b.limits, surge_n=2.0)), "thrust of only 0.008", "stronger than the boat"),
+        (
+            lambda b: replace(b, hull=replace(b.hull, damping=replace(b.hull.damping, x_u=5.0))),
+            "hull speed",
+            "Missions",
+        ),
+        (lambda b: replace(b, limits=replace(b.limits, yaw_nm=3000.0)), "turning circle", "Follow"),
+        (moved, "'stern_port' at x -3 m", "its lever is wrong"),
+        (lambda b: replace(b, limits=replace(b.limits, sway_n=0.0)), "no sideways thrust", "Dock: needs it, refused"),
+    ],
+)
+def test_each_finding_says_what_it_means(change: Callable[[VesselConfig], VesselConfig], text: str, means: str) -> None:
+    assert judgements(REVOLT) == []
+    found = [str(judgement) for judgement in judgements(change(REVOLT))]
+    assert any(text in line and means in line for line in found), found
+
+
+@pytest.mark.parametrize("name", bundled())
+def test_a_bundled_boat_is_plausible_but_for_axes_that_it_does_not_have(name: str) -> None:
+    boat = load(find(name))
+    assert all(found.place == ("limits", "sway_n") for found in judgements(boat)), name
