@@ -7,7 +7,7 @@ it.
 The sum of squares includes the distances from the known model, each over its doubt. A quantity of which the log says no
 more than that counts as not determined and keeps the model's value. Its doubt counts in the uncertainty of all others.
 Multiplying all of inertia, damping and thrust by one number changes no motion, so the scale of the strongest group is
-held.
+held; for a boat from dimensions the mass that was weighed sets it.
 """
 
 from __future__ import annotations
@@ -73,10 +73,12 @@ class HullFit:
     gusts: tuple[float, float, float]
 
 
-def fit(log: Log, manoeuvre: Manoeuvre, hold: Sequence[str] = ()) -> HullFit:
-    """Fit the hull to the manoeuvre. `hold`: quantities to leave at the model's value (`Estimate.name`)."""
-    model = HullModel(log, manoeuvre)
-    held = {f"scale {model.groups[0].name}": "sets the scale of all forces and inertias"}
+def fit(log: Log, manoeuvre: Manoeuvre, hold: Sequence[str] = (), heading: bool = False) -> HullFit:
+    """Fit the hull to the manoeuvre. `hold`: quantities to leave at the model's value (`Estimate.name`). `heading`: as
+    in `HullModel`."""
+    model = HullModel(log, manoeuvre, heading)
+    strongest = f"scale {model.groups[0].name}"
+    held = {strongest: "sets the scale of all forces and inertias"} if model.scale_known else {}
     held |= {name: "as asked" for name in hold if name in model.model}
     values, noise = settled(model, equation_error(model, held), held)
     undetermined: dict[str, str] = {}
@@ -233,8 +235,9 @@ def _result(
         for name in model.model
     )
     measured, simulated = model.manoeuvre.velocity, model.simulate(values)
-    rest = measured - simulated
-    explained = 1.0 - rest.var(axis=0) / np.maximum(measured.var(axis=0), 1e-12)
+    rows = np.concatenate([np.arange(first, end) for first, end in model.manoeuvre.stretches])
+    rest = (measured - simulated)[rows]
+    explained = 1.0 - rest.var(axis=0) / np.maximum(measured[rows].var(axis=0), 1e-12)
     rms = np.sqrt((rest**2).mean(axis=0))
     masses = [values[name] for name in INERTIA]
     return HullFit(
@@ -281,6 +284,7 @@ def equation_error(model: HullModel, held: Mapping[str, str]) -> dict[str, float
 
 def _unbalanced(model: HullModel, values: Mapping[str, float], velocity: Array, slope: Array) -> Array:
     """(n, 3): M ν̇ + C(ν) ν + D(ν) ν − τ."""
+    velocity, slope = model.turned(velocity, values), model.turned(slope, values)
     stream = model.stream(values)
     turning = np.stack([-velocity[:, 2] * stream[:, 1], velocity[:, 2] * stream[:, 0], np.zeros(len(stream))], axis=1)
     force = model.reaction(values, velocity - stream) - model.weather_force(values) - model.thrust(values)

@@ -20,9 +20,11 @@ import numpy as np
 from companion.analysis.log_reader import Log
 from companion.analysis.manoeuvre import Array, Group, Manoeuvre, group_wrenches, groups_of
 from companion.config.devices import ThrusterConfig
+from companion.config.dimensions.completion import figures_of
 from companion.config.hull import DampingConfig, HullConfig
 
 INERTIA = ("m11_kg", "m22_kg", "m33_kgm2")
+HEADING = "heading_error_rad"  # by how much the heading reads too much
 CURRENT = ("current_north_mps", "current_east_mps")
 _WIND = ("wind_north_m2ps2", "wind_east_m2ps2")  # velocity of the air times its speed
 _WIND_SCALES = ("wind_surge_scale", "wind_sway_scale", "wind_yaw_scale")
@@ -32,13 +34,16 @@ _CALM_M2PS2 = 0.25  # smooths the root below it, whose slope has no bound at 0
 _STANDARD = ("x_u", "x_uu", "y_v", "y_vv", "n_r", "n_rr")  # always fitted
 _RESISTING = frozenset({*_STANDARD, "x_uuu"})  # these cannot drive the boat
 _LAG_S = 0.3  # start of the fit of the thrusters' lag
+_LEAST_DOUBT = 0.08  # share of an inertia that follows from dimensions
 _MOST = 50.0  # largest value, in scales of a quantity
 
 
 class HullModel:
     """The equations over one manoeuvre, by named quantities. Remembers the manoeuvre and the wrenches of one lag."""
 
-    def __init__(self, log: Log, manoeuvre: Manoeuvre) -> None:
+    def __init__(self, log: Log, manoeuvre: Manoeuvre, heading: bool = False) -> None:
+        """`heading`: the heading may read too much or too little (`HEADING`). Only runs at speed both ways tell that
+        from a current."""
         self.log, self.manoeuvre = log, manoeuvre
         self.groups: tuple[Group, ...] = groups_of(log.config.thrusters)
         hull, damping, windage = log.config.hull, log.config.hull.damping, log.config.windage
@@ -53,22 +58,32 @@ class HullModel:
             "lag_s": _LAG_S,
             **dict.fromkeys(CURRENT, 0.0),
             **dict.fromkeys(self.weather, 1.0 if self.weather is _WIND_SCALES else 0.0),
+            **({HEADING: 0.0} if heading else {}),
         }
         self.terms = tuple(terms)
+        self._factors = {figure.key: figure.factor for figure in figures_of(hull, log.config.thrusters)}
         self._coupling = (hull.m23_kgm, hull.m23_kgm if hull.m32_kgm is None else hull.m32_kgm)
         self._lag_s = math.nan
         self._wrenches: list[tuple[Array, Array, Array]] = []
 
     # --- the quantities --------------------------------------------------------------------------------------------
 
+    @property
+    def scale_known(self) -> bool:
+        """Whether the thrust is better known than the mass. A boat from dimensions was weighed, and its motors are as
+        good as their label."""
+        return not self._factors
+
     def doubt(self, name: str) -> float:
         """One sigma of what is known of a quantity before the fit. Wide for damping: a model can have it ten times too
         high."""
         hull = self.log.config.hull
         if name in INERTIA:
-            return 0.15 * self.model[name]
+            factor = self._factors.get(f"hull.{name}")
+            share = 0.15 if factor is None else max(_LEAST_DOUBT, 0.5 * math.log(factor))
+            return share * self.model[name]
         if name.startswith("scale"):
-            return 0.2
+            return 0.2 if self.scale_known else 0.35
         if name.startswith("x_m"):
             return 0.15 * self.log.config.length_m
         if name in self.terms:
@@ -76,6 +91,7 @@ class HullModel:
             return 3.0 * max(abs(self.model[name]), axis * (1.0 if len(name.split("_")[1]) > 1 else 0.1))
         others = {
             "lag_s": 0.3,
+            HEADING: 0.1,
             **dict.fromkeys(CURRENT, 0.2),
             **dict.fromkeys(_WIND, 20.0),
             **dict.fromkeys(_WIND_SCALES, 0.5),
@@ -132,7 +148,7 @@ class HullModel:
     def weather_force(self, values: Mapping[str, float]) -> Array:
         """Of the weather at each tick, with the wind as in `companion.config.WindageConfig`, relative to the boat."""
         if self.weather is _FORCE:
-            x, y = self._in_body(values["north_n"], values["east_n"])
+            x, y = self._in_body(values["north_n"], values["east_n"], values)
             return np.stack([x, y, np.zeros_like(x)], axis=1)
         if self.manoeuvre.wind_mps is not None:
             air_north, air_east = self.manoeuvre.wind_mps.T
@@ -141,8 +157,9 @@ class HullModel:
             north, east = (values[name] for name in _WIND)
             root = (north * north + east * east + _CALM_M2PS2**2) ** 0.25
             air_north, air_east, scales = north / root, east / root, np.ones(3)
-        x, y = self._in_body(air_north, air_east)
-        x, y = x - self.manoeuvre.velocity[:, 0], y - self.manoeuvre.velocity[:, 1]
+        x, y = self._in_body(air_north, air_east, values)
+        velocity = self.turned(self.manoeuvre.velocity, values)
+        x, y = x - velocity[:, 0], y - velocity[:, 1]
         w, pressure = self.log.config.windage, 0.5 * _AIR_KGPM3 * np.hypot(x, y)
         twist = -_AIR_KGPM3 * w.cn * w.lateral_m2 * self.log.config.length_m * x * y
         return np.asarray(
@@ -151,7 +168,8 @@ class HullModel:
 
     def stream(self, values: Mapping[str, float]) -> Array:
         """(n, 3): the current's velocity in body axes."""
-        x, y = self._in_body(*(values[name] for name in CURRENT))
+        north, east = (values[name] for name in CURRENT)
+        x, y = self._in_body(north, east, values)
         return np.stack([x, y, np.zeros_like(x)], axis=1)
 
     def reaction(self, values: Mapping[str, float], relative: Array) -> Array:
@@ -181,7 +199,7 @@ class HullModel:
         force balance, so that nothing is differentiated.
         """
         manoeuvre = self.manoeuvre
-        relative = manoeuvre.velocity - self.stream(values)
+        relative = self.turned(manoeuvre.velocity, values) - self.stream(values)
         force = self.reaction(values, relative) - self.weather_force(values)
         thrust = self.thrust(values)
         to_velocity = np.linalg.inv(self.inertia(values)).T
@@ -199,8 +217,8 @@ class HullModel:
         force = self.thrust(values) + self.weather_force(values)
         force[:-1] = 0.5 * (force[:-1] + force[1:])
         forces = force.tolist()
-        measured, stream = self.manoeuvre.velocity, self.stream(values)
-        result = np.empty_like(measured)
+        measured, stream = self.turned(self.manoeuvre.velocity, values), self.stream(values)
+        result = measured - stream  # outside the stretches nothing is simulated
         half_s = self.manoeuvre.period_s
         step_s = 2.0 * half_s
         derivative = self._derivative(values)
@@ -215,7 +233,16 @@ class HullModel:
                 du, dv, dr = derivative(*half, x, y, n)
                 u, v, r = _held_in(u + step_s * du), _held_in(v + step_s * dv), _held_in(r + step_s * dr)
             result[first:end] = rows[: end - first]
-        return np.add(result, stream, dtype=np.float64)
+        return self.turned(np.add(result, stream, dtype=np.float64), values, back=True)
+
+    def turned(self, vectors: Array, values: Mapping[str, float], back: bool = False) -> Array:
+        """(n, 3) vectors in the axes of the estimate, in the true axes of the boat; `back`: the other way."""
+        angle = values.get(HEADING, 0.0)
+        if angle == 0.0:
+            return vectors
+        c, s = math.cos(angle), math.sin(-angle if back else angle)
+        x, y, n = vectors.T
+        return np.stack([c * x - s * y, s * x + c * y, n], axis=1)
 
     def _derivative(self, values: Mapping[str, float]) -> Any:
         """`reaction` and `inertia` on plain floats: a hundred times as fast for one velocity."""
@@ -242,8 +269,9 @@ class HullModel:
 
         return derivative
 
-    def _in_body(self, north: Any, east: Any) -> tuple[Array, Array]:
-        c, s = np.cos(self.manoeuvre.yaw_rad), np.sin(self.manoeuvre.yaw_rad)
+    def _in_body(self, north: Any, east: Any, values: Mapping[str, float]) -> tuple[Array, Array]:
+        yaw_rad = self.manoeuvre.yaw_rad - values.get(HEADING, 0.0)
+        c, s = np.cos(yaw_rad), np.sin(yaw_rad)
         return north * c + east * s, east * c - north * s
 
 

@@ -126,7 +126,7 @@ def timely(yaw_rate: Array, yaw_rad: Array, stretches: tuple[tuple[int, int], ..
 
 def measured_wind(log: Log, warnings: list[str], t_s: Array, yaw_rad: Array, velocity: Array) -> Array | None:
     """(n, 2) from the wind readings, with their noise averaged; None where they are missing most of the time."""
-    path = log.folder / readings.FILE
+    path = readings.path_in(log.folder)
     if not path.exists():
         return None
     found = [reading for reading in readings.read_kind(path, "wind", warnings) if isinstance(reading, Wind)]

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import argparse
+import math
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
 from companion.analysis.log_reader import open_log
 from companion.cli.common import add_time_span, print_warnings
+from companion.config.vessel import find
 
 
 def add_to(commands: Any) -> None:
@@ -27,15 +30,37 @@ def add_to(commands: Any) -> None:
     identify.add_argument(
         "--out", type=Path, metavar="DIR", help="for identified.toml and identified.png; default: the log folder"
     )
+    identify.add_argument(
+        "--vessel", metavar="VESSEL", help="of a Trial: write the overlay beside this vessel's file, not into the log"
+    )
     identify.set_defaults(command=_identify)
 
 
 def _identify(arguments: argparse.Namespace) -> int:
     from companion.analysis.identify import identify
+    from companion.analysis.trial_log import manoeuvres
 
+    if manoeuvres(arguments.folder) and (arguments.from_s, arguments.to_s) == (0.0, math.inf):
+        return _identify_trial(arguments)
     out = arguments.out or arguments.folder
     found = identify(open_log(arguments.folder), out, arguments.from_s, arguments.to_s, arguments.hold)
     print_warnings(found.warnings)
     print(found.report, found.toml, sep="\n\n")
     print(f"written: {out}")
+    return 0
+
+
+def _identify_trial(arguments: argparse.Namespace) -> int:
+    """All of a Trial at once: the overlay is written, and counts once the operator accepts it."""
+    from companion.analysis.trial_identify import identify_trial, write
+
+    found = identify_trial(open_log(arguments.folder), arguments.hold)
+    print_warnings(found.warnings)
+    vessel_file = None if arguments.vessel is None else find(arguments.vessel)
+    folder = arguments.out or (arguments.folder if vessel_file is None else vessel_file.parent)
+    stem = found.log.config.name if vessel_file is None else vessel_file.stem
+    overlay, picture = write(found, folder, stem, datetime.now(UTC).date().isoformat())
+    print(found.text, "", f"written: {overlay}", *([] if picture is None else [f"written: {picture}"]), sep="\n")
+    option = "" if vessel_file is not None else " --vessel VESSEL"
+    print(f"Nothing changes until you accept it: companion trial accept {overlay}{option}")
     return 0

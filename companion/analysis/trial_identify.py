@@ -1,0 +1,208 @@
+"""A Trial's log → an overlay of the vessel's file: hull, thrusters, windage, bandwidths, and how far to trust them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from companion.analysis.gains import NEEDED, Design, designed
+from companion.analysis.held_out import Prediction, prediction, split
+from companion.analysis.hull_fit import HullFit, fit
+from companion.analysis.hull_model import HEADING, HullModel
+from companion.analysis.identify import advice, plot, report
+from companion.analysis.log_reader import Log, LogError, parameters_of
+from companion.analysis.manoeuvre import Manoeuvre, read_manoeuvre
+from companion.analysis.trial_log import Ran, manoeuvres
+from companion.config.hull import DampingConfig, WindageConfig
+from companion.config.overlay import overlay_name
+
+_NINETY_FIVE = 1.96  # sigmas of a 95 % interval
+_BETTER = 0.9  # of the old model's prediction error, from which the new model is worth having
+_WIND_SCALES = ("wind_surge_scale", "wind_sway_scale")
+
+
+@dataclass(frozen=True, slots=True)
+class HeadingError:
+    """By how much the heading reads too much, and half its 95 % interval, in rad."""
+
+    error_rad: float
+    interval_rad: float
+
+    @property
+    def counts(self) -> bool:
+        """Whether it is other than zero, as far as the log tells."""
+        return abs(self.error_rad) > max(self.interval_rad, math.radians(1.0))
+
+
+@dataclass(frozen=True, slots=True)
+class TrialIdentification:
+    """`overlay`: its text. `better`: whether the held-out part of the log speaks for it; if not, the overlay has no
+    hull. `values`, `model`: all quantities of the fit, after and before."""
+
+    log: Log
+    fit: HullFit
+    ran: tuple[Ran, ...]
+    prediction: Prediction | None
+    designs: tuple[Design, ...]
+    heading: HeadingError | None
+    manoeuvre: Manoeuvre
+    values: Mapping[str, float]
+    model: HullModel
+    overlay: str
+    text: str
+    warnings: tuple[str, ...]
+
+    @property
+    def better(self) -> bool:
+        """Whether the new model predicts better than the old one."""
+        return self.prediction is None or self.prediction.ratio < _BETTER
+
+
+def identify_trial(log: Log, hold: Sequence[str] = ()) -> TrialIdentification:
+    """Fit, compare on the part that was held out, and design the bandwidths.
+
+    Raises LogError for a log that is too short or a boat that cannot be fitted, OSError.
+    """
+    warnings: list[str] = []
+    ran = manoeuvres(log.folder)
+    whole = read_manoeuvre(log, warnings)
+    fitted, held_out = split(whole, ran)
+    if not fitted.stretches:
+        raise LogError(f"{log.folder}: nothing is left to fit beside what is held out; sail longer")
+    found = fit(log, fitted, hold, heading=True)
+    values = {estimate.name: estimate.value for estimate in found.estimates}
+    model = HullModel(log, whole, heading=True)
+    unknown = [name for name in hold if name not in model.model]
+    if unknown:
+        raise LogError(f"nothing named {', '.join(unknown)} to hold; there is {', '.join(model.model)}")
+    compared = prediction(log, held_out, model.model, values)
+    parameters = parameters_of(log, warnings)
+    designs = designed(log.config, found.hull, values["lag_s"], {name: parameters[name] for name in NEEDED})
+    heading = _heading_error(found)
+    warnings += advice(model, found)
+    made = TrialIdentification(
+        log, found, ran, compared, designs, heading, whole, values, model, "", "", tuple(warnings)
+    )
+    return replace(made, overlay=_overlay(made), text=_text(made))
+
+
+def _heading_error(found: HullFit) -> HeadingError | None:
+    """The heading's error of the fit; None where the log does not tell."""
+    estimate = next((one for one in found.estimates if one.name == HEADING), None)
+    if estimate is None or estimate.sigma is None:
+        return None
+    return HeadingError(estimate.value, _NINETY_FIVE * estimate.sigma)
+
+
+# --- what is written ------------------------------------------------------------------------------------------------
+
+
+def _overlay(found: TrialIdentification) -> str:
+    """The overlay as TOML: hull and thrusters if they predict better, and the bandwidths that go with them."""
+    config, fitted = found.log.config, found.fit
+    lines = [
+        f"# {config.title}: what the trial in {found.log.folder.name} found. 95 % intervals.",
+        "# It counts while `accepted` is true: `companion trial accept FILE`, `companion trial undo VESSEL`.",
+        "[trial]",
+        "accepted = false",
+        f'vessel = "{config.name}"',
+        f'log = "{found.log.folder.name}"',
+    ]
+    if not found.better:
+        lines.append("# The model of the file predicts as well, so it stays.")
+        return "\n".join(lines) + "\n"
+    sigmas = {estimate.name: estimate.sigma for estimate in fitted.estimates}
+    lines += ["", "[hull]"]
+    lines += [_row(name, found.values[name], sigmas[name]) for name in ("m11_kg", "m22_kg", "m33_kgm2")]
+    lines += ["[hull.damping]"]
+    lines += [_row(name, found.values[name], sigmas[name]) for name in DampingConfig.__slots__ if name in sigmas]
+    lines += _windage(config.windage, found.values, sigmas)
+    lines += _limits(found)
+    for before, after in zip(config.thrusters, fitted.thrusters, strict=True):
+        lines += ["", "[[thruster]]", f'name = "{before.name}"']
+        lines += [f"{name} = {getattr(after, name):.4g}" for name in ("x_m", "max_n", "min_n", "ahead_n", "astern_n")]
+    if found.heading is not None and found.heading.counts:
+        lines += _sensors(found)
+    lines += ["", "[parameters]"]
+    lines += [f"{design.name} = {design.value:g}" for design in found.designs]
+    return "\n".join(lines) + "\n"
+
+
+def _row(name: str, value: float, sigma: float | None) -> str:
+    doubt = "as it was" if sigma is None else f"± {_NINETY_FIVE * sigma:.2g}"
+    return f"{f'{name} = {value:.5g}':28}# {doubt}"
+
+
+def _windage(windage: WindageConfig, values: Mapping[str, float], sigmas: Mapping[str, float | None]) -> list[str]:
+    """The areas, where a wind sensor has told their scales."""
+    if any(name not in values for name in _WIND_SCALES):
+        return []
+    rows = [
+        _row(area, size * values[scale], None if sigmas[scale] is None else size * (sigmas[scale] or 0.0))
+        for area, size, scale in zip(
+            ("frontal_m2", "lateral_m2"), (windage.frontal_m2, windage.lateral_m2), _WIND_SCALES, strict=True
+        )
+        if values[scale] > 0.0
+    ]
+    return ["", "[windage]", *rows] if rows else []
+
+
+def _limits(found: TrialIdentification) -> list[str]:
+    """The limits of the wrench, scaled as the thrust of the strongest thrusters."""
+    scale = found.values[f"scale {found.model.groups[0].name}"]
+    if abs(scale - 1.0) < 0.01:
+        return []
+    limits = found.log.config.limits
+    rows = [f"{name} = {scale * getattr(limits, name):.4g}" for name in ("surge_n", "sway_n", "yaw_nm")]
+    return ["", "[limits]", *rows]
+
+
+def _sensors(found: TrialIdentification) -> list[str]:
+    """The offset of what gives the heading."""
+    assert found.heading is not None
+    lines = []
+    for sensor in found.log.config.sensors:
+        gives = sensor.heading != "none" or (sensor.driver == "nmea0183" and sensor.antennas == 2)
+        if gives:
+            offset = math.degrees(sensor.heading_offset_rad - found.heading.error_rad)
+            lines += ["", "[[sensor]]", f'name = "{sensor.name}"', f"heading_offset_deg = {offset:.2f}"]
+    return lines
+
+
+def _text(found: TrialIdentification) -> str:
+    """All of it for a person."""
+    lines = [report(found.fit, found.manoeuvre), ""]
+    if found.prediction is not None:
+        p = found.prediction
+        lines.append(
+            f"predicted over 10 s: error {p.before:.3f} with the old model, {p.after:.3f} with the new one "
+            f"({p.ratio:.2f} of it)"
+        )
+        for axis, unit, old, new in zip(
+            ("surge", "sway", "yaw rate"), ("m/s", "m/s", "rad/s"), p.axes_before, p.axes_after, strict=True
+        ):
+            lines.append(f"  {axis}: {old:.4f} -> {new:.4f} {unit} RMS")
+    if found.heading is not None:
+        h = found.heading
+        lines.append(
+            f"heading reads {math.degrees(h.error_rad):+.1f} ± {math.degrees(h.interval_rad):.1f} deg too much"
+        )
+    lines += [design.text for design in found.designs]
+    return "\n".join(lines)
+
+
+def write(found: TrialIdentification, folder: Path, stem: str, date: str) -> tuple[Path, Path | None]:
+    """Write the overlay `stem.trial-date.toml` and the picture into `folder`: (overlay, picture; None without
+    matplotlib). Raises OSError."""
+    folder.mkdir(parents=True, exist_ok=True)
+    overlay = folder / overlay_name(stem, date)
+    overlay.write_text(found.overlay, encoding="utf-8")
+    picture: Path | None = found.log.folder / "identified.png"
+    try:
+        assert picture is not None
+        plot(found.model, replace(found.fit, simulated=found.model.simulate(found.values)), picture)
+    except ImportError:
+        picture = None
+    return overlay, picture

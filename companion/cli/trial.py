@@ -1,0 +1,95 @@
+"""`companion trial …`: accept or undo what a sea trial found, and its report."""
+
+from __future__ import annotations
+
+import argparse
+import shutil
+from pathlib import Path
+from typing import Any
+
+from companion.cli.common import UsageError, print_warnings
+from companion.config.overlay import accepted, in_force, is_overlay, overlays, set_accepted
+from companion.config.vessel import ConfigError, find, load
+
+
+def add_to(commands: Any) -> None:
+    """Add the commands to `commands`, argparse's subparsers."""
+    trial = commands.add_parser("trial", help="accept or undo what a sea trial found; its report")
+    steps = trial.add_subparsers(required=True, metavar="STEP")
+    accept = steps.add_parser("accept", help="let an overlay count from the next start of the boat on")
+    accept.add_argument("overlay", type=Path, metavar="OVERLAY", help="as `companion identify` wrote it")
+    accept.add_argument(
+        "--vessel", metavar="VESSEL", help="for an overlay in another folder: copy it beside this vessel"
+    )
+    accept.set_defaults(command=_accept)
+    undo = steps.add_parser("undo", help="the overlay in force no longer counts; the one before counts again")
+    undo.add_argument("vessel", metavar="VESSEL")
+    undo.set_defaults(command=_undo)
+    listed = steps.add_parser("list", help="all overlays of a vessel, and which one counts")
+    listed.add_argument("vessel", metavar="VESSEL")
+    listed.set_defaults(command=_list)
+    report = steps.add_parser("report", help="one HTML file: manoeuvring figures, capability, what changes and why")
+    report.add_argument("folder", type=Path, metavar="LOGDIR")
+    report.add_argument("--after", type=Path, metavar="LOGDIR", help="a trial with the overlay in force")
+    report.add_argument("--out", type=Path, metavar="HTML", help="default: trial.html in the log folder")
+    report.set_defaults(command=_report)
+
+
+def _accept(arguments: argparse.Namespace) -> int:
+    overlay: Path = arguments.overlay
+    if not is_overlay(overlay.name):
+        raise UsageError(f"{overlay}: not named like an overlay, NAME.trial-DATE.toml; `companion identify` writes one")
+    vessel_file = overlay.with_name(overlay.name.split(".trial-")[0] + ".toml")
+    if arguments.vessel is not None:
+        vessel_file = find(arguments.vessel)
+        place = vessel_file.with_name(vessel_file.stem + ".trial-" + overlay.name.split(".trial-")[1])
+        if place.resolve() != overlay.resolve():
+            shutil.copyfile(overlay, place)
+        overlay = place
+    if not vessel_file.is_file():
+        raise UsageError(f"{vessel_file}: no such vessel beside the overlay; name it with --vessel")
+    try:
+        set_accepted(overlay, True)
+    except ValueError as error:
+        raise UsageError(str(error)) from error
+    try:
+        load(vessel_file)
+    except ConfigError:
+        set_accepted(overlay, False)
+        raise
+    print(f"accepted: {overlay}, from the next start on. Back: companion trial undo {vessel_file}")
+    return 0
+
+
+def _undo(arguments: argparse.Namespace) -> int:
+    vessel_file = find(arguments.vessel)
+    overlay = in_force(vessel_file)
+    if overlay is None:
+        raise UsageError(f"{vessel_file}: no overlay counts, so there is nothing to undo")
+    set_accepted(overlay, False)
+    now = in_force(vessel_file)
+    print(f"undone: {overlay}; in force from the next start on: {now or vessel_file}")
+    return 0
+
+
+def _list(arguments: argparse.Namespace) -> int:
+    vessel_file = find(arguments.vessel)
+    counts = in_force(vessel_file)
+    for overlay in overlays(vessel_file):
+        state = "in force" if overlay == counts else "accepted, replaced" if accepted(overlay) else "not accepted"
+        print(f"{overlay}: {state}")
+    if counts is None:
+        print(f"{vessel_file} counts as it is")
+    return 0
+
+
+def _report(arguments: argparse.Namespace) -> int:
+    from companion.analysis.log_reader import open_log
+    from companion.analysis.trial_identify import identify_trial
+    from companion.analysis.trial_report import write_report
+
+    out = arguments.out or arguments.folder / "trial.html"
+    later = None if arguments.after is None else open_log(arguments.after)
+    print_warnings(write_report(identify_trial(open_log(arguments.folder)), out, later))
+    print(f"written: {out}")
+    return 0

@@ -1,0 +1,102 @@
+"""What a rough model says of a boat before its sea trial: speeds, forces and distances. Each may be wrong by half."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from companion.config.devices import ThrusterConfig
+from companion.config.dimensions.limits import largest
+from companion.config.top_speed import top_speed_mps
+from companion.config.vessel import VesselConfig
+
+_HULL_SPEED = 0.4  # Froude number of the top speed of a model without damping
+_LEAST_SWAY_SHARE = 0.05  # of the surge force, from which sideways pushes are worth a manoeuvre
+_NO_MOMENT_M = 1e-2  # lever of a boat that cannot turn without pushing ahead
+_GRAVITY_MPS2 = 9.81
+_LEAST_RADIUS_M = 15.0  # of what is proposed: a small boat drifts as far as a large one
+_BRAKES = 0.5  # share of the model's deceleration that is counted on before it was seen
+
+
+@dataclass(frozen=True, slots=True)
+class Expectation:
+    """Figures of one boat: largest forces and moment, top speed, turning rate on the spot, time constant of the speed
+    ahead, deceleration with full thrust astern."""
+
+    length_m: float
+    surge_n: float
+    astern_n: float
+    sway_n: float
+    yaw_nm: float
+    top_mps: float
+    turn_radps: float
+    speeding_s: float
+    brake_mps2: float
+    needs_way: bool = False  # it turns only while its thruster pushes ahead or astern
+
+    @property
+    def sways(self) -> bool:
+        """Whether the boat can push itself sideways."""
+        return self.sway_n > _LEAST_SWAY_SHARE * self.surge_n
+
+    @property
+    def turn_s(self) -> float:
+        """Time for half a turn on the spot."""
+        return math.pi / self.turn_radps + self.speeding_s
+
+    @property
+    def run_m(self) -> float:
+        """Way to nearly full speed and back to rest."""
+        return 1.5 * self.speeding_s * self.top_mps + 0.5 * self.top_mps**2 / (_BRAKES * self.brake_mps2)
+
+    @property
+    def radius_m(self) -> float:
+        """Radius of a circle with room for every manoeuvre."""
+        return max(_LEAST_RADIUS_M, min(max(0.75 * self.run_m, 10.0 * self.length_m), 30.0 * self.length_m))
+
+    @property
+    def least_radius_m(self) -> float:
+        """Radius below which a trial says nothing."""
+        return 4.0 * self.length_m
+
+    @property
+    def budget_s(self) -> float:
+        """Longest time for the whole trial: 15 minutes for a boat of 2 m, more for a larger one."""
+        return 900.0 * max(1.0, math.sqrt(0.5 * self.length_m))
+
+
+def expected(config: VesselConfig) -> Expectation:
+    """What the file's model says."""
+    hull, limits = config.hull, config.limits
+    top = top_speed_mps(config)
+    top = min(top, 3.0 * _HULL_SPEED * math.sqrt(_GRAVITY_MPS2 * config.length_m))
+    astern = min(limits.surge_n, sum(_astern_n(thruster) for thruster in config.thrusters))
+    return Expectation(
+        length_m=config.length_m,
+        surge_n=limits.surge_n,
+        astern_n=astern,
+        sway_n=limits.sway_n,
+        yaw_nm=limits.yaw_nm,
+        top_mps=top,
+        turn_radps=_turn_radps(config),
+        speeding_s=max(1.0, hull.m11_kg * top / limits.surge_n),
+        brake_mps2=max(1e-3, astern / hull.m11_kg),
+        needs_way=largest(config.thrusters, 2, free=(1,)) < _NO_MOMENT_M * limits.surge_n,
+    )
+
+
+def _astern_n(thruster: ThrusterConfig) -> float:
+    if thruster.turns:
+        return max(thruster.max_n, -thruster.min_n)
+    along = math.cos(thruster.azimuth_rad)
+    return -thruster.min_n * along if along > 0.0 else -thruster.max_n * along
+
+
+def _turn_radps(config: VesselConfig) -> float:
+    """Steady yaw rate on the spot at half the largest moment: n_r r + n_rr r² = ½ N."""
+    d, moment = config.hull.damping, 0.5 * config.limits.yaw_nm
+    if d.n_rr > 0.0:
+        rate = (-d.n_r + math.sqrt(d.n_r * d.n_r + 4.0 * d.n_rr * moment)) / (2.0 * d.n_rr)
+    else:
+        rate = moment / d.n_r if d.n_r > 0.0 else 1.0
+    return min(1.5, max(0.02, rate))

@@ -1,0 +1,52 @@
+"""Where a boat comes to rest, and whether that is inside."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from companion.config.vessel import find, load
+from companion.modes.trial.circle import TrialCircle
+from companion.modes.trial.expectation import expected
+from tests.unit.conftest import AT_REST
+
+EXPECTATION = expected(load(find("revolt")))
+
+
+def at(north_m: float, north_mps: float, **more: float) -> object:
+    return replace(AT_REST, north_m=north_m, north_mps=north_mps, surge_mps=north_mps, **more)
+
+
+def test_what_the_model_expects() -> None:
+    assert EXPECTATION.top_mps == pytest.approx(50.0 / 50.66, rel=1e-3)
+    assert EXPECTATION.brake_mps2 == pytest.approx(50.0 / 263.93)
+    assert EXPECTATION.sways and EXPECTATION.budget_s == pytest.approx(900.0 * 1.5**0.5)
+    assert not expected(load(find("rescuerunner"))).sways
+
+
+def test_it_leaves_when_it_would_stop_outside() -> None:
+    circle = TrialCircle((0.0, 0.0), 20.0, EXPECTATION)
+    inner = 20.0 - 1.5
+    stop_m = 1.5 + 0.5 / (0.5 * 50.0 / 263.93)
+    assert not circle.leaves(at(inner - stop_m - 0.1, 1.0), 0.0)  # type: ignore[arg-type]
+    assert circle.leaves(at(inner - stop_m + 0.1, 1.0), 0.0)  # type: ignore[arg-type]
+    assert not circle.leaves(at(inner + 1.0, -0.1), 0.0)  # type: ignore[arg-type]
+
+
+def test_a_current_that_carries_it_out_while_it_turns_counts() -> None:
+    circle = TrialCircle((0.0, 0.0), 20.0, EXPECTATION)
+    nav = at(12.0, 0.2, current_north_mps=0.4, current_east_mps=0.0)
+    assert not circle.leaves(nav, 0.0)  # type: ignore[arg-type]
+    assert circle.leaves(nav, 20.0)  # type: ignore[arg-type]
+
+
+def test_what_it_saw_of_braking_counts() -> None:
+    circle = TrialCircle((0.0, 0.0), 20.0, EXPECTATION)
+    believed = circle.brake_mps2
+    circle.learn(0.9, 0.1, 16.0)
+    assert circle.brake_mps2 == pytest.approx(0.7 * 0.05) and circle.brake_mps2 < believed
+    circle.learn(0.9, 0.1, 8.0)
+    assert circle.brake_mps2 == pytest.approx(0.7 * 0.05)
+    circle.learn(0.1, 0.0, 8.0)  # too slow to tell
+    assert circle.brake_mps2 == pytest.approx(0.7 * 0.05)
