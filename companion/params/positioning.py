@@ -61,6 +61,13 @@ ROWS: tuple[ParamSpec, ...] = (
         "Distance beyond which the boat sails bow first to a go-to point; nearer: in any direction",
     ),
     choice(
+        "DP_UNDER",
+        0,
+        {0: "Bow into the weather", 1: "Drift and return"},
+        "Dynamic positioning",
+        "How a boat without sideways thrust holds a point; one that cannot go astern always drifts and returns",
+    ),
+    choice(
         "DP_LAW",
         0,
         {0: "Companion", 1: "Thesis"},

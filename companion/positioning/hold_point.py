@@ -8,24 +8,20 @@ from typing import NamedTuple, Protocol
 from companion.allocation.propulsion import can_reverse
 from companion.baselines.path_choice import ChosenPathTracker
 from companion.baselines.reference_choice import ChosenReference
+from companion.config.top_speed import top_speed_mps
 from companion.config.vessel import VesselConfig
 from companion.control.manual import beyond_deadband
 from companion.core.angles import wrap_pi
 from companion.core.estimate import NavState
 from companion.core.frames import body_to_ned
 from companion.core.readings import ManualInput
-from companion.core.setpoint import PathSetpoint, Point, Progress, Setpoint
+from companion.core.setpoint import Setpoint
 from companion.fence.guard import FenceGuard, Way
-from companion.guidance.crab_compensation import top_speed_mps
 from companion.guidance.path_tracking import Waypoint
 from companion.guidance.stopping import BRAKE_SHARE, SMOOTHING_S, stopping_point
 from companion.params.store import Parameters
+from companion.positioning.bow_keeper import BowKeeper
 from companion.positioning.drift import DriftKeeper
-
-_LEEWAY = 0.03  # share of the wind speed at which wind alone moves a small boat
-_LEAST_DRIFT_MPS = 0.05
-_STEERAGE_SHARE = 0.3  # of the speed, kept while the bow points elsewhere: a jet steers by its thrust
-_RETURN_RATE_1PS = 0.25
 
 
 class Keeper(Protocol):
@@ -123,77 +119,6 @@ def _way_to_rest(speed: float, acceleration: float) -> float:
     return speed * (abs(speed) / (2.0 * BRAKE_SHARE * acceleration) + SMOOTHING_S)
 
 
-class CircleKeeper:
-    """A `Keeper` for a boat without sideways thrust: inside the watch circle it lies bow into the resultant of wind and
-    current, outside it sails back.
-
-    It holds neither a heading nor an exact point: ahead and astern thrust control the position along the bow only. The
-    resultant is the drift: the current plus 3 % of the wind. Remembers the hold point, whether the boat is sailing
-    back, and the heading to lie at.
-    """
-
-    def __init__(self, parameters: Parameters) -> None:
-        self._parameters = parameters
-        self._point = (0.0, 0.0)
-        self._lie_rad = 0.0
-        self._returning = False
-        self._arrived = False
-
-    @property
-    def arrived(self) -> bool:
-        """Whether the boat has been inside the watch circle since the point was set."""
-        return self._arrived
-
-    @property
-    def target(self) -> tuple[float, float, float]:
-        """(north_m, east_m, yaw_rad): the hold point and the heading to lie at."""
-        return (*self._point, self._lie_rad)
-
-    def start(self, nav: NavState) -> None:
-        """Hold the point where the boat comes to rest from its present motion."""
-        self._point = stopping_point(nav, self._parameters)
-        self._lie_rad = nav.yaw_rad
-        self._returning = False
-        self._arrived = False
-
-    def hold(self, north_m: float, east_m: float, yaw_rad: float, speed_mps: float | None) -> None:
-        """Hold another point. Heading and speed are ignored: this boat cannot hold a heading."""
-        self._point = (north_m, east_m)
-        self._arrived = False
-
-    def update(self, nav: NavState, stick: ManualInput | None, speed_mps: float, dt_s: float) -> Setpoint:
-        """A path setpoint: back to the point at `speed_mps` at most, or into the drift."""
-        north_m, east_m = self._point[0] - nav.north_m, self._point[1] - nav.east_m
-        distance_m = math.hypot(north_m, east_m)
-        circle_m = self._parameters["DP_WATCH_R"]
-        if distance_m > 0.7 * circle_m:
-            self._returning = True
-        elif distance_m < 0.35 * circle_m:
-            self._returning = False
-        self._arrived = self._arrived or not self._returning
-        if self._returning:
-            self._lie_rad = math.atan2(east_m, north_m)
-            fastest = min(speed_mps, self._parameters["DP_SPEED_AHEAD"], _RETURN_RATE_1PS * distance_m)
-            surge_mps = fastest * max(_STEERAGE_SHARE, math.cos(wrap_pi(self._lie_rad - nav.yaw_rad)))
-        else:
-            self._lie_rad = self._upstream_rad(nav)
-            along_m = north_m * math.cos(nav.yaw_rad) + east_m * math.sin(nav.yaw_rad)
-            astern, ahead = self._parameters["DP_SPEED_ASTERN"], self._parameters["DP_SPEED_AHEAD"]
-            surge_mps = min(ahead, max(-astern, _RETURN_RATE_1PS * along_m))
-        point = Point(*self._point)
-        return PathSetpoint(
-            self._lie_rad, surge_mps, progress=Progress(place=point, target=point, distance_to_go_m=distance_m)
-        )
-
-    def _upstream_rad(self, nav: NavState) -> float:
-        """Heading against the drift; the last one where the drift is too small to have a direction."""
-        north, east = nav.current_north_mps or 0.0, nav.current_east_mps or 0.0
-        if nav.wind_speed_mps is not None and nav.wind_from_rad is not None:
-            north -= _LEEWAY * nav.wind_speed_mps * math.cos(nav.wind_from_rad)
-            east -= _LEEWAY * nav.wind_speed_mps * math.sin(nav.wind_from_rad)
-        return math.atan2(-east, -north) if math.hypot(north, east) >= _LEAST_DRIFT_MPS else self._lie_rad
-
-
 class _Transit(NamedTuple):
     """A point that is sailed to bow first. `yaw_rad` None: the heading of arrival. `speed_mps` None: the speed that
     `update` is given."""
@@ -221,7 +146,8 @@ class HoldPoint:
         self._fence = fence
         self._can_sway = config.limits.sway_n > 0.0
         self._handover_m = config.length_m
-        self._keeper = self._suitable_keeper(config, parameters, fence)
+        self._keepers = self._suitable_keepers(config, parameters, fence)
+        self._keeper = self._keepers[0]
         self._path_tracker = ChosenPathTracker(parameters, self._can_sway, top_speed_mps(config))
         self._way_m: float | None = None
         self._transit: _Transit | None = None
@@ -229,10 +155,15 @@ class HoldPoint:
         self._going = False
 
     @staticmethod
-    def _suitable_keeper(config: VesselConfig, parameters: Parameters, fence: FenceGuard | None) -> Keeper:
+    def _suitable_keepers(
+        config: VesselConfig, parameters: Parameters, fence: FenceGuard | None
+    ) -> tuple[Keeper, Keeper]:
+        """The keeper for each value of DP_UNDER, as far as the boat has a choice."""
         if config.limits.sway_n > 0.0:
-            return PoseKeeper(parameters, fence)
-        return CircleKeeper(parameters) if can_reverse(config.thrusters) else DriftKeeper(config, parameters)
+            keeper = PoseKeeper(parameters, fence)
+            return keeper, keeper
+        drifting = DriftKeeper(config, parameters)
+        return (BowKeeper(config, parameters) if can_reverse(config.thrusters) else drifting), drifting
 
     @property
     def going(self) -> bool:
@@ -323,6 +254,7 @@ class HoldPoint:
         )
 
     def _start_keeper(self, nav: NavState) -> None:
+        self._keeper = self._keepers[int(self._parameters["DP_UNDER"])]
         self._keeper.start(nav if self._fence is None else self._fence.slowed(nav))
 
     def drop_speed(self) -> None:

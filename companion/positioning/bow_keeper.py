@@ -1,0 +1,152 @@
+"""Holding a point with thrust ahead and astern and a turn, but none sideways: the boat lies as at an anchor."""
+
+from __future__ import annotations
+
+import math
+
+from companion.config.vessel import VesselConfig
+from companion.core.angles import wrap_pi
+from companion.core.estimate import NavState
+from companion.core.readings import ManualInput
+from companion.core.setpoint import PathSetpoint, Point, Progress
+from companion.guidance.stopping import stopping_point
+from companion.params.store import Parameters
+
+_LEEWAY = 0.03  # share of the wind speed at which wind alone moves a small boat
+_LEAST_DRIFT_MPS = 0.06
+_DRIFT_TIME_S = 15.0
+_WRONG_RAD, _RIGHT_RAD = math.radians(75.0), math.radians(20.0)  # from the weather: to begin and end a turn
+_STEEPEST_RAD = math.radians(46.0)
+_TURN_RADPS = math.radians(12.0)
+_SWING_SROOT = 4.0  # time in which half of an offset across the bow is swung away, over √length: yaw must be faster
+_DAMPING_SHARE = 0.5  # of that time, by which the sideways motion is looked ahead
+_SETTLE_SHARE = 8.0  # of that time, in which the heading to lie at learns what is left
+_RETURN_RATE_1PS = 0.25
+_OUT_SHARE, _BACK_SHARE = 0.9, 0.5  # of the watch circle
+_CALM_OUT_SHARE, _CALM_BACK_SHARE = 0.5, 0.15  # the same without a drift that would swing the boat back
+_STEERAGE_SHARE = 0.3  # of the speed, kept while the bow points elsewhere by a boat that steers by its thrust
+_LEAST_LINE_M = 1.0
+
+
+class BowKeeper:
+    """A `Keeper` for a boat without sideways thrust that can go ahead and astern.
+
+    The boat lies as if an anchor line a boat's length long led from the hold point upstream: the bow points to the
+    anchor, and speed ahead or astern keeps the point. Current and thrust then carry the boat sideways to the point, as
+    a pendulum. What offset is left across the bow turns the heading to lie at, slowly: the boat finds the heading at
+    which the weather does not push it sideways (weather optimal positioning, Fossen and Strand 2001), with neither
+    anemometer nor a measured current. The drift that the estimator knows only says which way is upstream.
+
+    Beyond 0.7 of the watch circle the bow points to the hold point itself until the boat is well inside again.
+    Remembers the hold point, the heading to lie at, the drift, and whether the boat is coming back.
+    """
+
+    def __init__(self, config: VesselConfig, parameters: Parameters) -> None:
+        self._parameters = parameters
+        self._shortest_m = max(_LEAST_LINE_M, config.length_m)
+        self._swing_s = _SWING_SROOT * math.sqrt(config.length_m)
+        self._steerage = _STEERAGE_SHARE if any(t.turns for t in config.thrusters) else 0.0
+        self._point = (0.0, 0.0)
+        self._lie_rad = self._heading_rad = 0.0
+        self._drift = (0.0, 0.0)
+        self._least_mps = _LEAST_DRIFT_MPS
+        self._returning = self._turning = False
+        self._arrived = False
+
+    @property
+    def arrived(self) -> bool:
+        """Whether the boat has been inside the watch circle since the point was set."""
+        return self._arrived
+
+    @property
+    def target(self) -> tuple[float, float, float]:
+        """(north_m, east_m, yaw_rad): the hold point and the heading to lie at."""
+        return (*self._point, self._lie_rad)
+
+    def start(self, nav: NavState) -> None:
+        """Hold the point where the boat comes to rest from its present motion."""
+        self._point = stopping_point(nav, self._parameters)
+        self._drift = _drift(nav) or (0.0, 0.0)
+        upstream = self._upstream_rad()
+        self._lie_rad = nav.yaw_rad if upstream is None else upstream
+        self._returning = self._turning = self._arrived = False
+
+    def hold(self, north_m: float, east_m: float, yaw_rad: float, speed_mps: float | None) -> None:
+        """Hold another point. Heading and speed are ignored: this boat cannot hold a heading."""
+        self._point = (north_m, east_m)
+        self._arrived = False
+
+    def update(self, nav: NavState, stick: ManualInput | None, speed_mps: float, dt_s: float) -> PathSetpoint:
+        """A path setpoint, at `speed_mps` at most."""
+        self._see_drift(nav, dt_s)
+        north_m, east_m = self._point[0] - nav.north_m, self._point[1] - nav.east_m
+        distance_m = math.hypot(north_m, east_m)
+        self._judge(distance_m)
+        ahead_mps = min(speed_mps, self._parameters["DP_SPEED_AHEAD"])
+        if self._returning:
+            self._heading_rad = math.atan2(east_m, north_m)
+            upstream = self._upstream_rad()
+            self._lie_rad = self._heading_rad if upstream is None else upstream
+            aligned = 2.0 * math.cos(wrap_pi(self._heading_rad - nav.yaw_rad)) - 1.0
+            surge_mps = min(ahead_mps, _RETURN_RATE_1PS * distance_m) * max(self._steerage, aligned)
+        else:
+            self._heading_rad = self._lie(nav, north_m, east_m, dt_s)
+            along_m = north_m * math.cos(nav.yaw_rad) + east_m * math.sin(nav.yaw_rad)
+            surge_mps = min(ahead_mps, max(-self._parameters["DP_SPEED_ASTERN"], _RETURN_RATE_1PS * along_m))
+        place = Point(*self._point)
+        progress = Progress(place=place, target=place, distance_to_go_m=distance_m)
+        return PathSetpoint(self._heading_rad, surge_mps, progress=progress)
+
+    def _judge(self, distance_m: float) -> None:
+        circle_m = self._parameters["DP_WATCH_R"]
+        calm = self._upstream_rad() is None
+        if distance_m > (_CALM_OUT_SHARE if calm else _OUT_SHARE) * circle_m:
+            self._returning = True
+        elif distance_m < (_CALM_BACK_SHARE if calm else _BACK_SHARE) * circle_m:
+            self._returning = False
+        self._arrived = self._arrived or not self._returning
+
+    def _lie(self, nav: NavState, north_m: float, east_m: float, dt_s: float) -> float:
+        """The heading to the anchor. Learns the heading to lie at. Without a drift nothing would carry the boat
+        sideways: it keeps its heading."""
+        upstream = self._upstream_rad()
+        if upstream is None:
+            return self._lie_rad
+        wrong = wrap_pi(upstream - self._lie_rad)
+        c, s = math.cos(self._lie_rad), math.sin(self._lie_rad)
+        across_m, across_mps = east_m * c - north_m * s, nav.east_mps * c - nav.north_mps * s
+        line_m = max(self._shortest_m, math.hypot(*self._drift) * self._swing_s)
+        slant = (across_m - _DAMPING_SHARE * self._swing_s * across_mps) / line_m
+        self._turning = abs(wrong) > (_RIGHT_RAD if self._turning else _WRONG_RAD)
+        if self._turning:
+            turn_radps = math.copysign(_TURN_RADPS, wrong)
+        else:
+            turn_radps = min(1.0, max(-1.0, across_m / line_m)) / (_SETTLE_SHARE * self._swing_s)
+        self._lie_rad = wrap_pi(self._lie_rad + turn_radps * dt_s)
+        return wrap_pi(self._lie_rad + min(_STEEPEST_RAD, max(-_STEEPEST_RAD, math.atan(slant))))
+
+    def _upstream_rad(self) -> float | None:
+        """Heading against the drift; None where it is too small to have a direction."""
+        north, east = self._drift
+        return math.atan2(-east, -north) if math.hypot(north, east) >= self._least_mps else None
+
+    def _see_drift(self, nav: NavState, dt_s: float) -> None:
+        seen = _drift(nav)
+        if seen is None:
+            return
+        self._least_mps = max(_LEAST_DRIFT_MPS, nav.current_accuracy_mps or 0.0)
+        share = dt_s / (dt_s + _DRIFT_TIME_S)
+        north, east = self._drift
+        self._drift = north + share * (seen[0] - north), east + share * (seen[1] - east)
+
+
+def _drift(nav: NavState) -> tuple[float, float] | None:
+    """(north, east) in m/s: the estimated current, which includes the wind's push where no wind is measured, and 3 % of
+    a measured wind. None where neither is known."""
+    known = nav.current_north_mps is not None and nav.current_east_mps is not None
+    north, east = nav.current_north_mps or 0.0, nav.current_east_mps or 0.0
+    if nav.wind_speed_mps is not None and nav.wind_from_rad is not None:
+        north -= _LEEWAY * nav.wind_speed_mps * math.cos(nav.wind_from_rad)
+        east -= _LEEWAY * nav.wind_speed_mps * math.sin(nav.wind_from_rad)
+        known = True
+    return (north, east) if known else None

@@ -1,0 +1,37 @@
+"""The boat that a scenario sails: what it must be able to do, and with what it was sailed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from companion.config.sensors import is_inertial
+from companion.config.vessel import VesselConfig
+from sitl.scenarios.rig import Conditions
+
+Ability = Callable[[VesselConfig], str | None]
+"""Why a boat cannot do a scenario, in one sentence; None where it can."""
+
+
+def sideways(config: VesselConfig) -> str | None:
+    """It must hold a heading at a point, or move sideways."""
+    if config.limits.sway_n > 0.0:
+        return None
+    return "it needs sideways thrust, and this boat has none (limits.sway_n = 0); bow_hold measures its Hold"
+
+
+def sailed_with(config: VesselConfig, conditions: Conditions) -> str:
+    """Receiver, compass, plant and limits of a run, for its report."""
+    plant = conditions.plant or (config.sitl.plant if config.sitl is not None else "")
+    limits = config.limits
+    wrench = f"{limits.surge_n:g} N ahead, {limits.sway_n:g} N sideways, {limits.yaw_nm:g} Nm"
+    senses = f"receiver {conditions.gnss}, compass {_compass(config, conditions)}"
+    return f"{config.name}: {senses}, plant {plant}, limits {wrench}"
+
+
+def _compass(config: VesselConfig, conditions: Conditions) -> str:
+    """Where the heading comes from."""
+    if conditions.magnetometer:
+        return f"magnetometer, {conditions.magnetometer}"
+    if any(row.driver == "nmea0183" and row.antennas == 2 and not is_inertial(row) for row in config.sensors):
+        return "two antennas"
+    return next((row.heading for row in config.sensors if row.heading != "none"), "none")

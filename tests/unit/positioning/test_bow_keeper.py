@@ -1,0 +1,121 @@
+"""Holding a point without sideways thrust: where the bow points, and what brings the boat back."""
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from companion.allocation.allocator import Allocator
+from companion.config.vessel import find, load
+from companion.control.controller import Controller
+from companion.core.actuation import ZERO_WRENCH
+from companion.core.angles import wrap_pi
+from companion.core.estimate import NO_ESTIMATE, NavState
+from companion.params.store import Parameters
+from companion.params.table import table_of
+from companion.positioning.bow_keeper import BowKeeper
+from sitl.hull import Hull
+from sitl.thrusters import build
+
+OTTER = load(find("otter"))
+
+
+def parameters() -> Parameters:
+    return Parameters(OTTER.parameters, table_of(OTTER))
+
+
+def at(
+    north_m: float = 0.0, east_m: float = 0.0, yaw_rad: float = 0.0, current: tuple[float, float] | None = None
+) -> NavState:
+    still = replace(NO_ESTIMATE, north_m=north_m, east_m=east_m, yaw_rad=yaw_rad)
+    if current is None:
+        return still
+    return replace(still, current_north_mps=current[0], current_east_mps=current[1], current_accuracy_mps=0.02)
+
+
+def held(nav: NavState) -> BowKeeper:
+    keeper = BowKeeper(OTTER, parameters())
+    keeper.start(nav)
+    keeper.hold(0.0, 0.0, nav.yaw_rad, None)
+    return keeper
+
+
+def test_the_bow_points_upstream_and_to_the_side_of_the_point() -> None:
+    set_north = (0.4, 0.0)
+    keeper = held(at(current=set_north))
+    assert abs(keeper.update(at(current=set_north), None, 1.0, 0.1).yaw_rad) == pytest.approx(math.pi, abs=0.01)
+    east_of_it = keeper.update(at(east_m=0.5, current=set_north), None, 1.0, 0.1)
+    assert 0.0 < wrap_pi(east_of_it.yaw_rad - math.pi) < 0.8  # west of south: the stream carries it back
+
+
+def test_an_offset_that_stays_turns_the_heading_to_lie_at() -> None:
+    stream = (0.4, 0.0)
+    keeper = held(at(current=stream))
+    for _ in range(300):
+        keeper.update(at(east_m=0.3, yaw_rad=math.pi, current=stream), None, 1.0, 0.1)
+    assert wrap_pi(keeper.target[2] - math.pi) > math.radians(5.0)
+
+
+def test_a_boat_that_lies_stern_to_the_stream_turns_round() -> None:
+    keeper = held(at())
+    for _ in range(900):
+        setpoint = keeper.update(at(current=(0.4, 0.0)), None, 1.0, 0.1)
+    assert abs(setpoint.yaw_rad) == pytest.approx(math.pi, abs=math.radians(30.0))
+
+
+def test_without_drift_the_boat_keeps_its_heading_near_the_point_and_sails_back_from_afar() -> None:
+    keeper = held(at(yaw_rad=1.0))
+    assert keeper.update(at(east_m=0.5, yaw_rad=1.0), None, 1.0, 0.1).yaw_rad == pytest.approx(1.0)
+    back = keeper.update(at(east_m=2.5, yaw_rad=1.0), None, 1.0, 0.1)
+    assert back.yaw_rad == pytest.approx(-math.pi / 2) and back.surge_mps == 0.0  # first it turns on the spot
+    assert keeper.update(at(east_m=2.5, yaw_rad=-math.pi / 2), None, 1.0, 0.1).surge_mps > 0.2
+
+
+def test_the_speed_keeps_within_the_limits_of_positioning() -> None:
+    keeper, limits = held(at(current=(0.4, 0.0))), parameters()
+    far = keeper.update(at(north_m=2.6, yaw_rad=math.pi, current=(0.4, 0.0)), None, 5.0, 0.1)
+    assert far.surge_mps <= limits["DP_SPEED_AHEAD"]
+    ahead_of_it = keeper.update(at(north_m=-2.6, yaw_rad=math.pi, current=(0.4, 0.0)), None, 5.0, 0.1)
+    assert ahead_of_it.surge_mps == pytest.approx(-limits["DP_SPEED_ASTERN"])
+
+
+def sailed(current_north_mps: float, yaw_rad: float, duration_s: float) -> list[tuple[float, float]]:
+    """(distance from the point, heading) of the Otter's published plant with a perfect estimate, each tenth of a
+    second."""
+    assert OTTER.sitl is not None
+    plant, values = OTTER.sitl.plants["fossen"], parameters()
+    hull, thrusters = Hull(plant.hull), build(OTTER.thrusters, plant.thruster_lag_s, None)
+    hull.set_current(current_north_mps, 0.0)
+    hull.place(0.0, 0.0, yaw_rad)
+    control, allocator = Controller(OTTER, values), Allocator(OTTER, values)
+    keeper = held(at(yaw_rad=yaw_rad))
+    achieved, track = ZERO_WRENCH, []
+    for _ in range(round(duration_s * 10.0)):
+        nav = replace(
+            at(hull.north_m, hull.east_m, hull.yaw_rad, (current_north_mps, 0.0)),
+            surge_mps=hull.surge_mps,
+            sway_mps=hull.sway_mps,
+            north_mps=hull.north_mps,
+            east_mps=hull.east_mps,
+            yaw_rate_radps=hull.yaw_rate_radps,
+        )
+        allocation = allocator.update(control.update(keeper.update(nav, None, 1.0, 0.1), nav, achieved, 0.1), 0.1)
+        achieved = allocation.achieved
+        for thruster, command in zip(thrusters, allocation.thrusters, strict=True):
+            thruster.demand(command.throttle, command.azimuth_rad)
+        for _ in range(5):
+            for thruster in thrusters:
+                thruster.step(0.02)
+            wrenches = [thruster.wrench() for thruster in thrusters]
+            surge_n, sway_n, yaw_nm = (sum(axis) for axis in zip(*wrenches, strict=True))
+            hull.step(surge_n, sway_n, yaw_nm, 0.02)
+        track.append((math.hypot(hull.north_m, hull.east_m), hull.yaw_rad))
+    return track
+
+
+def test_from_stern_to_the_stream_the_otter_turns_and_then_stays() -> None:
+    track = sailed(0.4, 0.3, 150.0)
+    assert max(distance for distance, _ in track) < 6.0
+    late = track[-300:]
+    assert max(distance for distance, _ in late) < 0.5
+    assert all(abs(wrap_pi(yaw - math.pi)) < 0.35 for _, yaw in late)
