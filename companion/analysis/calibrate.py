@@ -16,7 +16,7 @@ from companion.core.readings import FixType, GnssFix, Imu, Reading, TimeOfDay
 from companion.nav.compass_turns import GOOD_RAD, PASSES, TiltPass, Turns, TurnsError, fit_turns, left_rad, wander_rad
 from companion.nav.field_fit import SECTORS, FieldFit, headings
 from companion.nav.lever_arms import normal_gravity_mps2
-from companion.record.readings import FILE, read_kind
+from companion.record.readings import path_in, read_kind
 
 TOML_FILE = "magnetometer.toml"
 PLOT_FILE = "magnetometer.png"
@@ -66,7 +66,7 @@ def _readings(
     log: Log, sensor: str | None, from_s: float, to_s: float, warnings: list[str]
 ) -> tuple[SensorConfig, list[Reading], float]:
     """The sensor's row, its readings and all velocities in order of time, and the dip."""
-    path = log.folder / FILE
+    path = path_in(log.folder)
     fields = read_kind(path, "field", warnings)
     names = sorted({reading.source for reading in fields})
     if not names:

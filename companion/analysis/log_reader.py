@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import math
 import types
 import typing
 from collections.abc import Mapping
@@ -40,7 +41,7 @@ def open_log(folder: Path) -> Log:
     path = folder / "manifest.json"
     try:
         manifest = json.loads(path.read_text(encoding="utf-8"))
-        config = _rebuilt(VesselConfig, manifest["configuration"])
+        config = vessel_of(manifest["configuration"])
         parameters = {str(name): float(value) for name, value in manifest["parameters"].items()}
     except OSError as error:
         raise LogError(f"{folder}: no log folder: {error.strerror}: {path.name}") from error
@@ -59,12 +60,13 @@ def parameters_of(log: Log, warnings: list[str]) -> Parameters:
     return parameters
 
 
-def read_table(path: Path, columns: tuple[str, ...], warnings: list[str]) -> Table:
+def read_table(path: Path, columns: tuple[str, ...], warnings: list[str], optional: tuple[str, ...] = ()) -> Table:
     """Columns of a CSV as floats; an empty cell is NaN. A row that cannot be read is omitted, with a warning.
+    `optional`: columns that older logs lack; they are NaN there.
 
     Raises LogError for a file without these columns, OSError.
     """
-    table: Table = {name: [] for name in columns}
+    table: Table = {name: [] for name in (*columns, *optional)}
     with path.open("rb") as file:
         lines = file.read().split(b"\n")
     if lines[-1]:
@@ -74,7 +76,8 @@ def read_table(path: Path, columns: tuple[str, ...], warnings: list[str]) -> Tab
     missing = [name for name in columns if name not in header]
     if missing:
         raise LogError(f"{path}: no column {', '.join(missing)}")
-    places = [header.index(name) for name in columns]
+    known = [name for name in (*columns, *optional) if name in header]
+    places = [header.index(name) for name in known]
     for number, row in enumerate(rows, start=2):
         try:
             values = [float(row[place] or "nan") for place in places]
@@ -83,9 +86,17 @@ def read_table(path: Path, columns: tuple[str, ...], warnings: list[str]) -> Tab
         except (ValueError, IndexError) as error:
             warnings.append(f"{path.name}:{number}: row omitted: {error}")
             continue
-        for name, value in zip(columns, values, strict=True):
+        for name, value in zip(known, values, strict=True):
             table[name].append(value)
-    return table
+    count = len(table["t_s"]) if "t_s" in table else 0
+    return {name: values if name in known else [math.nan] * count for name, values in table.items()}
+
+
+def vessel_of(configuration: Any) -> VesselConfig:
+    """The vessel that `config.as_dict` took apart, as a manifest and the feed have it. Raises KeyError, TypeError,
+    ValueError for what is none."""
+    vessel: VesselConfig = _rebuilt(VesselConfig, configuration)
+    return vessel
 
 
 def _rebuilt(kind: Any, value: Any) -> Any:

@@ -100,7 +100,7 @@ def replay(log: Log, out: Path) -> Replay:
 
     Raises LogError where the log has no readings, OSError.
     """
-    path = log.folder / readings.FILE
+    path = readings.path_in(log.folder)
     if not path.exists():
         raise LogError(f"{path}: no such file: this log was recorded without its readings")
     warnings: list[str] = []

@@ -12,11 +12,12 @@ from typing import Any
 
 import numpy as np
 
-from companion.analysis.log_reader import LogError
+from companion.analysis.log_reader import LogError, read_table
 from companion.analysis.mission_plot import fence_zones
-from companion.analysis.report_data import Recorded, read_log
-from companion.analysis.report_page import page
-from companion.analysis.report_plots import Chart, LinkSeries, draw
+from companion.analysis.report_data import Array, Recorded, read_log
+from companion.analysis.report_page import html
+from companion.analysis.report_sections import LinkSeries, Page, frame_of
+from companion.analysis.svg_map import Chart
 from companion.core.geodesy import LocalFrame
 from companion.io.mavlink.transfer.mission_codec import item_from_int, with_jump_moved
 from companion.io.mavlink.wire.framer import Framer, UnknownMessage
@@ -26,22 +27,21 @@ from companion.record.state_file import read_plan
 
 _STAMP = struct.Struct(">Q")
 _MOST_LINKS = 6
+_OWN_FILES = ("ticks.csv", "truth.csv", "events.csv", "readings.csv", "pictures.csv", "geotags.csv", "replay.csv")
 _BIN_S = 5.0
 
 
 def write_report(folder: Path, out: Path) -> Sequence[str]:
     """Write the page of the log in `folder` to `out`. Returns warnings about what could not be read.
 
-    Raises LogError for a folder that is no log, or without matplotlib; OSError.
+    Raises LogError for a folder that is no log; OSError.
     """
     recorded = read_log(folder)
     packets = Packets(recorded)
     plans = packets.plans()
-    try:
-        pictures = draw(recorded, _chart(plans, _frame(recorded, packets)), packets.links())
-    except ImportError as error:
-        raise LogError("a report needs matplotlib: pip install 'usv-companion[report]'") from error
-    out.write_text(page(recorded, pictures, _mission(recorded, plans), packets.rows()), encoding="utf-8")
+    page = Page(recorded, frame_of(recorded), _mission(recorded, plans), packets.rows(), packets.links())
+    chart = _chart(plans, _frame(recorded, packets), _others(folder))
+    out.write_text(html(page, chart), encoding="utf-8")
     return recorded.warnings
 
 
@@ -174,14 +174,32 @@ def _frame(recorded: Recorded, packets: Packets) -> LocalFrame:
     return LocalFrame(*LocalFrame(lat_deg, lon_deg).to_geodetic(-north_m, -east_m))
 
 
-def _chart(plans: dict[PlanKind, tuple[PlanItem, ...]], frame: LocalFrame) -> Chart:
+def _others(folder: Path) -> list[tuple[str, Array]]:
+    """In simulation: the true tracks of lead boats, and of other vessels of a scenario, north and east of home."""
+    found = []
+    for path in sorted((*folder.glob("*.csv"), *folder.glob("*/truth.csv"))):
+        if path.parent == folder and path.name in _OWN_FILES:
+            continue
+        try:
+            columns = read_table(path, ("t_s", "north_m", "east_m"), [])
+        except (LogError, OSError):
+            continue
+        name = path.stem if path.parent == folder else path.parent.name
+        if columns["t_s"]:
+            found.append((name, np.array([columns["north_m"], columns["east_m"]]).T))
+    return found
+
+
+def _chart(
+    plans: dict[PlanKind, tuple[PlanItem, ...]], frame: LocalFrame, others: Sequence[tuple[str, Array]] = ()
+) -> Chart:
     places = [item for item in plans[PlanKind.MISSION] if item.command in PLACES]
     waypoints = [(item.number, *frame.to_ned(item.lat_deg, item.lon_deg)) for item in places]
     zones = [
         (tuple(zip(north, east, strict=True)), inside)
         for (east, north), inside in fence_zones(plans[PlanKind.FENCE], frame)
     ]
-    return Chart(waypoints, zones)
+    return Chart(waypoints, zones, others)
 
 
 def _mission(recorded: Recorded, plans: dict[PlanKind, tuple[PlanItem, ...]]) -> Sequence[tuple[str, ...]]:

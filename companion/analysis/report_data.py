@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import csv
+import itertools
 import json
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,11 +14,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from companion.analysis.log_reader import Log, LogError, open_log, read_table
+from companion.core.geodesy import LocalFrame
 
 Array = NDArray[np.float64]
 
 _POSE = ("north_m", "east_m", "yaw_rad", "surge_mps", "sway_mps", "yaw_rate_radps")
-_MOST_SAMPLES = 6000  # a picture cannot show more
+_LATER = (
+    "lat_deg", "lon_deg", "fix", "satellites", "corrections_age_s", "battery_v", "battery_a", "battery_remaining",
+    "wind_speed_mps", "wind_from_rad", "current_north_mps", "current_east_mps",
+)  # fmt: skip
+WATCHED = ("WARNING", "ERROR", "CRITICAL", "ALERT", "EMERGENCY")
+"""Severities of events that a person should see."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,17 +39,19 @@ class LoggedEvent:
 
 @dataclass(frozen=True, slots=True)
 class Recorded:
-    """`ticks`: columns of ticks.csv by name, (n,) each; `modes`: indices into `mode_names`; `truth`: as `ticks`, or
-    None."""
+    """`ticks`: columns of ticks.csv by name, (n,) each; `modes`: indices into `mode_names`; `words`: columns of
+    ticks.csv that are words, by name; `truth`: as `ticks`, or None; `result`: that of a scenario, or None."""
 
     log: Log
     manifest: Mapping[str, Any]
     ticks: Mapping[str, Array]
     modes: NDArray[np.int64]
     mode_names: Sequence[str]
+    words: Mapping[str, Sequence[str]]
     events: Sequence[LoggedEvent]
     truth: Mapping[str, Array] | None
     warnings: Sequence[str]
+    result: Mapping[str, Any] | None
 
     @property
     def t_s(self) -> Array:
@@ -63,9 +71,10 @@ class Recorded:
             *(bridge.name for bridge in self.log.config.actuators),
         ]
 
-    def thinned(self, values: Array) -> Array:
-        """Every n-th sample, so that hours are drawn in seconds."""
-        return values[:: max(1, math.ceil(len(values) / _MOST_SAMPLES))]
+    @property
+    def period_s(self) -> float:
+        """Of the control step."""
+        return 1.0 / self.log.config.control_rate_hz
 
 
 def read_log(folder: Path) -> Recorded:
@@ -84,29 +93,56 @@ def read_log(folder: Path) -> Recorded:
         *(f"{name}_ok" for name in devices),
     )  # fmt: skip
     try:
-        table = read_table(folder / "ticks.csv", columns, warnings)
-        modes, mode_names = _modes(folder / "ticks.csv", len(table["t_s"]))
+        table = read_table(folder / "ticks.csv", columns, warnings, _LATER)
+        words = _words(
+            folder / "ticks.csv", len(table["t_s"]), ("mode", "failsafes", *(f"{n}_condition" for n in names))
+        )
     except OSError as error:
         raise LogError(f"{folder}: {error.strerror}: ticks.csv") from error
     if len(table["t_s"]) < 2:
         raise LogError(f"{folder}: no ticks: the run ended before its first one")
     ticks = {name: np.array(values) for name, values in table.items()}
-    return Recorded(
-        log, manifest, ticks, modes, mode_names, _events(folder / "events.csv"), _truth(folder, warnings), warnings
-    )
+    if not np.any(np.isfinite(ticks["lat_deg"])):
+        _add_places(ticks, log)
+    mode_names, modes = numbered(words["mode"])
+    events, truth = _events(folder / "events.csv"), _truth(folder, warnings)
+    return Recorded(log, manifest, ticks, modes, mode_names, words, events, truth, warnings, _result(folder))
 
 
-def _modes(path: Path, count: int) -> tuple[NDArray[np.int64], list[str]]:
-    """The column of modes as numbers, and the mode of each number."""
+def numbered(words: Sequence[str]) -> tuple[list[str], NDArray[np.int64]]:
+    """The different words in the order of their coming, and the place of each one there."""
     names: dict[str, int] = {}
-    numbers: list[int] = []
+    numbers = np.array([names.setdefault(word, len(names)) for word in words], dtype=np.int64)
+    return list(names), numbers
+
+
+def _words(path: Path, count: int, columns: Sequence[str]) -> dict[str, list[str]]:
+    """Columns of words; a row that is not whole repeats the one before."""
+    found: dict[str, list[str]] = {name: [] for name in columns}
     with path.open(newline="", encoding="utf-8", errors="replace") as file:
-        for row in csv.DictReader(file):
-            mode = row.get("mode") or ""
-            if mode and len(numbers) < count:
-                numbers.append(names.setdefault(mode, len(names)))
-    numbers += [0] * (count - len(numbers))
-    return np.array(numbers, dtype=np.int64), list(names)
+        for row in itertools.islice(csv.DictReader(file), count):
+            for name, words in found.items():
+                word = row.get(name)
+                words.append(word if word is not None else (words[-1] if words else ""))
+    for words in found.values():
+        words += [words[-1] if words else ""] * (count - len(words))
+    return found
+
+
+def _add_places(ticks: dict[str, Array], log: Log) -> None:
+    """Latitude and longitude of a log that lacks them, from home."""
+    frame = LocalFrame(log.config.home.lat_deg, log.config.home.lon_deg)
+    for at in np.flatnonzero(ticks["position_valid"] > 0.0):
+        place = frame.to_geodetic(float(ticks["north_m"][at]), float(ticks["east_m"][at]))
+        ticks["lat_deg"][at], ticks["lon_deg"][at] = place
+
+
+def _result(folder: Path) -> Mapping[str, Any] | None:
+    try:
+        result: Mapping[str, Any] = json.loads((folder / "result.json").read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
+    return result
 
 
 def _events(path: Path) -> list[LoggedEvent]:
@@ -127,7 +163,12 @@ def _events(path: Path) -> list[LoggedEvent]:
 
 def _truth(folder: Path, warnings: list[str]) -> Mapping[str, Array] | None:
     try:
-        table = read_table(folder / "truth.csv", ("t_s", "north_m", "east_m", "yaw_rad"), warnings)
+        table = read_table(
+            folder / "truth.csv",
+            ("t_s", "north_m", "east_m", "yaw_rad"),
+            warnings,
+            ("wind_speed_mps", "wind_from_rad", "current_north_mps", "current_east_mps"),
+        )
     except (OSError, LogError):
         return None
     return {name: np.array(values) for name, values in table.items()} if table["t_s"] else None

@@ -1,135 +1,160 @@
-"""The page of a report: one HTML file that needs no other."""
+"""The page of a report: one HTML file that needs no other. Its first screen says what was sailed and how well."""
 
 from __future__ import annotations
 
+import base64
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from html import escape
+from importlib import resources
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from companion.analysis import report_facts as facts
 from companion.analysis.report_data import Recorded
-from companion.analysis.report_plots import Pictures
-from companion.params.store import Parameters
+from companion.analysis.report_sections import SECTIONS, Page, table
+from companion.analysis.svg_map import Chart, track_map
 
-_STYLE = """
-body { font: 15px/1.5 system-ui, sans-serif; max-width: 1200px; margin: 2em auto; padding: 0 1em; color: #222; }
-h1 { font-size: 1.5em; } h2 { font-size: 1.15em; margin-top: 2em; border-bottom: 1px solid #ccc; }
-table { border-collapse: collapse; font-size: 0.9em; }
-td, th { padding: 0.15em 0.8em 0.15em 0; text-align: left; vertical-align: top; }
-th { border-bottom: 1px solid #ccc; } td.n { text-align: right; font-variant-numeric: tabular-nums; }
-tr.WARNING td { background: #fff6d6; }
-tr.ERROR td, tr.CRITICAL td, tr.ALERT td, tr.EMERGENCY td { background: #ffe0dc; }
-svg { width: 100%; height: auto; } .long { max-height: 32em; overflow: auto; }
-"""
-
-Rows = Sequence[Sequence[str]]
+_MOST_PICTURE = 3_000_000
+_HINT = "Wheel and drag move the track; a drag across a chart zooms them all; a double click shows all."
 
 
-def page(recorded: Recorded, pictures: Pictures, mission: Rows, links: Rows) -> str:
-    """The HTML text. `mission`: number, command, place, time reached; `links`: sender, packets, missing."""
-    title = f"{recorded.log.config.title}: {recorded.log.folder.name}"
-    parts = [f"<h1>{escape(title)}</h1>", _table(None, _facts(recorded))]
-    if recorded.warnings:
-        parts.append(f"<p>{escape('; '.join(recorded.warnings[:5]))}</p>")
-    for heading, picture in pictures.by_title.items():
-        parts += [f"<h2>{escape(heading)}</h2>", picture]
-    if links:
-        parts.append(_table(("system", "packets", "missing", "share"), links))
-    parts.append(
-        "<h2>Mission</h2>"
-        + (_table(("item", "what", "where", "reached, s"), mission) if mission else "<p>None was sailed.</p>")
+def html(page: Page, chart: Chart) -> str:
+    """The HTML text."""
+    recorded = page.recorded
+    title = f"{recorded.log.config.title}: {recorded.log.folder.resolve().name}"
+    lines = facts.verdicts(recorded, [tuple(row) for row in page.links])
+    verdicts = "".join(
+        f"<li class='{line.level.value}'><b>{escape(line.subject)}</b>{escape(line.text)}</li>" for line in lines
     )
-    parts.append(f"<h2>Events</h2><div class='long'>{_events(recorded)}</div>")
-    changed = _changed(recorded.log.parameters, recorded)
-    parts.append(
-        "<h2>Parameters that differ from the table's defaults</h2>"
-        + (_table(("name", "value", "default"), changed) if changed else "<p>None.</p>")
-    )
-    body = "\n".join(parts)
-    head = f"<head><meta charset='utf-8'><title>{escape(title)}</title><style>{_STYLE}</style></head>"
-    return f"<!DOCTYPE html>\n<html lang='en'>{head}<body>\n{body}\n</body></html>\n"
+    about = f"{_scenario(recorded)}<ul class='verdicts'>{verdicts}</ul>{table(None, _facts(recorded))}"
+    first = f"<div class='first'><div>{about}</div><div>{track_map(recorded, chart)}</div></div>"
+    parts = [
+        f"<h1>{escape(title)}</h1>",
+        first,
+        f"<p class='hint'>{_HINT}</p>",
+    ]
+    parts += [_checks(recorded), _pictures(recorded)]
+    parts += [f"<h2>{escape(heading)}</h2>{section(page)}" for heading, section in SECTIONS.items()]
+    return document(title, "\n".join(parts), "report.js")
 
 
-def _facts(recorded: Recorded) -> Rows:
+def document(title: str, body: str, script: str | None = None) -> str:
+    """A page that needs no other file."""
+    code = "" if script is None else f"<script>{_resource(script)}</script>"
+    head = f"<meta charset='utf-8'><meta name='viewport' content='width=device-width'><title>{escape(title)}</title>"
+    style = f"<style>{_resource('report.css')}</style>"
+    return f"<!DOCTYPE html>\n<html lang='en'><head>{head}{style}</head><body>\n{body}\n{code}</body></html>\n"
+
+
+def _resource(name: str) -> str:
+    return resources.files("companion.analysis").joinpath(name).read_text(encoding="utf-8")
+
+
+def _facts(recorded: Recorded) -> list[tuple[str, str]]:
     ticks, t = recorded.ticks, recorded.t_s
-    valid = ticks["position_valid"] > 0.0
-    way = np.hypot(np.diff(ticks["north_m"]), np.diff(ticks["east_m"]))
-    sailed_m = float(np.sum(way[valid[1:] & valid[:-1]]))
     period = np.diff(t, prepend=t[0])
+    speed = np.hypot(ticks["surge_mps"], ticks["sway_mps"])
+    top = f", at most {float(np.nanmax(speed)):.2f} m/s" if np.any(np.isfinite(speed)) else ""
+    modes = facts.mode_times(recorded)
+    armed_s = float(np.sum(period[ticks["armed"] > 0.0]))
     rows = [
         ("vessel", recorded.log.config.name),
-        ("program", f"USV companion {recorded.manifest.get('version', '?')}"),
         ("begun", _date(ticks["time_unix_ns"][0])),
-        ("duration", f"{t[-1] - t[0]:.0f} s"),
-        ("armed", f"{float(np.sum(period[ticks['armed'] > 0.0])):.0f} s"),
         (
-            "sailed over ground",
-            f"{sailed_m:.0f} m, at most {float(np.nanmax(np.hypot(ticks['surge_mps'], ticks['sway_mps']))):.2f} m/s",
+            "duration",
+            f"{facts.duration(float(t[-1] - t[0]))}, armed {facts.duration(armed_s)}",
         ),
-        (
-            "modes",
-            ", ".join(
-                f"{name} {float(np.sum(period[recorded.modes == n])):.0f} s"
-                for n, name in enumerate(recorded.mode_names)
-            ),
-        ),
+        ("sailed over ground", f"{facts.distance_m(recorded):.0f} m{top}"),
+        ("modes", ", ".join(f"{name} {facts.duration(seconds)}" for name, seconds in modes.items())),
+        ("program", f"USV companion {recorded.manifest.get('version', '?')}"),
     ]
-    errors = np.abs(ticks["cross_track_error_m"][np.isfinite(ticks["cross_track_error_m"])])
-    if len(errors):
-        rows.append(
-            (
-                "cross-track error",
-                f"RMS {math.sqrt(float(np.mean(errors**2))):.2f} m, 95 % {float(np.percentile(errors, 95)):.2f} m, "
-                f"largest {float(np.max(errors)):.2f} m",
-            )
-        )
-    if recorded.truth is not None:
-        rows.append(("estimate against the truth (simulation)", _against_truth(recorded)))
+    rows += _truth_facts(recorded)
     if recorded.manifest.get("seed") is not None:
         rows.append(("seed", str(recorded.manifest["seed"])))
     return rows
 
 
-def _against_truth(recorded: Recorded) -> str:
-    assert recorded.truth is not None
-    ticks, truth, t = recorded.ticks, recorded.truth, recorded.t_s
-    valid = ticks["position_valid"] > 0.0
-    if not np.any(valid):
-        return "no valid position"
-    north, east = np.interp(t, truth["t_s"], truth["north_m"]), np.interp(t, truth["t_s"], truth["east_m"])
-    off = np.hypot(ticks["north_m"] - north, ticks["east_m"] - east)[valid]
-    return f"position RMS {math.sqrt(float(np.mean(off**2))):.2f} m, largest {float(np.max(off)):.2f} m"
+def _truth_facts(recorded: Recorded) -> Iterator[tuple[str, str]]:
+    for quantity, rms, largest, *_ in facts.consistency_rows(recorded):
+        yield f"estimate of {quantity}", f"RMS {rms}, largest {largest}, against the truth (simulation)"
 
 
 def _date(unix_ns: float) -> str:
+    if not math.isfinite(unix_ns):
+        return "?"
+    return str(np.datetime64(int(unix_ns), "ns").astype("datetime64[s]")).replace("T", " ") + " UTC"
+
+
+# --- scenarios -----------------------------------------------------------------------------------------------------
+
+
+def _scenario(recorded: Recorded) -> str:
+    result = recorded.result
+    if result is None:
+        return ""
+    words = ", ".join(f"{key} {value}" for key, value in dict(result.get("settings", {})).items() if value)
+    return f"<p><b>Scenario {escape(str(result.get('scenario', '?')))}</b>{': ' if words else ''}{escape(words)}</p>"
+
+
+def _checks(recorded: Recorded) -> str:
+    """Checks and figures of a scenario."""
+    result = recorded.result
+    if result is None:
+        return ""
+    rows = "".join(_check_row(check) for check in result.get("checks") or ())
+    head = "<tr><th>check</th><th>measured</th><th>limit</th><th></th></tr>"
+    checks = f"<table>{head}{rows}</table>" if rows else ""
+    error = f"<p class='bad'>{escape(str(result['error']))}</p>" if result.get("error") else ""
+    metrics = [_metric(name, value) for name, value in dict(result.get("metrics") or {}).items()]
+    figures = f"<details><summary>all figures</summary>{table(None, metrics)}</details>" if metrics else ""
+    return f"<h2>Checks</h2>{error}{checks}{figures}"
+
+
+def _metric(name: str, value: object) -> tuple[str, str]:
+    stem, _, unit = name.rpartition("_")
+    if unit in ("rad", "radps") and isinstance(value, int | float):
+        return facts.plain(f"{stem}_{'deg' if unit == 'rad' else 'degps'}"), figure(math.degrees(value))
+    return facts.plain(name), figure(value)
+
+
+def _check_row(check: Mapping[str, Any]) -> str:
+    relation = "at least" if check["at_least"] else "at most"
+    verdict = ("good", "holds") if check["ok"] else ("bad", "FAILS")
+    value, unit = in_degrees(float(check["value"]), str(check["unit"]))
+    limit, _ = in_degrees(float(check["limit"]), str(check["unit"]))
     return (
-        str(np.datetime64(int(unix_ns), "ns").astype("datetime64[s]")).replace("T", " ") + " UTC"
-        if math.isfinite(unix_ns)
-        else "?"
+        f"<tr><td>{escape(str(check['name']))}</td><td>{figure(value)} {escape(unit)}</td>"
+        f"<td>{relation} {limit:.4g} {escape(unit)}</td><td class='{verdict[0]}'>{verdict[1]}</td></tr>"
     )
 
 
-def _events(recorded: Recorded) -> str:
-    rows = "".join(
-        f"<tr class='{escape(event.severity)}'><td class='n'>{event.t_s:.1f}</td>"
-        f"<td>{escape(event.severity.lower())}</td><td>{escape(event.text)}</td></tr>"
-        for event in recorded.events
-    )
-    return f"<table><tr><th>s</th><th></th><th></th></tr>{rows}</table>"
+def in_degrees(value: float, unit: str) -> tuple[float, str]:
+    """A value and its unit for people, who read degrees."""
+    if unit.startswith("rad"):
+        return math.degrees(value), unit.replace("rad", "°", 1)
+    return value, unit.replace("deg", "°", 1)
 
 
-def _changed(values: Mapping[str, float], recorded: Recorded) -> Rows:
-    table = Parameters()
-    rows = []
-    for name, value in sorted(values.items()):
-        spec = table.spec(name)
-        if spec is not None and not spec.read_only and abs(value - table.defaults[name]) > 1e-6 * max(1.0, abs(value)):
-            rows.append((name, f"{value:g} {spec.unit}", f"{table.defaults[name]:g}"))
-    return rows
+def figure(value: object) -> str:
+    """A number for people; anything else as it is."""
+    if not isinstance(value, int | float):
+        return str(value)
+    return f"{value:.4g}" if abs(value) >= 1e-3 or value == 0 else f"{value:.5f}"
 
 
-def _table(header: Sequence[str] | None, rows: Rows) -> str:
-    head = "" if header is None else "<tr>" + "".join(f"<th>{escape(cell)}</th>" for cell in header) + "</tr>"
-    body = "".join("<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in rows)
-    return f"<table>{head}{body}</table>"
+def _pictures(recorded: Recorded) -> str:
+    """The scenario's own pictures."""
+    if recorded.result is None:
+        return ""
+    parts = []
+    for path in _png_files(recorded.log.folder):
+        data = base64.b64encode(path.read_bytes()).decode()
+        parts.append(f"<img class='picture' alt='{escape(path.stem)}' src='data:image/png;base64,{data}'>")
+    return f"<h2>Picture</h2>{''.join(parts)}" if parts else ""
+
+
+def _png_files(folder: Path) -> Sequence[Path]:
+    return [path for path in sorted(folder.glob("*.png")) if path.stat().st_size < _MOST_PICTURE]

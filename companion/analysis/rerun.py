@@ -35,17 +35,19 @@ from companion.io.mavlink.wire.personas import DEFAULT_PERSONA, PERSONAS
 from companion.loop import Devices, RealWorld, Vessel
 from companion.params.store import Parameters
 from companion.record import readings
-from companion.record.readings import RecordedPacket, RecordedTick, read_ticks
+from companion.record.readings import read_ticks
+from companion.record.recorded import RecordedPacket, RecordedTick
 from companion.record.recorder import STATE_FOLDER
 from companion.record.state_file import StateFile
 
 _SIMULTANEOUS_S = 1e-9
+_ROUNDED_S = 0.00051  # ticks.csv has milliseconds
 
 
 def rerun(log: Log, out: Path) -> LogDifference:
     """Run a log again into a new log folder and compare the two. Raises LogError for a log without its inputs, and
     OSError."""
-    path = log.folder / readings.FILE
+    path = readings.path_in(log.folder)
     if not path.exists():
         raise LogError(f"{path}: no such file: this log was recorded without its readings")
     if out.resolve() == log.folder.resolve():
@@ -79,10 +81,9 @@ def _run(log: Log, settings: dict[str, Any], state: StateFile | None, out: Path,
         devices=Devices(RealWorld(), bench.sensors, bench.actuators),
     )
     vessel: Vessel | None = None
+    ticks = read_ticks(readings.path_in(log.folder), warnings)
     try:
-        for tick, (time_unix_ns, load) in zip(
-            read_ticks(log.folder / readings.FILE, warnings), _stamps(log.folder), strict=False
-        ):
+        for tick, (time_unix_ns, load) in _stamped(ticks, _stamps(log.folder)):
             clock.time_ns = time_unix_ns
             vessel = build(log.config, around) if vessel is None else vessel
             bench.take(tick)
@@ -93,7 +94,7 @@ def _run(log: Log, settings: dict[str, Any], state: StateFile | None, out: Path,
         if vessel is not None:
             vessel.close()
     if vessel is None:
-        raise LogError(f"{log.folder / readings.FILE}: no whole tick")
+        raise LogError(f"{readings.path_in(log.folder)}: no whole tick")
 
 
 def _serve(vessel: Vessel, clock: _Clock, link: _Link, tick: RecordedTick) -> None:
@@ -134,12 +135,28 @@ def _state(recorded: Path, directory: Path) -> StateFile | None:
     return StateFile(directory)
 
 
-def _stamps(folder: Path) -> Iterator[tuple[int, float]]:
-    """(time_unix_ns, load) of each row of ticks.csv. The machine sets both, so a replay takes them from the log."""
+def _stamped(
+    ticks: Iterator[RecordedTick], stamps: Iterator[tuple[float, int, float]]
+) -> Iterator[tuple[RecordedTick, tuple[int, float]]]:
+    """Each tick with its row of ticks.csv. A log that went on in another folder may begin with a row more of either."""
+    tick, stamp = next(ticks, None), next(stamps, None)
+    while tick is not None and stamp is not None:
+        late_s = stamp[0] - tick.t_s
+        if abs(late_s) <= _ROUNDED_S:
+            yield tick, stamp[1:]
+        if late_s <= _ROUNDED_S:
+            stamp = next(stamps, None)
+        if late_s >= -_ROUNDED_S:
+            tick = next(ticks, None)
+
+
+def _stamps(folder: Path) -> Iterator[tuple[float, int, float]]:
+    """(t_s, time_unix_ns, load) of each row of ticks.csv. The machine sets the latter two, so a replay takes them from
+    the log."""
     with (folder / "ticks.csv").open(encoding="utf-8", newline="") as file:
         for row in csv.DictReader(file):
             try:
-                stamp = int(row["time_unix_ns"]), float(row["load"])
+                stamp = float(row["t_s"]), int(row["time_unix_ns"]), float(row["load"])
             except (TypeError, ValueError):
                 return  # an incomplete last row
             yield stamp

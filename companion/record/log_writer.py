@@ -179,15 +179,11 @@ class LogOutput(Protocol):
         ...
 
 
-class DirectLog:
-    """A `LogOutput` that writes at once, in the caller's thread. Each row leaves the process with one call."""
+class _FolderLog:
+    """What is told of the log folder, for both kinds of `LogOutput`."""
 
     def __init__(self, files: LogSet) -> None:
         self._files = files
-
-    def put(self, name: str, data: bytes, now_s: float) -> None:
-        """As `LogOutput.put`, except that it waits for the medium."""
-        self._files.put({name: data}, now_s)
 
     @property
     def folder(self) -> Path:
@@ -209,12 +205,20 @@ class DirectLog:
         """As `LogOutput.lost_bytes`."""
         return self._files.lost_bytes
 
+
+class DirectLog(_FolderLog):
+    """A `LogOutput` that writes at once, in the caller's thread. Each row leaves the process with one call."""
+
+    def put(self, name: str, data: bytes, now_s: float) -> None:
+        """As `LogOutput.put`, except that it waits for the medium."""
+        self._files.put({name: data}, now_s)
+
     def close(self) -> None:
         """As `LogOutput.close`."""
         self._files.close()
 
 
-class ThreadLog:
+class ThreadLog(_FolderLog):
     """A `LogOutput` with two threads: one writes what `put` hands over, the other syncs it to the medium.
 
     `kill -9` loses at most what the first had not written yet, a power cut what the second had not synced.
@@ -222,7 +226,7 @@ class ThreadLog:
 
     def __init__(self, files: LogSet, clock: Callable[[], float] = time.monotonic) -> None:
         """`clock`: seconds, for the time between two attempts."""
-        self._files = files
+        super().__init__(files)
         self._clock = clock
         self._wake = threading.Condition()
         self._waiting: dict[str, list[bytes]] = {}
@@ -247,24 +251,9 @@ class ThreadLog:
             self._wake.notify()
 
     @property
-    def folder(self) -> Path:
-        """As `LogOutput.folder`."""
-        return self._files.folder
-
-    @property
-    def number(self) -> int:
-        """As `LogOutput.number`."""
-        return self._files.number
-
-    @property
-    def stopped(self) -> str | None:
-        """As `LogOutput.stopped`."""
-        return self._files.stopped
-
-    @property
     def lost_bytes(self) -> int:
         """As `LogOutput.lost_bytes`."""
-        return self._dropped + self._files.lost_bytes
+        return self._dropped + super().lost_bytes
 
     def close(self) -> None:
         """As `LogOutput.close`. Gives up on a medium that does not answer."""

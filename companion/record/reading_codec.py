@@ -1,5 +1,5 @@
-"""Readings ↔ the values of their lines in readings.csv, as the dataclass of each kind lays down. A new kind needs no
-code here.
+"""The fields of each kind of reading, as its dataclass lays them down, and the lines of older logs' readings.csv. A new
+kind needs no code here.
 
 The values of a line are the fields without `source`: the numbers in the order of the dataclass, then either its tuple
 of numbers or its texts. A number is a little-endian float64, NaN for None; an `Int64` is a little-endian int64. An
@@ -15,7 +15,7 @@ import math
 import struct
 import types
 import typing
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields
 from enum import Enum, IntEnum
 from operator import attrgetter
@@ -28,7 +28,7 @@ _VALUE_BYTES = 8
 
 
 @dataclass(frozen=True, slots=True)
-class _Column:
+class Column:
     """One field: its struct code ("" for a text or a tuple of numbers), and its value from and to a number."""
 
     name: str
@@ -49,9 +49,9 @@ class _Column:
 
 
 class Codec:
-    """One kind of reading: `packed(reading)` → the values of its line; `reading(source, data)` → the reading again.
+    """One kind of reading: `reading(source, data)` makes one of the values of its line.
 
-    `names`: the fields in the order of their values.
+    `numbers`, `tuple_name`, `texts`: its fields; `names`: all of them in the order of their values.
     """
 
     def __init__(self, kind: str, kind_type: type[Any]) -> None:
@@ -62,33 +62,36 @@ class Codec:
             for field in fields(kind_type)
             if field.name != "source"
         ]
-        self._numbers = [column for column in columns if column.code]
+        self.numbers = [column for column in columns if column.code]
         tuples = [column.name for column in columns if column.kind is tuple]
-        self._texts = [column.name for column in columns if column.kind is str]
-        if tuples and len(tuples) + len(self._texts) > 1:
-            several = " and ".join((*tuples, *self._texts))
-            raise TypeError(f"{kind_type.__name__}: a line ends with one tuple of numbers or with texts, not {several}")
-        self.names = (*(column.name for column in self._numbers), *tuples, *self._texts)
-        self._kind, self._kind_type = kind, kind_type
-        self._tuple = tuples[0] if tuples else None
-        self._format = struct.Struct("<" + "".join(column.code for column in self._numbers))
-        self.packed = self._packer()
+        self.texts = [column.name for column in columns if column.kind is str]
+        if tuples and len(tuples) + len(self.texts) > 1:
+            several = " and ".join((*tuples, *self.texts))
+            raise TypeError(
+                f"{kind_type.__name__}: a reading ends with one tuple of numbers or with texts, not {several}"
+            )
+        self.names = (*(column.name for column in self.numbers), *tuples, *self.texts)
+        self._kind, self.kind_type = kind, kind_type
+        self.tuple_name = tuples[0] if tuples else None
+        self._format = struct.Struct("<" + "".join(column.code for column in self.numbers))
+        self._values_of = attrgetter(*(column.name for column in self.numbers), "source")  # two or more: a tuple
+        self._places = _places(self.numbers)
 
     def reading(self, source: str, data: bytes) -> Reading:
         """The reading of a line. Raises ValueError for values that are not of this kind."""
         values = self._number_values(data)
         rest = data[self._format.size :]
-        if self._tuple is not None:
-            values[self._tuple] = floats(rest)
-        for name in self._texts:
+        if self.tuple_name is not None:
+            values[self.tuple_name] = floats(rest)
+        for name in self.texts:
             values[name], rest = _text(rest)
-        reading: Reading = self._kind_type(source=source, **values)
+        reading: Reading = self.kind_type(source=source, **values)
         return reading
 
     def _number_values(self, data: bytes) -> dict[str, Any]:
         """Fields that are numbers. Of a line that is too short the last ones keep their defaults."""
-        columns = self._numbers
-        if self._tuple is None and not self._texts:
+        columns = self.numbers
+        if self.tuple_name is None and not self.texts:
             count, uneven = divmod(len(data), _VALUE_BYTES)
             late = columns[count:]
             if uneven or count > len(columns) or not all(column.has_default for column in late):
@@ -97,54 +100,17 @@ class Codec:
         numbers = struct.unpack_from("<" + "".join(column.code for column in columns), data)
         return {column.name: column.value(number) for column, number in zip(columns, numbers, strict=True)}
 
-    def _packer(self) -> Callable[[Any], bytes]:
-        numbers, pack = self._number_getter(), self._format.pack
-        texts = [attrgetter(name) for name in self._texts]
-        rest_of = None if self._tuple is None else attrgetter(self._tuple)
-
-        def packed(reading: Any) -> bytes:
-            values = numbers(reading)
-            data = pack(*values) if None not in values else pack(*(math.nan if v is None else v for v in values))
-            if rest_of is not None:
-                data += pack_floats(rest_of(reading))
-            for text_of in texts:
-                data += _packed_text(text_of(reading))
-            return data
-
-        return packed
-
-    def _number_getter(self) -> Callable[[Any], Sequence[Any]]:
-        """Reading → its numbers in order, those of an Enum by their place in it."""
-        values_of = attrgetter(*(column.name for column in self._numbers), "source")  # two names or more: a tuple
-        places: dict[int, Mapping[Any, int]] = {
-            at: {member: place for place, member in enumerate(column.kind)}
-            for at, column in enumerate(self._numbers)
-            if isinstance(column.kind, type) and issubclass(column.kind, Enum) and not issubclass(column.kind, IntEnum)
-        }
-        if not places:
-            return lambda reading: values_of(reading)[:-1]
-
-        def numbers(reading: Any) -> list[Any]:
-            values = list(values_of(reading)[:-1])
-            for at, place_of in places.items():
-                values[at] = None if values[at] is None else place_of[values[at]]
-            return values
-
-        return numbers
-
-
-def pack_floats(numbers: Sequence[float | None]) -> bytes:
-    """Numbers as little-endian float64, None as NaN."""
-    return struct.pack(f"<{len(numbers)}d", *(math.nan if number is None else number for number in numbers))
+    def values(self, reading: Any) -> list[Any]:
+        """The numbers of a reading, in order; NaN for None, an Enum by its place."""
+        values = list(self._values_of(reading)[:-1])
+        for at, place_of in self._places.items():
+            values[at] = None if values[at] is None else place_of[values[at]]
+        return [math.nan if value is None else value for value in values] if None in values else values
 
 
 def floats(data: bytes) -> tuple[float, ...]:
     """All of `data` as little-endian float64. Raises struct.error where a part of one is left over."""
     return struct.unpack(f"<{len(data) // _VALUE_BYTES}d", data)
-
-
-def _packed_text(text: str | None) -> bytes:
-    return _NO_TEXT if text is None else text.replace("\x00", "").replace("\x01", "").encode() + _TEXT_END
 
 
 def _text(data: bytes) -> tuple[str | None, bytes]:
@@ -157,19 +123,28 @@ def _text(data: bytes) -> tuple[str | None, bytes]:
     return text.decode(), rest
 
 
-def _column(owner: type[Any], name: str, hint: Any, has_default: bool) -> _Column:
+def _places(numbers: Sequence[Column]) -> dict[int, Mapping[Any, int]]:
+    """For each field that is an Enum without numbers of its own: the place of each member."""
+    return {
+        at: {member: place for place, member in enumerate(column.kind)}
+        for at, column in enumerate(numbers)
+        if isinstance(column.kind, type) and issubclass(column.kind, Enum) and not issubclass(column.kind, IntEnum)
+    }
+
+
+def _column(owner: type[Any], name: str, hint: Any, has_default: bool) -> Column:
     optional = typing.get_origin(hint) in (types.UnionType, typing.Union)
     if optional:
         hint = next(part for part in typing.get_args(hint) if part is not type(None))
     if hint == Int64:
-        return _Column(name, int, "q", optional, has_default)
+        return Column(name, int, "q", optional, has_default)
     if hint == tuple[float, ...]:
-        return _Column(name, tuple, "", optional, has_default)
+        return Column(name, tuple, "", optional, has_default)
     if hint is str:
-        return _Column(name, str, "", optional, has_default)
+        return Column(name, str, "", optional, has_default)
     if hint in (float, int, bool) or (isinstance(hint, type) and issubclass(hint, Enum)):
-        return _Column(name, hint, "d", optional, has_default)
-    raise TypeError(f"{owner.__name__}.{name}: a line of readings.csv holds no {hint}")
+        return Column(name, hint, "d", optional, has_default)
+    raise TypeError(f"{owner.__name__}.{name}: the log holds no {hint}")
 
 
 CODECS: Mapping[str, Codec] = {kind: Codec(kind, kind_type) for kind, kind_type in KINDS.items()}

@@ -1,8 +1,9 @@
-"""The log folder: ticks.csv, readings.csv, events.csv, telemetry.tlog, manifest.json, state/, and on a boat ticks.ulg.
+"""The log folder: ticks.csv, log.mcap, events.csv, telemetry.tlog, manifest.json, state/, and on a boat ticks.ulg.
 
 On a boat one thread writes the rows at once (`log_writer.py`), and another syncs the files to the medium
-(`fdatasync`) as fast as it can: `kill -9` and a power cut lose at most what the medium was writing. The control thread
-never waits for a medium. (The ReVolt thesis lost a recording at each power cut.)
+(`fdatasync`) as fast as it can: `kill -9` and a power cut lose at most what the medium was writing, and of log.mcap the
+last two seconds (its chunks). The control thread never waits for a medium. (The ReVolt thesis lost a recording at each
+power cut.)
 """
 
 from __future__ import annotations
@@ -18,12 +19,26 @@ from companion.core.decision import Event
 from companion.core.setpoint import PathSetpoint, PoseSetpoint, desired_motion
 from companion.core.tick import DeviceHealth, Tick
 from companion.params.spec import ParamSpec, ParamType
-from companion.record import geotags, readings, ulog
+from companion.record import geotags, mcap_log, ulog
 from companion.record.disk import REAL_DISK, Disk
 from companion.record.log_writer import DirectLog, LogOutput, LogSet, ThreadLog
 
 _POSE = ("north_m", "east_m", "yaw_rad", "surge_mps", "sway_mps", "yaw_rate_radps")
 _WRENCH = ("surge_n", "sway_n", "yaw_nm")
+SLOW_COLUMNS = (
+    "lat_deg",
+    "lon_deg",
+    "fix",
+    "satellites",
+    "corrections_age_s",
+    "battery_v",
+    "battery_a",
+    "battery_remaining",
+    "wind_speed_mps",
+    "wind_from_rad",
+    "current_north_mps",
+    "current_east_mps",
+)
 EVENT_COLUMNS = ("t_s", "time_unix_ns", "severity", "name", "text")
 STATE_FOLDER = "state"  # in a log folder: copy of the state directory at the start of the run
 TICKS, EVENTS, PACKETS = "ticks.csv", "events.csv", "telemetry.tlog"
@@ -70,7 +85,8 @@ class LogFolder:
         self._devices = tuple(devices)
         self._parameters: dict[str, float] = dict(manifest.get("parameters", {}))
         self._whole = frozenset(spec.name for spec in parameters if spec.type is ParamType.INT32)
-        self._encoder = readings.ReadingsEncoder()
+        self._closed = False
+        self._encoder = mcap_log.McapEncoder()
         self._ulog = ulog.UlogEncoder(thrusters) if medium.durable else None
         self._health: dict[str, tuple[bool, str]] = {}
         self._counted_s = self._now_s = 0.0
@@ -89,7 +105,7 @@ class LogFolder:
             TICKS: (",".join(tick_columns(self._thrusters, self._devices)) + "\n").encode(),
             EVENTS: (",".join(EVENT_COLUMNS) + "\n").encode(),
             PACKETS: b"",
-            readings.FILE: readings.HEADER,
+            mcap_log.FILE: self._encoder.header(),
         }
         if self._cameras:
             headers[geotags.FILE] = geotags.HEADER
@@ -116,8 +132,10 @@ class LogFolder:
         if self._out.number != self._number:
             self._number = self._out.number
             self._health.clear()
-        changed = map(self._encoder.health, self._changed(tick.health, tick.t_s))
-        self._write(readings.FILE, b"".join([*changed, self._encoder.tick(tick)]))
+        if self._out.stopped is not None:
+            self._encoder.drop()
+        self._encoder.tick(tick, self._changed(tick.health, tick.t_s))
+        self._write(mcap_log.FILE, self._encoder.due())
         self._write(TICKS, tick_row(tick, self._devices).encode())
         if tick.events:
             self._write(EVENTS, "".join([event_row(event, tick.time_unix_ns) for event in tick.events]).encode())
@@ -130,16 +148,17 @@ class LogFolder:
     def parameter(self, name: str, value: float) -> None:
         """Record the change of a parameter, among the readings."""
         self._parameters[name] = value
-        self._write(readings.FILE, self._encoder.parameter(name, value))
+        self._encoder.parameter(name, value)
         if self._ulog is not None:
             self._write(ulog.FILE, self._ulog.parameter(name, value, name in self._whole))
 
     def heard(self, persona: str, endpoint: str, t_s: float, packet: bytes) -> None:
         """Record a received MAVLink packet among the readings, with the time at which it is handled."""
-        self._write(readings.FILE, self._encoder.packet(persona, endpoint, t_s, packet))
+        self._encoder.packet(persona, endpoint, t_s, packet)
 
     def _write(self, name: str, data: bytes) -> None:
-        self._out.put(name, data, self._now_s)
+        if data:
+            self._out.put(name, data, self._now_s)
 
     def _changed(self, health: Sequence[DeviceHealth], now_s: float) -> list[DeviceHealth]:
         """Devices whose health changed; once a minute all of them, for their counts and rates."""
@@ -161,8 +180,11 @@ class LogFolder:
         self._write(PACKETS, b"".join([stamp + packet for packet in packets]))
 
     def close(self) -> None:
-        """Write what waits, and close all files."""
-        self._out.close()
+        """Write what waits, and close all files. Once closed, it does nothing."""
+        if not self._closed:
+            self._closed = True
+            self._write(mcap_log.FILE, self._encoder.end())
+            self._out.close()
 
 
 def tick_columns(thrusters: Sequence[str], devices: Sequence[str]) -> list[str]:
@@ -185,6 +207,7 @@ def tick_columns(thrusters: Sequence[str], devices: Sequence[str]) -> list[str]:
         "mission_seq",
         "failsafes",
         "load",
+        *SLOW_COLUMNS,
         *(f"{name}_ok" for name in devices),
         *(f"{name}_condition" for name in thrusters),
     ]
@@ -211,10 +234,29 @@ def tick_row(tick: Tick, devices: Sequence[str]) -> str:
         f"{nav.position_accuracy_m:.4f},{nav.heading_accuracy_rad:.5f},{nav.position_valid:d},{nav.heading_valid:d}"
         f",{_optional(setpoint.progress.cross_track_error_m)},{status.mission.seq},{';'.join(status.failsafes)},{tick.load:.3f}"
     )
+    cells.append(_slow(tick))
     ok = {device.name: device.ok for device in tick.health}
     cells += [f"{ok.get(name, False):d}" for name in devices]
     cells += [condition.value for condition in tick.conditions]
     return ",".join(cells) + "\n"
+
+
+def _slow(tick: Tick) -> str:
+    """The cells of SLOW_COLUMNS."""
+    nav, battery, corrections = tick.nav, tick.inputs.battery, tick.inputs.corrections
+    place = f"{nav.lat_deg:.9f},{nav.lon_deg:.9f}" if nav.position_valid else ","
+    fix = f"{int(nav.fix)},{'' if nav.satellites is None else nav.satellites}"
+    power = (
+        ",," if battery is None else f"{battery.voltage_v:.3f},{_short(battery.current_a)},{_short(battery.remaining)}"
+    )
+    weather = (nav.wind_speed_mps, nav.wind_from_rad, nav.current_north_mps, nav.current_east_mps)
+    return ",".join(
+        (place, fix, _short(None if corrections is None else corrections.age_s), power, *map(_short, weather))
+    )
+
+
+def _short(value: float | None) -> str:
+    return "" if value is None else f"{value:.4g}"
 
 
 def event_row(event: Event, time_unix_ns: int) -> str:

@@ -1,6 +1,7 @@
 """Ticks as ULog, for PlotJuggler, Flight Review's tools and pyulog. Source: PX4 guide, "ULog File Format".
 
-One topic for each step of the tick; each thruster is an instance of `usv_thruster`. SI units and radians, NaN for a
+One topic for each step of the tick; each thruster is an instance of `usv_thruster`. Beside them stand PX4's own topics
+(`ulog_px4.py`). SI units and radians, NaN for a
 missing value. It is written through at every tick; readers accept a file that ends in mid-message.
 """
 
@@ -9,46 +10,22 @@ from __future__ import annotations
 import math
 import struct
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 from companion.core.actuation import ThrusterCondition
 from companion.core.decision import ModeId
 from companion.core.setpoint import Point, desired_motion
 from companion.core.tick import Tick
+from companion.record import ulog_px4
+from companion.record.ulog_topics import topic
 
 FILE = "ticks.ulg"
 _MAGIC = b"ULog\x01\x12\x35\x01"
 _MESSAGE = struct.Struct("<HB")
-_CODES = {"uint64_t": "Q", "double": "d", "float": "f", "uint8_t": "B", "int32_t": "i"}
 _MODES = {mode: number for number, mode in enumerate(ModeId)}
 _CONDITIONS = {condition: number for number, condition in enumerate(ThrusterCondition)}
 
 
-@dataclass(frozen=True, slots=True)
-class _Topic:
-    name: str
-    fields: tuple[tuple[str, str], ...]  # (type, name)
-
-    @property
-    def definition(self) -> bytes:
-        """The ULog format definition."""
-        return f"{self.name}:{''.join(f'{kind} {name};' for kind, name in self.fields)}".encode()
-
-    @property
-    def layout(self) -> struct.Struct:
-        """The packing of a data message: its message id, then the fields."""
-        return struct.Struct("<H" + "".join(_CODES[kind] for kind, _ in self.fields))
-
-
-def _topic(name: str, **kinds: str) -> _Topic:
-    """A topic: names of fields by type, separated by spaces; the timestamp comes first."""
-    fields = [("uint64_t", "timestamp")]
-    for kind, names in kinds.items():
-        fields += [(kind, field) for field in names.split()]
-    return _Topic(name, tuple(fields))
-
-
-_MOTION = _topic(
+_MOTION = topic(
     "usv_motion",
     double="lat_deg lon_deg",
     float="north_m east_m roll_rad pitch_rad yaw_rad surge_mps sway_mps north_mps east_mps yaw_rate_radps "
@@ -56,23 +33,24 @@ _MOTION = _topic(
     "current_north_mps current_east_mps",
     uint8_t="position_valid heading_valid fix",
 )
-_STATUS = _topic(
+_STATUS = topic(
     "usv_status", float="load speed_override_mps", int32_t="mission_seq", uint8_t="mode armed failsafes mission_state"
 )
-_SETPOINT = _topic(
+_SETPOINT = topic(
     "usv_setpoint",
     float="north_m east_m yaw_rad surge_mps sway_mps yaw_rate_radps target_north_m target_east_m "
     "cross_track_error_m distance_to_go_m",
 )
-_WRENCH = _topic(
+_WRENCH = topic(
     "usv_wrench",
     float="demanded_surge_n demanded_sway_n demanded_yaw_nm achieved_surge_n achieved_sway_n achieved_yaw_nm",
 )
-_THRUSTER = _topic(
+_THRUSTER = topic(
     "usv_thruster", float="throttle azimuth_rad force_n measured_throttle measured_azimuth_rad", uint8_t="condition"
 )
-_BATTERY = _topic("usv_battery", float="voltage_v current_a remaining")
-_TOPICS = (_MOTION, _STATUS, _SETPOINT, _WRENCH, _THRUSTER, _BATTERY)
+_BATTERY = topic("usv_battery", float="voltage_v current_a remaining")
+_OWN = (_MOTION, _STATUS, _SETPOINT, _WRENCH, _THRUSTER, _BATTERY)
+_TOPICS = (*_OWN, *ulog_px4.TOPICS)
 
 
 class UlogEncoder:
@@ -94,9 +72,9 @@ class UlogEncoder:
             if text
         ]
         parts += [self._parameter(name, value, name in whole) for name, value in parameters.items()]
-        for number, topic in enumerate(_TOPICS):
-            if topic is not _THRUSTER:
-                parts.append(_message("A", struct.pack("<BH", 0, number) + topic.name.encode()))
+        for number, each in enumerate(_TOPICS):
+            if each is not _THRUSTER:
+                parts.append(_message("A", struct.pack("<BH", 0, number) + each.name.encode()))
         for i, _ in enumerate(self._thrusters):
             parts.append(_message("A", struct.pack("<BH", i, self._first_thruster + i) + _THRUSTER.name.encode()))
         return b"".join(parts)
@@ -122,6 +100,7 @@ class UlogEncoder:
             rows.append(
                 self._row(5, 5, now_us, (battery.voltage_v, _or_nan(battery.current_a), _or_nan(battery.remaining)))
             )
+        rows += [self._row(len(_OWN) + at, len(_OWN) + at, now_us, values) for at, values in ulog_px4.rows(tick)]
         for event in tick.events:
             rows.append(
                 _message(
@@ -132,7 +111,7 @@ class UlogEncoder:
             )
         return b"".join(rows)
 
-    def _row(self, topic: int, number: int, now_us: int, values: tuple[float, ...]) -> bytes:
+    def _row(self, topic: int, number: int, now_us: int, values: Sequence[float]) -> bytes:
         return _message("D", self._layouts[topic].pack(number, now_us, *values))
 
     @staticmethod

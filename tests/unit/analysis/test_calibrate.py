@@ -17,7 +17,7 @@ from companion.config import vessel as config_module
 from companion.config.vessel import VesselConfig
 from companion.core.readings import GroundVelocity, Imu, MagneticField, Reading
 from companion.nav.field_fit import Array, FieldFit, fit, headings
-from companion.record.readings import FILE, HEADER, ReadingsEncoder
+from companion.record.mcap_log import FILE, McapEncoder
 from tests.unit.nav.ahrs_motion import Sailing, sail
 from tests.unit.record.ticks import tick
 
@@ -106,10 +106,10 @@ def recorded(folder: Path, parts: tuple[tuple[float, float, float], ...] = CIRCL
     sailing = Sailing(
         parts=parts, wave_rad=math.radians(2.0), wave_m=0.05, iron=0.0, heel=0.2, lever_m=(-0.81, 0.0, -0.2)
     )
-    motion, encoder = sail(sailing), ReadingsEncoder()
+    motion, encoder = sail(sailing), McapEncoder()
     field = motion.field @ DISTORTION.T + OFFSET
     with (folder / FILE).open("wb") as file:
-        file.write(HEADER)
+        file.write(encoder.header())
         readings: list[Reading] = []
         for k in range(0, len(motion.t_s), 2):
             t_s = float(motion.t_s[k])
@@ -118,8 +118,10 @@ def recorded(folder: Path, parts: tuple[tuple[float, float, float], ...] = CIRCL
                 readings.append(MagneticField(t_s, "imu", *field[k].tolist()))
             if k % 20 == 0:
                 readings.append(GroundVelocity(t_s, "gnss", *motion.velocity[k].tolist()))
-                file.write(encoder.tick(replace(tick(t_s), readings=tuple(readings))))
+                encoder.tick(replace(tick(t_s), readings=tuple(readings)), ())
+                file.write(encoder.due())
                 readings = []
+        file.write(encoder.end())
     entries = {"configuration": config_module.as_dict(gothenburg()), "parameters": {}}
     (folder / "manifest.json").write_text(json.dumps(entries), encoding="utf-8")
     return folder

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import json
 import re
 import shutil
 from html.parser import HTMLParser
 from pathlib import Path
+from urllib.parse import unquote
 
 import numpy as np
 import pytest
 
-from companion.analysis.report import Packets, _chart, _frame
+from companion.analysis.report import Packets, _chart, _frame, write_report
 from companion.analysis.report_data import read_log
-from companion.analysis.report_plots import _stretches
+from companion.analysis.report_facts import Level, errors_by_mode, verdicts
+from companion.analysis.svg_chart import clock, nice_steps, stretches, thinned
+from companion.analysis.svg_map import _Labels
 from companion.cli.main import main
 from companion.cli.rig import LockstepRig
 from companion.core.geodesy import LocalFrame
@@ -74,19 +78,23 @@ def test_the_page_is_whole_and_needs_nothing_else(sailed: Path, capsys: pytest.C
     outline = Outline()
     outline.feed(text)
     wanted = [
-        "Track",
+        "Modes and failsafes",
         "Errors and speeds",
-        "Wrench, demanded and achieved",
         "Thrusters",
         "Estimator and devices",
+        "GNSS",
+        "Wind and current",
+        "Battery",
         "Links",
         "Mission",
         "Events",
+        "Settings that differ from the default",
     ]
     assert [heading for heading in outline.headings if heading in wanted] == wanted
-    assert outline.svgs == 6 and "<script" not in text and len(text) < 4_000_000
+    assert outline.svgs > 30 and len(text) < 4_000_000 and "rad<" not in text and "rad/s" not in text
+    assert "http" not in text.replace("http://www.w3.org", "")
     assert "revolt" in outline.cells and any(
-        re.fullmatch(r"Manual \d+ s, Mission \d+ s(, Hold \d+ s)?", cell) for cell in outline.cells
+        re.fullmatch(r"Manual \d+ s, Mission [\d:]+ (s|min)(, Hold \d+ s)?", cell) for cell in outline.cells
     )
     assert outline.cells.count("NAV_WAYPOINT") == 2
     assert any("Mission item 1 reached" in cell for cell in outline.cells)
@@ -181,4 +189,94 @@ def test_what_is_no_log_is_an_error(tmp_path: Path, capsys: pytest.CaptureFixtur
 
 def test_stretches() -> None:
     t = np.arange(6.0)
-    assert _stretches(t, np.array([1, 1, 0, 0, 1, 1]) > 0) == [(0.0, 2.0, True), (2.0, 4.0, False), (4.0, 5.0, True)]
+    assert stretches(t, np.array([1, 1, 0, 0, 1, 1])) == [(0.0, 2.0, 1), (2.0, 4.0, 0), (4.0, 5.0, 1)]
+
+
+def test_the_verdicts_are_what_the_log_says(sailed: Path, tmp_path: Path) -> None:
+    lines = {line.subject: line for line in verdicts(read_log(sailed), Packets(read_log(sailed)).rows())}
+    assert lines["failsafes"].level is Level.GOOD and lines["log"].text == "complete"
+    assert lines["links"].level is Level.GOOD and lines["lateness"].level is Level.GOOD
+    errors = {(row.mode, row.kind): row.values for row in errors_by_mode(read_log(sailed))}
+    ticks = read_log(sailed).ticks
+    here = (ticks["armed"] > 0) & np.isfinite(ticks["cross_track_error_m"])
+    assert np.max(errors["Mission", "across the track"]) == np.max(np.abs(ticks["cross_track_error_m"][here]))
+    ill = shutil.copytree(sailed, tmp_path / "ill")
+    rows = (ill / "ticks.csv").read_text(encoding="utf-8").splitlines()
+    names = rows[0].split(",")
+    cells = [row.split(",") for row in rows[1:]]
+    for row in cells[40:60]:
+        row[names.index("failsafes")] = "gnss_lost;leak"
+        row[names.index("bow_condition")] = "failed"
+    kept = [",".join(row) for n, row in enumerate(cells) if n not in (70, 71, 72)]
+    (ill / "ticks.csv").write_text("\n".join([rows[0], *kept]) + "\n", encoding="utf-8")
+    lines = {line.subject: line for line in verdicts(read_log(ill), [("system 255", "90", "10", "10.0 %")])}
+    assert lines["failsafes"].text == "gnss lost 2 s, leak 2 s" and lines["failsafes"].level is Level.BAD
+    assert lines["thrusters"].text == "bow failed" and "1 of" in lines["lateness"].text
+    assert lines["links"].text == "system 255: 10 missing (10.0 %)"
+
+
+def test_the_checks_of_a_scenario_and_its_picture_stand_on_top(sailed: Path, tmp_path: Path) -> None:
+    log = shutil.copytree(sailed, tmp_path / "log")
+    checks = [
+        {"name": "near <it>", "value": 0.5, "limit": 1.0, "unit": "m", "at_least": False, "ok": True},
+        {"name": "steady", "value": 3.0, "limit": 1.0, "unit": "deg", "at_least": False, "ok": False},
+    ]
+    result = {"scenario": "x", "settings": {"wind": "2"}, "error": None, "metrics": {"a_m": 1.0}, "checks": checks}
+    (log / "result.json").write_text(json.dumps(result), encoding="utf-8")
+    (log / "picture.png").write_bytes(b"\x89PNG")
+    write_report(log, log / "report.html")
+    text = (log / "report.html").read_text(encoding="utf-8")
+    assert "near &lt;it&gt;" in text and text.count("FAILS") == 1 and "1 of 2 checks fail: steady" in text
+    assert "data:image/png;base64," in text and text.index("FAILS") < text.index("data:image/png") < text.index(
+        "Battery"
+    )
+
+
+def test_an_older_log_without_the_later_columns_has_its_track(sailed: Path, tmp_path: Path) -> None:
+    log = shutil.copytree(sailed, tmp_path / "log")
+    rows = [row.split(",") for row in (log / "ticks.csv").read_text(encoding="utf-8").splitlines()]
+    later = {"lat_deg", "lon_deg", "fix", "satellites", "battery_v", "wind_speed_mps"}
+    keep = [n for n, name in enumerate(rows[0]) if name not in later]
+    (log / "ticks.csv").write_text("".join(",".join(row[n] for n in keep) + "\n" for row in rows), encoding="utf-8")
+    recorded, now = read_log(log), read_log(sailed)
+    valid = now.ticks["position_valid"] > 0
+    assert recorded.ticks["lat_deg"][valid] == pytest.approx(now.ticks["lat_deg"][valid], abs=2e-8)
+    write_report(log, log / "report.html")
+    assert "Voltage, V: not in this log" in (log / "report.html").read_text(encoding="utf-8")
+
+
+def test_waypoints_have_the_plans_numbers_and_no_label_covers_another() -> None:
+    labels = _Labels(0.1, [])
+    texts = [labels.place(str(n), 0.0, 0.0, "number") for n in range(6)]
+    assert sum("hidden" not in text for text in texts) == 4, "one on each side"
+    for n, a in enumerate(labels.taken):
+        assert all(a[2] < b[0] or a[0] > b[2] or a[3] < b[1] or a[1] > b[3] for b in labels.taken[n + 1 :])
+
+
+def test_a_long_series_keeps_its_peaks_and_gaps() -> None:
+    t = np.arange(100_000.0)
+    values = np.sin(t / 1000.0)
+    values[54_321], values[70_000:71_000] = 9.0, np.nan
+    when, shown = thinned(t, values)
+    assert len(when) < 2000 and np.nanmax(shown) == 9.0 and when[np.nanargmax(shown)] == 54_321.0
+    assert np.isnan(shown).any() and np.all(np.diff(when) >= 0.0)
+
+
+def test_ticks_of_an_axis() -> None:
+    assert nice_steps(-0.3, 1.1, 4) == pytest.approx([0.0, 0.5, 1.0]) and nice_steps(0.0, 0.0, 4)
+    assert [clock(t) for t in (0.0, 59.4, 125.0, 3725.0, -5.0)] == ["0", "59", "2:05", "1:02:05", "−5"]
+
+
+def test_a_folder_of_runs_is_one_page(sailed: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Two groups of runs, one of which fails; each dot leads to its run's report."""
+    for group, seed, value in (("calm", 0, 1.0), ("calm", 1, 3.0), ("wind 3 m per s", 0, 9.0)):
+        run = shutil.copytree(sailed, tmp_path / group / f"seed{seed}", ignore=shutil.ignore_patterns("report.html"))
+        check = {"name": "near", "value": value, "limit": 5.0, "unit": "m", "at_least": False, "ok": value < 5.0}
+        result = {"scenario": "x", "seed": seed, "ok": value < 5.0, "metrics": {"off_m": value}, "checks": [check]}
+        (run / "result.json").write_text(json.dumps(result), encoding="utf-8")
+    assert main(["report", str(tmp_path)]) == 0
+    assert "3 runs" in capsys.readouterr().out
+    text = (tmp_path / "index.html").read_text(encoding="utf-8")
+    assert "2 of 2" in text and "0 of 1" in text and "near fails in 1" in text and text.count("<circle") == 3
+    targets = set(re.findall(r"href='([^']+)'", text))
+    assert len(targets) == 3 and all((tmp_path / unquote(target)).stat().st_size > 100_000 for target in targets)

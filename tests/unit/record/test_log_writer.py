@@ -178,7 +178,7 @@ def test_the_new_folder_is_a_whole_log_with_the_parameters_of_now(tmp_path: Path
     }
     rows = list(csv.DictReader((folder / "ticks.csv").read_text(encoding="utf-8").splitlines()))
     assert [float(row["t_s"]) for row in rows] == [50.0, 51.0]
-    ticks = list(read_ticks(folder / "readings.csv", []))
+    ticks = list(read_ticks(folder / "log.mcap", []))
     assert [t.t_s for t in ticks] == [50.0, 51.0]
     assert [h.text for t in ticks for h in t.health] == ["no fix"], "what the devices report is there again"
     assert (folder / "ticks.ulg").stat().st_size > 1000 and states == [tmp_path / "run", folder]

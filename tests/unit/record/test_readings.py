@@ -1,4 +1,4 @@
-"""readings.csv: what goes in comes out bit by bit, and half a line harms nothing else."""
+"""readings.csv of older logs: what went in comes out bit by bit, and half a line harms nothing else."""
 
 from __future__ import annotations
 
@@ -36,8 +36,11 @@ from companion.core.readings import (
     Wind,
 )
 from companion.core.setpoint import HeadingSetpoint, NeutralSetpoint, PoseSetpoint, ThrusterSetpoint
-from companion.record.reading_codec import Codec
-from companion.record.readings import COLUMNS, HEADER, TICK_COLUMNS, ReadingsEncoder, RecordedTick, read_ticks
+from companion.record.reading_codec import CODECS, Codec
+from companion.record.readings import path_in, read_kind, read_ticks
+from companion.record.readings_csv import HEADER
+from companion.record.recorded import TICK_COLUMNS, RecordedTick
+from tests.unit.record.old_lines import lines, packed, parameter
 from tests.unit.record.ticks import tick
 
 THIRD = 1.0 / 3.0
@@ -144,10 +147,9 @@ def test_every_dataclass_of_a_reading_has_its_row_and_an_example() -> None:
 
 def test_the_bytes_are_those_of_the_first_logs(tmp_path: Path) -> None:
     """golden/readings.csv was written before the values were derived from the dataclasses."""
-    encoder = ReadingsEncoder()
     lowered = ThrusterFeedback(THIRD, "board", 0, 0.25, -1.5, True, Deployment.LOWERED)
     first, second = replace(tick(0.7), readings=(*READINGS, lowered)), tick(0.8)
-    assert HEADER + encoder.tick(first) + encoder.tick(second) == GOLDEN.read_bytes()
+    assert HEADER + lines(first) + lines(second) == GOLDEN.read_bytes()
     warnings: list[str] = []
     assert [t.readings for t in read_ticks(GOLDEN, warnings)] == [first.readings, ()] and warnings == []
 
@@ -157,10 +159,10 @@ def test_a_new_kind_needs_its_dataclass_alone() -> None:
     codec = Codec("echo", Echo)
     assert codec.names == ("t_s", "range_m", "side", "serial", "count", "sure", "label")
     for reading in (echo, replace(echo, side=None, label="bottom", count=3), replace(echo, side=Side.STARBOARD)):
-        assert codec.reading("sonar", codec.packed(reading)) == reading
+        assert codec.reading("sonar", packed(codec, reading)) == reading
     profile = Profile(THIRD, "sonar", (1.0, THIRD), False)
     codec = Codec("profile", Profile)
-    assert codec.reading("sonar", codec.packed(profile)) == profile and codec.names == ("t_s", "ok", "depths_m")
+    assert codec.reading("sonar", packed(codec, profile)) == profile and codec.names == ("t_s", "ok", "depths_m")
 
 
 def test_a_field_added_later_leaves_older_lines_readable() -> None:
@@ -184,7 +186,7 @@ def test_a_field_that_a_line_cannot_hold_is_refused_at_once() -> None:
         source: str
         table: dict[str, float]
 
-    with pytest.raises(TypeError, match=r"Wrong\.table: a line of readings\.csv holds no dict"):
+    with pytest.raises(TypeError, match=r"Wrong\.table: the log holds no dict"):
         Codec("wrong", Wrong)
 
     @dataclass(frozen=True)
@@ -198,14 +200,14 @@ def test_a_field_that_a_line_cannot_hold_is_refused_at_once() -> None:
         Codec("mixed", Mixed)
 
 
-@pytest.mark.parametrize("kind", sorted(COLUMNS))
+@pytest.mark.parametrize("kind", sorted(KINDS))
 def test_every_field_of_a_reading_is_in_its_line(kind: str) -> None:
-    kind_type, names = COLUMNS[kind]
+    kind_type, names = KINDS[kind], CODECS[kind].names
     assert {*names, "source"} == {field.name for field in fields(kind_type)}
 
 
 def test_readings_come_back_as_they_were(tmp_path: Path) -> None:
-    ticks, warnings = written(tmp_path / "r.csv", ReadingsEncoder().tick(replace(tick(0.7), readings=READINGS)))
+    ticks, warnings = written(tmp_path / "r.csv", lines(replace(tick(0.7), readings=READINGS)))
     assert warnings == [] and ticks[0].readings == READINGS
     assert all(type(a.fix) is FixType for a in ticks[0].readings if isinstance(a, GnssFix))
     imu = next(reading for reading in ticks[0].readings if isinstance(reading, Imu))
@@ -220,10 +222,7 @@ def test_a_tick_comes_back_as_it_was(tmp_path: Path) -> None:
         ThrusterSetpoint(thrusters=thrusters),
         NeutralSetpoint(),
     )
-    encoder = ReadingsEncoder()
-    data = b"".join(
-        encoder.tick(replace(tick(0.1 * n + THIRD), setpoint=setpoint)) for n, setpoint in enumerate(setpoints)
-    )
+    data = b"".join(lines(replace(tick(0.1 * n + THIRD), setpoint=setpoint)) for n, setpoint in enumerate(setpoints))
     ticks, _ = written(tmp_path / "r.csv", data)
     assert [t.setpoint for t in ticks] == list(setpoints)
     one = tick(THIRD)
@@ -232,9 +231,7 @@ def test_a_tick_comes_back_as_it_was(tmp_path: Path) -> None:
 
 
 def test_the_lines_are_what_the_documentation_says() -> None:
-    heading, line = (
-        ReadingsEncoder().tick(replace(tick(2.5), readings=(Heading(1.5, "gnss", 0.25, 0.01),))).splitlines()
-    )
+    heading, line = lines(replace(tick(2.5), readings=(Heading(1.5, "gnss", 0.25, 0.01),))).splitlines()
     kind, source, text = heading.decode().split(",")
     assert (kind, source) == ("heading", "gnss")
     assert struct.unpack("<4d", base64.b64decode(text)) == (1.5, 0.25, 0.01, 0.0)
@@ -245,22 +242,18 @@ def test_the_lines_are_what_the_documentation_says() -> None:
 
 def test_a_heading_logged_before_it_said_what_it_rests_on_is_a_baselines(tmp_path: Path) -> None:
     line = b"heading,gnss," + base64.b64encode(struct.pack("<3d", 1.5, 0.25, math.nan)) + b"\n"
-    ticks, warnings = written(tmp_path / "r.csv", line + ReadingsEncoder().tick(tick(2.5)))
+    ticks, warnings = written(tmp_path / "r.csv", line + lines(tick(2.5)))
     assert warnings == [] and ticks[0].readings == (Heading(1.5, "gnss", 0.25, None, HeadingBy.BASELINE),)
 
 
 def test_a_parameter_belongs_to_the_tick_after_it(tmp_path: Path) -> None:
-    encoder = ReadingsEncoder()
-    ticks, _ = written(
-        tmp_path / "r.csv", encoder.tick(tick(0.0)) + encoder.parameter("DP_DAMPING", 0.7) + encoder.tick(tick(0.1))
-    )
+    ticks, _ = written(tmp_path / "r.csv", lines(tick(0.0)) + parameter("DP_DAMPING", 0.7) + lines(tick(0.1)))
     assert [t.parameters for t in ticks] == [(), (("DP_DAMPING", 0.7),)]
 
 
 def test_a_file_cut_anywhere_keeps_its_whole_ticks(tmp_path: Path) -> None:
-    encoder = ReadingsEncoder()
-    whole = encoder.tick(replace(tick(0.0), readings=READINGS))
-    last = encoder.tick(replace(tick(0.1), readings=READINGS[:3]))
+    whole = lines(replace(tick(0.0), readings=READINGS))
+    last = lines(replace(tick(0.1), readings=READINGS[:3]))
     for cut in range(1, len(last)):
         ticks, warnings = written(tmp_path / "r.csv", whole + last[:cut])
         assert [t.t_s for t in ticks] == [0.0] and ticks[0].readings == READINGS
@@ -281,17 +274,15 @@ def test_a_file_cut_anywhere_keeps_its_whole_ticks(tmp_path: Path) -> None:
     ],
 )
 def test_a_damaged_line_is_left_out_with_its_place(tmp_path: Path, damage: bytes) -> None:
-    encoder = ReadingsEncoder()
-    ticks, warnings = written(tmp_path / "r.csv", damage + encoder.tick(replace(tick(0.0), readings=READINGS)))
+    ticks, warnings = written(tmp_path / "r.csv", damage + lines(replace(tick(0.0), readings=READINGS)))
     assert len(ticks) == 1 and ticks[0].readings == READINGS
     assert len(warnings) == 1 and ":2:" in warnings[0]
 
 
-def test_a_kind_that_has_no_line_yet_ends_nothing(tmp_path: Path) -> None:
-    @dataclass(frozen=True)
-    class Sonar:
-        t_s: float = 0.0
-        source: str = "sonar"
-
-    data = ReadingsEncoder().tick(replace(tick(0.0), readings=(Sonar(), READINGS[2])))  # type: ignore[arg-type]
-    assert written(tmp_path / "r.csv", data)[0][0].readings == (READINGS[2],)
+def test_an_older_logs_file_is_found_where_there_is_no_newer_one(tmp_path: Path) -> None:
+    assert path_in(tmp_path).name == "log.mcap"
+    (tmp_path / "readings.csv").write_bytes(HEADER + lines(replace(tick(0.7), readings=READINGS)))
+    assert [t.readings for t in read_ticks(path_in(tmp_path), [])] == [READINGS]
+    assert read_kind(path_in(tmp_path), "leak", []) == [r for r in READINGS if isinstance(r, Leak)]
+    (tmp_path / "log.mcap").touch()
+    assert path_in(tmp_path).name == "log.mcap"

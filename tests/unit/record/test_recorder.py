@@ -76,9 +76,7 @@ def test_each_minute_what_the_devices_count(tmp_path: Path) -> None:
         )
         folder.record(replace(tick(0.1 * n), health=state))
     folder.close()
-    found = [
-        (t.t_s, health.name, health.text) for t in read_ticks(tmp_path / "readings.csv", []) for health in t.health
-    ]
+    found = [(t.t_s, health.name, health.text) for t in read_ticks(tmp_path / "log.mcap", []) for health in t.health]
     minutes = [t_s for t_s, name, text in found if name == "gnss" and "GGA 20 Hz" in text]
     assert (
         minutes == pytest.approx([0.0, 60.0, 120.0]) and (90.0, "imu", "self-test failed") in found and len(found) == 7

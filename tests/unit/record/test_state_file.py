@@ -14,28 +14,12 @@ import pytest
 from companion.mission.plan import PlanItem, PlanKind, plan_id
 from companion.params.store import Parameters
 from companion.record.state_file import StateFile, StateFileBusy
+from tests.unit.mission.item_bits import bits
 
 
 def item(seq: int, **more: float) -> PlanItem:
     values: dict[str, float] = {"param1": 0.0, "param2": 0.0, "param3": 0.0, "param4": math.nan, "z": 50.0, **more}
     return PlanItem(seq=seq, command=16, frame=3, x=634_400_000 + seq, y=103_989_999 - seq, **values)  # type: ignore[arg-type]
-
-
-def bits(plan: PlanItem) -> bytes:
-    return struct.pack(
-        "<HBffffiifBB",
-        plan.command,
-        plan.frame,
-        plan.param1,
-        plan.param2,
-        plan.param3,
-        plan.param4,
-        plan.x,
-        plan.y,
-        plan.z,
-        plan.autocontinue,
-        plan.current,
-    )
 
 
 def float32(value: float) -> float:

@@ -9,9 +9,10 @@ from pathlib import Path
 
 import pytest
 from pyulog import ULog
+from pyulog.px4 import PX4ULog
 
-from companion.core.decision import Event, TextKind
-from companion.core.readings import Battery
+from companion.core.decision import Event, ModeId, TextKind
+from companion.core.readings import Battery, FixType, GnssFix
 from companion.core.tick import Inputs
 from companion.params.table import TABLE
 from companion.record.recorder import LogFolder, Medium
@@ -49,7 +50,8 @@ def written(count: int = 20) -> bytes:
 def test_pyulog_reads_every_topic_with_its_values() -> None:
     log = read(written())
     topics = {(data.name, data.multi_id): data.data for data in log.data_list}
-    assert set(topics) == {
+    own = {topic for topic in topics if topic[0].startswith("usv_")}
+    assert own == {
         ("usv_motion", 0),
         ("usv_status", 0),
         ("usv_setpoint", 0),
@@ -70,6 +72,39 @@ def test_pyulog_reads_every_topic_with_its_values() -> None:
         topics[("usv_battery", 0)]["current_a"][0]
     )
     assert topics[("usv_wrench", 0)]["demanded_surge_n"][0] == 3.0
+
+
+def test_tools_for_px4s_logs_find_its_topics() -> None:
+    encoder = UlogEncoder(("port", "starboard"))
+    fix = GnssFix(0.0, "gnss", 63.41, 10.41, 41.0, FixType.RTK_FIXED, 18, 0.7, 0.013)
+    rows = [replace(tick(0.1 * n), readings=(fix,) if n % 2 else ()) for n in range(10)]
+    rows[4] = replace(rows[4], inputs=Inputs(battery=Battery(0.4, "board", 12.6, None, 0.8)))
+    log = read(b"".join([encoder.header({}, {}, frozenset()), *map(encoder.tick, rows)]))
+    assert {data.name for data in log.data_list} >= {
+        "vehicle_global_position", "vehicle_local_position", "vehicle_attitude", "vehicle_gps_position",
+        "battery_status", "vehicle_status", "vehicle_angular_velocity",
+    }  # fmt: skip
+    place = log.get_dataset("vehicle_global_position").data
+    assert (place["lat"][0], place["lon"][0]) == (63.4, 10.4)
+    gps = log.get_dataset("vehicle_gps_position").data
+    assert gps["latitude_deg"].tolist() == [63.41] * 5 and set(gps["fix_type"]) == {6}
+    attitude = log.get_dataset("vehicle_attitude").data
+    assert 2.0 * math.atan2(attitude["q[3]"][0], attitude["q[0]"][0]) == pytest.approx(0.3, abs=1e-6)
+    status = log.get_dataset("vehicle_status")
+    assert set(status.data["nav_state"]) == {4} and set(status.data["arming_state"]) == {2}
+    battery = log.get_dataset("battery_status").data
+    assert battery["remaining"].tolist() == [pytest.approx(0.8)] and battery["current_a"].tolist() == [-1.0]
+    PX4ULog(log).add_roll_pitch_yaw()
+    assert attitude["yaw"][0] == pytest.approx(0.3, abs=1e-6)
+
+
+def test_every_mode_has_a_state_of_px4() -> None:
+    for mode in ModeId:
+        one = tick(0.0)
+        one = replace(one, status=replace(one.status, mode=mode))
+        encoder = UlogEncoder(("port", "starboard"))
+        log = read(encoder.header({}, {}, frozenset()) + encoder.tick(one))
+        assert 0 <= log.get_dataset("vehicle_status").data["nav_state"][0] < 31
 
 
 def test_information_parameters_changes_and_events() -> None:

@@ -2,44 +2,33 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from companion.core.actuation import ActuatorCommand, Allocation, ThrusterCommand, ThrusterCondition, Wrench
 from companion.core.decision import MissionProgress, MissionState, ModeId, Status
-from companion.core.estimate import NavState
-from companion.core.readings import FixType
 from companion.core.setpoint import PoseSetpoint
 from companion.core.tick import DeviceHealth, Inputs, Tick
+from tests.unit.estimates import AT_REST
 
 
 def tick(t_s: float) -> Tick:
-    nav = NavState(
+    nav = replace(
+        AT_REST,
         t_s=t_s,
-        position_valid=True,
-        heading_valid=True,
         lat_deg=63.4,
         lon_deg=10.4,
-        altitude_m=0.0,
         north_m=1.5,
         east_m=-2.0,
-        roll_rad=0.0,
-        pitch_rad=0.0,
         yaw_rad=0.3,
         surge_mps=0.4,
-        sway_mps=0.0,
         north_mps=0.4,
         east_mps=0.1,
-        roll_rate_radps=0.0,
-        pitch_rate_radps=0.0,
         yaw_rate_radps=0.01,
-        position_accuracy_m=0.02,
-        velocity_accuracy_mps=0.02,
         heading_accuracy_rad=0.003,
         position_age_s=0.05,
         heading_age_s=0.05,
         imu_age_s=0.01,
-        fix=FixType.RTK_FIXED,
         satellites=18,
-        hdop=0.7,
-        time_unix_ns=None,
     )
     status = Status(t_s, ModeId.HOLD, ModeId.HOLD, True, (), (), None, MissionProgress(MissionState.NO_MISSION, 0, 0))
     thrusters = (ThrusterCommand(10.0, 0.6, 0.1), ThrusterCommand(-7.0, -0.5, None))
