@@ -1,0 +1,181 @@
+"""A log folder played back: the same messages as the feed of a running boat, at the pace of each page."""
+
+from __future__ import annotations
+
+import asyncio
+import csv
+import time
+from bisect import bisect_right
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from companion.analysis.log_chart import chart_of_log
+from companion.analysis.log_reader import LogError, open_log
+from companion.analysis.polar import polar
+from companion.config.vessel import as_dict
+from companion.console.board import Message, Page, text_of
+from companion.console.strips import KEPT_S, sample, series_of
+from companion.console.weather import polar_message
+from companion.core.geodesy import LocalFrame
+from companion.record.feed_schema import VERSION, row_of
+from companion.record.recorder import EVENTS, TICKS
+
+_PERIOD_S = 0.1
+_SAMPLE_S = 0.5
+SPEEDS = (0.5, 1.0, 2.0, 5.0, 10.0, 30.0, 60.0)
+
+
+class Recording:
+    """A log, read once. A row that is incomplete is left out."""
+
+    def __init__(self, folder: Path) -> None:
+        """Raises LogError for a folder that is no log, or has no tick."""
+        log = open_log(folder)
+        self.folder, self.config = folder, log.config
+        self.thrusters = tuple(thruster.name for thruster in self.config.thrusters)
+        self.frame = LocalFrame(self.config.home.lat_deg, self.config.home.lon_deg)
+        self._columns, self._cells = _rows(folder / TICKS)
+        place = self._columns.index("t_s")
+        self.times_s = [float(cells[place]) for cells in self._cells]
+        if not self.times_s:
+            raise LogError(f"{folder}: {TICKS} has no rows")
+        self.events = _events(folder / EVENTS)
+        self.capability: Message = {**polar_message(polar(self.config), (0.0, 0.0)), "kind": "capability"}
+        self.boat: Message = {
+            "kind": "boat",
+            "frame": {"lat_deg": self.frame.lat_deg, "lon_deg": self.frame.lon_deg},
+            "parameters": dict(log.parameters),
+            **chart_of_log(folder, self.frame),
+        }
+
+    def hello(self, mode: Mapping[str, Any]) -> Message:
+        """What a page gets first."""
+        return {
+            "kind": "hello",
+            "version": VERSION,
+            "configuration": as_dict(self.config),
+            "columns": self._columns,
+            "modes": [],
+            "links": [],
+            "console": {**mode, "replay": True, "log": self.folder.name},
+            "series": [{"name": s.name, "strip": s.strip, "unit": s.unit} for s in series_of(self.thrusters)],
+        }
+
+    def about(self) -> Message:
+        """The time line: begin, end, events."""
+        return {"kind": "recording", "from_s": self.times_s[0], "to_s": self.times_s[-1], "events": self.events}
+
+    def index(self, t_s: float) -> int:
+        """Of the last row at or before that time; the first row before all of them."""
+        return max(0, bisect_right(self.times_s, t_s) - 1)
+
+    def tick(self, index: int) -> Message:
+        """One row as a message of the feed. What only the feed has is worked out, or missing."""
+        row = row_of(self._columns, self._cells[index])
+        lat_deg, lon_deg = self.frame.to_geodetic(row["north_m"] or 0.0, row["east_m"] or 0.0)
+        variance = (row.get("position_accuracy_m") or 0.0) ** 2
+        more = {
+            "lat_deg": lat_deg,
+            "lon_deg": lon_deg,
+            "covariance_m2": [variance, 0.0, variance] if variance else None,
+            "pose": row.get("cross_track_error_m") is None,
+            **{name: row[name] for name in _IN_ROWS if name in row},
+        }
+        message: Message = {"kind": "tick", "sequence": index, "row": row, "more": more}
+        message["sample"] = sample(message, self.thrusters)
+        return message
+
+    def history(self, t_s: float) -> Message:
+        """The ten minutes before a time, two samples a second."""
+        kept: list[Message] = []
+        last_s = float("-inf")
+        for i in range(self.index(t_s - KEPT_S), self.index(t_s) + 1):
+            if self.times_s[i] - last_s >= _SAMPLE_S:
+                last_s = self.times_s[i]
+                kept.append(self.tick(i))
+        return {
+            "kind": "history",
+            "t_s": [one["row"]["t_s"] for one in kept],
+            "values": [one["sample"] for one in kept],
+            "trail": [[one["row"]["north_m"], one["row"]["east_m"]] for one in kept],
+        }
+
+
+_IN_ROWS = (
+    "wind_speed_mps",
+    "wind_from_rad",
+    "current_north_mps",
+    "current_east_mps",
+)
+"""What a log's rows may have, that the feed has in `more`."""
+
+
+class Player:
+    """Plays a recording to one page. `order` takes what the page asks for."""
+
+    def __init__(self, recording: Recording, page: Page, mode: Mapping[str, Any]) -> None:
+        self._recording, self._page = recording, page
+        self._t_s, self._speed, self._playing = recording.times_s[0], 1.0, True
+        for message in (recording.hello(mode), recording.boat, recording.about(), recording.capability):
+            page.put(message["kind"], text_of(message))
+        self._seek(self._t_s)
+
+    def order(self, asked: Mapping[str, Any]) -> None:
+        """`playing`, `speed`, `t_s`: those that change. What is not understood is ignored."""
+        if isinstance(asked.get("playing"), bool):
+            self._playing = asked["playing"]
+            if self._playing and self._t_s >= self._recording.times_s[-1]:
+                self._seek(self._recording.times_s[0])
+        if asked.get("speed") in SPEEDS:
+            self._speed = float(asked["speed"])
+        t_s = asked.get("t_s")
+        if isinstance(t_s, int | float) and t_s == t_s:
+            self._seek(float(t_s))
+        self._show()
+
+    def _seek(self, t_s: float) -> None:
+        times_s = self._recording.times_s
+        self._t_s = min(times_s[-1], max(times_s[0], t_s))
+        self._page.put("history", text_of(self._recording.history(self._t_s)))
+        self._show()
+
+    def _show(self) -> None:
+        message = self._recording.tick(self._recording.index(self._t_s))
+        message["replay"] = {"t_s": self._t_s, "playing": self._playing, "speed": self._speed}
+        message["made_unix_ns"] = time.time_ns()
+        self._page.put("tick", text_of(message))
+
+    async def play(self) -> None:
+        """For ever, ten frames a second."""
+        loop = asyncio.get_running_loop()
+        last_s = loop.time()
+        while True:
+            await asyncio.sleep(_PERIOD_S)
+            now_s = loop.time()
+            if self._playing:
+                self._t_s = min(self._recording.times_s[-1], self._t_s + (now_s - last_s) * self._speed)
+                self._playing = self._t_s < self._recording.times_s[-1]
+            last_s = now_s
+            self._show()
+
+
+def _rows(path: Path) -> tuple[list[str], list[list[str]]]:
+    try:
+        lines = path.read_bytes().split(b"\n")[:-1]
+    except OSError as error:
+        raise LogError(f"{path}: {error.strerror}") from error
+    if not lines:
+        raise LogError(f"{path}: empty")
+    columns = lines[0].decode().split(",")
+    rows = [line.decode("utf-8", "replace").split(",") for line in lines[1:]]
+    return columns, [cells for cells in rows if len(cells) == len(columns)]
+
+
+def _events(path: Path) -> list[dict[str, Any]]:
+    try:
+        text = path.read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return []
+    lines = [line for line in text.splitlines(keepends=True) if line.endswith("\n")]
+    return [{"kind": "event", **row, "t_s": float(row["t_s"])} for row in csv.DictReader(lines)]

@@ -1,0 +1,358 @@
+"""The console in a real browser: on a boat that sails, and on its log."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import math
+import os
+import signal
+import socket
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+from urllib.error import HTTPError
+from urllib.request import Request, urlopen
+
+import pytest
+from pymavlink.dialects.v20 import common as mavlink
+
+from companion.record.signing_file import write_signing
+from tests.browser import Browser, needs_browser
+from tests.protocol.process import Companion
+from tests.unit.console.recorded import REVOLT, write_log
+from tests.waiting import CAP_S, ended, wait_until
+
+pytestmark = [needs_browser, pytest.mark.process]
+_SIGMA_95 = 2.4477
+
+
+class ConsoleProcess:
+    """`companion console` with these arguments, on a free port."""
+
+    def __init__(self, *arguments: str) -> None:
+        command = [sys.executable, "-m", "companion", "console", "--port=0", *arguments]
+        environment = {**os.environ, "PYTHONUNBUFFERED": "1"}
+        self.process = subprocess.Popen(
+            command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment
+        )
+        assert self.process.stdout is not None
+        first = self.process.stdout.readline()
+        assert first.startswith("console: "), f"{first} {self.process.communicate()}"
+        self.url = first.split()[1]
+
+    def close(self) -> None:
+        self.process.send_signal(signal.SIGINT)
+        _, errors = ended(self.process, "the console")
+        assert self.process.returncode == 0 and not errors, errors
+
+
+@contextlib.contextmanager
+def console(*arguments: str) -> Iterator[ConsoleProcess]:
+    made = ConsoleProcess(*arguments)
+    try:
+        yield made
+    finally:
+        made.close()
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
+    """One browser for all tests here. In the end: no packet went beyond this machine."""
+    made = Browser(tmp_path_factory.mktemp("browser"))
+    yield made
+    assert made.close() == set()
+
+
+class OtherStation:
+    """Another ground station, on TCP."""
+
+    def __init__(self, port: int) -> None:
+        self._socket = socket.create_connection(("127.0.0.1", port), timeout=60.0)
+        self._codec = mavlink.MAVLink(None, srcSystem=200, srcComponent=190)
+        self._codec.robust_parsing = True
+
+    def command(self, number: int, *params: float) -> int:
+        """Send a command; its result."""
+        seven = (*params, *(0.0,) * 7)[:7]
+        message = mavlink.MAVLink_command_long_message(1, 1, number, 0, *seven)
+        self._socket.sendall(bytes(message.pack(self._codec)))
+        while True:
+            for got in self._codec.parse_buffer(self._socket.recv(65536)) or ():
+                if got.get_type() == "COMMAND_ACK" and got.command == number:
+                    return int(got.result)
+
+    def close(self) -> None:
+        self._socket.close()
+
+
+def pixel_of(browser: Browser, selector: str) -> tuple[float, float]:
+    """The middle of what is drawn there, in pixels of the scene."""
+    x, y = browser.run(
+        "const b = $(arguments[0]).getBoundingClientRect(), s = $('#dp').getBoundingClientRect();"
+        "return [b.x + b.width / 2 - s.x, b.y + b.height / 2 - s.y]",
+        selector,
+    )
+    return float(x), float(y)
+
+
+def per_metre(browser: Browser) -> float:
+    """Pixels a metre, by the scale bar as it is drawn."""
+    box = browser.run("const b = $('#dp-scale').getBBox(); return [b.width, Number($('#dp-scale').dataset.m)]")
+    return float(box[0] / box[1])
+
+
+def test_a_log_is_drawn_where_it_says(browser: Browser, tmp_path: Path) -> None:
+    log = write_log(tmp_path / "log")
+    with console(str(log)) as page:
+        browser.open(page.url)
+        browser.wait("window.usvConsole?.model.tick", "the first tick")
+        seek(browser, 20.0)
+        k = per_metre(browser)
+        yaw = math.radians(20.0)
+        check_hull(browser, k, yaw)
+        check_thrust(browser, yaw)
+        check_ellipses(browser, k)
+        check_values(browser)
+        browser.click("#tabs [data-view=chart]")
+        browser.wait("$('#chart-hull').getAttribute('points')", "the boat on the chart")
+        check_chart(browser)
+        browser.click("#tabs [data-view=strips]")
+        browser.wait("document.querySelectorAll('#strips section:not([hidden]) canvas').length >= 4", "the strips")
+        error = browser.text('[data-strip="Position error"] .head')
+        assert f"position error {math.hypot(1.0, 4.0):.2f}" in error
+        events = browser.run("return [...$('#jump').options].map((o) => o.textContent)")
+        assert len(events) == 5 and "Hold: off at 25" in events[3]
+        browser.run("$('#jump').selectedIndex = 3; $('#jump').dispatchEvent(new Event('change'))")
+        browser.wait("usvConsole.model.tick.row.t_s === 25", "the event's time")
+        browser.click("#play")
+        browser.wait("usvConsole.model.tick.row.t_s > 25.3", "that it plays")
+        assert not browser.complaints()
+        browser.open("about:blank")
+
+
+def check_chart(browser: Browser) -> None:
+    """The boat is where the chart has (2, 2), and the trail behind it is as long as the way it came."""
+    drawn = browser.run(
+        "usvConsole.redraw(); const b = $('#chart-hull').getBBox(), s = $('#chart-scale').getBBox(),"
+        "t = $('#chart-trail-line').getTotalLength();"
+        "return [b.x + b.width / 2, b.y + b.height / 2, ...usvConsole.chartPixel(2, 2), t, s.width / $('#chart-scale').dataset.m]"
+    )
+    x, y, u, v, trail, k = drawn
+    assert (x, y) == pytest.approx((u, v), abs=6.0)  # a bow is sharper than a stern
+    assert trail == pytest.approx(2.0 * math.sqrt(2.0) * k, abs=4.0)
+
+
+def seek(browser: Browser, t_s: float) -> None:
+    """Stop a log there, drawn."""
+    browser.run("if ($('#play').textContent === 'Pause') $('#play').click()")
+    browser.wait("usvConsole.model.tick.replay.playing === false", "that it stands")
+    browser.run(
+        "const s = $('#slide'); s.value = arguments[0]; s.dispatchEvent(new Event('input'));"
+        "s.dispatchEvent(new Event('change'))",
+        t_s,
+    )
+    browser.wait(f"usvConsole.model.tick.row.t_s === {t_s}", "the time")
+    browser.run("usvConsole.redraw()")
+
+
+def check_hull(browser: Browser, k: float, yaw: float) -> None:
+    """The boat is at (2, 2), its reference at (1, −2), to scale, and turned."""
+    x, y = pixel_of(browser, "#dp-origin")
+    width, height = browser.run("const b = $('#dp').getBoundingClientRect(); return [b.width, b.height]")
+    assert (x, y) == pytest.approx((width / 2, height / 2), abs=1.0)  # centred on the boat
+    u, v = browser.run("return usvConsole.pixel(1, -2)")
+    tx, ty = pixel_of(browser, "#dp-target")
+    assert (tx, ty) == pytest.approx((u, v), abs=1.5)
+    assert (tx - x, ty - y) == pytest.approx((-4.0 * k, 1.0 * k), abs=2.0)  # 4 m west and 1 m south
+    corners = [
+        tuple(map(float, p.split(",")))
+        for p in browser.run("return $('#dp-hull-outline').getAttribute('points')").split()
+    ]
+    bow = max(corners, key=lambda p: (p[0] - x) * math.sin(yaw) - (p[1] - y) * math.cos(yaw))
+    half = 0.5 * REVOLT.length_m * k
+    assert (bow[0] - x, bow[1] - y) == pytest.approx((half * math.sin(yaw), -half * math.cos(yaw)), abs=1.0)
+    beams = [(px - x) * math.cos(yaw) + (py - y) * math.sin(yaw) for px, py in corners]
+    assert max(beams) - min(beams) == pytest.approx(REVOLT.beam_m * k, abs=1.0)
+
+
+def check_thrust(browser: Browser, yaw: float) -> None:
+    """Vectors begin at their thrusters, and are as long and as turned as the commands."""
+    scale = float(browser.run("return $('#dp-thrusters').dataset.pxPerN"))
+    commands = ((20.0, math.radians(30.0)), (-10.0, math.radians(-60.0)), (7.0, 0.5 * math.pi))
+    for i, (force, azimuth) in enumerate(commands):
+        tail = browser.run(
+            "const l = $(`#dp-thrust-${arguments[0]}`), h = l.nextElementSibling;"
+            "const [x, y] = h.getAttribute('points').split(' ')[0].split(',').map(Number);"
+            "return [x - l.x1.baseVal.value, y - l.y1.baseVal.value]",
+            i,
+        )
+        angle = yaw + azimuth
+        assert tail == pytest.approx([scale * force * math.sin(angle), -scale * force * math.cos(angle)], abs=0.5)
+
+
+def check_ellipses(browser: Browser, k: float) -> None:
+    """One sigma and 95 % of 0.25 m on both axes."""
+    for name, times in (("sigma1", 1.0), ("sigma95", _SIGMA_95)):
+        axes = browser.run("const e = $(arguments[0]); return [e.rx.baseVal.value, e.ry.baseVal.value]", f"#dp-{name}")
+        assert axes == pytest.approx([times * 0.25 * k] * 2, rel=0.01)
+
+
+def check_values(browser: Browser) -> None:
+    assert browser.text("#mode") == "Hold" and browser.text("#armed") == "Armed"
+    assert browser.text("#v-error") == "4.12\xa0m"
+    assert browser.text("#v-heading") == "020.0°"
+    assert browser.text("#v-turn") == f"{20.0 - math.degrees(0.3):.1f}°"
+
+
+def test_what_a_page_orders_the_boat_does(browser: Browser, tmp_path: Path) -> None:
+    links = (f"tcpin:127.0.0.1:{free()}",)
+    with Companion(tmp_path, links=links) as boat, console(f"--state={tmp_path / 'state'}", "--control") as page:
+        browser.open(page.url)
+        browser.wait("window.usvConsole?.model.boat && !$('#tab-command').hidden", "the boat")
+        browser.click("#tab-command")
+        ordered(browser, '#modes [data-mode="Hold"]', "Hold: done")
+        ordered(browser, "#o-arm", "Arm: done")
+        wait_until(lambda: last(boat)["armed"] == "1" and last(boat)["mode"] == "Hold", "the boat's own log")
+        go_to(browser, boat)
+        check_live_views(browser)
+        trim(browser)
+        check_operator_control(browser, boat, int(links[0].rpartition(":")[2]))
+        check_phone(browser)
+        browser.resize(1280, 800)
+        assert boat.process is not None
+        boat.process.send_signal(signal.SIGSTOP)
+        browser.wait("document.body.classList.contains('stale')", "that silence shows")
+        crossed = browser.run("return getComputedStyle($('#mode')).textDecorationLine")
+        boat.process.send_signal(signal.SIGCONT)
+        assert crossed == "line-through"
+        browser.wait("!document.body.classList.contains('stale')", "that it lives again")
+        complaints = [text for text in browser.complaints() if "409" not in text]  # refused orders, on purpose
+        assert not complaints
+        browser.open("about:blank")
+
+
+def free() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
+def last(boat: Companion) -> dict[str, str]:
+    return boat.rows()[-1]
+
+
+def ordered(browser: Browser, selector: str, answer: str) -> None:
+    """Press a button once it is there, and wait for the answer on the page."""
+    browser.wait(f"$({selector!r})", selector)
+    browser.click(selector)
+    browser.wait(f"$('#said').textContent.startsWith({answer.partition(':')[0]!r}) && $('#said').className", answer)
+    assert browser.text("#said").startswith(answer)
+
+
+def go_to(browser: Browser, boat: Companion) -> None:
+    """A click into the picture, 60 pixels right of the boat, becomes the boat's target."""
+    browser.click("#o-pick")
+    x, y = pixel_of(browser, "#dp-origin")
+    browser.run(
+        "const s = $('#dp'), b = s.getBoundingClientRect();"
+        "for (const kind of ['pointerdown', 'pointerup']) s.dispatchEvent(new PointerEvent(kind, "
+        "{ pointerId: 1, clientX: b.x + arguments[0], clientY: b.y + arguments[1], bubbles: true }))",
+        x + 60.0,
+        y,
+    )
+    browser.wait("$('#dp-ghost-hull').style.display !== 'none' && !$('#o-go').disabled", "the ghost")
+    east_m = 60.0 / per_metre(browser)
+    ordered(browser, "#o-go", "Go to: done")
+    far = f"Math.abs(usvConsole.more().progress.target?.[1] - {east_m}) < 0.15 && usvConsole.more().progress.target"
+    target = browser.wait(far, "the target")
+    assert target[1] == pytest.approx(east_m, abs=0.15) and abs(target[0]) < 0.15
+    wait_until(lambda: float(last(boat)["desired_east_m"] or 0.0) > 0.02, "that the reference moves")
+
+
+def trim(browser: Browser) -> None:
+    """A bandwidth that is set on the page is the boat's parameter."""
+    browser.run("$('[data-trim=DP_BW_SWAY]').value = '0.33'; $('[data-trim=DP_BW_SWAY] + button').click()")
+    browser.wait("Math.abs(usvConsole.model.boat.parameters.DP_BW_SWAY - 0.33) < 1e-6", "the parameter")
+
+
+def check_live_views(browser: Browser) -> None:
+    """What a log has not: the covariance, feedback, devices, arming, the polar."""
+    axes = browser.run(
+        "usvConsole.redraw(); const e = $('#dp-sigma1'), [a, b, c] = usvConsole.more().covariance_m2;"
+        "return [Number(e.dataset.majorM), Number(e.dataset.minorM), a, b, c, e.ry.baseVal.value / usvConsole.dpView.perM]"
+    )
+    major, minor, nn, ne, ee, drawn = axes
+    assert major * major + minor * minor == pytest.approx(nn + ee) and (major * minor) ** 2 == pytest.approx(
+        nn * ee - ne * ne, rel=1e-6
+    )
+    assert drawn == pytest.approx(major, rel=1e-6)
+    browser.click("#tabs [data-view=dp]")
+    browser.wait("$('#polar-holds')", "the capability polar")
+    browser.click("#tabs [data-view=state]")
+    browser.wait("$('#s-words')?.textContent.includes('Mode Hold: a ground station asked for it')", "the words")
+    assert "gnss" in browser.text("#s-devices") and "imu" in browser.text("#s-senses")
+    assert "no mission loaded" in browser.text("#s-arming") and "Draw a plan" in browser.text("#s-arming")
+    assert "Armed" in browser.text("#event-list")
+    browser.run("const f = $('#state input[type=search]'); f.value = 'armed'; f.dispatchEvent(new Event('input'))")
+    rows: Any = browser.run("return [...document.querySelectorAll('#event-list tr')].map((r) => r.textContent)")
+    assert rows and all("armed" in row.lower() for row in rows)
+    browser.click("#tab-command")
+
+
+def check_operator_control(browser: Browser, boat: Companion, port: int) -> None:
+    """While another ground station has control nothing moves."""
+    other = OtherStation(port)
+    assert other.command(32100, 1.0, 0.0) == 0
+    ordered(browser, '#modes [data-mode="Manual"]', "Manual: ")
+    assert "system 200" in browser.text("#said") and browser.run("return $('#said').className") == "bad"
+    ordered(browser, "#o-hold", "Hold here: ")
+    assert browser.run("return $('#said').className") == "bad"
+    assert last(boat)["mode"] == "Hold" and last(boat)["armed"] == "1"
+    browser.wait("$('#control').textContent === 'Control: system 200'", "who has control")
+    assert other.command(32100, 0.0) == 0
+    other.close()
+
+
+@pytest.mark.sweep
+def test_only_a_console_with_the_key_commands_a_boat_that_asks_for_signatures(tmp_path: Path) -> None:
+    state = tmp_path / "state"
+    state.mkdir()
+    write_signing(state, bytes(range(32)), 0)
+    links = (f"tcpin:127.0.0.1:{free()}?signing=require",)
+    with Companion(tmp_path, links=links) as boat, console(f"--state={state}", "--control") as page:
+        wait_until(lambda: order(page.url, order="mode", mode="Heading") == 200, "the order")
+        wait_until(lambda: last(boat)["mode"] == "Heading", "the boat's own log")
+        (state / "signing.json").rename(tmp_path / "kept")
+        with console(f"--state={state}", "--control") as keyless:
+            wait_until(lambda: order(keyless.url, order="mode", mode="Hold") == 409, "that it knows the boat")
+        (tmp_path / "kept").rename(state / "signing.json")
+        assert last(boat)["mode"] == "Heading"
+
+
+def order(url: str, **asked: str) -> int:
+    """Ask a console for something; the status."""
+    headers = {"Origin": url.rstrip("/"), "Content-Type": "application/json"}
+    request = Request(f"{url}api/order", json.dumps(asked).encode(), headers)
+    try:
+        with urlopen(request, timeout=CAP_S) as answer:
+            return int(answer.status)
+    except HTTPError as error:
+        error.close()
+        return error.code
+
+
+def check_phone(browser: Browser) -> None:
+    """On 390 by 844 pixels nothing is wider than the page, in any view."""
+    browser.resize(390, 844)
+    for view in ("dp", "chart", "strips", "state", "command"):
+        browser.click(f"#tabs [data-view={view}]")
+        browser.run("usvConsole.redraw()")
+        wide = browser.run(
+            "return [...document.querySelectorAll('body *')].filter((e) => e.getClientRects().length && "
+            "!e.closest('svg, select, #news') && e.getBoundingClientRect().right > innerWidth + 0.5).map((e) => e.outerHTML.slice(0, 80))"
+        )
+        assert not wide, f"{view}: {wide}"
+        assert browser.run("return document.scrollingElement.scrollWidth") <= 390

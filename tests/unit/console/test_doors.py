@@ -1,0 +1,176 @@
+"""Who is let in: hosts, origins, tokens, and the headers of every answer; over real requests."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Awaitable, Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from aiohttp import ClientSession, web
+from aiohttp.client_exceptions import WSServerHandshakeError
+
+from companion.console.doors import POLICY
+from companion.console.replay import Recording
+from companion.console.server import STATIC, Console, Settings
+from companion.console.tiles import Tiles
+from tests.unit.console.recorded import write_log
+from tests.unit.console.test_tiles import tiles_file
+
+TOKEN = "a token of the test"
+Talk = Callable[[ClientSession, str], Awaitable[Any]]
+
+
+def asked(settings: Settings, talk: Talk) -> Any:
+    """What `talk(session, address)` returns, with a console on a free port."""
+
+    async def served() -> Any:
+        runner = web.AppRunner(Console(settings).application(), access_log=None)
+        await runner.setup()
+        site = web.TCPSite(runner, "127.0.0.1", 0)
+        await site.start()
+        host, port = runner.addresses[0][:2]
+        try:
+            async with ClientSession(cookie_jar=None) as session:
+                return await talk(session, f"http://{host}:{port}")
+        finally:
+            await runner.cleanup()
+
+    return asyncio.run(served())
+
+
+def statuses(settings: Settings, *requests: tuple[str, str, dict[str, Any]]) -> list[int]:
+    async def talk(session: ClientSession, url: str) -> list[int]:
+        found = []
+        for method, path, more in requests:
+            more = {**more, "headers": {k: v.format(own=url) for k, v in more.get("headers", {}).items()}}
+            async with session.request(method, url + path, **more) as answer:
+                found.append(answer.status)
+        return found
+
+    return asked(settings, talk)  # type: ignore[no-any-return]
+
+
+OWN = {"Origin": "{own}"}
+HOLD = {"json": {"order": "hold"}}
+NETWORK = Settings(control=True, host="0.0.0.0", token=TOKEN)
+HERE = Settings(control=True)
+
+
+def test_another_site_in_the_same_browser_commands_nothing() -> None:
+    assert (
+        statuses(
+            HERE,
+            ("POST", "/api/order", {**HOLD, "headers": {"Origin": "http://evil.example"}}),
+            ("POST", "/api/order", HOLD),  # no origin at all
+            ("POST", "/api/order", {**HOLD, "headers": {"Origin": "null"}}),
+            ("GET", "/api/stream", {"headers": {"Origin": "http://evil.example"}}),
+            ("GET", "/api/stream", {}),
+        )
+        == [403] * 5
+    )
+
+
+def test_a_name_bent_to_this_address_opens_nothing() -> None:
+    bent = {"Host": "evil.example", "Origin": "http://evil.example"}
+    assert statuses(HERE, ("POST", "/api/order", {**HOLD, "headers": bent}), ("GET", "/", {"headers": bent})) == [
+        403,
+        403,
+    ]
+
+
+def test_an_order_is_json_and_in_the_table() -> None:
+    assert statuses(
+        HERE,
+        ("POST", "/api/order", {"data": '{"order": "hold"}', "headers": {**OWN, "Content-Type": "text/plain"}}),
+        ("POST", "/api/order", {"json": {"order": "terminate"}, "headers": OWN}),
+        ("POST", "/api/order", {"data": "{", "headers": {**OWN, "Content-Type": "application/json"}}),
+        ("POST", "/api/order", {"json": [1], "headers": OWN}),
+    ) == [415, 400, 400, 400]
+
+
+def test_without_a_boat_an_order_says_so_and_without_control_it_is_refused() -> None:
+    own = {**HOLD, "headers": OWN}
+    assert statuses(HERE, ("POST", "/api/order", own)) == [409]
+    assert statuses(Settings(), ("POST", "/api/order", own)) == [403]
+
+
+def test_beyond_this_computer_nothing_goes_without_the_token() -> None:
+    own = {**HOLD, "headers": OWN}
+    login = ("POST", "/api/login", {"json": {"token": TOKEN}, "headers": OWN})
+    wrong = ("POST", "/api/login", {"json": {"token": "guess"}, "headers": OWN})
+    from_afar = ("POST", "/api/login", {"json": {"token": TOKEN}, "headers": {"Origin": "http://evil.example"}})
+    forged = {**own, "headers": {**OWN, "Cookie": "usv_console=forged"}}
+    assert statuses(
+        NETWORK,
+        ("POST", "/api/order", own),
+        ("GET", "/api/stream", {"headers": OWN}),
+        ("GET", "/tiles/1/0/0", {}),
+        ("POST", "/api/order", forged),
+        wrong,
+        from_afar,
+        ("POST", "/api/order", own),
+    ) == [401, 401, 401, 401, 401, 403, 401]
+
+    async def logged_in(session: ClientSession, url: str) -> tuple[int, str, int]:
+        method, path, more = login
+        async with session.request(method, url + path, json=more["json"], headers={"Origin": url}) as answer:
+            status, cookie = answer.status, answer.headers["Set-Cookie"]
+        headers = {"Origin": url, "Cookie": cookie.partition(";")[0]}
+        async with session.post(url + "/api/order", json={"order": "hold"}, headers=headers) as answer:
+            return status, cookie, answer.status
+
+    status, cookie, order = asked(NETWORK, logged_in)
+    assert status == 200 and "HttpOnly" in cookie and "SameSite=Strict" in cookie
+    assert order == 409  # let in; there is no boat
+
+
+def test_every_answer_has_the_policy_and_no_door_for_other_sites() -> None:
+    async def headers(session: ClientSession, url: str) -> list[Any]:
+        found = []
+        for path in ("/", "/static/main.js", "/static/../server.py", "/api/stream", "/nothing"):
+            async with session.get(url + path) as answer:
+                found.append(answer.headers)
+        async with session.options(url + "/api/order", headers={"Origin": "http://evil.example"}) as answer:
+            found.append(answer.headers)
+        return found
+
+    for found in asked(HERE, headers):
+        assert found["Content-Security-Policy"] == POLICY
+        assert "Access-Control-Allow-Origin" not in found
+    assert "unsafe" not in POLICY and "http" not in POLICY
+
+
+def test_tiles_come_from_the_file(tmp_path: Path) -> None:
+    tiles = Tiles(tiles_file(tmp_path / "chart.mbtiles"))
+
+    async def tile(session: ClientSession, url: str) -> Any:
+        async with session.get(f"{url}/tiles/3/4/6") as found, session.get(f"{url}/tiles/3/4/5") as missing:
+            return found.status, found.content_type, await found.read(), missing.status
+
+    assert asked(Settings(tiles=tiles), tile) == (200, "image/png", b"\x89PNG tile", 404)
+
+
+def test_a_page_gets_its_stream(tmp_path: Path) -> None:
+    settings = Settings(log=Recording(write_log(tmp_path / "log", seconds=2)))
+
+    async def first(session: ClientSession, url: str) -> Any:
+        async with session.ws_connect(url + "/api/stream", headers={"Origin": url}) as stream:
+            return await stream.receive_json()
+
+    assert asked(settings, first)["kind"] == "hello"
+
+    async def foreign(session: ClientSession, url: str) -> Any:
+        async with session.ws_connect(url + "/api/stream", headers={"Origin": "http://evil.example"}) as stream:
+            return await stream.receive_json()
+
+    with pytest.raises(WSServerHandshakeError, match="403"):
+        asked(settings, foreign)
+
+
+def test_no_file_of_the_page_names_an_address_elsewhere() -> None:
+    for path in STATIC.iterdir():
+        text = path.read_text(encoding="utf-8").replace("http://www.w3.org/2000/svg", "")
+        for forbidden in ("http://", "https://", "//cdn", "@import", "eval(", "innerHTML", "style="):
+            assert forbidden not in text, f"{path.name}: {forbidden}"

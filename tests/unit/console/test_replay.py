@@ -1,0 +1,75 @@
+"""A log played back: the messages of a running boat, at the pace of the page."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from companion.analysis.log_reader import LogError
+from companion.console.board import Page
+from companion.console.replay import Player, Recording
+from tests.unit.console.recorded import write_log
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory: pytest.TempPathFactory) -> Recording:
+    return Recording(write_log(tmp_path_factory.mktemp("console") / "log"))
+
+
+def taken(page: Page) -> dict[str, Any]:
+    return {message["kind"]: message for message in map(json.loads, asyncio.run(page.take()))}
+
+
+def test_a_row_is_a_tick(recording: Recording) -> None:
+    made = recording.tick(recording.index(20.0))
+    assert made["row"]["t_s"] == 20.0 and made["row"]["north_m"] == 2.0
+    assert made["row"]["stern_port_force_n"] == 20.0 and made["row"]["bow_azimuth_rad"] is None
+    assert made["more"]["covariance_m2"] == [0.0625, 0.0, 0.0625]
+    assert made["sample"][0] == pytest.approx(math.hypot(1.0, 4.0))  # from (2, 2) to the hold point (1, −2)
+
+
+def test_a_player_begins_at_the_start_and_obeys(recording: Recording) -> None:
+    page = Page()
+    player = Player(recording, page, {"control": False})
+    first = taken(page)
+    assert first["hello"]["console"]["replay"] and len(first["recording"]["events"]) == 4
+    assert first["tick"]["row"]["t_s"] == 0.0 and first["tick"]["replay"]["playing"]
+    player.order({"t_s": 25.04, "playing": False, "speed": 10})
+    second = taken(page)
+    assert second["tick"]["row"]["t_s"] == 25.0
+    assert second["tick"]["replay"] == {"t_s": 25.04, "playing": False, "speed": 10.0}
+    assert second["history"]["t_s"][0] == 0.0 and second["history"]["t_s"][-1] == 25.0
+    assert len(second["history"]["t_s"]) == 51  # two a second
+
+
+@pytest.mark.parametrize("asked", [{"speed": 7}, {"t_s": "x"}, {"playing": 1}, {"t_s": float("nan")}])
+def test_nonsense_changes_nothing(recording: Recording, asked: dict[str, Any]) -> None:
+    page = Page()
+    player = Player(recording, page, {})
+    before = taken(page)["tick"]["replay"]
+    player.order(asked)
+    assert taken(page)["tick"]["replay"] == before
+
+
+def test_beyond_the_end_is_the_end(recording: Recording) -> None:
+    page = Page()
+    player = Player(recording, page, {})
+    player.order({"t_s": 1e9})
+    assert taken(page)["tick"]["row"]["t_s"] == recording.times_s[-1]
+
+
+def test_a_line_that_was_cut_off_is_left_out(tmp_path: Path) -> None:
+    folder = write_log(tmp_path / "log", seconds=2)
+    ticks = folder / "ticks.csv"
+    ticks.write_bytes(ticks.read_bytes()[:-20])
+    assert Recording(folder).times_s[-1] == 1.8
+
+
+def test_what_is_no_log_is_said(tmp_path: Path) -> None:
+    with pytest.raises(LogError, match="no log folder"):
+        Recording(tmp_path)
