@@ -8,6 +8,8 @@ from typing import Any
 from companion.app import load_vessel
 from companion.cli.common import print_warnings
 from companion.cli.devices import listen_to
+from companion.config.plausibility import judgements
+from companion.config.toml_places import dotted
 from companion.io.mavlink.wire.exposure import exposed_warnings
 
 _LISTEN_S = 3.0
@@ -29,6 +31,8 @@ def _check(arguments: argparse.Namespace) -> int:
     """Exit code 0 where the file and, if asked for, its devices are in order, else 1."""
     config = load_vessel(arguments.vessel)
     print(f"{config.name}: {config.title}: no errors", flush=True)
+    for found in judgements(config):
+        print(f"note: {dotted(found.place)}: {found}")
     print_warnings(exposed_warnings(config.links))
     judged = listen_to(config, _LISTEN_S) if arguments.listen else []
     for _, text in judged:

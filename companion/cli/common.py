@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import os
 import signal
 import sys
 from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 from companion.clock import DrivenClock
 from companion.core.ports import Clock
@@ -35,7 +37,8 @@ class Interrupt:
     """Takes over the signals that end a process, and remembers in `received` whether one of them has come: Ctrl-C,
     SIGTERM, and SIGHUP of a terminal that closes.
 
-    A process started with `nohup` outlives its terminal.
+    A process started with `nohup` outlives its terminal. SIGPIPE ends nothing: a client that hangs up, or a pipe that
+    nobody reads any more, is told by an error where it is written to.
     """
 
     def __init__(self) -> None:
@@ -44,9 +47,36 @@ class Interrupt:
         signal.signal(signal.SIGTERM, self._note)
         if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:
             signal.signal(signal.SIGHUP, self._note)
+        signal.signal(signal.SIGPIPE, signal.SIG_IGN)
 
     def _note(self, number: int, frame: object) -> None:
         self.received = True
+
+
+class _Outliving:
+    """A text stream of which nobody may read any more: what cannot be written is lost, and raises nothing."""
+
+    def __init__(self, stream: Any) -> None:
+        self._stream = stream
+
+    def write(self, text: str) -> int:
+        """Write, or lose, `text`."""
+        with contextlib.suppress(OSError, ValueError):
+            self._stream.write(text)
+        return len(text)
+
+    def flush(self) -> None:
+        """Write, or lose, what waits."""
+        with contextlib.suppress(OSError, ValueError):
+            self._stream.flush()
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
+
+
+def outlive_outputs() -> None:
+    """From now on a terminal or a pipe that is gone stops nothing that prints."""
+    sys.stdout, sys.stderr = _Outliving(sys.stdout), _Outliving(sys.stderr)
 
 
 def is_over(clock: Clock, duration_s: float | None) -> bool:

@@ -82,6 +82,18 @@ def compose(
     return (_compose_simulated if options.sitl else _compose_real)(config, options, links, state, log_folder)
 
 
+def judge(config: VesselConfig, options: RunOptions) -> None:
+    """Raise ConfigError for a wind, current or fault that makes no sense, before anything is opened."""
+    if options.sitl:
+        from sitl.environment import parse_directed
+        from sitl.faults import Faults
+
+        for text, what in ((options.wind, "wind"), (options.current, "current")):
+            if text is not None:
+                parse_directed(text, what)
+        Faults(options.faults, config)
+
+
 def _compose_real(
     config: VesselConfig, options: RunOptions, links: Sequence[Link], state: StateFile, log_folder: Path
 ) -> tuple[Vessel, WaitingClock]:
@@ -99,6 +111,7 @@ def _compose_real(
         manifest=_manifest(options),
         defaults=options.defaults,
         patience=options.patience,
+        stations_time_unix_ns=time.time_ns if options.devices is not None else None,
         network=opener,
     )
     return build(config, around), clock

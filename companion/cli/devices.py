@@ -59,6 +59,7 @@ def add_to(commands: Any) -> None:
 
 
 def _devices(arguments: argparse.Namespace) -> int:
+    """Exit code 1 where there is no port, or nothing comes from those that were named."""
     if not 0.5 <= arguments.seconds <= 600.0:
         raise UsageError(f"--seconds {arguments.seconds:g}: must be 0.5 to 600")
     found = ports() if arguments.port is None else [named(path) for path in arguments.port]
@@ -67,12 +68,14 @@ def _devices(arguments: argparse.Namespace) -> int:
         return 1
     print(f"listening on {len(found)} port{'s' if len(found) > 1 else ''}; nothing is written to any", flush=True)
     taken: set[str] = set()
+    heard = False
     for port, listener in zip(found, listen([port.name for port in found], arguments.seconds), strict=True):
         aside = ", ".join(text for text in (str(port.device) if port.device != port.name else "", port.about) if text)
         print(f"\n{port.name}{f' ({aside})' if aside else ''}")
         for line in described(port, listener, taken):
             print(f"  {line}")
-    return 0
+        heard = heard or bool(listener.recogniser.bytes)
+    return 0 if heard or arguments.port is None else 1
 
 
 def described(port: PortName, listener: PortListener, taken: set[str]) -> list[str]:

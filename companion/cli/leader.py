@@ -11,8 +11,10 @@ from typing import Any
 from companion.cli.common import Interrupt, add_clock_to, boat_folder, complain, driven_clock, is_over, new_folder
 from companion.clock import WallClock
 from companion.core.ports import Clock
+from companion.io.known_time import KnownTime, host_synchronised
 from companion.io.mavlink.wire.links import Link, open_links
 from companion.io.mavlink.wire.signing import Policy, Signing, SigningState
+from companion.io.mavlink.wire.stream_memory import SharedStreamMemory
 from companion.io.transport.opener import TransportOpener
 from companion.leader_module.app import LeaderSurroundings, build_leader, load_leader
 from companion.leader_module.config import LeaderConfig, bundled_leaders
@@ -94,4 +96,6 @@ def _signing(state: StateFile | None, clock: Clock) -> Signing | None:
     def save(new: SigningState) -> None:
         state.save_signing(new.key, new.horizon)
 
-    return Signing(clock.time_unix_ns, SigningState(*kept), save)
+    known = KnownTime(host_synchronised, clock.time_unix_ns)
+    memory = SharedStreamMemory(state.directory)
+    return Signing(clock.time_unix_ns, SigningState(*kept), save, known.unix_ns, memory)

@@ -3,19 +3,26 @@
 from __future__ import annotations
 
 import argparse
+import re
 import sys
 from collections.abc import Sequence
+from typing import NoReturn
 
 from companion.analysis.log_reader import LogError
 from companion.app import program_version
 from companion.cli import (
     bollard,
     calibrate,
+    capability,
     check,
+    console,
     devices,
+    draw,
+    export,
     identify,
     leader,
     mission,
+    new,
     replay,
     report,
     run,
@@ -24,9 +31,11 @@ from companion.cli import (
     signing,
     sitl,
     thruster_test,
+    trial,
 )
 from companion.cli.common import UsageError, complain
 from companion.config.vessel import ConfigError
+from companion.core.nearest import did_you_mean
 from companion.io.mavlink.wire.links import LinkError
 from companion.io.transport.urls import TransportError
 from companion.mission.plan_file import PlanFileError
@@ -34,6 +43,8 @@ from companion.record.state_file import StateFileBusy
 
 _COMMANDS = (
     run,
+    new,
+    draw,
     check,
     sitl,
     devices,
@@ -43,11 +54,15 @@ _COMMANDS = (
     replay,
     identify,
     calibrate,
+    capability,
     report,
+    console,
+    export,
     service,
     signing,
     bollard,
     thruster_test,
+    trial,
 )
 
 
@@ -70,9 +85,20 @@ def main(argv: Sequence[str] | None = None) -> int:
     return 2
 
 
+class _Parser(argparse.ArgumentParser):
+    """Says what a misspelt command may have meant. Python does so from 3.14 on."""
+
+    def error(self, message: str) -> NoReturn:
+        """As argparse's."""
+        wrong = re.search(r"invalid choice: '([^']*)' \(choose from (.*)\)", message)
+        if wrong and "did you mean" not in message:
+            message += did_you_mean(wrong[1], re.findall(r"[\w-]+", wrong[2]))
+        super().error(message)
+
+
 def argument_parser() -> argparse.ArgumentParser:
     """What can be asked on the command line."""
-    parser = argparse.ArgumentParser(
+    parser = _Parser(
         prog="companion", description="Autopilot for small uncrewed boats, controlled by any MAVLink ground station."
     )
     parser.add_argument("--version", action="version", version=f"USV companion {program_version()}")

@@ -1,4 +1,4 @@
-"""`companion report LOGDIR`: one self-contained HTML file of a log."""
+"""`companion report LOGDIR`: one self-contained HTML file of a log, or of a folder of scenarios' runs."""
 
 from __future__ import annotations
 
@@ -6,7 +6,8 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from companion.cli.common import print_warnings
+from companion.analysis.log_reader import LogError
+from companion.cli.common import complain, print_warnings
 
 
 def add_to(commands: Any) -> None:
@@ -19,9 +20,41 @@ def add_to(commands: Any) -> None:
     report.set_defaults(command=_report)
 
 
+def leave_page(folder: Path) -> None:
+    """Write the report of a scenario's log, and of each further log in it; name the page."""
+    from companion.analysis.report import write_report
+
+    for log in (folder, *sorted(path.parent for path in folder.glob("*/manifest.json"))):
+        try:
+            write_report(log, log / "report.html")
+        except LogError as error:
+            complain(str(error))
+        else:
+            print(f"written: {log / 'report.html'}")
+
+
+def leave_table(folder: Path) -> None:
+    """Write the page of all runs below a folder, and the report of each that has none."""
+    from companion.analysis.report import write_report
+    from companion.analysis.table_page import runs_in, write_table
+
+    for run in runs_in(folder):
+        page = run.folder / "report.html"
+        if not page.exists():
+            try:
+                write_report(run.folder, page)
+            except LogError as error:
+                complain(str(error))
+    count = write_table(folder, folder / "index.html")
+    print(f"written: {folder / 'index.html'}, {count} runs")
+
+
 def _report(arguments: argparse.Namespace) -> int:
     from companion.analysis.report import write_report
 
+    if not (arguments.folder / "manifest.json").exists() and any(arguments.folder.glob("**/result.json")):
+        leave_table(arguments.folder)
+        return 0
     out = arguments.out or arguments.folder / "report.html"
     print_warnings(write_report(arguments.folder, out))
     print(f"written: {out}")

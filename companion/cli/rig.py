@@ -17,8 +17,10 @@ from companion.config import vessel as config_module
 from companion.config.devices import SensorConfig
 from companion.config.vessel import VesselConfig
 from companion.io.mavlink.wire.links import MemoryLink
+from companion.record.disk import REAL_DISK
 from sitl.camera import PictureLog
 from sitl.magnetometer import with_magnetometer
+from sitl.medium import FaultyMedium
 from sitl.plant_error import with_plant_error
 from sitl.scenarios.rig import Conditions, ControllerModel
 from sitl.shared_sea import SharedSea, build_shared_sea
@@ -46,7 +48,16 @@ class LockstepRig:
         self._link = MemoryLink(link)
         manifest = {"seed": conditions.seed, "conditions": repr(conditions)}
         around = Surroundings(
-            self._clock, self.world, self.world, [self._link], None, folder, False, manifest, conditions.parameters
+            self._clock,
+            self.world,
+            self.world,
+            [self._link],
+            None,
+            folder,
+            False,
+            manifest,
+            conditions.parameters,
+            disk=FaultyMedium(REAL_DISK, self.world.faults),
         )
         self.vessel = build(controller, around)
         thrusters = tuple(thruster.name for thruster in self.config.thrusters)
@@ -68,6 +79,14 @@ class LockstepRig:
         self._clock.wait(self._steps * self.vessel.period_s, ())
         self.vessel.tick(self._clock.now_s())
         self._steps += 1
+
+    def pause(self, duration_s: float) -> None:
+        """The process stands still while the world goes on: the ticks of that time are skipped."""
+        self._steps += max(0, round(duration_s / self.vessel.period_s))
+
+    def set_clock_ahead(self, by_s: float) -> None:
+        """Step the host's clock."""
+        self._clock.set_ahead(by_s)
 
     def send(self, data: bytes) -> None:
         """Bytes from the ground station; the vessel reads them with its next tick."""
@@ -108,7 +127,7 @@ class LockstepRig:
 
 def _equipped(conditions: Conditions) -> VesselConfig:
     """The vessel with the thrusters and sensors that the conditions ask for."""
-    config = load_vessel(conditions.vessel)
+    config = load_vessel(conditions.vessel) if conditions.known is None else conditions.known
     for name in conditions.rotating:
         config = config_module.with_rotating_thruster(config, name)
     if conditions.wind_sensor:
@@ -147,7 +166,7 @@ def _world(config: VesselConfig, conditions: Conditions, shared_sea: SharedSea |
     c = conditions
     if shared_sea is None and (c.lead_boats or c.gnss_common):
         shared_sea = build_shared_sea(c.lead_boats, config.home, c.seed, c.gnss_common)
-    real = with_plant_error(config, c.plant, c.plant_error, c.seed) if c.plant_error else config
+    real = with_plant_error(config, c.plant, c.plant_error, c.seed) if c.plant_error else c.real or config
     weather = WorldConditions(
         seed=c.seed,
         wind=c.wind,

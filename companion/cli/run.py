@@ -9,11 +9,12 @@ import os
 import sys
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
 from companion.app import load_vessel, program_version, warm_up
+from companion.cli import realtime
 from companion.cli.common import (
     Interrupt,
     UsageError,
@@ -22,11 +23,15 @@ from companion.cli.common import (
     complain,
     is_over,
     new_folder,
+    outlive_outputs,
     print_warnings,
 )
-from companion.cli.composition import SITL_LINKS, RunOptions, compose
+from companion.cli.composition import SITL_LINKS, RunOptions, compose, judge
+from companion.cli.console import add_feed, add_option_to, start_console, stop_console
+from companion.cli.terminal import Terminal, console_on, journal_of
 from companion.config import vessel as config_module
 from companion.config.vessel import HomeConfig, VesselConfig
+from companion.core.decision import TextKind
 from companion.core.ports import WaitingClock
 from companion.io.mavlink.wire.exposure import exposed_warnings
 from companion.io.mavlink.wire.links import open_links
@@ -35,6 +40,7 @@ from companion.loop import Punctuality, Vessel, run
 from companion.record.retention import Retention
 from companion.record.state_file import StateFile
 
+_STANDARD_OUTPUT = 1
 _SWITCH_S = 1e-4  # for which another thread may compute before the control thread has its turn
 
 
@@ -60,7 +66,9 @@ def add_to(commands: Any) -> None:
     add("--wind", metavar="MPS@FROM_DEG", help="with --sitl")
     add("--current", metavar="MPS@TOWARDS_DEG", help="with --sitl")
     add("--fault", action="append", default=[], metavar="NAME[:DEVICE][=SIZE]@T_S[+DURATION_S]", help="with --sitl")
+    add("--realtime", action="store_true", help="before all other programs (SCHED_FIFO), with its memory locked")
     add("--duration", type=float, metavar="S", help="end after this long, in the boat's time")
+    add_option_to(run_)
     add_clock_to(run_)
     run_.set_defaults(command=_run)
 
@@ -71,6 +79,10 @@ def _run(arguments: argparse.Namespace) -> int:
     if arguments.home:
         config = config_module.with_home(config, _home(arguments.home))
     options = _options(arguments)
+    judge(config, options)
+    outlive_outputs()
+    interrupt = Interrupt()
+    refused = realtime.before_threads() if arguments.realtime else []
     kept = boat_folder(config.name, options.simulated)
     logs = kept / "logs" if arguments.log is None else arguments.log
     log_folder = new_folder(logs, f"{config.name}-{time.strftime('%Y%m%d-%H%M%S')}")
@@ -78,30 +90,64 @@ def _run(arguments: argparse.Namespace) -> int:
     default_links = SITL_LINKS if options.sitl else config.links
     links = open_links(arguments.link or default_links, options.patience, None if arguments.link else complain)
     vessel, clock = compose(config, options, links, state, log_folder)
+    feed = add_feed(vessel, [link.name for link in links], state.directory)
     if (manager := service_manager(os.environ)) is not None:
         vessel.add_recorder(manager)
     limit_mb = arguments.log_limit
     retention = None if limit_mb is None else Retention(logs, limit_mb * 1_000_000, log_folder, complain)
-    interrupt = Interrupt()
-    _print_banner(config, options, [link.name for link in links], state, log_folder)
-    print_warnings(exposed_warnings(link.name for link in links))
+    names = [link.name for link in links]
+    _print_banner(config, options, names, state, log_folder)
+    print_warnings((*exposed_warnings(names), *refused))
+    _tell_refused(vessel, refused, clock.now_s())
+    punctuality = Punctuality()
+    terminal = _terminal(vessel, names, punctuality, options.patience)
+    console = start_console(arguments.console, state.directory, arguments.control) if feed else None
     try:
-        punctuality = _run_until_stopped(vessel, clock, interrupt, arguments.duration)
+        if arguments.realtime and not refused:
+            print_warnings(realtime.control_thread())
+            vessel.add_recorder(realtime.Priorities())
+        _run_until_stopped(vessel, clock, lambda: interrupt.received or is_over(clock, arguments.duration), punctuality)
     finally:
         vessel.close()
         state.close()
+        stop_console(console)
         if retention is not None:
             retention.close()
-    if not options.sitl:
-        print(punctuality.text, flush=True)
-    if vessel.restart_requested:
-        os.execv(sys.executable, [sys.executable, "-m", "companion", *sys.argv[1:]])
+    if not terminal.stuck and not vessel.restart_requested:
+        _print_summary(terminal.summary.lines(None if options.sitl else punctuality), log_folder)
+    _restart_if_requested(vessel)
     return 0
 
 
+def _tell_refused(vessel: Vessel, refused: Sequence[str], now_s: float) -> None:
+    """Announce what the computer does not grant."""
+    for text in refused:
+        vessel.events.say(now_s, TextKind.ATTENTION, "realtime", f"Computer {text.partition(';')[0]}")
+
+
+def _restart_if_requested(vessel: Vessel) -> None:
+    if vessel.restart_requested:
+        os.execv(sys.executable, [sys.executable, "-m", "companion", *sys.argv[1:]])
+
+
+def _terminal(vessel: Vessel, links: Sequence[str], punctuality: Punctuality, patience: float) -> Terminal:
+    """Shows the vessel's run on standard output."""
+    out = _STANDARD_OUTPUT
+    terminal = Terminal(
+        console_on(out),
+        links,
+        lambda: vessel.sources.get("heading"),
+        lambda: punctuality.late,
+        journal_of(os.environ, out),
+        0.5 * patience,
+    )
+    vessel.add_recorder(terminal)
+    return terminal
+
+
 def _run_until_stopped(
-    vessel: Vessel, clock: WaitingClock, interrupt: Interrupt, duration_s: float | None
-) -> Punctuality:
+    vessel: Vessel, clock: WaitingClock, asked_to_stop: Callable[[], bool], punctuality: Punctuality
+) -> None:
     """Tick until a signal, the end of the duration, or a restart that a ground station asks for."""
     gc.collect()
     gc.freeze()
@@ -109,11 +155,7 @@ def _run_until_stopped(
     loading = threading.Thread(target=warm_up, name="warm-up")
     loading.start()
     try:
-        return run(
-            vessel,
-            clock,
-            lambda: interrupt.received or is_over(clock, duration_s) or vessel.restart_requested,
-        )
+        run(vessel, clock, lambda: asked_to_stop() or vessel.restart_requested, punctuality)
     finally:
         loading.join()
 
@@ -157,15 +199,15 @@ def _options(arguments: argparse.Namespace) -> RunOptions:
 
 
 def _home(text: str) -> HomeConfig:
-    """`63.4389,10.3990,0` or without the heading. Raises UsageError."""
+    """`63.4389,10.3990,0`. Raises UsageError, also for two numbers: `63,4` is one with a decimal comma."""
     try:
-        lat_deg, lon_deg, *heading_deg = (float(part) for part in text.split(","))
+        lat_deg, lon_deg, heading_deg = (float(part) for part in text.split(","))
     except ValueError as error:
         raise UsageError(f"--home {text}: write LAT,LON,HEADING_DEG, as 63.4389,10.3990,0") from error
     on_earth = -89.0 <= lat_deg <= 89.0 and -180.0 <= lon_deg <= 180.0
-    if not on_earth or len(heading_deg) > 1 or not all(map(math.isfinite, heading_deg)):
+    if not on_earth or not math.isfinite(heading_deg):
         raise UsageError(f"--home {text}: no such place; write LAT,LON,HEADING_DEG")
-    return HomeConfig(lat_deg, lon_deg, math.radians(heading_deg[0]) if heading_deg else 0.0)
+    return HomeConfig(lat_deg, lon_deg, math.radians(heading_deg))
 
 
 def _print_banner(
@@ -177,4 +219,12 @@ def _print_banner(
     print(f"USV companion {program_version()}: {config.title}, {how}")
     print(f"links: {', '.join(links)}")
     print(f"state: {state.directory}")
-    print(f"log:   {log_folder}", flush=True)
+    print(f"log:   {log_folder}")
+    print("Ctrl-C ends it", flush=True)
+
+
+def _print_summary(lines: Sequence[str], log_folder: Path) -> None:
+    for line in lines:
+        print(line)
+    print(f"log:   {log_folder}")
+    print(f"`companion report {log_folder}` shows it", flush=True)

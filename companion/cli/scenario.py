@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import argparse
 import time
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from companion.cli.common import UsageError, new_folder
+from companion.cli.report import leave_page, leave_table
+from companion.core.nearest import did_you_mean
 
 if TYPE_CHECKING:
     from sitl.scenarios.scenario import ScenarioResult
@@ -29,6 +31,7 @@ def add_to(commands: Any) -> None:
     table = verbs.add_parser("table", help="compare the thesis's law with the companion's on the same seeds; slow")
     table.add_argument("name", metavar="NAME", choices=["four_corner", "route"])
     table.add_argument("--seeds", type=int, default=8, metavar="N")
+    table.add_argument("--out", type=Path, metavar="DIR", help="keep the runs there, with a page of all of them")
     table.set_defaults(command=_table)
 
 
@@ -48,9 +51,15 @@ def _table(arguments: argparse.Namespace) -> int:
     if arguments.seeds < 1:
         raise UsageError(f"--seeds {arguments.seeds}: must be at least 1")
     lines = route_table.lines if arguments.name == "route" else table.lines
-    for line in lines(SCENARIOS[arguments.name], LockstepRig, arguments.seeds):
+    for line in lines(SCENARIOS[arguments.name], LockstepRig, arguments.seeds, keep=arguments.out):
         print(line, flush=True)
+    if arguments.out is not None:
+        leave_table(arguments.out)
     return 0
+
+
+def _no_scenario(name: str, known: Collection[str]) -> str:
+    return f"no scenario '{name}'; there is {', '.join(known)}{did_you_mean(name, known)}"
 
 
 def _run(arguments: argparse.Namespace) -> int:
@@ -60,7 +69,7 @@ def _run(arguments: argparse.Namespace) -> int:
     from sitl.scenarios.scenario import ScenarioError, run
 
     if arguments.name not in SCENARIOS:
-        raise UsageError(f"no scenario '{arguments.name}'; there is {', '.join(SCENARIOS)}")
+        raise UsageError(_no_scenario(arguments.name, SCENARIOS))
     changes = _changes(arguments.changes)
     folder = arguments.out or new_folder(Path("out"), f"{arguments.name}-seed{arguments.seed}")
     started_s = time.perf_counter()
@@ -71,6 +80,7 @@ def _run(arguments: argparse.Namespace) -> int:
     except (ScenarioError, ValueError) as error:
         raise UsageError(str(error)) from error
     _print_result(result)
+    leave_page(folder)
     print(f"{folder}: {time.perf_counter() - started_s:.1f} s")
     return 0 if result.ok else 1
 
@@ -87,6 +97,7 @@ def _changes(texts: Sequence[str]) -> dict[str, str]:
 
 
 def _print_result(result: ScenarioResult) -> None:
+    print(result.boat)
     for name, value in result.metrics.items():
         print(f"{name:24} {value:10.3f}")
     for check in result.checks:

@@ -14,6 +14,7 @@ from typing import Any
 
 from companion.app import load_vessel
 from companion.cli.common import UsageError
+from companion.cli.realtime import CONTROL
 from companion.config.vessel import VesselConfig, find
 from companion.io.transport.urls import parse_url
 
@@ -26,6 +27,18 @@ _FILES = (_UNIT_FILE, _USER_FILE, _RULES_FILE)
 _BOOTED = Path("/run/systemd/system")  # exists while systemd runs the computer (sd_booted(3))
 _NO_SYSTEMD = "this computer does not run systemd"
 _WRITTEN = "The files are written; start `companion run` by other means"
+_PRIORITY = f"""\
+# before all other programs, as far as `--realtime` asks for it: the program raises its own threads
+Nice=-10
+LimitRTPRIO={CONTROL}
+LimitMEMLOCK=infinity
+CPUWeight=1000
+IOWeight=1000
+# when memory runs out, others go first
+OOMScoreAdjust=-900
+MemoryMin=200M
+LimitNOFILE=4096
+"""
 _STATE, _LOGS = "/var/lib/usv-companion", "/var/log/usv-companion"
 
 
@@ -73,24 +86,17 @@ class UsbDevice:
     serial: str | None
 
 
-def unit(vessel: str, links: list[str], log_limit_mb: int, python: str) -> str:
-    """Text of the systemd unit. `vessel`: a bundled name or an absolute path; `python`: the interpreter to run."""
-    parts = [
-        python,
-        "-m",
-        "companion",
-        "run",
-        vessel,
-        "--state",
-        f"{_STATE}/state",
-        "--log",
-        _LOGS,
-        "--log-limit",
-        str(log_limit_mb),
-    ]
+def _command(vessel: str, links: list[str], log_limit_mb: int, python: str) -> str:
+    places = ["--state", f"{_STATE}/state", "--log", _LOGS, "--log-limit", str(log_limit_mb)]
+    parts = [python, "-m", "companion", "run", vessel, *places, "--realtime"]
     for link in links:
         parts += ["--link", link]
-    command = " ".join(map(_quoted, parts))
+    return " ".join(map(_quoted, parts))
+
+
+def unit(vessel: str, links: list[str], log_limit_mb: int, python: str) -> str:
+    """Text of the systemd unit. `vessel`: a bundled name or an absolute path; `python`: the interpreter to run."""
+    command = _command(vessel, links, log_limit_mb, python)
     home = "read-only" if any(part.startswith(("/home/", "/root/")) for part in (python, vessel)) else "yes"
     return f"""[Unit]
 Description=USV companion, autopilot of {vessel}
@@ -116,8 +122,7 @@ RestartSec=1
 RestartPreventExitStatus=2
 KillSignal=SIGTERM
 TimeoutStopSec=10
-Nice=-10
-NoNewPrivileges=yes
+{_PRIORITY}NoNewPrivileges=yes
 ProtectSystem=strict
 ProtectHome={home}
 PrivateTmp=yes

@@ -21,6 +21,7 @@ from companion.clock import PacedClock, WallClock
 from companion.config.devices import ThrusterConfig
 from companion.config.vessel import VesselConfig
 from companion.core.actuation import ZERO_WRENCH, ActuatorCommand, Allocation, ThrusterCommand, ThrusterFeedback
+from companion.core.nearest import did_you_mean
 from companion.core.ports import Actuator, StreamOpener, WaitingClock, World
 from companion.io.actuators import open_actuator
 from companion.io.transport.opener import TransportOpener
@@ -285,7 +286,7 @@ def run_test(
     chosen = arguments.thruster or names
     unknown = [name for name in chosen if name not in names]
     if unknown:
-        raise TrialError(f"no thruster '{unknown[0]}'; there is {', '.join(names)}")
+        raise TrialError(f"no thruster '{unknown[0]}'; there is {', '.join(names)}{did_you_mean(unknown[0], names)}")
     if not 0.0 < arguments.power <= MOST_POWER:
         raise TrialError(
             f"--power {arguments.power:g}: must be above 0, at most {MOST_POWER:g}: this tests wiring, not thrust"

@@ -16,6 +16,10 @@ from companion.cli.main import main
         (("run", "revolt", "--devices", ".", "--wind", "3"), "belongs to `companion sitl`"),
         (("run", "revolt", "--speed", "2"), "needs --sitl or --devices"),
         (("sitl", "revlot"), "no vessel named"),
+        (("sitl", "revlot"), "did you mean 'revolt'?"),
+        (("scenario", "run", "hodl"), "did you mean 'hold'?"),
+        (("run", "revolt", "--sitl", "--fault", "gnss_lots@5"), "did you mean 'gnss_lost'?"),
+        (("run", "revolt", "--sitl", "--home", "63,4"), "write LAT,LON,HEADING_DEG"),
         (("sitl", "revolt", "--speed", "0"), "above 0"),
         (("sitl", "rescuerunner", "--leader", "kraken"), "one of straight, thesis"),
         (("devices", "--seconds", "0"), "0.5 to 600"),
@@ -36,3 +40,20 @@ def test_a_mistake_is_one_line_that_says_what_to_do(
     assert main([*arguments, *extra]) == 2
     errors = capsys.readouterr().err
     assert remedy in errors and len(errors.strip().splitlines()) == 1, errors
+
+
+def test_a_misspelt_command_is_guessed(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit, match="2"):
+        main(["chekc", "revolt"])
+    assert "mean 'check'?" in capsys.readouterr().err
+
+
+def test_bad_weather_is_refused_before_the_state_is_taken(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["run", "revolt", "--sitl", "--wind", "strong", "--state", str(tmp_path / "state")]) == 2
+    assert "write MPS@DEG" in capsys.readouterr().err
+    assert not (tmp_path / "state").exists()
+
+
+def test_devices_on_a_port_that_is_not_there_fails(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["devices", "--port", "/dev/no-such-port", "--seconds", "0.5"]) == 1
+    assert "no such device" in capsys.readouterr().out

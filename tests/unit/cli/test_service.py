@@ -28,7 +28,7 @@ def test_the_unit_runs_the_vessel_with_a_watchdog_and_keeps_to_its_own_user() ->
     run = read["Service"]
     assert run["ExecStart"] == (
         "/opt/usv/bin/python -m companion run revolt --state /var/lib/usv-companion/state --log /var/log/usv-companion "
-        "--log-limit 4000 --link udpout:10.0.0.2:14550"
+        "--log-limit 4000 --realtime --link udpout:10.0.0.2:14550"
     )
     assert (run["Type"], run["User"], run["SupplementaryGroups"], run["Restart"]) == (
         "notify",
