@@ -1,25 +1,28 @@
-# make run      a simulated ReVolt for any ground station on this machine; Ctrl-C ends it
+# make run      a simulated ReVolt for any ground station on this machine, and its live page; Ctrl-C ends both
 # make test     everything that CI runs
 # make bench    figures of speed; nothing is asserted
 # make docs     the documentation as a site in out/site, checked; nothing is fetched when it is read
 # make results  the measured tables of the documentation anew (hours; goes on where it was cut off)
+# make matrix   the fault matrix of the documentation anew (an hour)
 # make scenarios  every scenario over many seeds (long)
 # make wheel    the wheel and the source archive, in dist/
 # make hooks    runs the quick checks before each commit
-# make lock     writes uv.lock and .ci/constraints.txt anew; UPGRADE=--upgrade takes the newest versions
+# make sbom     the packages of a boat as a software bill of materials (CycloneDX), dist/usv_companion.cdx.json
+# make lock     writes uv.lock, .ci/constraints.txt and .ci/requirements-boat.txt anew; UPGRADE=--upgrade takes the newest versions
 # Each sets up its own virtual environment in .venv, with the versions that uv.lock names.
 
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 CONSTRAINTS := .ci/constraints.txt
+BOAT := .ci/requirements-boat.txt
 PIP := $(BIN)/python -m pip --quiet --disable-pip-version-check
 INSTALL := $(PIP) install --constraint $(CONSTRAINTS)
 
-.PHONY: run test lint bench docs results scenarios wheel hooks lock clean
+.PHONY: run test lint bench docs results matrix scenarios wheel sbom hooks lock clean
 
 run: $(VENV)/.installed
-	@$(BIN)/companion run revolt --sitl $(ARGS)
+	@$(BIN)/companion run revolt --sitl --console --control $(ARGS)
 
 test: lint
 	$(BIN)/python -m pytest -n 2 --dist worksteal -m "not sweep"
@@ -40,6 +43,9 @@ docs: $(VENV)/.installed-docs
 results: $(VENV)/.installed
 	$(BIN)/python -m docs.results.measure $(ARGS)
 
+matrix: $(VENV)/.installed
+	$(BIN)/python -m docs.results.faults $(ARGS)
+
 scenarios: $(VENV)/.installed-test
 	$(BIN)/python -m pytest -n 2 --dist worksteal -m sweep tests
 
@@ -55,6 +61,13 @@ lock: $(VENV)/.made
 	$(PIP) install "uv>=0.9"
 	$(BIN)/uv lock --quiet --default-index https://pypi.org/simple $(UPGRADE)
 	$(BIN)/uv export --quiet --frozen --all-extras --no-emit-project --no-hashes --no-annotate --no-header --output-file $(CONSTRAINTS)
+	$(BIN)/uv export --quiet --frozen --extra can --no-emit-project --no-annotate --no-header --output-file $(BOAT)
+
+sbom: $(VENV)/.made
+	$(PIP) install "uv>=0.9"
+	@mkdir -p dist
+	$(BIN)/uv export --quiet --frozen --extra can --no-emit-project --format cyclonedx1.5 --output-file dist/usv_companion.cdx.json
+	@echo "dist/usv_companion.cdx.json"
 
 # A stamp, since bin/python is a link to a file as old as the machine's Python.
 $(VENV)/.made: .ci/make_venv.py
@@ -62,7 +75,7 @@ $(VENV)/.made: .ci/make_venv.py
 	@touch $@
 
 $(VENV)/.installed: pyproject.toml $(CONSTRAINTS) $(VENV)/.made
-	$(INSTALL) --editable .
+	$(INSTALL) --editable ".[console]"
 	@touch $@
 
 # MAVProxy is installed without its dependencies (maps, plots, OpenCV): the tests drive it headless.
@@ -72,7 +85,7 @@ $(VENV)/.installed-test: pyproject.toml $(CONSTRAINTS) $(VENV)/.made
 	@touch $(VENV)/.installed $@
 
 $(VENV)/.installed-docs: pyproject.toml $(CONSTRAINTS) $(VENV)/.made
-	$(INSTALL) --editable ".[docs]"
+	$(INSTALL) --editable ".[console,docs]"
 	@touch $(VENV)/.installed $@
 
 clean:

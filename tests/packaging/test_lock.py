@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from packaging.requirements import Requirement
+from packaging.specifiers import SpecifierSet
 from packaging.utils import canonicalize_name
 
 ROOT = Path(__file__).parents[2]
@@ -42,7 +43,11 @@ def test_the_lock_was_made_from_this_project_file() -> None:
     for extra, requirements in PROJECT["optional-dependencies"].items():
         asked |= {(canonicalize_name(r.name), str(r.specifier), extra) for r in map(Requirement, requirements)}
     written = {
-        (row["name"], row.get("specifier", ""), "".join(re.findall(r"extra == '([^']+)'", row.get("marker", ""))))
+        (
+            row["name"],
+            str(SpecifierSet(row.get("specifier", ""))),
+            "".join(re.findall(r"extra == '([^']+)'", row.get("marker", ""))),
+        )
         for row in own["metadata"]["requires-dist"]
     }
     assert written == asked
