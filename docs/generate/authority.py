@@ -31,8 +31,10 @@ _SOURCES = """The rules stand in `companion/supervisor/authority.py`, the reason
 in `companion/supervisor/failsafes.py` and, for those of a single mode, in the mode's own file in `companion/modes/`."""
 
 CAUSES: Mapping[str, tuple[str, str]] = {  # name of a failsafe → what begins it, when it applies
+    "capsized": ("The boat heels by more than `FS_TILT_ANG`", "armed"),
     "bridge_silent": ("A thruster bridge does not answer", "armed"),
     "thrust_lost": ("So many thrusters have failed that the boat cannot go ahead, or cannot steer", "armed"),
+    "ticks_late": ("Five ticks of 3 s begin more than `FS_TICK_LATE` late; ends 3 s after the last", "armed"),
     "position_lost": (
         "The position is not valid: dead reckoning for `FS_POS_T`, or worse than `COM_POS_FS_EPH`",
         "armed, in a mode that needs it",
@@ -40,7 +42,13 @@ CAUSES: Mapping[str, tuple[str, str]] = {  # name of a failsafe → what begins 
     "heading_lost": ("The heading is not valid", "armed, in a mode that needs it"),
     "leak": ("The leak sensor is wet", "always"),
     "battery_critical": ("The battery is below `BAT_CRIT_THR`", "always"),
+    "battery_return": (
+        "The battery just takes the boat home, with `BAT_RET_MARG` and `BAT_CRIT_THR` left there",
+        "armed, in a mode that steers itself",
+    ),
     "battery_low": ("The battery is below `BAT_LOW_THR`", "always"),
+    "shallow": ("A sounder measures less than `FS_DEPTH_MIN`", "armed, in a mode that steers itself"),
+    "no_way": ("Thrust makes no way for `FS_WAY_T`", "armed, in a mode that steers itself"),
     "fence": ("The boat leaves the fence, or is about to under sticks", "armed"),
     "transmitter_lost": (
         "The transmitter is silent for `COM_RC_LOSS_T` with its safe switch on",

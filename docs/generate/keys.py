@@ -13,12 +13,14 @@ from annotated_types import Ge, Gt, Le, Lt, MaxLen, MinLen
 from pydantic import TypeAdapter
 from pydantic.fields import FieldInfo
 
+from companion.config.fields import DERIVED
+from companion.config.units import unit_of
 from docs.generate.markdown import code, number
-from docs.generate.units import unit_of
 
 _WORDS = {str: "text", bool: "true or false", int: "whole number", float: "number"}
 _SIGNS = {Ge: ("≥", "ge"), Gt: (">", "gt"), Le: ("≤", "le"), Lt: ("<", "lt")}
 REQUIRED = "**required**"
+FILLED_IN = "from other keys"
 
 
 class UndescribedKey(Exception):
@@ -60,7 +62,13 @@ def _key(table: type[Any], entry: Field[Any], hint: Any) -> Key:
     if inner is None and (limits := _limits(infos)):
         kind = f"{kind}, {limits}"
     unit = unit_of(name) if "number" in kind else ""
-    return Key(name, kind, unit, meaning, _default(entry, name, inner), inner, several, named)
+    default = FILLED_IN if any(_is_derived(info) for info in infos) else _default(entry, name, inner)
+    return Key(name, kind, unit, meaning, default, inner, several, named)
+
+
+def _is_derived(info: FieldInfo) -> bool:
+    extra = info.json_schema_extra
+    return isinstance(extra, dict) and DERIVED in extra
 
 
 def _unwrapped(hint: Any) -> tuple[Any, list[FieldInfo]]:
@@ -154,4 +162,9 @@ def _toml(value: Any) -> str:
 
 def schema(table: type[Any]) -> dict[str, Any]:
     """The JSON schema of a file, for editors that check TOML as it is written."""
-    return TypeAdapter(table).json_schema()
+    found = TypeAdapter(table).json_schema()
+    for part in (found, *found.get("$defs", {}).values()):
+        if "required" in part:
+            optional = {name for name, row in part["properties"].items() if row.pop(DERIVED, False)}
+            part["required"] = [name for name in part["required"] if name not in optional]
+    return found

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
+from companion.config.units import unit_of
 from companion.config.vessel import bundled, find, load
+from companion.core.readings import KINDS
 from companion.leader_module.log import COLUMNS as MODULE_COLUMNS
 from companion.record.geotags import COLUMNS as GEOTAG_COLUMNS
-from companion.record.readings import COLUMNS as READING_COLUMNS
-from companion.record.readings import TICK_COLUMNS
+from companion.record.reading_codec import CODECS
+from companion.record.recorded import TICK_COLUMNS
 from companion.record.recorder import EVENT_COLUMNS, tick_columns
 from docs.generate.markdown import code, page, section, sentence, summary, table
-from docs.generate.units import unit_of
 from sitl.camera import COLUMNS as PICTURE_COLUMNS
 from sitl.truth_log import LEADER_COLUMNS, truth_columns
 
@@ -62,6 +63,18 @@ TICKS: Mapping[str, str] = {
     "mission_seq": "MAVLink's sequence number of the current item: one less than the item's number in texts.",
     "failsafes": "Failsafes that last, separated by semicolons, most severe first.",
     "load": "Share of the tick's period spent computing.",
+    "lat_deg": "Latitude; empty while the position is not valid.",
+    "lon_deg": "Longitude.",
+    "fix": "Quality of the satellite fix, as MAVLink's GPS_FIX_TYPE.",
+    "satellites": "Satellites used.",
+    "corrections_age_s": "Age of the corrections that the receiver uses.",
+    "battery_v": "Voltage.",
+    "battery_a": "Current out of the battery.",
+    "battery_remaining": "Share of charge left, 0 to 1.",
+    "wind_speed_mps": "True wind.",
+    "wind_from_rad": "Direction from which the true wind comes, clockwise from north.",
+    "current_north_mps": "Current towards north, as the filter believes.",
+    "current_east_mps": "Current towards east.",
     f"{DEVICE}_ok": "1: the device answers.",
     f"{THRUSTER}_condition": "What the watch of thrusters thinks of it.",
 }
@@ -164,26 +177,42 @@ RESULT: Mapping[str, str] = {
 _FILES = (
     ("ticks.csv", "One row a control step."),
     ("events.csv", "One row an event."),
-    ("readings.csv", "Every reading, parameter change and packet that came in, for a replay."),
+    (
+        "log.mcap",
+        "Readings, ticks, events, parameter changes, packets that came in; for a replay and for viewers.",
+    ),
     ("telemetry.tlog", "Every MAVLink packet, in and out, as ground stations record it."),
     ("manifest.json", "What ran, and with which configuration."),
     ("state/", "Parameters, plans and keys of the boat when the run began."),
-    ("ticks.ulg", "On a boat: the ticks as ULog, for PlotJuggler and pyulog."),
+    ("ticks.ulg", "On a boat: the ticks as ULog, for PlotJuggler, Flight Review and pyulog."),
     ("geotags.csv", "With cameras: one row a picture."),
     ("pictures.csv", "In simulation with cameras: where each picture was really taken."),
     ("truth.csv", "In simulation: what the plant really did."),
     ("LEADER.csv", "In simulation with a lead boat: what it really did. The file has the boat's name."),
     ("result.json", "Of a scenario: metrics and checks."),
 )
-_READINGS = """One line a reading: `kind,source,values`. The values are base64 of little-endian float64, in the order
-of the table.
-What is not there is NaN. `time` has a float64 and an int64. `ais` and `measurement` end in texts.
+_READINGS = """An MCAP file. Messages are protobuf, described in the file, in chunks compressed with zstd.
 
-After the readings of a tick comes its line `tick`. A line `parameter` is a change under way. A line `packet` is a
-MAVLink packet that came in.
-A line `health` is what a device's driver reports from then on."""
-_TICK_LINE = """Values of the line `tick`: the estimate, the setpoint, and what control and allocation made of it.
-Throttle and azimuth of each thruster follow where the setpoint has them."""
+| topic | schema | what it is |
+|---|---|---|
+| `/SOURCE/KIND` | `usv.Kind_FORMS` | the readings of a device in a tick: one column a value, one row a sample |
+| `/tick` | `usv.Tick` | the end of a tick: estimate, setpoint, wrench; `order` lists the channel of each reading |
+| `/packet` | `usv.MavlinkPacket` | a MAVLink packet that came in |
+| `/parameter` | `usv.Parameter` | a parameter that changed under way |
+| `/health` | `usv.DeviceHealth` | what a device's driver reports from then on; once a minute of one that is well |
+| `/log` | `foxglove.Log` | an event |
+| `/position` | `foxglove.LocationFix` | the boat's place, 5 times a second |
+| `/pose`, `/tf` | `foxglove.PoseInFrame`, `FrameTransform` | the same in the frame `map`: east, north, up from home |
+
+`FORMS` has one letter a column: `f` float32; `s` float32, of which the shortest decimal is the value; `d` float64;
+`q` int64; `u` age in microseconds at the tick, instead of `t_s`. So every value comes back to the last bit.
+What is not there is NaN.
+
+The kinds of readings:"""
+_TICK_LINE = """`/tick` has these as float64, and more as float32: accuracies, battery, wind, current, each thruster's
+command."""
+
+_READING_COLUMNS = {kind: (KINDS[kind], codec.names) for kind, codec in CODECS.items()}
 
 
 class UndescribedColumn(Exception):
@@ -201,9 +230,7 @@ def log_columns() -> str:
         section(2, "events.csv", columns(EVENT_COLUMNS, EVENTS)),
         section(2, "geotags.csv", columns(GEOTAG_COLUMNS, GEOTAGS)),
         section(2, "pictures.csv", columns(PICTURE_COLUMNS, PICTURES)),
-        section(
-            2, "readings.csv", _READINGS, _kinds(), section(3, "The line of a tick", _TICK_LINE, _names(TICK_COLUMNS))
-        ),
+        section(2, "log.mcap", _READINGS, _kinds(), section(3, "A tick", _TICK_LINE, _names(TICK_COLUMNS))),
         section(2, "manifest.json", _keys(MANIFEST)),
         section(2, "result.json", _keys(RESULT)),
         section(2, "LEADER.csv", columns(LEADER_COLUMNS, LEADER)),
@@ -226,7 +253,7 @@ def _keys(meanings: Mapping[str, str]) -> str:
 
 def _kinds() -> str:
     rows = (
-        (code(kind), sentence(summary(reading)), _names(names)) for kind, (reading, names) in READING_COLUMNS.items()
+        (code(kind), sentence(summary(reading)), _names(names)) for kind, (reading, names) in _READING_COLUMNS.items()
     )
     return table(("kind", "what it is", "values"), rows)
 

@@ -7,7 +7,10 @@ from pathlib import Path
 
 from docs.generate.authority import authority
 from docs.generate.command_line import command_line
+from docs.generate.fault_matrix import fault_matrix
 from docs.generate.house import house, rooms_table
+from docs.generate.hulls import hulls
+from docs.generate.licences import licences
 from docs.generate.log_columns import log_columns
 from docs.generate.markdown import page
 from docs.generate.mavlink import mavlink_page
@@ -33,10 +36,13 @@ PAGES: Mapping[str, Callable[[], str]] = {
     "reference/authority.md": authority,
     "reference/statustexts.md": statustexts,
     "reference/vessel-file.md": vessel_file,
+    "reference/hulls.md": hulls,
     "reference/command-line.md": command_line,
     "reference/mavlink.md": mavlink_page,
     "reference/log-columns.md": log_columns,
+    "reference/licences.md": licences,
     "reference/results.md": results,
+    "reference/fault-matrix.md": fault_matrix,
     "ground-stations/mavsdk-examples.md": mavsdk_examples,
     "inside/rooms.md": _rooms,
     "inside/house.svg": house,
