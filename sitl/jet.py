@@ -39,6 +39,7 @@ class Jet(ThrusterModel):
 
     def drive(self, throttle: float) -> None:
         """Set the throttle, 0 to 1."""
+        self.asked = throttle
         self._target_mps = self._exit_for(throttle)
 
     def step(self, dt_s: float, surge_mps: float = 0.0) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from companion.config.devices import SensorConfig
 from companion.config.hull import DampingConfig, HullConfig
@@ -86,7 +86,7 @@ class LeadBoat:
         self.hull = Hull(_HULL)
         self.hull.place(*start)
         self.wake = Wake()
-        self.faults: set[str] = set()  # as in `sitl.faults`: gnss_lost, gnss_wild …
+        self.faults: set[str] = set()  # as in `sitl.faults`: gnss_lost, gnss_wild, gnss_frozen …
         self.fix: LeaderFix | None = None
         self._departed_s: float | None = None
         self._steps = self._next = 0
@@ -125,7 +125,9 @@ class LeadBoat:
         hull.step(surge_n, -turn_nm / _LEVER_M, turn_nm - _YAW_CUBIC * hull.yaw_rate_radps**3, dt_s)
         self.wake.leave(hull.north_m, hull.east_m, hull.north_mps, hull.east_mps, dt_s)
         if self._steps % (STEP_HZ // _FIX_HZ) == 0:
-            self.fix = self._measure()
+            fix = self._measure()
+            frozen = self.fix if "gnss_frozen" in self.faults else None
+            self.fix = fix if frozen is None else replace(frozen, t_s=fix.t_s)
 
     def _take_orders(self) -> None:
         while (

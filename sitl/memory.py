@@ -5,8 +5,21 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Sequence
 
+from sitl.noise import stream
+
 _MAX_BYTES = 65536  # limit in each direction; a side that does not read loses the oldest bytes
 _SOON_S = 1e-9
+_GARBLED_SHARE = 0.1
+
+
+def garbling(seed: int, name: str) -> Callable[[bytes], bytes]:
+    """What a bad line makes of bytes: one in ten becomes another, by the seed."""
+    draws = stream(seed, f"{name} garbled")
+
+    def garbles(data: bytes) -> bytes:
+        return bytes([draws.randrange(256) if draws.random() < _GARBLED_SHARE else byte for byte in data])
+
+    return garbles
 
 
 class _Queue:
@@ -50,6 +63,7 @@ class MemoryStream:
         self.to_host = _Queue()
         self.to_device = _Queue()
         self.plugged = True
+        self.garbles: Callable[[bytes], bytes] | None = None  # what a bad line makes of bytes, either way
         self._closed = False
 
     def read(self, now_s: float) -> Sequence[tuple[float, bytes]]:
@@ -59,7 +73,7 @@ class MemoryStream:
     def write(self, data: bytes, now_s: float) -> None:
         """Send to the device."""
         if self.plugged and not self._closed:
-            self.to_device.put(now_s, data)
+            self.to_device.put(now_s, data if self.garbles is None else self.garbles(data))
             if self.device.wake is not None:
                 self.device.wake(now_s)
 
@@ -101,7 +115,8 @@ class MemoryDevice:
     def send(self, data: bytes, t_s: float) -> None:
         """Send bytes that arrive at the host at `t_s`."""
         if self._stream.plugged:
-            self._stream.to_host.put(t_s, data)
+            garbles = self._stream.garbles
+            self._stream.to_host.put(t_s, data if garbles is None else garbles(data))
 
     def receive(self, now_s: float) -> list[tuple[float, bytes]]:
         """(time, bytes) that the host has written by `now_s`."""

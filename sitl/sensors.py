@@ -267,7 +267,7 @@ class ImuModel:
             r + er + _GYRO_WHITE_RADPS * normal(),
             roll + e_roll,
             pitch + e_pitch,
-            wrap_pi(hull.yaw_rad + e_yaw),
+            wrap_pi(hull.yaw_rad - self._config.heading_offset_rad + e_yaw),
         )
 
     def _lever_arm(self, p: float, q: float, r: float) -> tuple[float, float, float]:

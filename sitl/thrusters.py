@@ -9,11 +9,11 @@ from companion.config.devices import ThrusterConfig
 from companion.core.actuation import Deployment
 from companion.core.angles import TWO_PI, wrap_pi
 
-_RUNAWAY_SHARE = 0.5  # share of full force
+_RUNAWAY_SHARE, _FOULED_SHARE = 0.5, 0.1  # of full force; of the force
 
 
 class ThrusterModel:
-    """One thruster. In: throttle −1 to 1 and azimuth; out: `force_n` along `azimuth_rad`.
+    """One thruster. In: throttle −1 to 1 and azimuth; out: `force_n` along `azimuth_rad`; `asked` is the throttle.
 
     Target force: K u|u| with K by sign, within [min_n, max_n], 0 in the dead band. The force follows it with a
     first-order lag. An endless azimuth turns the shorter way at its rate. One with stops goes to the demanded
@@ -22,7 +22,7 @@ class ThrusterModel:
 
     Faults: `dead` gives nothing and does not turn, and its board reports it. The board does not report the others:
     `stalled` gives nothing, `stuck` does not turn, `runaway` runs ahead whatever the command, `jammed` moves neither up
-    nor down.
+    nor down, `reversed` pushes the other way, `fouled` turns as commanded and gives a tenth of the force.
     """
 
     __slots__ = (
@@ -36,12 +36,15 @@ class ThrusterModel:
         "_turns",
         "_x_m",
         "_y_m",
+        "asked",
         "azimuth_rad",
         "dead",
         "down",
         "force_n",
+        "fouled",
         "jammed",
         "lower",
+        "reversed",
         "runaway",
         "stalled",
         "stuck",
@@ -59,9 +62,10 @@ class ThrusterModel:
         self.azimuth_rad = config.azimuth_rad  # can exceed one turn where there are stops
         self._target_rad = config.azimuth_rad
         self.force_n = 0.0
+        self.asked = 0.0
         self.down = 1.0
         self.lower: bool | None = None  # commanded direction of travel; None: stay
-        self.dead = self.stalled = self.stuck = self.runaway = self.jammed = False
+        self.dead = self.stalled = self.stuck = self.runaway = self.jammed = self.reversed = self.fouled = False
 
     @property
     def config(self) -> ThrusterConfig:
@@ -82,7 +86,7 @@ class ThrusterModel:
     def drive(self, throttle: float) -> None:
         """Set the throttle."""
         config = self._config
-        u = min(max(throttle, -1.0), 1.0)
+        u = self.asked = min(max(throttle, -1.0), 1.0)
         if abs(u) < config.dead_band:
             u = 0.0
         force_n = (config.ahead_n if u >= 0.0 else config.astern_n) * u * abs(u)
@@ -96,6 +100,8 @@ class ThrusterModel:
     def step(self, dt_s: float, surge_mps: float = 0.0) -> None:
         """Advance by `dt_s`. `surge_mps`: speed ahead through the water, for jets only."""
         target_n = self._target_n if not self.runaway else _RUNAWAY_SHARE * self._config.max_n
+        if self.reversed:
+            target_n = min(max(-target_n, self._config.min_n), self._config.max_n)
         if self._config.retractable and not self.jammed:
             self._travel(dt_s)
         if self.dead or self.stalled or self.down < 1.0:
@@ -109,7 +115,8 @@ class ThrusterModel:
 
     def wrench(self) -> tuple[float, float, float]:
         """(surge_n, sway_n, yaw_nm) on the hull: τ = [cos α, sin α, lx sin α − ly cos α]ᵀ F."""
-        x_n, y_n = self.force_n * math.cos(self.azimuth_rad), self.force_n * math.sin(self.azimuth_rad)
+        force_n = _FOULED_SHARE * self.force_n if self.fouled else self.force_n
+        x_n, y_n = force_n * math.cos(self.azimuth_rad), force_n * math.sin(self.azimuth_rad)
         return x_n, y_n, self._x_m * y_n - self._y_m * x_n
 
     @property

@@ -13,6 +13,7 @@ from companion.config.devices import ThrusterConfig
 from companion.config.vessel import ConfigError, DockConfig, PlantConfig, SitlConfig, VesselConfig
 from companion.core.angles import wrap_pi
 from companion.core.frames import ned_to_body
+from companion.core.nearest import did_you_mean
 from companion.core.ports import ByteStream
 from sitl import emulators
 from sitl.battery import BatteryModel
@@ -23,7 +24,7 @@ from sitl.environment import UPDATE_S, CurrentModel, Waves, WindModel, parse_dir
 from sitl.faults import Faults, parse
 from sitl.hull import Hull
 from sitl.jet import Jet
-from sitl.memory import MemoryDevice, MemoryStream
+from sitl.memory import MemoryDevice, MemoryStream, garbling
 from sitl.seaway import Seaway
 from sitl.sensors import grade
 from sitl.shared_sea import SharedSea
@@ -34,6 +35,8 @@ from sitl.traffic import Traffic
 EPOCH_UNIX_NS = 1_780_315_200_000_000_000  # 2026-06-01T12:00:00Z, where simulated time begins
 STEP_HZ = 100
 FASTEST_HZ = 200
+_GROUND_MPS2, _CREEP_MPS = 15.0, 0.1  # deceleration by the ground, in full from that speed on
+_OVER_RADPS, _OVER_RAD = math.radians(60.0), math.radians(170.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,6 +120,7 @@ class World:
         self.thrusters = _thrusters(vessel.thrusters, self._plant)
         self._retractable = [(c, t) for c, t in zip(vessel.thrusters, self.thrusters, strict=True) if c.retractable]
         self._steps = 0
+        self._over_rad = 0.0  # by which the boat has rolled over
         self._step_hz = FASTEST_HZ if any(sensor.rate_hz > STEP_HZ for sensor in vessel.sensors) else STEP_HZ
         self._step_s = 1.0 / self._step_hz
         self._update_steps = round(UPDATE_S * self._step_hz)
@@ -263,9 +267,18 @@ class World:
             self._update_weather()
         if self.shared_sea is not None:
             self.shared_sea.advance(t_s)
+        self.waves.roll_rad -= self._over_rad  # waves go on from their own
         self.waves.update(t_s)
+        if "capsized" in self.faults.active:
+            self._roll_over()
         self._push(t_s)
         self._send_due(t_s)
+
+    def _roll_over(self) -> None:
+        rate = _OVER_RADPS if self._over_rad < _OVER_RAD else 0.0
+        self._over_rad += rate * self._step_s
+        self.waves.roll_rad += self._over_rad
+        self.waves.roll_rate_radps += rate
 
     def _push(self, t_s: float) -> None:
         """Sum the forces on the hull and step it."""
@@ -292,7 +305,18 @@ class World:
         if self.berth is not None:
             x_n, y_n, n_nm = self.berth.push(hull)
             surge_n, sway_n, yaw_nm = surge_n + x_n, sway_n + y_n, yaw_nm + n_nm
+        if "aground" in self.faults.active:
+            x_n, y_n, n_nm = self._ground()
+            surge_n, sway_n, yaw_nm = surge_n + x_n, sway_n + y_n, yaw_nm + n_nm
         hull.step(surge_n, sway_n, yaw_nm, self._step_s)
+
+    def _ground(self) -> tuple[float, float, float]:
+        """Force and moment of the ground under the keel: friction that stops the boat and lets it creep."""
+        hull, mass = self.hull, self._plant.hull
+        speed_mps = math.hypot(hull.surge_mps, hull.sway_mps)
+        share = -_GROUND_MPS2 / max(speed_mps, _CREEP_MPS)
+        turn = -_GROUND_MPS2 / max(abs(hull.yaw_rate_radps), _CREEP_MPS) * hull.yaw_rate_radps
+        return mass.m11_kg * share * hull.surge_mps, mass.m22_kg * share * hull.sway_mps, mass.m33_kgm2 * turn
 
     def _send_due(self, t_s: float) -> None:
         due = self._due
@@ -318,12 +342,15 @@ class World:
             thruster.stuck = f"thruster_{config.name}_stuck" in active
             thruster.runaway = f"thruster_{config.name}_runaway" in active
             thruster.jammed = f"thruster_{config.name}_jammed" in active
+            thruster.reversed = f"thruster_{config.name}_reversed" in active
+            thruster.fouled = f"thruster_{config.name}_fouled" in active
         for name, stream in self._streams.items():
             gone = f"{name}_unplugged" in active
             if gone and stream.plugged:
                 stream.device.unplug()
             elif not gone and not stream.plugged:
                 stream.device.plug()
+            stream.garbles = garbling(self._conditions.seed, name) if f"{name}_garbled" in active else None
 
 
 def _simulation(vessel: VesselConfig) -> SitlConfig:
@@ -352,5 +379,6 @@ def _chosen_plant(vessel: VesselConfig, name: str | None) -> PlantConfig:
     simulation = _simulation(vessel)
     chosen = simulation.plant if name is None else name
     if chosen not in simulation.plants:
-        raise ConfigError([f"{vessel.name}: no plant named '{chosen}'; there is {', '.join(simulation.plants)}"])
+        meant = did_you_mean(chosen, simulation.plants)
+        raise ConfigError([f"{vessel.name}: no plant named '{chosen}'; there is {', '.join(simulation.plants)}{meant}"])
     return simulation.plants[chosen]

@@ -44,6 +44,7 @@ from sitl.scenarios.convoy import Convoy
 from sitl.scenarios.ground_station import GroundStation
 from sitl.scenarios.rig import Conditions
 from sitl.shared_sea import LeadBoatConfig
+from tests import bench_console
 from tests.afloat_beside import BoatBeside
 from tests.protocol.desk import Desk
 from tests.protocol.lead_boat_module import Pair, circle
@@ -540,9 +541,9 @@ def sensors(seconds: int = 20) -> None:
     """Reading a receiver (six sentences, 20 Hz) and inertial sensors (200 Hz), with health at 10 Hz."""
     from tests.unit.io.sensors.test_mavlink_imu import HEARTBEAT, HIGHRES
     from tests.unit.io.sensors.test_mtdata2 import BY_HAND
-    from tests.unit.io.sensors.test_mtdata2_setup import Listening
     from tests.unit.io.sensors.test_nmea0183 import GGA, HDT, RMC, VTG, ZDA, sentence
     from tests.unit.io.sensors.test_vectornav import VNYMR
+    from tests.wires import Listening
 
     gst = sentence("GNGST,120000.00,1.2,0.020,0.010,45.0,0.012,0.016,0.030")
     loads = {
@@ -580,6 +581,8 @@ def main() -> None:
         following(folder, 2)
         leader_link(folder)
         long_requests(folder)
+        bench_console.feed_cost(folder, line)
+        bench_console.console(folder, line)
         start_up(folder)
         transfers(folder)
     line(

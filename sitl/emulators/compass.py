@@ -20,7 +20,7 @@ class CompassEmulator:
         self.rate_hz = min(config.rate_hz, around.step_hz)
         self._config, self._port, self._around = config, port, around
         self._model = CompassModel(config, around.home, around.epoch_unix_ns, 1.0 / self.rate_hz, around.seed)
-        self._lies = HeadingLies(around.faults, config.name)
+        self._lies = HeadingLies(around.faults, config.name, around.seed)
 
     def speak(self, t_s: float) -> None:
         """Measure now, and send."""

@@ -29,7 +29,10 @@ class PixhawkEmulator:
         self.rate_hz = min(config.rate_hz, around.step_hz)
         self._model = ImuModel(config, around.home, 1.0 / self.rate_hz, around.seed)
         self._field = MagnetometerModel(config, around.home, around.epoch_unix_ns, around.seed)
-        self._lies, self._field_lies = ImuLies(around.faults, config.name), HeadingLies(around.faults, config.name)
+        self._lies, self._field_lies = (
+            ImuLies(around.faults, config.name, around.seed),
+            HeadingLies(around.faults, config.name, around.seed),
+        )
         self._config, self._port, self._around = config, port, around
         self._north_rad = north_of(around.home, around.epoch_unix_ns) if config.heading == "magnetic" else 0.0
         self._codec: Any = mavlink.MAVLink(None, srcSystem=_SYSTEM, srcComponent=1)

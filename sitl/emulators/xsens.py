@@ -45,7 +45,10 @@ class XsensEmulator:
         self.name = config.name
         self.rate_hz = min(config.rate_hz, around.step_hz)
         self.model = ImuModel(config, around.home, 1.0 / self.rate_hz, around.seed)
-        self._lies, self._field_lies = ImuLies(around.faults, config.name), HeadingLies(around.faults, config.name)
+        self._lies, self._field_lies = (
+            ImuLies(around.faults, config.name, around.seed),
+            HeadingLies(around.faults, config.name, around.seed),
+        )
         self._port = port
         self._around = around
         self._latency_s = config.latency_s

@@ -5,6 +5,7 @@ from __future__ import annotations
 from sitl.scenarios import (
     ahrs,
     approach,
+    bow_hold,
     circle,
     colreg,
     cross_current,
@@ -41,6 +42,7 @@ _ALL = (
     station_keeping.SCENARIO,
     station_keeping.THRUSTER_FAILURE,
     watch_circle.SCENARIO,
+    bow_hold.SCENARIO,
     docking.SCENARIO,
     fence_stop.SCENARIO,
     colreg.SCENARIO,

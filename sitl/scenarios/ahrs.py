@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from sitl.scenarios.figure import new_figure, set_title
+from sitl.scenarios.figure import legend, new_figure, set_title
 from sitl.scenarios.ground_station import GroundStation
 from sitl.scenarios.measure import Check, read_truth, rms
 from sitl.scenarios.scenario import Scenario, Settings, number
@@ -85,7 +85,7 @@ def draw(folder: Path, asked: dict[str, Any], settings: Settings) -> None:
     error.plot(t, [math.degrees(row[2]) for row in rows], color="tab:blue", linewidth=0.9, label="heading error")
     error.set_ylabel("°")
     error.set_ylim(-15.0, 15.0)
-    error.legend(loc="upper right")
+    legend(error)
     turn.plot(t, [math.degrees(row["yaw_rate_radps"]) for row in truth], color="tab:orange")
     turn.set_ylabel("turn, °/s")
     speed.plot(t, [row[1] for row in rows], color="tab:green")

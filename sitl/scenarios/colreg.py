@@ -16,7 +16,7 @@ from pymavlink.dialects.v20 import common as mavlink
 from companion.core.angles import wrap_pi
 from companion.core.geodesy import LocalFrame
 from sitl.noise import stream
-from sitl.scenarios.figure import new_figure, set_title
+from sitl.scenarios.figure import legend, mark_times, new_figure, set_title
 from sitl.scenarios.ground_station import GroundStation, Item
 from sitl.scenarios.measure import Check, Track, between, read_events, read_truth
 from sitl.scenarios.scenario import Scenario, ScenarioError, Settings
@@ -178,24 +178,24 @@ def plot(folder: Path, asked: dict[str, Any], settings: Settings) -> None:
     """Draw `colreg.png` into the folder. Raises ImportError without matplotlib."""
     track = between(read_truth(folder), asked["started_s"], asked["finished_s"])
     figure = new_figure(12.0, 7.0)
-    grid = figure.add_gridspec(2, 2, width_ratios=(1.0, 1.4))
+    grid = figure.add_gridspec(3, 2, width_ratios=(1.0, 1.4))
     _chart(figure.add_subplot(grid[:, 0]), track, asked)
-    gaps, speeds = figure.add_subplot(grid[0, 1]), figure.add_subplot(grid[1, 1])
+    gaps, speeds, headings = (figure.add_subplot(grid[row, 1]) for row in range(3))
     times = [row["t_s"] - asked["started_s"] for row in track]
     gaps.plot(times, [_between_hulls(row, asked["vessel"], asked) for row in track])
     gaps.axhline(10.0, color="tab:red", label="to keep")
     gaps.set_ylabel("between the hulls, m")
     gaps.set_ylim(0.0, 150.0)
-    speeds.plot(times, [row["surge_mps"] for row in track], label="surge, m/s")
-    speeds.plot(times, [row["yaw_rad"] for row in track], label="heading, rad")
-    speeds.set_xlabel("time, s")
-    for axes in (gaps, speeds):
+    speeds.plot(times, [row["surge_mps"] for row in track])
+    speeds.set_ylabel("surge, m/s")
+    headings.plot(times, [math.degrees(row["yaw_rad"]) for row in track])
+    headings.set_ylabel("heading, °")
+    headings.set_xlabel("time, s")
+    legend(gaps)
+    for axes in (gaps, speeds, headings):
         axes.grid(alpha=0.3)
-        axes.legend()
-    for event in read_events(folder):
-        if event.name.startswith("traffic"):
-            gaps.axvline(event.t_s - asked["started_s"], color="grey", linewidth=0.7)
-            gaps.text(event.t_s - asked["started_s"], 148.0, f" {event.text}", rotation=90, fontsize=6, va="top")
+    said = [event for event in read_events(folder) if event.name.startswith("traffic")]
+    mark_times(figure, (gaps, speeds, headings), [(event.t_s - asked["started_s"], event.text) for event in said])
     set_title(figure, settings)
     figure.savefig(folder / "colreg.png", dpi=90)
 
@@ -219,7 +219,7 @@ def _chart(axes: Axes, track: Track, asked: dict[str, Any]) -> None:
     axes.set_xlabel("east, m")
     axes.set_ylabel("north, m")
     axes.grid(alpha=0.3)
-    axes.legend(fontsize=8)
+    legend(axes)
 
 
 SCENARIO = Scenario(

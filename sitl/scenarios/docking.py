@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from companion.core.angles import wrap_pi
+from sitl.scenarios.boat import sideways
 from sitl.scenarios.ground_station import GroundStation
 from sitl.scenarios.measure import Check, between, read_truth
 from sitl.scenarios.scenario import Scenario, Settings
@@ -61,6 +62,7 @@ SCENARIO = Scenario(
     text="port side onto a berth at -40 degrees, in wind with gusts",
     vessel="revolt",
     defaults={"wind": "2", "current": "", "gnss": "rtk", "waves": "", "model_error": ""},
+    needs=(sideways,),
     sail=sail,
     measure=measure,
 )

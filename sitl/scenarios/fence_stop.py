@@ -11,7 +11,7 @@ from pymavlink.dialects.v20 import common as mavlink
 
 from companion.core.angles import wrap_pi
 from companion.core.geodesy import LocalFrame
-from sitl.scenarios.figure import finish_chart, new_figure, set_title
+from sitl.scenarios.figure import finish_chart, legend, new_figure, set_title
 from sitl.scenarios.ground_station import GroundStation, Item
 from sitl.scenarios.measure import Check, Track, between, read_truth
 from sitl.scenarios.scenario import Scenario, ScenarioError, Settings
@@ -135,7 +135,7 @@ def plot(folder: Path, asked: dict[str, Any], settings: Settings) -> None:
     over_time.set_xlabel("time, s")
     over_time.set_ylabel("to the fence, m")
     over_way.set_ylabel("surge, m/s")
-    over_way.legend()
+    legend(over_way)
     for axes in (over_way, over_time):
         axes.grid(alpha=0.3)
     set_title(figure, settings)

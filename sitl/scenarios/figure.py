@@ -11,6 +11,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 # round a hull, in shares of its length and beam from the middle
+_MOST_COLUMNS = 5
+_CLOSE_S = 8.0  # marks nearer than this share a number
 _OUTLINE = ((0.5, 0.0), (0.3, 0.5), (-0.5, 0.5), (-0.5, -0.5), (0.3, -0.5), (0.5, 0.0))
 
 
@@ -44,6 +46,41 @@ def finish_panels(panels: Sequence[Axes], t_s: Sequence[float], label: str = "ti
         axes.set_xlim(t_s[0], t_s[-1])
         axes.grid(alpha=0.3)
     panels[-1].set_xlabel(label)
+
+
+def legend(axes: Axes, right: bool = False) -> None:
+    """The legend above the axes, so that it lies over no data. `right`: at the right end, for a second scale."""
+    handles, _ = axes.get_legend_handles_labels()
+    axes.legend(
+        loc="lower right" if right else "lower left",
+        bbox_to_anchor=(1.0 if right else 0.0, 1.0),
+        ncols=max(1, min(len(handles), _MOST_COLUMNS)),
+        fontsize=8,
+        frameon=False,
+        borderaxespad=0.2,
+        handlelength=1.4,
+        columnspacing=1.2,
+    )
+
+
+def mark_times(figure: Figure, panels: Sequence[Axes], marks: Sequence[tuple[float, str]]) -> None:
+    """A line at each time, with a number at the foot of the first panel; the texts stand below the figure, so that
+    none lies over another."""
+    shown: list[tuple[float, str]] = []
+    for number, (t_s, _) in enumerate(marks, start=1):
+        for axes in panels:
+            axes.axvline(t_s, color="black", alpha=0.4, linewidth=0.7)
+        if shown and abs(t_s - shown[-1][0]) < _CLOSE_S:
+            shown[-1] = shown[-1][0], f"{shown[-1][1]}, {number}"
+        else:
+            shown.append((t_s, str(number)))
+    for t_s, text in shown:
+        panels[0].annotate(
+            text, (t_s, 0.02), xycoords=("data", "axes fraction"), xytext=(2, 0), textcoords="offset points", fontsize=7
+        )
+    if marks:
+        lines = [f"{number}: {text}" for number, (_, text) in enumerate(marks, start=1)]
+        figure.supxlabel("\n".join(lines), x=0.01, ha="left", fontsize=7)
 
 
 def draw_hull(

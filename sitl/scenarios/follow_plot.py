@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sitl.lead_boat import LENGTH_M
-from sitl.scenarios.figure import draw_hull, finish_chart, finish_panels, new_figure, set_title
+from sitl.scenarios.figure import draw_hull, finish_chart, finish_panels, legend, mark_times, new_figure, set_title
 from sitl.scenarios.follow_measure import WAKE_M, Chase, columns, modes
 
 if TYPE_CHECKING:
@@ -32,15 +32,10 @@ def draw(folder: Path, asked: dict[str, Any], settings: Settings) -> None:
     right: list[Axes] = [figure.add_subplot(grid[row, 1]) for row in range(5)]
     for each, chase, color in zip(folders, chases, _COLORS, strict=False):
         _against_time(right, each, chase, asked, color, len(chases) == 1)
+    mark_times(figure, right, [(t_s - asked["from_s"], text) for t_s, text in asked.get("marks", ())])
     for axes in right:
-        for t_s, text in asked.get("marks", ()):
-            axes.axvline(t_s - asked["from_s"], color="black", alpha=0.4, linewidth=0.7)
-            if axes is right[0]:
-                axes.annotate(
-                    text, (t_s - asked["from_s"], 1.0), xycoords=("data", "axes fraction"), rotation=60, fontsize=6
-                )
         if axes.lines:
-            axes.legend(loc="upper left", fontsize=7, ncols=2)
+            legend(axes)
     label = "time since the leader departed, s; grey: not in Follow, yellow: the leader turns"
     finish_panels(right, chases[0].t - asked["from_s"], label)
     set_title(figure, settings, asked["vessel"])
@@ -75,7 +70,7 @@ def _chart(axes: Axes, chases: list[Chase], asked: dict[str, Any]) -> None:
                 linewidth=0.25,
             )
     finish_chart(axes, "east, m; thin lines join the boats every 10 s", "north, m")
-    axes.legend(loc="upper right")
+    legend(axes)
 
 
 def _around_leader(axes: Axes, chases: list[Chase], asked: dict[str, Any]) -> None:

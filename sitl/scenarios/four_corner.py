@@ -13,6 +13,7 @@ from typing import Any
 from companion.config.vessel import VesselConfig
 from companion.core.geodesy import LocalFrame
 from sitl.scenarios import positioning_plot
+from sitl.scenarios.boat import sideways
 from sitl.scenarios.ground_station import GroundStation
 from sitl.scenarios.measure import Check
 from sitl.scenarios.positioning import ThrusterFigures, figures, read
@@ -101,6 +102,7 @@ SCENARIO = Scenario(
     by_vessel={
         "cybership2": {"box": "2", "leg": "45", "gnss": "basin", "wind": "", "push": "1.5@0", "feedforward": "on"}
     },
+    needs=(sideways,),
     sail=sail,
     measure=measure,
     plot=positioning_plot.draw,

@@ -31,7 +31,8 @@ class Item:
 
 
 class GroundStation:
-    """`last`: newest message of each type; `texts`: all STATUSTEXTs; `acks`, `reached`: results and items so far."""
+    """`last`: newest message of each type; `texts`: all STATUSTEXTs, `heard_s` when each came; `acks`, `reached`:
+    results and items so far. `streamed`: what it sends in every tick. `heartbeats` False: it has fallen silent."""
 
     def __init__(self, rig: Rig, system: int = 255, vessel: int = 1) -> None:
         """`system`: its own id; `vessel`: the boat's id."""
@@ -39,8 +40,11 @@ class GroundStation:
         self.vessel = vessel
         self.last: dict[str, Any] = {}
         self.texts: list[str] = []
+        self.heard_s: list[float] = []
         self.acks: list[Any] = []
         self.reached: list[int] = []
+        self.streamed: Callable[[], Sequence[Any]] = tuple
+        self.heartbeats = True
         self._heartbeat_due_s = 0.0
         self._requests: list[Any] = []
         self._mission_ack: Any = None
@@ -54,9 +58,11 @@ class GroundStation:
 
     def step(self) -> None:
         """One tick of the vessel; handle everything that it sent."""
-        if self.rig.now_s >= self._heartbeat_due_s:
+        if self.heartbeats and self.rig.now_s >= self._heartbeat_due_s:
             self._heartbeat_due_s = self.rig.now_s + _HEARTBEAT_PERIOD_S
             self.send(mavlink.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3))
+        for message in self.streamed():
+            self.send(message)
         self.rig.step()
         data = self.rig.receive()
         for message in self._codec.parse_buffer(data) or () if data else ():
@@ -67,6 +73,7 @@ class GroundStation:
         self.last[kind] = message
         if kind == "STATUSTEXT":
             self.texts.append(message.text)
+            self.heard_s.append(self.rig.now_s)
         elif kind == "COMMAND_ACK":
             self.acks.append(message)
         elif kind == "MISSION_ITEM_REACHED":

@@ -10,6 +10,7 @@ from typing import Any
 from pymavlink.dialects.v20 import common as mavlink
 
 from companion.core.angles import wrap_pi
+from sitl.scenarios.boat import sideways
 from sitl.scenarios.ground_station import GroundStation
 from sitl.scenarios.measure import Check, between, distance_to, read_truth, rms
 from sitl.scenarios.scenario import Scenario, Settings
@@ -58,6 +59,7 @@ SCENARIO = Scenario(
     vessel="revolt",
     defaults={"wind": "2", "current": "", "gnss": "rtk", "waves": "", "model_error": ""},
     by_vessel={"aboat": {"gnss": "sbas"}},
+    needs=(sideways,),
     sail=sail,
     measure=measure,
 )

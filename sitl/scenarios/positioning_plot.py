@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from sitl.scenarios.figure import draw_hull, finish_chart, finish_panels, new_figure, set_title
+from sitl.scenarios.figure import draw_hull, finish_chart, finish_panels, legend, new_figure, set_title
 from sitl.scenarios.positioning import PositioningLog, ThrusterFigures, energy, iadc, iae, read
 
 if TYPE_CHECKING:
@@ -52,7 +52,7 @@ def _track(axes: Axes, sailed: PositioningLog, asked: dict[str, Any]) -> None:
     for north_m, east_m, yaw_rad in asked["corners"]:
         draw_hull(axes, north_m, east_m, yaw_rad, asked, "black", 0.8)
     finish_chart(axes)
-    axes.legend(loc="upper right")
+    legend(axes)
 
 
 def _pose(axes: Sequence[Axes], t: list[float], sailed: PositioningLog) -> None:
@@ -66,7 +66,7 @@ def _pose(axes: Sequence[Axes], t: list[float], sailed: PositioningLog) -> None:
         each.plot(t, [scale * row[f"desired_{column}"] for row in sailed.ticks], color=_DESIRED, label="desired")
         each.plot(t, [scale * row[column] for row in sailed.truth], color=_REAL, label="true")
         each.set_ylabel(label)
-    axes[0].legend(loc="upper right", fontsize=8)
+    legend(axes[0])
 
 
 def _wrench(axes: Axes, t: list[float], sailed: PositioningLog) -> None:
@@ -78,7 +78,7 @@ def _wrench(axes: Axes, t: list[float], sailed: PositioningLog) -> None:
         axes.plot(t, [row[f"demanded_{column}"] for row in sailed.ticks], color=color, alpha=0.4, linewidth=0.7)
         axes.plot(t, [row[f"achieved_{column}"] for row in sailed.ticks], color=color, linewidth=0.9, label=label)
     axes.set_ylabel("wrench")
-    axes.legend(loc="upper right", fontsize=8)
+    legend(axes)
 
 
 def _thrusters(
@@ -92,7 +92,7 @@ def _thrusters(
         if not all(map(math.isnan, angles)):
             azimuth.plot(t, angles, ".", markersize=1.5, label=thruster.name)
     force.set_ylabel("throttle, %")
-    force.legend(loc="upper right", fontsize=8)
+    legend(force)
     azimuth.set_ylabel("azimuth, °")
 
 
@@ -102,8 +102,8 @@ def _metrics(axes: Axes, sailed: PositioningLog, thrusters: Sequence[ThrusterFig
     axes.plot(t, energy(sailed, thrusters), color=_OTHER, label="energy, s of full power")
     axes.set_xlabel("time, s")
     axes.grid(alpha=0.3)
-    axes.legend(loc="upper left")
+    legend(axes)
     other = axes.twinx()
     other.plot(t, iadc(sailed, thrusters), color=_DESIRED, label="IADC")
     other.set_ylabel("IADC")
-    other.legend(loc="lower right")
+    legend(other, right=True)

@@ -42,6 +42,14 @@ class Rig(Protocol):
         """One tick of the vessel."""
         ...
 
+    def pause(self, duration_s: float) -> None:
+        """The vessel's process stands still for that long; the world goes on."""
+        ...
+
+    def set_clock_ahead(self, by_s: float) -> None:
+        """Step the host's clock."""
+        ...
+
     def send(self, data: bytes) -> None:
         """Bytes from the ground station to the vessel."""
         ...
@@ -83,7 +91,11 @@ class ControllerModel:
 
 @dataclass(frozen=True, slots=True)
 class Conditions:
-    """How the world and the controller of a scenario are set up. None means as the vessel's file says."""
+    """How the world and the controller of a scenario are set up. None means as the vessel's file says.
+
+    `known`: the vessel as its controller knows it, in place of the file of `vessel`. `real`: the boat as it really is,
+    where it differs.
+    """
 
     vessel: str
     seed: int = 0
@@ -110,6 +122,8 @@ class Conditions:
     parameters: Mapping[str, float] = field(default_factory=dict)
     start: tuple[float, float, float] | None = None  # north and east of home in m, heading in rad; None: at home
     lead_boats: tuple[LeadBoatConfig, ...] = ()
+    known: VesselConfig | None = None
+    real: VesselConfig | None = None
     gnss_common: float = 0.0  # share of the slow position error that all receivers have in common
 
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from sitl.scenarios.figure import finish_chart, new_figure, set_title
+from sitl.scenarios.figure import finish_chart, legend, new_figure, set_title
 from sitl.scenarios.measure import between, read_truth
 from sitl.scenarios.route_measure import follow, line
 
@@ -41,7 +41,7 @@ def draw(folder: Path, asked: dict[str, Any], kind: str, settings: Mapping[str, 
             fontsize=8,
         )
     finish_chart(chart)
-    chart.legend(loc="best", fontsize=8)
+    legend(chart)
     rows: tuple[tuple[str, list[tuple[Sequence[float], str, str]]], ...] = (
         ("cross-track error, m", [(sailed.error_m, _SAILED, "")]),
         ("speed over ground, m/s", [([math.hypot(row["surge_mps"], row["sway_mps"]) for row in track], _SAILED, "")]),
@@ -57,7 +57,7 @@ def draw(folder: Path, asked: dict[str, Any], kind: str, settings: Mapping[str, 
         axes.set_ylabel(label)
         axes.grid(alpha=0.3)
         if any(name for _, _, name in curves):
-            axes.legend(loc="best", fontsize=8)
+            legend(axes)
         if i < len(rows) - 1:
             axes.tick_params(labelbottom=False)
         else:

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from sitl.scenarios.rig import Composer
-from sitl.scenarios.scenario import Scenario, run
+from sitl.scenarios.scenario import Scenario, run, run_folder
 
 _HEAD = "| route | conditions | law | completed | cross-track RMS m | 95 % m | largest m | time s |"
 CONDITIONS: Mapping[str, Mapping[str, str]] = {
@@ -18,14 +18,14 @@ CONDITIONS: Mapping[str, Mapping[str, str]] = {
 ROUTES = ("1", "2", "3", "4")
 
 
-def lines(scenario: Scenario, compose: Composer, seeds: int) -> Iterator[str]:
-    """Header, then each row when its runs are done."""
+def lines(scenario: Scenario, compose: Composer, seeds: int, keep: Path | None = None) -> Iterator[str]:
+    """Header, then each row when its runs are done. `keep`: the folder in which the runs' logs stay."""
     yield from head()
     for route in ROUTES:
         for text, conditions in CONDITIONS.items():
             for law in ("thesis", "companion"):
                 runs = [
-                    _sailed(scenario, compose, {**conditions, "route": route, "law": law}, seed)
+                    _sailed(scenario, compose, {**conditions, "route": route, "law": law}, seed, text, keep)
                     for seed in range(seeds)
                 ]
                 yield row(route, text, law, runs)
@@ -48,10 +48,17 @@ def row(route: str, conditions: str, law: str, runs: Sequence[Mapping[str, float
     return f"| {route} | {conditions} | {law} | {completed} of {len(runs)} | {cells} | {time_s:.0f} |"
 
 
-def _sailed(scenario: Scenario, compose: Composer, changes: Mapping[str, str], seed: int) -> Mapping[str, float]:
+def _sailed(
+    scenario: Scenario, compose: Composer, changes: Mapping[str, str], seed: int, text: str, keep: Path | None
+) -> Mapping[str, float]:
     """Metrics of one run. Raises RuntimeError where it could not be measured."""
-    with tempfile.TemporaryDirectory() as folder:
-        outcome = run(scenario, compose, Path(folder), seed, changes=changes)
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = (
+            Path(temporary)
+            if keep is None
+            else run_folder(keep, f"route {changes['route']}, {text}, {changes['law']}", seed)
+        )
+        outcome = run(scenario, compose, folder, seed, changes=changes)
     if outcome.error:
         raise RuntimeError(f"route {changes['route']}, seed {seed}: {outcome.error}")
     return outcome.metrics

@@ -9,7 +9,9 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from companion.config.vessel import VesselConfig, find, load
 from sitl.environment import parse_directed
+from sitl.scenarios.boat import Ability, sailed_with
 from sitl.scenarios.ground_station import GroundStation, GroundStationTimeout
 from sitl.scenarios.measure import Check
 from sitl.scenarios.rig import Composer, Conditions
@@ -19,7 +21,7 @@ Settings = Mapping[str, str]
 
 
 class ScenarioError(Exception):
-    """A scenario that cannot be run as asked: an unknown name or key, or an invalid value."""
+    """A scenario that cannot be run as asked: an unknown name or key, an invalid value, or a boat that cannot do it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,7 +30,7 @@ class Scenario:
     vessels.
 
     `plot` draws into the folder, and raises ImportError without matplotlib. `tow`: legs along which the boat is towed.
-    `prepare`: changes of the conditions beyond the settings that all scenarios share.
+    `prepare`: changes of the conditions beyond the settings that all scenarios share. `needs`: what it asks of a boat.
     """
 
     name: str
@@ -41,6 +43,7 @@ class Scenario:
     plot: Callable[[Path, dict[str, Any], Settings], None] | None = None
     tow: Callable[[Settings], tuple[TowLeg, ...]] | None = None
     prepare: Callable[[Conditions, Settings], Conditions] | None = None
+    needs: Sequence[Ability] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,6 +56,7 @@ class ScenarioResult:
     checks: Sequence[Check]
     error: str | None
     hint: str = ""
+    boat: str = ""  # which receiver, compass, plant and limits it was sailed with
 
 
 def run(
@@ -66,9 +70,13 @@ def run(
 ) -> ScenarioResult:
     """Run it, measure it, write result.json beside the log, and draw it if asked to.
 
-    Raises ScenarioError for settings that the scenario does not have.
+    Raises ScenarioError for settings that the scenario does not have, and for a boat that cannot do it.
     """
-    settings = {**scenario.defaults, **scenario.by_vessel.get(vessel or scenario.vessel, {}), **(changes or {})}
+    config = load(find(vessel or scenario.vessel))
+    refused = next((text for ability in scenario.needs if (text := ability(config)) is not None), None)
+    if refused is not None:
+        raise ScenarioError(f"{scenario.name} is not for {config.name}: {refused}")
+    settings = settings_for(scenario, vessel or scenario.vessel, config, changes or {})
     unknown = set(settings) - set(scenario.defaults)
     if unknown:
         raise ScenarioError(
@@ -98,10 +106,30 @@ def run(
         metrics, checks = scenario.measure(folder, asked, settings)
     hint = _draw(scenario, folder, asked, settings) if draw and error is None else ""
     outcome = ScenarioResult(
-        scenario.name, error is None and all(check.ok for check in checks), metrics, checks, error, hint
+        scenario.name,
+        error is None and all(check.ok for check in checks),
+        metrics,
+        checks,
+        error,
+        hint,
+        sailed_with(config, conditions),
     )
     _write(folder, outcome, conditions, settings)
     return outcome
+
+
+def run_folder(folder: Path, name: str, seed: int) -> Path:
+    """Where the run of one row of a table stays."""
+    return folder / name.replace("/", " per ") / f"seed{seed}"
+
+
+def settings_for(scenario: Scenario, vessel: str, config: VesselConfig, changes: Settings) -> dict[str, str]:
+    """The settings in force. A boat that the scenario was not made for has the receiver of its own file."""
+    own = scenario.by_vessel.get(vessel, {})
+    settings = {**scenario.defaults, **own}
+    if "gnss" in scenario.defaults and "gnss" not in own and vessel != scenario.vessel and config.sitl is not None:
+        settings["gnss"] = config.sitl.gnss
+    return {**settings, **changes}
 
 
 def _draw(scenario: Scenario, folder: Path, asked: dict[str, Any], settings: Settings) -> str:
@@ -122,6 +150,7 @@ _CHOICES: Mapping[str, tuple[tuple[str, ...], Mapping[str, float]]] = {
     "ahrs": (("AHRS_LAW",), {"companion": 0, "thesis": 1}),
     "feedforward": (("DP_FF_KIND",), {"off": 0, "thesis": 1, "tuned": 2, "on": 3}),
     "action": (("CA_ACTION",), {"off": 0, "warn": 1, "slow": 2, "alter": 3}),
+    "keeping": (("DP_UNDER",), {"bow": 0, "drift": 1}),
     "allocation": (("ALLOC_KIND",), {"constrained": 0, "unconstrained": 1}),
 }
 
@@ -195,6 +224,7 @@ def _write(folder: Path, outcome: ScenarioResult, conditions: Conditions, settin
     result = {
         "scenario": outcome.scenario,
         "vessel": conditions.vessel,
+        "boat": outcome.boat,
         "seed": conditions.seed,
         "settings": dict(settings),
         "ok": outcome.ok,

@@ -10,6 +10,7 @@ from typing import Any
 from companion.core.angles import wrap_pi
 from sitl.faults import known
 from sitl.scenarios import positioning_plot
+from sitl.scenarios.boat import sideways
 from sitl.scenarios.four_corner import SETTLE_S, thrusters_of
 from sitl.scenarios.ground_station import GroundStation
 from sitl.scenarios.measure import Check, between, distance_to, rms
@@ -112,6 +113,7 @@ SCENARIO = Scenario(
     vessel="revolt",
     defaults=_DEFAULTS,
     by_vessel={"cybership2": {"gnss": "basin", "wind": "", "current": "", "push": "1.5@0", "feedforward": "on"}},
+    needs=(sideways,),
     sail=sail,
     measure=measure,
     plot=positioning_plot.draw,
@@ -121,6 +123,7 @@ THRUSTER_FAILURE = Scenario(
     text="station keeping while one thruster has failed for two minutes",
     vessel="revolt",
     defaults={**_DEFAULTS, "thruster": "", "failure": "dead"},
+    needs=(sideways,),
     sail=sail_with_failure,
     measure=measure_with_failure,
     plot=positioning_plot.draw,

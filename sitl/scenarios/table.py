@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from sitl.scenarios.rig import Composer
-from sitl.scenarios.scenario import Scenario, run
+from sitl.scenarios.scenario import Scenario, run, run_folder
 
 _COLUMNS = ("north_max_m", "east_max_m", "heading_max_deg", "iae", "iadc", "energy_full_power_s")
 _HEAD = "| vessel | conditions | law | north m | east m | heading ° | IAE | IADC | energy s |"
@@ -51,12 +51,15 @@ ROWS: tuple[TableRow, ...] = (
 )
 
 
-def lines(scenario: Scenario, compose: Composer, seeds: int, rows: Sequence[TableRow] = ROWS) -> Iterator[str]:
-    """Header, then each row when its runs are done: largest errors of all seeds, means of the rest."""
+def lines(
+    scenario: Scenario, compose: Composer, seeds: int, rows: Sequence[TableRow] = ROWS, keep: Path | None = None
+) -> Iterator[str]:
+    """Header, then each row when its runs are done: largest errors of all seeds, means of the rest. `keep`: the folder
+    in which the runs' logs stay."""
     yield _HEAD
     yield "|---|---|---|" + "---:|" * len(_COLUMNS)
     for row in rows:
-        runs = [sailed(scenario, compose, row, seed) for seed in range(seeds)]
+        runs = [sailed(scenario, compose, row, seed, keep) for seed in range(seeds)]
         cells = []
         for column in _COLUMNS:
             values = [metrics[column] for metrics in runs]
@@ -65,13 +68,20 @@ def lines(scenario: Scenario, compose: Composer, seeds: int, rows: Sequence[Tabl
         yield f"| {row.vessel} | {row.text} | {row.changes['law']} | {' | '.join(cells)} |"
 
 
-def sailed(scenario: Scenario, compose: Composer, row: TableRow, seed: int) -> Mapping[str, float]:
+def sailed(
+    scenario: Scenario, compose: Composer, row: TableRow, seed: int, keep: Path | None = None
+) -> Mapping[str, float]:
     """Metrics of one run. Raises RuntimeError where it could not be finished."""
     changes = dict(row.changes)
     if row.spread:
         changes["model_error"] = f"{row.spread if seed % 2 else -row.spread:g}"
-    with tempfile.TemporaryDirectory() as folder:
-        outcome = run(scenario, compose, Path(folder), seed, row.vessel, changes)
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = (
+            Path(temporary)
+            if keep is None
+            else run_folder(keep, f"{row.vessel}, {row.text}, {row.changes['law']}", seed)
+        )
+        outcome = run(scenario, compose, folder, seed, row.vessel, changes)
     if outcome.error:
         raise RuntimeError(f"{row.vessel}, {row.text}, seed {seed}: {outcome.error}")
     return outcome.metrics

@@ -6,7 +6,7 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from sitl.scenarios.figure import draw_hull, finish_chart, finish_panels, new_figure, set_title
+from sitl.scenarios.figure import draw_hull, finish_chart, finish_panels, legend, new_figure, set_title
 from sitl.scenarios.measure import along_path, read_events, sampled_path
 from sitl.scenarios.positioning import PositioningLog, read
 
@@ -33,7 +33,7 @@ def draw(folder: Path, asked: dict[str, Any], settings: Settings) -> None:
         right[0].axvline(reached_s - asked["started_s"], color="black", alpha=0.3, linewidth=0.7)
     finish_panels(right, t)
     for axes in right:
-        axes.legend(loc="upper right", fontsize=8)
+        legend(axes)
     set_title(figure, settings, asked["vessel"])
     figure.savefig(folder / "track.png", dpi=80)
 
@@ -77,13 +77,13 @@ def _chart(axes: Axes, sailed: PositioningLog, path: list[tuple[float, float]], 
             label="current",
         )
     finish_chart(axes)
-    axes.legend(loc="upper right")
+    legend(axes)
 
 
 def _against_time(right: list[Axes], t: list[float], sailed: PositioningLog, errors: list[float]) -> None:
     right[0].plot(t, errors, color=_TRUE, label="distance from the path, m")
-    for column, color in (("surge_mps", _TRUE), ("sway_mps", _OTHER)):
-        right[1].plot(t, [row[column] for row in sailed.ticks], color=color, linewidth=0.8, label=column)
+    for column, label, color in (("surge_mps", "surge, m/s", _TRUE), ("sway_mps", "sway, m/s", _OTHER)):
+        right[1].plot(t, [row[column] for row in sailed.ticks], color=color, linewidth=0.8, label=label)
         right[1].plot(t, [row[f"desired_{column}"] for row in sailed.ticks], color=color, linewidth=0.8, linestyle=":")
     right[2].plot(
         t,
@@ -91,7 +91,7 @@ def _against_time(right: list[Axes], t: list[float], sailed: PositioningLog, err
         ".",
         color=_DESIRED,
         markersize=1.0,
-        label="desired heading, deg",
+        label="desired heading, °",
     )
     right[2].plot(
         t,
@@ -101,6 +101,10 @@ def _against_time(right: list[Axes], t: list[float], sailed: PositioningLog, err
         markersize=1.0,
         label="true",
     )
-    for column, color in (("surge_n", _TRUE), ("sway_n", _OTHER), ("yaw_nm", _DESIRED)):
-        right[3].plot(t, [row[f"achieved_{column}"] for row in sailed.ticks], color=color, linewidth=0.8, label=column)
+    for column, label, color in (
+        ("surge_n", "surge, N", _TRUE),
+        ("sway_n", "sway, N", _OTHER),
+        ("yaw_nm", "yaw, Nm", _DESIRED),
+    ):
+        right[3].plot(t, [row[f"achieved_{column}"] for row in sailed.ticks], color=color, linewidth=0.8, label=label)
         right[3].plot(t, [row[f"demanded_{column}"] for row in sailed.ticks], color=color, linewidth=0.6, alpha=0.4)

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from companion.cli.main import argument_parser
+from companion.config.units import unit_of
 from companion.config.vessel import VesselConfig
 from companion.core.decision import ModeId, TextKind
 from companion.leader_module.config import LeaderConfig
@@ -26,7 +27,6 @@ from docs.generate.pages import PAGES
 from docs.generate.results import figure, results
 from docs.generate.statustexts import all_texts, severity
 from docs.generate.templates import templates
-from docs.generate.units import unit_of
 from tests.docs.pages import DOCS, generated
 
 

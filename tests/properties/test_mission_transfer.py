@@ -53,7 +53,7 @@ class FakeEndpoint:
 
     def __init__(self, persona: Persona) -> None:
         self.persona = persona
-        self.gone = False
+        self.gone = self.trusted = False
 
 
 class FakeSupervisor:

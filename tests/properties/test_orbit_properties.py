@@ -22,7 +22,7 @@ from companion.guidance.orbit import (
     round_line,
 )
 from companion.params.store import Parameters
-from tests.unit.conftest import AT_REST
+from tests.unit.estimates import AT_REST
 
 DT_S = 0.1
 LAG_S = 0.6  # of heading and speed behind what is asked for

@@ -15,8 +15,9 @@ from tests.remembered import remembered
 from tests.unit.io.sensors.test_ais import CLASS_A, CLASS_A_SLOW, CLASS_B
 from tests.unit.io.sensors.test_mavlink_imu import HEARTBEAT, HIGHRES
 from tests.unit.io.sensors.test_mtdata2 import BY_HAND
-from tests.unit.io.sensors.test_nmea0183 import GGA, HDT, VTG, Line
+from tests.unit.io.sensors.test_nmea0183 import GGA, HDT, VTG
 from tests.unit.io.sensors.test_vectornav import VNYMR
+from tests.wires import Wire
 
 WHOLE = {
     "nmea0183": GGA + HDT + VTG,
@@ -27,14 +28,8 @@ WHOLE = {
 }
 
 
-class Deaf(Line):
-    """Takes what is written, and does not answer."""
-
-    def write(self, data: bytes, now_s: float) -> None: ...
-
-
-def driver(name: str) -> tuple[Any, Line]:
-    line = Deaf()
+def driver(name: str) -> tuple[Any, Wire]:
+    line = Wire()
     return open_sensor(SensorConfig("sensor", name, "serial:/dev/x:9600"), line), line
 
 

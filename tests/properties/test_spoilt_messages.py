@@ -17,8 +17,8 @@ from tests.remembered import remembered
 from tests.unit.io.sensors import test_nmea0183 as nmea
 from tests.unit.io.sensors import test_nmea0183_instruments as instruments
 from tests.unit.io.sensors.test_mtdata2 import BY_HAND, FORCE, RATE, item, message
-from tests.unit.io.sensors.test_mtdata2_setup import Listening
 from tests.unit.io.sensors.test_vectornav import VNYMR
+from tests.wires import Listening
 
 SENTENCES = [
     nmea.GGA,

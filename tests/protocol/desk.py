@@ -12,6 +12,22 @@ from companion.io.mavlink.wire import messages as mavlink
 from companion.io.mavlink.wire.framer import Framer, UnknownMessage, frame, pack
 from sitl.scenarios.rig import Conditions
 
+ITEM_FIELDS = (
+    "seq",
+    "frame",
+    "command",
+    "autocontinue",
+    "param1",
+    "param2",
+    "param3",
+    "param4",
+    "x",
+    "y",
+    "z",
+    "mission_type",
+)
+"""Of a mission item: what comes back as it was sent."""
+
 
 class Sender:
     """Packs with a sequence number of its own, as another system."""

@@ -78,7 +78,8 @@ class Companion:
             line = self.process.stdout.readline()
             if not line:
                 raise RuntimeError(f"the companion did not start: {hello} {self.stop()}")
-            hello.append(line.strip())
+            if hello or line.startswith("USV companion"):  # before it: events of the run that ended
+                hello.append(line.strip())
         return hello
 
     @property

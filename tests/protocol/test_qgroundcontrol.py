@@ -14,7 +14,7 @@ from companion.core.geodesy import LocalFrame
 from companion.io.mavlink.wire import messages as mavlink
 from companion.modes.table import DECLARATIONS
 from companion.params.table import TABLE
-from tests.protocol.desk import Desk, of
+from tests.protocol.desk import ITEM_FIELDS, Desk, of
 
 HOLD, MISSION, RTL, MANUAL = 0x03040000, 0x04040000, 0x05040000, 0x00010000
 ARM, REPOSITION, REQUEST = 400, 192, 512
@@ -239,20 +239,7 @@ def test_a_whole_plan_comes_back_as_it_was_sent(desk: Desk) -> None:
             back = of(desk.tell(mavlink.MAVLink_mission_request_int_message(1, 1, sent.seq, kind)), "MISSION_ITEM_INT")[
                 0
             ]
-            for name in (
-                "seq",
-                "frame",
-                "command",
-                "autocontinue",
-                "param1",
-                "param2",
-                "param3",
-                "param4",
-                "x",
-                "y",
-                "z",
-                "mission_type",
-            ):
+            for name in ITEM_FIELDS:
                 assert getattr(back, name) == pytest.approx(getattr(sent, name), nan_ok=True), name
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import binascii
 import json
 import math
 import shutil
@@ -21,13 +20,17 @@ from companion.cli.main import main
 from companion.cli.rig import LockstepRig
 from companion.clock import SimulatedClock
 from companion.config import vessel as config_module
+from companion.core.readings import Corrections, Depth
 from companion.io.mavlink.wire.links import MemoryLink
 from companion.mission.plan import PlanItem, PlanKind
+from companion.record.protobuf import parts_of
+from companion.record.readings import read_ticks
 from companion.record.state_file import StateFile
 from sitl.scenarios.ground_station import GroundStation, Item
 from sitl.scenarios.rig import Conditions
 from sitl.traffic import ScriptedVessel
 from sitl.world import EPOCH_UNIX_NS, World, WorldConditions
+from tests import mcap_edit
 from tests.unit.io.mavlink.hub.test_rtcm import qgroundcontrol as cut
 from tests.unit.io.test_rtcm import frame
 
@@ -137,8 +140,10 @@ def test_corrections_and_instruments_are_part_of_the_run(tmp_path: Path) -> None
     assert "corrections_lost" in events and "corrections_back" in events
     result = rerun(open_log(tmp_path / "log"), tmp_path / "again")
     assert result.same
-    kinds = {line.split(b",")[0] for line in (tmp_path / "again" / "readings.csv").read_bytes().splitlines()}
-    assert {b"depth", b"corrections"} <= kinds
+    assert {type(r) for t in read_ticks(tmp_path / "again" / "log.mcap", []) for r in t.readings} >= {
+        Depth,
+        Corrections,
+    }
 
 
 def test_a_silent_receiver_is_bridged_by_the_thrust_of_the_log(tmp_path: Path) -> None:
@@ -175,23 +180,20 @@ def test_a_replay_can_itself_be_replayed(recorded: Path, tmp_path: Path) -> None
     assert first.same and rerun(open_log(tmp_path / "first"), tmp_path / "second").same
 
 
-def without(recorded: Path, folder: Path, unwanted: Callable[[bytes], bool]) -> Path:
-    """A copy of the log without some lines of its readings."""
+def without(recorded: Path, folder: Path, unwanted: Callable[[str, bytes], bool]) -> Path:
+    """A copy of the log without some of its messages."""
     log = copied(recorded, folder)
-    lines = (log / "readings.csv").read_bytes().splitlines(keepends=True)
-    kept = [line for line in lines if not unwanted(line)]
-    assert len(kept) < len(lines)
-    (log / "readings.csv").write_bytes(b"".join(kept))
+    assert mcap_edit.without(log / "log.mcap", unwanted) > 0
     return log
 
 
-def bears(number: int) -> Callable[[bytes], bool]:
-    """Whether a line is a MAVLink 2 packet of this message that came in."""
+def bears(number: int) -> Callable[[str, bytes], bool]:
+    """Whether a message is a MAVLink 2 packet with this message that came in."""
 
-    def asked(line: bytes) -> bool:
-        if not line.startswith(b"packet,"):
+    def asked(topic: str, data: bytes) -> bool:
+        if topic != "/packet":
             return False
-        packet = binascii.a2b_base64(line.split(b",")[2])[8:]
+        packet = next(value for field, _, value in parts_of(data) if field == 4)
         return packet[0] == 0xFD and int.from_bytes(packet[7:10], "little") == number
 
     return asked
@@ -299,7 +301,7 @@ def test_other_code_is_told_apart_and_the_tolerance_decides(
 
 def test_a_power_cut_leaves_a_run_that_can_be_done_again(recorded: Path, tmp_path: Path) -> None:
     log = copied(recorded, tmp_path)
-    for name in ("readings.csv", "ticks.csv", "events.csv"):
+    for name in ("log.mcap", "ticks.csv", "events.csv"):
         data = (log / name).read_bytes()
         (log / name).write_bytes(data[: len(data) // 2 | 1])
     result = rerun(open_log(log), tmp_path / "again")
@@ -309,20 +311,20 @@ def test_a_power_cut_leaves_a_run_that_can_be_done_again(recorded: Path, tmp_pat
 @pytest.mark.parametrize("share", [0.1, 0.5, 0.90001])
 def test_a_log_of_a_power_cut_is_replayed_as_far_as_it_goes(recorded: Path, tmp_path: Path, share: float) -> None:
     log = copied(recorded, tmp_path)
-    for name in ("readings.csv", "truth.csv"):
+    for name in ("log.mcap", "truth.csv"):
         data = (log / name).read_bytes()
         (log / name).write_bytes(data[: int(share * len(data)) | 1])
     result = replay(open_log(log), tmp_path / "replay.csv")
     assert result.ticks > 10 and result.largest_in_log() <= 1e-9
-    assert any("readings.csv" in warning for warning in result.warnings)
+    assert any("log.mcap" in warning for warning in result.warnings)
 
 
 def test_what_cannot_be_replayed_is_said(recorded: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     log = copied(recorded, tmp_path)
-    (log / "readings.csv").write_bytes(b"kind,source,values\n")
+    (log / "log.mcap").write_bytes((log / "log.mcap").read_bytes()[:4000])
     with pytest.raises(LogError, match="no whole tick"):
         replay(open_log(log), tmp_path / "replay.csv")
-    (log / "readings.csv").unlink()
+    (log / "log.mcap").unlink()
     (log / "truth.csv").unlink()
     assert main(["replay", str(log)]) == 2
     assert "recorded without its readings" in capsys.readouterr().err

@@ -14,7 +14,7 @@ from companion.mission import files
 from companion.mission.commands import DESTINATIONS
 from companion.mission.plan import PlanItem, PlanKind
 from sitl.scenarios.rig import Conditions
-from tests.protocol.desk import Desk
+from tests.protocol.desk import ITEM_FIELDS, Desk
 
 FOLDER = Path(__file__).parents[2] / "mission_files"
 FILES = sorted(path for path in FOLDER.iterdir() if path.suffix in (".plan", ".waypoints"))
@@ -50,20 +50,7 @@ def loaded(path: Path, tmp_path: Path) -> Desk:
         assert desk.upload(sent, int(kind)) == mavlink.MAV_MISSION_ACCEPTED
         back = [desk.tell(mavlink.MAVLink_mission_request_int_message(1, 1, item.seq, int(kind)))[0] for item in items]
         for one, other in zip(sent, back, strict=True):
-            for name in (
-                "seq",
-                "frame",
-                "command",
-                "autocontinue",
-                "param1",
-                "param2",
-                "param3",
-                "param4",
-                "x",
-                "y",
-                "z",
-                "mission_type",
-            ):
+            for name in ITEM_FIELDS:
                 assert getattr(other, name) == pytest.approx(getattr(one, name), rel=1e-7, nan_ok=True), (one.seq, name)
     desk.tell(mavlink.MAVLink_set_mode_message(1, 1, 0x04040000))
     assert desk.result(400, 1.0) == mavlink.MAV_RESULT_ACCEPTED

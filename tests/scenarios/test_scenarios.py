@@ -15,6 +15,7 @@ from tests.scenarios.seeds import seeds
 FOLLOWING = {"approach", "follow", "leader_gnss_loss", "link_loss", "station_change", "two_followers"}
 SWEPT_ELSEWHERE = {
     "ahrs",
+    "bow_hold",
     "circle",
     "colreg",
     "cross_current",

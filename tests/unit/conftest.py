@@ -11,11 +11,10 @@ import pytest
 from companion.config.vessel import VesselConfig, find, load
 from companion.core.actuation import NO_AUXILIARY
 from companion.core.decision import Severity, Status
-from companion.core.estimate import NavState
 from companion.core.events import EventLog
 from companion.core.geodesy import LocalFrame
 from companion.core.payload import Forward, Shot
-from companion.core.readings import Battery, FixType, Leak, ManualInput, RcInput
+from companion.core.readings import Battery, Leak, ManualInput, RcInput
 from companion.core.setpoint import HeadingSetpoint, PathSetpoint, PoseSetpoint, Setpoint
 from companion.core.tick import DeviceHealth, Inputs
 from companion.fence.guard import FenceGuard
@@ -24,38 +23,9 @@ from companion.mission.plan import PlanItem, PlanKind, Plans
 from companion.params.store import Parameters
 from companion.supervisor.helm import Helm
 from companion.supervisor.supervisor import Supervisor
+from tests.unit.estimates import AT_REST
 
 DT_S = 0.1
-AT_REST = NavState(
-    t_s=0.0,
-    position_valid=True,
-    heading_valid=True,
-    lat_deg=63.4389,
-    lon_deg=10.399,
-    altitude_m=0.0,
-    north_m=0.0,
-    east_m=0.0,
-    roll_rad=0.0,
-    pitch_rad=0.0,
-    yaw_rad=0.0,
-    surge_mps=0.0,
-    sway_mps=0.0,
-    north_mps=0.0,
-    east_mps=0.0,
-    roll_rate_radps=0.0,
-    pitch_rate_radps=0.0,
-    yaw_rate_radps=0.0,
-    position_accuracy_m=0.02,
-    velocity_accuracy_mps=0.02,
-    heading_accuracy_rad=0.01,
-    position_age_s=0.0,
-    heading_age_s=0.0,
-    imu_age_s=0.0,
-    fix=FixType.RTK_FIXED,
-    satellites=14,
-    hdop=0.7,
-    time_unix_ns=None,
-)
 
 
 class Boat:

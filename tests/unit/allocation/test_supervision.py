@@ -167,3 +167,16 @@ def test_time_that_goes_back_or_jumps_ends_no_fault() -> None:
     for now_s in (0.0, 100.0, 50.0, 50.0, 1e6):
         report = ThrusterFeedback(now_s, "board", 0, 0.0, 0.0)
         assert supervision.update(ThrusterCommand(0.0, 0.9, 0.0), True, report, TOLERANCES, now_s) is None
+
+
+def test_after_a_gap_in_the_commands_the_propeller_may_have_stopped() -> None:
+    """Its board went neutral for want of commands, again and again; that is no stalled propeller."""
+    bench = Bench()
+    bench.run(5.0, 0.8)
+    for _ in range(20):
+        bench.thruster.demand(0.0, None)
+        for _ in range(80):
+            bench.thruster.step(0.01)
+        bench.now_s += 0.8 - DT_S
+        assert bench.run(0.2, 0.8) is None
+    assert bench.run(5.0, 0.8) is None

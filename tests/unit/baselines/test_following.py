@@ -11,7 +11,7 @@ from companion.baselines.following import ThesisFollowing
 from companion.config.vessel import find, load
 from companion.core.setpoint import ThrusterSetpoint, WrenchSetpoint
 from companion.params.store import Parameters
-from tests.unit.conftest import AT_REST
+from tests.unit.estimates import AT_REST
 from tests.unit.following.leaders import leader_at
 
 JET = load(find("rescuerunner"))

@@ -4,13 +4,14 @@ constant force."""
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 from companion.config.vessel import VesselConfig, find, load
 from companion.core.actuation import ActuatorCommand, Deployment, ThrusterFeedback
 from companion.core.angles import wrap_pi
 from companion.core.estimate import NavState
 from companion.core.frames import body_to_ned, ned_to_body
-from companion.core.readings import FixType
+from tests.unit.estimates import AT_REST
 
 REVOLT = load(find("revolt"))
 BOW_DOWN = (None, None, ThrusterFeedback(0.0, "board", 2, 0.0, None, True, Deployment.LOWERED))
@@ -31,35 +32,21 @@ def nav_state(
 ) -> NavState:
     """A perfectly known state; `wind` is (speed, direction it comes from)."""
     north_mps, east_mps = body_to_ned(surge_mps, sway_mps, yaw_rad)
-    return NavState(
+    return replace(
+        AT_REST,
         t_s=t_s,
-        position_valid=True,
-        heading_valid=True,
         lat_deg=0.0,
         lon_deg=0.0,
-        altitude_m=0.0,
         north_m=north_m,
         east_m=east_m,
-        roll_rad=0.0,
-        pitch_rad=0.0,
         yaw_rad=yaw_rad,
         surge_mps=surge_mps,
         sway_mps=sway_mps,
         north_mps=north_mps,
         east_mps=east_mps,
-        roll_rate_radps=0.0,
-        pitch_rate_radps=0.0,
         yaw_rate_radps=yaw_rate_radps,
-        position_accuracy_m=0.02,
-        velocity_accuracy_mps=0.02,
-        heading_accuracy_rad=0.01,
-        position_age_s=0.0,
-        heading_age_s=0.0,
-        imu_age_s=0.0,
-        fix=FixType.RTK_FIXED,
         satellites=12,
         hdop=0.8,
-        time_unix_ns=None,
         wind_speed_mps=None if wind is None else wind[0],
         wind_from_rad=None if wind is None else wind[1],
         current_north_mps=None if current is None else current[0],

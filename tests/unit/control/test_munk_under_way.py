@@ -11,7 +11,7 @@ from companion.control.bias import BiasForce
 from companion.control.dynamic_positioning import DynamicPositioning
 from companion.core.setpoint import PoseSetpoint
 from companion.params.store import Parameters
-from tests.unit.conftest import AT_REST
+from tests.unit.estimates import AT_REST
 
 
 @pytest.mark.parametrize(("speed", "share"), [(0.0, 0.0), (0.5, 0.0), (0.625, 0.5), (1.0, 1.0), (-1.0, 1.0)])

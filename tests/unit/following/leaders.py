@@ -9,7 +9,7 @@ from companion.config.vessel import VesselConfig
 from companion.core.angles import wrap_pi
 from companion.core.estimate import Leader, NavState
 from companion.core.setpoint import PathSetpoint, Setpoint
-from tests.unit.conftest import AT_REST
+from tests.unit.estimates import AT_REST
 
 DT_S = 0.1
 

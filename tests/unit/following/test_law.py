@@ -15,7 +15,7 @@ from companion.core.setpoint import WrenchSetpoint
 from companion.following.clearance import Clearance
 from companion.following.law import FollowLaw
 from companion.params.store import Parameters
-from tests.unit.conftest import AT_REST
+from tests.unit.estimates import AT_REST
 from tests.unit.following.leaders import DT_S, Jet, Lead, leader_at
 
 JET = load(find("rescuerunner"))

@@ -11,7 +11,7 @@ import pytest
 from companion.core.readings import LeaderState, Wish
 from companion.following.watch import LeaderWatch, Rhythm
 from companion.params.store import Parameters
-from tests.unit.conftest import AT_REST
+from tests.unit.estimates import AT_REST
 
 
 def state(t_s: float, wish: Wish | None = None, system: int = 7, placed: bool = True) -> LeaderState:

@@ -6,7 +6,8 @@ import math
 
 import pytest
 
-from companion.guidance.crab_compensation import CrabCompensation, top_speed_mps
+from companion.config.top_speed import top_speed_mps
+from companion.guidance.crab_compensation import CrabCompensation
 from tests.unit.control.simple_boat import REVOLT, nav_state
 
 

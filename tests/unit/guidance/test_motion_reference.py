@@ -17,7 +17,7 @@ from companion.guidance.motion_request import MotionRequest
 from companion.guidance.stopping import SMOOTHING_S
 from companion.guidance.velocity_course import VelocityCourse
 from companion.params.store import Parameters
-from tests.unit.conftest import AT_REST
+from tests.unit.estimates import AT_REST
 
 DT = 0.1
 PARAMETERS = Parameters({"DP_SPEED_SWAY": 0.2})

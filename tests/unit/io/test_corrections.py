@@ -20,10 +20,10 @@ from companion.core.decision import TextKind
 from companion.core.readings import Measurement
 from companion.io.corrections import CorrectionsRelay, CorrectionsSource
 from companion.io.transport.opener import TransportOpener
-from tests.unit.io.sensors.test_mtdata2_setup import Listening
 from tests.unit.io.test_rtcm import STATION, frame
 from tests.unit.record.ticks import tick
 from tests.waiting import CAP_S
+from tests.wires import Listening
 
 REVOLT = find("revolt").read_text(encoding="utf-8")
 

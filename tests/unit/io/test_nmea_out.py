@@ -21,9 +21,9 @@ from companion.core.setpoint import NeutralSetpoint, PathSetpoint, Point, Progre
 from companion.core.tick import Inputs, Tick
 from companion.io.nmea_out import NmeaOut, gga, rudders
 from companion.io.transport.opener import TransportOpener
-from tests.unit.io.sensors.test_mtdata2_setup import Listening
 from tests.unit.record.ticks import tick as plain_tick
 from tests.waiting import CAP_S
+from tests.wires import Listening
 
 KNOT = 1852.0 / 3600.0
 REVOLT = load(find("revolt"))

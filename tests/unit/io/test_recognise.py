@@ -15,6 +15,7 @@ from companion.io.formats import LineFormat
 from companion.io.recognise import Recogniser
 from companion.io.rtcm import crc24q
 from companion.io.sensors import open_sensor
+from tests.wires import Wire
 
 GNSS = b"$GPGGA,092725.00,4717.11399,N,00833.91590,E,1,08,1.01,499.6,M,48.0,M,,*5B\r\n"
 WIND = b"$WIMWV,214.8,R,0.1,K,A*28\r\n"
@@ -95,27 +96,9 @@ def test_what_can_be_said_of_the_rest(data: bytes, says: str) -> None:
     assert says in recogniser.guess
 
 
-class Wire:
-    """A ByteStream that only brings bytes."""
-
-    name = "wire"
-
-    def __init__(self, data: bytes) -> None:
-        self._chunks = [(0.1 * k, data[64 * k : 64 * k + 64]) for k in range(len(data) // 64)]
-
-    def read(self, now_s: float) -> list[tuple[float, bytes]]:
-        chunks, self._chunks = self._chunks, []
-        return chunks
-
-    def write(self, data: bytes, now_s: float) -> None: ...
-
-    def fault(self) -> str | None:
-        return None
-
-    def fileno(self) -> int | None:
-        return None
-
-    def close(self) -> None: ...
+def wire_with(data: bytes) -> Wire:
+    """The bytes in pieces of 64, ten a second."""
+    return Wire([(0.1 * k, data[64 * k : 64 * k + 64]) for k in range(len(data) // 64)])
 
 
 @pytest.mark.parametrize("plugged", ["gnss", "ais", "imu", "rtcm", "mavlink", "board"])
@@ -130,7 +113,7 @@ def test_a_device_in_another_ones_port_is_named(plugged: str, expected: str) -> 
         ("board", "microcontroller"),
     }:
         return
-    wire, vessel = Wire(data * (4500 // len(data))), load(find("revolt"))
+    wire, vessel = wire_with(data * (4500 // len(data))), load(find("revolt"))
     if expected == "microcontroller":
         row = ActuatorConfig(
             "mcu", expected, "serial:/dev/usv-mcu:115200", tuple(thruster.name for thruster in vessel.thrusters)

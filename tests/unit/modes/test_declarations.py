@@ -35,13 +35,18 @@ def test_only_manual_passes_the_allocation_by_and_needs_nothing() -> None:
 
 def test_failsafes_in_order_of_severity() -> None:
     assert [row.name for row in FAILSAFES] == [
+        "capsized",
         "bridge_silent",
         "thrust_lost",
+        "ticks_late",
         "position_lost",
         "heading_lost",
         "leak",
         "battery_critical",
+        "battery_return",
         "battery_low",
+        "shallow",
+        "no_way",
         "fence",
         "transmitter_lost",
         "sticks_lost",
@@ -72,6 +77,7 @@ def test_declared_failsafes_name_parameters() -> None:
         (ModeId.RTL, 16 | 8 | 4),
         (ModeId.DOCK, 16 | 8 | 4),
         (ModeId.CIRCLE, 16 | 8 | 4),
+        (ModeId.TRIAL, 16 | 8 | 4),
         (ModeId.FOLLOW, 16 | 8 | 4),
     ],
 )

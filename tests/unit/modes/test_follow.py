@@ -13,7 +13,8 @@ from companion.core.decision import ModeId
 from companion.core.setpoint import PathSetpoint, PoseSetpoint, ThrusterSetpoint, WrenchSetpoint
 from companion.following.clearance import closes_too_fast
 from companion.mission.plan import PlanItem, PlanKind
-from tests.unit.conftest import AT_REST, Boat
+from tests.unit.conftest import Boat
+from tests.unit.estimates import AT_REST
 from tests.unit.following.lead_boat import LeadBoat
 from tests.unit.following.leaders import leader_at
 

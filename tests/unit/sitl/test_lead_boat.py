@@ -82,6 +82,14 @@ def test_its_sensors_have_errors_of_their_own() -> None:
     for _ in range(5):
         boat.step()
     assert boat.fix is not None and boat.fix.lat_deg is None
+    boat.faults.discard("gnss_lost")
+    for _ in range(5):
+        boat.step()
+    frozen = boat.fix
+    boat.faults.add("gnss_frozen")
+    for _ in range(50):
+        boat.step()
+    assert frozen.lat_deg is not None and boat.fix == replace(frozen, t_s=frozen.t_s + 1.0), "with a fresh time"
 
 
 def test_scripts_that_do_not_exist_are_said() -> None:

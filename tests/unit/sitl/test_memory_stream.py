@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from companion.core.ports import ByteStream
-from sitl.memory import MemoryStream
+from sitl.memory import MemoryStream, garbling
 
 
 def test_chunks_carry_the_time_of_their_arrival_and_not_before() -> None:
@@ -65,3 +65,17 @@ def test_closed_and_opened_again() -> None:
     assert stream.fault() is None
     stream.device.send(b"heard", 3.0)
     assert stream.read(3.0) == [(3.0, b"heard")]
+
+
+def test_a_bad_line_changes_one_byte_in_ten_either_way_and_the_same_with_the_same_seed() -> None:
+    sent, stream = bytes(5000), MemoryStream("board")
+    stream.garbles = garbling(3, "board")
+    stream.device.send(sent, 0.0)
+    stream.write(sent, 0.0)
+    ((_, to_host),), ((_, to_device),) = stream.read(1.0), stream.device.receive(1.0)
+    for data in (to_host, to_device):
+        assert len(data) == len(sent) and 400 < sum(byte != 0 for byte in data) < 600
+    assert to_host != to_device and to_host == garbling(3, "board")(sent) != garbling(4, "board")(sent)
+    stream.garbles = None
+    stream.device.send(sent, 2.0)
+    assert stream.read(2.0) == [(2.0, sent)]

@@ -192,3 +192,17 @@ def test_faults_that_the_board_does_not_see() -> None:
     thruster.demand(0.0, None)
     run(thruster, 2.0)
     assert thruster.force_n == pytest.approx(12.5, rel=1e-3)
+
+
+def test_a_reversed_propeller_pushes_the_other_way_and_a_fouled_one_hardly() -> None:
+    thruster = ThrusterModel(STERN, 0.1)
+    thruster.demand(0.5, 0.0)
+    run(thruster, 2.0)
+    asked_n = thruster.force_n
+    thruster.reversed = True
+    run(thruster, 2.0)
+    assert thruster.force_n == pytest.approx(-asked_n, rel=1e-3) and thruster.throttle() < 0.0
+    thruster.reversed, thruster.fouled = False, True
+    run(thruster, 2.0)
+    assert thruster.wrench()[0] == pytest.approx(0.1 * asked_n, rel=1e-3)
+    assert thruster.throttle() == pytest.approx(0.5, rel=1e-3), "its board sees nothing"

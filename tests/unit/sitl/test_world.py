@@ -253,3 +253,26 @@ def test_a_push_is_a_force_in_north_and_east_whatever_the_heading() -> None:
     assert truth.north_m == pytest.approx(-0.5 * 1.5 / mass, rel=0.15) and truth.east_m == pytest.approx(
         0.5 * 0.5 / mass, rel=0.3
     )
+
+
+def test_a_boat_aground_stops_and_creeps_at_most() -> None:
+    world = World(VESSEL)
+    sail(world, 15.0, (0.7, 0.7, 0.0))
+    assert world.truth.surge_mps > 0.4
+    world.add_fault("aground")
+    sail(world, 1.0, (0.7, 0.7, 0.0))
+    before = world.truth.north_m
+    sail(world, 10.0, (0.7, 0.7, 0.0))
+    assert world.truth.north_m - before < 0.2
+
+
+def test_a_boat_rolls_over_and_stays_so() -> None:
+    world = World(VESSEL, WorldConditions(waves_m=0.1, wind="3"))
+    world.add_fault("capsized")
+    sail(world, 1.0)
+    assert math.degrees(world.waves.roll_rad) == pytest.approx(60.0, abs=10.0)
+    sail(world, 5.0)
+    first = world.waves.roll_rad
+    sail(world, 5.0)
+    assert math.degrees(first) == pytest.approx(170.0, abs=10.0)
+    assert math.degrees(world.waves.roll_rad) == pytest.approx(170.0, abs=10.0)

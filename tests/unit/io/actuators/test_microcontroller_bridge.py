@@ -293,3 +293,15 @@ def test_without_a_demand_they_rest() -> None:
         message for data in wire.sent for message in FrameDecoder().feed(data) if isinstance(message, AuxiliaryDemand)
     ]
     assert [(message.servos_us, message.relays) for message in sent] == [((None,), (False,))]
+
+
+def test_a_program_that_stood_still_does_not_blame_the_wire() -> None:
+    actuator, wire = bridge()
+    for n in range(12):
+        actuator.write(ActuatorCommand(0.1 * n, True, FORWARD), 0.1 * n)
+    heard(actuator, wire, replace(STATUS, neutral_by_watchdog=True), 4.1)  # of while no commands came
+    assert actuator.health(4.1).ok
+    for n in range(12):
+        actuator.write(ActuatorCommand(4.1 + 0.1 * n, True, FORWARD), 4.1 + 0.1 * n)
+    heard(actuator, wire, replace(STATUS, neutral_by_watchdog=True), 5.3)
+    assert not actuator.health(5.3).ok, "and still blames it where commands do not arrive"

@@ -105,6 +105,9 @@ class Desk:
     def peer(self, name: str) -> Peer:
         return self._peers[name]
 
+    def add_peer(self, name: str, peer: Peer) -> None:
+        self._peers[name] = peer
+
     def serve(self, service: Any) -> Any:
         self._service = service
         return service

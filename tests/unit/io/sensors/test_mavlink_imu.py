@@ -11,7 +11,7 @@ from pymavlink.dialects.v20 import common as mavlink
 from companion.config.devices import SensorConfig
 from companion.core.readings import Heading, HeadingBy, Imu, MagneticField
 from companion.io.sensors import open_sensor
-from tests.unit.io.sensors.test_mtdata2_setup import Listening
+from tests.wires import Listening
 
 G = 9.80665
 

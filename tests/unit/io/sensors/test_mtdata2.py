@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import struct
-from collections.abc import Sequence
 from itertools import pairwise
 from typing import Literal
 
@@ -14,6 +13,7 @@ from companion.config.devices import SensorConfig
 from companion.core.readings import Heading, HeadingBy, Imu, MagneticField
 from companion.io.sensors.mtdata2 import Mtdata2Sensor
 from companion.io.sensors.sample_clock import SampleClock
+from tests.wires import Wire
 
 # packet counter 1, sample time 10000 (1 s), acceleration (0.5, −0.25, −9.75), rate of turn (0.125, 0, −0.5), status 1
 BY_HAND = bytes.fromhex(
@@ -41,29 +41,8 @@ FORCE = item(0x4020, struct.pack(">3f", 0.5, -0.25, -9.75))
 RATE = item(0x8020, struct.pack(">3f", 0.125, 0.0, -0.5))
 
 
-class Line:
-    name = "line"
-
-    def __init__(self) -> None:
-        self.chunks: list[tuple[float, bytes]] = []
-
-    def read(self, now_s: float) -> Sequence[tuple[float, bytes]]:
-        chunks, self.chunks = self.chunks, []
-        return chunks
-
-    def write(self, data: bytes, now_s: float) -> None: ...
-
-    def fault(self) -> str | None:
-        return None
-
-    def fileno(self) -> int | None:
-        return None
-
-    def close(self) -> None: ...
-
-
-def driver() -> tuple[Mtdata2Sensor, Line]:
-    line = Line()
+def driver() -> tuple[Mtdata2Sensor, Wire]:
+    line = Wire()
     return Mtdata2Sensor(SensorConfig("imu", "mtdata2", "serial:/dev/x:115200", timeout_s=0.5), line), line
 
 
@@ -193,7 +172,7 @@ def test_health() -> None:
 )
 def test_the_devices_own_yaw_as_a_compass(worth: Literal["none", "magnetic", "true"], by: HeadingBy | None) -> None:
     """Ten a second of a hundred, with the mounting offset, and only where the file says what it is worth."""
-    line = Line()
+    line = Wire()
     config = SensorConfig(
         "imu", "mtdata2", "serial:/dev/x:115200", heading=worth, heading_offset_rad=math.radians(20.0)
     )

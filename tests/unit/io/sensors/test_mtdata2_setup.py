@@ -15,23 +15,11 @@ from companion.core.readings import Imu, MagneticField
 from companion.io.sensors import open_sensor
 from companion.io.sensors.mtdata2 import Mtdata2Sensor
 from sitl.world import World, WorldConditions
-from tests.unit.io.sensors.test_mtdata2 import BY_HAND, FORCE, RATE, Line, item, message
+from tests.unit.io.sensors.test_mtdata2 import BY_HAND, FORCE, RATE, item, message
+from tests.wires import Listening
 
 REVOLT = load(find("revolt"))
 ROTATION = (math.radians(180.0), math.radians(10.0), math.radians(-90.0))
-
-
-class Listening(Line):
-    def __init__(self) -> None:
-        super().__init__()
-        self.sent: list[tuple[float, bytes]] = []
-        self.broken: str | None = None
-
-    def write(self, data: bytes, now_s: float) -> None:
-        self.sent.append((now_s, data))
-
-    def fault(self) -> str | None:
-        return self.broken
 
 
 def told(**more: object) -> tuple[Mtdata2Sensor, Listening]:

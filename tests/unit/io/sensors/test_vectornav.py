@@ -10,8 +10,8 @@ import pytest
 from companion.config.devices import SensorConfig
 from companion.core.readings import Heading, HeadingBy, Imu, MagneticField
 from companion.io.sensors import open_sensor
-from tests.unit.io.sensors.test_mtdata2_setup import Listening
 from tests.unit.io.sensors.test_nmea0183 import sentence
+from tests.wires import Listening
 
 # recorded of VN-100s by other projects, with their checksums
 VNYMR = b"$VNYMR,+100.949,-007.330,+000.715,-00.0049,-00.2449,+00.5397,-01.258,-00.100,-09.701,-00.000018,+00.001122,-00.000551*69\r\n"

@@ -17,7 +17,7 @@ from companion.core.decision import ACCEPTED, Home, MissionProgress, MissionStat
 from companion.core.estimate import NavState
 from companion.core.events import EventLog
 from companion.core.geodesy import LocalFrame
-from companion.core.readings import AisTarget, FixType, ManualInput
+from companion.core.readings import AisTarget, ManualInput
 from companion.core.setpoint import NEUTRAL_SETPOINT
 from companion.core.tick import Inputs, Tick
 from companion.io.mavlink.assembly import default_services
@@ -35,6 +35,7 @@ from companion.supervisor.calibration import CalibrationKind, CalibrationState
 from companion.supervisor.ground_stations import GroundStations
 from companion.supervisor.outputs import AuxiliaryOutputs
 from companion.supervisor.payload import Payload
+from tests.unit.estimates import AT_REST
 
 UNIX_NS = 1_780_000_000_000_000_000
 
@@ -46,10 +47,9 @@ class FakeMode:
 
 
 def still(t_s: float) -> NavState:
-    return NavState(
+    return replace(
+        AT_REST,
         t_s=t_s,
-        position_valid=True,
-        heading_valid=True,
         lat_deg=63.44,
         lon_deg=10.4,
         altitude_m=1.5,
@@ -66,15 +66,11 @@ def still(t_s: float) -> NavState:
         pitch_rate_radps=0.002,
         yaw_rate_radps=0.003,
         position_accuracy_m=0.05,
-        velocity_accuracy_mps=0.02,
-        heading_accuracy_rad=0.01,
         position_age_s=0.05,
         heading_age_s=0.05,
         imu_age_s=0.01,
-        fix=FixType.RTK_FIXED,
         satellites=17,
         hdop=0.8,
-        time_unix_ns=None,
     )
 
 

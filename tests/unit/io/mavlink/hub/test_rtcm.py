@@ -14,8 +14,8 @@ from companion.io.mavlink.services.corrections import Assembler, RtcmService
 from companion.io.mavlink.wire import messages as mavlink
 from companion.io.mavlink.wire.hub import Hub
 from tests.unit.io.mavlink.hub.conftest import Rig
-from tests.unit.io.sensors.test_mtdata2_setup import Listening
 from tests.unit.io.test_rtcm import STATION, frame
+from tests.wires import Listening
 
 LENGTHS = (25, 179, 180, 181, 359, 360, 361, 540, 719, 720, 721, 800, 1029)
 

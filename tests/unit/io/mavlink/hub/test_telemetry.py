@@ -197,7 +197,17 @@ def test_sensor_bits_tell_the_truth(rig: Rig) -> None:
 
 @pytest.mark.parametrize(
     ("sense", "ill"),
-    [("position", 32), ("velocity", 32), ("heading", 4), ("IMU", 1 | 2), ("wind", 0), ("time", 0), ("", 0)],
+    [
+        ("position", 32),
+        ("velocity", 32),
+        ("heading", 4),
+        ("IMU", 1 | 2),
+        ("gyro", 1),
+        ("accelerometer", 2),
+        ("wind", 0),
+        ("time", 0),
+        ("", 0),
+    ],
 )
 def test_the_bit_of_a_sensor_that_lies(rig: Rig, sense: str, ill: int) -> None:
     lies = (Distrust(sense, "gnss", "repeats", 0.0, True, False),) if sense else ()

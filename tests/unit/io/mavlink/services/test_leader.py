@@ -9,7 +9,6 @@ from typing import Any
 
 import pytest
 
-from companion.core.estimate import NavState
 from companion.core.readings import FixType, LeaderState, Wish
 from companion.io.mavlink.services.leader import LeaderService
 from companion.io.mavlink.wire import messages as mavlink
@@ -18,12 +17,12 @@ from companion.io.mavlink.wire.hub import Peer
 from companion.io.mavlink.wire.link_base import take_in
 from companion.leader_module.messages import follow_target
 from companion.supervisor.authority import AuthorityRequest, Facts, refusal
+from tests.unit.estimates import AT_REST
 
 NAN = math.nan
-NAV = NavState(
+NAV = replace(
+    AT_REST,
     t_s=12.5,
-    position_valid=True,
-    heading_valid=True,
     lat_deg=57.63,
     lon_deg=11.55,
     altitude_m=0.4,
@@ -48,7 +47,6 @@ NAV = NavState(
     fix=FixType.FIX_3D,
     satellites=12,
     hdop=0.9,
-    time_unix_ns=None,
 )
 
 

@@ -29,6 +29,7 @@ NAMES = ArmingEvents(["gnss", "imu"], ["stern_port", "bow"])
 FILE: dict[str, Any] = json.loads(events_json(NAMES, PX4))
 SOURCES = {  # where the reasons for which a mode refuses are made
     ModeId.CIRCLE: ("modes.circle", "guidance.orbit", "fence.guard"),
+    ModeId.TRIAL: ("modes.trial.mode", "fence.guard"),
     ModeId.MISSION: ("modes.mission", "modes.parts.mission_fence", "fence.guard"),
     ModeId.RTL: ("modes.rtl",),
     ModeId.DOCK: ("modes.dock", "modes.parts.docking"),

@@ -18,6 +18,7 @@ from companion.io.mavlink.transfer.disk_files import LogStore
 from companion.io.mavlink.transfer.file_tree import FileTree
 from companion.io.mavlink.transfer.ftp_codec import parse
 from companion.io.mavlink.transfer.ftp_service import FtpService
+from companion.io.mavlink.wire.hub import Peer
 from tests.unit.io.mavlink.conftest import Desk
 from tests.waiting import wait_until
 
@@ -330,3 +331,23 @@ def test_the_answer_goes_to_the_client_that_asked(desk: Desk, service: FtpServic
     ((peer, reply),) = desk.heard()
     assert peer == desk.peer("qgc")
     assert (reply.target_network, reply.target_system, reply.target_component) == (0, 255, 190)
+
+
+def test_open_files_that_nobody_reads_make_room_for_who_reads(desk: Desk, service: FtpService) -> None:
+    """One link with many system ids takes all sessions, and then asks for nothing but signs of life."""
+    first = desk.peer("qgc")
+    for number in range(4):
+        desk.add_peer(f"crowd {number}", Peer(first.endpoint, 10 + number, 190))
+        crowd = Client(desk, service, f"crowd {number}")
+        for session in range(4):
+            assert crowd.one(OPEN, b"general.json", session=session).error is None
+    other = Client(desk, service, "other")
+    assert other.one(OPEN, b"general.json").error is None, "a link of its own comes before the seventeenth file of one"
+    assert other.one(READ, size=10).error is None
+    assert crowd.one(OPEN, b"general.json", session=9).error == NO_SESSIONS
+    desk.add_peer("late", Peer(first.endpoint, 99, 190))
+    late = Client(desk, service, "late")
+    assert late.one(OPEN, b"general.json").error == NO_SESSIONS
+    desk.now_s += 6.0
+    assert late.one(NONE).error is None
+    assert late.one(OPEN, b"general.json").error is None

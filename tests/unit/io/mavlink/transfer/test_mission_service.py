@@ -16,6 +16,7 @@ from companion.mission.plan import PlanItem, PlanKind, PlanResult, plan_id
 from companion.mission.validation import CAPACITY
 from tests.remembered import remembered
 from tests.unit.io.mavlink.conftest import Desk
+from tests.unit.mission.item_bits import bits
 
 LAT, LON = 634_400_000, 103_989_999
 MISSION, FENCE, RALLY = PlanKind
@@ -45,23 +46,6 @@ def item_int(item: PlanItem, kind: int = 0, seq: int | None = None) -> Any:
     head = (1, 1, item.seq if seq is None else seq, item.frame, item.command, item.current, item.autocontinue)
     return mavlink.MAVLink_mission_item_int_message(
         *head, item.param1, item.param2, item.param3, item.param4, item.x, item.y, item.z, kind
-    )
-
-
-def bits(item: Any) -> bytes:
-    return struct.pack(
-        "<HBffffiifBB",
-        item.command,
-        item.frame,
-        item.param1,
-        item.param2,
-        item.param3,
-        item.param4,
-        item.x,
-        item.y,
-        item.z,
-        item.autocontinue,
-        item.current,
     )
 
 
@@ -574,3 +558,56 @@ def test_part_of_a_list_with_home_at_zero(desk: Desk) -> None:
     desk.tell(item_int(waypoint(2, z=9.0)), rover)
     assert desk.replies()[-1].type == 0
     assert [i.z for i in desk.plans.items(MISSION)] == [50.0, 9.0, 50.0]
+
+
+@pytest.mark.parametrize("useless", ["silent", "wrong items", "begins again"])
+def test_who_sends_nothing_useful_loses_the_slot_to_who_asks(desk: Desk, useless: str) -> None:
+    other = desk.peer("other")
+    desk.tell(mavlink.MAVLink_mission_count_message(1, 1, 9, 0))
+    for _ in range(9):
+        desk.wait(0.2)
+        if useless == "wrong items":
+            desk.tell(item_int(waypoint(5)))
+        elif useless == "begins again":
+            desk.tell(mavlink.MAVLink_mission_count_message(1, 1, 9, 0))
+        desk.heard()
+        desk.tell(mavlink.MAVLink_mission_count_message(1, 1, 1, 0), other)
+        assert [r.type for to, r in desk.heard() if to == other] == [PlanResult.DENIED]
+    desk.wait(0.3)
+    desk.heard()
+    desk.texts()
+    desk.tell(mavlink.MAVLink_mission_count_message(1, 1, 1, 0), other)
+    to_first = [(r.get_type(), r.type) for to, r in desk.heard() if to == desk.peer("qgc")]
+    assert to_first == [("MISSION_ACK", PlanResult.OPERATION_CANCELLED)]
+    assert desk.texts() == ["mission upload by 255 ended at 1: 254 asks"]
+    desk.tell(item_int(waypoint(0, x=7)), other)
+    assert [i.x for i in desk.plans.items(MISSION)] == [7]
+
+
+def test_a_trickle_is_of_no_use_for_ever(desk: Desk) -> None:
+    other = desk.peer("other")
+    desk.tell(mavlink.MAVLink_mission_count_message(1, 1, 10_000, 0))
+    denied = 0
+    for seq in range(60):
+        desk.wait(1.9)
+        desk.tell(item_int(waypoint(seq)))
+        desk.heard()
+        desk.tell(mavlink.MAVLink_mission_count_message(1, 1, 1, 0), other)
+        if [r.get_type() for to, r in desk.heard() if to == other] != ["MISSION_ACK"]:
+            break
+        denied += 1
+    assert 10 < denied < 17
+
+
+def test_an_upload_that_goes_on_is_not_taken_but_by_who_is_trusted(desk: Desk) -> None:
+    other = desk.peer("other")
+    desk.tell(mavlink.MAVLink_mission_count_message(1, 1, 200, 0))
+    for seq in range(100):
+        desk.wait(0.5)
+        desk.tell(item_int(waypoint(seq)))
+        desk.heard()
+        desk.tell(mavlink.MAVLink_mission_clear_all_message(1, 1, 0), other)
+        assert [r.type for to, r in desk.heard() if to == other] == [PlanResult.DENIED]
+    other.endpoint.trusted = True
+    desk.tell(mavlink.MAVLink_mission_clear_all_message(1, 1, 255), other)
+    assert [r.type for to, r in desk.heard() if to == other] == [PlanResult.ACCEPTED]
