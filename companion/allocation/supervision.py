@@ -15,7 +15,7 @@ from companion.core.actuation import ThrusterCommand, ThrusterFeedback
 from companion.core.angles import wrap_pi
 
 _AZIMUTH_RATE_SHARE = 0.5
-_LONGEST_STEP_S = 0.5  # a longer gap counts as this
+_LONGEST_STEP_S = 0.5  # between two commands: boards go neutral then, and the supervision restarts
 _MOVED_SHARE = 0.2  # of the tolerance: a stuck azimuth that has turned by this can move again
 _RECOVERY = 2.0  # a recovery takes this many times as long as a fault
 
@@ -74,8 +74,11 @@ class FeedbackSupervision:
     ) -> ThrusterFault | None:
         """The thruster's fault, or None. `command`: the last one sent to the bridge; `measured`: the newest report,
         None if it is old or the bridge does not answer."""
-        dt_s = min(max(now_s - self._last_s, 0.0), _LONGEST_STEP_S)
+        dt_s = max(now_s - self._last_s, 0.0)
         self._last_s = now_s
+        if dt_s >= _LONGEST_STEP_S:
+            self._seen = False  # the board went neutral meanwhile, for want of commands
+            dt_s = _LONGEST_STEP_S
         if measured is None:
             self._seen = False
             return self.fault

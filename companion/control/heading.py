@@ -20,6 +20,7 @@ _INTEGRAL_SHARE = 0.1
 # oscillate.
 _SWING_SHARE = 0.6
 _LARGE_ERROR_RAD = math.radians(25.0)  # a larger error is a turn, not an offset to learn
+_STALLED_SHARE = 0.25  # of the turn that is asked for
 
 
 class YawLoop:
@@ -30,6 +31,7 @@ class YawLoop:
     def __init__(self, config: VesselConfig, parameters: Parameters) -> None:
         self._hull = config.hull
         self._most_radps = _followed_radps(config)
+        self._by_difference = _steers_by_difference(config)
         self._parameters = parameters
 
     def moment_nm(self, setpoint: PathSetpoint | HeadingSetpoint, nav: NavState, bias: BiasForce, dt_s: float) -> float:
@@ -42,8 +44,9 @@ class YawLoop:
         bandwidth = min(self._parameters["PATH_BW_YAW"], self._most_radps)
         kp, ki, kd = pole_placement(hull.m33_kgm2, resisting, bandwidth, _DAMPING, _INTEGRAL_SHARE)
         fastest = math.radians(self._parameters["PATH_YAW_RATE"])
-        if abs(error) < _LARGE_ERROR_RAD:
-            bias.grow(0.0, 0.0, -ki * error, nav.yaw_rad, dt_s)
+        offset = self._offset(error, nav.yaw_rate_radps, fastest)
+        if offset != 0.0:
+            bias.grow(0.0, 0.0, -ki * offset, nav.yaw_rad, dt_s)
         bound = kd * fastest / kp
         pull = min(bound, max(-bound, error))
         _, _, drag = damping(hull, ahead, 0.0, rate)
@@ -51,6 +54,19 @@ class YawLoop:
         munk += hull.damping.n_uv * ahead * nav.sway_mps
         bounded_munk = min(0.25 * kp, max(-0.25 * kp, munk))
         return drag + bounded_munk - kp * pull - kd * (nav.yaw_rate_radps - rate) + bias.in_body(nav.yaw_rad)[2]
+
+    def _offset(self, error: float, rate_radps: float, fastest: float) -> float:
+        """The error that the bias learns from. A large one is a turn, unless the boat does not turn: the weather then
+        holds its bow, and would do so for ever."""
+        if abs(error) < _LARGE_ERROR_RAD:
+            return error
+        stalled = self._by_difference and -math.copysign(rate_radps, error * rate_radps) < _STALLED_SHARE * fastest
+        return math.copysign(_LARGE_ERROR_RAD, error) if stalled else 0.0
+
+
+def _steers_by_difference(config: VesselConfig) -> bool:
+    """Whether only the difference of fixed thrusters turns the boat: it has nothing else against a weather moment."""
+    return config.limits.sway_n <= 0.0 and not any(t.turns for t in config.thrusters)
 
 
 def _followed_radps(config: VesselConfig) -> float:

@@ -14,6 +14,7 @@ import shapely
 from numpy.typing import NDArray
 
 from companion.fence.area import FenceArea, Floats, Place
+from companion.fence.way_round import way_inside
 
 _CELLS = 6_400  # of the grid
 _BEYOND = 1.1  # the grid is so much larger than all zones
@@ -49,15 +50,7 @@ class Roadmap:
 
     def find(self, begin: Place, end: Place, through: FenceArea | None = None) -> tuple[Place, ...] | None:
         """As `ClearRoutes.find`."""
-        start, goal = self._area.nearest_inside(*begin), self._area.nearest_inside(*end)
-        if start is None or goal is None:
-            return None
-        if goal != end and (through is None or not through.covers((goal, end))):
-            return None
-        found = (start, goal) if self._area.covers((start, goal)) else self._search(start, goal)
-        if found is None:
-            return None
-        return (*(() if start == begin else (begin,)), *found, *(() if goal == end else (end,)))
+        return way_inside(self._area, self._search, (begin, end), through)
 
     def _search(self, begin: Place, end: Place) -> tuple[Place, ...] | None:
         from scipy.sparse.csgraph import dijkstra

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import heapq
 import math
+from collections.abc import Callable
 
 import numpy as np
 import shapely
@@ -25,6 +26,30 @@ def is_for_few(area: FenceArea) -> bool:
     """Whether the corners of an area can be few enough for `ClearRoutes`: each zone keeps three of them."""
     zones = sum(1 + len(part.interiors) for part in shapely.get_parts(area.geometry).tolist() if not part.is_empty)
     return zones <= _MOST_ZONES
+
+
+Search = Callable[[Place, Place], tuple[Place, ...] | None]
+
+
+def way_inside(
+    area: FenceArea, search: Search, ends: tuple[Place, Place], through: FenceArea | None
+) -> tuple[Place, ...] | None:
+    """Points between both ends, which are included; None where there is no way. `search` finds it between two places
+    inside.
+
+    From a begin outside the area, the way first goes to the nearest place inside. An end outside is allowed if it is
+    inside the wider area `through`: the last leg then goes to it from the nearest place inside.
+    """
+    begin, end = ends
+    start, goal = area.nearest_inside(*begin), area.nearest_inside(*end)
+    if start is None or goal is None:
+        return None
+    if goal != end and (through is None or not through.covers((goal, end))):
+        return None
+    found = (start, goal) if area.covers((start, goal)) else search(start, goal)
+    if found is None:
+        return None
+    return (*(() if start == begin else (begin,)), *found, *(() if goal == end else (end,)))
 
 
 class ClearRoutes:
@@ -46,20 +71,8 @@ class ClearRoutes:
         return corners
 
     def find(self, begin: Place, end: Place, through: FenceArea | None = None) -> tuple[Place, ...] | None:
-        """Points from `begin` to `end`, both included; None where there is no way.
-
-        From a begin outside the area, the way first goes to the nearest place inside. An end outside is allowed if it
-        is inside the wider area `through`: the last leg then goes to it from the nearest place inside.
-        """
-        start, goal = self._area.nearest_inside(*begin), self._area.nearest_inside(*end)
-        if start is None or goal is None:
-            return None
-        if goal != end and (through is None or not through.covers((goal, end))):
-            return None
-        found = (start, goal) if self._area.covers((start, goal)) else self._search(start, goal)
-        if found is None:
-            return None
-        return (*(() if start == begin else (begin,)), *found, *(() if goal == end else (end,)))
+        """Points from `begin` to `end`, both included, as `way_inside` has it; None where there is no way."""
+        return way_inside(self._area, self._search, (begin, end), through)
 
     def look_around(self) -> None:
         """Compute now what all corners see of each other, so that `find` takes less time."""

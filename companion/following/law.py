@@ -14,6 +14,7 @@ import math
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
+from companion.config.top_speed import top_speed_mps
 from companion.config.vessel import VesselConfig
 from companion.core.actuation import ZERO_WRENCH
 from companion.core.angles import wrap_pi
@@ -23,7 +24,7 @@ from companion.following.clearance import Clearance, MotionPlan
 from companion.following.keep_out import EITHER, way_round
 from companion.following.track import LeaderTrack
 from companion.guidance.coasting import Coasting
-from companion.guidance.crab_compensation import CrabCompensation, top_speed_mps
+from companion.guidance.crab_compensation import CrabCompensation
 from companion.params.store import Parameters
 
 _ASTERN_RAD = math.radians(10.0)  # off dead astern: within it, the follow position lies on the track

@@ -9,6 +9,7 @@ from statistics import median_high
 
 from companion.core.estimate import NavState
 from companion.core.readings import LeaderState, Wish
+from companion.following.doubt import LeaderDoubt
 from companion.params.store import Parameters
 
 _LEAST_S = 0.5  # shorter outages are tolerated
@@ -61,6 +62,7 @@ class LeaderWatch:
         self._leads = leads
         self._theirs = Rhythm()
         self._ours = Rhythm()
+        self._doubt = LeaderDoubt()
         self._step_s = 0.0
         self._tick_s: float | None = None
         self._good_since_s: float | None = None
@@ -73,12 +75,14 @@ class LeaderWatch:
         if state.system_id != self.system_id:
             self.system_id, self.wish = state.system_id, None
             self._theirs = Rhythm()
+            self._doubt = LeaderDoubt()
             self._good_since_s = None
         self.heard_s = max(self.heard_s, state.heard_s)
         if state.wish is not None:
             self.wish = state.wish
         if state.lat_deg is not None and state.lon_deg is not None:
             self._theirs.see(min(state.t_s, state.heard_s))
+            self._doubt.see(state)
 
     def update(self, nav: NavState, now_s: float) -> None:
         """Call after the newest estimate is in."""
@@ -91,6 +95,15 @@ class LeaderWatch:
             self._good_since_s = None
         elif self._good_since_s is None:
             self._good_since_s = now_s
+
+    @property
+    def jump_m(self) -> float | None:
+        """How far the leader has jumped since a person last chose to follow it; None where it has not."""
+        return self._doubt.jump_m
+
+    def forget_jump(self) -> None:
+        """A person has chosen to follow it all the same."""
+        self._doubt.forget_jump()
 
     def good_s(self, now_s: float) -> float:
         """For how long there has been no fault, s."""
@@ -108,6 +121,8 @@ class LeaderWatch:
             return f"leader without a position for {age_s:.1f} s" if math.isfinite(age_s) else "leader has no position"
         if self._theirs.interval_s is None:
             return "leader has only just been heard"
+        if (doubt := self._doubt.text(now_s)) is not None:
+            return doubt
         own_s = nav.position_age_s + now_s - nav.t_s
         if own_s > self._limit_s(self._ours.interval_s, module=False):
             return f"own position {own_s:.1f} s old" if math.isfinite(own_s) else "own position not known"

@@ -5,29 +5,11 @@ from __future__ import annotations
 
 import math
 
-from companion.config.vessel import VesselConfig
 from companion.core.angles import wrap_pi
 from companion.core.estimate import NavState
 
 _THROUGH_MPS = 0.15  # least speed through the water along the course: a slower boat drifts, whatever its heading
 _DRIFT_TIME_S = 4.0
-_SEARCH_STEPS = 40
-
-
-def top_speed_mps(config: VesselConfig) -> float:
-    """Top speed through calm water at full surge thrust, by the hull model; infinite for a model without damping. For a
-    hull with a hump of resistance, the speed beyond the hump."""
-    drag = config.hull.drag_n
-    high = 1.0
-    while drag(high) < config.limits.surge_n:
-        high *= 2.0
-        if high > 100.0:
-            return math.inf
-    low = 0.0
-    for _ in range(_SEARCH_STEPS):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if drag(middle) < config.limits.surge_n else (low, middle)
-    return low
 
 
 class CrabCompensation:

@@ -16,6 +16,7 @@ from itertools import pairwise
 from typing import Protocol
 
 from companion.baselines.path_choice import ChosenPathTracker
+from companion.config.top_speed import top_speed_mps
 from companion.config.vessel import VesselConfig
 from companion.core.angles import wrap_pi
 from companion.core.decision import ModeInputs, TextKind
@@ -24,7 +25,6 @@ from companion.core.events import EventLog
 from companion.core.geodesy import LocalFrame
 from companion.core.setpoint import PathSetpoint, Setpoint, desired_motion
 from companion.fence.guard import FenceGuard
-from companion.guidance.crab_compensation import top_speed_mps
 from companion.guidance.path_tracking import Waypoint
 from companion.params.store import Parameters
 from companion.positioning.hold_point import HoldPoint
