@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
@@ -24,11 +25,14 @@ from companion.guidance.path import PathKind, build_path
 from companion.io import actuators, sensors
 from companion.io.actuators import open_actuator
 from companion.io.corrections import CorrectionsRelay, CorrectionsSource
+from companion.io.host import HostWatch
+from companion.io.known_time import KnownTime, host_synchronised
 from companion.io.mavlink.assembly import connect
 from companion.io.mavlink.wire.exposure import exposed
 from companion.io.mavlink.wire.hub import Copies
 from companion.io.mavlink.wire.links import Link, LinkError, judge_url
 from companion.io.mavlink.wire.signing import Policy, Signing, SigningState
+from companion.io.mavlink.wire.stream_memory import SharedStreamMemory
 from companion.io.nmea_out import NmeaOut
 from companion.io.sensors import open_sensor
 from companion.io.transport.opener import device_endpoint
@@ -215,6 +219,11 @@ def build(config: VesselConfig, around: Surroundings) -> Vessel:
     log = _store(vessel, around, beside, warn)
     ear = None if log is None else log.heard
     vessel.add_recorder(relay)
+    if around.beside:
+        watch = HostWatch(events.say)
+        vessel.host = watch
+        if around.patience <= 1.0:
+            vessel.add_recorder(watch)
     if around.network is not None:
         for row in config.nmea_out:
             vessel.add_recorder(NmeaOut(row, config.thrusters, around.network.open("nmea_out", row.port), events.say))
@@ -227,7 +236,7 @@ def build(config: VesselConfig, around: Surroundings) -> Vessel:
             around.patience,
             around.log_folder,
             relay,
-            _signing(around, warn),
+            _signing(vessel, around, warn),
         )
     )
     if beside is not None:
@@ -324,9 +333,12 @@ def _parameters(config: VesselConfig, around: Surroundings, warn: Callable[[str]
     return parameters
 
 
-def _signing(around: Surroundings, warn: Callable[[str], None]) -> Signing:
-    """Message signing, with the stored key if there is one."""
+def _signing(vessel: Vessel, around: Surroundings, warn: Callable[[str], None]) -> Signing:
+    """Message signing, with the stored key if there is one. The time is known by satellites, or by a synchronised
+    computer; on a simulated boat, whose satellites have a time of their own, by the computer alone."""
     time_unix_ns = around.stations_time_unix_ns or around.clock.time_unix_ns
+    by_satellites = None if around.stations_time_unix_ns else partial(_time_by_satellites, vessel, around.clock)
+    known = KnownTime(host_synchronised if around.beside else lambda: False, time_unix_ns, by_satellites)
     state = around.state
     if state is None:
         return Signing(time_unix_ns, SigningState(None, 0), lambda _: None)
@@ -339,7 +351,16 @@ def _signing(around: Surroundings, warn: Callable[[str], None]) -> Signing:
     def save(new: SigningState) -> None:
         state.save_signing(new.key, new.horizon)
 
-    return Signing(time_unix_ns, SigningState(*kept), save)
+    memory = SharedStreamMemory(state.directory) if around.beside else None
+    return Signing(time_unix_ns, SigningState(*kept), save, known.unix_ns, memory)
+
+
+def _time_by_satellites(vessel: Vessel, clock: WaitingClock) -> int | None:
+    """Unix time, ns; None until a receiver gives it."""
+    last = vessel.last_tick
+    if last is None or last.nav.time_unix_ns is None:
+        return None
+    return last.nav.time_unix_ns + round((clock.now_s() - last.nav.t_s) * 1e9)
 
 
 def _plans(state: StateFile | None, config: VesselConfig, warn: Callable[[str], None]) -> Plans:

@@ -3,6 +3,7 @@ another program moves."""
 
 from __future__ import annotations
 
+import math
 import select
 import socket
 import time
@@ -21,8 +22,8 @@ class WallClock:
         self._start_s = self._released_s = time.monotonic()
 
     def now_s(self) -> float:
-        """The time."""
-        return (time.monotonic() - self._start_s) * self._speed
+        """The time, in whole microseconds."""
+        return math.floor((time.monotonic() - self._start_s) * self._speed * 1e6) / 1e6
 
     def time_unix_ns(self) -> int:
         """The machine's time since 1970."""
@@ -83,6 +84,10 @@ class SimulatedClock:
     def __init__(self, epoch_unix_ns: int) -> None:
         self._epoch_unix_ns = epoch_unix_ns
         self._now_s = 0.0
+
+    def set_ahead(self, by_s: float) -> None:
+        """Step the time since 1970, as somebody who sets the host's clock does. `now_s` goes on as before."""
+        self._epoch_unix_ns += round(by_s * 1e9)
 
     def now_s(self) -> float:
         """The time that was last waited for."""

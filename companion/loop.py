@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any, Protocol, TypeVar
 
@@ -35,6 +36,7 @@ from companion.core.ports import (
     Actuator,
     Clock,
     GroundStationPort,
+    Host,
     Recorder,
     Sensor,
     Storage,
@@ -59,6 +61,7 @@ from companion.supervisor.supervisor import Supervisor
 T = TypeVar("T")
 
 _ANSWER_S = 10.0  # time for a device to answer after the start: NMEA 2000 motors and drives that home need it
+_MOST_STARVED = 20
 _LATE_S = 0.005  # a tick that begins later counts as late
 
 NEWEST: Mapping[type, str] = {Leak: "leak", RcInput: "rc", Wind: "wind", Depth: "depth", Corrections: "corrections"}
@@ -112,6 +115,7 @@ class Vessel:
         self.storage: Storage = NoStorage()
         self.worker: Worker = AtOnce()
         self.waker: Waker | None = None
+        self.host: Host = WellHost()
         self.load = 0.0  # share of the period that the last tick took; set by `run`
         self.period_s = 1.0 / config.control_rate_hz
         self._blocks = blocks
@@ -131,6 +135,7 @@ class Vessel:
             ThrusterFeedback: lambda report, _: self._reports.take(report),
             AisTarget: self.supervisor.traffic_heard,
         }
+        self._starved = 0  # ticks in a row for which there was no memory
         self._device_ok: dict[str, bool] = {}
         self._answers_due_s: float | None = None
 
@@ -178,7 +183,23 @@ class Vessel:
         self._stations.serve(now_s)
 
     def tick(self, now_s: float) -> Tick:
-        """One cycle: all steps in their order."""
+        """One cycle. One for which there is no memory is left out and announced; the bridges time out meanwhile. Raises
+        MemoryError when there is none for _MOST_STARVED cycles in a row."""
+        try:
+            tick = self.cycle(now_s)
+        except MemoryError:
+            self._starved += 1
+            if self._starved > _MOST_STARVED or self.last_tick is None:
+                raise
+            with suppress(MemoryError):
+                self.events.say(now_s, TextKind.ATTENTION, "computer", "Computer: out of memory, a tick is left out")
+            return self.last_tick
+        self._starved = 0
+        return tick
+
+    def cycle(self, now_s: float) -> Tick:
+        """All steps in their order."""
+        self.supervisor.parts.computer.update(now_s, self.host.faults(now_s))
         readings = self.sense(now_s)
         nav = self._blocks.estimator.update(readings, now_s, self._thrust)
         health = self.device_health(now_s)
@@ -287,6 +308,7 @@ class Vessel:
         health: tuple[DeviceHealth, ...],
     ) -> Tick:
         """Make the tick's record, and pass it to the recorders and the ground stations."""
+        computer = self.supervisor.parts.computer.health
         tick = Tick(
             t_s=nav.t_s,
             time_unix_ns=self._clock.time_unix_ns(),
@@ -298,7 +320,7 @@ class Vessel:
             command=command,
             inputs=self._inputs,
             feedback=tuple(self._reports.newest),
-            health=(*health, *self._stations.health(nav.t_s), *self.storage.health(nav.t_s)),
+            health=(*health, *self._stations.health(nav.t_s), *self.storage.health(nav.t_s), computer),
             events=self.events.drain(),
             load=self.load,
             readings=readings,
@@ -379,6 +401,14 @@ def settle(future: Future[T], work: Callable[[], T]) -> None:
         future.set_result(result)
 
 
+class WellHost:
+    """The `Host` of a vessel whose computer is not looked at."""
+
+    def faults(self, now_s: float) -> Sequence[str]:
+        """Nothing is wrong."""
+        return ()
+
+
 class NoStorage:
     """The `Storage` of a vessel that keeps nothing: what it is asked to do is done at once."""
 
@@ -452,10 +482,12 @@ class Punctuality:
         return f"{self.ticks} ticks: {worst}, {self.late} over {1e3 * _LATE_S:.0f} ms late, {self.skipped} skipped"
 
 
-def run(vessel: Ticking, clock: WaitingClock, stop: Callable[[], bool]) -> Punctuality:
+def run(
+    vessel: Ticking, clock: WaitingClock, stop: Callable[[], bool], punctuality: Punctuality | None = None
+) -> Punctuality:
     """Tick at absolute deadlines until `stop()`; returns how it kept them. A deadline missed by more than a period is
-    skipped, not made up for."""
-    punctuality = Punctuality()
+    skipped, not made up for. `punctuality`: to count in, for who wants to look at it during the run."""
+    punctuality = Punctuality() if punctuality is None else punctuality
     deadline_s = clock.now_s()
     while not stop():
         while clock.wait(deadline_s, vessel.filenos()):

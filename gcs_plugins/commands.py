@@ -66,6 +66,7 @@ MODES: Mapping[str, ModeNumbers] = {
     "Follow": ModeNumbers(0x08040000, 6),
     "Offboard": ModeNumbers(0x00060000, 15),
     "Circle": ModeNumbers(0x01030000, 9),
+    "Trial": ModeNumbers(0x040C0000, 30),
 }
 
 

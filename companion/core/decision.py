@@ -8,7 +8,7 @@ from enum import Enum, IntEnum
 from typing import ClassVar
 
 from companion.core.actuation import ZERO_WRENCH, Wrench
-from companion.core.estimate import Leader, NavState, TrackedTarget
+from companion.core.estimate import Contact, Leader, NavState, TrackedTarget
 from companion.core.readings import ManualInput
 
 
@@ -26,6 +26,7 @@ class ModeId(Enum):
     FOLLOW = "Follow"
     OFFBOARD = "Offboard"
     CIRCLE = "Circle"
+    TRIAL = "Trial"
 
 
 class Severity(IntEnum):
@@ -240,7 +241,7 @@ class Status:
     `arming_refusals`: why arming would be refused; empty if it would be accepted. `fence`: None while no fence is in
     force. `traffic`: the vessels around, in the order of their MMSI. `leader`: None while no lead boat is heard.
     `orbit`: the circle that the mode sails, if any. `landed`: armed, but Land or Dock is done, or the mission that
-    ended at home or a berth.
+    ended at home or a berth. `trial_left_s`: time until a sea trial is over; None while none is sailed.
     """
 
     t_s: float
@@ -257,6 +258,7 @@ class Status:
     leader: Leader | None = None
     orbit: OrbitState | None = None
     landed: bool = False
+    trial_left_s: float | None = None
 
 
 class Order:
@@ -288,3 +290,4 @@ class ModeInputs:
     leader_fault: str | None = None
     station: tuple[float, float] = (20.0, math.pi)
     order: Order | None = None  # with which the mode is chosen now
+    contacts: tuple[Contact, ...] = ()  # vessels around, only for a mode that looks out for itself

@@ -134,6 +134,14 @@ class Recorder(Protocol):
         ...
 
 
+class Host(Protocol):
+    """The computer that the boat's program runs on."""
+
+    def faults(self, now_s: float) -> Sequence[str]:
+        """What it lacks, a few words each."""
+        ...
+
+
 class Storage(Protocol):
     """What the vessel keeps over a restart. Nothing here waits for the medium: who acknowledges something asks for its
     ticket, and answers when that is settled."""

@@ -12,6 +12,7 @@ from companion.core.payload import Forward, Shot
 from companion.core.readings import Battery, Corrections, Depth, Leak, ManualInput, RcInput, Reading, Wind
 from companion.core.setpoint import Setpoint
 
+COMPUTER = "computer"  # the name under which the computer has its health
 STORAGE = "storage"  # the name under which the state and the log have their health
 
 

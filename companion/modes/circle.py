@@ -7,13 +7,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
+from companion.config.top_speed import top_speed_mps
 from companion.config.vessel import VesselConfig
 from companion.core.decision import KnownRefusal, ModeDeclaration, ModeId, ModeInputs, OrbitState, Order, TextKind
 from companion.core.events import EventLog
 from companion.core.geodesy import LocalFrame
 from companion.core.setpoint import Setpoint
 from companion.fence.guard import FenceGuard
-from companion.guidance.crab_compensation import top_speed_mps
 from companion.guidance.orbit import Circle, OrbitGuidance, chosen_circle, least_radius_m, radius_refusal, whole_line
 from companion.modes.mode import FURTHEST_LEG_M, Mode
 from companion.modes.parts.headway import Headway

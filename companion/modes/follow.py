@@ -79,6 +79,11 @@ class FollowMode(Mode):
                 "the leader has no position",
                 "Look at the receiver of the lead boat.",
             ),
+            KnownRefusal(
+                r"leader jumped .*|leader repeats its position",
+                "the leader's position cannot be true",
+                "Look at the receiver of the lead boat.",
+            ),
             KnownRefusal(r"own position .*", "own position is not known", "Wait for a satellite fix."),
             KnownRefusal(r"the leader is .* km away", "the leader is over 2 km away", "Sail nearer to the leader."),
         ),

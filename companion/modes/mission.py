@@ -7,12 +7,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from companion.baselines.path_choice import ChosenPathTracker
+from companion.config.top_speed import top_speed_mps
 from companion.config.vessel import VesselConfig
 from companion.core.decision import KnownRefusal, MissionState, ModeDeclaration, ModeId, ModeInputs, TextKind
 from companion.core.events import EventLog
 from companion.core.geodesy import LocalFrame, distance_and_bearing
 from companion.core.setpoint import PoseSetpoint, Setpoint
-from companion.guidance.crab_compensation import top_speed_mps
 from companion.guidance.orbit import OrbitGuidance
 from companion.guidance.path_tracking import Waypoint
 from companion.mission.executor import MissionExecutor

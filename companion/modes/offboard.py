@@ -6,13 +6,13 @@ import math
 from collections.abc import Sequence
 
 from companion.allocation.propulsion import can_reverse
+from companion.config.top_speed import top_speed_mps
 from companion.config.vessel import VesselConfig
 from companion.core.decision import KnownRefusal, LossFailsafe, ModeDeclaration, ModeId, ModeInputs, TextKind
 from companion.core.estimate import NavState
 from companion.core.events import EventLog
 from companion.core.setpoint import Setpoint
 from companion.fence.guard import FenceGuard
-from companion.guidance.crab_compensation import top_speed_mps
 from companion.guidance.motion_reference import MotionReference
 from companion.guidance.velocity_course import VelocityCourse
 from companion.modes.mode import Mode

@@ -27,6 +27,7 @@ from companion.modes.parts.berth import BerthChoice
 from companion.modes.parts.docking import Docking
 from companion.modes.parts.mission_fence import MissionFence
 from companion.modes.rtl import ReturnPoint, RtlMode
+from companion.modes.trial.mode import TrialMode
 from companion.params.store import Parameters
 
 
@@ -62,6 +63,7 @@ ROWS: tuple[ModeRow, ...] = (  # in display order; a mode's own failsafe is more
     ModeRow(RtlMode, lambda p: RtlMode(p.config, p.parameters, p.point, p.events, p.fence)),
     ModeRow(DockMode, lambda p: DockMode(p.config, p.docking, p.berths)),
     ModeRow(CircleMode, lambda p: CircleMode(p.config, p.parameters, p.events, p.frame, p.fence)),
+    ModeRow(TrialMode, lambda p: TrialMode(p.config, p.parameters, p.events, p.frame, p.fence)),
     ModeRow(FollowMode, lambda p: FollowMode(p.config, p.parameters, p.events, p.fence)),
     ModeRow(OffboardMode, lambda p: OffboardMode(p.config, p.parameters, p.events, p.fence)),
 )

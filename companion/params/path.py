@@ -85,6 +85,15 @@ ROWS: tuple[ParamSpec, ...] = (
         "Circle",
         "Direction round the circle, where the command gives none",
     ),
+    real(
+        "TRIAL_RADIUS",
+        0.0,
+        0.0,
+        2000.0,
+        "m",
+        "Trial",
+        "Radius of the circle of a sea trial, where the command gives none; 0: what the model says",
+    ),
     choice(
         "WP_YAW_MODE",
         0,

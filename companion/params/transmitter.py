@@ -24,6 +24,7 @@ SWITCH_MODES: Mapping[int, ModeId] = {
     5: ModeId.RTL,
     11: ModeId.DOCK,  # Land
     100: ModeId.CIRCLE,  # External Mode 1
+    101: ModeId.TRIAL,  # External Mode 2
     12: ModeId.FOLLOW,
     7: ModeId.OFFBOARD,
 }

@@ -20,8 +20,9 @@ from pydantic import ValidationError
 from companion.config.bridge_checks import problems_of_kind
 from companion.config.devices import ActuatorConfig
 from companion.config.kinds import BridgeKind, Equipment, Problem, completed
+from companion.config.mistakes import remedy
 from companion.config.toml_places import dotted
-from companion.config.vessel import ConfigError, VesselConfig, remedy
+from companion.config.vessel import ConfigError, VesselConfig
 from companion.core.ports import Actuator, ByteStream
 from companion.io import plugins
 from companion.io.actuators.mavlink_servo import MavlinkServoBridge

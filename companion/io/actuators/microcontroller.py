@@ -11,6 +11,7 @@ from companion.core.actuation import ActuatorCommand, Auxiliary, ThrusterFeedbac
 from companion.core.microcontroller_auxiliary import AuxiliaryDemand, AuxiliaryState
 from companion.core.microcontroller_frame import (
     MAX_THRUSTERS,
+    WATCHDOG_S,
     BoardCommand,
     BoardStatus,
     FrameDecoder,
@@ -37,7 +38,8 @@ class MicrocontrollerBridge:
 
     Of several STATUS frames in one read the newest counts. Thruster indices are those of the vessel. A thruster whose
     azimuth another bridge drives is a fixed one to the board. Remembers the last status, the board's identity, the
-    sequence number, and when the board was last heard and asked.
+    sequence number, when the board was last heard and asked, and since
+    when it has had commands without a gap.
     """
 
     def __init__(self, config: ActuatorConfig, vessel: VesselConfig, stream: ByteStream) -> None:
@@ -72,6 +74,7 @@ class MicrocontrollerBridge:
         self._heard_s: float | None = None
         self._asked_s: float | None = None
         self._writing_since_s: float | None = None
+        self._written_s: float | None = None
         self._bytes_since_frame = 0
         self._overheard = Overheard(_SILENT_BYTES)
         self._sequence = 0
@@ -118,8 +121,9 @@ class MicrocontrollerBridge:
         )
         self._stream.write(encode(message), now_s)
         self._write_outputs(command.auxiliary, now_s)
-        if self._writing_since_s is None:
-            self._writing_since_s = now_s
+        if self._written_s is None or now_s - self._written_s >= WATCHDOG_S:
+            self._writing_since_s = now_s  # the board's watchdog may have tripped for want of commands
+        self._written_s = now_s
 
     def _write_outputs(self, auxiliary: Auxiliary, now_s: float) -> None:
         if not self._servos and not self._relays:
@@ -176,7 +180,9 @@ class MicrocontrollerBridge:
             )
         if status.safe_mode:
             return "the transmitter's safe-mode switch has the thrusters, not the companion: switch it off to go on"
-        writing_s = 0.0 if self._writing_since_s is None else now_s - self._writing_since_s
+        written_s = self._written_s
+        paused = written_s is None or now_s - written_s >= WATCHDOG_S
+        writing_s = 0.0 if paused or self._writing_since_s is None else now_s - self._writing_since_s
         if status.neutral_by_watchdog and writing_s > _COMMAND_GRACE_S:
             return (
                 "the board hears no commands and is neutral: check the wire from the companion's TX to the board's RX"

@@ -20,8 +20,9 @@ from pydantic import ValidationError
 
 from companion.config.devices import SensorConfig
 from companion.config.kinds import Place, Problem, SensorKind, completed
+from companion.config.mistakes import remedy
 from companion.config.toml_places import dotted
-from companion.config.vessel import ConfigError, remedy
+from companion.config.vessel import ConfigError
 from companion.core.ports import ByteStream, Sensor
 from companion.io import plugins
 from companion.io.sensors.ais import AisReceiver

@@ -47,6 +47,7 @@ _FLOATS: Mapping[int, struct.Struct] = {
     **{group | _FLOAT_32: struct.Struct(f">{count}f") for group, count in _COUNTS.items()},
     **{group | _FLOAT_64: struct.Struct(f">{count}d") for group, count in _COUNTS.items()},
 }
+_ANGLES = struct.Struct("<3f")
 _header_at = struct.Struct(">HB").unpack_from
 _word_at = struct.Struct(">I").unpack_from
 
@@ -202,12 +203,16 @@ def _fixed_point(precision: int, count: int, raw: bytes) -> tuple[float, ...]:
 
 def _attitude(values: Mapping[int, tuple[float, ...]]) -> tuple[float | None, float | None, float | None]:
     """(roll, pitch, yaw) in radians from Euler angles in degrees or from the quaternion body → NED; Nones without
-    either."""
+    either. They have the digits of float32, as the device's own numbers do, which halves their place in the log."""
     if euler := values.get(_EULER_ANGLES):
-        return math.radians(euler[0]), math.radians(euler[1]), math.radians(euler[2])
+        return _digits_of_float32(math.radians(euler[0]), math.radians(euler[1]), math.radians(euler[2]))
     if quaternion := values.get(_QUATERNION):
         w, x, y, z = quaternion
         roll = math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
         pitch = math.asin(max(-1.0, min(1.0, 2.0 * (w * y - z * x))))
-        return roll, pitch, math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+        return _digits_of_float32(roll, pitch, math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)))
     return None, None, None
+
+
+def _digits_of_float32(roll: float, pitch: float, yaw: float) -> tuple[float, float, float]:
+    return _ANGLES.unpack(_ANGLES.pack(roll, pitch, yaw))

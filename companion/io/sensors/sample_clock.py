@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 
 class SampleClock:
     """Time stamps of a device and the arrival of its messages → times of validity, never after arrival less
@@ -33,7 +35,8 @@ class SampleClock:
         direct = arrival_s - self._latency_s - self._device_s
         offset = self._offset_s + self._DRIFT * max(0.0, step_s)
         self._offset_s = direct if first or abs(direct - offset) > self._jump_s else min(direct, offset)
-        return min(self._device_s + self._offset_s, arrival_s - self._latency_s)
+        time_s = min(self._device_s + self._offset_s, arrival_s - self._latency_s)
+        return math.floor(time_s * 1e6) / 1e6  # whole microseconds: no stamp is better, and the log keeps them small
 
     def _difference(self, ticks: float, before: float) -> float:
         """The shorter way round."""

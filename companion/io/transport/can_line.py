@@ -47,7 +47,7 @@ class CanLine(Line):
     def _descriptor(self) -> int | None:
         try:
             return None if self._bus is None else int(self._bus.fileno())
-        except NotImplementedError:
+        except NotImplementedError:  # how python-can says that an interface has no descriptor to wait on
             return None
 
     def _receive(self) -> bytes:

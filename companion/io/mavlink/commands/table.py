@@ -12,6 +12,7 @@ from companion.io.mavlink.commands import (
     outputs,
     retraction,
     senses,
+    trial,
 )
 from companion.io.mavlink.commands.request import CommandRow
 from companion.io.mavlink.wire import messages as mavlink
@@ -21,6 +22,7 @@ ROWS: tuple[CommandRow, ...] = (
     CommandRow(mavlink.MAV_CMD_USER_2, retraction.user_2),
     CommandRow(mavlink.MAV_CMD_USER_3, following.user_3),
     CommandRow(mavlink.MAV_CMD_USER_4, senses.user_4, once=True),
+    CommandRow(mavlink.MAV_CMD_USER_5, trial.user_5, once=True),
     CommandRow(mavlink.MAV_CMD_DO_FOLLOW, following.do_follow),
     CommandRow(mavlink.MAV_CMD_DO_FOLLOW_REPOSITION, following.reposition),
     CommandRow(mavlink.MAV_CMD_NAV_TAKEOFF, landing.take_off, once=True),

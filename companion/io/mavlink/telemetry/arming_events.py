@@ -93,6 +93,18 @@ def _refusal_row(mode: ModeId, reason: str) -> EventRow:
     )
 
 
+def remedy_of(finding: ArmingFinding) -> str:
+    """What to do about a finding, in the words that ground stations show."""
+    match finding.check:
+        case ArmingCheck.DEVICE:
+            remedy = (table.DEVICE_NOT_HEARD if finding.value is None else table.DEVICE_LOST).remedy
+        case ArmingCheck.MODE:
+            remedy = _refusal_row(next(iter(finding.modes or ())), finding.text).remedy
+        case _:
+            remedy = _FIXED[finding.check].remedy
+    return re.sub(r"</?param>", "", remedy)
+
+
 def _components(checks: Iterable[ArmingCheck]) -> int:
     """The parts of the boat that these checks are about, as bits."""
     return sum(1 << number for number in {table.COMPONENT_OF[check] for check in checks})

@@ -49,8 +49,11 @@ def report(view: View, persona: Persona) -> Any:
 
 def named_values(view: View, persona: Persona) -> Any:
     """NAMED_VALUE_FLOAT: the retractable thruster; in Follow also the distance to the leader in m (`lead_gap`) and the
-    counter of its link, 0 good … 40 (`lead_link`)."""
+    counter of its link, 0 good … 40 (`lead_link`); in Trial the seconds that are left (`trial_left`)."""
     values = [retraction(view, persona)]
+    if view.status.trial_left_s is not None:
+        left = view.status.trial_left_s
+        values.append(mavlink.MAVLink_named_value_float_message(view.boot_ms, b"trial_left", left))
     leader = view.status.leader
     if view.tick is not None and leader is not None and view.status.mode is ModeId.FOLLOW:
         nav = view.tick.nav

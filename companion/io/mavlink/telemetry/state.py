@@ -134,11 +134,12 @@ def _sensor_bits(view: View) -> dict[int, tuple[bool, bool]]:
     without_imu = math.isinf(nav.imu_age_s) and nav.heading_valid and all(device.ok for device in tick.health)
     lies = {distrust.sense for distrust in nav.distrusted}
     imu = (nav.imu_age_s < _STALE_S or without_imu) and "IMU" not in lies
+    gyro, accelerometer = imu and "gyro" not in lies, imu and "accelerometer" not in lies
     heading = nav.heading_valid and "heading" not in lies  # the heading source, whichever it is
     receiver = nav.position_valid and nav.fix >= FixType.FIX_2D and lies.isdisjoint(("position", "velocity"))
     bits = {
-        mavlink.MAV_SYS_STATUS_SENSOR_3D_GYRO: (True, imu),
-        mavlink.MAV_SYS_STATUS_SENSOR_3D_ACCEL: (True, imu),
+        mavlink.MAV_SYS_STATUS_SENSOR_3D_GYRO: (True, gyro),
+        mavlink.MAV_SYS_STATUS_SENSOR_3D_ACCEL: (True, accelerometer),
         mavlink.MAV_SYS_STATUS_SENSOR_3D_MAG: (True, heading),
         mavlink.MAV_SYS_STATUS_SENSOR_GPS: (True, receiver),
         mavlink.MAV_SYS_STATUS_AHRS: (True, nav.heading_valid and nav.position_valid),

@@ -20,9 +20,11 @@ from companion.io.mavlink.transfer.file_tree import FileTree, OpenFile
 from companion.io.mavlink.transfer.ftp_codec import LARGEST_DATA, FtpError, FtpRequest, Opcode, ack, nak, parse
 from companion.io.mavlink.wire import messages as mavlink
 from companion.io.mavlink.wire.hub import Handler, Hub, Peer
+from companion.io.mavlink.wire.yielding import to_yield
 
 _MOST_CLIENTS, _MOST_SESSIONS, _SESSIONS_OF_ONE = 16, 16, 4
 _IDLE_S = 60.0
+_YIELD_S = 5.0  # a file of which nothing was read for so long makes room for another client's
 _BURST_CHUNKS = 256  # after them the client has to ask for more: it may be gone
 _SHARE = 0.5  # of the line, for bursts; the rest is for telemetry
 _FRAME_BYTES = 263 + 14  # of one answer on the line
@@ -58,6 +60,7 @@ class _Session:
     """An open file of a client."""
 
     file: OpenFile
+    used_s: float  # when it was opened, or last delivered something
     burst: _Burst | None = None
 
 
@@ -154,7 +157,7 @@ class FtpService:
                 self._after(peer, client, request, self._tree.entries(path, persona), _listing)
             case Opcode.OPEN_FILE_RO | Opcode.CALC_FILE_CRC32:
                 opens = request.opcode == Opcode.OPEN_FILE_RO
-                answer = self._opened(client) if opens else self._summed(peer, client)
+                answer = self._opened(peer, client) if opens else self._summed(peer, client)
                 opening = self._tree.open(path, persona)
                 self._after(peer, client, request, opening, answer, partial(abandon, opening))
             case Opcode.READ_FILE | Opcode.BURST_READ_FILE:
@@ -173,6 +176,7 @@ class FtpService:
             session.burst = _Burst(request, request.seq + 1, request.offset)
         else:
             file, count = session.file, min(request.size, LARGEST_DATA)
+            session.used_s = client.used_s
             waiting = _Waiting(
                 request,
                 lambda: file.read(request.offset, count) is not None,
@@ -181,7 +185,7 @@ class FtpService:
             )
             self._wait(peer, client, waiting)
 
-    def _opened(self, client: _FtpClient) -> Callable[[FtpRequest, OpenFile | None], bytes | None]:
+    def _opened(self, peer: Peer, client: _FtpClient) -> Callable[[FtpRequest, OpenFile | None], bytes | None]:
         """The answer to an open. A session already in use is opened again: the client may have missed the first
         answer."""
 
@@ -189,11 +193,10 @@ class FtpService:
             if file is None:
                 return nak(request, FtpError.FILE_NOT_FOUND)
             self._end(client, request.session)
-            in_all = sum(len(other.sessions) for other in self._clients.values())
-            if len(client.sessions) >= _SESSIONS_OF_ONE or in_all >= _MOST_SESSIONS:
+            if len(client.sessions) >= _SESSIONS_OF_ONE or not self._has_room(peer, client.used_s):
                 file.close()
                 return nak(request, FtpError.NO_SESSIONS_AVAILABLE)
-            client.sessions[request.session] = _Session(file)
+            client.sessions[request.session] = _Session(file, client.used_s)
             return ack(request, _U32.pack(min(file.size, 0xFFFFFFFF)))
 
         return answer
@@ -268,7 +271,7 @@ class FtpService:
                 if not self._send_chunk(peer, session, session.burst):
                     return
                 client.allowance -= _FRAME_BYTES
-                client.used_s = now_s
+                client.used_s = session.used_s = now_s
 
     def _send_chunk(self, peer: Peer, session: _Session, burst: _Burst) -> bool:
         """Send the next answer of a burst. False while the disk has not delivered it yet."""
@@ -294,16 +297,40 @@ class FtpService:
     # --- clients ---------------------------------------------------------------------------------------------------
 
     def _client(self, peer: Peer, now_s: float) -> _FtpClient | None:
-        """The client, added where it is new; None where there are too many."""
+        """The client, added where it is new; None where there are too many that use their files."""
         client = self._clients.get(peer)
         if client is None:
             if len(self._clients) >= _MOST_CLIENTS:
                 idle = [other for other, known in self._clients.items() if not known.sessions and known.waiting is None]
-                if not idle:
+                leaves = idle[0] if idle else self._to_leave(peer, now_s)
+                if leaves is None:
                     return None
-                self._forget(idle[0])
+                self._forget(leaves)
             client = self._clients[peer] = _FtpClient(now_s)
         return client
+
+    def _to_leave(self, newcomer: Peer, now_s: float) -> Peer | None:
+        """The client that makes room for another one, if one does."""
+        used_s = {
+            peer: (peer.endpoint, max((session.used_s for session in client.sessions.values()), default=client.used_s))
+            for peer, client in self._clients.items()
+        }
+        return to_yield(used_s, newcomer.endpoint, now_s, _YIELD_S * self._hub.patience)
+
+    def _has_room(self, newcomer: Peer, now_s: float) -> bool:
+        """Whether one more file may be opened, in place of another where there are too many."""
+        held = {
+            (peer, number): (peer.endpoint, session.used_s)
+            for peer, client in self._clients.items()
+            for number, session in client.sessions.items()
+        }
+        if len(held) < _MOST_SESSIONS:
+            return True
+        leaves = to_yield(held, newcomer.endpoint, now_s, _YIELD_S * self._hub.patience)
+        if leaves is None:
+            return False
+        self._end(self._clients[leaves[0]], leaves[1])
+        return True
 
     def _forget(self, peer: Peer) -> None:
         client = self._clients.pop(peer)

@@ -18,6 +18,7 @@ from companion.core.decision import TextKind
 from companion.io.mavlink.transfer.disk_files import DiskFile, LogStore, Run, abandon
 from companion.io.mavlink.wire import messages as mavlink
 from companion.io.mavlink.wire.hub import Handler, Hub, Peer
+from companion.io.mavlink.wire.yielding import to_yield
 from companion.loop import Vessel
 
 BLOCK = 90
@@ -27,6 +28,7 @@ _SHARE = 0.5  # of the line
 _FRAME_BYTES = 97 + 14
 _SAVED_S = 0.25
 _IDLE_S = 60.0
+_YIELD_S = 5.0  # a client that was sent nothing for so long makes room for another one
 _MOST_RUNS = 1000  # the newest of them
 
 T = TypeVar("T")
@@ -34,9 +36,11 @@ T = TypeVar("T")
 
 @dataclass(slots=True)
 class _LogClient:
-    """`runs`: as last listed. `sending`: (next offset, end) of the data requested."""
+    """`used_s`, `sent_s`: when it last asked for something, or was sent it. `runs`: as last listed. `sending`: (next
+    offset, end) of the data requested."""
 
     used_s: float
+    sent_s: float
     runs: list[Run] | None = None
     asked: tuple[int, int] | None = None  # (first, last) of a list request that waits for the disk
     listing: Future[list[Run]] | None = None
@@ -190,7 +194,7 @@ class LogService:
             if data is None:
                 return
             self._send(peer, client, offset, data)
-            client.used_s = now_s
+            client.used_s = client.sent_s = now_s
             client.allowance -= _FRAME_BYTES
             offset += len(data)
             client.sending = (offset, end) if data and offset < end else None
@@ -207,12 +211,20 @@ class LogService:
         """The client, added where it is new; None where there are too many."""
         client = self._clients.get(peer)
         if client is None:
-            if len(self._clients) >= _MOST_CLIENTS:
+            if len(self._clients) >= _MOST_CLIENTS and not self._makes_room(peer, now_s):
                 self._hub.say(peer, TextKind.REFUSAL, "Log refused: too many clients fetch logs")
                 return None
-            client = self._clients[peer] = _LogClient(now_s)
+            client = self._clients[peer] = _LogClient(now_s, now_s)
         client.used_s = now_s
         return client
+
+    def _makes_room(self, newcomer: Peer, now_s: float) -> bool:
+        """Whether a client that makes no use of its place leaves it."""
+        held = {peer: (peer.endpoint, client.sent_s) for peer, client in self._clients.items()}
+        leaves = to_yield(held, newcomer.endpoint, now_s, _YIELD_S * self._hub.patience)
+        if leaves is not None:
+            self._forget(leaves)
+        return leaves is not None
 
     def _forget(self, peer: Peer) -> None:
         client = self._clients.pop(peer)

@@ -167,7 +167,7 @@ class MissionService:
         if kind is None and asked != _ALL_KINDS:
             return
         kinds = tuple(PlanKind) if kind is None else (kind,)
-        if any(self._receiver.busy_with_another(one, peer) for one in kinds):
+        if not all(self._receiver.claim(one, peer, now_s) for one in kinds):
             self._receiver.acknowledge(asked, peer, PlanResult.DENIED)
             return
         for one in kinds:

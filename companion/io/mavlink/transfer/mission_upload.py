@@ -27,6 +27,8 @@ RETRY_S = 0.25
 LATER_RETRY_S = 0.5  # after `_QUICK_RETRIES`: MAVSDK gives up at the sixth request for one item
 STORING_S, _MOST_STORING = 1.0, 4  # requests for the last item while the plan is checked and stored
 GIVE_UP_S = 5.0
+YIELD_S = 2.0  # without an item that was asked for, after which another ground station may upload in its place
+_SLOW_S, _LEAST_ITEMS_PER_S = 30.0, 1.0  # an upload that is slower for so long makes room too
 ABANDONED_S = 1.0  # an upload without an item for so long is taken to be abandoned when its sender does something else
 REPEAT_ANSWER_S = 5.0  # for so long the last item of a finished upload gets its answer again
 # Over a link that has lost packets the last answer is repeated: QGroundControl never asks for it.
@@ -38,7 +40,8 @@ _LEGACY_GUIDED = (2, 3)  # values of `current` that once meant "go there now"
 
 @dataclass(slots=True)
 class _Upload:
-    """One transfer. Item numbers are those on the wire: `shift` higher than in the plan, where item 0 is home."""
+    """One transfer. Item numbers are those on the wire: `shift` higher than in the plan, where item 0 is home.
+    `heard_s`: when the last item came that was asked for. `begun_s`: when its sender began first."""
 
     peer: Peer
     kind: PlanKind
@@ -46,6 +49,7 @@ class _Upload:
     expected: int
     end: int
     heard_s: float
+    begun_s: float
     retry_s: float = 0.0
     retries: int = 0
     lossy: bool = False  # an item had to be requested again
@@ -85,9 +89,10 @@ class PlanReceiver:
 
     def on_count(self, kind: PlanKind, count: int, peer: Peer, now_s: float) -> None:
         """MISSION_COUNT: start an upload; a repeated one from the same sender starts it again."""
-        if self.busy_with_another(kind, peer):
+        if not self.claim(kind, peer, now_s):
             self._deny(kind, peer, now_s)
             return
+        heard_s, begun_s = self._since(kind, peer, now_s)
         self.end_uploads(kind, peer, now_s)
         self._finished.pop((peer, kind), None)
         shift = shift_of(kind, peer)
@@ -95,16 +100,17 @@ class PlanReceiver:
             text = f"{count - shift} items, room for {CAPACITY}"
             self._refuse(kind, peer, PlanRefusal(PlanResult.NO_SPACE, text), now_s)
         elif count == 0:
-            self._uploads[kind] = _Upload(peer, kind, shift, 0, 0, now_s)
+            self._uploads[kind] = _Upload(peer, kind, shift, 0, 0, now_s, now_s)
             self._commit(self._uploads[kind], now_s)
         else:
-            self._start(_Upload(peer, kind, shift, 0, count, now_s), now_s)
+            self._start(_Upload(peer, kind, shift, 0, count, heard_s, begun_s), now_s)
 
     def on_partial(self, kind: PlanKind, first: int, last: int, peer: Peer, now_s: float) -> None:
         """MISSION_WRITE_PARTIAL_LIST: change some items of the plan. `last` may lie past the end, as from MAVProxy."""
-        if self.busy_with_another(kind, peer):
+        if not self.claim(kind, peer, now_s):
             self._deny(kind, peer, now_s)
             return
+        heard_s, begun_s = self._since(kind, peer, now_s)
         self.end_uploads(kind, peer, now_s)
         shift = shift_of(kind, peer)
         base = self._vessel.plans.items(kind)
@@ -114,7 +120,7 @@ class PlanReceiver:
             refusal = PlanRefusal(PlanResult.INVALID_SEQUENCE, f"{asked} cannot be changed, there are {len(base)}")
             self._refuse(kind, peer, refusal, now_s)
             return
-        self._start(_Upload(peer, kind, shift, first, min(last + 1, count), now_s, base=base), now_s)
+        self._start(_Upload(peer, kind, shift, first, min(last + 1, count), heard_s, begun_s, base=base), now_s)
 
     def on_item_int(self, message: Any, peer: Peer, now_s: float) -> None:
         """MISSION_ITEM_INT."""
@@ -122,7 +128,6 @@ class PlanReceiver:
         if upload is None or upload.peer != peer:
             self._on_stray_item(message, peer, now_s)
             return
-        upload.heard_s = now_s
         if message.seq == upload.expected and not upload.complete:
             # others are late or duplicates; the retry timer requests what is missing
             self._take(upload, item_from_int(message, message.seq - upload.shift), now_s)
@@ -133,7 +138,6 @@ class PlanReceiver:
         if upload is None or upload.peer != peer:
             self._on_stray_item(message, peer, now_s)
             return
-        upload.heard_s = now_s
         if message.seq != upload.expected or upload.complete:
             return
         item = item_from_float(message, message.seq - upload.shift)
@@ -168,10 +172,38 @@ class PlanReceiver:
 
     # --- for the mission service -----------------------------------------------------------------------------------
 
-    def busy_with_another(self, kind: int, peer: Peer) -> bool:
-        """Whether another client is uploading a plan of this kind."""
+    def claim(self, kind: int, peer: Peer, now_s: float) -> bool:
+        """Whether this client may upload or clear a plan of this kind. Another one that is uploading it goes on, unless
+        it sends nothing useful, or this one is trusted and it is not: then its upload ends."""
         upload = self._uploads.get(kind)
-        return upload is not None and upload.peer != peer and not upload.peer.endpoint.gone
+        if upload is None or upload.peer == peer or upload.peer.endpoint.gone:
+            return True
+        if not self._yields(upload, peer, now_s):
+            return False
+        self._drop(upload)
+        self.acknowledge(kind, upload.peer, PlanResult.OPERATION_CANCELLED)
+        at = item_number(upload.expected - upload.shift)
+        text = f"{_plan(upload.kind)} upload by {upload.peer.system} ended at {at}: {peer.system} asks"
+        self._vessel.events.say(now_s, TextKind.REFUSAL, "plan_upload_lost", text)
+        return True
+
+    def _yields(self, upload: _Upload, peer: Peer, now_s: float) -> bool:
+        """Whether an upload makes room for another client."""
+        if upload.complete:
+            return False
+        if peer.endpoint.trusted and not upload.peer.endpoint.trusted:
+            return True
+        if now_s - upload.heard_s >= YIELD_S * self._patience:
+            return True
+        elapsed_s = (now_s - upload.begun_s) / self._patience
+        return elapsed_s > _SLOW_S and len(upload.items) < _LEAST_ITEMS_PER_S * elapsed_s
+
+    def _since(self, kind: int, peer: Peer, now_s: float) -> tuple[float, float]:
+        """(`heard_s`, `begun_s`) of a new upload. Those of one that begins again stay: beginning is nothing useful."""
+        upload = self._uploads.get(kind)
+        if upload is None or upload.peer != peer or upload.complete:
+            return now_s, now_s
+        return upload.heard_s, upload.begun_s
 
     def is_storing(self, kind: int, peer: Peer) -> bool:
         """Whether this client has sent a whole plan of this kind, which is being checked and stored."""
@@ -231,6 +263,7 @@ class PlanReceiver:
 
     def _take(self, upload: _Upload, item: PlanItem, now_s: float) -> None:
         """Add the expected item; request the next one, or put the plan in force."""
+        upload.heard_s = now_s
         if item.seq >= 0:  # item −1 is home, and the vessel keeps its own
             if upload.shift:
                 item = with_jump_moved(item, -upload.shift)

@@ -28,6 +28,7 @@ from companion.params.spec import ParamRefusal, ParamSpec, ParamType
 LIST_RATE_HZ = 400.0
 LIST_BURST = 40.0
 LIST_SHARE = 0.5  # of a slow line; the rest is for telemetry
+_MOST_LISTINGS = 64  # at a time; of more the oldest ends, and its client asks for what it misses
 _VALUE_BYTES = 37  # a framed PARAM_VALUE
 _NO_INDEX = -1
 _FLOAT, _INT32 = struct.Struct("<f"), struct.Struct("<i")
@@ -121,6 +122,8 @@ class ParameterService:
         """Send the list from its start. A client that asks again meanwhile gets no higher rate for it."""
         listing = self._listings.get(peer)
         if listing is None:
+            if len(self._listings) >= _MOST_LISTINGS:
+                del self._listings[next(iter(self._listings))]
             listing = self._listings[peer] = _Listing(0, LIST_BURST, now_s)
         listing.next_index = 0
         self._send_due(peer, listing)
