@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -35,14 +34,26 @@ def _module(path: Path) -> Module:
     return Module(place.as_posix(), name, ast.parse(text), len(text.splitlines()))
 
 
-def functions(tree: ast.AST) -> Iterator[ast.FunctionDef]:
+@cache
+def _functions_and_calls(tree: ast.AST) -> tuple[ast.FunctionDef | ast.Call, ...]:
+    return tuple(node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef | ast.Call))
+
+
+def functions(tree: ast.AST) -> tuple[ast.FunctionDef, ...]:
     """Every function and method, at any depth."""
-    return (node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef))
+    return tuple(node for node in _functions_and_calls(tree) if isinstance(node, ast.FunctionDef))
 
 
-def calls(tree: ast.AST) -> Iterator[ast.Call]:
+def calls(tree: ast.AST) -> tuple[ast.Call, ...]:
     """Every call, at any depth."""
-    return (node for node in ast.walk(tree) if isinstance(node, ast.Call))
+    return tuple(node for node in _functions_and_calls(tree) if isinstance(node, ast.Call))
+
+
+@cache
+def own_calls(function: ast.FunctionDef) -> tuple[ast.Call, ...]:
+    """The calls of a function, without those of functions within it."""
+    inner = {call for nested in functions(function) if nested is not function for call in calls(nested)}
+    return tuple(call for call in calls(function) if call not in inner)
 
 
 def called(call: ast.Call) -> str:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from companion.core.decision import TextKind
 from docs.generate.markdown import code, page, section, table
 from docs.generate.reasons import Reason, plan_reasons, reasons
-from docs.generate.source import Module, called, calls, functions, modules
+from docs.generate.source import Module, called, calls, functions, modules, own_calls
 from docs.generate.templates import assigned, bound, filled, marks, parameters, plain, templates
 from docs.generate.text_lengths import CHUNK, PLACES, WHY_LONG, usual_length
 
@@ -104,7 +104,7 @@ def all_texts() -> Iterator[Said]:
     """Every text of every module."""
     for module in modules("companion"):
         for function in functions(module.tree):
-            for call in _own_calls(function):
+            for call in own_calls(function):
                 if is_say(call, module):
                     yield from _expanded(_spoken(call, function), function, module, 0)
                 elif called(call) in _ANSWERS and call.args:
@@ -120,13 +120,7 @@ def is_say(call: ast.Call, module: Module) -> bool:
     if called(call) not in _SAYS or not any(_kinds(argument) for argument in call.args):
         return False
     same = [function for function in functions(module.tree) if function.name == called(call)]
-    return not any(called(inner) in _SAYS and inner is not call for function in same for inner in _own_calls(function))
-
-
-def _own_calls(function: ast.FunctionDef) -> Iterator[ast.Call]:
-    """The calls of a function, without those of functions within it."""
-    inner = {id(call) for nested in functions(function) if nested is not function for call in calls(nested)}
-    return (call for call in calls(function) if id(call) not in inner)
+    return not any(called(inner) in _SAYS and inner is not call for function in same for inner in own_calls(function))
 
 
 def _kinds(node: ast.expr) -> bool:
@@ -169,7 +163,7 @@ def _expanded(said: list[Said], function: ast.FunctionDef, module: Module, depth
     callers = [
         (caller, call)
         for caller in functions(module.tree)
-        for call in _own_calls(caller)
+        for call in own_calls(caller)
         if called(call) == function.name and caller is not function
     ]
     if not open_ or not callers or depth >= _DEEPEST:

@@ -4,18 +4,22 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
-
-import pytest
 
 from companion.params.table import TABLE
 from companion.supervisor.failsafes import FAILSAFES, FailsafeAction
 from companion.supervisor.mode_changes import MODE_CHANGES, Cause
+from docs.generate import source
 
-ROOT = Path(__file__).parents[2] / "companion"
+ROOT = source.ROOT / "companion"
 HELM = ROOT / "supervisor" / "helm.py"
 CHANGES = {"switch": 3, "choose_disarmed": 1, "stop": 0}  # name → place of the cause among the arguments
-PARSED = {path: ast.parse(path.read_text(encoding="utf-8")) for path in sorted(ROOT.rglob("*.py"))}
+
+
+@cache
+def parsed() -> dict[Path, ast.Module]:
+    return {source.ROOT / module.place: module.tree for module in source.modules("companion")}
 
 
 def is_helm(node: ast.expr, path: Path) -> bool:
@@ -24,7 +28,7 @@ def is_helm(node: ast.expr, path: Path) -> bool:
 
 
 def uses(path: Path) -> Iterator[ast.Attribute]:
-    for node in ast.walk(PARSED[path]):
+    for node in ast.walk(parsed()[path]):
         if isinstance(node, ast.Attribute) and node.attr in CHANGES and is_helm(node.value, path):
             yield node
 
@@ -32,33 +36,33 @@ def uses(path: Path) -> Iterator[ast.Attribute]:
 def sites() -> list[tuple[Path, ast.Call]]:
     """Every call that changes the mode or stops the boat."""
     found = []
-    for path in PARSED:
-        calls = [node for node in ast.walk(PARSED[path]) if isinstance(node, ast.Call)]
-        functions = {id(call.func): call for call in calls}
+    for path, tree in parsed().items():
+        functions = {id(call.func): call for call in source.calls(tree)}
         for use in uses(path):
             assert id(use) in functions, f"{path.name}:{use.lineno}: call helm.{use.attr} itself, with its cause"
             found.append((path, functions[id(use)]))
     return found
 
 
-SITES = sites()
-
-
-@pytest.mark.parametrize(("path", "call"), SITES, ids=[f"{path.stem}:{call.lineno}" for path, call in SITES])
-def test_each_change_of_mode_names_its_cause(path: Path, call: ast.Call) -> None:
+def test_each_change_of_mode_names_its_cause() -> None:
     """As `Cause.X`, or as a name whose type mypy knows to be Cause."""
-    assert isinstance(call.func, ast.Attribute)
-    place = CHANGES[call.func.attr]
-    assert len(call.args) == place + 1 and not call.keywords
-    cause = call.args[place]
-    if isinstance(cause, ast.Attribute):
-        assert isinstance(cause.value, ast.Name) and cause.value.id == "Cause" and cause.attr in Cause.__members__
-    else:
-        assert isinstance(cause, ast.Name) and cause.id in ("cause", "refused")
+    found = sites()
+    assert found
+    for path, call in found:
+        where = f"{path.name}:{call.lineno}"
+        assert isinstance(call.func, ast.Attribute), where
+        place = CHANGES[call.func.attr]
+        assert len(call.args) == place + 1 and not call.keywords, where
+        cause = call.args[place]
+        if isinstance(cause, ast.Attribute):
+            assert isinstance(cause.value, ast.Name) and cause.value.id == "Cause", where
+            assert cause.attr in Cause.__members__, where
+        else:
+            assert isinstance(cause, ast.Name) and cause.id in ("cause", "refused"), where
 
 
 def test_nobody_but_the_helm_sets_the_mode() -> None:
-    for path, tree in PARSED.items():
+    for path, tree in parsed().items():
         for node in ast.walk(tree):
             targets = node.targets if isinstance(node, ast.Assign) else []
             for target in targets:
@@ -69,7 +73,7 @@ def test_nobody_but_the_helm_sets_the_mode() -> None:
 def test_each_cause_is_used_and_has_its_row() -> None:
     used = {
         node.attr
-        for path, tree in PARSED.items()
+        for path, tree in parsed().items()
         if path.stem != "mode_changes"
         for node in ast.walk(tree)
         if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "Cause"

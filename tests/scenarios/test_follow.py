@@ -100,6 +100,7 @@ def test_packets_reach_the_vessel_between_its_ticks(tmp_path: Path) -> None:
     assert max(row["t_s"] for row in read_truth(tmp_path)) == pytest.approx(3.05), "the ticks stay where they were"
 
 
+@pytest.mark.sweep
 def test_the_law_of_the_thesis_swings_at_20_m_and_not_at_45_m(tmp_path: Path) -> None:
     """Until shortly before the second turn. At 20 m it is not the departure that sets it off: it lies quiet until the
     first."""

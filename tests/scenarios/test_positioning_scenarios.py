@@ -69,12 +69,13 @@ def test_four_corner_with_cybership(tmp_path: Path, law: str, seed: int) -> None
     sail("four_corner", tmp_path, seed, vessel="cybership2", law=law)
 
 
+@pytest.mark.sweep
 def test_a_rotating_bow_sails_the_box_too(tmp_path: Path) -> None:
     sail("four_corner", tmp_path, 0, bow="rotating")
 
 
 @pytest.mark.parametrize("seed", seeds(1, 2))
-@pytest.mark.parametrize("name", ["station_keeping", "thruster_failure"])
+@pytest.mark.parametrize("name", ["station_keeping", pytest.param("thruster_failure", marks=pytest.mark.sweep)])
 def test_station_keeping(tmp_path: Path, name: str, seed: int) -> None:
     sail(name, tmp_path, seed)
 

@@ -36,13 +36,15 @@ def sail(name: str, folder: Path, seed: int, **changes: str) -> dict[str, float]
     return dict(outcome.metrics)
 
 
-@pytest.mark.parametrize("seed", seeds(4, 10))
+@pytest.mark.parametrize("seed", seeds(2, 10))
 def test_mission_square_in_wind(tmp_path: Path, seed: int) -> None:
     metrics = sail("mission_square", tmp_path, seed, wind="2")
     assert metrics["cross_track_rms_m"] < 0.5 and metrics["worst_miss_m"] <= 1.5 and metrics["waypoints_reached"] == 4
 
 
-@pytest.mark.parametrize("wind", ["6@225", "6@45", "6@135"])
+@pytest.mark.parametrize(
+    "wind", ["6@225", *(pytest.param(wind, marks=pytest.mark.sweep) for wind in ("6@45", "6@135"))]
+)
 def test_mission_square_in_a_blow(tmp_path: Path, wind: str) -> None:
     """In a bend such a wind can stop the boat: it must turn back to its course and go on, not lie broadside."""
     metrics = sail("mission_square", tmp_path, 2, wind=wind)
@@ -55,7 +57,7 @@ def test_hold_in_wind(tmp_path: Path, seed: int) -> None:
     assert metrics["position_rms_m"] < 0.15 and metrics["heading_rms_deg"] < 2.0
 
 
-@pytest.mark.parametrize("seed", seeds(2, 4))
+@pytest.mark.parametrize("seed", seeds(1, 4))
 def test_docking_in_wind(tmp_path: Path, seed: int) -> None:
     metrics = sail("docking", tmp_path, seed, wind="2")
     assert metrics["contact_sway_mps"] < 0.08 and metrics["rebound_m"] < 0.05
@@ -74,7 +76,7 @@ def test_mission_square_with_the_controllers_model_wrong(tmp_path: Path, error: 
 NAVIGATION = [("gnss_dropout", "holding"), ("gnss_dropout", "sailing"), ("wild_points", ""), ("lever_arm", "")]
 
 
-@pytest.mark.parametrize("seed", seeds(2, 16))
+@pytest.mark.parametrize("seed", seeds(1, 16))
 @pytest.mark.parametrize(("name", "doing"), NAVIGATION)
 def test_navigation(tmp_path: Path, name: str, doing: str, seed: int) -> None:
     sail(name, tmp_path, seed, **({"while": doing} if doing else {}))
@@ -157,7 +159,7 @@ def test_identify_sweep(tmp_path: Path, weather: dict[str, str], seed: int) -> N
 
 
 def test_the_same_seed_sails_the_same_track(tmp_path: Path) -> None:
-    first, second = (sail("mission_square", tmp_path / name, 4, wind="2") for name in ("a", "b"))
+    first, second = (sail("mission_square", tmp_path / name, 4, wind="2", side="10") for name in ("a", "b"))
     assert first == second
     assert (tmp_path / "a" / "truth.csv").read_bytes() == (tmp_path / "b" / "truth.csv").read_bytes()
 

@@ -18,6 +18,7 @@ from companion.config.dimensions.derivation import (
 )
 from companion.config.dimensions.figure import Figure
 from companion.config.dimensions.form import Dimensions, dimensions_of
+from companion.config.dimensions.limits import KEYS as LIMIT_KEYS
 from companion.config.hull import HullConfig
 from companion.config.kinds import Place, Problem
 from companion.config.sensors import SensorRow
@@ -65,15 +66,19 @@ def completed(data: Mapping[str, Any]) -> Completion:
     thrusters = _thrusters(work)
     boat, problems = _dimensions(work)
     work.problems += problems
-    if thrusters is not None:
-        work.fill(limit_figures(thrusters))
-    else:
+    if thrusters is None:
         work.moot.append(("limits",))
+    elif not _given(work.data.get("limits"), LIMIT_KEYS):  # a search; a boat that gives its limits starts without it
+        work.fill(limit_figures(thrusters))
     if boat is not None and thrusters is not None:
         _hull(work, boat, thrusters)
     elif isinstance(work.data.get("hull"), dict) and "form" in work.data["hull"]:
         work.moot.append(("hull",))
     return Completion(work.data, tuple(work.figures), tuple(work.problems), tuple(work.moot))
+
+
+def _given(table: object, keys: Sequence[str]) -> bool:
+    return isinstance(table, dict) and all(key in table for key in keys)
 
 
 def figures_of(hull: HullConfig, thrusters: Sequence[ThrusterConfig]) -> tuple[Figure, ...]:

@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from companion.config.devices import ThrusterConfig
 from companion.config.dimensions.figure import Figure
 
+KEYS = ("surge_n", "sway_n", "yaw_nm")
 _SHARE = 0.9  # of what the thrusters give: the rest is for the other axes
 _USEFUL_SHARE = 0.05  # of the force ahead; a smaller force sideways counts as none
 _NARROWINGS = 40
