@@ -16,7 +16,7 @@ from itertools import accumulate
 
 from companion.core.angles import wrap_pi
 from companion.nav.integrity.evidence import Channel, Evidence, HeadingSeen, Hypothesis, LieFound, Sense
-from companion.nav.integrity.statistics import NoiseSize, ScalarCusum
+from companion.nav.integrity.statistics import Median3, NoiseSize, ScalarCusum
 
 _SLACK_RADPS = math.radians(0.15)
 _TURN_SHARE = 0.04  # of a turn: the gyro's scale, the compass's deviation, its tilt in a tight turn
@@ -42,6 +42,7 @@ _MODEL_SLOPE = 0.3
 @dataclass(slots=True)
 class _Source:
     last: HeadingSeen | None = None
+    apart_rad: Median3 = field(default_factory=Median3)  # heading less turn, a sample late: an outlier is no drift
     noise: NoiseSize = field(default_factory=NoiseSize)
     cusum: ScalarCusum = field(default_factory=ScalarCusum)
     since_s: float | None = None
@@ -119,6 +120,7 @@ class HeadingDrift(Hypothesis):
         last, source.last = source.last, seen
         if last is None or last.turned_rad is None or not 0.0 < seen.t_s - last.t_s <= _GAP_S:
             source.cusum.clear(seen.t_s)
+            source.apart_rad = Median3()
             return
         step_rad = wrap_pi(seen.yaw_rad - last.yaw_rad - (seen.turned_rad - last.turned_rad))
         threshold_rad = _threshold_rad(source, seen)
@@ -129,7 +131,9 @@ class HeadingDrift(Hypothesis):
         _follow(source.track, seen, step_rad)
         slack_radps = _SLACK_RADPS + _BIAS_SIGMAS * evidence.inertial.turn_sigma_radps
         turn_rad = abs(seen.turned_rad - last.turned_rad)
-        source.cusum.update(seen.t_s, step_rad, (seen.t_s - last.t_s) * slack_radps + _TURN_SHARE * turn_rad)
+        source.cusum.update(
+            last.t_s, source.apart_rad.step(step_rad), (seen.t_s - last.t_s) * slack_radps + _TURN_SHARE * turn_rad
+        )
         doubt = source.cusum.largest / threshold_rad
         self.doubt = max(self.doubt, min(doubt, 1.0))
         if doubt >= 1.0:
@@ -144,14 +148,20 @@ class HeadingDrift(Hypothesis):
         onset_s = source.cusum.onset_s
         rate_radps = source.cusum.largest / max(seen.t_s - onset_s, 0.05) + _SLACK_RADPS
         step_radps = self._gyro_step_radps(onset_s)
+        mirrored = step_radps <= 2.0 * self._rate_before_radps(onset_s) + _LEAST_STEP_RADPS
         if not evidence.imu:
             source.since_s = onset_s
-        elif _opposite(source.track, onset_s) and _against_model(self._turning, onset_s):
+        elif mirrored and _opposite(source.track, onset_s) and _against_model(self._turning, onset_s):
             self._imu = evidence.imu[-1].source, "yaw axis reversed", onset_s
         elif step_radps >= max(_STEP_SHARE * rate_radps, _LEAST_STEP_RADPS):
             self._imu = evidence.imu[-1].source, "yaw rate is off", onset_s
         else:
             source.since_s = onset_s
+
+    def _rate_before_radps(self, onset_s: float) -> float:
+        """Mean size of the yaw rate just before a time: a gyro that changes its sign then steps by twice as much."""
+        before = [abs(rate) for t_s, rate in self._rates if _ROUND_ONSET_S < onset_s - t_s <= 2.0 * _ROUND_ONSET_S]
+        return sum(before) / len(before) if before else 0.0
 
     def _gyro_step_radps(self, onset_s: float) -> float:
         """The largest change of the yaw rate from a few samples to the next few, around a time."""

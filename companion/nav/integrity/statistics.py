@@ -92,6 +92,20 @@ class NoiseSize:
         self.size += share * (bounded - self.size)
 
 
+class Median3:
+    """Steps of a value → steps of the median of its last three: an outlier alone does not show, a slope comes one
+    sample late. Remembers the three."""
+
+    def __init__(self) -> None:
+        self._oldest = self._middle = self._newest = 0.0
+
+    def step(self, step: float) -> float:
+        """Take one step."""
+        before = sorted((self._oldest, self._middle, self._newest))[1]
+        self._oldest, self._middle, self._newest = self._middle, self._newest, self._newest + step
+        return sorted((self._oldest, self._middle, self._newest))[1] - before
+
+
 class StepNoise:
     """Steps on two axes → the usual size of their noise, whatever they have in common. The noise of the last moments
     counts where it is larger: a source that has just become noisy does not yet lie. Remembers both sizes, and the last

@@ -35,6 +35,18 @@ def test_a_creep_as_slow_as_a_gyro_drifts_is_not_told() -> None:
     assert known().go(60.0, lambda evidence, age_s: turned(evidence, math.radians(0.1 * age_s))) == []
 
 
+@pytest.mark.parametrize("off_deg", [1.0, 1.4, 3.0, 20.0])
+def test_a_single_outlier_is_no_drift(off_deg: float) -> None:
+    """Just short of the threshold it came on top of what noise had left in the sum."""
+    for once_s in (0.5, 1.0, 7.0):
+        passage = known()
+        assert passage.go(10.0, lambda evidence, age_s, at=once_s: turned(evidence, _once(off_deg, at, age_s))) == []
+
+
+def _once(off_deg: float, once_s: float, age_s: float) -> float:
+    return math.radians(off_deg) if abs(age_s - once_s) < 0.04 else 0.0
+
+
 def gyro_off(radps: float) -> Spoil:
     """The samples, and what they add up to."""
 
