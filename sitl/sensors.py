@@ -212,6 +212,27 @@ _SLOW_EVERY = 50  # samples between two steps of the slow errors
 ImuSample = tuple[float, float, float, float, float, float, float, float, float]
 
 
+def true_imu(gravity_mps2: float, hull: Hull, waves: Waves) -> tuple[float, float, float, float, float, float]:
+    """What a perfect inertial sensor in the middle of the boat feels: specific force x, y, z in m/s², roll, pitch, yaw
+    rate in rad/s, axes forward, starboard, down."""
+    roll, pitch, turn = waves.roll_rad, waves.pitch_rad, hull.turn_radps
+    c_roll, s_roll, c_pitch, s_pitch = math.cos(roll), math.sin(roll), math.cos(pitch), math.sin(pitch)
+    p = waves.roll_rate_radps - turn * s_pitch
+    q = waves.pitch_rate_radps * c_roll + turn * s_roll * c_pitch
+    r = turn * c_roll * c_pitch - waves.pitch_rate_radps * s_roll
+    forward, starboard = hull.surge_mps2, hull.sway_mps2
+    felt_mps2 = gravity_mps2 - waves.heave_mps2
+    z = s_pitch * forward - c_pitch * felt_mps2
+    return (
+        c_pitch * forward + s_pitch * felt_mps2,
+        c_roll * starboard + s_roll * z,
+        c_roll * z - s_roll * starboard,
+        p,
+        q,
+        r,
+    )
+
+
 class ImuModel:
     """An inertial sensor with its own attitude filter, axes forward, starboard, down. Remembers its biases."""
 
@@ -240,19 +261,7 @@ class ImuModel:
         self._samples += 1
         if self._samples % _SLOW_EVERY == 0:
             self._errors = tuple([process.update(self._slow_s) for process in self._slow])
-        roll, pitch, turn = waves.roll_rad, waves.pitch_rad, hull.turn_radps
-        c_roll, s_roll, c_pitch, s_pitch = math.cos(roll), math.sin(roll), math.cos(pitch), math.sin(pitch)
-        p = waves.roll_rate_radps - turn * s_pitch
-        q = waves.pitch_rate_radps * c_roll + turn * s_roll * c_pitch
-        r = turn * c_roll * c_pitch - waves.pitch_rate_radps * s_roll
-        forward, starboard = hull.surge_mps2, hull.sway_mps2
-        gravity_mps2 = self._gravity_mps2 - waves.heave_mps2
-        z = s_pitch * forward - c_pitch * gravity_mps2
-        x, y, z = (
-            c_pitch * forward + s_pitch * gravity_mps2,
-            c_roll * starboard + s_roll * z,
-            c_roll * z - s_roll * starboard,
-        )
+        x, y, z, p, q, r = true_imu(self._gravity_mps2, hull, waves)
         if self._lever:
             dx, dy, dz = self._lever_arm(p, q, r)
             x, y, z = x + dx, y + dy, z + dz
@@ -265,8 +274,8 @@ class ImuModel:
             p + ep + _GYRO_WHITE_RADPS * normal(),
             q + eq + _GYRO_WHITE_RADPS * normal(),
             r + er + _GYRO_WHITE_RADPS * normal(),
-            roll + e_roll,
-            pitch + e_pitch,
+            waves.roll_rad + e_roll,
+            waves.pitch_rad + e_pitch,
             wrap_pi(hull.yaw_rad - self._config.heading_offset_rad + e_yaw),
         )
 

@@ -7,6 +7,7 @@ import contextlib
 import fcntl
 import json
 import os
+import select
 import signal
 import sys
 import tempfile
@@ -17,6 +18,7 @@ from typing import IO, TYPE_CHECKING, Any
 
 from companion.app import load_vessel, program_version
 from companion.cli.common import Interrupt, UsageError, add_clock_to, driven_clock, is_over, new_folder
+from companion.cli.physics import parse_physics, serve_physics
 from companion.clock import WallClock
 from companion.config.vessel import ConfigError, VesselConfig
 from companion.core.ports import WaitingClock
@@ -59,6 +61,18 @@ def add_to(commands: Any) -> None:
     )
     sitl.add_argument("--log", type=Path, metavar="DIR", help="folder in which a folder with truth.csv is made")
     sitl.add_argument("--duration", type=float, metavar="S", help="end after this long, in the boat's time")
+    sitl.add_argument(
+        "--physics",
+        metavar="json:PORT",
+        help="serve ArduPilot's JSON simulation interface in place of devices, in lockstep: "
+        "ArduRover with --model JSON:127.0.0.1",
+    )
+    sitl.add_argument(
+        "--outputs",
+        default="",
+        metavar="NAME=CH,…",
+        help="servo channels of the thrusters for --physics: port=1,starboard=3, or stern=1/2 for throttle and azimuth",
+    )
     add_clock_to(sitl)
     sitl.set_defaults(command=_sitl)
 
@@ -69,6 +83,8 @@ def _sitl(arguments: argparse.Namespace) -> int:
     if not arguments.speed > 0.0:
         raise UsageError(f"--speed {arguments.speed:g}: must be above 0")
     config = load_vessel(arguments.vessel)
+    if arguments.physics is not None:
+        return _physics(config, arguments)
     world = _world(config, arguments)
     folder = (arguments.dir or _default_folder(config)).resolve()
     urls = {row.name: row.port for row in config.sensors} | {row.name: row.port for row in config.actuators}
@@ -94,6 +110,42 @@ def _sitl(arguments: argparse.Namespace) -> int:
             for truth in truths:
                 truth.close()
     return 0
+
+
+def _physics(config: VesselConfig, arguments: argparse.Namespace) -> int:
+    """The plant for another autopilot."""
+    from sitl.json_physics import JsonPhysics, parse_outputs, without_boards
+    from sitl.plant_process import PlantProcess
+
+    address = parse_physics(arguments.physics)
+    outputs = parse_outputs(arguments.outputs, config)
+    world = _world(without_boards(config), arguments)
+    physics, console = JsonPhysics(world, config, outputs), _Console()
+    plant = PlantProcess(world, ())
+
+    def obeyed() -> Sequence[int]:
+        if console.filenos and select.select(console.filenos, [], [], 0.0)[0]:
+            for line in console.lines():
+                _obey(plant, line)
+        return console.filenos
+
+    print(f"USV companion {program_version()}: the plant of {config.title} by JSON on {address[0]}:{address[1]}")
+    for name, channels in outputs.items():
+        azimuth = "" if channels.azimuth is None else f", azimuth on {channels.azimuth}"
+        print(f"  {name:16} throttle on channel {channels.throttle}{azimuth}")
+    truths = _truth_logs(config, world, arguments)
+    print(f"for: ardurover --model JSON:{address[0]}, SIM_RATE_HZ 100", flush=True)
+    try:
+        serve_physics(physics, address, lambda: _write(truths), obeyed, Interrupt(), arguments.duration)
+    finally:
+        for truth in truths:
+            truth.close()
+    return 0
+
+
+def _write(truths: Sequence[TruthLog | LeaderTruthLog | PictureLog]) -> None:
+    for truth in truths:
+        truth.write()
 
 
 def _world(config: VesselConfig, arguments: argparse.Namespace) -> World:
@@ -195,8 +247,7 @@ def _simulate(
         plant.advance(now_s)
         if now_s >= truth_s:
             truth_s = now_s + _TRUTH_S
-            for truth in truths:
-                truth.write()
+            _write(truths)
         next_s = max(next_s + step_s, now_s)
         if not late and clock.now_s() - now_s > _LATE_S:
             late = True

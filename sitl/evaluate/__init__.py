@@ -1,0 +1,1 @@
+"""Two autopilots on the same water, judged from the plant's truth alone: `python -m sitl.evaluate`."""
