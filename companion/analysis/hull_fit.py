@@ -24,10 +24,12 @@ from companion.analysis.log_reader import Log
 from companion.analysis.manoeuvre import Array, Manoeuvre
 from companion.config.devices import ThrusterConfig
 from companion.config.hull import HullConfig
+from companion.core.progress import Told, Work, tell_nobody
 
 _SMALLEST = (2e-3, 2e-3, 5e-4)  # m/s, m/s, rad/s: the best that an estimate can be
 _INFORMED = 0.5  # share of the doubt: above it, the log adds nothing
 _DRAG_INFORMED = 0.5  # relative uncertainty of an axis' damping above which its terms are not determined
+_USUAL = 20  # evaluations of a fit, by quantity, about
 _TURNS = 8  # alternations of hull and disturbance
 _SETTLED = 0.05  # change of the logarithm of a gust's size that counts as none
 _SMOOTH_S = 1.5  # window of the derivative in the equation error
@@ -73,14 +75,17 @@ class HullFit:
     gusts: tuple[float, float, float]
 
 
-def fit(log: Log, manoeuvre: Manoeuvre, hold: Sequence[str] = (), heading: bool = False) -> HullFit:
+def fit(
+    log: Log, manoeuvre: Manoeuvre, hold: Sequence[str] = (), heading: bool = False, told: Told = tell_nobody
+) -> HullFit:
     """Fit the hull to the manoeuvre. `hold`: quantities to leave at the model's value (`Estimate.name`). `heading`: as
     in `HullModel`."""
     model = HullModel(log, manoeuvre, heading)
+    work = Work(told, "fitting the hull", _USUAL * len(model.model))
     strongest = f"scale {model.groups[0].name}"
     held = {strongest: "sets the scale of all forces and inertias"} if model.scale_known else {}
     held |= {name: "as asked" for name in hold if name in model.model}
-    values, noise = settled(model, equation_error(model, held), held)
+    values, noise = settled(model, equation_error(model, held), held, work)
     undetermined: dict[str, str] = {}
     for _ in range(len(model.model)):
         names, covariance = _covariance(model, values, held, noise)
@@ -88,12 +93,13 @@ def fit(log: Log, manoeuvre: Manoeuvre, hold: Sequence[str] = (), heading: bool 
         if not new:
             break
         undetermined |= dict.fromkeys(new, "not determined by this manoeuvre")
-        values, noise = settled(model, {**values, **{name: model.model[name] for name in new}}, held | undetermined)
+        start = {**values, **{name: model.model[name] for name in new}}
+        values, noise = settled(model, start, held | undetermined, work)
     return _result(model, values, held | undetermined, names, covariance, noise)
 
 
 def settled(
-    model: HullModel, start: Mapping[str, float], held: Mapping[str, str]
+    model: HullModel, start: Mapping[str, float], held: Mapping[str, str], work: Work
 ) -> tuple[dict[str, float], list[Disturbance]]:
     """(values, disturbances): hull and disturbance, fitted alternately until the gusts no longer change."""
     manoeuvre, values = model.manoeuvre, dict(start)
@@ -108,12 +114,16 @@ def settled(
             abs(math.log(now.gust / then.gust)) < _SETTLED for now, then in zip(noise, before, strict=True)
         ):
             break
-        values = prediction_error(model, values, held, noise)
+        values = prediction_error(model, values, held, noise, work)
     return values, noise
 
 
 def prediction_error(
-    model: HullModel, start: Mapping[str, float], held: Mapping[str, str], noise: Sequence[Disturbance]
+    model: HullModel,
+    start: Mapping[str, float],
+    held: Mapping[str, str],
+    noise: Sequence[Disturbance],
+    work: Work,
 ) -> dict[str, float]:
     """Quantities with the least squares of the innovations and of the distances from what was known."""
     from scipy.optimize import least_squares
@@ -121,7 +131,12 @@ def prediction_error(
     problem = _Problem(model, start, held, noise)
     low, high = np.array([model.bounds(name) for name in problem.names]).T / problem.doubts
     first = np.clip(problem.at(start), low + 1e-9, high - 1e-9)
-    solution = least_squares(problem.residuals, first, bounds=(low, high), xtol=1e-5, ftol=1e-6, max_nfev=30)
+
+    def residuals(x: Array) -> Array:
+        work.step()
+        return problem.residuals(x)
+
+    solution = least_squares(residuals, first, bounds=(low, high), xtol=1e-5, ftol=1e-6, max_nfev=30)
     return problem.values(solution.x)
 
 

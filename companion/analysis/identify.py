@@ -13,10 +13,12 @@ from companion.analysis.hull_model import INERTIA, HullModel, axis_drag
 from companion.analysis.log_reader import Log, LogError
 from companion.analysis.manoeuvre import Manoeuvre, read_manoeuvre
 from companion.config.hull import DampingConfig, HullConfig
+from companion.core.progress import Told, part, tell_nobody
 
 TOML_FILE = "identified.toml"
 PLOT_FILE = "identified.png"
 _AXES = (("surge", "m/s"), ("sway", "m/s"), ("yaw rate", "rad/s"))
+_READ, _FITTED = 0.15, 0.9  # shares of the whole after which the log is read, and the hull fitted
 _ENOUGH = 0.25  # relative uncertainty of a damping above which another manoeuvre is advised
 _ADVICE = (
     "go ahead and astern more, at several speeds",
@@ -37,19 +39,26 @@ class Identification:
 
 
 def identify(
-    log: Log, out: Path, from_s: float = 0.0, to_s: float = math.inf, hold: Sequence[str] = ()
+    log: Log,
+    out: Path,
+    from_s: float = 0.0,
+    to_s: float = math.inf,
+    hold: Sequence[str] = (),
+    told: Told = tell_nobody,
 ) -> Identification:
     """Fit, and write `identified.toml` and `identified.png` into `out`. `hold`: quantities to leave as they are.
 
     Raises LogError for an unsuitable log or an unknown quantity, OSError.
     """
     warnings: list[str] = []
+    told("reading the log", 0.0)
     manoeuvre = read_manoeuvre(log, warnings, from_s, to_s)
     model = HullModel(log, manoeuvre)
     unknown = [name for name in hold if name not in model.model]
     if unknown:
         raise LogError(f"nothing named {', '.join(unknown)} to hold; there is {', '.join(model.model)}")
-    found = fit(log, manoeuvre, hold)
+    found = fit(log, manoeuvre, hold, told=part(told, _READ, _FITTED))
+    told("drawing", _FITTED)
     warnings += advice(model, found)
     toml = toml_lines(log, found)
     out.mkdir(parents=True, exist_ok=True)

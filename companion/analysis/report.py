@@ -19,6 +19,7 @@ from companion.analysis.report_page import html
 from companion.analysis.report_sections import LinkSeries, Page, frame_of
 from companion.analysis.svg_map import Chart
 from companion.core.geodesy import LocalFrame
+from companion.core.progress import Told, part, tell_nobody
 from companion.io.mavlink.transfer.mission_codec import item_from_int, with_jump_moved
 from companion.io.mavlink.wire.framer import Framer, UnknownMessage
 from companion.mission.commands import PLACES, name_of
@@ -29,15 +30,19 @@ _STAMP = struct.Struct(">Q")
 _MOST_LINKS = 6
 _OWN_FILES = ("ticks.csv", "truth.csv", "events.csv", "readings.csv", "pictures.csv", "geotags.csv", "replay.csv")
 _BIN_S = 5.0
+_READ, _HEARD = 0.45, 0.75  # shares of the whole after which the ticks, and the packets, are read
+_PACKETS_TOLD = 1000  # packets between two words about how many are read
 
 
-def write_report(folder: Path, out: Path) -> Sequence[str]:
+def write_report(folder: Path, out: Path, told: Told = tell_nobody) -> Sequence[str]:
     """Write the page of the log in `folder` to `out`. Returns warnings about what could not be read.
 
     Raises LogError for a folder that is no log; OSError.
     """
+    told("reading the log", 0.0)
     recorded = read_log(folder)
-    packets = Packets(recorded)
+    packets = Packets(recorded, part(told, _READ, _HEARD))
+    told("drawing", _HEARD)
     plans = packets.plans()
     page = Page(recorded, frame_of(recorded), _mission(recorded, plans), packets.rows(), packets.links())
     chart = _chart(plans, _frame(recorded, packets), _others(folder))
@@ -49,7 +54,7 @@ class Packets:
     """The .tlog of a run, read once: packets and gaps of each sender, and the plans that were accepted. `place`: (t_s,
     lat_deg, lon_deg) of this boat's first reported position."""
 
-    def __init__(self, recorded: Recorded) -> None:
+    def __init__(self, recorded: Recorded, told: Told = tell_nobody) -> None:
         self._folder = recorded.log.folder
         begun_s = float(recorded.ticks["time_unix_ns"][0]) * 1e-9 - float(recorded.t_s[0])
         self._own = int(recorded.log.parameters.get("MAV_SYS_ID", 1))
@@ -61,7 +66,7 @@ class Packets:
         self.place: tuple[float, float, float] | None = None
         coming: dict[int, dict[int, PlanItem]] = defaultdict(dict)
         numbers: dict[tuple[int, int], int] = {}
-        for unix_s, message in _messages(self._folder / "telemetry.tlog"):
+        for unix_s, message in _messages(self._folder / "telemetry.tlog", told):
             who = message.get_srcSystem(), message.get_srcComponent()
             t_s = unix_s - begun_s
             self._times[who].append(t_s)
@@ -140,14 +145,17 @@ def _named(who: tuple[int, int]) -> str:
     return f"system {who[0]}, component {who[1]}"
 
 
-def _messages(path: Path) -> Iterator[tuple[float, Any]]:
+def _messages(path: Path, told: Told) -> Iterator[tuple[float, Any]]:
     """(time, message) of a .tlog. Bytes that cannot be read are skipped; without a file there is nothing."""
     try:
         data = path.read_bytes()
     except OSError:
         return
-    at = 0
+    at, count = 0, 0
     while at + 8 + 8 <= len(data):
+        if count % _PACKETS_TOLD == 0:
+            told("reading the packets", at / len(data))
+        count += 1
         marker = data[at + 8]
         if marker not in (0xFD, 0xFE):
             at += 1

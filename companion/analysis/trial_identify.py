@@ -17,8 +17,10 @@ from companion.analysis.manoeuvre import Manoeuvre, read_manoeuvre
 from companion.analysis.trial_log import Ran, manoeuvres
 from companion.config.hull import DampingConfig, WindageConfig
 from companion.config.overlay import overlay_name
+from companion.core.progress import Told, part, tell_nobody
 
 _NINETY_FIVE = 1.96  # sigmas of a 95 % interval
+_READ, _FITTED = 0.1, 0.9  # shares of the whole after which the log is read, and the hull fitted
 _BETTER = 0.9  # of the old model's prediction error, from which the new model is worth having
 _WIND_SCALES = ("wind_surge_scale", "wind_sway_scale")
 
@@ -60,18 +62,20 @@ class TrialIdentification:
         return self.prediction is None or self.prediction.ratio < _BETTER
 
 
-def identify_trial(log: Log, hold: Sequence[str] = ()) -> TrialIdentification:
+def identify_trial(log: Log, hold: Sequence[str] = (), told: Told = tell_nobody) -> TrialIdentification:
     """Fit, compare on the part that was held out, and design the bandwidths.
 
     Raises LogError for a log that is too short or a boat that cannot be fitted, OSError.
     """
     warnings: list[str] = []
+    told("reading the log", 0.0)
     ran = manoeuvres(log.folder)
     whole = read_manoeuvre(log, warnings)
     fitted, held_out = split(whole, ran)
     if not fitted.stretches:
         raise LogError(f"{log.folder}: nothing is left to fit beside what is held out; sail longer")
-    found = fit(log, fitted, hold, heading=True)
+    found = fit(log, fitted, hold, heading=True, told=part(told, _READ, _FITTED))
+    told("designing the gains", _FITTED)
     values = {estimate.name: estimate.value for estimate in found.estimates}
     model = HullModel(log, whole, heading=True)
     unknown = [name for name in hold if name not in model.model]

@@ -9,6 +9,7 @@ from typing import Any
 
 from companion.analysis.figure import MATPLOTLIB_MISSING
 from companion.cli.common import UsageError
+from companion.cli.progress import bar
 
 
 def add_to(commands: Any) -> None:
@@ -27,13 +28,15 @@ def _bollard(arguments: argparse.Namespace) -> int:
     from companion.analysis import bollard
 
     try:
-        found = bollard.fit(*bollard.read_pulls(arguments.file))
+        with bar("fitting the curve"):
+            found = bollard.fit(*bollard.read_pulls(arguments.file))
     except bollard.BollardError as error:
         raise UsageError(str(error)) from error
     print(bollard.report(found), bollard.toml_lines(found, arguments.thruster), sep="\n\n")
     if arguments.plot is not None:
         try:
-            bollard.plot(found, arguments.thruster, arguments.plot)
+            with bar("drawing"):
+                bollard.plot(found, arguments.thruster, arguments.plot)
             print(f"written: {arguments.plot}")
         except ImportError:
             print(f"no plot: {MATPLOTLIB_MISSING}", file=sys.stderr)

@@ -10,6 +10,7 @@ from typing import Any
 
 from companion.analysis.log_reader import open_log
 from companion.cli.common import add_time_span, print_warnings
+from companion.cli.progress import bar
 from companion.config.vessel import find
 
 
@@ -43,7 +44,8 @@ def _identify(arguments: argparse.Namespace) -> int:
     if manoeuvres(arguments.folder) and (arguments.from_s, arguments.to_s) == (0.0, math.inf):
         return _identify_trial(arguments)
     out = arguments.out or arguments.folder
-    found = identify(open_log(arguments.folder), out, arguments.from_s, arguments.to_s, arguments.hold)
+    with bar("identify") as told:
+        found = identify(open_log(arguments.folder), out, arguments.from_s, arguments.to_s, arguments.hold, told)
     print_warnings(found.warnings)
     print(found.report, found.toml, sep="\n\n")
     print(f"written: {out}")
@@ -54,7 +56,8 @@ def _identify_trial(arguments: argparse.Namespace) -> int:
     """All of a Trial at once: the overlay is written, and counts once the operator accepts it."""
     from companion.analysis.trial_identify import identify_trial, write
 
-    found = identify_trial(open_log(arguments.folder), arguments.hold)
+    with bar("identify") as told:
+        found = identify_trial(open_log(arguments.folder), arguments.hold, told)
     print_warnings(found.warnings)
     vessel_file = None if arguments.vessel is None else find(arguments.vessel)
     folder = arguments.out or (arguments.folder if vessel_file is None else vessel_file.parent)

@@ -8,6 +8,8 @@ from typing import Any
 
 from companion.analysis.log_reader import LogError
 from companion.cli.common import complain, print_warnings
+from companion.cli.progress import bar
+from companion.core.progress import part
 
 
 def add_to(commands: Any) -> None:
@@ -26,7 +28,8 @@ def leave_page(folder: Path) -> None:
 
     for log in (folder, *sorted(path.parent for path in folder.glob("*/manifest.json"))):
         try:
-            write_report(log, log / "report.html")
+            with bar("report") as told:
+                write_report(log, log / "report.html", told)
         except LogError as error:
             complain(str(error))
         else:
@@ -38,11 +41,11 @@ def leave_table(folder: Path) -> None:
     from companion.analysis.report import write_report
     from companion.analysis.table_page import runs_in, write_table
 
-    for run in runs_in(folder):
-        page = run.folder / "report.html"
-        if not page.exists():
+    missing = [run.folder for run in runs_in(folder) if not (run.folder / "report.html").exists()]
+    with bar("reports") as told:
+        for number, log in enumerate(missing):
             try:
-                write_report(run.folder, page)
+                write_report(log, log / "report.html", part(told, number / len(missing), (number + 1) / len(missing)))
             except LogError as error:
                 complain(str(error))
     count = write_table(folder, folder / "index.html")
@@ -56,6 +59,8 @@ def _report(arguments: argparse.Namespace) -> int:
         leave_table(arguments.folder)
         return 0
     out = arguments.out or arguments.folder / "report.html"
-    print_warnings(write_report(arguments.folder, out))
+    with bar("report") as told:
+        warnings = write_report(arguments.folder, out, told)
+    print_warnings(warnings)
     print(f"written: {out}")
     return 0

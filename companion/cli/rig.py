@@ -6,6 +6,7 @@ Scenarios and tests run on it. It is the `sitl.scenarios.rig.Rig` that only this
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -32,16 +33,22 @@ class LockstepRig:
     """A vessel, its world and a memory link whose far end the scenario holds. Logs into `folder`."""
 
     def __init__(
-        self, conditions: Conditions, folder: Path, shared_sea: SharedSea | None = None, link: str = "memory:scenario"
+        self,
+        conditions: Conditions,
+        folder: Path,
+        shared_sea: SharedSea | None = None,
+        link: str = "memory:scenario",
+        watch: Callable[[float], None] | None = None,
     ) -> None:
         """`shared_sea`: that of another rig; None: one as the conditions ask for, if they ask for any. `link`: the
-        URL of the memory link, with its options.
+        URL of the memory link, with its options. `watch`: is told the length of each tick, in s, after it.
 
         Raises ConfigError, UsageError for conditions that the vessel cannot meet.
         """
         self.config: VesselConfig = _equipped(conditions)
         self.conditions: Conditions = conditions
         self._folder = folder
+        self._watch = watch
         controller = _controller_config(self.config, conditions)
         self.world: World = _world(self.config, conditions, shared_sea)
         self._clock = SimulatedClock(EPOCH_UNIX_NS)
@@ -79,6 +86,8 @@ class LockstepRig:
         self._clock.wait(self._steps * self.vessel.period_s, ())
         self.vessel.tick(self._clock.now_s())
         self._steps += 1
+        if self._watch is not None:
+            self._watch(self.vessel.period_s)
 
     def pause(self, duration_s: float) -> None:
         """The process stands still while the world goes on: the ticks of that time are skipped."""
@@ -112,7 +121,8 @@ class LockstepRig:
 
     def rerun_with(self, model: ControllerModel, folder: str) -> LockstepRig:
         """A new rig in the same conditions whose controller uses `model`; it logs into `folder` below this one's."""
-        return LockstepRig(replace(self.conditions, controller_model=model), self._folder / folder)
+        conditions = replace(self.conditions, controller_model=model)
+        return LockstepRig(conditions, self._folder / folder, watch=self._watch)
 
     def second_vessel(self, conditions: Conditions, folder: str) -> LockstepRig:
         """Another vessel in the same sea; it logs into `folder` below this one's. Step both in turn."""

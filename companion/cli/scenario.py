@@ -3,24 +3,32 @@
 from __future__ import annotations
 
 import argparse
+import shutil
+import textwrap
 import time
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from companion.cli.common import UsageError, new_folder
+from companion.cli.progress import Sailing, bar
 from companion.cli.report import leave_page, leave_table
 from companion.core.nearest import did_you_mean
 
 if TYPE_CHECKING:
-    from sitl.scenarios.scenario import ScenarioResult
+    from sitl.scenarios.rig import Composer, Conditions
+    from sitl.scenarios.scenario import Scenario, ScenarioResult
+
+_NARROWEST = 60  # columns of the list, however narrow the terminal is
 
 
 def add_to(commands: Any) -> None:
     """Add the command to `commands`, argparse's subparsers."""
     scenario = commands.add_parser("scenario", help="run a named scenario in lockstep and check it")
     verbs = scenario.add_subparsers(required=True, metavar="list | run | table")
-    verbs.add_parser("list", help="the scenarios and their settings").set_defaults(command=_list)
+    list_ = verbs.add_parser("list", help="the scenarios by subject, or the settings of one")
+    list_.add_argument("name", metavar="NAME", nargs="?", help="show this one's settings")
+    list_.set_defaults(command=_list)
     run = verbs.add_parser("run", help="run one")
     run.add_argument("name", metavar="NAME")
     run.add_argument("--vessel", metavar="V")
@@ -36,47 +44,83 @@ def add_to(commands: Any) -> None:
 
 
 def _list(arguments: argparse.Namespace) -> int:
-    from sitl.scenarios import SCENARIOS
+    from sitl.scenarios import BY_SUBJECT
 
-    for scenario in SCENARIOS.values():
-        settings = " ".join(f"{key}={value}" for key, value in scenario.defaults.items())
-        print(f"{scenario.name:20} {scenario.text} ({scenario.vessel}); {settings}")
+    if arguments.name is not None:
+        print(_described(_known(arguments.name)))
+        return 0
+    for subject, scenarios in BY_SUBJECT.items():
+        print(subject)
+        for scenario in scenarios:
+            print(_filled(f"  {scenario.name:18}{scenario.vessel:14}", scenario.text))
+        print()
+    print("companion scenario list NAME shows its settings, companion scenario run NAME sails it.")
     return 0
 
 
+def _described(scenario: Scenario) -> str:
+    """What a scenario does, and a line for each of its settings."""
+    lines = [scenario.text, f"boat: {scenario.vessel}", "", "settings (--set KEY=VALUE), and their defaults:"]
+    lines += [f"  {key:18}{value or '-'}" for key, value in scenario.defaults.items()]
+    for vessel, own in scenario.by_vessel.items():
+        lines.append(f"  with {vessel}: {' '.join(f'{key}={value}' for key, value in own.items())}")
+    return "\n".join(lines)
+
+
+def _filled(head: str, text: str) -> str:
+    """`text` beside `head`, in lines as long as the terminal is wide."""
+    width = max(_NARROWEST, shutil.get_terminal_size().columns)
+    return textwrap.fill(text, width, initial_indent=head, subsequent_indent=" " * len(head))
+
+
 def _table(arguments: argparse.Namespace) -> int:
-    from companion.cli.rig import LockstepRig
     from sitl.scenarios import SCENARIOS, route_table, table
 
     if arguments.seeds < 1:
         raise UsageError(f"--seeds {arguments.seeds}: must be at least 1")
-    lines = route_table.lines if arguments.name == "route" else table.lines
-    for line in lines(SCENARIOS[arguments.name], LockstepRig, arguments.seeds, keep=arguments.out):
-        print(line, flush=True)
+    of = route_table if arguments.name == "route" else table
+    scenario, count = SCENARIOS[arguments.name], of.count(arguments.seeds)
+    with bar(scenario.name) as told:
+        sailing = Sailing(told, scenario.name, scenario.lasts_s, count)
+        for line in of.lines(scenario, _watched(sailing), arguments.seeds, keep=arguments.out):
+            print(line, flush=True)
     if arguments.out is not None:
         leave_table(arguments.out)
     return 0
 
 
-def _no_scenario(name: str, known: Collection[str]) -> str:
-    return f"no scenario '{name}'; there is {', '.join(known)}{did_you_mean(name, known)}"
+def _watched(sailing: Sailing) -> Composer:
+    """Builds rigs whose ticks `sailing` counts."""
+    from companion.cli.rig import LockstepRig
+
+    def compose(conditions: Conditions, folder: Path) -> LockstepRig:
+        sailing.begin()
+        return LockstepRig(conditions, folder, watch=sailing.step)
+
+    return compose
+
+
+def _known(name: str) -> Scenario:
+    """The scenario of that name. Raises UsageError."""
+    from sitl.scenarios import SCENARIOS
+
+    if name not in SCENARIOS:
+        raise UsageError(f"no scenario '{name}'; there is {', '.join(SCENARIOS)}{did_you_mean(name, SCENARIOS)}")
+    return SCENARIOS[name]
 
 
 def _run(arguments: argparse.Namespace) -> int:
     """Exit code 0 where all checks hold, else 1."""
-    from companion.cli.rig import LockstepRig
-    from sitl.scenarios import SCENARIOS
     from sitl.scenarios.scenario import ScenarioError, run
 
-    if arguments.name not in SCENARIOS:
-        raise UsageError(_no_scenario(arguments.name, SCENARIOS))
+    scenario = _known(arguments.name)
     changes = _changes(arguments.changes)
     folder = arguments.out or new_folder(Path("out"), f"{arguments.name}-seed{arguments.seed}")
     started_s = time.perf_counter()
     try:
-        result = run(
-            SCENARIOS[arguments.name], LockstepRig, folder, arguments.seed, arguments.vessel, changes, draw=True
-        )
+        with bar(scenario.name) as told:
+            compose = _watched(Sailing(told, scenario.name, scenario.lasts_s))
+            result = run(scenario, compose, folder, arguments.seed, arguments.vessel, changes, draw=True)
     except (ScenarioError, ValueError) as error:
         raise UsageError(str(error)) from error
     _print_result(result)

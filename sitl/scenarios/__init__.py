@@ -1,4 +1,4 @@
-"""Named scenarios. A new one is one file and one row here."""
+"""Named scenarios. A new one is one file and one row here, under its subject."""
 
 from __future__ import annotations
 
@@ -33,36 +33,45 @@ from sitl.scenarios import (
 )
 from sitl.scenarios.scenario import Scenario
 
-_ALL = (
-    hold.SCENARIO,
-    mission_square.SCENARIO,
-    cross_current.SCENARIO,
-    reroute.SCENARIO,
-    four_corner.SCENARIO,
-    station_keeping.SCENARIO,
-    station_keeping.THRUSTER_FAILURE,
-    watch_circle.SCENARIO,
-    bow_hold.SCENARIO,
-    docking.SCENARIO,
-    fence_stop.SCENARIO,
-    colreg.SCENARIO,
-    follow.SCENARIO,
-    approach.SCENARIO,
-    link_loss.SCENARIO,
-    link_loss.LEADER_GNSS_LOSS,
-    station_change.SCENARIO,
-    two_followers.SCENARIO,
-    offboard.SCENARIO,
-    circle.SCENARIO,
-    gnss_dropout.SCENARIO,
-    wild_points.SCENARIO,
-    lying_senses.SCENARIO,
-    honest_senses.SCENARIO,
-    lever_arm.SCENARIO,
-    identify.SCENARIO,
-    ahrs.SCENARIO,
-    route.SCENARIO,
-    route.SURVEY,
-    pictures.SCENARIO,
-)
-SCENARIOS: dict[str, Scenario] = {scenario.name: scenario for scenario in _ALL}
+BY_SUBJECT: dict[str, tuple[Scenario, ...]] = {
+    "Holding a point": (
+        hold.SCENARIO,
+        four_corner.SCENARIO,
+        station_keeping.SCENARIO,
+        station_keeping.THRUSTER_FAILURE,
+        watch_circle.SCENARIO,
+        bow_hold.SCENARIO,
+        docking.SCENARIO,
+    ),
+    "Under way": (
+        mission_square.SCENARIO,
+        cross_current.SCENARIO,
+        reroute.SCENARIO,
+        route.SCENARIO,
+        route.SURVEY,
+        pictures.SCENARIO,
+        circle.SCENARIO,
+        offboard.SCENARIO,
+    ),
+    "Behind a lead boat": (
+        follow.SCENARIO,
+        approach.SCENARIO,
+        link_loss.SCENARIO,
+        link_loss.LEADER_GNSS_LOSS,
+        station_change.SCENARIO,
+        two_followers.SCENARIO,
+    ),
+    "Keeping clear": (fence_stop.SCENARIO, colreg.SCENARIO),
+    "Senses and estimate": (
+        gnss_dropout.SCENARIO,
+        wild_points.SCENARIO,
+        lying_senses.SCENARIO,
+        honest_senses.SCENARIO,
+        lever_arm.SCENARIO,
+        ahrs.SCENARIO,
+    ),
+    "The boat's model": (identify.SCENARIO,),
+}
+SCENARIOS: dict[str, Scenario] = {
+    scenario.name: scenario for scenarios in BY_SUBJECT.values() for scenario in scenarios
+}

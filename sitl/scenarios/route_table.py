@@ -31,6 +31,11 @@ def lines(scenario: Scenario, compose: Composer, seeds: int, keep: Path | None =
                 yield row(route, text, law, runs)
 
 
+def count(seeds: int) -> int:
+    """How many runs `lines` makes."""
+    return len(ROUTES) * len(CONDITIONS) * 2 * seeds
+
+
 def head() -> tuple[str, str]:
     """The two lines of the header."""
     return _HEAD, "|---|---|---|" + "---:|" * 5

@@ -31,6 +31,7 @@ class Scenario:
 
     `plot` draws into the folder, and raises ImportError without matplotlib. `tow`: legs along which the boat is towed.
     `prepare`: changes of the conditions beyond the settings that all scenarios share. `needs`: what it asks of a boat.
+    `lasts_s`: about how long it sails with its own settings; only for a display of the time that is left.
     """
 
     name: str
@@ -44,6 +45,7 @@ class Scenario:
     tow: Callable[[Settings], tuple[TowLeg, ...]] | None = None
     prepare: Callable[[Conditions, Settings], Conditions] | None = None
     needs: Sequence[Ability] = ()
+    lasts_s: float = 300.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -68,6 +68,11 @@ def lines(
         yield f"| {row.vessel} | {row.text} | {row.changes['law']} | {' | '.join(cells)} |"
 
 
+def count(seeds: int, rows: Sequence[TableRow] = ROWS) -> int:
+    """How many runs `lines` makes."""
+    return len(rows) * seeds
+
+
 def sailed(
     scenario: Scenario, compose: Composer, row: TableRow, seed: int, keep: Path | None = None
 ) -> Mapping[str, float]:
