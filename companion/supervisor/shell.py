@@ -139,7 +139,7 @@ def _devices(words: Words, boat: BoatSnapshot) -> Iterator[str]:
 
 
 def _health(device: DeviceHealth) -> str:
-    age = "" if device.age_s is None else f", {device.age_s:.1f} s"
+    age = "" if device.age_s is None else f", {max(0.0, device.age_s):.1f} s"
     return f"ok{age}" if device.ok else f"FAULT: {device.text or 'no data'}{age}"
 
 

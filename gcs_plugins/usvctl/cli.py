@@ -1,5 +1,5 @@
-"""The commands of `usvctl`. Exit codes: 0 done, 1 refused with the boat's reason, 2 a mistake in the command, or no
-boat."""
+"""The commands of `usvctl`. Exit codes: 0 done, 1 refused with the boat's reason, or not ready, 2 a mistake in the
+command, or no boat."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ LINK = "udpin://0.0.0.0:14550"
 _PLAIN = ("hold", "pause", "continue", "return", "arm", "disarm", "stop", "lower", "retract")
 _FOREVER_S = 1e6
 
-Command = Callable[["Boat", argparse.Namespace], None]
+Command = Callable[["Boat", argparse.Namespace], int | None]
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -38,7 +38,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             prepare(arguments)
         _ask(arguments)
         with connected(arguments.link, arguments.timeout) as boat:
-            arguments.command(boat, arguments)
+            return int(arguments.command(boat, arguments) or 0)
     except Refused as refusal:
         print(f"refused: {refusal}", file=sys.stderr)
         return 1
@@ -53,7 +53,6 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 2
     except KeyboardInterrupt:
         return 130
-    return 0
 
 
 def _ask(arguments: argparse.Namespace) -> None:
@@ -217,6 +216,12 @@ def _files_get(boat: Boat, arguments: argparse.Namespace) -> None:
     print(files.get_file(boat, arguments.path, arguments.dir))
 
 
+def _status(boat: Boat, arguments: argparse.Namespace) -> int:
+    from gcs_plugins.usvctl import status
+
+    return 0 if status.show(boat) else 1
+
+
 def _watch(boat: Boat, arguments: argparse.Namespace) -> None:
     from gcs_plugins.usvctl import live
 
@@ -231,7 +236,7 @@ def argument_parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="usvctl",
         description="Command the boat from a shell.",
-        epilog="Exit codes: 0 done, 1 refused by the boat, 2 a mistake, or no boat. "
+        epilog="Exit codes: 0 done, 1 refused by the boat or not ready, 2 a mistake, or no boat. "
         "While usvctl runs it is a ground station of the boat. If it is the only one, the boat loses it "
         "when usvctl ends (NAV_DLL_ACT).",
     )
@@ -247,6 +252,7 @@ def argument_parser() -> argparse.ArgumentParser:
     _add_missions(verbs)
     _add_parameters(verbs)
     _add_files(verbs)
+    _add(verbs, "status", "mode, fix, battery, links, failsafes; exit code 0 when the boat is ready, else 1", _status)
     watch = _add(verbs, "watch", "show the boat's state, until Ctrl-C", _watch)
     watch.add_argument("--seconds", type=_positive, default=_FOREVER_S, metavar="S")
     return parser

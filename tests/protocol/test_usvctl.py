@@ -112,6 +112,15 @@ def test_steering_and_the_boats_reasons(usvctl: Usvctl) -> None:
     assert usvctl("stop")[0] == 0
 
 
+def test_status_tells_the_state_and_whether_the_boat_is_ready(usvctl: Usvctl) -> None:
+    code, said, error = usvctl("status")
+    lines = said.splitlines()
+    assert (code, error, lines[-1]) == (0, "", "Ready")
+    assert "Failsafes: none" in lines and any(line.startswith("Battery: ") for line in lines)
+    assert any("ok" in line for line in lines if "udpout:" in line)
+    assert usvctl("status", ardupilot=True)[0] == 0
+
+
 @pytest.mark.parametrize("ardupilot", [False, True])
 def test_plans_come_back_as_they_went(usvctl: Usvctl, tmp_path: Path, ardupilot: bool) -> None:
     """A plan with jumps, fence and no rally points, over one with rally points; on a link whose item 0 is home as

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import io
 import sys
+from collections.abc import Callable
 from contextlib import nullcontext
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
-from gcs_plugins.usvctl import parameters
-from gcs_plugins.usvctl.boat import Mistake
+from gcs_plugins.usvctl import parameters, status
+from gcs_plugins.usvctl.boat import Mistake, NoVessel
 from gcs_plugins.usvctl.cli import main
 
 
@@ -61,6 +63,48 @@ def test_mistakes_end_with_2_before_any_boat_is_looked_for(
     with pytest.raises(SystemExit) as ended:
         main(words)
     assert ended.value.code == 2 and "usage: usvctl" in capsys.readouterr().err
+
+
+class Boat:
+    """What a boat has said."""
+
+    def __init__(self, armed: bool, system_status: int, health: int) -> None:
+        self.armed = armed
+        self.said = {"HEARTBEAT": {"system_status": system_status}}
+        if health >= 0:
+            self.said["SYS_STATUS"] = {"onboard_control_sensors_health": health}
+
+    def wait(self, condition: Callable[[], bool], timeout_s: float) -> bool:
+        return condition()
+
+    def newest(self, kind: str) -> dict[str, int] | None:
+        return self.said.get(kind)
+
+
+@pytest.mark.parametrize(
+    ("boat", "reasons"),
+    [
+        (Boat(False, 3, 0x10000000), []),
+        (Boat(True, 4, 0), []),
+        (Boat(False, 3, 0x00000020), ["arming would be refused"]),
+        (Boat(True, 5, 0x10000000), ["a failsafe acts"]),
+    ],
+)
+def test_ready_is_free_to_arm_or_armed_without_a_failsafe(boat: Any, reasons: list[str]) -> None:
+    assert status.not_ready(boat) == reasons
+
+
+def test_a_silent_boat_is_neither_ready_nor_not() -> None:
+    boat: Any = Boat(False, 3, -1)
+    with pytest.raises(NoVessel, match="SYS_STATUS"):
+        status.not_ready(boat)
+
+
+def test_an_answer_of_the_shell_counts_when_it_is_complete() -> None:
+    printed = "USV companion 0.1\nusv> status\nReVolt: disarmed\nLoad: 3%\n"
+    assert status.answer_in(printed, "status") is None
+    assert status.answer_in(printed + "usv> ", "status") == ["ReVolt: disarmed", "Load: 3%"]
+    assert status.answer_in(printed + "usv> ", "devices") is None
 
 
 class Terminal(io.StringIO):
