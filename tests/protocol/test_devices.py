@@ -264,9 +264,9 @@ def test_check_opens_no_port_at_all(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
 
 
-def test_a_name_that_would_have_to_be_looked_up_is_refused(tmp_path: Path) -> None:
-    text = find("aboat").read_text(encoding="utf-8").replace("serial:/dev/usv-wind:4800", "udpin:boat.local:5000")
+def test_what_is_neither_an_address_nor_a_name_is_refused(tmp_path: Path) -> None:
+    text = find("aboat").read_text(encoding="utf-8").replace("serial:/dev/usv-wind:4800", "udpin:boat local:5000")
     file = tmp_path / "boat.toml"
     file.write_text(text, encoding="utf-8")
-    with pytest.raises(ConfigError, match=r"boat.toml:\d+: sensor\[3\].port: .*'boat.local' should be an IP address"):
+    with pytest.raises(ConfigError, match=r"boat.toml:\d+: sensor\[3\].port: .*'boat local' should be an IP address"):
         load_vessel(str(file))

@@ -6,6 +6,9 @@ udpout:192.168.1.20:5000        send datagrams there and hear its answers
 tcpout:192.168.1.20:4001        connect (serial servers, bridges)
 tcpin:0.0.0.0:4001              wait for one device to connect; a newer connection replaces the older
 can:can0                        a CAN bus (`companion/io/transport/can_line.py`)
+
+A host is an IP address, or a name (`bluerov.local`), which is looked up beside the control thread whenever the line is
+opened. A line of datagrams on which nothing is heard looks its name up again every 30 s.
 """
 
 from __future__ import annotations
@@ -14,12 +17,14 @@ import contextlib
 import errno
 import os
 import socket
+from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
 from companion.core.can_frame import stand_in
 from companion.io.transport.line import Line
+from companion.io.transport.names import Host, NameUnknown, is_address, is_name
 from companion.io.transport.serial_line import PARITIES, STOPBITS, SerialLine
 from companion.io.transport.tap import Tap
 from companion.io.transport.urls import PortUrl, TransportError, parse_url
@@ -37,15 +42,55 @@ class SocketLine(Line):
     """What the four kinds of socket share: one socket that carries the bytes."""
 
     _socket: socket.socket | None = None
+    _begun = False
+
+    def __init__(self, name: str, url: str, endpoint: PortUrl) -> None:
+        self._host = Host(endpoint.host)
+        super().__init__(name, url, endpoint)
+
+    def _connect(self) -> None:
+        self._begun = False
+        self._host.seek()
+        if self._host.fixed:
+            self._begin()
+
+    def _begin(self) -> None:
+        """Open the socket; the address is known, or cannot be found. Raises OSError."""
+        self._open_socket()
+        self._begun = True
+
+    @abstractmethod
+    def _open_socket(self) -> None: ...
+
+    def _established(self, now_s: float) -> bool:
+        if not self._begun:
+            if self._host.seeking:
+                return False
+            self._begin()
+        return self._connected(now_s)
+
+    def _connected(self, now_s: float) -> bool:
+        return True
+
+    def fault(self) -> str | None:
+        """See `ByteStream`."""
+        if self._open and not self._begun:
+            return f"{self._url}: {self._host.fault or 'opening'}"
+        return super().fault()
+
+    def _explain(self, error: BaseException) -> str:
+        text = super()._explain(error)
+        also = None if isinstance(error, NameUnknown) else self._host.fault
+        return f"{text}; {also}" if also else text
 
     def _new_socket(self, kind: socket.SocketKind) -> socket.socket:
-        family = socket.AF_INET6 if ":" in self._endpoint.host else socket.AF_INET
+        family = socket.AF_INET6 if ":" in self._host.found() else socket.AF_INET
         made = socket.socket(family, kind)
         made.setblocking(False)
         return made
 
     def _address(self) -> tuple[str, int]:
-        return self._endpoint.host, self._endpoint.port
+        return self._host.found(), self._endpoint.port
 
     def _disconnect(self) -> None:
         carried, self._socket = self._socket, None
@@ -60,13 +105,26 @@ class UdpLine(SocketLine):
     """Datagrams, listening (`udpin`) or sending first (`udpout`). Each datagram is one chunk."""
 
     _peer: tuple[str, int] | None = None
+    _heard = False
 
-    def _connect(self) -> None:
+    def _open_socket(self) -> None:
         self._socket = self._new_socket(socket.SOCK_DGRAM)
         if self._endpoint.scheme == "udpin":
             self._socket.bind(self._address())
         else:
             self._peer = self._address()
+
+    def _connected(self, now_s: float) -> bool:
+        """Look the name of a silent peer up again now and then."""
+        if self._endpoint.scheme == "udpout":
+            self._host.keep_up(not self._heard, now_s)
+            self._heard = False
+            self._peer = self._address()
+        return True
+
+    def fault(self) -> str | None:
+        """See `ByteStream`; the name, where it is not found any more."""
+        return super().fault() or (f"{self._url}: {self._host.fault}" if self._host.fault else None)
 
     def _receive(self) -> bytes:
         assert self._socket is not None
@@ -76,6 +134,7 @@ class UdpLine(SocketLine):
             return b""
         if self._endpoint.scheme == "udpin":
             self._peer = peer
+        self._heard = True
         return data
 
     def _transmit(self, data: bytes) -> int:
@@ -112,11 +171,11 @@ class TcpLine(SocketLine):
 class TcpClientLine(TcpLine):
     """`tcpout`: connects, without waiting for it."""
 
-    _connected = False
+    _made = False
     _give_up_s: float | None = None
 
-    def _connect(self) -> None:
-        self._connected = False
+    def _open_socket(self) -> None:
+        self._made = False
         self._give_up_s = None
         self._socket = self._new_socket(socket.SOCK_STREAM)
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
@@ -124,8 +183,8 @@ class TcpClientLine(TcpLine):
         if result not in (0, errno.EINPROGRESS):
             raise OSError(result, os.strerror(result))
 
-    def _established(self, now_s: float) -> bool:
-        if self._connected:
+    def _connected(self, now_s: float) -> bool:
+        if self._made:
             return True
         assert self._socket is not None
         result = self._socket.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR)
@@ -133,19 +192,19 @@ class TcpClientLine(TcpLine):
             raise OSError(result, os.strerror(result))
         try:
             self._socket.getpeername()
-            self._connected = True
+            self._made = True
         except OSError:
             self._give_up_s = now_s + _CONNECT_TIMEOUT_S if self._give_up_s is None else self._give_up_s
             if now_s >= self._give_up_s:
                 raise OSError("no answer") from None
-        return self._connected
+        return self._made
 
     def _descriptor(self) -> int | None:
-        return super()._descriptor() if self._connected else None
+        return super()._descriptor() if self._made else None
 
     def fault(self) -> str | None:
         """See `ByteStream`; "connecting" until the connection is made."""
-        return f"{self._url}: connecting" if self._open and not self._connected else super().fault()
+        return f"{self._url}: connecting" if self._begun and self._open and not self._made else super().fault()
 
 
 class TcpServerLine(TcpLine):
@@ -153,7 +212,7 @@ class TcpServerLine(TcpLine):
 
     _listener: socket.socket | None = None
 
-    def _connect(self) -> None:
+    def _open_socket(self) -> None:
         if self._listener is None:
             listener = self._new_socket(socket.SOCK_STREAM)
             self._listener = listener
@@ -167,7 +226,7 @@ class TcpServerLine(TcpLine):
         if listener is not None:
             listener.close()
 
-    def _established(self, now_s: float) -> bool:
+    def _connected(self, now_s: float) -> bool:
         assert self._listener is not None
         with contextlib.suppress(BlockingIOError, InterruptedError, ConnectionError):
             newer, _ = self._listener.accept()
@@ -193,7 +252,7 @@ class TcpServerLine(TcpLine):
         """See `ByteStream`; "waiting" until a device has connected."""
         return (
             f"{self._url}: waiting for the device to connect"
-            if self._open and self._socket is None
+            if self._begun and self._open and self._socket is None
             else super().fault()
         )
 
@@ -247,13 +306,9 @@ def device_endpoint(url: str) -> PortUrl:
     """The parsed URL of a device's port. Raises TransportError, with the remedy, for a URL that can never be opened."""
     endpoint = parse_url(url)
     _check_options(url, endpoint)
-    if endpoint.scheme in ("serial", "can") or _is_address(endpoint.host):
-        return endpoint
-    if endpoint.host == "localhost":
-        return replace(endpoint, host="127.0.0.1")
-    raise TransportError(
-        f"'{url}': '{endpoint.host}' should be an IP address; looking up a name could hold the vessel up"
-    )
+    if endpoint.scheme not in ("serial", "can"):
+        check_host(url, endpoint.host)
+    return endpoint
 
 
 def _check_options(url: str, endpoint: PortUrl) -> None:
@@ -265,9 +320,7 @@ def _check_options(url: str, endpoint: PortUrl) -> None:
             raise TransportError(f"'{url}': {key} should be one of {', '.join(known[key])}")
 
 
-def _is_address(host: str) -> bool:
-    for family in (socket.AF_INET, socket.AF_INET6):
-        with contextlib.suppress(OSError):
-            socket.inet_pton(family, host)
-            return True
-    return False
+def check_host(url: str, host: str) -> None:
+    """Raises TransportError for what is neither an IP address nor a name. Looks nothing up."""
+    if not (is_address(host) or is_name(host)):
+        raise TransportError(f"'{url}': '{host}' should be an IP address or a host's name")

@@ -7,6 +7,9 @@
     serial:/dev/ttyUSB0:57600   a telemetry radio
     memory:name                 tests and lockstep: the far end is in this process
 
+A host is an IP address or a name (`bluerov.local`). The name of a far end is looked up beside the control thread, and
+again while it is not heard; that of an address of our own once, at the start.
+
 Each takes options as `?key=value&key=value` (`link_options.py`):
 
     dialect=px4|ardupilot|generic       persona: what the clients of the link are told that the vehicle is
@@ -48,6 +51,7 @@ from companion.io.mavlink.wire.slots import MAX_PEERS, Slot, to_leave
 from companion.io.mavlink.wire.tcp_server import TcpServerLink
 from companion.io.transport import opener as transport
 from companion.io.transport import urls
+from companion.io.transport.names import Host, is_address, look_up
 
 __all__ = [
     "PEER_TIMEOUT_S",
@@ -79,21 +83,18 @@ def open_link(url: str, patience: float = 1.0) -> Link:
     persona, guard = _options(url, parsed.options)
     if parsed.scheme == "serial":
         return StreamLink(url, _opened(body), persona, guard.options.rate_bytes_per_s or parsed.baud / 10.0, guard)
-    address = _resolved(url, parsed.host, parsed.port)
     match parsed.scheme:
         case "tcpout":
-            host = f"[{address[0]}]" if ":" in address[0] else address[0]
-            return StreamLink(
-                url,
-                _opened(f"tcpout:{host}:{address[1]}"),
-                persona,
-                guard.options.rate_bytes_per_s or FAST_BYTES_PER_S,
-                guard,
-            )
+            return StreamLink(url, _opened(body), persona, guard.options.rate_bytes_per_s or FAST_BYTES_PER_S, guard)
         case "tcpin":
-            return TcpServerLink(url, address, persona, patience, guard)
+            return TcpServerLink(url, _own_address(url, parsed), persona, patience, guard)
+        case "udpin":
+            return UdpLink(url, _own_address(url, parsed), persona, None, patience, guard)
         case _:
-            return UdpLink(url, address, persona, parsed.scheme == "udpin", patience, guard)
+            far = Host(parsed.host)
+            far.seek()
+            address = ("::" if ":" in parsed.host else "0.0.0.0", parsed.port)
+            return UdpLink(url, address, persona, far, patience, guard)
 
 
 def judge_url(url: str) -> None:
@@ -108,6 +109,11 @@ def _parsed(url: str) -> urls.PortUrl:
         raise LinkError(str(error)) from error
     if parsed.scheme == "can":
         raise LinkError(f"'{url}': MAVLink does not go over CAN")
+    if parsed.host:
+        try:
+            transport.check_host(url, parsed.host)
+        except urls.TransportError as error:
+            raise LinkError(str(error)) from error
     return parsed
 
 
@@ -153,41 +159,44 @@ def _opened(url: str) -> ByteStream:
         raise LinkError(str(error)) from error
 
 
-def _resolved(url: str, host: str, port: int) -> tuple[str, int]:
-    """IP address and port of a host name, looked up once."""
+def _own_address(url: str, parsed: urls.PortUrl) -> tuple[str, int]:
+    """IP address and port at which a link listens."""
+    if is_address(parsed.host):
+        return parsed.host, parsed.port
     try:
-        found = socket.getaddrinfo(host, port, type=socket.SOCK_DGRAM)
+        return look_up(parsed.host), parsed.port
     except (OSError, UnicodeError) as error:
-        raise LinkError(f"'{url}': host '{host}' not found; give its IP address") from error
-    address = found[0][4]
-    return str(address[0]), int(address[1])
+        raise LinkError(f"'{url}': host '{parsed.host}' not found; give its IP address") from error
 
 
 class UdpLink:
-    """A UDP link. `udpout` has one endpoint from the start. All others are added at their first valid message, and
-    removed after PEER_TIMEOUT_S of silence."""
+    """A UDP link. `udpout` has one endpoint from the start, which moves where its name moves. All others are added at
+    their first valid message, and removed after PEER_TIMEOUT_S of silence."""
 
     def __init__(
         self,
         url: str,
         address: tuple[str, int],
         persona: Persona,
-        listens: bool,
+        far: Host | None = None,
         patience: float = 1.0,
         guard: Guard | None = None,
     ) -> None:
+        """`address`: where it listens; with a `far` host only its port counts: that of the far end."""
         self.name = url
         self.guard = Guard() if guard is None else guard
+        self._far = far
+        self._far_port = address[1]
+        self._patience = patience
         self._timeout_s = PEER_TIMEOUT_S * patience
         self._rate = self.guard.options.rate_bytes_per_s or FAST_BYTES_PER_S
         self._persona = persona
-        self._socket = bound_socket(url, address, socket.SOCK_DGRAM, bind=listens)
+        self._socket = bound_socket(url, address, socket.SOCK_DGRAM, bind=far is None)
         self._fault: str | None = None
         self._static: Endpoint | None = None
+        self._static_address: tuple[str, int] | None = None
         self._peers: dict[Any, Endpoint] = {}
-        if not listens:
-            self._static = self._endpoint(address, Framer())
-            self._peers[address] = self._static
+        self._follow_far()
 
     @property
     def address(self) -> tuple[str, int]:
@@ -202,6 +211,7 @@ class UdpLink:
 
     def receive(self, now_s: float) -> Received:
         """As `Link.receive`."""
+        self._seek_far(now_s)
         out: Received = []
         left = MOST_BYTES
         for _ in range(_RECEIVES):
@@ -228,7 +238,7 @@ class UdpLink:
 
     def health(self, now_s: float) -> DeviceHealth:
         """As `Link.health`."""
-        health = link_health(self.name, self.endpoints, self._fault, now_s, self.guard)
+        health = link_health(self.name, self.endpoints, self._fault or self._far_fault, now_s, self.guard)
         unproven = [host for (host, _), one in self._peers.items() if one.proof is not None and not one.proof.proven]
         if not health.ok or not unproven:
             return health
@@ -242,6 +252,32 @@ class UdpLink:
     def close(self) -> None:
         """As `Link.close`."""
         self._socket.close()
+
+    @property
+    def _far_fault(self) -> str | None:
+        text = None if self._far is None else self._far.fault
+        return None if text is None else f"{self.name}: {text}; trying again"
+
+    def _seek_far(self, now_s: float) -> None:
+        """While the far end is not heard, look its name up now and then, and follow it to a new address."""
+        if self._far is None or self._far.fixed:
+            return
+        self._follow_far()
+        heard_s = None if self._static is None else self._static.last_heard_s
+        self._far.keep_up(heard_s is None or now_s - heard_s > self._timeout_s, now_s, self._patience)
+
+    def _follow_far(self) -> None:
+        """Let the endpoint of the far end have the address that its name has now."""
+        if self._far is None or self._far.address is None:
+            return
+        address = (self._far.address, self._far_port)
+        if address == self._static_address:
+            return
+        for left in (self._static_address, address):
+            if (endpoint := self._peers.pop(left, None)) is not None:
+                endpoint.gone = True
+        self._static, self._static_address = self._endpoint(address, Framer()), address
+        self._peers[address] = self._static
 
     def _take(self, data: bytes, address: Any, now_s: float, out: Received) -> None:
         known = self._peers.get(address)

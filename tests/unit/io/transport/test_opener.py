@@ -65,7 +65,8 @@ def test_parse_errors_are_one_line(text: str, says: str) -> None:
 @pytest.mark.parametrize(
     "url, says",
     [
-        ("udpout:boat.local:5000", "should be an IP address"),
+        ("udpout:boat..local:5000", "should be an IP address or a host's name"),
+        ("tcpout:192.168.1.300:5000", "should be an IP address or a host's name"),
         ("serial:/dev/x:9600?parity=odder", "none, even, odd"),
         ("udpin:0.0.0.0:1?parity=odd", "unknown option 'parity'; known here: none"),
     ],

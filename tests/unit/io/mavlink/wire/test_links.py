@@ -81,7 +81,7 @@ def until(what: Callable[[], Any]) -> Any:
         ("memory:?trusted=1", "trusted should be one of yes, no"),
         ("memory:?dialect=klingon", "px4, ardupilot, generic"),
         ("udpin:192.0.2.1:0", "no such address"),
-        ("udpout:no.such.host.invalid:14550", "not found"),
+        ("udpin:no.such.host.invalid:14550", "not found"),
     ],
 )
 def test_urls_that_cannot_be_used_say_why(url: str, says: str) -> None:
