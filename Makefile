@@ -69,22 +69,30 @@ sbom: $(VENV)/.made
 	$(BIN)/uv export --quiet --frozen --extra can --no-emit-project --format cyclonedx1.5 --output-file dist/usv_companion.cdx.json
 	@echo "dist/usv_companion.cdx.json"
 
+# What the first set-up takes a minute for.
+PACKAGES = $$(sed -n '/^dependencies/,/^]/s/^ *"\([A-Za-z0-9-]*\).*/\1/p' pyproject.toml | tr '\n' ' ')
+TELL = @echo "Installing into $(VENV), which takes a minute or two the first time: $(PACKAGES)and what these need$(1)"
+
 # A stamp, since bin/python is a link to a file as old as the machine's Python.
 $(VENV)/.made: .ci/make_venv.py
+	@echo "Making a virtual environment in $(VENV)"
 	$(PYTHON) .ci/make_venv.py $(VENV)
 	@touch $@
 
 $(VENV)/.installed: pyproject.toml $(CONSTRAINTS) $(VENV)/.made
+	$(call TELL,)
 	$(INSTALL) --editable ".[console]"
 	@touch $@
 
 # MAVProxy is installed without its dependencies (maps, plots, OpenCV): the tests drive it headless.
 $(VENV)/.installed-test: pyproject.toml $(CONSTRAINTS) $(VENV)/.made
+	$(call TELL, and the tools of the tests)
 	$(INSTALL) --editable ".[test]"
 	$(INSTALL) --no-deps "MAVProxy==1.8.75"
 	@touch $(VENV)/.installed $@
 
 $(VENV)/.installed-docs: pyproject.toml $(CONSTRAINTS) $(VENV)/.made
+	$(call TELL, and mkdocs)
 	$(INSTALL) --editable ".[console,docs]"
 	@touch $(VENV)/.installed $@
 

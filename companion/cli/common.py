@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import errno
 import os
 import signal
 import sys
-from collections.abc import Iterable
+import tempfile
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -96,6 +98,26 @@ def new_folder(directory: Path, name: str) -> Path:
     while folder.exists():
         folder, n = directory / f"{name}-{n}", n + 1
     return folder
+
+
+_NO_LOG: Mapping[int, str] = {
+    errno.EACCES: "permission denied; `sudo chown $USER` gives it to you, or choose another folder by --log",
+    errno.EROFS: "the medium is read-only; mount it for writing, or choose another folder by --log",
+    errno.ENOSPC: "the medium is full; delete old logs (--log-limit does), or choose another folder by --log",
+    errno.ENOTDIR: "part of it is a file, not a folder; choose another folder by --log",
+    errno.EEXIST: "it is a file, not a folder; choose another folder by --log",
+}
+
+
+def judge_log_folder(folder: Path) -> None:
+    """Make `folder`, where log folders will be made. Raises UsageError where nothing can be written there."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        why = _NO_LOG.get(error.errno or 0, f"{error.strerror or error}; choose another folder by --log")
+        raise UsageError(f"no log can be written in {folder}: {why}") from error
 
 
 def complain(text: str) -> None:

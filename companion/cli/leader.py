@@ -8,7 +8,16 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from companion.cli.common import Interrupt, add_clock_to, boat_folder, complain, driven_clock, is_over, new_folder
+from companion.cli.common import (
+    Interrupt,
+    add_clock_to,
+    boat_folder,
+    complain,
+    driven_clock,
+    is_over,
+    judge_log_folder,
+    new_folder,
+)
 from companion.clock import WallClock
 from companion.core.ports import Clock
 from companion.io.known_time import KnownTime, host_synchronised
@@ -48,6 +57,7 @@ def _leader(arguments: argparse.Namespace) -> int:
     config = load_leader(arguments.config)
     clock = driven_clock(arguments.clock, time.time_ns()) if arguments.clock else WallClock()
     logs = boat_folder(config.name) / "logs" if arguments.log is None else arguments.log
+    judge_log_folder(logs)
     log_folder = new_folder(logs, f"{config.name}-{time.strftime('%Y%m%d-%H%M%S')}")
     urls = tuple(arguments.link or config.links)
     links = open_links((*urls, *config.local_links))

@@ -22,6 +22,7 @@ from companion.cli.common import (
     boat_folder,
     complain,
     is_over,
+    judge_log_folder,
     new_folder,
     outlive_outputs,
     print_warnings,
@@ -85,6 +86,7 @@ def _run(arguments: argparse.Namespace) -> int:
     refused = realtime.before_threads() if arguments.realtime else []
     kept = boat_folder(config.name, options.simulated)
     logs = kept / "logs" if arguments.log is None else arguments.log
+    judge_log_folder(logs)
     log_folder = new_folder(logs, f"{config.name}-{time.strftime('%Y%m%d-%H%M%S')}")
     state = StateFile(kept / "state" if arguments.state is None else arguments.state)
     default_links = SITL_LINKS if options.sitl else config.links

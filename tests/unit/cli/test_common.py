@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import io
 import os
 import signal
 import sys
+import tempfile
 from collections.abc import Iterator
+from pathlib import Path
+from typing import NoReturn
 
 import pytest
 
 from companion.cli import common
-from companion.cli.common import Interrupt
+from companion.cli.common import Interrupt, UsageError, judge_log_folder
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
@@ -53,3 +57,30 @@ def test_a_terminal_that_is_gone_stops_nothing_that_prints(monkeypatch: pytest.M
         assert sys.stderr.getvalue() == "kept"
         with contextlib.suppress(OSError):
             gone.close()
+
+
+def test_a_log_folder_is_made_and_left_empty(tmp_path: Path) -> None:
+    judge_log_folder(tmp_path / "logs" / "boat")
+    assert list((tmp_path / "logs" / "boat").iterdir()) == []
+
+
+def test_a_file_is_no_log_folder(tmp_path: Path) -> None:
+    (tmp_path / "log").touch()
+    for folder in (tmp_path / "log", tmp_path / "log" / "below"):
+        with pytest.raises(UsageError, match=f"no log can be written in {folder}: .* choose another folder by --log"):
+            judge_log_folder(folder)
+
+
+@pytest.mark.parametrize(
+    ("number", "remedy"),
+    [(errno.EACCES, "sudo chown"), (errno.EROFS, "mount it for writing"), (errno.ENOSPC, "delete old logs")],
+)
+def test_a_medium_that_refuses_has_a_remedy(
+    number: int, remedy: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refused(**_: object) -> NoReturn:
+        raise OSError(number, os.strerror(number))
+
+    monkeypatch.setattr(tempfile, "TemporaryFile", refused)
+    with pytest.raises(UsageError, match=f"{tmp_path}: .*{remedy}"):
+        judge_log_folder(tmp_path)

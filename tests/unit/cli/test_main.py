@@ -54,6 +54,15 @@ def test_bad_weather_is_refused_before_the_state_is_taken(tmp_path: Path, capsys
     assert not (tmp_path / "state").exists()
 
 
+def test_a_log_that_cannot_be_written_is_said_before_the_state_is_taken(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "log").touch()
+    assert main(["run", "revolt", "--sitl", "--log", str(tmp_path / "log"), "--state", str(tmp_path / "state")]) == 2
+    assert capsys.readouterr().err.startswith(f"companion: no log can be written in {tmp_path / 'log'}: ")
+    assert not (tmp_path / "state").exists()
+
+
 def test_devices_on_a_port_that_is_not_there_fails(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["devices", "--port", "/dev/no-such-port", "--seconds", "0.5"]) == 1
     assert "no such device" in capsys.readouterr().out
