@@ -15,9 +15,11 @@ from companion.analysis.log_reader import LogError, open_log
 from companion.analysis.polar import polar
 from companion.config.vessel import as_dict
 from companion.console.board import Message, Page, text_of
+from companion.console.measured import Measured
 from companion.console.strips import KEPT_S, sample, series_of
 from companion.console.weather import polar_message
 from companion.core.geodesy import LocalFrame
+from companion.core.readings import FixType
 from companion.record.feed_schema import VERSION, row_of
 from companion.record.recorder import EVENTS, TICKS
 
@@ -34,6 +36,8 @@ class Recording:
         log = open_log(folder)
         self.folder, self.config = folder, log.config
         self.thrusters = tuple(thruster.name for thruster in self.config.thrusters)
+        self.devices = tuple(device.name for device in (*self.config.sensors, *self.config.actuators))
+        self._unix_ns: list[int] = []
         self.frame = LocalFrame(self.config.home.lat_deg, self.config.home.lon_deg)
         self._columns, self._cells = _rows(folder / TICKS)
         place = self._columns.index("t_s")
@@ -41,6 +45,7 @@ class Recording:
         if not self.times_s:
             raise LogError(f"{folder}: {TICKS} has no rows")
         self.events = _events(folder / EVENTS)
+        self.measured = Measured(folder, len(self.thrusters), self._time_of)
         self.capability: Message = {**polar_message(polar(self.config), (0.0, 0.0)), "kind": "capability"}
         self.boat: Message = {
             "kind": "boat",
@@ -70,6 +75,13 @@ class Recording:
         """Of the last row at or before that time; the first row before all of them."""
         return max(0, bisect_right(self.times_s, t_s) - 1)
 
+    def _time_of(self, unix_ns: int) -> float:
+        """The boat's time of the row that was written then."""
+        if not self._unix_ns:
+            place = self._columns.index("time_unix_ns")
+            self._unix_ns = [int(cells[place]) for cells in self._cells]
+        return self.times_s[max(0, bisect_right(self._unix_ns, unix_ns) - 1)]
+
     def tick(self, index: int) -> Message:
         """One row as a message of the feed. What only the feed has is worked out, or missing."""
         row = row_of(self._columns, self._cells[index])
@@ -81,10 +93,22 @@ class Recording:
             "covariance_m2": [variance, 0.0, variance] if variance else None,
             "pose": row.get("cross_track_error_m") is None,
             **{name: row[name] for name in _IN_ROWS if name in row},
+            **_from_columns(row),
+            "feedback": self.measured.feedback(row["t_s"]),
+            "health": self._health(row),
         }
         message: Message = {"kind": "tick", "sequence": index, "row": row, "more": more}
         message["sample"] = sample(message, self.thrusters)
         return message
+
+    def _health(self, row: Message) -> list[Message]:
+        """Of sensors and bridges; ages and links are not in a log."""
+        texts = self.measured.texts(row["t_s"])
+        return [
+            {"name": name, "ok": bool(row[f"{name}_ok"]), "age_s": None, "text": texts.get(name, "")}
+            for name in self.devices
+            if f"{name}_ok" in row
+        ]
 
     def history(self, t_s: float) -> Message:
         """The ten minutes before a time, two samples a second."""
@@ -109,6 +133,22 @@ _IN_ROWS = (
     "current_east_mps",
 )
 """What a log's rows may have, that the feed has in `more`."""
+
+
+def _from_columns(row: Mapping[str, Any]) -> Message:
+    """Fix, battery and corrections, where the row has them."""
+    found: Message = {}
+    if row.get("fix") is not None:
+        found |= {"fix": FixType(row["fix"]).name, "satellites": row.get("satellites")}
+    if row.get("battery_v") is not None:
+        found["battery"] = {
+            "voltage_v": row["battery_v"],
+            "current_a": row.get("battery_a"),
+            "remaining": row.get("battery_remaining"),
+        }
+    if row.get("corrections_age_s") is not None:
+        found["corrections"] = {"source": "", "age_s": row["corrections_age_s"], "station": None}
+    return found
 
 
 class Player:

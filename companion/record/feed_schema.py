@@ -153,7 +153,7 @@ def more(tick: Tick) -> dict[str, Any]:
             "age_s": corrections.age_s + now_s - corrections.t_s,
             "station": corrections.station,
         },
-        "feedback": [None if report is None else _feedback(report, now_s) for report in tick.feedback],
+        "feedback": [None if report is None else feedback_row(report, now_s) for report in tick.feedback],
         "limited": list(tick.allocation.limited),
         "gated": list(tick.command.gated),
         "health": [{"name": row.name, "ok": row.ok, "age_s": row.age_s, "text": row.text} for row in tick.health],
@@ -210,7 +210,8 @@ def _estimate(nav: NavState, now_s: float) -> dict[str, Any]:
     }
 
 
-def _feedback(report: ThrusterFeedback, now_s: float) -> dict[str, Any]:
+def feedback_row(report: ThrusterFeedback, now_s: float) -> dict[str, Any]:
+    """An entry of `feedback`."""
     return {
         "throttle": report.throttle,
         "azimuth_rad": report.azimuth_rad,

@@ -148,6 +148,21 @@ def read_kind(path: Path, kind: str, warnings: list[str]) -> list[Reading]:
     return found
 
 
+def read_health(path: Path, warnings: list[str]) -> list[tuple[int, DeviceHealth]]:
+    """(Unix time in ns, health) of each report of a device. What is damaged is left out with a warning. Raises
+    OSError."""
+    gathered = _Gathered()
+    times: list[int] = []
+    for message in messages(path, warnings):
+        if message.channel.id == schemas.HEALTH:
+            try:
+                _take(schemas.HEALTH, message.data, gathered)
+                times.append(message.unix_ns)
+            except _DAMAGE as error:
+                warnings.append(f"{path.name}: {message.channel.topic} left out: {error}")
+    return list(zip(times, gathered.health, strict=True))
+
+
 def _reader(channel: Channel) -> ColumnReader:
     return ColumnReader(CODECS[channel.metadata["kind"]], channel.metadata)
 

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from companion.core.readings import Reading
+from companion.core.tick import DeviceHealth
 from companion.record import mcap_log, mcap_reader, readings_csv
 from companion.record.recorded import RecordedTick
 
@@ -33,3 +34,9 @@ def read_kind(path: Path, kind: str, warnings: list[str]) -> list[Reading]:
     if path.suffix == ".csv":
         return readings_csv.read_kind(path, kind, warnings)
     return mcap_reader.read_kind(path, kind, warnings)
+
+
+def read_health(path: Path, warnings: list[str]) -> list[tuple[int, DeviceHealth]]:
+    """(Unix time in ns, health) of each report of a device; an older log has none. Raises OSError for a file that cannot
+    be read."""
+    return [] if path.suffix == ".csv" else mcap_reader.read_health(path, warnings)

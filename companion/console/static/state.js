@@ -100,7 +100,7 @@ function drawSenses(boat, m) {
   }, facts);
   const c = m.corrections;
   const rows = [["Fix", m.fix ? m.fix.replaceAll("_", " ").toLowerCase() : "–"], ["Satellites", String(m.satellites ?? "–")], ["HDOP", number(m.hdop, 1)],
-    ["Corrections", c ? `${c.source}, station ${c.station ?? "–"}, ${number(c.age_s, 0, "s")} old` : "none"],
+    ["Corrections", c ? `${c.source ? `${c.source}, station ${c.station ?? "–"}, ` : ""}${number(c.age_s, 0, "s")} old` : "none"],
     ["Clock", m.clock === undefined ? "–" : m.clock ? "set by a receiver" : "not set by a receiver"], ["Load of the control thread", row().load === undefined ? "–" : number(100 * row().load, 0, "%")]];
   put("satellites", () => [html("table", {}, ...rows.map(([a, b]) => html("tr", {}, html("th", {}, a), html("td", {}, b))))], rows);
 }

@@ -8,9 +8,10 @@ from pathlib import Path
 
 from companion.app import load_vessel
 from companion.config.vessel import as_dict
-from companion.core.actuation import ActuatorCommand, ThrusterCommand, ThrusterCondition
+from companion.core.actuation import ActuatorCommand, ThrusterCommand, ThrusterCondition, ThrusterFeedback
 from companion.core.decision import Event, TextKind
 from companion.core.setpoint import PoseSetpoint
+from companion.core.tick import DeviceHealth
 from companion.params.store import Parameters
 from companion.record.recorder import LogFolder
 from tests.unit.record.ticks import tick
@@ -19,7 +20,8 @@ REVOLT = load_vessel("revolt")
 
 
 def write_log(folder: Path, seconds: int = 40) -> Path:
-    """Ten ticks a second. The boat drifts 0.1 m/s north-east of its hold point, and turns 1 degree a second."""
+    """Ten ticks a second. The boat drifts 0.1 m/s north-east of its hold point, and turns 1 degree a second. The board
+    measures the first thruster alone, until 30 s; the IMU is lost from 10 s to 15 s."""
     parameters = Parameters(REVOLT.parameters)
     manifest = {
         "vessel": "revolt",
@@ -46,6 +48,13 @@ def write_log(folder: Path, seconds: int = 40) -> Path:
                 command=ActuatorCommand(t_s, True, thrusters),
                 conditions=(ThrusterCondition.READY,) * 3,
                 events=events,
+                readings=(ThrusterFeedback(t_s, "microcontroller", 0, 0.5, 0.2),) if t_s <= 30.0 else (),
+                health=tuple(
+                    DeviceHealth(
+                        name, name != "imu" or not 10.0 <= t_s < 15.0, 0.0, "no bytes" if name == "imu" else ""
+                    )
+                    for name in devices
+                ),
             )
         )
     log.close()

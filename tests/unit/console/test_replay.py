@@ -33,6 +33,31 @@ def test_a_row_is_a_tick(recording: Recording) -> None:
     assert made["sample"][0] == pytest.approx(math.hypot(1.0, 4.0))  # from (2, 2) to the hold point (1, −2)
 
 
+def test_measured_thrust_and_devices_come_from_the_log(recording: Recording) -> None:
+    recording.measured.wait()
+
+    def at(t_s: float) -> dict[str, Any]:
+        more: dict[str, Any] = recording.tick(recording.index(t_s))["more"]
+        return more
+
+    measured = {"throttle": 0.5, "azimuth_rad": 0.2, "age_s": 0.0, "ok": True}
+    assert at(20.0)["feedback"] == [measured, None, None]
+    assert at(32.0)["feedback"][0] == {**measured, "age_s": pytest.approx(2.0)}
+    assert at(36.0)["feedback"] == [None, None, None]  # a report that is old tells nothing
+    imu = {t_s: next(row for row in at(t_s)["health"] if row["name"] == "imu") for t_s in (9.0, 12.0, 16.0)}
+    assert imu[12.0] == {"name": "imu", "ok": False, "age_s": None, "text": "no bytes"}
+    assert imu[9.0]["ok"] and imu[16.0]["ok"]
+    assert {row["name"] for row in at(9.0)["health"]} == {"gnss", "imu", "microcontroller"}
+
+
+def test_a_log_without_readings_has_none(tmp_path: Path) -> None:
+    folder = write_log(tmp_path / "log", seconds=2)
+    (folder / "log.mcap").unlink()
+    recording = Recording(folder)
+    recording.measured.wait()
+    assert recording.tick(5)["more"]["feedback"] == [None, None, None]
+
+
 def test_a_player_begins_at_the_start_and_obeys(recording: Recording) -> None:
     page = Page()
     player = Player(recording, page, {"control": False})
