@@ -37,6 +37,6 @@ def read_kind(path: Path, kind: str, warnings: list[str]) -> list[Reading]:
 
 
 def read_health(path: Path, warnings: list[str]) -> list[tuple[int, DeviceHealth]]:
-    """(Unix time in ns, health) of each report of a device; an older log has none. Raises OSError for a file that cannot
-    be read."""
+    """(Unix time in ns, health) of each report of a device; an older log has none. Raises OSError for a file that
+    cannot be read."""
     return [] if path.suffix == ".csv" else mcap_reader.read_health(path, warnings)

@@ -17,6 +17,7 @@ from docs.generate.mavlink import mavlink_page
 from docs.generate.mavsdk_examples import mavsdk_examples
 from docs.generate.modes import modes
 from docs.generate.parameters import parameters
+from docs.generate.platforms import platforms
 from docs.generate.results import results
 from docs.generate.statustexts import statustexts
 from docs.generate.vessel_file import vessel_file
@@ -41,6 +42,7 @@ PAGES: Mapping[str, Callable[[], str]] = {
     "reference/mavlink.md": mavlink_page,
     "reference/log-columns.md": log_columns,
     "reference/licences.md": licences,
+    "reference/platforms.md": platforms,
     "reference/results.md": results,
     "reference/fault-matrix.md": fault_matrix,
     "ground-stations/mavsdk-examples.md": mavsdk_examples,
