@@ -153,9 +153,9 @@ ROWS: tuple[ParamSpec, ...] = (
         1,
         {0: "Ignore", 1: "Hold", 2: "RTL"},
         "Path",
-        "Action when the boat makes no way for WP_STUCK_T; it warns earlier",
+        "Action when the boat makes no headway for WP_STUCK_T; it warns earlier",
     ),
-    real("WP_STUCK_T", 120.0, 40.0, 3600.0, "s", "Path", "How long making no way is tolerated before WP_STUCK_ACT"),
+    real("WP_STUCK_T", 120.0, 40.0, 3600.0, "s", "Path", "How long making no headway is tolerated before WP_STUCK_ACT"),
     # mission
     choice(
         "MIS_ON_START",

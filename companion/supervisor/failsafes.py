@@ -108,8 +108,8 @@ def _ground_stations_silent(s: Situation, _active: bool) -> bool:
     return s.ground_station_age_s is not None and s.ground_station_age_s > s.parameters["COM_DL_LOSS_T"]
 
 
-def _no_way(s: Situation, active: bool) -> bool:
-    """A mode that is no longer under way has not ended the failsafe: only way made does."""
+def _stuck(s: Situation, active: bool) -> bool:
+    """A mode that is no longer under way has not ended the failsafe: only headway does."""
     stuck_s = s.mode.stuck_s(s.now_s)
     return active if stuck_s is None else stuck_s >= s.parameters["WP_STUCK_T"]
 
@@ -248,13 +248,13 @@ FAILSAFES: tuple[Failsafe, ...] = (  # most severe first
         "Deep enough again",
     ),
     Failsafe(
-        "no_way",
+        "aground_or_fouled",
         TextKind.ALARM,
-        lambda s, _: s.no_way,
+        lambda s, _: s.aground_or_fouled,
         _self_steered,
         "FS_WAY_ACT",
-        lambda _: "Thrust makes no way: aground or propeller fouled",
-        "Thrust makes way",
+        lambda _: "Aground or propeller fouled: thrust makes no way",
+        "Thrust makes way again",
     ),
     Failsafe(
         "fence",
@@ -297,11 +297,11 @@ FAILSAFES: tuple[Failsafe, ...] = (  # most severe first
     Failsafe(
         "stuck",
         TextKind.ATTENTION,
-        _no_way,
+        _stuck,
         _under_way,
         "WP_STUCK_ACT",
-        lambda s: f"No way made for {s.parameters['WP_STUCK_T']:.0f} s",
-        "Making way",
+        lambda s: f"No headway for {s.parameters['WP_STUCK_T']:.0f} s",
+        "Making headway",
     ),
 )
 

@@ -25,7 +25,7 @@ _DEEPER_SHARE = 1.2  # of FS_DEPTH_MIN, from which on it is deep enough again
 
 
 class HullWatch:
-    """`update(…)` once a tick; then `tilt_rad`, `no_way` and `depth_m` say what is wrong.
+    """`update(…)` once a tick; then `tilt_rad`, `aground_or_fouled` and `depth_m` say what is wrong.
 
     Heel: roll and pitch together, from the vertical; it lasts until an inertial sensor says that the boat is upright.
     Way: the boat should go ahead and pushes with at least twice the force that its hull would need at its speed over
@@ -37,7 +37,7 @@ class HullWatch:
     def __init__(self, config: VesselConfig, parameters: Parameters) -> None:
         self._hull, self._most_n, self._parameters = config.hull, config.limits.surge_n, parameters
         self.tilt_rad: float | None = None  # while the boat is capsized
-        self.no_way = False
+        self.aground_or_fouled = False
         self.depth_m: float | None = None  # while it is too shallow
         self._tilted_s: float | None = None
         self._vain_s = self._seen_s = 0.0
@@ -67,7 +67,7 @@ class HullWatch:
         asked = desired_mps >= _LEAST_MPS and nav.position_valid
         made = nav.surge_mps >= _MADE_SHARE * desired_mps
         if asked and made:
-            self.no_way = False
+            self.aground_or_fouled = False
         stream_mps = math.hypot(nav.current_north_mps or 0.0, nav.current_east_mps or 0.0)
         drift_mps = max(self._parameters["FS_WAY_DRIFT"], stream_mps)
         needed_n = self._hull.drag_n(max(0.0, nav.surge_mps) + drift_mps)
@@ -78,7 +78,7 @@ class HullWatch:
         in_vain = in_vain and known and asked and not made
         self._vain_s = 0.0 if asked and made else max(0.0, self._vain_s + (dt_s if in_vain else -dt_s))
         if self._vain_s >= self._parameters["FS_WAY_T"]:
-            self.no_way, self._vain_s = True, 0.0
+            self.aground_or_fouled, self._vain_s = True, 0.0
 
     def _see_depth(self, depth: Depth | None, now_s: float) -> None:
         least_m = self._parameters["FS_DEPTH_MIN"]

@@ -217,7 +217,7 @@ class SupervisorParts:
             ticks_late=self.computer.ticks_late,
             worst_late_s=self.computer.worst_s,
             tilt_rad=self.hull.tilt_rad,
-            no_way=self.hull.no_way,
+            aground_or_fouled=self.hull.aground_or_fouled,
             depth_m=self.hull.depth_m,
             home_share=self.range.need,
             range_short=self.range.short,

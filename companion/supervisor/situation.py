@@ -58,7 +58,7 @@ class Situation:
     ticks_late: bool = False  # the computer does not keep up
     worst_late_s: float = 0.0  # the latest of these ticks
     tilt_rad: float | None = None  # of a boat that is capsized
-    no_way: bool = False  # thrust makes no way
+    aground_or_fouled: bool = False  # thrust makes no way
     depth_m: float | None = None  # where it is too shallow
     home_share: float | None = None  # of the battery, with which the boat gets home; None where not known
     range_short: bool = False  # less is left

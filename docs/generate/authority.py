@@ -48,7 +48,7 @@ CAUSES: Mapping[str, tuple[str, str]] = {  # name of a failsafe → what begins 
     ),
     "battery_low": ("The battery is below `BAT_LOW_THR`", "always"),
     "shallow": ("A sounder measures less than `FS_DEPTH_MIN`", "armed, in a mode that steers itself"),
-    "no_way": ("Thrust makes no way for `FS_WAY_T`", "armed, in a mode that steers itself"),
+    "aground_or_fouled": ("Thrust makes no way for `FS_WAY_T`", "armed, in a mode that steers itself"),
     "fence": ("The boat leaves the fence, or is about to under sticks", "armed"),
     "transmitter_lost": (
         "The transmitter is silent for `COM_RC_LOSS_T` with its safe switch on",
@@ -58,7 +58,7 @@ CAUSES: Mapping[str, tuple[str, str]] = {  # name of a failsafe → what begins 
     "station_lost": ("No ground station is heard for `COM_DL_LOSS_T`", "armed, in a mode that steers itself"),
     "leader_lost": ("The leader, its position or the boat's own is lost for `FOLL_LOSS_T`", "armed, in Follow"),
     "offboard_lost": ("No setpoint is younger than `OFFB_TIMEOUT`", "armed, in Offboard"),
-    "stuck": ("The boat makes no way for `WP_STUCK_T`", "armed, under way"),
+    "stuck": ("The boat makes no headway for `WP_STUCK_T`", "armed, under way"),
 }
 
 

@@ -34,7 +34,7 @@ _RADIUS_M = 5.0
 _MISSION = 0x04040000
 _TIMEOUT_S = 4000.0
 _AFTER_S = 30.0
-_NO_WAY = "no_way"  # event that announces it
+_NO_HEADWAY = "no_headway"  # event that announces it
 _SAY_WITHIN_S = 60.0
 _STEP_M = 0.8  # less way than this in _SAY_WITHIN_S is a standstill
 _BEFORE_S = 30.0
@@ -42,7 +42,7 @@ _SLOW_M = 1.0
 
 
 def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
-    """Sail the square until its end, or until the boat announces that it makes no way."""
+    """Sail the square until its end, or until the boat announces that it makes no headway."""
     home = gcs.rig.config.home
     frame = LocalFrame(home.lat_deg, home.lon_deg)
     corners = square(number(settings, "side"))
@@ -59,7 +59,7 @@ def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
     start = (truth.north_m, truth.east_m)
 
     def ended() -> bool:
-        return len(items) - 1 in gcs.reached or any("no way made" in text for text in gcs.texts)
+        return len(items) - 1 in gcs.reached or any("no headway" in text for text in gcs.texts)
 
     gcs.wait("the last waypoint, or that it cannot be reached", ended, _TIMEOUT_S)
     finished_s = gcs.rig.now_s
@@ -82,7 +82,7 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
     corners: Sequence[Point] = asked["corners"]
     events = [event for event in read_events(folder) if asked["started_s"] <= event.t_s <= asked["finished_s"] + 1.0]
     passed_s = [event.t_s for event in events if event.name == "item_reached"]
-    declared = next((event for event in events if event.name == _NO_WAY), None)
+    declared = next((event for event in events if event.name == _NO_HEADWAY), None)
     path = sampled_path([asked["start"], *corners], settings["path"])
     along = along_path(track, path)
     errors = [distance for _, distance in along]

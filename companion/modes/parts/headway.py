@@ -1,4 +1,4 @@
-"""Watches whether a boat under way makes headway. Announces when it makes none, and when it makes way again."""
+"""Watches whether a boat under way makes headway. Announces when it makes none, and when it makes headway again."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Headway:
         self._last_way_m = None
 
     def stuck_s(self, now_s: float) -> float | None:
-        """Seconds without headway, 0 while the boat makes way. None while not under way, or before 40 s under way."""
+        """Seconds without headway, 0 while the boat makes headway. None while not under way, or before 40 s under way."""
         if now_s - self._last_s > _GAP_S or len(self._made) <= _WINDOW_S:
             return None
         return 0.0 if self._stuck_s is None else now_s - self._stuck_s
@@ -71,9 +71,9 @@ class Headway:
         ):
             self._stuck_s = now_s - _WINDOW_S
             self._events.say(
-                now_s, TextKind.ATTENTION, "no_way", f"{self._name}: no way made: wind, current or obstacle"
+                now_s, TextKind.ATTENTION, "no_headway", f"{self._name}: no headway: wind, current or obstacle"
             )
         elif self._stuck_s is not None and lately:
             self._stuck_s = None
             self._made = deque([made[-1]], _WINDOW_S + 1)  # the way made while stuck no longer counts
-            self._events.say(now_s, TextKind.ROUTINE, "way_again", f"{self._name}: making way again")
+            self._events.say(now_s, TextKind.ROUTINE, "headway_again", f"{self._name}: making headway again")

@@ -196,13 +196,13 @@ def test_silence_of_the_ground_station_acts_as_in_other_self_steered_modes(boat:
     assert "No ground station for 10 s: Hold" in boat.texts() and boat.status.mode is ModeId.HOLD
 
 
-def test_a_boat_that_makes_no_way_says_so(boat: Any) -> None:
+def test_a_boat_that_makes_no_headway_says_so(boat: Any) -> None:
     armed(boat)
     order(boat, centre=boat.point(15.0, 0.0), radius_m=15.0, clockwise=True)
     boat.step(20.0)
     boat.pinned = True
     boat.step(60.0)
-    assert "Circle: no way made: wind, current or obstacle" in boat.texts()
+    assert "Circle: no headway: wind, current or obstacle" in boat.texts()
 
 
 def test_pause_holds_and_the_circle_is_left(boat: Any) -> None:

@@ -46,7 +46,7 @@ def test_failsafes_in_order_of_severity() -> None:
         "battery_return",
         "battery_low",
         "shallow",
-        "no_way",
+        "aground_or_fouled",
         "fence",
         "transmitter_lost",
         "sticks_lost",

@@ -85,10 +85,10 @@ def test_who_sees_nothing_does_not_know_that_the_boat_is_upright(blind: dict[str
 
 def test_thrust_in_vain() -> None:
     bench = Bench()
-    assert not bench.sail(9.8, desired_mps=0.6, push_n=45.0, made_mps=0.02).no_way
-    assert bench.sail(0.5, desired_mps=0.6, push_n=45.0, made_mps=0.02).no_way
-    assert bench.sail(30.0, desired_mps=0.0).no_way, "only way made ends it"
-    assert not bench.sail(0.2, desired_mps=0.6, push_n=30.0, made_mps=0.4).no_way
+    assert not bench.sail(9.8, desired_mps=0.6, push_n=45.0, made_mps=0.02).aground_or_fouled
+    assert bench.sail(0.5, desired_mps=0.6, push_n=45.0, made_mps=0.02).aground_or_fouled
+    assert bench.sail(30.0, desired_mps=0.0).aground_or_fouled, "only way made ends it"
+    assert not bench.sail(0.2, desired_mps=0.6, push_n=30.0, made_mps=0.4).aground_or_fouled
 
 
 @pytest.mark.parametrize(
@@ -102,7 +102,7 @@ def test_thrust_in_vain() -> None:
     ],
 )
 def test_what_is_no_thrust_in_vain(explained: dict[str, float]) -> None:
-    assert not Bench().sail(60.0, **explained).no_way  # type: ignore[arg-type]
+    assert not Bench().sail(60.0, **explained).aground_or_fouled  # type: ignore[arg-type]
 
 
 def test_shallow_water_for_a_second_until_it_is_a_fifth_deeper() -> None:
@@ -130,11 +130,11 @@ def test_a_boat_aground_holds_and_an_operator_may_go_on(boat: Boat) -> None:
     boat.pinned = True
     boat.supervisor.thrust_achieved(Wrench(48.0, 0.0, 0.0))
     boat.step(12.0)
-    assert boat.status.mode is ModeId.HOLD and "no_way" in boat.status.failsafes
-    assert ("no_way", "Thrust makes no way: aground or propeller fouled: Hold") in boat.said
+    assert boat.status.mode is ModeId.HOLD and "aground_or_fouled" in boat.status.failsafes
+    assert ("aground_or_fouled", "Aground or propeller fouled: thrust makes no way: Hold") in boat.said
     assert boat.supervisor.request_mode(ModeId.MISSION, boat.now_s).accepted
     boat.step(5.0)
     assert boat.status.mode is ModeId.MISSION
     boat.pinned = False
     boat.step(5.0)
-    assert "no_way_over" in boat.names()
+    assert "aground_or_fouled_over" in boat.names()

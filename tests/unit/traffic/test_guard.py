@@ -169,7 +169,7 @@ def test_the_boat_does_not_cross_ahead_of_a_vessel_from_starboard(make_boat: Cal
     assert seen["slowest_mps"] < 0.6 if action == 2 else seen["east_m"] > 5.0
     if action == 2:
         assert seen["east_m"] < 0.5 and boat.nav.surge_mps > 0.95, "under way again"
-        assert "no_way" not in boat.names()
+        assert "no_headway" not in boat.names()
 
 
 def test_no_course_across_the_fence(make_boat: Callable[..., Boat]) -> None:

@@ -1,4 +1,4 @@
-"""Making no way is said in time, never falsely, and acted on as WP_STUCK_ACT says."""
+"""Making no headway is said in time, never falsely, and acted on as WP_STUCK_ACT says."""
 
 from __future__ import annotations
 
@@ -34,14 +34,14 @@ class Watch:
 
 @pytest.mark.parametrize("noise_m", [0.0, 0.3])
 @pytest.mark.parametrize("speed_mps", [0.0, -0.3, 0.005])
-def test_no_way_is_said_once_and_within_a_minute(speed_mps: float, noise_m: float) -> None:
+def test_no_headway_is_said_once_and_within_a_minute(speed_mps: float, noise_m: float) -> None:
     watch = Watch(noise_m)
     watch.sail(60.0, 0.5)
     said = watch.sail(120.0, speed_mps)
-    assert [name for _, name in said] == ["no_way"]
+    assert [name for _, name in said] == ["no_headway"]
     assert said[0][0] - 60.0 < 60.0
     assert 112.0 < (watch.headway.stuck_s(watch.now_s) or 0.0) < 140.0
-    assert [name for _, name in watch.sail(80.0, 0.2)] == ["way_again"]
+    assert [name for _, name in watch.sail(80.0, 0.2)] == ["headway_again"]
     assert watch.headway.stuck_s(watch.now_s) == 0.0
 
 
@@ -68,7 +68,7 @@ def test_a_route_replaced_again_and_again_does_not_hide_it() -> None:
         watch.headway.rebase()
         watch.way_m = -100.0 * n
         said += watch.sail(5.0, 0.0)
-    assert [name for _, name in said] == ["no_way"]
+    assert [name for _, name in said] == ["no_headway"]
 
 
 def test_a_pause_begins_anew() -> None:
@@ -96,15 +96,15 @@ def under_way(boat: Boat, mode: ModeId) -> None:
 @pytest.mark.parametrize("mode", [ModeId.MISSION, ModeId.RTL, ModeId.HOLD])
 def test_it_is_said_within_a_minute_in_every_mode_that_goes_somewhere(boat: Boat, mode: ModeId) -> None:
     under_way(boat, mode)
-    boat.until(lambda: "no_way" in boat.names(), 60.0)
-    assert f"{mode.value}: no way made: wind, current or obstacle" in boat.texts()
+    boat.until(lambda: "no_headway" in boat.names(), 60.0)
+    assert f"{mode.value}: no headway: wind, current or obstacle" in boat.texts()
     assert boat.status.mode is mode
     boat.pinned = False
-    boat.until(lambda: "way_again" in boat.names(), 60.0)
+    boat.until(lambda: "headway_again" in boat.names(), 60.0)
 
 
 @pytest.mark.parametrize(("action", "mode"), [(0, ModeId.MISSION), (1, ModeId.HOLD), (2, ModeId.RTL)])
-def test_a_mission_that_makes_no_way_ends_as_the_parameter_says(
+def test_a_mission_that_makes_no_headway_ends_as_the_parameter_says(
     make_boat: Callable[..., Boat], action: int, mode: ModeId
 ) -> None:
     boat = make_boat(WP_STUCK_ACT=action, WP_STUCK_T=60.0)
@@ -130,4 +130,4 @@ def test_holding_is_not_being_stuck(boat: Boat) -> None:
     assert boat.supervisor.arm(boat.now_s).accepted
     boat.pinned = True
     boat.step(200.0)
-    assert "no_way" not in boat.names() and boat.status.mode is ModeId.HOLD
+    assert "no_headway" not in boat.names() and boat.status.mode is ModeId.HOLD
