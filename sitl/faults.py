@@ -27,6 +27,7 @@ _FIXED = {
     "leak": "the leak sensor is wet",
     "capsized": "the boat rolls over to starboard, by 60 degrees a second, and stays so",
     "aground": "the keel is on the ground: the hull stops, and creeps at most",
+    "shallow": "there is 0.5 m of water below sounders",
     "battery_low": "the battery reports 8 % and a low voltage",
     "mcu_silent": "boards have stopped: they neither receive nor send, thrust is neutral",
     "mcu_deaf": "commands do not reach the boards, whose watchdogs go neutral",

@@ -10,6 +10,7 @@ from companion.core.actuation import Deployment
 from companion.core.angles import TWO_PI, wrap_pi
 
 _RUNAWAY_SHARE, _FOULED_SHARE = 0.5, 0.1  # of full force; of the force
+_FOULED_LOAD, _BLOCKED_LOAD = 3.0, 2.0  # times the current; of the full current at full throttle (both assumed)
 
 
 class ThrusterModel:
@@ -22,7 +23,8 @@ class ThrusterModel:
 
     Faults: `dead` gives nothing and does not turn, and its board reports it. The board does not report the others:
     `stalled` gives nothing, `stuck` does not turn, `runaway` runs ahead whatever the command, `jammed` moves neither up
-    nor down, `reversed` pushes the other way, `fouled` turns as commanded and gives a tenth of the force.
+    nor down, `reversed` pushes the other way, `fouled` turns as commanded and gives a tenth of the force. What the motor
+    draws shows a `dead`, a `stalled` (blocked) and a `fouled` one, to a board that measures it.
     """
 
     __slots__ = (
@@ -128,6 +130,15 @@ class ThrusterModel:
         """The throttle that gives the present force."""
         curve_n = self._config.ahead_n if self.force_n >= 0.0 else self._config.astern_n
         return math.copysign(math.sqrt(abs(self.force_n) / curve_n), self.force_n)
+
+    def current_a(self, full_a: float) -> float:
+        """What the motor draws, of `full_a` at full throttle: by the cube of the revolutions; blocked, by the square
+        of the throttle."""
+        if self.dead or self.down < 1.0:
+            return 0.0
+        if self.stalled:
+            return _BLOCKED_LOAD * full_a * self.asked * self.asked
+        return (_FOULED_LOAD if self.fouled else 1.0) * full_a * abs(self.throttle()) ** 3
 
     @property
     def steerable(self) -> bool:

@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Sequence
 
+from companion.allocation.motor_current import CurrentSupervision, LoadFault
 from companion.allocation.supervision import FeedbackSupervision, ThrusterFault, Tolerances
 from companion.config.devices import ThrusterConfig
 from companion.config.vessel import VesselConfig
@@ -22,8 +23,8 @@ class Availability:
     """`conditions`: that of every thruster; `up`: indices of those that retract and are not lowered. Changes are
     announced.
 
-    A thruster has failed while its board reports so, while the supervision of its feedback finds a fault (THR_WATCH),
-    or if it is ordered down and does not arrive. From the order to retract on, it does not count as lowered.
+    A thruster has failed while its board reports so, while the supervision of its feedback or of its motor's current
+    finds a fault (THR_WATCH), or if it is ordered down and does not arrive. From the order to retract on, it does not count as lowered.
     """
 
     def __init__(self, config: VesselConfig, parameters: Parameters, say: Announce) -> None:
@@ -75,6 +76,7 @@ class Availability:
             parameters["THR_LAG"],
             parameters["THR_FAIL_T"],
             parameters["THR_RETRY_T"],
+            parameters["THR_TOL_CUR"],
         )
 
 
@@ -86,8 +88,9 @@ class _Thruster:
         self._index = index
         self._say = say
         self._supervision = FeedbackSupervision(config)
+        self._current = None if config.full_a is None else CurrentSupervision(config.full_a)
         self._ok = True
-        self._fault: ThrusterFault | None = None
+        self._fault: ThrusterFault | LoadFault | None = None
         self._deployment: Deployment | None = None
         self._lower: bool | None = None
         self._ordered_s = 0.0
@@ -109,9 +112,7 @@ class _Thruster:
             self._announce_reported(ok, now_s)
         if tolerances is not None and command is not None:
             fresh = report is not None and ok and now_s - report.t_s <= _STALE_S and report.source not in silent
-            fault = self._supervision.update(
-                command.thrusters[self._index], command.armed, report if fresh else None, tolerances, now_s
-            )
+            fault = self._supervise(command, report if fresh else None, tolerances, now_s)
         else:
             fault = None
         if fault is not self._fault:
@@ -119,6 +120,19 @@ class _Thruster:
             self._fault = fault
         placed = self._placed(report, lower, now_s) if self._config.retractable else ThrusterCondition.READY
         return ThrusterCondition.FAILED if self._jammed or fault is not None or not ok else placed
+
+    def _supervise(
+        self, command: ActuatorCommand, report: ThrusterFeedback | None, tolerances: Tolerances, now_s: float
+    ) -> ThrusterFault | LoadFault | None:
+        """What its feedback tells, or else its motor's current."""
+        demand, armed = command.thrusters[self._index], command.armed
+        fault = self._supervision.update(demand, armed, report, tolerances, now_s)
+        if self._current is None:
+            return fault
+        times_s = tolerances.lag_s, tolerances.after_s, tolerances.retry_s
+        current_a = None if report is None else report.current_a
+        load = self._current.update(demand.throttle, armed, current_a, tolerances.current, times_s, now_s)
+        return fault or load
 
     def _placed(self, report: ThrusterFeedback | None, lower: bool | None, now_s: float) -> ThrusterCondition:
         """Its condition by the reported position, or by the time since the order."""
@@ -158,7 +172,7 @@ class _Thruster:
         kind, state = (TextKind.ROUTINE, "works again") if ok else (TextKind.ALARM, "failed: not used")
         self._say(now_s, kind, f"thruster_{name}", f"Thruster {name} {state}")
 
-    def _announce_fault(self, fault: ThrusterFault | None, now_s: float) -> None:
+    def _announce_fault(self, fault: ThrusterFault | LoadFault | None, now_s: float) -> None:
         event, name = f"thruster_{self._config.name}", f"Thruster {self._config.name}"
         if fault is None:
             stuck, runaway = self._fault is ThrusterFault.STUCK, self._fault is ThrusterFault.RUNAWAY

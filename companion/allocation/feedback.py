@@ -29,10 +29,14 @@ class ThrusterReports:
 
 def _joined(newest: ThrusterFeedback, reports: dict[str, ThrusterFeedback]) -> ThrusterFeedback:
     throttle, azimuth_rad, deployment, ok = newest.throttle, newest.azimuth_rad, newest.deployment, True
+    current_a = newest.current_a
     for report in reports.values():
         ok = ok and report.ok
         deployment = report.deployment if deployment is None else deployment
         if newest.t_s - report.t_s <= _STALE_S:
             throttle = report.throttle if throttle is None else throttle
             azimuth_rad = report.azimuth_rad if azimuth_rad is None else azimuth_rad
-    return replace(newest, throttle=throttle, azimuth_rad=azimuth_rad, deployment=deployment, ok=ok)
+            current_a = report.current_a if current_a is None else current_a
+    return replace(
+        newest, throttle=throttle, azimuth_rad=azimuth_rad, deployment=deployment, ok=ok, current_a=current_a
+    )

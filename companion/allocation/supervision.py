@@ -33,13 +33,14 @@ class ThrusterFault(Enum):
 class Tolerances:
     """`throttle` (0…1), `azimuth_rad`: tolerated distance from the band. `lag_s`: tolerated lag of a propeller.
     `after_s`: how long outside is a fault. `retry_s`: time until a faulty thruster is tried again; 0: at the next
-    arming."""
+    arming. `current`: times the expected current that is tolerated."""
 
     throttle: float
     azimuth_rad: float
     lag_s: float
     after_s: float
     retry_s: float
+    current: float = 1.8
 
 
 class FeedbackSupervision:

@@ -168,6 +168,13 @@ class ThrusterConfig:
         Positive | None,
         means("Diameter of the propeller. It says how much thrust is lost with speed."),
     ] = None
+    full_a: Annotated[
+        Positive | None,
+        means(
+            "Current of the motor from its supply at full throttle with the boat at rest. With it, and a bridge that "
+            "reports the motor's current, a blocked, fouled or lost propeller is found."
+        ),
+    ] = None
 
     @property
     def turns(self) -> bool:

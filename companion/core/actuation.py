@@ -101,7 +101,7 @@ class ThrusterFeedback:
     """What one thruster does, as measured and reported by its bridge.
 
     None: the bridge does not measure it. `index` counts from 0 in the order of the vessel's file. `deployment` is None
-    too for a thruster that does not retract.
+    too for a thruster that does not retract. `current_a`: what its motor draws from the supply.
     """
 
     t_s: float
@@ -111,6 +111,7 @@ class ThrusterFeedback:
     azimuth_rad: float | None
     ok: bool = True
     deployment: Deployment | None = None
+    current_a: float | None = None
 
 
 class ThrusterCondition(Enum):

@@ -42,6 +42,15 @@ ROWS: tuple[ParamSpec, ...] = (
     ),
     real("THR_TOL", 0.15, 0.02, 1.0, "norm", "Thrusters", "Tolerated difference of the measured throttle"),
     real("THR_TOL_AZ", 15.0, 2.0, 90.0, "deg", "Thrusters", "Tolerated difference of the measured azimuth"),
+    real(
+        "THR_TOL_CUR",
+        1.8,
+        1.1,
+        10.0,
+        "",
+        "Thrusters",
+        "Times the current for its throttle that a motor may draw before it counts as blocked or fouled",
+    ),
     real("THR_LAG", 1.0, 0.1, 10.0, "s", "Thrusters", "Tolerated time constant of a propeller's lag"),
     real(
         "THR_FAIL_T",

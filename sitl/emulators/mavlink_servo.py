@@ -9,6 +9,9 @@ channel is below FS_THR_VALUE, or when neither receiver nor override has come fo
 Outputs of function RCINnScaled (139 + n) follow RC channel n. While the radio fails they go to SERVOn_TRIM where
 SERVO_RC_FS_MSK says so, else they hold their last pulse. DO_SET_SERVO sets outputs of function 0 for ever; other
 outputs refuse it. DO_SET_RELAY lasts for ever too.
+
+Motor controllers with telemetry (those of thrusters whose `full_a` is known) are reported in ESC_TELEMETRY_1_TO_4 and
+so on, at the place of their servo channel (AP_ESC_Telem).
 """
 
 from __future__ import annotations
@@ -16,6 +19,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from pymavlink.dialects.v20 import ardupilotmega
 from pymavlink.dialects.v20 import common as mavlink
 
 from companion.config.actuators.mavlink_servo import MavlinkServoConfig
@@ -34,12 +38,18 @@ _THROTTLE, _THROTTLE_LOST_US = 3, 910.0
 _RC_CENTRED = (1500, 1500, 1500, 1500, 1000, 1000, 1000, 1000, *(1500,) * 8)
 _RC_SAFE = (1500, 1500, 1500, 1500, 2000, 1000, 1000, 1000, *(1500,) * 8)
 _SCALED = 139
+_ESC_TELEMETRY = {  # message and its first channel
+    11030: (ardupilotmega.MAVLink_esc_telemetry_1_to_4_message, 1),
+    11031: (ardupilotmega.MAVLink_esc_telemetry_5_to_8_message, 5),
+    11032: (ardupilotmega.MAVLink_esc_telemetry_9_to_12_message, 9),
+    11040: (ardupilotmega.MAVLink_esc_telemetry_13_to_16_message, 13),
+}
 _OUTPUTS_BIT, _RECEIVER_BIT = mavlink.MAV_SYS_STATUS_SENSOR_MOTOR_OUTPUTS, mavlink.MAV_SYS_STATUS_SENSOR_RC_RECEIVER
 
 
 class MavlinkServoEmulator:
     """The board. Its `parameters` are set as the bridge's documentation asks. `safety_on`: its safety switch stops all
-    pulses.
+    pulses. `esc_telemetry`: whether its motor controllers report.
 
     A stopped board gives no pulses, and the drives stand.
     """
@@ -60,6 +70,8 @@ class MavlinkServoEmulator:
         self._port, self._thrusters, self._battery, self._faults = port, tuple(thrusters), battery, faults
         self._drives = tuple(DriveModel(thruster.config, pulses=True) for thruster in thrusters)
         self._throttle_channels = config.mavlink.channels
+        self.esc_telemetry = any(thruster.config.full_a is not None for thruster in thrusters)
+        self._telemetry_count = 0
         self._relay_numbers, self._servo_channels = config.mavlink.relays, config.mavlink.servo_channels
         self._azimuth_channels = config.mavlink.azimuth_channels or (0,) * len(thrusters)
         self._link = mavlink.MAVLink(None, srcSystem=1, srcComponent=1)
@@ -128,7 +140,8 @@ class MavlinkServoEmulator:
         for number, interval_s in self._intervals_s.items():
             if t_s >= self._due_s[number] - 1e-9:
                 self._due_s[number] = t_s + interval_s
-                self._say(self._telemetry(number))
+                if number not in _ESC_TELEMETRY or self.esc_telemetry:
+                    self._say(self._telemetry(number))
 
     # --- in --------------------------------------------------------------------------------------------------------
 
@@ -161,6 +174,7 @@ class MavlinkServoEmulator:
                 mavlink.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW,
                 mavlink.MAVLINK_MSG_ID_SYS_STATUS,
                 mavlink.MAVLINK_MSG_ID_RC_CHANNELS,
+                *(_ESC_TELEMETRY if self.esc_telemetry else ()),
             ):
                 return int(mavlink.MAV_RESULT_FAILED)
             self._intervals_s[number] = max(message.param2 / 1e6, 1.0 / _RATE_HZ)
@@ -226,7 +240,22 @@ class MavlinkServoEmulator:
             azimuth_rad = drive.servo_azimuth_rad(turned_us) if turned_us and not dead and thruster.steerable else None
             thruster.demand(0.0 if dead or not pulse_us else drive.throttle(pulse_us), azimuth_rad)
 
+    def _esc_telemetry(self, number: int) -> Any:
+        """Of four motor controllers; zeros where there is none."""
+        kind, first = _ESC_TELEMETRY[number]
+        self._telemetry_count = (self._telemetry_count + 1) & 0xFFFF
+        volts, amps, counts = [0] * 4, [0] * 4, [0] * 4
+        for channel, thruster in zip(self._throttle_channels, self._thrusters, strict=True):
+            full_a = thruster.config.full_a
+            if full_a is not None and first <= channel < first + 4:
+                volts[channel - first] = round(self._battery.voltage_v * 100.0)
+                amps[channel - first] = round(thruster.current_a(full_a) * 100.0)
+                counts[channel - first] = self._telemetry_count
+        return kind([25] * 4, volts, amps, [0] * 4, [0] * 4, counts)
+
     def _telemetry(self, number: int) -> Any:
+        if number in _ESC_TELEMETRY:
+            return self._esc_telemetry(number)
         if number == mavlink.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW:
             shown = [0 if self.safety_on else round(pulse_us) for pulse_us in self.pulses_us[1:]]
             return mavlink.MAVLink_servo_output_raw_message(round(self._t_s * 1e6), 0, *shown)

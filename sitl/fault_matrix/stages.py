@@ -20,6 +20,7 @@ from sitl.shared_sea import LeadBoatConfig
 PX4_MODES = {
     "Manual": 0x00010000, "Forces": 0x00020000, "Heading": 0x00070000, "Hold": 0x03040000, "Mission": 0x04040000,
     "RTL": 0x05040000, "Dock": 0x06040000, "Follow": 0x08040000, "Offboard": 0x00060000, "Circle": 0x01030000,
+    "Trial": 0x040C0000,
 }  # fmt: skip
 BY_STICK = ("Manual", "Forces", "Heading")
 _WARM_S = 20.0
@@ -27,6 +28,7 @@ _GAP_M = 20.0
 _FAR_M = 2000.0
 _AWAY_S = 200.0  # of sailing home
 _STICK_AHEAD = 250
+_UNDER_WAY, _CHECKS_S, _SURGE_S = "Trial: 3/", 600.0, 3.0  # the text of a trial's third manoeuvre; time until then
 _FOLLOW = {"kind": "module", "gnss": "standalone", "latency": "0.03", "loss": ""}
 
 Measure = Callable[[float, float], float]
@@ -76,6 +78,8 @@ class Stage:
         if self.mode == "Circle":
             radius_m = math.hypot(north_m - self.row.circle_m, east_m)
             return lambda north, east: abs(math.hypot(north - self.row.circle_m, east) - radius_m)
+        if self.mode == "Trial":
+            return _outside_circle(self.gcs)
         return lambda north, east: abs(east - east_m)
 
 
@@ -153,6 +157,17 @@ def _circle(row: VesselRow, mode: str, compose: Composer, folder: Path, conditio
     return _settled(Stage(gcs, mode, row), 1.5 * _WARM_S)
 
 
+def _trial(row: VesselRow, mode: str, compose: Composer, folder: Path, conditions: Conditions) -> Stage:
+    """Under way in the first manoeuvre after motor check and dead bands."""
+    gcs = GroundStation(compose(conditions, folder))
+    gcs.ready()
+    gcs.set_mode(PX4_MODES["Hold"])
+    gcs.arm()
+    gcs.set_mode(PX4_MODES["Trial"])
+    gcs.wait("first surge step", lambda: any(_UNDER_WAY in text for text in gcs.texts), _CHECKS_S)
+    return _settled(Stage(gcs, mode, row), _SURGE_S)
+
+
 def _offboard(row: VesselRow, mode: str, compose: Composer, folder: Path, conditions: Conditions) -> Stage:
     gcs = GroundStation(compose(conditions, folder))
     north = setpoint(1, VELOCITY, row.leader_mps, 0.0, 0.0)
@@ -181,6 +196,7 @@ _BEGIN = {
     "RTL": _rtl,
     "Dock": _dock,
     "Circle": _circle,
+    "Trial": _trial,
     "Offboard": _offboard,
     "Follow": _follow,
 }
@@ -209,6 +225,13 @@ def _berth(rig: Rig) -> tuple[float, float]:
     if dock is None:
         return 0.0, 0.0
     return LocalFrame(home.lat_deg, home.lon_deg).to_ned(dock.lat_deg, dock.lon_deg)
+
+
+def _outside_circle(gcs: GroundStation) -> Measure:
+    """Distance beyond the circle that the boat tells ground stations."""
+    circle, home = gcs.last["ORBIT_EXECUTION_STATUS"], gcs.rig.config.home
+    centre = LocalFrame(home.lat_deg, home.lon_deg).to_ned(circle.x * 1e-7, circle.y * 1e-7)
+    return lambda north, east: max(0.0, math.hypot(north - centre[0], east - centre[1]) - abs(circle.radius))
 
 
 def _from_line(begin: Sequence[float], end: Sequence[float]) -> Measure:

@@ -12,6 +12,7 @@ then holds its last pulses for ever when the companion is silent.
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
@@ -33,6 +34,13 @@ _INTERVALS_S = {
     mavlink.MAVLINK_MSG_ID_SYS_STATUS: 0.5,
     mavlink.MAVLINK_MSG_ID_RC_CHANNELS: 0.1,
 }
+_ESC_TELEMETRY = {  # the first of four channels; ArduPilot numbers motor controllers by their servo channel
+    mavlink.MAVLINK_MSG_ID_ESC_TELEMETRY_1_TO_4: 1,
+    mavlink.MAVLINK_MSG_ID_ESC_TELEMETRY_5_TO_8: 5,
+    mavlink.MAVLINK_MSG_ID_ESC_TELEMETRY_9_TO_12: 9,
+    mavlink.MAVLINK_MSG_ID_ESC_TELEMETRY_13_TO_16: 13,
+}
+_ESC_INTERVAL_S, _ESC_STALE_S = 0.1, 0.5
 _NEWEST_COUNTS = (mavlink.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW, mavlink.MAVLINK_MSG_ID_RC_CHANNELS)
 _IGNORE, _IGNORE_HIGH = 0xFFFF, 0  # a channel of an override, up to 8 and above
 _LOW_CHANNELS, _OVERRIDES = 8, 18
@@ -70,7 +78,8 @@ _THROTTLE_CHANNEL, _CENTRE_US = 3, 1500
 class MavlinkServoBridge:
     """`ActuatorCommand` → pulses of the board's channels. SERVO_OUTPUT_RAW → `ThrusterFeedback`, SYS_STATUS →
     `Battery`, NAMED_VALUE_FLOAT or _INT "leak" (from a script on the board) → `Leak`. RC_CHANNELS → `RcInput` only
-    where nothing is overridden: otherwise the board does not report a lost transmitter.
+    where nothing is overridden: otherwise the board does not report a lost transmitter. ESC_TELEMETRY of thrusters with
+    `full_a` → their current in `ThrusterFeedback`.
 
     Disarmed, and on closing, the throttles go to their trim and azimuth servos stay; before the first arming those are
     at rest. Feedback is what the board puts out, not what propeller and servo make of it. Thruster indices are those of
@@ -99,7 +108,16 @@ class MavlinkServoBridge:
             AzimuthServo(vessel.thrusters[i], begin_at_rest=self._overrides) if i in turned else None
             for i in self._indices
         )
-        self._board = MavlinkBoard(stream, self._mavlink.system, _INTERVALS_S, _SETTINGS if self._overrides else ())
+        self._metered = [c for c, one in zip(self._channels, driven, strict=True) if one.full_a is not None]
+        telemetry = {
+            number: _ESC_INTERVAL_S
+            for number, first in _ESC_TELEMETRY.items()
+            if any(first <= channel < first + 4 for channel in self._metered)
+        }
+        self._drawn: dict[int, tuple[float, float]] = {}  # time of arrival and current by channel
+        self._board = MavlinkBoard(
+            stream, self._mavlink.system, _INTERVALS_S | telemetry, _SETTINGS if self._overrides else ()
+        )
         self._auxiliary_servos = tuple([servo.name for servo in vessel.servos].index(name) for name in config.servos)
         self._rests_us = tuple(vessel.servos[i].rest_us for i in self._auxiliary_servos)
         self._auxiliary_relays = tuple([relay.name for relay in vessel.relays].index(name) for name in config.relays)
@@ -109,6 +127,7 @@ class MavlinkServoBridge:
             mavlink.MAVLINK_MSG_ID_NAMED_VALUE_FLOAT: self._leak,
             mavlink.MAVLINK_MSG_ID_NAMED_VALUE_INT: self._leak,
             mavlink.MAVLINK_MSG_ID_COMMAND_ACK: self._acknowledged,
+            **dict.fromkeys(telemetry, self._metering),
         }
         self._sent: dict[int, int] = {}  # pulses by channel
         self._recent: deque[tuple[float, dict[int, int]]] = deque()  # the same, of the last moments
@@ -252,8 +271,18 @@ class MavlinkServoBridge:
             throttle = self._outputs[i].throttle(pulse_us) if pulse_us else 0.0  # no pulses: the drive stands
             turned_us = self._put_out.get(self._azimuth_channels[i], 0)
             azimuth_rad = servo.azimuth_rad(turned_us) if servo is not None and turned_us else None
-            readings.append(ThrusterFeedback(arrival_s, self.name, index, throttle, azimuth_rad))
+            drawn_s, drawn_a = self._drawn.get(self._channels[i], (-math.inf, None))
+            current_a = drawn_a if arrival_s - drawn_s <= _ESC_STALE_S else None
+            readings.append(ThrusterFeedback(arrival_s, self.name, index, throttle, azimuth_rad, current_a=current_a))
         return readings
+
+    def _metering(self, arrival_s: float, message: Any) -> list[Reading]:
+        """Currents, in 0.01 A, by channel; a motor controller that has sent nothing yet counts no packets."""
+        first = _ESC_TELEMETRY[message.get_msgId()]
+        for i, (drawn, count) in enumerate(zip(message.current, message.count, strict=True)):
+            if count and first + i in self._metered:
+                self._drawn[first + i] = arrival_s, drawn / 100.0
+        return []
 
     def _astray(self) -> int | None:
         """A channel whose output is far from all that it was sent lately."""

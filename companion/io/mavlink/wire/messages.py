@@ -36,6 +36,10 @@ _FORMATS = {
 }
 
 _ADDRESS = "uint8_t target_system, uint8_t target_component"
+_ESC_TELEMETRY = (
+    "uint8_t[4] temperature, uint16_t[4] voltage, uint16_t[4] current, uint16_t[4] totalcurrent, uint16_t[4] rpm, "
+    "uint16_t[4] count"
+)
 
 # (name, id, fields; after "|" the MAVLink 2 extensions)
 _SPECS = (
@@ -122,6 +126,10 @@ _SPECS = (
     ("CURRENT_MODE", 436, "uint8_t standard_mode, uint32_t custom_mode, uint32_t intended_custom_mode"),
     ("AVAILABLE_MODES_MONITOR", 437, "uint8_t seq"),
     ("CONTROL_STATUS", 512, "uint8_t sysid_in_control, uint8_t flags"),
+    ("ESC_TELEMETRY_1_TO_4", 11030, _ESC_TELEMETRY),  # of ArduPilot's dialect, like the next three
+    ("ESC_TELEMETRY_5_TO_8", 11031, _ESC_TELEMETRY),
+    ("ESC_TELEMETRY_9_TO_12", 11032, _ESC_TELEMETRY),
+    ("ESC_TELEMETRY_13_TO_16", 11040, _ESC_TELEMETRY),
 )
 
 

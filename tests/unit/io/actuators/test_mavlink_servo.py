@@ -43,9 +43,9 @@ def bridge_config(**board: Any) -> MavlinkServoConfig:
 class Bench:
     """The bridge, the emulated board, and a look at what passes between them."""
 
-    def __init__(self, **board: object) -> None:
+    def __init__(self, vessel: VesselConfig = VESSEL, **board: object) -> None:
         self.config = bridge_config(**board)
-        self.vessel = replace(VESSEL, actuators=(self.config,))
+        self.vessel = replace(vessel, actuators=(self.config,))
         self.stream = MemoryStream("pixhawk")
         self.thrusters = build(self.vessel.thrusters, 0.0, None)
         self.faults = Faults((), self.vessel)
@@ -289,6 +289,29 @@ def test_whatever_a_board_says_in_sound_frames_the_bridge_goes_on() -> None:
             assert 0.0 < reading.voltage_v < 65.6 and (reading.remaining is None or 0.0 <= reading.remaining <= 1.0)
     bench.run(12.0)
     assert bench.text == ""
+
+
+def test_currents_of_motor_controllers_belong_to_their_channels() -> None:
+    metered = replace(VESSEL, thrusters=(replace(VESSEL.thrusters[0], full_a=40.0), VESSEL.thrusters[1]))
+    bench = Bench(vessel=metered)
+    bench.run(3.0)
+    bench.thrusters[0].step(0.05)  # it has no lag
+    bench.run(1.0)
+    reports = [reading for reading in bench.readings if isinstance(reading, ThrusterFeedback)]
+    newest = {report.index: report.current_a for report in reports}
+    assert newest == {0: pytest.approx(40.0 * 0.5**3, abs=0.1), 1: None}
+    asked = {round(m.param1) for m in bench.sent if m.get_type() == "COMMAND_LONG" and m.command == 511}
+    assert 11032 in asked and not asked & {11030, 11031, 11040}, "channels 9 to 12 alone"
+    bench.board.esc_telemetry = False
+    bench.run(1.0)
+    assert bench.readings[-1].current_a is None, "old currents are none"  # type: ignore[attr-defined]
+
+
+def test_a_board_is_not_asked_for_currents_that_no_thruster_needs() -> None:
+    bench = Bench()
+    bench.run(2.0)
+    asked = {round(m.param1) for m in bench.sent if m.get_type() == "COMMAND_LONG" and m.command == 511}
+    assert not asked & {11030, 11031, 11032, 11040}
 
 
 def test_without_its_table_it_is_refused() -> None:
