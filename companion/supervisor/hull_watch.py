@@ -30,8 +30,9 @@ class HullWatch:
     Heel: roll and pitch together, from the vertical; it lasts until an inertial sensor says that the boat is upright.
     Way: the boat should go ahead and pushes with at least twice the force that its hull would need at its speed over
     ground in a stream of FS_WAY_DRIFT, or in the estimated current where that is stronger, and makes less than half of
-    the desired speed, for FS_WAY_T in all; pauses count against it. It has made way again at half of the desired speed.
-    Remembers for how long each has lasted.
+    the desired speed, for FS_WAY_T in all; pauses count against it. It has made way again at half of the desired speed,
+    and of the speed that was desired in vain: Hold desires little. Remembers that speed, and for how long each has
+    lasted.
     """
 
     def __init__(self, config: VesselConfig, parameters: Parameters) -> None:
@@ -41,6 +42,7 @@ class HullWatch:
         self.depth_m: float | None = None  # while it is too shallow
         self._tilted_s: float | None = None
         self._vain_s = self._seen_s = 0.0
+        self._vain_mps = 0.0  # desired in vain, for the last time
         self._shallow_s: float | None = None
 
     def update(self, nav: NavState, depth: Depth | None, desired_mps: float, surge_n: float, now_s: float) -> None:
@@ -66,7 +68,7 @@ class HullWatch:
     def _see_way(self, nav: NavState, desired_mps: float, surge_n: float, now_s: float) -> None:
         asked = desired_mps >= _LEAST_MPS and nav.position_valid
         made = nav.surge_mps >= _MADE_SHARE * desired_mps
-        if asked and made:
+        if asked and nav.surge_mps >= _MADE_SHARE * max(desired_mps, self._vain_mps):
             self.aground_or_fouled = False
         stream_mps = math.hypot(nav.current_north_mps or 0.0, nav.current_east_mps or 0.0)
         drift_mps = max(self._parameters["FS_WAY_DRIFT"], stream_mps)
@@ -78,7 +80,7 @@ class HullWatch:
         in_vain = in_vain and known and asked and not made
         self._vain_s = 0.0 if asked and made else max(0.0, self._vain_s + (dt_s if in_vain else -dt_s))
         if self._vain_s >= self._parameters["FS_WAY_T"]:
-            self.aground_or_fouled, self._vain_s = True, 0.0
+            self.aground_or_fouled, self._vain_s, self._vain_mps = True, 0.0, desired_mps
 
     def _see_depth(self, depth: Depth | None, now_s: float) -> None:
         least_m = self._parameters["FS_DEPTH_MIN"]

@@ -88,6 +88,7 @@ def test_thrust_in_vain() -> None:
     assert not bench.sail(9.8, desired_mps=0.6, push_n=45.0, made_mps=0.02).aground_or_fouled
     assert bench.sail(0.5, desired_mps=0.6, push_n=45.0, made_mps=0.02).aground_or_fouled
     assert bench.sail(30.0, desired_mps=0.0).aground_or_fouled, "only way made ends it"
+    assert bench.sail(5.0, desired_mps=0.12, push_n=3.0, made_mps=0.08).aground_or_fouled, "Hold desires little"
     assert not bench.sail(0.2, desired_mps=0.6, push_n=30.0, made_mps=0.4).aground_or_fouled
 
 
