@@ -52,8 +52,8 @@ class LeaderWatch:
 
     Data count as lost before they are older than FOLL_LOSS_T, or three of their source's intervals where that is
     longer: a tick early, so that the boat is out of Follow by then whatever its control rate. A leader module sends at
-    20 Hz, and FOLL_LOSS_T alone counts. Remembers the leader, when it was heard, how often positions come, and since
-    when all has been good.
+    20 Hz, and FOLL_LOSS_T alone counts. In a tick that comes late, the delay is not the leader's: its packets wait to be
+    read. Remembers the leader, when it was heard, how often positions come, and since when all has been good.
     """
 
     def __init__(self, parameters: Parameters, leads: Callable[[int], bool]) -> None:
@@ -63,7 +63,7 @@ class LeaderWatch:
         self._theirs = Rhythm()
         self._ours = Rhythm()
         self._doubt = LeaderDoubt()
-        self._step_s = 0.0
+        self._step_s = self._delay_s = 0.0
         self._tick_s: float | None = None
         self._good_since_s: float | None = None
         self.system_id: int | None = None
@@ -87,7 +87,9 @@ class LeaderWatch:
     def update(self, nav: NavState, now_s: float) -> None:
         """Call after the newest estimate is in."""
         if self._tick_s is not None:
-            self._step_s = min(_LONGEST_STEP_S, max(0.0, now_s - self._tick_s))
+            passed_s = max(0.0, now_s - self._tick_s)
+            self._step_s = min(_LONGEST_STEP_S, passed_s)
+            self._delay_s = passed_s - self._step_s
         self._tick_s = now_s
         if math.isfinite(nav.position_age_s):
             self._ours.see(nav.t_s - nav.position_age_s)
@@ -114,7 +116,8 @@ class LeaderWatch:
         chosen = int(self._parameters["FOLL_SYSID"])
         if self.system_id is None or not self._leads(self.system_id):
             return f"leader {chosen} not heard" if chosen else "no leader heard"
-        age_s, silent_s = now_s - self._theirs.last_s, now_s - self.heard_s
+        read_s = now_s - self._delay_s
+        age_s, silent_s = read_s - self._theirs.last_s, read_s - self.heard_s
         if age_s > self._limit_s(self._theirs.interval_s, module=self.wish is not None):
             if silent_s > 0.5 * age_s or silent_s > _MOST_S:
                 return f"leader silent for {silent_s:.1f} s"

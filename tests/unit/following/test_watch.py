@@ -85,6 +85,21 @@ def test_a_slow_own_receiver_is_no_loss() -> None:
     assert watch.fault(nav, now_s) == "own position not known"
 
 
+def test_a_tick_that_comes_late_does_not_make_the_leader_silent() -> None:
+    watch = LeaderWatch(Parameters(), leads)
+    now_s = 0.0
+    for n in range(1, 60):
+        now_s += 0.7 if n % 10 == 0 else 0.1
+        nav = replace(AT_REST, t_s=now_s, position_age_s=0.0)
+        watch.update(nav, now_s)
+        assert n < 3 or watch.fault(nav, now_s) is None, "the packets of the delay are read after the tick"
+        watch.heard(state(now_s, Wish.NONE))
+    for _ in range(12):
+        now_s += 0.1
+        watch.update(replace(AT_REST, t_s=now_s), now_s)
+    assert watch.fault(replace(AT_REST, t_s=now_s), now_s) == "leader silent for 1.2 s"
+
+
 def test_another_leader_begins_anew() -> None:
     watch = LeaderWatch(Parameters(), leads)
     for n in range(20):
