@@ -48,6 +48,7 @@ _REPEAT_S = 0.5  # DO_SET_SERVO without a change
 _LONGEST_OVERRIDE_S = 1.0
 _SETTLE_S = 1.5  # that long outputs may differ from what was sent
 _RECENT_S = 0.6
+_PAUSE_S = 0.5  # without our pulses, after which the board has let go of its outputs, as it should
 _TOLERANCE_US = 15.0
 _REFUSED_S = 2.0
 _MUCH_GARBAGE = 400
@@ -157,6 +158,8 @@ class MavlinkServoBridge:
 
     def write(self, command: ActuatorCommand, now_s: float) -> None:
         """Heartbeat and requests as they are due; the pulses, once the board is known."""
+        if now_s - self._now_s >= _PAUSE_S:
+            self._agreed_s = now_s  # it needs time to take the pulses up again
         self._now_s = now_s
         self._board.attend(now_s)
         if self._board.address is None:
@@ -373,6 +376,8 @@ class MavlinkServoBridge:
         came_s = self._board.came_s(mavlink.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW)
         channel = self._astray()
         if channel is None or self._agreed_s is None or came_s is None or came_s - self._agreed_s <= _SETTLE_S:
+            return ""
+        if now_s - self._now_s >= _PAUSE_S:
             return ""
         remedy = f"SERVO{channel}_FUNCTION should be 0"
         if self._overrides:

@@ -291,6 +291,20 @@ def test_whatever_a_board_says_in_sound_frames_the_bridge_goes_on() -> None:
     assert bench.text == ""
 
 
+def test_a_pause_of_our_own_is_not_the_boards_fault() -> None:
+    bench = Bench()
+    bench.run(4.0)
+    assert bench.text == ""
+    bench.run(3.0, armed=None)
+    bench.board.listen(bench.now_s)
+    for _ in range(40):
+        bench.run(0.05)
+        assert bench.text == "", "it has let go meanwhile, and takes the pulses up again"
+    bench.board.parameters["MAV_GCS_SYSID"] = 1.0
+    bench.run(3.0)
+    assert "output 9 is at" in bench.text
+
+
 def test_currents_of_motor_controllers_belong_to_their_channels() -> None:
     metered = replace(VESSEL, thrusters=(replace(VESSEL.thrusters[0], full_a=40.0), VESSEL.thrusters[1]))
     bench = Bench(vessel=metered)
