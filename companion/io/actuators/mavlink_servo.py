@@ -84,7 +84,8 @@ class MavlinkServoBridge:
 
     Disarmed, and on closing, the throttles go to their trim and azimuth servos stay; before the first arming those are
     at rest. Feedback is what the board puts out, not what propeller and servo make of it. Thruster indices are those of
-    the vessel. Remembers the pulses sent and put out, since when they differ, and refusals.
+    the vessel. Remembers the pulses sent and put out, since when they differ, whether the board
+    has answered since, and refusals.
     """
 
     def __init__(self, config: MavlinkServoConfig, vessel: VesselConfig, stream: ByteStream) -> None:
@@ -135,6 +136,7 @@ class MavlinkServoBridge:
         self._sent_s: dict[int, float] = {}
         self._put_out: dict[int, int] = {}
         self._agreed_s: float | None = None
+        self._astray_s: float | None = None  # since when the board is known not to put out what it is sent
         self._refused: tuple[int, float] | None = None  # the command, and when
         self._safety_on = self._receiver_lost = False
         self._receiver_channels = 0
@@ -266,8 +268,7 @@ class MavlinkServoBridge:
 
     def _feedback(self, arrival_s: float, message: Any) -> list[Reading]:
         self._put_out = {channel: getattr(message, f"servo{channel}_raw") for channel in range(1, 17)}
-        if self._agreed_s is None or self._astray() is None:
-            self._agreed_s = arrival_s
+        self._compare(arrival_s)
         readings: list[Reading] = []
         for i, index in enumerate(self._indices):
             pulse_us, servo = self._put_out[self._channels[i]], self._servos[i]
@@ -286,6 +287,17 @@ class MavlinkServoBridge:
             if count and first + i in self._metered:
                 self._drawn[first + i] = arrival_s, drawn / 100.0
         return []
+
+    def _compare(self, arrival_s: float) -> None:
+        """Outputs against pulses. At standstill a deaf board agrees too: it must have answered since."""
+        if self._agreed_s is None or self._astray() is None:
+            self._agreed_s = arrival_s
+            answers = (mavlink.MAVLINK_MSG_ID_PARAM_VALUE, mavlink.MAVLINK_MSG_ID_COMMAND_ACK)
+            answered_s = max(self._board.came_s(number) or -math.inf for number in answers)
+            if self._astray_s is not None and answered_s > self._astray_s:
+                self._astray_s = None
+        elif arrival_s - self._agreed_s > _SETTLE_S and arrival_s - self._now_s < _PAUSE_S:
+            self._astray_s = arrival_s
 
     def _astray(self) -> int | None:
         """A channel whose output is far from all that it was sent lately."""
@@ -373,12 +385,11 @@ class MavlinkServoBridge:
             return "the board's safety switch is on: its outputs are dead; press it, or set BRD_SAFETY_DEFLT to 0"
         if self._refused is not None and now_s - self._refused[1] < _REFUSED_S:
             return _REFUSALS[self._refused[0]]
-        came_s = self._board.came_s(mavlink.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW)
+        if self._astray_s is None:
+            return ""
         channel = self._astray()
-        if channel is None or self._agreed_s is None or came_s is None or came_s - self._agreed_s <= _SETTLE_S:
-            return ""
-        if now_s - self._now_s >= _PAUSE_S:
-            return ""
+        if channel is None:
+            return "the board does not answer and put out other pulses than it was sent: check its RX wire"
         remedy = f"SERVO{channel}_FUNCTION should be 0"
         if self._overrides:
             remedy = (

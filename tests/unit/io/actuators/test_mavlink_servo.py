@@ -23,7 +23,7 @@ from companion.io.actuators import open_actuator
 from companion.io.mavlink.wire.framer import Packed, frame
 from sitl.battery import BatteryModel
 from sitl.emulators.mavlink_servo import MavlinkServoEmulator
-from sitl.faults import Faults
+from sitl.faults import Faults, parse
 from sitl.memory import MemoryStream
 from sitl.thrusters import build
 from tests.unit.io.rows import bridge_row
@@ -303,6 +303,21 @@ def test_a_pause_of_our_own_is_not_the_boards_fault() -> None:
     bench.board.parameters["MAV_GCS_SYSID"] = 1.0
     bench.run(3.0)
     assert "output 9 is at" in bench.text
+
+
+def test_a_deaf_board_is_not_taken_for_well_because_both_stand_still() -> None:
+    fixed = tuple(replace(one, kind="fixed") for one in VESSEL.thrusters)
+    bench = Bench(vessel=replace(VESSEL, thrusters=fixed), azimuth_channels=(0, 0))
+    bench.run(4.0)
+    bench.faults.add(parse("mcu_deaf@4+12", bench.vessel))
+    bench.faults.update(bench.now_s)
+    bench.run(2.5)
+    assert "output" in bench.text
+    bench.run(3.0, armed=False)
+    assert "does not answer" in bench.text
+    bench.faults.update(20.0)
+    bench.run(12.0, armed=False)
+    assert bench.text == ""
 
 
 def test_currents_of_motor_controllers_belong_to_their_channels() -> None:
