@@ -23,10 +23,9 @@ PX4_MODES = {
     "Trial": 0x040C0000,
 }  # fmt: skip
 BY_STICK = ("Manual", "Forces", "Heading")
-_WARM_S = 20.0
 _GAP_M = 20.0
 _FAR_M = 2000.0
-_AWAY_S = 200.0  # of sailing home
+_AWAY_S = 400.0  # of sailing home
 _STICK_AHEAD = 250
 _UNDER_WAY, _CHECKS_S, _SURGE_S = "Trial: 3/", 600.0, 3.0  # the text of a trial's third manoeuvre; time until then
 _FOLLOW = {"kind": "module", "gnss": "standalone", "latency": "0.03", "loss": ""}
@@ -154,7 +153,7 @@ def _circle(row: VesselRow, mode: str, compose: Composer, folder: Path, conditio
             -row.circle_m, math.nan, 0.0, math.nan, round(lat_deg * 1e7), round(lon_deg * 1e7), 0.0,
         )
     )  # fmt: skip
-    return _settled(Stage(gcs, mode, row), 1.5 * _WARM_S)
+    return _settled(Stage(gcs, mode, row), 1.5 * row.warm_s)
 
 
 def _trial(row: VesselRow, mode: str, compose: Composer, folder: Path, conditions: Conditions) -> Stage:
@@ -187,7 +186,7 @@ def _follow(row: VesselRow, mode: str, compose: Composer, folder: Path, conditio
     convoy.follow()
     convoy.sail(3.0)
     convoy.boat.depart(convoy.now_s)
-    return _settled(Stage(convoy.ground_stations[0], mode, row, convoy), 1.5 * _WARM_S)
+    return _settled(Stage(convoy.ground_stations[0], mode, row, convoy), 1.5 * row.warm_s)
 
 
 _BEGIN = {
@@ -202,10 +201,11 @@ _BEGIN = {
 }
 
 
-def _settled(stage: Stage, warm_s: float = _WARM_S) -> Stage:
+def _settled(stage: Stage, warm_s: float | None = None) -> Stage:
+    """After `warm_s`, or what the vessel's row says."""
     mode = PX4_MODES[stage.mode]
     stage.gcs.wait(stage.mode, lambda: bool(stage.gcs.last["HEARTBEAT"].custom_mode == mode), 3.0)
-    stage.sail(warm_s)
+    stage.sail(stage.row.warm_s if warm_s is None else warm_s)
     return stage
 
 

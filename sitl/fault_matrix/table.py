@@ -14,8 +14,8 @@ NOTHING = "-"  # nothing is said, or no distance is promised
 
 @dataclass(frozen=True, slots=True)
 class VesselRow:
-    """A vessel: its weather, what its faults are about, its speed and gap in Follow, and the greatest distance from
-    its place or line in each mode without a fault, m."""
+    """A vessel: its weather, what its faults are about, its speed and gap in Follow, how long it has sailed when a
+    fault begins, s, and the greatest distance from its place or line in each mode without a fault, m."""
 
     name: str
     title: str
@@ -26,6 +26,7 @@ class VesselRow:
     drifts: bool  # it keeps inside a watch circle
     leader_mps: float
     circle_m: float
+    warm_s: float
     reach_m: Mapping[str, float]
 
 
