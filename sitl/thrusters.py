@@ -23,8 +23,8 @@ class ThrusterModel:
 
     Faults: `dead` gives nothing and does not turn, and its board reports it. The board does not report the others:
     `stalled` gives nothing, `stuck` does not turn, `runaway` runs ahead whatever the command, `jammed` moves neither up
-    nor down, `reversed` pushes the other way, `fouled` turns as commanded and gives a tenth of the force. What the motor
-    draws shows a `dead`, a `stalled` (blocked) and a `fouled` one, to a board that measures it.
+    nor down, `reversed` pushes the other way, `fouled` turns as commanded and gives a tenth of the force. The motor's
+    current shows a `dead`, a `stalled` (blocked) and a `fouled` one, to a board that measures it.
     """
 
     __slots__ = (

@@ -24,7 +24,8 @@ class Availability:
     announced.
 
     A thruster has failed while its board reports so, while the supervision of its feedback or of its motor's current
-    finds a fault (THR_WATCH), or if it is ordered down and does not arrive. From the order to retract on, it does not count as lowered.
+    finds a fault (THR_WATCH), or if it is ordered down and does not arrive. From the order to retract on, it does not
+    count as lowered.
     """
 
     def __init__(self, config: VesselConfig, parameters: Parameters, say: Announce) -> None:

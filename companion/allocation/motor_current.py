@@ -2,7 +2,8 @@
 
 Torque and thrust grow with the square of the revolutions, power with the cube; throttle is in proportion to them. So a
 sound motor draws `full_a`·|u|³ from its supply, a little less with way on. One whose propeller is blocked or fouled
-draws much more, one that has lost its propeller or its coupling much less. Source: Fossen 2021, 9.1 (Q = ρ D⁵ K_Q n|n|).
+draws much more, one that has lost its propeller or its coupling much less. Source: Fossen 2021, 9.1
+(Q = ρ D⁵ K_Q n|n|).
 """
 
 from __future__ import annotations

@@ -52,8 +52,8 @@ class LeaderWatch:
 
     Data count as lost before they are older than FOLL_LOSS_T, or three of their source's intervals where that is
     longer: a tick early, so that the boat is out of Follow by then whatever its control rate. A leader module sends at
-    20 Hz, and FOLL_LOSS_T alone counts. In a tick that comes late, the delay is not the leader's: its packets wait to be
-    read. Remembers the leader, when it was heard, how often positions come, and since when all has been good.
+    20 Hz, and FOLL_LOSS_T alone counts. In a tick that comes late, the delay is not the leader's: its packets wait.
+    Remembers the leader, when it was heard, how often positions come, and since when all has been good.
     """
 
     def __init__(self, parameters: Parameters, leads: Callable[[int], bool]) -> None:

@@ -26,9 +26,7 @@ def test_a_fouled_propeller_is_told_within_three_seconds(tmp_path: Path, fault: 
     gcs = GroundStation(LockstepRig(Conditions("blueboat", known=METERED, wind="2@270", gnss="sbas"), tmp_path))
     home = METERED.home
     gcs.ready()
-    gcs.upload(
-        [Item(mavlink.MAV_CMD_NAV_WAYPOINT, *LocalFrame(home.lat_deg, home.lon_deg).to_geodetic(1000.0, 0.0))]
-    )
+    gcs.upload([Item(mavlink.MAV_CMD_NAV_WAYPOINT, *LocalFrame(home.lat_deg, home.lon_deg).to_geodetic(1000.0, 0.0))])
     gcs.set_mode(PX4_MODES["Mission"])
     gcs.arm()
     gcs.sail(20.0)

@@ -41,7 +41,7 @@ class Headway:
         self._last_way_m = None
 
     def stuck_s(self, now_s: float) -> float | None:
-        """Seconds without headway, 0 while the boat makes headway. None while not under way, or before 40 s under way."""
+        """Seconds without headway, 0 while there is some. None while not under way, or before 40 s under way."""
         if now_s - self._last_s > _GAP_S or len(self._made) <= _WINDOW_S:
             return None
         return 0.0 if self._stuck_s is None else now_s - self._stuck_s
