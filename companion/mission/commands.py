@@ -71,6 +71,7 @@ class Command(IntEnum):
     FENCE_CIRCLE_EXCLUSION = 5004
     RALLY_POINT = 5100
     USER_3 = 31012  # follow position
+    USER_5 = 31014  # a sea trial
 
 
 class Role(Enum):
@@ -213,6 +214,13 @@ RULES: dict[int, Rule] = {
         Role.NAVIGATION,
         ranges=(
             Range(1, "delay", "give 0 s or more, or −1 to wait for the time of day in params 2 to 4", 0, also=(-1.0,)),
+        ),
+    ),
+    Command.USER_5: Rule(
+        Role.NAVIGATION,
+        ranges=(
+            Range(1, "radius", "give the circle's radius in metres, or 0 for TRIAL_RADIUS", 0, 5000.0, nan=True),
+            Range(2, "action", "give 0: a mission begins a trial; to accept its result is the operator's", 0, 0, nan=True),
         ),
     ),
     Command.CONDITION_YAW: Rule(

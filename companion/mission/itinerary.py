@@ -7,7 +7,7 @@ import math
 from companion.mission.commands import DESTINATIONS, PLACES, Command, heading_rad, must_stay, stay_s
 from companion.mission.cursor import Cursor
 from companion.mission.plan import PlanItem
-from companion.mission.tasks import Complete, Dock, Orbit, ReturnHome, RoutePoint, Sail, Stay, Task, Turn, Wait
+from companion.mission.tasks import Complete, Dock, Orbit, ReturnHome, RoutePoint, Sail, SeaTrial, Stay, Task, Turn, Wait
 
 LONGEST_ROUTE = 40  # a longer one would take too long to lay in one tick
 LOOK_BEYOND = 16
@@ -29,6 +29,8 @@ def task_at(cursor: Cursor, arrived: bool) -> Task:
         return Turn(item.seq, angle_rad, bool(item.param4), int(item.param3))
     if item.command == Command.NAV_LOITER_TURNS:
         return _orbit(item, cursor.copy())
+    if item.command == Command.USER_5:
+        return SeaTrial(item.seq, item.param1 if item.param1 > 0.0 else None)
     if item.command == Command.NAV_LAND:
         return Dock(item.seq, item.lat_deg, item.lon_deg, heading_rad(item))
     return ReturnHome(item.seq)

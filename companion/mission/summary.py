@@ -230,6 +230,8 @@ def _target_and_hold_s(voyage: _Voyage, item: PlanItem, speed_mps: float | None)
     elif item.command == Command.NAV_LAND:
         target = (item.lat_deg, item.lon_deg)
         voyage.notes.append(f"item {item.number} comes alongside: not counted")
+    elif item.command == Command.USER_5:
+        voyage.notes.append(f"item {item.number} is a sea trial: not counted")
     elif item.command == Command.NAV_DELAY:
         hold_s = _duration_s(item.param1)
         if item.param1 < 0.0:

@@ -127,11 +127,19 @@ class Orbit:
 
 
 @dataclass(frozen=True, slots=True)
+class SeaTrial:
+    """Sail a sea trial round the place where the boat is. `radius_m` of its circle; None: TRIAL_RADIUS."""
+
+    seq: int
+    radius_m: float | None
+
+
+@dataclass(frozen=True, slots=True)
 class Complete:
     """Nothing is left to do."""
 
 
-Task = Sail | Stay | Wait | Turn | ReturnHome | Dock | Orbit | Complete
+Task = Sail | Stay | Wait | Turn | ReturnHome | Dock | Orbit | SeaTrial | Complete
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,6 +171,15 @@ class FollowLeader:
 
     seq: int
     system_id: int | None
+
+
+@dataclass(frozen=True, slots=True)
+class BeginTrial:
+    """Change to Trial at item `seq`; the mission goes on with the next item when the trial is complete. `radius_m`: as
+    in `SeaTrial`."""
+
+    seq: int
+    radius_m: float | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -249,7 +266,7 @@ class TriggerAsBefore:
 
 CameraAction = TakePicture | ByDistance | ByTime | StopPictures | TriggerControl | TriggerAsBefore
 PayloadAction = CameraAction | Forward
-Action = SetSpeed | SetHome | SetFollowPosition | FollowLeader | AuxiliaryAction | PayloadAction
+Action = SetSpeed | SetHome | SetFollowPosition | FollowLeader | BeginTrial | AuxiliaryAction | PayloadAction
 
 
 @dataclass(frozen=True, slots=True)

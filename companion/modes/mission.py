@@ -19,6 +19,7 @@ from companion.mission.executor import MissionExecutor
 from companion.mission.plan import item_number
 from companion.mission.tasks import (
     Action,
+    BeginTrial,
     Complete,
     Dock,
     DoCondition,
@@ -26,6 +27,7 @@ from companion.mission.tasks import (
     ReturnHome,
     RoutePoint,
     Sail,
+    SeaTrial,
     Stay,
     Task,
     Turn,
@@ -44,7 +46,7 @@ from companion.params.store import Parameters
 from companion.positioning.hold_point import HoldPoint
 
 _TASKS_A_TICK = 4
-_Standing = Stay | Wait | Turn | ReturnHome | Dock
+_Standing = Stay | Wait | Turn | ReturnHome | Dock | SeaTrial
 _MOVING = Sail | Dock | Orbit  # tasks that leave the boat moving, so a standing task must stop it first
 
 
@@ -284,7 +286,7 @@ class MissionMode(Mode):
             self._task = Complete()
             return self._docking.update(inputs)
         if not isinstance(self._task, Complete):
-            if not isinstance(self._task, Stay | Wait | Turn | ReturnHome | Dock):
+            if not isinstance(self._task, _Standing):
                 self._hold_point.stop_here(inputs.nav)
             self._task = Complete()
         return self._hold_point.update(inputs.nav, None, inputs.speed_mps, inputs.dt_s)
@@ -315,6 +317,14 @@ class MissionMode(Mode):
                 self._go_to_berth(task, inputs)
             case Orbit():
                 self._start_orbit(task, inputs)
+            case SeaTrial():
+                self._start_wait(inputs, before)
+                self._actions.append(BeginTrial(task.seq, task.radius_m))
+
+    def finish_trial(self, inputs: ModeInputs) -> None:
+        """The trial of the present item is complete: the mission goes on with the next one."""
+        if isinstance(task := self._executor.task, SeaTrial):
+            self._complete(task.seq, inputs)
 
     def _start_sailing(self, task: Sail, inputs: ModeInputs, before: Task | None) -> None:
         goes_on = isinstance(before, Sail) and before.stop == task.stop and self._route[self._reported :] == task.route
@@ -493,6 +503,8 @@ class MissionMode(Mode):
                 return self._is_turned(setpoint)
             case Dock():
                 return not self._hold_point.going if self._landing else self.docked
+            case SeaTrial():
+                return False  # `finish_trial`
             case ReturnHome():
                 return self._way_home and not self._hold_point.going
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 
-from companion.core.decision import ModeId, ModeInputs, TextKind
+from companion.core.decision import ModeId, ModeInputs, Order, TextKind
 from companion.core.estimate import NavState
 from companion.core.events import EventLog
 from companion.core.setpoint import HeadingSetpoint, Setpoint, WrenchSetpoint, desired_motion
@@ -33,6 +33,8 @@ class Helm:
         self.version = 0
         self.stopped = False
         self.cause: Cause | None = None
+        self.order: Order | None = None
+        """What is asked of a mode, while it is being chosen for that."""
         self.waits: Callable[[ModeId, NavState, float], bool] = lambda mode, nav, now_s: False
         """Whether a mode that cannot be entered yet may be chosen by an operator: the boat then is in it and stands by
         (`Mode.stand_by`), until it is resumed."""
@@ -71,6 +73,13 @@ class Helm:
         self.version += 1
         self._events.say(now_s, TextKind.ROUTINE, "mode_changed", f"Mode {mode.value}")
         return None
+
+    def switch_for(self, order: Order, nav: NavState, now_s: float, cause: Cause) -> str | None:
+        """As `switch`, to the mode that carries out `order`."""
+        self.order = order
+        reason = self.switch(order.mode, nav, now_s, cause)
+        self.order = None
+        return reason
 
     def choose_disarmed(self, mode: ModeId, cause: Cause) -> None:
         """The mode of a boat that is disarmed; it is not entered."""

@@ -1,15 +1,16 @@
-"""What a mission does to the vessel's mode: handing over to Follow, what comes after its end, and after a restart."""
+"""What a mission does to the vessel's mode: handing over to Follow and Trial, what comes after its end, and after a restart."""
 
 from __future__ import annotations
 
-from companion.core.decision import MissionState, ModeId, TextKind
+from companion.core.decision import MissionState, ModeId, ModeInputs, TextKind
 from companion.core.estimate import NavState
 from companion.core.events import EventLog
 from companion.mission.executor import MissionExecutor, Replaced
 from companion.mission.plan import item_number
-from companion.mission.tasks import FollowLeader
+from companion.mission.tasks import BeginTrial, FollowLeader
 from companion.modes.hold import HoldMode
 from companion.modes.mission import MissionMode
+from companion.modes.trial.mode import COMPLETE, TrialOrder
 from companion.params.store import Parameters
 from companion.supervisor.failsafes import FailsafeAction
 from companion.supervisor.follow_duty import FollowDuty
@@ -80,6 +81,8 @@ class MissionDuty:
         for action in self._mission.take_actions():
             if isinstance(action, FollowLeader):
                 self._follow(action, nav, now_s)
+            elif isinstance(action, BeginTrial):
+                self._begin_trial(action, nav, now_s)
             else:
                 self._actions.perform(action, nav, now_s)
         ended = self._mission.ended
@@ -104,6 +107,26 @@ class MissionDuty:
         refused = Cause.MISSION_ITEM_REFUSED
         if not complete and self._helm.switch(ModeId.HOLD, nav, now_s, refused) is not None:
             self._helm.stop(refused)
+
+    def _begin_trial(self, action: BeginTrial, nav: NavState, now_s: float) -> None:
+        """Sail a trial; without one the boat holds, and the mission stays at its item."""
+        reason = self._helm.switch_for(TrialOrder(action.radius_m), nav, now_s, Cause.MISSION_ITEM)
+        if reason is None:
+            return
+        text = f"Item {item_number(action.seq)}: Trial refused: {reason}"
+        self._events.say(now_s, TextKind.REFUSAL, "refused", text)
+        if self._helm.switch(ModeId.HOLD, nav, now_s, Cause.MISSION_ITEM_REFUSED) is not None:
+            self._helm.stop(Cause.MISSION_ITEM_REFUSED)
+
+    def trial_ended(self, how: str, inputs: ModeInputs) -> None:
+        """After a trial the boat holds; a mission that began it goes on if it is complete."""
+        helm, nav, now_s, cause = self._helm, inputs.nav, inputs.now_s, Cause.TRIAL_END
+        by_mission = helm.cause is Cause.MISSION_ITEM
+        if how == COMPLETE and by_mission and helm.switch(ModeId.MISSION, nav, now_s, cause) is None:
+            self._mission.finish_trial(inputs)
+            return
+        if helm.switch(ModeId.HOLD, nav, now_s, cause) is not None:
+            helm.stop(cause)
 
     def _end(self, ended: MissionState, nav: NavState, now_s: float) -> None:
         text = "Mission complete" if ended is MissionState.COMPLETE else "Mission cleared"

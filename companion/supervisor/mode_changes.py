@@ -158,15 +158,15 @@ MODE_CHANGES: tuple[ModeChange, ...] = (
         Cause.MISSION_ITEM.value,
         Cause.MISSION_ITEM,
         "Mission",
-        "Follow",
-        "The mission comes to DO_FOLLOW",
+        "Follow, or Trial",
+        "The mission comes to DO_FOLLOW, or to MAV_CMD_USER_5",
     ),
     ModeChange(
         Cause.MISSION_ITEM_REFUSED.value,
         Cause.MISSION_ITEM_REFUSED,
         "Mission",
         _HOLD_OR_NO_THRUST,
-        "The mission comes to DO_FOLLOW and Follow is refused",
+        "The mission comes to DO_FOLLOW or MAV_CMD_USER_5, and Follow or Trial is refused",
     ),
     ModeChange(
         Cause.MISSION_END.value,
@@ -180,7 +180,7 @@ MODE_CHANGES: tuple[ModeChange, ...] = (
         Cause.TRIAL_END.value,
         Cause.TRIAL_END,
         "Trial",
-        _HOLD_OR_NO_THRUST,
+        f"Mission, if it began the trial and the trial is complete; else {_HOLD_OR_NO_THRUST}",
         "The trial is complete, or gives up",
     ),
     ModeChange(

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from companion.allocation.propulsion import lost_motions
 from companion.config.vessel import VesselConfig
 from companion.core.actuation import ZERO_WRENCH
-from companion.core.decision import ModeId, ModeInputs, Order, Outcome
+from companion.core.decision import ModeId, ModeInputs, Outcome
 from companion.core.estimate import NO_ESTIMATE, Contact
 from companion.core.events import EventLog
 from companion.core.geodesy import LocalFrame
@@ -56,7 +56,7 @@ from companion.traffic.tracker import TrafficTracker, contact
 
 class SupervisorParts:
     """One of each. Remembers what was seen last: the estimate `nav`, `inputs`, device `health`, the wrench `achieved`,
-    and indices of `failed` thrusters; and an `order` while its mode is being chosen."""
+    and indices of `failed` thrusters."""
 
     def __init__(
         self,
@@ -76,7 +76,6 @@ class SupervisorParts:
         self.health: Sequence[DeviceHealth] = ()
         self.achieved = ZERO_WRENCH
         self.failed: frozenset[int] = frozenset()
-        self.order: Order | None = None
         self._bridges = frozenset(bridge.name for bridge in config.actuators)
 
         self.traffic = TrafficTracker(config.mmsi)
@@ -184,7 +183,7 @@ class SupervisorParts:
             leader=self.leader.leader(self.frame_of(), now_s),
             leader_fault=self.following.fault(self.nav, now_s),
             station=self.following.follow_position,
-            order=self.order,
+            order=self.helm.order,
             contacts=self._contacts(now_s) if self.helm.mode is self.trial else (),
         )
 

@@ -49,9 +49,9 @@ class Requests:
         if not self._helm.armed:
             text = f"{order.mode.value} refused: arm first"
             return self._refuse(Result.TEMPORARILY_REJECTED, text, now_s)
-        self.parts.order = order
+        self._helm.order = order
         outcome = self.request_mode(order.mode, now_s)
-        self.parts.order = None
+        self._helm.order = None
         return outcome
 
     def hold_here(self, now_s: float) -> Outcome:

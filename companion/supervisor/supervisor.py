@@ -214,8 +214,7 @@ class Supervisor(Requests):
         if helm.mode is parts.mission:
             parts.mission_duty.after(parts.nav, now_s)
         if helm.mode is parts.trial and parts.trial.ended is not None:
-            if helm.switch(ModeId.HOLD, parts.nav, now_s, Cause.TRIAL_END) is not None:
-                helm.stop(Cause.TRIAL_END)
+            parts.mission_duty.trial_ended(parts.trial.ended, inputs)
             return NEUTRAL_SETPOINT
         if setpoint is None or self._stopped:
             return NEUTRAL_SETPOINT

@@ -27,6 +27,9 @@ from companion.modes.trial.programme import programme
 from companion.params.store import Parameters
 from companion.positioning.hold_point import HoldPoint
 
+COMPLETE = "complete"
+"""What `TrialMode.ended` says after the last manoeuvre."""
+
 _CORNERS = 24
 _CLEAR_S = 10.0  # without traffic before the trial goes on
 _LOOK_S = 60.0  # how far ahead vessels are looked for
@@ -263,7 +266,7 @@ class TrialMode(Mode):
             self._index += 1
         if self._index >= len(self._manoeuvres):
             self._say(inputs, TextKind.ROUTINE, "trial_ended", f"complete after {self._elapsed_s / 60.0:.1f} min")
-            self._ended = "complete"
+            self._ended = COMPLETE
             return
         self._begin_approach(inputs, brakes)
 
