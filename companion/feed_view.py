@@ -21,6 +21,7 @@ from companion.params.store import Parameters
 from companion.record.feed import SOCKET, Feed
 from companion.record.feed_schema import VERSION
 from companion.supervisor.situation import Situation
+from companion.supervisor.trial_duty import TrialDuty
 from companion.supervisor.why import why
 
 _MOST_PATH = 400  # points of a path
@@ -90,6 +91,7 @@ def look(vessel: Vessel, now_s: float) -> dict[str, Any]:
             "operators": sorted(stations.operators),
         },
         "speed_mps": parts.cruise.speed_mps,
+        "trial": _trial(parts.trial_duty),
         "timers": list(_timers(parts.situation(now_s))),
         "station": dict(zip(("distance_m", "bearing_rad"), supervisor.following.follow_position, strict=True)),
         "path": _thinned(parts.helm.mode.way_ahead()),
@@ -101,6 +103,16 @@ def look(vessel: Vessel, now_s: float) -> dict[str, Any]:
 def parameters_shown(parameters: Parameters) -> dict[str, float]:
     """The values of `SHOWN`."""
     return {name: parameters[name] for name in SHOWN if parameters.spec(name) is not None}
+
+
+def _trial(duty: TrialDuty) -> dict[str, Any]:
+    """What a sea trial found, and which model counts from the next start on."""
+    results = duty.results
+    return {
+        "identifying": duty.identifying,
+        "proposal": None if results is None else results.proposal,
+        "in_force": None if results is None else results.in_force,
+    }
 
 
 def _finding(finding: ArmingFinding) -> dict[str, Any]:

@@ -30,6 +30,7 @@ class MavCmd(IntEnum):
     USER_2 = 31011
     USER_3 = 31012
     USER_4 = 31013
+    USER_5 = 31014
 
 
 class Where(Enum):
@@ -45,6 +46,8 @@ class Where(Enum):
     BERTH = "with a berth in the mission or the vessel's file"
     LEADER = "with a leader heard"
     ASKED = "while the boat asks whether a sensor is right"
+    TRIAL = "with the result of a sea trial, disarmed or in Hold"
+    ACCEPTED = "with an accepted result of a sea trial, disarmed or in Hold"
 
 
 @dataclass(frozen=True, slots=True)
@@ -309,6 +312,30 @@ ACTIONS: tuple[OperatorAction, ...] = (
         MavCmd.USER_4,
         (2.0,),
         where=Where.ASKED,
+    ),
+    # sea trials
+    _mode(
+        "trial",
+        "Sea trial here",
+        "Trial",
+        "Sail manoeuvres inside a circle of TRIAL_RADIUS around the boat, and identify its model from them",
+        asks="the boat sails manoeuvres for some minutes, at up to full thrust",
+    ),
+    OperatorAction(
+        "trial-accept",
+        "Accept trial model",
+        "Accept what the last sea trial found: it counts after a reboot",
+        MavCmd.USER_5,
+        (0.0, 1.0),
+        where=Where.TRIAL,
+    ),
+    OperatorAction(
+        "trial-undo",
+        "Undo trial model",
+        "Take back the model that was accepted: the one before counts after a reboot",
+        MavCmd.USER_5,
+        (0.0, 2.0),
+        where=Where.ACCEPTED,
     ),
     # following
     OperatorAction(

@@ -16,7 +16,7 @@ from companion.analysis.log_reader import Log, LogError, parameters_of
 from companion.analysis.manoeuvre import Manoeuvre, read_manoeuvre
 from companion.analysis.trial_log import Ran, manoeuvres
 from companion.config.hull import DampingConfig, WindageConfig
-from companion.config.overlay import overlay_name
+from companion.config.overlay import free_place
 from companion.core.progress import Told, part, tell_nobody
 
 _NINETY_FIVE = 1.96  # sigmas of a 95 % interval
@@ -59,7 +59,11 @@ class TrialIdentification:
     @property
     def better(self) -> bool:
         """Whether the new model predicts better than the old one."""
-        return self.prediction is None or self.prediction.ratio < _BETTER
+        return _is_better(self.prediction)
+
+
+def _is_better(compared: Prediction | None) -> bool:
+    return compared is None or compared.ratio < _BETTER
 
 
 def identify_trial(log: Log, hold: Sequence[str] = (), told: Told = tell_nobody) -> TrialIdentification:
@@ -83,7 +87,8 @@ def identify_trial(log: Log, hold: Sequence[str] = (), told: Told = tell_nobody)
         raise LogError(f"nothing named {', '.join(unknown)} to hold; there is {', '.join(model.model)}")
     compared = prediction(log, held_out, model.model, values)
     parameters = parameters_of(log, warnings)
-    designs = designed(log.config, found.hull, values["lag_s"], {name: parameters[name] for name in NEEDED})
+    hull = found.hull if _is_better(compared) else log.config.hull
+    designs = designed(log.config, hull, values["lag_s"], {name: parameters[name] for name in NEEDED})
     heading = _heading_error(found)
     warnings += advice(model, found)
     made = TrialIdentification(
@@ -115,8 +120,8 @@ def _overlay(found: TrialIdentification) -> str:
         f'log = "{found.log.folder.name}"',
     ]
     if not found.better:
-        lines.append("# The model of the file predicts as well, so it stays.")
-        return "\n".join(lines) + "\n"
+        lines.append("# The model of before predicts as well, so it stays. What changes are the bandwidths.")
+        return "\n".join([*lines, *_parameters(found)]) + "\n"
     sigmas = {estimate.name: estimate.sigma for estimate in fitted.estimates}
     lines += ["", "[hull]"]
     lines += [_row(name, found.values[name], sigmas[name]) for name in ("m11_kg", "m22_kg", "m33_kgm2")]
@@ -127,11 +132,13 @@ def _overlay(found: TrialIdentification) -> str:
     for before, after in zip(config.thrusters, fitted.thrusters, strict=True):
         lines += ["", "[[thruster]]", f'name = "{before.name}"']
         lines += [f"{name} = {getattr(after, name):.4g}" for name in ("x_m", "max_n", "min_n", "ahead_n", "astern_n")]
-    if found.heading is not None and found.heading.counts:
-        lines += _sensors(found)
-    lines += ["", "[parameters]"]
-    lines += [f"{design.name} = {design.value:g}" for design in found.designs]
-    return "\n".join(lines) + "\n"
+    lines += _sensors(found)
+    return "\n".join([*lines, *_parameters(found)]) + "\n"
+
+
+def _parameters(found: TrialIdentification) -> list[str]:
+    """The bandwidths."""
+    return ["", "[parameters]", *(f"{design.name} = {design.value:g}" for design in found.designs)]
 
 
 def _row(name: str, value: float, sigma: float | None) -> str:
@@ -140,9 +147,11 @@ def _row(name: str, value: float, sigma: float | None) -> str:
 
 
 def _windage(windage: WindageConfig, values: Mapping[str, float], sigmas: Mapping[str, float | None]) -> list[str]:
-    """The areas, where a wind sensor has told their scales."""
+    """The areas: as a wind sensor has told, else as they were, since an overlay accepted before gives way to this."""
+    areas = ("frontal_m2", "lateral_m2")
     if any(name not in values for name in _WIND_SCALES):
-        return []
+        kept = [_row(area, getattr(windage, area), None) for area in areas if getattr(windage, area) > 0.0]
+        return ["", "[windage]", *kept] if kept else []
     rows = [
         _row(area, size * values[scale], None if sigmas[scale] is None else size * (sigmas[scale] or 0.0))
         for area, size, scale in zip(
@@ -156,21 +165,19 @@ def _windage(windage: WindageConfig, values: Mapping[str, float], sigmas: Mappin
 def _limits(found: TrialIdentification) -> list[str]:
     """The limits of the wrench, scaled as the thrust of the strongest thrusters."""
     scale = found.values[f"scale {found.model.groups[0].name}"]
-    if abs(scale - 1.0) < 0.01:
-        return []
     limits = found.log.config.limits
     rows = [f"{name} = {scale * getattr(limits, name):.4g}" for name in ("surge_n", "sway_n", "yaw_nm")]
     return ["", "[limits]", *rows]
 
 
 def _sensors(found: TrialIdentification) -> list[str]:
-    """The offset of what gives the heading."""
-    assert found.heading is not None
+    """The offset of what gives the heading: corrected where the log tells, else as it was."""
+    error_rad = found.heading.error_rad if found.heading is not None and found.heading.counts else 0.0
     lines = []
     for sensor in found.log.config.sensors:
         gives = sensor.heading != "none" or (sensor.driver == "nmea0183" and sensor.antennas == 2)
-        if gives:
-            offset = math.degrees(sensor.heading_offset_rad - found.heading.error_rad)
+        if gives and (sensor.heading_offset_rad or error_rad):
+            offset = math.degrees(sensor.heading_offset_rad - error_rad)
             lines += ["", "[[sensor]]", f'name = "{sensor.name}"', f"heading_offset_deg = {offset:.2f}"]
     return lines
 
@@ -201,7 +208,7 @@ def write(found: TrialIdentification, folder: Path, stem: str, date: str) -> tup
     """Write the overlay `stem.trial-date.toml` and the picture into `folder`: (overlay, picture; None without
     matplotlib). Raises OSError."""
     folder.mkdir(parents=True, exist_ok=True)
-    overlay = folder / overlay_name(stem, date)
+    overlay = free_place(folder, stem, date)
     overlay.write_text(found.overlay, encoding="utf-8")
     picture: Path | None = found.log.folder / "identified.png"
     try:

@@ -95,6 +95,12 @@ def _sensor(sensor: SensorConfig, at: Placed) -> Iterator[str]:
     yield f'<text x="{x + 9:.1f}" y="{y - 7:.1f}" fill="#1864ab">{escape(label)}</text>'
 
 
+def place(x_m: float, y_m: float) -> str:
+    """`0.54 m astern, 0.35 m to port`."""
+    along = f"{abs(x_m):g} m {'astern' if x_m < 0.0 else 'ahead'}"
+    return f"{along}, {abs(y_m):g} m to {'port' if y_m < 0.0 else 'starboard'}"
+
+
 def characters(config: VesselConfig) -> str:
     """The drawing in characters, bow up, with a list of what the signs mean."""
     half_x, half_y = 0.58 * config.length_m, 0.58 * max(config.beam_m, 0.3 * config.length_m)
@@ -116,14 +122,15 @@ def characters(config: VesselConfig) -> str:
     for sensor, sign in zip(config.sensors, "abcdefghijklmnop", strict=False):
         put(sensor.x_m, sensor.y_m, sign)
         legend.append(
-            f"{sign}  {sensor.name}: {sensor.x_m:g} m ahead, {sensor.y_m:g} m to starboard, {0.0 - sensor.z_m:g} m up"
+            f"{sign}  {sensor.name}: {place(sensor.x_m, sensor.y_m)}, "
+            f"{abs(sensor.z_m):g} m {'down' if sensor.z_m > 0.0 else 'up'}"
         )
     for thruster in config.thrusters:
         sign = _ARROWS[round(thruster.azimuth_rad / (math.pi / 4.0)) % 8]
         put(thruster.x_m, thruster.y_m, sign)
         turns = "" if not thruster.turns else ", turns"
         legend.append(
-            f"{sign}  {thruster.name}: {thruster.x_m:g} m ahead, {thruster.y_m:g} m to starboard, "
+            f"{sign}  {thruster.name}: {place(thruster.x_m, thruster.y_m)}; "
             f"{thruster.max_n:g} N ahead, {-thruster.min_n:g} N astern{turns}"
         )
     drawing = "\n".join("".join(row).rstrip() for row in grid)

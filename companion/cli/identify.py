@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from companion.analysis.log_reader import open_log
+from companion.cli import realtime
 from companion.cli.common import add_time_span, print_warnings
 from companion.cli.progress import bar
 from companion.config.vessel import find
@@ -34,6 +35,7 @@ def add_to(commands: Any) -> None:
     identify.add_argument(
         "--vessel", metavar="VESSEL", help="of a Trial: write the overlay beside this vessel's file, not into the log"
     )
+    identify.add_argument("--beside", action="store_true", help=argparse.SUPPRESS)  # of a boat that sails
     identify.set_defaults(command=_identify)
 
 
@@ -41,6 +43,8 @@ def _identify(arguments: argparse.Namespace) -> int:
     from companion.analysis.identify import identify
     from companion.analysis.trial_log import manoeuvres
 
+    if arguments.beside:
+        return _identify_beside(arguments)
     if manoeuvres(arguments.folder) and (arguments.from_s, arguments.to_s) == (0.0, math.inf):
         return _identify_trial(arguments)
     out = arguments.out or arguments.folder
@@ -49,6 +53,16 @@ def _identify(arguments: argparse.Namespace) -> int:
     print_warnings(found.warnings)
     print(found.report, found.toml, sep="\n\n")
     print(f"written: {out}")
+    return 0
+
+
+def _identify_beside(arguments: argparse.Namespace) -> int:
+    """For a boat that sails meanwhile: after all other programs; the finding as a line of JSON. The overlay goes beside
+    the vessel's file."""
+    from companion.cli.trial_results import finding, line_of
+
+    realtime.after_all_others()
+    print(line_of(lambda: finding(arguments.folder, find(arguments.vessel))), flush=True)
     return 0
 
 

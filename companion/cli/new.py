@@ -35,8 +35,19 @@ class Question:
     when: Callable[[Known], bool] = lambda known: True
 
 
+_UNIT = re.compile(r"\s*(m/s|m|kg|V|N|deg|°)$")
+
+
+def _read_number(text: str) -> float:
+    """A number as people write it: with a decimal comma, with its unit."""
+    try:
+        return float(_UNIT.sub("", text).replace(",", "."))
+    except ValueError:
+        raise ValueError("a number, such as 1.2") from None
+
+
 def _number(text: str) -> float:
-    value = float(text)
+    value = _read_number(text)
     if not math.isfinite(value) or value <= 0.0:
         raise ValueError("a number above 0")
     return value
@@ -47,7 +58,10 @@ def _known_or_number(text: str) -> float | None:
 
 
 def _degrees(text: str) -> float:
-    return float(text)
+    value = _read_number(text)
+    if not abs(value) <= 180.0:
+        raise ValueError("degrees, such as 63.442; south and west negative")
+    return value
 
 
 def _one_of(words: Mapping[str, str] | tuple[str, ...]) -> Callable[[str], str]:
@@ -64,7 +78,7 @@ def _motor(text: str) -> str:
         _number(text)
     except ValueError:
         if motors.find(text) is None:
-            raise ValueError(motors.unknown_motor(text)) from None
+            raise ValueError(motors.unknown_motor(text).replace("or give max_n", "or give its thrust in N")) from None
     return text
 
 
@@ -75,7 +89,8 @@ def _name(text: str) -> str:
 
 
 def _choices(words: Mapping[str, str]) -> str:
-    return "; ".join(f"{word}: {text}" for word, text in words.items())
+    """One line each."""
+    return "".join(f"\n  {word}: {text}" for word, text in words.items()) + "\n"
 
 
 QUESTIONS: tuple[Question, ...] = (
@@ -93,7 +108,7 @@ QUESTIONS: tuple[Question, ...] = (
     ),
     Question("draft_m", "Depth below the water, m (- if unknown)", _known_or_number, lambda known: None),
     Question("top_speed_mps", "Top speed, m/s (- if unknown)", _known_or_number, lambda known: None),
-    Question("layout", f"Thrusters ({_choices(LAYOUTS)})", _one_of(LAYOUTS), lambda known: "twin"),
+    Question("layout", f"Thrusters:{_choices(LAYOUTS)}which", _one_of(LAYOUTS), lambda known: "twin"),
     Question("motor", "Motor of each thruster (T200, trolling 55 lb …), or its largest thrust in N", _motor),
     Question(
         "voltage_v",
@@ -109,11 +124,21 @@ QUESTIONS: tuple[Question, ...] = (
         lambda known: round(known["beam_m"] - (known.get("hull_beam_m") or 0.3 * known["beam_m"]), 3),
         lambda known: str(known["layout"]).startswith("twin"),
     ),
-    Question("board", f"What drives the motors ({_choices(BOARDS)})", _one_of(BOARDS), lambda known: "microcontroller"),
-    Question("receiver", f"Satellite receiver ({_choices(RECEIVERS)})", _one_of(RECEIVERS), lambda known: "one"),
+    Question(
+        "board", f"What drives the motors:{_choices(BOARDS)}which", _one_of(BOARDS), lambda known: "microcontroller"
+    ),
+    Question("receiver", f"Satellite receiver:{_choices(RECEIVERS)}which", _one_of(RECEIVERS), lambda known: "one"),
     Question("lat_deg", "Latitude of its home, degrees", _degrees, lambda known: 63.442),
     Question("lon_deg", "Longitude of its home, degrees", _degrees, lambda known: 10.4),
 )
+
+
+_INERTIA = {
+    "hull.m11_kg": ("mass with the water it drags along, ahead", "kg"),
+    "hull.m22_kg": ("the same, sideways", "kg"),
+    "hull.m33_kgm2": ("the same, turning", "kg m²"),
+}
+_WIDTH = 41
 
 
 def add_to(commands: Any) -> None:
@@ -122,7 +147,7 @@ def add_to(commands: Any) -> None:
     new.add_argument("file", type=Path, metavar="FILE", help="the TOML file to write; it must not exist yet")
     for question in QUESTIONS:
         option = "--" + re.sub(r"_(m|kg|mps|v|deg)$", "", question.key).replace("_", "-")
-        new.add_argument(option, dest=question.key, metavar="VALUE", help=question.text)
+        new.add_argument(option, dest=question.key, metavar="VALUE", help=" ".join(question.text.split()))
     new.add_argument("--yes", action="store_true", help="ask nothing: what is not given takes its default")
     new.set_defaults(command=_new)
 
@@ -150,12 +175,14 @@ def summary(config: VesselConfig) -> list[str]:
     """What follows from the answers, with its uncertainty, and what is implausible."""
     lines = []
     for figure in figures_of(config.hull, config.thrusters):
-        if figure.key in ("hull.m11_kg", "hull.m22_kg", "hull.m33_kgm2"):
+        if figure.key in _INERTIA:
             low, high = figure.value / figure.factor, figure.value * figure.factor
-            lines.append(f"{figure.key.removeprefix('hull.'):10} {figure.value:.4g} ({low:.3g} to {high:.3g})")
-    lines.append(f"{'top speed':10} {top_speed_mps(config.hull, config.limits.surge_n):.2f} m/s")
+            what, unit = _INERTIA[figure.key]
+            lines.append(f"{what:{_WIDTH}} {figure.value:.3g} {unit} ({low:.3g} to {high:.3g})")
+    lines.append(f"{'top speed':{_WIDTH}} {top_speed_mps(config.hull, config.limits.surge_n):.1f} m/s")
     limits = config.limits
-    lines.append(f"{'limits':10} {limits.surge_n:g} N ahead, {limits.sway_n:g} N sideways, {limits.yaw_nm:g} Nm")
+    thrust = f"{limits.surge_n:.3g} N ahead, {limits.sway_n:.3g} N sideways, {limits.yaw_nm:.3g} Nm of turning"
+    lines.append(f"{'largest thrust':{_WIDTH}} {thrust}")
     return lines + [f"note: {found}" for found in judgements(config)]
 
 

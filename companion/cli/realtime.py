@@ -19,6 +19,7 @@ from companion.core.tick import Tick
 
 THREADS, CONTROL = 10, 20  # SCHED_FIFO priorities; the unit of `companion service` allows up to 20
 _LOOK_S = 2.0
+_LAST = 19
 _CURRENT, _FUTURE, _ON_FAULT = 1, 2, 4  # mlockall(2): what is there, what comes, but only pages that are used
 
 Lock = Callable[[], None]
@@ -40,6 +41,15 @@ def before_threads(lock: Lock | None = None, schedule: Schedule | None = None) -
 def control_thread(schedule: Schedule | None = None) -> list[str]:
     """Raise the calling thread above the others. Returns what the system refused."""
     return _tried(schedule or _schedule, CONTROL, "RLIMIT_RTPRIO", resource.RLIMIT_RTPRIO)
+
+
+def after_all_others() -> None:
+    """This process computes only while no other program wants to, and with one thread: what it does can wait."""
+    os.environ.update(dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1"))
+    with contextlib.suppress(OSError):
+        os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))
+    with contextlib.suppress(OSError):
+        os.nice(_LAST)
 
 
 class Priorities:

@@ -30,8 +30,9 @@ from companion.cli.common import (
 from companion.cli.composition import SITL_LINKS, RunOptions, compose, judge
 from companion.cli.console import add_feed, add_option_to, start_console, stop_console
 from companion.cli.terminal import Terminal, console_on, journal_of
+from companion.cli.trial_results import FileTrials, IdentifyProcess
 from companion.config import vessel as config_module
-from companion.config.vessel import HomeConfig, VesselConfig
+from companion.config.vessel import HomeConfig, VesselConfig, find
 from companion.core.decision import TextKind
 from companion.core.ports import WaitingClock
 from companion.io.mavlink.wire.exposure import exposed_warnings
@@ -92,13 +93,14 @@ def _run(arguments: argparse.Namespace) -> int:
     default_links = SITL_LINKS if options.sitl else config.links
     links = open_links(arguments.link or default_links, options.patience, None if arguments.link else complain)
     vessel, clock = compose(config, options, links, state, log_folder)
+    model = _keep_trials(vessel, find(arguments.vessel), log_folder)
     feed = add_feed(vessel, [link.name for link in links], state.directory)
     if (manager := service_manager(os.environ)) is not None:
         vessel.add_recorder(manager)
     limit_mb = arguments.log_limit
     retention = None if limit_mb is None else Retention(logs, limit_mb * 1_000_000, log_folder, complain)
     names = [link.name for link in links]
-    _print_banner(config, options, names, state, log_folder)
+    _print_banner(config, options, names, state, log_folder, model)
     print_warnings((*exposed_warnings(names), *refused))
     _tell_refused(vessel, refused, clock.now_s())
     punctuality = Punctuality()
@@ -119,6 +121,15 @@ def _run(arguments: argparse.Namespace) -> int:
         _print_summary(terminal.summary.lines(None if options.sitl else punctuality), log_folder)
     _restart_if_requested(vessel)
     return 0
+
+
+def _keep_trials(vessel: Vessel, vessel_file: Path, log_folder: Path) -> str | None:
+    """Identify after each trial, and keep what is accepted, beside the vessel's file. Returns the overlay in force."""
+    process = IdentifyProcess(vessel_file, log_folder)
+    trials = FileTrials(vessel_file, process, vessel.worker, process.close)
+    vessel.supervisor.trial_duty.results = trials
+    vessel.add_recorder(trials)
+    return trials.in_force
 
 
 def _tell_refused(vessel: Vessel, refused: Sequence[str], now_s: float) -> None:
@@ -213,7 +224,12 @@ def _home(text: str) -> HomeConfig:
 
 
 def _print_banner(
-    config: VesselConfig, options: RunOptions, links: Sequence[str], state: StateFile, log_folder: Path
+    config: VesselConfig,
+    options: RunOptions,
+    links: Sequence[str],
+    state: StateFile,
+    log_folder: Path,
+    model: str | None,
 ) -> None:
     how = f"simulated, {options.speed:g} times real time" if options.sitl else "on its own devices"
     if options.devices is not None:
@@ -222,6 +238,8 @@ def _print_banner(
     print(f"links: {', '.join(links)}")
     print(f"state: {state.directory}")
     print(f"log:   {log_folder}")
+    if model is not None:
+        print(f"model: {model}, as accepted after a sea trial")
     print("Ctrl-C ends it", flush=True)
 
 

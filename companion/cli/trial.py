@@ -8,8 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from companion.cli.common import UsageError, print_warnings
-from companion.config.overlay import accepted, in_force, is_overlay, overlays, set_accepted
-from companion.config.vessel import ConfigError, find, load
+from companion.cli.trial_results import REPORT, accept, accept_overlay, undo
+from companion.config.overlay import accepted, in_force, is_overlay, overlays
+from companion.config.vessel import find
 
 
 def add_to(commands: Any) -> None:
@@ -17,7 +18,9 @@ def add_to(commands: Any) -> None:
     trial = commands.add_parser("trial", help="accept or undo what a sea trial found; its report")
     steps = trial.add_subparsers(required=True, metavar="STEP")
     accept = steps.add_parser("accept", help="let an overlay count from the next start of the boat on")
-    accept.add_argument("overlay", type=Path, metavar="OVERLAY", help="as `companion identify` wrote it")
+    accept.add_argument(
+        "overlay", metavar="OVERLAY", help="as `companion identify` wrote it; or the VESSEL, for its newest overlay"
+    )
     accept.add_argument(
         "--vessel", metavar="VESSEL", help="for an overlay in another folder: copy it beside this vessel"
     )
@@ -36,7 +39,9 @@ def add_to(commands: Any) -> None:
 
 
 def _accept(arguments: argparse.Namespace) -> int:
-    overlay: Path = arguments.overlay
+    overlay = Path(arguments.overlay)
+    if not is_overlay(overlay.name) and arguments.vessel is None:
+        return _accept_newest(find(arguments.overlay))
     if not is_overlay(overlay.name):
         raise UsageError(f"{overlay}: not named like an overlay, NAME.trial-DATE.toml; `companion identify` writes one")
     vessel_file = overlay.with_name(overlay.name.split(".trial-")[0] + ".toml")
@@ -49,24 +54,31 @@ def _accept(arguments: argparse.Namespace) -> int:
     if not vessel_file.is_file():
         raise UsageError(f"{vessel_file}: no such vessel beside the overlay; name it with --vessel")
     try:
-        set_accepted(overlay, True)
+        accept_overlay(vessel_file, overlay)
     except ValueError as error:
         raise UsageError(str(error)) from error
+    return _accepted(vessel_file, overlay)
+
+
+def _accept_newest(vessel_file: Path) -> int:
     try:
-        load(vessel_file)
-    except ConfigError:
-        set_accepted(overlay, False)
-        raise
+        overlay = accept(vessel_file)
+    except ValueError as error:
+        raise UsageError(str(error)) from error
+    return _accepted(vessel_file, overlay)
+
+
+def _accepted(vessel_file: Path, overlay: Path) -> int:
     print(f"accepted: {overlay}, from the next start on. Back: companion trial undo {vessel_file}")
     return 0
 
 
 def _undo(arguments: argparse.Namespace) -> int:
     vessel_file = find(arguments.vessel)
-    overlay = in_force(vessel_file)
-    if overlay is None:
-        raise UsageError(f"{vessel_file}: no overlay counts, so there is nothing to undo")
-    set_accepted(overlay, False)
+    try:
+        overlay = undo(vessel_file)
+    except ValueError as error:
+        raise UsageError(str(error)) from error
     now = in_force(vessel_file)
     print(f"undone: {overlay}; in force from the next start on: {now or vessel_file}")
     return 0
@@ -88,7 +100,7 @@ def _report(arguments: argparse.Namespace) -> int:
     from companion.analysis.trial_identify import identify_trial
     from companion.analysis.trial_report import write_report
 
-    out = arguments.out or arguments.folder / "trial.html"
+    out = arguments.out or arguments.folder / REPORT
     later = None if arguments.after is None else open_log(arguments.after)
     print_warnings(write_report(identify_trial(open_log(arguments.folder)), out, later))
     print(f"written: {out}")

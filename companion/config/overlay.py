@@ -14,6 +14,7 @@ from typing import Any
 
 _ACCEPTED = re.compile(r"^accepted *= *(true|false)", re.MULTILINE)
 _MARK = ".trial-"
+_LETTERS = "bcdefghijklmnopqrstuvwxyz"
 
 
 def is_overlay(name: str) -> bool:
@@ -24,6 +25,13 @@ def is_overlay(name: str) -> bool:
 def overlay_name(vessel: str, date: str) -> str:
     """The file name of an overlay of that vessel file's stem; `date`: 2026-11-22."""
     return f"{vessel}{_MARK}{date}.toml"
+
+
+def free_place(folder: Path, vessel: str, date: str) -> Path:
+    """Where a new overlay of that day goes, so that no other is overwritten and its name is the last of all: the
+    second trial of a day is `2026-11-22b`."""
+    names = (overlay_name(vessel, date + letter) for letter in ("", *_LETTERS))
+    return next((place for name in names if not (place := folder / name).exists()), folder / overlay_name(vessel, date))
 
 
 def overlays(vessel_file: Path) -> tuple[Path, ...]:
@@ -40,6 +48,18 @@ def accepted(overlay: Path) -> bool:
 def in_force(vessel_file: Path) -> Path | None:
     """The overlay that counts for a vessel's file; None without one. Raises OSError."""
     return next((overlay for overlay in reversed(overlays(vessel_file)) if accepted(overlay)), None)
+
+
+def proposed(vessel_file: Path) -> Path | None:
+    """The newest overlay, if nobody has accepted it and it holds more than `[trial]`; else None. Raises OSError."""
+    newest = next(reversed(overlays(vessel_file)), None)
+    if newest is None or accepted(newest):
+        return None
+    try:
+        tables = tomllib.loads(newest.read_text(encoding="utf-8"))
+    except tomllib.TOMLDecodeError:
+        return None
+    return newest if tables.keys() - {"trial"} else None
 
 
 def set_accepted(overlay: Path, counts: bool) -> None:

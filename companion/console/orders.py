@@ -13,6 +13,7 @@ from typing import Any
 
 _CUSTOM_MODE = 1.0
 _NAN = math.nan
+_TRIAL = 31014
 TRIMS: Mapping[str, tuple[float, float]] = {
     "DP_BW_SURGE": (0.05, 3.0),
     "DP_BW_SWAY": (0.05, 3.0),
@@ -117,6 +118,9 @@ _ORDERS: Mapping[str, Callable[[Asked, Mapping[str, int]], Order]] = {
     "mission_start": _plain(300, 0.0, 0.0),
     "continue": _plain(193, 1.0),
     "station": _station,
+    "trial_accept": _plain(_TRIAL, 0.0, 1.0),
+    "trial_undo": _plain(_TRIAL, 0.0, 2.0),
+    "restart": _plain(246, 1.0),
     "trim": _trim,
     "take_control": _plain(32100, 1.0, 1.0),
     "release_control": _plain(32100, 0.0, 0.0),

@@ -220,7 +220,9 @@ RULES: dict[int, Rule] = {
         Role.NAVIGATION,
         ranges=(
             Range(1, "radius", "give the circle's radius in metres, or 0 for TRIAL_RADIUS", 0, 5000.0, nan=True),
-            Range(2, "action", "give 0: a mission begins a trial; to accept its result is the operator's", 0, 0, nan=True),
+            Range(
+                2, "action", "give 0: a mission begins a trial; to accept its result is the operator's", 0, 0, nan=True
+            ),
         ),
     ),
     Command.CONDITION_YAW: Rule(

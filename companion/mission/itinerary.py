@@ -7,7 +7,19 @@ import math
 from companion.mission.commands import DESTINATIONS, PLACES, Command, heading_rad, must_stay, stay_s
 from companion.mission.cursor import Cursor
 from companion.mission.plan import PlanItem
-from companion.mission.tasks import Complete, Dock, Orbit, ReturnHome, RoutePoint, Sail, SeaTrial, Stay, Task, Turn, Wait
+from companion.mission.tasks import (
+    Complete,
+    Dock,
+    Orbit,
+    ReturnHome,
+    RoutePoint,
+    Sail,
+    SeaTrial,
+    Stay,
+    Task,
+    Turn,
+    Wait,
+)
 
 LONGEST_ROUTE = 40  # a longer one would take too long to lay in one tick
 LOOK_BEYOND = 16

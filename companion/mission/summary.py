@@ -233,10 +233,15 @@ def _target_and_hold_s(voyage: _Voyage, item: PlanItem, speed_mps: float | None)
     elif item.command == Command.USER_5:
         voyage.notes.append(f"item {item.number} is a sea trial: not counted")
     elif item.command == Command.NAV_DELAY:
-        hold_s = _duration_s(item.param1)
-        if item.param1 < 0.0:
-            voyage.notes.append(f"item {item.number} waits for a time of day: not counted")
+        hold_s = _delay_s(voyage, item)
     return target, hold_s
+
+
+def _delay_s(voyage: _Voyage, item: PlanItem) -> float:
+    """Duration of a wait; a note for one until a time of day."""
+    if item.param1 < 0.0:
+        voyage.notes.append(f"item {item.number} waits for a time of day: not counted")
+    return _duration_s(item.param1)
 
 
 def _orbit_s(item: PlanItem, speed_mps: float) -> float:

@@ -46,7 +46,8 @@ from companion.params.store import Parameters
 from companion.positioning.hold_point import HoldPoint
 
 _TASKS_A_TICK = 4
-_Standing = Stay | Wait | Turn | ReturnHome | Dock | SeaTrial
+_Ending = Stay | Wait | Turn | ReturnHome | Dock  # standing tasks that the mission itself finds done
+_Standing = _Ending | SeaTrial
 _MOVING = Sail | Dock | Orbit  # tasks that leave the boat moving, so a standing task must stop it first
 
 
@@ -307,8 +308,8 @@ class MissionMode(Mode):
                 self._hold_point.go_to(
                     inputs.nav, north_m, east_m, task.yaw_rad, None, fresh=isinstance(before, _MOVING)
                 )
-            case Wait():
-                self._start_wait(inputs, before)
+            case Wait() | SeaTrial():
+                self._start_wait(task, inputs, before)
             case Turn():
                 self._start_turn(task, inputs, before)
             case ReturnHome():
@@ -317,9 +318,6 @@ class MissionMode(Mode):
                 self._go_to_berth(task, inputs)
             case Orbit():
                 self._start_orbit(task, inputs)
-            case SeaTrial():
-                self._start_wait(inputs, before)
-                self._actions.append(BeginTrial(task.seq, task.radius_m))
 
     def finish_trial(self, inputs: ModeInputs) -> None:
         """The trial of the present item is complete: the mission goes on with the next one."""
@@ -331,7 +329,10 @@ class MissionMode(Mode):
         if not goes_on:  # otherwise the boat already sails this rest of its route
             self._lay_path(task, inputs, before)
 
-    def _start_wait(self, inputs: ModeInputs, before: Task | None) -> None:
+    def _start_wait(self, task: Wait | SeaTrial, inputs: ModeInputs, before: Task | None) -> None:
+        """Stay here, for a while or until the supervisor has changed to Trial."""
+        if isinstance(task, SeaTrial):
+            self._actions.append(BeginTrial(task.seq, task.radius_m))
         self._wait_s = math.inf
         if isinstance(before, _MOVING | None):
             self._hold_point.stop_here(inputs.nav)
@@ -476,7 +477,7 @@ class MissionMode(Mode):
             setpoint = self._docking.update(inputs)
         else:
             setpoint = self._at_hold_point(inputs)
-        if self._is_done(task, setpoint, inputs):
+        if not isinstance(task, SeaTrial) and self._is_done(task, setpoint, inputs):
             self._complete(task.seq, inputs)
         return setpoint
 
@@ -486,7 +487,7 @@ class MissionMode(Mode):
             self._headway.update(self._hold_point.way_m, inputs.speed_mps, inputs.now_s)
         return setpoint
 
-    def _is_done(self, task: _Standing, setpoint: Setpoint, inputs: ModeInputs) -> bool:
+    def _is_done(self, task: _Ending, setpoint: Setpoint, inputs: ModeInputs) -> bool:
         match task:
             case Stay(duration_s=duration_s):
                 if self._since_s is None and self._is_near(inputs):
@@ -503,8 +504,6 @@ class MissionMode(Mode):
                 return self._is_turned(setpoint)
             case Dock():
                 return not self._hold_point.going if self._landing else self.docked
-            case SeaTrial():
-                return False  # `finish_trial`
             case ReturnHome():
                 return self._way_home and not self._hold_point.going
 

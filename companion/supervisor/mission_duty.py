@@ -1,4 +1,4 @@
-"""What a mission does to the vessel's mode: handing over to Follow and Trial, what comes after its end, and after a restart."""
+"""What a mission does to the vessel's mode: handing over to Follow and Trial, what comes after its end."""
 
 from __future__ import annotations
 

@@ -49,6 +49,7 @@ from companion.supervisor.standstill import Standstill
 from companion.supervisor.sticks import Sticks, is_centred
 from companion.supervisor.switch_faults import kill_switch_fault
 from companion.supervisor.switches import Switches
+from companion.supervisor.trial_duty import TrialDuty
 from companion.supervisor.unmeasured import Unmeasured
 from companion.traffic.guard import TrafficGuard
 from companion.traffic.tracker import TrafficTracker, contact
@@ -102,6 +103,7 @@ class SupervisorParts:
         actions = MissionActions(self.cruise, self.home, self.auxiliary, self.following, self.payload)
         self.mission_duty = MissionDuty(parameters, executor, mission, hold, helm, self.following, actions, events)
         self.fence_duty = FenceDuty(self.fence, plans, helm, mission, events)
+        self.trial_duty = TrialDuty(helm, events)
         self.outlook = OutlookDuty(parameters, plans, executor, mission, helm, self.cruise, self.home, events)
         self.nudges = Nudges(config, parameters, helm, hold, events)
         self.retraction = Retraction(config, parameters, helm, events)

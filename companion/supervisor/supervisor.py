@@ -19,6 +19,7 @@ from companion.mission.executor import MissionExecutor
 from companion.mission.plan import Plans
 from companion.modes.mode import ModeInfo
 from companion.modes.parts.offboard_target import OffboardTarget
+from companion.modes.trial.mode import COMPLETE
 from companion.params.store import Parameters
 from companion.supervisor.arming import arming_refusals, arming_report
 from companion.supervisor.authority import AuthorityRequest, Facts, RequestedAction, Right
@@ -54,7 +55,7 @@ class Supervisor(Requests):
         self.payload = parts.payload
         self.ground_stations = parts.ground_stations
         self.calibration, self.motor_test = parts.calibration, parts.motor_test
-        self.senses = parts.senses
+        self.senses, self.trial_duty = parts.senses, parts.trial_duty
         modes = parts.helm.modes.values()
         self.modes = tuple(ModeInfo(mode.declaration, mode.text) for mode in modes)
         self._monitor = parts.responder.monitor
@@ -193,6 +194,7 @@ class Supervisor(Requests):
         parts.responder.update(now_s)
         self.landing.update(now_s)
         parts.retraction.update(rc, now_s)
+        parts.trial_duty.update(now_s)
         parts.mission_duty.tell_of_new_plan(now_s)
         parts.outlook.update(parts.nav, inputs.battery, now_s)
         return self.status(now_s)
@@ -214,6 +216,8 @@ class Supervisor(Requests):
         if helm.mode is parts.mission:
             parts.mission_duty.after(parts.nav, now_s)
         if helm.mode is parts.trial and parts.trial.ended is not None:
+            if parts.trial.ended == COMPLETE:
+                parts.trial_duty.completed(now_s)
             parts.mission_duty.trial_ended(parts.trial.ended, inputs)
             return NEUTRAL_SETPOINT
         if setpoint is None or self._stopped:

@@ -15,6 +15,7 @@ from companion.io.mavlink.wire.personas import ARDUPILOT, PX4
 from gcs_plugins.commands import ACTIONS, MODES, OperatorAction, Where
 from tests.protocol.desk import Desk, Sender
 from tests.protocol.test_qgroundcontrol import FRAME, item
+from tests.trials import KnownTrials
 
 ARM, SET_MODE, PAUSE_CONTINUE, MISSION_START = 400, 176, 193, 300
 ACCEPTED, UNSUPPORTED = mavlink.MAV_RESULT_ACCEPTED, mavlink.MAV_RESULT_UNSUPPORTED
@@ -61,6 +62,7 @@ def bring_about(desk: Desk, where: Where) -> None:
         assert desk.result(PAUSE_CONTINUE, 0.0) == ACCEPTED
     if where is Where.LEADER:
         leader_heard(desk)
+    desk.vessel.supervisor.trial_duty.results = KnownTrials() if where in (Where.TRIAL, Where.ACCEPTED) else None
     if where is Where.ASKED:
         desk.rig.world.add_fault("gnss_jump", 2.0)
         desk.tick(15)

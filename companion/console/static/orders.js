@@ -44,6 +44,10 @@ function make() {
   element.goText = html("p", { class: "small" }, "Pick, then click the picture or the chart. The ghost takes the heading of the dial.");
   element.station = button("Send station", sendStation, { id: "o-station", disabled: true });
   element.stationText = html("p", { class: "small" }, "Drag the station mark on the chart while a leader is heard.");
+  element.accept = button("Accept its model", () => order({ order: "trial_accept" }, "Accept the model"), { id: "o-trial-accept", disabled: true });
+  element.undo = button("Undo", () => order({ order: "trial_undo" }, "Undo the model"), { id: "o-trial-undo", disabled: true });
+  element.restart = button("Reboot", () => order({ order: "restart" }, "Reboot"), { id: "o-restart" });
+  element.trialText = html("p", { class: "small", id: "trial-text" }, "");
   element.take = button("Take control", () => order({ order: "take_control" }, "Operator control"));
   element.release = button("Release", () => order({ order: "release_control" }, "Release control"));
   panel.replaceChildren(
@@ -54,6 +58,7 @@ function make() {
     card("Go to a point, and hold there", html("div", { class: "row" }, element.pick, element.go), element.goText),
     card("Mission", html("div", { class: "row" }, button("Start", () => order({ order: "mission_start" }, "Mission")), button("Pause", () => order({ order: "hold" }, "Pause")), button("Continue", () => order({ order: "continue" }, "Continue")), button("Dock", () => order({ order: "mode", mode: "Dock" }, "Dock")))),
     card("Follow", html("div", { class: "row" }, button("Follow", () => order({ order: "mode", mode: "Follow" }, "Follow")), element.station), element.stationText),
+    card("Sea trial", html("div", { class: "row" }, element.accept, element.undo, element.restart), element.trialText),
     card("Trim", ...TRIMS.map(trim)),
     card("Operator control", html("div", { class: "row" }, element.take, element.release)),
   );
@@ -151,6 +156,12 @@ function trim([name, label, unit]) {
   return html("div", { class: "trim" }, html("span", { class: "small" }, `${label}, ${unit}`), field, send);
 }
 
+function trialWords({ identifying, proposal, in_force }) {
+  if (identifying) return "The boat identifies its model from the log.";
+  const counts = `From the next start on: ${in_force ?? "the vessel's file alone"}.`;
+  return proposal ? `${proposal} waits to be accepted. ${counts} Accept disarmed or in Hold, then reboot disarmed.` : `No result waits: mode Trial sails one. ${counts}`;
+}
+
 export function draw() {
   if (!model.hello?.console.control || !row()) return;
   if (!made) make();
@@ -177,6 +188,11 @@ export function draw() {
       element[name].value = value.toFixed(2);
     }
   }
+  const trial = model.boat?.trial ?? {};
+  element.accept.disabled = !trial.proposal;
+  element.undo.disabled = !trial.in_force;
+  element.restart.disabled = Boolean(now.armed);
+  say(element.trialText, trialWords(trial));
   const owner = model.boat?.control?.system, own = model.hello.console.system;
   element.take.classList.toggle("on", owner === own);
 }

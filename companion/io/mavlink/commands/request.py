@@ -79,6 +79,7 @@ class Answer:
     later: bool = False  # whoever carries it out acknowledges it
     stored: Ticket | None = None
     sets_parameters: bool = False
+    unstored: str = "In force but not stored"  # said where it could not be stored
 
 
 SupervisorHandler = Callable[[Supervisor, CommandRequest], "Outcome | Answer"]

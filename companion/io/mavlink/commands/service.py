@@ -159,7 +159,7 @@ class CommandService:
 
     def _settle(self, one: _Unstored) -> None:
         """The ticket of a command is settled: answer it."""
-        failed = Answer(Outcome(Result.FAILED, f"In force but not stored: {one.ticket.reason}"))
+        failed = Answer(Outcome(Result.FAILED, f"{one.answer.unstored}: {one.ticket.reason}"))
         self._conclude(one.request, one.answer if one.ticket.durable else failed)
 
     def _tell(self, answer: Answer, peer: Peer) -> None:

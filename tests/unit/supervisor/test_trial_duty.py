@@ -1,0 +1,118 @@
+"""After a sea trial: identification beside the loop, and the operator's word on it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from companion.core.decision import ModeId, Severity
+from companion.core.storing import Stored
+from companion.core.trial_results import TrialFinding, TrialResultError
+from companion.modes.trial.mode import COMPLETE, TrialMode, TrialOrder
+from tests.trials import KnownTrials
+from tests.unit.conftest import Boat
+from tests.unit.modes.test_circle import armed
+
+
+def trials_of(boat: Boat, trials: KnownTrials) -> KnownTrials:
+    boat.supervisor.trial_duty.results = trials
+    return trials
+
+
+def completed(boat: Boat, monkeypatch: pytest.MonkeyPatch, how: str = COMPLETE) -> None:
+    armed(boat)
+    assert boat.supervisor.give_order(TrialOrder(), boat.now_s).accepted
+    boat.step()
+    with monkeypatch.context() as patch:
+        patch.setattr(TrialMode, "ended", how)
+        boat.step(0.2)
+
+
+def test_a_complete_trial_is_identified_and_the_finding_told(boat: Boat, monkeypatch: pytest.MonkeyPatch) -> None:
+    trials = trials_of(boat, KnownTrials())
+    completed(boat, monkeypatch)
+    boat.step(5.0)
+    assert trials.done == ["identify"] and boat.status.mode is ModeId.HOLD
+    trials.runs.set_result(TrialFinding(True, 0.31))
+    boat.step()
+    assert "Trial: new model, error 31% of before. Accept it?" in boat.texts()
+    assert boat.severities["trial_identified"] is Severity.WARNING
+
+
+def test_a_trial_that_gave_up_is_not(boat: Boat, monkeypatch: pytest.MonkeyPatch) -> None:
+    trials = trials_of(boat, KnownTrials())
+    completed(boat, monkeypatch, "carried out of the circle again and again")
+    assert not trials.done
+
+
+@pytest.mark.parametrize(
+    ("error", "said"),
+    [
+        (TrialResultError("nothing is left to fit"), "Trial: not identified: nothing is left to fit"),
+        (ValueError("singular"), "Trial: not identified: ValueError: singular"),
+    ],
+)
+def test_a_log_that_gives_no_model_is_told(
+    boat: Boat, monkeypatch: pytest.MonkeyPatch, error: Exception, said: str
+) -> None:
+    trials = trials_of(boat, KnownTrials())
+    completed(boat, monkeypatch)
+    trials.runs.set_exception(error)
+    boat.step()
+    assert said in boat.texts()
+
+
+@pytest.mark.parametrize("what", ["accept", "undo"])
+def test_the_operators_word_is_told_once_it_is_stored(boat: Boat, what: str) -> None:
+    trials = trials_of(boat, KnownTrials(at_once=False))
+    outcome, ticket = getattr(boat.supervisor.trial_duty, what)(boat.now_s)
+    assert outcome.accepted and ticket is trials.ticket and trials.done == [what]
+    boat.step()
+    assert "trial_decided" not in boat.names()
+    trials.ticket.state = Stored.DURABLE
+    boat.step()
+    assert any(text.endswith("reboot to use the new model") == (what == "accept") for text in boat.texts())
+    assert "trial_decided" in boat.names()
+
+
+def test_what_could_not_be_stored_is_an_alarm(boat: Boat) -> None:
+    trials = trials_of(boat, KnownTrials(at_once=False))
+    boat.supervisor.trial_duty.accept(boat.now_s)
+    trials.ticket.reason, trials.ticket.state = "No space left on device", Stored.FAILED
+    boat.step()
+    assert "Trial: nothing changed: No space left on device" in boat.texts()
+
+
+def circling(boat: Boat) -> None:
+    armed(boat)
+    assert boat.supervisor.request_mode(ModeId.CIRCLE, boat.now_s).accepted
+
+
+@pytest.mark.parametrize(
+    ("trials", "bring_about", "reason"),
+    [
+        (None, None, "no trial result waits"),
+        (KnownTrials(proposal=None), None, "no trial result waits"),
+        (KnownTrials(), circling, "disarm or choose Hold"),
+    ],
+)
+def test_a_refused_accept_says_why(boat: Boat, trials: KnownTrials | None, bring_about: Any, reason: str) -> None:
+    boat.supervisor.trial_duty.results = trials
+    if bring_about is not None:
+        bring_about(boat)
+    outcome, ticket = boat.supervisor.trial_duty.accept(boat.now_s)
+    assert (outcome.accepted, outcome.reason, ticket) == (False, f"Trial accept refused: {reason}", None)
+
+
+def test_nothing_to_undo(boat: Boat) -> None:
+    trials_of(boat, KnownTrials(in_force=None))
+    outcome, _ = boat.supervisor.trial_duty.undo(boat.now_s)
+    assert outcome.reason == "Trial undo refused: the file counts already"
+
+
+def test_nothing_is_accepted_while_a_trial_is_identified(boat: Boat, monkeypatch: pytest.MonkeyPatch) -> None:
+    trials_of(boat, KnownTrials())
+    completed(boat, monkeypatch)
+    outcome, _ = boat.supervisor.trial_duty.accept(boat.now_s)
+    assert outcome.reason == "Trial accept refused: identifying still"
