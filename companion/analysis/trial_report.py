@@ -15,9 +15,8 @@ import numpy as np
 from companion.analysis import capability as polar
 from companion.analysis.figure import MATPLOTLIB_MISSING, new_figure
 from companion.analysis.imo import figures
-from companion.analysis.log_reader import Log, read_table
+from companion.analysis.keeping import Keeping
 from companion.analysis.trial_identify import TrialIdentification
-from companion.analysis.trial_log import manoeuvres
 from companion.config.vessel import ConfigError, LimitsConfig, VesselConfig
 
 _STYLE = """
@@ -27,22 +26,21 @@ table { border-collapse: collapse; font-size: 0.9em; } th { border-bottom: 1px s
 td, th { padding: 0.15em 0.8em 0.15em 0; text-align: left; vertical-align: top; }
 svg { width: 100%; height: auto; } pre { background: #f4f4f4; padding: 0.8em; overflow: auto; }
 """
-_KEPT_S = 45.0  # of `positioning`, in which the boat keeps its first point
 _AXES = (("surge", "m/s"), ("sway", "m/s"), ("yaw rate", "rad/s"))
 
 
 def after(found: TrialIdentification) -> VesselConfig:
     """The vessel as it is with the overlay."""
-    config = found.log.config
+    config, over = found.log.config, tomllib.loads(found.overlay)
+    config = replace(config, parameters={**config.parameters, **over.get("parameters", {})})
     if not found.better:
         return config
-    over = tomllib.loads(found.overlay)
     limits = LimitsConfig(**over["limits"]) if "limits" in over else config.limits
     return replace(config, hull=found.fit.hull, thrusters=found.fit.thrusters, limits=limits)
 
 
-def write_report(found: TrialIdentification, out: Path, later: Log | None = None) -> tuple[str, ...]:
-    """Write the report; returns warnings. `later`: a log with the overlay in force, for the station keeping after.
+def write_report(found: TrialIdentification, out: Path, kept: Sequence[Keeping] = ()) -> tuple[str, ...]:
+    """Write the report; returns warnings. `kept`: station keeping before and after.
 
     Raises OSError, LogError.
     """
@@ -73,7 +71,7 @@ def write_report(found: TrialIdentification, out: Path, later: Log | None = None
         "<h2>Wind that the boat holds against</h2>",
         _capability(found, warnings),
         "<h2>Station keeping</h2>",
-        _keeping(found.log, later),
+        _keeping(kept, warnings),
         "<h2>Overlay</h2>",
         f"<pre>{escape(found.overlay)}</pre>",
     ]
@@ -157,29 +155,45 @@ def _capability(found: TrialIdentification, warnings: list[str]) -> str:
     return table + _inner(buffer.getvalue())
 
 
-def _keeping(log: Log, later: Log | None) -> str:
-    rows = []
-    for label, one in (("before", log), ("after", later)):
-        if one is None:
-            continue
-        for ran in manoeuvres(one.folder):
-            if ran.name == "positioning":
-                rows.append((label, *_kept(one, ran.from_s)))
-    if not rows:
+def _keeping(kept: Sequence[Keeping], warnings: list[str]) -> str:
+    """Table and picture of how the boat kept its place."""
+    if not kept:
         return "<p>The trial did not come to it.</p>"
-    hint = "" if later is not None else "<p>After: a second trial with the overlay in force, and its log here.</p>"
-    return _table(("", "RMS from the mean place", "95 % within", "heading RMS"), rows) + hint
+    rows = [
+        (
+            one.how,
+            f"{one.seconds:.0f} s",
+            f"{one.rms_m:.2f} m",
+            f"{one.within_m:.2f} m",
+            f"{math.degrees(one.heading_rms_rad):.1f} deg",
+        )
+        for one in kept
+    ]
+    table = _table(("", "for", "RMS from the mean place", "95 % within", "heading RMS"), rows)
+    note = (
+        "<p>Measured: by the boat's own estimate. Predicted: the boat as identified holds a point in simulation, "
+        "in the mean wind and current of the trial, with the controller of before and of after.</p>"
+    )
+    try:
+        return table + note + _places(kept)
+    except ImportError:
+        warnings.append(f"no pictures: {MATPLOTLIB_MISSING}")
+        return table + note
 
 
-def _kept(log: Log, from_s: float) -> tuple[str, str, str]:
-    """How well the first point of `positioning` was kept, by the estimate."""
-    table = read_table(log.folder / "ticks.csv", ("t_s", "north_m", "east_m", "yaw_rad"), [])
-    t_s, north, east, yaw = (np.array(table[name]) for name in ("t_s", "north_m", "east_m", "yaw_rad"))
-    use = (t_s >= from_s + 10.0) & (t_s < from_s + _KEPT_S)
-    off = np.hypot(north[use] - north[use].mean(), east[use] - east[use].mean())
-    turn = np.unwrap(yaw[use])
-    heading = math.degrees(float(np.sqrt(((turn - turn.mean()) ** 2).mean())))
-    return f"{math.sqrt(float((off**2).mean())):.2f} m", f"{float(np.quantile(off, 0.95)):.2f} m", f"{heading:.1f} deg"
+def _places(kept: Sequence[Keeping]) -> str:
+    """Where the boat was, one panel each, all to one scale; the circle holds 95 %."""
+    figure = new_figure(3.6 * len(kept), 3.9)
+    reach_m = 1.15 * max(float(np.hypot(one.north_m, one.east_m).max()) for one in kept) or 1.0
+    turn = np.linspace(0.0, 2.0 * math.pi, 100)
+    for panel, one in zip(figure.subplots(1, len(kept), squeeze=False)[0], kept, strict=True):
+        panel.plot(one.east_m, one.north_m, color="tab:blue", linewidth=0.8)
+        panel.plot(one.within_m * np.sin(turn), one.within_m * np.cos(turn), color="0.4", linestyle="--", linewidth=0.9)
+        panel.set(xlim=(-reach_m, reach_m), ylim=(-reach_m, reach_m), aspect="equal", title=one.how)
+        panel.set(xlabel="east [m]")
+        panel.grid(alpha=0.3)
+    figure.axes[0].set_ylabel("north [m]")
+    return _svg(figure)
 
 
 def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:

@@ -33,7 +33,13 @@ def add_to(commands: Any) -> None:
     listed.set_defaults(command=_list)
     report = steps.add_parser("report", help="one HTML file: manoeuvring figures, capability, what changes and why")
     report.add_argument("folder", type=Path, metavar="LOGDIR")
-    report.add_argument("--after", type=Path, metavar="LOGDIR", help="a trial with the overlay in force")
+    report.add_argument(
+        "--after",
+        type=Path,
+        metavar="LOGDIR",
+        help="a later log, with a trial or Hold; default: the last one beside LOGDIR that has the new gains",
+    )
+    report.add_argument("--no-prediction", action="store_true", help="without station keeping in simulation")
     report.add_argument("--out", type=Path, metavar="HTML", help="default: trial.html in the log folder")
     report.set_defaults(command=_report)
 
@@ -99,9 +105,11 @@ def _report(arguments: argparse.Namespace) -> int:
     from companion.analysis.log_reader import open_log
     from companion.analysis.trial_identify import identify_trial
     from companion.analysis.trial_report import write_report
+    from companion.cli.keeping import keepings
 
     out = arguments.out or arguments.folder / REPORT
-    later = None if arguments.after is None else open_log(arguments.after)
-    print_warnings(write_report(identify_trial(open_log(arguments.folder)), out, later))
+    found = identify_trial(open_log(arguments.folder))
+    kept = keepings(found, arguments.after, not arguments.no_prediction)
+    print_warnings(write_report(found, out, kept))
     print(f"written: {out}")
     return 0

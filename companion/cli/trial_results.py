@@ -179,6 +179,7 @@ def finding(log_folder: Path, vessel_file: Path) -> TrialFinding:
     from companion.analysis.log_reader import open_log
     from companion.analysis.trial_identify import identify_trial, write
     from companion.analysis.trial_report import write_report
+    from companion.cli.keeping import keepings
 
     found = identify_trial(open_log(log_folder))
     date = datetime.now(UTC).date().isoformat()
@@ -187,7 +188,7 @@ def finding(log_folder: Path, vessel_file: Path) -> TrialFinding:
     except OSError as error:
         overlay, _ = write(found, log_folder, vessel_file.stem, date)
         raise TrialResultError(f"{vessel_file.parent}: {error.strerror}; the model is in {overlay}") from error
-    write_report(found, log_folder / REPORT)
+    write_report(found, log_folder / REPORT, keepings(found))
     return TrialFinding(found.better, None if found.prediction is None else found.prediction.ratio)
 
 
