@@ -202,9 +202,9 @@ class Allocator(_AllocatorBase):
         idle = abs(self._forces[i]) < _IDLE_SHARE * t.max_n
         asked = min(1.0, share / _IDLE_SHARE)
         if (idle or self._short) and asked > 0.5:
-            problem.preferred_rad[i], _ = self._aim(i, t, math.atan2(ideal[1], ideal[0]))
+            problem.preferred_rad[i], reverse = self._aim(i, t, math.atan2(ideal[1], ideal[0]))
             problem.preferred_weight[i] = _PULL * asked
-            self._consider_crossing(i, t, problem.preferred_rad[i], dt_s)
+            self._consider_crossing(i, t, problem.preferred_rad[i], reverse, dt_s)
         elif idle:
             problem.preferred_rad[i] = (
                 present + math.remainder(t.toe_rad - present, math.pi) if t.sectors.free else t.toe_rad
@@ -228,16 +228,17 @@ class Allocator(_AllocatorBase):
             return (ahead, False) if miss_ahead < miss_astern else (astern, True)
         return (ahead, False) if abs(ahead - present) <= abs(astern - present) else (astern, True)
 
-    def _consider_crossing(self, i: int, t: Thruster, wanted_rad: float, dt_s: float) -> None:
-        """Begin to turn without thrust to an azimuth that cannot be reached with thrust; at once from inside a
-        forbidden sector."""
+    def _consider_crossing(self, i: int, t: Thruster, wanted_rad: float, reverse: bool, dt_s: float) -> None:
+        """Begin to turn without thrust to an azimuth that cannot be reached with thrust, or where the thrust changes its
+        sign (`reverse`: it is to push astern there); at once from inside a forbidden sector."""
         present = self._azimuths[i]
         if self._crossing[i] is not None or t.sectors.free:
             return
         low, high = t.sectors.span(present)
         apart = not low - 1.0e-6 <= wanted_rad <= high + 1.0e-6 or abs(wanted_rad - present) > math.pi
         stopped = min(present - low, high - present) < _AT_STOP_RAD
-        apart = apart or (self._missing > _WORTH_A_TURN and stopped and abs(wanted_rad - present) > 0.5 * math.pi)
+        wrong = abs(wanted_rad - present) > 0.5 * math.pi or self._forces[i] * (-1.0 if reverse else 1.0) < 0.0
+        apart = apart or (self._missing > _WORTH_A_TURN and stopped and wrong)
         self._apart_s[i] = self._apart_s[i] + dt_s if apart else 0.0
         if (self._apart_s[i] >= _APART_S and not self._others_cross(i)) or (apart and not t.sectors.allowed(present)):
             self._crossing[i] = wanted_rad

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -30,6 +30,7 @@ _SMALLEST = (2e-3, 2e-3, 5e-4)  # m/s, m/s, rad/s: the best that an estimate can
 _INFORMED = 0.5  # share of the doubt: above it, the log adds nothing
 _DRAG_INFORMED = 0.5  # relative uncertainty of an axis' damping above which its terms are not determined
 _USUAL = 20  # evaluations of a fit, by quantity, about
+_SHORTLY = 0.04  # share of the motion: what lags, dead bands and samples leave unexplained from one moment to the next
 _TURNS = 8  # alternations of hull and disturbance
 _SETTLED = 0.05  # change of the logarithm of a gust's size that counts as none
 _SMOOTH_S = 1.5  # window of the derivative in the equation error
@@ -101,8 +102,13 @@ def fit(
 def settled(
     model: HullModel, start: Mapping[str, float], held: Mapping[str, str], work: Work
 ) -> tuple[dict[str, float], list[Disturbance]]:
-    """(values, disturbances): hull and disturbance, fitted alternately until the gusts no longer change."""
+    """(values, disturbances): hull and disturbance, fitted alternately until the gusts no longer change.
+
+    The white part is at least a share of the motion. Without it the fit would trade what the boat does over seconds for
+    what it does from tick to tick, where the equations lack the most.
+    """
     manoeuvre, values = model.manoeuvre, dict(start)
+    least = (_SHORTLY * np.sqrt((manoeuvre.velocity**2).mean(axis=0))).tolist()
     noise: list[Disturbance] = []
     for _ in range(_TURNS):
         left, before = model.imbalance(values), noise
@@ -114,6 +120,7 @@ def settled(
             abs(math.log(now.gust / then.gust)) < _SETTLED for now, then in zip(noise, before, strict=True)
         ):
             break
+        noise = [replace(one, white=math.hypot(one.white, most)) for one, most in zip(noise, least, strict=True)]
         values = prediction_error(model, values, held, noise, work)
     return values, noise
 

@@ -34,6 +34,7 @@ _CALM_M2PS2 = 0.25  # smooths the root below it, whose slope has no bound at 0
 _STANDARD = ("x_u", "x_uu", "y_v", "y_vv", "n_r", "n_rr")  # always fitted
 _RESISTING = frozenset({*_STANDARD, "x_uuu"})  # these cannot drive the boat
 _LAG_S = 0.3  # start of the fit of the thrusters' lag
+_FACTOR_SIGMAS = 0.5  # the factor of a damping that follows from dimensions counts as two sigmas
 _LEAST_DOUBT = 0.08  # share of an inertia that follows from dimensions
 _MOST = 50.0  # largest value, in scales of a quantity
 
@@ -45,7 +46,8 @@ class HullModel:
         """`heading`: the heading may read too much or too little (`HEADING`). Only runs at speed both ways tell that
         from a current."""
         self.log, self.manoeuvre = log, manoeuvre
-        self.groups: tuple[Group, ...] = groups_of(log.config.thrusters)
+        self._factors = {figure.key: figure.factor for figure in figures_of(log.config.hull, log.config.thrusters)}
+        self.groups: tuple[Group, ...] = groups_of(log.config.thrusters, apart=not self.scale_known)
         hull, damping, windage = log.config.hull, log.config.hull.damping, log.config.windage
         windy = windage.lateral_m2 > 0.0 and windage.frontal_m2 > 0.0
         self.weather = _FORCE if not windy else _WIND if manoeuvre.wind_mps is None else _WIND_SCALES
@@ -61,7 +63,6 @@ class HullModel:
             **({HEADING: 0.0} if heading else {}),
         }
         self.terms = tuple(terms)
-        self._factors = {figure.key: figure.factor for figure in figures_of(hull, log.config.thrusters)}
         self._coupling = (hull.m23_kgm, hull.m23_kgm if hull.m32_kgm is None else hull.m32_kgm)
         self._lag_s = math.nan
         self._wrenches: list[tuple[Array, Array, Array]] = []
@@ -75,8 +76,8 @@ class HullModel:
         return not self._factors
 
     def doubt(self, name: str) -> float:
-        """One sigma of what is known of a quantity before the fit. Wide for damping: a model can have it ten times too
-        high."""
+        """One sigma of what is known of a quantity before the fit. Wide for damping without dimensions: a model can have
+        it ten times too high."""
         hull = self.log.config.hull
         if name in INERTIA:
             factor = self._factors.get(f"hull.{name}")
@@ -87,6 +88,9 @@ class HullModel:
         if name.startswith("x_m"):
             return 0.15 * self.log.config.length_m
         if name in self.terms:
+            factor = self._factors.get(f"hull.damping.{name}")
+            if factor is not None:
+                return _FACTOR_SIGMAS * (factor - 1.0) * abs(self.model[name])
             axis = {"x": hull.m11_kg, "y": hull.m22_kg, "n": hull.m33_kgm2}[name[0]]
             return 3.0 * max(abs(self.model[name]), axis * (1.0 if len(name.split("_")[1]) > 1 else 0.1))
         others = {

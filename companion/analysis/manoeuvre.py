@@ -27,7 +27,7 @@ _GAP_PERIODS = 1.6  # a longer pause between two ticks begins a new stretch
 
 @dataclass(frozen=True, slots=True)
 class Group:
-    """Thrusters of the same kind at the same place along the hull: they share a scale and a lever arm."""
+    """Thrusters that share a scale and a lever arm: of the same kind, at the same place along the hull."""
 
     name: str
     members: tuple[int, ...]
@@ -54,16 +54,18 @@ class Manoeuvre:
     wind_mps: Array | None = None
 
 
-def groups_of(thrusters: tuple[ThrusterConfig, ...]) -> tuple[Group, ...]:
-    """Groups of thrusters, the strongest first."""
-    found: dict[tuple[float, float, float], list[int]] = {}
+def groups_of(thrusters: tuple[ThrusterConfig, ...], apart: bool = False) -> tuple[Group, ...]:
+    """Groups of thrusters, the strongest first. `apart`: those side by side are groups of their own, since two motors of
+    one kind differ by some percent, which turns a boat."""
+    found: dict[tuple[float, ...], list[int]] = {}
     for i, thruster in enumerate(thrusters):
-        found.setdefault((thruster.x_m, thruster.ahead_n, thruster.astern_n), []).append(i)
+        side = (thruster.y_m,) if apart else ()
+        found.setdefault((thruster.x_m, thruster.ahead_n, thruster.astern_n, *side), []).append(i)
     groups = [
         Group(
             "+".join(thrusters[i].name for i in members), tuple(members), x_m, sum(thrusters[i].max_n for i in members)
         )
-        for (x_m, _, _), members in found.items()
+        for (x_m, *_), members in found.items()
     ]
     return tuple(sorted(groups, key=lambda group: -group.max_n))
 

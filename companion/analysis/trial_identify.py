@@ -163,8 +163,11 @@ def _windage(windage: WindageConfig, values: Mapping[str, float], sigmas: Mappin
 
 
 def _limits(found: TrialIdentification) -> list[str]:
-    """The limits of the wrench, scaled as the thrust of the strongest thrusters."""
-    scale = found.values[f"scale {found.model.groups[0].name}"]
+    """The limits of the wrench, scaled as the thrust of all thrusters."""
+    groups = found.model.groups
+    scale = sum(g.max_n * found.values[f"scale {g.name}"] for g in groups) / sum(g.max_n for g in groups)
+    if abs(scale - 1.0) < 0.01:
+        return []
     limits = found.log.config.limits
     rows = [f"{name} = {scale * getattr(limits, name):.4g}" for name in ("surge_n", "sway_n", "yaw_nm")]
     return ["", "[limits]", *rows]

@@ -48,7 +48,7 @@ class Approach:
     def begin(self, nav: NavState, target: Begin, brakes: bool, now_s: float) -> None:
         """`brakes`: come to rest first, with the heading of now."""
         self._target, self._yaw_rad, self._braking, self._begun_s = target, nav.yaw_rad, brakes, now_s
-        self._fast_mps = math.hypot(nav.surge_mps, nav.sway_mps)
+        self._fast_mps = math.hypot(nav.surge_mps, nav.sway_mps) if self._expectation.sways else abs(nav.surge_mps)
 
     @property
     def longest_s(self) -> float:
@@ -59,7 +59,7 @@ class Approach:
     def update(self, nav: NavState, now_s: float) -> Setpoint | None:
         """Brake, then go or turn."""
         e, circle = self._expectation, self._circle
-        speed = math.hypot(nav.surge_mps, nav.sway_mps)
+        speed = math.hypot(nav.surge_mps, nav.sway_mps) if e.sways else abs(nav.surge_mps)  # as far as it can brake
         if self._braking and not e.sways and circle.distance_m(nav) > _BRAKES_SHARE * circle.radius_m:
             self._braking = False  # the current would carry it further out before it turns: it brakes as it turns
         if self._braking:

@@ -52,15 +52,20 @@ class TrialCircle:
 
     def leaves(self, nav: NavState, turning_s: float) -> bool:
         """Whether the boat would come to rest outside, if it began to brake a tick later. `turning_s`: how long it
-        drifts with the current afterwards, until it has turned round."""
+        drifts with the current afterwards, until it has turned round. A current that would carry it back does not
+        help: it is outside before."""
         speed = math.hypot(nav.north_mps, nav.east_mps)
         if speed < 1e-6:
             return self.distance_m(nav) > self._inner_m
         way = self.stop_m(nav) / speed
-        drift_n, drift_e = self.drift(nav)
-        north = nav.north_m + nav.north_mps * way + drift_n * turning_s - self.centre[0]
-        east = nav.east_m + nav.east_mps * way + drift_e * turning_s - self.centre[1]
+        north = nav.north_m + nav.north_mps * way - self.centre[0]
+        east = nav.east_m + nav.east_mps * way - self.centre[1]
         outward = nav.north_mps * north + nav.east_mps * east > 0.0
+        if math.hypot(north, east) > self._inner_m and outward:
+            return True
+        drift_n, drift_e = self.drift(nav)
+        north, east = north + drift_n * turning_s, east + drift_e * turning_s
+        outward = (nav.north_mps + drift_n) * north + (nav.east_mps + drift_e) * east > 0.0
         return math.hypot(north, east) > self._inner_m and outward
 
     def drift(self, nav: NavState) -> tuple[float, float]:

@@ -15,6 +15,8 @@ _LEAST_SWAY_SHARE = 0.05  # of the surge force, from which sideways pushes are w
 _NO_MOMENT_M = 1e-2  # lever of a boat that cannot turn without pushing ahead
 _GRAVITY_MPS2 = 9.81
 _LEAST_RADIUS_M = 15.0  # of what is proposed: a small boat drifts as far as a large one
+_STRONG_CURRENT = 0.4  # of the top speed: in such a current the motor check, which cannot be interrupted, stays inside
+_CHECK_S = 25.0  # time of the motor check
 _BRAKES = 0.5  # share of the model's deceleration that is counted on before it was seen
 
 
@@ -52,7 +54,9 @@ class Expectation:
     @property
     def radius_m(self) -> float:
         """Radius of a circle with room for every manoeuvre."""
-        return max(_LEAST_RADIUS_M, min(max(0.75 * self.run_m, 10.0 * self.length_m), 30.0 * self.length_m))
+        room_m = max(_LEAST_RADIUS_M, min(max(0.75 * self.run_m, 10.0 * self.length_m), 30.0 * self.length_m))
+        drift_m = _STRONG_CURRENT * self.top_mps * (_CHECK_S + (0.0 if self.sways else self.turn_s))
+        return max(room_m, drift_m + 2.0 * self.length_m)
 
     @property
     def least_radius_m(self) -> float:
