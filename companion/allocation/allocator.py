@@ -133,6 +133,7 @@ class Allocator(_AllocatorBase):
         self._problem = Problem(len(self._thrusters))
         self._short = False
         self._missing = 0.0  # shortfall of the worst axis, as a share of its limit
+        self._alone = len(self._thrusters) == 1
         self._crossing: list[float | None] = [None] * len(self._thrusters)  # azimuth to turn to without thrust
         self._apart_s = [0.0] * len(self._thrusters)
 
@@ -202,7 +203,10 @@ class Allocator(_AllocatorBase):
         idle = abs(self._forces[i]) < _IDLE_SHARE * t.max_n
         asked = min(1.0, share / _IDLE_SHARE)
         if (idle or self._short) and asked > 0.5:
-            problem.preferred_rad[i], reverse = self._aim(i, t, math.atan2(ideal[1], ideal[0]))
+            direction_rad = math.atan2(ideal[1], ideal[0])
+            problem.preferred_rad[i], reverse = self._aim(i, t, direction_rad)
+            if reverse and self._alone and self._missing > _WORTH_A_TURN and math.hypot(*ideal) > -t.min_n:
+                problem.preferred_rad[i], reverse = t.sectors.nearest(direction_rad, present), False  # stronger ahead
             problem.preferred_weight[i] = _PULL * asked
             self._consider_crossing(i, t, problem.preferred_rad[i], reverse, dt_s)
         elif idle:
@@ -229,16 +233,18 @@ class Allocator(_AllocatorBase):
         return (ahead, False) if abs(ahead - present) <= abs(astern - present) else (astern, True)
 
     def _consider_crossing(self, i: int, t: Thruster, wanted_rad: float, reverse: bool, dt_s: float) -> None:
-        """Begin to turn without thrust to an azimuth that cannot be reached with thrust, or where the thrust changes its
-        sign (`reverse`: it is to push astern there); at once from inside a forbidden sector."""
+        """Begin to turn without thrust to an azimuth that cannot be reached with thrust, or where the thrust
+        changes its sign (`reverse`: it is to push astern there); at once from inside a forbidden sector."""
         present = self._azimuths[i]
-        if self._crossing[i] is not None or t.sectors.free:
+        if self._crossing[i] is not None or (t.sectors.free and not self._alone):
             return
         low, high = t.sectors.span(present)
         apart = not low - 1.0e-6 <= wanted_rad <= high + 1.0e-6 or abs(wanted_rad - present) > math.pi
-        stopped = min(present - low, high - present) < _AT_STOP_RAD
-        wrong = abs(wanted_rad - present) > 0.5 * math.pi or self._forces[i] * (-1.0 if reverse else 1.0) < 0.0
-        apart = apart or (self._missing > _WORTH_A_TURN and stopped and wrong)
+        stopped = t.sectors.free or min(present - low, high - present) < _AT_STOP_RAD
+        turned = abs(wanted_rad - present) > 0.5 * math.pi
+        if self._alone:  # nothing else gives what is missing while it pushes the wrong way
+            turned = self._forces[i] * (-1.0 if reverse else 1.0) < 0.0
+        apart = (apart and not t.sectors.free) or (self._missing > _WORTH_A_TURN and stopped and turned)
         self._apart_s[i] = self._apart_s[i] + dt_s if apart else 0.0
         if (self._apart_s[i] >= _APART_S and not self._others_cross(i)) or (apart and not t.sectors.allowed(present)):
             self._crossing[i] = wanted_rad

@@ -76,8 +76,8 @@ class HullModel:
         return not self._factors
 
     def doubt(self, name: str) -> float:
-        """One sigma of what is known of a quantity before the fit. Wide for damping without dimensions: a model can have
-        it ten times too high."""
+        """One sigma of what is known of a quantity before the fit. Wide for damping without dimensions: a model can
+        have it ten times too high."""
         hull = self.log.config.hull
         if name in INERTIA:
             factor = self._factors.get(f"hull.{name}")

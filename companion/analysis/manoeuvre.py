@@ -55,8 +55,8 @@ class Manoeuvre:
 
 
 def groups_of(thrusters: tuple[ThrusterConfig, ...], apart: bool = False) -> tuple[Group, ...]:
-    """Groups of thrusters, the strongest first. `apart`: those side by side are groups of their own, since two motors of
-    one kind differ by some percent, which turns a boat."""
+    """Groups of thrusters, the strongest first. `apart`: those side by side are groups of their own, since two motors
+    of one kind differ by some percent, which turns a boat."""
     found: dict[tuple[float, ...], list[int]] = {}
     for i, thruster in enumerate(thrusters):
         side = (thruster.y_m,) if apart else ()

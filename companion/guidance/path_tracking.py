@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from companion.core.angles import wrap_pi
 from companion.core.estimate import NavState
 from companion.core.setpoint import PathSetpoint, Point, Progress
-from companion.guidance.crab_compensation import CrabCompensation
+from companion.guidance.crab_compensation import THROUGH_MPS, CrabCompensation
 from companion.guidance.path import PathKind, PathPoint, build_path
 from companion.guidance.speed_profile import SpeedProfile
 from companion.guidance.track import Track
@@ -195,7 +195,7 @@ class PathTracker:
             here.course_rad
         )
         last_speed = self._speed
-        self._speed = self._next_speed(track, speed_mps, dt_s)
+        self._speed = self._next_speed(track, speed_mps, dt_s, self._steerage_mps(nav))
         straight = max(0.0, 1.0 - 2.0 * abs(nav.yaw_rate_radps) / math.radians(self._parameters["PATH_YAW_RATE"]))
         self._crab.update(nav, self._speed, straight, dt_s)
         ahead = track.at(self._s + _TURN_PREVIEW_S * self._speed)
@@ -266,7 +266,15 @@ class PathTracker:
         """Lowest speed of approach, so that the boat reaches the end."""
         return 0.1 * self._parameters["WP_SPEED"]
 
-    def _next_speed(self, track: Track, speed_mps: float, dt_s: float) -> float:
+    def _steerage_mps(self, nav: NavState) -> float:
+        """Speed below which the current, not the bow, says where a boat without sideways thrust goes. 0 on the way to
+        the end, where the boat is to come to rest."""
+        if self._can_sway or self._passed >= len(self._waypoints) - 1:
+            return 0.0
+        return math.hypot(*self._crab.water(nav)) + THROUGH_MPS
+
+    def _next_speed(self, track: Track, speed_mps: float, dt_s: float, least_mps: float) -> float:
+        """`least_mps`: no bend slows the boat below it."""
         parameters = self._parameters
         key = (
             parameters["PATH_ACC_LAT"],
@@ -288,6 +296,8 @@ class PathTracker:
             )
             self._profile_key = key
         wanted = min(max(0.0, speed_mps), self._profile.at(self._s + _PREVIEW_S * self._speed))
+        if speed_mps > 0.0:
+            wanted = max(wanted, min(speed_mps, least_mps))
         if self._stop_at_end and speed_mps > 0.0:
             wanted = max(wanted, min(speed_mps, self._creep_mps()))
         step = 1.25 * parameters["PATH_ACC"] * dt_s

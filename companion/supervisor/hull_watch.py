@@ -15,6 +15,7 @@ _TILTED_S = 0.3  # a wave that slaps the hull is shorter
 _BACK_SHARE = 0.7  # of FS_TILT_ANG, below which the boat is upright again
 _AT_REST_MPS = 0.15  # a boat that moves faster over ground is not aground: the current may be to blame while unknown
 _LEAST_MPS = 0.1  # desired speed below which no way need be made
+_TURNS_RADPS = math.radians(5.0)  # a boat that turns faster is neither aground nor without propeller
 _PUSH_SHARE = 0.2  # of the largest surge force: less is no push
 _MADE_SHARE = 0.5  # of the desired speed that counts as way
 _NEEDED_SHARE = 0.5  # of the thrust that the hull may need at its speed and FS_WAY_DRIFT, for thrust to be in vain
@@ -30,9 +31,9 @@ class HullWatch:
     Heel: roll and pitch together, from the vertical; it lasts until an inertial sensor says that the boat is upright.
     Way: the boat should go ahead and pushes with at least twice the force that its hull would need at its speed over
     ground in a stream of FS_WAY_DRIFT, or in the estimated current where that is stronger, and makes less than half of
-    the desired speed, for FS_WAY_T in all; pauses count against it. It has made way again at half of the desired speed,
-    and of the speed that was desired in vain: Hold desires little. Remembers that speed, and for how long each has
-    lasted.
+    the desired speed, for FS_WAY_T in all, and does not turn; pauses count against it. It has made way again at half of
+    the desired speed, and of the speed that was desired in vain: Hold desires little. Remembers that speed, and for how
+    long each has lasted.
     """
 
     def __init__(self, config: VesselConfig, parameters: Parameters) -> None:
@@ -77,7 +78,7 @@ class HullWatch:
         dt_s = min(_LONGEST_STEP_S, max(0.0, now_s - self._seen_s))
         self._seen_s = now_s
         known = nav.current_north_mps is not None or math.hypot(nav.north_mps, nav.east_mps) < _AT_REST_MPS
-        in_vain = in_vain and known and asked and not made
+        in_vain = in_vain and known and asked and not made and abs(nav.yaw_rate_radps) < _TURNS_RADPS
         self._vain_s = 0.0 if asked and made else max(0.0, self._vain_s + (dt_s if in_vain else -dt_s))
         if self._vain_s >= self._parameters["FS_WAY_T"]:
             self.aground_or_fouled, self._vain_s, self._vain_mps = True, 0.0, desired_mps

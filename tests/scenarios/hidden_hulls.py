@@ -287,7 +287,9 @@ def main() -> int:
     parser.add_argument("--folder", type=Path, required=True, help="for the logs")
     parser.add_argument("--only", nargs="+", choices=PARTS, default=PARTS)
     parser.add_argument("--wind", default=WIND, help="m/s; default %(default)s")
-    parser.add_argument("--current", type=float, default=CURRENT_SHARE, help="share of the top speed; default %(default)s")
+    parser.add_argument(
+        "--current", type=float, default=CURRENT_SHARE, help="share of the top speed; default %(default)s"
+    )
     arguments = parser.parse_args()
     weather = Weather(arguments.wind, arguments.current)
     found = []
