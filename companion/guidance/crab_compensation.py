@@ -8,7 +8,7 @@ import math
 from companion.core.angles import wrap_pi
 from companion.core.estimate import NavState
 
-THROUGH_MPS = 0.15  # least speed through the water along the course: a slower boat drifts, whatever its heading
+_THROUGH_MPS = 0.15  # least speed through the water along the course: a slower boat drifts, whatever its heading
 _DRIFT_TIME_S = 4.0
 
 
@@ -65,8 +65,8 @@ class CrabCompensation:
         if abs(across) >= self._top_mps or most <= 0.0:
             return math.atan2(-east, -north)
         through = min(speed_mps, most) - along
-        bow_first = course_rad - math.atan2(across, max(THROUGH_MPS, through))
-        if through >= THROUGH_MPS or math.hypot(through, across) < THROUGH_MPS:
+        bow_first = course_rad - math.atan2(across, max(_THROUGH_MPS, through))
+        if through >= _THROUGH_MPS or math.hypot(through, across) < _THROUGH_MPS:
             return bow_first
         against = course_rad - math.atan2(across, through)
         return min(bow_first, against, key=lambda heading: abs(wrap_pi(heading - last_rad)))

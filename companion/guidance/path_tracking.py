@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from companion.core.angles import wrap_pi
 from companion.core.estimate import NavState
 from companion.core.setpoint import PathSetpoint, Point, Progress
-from companion.guidance.crab_compensation import THROUGH_MPS, CrabCompensation
+from companion.guidance.crab_compensation import CrabCompensation
 from companion.guidance.path import PathKind, PathPoint, build_path
 from companion.guidance.speed_profile import SpeedProfile
 from companion.guidance.track import Track
@@ -31,6 +31,7 @@ _TIP_PACE = 1.5  # the same around the tip of a turn back
 _SURGE_SHARE = 3.0  # in PATH_ACC: how fast the speed setpoint changes as the bow turns to the course
 _TURN_PREVIEW_S = 1.2  # lag of the heading loop
 _PREVIEW_S = 0.5  # lag of the speed loop
+_STEERAGE = 1.4  # times the current: speed over ground that leaves a speed through the water in every direction
 _TURN_IN_PLACE_SHARE = 0.3  # of the speed, kept off the course by a boat that needs way to steer
 
 
@@ -271,7 +272,7 @@ class PathTracker:
         the end, where the boat is to come to rest."""
         if self._can_sway or self._passed >= len(self._waypoints) - 1:
             return 0.0
-        return math.hypot(*self._crab.water(nav)) + THROUGH_MPS
+        return _STEERAGE * math.hypot(*self._crab.water(nav))
 
     def _next_speed(self, track: Track, speed_mps: float, dt_s: float, least_mps: float) -> float:
         """`least_mps`: no bend slows the boat below it."""

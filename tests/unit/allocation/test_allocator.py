@@ -220,3 +220,23 @@ def test_a_single_nozzle_steers_inside_its_sector_and_ignores_sway() -> None:
     hard = settle(a, Wrench(20.0, 0.0, 40.0), 40)
     assert abs(hard.thrusters[0].azimuth_rad or 0.0) <= math.radians(24.0) + 1e-9
     assert hard.achieved.yaw_nm > 20.0
+
+
+def alone(sector_deg: float | None) -> Allocator:
+    thrusters = (azimuth("pod", -1.6, sector_deg=sector_deg),)
+    limits = replace(REVOLT.limits, surge_n=90.0, sway_n=0.0, yaw_nm=90.0)
+    return allocator(replace(REVOLT, thrusters=thrusters, limits=limits))
+
+
+def test_a_single_pod_that_lies_astern_turns_round_where_it_is_too_weak() -> None:
+    a = alone(None)
+    a.direct((ThrusterCommand(0.0, 0.0, math.pi),), dt_s=10.0)
+    assert settle(a, Wrench(50.0, 0.0, 0.0)).thrusters[0].force_n == pytest.approx(-50.0, abs=2.0)
+    assert settle(a, Wrench(88.0, 0.0, 0.0), 60).achieved.surge_n == pytest.approx(88.0, abs=2.0)
+
+
+def test_an_outboard_that_steers_astern_comes_to_push_ahead() -> None:
+    a = alone(40.0)
+    settle(a, Wrench(-40.0, 0.0, 60.0), 40)
+    result = settle(a, Wrench(80.0, 0.0, 60.0), 60)
+    assert result.thrusters[0].force_n > 60.0 and result.achieved.yaw_nm > 40.0

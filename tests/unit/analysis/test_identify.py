@@ -282,6 +282,7 @@ def test_a_gap_begins_a_new_stretch(log: Log, tmp_path: Path) -> None:
 def test_groups_and_lag(log: Log) -> None:
     groups = groups_of(log.config.thrusters)
     assert [group.members for group in groups] == [(0, 1), (2,)]
+    assert sorted(group.members for group in groups_of(log.config.thrusters, apart=True)) == [(0,), (1,), (2,)]
     manoeuvre = read_manoeuvre(log, [])
     force, target, was = lagged(manoeuvre, 0.5)[:, 0], manoeuvre.force_n[:, 0], manoeuvre.force_n[0, 0]
     expected = []

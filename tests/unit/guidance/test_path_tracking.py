@@ -298,3 +298,12 @@ def test_way_grows_as_the_boat_sails_and_not_while_it_is_set_back() -> None:
     ways = [guide.update(nav_state(n, 0.0), 0.6, DT_S).way_m for n in (0.0, 1.0, 2.0, 1.5, 0.5, -5.0)]
     assert ways == pytest.approx([0.0, 1.0, 2.0, 1.5, 0.5, -5.0], abs=0.01)
     assert guide.update(nav_state(2.0, 3.0), 0.6, DT_S).way_m == pytest.approx(-1.0, abs=0.01)
+
+
+def test_a_boat_that_cannot_sway_keeps_steerage_through_a_bend_in_a_current() -> None:
+    def slowest(current: tuple[float, float], can_sway: bool) -> float:
+        boat = Puppet(tracker(can_sway, PATH_ACC_LAT=0.05), current=current)
+        boat.tracker.start(points((20, 0), (20, 20), (0, 20)), boat.nav())
+        return min(math.hypot(p.setpoint.surge_mps, 0.0) for p in boat.sail(60.0)[100:] if p.passed == 1)
+
+    assert slowest((0.0, 0.3), can_sway=False) > 1.2 * slowest((0.0, 0.3), can_sway=True)

@@ -99,6 +99,7 @@ def test_thrust_in_vain() -> None:
         {"desired_mps": 0.6, "push_n": 25.0, "made_mps": 0.0},  # a stream of 0.3 m/s takes half of that
         {"desired_mps": 0.0, "push_n": 45.0, "made_mps": 0.0},  # it holds against a storm
         {"desired_mps": 0.6, "push_n": -45.0, "made_mps": 0.0},  # it brakes
+        {"desired_mps": 0.6, "push_n": 45.0, "made_mps": 0.0, "yaw_rate_radps": 0.15},  # it turns
         {"desired_mps": 0.6, "push_n": 45.0, "made_mps": 0.0, "position_valid": False},
     ],
 )

@@ -50,3 +50,15 @@ def test_what_it_saw_of_braking_counts() -> None:
     assert circle.brake_mps2 == pytest.approx(0.7 * 0.05)
     circle.learn(0.1, 0.0, 8.0)  # too slow to tell
     assert circle.brake_mps2 == pytest.approx(0.7 * 0.05)
+
+
+def test_a_current_that_would_carry_it_back_does_not_help() -> None:
+    circle = TrialCircle((0.0, 0.0), 20.0, EXPECTATION)
+    nav = at(19.0, 0.5, current_north_mps=-0.5, current_east_mps=0.0)
+    assert circle.leaves(nav, 20.0)  # type: ignore[arg-type]
+
+
+def test_the_circle_has_room_for_the_motor_check_in_a_strong_current() -> None:
+    for name in ("revolt", "heron", "aboat"):
+        e = expected(load(find(name)))
+        assert e.radius_m >= 0.4 * e.top_mps * 25.0 and e.radius_m >= 10.0 * e.length_m
