@@ -11,6 +11,7 @@ from companion.core.events import EventLog
 from companion.core.geodesy import LocalFrame
 from companion.core.setpoint import Setpoint
 from companion.fence.guard import FenceGuard, Way
+from companion.guidance.own_track import OwnTrack, Place
 from companion.mission.plan import PlanKind, Plans
 from companion.modes.mode import Mode
 from companion.modes.parts.headway import Headway
@@ -27,9 +28,15 @@ class ReturnPoint:
     with the shortest way."""
 
     def __init__(
-        self, parameters: Parameters, plans: Plans, frame: Callable[[], LocalFrame], fence: FenceGuard
+        self,
+        parameters: Parameters,
+        plans: Plans,
+        frame: Callable[[], LocalFrame],
+        fence: FenceGuard,
+        track: OwnTrack | None = None,
     ) -> None:
-        self._fence = fence
+        """`track`: where the boat has been; None: RTL_TRACK has no effect."""
+        self._fence, self._track = fence, track
         self._parameters = parameters
         self._plans = plans
         self._frame = frame
@@ -42,7 +49,7 @@ class ReturnPoint:
             points += [(f"rally point {item.number}", item.lat_deg, item.lon_deg) for item in rally]
         return points
 
-    def way(self, begin: tuple[float, float], home: Home | None) -> tuple[str, Way] | str:
+    def way(self, begin: Place, home: Home | None) -> tuple[str, Way] | str:
         """(name, way) of the destination with the shortest way from `begin` (north_m, east_m), or why there is none."""
         frame = self._frame()
         points = [(name, frame.to_ned(lat_deg, lon_deg)) for name, lat_deg, lon_deg in self.candidates(home)]
@@ -57,13 +64,31 @@ class ReturnPoint:
                 best = (name, way)
         return "no way home inside the fence" if best is None else best
 
+    def way_now(self, here: Place, home: Home | None) -> tuple[str, Way] | str:
+        """As `way` from where the boat is, but with RTL_TRACK back along its own track to home, if that is inside the
+        fence in force."""
+        back = self._back(here, home) if home is not None and self._parameters["RTL_TRACK"] else None
+        return self.way(here, home) if back is None else ("home", back)
+
+    def _back(self, begin: Place, at: Home) -> Way | None:
+        """Along the track, and from its beginning to home."""
+        home = self._frame().to_ned(at.lat_deg, at.lon_deg)
+        track = () if self._track is None else self._track.way_back(begin)
+        if len(track) < 2 or math.dist(begin, home) <= math.dist(begin, track[1]):
+            return None
+        last = self._fence.way(track[-1], home)
+        if last is None or self._fence.line_refusal(track) is not None:
+            return None
+        rest = last.points[1:] if math.dist(track[-1], last.points[-1]) > _SAME_PLACE_M else ()
+        return Way((*track, *rest), last.radius_m)
+
 
 class RtlMode(Mode):
     """Remembers the destination chosen on entry, whether it is reached, and the last check with its position."""
 
     declaration = ModeDeclaration(
         id=ModeId.RTL,
-        text="Back to home or the nearest rally point, inside the fence, then holds there",
+        text="Back to home or the nearest rally point, inside the fence or along the own track, then holds there",
         px4=0x05040000,
         rover=11,
         rover_aliases=(12,),  # SMART_RTL
@@ -102,13 +127,13 @@ class RtlMode(Mode):
             return None
         key, place = (self._fence.key, tuple(candidates)), (nav.north_m, nav.east_m)
         if key != self._checked[0] or math.dist(place, self._checked[1]) > _SAME_PLACE_M:
-            found = self._point.way(place, inputs.home)
+            found = self._point.way_now(place, inputs.home)
             self._checked = key, place, found if isinstance(found, str) else None
         return self._checked[2]
 
     def enter(self, inputs: ModeInputs) -> str | None:
         """Choose the destination with the shortest way and start towards it."""
-        found = self._point.way((inputs.nav.north_m, inputs.nav.east_m), inputs.home)
+        found = self._point.way_now((inputs.nav.north_m, inputs.nav.east_m), inputs.home)
         if isinstance(found, str):
             return found
         self._name, way = found

@@ -11,6 +11,7 @@ from companion.core.decision import ModeDeclaration, ModeId
 from companion.core.events import EventLog
 from companion.core.geodesy import LocalFrame
 from companion.fence.guard import FenceGuard
+from companion.guidance.own_track import OwnTrack
 from companion.mission.executor import MissionExecutor
 from companion.mission.plan import Plans
 from companion.modes.circle import CircleMode
@@ -87,9 +88,10 @@ def build_modes(
     events: EventLog,
     frame: Callable[[], LocalFrame],
     fence: FenceGuard,
+    track: OwnTrack,
 ) -> dict[ModeId, Mode]:
-    """Every mode of the table, in display order."""
-    point = ReturnPoint(parameters, plans, frame, fence)
+    """Every mode of the table, in display order. `track`: where the boat has been since it was armed."""
+    point = ReturnPoint(parameters, plans, frame, fence, track)
     berths = BerthChoice(config, plans, frame)
     docking = Docking(config, parameters, events, fence)
     parts = Parts(config, parameters, plans, executor, events, frame, fence, point, berths, docking)

@@ -175,6 +175,13 @@ ROWS: tuple[ParamSpec, ...] = (
         decimals=0,
     ),
     choice("MIS_DONE_ACT", 1, {1: "Hold", 2: "RTL", 3: "Neutral"}, "Mission", "Action after the last mission item"),
+    choice(
+        "RTL_TRACK",
+        0,
+        {0: "Shortest way", 1: "Own track"},
+        "Mission",
+        "RTL goes the shortest way inside the fence, or back along the boat's own track to home, loops cut",
+    ),
     choice("RTL_USE_RALLY", 1, YES_NO, "Mission", "RTL goes to the nearest of home and the rally points"),
     choice(
         "GF_ACTION",

@@ -14,6 +14,7 @@ from companion.core.geodesy import LocalFrame
 from companion.core.tick import DeviceHealth, Inputs
 from companion.fence.guard import FenceGuard
 from companion.following.tracker import FORGET_S, LeaderTracker
+from companion.guidance.own_track import OwnTrack
 from companion.mission.executor import MissionExecutor
 from companion.mission.plan import Plans
 from companion.modes.hold import HoldMode
@@ -84,7 +85,8 @@ class SupervisorParts:
         self.home = HomeKeeper(events)
         self.fence = FenceGuard(config, parameters, plans, events, frame_of, lambda: self.home.home)
         self.traffic_guard = TrafficGuard(config, parameters, self.traffic, events, frame_of, self.fence)
-        modes = build_modes(config, parameters, plans, executor, events, frame_of, self.fence)
+        self.track = OwnTrack(frame_of)
+        modes = build_modes(config, parameters, plans, executor, events, frame_of, self.fence, self.track)
         self.hold = hold = mode_of(modes, HoldMode)
         self.mission = mission = mode_of(modes, MissionMode)
         self.offboard = mode_of(modes, OffboardMode)
@@ -117,7 +119,8 @@ class SupervisorParts:
         self.responder = Responder(helm, hold, self.sticks, events, self.situation)
 
     def watch_hull(self, desired_mps: float, now_s: float) -> None:
-        """Once a tick: hull and range. `desired_mps`: speed ahead of the last setpoint of a mode without sticks."""
+        """Once a tick: hull, range, track. `desired_mps`: speed ahead of the last setpoint of a mode without sticks."""
+        self.track.update(self.nav, self.helm.armed)
         by_itself = self.helm.armed and not self.helm.mode.by_stick
         wanted_mps = desired_mps if by_itself else 0.0
         self.hull.update(self.nav, self.inputs.depth, wanted_mps, self.achieved.surge_n, now_s)
