@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 from companion.config.sensors import is_inertial
+from companion.config.top_speed import top_speed_mps
 from companion.config.vessel import VesselConfig
+from sitl.leader_script import script
 from sitl.scenarios.rig import Conditions
 
 Ability = Callable[[VesselConfig], str | None]
@@ -17,6 +20,15 @@ def sideways(config: VesselConfig) -> str | None:
     if config.limits.sway_n > 0.0:
         return None
     return "it needs sideways thrust, and this boat has none (limits.sway_n = 0); bow_hold measures its Hold"
+
+
+def outrun(config: VesselConfig, leader: str) -> str | None:
+    """Why it cannot keep up with the script of that name and speed. Raises ConfigError for an unknown script."""
+    speed_mps, top_mps = max(order.speed_mps for order in script(leader)), top_speed_mps(config)
+    if speed_mps <= top_mps:
+        return None
+    slower = f"{leader.partition('@')[0]}@{math.floor(6.0 * top_mps) / 10.0:g}"
+    return f"its leader sails {speed_mps:g} m/s, and this boat {top_mps:.1f} at most; try --set leader={slower}"
 
 
 def sailed_with(config: VesselConfig, conditions: Conditions) -> str:

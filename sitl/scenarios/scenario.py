@@ -11,7 +11,7 @@ from typing import Any
 
 from companion.config.vessel import VesselConfig, find, load
 from sitl.environment import parse_directed
-from sitl.scenarios.boat import Ability, sailed_with
+from sitl.scenarios.boat import Ability, outrun, sailed_with
 from sitl.scenarios.ground_station import GroundStation, GroundStationTimeout
 from sitl.scenarios.measure import Check
 from sitl.scenarios.rig import Composer, Conditions
@@ -75,10 +75,12 @@ def run(
     Raises ScenarioError for settings that the scenario does not have, and for a boat that cannot do it.
     """
     config = load(find(vessel or scenario.vessel))
+    settings = settings_for(scenario, vessel or scenario.vessel, config, changes or {})
     refused = next((text for ability in scenario.needs if (text := ability(config)) is not None), None)
+    if refused is None and "leader" in scenario.defaults:
+        refused = outrun(config, settings["leader"])
     if refused is not None:
         raise ScenarioError(f"{scenario.name} is not for {config.name}: {refused}")
-    settings = settings_for(scenario, vessel or scenario.vessel, config, changes or {})
     unknown = set(settings) - set(scenario.defaults)
     if unknown:
         raise ScenarioError(

@@ -42,3 +42,13 @@ def test_the_report_names_receiver_compass_plant_and_limits() -> None:
         "otter: receiver sbas, compass two antennas, plant fossen, limits 215.5 N ahead, 0 N sideways, 47.42 Nm"
     )
     assert "compass true, plant as_modelled" in sailed_with(load(find("blueboat")), Conditions("blueboat"))
+
+
+@pytest.mark.parametrize("name", sorted(name for name, one in SCENARIOS.items() if "leader" in one.defaults))
+def test_a_boat_that_its_leader_would_leave_behind_is_told_so(name: str, tmp_path: Path) -> None:
+    with pytest.raises(
+        ScenarioError, match=r"is not for heron: its leader sails [\d.]+ m/s.*try --set leader=\w+@1\.4"
+    ):
+        run(SCENARIOS[name], no_rig, tmp_path, vessel="heron")
+    with pytest.raises(AssertionError, match="must not start"):
+        run(SCENARIOS[name], no_rig, tmp_path, vessel="heron", changes={"leader": "straight@1.4"})
