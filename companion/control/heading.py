@@ -24,7 +24,7 @@ _STALLED_SHARE = 0.25  # of the turn that is asked for
 
 
 class YawLoop:
-    """Setpoint → yaw moment. For a large error the boat turns at a steady rate. Remembers nothing itself.
+    """Setpoint → yaw moment. For a large error the boat turns at PATH_YAW_RATE. Remembers nothing itself.
 
     Its bandwidth is PATH_BW_YAW, or what a jet's nozzle can follow at its configured rate, if that is less."""
 
@@ -47,9 +47,11 @@ class YawLoop:
         offset = self._offset(error, nav.yaw_rate_radps, fastest)
         if offset != 0.0:
             bias.grow(0.0, 0.0, -ki * offset, nav.yaw_rad, dt_s)
-        bound = kd * fastest / kp
-        pull = min(bound, max(-bound, error))
         _, _, drag = damping(hull, ahead, 0.0, rate)
+        _, _, fastest_drag = damping(hull, ahead, 0.0, fastest)
+        # A steady turn at the fastest rate takes both the loop's damping and what the hull resists.
+        bound = (kd * fastest + max(0.0, fastest_drag - abs(drag))) / kp
+        pull = min(bound, max(-bound, error))
         _, _, munk = coriolis(hull, nav.surge_mps, nav.sway_mps, 0.0)
         munk += hull.damping.n_uv * ahead * nav.sway_mps
         bounded_munk = min(0.25 * kp, max(-0.25 * kp, munk))

@@ -111,6 +111,7 @@ SCENARIO = Scenario(
         "aboat": {"radius": "20", "gnss": "sbas"},
         "cybership2": {"radius": "4"},
         "rescuerunner": {"radius": "60", "gnss": "standalone"},
+        "wamv16": {"radius": "25"},
     },
     sail=sail,
     measure=measure,

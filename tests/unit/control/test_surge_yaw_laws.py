@@ -98,7 +98,7 @@ def test_effect_of_another_load() -> None:
     runs = {name: [respond(load, **values) for load in (34.0, 126.0, 295.0)] for name, values in laws.items()}
     nominal = 1
     worst = {name: max(r.heading_iae for r in rows) / rows[nominal].heading_iae for name, rows in runs.items()}
-    assert worst["pid"] > 1.5 * worst["lqr"] > worst["companion"] and worst["companion"] < 1.3
+    assert worst["pid"] > 1.5 * worst["lqr"] > worst["companion"] and worst["companion"] < 1.35
     assert all(r.restless_deg < 1.0 for rows in runs.values() for r in rows)
     assert all(r.overshoot_mps < 0.1 for rows in runs.values() for r in rows)
 

@@ -7,12 +7,15 @@ from dataclasses import replace
 
 import pytest
 
-from companion.config.vessel import VesselConfig, find, load
+from companion.config.vessel import VesselConfig, bundled, find, load
 from companion.control.bias import BiasForce
 from companion.control.heading import YawLoop
+from companion.control.model import damping
 from companion.core.actuation import ZERO_WRENCH
-from companion.core.setpoint import HeadingSetpoint
+from companion.core.estimate import NO_ESTIMATE
+from companion.core.setpoint import HeadingSetpoint, PathSetpoint
 from companion.params.store import Parameters
+from companion.params.table import table_of
 from tests.unit.control.simple_boat import REVOLT, SimpleBoat
 
 JET_BOAT = load(find("rescuerunner"))
@@ -45,3 +48,24 @@ def test_a_fast_nozzle_and_azimuths_do_not_limit_it() -> None:
     assert moment_nm(at_rate(700.0), 1.8) == pytest.approx(moment_nm(JET_BOAT, 1.8))
     slow = replace(REVOLT, thrusters=tuple(replace(thruster, azimuth_rate_radps=0.01) for thruster in REVOLT.thrusters))
     assert moment_nm(slow, 0.8) == moment_nm(REVOLT, 0.8)
+
+
+@pytest.mark.parametrize("name", sorted(bundled()))
+def test_a_large_error_turns_the_boat_at_the_rate_of_its_parameter(name: str) -> None:
+    """Or as fast as its limit allows, while the heading is as far off as before. A hull that resists its turn more than the loop damps it did not turn at all."""
+    boat = load(find(name))
+    parameters = Parameters(boat.parameters, table_of(boat))
+    fastest = math.radians(parameters["PATH_YAW_RATE"])
+    loop, bias = YawLoop(boat, parameters), BiasForce(boat.limits)
+    surge_mps, rate_radps = 0.5 * parameters["WP_SPEED"], 0.0
+
+    def resisted_nm(radps: float) -> float:
+        return damping(boat.hull, surge_mps, 0.0, radps)[2]
+
+    for _ in range(400):
+        nav = replace(NO_ESTIMATE, yaw_rad=2.5, yaw_rate_radps=rate_radps, surge_mps=surge_mps)
+        asked_nm = loop.moment_nm(PathSetpoint(0.0, surge_mps), nav, bias, 0.1)
+        given_nm = min(boat.limits.yaw_nm, max(-boat.limits.yaw_nm, asked_nm))
+        rate_radps += 0.1 * (given_nm - resisted_nm(rate_radps)) / boat.hull.m33_kgm2
+    reachable = min(fastest, next(r / 1000 for r in range(1, 4000) if resisted_nm(r / 1000) >= boat.limits.yaw_nm))
+    assert 0.9 * reachable <= -rate_radps <= 1.05 * fastest
