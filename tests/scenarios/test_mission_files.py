@@ -85,7 +85,7 @@ def test_sails_to_its_end(path: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize("path", [path for path in FILES if path.name not in QUICK], ids=lambda path: path.name)
 def test_is_begun(path: Path, tmp_path: Path) -> None:
     desk = loaded(path, tmp_path)
-    sail(desk, "the first items", lambda: desk.vessel.executor.progress.reached >= 2, 120.0)
+    sail(desk, "the first items", lambda: desk.vessel.executor.progress.reached >= 2, 300.0)
 
 
 @pytest.mark.sweep
