@@ -31,6 +31,7 @@ from companion.core.actuation import Wrench
 from companion.core.estimate import NO_ESTIMATE
 from companion.core.geodesy import LocalFrame
 from companion.core.readings import LeaderState
+from companion.core.tick import Tick
 from companion.following.law import FollowLaw
 from companion.following.tracker import LeaderTracker
 from companion.guidance.path import PathKind, build_path
@@ -39,6 +40,7 @@ from companion.io.sensors import open_sensor
 from companion.nav.ahrs import Ahrs
 from companion.nav.error_state import ErrorStateFilter
 from companion.params.store import Parameters
+from companion.record.recorder import LogFolder
 from sitl.scenarios import SCENARIOS
 from sitl.scenarios.convoy import Convoy
 from sitl.scenarios.ground_station import GroundStation
@@ -412,6 +414,42 @@ def control_step(folder: Path, duration_s: float = 120.0) -> None:
     line("control step: estimate to gate", text, "p99 under 1 ms")
 
 
+class _Kept:
+    """A recorder that keeps the ticks."""
+
+    def __init__(self) -> None:
+        self.ticks: list[Tick] = []
+
+    def record(self, tick: Tick) -> None:
+        """Keep it."""
+        self.ticks.append(tick)
+
+    def close(self) -> None:
+        """Nothing is open."""
+
+
+def encoding(folder: Path, duration_s: float = 60.0, rounds: int = 5) -> None:
+    """What the log of a hold costs: its readings, ticks and rows, without the medium's time."""
+    rig, kept = LockstepRig(Conditions("revolt", seed=1, wind="2"), folder / "sailed"), _Kept()
+    rig.vessel.add_recorder(kept)
+    station = GroundStation(rig)
+    station.ready()
+    station.sail(duration_s)
+    rig.close()
+    thrusters = [row.name for row in rig.config.thrusters]
+    devices = [*(row.name for row in rig.config.sensors), *(row.name for row in rig.config.actuators)]
+    times_ms = []
+    for n in range(rounds):
+        log = LogFolder(folder / f"log{n}", thrusters, devices, {})
+        started_s = time.thread_time()
+        for tick in kept.ticks:
+            log.record(tick)
+        times_ms.append(1e3 * (time.thread_time() - started_s) / len(kept.ticks))
+        log.close()
+    readings = sum(len(tick.readings) for tick in kept.ticks) / len(kept.ticks)
+    line(f"log of a tick with {readings:.0f} readings", median_and_range(times_ms, ".3f") + " ms", "0.15 ms")
+
+
 def lockstep(folder: Path, duration_s: float = 120.0) -> None:
     """Hold in wind with everything on: bytes, plant, estimator, telemetry, log."""
     rig = LockstepRig(Conditions("revolt", seed=1, wind="2"), folder / "lockstep")
@@ -576,6 +614,7 @@ def main() -> None:
         paths()
         sensors()
         control_step(folder)
+        encoding(folder / "encoding")
         lockstep(folder)
         following(folder, 1)
         following(folder, 2)

@@ -36,7 +36,7 @@ class Recording:
         log = open_log(folder)
         self.folder, self.config = folder, log.config
         self.thrusters = tuple(thruster.name for thruster in self.config.thrusters)
-        self.devices = tuple(device.name for device in (*self.config.sensors, *self.config.actuators))
+        self.devices = (*(row.name for row in self.config.sensors), *(row.name for row in self.config.actuators))
         self._unix_ns: list[int] = []
         self.frame = LocalFrame(self.config.home.lat_deg, self.config.home.lon_deg)
         self._columns, self._cells = _rows(folder / TICKS)

@@ -24,7 +24,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from companion.core.readings import Reading
-from companion.record.protobuf import Damaged, Field, MessageType, blob, parts_of, text
+from companion.record.protobuf import Damaged, Field, MessageType, blob, head, parts_of, text
 from companion.record.reading_codec import Codec, Column
 
 TIME_AGE = "age_us"  # name of the time column in its form `u`
@@ -80,6 +80,7 @@ class ColumnWriter:
     def __init__(self, kind: str, source: str, codec: Codec) -> None:
         self._codec = codec
         self._source = text(_SOURCE, source)
+        self._quick: dict[int, _Packer] = {}  # by the number of readings; of the present layout
         forms = "".join("q" if column.code == "q" else "f" for column in codec.numbers)
         names = tuple(column.name for column in codec.numbers)
         self.layout = Layout(kind, names, "u" + forms[1:], codec.tuple_name, tuple(codec.texts))
@@ -87,7 +88,22 @@ class ColumnWriter:
 
     def message(self, readings: Sequence[Reading], tick_us: int) -> bytes:
         """The message of these readings. `tick_us`: the time of the tick, rounded, µs."""
-        columns = list(zip(*map(self._codec.values, readings), strict=True))
+        rows = list(map(self._codec.values, readings))
+        if (packer := self._quick.get(len(rows))) is None:
+            packer = self._quick[len(rows)] = _Packer(self._source, self.layout.forms, len(rows))
+        if (quick := packer.packed(rows, tick_us)) is None:
+            quick = self._widened(list(zip(*rows, strict=True)), tick_us)
+        last = _FIRST + len(rows[0])
+        parts = [quick]
+        if self._codec.tuple_name is not None:
+            numbers = getattr(readings[0], self._codec.tuple_name)
+            parts.append(blob(last, struct.pack(f"<{len(numbers)}d", *numbers)))
+        for at, name in enumerate(self._codec.texts):
+            parts += [text(last + at, _text_of(getattr(reading, name))) for reading in readings]
+        return b"".join(parts) if len(parts) > 1 else quick
+
+    def _widened(self, columns: Sequence[Sequence[float]], tick_us: int) -> bytes:
+        """The source and the columns, each in the narrowest form that holds it; the layout becomes these forms."""
         forms = list(self.layout.forms)
         parts = [self._source]
         for at, column in enumerate(columns):
@@ -97,13 +113,69 @@ class ColumnWriter:
         if (wider := "".join(forms)) != self.layout.forms:
             layout = self.layout
             self.layout = Layout(layout.kind, layout.names, wider, layout.tuple_name, layout.texts)
-        last = _FIRST + len(columns)
-        if self._codec.tuple_name is not None:
-            numbers = getattr(readings[0], self._codec.tuple_name)
-            parts.append(blob(last, struct.pack(f"<{len(numbers)}d", *numbers)))
-        for at, name in enumerate(self._codec.texts):
-            parts += [text(last + at, _text_of(getattr(reading, name))) for reading in readings]
+            self._quick.clear()
         return b"".join(parts)
+
+
+class _Packer:
+    """Packs so many readings in one call, as long as the forms of their columns hold them.
+
+    Remembers the values to be packed: of each column what stands before it, then its value of each reading. So a
+    reading's values go into each `_stride`-th place.
+    """
+
+    def __init__(self, source: bytes, forms: str, count: int) -> None:
+        heads = [head(_FIRST + at, count * struct.calcsize(_CODES[form])) for at, form in enumerate(forms)]
+        self._struct = _row_struct(source, heads, [f"{count}{_CODES[form]}" for form in forms])
+        exact = {"f": "d", "s": "d"}
+        self._exact = _row_struct(source, heads, [f"{count}{exact.get(form, _CODES[form])}" for form in forms])
+        self._stride = count + 1
+        self._values: list[Any] = [source, *(part for before in heads for part in (before, *(0.0,) * count))]
+        self._aged = forms[0] == "u"
+        self._times = self._places(0)
+        self._whole = [self._places(at) for at, form in enumerate(forms) if form == "q"]
+        self._narrow = "f" in forms or "s" in forms
+        self._short = [self._places(at) for at, form in enumerate(forms) if form == "s"]
+
+    def _places(self, column: int) -> slice:
+        first = 2 + column * self._stride
+        return slice(first, first + self._stride - 1)
+
+    def packed(self, rows: Sequence[Sequence[Any]], tick_us: int) -> bytes | None:
+        """The source and the columns; None where a form does not give its column back exactly."""
+        values, stride = self._values, self._stride
+        for at, row in enumerate(rows, 2):
+            values[at::stride] = row
+        for places in self._whole:
+            values[places] = [_LEAST_INT64 if number != number else number for number in values[places]]
+        if self._aged and not self._take_ages(tick_us):
+            return None
+        try:
+            data = self._struct.pack(*values)
+        except (OverflowError, struct.error):
+            return None
+        if not self._narrow:
+            return data
+        back = list(self._struct.unpack(data))
+        for places in self._short:
+            back[places] = map(_shortest, back[places])
+        # NaN is not equal to itself, so that columns with it are compared by their bytes
+        return data if back == values or self._exact.pack(*back) == self._exact.pack(*values) else None
+
+    def _take_ages(self, tick_us: int) -> bool:
+        """Turn the times into ages; False where these would not give them back."""
+        times_s = self._values[self._times]
+        try:
+            ages = [tick_us - round(time_s * _US) for time_s in times_s]
+        except (OverflowError, ValueError):
+            return False
+        self._values[self._times] = ages
+        return [(tick_us - age) / _US for age in ages] == times_s
+
+
+def _row_struct(source: bytes, heads: Sequence[bytes], codes: Sequence[str]) -> struct.Struct:
+    parts = (f"{len(before)}s{code}" for before, code in zip(heads, codes, strict=True))
+    return struct.Struct(f"<{len(source)}s{''.join(parts)}")
 
 
 class ColumnReader:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import struct
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from mcap.records import Channel, McapRecord, Schema
 from mcap.well_known import MessageEncoding, SchemaEncoding
@@ -148,9 +148,15 @@ _TOPICS = {
     POSE: "/pose",
     TRANSFORM: "/tf",
 }
-_APPROXIMATED = 1
-_DEGREES, _METRES, _TURNS = 2.0**30, 2.0**14, 2.0**20  # steps of the rounded values: fewer digits compress better
-_SQUARE_METRES, _SHOWN = 2.0**24, 2.0**14
+_APPROXIMATED = whole(5, 1)
+_IN_MAP_2, _IN_MAP_7, _BOAT_3 = text(2, "map"), text(7, "map"), text(3, "boat")
+_THREE = Row([Field("", number, "double") for number in range(1, 4)])
+_FOUR = Row([Field("", number, "double") for number in range(1, 5)])
+_ROUNDING = 1.5 * 2.0**52  # added and subtracted again, it rounds to whole numbers; a part of it, to parts of one
+# fewer digits compress better; NaN and infinity stay what they are, and what is too large is merely rounded less well
+_DEGREES, _METRES, _TURNS = _ROUNDING / 2.0**30, _ROUNDING / 2.0**14, _ROUNDING / 2.0**20
+_SQUARE_METRES, _SHOWN = _ROUNDING / 2.0**24, _ROUNDING / 2.0**14
+_COVARIANCE = struct.Struct("<9d")
 
 
 def _fixed_records() -> list[McapRecord]:
@@ -176,7 +182,7 @@ def or_nan(value: float | None) -> float:
     return math.nan if value is None else value
 
 
-def more_values(tick: Tick) -> tuple[float, ...]:
+def more_values(tick: Tick) -> Sequence[float]:
     """The values of a tick that a replay does not need: _MORE_FIELDS."""
     nav, status, battery = tick.nav, tick.status, tick.inputs.battery
     volts, amperes, left = (
@@ -190,12 +196,12 @@ def more_values(tick: Tick) -> tuple[float, ...]:
         nav.roll_rad, nav.pitch_rad, volts, amperes, left, or_nan(nav.wind_speed_mps), or_nan(nav.wind_from_rad),
         or_nan(nav.current_north_mps), or_nan(nav.current_east_mps),
     )  # fmt: skip
-    return tuple([rounded(value) for value in values])
+    return rounded(values)
 
 
-def rounded(value: float) -> float:
-    """A value that people look at: to 0.0001, so that it compresses."""
-    return _stepped(value, _SHOWN)
+def rounded(values: Sequence[float]) -> Sequence[float]:
+    """Values that people look at: to 0.0001, so that they compress."""
+    return [value + _SHOWN - _SHOWN for value in values]
 
 
 def stamp(number: int, unix_ns: int) -> bytes:
@@ -206,24 +212,20 @@ def stamp(number: int, unix_ns: int) -> bytes:
 
 def views(tick: Tick) -> Iterator[tuple[int, bytes]]:
     """(channel, message) of the boat's place for viewers."""
-    nav, when = tick.nav, tick.time_unix_ns
-    variance = nav.position_accuracy_m**2
-    covariance = struct.pack("<9d", *(_stepped(v, _SQUARE_METRES) for v in (variance, 0, 0, 0, variance, 0, 0, 0, 0)))
-    fix = _doubles(_stepped(nav.lat_deg, _DEGREES), _stepped(nav.lon_deg, _DEGREES), _stepped(nav.altitude_m, _METRES))
+    nav, when = tick.nav, stamp(1, tick.time_unix_ns)
+    variance = _stepped(nav.position_accuracy_m**2, _SQUARE_METRES)
+    covariance = _COVARIANCE.pack(variance, 0.0, 0.0, 0.0, variance, 0.0, 0.0, 0.0, 0.0)
+    fix = (_stepped(nav.lat_deg, _DEGREES), _stepped(nav.lon_deg, _DEGREES), _stepped(nav.altitude_m, _METRES))
     yield (
         POSITION,
-        fix + blob(4, covariance) + whole(5, _APPROXIMATED) + stamp(6, when) + text(7, "map"),
+        _THREE.packed(fix) + blob(4, covariance) + _APPROXIMATED + stamp(6, tick.time_unix_ns) + _IN_MAP_7,
     )
-    place = _doubles(_stepped(nav.east_m, _METRES), _stepped(nav.north_m, _METRES), 0.0)
+    place = _THREE.packed((_stepped(nav.east_m, _METRES), _stepped(nav.north_m, _METRES), 0.0))
     half = 0.5 * (0.5 * math.pi - nav.yaw_rad)
-    turn = _doubles(0.0, 0.0, _stepped(math.sin(half), _TURNS), _stepped(math.cos(half), _TURNS))
-    yield POSE, stamp(1, when) + text(2, "map") + blob(3, blob(1, place) + blob(2, turn))
-    yield TRANSFORM, stamp(1, when) + text(2, "map") + text(3, "boat") + blob(4, place) + blob(5, turn)
+    turn = _FOUR.packed((0.0, 0.0, _stepped(math.sin(half), _TURNS), _stepped(math.cos(half), _TURNS)))
+    yield POSE, when + _IN_MAP_2 + blob(3, blob(1, place) + blob(2, turn))
+    yield TRANSFORM, when + _IN_MAP_2 + _BOAT_3 + blob(4, place) + blob(5, turn)
 
 
-def _doubles(*values: float) -> bytes:
-    return b"".join([tag(number, 1) + struct.pack("<d", value) for number, value in enumerate(values, start=1)])
-
-
-def _stepped(value: float, steps: float) -> float:
-    return round(value * steps) / steps if math.isfinite(value) else value
+def _stepped(value: float, adder: float) -> float:
+    return value + adder - adder

@@ -18,8 +18,8 @@ from __future__ import annotations
 import math
 import struct
 import zlib
-from collections import deque
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from itertools import repeat
 from typing import Any
 
 import zstandard
@@ -32,7 +32,7 @@ from companion.core.readings import KINDS
 from companion.core.tick import DeviceHealth, Tick
 from companion.record import log_schemas as schemas
 from companion.record.columns import ColumnWriter, Layout, tick_us_of
-from companion.record.protobuf import blob, descriptor_file, descriptor_set, tag, text, varint, whole
+from companion.record.protobuf import blob, descriptor_file, descriptor_set, packed_varints, tag, text, whole
 from companion.record.reading_codec import CODECS
 from companion.record.recorded import thruster_values, tick_values
 
@@ -44,6 +44,7 @@ _LEVEL = 3
 _MESSAGE = struct.Struct("<BQHIQQ")
 _OP_MESSAGE = 5
 _VIEW_S = 0.2
+_Key = tuple[type[Any], str]  # of a group of readings: their kind and source
 _KIND_OF = {kind_type: kind for kind, kind_type in KINDS.items()}
 _LEVELS = (5, 5, 5, 4, 3, 2, 2, 1)  # of foxglove.Log, from emergency to debug
 _FIRST_QUIET = 5  # severities that wait for the chunk: notice, info, debug
@@ -58,7 +59,8 @@ class McapEncoder:
         self._schemas: dict[Layout, int] = {}
         self._channels: dict[tuple[Layout, str], int] = {}
         self._next = schemas.FIRST_FREE
-        self._writers: dict[tuple[type[Any], str], ColumnWriter] = {}
+        self._writers: dict[_Key, ColumnWriter] = {}
+        self._newest: dict[_Key, tuple[Layout, int]] = {}  # the layout in use, and its channel
         self._new: list[bytes] = []  # schemas and channels that no chunk has followed yet
         self._messages: list[bytes] = []
         self._bytes = 0
@@ -127,27 +129,39 @@ class McapEncoder:
 
     def _readings(self, tick: Tick) -> list[int]:
         """Write the readings. Returns the channel of each, in their order of arrival."""
-        groups: dict[tuple[type[Any], str], list[Any]] = {}
-        keys: list[tuple[type[Any], str]] = []
+        groups: dict[_Key, list[Any]] = {}
+        keys: list[_Key] = []
         for reading in tick.readings:
-            key = (type(reading), reading.source)
-            if key not in self._writers:
-                if key[0] not in _KIND_OF:
-                    continue  # a recorder never ends a run; a test sees to it that every kind has its row
-                kind = _KIND_OF[key[0]]
-                self._writers[key] = ColumnWriter(kind, reading.source, CODECS[kind])
-            groups.setdefault(key, []).append(reading)
+            key = (reading.__class__, reading.source)
+            group = groups.get(key)
+            if group is not None:
+                group.append(reading)
+            elif key[0] in _KIND_OF:
+                groups[key] = [reading]
+            else:
+                continue  # a recorder never ends a run; a test sees to it that every kind has its row
             keys.append(key)
         now_us = tick_us_of(tick.nav.t_s)
-        channels: dict[tuple[type[Any], str], deque[int]] = {}
+        channels: dict[_Key, Iterator[int]] = {}
         for key, readings in groups.items():
-            writer, channels[key] = self._writers[key], deque()
-            for part in [[reading] for reading in readings] if writer.single else [readings]:
-                message = writer.message(part, now_us)
-                channel = self._channel(writer.layout, key[1])
-                self._add(channel, message)
-                channels[key] += [channel] * len(part)
-        return [channels[key].popleft() for key in keys]
+            if (writer := self._writers.get(key)) is None:
+                kind = _KIND_OF[key[0]]
+                writer = self._writers[key] = ColumnWriter(kind, key[1], CODECS[kind])
+            if writer.single:
+                channels[key] = iter([self._columns(writer, key, [reading], now_us) for reading in readings])
+            else:
+                channels[key] = repeat(self._columns(writer, key, readings, now_us))
+        return [next(channels[key]) for key in keys]
+
+    def _columns(self, writer: ColumnWriter, key: _Key, readings: Sequence[Any], now_us: int) -> int:
+        """Write a message of these readings. Returns its channel."""
+        message = writer.message(readings, now_us)
+        layout, channel = self._newest.get(key, (None, 0))
+        if layout is not writer.layout:
+            channel = self._channel(writer.layout, key[1])
+            self._newest[key] = writer.layout, channel
+        self._add(channel, message)
+        return channel
 
     def _channel(self, layout: Layout, source: str) -> int:
         """The channel of these columns; it is declared before the chunk, and in each file that begins later."""
@@ -185,10 +199,10 @@ def _tick_message(tick: Tick, order: Sequence[int]) -> bytes:
         schemas.TICK_MORE.packed(schemas.more_values(tick)),
         text(schemas.MODE, tick.status.mode.value),
         text(schemas.FAILSAFES, ";".join(tick.status.failsafes)) if tick.status.failsafes else b"",
-        blob(schemas.ORDER, b"".join(map(varint, order))),
-        blob(schemas.THROTTLE, struct.pack(count, *(schemas.rounded(t.throttle) for t in commands))),
-        blob(schemas.AZIMUTH, struct.pack(count, *(schemas.rounded(schemas.or_nan(t.azimuth_rad)) for t in commands))),
-        blob(schemas.FORCE, struct.pack(count, *(schemas.rounded(t.force_n) for t in commands))),
+        blob(schemas.ORDER, packed_varints(order)),
+        blob(schemas.THROTTLE, struct.pack(count, *schemas.rounded([t.throttle for t in commands]))),
+        blob(schemas.AZIMUTH, struct.pack(count, *schemas.rounded([schemas.or_nan(t.azimuth_rad) for t in commands]))),
+        blob(schemas.FORCE, struct.pack(count, *schemas.rounded([t.force_n for t in commands]))),
     ]
     if throttles:
         count = f"<{len(throttles)}d"

@@ -58,6 +58,11 @@ def varint(number: int) -> bytes:
     return bytes(out)
 
 
+def packed_varints(numbers: Sequence[int]) -> bytes:
+    """Whole numbers from 0, one behind the other."""
+    return bytes(numbers) if max(numbers, default=0) < 0x80 else b"".join(map(varint, numbers))
+
+
 @functools.lru_cache(4096)
 def tag(number: int, wire_type: int) -> bytes:
     """What stands before a field's value."""
@@ -66,11 +71,12 @@ def tag(number: int, wire_type: int) -> bytes:
 
 def blob(number: int, data: bytes) -> bytes:
     """A field of bytes, a message, or packed numbers."""
-    return _head(number, len(data)) + data
+    return head(number, len(data)) + data
 
 
 @functools.lru_cache(4096)
-def _head(number: int, size: int) -> bytes:
+def head(number: int, size: int) -> bytes:
+    """What stands before the bytes of a field that has so many."""
     return tag(number, _BYTES) + varint(size)
 
 
@@ -108,8 +114,8 @@ def parts_of(data: bytes) -> Iterator[tuple[int, int, bytes]]:
     """(number, whole number or 0, bytes) of each field of a message. Raises Damaged."""
     at, end = 0, len(data)
     while at < end:
-        head, at = _varint_at(data, at)
-        number, wire_type = head >> 3, head & 7
+        before, at = _varint_at(data, at)
+        number, wire_type = before >> 3, before & 7
         if wire_type == 0:
             value, at = _varint_at(data, at)
             yield number, value, b""

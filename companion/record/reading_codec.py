@@ -100,11 +100,13 @@ class Codec:
         numbers = struct.unpack_from("<" + "".join(column.code for column in columns), data)
         return {column.name: column.value(number) for column, number in zip(columns, numbers, strict=True)}
 
-    def values(self, reading: Any) -> list[Any]:
+    def values(self, reading: Any) -> Sequence[Any]:
         """The numbers of a reading, in order; NaN for None, an Enum by its place."""
-        values = list(self._values_of(reading)[:-1])
-        for at, place_of in self._places.items():
-            values[at] = None if values[at] is None else place_of[values[at]]
+        values: Sequence[Any] = self._values_of(reading)[:-1]
+        if self._places:
+            values = list(values)
+            for at, place_of in self._places.items():
+                values[at] = None if values[at] is None else place_of[values[at]]
         return [math.nan if value is None else value for value in values] if None in values else values
 
 
