@@ -165,21 +165,22 @@ def plot(model: HullModel, found: HullFit, path: Path) -> None:
     before = model.simulate(model.model)
     for axis, (name, unit) in enumerate(_AXES):
         track, curve = grid[axis]
-        measured = manoeuvre.velocity[:, axis]
+        shown, unit = (math.degrees(1.0), "°/s") if unit == "rad/s" else (1.0, unit)  # people read degrees
+        measured = shown * manoeuvre.velocity[:, axis]
         track.plot(manoeuvre.t_s, measured, color="0.6", linewidth=3.0, label="log")
-        track.plot(manoeuvre.t_s, before[:, axis], color="tab:orange", linewidth=0.8, label="model before")
-        track.plot(manoeuvre.t_s, found.simulated[:, axis], color="tab:blue", linewidth=1.0, label="identified")
+        track.plot(manoeuvre.t_s, shown * before[:, axis], color="tab:orange", linewidth=0.8, label="model before")
+        track.plot(manoeuvre.t_s, shown * found.simulated[:, axis], color="tab:blue", linewidth=1.0, label="identified")
         span = float(abs(measured).max()) or 1.0
-        track.set(ylabel=f"{name} [{unit}]", ylim=(-1.4 * span, 1.4 * span))
+        track.set(ylabel=f"{name}, {unit}", ylim=(-1.2 * span, 1.2 * span))
         speeds = [span * (k / 40.0 - 1.0) for k in range(81)]
         for hull, colour in ((model.log.config.hull, "tab:orange"), (found.hull, "tab:blue")):
-            curve.plot(speeds, [axis_drag(hull, axis, speed) for speed in speeds], color=colour)
-        curve.set(ylabel=("drag [N]", "drag [N]", "drag [Nm]")[axis], xlabel=f"{name} [{unit}]")
+            curve.plot(speeds, [axis_drag(hull, axis, speed / shown) for speed in speeds], color=colour)
+        curve.set(ylabel=("drag, N", "drag, N", "drag, Nm")[axis], xlabel=f"{name}, {unit}")
         curve.locator_params(axis="x", nbins=5)
         for panel in (track, curve):
             panel.grid(alpha=0.3)
-    grid[0][0].legend(loc="upper right", ncols=3)
-    grid[0][0].set_title(f"{model.log.config.title}: the velocities that the forces explain")
+    grid[0][0].legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, frameon=False, borderaxespad=0.2)
+    figure.suptitle(f"{model.log.config.title}: the velocities that the forces explain")
     grid[0][1].set_title("damping at the speeds sailed")
-    grid[2][0].set_xlabel("t [s]")
+    grid[2][0].set_xlabel("time, s")
     figure.savefig(path, dpi=100)

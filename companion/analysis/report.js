@@ -1,7 +1,7 @@
 "use strict";
 // Time charts: drag zooms all of them, double click shows all, the pointer reads values. Track: wheel and drag.
 (() => {
-  const LEFT = 62, RIGHT = 8, WIDTH = 1000;
+  const LEFT = 112, RIGHT = 8, WIDTH = 1000;
   const charts = [...document.querySelectorAll("svg.chart")];
   const tip = document.body.appendChild(Object.assign(document.createElement("div"), { id: "tip" }));
   const boxOf = (svg) => svg.getAttribute("viewBox").split(" ").map(Number);
@@ -26,7 +26,7 @@
         let out = "";
         for (let t = Math.ceil(view[0] / step) * step; t <= view[0] + view[1]; t += step) {
           const x = LEFT + ((t - view[0]) / view[1]) * (WIDTH - LEFT - RIGHT);
-          out += `<text class='tick' x='${x.toFixed(1)}' y='${y}' text-anchor='middle'>${clock(t)}</text>`;
+          out += `<text class='tick' x='${x.toFixed(1)}' y='${y}' text-anchor='${x > WIDTH - 30 ? "end" : "middle"}'>${clock(t)}</text>`;
         }
         times.innerHTML = out;
       }
@@ -58,7 +58,10 @@
         const lines = [`${clock(t)}  (${t.toFixed(1)} s)`];
         for (const path of chart.querySelectorAll("path[data-name]")) {
           const point = nearest(pointsOf(path), t);
-          if (point && Math.abs(point[0] - t) < Math.max(2, view[1] / 100)) lines.push(`${path.dataset.name}: ${(-point[1]).toPrecision(4)}`);
+          if (point && Math.abs(point[0] - t) < Math.max(2, view[1] / 100)) {
+            const turn = Number(path.dataset.turn), value = turn ? ((-point[1] % turn) + turn) % turn : -point[1];
+            lines.push(`${path.dataset.name}: ${value.toPrecision(4)}`);
+          }
         }
         tip.textContent = lines.join("\n");
         tip.style.display = "block";

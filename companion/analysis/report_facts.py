@@ -14,7 +14,7 @@ from companion.analysis.svg_chart import clock
 
 _LATE_SHARE = 1.5  # of the period, between two ticks
 _AT_LIMIT = 0.97
-_LASTING_S = 1.0  # a mode that is worth a verdict
+_LASTING_S = 1.0  # a mode whose errors say something
 _POSITION_MODES = ("Hold", "Dock", "Circle", "Offboard")
 
 
@@ -84,7 +84,7 @@ def errors_by_mode(recorded: Recorded) -> list[ModeErrors]:
         here = armed & (recorded.modes == number)
         for kind, unit, values in kinds:
             found = values[here & np.isfinite(values)]
-            if len(found):
+            if len(found) * recorded.period_s > _LASTING_S:
                 rows.append(ModeErrors(mode, kind, unit, found))
     return rows
 
@@ -130,7 +130,7 @@ def _errors(recorded: Recorded) -> list[Verdict]:
     rows = []
     for row in errors_by_mode(recorded):
         wanted = "from the desired position" if row.mode in _POSITION_MODES else "across the track"
-        if row.kind == wanted and len(row.values) * recorded.period_s > _LASTING_S:
+        if row.kind == wanted:
             text = f"at most {np.max(row.values):.2f} m {row.kind}, 95 % under {np.percentile(row.values, 95.0):.2f} m"
             rows.append(Verdict(Level.NOTE, f"in {row.mode}", text))
     return rows

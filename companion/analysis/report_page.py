@@ -152,7 +152,8 @@ def _pictures(recorded: Recorded) -> str:
     parts = []
     for path in _png_files(recorded.log.folder):
         data = base64.b64encode(path.read_bytes()).decode()
-        parts.append(f"<img class='picture' alt='{escape(path.stem)}' src='data:image/png;base64,{data}'>")
+        image = f"<img class='picture' alt='{escape(path.stem)}' src='data:image/png;base64,{data}'>"
+        parts.append(f"<div class='wide'>{image}</div>")
     return f"<h2>Picture</h2>{''.join(parts)}" if parts else ""
 
 

@@ -108,7 +108,7 @@ def errors(page: Page) -> str:
                     Series("heading", t, _compass(ticks["yaw_rad"]), dots=True),
                     Series("desired", t, _compass(ticks["desired_yaw_rad"]), dots=True),
                 ],
-                (0.0, 360.0),
+                compass=True,
             ),
             chart(
                 page.frame,
@@ -229,9 +229,9 @@ def weather(page: Page) -> str:
     return "".join(
         (
             chart(page.frame, "Wind, m/s", wind, height=90),
-            chart(page.frame, "Wind from, °", wind_from, (0.0, 360.0), 90),
+            chart(page.frame, "Wind from, °", wind_from, height=90, compass=True),
             chart(page.frame, "Current, m/s", current, height=90),
-            chart(page.frame, "Current towards, °", set_to, (0.0, 360.0), 90),
+            chart(page.frame, "Current towards, °", set_to, height=90, compass=True),
         )
     )
 

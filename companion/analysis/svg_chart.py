@@ -9,7 +9,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from html import escape
 from typing import Any
 
@@ -18,11 +18,12 @@ from numpy.typing import NDArray
 
 from companion.analysis.report_data import Array
 
-WIDTH, LEFT, RIGHT, BOTTOM = 1000, 62, 8, 22
+WIDTH, LEFT, RIGHT, BOTTOM = 1000, 112, 8, 22
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#7a5195", "#555555")  # Okabe and Ito's
 _MOST_POINTS = 1600
 _TOP = 6
 _MARGIN = 0.06
+_LAST = 30  # a time so near the right end would stand over it
 _STEPS = (1.0, 2.0, 5.0, 10.0)
 _TIME_STEPS = (1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 1200, 1800, 3600, 7200, 14400)
 
@@ -63,18 +64,21 @@ def chart(
     series: Sequence[Series],
     limits: tuple[float, float] | None = None,
     height: int = 130,
+    compass: bool = False,
 ) -> str:
-    """A figure with the lines of `series`. `label`: what is drawn, with its unit. Returns a note where there is
-    nothing."""
+    """A figure with the lines of `series`. `label`: what is drawn, with its unit. `compass`: directions in degrees,
+    drawn around their middle and not torn apart at north. Returns a note where there is nothing."""
     drawn = [one for one in series if np.any(np.isfinite(one.values))]
     if not drawn:
         return f"<p class='none'>{escape(label)}: not in this log.</p>"
+    if compass:
+        series = drawn = _around_middle(drawn)
     low, high = limits or _limits(drawn)
     ticks = nice_steps(low, high, 4)
     inner = []
     for one in drawn:
         colour = COLOURS[series.index(one) % len(COLOURS)]
-        inner.append(_path(one, colour, low, high))
+        inner.append(_path(one, colour, low, high, compass))
     keys = "".join(
         f"<span><i style='background:{COLOURS[n % len(COLOURS)]}' class='{'dash' if one.dashed else ''}'></i>"
         f"{escape(one.name)}</span>"
@@ -87,7 +91,7 @@ def chart(
         for t, text in frame.marks
     )
     plot = _plot(frame, low, high, marks + "".join(inner), height)
-    axis = "".join(_value_tick(tick, low, high, height) for tick in ticks)
+    axis = "".join(_value_tick(tick, low, high, height, compass) for tick in ticks)
     return _figure(label, keys, f"{axis}{plot}{_time_axis(frame, height)}", height)
 
 
@@ -159,22 +163,32 @@ def path_data(x: Array, y: Array, digits: int = 5) -> str:
     return "".join(parts)
 
 
-def _path(one: Series, colour: str, low: float, high: float) -> str:
+def _around_middle(series: Sequence[Series]) -> list[Series]:
+    """Directions in degrees, within half a turn of their circular mean."""
+    every = np.radians(np.concatenate([one.values[np.isfinite(one.values)] for one in series]))
+    middle = math.degrees(math.atan2(float(np.mean(np.sin(every))), float(np.mean(np.cos(every)))))
+    return [replace(one, values=(one.values - middle + 180.0) % 360.0 - 180.0 + middle) for one in series]
+
+
+def _path(one: Series, colour: str, low: float, high: float, compass: bool) -> str:
+    turn = " data-turn='360'" if compass else ""
+    name = f"data-name='{escape(one.name)}'{turn}"
     t, values = thinned(one.t_s, np.where(np.isfinite(one.values), np.clip(one.values, low, high), np.nan))
     if one.dots:
         dots = "".join(
             f"M{a:.2f},{-b:.5g}h0" for a, b in zip(t.tolist(), values.tolist(), strict=True) if math.isfinite(b)
         )
-        return f"<path class='dots' data-name='{escape(one.name)}' stroke='{colour}' d='{dots}'/>"
+        return f"<path class='dots' {name} stroke='{colour}' d='{dots}'/>"
     dash = " stroke-dasharray='5 4'" if one.dashed else ""
-    return f"<path data-name='{escape(one.name)}' stroke='{colour}'{dash} d='{path_data(t, -values)}'/>"
+    return f"<path {name} stroke='{colour}'{dash} d='{path_data(t, -values)}'/>"
 
 
 def _limits(series: Sequence[Series]) -> tuple[float, float]:
     values = np.concatenate([one.values[np.isfinite(one.values)] for one in series])
     low, high = float(np.min(values)), float(np.max(values))
     if high - low < 1e-9 * max(1.0, abs(high)):
-        low, high = low - max(0.5, 0.05 * abs(low)), high + max(0.5, 0.05 * abs(high))
+        around = max(1.0, 0.05 * abs(high))
+        low, high = (low - around if low else low), high + around
     margin = _MARGIN * (high - low)
     return low - margin if low < 0.0 or low > 0.3 * high else 0.0, high + margin
 
@@ -189,11 +203,12 @@ def _plot(frame: Frame, low: float, high: float, inner: str, height: int) -> str
     )
 
 
-def _value_tick(value: float, low: float, high: float, height: int) -> str:
+def _value_tick(value: float, low: float, high: float, height: int, compass: bool) -> str:
+    shown = round(value) % 360 if compass else value
     y = _TOP + (high - value) / (high - low) * height
     return (
         f"<line class='grid' x1='{LEFT}' x2='{WIDTH - RIGHT}' y1='{y:.1f}' y2='{y:.1f}'/>"
-        f"<text class='tick' x='{LEFT - 6}' y='{y + 4:.1f}' text-anchor='end'>{value:.4g}</text>"
+        f"<text class='tick' x='{LEFT - 6}' y='{y + 4:.1f}' text-anchor='end'>{shown:.4g}</text>"
     )
 
 
@@ -204,8 +219,9 @@ def _time_axis(frame: Frame, height: int) -> str:
     parts = []
     for k in range(first, math.floor(frame.end_s / step) + 1):
         x = LEFT + (k * step - frame.begin_s) / span * (WIDTH - LEFT - RIGHT)
+        anchor = "end" if x > WIDTH - _LAST else "middle"
         parts.append(
-            f"<text class='tick' x='{x:.1f}' y='{_TOP + height + 15}' text-anchor='middle'>{clock(k * step)}</text>"
+            f"<text class='tick' x='{x:.1f}' y='{_TOP + height + 15}' text-anchor='{anchor}'>{clock(k * step)}</text>"
         )
     return f"<g class='times'>{''.join(parts)}</g>"
 
@@ -222,7 +238,7 @@ def clock(t_s: float) -> str:
 
 
 def _short(name: str) -> str:
-    return name if len(name) <= 9 else name[:8] + "…"
+    return name if len(name) <= 16 else name[:15] + "…"
 
 
 def _figure(label: str, keys: str, inner: str, height: int) -> str:

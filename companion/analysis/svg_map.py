@@ -177,9 +177,10 @@ def _places(chart: Chart, x: Array, y: Array, scale: float) -> str:
     parts = [
         f"<path class='start' d='M{x[first]:.3f},{y[first]:.3f}h0'/>",
         f"<path class='end' d='M{x[last]:.3f},{y[last]:.3f}h0'/>",
-        labels.place("start", float(x[first]), float(y[first]), "name"),
     ]
-    if math.hypot(x[last] - x[first], y[last] - y[first]) > 20.0 * scale:
+    apart = math.hypot(x[last] - x[first], y[last] - y[first]) > 20.0 * scale
+    parts.append(labels.place("start" if apart else "start, end", float(x[first]), float(y[first]), "name"))
+    if apart:
         parts.append(labels.place("end", float(x[last]), float(y[last]), "name"))
     at: dict[tuple[float, float], list[int]] = {}
     for number, north, east in chart.waypoints:

@@ -83,7 +83,7 @@ def draw(folder: Path, asked: dict[str, Any], settings: Settings) -> None:
     sigma = [2.0 * math.degrees(row[3]) for row in rows]
     error.fill_between(t, [-s for s in sigma], sigma, color="tab:blue", alpha=0.15, label="two sigma, as stated")
     error.plot(t, [math.degrees(row[2]) for row in rows], color="tab:blue", linewidth=0.9, label="heading error")
-    error.set_ylabel("°")
+    error.set_ylabel("heading error, °")
     error.set_ylim(-15.0, 15.0)
     legend(error)
     turn.plot(t, [math.degrees(row["yaw_rate_radps"]) for row in truth], color="tab:orange")
@@ -115,4 +115,5 @@ SCENARIO = Scenario(
     measure=measure,
     plot=draw,
     tow=legs,
+    lasts_s=210.0,
 )

@@ -90,4 +90,5 @@ SCENARIO = Scenario(
     measure=measure,
     plot=follow.draw,
     prepare=prepare,
+    lasts_s=270.0,
 )

@@ -92,4 +92,5 @@ SCENARIO = Scenario(
     },
     sail=sail,
     measure=measure,
+    lasts_s=630.0,
 )

@@ -115,4 +115,5 @@ SCENARIO = Scenario(
     },
     sail=sail,
     measure=measure,
+    lasts_s=480.0,
 )

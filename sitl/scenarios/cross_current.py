@@ -144,4 +144,5 @@ SCENARIO = Scenario(
     sail=sail,
     measure=measure,
     plot=track_plot.draw,
+    lasts_s=730.0,
 )

@@ -65,4 +65,5 @@ SCENARIO = Scenario(
     needs=(sideways,),
     sail=sail,
     measure=measure,
+    lasts_s=210.0,
 )

@@ -166,4 +166,5 @@ SCENARIO = Scenario(
     sail=sail,
     measure=measure,
     plot=plot,
+    lasts_s=130.0,
 )

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 # round a hull, in shares of its length and beam from the middle
 _MOST_COLUMNS = 5
 _CLOSE_S = 8.0  # marks nearer than this share a number
+_ON_WHITE = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.8}
 _OUTLINE = ((0.5, 0.0), (0.3, 0.5), (-0.5, 0.5), (-0.5, -0.5), (0.3, -0.5), (0.5, 0.0))
 
 
@@ -76,11 +77,18 @@ def mark_times(figure: Figure, panels: Sequence[Axes], marks: Sequence[tuple[flo
             shown.append((t_s, str(number)))
     for t_s, text in shown:
         panels[0].annotate(
-            text, (t_s, 0.02), xycoords=("data", "axes fraction"), xytext=(2, 0), textcoords="offset points", fontsize=7
+            text,
+            (t_s, 0.02),
+            xycoords=("data", "axes fraction"),
+            xytext=(2, 0),
+            textcoords="offset points",
+            fontsize=8,
+            bbox=_ON_WHITE,
+            zorder=5,
         )
     if marks:
         lines = [f"{number}: {text}" for number, (_, text) in enumerate(marks, start=1)]
-        figure.supxlabel("\n".join(lines), x=0.01, ha="left", fontsize=7)
+        figure.supxlabel("\n".join(lines), x=0.01, ha="left", fontsize=8)
 
 
 def draw_hull(

@@ -276,4 +276,5 @@ SCENARIO = Scenario(
     measure=measure,
     plot=draw,
     prepare=prepare,
+    lasts_s=180.0,
 )

@@ -83,4 +83,5 @@ SCENARIO = Scenario(
     defaults={"wind": "2", "current": "", "gnss": "rtk", "waves": "", "model_error": "", "while": "holding"},
     sail=sail,
     measure=measure,
+    lasts_s=200.0,
 )

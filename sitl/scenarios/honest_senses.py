@@ -127,4 +127,5 @@ SCENARIO = Scenario(
     sail=sail,
     measure=measure,
     prepare=prepare,
+    lasts_s=600.0,
 )

@@ -162,4 +162,5 @@ SCENARIO = Scenario(
     defaults={"wind": "", "current": "", "gnss": "rtk", "hull": "thesis", "anemometer": "off"},
     sail=sail,
     measure=measure,
+    lasts_s=620.0,
 )

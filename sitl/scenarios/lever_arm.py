@@ -69,4 +69,5 @@ SCENARIO = Scenario(
     defaults={"wind": "2", "current": "", "gnss": "rtk", "waves": "", "model_error": ""},
     sail=sail,
     measure=measure,
+    lasts_s=100.0,
 )

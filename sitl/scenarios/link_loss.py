@@ -104,6 +104,7 @@ SCENARIO = Scenario(
     measure=measure,
     plot=follow.draw,
     prepare=follow.prepare,
+    lasts_s=150.0,
 )
 LEADER_GNSS_LOSS = Scenario(
     name="leader_gnss_loss",
@@ -114,4 +115,5 @@ LEADER_GNSS_LOSS = Scenario(
     measure=measure,
     plot=follow.draw,
     prepare=follow.prepare,
+    lasts_s=100.0,
 )

@@ -95,4 +95,5 @@ SCENARIO = Scenario(
     },
     sail=sail,
     measure=measure,
+    lasts_s=120.0,
 )

@@ -93,4 +93,5 @@ SCENARIO = Scenario(
     by_vessel={"rescuerunner": {"side": "150", "limit": "2.5", "gnss": "standalone", "wind": "5"}},
     sail=sail,
     measure=measure,
+    lasts_s=170.0,
 )

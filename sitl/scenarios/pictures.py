@@ -145,4 +145,5 @@ SCENARIO = Scenario(
     sail=sail,
     measure=measure,
     prepare=prepare,
+    lasts_s=440.0,
 )

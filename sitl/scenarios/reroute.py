@@ -122,4 +122,5 @@ SCENARIO = Scenario(
     sail=sail,
     measure=measure,
     plot=track_plot.draw,
+    lasts_s=220.0,
 )

@@ -164,4 +164,5 @@ SURVEY = Scenario(
     sail=sail_survey,
     measure=measure_survey,
     plot=lambda folder, asked, settings: route_plot.draw(folder, asked, "linear", dict(settings)),
+    lasts_s=2200.0,
 )

@@ -76,4 +76,5 @@ SCENARIO = Scenario(
     measure=measure,
     plot=follow.draw,
     prepare=follow.prepare,
+    lasts_s=220.0,
 )

@@ -117,6 +117,7 @@ SCENARIO = Scenario(
     sail=sail,
     measure=measure,
     plot=positioning_plot.draw,
+    lasts_s=630.0,
 )
 THRUSTER_FAILURE = Scenario(
     name="thruster_failure",

@@ -83,4 +83,5 @@ SCENARIO = Scenario(
     measure=measure,
     plot=follow.draw,
     prepare=follow.prepare,
+    lasts_s=180.0,
 )

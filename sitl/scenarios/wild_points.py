@@ -87,4 +87,5 @@ SCENARIO = Scenario(
     defaults={"wind": "2", "current": "", "gnss": "rtk", "waves": "", "model_error": ""},
     sail=sail,
     measure=measure,
+    lasts_s=150.0,
 )

@@ -15,7 +15,7 @@ import pytest
 from companion.analysis.report import Packets, _chart, _frame, write_report
 from companion.analysis.report_data import read_log
 from companion.analysis.report_facts import Level, errors_by_mode, verdicts
-from companion.analysis.svg_chart import clock, nice_steps, stretches, thinned
+from companion.analysis.svg_chart import Frame, Series, chart, clock, nice_steps, stretches, thinned
 from companion.analysis.svg_map import _Labels
 from companion.cli.main import main
 from companion.cli.rig import LockstepRig
@@ -25,6 +25,7 @@ from companion.io.mavlink.wire.framer import frame, pack
 from companion.mission.plan import PlanKind
 from sitl.scenarios.ground_station import GroundStation, Item
 from sitl.scenarios.rig import Conditions
+from tests.browser import Browser, needs_browser
 
 POINTS = [(0.0, 8.0), (8.0, 8.0)]
 
@@ -260,6 +261,58 @@ def test_a_long_series_keeps_its_peaks_and_gaps() -> None:
     when, shown = thinned(t, values)
     assert len(when) < 2000 and np.nanmax(shown) == 9.0 and when[np.nanargmax(shown)] == 54_321.0
     assert np.isnan(shown).any() and np.all(np.diff(when) >= 0.0)
+
+
+FRAME = Frame(0.0, 600.0)
+TIMES = np.linspace(0.0, 600.0, 7)
+
+
+def test_directions_around_north_are_one_line() -> None:
+    page = chart(
+        FRAME, "Heading, °", [Series("heading", TIMES, np.array([350, 355, 0, 5, 10, 20, 30.0]))], compass=True
+    )
+    (path,) = re.findall(r"<path [^>]*data-turn='360'[^>]* d='([^']*)'", page)
+    drawn = [-float(point.split(",")[1]) for point in re.split("[ML]", path)[1:]]
+    assert drawn == pytest.approx([-10.0, -5.0, 0.0, 5.0, 10.0, 20.0, 30.0])
+    assert re.findall(r"text-anchor='end'>(\d+)</text>", page) == ["0", "20"]
+
+
+def test_the_last_time_stands_inside_the_chart() -> None:
+    page = chart(FRAME, "Load, %", [Series("load", TIMES, np.zeros(7))])
+    assert "text-anchor='end'>10:00<" in page and "text-anchor='middle'>9:00<" in page
+    assert "-0.5" not in page, "a load is not negative"
+
+
+LAID_OUT = """
+const texts = [...document.querySelectorAll("svg text")].filter((t) => !t.classList.contains("hidden") && t.textContent.trim());
+const boxes = texts.map((t) => [t.closest("svg.chart, svg.track"), t.getBoundingClientRect(), t.textContent]);
+const faults = [];
+boxes.forEach(([svg, a, one], n) => {
+  const frame = svg.getBoundingClientRect();
+  if (a.left < frame.left - 2 || a.right > frame.right + 2) faults.push(`${one} is cut off`);
+  for (const [other, b, two] of boxes.slice(n + 1)) {
+    if (other === svg && a.left + 1 < b.right && b.left + 1 < a.right && a.top + 2.5 < b.bottom - 2.5 && b.top + 2.5 < a.bottom - 2.5) faults.push(`${one} lies over ${two}`);
+  }
+});
+if (document.documentElement.scrollWidth > innerWidth + 1) faults.push(`${document.documentElement.scrollWidth} px wide`);
+for (const cell of document.querySelectorAll("td, th")) {
+  const word = Math.max(...cell.textContent.split(/\\s+/).map((w) => w.length)), size = parseFloat(getComputedStyle(cell).fontSize);
+  if (cell.clientWidth < 0.4 * size * word) faults.push(`${cell.textContent}: torn apart`);
+}
+if (/\\brad(\\/s|ians)?\\b/.test(document.body.innerText)) faults.push("radians");
+return faults;
+"""
+
+
+@needs_browser
+def test_no_text_lies_over_another_on_a_screen_and_on_a_phone(sailed: Path, tmp_path: Path) -> None:
+    write_report(sailed, tmp_path / "report.html")
+    browser = Browser(tmp_path)
+    for width, height in ((1280, 800), (390, 844)):
+        browser.resize(width, height)
+        browser.open(f"file://{tmp_path}/report.html")
+        assert browser.run(LAID_OUT) == [], width
+    browser.driver.quit()
 
 
 def test_ticks_of_an_axis() -> None:
