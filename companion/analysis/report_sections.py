@@ -312,8 +312,8 @@ SECTIONS: Mapping[str, Callable[[Page], str]] = {
 def _shown(value: float, unit: str) -> str:
     """A value with its unit, angles in degrees."""
     if unit.startswith("rad"):
-        return f"{math.degrees(value):.4g} {unit.replace('rad', '°', 1)}"
-    return f"{value:.6g} {unit}".strip()
+        value, unit = float(f"{math.degrees(value):.4g}"), unit.replace("rad", "°", 1)
+    return f"{value:.6g} {unit.replace('deg', '°').replace('^2', '²')}".strip()
 
 
 def _none(text: str) -> str:

@@ -204,7 +204,7 @@ def _plot(frame: Frame, low: float, high: float, inner: str, height: int) -> str
 
 
 def _value_tick(value: float, low: float, high: float, height: int, compass: bool) -> str:
-    shown = round(value) % 360 if compass else value
+    shown = round(value, 6) % 360.0 if compass else value
     y = _TOP + (high - value) / (high - low) * height
     return (
         f"<line class='grid' x1='{LEFT}' x2='{WIDTH - RIGHT}' y1='{y:.1f}' y2='{y:.1f}'/>"

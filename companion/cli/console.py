@@ -46,7 +46,7 @@ def add_to(commands: Any) -> None:
     add("--control", action="store_true", help="pages may command the boat")
     add("--link", metavar="URL", help="with --control: link to the boat, tcpout: or udpout:; none: as the boat says")
     add("--system-id", type=int, default=_SYSTEM, metavar="N", help="with --control: of this ground station")
-    add("--chart", type=Path, metavar="FILE", help="raster tiles for the chart (MBTiles)")
+    add("--chart", type=Path, metavar="FILE", help="raster tiles for the chart (PMTiles or MBTiles)")
     add("--beside", action="store_true", help=argparse.SUPPRESS)  # end with the process that started it
     console.set_defaults(command=_console)
 
@@ -75,11 +75,11 @@ def _settings(arguments: argparse.Namespace) -> Settings:
     from companion.console.doors import is_local
     from companion.console.replay import Recording
     from companion.console.server import Settings
-    from companion.console.tiles import TileError, Tiles
+    from companion.console.tiles import TileError, open_tiles
 
     token = os.environ.get(_TOKEN) or (None if is_local(arguments.host) else secrets.token_urlsafe(12))
     try:
-        tiles = None if arguments.chart is None else Tiles(arguments.chart)
+        tiles = None if arguments.chart is None else open_tiles(arguments.chart)
     except TileError as error:
         raise UsageError(f"--chart {error}") from error
     if arguments.log is not None:

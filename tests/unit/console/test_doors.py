@@ -14,7 +14,7 @@ from aiohttp.client_exceptions import WSServerHandshakeError
 from companion.console.doors import POLICY
 from companion.console.replay import Recording
 from companion.console.server import STATIC, Console, Settings
-from companion.console.tiles import Tiles
+from companion.console.tiles import open_tiles
 from tests.unit.console.recorded import write_log
 from tests.unit.console.test_tiles import tiles_file
 
@@ -143,7 +143,7 @@ def test_every_answer_has_the_policy_and_no_door_for_other_sites() -> None:
 
 
 def test_tiles_come_from_the_file(tmp_path: Path) -> None:
-    tiles = Tiles(tiles_file(tmp_path / "chart.mbtiles"))
+    tiles = open_tiles(tiles_file(tmp_path / "chart.mbtiles"))
 
     async def tile(session: ClientSession, url: str) -> Any:
         async with session.get(f"{url}/tiles/3/4/6") as found, session.get(f"{url}/tiles/3/4/5") as missing:
