@@ -55,14 +55,15 @@ class PmTiles:
         values = _HEADER.unpack(head)
         if values[1] != _VERSION:
             raise DamagedTiles(f"PMTiles version {values[1]}; this reads version {_VERSION}")
-        self._root, about, self._leaves, self._data = values[2:4], values[4:6], values[6], values[8]
+        self._root: tuple[int, int] = (values[2], values[3])
+        self._leaves, self._data = int(values[6]), int(values[8])
         _, self._packing, self._tile_packing, kind, *zooms = values[13:19]
         if kind not in _TYPES:
             raise DamagedTiles("vector tiles; the chart shows PNG, JPEG, WebP and AVIF")
         self._kind = _TYPES[kind]
         self.zooms = (int(zooms[0]), int(zooms[1]))
         try:
-            words = json.loads(self._unpacked(*about, self._packing) or b"{}")
+            words = json.loads(self._unpacked(values[4], values[5], self._packing) or b"{}")
             self._directory(*self._root)
         except _DAMAGE as error:
             raise DamagedTiles(f"damaged: {error}") from error
@@ -115,7 +116,7 @@ class PmTiles:
 
 def tile_number(zoom: int, column: int, row: int) -> int:
     """The number of a tile: those of all smaller zooms come first, then Hilbert's curve."""
-    number = (4**zoom - 1) // 3
+    number = ((1 << 2 * zoom) - 1) // 3
     x, y = column, row
     for bit in range(zoom - 1, -1, -1):
         side = 1 << bit
