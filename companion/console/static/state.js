@@ -96,7 +96,7 @@ function drawSenses(boat, m) {
       return html("tr", {}, html("th", {}, sense), html("td", { class: source ? "" : "small" }, source ?? "none"), html("td", { class: last && !last.accepted ? "bad" : "small" }, verdict));
     });
     const lies = (m.distrusted ?? []).map((d) => html("li", { class: "bad" }, `✕ ${d.source} (${d.sense}): ${d.fault}${d.excluded ? "; not used" : ""}${d.asks ? "; asks whether to believe it" : ""}`));
-    return [html("table", {}, ...used), html("ul", {}, ...(lies.length ? lies : [html("li", { class: "small" }, "None is found to lie.")]))];
+    return [html("table", {}, ...used), html("ul", {}, ...(lies.length ? lies : [html("li", { class: "small" }, m.distrusted ? "None is found to lie." : "Not in a log.")]))];
   }, facts);
   const c = m.corrections;
   const rows = [["Fix", m.fix ? m.fix.replaceAll("_", " ").toLowerCase() : "–"], ["Satellites", String(m.satellites ?? "–")], ["HDOP", number(m.hdop, 1)],

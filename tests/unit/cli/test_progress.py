@@ -9,22 +9,16 @@ import pytest
 
 from companion.cli.progress import Sailing, bar
 from companion.cli.terminal import console_on
+from tests.unit.cli.test_terminal import read_all
 
 
 def shown_on(writing: int, reading: int, **settings: bool) -> str:
     with bar("report", console_on(writing, **settings)) as told:
         told("drawing", 0.4)
     os.close(writing)
-    parts = []
-    while True:
-        try:
-            part = os.read(reading, 1 << 16)
-        except OSError:  # what a pseudo-terminal says when its other end is closed
-            part = b""
-        if not part:
-            os.close(reading)
-            return b"".join(parts).decode()
-        parts.append(part)
+    text = read_all(reading)
+    os.close(reading)
+    return text
 
 
 def test_without_a_terminal_nothing_is_shown() -> None:
