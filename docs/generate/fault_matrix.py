@@ -15,7 +15,8 @@ from sitl.fault_matrix.table import NOTHING, Expected, FaultRow, Table, VesselRo
 
 FOLDER = ROOT / "docs" / "results" / "matrix"
 _INTRODUCTION = """Every fault, in every mode, on every bundled vessel, in lockstep with the simulated boat. A cell is
-one run: the boat has sailed in its mode for some seconds when the fault begins. It is green when all this holds:
+one run: the boat has sailed in its mode for 20 s, or a minute or more where it has to learn its gyro's bias by a
+compass, when the fault begins. It is green when all this holds:
 
 * the boat ends in the mode that is expected;
 * what is expected was said within 1 s of being knowable, and the ground station heard it;
@@ -43,12 +44,17 @@ def fault_matrix(folder: Path = FOLDER) -> str:
         "Fault matrix",
         _INTRODUCTION,
         f"{legend}\n\n{_count(expected, seen)} {' '.join(origins)}".rstrip(),
-        f"Nothing is expected yet of {', '.join((*expected.open_modes, *expected.open_vessels))}.",
+        *_open(expected),
         *(_vessel(expected, vessel, seen) for vessel in expected.vessels),
         section(2, "Cells that are not as expected", _reds(expected, seen)),
         section(2, "What is expected", _expectations(expected)),
         section(2, "What does not exist", _absences(expected)),
     )
+
+
+def _open(table_: Table) -> list[str]:
+    names = (*table_.open_modes, *table_.open_vessels)
+    return [f"Nothing is expected yet of {', '.join(names)}."] if names else []
 
 
 def _read(folder: Path) -> tuple[Seen, list[str]]:
