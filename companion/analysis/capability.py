@@ -123,9 +123,10 @@ def plot(title: str, curves: Sequence[tuple[str, Capability]], out: Path | TextI
     axes = figure.add_subplot(projection="polar")
     axes.set_theta_zero_location("N")  # type: ignore[attr-defined]
     axes.set_theta_direction(-1)  # type: ignore[attr-defined]
-    for label, one in curves:
+    for number, (label, one) in enumerate(curves):
         angles, winds = (*one.from_rad, one.from_rad[0] + 2.0 * math.pi), (*one.wind_mps, one.wind_mps[0])
-        axes.plot(angles, winds, label=label)
+        last = number == len(curves) - 1  # thin and whole, so that one below it shows
+        axes.plot(angles, winds, label=label, linewidth=1.2 if last else 3.0, linestyle="-" if last else "--")
         axes.fill(angles, winds, alpha=0.08)
     axes.set_title(f"{title}: wind held, m/s, by its direction from the bow")
     axes.legend(loc="lower right")

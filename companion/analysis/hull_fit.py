@@ -26,7 +26,8 @@ from companion.config.devices import ThrusterConfig
 from companion.config.hull import HullConfig
 from companion.core.progress import Told, Work, tell_nobody
 
-_SMALLEST = (2e-3, 2e-3, 5e-4)  # m/s, m/s, rad/s: the best that an estimate can be
+SMALLEST = (2e-3, 2e-3, 5e-4)
+"""m/s, m/s, rad/s: the best that an estimate can be."""
 _INFORMED = 0.5  # share of the doubt: above it, the log adds nothing
 _DRAG_INFORMED = 0.5  # relative uncertainty of an axis' damping above which its terms are not determined
 _USUAL = 20  # evaluations of a fit, by quantity, about
@@ -114,7 +115,7 @@ def settled(
         left, before = model.imbalance(values), noise
         starts = before or (None, None, None)
         noise = [
-            most_likely(left[:, i], manoeuvre.stretches, manoeuvre.period_s, _SMALLEST[i], starts[i]) for i in range(3)
+            most_likely(left[:, i], manoeuvre.stretches, manoeuvre.period_s, SMALLEST[i], starts[i]) for i in range(3)
         ]
         if before and all(
             abs(math.log(now.gust / then.gust)) < _SETTLED for now, then in zip(noise, before, strict=True)

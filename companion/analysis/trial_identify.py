@@ -7,6 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+
 from companion.analysis.gains import NEEDED, Design, designed
 from companion.analysis.held_out import Prediction, prediction, split
 from companion.analysis.hull_fit import HullFit, fit
@@ -14,6 +16,7 @@ from companion.analysis.hull_model import HEADING, HullModel
 from companion.analysis.identify import advice, plot, report
 from companion.analysis.log_reader import Log, LogError, parameters_of
 from companion.analysis.manoeuvre import Manoeuvre, read_manoeuvre
+from companion.analysis.trial_checks import DEAD_BAND, Check, checks
 from companion.analysis.trial_log import Ran, manoeuvres
 from companion.config.hull import DampingConfig, WindageConfig
 from companion.config.overlay import free_place
@@ -48,6 +51,7 @@ class TrialIdentification:
     ran: tuple[Ran, ...]
     prediction: Prediction | None
     designs: tuple[Design, ...]
+    checks: tuple[Check, ...]
     heading: HeadingError | None
     manoeuvre: Manoeuvre
     values: Mapping[str, float]
@@ -91,10 +95,20 @@ def identify_trial(log: Log, hold: Sequence[str] = (), told: Told = tell_nobody)
     designs = designed(log.config, hull, values["lag_s"], {name: parameters[name] for name in NEEDED})
     heading = _heading_error(found)
     warnings += advice(model, found)
+    checked = _checks(model, found, ran, warnings)
     made = TrialIdentification(
-        log, found, ran, compared, designs, heading, whole, values, model, "", "", tuple(warnings)
+        log, found, ran, compared, designs, checked, heading, whole, values, model, "", "", tuple(warnings)
     )
     return replace(made, overlay=_overlay(made), text=_text(made))
+
+
+def _checks(model: HullModel, found: HullFit, ran: Sequence[Ran], warnings: list[str]) -> tuple[Check, ...]:
+    """What the log says beside the hull; a warning, where that cannot be made out."""
+    try:
+        return checks(model, found, ran, warnings)
+    except (LogError, OSError, ValueError, np.linalg.LinAlgError) as error:
+        warnings.append(f"dead band, lever arms and accelerometer are not checked: {error}")
+        return ()
 
 
 def _heading_error(found: HullFit) -> HeadingError | None:
@@ -132,6 +146,9 @@ def _overlay(found: TrialIdentification) -> str:
     for before, after in zip(config.thrusters, fitted.thrusters, strict=True):
         lines += ["", "[[thruster]]", f'name = "{before.name}"']
         lines += [f"{name} = {getattr(after, name):.4g}" for name in ("x_m", "max_n", "min_n", "ahead_n", "astern_n")]
+        lines += [
+            f"dead_band = {check.value:.3f}" for check in found.checks if check.name == DEAD_BAND and check.differs
+        ]
     lines += _sensors(found)
     return "\n".join([*lines, *_parameters(found)]) + "\n"
 
@@ -198,11 +215,7 @@ def _text(found: TrialIdentification) -> str:
             ("surge", "sway", "yaw rate"), ("m/s", "m/s", "rad/s"), p.axes_before, p.axes_after, strict=True
         ):
             lines.append(f"  {axis}: {old:.4f} -> {new:.4f} {unit} RMS")
-    if found.heading is not None:
-        h = found.heading
-        lines.append(
-            f"heading reads {math.degrees(h.error_rad):+.1f} ± {math.degrees(h.interval_rad):.1f} deg too much"
-        )
+    lines += [check.text for check in found.checks]
     lines += [design.text for design in found.designs]
     return "\n".join(lines)
 

@@ -66,6 +66,8 @@ def write_report(found: TrialIdentification, out: Path, kept: Sequence[Keeping] 
         ),
         "<h2>What changes, and why</h2>",
         *_changes(found),
+        "<h2>Sensors, and what the thrusters do near zero</h2>",
+        *_checked(found),
         "<h2>Measured and predicted</h2>",
         _measured(found, warnings),
         "<h2>Wind that the boat holds against</h2>",
@@ -116,6 +118,21 @@ def _changes(found: TrialIdentification) -> list[str]:
     return parts
 
 
+def _checked(found: TrialIdentification) -> list[str]:
+    rows = [
+        (
+            check.name,
+            f"{check.file:.3g} {check.unit}",
+            f"{check.value:.3g} ± {check.interval:.2g} {check.unit}" if check.told else "the log does not tell it",
+            ("other than expected" if check.differs else "") if check.told else f"{check.would} would",
+        )
+        for check in found.checks
+    ]
+    if not rows:
+        return ["<p>Not checked.</p>"]
+    return [_table(("quantity", "file, or expected", "the log, 95 % interval", ""), rows)]
+
+
 def _measured(found: TrialIdentification, warnings: list[str]) -> str:
     try:
         figure = new_figure(11.0, 7.0)
@@ -133,6 +150,9 @@ def _measured(found: TrialIdentification, warnings: list[str]) -> str:
         span = 1.4 * (float(np.abs(measured).max()) or 1.0)
         grid[axis].set(ylabel=f"{name} [{unit}]", ylim=(-span, span))
     grid[0].legend(loc="upper right", ncols=3)
+    grid[2].set_xlabel("t [s]")
+    if found.ran:
+        grid[2].set_xlim(float(manoeuvre.t_s[0]), found.ran[-1].to_s + 5.0)
     return _svg(figure)
 
 

@@ -1,0 +1,70 @@
+"""Lever arms and offsets of an inertial sensor that is known; the words of a check. `test_trial_identify` has the rest."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from companion.analysis.log_reader import Log
+from companion.analysis.manoeuvre import Manoeuvre
+from companion.analysis.trial_checks import Check, inertial_checks
+from companion.config.vessel import find, load
+from companion.core.readings import Imu
+from companion.nav.lever_arms import normal_gravity_mps2
+
+AHEAD_M, STARBOARD_M, OFFSET_MPS2 = 0.4, -0.15, 0.05
+GRAVITY = normal_gravity_mps2(63.4389)
+
+
+def spinning(rate_radps: float) -> Manoeuvre:
+    """A minute on the spot, with a yaw rate to and fro."""
+    t_s = np.arange(0.0, 60.0, 0.1)
+    rate = rate_radps * np.sin(0.3 * t_s)
+    velocity = np.stack([np.zeros_like(t_s), np.zeros_like(t_s), rate], axis=1)
+    nothing = np.zeros((len(t_s), 1))
+    return Manoeuvre(t_s, np.zeros_like(t_s), velocity, nothing, nothing, ((0, len(t_s)),), 0.1)
+
+
+def sensed(rate_radps: float) -> list[Imu]:
+    """What a sensor at that place measures, with noise."""
+    noise = np.random.default_rng(7).normal(0.0, 0.05, (2, 6000))
+    made = []
+    for k, t_s in enumerate(np.arange(0.0, 60.0, 0.01).tolist()):
+        r, turn = rate_radps * math.sin(0.3 * t_s), 0.3 * rate_radps * math.cos(0.3 * t_s)
+        x = -r * r * AHEAD_M - turn * STARBOARD_M + OFFSET_MPS2 + noise[0, k]
+        y = -r * r * STARBOARD_M + turn * AHEAD_M + noise[1, k]
+        made.append(Imu(t_s, "imu", x, y, -GRAVITY, 0.0, 0.0, r, 0.0, 0.0))
+    return made
+
+
+@pytest.fixture(scope="module")
+def log() -> Log:
+    return Log(Path(), load(find("revolt")), {})
+
+
+def test_the_place_of_a_sensor_shows_in_turns(log: Log) -> None:
+    name = next(sensor.name for sensor in log.config.sensors if sensor.driver == "mtdata2")
+    found = {check.name: check for check in inertial_checks(log, spinning(1.0), name, sensed(1.0))}
+    ahead, starboard = found[f"{name}: place ahead"], found[f"{name}: place to starboard"]
+    assert ahead.told and ahead.value == pytest.approx(AHEAD_M, abs=ahead.interval)
+    assert starboard.told and starboard.value == pytest.approx(STARBOARD_M, abs=starboard.interval)
+    offset = found[f"{name}: offset ahead"]
+    assert offset.differs and offset.value == pytest.approx(OFFSET_MPS2, abs=0.01)
+    assert found[f"{name}: gravity"].value == pytest.approx(GRAVITY, abs=0.01)
+
+
+def test_without_turns_the_missing_manoeuvre_is_named(log: Log) -> None:
+    name = next(sensor.name for sensor in log.config.sensors if sensor.driver == "mtdata2")
+    found = {check.name: check for check in inertial_checks(log, spinning(0.005), name, sensed(0.005))}
+    ahead = found[f"{name}: place ahead"]
+    assert not ahead.told and not ahead.differs
+    assert ahead.text.endswith("spins at 80 % to both sides would")
+
+
+def test_a_value_is_told_with_its_interval_and_what_the_file_has() -> None:
+    check = Check("gnss: place ahead", 0.31, 0.02, "m", 0.1)
+    assert check.text == "gnss: place ahead: 0.31 ± 0.02 m; the file has 0.1, which is outside"
+    assert not Check("gnss: place ahead", 0.31, 0.5, "m", 0.1).differs
