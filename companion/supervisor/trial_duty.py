@@ -60,7 +60,7 @@ class TrialDuty:
             self._events.say(now_s, TextKind.ATTENTION, "trial_unidentified", f"Trial: not identified: {error}")
             return
         except Exception as error:  # noqa: BLE001  whatever went wrong beside the loop, the boat sails on
-            text = f"Trial: not identified: {type(error).__name__}: {error}"
+            text = f"Trial: not identified ({type(error).__name__})"
             self._events.say(now_s, TextKind.ATTENTION, "trial_unidentified", text)
             return
         share = "" if found.error_share is None else f", error {found.error_share:.0%} of before"

@@ -50,7 +50,7 @@ def test_a_trial_that_gave_up_is_not(boat: Boat, monkeypatch: pytest.MonkeyPatch
     ("error", "said"),
     [
         (TrialResultError("nothing is left to fit"), "Trial: not identified: nothing is left to fit"),
-        (ValueError("singular"), "Trial: not identified: ValueError: singular"),
+        (ValueError("singular"), "Trial: not identified (ValueError)"),
     ],
 )
 def test_a_log_that_gives_no_model_is_told(

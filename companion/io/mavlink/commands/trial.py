@@ -27,7 +27,7 @@ def user_5(supervisor: Supervisor, request: CommandRequest) -> Outcome | Answer:
             return _stored(*supervisor.trial_duty.accept(request.now_s))
         case 2:
             return _stored(*supervisor.trial_duty.undo(request.now_s))
-    return denied("trial: param 2 should be 0 trial, 1 accept or 2 undo")
+    return denied("trial: param 2 is 0 begin, 1 accept or 2 undo")
 
 
 def _stored(outcome: Outcome, ticket: Ticket | None) -> Outcome | Answer:
