@@ -8,7 +8,9 @@ from pathlib import Path
 
 import pytest
 
+from companion.analysis.keeping import measured
 from companion.analysis.log_reader import Log, open_log
+from companion.analysis.trial_checks import DEAD_BAND
 from companion.analysis.trial_identify import TrialIdentification, identify_trial
 from companion.analysis.trial_report import write_report
 from companion.cli.main import main
@@ -65,6 +67,14 @@ def test_the_hull_and_the_error_of_the_heading_are_found(found: TrialIdentificat
     assert found.heading.error_rad == pytest.approx(HEADING_ERROR, abs=0.02)
 
 
+def test_what_the_log_says_beside_the_hull_comes_with_an_interval(found: TrialIdentification) -> None:
+    checks = {check.name: check for check in found.checks}
+    heading = checks["heading: reads too much by"]
+    assert heading.differs and heading.value == pytest.approx(math.degrees(HEADING_ERROR), abs=1.2)
+    assert checks[DEAD_BAND].told or checks[DEAD_BAND].would
+    assert all(check.text in found.text for check in found.checks)
+
+
 def test_what_was_held_out_is_predicted_better(found: TrialIdentification) -> None:
     assert found.prediction is not None and found.better
     assert found.prediction.ratio < 0.75  # of the rest, most is the noise of the velocities
@@ -88,7 +98,9 @@ def test_the_overlay_counts_once_it_is_accepted(found: TrialIdentification, tmp_
 
 
 def test_the_report_is_one_page(found: TrialIdentification, tmp_path: Path) -> None:
-    write_report(found, tmp_path / "trial.html")
+    before = measured(found.log.folder, "before, measured")
+    assert before is not None
+    write_report(found, tmp_path / "trial.html", [before])
     page = (tmp_path / "trial.html").read_text(encoding="utf-8")
     for said in ("stopping distance", "95 % interval", "gain margin", "accepted = false", "RMS from the mean place"):
         assert said in page

@@ -71,3 +71,14 @@ def test_draw_writes_an_svg(tmp_path: Path) -> None:
     picture = tmp_path / "otter.svg"
     assert main(["draw", "otter", "--svg", str(picture)]) == 0
     assert picture.read_text(encoding="utf-8").startswith("<svg")
+
+
+def test_numbers_may_have_a_decimal_comma_and_their_unit(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "boat.toml"
+    assert main(["new", str(file), "--yes", *CATAMARAN, "--length", "1,4 m", "--mass", "31kg", "--lon=-3.2"]) == 0
+    boat = load(file)
+    assert (boat.length_m, boat.hull.mass_kg, boat.home.lon_deg) == (1.4, 31.0, -3.2)
+    said = capsys.readouterr().out
+    assert "0.35 m to port" in said and "m astern" in said and "to -" not in said
+    assert main(["new", str(tmp_path / "other.toml"), "--yes", *CATAMARAN, "--beam", "wide"]) == 2
+    assert "a number, such as 1.2" in capsys.readouterr().err

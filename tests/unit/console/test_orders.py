@@ -26,6 +26,9 @@ def made(**asked: Any) -> Any:
         ({"order": "heading", "heading_deg": -10}, 31010, (2.0, 350.0)),
         ({"order": "station", "bearing_deg": 135, "distance_m": 20}, 31012, (135.0, 20.0)),
         ({"order": "take_control"}, 32100, (1.0, 1.0)),
+        ({"order": "trial_accept"}, 31014, (0.0, 1.0)),
+        ({"order": "trial_undo"}, 31014, (0.0, 2.0)),
+        ({"order": "restart"}, 246, (1.0,)),
     ],
 )
 def test_commands(asked: dict[str, Any], number: int, params: tuple[float, ...]) -> None:
