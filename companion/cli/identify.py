@@ -13,6 +13,7 @@ from companion.cli import realtime
 from companion.cli.common import add_time_span, print_warnings
 from companion.cli.progress import bar
 from companion.config.vessel import find
+from companion.core.trial_results import TrialFinding
 
 
 def add_to(commands: Any) -> None:
@@ -57,12 +58,19 @@ def _identify(arguments: argparse.Namespace) -> int:
 
 
 def _identify_beside(arguments: argparse.Namespace) -> int:
-    """For a boat that sails meanwhile: after all other programs; the finding as a line of JSON. The overlay goes beside
-    the vessel's file."""
-    from companion.cli.trial_results import finding, line_of
+    """For a boat that sails meanwhile: after all other programs; the finding as a line of JSON, then the report."""
+    from companion.cli import trial_results
 
     realtime.after_all_others()
-    print(line_of(lambda: finding(arguments.folder, find(arguments.vessel))), flush=True)
+    found = []
+
+    def work() -> TrialFinding:
+        found.append(trial_results.identified(arguments.folder, find(arguments.vessel)))
+        return trial_results.finding(found[0])
+
+    print(trial_results.line_of(work), flush=True)
+    for one in found:
+        trial_results.report(one, arguments.folder)
     return 0
 
 

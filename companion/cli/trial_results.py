@@ -10,11 +10,13 @@ import contextlib
 import json
 import subprocess
 import sys
+import tempfile
 import threading
 from collections.abc import Callable
 from concurrent.futures import Future
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from companion.config.overlay import in_force, proposed, set_accepted
 from companion.config.vessel import ConfigError, load
@@ -23,6 +25,9 @@ from companion.core.storing import Stored, Ticket
 from companion.core.tick import Tick
 from companion.core.trial_results import TrialFinding, TrialResultError
 from companion.loop import settle
+
+if TYPE_CHECKING:
+    from companion.analysis.trial_identify import TrialIdentification
 
 _LONGEST_S = 1800.0  # on a small board that sails meanwhile
 _SETTLED_S = 2.0  # in which the log's last rows come to the disk
@@ -105,42 +110,53 @@ class FileTrials:
 
 
 class IdentifyProcess:
-    """`identify` for `FileTrials`: one process at a time, which `close` ends."""
+    """`identify` for `FileTrials`: one process at a time. It tells what it found and then writes the report, even if the
+    boat is rebooted meanwhile; `close` ends one that has not told yet."""
 
     def __init__(self, vessel_file: Path, log_folder: Path) -> None:
         command = ["identify", str(log_folder), "--vessel", str(vessel_file), "--beside"]
         self.command = [sys.executable, "-m", "companion", *command]
         self._process: subprocess.Popen[str] | None = None
+        self._told = False
         self._ended = threading.Event()
 
     def __call__(self) -> TrialFinding:
-        """Run it to its end. Raises TrialResultError."""
+        """Run it until it has told what it found. Raises TrialResultError."""
+        if self._process is not None:
+            self._process.wait()  # it may still write the report of the trial before
+        self._told = False
         self._ended.wait(_SETTLED_S)
         if self._ended.is_set():
             raise TrialResultError("the program ends")
-        self._process = subprocess.Popen(
-            self.command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-        )
-        try:
-            out, err = self._process.communicate(timeout=_LONGEST_S)
-        except subprocess.TimeoutExpired as error:
-            self._process.kill()
-            self._process.communicate()
-            raise TrialResultError(f"it took longer than {_LONGEST_S / 60.0:.0f} min") from error
-        if self._ended.is_set():
-            raise TrialResultError("the program ends")
-        return finding_of(out, err)
+        with tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace") as complaints:
+            self._process = process = subprocess.Popen(
+                self.command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=complaints, text=True
+            )
+            limit = threading.Timer(_LONGEST_S, process.kill)
+            limit.daemon = True
+            limit.start()
+            assert process.stdout is not None
+            with process.stdout as said:
+                out = said.readline()  # it goes on with the report
+            limit.cancel()
+            if self._ended.is_set():
+                raise TrialResultError("the program ends")
+            self._told = bool(out)
+            complaints.seek(0)
+            return finding_of(out, complaints.read())
 
     def close(self) -> None:
-        """End it."""
+        """End it, unless it has told already."""
         self._ended.set()
         process = self._process
-        if process is not None and process.poll() is None:
-            process.terminate()
-            try:
-                process.wait(_ENDING_S)
-            except subprocess.TimeoutExpired:
-                process.kill()
+        if process is None or self._told:
+            return
+        process.terminate()
+        try:
+            process.wait(_ENDING_S)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
 
 
 def accept(vessel_file: Path) -> Path:
@@ -173,13 +189,11 @@ def undo(vessel_file: Path) -> Path:
     return overlay
 
 
-def finding(log_folder: Path, vessel_file: Path) -> TrialFinding:
-    """Identify from the log, and write report and picture into its folder. The overlay goes beside the vessel's file,
-    or into the log folder where that is not possible. Raises TrialResultError, LogError, OSError."""
+def identified(log_folder: Path, vessel_file: Path) -> TrialIdentification:
+    """Identify from the log. The overlay goes beside the vessel's file, or into the log folder where that is not
+    possible; the picture into the log folder. Raises TrialResultError, LogError, OSError."""
     from companion.analysis.log_reader import open_log
     from companion.analysis.trial_identify import identify_trial, write
-    from companion.analysis.trial_report import write_report
-    from companion.cli.keeping import keepings
 
     found = identify_trial(open_log(log_folder))
     date = datetime.now(UTC).date().isoformat()
@@ -188,8 +202,20 @@ def finding(log_folder: Path, vessel_file: Path) -> TrialFinding:
     except OSError as error:
         overlay, _ = write(found, log_folder, vessel_file.stem, date)
         raise TrialResultError(f"{vessel_file.parent}: {error.strerror}; the model is in {overlay}") from error
-    write_report(found, log_folder / REPORT, keepings(found))
+    return found
+
+
+def finding(found: TrialIdentification) -> TrialFinding:
+    """In short."""
     return TrialFinding(found.better, None if found.prediction is None else found.prediction.ratio)
+
+
+def report(found: TrialIdentification, log_folder: Path) -> None:
+    """Write the report of the trial into the log folder. Raises LogError, OSError."""
+    from companion.analysis.trial_report import write_report
+    from companion.cli.keeping import keepings
+
+    write_report(found, log_folder / REPORT, keepings(found))
 
 
 def line_of(work: Identify) -> str:

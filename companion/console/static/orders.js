@@ -44,7 +44,7 @@ function make() {
   element.goText = html("p", { class: "small" }, "Pick, then click the picture or the chart. The ghost takes the heading of the dial.");
   element.station = button("Send station", sendStation, { id: "o-station", disabled: true });
   element.stationText = html("p", { class: "small" }, "Drag the station mark on the chart while a leader is heard.");
-  element.accept = button("Accept its model", () => order({ order: "trial_accept" }, "Accept the model"), { id: "o-trial-accept", disabled: true });
+  element.accept = button("Accept", () => order({ order: "trial_accept" }, "Accept the model"), { id: "o-trial-accept", disabled: true });
   element.undo = button("Undo", () => order({ order: "trial_undo" }, "Undo the model"), { id: "o-trial-undo", disabled: true });
   element.restart = button("Reboot", () => order({ order: "restart" }, "Reboot"), { id: "o-restart" });
   element.trialText = html("p", { class: "small", id: "trial-text" }, "");
