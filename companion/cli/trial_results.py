@@ -110,8 +110,8 @@ class FileTrials:
 
 
 class IdentifyProcess:
-    """`identify` for `FileTrials`: one process at a time. It tells what it found and then writes the report, even if the
-    boat is rebooted meanwhile; `close` ends one that has not told yet."""
+    """`identify` for `FileTrials`: one process at a time. It tells what it found and then writes the report, even if
+    the boat is rebooted meanwhile; `close` ends one that has not told yet."""
 
     def __init__(self, vessel_file: Path, log_folder: Path) -> None:
         command = ["identify", str(log_folder), "--vessel", str(vessel_file), "--beside"]
