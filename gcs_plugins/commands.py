@@ -319,7 +319,7 @@ ACTIONS: tuple[OperatorAction, ...] = (
         "Sea trial here",
         "Trial",
         "Sail manoeuvres inside a circle of TRIAL_RADIUS around the boat, and identify its model from them",
-        asks="the boat sails manoeuvres for some minutes, at up to full thrust",
+        asks="the boat sails manoeuvres, at up to full thrust",
     ),
     OperatorAction(
         "trial-accept",

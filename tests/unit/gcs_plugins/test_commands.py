@@ -48,7 +48,7 @@ def test_what_starts_thrust_or_motion_or_ends_it_under_way_is_asked_for_first() 
     asked = {action.name for action in ACTIONS if not action.at_once}
     assert asked == {
         "arm", "disarm",  # propellers turn; a boat under way drifts
-        "start", "continue", "restart", "return", "dock", "circle", "follow",  # the boat sails off
+        "start", "continue", "restart", "return", "dock", "circle", "follow", "trial",  # the boat sails off
         "set-home",  # what a failsafe does later
         "lower", "retract",  # moves what could hurt somebody
     }  # fmt: skip
