@@ -7,7 +7,7 @@ reads it.
 from __future__ import annotations
 
 import threading
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from mavsdk.plugins.shell import Device, Shell
@@ -46,16 +46,22 @@ def show(boat: Boat) -> bool:
 
 def not_ready(boat: Boat) -> list[str]:
     """What keeps the boat from being ready, in a few words each; empty where nothing does."""
-    if not boat.wait(lambda: boat.newest("SYS_STATUS") is not None, _PATIENCE_S):
-        raise NoVessel(f"no SYS_STATUS in {_PATIENCE_S:g} s")
-    health, beat = boat.newest("SYS_STATUS"), boat.newest("HEARTBEAT")
-    assert health is not None and beat is not None
+    health, beat = _heard(boat, "SYS_STATUS"), _heard(boat, "HEARTBEAT")
     reasons = []
     if beat["system_status"] >= _CRITICAL:
         reasons.append("a failsafe acts")
     if not boat.armed and not health["onboard_control_sensors_health"] & _PREARM_CHECK:
         reasons.append("arming would be refused")
     return reasons
+
+
+def _heard(boat: Boat, kind: str) -> Mapping[str, Any]:
+    """The newest message of that kind. Raises NoVessel where none comes."""
+    boat.wait(lambda: boat.newest(kind) is not None, _PATIENCE_S)
+    message = boat.newest(kind)
+    if message is None:
+        raise NoVessel(f"no {kind} in {_PATIENCE_S:g} s")
+    return message
 
 
 def answer_in(text: str, line: str) -> Sequence[str] | None:
