@@ -57,14 +57,14 @@ def test_shallow_water_stops_the_boat_before_it_is_aground(tmp_path: Path) -> No
 
 
 def test_a_boat_that_is_told_to_return_gets_home(tmp_path: Path) -> None:
-    small = replace(REVOLT, sitl=replace(REVOLT.sitl, battery_wh=4.5))
+    small = replace(REVOLT, sitl=replace(REVOLT.sitl, battery_wh=9.0))
     gcs = under_way(tmp_path, small, BAT_ENDURANCE=0.0)  # as measured under way
     world = gcs.rig.world
-    gcs.wait("told to return", lambda: mode(gcs) == PX4_MODES["RTL"], 120.0)
+    gcs.wait("told to return", lambda: mode(gcs) == PX4_MODES["RTL"], 200.0)
     gcs.sail(1.0)
     assert any(text.startswith("Return now: ") for text in gcs.texts)
     assert world.battery.remaining > 0.5 and world.truth.north_m > 15.0, "long before the battery is critical"
-    gcs.wait("home", lambda: math.hypot(world.truth.north_m, world.truth.east_m) < 3.0, 150.0)
+    gcs.wait("home", lambda: math.hypot(world.truth.north_m, world.truth.east_m) < 3.0, 250.0)
     gcs.rig.close()
-    # of the reserve of 12 % the turn and the last metres, which are not reckoned, take some: it lasts 20 s here
-    assert world.battery.remaining > 0.02
+    # of the reserve of 12 % the turn and the last metres, which are not reckoned, take some: it lasts 30 s here
+    assert world.battery.remaining > 0.08
