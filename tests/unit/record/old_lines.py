@@ -5,9 +5,10 @@ from __future__ import annotations
 import binascii
 import math
 import struct
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
+from companion.core.actuation import ThrusterFeedback
 from companion.core.readings import KINDS
 from companion.core.tick import Tick
 from companion.record.reading_codec import CODECS, Codec
@@ -16,11 +17,15 @@ from companion.record.recorded import thruster_values, tick_values
 _KIND_OF = {kind_type: kind for kind, kind_type in KINDS.items()}
 
 
+_LATER: Mapping[type, tuple[str, ...]] = {ThrusterFeedback: ("current_a",)}  # which the first logs do not have
+
+
 def packed(codec: Codec, reading: Any) -> bytes:
     """The values of a line, before base64."""
     parts = [
         struct.pack(f"<{column.code}", value)
         for column, value in zip(codec.numbers, codec.values(reading), strict=True)
+        if column.name not in _LATER.get(type(reading), ()) or getattr(reading, column.name) is not None
     ]
     if codec.tuple_name is not None:
         parts.append(_floats(getattr(reading, codec.tuple_name)))
