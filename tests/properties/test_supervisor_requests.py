@@ -7,7 +7,7 @@ import math
 from dataclasses import astuple, replace
 from typing import Any
 
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from companion.config.vessel import VesselConfig, find, load
@@ -189,9 +189,9 @@ class World:
         if not status.armed or not self.supervisor.status(self.now_s).armed:
             assert isinstance(setpoint, NeutralSetpoint)
         following = status.armed and status.mode is ModeId.FOLLOW
-        assert status.mode is not ModeId.OFFBOARD and (
-            not following or self.supervisor.following.awaits
-        )  # there is no leader
+        assert status.mode is not ModeId.OFFBOARD
+        if following and not self.supervisor.following.awaits:  # there is no leader
+            assert isinstance(setpoint, NeutralSetpoint), "a more severe failsafe has stopped it"
         motion = desired_motion(setpoint)
         place = () if motion.place is None else astuple(motion.place)
         for value in (*place, motion.yaw_rad, motion.surge_mps, motion.sway_mps):
@@ -202,6 +202,8 @@ class World:
 
 @settings(deadline=None, derandomize=True, max_examples=100)
 @given(st.lists(steps, min_size=20, max_size=60))
+@example([("mode", ModeId.FOLLOW), ("world", True, True, False, True, 0.0), ("silence", 10.0)])
+@example([("mode", ModeId.FOLLOW), ("world", False, True, True, False, 1.0), ("silence", 10.0), ("ticks", 5)])
 def test_any_sequence_of_requests(sequence: list[tuple[Any, ...]]) -> None:
     carry_out(REVOLT, sequence)
 

@@ -51,7 +51,7 @@ def heard(port_socket: socket.socket, kind: str) -> bool:
         (("run", "revolt", "--sitl", "--link", "carrier-pigeon:1"), "carrier-pigeon"),
         (("check", "revlot"), "no vessel named"),
         (("mission", "no.plan"), "no.plan"),
-        (("scenario", "run", "kraken"), "there is hold, mission_square"),
+        (("scenario", "run", "kraken"), "there is hold, four_corner"),
         (("scenario", "run", "hold", "--set", "wind"), "KEY=VALUE"),
         (("scenario", "run", "hold", "--set", "moon=full"), "has no setting moon"),
     ],

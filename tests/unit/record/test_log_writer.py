@@ -133,9 +133,10 @@ def test_a_stalled_medium_holds_nobody_up_and_too_much_is_lost_as_whole_rows(
     disk = FaultyDisk()
     out = ThreadLog(LogSet(tmp_path / "run", Content(), disk))
     disk.stall()
-    for n in range(300):
+    out.put("a.csv", b"00000\n", 0.0)
+    disk.wait_for_stall()  # from here on its thread takes nothing more
+    for n in range(1, 300):
         out.put("a.csv", f"{n:05d}\n".encode(), 0.0)
-    disk.wait_for_stall()
     assert out.lost_bytes > 0
     disk.go_on()
     wait_until(lambda: len((tmp_path / "run" / "a.csv").read_bytes()) > 900, "the rows that waited")

@@ -17,7 +17,7 @@ from companion.core.decision import ACCEPTED, Home, MissionProgress, MissionStat
 from companion.core.estimate import NavState
 from companion.core.events import EventLog
 from companion.core.geodesy import LocalFrame
-from companion.core.readings import AisTarget, ManualInput
+from companion.core.readings import AisTarget, LeaderState, ManualInput
 from companion.core.setpoint import NEUTRAL_SETPOINT
 from companion.core.tick import Inputs, Tick
 from companion.io.mavlink.assembly import default_services
@@ -136,6 +136,9 @@ class FakeSupervisor:
     def change(self, **changes: Any) -> None:
         self.now = replace(self.now, **changes)
         self.version += 1
+
+    def leader_heard(self, state: LeaderState) -> None:
+        self._take("leader_heard", state)
 
     def _take(self, *asked: Any, **changes: Any) -> Outcome:
         self.asked.append(asked)
