@@ -7,6 +7,7 @@ import contextlib
 import errno
 import os
 import signal
+import subprocess
 import sys
 import tempfile
 from collections.abc import Iterable, Mapping
@@ -15,6 +16,8 @@ from typing import Any
 
 from companion.clock import DrivenClock
 from companion.core.ports import Clock
+
+_ENDING_S = 5.0  # in which a process may end by itself
 
 
 class UsageError(Exception):
@@ -142,3 +145,13 @@ def add_time_span(parser: argparse.ArgumentParser) -> None:
         help="leave out what was before, in the boat's time",
     )
     parser.add_argument("--to", type=float, default=float("inf"), metavar="S", dest="to_s")
+
+
+def end(process: subprocess.Popen[Any]) -> None:
+    """Ask a process to end, and kill it where it does not."""
+    process.terminate()
+    try:
+        process.wait(_ENDING_S)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from companion.cli.common import UsageError, boat_folder, complain
+from companion.cli.common import UsageError, boat_folder, complain, end
 from companion.feed_view import open_feed
 from companion.loop import Vessel
 from companion.record.feed import SOCKET
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
 PORT = 8080
 _SYSTEM = 251
 _NICE = 10
-_ENDING_S = 5.0
 _TOKEN = "USV_CONSOLE_TOKEN"
 _EXTRA = "needs {}: pip install 'usv-companion[console]'"
 
@@ -149,11 +148,6 @@ def stop_console(process: subprocess.Popen[bytes] | None) -> None:
     """End a console, if there is one; its port is free afterwards."""
     if process is None:
         return
-    process.terminate()
-    try:
-        process.wait(_ENDING_S)
-    except subprocess.TimeoutExpired:
-        process.kill()
-        process.wait()
+    end(process)
     if process.stdin is not None:
         process.stdin.close()

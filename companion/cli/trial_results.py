@@ -18,6 +18,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from companion.cli.common import end
 from companion.config.overlay import in_force, proposed, set_accepted
 from companion.config.vessel import ConfigError, load
 from companion.core.ports import Worker
@@ -31,7 +32,6 @@ if TYPE_CHECKING:
 
 _LONGEST_S = 1800.0  # on a small board that sails meanwhile
 _SETTLED_S = 2.0  # in which the log's last rows come to the disk
-_ENDING_S = 5.0
 REPORT = "trial.html"  # in the log folder
 
 Identify = Callable[[], TrialFinding]
@@ -151,12 +151,7 @@ class IdentifyProcess:
         process = self._process
         if process is None or self._told:
             return
-        process.terminate()
-        try:
-            process.wait(_ENDING_S)
-        except subprocess.TimeoutExpired:
-            process.kill()
-            process.wait()
+        end(process)
 
 
 def accept(vessel_file: Path) -> Path:
