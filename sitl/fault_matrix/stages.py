@@ -100,10 +100,11 @@ def _sticks(row: VesselRow, mode: str, compose: Composer, folder: Path, conditio
     return _settled(Stage(gcs, mode, row))
 
 
-def _hold(row: VesselRow, mode: str, compose: Composer, folder: Path, conditions: Conditions) -> Stage:
+def _chosen(row: VesselRow, mode: str, compose: Composer, folder: Path, conditions: Conditions) -> Stage:
+    """The mode alone, with nothing to upload or to order."""
     gcs = GroundStation(compose(conditions, folder))
     gcs.ready()
-    gcs.set_mode(PX4_MODES["Hold"])
+    gcs.set_mode(PX4_MODES[mode])
     gcs.arm()
     return _settled(Stage(gcs, mode, row))
 
@@ -129,14 +130,6 @@ def _rtl(row: VesselRow, mode: str, compose: Composer, folder: Path, conditions:
     gcs.set_mode(PX4_MODES["Hold"])
     gcs.arm()
     gcs.set_mode(PX4_MODES["RTL"])
-    return _settled(Stage(gcs, mode, row))
-
-
-def _dock(row: VesselRow, mode: str, compose: Composer, folder: Path, conditions: Conditions) -> Stage:
-    gcs = GroundStation(compose(conditions, folder))
-    gcs.ready()
-    gcs.set_mode(PX4_MODES["Dock"])
-    gcs.arm()
     return _settled(Stage(gcs, mode, row))
 
 
@@ -190,10 +183,10 @@ def _follow(row: VesselRow, mode: str, compose: Composer, folder: Path, conditio
 
 
 _BEGIN = {
-    "Hold": _hold,
+    "Hold": _chosen,
     "Mission": _mission,
     "RTL": _rtl,
-    "Dock": _dock,
+    "Dock": _chosen,
     "Circle": _circle,
     "Trial": _trial,
     "Offboard": _offboard,
