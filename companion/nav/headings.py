@@ -23,7 +23,8 @@ _COMPASS_FACTOR = 3.0  # its errors are correlated: each reading counts as that 
 _BASELINE_WANDER_RAD, _COMPASS_WANDER_RAD = math.radians(0.1), math.radians(2.1)  # slow errors: averaging keeps them
 _UNCALIBRATED_WANDER_RAD = math.radians(15.0)  # iron aboard deflects a raw magnetometer by tens of degrees
 _COURSE_SPEED_MPS = 1.0  # from this speed on, a boat points roughly along its course
-_COURSE_SIGMA_RAD = math.radians(15.0)
+_COURSE_KEPT_MPS = 0.7  # a boat that steers by its course slows in turns: down to here, the course goes on to serve
+_COURSE_SIGMA_RAD = math.radians(15.0)  # from _COURSE_SPEED_MPS on; below, in proportion, as drift turns it by more
 _COURSE_PERIOD_S = 1.0
 _COURSE_AFTER_S = 2.0  # without a heading
 _DECLINATION_REACH_M = 20_000.0
@@ -142,14 +143,16 @@ class HeadingSources:
 
     def course(self, velocity: GroundVelocity) -> TrueHeading | None:
         """Course over ground as a heading to fuse; None while there is another heading, or the boat is too slow."""
-        t_s = velocity.t_s
-        if math.hypot(velocity.north_mps, velocity.east_mps) < _COURSE_SPEED_MPS:
+        t_s, speed_mps = velocity.t_s, math.hypot(velocity.north_mps, velocity.east_mps)
+        in_use = self._used == _COURSE and t_s - self._course_s <= _COURSE_AFTER_S
+        if speed_mps < (_COURSE_KEPT_MPS if in_use else _COURSE_SPEED_MPS):
             return None
         if t_s - self._heading_s <= _COURSE_AFTER_S or t_s - self._course_s < _COURSE_PERIOD_S:
             return None
         self._course_s = t_s
         course = math.atan2(velocity.east_mps, velocity.north_mps)
-        return self._use(Measured(t_s, _COURSE, course, _COURSE_SIGMA_RAD, 0.0))
+        sigma_rad = _COURSE_SIGMA_RAD * max(1.0, _COURSE_SPEED_MPS / speed_mps)
+        return self._use(Measured(t_s, _COURSE, course, sigma_rad, 0.0))
 
     def _use(self, heading: Measured) -> TrueHeading:
         source, slow_sigma_rad = heading.source, heading.wander_rad

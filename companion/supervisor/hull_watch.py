@@ -19,6 +19,7 @@ _TURNS_RADPS = math.radians(5.0)  # a boat that turns faster is neither aground 
 _PUSH_SHARE = 0.2  # of the largest surge force: less is no push
 _MADE_SHARE = 0.5  # of the desired speed that counts as way
 _NEEDED_SHARE = 0.5  # of the thrust that the hull may need at its speed and FS_WAY_DRIFT, for thrust to be in vain
+_STREAM_GROWS_MPS2 = 0.01  # a current estimated to grow faster while no way is made is thrust that the ground takes
 _LONGEST_STEP_S = 0.5
 _SHALLOW_S = 1.0
 _DEPTH_AGE_S = 5.0
@@ -31,9 +32,10 @@ class HullWatch:
     Heel: roll and pitch together, from the vertical; it lasts until an inertial sensor says that the boat is upright.
     Way: the boat should go ahead and pushes with at least twice the force that its hull would need at its speed over
     ground in a stream of FS_WAY_DRIFT, or in the estimated current where that is stronger, and makes less than half of
-    the desired speed, for FS_WAY_T in all, and does not turn; pauses count against it. It has made way again at half of
-    the desired speed, and of the speed that was desired in vain: Hold desires little. Remembers that speed, and for how
-    long each has lasted.
+    the desired speed, for FS_WAY_T in all, and does not turn; pauses count against it. Meanwhile the current counts as
+    growing slowly: the estimate of a boat held fast has a current that balances its thrust. It has made way again at
+    half of the desired speed, and of the speed that was desired in vain: Hold desires little. Remembers that speed, the
+    current, and for how long each has lasted.
     """
 
     def __init__(self, config: VesselConfig, parameters: Parameters) -> None:
@@ -42,7 +44,7 @@ class HullWatch:
         self.aground_or_fouled = False
         self.depth_m: float | None = None  # while it is too shallow
         self._tilted_s: float | None = None
-        self._vain_s = self._seen_s = 0.0
+        self._vain_s = self._seen_s = self._stream_mps = 0.0
         self._vain_mps = 0.0  # desired in vain, for the last time
         self._shallow_s: float | None = None
 
@@ -71,12 +73,15 @@ class HullWatch:
         made = nav.surge_mps >= _MADE_SHARE * desired_mps
         if asked and nav.surge_mps >= _MADE_SHARE * max(desired_mps, self._vain_mps):
             self.aground_or_fouled = False
-        stream_mps = math.hypot(nav.current_north_mps or 0.0, nav.current_east_mps or 0.0)
-        drift_mps = max(self._parameters["FS_WAY_DRIFT"], stream_mps)
-        needed_n = self._hull.drag_n(max(0.0, nav.surge_mps) + drift_mps)
-        in_vain = surge_n >= _PUSH_SHARE * self._most_n and _NEEDED_SHARE * surge_n > needed_n
         dt_s = min(_LONGEST_STEP_S, max(0.0, now_s - self._seen_s))
         self._seen_s = now_s
+        stream_mps = math.hypot(nav.current_north_mps or 0.0, nav.current_east_mps or 0.0)
+        if asked and not made:
+            stream_mps = min(stream_mps, self._stream_mps + _STREAM_GROWS_MPS2 * dt_s)
+        self._stream_mps = stream_mps
+        drift_mps = max(self._parameters["FS_WAY_DRIFT"], self._stream_mps)
+        needed_n = self._hull.drag_n(max(0.0, nav.surge_mps) + drift_mps)
+        in_vain = surge_n >= _PUSH_SHARE * self._most_n and _NEEDED_SHARE * surge_n > needed_n
         known = nav.current_north_mps is not None or math.hypot(nav.north_mps, nav.east_mps) < _AT_REST_MPS
         in_vain = in_vain and known and asked and not made and abs(nav.yaw_rate_radps) < _TURNS_RADPS
         self._vain_s = 0.0 if asked and made else max(0.0, self._vain_s + (dt_s if in_vain else -dt_s))

@@ -84,6 +84,10 @@ def test_course_is_the_last_resort() -> None:
     found = listener.sources.course(replace(north, t_s=3.1, east_mps=1.5))
     assert found is not None and found.yaw_rad == pytest.approx(math.pi / 4.0) and found.sigma_rad > math.radians(10.0)
     assert listener.sources.course(replace(north, t_s=3.5)) is None  # once a second
+    slow = listener.sources.course(replace(north, t_s=4.2, north_mps=0.75))
+    assert slow is not None and found is not None and slow.sigma_rad > found.sigma_rad  # slowed by a turn, in use
+    assert listener.sources.course(replace(north, t_s=5.3, north_mps=0.65)) is None
+    assert listener.sources.course(replace(north, t_s=6.5, north_mps=0.9)) is None  # no longer in use
     assert listener.said[-1][0] is TextKind.ATTENTION and "course over ground" in listener.said[-1][1]
 
 

@@ -107,6 +107,15 @@ def test_what_is_no_thrust_in_vain(explained: dict[str, float]) -> None:
     assert not Bench().sail(60.0, **explained).aground_or_fouled  # type: ignore[arg-type]
 
 
+def test_a_current_explains_that_no_way_is_made_unless_it_is_estimated_from_then_on() -> None:
+    stemmed, aground = Bench(), Bench()
+    stemmed.sail(1.0, current_north_mps=-0.6, current_east_mps=0.0)
+    aground.sail(1.0, current_north_mps=-0.05, current_east_mps=0.0)
+    vain = {"desired_mps": 0.6, "push_n": 50.0, "current_north_mps": -0.6, "current_east_mps": 0.0}
+    assert not stemmed.sail(60.0, **vain).aground_or_fouled  # type: ignore[arg-type]
+    assert aground.sail(10.5, **vain).aground_or_fouled  # type: ignore[arg-type]
+
+
 def test_shallow_water_for_a_second_until_it_is_a_fifth_deeper() -> None:
     bench = Bench(FS_DEPTH_MIN=1.0)
     assert bench.sail(0.9, depth_m=0.8).depth_m is None
