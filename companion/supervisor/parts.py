@@ -118,8 +118,9 @@ class SupervisorParts:
         self.motor_test = MotorTest(config, events, self.motor_objection)
         self.responder = Responder(helm, hold, self.sticks, events, self.situation)
 
-    def watch_hull(self, desired_mps: float, now_s: float) -> None:
-        """Once a tick: hull, range, track. `desired_mps`: speed ahead of the last setpoint of a mode without sticks."""
+    def watch_hull(self, desired_mps: float | None, now_s: float) -> None:
+        """Once a tick: hull, range, track. `desired_mps`: speed ahead of the last setpoint of a mode without sticks;
+        None where it asks for forces."""
         self.track.update(self.nav, self.helm.armed)
         by_itself = self.helm.armed and not self.helm.mode.by_stick
         wanted_mps = desired_mps if by_itself else 0.0

@@ -13,7 +13,7 @@ from companion.core.estimate import NavState, usable
 from companion.core.events import EventLog
 from companion.core.geodesy import LocalFrame
 from companion.core.readings import AisTarget, LeaderState, ManualInput, RcInput
-from companion.core.setpoint import NEUTRAL_SETPOINT, Setpoint, desired_motion
+from companion.core.setpoint import NEUTRAL_SETPOINT, HeadingSetpoint, Setpoint, WrenchSetpoint, desired_motion
 from companion.core.tick import DeviceHealth, Inputs
 from companion.mission.executor import MissionExecutor
 from companion.mission.plan import Plans
@@ -61,7 +61,7 @@ class Supervisor(Requests):
         self._monitor = parts.responder.monitor
         self.landing = Landing(self)
         self._guard_failure = ""
-        self._desired_mps = 0.0  # speed ahead, of the last setpoint
+        self._desired_mps: float | None = 0.0  # speed ahead, of the last setpoint; None: it asks for forces
 
     @property
     def version(self) -> int:
@@ -202,7 +202,8 @@ class Supervisor(Requests):
     def guide(self, nav: NavState, now_s: float, dt_s: float) -> Setpoint:
         """The active mode's setpoint; neutral while disarmed, or while a failsafe or a failure stops the thrusters."""
         setpoint = self._guide(nav, now_s, dt_s)
-        self._desired_mps = desired_motion(setpoint).surge_mps
+        by_force = isinstance(setpoint, WrenchSetpoint | HeadingSetpoint)
+        self._desired_mps = None if by_force else desired_motion(setpoint).surge_mps
         return setpoint
 
     def _guide(self, nav: NavState, now_s: float, dt_s: float) -> Setpoint:

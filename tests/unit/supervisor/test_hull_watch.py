@@ -31,7 +31,7 @@ class Bench:
         self,
         duration_s: float,
         roll_deg: float = 0.0,
-        desired_mps: float = 0.0,
+        desired_mps: float | None = 0.0,
         made_mps: float = 0.0,
         push_n: float = 0.0,
         depth_m: float | None = None,
@@ -114,6 +114,18 @@ def test_a_current_explains_that_no_way_is_made_unless_it_is_estimated_from_then
     vain = {"desired_mps": 0.6, "push_n": 50.0, "current_north_mps": -0.6, "current_east_mps": 0.0}
     assert not stemmed.sail(60.0, **vain).aground_or_fouled  # type: ignore[arg-type]
     assert aground.sail(10.5, **vain).aground_or_fouled  # type: ignore[arg-type]
+
+
+def test_pushes_without_a_desired_speed_are_judged_by_the_model() -> None:
+    bench = Bench()
+    for _ in range(2):
+        assert not bench.sail(4.5, desired_mps=None, push_n=50.0).aground_or_fouled
+        assert not bench.sail(20.0, desired_mps=None, push_n=0.0).aground_or_fouled
+    assert bench.sail(3.0, desired_mps=None, push_n=50.0).aground_or_fouled
+    free = Bench()
+    for _ in range(30):
+        free.sail(2.0, desired_mps=None, push_n=50.0, north_mps=0.2)
+        assert not free.sail(2.0, desired_mps=None, push_n=0.0).aground_or_fouled
 
 
 def test_shallow_water_for_a_second_until_it_is_a_fifth_deeper() -> None:
