@@ -45,7 +45,19 @@ from companion.core.ports import (
     Worker,
     World,
 )
-from companion.core.readings import AisTarget, Battery, Corrections, Depth, Leak, RcInput, Reading, Wind
+from companion.core.readings import (
+    AisTarget,
+    Battery,
+    Corrections,
+    Depth,
+    DepthAhead,
+    Leak,
+    RadarTarget,
+    Ranges,
+    RcInput,
+    Reading,
+    Wind,
+)
 from companion.core.setpoint import NeutralSetpoint, Setpoint, ThrusterSetpoint
 from companion.core.storing import Ticket, durable
 from companion.core.tick import DeviceHealth, Inputs, Tick
@@ -134,6 +146,9 @@ class Vessel:
             Battery: self._battery_read,
             ThrusterFeedback: lambda report, _: self._reports.take(report),
             AisTarget: self.supervisor.traffic_heard,
+            Ranges: self.supervisor.obstacle_heard,
+            RadarTarget: self.supervisor.obstacle_heard,
+            DepthAhead: self.supervisor.obstacle_heard,
         }
         self._starved = 0  # ticks in a row for which there was no memory
         self._device_ok: dict[str, bool] = {}

@@ -25,6 +25,7 @@ from sitl.faults import Faults, parse
 from sitl.hull import Hull
 from sitl.jet import Jet
 from sitl.memory import MemoryDevice, MemoryStream, garbling
+from sitl.obstacles import Obstacles
 from sitl.seaway import Seaway
 from sitl.sensors import grade
 from sitl.shared_sea import SharedSea
@@ -126,6 +127,7 @@ class World:
         self._update_steps = round(UPDATE_S * self._step_hz)
         self._streams: dict[str, MemoryStream] = {}
         self.traffic = Traffic()
+        self.obstacles = Obstacles()
         sensed = self._sensed()
         by_name = {config.name: thruster for config, thruster in zip(vessel.thrusters, self.thrusters, strict=True)}
         self.sensors = [emulators.sensor(config, self._port(config.name), sensed) for config in vessel.sensors]
@@ -155,6 +157,7 @@ class World:
             step_hz=self._step_hz,
             common=None if self.shared_sea is None else self.shared_sea.common,
             traffic=self.traffic,
+            obstacles=self.obstacles,
         )
 
     # --- ports -----------------------------------------------------------------------------------------------------

@@ -146,6 +146,10 @@ def _equipped(conditions: Conditions) -> VesselConfig:
         config = with_magnetometer(config)
     if conditions.ais:
         config = _with_sensor(config, "ais", "ais")
+    if conditions.lidar:
+        config = _with_sensor(config, "lidar", "mavlink_range")
+    if conditions.sounder:
+        config = _with_sensor(config, "sounder", "nmea0183")
     if conditions.camera:
         config = config_module.with_camera(config)
     return config

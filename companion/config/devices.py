@@ -262,6 +262,13 @@ class SensorConfig:
         tuple[Vector, Vector, Vector],
         means("Soft iron, row by row. `companion calibrate` gives it."),
     ] = UNIT_MATRIX
+    depth_ahead_m: Annotated[
+        NonNegative,
+        means(
+            "Of a sounder that looks ahead: how far before the middle of the boat the depth is that it gives. 0: it "
+            "looks down."
+        ),
+    ] = 0.0
     accuracy_floor_m: Annotated[
         Positive,
         means(

@@ -177,6 +177,59 @@ class Depth:
 
 
 @dataclass(frozen=True, slots=True)
+class DepthAhead:
+    """Depth of water at a place ahead of the boat, as a forward-looking sounder measures it. `ahead_m`: from the middle
+    of the boat along the bow. `below_m`: below the transducer."""
+
+    t_s: float
+    source: str
+    below_m: float
+    ahead_m: float
+
+
+@dataclass(frozen=True, slots=True)
+class Ranges:
+    """Nearest distances around a sensor, sector by sector, as a lidar, radar or sonar measures them.
+
+    `first_rad`: bearing of the middle of the first sector, clockwise from the bow, or from north where `from_north`;
+    `step_rad`: width of each sector. A distance is NaN where nothing is known, infinite where nothing is up to
+    `most_m`. `x_m`, `y_m`: place of the sensor in body axes.
+    """
+
+    t_s: float
+    source: str
+    first_rad: float
+    step_rad: float
+    least_m: float
+    most_m: float
+    from_north: bool
+    x_m: float
+    y_m: float
+    distances_m: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class RadarTarget:
+    """A target that a radar tracks. Its place is either (`distance_m`, `bearing_rad`) from the boat or (`lat_deg`,
+    `lon_deg`). `from_bow`: the bearing counts from the bow, else from north. `relative`: course and speed are relative
+    to the boat. `lost`: the radar has lost it."""
+
+    t_s: float
+    source: str
+    number: int
+    distance_m: float | None
+    bearing_rad: float | None
+    from_bow: bool
+    lat_deg: float | None
+    lon_deg: float | None
+    course_rad: float | None
+    speed_mps: float | None
+    relative: bool
+    lost: bool
+    name: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class Corrections:
     """The corrections that a receiver's fix rests on, as the receiver reports them."""
 
@@ -296,5 +349,8 @@ KINDS: Mapping[str, type[Reading]] = {
     "corrections": Corrections,
     "measurement": Measurement,
     "ais": AisTarget,
+    "depth_ahead": DepthAhead,
+    "ranges": Ranges,
+    "radar": RadarTarget,
 }
 """Every kind of reading that the log keeps, by its name there. A new kind is its dataclass and its row."""

@@ -54,7 +54,7 @@ def speed_limit(areas: FenceAreas, nav: NavState, demand: tuple[float, float], p
     along the line. Outside the fence it may only come back. A demand against the course is braking; then the direction
     of the demand counts.
     """
-    way = _direction(nav, demand)
+    way = direction(nav, demand)
     if way is None:
         return NO_LIMIT
     reserve_m = _SIGMAS * nav.position_accuracy_m
@@ -79,7 +79,7 @@ def speed_limit(areas: FenceAreas, nav: NavState, demand: tuple[float, float], p
     return SpeedLimit(_CREEP_MPS * max(0.0, share) / closing)
 
 
-def _direction(nav: NavState, demand: tuple[float, float]) -> tuple[float, float] | None:
+def direction(nav: NavState, demand: tuple[float, float]) -> tuple[float, float] | None:
     """Unit vector (north, east) in which the boat goes, or will go by its demand; None at rest without a demand."""
     size = math.hypot(*demand)
     north, east = nav.north_mps, nav.east_mps

@@ -59,6 +59,11 @@ class DockMode(Mode):
         return self._docking.docked
 
     @property
+    def docking(self) -> bool:
+        """Always: the berth is no obstacle."""
+        return True
+
+    @property
     def alongside(self) -> bool:
         """Whether the boat pushes against the berth."""
         return self._docking.alongside

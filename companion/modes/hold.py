@@ -16,6 +16,7 @@ from companion.core.setpoint import Setpoint
 from companion.fence.guard import FenceGuard
 from companion.modes.mode import Mode
 from companion.modes.parts.headway import Headway
+from companion.obstacles.open_water import OpenWater
 from companion.params.store import Parameters
 from companion.positioning.consequence import ConsequenceCheck
 from companion.positioning.hold_point import HoldPoint
@@ -152,6 +153,15 @@ class HoldMode(Mode):
     def way_speed_mps(self, inputs: ModeInputs) -> float:
         """The speed along the path to the hold point, m/s."""
         return self._hold_point.way_speed_mps(inputs.speed_mps)
+
+    @property
+    def goes_round(self) -> bool:
+        """Whether the boat is in transit to a point."""
+        return self._hold_point.in_transit
+
+    def go_round(self, water: OpenWater, inputs: ModeInputs) -> str | None:
+        """Another way to the point of the go-to."""
+        return self._hold_point.go_round(inputs.nav, water.way)
 
     def excuse(self) -> None:
         """Restart the headway watch."""

@@ -39,9 +39,11 @@ from companion.modes.parts.docking import Docking
 from companion.modes.parts.headway import Headway
 from companion.modes.parts.mission_fence import MissionFence, orbit_circle
 from companion.modes.parts.refusals import FAR_AWAY, FENCE_REFUSALS
+from companion.modes.parts.rounding import Rounded, rounded, unchanged
 from companion.modes.parts.sideways_leg import SidewaysLeg
 from companion.modes.parts.turn import TurnPlan
 from companion.modes.rtl import ReturnPoint
+from companion.obstacles.open_water import OpenWater
 from companion.params.store import Parameters
 from companion.positioning.hold_point import HoldPoint
 
@@ -116,6 +118,7 @@ class MissionMode(Mode):
         self._task: Task | None = None
         self._route: tuple[RoutePoint, ...] = ()
         self._reported = 0  # points of the route reported to the executor as passed
+        self._rounded: Rounded = unchanged(())  # the points of the path, with those that lead round the fence
         self._since_s: float | None = None
         self._wait_s = math.inf
         self._turn: TurnPlan | None = None
@@ -190,6 +193,36 @@ class MissionMode(Mode):
         elif isinstance(self._task, Sail) and self._reported < len(self._route):
             asked_mps = self._route[self._reported].speed_mps
         return inputs.speed_mps if asked_mps is None else min(asked_mps, inputs.speed_mps)
+
+    @property
+    def docking(self) -> bool:
+        """Whether a docking item is under way."""
+        return self._at_berth
+
+    @property
+    def goes_round(self) -> bool:
+        """Whether the boat sails a route, or is in transit to a point."""
+        if isinstance(self._task, Sail) and not self._on_leg:
+            return self._blocked is None
+        return isinstance(self._task, Stay | ReturnHome) and self._hold_point.in_transit
+
+    def go_round(self, water: OpenWater, inputs: ModeInputs) -> str | None:
+        """Lay the rest of the present route round the obstacles. Waypoints that cannot be reached are passed beside,
+        which is announced; not the last one."""
+        task = self._task
+        if not isinstance(task, Sail):
+            return self._hold_point.go_round(inputs.nav, water.way)
+        route = self._route[self._reported : len(self._route) - self._sideways]
+        here = (inputs.nav.north_m, inputs.nav.east_m)
+        found = rounded(self._waypoints(route), here, water.clear, water.way)
+        if isinstance(found, int):
+            return f"item {item_number(route[found].seq)} cannot be reached"
+        self._route, self._reported, self._rounded = self._route[self._reported :], 0, found
+        self._path_tracker.start(found.waypoints, inputs.nav, task.stop and not self._sideways)
+        for index, off_m in found.beside:
+            text = f"Item {item_number(route[index].seq)} in an obstacle: passed {off_m:.0f} m off"
+            self._events.say(inputs.now_s, TextKind.ATTENTION, "item_beside", text)
+        return None
 
     def excuse(self) -> None:
         """Restart the headway watch."""
@@ -401,6 +434,8 @@ class MissionMode(Mode):
         stop = task.stop
         if self._sideways:
             waypoints, beyond, stop = waypoints[:-1], [], False
+        self._rounded = self._fence.rounded(waypoints, (inputs.nav.north_m, inputs.nav.east_m))
+        waypoints = list(self._rounded.waypoints)
         if not waypoints:
             self._start_leg(inputs)
             return
@@ -421,7 +456,7 @@ class MissionMode(Mode):
 
     def _mind_fence(self, inputs: ModeInputs) -> None:
         """Check the new path from the boat's true position, and stop if the fence blocks it."""
-        seqs = [point.seq for point in self._route[self._reported :]]
+        seqs = [self._route[self._rounded.own_index(i)].seq for i in range(len(self._rounded.waypoints))]
         self._stop_if_blocked(self._fence.track_refusal(self._path_tracker.legs, seqs), inputs)
 
     def _stop_if_blocked(self, reason: str | None, inputs: ModeInputs) -> None:
@@ -445,7 +480,8 @@ class MissionMode(Mode):
         self._headway.update(progress.way_m, inputs.speed_mps, inputs.now_s)
         if self._path_tracker.took_over:
             self._mind_fence(inputs)
-        passed = len(self._route) - self._sideways if progress.finished else progress.passed
+        own = self._rounded.passed(progress.passed)
+        passed = len(self._route) - self._sideways if progress.finished else own
         if task.stop and not progress.finished:
             passed = min(passed, len(self._route) - 1)  # the last one is reached at rest
         while self._reported < passed and self._executor.task is task:

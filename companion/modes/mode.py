@@ -9,6 +9,7 @@ from typing import ClassVar
 
 from companion.core.decision import ModeDeclaration, ModeId, ModeInputs, Need, OrbitState
 from companion.core.setpoint import NEUTRAL_SETPOINT, Setpoint
+from companion.obstacles.open_water import OpenWater
 
 FURTHEST_LEG_M = 50_000.0  # a destination further away is another boat's plan or a typing error
 
@@ -97,6 +98,20 @@ class Mode(ABC):
 
     def excuse(self) -> None:  # noqa: B027  most modes do not watch their headway
         """Restart the headway watch: something else stops the boat, so it is not stuck."""
+
+    @property
+    def docking(self) -> bool:
+        """Whether the boat goes alongside: the berth is no obstacle."""
+        return False
+
+    @property
+    def goes_round(self) -> bool:
+        """Whether the mode now has a way that it can lead round obstacles."""
+        return False
+
+    def go_round(self, water: OpenWater, inputs: ModeInputs) -> str | None:
+        """Lay the rest of the way round the obstacles. Return why that is impossible, or None."""
+        return "the mode has no way of its own"
 
     def drop_speed(self) -> None:  # noqa: B027  most modes sail at the set speed
         """Forget the speed of the last order, because the operator has set another one."""

@@ -15,6 +15,7 @@ from companion.guidance.own_track import OwnTrack, Place
 from companion.mission.plan import PlanKind, Plans
 from companion.modes.mode import Mode
 from companion.modes.parts.headway import Headway
+from companion.obstacles.open_water import OpenWater
 from companion.params.store import Parameters
 from companion.positioning.hold_point import HoldPoint
 from companion.positioning.watch_circles import WatchCircles
@@ -154,6 +155,15 @@ class RtlMode(Mode):
     def way_ahead(self) -> Sequence[tuple[float, float]]:
         """The rest of the way home."""
         return self._hold_point.way_ahead
+
+    @property
+    def goes_round(self) -> bool:
+        """Whether the boat is in transit home."""
+        return self._hold_point.in_transit
+
+    def go_round(self, water: OpenWater, inputs: ModeInputs) -> str | None:
+        """Another way to the same destination."""
+        return self._hold_point.go_round(inputs.nav, water.way)
 
     def excuse(self) -> None:
         """Restart the headway watch."""

@@ -50,7 +50,6 @@ ROWS: tuple[ParamSpec, ...] = (
     fixed("BAT1_V_LOAD_DROP", 0.0, "The vessel file's resistance_ohm corrects for load", whole=False),
     # Safety
     fixed("BAT_EMERGEN_THR", 0.0, "Not used: BAT_CRIT_THR is the last level", whole=False),
-    fixed("CP_DIST", -1.0, "No distance sensors; AIS traffic is kept clear of by CA_ACTION", whole=False),
     fixed("COM_OBS_AVOID", 0, "No other computer plans ways round obstacles", "Off"),
     fixed("GF_MAX_VER_DIST", 0.0, _AFLOAT, whole=False),
     fixed("RTL_RETURN_ALT", 0.0, _AFLOAT, whole=False),

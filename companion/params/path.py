@@ -1,9 +1,10 @@
-"""Rows of the table of parameters: paths, Circle, missions, traffic, and the laws of the ÅBOAT thesis."""
+"""Rows of the table of parameters: paths, Circle, missions, obstacles, traffic, and the laws of the ÅBOAT thesis."""
 
 from __future__ import annotations
 
 from companion.params.spec import (
     DEGREES_PER_S,
+    FAILSAFE_ACTIONS,
     YES_NO,
     ParamSpec,
     choice,
@@ -215,6 +216,60 @@ ROWS: tuple[ParamSpec, ...] = (
         "m",
         "Fence",
         "Distance that missions, go-to points and ways home keep between hull and fence",
+    ),
+    choice(
+        "MIS_ROUND",
+        1,
+        YES_NO,
+        "Fence",
+        "Lead the legs of missions round the fence; else a mission whose legs cross it is refused",
+    ),
+    # obstacles
+    real(
+        "CP_DIST",
+        3.0,
+        -1.0,
+        50.0,
+        "m",
+        "Obstacles",
+        "Distance that ways keep between hull and obstacles seen by ranging sensors; below 0: off",
+    ),
+    real("CP_DELAY", 0.4, 0.0, 2.0, "s", "Obstacles", "Delay of the ranging sensors, for which the boat stops earlier"),
+    real(
+        "CP_FORGET",
+        60.0,
+        2.0,
+        3600.0,
+        "s",
+        "Obstacles",
+        "How long an obstacle counts that no sensor sees any more",
+        decimals=0,
+    ),
+    real(
+        "CP_WAIT",
+        15.0,
+        0.0,
+        600.0,
+        "s",
+        "Obstacles",
+        "How long the boat waits where no way leads round an obstacle, before it gives up and holds",
+        decimals=0,
+    ),
+    real(
+        "CP_DEPTH_MIN",
+        0.0,
+        0.0,
+        100.0,
+        "m",
+        "Obstacles",
+        "Depth below the transducer at which the boat turns back and looks for a way round; 0: never",
+    ),
+    choice(
+        "FS_RANGE_ACT",
+        1,
+        FAILSAFE_ACTIONS,
+        "Failsafe",
+        "Action when a ranging sensor falls silent and the boat steers by itself",
     ),
     # traffic
     choice(

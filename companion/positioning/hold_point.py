@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import NamedTuple, Protocol
 
 from companion.allocation.propulsion import can_reverse
@@ -22,6 +23,10 @@ from companion.guidance.stopping import BRAKE_SHARE, SMOOTHING_S, stopping_point
 from companion.params.store import Parameters
 from companion.positioning.bow_keeper import BowKeeper
 from companion.positioning.drift import DriftKeeper
+
+
+Place = tuple[float, float]
+_BESIDE_M = 15.0  # from a point in an obstacle: the boat goes so near instead
 
 
 class Keeper(Protocol):
@@ -252,6 +257,23 @@ class HoldPoint:
         self._path_tracker.start(
             [Waypoint(*point, radius_m=way.radius_m, straight=True) for point in way.points[1:]], nav
         )
+
+    def go_round(self, nav: NavState, find: Callable[[Place, Place], Way | None]) -> str | None:
+        """In transit: go on along another way to the same point, or to the nearest place beside it. Return why that is
+        impossible, or None."""
+        transit = self._transit
+        if transit is None:
+            return "not under way"
+        end = (transit.north_m, transit.east_m)
+        way = find((nav.north_m, nav.east_m), end)
+        if way is None:
+            return "no open water to the point"
+        if math.dist(way.points[-1], end) > _BESIDE_M:
+            return "the point lies in an obstacle"
+        self.go_along(nav, way)
+        if self._transit is not None:
+            self._transit = self._transit._replace(yaw_rad=transit.yaw_rad, speed_mps=transit.speed_mps)
+        return None
 
     def _start_keeper(self, nav: NavState) -> None:
         self._keeper = self._keepers[int(self._parameters["DP_UNDER"])]

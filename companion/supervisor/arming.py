@@ -149,4 +149,22 @@ def _fence(s: Situation) -> Iterator[ArmingFinding]:
         yield ArmingFinding(ArmingCheck.FENCE, "fence is being prepared: wait")
 
 
-CHECKS: tuple[Looks, ...] = (_position, _heading, _devices, _thrusters, _battery, _leak, _kill_switch, _fence)
+def _ranges(s: Situation) -> Iterator[ArmingFinding]:
+    """Ranges that came over a link: a sensor of the boat's own file is a device."""
+    if s.parameters["CP_DIST"] >= 0.0:
+        for name in s.silent_ranges:
+            if name not in s.sensors:
+                yield ArmingFinding(ArmingCheck.DEVICE, f"no ranges from {name}", name)
+
+
+CHECKS: tuple[Looks, ...] = (
+    _position,
+    _heading,
+    _devices,
+    _thrusters,
+    _battery,
+    _leak,
+    _kill_switch,
+    _fence,
+    _ranges,
+)

@@ -248,6 +248,15 @@ FAILSAFES: tuple[Failsafe, ...] = (  # most severe first
         "Deep enough again",
     ),
     Failsafe(
+        "ranges_lost",
+        TextKind.ALARM,
+        lambda s, _: bool(s.silent_ranges),
+        _self_steered,
+        "FS_RANGE_ACT",
+        lambda s: f"No ranges from {', '.join(s.silent_ranges)}"[:50],
+        "Ranges are back",
+    ),
+    Failsafe(
         "aground_or_fouled",
         TextKind.ALARM,
         lambda s, _: s.aground_or_fouled,

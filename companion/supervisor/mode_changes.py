@@ -29,6 +29,7 @@ class Cause(Enum):
     FAILSAFE = "failsafe"
     FAILSAFE_OVER = "failsafe_over"
     FENCE = "fence_stops"
+    OBSTACLE = "obstacle_stops"
     MODE_FAILED = "mode_failed"
     GUARD_FAILED = "guard_failed"
     MISSION_ITEM = "mission_item"
@@ -48,6 +49,7 @@ _BY_THE_BOAT = frozenset(
         Cause.FAILSAFE,
         Cause.FAILSAFE_OVER,
         Cause.FENCE,
+        Cause.OBSTACLE,
         Cause.MODE_FAILED,
         Cause.GUARD_FAILED,
         Cause.MISSION_ITEM_REFUSED,
@@ -139,6 +141,14 @@ MODE_CHANGES: tuple[ModeChange, ...] = (
         "any self-steered",
         _HOLD_OR_NO_THRUST,
         "A new fence cuts off the way of the mode, or the mission finds its way blocked",
+    ),
+    ModeChange(
+        Cause.OBSTACLE.value,
+        Cause.OBSTACLE,
+        "Mission, RTL",
+        _HOLD_OR_NO_THRUST,
+        "No way leads round the obstacles for so long",
+        "CP_WAIT",
     ),
     ModeChange(
         Cause.MODE_FAILED.value,

@@ -22,6 +22,8 @@ from companion.modes.mission import MissionMode
 from companion.modes.offboard import OffboardMode
 from companion.modes.table import build_modes, mode_of
 from companion.modes.trial.mode import TrialMode
+from companion.obstacles.guard import ObstacleGuard
+from companion.obstacles.surroundings import Surroundings
 from companion.params.store import Parameters
 from companion.supervisor.authority import AuthorityRequest, Facts, RequestedAction, refusal
 from companion.supervisor.calibration import CalibrationDuty
@@ -84,7 +86,18 @@ class SupervisorParts:
         self.leader = LeaderTracker()
         self.home = HomeKeeper(events)
         self.fence = FenceGuard(config, parameters, plans, events, frame_of, lambda: self.home.home)
-        self.traffic_guard = TrafficGuard(config, parameters, self.traffic, events, frame_of, self.fence)
+        self.surroundings = around = Surroundings(config, parameters, events, frame_of)
+        self.obstacles = ObstacleGuard(config, parameters, around, self.fence, events)
+        self.traffic_guard = TrafficGuard(
+            config,
+            parameters,
+            self.traffic,
+            events,
+            frame_of,
+            self.fence,
+            around.movers,
+            self.obstacles.water.line_refusal,
+        )
         self.track = OwnTrack(frame_of)
         modes = build_modes(config, parameters, plans, executor, events, frame_of, self.fence, self.track)
         self.hold = hold = mode_of(modes, HoldMode)
@@ -219,6 +232,7 @@ class SupervisorParts:
             lost_motions=lost_motions(thrusters, self.failed),
             kill_switch_fault=kill_switch_fault(self.parameters, self.switches.channels),
             fence=self.fence.cause,
+            silent_ranges=self.surroundings.silent,
             ticks_late=self.computer.ticks_late,
             worst_late_s=self.computer.worst_s,
             tilt_rad=self.hull.tilt_rad,

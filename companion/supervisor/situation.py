@@ -62,6 +62,7 @@ class Situation:
     depth_m: float | None = None  # where it is too shallow
     home_share: float | None = None  # of the battery, with which the boat gets home; None where not known
     range_short: bool = False  # less is left
+    silent_ranges: tuple[str, ...] = ()  # ranging sensors that were heard before
     fence: str | None = None  # what is wrong with the boat's place, or soon will be
 
 

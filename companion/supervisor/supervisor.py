@@ -20,6 +20,7 @@ from companion.mission.plan import Plans
 from companion.modes.mode import ModeInfo
 from companion.modes.parts.offboard_target import OffboardTarget
 from companion.modes.trial.mode import COMPLETE
+from companion.obstacles.surroundings import Heard
 from companion.params.store import Parameters
 from companion.supervisor.arming import arming_refusals, arming_report
 from companion.supervisor.authority import AuthorityRequest, Facts, RequestedAction, Right
@@ -87,6 +88,10 @@ class Supervisor(Requests):
         """A report of another vessel, from a receiver or another system."""
         nav = self.parts.nav
         self.parts.traffic.take(report, now_s, (nav.lat_deg, nav.lon_deg) if nav.position_valid else None)
+
+    def obstacle_heard(self, reading: Heard, now_s: float) -> None:
+        """Ranges, a radar target or a depth ahead, from a sensor or another system."""
+        self.parts.surroundings.take(reading, now_s)
 
     def leader_heard(self, state: LeaderState) -> None:
         """A message of a lead boat. It is ignored unless that boat leads."""
@@ -179,6 +184,7 @@ class Supervisor(Requests):
         parts = self.parts
         parts.nav, parts.inputs, parts.health = usable(nav), inputs, health
         parts.traffic.update(now_s)
+        parts.surroundings.update(parts.nav, inputs.depth, now_s)
         parts.mission_duty.restore(now_s)
         parts.home.update(parts.nav, now_s)
         parts.standstill.update(now_s)
@@ -211,6 +217,7 @@ class Supervisor(Requests):
         parts.nav = usable(nav)
         if not helm.armed or self._stopped or self._monitor.neutral:
             parts.traffic_guard.reset()
+            parts.obstacles.reset()
             return NEUTRAL_SETPOINT
         inputs = parts.mode_inputs(now_s, dt_s)
         setpoint = helm.guide(inputs)
@@ -239,14 +246,17 @@ class Supervisor(Requests):
         return parts.auxiliary.update(helm.armed, now_s)
 
     def _guarded(self, setpoint: Setpoint, inputs: ModeInputs) -> Setpoint:
-        """The setpoint, clear of traffic and inside the fence. If a guard fails, that is announced and the boat holds;
+        """The setpoint, clear of traffic and obstacles and inside the fence. If a guard fails, that is announced and the boat holds;
         Hold and modes steered by stick go on unguarded."""
         parts, helm, now_s = self.parts, self._helm, inputs.now_s
         try:
             steered = parts.traffic_guard.steer(setpoint, helm.mode, inputs)
+            steered = parts.obstacles.steer(steered, helm.mode, inputs, parts.traffic_guard)
+            if parts.obstacles.impossible is not None:
+                self._give_up(parts.obstacles.impossible, now_s)
             return parts.fence.limited(steered, parts.nav, parts.cruise.speed_mps, now_s)
         except Exception as error:  # noqa: BLE001  whatever is wrong there, the boat must not be without a helm
-            text = f"Fence and traffic not minded ({type(error).__name__}: {error})"
+            text = f"Fence and obstacles not minded ({type(error).__name__}: {error})"
             if text != self._guard_failure:
                 self._guard_failure = text
                 self._events.say(now_s, TextKind.ALARM, "guard_failed", text)
@@ -255,6 +265,16 @@ class Supervisor(Requests):
             if helm.switch(ModeId.HOLD, parts.nav, now_s, Cause.GUARD_FAILED) is not None:
                 helm.stop(Cause.GUARD_FAILED)
             return NEUTRAL_SETPOINT
+
+    def _give_up(self, reason: str, now_s: float) -> None:
+        """No way leads round the obstacles: hold here."""
+        parts, helm = self.parts, self._helm
+        parts.obstacles.reset()
+        self._events.say(now_s, TextKind.ALARM, "obstacle_stops", f"{helm.mode.id.value} impossible: {reason}"[:50])
+        if helm.mode is parts.hold:
+            parts.hold.hold_here(parts.nav)
+        elif helm.switch(ModeId.HOLD, parts.nav, now_s, Cause.OBSTACLE) is not None:
+            helm.stop(Cause.OBSTACLE)
 
     def _obey_switches(self, rc: RcInput | None, now_s: float) -> None:
         """What the transmitter's switches ask for; while its kill switch is on the boat is disarmed."""

@@ -3,8 +3,9 @@ traffic.
 
 It acts while a mode sails along a path: Mission, RTL, and a go-to of Hold. The mode runs on meanwhile: its path
 tracking keeps its place along the route while the boat is off it, and steers again where the detour meets the route.
-CA_ACTION sets how far it goes: 1 announces conflicts; 2 slows down or stops; 3 alters course where the fence allows,
-and else slows down or stops.
+CA_ACTION sets how far it goes: 1 announces conflicts; 2 slows down or stops; 3 alters course where the fence and
+obstacles allow, and else slows down or stops. What ranging sensors see moving is minded as under 3, also where it is
+0.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ from companion.traffic.colreg import Encounter
 from companion.traffic.tracker import TrafficTracker
 from companion.traffic.watch import Conflict, TrafficWatch
 
-_OFF, _WARN, _SLOW = 0, 1, 2  # values of CA_ACTION; above: alter course
+_OFF, _WARN, _SLOW, _ALTER = 0, 1, 2, 3  # values of CA_ACTION
 _CHECK_S = 1.0
 _WAY_M = 500.0  # of the route that is checked
 _THIN_M = 2.0  # between the points of the route that are checked
@@ -79,11 +80,15 @@ class TrafficGuard:
         events: EventLog,
         frame: Callable[[], LocalFrame],
         fence: FenceGuard,
+        movers: Callable[[float], Sequence[Contact]] = lambda _now_s: (),
+        refusal: Callable[[Sequence[evasion.Place]], str | None] | None = None,
     ) -> None:
+        """`movers(now_s)`: what ranging sensors see moving. `refusal(line)`: why the boat may not be sent along a line;
+        None: the fence's."""
         self._parameters = parameters
         self._events = events
-        self._fence = fence
-        self._watch = TrafficWatch(config, parameters, tracker, events, frame)
+        self._refusal = fence.line_refusal if refusal is None else refusal
+        self._watch = TrafficWatch(config, parameters, tracker, events, frame, movers)
         self._hold_point = HoldPoint(config, parameters, fence)
         self._holding = False
         self._path_tracker = ChosenPathTracker(parameters, config.limits.sway_n > 0.0, top_speed_mps(config))
@@ -94,6 +99,17 @@ class TrafficGuard:
         self._yaw: float | None = None
         self._next_s = 0.0
         self._announced = ""
+        self._action = _OFF
+
+    @property
+    def detour_ahead(self) -> Sequence[evasion.Place]:
+        """The rest of the detour under way; empty without one."""
+        return () if self._detour is None else [point for leg in self._path_tracker.legs for point in leg]
+
+    def give_up_detour(self) -> None:
+        """Leave the detour, which something blocks, and look for another at once."""
+        self._detour = None
+        self._next_s = 0.0
 
     def reset(self) -> None:
         """Forget the detour and the speed limit: no mode sails along a path."""
@@ -107,7 +123,10 @@ class TrafficGuard:
         if mode is not self._mode:
             self.reset()
             self._mode = mode
-        if self._parameters["CA_ACTION"] == _OFF or not inputs.nav.position_valid:
+        self._action = int(self._parameters["CA_ACTION"])
+        if self._action == _OFF and self._watch.sees_movers(inputs.now_s):
+            self._action = _ALTER
+        if self._action == _OFF or not inputs.nav.position_valid:
             self._watch.forget()
             self.reset()
             return setpoint
@@ -154,7 +173,7 @@ class TrafficGuard:
         self._watch.announce(found, now_s)
         if self._detour is not None or self._share < 1.0:
             self._watch.extend(now_s)
-        if self._parameters["CA_ACTION"] == _WARN:
+        if self._action == _WARN:
             self._detour, self._share = None, 1.0
             return
         urgent = [c for c in found if c.we_give_way or c.due_s < self._parameters["CA_STAND_T"]]
@@ -178,7 +197,7 @@ class TrafficGuard:
         for detour, share in self._options(urgent, route, keep_m, inputs):
             along = way if detour is None else (*detour.points, *evasion.remainder(route, detour.length_m))
             clear_m = self._clear_m(along, share, contacts, urgent, inputs)
-            if clear_m > best[0] + _BETTER_M and (detour is None or self._fence.line_refusal(detour.points) is None):
+            if clear_m > best[0] + _BETTER_M and (detour is None or self._refusal(detour.points) is None):
                 best = clear_m, detour, share
             if best[0] >= keep_m:
                 break
@@ -195,7 +214,7 @@ class TrafficGuard:
             (0.0, None, 1.0),
             *((cost, None, share) for share, cost in _SPEED_SHARES.items()),
         ]
-        if self._parameters["CA_ACTION"] > _SLOW:
+        if self._action > _SLOW:
             allowed = [
                 side for side in (colreg.STARBOARD, colreg.PORT) if all(side in colreg.sides(c.met) for c in urgent)
             ]

@@ -4,8 +4,8 @@ announcements of that."""
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 
 from companion.config.vessel import VesselConfig
 from companion.core.decision import TextKind
@@ -22,6 +22,9 @@ _FURTHER = 1.5  # times CA_TIME: the prediction goes on so far, to find the clos
 _CLEAR_S = 8.0  # without a conflict, before a vessel is past and clear
 _MARGIN_SHARE, _MARGIN_M = 0.2, 1.5  # of CA_DIST, and fixed: for errors of the boat's course and of the reports
 _SIGMAS = 2.0
+_MOVER_TIME_S = 40.0  # what a sensor sees moving is not predicted further
+_MOVER_MORE_M = 2.0  # kept from it, beyond CP_DIST
+_SAME_M = 10.0  # from the hull of a vessel: what a sensor sees there is that vessel
 _TRIGGER_SHARE = 1.0 / 3.0  # of the margin: a way is planned with all of it, and given up below this
 
 
@@ -54,8 +57,11 @@ class TrafficWatch:
         tracker: TrafficTracker,
         events: EventLog,
         frame: Callable[[], LocalFrame],
+        movers: Callable[[float], Sequence[Contact]] = lambda _now_s: (),
     ) -> None:
+        """`movers(now_s)`: what ranging sensors and a radar see moving."""
         self._parameters = parameters
+        self._movers = movers
         self._tracker = tracker
         self._events = events
         self._frame = frame
@@ -80,14 +86,26 @@ class TrafficWatch:
         frame, horizon_s = self._frame(), self._parameters["CA_TIME"]
         keep_m = self._parameters["CA_DIST"] + self.margin_m(nav)
         near: list[tuple[float, int, Contact]] = []
-        for target in self._tracker.targets:
-            there = contact(target, frame, now_s)
-            if there is None:
-                continue
+        known = [contact(target, frame, now_s) for target in self._tracker.targets]
+        vessels = [one for one in known if one is not None]
+        for there in (*(vessels if self._parameters["CA_ACTION"] else ()), *self._sensed(vessels, now_s)):
             gap = math.hypot(there.north_m - nav.north_m, there.east_m - nav.east_m) - there.radius_m - self._radius_m
             if gap < keep_m + (speed_mps + there.speed_mps) * horizon_s:
                 near.append((gap, there.mmsi, there))
         return [there for _, _, there in sorted(near)[:_MOST_CONTACTS]]
+
+    def sees_movers(self, now_s: float) -> bool:
+        """Whether a sensor sees anything move."""
+        return bool(self._movers(now_s))
+
+    def _sensed(self, vessels: Sequence[Contact], now_s: float) -> Iterator[Contact]:
+        """What the sensors see moving and no AIS report explains. The boat keeps CP_DIST and a little more from it, not
+        all of CA_DIST, so its circle is smaller by the difference."""
+        less_m = max(0.0, self._parameters["CA_DIST"] - max(0.0, self._parameters["CP_DIST"]) - _MOVER_MORE_M)
+        for one in self._movers(now_s):
+            near = (math.dist((one.north_m, one.east_m), (v.north_m, v.east_m)) - v.radius_m for v in vessels)
+            if min(near, default=math.inf) > one.radius_m + _SAME_M:
+                yield replace(one, radius_m=one.radius_m - less_m)
 
     def conflicts(
         self,
@@ -108,7 +126,7 @@ class TrafficWatch:
             gaps = evasion.clear_water(places, t_s, other, self._radius_m)
             clear_m = float(gaps.min())
             due_s = float(t_s[int((gaps < trigger_m).argmax())]) if clear_m < trigger_m else math.inf
-            if due_s <= horizon_s:
+            if due_s <= (horizon_s if other.mmsi > 0 else min(horizon_s, _MOVER_TIME_S)):
                 known = self._met.get(other.mmsi)
                 met = colreg.encounter((nav.north_m, nav.east_m), velocity, other) if known is None else known[0]
                 found.append(Conflict(other, met, clear_m, due_s))

@@ -48,6 +48,10 @@ CAUSES: Mapping[str, tuple[str, str]] = {  # name of a failsafe → what begins 
     ),
     "battery_low": ("The battery is below `BAT_LOW_THR`", "always"),
     "shallow": ("A sounder measures less than `FS_DEPTH_MIN`", "armed, in a mode that steers itself"),
+    "ranges_lost": (
+        "A ranging sensor that was heard is silent for 2 s",
+        "armed, in a mode that steers itself",
+    ),
     "aground_or_fouled": ("Thrust makes no way for `FS_WAY_T`", "armed, in a mode that steers itself"),
     "fence": ("The boat leaves the fence, or is about to under sticks", "armed"),
     "transmitter_lost": (

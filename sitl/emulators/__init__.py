@@ -12,11 +12,13 @@ from sitl.emulators.ais import AisEmulator
 from sitl.emulators.compass import CompassEmulator
 from sitl.emulators.device import Board, Device, SensedWorld
 from sitl.emulators.gnss import GnssEmulator
+from sitl.emulators.lidar import LidarEmulator
 from sitl.emulators.mavlink_servo import MavlinkServoEmulator
 from sitl.emulators.microcontroller import MicrocontrollerEmulator
 from sitl.emulators.nanotec import NanotecEmulator
 from sitl.emulators.nmea2000 import Nmea2000Emulator
 from sitl.emulators.pixhawk import PixhawkEmulator
+from sitl.emulators.radar import RadarEmulator
 from sitl.emulators.sounder import SounderEmulator
 from sitl.emulators.vectornav import VectorNavEmulator
 from sitl.emulators.wind_sensor import WindEmulator
@@ -29,11 +31,12 @@ _INSTRUMENTS: Mapping[str, Callable[[SensorConfig, MemoryDevice, SensedWorld], D
     "wind": WindEmulator,
     "compass": CompassEmulator,
     "sounder": SounderEmulator,
+    "radar": RadarEmulator,
 }
 
 
 def _nmea0183(config: SensorConfig, port: MemoryDevice, around: SensedWorld) -> Device:
-    """One driver reads many kinds of device: the name's beginning wind…, compass… or sounder… chooses; any other is a
+    """One driver reads many kinds of device: the name's beginning wind…, compass…, sounder… or radar… chooses; any other is a
     receiver."""
     for name, kind in _INSTRUMENTS.items():
         if config.name.startswith(name):
@@ -47,6 +50,7 @@ SENSORS: Mapping[str, Callable[[SensorConfig, MemoryDevice, SensedWorld], Device
     "vectornav": VectorNavEmulator,
     "mavlink_imu": PixhawkEmulator,
     "ais": AisEmulator,
+    "mavlink_range": LidarEmulator,
 }
 BOARDS: Mapping[str, Callable[[Any, MemoryDevice, Sequence[ThrusterModel], BatteryModel, Faults], Board]] = {
     "mavlink_servo": MavlinkServoEmulator,

@@ -10,6 +10,7 @@ from companion.config.vessel import HomeConfig
 from sitl.environment import Waves, WindModel
 from sitl.faults import Faults
 from sitl.hull import Hull
+from sitl.obstacles import Obstacles
 from sitl.sensors import CommonWander
 from sitl.traffic import Traffic
 
@@ -51,3 +52,4 @@ class SensedWorld:
     step_hz: float  # no device sends more often than the world steps
     common: CommonWander | None = None  # the error that all receivers share
     traffic: Traffic = field(default_factory=Traffic)
+    obstacles: Obstacles = field(default_factory=Obstacles)

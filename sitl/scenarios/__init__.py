@@ -21,6 +21,7 @@ from sitl.scenarios import (
     link_loss,
     lying_senses,
     mission_square,
+    obstacles,
     offboard,
     pictures,
     reroute,
@@ -61,7 +62,7 @@ BY_SUBJECT: dict[str, tuple[Scenario, ...]] = {
         station_change.SCENARIO,
         two_followers.SCENARIO,
     ),
-    "Keeping clear": (fence_stop.SCENARIO, colreg.SCENARIO),
+    "Keeping clear": (fence_stop.SCENARIO, colreg.SCENARIO, obstacles.SCENARIO),
     "Senses and estimate": (
         gnss_dropout.SCENARIO,
         wild_points.SCENARIO,

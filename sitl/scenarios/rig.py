@@ -113,6 +113,8 @@ class Conditions:
     push_ned_n: tuple[float, float] = (0.0, 0.0)
     wind_sensor: bool = False  # add a wind sensor
     ais: bool = False  # add an AIS receiver
+    lidar: bool = False  # add a lidar that looks all around
+    sounder: bool = False  # add an echo sounder
     camera: bool = False  # add a camera on a relay
     rotating: tuple[str, ...] = ()  # names of fixed thrusters that turn in this run
     faults: tuple[str, ...] = ()

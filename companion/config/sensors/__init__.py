@@ -18,6 +18,7 @@ SENSORS: Mapping[str, SensorKind] = {
     "vectornav": SensorKind(inertial=True),
     "mavlink_imu": SensorKind(inertial=True),
     "ais": SensorKind(),
+    "mavlink_range": SensorKind(),
 }
 
 SensorRow = Annotated[SensorConfig, ByDriver(SENSORS)]

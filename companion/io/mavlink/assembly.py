@@ -18,6 +18,7 @@ from companion.io.mavlink.services.leader import LeaderService
 from companion.io.mavlink.services.offboard import OffboardService
 from companion.io.mavlink.services.operator_control import OperatorService
 from companion.io.mavlink.services.payload import PayloadService
+from companion.io.mavlink.services.ranges import RangeService
 from companion.io.mavlink.services.shell import ShellService
 from companion.io.mavlink.services.signing_setup import SigningService
 from companion.io.mavlink.telemetry.arming_events import ArmingEvents
@@ -68,6 +69,7 @@ def default_services(hub: Hub, logs: Path | None = None) -> Sequence[Service]:
         LogService(hub, vessel, store),
         LeaderService(hub, vessel),
         OffboardService(hub, vessel),
+        RangeService(hub, vessel),
         CalibrationService(hub, vessel),
         ShellService(hub, vessel),
     )

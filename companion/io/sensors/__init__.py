@@ -27,6 +27,7 @@ from companion.core.ports import ByteStream, Sensor
 from companion.io import plugins
 from companion.io.sensors.ais import AisReceiver
 from companion.io.sensors.mavlink_imu import MavlinkImu
+from companion.io.sensors.mavlink_range import MavlinkRange
 from companion.io.sensors.mtdata2 import Mtdata2Sensor
 from companion.io.sensors.nmea0183 import Nmea0183Sensor
 from companion.io.sensors.vectornav import VectorNavSensor
@@ -37,6 +38,7 @@ DRIVERS: Mapping[str, Callable[[Any, ByteStream], Sensor]] = {
     "vectornav": VectorNavSensor,
     "mavlink_imu": MavlinkImu,
     "ais": AisReceiver,
+    "mavlink_range": MavlinkRange,
 }
 GROUP = "usv_companion.sensors"
 

@@ -23,6 +23,7 @@ from companion.io.sensors.driver import StreamDriver
 from companion.io.sensors.nmea0183_fields import checksum
 from companion.io.sensors.nmea0183_gnss import GnssSentences, Handler
 from companion.io.sensors.nmea0183_hull import TRANSDUCERS, HullSentences
+from companion.io.sensors.nmea0183_radar import RadarSentences
 from companion.io.sensors.nmea0183_time import SentenceTimes
 
 _LONGEST = 120  # of a sentence between $ and *: receivers with many digits go past the standard's 82
@@ -42,7 +43,7 @@ class THS(pynmea2.TalkerSentence):  # type: ignore[misc]  # pynmea2 is untyped
 
 
 class Nmea0183Sensor(StreamDriver):
-    """NMEA sentences → readings; `GnssSentences` and `HullSentences` say which. Times: `SentenceTimes`.
+    """NMEA sentences → readings; `GnssSentences`, `HullSentences` and `RadarSentences` say which. Times: `SentenceTimes`.
 
     Remembers the unfinished sentence, when each type of sentence last came, how many came without a checksum since the
     last with one, and whether any was of use.
@@ -61,7 +62,11 @@ class Nmea0183Sensor(StreamDriver):
         self._talkers = frozenset(config.talkers)
         self._times = SentenceTimes(config.latency_s, self._pace)
         self._gnss = GnssSentences(self.name, self._recent)
-        self._handlers: Mapping[str, Handler] = {**self._gnss.handlers, **HullSentences(config, self._recent).handlers}
+        self._handlers: Mapping[str, Handler] = {
+            **self._gnss.handlers,
+            **HullSentences(config, self._recent).handlers,
+            **RadarSentences(self.name).handlers,
+        }
         types = pynmea2.TalkerSentence.sentence_types
         self._names = {kind: tuple(field[1] for field in types[kind].fields) for kind in (*self._handlers, _SATELLITES)}
         self._names[_TRANSDUCERS] = TRANSDUCERS

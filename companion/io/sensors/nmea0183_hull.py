@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 
 from companion.config.devices import SensorConfig
 from companion.core.angles import wrap_pi
-from companion.core.readings import Depth, Heading, HeadingBy, Measurement, Reading, Wind
+from companion.core.readings import Depth, DepthAhead, Heading, HeadingBy, Measurement, Reading, Wind
 from companion.io.sensors.nmea0183_fields import MPS, Sentence, angle_rad, number, signed
 from companion.io.sensors.nmea0183_gnss import Handler
 
@@ -34,7 +34,8 @@ _TRANSDUCER_UNITS = {
 
 
 class HullSentences:
-    """HDT, THS, HDG, HDM → `Heading`; MWV, VWR → `Wind`; DPT, DBT → `Depth`; ROT, VHW, VBW, RSA, XDR → `Measurement`.
+    """HDT, THS, HDG, HDM → `Heading`; MWV, VWR → `Wind`; DPT, DBT → `Depth`, or `DepthAhead` of a
+    sounder that looks ahead; ROT, VHW, VBW, RSA, XDR → `Measurement`.
 
     `recent(kind, t_s)`: whether that sentence has come lately; HDM, VWR and DBT count only where nothing better does.
     """
@@ -42,6 +43,7 @@ class HullSentences:
     def __init__(self, config: SensorConfig, recent: Callable[[str, float], bool]) -> None:
         self._name = config.name
         self._offset_rad = config.heading_offset_rad
+        self._ahead_m = config.depth_ahead_m
         self._recent = recent
         self.handlers: Mapping[str, Handler] = {
             "HDT": self._hdt,
@@ -112,15 +114,21 @@ class HullSentences:
 
     def _dpt(self, sentence: Sentence, t_s: float, readings: list[Reading]) -> None:
         depth = number(sentence.get("depth"))
-        if depth is not None and depth >= 0.0:
-            readings.append(
-                Depth(t_s, self._name, depth, number(sentence.get("offset")), number(sentence.get("range")))
-            )
+        if depth is None or depth < 0.0:
+            return
+        if self._ahead_m > 0.0:
+            readings.append(DepthAhead(t_s, self._name, depth, self._ahead_m))
+            return
+        readings.append(Depth(t_s, self._name, depth, number(sentence.get("offset")), number(sentence.get("range"))))
 
     def _dbt(self, sentence: Sentence, t_s: float, readings: list[Reading]) -> None:
         units = (("depth_meters", 1.0), ("depth_feet", _FOOT_M), ("depth_fathoms", _FATHOM_M))
         depths = [depth * unit for name, unit in units if (depth := number(sentence.get(name))) is not None]
-        if depths and depths[0] >= 0.0 and not self._recent("DPT", t_s):
+        if not depths or depths[0] < 0.0 or self._recent("DPT", t_s):
+            return
+        if self._ahead_m > 0.0:
+            readings.append(DepthAhead(t_s, self._name, depths[0], self._ahead_m))
+        else:
             readings.append(Depth(t_s, self._name, depths[0]))
 
     def _vhw(self, sentence: Sentence, t_s: float, readings: list[Reading]) -> None:

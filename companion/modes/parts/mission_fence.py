@@ -17,6 +17,7 @@ from companion.mission.executor import MissionExecutor
 from companion.mission.plan import PlanKind, Plans, item_number
 from companion.mission.tasks import Dock, Orbit, ReturnHome, RoutePoint, Sail, Task
 from companion.modes.parts.berth import BerthChoice
+from companion.modes.parts.rounding import Rounded, rounded, unchanged
 from companion.modes.rtl import ReturnPoint
 from companion.params.store import Parameters
 
@@ -37,6 +38,7 @@ _SHAPE = (
     "RTL_USE_RALLY",
     "CIRC_RADIUS",
     "CIRC_DIR",
+    "MIS_ROUND",
 )
 
 
@@ -83,6 +85,17 @@ class MissionFence:
     def guard(self) -> FenceGuard:
         """The fence guard that checks single points and lines."""
         return self._fence
+
+    def rounded(self, waypoints: Sequence[Waypoint], here: Place) -> Rounded:
+        """The route from `here` with legs led round the fence, where MIS_ROUND asks for that and there is a way."""
+        if not self._fence.key or not self._parameters["MIS_ROUND"]:
+            return unchanged(waypoints)
+
+        def clear(begin: Place, end: Place) -> bool:
+            return self._fence.line_refusal((begin, end)) is None
+
+        found = rounded(waypoints, here, clear, self._fence.way)
+        return unchanged(waypoints) if isinstance(found, int) else found
 
     def refusal(self, inputs: ModeInputs) -> str | None:
         """Return which item leads out of the fence, and why; None if all stay inside as far as that is checked. Callers
@@ -202,13 +215,15 @@ class MissionFence:
         for point, end, inside in zip(route, ends, self._fence.inside(ends), strict=True):
             if not inside and (refusal := self._fence.point_refusal(*end)) is not None:
                 return f"item {item_number(point.seq)}: {refusal}", place
+        found = self.rounded(waypoints, place)
+        seqs = [route[found.own_index(i)].seq for i in range(len(found.waypoints))]
         if self._sideways(route) or not smooth:
-            legs = [list(leg) for leg in pairwise((place, *ends))]
+            legs = [list(leg) for leg in pairwise((place, *((w.north_m, w.east_m) for w in found.waypoints)))]
         else:
             at_rest = replace(inputs.nav, north_m=place[0], east_m=place[1], north_mps=0.0, east_mps=0.0)
-            self._scratch.start(waypoints, at_rest, task.stop, beyond=self._waypoints(task.beyond))
+            self._scratch.start(found.waypoints, at_rest, task.stop, beyond=self._waypoints(task.beyond))
             legs = self._scratch.legs
-        return self.track_refusal(legs, [p.seq for p in route]), ends[-1]
+        return self.track_refusal(legs, seqs), ends[-1]
 
     def _sideways(self, route: Sequence[RoutePoint]) -> bool:
         return (

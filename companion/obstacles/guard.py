@@ -1,0 +1,314 @@
+"""Keeping clear of obstacles: the boat always stops in time, and goes round where its mode can and a way is open.
+
+It acts on what steers by itself (path and pose setpoints) and on the stick in Heading. Vessels that move are
+`companion.traffic`'s, which asks here for its detours; towards what moves, too, this guard stops the boat.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Protocol
+
+import numpy as np
+
+from companion.config.vessel import VesselConfig
+from companion.control.model import damping
+from companion.core.decision import ModeId, ModeInputs, TextKind
+from companion.core.estimate import NavState
+from companion.core.events import EventLog
+from companion.core.frames import body_to_ned
+from companion.core.setpoint import HeadingSetpoint, PathSetpoint, PoseSetpoint, Setpoint, desired_motion
+from companion.fence.guard import FenceGuard, Way
+from companion.fence.limit import direction
+from companion.obstacles.braking import Braking, stream_along_mps
+from companion.obstacles.occupancy import Floats
+from companion.obstacles.open_water import OpenWater, Place
+from companion.obstacles.surroundings import Surroundings
+from companion.params.store import Parameters
+from companion.positioning.hold_point import HoldPoint
+
+_LOOK_S = 0.5
+_WAY_M = 150.0  # of the way ahead that is looked at
+_PLAN_S = 1.0  # between two plans
+_LOOKS = 2  # in a row that find the way blocked
+_STOP_SHARE = 0.3  # of CP_DIST, beside half a boat's length: the boat stops that far from an obstacle
+_MOVER_S = (0.0, 1.0, 2.0, 3.0)  # places of what moves, for the stop
+_STOPPED_MPS, _MOVES_MPS = 0.1, 0.05
+_SLOWED_SHARE = 0.8
+_LEADER_M = 8.0  # around the leader, nothing is an obstacle to its follower
+
+Find = Callable[[Place, Place], Way | None]
+
+
+class GuardedMode(Protocol):
+    """What the guard needs of a mode."""
+
+    @property
+    def id(self) -> ModeId:
+        """Which mode it is."""
+        ...
+
+    @property
+    def docking(self) -> bool:
+        """Whether the boat goes alongside: the berth is no obstacle."""
+        ...
+
+    @property
+    def goes_round(self) -> bool:
+        """Whether the mode has a way that can lead round obstacles now."""
+        ...
+
+    def way_ahead(self) -> Sequence[Place]:
+        """(north_m, east_m) of the path from the boat on; empty where the mode sails along none."""
+        ...
+
+    def go_round(self, water: OpenWater, inputs: ModeInputs) -> str | None:
+        """Lay the rest of the way round the obstacles. Why that is impossible, or None."""
+        ...
+
+    def excuse(self) -> None:
+        """The boat makes no way for good reason: the mode must not report it as stuck."""
+        ...
+
+
+class Detour(Protocol):
+    """A detour round traffic that is under way."""
+
+    @property
+    def detour_ahead(self) -> Sequence[Place]:
+        """The rest of it; empty without one."""
+        ...
+
+    def give_up_detour(self) -> None:
+        """Leave it, and look for another way."""
+        ...
+
+
+class ObstacleGuard:
+    """`steer(setpoint, mode, inputs, detour)` each tick; `reset()` in ticks without a setpoint.
+
+    Remembers the mode that it acts for, when it looked and planned last, how long no way was found, and whether it
+    holds the boat. `impossible`: why the mode cannot go on, from the tick in which that is settled.
+    """
+
+    def __init__(
+        self,
+        config: VesselConfig,
+        parameters: Parameters,
+        surroundings: Surroundings,
+        fence: FenceGuard,
+        events: EventLog,
+    ) -> None:
+        self._config = config
+        self._parameters = parameters
+        self._around = surroundings
+        self._events = events
+        self.water = OpenWater(config, parameters, fence)
+        self._braking = Braking(config, parameters)
+        self._hold_point = HoldPoint(config, parameters, fence)
+        self._mode: GuardedMode | None = None
+        self._holding = False
+        self._looked_s = self._planned_s = -math.inf
+        self._blocked = 0  # looks in a row
+        self._since_s: float | None = None  # no way found since
+        self._reason = ""
+        self._slowed = False
+        self._circles: Floats = np.zeros((0, 3))
+        self.impossible: str | None = None
+
+    def reset(self) -> None:
+        """Nothing is steered."""
+        self._mode, self._holding, self._blocked, self._since_s, self._slowed = None, False, 0, None, False
+        self.impossible = None
+
+    def steer(self, setpoint: Setpoint, mode: GuardedMode, inputs: ModeInputs, detour: Detour) -> Setpoint:
+        """The setpoint, or one that keeps clear of obstacles."""
+        if mode is not self._mode:
+            self.reset()
+            self._mode = mode
+        guarded = isinstance(setpoint, PathSetpoint | PoseSetpoint | HeadingSetpoint)
+        if not self._around.on or not guarded or mode.docking or not inputs.nav.position_valid:
+            self.reset()
+            return setpoint
+        if inputs.now_s - self._looked_s >= _LOOK_S:
+            self._looked_s = inputs.now_s
+            self._look(mode, inputs, detour)
+        if not len(self._circles) and math.isinf(self._around.shoals.way_m):
+            self._holding = self._slowed = False
+            return setpoint
+        return self._stopped_in_time(setpoint, mode, inputs)
+
+    # --- looking and planning --------------------------------------------------------------------------------------
+
+    def _look(self, mode: GuardedMode, inputs: ModeInputs, detour: Detour) -> None:
+        """Whether the way ahead is still open; a way round where it is not."""
+        now_s, nav = inputs.now_s, inputs.nav
+        self.water.set_obstacles(self._without_leader(self._around.lying(now_s), mode, inputs))
+        self._circles = self._without_leader(self._stopping_circles(now_s), mode, inputs)
+        aside = detour.detour_ahead
+        way = _first_part(aside or mode.way_ahead(), _WAY_M)
+        here = (nav.north_m, nav.east_m)
+        if len(way) < 2 or math.isinf(self.water.free_m([here, *way[1:]])):
+            self._open(now_s)
+            return
+        self._blocked += 1
+        if self._blocked < _LOOKS or now_s - self._planned_s < _PLAN_S:
+            return
+        self._planned_s = now_s
+        if aside:
+            detour.give_up_detour()
+            return
+        if not mode.goes_round:
+            return
+        reason = mode.go_round(self.water, inputs)
+        if reason is None:
+            self._since_s, self._blocked = None, 0
+            self._events.say(now_s, TextKind.ATTENTION, "obstacle_round", "Obstacle ahead: going round")
+        else:
+            self._no_way(reason, inputs)
+
+    def _open(self, now_s: float) -> None:
+        if self._since_s is not None:
+            self._events.say(now_s, TextKind.ROUTINE, "obstacle_gone", "Way is open again: going on")
+        self._blocked, self._since_s = 0, None
+
+    def _no_way(self, reason: str, inputs: ModeInputs) -> None:
+        """It may open again, so the boat waits for CP_WAIT where it stops."""
+        now_s, nav = inputs.now_s, inputs.nav
+        self._reason = reason
+        if self._since_s is None:
+            self._since_s = now_s
+            text = f"No way round yet: {reason}"
+            self._events.say(now_s, TextKind.ATTENTION, "obstacle_waits", text[:50])
+        at_rest = math.hypot(nav.north_mps, nav.east_mps) < _STOPPED_MPS + 2.0 * nav.velocity_accuracy_mps
+        if now_s - self._since_s >= self._parameters["CP_WAIT"] and (at_rest or self._holding):
+            self.impossible = reason
+
+    def _stopping_circles(self, now_s: float) -> Floats:
+        """What the boat stops for: all that is seen, and where it will be soon."""
+        circles = self._around.all_circles(now_s)
+        soon = [
+            (one.north_m + t_s * one.north_mps, one.east_m + t_s * one.east_mps, one.radius_m)
+            for one in self._around.movers(now_s)
+            for t_s in _MOVER_S
+        ]
+        return np.concatenate((circles, np.asarray(soon).reshape(-1, 3))) if soon else circles
+
+    @staticmethod
+    def _without_leader(circles: Floats, mode: GuardedMode, inputs: ModeInputs) -> Floats:
+        """A follower keeps its distance from its leader by its own law."""
+        leader = inputs.leader
+        if mode.id is not ModeId.FOLLOW or leader is None:
+            return circles
+        return circles[np.hypot(circles[:, 0] - leader.north_m, circles[:, 1] - leader.east_m) > _LEADER_M]
+
+    # --- stopping --------------------------------------------------------------------------------------------------
+
+    def _stopped_in_time(self, setpoint: Setpoint, mode: GuardedMode, inputs: ModeInputs) -> Setpoint:
+        nav, now_s = inputs.nav, inputs.now_s
+        demand = _demand(setpoint, nav)
+        along = direction(nav, demand)
+        if along is None:
+            return self._hold(setpoint, inputs) if self._holding else setpoint
+        limit = self._limit_mps(nav, along)
+        size = math.hypot(*demand)
+        if isinstance(setpoint, HeadingSetpoint):
+            return self._governed(setpoint, nav, limit)
+        if isinstance(setpoint, PoseSetpoint):
+            return self._posed(setpoint, nav, limit, inputs)
+        slowed = limit < _SLOWED_SHARE * size
+        if slowed and not self._slowed:
+            self._events.say(now_s, TextKind.ROUTINE, "obstacle_slowed", "Obstacle ahead: slowing down")
+        self._slowed = slowed
+        if slowed or self._since_s is not None:
+            mode.excuse()
+        if self._since_s is not None and (self._holding or limit < _STOPPED_MPS):
+            return self._hold(setpoint, inputs)
+        self._holding = False
+        if size <= limit:
+            return setpoint
+        share = limit / size
+        assert isinstance(setpoint, PathSetpoint)
+        return replace(
+            setpoint,
+            surge_mps=share * setpoint.surge_mps,
+            sway_mps=share * setpoint.sway_mps,
+            surge_mps2=min(setpoint.surge_mps2, -self._parameters["PATH_ACC"] * min(1.0, limit)),
+        )
+
+    def _limit_mps(self, nav: NavState, along: tuple[float, float]) -> float:
+        """Highest speed over ground in the direction `along` (a unit vector) from which the boat stops in time."""
+        stream = stream_along_mps(nav, *along)
+        way_m = min(self._way_m(nav, along), self._around.shoals.way_m)
+        return self._braking.speed_mps(way_m, stream)
+
+    def _way_m(self, nav: NavState, along: tuple[float, float]) -> float:
+        """Way straight ahead until the hull is too near to an obstacle; infinite where that never happens."""
+        circles = self._circles
+        if not len(circles):
+            return math.inf
+        keep = 0.5 * self._config.length_m + _STOP_SHARE * self._parameters["CP_DIST"] + circles[:, 2]
+        north, east = circles[:, 0] - nav.north_m, circles[:, 1] - nav.east_m
+        ahead = north * along[0] + east * along[1]
+        beside = np.abs(along[0] * east - along[1] * north)
+        meets = (ahead > 0.0) & (beside < keep)
+        if not meets.any():
+            return math.inf
+        ways = ahead[meets] - np.sqrt(keep[meets] ** 2 - beside[meets] ** 2)
+        return max(0.0, float(ways.min()))
+
+    def _governed(self, setpoint: HeadingSetpoint, nav: NavState, limit: float) -> HeadingSetpoint:
+        """Surge force of the stick, at most what brings the boat to the limit."""
+        if math.isinf(limit):
+            return setpoint
+        hull, wrench = self._config.hull, setpoint.wrench
+        sign = -1.0 if nav.surge_mps < 0.0 else 1.0
+        drag_n, _, _ = damping(hull, limit, 0.0, 0.0)
+        most_n = hull.m11_kg * self._parameters["PATH_BW_SURGE"] * (limit - sign * nav.surge_mps) + drag_n
+        surge_n = min(wrench.surge_n, most_n) if sign > 0.0 else max(wrench.surge_n, -most_n)
+        return setpoint if surge_n == wrench.surge_n else replace(setpoint, wrench=replace(wrench, surge_n=surge_n))
+
+    def _posed(self, setpoint: PoseSetpoint, nav: NavState, limit: float, inputs: ModeInputs) -> Setpoint:
+        """Dynamic positioning on its way to another pose stops where something lies before it, until that is gone."""
+        speed = math.hypot(setpoint.surge_mps, setpoint.sway_mps)
+        if not self._holding:
+            if speed < _MOVES_MPS or limit > max(_STOPPED_MPS, 0.5 * speed):
+                return setpoint
+            self._events.say(inputs.now_s, TextKind.ATTENTION, "obstacle_stops", "Obstacle ahead: stopped")
+        elif math.isinf(self.water.free_m(((nav.north_m, nav.east_m), (setpoint.north_m, setpoint.east_m)))):
+            self._holding = False
+            return setpoint
+        return self._hold(setpoint, inputs)
+
+    def _hold(self, setpoint: Setpoint, inputs: ModeInputs) -> Setpoint:
+        """Hold where the boat has stopped; the target shown stays that of the mode."""
+        if not self._holding:
+            self._holding = True
+            self._hold_point.stop_here(inputs.nav)
+        held = self._hold_point.update(inputs.nav, None, inputs.speed_mps, inputs.dt_s)
+        return replace(held, progress=replace(held.progress, target=setpoint.progress.target))
+
+
+def _demand(setpoint: Setpoint, nav: NavState) -> tuple[float, float]:
+    """Direction in which a setpoint sends the boat, in NED: its velocity in m/s, or its force in N."""
+    if isinstance(setpoint, HeadingSetpoint):
+        return body_to_ned(setpoint.wrench.surge_n, setpoint.wrench.sway_n, nav.yaw_rad)
+    motion = desired_motion(setpoint)
+    return body_to_ned(motion.surge_mps, motion.sway_mps, nav.yaw_rad)
+
+
+def _first_part(way: Sequence[Place], length_m: float) -> list[Place]:
+    """Points of a way up to about `length_m`, at least 1 m apart but for the last."""
+    if not way:
+        return []
+    points, length = [way[0]], 0.0
+    for place in way[1:]:
+        step = math.dist(points[-1], place)
+        if step >= 1.0 or place is way[-1]:
+            points.append(place)
+            length += step
+            if length > length_m:
+                break
+    return points

@@ -1,0 +1,128 @@
+"""Water too shallow for the boat, by its echo sounders: where it was found, and how soon it comes by the bottom's slope.
+
+CP_DEPTH_MIN is the least depth below the transducer. A shoal found becomes a circle ahead of the boat, larger each time
+that it is met again: so the boat turns back, and gropes its way round.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import dataclass
+
+import numpy as np
+
+from companion.core.estimate import NavState
+from companion.core.readings import Depth, DepthAhead
+from companion.params.store import Parameters
+
+_STALE_S = 5.0
+_TRACK_M, _STEP_M = 12.0, 0.5  # length of track over which the slope counts, and between its samples
+_LEAST_SAMPLES = 5
+_SHALLOW_S = 0.4  # for that long, before it counts: fish and bubbles
+_GROWTH = 1.5
+_AGAIN_S, _AGAIN_M = 120.0, 40.0  # a shoal met again within these grows
+_MOST_RADIUS_M = 25.0
+_SAME_M = 2.0
+_MOST = 200
+
+
+@dataclass(frozen=True, slots=True)
+class _Shoal:
+    north_m: float
+    east_m: float
+    radius_m: float
+    t_s: float
+
+
+class Shoals:
+    """`update(depth, nav, now_s)` each tick and `take_ahead` each reading of a sounder that looks ahead. `circles`:
+    shoals found. `way_m`: way left until the water is too shallow, by the slope; infinite where it does not become so.
+
+    Remembers the depths of the last 12 m of track, and at most 200 shoals.
+    """
+
+    def __init__(self, length_m: float, parameters: Parameters) -> None:
+        self._length_m = length_m
+        self._parameters = parameters
+        self._track: deque[tuple[float, float, float]] = deque(maxlen=round(_TRACK_M / _STEP_M))
+        self._shoals: list[_Shoal] = []
+        self._shallow_s: float | None = None
+        self._read_s = -math.inf
+        self.way_m = math.inf
+        self.shallow_m: float | None = None  # depth, while it is too little
+        self.found: float | None = None  # depth of a shoal found in this tick
+
+    @property
+    def circles(self) -> list[tuple[float, float, float]]:
+        """north_m, east_m, radius_m of all shoals found."""
+        return [(one.north_m, one.east_m, one.radius_m) for one in self._shoals]
+
+    def update(self, depth: Depth | None, nav: NavState, now_s: float) -> None:
+        """The newest depth, and where the boat is."""
+        least_m = self._parameters["CP_DEPTH_MIN"]
+        self.way_m, self.found = math.inf, None
+        if least_m <= 0.0 or depth is None or now_s - depth.t_s > _STALE_S or not nav.position_valid:
+            self._shallow_s = self.shallow_m = None
+            return
+        if depth.t_s > self._read_s:
+            self._read_s = depth.t_s
+            last = self._track[-1] if self._track else None
+            if last is None or math.dist(last[:2], (nav.north_m, nav.east_m)) >= _STEP_M:
+                self._track.append((nav.north_m, nav.east_m, depth.below_transducer_m))
+        if depth.below_transducer_m >= least_m:
+            self._shallow_s = self.shallow_m = None
+            self.way_m = self._way_left_m(depth.below_transducer_m - least_m, nav)
+            return
+        self._shallow_s = now_s if self._shallow_s is None else self._shallow_s
+        if now_s - self._shallow_s >= _SHALLOW_S and self.shallow_m is None:
+            self.shallow_m = self.found = depth.below_transducer_m
+            self._meet(nav, now_s)
+
+    def take_ahead(self, reading: DepthAhead, nav: NavState, now_s: float) -> None:
+        """The depth at a place ahead: too little of it is a shoal there."""
+        least_m = self._parameters["CP_DEPTH_MIN"]
+        if least_m <= 0.0 or reading.below_m >= least_m or not nav.position_valid:
+            return
+        c, s = math.cos(nav.yaw_rad), math.sin(nav.yaw_rad)
+        self._add(nav.north_m + c * reading.ahead_m, nav.east_m + s * reading.ahead_m, self._length_m, now_s)
+
+    def clear(self) -> None:
+        """Forget all shoals."""
+        self._shoals.clear()
+
+    def _way_left_m(self, water_m: float, nav: NavState) -> float:
+        """By the slope of the bottom along the boat's course."""
+        speed = math.hypot(nav.north_mps, nav.east_mps)
+        if len(self._track) < _LEAST_SAMPLES or speed < 0.1:
+            return math.inf
+        course = nav.north_mps / speed, nav.east_mps / speed
+        samples = np.asarray(self._track)
+        along = (samples[:, 0] - nav.north_m) * course[0] + (samples[:, 1] - nav.east_m) * course[1]
+        along -= along.mean()
+        square = float(along @ along)
+        if square < 1.0:
+            return math.inf
+        slope = float(along @ samples[:, 2]) / square
+        return water_m / -slope if slope < -1e-3 else math.inf
+
+    def _meet(self, nav: NavState, now_s: float) -> None:
+        """A shoal before the bow: the boat lies at the edge of its circle."""
+        speed = math.hypot(nav.north_mps, nav.east_mps)
+        course = math.atan2(nav.east_mps, nav.north_mps) if speed > 0.2 else nav.yaw_rad
+        again = [
+            one
+            for one in self._shoals
+            if now_s - one.t_s < _AGAIN_S and math.dist((one.north_m, one.east_m), (nav.north_m, nav.east_m)) < _AGAIN_M
+        ]
+        radius_m = min(_MOST_RADIUS_M, _GROWTH * max((one.radius_m for one in again), default=self._length_m))
+        self._add(
+            nav.north_m + radius_m * math.cos(course), nav.east_m + radius_m * math.sin(course), radius_m, now_s
+        )
+
+    def _add(self, north_m: float, east_m: float, radius_m: float, now_s: float) -> None:
+        for i, one in enumerate(self._shoals):
+            if math.dist((one.north_m, one.east_m), (north_m, east_m)) < _SAME_M and one.radius_m >= radius_m:
+                self._shoals[i] = _Shoal(one.north_m, one.east_m, one.radius_m, now_s)
+                return
+        self._shoals = [*self._shoals, _Shoal(north_m, east_m, radius_m, now_s)][-_MOST:]

@@ -1,0 +1,158 @@
+"""All that is known of obstacles around the boat: what ranging sensors see, radar targets, shoals; which of it moves,
+and which sensor has fallen silent."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from companion.config.vessel import VesselConfig
+from companion.core.decision import TextKind
+from companion.core.estimate import Contact, NavState
+from companion.core.events import EventLog
+from companion.core.frames import body_to_ned
+from companion.core.geodesy import LocalFrame
+from companion.core.readings import Depth, DepthAhead, RadarTarget, Ranges
+from companion.obstacles.movers import Movers
+from companion.obstacles.occupancy import Floats, Occupancy
+from companion.obstacles.radar_targets import RadarTargets
+from companion.obstacles.shoals import Shoals
+from companion.params.store import Parameters
+
+_SILENT_S = 2.0  # a sensor that sends less often is no help
+_REACH_M = 300.0  # what is further off is forgotten
+_TIDY_S = 1.0
+_OWN_M = 0.3  # beyond the hull, within which a sensor sees the boat itself
+_MOVER_M = 1.0  # around a mover, circles are its own
+_MOST_PENDING = 50
+
+Heard = Ranges | RadarTarget | DepthAhead
+
+
+class Surroundings:
+    """`take(reading)` as they come, `update(nav, depth, now_s)` once a tick.
+
+    Remembers the readings that wait for the tick, the maps of its parts, and when each ranging sensor was heard.
+    """
+
+    def __init__(
+        self, config: VesselConfig, parameters: Parameters, events: EventLog, frame: Callable[[], LocalFrame]
+    ) -> None:
+        self._config = config
+        self._parameters = parameters
+        self._events = events
+        self._frame = frame
+        self._pending: list[Heard] = []
+        self._map = Occupancy()
+        self._movers = Movers()
+        self._radar = RadarTargets()
+        self.shoals = Shoals(config.length_m, parameters)
+        self._heard_s: dict[str, float] = {}
+        self._silent: frozenset[str] = frozenset()
+        self._tidied_s = -math.inf
+        self._plane: LocalFrame | None = None
+        self._jumps = 0
+
+    @property
+    def on(self) -> bool:
+        """Whether obstacles count."""
+        return self._parameters["CP_DIST"] >= 0.0
+
+    @property
+    def silent(self) -> tuple[str, ...]:
+        """Names of ranging sensors that have fallen silent; none while obstacles do not count."""
+        return tuple(sorted(self._silent)) if self.on else ()
+
+    @property
+    def heard(self) -> bool:
+        """Whether any ranging sensor has ever been heard."""
+        return bool(self._heard_s)
+
+    def take(self, reading: Heard, now_s: float) -> None:
+        """A reading. It is entered with the estimate of the next tick."""
+        if isinstance(reading, Ranges):
+            self._heard_s[reading.source] = now_s
+        if len(self._pending) < _MOST_PENDING:
+            self._pending.append(reading)
+
+    def update(self, nav: NavState, depth: Depth | None, now_s: float) -> None:
+        """Enter what has come, forget what is old, and say which sensors fall silent."""
+        self._mind_silence(now_s)
+        pending, self._pending = self._pending, []
+        if not self.on or not nav.position_valid or not nav.heading_valid:
+            return
+        self._mind_plane(nav)
+        for reading in pending:
+            self._enter(reading, nav, now_s)
+        self.shoals.update(depth, nav, now_s)
+        if now_s - self._tidied_s >= _TIDY_S:
+            self._tidied_s = now_s
+            self._map.forget(now_s, self._parameters["CP_FORGET"], (nav.north_m, nav.east_m), _REACH_M)
+            self._movers.forget(now_s)
+            self._radar.forget(now_s)
+
+    def movers(self, now_s: float) -> list[Contact]:
+        """What moves, where it is now."""
+        return [*self._movers.contacts(now_s), *self._radar.movers(now_s)]
+
+    def lying(self, now_s: float) -> Floats:
+        """What lies: north_m, east_m, radius_m, shape (n, 3). Without the circles of what moves."""
+        seen = self._map.circles
+        for one in self._movers.contacts(now_s):
+            off = np.hypot(seen[:, 0] - one.north_m, seen[:, 1] - one.east_m)
+            seen = seen[off > one.radius_m + _MOVER_M]
+        others = [*self._radar.circles(), *self.shoals.circles]
+        return np.concatenate((seen, np.asarray(others).reshape(-1, 3))) if others else seen
+
+    def all_circles(self, now_s: float) -> Floats:
+        """What lies, and what moves as it is seen now."""
+        others = [*self._radar.circles(), *self.shoals.circles]
+        others += [(one.north_m, one.east_m, one.radius_m) for one in self._radar.movers(now_s)]
+        seen = self._map.circles
+        return np.concatenate((seen, np.asarray(others).reshape(-1, 3))) if others else seen
+
+    def _enter(self, reading: Heard, nav: NavState, now_s: float) -> None:
+        if isinstance(reading, RadarTarget):
+            self._radar.take(reading, nav, self._frame())
+        elif isinstance(reading, DepthAhead):
+            self.shoals.take_ahead(reading, nav, now_s)
+        else:
+            age_s = max(0.0, now_s - reading.t_s)
+            yaw_rad = nav.yaw_rad - age_s * nav.yaw_rate_radps
+            x_m, y_m = body_to_ned(reading.x_m, reading.y_m, yaw_rad)
+            place = nav.north_m - age_s * nav.north_mps + x_m, nav.east_m - age_s * nav.east_mps + y_m
+            scan = self._without_self(reading, yaw_rad)
+            self._movers.take(self._map.hits(scan, place, yaw_rad), place, scan.t_s)
+            self._map.take(scan, place, yaw_rad)
+
+    def _without_self(self, scan: Ranges, yaw_rad: float) -> Ranges:
+        """The scan without what lies within the hull itself."""
+        half_x, half_y = 0.5 * self._config.length_m + _OWN_M, 0.5 * self._config.beam_m + _OWN_M
+        turn = -yaw_rad if scan.from_north else 0.0
+        kept = []
+        for i, off in enumerate(scan.distances_m):
+            bearing = scan.first_rad + i * scan.step_rad + turn
+            x_m, y_m = scan.x_m + off * math.cos(bearing), scan.y_m + off * math.sin(bearing)
+            own = math.isfinite(off) and abs(x_m) < half_x and abs(y_m) < half_y
+            kept.append(math.nan if own else off)
+        return replace(scan, distances_m=tuple(kept))
+
+    def _mind_silence(self, now_s: float) -> None:
+        silent = frozenset(name for name, heard_s in self._heard_s.items() if now_s - heard_s > _SILENT_S)
+        for name in sorted(silent - self._silent):
+            self._events.say(now_s, TextKind.ATTENTION, "ranges_silent", f"No ranges from {name}"[:50])
+        for name in sorted(self._silent - silent):
+            self._events.say(now_s, TextKind.ROUTINE, "ranges_back", f"Ranges from {name} are back"[:50])
+        self._silent = silent
+
+    def _mind_plane(self, nav: NavState) -> None:
+        """What was entered in another plane, or before the position jumped, lies elsewhere."""
+        plane = self._frame()
+        if self._plane is not None and (plane != self._plane or nav.jumps_followed != self._jumps):
+            self._map.clear()
+            self._movers, self._radar = Movers(), RadarTargets()
+            self.shoals.clear()
+        self._plane, self._jumps = plane, nav.jumps_followed
