@@ -19,15 +19,28 @@ from companion.obstacles.occupancy import Floats
 _GAP_M = 1.5  # between neighbouring hits of one group, beyond the width of their sectors
 _WIDEST_M = 15.0  # of a group that is followed: a quay does not move
 _GATE_M, _GATE_MPS = 1.5, 3.0  # how far a group may be from where it is expected
-_WINDOW_S, _LEAST_S, _LEAST_LOOKS = 4.0, 2.0, 8
+_WINDOW_S, _LEAST_S, _LEAST_LOOKS = 8.0, 2.5, 8
 _MOVES_MPS, _RESTS_MPS = 0.35, 0.2
 _SIGMAS = 4.0
 _CORRELATED = 2.0  # by which the error of a slope is larger than for independent errors
-_MOVED_M = 0.8  # least way within the window
+_MOVED_M, _MOVED_WIDTHS = 0.8, 1.2  # least way within the window, and in widths of a sector there
+_STAYED_S = 3.0  # what moves has left a place so long after the time that it takes to pass it
 _REST_S = 3.0
 _FORGET_S, _FORGET_MOVING_S = 2.0, 4.0
 _BEHIND = 0.6  # of its radius, the middle of a thing lies behind the middle of its hits
 _MOST = 64
+
+
+@dataclass(frozen=True, slots=True)
+class _Group:
+    """Neighbouring hits of one scan. `width_m`: of a sector there. `age_s`: for how long there has been something.
+    `whole`: nothing nearer hides a part of it."""
+
+    place: tuple[float, float]
+    radius_m: float
+    width_m: float
+    age_s: float
+    whole: bool
 
 
 @dataclass(slots=True)
@@ -51,28 +64,29 @@ class _Track:
 
 
 class Movers:
-    """`take(hits, place, t_s, width_rad)` each scan, `contacts(now_s)` → those that move. Remembers at most 64 groups,
-    each with its places of the last 4 s."""
+    """`take(hits, ages_s, place, t_s)` each scan, `contacts(now_s)` → those that move. Remembers at most 64 groups,
+    each with its places of the last 8 s."""
 
     def __init__(self) -> None:
         self._tracks: list[_Track] = []
         self._next = 1
 
-    def take(self, hits: Floats, place: tuple[float, float], t_s: float) -> None:
-        """`hits`: circles of one scan in the order of its sectors, shape (n, 3). `place`: of the sensor."""
-        groups = [_group(part, place) for part in _parts(hits)]
-        free = [group for group in groups if group is not None]
+    def take(self, hits: Floats, ages_s: Floats, place: tuple[float, float], t_s: float) -> None:
+        """`hits`: circles of one scan in the order of its sectors, shape (n, 3). `ages_s`: for how long there has been
+        something at the place of each. `place`: of the sensor."""
+        parts = _parts(np.column_stack((hits, ages_s)))
+        free = [group for i in range(len(parts)) if (group := _group(parts, i, place)) is not None]
         for track in self._tracks:
             gate_m = _GATE_M + _GATE_MPS * (t_s - track.t_s) + 0.5 * track.radius_m
             where = track.at(t_s)
-            nearest = min(free, key=lambda g: math.dist(g[:2], where), default=None)
-            if nearest is not None and math.dist(nearest[:2], where) <= gate_m:
+            nearest = min(free, key=lambda g: math.dist(g.place, where), default=None)
+            if nearest is not None and math.dist(nearest.place, where) <= gate_m:
                 free.remove(nearest)
                 _follow(track, nearest, t_s)
-        for north_m, east_m, radius_m in free:
-            if len(self._tracks) < _MOST:
-                places = deque([(t_s, north_m, east_m)])
-                self._tracks.append(_Track(self._next, places, radius_m, t_s=t_s))
+        for group in free:
+            if len(self._tracks) < _MOST and group.whole:
+                places = deque([(t_s, *group.place)])
+                self._tracks.append(_Track(self._next, places, group.radius_m, t_s=t_s))
                 self._next += 1
         self.forget(t_s)
 
@@ -117,24 +131,43 @@ def _parts(hits: Floats) -> list[Floats]:
     return parts
 
 
-def _group(hits: Floats, place: tuple[float, float]) -> tuple[float, float, float] | None:
-    """Middle and radius of a group; None for one that is too wide."""
+def _group(parts: Sequence[Floats], index: int, place: tuple[float, float]) -> _Group | None:
+    """One part of a scan; None for one that is too wide."""
+    hits = parts[index]
     north, east = float(hits[:, 0].mean()), float(hits[:, 1].mean())
     radius_m = float((np.hypot(hits[:, 0] - north, hits[:, 1] - east) + hits[:, 2]).max())
-    if 2.0 * radius_m > _WIDEST_M:
-        return None
     away_m = math.dist((north, east), place)
-    if away_m < 1e-6:
-        return north, east, radius_m
+    if 2.0 * radius_m > _WIDEST_M or away_m < 1e-6:
+        return None
     share = 1.0 + _BEHIND * radius_m / away_m
-    return place[0] + share * (north - place[0]), place[1] + share * (east - place[1]), radius_m
+    middle = place[0] + share * (north - place[0]), place[1] + share * (east - place[1])
+    width_m = 2.0 * float(hits[:, 2].mean())
+    hidden = any(
+        _hides(end, there, place, width_m)
+        for end, other in ((hits[0], parts[index - 1]), (hits[-1], parts[(index + 1) % len(parts)]))
+        if other is not hits
+        for there in (other[0], other[-1])
+    )
+    return _Group(middle, radius_m, width_m, float(np.median(hits[:, 3])), not hidden)
 
 
-def _follow(track: _Track, group: tuple[float, float, float], t_s: float) -> None:
+def _hides(end: Floats, other: Floats, place: tuple[float, float], width_m: float) -> bool:
+    """Whether `other` stands nearer to the sensor, at the edge of a group that ends with `end`: so part of the group
+    may be hidden, and its middle is not known."""
+    off, before = math.dist(end[:2], place), math.dist(other[:2], place)
+    if before >= off:
+        return False
+    turn = math.atan2(end[1] - place[1], end[0] - place[0]) - math.atan2(other[1] - place[1], other[0] - place[0])
+    return abs(math.remainder(turn, math.tau)) * off < 2.0 * width_m
+
+
+def _follow(track: _Track, group: _Group, t_s: float) -> None:
     """Add the newest place, and judge whether it moves."""
     track.t_s = t_s
-    track.radius_m += 0.2 * (group[2] - track.radius_m)
-    track.places.append((t_s, group[0], group[1]))
+    if not group.whole:
+        return
+    track.radius_m += 0.2 * (group.radius_m - track.radius_m)
+    track.places.append((t_s, *group.place))
     while t_s - track.places[0][0] > _WINDOW_S:
         track.places.popleft()
     if len(track.places) < _LEAST_LOOKS or t_s - track.places[0][0] < _LEAST_S:
@@ -142,11 +175,13 @@ def _follow(track: _Track, group: tuple[float, float, float], t_s: float) -> Non
     north_mps, east_mps, error_mps = _slope(track.places)
     speed = math.hypot(north_mps, east_mps)
     way_m = speed * (t_s - track.places[0][0])
-    if speed > max(_MOVES_MPS, _SIGMAS * error_mps) and way_m > _MOVED_M:
+    passes = group.age_s < 2.0 * track.radius_m / max(speed, 1e-3) + _STAYED_S
+    clearly = way_m > _MOVED_M + _MOVED_WIDTHS * group.width_m
+    if speed > max(_MOVES_MPS, _SIGMAS * error_mps) and clearly and passes:
         track.moving, track.rested_s = True, t_s
-    elif speed > _RESTS_MPS:
+    elif speed > _RESTS_MPS and passes:
         track.rested_s = t_s if track.moving else track.rested_s
-    elif t_s - track.rested_s > _REST_S:
+    elif t_s - track.rested_s > _REST_S or not passes:
         track.moving = False
     track.north_mps, track.east_mps = north_mps, east_mps
 

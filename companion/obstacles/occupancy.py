@@ -22,7 +22,8 @@ _PASSES = 3  # looks through a circle before it is gone
 _TOLERANCE_M, _TOLERANCE_SHARE = 0.4, 0.02  # between the distance of a circle and that of a sector which sees it
 _FINER = 0.7  # of a radius: a look that much finer replaces a circle
 _INTO = 0.7  # of its radius, a circle lies behind the distance measured: the surface is at its near side
-_NORTH, _EAST, _RADIUS, _SEEN, _PASSED = range(5)
+_NORTH, _EAST, _RADIUS, _SEEN, _PASSED, _SINCE = range(6)
+_AT_M = 0.4  # from a hit, beside half its radius: circles there are the same place
 
 
 class Occupancy:
@@ -30,7 +31,7 @@ class Occupancy:
     radius_m. `version` grows with every change. Remembers at most 1500 circles."""
 
     def __init__(self) -> None:
-        self._cells: Floats = np.zeros((0, 5))
+        self._cells: Floats = np.zeros((0, 6))
         self.version = 0
 
     @property
@@ -51,15 +52,27 @@ class Occupancy:
 
     def take(self, scan: Ranges, place: tuple[float, float], yaw_rad: float) -> None:
         """One scan from `place` (north_m, east_m) with the boat's heading `yaw_rad`."""
-        found = self.hits(scan, place, yaw_rad)
+        found, t_s = self.hits(scan, place, yaw_rad), scan.t_s
+        since = t_s - self.ages_s(found, t_s)
         if len(self._cells):
             self._look(scan, place, yaw_rad)
-            found = self._without_known(found, scan.t_s)
+            new_ones = self._new_ones(found, t_s)
+            found, since = found[new_ones], since[new_ones]
         if len(found):
             count = len(found)
-            new = np.column_stack((found, np.full(count, scan.t_s), np.zeros(count)))
+            new = np.column_stack((found, np.full(count, t_s), np.zeros(count), since))
             self._cells = np.concatenate((self._cells, new))[-_MOST:]
             self.version += 1
+
+    def ages_s(self, hits: Floats, t_s: float) -> Floats:
+        """For how long there has been something at the place of each hit, shape (n,); 0 where it is new."""
+        cells = self._cells
+        if not len(cells) or not len(hits):
+            return np.zeros(len(hits))
+        gap = np.hypot(hits[:, None, 0] - cells[None, :, _NORTH], hits[:, None, 1] - cells[None, :, _EAST])
+        there = gap < _AT_M + 0.5 * hits[:, None, 2]
+        ages: Floats = np.where(there, t_s - cells[None, :, _SINCE], 0.0).max(axis=1)
+        return ages
 
     def _look(self, scan: Ranges, place: tuple[float, float], yaw_rad: float) -> None:
         """Count the circles that the scan looks through, and take away those with too many."""
@@ -88,10 +101,10 @@ class Occupancy:
             self._cells = cells[~gone]
             self.version += 1
 
-    def _without_known(self, found: Floats, t_s: float) -> Floats:
-        """The circles of a scan that are not there yet. Coarser ones around a new one are taken away."""
+    def _new_ones(self, found: Floats, t_s: float) -> NDArray[np.bool_]:
+        """Which circles of a scan are not there yet. Coarser ones around a new one are taken away."""
         if not len(found) or not len(self._cells):
-            return found
+            return np.ones(len(found), dtype=bool)
         cells = self._cells
         gap = np.hypot(found[:, None, 0] - cells[None, :, _NORTH], found[:, None, 1] - cells[None, :, _EAST])
         coarser = (gap < cells[None, :, _RADIUS]) & (found[:, None, 2] < _FINER * cells[None, :, _RADIUS])
@@ -102,7 +115,7 @@ class Occupancy:
         if replaced.any():
             self._cells = cells[~replaced]
             self.version += 1
-        return found[~known]
+        return ~known
 
     def forget(self, now_s: float, after_s: float, here: tuple[float, float], reach_m: float) -> None:
         """Forget circles not seen for `after_s`, and those further than `reach_m` from `here`."""
@@ -117,7 +130,7 @@ class Occupancy:
 
     def clear(self) -> None:
         """Forget everything."""
-        self._cells = np.zeros((0, 5))
+        self._cells = np.zeros((0, 6))
         self.version += 1
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,6 +17,9 @@ from companion.config.vessel import VesselConfig
 from companion.fence.guard import FenceGuard, Way
 from companion.obstacles.occupancy import Floats
 from companion.params.store import Parameters
+
+if TYPE_CHECKING:
+    from companion.fence.area import FenceArea
 
 Place = tuple[float, float]
 
@@ -25,6 +29,8 @@ _CORNER_CUT = 0.6  # share of a waypoint's radius by which the path may cut its 
 _RADII = (1.0, 0.2)  # of NAV_ACC_RAD: waypoint radius on a way round, and through a narrow gap
 _SIMPLER_M = 0.3
 _START_M = 0.05
+_SURE_M = 15.0  # from the boat: obstacles further off may be smaller than they look
+_LEAST_RADIUS_M = 0.3
 _GRAZE_M = 0.3  # by which a way that is already sailed may come nearer than planned
 
 
@@ -49,9 +55,9 @@ class OpenWater:
     def free_m(self, way: Sequence[Place]) -> float:
         """How far along a way the boat keeps clear of all obstacles; infinite where it always does. Of an obstacle that
         is near at its begin, the way must lead away."""
-        circles = self._circles
-        if len(way) < 2 or not len(circles):
+        if len(way) < 2 or not len(self._circles):
             return math.inf
+        circles = self._hoped(way[0])
         points = np.asarray(way, dtype=float)
         begin, along = points[:-1], np.diff(points, axis=0)
         lengths = np.hypot(along[:, 0], along[:, 1])
@@ -87,10 +93,21 @@ class OpenWater:
         not."""
         if not len(self._circles):
             return self._fence.way(begin, end)
+        found = self._way(begin, end, self._circles)
+        return found or self._way(begin, end, self._hoped(begin))
+
+    def _hoped(self, begin: Place) -> Floats:
+        """The obstacles, those further off as small as they may be: a far look is coarse, and gaps show on the way."""
+        circles = self._circles.copy()
+        far = np.hypot(*(circles[:, :2] - begin).T) > _SURE_M
+        circles[far, 2] = np.minimum(circles[far, 2], _LEAST_RADIUS_M)
+        return circles
+
+    def _way(self, begin: Place, end: Place, circles: Floats) -> Way | None:
         from companion.fence.area import FenceArea
         from companion.fence.way_round import ClearRoutes
 
-        water = self._area(begin, end)
+        water = self._area(begin, end, circles)
         if water.empty:
             return None
         if not water.contains(*end):
@@ -104,16 +121,15 @@ class OpenWater:
             if roomy.empty:
                 continue
             points = ClearRoutes(roomy).find(begin, end, through=water)
-            if points is not None and math.isinf(self.free_m(_beyond_begin(points))):
+            if points is not None:
                 return Way(points, radius_m)
         return None
 
-    def _area(self, begin: Place, end: Place) -> FenceArea:  # noqa: F821  imported where it is used
+    def _area(self, begin: Place, end: Place, circles: Floats) -> FenceArea:
         import shapely
 
         from companion.fence.area import FenceArea
 
-        circles = self._circles
         rings = shapely.buffer(shapely.points(circles[:, :2]), circles[:, 2] + self.keep_m, quad_segs=_ARCS)
         taken = shapely.simplify(shapely.union_all(rings), _SIMPLER_M)
         areas = self._fence.areas()
@@ -123,7 +139,3 @@ class OpenWater:
         whole = around if areas is None else shapely.intersection(areas.keeping.geometry, around)
         return FenceArea.of(shapely.difference(whole, taken))
 
-
-def _beyond_begin(points: Sequence[Place]) -> Sequence[Place]:
-    """The part of a way after its first leg, which may begin too near to an obstacle."""
-    return points[1:] if len(points) > 2 else ()

@@ -125,7 +125,8 @@ class Surroundings:
             x_m, y_m = body_to_ned(reading.x_m, reading.y_m, yaw_rad)
             place = nav.north_m - age_s * nav.north_mps + x_m, nav.east_m - age_s * nav.east_mps + y_m
             scan = self._without_self(reading, yaw_rad)
-            self._movers.take(self._map.hits(scan, place, yaw_rad), place, scan.t_s)
+            hits = self._map.hits(scan, place, yaw_rad)
+            self._movers.take(hits, self._map.ages_s(hits, scan.t_s), place, scan.t_s)
             self._map.take(scan, place, yaw_rad)
 
     def _without_self(self, scan: Ranges, yaw_rad: float) -> Ranges:
