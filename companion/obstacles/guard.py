@@ -16,7 +16,7 @@ import numpy as np
 from companion.config.vessel import VesselConfig
 from companion.control.model import damping
 from companion.core.decision import ModeId, ModeInputs, TextKind
-from companion.core.estimate import NavState
+from companion.core.estimate import Contact, NavState
 from companion.core.events import EventLog
 from companion.core.frames import body_to_ned
 from companion.core.setpoint import HeadingSetpoint, PathSetpoint, PoseSetpoint, Setpoint, desired_motion
@@ -37,6 +37,10 @@ _STOP_SHARE = 0.3  # of CP_DIST, beside half a boat's length: the boat stops tha
 _MOVER_S = (0.0, 1.0, 2.0, 3.0)  # places of what moves, for the stop
 _STOPPED_MPS, _MOVES_MPS = 0.1, 0.05
 _SLOWED_SHARE = 0.8
+_SLOW_MPS = 0.5  # a boat that makes less way gets out of the way of what drifts onto it
+_SOON_S, _TOUCH_M, _OUT_M = 20.0, 2.0, 10.0  # how far it looks then, water that is too little, and how far it goes
+_START_S = 2.0  # until it gains speed
+_SAME_SIDE_M = 1.0
 _LEADER_M = 8.0  # around the leader, nothing is an obstacle to its follower
 
 Find = Callable[[Place, Place], Way | None]
@@ -116,6 +120,7 @@ class ObstacleGuard:
         self._reason = ""
         self._slowed = False
         self._circles: Floats = np.zeros((0, 3))
+        self._giving_way = 0.0  # speed ahead with which the boat gets out of the way
         self.impossible: str | None = None
 
     def reset(self) -> None:
@@ -138,6 +143,9 @@ class ObstacleGuard:
         if not len(self._circles) and math.isinf(self._around.shoals.way_m):
             self._holding = self._slowed = False
             return setpoint
+        if mode.goes_round and (aside := self._out_of_the_way(inputs)) is not None:
+            mode.excuse()
+            return replace(aside, progress=setpoint.progress)
         return self._stopped_in_time(setpoint, mode, inputs)
 
     # --- looking and planning --------------------------------------------------------------------------------------
@@ -207,7 +215,7 @@ class ObstacleGuard:
     # --- stopping --------------------------------------------------------------------------------------------------
 
     def _stopped_in_time(self, setpoint: Setpoint, mode: GuardedMode, inputs: ModeInputs) -> Setpoint:
-        nav, now_s = inputs.nav, inputs.now_s
+        nav = inputs.nav
         demand = _demand(setpoint, nav)
         along = direction(nav, demand)
         if along is None:
@@ -218,10 +226,7 @@ class ObstacleGuard:
             return self._governed(setpoint, nav, limit)
         if isinstance(setpoint, PoseSetpoint):
             return self._posed(setpoint, nav, limit, inputs)
-        slowed = limit < _SLOWED_SHARE * size
-        if slowed and not self._slowed:
-            self._events.say(now_s, TextKind.ROUTINE, "obstacle_slowed", "Obstacle ahead: slowing down")
-        self._slowed = slowed
+        slowed = self._is_slowed(limit < _SLOWED_SHARE * size, inputs.now_s)
         if slowed or self._since_s is not None:
             mode.excuse()
         if self._since_s is not None and (self._holding or limit < _STOPPED_MPS):
@@ -238,15 +243,54 @@ class ObstacleGuard:
             surge_mps2=min(setpoint.surge_mps2, -self._parameters["PATH_ACC"] * min(1.0, limit)),
         )
 
+    def _is_slowed(self, slowed: bool, now_s: float) -> bool:
+        """The same, said when it begins."""
+        if slowed and not self._slowed:
+            self._events.say(now_s, TextKind.ROUTINE, "obstacle_slowed", "Obstacle ahead: slowing down")
+        self._slowed = slowed
+        return slowed
+
+    def _out_of_the_way(self, inputs: ModeInputs) -> PathSetpoint | None:
+        """Ahead or astern, out of the way of what drifts onto the boat while it makes no way; None where nothing
+        does."""
+        nav, now_s = inputs.nav, inputs.now_s
+        movers = self._around.movers(now_s) if math.hypot(nav.north_mps, nav.east_mps) < _SLOW_MPS else []
+        if not movers or self._least_gap_m(movers, nav, 0.0) > _TOUCH_M:
+            self._giving_way = 0.0
+            return None
+        bow = math.cos(nav.yaw_rad), math.sin(nav.yaw_rad)
+        speed = min(_SLOW_MPS, inputs.speed_mps)
+        best, chosen = self._least_gap_m(movers, nav, 0.0), 0.0
+        for way in (speed, -speed):
+            sign = math.copysign(1.0, way)
+            open_m = self._way_m(nav, (sign * bow[0], sign * bow[1]), self.water.circles)
+            gap = self._least_gap_m(movers, nav, way) + (_SAME_SIDE_M if self._giving_way * way > 0.0 else 0.0)
+            if open_m > _OUT_M and gap > best:
+                best, chosen = gap, way
+        if chosen != 0.0 and self._giving_way == 0.0:
+            self._events.say(now_s, TextKind.ATTENTION, "obstacle_comes", "Obstacle comes near: out of its way")
+        self._giving_way = chosen
+        return PathSetpoint(nav.yaw_rad, surge_mps=chosen) if chosen != 0.0 else None
+
+    def _least_gap_m(self, movers: Sequence[Contact], nav: NavState, speed_mps: float) -> float:
+        """The least water to what moves, if the boat goes ahead (or astern) at that speed for a while and stops."""
+        times = np.arange(0.0, _SOON_S, 0.5)
+        way = math.copysign(1.0, speed_mps) * np.minimum(_OUT_M, np.maximum(0.0, times - _START_S) * abs(speed_mps))
+        north, east = nav.north_m + way * math.cos(nav.yaw_rad), nav.east_m + way * math.sin(nav.yaw_rad)
+        least = math.inf
+        for one in movers:
+            gaps = np.hypot(one.north_m + times * one.north_mps - north, one.east_m + times * one.east_mps - east)
+            least = min(least, float(gaps.min()) - one.radius_m)
+        return least - 0.5 * self._config.length_m
+
     def _limit_mps(self, nav: NavState, along: tuple[float, float]) -> float:
         """Highest speed over ground in the direction `along` (a unit vector) from which the boat stops in time."""
         stream = stream_along_mps(nav, *along)
-        way_m = min(self._way_m(nav, along), self._around.shoals.way_m)
+        way_m = min(self._way_m(nav, along, self._circles), self._around.shoals.way_m)
         return self._braking.speed_mps(way_m, stream)
 
-    def _way_m(self, nav: NavState, along: tuple[float, float]) -> float:
-        """Way straight ahead until the hull is too near to an obstacle; infinite where that never happens."""
-        circles = self._circles
+    def _way_m(self, nav: NavState, along: tuple[float, float], circles: Floats) -> float:
+        """Way straight ahead until the hull is too near to one of the circles; infinite where that never happens."""
         if not len(circles):
             return math.inf
         keep = 0.5 * self._config.length_m + _STOP_SHARE * self._parameters["CP_DIST"] + circles[:, 2]

@@ -93,9 +93,7 @@ class Movers:
     def forget(self, now_s: float) -> None:
         """Forget groups not seen any more."""
         self._tracks = [
-            track
-            for track in self._tracks
-            if now_s - track.t_s <= (_FORGET_MOVING_S if track.moving else _FORGET_S)
+            track for track in self._tracks if now_s - track.t_s <= (_FORGET_MOVING_S if track.moving else _FORGET_S)
         ]
 
     def contacts(self, now_s: float) -> list[Contact]:

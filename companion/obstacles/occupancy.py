@@ -70,7 +70,7 @@ class Occupancy:
         if not len(cells) or not len(hits):
             return np.zeros(len(hits))
         gap = np.hypot(hits[:, None, 0] - cells[None, :, _NORTH], hits[:, None, 1] - cells[None, :, _EAST])
-        there = gap < _AT_M + 0.5 * hits[:, None, 2]
+        there: NDArray[np.bool_] = gap < _AT_M + 0.5 * hits[:, None, 2]
         ages: Floats = np.where(there, t_s - cells[None, :, _SINCE], 0.0).max(axis=1)
         return ages
 
@@ -115,7 +115,8 @@ class Occupancy:
         if replaced.any():
             self._cells = cells[~replaced]
             self.version += 1
-        return ~known
+        new: NDArray[np.bool_] = np.logical_not(known)
+        return new
 
     def forget(self, now_s: float, after_s: float, here: tuple[float, float], reach_m: float) -> None:
         """Forget circles not seen for `after_s`, and those further than `reach_m` from `here`."""
@@ -136,4 +137,3 @@ class Occupancy:
 
 def _first_rad(scan: Ranges, yaw_rad: float) -> float:
     return scan.first_rad + (0.0 if scan.from_north else yaw_rad)
-

@@ -48,6 +48,11 @@ class OpenWater:
         self._circles = circles
 
     @property
+    def circles(self) -> Floats:
+        """The obstacles as last set."""
+        return self._circles
+
+    @property
     def keep_m(self) -> float:
         """Distance that the middle of the boat keeps from obstacles."""
         return self._half_m + max(0.0, self._parameters["CP_DIST"])
@@ -138,4 +143,3 @@ class OpenWater:
         around = shapely.box(*low, *high)
         whole = around if areas is None else shapely.intersection(areas.keeping.geometry, around)
         return FenceArea.of(shapely.difference(whole, taken))
-

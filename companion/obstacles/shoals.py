@@ -1,4 +1,5 @@
-"""Water too shallow for the boat, by its echo sounders: where it was found, and how soon it comes by the bottom's slope.
+"""Water too shallow for the boat, by its echo sounders: where it was found, and how soon it comes by the slope of the
+bottom.
 
 CP_DEPTH_MIN is the least depth below the transducer. A shoal found becomes a circle ahead of the boat, larger each time
 that it is met again: so the boat turns back, and gropes its way round.
@@ -116,9 +117,7 @@ class Shoals:
             if now_s - one.t_s < _AGAIN_S and math.dist((one.north_m, one.east_m), (nav.north_m, nav.east_m)) < _AGAIN_M
         ]
         radius_m = min(_MOST_RADIUS_M, _GROWTH * max((one.radius_m for one in again), default=self._length_m))
-        self._add(
-            nav.north_m + radius_m * math.cos(course), nav.east_m + radius_m * math.sin(course), radius_m, now_s
-        )
+        self._add(nav.north_m + radius_m * math.cos(course), nav.east_m + radius_m * math.sin(course), radius_m, now_s)
 
     def _add(self, north_m: float, east_m: float, radius_m: float, now_s: float) -> None:
         for i, one in enumerate(self._shoals):

@@ -24,7 +24,6 @@ from companion.params.store import Parameters
 from companion.positioning.bow_keeper import BowKeeper
 from companion.positioning.drift import DriftKeeper
 
-
 Place = tuple[float, float]
 _BESIDE_M = 15.0  # from a point in an obstacle: the boat goes so near instead
 

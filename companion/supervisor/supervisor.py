@@ -246,8 +246,8 @@ class Supervisor(Requests):
         return parts.auxiliary.update(helm.armed, now_s)
 
     def _guarded(self, setpoint: Setpoint, inputs: ModeInputs) -> Setpoint:
-        """The setpoint, clear of traffic and obstacles and inside the fence. If a guard fails, that is announced and the boat holds;
-        Hold and modes steered by stick go on unguarded."""
+        """The setpoint, clear of traffic and obstacles and inside the fence. If a guard fails, that is announced and
+        the boat holds; Hold and modes steered by stick go on unguarded."""
         parts, helm, now_s = self.parts, self._helm, inputs.now_s
         try:
             steered = parts.traffic_guard.steer(setpoint, helm.mode, inputs)

@@ -123,9 +123,7 @@ class TrafficGuard:
         if mode is not self._mode:
             self.reset()
             self._mode = mode
-        self._action = int(self._parameters["CA_ACTION"])
-        if self._action == _OFF and self._watch.sees_movers(inputs.now_s):
-            self._action = _ALTER
+        self._action = self._action_now(inputs.now_s)
         if self._action == _OFF or not inputs.nav.position_valid:
             self._watch.forget()
             self.reset()
@@ -146,6 +144,11 @@ class TrafficGuard:
             return self._hold(setpoint, inputs)
         self._holding = False
         return self._steady(setpoint, inputs.dt_s)
+
+    def _action_now(self, now_s: float) -> int:
+        """CA_ACTION; where it is off, what sensors see moving is kept clear of nevertheless."""
+        action = int(self._parameters["CA_ACTION"])
+        return _ALTER if action == _OFF and self._watch.sees_movers(now_s) else action
 
     # --- deciding --------------------------------------------------------------------------------------------------
 

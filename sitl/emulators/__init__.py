@@ -36,8 +36,8 @@ _INSTRUMENTS: Mapping[str, Callable[[SensorConfig, MemoryDevice, SensedWorld], D
 
 
 def _nmea0183(config: SensorConfig, port: MemoryDevice, around: SensedWorld) -> Device:
-    """One driver reads many kinds of device: the name's beginning wind…, compass…, sounder… or radar… chooses; any other is a
-    receiver."""
+    """One driver reads many kinds of device: the name's beginning wind…, compass…, sounder… or radar… chooses; any
+    other is a receiver."""
     for name, kind in _INSTRUMENTS.items():
         if config.name.startswith(name):
             return kind(config, port, around)

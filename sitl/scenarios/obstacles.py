@@ -137,8 +137,13 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
     checks = (
         Check("water between hull and obstacles", metrics["clear_water_m"], 0.3, "m", at_least=True),
         Check("the hull stays inside the fence", metrics["beside_m"], _BESIDE_M, "m"),
-        Check("route completed, or declared impossible", metrics["reached"] + metrics["declared_impossible"], 1.0, "",
-              at_least=True),
+        Check(
+            "route completed, or declared impossible",
+            metrics["reached"] + metrics["declared_impossible"],
+            1.0,
+            "",
+            at_least=True,
+        ),
         Check("speed at the end", metrics["speed_at_end_mps"], 0.3, "m/s"),
     )
     return metrics, checks

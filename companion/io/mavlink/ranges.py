@@ -20,9 +20,9 @@ _BEAM_RAD = math.radians(5.0)  # width of a sensor that does not say it
 _CM = 0.01
 
 
-def ranges_of(message: Any, source: str, t_s: float, offset_rad: float = 0.0, x_m: float = 0.0, y_m: float = 0.0) -> (
-    Ranges | None
-):
+def ranges_of(
+    message: Any, source: str, t_s: float, offset_rad: float = 0.0, x_m: float = 0.0, y_m: float = 0.0
+) -> Ranges | None:
     """The sectors of an OBSTACLE_DISTANCE; None where it is of no use. `offset_rad`: how the sensor is turned in the
     boat; `x_m`, `y_m`: where it sits."""
     step_deg = message.increment_f if message.increment_f else float(message.increment)

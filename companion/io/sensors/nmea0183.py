@@ -43,7 +43,9 @@ class THS(pynmea2.TalkerSentence):  # type: ignore[misc]  # pynmea2 is untyped
 
 
 class Nmea0183Sensor(StreamDriver):
-    """NMEA sentences → readings; `GnssSentences`, `HullSentences` and `RadarSentences` say which. Times: `SentenceTimes`.
+    """NMEA sentences → readings; `GnssSentences`, `HullSentences` and `RadarSentences` say which.
+
+    Times: `SentenceTimes`.
 
     Remembers the unfinished sentence, when each type of sentence last came, how many came without a checksum since the
     last with one, and whether any was of use.

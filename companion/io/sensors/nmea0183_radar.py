@@ -24,7 +24,8 @@ class RadarSentences:
         """The unit counts for distance and speed (N: nautical miles and knots)."""
         target, distance, bearing = (number(sentence.get(key)) for key in ("target_number", "distance", "bearing"))
         unit, lost = sentence.get("dist_unit", ""), sentence.get("status") == _LOST
-        if target is None or unit not in _LENGTH_M or ((distance is None or bearing is None) and not lost):
+        placed = distance is not None and bearing is not None
+        if target is None or unit not in _LENGTH_M or not (placed or lost):
             return
         speed, course = number(sentence.get("speed")), number(sentence.get("cog"))
         readings.append(
