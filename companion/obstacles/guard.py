@@ -108,6 +108,7 @@ class ObstacleGuard:
         self._config = config
         self._parameters = parameters
         self._around = surroundings
+        self._fence = fence
         self._events = events
         self.water = OpenWater(config, parameters, fence)
         self._braking = Braking(config, parameters)
@@ -265,7 +266,9 @@ class ObstacleGuard:
             sign = math.copysign(1.0, way)
             open_m = self._way_m(nav, (sign * bow[0], sign * bow[1]), self.water.circles)
             gap = self._least_gap_m(movers, nav, way) + (_SAME_SIDE_M if self._giving_way * way > 0.0 else 0.0)
-            if open_m > _OUT_M and gap > best:
+            end = nav.north_m + _OUT_M * sign * bow[0], nav.east_m + _OUT_M * sign * bow[1]
+            inside = self._fence.line_refusal(((nav.north_m, nav.east_m), end)) is None
+            if open_m > _OUT_M and gap > best and inside:
                 best, chosen = gap, way
         if chosen != 0.0 and self._giving_way == 0.0:
             self._events.say(now_s, TextKind.ATTENTION, "obstacle_comes", "Obstacle comes near: out of its way")

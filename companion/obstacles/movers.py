@@ -27,6 +27,8 @@ _MOVED_M, _MOVED_WIDTHS = 0.8, 1.2  # least way within the window, and in widths
 _STAYED_S = 3.0  # what moves has left a place so long after the time that it takes to pass it
 _REST_S = 3.0
 _FORGET_S, _FORGET_MOVING_S = 2.0, 4.0
+_SURE_SHARE = 0.9  # of the sensor's reach: beyond, a thing may go on unseen
+_REST_M = 6.0
 _BEHIND = 0.6  # of its radius, the middle of a thing lies behind the middle of its hits
 _MOST = 64
 
@@ -64,18 +66,20 @@ class _Track:
 
 
 class Movers:
-    """`take(hits, ages_s, place, t_s)` each scan, `contacts(now_s)` → those that move. Remembers at most 64 groups,
-    each with its places of the last 8 s."""
+    """`take(hits, ages_s, place, most_m, t_s)` each scan, `contacts(now_s)` → those that move.
+
+    Remembers at most 64 groups, each with its places of the last 8 s.
+    """
 
     def __init__(self) -> None:
         self._tracks: list[_Track] = []
         self._next = 1
 
-    def take(self, hits: Floats, ages_s: Floats, place: tuple[float, float], t_s: float) -> None:
+    def take(self, hits: Floats, ages_s: Floats, place: tuple[float, float], most_m: float, t_s: float) -> None:
         """`hits`: circles of one scan in the order of its sectors, shape (n, 3). `ages_s`: for how long there has been
-        something at the place of each. `place`: of the sensor."""
+        something at the place of each. `place`, `most_m`: where the sensor is, and how far it reaches."""
         parts = _parts(np.column_stack((hits, ages_s)))
-        free = [group for i in range(len(parts)) if (group := _group(parts, i, place)) is not None]
+        free = [group for i in range(len(parts)) if (group := _group(parts, i, place, most_m)) is not None]
         for track in self._tracks:
             gate_m = _GATE_M + _GATE_MPS * (t_s - track.t_s) + 0.5 * track.radius_m
             where = track.at(t_s)
@@ -129,8 +133,8 @@ def _parts(hits: Floats) -> list[Floats]:
     return parts
 
 
-def _group(parts: Sequence[Floats], index: int, place: tuple[float, float]) -> _Group | None:
-    """One part of a scan; None for one that is too wide."""
+def _group(parts: Sequence[Floats], index: int, place: tuple[float, float], most_m: float) -> _Group | None:
+    """One part of a scan; None for one that is too wide. `most_m`: reach of the sensor."""
     hits = parts[index]
     north, east = float(hits[:, 0].mean()), float(hits[:, 1].mean())
     radius_m = float((np.hypot(hits[:, 0] - north, hits[:, 1] - east) + hits[:, 2]).max())
@@ -141,19 +145,20 @@ def _group(parts: Sequence[Floats], index: int, place: tuple[float, float]) -> _
     middle = place[0] + share * (north - place[0]), place[1] + share * (east - place[1])
     width_m = 2.0 * float(hits[:, 2].mean())
     hidden = any(
-        _hides(end, there, place, width_m)
+        _adjoins(end, there, place, width_m)
         for end, other in ((hits[0], parts[index - 1]), (hits[-1], parts[(index + 1) % len(parts)]))
         if other is not hits
         for there in (other[0], other[-1])
     )
-    return _Group(middle, radius_m, width_m, float(np.median(hits[:, 3])), not hidden)
+    cut = float(np.hypot(hits[:, 0] - place[0], hits[:, 1] - place[1]).max()) > _SURE_SHARE * most_m
+    return _Group(middle, radius_m, width_m, float(np.median(hits[:, 3])), not hidden and not cut)
 
 
-def _hides(end: Floats, other: Floats, place: tuple[float, float], width_m: float) -> bool:
-    """Whether `other` stands nearer to the sensor, at the edge of a group that ends with `end`: so part of the group
-    may be hidden, and its middle is not known."""
-    off, before = math.dist(end[:2], place), math.dist(other[:2], place)
-    if before >= off:
+def _adjoins(end: Floats, other: Floats, place: tuple[float, float], width_m: float) -> bool:
+    """Whether `other`, in the direction next to the end of a group, is nearer to the sensor or little further: it may
+    hide a part of the group, or be the rest of it, as of a quay seen along its face."""
+    off = math.dist(end[:2], place)
+    if math.dist(other[:2], place) > off + _REST_M:
         return False
     turn = math.atan2(end[1] - place[1], end[0] - place[0]) - math.atan2(other[1] - place[1], other[0] - place[0])
     return abs(math.remainder(turn, math.tau)) * off < 2.0 * width_m

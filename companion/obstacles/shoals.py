@@ -15,11 +15,13 @@ import numpy as np
 
 from companion.core.estimate import NavState
 from companion.core.readings import Depth, DepthAhead
+from companion.obstacles.occupancy import Floats
 from companion.params.store import Parameters
 
 _STALE_S = 5.0
 _TRACK_M, _STEP_M = 12.0, 0.5  # length of track over which the slope counts, and between its samples
-_LEAST_SAMPLES = 5
+_LEAST_SAMPLES = 6
+_LEAST_SQUARE_M2 = 1.0
 _SHALLOW_S = 0.4  # for that long, before it counts: fish and bubbles
 _GROWTH = 1.5
 _AGAIN_S, _AGAIN_M = 120.0, 40.0  # a shoal met again within these grows
@@ -99,12 +101,7 @@ class Shoals:
             return math.inf
         course = nav.north_mps / speed, nav.east_mps / speed
         samples = np.asarray(self._track)
-        along = (samples[:, 0] - nav.north_m) * course[0] + (samples[:, 1] - nav.east_m) * course[1]
-        along -= along.mean()
-        square = float(along @ along)
-        if square < 1.0:
-            return math.inf
-        slope = float(along @ samples[:, 2]) / square
+        slope = min(_slope(samples, nav, course), _slope(samples[-_LEAST_SAMPLES:], nav, course))
         return water_m / -slope if slope < -1e-3 else math.inf
 
     def _meet(self, nav: NavState, now_s: float) -> None:
@@ -125,3 +122,11 @@ class Shoals:
                 self._shoals[i] = _Shoal(one.north_m, one.east_m, one.radius_m, now_s)
                 return
         self._shoals = [*self._shoals, _Shoal(north_m, east_m, radius_m, now_s)][-_MOST:]
+
+
+def _slope(samples: Floats, nav: NavState, course: tuple[float, float]) -> float:
+    """Change of depth for each metre along the course; 0 for a track too short to tell."""
+    along = (samples[:, 0] - nav.north_m) * course[0] + (samples[:, 1] - nav.east_m) * course[1]
+    along -= along.mean()
+    square = float(along @ along)
+    return float(along @ samples[:, 2]) / square if square > _LEAST_SQUARE_M2 else 0.0

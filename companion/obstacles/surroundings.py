@@ -88,6 +88,9 @@ class Surroundings:
         for reading in pending:
             self._enter(reading, nav, now_s)
         self.shoals.update(depth, nav, now_s)
+        if self.shoals.found is not None:
+            text = f"Shoal: {self.shoals.found:.1f} m of water, turning back"
+            self._events.say(now_s, TextKind.ATTENTION, "shoal", text)
         if now_s - self._tidied_s >= _TIDY_S:
             self._tidied_s = now_s
             self._map.forget(now_s, self._parameters["CP_FORGET"], (nav.north_m, nav.east_m), _REACH_M)
@@ -126,7 +129,7 @@ class Surroundings:
             place = nav.north_m - age_s * nav.north_mps + x_m, nav.east_m - age_s * nav.east_mps + y_m
             scan = self._without_self(reading, yaw_rad)
             hits = self._map.hits(scan, place, yaw_rad)
-            self._movers.take(hits, self._map.ages_s(hits, scan.t_s), place, scan.t_s)
+            self._movers.take(hits, self._map.ages_s(hits, scan.t_s), place, scan.most_m, scan.t_s)
             self._map.take(scan, place, yaw_rad)
 
     def _without_self(self, scan: Ranges, yaw_rad: float) -> Ranges:

@@ -97,7 +97,7 @@ class TrafficGuard:
         self._share = 1.0  # of the cruise speed, that is allowed
         self._limit_mps = math.inf
         self._yaw: float | None = None
-        self._next_s = 0.0
+        self._next_s = self._begun_s = 0.0
         self._announced = ""
         self._action = _OFF
 
@@ -273,7 +273,8 @@ class TrafficGuard:
             lay(waypoints, inputs.nav, False, beyond=[Waypoint(*point, straight=True) for point in onward])
         elif self._detour is not None and share == 1.0:
             return  # the present detour is as good as any
-        self._detour = detour if detour is not None else self._detour
+        if detour is not None:
+            self._detour, self._begun_s = detour, inputs.now_s
         self._share = share
         label = conflict.contact.label
         if detour is not None:
@@ -296,7 +297,7 @@ class TrafficGuard:
         if not progress.finished:
             return progress.setpoint
         self._detour = None
-        self._next_s = inputs.now_s
+        self._next_s = max(inputs.now_s, self._begun_s + _CHECK_S)
         self._announce(TextKind.ROUTINE, "Traffic: back on the route", inputs.now_s)
         return setpoint
 

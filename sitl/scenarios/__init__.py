@@ -14,6 +14,7 @@ from sitl.scenarios import (
     follow,
     four_corner,
     gnss_dropout,
+    harbour,
     hold,
     honest_senses,
     identify,
@@ -62,7 +63,7 @@ BY_SUBJECT: dict[str, tuple[Scenario, ...]] = {
         station_change.SCENARIO,
         two_followers.SCENARIO,
     ),
-    "Keeping clear": (fence_stop.SCENARIO, colreg.SCENARIO, obstacles.SCENARIO),
+    "Keeping clear": (fence_stop.SCENARIO, colreg.SCENARIO, obstacles.SCENARIO, harbour.SCENARIO),
     "Senses and estimate": (
         gnss_dropout.SCENARIO,
         wild_points.SCENARIO,
