@@ -145,7 +145,7 @@ def _group(parts: Sequence[Floats], index: int, place: tuple[float, float], most
     middle = place[0] + share * (north - place[0]), place[1] + share * (east - place[1])
     width_m = 2.0 * float(hits[:, 2].mean())
     hidden = any(
-        _adjoins(end, there, place, width_m)
+        _adjoins(end, there, place, width_m, math.dist(other[0, :2], other[-1, :2]))
         for end, other in ((hits[0], parts[index - 1]), (hits[-1], parts[(index + 1) % len(parts)]))
         if other is not hits
         for there in (other[0], other[-1])
@@ -154,11 +154,11 @@ def _group(parts: Sequence[Floats], index: int, place: tuple[float, float], most
     return _Group(middle, radius_m, width_m, float(np.median(hits[:, 3])), not hidden and not cut)
 
 
-def _adjoins(end: Floats, other: Floats, place: tuple[float, float], width_m: float) -> bool:
-    """Whether `other`, in the direction next to the end of a group, is nearer to the sensor or little further: it may
-    hide a part of the group, or be the rest of it, as of a quay seen along its face."""
-    off = math.dist(end[:2], place)
-    if math.dist(other[:2], place) > off + _REST_M:
+def _adjoins(end: Floats, other: Floats, place: tuple[float, float], width_m: float, extent_m: float) -> bool:
+    """Whether `other`, in the direction next to the end of a group, is nearer to the sensor and may hide a part of it,
+    or is little further and may be the rest of it, as of a quay seen along its face. `extent_m`: of the other."""
+    off, beyond_m = math.dist(end[:2], place), _REST_M if extent_m > _REST_M else 0.0
+    if math.dist(other[:2], place) > off + beyond_m:
         return False
     turn = math.atan2(end[1] - place[1], end[0] - place[0]) - math.atan2(other[1] - place[1], other[0] - place[0])
     return abs(math.remainder(turn, math.tau)) * off < 2.0 * width_m

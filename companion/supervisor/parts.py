@@ -81,23 +81,14 @@ class SupervisorParts:
         self.achieved = ZERO_WRENCH
         self.failed: frozenset[int] = frozenset()
         self._bridges = frozenset(bridge.name for bridge in config.actuators)
-
         self.traffic = TrafficTracker(config.mmsi)
         self.leader = LeaderTracker()
         self.home = HomeKeeper(events)
         self.fence = FenceGuard(config, parameters, plans, events, frame_of, lambda: self.home.home)
         self.surroundings = around = Surroundings(config, parameters, events, frame_of)
-        self.obstacles = ObstacleGuard(config, parameters, around, self.fence, events)
-        self.traffic_guard = TrafficGuard(
-            config,
-            parameters,
-            self.traffic,
-            events,
-            frame_of,
-            self.fence,
-            around.movers,
-            self.obstacles.water.line_refusal,
-        )
+        self.obstacles = aside = ObstacleGuard(config, parameters, around, self.fence, events)
+        clear = around.movers, aside.water.line_refusal
+        self.traffic_guard = TrafficGuard(config, parameters, self.traffic, events, frame_of, self.fence, *clear)
         self.track = OwnTrack(frame_of)
         modes = build_modes(config, parameters, plans, executor, events, frame_of, self.fence, self.track)
         self.hold = hold = mode_of(modes, HoldMode)

@@ -1,5 +1,5 @@
-"""Into a harbour through its entrance, with an uncharted shoal before the berth: a lidar sees the quays, an echo sounder
-the bottom.
+"""Into a harbour through its entrance, with an uncharted shoal before the berth: by lidar, and echo sounder for the
+bottom.
 
 The boat comes to the point inside, or declares that impossible and holds; it touches neither quay nor bottom. Judged by
 the truth.

@@ -7,6 +7,7 @@ from typing import Any
 
 from companion.core.readings import Ranges
 from companion.io.mavlink import ranges
+from companion.io.mavlink.wire import messages as mavlink
 from companion.io.mavlink.wire.hub import Handler, Hub, Peer
 from companion.loop import Vessel
 
@@ -19,8 +20,8 @@ class RangeService:
         self._hub = hub
         self._vessel = vessel
         self.handles: Mapping[int, Handler] = {
-            ranges.OBSTACLE_DISTANCE: self._on_obstacle_distance,
-            ranges.DISTANCE_SENSOR: self._on_distance_sensor,
+            mavlink.MAVLINK_MSG_ID_OBSTACLE_DISTANCE: self._on_obstacle_distance,
+            mavlink.MAVLINK_MSG_ID_DISTANCE_SENSOR: self._on_distance_sensor,
         }
 
     def update(self, now_s: float) -> None:
