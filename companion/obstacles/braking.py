@@ -15,7 +15,8 @@ _STEP_MPS = 0.05
 _FASTEST_MPS = 25.0
 _THRUST_SHARE = 0.6  # of the thrust astern; the rest is for steering and for wind
 _TURNED_SHARE = 0.5  # of a thruster's thrust ahead, once it has turned round
-_LEAST_MPS2 = 0.005
+_LEAST_MPS2 = 0.02
+_DRIFT_MPS = 1.0  # below it, a boat that cannot reverse comes to rest somehow
 _MOST = 1.5  # times PATH_ACC
 _LAG = 1.5  # times 1/PATH_BW_SURGE: delay of the boat's speed behind its demand
 _STREAM_STEP_MPS = 0.1
@@ -74,7 +75,9 @@ class Braking:
             force_n = self._thrust_n + self._hull.drag_n(water)
             braking = min(most_mps2, force_n / self._hull.m11_kg)
             if braking < _LEAST_MPS2:
-                break
+                if speed > _DRIFT_MPS:
+                    break
+                braking = _LEAST_MPS2  # it drifts; nobody can do better
             way_m += speed * _STEP_MPS / braking
             speeds.append(speeds[-1] + _STEP_MPS)
             ways.append(way_m)

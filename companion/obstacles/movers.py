@@ -29,6 +29,7 @@ _REST_S = 3.0
 _FORGET_S, _FORGET_MOVING_S = 2.0, 4.0
 _SURE_SHARE = 0.9  # of the sensor's reach: beyond, a thing may go on unseen
 _REST_M = 6.0
+_LINE_M, _PIECES_M, _BESIDE_M, _BESIDE_SHARE = 2.0, 30.0, 0.6, 0.06  # of a quay that is seen in pieces
 _BEHIND = 0.6  # of its radius, the middle of a thing lies behind the middle of its hits
 _MOST = 64
 
@@ -149,9 +150,22 @@ def _group(parts: Sequence[Floats], index: int, place: tuple[float, float], most
         for end, other in ((hits[0], parts[index - 1]), (hits[-1], parts[(index + 1) % len(parts)]))
         if other is not hits
         for there in (other[0], other[-1])
-    )
+    ) or any(_continues(hits, parts[number % len(parts)]) for number in (index - 1, index + 1))
     cut = float(np.hypot(hits[:, 0] - place[0], hits[:, 1] - place[1]).max()) > _SURE_SHARE * most_m
     return _Group(middle, radius_m, width_m, float(np.median(hits[:, 3])), not hidden and not cut)
+
+
+def _continues(hits: Floats, other: Floats) -> bool:
+    """Whether another part of the scan lies on the straight line through a long group: a quay is seen in pieces where
+    it is seen along its face."""
+    along = hits[-1, :2] - hits[0, :2]
+    length_m = float(np.hypot(*along))
+    if length_m < _LINE_M or other is hits:
+        return False
+    off = other[:, :2] - hits[:, :2].mean(axis=0)
+    beside = np.abs(off[:, 0] * along[1] - off[:, 1] * along[0]) / length_m
+    away = np.hypot(off[:, 0], off[:, 1])
+    return bool(np.any((away < _PIECES_M) & (beside < _BESIDE_M + _BESIDE_SHARE * away)))
 
 
 def _adjoins(end: Floats, other: Floats, place: tuple[float, float], width_m: float, extent_m: float) -> bool:

@@ -178,10 +178,10 @@ def test_what_a_person_sets_on_the_pages_is_taken(desk: Desk) -> None:
     }  # fmt: skip
     for name, value in written.items():
         assert write(desk, name, value) == pytest.approx(value) != known[name]
-    answers = desk.tell(mavlink.MAVLink_param_set_message(1, 1, b"CP_DIST", 5.0, REAL32))
-    assert of(answers, "PARAM_ERROR") and read_value(of(answers, "PARAM_VALUE")[-1]) == -1.0
+    answers = desk.tell(mavlink.MAVLink_param_set_message(1, 1, b"SENS_DPRES_OFF", 5.0, REAL32))
+    assert of(answers, "PARAM_ERROR") and read_value(of(answers, "PARAM_VALUE")[-1]) == 0.0
     desk.tick()
-    assert "CP_DIST stays -1: it is read-only" in desk.texts()
+    assert "SENS_DPRES_OFF stays 0: it is read-only" in desk.texts()
 
 
 def test_the_fence_panel_draws_the_circle_that_the_boat_keeps(desk: Desk) -> None:

@@ -113,7 +113,7 @@ def test_a_value_is_set_by_who_carries_the_reply_out() -> None:
         ("param WP_SPEED fast", "WP_SPEED takes a number: 0.05 to 20 m/s"),
         ("param NAV_DLL_ACT 1.5", "NAV_DLL_ACT takes 0, 1, 2, 3"),
         ("param NAV_DLL_ACT 7", "NAV_DLL_ACT takes 0, 1, 2, 3"),
-        ("param CP_DIST 5", "CP_DIST is read-only"),
+        ("param SYS_AUTOSTART 5", "SYS_AUTOSTART is read-only"),
         ("param NOTHING 5", "NOTHING: no such parameter"),
         ("param WP_SPEED 1 2", "Say: param [NAME [VALUE]]"),
         ("status now", "Say: status"),

@@ -1,0 +1,57 @@
+"""Obstacles that only sensors know, judged by raw truth: nothing is touched, the route is completed or given up."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from companion.cli.rig import LockstepRig
+from sitl.obstacles import Obstacles, RoundObstacle, Shoal, Wall
+from sitl.scenarios import SCENARIOS
+from sitl.scenarios.scenario import run
+
+
+def sail(name: str, folder: Path, seed: int, **changes: str) -> dict[str, float]:
+    outcome = run(SCENARIOS[name], LockstepRig, folder, seed=seed, changes=changes)
+    assert outcome.ok, f"{outcome.error or [check.row() for check in outcome.checks if not check.ok]}"
+    return dict(outcome.metrics)
+
+
+@pytest.mark.sweep
+@pytest.mark.parametrize("seed", range(16))
+@pytest.mark.parametrize("name", ["obstacles", "harbour"])
+def test_nothing_is_touched(tmp_path: Path, name: str, seed: int) -> None:
+    sail(name, tmp_path, seed)
+
+
+@pytest.mark.sweep
+@pytest.mark.parametrize("vessel_speed", ["0.6", "1.5"])
+def test_nothing_is_touched_at_other_speeds(tmp_path: Path, vessel_speed: str) -> None:
+    sail("obstacles", tmp_path, 3, speed=vessel_speed)
+
+
+def test_a_boat_that_does_nothing_fails(tmp_path: Path) -> None:
+    """The truth of a boat that sails through everything."""
+    rows = [f"{t * 0.5:.3f},{t * 0.5:.5f},0.0,0.0,1.0,0.0" for t in range(201)]
+    header = "t_s,north_m,east_m,yaw_rad,surge_mps,sway_mps"
+    (tmp_path / "truth.csv").write_text("\n".join([header, *rows, ""]), encoding="utf-8")
+    (tmp_path / "events.csv").write_text("t_s,time_unix_ns,severity,name,text\n", encoding="utf-8")
+    world = Obstacles()
+    world.round.append(RoundObstacle(50.0, 0.0, 1.0))
+    world.walls.append(Wall((80.0, -5.0), (80.0, 5.0)))
+    world.shoals.append(Shoal(30.0, 0.0, 40.0, 0.0))
+    asked = {
+        "obstacles": world,
+        "started_s": 0.0,
+        "ended_s": 100.0,
+        "reached": False,
+        "length_m": 2.0,
+        "beam_m": 1.0,
+    }
+    for name, failing in (
+        ("obstacles", {"water between hull and obstacles", "route completed, or declared impossible"}),
+        ("harbour", {"water between hull and quays", "depth of water under the hull"}),
+    ):
+        _, checks = SCENARIOS[name].measure(tmp_path, asked, {})
+        assert {check.name for check in checks if not check.ok} >= failing

@@ -1,0 +1,65 @@
+"""OBSTACLE_DISTANCE and DISTANCE_SENSOR, packed by pymavlink, their values worked out by hand."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pytest
+from pymavlink.dialects.v20 import common as mavlink
+
+from companion.core.readings import Depth, Ranges
+from companion.io.mavlink.ranges import ranges_of, reading_of
+
+
+def sectors(first_deg: float = 0.0, step_deg: float = 5.0, frame: int = mavlink.MAV_FRAME_BODY_FRD, **cm: int) -> Any:
+    distances = [int(cm.get(f"d{i}", 4001)) for i in range(72)]
+    return mavlink.MAVLink_obstacle_distance_message(0, 0, distances, 5, 50, 4000, step_deg, first_deg, frame)
+
+
+def test_sectors_are_clockwise_from_the_bow() -> None:
+    found = ranges_of(sectors(d0=1000, d18=2050, d3=65535), "lidar", 7.0)
+    assert isinstance(found, Ranges) and (found.t_s, found.from_north, len(found.distances_m)) == (7.0, False, 72)
+    assert (found.first_rad, found.step_rad) == pytest.approx((0.0, math.radians(5.0)))
+    assert (found.least_m, found.most_m) == (0.5, 40.0)
+    assert found.distances_m[0] == 10.0 and found.distances_m[18] == pytest.approx(20.5)
+    assert math.isnan(found.distances_m[3]) and math.isinf(found.distances_m[1])
+
+
+def test_sectors_counter_clockwise_are_turned_round() -> None:
+    found = ranges_of(sectors(first_deg=45.0, step_deg=-10.0, d0=300, d9=700), "lidar", 0.0)
+    assert found is not None and len(found.distances_m) == 36 and found.step_rad == pytest.approx(math.radians(10.0))
+    bearings = {off: found.first_rad + i * found.step_rad for i, off in enumerate(found.distances_m) if off < 40.0}
+    assert math.degrees(bearings[3.0]) == pytest.approx(45.0) and math.degrees(bearings[7.0]) == pytest.approx(-45.0)
+
+
+def test_only_a_frame_of_the_body_turns_with_the_mounting() -> None:
+    body = ranges_of(sectors(), "lidar", 0.0, offset_rad=0.3, x_m=1.0)
+    north = ranges_of(sectors(frame=mavlink.MAV_FRAME_GLOBAL), "lidar", 0.0, offset_rad=0.3)
+    assert body is not None and north is not None
+    assert (body.first_rad, body.x_m, body.from_north) == (0.3, 1.0, False)
+    assert (north.first_rad, north.from_north) == (0.0, True)
+
+
+@pytest.mark.parametrize("step_deg", [math.nan, 120.0])
+def test_sectors_of_no_sense_are_ignored(step_deg: float) -> None:
+    assert ranges_of(sectors(step_deg=step_deg), "lidar", 0.0) is None
+
+
+def one(orientation: int, cm: int, fov_rad: float = 0.1) -> Any:
+    return mavlink.MAVLink_distance_sensor_message(0, 20, 3000, cm, 0, 1, orientation, 255, fov_rad)
+
+
+def test_a_single_sensor_looks_where_it_is_mounted() -> None:
+    found = reading_of(one(mavlink.MAV_SENSOR_ROTATION_YAW_90, 1234), "sonar", 2.0)
+    assert isinstance(found, Ranges) and found.distances_m == (12.34,)
+    assert (found.first_rad, found.step_rad) == pytest.approx((0.5 * math.pi, 0.1))
+    nothing = reading_of(one(mavlink.MAV_SENSOR_ROTATION_NONE, 3001), "sonar", 2.0)
+    assert isinstance(nothing, Ranges) and math.isinf(nothing.distances_m[0])
+
+
+def test_a_sensor_that_looks_down_gives_the_depth() -> None:
+    found = reading_of(one(mavlink.MAV_SENSOR_ROTATION_PITCH_270, 850), "sonar", 2.0)
+    assert found == Depth(2.0, "sonar", 8.5, None, 30.0)
+    assert reading_of(one(mavlink.MAV_SENSOR_ROTATION_PITCH_270, 3000), "sonar", 2.0) is None
+    assert reading_of(one(mavlink.MAV_SENSOR_ROTATION_PITCH_90, 850), "sonar", 2.0) is None

@@ -1,0 +1,55 @@
+"""What moves among what ranging sensors see, with a simulated lidar's geometry."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from companion.core.estimate import Contact
+from companion.core.readings import Ranges
+from companion.obstacles.movers import Movers
+from companion.obstacles.occupancy import Occupancy
+from sitl.obstacles import Obstacles, RoundObstacle, Wall
+
+STEP_RAD = math.radians(5.0)
+
+
+def watched(world: Obstacles, duration_s: float, speed_mps: float = 0.0) -> list[Contact]:
+    """What counts as moving at the end, for a boat that goes north."""
+    around, movers = Occupancy(), Movers()
+    rays = (np.arange(72)[:, None] + (np.arange(5)[None, :] + 0.5) / 5.0 - 0.5) * STEP_RAD
+    noise = np.random.default_rng(7)
+    t_s = 0.0
+    for k in range(round(5.0 * duration_s)):
+        t_s = 0.2 * k
+        place = (speed_mps * t_s, 0.0)
+        distances = world.distances_m(place, rays, t_s).min(axis=1) + noise.normal(0.0, 0.05, 72)
+        seen = tuple(np.where(distances <= 40.0, distances, math.inf).tolist())
+        scan = Ranges(t_s, "lidar", 0.0, STEP_RAD, 0.5, 40.0, False, 0.0, 0.0, seen)
+        hits = around.hits(scan, place, 0.0)
+        movers.take(hits, around.ages_s(hits, t_s), place, 40.0, t_s)
+        around.take(scan, place, 0.0)
+    return movers.contacts(t_s)
+
+
+@pytest.mark.parametrize("north_mps, east_mps", [(0.0, 0.8), (-1.0, 0.0), (-0.5, 0.6)])
+def test_a_drifting_thing_moves_as_it_does(north_mps: float, east_mps: float) -> None:
+    world = Obstacles()
+    world.round.append(RoundObstacle(22.0, -6.0, 1.5, north_mps, east_mps))
+    [one] = watched(world, 10.0)
+    assert (one.north_mps, one.east_mps) == pytest.approx((north_mps, east_mps), abs=0.2)
+    assert math.dist((one.north_m, one.east_m), world.round[0].at(9.8)) < 1.5 and one.mmsi < 0
+
+
+def test_things_that_lie_do_not_move_when_the_boat_does() -> None:
+    world = Obstacles()
+    world.round += [RoundObstacle(15.0, 6.0, 2.0), RoundObstacle(20.0, -5.0, 1.0), RoundObstacle(25.0, 9.0, 0.5)]
+    assert watched(world, 16.0, speed_mps=1.0) == []
+
+
+def test_a_quay_does_not_move_when_the_boat_passes_it() -> None:
+    world = Obstacles()
+    world.walls += [Wall((-50.0, 8.0), (10.0, 8.0)), Wall((22.0, 8.0), (90.0, 8.0))]
+    assert watched(world, 16.0, speed_mps=1.0) == []

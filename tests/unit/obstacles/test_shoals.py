@@ -1,0 +1,64 @@
+"""Shoals: foreseen by the slope of the bottom, met, and larger when met again."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from companion.core.readings import Depth, DepthAhead
+from companion.obstacles.shoals import Shoals
+from companion.params.store import Parameters
+from tests.unit.estimates import AT_REST
+
+
+def shoals(least_m: float = 1.5) -> Shoals:
+    parameters = Parameters()
+    parameters.set("CP_DEPTH_MIN", least_m)
+    return Shoals(2.0, parameters)
+
+
+def sail(watch: Shoals, depths: list[float], from_s: float = 0.0) -> None:
+    """North at 1 m/s, a depth each half second."""
+    for k, depth_m in enumerate(depths):
+        t_s = from_s + 0.5 * k
+        nav = replace(AT_REST, north_m=0.5 * k, north_mps=1.0, surge_mps=1.0)
+        watch.update(Depth(t_s, "sounder", depth_m), nav, t_s)
+
+
+def test_the_slope_says_when_it_becomes_shallow() -> None:
+    watch = shoals()
+    sail(watch, [6.0 - 0.1 * k for k in range(20)])  # 0.2 m for each metre; 4.1 m deep at the end
+    assert watch.way_m == pytest.approx((4.1 - 1.5) / 0.2, rel=0.05) and not watch.circles
+
+
+def test_a_level_bottom_and_a_parameter_of_0_ask_for_nothing() -> None:
+    level, off = shoals(), shoals(0.0)
+    sail(level, [6.0] * 30)
+    sail(off, [0.2] * 30)
+    assert math.isinf(level.way_m) and math.isinf(off.way_m) and not level.circles and not off.circles
+
+
+def test_a_shoal_is_ahead_and_larger_when_it_is_met_again() -> None:
+    watch = shoals()
+    sail(watch, [3.0, 1.0, 1.0, 1.0])
+    [(north_m, east_m, first_m)] = watch.circles
+    assert math.hypot(north_m - 1.0, east_m) == pytest.approx(first_m) and north_m > 1.0 + 0.9 * first_m
+    sail(watch, [3.0, 1.0, 1.0, 1.0], from_s=10.0)
+    assert max(radius_m for _, _, radius_m in watch.circles) > first_m
+
+
+def test_one_echo_is_no_shoal() -> None:
+    watch = shoals()
+    sail(watch, [3.0, 0.3, 3.0, 3.0])
+    assert not watch.circles
+
+
+def test_a_sounder_that_looks_ahead_puts_the_shoal_there() -> None:
+    watch = shoals()
+    nav = replace(AT_REST, yaw_rad=0.5 * math.pi)
+    watch.take_ahead(DepthAhead(0.0, "sonar", 1.0, 12.0), nav, 0.0)
+    watch.take_ahead(DepthAhead(0.5, "sonar", 4.0, 12.0), nav, 0.5)
+    [(north_m, east_m, _)] = watch.circles
+    assert (north_m, east_m) == pytest.approx((0.0, 12.0))
