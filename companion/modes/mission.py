@@ -149,8 +149,16 @@ class MissionMode(Mode):
         return self._executor.progress.state is not MissionState.ACTIVE
 
     def mind_fence(self, inputs: ModeInputs) -> str | None:
-        """Stop the mission if the rest of it now crosses the fence."""
-        return self._fence.refusal(inputs)
+        """Lead the present route round the new fence; stop the mission if the rest of it crosses the fence."""
+        reason, task = self._fence.refusal(inputs), self._task
+        if reason is None and isinstance(task, Sail) and not self._on_leg:
+            route = self._route[self._reported : len(self._route) - self._sideways]
+            here = (inputs.nav.north_m, inputs.nav.east_m)
+            found = self._fence.rounded(self._waypoints(route), here)
+            if found.added:
+                self._relay(found, task, inputs)
+                self._mind_fence(inputs)
+        return reason
 
     @property
     def ended(self) -> MissionState | None:
@@ -217,12 +225,16 @@ class MissionMode(Mode):
         found = rounded(self._waypoints(route), here, water.clear, water.way)
         if isinstance(found, int):
             return f"item {item_number(route[found].seq)} cannot be reached"
-        self._route, self._reported, self._rounded = self._route[self._reported :], 0, found
-        self._path_tracker.start(found.waypoints, inputs.nav, task.stop and not self._sideways)
+        self._relay(found, task, inputs)
         for index, off_m in found.beside:
             text = f"Item {item_number(route[index].seq)} in an obstacle: passed {off_m:.0f} m off"
             self._events.say(inputs.now_s, TextKind.ATTENTION, "item_beside", text)
         return None
+
+    def _relay(self, found: Rounded, task: Sail, inputs: ModeInputs) -> None:
+        """Sail the rest of the present route by other points from here."""
+        self._route, self._reported, self._rounded = self._route[self._reported :], 0, found
+        self._path_tracker.start(found.waypoints, inputs.nav, task.stop and not self._sideways)
 
     def excuse(self) -> None:
         """Restart the headway watch."""

@@ -56,6 +56,7 @@ def sail_until(desk: Desk, condition: Callable[[], bool], timeout_s: float = 150
 
 def test_refused_go_to_refused_mission_and_the_way_round(tmp_path: Path) -> None:
     desk = desk_in(tmp_path)
+    desk.rig.vessel.parameters.set("MIS_ROUND", 0.0)
     assert desk.upload([item(0, 16, 5.0, 0.0), item(1, 16, 14.0, 0.0)]) == mavlink.MAV_MISSION_ACCEPTED
     assert desk.upload(fence_items([BOX], [WALL]), 1) == mavlink.MAV_MISSION_ACCEPTED
     desk.tick(40)

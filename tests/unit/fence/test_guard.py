@@ -115,6 +115,7 @@ def test_nudges(boat: Boat) -> None:
 
 
 def test_a_mission_that_crosses_is_accepted_but_not_started(boat: Boat) -> None:
+    boat.parameters.set("MIS_ROUND", 0.0)
     fence(boat, outside=[WALL])
     boat.upload((10.0, 0.0), (10.0, 30.0), (40.0, 30.0), (40.0, -30.0), (10.0, -10.0))
     boat.step(4.0)
@@ -128,6 +129,7 @@ def test_a_mission_that_crosses_is_accepted_but_not_started(boat: Boat) -> None:
 
 
 def test_chosen_while_disarmed_a_crossing_mission_is_not_armed(boat: Boat) -> None:
+    boat.parameters.set("MIS_ROUND", 0.0)
     boat.upload((10.0, 0.0), (40.0, 0.0))
     assert boat.supervisor.request_mode(ModeId.MISSION, boat.now_s).accepted
     fence(boat, outside=[WALL])
@@ -337,7 +339,29 @@ def test_an_invalid_position_changes_nothing(boat: Boat) -> None:
 # --- a fence that comes under way ----------------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize("fence_first", [True, False])
+def test_a_mission_leads_round_the_fence(boat: Boat, fence_first: bool) -> None:
+    """Its leg crosses a zone that is there at the start, or comes under way: the boat sails round it."""
+    if fence_first:
+        fence(boat, outside=[WALL])
+    boat.upload((10.0, 0.0), (40.0, 0.0))
+    armed_in(boat, ModeId.MISSION)
+    boat.step(5.0)
+    if not fence_first:
+        fence(boat, outside=[WALL])
+        boat.step()
+    areas = boat.fence_guard.areas()
+    assert areas is not None and boat.status.mode is ModeId.MISSION
+    for _ in range(300):
+        boat.step(1.0)
+        assert areas.stopping.contains(boat.nav.north_m, boat.nav.east_m)
+        if boat.status.mission.state is MissionState.COMPLETE:
+            break
+    assert boat.status.mission.state is MissionState.COMPLETE and boat.nav.north_m > 37.0
+
+
 def test_a_mission_under_way_gives_way_to_a_new_fence(boat: Boat) -> None:
+    boat.parameters.set("MIS_ROUND", 0.0)
     boat.upload((10.0, 0.0), (40.0, 0.0))
     armed_in(boat, ModeId.MISSION)
     boat.step(5.0)
