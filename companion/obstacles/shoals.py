@@ -73,9 +73,9 @@ class Shoals:
             last = self._track[-1] if self._track else None
             if last is None or math.dist(last[:2], (nav.north_m, nav.east_m)) >= _STEP_M:
                 self._track.append((nav.north_m, nav.east_m, depth.below_transducer_m))
+        self.way_m = max(0.0, self._way_left_m(depth.below_transducer_m - least_m, nav))
         if depth.below_transducer_m >= least_m:
             self._shallow_s = self.shallow_m = None
-            self.way_m = self._way_left_m(depth.below_transducer_m - least_m, nav)
             return
         self._shallow_s = now_s if self._shallow_s is None else self._shallow_s
         if now_s - self._shallow_s >= _SHALLOW_S and self.shallow_m is None:
