@@ -78,7 +78,7 @@ def load_vessel(vessel: str) -> VesselConfig:
     except ConfigError as error:
         problems += error.problems
         settings = config_module.raw_parameters(path)
-    problems += port_problems(path) + parameter_problems(path, settings)
+    problems += port_problems(path) + parameter_problems(path, settings) + script_problems(path)
     if problems:
         raise ConfigError(problems)
     return config
@@ -94,6 +94,17 @@ def parameter_problems(path: Path, settings: Mapping[str, float]) -> list[str]:
             why = refusal.name.lower().replace("_", " ")
             found.append(f"{path}:{lines.get(name, 0)}: parameters.{name}: {value:g}: {why}{_allowed(table, name)}")
     return found
+
+
+def script_problems(path: Path) -> list[str]:
+    """One line for each script whose file is not there."""
+    rows = _rows(config_module.raw(path), "script")
+    named = ((i, path.parent / str(row["file"])) for i, row in rows if "file" in row)
+    return [
+        config_module.placed(path, ("script", i, "file"), f"no such file: {file}")
+        for i, file in named
+        if not file.is_file()
+    ]
 
 
 def port_problems(path: Path) -> list[str]:

@@ -85,7 +85,7 @@ def _settings(arguments: argparse.Namespace) -> Settings:
         if arguments.control:
             raise UsageError("--control: a log cannot be commanded")
         return Settings(log=Recording(arguments.log), host=arguments.host, token=token, tiles=tiles)
-    state = arguments.state or _found()
+    state = arguments.state or found_state()
     return Settings(
         feed=state / SOCKET,
         control=arguments.control,
@@ -98,7 +98,7 @@ def _settings(arguments: argparse.Namespace) -> Settings:
     )
 
 
-def _found() -> Path:
+def found_state() -> Path:
     """The state folder of the companion that runs; of several, the one that began last."""
     sockets = sorted(boat_folder("x").parent.glob(f"*/state/{SOCKET}"), key=lambda path: path.stat().st_mtime)
     if not sockets:

@@ -29,6 +29,7 @@ from companion.cli.common import (
 )
 from companion.cli.composition import SITL_LINKS, RunOptions, compose, judge
 from companion.cli.console import add_feed, add_option_to, start_console, stop_console
+from companion.cli.scripts import keep_scripts, script_links
 from companion.cli.terminal import Terminal, console_on, journal_of
 from companion.cli.trial_results import FileTrials, IdentifyProcess
 from companion.config import vessel as config_module
@@ -92,7 +93,8 @@ def _run(arguments: argparse.Namespace) -> int:
     state = StateFile(kept / "state" if arguments.state is None else arguments.state)
     default_links = SITL_LINKS if options.sitl else config.links
     links = open_links(arguments.link or default_links, options.patience, None if arguments.link else complain)
-    vessel, clock = compose(config, options, links, state, log_folder)
+    private = script_links(config.scripts)
+    vessel, clock = compose(config, options, [*links, *private], state, log_folder)
     model = _keep_trials(vessel, find(arguments.vessel), log_folder)
     feed = add_feed(vessel, [link.name for link in links], state.directory)
     if (manager := service_manager(os.environ)) is not None:
@@ -106,6 +108,7 @@ def _run(arguments: argparse.Namespace) -> int:
     punctuality = Punctuality()
     terminal = _terminal(vessel, names, punctuality, options.patience)
     console = start_console(arguments.console, state.directory, arguments.control) if feed else None
+    keep_scripts(vessel, find(arguments.vessel), private, state.directory, log_folder)
     try:
         if arguments.realtime and not refused:
             print_warnings(realtime.control_thread())

@@ -47,6 +47,7 @@ from companion.config.mistakes import problems_of
 from companion.config.outputs import BatteryConfig, RelayConfig, ServoConfig, battery_problems, rest_problems
 from companion.config.overlay import in_force, is_overlay, with_overlay
 from companion.config.payload import CameraConfig, camera_problems
+from companion.config.scripts import ScriptConfig, script_problems
 from companion.config.sensor_checks import sensor_problems
 from companion.config.sensors import SensorRow
 from companion.config.streams import CorrectionsConfig, NmeaOutConfig, stream_problems
@@ -202,6 +203,9 @@ class VesselConfig:
         tuple[Annotated[int, Field(ge=1, le=255)], ...],
         means("System ids of the ground stations that may command. Empty: all."),
     ] = ()
+    scripts: Annotated[
+        tuple[ScriptConfig, ...], Field(alias="script", max_length=8), means("Scripts that run beside the companion.")
+    ] = ()
     mmsi: Annotated[
         Annotated[int, Field(ge=1, le=999_999_999)] | None,
         means("MMSI of the boat's own AIS transponder, whose reports are not another vessel's."),
@@ -352,6 +356,7 @@ def _cross_checks(config: VesselConfig) -> list[Problem]:
         *driving_problems(config.actuators, config.thrusters, servos, relays),
         *rest_problems(config.servos),
         *camera_problems(config.cameras, config.servos, config.relays),
+        *script_problems(config.scripts, config.operators, config.parameters),
         *battery_problems(config.battery),
         *stream_problems(config.sensors, config.actuators, config.corrections),
         *thruster_problems(config.thrusters),
@@ -366,7 +371,7 @@ def _cross_checks(config: VesselConfig) -> list[Problem]:
 
 def _names_used_twice(config: VesselConfig) -> list[Problem]:
     problems: list[Problem] = []
-    for table in ("thruster", "sensor", "actuator", "servo", "relay", "camera"):
+    for table in ("thruster", "sensor", "actuator", "servo", "relay", "camera", "script"):
         names = [row.name for row in getattr(config, f"{table}s")]
         problems += [
             ((table, i, "name"), f"'{name}' is used twice") for i, name in enumerate(names) if name in names[:i]

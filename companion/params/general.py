@@ -15,6 +15,8 @@ from companion.params.spec import (
 ROWS: tuple[ParamSpec, ...] = (
     # identity
     integer("MAV_SYS_ID", 1, 1, 250, "", "MAVLink", "MAVLink system id of this vessel", reboot=True),
+    # scripts
+    choice("SCR_ENABLE", 1, YES_NO, "Scripts", "The scripts of the vessel file run; 0 ends them at once"),
     # failsafes
     choice(
         "NAV_DLL_ACT",

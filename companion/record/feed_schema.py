@@ -49,6 +49,8 @@ MORE: Mapping[str, str] = {
     "judged": "the newest innovation of each sense: sense, age_s, square, limit of the gate, accepted",
     "distrusted": "sensors that lie: sense, source, fault, excluded, asks",
     "battery": "voltage_v, current_a, remaining (0 to 1)",
+    "depth_m": "of water below the transducer",
+    "depth_age_s": "of that sounding",
     "corrections": "of the receiver: source, age_s, station",
     "feedback": "of each thruster, as measured: throttle, azimuth_rad, age_s; null where its bridge measures nothing",
     "limited": "whether surge, sway and yaw fall short of the demand",
@@ -146,6 +148,8 @@ def more(tick: Tick) -> dict[str, Any]:
         "battery": None
         if battery is None
         else {"voltage_v": battery.voltage_v, "current_a": battery.current_a, "remaining": battery.remaining},
+        "depth_m": None if inputs.depth is None else inputs.depth.below_transducer_m,
+        "depth_age_s": None if inputs.depth is None else now_s - inputs.depth.t_s,
         "corrections": None
         if corrections is None
         else {

@@ -58,13 +58,14 @@ class Right(Enum):
 @dataclass(frozen=True, slots=True)
 class AuthorityRequest:
     """Who asks for what. `link`: tells apart two senders of the same system id. `mode`: the mode asked for by
-    CHANGE_MODE."""
+    CHANGE_MODE. `granted`: all that the sender's link may ask for; None: everything."""
 
     action: RequestedAction
     right: Right = Right.GROUND_STATION
     system: int = 0
     link: Hashable = None
     mode: ModeId | None = None
+    granted: frozenset[RequestedAction] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,6 +135,15 @@ def _who_steers(r: AuthorityRequest, f: Facts) -> str:
 
 
 ROWS: tuple[RefusalRule, ...] = (
+    RefusalRule(
+        "script_grants",
+        _CONTROLLING | {RequestedAction.DISARM, RequestedAction.OPERATOR_CONTROL},
+        _GROUND_STATION,
+        lambda r, f: r.granted is not None and r.action not in r.granted,
+        lambda r, f: "this script has no leave for it",
+        "A script asks only for what `may` of its `[[script]]` lists; `command` covers disarming. Reading stays open. "
+        "Operator control is never a script's.",
+    ),
     RefusalRule(
         "operator_list",
         _CONTROLLING | {RequestedAction.DISARM, RequestedAction.OPERATOR_CONTROL},

@@ -30,6 +30,7 @@ from companion.supervisor.authority import (
 Atom = Callable[[AuthorityRequest, Facts], bool]
 
 ATOMS: dict[str, Atom] = {
+    "granted": lambda r, f: r.granted is None or r.action in r.granted,
     "list": lambda r, f: len(f.operators) > 0,
     "listed": lambda r, f: r.system in f.operators,
     "free": lambda r, f: f.in_control == 0,
@@ -64,6 +65,7 @@ ATOMS: dict[str, Atom] = {
 }
 
 NOT_LISTED = ("list -listed", "system {r.system} may not command here")
+NO_LEAVE = ("-granted", "this script has no leave for it")
 CONTROLLED = ("-free -in_control", "system {f.in_control} has control")
 SWITCH = "safe switch of the transmitter is on"
 KILLED = ("kill", "kill switch of the transmitter is on")
@@ -83,16 +85,17 @@ GCS, RC, LEAD, SHIP, STREAM, SELF = (
 )
 
 EXPECTED: dict[tuple[RequestedAction, Right], list[tuple[str, str]]] = {
-    (RequestedAction.COMMAND, GCS): [NOT_LISTED, CONTROLLED],
-    (RequestedAction.SETPOINT, GCS): [NOT_LISTED, CONTROLLED],
-    (RequestedAction.UPLOAD, GCS): [NOT_LISTED, CONTROLLED],
-    (RequestedAction.PARAMETER, GCS): [NOT_LISTED, CONTROLLED],
+    (RequestedAction.COMMAND, GCS): [NO_LEAVE, NOT_LISTED, CONTROLLED],
+    (RequestedAction.SETPOINT, GCS): [NO_LEAVE, NOT_LISTED, CONTROLLED],
+    (RequestedAction.UPLOAD, GCS): [NO_LEAVE, NOT_LISTED, CONTROLLED],
+    (RequestedAction.PARAMETER, GCS): [NO_LEAVE, NOT_LISTED, CONTROLLED],
     (RequestedAction.STICKS, GCS): [
+        NO_LEAVE,
         ("list -listed -by_remote", NOT_LISTED[1]),
         ("-free -in_control -by_remote", CONTROLLED[1]),
     ],
-    (RequestedAction.DISARM, GCS): [NOT_LISTED],
-    (RequestedAction.OPERATOR_CONTROL, GCS): [NOT_LISTED],
+    (RequestedAction.DISARM, GCS): [NO_LEAVE, NOT_LISTED],
+    (RequestedAction.OPERATOR_CONTROL, GCS): [NO_LEAVE, NOT_LISTED],
     (RequestedAction.TAKE_CONTROL, GCS): [("-free -in_control -takeover", CONTROLLED[1])],
     (RequestedAction.RELEASE_CONTROL, GCS): [CONTROLLED],
     (RequestedAction.CHANGE_MODE, GCS): [("switch transmitter -to_manual", SWITCH)],
@@ -132,6 +135,7 @@ EXPECTED: dict[tuple[RequestedAction, Right], list[tuple[str, str]]] = {
 }  # all else is obeyed
 
 SYSTEMS = (1, 42, 254, 255)
+GRANTED = (None, None, frozenset[RequestedAction](), frozenset({RequestedAction.COMMAND, RequestedAction.DISARM}))
 LINKS = ("radio", "wifi")
 YES_NO = (False, True)
 MAYBE = (None, *SYSTEMS)
@@ -162,7 +166,7 @@ requests = st.builds(
     AuthorityRequest,
     st.sampled_from(RequestedAction),
     st.sampled_from(Right),
-    *map(st.sampled_from, (SYSTEMS, LINKS, tuple(ModeId))),
+    *map(st.sampled_from, (SYSTEMS, LINKS, tuple(ModeId), GRANTED)),
 )
 
 
@@ -189,7 +193,12 @@ def test_each_entry_of_the_truth_table_refuses_for_some_facts(action: RequestedA
     seen: set[tuple[str, str]] = set()
     for _ in range(4000):
         request = AuthorityRequest(
-            action, right, draws.choice(SYSTEMS), draws.choice(LINKS), draws.choice(list(ModeId))
+            action,
+            right,
+            draws.choice(SYSTEMS),
+            draws.choice(LINKS),
+            draws.choice(list(ModeId)),
+            draws.choice(GRANTED),
         )
         given_facts = Facts(**{name: draws.choice(values) for name, values in VALUES.items()})
         assert refusal(request, given_facts) == expected(request, given_facts)

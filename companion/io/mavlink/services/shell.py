@@ -169,7 +169,8 @@ class ShellService:
         """Set what the reply asks to be set, and hold its answer; returns what to say of any other."""
         if reply.setting is None:
             return reply.lines
-        reason = self._vessel.supervisor.refusal(AuthorityRequest(RequestedAction.PARAMETER, system=peer.system), now_s)
+        request = AuthorityRequest(RequestedAction.PARAMETER, system=peer.system, granted=peer.endpoint.guard.granted)
+        reason = self._vessel.supervisor.refusal(request, now_s)
         if reason is not None:
             return (f"Not obeyed: {reason}",)
         self._vessel.parameters.set(reply.setting.name, reply.setting.value)

@@ -7,6 +7,7 @@ from typing import Any
 from companion.io.mavlink.wire import messages as mavlink
 from companion.io.mavlink.wire.link_options import LinkOptions
 from companion.io.mavlink.wire.signing import Policy, SignatureVerdict, Signing
+from companion.supervisor.authority import RequestedAction
 
 RADIO_STATUS: int = mavlink.MAVLINK_MSG_ID_RADIO_STATUS
 
@@ -16,7 +17,8 @@ class Guard:
 
     The hub sets `signing` (the key), `number` (the link id in signatures), `operators` (systems that may command;
     empty: all), `exposed` (anybody in the network can reach the link) and `proves` (answers to unknown addresses are
-    limited, because the hub asks for the proof that lifts the limit). Without `signing` no packet is signed, and no
+    limited, because the hub asks for the proof that lifts the limit), `granted` (all that the link may ask for; None:
+    everything). Without `signing` no packet is signed, and no
     signature counts as genuine.
     """
 
@@ -27,6 +29,7 @@ class Guard:
         self.operators: frozenset[int] = frozenset()
         self.exposed = False
         self.proves = False
+        self.granted: frozenset[RequestedAction] | None = None
         self.refused: dict[SignatureVerdict, int] = {}
         self._genuine = False  # the message that was admitted last
 

@@ -396,7 +396,8 @@ class Hub:
         if message.get_msgId() not in CONTROLLING:
             return False
         action = action_of(message)
-        reason = self.vessel.supervisor.refusal(AuthorityRequest(action, system=peer.system), now_s)
+        request = AuthorityRequest(action, system=peer.system, granted=peer.endpoint.guard.granted)
+        reason = self.vessel.supervisor.refusal(request, now_s)
         if reason is None:
             return False
         for answer in denials(message, peer.system, peer.component):

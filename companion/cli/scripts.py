@@ -1,0 +1,56 @@
+"""The scripts of a vessel's file beside `companion run`: their private links, and their keeper."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from companion.config.scripts import ScriptConfig, script_system
+from companion.io.mavlink.wire.script_link import ScriptLink
+from companion.loop import Vessel
+from companion.record.feed import SOCKET
+from companion.scripting.keeper import KeptScript, ScriptKeeper
+from companion.scripting.keeping import Keeping
+from companion.scripting.runner import Settings
+
+FOLDER = "scripts"  # in the state folder: what the scripts write
+
+
+def script_links(scripts: Sequence[ScriptConfig]) -> list[ScriptLink]:
+    """A private link for each script."""
+    return [ScriptLink(script.name, script_system(scripts, i), script.may) for i, script in enumerate(scripts)]
+
+
+def keep_scripts(vessel: Vessel, vessel_file: Path, links: Sequence[ScriptLink], state: Path, log_folder: Path) -> None:
+    """Start the scripts of the vessel, and keep them. Raises OSError where their folders cannot
+    be made."""
+    scripts = vessel.config.scripts
+    if not scripts:
+        return
+    kept = []
+    for i, (script, link) in enumerate(zip(scripts, links, strict=True)):
+        folder = (state / FOLDER / script.name).absolute()
+        folder.mkdir(parents=True, exist_ok=True)
+        settings = Settings(
+            file=str((vessel_file.parent / script.file).absolute()),
+            arguments=script.arguments,
+            system=script_system(scripts, i),
+            feed=str((state / SOCKET).absolute()),
+            folder=str(folder),
+            keeper=0,
+            status=-1,
+            memory_mb=script.memory_mb,
+            disk_mb=script.disk_mb,
+        )
+        keeping = Keeping(script.name, script.restart, script.watchdog_s, script.restart_s)
+        log = log_folder.absolute() / f"script-{script.name}.log"
+        kept.append(KeptScript(script.name, keeping, settings, log, link.theirs.fileno(), _shows(link)))
+    parameters = vessel.parameters
+    vessel.add_recorder(ScriptKeeper(kept, vessel.events.say, lambda: bool(parameters["SCR_ENABLE"])))
+
+
+def _shows(link: ScriptLink) -> Callable[[str | None], None]:
+    def show(fault: str | None) -> None:
+        link.fault = fault
+
+    return show
