@@ -16,7 +16,7 @@ from companion.config.vessel import find, load
 from companion.scripting import Boat, ScriptError, item, waypoint
 from companion.scripting.runner import run_file
 from sitl.scenarios.rig import Conditions
-from tests.docs.pages import ROOT, blocks
+from tests.docs.pages import blocks
 from tests.lockstep_door import LockstepDoor
 
 REVOLT = load(find("revolt"))
@@ -67,7 +67,7 @@ def test_a_mission_comes_back_as_it_was_sent_and_is_sailed(boat: Boat, rig: Lock
 
 
 def test_what_the_boat_refuses_is_raised_with_its_words(boat: Boat) -> None:
-    with pytest.raises(ScriptError, match="WP_SPEED stays 0.6: it takes 0.05 to 20 m/s"):
+    with pytest.raises(ScriptError, match=r"WP_SPEED stays 0\.6: it takes 0.05 to 20 m/s"):
         boat.set_parameter("WP_SPEED", -1.0)
     with pytest.raises(ScriptError, match="command 5555 is not supported; remove it"):
         boat.upload([item(5555)])
