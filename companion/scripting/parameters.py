@@ -9,9 +9,9 @@ _REAL32 = 9
 
 
 def decoded(message: Any) -> float:
-    """The value of a PARAM_VALUE."""
+    """The value of a PARAM_VALUE; a real one with the digits that a float of 32 bits has, so that 0.7 stays 0.7."""
     if message.param_type == _REAL32:
-        return float(message.param_value)
+        return float(f"{message.param_value:.7g}")
     return float(struct.unpack("<i", struct.pack("<f", message.param_value))[0])
 
 
