@@ -57,6 +57,8 @@ class Command(IntEnum):
     SET_CAMERA_ZOOM = 531
     SET_CAMERA_FOCUS = 532
     SET_CAMERA_SOURCE = 534
+    JUMP_TAG = 600  # a mark
+    DO_JUMP_TAG = 601
     DO_GIMBAL_MANAGER_PITCHYAW = 1000
     DO_GIMBAL_MANAGER_CONFIGURE = 1001
     IMAGE_START_CAPTURE = 2000
@@ -123,6 +125,7 @@ _NO_HEADING = 999.0  # which Cockpit sends with every waypoint
 _WAYPOINT_HEADING = replace(_HEADING, also=(_NO_HEADING,))
 _SERVO = Range(1, "servo", "give the number of a servo output, 1 or more", 1, 16, whole=True)
 _RELAY = Range(1, "relay", "give the number of a relay, 0 or more", 0, 15, whole=True)
+_MARK = Range(1, "mark", "give a whole number, 0 to 65535", 0, 65535, whole=True)
 _PULSE = Range(2, "pulse width", "give 500 to 2500 µs", 500, 2500)
 
 
@@ -242,6 +245,11 @@ RULES: dict[int, Rule] = {
             Range(1, "target", "give the number of an item of this plan", 0, whole=True),
             Range(2, "repeat count", "give a whole number, 0 or more, or −1 for ever", -1, whole=True),
         ),
+    ),
+    Command.JUMP_TAG: Rule(Role.DO, ranges=(_MARK,)),
+    Command.DO_JUMP_TAG: Rule(
+        Role.DO,
+        ranges=(_MARK, Range(2, "repeat count", "give a whole number, 0 or more, or −1 for ever", -1, whole=True)),
     ),
     Command.DO_CHANGE_SPEED: Rule(
         Role.DO,

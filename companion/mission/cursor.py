@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from companion.mission.auxiliary import auxiliary_of
 from companion.mission.commands import GATES, RULES, TASKS, Command, Role
+from companion.mission.jumps import ENDLESS, JUMPS, target_of
 from companion.mission.payload import PICTURES, payload_of
 from companion.mission.plan import PlanItem
 from companion.mission.tasks import (
@@ -22,7 +23,6 @@ from companion.mission.tasks import (
     TriggerAsBefore,
 )
 
-ENDLESS = -1
 _STARTS = (Command.IMAGE_START_CAPTURE, Command.VIDEO_START_CAPTURE)
 _STOPS = (Command.IMAGE_STOP_CAPTURE, Command.VIDEO_STOP_CAPTURE)
 _MOST_STEPS = 20_000  # between two tasks; twice the longest plan
@@ -139,8 +139,8 @@ class Cursor:
             if item.command in TASKS:
                 break
             steps += 1
-            if item.command == Command.DO_JUMP and steps <= _MOST_STEPS and self._takes(item):
-                self.seq = int(item.param1)
+            if item.command in JUMPS and steps <= _MOST_STEPS and (target := self._takes(item)) is not None:
+                self.seq = target
                 continue
             self.seq += 1
             if (shooting := _shooting(item)) is not None:
@@ -167,18 +167,17 @@ class Cursor:
         elif action is not None:
             actions.append(action)
 
-    def _takes(self, jump: PlanItem) -> bool:
-        """Whether this jump is taken now; counts it. Each item has its counter, which leaving the loop does not
-        reset."""
-        if not 0 <= jump.param1 < len(self._items):
-            return False
-        if jump.param2 == ENDLESS:
-            return self._follow_endless
+    def _takes(self, jump: PlanItem) -> int | None:
+        """Where this jump leads, if it is taken now; counts it. Each item has its counter, which leaving the loop does
+        not reset."""
+        target = target_of(self._items, jump)
+        if target is None or jump.param2 == ENDLESS:
+            return target if self._follow_endless else None
         taken = self.jumps.get(self.seq, 0)
         if not taken < jump.param2:
-            return False
+            return None
         self.jumps[self.seq] = taken + 1
-        return True
+        return target
 
     @staticmethod
     def _action(item: PlanItem) -> Action | None:

@@ -9,7 +9,8 @@ from dataclasses import dataclass, field
 from companion.core.angles import wrap_two_pi
 from companion.core.geodesy import distance_and_bearing
 from companion.mission.commands import DESTINATIONS, PLACES, RULES, Command, Role, must_stay, name_of, stay_s
-from companion.mission.cursor import ENDLESS, Cursor
+from companion.mission.cursor import Cursor
+from companion.mission.jumps import JUMPS, is_endless, target_of
 from companion.mission.plan import PlanItem, item_number
 from companion.mission.survey import Survey, survey_of
 from companion.mission.tasks import SetHome
@@ -155,7 +156,9 @@ def summarise(
         if i.command == Command.DO_FOLLOW
     ]
     notes += [
-        f"item {i.number} jumps to item {i.param1 + 1:g} for ever: one lap is counted" for i in items if _is_endless(i)
+        f"item {i.number} jumps to item {(target_of(items, i) or 0) + 1} for ever: one lap is counted"
+        for i in items
+        if is_endless(i)
     ]
     return Summary(
         tuple(voyage.legs),
@@ -164,7 +167,7 @@ def summarise(
         len(items),
         sum(item.command in DESTINATIONS for item in items),
         sum(item.command in DESTINATIONS and must_stay(item) for item in items),
-        sum(item.command == Command.DO_JUMP for item in items),
+        sum(item.command in JUMPS for item in items),
         sum(item.command in RULES and RULES[item.command].role is Role.IGNORED for item in items),
         tuple(dict.fromkeys(notes)),
         survey_of(items, cruise_speed_mps),
@@ -274,10 +277,6 @@ def _move_home(voyage: _Voyage, actions: Sequence[object]) -> None:
 def _duration_s(value: float) -> float:
     """A valid duration, else 0: the plan may not be checked yet."""
     return value if 0.0 < value < math.inf else 0.0
-
-
-def _is_endless(item: PlanItem) -> bool:
-    return item.command == Command.DO_JUMP and item.param2 == ENDLESS
 
 
 def _clock(seconds: float) -> str:

@@ -21,7 +21,7 @@ from companion.mission.commands import (
     is_no_circle,
     name_of,
 )
-from companion.mission.cursor import ENDLESS
+from companion.mission.jumps import check_marks, is_endless, target_of
 from companion.mission.plan import GLOBAL_FRAMES, PlanItem, PlanKind, PlanRefusal, PlanResult, item_number
 from companion.mission.polygon import MOST_VERTICES, find_crossing
 
@@ -222,8 +222,9 @@ def _check_orbits(items: Sequence[PlanItem], least_radius_m: float) -> PlanRefus
 
 
 def _check_mission(items: Sequence[PlanItem]) -> PlanRefusal | None:
-    jumps = [item for item in items if item.command == Command.DO_JUMP]
-    for jump in jumps:
+    if (refusal := check_marks(items)) is not None:
+        return refusal
+    for jump in (item for item in items if item.command == Command.DO_JUMP):
         if not 0 <= jump.param1 < len(items):
             target = jump.param1 + 1
             text = f"DO_JUMP to item {target:g}, but the plan has {len(items)} items; jump to one of them"
@@ -234,7 +235,7 @@ def _check_mission(items: Sequence[PlanItem]) -> PlanRefusal | None:
                 "DO_JUMP to itself; jump to another item",
                 jump.seq,
             )
-    if any(jump.param2 == ENDLESS for jump in jumps) and (refusal := _check_loops(items)) is not None:
+    if any(map(is_endless, items)) and (refusal := _check_loops(items)) is not None:
         return refusal
     if items and not any(item.command in TASKS for item in items):
         return PlanRefusal(PlanResult.INVALID, "the mission has nothing to do; add a waypoint")
@@ -245,17 +246,19 @@ def _check_loops(items: Sequence[PlanItem]) -> PlanRefusal | None:
     """Finds an endless loop without a task: follows the way after all counted jumps are used up, from each item
     once."""
     settled = [item.command in TASKS for item in items]
+    targets = {item.seq: target_of(items, item) or 0 for item in items if is_endless(item)}
     for start in range(len(items)):
         way: set[int] = set()
         seq = start
         while seq < len(items) and not settled[seq]:
             if seq in way:
                 jump = _jump_ahead(items, seq)
-                target = item_number(int(items[jump].param1))
-                text = f"DO_JUMP to item {target} for ever, with nothing to do in between; add a waypoint to the loop"
+                target = item_number(targets[jump])
+                name = name_of(items[jump].command)
+                text = f"{name} to item {target} for ever, with nothing to do in between; add a waypoint to the loop"
                 return PlanRefusal(PlanResult.INVALID_PARAM1, text, jump)
             way.add(seq)
-            seq = int(items[seq].param1) if _is_endless(items[seq]) else seq + 1
+            seq = targets.get(seq, seq + 1)
         for passed in way:
             settled[passed] = True
     return None
@@ -263,13 +266,9 @@ def _check_loops(items: Sequence[PlanItem]) -> PlanRefusal | None:
 
 def _jump_ahead(items: Sequence[PlanItem], seq: int) -> int:
     """Number of the first endless jump at `seq` or after it."""
-    while not _is_endless(items[seq]):
+    while not is_endless(items[seq]):
         seq += 1
     return seq
-
-
-def _is_endless(item: PlanItem) -> bool:
-    return item.command == Command.DO_JUMP and item.param2 == ENDLESS
 
 
 # --- a fence -------------------------------------------------------------------------------------------------------

@@ -66,6 +66,20 @@ def test_a_mission_comes_back_as_it_was_sent_and_is_sailed(boat: Boat, rig: Lock
     assert any(name == "armed" for name, _ in boat.events())
 
 
+def test_a_command_jumps_to_a_mark(boat: Boat) -> None:
+    first, second = (waypoint(*place) for place in line_of(boat, 4.0, 30.0))
+    boat.upload([first, item(600, 7.0), second])
+    boat.set_mode("Hold")
+    boat.arm()
+    boat.start_mission()
+    boat.sleep(0.5)
+    assert boat.state.mission_item == 0
+    boat.command(601, 7.0)
+    assert boat.wait_until(lambda state: state.mission_item == 2, 1.0)
+    with pytest.raises(ScriptError, match="no JUMP_TAG 8 in the mission"):
+        boat.command(601, 8.0)
+
+
 def test_what_the_boat_refuses_is_raised_with_its_words(boat: Boat) -> None:
     with pytest.raises(ScriptError, match=r"WP_SPEED stays 0\.6: it takes 0.05 to 20 m/s"):
         boat.set_parameter("WP_SPEED", -1.0)

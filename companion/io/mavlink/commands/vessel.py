@@ -20,6 +20,8 @@ from companion.io.mavlink.commands.table import ROWS
 from companion.io.mavlink.wire import messages as mavlink
 from companion.io.mavlink.wire.hub import Hub, Peer
 from companion.loop import Vessel
+from companion.mission.jumps import marked
+from companion.mission.plan import PlanKind
 from companion.modes.table import DECLARATIONS
 
 _FORCE = frozenset({2989.0, 21196.0})
@@ -35,6 +37,7 @@ ONCE = frozenset(
         mavlink.MAV_CMD_MISSION_START,
         mavlink.MAV_CMD_DO_SET_HOME,
         mavlink.MAV_CMD_DO_SET_MISSION_CURRENT,
+        mavlink.MAV_CMD_DO_JUMP_TAG,
         mavlink.MAV_CMD_PREFLIGHT_STORAGE,
         mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN,
         *(row.number for row in ROWS if row.once),
@@ -60,6 +63,7 @@ class VesselCommands:
             mavlink.MAV_CMD_DO_CHANGE_SPEED: self._change_speed,
             mavlink.MAV_CMD_DO_SET_HOME: self._set_home,
             mavlink.MAV_CMD_DO_SET_MISSION_CURRENT: self._set_mission_current,
+            mavlink.MAV_CMD_DO_JUMP_TAG: self._jump_to_tag,
             mavlink.MAV_CMD_PREFLIGHT_STORAGE: self._storage,
             mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN: self._restart,
             mavlink.MAV_CMD_DO_FLIGHTTERMINATION: self._terminate,
@@ -216,7 +220,22 @@ class VesselCommands:
             own_seq = self._supervisor.status(request.now_s).mission.seq
         else:
             own_seq = self._item(seq, request.peer)
-        outcome = self._supervisor.set_current(own_seq, bool(reset), request.now_s)
+        return self._make_current(own_seq, bool(reset), request)
+
+    def _jump_to_tag(self, request: CommandRequest) -> Outcome | Answer:
+        """Make the mark (JUMP_TAG) of the mission with this number the current item.
+
+        param1: Number of the mark.
+        param2: Repeat count; ignored: a command jumps once.
+        """
+        tag = request.whole(1)
+        seq = None if tag is None else marked(self._vessel.plans.items(PlanKind.MISSION), tag)
+        if seq is None:
+            return denied(f"no JUMP_TAG {request.params[0]:g} in the mission")
+        return self._make_current(seq, False, request)
+
+    def _make_current(self, seq: int, reset: bool, request: CommandRequest) -> Outcome | Answer:
+        outcome = self._supervisor.set_current(seq, reset, request.now_s)
         if not outcome.accepted:
             return outcome
         self._hub.announce(request.now_s, mavlink.MAVLINK_MSG_ID_MISSION_CURRENT)
