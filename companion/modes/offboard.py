@@ -16,6 +16,7 @@ from companion.fence.guard import FenceGuard
 from companion.guidance.motion_reference import MotionReference
 from companion.guidance.velocity_course import VelocityCourse
 from companion.modes.mode import Mode
+from companion.modes.parts.guided_limits import GuidedLimits
 from companion.modes.parts.headway import Headway
 from companion.modes.parts.offboard_target import OffboardTarget
 from companion.params.store import Parameters
@@ -32,7 +33,8 @@ class OffboardMode(Mode):
     The boat goes to a position setpoint and holds it as in Hold. It follows any other setpoint by dynamic positioning,
     or as course and speed if it cannot push itself sideways.
 
-    Remembers the newest setpoint and its time, the newest refusal, and which part steers.
+    Remembers the newest setpoint and its time, the newest refusal, and which part steers. `limits`: of this stay, or of
+    the next one.
     """
 
     declaration = ModeDeclaration(
@@ -59,6 +61,7 @@ class OffboardMode(Mode):
         self._reference = MotionReference(config.length_m, parameters, fence.reach_mps)
         self._course = VelocityCourse(parameters, top_speed_mps(config), can_reverse(config.thrusters))
         self._headway = Headway("Offboard", events)
+        self.limits = GuidedLimits()
         self._target: OffboardTarget | None = None
         self._came_s = -math.inf
         self._refused: tuple[str, float] = ("", -math.inf)
@@ -108,6 +111,10 @@ class OffboardMode(Mode):
         return None
 
     def loss(self, now_s: float) -> str | None:
+        """Return which limit of the stay is reached, or why there is no valid setpoint; None for neither."""
+        return self.limits.reached or self.silence(now_s)
+
+    def silence(self, now_s: float) -> str | None:
         """Return why there is no valid setpoint, or None."""
         most_s = self._parameters["OFFB_TIMEOUT"]
         age_s = now_s - self._came_s
@@ -122,12 +129,13 @@ class OffboardMode(Mode):
 
     def check(self, inputs: ModeInputs) -> str | None:
         """Refuse unless valid setpoints arrive."""
-        return self.loss(inputs.now_s)
+        return self.silence(inputs.now_s)
 
     def enter(self, inputs: ModeInputs) -> str | None:
         """Start from the present motion; the next tick obeys the newest setpoint."""
         if (reason := self.check(inputs)) is not None:
             return reason
+        self.limits.begin(inputs.nav, inputs.now_s)
         self._headway.reset()
         self._hold_point.stop_here(inputs.nav)
         self._start_motion(inputs.nav)
@@ -146,8 +154,13 @@ class OffboardMode(Mode):
         """Restart the headway watch."""
         self._headway.reset()
 
+    def leave(self) -> None:
+        """Forget the limits of the stay."""
+        self.limits.end()
+
     def update(self, inputs: ModeInputs) -> Setpoint:
         """Go to the position setpoint, or follow the requested motion."""
+        self.limits.watch(inputs.nav, inputs.now_s)
         target = self._target
         assert target is not None  # `enter` refuses without a setpoint
         if target.is_point or (target.position is not None and target.velocity is None and not self._can_sway):

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from companion.config.vessel import VesselConfig
 from companion.core.actuation import Auxiliary, Wrench
 from companion.core.arming import ArmingReport
-from companion.core.decision import ModeId, ModeInputs, Status, TextKind
+from companion.core.decision import ACCEPTED, ModeId, ModeInputs, Outcome, Status, TextKind
 from companion.core.estimate import NavState, usable
 from companion.core.events import EventLog
 from companion.core.geodesy import LocalFrame
@@ -112,7 +112,12 @@ class Supervisor(Requests):
 
     def offboard_fault(self, now_s: float) -> str | None:
         """Why Offboard has no setpoint to steer by, or None."""
-        return self.parts.offboard.loss(now_s)
+        return self.parts.offboard.silence(now_s)
+
+    def limit_offboard(self, most_s: float | None, most_m: float | None) -> Outcome:
+        """Limits of this stay in Offboard, or of the next one: time, and distance from where it began; None: none."""
+        self.parts.offboard.limits.set(most_s, most_m)
+        return ACCEPTED
 
     def thrust_achieved(self, achieved: Wrench) -> None:
         """The wrench that the thrusters give in this cycle, from the allocation."""

@@ -98,6 +98,27 @@ def test_silence_falls_back_within_a_second(make_boat: Callable[..., Boat], acti
     assert boat.supervisor.request_mode(ModeId.OFFBOARD, boat.now_s).accepted
 
 
+@pytest.mark.parametrize(("limits", "text"), [((5.0, None), "limit of 5 s"), ((None, 1.0), "limit of 1 m")])
+@pytest.mark.parametrize(("action", "mode"), [(1, ModeId.HOLD), (3, ModeId.OFFBOARD)])
+def test_a_limit_of_the_stay_acts_as_the_loss_does(
+    make_boat: Callable[..., Boat], limits: tuple[float | None, float | None], text: str, action: int, mode: ModeId
+) -> None:
+    boat = make_boat(OFFB_LOSS_ACT=action)
+    assert boat.supervisor.limit_offboard(*limits).accepted
+    steered(boat, FORWARD, 2.0)
+    assert boat.status.failsafes == () and not isinstance(boat.setpoint, NeutralSetpoint)
+    boat.nav = replace(boat.nav, north_m=1.5)
+    stream(boat, FORWARD, 4.0)
+    assert boat.status.mode is mode and any(f"{text} reached" in one for one in boat.texts()), boat.texts()
+    assert isinstance(boat.setpoint, NeutralSetpoint) is (action == 3)
+    stream(boat, FORWARD, 4.0)
+    assert "offboard_lost" in boat.status.failsafes, "the stream goes on, the stay is over"
+    assert boat.supervisor.request_mode(ModeId.OFFBOARD, boat.now_s).accepted
+    boat.nav = replace(boat.nav, north_m=30.0)
+    stream(boat, FORWARD, 20.0)
+    assert boat.status.mode is ModeId.OFFBOARD and boat.status.failsafes == (), "a new stay has no limits"
+
+
 def test_the_stream_stands_for_a_ground_station(boat: Boat) -> None:
     steered(boat, FORWARD, 40.0)
     assert boat.status.mode is ModeId.OFFBOARD and boat.status.failsafes == ()

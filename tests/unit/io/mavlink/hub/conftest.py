@@ -216,6 +216,9 @@ class FakeSupervisor:
     def set_follow_position(self, bearing_rad: float | None, distance_m: float | None, now_s: float) -> Outcome:
         return self._take("set_follow_position", bearing_rad, distance_m)
 
+    def limit_offboard(self, most_s: float | None, most_m: float | None) -> Outcome:
+        return self._take("limit_offboard", most_s, most_m)
+
     def follow(self, system_id: int | None, now_s: float) -> Outcome:
         return self._take("follow", system_id)
 
