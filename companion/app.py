@@ -13,6 +13,7 @@ from typing import Any
 from companion.allocation.allocator import Allocator
 from companion.allocation.availability import Availability
 from companion.allocation.jet import JetAllocator
+from companion.allocation.rudder import RudderAllocator
 from companion.baselines.ahrs import ThesisAhrs
 from companion.baselines.controller_choice import controller_with_baselines
 from companion.beside import Beside
@@ -37,7 +38,7 @@ from companion.io.nmea_out import NmeaOut
 from companion.io.sensors import open_sensor
 from companion.io.transport.opener import device_endpoint
 from companion.io.transport.urls import TransportError, parse_url
-from companion.loop import Blocks, Devices, Vessel
+from companion.loop import AnyAllocator, Blocks, Devices, Vessel
 from companion.mission.executor import MissionExecutor
 from companion.mission.plan import Plans
 from companion.mission.validation import check_plan
@@ -204,6 +205,9 @@ class Surroundings:
     network: StreamOpener | None = None  # opens the ports of corrections and NMEA out; None: both are off
 
 
+_ALLOCATORS: Mapping[str, type[AnyAllocator]] = {"jet": JetAllocator, "rudder": RudderAllocator}
+
+
 def build(config: VesselConfig, around: Surroundings) -> Vessel:
     """Make a vessel. Raises ConfigError for an unknown driver, OSError for a log folder that cannot be written."""
     events = EventLog()
@@ -219,7 +223,7 @@ def build(config: VesselConfig, around: Surroundings) -> Vessel:
     supervisor = Supervisor(config, parameters, plans, executor, events, lambda: estimator.frame)
     supervisor.senses.decide = estimator.answer
     availability = Availability(config, parameters, events.say)
-    allocator = (JetAllocator if config.thrusters[0].kind == "jet" else Allocator)(config, parameters)
+    allocator = _ALLOCATORS.get(config.thrusters[0].kind, Allocator)(config, parameters)
     controller = controller_with_baselines(config, parameters)
     blocks = Blocks(estimator, supervisor, controller, availability, allocator, Gate(config))
     devices, relay = _devices(config, around, events)

@@ -17,6 +17,7 @@ from companion.allocation.allocator import Allocator
 from companion.allocation.availability import Availability
 from companion.allocation.feedback import ThrusterReports
 from companion.allocation.jet import JetAllocator
+from companion.allocation.rudder import RudderAllocator
 from companion.config.vessel import VesselConfig
 from companion.control.controller import Controller
 from companion.core.actuation import (
@@ -80,6 +81,9 @@ NEWEST: Mapping[type, str] = {Leak: "leak", RcInput: "rc", Wind: "wind", Depth: 
 """Kinds of which the loop keeps the newest reading, with the field of `Inputs` that holds it."""
 
 
+AnyAllocator = Allocator | JetAllocator | RudderAllocator
+
+
 @dataclass(frozen=True, slots=True)
 class Blocks:
     """The blocks of a vessel, one for each step of the tick; `app.build` makes them."""
@@ -88,7 +92,7 @@ class Blocks:
     supervisor: Supervisor
     controller: Controller
     availability: Availability
-    allocator: Allocator | JetAllocator
+    allocator: AnyAllocator
     gate: Gate
 
 

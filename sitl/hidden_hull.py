@@ -19,8 +19,11 @@ from companion.config.vessel import AS_MODELLED, PlantConfig, VesselConfig, pars
 _MASS_KG = (15.0, 2000.0)
 _LENGTH_M = (1.0, 8.0)
 _OFF = 0.5
+_BLADE_OFF = 0.3  # of a rudder's side force; its race is off besides
 _FORMS = ("monohull", "catamaran", "inflatable", "barge")
 PROPULSIONS = ("two fixed", "fixed and bow", "one azimuth", "two azimuths", "outboard")
+RUDDER = "rudder"
+_RUDDERS = 6  # one boat of so many has a rudder
 _LAG_S = (0.1, 0.6)
 _COMPASS_RAD = math.radians(8.0)
 _MISTAKEN = 0.3  # share of boats with a wrong place of antenna and thrusters
@@ -29,7 +32,7 @@ _MISTAKEN = 0.3  # share of boats with a wrong place of antenna and thrusters
 @dataclass(frozen=True, slots=True)
 class HiddenHull:
     """`text`: the vessel's file; `known`: as the controller reads it; `real`: as the boat is. `propulsion`: one of
-    PROPULSIONS. `mistaken`: antenna and thrusters are not where the file has them."""
+    PROPULSIONS or RUDDER. `mistaken`: antenna and thrusters are not where the file has them."""
 
     seed: int
     text: str
@@ -43,10 +46,12 @@ def hidden_hull(seed: int) -> HiddenHull:
     """The boat of that seed."""
     draw = random.Random(f"hidden hull {seed}")
     propulsion = draw.choice(PROPULSIONS)
+    if random.Random(f"rudder {seed}").randrange(_RUDDERS) == 0:  # apart, so that the other boats stay what they are
+        propulsion = RUDDER
     text = _file(draw, seed, propulsion)
     known = parse(text, f"hidden hull {seed}")
     mistaken = draw.random() < _MISTAKEN
-    return HiddenHull(seed, text, known, _real(draw, known, mistaken), propulsion, mistaken)
+    return HiddenHull(seed, text, known, _real(draw, known, mistaken, seed), propulsion, mistaken)
 
 
 # --- what the owner types -----------------------------------------------------------------------------------------
@@ -98,12 +103,18 @@ def _thrusters(draw: random.Random, propulsion: str, length: float, beam: float,
         return [_azimuth("pod", stern, 0.0, total)]
     if propulsion == "two azimuths":
         return [_azimuth("bow", 0.35 * length, 0.0, 0.5 * total), _azimuth("stern", stern, 0.0, 0.5 * total)]
+    if propulsion == RUDDER:
+        return [_rudder("propeller", stern, total)]
     return [_azimuth("outboard", -0.5 * length, 0.0, total, 40.0)]
 
 
 def _fixed(name: str, x_m: float, y_m: float, max_n: float, azimuth_deg: float = 0.0) -> tuple[str, str]:
     row = f'[[thruster]]\nname = "{name}"\nkind = "fixed"\nx_m = {x_m:.2f}\ny_m = {y_m:.2f}\n'
     return name, f"{row}azimuth_deg = {azimuth_deg:.0f}\nmax_n = {max_n:.1f}\n"
+
+
+def _rudder(name: str, x_m: float, max_n: float) -> tuple[str, str]:
+    return name, f'[[thruster]]\nname = "{name}"\nkind = "rudder"\nx_m = {x_m:.2f}\ny_m = 0.0\nmax_n = {max_n:.1f}\n'
 
 
 def _azimuth(name: str, x_m: float, y_m: float, max_n: float, stop_deg: float | None = None) -> tuple[str, str]:
@@ -115,14 +126,16 @@ def _azimuth(name: str, x_m: float, y_m: float, max_n: float, stop_deg: float | 
 # --- what the boat is ---------------------------------------------------------------------------------------------
 
 
-def _real(draw: random.Random, known: VesselConfig, mistaken: bool) -> VesselConfig:
+def _real(draw: random.Random, known: VesselConfig, mistaken: bool, seed: int) -> VesselConfig:
     hull = _hull(draw, known.hull)
     w = known.windage
     windage = replace(w, frontal_m2=w.frontal_m2 * _off(draw), lateral_m2=w.lateral_m2 * _off(draw))
     strength = _off(draw)
     shift_m = draw.uniform(-0.15, 0.15) * known.length_m if mistaken else 0.0
     dead = draw.uniform(0.0, 0.06)
-    thrusters = tuple(_thruster(t, strength * draw.uniform(0.93, 1.07), shift_m, dead) for t in known.thrusters)
+    thrusters = tuple(
+        _thruster(_blade(seed, t), strength * draw.uniform(0.93, 1.07), shift_m, dead) for t in known.thrusters
+    )
     plant = PlantConfig(hull=hull, windage=windage, thruster_lag_s=draw.uniform(*_LAG_S))
     assert known.sitl is not None
     return replace(
@@ -164,10 +177,21 @@ def _hull(draw: random.Random, hull: HullConfig) -> HullConfig:
     )
 
 
+def _blade(seed: int, thruster: ThrusterConfig) -> ThrusterConfig:
+    """The thruster with a blade that gives more or less side force than the formula, by draws of its own."""
+    draw, rudder = random.Random(f"blade {seed}"), thruster.rudder
+    if rudder is None:
+        return thruster
+    scale, gain = draw.uniform(1.0 - _BLADE_OFF, 1.0 + _BLADE_OFF), draw.uniform(0.5, 0.75)
+    return replace(thruster, rudder=replace(rudder, lift_scale=scale, race_gain=gain))
+
+
 def _thruster(thruster: ThrusterConfig, strength: float, shift_m: float, dead: float) -> ThrusterConfig:
+    rudder = thruster.rudder
     return replace(
         thruster,
         x_m=thruster.x_m + shift_m,
+        rudder=None if rudder is None else replace(rudder, x_m=rudder.x_m + shift_m),
         max_n=strength * thruster.max_n,
         min_n=strength * thruster.min_n,
         ahead_n=strength * thruster.ahead_n,

@@ -42,7 +42,7 @@ class Jet(ThrusterModel):
         self.asked = throttle
         self._target_mps = self._exit_for(throttle)
 
-    def step(self, dt_s: float, surge_mps: float = 0.0) -> None:
+    def step(self, dt_s: float, surge_mps: float = 0.0, sway_mps: float = 0.0, yaw_rate_radps: float = 0.0) -> None:
         """Advance by `dt_s` at the speed `surge_mps` ahead through the water."""
         target_mps = self._target_mps if not self.runaway else self._exit_for(_RUNAWAY_THROTTLE)
         if self.dead or self.stalled:

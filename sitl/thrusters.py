@@ -99,8 +99,8 @@ class ThrusterModel:
         if self._turns:
             self._target_rad = self._reachable(azimuth_rad)
 
-    def step(self, dt_s: float, surge_mps: float = 0.0) -> None:
-        """Advance by `dt_s`. `surge_mps`: speed ahead through the water, for jets only."""
+    def step(self, dt_s: float, surge_mps: float = 0.0, sway_mps: float = 0.0, yaw_rate_radps: float = 0.0) -> None:
+        """Advance by `dt_s`. The velocity of the boat through the water counts for jets and rudders only."""
         target_n = self._target_n if not self.runaway else _RUNAWAY_SHARE * self._config.max_n
         if self.reversed:
             target_n = min(max(-target_n, self._config.min_n), self._config.max_n)
@@ -188,6 +188,6 @@ class ThrusterModel:
 
 
 def build(configs: Sequence[ThrusterConfig], lag_s: float, x_m: Sequence[float] | None) -> tuple[ThrusterModel, ...]:
-    """All thrusters of a vessel, at their true places `x_m` where given."""
+    """All thrusters of a vessel but jets and rudders, at their true places `x_m` where given."""
     places = [None] * len(configs) if x_m is None else list(x_m)
     return tuple(ThrusterModel(config, lag_s, x) for config, x in zip(configs, places, strict=True))

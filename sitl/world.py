@@ -26,6 +26,7 @@ from sitl.hull import Hull
 from sitl.jet import Jet
 from sitl.memory import MemoryDevice, MemoryStream, garbling
 from sitl.obstacles import Obstacles
+from sitl.rudder import Rudder
 from sitl.seaway import Seaway
 from sitl.sensors import grade
 from sitl.shared_sea import SharedSea
@@ -292,7 +293,7 @@ class World:
             self._plant.windage, self._vessel.length_m, c * air_north + s * air_east, c * air_east - s * air_north
         )
         for thruster in self.thrusters:
-            thruster.step(self._step_s, hull.water_surge_mps)
+            thruster.step(self._step_s, hull.water_surge_mps, hull.water_sway_mps, hull.yaw_rate_radps)
             x_n, y_n, n_nm = thruster.wrench()
             surge_n, sway_n, yaw_nm = surge_n + x_n, sway_n + y_n, yaw_nm + n_nm
         if self._conditions.push_ned_n != (0.0, 0.0):
@@ -363,8 +364,11 @@ def _simulation(vessel: VesselConfig) -> SitlConfig:
 
 
 def _thrusters(configs: Sequence[ThrusterConfig], plant: PlantConfig) -> tuple[ThrusterModel, ...]:
-    """The thrusters as the plant has them. A jet is a vessel's only thruster."""
-    jet = plant.jet or configs[0].jet
+    """The thrusters as the plant has them. A jet is a vessel's only thruster, and so is a propeller with a rudder."""
+    first, jet = configs[0], plant.jet or configs[0].jet
+    if first.kind == "rudder" and first.rudder is not None:
+        x_m = None if plant.thruster_x_m is None else plant.thruster_x_m[0]
+        return (Rudder(first, plant.thruster_lag_s, first.rudder, x_m, plant.nozzle),)
     if configs[0].kind != "jet" or jet is None:
         return build(configs, plant.thruster_lag_s, plant.thruster_x_m)
     return (

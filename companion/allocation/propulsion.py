@@ -31,7 +31,7 @@ def lost_motions(thrusters: Sequence[ThrusterConfig], failed: Collection[int]) -
 
 def can_reverse(thrusters: Sequence[ThrusterConfig]) -> bool:
     """Whether a thruster can push astern, by reversing or by turning round."""
-    return any(t.min_n < 0.0 or (t.turns and t.kind != "jet") for t in thrusters)
+    return any(t.min_n < 0.0 or t.turns_round for t in thrusters)
 
 
 def _steers(thruster: ThrusterConfig) -> bool:

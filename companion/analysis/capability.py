@@ -47,7 +47,7 @@ def capability(
 ) -> Capability:
     """The capability of a vessel. `current_mps`: from the same direction as the wind.
 
-    Raises ConfigError for a vessel with a jet or without windage, and for an unknown thruster.
+    Raises ConfigError for a vessel with a jet or a rudder, or without windage, and for an unknown thruster.
     """
     names = [thruster.name for thruster in config.thrusters]
     unknown = [name for name in lost if name not in names]
@@ -55,6 +55,9 @@ def capability(
         raise ConfigError([f"{config.name}: no thruster named {', '.join(unknown)}; it has {', '.join(names)}"])
     if config.thrusters[0].kind == "jet":
         raise ConfigError([f"{config.name}: a jet pushes only ahead, so there is no wind that it holds against"])
+    if config.thrusters[0].kind == "rudder":
+        text = "a rudder turns the boat only in flow, so there is no wind that it holds against without moving"
+        raise ConfigError([f"{config.name}: {text}"])
     if config.windage.lateral_m2 <= 0.0 or config.windage.frontal_m2 <= 0.0:
         raise ConfigError([f"{config.name}: [windage] gives no areas, so no wind pushes it; add them"])
     angles = tuple(2.0 * math.pi * k / directions for k in range(directions))

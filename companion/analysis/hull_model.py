@@ -25,6 +25,7 @@ from companion.config.hull import DampingConfig, HullConfig
 
 INERTIA = ("m11_kg", "m22_kg", "m33_kgm2")
 HEADING = "heading_error_rad"  # by how much the heading reads too much
+LIFT = "rudder_scale"  # side force of a rudder over what its formula says
 CURRENT = ("current_north_mps", "current_east_mps")
 _WIND = ("wind_north_m2ps2", "wind_east_m2ps2")  # velocity of the air times its speed
 _WIND_SCALES = ("wind_surge_scale", "wind_sway_scale", "wind_yaw_scale")
@@ -57,6 +58,7 @@ class HullModel:
             **{name: getattr(damping, name) for name in terms},
             **{f"scale {group.name}": 1.0 for group in self.groups},
             **{f"x_m {group.name}": group.x_m for group in self.groups},
+            **({LIFT: 1.0} if any(group.blade is not None for group in self.groups) else {}),
             "lag_s": _LAG_S,
             **dict.fromkeys(CURRENT, 0.0),
             **dict.fromkeys(self.weather, 1.0 if self.weather is _WIND_SCALES else 0.0),
@@ -65,6 +67,7 @@ class HullModel:
         self.terms = tuple(terms)
         self._coupling = (hull.m23_kgm, hull.m23_kgm if hull.m32_kgm is None else hull.m32_kgm)
         self._lag_s = math.nan
+        self._flow: tuple[float, ...] = ()
         self._wrenches: list[tuple[Array, Array, Array]] = []
 
     # --- the quantities --------------------------------------------------------------------------------------------
@@ -95,6 +98,7 @@ class HullModel:
             return 3.0 * max(abs(self.model[name]), axis * (1.0 if len(name.split("_")[1]) > 1 else 0.1))
         others = {
             "lag_s": 0.3,
+            LIFT: 0.3,
             HEADING: 0.1,
             **dict.fromkeys(CURRENT, 0.2),
             **dict.fromkeys(_WIND, 20.0),
@@ -107,7 +111,7 @@ class HullModel:
         model = self.model[name]
         if name in INERTIA:
             return 0.3 * model, 3.0 * model
-        if name.startswith("scale"):
+        if name.startswith("scale") or name == LIFT:
             return 0.2, 5.0
         if name == "lag_s":
             return 0.0, 2.0
@@ -131,8 +135,18 @@ class HullModel:
             k, arm_m = float(values[f"scale {group.name}"]), float(values[f"x_m {group.name}"])
             for i in group.members:
                 t = thrusters[i]
+                rudder, place_m = t.rudder, arm_m
+                if rudder is not None:  # the arm is the blade's; the propeller stands as far ahead of it as before
+                    place_m = t.x_m + arm_m - rudder.x_m
+                    rudder = replace(rudder, x_m=arm_m, lift_scale=rudder.lift_scale * float(values[LIFT]))
                 thrusters[i] = replace(
-                    t, x_m=arm_m, ahead_n=k * t.ahead_n, astern_n=k * t.astern_n, max_n=k * t.max_n, min_n=k * t.min_n
+                    t,
+                    rudder=rudder,
+                    x_m=place_m,
+                    ahead_n=k * t.ahead_n,
+                    astern_n=k * t.astern_n,
+                    max_n=k * t.max_n,
+                    min_n=k * t.min_n,
                 )
         return tuple(thrusters)
 
@@ -140,14 +154,21 @@ class HullModel:
 
     def thrust(self, values: Mapping[str, float]) -> Array:
         """Of all thrusters: mean between each tick and the next."""
-        if values["lag_s"] != self._lag_s:
-            self._lag_s = values["lag_s"]
-            self._wrenches = group_wrenches(self.manoeuvre, self.log, self.groups, self._lag_s)
+        flow = tuple(values[name] for name in CURRENT) if LIFT in self.model else ()
+        if (values["lag_s"], flow) != (self._lag_s, self._flow):
+            self._lag_s, self._flow = values["lag_s"], flow
+            speed = self._through_water(values)
+            self._wrenches = group_wrenches(self.manoeuvre, self.log, self.groups, self._lag_s, speed)
         total = np.zeros_like(self.manoeuvre.velocity)
         for group, (x, y, n) in zip(self.groups, self._wrenches, strict=True):
             k, arm_m = values[f"scale {group.name}"], values[f"x_m {group.name}"]
+            y = y if group.blade is None else y * values[LIFT]
             total += k * np.stack([x, y, n + arm_m * y], axis=1)
         return total
+
+    def _through_water(self, values: Mapping[str, float]) -> Array | None:
+        """(n,) speed ahead through the water; None where no thrust depends on it."""
+        return (self.manoeuvre.velocity - self.stream(values))[:, 0] if LIFT in self.model else None
 
     def weather_force(self, values: Mapping[str, float]) -> Array:
         """Of the weather at each tick, with the wind as in `companion.config.WindageConfig`, relative to the boat."""

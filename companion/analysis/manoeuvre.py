@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from companion.allocation.rudder_curve import RudderCurve
 from companion.analysis.log_reader import Log, LogError, read_table
 from companion.config.devices import ThrusterConfig
 from companion.core.readings import Wind
@@ -33,6 +34,7 @@ class Group:
     members: tuple[int, ...]
     x_m: float
     max_n: float
+    blade: RudderCurve | None = None  # of a propeller with a rudder, whose place `x_m` then is
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +65,11 @@ def groups_of(thrusters: tuple[ThrusterConfig, ...], apart: bool = False) -> tup
         found.setdefault((thruster.x_m, thruster.ahead_n, thruster.astern_n, *side), []).append(i)
     groups = [
         Group(
-            "+".join(thrusters[i].name for i in members), tuple(members), x_m, sum(thrusters[i].max_n for i in members)
+            "+".join(thrusters[i].name for i in members),
+            tuple(members),
+            x_m if (rudder := thrusters[members[0]].rudder) is None else rudder.x_m,
+            sum(thrusters[i].max_n for i in members),
+            None if rudder is None else RudderCurve(thrusters[members[0]]),
         )
         for (x_m, *_), members in found.items()
     ]
@@ -186,14 +192,28 @@ def lagged(manoeuvre: Manoeuvre, lag_s: float) -> Array:
 
 
 def group_wrenches(
-    manoeuvre: Manoeuvre, log: Log, groups: tuple[Group, ...], lag_s: float
+    manoeuvre: Manoeuvre, log: Log, groups: tuple[Group, ...], lag_s: float, surge_mps: Array | None = None
 ) -> list[tuple[Array, Array, Array]]:
-    """(surge_n, sway_n, yaw_nm about the group's own place on the centre line) of each group."""
+    """(surge_n, sway_n, yaw_nm about the group's own place on the centre line) of each group. `surge_mps`: speed through
+    the water, for a rudder; None: that over ground."""
     force = lagged(manoeuvre, lag_s)
     ahead, aside = force * np.cos(manoeuvre.azimuth_rad), force * np.sin(manoeuvre.azimuth_rad)
     y_m: Any = np.array([thruster.y_m for thruster in log.config.thrusters])
     wrenches = []
     for group in groups:
         i = list(group.members)
+        if group.blade is not None:  # a vessel's only thruster
+            wrenches.append(_behind_propeller(group.blade, manoeuvre, force[:, i[0]], surge_mps))
+            continue
         wrenches.append((ahead[:, i].sum(axis=1), aside[:, i].sum(axis=1), -(ahead[:, i] * y_m[i]).sum(axis=1)))
     return wrenches
+
+
+def _behind_propeller(
+    blade: RudderCurve, manoeuvre: Manoeuvre, thrust_n: Array, surge_mps: Array | None
+) -> tuple[Array, Array, Array]:
+    """The wrench of a propeller with a rudder about the blade's own place."""
+    speed = manoeuvre.velocity[:, 0] if surge_mps is None else surge_mps
+    rows = zip(thrust_n.tolist(), manoeuvre.azimuth_rad[:, 0].tolist(), speed.tolist(), strict=True)
+    forces = np.array([blade.force_n(thrust, angle, ahead) for thrust, angle, ahead in rows])
+    return forces[:, 0], forces[:, 1], np.zeros(len(forces))

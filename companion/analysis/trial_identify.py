@@ -146,6 +146,9 @@ def _overlay(found: TrialIdentification) -> str:
     for before, after in zip(config.thrusters, fitted.thrusters, strict=True):
         lines += ["", "[[thruster]]", f'name = "{before.name}"']
         lines += [f"{name} = {getattr(after, name):.4g}" for name in ("x_m", "max_n", "min_n", "ahead_n", "astern_n")]
+        if before.rudder is not None and after.rudder is not None:
+            blade = after.rudder
+            lines.append(f"rudder = {{ x_m = {blade.x_m:.4g}, lift_scale = {blade.lift_scale:.4g} }}")
         lines += [
             f"dead_band = {check.value:.3f}" for check in found.checks if check.name == DEAD_BAND and check.differs
         ]

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from html import escape
 
 from companion.config.devices import SensorConfig, ThrusterConfig
+from companion.config.rudder import RudderConfig
 from companion.config.vessel import VesselConfig
 
 _MARGIN = 0.35  # of the length, for arrows and names
@@ -83,6 +84,17 @@ def _thruster(thruster: ThrusterConfig, at: Placed, arrow_m: float) -> Iterator[
     label = f"{thruster.name} ({thruster.kind}) {thruster.max_n:g} / {thruster.min_n:g} N"
     shift = -12.0 if thruster.y_m < 0.0 else 12.0
     yield f'<text x="{x + shift:.1f}" y="{y + 16.0:.1f}" text-anchor="{side}">{escape(label)}</text>'
+    if thruster.rudder is not None:
+        yield from _rudder(thruster.rudder, thruster.y_m, at)
+
+
+def _rudder(rudder: RudderConfig, y_m: float, at: Placed) -> Iterator[str]:
+    """The blade from above, amidships, with its measures."""
+    (x0, y0), (x1, y1) = at(rudder.x_m, y_m), at(rudder.x_m - rudder.chord_m, y_m)
+    ends = f'x1="{x0:.1f}" y1="{y0:.1f}" x2="{x1:.1f}" y2="{y1:.1f}"'
+    yield f'<line {ends} stroke="#5f3dc4" stroke-width="6" stroke-linecap="round"/>'
+    label = f"rudder {rudder.span_m:g} × {rudder.chord_m:g} m"
+    yield f'<text x="{x1 + 12.0:.1f}" y="{y1 + 16.0:.1f}" fill="#5f3dc4">{escape(label)}</text>'
 
 
 def _sensor(sensor: SensorConfig, at: Placed) -> Iterator[str]:
@@ -128,10 +140,16 @@ def characters(config: VesselConfig) -> str:
     for thruster in config.thrusters:
         sign = _ARROWS[round(thruster.azimuth_rad / (math.pi / 4.0)) % 8]
         put(thruster.x_m, thruster.y_m, sign)
-        turns = "" if not thruster.turns else ", turns"
+        rudder = thruster.rudder
+        if rudder is not None:
+            put(rudder.x_m, thruster.y_m, "|")
+        turns = "" if not thruster.turns else ", turns" if rudder is None else ", rudder behind it"
         legend.append(
             f"{sign}  {thruster.name}: {place(thruster.x_m, thruster.y_m)}; "
             f"{thruster.max_n:g} N ahead, {-thruster.min_n:g} N astern{turns}"
         )
+        if rudder is not None:
+            blade = f"{rudder.span_m:g} m high, {rudder.chord_m:g} m wide"
+            legend.append(f"|  rudder of {thruster.name}: {place(rudder.x_m, thruster.y_m)}; {blade}")
     drawing = "\n".join("".join(row).rstrip() for row in grid)
     return f"{drawing}\n\n+  middle of the boat\n" + "\n".join(legend)

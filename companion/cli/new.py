@@ -125,6 +125,20 @@ QUESTIONS: tuple[Question, ...] = (
         lambda known: str(known["layout"]).startswith("twin"),
     ),
     Question(
+        "rudder_span_m",
+        "Height of the rudder blade, m (- if unknown)",
+        _known_or_number,
+        lambda known: None,
+        lambda known: known["layout"] == "rudder",
+    ),
+    Question(
+        "rudder_chord_m",
+        "Width of the rudder blade, fore and aft, m (- if unknown)",
+        _known_or_number,
+        lambda known: None,
+        lambda known: known["layout"] == "rudder",
+    ),
+    Question(
         "board", f"What drives the motors:{_choices(BOARDS)}which", _one_of(BOARDS), lambda known: "microcontroller"
     ),
     Question("receiver", f"Satellite receiver:{_choices(RECEIVERS)}which", _one_of(RECEIVERS), lambda known: "one"),

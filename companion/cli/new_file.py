@@ -10,6 +10,7 @@ LAYOUTS: Mapping[str, str] = {
     "twin-bow": "two fixed thrusters at the stern and one across the bow",
     "azimuth": "one thruster at the stern that turns, such as an outboard",
     "two-azimuths": "a turning thruster at either end",
+    "rudder": "one fixed propeller at the stern with a rudder behind it",
 }
 BOARDS: Mapping[str, str] = {"microcontroller": "an Arduino or another board", "pixhawk": "a Pixhawk with ArduPilot"}
 RECEIVERS: Mapping[str, str] = {"one": "one antenna", "two": "two antennas, which give the heading"}
@@ -36,6 +37,8 @@ class Answers:
     receiver: str
     lat_deg: float
     lon_deg: float
+    rudder_span_m: float | None = None
+    rudder_chord_m: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,6 +94,7 @@ def _places(a: Answers) -> list[_Place]:
         "twin": twin,
         "twin-bow": [*twin, _Place("bow", "fixed", bow_m, 0.0, 90.0)],
         "azimuth": [_Place("stern", "azimuth", stern_m, 0.0)],
+        "rudder": [_Place("propeller", "rudder", stern_m, 0.0)],
         "two-azimuths": [_Place("bow", "azimuth", bow_m, 0.0), _Place("stern", "azimuth", stern_m, 0.0)],
     }
     return by_layout[a.layout]
@@ -111,6 +115,23 @@ def _thruster(a: Answers, place: _Place) -> Iterator[str]:
         yield "azimuth_max_deg = 90.0" if a.layout == "two-azimuths" else "azimuth_max_deg = 35.0"
         yield "manual_azimuth_deg = 35.0"
     yield from _thrust(a)
+    if place.kind == "rudder":
+        yield from _rudder(a)
+
+
+def _rudder(a: Answers) -> Iterator[str]:
+    yield f"azimuth_rate_dps = 30.0{_comment('estimated; companion thruster-test measures it')}"
+    yield f"azimuth_min_deg = -35.0{_comment('stops of the rudder, from amidships')}"
+    yield "azimuth_max_deg = 35.0"
+    yield "manual_azimuth_deg = 35.0"
+    blade = (("span_m", a.rudder_span_m, "height of the blade"), ("chord_m", a.rudder_chord_m, "width of the blade"))
+    if a.rudder_span_m is None and a.rudder_chord_m is None:
+        yield "# The blade follows from length, beam and draft; [thruster.rudder] with span_m and chord_m has yours."
+        return
+    yield "[thruster.rudder]"
+    for key, value, text in blade:
+        if value is not None:
+            yield f"{key} = {value:g}{_comment(text)}"
 
 
 def _thrust(a: Answers) -> Iterator[str]:
@@ -160,7 +181,7 @@ def _bridge(a: Answers, places: list[_Place]) -> Iterator[str]:
         yield f"thrusters = [{names}]"
         return
     channels = [1, 3, 5][: len(places)]
-    turning = [place.kind == "azimuth" for place in places]
+    turning = [place.kind != "fixed" for place in places]
     yield 'name = "pixhawk"'
     yield 'driver = "mavlink_servo"'
     yield 'port = "serial:/dev/usv-pixhawk:115200"'

@@ -22,6 +22,7 @@ from companion.config.fields import (
     derived,
     means,
 )
+from companion.config.rudder import RudderConfig
 
 OTHER_KEYS = "keys of other drivers"  # what no file can have as a key
 Others = Annotated[
@@ -82,14 +83,18 @@ class ThrusterConfig:
     Kind "azimuth" turns at most `azimuth_rate_radps`, within its stops where those are given, else endlessly. Kind
     "jet" is steered by its nozzle, whose direction is its azimuth. Its thrust follows `jet`, with `ahead_n` the pull at
     full throttle of the boat at rest. Below `dead_band` its impeller stands; from there on it pushes at least as
-    `jet.idle_mps` says.
+    `jet.idle_mps` says. Kind "rudder" is a fixed propeller with a rudder behind it. Its azimuth is the blade's angle,
+    with the sign of the push: positive pushes the stern to starboard.
     """
 
     __pydantic_config__ = STRICT
     name: Annotated[Name, means("Name of the thruster. Bridges, logs and messages use it.")]
     kind: Annotated[
-        Literal["azimuth", "fixed", "jet"],
-        means("`azimuth` turns, `fixed` does not, `jet` is a water jet with a steered nozzle."),
+        Literal["azimuth", "fixed", "jet", "rudder"],
+        means(
+            "`azimuth` turns, `fixed` does not, `jet` is a water jet with a steered nozzle, `rudder` a fixed propeller "
+            "with a rudder behind it."
+        ),
     ]
     x_m: Annotated[float, means("Position ahead of the middle of the boat.")]
     y_m: Annotated[float, means("Position to starboard of the middle of the boat.")]
@@ -151,6 +156,10 @@ class ThrusterConfig:
     retractable: Annotated[bool, means("The thruster can be lowered and retracted.")] = False
     travel_s: Annotated[NonNegative, means("Time between up and down. Only for a retractable thruster.")] = 0.0
     jet: Annotated[JetConfig | None, means("Curve of a water jet. Only for kind `jet`.")] = None
+    rudder: Annotated[
+        RudderConfig | None,
+        derived("The blade of a rudder. Only for kind `rudder`."),
+    ] = None
     output: Annotated[
         OutputConfig | None,
         means("Calibration of the drive. Without it the drive takes throttle and azimuth as they are."),
@@ -180,6 +189,11 @@ class ThrusterConfig:
     def turns(self) -> bool:
         """Whether its push can have another direction."""
         return self.kind != "fixed"
+
+    @property
+    def turns_round(self) -> bool:
+        """Whether it can push astern by its direction: a pod that turns, no jet and no rudder."""
+        return self.kind == "azimuth"
 
 
 @dataclass(frozen=True, slots=True)

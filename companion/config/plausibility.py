@@ -113,7 +113,7 @@ def _places(config: VesselConfig) -> Iterator[Judgement]:
 
 def _axes(config: VesselConfig) -> Iterator[Judgement]:
     if config.limits.sway_n <= 0.0:
-        astern = any(t.min_n < 0.0 or (t.turns and t.kind != "jet") for t in config.thrusters)
+        astern = any(t.min_n < 0.0 or t.turns_round for t in config.thrusters)
         hold = "lies bow to the weather at its point" if astern else "drifts and sails back within its watch circle"
         yield Judgement(
             ("limits", "sway_n"),

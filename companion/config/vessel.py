@@ -47,6 +47,7 @@ from companion.config.mistakes import problems_of
 from companion.config.outputs import BatteryConfig, RelayConfig, ServoConfig, battery_problems, rest_problems
 from companion.config.overlay import in_force, is_overlay, with_overlay
 from companion.config.payload import CameraConfig, camera_problems
+from companion.config.rudder_checks import rudder_problems
 from companion.config.scripts import ScriptConfig, script_problems
 from companion.config.sensor_checks import sensor_problems
 from companion.config.sensors import SensorRow
@@ -137,7 +138,9 @@ class PlantConfig:
     jet: Annotated[JetConfig | None, means("The water jet as it really is. Left out: as the thruster says.")] = None
     nozzle: Annotated[
         NozzleConfig | None,
-        means("How a jet's nozzle really turns. Left out: without lag, at `azimuth_rate_dps` of the thruster."),
+        means(
+            "How a jet's nozzle or a rudder really turns. Left out: without lag, at `azimuth_rate_dps` of the thruster."
+        ),
     ] = None
     seaway: Annotated[
         bool,
@@ -363,6 +366,7 @@ def _cross_checks(config: VesselConfig) -> list[Problem]:
         *sensor_problems(config.sensors),
         *bridge_problems(Equipment(config.thrusters, config.actuators, config.servos)),
         *jet_problems(config.thrusters, config.limits.sway_n),
+        *rudder_problems(config.thrusters, config.limits.sway_n),
         *resistance_problems(config.hull, ("hull",)),
         *_inertia_problems(config.hull),
         *([] if config.sitl is None else _sitl_problems(config.sitl, len(config.thrusters))),

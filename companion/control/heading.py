@@ -26,7 +26,7 @@ _STALLED_SHARE = 0.25  # of the turn that is asked for
 class YawLoop:
     """Setpoint → yaw moment. For a large error the boat turns at PATH_YAW_RATE. Remembers nothing itself.
 
-    Its bandwidth is PATH_BW_YAW, or what a jet's nozzle can follow at its configured rate, if that is less."""
+    Its bandwidth is PATH_BW_YAW, or what a jet's nozzle or a rudder can follow at its configured rate, if that is less."""
 
     def __init__(self, config: VesselConfig, parameters: Parameters) -> None:
         self._hull = config.hull
@@ -72,10 +72,11 @@ def _steers_by_difference(config: VesselConfig) -> bool:
 
 
 def _followed_radps(config: VesselConfig) -> float:
-    """The bandwidth that a jet's nozzle can follow in large turns; infinite for other boats."""
-    jet = config.thrusters[0]
-    stops = [abs(stop) for stop in (jet.azimuth_min_rad, jet.azimuth_max_rad) if stop is not None]
-    return jet.azimuth_rate_radps / (_SWING_SHARE * max(stops)) if jet.kind == "jet" and stops else math.inf
+    """The bandwidth that a jet's nozzle or a rudder can follow in large turns; infinite for other boats."""
+    first = config.thrusters[0]
+    stops = [abs(stop) for stop in (first.azimuth_min_rad, first.azimuth_max_rad) if stop is not None]
+    slow = first.kind in ("jet", "rudder") and stops
+    return first.azimuth_rate_radps / (_SWING_SHARE * max(stops)) if slow else math.inf
 
 
 class HeadingControl:

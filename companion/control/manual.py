@@ -32,7 +32,7 @@ def stick_to_thrusters(
     Surge is the throttle of thrusters that push ahead, sway that of side thrusters, and yaw turns azimuths by up to
     `manual_azimuth_rad`. On a boat without such azimuths, yaw is differential throttle, or else throttle of the side
     thrusters. The sticks keep their sense astern: azimuths then turn the other way. A jet cannot push astern: its
-    nozzle keeps its sense, and its throttle ends at 0."""
+    nozzle keeps its sense, and its throttle ends at 0. A rudder keeps its sense, too, as at a wheel."""
     dead = parameters["MAN_DEADBAND"]
     surge, sway, yaw = beyond_deadband(surge, dead), beyond_deadband(sway, dead), beyond_deadband(yaw, dead)
     steered = any(t.turns and t.manual_azimuth_rad > 0.0 for t in config.thrusters)
@@ -47,7 +47,7 @@ def _one(
 ) -> ThrusterCommand:
     if t.turns and t.manual_azimuth_rad > 0.0:
         # a thruster at the stern turns the boat by pushing the stern the other way
-        lever = math.copysign(1.0, t.x_m) * (-1.0 if surge < 0.0 and t.kind != "jet" else 1.0)
+        lever = math.copysign(1.0, t.x_m) * (-1.0 if surge < 0.0 and t.turns_round else 1.0)
         return _command(t, surge, t.azimuth_rad + lever * yaw * t.manual_azimuth_rad)
     if _is_sideways(t):
         side = math.copysign(1.0, math.sin(t.azimuth_rad))

@@ -32,6 +32,15 @@ ROWS: tuple[ParamSpec, ...] = (
         "Largest thrust that a water jet adds to steer: without thrust its nozzle has no effect",
     ),
     real("JET_MIN_THR", 0.05, 0.01, 0.5, "norm", "Allocation", "Lowest throttle at which a water jet's impeller turns"),
+    real(
+        "RUD_STEER",
+        0.35,
+        0.0,
+        1.0,
+        "norm",
+        "Allocation",
+        "Share of the thrust ahead that may be added to steer: without flow a rudder has no effect",
+    ),
     # thrusters, commanded against measured
     choice(
         "THR_WATCH",

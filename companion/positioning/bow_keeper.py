@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 from companion.config.vessel import VesselConfig
+from companion.core.actuation import ZERO_WRENCH
 from companion.core.angles import wrap_pi
 from companion.core.estimate import NavState
 from companion.core.readings import ManualInput
-from companion.core.setpoint import PathSetpoint, Point, Progress
+from companion.core.setpoint import PathSetpoint, Point, Progress, Setpoint, WrenchSetpoint
 from companion.guidance.stopping import stopping_point
 from companion.params.store import Parameters
 
@@ -26,6 +28,10 @@ _OUT_SHARE, _BACK_SHARE = 0.9, 0.5  # of the watch circle
 _CALM_OUT_SHARE, _CALM_BACK_SHARE = 0.5, 0.15  # the same without a drift that would swing the boat back
 _STEERAGE_SHARE = 0.3  # of the speed, kept while the bow points elsewhere by a boat that steers by its thrust
 _LEAST_LINE_M = 1.0
+# Of the watch circle: so far upstream of the point a boat that steers by its flow stops pushing, until it is so far
+# downstream. Further off than the last it sails back instead.
+_COAST_UP_SHARE, _COAST_DOWN_SHARE, _COAST_OUT_SHARE = 0.15, 0.1, 1.2
+_COAST_BESIDE_SHARE = 0.7  # of the watch circle: further aside the drift does not lead past the point
 
 
 class BowKeeper:
@@ -37,8 +43,13 @@ class BowKeeper:
     which the weather does not push it sideways (weather optimal positioning, Fossen and Strand 2001), with neither
     anemometer nor a measured current. The drift that the estimator knows only says which way is upstream.
 
-    Beyond 0.7 of the watch circle the bow points to the hold point itself until the boat is well inside again.
-    Remembers the hold point, the heading to lie at, the drift, and whether the boat is coming back.
+    Beyond 0.9 of the watch circle the bow points to the hold point itself until the boat is well inside again.
+
+    A rudder steers only by thrust ahead, which drives the boat past its point. Upstream of the point such a boat stops
+    its propeller and lets the drift carry it back; without a drift it lies still until it is far off.
+
+    Remembers the hold point, the heading to lie at, the drift, whether the boat is coming back, and whether it lets
+    itself be carried.
     """
 
     def __init__(self, config: VesselConfig, parameters: Parameters) -> None:
@@ -46,11 +57,12 @@ class BowKeeper:
         self._shortest_m = max(_LEAST_LINE_M, config.length_m)
         self._swing_s = _SWING_SROOT * math.sqrt(config.length_m)
         self._steerage = _STEERAGE_SHARE if any(t.turns for t in config.thrusters) else 0.0
+        self._needs_flow = any(t.kind == "rudder" for t in config.thrusters)
         self._point = (0.0, 0.0)
         self._lie_rad = self._heading_rad = 0.0
         self._drift = (0.0, 0.0)
         self._least_mps = _LEAST_DRIFT_MPS
-        self._returning = self._turning = False
+        self._returning = self._turning = self._coasting = False
         self._arrived = False
 
     @property
@@ -69,19 +81,23 @@ class BowKeeper:
         self._drift = _drift(nav) or (0.0, 0.0)
         upstream = self._upstream_rad()
         self._lie_rad = nav.yaw_rad if upstream is None else upstream
-        self._returning = self._turning = self._arrived = False
+        self._returning = self._turning = self._coasting = self._arrived = False
 
     def hold(self, north_m: float, east_m: float, yaw_rad: float, speed_mps: float | None) -> None:
         """Hold another point. Heading and speed are ignored: this boat cannot hold a heading."""
         self._point = (north_m, east_m)
         self._arrived = False
 
-    def update(self, nav: NavState, stick: ManualInput | None, speed_mps: float, dt_s: float) -> PathSetpoint:
-        """A path setpoint, at `speed_mps` at most."""
+    def update(self, nav: NavState, stick: ManualInput | None, speed_mps: float, dt_s: float) -> Setpoint:
+        """A path setpoint, at `speed_mps` at most; zero thrust while a boat with a rudder lets itself be carried."""
         self._see_drift(nav, dt_s)
         north_m, east_m = self._point[0] - nav.north_m, self._point[1] - nav.east_m
         distance_m = math.hypot(north_m, east_m)
         self._judge(distance_m)
+        place = Point(*self._point)
+        progress = Progress(place=place, target=place, distance_to_go_m=distance_m)
+        if self._needs_flow and self._is_carried(north_m, east_m):
+            return WrenchSetpoint(ZERO_WRENCH, replace(progress, yaw_rad=self._heading_rad))
         ahead_mps = min(speed_mps, self._parameters["DP_SPEED_AHEAD"])
         if self._returning:
             self._heading_rad = math.atan2(east_m, north_m)
@@ -93,9 +109,20 @@ class BowKeeper:
             self._heading_rad = self._lie(nav, north_m, east_m, dt_s)
             along_m = north_m * math.cos(nav.yaw_rad) + east_m * math.sin(nav.yaw_rad)
             surge_mps = min(ahead_mps, max(-self._parameters["DP_SPEED_ASTERN"], _RETURN_RATE_1PS * along_m))
-        place = Point(*self._point)
-        progress = Progress(place=place, target=place, distance_to_go_m=distance_m)
         return PathSetpoint(self._heading_rad, surge_mps, progress=progress)
+
+    def _is_carried(self, north_m: float, east_m: float) -> bool:
+        """Whether the propeller stands. `north_m`, `east_m`: from the boat to the point."""
+        upstream, circle_m = self._upstream_rad(), self._parameters["DP_WATCH_R"]
+        if upstream is None:
+            self._coasting = not self._returning
+            return self._coasting
+        c, s = math.cos(upstream), math.sin(upstream)
+        up_m, beside_m = -(north_m * c + east_m * s), east_m * c - north_m * s
+        edge = -_COAST_DOWN_SHARE if self._coasting else _COAST_UP_SHARE
+        near = math.hypot(up_m, beside_m) < _COAST_OUT_SHARE * circle_m
+        self._coasting = up_m > edge * circle_m and abs(beside_m) < _COAST_BESIDE_SHARE * circle_m and near
+        return self._coasting
 
     def _judge(self, distance_m: float) -> None:
         circle_m = self._parameters["DP_WATCH_R"]

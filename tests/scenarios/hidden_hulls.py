@@ -18,10 +18,11 @@ import numpy as np
 
 from companion.analysis.gains import NEEDED, designed
 from companion.analysis.held_out import AROUND, split
-from companion.analysis.hull_model import INERTIA, HullModel
+from companion.analysis.hull_model import INERTIA, LIFT, HullModel
 from companion.analysis.log_reader import open_log, parameters_of
 from companion.analysis.trial_identify import TrialIdentification, identify_trial
 from companion.cli.rig import LockstepRig
+from companion.config.devices import ThrusterConfig
 from companion.config.overlay import overlay_name, set_accepted
 from companion.config.vessel import VesselConfig, load
 from companion.modes.trial.expectation import expected
@@ -204,6 +205,9 @@ def true_overlay(boat: HiddenHull, parameters: Mapping[str, float]) -> str:
     for thruster in real.thrusters:
         lines += ["[[thruster]]", f'name = "{thruster.name}"']
         lines += [f"{name} = {getattr(thruster, name)!r}" for name in ("x_m", "max_n", "min_n", "ahead_n", "astern_n")]
+        if (rudder := thruster.rudder) is not None:
+            blade = {"x_m": rudder.x_m, "lift_scale": rudder.lift_scale, "race_gain": rudder.race_gain}
+            lines.append(f"rudder = {{ {', '.join(f'{name} = {value!r}' for name, value in blade.items())} }}")
     designs = designed(real, hull, lag_s, {name: parameters[name] for name in NEEDED})
     lines += ["[parameters]", *(f"{design.name} = {design.value:g}" for design in designs)]
     return "\n".join(lines) + "\n"
@@ -221,10 +225,12 @@ def model_errors(boat: HiddenHull, identified: TrialIdentification) -> tuple[flo
         name: value
         for group in typed.groups
         for name, value in (
-            (f"x_m {group.name}", real.thrusters[group.members[0]].x_m),
+            (f"x_m {group.name}", _arm_m(real.thrusters[group.members[0]])),
             (f"scale {group.name}", _strength(boat, group.members)),
         )
     }
+    blades = [t.rudder.lift_scale * (t.rudder.race_gain / 0.6) ** 2 for t in real.thrusters if t.rudder is not None]
+    groups |= {LIFT: blades[0]} if blades else {}
     hull = {name: getattr(real.hull, name) for name in INERTIA} | asdict(real.hull.damping)
     true = {name: {**hull, **groups}.get(name, value) for name, value in typed.model.items()}
     true["lag_s"] = real.sitl.plants[real.sitl.plant].thruster_lag_s
@@ -237,6 +243,11 @@ def model_errors(boat: HiddenHull, identified: TrialIdentification) -> tuple[flo
         return float(np.sqrt(((np.sqrt((wrong**2).mean(axis=0)) / size) ** 2).mean()))
 
     return error(typed.model), error(identified.values)
+
+
+def _arm_m(thruster: ThrusterConfig) -> float:
+    """Where the thruster pushes sideways: at its rudder, if it has one."""
+    return thruster.x_m if thruster.rudder is None else thruster.rudder.x_m
 
 
 def _strength(boat: HiddenHull, members: Sequence[int]) -> float:

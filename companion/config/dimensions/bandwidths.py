@@ -17,6 +17,7 @@ _MOST_BY_RECEIVER = {"rtk": 0.6, "sbas": 0.35, "standalone": 0.25}  # rad/s: a w
 _CRUISE_SHARE, _TOP_SHARE, _POSITIONING_SHARE = 0.6, 0.85, 0.25  # of top speed
 _ACCELERATION_SHARE = 0.3  # of the thrust
 _SLOWEST_CRUISE_MPS = 0.3
+_CIRCLE = 3.0  # lengths: radius of the water that a boat with a rudder needs to turn and come back
 
 
 def figures(
@@ -26,9 +27,10 @@ def figures(
     sensors: Sequence[SensorConfig],
     lag_s: float,
     top_mps: float,
+    needs_flow: bool = False,
 ) -> tuple[Figure, ...]:
     """Defaults of `[parameters]`. `limits`: largest surge N, sway N and yaw Nm; `lag_s`: of the thrust; `top_mps`: top
-    speed."""
+    speed; `needs_flow`: the boat steers by a rudder, so that it turns in a circle."""
     surge_n, sway_n, yaw_nm = limits
     receiver = grade_of(sensors)
     by_lag = _LAG_SHARE / max(0.1, lag_s)
@@ -39,7 +41,7 @@ def figures(
         "PATH_BW_SURGE": _within(0.15, math.sqrt(surge_n / (hull.m11_kg * _FULL_AT_M)), min(1.0, by_lag)),
         "PATH_BW_YAW": _within(0.3, math.sqrt(yaw_nm / (hull.m33_kgm2 * _FULL_AT_RAD)), min(1.3, 1.6 * by_lag)),
         **_speeds(top_mps, surge_n / hull.m11_kg, yaw_nm, hull),
-        **_circles(length_m, receiver, sway_n > 0.0),
+        **_circles(length_m, receiver, _CIRCLE if needs_flow else 1.0 if sway_n > 0.0 else 1.5),
     }
     if sway_n > 0.0:
         rows["DP_BW_SWAY"] = _within(0.1, math.sqrt(sway_n / (hull.m22_kg * _FULL_AT_M)), most)
@@ -72,10 +74,11 @@ def _speeds(top_mps: float, most_mps2: float, yaw_nm: float, hull: HullConfig) -
     }
 
 
-def _circles(length_m: float, receiver: str, sideways: bool) -> dict[str, float]:
-    """Watch circle, alarm circle and acceptance radius: by length, receiver and whether the boat can push sideways."""
+def _circles(length_m: float, receiver: str, lengths: float) -> dict[str, float]:
+    """Watch circle, alarm circle and acceptance radius: by length, receiver and how many lengths the boat needs to turn
+    in."""
     by_receiver = {"rtk": 0.0, "sbas": 2.0, "standalone": 5.0}[receiver]
-    watch_m = (1.0 if sideways else 1.5) * length_m + by_receiver
+    watch_m = lengths * length_m + by_receiver
     watch_m = max(3.0, watch_m)
     return {
         "DP_WATCH_R": watch_m,

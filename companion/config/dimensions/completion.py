@@ -10,7 +10,7 @@ from typing import Any
 from pydantic import TypeAdapter, ValidationError
 
 from companion.config.devices import ThrusterConfig
-from companion.config.dimensions import motors, surge_damping
+from companion.config.dimensions import motors, rudders, surge_damping
 from companion.config.dimensions.derivation import (
     hull_figures,
     limit_figures,
@@ -63,8 +63,8 @@ class _Work:
 def completed(data: Mapping[str, Any]) -> Completion:
     """Fill in thrust by motor, the hull by its dimensions, limits by thrusters and parameters by all of them."""
     work = _Work(dict(data))
-    thrusters = _thrusters(work)
     boat, problems = _dimensions(work)
+    thrusters = _thrusters(work, boat)
     work.problems += problems
     if thrusters is None:
         work.moot.append(("limits",))
@@ -99,14 +99,15 @@ def figures_of(hull: HullConfig, thrusters: Sequence[ThrusterConfig]) -> tuple[F
     return () if boat is None else hull_figures(boat, thrusters)
 
 
-def _thrusters(work: _Work) -> tuple[ThrusterConfig, ...] | None:
+def _thrusters(work: _Work, boat: Dimensions | None) -> tuple[ThrusterConfig, ...] | None:
     """The thrusters, with their thrust filled in; None where they are wrong, which their own checks say."""
     rows = work.data.get("thruster")
     if not isinstance(rows, list) or not rows or not all(isinstance(row, dict) for row in rows):
         return None
     filled, figures, problems = motors.completed(rows)
+    filled, blades = rudders.completed(filled, boat)
     work.data["thruster"] = filled
-    work.figures += figures
+    work.figures += [*figures, *blades]
     work.problems += problems
     work.moot += [("thruster", place[1]) for place, _ in problems]
     found: tuple[ThrusterConfig, ...] | None = _read(tuple[ThrusterConfig, ...], filled)
@@ -138,7 +139,9 @@ def _hull(work: _Work, boat: Dimensions, thrusters: Sequence[ThrusterConfig]) ->
         return
     values = tuple(limits.get(key) for key in ("surge_n", "sway_n", "yaw_nm"))
     if all(isinstance(value, (int, float)) for value in values):
-        work.fill(parameter_figures(hull, values, boat.length_m, sensors or ()))  # type: ignore[arg-type]
+        rudder = any(thruster.kind == "rudder" for thruster in thrusters)
+        made = parameter_figures(hull, values, boat.length_m, sensors or (), needs_flow=rudder)  # type: ignore[arg-type]
+        work.fill(made)
 
 
 def _read(kind: Any, raw: Any) -> Any:

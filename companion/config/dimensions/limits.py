@@ -19,12 +19,27 @@ def support_n(thruster: ThrusterConfig, surge: float, sway: float, yaw: float) -
     """Largest value of surge·X + sway·Y + yaw·N that the thruster can give. Forbidden sectors do not count."""
     along_x, along_y = surge - thruster.y_m * yaw, sway + thruster.x_m * yaw
     size, direction = math.hypot(along_x, along_y), math.atan2(along_y, along_x)
+    if thruster.rudder is not None:
+        return _rudder_n(thruster, along_x, sway + thruster.rudder.x_m * yaw)
     if not thruster.turns:
         value = size * math.cos(direction - thruster.azimuth_rad)
         return max(thruster.max_n * value, thruster.min_n * value)
     ahead = size * math.cos(_beyond(thruster, direction))
     astern = size * math.cos(_beyond(thruster, direction + math.pi))
     return max(0.0, thruster.max_n * ahead, -thruster.min_n * astern)
+
+
+def _rudder_n(thruster: ThrusterConfig, along_x: float, along_y: float) -> float:
+    """Largest value of along_x·X + along_y·Y, with the boat at rest: a side force comes with its thrust ahead alone."""
+    return max(0.0, thruster.max_n * (along_x + abs(along_y) * rudder_share(thruster)), thruster.min_n * along_x)
+
+
+def rudder_share(thruster: ThrusterConfig) -> float:
+    """Side force at the nearer stop over the thrust ahead, with the boat at rest; 0 without a rudder."""
+    if thruster.rudder is None or thruster.propeller_m is None:
+        return 0.0
+    stops = (thruster.azimuth_min_rad or 0.0, thruster.azimuth_max_rad or 0.0)
+    return thruster.rudder.side_share(min(map(abs, stops)), thruster.propeller_m)
 
 
 def _beyond(thruster: ThrusterConfig, direction: float) -> float:
@@ -84,7 +99,7 @@ def _least(function: Callable[[float], float], bound: float) -> float:
 def figures(thrusters: Sequence[ThrusterConfig]) -> tuple[Figure, ...]:
     """Limits of surge, sway and yaw. Sway is 0 for a boat that cannot push itself sideways without turning."""
     ahead_n = largest(thrusters, 0)
-    sideways_n = 0.0 if any(t.kind == "jet" for t in thrusters) else largest(thrusters, 1)
+    sideways_n = 0.0 if any(t.kind in ("jet", "rudder") for t in thrusters) else largest(thrusters, 1)
     if sideways_n < _USEFUL_SHARE * ahead_n:
         sideways_n = 0.0
     turning_nm = largest(thrusters, 2) if sideways_n > 0.0 else largest(thrusters, 2, free=(1,))

@@ -40,8 +40,16 @@ def quadratic(boat: Dimensions) -> float:
 
 def thrust_loss(ahead_n: float, diameter_m: float | None) -> float:
     """Thrust that a propeller loses with speed, at half thrust, N per (m/s): D √(K_T ρ T) / J₀, of K_T (1 − J/J₀)."""
-    across_m = math.sqrt(4.0 * ahead_n / (math.pi * _DISC_LOAD_PA)) if diameter_m is None else diameter_m
-    return across_m * math.sqrt(_KT_BOLLARD * WATER_KGPM3 * _THRUST_SHARE * ahead_n) / _ADVANCE_AT_ZERO
+    return (
+        propeller_across_m(ahead_n, diameter_m)
+        * math.sqrt(_KT_BOLLARD * WATER_KGPM3 * _THRUST_SHARE * ahead_n)
+        / _ADVANCE_AT_ZERO
+    )
+
+
+def propeller_across_m(ahead_n: float, diameter_m: float | None) -> float:
+    """The diameter of a propeller; where it is unknown, of one with the usual load of its disc."""
+    return math.sqrt(4.0 * ahead_n / (math.pi * _DISC_LOAD_PA)) if diameter_m is None else diameter_m
 
 
 def pushes_ahead(thruster: ThrusterConfig) -> bool:

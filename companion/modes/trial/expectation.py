@@ -85,12 +85,13 @@ def expected(config: VesselConfig) -> Expectation:
         turn_radps=_turn_radps(config),
         speeding_s=max(1.0, hull.m11_kg * top / limits.surge_n),
         brake_mps2=max(1e-3, astern / hull.m11_kg),
-        needs_way=largest(config.thrusters, 2, free=(1,)) < _NO_MOMENT_M * limits.surge_n,
+        needs_way=any(thruster.kind == "rudder" for thruster in config.thrusters)
+        or largest(config.thrusters, 2, free=(1,)) < _NO_MOMENT_M * limits.surge_n,
     )
 
 
 def _astern_n(thruster: ThrusterConfig) -> float:
-    if thruster.turns:
+    if thruster.turns_round:
         return max(thruster.max_n, -thruster.min_n)
     along = math.cos(thruster.azimuth_rad)
     return -thruster.min_n * along if along > 0.0 else -thruster.max_n * along

@@ -97,6 +97,18 @@ def faults(
     return (*found, *_named(names, loud, guess, expected, seen, noise))
 
 
+def rudder_fault(name: str, turned: float, expected: float, noise_radps: float) -> Fault | None:
+    """What is wrong with the rudder of a thruster: `turned`, the change of the yaw rate from a push with the blade to
+    one side to one with it to the other side, against what it should be. `noise_radps`: one sigma of such a change."""
+    if abs(expected) < 2.0 * noise_radps:
+        return None  # gusts turn the boat more than this rudder does
+    if abs(turned) < max(_SILENT * abs(expected), noise_radps):
+        return Fault("silent", (name,), f"rudder of {name} does not steer")
+    if turned * expected < 0.0:
+        return Fault("reversed", (name,), f"rudder of {name} reversed")
+    return None
+
+
 def _above_gusts(
     expected: Sequence[Motion], observed: Sequence[Motion | None], gust: float
 ) -> tuple[list[Motion], list[Motion | None]]:

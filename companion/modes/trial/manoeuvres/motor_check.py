@@ -1,17 +1,19 @@
 """Motor check: a short push of each thruster, ahead and astern. The motion tells which thruster it was, which way it
-pushes, and whether the compass points ahead."""
+pushes, and whether the compass points ahead. A propeller with a rudder pushes ahead with the blade to either side, too:
+the turns tell whether the rudder steers, and which way."""
 
 from __future__ import annotations
 
 import math
 
+from companion.config.devices import ThrusterConfig
 from companion.core.actuation import ThrusterCommand
 from companion.core.angles import wrap_pi
 from companion.core.frames import ned_to_body
 from companion.core.setpoint import NEUTRAL_SETPOINT, Setpoint, ThrusterSetpoint
 from companion.modes.trial.expectation import Expectation
 from companion.modes.trial.manoeuvres.manoeuvre import Begin, Manoeuvre, Scene
-from companion.modes.trial.wiring import Fault, Motion, expected_motions, faults
+from companion.modes.trial.wiring import Fault, Motion, expected_motions, faults, rudder_fault
 
 _FORCE_SHARE, _LEAST_SHARE = 0.6, 0.12  # of the largest thrust
 _SETTLE_S = 2.0  # before the first push
@@ -22,6 +24,8 @@ _SEEN_MPS = 0.25  # motion that the weakest push should cause
 _ENOUGH_MPS = 0.4  # motion beyond which a push is made weaker
 _MEAN_S = 0.4  # at the ends of a push, over which the motion is averaged
 _LAG_S = 0.6  # of thrusters and estimate
+_BLADE_SHARE = 0.7  # of the stop, for the pushes with the rudder to a side
+_TURN_NOISE_RADPS = math.radians(0.5)
 _SPEED_NOISE = 0.5  # share of the accuracy of the velocity that is left in a difference
 
 
@@ -55,15 +59,12 @@ class MotorCheck(Manoeuvre):
             for i, one in enumerate(one_s)
         ]
         self._pushes = [
-            (i, sign)
-            for i, thruster in enumerate(thrusters)
-            if self._shares[i] > 0.0
-            for sign in ((1.0, -1.0) if thruster.min_n < 0.0 else (1.0,))
+            (i, *push) for i, thruster in enumerate(thrusters) if self._shares[i] > 0.0 for push in _pushes_of(thruster)
         ]
         self._first: list[tuple[float, float, float, float]] = []
         self._last: list[tuple[float, float, float, float]] = []
         self._later: list[tuple[float, float, float, float]] = []
-        self._found: dict[tuple[int, float], Motion] = {}
+        self._found: dict[tuple[int, float, float], Motion] = {}
         self._noise_mps = 0.0
 
     @staticmethod
@@ -94,7 +95,7 @@ class MotorCheck(Manoeuvre):
             return NEUTRAL_SETPOINT
         return self._push(scene, *self._pushes[number])
 
-    def _push(self, scene: Scene, index: int, sign: float) -> Setpoint:
+    def _push(self, scene: Scene, index: int, sign: float, blade: float) -> Setpoint:
         commands = []
         for i, thruster in enumerate(scene.config.thrusters):
             throttle = 0.0
@@ -103,7 +104,8 @@ class MotorCheck(Manoeuvre):
                     (thruster.ahead_n, thruster.max_n) if sign > 0.0 else (thruster.astern_n, -thruster.min_n)
                 )
                 throttle = sign * math.sqrt(min(1.0, self._shares[i] * most_n / full_n))
-            commands.append(ThrusterCommand(0.0, throttle, thruster.azimuth_rad if thruster.turns else None))
+            angle_rad = blade * _blade_rad(thruster) if i == index else thruster.azimuth_rad
+            commands.append(ThrusterCommand(0.0, throttle, angle_rad if thruster.rudder else _rest(thruster)))
         return ThrusterSetpoint(tuple(commands))
 
     def _note(self, number: int, scene: Scene) -> None:
@@ -126,7 +128,7 @@ class MotorCheck(Manoeuvre):
         observed: list[Motion | None] = []
         gusts: list[float] = []
         for i in range(len(scene.config.thrusters)):
-            ahead, astern = self._found.get((i, 1.0)), self._found.get((i, -1.0))
+            ahead, astern = self._found.get((i, 1.0, 0.0)), self._found.get((i, -1.0, 0.0))
             if ahead is not None and astern is not None:
                 x, y, n = (0.5 * (a - b) for a, b in zip(ahead, astern, strict=True))
                 observed.append((x, y, n))
@@ -136,8 +138,40 @@ class MotorCheck(Manoeuvre):
         self.observed = tuple(observed)
         expected = expected_motions(scene.config, self._shares, self._push_s - _LAG_S)
         gust = math.sqrt(sum(one * one for one in gusts) / len(gusts)) if gusts else 0.0
-        self.faults = faults(scene.config, expected, observed, self._noise_mps, gust)
+        found = faults(scene.config, expected, observed, self._noise_mps, gust)
+        self.faults = (*found, *(self._rudder_faults(scene, gust) if not found else ()))
         return None
+
+    def _rudder_faults(self, scene: Scene, gust: float) -> list[Fault]:
+        """What the pushes with the blade to either side say."""
+        config, found = scene.config, []
+        half_m = 0.5 * scene.expectation.length_m
+        noise_radps = math.hypot(gust / half_m, _TURN_NOISE_RADPS)
+        for i, thruster in enumerate(config.thrusters):
+            one, other = self._found.get((i, 1.0, 1.0)), self._found.get((i, 1.0, -1.0))
+            if thruster.rudder is None or thruster.propeller_m is None or one is None or other is None:
+                continue
+            share = thruster.rudder.side_share(_blade_rad(thruster), thruster.propeller_m)
+            side_n = share * self._shares[i] * thruster.max_n
+            expected = 2.0 * thruster.rudder.x_m * side_n * (self._push_s - _LAG_S) / config.hull.m33_kgm2
+            fault = rudder_fault(thruster.name, (one[2] - other[2]) / half_m, expected, noise_radps)
+            found += [] if fault is None else [fault]
+        return found
+
+
+def _pushes_of(thruster: ThrusterConfig) -> list[tuple[float, float]]:
+    """(ahead or astern, side of the blade) of each push of one thruster."""
+    straight = [(1.0, 0.0), (-1.0, 0.0)] if thruster.min_n < 0.0 else [(1.0, 0.0)]
+    return [*straight, (1.0, 1.0), (1.0, -1.0)] if thruster.rudder is not None else straight
+
+
+def _blade_rad(thruster: ThrusterConfig) -> float:
+    """The angle of the blade in the pushes to a side."""
+    return _BLADE_SHARE * min(abs(thruster.azimuth_min_rad or 0.0), abs(thruster.azimuth_max_rad or 0.0))
+
+
+def _rest(thruster: ThrusterConfig) -> float | None:
+    return thruster.azimuth_rad if thruster.turns else None
 
 
 def _mean(samples: list[tuple[float, float, float, float]]) -> tuple[float, float, float, float]:

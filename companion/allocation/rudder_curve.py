@@ -1,0 +1,69 @@
+"""Force of a propeller with a rudder behind it as a function of thrust, angle and speed, and its inverse. Formulae and
+sources: `companion.config.rudder`."""
+
+from __future__ import annotations
+
+import math
+
+from companion.config.devices import ThrusterConfig
+from companion.config.dimensions.form import WATER_KGPM3
+
+_TINY = 1.0e-9
+
+
+class RudderCurve:
+    """Thrust in N along the hull, angle in rad with the sign of the push to starboard, speed ahead through the water in
+    m/s. Remembers nothing.
+
+    The blade's own drift is not in it: to the hull it is a fin, which a sea trial finds as damping.
+    """
+
+    __slots__ = ("_coefficient", "_disc", "_free", "_gain", "_race", "_rudder", "_stop_rad", "_wake", "lever_m")
+
+    def __init__(self, thruster: ThrusterConfig) -> None:
+        """Raises ValueError for a thruster without a rudder or without the diameter of its propeller."""
+        rudder = thruster.rudder
+        if rudder is None or thruster.propeller_m is None:
+            raise ValueError(f"thruster {thruster.name} has no rudder")
+        self._rudder = rudder
+        self._disc = 0.5 * WATER_KGPM3 * 0.25 * math.pi * thruster.propeller_m**2  # ½ ρ A_P
+        self._coefficient = 0.5 * WATER_KGPM3 * rudder.area_m2 * rudder.lift_scale
+        self._race, self._free = rudder.race_share, 1.0 - rudder.race_share
+        self._gain, self._wake = rudder.race_gain, 1.0 - rudder.wake_share
+        self._stop_rad = min(abs(thruster.azimuth_min_rad or 0.0), abs(thruster.azimuth_max_rad or 0.0))
+        self.lever_m = rudder.x_m
+
+    def inflow(self, thrust_n: float, surge_mps: float) -> float:
+        """U² at the blade, in m²/s². With the propeller astern only what stands beside the race has flow."""
+        ahead = self._wake * max(0.0, surge_mps)
+        if thrust_n < 0.0:
+            return self._free * ahead * ahead
+        race = ahead + self._gain * (math.sqrt(ahead * ahead + thrust_n / self._disc) - ahead)
+        return self._race * race * race + self._free * ahead * ahead
+
+    def force_n(self, thrust_n: float, angle_rad: float, surge_mps: float) -> tuple[float, float]:
+        """(surge, sway) of propeller and blade together. 0 sideways without flow."""
+        pressure = self._coefficient * self.inflow(thrust_n, surge_mps)
+        lift = self._rudder.lift(angle_rad)
+        return thrust_n - pressure * self._rudder.drag(lift), pressure * lift
+
+    def angle_rad(self, side_n: float, thrust_n: float, surge_mps: float) -> float:
+        """The angle that pushes sideways with `side_n`, held within the stops; 0 where there is no flow."""
+        pressure = self._coefficient * self.inflow(thrust_n, surge_mps)
+        if pressure < _TINY:
+            return 0.0
+        lift, slope, cross = abs(side_n) / pressure, self._rudder.slope, self._rudder.cross_flow
+        angle = (math.sqrt(slope * slope + 4.0 * cross * lift) - slope) / (2.0 * cross)
+        return math.copysign(min(self._stop_rad, angle), side_n)
+
+    def thrust_n(self, side_n: float, surge_mps: float) -> float:
+        """The least thrust ahead with which the blade at its stop pushes sideways with `side_n`; infinite for a blade
+        beside the race that the flow alone does not serve."""
+        ahead = self._wake * max(0.0, surge_mps)
+        needed = abs(side_n) / (self._coefficient * self._rudder.lift(self._stop_rad)) - self._free * ahead * ahead
+        if needed <= self._race * ahead * ahead:
+            return 0.0
+        if self._race < _TINY:
+            return math.inf
+        jet = ahead + (math.sqrt(needed / self._race) - ahead) / self._gain
+        return self._disc * (jet * jet - ahead * ahead)
