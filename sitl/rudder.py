@@ -21,8 +21,8 @@ _STRAIGHTENED = 0.6  # share of a drift angle that the blade sees
 
 
 class Rudder(ThrusterModel):
-    """As `ThrusterModel`, for a propeller with a rudder, with the speed through the water as further input. `force_n` is
-    the propeller's, ahead; `azimuth_rad` the blade's angle, positive where it pushes to starboard.
+    """As `ThrusterModel`, for a propeller with a rudder, with the speed through the water as further input. `force_n`
+    is the propeller's, ahead; `azimuth_rad` the blade's angle, positive where it pushes to starboard.
 
     The race speed of the propeller is √(U_A² + 2T/(ρ A_P)), of which the blade feels a share; a propeller that runs
     astern leaves the blade behind it in dead water. Going astern there is the speed alone, from the other edge.

@@ -194,8 +194,8 @@ def lagged(manoeuvre: Manoeuvre, lag_s: float) -> Array:
 def group_wrenches(
     manoeuvre: Manoeuvre, log: Log, groups: tuple[Group, ...], lag_s: float, surge_mps: Array | None = None
 ) -> list[tuple[Array, Array, Array]]:
-    """(surge_n, sway_n, yaw_nm about the group's own place on the centre line) of each group. `surge_mps`: speed through
-    the water, for a rudder; None: that over ground."""
+    """(surge_n, sway_n, yaw_nm about the group's own place on the centre line) of each group. `surge_mps`: speed
+    through the water, for a rudder; None: that over ground."""
     force = lagged(manoeuvre, lag_s)
     ahead, aside = force * np.cos(manoeuvre.azimuth_rad), force * np.sin(manoeuvre.azimuth_rad)
     y_m: Any = np.array([thruster.y_m for thruster in log.config.thrusters])

@@ -25,6 +25,7 @@ from companion.nav.lever_arms import normal_gravity_mps2
 from companion.record.readings import path_in, read_kind
 
 DEAD_BAND = "dead band of the thrusters"
+PLACE_AHEAD, PLACE_ASIDE = "place ahead", "place to starboard"
 _NINETY_FIVE = 1.96
 _LEAST_COUNT = 4.0  # residuals that count, at least
 _BANDS = np.arange(0.0, 0.25, 0.005)
@@ -219,9 +220,10 @@ def _receiver(evidence: _Evidence, log: Log, receivers: Collection[str]) -> list
     half = [math.hypot(one, share * length_m) for one, share in zip(seen, _PIVOT, strict=True)]
     off = ahead_m, starboard_m
     checks = []
-    for where, file, by, interval in (("ahead", row.x_m, off[0], half[0]), ("to starboard", row.y_m, off[1], half[1])):
+    rows = (PLACE_AHEAD, row.x_m, off[0], half[0]), (PLACE_ASIDE, row.y_m, off[1], half[1])
+    for where, file, by, interval in rows:
         would = "" if interval <= _LEVER_TOLD * length_m else f"{_SPINS}, in calm water,"
-        checks.append(Check(f"{row.name}: place {where}", file + by, interval, "m", file, would))
+        checks.append(Check(f"{row.name}: {where}", file + by, interval, "m", file, would))
     return checks
 
 
@@ -265,8 +267,8 @@ def inertial_checks(log: Log, manoeuvre: Manoeuvre, source: str, readings: Seque
     )
     solution, half = _fitted(columns, np.concatenate([force[:, 0] - body[:, 0], force[:, 1] - body[:, 1]]))
     rows = (
-        ("place ahead", 2, "m", row.x_m, _LEVER_TOLD * log.config.length_m, _SPINS),
-        ("place to starboard", 3, "m", row.y_m, _LEVER_TOLD * log.config.length_m, _SPINS),
+        (PLACE_AHEAD, 2, "m", row.x_m, _LEVER_TOLD * log.config.length_m, _SPINS),
+        (PLACE_ASIDE, 3, "m", row.y_m, _LEVER_TOLD * log.config.length_m, _SPINS),
         ("offset ahead", 0, "m/s²", 0.0, _BIAS_TOLD, "drifting for a minute in calm water"),
         ("offset to starboard", 1, "m/s²", 0.0, _BIAS_TOLD, "drifting for a minute in calm water"),
     )

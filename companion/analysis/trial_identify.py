@@ -16,8 +16,9 @@ from companion.analysis.hull_model import HEADING, HullModel
 from companion.analysis.identify import advice, plot, report
 from companion.analysis.log_reader import Log, LogError, parameters_of
 from companion.analysis.manoeuvre import Manoeuvre, read_manoeuvre
-from companion.analysis.trial_checks import DEAD_BAND, Check, checks
+from companion.analysis.trial_checks import DEAD_BAND, PLACE_AHEAD, PLACE_ASIDE, Check, checks
 from companion.analysis.trial_log import Ran, manoeuvres
+from companion.config.devices import SensorConfig
 from companion.config.hull import DampingConfig, WindageConfig
 from companion.config.overlay import free_place
 from companion.core.progress import Told, part, tell_nobody
@@ -194,15 +195,29 @@ def _limits(found: TrialIdentification) -> list[str]:
 
 
 def _sensors(found: TrialIdentification) -> list[str]:
-    """The offset of what gives the heading: corrected where the log tells, else as it was."""
+    """Places that the log tells to be others than the file's, and the offset of what gives the heading: corrected where
+    the log tells, else as it was."""
     error_rad = found.heading.error_rad if found.heading is not None and found.heading.counts else 0.0
     lines = []
     for sensor in found.log.config.sensors:
         gives = sensor.heading != "none" or (sensor.driver == "nmea0183" and sensor.antennas == 2)
+        rows = _place(found.checks, sensor)
         if gives and (sensor.heading_offset_rad or error_rad):
             offset = math.degrees(sensor.heading_offset_rad - error_rad)
-            lines += ["", "[[sensor]]", f'name = "{sensor.name}"', f"heading_offset_deg = {offset:.2f}"]
+            rows.append(f"heading_offset_deg = {offset:.2f}")
+        if rows:
+            lines += ["", "[[sensor]]", f'name = "{sensor.name}"', *rows]
     return lines
+
+
+def _place(checks: Sequence[Check], sensor: SensorConfig) -> list[str]:
+    """Where a sensor is, on the axes on which the log tells that it is elsewhere than the file says."""
+    rows = []
+    for key, where in (("x_m", PLACE_AHEAD), ("y_m", PLACE_ASIDE)):
+        check = next((one for one in checks if one.name == f"{sensor.name}: {where}"), None)
+        if check is not None and check.differs:
+            rows.append(f"{f'{key} = {check.value:.3f}':28}# ± {check.interval:.2g}; the file has {check.file:.3g}")
+    return rows
 
 
 def _text(found: TrialIdentification) -> str:

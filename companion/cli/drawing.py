@@ -140,16 +140,22 @@ def characters(config: VesselConfig) -> str:
     for thruster in config.thrusters:
         sign = _ARROWS[round(thruster.azimuth_rad / (math.pi / 4.0)) % 8]
         put(thruster.x_m, thruster.y_m, sign)
-        rudder = thruster.rudder
-        if rudder is not None:
-            put(rudder.x_m, thruster.y_m, "|")
-        turns = "" if not thruster.turns else ", turns" if rudder is None else ", rudder behind it"
-        legend.append(
-            f"{sign}  {thruster.name}: {place(thruster.x_m, thruster.y_m)}; "
-            f"{thruster.max_n:g} N ahead, {-thruster.min_n:g} N astern{turns}"
-        )
-        if rudder is not None:
-            blade = f"{rudder.span_m:g} m high, {rudder.chord_m:g} m wide"
-            legend.append(f"|  rudder of {thruster.name}: {place(rudder.x_m, thruster.y_m)}; {blade}")
+        if thruster.rudder is not None:
+            put(thruster.rudder.x_m, thruster.y_m, "|")
+        legend += _lines(sign, thruster)
     drawing = "\n".join("".join(row).rstrip() for row in grid)
     return f"{drawing}\n\n+  middle of the boat\n" + "\n".join(legend)
+
+
+def _lines(sign: str, thruster: ThrusterConfig) -> list[str]:
+    """The lines of a thruster in the list of signs."""
+    rudder = thruster.rudder
+    turns = "" if not thruster.turns else ", turns" if rudder is None else ", rudder behind it"
+    lines = [
+        f"{sign}  {thruster.name}: {place(thruster.x_m, thruster.y_m)}; "
+        f"{thruster.max_n:g} N ahead, {-thruster.min_n:g} N astern{turns}"
+    ]
+    if rudder is not None:
+        blade = f"{rudder.span_m:g} m high, {rudder.chord_m:g} m wide"
+        lines.append(f"|  rudder of {thruster.name}: {place(rudder.x_m, thruster.y_m)}; {blade}")
+    return lines

@@ -26,7 +26,8 @@ _STALLED_SHARE = 0.25  # of the turn that is asked for
 class YawLoop:
     """Setpoint → yaw moment. For a large error the boat turns at PATH_YAW_RATE. Remembers nothing itself.
 
-    Its bandwidth is PATH_BW_YAW, or what a jet's nozzle or a rudder can follow at its configured rate, if that is less."""
+    Its bandwidth is PATH_BW_YAW, or what a jet's nozzle or a rudder can follow at its configured rate, if that is
+    less."""
 
     def __init__(self, config: VesselConfig, parameters: Parameters) -> None:
         self._hull = config.hull

@@ -21,11 +21,16 @@ STRONG = Weather("6", 0.4)
 
 
 def with_mistake(boat: HiddenHull, mistake: str) -> VesselConfig:
-    """The boat with its first thruster turned round, its first two swapped, or its compass turned by 90°."""
+    """The boat with its first thruster turned round, its first two swapped, its compass turned by 90°, or its
+    rudder turned by the wrong side of its servo."""
     real = boat.real
     first, *rest = real.thrusters
     if mistake == "reversed":
         return replace(real, thrusters=(replace(first, azimuth_rad=first.azimuth_rad + math.pi), *rest))
+    if mistake == "rudder":
+        assert first.rudder is not None
+        turned = replace(first.rudder, lift_scale=-first.rudder.lift_scale)
+        return replace(real, thrusters=(replace(first, rudder=turned), *rest))
     if mistake == "swapped":
         second, *others = rest
         return replace(
@@ -46,6 +51,7 @@ def with_mistake(boat: HiddenHull, mistake: str) -> VesselConfig:
         (1, "swapped", "Trial: port and starboard swapped"),
         (5, "reversed", "Trial: port reversed"),
         (13, "compass", "Trial: compass +90 deg off"),
+        (3, "rudder", "Trial: rudder of propeller reversed"),
     ],
 )
 def test_a_mistake_of_wiring_is_named_in_the_first_minute(seed: int, mistake: str, said: str, tmp_path: Path) -> None:

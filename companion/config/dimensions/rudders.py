@@ -70,25 +70,27 @@ def _blade(row: Mapping[str, Any], boat: Dimensions | None, count: int) -> dict[
     """span_m, chord_m, x_m and race_share, as far as they follow."""
     given = row.get("rudder", {})
     given = given if isinstance(given, Mapping) else {}
+    across_m, at_m = _number(row.get("propeller_m")), _number(row.get("x_m"))
+    span = _number(given.get("span_m"))
     blade: dict[str, Figure] = {}
     source = "DNV, Rules for Ships, Pt. 3 Ch. 3; Molland and Turnock 2007, ch. 5"
-    span, chord = given.get("span_m"), given.get("chord_m")
     if boat is not None:
-        across_m = row["propeller_m"] if _is_number(row.get("propeller_m")) else 0.0
-        if not _is_number(span):
-            span = max(math.sqrt(_ASPECT * least_area_m2(boat) / max(1, count)), _COVERS * across_m)
+        if span is None:
+            span = max(math.sqrt(_ASPECT * least_area_m2(boat) / max(1, count)), _COVERS * (across_m or 0.0))
             formula = "√(1.5 A) with A = L T (1 + 25 (B/L)²) / 100, at least 1.1 diameters of the propeller"
             blade["span_m"] = Figure("span_m", round(span, 3), 1.5, formula, source)
-        if not _is_number(chord):
-            blade["chord_m"] = Figure("chord_m", round(span / _ASPECT, 3), 1.5, "span / 1.5", source)
-    across_m, at_m = row.get("propeller_m"), row.get("x_m")
-    if _is_number(across_m) and _is_number(at_m):
+        blade["chord_m"] = Figure("chord_m", round(span / _ASPECT, 3), 1.5, "span / 1.5", source)
+    if across_m is not None and at_m is not None:
         behind = "0.6 diameters behind the propeller"
         blade["x_m"] = Figure("x_m", round(at_m - _SHORT_OF_PROPELLER * across_m, 3), 1.2, behind, "usual gap")
-    if _is_number(across_m) and _is_number(span) and span > 0.0:
+    if across_m is not None and span is not None and span > 0.0:
         share = round(min(1.0, max(0.0, across_m / span)), 3)
         blade["race_share"] = Figure("race_share", share, 1.3, "diameter over span", "Yasukawa and Yoshimura 2015")
     return blade
+
+
+def _number(value: object) -> float | None:
+    return float(value) if isinstance(value, (int, float)) and _is_number(value) else None
 
 
 def _is_number(value: object) -> bool:

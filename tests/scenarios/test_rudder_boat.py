@@ -1,0 +1,32 @@
+"""A boat with one propeller and a rudder: a square mission and Hold in wind and current, by raw truth."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from companion.cli.rig import LockstepRig
+from sitl.scenarios import SCENARIOS
+from sitl.scenarios.scenario import ScenarioResult, run
+from tests.unit.rudder_boat import SKIFF, TEXT
+
+
+def sailed(name: str, folder: Path, seed: int, **changes: str) -> ScenarioResult:
+    file = folder / "skiff.toml"
+    file.write_text(TEXT, encoding="utf-8")
+    return run(SCENARIOS[name], LockstepRig, folder / "log", seed=seed, vessel=str(file), changes=changes)
+
+
+def test_it_sails_a_square_in_wind_and_current(tmp_path: Path) -> None:
+    outcome = sailed("mission_square", tmp_path, 7, side="20", limit="2", wind="4", current="0.15")
+    assert outcome.ok, [check.row() for check in outcome.checks if not check.ok]
+
+
+@pytest.mark.sweep
+@pytest.mark.parametrize("seed", range(4))
+def test_it_holds_within_its_alarm_circle_without_circling(tmp_path: Path, seed: int) -> None:
+    metrics = sailed("bow_hold", tmp_path, seed, wind="4", current="0.2").metrics
+    assert metrics["radius_95_m"] < SKIFF.parameters["DP_ALARM_R"]
+    assert metrics["radius_max_m"] < 1.5 * SKIFF.parameters["DP_ALARM_R"]
+    assert metrics["turns"] < 1.5
