@@ -11,7 +11,7 @@ from companion.config.dimensions.form import Dimensions
 from companion.config.dimensions.surge_damping import propeller_across_m
 
 _ASPECT = 1.5  # of blades that hang freely behind a small boat
-_COVERS = 1.1  # span over the propeller's diameter, at least (Molland and Turnock 2007, ch. 5)
+_COVERS, _MOST_COVERS = 1.1, 1.5  # span over the propeller's diameter (Molland and Turnock 2007, ch. 5)
 _SHORT_OF_PROPELLER = 0.6  # diameters from the propeller to the blade
 _FULL_DEG = 35.0
 _RATE_DPS = 30.0  # of a servo or a linear actuator on a small boat's tiller
@@ -23,8 +23,9 @@ _REST: Mapping[str, float] = {
 
 
 def least_area_m2(boat: Dimensions) -> float:
-    """Area of all rudders: L T / 100 · (1 + 25 (B/L)²), at least that of DNV's rules (Rules for Ships, Pt. 3 Ch. 3)."""
-    return 0.01 * boat.length_m * boat.draft_m * (1.0 + 25.0 * (boat.beam_m / boat.length_m) ** 2)
+    """Area of all rudders: L T / 100 · (1 + 25 (B/L)²), at least that of DNV's rules (Rules for Ships, Pt. 3 Ch. 3). B is
+    that of one hull."""
+    return 0.01 * boat.length_m * boat.draft_m * (1.0 + 25.0 * (boat.hull_beam_m / boat.length_m) ** 2)
 
 
 def completed(rows: Sequence[Mapping[str, Any]], boat: Dimensions | None) -> tuple[list[dict[str, Any]], list[Figure]]:
@@ -76,8 +77,9 @@ def _blade(row: Mapping[str, Any], boat: Dimensions | None, count: int) -> dict[
     source = "DNV, Rules for Ships, Pt. 3 Ch. 3; Molland and Turnock 2007, ch. 5"
     if boat is not None:
         if span is None:
-            span = max(math.sqrt(_ASPECT * least_area_m2(boat) / max(1, count)), _COVERS * (across_m or 0.0))
-            formula = "√(1.5 A) with A = L T (1 + 25 (B/L)²) / 100, at least 1.1 diameters of the propeller"
+            span = math.sqrt(_ASPECT * least_area_m2(boat) / max(1, count))
+            span = span if across_m is None else min(_MOST_COVERS * across_m, max(span, _COVERS * across_m))
+            formula = "√(1.5 A) with A = L T (1 + 25 (B/L)²) / 100, 1.1 to 1.5 diameters of the propeller"
             blade["span_m"] = Figure("span_m", round(span, 3), 1.5, formula, source)
         blade["chord_m"] = Figure("chord_m", round(span / _ASPECT, 3), 1.5, "span / 1.5", source)
     if across_m is not None and at_m is not None:

@@ -1,0 +1,73 @@
+"""A rudder in a vessel's file: what is filled in, what is refused, and what the boat says that it cannot do."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from companion.cli.drawing import characters, svg
+from companion.config.plausibility import judgements
+from companion.config.vessel import ConfigError, parse
+from tests.unit.rudder_boat import SKIFF, TEXT
+
+BLADE = "manual_azimuth_deg = 35.0\n"
+
+
+def test_the_blade_follows_from_the_boat() -> None:
+    (thruster,) = SKIFF.thrusters
+    assert thruster.rudder is not None and thruster.propeller_m is not None
+    assert thruster.rudder.span_m >= 1.1 * thruster.propeller_m - 1e-3
+    assert thruster.rudder.aspect == pytest.approx(1.5, rel=0.02)
+    assert thruster.rudder.x_m == pytest.approx(thruster.x_m - 0.6 * thruster.propeller_m, abs=1e-3)
+    assert thruster.azimuth_max_rad == pytest.approx(math.radians(35.0))
+    assert SKIFF.limits.sway_n == 0.0 and SKIFF.limits.yaw_nm > 0.0
+
+
+def test_what_was_measured_stays() -> None:
+    boat = parse(TEXT.replace(BLADE, f"{BLADE}[thruster.rudder]\nspan_m = 0.3\nx_m = -1.1\n"), "boat.toml")
+    rudder = boat.thrusters[0].rudder
+    assert rudder is not None and (rudder.span_m, rudder.x_m) == (0.3, -1.1)
+    assert rudder.chord_m == pytest.approx(0.2) and rudder.race_share < 0.6
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("azimuth_max_deg = 35.0", "azimuth_max_deg = 80.0", "needs stops either side of amidships"),
+        ("y_m = 0 ", "y_m = 0.2 ", "lies in the middle of the boat"),
+        (BLADE, f"{BLADE}[thruster.rudder]\nx_m = 0.5\n", "rudder.x_m: a rudder is at the stern"),
+        (BLADE, f"{BLADE}[thruster.rudder]\nx_m = -0.5\n", "race_share should be 0"),
+        (BLADE, f"{BLADE}[thruster.rudder]\nspan_m = 2.0\nchord_m = 0.1\n", "20 times as high as wide"),
+        (BLADE, f"{BLADE}propeller_m = 0.05\n[thruster.rudder]\nspan_m = 0.2\nrace_share = 1.0\n", "times the thrust"),
+        (BLADE, f"{BLADE}[thruster.rudder]\nheight_m = 0.2\n", "rudder.height_m"),
+        ("[hull]", "[limits]\nsurge_n = 70\nsway_n = 5\nyaw_nm = 10\n[hull]", "cannot push itself sideways"),
+    ],
+)  # fmt: skip
+def test_a_mistake_is_named_with_its_place(old: str, new: str, said: str) -> None:
+    text = TEXT.replace(old, new, 1)
+    assert text != TEXT
+    with pytest.raises(ConfigError, match=said):
+        parse(text, "boat.toml")
+
+
+def test_a_blade_is_for_a_rudder_only() -> None:
+    blade = "[thruster.rudder]\nspan_m = 0.2\nchord_m = 0.1\nx_m = -1.0\nrace_share = 1.0\n"
+    text = TEXT.replace('kind = "rudder"', 'kind = "azimuth"').replace(BLADE, BLADE + blade)
+    with pytest.raises(ConfigError, match="rudder: only for a thruster of kind 'rudder', not 'azimuth'"):
+        parse(text, "boat.toml")
+
+
+def test_two_rudders_are_refused() -> None:
+    row = TEXT[TEXT.index("[[thruster]]") : TEXT.index("[[sensor]]")]
+    two = TEXT.replace(row, row + row.replace('"propeller"', '"other"')).replace(
+        '["propeller"]', '["propeller", "other"]'
+    )
+    with pytest.raises(ConfigError, match="must be the only thruster"):
+        parse(two, "boat.toml")
+
+
+def test_check_says_what_it_cannot_do_and_draw_shows_the_blade() -> None:
+    said = [str(found) for found in judgements(SKIFF)]
+    assert any("Dock: needs it, refused" in text for text in said)
+    assert "rudder of propeller" in characters(SKIFF) and ">rudder 0.1" in svg(SKIFF)
