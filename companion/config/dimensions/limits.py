@@ -19,7 +19,7 @@ def support_n(thruster: ThrusterConfig, surge: float, sway: float, yaw: float) -
     """Largest value of surge·X + sway·Y + yaw·N that the thruster can give. Forbidden sectors do not count."""
     along_x, along_y = surge - thruster.y_m * yaw, sway + thruster.x_m * yaw
     size, direction = math.hypot(along_x, along_y), math.atan2(along_y, along_x)
-    if thruster.rudder is not None:
+    if thruster.kind == "rudder" and thruster.rudder is not None:
         return _rudder_n(thruster, along_x, sway + thruster.rudder.x_m * yaw)
     if not thruster.turns:
         value = size * math.cos(direction - thruster.azimuth_rad)

@@ -23,7 +23,7 @@ _REST: Mapping[str, float] = {
 
 
 def least_area_m2(boat: Dimensions) -> float:
-    """Area of all rudders: L T / 100 · (1 + 25 (B/L)²), at least that of DNV's rules (Rules for Ships, Pt. 3 Ch. 3). B is
+    """Area of all rudders: L T / 100 · (1 + 25 (B/L)²), at least that of DNV (Rules for Ships, Pt. 3 Ch. 3). B is
     that of one hull."""
     return 0.01 * boat.length_m * boat.draft_m * (1.0 + 25.0 * (boat.hull_beam_m / boat.length_m) ** 2)
 
