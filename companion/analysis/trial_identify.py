@@ -153,7 +153,8 @@ def _overlay(found: TrialIdentification) -> str:
         lines += [
             f"dead_band = {check.value:.3f}" for check in found.checks if check.name == DEAD_BAND and check.differs
         ]
-    lines += _sensors(found)
+    error_rad = found.heading.error_rad if found.heading is not None and found.heading.counts else 0.0
+    lines += sensor_rows(config.sensors, found.checks, error_rad)
     return "\n".join([*lines, *_parameters(found)]) + "\n"
 
 
@@ -194,14 +195,14 @@ def _limits(found: TrialIdentification) -> list[str]:
     return ["", "[limits]", *rows]
 
 
-def _sensors(found: TrialIdentification) -> list[str]:
-    """Places that the log tells to be others than the file's, and the offset of what gives the heading: corrected where
-    the log tells, else as it was."""
-    error_rad = found.heading.error_rad if found.heading is not None and found.heading.counts else 0.0
+def sensor_rows(sensors: Sequence[SensorConfig], checks: Sequence[Check], error_rad: float) -> list[str]:
+    """Lines of the overlay for the sensors: places that the log tells to be others than the file's, and the offset of
+    what gives the heading, which reads too much by `error_rad`; else all as it was, since an overlay accepted before
+    gives way to this."""
     lines = []
-    for sensor in found.log.config.sensors:
+    for sensor in sensors:
         gives = sensor.heading != "none" or (sensor.driver == "nmea0183" and sensor.antennas == 2)
-        rows = _place(found.checks, sensor)
+        rows = _place(checks, sensor)
         if gives and (sensor.heading_offset_rad or error_rad):
             offset = math.degrees(sensor.heading_offset_rad - error_rad)
             rows.append(f"heading_offset_deg = {offset:.2f}")
@@ -213,10 +214,12 @@ def _sensors(found: TrialIdentification) -> list[str]:
 def _place(checks: Sequence[Check], sensor: SensorConfig) -> list[str]:
     """Where a sensor is, on the axes on which the log tells that it is elsewhere than the file says."""
     rows = []
-    for key, where in (("x_m", PLACE_AHEAD), ("y_m", PLACE_ASIDE)):
+    for key, where, file in (("x_m", PLACE_AHEAD, sensor.x_m), ("y_m", PLACE_ASIDE, sensor.y_m)):
         check = next((one for one in checks if one.name == f"{sensor.name}: {where}"), None)
         if check is not None and check.differs:
             rows.append(f"{f'{key} = {check.value:.3f}':28}# ± {check.interval:.2g}; the file has {check.file:.3g}")
+        elif check is not None and file:
+            rows.append(f"{f'{key} = {file:.3f}':28}# as it was")
     return rows
 
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import tomllib
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +13,7 @@ import pytest
 from companion.analysis.log_reader import Log
 from companion.analysis.manoeuvre import Manoeuvre
 from companion.analysis.trial_checks import Check, inertial_checks
+from companion.analysis.trial_identify import sensor_rows
 from companion.config.vessel import find, load
 from companion.core.readings import Imu
 from companion.nav.lever_arms import normal_gravity_mps2
@@ -68,3 +71,19 @@ def test_a_value_is_told_with_its_interval_and_what_the_file_has() -> None:
     check = Check("gnss: place ahead", 0.31, 0.02, "m", 0.1)
     assert check.text == "gnss: place ahead: 0.31 ± 0.02 m; the file has 0.1, which is outside"
     assert not Check("gnss: place ahead", 0.31, 0.5, "m", 0.1).differs
+
+
+def test_places_that_the_log_tells_stand_in_the_overlay() -> None:
+    sensors = tuple(
+        replace(load(find("otter")).sensors[0], name=name, x_m=-0.4, y_m=0.0, heading="none", antennas=1)
+        for name in ("gnss", "other")
+    )
+    found = (
+        Check("gnss: place ahead", 0.1, 0.2, "m", -0.4),
+        Check("gnss: place to starboard", 0.3, 0.5, "m", 0.0),
+        Check("other: place ahead", 0.1, 0.7, "m", -0.4, "spins"),
+    )
+    rows = tomllib.loads("\n".join(sensor_rows(sensors, found, 0.0)))["sensor"]
+    assert rows == [{"name": "gnss", "x_m": 0.1}, {"name": "other", "x_m": -0.4}]
+    turned = tomllib.loads("\n".join(sensor_rows((replace(sensors[0], antennas=2),), (), 0.1)))["sensor"]
+    assert turned == [{"name": "gnss", "heading_offset_deg": pytest.approx(-5.73)}]
