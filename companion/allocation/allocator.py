@@ -21,6 +21,8 @@ _WORTH_A_TURN = 0.2  # share of a limit that must be missing before a thruster a
 # turns there.
 _APART_S = 0.5
 _AT_STOP_RAD = 0.02
+_WORTH_TURNING_ROUND = 0.05  # power wasted, as a share of one thruster's, for which it turns round without thrust
+_AGAINST_S = 2.0  # how long it must have pushed against the demand: longer than a corner lasts
 _UNCONSTRAINED = 1  # ALLOC_KIND
 _TOE_PULL = 0.01  # weight of the toe angle while the demand is zero
 
@@ -132,10 +134,12 @@ class Allocator(_AllocatorBase):
         self._solver = AllocationSolver(self._thrusters, self._scales)
         self._problem = Problem(len(self._thrusters))
         self._short = False
+        self._wasted = 0.0  # power beyond that of the unconstrained solution, in full thrusters
         self._missing = 0.0  # shortfall of the worst axis, as a share of its limit
         self._alone = len(self._thrusters) == 1
         self._crossing: list[float | None] = [None] * len(self._thrusters)  # azimuth to turn to without thrust
         self._apart_s = [0.0] * len(self._thrusters)
+        self._against_s = [0.0] * len(self._thrusters)
 
     def update(self, wrench: Wrench, dt_s: float, surge_mps: float = 0.0) -> Allocation:
         """The allocation for `wrench`, within `dt_s` of the thrusters' rates from the last. `surge_mps` has no effect
@@ -174,10 +178,12 @@ class Allocator(_AllocatorBase):
         problem.w_power = parameters["ALLOC_W_POWER"]
         problem.w_turn = parameters["ALLOC_W_TURN"]
         problem.forces_n, problem.azimuths_rad = self._forces, self._azimuths
+        self._wasted = self._power_wasted(ideal)
         for i, t in enumerate(self._thrusters):
             problem.force_low_n[i], problem.force_high_n[i] = self._force_bounds(i, t, dt_s)
             if t.turns:
                 self._prefer(i, t, ideal[i], dt_s)
+                self._consider_turning_round(i, t, ideal[i], dt_s)
                 self._bound_turn(i, t, dt_s)
         self._forces, self._azimuths = self._solver.solve(problem)
 
@@ -249,6 +255,31 @@ class Allocator(_AllocatorBase):
         if (self._apart_s[i] >= _APART_S and not self._others_cross(i)) or (apart and not t.sectors.allowed(present)):
             self._crossing[i] = wanted_rad
             self._apart_s[i] = 0.0
+
+    def _consider_turning_round(self, i: int, t: Thruster, ideal: tuple[float, float], dt_s: float) -> None:
+        """Begin to turn a thruster without thrust that has long pushed, weakly, against its share of the demand.
+
+        It stays there by itself, and the others work against it: on the way round with thrust lies a forbidden sector,
+        the other way a wrench that is not demanded."""
+        force = self._forces[i]
+        if t.sectors.free or self._alone or self._wasted < _WORTH_TURNING_ROUND or abs(force) > _IDLE_SHARE * t.max_n:
+            self._against_s[i] = 0.0
+            return
+        wanted_rad, reverse = self._aim(i, t, math.atan2(ideal[1], ideal[0]))
+        push = -1.0 if reverse else 1.0
+        against = push * force * math.cos(self._azimuths[i] - wanted_rad) < 0.0
+        self._against_s[i] = self._against_s[i] + dt_s if against else 0.0
+        if self._against_s[i] >= _AGAINST_S and self._crossing[i] is None and not self._others_cross(i):
+            self._crossing[i] = wanted_rad
+            self._against_s[i] = 0.0
+
+    def _power_wasted(self, ideal: Sequence[tuple[float, float]]) -> float:
+        """Power of the last forces less that of the unconstrained solution, each thruster's as a share of its full
+        power."""
+        return sum(
+            (abs(force) / t.max_n) ** 1.5 - (math.hypot(x, y) / t.max_n) ** 1.5
+            for t, force, (x, y) in zip(self._thrusters, self._forces, ideal, strict=True)
+        )
 
     def _share_missing(self, demanded: Wrench, achieved: Wrench) -> float:
         """Shortfall of the worst axis, as a share of its limit."""

@@ -9,6 +9,7 @@ from dataclasses import replace
 
 from companion.baselines.waypoints import ThesisWaypoints
 from companion.core.estimate import NavState
+from companion.guidance.agility import Agility
 from companion.guidance.path_tracking import PathProgress, PathTracker, Waypoint
 from companion.params.store import Parameters
 
@@ -22,10 +23,12 @@ class ChosenPathTracker:
     `took_over`: a law took over in the last update, so its line from the boat is new and has not been checked yet.
     """
 
-    def __init__(self, parameters: Parameters, can_sway: bool, top_mps: float = math.inf) -> None:
+    def __init__(
+        self, parameters: Parameters, can_sway: bool, top_mps: float = math.inf, agility: Agility | None = None
+    ) -> None:
         self._parameters = parameters
         self._kinds: tuple[PathTracker | ThesisWaypoints, ...] = (
-            PathTracker(parameters, can_sway, top_mps),
+            PathTracker(parameters, can_sway, top_mps, agility),
             ThesisWaypoints(parameters),
         )
         self._active = self._wanted()

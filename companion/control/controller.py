@@ -94,6 +94,7 @@ class Controller:
             self._by_baseline = False
         if not isinstance(setpoint, PathSetpoint):
             self._other_law = None
+            self._tracking.restart()
         match setpoint:
             case PoseSetpoint():
                 return self._position(setpoint, nav, achieved, dt_s)
@@ -125,7 +126,10 @@ class Controller:
         if law is not None:
             return self._track_without_bias(law, setpoint, nav, dt_s)
         self._other_law = None
-        self._unwind(achieved, nav, dt_s, lambda d: Wrench(d.surge_n, achieved.sway_n, d.yaw_nm))
+        exact = setpoint.exact
+        self._unwind(
+            achieved, nav, dt_s, lambda d: Wrench(d.surge_n, d.sway_n if exact else achieved.sway_n, d.yaw_nm)
+        )
         return self._limited(self._against_wind(self._tracking.update(setpoint, nav, self._bias, dt_s), nav))
 
     def _unwind(self, achieved: Wrench, nav: NavState, dt_s: float, relevant: Callable[[Wrench], Wrench]) -> None:

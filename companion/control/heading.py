@@ -35,8 +35,16 @@ class YawLoop:
         self._by_difference = _steers_by_difference(config)
         self._parameters = parameters
 
-    def moment_nm(self, setpoint: PathSetpoint | HeadingSetpoint, nav: NavState, bias: BiasForce, dt_s: float) -> float:
-        """The moment that holds `setpoint.yaw_rad`, turning at `setpoint.yaw_rate_radps`, before saturation."""
+    def moment_nm(
+        self,
+        setpoint: PathSetpoint | HeadingSetpoint,
+        nav: NavState,
+        bias: BiasForce,
+        dt_s: float,
+        flow: tuple[float, float] | None = None,
+    ) -> float:
+        """The moment that holds `setpoint.yaw_rad`, turning at `setpoint.yaw_rate_radps`, before saturation. `flow`:
+        surge and sway through the water; None: over ground."""
         hull = self._hull
         rate = setpoint.yaw_rate_radps
         error = wrap_pi(nav.yaw_rad - setpoint.yaw_rad)
@@ -53,8 +61,9 @@ class YawLoop:
         # A steady turn at the fastest rate takes both the loop's damping and what the hull resists.
         bound = (kd * fastest + max(0.0, fastest_drag - abs(drag))) / kp
         pull = min(bound, max(-bound, error))
-        _, _, munk = coriolis(hull, nav.surge_mps, nav.sway_mps, 0.0)
-        munk += hull.damping.n_uv * ahead * nav.sway_mps
+        u, v = (nav.surge_mps, nav.sway_mps) if flow is None else flow
+        _, _, munk = coriolis(hull, u, v, 0.0)
+        munk += hull.damping.n_uv * abs(u) * v
         bounded_munk = min(0.25 * kp, max(-0.25 * kp, munk))
         return drag + bounded_munk - kp * pull - kd * (nav.yaw_rate_radps - rate) + bias.in_body(nav.yaw_rad)[2]
 

@@ -33,9 +33,17 @@ class PathControl:
         self._limits = config.limits
         self._parameters = parameters
         self._yaw = yaw
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget the smoothed feedback, after another law was active."""
+        self._feedback: tuple[float, float] | None = None
 
     def update(self, setpoint: PathSetpoint, nav: NavState, bias: BiasForce, dt_s: float) -> Wrench:
         """The wrench for the setpoint, before saturation, without the part against the wind."""
+        if setpoint.exact:
+            return self._exact(setpoint, nav, bias, dt_s)
+        self._feedback = None
         hull = self._hull
         bandwidth = self._parameters["PATH_BW_SURGE"]
         u, v, r = setpoint.surge_mps, setpoint.sway_mps, setpoint.yaw_rate_radps
@@ -54,6 +62,49 @@ class PathControl:
         _, turning, _ = coriolis(hull, max(0.0, nav.surge_mps), 0.0, r)
         sway = turning + drag_y + hull.m22_kg * _SWAY_SHARE * bandwidth * (v - nav.sway_mps) + bias_y
         return Wrench(surge, self._gentle(sway, moment), moment)
+
+    def _exact(self, setpoint: PathSetpoint, nav: NavState, bias: BiasForce, dt_s: float) -> Wrench:
+        """All three axes by the model, and the errors of speed in both directions with an integral: the bias is fixed
+        in NED, so that wind which it knows on one leg is known on the next."""
+        hull, parameters = self._hull, self._parameters
+        u, v, r = setpoint.surge_mps, setpoint.sway_mps, setpoint.yaw_rate_radps
+        bandwidth = parameters["PATH_BW_SURGE"]
+        gain_x, gain_y = hull.m11_kg * bandwidth, hull.m22_kg * parameters["PATH_BW_SWAY"]
+        slow_x, slow_y = u - nav.surge_mps, v - nav.sway_mps
+        offset = max(_LARGE_ERROR_MPS, _LARGE_ERROR_SHARE * parameters["WP_SPEED"])
+        bias.grow(
+            _INTEGRAL_SHARE * bandwidth * gain_x * slow_x if abs(slow_x) < offset else 0.0,
+            _INTEGRAL_SHARE * parameters["PATH_BW_SWAY"] * gain_y * slow_y if abs(slow_y) < offset else 0.0,
+            0.0,
+            nav.yaw_rad,
+            dt_s,
+        )
+        water_x, water_y = self._water(nav)
+        moment = self._yaw.moment_nm(setpoint, nav, bias, dt_s, (nav.surge_mps - water_x, nav.sway_mps - water_y))
+        drag_x, drag_y, _ = damping(hull, u - water_x, v - water_y, 0.0)
+        turning_x, turning_y, _ = coriolis(hull, u, v, r)
+        back_x, back_y = self._smoothed(gain_x * slow_x, gain_y * slow_y, dt_s)
+        bias_x, bias_y, _ = bias.in_body(nav.yaw_rad)
+        return Wrench(
+            hull.m11_kg * setpoint.surge_mps2 + turning_x + drag_x + back_x + bias_x,
+            hull.m22_kg * setpoint.sway_mps2 + turning_y + drag_y + back_y + bias_y,
+            moment + hull.m33_kgm2 * setpoint.yaw_radps2,
+        )
+
+    def _smoothed(self, x: float, y: float, dt_s: float) -> tuple[float, float]:
+        """The feedback, low-pass filtered: thrusters should not answer the noise of the estimate."""
+        if self._feedback is not None:
+            share = dt_s / (dt_s + self._parameters["DP_SMOOTH_T"])
+            fx, fy = self._feedback
+            x, y = fx + share * (x - fx), fy + share * (y - fy)
+        self._feedback = (x, y)
+        return x, y
+
+    def _water(self, nav: NavState) -> tuple[float, float]:
+        """The current in body axes; zeros while it is not known."""
+        if nav.current_north_mps is None or nav.current_east_mps is None:
+            return 0.0, 0.0
+        return ned_to_body(nav.current_north_mps, nav.current_east_mps, nav.yaw_rad)
 
     def _through_water(self, sway_mps: float, nav: NavState) -> float:
         """The sideways speed through the water, which costs force; within DP_SPEED_SWAY if no current is known."""

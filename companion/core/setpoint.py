@@ -61,7 +61,8 @@ class PoseSetpoint:
 
 @dataclass(frozen=True, slots=True)
 class PathSetpoint:
-    """Path tracking: heading, speed and yaw rate under way, in body axes."""
+    """Path tracking: heading, speed and yaw rate under way, in body axes. `exact`: the motion is planned, with all its
+    accelerations, and the sideways speed is to be kept like the others; else sideways thrust only helps."""
 
     yaw_rad: float
     surge_mps: float = 0.0
@@ -69,6 +70,9 @@ class PathSetpoint:
     yaw_rate_radps: float = 0.0
     surge_mps2: float = 0.0
     progress: Progress = NO_PROGRESS
+    sway_mps2: float = 0.0
+    yaw_radps2: float = 0.0
+    exact: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,8 +125,8 @@ def desired_motion(setpoint: Setpoint) -> DesiredMotion:
     match setpoint:
         case PoseSetpoint(n, e, yaw, u, v, r, ax, ay, turn):
             return DesiredMotion(Point(n, e), yaw, u, v, r, ax, ay, turn)
-        case PathSetpoint(yaw, u, v, r, ax, progress):
-            return DesiredMotion(progress.place, yaw, u, v, r, ax)
+        case PathSetpoint(yaw, u, v, r, ax, progress, ay, turn):
+            return DesiredMotion(progress.place, yaw, u, v, r, ax, ay, turn)
         case HeadingSetpoint(yaw, _, r, progress):
             return DesiredMotion(progress.place, yaw, yaw_rate_radps=r)
         case _:

@@ -14,9 +14,12 @@ from dataclasses import dataclass
 
 from companion.core.angles import wrap_pi
 from companion.core.estimate import NavState
+from companion.core.frames import ned_to_body
 from companion.core.setpoint import PathSetpoint, Point, Progress
+from companion.guidance.agility import Agility, Weather
 from companion.guidance.crab_compensation import CrabCompensation
 from companion.guidance.path import PathKind, PathPoint, build_path
+from companion.guidance.path_plan import PathPlan, Planned, PlanLimits
 from companion.guidance.speed_profile import SpeedProfile
 from companion.guidance.track import Track
 from companion.params.store import Parameters
@@ -33,6 +36,14 @@ _TURN_PREVIEW_S = 1.2  # lag of the heading loop
 _PREVIEW_S = 0.5  # lag of the speed loop
 _STEERAGE = 1.4  # times the current: speed over ground that leaves a speed through the water in every direction
 _TURN_IN_PLACE_SHARE = 0.3  # of the speed, kept off the course by a boat that needs way to steer
+_THRUST_LAG_S = 0.4  # from a command to its thrust
+_LEAST_BACK_MPS = 0.3  # speed from which the way back to the track grows steeper as the boat slows down
+_FAR_M = 0.5  # cross-track error from which the bow too turns back to the track
+_CRAB_SHARE = 0.5  # of the commanded speed: a slower boat does not turn its bow further into the current
+_FASTER = 1.5  # times the planned yaw rate, for corrections
+_NEW_WATER_MPS, _NEW_AIR_MPS = 0.15, 2.0  # changes of current and wind that are worth a new plan
+_THROUGH = 1  # WP_CORNER
+_THROUGH_M = 0.2  # how near the track passes a waypoint that is to be passed through
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,9 +82,14 @@ class PathTracker:
     of the line of sight, the drift, and the last setpoint's speed and heading.
     """
 
-    def __init__(self, parameters: Parameters, can_sway: bool, top_mps: float = math.inf) -> None:
+    def __init__(
+        self, parameters: Parameters, can_sway: bool, top_mps: float = math.inf, agility: Agility | None = None
+    ) -> None:
         self._parameters = parameters
         self._can_sway = can_sway
+        self._agility = agility
+        self._plan: PathPlan | None = None
+        self._plan_key: tuple[float, ...] = ()
         self._crab = CrabCompensation(top_mps)
         self._points: tuple[Waypoint, ...] = ()  # the points of the track, up to the last waypoint
         self._waypoints: tuple[Waypoint, ...] = ()
@@ -88,6 +104,7 @@ class PathTracker:
         self._tip_end = 0.0  # arc length at which the last turn back ends
         self._surge = 0.0  # of the last setpoint
         self._yaw: float | None = None  # of the last setpoint
+        self._commanded = 0.0
 
     def start(
         self,
@@ -159,14 +176,14 @@ class PathTracker:
         shape = (*begin, *waypoints, *beyond)
         points = [(w.north_m, w.east_m) for w in shape]
         path = build_path(points, PathKind(int(self._parameters["PATH_KIND"])), [w.straight for w in shape])
-        self._track = Track(path, points, [self._radius(w) for w in shape], self._widest_m())
+        self._track = Track(path, points, [self._corner_m(w) for w in shape], self._widest_m())
         self._points = (*begin, *waypoints)
         self._waypoints = tuple(waypoints)
         self._waypoint_s_m = self._track.waypoint_s_m[len(begin) : len(self._points)]
         self._stop_at_end = stop_at_end
         self._passed = 0
         self._finished = False
-        self._profile_key = ()
+        self._profile_key = self._plan_key = ()
         self._tip_end = 0.0
 
     @property
@@ -195,12 +212,16 @@ class PathTracker:
         error = -(nav.north_m - here.north_m) * math.sin(here.course_rad) + (nav.east_m - here.east_m) * math.cos(
             here.course_rad
         )
-        last_speed = self._speed
-        self._speed = self._next_speed(track, speed_mps, dt_s, self._steerage_mps(nav))
         straight = max(0.0, 1.0 - 2.0 * abs(nav.yaw_rate_radps) / math.radians(self._parameters["PATH_YAW_RATE"]))
         self._crab.update(nav, self._speed, straight, dt_s)
-        ahead = track.at(self._s + _TURN_PREVIEW_S * self._speed)
-        setpoint = self._setpoint(nav, here, ahead, error, lookahead, last_speed, dt_s)
+        plan = self._planned(nav, track)
+        if plan is not None:
+            setpoint = self._exactly(plan, nav, track, here, error, speed_mps, dt_s)
+        else:
+            last_speed = self._speed
+            self._speed = self._next_speed(track, speed_mps, dt_s, self._steerage_mps(nav))
+            ahead = track.at(self._s + _TURN_PREVIEW_S * self._speed)
+            setpoint = self._setpoint(nav, here, ahead, error, lookahead, last_speed, dt_s)
         remaining = max(0.0, self._waypoint_s_m[-1] - self._s)
         self._finished = self._finished or self._at_end(nav, track)
         beside = track.at(nearest)
@@ -215,6 +236,12 @@ class PathTracker:
             if waypoint.radius_m is not None and waypoint.radius_m > 0.0
             else self._parameters["NAV_ACC_RAD"]
         )
+
+    def _corner_m(self, waypoint: Waypoint) -> float:
+        """How near to a waypoint the track passes."""
+        given = waypoint.radius_m is not None and waypoint.radius_m > 0.0
+        through = self._agility is not None and not given and self._parameters["WP_CORNER"] == _THROUGH
+        return _THROUGH_M if through else self._radius(waypoint)
 
     def _widest_m(self) -> float:
         """The window at which a right-angled corner becomes a bend for full speed: the bend's radius is
@@ -343,23 +370,102 @@ class PathTracker:
             self._surge, self._speed * max(lowest, math.cos(off)), _SURGE_SHARE * self._parameters["PATH_ACC"] * dt_s
         )
         sway = self._sway(nav, off) if self._can_sway else 0.0
-        target = self._waypoints[min(self._passed, len(self._waypoints) - 1)]
-        abeam_s = self._waypoint_s_m[min(self._passed, len(self._waypoints) - 1)]
-        progress = Progress(
-            place=Point(here.north_m, here.east_m),
-            target=Point(target.north_m, target.east_m),
-            cross_track_error_m=error,
-            course_rad=wrap_pi(here.course_rad),
-            distance_to_go_m=max(0.0, abeam_s - self._s),
-        )
         return PathSetpoint(
             heading,
             self._surge,
             sway,
             self._turn_rate(nav, here, ahead, leaning, lookahead),
             (self._speed - last_speed) / dt_s,
-            progress,
+            self._progress(here, error),
         )
+
+    def _progress(self, here: PathPoint, error: float) -> Progress:
+        target = self._waypoints[min(self._passed, len(self._waypoints) - 1)]
+        abeam_s = self._waypoint_s_m[min(self._passed, len(self._waypoints) - 1)]
+        return Progress(
+            place=Point(here.north_m, here.east_m),
+            target=Point(target.north_m, target.east_m),
+            cross_track_error_m=error,
+            course_rad=wrap_pi(here.course_rad),
+            distance_to_go_m=max(0.0, abeam_s - self._s),
+        )
+
+    # --- a planned path ---
+
+    def _planned(self, nav: NavState, track: Track) -> PathPlan | None:
+        """The plan of the track, made anew when a limit, the current or the wind has changed; None for a boat without
+        sideways thrust, and with PATH_EFFORT 0."""
+        agility, parameters = self._agility, self._parameters
+        if agility is None or parameters["PATH_EFFORT"] <= 0.0:
+            return None
+        weather = _weather(nav)
+        share, top, least = parameters["PATH_EFFORT"], parameters["MPC_XY_VEL_MAX"], 0.5 * self._creep_mps()
+        sway = max(parameters["DP_SPEED_SWAY"], agility.sway_mps(share))
+        key = (
+            share, top, least, sway,
+            *(
+                round(value / step)
+                for value, step in (
+                    (weather.water_north_mps, _NEW_WATER_MPS), (weather.water_east_mps, _NEW_WATER_MPS),
+                    (weather.air_north_mps, _NEW_AIR_MPS), (weather.air_east_mps, _NEW_AIR_MPS),
+                )
+            ),
+        )  # fmt: skip
+        if self._plan is None or key != self._plan_key:
+            legs = [min(top, w.speed_mps) if w.speed_mps is not None else top for w in self._waypoints]
+            limits = PlanLimits(agility, share, sway, least, weather)
+            self._plan = PathPlan(track, self._waypoint_s_m, legs, limits, self._stop_at_end)
+            self._plan_key = key
+        return self._plan
+
+    def _exactly(
+        self,
+        plan: PathPlan,
+        nav: NavState,
+        track: Track,
+        here: PathPoint,
+        error: float,
+        speed_mps: float,
+        dt_s: float,
+    ) -> PathSetpoint:
+        """The planned motion at the boat's place, and back to the track by sideways speed. Accelerations and turns are
+        those of a little later, when the thrust that they need will have built up."""
+        now = plan.at(self._s)
+        self._commanded = min(speed_mps, self._parameters["MPC_XY_VEL_MAX"])
+        creep = min(speed_mps, self._creep_mps()) if self._stop_at_end else 0.0
+        wanted = max(creep, min(max(0.0, speed_mps), now.speed_mps))
+        self._speed = min(self._speed + now.speeding_up_mps2 * dt_s, max(self._speed - 1.5 * now.braking_mps2 * dt_s, wanted))
+        pace = max(self._speed, creep)
+        later_s = self._s + pace * _THRUST_LAG_S
+        later, there = plan.at(later_s), track.at(later_s)
+        later_speed = min(self._speed + now.speeding_up_mps2 * _THRUST_LAG_S, max(creep, min(max(0.0, speed_mps), later.speed_mps)))
+        gain = (later_speed - self._speed) / _THRUST_LAG_S
+        bend = later_speed * later_speed * there.curvature_1pm
+        back = math.atan2(self._parameters["PATH_BW_CROSS"] * error, max(self._speed, _LEAST_BACK_MPS))
+        course = here.course_rad - back
+        heading, turn, change = self._bow(plan, nav, now, later, error, dt_s)
+        off = wrap_pi(course - nav.yaw_rad)
+        surge = self._speed * max(0.0, math.cos(off))
+        sway = self._crab.sway_mps(nav, self._speed * math.sin(off), self._plan_key[3])
+        along, across = ned_to_body(gain, bend, nav.yaw_rad - there.course_rad)
+        return PathSetpoint(
+            heading, surge, sway, turn, along + turn * sway, self._progress(here, error), across - turn * surge, change, True
+        )
+
+    def _bow(
+        self, plan: PathPlan, nav: NavState, now: Planned, later: Planned, error: float, dt_s: float
+    ) -> tuple[float, float, float]:
+        """(heading, yaw rate, yaw acceleration): the planned course of the bow, turned into the current as at half the
+        speed of the leg or more, and towards the track where it is far."""
+        far = math.copysign(max(0.0, abs(error) - _FAR_M), error)
+        course = now.course_rad - math.atan2(self._parameters["PATH_BW_CROSS"] * far, max(self._speed, _LEAST_BACK_MPS))
+        last = nav.yaw_rad if self._yaw is None else self._yaw
+        best = self._crab.heading_rad(nav, course, max(self._speed, _CRAB_SHARE * self._commanded), last)
+        assert self._agility is not None
+        most = _FASTER * self._agility.turn_radps(self._parameters["PATH_EFFORT"])
+        self._yaw = wrap_pi(_towards(last, last + wrap_pi(best - last), most * dt_s))
+        pace = min(1.0, self._speed / later.speed_mps) if later.speed_mps > 0.0 else 0.0
+        return self._yaw, pace * later.turn_radps, pace * pace * later.turn_radps2
 
     def _turn_rate(self, nav: NavState, here: PathPoint, ahead: PathPoint, leaning: float, lookahead: float) -> float:
         """Yaw rate of the course to sail: by the bend, and by the change of the cross-track error.
@@ -373,6 +479,15 @@ class PathTracker:
         rate = pace * ahead.curvature_1pm - drift * lookahead / (lookahead * lookahead + leaning * leaning)
         limit = math.radians(self._parameters["PATH_YAW_RATE"])
         return min(limit, max(-limit, rate))
+
+
+def _weather(nav: NavState) -> Weather:
+    """Current and wind as far as they are known."""
+    water = (nav.current_north_mps or 0.0, nav.current_east_mps or 0.0)
+    if nav.wind_speed_mps is None or nav.wind_from_rad is None:
+        return Weather(*water)
+    speed, towards = nav.wind_speed_mps, nav.wind_from_rad + math.pi
+    return Weather(*water, speed * math.cos(towards), speed * math.sin(towards))
 
 
 def _towards(value: float, wanted: float, most: float) -> float:

@@ -30,7 +30,8 @@ Floats = NDArray[np.float64]
 class Track:
     """Sampled line with course and curvature, addressed by its own arc length. It never changes.
 
-    `s_m`: arc length of the samples; `curvature_1pm`: their curvature; `waypoint_s_m`: arc length abeam of each
+    `s_m`: arc length of the samples; `course_rad`, not wrapped, and `curvature_1pm`: their course and curvature;
+    `waypoint_s_m`: arc length abeam of each
     waypoint.
     """
 
@@ -75,7 +76,7 @@ class Track:
         self.curvature_1pm: list[float] = curvature.tolist()
         self._north: list[float] = n.tolist()
         self._east: list[float] = e.tolist()
-        self._course: list[float] = course.tolist()
+        self.course_rad: list[float] = course.tolist()
 
     def index(self, s_m: float) -> int:
         """Index of the sample at or before `s_m`, never the last."""
@@ -89,7 +90,7 @@ class Track:
         return PathPoint(
             self._north[i] + x * (self._north[i + 1] - self._north[i]),
             self._east[i] + x * (self._east[i + 1] - self._east[i]),
-            self._course[i] + x * (self._course[i + 1] - self._course[i]),
+            self.course_rad[i] + x * (self.course_rad[i + 1] - self.course_rad[i]),
             self.curvature_1pm[i] + x * (self.curvature_1pm[i + 1] - self.curvature_1pm[i]),
         )
 

@@ -13,6 +13,7 @@ from companion.core.decision import KnownRefusal, MissionState, ModeDeclaration,
 from companion.core.events import EventLog
 from companion.core.geodesy import LocalFrame, distance_and_bearing
 from companion.core.setpoint import PoseSetpoint, Setpoint
+from companion.guidance.agility import agility_of
 from companion.guidance.orbit import OrbitGuidance
 from companion.guidance.path_tracking import Waypoint
 from companion.mission.executor import MissionExecutor
@@ -112,7 +113,9 @@ class MissionMode(Mode):
         self._on_leg = False  # `_leg` sails now
         self._at_berth = False  # docking has started and was not refused
         self._landing = False  # the boat goes to hold where the mission lands it
-        self._path_tracker = ChosenPathTracker(parameters, self._can_sway, top_speed_mps(config))
+        self._path_tracker = ChosenPathTracker(
+            parameters, self._can_sway, top_speed_mps(config), agility_of(config)
+        )
         self._orbit = OrbitGuidance(parameters, self._can_sway, top_speed_mps(config))
         self._headway = Headway("Mission", events)
         self._task: Task | None = None

@@ -49,6 +49,23 @@ ROWS: tuple[ParamSpec, ...] = (
     ),
     real("PATH_YAW_RATE", 12.0, 1.0, 90.0, DEGREES_PER_S, "Path", "Largest yaw rate in a bend"),
     real("PATH_ACC", 0.08, 0.01, 5.0, "m/s^2", "Path", "Acceleration and braking along the path"),
+    real(
+        "PATH_EFFORT",
+        0.2,
+        0.0,
+        0.8,
+        "norm",
+        "Path",
+        "Share of thrust and turning moment that missions are planned with, by the hull model; 0: PATH_ACC* and YAW_RATE",
+    ),
+    real("PATH_BW_CROSS", 0.35, 0.05, 1.5, "rad/s", "Path", "How fast sideways thrust takes the boat back to its path"),
+    choice(
+        "WP_CORNER",
+        1,
+        {0: "Round it within NAV_ACC_RAD", 1: "Pass through the point"},
+        "Path",
+        "Path at a waypoint without an acceptance radius of its own, for a boat with sideways thrust",
+    ),
     choice(
         "PATH_CTRL",
         0,
@@ -57,6 +74,7 @@ ROWS: tuple[ParamSpec, ...] = (
         "Control of speed and heading under way: PID loops, or a linear-quadratic regulator",
     ),
     real("PATH_BW_SURGE", 0.4, 0.05, 3.0, "rad/s", "Path", "Bandwidth of the speed loop"),
+    real("PATH_BW_SWAY", 0.8, 0.05, 3.0, "rad/s", "Path", "Bandwidth of the sideways speed on a planned path"),
     real(
         "PATH_BW_YAW",
         0.8,

@@ -137,7 +137,7 @@ def _setpoint_of(kind: int, values: Sequence[float], thrusters: tuple[ThrusterCo
     if kind_type is PoseSetpoint:
         return PoseSetpoint(sn or 0.0, se or 0.0, syaw or 0.0, su, sv, sr, au, av, ar)
     if kind_type is PathSetpoint:
-        return PathSetpoint(syaw or 0.0, su, sv, sr, au, progress)
+        return PathSetpoint(syaw or 0.0, su, sv, sr, au, progress, av, ar)
     if kind_type is HeadingSetpoint:
         return HeadingSetpoint(syaw or 0.0, wrench, sr, progress)
     if kind_type is WrenchSetpoint:

@@ -11,6 +11,7 @@ from companion.config.vessel import VesselConfig
 from companion.core.decision import ModeInputs
 from companion.core.geodesy import LocalFrame
 from companion.fence.guard import FenceGuard, Place
+from companion.guidance.agility import agility_of
 from companion.guidance.orbit import Circle, chosen_circle, whole_line
 from companion.guidance.path_tracking import PathTracker, Waypoint
 from companion.mission.executor import MissionExecutor
@@ -30,6 +31,7 @@ _SAME_PLACE_M = 1.0
 _SHAPE = (
     "PATH_KIND",
     "NAV_ACC_RAD",
+    "WP_CORNER",
     "PATH_SURVEY",
     "WP_YAW_MODE",
     "MPC_XY_VEL_MAX",
@@ -74,7 +76,7 @@ class MissionFence:
         self._frame = frame
         self._fence = fence
         self._can_sway = config.limits.sway_n > 0.0
-        self._scratch = PathTracker(parameters, self._can_sway)
+        self._scratch = PathTracker(parameters, self._can_sway, agility=agility_of(config))
         self._key: object = ()
         self._from_here: tuple[Place, str | None] | None = None
         self._rest: Iterator[str | None] | None = None  # the second part, while it goes on

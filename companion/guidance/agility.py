@@ -1,0 +1,94 @@
+"""How hard a boat can speed up, brake and turn along a path, by its hull model and its thrusters' limits.
+
+A share of the thrust (PATH_EFFORT) is planned with, less what drag and wind take already; the rest is for gusts and
+corrections. Source: force over inertia, and the yaw rate at which damping takes that share of the moment.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from companion.config.hull import HullConfig, WindageConfig
+from companion.config.vessel import VesselConfig
+
+_AIR_KGPM3 = 1.225
+_KEPT_SHARE = 0.1  # of the surge limit, never planned with
+_LEAST_MPS2 = 0.02
+_LEAST_TURN_RADPS = math.radians(2.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Weather:
+    """Velocity of water and air over ground, north and east, in m/s; zeros where they are not known."""
+
+    water_north_mps: float = 0.0
+    water_east_mps: float = 0.0
+    air_north_mps: float = 0.0
+    air_east_mps: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Agility:
+    """A boat that can push itself sideways. `agility_of` makes it."""
+
+    hull: HullConfig
+    windage: WindageConfig
+    surge_n: float
+    sway_n: float
+    yaw_nm: float
+
+    def speeding_up_mps2(self, speed_mps: float, course_rad: float, weather: Weather, share: float) -> float:
+        """Acceleration along that course, bow ahead, that leaves thrust to spare at `speed_mps` over ground."""
+        resisting = self._resisting_n(speed_mps, course_rad, weather)
+        spare = (1.0 - _KEPT_SHARE) * self.surge_n - resisting
+        return max(_LEAST_MPS2, min(share * self.surge_n, spare) / self.hull.m11_kg)
+
+    def braking_mps2(self, speed_mps: float, course_rad: float, weather: Weather, share: float) -> float:
+        """Deceleration likewise; a following wind or stream takes of the thrust that brakes."""
+        resisting = self._resisting_n(speed_mps, course_rad, weather)
+        spare = (1.0 - _KEPT_SHARE) * self.surge_n + resisting
+        return max(_LEAST_MPS2, min(share * self.surge_n, spare) / self.hull.m11_kg)
+
+    def lateral_mps2(self, share: float) -> float:
+        """Sideways acceleration of the boat's path."""
+        return max(_LEAST_MPS2, share * self.sway_n / self.hull.m22_kg)
+
+    def sway_mps(self, share: float) -> float:
+        """Sideways speed through the water at which damping takes that share of the sway limit."""
+        d = self.hull.damping
+        return _speed_at(share * self.sway_n, d.y_v, d.y_vv)
+
+    def turn_radps(self, share: float) -> float:
+        """Yaw rate at which damping takes that share of the yaw limit."""
+        d = self.hull.damping
+        return max(_LEAST_TURN_RADPS, min(math.pi / 2.0, _speed_at(share * self.yaw_nm, d.n_r, d.n_rr)))
+
+    def turn_radps2(self, share: float) -> float:
+        """Yaw acceleration with that share of the yaw limit."""
+        return share * self.yaw_nm / self.hull.m33_kgm2
+
+    def _resisting_n(self, speed_mps: float, course_rad: float, weather: Weather) -> float:
+        """What water and wind take of the thrust, bow along the course."""
+        c, s = math.cos(course_rad), math.sin(course_rad)
+        drag = self.hull.drag_n(speed_mps - weather.water_north_mps * c - weather.water_east_mps * s)
+        air = weather.air_north_mps * c + weather.air_east_mps * s - speed_mps
+        if weather.air_north_mps == 0.0 and weather.air_east_mps == 0.0:
+            return drag
+        return drag - 0.5 * _AIR_KGPM3 * self.windage.cx * self.windage.frontal_m2 * abs(air) * air
+
+
+def agility_of(config: VesselConfig) -> Agility | None:
+    """The agility of a boat that can push itself sideways; None for others, whose slip in a bend the model does not
+    tell: PATH_ACC, PATH_ACC_LAT and PATH_YAW_RATE bound those."""
+    limits = config.limits
+    if limits.sway_n <= 0.0:
+        return None
+    return Agility(config.hull, config.windage, limits.surge_n, limits.sway_n, limits.yaw_nm)
+
+
+def _speed_at(force: float, linear: float, square: float) -> float:
+    """The speed v with linear·v + square·v² = force; infinite without damping."""
+    if square > 0.0:
+        return (math.sqrt(linear * linear + 4.0 * square * force) - linear) / (2.0 * square)
+    return force / linear if linear > 0.0 else math.inf

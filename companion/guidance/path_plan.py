@@ -1,0 +1,211 @@
+"""Speed, heading and turn along a track, from what the boat can do: planned once, then read by arc length.
+
+The speed is the highest that keeps, everywhere, the legs' limits, v ≤ √(a_lat/κ) in bends, the sideways speed where the
+bow is not along the track, and the acceleration and braking that the thrust leaves at that course in the present
+current and wind (v² changes by at most 2∫a ds, forward and backward). The heading is the mean of the track's course
+over a window of time around each place: a sharp corner, through which the boat passes slowly, becomes a turn at the
+boat's yaw rate, half before and half after the corner.
+"""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_right
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from companion.guidance.agility import Agility, Weather
+from companion.guidance.track import Track
+
+_STRAIGHT_1PM = 1.0e-6
+_ROUNDS = 3  # speed and heading depend on each other
+_STEP_S = 0.1  # of the table of headings
+_MOST_STEPS = 20_000
+_SHORTEST_S, _LONGEST_S = 0.8, 30.0  # windows of the mean
+_GROWTH = 1.3
+_LAST_MEAN_S = 0.6  # a second mean: the yaw acceleration stays finite
+_SIDEWAYS = 2.0  # times the share along the track: bends are short
+_COURSES = 72  # directions for which the acceleration is computed
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class PlanLimits:
+    """What a plan keeps. `share`: of the boat's limits that it may take; `sway_mps`: largest sideways speed; `slowest`:
+    no bend slows the boat below it, in m/s."""
+
+    agility: Agility
+    share: float
+    sway_mps: float
+    slowest_mps: float
+    weather: Weather
+
+
+@dataclass(frozen=True, slots=True)
+class Planned:
+    """The motion at a place of the track: speed m/s, course of the bow, its rate of turn and change of that rate at
+    that speed, and the acceleration and braking that the boat has there."""
+
+    speed_mps: float
+    course_rad: float
+    turn_radps: float
+    turn_radps2: float
+    speeding_up_mps2: float
+    braking_mps2: float
+
+
+class PathPlan:
+    """It never changes. Times are those of a boat that sails at the planned speed from the track's beginning."""
+
+    def __init__(
+        self,
+        track: Track,
+        leg_end_s_m: Sequence[float],
+        leg_speed_mps: Sequence[float],
+        limits: PlanLimits,
+        stop_at_end: bool,
+    ) -> None:
+        """`leg_end_s_m`, `leg_speed_mps`: end and speed limit of each leg, in order."""
+        s, course = np.asarray(track.s_m), np.asarray(track.course_rad)
+        bend = np.maximum(np.abs(np.asarray(track.curvature_1pm)), _STRAIGHT_1PM)
+        leg = np.searchsorted(np.asarray(leg_end_s_m)[:-1], s)
+        most = np.asarray(leg_speed_mps)[leg]
+        up, down = _accelerations(course, float(np.max(most)), limits)
+        by_bend = np.sqrt(limits.agility.lateral_mps2(_SIDEWAYS * limits.share) / bend)
+        speed = np.minimum(most, np.maximum(by_bend, limits.slowest_mps))
+        turn_radps = limits.agility.turn_radps(_SIDEWAYS * limits.share)
+        for _ in range(_ROUNDS):
+            kept = _within_accelerations(s, speed, up, down, stop_at_end)
+            at, bow = _bow(s, course, kept, turn_radps)
+            sideways = np.abs(np.sin(np.clip(np.interp(s, at, bow) - course, -0.5 * math.pi, 0.5 * math.pi)))
+            by_sway = limits.sway_mps / np.maximum(sideways, 1.0e-3)
+            speed = np.minimum(speed, np.maximum(by_sway, np.minimum(most, limits.slowest_mps)))
+        kept = _within_accelerations(s, speed, up, down, stop_at_end)
+        at, bow = _bow(s, course, kept, turn_radps)
+        turn = np.gradient(bow, _step_s(len(at), s, kept)) if len(bow) > 1 else np.zeros(1)
+        change = np.gradient(turn, _step_s(len(at), s, kept)) if len(bow) > 1 else np.zeros(1)
+        self._s: list[float] = s.tolist()
+        self._square: list[float] = (kept * kept).tolist()
+        self._up: list[float] = up.tolist()
+        self._down: list[float] = down.tolist()
+        self._at: list[float] = at.tolist()
+        self._bow: list[float] = bow.tolist()
+        self._turn: list[float] = turn.tolist()
+        self._change: list[float] = change.tolist()
+
+    def at(self, s_m: float) -> Planned:
+        """The motion planned at that arc length."""
+        i, x = _place(self._s, s_m)
+        square = self._square[i] + x * (self._square[i + 1] - self._square[i])
+        j, y = _place(self._at, s_m)
+        return Planned(
+            math.sqrt(max(0.0, square)),
+            self._bow[j] + y * (self._bow[j + 1] - self._bow[j]),
+            self._turn[j] + y * (self._turn[j + 1] - self._turn[j]),
+            self._change[j] + y * (self._change[j + 1] - self._change[j]),
+            self._up[i],
+            self._down[i],
+        )
+
+    def speed_mps(self, s_m: float) -> float:
+        """The speed planned at that arc length; the square is interpolated, which gives constant acceleration."""
+        i, x = _place(self._s, s_m)
+        return math.sqrt(max(0.0, self._square[i] + x * (self._square[i + 1] - self._square[i])))
+
+
+def _place(table: list[float], s_m: float) -> tuple[int, float]:
+    """Index at or before `s_m`, never the last, and the share of the way to the next."""
+    i = min(len(table) - 2, max(0, bisect_right(table, s_m) - 1))
+    width = table[i + 1] - table[i]
+    return i, min(1.0, max(0.0, (s_m - table[i]) / width)) if width > 0.0 else 0.0
+
+
+def _accelerations(course: Floats, speed_mps: float, limits: PlanLimits) -> tuple[Floats, Floats]:
+    """Acceleration and braking at each course, near the highest speed, where thrust is scarcest."""
+    fan = np.linspace(-math.pi, math.pi, _COURSES + 1)
+    agility, share, weather = limits.agility, limits.share, limits.weather
+    ups = [agility.speeding_up_mps2(speed_mps, float(c), weather, share) for c in fan]
+    downs = [agility.braking_mps2(speed_mps, float(c), weather, share) for c in fan]
+    wrapped = np.remainder(course + math.pi, 2.0 * math.pi) - math.pi
+    return np.interp(wrapped, fan, ups), np.interp(wrapped, fan, downs)
+
+
+def _within_accelerations(s: Floats, speed: Floats, up: Floats, down: Floats, stop_at_end: bool) -> Floats:
+    """The highest speeds up to `speed` that speeding up and braking can follow."""
+    step = np.diff(s)
+    rise = np.concatenate(([0.0], np.cumsum((up[1:] + up[:-1]) * step)))
+    fall = np.concatenate(([0.0], np.cumsum((down[1:] + down[:-1]) * step)))
+    square = speed * speed
+    if stop_at_end:
+        square[-1] = 0.0
+    square = np.minimum.accumulate((square + fall)[::-1])[::-1] - fall
+    square[:-1] = np.minimum.accumulate((square - rise)[:-1]) + rise[:-1]
+    kept: Floats = np.sqrt(np.maximum(square, 0.0))
+    return kept
+
+
+def _times(s: Floats, speed: Floats) -> Floats:
+    pace = np.maximum(0.5 * (speed[1:] + speed[:-1]), 0.02)
+    return np.concatenate(([0.0], np.cumsum(np.diff(s) / pace)))
+
+
+def _step_s(count: int, s: Floats, speed: Floats) -> float:
+    return max(1.0e-3, float(_times(s, speed)[-1]) / max(1, count - 1))
+
+
+def _bow(s: Floats, course: Floats, speed: Floats, turn_radps: float) -> tuple[Floats, Floats]:
+    """(arc length, course of the bow) at even steps of time."""
+    t = _times(s, speed)
+    count = int(min(_MOST_STEPS, max(3.0, math.ceil(t[-1] / _STEP_S) + 1)))
+    grid = np.linspace(0.0, t[-1], count)
+    at, along = np.interp(grid, t, s), np.interp(grid, t, course)
+    width = _widths(grid, along, turn_radps)
+    smooth = _mean(grid, _mean(grid, along, width), np.full(count, _LAST_MEAN_S))
+    return at, smooth
+
+
+def _widths(grid: Floats, along: Floats, turn_radps: float) -> Floats:
+    """The window at each time: the shortest over which the course turns no faster than `turn_radps`, and as wide all
+    around a turn as the turn needs."""
+    width = np.full(len(grid), _SHORTEST_S)
+    candidate = _SHORTEST_S
+    step = max(float(grid[1] - grid[0]), 1.0e-9)
+    while candidate < _LONGEST_S:
+        half = 0.5 * candidate
+        turned = np.abs(np.interp(grid + half, grid, along) - np.interp(grid - half, grid, along))
+        fast = turned > turn_radps * candidate
+        if not np.any(fast):
+            break
+        candidate *= _GROWTH
+        reach = math.ceil(0.5 * candidate / step)
+        total = np.concatenate(([0], np.cumsum(fast)))
+        index = np.arange(len(grid))
+        near = total[np.minimum(index + reach + 1, len(grid))] > total[np.maximum(index - reach, 0)]
+        width[near] = candidate
+    return width
+
+
+def _mean(grid: Floats, values: Floats, width: Floats) -> Floats:
+    """Mean of the piecewise linear `values` over each window; values beyond the ends are those of the ends."""
+    step = float(grid[1] - grid[0])
+    if step <= 0.0:
+        return values
+    pad = math.ceil(0.5 * float(np.max(width)) / step) + 1
+    longer = np.concatenate((np.full(pad, values[0]), values, np.full(pad, values[-1])))
+    integral = np.concatenate(([0.0], np.cumsum(0.5 * step * (longer[1:] + longer[:-1]))))
+    begin = float(grid[0]) - pad * step
+    times = begin + step * np.arange(len(longer))
+    half = 0.5 * width
+
+    def up_to(t: Floats) -> Floats:
+        i = np.clip(((t - begin) / step).astype(np.intp), 0, len(longer) - 2)
+        x = t - times[i]
+        result: Floats = integral[i] + x * (longer[i] + 0.5 * x * (longer[i + 1] - longer[i]) / step)
+        return result
+
+    mean: Floats = (up_to(grid + half) - up_to(grid - half)) / width
+    return mean
