@@ -277,7 +277,7 @@ class Allocator(_AllocatorBase):
         """Power of the last forces less that of the unconstrained solution, each thruster's as a share of its full
         power."""
         return sum(
-            (abs(force) / t.max_n) ** 1.5 - (math.hypot(x, y) / t.max_n) ** 1.5
+            math.pow(abs(force) / t.max_n, 1.5) - math.pow(math.hypot(x, y) / t.max_n, 1.5)
             for t, force, (x, y) in zip(self._thrusters, self._forces, ideal, strict=True)
         )
 

@@ -127,9 +127,7 @@ class Controller:
             return self._track_without_bias(law, setpoint, nav, dt_s)
         self._other_law = None
         exact = setpoint.exact
-        self._unwind(
-            achieved, nav, dt_s, lambda d: Wrench(d.surge_n, d.sway_n if exact else achieved.sway_n, d.yaw_nm)
-        )
+        self._unwind(achieved, nav, dt_s, lambda d: Wrench(d.surge_n, d.sway_n if exact else achieved.sway_n, d.yaw_nm))
         return self._limited(self._against_wind(self._tracking.update(setpoint, nav, self._bias, dt_s), nav))
 
     def _unwind(self, achieved: Wrench, nav: NavState, dt_s: float, relevant: Callable[[Wrench], Wrench]) -> None:

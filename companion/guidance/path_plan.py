@@ -86,8 +86,9 @@ class PathPlan:
             speed = np.minimum(speed, np.maximum(by_sway, np.minimum(most, limits.slowest_mps)))
         kept = _within_accelerations(s, speed, up, down, stop_at_end)
         at, bow = _bow(s, course, kept, turn_radps)
-        turn = np.gradient(bow, _step_s(len(at), s, kept)) if len(bow) > 1 else np.zeros(1)
-        change = np.gradient(turn, _step_s(len(at), s, kept)) if len(bow) > 1 else np.zeros(1)
+        step_s = max(1.0e-3, float(_times(s, kept)[-1]) / (len(at) - 1))
+        turn = np.gradient(bow, step_s)
+        change = np.gradient(turn, step_s)
         self._s: list[float] = s.tolist()
         self._square: list[float] = (kept * kept).tolist()
         self._up: list[float] = up.tolist()
@@ -151,10 +152,6 @@ def _within_accelerations(s: Floats, speed: Floats, up: Floats, down: Floats, st
 def _times(s: Floats, speed: Floats) -> Floats:
     pace = np.maximum(0.5 * (speed[1:] + speed[:-1]), 0.02)
     return np.concatenate(([0.0], np.cumsum(np.diff(s) / pace)))
-
-
-def _step_s(count: int, s: Floats, speed: Floats) -> float:
-    return max(1.0e-3, float(_times(s, speed)[-1]) / max(1, count - 1))
 
 
 def _bow(s: Floats, course: Floats, speed: Floats, turn_radps: float) -> tuple[Floats, Floats]:

@@ -4,6 +4,9 @@ Course to sail χ_d = χ(s) − atan((e + κ z)/Δ), with z' = U Δ e / (Δ² + 
 Fossen 2021, 12.3), Δ the look-ahead distance. Heading ψ_d = χ_d − β, with the crab angle β from `CrabCompensation`. A
 waypoint counts as passed inside its radius or abeam of it, so the boat never circles one that it missed. The heading
 setpoint never jumps: it turns at PATH_YAW_RATE at most.
+
+A boat with sideways thrust and a known agility sails by a `PathPlan` instead: planned speed, heading, turn and
+accelerations as feed-forward, and back to the track at PATH_BW_CROSS by sideways speed.
 """
 
 from __future__ import annotations
@@ -19,7 +22,7 @@ from companion.core.setpoint import PathSetpoint, Point, Progress
 from companion.guidance.agility import Agility, Weather
 from companion.guidance.crab_compensation import CrabCompensation
 from companion.guidance.path import PathKind, PathPoint, build_path
-from companion.guidance.path_plan import PathPlan, Planned, PlanLimits
+from companion.guidance.path_plan import PathPlan, PlanLimits, Planned
 from companion.guidance.speed_profile import SpeedProfile
 from companion.guidance.track import Track
 from companion.params.store import Parameters
@@ -77,9 +80,10 @@ class PathProgress:
 class PathTracker:
     """Call `start(waypoints, nav)`, then `update` every tick.
 
-    `can_sway`: the boat has sideways thrust; the setpoint then has a sideways speed too. `top_mps`: top speed through
-    the water. Remembers the track, the arc length reached (which never decreases), the waypoints passed, the integral
-    of the line of sight, the drift, and the last setpoint's speed and heading.
+    `can_sway`: the boat has sideways thrust; the setpoint then has a sideways speed too. `top_mps`: top speed
+    through the water. `agility`: None for a boat whose bends PATH_ACC* and PATH_YAW_RATE bound. Remembers the
+    track, the arc length reached (which never decreases), the waypoints passed, the integral of the line of sight,
+    the drift, and the last setpoint's speed and heading.
     """
 
     def __init__(
@@ -434,29 +438,42 @@ class PathTracker:
         self._commanded = min(speed_mps, self._parameters["MPC_XY_VEL_MAX"])
         creep = min(speed_mps, self._creep_mps()) if self._stop_at_end else 0.0
         wanted = max(creep, min(max(0.0, speed_mps), now.speed_mps))
-        self._speed = min(self._speed + now.speeding_up_mps2 * dt_s, max(self._speed - 1.5 * now.braking_mps2 * dt_s, wanted))
+        self._speed = min(
+            self._speed + now.speeding_up_mps2 * dt_s, max(self._speed - 1.5 * now.braking_mps2 * dt_s, wanted)
+        )
         pace = max(self._speed, creep)
         later_s = self._s + pace * _THRUST_LAG_S
         later, there = plan.at(later_s), track.at(later_s)
-        later_speed = min(self._speed + now.speeding_up_mps2 * _THRUST_LAG_S, max(creep, min(max(0.0, speed_mps), later.speed_mps)))
+        later_speed = min(
+            self._speed + now.speeding_up_mps2 * _THRUST_LAG_S, max(creep, min(max(0.0, speed_mps), later.speed_mps))
+        )
         gain = (later_speed - self._speed) / _THRUST_LAG_S
         bend = later_speed * later_speed * there.curvature_1pm
         back = math.atan2(self._parameters["PATH_BW_CROSS"] * error, max(self._speed, _LEAST_BACK_MPS))
         course = here.course_rad - back
-        heading, turn, change = self._bow(plan, nav, now, later, error, dt_s)
+        heading, turn, change, against = self._bow(plan, nav, now, later, error, dt_s)
         off = wrap_pi(course - nav.yaw_rad)
-        surge = self._speed * max(0.0, math.cos(off))
+        surge = self._speed * max(-1.0 if against else 0.0, math.cos(off))
         sway = self._crab.sway_mps(nav, self._speed * math.sin(off), self._plan_key[3])
         along, across = ned_to_body(gain, bend, nav.yaw_rad - there.course_rad)
         return PathSetpoint(
-            heading, surge, sway, turn, along + turn * sway, self._progress(here, error), across - turn * surge, change, True
+            heading,
+            surge,
+            sway,
+            turn,
+            along + turn * sway,
+            self._progress(here, error),
+            across - turn * surge,
+            change,
+            True,
         )
 
     def _bow(
         self, plan: PathPlan, nav: NavState, now: Planned, later: Planned, error: float, dt_s: float
-    ) -> tuple[float, float, float]:
-        """(heading, yaw rate, yaw acceleration): the planned course of the bow, turned into the current as at half the
-        speed of the leg or more, and towards the track where it is far."""
+    ) -> tuple[float, float, float, bool]:
+        """(heading, yaw rate, yaw acceleration, whether the bow points into a current that carries the boat
+        along): the planned course of the bow, turned into the current as at half the speed of the leg or more,
+        and towards the track where it is far."""
         far = math.copysign(max(0.0, abs(error) - _FAR_M), error)
         course = now.course_rad - math.atan2(self._parameters["PATH_BW_CROSS"] * far, max(self._speed, _LEAST_BACK_MPS))
         last = nav.yaw_rad if self._yaw is None else self._yaw
@@ -465,7 +482,8 @@ class PathTracker:
         most = _FASTER * self._agility.turn_radps(self._parameters["PATH_EFFORT"])
         self._yaw = wrap_pi(_towards(last, last + wrap_pi(best - last), most * dt_s))
         pace = min(1.0, self._speed / later.speed_mps) if later.speed_mps > 0.0 else 0.0
-        return self._yaw, pace * later.turn_radps, pace * pace * later.turn_radps2
+        against = math.cos(best - course) < 0.0
+        return self._yaw, pace * later.turn_radps, pace * pace * later.turn_radps2, against
 
     def _turn_rate(self, nav: NavState, here: PathPoint, ahead: PathPoint, leaning: float, lookahead: float) -> float:
         """Yaw rate of the course to sail: by the bend, and by the change of the cross-track error.

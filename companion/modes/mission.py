@@ -113,9 +113,7 @@ class MissionMode(Mode):
         self._on_leg = False  # `_leg` sails now
         self._at_berth = False  # docking has started and was not refused
         self._landing = False  # the boat goes to hold where the mission lands it
-        self._path_tracker = ChosenPathTracker(
-            parameters, self._can_sway, top_speed_mps(config), agility_of(config)
-        )
+        self._path_tracker = ChosenPathTracker(parameters, self._can_sway, top_speed_mps(config), agility_of(config))
         self._orbit = OrbitGuidance(parameters, self._can_sway, top_speed_mps(config))
         self._headway = Headway("Mission", events)
         self._task: Task | None = None

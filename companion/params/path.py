@@ -56,7 +56,7 @@ ROWS: tuple[ParamSpec, ...] = (
         0.8,
         "norm",
         "Path",
-        "Share of thrust and turning moment that missions are planned with, by the hull model; 0: PATH_ACC* and YAW_RATE",
+        "Share of thrust and moment that missions are planned with, by the hull model; 0: PATH_ACC* and PATH_YAW_RATE",
     ),
     real("PATH_BW_CROSS", 0.35, 0.05, 1.5, "rad/s", "Path", "How fast sideways thrust takes the boat back to its path"),
     choice(

@@ -8,8 +8,10 @@ from dataclasses import astuple
 
 import pytest
 
+from companion.config.vessel import find, load
 from companion.core.estimate import NavState
 from companion.core.setpoint import PathSetpoint, Setpoint
+from companion.guidance.agility import agility_of
 from companion.guidance.path_tracking import PathProgress, PathTracker, Waypoint
 from companion.params.store import Parameters
 from tests.unit.control.simple_boat import nav_state
@@ -307,3 +309,23 @@ def test_a_boat_that_cannot_sway_keeps_steerage_through_a_bend_in_a_current() ->
         return min(math.hypot(p.setpoint.surge_mps, 0.0) for p in boat.sail(60.0)[100:] if p.passed == 1)
 
     assert slowest((0.0, 0.3), can_sway=False) > 1.2 * slowest((0.0, 0.3), can_sway=True)
+
+
+def test_a_planned_corner_passes_through_the_point_and_legs_at_full_speed() -> None:
+    parameters = Parameters()
+    for name, value in {"PATH_KIND": 0.0, "MPC_XY_VEL_MAX": 1.6}.items():
+        assert parameters.set(name, value) is None
+    guide = PathTracker(parameters, True, agility=agility_of(load(find("aboat"))))
+    guide.start(points((30, 0), (30, 30)), nav_state())
+    north = east = 0.0
+    nearest, fastest = math.inf, 0.0
+    ahead = 0.0
+    for _ in range(1200):
+        setpoint = guide.update(nav_state(north, east, ahead), 1.2, DT_S).setpoint
+        assert setpoint.exact
+        ahead = setpoint.progress.course_rad or 0.0
+        north += setpoint.surge_mps * math.cos(ahead) * DT_S
+        east += setpoint.surge_mps * math.sin(ahead) * DT_S
+        nearest, fastest = min(nearest, math.hypot(north - 30.0, east)), max(fastest, setpoint.surge_mps)
+    assert nearest < 0.2
+    assert fastest == pytest.approx(1.2, abs=0.01)
