@@ -244,7 +244,8 @@ class PathTracker:
     def _corner_m(self, waypoint: Waypoint) -> float:
         """How near to a waypoint the track passes."""
         given = waypoint.radius_m is not None and waypoint.radius_m > 0.0
-        through = self._agility is not None and not given and self._parameters["WP_CORNER"] == _THROUGH
+        planned = self._agility is not None and self._parameters["PATH_EFFORT"] > 0.0
+        through = planned and not given and self._parameters["WP_CORNER"] == _THROUGH
         return _THROUGH_M if through else self._radius(waypoint)
 
     def _widest_m(self) -> float:

@@ -51,7 +51,7 @@ ROWS: tuple[ParamSpec, ...] = (
     real("PATH_ACC", 0.08, 0.01, 5.0, "m/s^2", "Path", "Acceleration and braking along the path"),
     real(
         "PATH_EFFORT",
-        0.2,
+        0.0,
         0.0,
         0.8,
         "norm",

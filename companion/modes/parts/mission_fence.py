@@ -32,6 +32,7 @@ _SHAPE = (
     "PATH_KIND",
     "NAV_ACC_RAD",
     "WP_CORNER",
+    "PATH_EFFORT",
     "PATH_SURVEY",
     "WP_YAW_MODE",
     "MPC_XY_VEL_MAX",

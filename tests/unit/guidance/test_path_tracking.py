@@ -313,7 +313,7 @@ def test_a_boat_that_cannot_sway_keeps_steerage_through_a_bend_in_a_current() ->
 
 def test_a_planned_corner_passes_through_the_point_and_legs_at_full_speed() -> None:
     parameters = Parameters()
-    for name, value in {"PATH_KIND": 0.0, "MPC_XY_VEL_MAX": 1.6}.items():
+    for name, value in {"PATH_KIND": 0.0, "MPC_XY_VEL_MAX": 1.6, "PATH_EFFORT": 0.2}.items():
         assert parameters.set(name, value) is None
     guide = PathTracker(parameters, True, agility=agility_of(load(find("aboat"))))
     guide.start(points((30, 0), (30, 30)), nav_state())
