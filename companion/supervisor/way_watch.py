@@ -9,6 +9,7 @@ from companion.core.estimate import NavState
 from companion.params.store import Parameters
 
 _AT_REST_MPS = 0.15  # a boat that moves faster over ground is not aground: the current may be to blame while unknown
+_HELD_MPS = 0.05  # a boat that moves faster over ground is not held fast
 _LEAST_MPS = 0.1  # desired speed below which no way need be made
 _TURNS_RADPS = math.radians(5.0)  # a boat that turns faster is neither aground nor without propeller
 _PUSH_SHARE = 0.2  # of the largest surge force: less is no push
@@ -23,9 +24,9 @@ class WayWatch:
 
     The boat should go ahead and pushes with at least twice the force that its hull would need at its speed over ground
     in a stream of FS_WAY_DRIFT, or in the estimated current where that is stronger, and makes less than half of the
-    desired speed, for FS_WAY_T in all, and does not turn; pauses count against it. Meanwhile the current counts as
-    growing slowly: the estimate of a boat held fast has a current that balances its thrust. It has made way again at
-    half of the desired speed, and of the speed that was desired in vain: Hold desires little.
+    desired speed, for FS_WAY_T in all, and does not turn; pauses count against it. While the boat lies still, the
+    current counts as growing slowly: the estimate of a boat held fast has a current that balances its thrust. It has
+    made way again at half of the desired speed, and of the speed that was desired in vain: Hold desires little.
 
     A mode that asks for forces desires no speed. What the model would have reached stands for it, and the boat must lie
     still; it may push astern as well, and pauses between its pushes do not count.
@@ -84,7 +85,7 @@ class WayWatch:
     def _exceeds_need(self, nav: NavState, speed_mps: float, push_n: float, dt_s: float, hindered: bool) -> bool:
         """Whether the thrust is more than the hull needs in the current there may be."""
         stream_mps = math.hypot(nav.current_north_mps or 0.0, nav.current_east_mps or 0.0)
-        if hindered:
+        if hindered and math.hypot(nav.north_mps, nav.east_mps) < _HELD_MPS:
             stream_mps = min(stream_mps, self._stream_mps + _STREAM_GROWS_MPS2 * dt_s)
         self._stream_mps = stream_mps
         drift_mps = max(self._parameters["FS_WAY_DRIFT"], stream_mps)

@@ -21,6 +21,7 @@ CAUSES: Mapping[Cause, str] = {
     Cause.FAILSAFE_OVER: "a failsafe is over",
     Cause.FENCE: "the fence cuts off the way",
     Cause.MODE_FAILED: "a mode failed: see events",
+    Cause.OBSTACLE: "an obstacle is in the way, and no way leads round",
     Cause.GUARD_FAILED: "fence or traffic failed: see events",
     Cause.MISSION_ITEM: "the mission asked for it",
     Cause.MISSION_ITEM_REFUSED: "the mission's item was refused: see events",

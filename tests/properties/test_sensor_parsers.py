@@ -8,22 +8,26 @@ from typing import Any
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from pymavlink.dialects.v20 import common as mavlink
 
 from companion.config.devices import SensorConfig
 from companion.io.sensors import DRIVERS, open_sensor
 from tests.remembered import remembered
 from tests.unit.io.sensors.test_ais import CLASS_A, CLASS_A_SLOW, CLASS_B
-from tests.unit.io.sensors.test_mavlink_imu import HEARTBEAT, HIGHRES
+from tests.unit.io.sensors.test_mavlink_imu import HEARTBEAT, HIGHRES, packed
 from tests.unit.io.sensors.test_mtdata2 import BY_HAND
 from tests.unit.io.sensors.test_nmea0183 import GGA, HDT, VTG
 from tests.unit.io.sensors.test_vectornav import VNYMR
 from tests.wires import Wire
 
+_CM = [65535] * 70 + [300, 4000]
+SECTORS = packed(mavlink.MAVLink_obstacle_distance_message(0, 0, _CM, 5, 20, 4000, 5.0, 0.0, 12))
 WHOLE = {
     "nmea0183": GGA + HDT + VTG,
     "mtdata2": BY_HAND * 3,
     "vectornav": VNYMR * 3,
     "mavlink_imu": HEARTBEAT + HIGHRES * 3,
+    "mavlink_range": HEARTBEAT + SECTORS * 3,
     "ais": CLASS_A + CLASS_A_SLOW + CLASS_B,
 }
 

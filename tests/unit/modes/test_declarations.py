@@ -46,6 +46,7 @@ def test_failsafes_in_order_of_severity() -> None:
         "battery_return",
         "battery_low",
         "shallow",
+        "ranges_lost",
         "aground_or_fouled",
         "fence",
         "transmitter_lost",

@@ -19,6 +19,7 @@ from companion.core.readings import (
     Battery,
     Corrections,
     Depth,
+    DepthAhead,
     FixType,
     GnssFix,
     GroundVelocity,
@@ -30,6 +31,8 @@ from companion.core.readings import (
     MagneticField,
     ManualInput,
     Measurement,
+    RadarTarget,
+    Ranges,
     RcInput,
     Reading,
     TimeOfDay,
@@ -45,7 +48,7 @@ from tests.unit.record.ticks import tick
 
 THIRD = 1.0 / 3.0
 GOLDEN = Path(__file__).parent / "golden" / "readings.csv"
-READINGS: tuple[Reading, ...] = (
+OF_FIRST_LOGS: tuple[Reading, ...] = (
     GnssFix(THIRD, "gnss", 63.438900000000004, 10.399, None, FixType.RTK_FIXED, None, 0.7, None),
     GnssFix(THIRD, "gnss", 63.4389, 10.399, 41.2, FixType.NONE, 18, None, 0.013),
     GroundVelocity(THIRD, "gnss", 0.1, -0.2),
@@ -91,6 +94,13 @@ READINGS: tuple[Reading, ...] = (
     AisTarget(
         THIRD, "ais", 1, kind=37, bow_m=4.0, stern_m=4.0, port_m=1.0, starboard_m=2.0, callsign="OH1234", name=None
     ),
+)
+READINGS: tuple[Reading, ...] = (
+    *OF_FIRST_LOGS,
+    DepthAhead(THIRD, "sounder", 2.3, 15.0),
+    Ranges(THIRD, "lidar", -0.1, 0.2, 0.5, 40.0, True, 1.0, -0.2, (3.2, math.inf)),
+    RadarTarget(THIRD, "radar", 7, 926.0, 2.1, True, None, None, 4.7, None, True, False, "BUOY"),
+    RadarTarget(THIRD, "radar", 8, None, None, False, 63.4, 10.4, None, 2.0, False, True, None),
 )
 
 
@@ -148,7 +158,7 @@ def test_every_dataclass_of_a_reading_has_its_row_and_an_example() -> None:
 def test_the_bytes_are_those_of_the_first_logs(tmp_path: Path) -> None:
     """golden/readings.csv was written before the values were derived from the dataclasses."""
     lowered = ThrusterFeedback(THIRD, "board", 0, 0.25, -1.5, True, Deployment.LOWERED)
-    first, second = replace(tick(0.7), readings=(*READINGS, lowered)), tick(0.8)
+    first, second = replace(tick(0.7), readings=(*OF_FIRST_LOGS, lowered)), tick(0.8)
     assert HEADER + lines(first) + lines(second) == GOLDEN.read_bytes()
     warnings: list[str] = []
     assert [t.readings for t in read_ticks(GOLDEN, warnings)] == [first.readings, ()] and warnings == []

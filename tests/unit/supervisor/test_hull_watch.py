@@ -114,6 +114,10 @@ def test_a_current_explains_that_no_way_is_made_unless_it_is_estimated_from_then
     vain = {"desired_mps": 0.6, "push_n": 50.0, "current_north_mps": -0.6, "current_east_mps": 0.0}
     assert not stemmed.sail(60.0, **vain).aground_or_fouled  # type: ignore[arg-type]
     assert aground.sail(10.5, **vain).aground_or_fouled  # type: ignore[arg-type]
+    driven_back = Bench()
+    driven_back.sail(1.0, current_north_mps=-0.05, current_east_mps=0.0)
+    vain |= {"made_mps": -0.2, "north_mps": -0.2, "current_north_mps": -1.2}
+    assert not driven_back.sail(60.0, **vain).aground_or_fouled  # type: ignore[arg-type]
 
 
 def test_pushes_without_a_desired_speed_are_judged_by_the_model() -> None:

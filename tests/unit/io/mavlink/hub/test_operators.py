@@ -230,6 +230,8 @@ def test_whatever_changes_the_vessel_is_under_control(two: Any) -> None:
         "PING",
         "REQUEST_DATA_STREAM",
         "AIS_VESSEL",
+        "DISTANCE_SENSOR",
+        "OBSTACLE_DISTANCE",
         "AUTOPILOT_VERSION_REQUEST",
         "MISSION_ACK",
         "MISSION_REQUEST_LIST",

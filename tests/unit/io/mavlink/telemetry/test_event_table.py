@@ -37,7 +37,17 @@ SOURCES = {  # where the reasons for which a mode refuses are made
     ModeId.OFFBOARD: ("modes.offboard",),
 }
 WRAPPED = {("companion.modes.offboard", "_refusal")}  # its reasons come behind "setpoints refused"
-CHECKING = ("check", "refusal", "_refusal", "radius_refusal", "point_refusal", "line_refusal", "way", "loss", "fault")
+CHECKING = (
+    "check",
+    "refusal",
+    "_refusal",
+    "radius_refusal",
+    "point_refusal",
+    "line_refusal",
+    "way",
+    "silence",
+    "fault",
+)
 
 
 def test_ids_are_unique() -> None:
