@@ -63,10 +63,7 @@ class Jet(ThrusterModel):
         return min(1.0, math.pow(share, 1.0 / self._jet.exponent)) if share > 0.0 else 0.0
 
     def _turn(self, dt_s: float) -> None:
-        nozzle = self._nozzle
-        most = nozzle.rate_radps * dt_s
-        share = -math.expm1(-dt_s / nozzle.lag_s) if nozzle.lag_s > 0.0 else 1.0
-        self.azimuth_rad += min(max(share * (self._target_rad - self.azimuth_rad), -most), most)
+        self._turn_with_lag(self._nozzle, dt_s)
 
     def _exit_for(self, throttle: float) -> float:
         if throttle < self._config.dead_band:

@@ -10,10 +10,10 @@ from __future__ import annotations
 import math
 
 from companion.config.devices import NozzleConfig, ThrusterConfig
+from companion.config.dimensions.form import WATER_KGPM3
 from companion.config.rudder import RudderConfig
 from sitl.thrusters import ThrusterModel
 
-_WATER_KGPM3 = 1025.0
 _STALL_RAD = math.radians(35.0)  # in a race the flow stays on the blade longer than in free water (Molland 1992)
 _PLATE_DRAG = 1.2  # of a flat plate across the flow
 _BACKWARDS = 0.6  # share of the lift with the flow from the trailing edge
@@ -59,7 +59,7 @@ class Rudder(ThrusterModel):
 
     def wrench(self) -> tuple[float, float, float]:
         """(surge_n, sway_n, yaw_nm) on the hull, of propeller and blade."""
-        force_n = 0.1 * self.force_n if self.fouled else self.force_n
+        force_n = self.given_n
         return force_n + self._surge_n, self._side_n, self._lever_m * self._side_n - self._y_m * force_n
 
     def _race_mps(self, surge_mps: float) -> float:
@@ -68,8 +68,7 @@ class Rudder(ThrusterModel):
         if self.force_n < 0.0:
             return min(0.0, free_mps)
         ahead_mps = max(0.0, free_mps)
-        thrust_n = 0.1 * self.force_n if self.fouled else self.force_n
-        jet_mps = math.sqrt(ahead_mps * ahead_mps + 2.0 * thrust_n / (_WATER_KGPM3 * self._disc_m2))
+        jet_mps = math.sqrt(ahead_mps * ahead_mps + 2.0 * self.given_n / (WATER_KGPM3 * self._disc_m2))
         raced_mps = ahead_mps + self._blade.race_gain * (jet_mps - ahead_mps)
         return raced_mps if free_mps >= 0.0 or raced_mps > -free_mps else free_mps
 
@@ -84,7 +83,7 @@ class Rudder(ThrusterModel):
         angle = (self.azimuth_rad if ahead else -self.azimuth_rad) - drift
         lift, drag = self._coefficients(angle)
         lift *= 1.0 if ahead else _BACKWARDS
-        pressure = 0.5 * _WATER_KGPM3 * self._blade.area_m2 * self._blade.lift_scale * speed * speed
+        pressure = 0.5 * WATER_KGPM3 * self._blade.area_m2 * self._blade.lift_scale * speed * speed
         c, s = math.cos(drift), math.sin(drift)
         along_n = pressure * (lift * s + drag * c)  # against the way
         return -along_n if ahead else along_n, pressure * (lift * c - drag * s)
@@ -104,6 +103,4 @@ class Rudder(ThrusterModel):
         return math.copysign(lift, angle_rad), drag
 
     def _turn(self, dt_s: float) -> None:
-        most = self._drive.rate_radps * dt_s
-        share = -math.expm1(-dt_s / self._drive.lag_s) if self._drive.lag_s > 0.0 else 1.0
-        self.azimuth_rad += min(max(share * (self._target_rad - self.azimuth_rad), -most), most)
+        self._turn_with_lag(self._drive, dt_s)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from companion.config.devices import ThrusterConfig
+from companion.config.devices import NozzleConfig, ThrusterConfig
 from companion.core.actuation import Deployment
 from companion.core.angles import TWO_PI, wrap_pi
 
@@ -117,9 +117,14 @@ class ThrusterModel:
 
     def wrench(self) -> tuple[float, float, float]:
         """(surge_n, sway_n, yaw_nm) on the hull: τ = [cos α, sin α, lx sin α − ly cos α]ᵀ F."""
-        force_n = _FOULED_SHARE * self.force_n if self.fouled else self.force_n
+        force_n = self.given_n
         x_n, y_n = force_n * math.cos(self.azimuth_rad), force_n * math.sin(self.azimuth_rad)
         return x_n, y_n, self._x_m * y_n - self._y_m * x_n
+
+    @property
+    def given_n(self) -> float:
+        """The force that the water takes: less than the motor's where the propeller is fouled."""
+        return _FOULED_SHARE * self.force_n if self.fouled else self.force_n
 
     @property
     def target_n(self) -> float:
@@ -171,6 +176,12 @@ class ThrusterModel:
             most = self._config.azimuth_rate_radps * dt_s
             turned = self.azimuth_rad + min(max(error, -most), most)
             self.azimuth_rad = wrap_pi(turned) if self._endless else turned
+
+    def _turn_with_lag(self, drive: NozzleConfig, dt_s: float) -> None:
+        """Turn as a nozzle or a blade does: with the drive's lag, at most at its rate."""
+        most = drive.rate_radps * dt_s
+        share = -math.expm1(-dt_s / drive.lag_s) if drive.lag_s > 0.0 else 1.0
+        self.azimuth_rad += min(max(share * (self._target_rad - self.azimuth_rad), -most), most)
 
     def _reachable(self, azimuth_rad: float) -> float:
         """The turn of this direction that the drive goes to; the nearer stop where none lies between the stops."""

@@ -8,21 +8,18 @@ more, as a share of its limit.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
-
 from companion.allocation.rudder_curve import RudderCurve
+from companion.allocation.steered import SteeredAllocator
 from companion.allocation.thrust_curve import ThrustCurve
 from companion.config.vessel import VesselConfig
 from companion.core.actuation import Allocation, ThrusterCommand, Wrench
 from companion.params.store import Parameters
 
-_LIMITED_SHARE = 0.01  # shortfall, as a share of the axis's limit, from which an axis counts as limited
 _WORTH_SHARE = 0.08  # of the yaw limit: a smaller moment is not worth thrust of its own
 _STAYS = 1.5  # factor on what is being done: the boat does not change between braking and steering in every tick
 
 
-class RudderAllocator:
+class RudderAllocator(SteeredAllocator):
     """Wrench → Allocation, by the inverse of propeller and rudder at the present speed.
 
     Thrust keeps its rate, the blade its rate and its stops. Remembers the thrust, the angle, whether the boat brakes
@@ -30,51 +27,23 @@ class RudderAllocator:
     """
 
     def __init__(self, config: VesselConfig, parameters: Parameters) -> None:
-        (thruster,) = config.thrusters
-        self._thruster = thruster
-        self._parameters = parameters
-        self._blade, self._curve = RudderCurve(thruster), ThrustCurve(thruster)
-        self._low_rad, self._high_rad = thruster.azimuth_min_rad or 0.0, thruster.azimuth_max_rad or 0.0
-        self._limits = config.limits
-        self._period_s = 1.0 / config.control_rate_hz
+        super().__init__(config, parameters)
+        self._blade, self._curve = RudderCurve(self._thruster), ThrustCurve(self._thruster)
         self._thrust_n = 0.0
-        self._angle_rad = 0.0
         self._brakes = False
-        self._failed = False
-
-    def set_failed(self, index: int, failed: bool) -> None:
-        """Mark the propeller (index 0) as failed or not. A failed one gives no thrust; the blade steers while the boat
-        moves."""
-        if index == 0:
-            self._failed = failed
 
     def neutral(self) -> Allocation:
         """Stop the propeller; the blade stays where it is."""
         self._thrust_n, self._brakes = 0.0, False
         return self._result(None, 0.0)
 
-    def direct(
-        self, thrusters: Sequence[ThrusterCommand], dt_s: float | None = None, surge_mps: float = 0.0
-    ) -> Allocation:
-        """Take throttle and angle as demanded, within limits and rates over `dt_s` (None: one control period): the
-        manual path."""
-        dt_s = self._period_s if dt_s is None else dt_s
-        command = thrusters[0] if thrusters else None
-        throttle = command.throttle if command is not None and math.isfinite(command.throttle) else 0.0
-        if command is not None and command.azimuth_rad is not None and math.isfinite(command.azimuth_rad):
-            self._steer(math.remainder(command.azimuth_rad, math.tau), dt_s)
+    def _take_throttle(self, throttle: float, dt_s: float) -> None:
         self._push(self._curve.force_n(min(1.0, max(-1.0, throttle))), dt_s)
-        return self._result(None, surge_mps)
 
-    def update(self, wrench: Wrench, dt_s: float, surge_mps: float = 0.0) -> Allocation:
-        """Throttle and angle for surge and yaw; a rudder alone gives no sway. `surge_mps`: speed ahead through the
-        water. A non-finite input counts as no demand."""
-        if not all(map(math.isfinite, (wrench.surge_n, wrench.sway_n, wrench.yaw_nm, surge_mps))):
-            wrench, surge_mps = Wrench(0.0, 0.0, 0.0), 0.0
+    def _serve(self, wrench: Wrench, dt_s: float, surge_mps: float) -> None:
         side_n = wrench.yaw_nm / self._blade.lever_m
         self._push(self._wanted_n(wrench, side_n, surge_mps), dt_s)
         self._steer(self._blade.angle_rad(side_n, self._thrust_n, surge_mps), dt_s)
-        return self._result(wrench, surge_mps)
 
     def _wanted_n(self, wrench: Wrench, side_n: float, surge_mps: float) -> float:
         """The thrust for surge, or more of it where the blade needs flow."""
@@ -95,22 +64,9 @@ class RudderAllocator:
         held = min(self._curve.max_n, max(self._curve.min_n, min(high, max(low, thrust_n))))
         self._thrust_n = 0.0 if self._failed else held
 
-    def _steer(self, angle_rad: float, dt_s: float) -> None:
-        reach = self._thruster.azimuth_rate_radps * max(0.0, dt_s)
-        held = min(self._high_rad, max(self._low_rad, angle_rad))
-        self._angle_rad = min(self._angle_rad + reach, max(self._angle_rad - reach, held))
-
     def _result(self, demanded: Wrench | None, surge_mps: float) -> Allocation:
         throttle = self._curve.throttle(self._thrust_n)
         thrust_n = self._curve.force_n(throttle)
         x, y = self._blade.force_n(thrust_n, self._angle_rad, surge_mps)
-        achieved = Wrench(x, y, self._blade.lever_m * y)
-        commands = (ThrusterCommand(thrust_n, throttle, self._angle_rad),)
-        if demanded is None:
-            return Allocation(commands, achieved, (False, False, False))
-        limited = (
-            abs(demanded.surge_n - x) > _LIMITED_SHARE * self._limits.surge_n,
-            False,
-            abs(demanded.yaw_nm - achieved.yaw_nm) > _LIMITED_SHARE * self._limits.yaw_nm,
-        )
-        return Allocation(commands, achieved, limited)
+        command = ThrusterCommand(thrust_n, throttle, self._angle_rad)
+        return self._given(demanded, command, Wrench(x, y, self._blade.lever_m * y))

@@ -21,7 +21,7 @@ from companion.analysis.log_reader import Log
 from companion.analysis.manoeuvre import Array, Group, Manoeuvre, group_wrenches, groups_of
 from companion.config.devices import ThrusterConfig
 from companion.config.dimensions.completion import figures_of
-from companion.config.hull import DampingConfig, HullConfig
+from companion.config.hull import AIR_KGPM3, DampingConfig, HullConfig
 
 INERTIA = ("m11_kg", "m22_kg", "m33_kgm2")
 HEADING = "heading_error_rad"  # by how much the heading reads too much
@@ -30,7 +30,6 @@ CURRENT = ("current_north_mps", "current_east_mps")
 _WIND = ("wind_north_m2ps2", "wind_east_m2ps2")  # velocity of the air times its speed
 _WIND_SCALES = ("wind_surge_scale", "wind_sway_scale", "wind_yaw_scale")
 _FORCE = ("north_n", "east_n")
-_AIR_KGPM3 = 1.225
 _CALM_M2PS2 = 0.25  # smooths the root below it, whose slope has no bound at 0
 _STANDARD = ("x_u", "x_uu", "y_v", "y_vv", "n_r", "n_rr")  # always fitted
 _RESISTING = frozenset({*_STANDARD, "x_uuu"})  # these cannot drive the boat
@@ -185,8 +184,8 @@ class HullModel:
         x, y = self._in_body(air_north, air_east, values)
         velocity = self.turned(self.manoeuvre.velocity, values)
         x, y = x - velocity[:, 0], y - velocity[:, 1]
-        w, pressure = self.log.config.windage, 0.5 * _AIR_KGPM3 * np.hypot(x, y)
-        twist = -_AIR_KGPM3 * w.cn * w.lateral_m2 * self.log.config.length_m * x * y
+        w, pressure = self.log.config.windage, 0.5 * AIR_KGPM3 * np.hypot(x, y)
+        twist = -AIR_KGPM3 * w.cn * w.lateral_m2 * self.log.config.length_m * x * y
         return np.asarray(
             np.stack([pressure * w.cx * w.frontal_m2 * x, pressure * w.cy * w.lateral_m2 * y, twist], axis=1) * scales
         )

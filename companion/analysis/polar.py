@@ -13,12 +13,12 @@ from collections.abc import Collection
 from dataclasses import dataclass
 
 from companion.allocation.geometry import thrusters_of
+from companion.config.hull import AIR_KGPM3
 from companion.config.vessel import VesselConfig
 from companion.control.model import coriolis, damping
 from companion.core.actuation import Wrench
 from companion.positioning.consequence import is_met
 
-_AIR_KGPM3 = 1.225
 MOST_MPS = 32.0  # a wind that is not looked beyond
 _STEPS = 7  # of halving: to 0.25 m/s
 
@@ -65,7 +65,7 @@ def wrench_against(
     """The wrench that keeps a boat at rest in this wind (from a direction clockwise from the bow) and current."""
     windage = config.windage
     x, y = -wind_mps * math.cos(from_rad), -wind_mps * math.sin(from_rad)
-    pressure = 0.5 * _AIR_KGPM3
+    pressure = 0.5 * AIR_KGPM3
     through = -current_mps[0], -current_mps[1], 0.0
     drag, munk = damping(config.hull, *through), coriolis(config.hull, *through)
     surge_n, sway_n, yaw_nm = (d + c for d, c in zip(drag, munk, strict=True))

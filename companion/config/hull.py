@@ -10,6 +10,8 @@ from typing import Annotated, Literal
 
 from companion.config.fields import STRICT, NonNegative, Positive, derived, means
 
+AIR_KGPM3 = 1.225  # density at 15 °C and sea level, for which the factors of `WindageConfig` are
+
 
 @dataclass(frozen=True, slots=True)
 class DampingConfig:

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 
-from companion.config.hull import WindageConfig
+from companion.config.hull import AIR_KGPM3, WindageConfig
 from companion.core.estimate import NavState
 
-_AIR_KGPM3 = 1.225
 _COUNTERED = 0.8  # share of the modelled force to counter: the wind at the mast is stronger than at the hull
 
 
@@ -24,7 +23,7 @@ def wind_force(windage: WindageConfig, length_m: float, nav: NavState) -> tuple[
     x = nav.wind_speed_mps * math.cos(towards) - nav.surge_mps
     y = nav.wind_speed_mps * math.sin(towards) - nav.sway_mps
     speed = math.hypot(x, y)
-    pressure = 0.5 * _AIR_KGPM3 * _COUNTERED
+    pressure = 0.5 * AIR_KGPM3 * _COUNTERED
     return (
         pressure * windage.cx * windage.frontal_m2 * speed * x,
         pressure * windage.cy * windage.lateral_m2 * speed * y,

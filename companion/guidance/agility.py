@@ -9,10 +9,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from companion.config.hull import HullConfig, WindageConfig
+from companion.config.hull import AIR_KGPM3, HullConfig, WindageConfig
 from companion.config.vessel import VesselConfig
 
-_AIR_KGPM3 = 1.225
 _KEPT_SHARE = 0.1  # of the surge limit, never planned with
 _LEAST_MPS2 = 0.02
 _LEAST_TURN_RADPS = math.radians(2.0)
@@ -64,10 +63,6 @@ class Agility:
         d = self.hull.damping
         return max(_LEAST_TURN_RADPS, min(math.pi / 2.0, _speed_at(share * self.yaw_nm, d.n_r, d.n_rr)))
 
-    def turn_radps2(self, share: float) -> float:
-        """Yaw acceleration with that share of the yaw limit."""
-        return share * self.yaw_nm / self.hull.m33_kgm2
-
     def _resisting_n(self, speed_mps: float, course_rad: float, weather: Weather) -> float:
         """What water and wind take of the thrust, bow along the course."""
         c, s = math.cos(course_rad), math.sin(course_rad)
@@ -75,7 +70,7 @@ class Agility:
         air = weather.air_north_mps * c + weather.air_east_mps * s - speed_mps
         if weather.air_north_mps == 0.0 and weather.air_east_mps == 0.0:
             return drag
-        return drag - 0.5 * _AIR_KGPM3 * self.windage.cx * self.windage.frontal_m2 * abs(air) * air
+        return drag - 0.5 * AIR_KGPM3 * self.windage.cx * self.windage.frontal_m2 * abs(air) * air
 
 
 def agility_of(config: VesselConfig) -> Agility | None:

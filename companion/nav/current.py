@@ -11,11 +11,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from companion.config.hull import AIR_KGPM3
 from companion.config.vessel import VesselConfig
 from companion.core.actuation import Wrench
 from companion.core.frames import body_to_ned
 
-_AIR_KGPM3 = 1.225
 _UNKNOWN_WIND_MPS = 2.0  # assumed uncertainty without a wind sensor
 _WIND_SHARE = 0.2  # uncertain share of a measured wind's force
 _THRUST_SHARE = 0.05  # uncertain share of the thrust
@@ -179,7 +179,7 @@ class CurrentObserver:
     def _wind(self, passage: GroundMotion) -> tuple[float, float, float, float]:
         """(surge_n, sway_n) of the wind, and one sigma of each."""
         w = self._windage
-        x_area, y_area = 0.5 * _AIR_KGPM3 * w.cx * w.frontal_m2, 0.5 * _AIR_KGPM3 * w.cy * w.lateral_m2
+        x_area, y_area = 0.5 * AIR_KGPM3 * w.cx * w.frontal_m2, 0.5 * AIR_KGPM3 * w.cy * w.lateral_m2
         if passage.air_north_mps is None or passage.air_east_mps is None:
             return 0.0, 0.0, x_area * _UNKNOWN_WIND_MPS**2, y_area * _UNKNOWN_WIND_MPS**2
         c, s = math.cos(passage.yaw_rad), math.sin(passage.yaw_rad)

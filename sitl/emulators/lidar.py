@@ -33,7 +33,7 @@ class LidarEmulator:
         self.name = config.name
         self.rate_hz = min(config.rate_hz, around.step_hz)
         self._config, self._port, self._around = config, port, around
-        self._random = np.random.default_rng(stream(around.seed, f"{config.name} white").randrange(2**32))
+        self._draws = np.random.default_rng(stream(around.seed, f"{config.name} white").randrange(2**32))
         self._codec: Any = mavlink.MAVLink(None, srcSystem=1, srcComponent=mavlink.MAV_COMP_ID_OBSTACLE_AVOIDANCE)
         sectors = np.arange(_SECTORS)[:, None] * _STEP_DEG
         rays = (np.arange(_RAYS)[None, :] + 0.5) / _RAYS - 0.5
@@ -41,7 +41,7 @@ class LidarEmulator:
 
     def speak(self, t_s: float) -> None:
         """Look now, and send."""
-        hull, config, random = self._around.hull, self._config, self._random
+        hull, config, draws = self._around.hull, self._config, self._draws
         c, s = math.cos(hull.yaw_rad), math.sin(hull.yaw_rad)
         place = (
             hull.north_m + c * config.x_m - s * config.y_m,
@@ -50,10 +50,10 @@ class LidarEmulator:
         bearings = self._rays_rad + hull.yaw_rad - config.heading_offset_rad
         vessels = [one for vessel in self._around.traffic.vessels for one in _circles(vessel, t_s)]
         nearest = self._around.obstacles.distances_m(place, bearings, t_s, vessels).min(axis=1)
-        nearest = nearest + random.normal(0.0, _NOISE_M, _SECTORS)
-        nearest[random.random(_SECTORS) < _MISSED] = math.inf
-        false = random.random(_SECTORS) < _FALSE
-        nearest[false] = random.uniform(_LEAST_M, _MOST_M, int(false.sum()))
+        nearest = nearest + draws.normal(0.0, _NOISE_M, _SECTORS)
+        nearest[draws.random(_SECTORS) < _MISSED] = math.inf
+        false = draws.random(_SECTORS) < _FALSE
+        nearest[false] = draws.uniform(_LEAST_M, _MOST_M, int(false.sum()))
         most_cm = round(100.0 * _MOST_M)
         cm = [
             most_cm + 1 if not math.isfinite(off) or off > _MOST_M else max(0, round(100.0 * off))

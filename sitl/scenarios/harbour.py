@@ -18,10 +18,9 @@ from pymavlink.dialects.v20 import common as mavlink
 from companion.core.geodesy import LocalFrame
 from sitl.noise import stream
 from sitl.obstacles import Obstacles, Shoal, Wall
-from sitl.scenarios.figure import finish_chart, new_figure, set_title
 from sitl.scenarios.ground_station import GroundStation, Item
 from sitl.scenarios.measure import Check, between, read_events, read_truth
-from sitl.scenarios.obstacles import clear_water_m, draw_obstacles, hull_of, is_holding
+from sitl.scenarios.obstacles import clear_water_m, draw_course, hull_of, is_holding
 from sitl.scenarios.rig import Conditions
 from sitl.scenarios.scenario import Scenario, Settings
 
@@ -108,14 +107,7 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
 
 def plot(folder: Path, asked: dict[str, Any], settings: Settings) -> None:
     """Draw `harbour.png` into the folder. Raises ImportError without matplotlib."""
-    track = between(read_truth(folder), asked["started_s"])
-    figure = new_figure(8.0, 9.0)
-    axes = figure.add_subplot()
-    axes.plot([row["east_m"] for row in track], [row["north_m"] for row in track])
-    draw_obstacles(axes, asked["obstacles"], [row["t_s"] for row in track])
-    finish_chart(axes)
-    set_title(figure, settings)
-    figure.savefig(folder / "harbour.png", dpi=90)
+    draw_course(folder / "harbour.png", asked, settings)
 
 
 def _equipped(conditions: Conditions, settings: Settings) -> Conditions:

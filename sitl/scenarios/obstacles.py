@@ -151,17 +151,23 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
 
 def plot(folder: Path, asked: dict[str, Any], settings: Settings) -> None:
     """Draw `obstacles.png` into the folder. Raises ImportError without matplotlib."""
-    track = between(read_truth(folder), asked["started_s"])
+    draw_course(folder / "obstacles.png", asked, settings)
+
+
+def draw_course(path: Path, asked: dict[str, Any], settings: Settings) -> None:
+    """Draw the boat's course among the obstacles, from the truth beside the picture. Raises ImportError without
+    matplotlib."""
+    track = between(read_truth(path.parent), asked["started_s"])
     figure = new_figure(8.0, 9.0)
     axes = figure.add_subplot()
     axes.plot([row["east_m"] for row in track], [row["north_m"] for row in track])
-    draw_obstacles(axes, asked["obstacles"], [row["t_s"] for row in track])
+    _draw_obstacles(axes, asked["obstacles"], [row["t_s"] for row in track])
     finish_chart(axes)
     set_title(figure, settings)
-    figure.savefig(folder / "obstacles.png", dpi=90)
+    figure.savefig(path, dpi=90)
 
 
-def draw_obstacles(axes: Axes, obstacles: Obstacles, times: Sequence[float]) -> None:
+def _draw_obstacles(axes: Axes, obstacles: Obstacles, times: Sequence[float]) -> None:
     """Draw them; a moving one every 20 s."""
     from matplotlib.patches import Circle
 
