@@ -15,7 +15,7 @@ from companion.config.vessel import VesselConfig
 from companion.core.actuation import Allocation, ThrusterCommand, Wrench
 from companion.params.store import Parameters
 
-_WORTH_SHARE = 0.08  # of the yaw limit: a smaller moment is not worth thrust of its own
+_WORTH_SHARE = 0.08  # of the moment at rest with the thrust for steering: a smaller one is not worth thrust of its own
 _STAYS = 1.5  # factor on what is being done: the boat does not change between braking and steering in every tick
 
 
@@ -48,7 +48,8 @@ class RudderAllocator(SteeredAllocator):
     def _wanted_n(self, wrench: Wrench, side_n: float, surge_mps: float) -> float:
         """The thrust for surge, or more of it where the blade needs flow."""
         most_n = self._parameters["RUD_STEER"] * self._curve.max_n
-        turn = abs(wrench.yaw_nm) / self._limits.yaw_nm
+        full_nm = abs(self._blade.lever_m * self._blade.force_n(most_n, self._high_rad, 0.0)[1])
+        turn = abs(wrench.yaw_nm) / full_nm if full_nm > 0.0 else 0.0
         steering_n = min(most_n, self._blade.thrust_n(side_n, surge_mps)) if turn > _WORTH_SHARE else 0.0
         if wrench.surge_n >= 0.0 or steering_n <= 0.0:
             self._brakes = False

@@ -18,6 +18,8 @@ _CRUISE_SHARE, _TOP_SHARE, _POSITIONING_SHARE = 0.6, 0.85, 0.25  # of top speed
 _ACCELERATION_SHARE = 0.3  # of the thrust
 _SLOWEST_CRUISE_MPS = 0.3
 _CIRCLE = 3.0  # lengths: radius of the water that a boat with a rudder needs to turn and come back
+# Lengths: radius of its turn with full rudder, at every speed. Ships must turn within 2.5 (IMO MSC.137(76)).
+_TURN = 2.0
 
 
 def figures(
@@ -40,9 +42,12 @@ def figures(
         "DP_BW_YAW": _within(0.15, math.sqrt(yaw_nm / (hull.m33_kgm2 * _FULL_AT_RAD)), min(0.8, by_lag)),
         "PATH_BW_SURGE": _within(0.15, math.sqrt(surge_n / (hull.m11_kg * _FULL_AT_M)), min(1.0, by_lag)),
         "PATH_BW_YAW": _within(0.3, math.sqrt(yaw_nm / (hull.m33_kgm2 * _FULL_AT_RAD)), min(1.3, 1.6 * by_lag)),
-        **_speeds(top_mps, surge_n / hull.m11_kg, yaw_nm, hull),
+        **_speeds(top_mps, surge_n / hull.m11_kg, yaw_nm, hull, _TURN * length_m if needs_flow else 0.0),
         **_circles(length_m, receiver, _CIRCLE if needs_flow else 1.0 if sway_n > 0.0 else 1.5),
+        "NAV_ACC_RAD": max(1.5 if receiver == "rtk" else 2.0, (_TURN if needs_flow else 0.75) * length_m),
     }
+    if needs_flow:  # it may drift through its watch circle, beside the fence too
+        rows["FENCE_MARGIN"] = rows["DP_WATCH_R"]
     if sway_n > 0.0:
         rows["DP_BW_SWAY"] = _within(0.1, math.sqrt(sway_n / (hull.m22_kg * _FULL_AT_M)), most)
         rows["DP_ACC_SWAY"] = _within(0.01, _ACCELERATION_SHARE * sway_n / hull.m22_kg, 0.2)
@@ -53,13 +58,16 @@ def figures(
     )
 
 
-def _speeds(top_mps: float, most_mps2: float, yaw_nm: float, hull: HullConfig) -> dict[str, float]:
+def _speeds(top_mps: float, most_mps2: float, yaw_nm: float, hull: HullConfig, turn_m: float) -> dict[str, float]:
+    """`turn_m`: radius of the tightest turn; 0 for a boat that turns by a moment of its thrusters."""
     turn_radps2 = yaw_nm / hull.m33_kgm2
     d = hull.damping
     turn_radps = (math.sqrt(d.n_r**2 + 4.0 * d.n_rr * 0.5 * yaw_nm) - d.n_r) / (2.0 * d.n_rr) if d.n_rr else 0.3
+    cruise_mps = max(_SLOWEST_CRUISE_MPS, _CRUISE_SHARE * top_mps)
+    turn_radps = cruise_mps / turn_m if turn_m > 0.0 else turn_radps
     positioning = _within(0.1, _POSITIONING_SHARE * top_mps, 0.5)
     return {
-        "WP_SPEED": max(_SLOWEST_CRUISE_MPS, _CRUISE_SHARE * top_mps),
+        "WP_SPEED": cruise_mps,
         "MPC_XY_VEL_MAX": max(_SLOWEST_CRUISE_MPS, _TOP_SHARE * top_mps),
         "DP_SPEED_AHEAD": positioning,
         "DP_SPEED_ASTERN": 0.5 * positioning,
@@ -75,15 +83,13 @@ def _speeds(top_mps: float, most_mps2: float, yaw_nm: float, hull: HullConfig) -
 
 
 def _circles(length_m: float, receiver: str, lengths: float) -> dict[str, float]:
-    """Watch circle, alarm circle and acceptance radius: by length, receiver and how many lengths the boat needs to turn
-    in."""
+    """Watch circle and alarm circle: by length, receiver and how many lengths the boat needs to turn in."""
     by_receiver = {"rtk": 0.0, "sbas": 2.0, "standalone": 5.0}[receiver]
     watch_m = lengths * length_m + by_receiver
     watch_m = max(3.0, watch_m)
     return {
         "DP_WATCH_R": watch_m,
         "DP_ALARM_R": 2.0 * watch_m,
-        "NAV_ACC_RAD": max(1.5 if receiver == "rtk" else 2.0, 0.75 * length_m),
     }
 
 

@@ -103,7 +103,7 @@ def figures(thrusters: Sequence[ThrusterConfig]) -> tuple[Figure, ...]:
     if sideways_n < _USEFUL_SHARE * ahead_n:
         sideways_n = 0.0
     turning_nm = largest(thrusters, 2) if sideways_n > 0.0 else largest(thrusters, 2, free=(1,))
-    if turning_nm < 1.0e-3 * ahead_n:
+    if turning_nm < 1.0e-3 * ahead_n or any(t.kind == "rudder" for t in thrusters):
         turning_nm = largest(thrusters, 2, free=(0, 1))
     source = "places and directions of the thrusters"
     return (
@@ -113,7 +113,7 @@ def figures(thrusters: Sequence[ThrusterConfig]) -> tuple[Figure, ...]:
             "limits.yaw_nm",
             _SHARE * turning_nm,
             1.5,
-            "0.9 of the largest N with X = 0, and Y = 0 where it can be",
+            "0.9 of the largest N with X = 0, and Y = 0 where it can be; of a rudder with full thrust ahead",
             source,
         ),
     )

@@ -6,6 +6,7 @@ import math
 
 import pytest
 
+from companion.allocation.rudder_curve import RudderCurve
 from companion.cli.drawing import characters, svg
 from companion.config.plausibility import judgements
 from companion.config.vessel import ConfigError, parse
@@ -71,3 +72,20 @@ def test_check_says_what_it_cannot_do_and_draw_shows_the_blade() -> None:
     said = [str(found) for found in judgements(SKIFF)]
     assert any("Dock: needs it, refused" in text for text in said)
     assert "rudder of propeller" in characters(SKIFF) and ">rudder 0.1" in svg(SKIFF)
+
+
+def test_the_yaw_limit_is_what_the_blade_gives_with_full_thrust() -> None:
+    """Not what it gives with the boat at rest on the spot: under way, that would be a third of the blade."""
+    thruster = SKIFF.thrusters[0]
+    curve = RudderCurve(thruster)
+    assert thruster.azimuth_max_rad is not None
+    _, side_n = curve.force_n(thruster.max_n, thruster.azimuth_max_rad, 0.0)
+    assert SKIFF.limits.yaw_nm == pytest.approx(0.9 * abs(curve.lever_m) * side_n, rel=0.02)
+
+
+def test_defaults_of_a_boat_that_turns_in_a_circle() -> None:
+    p = SKIFF.parameters
+    radius_m = p["WP_SPEED"] / math.radians(p["PATH_YAW_RATE"])
+    assert 1.5 * SKIFF.length_m < radius_m < 2.5 * SKIFF.length_m  # a turning circle in the range of IMO MSC.137(76)
+    assert p["NAV_ACC_RAD"] >= radius_m
+    assert p["FENCE_MARGIN"] == p["DP_WATCH_R"]  # its watch circle stays inside the fence
