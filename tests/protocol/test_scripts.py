@@ -29,6 +29,7 @@ def main(boat):
 """
 SAILOR = """
 def main(boat):
+    boat.wait_until(lambda state: state.row["position_valid"])
     boat.set_parameter("WP_SPEED", 0.7)
     boat.set_mode("Hold")
     boat.say("sailor is done")
@@ -49,24 +50,24 @@ def test_scripts_of_the_vessel_file_do_what_they_may(tmp_path: Path) -> None:
     vessel.write_text(find("revolt").read_text(encoding="utf-8") + ROWS, encoding="utf-8")
     (tmp_path / "reader.py").write_text(READER, encoding="utf-8")
     (tmp_path / "sailor.py").write_text(SAILOR, encoding="utf-8")
-    boat = Companion(tmp_path, vessel=vessel, extra=("--sitl",)).start()
+    with Companion(tmp_path, vessel=vessel, extra=("--sitl",)) as boat:
 
-    def heard(text: str) -> bool:
-        return any(text in row["text"] for row in boat.rows("events.csv"))
+        def heard(text: str) -> bool:
+            return any(text in row["text"] for row in boat.rows("events.csv"))
 
-    wait_until(lambda: heard("reader is done") and heard("sailor is done"), "both scripts")
-    said = (boat.log_folder / "script-reader.log").read_text(encoding="utf-8")
-    assert "command 400: Not obeyed: this script has no leave for it" in said, "said once in 30 s"
-    assert "obeyed\n" not in said and len(said.splitlines()) == 5
-    assert wait_until(lambda: boat.rows()[-1]["mode"] == "Hold", "Hold, as the sailor asked")
-    by_hand = tmp_path / "by_hand.py"
-    by_hand.write_text("def main(boat):\n    print(boat.parameter('WP_SPEED'), boat.arguments)\n", encoding="utf-8")
-    ran = run_to_end(
-        [sys.executable, "-m", "companion", "script", str(by_hand), "x", "--state", str(tmp_path / "state")]
-    )
-    assert ran.returncode == 0 and "0.7" in ran.stdout and "('x',)" in ran.stdout and "has ended" in ran.stdout
-    code, complaints = boat.stop()
-    assert code == 0, complaints
+        wait_until(lambda: heard("reader is done") and heard("sailor is done"), "both scripts")
+        said = (boat.log_folder / "script-reader.log").read_text(encoding="utf-8")
+        assert said.startswith("command 400: ") and "Not obeyed: this script has no leave for it" in said, (
+            "once in 30 s"
+        )
+        assert "obeyed\n" not in said and len(said.splitlines()) == 5
+        assert wait_until(lambda: boat.rows()[-1]["mode"] == "Hold", "Hold, as the sailor asked")
+        by_hand = tmp_path / "by_hand.py"
+        by_hand.write_text("def main(boat):\n    print(boat.parameter('WP_SPEED'), boat.arguments)\n", encoding="utf-8")
+        ran = run_to_end(
+            [sys.executable, "-m", "companion", "script", str(by_hand), "x", "--state", str(tmp_path / "state")]
+        )
+        assert ran.returncode == 0 and "0.7" in ran.stdout and "('x',)" in ran.stdout and "has ended" in ran.stdout
 
 
 def test_a_script_that_cannot_be_run_is_told_in_one_line(tmp_path: Path) -> None:
