@@ -18,6 +18,7 @@ _LEEWAY = 0.03  # share of the wind speed at which wind alone moves a small boat
 _LEAST_DRIFT_MPS = 0.06
 _DRIFT_TIME_S = 15.0
 _WRONG_RAD, _RIGHT_RAD = math.radians(75.0), math.radians(20.0)  # from the weather: to begin and end a turn
+_TURNING_RAD = math.radians(60.0)  # off its heading, a boat first turns
 _STEEPEST_RAD = math.radians(46.0)
 _TURN_RADPS = math.radians(12.0)
 _SWING_SROOT = 4.0  # time in which half of an offset across the bow is swung away, over √length: yaw must be faster
@@ -109,7 +110,17 @@ class BowKeeper:
             self._heading_rad = self._lie(nav, north_m, east_m, dt_s)
             along_m = north_m * math.cos(nav.yaw_rad) + east_m * math.sin(nav.yaw_rad)
             surge_mps = min(ahead_mps, max(-self._parameters["DP_SPEED_ASTERN"], _RETURN_RATE_1PS * along_m))
+        if abs(wrap_pi(self._heading_rad - nav.yaw_rad)) > _TURNING_RAD:
+            surge_mps = max(surge_mps, self._carried_mps(nav))
         return PathSetpoint(self._heading_rad, surge_mps, progress=progress)
+
+    def _carried_mps(self, nav: NavState) -> float:
+        """Speed at which the drift carries the boat ahead; 0 where it carries it astern. A boat that brakes against it
+        lies in a flow from astern, which holds its bow: it would not turn."""
+        north, east = self._drift
+        return min(
+            self._parameters["DP_SPEED_AHEAD"], max(0.0, north * math.cos(nav.yaw_rad) + east * math.sin(nav.yaw_rad))
+        )
 
     def _is_carried(self, north_m: float, east_m: float) -> bool:
         """Whether the propeller stands. `north_m`, `east_m`: from the boat to the point."""

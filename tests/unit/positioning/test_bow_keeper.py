@@ -11,6 +11,7 @@ from companion.control.controller import Controller
 from companion.core.actuation import ZERO_WRENCH
 from companion.core.angles import wrap_pi
 from companion.core.estimate import NO_ESTIMATE, NavState
+from companion.core.setpoint import PathSetpoint
 from companion.params.store import Parameters
 from companion.params.table import table_of
 from companion.positioning.bow_keeper import BowKeeper
@@ -61,6 +62,18 @@ def test_a_boat_that_lies_stern_to_the_stream_turns_round() -> None:
     for _ in range(900):
         setpoint = keeper.update(at(current=(0.4, 0.0)), None, 1.0, 0.1)
     assert abs(setpoint.yaw_rad) == pytest.approx(math.pi, abs=math.radians(30.0))
+
+
+@pytest.mark.parametrize("north_m", [2.0, 20.0])
+def test_a_boat_that_must_turn_round_does_not_brake_against_the_stream(north_m: float) -> None:
+    """In a flow from astern the weather holds the bow of a boat with two fixed thrusters."""
+    stream = (0.4, 0.0)
+    keeper = held(at(current=stream))
+    for _ in range(5):
+        asked = keeper.update(at(north_m, current=stream), None, 1.0, 0.1)
+        assert isinstance(asked, PathSetpoint) and asked.surge_mps == pytest.approx(0.4, abs=0.01)
+    bow_to_it = keeper.update(at(north_m, yaw_rad=math.pi, current=stream), None, 1.0, 0.1)
+    assert isinstance(bow_to_it, PathSetpoint) and abs(wrap_pi(bow_to_it.yaw_rad - math.pi)) < 0.1
 
 
 def test_without_drift_the_boat_keeps_its_heading_near_the_point_and_sails_back_from_afar() -> None:
