@@ -32,7 +32,7 @@ _LEAST_LINE_M = 1.0
 # Of the watch circle: so far upstream of the point a boat that steers by its flow stops pushing, until it is so far
 # downstream. Further off than the last it sails back instead.
 _COAST_UP_SHARE, _COAST_DOWN_SHARE, _COAST_OUT_SHARE = 0.15, 0.1, 1.2
-_COAST_BESIDE_SHARE = 0.7  # of the watch circle: further aside the drift does not lead past the point
+_COAST_BESIDE_SHARE = 0.3  # of the watch circle: further aside the drift does not lead past the point
 
 
 class BowKeeper:

@@ -30,3 +30,20 @@ def test_it_holds_within_its_alarm_circle_without_circling(tmp_path: Path, seed:
     assert metrics["radius_95_m"] < SKIFF.parameters["DP_ALARM_R"]
     assert metrics["radius_max_m"] < 1.5 * SKIFF.parameters["DP_ALARM_R"]
     assert metrics["turns"] < 1.5
+
+
+@pytest.mark.sweep
+@pytest.mark.parametrize(
+    ("name", "changes"),
+    [
+        ("fence_stop", {}),
+        ("fence_stop", {"by": "manual"}),
+        ("follow", {"leader": "straight@0.9", "gnss": "sbas", "wind": "2", "gap": "15"}),
+        ("circle", {"wind": "2"}),
+        ("gnss_dropout", {}),
+        ("offboard", {}),
+    ],
+)
+def test_it_does_what_other_boats_do(tmp_path: Path, name: str, changes: dict[str, str]) -> None:
+    outcome = sailed(name, tmp_path, 2, **changes)
+    assert outcome.ok, outcome.error or [check.row() for check in outcome.checks if not check.ok]
