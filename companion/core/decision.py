@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from enum import Enum, IntEnum
 from typing import ClassVar
 
@@ -106,18 +107,25 @@ class KnownRefusal:
     remedy: str
 
 
+class Order:
+    """What an operator asks of one mode when choosing it. Each such mode has its own frozen class."""
+
+    mode: ClassVar[ModeId]
+
+
 @dataclass(frozen=True, slots=True)
 class ModeDeclaration:
     """What the rest of the program needs to know of a mode. One declaration stands in each mode's file.
 
     `text`: for people. `again`: what happens when it is chosen again, for people. `px4`: PX4's `custom_mode`, main <<
     16 | sub << 24; the generic persona sends the same. `rover`: ArduPilot Rover's mode number; `rover_aliases`,
-    `px4_aliases`: numbers that are understood too. `standard_mode`: MAV_STANDARD_MODE by which the mode can be asked
-    for (0: none); `shows_standard`: it is reported too. `by_stick`: sticks steer, and their silence is a failure.
-    `allocates`: the allocation drives the thrusters, and retractable ones are down. `early`: it may be chosen while
-    disarmed although it cannot be entered yet; arming asks again. `selectable`: ground stations offer it; `advanced`:
-    to experts only. `has_plan`: it leads somewhere by itself (MAV_MODE_FLAG_AUTO). `commands`: MAV_CMD numbers of its
-    own. `refusals`: why it cannot be entered; the first whose pattern matches is listed.
+    `px4_aliases`: numbers that are understood too; `rover_orders`: how the mode is then to be sailed. `standard_mode`:
+    MAV_STANDARD_MODE by which the mode can be asked for (0: none); `shows_standard`: it is reported too. `by_stick`:
+    sticks steer, and their silence is a failure. `allocates`: the allocation drives the thrusters, and retractable ones
+    are down. `early`: it may be chosen while disarmed although it cannot be entered yet; arming asks again.
+    `selectable`: ground stations offer it; `advanced`: to experts only. `has_plan`: it leads somewhere by itself
+    (MAV_MODE_FLAG_AUTO). `commands`: MAV_CMD numbers of its own. `refusals`: why it cannot be entered; the first whose
+    pattern matches is listed.
     """
 
     id: ModeId
@@ -126,6 +134,7 @@ class ModeDeclaration:
     rover: int
     again: str = "nothing changes"
     rover_aliases: tuple[int, ...] = ()
+    rover_orders: Mapping[int, Order] = field(default_factory=dict)
     px4_aliases: tuple[int, ...] = ()
     standard_mode: int = 0
     shows_standard: bool = False
@@ -259,12 +268,6 @@ class Status:
     orbit: OrbitState | None = None
     landed: bool = False
     trial_left_s: float | None = None
-
-
-class Order:
-    """What an operator asks of one mode when choosing it. Each such mode has its own frozen class."""
-
-    mode: ClassVar[ModeId]
 
 
 @dataclass(frozen=True, slots=True)

@@ -81,6 +81,7 @@ class FenceGuard:
     Remembers the areas of the fence in force (rebuilt when it changes), whether the boat has been inside, and whether
     it is outside now or about to be. `cause`: the reason for which the failsafe "fence" acts, in words; None while
     nothing is wrong. `no_circle`: item of the fence in force that is a circle of radius 0; None without one.
+    `switched_off`: an operator or a mission has switched the fence off.
     """
 
     def __init__(
@@ -115,6 +116,7 @@ class FenceGuard:
         self._blind = False  # the position is lost, and that was announced
         self.cause: str | None = None
         self.no_circle: int | None = None
+        self.switched_off = False
         plans.prepare_by(PlanKind.FENCE, self.prepare)
         plans.on_change(self._on_change)
         parameters.on_change(self._on_parameter)
@@ -131,7 +133,7 @@ class FenceGuard:
     def _wanted_key(self) -> tuple[object, ...]:
         p = self._parameters
         fence_id, circle = self._plans.plan_id(PlanKind.FENCE), self._circle.zone
-        if not (fence_id or circle) or p["GF_ACTION"] == _NO_ACTION:
+        if self.switched_off or not (fence_id or circle) or p["GF_ACTION"] == _NO_ACTION:
             return ()
         return fence_id, circle, self._frame(), p["FENCE_GROUP0"], p["FENCE_MARGIN"]
 
@@ -139,6 +141,20 @@ class FenceGuard:
     def state(self) -> FenceState | None:
         """The state that ground stations are shown; None while no fence is in force."""
         return None if self._areas is None else FenceState(self._breached, self._breaches, self._breach_s, self._slowed)
+
+    def switch(self, on: bool, now_s: float) -> None:
+        """Switch the fence off, or on again. It is on again too when the boat is disarmed, or gets another fence."""
+        if self.switched_off != on:
+            return
+        self.switched_off = not on
+        if not on:
+            self._events.say(now_s, TextKind.ATTENTION, "fence_switched", "Fence off until switched on or disarmed")
+        elif self._wanted_key():
+            self._events.say(now_s, TextKind.ROUTINE, "fence_switched", "Fence on")
+        else:
+            text = "Fence on, but there is none, or GF_ACTION is 0"
+            self._events.say(now_s, TextKind.ATTENTION, "fence_switched", text)
+        self.areas()
 
     def work_with(self, worker: Worker) -> None:
         """Let `worker` prepare the areas of a fence that changes by its settings."""
@@ -162,6 +178,7 @@ class FenceGuard:
 
     def _on_change(self, kind: PlanKind) -> None:
         if kind is PlanKind.FENCE:
+            self.switched_off = False
             self.areas()  # built now, because a tick has no time for it
 
     def _on_parameter(self, name: str, _value: float) -> None:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import ClassVar
 
 from companion.config.vessel import VesselConfig
-from companion.core.decision import Home, KnownRefusal, ModeDeclaration, ModeId, ModeInputs, TextKind
+from companion.core.decision import Home, KnownRefusal, ModeDeclaration, ModeId, ModeInputs, Order, TextKind
 from companion.core.events import EventLog
 from companion.core.geodesy import LocalFrame
 from companion.core.setpoint import Setpoint
@@ -22,6 +24,13 @@ from companion.positioning.watch_circles import WatchCircles
 
 _NAV_RALLY_POINT = 5100
 _SAME_PLACE_M = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class ReturnByTrack(Order):
+    """Return along the boat's own track, whatever RTL_TRACK says."""
+
+    mode: ClassVar[ModeId] = ModeId.RTL
 
 
 class ReturnPoint:
@@ -65,10 +74,11 @@ class ReturnPoint:
                 best = (name, way)
         return "no way home inside the fence" if best is None else best
 
-    def way_now(self, here: Place, home: Home | None) -> tuple[str, Way] | str:
-        """As `way` from where the boat is, but with RTL_TRACK back along its own track to home, if that is inside the
-        fence in force."""
-        back = self._back(here, home) if home is not None and self._parameters["RTL_TRACK"] else None
+    def way_now(self, here: Place, home: Home | None, by_track: bool = False) -> tuple[str, Way] | str:
+        """As `way` from where the boat is, but with RTL_TRACK or `by_track` back along its own track to home, where the
+        fence in force lets it."""
+        by_track = by_track or bool(self._parameters["RTL_TRACK"])
+        back = self._back(here, home) if home is not None and by_track else None
         return self.way(here, home) if back is None else ("home", back)
 
     def _back(self, begin: Place, at: Home) -> Way | None:
@@ -85,14 +95,17 @@ class ReturnPoint:
 
 
 class RtlMode(Mode):
-    """Remembers the destination chosen on entry, whether it is reached, and the last check with its position."""
+    """Remembers the destination chosen on entry, whether it is reached, whether its own track was asked for, and the
+    last check with its position."""
 
     declaration = ModeDeclaration(
         id=ModeId.RTL,
         text="Back to home or the nearest rally point, inside the fence or along the own track, then holds there",
         px4=0x05040000,
         rover=11,
+        again="RTL and SmartRTL change between the shortest way and the own track",
         rover_aliases=(12,),  # SMART_RTL
+        rover_orders={12: ReturnByTrack()},
         standard_mode=5,  # SAFE_RECOVERY
         commands=(20,),  # NAV_RETURN_TO_LAUNCH
         refusals=(
@@ -114,6 +127,7 @@ class RtlMode(Mode):
         self._hold_point = HoldPoint(config, parameters, fence)
         self._name = "home"
         self._arrived = False
+        self._by_track = False
         self._checked: tuple[object, tuple[float, float], str | None] = ((), (0.0, 0.0), None)
         self._watch = WatchCircles(parameters, events, "RTL")
         self._headway = Headway("RTL", events)
@@ -133,8 +147,20 @@ class RtlMode(Mode):
         return self._checked[2]
 
     def enter(self, inputs: ModeInputs) -> str | None:
-        """Choose the destination with the shortest way and start towards it."""
-        found = self._point.way_now((inputs.nav.north_m, inputs.nav.east_m), inputs.home)
+        """Choose the destination with the shortest way, or the own track, and start towards it."""
+        self._by_track = isinstance(inputs.order, ReturnByTrack)
+        return self._go(inputs)
+
+    def resume(self, inputs: ModeInputs) -> str | None:
+        """As `enter`, by the same kind of way."""
+        return self._go(inputs)
+
+    def chosen_again(self, inputs: ModeInputs) -> bool:
+        """With the other kind of way it begins anew."""
+        return isinstance(inputs.order, ReturnByTrack) is not self._by_track and not self._arrived
+
+    def _go(self, inputs: ModeInputs) -> str | None:
+        found = self._point.way_now((inputs.nav.north_m, inputs.nav.east_m), inputs.home, self._by_track)
         if isinstance(found, str):
             return found
         self._name, way = found
@@ -146,7 +172,7 @@ class RtlMode(Mode):
 
     def mind_fence(self, inputs: ModeInputs) -> str | None:
         """Look for another way home; stop without one."""
-        return None if self.enter(inputs) is None else "no way home inside the fence"
+        return None if self._go(inputs) is None else "no way home inside the fence"
 
     def stuck_s(self, now_s: float) -> float | None:
         """Seconds without headway on the way home; None if unknown."""

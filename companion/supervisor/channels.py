@@ -7,11 +7,11 @@ from dataclasses import replace
 
 from companion.core.readings import RcInput
 from companion.params.store import Parameters
-from companion.params.transmitter import CHANNELS
+from companion.params.transmitter import CALIBRATED
 
 _CENTRE_US, _HALF_RANGE_US = 1500.0, 500.0
 _PARTS = ("MIN", "TRIM", "MAX", "REV", "DZ")
-_NAMES = tuple(tuple(f"RC{n}_{part}" for part in _PARTS) for n in range(1, CHANNELS + 1))
+_NAMES = tuple(tuple(f"RC{n}_{part}" for part in _PARTS) for n in range(1, CALIBRATED + 1))
 
 
 def calibrated(rc: RcInput | None, parameters: Parameters) -> RcInput | None:
@@ -19,7 +19,7 @@ def calibrated(rc: RcInput | None, parameters: Parameters) -> RcInput | None:
     if rc is None:
         return None
     known = (_calibrated(value, names, parameters) for value, names in zip(rc.channels, _NAMES, strict=False))
-    return replace(rc, channels=(*known, *rc.channels[CHANNELS:]))
+    return replace(rc, channels=(*known, *rc.channels[CALIBRATED:]))
 
 
 def _calibrated(value: float, names: tuple[str, ...], parameters: Parameters) -> float:

@@ -27,12 +27,18 @@ class Requests:
 
     # --- modes -----------------------------------------------------------------------------------------------------
 
-    def request_mode(self, mode: ModeId, now_s: float) -> Outcome:
+    def request_mode(self, mode: ModeId, now_s: float, order: Order | None = None) -> Outcome:
         """Choose a mode, armed or not; it never arms. The present mode again: Hold gives up a go-to, a mission that has
-        ended starts over."""
-        return self._choose(mode, now_s, Cause.OPERATOR)
+        ended starts over. `order`: how the mode is to be sailed; a boat that is disarmed forgets it."""
+        return self._choose(mode, now_s, Cause.OPERATOR, order)
 
-    def _choose(self, mode: ModeId, now_s: float, cause: Cause) -> Outcome:
+    def _choose(self, mode: ModeId, now_s: float, cause: Cause, order: Order | None = None) -> Outcome:
+        self._helm.order = order
+        outcome = self._choose_mode(mode, now_s, cause)
+        self._helm.order = None
+        return outcome
+
+    def _choose_mode(self, mode: ModeId, now_s: float, cause: Cause) -> Outcome:
         helm, nav = self._helm, self.parts.nav
         reason = self._forbidden(mode, now_s, cause) or helm.choice_refusal(mode, nav, now_s)
         if reason is None and helm.mode is helm.modes[mode]:
@@ -49,10 +55,7 @@ class Requests:
         if not self._helm.armed:
             text = f"{order.mode.value} refused: arm first"
             return self._refuse(Result.TEMPORARILY_REJECTED, text, now_s)
-        self._helm.order = order
-        outcome = self.request_mode(order.mode, now_s)
-        self._helm.order = None
-        return outcome
+        return self.request_mode(order.mode, now_s, order)
 
     def hold_here(self, now_s: float) -> Outcome:
         """Hold at the present place. A boat that holds already goes on; it gives up a go-to."""
@@ -94,6 +97,7 @@ class Requests:
         if self._helm.armed:
             self._helm.disarm(now_s)
             self.parts.cruise.ask(None)
+            self.parts.fence.switch(True, now_s)
             self._events.say(now_s, TextKind.ROUTINE, "disarmed", "Disarmed")
         return ACCEPTED
 
@@ -184,6 +188,13 @@ class Requests:
             return self._refuse(Result.DENIED, f"Item {item_number(seq)} refused: {reason}", now_s)
         return ACCEPTED
 
+    def reset_mission(self, now_s: float) -> Outcome:
+        """Make the first item the current one, and forget the jumps taken."""
+        outcome = self.set_current(0, True, now_s)
+        if outcome.accepted:
+            self._events.say(now_s, TextKind.ROUTINE, "mission_reset", "Mission at its first item")
+        return outcome
+
     def change_speed(self, speed_mps: float | None, now_s: float) -> Outcome:
         """Speed of self-steered modes until the mission changes it or the boat is disarmed; None: WP_SPEED. Capped by
         MPC_XY_VEL_MAX."""
@@ -194,6 +205,13 @@ class Requests:
         self._helm.mode.drop_speed()
         limit = ", the most MPC_XY_VEL_MAX allows" if cruise.asked_mps != speed_mps else ""
         self._events.say(now_s, TextKind.ROUTINE, "speed_changed", f"Speed {cruise.speed_mps:.2f} m/s{limit}")
+        return ACCEPTED
+
+    # --- fence -----------------------------------------------------------------------------------------------------
+
+    def switch_fence(self, on: bool, now_s: float) -> Outcome:
+        """Fence off until it is switched on, another fence comes, or the boat is disarmed."""
+        self.parts.fence.switch(on, now_s)
         return ACCEPTED
 
     # --- thrusters -------------------------------------------------------------------------------------------------

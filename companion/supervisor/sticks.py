@@ -87,6 +87,11 @@ class Sticks:
         """Whether the transmitter was heard within COM_RC_LOSS_T."""
         return self._fresh(self._last[Right.TRANSMITTER], now_s)
 
+    def transmitter(self, now_s: float) -> ManualInput | None:
+        """The transmitter's sticks, in charge or not; None once it has been silent for COM_RC_LOSS_T."""
+        manual = self._last[Right.TRANSMITTER]
+        return manual if self._fresh(manual, now_s) else None
+
     def live(self, now_s: float) -> ManualInput | None:
         """The sticks in charge, wherever they stand; None if they have been silent for COM_RC_LOSS_T."""
         return next((manual for manual in self._in_charge() if self._fresh(manual, now_s)), None)

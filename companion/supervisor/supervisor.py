@@ -19,17 +19,21 @@ from companion.mission.executor import MissionExecutor
 from companion.mission.plan import Plans
 from companion.modes.mode import ModeInfo
 from companion.modes.parts.offboard_target import OffboardTarget
+from companion.modes.rtl import ReturnByTrack
 from companion.modes.trial.mode import COMPLETE
 from companion.obstacles.surroundings import Heard
 from companion.params.store import Parameters
+from companion.params.transmitter import AuxFunction
 from companion.supervisor.arming import arming_refusals, arming_report
 from companion.supervisor.authority import AuthorityRequest, Facts, RequestedAction, Right
+from companion.supervisor.aux_functions import AuxFunctions
 from companion.supervisor.channels import calibrated
 from companion.supervisor.landing import Landing
 from companion.supervisor.mode_changes import Cause
 from companion.supervisor.parts import SupervisorParts
 from companion.supervisor.requests import Requests
 from companion.supervisor.situation import estimate_refusal
+from companion.supervisor.switches import SwitchOrder
 
 
 class Supervisor(Requests):
@@ -53,13 +57,14 @@ class Supervisor(Requests):
         super().__init__(SupervisorParts(config, parameters, plans, executor, events, frame_of, self._choose))
         parts = self.parts
         self.auxiliary, self.following, self.retraction = parts.auxiliary, parts.following, parts.retraction
-        self.payload = parts.payload
+        self.payload, self.mission_edits = parts.payload, parts.mission_edits
         self.ground_stations = parts.ground_stations
         self.calibration, self.motor_test = parts.calibration, parts.motor_test
         self.senses, self.trial_duty = parts.senses, parts.trial_duty
         modes = parts.helm.modes.values()
         self.modes = tuple(ModeInfo(mode.declaration, mode.text) for mode in modes)
         self._monitor = parts.responder.monitor
+        self._aux = AuxFunctions(parts, self)
         self.landing = Landing(self)
         self._guard_failure = ""
         self._desired_mps: float | None = 0.0  # speed ahead, of the last setpoint; None: it asks for forces
@@ -282,17 +287,28 @@ class Supervisor(Requests):
             helm.stop(Cause.OBSTACLE)
 
     def _obey_switches(self, rc: RcInput | None, now_s: float) -> None:
-        """What the transmitter's switches ask for; while its kill switch is on the boat is disarmed."""
-        switches = self.parts.switches
+        """What the transmitter's switches and its yaw stick ask for; while its kill switch is on the boat is
+        disarmed."""
+        parts, switches = self.parts, self.parts.switches
         for order in switches.update(rc, now_s):
-            if order.mode is not None:
-                self._choose(order.mode, now_s, Cause.TRANSMITTER)
-            elif order.action is RequestedAction.ARM:
-                self.arm(now_s, right=Right.TRANSMITTER)
-            else:
-                self.disarm(now_s)
+            self._obey(order, now_s)
+        parts.cruise_learning.update(parts.nav, parts.achieved, now_s)
+        gesture = parts.rudder_arming.update(parts.sticks.transmitter(now_s), parts.nav, now_s)
+        if gesture is not None:
+            self._obey(SwitchOrder(gesture), now_s)
         if switches.killed:
             self.disarm(now_s)
+
+    def _obey(self, order: SwitchOrder, now_s: float) -> None:
+        if order.mode is not None:
+            how = ReturnByTrack() if order.function is AuxFunction.SMART_RTL else None
+            self._choose(order.mode, now_s, Cause.TRANSMITTER, how)
+        elif order.action is RequestedAction.ARM:
+            self.arm(now_s, right=Right.TRANSMITTER)
+        elif order.action is RequestedAction.DISARM:
+            self.disarm(now_s)
+        else:
+            self._aux.switched(order.function, order.on, now_s)
 
     def _obey_safe_switch(self, now_s: float) -> None:
         """A mode that the safe switch forbids is left for Manual."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from companion.params.store import Parameters
+from companion.params.transmitter import OPTIONS, AuxFunction
 
 KILL_CHANNEL = "RC_MAP_KILL_SW"
 _SWITCHES = (
@@ -19,6 +20,13 @@ _SWITCHES = (
 _STICKS = ("RC_MAP_ROLL", "RC_MAP_PITCH", "RC_MAP_THROTTLE", "RC_MAP_YAW")
 
 
+def kill_channels(parameters: Parameters) -> list[int]:
+    """The channels whose position alone stops the boat."""
+    mapped = [int(parameters[KILL_CHANNEL])]
+    mapped += [number for name, number in OPTIONS.items() if parameters[name] == AuxFunction.EMERGENCY_STOP]
+    return [number for number in mapped if number]
+
+
 def switch_faults(parameters: Parameters, channels: int) -> Iterator[str]:
     """Each fault in words: a channel that the transmitter does not have, or one that a switch shares. `channels`: how
     many the transmitter has. The safe switch may be missing: it is mapped by default."""
@@ -26,8 +34,11 @@ def switch_faults(parameters: Parameters, channels: int) -> Iterator[str]:
     for name in ("MAN_RC_SAFE_CH", *_SWITCHES, *_STICKS):
         if number := int(parameters[name]):
             by_channel.setdefault(number, []).append(name)
+    for name, number in OPTIONS.items():
+        if parameters[name]:
+            by_channel.setdefault(number, []).append(name)
     for number, names in sorted(by_channel.items()):
-        missing = [name for name in names if name in _SWITCHES and number > channels]
+        missing = [name for name in names if (name in _SWITCHES or name in OPTIONS) and number > channels]
         yield from (f"Transmitter has no channel {number}: {name}" for name in missing)
         if len(names) > 1 and any(name not in _STICKS for name in names):
             yield f"Channel {number} twice: {', '.join(names)}"
@@ -36,7 +47,5 @@ def switch_faults(parameters: Parameters, channels: int) -> Iterator[str]:
 def kill_switch_fault(parameters: Parameters, channels: int | None) -> str | None:
     """Why a kill switch that is mapped would not work; None if it would, if none is mapped, or while no transmitter is
     heard (`channels` None)."""
-    number = int(parameters[KILL_CHANNEL])
-    if channels is None or number <= channels:
-        return None
-    return f"transmitter has no channel {number} for its kill switch"
+    missing = [number for number in kill_channels(parameters) if channels is not None and number > channels]
+    return f"transmitter has no channel {missing[0]} for its kill switch" if missing else None

@@ -98,7 +98,7 @@ class VesselCommands:
             and self._supervisor.offboard_fault(now_s) is not None
         ):
             mode = ModeId.HOLD
-        outcome = self._supervisor.request_mode(mode, now_s)
+        outcome = self._supervisor.request_mode(mode, now_s, peer.endpoint.persona.orders.get(custom_mode))
         if outcome.accepted:
             self._hub.modes_asked[peer.endpoint.persona] = custom_mode
         return outcome

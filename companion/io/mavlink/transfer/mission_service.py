@@ -76,9 +76,27 @@ class MissionService:
     def answer(self, now_s: float) -> None:
         """Go on with plans that are being checked and stored."""
         self._store.advance(now_s)
+        self._edit(now_s)
         for peer, kind in [(peer, kind) for peer, kind in self._listings if not self._receiver.is_storing(kind, peer)]:
             self._listings.discard((peer, kind))
             self._send_count(kind, peer, now_s)
+
+    def _edit(self, now_s: float) -> None:
+        """Store what the transmitter changes in the mission, once nobody else's plan is being stored."""
+        edits = self._vessel.supervisor.mission_edits
+        if self._store.busy(PlanKind.MISSION):
+            return
+        if edits.under_way:  # what a ground station sent meanwhile has taken its place
+            edits.settled(PlanRefusal(PlanResult.ERROR, "another mission came"), now_s)
+        if (items := edits.due()) is None:
+            return
+
+        def settled(refusal: PlanRefusal | None, then_s: float) -> None:
+            edits.settled(refusal, then_s)
+            self._announce_current(then_s)
+
+        base = self._vessel.plans.items(PlanKind.MISSION)
+        self._store.put(PlanKind.MISSION, items, settled, now_s, base)
 
     # --- upload ----------------------------------------------------------------------------------------------------
 

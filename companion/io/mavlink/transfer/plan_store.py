@@ -67,6 +67,10 @@ class PlanStore:
         self._changes[kind] = _Change(kept, base, self._vessel.worker.submit(self._judging(kind, kept, now_s)), done)
         self.advance(now_s)
 
+    def busy(self, kind: PlanKind) -> bool:
+        """Whether a plan of that kind is being checked and stored."""
+        return kind in self._changes
+
     def clear(self, kinds: Iterable[PlanKind], done: Done, now_s: float) -> None:
         """Empty those plans; then call `done` once, with a refusal if any of them stays."""
         left = set(kinds)

@@ -10,13 +10,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from companion.core.decision import ModeDeclaration, ModeId, Need
+from companion.core.decision import ModeDeclaration, ModeId, Need, Order
 from companion.io.mavlink.wire import messages as mavlink
 from companion.modes.table import DECLARATIONS
 
 _PX4_MODES = {mode: declared.px4 for mode, declared in DECLARATIONS.items()}
 _ROVER_MODES = {mode: declared.rover for mode, declared in DECLARATIONS.items()}
 _PX4_ALIASES = {number: mode for mode, declared in DECLARATIONS.items() for number in declared.px4_aliases}
+_ROVER_ORDERS = {number: order for declared in DECLARATIONS.values() for number, order in declared.rover_orders.items()}
 _ROVER_ALIASES = {number: mode for mode, declared in DECLARATIONS.items() for number in declared.rover_aliases}
 
 
@@ -59,6 +60,7 @@ class Persona:
     packs_main_and_sub: bool = True  # custom_mode is made of a main and a sub mode
     has_events: bool = True  # its clients may know MAVLink's events interface; PX4's numbers of modes stand in them
     aliases: Mapping[int, ModeId] = field(default_factory=dict)  # numbers that are understood too
+    orders: Mapping[int, Order] = field(default_factory=dict)  # how the mode of a number is to be sailed
 
     def __hash__(self) -> int:
         return hash(self.name)
@@ -116,6 +118,7 @@ ARDUPILOT = Persona(
     packs_main_and_sub=False,
     has_events=False,
     aliases=_ROVER_ALIASES,
+    orders=_ROVER_ORDERS,
 )
 
 PERSONAS: Mapping[str, Persona] = {persona.name: persona for persona in (PX4, ARDUPILOT, GENERIC)}
