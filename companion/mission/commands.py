@@ -41,6 +41,7 @@ class Command(IntEnum):
     DO_REPEAT_SERVO = 184
     DO_SET_ACTUATOR = 187
     DO_LAND_START = 189
+    DO_SET_REVERSE = 194
     DO_SET_ROI_LOCATION = 195
     DO_SET_ROI_WPNEXT_OFFSET = 196
     DO_SET_ROI_NONE = 197
@@ -51,6 +52,7 @@ class Command(IntEnum):
     DO_MOUNT_CONFIGURE = 204
     DO_MOUNT_CONTROL = 205
     DO_SET_CAM_TRIGG_DIST = 206
+    DO_FENCE_ENABLE = 207
     DO_SET_CAM_TRIGG_INTERVAL = 214
     DO_MOUNT_CONTROL_QUAT = 220
     SET_CAMERA_MODE = 530
@@ -262,6 +264,14 @@ RULES: dict[int, Rule] = {
     ),
     Command.DO_SET_HOME: Rule(
         Role.DO, ranges=(Range(1, "use current position", "give 1 (here) or 0 (the position given)", 0, 1, whole=True),)
+    ),
+    Command.DO_SET_REVERSE: Rule(
+        Role.DO,
+        ranges=(Range(1, "reverse", "give 0, ahead: the boat follows its path bow first", 0, 0, whole=True),),
+    ),
+    Command.DO_FENCE_ENABLE: Rule(
+        Role.DO,
+        ranges=(Range(1, "enable", "give 0 off, 1 on, or 2 for a floor, which there is not", 0, 2, whole=True),),
     ),
     Command.DO_FOLLOW: Rule(
         Role.DO,

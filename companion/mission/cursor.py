@@ -20,6 +20,7 @@ from companion.mission.tasks import (
     SetHome,
     SetSpeed,
     StopPictures,
+    SwitchFence,
     TriggerAsBefore,
 )
 
@@ -185,6 +186,8 @@ class Cursor:
             return SetSpeed(item.param2 if item.param2 > 0.0 else None)
         if item.command == Command.DO_SET_HOME:
             return SetHome(None, None) if item.param1 == 1.0 else SetHome(item.lat_deg, item.lon_deg)
+        if item.command == Command.DO_FENCE_ENABLE:
+            return SwitchFence(item.param1 == 1.0) if item.param1 <= 1.0 else None
         if item.command == Command.DO_FOLLOW:
             return FollowLeader(item.seq, int(item.param1) if item.param1 > 0.0 else None)
         if item.command == Command.USER_3:

@@ -158,6 +158,13 @@ class SetHome:
 
 
 @dataclass(frozen=True, slots=True)
+class SwitchFence:
+    """The fence off, or on again."""
+
+    on: bool
+
+
+@dataclass(frozen=True, slots=True)
 class SetFollowPosition:
     """Change the follow position, in the leader's frame; None keeps the present value."""
 
@@ -266,7 +273,8 @@ class TriggerAsBefore:
 
 CameraAction = TakePicture | ByDistance | ByTime | StopPictures | TriggerControl | TriggerAsBefore
 PayloadAction = CameraAction | Forward
-Action = SetSpeed | SetHome | SetFollowPosition | FollowLeader | BeginTrial | AuxiliaryAction | PayloadAction
+Setting = SetSpeed | SetHome | SwitchFence | SetFollowPosition
+Action = Setting | FollowLeader | BeginTrial | AuxiliaryAction | PayloadAction
 
 
 @dataclass(frozen=True, slots=True)

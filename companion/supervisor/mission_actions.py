@@ -1,10 +1,19 @@
-"""What a mission asks of the vessel without leaving its mode: speed, home, follow position, outputs, payload."""
+"""What a mission asks of the vessel without leaving its mode: speed, home, fence, follow position, outputs, payload."""
 
 from __future__ import annotations
 
 from companion.core.decision import Home
 from companion.core.estimate import NavState
-from companion.mission.tasks import AuxiliaryAction, PayloadAction, SetFollowPosition, SetHome, SetSpeed
+from companion.fence.guard import FenceGuard
+from companion.mission.tasks import (
+    AuxiliaryAction,
+    PayloadAction,
+    SetFollowPosition,
+    SetHome,
+    SetSpeed,
+    Setting,
+    SwitchFence,
+)
 from companion.supervisor.cruise import Cruise
 from companion.supervisor.follow_duty import FollowDuty
 from companion.supervisor.homing import HomeKeeper
@@ -16,17 +25,24 @@ class MissionActions:
     """`perform(action, nav, now_s)`. Remembers nothing."""
 
     def __init__(
-        self, cruise: Cruise, home: HomeKeeper, auxiliary: AuxiliaryOutputs, following: FollowDuty, payload: Payload
+        self,
+        cruise: Cruise,
+        home: HomeKeeper,
+        fence: FenceGuard,
+        auxiliary: AuxiliaryOutputs,
+        following: FollowDuty,
+        payload: Payload,
     ) -> None:
         self._cruise = cruise
         self._home = home
+        self._fence = fence
         self._auxiliary = auxiliary
         self._following = following
         self._payload = payload
 
     def perform(
         self,
-        action: SetSpeed | SetHome | SetFollowPosition | AuxiliaryAction | PayloadAction,
+        action: Setting | AuxiliaryAction | PayloadAction,
         nav: NavState,
         now_s: float,
     ) -> None:
@@ -35,6 +51,8 @@ class MissionActions:
             self._cruise.ask(action.speed_mps)
         elif isinstance(action, SetHome):
             self._set_home(action, nav, now_s)
+        elif isinstance(action, SwitchFence):
+            self._fence.switch(action.on, now_s)
         elif isinstance(action, SetFollowPosition):
             self._following.set_follow_position(action.bearing_rad, action.distance_m, now_s)
         elif isinstance(action, AuxiliaryAction):

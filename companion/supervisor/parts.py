@@ -112,7 +112,7 @@ class SupervisorParts:
         self.cruise_learning = CruiseLearning(config, parameters, helm, events)
         self.mission_edits = MissionEdits(plans, helm, events)
         self.following = FollowDuty(parameters, helm, self.sticks, events, choose, self.refusal)
-        actions = MissionActions(self.cruise, self.home, self.auxiliary, self.following, self.payload)
+        actions = MissionActions(self.cruise, self.home, self.fence, self.auxiliary, self.following, self.payload)
         self.mission_duty = MissionDuty(parameters, executor, mission, hold, helm, self.following, actions, events)
         self.fence_duty = FenceDuty(self.fence, plans, helm, mission, events)
         self.trial_duty = TrialDuty(helm, events)

@@ -63,6 +63,7 @@ class FakeSupervisor:
         self._plans = plans
         self._seq = 0
         self.home: Home | None = Home(63.44, 10.4, 2.0)
+        self.mission_edits = SimpleNamespace(under_way=False, due=lambda: None)
 
     def status(self, now_s: float) -> Any:
         count = len(self._plans.items(PlanKind.MISSION))

@@ -14,8 +14,9 @@ from companion.fence.guard import FenceGuard, Place
 from companion.guidance.agility import agility_of
 from companion.guidance.orbit import Circle, chosen_circle, whole_line
 from companion.guidance.path_tracking import PathTracker, Waypoint
+from companion.mission.commands import Command
 from companion.mission.executor import MissionExecutor
-from companion.mission.plan import PlanKind, Plans, item_number
+from companion.mission.plan import PlanItem, PlanKind, Plans, item_number
 from companion.mission.tasks import Dock, Orbit, ReturnHome, RoutePoint, Sail, Task
 from companion.modes.parts.berth import BerthChoice
 from companion.modes.parts.rounding import Rounded, rounded, unchanged
@@ -50,9 +51,21 @@ def orbit_circle(task: Orbit, frame: LocalFrame, parameters: Parameters) -> Circ
     return chosen_circle(frame.to_ned(task.lat_deg, task.lon_deg), task.radius_m, task.clockwise, parameters)
 
 
+def unfenced(items: Sequence[PlanItem]) -> frozenset[int]:
+    """The items before which the mission has switched the fence off (DO_FENCE_ENABLE), in the order of the plan."""
+    found, off = [], False
+    for item in items:
+        if item.command == Command.DO_FENCE_ENABLE and item.param1 <= 1.0:
+            off = item.param1 == 0.0
+        if off:
+            found.append(item.seq)
+    return frozenset(found)
+
+
 class MissionFence:
     """`refusal(inputs)` checks the rest of the mission; `track_refusal(legs, seqs)` checks a path just laid.
 
+    The ways to items before which the mission switches the fence off are not checked.
     A long mission is checked in steps, one a tick: until the last one, it is refused only for what was found by then.
     The check has two parts: from the boat to the first place of the mission, anew whenever the boat has moved, and from
     there on. Remembers the answer of the first part with its position, and how far the second part is.
@@ -83,6 +96,7 @@ class MissionFence:
         self._rest: Iterator[str | None] | None = None  # the second part, while it goes on
         self._rest_refusal: str | None = None
         self._stepped_s: float | None = None  # time of the last step
+        self._unfenced_of: tuple[int, frozenset[int]] = (0, frozenset())  # of the mission with that id
 
     @property
     def guard(self) -> FenceGuard:
@@ -127,11 +141,19 @@ class MissionFence:
         """Whether the check of the mission asked for last is complete."""
         return self._rest is None
 
+    @property
+    def _unfenced(self) -> frozenset[int]:
+        """See `unfenced`, of the mission in force."""
+        if self._unfenced_of[0] != (mission := self._plans.plan_id(PlanKind.MISSION)):
+            self._unfenced_of = mission, unfenced(self._plans.items(PlanKind.MISSION))
+        return self._unfenced_of[1]
+
     def track_refusal(self, legs: Sequence[Sequence[Place]], seqs: Iterable[int]) -> str | None:
         """Return which leg crosses the fence, or None. `legs` are the lines to a route's points, `seqs` their items."""
         clear = self._fence.clear(legs)  # leg by leg: shapely takes minutes for many laps as one line
         for seq, leg, is_clear in zip(seqs, legs, clear, strict=False):
-            if not is_clear and (found := self._fence.line_refusal(leg)) is not None:
+            checked = not is_clear and seq not in self._unfenced
+            if checked and (found := self._fence.line_refusal(leg)) is not None:
                 return f"item {item_number(seq)}: {found}"
         return None
 
@@ -173,6 +195,8 @@ class MissionFence:
 
     def _check(self, task: Task, place: Place, inputs: ModeInputs, smooth: bool) -> tuple[str | None, Place]:
         """Why the task leads out of the fence, and where the boat is afterwards."""
+        if isinstance(task, Orbit | Dock) and task.seq in self._unfenced:
+            return None, self._frame().to_ned(task.lat_deg, task.lon_deg)
         match task:
             case Sail():
                 return self._sail(task, place, inputs, smooth)
@@ -216,7 +240,8 @@ class MissionFence:
         route, waypoints = task.route, self._waypoints(task.route)
         ends = [(w.north_m, w.east_m) for w in waypoints]
         for point, end, inside in zip(route, ends, self._fence.inside(ends), strict=True):
-            if not inside and (refusal := self._fence.point_refusal(*end)) is not None:
+            checked = not inside and point.seq not in self._unfenced
+            if checked and (refusal := self._fence.point_refusal(*end)) is not None:
                 return f"item {item_number(point.seq)}: {refusal}", place
         found = self.rounded(waypoints, place)
         seqs = [route[found.own_index(i)].seq for i in range(len(found.waypoints))]

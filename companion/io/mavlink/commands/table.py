@@ -5,6 +5,8 @@ from __future__ import annotations
 from companion.io.mavlink.commands import (
     calibration,
     circle,
+    conditions,
+    fence,
     following,
     guided_limits,
     landing,
@@ -12,6 +14,7 @@ from companion.io.mavlink.commands import (
     nudge,
     outputs,
     retraction,
+    reverse,
     senses,
     trial,
 )
@@ -29,6 +32,11 @@ ROWS: tuple[CommandRow, ...] = (
     CommandRow(mavlink.MAV_CMD_NAV_TAKEOFF, landing.take_off, once=True),
     CommandRow(mavlink.MAV_CMD_NAV_LAND, landing.land),
     CommandRow(mavlink.MAV_CMD_DO_GUIDED_LIMITS, guided_limits.do_guided_limits),
+    CommandRow(mavlink.MAV_CMD_DO_FENCE_ENABLE, fence.do_fence_enable),
+    CommandRow(mavlink.MAV_CMD_DO_SET_REVERSE, reverse.do_set_reverse),
+    CommandRow(mavlink.MAV_CMD_CONDITION_YAW, conditions.yaw, once=True),
+    CommandRow(mavlink.MAV_CMD_CONDITION_DELAY, conditions.delay),
+    CommandRow(mavlink.MAV_CMD_CONDITION_DISTANCE, conditions.distance),
     CommandRow(mavlink.MAV_CMD_DO_ORBIT, circle.do_orbit, once=True),
     CommandRow(mavlink.MAV_CMD_PREFLIGHT_CALIBRATION, calibration.preflight, once=True),
     CommandRow(calibration.DO_START_MAG_CAL, calibration.start_compass, once=True),

@@ -33,6 +33,7 @@ class DeskSupervisor:
         self.seq = 0
         self.armed = False
         self.home: Home | None = Home(63.44, 10.4, 2.5)
+        self.mission_edits = SimpleNamespace(under_way=False, due=lambda: None)
 
     def status(self, now_s: float) -> Any:
         count = len(self._plans.items(PlanKind.MISSION))

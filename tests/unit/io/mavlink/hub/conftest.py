@@ -115,6 +115,7 @@ class FakeSupervisor:
             take_off=lambda now_s: self._take("take_off"), land=lambda place, now_s: self._take("land", place)
         )
         self.payload: Payload
+        self.mission_edits = SimpleNamespace(under_way=False, due=lambda: None)
         self.now = Status(
             0.0,
             ModeId.HOLD,
@@ -146,8 +147,9 @@ class FakeSupervisor:
             self.change(**changes)
         return self.outcome
 
-    def request_mode(self, mode: ModeId, now_s: float) -> Outcome:
-        return self._take("request_mode", mode, mode=mode, intended_mode=mode)
+    def request_mode(self, mode: ModeId, now_s: float, order: Order | None = None) -> Outcome:
+        how = () if order is None else (order,)
+        return self._take("request_mode", mode, *how, mode=mode, intended_mode=mode)
 
     def give_order(self, order: Order, now_s: float) -> Outcome:
         return self._take("give_order", order, mode=order.mode, intended_mode=order.mode)
