@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from importlib.metadata import PackageNotFoundError, version
@@ -21,7 +21,7 @@ from companion.config import vessel as config_module
 from companion.config.vessel import ConfigError, VesselConfig
 from companion.core.decision import TextKind
 from companion.core.events import EventLog
-from companion.core.ports import StreamOpener, WaitingClock, World
+from companion.core.ports import Recorder, ReportsBack, StreamOpener, WaitingClock, World
 from companion.guidance.path import PathKind, build_path
 from companion.io import actuators, sensors
 from companion.io.actuators import open_actuator
@@ -233,15 +233,13 @@ def build(config: VesselConfig, around: Surroundings) -> Vessel:
         supervisor.parts.fence.work_with(beside.worker)
     log = _store(vessel, around, beside, warn)
     ear = None if log is None else log.heard
-    vessel.add_recorder(relay)
+    for recorder in (relay, *_reporters(config, devices, around, events)):
+        vessel.add_recorder(recorder)
     if around.beside:
         watch = HostWatch(events.say)
         vessel.host = watch
         if around.patience <= 1.0:
             vessel.add_recorder(watch)
-    if around.network is not None:
-        for row in config.nmea_out:
-            vessel.add_recorder(NmeaOut(row, config.thrusters, around.network.open("nmea_out", row.port), events.say))
     vessel.attach(
         connect(
             vessel,
@@ -309,6 +307,16 @@ def _devices(config: VesselConfig, around: Surroundings, events: EventLog) -> tu
         ),
     )
     return devices, relay
+
+
+def _reporters(config: VesselConfig, devices: Devices, around: Surroundings, events: EventLog) -> Iterator[Recorder]:
+    """What tells devices aboard of the boat's state."""
+    for sensor in devices.sensors:
+        if isinstance(sensor, ReportsBack):
+            yield sensor.telemetry
+    if around.network is not None:
+        for row in config.nmea_out:
+            yield NmeaOut(row, config.thrusters, around.network.open("nmea_out", row.port), events.say)
 
 
 def _tell_exposed(around: Surroundings, events: EventLog) -> None:

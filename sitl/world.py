@@ -19,7 +19,7 @@ from sitl import emulators
 from sitl.battery import BatteryModel
 from sitl.berth import BerthModel
 from sitl.camera import emulated_cameras
-from sitl.emulators.device import SensedWorld
+from sitl.emulators.device import RcReceiver, SensedWorld
 from sitl.environment import UPDATE_S, CurrentModel, Waves, WindModel, parse_directed, wind_force
 from sitl.faults import Faults, parse
 from sitl.hull import Hull
@@ -239,9 +239,11 @@ class World:
         self._streams[name].device.send(data, self.t_s)
 
     def set_transmitter(self, channels_us: Sequence[int] | None) -> None:
-        """Pulses of the transmitter's channels on all boards; None: no RC receiver."""
-        for board in self.boards:
-            board.rc_us = channels_us
+        """Pulses of the transmitter's channels on the serial RC receivers, else on all boards; None: no RC receiver, or
+        no transmitter."""
+        serial = [sensor for sensor in self.sensors if isinstance(sensor, RcReceiver)]
+        for device in serial or self.boards:
+            device.rc_us = channels_us
 
     def _sea(self, height_m: float, seed: int) -> Waves:
         """The waves, with the wakes of lead boats where the plant feels them."""

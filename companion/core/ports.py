@@ -72,6 +72,13 @@ class Sensor(Protocol):
         ...
 
 
+@runtime_checkable
+class ReportsBack(Protocol):
+    """A sensor whose device shows the boat's state: `telemetry` gets every tick."""
+
+    telemetry: Recorder
+
+
 class Actuator(Protocol):
     """Driver of one bridge: commands out, and the readings that the bridge reports back."""
 

@@ -66,7 +66,7 @@ class CruiseLearning:
         if since_s is None:
             return
         if now_s - since_s < LEAST_S or not self._count:
-            self._refuse(f"switch on for at least {LEAST_S:.0f} s", now_s)
+            self._refuse(f"sail {LEAST_S:.0f} s or more", now_s)
             return
         speed_mps = min(self._speed_sum_mps / self._count, self._parameters["MPC_XY_VEL_MAX"])
         if self._parameters.set(_PARAMETER, speed_mps) is not None:

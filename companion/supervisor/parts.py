@@ -29,7 +29,6 @@ from companion.supervisor.authority import AuthorityRequest, Facts, RequestedAct
 from companion.supervisor.calibration import CalibrationDuty
 from companion.supervisor.computer import ComputerWatch
 from companion.supervisor.cruise import Cruise
-from companion.supervisor.cruise_learning import CruiseLearning
 from companion.supervisor.fence_duty import FenceDuty
 from companion.supervisor.follow_duty import FollowDuty
 from companion.supervisor.ground_stations import GroundStations
@@ -38,7 +37,6 @@ from companion.supervisor.homing import HomeKeeper
 from companion.supervisor.hull_watch import HullWatch
 from companion.supervisor.mission_actions import MissionActions
 from companion.supervisor.mission_duty import MissionDuty
-from companion.supervisor.mission_edits import MissionEdits
 from companion.supervisor.mode_changes import Cause
 from companion.supervisor.motor_test import MotorTest
 from companion.supervisor.nudges import Nudges
@@ -48,7 +46,6 @@ from companion.supervisor.payload import Payload
 from companion.supervisor.range_watch import RangeWatch
 from companion.supervisor.responder import Responder
 from companion.supervisor.retraction import Retraction
-from companion.supervisor.rudder_arming import RudderArming
 from companion.supervisor.senses import Senses
 from companion.supervisor.situation import Situation, Source
 from companion.supervisor.standstill import Standstill
@@ -108,9 +105,6 @@ class SupervisorParts:
         self.switches = Switches(parameters, events)
         self.ground_stations = GroundStations(config.operators)
         self.helm = helm = Helm(modes, self.sticks, events, self.mode_inputs)
-        self.rudder_arming = RudderArming(parameters, helm)
-        self.cruise_learning = CruiseLearning(config, parameters, helm, events)
-        self.mission_edits = MissionEdits(plans, helm, events)
         self.following = FollowDuty(parameters, helm, self.sticks, events, choose, self.refusal)
         actions = MissionActions(self.cruise, self.home, self.fence, self.auxiliary, self.following, self.payload)
         self.mission_duty = MissionDuty(parameters, executor, mission, hold, helm, self.following, actions, events)

@@ -57,14 +57,15 @@ class Supervisor(Requests):
         super().__init__(SupervisorParts(config, parameters, plans, executor, events, frame_of, self._choose))
         parts = self.parts
         self.auxiliary, self.following, self.retraction = parts.auxiliary, parts.following, parts.retraction
-        self.payload, self.mission_edits = parts.payload, parts.mission_edits
+        self.payload = parts.payload
         self.ground_stations = parts.ground_stations
         self.calibration, self.motor_test = parts.calibration, parts.motor_test
         self.senses, self.trial_duty = parts.senses, parts.trial_duty
         modes = parts.helm.modes.values()
         self.modes = tuple(ModeInfo(mode.declaration, mode.text) for mode in modes)
         self._monitor = parts.responder.monitor
-        self._aux = AuxFunctions(parts, self)
+        self._aux = AuxFunctions(parts, self, plans)
+        self.mission_edits = self._aux.mission_edits
         self.landing = Landing(self)
         self._guard_failure = ""
         self._desired_mps: float | None = 0.0  # speed ahead, of the last setpoint; None: it asks for forces
@@ -289,12 +290,10 @@ class Supervisor(Requests):
     def _obey_switches(self, rc: RcInput | None, now_s: float) -> None:
         """What the transmitter's switches and its yaw stick ask for; while its kill switch is on the boat is
         disarmed."""
-        parts, switches = self.parts, self.parts.switches
+        switches = self.parts.switches
         for order in switches.update(rc, now_s):
             self._obey(order, now_s)
-        parts.cruise_learning.update(parts.nav, parts.achieved, now_s)
-        gesture = parts.rudder_arming.update(parts.sticks.transmitter(now_s), parts.nav, now_s)
-        if gesture is not None:
+        if (gesture := self._aux.update(now_s)) is not None:
             self._obey(SwitchOrder(gesture), now_s)
         if switches.killed:
             self.disarm(now_s)

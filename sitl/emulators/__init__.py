@@ -19,6 +19,7 @@ from sitl.emulators.nanotec import NanotecEmulator
 from sitl.emulators.nmea2000 import Nmea2000Emulator
 from sitl.emulators.pixhawk import PixhawkEmulator
 from sitl.emulators.radar import RadarEmulator
+from sitl.emulators.rc_receiver import CrsfEmulator, SbusEmulator
 from sitl.emulators.sounder import SounderEmulator
 from sitl.emulators.vectornav import VectorNavEmulator
 from sitl.emulators.wind_sensor import WindEmulator
@@ -51,6 +52,8 @@ SENSORS: Mapping[str, Callable[[SensorConfig, MemoryDevice, SensedWorld], Device
     "mavlink_imu": PixhawkEmulator,
     "ais": AisEmulator,
     "mavlink_range": LidarEmulator,
+    "sbus": SbusEmulator,
+    "crsf": CrsfEmulator,
 }
 BOARDS: Mapping[str, Callable[[Any, MemoryDevice, Sequence[ThrusterModel], BatteryModel, Faults], Board]] = {
     "mavlink_servo": MavlinkServoEmulator,

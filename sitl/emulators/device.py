@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from companion.config.vessel import HomeConfig
 from sitl.environment import Waves, WindModel
@@ -24,6 +24,13 @@ class Device(Protocol):
     def speak(self, t_s: float) -> None:
         """Measure now, and send."""
         ...
+
+
+@runtime_checkable
+class RcReceiver(Protocol):
+    """A device that hears a transmitter. `rc_us`: pulses of its channels; None: it is off."""
+
+    rc_us: Sequence[int] | None
 
 
 class Board(Device, Protocol):

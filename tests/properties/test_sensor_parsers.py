@@ -14,9 +14,12 @@ from companion.config.devices import SensorConfig
 from companion.io.sensors import DRIVERS, open_sensor
 from tests.remembered import remembered
 from tests.unit.io.sensors.test_ais import CLASS_A, CLASS_A_SLOW, CLASS_B
+from tests.unit.io.sensors.test_crsf import sticks
 from tests.unit.io.sensors.test_mavlink_imu import HEARTBEAT, HIGHRES, packed
 from tests.unit.io.sensors.test_mtdata2 import BY_HAND
 from tests.unit.io.sensors.test_nmea0183 import GGA, HDT, VTG
+from tests.unit.io.sensors.test_sbus import HIGH, LOW
+from tests.unit.io.sensors.test_sbus import frame as sbus_frame
 from tests.unit.io.sensors.test_vectornav import VNYMR
 from tests.wires import Wire
 
@@ -29,7 +32,10 @@ WHOLE = {
     "mavlink_imu": HEARTBEAT + HIGHRES * 3,
     "mavlink_range": HEARTBEAT + SECTORS * 3,
     "ais": CLASS_A + CLASS_A_SLOW + CLASS_B,
+    "sbus": sbus_frame(LOW, HIGH) * 12,
+    "crsf": sticks(LOW, HIGH) * 3,
 }
+NEWEST_ONLY = {"sbus", "crsf"}  # of what comes in one read
 
 
 def driver(name: str) -> tuple[Any, Wire]:
@@ -50,7 +56,7 @@ def test_random_bytes(name: str) -> None:
     assert sensor.counts[0] == 0
     assert not sensor.health(4.0).ok
     line.chunks = [(5.0, bytes(3000) + WHOLE[name])]
-    assert len(sensor.read(5.0)) == 3
+    assert len(sensor.read(5.0)) == (1 if name in NEWEST_ONLY else 3)
 
 
 @pytest.mark.parametrize("name", DRIVERS)

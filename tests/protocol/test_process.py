@@ -83,7 +83,8 @@ def test_check_lists_every_error_with_its_line(tmp_path: Path) -> None:
     assert "limits.surge: unknown key; did you mean 'surge_n'?" in done.stderr
     assert all(line.startswith(f"{file}:") for line in lines)
     assert (
-        "no driver 'mtdata9'; known: ais, mavlink_imu, mavlink_range, mtdata2, nmea0183, vectornav" in done.stderr
+        "no driver 'mtdata9'; known: ais, crsf, mavlink_imu, mavlink_range, mtdata2, nmea0183, sbus, vectornav"
+        in done.stderr
         and "seral:" in done.stderr
     )
     assert "parameters.PATH_BW_SURGE" in done.stderr and "allowed 0.05 to 3 rad/s" in done.stderr

@@ -19,6 +19,8 @@ SENSORS: Mapping[str, SensorKind] = {
     "mavlink_imu": SensorKind(inertial=True),
     "ais": SensorKind(),
     "mavlink_range": SensorKind(),
+    "sbus": SensorKind(),
+    "crsf": SensorKind(),
 }
 
 SensorRow = Annotated[SensorConfig, ByDriver(SENSORS)]

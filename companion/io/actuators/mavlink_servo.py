@@ -26,8 +26,8 @@ from companion.core.readings import Battery, Leak, RcInput, Reading
 from companion.core.tick import DeviceHealth
 from companion.io.actuators.calibration import AzimuthServo, ThrusterOutput
 from companion.io.actuators.mavlink_board import BEAT_LOST_S, MavlinkBoard, MavlinkRelays
-from companion.io.actuators.rc_receiver import channels
 from companion.io.mavlink.wire import messages as mavlink
+from companion.io.rc_receiver import channels
 
 _INTERVALS_S = {
     mavlink.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW: 0.05,

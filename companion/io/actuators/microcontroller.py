@@ -24,7 +24,7 @@ from companion.core.ports import ByteStream
 from companion.core.readings import Battery, Leak, RcInput, Reading
 from companion.core.tick import DeviceHealth
 from companion.io.actuators.calibration import ThrusterOutput
-from companion.io.actuators.rc_receiver import channels
+from companion.io.rc_receiver import channels
 from companion.io.recognise import Overheard
 
 _IDENT_PERIOD_S = 1.0

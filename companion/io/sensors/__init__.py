@@ -26,10 +26,12 @@ from companion.config.vessel import ConfigError
 from companion.core.ports import ByteStream, Sensor
 from companion.io import plugins
 from companion.io.sensors.ais import AisReceiver
+from companion.io.sensors.crsf import CrsfReceiver
 from companion.io.sensors.mavlink_imu import MavlinkImu
 from companion.io.sensors.mavlink_range import MavlinkRange
 from companion.io.sensors.mtdata2 import Mtdata2Sensor
 from companion.io.sensors.nmea0183 import Nmea0183Sensor
+from companion.io.sensors.sbus import SbusReceiver
 from companion.io.sensors.vectornav import VectorNavSensor
 
 DRIVERS: Mapping[str, Callable[[Any, ByteStream], Sensor]] = {
@@ -39,6 +41,8 @@ DRIVERS: Mapping[str, Callable[[Any, ByteStream], Sensor]] = {
     "mavlink_imu": MavlinkImu,
     "ais": AisReceiver,
     "mavlink_range": MavlinkRange,
+    "sbus": SbusReceiver,
+    "crsf": CrsfReceiver,
 }
 GROUP = "usv_companion.sensors"
 

@@ -13,7 +13,7 @@ from companion.io.recognise import Overheard
 from companion.io.sensors.message_timing import MessageTiming
 from companion.io.sensors.setup import DeviceSetup
 
-_SILENT_BYTES = 600  # that many bytes without one valid message: not the language or not the speed
+SILENT_BYTES = 600  # that many bytes without one valid message: not the language or not the speed
 
 
 class StreamDriver(ABC):
@@ -36,7 +36,7 @@ class StreamDriver(ABC):
         self._pace = MessageTiming(config.rate_hz)
         self._setup: DeviceSetup | None = None  # of devices that are configured at the start
         self._was_open = False
-        self._overheard = Overheard(_SILENT_BYTES)
+        self._overheard = Overheard(SILENT_BYTES)
 
     def read(self, now_s: float) -> Sequence[Reading]:
         """Readings whose bytes came in since the last call, in order of arrival."""
@@ -88,7 +88,7 @@ class StreamDriver(ABC):
         if fault is not None:
             return fault
         recent = age_s is not None and age_s <= self._config.timeout_s
-        if not recent and self._bytes_since_valid >= _SILENT_BYTES:
+        if not recent and self._bytes_since_valid >= SILENT_BYTES:
             return f"{self._bytes_since_valid:,} bytes and no valid {self.messages}: {self._nonsense()}"
         if self._setup is not None and not self._setup.done:
             return self._setup.remark

@@ -22,9 +22,9 @@ def yaw(supervisor: Supervisor, request: CommandRequest) -> Outcome | Answer:
     """
     angle_deg, side, relative = request.params[0], request.whole_or(3, 0), request.whole_or(4, 0)
     if side not in (-1, 0, 1) or relative not in (0, 1):
-        return denied("direction and kind of a turn should be -1, 0, 1 and 0, 1")
+        return denied("params 3 and 4 should be -1 to 1, and 0 or 1")
     if not 0.0 <= angle_deg <= (180.0 if relative else 360.0):
-        return denied("param 1 should be 0 to 360 degrees, relative 0 to 180")
+        return denied("param 1 should be 0 to 360, relative 0 to 180")
     now_rad = supervisor.parts.nav.yaw_rad
     if relative:
         return supervisor.set_heading(wrap_pi(now_rad + (side or 1) * math.radians(angle_deg)), request.now_s)

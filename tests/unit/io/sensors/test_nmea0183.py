@@ -282,8 +282,8 @@ def test_a_device_whose_sentences_are_of_no_use_is_named_by_them() -> None:
 
 
 def test_table() -> None:
-    assert set(DRIVERS) == {"nmea0183", "mtdata2", "vectornav", "mavlink_imu", "mavlink_range", "ais"}
-    with pytest.raises(ConfigError, match="no driver 'sextant'; known: ais, mavlink_imu, mavlink_range, mtdata2"):
+    assert set(DRIVERS) == {"nmea0183", "mtdata2", "vectornav", "mavlink_imu", "mavlink_range", "ais", "sbus", "crsf"}
+    with pytest.raises(ConfigError, match="no driver 'sextant'; known: ais, crsf, mavlink_imu, mavlink_range"):
         open_sensor(SensorConfig("gnss", "sextant", "serial:/dev/x"), Line())
     sensor, line = driver()
     assert sensor.fileno() == 7

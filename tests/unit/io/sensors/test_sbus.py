@@ -1,0 +1,140 @@
+"""SBUS frames, built by hand from the bit layout, through the driver."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from companion.config.devices import SensorConfig
+from companion.core.readings import RcInput
+from companion.io.sensors import open_sensor
+from tests.wires import Wire
+
+PERIOD_S = 0.014
+PROVEN = 10  # frames, before they count
+CENTRE, LOW, HIGH = 992, 192, 1792  # 1500, 1000 and 2000 µs
+# all channels at the centre: 992 is 0b01111100000, the lowest bit first
+CENTRED = bytes.fromhex("0f e0031ff8c0073ef0810f7c e0031ff8c0073ef0810f7c 00 00")
+
+
+def frame(*values: int, flags: int = 0x00, end: int = 0x00) -> bytes:
+    """`values`: of the first channels; the others are at the centre."""
+    bits = 0
+    for n, value in enumerate((*values, *(CENTRE for _ in range(16 - len(values))))):
+        bits |= value << (11 * n)
+    return b"\x0f" + bits.to_bytes(22, "little") + bytes((flags, end))
+
+
+class Line:
+    """A driver and its wire: `hear` lets a chunk arrive and reads."""
+
+    def __init__(self, **more: Any) -> None:
+        self.wire = Wire()
+        self.sensor: Any = open_sensor(SensorConfig("rc", "sbus", "serial:/dev/x:100000", **more), self.wire)
+        self.now_s = 0.0
+
+    def proven(self) -> Line:
+        """It has sent ten frames, all channels at the centre."""
+        self.hear(*[frame()] * PROVEN)
+        return self
+
+    def hear(self, *chunks: bytes, every_s: float = PERIOD_S) -> list[RcInput]:
+        found: list[RcInput] = []
+        for chunk in chunks:
+            self.now_s += every_s
+            self.wire.chunks = [(self.now_s, chunk)]
+            found += self.sensor.read(self.now_s)
+        return found
+
+
+def test_a_frame_by_hand() -> None:
+    assert frame() == CENTRED
+    found = Line().hear(*[CENTRED] * PROVEN)
+    assert [rc.channels for rc in found] == [(0.0,) * 16] and not found[0].lost
+    assert found[0].t_s == pytest.approx(PROVEN * PERIOD_S) and found[0].source == "rc"
+
+
+def test_the_ends_of_the_sticks() -> None:
+    (rc,) = Line().hear(*[frame(LOW, HIGH, 172, 1811, 0, 2047)] * PROVEN)
+    assert rc.channels[:4] == pytest.approx((-1.0, 1.0, -1.024, 1.024), abs=2e-3)
+    assert rc.channels[4:6] == pytest.approx((-1.24, 1.318), abs=2e-3)
+
+
+def test_frames_count_from_the_tenth_in_a_row_whatever_the_chunks() -> None:
+    stream = frame(LOW) * (PROVEN + 1)
+    for size in (1, 7, 25, 26, 100):
+        line = Line()
+        found = line.hear(*(stream[at : at + size] for at in range(0, len(stream), size)))
+        assert found and all(rc.channels[0] == -1.0 for rc in found), size
+        assert line.sensor.counts == (2, 0)
+
+
+def test_one_frame_moves_no_stick_and_throws_no_switch() -> None:
+    line = Line().proven()
+    line.hear(*[frame(LOW)] * 3)
+    found = line.hear(frame(HIGH), *[frame(LOW)] * (PROVEN + 2), every_s=0.02)
+    assert [rc.channels[0] for rc in found] == [-1.0] * 3, "ten frames after it the line is trusted again"
+    found = line.hear(frame(HIGH), frame(HIGH), every_s=0.02)
+    assert [rc.channels[0] for rc in found] == [-1.0, 1.0], "the second one does"
+
+
+def test_failsafe_and_lost_frames() -> None:
+    line = Line().proven()
+    line.hear(*[frame(HIGH)] * 3)
+    assert not line.hear(*[frame(HIGH, flags=0x04)] * 4, every_s=0.05)[1:], "old channels are no news"
+    lost = line.hear(*[frame(HIGH, flags=0x0C)] * 3, every_s=0.05)
+    assert [rc.lost for rc in lost][-2:] == [True, True]
+    back = line.hear(*[frame(HIGH)] * 3, every_s=0.05)
+    assert not back[-1].lost
+    assert line.sensor.health(line.now_s).ok, "the receiver is well all the time"
+
+
+def test_silence_is_a_lost_transmitter_and_a_fault_of_the_wire() -> None:
+    line = Line(timeout_s=1.0)
+    (rc,) = line.hear(*[frame()] * PROVEN)
+    (gone,) = line.sensor.read(line.now_s + 1.5)
+    assert gone.lost and gone.t_s == pytest.approx(rc.t_s + 1.0)
+    assert line.sensor.read(line.now_s + 1.6) == [], "it is said once"
+    health = line.sensor.health(line.now_s + 1.5)
+    assert not health.ok and health.text.startswith("silent for 1.5 s")
+    assert not line.hear(*[frame()] * 4, every_s=0.02)[-1].lost
+
+
+def test_at_most_fifty_readings_a_second() -> None:
+    line = Line()
+    assert len(line.hear(*[frame()] * (200 + PROVEN), every_s=0.007)) == pytest.approx(1.4 / 0.021, abs=3)
+    line.wire.chunks = [(line.now_s + 0.1, frame() * 20)]
+    assert len(line.sensor.read(line.now_s + 0.1)) == 1
+
+
+@pytest.mark.parametrize("end", [0x04, 0x14, 0x24, 0x34])
+def test_sbus2_ends(end: int) -> None:
+    assert Line().hear(*[frame(end=end)] * PROVEN)
+
+
+def test_an_inverted_line_is_explained() -> None:
+    line = Line()
+    line.hear(*[bytes(255 - byte for byte in CENTRED)] * 30)
+    text = line.sensor.health(line.now_s).text
+    assert "SBUS is inverted" in text and "parity=even" in text
+
+
+@settings(deadline=None, derandomize=True, max_examples=60)
+@given(
+    values=st.lists(st.integers(0, 2047), min_size=16, max_size=16),
+    noise=st.binary(max_size=40),
+    sizes=st.lists(st.integers(1, 40), min_size=1, max_size=8),
+)
+def test_any_channels_come_through_after_any_noise(values: list[int], noise: bytes, sizes: list[int]) -> None:
+    """Noise before the frames may hide the first of them, no more than its length allows."""
+    line, stream = Line(), noise + frame(*values) * (PROVEN + 4)
+    chunks, at = [], 0
+    while at < len(stream):
+        chunks.append(stream[at : at + sizes[len(chunks) % len(sizes)]])
+        at += len(chunks[-1])
+    found = line.hear(*chunks, every_s=0.02)
+    wanted = tuple(max(-1.4, min(1.4, (round(880 + 0.625 * value) - 1500) / 500)) for value in values)
+    assert found and found[-1].channels == pytest.approx(wanted)
