@@ -142,6 +142,42 @@ def test_rover_mode_names_on_a_link_that_speaks_ardupilot(tmp_path: Path) -> Non
         station.expect("Got COMMAND_ACK: COMPONENT_ARM_DISARM: ACCEPTED")
 
 
+def test_marks_fence_and_guided_limits_by_command(tmp_path: Path) -> None:
+    """A mission with JUMP_TAG and DO_FENCE_ENABLE there and back, and their commands as MAVProxy sends them."""
+    tcp_port = free_port(socket.SOCK_STREAM)
+    links = (f"tcpin:127.0.0.1:{tcp_port}?dialect=ardupilot",)
+    with (
+        Companion(tmp_path, speed=10.0, links=links),
+        MavProxy(f"tcp:127.0.0.1:{tcp_port}", tmp_path / "mavproxy") as station,
+    ):
+        station.expect("online system 1")
+        station.expect(f"Received {len(TABLE)} parameters")
+        rows = [row(0, 16, (0.0, 0.0)), row(1, 16, (8.0, 0.0)), row(2, 600, params=(7.0, 0, 0, 0))]
+        rows += [row(3, 16, (8.0, 8.0)), row(4, 207, params=(1.0, 0, 0, 0)), row(5, 601, params=(7.0, 1.0, 0, 0))]
+        plan = write(tmp_path / "plan.txt", rows)
+        station.say(f"wp load {plan}")
+        station.expect("Got MISSION_ACK: TYPE_MISSION: ACCEPTED")
+        back = tmp_path / "back.txt"
+        station.say(f"wp save {back}")
+        station.expect("Saved 6 waypoints to")
+        sent, got = ([item[3:6] for item in items_of(path)[1:]] for path in (plan, back))
+        assert sent == got, "commands and their first parameters; item 0 is the boat's own home"
+        station.say("long DO_JUMP_TAG 7 0 0 0 0 0 0")
+        station.expect("Got COMMAND_ACK: DO_JUMP_TAG: ACCEPTED")
+        station.say("long DO_JUMP_TAG 8 0 0 0 0 0 0")
+        station.expect("Got COMMAND_ACK: DO_JUMP_TAG: DENIED")
+        station.say("long DO_GUIDED_LIMITS 30 0 0 50 0 0 0")
+        station.expect("Got COMMAND_ACK: DO_GUIDED_LIMITS: ACCEPTED")
+        for value, text in ((0, "Fence off until switched on or disarmed"), (1, "Fence on, but there is none")):
+            station.say(f"long DO_FENCE_ENABLE {value} 0 0 0 0 0 0")
+            station.expect(text)
+        station.say("long DO_SET_REVERSE 1 0 0 0 0 0 0")
+        station.expect("Got COMMAND_ACK: DO_SET_REVERSE: UNSUPPORTED")
+        station.ask("arm throttle", "Got COMMAND_ACK: COMPONENT_ARM_DISARM: ACCEPTED", again_s=2.0)
+        station.say("mode SMART_RTL")
+        station.expect("Mode SMART_RTL")
+
+
 def test_circle_by_its_rover_name_by_command_and_in_a_mission(tmp_path: Path) -> None:
     """`mode CIRCLE` knows only ArduPilot's numbers; DO_ORBIT goes out as COMMAND_LONG."""
     tcp_port = free_port(socket.SOCK_STREAM)

@@ -30,6 +30,7 @@ pytestmark = pytest.mark.process
 
 FRAME = LocalFrame(63.4389, 10.3990)
 WAYPOINT, LOITER_TIME, DELAY, CONDITION_YAW, JUMP, SPEED = 16, 19, 93, 115, 177, 178
+JUMP_TAG, DO_JUMP_TAG, FENCE_ENABLE, GUIDED_LIMITS, SET_REVERSE = 600, 601, 207, 222, 194
 
 
 @contextmanager
@@ -121,6 +122,51 @@ def mode_names(system: System) -> dict[int, str]:
     wait_until(lambda: bool(found) and len(found) == next(iter(found.values()))["number_modes"], "all modes")
     direct.destroy()
     return {fields["custom_mode"]: fields["mode_name"] for fields in found.values()}
+
+
+def acknowledged(system: System, number: int, *params: float) -> int:
+    """MAV_RESULT of a command that MAVSDK has no function for."""
+    direct = MavlinkDirect(system)
+    results: list[int] = []
+
+    def take(message: MavlinkMessage, _user: Any) -> None:
+        fields = json.loads(message.fields_json)
+        if fields["command"] == number:
+            results.append(fields["result"])
+
+    direct.subscribe_message("COMMAND_ACK", take)
+    padded = (*params, *(0.0 for _ in range(7 - len(params))))
+    request = {"target_system": 1, "target_component": 1, "command": number, "confirmation": 0}
+    request |= {f"param{n}": value for n, value in enumerate(padded, start=1)}
+    direct.send_message(MavlinkMessage("COMMAND_LONG", 0, 0, 1, 1, json.dumps(request)))
+    wait_until(lambda: bool(results), f"the answer to command {number}")
+    direct.destroy()
+    return results[0]
+
+
+def test_marks_fence_and_guided_limits(tmp_path: Path) -> None:
+    """Items and commands that MAVSDK passes on without knowing them."""
+    plan = [
+        item(0, WAYPOINT, (8.0, 0.0), 0.0, 0.0, 0.0, math.nan),
+        item(1, JUMP_TAG, None, 7.0),
+        item(2, WAYPOINT, (8.0, 8.0), 0.0, 0.0, 0.0, math.nan),
+        item(3, FENCE_ENABLE, None, 1.0),
+        item(4, DO_JUMP_TAG, None, 7.0, 2.0),
+    ]
+    companion = Companion(tmp_path, speed=5.0).start()
+    with connected(companion) as system:
+        mission = MissionRaw(system)
+        mission.upload_mission(plan)
+        assert same(plan, mission.download_mission())
+        for command, params, result in (
+            (DO_JUMP_TAG, (7.0,), 0),
+            (DO_JUMP_TAG, (9.0,), 2),
+            (GUIDED_LIMITS, (30.0, 0.0, 0.0, 50.0), 0),
+            (FENCE_ENABLE, (0.0,), 0),
+            (SET_REVERSE, (1.0,), 3),
+        ):
+            assert acknowledged(system, command, *params) == result, (command, params)
+    companion.kill()
 
 
 def test_connect_parameters_and_restart(tmp_path: Path) -> None:
