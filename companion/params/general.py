@@ -11,6 +11,9 @@ from companion.params.spec import (
     integer,
     real,
 )
+from companion.params.transmitter import SWITCH_CHANNELS
+
+_SWITCH_CHANNELS = {0: "None"} | {n: str(n) for n in SWITCH_CHANNELS}
 
 ROWS: tuple[ParamSpec, ...] = (
     # identity
@@ -294,14 +297,14 @@ ROWS: tuple[ParamSpec, ...] = (
     choice(
         "MAN_RC_SAFE_CH",
         5,
-        {0: "None", 5: "5", 6: "6", 7: "7", 8: "8"},
+        _SWITCH_CHANNELS,
         "Manual",
         "Transmitter channel of the safe switch; its high position forces Manual",
     ),
     choice(
         "MAN_RC_LOWER_CH",
         0,
-        {0: "None", 5: "5", 6: "6", 7: "7", 8: "8"},
+        _SWITCH_CHANNELS,
         "Manual",
         "Transmitter channel that, moved in Manual, lowers (high) or retracts (low) the thrusters",
     ),

@@ -15,7 +15,7 @@ from companion.params.spec import ParamSpec, choice, real
 
 CHANNELS = 16  # that switches may be on
 CALIBRATED = 8  # of them; the others are taken as they are
-_FIRST_FREE = 5  # the first channel that may have a function of its own: a transmitter's sticks are before it
+SWITCH_CHANNELS = range(5, CHANNELS + 1)  # before them are a transmitter's sticks
 POSITIONS = 6  # of the mode switch
 
 NO_MODE = -1
@@ -101,7 +101,7 @@ RELAYS: Mapping[AuxFunction, int] = {
 }
 """The functions that switch a relay, with its number (from 0, as in MAVLink)."""
 
-OPTIONS: Mapping[str, int] = {f"RC{n}_OPTION": n for n in range(_FIRST_FREE, CHANNELS + 1)}
+OPTIONS: Mapping[str, int] = {f"RC{n}_OPTION": n for n in SWITCH_CHANNELS}
 """The parameters that give a channel a function: parameter → channel."""
 
 RUDDER_OFF, RUDDER_ARMS, RUDDER_BOTH = 0, 1, 2  # of ARMING_RUDDER, as ArduPilot's

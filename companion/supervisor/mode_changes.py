@@ -114,8 +114,8 @@ MODE_CHANGES: tuple[ModeChange, ...] = (
         Cause.TRANSMITTER.value,
         Cause.TRANSMITTER,
         "any",
-        "RTL, Hold or Offboard; the mode at the position of the mode switch",
-        "The transmitter's return, hold, offboard or mode switch is moved",
+        "RTL, Hold or Offboard; the mode at the position of the mode switch, or of a channel's function",
+        "The transmitter's return, hold, offboard or mode switch is moved, or a channel with a function (RC5_OPTION)",
         "RC_MAP_FLTMODE",
     ),
     ModeChange(
