@@ -11,6 +11,7 @@ from typing import Annotated
 
 from companion.config.devices import SensorConfig
 from companion.config.kinds import ByDriver, SensorKind
+from companion.config.sensors.rc import sbus_problems
 
 SENSORS: Mapping[str, SensorKind] = {
     "nmea0183": SensorKind(),
@@ -19,7 +20,7 @@ SENSORS: Mapping[str, SensorKind] = {
     "mavlink_imu": SensorKind(inertial=True),
     "ais": SensorKind(),
     "mavlink_range": SensorKind(),
-    "sbus": SensorKind(),
+    "sbus": SensorKind(problems=sbus_problems),
     "crsf": SensorKind(),
 }
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import struct
+from collections.abc import Mapping
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
@@ -12,14 +13,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from companion.config.devices import SensorConfig
 from companion.core.decision import ModeId
-from companion.core.readings import Battery, RcInput
+from companion.core.readings import Battery
 from companion.core.tick import Inputs
-from companion.io.sensors import open_sensor
 from companion.io.sensors.crsf_telemetry import CrsfTelemetry
 from tests.unit.estimates import AT_REST
-from tests.unit.io.sensors.test_sbus import CENTRE, CENTRED, HIGH, LOW
+from tests.unit.io.sensors.test_sbus import CENTRE, CENTRED, HIGH, LOW, Line, cut, in_shares
 from tests.wires import Listening
 
 CHANNELS, LINK, PING = 0x16, 0x14, 0x28
@@ -51,67 +50,59 @@ def link(quality: int) -> bytes:
     return frame(LINK, bytes((50, 50, quality, 8, 0, 4, 3, 50, quality, 8)))
 
 
-class Line:
-    def __init__(self, **more: Any) -> None:
-        self.wire = Listening()
-        self.sensor: Any = open_sensor(SensorConfig("rc", "crsf", "serial:/dev/x:420000", **more), self.wire)
-        self.now_s = 0.0
-        self.hear(*[frame(PING, b"\x00\xea")] * 2)  # the third frame in a row counts
-
-    def hear(self, *chunks: bytes, every_s: float = 0.02) -> list[RcInput]:
-        found: list[RcInput] = []
-        for chunk in chunks:
-            self.now_s += every_s
-            self.wire.chunks = [(self.now_s, chunk)]
-            found += self.sensor.read(self.now_s)
-        return found
+def line(**more: Any) -> Line:
+    """A driver that has heard two frames: the third in a row counts."""
+    found = Line("crsf", **more)
+    found.period_s = 0.02
+    found.hear(*[frame(PING, b"\x00\xea")] * 2)
+    return found
 
 
 def test_a_frame_by_hand() -> None:
     centred = frame(CHANNELS, CENTRED[1:23])
     assert centred[:3] == bytes.fromhex("c8 18 16") and crc(b"123456789") == 0xBC  # the check value of DVB-S2
-    (rc,) = Line().hear(centred)
+    (rc,) = line().hear(centred)
     assert rc.channels == (0.0,) * 16 and not rc.lost
 
 
 def test_sticks_and_addresses() -> None:
     for address in (0xC8, 0xEA, 0xEE):
-        (rc,) = Line().hear(frame(CHANNELS, sticks(LOW, HIGH)[3:25], address))
+        (rc,) = line().hear(frame(CHANNELS, sticks(LOW, HIGH)[3:25], address))
         assert rc.channels[:3] == pytest.approx((-1.0, 1.0, 0.0))
 
 
 def test_a_dead_radio_link_is_a_lost_transmitter() -> None:
-    line = Line()
-    assert not line.hear(link(100), sticks(HIGH))[-1].lost
-    assert line.hear(link(0))[-1].lost, "without channels, as ExpressLRS"
-    assert line.hear(sticks(LOW))[-1].lost, "with the receiver's own channels, as Crossfire"
-    assert not line.hear(link(70), sticks(HIGH))[-1].lost
-    assert not line.hear(*[sticks(HIGH)] * 3)[-1].lost
+    radio = line()
+    assert not radio.hear(link(100), sticks(HIGH))[-1].lost
+    assert radio.hear(link(0))[-1].lost, "without channels, as ExpressLRS"
+    assert radio.hear(sticks(LOW))[-1].lost, "with the receiver's own channels, as Crossfire"
+    assert not radio.hear(link(70), sticks(HIGH))[-1].lost
+    assert not radio.hear(*[sticks(HIGH)] * 3)[-1].lost
 
 
 def test_silence_is_a_lost_transmitter_and_no_fault() -> None:
-    line = Line(timeout_s=1.0)
-    assert line.sensor.health(5.0).ok, "a receiver whose transmitter is off says nothing"
-    line.hear(sticks(HIGH))
-    (gone,) = line.sensor.read(line.now_s + 1.5)
-    assert gone.lost and line.sensor.health(line.now_s + 1.5).ok
-    assert not line.hear(sticks(HIGH))[-1].lost
+    radio = line(timeout_s=1.0)
+    assert radio.sensor.health(5.0).ok, "a receiver whose transmitter is off says nothing"
+    radio.hear(sticks(HIGH))
+    (gone,) = radio.sensor.read(radio.now_s + 1.5)
+    assert gone.lost and radio.sensor.health(radio.now_s + 1.5).ok
+    assert not radio.hear(sticks(HIGH))[-1].lost
 
 
 def test_other_frames_and_bad_checksums_are_passed_over() -> None:
-    line = Line()
+    radio = line()
     spoilt = bytearray(sticks(HIGH))
     spoilt[10] ^= 1
-    assert not line.hear(frame(PING, b"\x00\xea"), bytes(spoilt))
-    assert line.sensor.counts == (0, 1)
-    assert not line.hear(sticks(LOW), sticks(LOW)), "not trusted yet"
-    assert line.hear(sticks(LOW))[-1].channels[0] == -1.0
+    assert not radio.hear(frame(PING, b"\x00\xea"), bytes(spoilt))
+    assert radio.sensor.counts == (0, 1)
+    assert not radio.hear(sticks(LOW), sticks(LOW)), "not trusted yet"
+    assert radio.hear(sticks(LOW))[-1].channels[0] == -1.0
 
 
 def test_a_wrong_baud_rate_is_explained() -> None:
-    line = Line()
-    line.hear(*[bytes((7, 13, 29)) * 20] * 30)
-    assert "baud rate 420000" in line.sensor.health(line.now_s).text and not line.sensor.health(line.now_s).ok
+    radio = line()
+    radio.hear(*[bytes((7, 13, 29)) * 20] * 30)
+    assert "baud rate 420000" in radio.sensor.health(radio.now_s).text and not radio.sensor.health(radio.now_s).ok
 
 
 @settings(deadline=None, derandomize=True, max_examples=60)
@@ -121,23 +112,19 @@ def test_a_wrong_baud_rate_is_explained() -> None:
     sizes=st.lists(st.integers(1, 40), min_size=1, max_size=8),
 )
 def test_any_channels_come_through_after_any_noise(values: list[int], noise: bytes, sizes: list[int]) -> None:
-    line, stream = Line(), noise + sticks(*values) * 5
-    chunks, at = [], 0
-    while at < len(stream):
-        chunks.append(stream[at : at + sizes[len(chunks) % len(sizes)]])
-        at += len(chunks[-1])
-    found = line.hear(*chunks)
-    wanted = tuple(max(-1.4, min(1.4, (round(880 + 0.625 * value) - 1500) / 500)) for value in values)
-    assert found and found[-1].channels == pytest.approx(wanted)
+    found = line().hear(*cut(noise + sticks(*values) * 5, sizes))
+    assert found and found[-1].channels == pytest.approx(in_shares(values))
 
 
 # --- telemetry -----------------------------------------------------------------------------------------------------
 
 
-def tick(t_s: float, armed: bool = True, **nav: Any) -> Any:
+def tick(t_s: float, armed: bool = True, nav: Mapping[str, Any] | None = None) -> Any:
     battery = Battery(t_s, "battery", 25.24, 12.5, 0.81)
     status = SimpleNamespace(mode=ModeId.MISSION, armed=armed)
-    return SimpleNamespace(t_s=t_s, nav=replace(AT_REST, t_s=t_s, **nav), status=status, inputs=Inputs(battery=battery))
+    return SimpleNamespace(
+        t_s=t_s, nav=replace(AT_REST, t_s=t_s, **(nav or {})), status=status, inputs=Inputs(battery=battery)
+    )
 
 
 def told(*ticks: Any) -> dict[int, bytes]:
@@ -153,8 +140,15 @@ def told(*ticks: Any) -> dict[int, bytes]:
 
 
 def test_place_battery_attitude_and_mode_in_turn() -> None:
-    motion = {"north_mps": 3.0, "east_mps": 4.0, "yaw_rad": math.radians(-90.0), "roll_rad": 0.1, "pitch_rad": -0.2}
-    found = told(*(tick(0.1 * n, satellites=14, altitude_m=-3.0, **motion) for n in range(4)))
+    motion: dict[str, Any] = {
+        "north_mps": 3.0,
+        "east_mps": 4.0,
+        "yaw_rad": math.radians(-90.0),
+        "roll_rad": 0.1,
+        "pitch_rad": -0.2,
+    }
+    motion |= {"satellites": 14, "altitude_m": -3.0}
+    found = told(*(tick(0.1 * n, nav=motion) for n in range(4)))
     assert set(found) == {0x02, 0x08, 0x1E, 0x21}
     lat, lon, speed, heading, altitude, satellites = struct.unpack(">iiHHHB", found[0x02])
     assert (lat * 1e-7, lon * 1e-7) == pytest.approx((AT_REST.lat_deg, AT_REST.lon_deg), abs=1e-6)
@@ -165,7 +159,8 @@ def test_place_battery_attitude_and_mode_in_turn() -> None:
 
 
 def test_what_is_unknown_is_left_out_and_disarmed_has_a_star() -> None:
-    found = told(*(tick(0.1 * n, armed=False, position_valid=False, heading_valid=False) for n in range(4)))
+    unknown = {"position_valid": False, "heading_valid": False}
+    found = told(*(tick(0.1 * n, armed=False, nav=unknown) for n in range(4)))
     assert set(found) == {0x08, 0x21} and found[0x21] == b"Mission*\0"
 
 
@@ -184,4 +179,4 @@ def test_one_frame_in_a_tenth_of_a_second() -> None:
     )
 )
 def test_no_number_stops_the_telemetry(nav: dict[str, float]) -> None:
-    assert set(told(*(tick(0.1 * n, **nav) for n in range(4)))) >= {0x02, 0x08, 0x21}
+    assert set(told(*(tick(0.1 * n, nav=nav) for n in range(4)))) >= {0x02, 0x08, 0x21}

@@ -28,23 +28,37 @@ def frame(*values: int, flags: int = 0x00, end: int = 0x00) -> bytes:
     return b"\x0f" + bits.to_bytes(22, "little") + bytes((flags, end))
 
 
-class Line:
-    """A driver and its wire: `hear` lets a chunk arrive and reads."""
+def cut(stream: bytes, sizes: list[int]) -> list[bytes]:
+    """The stream in chunks of these sizes, again and again."""
+    chunks, at = [], 0
+    while at < len(stream):
+        chunks.append(stream[at : at + sizes[len(chunks) % len(sizes)]])
+        at += len(chunks[-1])
+    return chunks
 
-    def __init__(self, **more: Any) -> None:
+
+def in_shares(values: list[int]) -> tuple[float, ...]:
+    """What a reading says for these values of channels."""
+    return tuple(max(-1.4, min(1.4, (round(880 + 0.625 * value) - 1500) / 500)) for value in values)
+
+
+class Line:
+    """A driver and its wire: `hear` lets chunks arrive one by one, and reads."""
+
+    def __init__(self, driver: str = "sbus", **more: Any) -> None:
         self.wire = Wire()
-        self.sensor: Any = open_sensor(SensorConfig("rc", "sbus", "serial:/dev/x:100000", **more), self.wire)
-        self.now_s = 0.0
+        self.sensor: Any = open_sensor(SensorConfig("rc", driver, "serial:/dev/x:100000", **more), self.wire)
+        self.now_s, self.period_s = 0.0, PERIOD_S
 
     def proven(self) -> Line:
         """It has sent ten frames, all channels at the centre."""
         self.hear(*[frame()] * PROVEN)
         return self
 
-    def hear(self, *chunks: bytes, every_s: float = PERIOD_S) -> list[RcInput]:
+    def hear(self, *chunks: bytes, every_s: float | None = None) -> list[RcInput]:
         found: list[RcInput] = []
         for chunk in chunks:
-            self.now_s += every_s
+            self.now_s += self.period_s if every_s is None else every_s
             self.wire.chunks = [(self.now_s, chunk)]
             found += self.sensor.read(self.now_s)
         return found
@@ -130,11 +144,5 @@ def test_an_inverted_line_is_explained() -> None:
 )
 def test_any_channels_come_through_after_any_noise(values: list[int], noise: bytes, sizes: list[int]) -> None:
     """Noise before the frames may hide the first of them, no more than its length allows."""
-    line, stream = Line(), noise + frame(*values) * (PROVEN + 4)
-    chunks, at = [], 0
-    while at < len(stream):
-        chunks.append(stream[at : at + sizes[len(chunks) % len(sizes)]])
-        at += len(chunks[-1])
-    found = line.hear(*chunks, every_s=0.02)
-    wanted = tuple(max(-1.4, min(1.4, (round(880 + 0.625 * value) - 1500) / 500)) for value in values)
-    assert found and found[-1].channels == pytest.approx(wanted)
+    found = Line().hear(*cut(noise + frame(*values) * (PROVEN + 4), sizes), every_s=0.02)
+    assert found and found[-1].channels == pytest.approx(in_shares(values))
