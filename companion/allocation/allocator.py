@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from companion.allocation.geometry import Thruster, thrusters_of, wrench_of
 from companion.allocation.pseudo_inverse import PseudoInverse
 from companion.allocation.solver import AllocationSolver, Problem
+from companion.allocation.thrift import Thrift
 from companion.config.vessel import VesselConfig
 from companion.core.actuation import Allocation, ThrusterCommand, Wrench
 from companion.core.angles import wrap_pi
@@ -24,7 +25,9 @@ _AT_STOP_RAD = 0.02
 _WORTH_TURNING_ROUND = 0.05  # power wasted, as a share of one thruster's, for which it turns round without thrust
 _AGAINST_S = 2.0  # how long it must have pushed against the demand: longer than a corner lasts
 _UNCONSTRAINED = 1  # ALLOC_KIND
+_AS_GOOD_RAD = math.radians(15.0)  # with ALLOC_ECON: so far off costs less than the way round
 _TOE_PULL = 0.01  # weight of the toe angle while the demand is zero
+_LASTING_PULL = 0.0
 
 
 class _AllocatorBase:
@@ -122,7 +125,8 @@ class Allocator(_AllocatorBase):
     thruster (or every thruster, while an axis falls short) is drawn towards its azimuth in the unconstrained solution,
     or the opposite one where reversing is as good. This leads out of singular layouts, such as all pods ahead without
     thrust. If that azimuth lies beyond a forbidden sector or the other way round the stops, or if an axis falls short
-    because the thruster reverses at a stop, the thruster turns there without thrust.
+    because the thruster reverses at a stop, the thruster turns there without thrust. So does, with ALLOC_ECON, one that
+    has long wasted power.
 
     Unconstrained: the pseudo-inverse, then cut to limits and rates. Remembers the last forces and azimuths, and which
     thrusters are turning without thrust.
@@ -140,6 +144,8 @@ class Allocator(_AllocatorBase):
         self._crossing: list[float | None] = [None] * len(self._thrusters)  # azimuth to turn to without thrust
         self._apart_s = [0.0] * len(self._thrusters)
         self._against_s = [0.0] * len(self._thrusters)
+        self._thrift = Thrift(self._thrusters)
+        self._thrifty = False  # in this cycle
 
     def update(self, wrench: Wrench, dt_s: float, surge_mps: float = 0.0) -> Allocation:
         """The allocation for `wrench`, within `dt_s` of the thrusters' rates from the last. `surge_mps` has no effect
@@ -179,11 +185,13 @@ class Allocator(_AllocatorBase):
         problem.w_turn = parameters["ALLOC_W_TURN"]
         problem.forces_n, problem.azimuths_rad = self._forces, self._azimuths
         self._wasted = self._power_wasted(ideal)
+        self._see_thrift(ideal, dt_s)
         for i, t in enumerate(self._thrusters):
             problem.force_low_n[i], problem.force_high_n[i] = self._force_bounds(i, t, dt_s)
             if t.turns:
                 self._prefer(i, t, ideal[i], dt_s)
                 self._consider_turning_round(i, t, ideal[i], dt_s)
+                self._consider_thrift(i, t)
                 self._bound_turn(i, t, dt_s)
         self._forces, self._azimuths = self._solver.solve(problem)
 
@@ -219,11 +227,28 @@ class Allocator(_AllocatorBase):
             problem.preferred_rad[i] = (
                 present + math.remainder(t.toe_rad - present, math.pi) if t.sectors.free else t.toe_rad
             )
-            problem.preferred_weight[i] = _TOE_PULL * (1.0 - asked)
+            placed = self._thrifty and self._thrift.is_asked(i)
+            problem.preferred_weight[i] = 0.0 if placed else _TOE_PULL * (1.0 - asked)
             self._apart_s[i] = 0.0
         else:
             problem.preferred_weight[i] = 0.0
             self._apart_s[i] = 0.0
+
+    def _see_thrift(self, ideal: Sequence[tuple[float, float]], dt_s: float) -> None:
+        """With ALLOC_ECON, and while every axis is given, the mean demand is taken."""
+        if not self._parameters["ALLOC_ECON"] or self._short or self._alone:
+            self._thrift.reset()
+            self._thrifty = False
+            return
+        self._thrift.see(ideal, self._forces, self._azimuths, dt_s)
+        self._thrifty = True
+
+    def _consider_thrift(self, i: int, t: Thruster) -> None:
+        """Begin to turn a thruster without thrust to the azimuth of its share of the mean demand, where that pays."""
+        if self._thrifty and self._crossing[i] is None and self._thrift.pays(i) and not self._others_cross(i):
+            x, y = self._thrift.shares[i]
+            self._crossing[i], _ = self._aim(i, t, math.atan2(y, x))
+            self._thrift.turned_round(i)
 
     def _aim(self, i: int, t: Thruster, direction_rad: float) -> tuple[float, bool]:
         """(azimuth that pushes best in that direction, whether in reverse); of two equal ones the nearer."""
@@ -234,7 +259,7 @@ class Allocator(_AllocatorBase):
         astern = t.sectors.nearest(direction_rad + math.pi, present)
         miss_ahead = abs(math.remainder(ahead - direction_rad, math.tau))
         miss_astern = abs(math.remainder(astern - direction_rad - math.pi, math.tau))
-        if abs(miss_ahead - miss_astern) > 1.0e-6:
+        if abs(miss_ahead - miss_astern) > (_AS_GOOD_RAD if self._thrifty else 1.0e-6):
             return (ahead, False) if miss_ahead < miss_astern else (astern, True)
         return (ahead, False) if abs(ahead - present) <= abs(astern - present) else (astern, True)
 

@@ -8,6 +8,7 @@ from typing import Protocol
 from companion.config.vessel import VesselConfig
 from companion.control.bias import BiasForce
 from companion.control.dynamic_positioning import DynamicPositioning, finite
+from companion.control.economy import MeanForce
 from companion.control.heading import HeadingControl, YawLoop
 from companion.control.lqr import LqrTracking
 from companion.control.path_control import PathControl
@@ -71,6 +72,7 @@ class Controller:
         yaw = YawLoop(config, parameters)
         self._parameters = parameters
         self._positioning = DynamicPositioning(config, parameters)
+        self._mean_wind = MeanForce()
         self._baseline = baseline
         self._by_baseline = False
         self._tracking = PathControl(config, parameters, yaw)
@@ -91,6 +93,7 @@ class Controller:
         bias is reduced by what fell short of the last demand."""
         if not isinstance(setpoint, PoseSetpoint):
             self._positioning.restart()
+            self._mean_wind.restart()
             self._by_baseline = False
         if not isinstance(setpoint, PathSetpoint):
             self._other_law = None
@@ -118,7 +121,10 @@ class Controller:
             return self._position_by_baseline(self._baseline, setpoint, nav, dt_s)
         self._by_baseline = False
         self._unwind(achieved, nav, dt_s, lambda demanded: demanded)
-        return self._limited(self._against_wind(self._positioning.update(setpoint, nav, self._bias, dt_s), nav))
+        wrench = self._positioning.update(setpoint, nav, self._bias, dt_s)
+        wind = wind_force(self._config.windage, self._config.length_m, nav)
+        x, y, n = self._mean_wind.update(wind, self._positioning.firmness, dt_s)
+        return self._limited(Wrench(wrench.surge_n - x, wrench.sway_n - y, wrench.yaw_nm - n))
 
     def _track(self, setpoint: PathSetpoint, nav: NavState, achieved: Wrench, dt_s: float) -> Wrench:
         """The wrench under way, by the law that PATH_CTRL and WP_LAW choose."""

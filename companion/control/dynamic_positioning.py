@@ -3,7 +3,7 @@
 
 τ = share·(M ν̇_d + C(ν_d) ν_d + D(ν_d) ν_d) − Kp e − Kd (ν − ν_d) + bias − wind. Pole placement gives the gains from
 bandwidth ω and damping ζ of each axis and the model's inertia: Kp = m ω², Kd = 2 ζ ω m − d; the bias grows by −Ki e,
-with Ki = share·ω Kp.
+with Ki = share·ω Kp. Inside the circle of DP_ECON the bandwidths are smaller (`companion.control.economy`).
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ import math
 
 from companion.config.vessel import VesselConfig
 from companion.control.bias import BiasForce
+from companion.control.economy import WHOLE, Economy, Firmness
 from companion.control.feedforward import feedforward
 from companion.control.model import coriolis
 from companion.core.actuation import Wrench
@@ -32,7 +33,13 @@ class DynamicPositioning:
         self._config = config
         self._hull = config.hull
         self._parameters = parameters
+        self._economy = Economy(config)
         self.restart()
+
+    @property
+    def firmness(self) -> Firmness:
+        """The share of its bandwidths that the law used in the last cycle."""
+        return self._firmness
 
     def update(self, setpoint: PoseSetpoint, nav: NavState, bias: BiasForce, dt_s: float) -> Wrench:
         """The wrench before saturation, without the part against the wind."""
@@ -41,7 +48,9 @@ class DynamicPositioning:
         u, v = ned_to_body(setpoint.surge_mps, setpoint.sway_mps, turn)
         forward = feedforward(int(self._parameters["DP_FF_KIND"]), self._config, setpoint, turn)
         share = self._parameters["DP_FEEDFORWARD"]
-        (px, ix, dx), (py, iy, dy), (pn, i_n, dn) = self._gains()
+        bandwidth_radps = min(self._parameters["DP_BW_SURGE"], self._parameters["DP_BW_SWAY"])
+        self._firmness = self._economy.update(setpoint, nav, bias.in_body(nav.yaw_rad), bandwidth_radps, dt_s)
+        (px, ix, dx), (py, iy, dy), (pn, i_n, dn) = self._gains(self._firmness)
         bias.grow(-ix * ex, -iy * ey, -i_n * eyaw, nav.yaw_rad, dt_s)
         bx, by, bn = bias.in_body(nav.yaw_rad)
         x, y, n = self._smoothed(
@@ -76,24 +85,30 @@ class DynamicPositioning:
     def restart(self) -> None:
         """Forget the smoothed feedback, after another law was active."""
         self._feedback: tuple[float, float, float] | None = None
+        self._economy.restart()
+        self._firmness = WHOLE
 
     def _smoothed(self, x: float, y: float, n: float, dt_s: float) -> tuple[float, float, float]:
-        """The feedback, low-pass filtered: thrusters should not answer the noise of the estimate."""
+        """The feedback, low-pass filtered: thrusters should not answer the noise of the estimate. A softer law is
+        slower, and smooths as much more."""
         if self._feedback is not None:
-            share = dt_s / (dt_s + self._parameters["DP_SMOOTH_T"])
+            smooth_s = self._parameters["DP_SMOOTH_T"]
+            place = dt_s / (dt_s + smooth_s / self._firmness.place)
+            yaw = dt_s / (dt_s + smooth_s / self._firmness.yaw)
             fx, fy, fn = self._feedback
-            x, y, n = fx + share * (x - fx), fy + share * (y - fy), fn + share * (n - fn)
+            x, y, n = fx + place * (x - fx), fy + place * (y - fy), fn + yaw * (n - fn)
         self._feedback = (x, y, n)
         return x, y, n
 
-    def _gains(self) -> tuple[tuple[float, float, float], ...]:
+    def _gains(self, firmness: Firmness) -> tuple[tuple[float, float, float], ...]:
         """(Kp, Ki, Kd) of surge, sway and yaw."""
         hull, parameters = self._hull, self._parameters
         damping, share = parameters["DP_DAMPING"], parameters["DP_INTEGRAL"]
+        surge, sway = firmness.place * parameters["DP_BW_SURGE"], firmness.place * parameters["DP_BW_SWAY"]
         return (
-            pole_placement(hull.m11_kg, hull.damping.x_u, parameters["DP_BW_SURGE"], damping, share),
-            pole_placement(hull.m22_kg, hull.damping.y_v, parameters["DP_BW_SWAY"], damping, share),
-            pole_placement(hull.m33_kgm2, hull.damping.n_r, parameters["DP_BW_YAW"], damping, share),
+            pole_placement(hull.m11_kg, hull.damping.x_u, surge, damping, share),
+            pole_placement(hull.m22_kg, hull.damping.y_v, sway, damping, share),
+            pole_placement(hull.m33_kgm2, hull.damping.n_r, firmness.yaw * parameters["DP_BW_YAW"], damping, share),
         )
 
 

@@ -45,7 +45,10 @@ class NeutralSetpoint:
 
 @dataclass(frozen=True, slots=True)
 class PoseSetpoint:
-    """Dynamic positioning: pose of the reference, with its velocity and acceleration in the reference's body axes."""
+    """Dynamic positioning: pose of the reference, with its velocity and acceleration in the reference's body axes.
+
+    `circle_m`: so far off may the boat be where that saves energy; 0: it keeps the pose as well as it can.
+    """
 
     north_m: float
     east_m: float
@@ -57,6 +60,7 @@ class PoseSetpoint:
     sway_mps2: float = 0.0
     yaw_radps2: float = 0.0
     progress: Progress = NO_PROGRESS
+    circle_m: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 from companion.allocation.propulsion import can_reverse
 from companion.config.vessel import VesselConfig
@@ -12,7 +13,7 @@ from companion.core.decision import ModeDeclaration, ModeId, ModeInputs, TextKin
 from companion.core.estimate import NavState
 from companion.core.events import EventLog
 from companion.core.frames import body_to_ned
-from companion.core.setpoint import Setpoint
+from companion.core.setpoint import PoseSetpoint, Setpoint
 from companion.fence.guard import FenceGuard
 from companion.modes.mode import Mode
 from companion.modes.parts.headway import Headway
@@ -42,6 +43,7 @@ class HoldMode(Mode):
 
     def __init__(self, config: VesselConfig, parameters: Parameters, events: EventLog, fence: FenceGuard) -> None:
         self._fence = fence
+        self._parameters = parameters
         self._events = events
         self._hold_point = HoldPoint(config, parameters, fence)
         self._circles = WatchCircles(parameters, events)
@@ -200,4 +202,6 @@ class HoldMode(Mode):
             north_m, east_m = self._hold_point.target
             self._circles.update(math.hypot(inputs.nav.north_m - north_m, inputs.nav.east_m - east_m), inputs.now_s)
             self._consequence.update(inputs)
+            if isinstance(setpoint, PoseSetpoint):
+                return replace(setpoint, circle_m=self._parameters["DP_ECON"])
         return setpoint

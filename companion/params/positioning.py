@@ -99,6 +99,22 @@ ROWS: tuple[ParamSpec, ...] = (
         "Dynamic positioning",
         "Radius of the circle around the hold point outside which the boat raises the alarm",
     ),
+    real(
+        "DP_ECON",
+        0.0,
+        0.0,
+        50.0,
+        "m",
+        "Dynamic positioning",
+        "Radius of the circle that Hold keeps with soft corrections, for less energy and wear; 0: off",
+    ),
+    choice(
+        "DP_WEATHERVANE",
+        0,
+        YES_NO,
+        "Dynamic positioning",
+        "Turn the bow in Hold to the heading of least thrust, where the operator gave no heading",
+    ),
     choice(
         "DP_CONSEQ",
         1,

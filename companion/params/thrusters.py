@@ -22,6 +22,13 @@ ROWS: tuple[ParamSpec, ...] = (
     integer("ALLOC_ITER", 3, 1, 6, "", "Allocation", "Re-linearisations of the thrust allocation per cycle"),
     real("ALLOC_W_POWER", 1.0, 0.0, 100.0, "", "Allocation", "Weight of power in the thrust allocation"),
     real("ALLOC_W_TURN", 2.0, 0.0, 100.0, "", "Allocation", "Weight against turning the azimuths"),
+    choice(
+        "ALLOC_ECON",
+        0,
+        YES_NO,
+        "Allocation",
+        "Turn an azimuth thruster round where the mean demand of the last 20 s then needs less power",
+    ),
     real(
         "JET_STEER_N",
         400.0,

@@ -10,6 +10,7 @@ from sitl.scenarios import (
     colreg,
     cross_current,
     docking,
+    endurance,
     fence_stop,
     follow,
     four_corner,
@@ -43,6 +44,7 @@ BY_SUBJECT: dict[str, tuple[Scenario, ...]] = {
         station_keeping.THRUSTER_FAILURE,
         watch_circle.SCENARIO,
         bow_hold.SCENARIO,
+        endurance.SCENARIO,
         docking.SCENARIO,
     ),
     "Under way": (
