@@ -75,7 +75,8 @@ class Economy:
         turned = abs(wrap_pi(nav.yaw_rad - setpoint.yaw_rad + nav.yaw_rate_radps * answer_s)) / _MOST_OFF_RAD
         relax = dt_s / (dt_s + _RELAX_S)
         self._last = Firmness(
-            _relaxed(self._last.place, _firm(used, _SOFT), relax), _relaxed(self._last.yaw, _firm(turned, _SOFT_YAW), relax)
+            _relaxed(self._last.place, _firm(used, _SOFT), relax),
+            _relaxed(self._last.yaw, _firm(turned, _SOFT_YAW), relax),
         )
         return self._last
 
@@ -131,15 +132,15 @@ class MeanForce:
         """Forget the mean."""
         self._mean = None
 
-    def update(
-        self, force: tuple[float, float, float], firmness: Firmness, dt_s: float
-    ) -> tuple[float, float, float]:
+    def update(self, force: tuple[float, float, float], firmness: Firmness, dt_s: float) -> tuple[float, float, float]:
         """The mean, and of what `force` is beyond it the share that the law is firm by."""
         if self._mean is None:
             self._mean = force
         part = dt_s / (dt_s + _WIND_S)
         x, y, n = (mean + part * (new - mean) for mean, new in zip(self._mean, force, strict=True))
         self._mean = (x, y, n)
+        if firmness == WHOLE:
+            return force
         place, yaw = firmness.place, firmness.yaw
         return x + place * (force[0] - x), y + place * (force[1] - y), n + yaw * (force[2] - n)
 

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 from companion.allocation.propulsion import can_reverse
 from companion.config.vessel import VesselConfig
+from companion.control.manual import beyond_deadband
 from companion.core.angles import wrap_pi
 from companion.core.decision import ModeDeclaration, ModeId, ModeInputs, TextKind
 from companion.core.estimate import NavState
@@ -22,11 +23,13 @@ from companion.params.store import Parameters
 from companion.positioning.consequence import ConsequenceCheck
 from companion.positioning.hold_point import HoldPoint
 from companion.positioning.watch_circles import WatchCircles
+from companion.positioning.weathervane import Weathervane
 
 
 class HoldMode(Mode):
-    """Keeps the hold point and the held heading. Deflected sticks move both. Its hold point, watch circles, headway
-    watch and consequence check keep all state."""
+    """Keeps the hold point and the held heading. Deflected sticks move both. With DP_WEATHERVANE a heading that nobody
+    gave is turned to the weather. Its hold point, watch circles, weathervane, headway watch and consequence check keep
+    all state."""
 
     declaration = ModeDeclaration(
         id=ModeId.HOLD,
@@ -48,6 +51,7 @@ class HoldMode(Mode):
         self._hold_point = HoldPoint(config, parameters, fence)
         self._circles = WatchCircles(parameters, events)
         self._consequence = ConsequenceCheck(config, parameters, events)
+        self._weathervane = Weathervane(config, parameters, events)
         self._headway = Headway("Hold", events)
         self._jumps = 0
         self._landing = False
@@ -79,6 +83,7 @@ class HoldMode(Mode):
     def enter(self, inputs: ModeInputs) -> str | None:
         """Stop and hold here."""
         self._headway.reset()
+        self._weathervane.free()
         self._jumps = inputs.nav.jumps_followed
         self.hold_here(inputs.nav)
         return None
@@ -121,6 +126,8 @@ class HoldMode(Mode):
     ) -> None:
         """Go to another point, from the present motion. Call it only after `enter`."""
         self._hold_point.go_to(nav, north_m, east_m, yaw_rad, speed_mps, fresh=False)
+        if yaw_rad is not None:
+            self._weathervane.give(nav.t_s)
         self._moved()
 
     def nudge(self, forward_m: float, starboard_m: float, turn_rad: float) -> str | None:
@@ -133,6 +140,8 @@ class HoldMode(Mode):
         if not self._fence.may_move_to((north_m, east_m), place):
             return self._fence.point_refusal(*place)
         self._hold_point.shift(*place, wrap_pi(yaw_rad + turn_rad))
+        if turn_rad != 0.0:
+            self._weathervane.give()
         self._moved()
         return None
 
@@ -141,6 +150,7 @@ class HoldMode(Mode):
         if self._hold_point.in_transit:
             return "the boat is on its way to a point"
         self._hold_point.turn_to(wrap_pi(yaw_rad))
+        self._weathervane.give()
         self._moved()
         return None
 
@@ -171,6 +181,7 @@ class HoldMode(Mode):
 
     def _moved(self) -> None:
         self._landing = False
+        self._weathervane.restart()
         self._headway.rebase()
         self._circles.reset()
         self._consequence.reset()
@@ -198,10 +209,21 @@ class HoldMode(Mode):
         if self._hold_point.way_m is not None:
             self._headway.update(self._hold_point.way_m, inputs.speed_mps, inputs.now_s)
         self._landing = self._landing and (self.target == point or self.going)
-        if self._hold_point.arrived:
+        if self._hold_point.arrived or self._weathervane.turning:
             north_m, east_m = self._hold_point.target
             self._circles.update(math.hypot(inputs.nav.north_m - north_m, inputs.nav.east_m - east_m), inputs.now_s)
             self._consequence.update(inputs)
-            if isinstance(setpoint, PoseSetpoint):
-                return replace(setpoint, circle_m=self._parameters["DP_ECON"])
+        self._turn_to_weather(inputs)
+        if isinstance(setpoint, PoseSetpoint) and not self.going:
+            return replace(setpoint, circle_m=self._parameters["DP_ECON"])
         return setpoint
+
+    def _turn_to_weather(self, inputs: ModeInputs) -> None:
+        """While a point is held: turn a free heading. A stick that turns the boat gives it one."""
+        if inputs.manual is not None and beyond_deadband(inputs.manual.yaw, self._parameters["MAN_DEADBAND"]) != 0.0:
+            self._weathervane.give(inputs.now_s)
+        if self.going:
+            return
+        heading_rad = self._weathervane.update(inputs, self._hold_point.held[2])
+        if heading_rad is not None:
+            self._hold_point.turn_to(heading_rad)

@@ -1,0 +1,94 @@
+"""Hold with a free heading: the bow turns to the heading of least thrust.
+
+Wind and current push a hull sideways many times harder than from ahead. Where the mean force to give lies along the
+hull, ahead, the thrust is about the least (weather optimal positioning, Fossen and Strand 2001). The bow turns slowly
+towards that force, which is known by the thrust itself: neither anemometer nor a measured current is needed.
+"""
+
+from __future__ import annotations
+
+import math
+
+from companion.config.vessel import VesselConfig
+from companion.core.angles import wrap_pi
+from companion.core.decision import ModeInputs, TextKind
+from companion.core.events import EventLog
+from companion.params.store import Parameters
+
+_MEAN_S = 15.0
+_SETTLE_S = 30.0  # after the start, before the mean counts
+_TURN_S = 120.0  # in which the bow would turn by the angle of the force; this one changes several times as fast
+_BEGIN_RAD, _END_RAD = math.radians(6.0), math.radians(2.0)  # of the force off the bow, to begin and end a turn
+_CALM_SHARE = 0.005  # of the limits: a smaller force has no direction
+
+
+class Weathervane:
+    """`update` every tick while a point is held. Remembers whether the operator gave a heading, the mean force, whether
+    the bow turns, and what was announced."""
+
+    def __init__(self, config: VesselConfig, parameters: Parameters, events: EventLog) -> None:
+        self._surge_n, self._sway_n = config.limits.surge_n, config.limits.sway_n
+        self._parameters = parameters
+        self._events = events
+        self._given = False
+        self._announced = False
+        self.restart()
+
+    @property
+    def turning(self) -> bool:
+        """Whether the bow turns to the weather."""
+        return self._turning
+
+    def free(self) -> None:
+        """Hold begins: nobody has given a heading."""
+        self._given = False
+        self.restart()
+
+    def give(self, now_s: float | None = None) -> None:
+        """The operator has given a heading. `now_s`: announce that the bow no longer turns; None: the command's own
+        answer tells it."""
+        self._given = True
+        if self._announced and now_s is not None:
+            self._events.say(now_s, TextKind.ROUTINE, "weathervane", "Hold: heading held, as the operator gave one")
+        self._announced = False
+
+    def restart(self) -> None:
+        """Another point is held: take the mean anew."""
+        self._mean = (0.0, 0.0)
+        self._taken_s = 0.0
+        self._turning = False
+
+    def update(self, inputs: ModeInputs, held_rad: float) -> float | None:
+        """The heading to hold from now on; None: `held_rad` stays."""
+        if not self._active(inputs.now_s):
+            return None
+        self._take_mean(inputs)
+        if self._taken_s < _SETTLE_S:
+            return None
+        off_rad = self._off_rad()
+        self._turning = abs(off_rad) > (_END_RAD if self._turning else _BEGIN_RAD)
+        return wrap_pi(held_rad + off_rad * inputs.dt_s / _TURN_S) if self._turning else None
+
+    def _active(self, now_s: float) -> bool:
+        """Whether the heading is free; announces it."""
+        if self._given or self._sway_n <= 0.0 or not self._parameters["DP_WEATHERVANE"]:
+            self._announced = False
+            self.restart()
+            return False
+        if not self._announced:
+            self._announced = True
+            self._events.say(now_s, TextKind.ROUTINE, "weathervane", "Hold: heading free, bow turns to the weather")
+        return True
+
+    def _take_mean(self, inputs: ModeInputs) -> None:
+        self._taken_s += inputs.dt_s
+        share = inputs.dt_s / min(_MEAN_S, max(self._taken_s, inputs.dt_s)) if inputs.dt_s > 0.0 else 0.0
+        x, y = self._mean
+        self._mean = x + share * (inputs.achieved.surge_n - x), y + share * (inputs.achieved.sway_n - y)
+
+    def _off_rad(self) -> float:
+        """Direction of the mean force from the bow; 0 in calm."""
+        x, y = self._mean
+        if abs(y) < _CALM_SHARE * self._sway_n and x > -_CALM_SHARE * self._surge_n:
+            return 0.0
+        return math.atan2(y, x)
