@@ -50,6 +50,7 @@ from companion.record.progress_keeper import ProgressKeeper
 from companion.record.recorder import STATE_FOLDER, LogFolder, Medium
 from companion.record.state_file import StateFile
 from companion.record.storage import BoatStorage
+from companion.record.wear_keeper import WearKeeper
 from companion.record.writer import ThreadWriter
 from companion.safety import Gate
 from companion.supervisor.supervisor import Supervisor
@@ -268,6 +269,7 @@ def _store(
             state.write_with(ThreadWriter(state.directory, beside.bell.ring, around.disk))
         keeper = ProgressKeeper(vessel.executor, vessel.supervisor, state, warn)
         vessel.add_recorder(keeper)
+        vessel.add_recorder(WearKeeper(vessel.config, state, vessel.events.say, warn))
     log = _log_folder(vessel.config, vessel.parameters, around)
     if log is not None:
         vessel.add_recorder(log)

@@ -1,4 +1,5 @@
-"""What a vessel stores over a restart: changed parameters, the three plans, mission progress, the signing key.
+"""What a vessel stores over a restart: changed parameters, the three plans, mission progress, the thrusters' wear, the
+signing key.
 
 One small JSON file each, in one directory that one process locks at a time. A file is replaced whole (`replacing.py`),
 so a power cut leaves the old content or the new. A file that cannot be read is renamed, with a warning. A file that
@@ -27,6 +28,7 @@ _FORMAT = 1
 _LOCK_NAME = "lock"
 _PARAMETERS = "parameters.json"
 _PROGRESS = "progress.json"
+_WEAR = "wear.json"
 _PLANS = {PlanKind.MISSION: "mission.json", PlanKind.FENCE: "fence.json", PlanKind.RALLY: "rally.json"}
 _COLUMNS = ("command", "frame", "param1", "param2", "param3", "param4", "x", "y", "z", "autocontinue", "current")
 _INT32 = range(-(2**31), 2**31)
@@ -149,6 +151,18 @@ class StateFile:
         content = {"format": _FORMAT, "progress": dict(progress)}
         return self._save(_PROGRESS, lambda: _json(content))
 
+    # --- wear ------------------------------------------------------------------------------------------------------
+
+    def load_wear(self) -> tuple[dict[str, dict[str, Any]], list[str]]:
+        """(rows of wear by thruster, warnings); {} where it is unknown."""
+        warnings: list[str] = []
+        return self._load(_WEAR, _wear_of, warnings) or {}, warnings
+
+    def save_wear(self, rows: Mapping[str, Mapping[str, Any]]) -> Ticket:
+        """Store the rows: numbers by name, by thruster."""
+        content = {"format": _FORMAT, "thrusters": dict(rows)}
+        return self._save(_WEAR, lambda: _json(content))
+
     # --- signing ---------------------------------------------------------------------------------------------------
 
     def load_signing(self) -> tuple[Kept, list[str]]:
@@ -242,6 +256,13 @@ def _progress_of(content: dict[str, Any]) -> dict[str, Any]:
     if not isinstance(progress, dict):
         raise ValueError("no progress in it")
     return progress
+
+
+def _wear_of(content: dict[str, Any]) -> dict[str, dict[str, Any]]:
+    rows = content["thrusters"]
+    if not isinstance(rows, dict) or not all(isinstance(row, dict) for row in rows.values()):
+        raise ValueError("no thrusters in it")
+    return rows
 
 
 def _items_of(content: dict[str, Any]) -> tuple[PlanItem, ...]:

@@ -19,6 +19,7 @@ SWEPT_ELSEWHERE = {
     "circle",
     "colreg",
     "cross_current",
+    "endurance",
     "fence_stop",
     "harbour",
     "honest_senses",

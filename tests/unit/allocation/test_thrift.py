@@ -1,0 +1,61 @@
+"""Power of the allocation in light weather, where a turn of one thruster pays (ALLOC_ECON)."""
+
+from __future__ import annotations
+
+import pytest
+
+from companion.allocation.allocator import Allocator
+from companion.allocation.geometry import thrusters_of
+from companion.allocation.thrift import Thrift
+from companion.config.vessel import find, load
+from companion.core.actuation import Allocation, Wrench
+from companion.params.store import Parameters
+
+ABOAT = load(find("aboat"))
+DT_S = 0.1
+
+
+def power(allocation: Allocation) -> float:
+    return sum((abs(one.force_n) / 240.0) ** 1.5 for one in allocation.thrusters)
+
+
+def sailed(econ: float, *stretches: tuple[Wrench, float]) -> list[Allocation]:
+    """The allocations of the last stretch, each (demand, seconds)."""
+    allocator = Allocator(ABOAT, Parameters({**ABOAT.parameters, "ALLOC_ECON": econ}))
+    found: list[Allocation] = []
+    for demand, seconds in stretches:
+        found = [allocator.update(demand, DT_S) for _ in range(round(seconds / DT_S))]
+    return found
+
+
+def test_pods_that_push_against_each_other_are_turned_round() -> None:
+    """After a turn the stern pushes ahead while the bow pushes astern; a steady demand does not part them."""
+    stretches = (Wrench(8.0, -12.0, 10.0), 40.0), (Wrench(-11.0, -15.0, -4.0), 90.0)
+    usual, thrifty = sailed(0.0, *stretches), sailed(1.0, *stretches)
+    assert power(thrifty[-1]) < 0.7 * power(usual[-1])
+    assert sum(any(one.limited) for one in thrifty) < 5.0 / DT_S  # while one of them turns
+
+
+def test_a_steady_demand_turns_nothing_round() -> None:
+    for demand in (Wrench(-13.0, 47.0, -12.0), Wrench(20.0, 3.0, 0.0)):
+        found = sailed(1.0, (demand, 60.0), (demand, 60.0))
+        azimuths = [[one.azimuth_rad for one in allocation.thrusters] for allocation in found]
+        assert max(abs((a[i] or 0.0) - (azimuths[0][i] or 0.0)) for a in azimuths for i in (0, 1)) < 0.02
+
+
+def test_it_never_costs_the_wrench() -> None:
+    for sway_n in (-60.0, -20.0, 0.0, 20.0, 60.0):
+        last = sailed(1.0, (Wrench(-11.0, 5.0, 0.0), 40.0), (Wrench(-11.0, sway_n, 5.0), 40.0))[-1]
+        assert not any(last.limited)
+        assert last.achieved.sway_n == pytest.approx(sway_n, abs=0.5)
+
+
+def test_a_thruster_rests_between_two_turns() -> None:
+    thrift = Thrift(thrusters_of(ABOAT))
+    for _ in range(600):
+        thrift.see([(-5.0, -5.0), (-5.0, -5.0)], [-8.0, 8.0], [0.8, -1.1], DT_S)
+    assert thrift.pays(1) and not thrift.pays(0)
+    thrift.turned_round(1)
+    assert not thrift.pays(1)
+    thrift.reset()
+    assert not thrift.pays(1)

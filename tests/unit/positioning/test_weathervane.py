@@ -1,0 +1,122 @@
+"""Hold with a free heading: the bow turns to where the thrust is least, unless the operator gives a heading."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import pytest
+
+from companion.config.vessel import find, load
+from companion.core.actuation import Wrench
+from companion.core.angles import wrap_pi
+from companion.core.decision import ModeId
+from companion.core.frames import ned_to_body
+from companion.modes.hold import HoldMode
+from tests.unit.conftest import Boat
+
+FREE = "Hold: heading free, bow turns to the weather"
+HELD = "Hold: heading held, as the operator gave one"
+
+
+@dataclass
+class Weather:
+    """A wind whose force on the hull is four times as large from abeam as from ahead, at the same strength."""
+
+    from_rad: float
+    force_n: float
+
+    def needed(self, yaw_rad: float) -> Wrench:
+        ahead, across = ned_to_body(math.cos(self.from_rad), math.sin(self.from_rad), yaw_rad)
+        return Wrench(self.force_n * ahead, 4.0 * self.force_n * across, 0.0)
+
+
+def sail(boat: Boat, weather: Weather, seconds: float) -> None:
+    for _ in range(round(seconds / 0.1)):
+        boat.supervisor.thrust_achieved(weather.needed(boat.nav.yaw_rad))
+        boat.tick()
+
+
+@pytest.fixture
+def free() -> Callable[..., Boat]:
+    def make(vessel: str = "revolt", **parameters: float) -> Boat:
+        boat = Boat(load(find(vessel)), **{"DP_WEATHERVANE": 1.0, "DP_CONSEQ": 0.0, **parameters})
+        boat.supervisor.request_mode(ModeId.HOLD, boat.now_s)
+        boat.supervisor.arm(boat.now_s)
+        boat.step(1.0)
+        return boat
+
+    return make
+
+
+def hold_of(boat: Boat) -> HoldMode:
+    mode = boat.helm.modes[ModeId.HOLD]
+    assert isinstance(mode, HoldMode)
+    return mode
+
+
+def off_deg(boat: Boat, weather: Weather) -> float:
+    return math.degrees(abs(wrap_pi(boat.nav.yaw_rad - weather.from_rad)))
+
+
+@pytest.mark.parametrize("from_deg", [0.0, 40.0, 90.0, 170.0, -60.0, -135.0])
+def test_the_bow_comes_to_lie_in_the_weather(free: Callable[..., Boat], from_deg: float) -> None:
+    boat, weather = free(), Weather(math.radians(from_deg), 2.0)
+    sail(boat, weather, 420.0)
+    assert off_deg(boat, weather) < 3.0
+    assert [text for _, text in boat.said].count(FREE) == 1
+    assert boat.away_m(0.0, 0.0) < 0.01  # it turns on the spot
+
+
+def test_stern_on_it_turns_round_as_soon_as_the_weather_leaves_the_middle(free: Callable[..., Boat]) -> None:
+    boat, weather = free(), Weather(math.radians(179.0), 2.0)
+    sail(boat, weather, 480.0)
+    assert off_deg(boat, weather) < 3.0
+
+
+def test_in_calm_and_without_the_parameter_it_lies_still(free: Callable[..., Boat]) -> None:
+    calm = free()
+    sail(calm, Weather(1.0, 0.02), 120.0)
+    off = free(DP_WEATHERVANE=0.0)
+    sail(off, Weather(1.0, 2.0), 120.0)
+    assert calm.nav.yaw_rad == off.nav.yaw_rad == 0.0
+    assert FREE not in [text for _, text in off.said]
+
+
+def test_a_heading_of_the_operator_is_held(free: Callable[..., Boat]) -> None:
+    weather = Weather(1.5, 2.0)
+    by_command, by_go_to, by_stick, by_nudge = free(), free(), free(), free()
+    sail(by_command, weather, 60.0)
+    hold_of(by_command).head(0.5)
+    by_go_to.supervisor.go_to(*by_go_to.point(1.0, 0.0), 0.5, None, by_go_to.now_s)
+    for yaw in (0.0, 0.5, 0.0):
+        by_stick.sticks = (0.0, 0.0, yaw)
+        sail(by_stick, weather, 2.0)
+    hold_of(by_nudge).nudge(0.0, 0.0, 0.3)
+    for boat in (by_command, by_go_to, by_stick, by_nudge):
+        sail(boat, weather, 60.0)
+        held = boat.nav.yaw_rad
+        sail(boat, weather, 60.0)
+        assert boat.nav.yaw_rad == pytest.approx(held, abs=1e-9)
+    assert by_command.nav.yaw_rad == pytest.approx(0.5)
+    assert HELD in [text for _, text in by_stick.said]
+
+
+def test_a_go_to_without_a_heading_and_hold_entered_anew_leave_it_free(free: Callable[..., Boat]) -> None:
+    boat, weather = free(), Weather(1.0, 2.0)
+    hold_of(boat).head(0.2)
+    sail(boat, weather, 5.0)
+    boat.supervisor.request_mode(ModeId.FORCES, boat.now_s)
+    boat.step(1.0)
+    boat.supervisor.request_mode(ModeId.HOLD, boat.now_s)
+    boat.supervisor.go_to(*boat.point(1.0, 0.0), None, None, boat.now_s)
+    sail(boat, weather, 420.0)
+    assert off_deg(boat, weather) < 3.0
+    assert boat.away_m(1.0, 0.0) < 0.05
+
+
+def test_a_boat_without_sideways_thrust_is_not_concerned(free: Callable[..., Boat]) -> None:
+    boat = free("otter")
+    sail(boat, Weather(1.0, 2.0), 60.0)
+    assert FREE not in [text for _, text in boat.said]
