@@ -122,6 +122,18 @@ def _axes(config: VesselConfig) -> Iterator[Judgement]:
         )
 
 
+def _economy(config: VesselConfig) -> Iterator[Judgement]:
+    pods = sum(thruster.turns for thruster in config.thrusters)
+    useless = {
+        "DP_ECON": ("no sideways thrust", config.limits.sway_n <= 0.0),
+        "DP_WEATHERVANE": ("no sideways thrust", config.limits.sway_n <= 0.0),
+        "ALLOC_ECON": ("no azimuth thruster beside another", pods == 0 or len(config.thrusters) == 1),
+    }
+    for name, (lacks, so) in useless.items():
+        if so and config.parameters.get(name):
+            yield Judgement(("parameters", name), f"has no effect: {lacks}", "Hold: takes the energy that it takes")
+
+
 _JUDGES: tuple[Callable[[VesselConfig], Iterator[Judgement]], ...] = (
     _damping,
     _thrust,
@@ -129,4 +141,5 @@ _JUDGES: tuple[Callable[[VesselConfig], Iterator[Judgement]], ...] = (
     _turning,
     _places,
     _axes,
+    _economy,
 )

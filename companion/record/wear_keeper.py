@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, fields
+from dataclasses import asdict
 from typing import Any
 
 from companion.allocation.wear import Wear, WearCount
@@ -64,6 +64,9 @@ class WearKeeper:
 
 def wear_of(row: Mapping[str, Any]) -> Wear:
     """The wear in a row of the file; what is missing or no number counts as zero."""
-    known = {field.name: row.get(field.name) for field in fields(Wear)}
-    numbers = {name: value for name, value in known.items() if type(value) in (int, float) and value >= 0}
-    return Wear(**numbers)
+
+    def number(name: str) -> float:
+        value = row.get(name)
+        return value if type(value) in (int, float) and value >= 0 else 0
+
+    return Wear(number("thrust_s"), int(number("starts")), int(number("reversals")), number("azimuth_turns"))

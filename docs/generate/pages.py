@@ -7,6 +7,7 @@ from pathlib import Path
 
 from docs.generate.authority import authority
 from docs.generate.command_line import command_line
+from docs.generate.energy_curve import energy_curve
 from docs.generate.fault_matrix import fault_matrix
 from docs.generate.house import house, rooms_table
 from docs.generate.hulls import hulls
@@ -44,6 +45,7 @@ PAGES: Mapping[str, Callable[[], str]] = {
     "reference/licences.md": licences,
     "reference/platforms.md": platforms,
     "reference/results.md": results,
+    "reference/energy-curve.svg": energy_curve,
     "reference/fault-matrix.md": fault_matrix,
     "ground-stations/mavsdk-examples.md": mavsdk_examples,
     "inside/rooms.md": _rooms,

@@ -46,3 +46,11 @@ def test_each_finding_says_what_it_means(change: Callable[[VesselConfig], Vessel
 def test_a_bundled_boat_is_plausible_but_for_axes_that_it_does_not_have(name: str) -> None:
     boat = load(find(name))
     assert all(found.place == ("limits", "sway_n") for found in judgements(boat)), name
+
+
+@pytest.mark.parametrize("name", ["DP_ECON", "DP_WEATHERVANE", "ALLOC_ECON"])
+def test_economy_that_a_boat_cannot_have_is_named(name: str) -> None:
+    for vessel, effect in (("revolt", True), ("otter", False)):
+        boat = replace(load(find(vessel)), parameters={name: 1.0})
+        found = [str(judgement) for judgement in judgements(boat) if judgement.place == ("parameters", name)]
+        assert any("has no effect" in text for text in found) is not effect
