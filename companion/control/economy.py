@@ -67,7 +67,7 @@ class Economy:
         law, on the slower of surge and sway."""
         self._see_change(nav, dt_s)
         circle_m = setpoint.circle_m - _SIGMAS * nav.position_accuracy_m
-        if circle_m <= 0.0 or _moves(setpoint):
+        if not circle_m > 0.0 or _moves(setpoint):
             self._last = WHOLE
             return WHOLE
         answer_s = _ANSWER / bandwidth_radps

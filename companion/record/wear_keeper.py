@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from typing import Any
@@ -29,6 +30,7 @@ class WearKeeper:
         self._say = say
         self._strangers = {name: row for name, row in kept.items() if name not in {t.name for t in config.thrusters}}
         self._count = WearCount([t.name for t in config.thrusters], {name: wear_of(row) for name, row in kept.items()})
+        self._saved = self._count.by_name
         self._armed = False
         self._told_s = self._thrust_s()
 
@@ -44,12 +46,13 @@ class WearKeeper:
         self._armed = armed
 
     def close(self) -> None:
-        """Save, where the boat is still armed."""
-        if self._armed:
+        """Save what has been counted since the last time."""
+        if self._count.by_name != self._saved:
             self._save()
 
     def _save(self) -> None:
-        rows = {name: asdict(wear) for name, wear in self._count.by_name.items()}
+        self._saved = self._count.by_name
+        rows = {name: asdict(wear) for name, wear in self._saved.items()}
         self._state.save_wear({**self._strangers, **rows})
 
     def _tell(self, now_s: float) -> None:
@@ -67,6 +70,8 @@ def wear_of(row: Mapping[str, Any]) -> Wear:
 
     def number(name: str) -> float:
         value = row.get(name)
-        return value if type(value) in (int, float) and value >= 0 else 0
+        if not isinstance(value, int | float) or isinstance(value, bool) or not 0 <= value < math.inf:
+            return 0
+        return value
 
     return Wear(number("thrust_s"), int(number("starts")), int(number("reversals")), number("azimuth_turns"))
