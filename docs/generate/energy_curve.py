@@ -77,9 +77,10 @@ def _panel(left: int, title: str, found: Mapping[str, Sequence[Point]], rival: t
         at = [place(point.rms_m, point.value) for point in curve]
         line = " ".join(f"{x:.1f},{y:.1f}" for x, y in at)
         shapes.append(f'<polyline points="{line}" fill="none" stroke="{colour}" stroke-width="2"/>')
-        for (x, y), point in zip(at, curve, strict=True):
+        for number, ((x, y), point) in enumerate(zip(at, curve, strict=True)):
+            beside = -7 if number % 2 == 0 else 17  # above and below in turn: small circles lie close together
             shapes.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="4" fill="{colour}"/>')
-            shapes.append(f'<text x="{x + 6:.1f}" y="{y - 7:.1f}" class="label">{point.metres:g}</text>')
+            shapes.append(f'<text x="{x + 6:.1f}" y="{y + beside:.1f}" class="label">{point.metres:g}</text>')
     if rival:
         x, y = place(*rival[1:])
         shapes.append(f'<path d="M {x:.1f} {y - 6:.1f} l 6 6 l -6 6 l -6 -6 z" fill="#c62828"/>')
