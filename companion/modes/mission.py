@@ -236,6 +236,7 @@ class MissionMode(Mode):
         """Sail the rest of the present route by other points from here."""
         self._route, self._reported, self._rounded = self._route[self._reported :], 0, found
         self._path_tracker.start(found.waypoints, inputs.nav, task.stop and not self._sideways)
+        self._headway.rebase()
 
     def excuse(self) -> None:
         """Restart the headway watch."""

@@ -16,13 +16,15 @@ import numpy as np
 from companion.config.vessel import VesselConfig
 from companion.control.model import damping
 from companion.core.decision import ModeId, ModeInputs, TextKind
-from companion.core.estimate import Contact, NavState
+from companion.core.estimate import NavState
 from companion.core.events import EventLog
 from companion.core.frames import body_to_ned
 from companion.core.setpoint import HeadingSetpoint, PathSetpoint, PoseSetpoint, Setpoint, desired_motion
 from companion.fence.guard import FenceGuard, Way
 from companion.fence.limit import direction
 from companion.obstacles.braking import Braking, stream_along_mps
+from companion.obstacles.clear_way import STOP_SHARE, clear_way_m
+from companion.obstacles.keeping_off import KeepingOff
 from companion.obstacles.occupancy import Floats
 from companion.obstacles.open_water import OpenWater, Place
 from companion.obstacles.surroundings import Surroundings
@@ -33,14 +35,9 @@ _LOOK_S = 0.5
 _WAY_M = 150.0  # of the way ahead that is looked at
 _PLAN_S = 1.0  # between two plans
 _LOOKS = 2  # in a row that find the way blocked
-_STOP_SHARE = 0.3  # of CP_DIST, beside half a boat's length: the boat stops that far from an obstacle
 _MOVER_S = (0.0, 1.0, 2.0, 3.0)  # places of what moves, for the stop
 _STOPPED_MPS, _MOVES_MPS = 0.1, 0.05
 _SLOWED_SHARE = 0.8
-_SLOW_MPS = 0.5  # a boat that makes less way gets out of the way of what drifts onto it
-_SOON_S, _TOUCH_M, _OUT_M = 20.0, 2.0, 10.0  # how far it looks then, water that is too little, and how far it goes
-_START_S = 2.0  # until it gains speed
-_SAME_SIDE_M = 1.0
 _LEADER_M = 8.0  # around the leader, nothing is an obstacle to its follower
 
 Find = Callable[[Place, Place], Way | None]
@@ -112,6 +109,7 @@ class ObstacleGuard:
         self._events = events
         self.water = OpenWater(config, parameters, fence)
         self._braking = Braking(config, parameters)
+        self._keeping_off = KeepingOff(config, parameters, fence, self._braking, events)
         self._hold_point = HoldPoint(config, parameters, fence)
         self._mode: GuardedMode | None = None
         self._holding = False
@@ -121,13 +119,13 @@ class ObstacleGuard:
         self._reason = ""
         self._slowed = False
         self._circles: Floats = np.zeros((0, 3))
-        self._giving_way = 0.0  # speed ahead with which the boat gets out of the way
         self.impossible: str | None = None
 
     def reset(self) -> None:
         """Nothing is steered."""
         self._mode, self._holding, self._blocked, self._since_s, self._slowed = None, False, 0, None, False
         self.impossible = None
+        self._keeping_off.reset()
 
     def steer(self, setpoint: Setpoint, mode: GuardedMode, inputs: ModeInputs, detour: Detour) -> Setpoint:
         """The setpoint, or one that keeps clear of obstacles."""
@@ -144,10 +142,15 @@ class ObstacleGuard:
         if not len(self._circles) and math.isinf(self._around.shoals.way_m):
             self._holding = self._slowed = False
             return setpoint
-        if mode.goes_round and (aside := self._out_of_the_way(inputs)) is not None:
-            mode.excuse()
-            return replace(aside, progress=setpoint.progress)
-        return self._stopped_in_time(setpoint, mode, inputs)
+        stopped = self._stopped_in_time(setpoint, mode, inputs)
+        if not mode.goes_round:
+            return stopped
+        movers, nav = self._around.movers(inputs.now_s), inputs.nav
+        aside = self._keeping_off.update(stopped, movers, self.water.circles, nav, inputs.speed_mps, inputs.now_s)
+        if aside is None:
+            return stopped
+        mode.excuse()
+        return replace(aside, progress=setpoint.progress)
 
     # --- looking and planning --------------------------------------------------------------------------------------
 
@@ -251,60 +254,16 @@ class ObstacleGuard:
         self._slowed = slowed
         return slowed
 
-    def _out_of_the_way(self, inputs: ModeInputs) -> PathSetpoint | None:
-        """Ahead or astern, out of the way of what drifts onto the boat while it makes no way; None where nothing
-        does."""
-        nav, now_s = inputs.nav, inputs.now_s
-        movers = self._around.movers(now_s) if math.hypot(nav.north_mps, nav.east_mps) < _SLOW_MPS else []
-        if not movers or self._least_gap_m(movers, nav, 0.0) > _TOUCH_M:
-            self._giving_way = 0.0
-            return None
-        bow = math.cos(nav.yaw_rad), math.sin(nav.yaw_rad)
-        speed = min(_SLOW_MPS, inputs.speed_mps)
-        best, chosen = self._least_gap_m(movers, nav, 0.0), 0.0
-        for way in (speed, -speed):
-            sign = math.copysign(1.0, way)
-            open_m = self._way_m(nav, (sign * bow[0], sign * bow[1]), self.water.circles)
-            gap = self._least_gap_m(movers, nav, way) + (_SAME_SIDE_M if self._giving_way * way > 0.0 else 0.0)
-            end = nav.north_m + _OUT_M * sign * bow[0], nav.east_m + _OUT_M * sign * bow[1]
-            inside = self._fence.line_refusal(((nav.north_m, nav.east_m), end)) is None
-            if open_m > _OUT_M and gap > best and inside:
-                best, chosen = gap, way
-        if chosen != 0.0 and self._giving_way == 0.0:
-            self._events.say(now_s, TextKind.ATTENTION, "obstacle_comes", "Obstacle comes near: out of its way")
-        self._giving_way = chosen
-        return PathSetpoint(nav.yaw_rad, surge_mps=chosen) if chosen != 0.0 else None
-
-    def _least_gap_m(self, movers: Sequence[Contact], nav: NavState, speed_mps: float) -> float:
-        """The least water to what moves, if the boat goes ahead (or astern) at that speed for a while and stops."""
-        times = np.arange(0.0, _SOON_S, 0.5)
-        way = math.copysign(1.0, speed_mps) * np.minimum(_OUT_M, np.maximum(0.0, times - _START_S) * abs(speed_mps))
-        north, east = nav.north_m + way * math.cos(nav.yaw_rad), nav.east_m + way * math.sin(nav.yaw_rad)
-        least = math.inf
-        for one in movers:
-            gaps = np.hypot(one.north_m + times * one.north_mps - north, one.east_m + times * one.east_mps - east)
-            least = min(least, float(gaps.min()) - one.radius_m)
-        return least - 0.5 * self._config.length_m
-
     def _limit_mps(self, nav: NavState, along: tuple[float, float]) -> float:
         """Highest speed over ground in the direction `along` (a unit vector) from which the boat stops in time."""
         stream = stream_along_mps(nav, *along)
-        way_m = min(self._way_m(nav, along, self._circles), self._around.shoals.way_m)
+        way_m = min(self._clear_way_m(nav, along), self._around.shoals.way_m)
         return self._braking.speed_mps(way_m, stream)
 
-    def _way_m(self, nav: NavState, along: tuple[float, float], circles: Floats) -> float:
-        """Way straight ahead until the hull is too near to one of the circles; infinite where that never happens."""
-        if not len(circles):
-            return math.inf
-        keep = 0.5 * self._config.length_m + _STOP_SHARE * self._parameters["CP_DIST"] + circles[:, 2]
-        north, east = circles[:, 0] - nav.north_m, circles[:, 1] - nav.east_m
-        ahead = north * along[0] + east * along[1]
-        beside = np.abs(along[0] * east - along[1] * north)
-        meets = (ahead > 0.0) & (beside < keep)
-        if not meets.any():
-            return math.inf
-        ways = ahead[meets] - np.sqrt(keep[meets] ** 2 - beside[meets] ** 2)
-        return max(0.0, float(ways.min()))
+    def _clear_way_m(self, nav: NavState, along: tuple[float, float]) -> float:
+        """Way straight ahead until the hull is too near to something."""
+        keep_m = 0.5 * self._config.length_m + STOP_SHARE * self._parameters["CP_DIST"]
+        return clear_way_m((nav.north_m, nav.east_m), along, self._circles, keep_m)
 
     def _governed(self, setpoint: HeadingSetpoint, nav: NavState, limit: float) -> HeadingSetpoint:
         """Surge force of the stick, at most what brings the boat to the limit."""

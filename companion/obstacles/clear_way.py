@@ -1,0 +1,28 @@
+"""How far the boat can go straight ahead before it is too near to something."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from companion.obstacles.occupancy import Floats
+
+STOP_SHARE = 0.3  # of CP_DIST, beside half a boat's length: the boat stops that far from an obstacle
+
+
+def clear_way_m(here: tuple[float, float], along: tuple[float, float], circles: Floats, keep_m: float) -> float:
+    """Way in m from `here` in the direction of the unit vector `along` (north, east) until the place is `keep_m` from
+    one of the circles (north_m, east_m, radius_m); infinite where that never happens, 0 where it is nearer already and
+    the way leads on towards it."""
+    if not len(circles):
+        return math.inf
+    keep = keep_m + circles[:, 2]
+    north, east = circles[:, 0] - here[0], circles[:, 1] - here[1]
+    ahead = north * along[0] + east * along[1]
+    beside = np.abs(along[0] * east - along[1] * north)
+    meets = (ahead > 0.0) & (beside < keep)
+    if not meets.any():
+        return math.inf
+    ways = ahead[meets] - np.sqrt(keep[meets] ** 2 - beside[meets] ** 2)
+    return max(0.0, float(ways.min()))
