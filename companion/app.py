@@ -18,6 +18,7 @@ from companion.baselines.ahrs import ThesisAhrs
 from companion.baselines.controller_choice import controller_with_baselines
 from companion.beside import Beside
 from companion.config import vessel as config_module
+from companion.config.chart import ChartError, ChartFeature, read_chart, read_charts
 from companion.config.vessel import ConfigError, VesselConfig
 from companion.core.decision import TextKind
 from companion.core.events import EventLog
@@ -80,7 +81,7 @@ def load_vessel(vessel: str) -> VesselConfig:
     except ConfigError as error:
         problems += error.problems
         settings = config_module.raw_parameters(path)
-    problems += port_problems(path) + parameter_problems(path, settings) + script_problems(path)
+    problems += port_problems(path) + parameter_problems(path, settings) + script_problems(path) + chart_problems(path)
     if problems:
         raise ConfigError(problems)
     return config
@@ -107,6 +108,18 @@ def script_problems(path: Path) -> list[str]:
         for i, file in named
         if not file.is_file()
     ]
+
+
+def chart_problems(path: Path) -> list[str]:
+    """What is wrong with the files of charts, each with its place in the vessel's file."""
+    found: list[str] = []
+    for i, row in _rows(config_module.raw(path), "chart"):
+        try:
+            if isinstance(row.get("file"), str):
+                read_chart(path.parent / row["file"], str(row["kind"]) if "kind" in row else None)
+        except ChartError as error:
+            found += [config_module.placed(path, ("chart", i, "file"), problem) for problem in error.problems]
+    return found
 
 
 def port_problems(path: Path) -> list[str]:
@@ -223,6 +236,7 @@ def build(config: VesselConfig, around: Surroundings) -> Vessel:
     estimator = Estimator(config, parameters, events.say, ThesisAhrs)
     supervisor = Supervisor(config, parameters, plans, executor, events, lambda: estimator.frame)
     supervisor.senses.decide = estimator.answer
+    supervisor.parts.chart.load(_charts(config))
     availability = Availability(config, parameters, events.say)
     allocator = _ALLOCATORS.get(config.thrusters[0].kind, Allocator)(config, parameters)
     controller = controller_with_baselines(config, parameters)
@@ -231,7 +245,7 @@ def build(config: VesselConfig, around: Surroundings) -> Vessel:
     vessel = Vessel(config, parameters, plans, executor, events, blocks, devices, around.clock)
     if beside is not None:
         vessel.work_beside(beside.worker, beside.bell)
-        supervisor.parts.fence.work_with(beside.worker)
+        supervisor.parts.work_with(beside.worker)
     log = _store(vessel, around, beside, warn)
     ear = None if log is None else log.heard
     for recorder in (relay, *_reporters(config, devices, around, events)):
@@ -257,6 +271,13 @@ def build(config: VesselConfig, around: Surroundings) -> Vessel:
         vessel.add_recorder(beside)
     _tell_exposed(around, events)
     return vessel
+
+
+def _charts(config: VesselConfig) -> tuple[ChartFeature, ...]:
+    try:
+        return read_charts(config.charts)
+    except ChartError as error:
+        raise ConfigError(error.problems) from error
 
 
 def _store(

@@ -20,6 +20,7 @@ from pydantic import Field, TypeAdapter, ValidationError
 
 from companion.config.actuators import BridgeRow
 from companion.config.bridge_checks import bridge_problems
+from companion.config.chart import ChartConfig, placed_charts
 from companion.config.devices import (
     UNIT_MATRIX,
     JetConfig,
@@ -209,6 +210,9 @@ class VesselConfig:
     scripts: Annotated[
         tuple[ScriptConfig, ...], Field(alias="script", max_length=8), means("Scripts that run beside the companion.")
     ] = ()
+    charts: Annotated[
+        tuple[ChartConfig, ...], Field(alias="chart", max_length=16), means("Charts of known obstacles.")
+    ] = ()
     mmsi: Annotated[
         Annotated[int, Field(ge=1, le=999_999_999)] | None,
         means("MMSI of the boat's own AIS transponder, whose reports are not another vessel's."),
@@ -266,7 +270,8 @@ def load(path: Path) -> VesselConfig:
     try:
         text, overlay = path.read_text(encoding="utf-8"), in_force(path)
         config = parse(text, str(path))
-        return config if overlay is None else replace(_overlaid(text, overlay), sitl=config.sitl)
+        found = config if overlay is None else replace(_overlaid(text, overlay), sitl=config.sitl)
+        return replace(found, charts=placed_charts(found.charts, path.parent)) if found.charts else found
     except (OSError, UnicodeDecodeError) as error:
         raise ConfigError([f"{path}: cannot be read: {error}"]) from error
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Protocol
 
@@ -22,6 +22,7 @@ from companion.core.frames import body_to_ned
 from companion.core.geodesy import LocalFrame
 from companion.core.ports import Worker
 from companion.core.setpoint import HeadingSetpoint, PathSetpoint, Setpoint
+from companion.fence.allowed import Allowed, Place, Way
 from companion.fence.home_circle import PARAMETER as _HOME_CIRCLE
 from companion.fence.home_circle import HomeCircle
 from companion.fence.preparation import FEW_ITEMS, NOTHING, FencePlan, Prepared, Ways
@@ -30,10 +31,8 @@ from companion.mission.plan import Adopt, PlanItem, PlanKind, Plans
 from companion.params.store import Parameters
 
 if TYPE_CHECKING:
-    from companion.fence.area import FenceArea
     from companion.fence.limit import FenceAreas, SpeedLimit
 
-Place = tuple[float, float]
 _NO_ACTION = 0  # of GF_ACTION
 _DECIDE_S = 1.0  # delay from the moment when a stop is needed to its begin
 _DRIFT_MPS = 0.05  # a slower motion towards the line does not count while the boat is at rest near it
@@ -60,19 +59,6 @@ class SteeredMode(Protocol):
     def needs_position(self) -> bool:
         """Whether the mode ends when the position is lost."""
         ...
-
-
-@dataclass(frozen=True, slots=True)
-class Way:
-    """Points to sail, the boat's own place first. `radius_m`: how closely each is to be passed; None: NAV_ACC_RAD."""
-
-    points: tuple[Place, ...]
-    radius_m: float | None
-
-    @property
-    def length_m(self) -> float:
-        """Length along the straight legs."""
-        return sum(math.dist(a, b) for a, b in zip(self.points, self.points[1:], strict=False))
 
 
 class FenceGuard:
@@ -264,37 +250,26 @@ class FenceGuard:
 
     # --- what it allows --------------------------------------------------------------------------------------------
 
+    @property
+    def allowed(self) -> Allowed:
+        """Where the boat may be sent now."""
+        return Allowed(self.areas(), self._ways, self.kept_m, self._parameters["NAV_ACC_RAD"])
+
     def point_refusal(self, north_m: float, east_m: float) -> str | None:
-        """Why the boat may not be sent to that point; None where it may."""
-        areas = self.areas()
-        if areas is None or areas.keeping.contains(north_m, east_m):
-            return None
-        if not areas.fence.contains(north_m, east_m):
-            return "outside the fence"
-        return f"nearer than {self.kept_m:.1f} m to the fence"
+        """As `Allowed.point_refusal`."""
+        return self.allowed.point_refusal(north_m, east_m)
 
     def line_refusal(self, line: Sequence[Place]) -> str | None:
-        """Why the boat, which is at the begin of the line, may not be sent along it; None where it may. A boat outside
-        may always come in."""
-        areas = self.areas()
-        if areas is None:
-            return None
-        if areas.fence.first_exit(line, forgive_start=not areas.fence.contains(*line[0])) is not None:
-            return "way crosses the fence"
-        if areas.keeping.first_exit(line, forgive_start=True) is not None:
-            return f"way nearer than {self.kept_m:.1f} m to the fence"
-        return None
+        """As `Allowed.line_refusal`."""
+        return self.allowed.line_refusal(line)
 
     def inside(self, places: Sequence[Place]) -> Sequence[bool]:
-        """Whether the boat may be sent to each of the places (`point_refusal`), for many at once."""
-        areas = self.areas()
-        return [True] * len(places) if areas is None else areas.keeping.contains_each(places)
+        """As `Allowed.inside`."""
+        return self.allowed.inside(places)
 
     def clear(self, lines: Sequence[Sequence[Place]]) -> Sequence[bool]:
-        """Whether each line lies where the boat may be sent, for many at once. False only means that `line_refusal`
-        must tell."""
-        areas = self.areas()
-        return [True] * len(lines) if areas is None else areas.keeping.covers_lines(lines)
+        """As `Allowed.clear`."""
+        return self.allowed.clear(lines)
 
     def go_refusal(self, nav: NavState, north_m: float, east_m: float) -> str | None:
         """Why the boat may not be sent straight to a point: the point or the line; None where it may."""
@@ -313,37 +288,8 @@ class FenceGuard:
         return areas.keeping.margin(*to_place).distance_m > areas.keeping.margin(*from_place).distance_m
 
     def way(self, begin: Place, end: Place) -> Way | None:
-        """The shortest way that keeps clear of the fence; None where there is none.
-
-        It leaves room for the corners that the path cuts, or less room where the gap is narrow. An `end` inside the
-        fence but too near to it is replaced by the nearest point that is far enough.
-        """
-        areas = self.areas()
-        if areas is None:
-            return Way((begin, end), None)
-        if not areas.fence.contains(*end):
-            return None
-        if not areas.keeping.contains(*end):
-            inside = areas.keeping.nearest_inside(*end)
-            if inside is None:
-                return None
-            end = inside
-        assert self._ways is not None
-        for radius in self._ways.radii_m(self._parameters["NAV_ACC_RAD"]):
-            points = self._find(areas.keeping, self._ways, radius, begin, end)
-            if (
-                points is not None
-                and areas.fence.first_exit(points, forgive_start=not areas.fence.contains(*begin)) is None
-            ):
-                return Way(points, radius)
-        return None
-
-    @staticmethod
-    def _find(keeping: FenceArea, ways: Ways, radius_m: float, begin: Place, end: Place) -> tuple[Place, ...] | None:
-        """A way whose bends keep room for their radius; begin and end need not."""
-        if keeping.contains(*begin) and keeping.covers((begin, end)):
-            return begin, end
-        return ways.of(radius_m).find(begin, end, through=keeping)
+        """As `Allowed.way`."""
+        return self.allowed.way(begin, end)
 
     # --- the boat and the fence ------------------------------------------------------------------------------------
 

@@ -15,10 +15,12 @@ from companion.core.estimate import NavState
 from companion.core.events import EventLog
 from companion.core.frames import body_to_ned
 from companion.core.setpoint import PoseSetpoint, Setpoint
+from companion.fence.allowed import Way
 from companion.fence.guard import FenceGuard
 from companion.modes.mode import Mode
 from companion.modes.parts.headway import Headway
-from companion.obstacles.open_water import OpenWater
+from companion.modes.parts.transit_round import transit_round
+from companion.obstacles.way_round import WayRound
 from companion.params.store import Parameters
 from companion.positioning.consequence import ConsequenceCheck
 from companion.positioning.hold_point import HoldPoint
@@ -171,9 +173,9 @@ class HoldMode(Mode):
         """Whether the boat is in transit to a point."""
         return self._hold_point.in_transit
 
-    def go_round(self, water: OpenWater, inputs: ModeInputs) -> str | None:
+    def way_round(self, inputs: ModeInputs) -> WayRound[Way | None] | None:
         """Another way to the point of the go-to."""
-        return self._hold_point.go_round(inputs.nav, water.way)
+        return transit_round(self._hold_point, inputs)
 
     def excuse(self) -> None:
         """Restart the headway watch."""

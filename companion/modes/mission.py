@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from companion.baselines.path_choice import ChosenPathTracker
 from companion.config.top_speed import top_speed_mps
@@ -42,9 +43,11 @@ from companion.modes.parts.mission_fence import MissionFence, orbit_circle
 from companion.modes.parts.refusals import FAR_AWAY, FENCE_REFUSALS
 from companion.modes.parts.rounding import Rounded, rounded, unchanged
 from companion.modes.parts.sideways_leg import SidewaysLeg
+from companion.modes.parts.transit_round import transit_round
 from companion.modes.parts.turn import TurnPlan
 from companion.modes.rtl import ReturnPoint
-from companion.obstacles.open_water import OpenWater
+from companion.obstacles.open_water import Water
+from companion.obstacles.way_round import WayRound
 from companion.params.store import Parameters
 from companion.positioning.hold_point import HoldPoint
 
@@ -153,7 +156,7 @@ class MissionMode(Mode):
         """Lead the present route round the new fence; stop the mission if the rest of it crosses the fence."""
         reason, task = self._fence.refusal(inputs), self._task
         if reason is None and isinstance(task, Sail) and not self._on_leg:
-            route = self._route[self._reported : len(self._route) - self._sideways]
+            route = self._rest_of_route
             here = (inputs.nav.north_m, inputs.nav.east_m)
             found = self._fence.rounded(self._waypoints(route), here)
             if found.added:
@@ -215,22 +218,35 @@ class MissionMode(Mode):
             return self._blocked is None
         return isinstance(self._task, Stay | ReturnHome) and self._hold_point.in_transit
 
-    def go_round(self, water: OpenWater, inputs: ModeInputs) -> str | None:
-        """Lay the rest of the present route round the obstacles. Waypoints that cannot be reached are passed beside,
-        which is announced; not the last one."""
+    def way_round(self, inputs: ModeInputs) -> WayRound[Any] | None:
+        """The rest of the present route. Waypoints that cannot be reached are passed beside, which is announced; not
+        the last one."""
         task = self._task
         if not isinstance(task, Sail):
-            return self._hold_point.go_round(inputs.nav, water.way)
-        route = self._route[self._reported : len(self._route) - self._sideways]
-        here = (inputs.nav.north_m, inputs.nav.east_m)
-        found = rounded(self._waypoints(route), here, water.clear, water.way)
-        if isinstance(found, int):
-            return f"item {item_number(route[found].seq)} cannot be reached"
-        self._relay(found, task, inputs)
-        for index, off_m in found.beside:
-            text = f"Item {item_number(route[index].seq)} in an obstacle: passed {off_m:.0f} m off"
-            self._events.say(inputs.now_s, TextKind.ATTENTION, "item_beside", text)
-        return None
+            return transit_round(self._hold_point, inputs)
+        route, here = self._rest_of_route, (inputs.nav.north_m, inputs.nav.east_m)
+        waypoints = self._waypoints(route)
+
+        def find(water: Water) -> Rounded | int:
+            return rounded(waypoints, here, water.clear, water.way)
+
+        def lay(found: Rounded | int, inputs: ModeInputs) -> str | None:
+            if self._task is not task or self._on_leg or self._rest_of_route != route:
+                return None
+            if isinstance(found, int):
+                return f"item {item_number(route[found].seq)} cannot be reached"
+            self._relay(found, task, inputs)
+            for index, off_m in found.beside:
+                text = f"Item {item_number(route[index].seq)} in an obstacle: passed {off_m:.0f} m off"
+                self._events.say(inputs.now_s, TextKind.ATTENTION, "item_beside", text)
+            return None
+
+        return WayRound(find, lay)
+
+    @property
+    def _rest_of_route(self) -> tuple[RoutePoint, ...]:
+        """Points of the present route ahead, but for a last one that is reached sideways."""
+        return self._route[self._reported : len(self._route) - self._sideways]
 
     def _relay(self, found: Rounded, task: Sail, inputs: ModeInputs) -> None:
         """Sail the rest of the present route by other points from here."""

@@ -5,11 +5,11 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from companion.core.decision import ModeDeclaration, ModeId, ModeInputs, Need, OrbitState
 from companion.core.setpoint import NEUTRAL_SETPOINT, Setpoint
-from companion.obstacles.open_water import OpenWater
+from companion.obstacles.way_round import WayRound
 
 FURTHEST_LEG_M = 50_000.0  # a destination further away is another boat's plan or a typing error
 
@@ -109,9 +109,9 @@ class Mode(ABC):
         """Whether the mode now has a way that it can lead round obstacles."""
         return False
 
-    def go_round(self, water: OpenWater, inputs: ModeInputs) -> str | None:
-        """Lay the rest of the way round the obstacles. Return why that is impossible, or None."""
-        return "the mode has no way of its own"
+    def way_round(self, inputs: ModeInputs) -> WayRound[Any] | None:
+        """How to lead the rest of the way round the obstacles; None where the mode has no way of its own."""
+        return None
 
     def drop_speed(self) -> None:  # noqa: B027  most modes sail at the set speed
         """Forget the speed of the last order, because the operator has set another one."""

@@ -12,12 +12,14 @@ from companion.core.decision import Home, KnownRefusal, ModeDeclaration, ModeId,
 from companion.core.events import EventLog
 from companion.core.geodesy import LocalFrame
 from companion.core.setpoint import Setpoint
-from companion.fence.guard import FenceGuard, Way
+from companion.fence.allowed import Way
+from companion.fence.guard import FenceGuard
 from companion.guidance.own_track import OwnTrack, Place
 from companion.mission.plan import PlanKind, Plans
 from companion.modes.mode import Mode
 from companion.modes.parts.headway import Headway
-from companion.obstacles.open_water import OpenWater
+from companion.modes.parts.transit_round import transit_round
+from companion.obstacles.way_round import WayRound
 from companion.params.store import Parameters
 from companion.positioning.hold_point import HoldPoint
 from companion.positioning.watch_circles import WatchCircles
@@ -187,9 +189,9 @@ class RtlMode(Mode):
         """Whether the boat is in transit home."""
         return self._hold_point.in_transit
 
-    def go_round(self, water: OpenWater, inputs: ModeInputs) -> str | None:
+    def way_round(self, inputs: ModeInputs) -> WayRound[Way | None] | None:
         """Another way to the same destination."""
-        return self._hold_point.go_round(inputs.nav, water.way)
+        return transit_round(self._hold_point, inputs)
 
     def excuse(self) -> None:
         """Restart the headway watch."""

@@ -8,8 +8,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from concurrent.futures import Future
 from dataclasses import replace
-from typing import Protocol
+from functools import partial
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -19,15 +21,19 @@ from companion.core.decision import ModeId, ModeInputs, TextKind
 from companion.core.estimate import NavState
 from companion.core.events import EventLog
 from companion.core.frames import body_to_ned
+from companion.core.ports import Worker
 from companion.core.setpoint import HeadingSetpoint, PathSetpoint, PoseSetpoint, Setpoint, desired_motion
-from companion.fence.guard import FenceGuard, Way
+from companion.fence.allowed import Place
+from companion.fence.guard import FenceGuard
 from companion.fence.limit import direction
 from companion.obstacles.braking import Braking, stream_along_mps
+from companion.obstacles.chart_water import ChartKeeper
 from companion.obstacles.clear_way import STOP_SHARE, clear_way_m
 from companion.obstacles.keeping_off import KeepingOff
 from companion.obstacles.occupancy import Floats
-from companion.obstacles.open_water import OpenWater, Place
+from companion.obstacles.open_water import OpenWater
 from companion.obstacles.surroundings import Surroundings
+from companion.obstacles.way_round import WayRound
 from companion.params.store import Parameters
 from companion.positioning.hold_point import HoldPoint
 
@@ -39,8 +45,6 @@ _MOVER_S = (0.0, 1.0, 2.0, 3.0)  # places of what moves, for the stop
 _STOPPED_MPS, _MOVES_MPS = 0.1, 0.05
 _SLOWED_SHARE = 0.8
 _LEADER_M = 8.0  # around the leader, nothing is an obstacle to its follower
-
-Find = Callable[[Place, Place], Way | None]
 
 
 class GuardedMode(Protocol):
@@ -65,8 +69,8 @@ class GuardedMode(Protocol):
         """(north_m, east_m) of the path from the boat on; empty where the mode sails along none."""
         ...
 
-    def go_round(self, water: OpenWater, inputs: ModeInputs) -> str | None:
-        """Lay the rest of the way round the obstacles. Why that is impossible, or None."""
+    def way_round(self, inputs: ModeInputs) -> WayRound[Any] | None:
+        """How to lead the rest of the way round the obstacles; None where the mode has no way of its own."""
         ...
 
     def excuse(self) -> None:
@@ -90,8 +94,10 @@ class Detour(Protocol):
 class ObstacleGuard:
     """`steer(setpoint, mode, inputs, detour)` each tick; `reset()` in ticks without a setpoint.
 
-    Remembers the mode that it acts for, when it looked and planned last, how long no way was found, and whether it
-    holds the boat. `impossible`: why the mode cannot go on, from the tick in which that is settled.
+    Ways round are looked for beside the control thread, and laid in the tick in which they are found.
+
+    Remembers the mode that it acts for, when it looked and planned last, the search under way, how long no way was
+    found, and whether it holds the boat. `impossible`: why the mode cannot go on, once that is settled.
     """
 
     def __init__(
@@ -101,13 +107,16 @@ class ObstacleGuard:
         surroundings: Surroundings,
         fence: FenceGuard,
         events: EventLog,
+        chart: ChartKeeper,
     ) -> None:
         self._config = config
         self._parameters = parameters
         self._around = surroundings
-        self._fence = fence
         self._events = events
-        self.water = OpenWater(config, parameters, fence)
+        self._chart = chart
+        self._worker: Worker | None = None
+        self._work: tuple[WayRound[Any], Future[Any]] | None = None
+        self.water = OpenWater(config, parameters, fence, chart)
         self._braking = Braking(config, parameters)
         self._keeping_off = KeepingOff(config, parameters, fence, self._braking, events)
         self._hold_point = HoldPoint(config, parameters, fence)
@@ -121,8 +130,13 @@ class ObstacleGuard:
         self._circles: Floats = np.zeros((0, 3))
         self.impossible: str | None = None
 
+    def work_with(self, worker: Worker) -> None:
+        """Let `worker` look for ways round."""
+        self._worker = worker
+
     def reset(self) -> None:
         """Nothing is steered."""
+        self._work = None
         self._mode, self._holding, self._blocked, self._since_s, self._slowed = None, False, 0, None, False
         self.impossible = None
         self._keeping_off.reset()
@@ -139,14 +153,15 @@ class ObstacleGuard:
         if inputs.now_s - self._looked_s >= _LOOK_S:
             self._looked_s = inputs.now_s
             self._look(mode, inputs, detour)
-        if not len(self._circles) and math.isinf(self._around.shoals.way_m):
+        self._lay(inputs)
+        if not len(self._circles) and math.isinf(self._around.shoals.way_m) and self._chart.water is None:
             self._holding = self._slowed = False
             return setpoint
         stopped = self._stopped_in_time(setpoint, mode, inputs)
         if not mode.goes_round:
             return stopped
-        movers, nav = self._around.movers(inputs.now_s), inputs.nav
-        aside = self._keeping_off.update(stopped, movers, self.water.circles, nav, inputs.speed_mps, inputs.now_s)
+        movers, water, nav = self._around.movers(inputs.now_s), self.water.now, inputs.nav
+        aside = self._keeping_off.update(stopped, movers, water, nav, inputs.speed_mps, inputs.now_s)
         if aside is None:
             return stopped
         mode.excuse()
@@ -162,7 +177,7 @@ class ObstacleGuard:
         aside = detour.detour_ahead
         way = _first_part(aside or mode.way_ahead(), _WAY_M)
         here = (nav.north_m, nav.east_m)
-        if len(way) < 2 or math.isinf(self.water.free_m([here, *way[1:]])):
+        if len(way) < 2 or math.isinf(self.water.now.free_m([here, *way[1:]])):
             self._open(now_s)
             return
         self._blocked += 1
@@ -172,9 +187,23 @@ class ObstacleGuard:
         if aside:
             detour.give_up_detour()
             return
-        if not mode.goes_round:
+        if mode.goes_round and self._work is None and (round_it := mode.way_round(inputs)) is not None:
+            self._work = round_it, self._submitted(partial(round_it.find, self.water.now))
+
+    def _submitted(self, work: Callable[[], Any]) -> Future[Any]:
+        if self._worker is not None:
+            return self._worker.submit(work)
+        future: Future[Any] = Future()
+        future.set_result(work())
+        return future
+
+    def _lay(self, inputs: ModeInputs) -> None:
+        """Take the way round once it is found."""
+        if self._work is None or not self._work[1].done():
             return
-        reason = mode.go_round(self.water, inputs)
+        (round_it, future), self._work = self._work, None
+        now_s = inputs.now_s
+        reason = round_it.lay(future.result(), inputs)
         if reason is None:
             self._since_s, self._blocked = None, 0
             self._events.say(now_s, TextKind.ATTENTION, "obstacle_round", "Obstacle ahead: going round")
@@ -257,7 +286,9 @@ class ObstacleGuard:
     def _limit_mps(self, nav: NavState, along: tuple[float, float]) -> float:
         """Highest speed over ground in the direction `along` (a unit vector) from which the boat stops in time."""
         stream = stream_along_mps(nav, *along)
-        way_m = min(self._clear_way_m(nav, along), self._around.shoals.way_m)
+        chart = self._chart.water
+        by_chart = math.inf if chart is None else chart.stop_m((nav.north_m, nav.east_m), along)
+        way_m = min(self._clear_way_m(nav, along), self._around.shoals.way_m, by_chart)
         return self._braking.speed_mps(way_m, stream)
 
     def _clear_way_m(self, nav: NavState, along: tuple[float, float]) -> float:
@@ -283,7 +314,7 @@ class ObstacleGuard:
             if speed < _MOVES_MPS or limit > max(_STOPPED_MPS, 0.5 * speed):
                 return setpoint
             self._events.say(inputs.now_s, TextKind.ATTENTION, "obstacle_stops", "Obstacle ahead: stopped")
-        elif math.isinf(self.water.free_m(((nav.north_m, nav.east_m), (setpoint.north_m, setpoint.east_m)))):
+        elif math.isinf(self.water.now.free_m(((nav.north_m, nav.east_m), (setpoint.north_m, setpoint.east_m)))):
             self._holding = False
             return setpoint
         return self._hold(setpoint, inputs)

@@ -23,6 +23,7 @@ from companion.fence.guard import FenceGuard
 from companion.obstacles.braking import Braking, stream_along_mps
 from companion.obstacles.clear_way import STOP_SHARE, clear_way_m
 from companion.obstacles.occupancy import Floats
+from companion.obstacles.open_water import Water
 from companion.params.store import Parameters
 
 _SLOW_MPS = 0.5  # a boat that makes less way keeps off; so does one that is being stopped
@@ -38,14 +39,15 @@ _BETTER_M, _SAME_SIDE_M = 0.1, 1.0
 
 @dataclass(frozen=True, slots=True)
 class _Around:
-    """What there is to keep off. `lying`: circles (north_m, east_m, radius_m)."""
+    """What there is to keep off. `lying`: circles (north_m, east_m, radius_m) near the boat."""
 
     movers: Sequence[Contact]
     lying: Floats
+    water: Water
 
 
 class KeepingOff:
-    """`update(setpoint, movers, lying, nav, cruise_mps, now_s)` → speed along the heading, or None where the setpoint
+    """`update(setpoint, movers, water, nav, cruise_mps, now_s)` → speed along the heading, or None where the setpoint
     keeps clear by itself. Remembers on which side it goes out of the way."""
 
     def __init__(
@@ -62,7 +64,7 @@ class KeepingOff:
         self,
         setpoint: Setpoint,
         movers: Sequence[Contact],
-        lying: Floats,
+        water: Water,
         nav: NavState,
         cruise_mps: float,
         now_s: float,
@@ -70,7 +72,7 @@ class KeepingOff:
         """`setpoint`: what the boat does otherwise, already limited so that it stops in time."""
         asked = setpoint if isinstance(setpoint, PathSetpoint) else PathSetpoint(nav.yaw_rad)
         slow = math.hypot(nav.north_mps, nav.east_mps) < _SLOW_MPS or abs(asked.surge_mps) < _STOPPED_MPS
-        around = _Around(movers, self._near(lying, nav))
+        around = _Around(movers, self._near(water, nav), water)
         if not slow or not (len(around.movers) or len(around.lying)):
             self._speed_mps = 0.0
             return None
@@ -94,11 +96,16 @@ class KeepingOff:
         """Water to what lies, at which the boat stops."""
         return STOP_SHARE * max(0.0, self._parameters["CP_DIST"])
 
-    def _near(self, lying: Floats, nav: NavState) -> Floats:
-        """What the boat may be set onto soon."""
+    def _near(self, water: Water, nav: NavState) -> Floats:
+        """What the boat may be set onto soon; of a chart's obstacles, the nearest place."""
+        here, lying = (nav.north_m, nav.east_m), water.circles
+        if water.chart is not None:
+            shore = water.chart.bare.margin(*here)
+            place = here[0] - shore.distance_m * shore.north, here[1] - shore.distance_m * shore.east
+            lying = np.vstack((lying, (*place, 0.0))) if math.isfinite(shore.distance_m) else lying
         if not len(lying):
             return lying
-        gaps = np.hypot(lying[:, 0] - nav.north_m, lying[:, 1] - nav.east_m) - lying[:, 2] - self._half_m
+        gaps = np.hypot(lying[:, 0] - here[0], lying[:, 1] - here[1]) - lying[:, 2] - self._half_m
         reach = self._stop_m + _LYING_SOON_S * max(_SLOW_MPS, math.hypot(nav.north_mps, nav.east_mps))
         near: Floats = lying[gaps < reach]
         return near
@@ -111,6 +118,7 @@ class KeepingOff:
         for sign in (1.0, -1.0):
             way = sign * bow[0], sign * bow[1]
             out_m = min(_OUT_M, clear_way_m(here, way, around.lying, self._half_m + self._stop_m))
+            out_m = out_m if around.water.chart is None else min(out_m, around.water.chart.stop_m(here, way))
             end = here[0] + out_m * way[0], here[1] + out_m * way[1]
             open_m[sign] = out_m if self._fence.line_refusal((here, end)) is None else 0.0
         for share in (0.5, 1.0):

@@ -1,29 +1,32 @@
-"""The water that is open to the boat: inside the fence, and clear of what is known of obstacles. Ways through it.
+"""The water that is open to the boat: inside the fence, clear of the chart's obstacles and of what sensors see. Ways
+through it.
 
-Obstacles are circles. A way keeps half a boat's length and CP_DIST from each, and the distance that it keeps from the
-fence anyway. It is the shortest one in the visibility graph of `companion.fence.way_round`, over what the obstacles
-leave of the fence's own area.
+What sensors see are circles. A way keeps half a boat's length and CP_DIST from each and from the chart's obstacles, and
+the distance that it keeps from the fence anyway. It is the shortest one in the visibility graph of
+`companion.fence.way_round`, over what the obstacles leave of the fence's own area.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from companion.config.vessel import VesselConfig
-from companion.fence.guard import FenceGuard, Way
+from companion.fence.allowed import Allowed, Place, Way
+from companion.fence.guard import FenceGuard
+from companion.obstacles.chart_water import ChartKeeper, ChartWater
 from companion.obstacles.occupancy import Floats
 from companion.params.store import Parameters
 
 if TYPE_CHECKING:
     from companion.fence.area import FenceArea
 
-Place = tuple[float, float]
-
 _AROUND_M = 80.0  # beyond the obstacles and the ends of the way, a way round may lead so far
+_AROUND_CHART_M = (80.0, 500.0, 3000.0)  # the same round a chart's obstacles, tried in turn
 _ARCS = 3  # sides for each quarter of an obstacle's circle
 _CORNER_CUT = 0.6  # share of a waypoint's radius by which the path may cut its corner
 _RADII = (1.0, 0.2)  # of NAV_ACC_RAD: waypoint radius on a way round, and through a narrow gap
@@ -31,42 +34,39 @@ _SIMPLER_M = 0.3
 _START_M = 0.05
 _SURE_M = 15.0  # from the boat: obstacles further off may be smaller than they look
 _LEAST_RADIUS_M = 0.3
-_GRAZE_M = 0.3  # by which a way that is already sailed may come nearer than planned
+GRAZE_M = 0.3
+"""By how much a way that is already sailed may come nearer than planned."""
 
 
-class OpenWater:
-    """Queries over the obstacles as last set. Remembers them, and the areas made of them until they change."""
+@dataclass(frozen=True, slots=True, eq=False)
+class Water:
+    """Queries over what is known at one moment. It never changes, so work beside the control thread can ask it too.
 
-    def __init__(self, config: VesselConfig, parameters: Parameters, fence: FenceGuard) -> None:
-        self._half_m = 0.5 * config.length_m
-        self._parameters = parameters
-        self._fence = fence
-        self._circles: Floats = np.zeros((0, 3))
+    `circles`: north_m, east_m, radius_m of obstacles that lie, shape (n, 3). `keep_m`: distance that the middle of the
+    boat keeps from obstacles.
+    """
 
-    def set_obstacles(self, circles: Floats) -> None:
-        """`circles`: north_m, east_m, radius_m of all obstacles that lie, shape (n, 3)."""
-        self._circles = circles
-
-    @property
-    def circles(self) -> Floats:
-        """The obstacles as last set."""
-        return self._circles
-
-    @property
-    def keep_m(self) -> float:
-        """Distance that the middle of the boat keeps from obstacles."""
-        return self._half_m + max(0.0, self._parameters["CP_DIST"])
+    circles: Floats
+    keep_m: float
+    allowed: Allowed
+    chart: ChartWater | None = None
 
     def free_m(self, way: Sequence[Place]) -> float:
         """How far along a way the boat keeps clear of all obstacles; infinite where it always does. Of an obstacle that
         is near at its begin, the way must lead away."""
-        if len(way) < 2 or not len(self._circles):
+        if len(way) < 2:
+            return math.inf
+        by_chart = math.inf if self.chart is None else self.chart.free_m(way)
+        return min(by_chart, self._free_of_circles_m(way))
+
+    def _free_of_circles_m(self, way: Sequence[Place]) -> float:
+        if not len(self.circles):
             return math.inf
         circles = self._hoped(way[0])
         points = np.asarray(way, dtype=float)
         begin, along = points[:-1], np.diff(points, axis=0)
         lengths = np.hypot(along[:, 0], along[:, 1])
-        keep = self.keep_m - _GRAZE_M + circles[:, 2]
+        keep = self.keep_m - GRAZE_M + circles[:, 2]
         keep = np.minimum(keep, np.hypot(*(circles[:, :2] - points[0]).T) - _START_M)
         off = circles[None, :, :2] - begin[:, None, :]
         share = np.einsum("sci,si->sc", off, along) / np.maximum(lengths**2, 1e-12)[:, None]
@@ -80,39 +80,39 @@ class OpenWater:
 
     def clear(self, begin: Place, end: Place) -> bool:
         """Whether the straight line keeps clear of obstacles and inside the fence."""
-        line = (begin, end)
-        return math.isinf(self.free_m(line)) and self._fence.line_refusal(line) is None
+        return self.line_refusal((begin, end)) is None
 
     def line_refusal(self, line: Sequence[Place]) -> str | None:
         """Why the boat may not be sent along the line: the fence, or an obstacle; None where it may."""
-        return "obstacle in the way" if math.isfinite(self.free_m(line)) else self._fence.line_refusal(line)
-
-    def reachable(self, place: Place) -> bool:
-        """Whether the boat may lie at that place."""
-        circles = self._circles
-        gaps = np.hypot(*(circles[:, :2] - place).T) - circles[:, 2]
-        return bool((gaps >= self.keep_m - _GRAZE_M).all()) and self._fence.point_refusal(*place) is None
+        return "obstacle in the way" if math.isfinite(self.free_m(line)) else self.allowed.line_refusal(line)
 
     def way(self, begin: Place, end: Place) -> Way | None:
         """The shortest way, or None. An `end` that is too near to an obstacle is replaced by the nearest place that is
         not."""
-        if not len(self._circles):
-            return self._fence.way(begin, end)
-        found = self._way(begin, end, self._circles)
+        if not len(self.circles) and (self.chart is None or self.chart.clear_m(begin, end) > _AROUND_M):
+            return self.allowed.way(begin, end)
+        found = self._way(begin, end, self.circles)
         return found or self._way(begin, end, self._hoped(begin))
 
     def _hoped(self, begin: Place) -> Floats:
         """The obstacles, those further off as small as they may be: a far look is coarse, and gaps show on the way."""
-        circles = self._circles.copy()
+        circles = self.circles.copy()
         far = np.hypot(*(circles[:, :2] - begin).T) > _SURE_M
         circles[far, 2] = np.minimum(circles[far, 2], _LEAST_RADIUS_M)
         return circles
 
     def _way(self, begin: Place, end: Place, circles: Floats) -> Way | None:
+        for around_m in (_AROUND_M,) if self.chart is None else _AROUND_CHART_M:
+            found = self._way_within(begin, end, circles, around_m)
+            if found is not None:
+                return found
+        return None
+
+    def _way_within(self, begin: Place, end: Place, circles: Floats, around_m: float) -> Way | None:
         from companion.fence.area import FenceArea
         from companion.fence.way_round import ClearRoutes
 
-        water = self._area(begin, end, circles)
+        water = self._area(begin, end, circles, around_m)
         if water.empty:
             return None
         if not water.contains(*end):
@@ -121,7 +121,7 @@ class OpenWater:
                 return None
             end = nearest
         for share in _RADII:
-            radius_m = share * self._parameters["NAV_ACC_RAD"]
+            radius_m = share * self.allowed.radius_m
             roomy = FenceArea.of(water.geometry.buffer(-_CORNER_CUT * radius_m, quad_segs=_ARCS))
             if roomy.empty:
                 continue
@@ -130,16 +130,45 @@ class OpenWater:
                 return Way(points, radius_m)
         return None
 
-    def _area(self, begin: Place, end: Place, circles: Floats) -> FenceArea:
+    def _area(self, begin: Place, end: Place, circles: Floats, around_m: float) -> FenceArea:
         import shapely
 
         from companion.fence.area import FenceArea
 
+        places = np.vstack((circles[:, :2], [begin], [end]))
+        low, high = places.min(axis=0) - around_m, places.max(axis=0) + around_m
+        whole = shapely.box(*low, *high)
+        if self.chart is not None:
+            whole = shapely.intersection(self.chart.keeping.geometry, whole)
+        if self.allowed.areas is not None:
+            whole = shapely.intersection(self.allowed.areas.keeping.geometry, whole)
         rings = shapely.buffer(shapely.points(circles[:, :2]), circles[:, 2] + self.keep_m, quad_segs=_ARCS)
         taken = shapely.simplify(shapely.union_all(rings), _SIMPLER_M)
-        areas = self._fence.areas()
-        places = np.vstack((circles[:, :2], [begin], [end]))
-        low, high = places.min(axis=0) - _AROUND_M, places.max(axis=0) + _AROUND_M
-        around = shapely.box(*low, *high)
-        whole = around if areas is None else shapely.intersection(areas.keeping.geometry, around)
         return FenceArea.of(shapely.difference(whole, taken))
+
+
+class OpenWater:
+    """`now` → the water as it is. Remembers the obstacles as last set."""
+
+    def __init__(
+        self, config: VesselConfig, parameters: Parameters, fence: FenceGuard, chart: ChartKeeper | None = None
+    ) -> None:
+        self._half_m = 0.5 * config.length_m
+        self._parameters = parameters
+        self._fence = fence
+        self._chart = chart
+        self._circles: Floats = np.zeros((0, 3))
+
+    def set_obstacles(self, circles: Floats) -> None:
+        """`circles`: north_m, east_m, radius_m of all obstacles that lie, shape (n, 3). Not to be changed after."""
+        self._circles = circles
+
+    @property
+    def now(self) -> Water:
+        """All that is known now."""
+        keep_m = self._half_m + max(0.0, self._parameters["CP_DIST"])
+        return Water(self._circles, keep_m, self._fence.allowed, None if self._chart is None else self._chart.water)
+
+    def line_refusal(self, line: Sequence[Place]) -> str | None:
+        """As `Water.line_refusal`."""
+        return self.now.line_refusal(line)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import NamedTuple, Protocol
 
 from companion.allocation.propulsion import can_reverse
@@ -17,14 +16,14 @@ from companion.core.estimate import NavState
 from companion.core.frames import body_to_ned
 from companion.core.readings import ManualInput
 from companion.core.setpoint import Setpoint
-from companion.fence.guard import FenceGuard, Way
+from companion.fence.allowed import Way
+from companion.fence.guard import FenceGuard
 from companion.guidance.path_tracking import Waypoint
 from companion.guidance.stopping import BRAKE_SHARE, SMOOTHING_S, stopping_point
 from companion.params.store import Parameters
 from companion.positioning.bow_keeper import BowKeeper
 from companion.positioning.drift import DriftKeeper
 
-Place = tuple[float, float]
 _BESIDE_M = 15.0  # from a point in an obstacle: the boat goes so near instead
 
 
@@ -257,14 +256,13 @@ class HoldPoint:
             [Waypoint(*point, radius_m=way.radius_m, straight=True) for point in way.points[1:]], nav
         )
 
-    def go_round(self, nav: NavState, find: Callable[[Place, Place], Way | None]) -> str | None:
-        """In transit: go on along another way to the same point, or to the nearest place beside it. Return why that is
-        impossible, or None."""
+    def go_round(self, nav: NavState, way: Way | None) -> str | None:
+        """In transit: go on along another way to the same point, or to the nearest place beside it; None: there is no
+        such way. Return why that is impossible, or None."""
         transit = self._transit
         if transit is None:
             return "not under way"
         end = (transit.north_m, transit.east_m)
-        way = find((nav.north_m, nav.east_m), end)
         if way is None:
             return "no open water to the point"
         if math.dist(way.points[-1], end) > _BESIDE_M:

@@ -11,6 +11,7 @@ from companion.core.decision import ModeId, ModeInputs, Outcome
 from companion.core.estimate import NO_ESTIMATE, Contact
 from companion.core.events import EventLog
 from companion.core.geodesy import LocalFrame
+from companion.core.ports import Worker
 from companion.core.tick import DeviceHealth, Inputs
 from companion.fence.guard import FenceGuard
 from companion.following.tracker import FORGET_S, LeaderTracker
@@ -22,6 +23,7 @@ from companion.modes.mission import MissionMode
 from companion.modes.offboard import OffboardMode
 from companion.modes.table import build_modes, mode_of
 from companion.modes.trial.mode import TrialMode
+from companion.obstacles.chart_water import ChartKeeper
 from companion.obstacles.guard import ObstacleGuard
 from companion.obstacles.surroundings import Surroundings
 from companion.params.store import Parameters
@@ -86,7 +88,8 @@ class SupervisorParts:
         self.home = HomeKeeper(events)
         self.fence = FenceGuard(config, parameters, plans, events, frame_of, lambda: self.home.home)
         self.surroundings = around = Surroundings(config, parameters, events, frame_of)
-        self.obstacles = aside = ObstacleGuard(config, parameters, around, self.fence, events)
+        self.chart = ChartKeeper(config, parameters, frame_of)
+        self.obstacles = aside = ObstacleGuard(config, parameters, around, self.fence, events, self.chart)
         clear = around.movers, aside.water.line_refusal
         self.traffic_guard = TrafficGuard(config, parameters, self.traffic, events, frame_of, self.fence, *clear)
         self.track = OwnTrack(frame_of)
@@ -121,6 +124,11 @@ class SupervisorParts:
         self.calibration = CalibrationDuty(config, parameters, helm, events, lambda: self.nav)
         self.motor_test = MotorTest(config, events, self.motor_objection)
         self.responder = Responder(helm, hold, self.sticks, events, self.situation)
+
+    def work_with(self, worker: Worker) -> None:
+        """Let `worker` do what takes longer than a tick."""
+        for part in (self.fence, self.chart, self.obstacles):
+            part.work_with(worker)
 
     def watch_hull(self, desired_mps: float | None, now_s: float) -> None:
         """Once a tick: hull, range, track. `desired_mps`: speed ahead of the last setpoint of a mode without sticks;

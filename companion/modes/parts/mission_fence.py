@@ -10,7 +10,8 @@ from itertools import pairwise
 from companion.config.vessel import VesselConfig
 from companion.core.decision import ModeInputs
 from companion.core.geodesy import LocalFrame
-from companion.fence.guard import FenceGuard, Place
+from companion.fence.allowed import Place
+from companion.fence.guard import FenceGuard
 from companion.guidance.agility import agility_of
 from companion.guidance.orbit import Circle, chosen_circle, whole_line
 from companion.guidance.path_tracking import PathTracker, Waypoint

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from companion.fence.guard import Place, Way
+from companion.fence.allowed import Place, Way
 from companion.guidance.path_tracking import Waypoint
 from companion.modes.parts.rounding import Rounded, rounded, unchanged
 

@@ -1,0 +1,193 @@
+"""The obstacles of a chart in the local plane, and the water that they leave."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future
+from dataclasses import dataclass
+from functools import partial
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+from companion.config.chart import ChartFeature
+from companion.config.vessel import VesselConfig
+from companion.core.geodesy import LocalFrame
+from companion.core.ports import Worker
+from companion.fence.allowed import Place
+from companion.obstacles.clear_way import STOP_SHARE
+from companion.params.store import Parameters
+
+if TYPE_CHECKING:
+    from companion.fence.area import FenceArea
+
+_REACH_M = 20_000.0  # from the origin of the local plane: what lies further off is left out
+_SIMPLER_M = 0.1
+_ARCS = 4
+_WORLD_M = 500_000.0
+_GRAZE_M = 0.3  # by which a way that is already sailed may come nearer than planned
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ChartWater:
+    """Areas of open water that never change. `bare`: all but the obstacles themselves. `stopping`: where the middle of
+    the boat may come to rest. `sailing`: where a way already laid may lead. `keeping`: where plans may lead."""
+
+    bare: FenceArea
+    stopping: FenceArea
+    sailing: FenceArea
+    keeping: FenceArea
+
+    def point_refusal(self, north_m: float, east_m: float) -> str | None:
+        """Why the boat may not be sent to that point; None where it may."""
+        if self.keeping.contains(north_m, east_m):
+            return None
+        return "too near to the chart's obstacles" if self.bare.contains(north_m, east_m) else "in a chart obstacle"
+
+    def line_refusal(self, line: Sequence[Place]) -> str | None:
+        """Why the boat, at the begin of the line, may not be sent along it; None where it may."""
+        return "way crosses a chart obstacle" if math.isfinite(self.free_m(line)) else None
+
+    def free_m(self, way: Sequence[Place]) -> float:
+        """How far along a way the boat keeps clear; infinite where it always does. Where it begins too near, it must
+        lead away, and never into an obstacle."""
+        exits = [self.sailing.first_exit(way, forgive_start=True)]
+        if not self.sailing.contains(*way[0]):
+            inner = self.stopping if self.stopping.contains(*way[0]) else self.bare
+            exits.append(inner.first_exit(way, forgive_start=True))
+        return min((_along_m(way, place) for place in exits if place is not None), default=math.inf)
+
+    def stop_m(self, here: Place, along: Place) -> float:
+        """Way straight ahead, along a unit vector, until the hull is too near; infinite where it never is."""
+        if self.stopping.contains(*here):
+            return self.stopping.way_to_line_m(*here, *along)
+        out = self.stopping.margin(*here)
+        return math.inf if out.north * along[0] + out.east * along[1] > 0.0 else 0.0
+
+    def clear_m(self, begin: Place, end: Place) -> float:
+        """Least distance of the straight line to an obstacle; 0 where one is met."""
+        import shapely
+
+        line = shapely.linestrings([begin, end])
+        return float(shapely.distance(self.bare.geometry.boundary, line)) if self.bare.covers((begin, end)) else 0.0
+
+
+Key = tuple[LocalFrame, float, float]
+
+
+class ChartKeeper:
+    """`water` → the chart's open water as it is now; None without a chart, while CP_DIST is below 0, or while it is
+    being made. Remembers it until the local plane, CP_DIST or CP_DEPTH_MIN changes."""
+
+    def __init__(
+        self,
+        config: VesselConfig,
+        parameters: Parameters,
+        frame: Callable[[], LocalFrame],
+        features: Sequence[ChartFeature] = (),
+    ) -> None:
+        self._half_m = 0.5 * config.length_m
+        self._parameters = parameters
+        self._frame = frame
+        self._features = tuple(features)
+        self._worker: Worker | None = None
+        self._key: Key | None = None
+        self._water: ChartWater | None = None
+        self._work: tuple[Key, Future[ChartWater | None]] | None = None
+
+    @property
+    def features(self) -> tuple[ChartFeature, ...]:
+        """The chart as it was read."""
+        return self._features
+
+    def load(self, features: Sequence[ChartFeature]) -> None:
+        """Take a chart, and make its water at once: a tick has no time for it."""
+        self._features, self._key = tuple(features), None
+        _ = self.water
+
+    def work_with(self, worker: Worker) -> None:
+        """Let `worker` make the water anew when settings change."""
+        self._worker = worker
+
+    @property
+    def key(self) -> Key | tuple[()]:
+        """Changes whenever the water has changed; () without any."""
+        return () if self.water is None or self._key is None else self._key
+
+    @property
+    def water(self) -> ChartWater | None:
+        """The water as it is now."""
+        p = self._parameters
+        if not self._features or p["CP_DIST"] < 0.0:
+            return None
+        wanted = self._frame(), p["CP_DIST"], p["CP_DEPTH_MIN"]
+        if wanted != self._key:
+            self._make(wanted)
+        return self._water
+
+    def _make(self, wanted: Key) -> None:
+        """Make it: at once the first time, else beside the control thread. Water in another plane counts no more."""
+        frame, dist_m, depth_m = wanted
+        build = partial(chart_water, self._features, frame, self._half_m, dist_m, depth_m)
+        if self._worker is None or self._key is None:
+            self._key, self._water = wanted, build()
+            return
+        if self._key[0] != frame:
+            self._water = None
+        if self._work is None or self._work[0] != wanted:
+            self._work = wanted, self._worker.submit(build)
+        if self._work[1].done():
+            (self._key, future), self._work = self._work, None
+            self._water = future.result()
+
+
+def chart_water(
+    features: Sequence[ChartFeature], frame: LocalFrame, half_m: float, dist_m: float, depth_m: float
+) -> ChartWater | None:
+    """The water that a chart leaves to a boat of half a length `half_m` that keeps `dist_m`, in water of at least
+    `depth_m`; None where nothing of it is an obstacle within 20 km."""
+    import shapely
+
+    from companion.fence.area import FenceArea
+
+    shapes = [_local(one, frame) for one in features if one.is_obstacle(depth_m)]
+    taken = shapely.clip_by_rect(shapely.union_all(shapes), -_REACH_M, -_REACH_M, _REACH_M, _REACH_M)
+    taken = shapely.simplify(taken, _SIMPLER_M)
+    if taken.is_empty:
+        return None
+    world = shapely.box(-_WORLD_M, -_WORLD_M, _WORLD_M, _WORLD_M)
+
+    def left(by_m: float) -> FenceArea:
+        return FenceArea.of(shapely.difference(world, shapely.buffer(taken, by_m, quad_segs=_ARCS)))
+
+    keep_m = half_m + dist_m
+    return ChartWater(left(0.0), left(half_m + STOP_SHARE * dist_m), left(keep_m - min(_GRAZE_M, dist_m)), left(keep_m))
+
+
+def _local(feature: ChartFeature, frame: LocalFrame) -> object:
+    """A feature in the local plane, (north_m, east_m), as wide as it is."""
+    import numpy as np
+    import shapely
+
+    def project(places: object) -> object:
+        lon_lat = np.asarray(places, dtype=float)
+        return np.array([frame.to_ned(lat, lon) for lon, lat in lon_lat.tolist()]).reshape(-1, 2)
+
+    placed = shapely.make_valid(shapely.transform(feature.geometry, project))
+    return placed.buffer(feature.radius_m, quad_segs=_ARCS) if feature.radius_m > 0.0 else placed
+
+
+def _along_m(way: Sequence[Place], place: Place) -> float:
+    """Length of a way up to a place on it."""
+    before, best = 0.0, (math.inf, 0.0)
+    for a, b in pairwise(way):
+        length = math.dist(a, b)
+        share = 0.0
+        if length > 0.0:
+            share = ((place[0] - a[0]) * (b[0] - a[0]) + (place[1] - a[1]) * (b[1] - a[1])) / length**2
+        share = min(1.0, max(0.0, share))
+        off = math.dist(place, (a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])))
+        if off < best[0] - 1e-6:
+            best = off, before + share * length
+        before += length
+    return best[1]
