@@ -95,7 +95,7 @@ def look(vessel: Vessel, now_s: float) -> dict[str, Any]:
         "timers": list(_timers(parts.situation(now_s))),
         "station": dict(zip(("distance_m", "bearing_rad"), supervisor.following.follow_position, strict=True)),
         "path": _thinned(parts.helm.mode.way_ahead()),
-        **chart_of({kind: vessel.plans.items(kind) for kind in PlanKind}, frame),
+        **chart_of({kind: vessel.plans.items(kind) for kind in PlanKind}, frame, parts.chart.outline),
         "berth": _berth(vessel, nav),
     }
 

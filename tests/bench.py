@@ -508,8 +508,8 @@ def obstacles(folder: Path, seed: int = 21) -> None:
 
         return call
 
-    def rig(conditions: Conditions, log: Path) -> LockstepRig:
-        made = LockstepRig(conditions, log)
+    def rig(conditions: Conditions, folder: Path) -> LockstepRig:
+        made = LockstepRig(conditions, folder)
         guard: Any = made.vessel.supervisor.parts.obstacles
         guard.steer = timed(guard.steer, guard_s, plans_s)
         guard.work_with(_TimedWorker(plans_s))

@@ -9,13 +9,16 @@ from companion.core.geodesy import LocalFrame
 from companion.fence.zones import fence_zones
 from companion.mission.plan import PlanItem, PlanKind
 
+Place = tuple[float, float]
 _MISSION_FRAME = 2  # MAV_FRAME_MISSION: no place
 _MOST = 400  # places of a plan that are drawn
 
 
-def chart_of(plans: Mapping[PlanKind, Sequence[PlanItem]], frame: LocalFrame) -> dict[str, Any]:
+def chart_of(
+    plans: Mapping[PlanKind, Sequence[PlanItem]], frame: LocalFrame, obstacles: Sequence[Sequence[Place]] = ()
+) -> dict[str, Any]:
     """`mission` and `rally`: places with their numbers for people; `fence`: zones, of a circle the centre with
-    `radius_m`."""
+    `radius_m`, and the outlines of a chart's `obstacles` as exclusion zones."""
     return {
         "mission": _places(plans.get(PlanKind.MISSION, ()), frame),
         "rally": _places(plans.get(PlanKind.RALLY, ()), frame),
@@ -26,7 +29,8 @@ def chart_of(plans: Mapping[PlanKind, Sequence[PlanItem]], frame: LocalFrame) ->
                 "radius_m": zone.radius_m,
             }
             for zone in fence_zones(plans.get(PlanKind.FENCE, ()))
-        ],
+        ]
+        + [{"inclusion": False, "points": [list(point) for point in ring], "radius_m": None} for ring in obstacles],
     }
 
 

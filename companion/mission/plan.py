@@ -66,6 +66,14 @@ class PlanRefusal:
         return self.text if self.seq is None else f"item {item_number(self.seq)}: {self.text}"
 
 
+class PlanRefused(Exception):
+    """What the work before a plan comes into force has found (`Plans.prepare_by`)."""
+
+    def __init__(self, refusal: PlanRefusal) -> None:
+        super().__init__(str(refusal))
+        self.refusal = refusal
+
+
 @dataclass(frozen=True, slots=True)
 class PlanItem:
     """One item, as in MISSION_ITEM_INT: parameters may be NaN; x, y are degrees·1e7 in a global frame, else raw."""
@@ -112,7 +120,7 @@ class Plans:
         self._items: dict[PlanKind, tuple[PlanItem, ...]] = dict.fromkeys(PlanKind, ())
         self._ids: dict[PlanKind, int] = dict.fromkeys(PlanKind, 0)
         self._listeners: list[Callable[[PlanKind], None]] = []
-        self._preparations: dict[PlanKind, Prepare] = {}
+        self._preparations: dict[PlanKind, list[Prepare]] = {}
 
     def items(self, kind: PlanKind) -> tuple[PlanItem, ...]:
         """The items of that list, in order."""
@@ -123,13 +131,23 @@ class Plans:
         return self._ids[kind]
 
     def prepare_by(self, kind: PlanKind, prepare: Prepare) -> None:
-        """Let `prepare` do its work before a plan of that kind comes into force."""
-        self._preparations[kind] = prepare
+        """Let `prepare` do its work before a plan of that kind comes into force. The work may raise PlanRefused."""
+        self._preparations.setdefault(kind, []).append(prepare)
 
     def prepared(self, kind: PlanKind, items: Sequence[PlanItem]) -> Callable[[], Adopt]:
         """The work to do on checked `items` before `replace`. Without it `replace` may take long."""
-        prepare = self._preparations.get(kind)
-        return _nothing if prepare is None else prepare(items)
+        works = [prepare(items) for prepare in self._preparations.get(kind, ())]
+
+        def work() -> Adopt:
+            adopts = [one() for one in works]
+
+            def adopt() -> None:
+                for one in adopts:
+                    one()
+
+            return adopt
+
+        return work
 
     def replace(self, kind: PlanKind, items: Sequence[PlanItem], known_id: int | None = None) -> None:
         """Put checked `items` in force, and call the listeners (executor, fence) in the order in which they were added.
@@ -142,10 +160,6 @@ class Plans:
     def on_change(self, listener: Callable[[PlanKind], None]) -> None:
         """Call `listener(kind)` after every replacement."""
         self._listeners.append(listener)
-
-
-def _nothing() -> Adopt:
-    return lambda: None
 
 
 def plan_id(items: Sequence[PlanItem]) -> int:

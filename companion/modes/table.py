@@ -29,6 +29,7 @@ from companion.modes.parts.docking import Docking
 from companion.modes.parts.mission_fence import MissionFence
 from companion.modes.rtl import ReturnPoint, RtlMode
 from companion.modes.trial.mode import TrialMode
+from companion.obstacles.charted_fence import ChartedFence
 from companion.params.store import Parameters
 
 
@@ -43,6 +44,7 @@ class Parts:
     events: EventLog
     frame: Callable[[], LocalFrame]
     fence: FenceGuard
+    charted: ChartedFence
     point: ReturnPoint
     berths: BerthChoice
     docking: Docking
@@ -74,7 +76,7 @@ DECLARATIONS: Mapping[ModeId, ModeDeclaration] = {row.kind.declaration.id: row.k
 
 
 def _mission(p: Parts) -> MissionMode:
-    fence = MissionFence(p.config, p.parameters, p.plans, p.executor, p.point, p.berths, p.frame, p.fence)
+    fence = MissionFence(p.config, p.parameters, p.plans, p.executor, p.point, p.berths, p.frame, p.charted)
     return MissionMode(
         p.config, p.parameters, p.executor, Destinations(p.point, p.berths, p.docking), p.events, p.frame, fence
     )
@@ -87,14 +89,15 @@ def build_modes(
     executor: MissionExecutor,
     events: EventLog,
     frame: Callable[[], LocalFrame],
-    fence: FenceGuard,
+    charted: ChartedFence,
     track: OwnTrack,
 ) -> dict[ModeId, Mode]:
     """Every mode of the table, in display order. `track`: where the boat has been since it was armed."""
+    fence = charted.guard
     point = ReturnPoint(parameters, plans, frame, fence, track)
     berths = BerthChoice(config, plans, frame)
     docking = Docking(config, parameters, events, fence)
-    parts = Parts(config, parameters, plans, executor, events, frame, fence, point, berths, docking)
+    parts = Parts(config, parameters, plans, executor, events, frame, fence, charted, point, berths, docking)
     return {row.kind.declaration.id: row.build(parts) for row in ROWS}
 
 

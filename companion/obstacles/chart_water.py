@@ -19,30 +19,36 @@ from companion.obstacles.clear_way import STOP_SHARE
 from companion.params.store import Parameters
 
 if TYPE_CHECKING:
+    from shapely.geometry.base import BaseGeometry
+
     from companion.fence.area import FenceArea
 
 _REACH_M = 20_000.0  # from the origin of the local plane: what lies further off is left out
 _SIMPLER_M = 0.1
 _ARCS = 4
 _WORLD_M = 500_000.0
+_DRAWN_M = (0.5, 2.0, 10.0, 50.0, 200.0)  # tolerances of what displays draw
+_MOST_DRAWN = 1500  # corners
 _GRAZE_M = 0.3  # by which a way that is already sailed may come nearer than planned
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ChartWater:
     """Areas of open water that never change. `bare`: all but the obstacles themselves. `stopping`: where the middle of
-    the boat may come to rest. `sailing`: where a way already laid may lead. `keeping`: where plans may lead."""
+    the boat may come to rest. `sailing`: where a way already laid may lead. `keeping`: where plans may lead.
+    `outline`: the obstacles for displays, drawn coarsely."""
 
     bare: FenceArea
     stopping: FenceArea
     sailing: FenceArea
     keeping: FenceArea
+    outline: tuple[tuple[Place, ...], ...]
 
     def point_refusal(self, north_m: float, east_m: float) -> str | None:
         """Why the boat may not be sent to that point; None where it may."""
         if self.keeping.contains(north_m, east_m):
             return None
-        return "too near to the chart's obstacles" if self.bare.contains(north_m, east_m) else "in a chart obstacle"
+        return "too near a chart obstacle" if self.bare.contains(north_m, east_m) else "in a chart obstacle"
 
     def line_refusal(self, line: Sequence[Place]) -> str | None:
         """Why the boat, at the begin of the line, may not be sent along it; None where it may."""
@@ -60,7 +66,8 @@ class ChartWater:
     def stop_m(self, here: Place, along: Place) -> float:
         """Way straight ahead, along a unit vector, until the hull is too near; infinite where it never is."""
         if self.stopping.contains(*here):
-            return self.stopping.way_to_line_m(*here, *along)
+            way_m = self.stopping.way_to_line_m(*here, *along)
+            return way_m if way_m < _REACH_M else math.inf
         out = self.stopping.margin(*here)
         return math.inf if out.north * along[0] + out.east * along[1] > 0.0 else 0.0
 
@@ -125,6 +132,12 @@ class ChartKeeper:
             self._make(wanted)
         return self._water
 
+    @property
+    def outline(self) -> tuple[tuple[Place, ...], ...]:
+        """The obstacles for displays; empty without any."""
+        water = self.water
+        return () if water is None else water.outline
+
     def _make(self, wanted: Key) -> None:
         """Make it: at once the first time, else beside the control thread. Water in another plane counts no more."""
         frame, dist_m, depth_m = wanted
@@ -161,7 +174,8 @@ def chart_water(
         return FenceArea.of(shapely.difference(world, shapely.buffer(taken, by_m, quad_segs=_ARCS)))
 
     keep_m = half_m + dist_m
-    return ChartWater(left(0.0), left(half_m + STOP_SHARE * dist_m), left(keep_m - min(_GRAZE_M, dist_m)), left(keep_m))
+    stopping, sailing = left(half_m + STOP_SHARE * dist_m), left(keep_m - min(_GRAZE_M, dist_m))
+    return ChartWater(left(0.0), stopping, sailing, left(keep_m), _outline(taken))
 
 
 def _local(feature: ChartFeature, frame: LocalFrame) -> object:
@@ -175,6 +189,21 @@ def _local(feature: ChartFeature, frame: LocalFrame) -> object:
 
     placed = shapely.make_valid(shapely.transform(feature.geometry, project))
     return placed.buffer(feature.radius_m, quad_segs=_ARCS) if feature.radius_m > 0.0 else placed
+
+
+def _outline(taken: BaseGeometry) -> tuple[tuple[Place, ...], ...]:
+    """The outer rings of the obstacles, simplified until displays can draw them."""
+    import shapely
+
+    for tolerance_m in _DRAWN_M:
+        drawn = shapely.simplify(taken, tolerance_m)
+        parts = [
+            part for part in shapely.get_parts(drawn).tolist() if part.geom_type == "Polygon" and not part.is_empty
+        ]
+        if shapely.get_num_coordinates(drawn) <= _MOST_DRAWN:
+            break
+    rings = [tuple((float(x), float(y)) for x, y in part.exterior.coords[:-1]) for part in parts]
+    return tuple(rings) if sum(map(len, rings)) <= _MOST_DRAWN else ()
 
 
 def _along_m(way: Sequence[Place], place: Place) -> float:

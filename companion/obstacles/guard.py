@@ -41,6 +41,7 @@ _LOOK_S = 0.5
 _WAY_M = 150.0  # of the way ahead that is looked at
 _PLAN_S = 1.0  # between two plans
 _LOOKS = 2  # in a row that find the way blocked
+_SAME_M, _JUMP_M = 1e-3, 1.5  # points of a path that are one; the first step is longer where it begins with passed legs
 _MOVER_S = (0.0, 1.0, 2.0, 3.0)  # places of what moves, for the stop
 _STOPPED_MPS, _MOVES_MPS = 0.1, 0.05
 _SLOWED_SHARE = 0.8
@@ -172,10 +173,14 @@ class ObstacleGuard:
     def _look(self, mode: GuardedMode, inputs: ModeInputs, detour: Detour) -> None:
         """Whether the way ahead is still open; a way round where it is not."""
         now_s, nav = inputs.now_s, inputs.nav
-        self.water.set_obstacles(self._without_leader(self._around.lying(now_s), mode, inputs))
+        lying = self._without_leader(self._around.lying(now_s), mode, inputs)
+        self.water.set_obstacles(lying)
         self._circles = self._without_leader(self._stopping_circles(now_s), mode, inputs)
+        if not len(lying) and self._chart.water is None:
+            self._open(now_s)
+            return
         aside = detour.detour_ahead
-        way = _first_part(aside or mode.way_ahead(), _WAY_M)
+        way = _first_part(_from_boat(aside or mode.way_ahead()), _WAY_M)
         here = (nav.north_m, nav.east_m)
         if len(way) < 2 or math.isinf(self.water.now.free_m([here, *way[1:]])):
             self._open(now_s)
@@ -334,6 +339,20 @@ def _demand(setpoint: Setpoint, nav: NavState) -> tuple[float, float]:
         return body_to_ned(setpoint.wrench.surge_n, setpoint.wrench.sway_n, nav.yaw_rad)
     motion = desired_motion(setpoint)
     return body_to_ned(motion.surge_mps, motion.sway_mps, nav.yaw_rad)
+
+
+def _from_boat(way: Sequence[Place]) -> Sequence[Place]:
+    """A way without the parts between its first point, where the boat is, and the place of the boat on the rest: a path
+    still lists the legs that it has passed."""
+    ahead = np.asarray(way, dtype=float)
+    if len(ahead) < 3:
+        return way
+    off = np.hypot(*(ahead - ahead[0]).T)
+    moved = np.nonzero(off > _SAME_M)[0]
+    if not len(moved) or off[moved[0]] <= _JUMP_M:
+        return way
+    nearest = int(moved[0] + np.argmin(off[moved[0] :]))
+    return [way[0], *way[nearest + 1 :]]
 
 
 def _first_part(way: Sequence[Place], length_m: float) -> list[Place]:

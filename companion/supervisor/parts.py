@@ -24,7 +24,9 @@ from companion.modes.offboard import OffboardMode
 from companion.modes.table import build_modes, mode_of
 from companion.modes.trial.mode import TrialMode
 from companion.obstacles.chart_water import ChartKeeper
+from companion.obstacles.charted_fence import ChartedFence
 from companion.obstacles.guard import ObstacleGuard
+from companion.obstacles.open_water import OpenWater
 from companion.obstacles.surroundings import Surroundings
 from companion.params.store import Parameters
 from companion.supervisor.authority import AuthorityRequest, Facts, RequestedAction, refusal
@@ -93,7 +95,9 @@ class SupervisorParts:
         clear = around.movers, aside.water.line_refusal
         self.traffic_guard = TrafficGuard(config, parameters, self.traffic, events, frame_of, self.fence, *clear)
         self.track = OwnTrack(frame_of)
-        modes = build_modes(config, parameters, plans, executor, events, frame_of, self.fence, self.track)
+        lasting = OpenWater(config, parameters, self.fence, self.chart)
+        charted = ChartedFence(self.fence, self.chart, lasting, parameters, plans, frame_of)
+        modes = build_modes(config, parameters, plans, executor, events, frame_of, charted, self.track)
         self.hold = hold = mode_of(modes, HoldMode)
         self.mission = mission = mode_of(modes, MissionMode)
         self.offboard = mode_of(modes, OffboardMode)

@@ -1,4 +1,5 @@
-"""Checks that the rest of a mission, as the boat would sail it, stays inside the fence; else names the item."""
+"""Checks that the rest of a mission, as the boat would sail it, stays inside the fence and clear of the chart's
+obstacles; else names the item."""
 
 from __future__ import annotations
 
@@ -22,6 +23,7 @@ from companion.mission.tasks import Dock, Orbit, ReturnHome, RoutePoint, Sail, T
 from companion.modes.parts.berth import BerthChoice
 from companion.modes.parts.rounding import Rounded, rounded, unchanged
 from companion.modes.rtl import ReturnPoint
+from companion.obstacles.charted_fence import ChartedFence
 from companion.params.store import Parameters
 
 # Before the start, the first route is checked by the smooth path and the rest by straight legs.
@@ -81,7 +83,7 @@ class MissionFence:
         point: ReturnPoint,
         berths: BerthChoice,
         frame: Callable[[], LocalFrame],
-        fence: FenceGuard,
+        fence: ChartedFence,
     ) -> None:
         self._parameters = parameters
         self._plans = plans
@@ -102,22 +104,22 @@ class MissionFence:
     @property
     def guard(self) -> FenceGuard:
         """The fence guard that checks single points and lines."""
-        return self._fence
+        return self._fence.guard
 
     def rounded(self, waypoints: Sequence[Waypoint], here: Place) -> Rounded:
-        """The route from `here` with legs led round the fence, where MIS_ROUND asks for that and there is a way."""
+        """The route from `here` with legs led round fence and chart, where MIS_ROUND asks for that and a way exists."""
         if not self._fence.key or not self._parameters["MIS_ROUND"]:
             return unchanged(waypoints)
 
         def clear(begin: Place, end: Place) -> bool:
             return self._fence.line_refusal((begin, end)) is None
 
-        found = rounded(waypoints, here, clear, self._fence.way)
+        found = rounded(waypoints, here, clear, self._fence.way, math.inf)
         return unchanged(waypoints) if isinstance(found, int) else found
 
     def refusal(self, inputs: ModeInputs) -> str | None:
-        """Return which item leads out of the fence, and why; None if all stay inside as far as that is checked. Callers
-        ask every tick while disarmed, so the answer is kept while the boat stays within 1 m."""
+        """Return which item leads out of the fence or into a chart obstacle, and why; None if none does as far as that
+        is checked. Callers ask every tick while disarmed, so the answer is kept while the boat stays within 1 m."""
         nav = inputs.nav
         if not self._fence.key or not nav.position_valid:
             return None

@@ -13,7 +13,7 @@ from functools import partial
 from companion.core.storing import Ticket
 from companion.guidance.orbit import least_radius_m
 from companion.loop import Vessel
-from companion.mission.plan import Adopt, PlanItem, PlanKind, PlanRefusal, PlanResult, plan_id
+from companion.mission.plan import Adopt, PlanItem, PlanKind, PlanRefusal, PlanRefused, PlanResult, plan_id
 from companion.mission.validation import check_plan
 
 Done = Callable[[PlanRefusal | None, float], None]
@@ -112,7 +112,10 @@ class PlanStore:
 
         def judge() -> _Judgement:
             refusal = check_plan(kind, items, servos, relays, least_m, takes_off, at) if items else None
-            return _Judgement(refusal) if refusal is not None else _Judgement(None, plan_id(items), prepare())
+            try:
+                return _Judgement(refusal) if refusal is not None else _Judgement(None, plan_id(items), prepare())
+            except PlanRefused as refused:
+                return _Judgement(refused.refusal)
 
         return judge
 

@@ -1,0 +1,160 @@
+"""The fence and the chart together, as plans of a voyage ask for them: missions are checked, and led round, by both.
+
+A mission that is uploaded is looked at beside the control thread: items in a chart's obstacles refuse it, and the ways
+round what its legs cross are found there, so that they are at hand when it is entered.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from itertools import pairwise
+
+from companion.core.geodesy import LocalFrame
+from companion.fence.allowed import Allowed, Place, Way
+from companion.fence.guard import FenceGuard
+from companion.mission.commands import DESTINATIONS
+from companion.mission.plan import Adopt, PlanItem, PlanKind, PlanRefusal, PlanRefused, PlanResult, Plans
+from companion.obstacles.chart_water import ChartKeeper
+from companion.obstacles.open_water import OpenWater, Water
+from companion.params.store import Parameters
+
+_MOST_WAYS = 500  # remembered
+_MOST_LOOKS = 200  # for ways, when a mission is uploaded
+
+Found = dict[tuple[Place, Place], Way | None]
+
+
+class ChartedFence:
+    """Answers as `FenceGuard`, for the fence and the chart. Remembers the ways found while neither changes."""
+
+    def __init__(
+        self,
+        fence: FenceGuard,
+        chart: ChartKeeper,
+        water: OpenWater,
+        parameters: Parameters,
+        plans: Plans,
+        frame: Callable[[], LocalFrame],
+    ) -> None:
+        """`water`: without what sensors see."""
+        self._fence = fence
+        self._chart = chart
+        self._water = water
+        self._parameters = parameters
+        self._frame = frame
+        self._ways: Found = {}
+        self._ways_key: object = None
+        plans.prepare_by(PlanKind.MISSION, self.prepare)
+
+    @property
+    def guard(self) -> FenceGuard:
+        """The fence alone."""
+        return self._fence
+
+    @property
+    def key(self) -> tuple[object, ...]:
+        """Changes whenever the open water may have changed; () while there is neither a fence nor a chart."""
+        return (*self._fence.key, *self._chart.key)
+
+    def point_refusal(self, north_m: float, east_m: float) -> str | None:
+        """Why the boat may not be sent to that point; None where it may."""
+        chart = self._chart.water
+        by_chart = None if chart is None else chart.point_refusal(north_m, east_m)
+        return self._fence.point_refusal(north_m, east_m) or by_chart
+
+    def line_refusal(self, line: Sequence[Place]) -> str | None:
+        """Why the boat, at the begin of the line, may not be sent along it; None where it may."""
+        chart = self._chart.water
+        return self._fence.line_refusal(line) or (None if chart is None else chart.line_refusal(line))
+
+    def inside(self, places: Sequence[Place]) -> Sequence[bool]:
+        """Whether the boat may be sent to each of the places."""
+        by_fence, chart = self._fence.inside(places), self._chart.water
+        if chart is None:
+            return by_fence
+        return [a and b for a, b in zip(by_fence, chart.keeping.contains_each(places), strict=True)]
+
+    def clear(self, lines: Sequence[Sequence[Place]]) -> Sequence[bool]:
+        """Whether each line lies where the boat may be sent. False only means that `line_refusal` must tell."""
+        return _clear(self._water.now, lines)
+
+    def allows_berth(self, line: Sequence[Place]) -> bool:
+        """As `FenceGuard.allows_berth`: a berth lies at the land."""
+        return self._fence.allows_berth(line)
+
+    def way(self, begin: Place, end: Place) -> Way | None:
+        """The shortest way that keeps clear of both; None where there is none."""
+        self._mind_key()
+        if (begin, end) not in self._ways:
+            if len(self._ways) >= _MOST_WAYS:
+                self._ways.clear()
+            self._ways[begin, end] = self._water.now.way(begin, end)
+        return self._ways[begin, end]
+
+    def _mind_key(self) -> None:
+        key = (self.key, self._parameters["NAV_ACC_RAD"])
+        if key != self._ways_key:
+            self._ways, self._ways_key = {}, key
+
+    def prepare(self, items: Sequence[PlanItem]) -> Callable[[], Adopt]:
+        """The work that a new mission needs (`Plans.prepare_by`). It raises PlanRefused for one that the chart does not
+        allow: an item in an obstacle, or no way round one (MIS_ROUND 0: a leg that crosses one)."""
+        self._mind_key()
+        key, water, rounds = self._ways_key, self._water.now, bool(self._parameters["MIS_ROUND"])
+        frame = self._frame()
+        stops = [(item, frame.to_ned(item.lat_deg, item.lon_deg)) for item in items if item.command in DESTINATIONS]
+
+        def work() -> Adopt:
+            _check_places(water, stops)
+            found = dict(_looks(water, stops, rounds)) if rounds or water.chart is not None else {}
+
+            def adopt() -> None:
+                if self._ways_key == key:
+                    self._ways.update(found)
+
+            return adopt
+
+        return work
+
+
+Stops = Sequence[tuple[PlanItem, Place]]
+
+
+def _check_places(water: Water, stops: Stops) -> None:
+    """Raises PlanRefused for an item in a chart's obstacle."""
+    if water.chart is None:
+        return
+    for (item, place), open_to_it in zip(
+        stops, water.chart.keeping.contains_each([place for _, place in stops]), strict=True
+    ):
+        if not open_to_it:
+            text = f"{water.chart.point_refusal(*place)}; move it"
+            raise PlanRefused(PlanRefusal(PlanResult.INVALID_PARAM5_X, text, item.seq))
+
+
+def _looks(water: Water, stops: Stops, rounds: bool) -> Iterator[tuple[tuple[Place, Place], Way | None]]:
+    """The ways round what the legs cross. Raises PlanRefused where the chart leaves none."""
+    legs = [(a, b) for (_, a), (_, b) in pairwise(stops)]
+    charted = Water(water.circles, water.keep_m, Allowed(None, None, 0.0, water.allowed.radius_m), water.chart)
+    looks = 0
+    for (begin, end), (item, _), is_clear in zip(legs, stops[1:], _clear(water, legs), strict=True):
+        if is_clear or water.clear(begin, end) or looks >= _MOST_LOOKS:
+            continue
+        looks += 1
+        crosses = not charted.clear(begin, end)
+        if crosses and not rounds:
+            text = "way crosses a chart obstacle; draw it round"
+            raise PlanRefused(PlanRefusal(PlanResult.INVALID_PARAM5_X, text, item.seq))
+        if rounds:
+            way = water.way(begin, end)
+            if way is None and crosses and charted.way(begin, end) is None:
+                text = "no way round a chart obstacle; move it"
+                raise PlanRefused(PlanRefusal(PlanResult.INVALID_PARAM5_X, text, item.seq))
+            yield (begin, end), way
+
+
+def _clear(water: Water, lines: Sequence[Sequence[Place]]) -> Sequence[bool]:
+    by_fence = water.allowed.clear(lines)
+    if water.chart is None:
+        return by_fence
+    return [a and b for a, b in zip(by_fence, water.chart.keeping.covers_lines(lines), strict=True)]
