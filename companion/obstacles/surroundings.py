@@ -5,9 +5,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from companion.config.vessel import VesselConfig
 from companion.core.decision import TextKind
@@ -28,8 +29,23 @@ _TIDY_S = 1.0
 _OWN_M = 0.3  # beyond the hull, within which a sensor sees the boat itself
 _MOVER_M = 1.0  # around a mover, circles are its own
 _MOST_PENDING = 50
+_MOST_VIEWS = 100
 
 Heard = Ranges | RadarTarget | DepthAhead
+SECTORS = 72
+"""Of 5° each, in which displays are told what is around."""
+_SECTORS_RAD = np.arange(SECTORS) * math.tau / SECTORS
+
+
+@dataclass(frozen=True, slots=True)
+class _View:
+    """What a ranging sensor covers: its first and last sector as bearings, and how far it reaches."""
+
+    first_rad: float
+    last_rad: float
+    half_rad: float
+    from_north: bool
+    most_m: float
 
 
 class Surroundings:
@@ -51,6 +67,7 @@ class Surroundings:
         self._radar = RadarTargets()
         self.shoals = Shoals(config.length_m, parameters)
         self._heard_s: dict[str, float] = {}
+        self._views: dict[tuple[str, int], _View] = {}  # by sensor and direction
         self._silent: frozenset[str] = frozenset()
         self._tidied_s = -math.inf
         self._plane: LocalFrame | None = None
@@ -75,8 +92,18 @@ class Surroundings:
         """A reading. It is entered with the estimate of the next tick."""
         if isinstance(reading, Ranges):
             self._heard_s[reading.source] = now_s
+            self._note_view(reading)
         if len(self._pending) < _MOST_PENDING:
             self._pending.append(reading)
+
+    def _note_view(self, reading: Ranges) -> None:
+        """Which directions the sensor covers."""
+        if reading.step_rad > 0.0:
+            if len(self._views) >= _MOST_VIEWS:
+                self._views.clear()
+            last = reading.first_rad + (len(reading.distances_m) - 1) * reading.step_rad
+            view = _View(reading.first_rad, last, 0.5 * reading.step_rad, reading.from_north, reading.most_m)
+            self._views[reading.source, round(reading.first_rad / view.half_rad)] = view
 
     def update(self, nav: NavState, depth: Depth | None, now_s: float) -> None:
         """Enter what has come, forget what is old, and say which sensors fall silent."""
@@ -116,6 +143,37 @@ class Surroundings:
         others += [(one.north_m, one.east_m, one.radius_m) for one in self._radar.movers(now_s)]
         seen = self._map.circles
         return np.concatenate((seen, np.asarray(others).reshape(-1, 3))) if others else seen
+
+    @property
+    def reach_m(self) -> float:
+        """How far the ranging sensors reach that are heard; 0 without any."""
+        return max((view.most_m for (name, _), view in self._views.items() if name not in self._silent), default=0.0)
+
+    def sectors_m(self, nav: NavState) -> Floats:
+        """Distance from the middle of the boat to the nearest thing in each of 72 sectors of 5°, the first ahead, then
+        clockwise; infinite where nothing is known to be, NaN where no sensor looks. Shape (72,)."""
+        seen = self._map.circles
+        others = [*self._radar.circles(), *self.shoals.circles]
+        circles = np.concatenate((seen, np.asarray(others).reshape(-1, 3))) if others else seen
+        north, east = circles[:, 0] - nav.north_m, circles[:, 1] - nav.east_m
+        off = np.hypot(north, east)
+        wide = np.arcsin(np.minimum(1.0, circles[:, 2] / np.maximum(off, 1e-6))) + math.pi / SECTORS
+        turn = np.arctan2(east, north)[None, :] - nav.yaw_rad - _SECTORS_RAD[:, None]
+        inside = np.abs(np.remainder(turn + math.pi, math.tau) - math.pi) < wide[None, :]
+        ways = np.where(inside, np.maximum(0.0, off - circles[:, 2])[None, :], math.inf)
+        nearest: Floats = ways.min(axis=1, initial=math.inf)
+        nearest[np.isinf(nearest) & ~self._looked_at(nav.yaw_rad)] = math.nan
+        return nearest
+
+    def _looked_at(self, yaw_rad: float) -> NDArray[np.bool_]:
+        """Which of the 72 sectors a sensor covers that is heard."""
+        covered = np.zeros(SECTORS, dtype=bool)
+        for (name, _), view in self._views.items():
+            if name not in self._silent:
+                first = view.first_rad - view.half_rad - (yaw_rad if view.from_north else 0.0)
+                span = view.last_rad - view.first_rad + 2.0 * view.half_rad
+                covered |= np.remainder(_SECTORS_RAD - first, math.tau) <= span + 1e-9
+        return covered
 
     def _enter(self, reading: Heard, nav: NavState, now_s: float) -> None:
         if isinstance(reading, RadarTarget):

@@ -14,7 +14,8 @@ from companion.loop import Vessel
 
 class RangeService:
     """In: OBSTACLE_DISTANCE, DISTANCE_SENSOR of the boat's own system, such as a computer aboard. Out: ranges to the
-    supervisor. Those of other systems tell of water around other boats; a depth below is not taken from a link."""
+    supervisor. Those of other systems tell of water around other boats, those of an autopilot are our own that come
+    back; a depth below is not taken from a link."""
 
     def __init__(self, hub: Hub, vessel: Vessel) -> None:
         self._hub = hub
@@ -28,12 +29,15 @@ class RangeService:
         """Nothing: the supervisor watches for ranges that fall silent."""
 
     def _on_obstacle_distance(self, message: Any, peer: Peer, now_s: float) -> None:
-        if peer.system == self._hub.system:
+        if self._is_sensor(peer):
             self._take(ranges.ranges_of(message, _source(peer), now_s), now_s)
 
     def _on_distance_sensor(self, message: Any, peer: Peer, now_s: float) -> None:
-        if peer.system == self._hub.system:
+        if self._is_sensor(peer):
             self._take(ranges.reading_of(message, _source(peer), now_s), now_s)
+
+    def _is_sensor(self, peer: Peer) -> bool:
+        return peer.system == self._hub.system and peer.component != mavlink.MAV_COMP_ID_AUTOPILOT1
 
     def _take(self, reading: object, now_s: float) -> None:
         if isinstance(reading, Ranges):

@@ -18,6 +18,7 @@ from companion.core.tick import Tick
 from companion.io.mavlink.telemetry import following as follow
 from companion.io.mavlink.telemetry import instruments as instruments
 from companion.io.mavlink.telemetry import motion as motion
+from companion.io.mavlink.telemetry import proximity as proximity
 from companion.io.mavlink.telemetry import state as state
 from companion.io.mavlink.telemetry import traffic as traffic
 from companion.io.mavlink.telemetry import tuning as tuning
@@ -91,6 +92,7 @@ STREAMS: dict[int, Stream] = {
     mavlink.MAVLINK_MSG_ID_ORBIT_EXECUTION_STATUS: Stream(motion.orbit_execution_status, 1.0),
     mavlink.MAVLINK_MSG_ID_GPS_RTK: Stream(instruments.gps_rtk, 1.0),
     mavlink.MAVLINK_MSG_ID_DISTANCE_SENSOR: Stream(instruments.distance_sensor, 0.5),
+    mavlink.MAVLINK_MSG_ID_OBSTACLE_DISTANCE: Stream(proximity.obstacle_distance, NEVER),
     DEBUG_VECT: Stream(follow.report, NEVER),
     mavlink.MAVLINK_MSG_ID_HIGH_LATENCY2: Stream(high_latency2, NEVER, True),
 }
