@@ -1,0 +1,151 @@
+"""Ways through open water: shapely judges that none crosses an obstacle."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from shapely.geometry import LineString, MultiPolygon, Point, box
+
+from companion.fence.allowed import Allowed
+from companion.fence.area import FenceArea
+from companion.fence.limit import FenceAreas
+from companion.fence.preparation import Ways
+from companion.obstacles.chart_water import chart_water
+from companion.obstacles.open_water import Water
+from tests.unit.obstacles.charted import FRAME, feature
+
+KEEP_M, RADIUS_M = 4.0, 1.5
+NO_FENCE = Allowed(None, None, 0.0, RADIUS_M)
+BEGIN, END = (0.0, 0.0), (80.0, 0.0)
+Circle = tuple[float, float, float]
+
+
+def water(circles: list[Circle], allowed: Allowed = NO_FENCE, charted: MultiPolygon | None = None) -> Water:
+    chart = None if charted is None else chart_water([feature("land", charted)], FRAME, 1.0, 3.0, 0.0)
+    return Water(np.array(circles, dtype=float).reshape(-1, 3), KEEP_M, allowed, chart)
+
+
+def circle_fields(largest_m: float) -> st.SearchStrategy[list[Circle]]:
+    circle = st.tuples(st.floats(5.0, 75.0), st.floats(-25.0, 25.0), st.floats(0.25, largest_m))
+    return st.lists(circle, min_size=1, max_size=14)
+
+
+def is_open(place: tuple[float, float], circles: list[Circle], room_m: float = 0.0) -> bool:
+    return all(math.dist(place, (n, e)) > r + KEEP_M + room_m for n, e, r in circles)
+
+
+@settings(max_examples=40)
+@given(circle_fields(0.3))
+def test_a_way_keeps_its_distance_from_every_obstacle(circles: list[Circle]) -> None:
+    """Obstacles too small to be hoped smaller."""
+    assume(is_open(BEGIN, circles, 1.0) and is_open(END, circles, 1.0))
+    field = water(circles)
+    way = field.way(BEGIN, END)
+    if way is None:
+        return
+    assert way.points[0] == BEGIN and way.points[-1] == END
+    line = LineString(way.points)
+    for north_m, east_m, radius_m in circles:
+        assert line.distance(Point(north_m, east_m)) >= radius_m + KEEP_M - 0.3
+    assert math.isinf(field.free_m(way.points)), "what was planned is not found blocked again"
+
+
+@settings(max_examples=40)
+@given(circle_fields(4.0))
+def test_a_way_never_crosses_an_obstacle_that_is_near(circles: list[Circle]) -> None:
+    """Those further off than 15 m may be hoped smaller; they are looked at again on the way."""
+    assume(is_open(BEGIN, circles, 1.0))
+    way = water(circles).way(BEGIN, END)
+    if way is None:
+        return
+    line = LineString(way.points)
+    for north_m, east_m, radius_m in circles:
+        if math.dist(BEGIN, (north_m, east_m)) <= 15.0:
+            assert line.distance(Point(north_m, east_m)) >= radius_m + KEEP_M - 0.3
+
+
+islands = st.lists(
+    st.tuples(st.floats(10.0, 65.0), st.floats(-20.0, 15.0), st.floats(1.0, 8.0), st.floats(1.0, 12.0)),
+    min_size=1,
+    max_size=6,
+)
+
+
+@settings(max_examples=25)
+@given(islands, circle_fields(0.3))
+def test_a_way_crosses_neither_chart_nor_fence_nor_what_is_seen(
+    boxes: list[tuple[float, float, float, float]], circles: list[Circle]
+) -> None:
+    land = box(0.0, 0.0, 0.0, 0.0)
+    for north_m, east_m, height_m, width_m in boxes:
+        land = land.union(box(north_m, east_m, north_m + height_m, east_m + width_m))
+    assume(is_open(BEGIN, circles, 1.0) and is_open(END, circles, 1.0))
+    assume(min(land.distance(Point(BEGIN)), land.distance(Point(END))) > KEEP_M + 1.0)
+    fence = FenceArea({0: [[(-20.0, -40.0), (100.0, -40.0), (100.0, 40.0), (-20.0, 40.0)]]}, ())
+    keeping = fence.shrunk(2.0)
+    allowed = Allowed(FenceAreas(fence, fence.shrunk(1.0), keeping), Ways(keeping, RADIUS_M, False), 2.0, RADIUS_M)
+    field = water(circles, allowed, land)
+    way = field.way(BEGIN, END)
+    if way is None:
+        return
+    line = LineString(way.points)
+    assert line.distance(land) >= KEEP_M - 0.3
+    assert fence.geometry.buffer(-2.0 + 1e-3).covers(line)
+    assert all(line.distance(Point(n, e)) >= r + KEEP_M - 0.3 for n, e, r in circles)
+    assert field.line_refusal(way.points) is None
+
+
+@given(circle_fields(3.0))
+def test_a_way_is_as_free_as_shapely_says(circles: list[Circle]) -> None:
+    """How far a straight way is free, against the discs that it must not enter."""
+    assume(is_open(BEGIN, circles))
+    line, free_m = LineString([BEGIN, END]), water(circles).free_m([BEGIN, END])
+    reach = [
+        Point(n, e).buffer(KEEP_M - 0.3 + (r if math.dist(BEGIN, (n, e)) <= 15.0 else min(r, 0.3)), quad_segs=64)
+        for n, e, r in circles
+    ]
+    met = [disc for disc in reach if disc.intersection(line).length > 0.2]
+    missed = [disc for disc in reach if disc.distance(line) > 0.05]
+    if met:
+        assert free_m < math.inf
+    if len(missed) == len(reach):
+        assert math.isinf(free_m)
+
+
+def test_one_obstacle_is_always_led_round() -> None:
+    for radius_m in (0.3, 1.0, 5.0, 12.0):
+        way = water([(40.0, 0.0, radius_m)]).way(BEGIN, END)
+        assert way is not None and way.length_m < 80.0 + 4.0 * radius_m + 10.0
+
+
+def test_a_clear_way_is_straight() -> None:
+    way = water([(40.0, 30.0, 2.0)]).way(BEGIN, END)
+    assert way is not None and way.points == (BEGIN, END)
+
+
+def test_a_way_out_of_an_obstacle_that_is_too_near_leads_away() -> None:
+    field = water([(3.0, 0.0, 0.5)])
+    assert math.isinf(field.free_m([BEGIN, (-30.0, 0.0)]))
+    assert math.isfinite(field.free_m([BEGIN, END]))
+    way = field.way(BEGIN, END)
+    assert way is not None and LineString(way.points).distance(Point(3.0, 0.0)) == pytest.approx(3.0, abs=0.1)
+
+
+def test_an_end_in_an_obstacle_is_replaced_by_a_place_beside_it() -> None:
+    way = water([(80.0, 0.0, 2.0)]).way(BEGIN, END)
+    assert way is not None and math.dist(way.points[-1], END) == pytest.approx(6.0, abs=0.4)
+
+
+def test_a_closed_ring_has_no_way() -> None:
+    ring = [(10.0 + 12.0 * math.cos(a), 12.0 * math.sin(a), 3.0) for a in np.linspace(0.0, math.tau, 16)]
+    assert water(ring).way((10.0, 0.0), (40.0, 0.0)) is None
+
+
+def test_a_long_headland_is_led_round() -> None:
+    """Its end is further away than what is looked at first."""
+    way = water([], charted=box(30.0, -400.0, 40.0, 300.0)).way(BEGIN, END)
+    assert way is not None and way.length_m > 2.0 * 300.0
