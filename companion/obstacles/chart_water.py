@@ -71,13 +71,6 @@ class ChartWater:
         out = self.stopping.margin(*here)
         return math.inf if out.north * along[0] + out.east * along[1] > 0.0 else 0.0
 
-    def clear_m(self, begin: Place, end: Place) -> float:
-        """Least distance of the straight line to an obstacle; 0 where one is met."""
-        import shapely
-
-        line = shapely.linestrings([begin, end])
-        return float(shapely.distance(self.bare.geometry.boundary, line)) if self.bare.covers((begin, end)) else 0.0
-
 
 Key = tuple[LocalFrame, float, float]
 
@@ -165,13 +158,14 @@ def chart_water(
 
     shapes = [_local(one, frame) for one in features if one.is_obstacle(depth_m)]
     taken = shapely.clip_by_rect(shapely.union_all(shapes), -_REACH_M, -_REACH_M, _REACH_M, _REACH_M)
-    taken = shapely.simplify(taken, _SIMPLER_M)
     if taken.is_empty:
         return None
+    parts = shapely.get_parts(taken)  # widened one by one, which is much quicker than all at once
     world = shapely.box(-_WORLD_M, -_WORLD_M, _WORLD_M, _WORLD_M)
 
     def left(by_m: float) -> FenceArea:
-        return FenceArea.of(shapely.difference(world, shapely.buffer(taken, by_m, quad_segs=_ARCS)))
+        wider = shapely.union_all(shapely.buffer(parts, by_m, quad_segs=_ARCS)) if by_m > 0.0 else taken
+        return FenceArea.of(shapely.difference(world, wider))
 
     keep_m = half_m + dist_m
     stopping, sailing = left(half_m + STOP_SHARE * dist_m), left(keep_m - min(_GRAZE_M, dist_m))
@@ -187,7 +181,7 @@ def _local(feature: ChartFeature, frame: LocalFrame) -> object:
         lon_lat = np.asarray(places, dtype=float)
         return np.array([frame.to_ned(lat, lon) for lon, lat in lon_lat.tolist()]).reshape(-1, 2)
 
-    placed = shapely.make_valid(shapely.transform(feature.geometry, project))
+    placed = shapely.simplify(shapely.make_valid(shapely.transform(feature.geometry, project)), _SIMPLER_M)
     return placed.buffer(feature.radius_m, quad_segs=_ARCS) if feature.radius_m > 0.0 else placed
 
 
@@ -196,14 +190,17 @@ def _outline(taken: BaseGeometry) -> tuple[tuple[Place, ...], ...]:
     import shapely
 
     for tolerance_m in _DRAWN_M:
-        drawn = shapely.simplify(taken, tolerance_m)
+        drawn = shapely.simplify(taken, tolerance_m, preserve_topology=False)
         parts = [
             part for part in shapely.get_parts(drawn).tolist() if part.geom_type == "Polygon" and not part.is_empty
         ]
         if shapely.get_num_coordinates(drawn) <= _MOST_DRAWN:
             break
     rings = [tuple((float(x), float(y)) for x, y in part.exterior.coords[:-1]) for part in parts]
-    return tuple(rings) if sum(map(len, rings)) <= _MOST_DRAWN else ()
+    largest = sorted(rings, key=len, reverse=True)
+    while sum(map(len, largest)) > _MOST_DRAWN:
+        largest.pop()
+    return tuple(largest)
 
 
 def _along_m(way: Sequence[Place], place: Place) -> float:

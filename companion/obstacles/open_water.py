@@ -89,8 +89,11 @@ class Water:
     def way(self, begin: Place, end: Place) -> Way | None:
         """The shortest way, or None. An `end` that is too near to an obstacle is replaced by the nearest place that is
         not."""
-        if not len(self.circles) and (self.chart is None or self.chart.clear_m(begin, end) > _AROUND_M):
-            return self.allowed.way(begin, end)
+        if not len(self.circles):
+            if self.chart is None:
+                return self.allowed.way(begin, end)
+            if self.chart.keeping.covers((begin, end)) and self.allowed.line_refusal((begin, end)) is None:
+                return Way((begin, end), None)
         found = self._way(begin, end, self.circles)
         return found or self._way(begin, end, self._hoped(begin))
 

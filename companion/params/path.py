@@ -240,7 +240,7 @@ ROWS: tuple[ParamSpec, ...] = (
         1,
         YES_NO,
         "Fence",
-        "Lead the legs of missions round the fence; else a mission whose legs cross it is refused",
+        "Lead the legs of missions round fence and chart; else a mission whose legs cross them is refused",
     ),
     # obstacles
     real(
@@ -250,7 +250,7 @@ ROWS: tuple[ParamSpec, ...] = (
         50.0,
         "m",
         "Obstacles",
-        "Distance that ways keep between hull and obstacles seen by ranging sensors; below 0: off",
+        "Distance that ways keep between hull and obstacles, seen or charted; below 0: off",
     ),
     real("CP_DELAY", 0.4, 0.0, 2.0, "s", "Obstacles", "Delay of the ranging sensors, for which the boat stops earlier"),
     real(
@@ -280,7 +280,7 @@ ROWS: tuple[ParamSpec, ...] = (
         100.0,
         "m",
         "Obstacles",
-        "Depth below the transducer at which the boat turns back and looks for a way round; 0: never",
+        "Depth below the transducer at which the boat turns back, and of the chart's obstacles; 0: never",
     ),
     choice(
         "FS_RANGE_ACT",
