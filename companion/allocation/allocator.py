@@ -27,7 +27,6 @@ _AGAINST_S = 2.0  # how long it must have pushed against the demand: longer than
 _UNCONSTRAINED = 1  # ALLOC_KIND
 _AS_GOOD_RAD = math.radians(15.0)  # with ALLOC_ECON: so far off costs less than the way round
 _TOE_PULL = 0.01  # weight of the toe angle while the demand is zero
-_LASTING_PULL = 0.0
 
 
 class _AllocatorBase:

@@ -56,16 +56,17 @@ class ChartedFence:
         """Changes whenever the open water may have changed; () while there is neither a fence nor a chart."""
         return (*self._fence.key, *self._chart.key)
 
-    def point_refusal(self, north_m: float, east_m: float) -> str | None:
-        """Why the boat may not be sent to that point; None where it may."""
+    def point_refusal(self, north_m: float, east_m: float, fenced: bool = True) -> str | None:
+        """Why the boat may not be sent to that point; None where it may. `fenced` False: the chart alone counts."""
         chart = self._chart.water
-        by_chart = None if chart is None else chart.point_refusal(north_m, east_m)
-        return self._fence.point_refusal(north_m, east_m) or by_chart
+        by_fence = self._fence.point_refusal(north_m, east_m) if fenced else None
+        return by_fence or (None if chart is None else chart.point_refusal(north_m, east_m))
 
-    def line_refusal(self, line: Sequence[Place]) -> str | None:
-        """Why the boat, at the begin of the line, may not be sent along it; None where it may."""
+    def line_refusal(self, line: Sequence[Place], fenced: bool = True) -> str | None:
+        """Why the boat, at the begin of the line, may not be sent along it; None where it may. `fenced`: as above."""
         chart = self._chart.water
-        return self._fence.line_refusal(line) or (None if chart is None else chart.line_refusal(line))
+        by_fence = self._fence.line_refusal(line) if fenced else None
+        return by_fence or (None if chart is None else chart.line_refusal(line))
 
     def inside(self, places: Sequence[Place]) -> Sequence[bool]:
         """Whether the boat may be sent to each of the places."""

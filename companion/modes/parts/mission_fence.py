@@ -68,7 +68,7 @@ def unfenced(items: Sequence[PlanItem]) -> frozenset[int]:
 class MissionFence:
     """`refusal(inputs)` checks the rest of the mission; `track_refusal(legs, seqs)` checks a path just laid.
 
-    The ways to items before which the mission switches the fence off are not checked.
+    The ways to items before which the mission switches the fence off are checked by the chart alone.
     A long mission is checked in steps, one a tick: until the last one, it is refused only for what was found by then.
     The check has two parts: from the boat to the first place of the mission, anew whenever the boat has moved, and from
     there on. Remembers the answer of the first part with its position, and how far the second part is.
@@ -155,8 +155,7 @@ class MissionFence:
         """Return which leg crosses the fence, or None. `legs` are the lines to a route's points, `seqs` their items."""
         clear = self._fence.clear(legs)  # leg by leg: shapely takes minutes for many laps as one line
         for seq, leg, is_clear in zip(seqs, legs, clear, strict=False):
-            checked = not is_clear and seq not in self._unfenced
-            if checked and (found := self._fence.line_refusal(leg)) is not None:
+            if not is_clear and (found := self._fence.line_refusal(leg, seq not in self._unfenced)) is not None:
                 return f"item {item_number(seq)}: {found}"
         return None
 
@@ -243,8 +242,9 @@ class MissionFence:
         route, waypoints = task.route, self._waypoints(task.route)
         ends = [(w.north_m, w.east_m) for w in waypoints]
         for point, end, inside in zip(route, ends, self._fence.inside(ends), strict=True):
-            checked = not inside and point.seq not in self._unfenced
-            if checked and (refusal := self._fence.point_refusal(*end)) is not None:
+            if inside:
+                continue
+            if (refusal := self._fence.point_refusal(*end, fenced=point.seq not in self._unfenced)) is not None:
                 return f"item {item_number(point.seq)}: {refusal}", place
         found = self.rounded(waypoints, place)
         seqs = [route[found.own_index(i)].seq for i in range(len(found.waypoints))]
