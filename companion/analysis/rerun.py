@@ -23,6 +23,7 @@ from typing import Any
 from companion.analysis.compare import LogDifference, compare
 from companion.analysis.log_reader import Log, LogError
 from companion.app import Surroundings, build
+from companion.config.chart import ChartConfig, ChartError, read_chart
 from companion.config.vessel import VesselConfig
 from companion.core.actuation import ActuatorCommand
 from companion.core.ports import ByteStream
@@ -54,7 +55,8 @@ def rerun(log: Log, out: Path) -> LogDifference:
         raise LogError(f"{out}: the log itself; choose another folder with --out")
     warnings: list[str] = []
     settings = _settings(log)
-    log = replace(log, config=replace(log.config, parameters=_known(log.config.parameters, warnings)))
+    parameters, charts = _known(log.config.parameters, warnings), _readable(log.config.charts, warnings)
+    log = replace(log, config=replace(log.config, parameters=parameters, charts=charts))
     settings["defaults"] = _known(settings["defaults"], warnings)
     with tempfile.TemporaryDirectory() as kept:
         state = _state(log.folder / STATE_FOLDER, Path(kept))
@@ -125,6 +127,18 @@ def _known(values: Mapping[str, float], warnings: list[str]) -> dict[str, float]
         else:
             warnings.append(f"parameter {name} = {value:g} refused: {refusal.name.lower().replace('_', ' ')}")
     return known
+
+
+def _readable(charts: Sequence[ChartConfig], warnings: list[str]) -> tuple[ChartConfig, ...]:
+    """The charts that can be read here; a log does not hold them."""
+    kept = []
+    for chart in charts:
+        try:
+            read_chart(Path(chart.file), chart.kind)
+            kept.append(chart)
+        except ChartError as error:
+            warnings.append(f"chart left out: {error.problems[0]}")
+    return tuple(kept)
 
 
 def _state(recorded: Path, directory: Path) -> StateFile | None:

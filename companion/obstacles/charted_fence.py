@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from itertools import pairwise
 
+from companion.config.vessel import VesselConfig
 from companion.core.geodesy import LocalFrame
 from companion.fence.allowed import Allowed, Place, Way
 from companion.fence.guard import FenceGuard
@@ -29,17 +30,16 @@ class ChartedFence:
 
     def __init__(
         self,
-        fence: FenceGuard,
-        chart: ChartKeeper,
-        water: OpenWater,
+        config: VesselConfig,
         parameters: Parameters,
         plans: Plans,
         frame: Callable[[], LocalFrame],
+        fence: FenceGuard,
+        chart: ChartKeeper,
     ) -> None:
-        """`water`: without what sensors see."""
         self._fence = fence
         self._chart = chart
-        self._water = water
+        self._water = OpenWater(config, parameters, fence, chart)  # without what sensors see
         self._parameters = parameters
         self._frame = frame
         self._ways: Found = {}

@@ -26,7 +26,6 @@ from companion.modes.trial.mode import TrialMode
 from companion.obstacles.chart_water import ChartKeeper
 from companion.obstacles.charted_fence import ChartedFence
 from companion.obstacles.guard import ObstacleGuard
-from companion.obstacles.open_water import OpenWater
 from companion.obstacles.surroundings import Surroundings
 from companion.params.store import Parameters
 from companion.supervisor.authority import AuthorityRequest, Facts, RequestedAction, refusal
@@ -95,15 +94,13 @@ class SupervisorParts:
         clear = around.movers, aside.water.line_refusal
         self.traffic_guard = TrafficGuard(config, parameters, self.traffic, events, frame_of, self.fence, *clear)
         self.track = OwnTrack(frame_of)
-        lasting = OpenWater(config, parameters, self.fence, self.chart)
-        charted = ChartedFence(self.fence, self.chart, lasting, parameters, plans, frame_of)
+        charted = ChartedFence(config, parameters, plans, frame_of, self.fence, self.chart)
         modes = build_modes(config, parameters, plans, executor, events, frame_of, charted, self.track)
         self.hold = hold = mode_of(modes, HoldMode)
         self.mission = mission = mode_of(modes, MissionMode)
         self.offboard = mode_of(modes, OffboardMode)
         self.trial = mode_of(modes, TrialMode)
         self._with_source = tuple(mode for mode in modes.values() if mode.declaration.failsafe is not None)
-
         self.computer = ComputerWatch(1.0 / config.control_rate_hz, parameters, events.say)
         self.cruise = Cruise(parameters)
         self.auxiliary = AuxiliaryOutputs(config, events)

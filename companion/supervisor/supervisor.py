@@ -21,7 +21,7 @@ from companion.modes.mode import ModeInfo
 from companion.modes.parts.offboard_target import OffboardTarget
 from companion.modes.rtl import ReturnByTrack
 from companion.modes.trial.mode import COMPLETE
-from companion.obstacles.surroundings import Heard
+from companion.obstacles.surroundings import Heard, Surroundings
 from companion.params.store import Parameters
 from companion.params.transmitter import AuxFunction
 from companion.supervisor.arming import arming_refusals, arming_report
@@ -94,6 +94,11 @@ class Supervisor(Requests):
         """A report of another vessel, from a receiver or another system."""
         nav = self.parts.nav
         self.parts.traffic.take(report, now_s, (nav.lat_deg, nav.lon_deg) if nav.position_valid else None)
+
+    @property
+    def surroundings(self) -> Surroundings:
+        """What ranging sensors see around the boat."""
+        return self.parts.surroundings
 
     def obstacle_heard(self, reading: Heard, now_s: float) -> None:
         """Ranges, a radar target or a depth ahead, from a sensor or another system."""

@@ -165,6 +165,9 @@ def test_return_items_and_loops_are_checked(boat: Boat) -> None:
     boat.upload(
         (10.0, 0.0), (10.0, 30.0), (40.0, 30.0), commands={3: PlanItem(3, 177, 2, 0.0, -1.0, 0.0, 0.0, 0, 0, 0.0)}
     )
+    assert boat.supervisor.request_mode(ModeId.MISSION, boat.now_s).accepted, "each lap goes round the wall"
+    boat.supervisor.request_mode(ModeId.HOLD, boat.now_s)
+    boat.parameters.set("MIS_ROUND", 0.0)
     assert "item 1: way crosses the fence" in boat.supervisor.request_mode(ModeId.MISSION, boat.now_s).reason, (
         "the leg back to the first"
     )

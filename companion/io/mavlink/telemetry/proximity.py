@@ -17,7 +17,7 @@ def obstacle_distance(view: View, persona: Persona) -> Any:
     """OBSTACLE_DISTANCE in 72 sectors, the first ahead: all sensors together, with what they have seen lately. None
     while no ranging sensor is heard, or the place of the boat is not known.
     """
-    around = view.vessel.supervisor.parts.surroundings
+    around = view.vessel.supervisor.surroundings
     if view.tick is None or not around.on or not view.tick.nav.position_valid:
         return None
     most_cm = min(_MOST_CM, round(100.0 * around.reach_m))

@@ -116,6 +116,7 @@ class FakeSupervisor:
         )
         self.payload: Payload
         self.mission_edits = SimpleNamespace(under_way=False, due=lambda: None)
+        self.surroundings = SimpleNamespace(on=False)
         self.now = Status(
             0.0,
             ModeId.HOLD,
