@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 from companion.core.angles import wrap_pi
-from sitl.evaluate.figures import hold
 from sitl.scenarios.boat import sideways
 from sitl.scenarios.four_corner import SETTLE_S
 from sitl.scenarios.ground_station import GroundStation
@@ -43,6 +42,8 @@ def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
 
 def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[dict[str, float], Sequence[Check]]:
     """Accuracy, mean power, variation of thrust, and what wears the propellers, all by the truth."""
+    from sitl.evaluate.figures import hold  # which imports the scenarios
+
     config, free, econ_m = asked["config"], settings["heading"] == "free", number(settings, "econ")
     track = between(read_truth(folder), asked["from_s"], asked["to_s"])
     found = {figure.name: figure.value for figure in hold(track, config, (0.0, 0.0), config.home.yaw_rad)}
