@@ -32,6 +32,7 @@ from companion.obstacles.clear_way import STOP_SHARE, clear_way_m
 from companion.obstacles.keeping_off import KeepingOff
 from companion.obstacles.occupancy import Floats
 from companion.obstacles.open_water import OpenWater
+from companion.obstacles.patience import Patience
 from companion.obstacles.surroundings import Surroundings
 from companion.obstacles.way_round import WayRound
 from companion.params.store import Parameters
@@ -98,7 +99,8 @@ class ObstacleGuard:
     Ways round are looked for beside the control thread, and laid in the tick in which they are found.
 
     Remembers the mode that it acts for, when it looked and planned last, the search under way, how long no way was
-    found, and whether it holds the boat. `impossible`: why the mode cannot go on, once that is settled.
+    found, how patient it still is, and whether it holds the boat. `impossible`: why the mode cannot go on, once that is
+    settled.
     """
 
     def __init__(
@@ -128,6 +130,7 @@ class ObstacleGuard:
         self._since_s: float | None = None  # no way found since
         self._reason = ""
         self._slowed = False
+        self._patience = Patience(parameters)
         self._circles: Floats = np.zeros((0, 3))
         self.impossible: str | None = None
 
@@ -141,6 +144,7 @@ class ObstacleGuard:
         self._mode, self._holding, self._blocked, self._since_s, self._slowed = None, False, 0, None, False
         self.impossible = None
         self._keeping_off.reset()
+        self._patience.reset()
 
     def steer(self, setpoint: Setpoint, mode: GuardedMode, inputs: ModeInputs, detour: Detour) -> Setpoint:
         """The setpoint, or one that keeps clear of obstacles."""
@@ -154,7 +158,7 @@ class ObstacleGuard:
         if inputs.now_s - self._looked_s >= _LOOK_S:
             self._looked_s = inputs.now_s
             self._look(mode, inputs, detour)
-        self._lay(inputs)
+        self._lay(mode, inputs)
         if not len(self._circles) and math.isinf(self._around.shoals.way_m) and self._chart.water is None:
             self._holding = self._slowed = False
             return setpoint
@@ -180,7 +184,11 @@ class ObstacleGuard:
             self._open(now_s)
             return
         aside = detour.detour_ahead
-        way = _first_part(_from_boat(aside or mode.way_ahead()), _WAY_M)
+        whole = _from_boat(mode.way_ahead())
+        if mode.goes_round and self._patience.look(whole, now_s):
+            self.impossible = "no way found round obstacles"
+            return
+        way = _first_part(_from_boat(aside) if aside else whole, _WAY_M)
         here = (nav.north_m, nav.east_m)
         if len(way) < 2 or math.isinf(self.water.now.free_m([here, *way[1:]])):
             self._open(now_s)
@@ -202,7 +210,7 @@ class ObstacleGuard:
         future.set_result(work())
         return future
 
-    def _lay(self, inputs: ModeInputs) -> None:
+    def _lay(self, mode: GuardedMode, inputs: ModeInputs) -> None:
         """Take the way round once it is found."""
         if self._work is None or not self._work[1].done():
             return
@@ -211,6 +219,7 @@ class ObstacleGuard:
         reason = round_it.lay(future.result(), inputs)
         if reason is None:
             self._since_s, self._blocked = None, 0
+            self._patience.laid(_from_boat(mode.way_ahead()), inputs.speed_mps, now_s)
             self._events.say(now_s, TextKind.ATTENTION, "obstacle_round", "Obstacle ahead: going round")
         else:
             self._no_way(reason, inputs)

@@ -33,7 +33,7 @@ _FIELD_M = (18.0, 86.0)  # of the route, with obstacles
 _CLEAR_M = 10.0  # around both ends of the route
 _RADII_M = (0.5, 2.5)
 _TIMEOUT_S = 420.0
-_STAY_S = 15.0
+_STAY_S = 30.0  # a ReVolt needs 25 s to stop
 
 
 def lying(draws: Random, count: int) -> list[RoundObstacle]:
