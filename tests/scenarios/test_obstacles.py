@@ -31,6 +31,21 @@ def test_nothing_is_touched_at_other_speeds(tmp_path: Path, vessel_speed: str) -
     sail("obstacles", tmp_path, 3, speed=vessel_speed)
 
 
+@pytest.mark.sweep
+@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize("vessel", ["blueboat", "revolt"])
+def test_other_vessels_touch_nothing(tmp_path: Path, vessel: str, seed: int) -> None:
+    outcome = run(SCENARIOS["obstacles"], LockstepRig, tmp_path, seed=seed, vessel=vessel)
+    assert outcome.ok, f"{outcome.error or [check.row() for check in outcome.checks if not check.ok]}"
+
+
+@pytest.mark.sweep
+def test_a_boat_that_goes_to_and_fro_gives_up(tmp_path: Path) -> None:
+    """What it has seen on one side it forgets while it tries the other."""
+    outcome = run(SCENARIOS["obstacles"], LockstepRig, tmp_path, seed=100, vessel="revolt")
+    assert outcome.ok and outcome.metrics["declared_impossible"] == 1.0, outcome.error
+
+
 def test_a_boat_that_does_nothing_fails(tmp_path: Path) -> None:
     """The truth of a boat that sails through everything."""
     rows = [f"{t * 0.5:.3f},{t * 0.5:.5f},0.0,0.0,1.0,0.0" for t in range(201)]
