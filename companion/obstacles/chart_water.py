@@ -15,7 +15,7 @@ from companion.config.vessel import VesselConfig
 from companion.core.geodesy import LocalFrame
 from companion.core.ports import Worker
 from companion.fence.allowed import Place
-from companion.obstacles.clear_way import STOP_SHARE
+from companion.obstacles.clear_way import GRAZE_M, STOP_SHARE
 from companion.params.store import Parameters
 
 if TYPE_CHECKING:
@@ -29,7 +29,6 @@ _ARCS = 4
 _WORLD_M = 500_000.0
 _DRAWN_M = (0.5, 2.0, 10.0, 50.0, 200.0)  # tolerances of what displays draw
 _MOST_DRAWN = 1500  # corners
-_GRAZE_M = 0.3  # by which a way that is already sailed may come nearer than planned
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -94,11 +93,6 @@ class ChartKeeper:
         self._key: Key | None = None
         self._water: ChartWater | None = None
         self._work: tuple[Key, Future[ChartWater | None]] | None = None
-
-    @property
-    def features(self) -> tuple[ChartFeature, ...]:
-        """The chart as it was read."""
-        return self._features
 
     def load(self, features: Sequence[ChartFeature]) -> None:
         """Take a chart, and make its water at once: a tick has no time for it."""
@@ -168,7 +162,7 @@ def chart_water(
         return FenceArea.of(shapely.difference(world, wider))
 
     keep_m = half_m + dist_m
-    stopping, sailing = left(half_m + STOP_SHARE * dist_m), left(keep_m - min(_GRAZE_M, dist_m))
+    stopping, sailing = left(half_m + STOP_SHARE * dist_m), left(keep_m - min(GRAZE_M, dist_m))
     return ChartWater(left(0.0), stopping, sailing, left(keep_m), _outline(taken))
 
 

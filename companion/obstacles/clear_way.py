@@ -8,6 +8,7 @@ import numpy as np
 
 from companion.obstacles.occupancy import Floats
 
+GRAZE_M = 0.3  # by which a way that is already sailed may come nearer than planned
 STOP_SHARE = 0.3  # of CP_DIST, beside half a boat's length: the boat stops that far from an obstacle
 
 

@@ -19,6 +19,7 @@ from companion.config.vessel import VesselConfig
 from companion.fence.allowed import Allowed, Place, Way
 from companion.fence.guard import FenceGuard
 from companion.obstacles.chart_water import ChartKeeper, ChartWater
+from companion.obstacles.clear_way import GRAZE_M
 from companion.obstacles.occupancy import Floats
 from companion.params.store import Parameters
 
@@ -34,8 +35,6 @@ _SIMPLER_M = 0.3
 _START_M = 0.05
 _SURE_M = 15.0  # from the boat: obstacles further off may be smaller than they look
 _LEAST_RADIUS_M = 0.3
-GRAZE_M = 0.3
-"""By how much a way that is already sailed may come nearer than planned."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
