@@ -13,6 +13,7 @@ from companion.mission import files
 from tests.fuzz.targets import GOOD
 from tests.unit.io.sensors.test_mtdata2 import FORCE, RATE
 from tests.unit.io.sensors.test_nmea0183 import GGA, HDT, VTG
+from tests.unit.io.sensors.test_sbus import CENTRED
 
 _FILES = Path(__file__).parents[2] / "mission_files"
 _FTP = struct.Struct("<HBBBBBBI")
@@ -74,6 +75,19 @@ def _mtdata2() -> Iterator[bytes]:
     yield b"\0" + _piece(bytes.fromhex("faff36051020020001")) + _piece(b"\xfa\xff\x36\xff\x00\x10")
 
 
+def _sbus() -> Iterator[bytes]:
+    yield b"\1" + _piece(CENTRED[1:24]) * 12
+    yield b"\1" + _piece(CENTRED[1:24]) * 12 + _piece(CENTRED[1:23] + b"\x0c") * 4
+    yield b"\0" + _piece(CENTRED) * 12 + _piece(CENTRED[:9]) + _piece(CENTRED)
+
+
+def _crsf() -> Iterator[bytes]:
+    channels, link = b"\x16" + CENTRED[1:23], bytes((0x14, 50, 50, 100, 8, 0, 4, 3, 50, 100, 8))
+    yield b"\1" + (_piece(link) + _piece(channels)) * 4
+    yield b"\1" + _piece(channels) * 4 + _piece(bytes((0x14, 50, 50, 0, 8, 0, 4, 3, 50, 0, 8))) + _piece(channels)
+    yield b"\0" + _piece(bytes.fromhex("c81816") + CENTRED[1:23]) + _piece(b"\xc8\x04\x28\x00\xea\x54")
+
+
 def _plans() -> Iterator[bytes]:
     suffixes = tuple(files.FORMATS)
     for number, suffix in enumerate(suffixes):
@@ -122,6 +136,8 @@ SEEDS: Mapping[str, Callable[[], Iterator[bytes]]] = {
     "ftp": _ftp,
     "nmea": _nmea,
     "mtdata2": _mtdata2,
+    "sbus": _sbus,
+    "crsf": _crsf,
     "plan_file": _plans,
     "vessel_file": _vessels,
 }

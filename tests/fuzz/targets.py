@@ -14,6 +14,8 @@ from dataclasses import fields, is_dataclass
 from functools import cache
 from typing import Any
 
+from fastcrc import crc8
+
 from companion.config.devices import SensorConfig
 from companion.config.vessel import ConfigError, parse
 from companion.core.readings import FixType, GnssFix
@@ -216,6 +218,22 @@ def mtdata2(data: bytes) -> None:
         _sensor("mtdata2", list(_pieces(data[1:])))
 
 
+def sbus(data: bytes) -> None:
+    """Frames: raw, or with header and end made here. Channels stay within what a transmitter can send."""
+    pieces = list(_pieces(data[1:]))
+    if data[:1] and data[0] & 1:
+        pieces = [b"\x0f" + piece[:23].ljust(23, b"\0") + b"\0" for piece in pieces]
+    _sensor("sbus", pieces)
+
+
+def crsf(data: bytes) -> None:
+    """Frames: raw, or with address, length and checksum made here."""
+    pieces = list(_pieces(data[1:]))
+    if data[:1] and data[0] & 1:
+        pieces = [bytes((0xC8, len(piece) + 1)) + piece + bytes((crc8.dvb_s2(piece),)) for piece in pieces]
+    _sensor("crsf", pieces)
+
+
 # --- files ---------------------------------------------------------------------------------------------------------
 
 
@@ -251,6 +269,8 @@ TARGETS: Mapping[str, Callable[[bytes], None]] = {
     "ftp": ftp,
     "nmea": nmea,
     "mtdata2": mtdata2,
+    "sbus": sbus,
+    "crsf": crsf,
     "plan_file": plan_file,
     "vessel_file": vessel_file,
 }
