@@ -24,6 +24,9 @@ _APART_S = 0.5
 _AT_STOP_RAD = 0.02
 _WORTH_TURNING_ROUND = 0.05  # power wasted, as a share of one thruster's, for which it turns round without thrust
 _AGAINST_S = 2.0  # how long it must have pushed against the demand: longer than a corner lasts
+_WAY_LENGTHS_PS = 0.1  # speed through the water from which a boat is under way, in its lengths a second
+_WORTH_AIMING = 0.05  # share of full force from which a thruster is aimed under way
+_FAR_OFF_RAD = 0.3  # further from the direction wanted, reversing is better
 _UNCONSTRAINED = 1  # ALLOC_KIND
 _AS_GOOD_RAD = math.radians(15.0)  # with ALLOC_ECON: so far off costs less than the way round
 _TOE_PULL = 0.01  # weight of the toe angle while the demand is zero
@@ -140,6 +143,7 @@ class Allocator(_AllocatorBase):
         self._wasted = 0.0  # power beyond that of the unconstrained solution, in full thrusters
         self._missing = 0.0  # shortfall of the worst axis, as a share of its limit
         self._alone = len(self._thrusters) == 1
+        self._way_mps = _WAY_LENGTHS_PS * config.length_m
         self._crossing: list[float | None] = [None] * len(self._thrusters)  # azimuth to turn to without thrust
         self._apart_s = [0.0] * len(self._thrusters)
         self._against_s = [0.0] * len(self._thrusters)
@@ -154,7 +158,7 @@ class Allocator(_AllocatorBase):
         if self._parameters["ALLOC_KIND"] == _UNCONSTRAINED:
             self._cut(ideal, dt_s)
         else:
-            self._optimise(wrench, ideal, dt_s)
+            self._optimise(wrench, ideal, dt_s, surge_mps)
         allocation = self._result(wrench)
         self._short = any(allocation.limited)
         self._missing = self._share_missing(wrench, allocation.achieved)
@@ -175,7 +179,7 @@ class Allocator(_AllocatorBase):
             self._forces[i] = min(high, max(low, force))
         self._crossing = [None] * len(self._thrusters)
 
-    def _optimise(self, wrench: Wrench, ideal: Sequence[tuple[float, float]], dt_s: float) -> None:
+    def _optimise(self, wrench: Wrench, ideal: Sequence[tuple[float, float]], dt_s: float, surge_mps: float) -> None:
         """Set forces and azimuths to the constrained optimum; `ideal` gives the preferred azimuths."""
         problem, parameters = self._problem, self._parameters
         problem.demand = (wrench.surge_n, wrench.sway_n, wrench.yaw_nm)
@@ -192,6 +196,8 @@ class Allocator(_AllocatorBase):
                 self._consider_turning_round(i, t, ideal[i], dt_s)
                 self._consider_thrift(i, t)
                 self._bound_turn(i, t, dt_s)
+                if surge_mps > self._way_mps and self._crossing[i] is None:
+                    self._keep_ahead(i, t, ideal[i], dt_s)
         self._forces, self._azimuths = self._solver.solve(problem)
 
     def _bound_turn(self, i: int, t: Thruster, dt_s: float) -> None:
@@ -208,6 +214,26 @@ class Allocator(_AllocatorBase):
         low, high = t.sectors.span(present)
         low, high = max(low, present - reach), min(high, present + reach)
         problem.turn_low_rad[i], problem.turn_high_rad[i] = low, max(low, high)
+
+    def _keep_ahead(self, i: int, t: Thruster, ideal: tuple[float, float], dt_s: float) -> None:
+        """Under way: turn one thruster to its azimuth in the unconstrained solution, and let it push ahead there. Left
+        to itself it would reverse for a moment's demand, and be left on the wrong side of it."""
+        share = math.hypot(*ideal) / t.max_n
+        if self._alone or share < _WORTH_AIMING:
+            return
+        problem, reach, present = self._problem, t.azimuth_rate_radps * dt_s, self._azimuths[i]
+        direction = math.atan2(ideal[1], ideal[0])
+        ahead = t.sectors.nearest(direction, present)
+        reverse = t.reversible and abs(math.remainder(ahead - direction, math.tau)) > _FAR_OFF_RAD
+        aim = t.sectors.nearest(direction + math.pi, present) if reverse else ahead
+        low, high = problem.turn_low_rad[i], problem.turn_high_rad[i]
+        step = min(high, max(low, min(present + reach, max(present - reach, aim))))
+        problem.turn_low_rad[i] = problem.turn_high_rad[i] = step
+        least, most = problem.force_low_n[i], problem.force_high_n[i]
+        if reverse:
+            problem.force_high_n[i] = max(least, min(most, 0.0))
+        else:
+            problem.force_low_n[i] = min(most, max(least, 0.0))
 
     def _prefer(self, i: int, t: Thruster, ideal: tuple[float, float], dt_s: float) -> None:
         """Set the preferred azimuth of one thruster, and its weight."""

@@ -18,6 +18,7 @@ _SWAY_LIMIT_SHARE = 0.75  # of the vessel's sway limit: the thrusters must give 
 _YAW_RESERVE = 0.4  # share of the yaw limit that must be spare for full sway
 _LARGE_ERROR_MPS = 0.3  # a larger speed error is an acceleration, not an offset to learn
 _LARGE_ERROR_SHARE = 0.25  # the same as a share of WP_SPEED; the larger of both applies
+_THRUST_LAG_S = 0.4  # from a command to its thrust
 
 
 class PathControl:
@@ -81,7 +82,8 @@ class PathControl:
         )
         water_x, water_y = self._water(nav)
         moment = self._yaw.moment_nm(setpoint, nav, bias, dt_s, (nav.surge_mps - water_x, nav.sway_mps - water_y))
-        drag_x, drag_y, _ = damping(hull, u - water_x, v - water_y, 0.0)
+        soon_u, soon_v = u + _THRUST_LAG_S * setpoint.surge_mps2, v + _THRUST_LAG_S * setpoint.sway_mps2
+        drag_x, drag_y, _ = damping(hull, soon_u - water_x, soon_v - water_y, 0.0)
         turning_x, turning_y, _ = coriolis(hull, u, v, r)
         back_x, back_y = self._smoothed(gain_x * slow_x, gain_y * slow_y, dt_s)
         bias_x, bias_y, _ = bias.in_body(nav.yaw_rad)

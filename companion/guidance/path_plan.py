@@ -26,8 +26,10 @@ _STEP_S = 0.1  # of the table of headings
 _MOST_STEPS = 20_000
 _SHORTEST_S, _LONGEST_S = 0.8, 30.0  # windows of the mean
 _GROWTH = 1.3
-_LAST_MEAN_S = 0.6  # a second mean: the yaw acceleration stays finite
-_SIDEWAYS = 2.0  # times the share along the track: bends are short
+_LAST_MEAN_S = 1.0  # a second mean: the yaw acceleration stays finite
+# Shares of the thrust, as parts of the share that a plan may take. Speed that is lost in a bend must be made again, and
+# costs more thrust and time than the bend itself.
+_ALONG, _SIDEWAYS, _TURNING = 0.75, 3.0, 1.2
 _COURSES = 72  # directions for which the acceleration is computed
 
 Floats = NDArray[np.float64]
@@ -47,13 +49,11 @@ class PlanLimits:
 
 @dataclass(frozen=True, slots=True)
 class Planned:
-    """The motion at a place of the track: speed m/s, course of the bow, its rate of turn and change of that rate at
-    that speed, and the acceleration and braking that the boat has there."""
+    """The motion at a place of the track: speed m/s, course of the bow, and the acceleration and braking that the boat
+    has there."""
 
     speed_mps: float
     course_rad: float
-    turn_radps: float
-    turn_radps2: float
     speeding_up_mps2: float
     braking_mps2: float
 
@@ -77,7 +77,7 @@ class PathPlan:
         up, down = _accelerations(course, float(np.max(most)), limits)
         by_bend = np.sqrt(limits.agility.lateral_mps2(_SIDEWAYS * limits.share) / bend)
         speed = np.minimum(most, np.maximum(by_bend, limits.slowest_mps))
-        turn_radps = limits.agility.turn_radps(_SIDEWAYS * limits.share)
+        turn_radps = limits.agility.turn_radps(_TURNING * limits.share)
         for _ in range(_ROUNDS):
             kept = _within_accelerations(s, speed, up, down, stop_at_end)
             at, bow = _bow(s, course, kept, turn_radps)
@@ -86,17 +86,13 @@ class PathPlan:
             speed = np.minimum(speed, np.maximum(by_sway, np.minimum(most, limits.slowest_mps)))
         kept = _within_accelerations(s, speed, up, down, stop_at_end)
         at, bow = _bow(s, course, kept, turn_radps)
-        step_s = max(1.0e-3, float(_times(s, kept)[-1]) / (len(at) - 1))
-        turn = np.gradient(bow, step_s)
-        change = np.gradient(turn, step_s)
+        self._step_s = max(1.0e-3, float(_times(s, kept)[-1]) / (len(at) - 1))
         self._s: list[float] = s.tolist()
         self._square: list[float] = (kept * kept).tolist()
         self._up: list[float] = up.tolist()
         self._down: list[float] = down.tolist()
         self._at: list[float] = at.tolist()
         self._bow: list[float] = bow.tolist()
-        self._turn: list[float] = turn.tolist()
-        self._change: list[float] = change.tolist()
 
     def at(self, s_m: float) -> Planned:
         """The motion planned at that arc length."""
@@ -106,11 +102,18 @@ class PathPlan:
         return Planned(
             math.sqrt(max(0.0, square)),
             self._bow[j] + y * (self._bow[j + 1] - self._bow[j]),
-            self._turn[j] + y * (self._turn[j + 1] - self._turn[j]),
-            self._change[j] + y * (self._change[j + 1] - self._change[j]),
             self._up[i],
             self._down[i],
         )
+
+    def ahead_m(self, s_m: float, after_s: float, speed_mps: float) -> float:
+        """The arc length that the boat reaches `after_s` after it is at `s_m`, at `speed_mps` there."""
+        planned = self.speed_mps(s_m)
+        pace = min(1.0, speed_mps / planned) if planned > 0.0 else 1.0
+        i, x = _place(self._at, s_m)
+        index = min(len(self._at) - 1.0, i + x + pace * after_s / self._step_s)
+        j = min(len(self._at) - 2, int(index))
+        return self._at[j] + (index - j) * (self._at[j + 1] - self._at[j])
 
     def speed_mps(self, s_m: float) -> float:
         """The speed planned at that arc length; the square is interpolated, which gives constant acceleration."""
@@ -128,7 +131,7 @@ def _place(table: list[float], s_m: float) -> tuple[int, float]:
 def _accelerations(course: Floats, speed_mps: float, limits: PlanLimits) -> tuple[Floats, Floats]:
     """Acceleration and braking at each course, near the highest speed, where thrust is scarcest."""
     fan = np.linspace(-math.pi, math.pi, _COURSES + 1)
-    agility, share, weather = limits.agility, limits.share, limits.weather
+    agility, share, weather = limits.agility, _ALONG * limits.share, limits.weather
     ups = [agility.speeding_up_mps2(speed_mps, float(c), weather, share) for c in fan]
     downs = [agility.braking_mps2(speed_mps, float(c), weather, share) for c in fan]
     wrapped = np.remainder(course + math.pi, 2.0 * math.pi) - math.pi

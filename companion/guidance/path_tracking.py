@@ -22,7 +22,7 @@ from companion.core.setpoint import PathSetpoint, Point, Progress
 from companion.guidance.agility import Agility, Weather
 from companion.guidance.crab_compensation import CrabCompensation
 from companion.guidance.path import PathKind, PathPoint, build_path
-from companion.guidance.path_plan import PathPlan, PlanLimits, Planned
+from companion.guidance.path_plan import PathPlan, PlanLimits
 from companion.guidance.speed_profile import SpeedProfile
 from companion.guidance.track import Track
 from companion.params.store import Parameters
@@ -34,6 +34,7 @@ _STRAIGHT_RAD = math.radians(15.0)  # the integral learns where the track turns 
 _PLANNED_TURN = 0.7  # share of the yaw rate that bends are planned for; the rest is for corrections
 _MOST_PACE = 2.0  # fastest motion of the point abeam along the track, in boat speeds: in a bend that is cut
 _TIP_PACE = 1.5  # the same around the tip of a turn back
+_TIP_1PM = 2.0  # a planned path's bend from which on the boat's place tells no progress: it may lie anywhere around it
 _SURGE_SHARE = 3.0  # in PATH_ACC: how fast the speed setpoint changes as the bow turns to the course
 _TURN_PREVIEW_S = 1.2  # lag of the heading loop
 _PREVIEW_S = 0.5  # lag of the speed loop
@@ -42,11 +43,12 @@ _TURN_IN_PLACE_SHARE = 0.3  # of the speed, kept off the course by a boat that n
 _THRUST_LAG_S = 0.4  # from a command to its thrust
 _LEAST_BACK_MPS = 0.3  # speed from which the way back to the track grows steeper as the boat slows down
 _FAR_M = 0.5  # cross-track error from which the bow too turns back to the track
-_CRAB_SHARE = 0.5  # of the commanded speed: a slower boat does not turn its bow further into the current
-_FASTER = 1.5  # times the planned yaw rate, for corrections
+_CRAB_SHARE = 1.0  # of the commanded speed: a slower boat does not turn its bow further into the current
+_CORRECTING = 0.4  # of the planned yaw rate: how fast the heading comes to the plan where the boat is off it
 _NEW_WATER_MPS, _NEW_AIR_MPS = 0.15, 2.0  # changes of current and wind that are worth a new plan
 _THROUGH = 1  # WP_CORNER
-_THROUGH_M = 0.2  # how near the track passes a waypoint that is to be passed through
+_THROUGH_WINDOW_M = 2.4  # widest window of a corner that is passed through
+_THROUGH_M = 0.17  # how near the track passes a waypoint that is to be passed through, within 0.2 m
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,7 +182,8 @@ class PathTracker:
         shape = (*begin, *waypoints, *beyond)
         points = [(w.north_m, w.east_m) for w in shape]
         path = build_path(points, PathKind(int(self._parameters["PATH_KIND"])), [w.straight for w in shape])
-        self._track = Track(path, points, [self._corner_m(w) for w in shape], self._widest_m())
+        least_m = _THROUGH_WINDOW_M if self._plans else 0.0
+        self._track = Track(path, points, [self._corner_m(w) for w in shape], self._widest_m(), least_m)
         self._points = (*begin, *waypoints)
         self._waypoints = tuple(waypoints)
         self._waypoint_s_m = self._track.waypoint_s_m[len(begin) : len(self._points)]
@@ -232,6 +235,11 @@ class PathTracker:
         way = nearest - math.hypot(nav.north_m - beside.north_m, nav.east_m - beside.east_m)
         return PathProgress(setpoint, self._passed, self._finished, self._s, remaining, way)
 
+    @property
+    def _plans(self) -> bool:
+        """Whether the boat sails by a plan."""
+        return self._agility is not None and self._parameters["PATH_EFFORT"] > 0.0
+
     # --- the place on the track ---
 
     def _radius(self, waypoint: Waypoint) -> float:
@@ -244,8 +252,7 @@ class PathTracker:
     def _corner_m(self, waypoint: Waypoint) -> float:
         """How near to a waypoint the track passes."""
         given = waypoint.radius_m is not None and waypoint.radius_m > 0.0
-        planned = self._agility is not None and self._parameters["PATH_EFFORT"] > 0.0
-        through = planned and not given and self._parameters["WP_CORNER"] == _THROUGH
+        through = self._plans and not given and self._parameters["WP_CORNER"] == _THROUGH
         return _THROUGH_M if through else self._radius(waypoint)
 
     def _widest_m(self) -> float:
@@ -269,6 +276,9 @@ class PathTracker:
     def _over_tips(self, track: Track, dt_s: float) -> float:
         """The arc length reached. It advances by itself around the tip of a turn back: there the legs before and after
         the tip are equally near, so projection cannot tell them apart."""
+        if self._plans:
+            tip = abs(track.at(self._s).curvature_1pm) > _TIP_1PM
+            return min(track.length_m, self._s + self._speed * dt_s) if tip else self._s
         beyond = self._s + _TURN_PREVIEW_S * self._speed + 3.0 * track.length_m / len(track.s_m)
         turn = wrap_pi(track.at(beyond).course_rad - track.at(self._s).course_rad)
         if abs(turn) > _ALMOST_BACK_RAD:
@@ -401,11 +411,11 @@ class PathTracker:
         """The plan of the track, made anew when a limit, the current or the wind has changed; None for a boat without
         sideways thrust, and with PATH_EFFORT 0."""
         agility, parameters = self._agility, self._parameters
-        if agility is None or parameters["PATH_EFFORT"] <= 0.0:
+        if agility is None or not self._plans:
             return None
         weather = _weather(nav)
         share, top, least = parameters["PATH_EFFORT"], parameters["MPC_XY_VEL_MAX"], 0.5 * self._creep_mps()
-        sway = max(parameters["DP_SPEED_SWAY"], agility.sway_mps(share))
+        sway = agility.sway_mps(share)
         key = (
             share, top, least, sway,
             *(
@@ -443,7 +453,7 @@ class PathTracker:
             self._speed + now.speeding_up_mps2 * dt_s, max(self._speed - 1.5 * now.braking_mps2 * dt_s, wanted)
         )
         pace = max(self._speed, creep)
-        later_s = self._s + pace * _THRUST_LAG_S
+        later_s = plan.ahead_m(self._s, _THRUST_LAG_S, pace)
         later, there = plan.at(later_s), track.at(later_s)
         later_speed = min(
             self._speed + now.speeding_up_mps2 * _THRUST_LAG_S, max(creep, min(max(0.0, speed_mps), later.speed_mps))
@@ -452,10 +462,11 @@ class PathTracker:
         bend = later_speed * later_speed * there.curvature_1pm
         back = math.atan2(self._parameters["PATH_BW_CROSS"] * error, max(self._speed, _LEAST_BACK_MPS))
         course = here.course_rad - back
-        heading, turn, change, against = self._bow(plan, nav, now, later, error, dt_s)
+        heading, turn, change, against = self._bow(plan, nav, pace, error, dt_s)
         off = wrap_pi(course - nav.yaw_rad)
         surge = self._speed * max(-1.0 if against else 0.0, math.cos(off))
-        sway = self._crab.sway_mps(nav, self._speed * math.sin(off), self._plan_key[3])
+        most_sway = max(self._parameters["DP_SPEED_SWAY"], self._plan_key[3])
+        sway = self._crab.sway_mps(nav, self._speed * math.sin(off), most_sway)
         along, across = ned_to_body(gain, bend, nav.yaw_rad - there.course_rad)
         return PathSetpoint(
             heading,
@@ -470,21 +481,31 @@ class PathTracker:
         )
 
     def _bow(
-        self, plan: PathPlan, nav: NavState, now: Planned, later: Planned, error: float, dt_s: float
+        self, plan: PathPlan, nav: NavState, pace: float, error: float, dt_s: float
     ) -> tuple[float, float, float, bool]:
         """(heading, yaw rate, yaw acceleration, whether the bow points into a current that carries the boat
-        along): the planned course of the bow, turned into the current as at half the speed of the leg or more,
-        and towards the track where it is far."""
+        along): the planned course of the bow, turned into the current as at the leg's speed, and towards the track
+        where it is far. Rate and acceleration are those of the very same heading a little further on."""
         far = math.copysign(max(0.0, abs(error) - _FAR_M), error)
-        course = now.course_rad - math.atan2(self._parameters["PATH_BW_CROSS"] * far, max(self._speed, _LEAST_BACK_MPS))
+        aside = math.atan2(self._parameters["PATH_BW_CROSS"] * far, max(self._speed, _LEAST_BACK_MPS))
         last = nav.yaw_rad if self._yaw is None else self._yaw
-        best = self._crab.heading_rad(nav, course, max(self._speed, _CRAB_SHARE * self._commanded), last)
+        speed = max(self._speed, _CRAB_SHARE * self._commanded)
+        course, best, turn, change = self._heading_ahead(plan, nav, pace, speed, aside, last)
         assert self._agility is not None
-        most = _FASTER * self._agility.turn_radps(self._parameters["PATH_EFFORT"])
-        self._yaw = wrap_pi(_towards(last, last + wrap_pi(best - last), most * dt_s))
-        pace = min(1.0, self._speed / later.speed_mps) if later.speed_mps > 0.0 else 0.0
-        against = math.cos(best - course) < 0.0
-        return self._yaw, pace * later.turn_radps, pace * pace * later.turn_radps2, against
+        most = _CORRECTING * self._agility.turn_radps(self._parameters["PATH_EFFORT"])
+        self._yaw = wrap_pi(_towards(last + turn * dt_s, last + wrap_pi(best - last), most * dt_s))
+        return self._yaw, turn, change, math.cos(best - course) < 0.0
+
+    def _heading_ahead(
+        self, plan: PathPlan, nav: NavState, pace: float, speed: float, aside: float, last: float
+    ) -> tuple[float, float, float, float]:
+        """(course, heading now, its rate, its acceleration), by differences along the plan in steps of the thrust's
+        lag."""
+        places = (self._s, *(plan.ahead_m(self._s, i * _THRUST_LAG_S, pace) for i in (1, 2)))
+        courses = [plan.at(place).course_rad - aside for place in places]
+        now, soon, later = (self._crab.heading_rad(nav, course, speed, last) for course in courses)
+        first, second = wrap_pi(soon - now), wrap_pi(later - soon)
+        return courses[0], now, first / _THRUST_LAG_S, (second - first) / _THRUST_LAG_S**2
 
     def _turn_rate(self, nav: NavState, here: PathPoint, ahead: PathPoint, leaning: float, lookahead: float) -> float:
         """Yaw rate of the course to sail: by the bend, and by the change of the cross-track error.

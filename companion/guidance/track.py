@@ -20,6 +20,7 @@ from companion.guidance.path import Path, PathPoint
 _WINDOW_PER_RADIUS = 2.4
 _WIDE, _NARROW = 0.8, 0.25  # widths of the two means, as shares of the window
 _LARGEST_CUT = 0.6  # of a waypoint's radius
+_MOST_SHRINK = 0.3  # of a window at once: on a curve the cut shrinks with its square
 _SAMPLES_PER_WINDOW = 24
 _FEWEST_M = 0.02
 _MOST_SAMPLES = 10_000  # more would take too long in one tick
@@ -36,12 +37,19 @@ class Track:
     """
 
     def __init__(
-        self, path: Path, waypoints: Sequence[tuple[float, float]], radii_m: Sequence[float], widest_m: float
+        self,
+        path: Path,
+        waypoints: Sequence[tuple[float, float]],
+        radii_m: Sequence[float],
+        widest_m: float,
+        least_m: float = 0.0,
     ) -> None:
         """`waypoints`: the points of `path`, (north_m, east_m); `radii_m`: how near to each the track must pass;
-        `widest_m`: widest useful window."""
-        widths = [min(_WINDOW_PER_RADIUS * r, widest_m) for r in radii_m]
-        spacing = max(min(widths) / _SAMPLES_PER_WINDOW, _FEWEST_M, path.length_m / _MOST_SAMPLES)
+        `widest_m`: widest useful window; `least_m`: the window to begin with where a radius is small, so that a gentle
+        corner is cut as far as its radius allows, as a sharp one is."""
+        narrow = [min(_WINDOW_PER_RADIUS * r, widest_m) for r in radii_m]
+        widths = [max(w, min(least_m, widest_m)) for w in narrow]
+        spacing = max(min(narrow) / _SAMPLES_PER_WINDOW, _FEWEST_M, path.length_m / _MOST_SAMPLES)
         grid, north, east = _evenly(*path.samples(0.5 * spacing), spacing)
         waypoint_s = np.asarray(path.waypoint_s_m) * (grid[-1] / path.length_m if path.length_m > 0.0 else 1.0)
         for _ in range(6):
@@ -53,7 +61,10 @@ class Track:
             )
             if np.all(cuts <= _LARGEST_CUT * np.asarray(radii_m) + 1.0e-9):
                 break
-            widths = [0.6 * w if cut > _LARGEST_CUT * r else w for w, cut, r in zip(widths, cuts, radii_m, strict=True)]
+            widths = [
+                w * max(_MOST_SHRINK, 0.98 * _LARGEST_CUT * r / cut) if cut > _LARGEST_CUT * r else w
+                for w, cut, r in zip(widths, cuts, radii_m, strict=True)
+            ]
         self._measure(grid, smooth_north, smooth_east, waypoint_s, spacing)
 
     def _measure(self, grid: Floats, north: Floats, east: Floats, waypoint_s: Floats, spacing: float) -> None:

@@ -52,8 +52,13 @@ def test_the_bow_turns_half_before_and_half_after_the_corner_at_the_boats_rate()
     assert plan.at(corner_s - 5.0).course_rad == pytest.approx(0.0, abs=0.02)
     assert math.degrees(plan.at(corner_s).course_rad) == pytest.approx(45.0, abs=6.0)
     assert plan.at(corner_s + 5.0).course_rad == pytest.approx(math.pi / 2.0, abs=0.02)
-    fastest = max(plan.at(corner_s + 0.02 * i).turn_radps for i in range(-200, 201))
-    assert 0.5 * agility().turn_radps(2.0 * SHARE) < fastest < 1.15 * agility().turn_radps(2.0 * SHARE)
+    places = [corner_s - 4.0]
+    while places[-1] < corner_s + 4.0:
+        places.append(plan.ahead_m(places[-1], 0.1, SPEED_MPS))
+    courses = [plan.at(s).course_rad for s in places]
+    fastest = max((b - a) / 0.1 for a, b in itertools.pairwise(courses))
+    most = agility().turn_radps(1.2 * SHARE)
+    assert 0.5 * most < fastest < 1.15 * most
 
 
 def test_against_a_strong_stream_less_thrust_is_left_to_speed_up() -> None:
