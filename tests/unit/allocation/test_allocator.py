@@ -9,12 +9,13 @@ import pytest
 
 from companion.allocation.allocator import Allocator
 from companion.config.devices import ThrusterConfig
-from companion.config.vessel import VesselConfig
+from companion.config.vessel import VesselConfig, find, load
 from companion.core.actuation import Allocation, ThrusterCommand, Wrench
 from companion.core.angles import wrap_pi
 from companion.params.store import Parameters
 from tests.unit.control.simple_boat import REVOLT
 
+ABOAT = load(find("aboat"))
 DT_S = 0.1
 
 
@@ -195,6 +196,19 @@ def test_two_azimuths_in_line() -> None:
     for demand in [(100.0, 0.0, 0.0), (0.0, 40.0, 0.0), (0.0, 0.0, 60.0), (-60.0, 20.0, 10.0)]:
         result = settle(allocator(boat), Wrench(*demand), 80)
         assert axes(result.achieved) == pytest.approx(demand, abs=1.5)
+
+
+def test_under_way_a_turn_that_changes_sides_does_not_leave_a_thruster_reversed() -> None:
+    """A corner: the moment changes sides while the boat hardly needs thrust. Solved tick by tick, the stern's thruster
+    reversed for it, and stayed on that side of the demand."""
+    a = Allocator(ABOAT, Parameters())
+    settle(a, Wrench(80.0, 20.0, 0.0), 40)
+    moments = [110.0] * 8 + [110.0 - 22.0 * i for i in range(11)] + [-110.0] * 8 + [0.0] * 20
+    for moment in moments:
+        result = a.update(Wrench(80.0, 20.0, moment), DT_S, 1.0)
+        assert all(t.force_n >= -1.0 for t in result.thrusters)
+    assert axes(result.achieved) == pytest.approx((80.0, 20.0, 0.0), abs=2.0)
+    assert max(t.force_n for t in result.thrusters) < 60.0
 
 
 def test_a_thruster_that_cannot_reverse_turns_round() -> None:

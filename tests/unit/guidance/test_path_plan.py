@@ -61,6 +61,17 @@ def test_the_bow_turns_half_before_and_half_after_the_corner_at_the_boats_rate()
     assert 0.5 * most < fastest < 1.15 * most
 
 
+def test_the_place_ahead_is_where_the_planned_speed_leads() -> None:
+    track, plan = planned()
+    s, time_s = track.waypoint_s_m[1] - 6.0, 0.0
+    begin = s
+    while time_s < 5.0:
+        s += 0.01 * plan.speed_mps(s)
+        time_s += 0.01
+    assert plan.ahead_m(begin, 5.0, plan.speed_mps(begin)) == pytest.approx(s, abs=0.1)
+    assert plan.ahead_m(5.0, 2.0, 0.5 * SPEED_MPS) == pytest.approx(5.0 + SPEED_MPS, abs=0.02)  # a slower boat
+
+
 def test_against_a_strong_stream_less_thrust_is_left_to_speed_up() -> None:
     _, calm = planned()
     _, stemming = planned(Weather(water_north_mps=-0.8))

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import astuple
+from dataclasses import astuple, replace
 
 import pytest
 
 from companion.config.vessel import find, load
+from companion.core.angles import wrap_pi
 from companion.core.estimate import NavState
 from companion.core.setpoint import PathSetpoint, Setpoint
 from companion.guidance.agility import agility_of
@@ -311,11 +312,15 @@ def test_a_boat_that_cannot_sway_keeps_steerage_through_a_bend_in_a_current() ->
     assert slowest((0.0, 0.3), can_sway=False) > 1.2 * slowest((0.0, 0.3), can_sway=True)
 
 
-def test_a_planned_corner_passes_through_the_point_and_legs_at_full_speed() -> None:
+def planner(**values: float) -> PathTracker:
     parameters = Parameters()
-    for name, value in {"PATH_KIND": 0.0, "MPC_XY_VEL_MAX": 1.6, "PATH_EFFORT": 0.2}.items():
+    for name, value in {"PATH_KIND": 0.0, "MPC_XY_VEL_MAX": 1.6, "PATH_EFFORT": 0.2, **values}.items():
         assert parameters.set(name, value) is None
-    guide = PathTracker(parameters, True, agility=agility_of(load(find("aboat"))))
+    return PathTracker(parameters, True, agility=agility_of(load(find("aboat"))))
+
+
+def test_a_planned_corner_passes_through_the_point_and_legs_at_full_speed() -> None:
+    guide = planner()
     guide.start(points((30, 0), (30, 30)), nav_state())
     north = east = 0.0
     nearest, fastest = math.inf, 0.0
@@ -329,3 +334,33 @@ def test_a_planned_corner_passes_through_the_point_and_legs_at_full_speed() -> N
         nearest, fastest = min(nearest, math.hypot(north - 30.0, east)), max(fastest, setpoint.surge_mps)
     assert nearest < 0.2
     assert fastest == pytest.approx(1.2, abs=0.01)
+
+
+def test_rate_and_acceleration_of_a_planned_turn_are_those_of_its_heading() -> None:
+    """Also where a current turns the bow off the course."""
+    guide = planner()
+    guide.start(points((30, 0), (30, 30)), nav_state())
+    north = east = 0.0
+    headings, rates = [], []
+    for _ in range(450):
+        nav = replace(nav_state(north, east, 0.0), current_north_mps=0.0, current_east_mps=0.3)
+        setpoint = guide.update(nav, 1.2, DT_S).setpoint
+        course = setpoint.progress.course_rad or 0.0
+        speed = math.hypot(setpoint.surge_mps, setpoint.sway_mps)
+        north, east = north + speed * math.cos(course) * DT_S, east + speed * math.sin(course) * DT_S
+        headings.append(setpoint.yaw_rad)
+        rates.append(setpoint.yaw_rate_radps)
+    turned = wrap_pi(headings[-1] - headings[50])
+    assert sum(rates[50:]) * DT_S == pytest.approx(turned, abs=0.15)
+    assert abs(turned - math.pi / 2.0) > 0.1  # the current takes its part of the turn
+
+
+def test_beside_the_tip_of_a_sharp_corner_the_plan_goes_on() -> None:
+    """A boat that lies outside of the tip is as near to all of it, wherever it is to go next."""
+    guide = planner()
+    guide.start(points((30, 0), (0, 8)), nav_state())
+    for x in range(298):
+        guide.update(nav_state(0.1 * x, 0.0, 0.0), 1.2, DT_S)
+    reached = [guide.update(nav_state(30.15, 0.05, 0.0), 1.2, DT_S).s_m for _ in range(100)]
+    assert guide.update(nav_state(30.15, 0.05, 0.0), 1.2, DT_S).passed == 1
+    assert reached[-1] > 29.9 and reached[-1] > reached[0]

@@ -50,6 +50,16 @@ def test_no_more_rounding_than_the_speed_needs() -> None:
     assert max(cuts(track_of(SQUARE, radius_m=5.0, widest_m=1.0), SQUARE)) < 0.2
 
 
+@pytest.mark.parametrize("turn_deg", [30.0, 60.0, 90.0, 140.0])
+def test_a_gentle_corner_uses_its_allowance_as_a_sharp_one_does(turn_deg: float) -> None:
+    turn = math.radians(turn_deg)
+    points = [(0.0, 0.0), (30.0, 0.0), (30.0 + 30.0 * math.cos(turn), 30.0 * math.sin(turn))]
+    narrow = Track(build_path(points, PathKind.LINEAR), points, [0.2] * 3, 10.0)
+    wide = Track(build_path(points, PathKind.LINEAR), points, [0.2] * 3, 10.0, least_m=2.4)
+    assert 0.09 < cuts(wide, points)[1] <= 0.12 + 1e-6
+    assert max(map(abs, wide.curvature_1pm)) < max(map(abs, narrow.curvature_1pm))
+
+
 def test_waypoints_close_together_are_still_passed_inside_their_radius() -> None:
     points = [(0.0, 0.0), (10.0, 0.0), (10.0, 2.0), (11.0, 2.0), (11.0, -3.0), (20.0, -3.0)]
     assert max(cuts(track_of(points, PathKind.LINEAR), points)) <= 0.6 * 1.5 + 1e-6
