@@ -59,7 +59,7 @@ from companion.core.readings import (
     Reading,
     Wind,
 )
-from companion.core.setpoint import NeutralSetpoint, Setpoint, ThrusterSetpoint
+from companion.core.setpoint import NeutralSetpoint, PathSetpoint, Setpoint, ThrusterSetpoint
 from companion.core.storing import Ticket, durable
 from companion.core.tick import DeviceHealth, Inputs, Tick
 from companion.mission.executor import MissionExecutor
@@ -289,7 +289,8 @@ class Vessel:
         elif isinstance(setpoint, ThrusterSetpoint):
             allocation = allocator.direct(setpoint.thrusters, surge_mps=surge_through_water_mps(nav))
         else:
-            allocation = allocator.update(wrench, self.period_s, surge_through_water_mps(nav))
+            planned = isinstance(setpoint, PathSetpoint) and setpoint.exact
+            allocation = allocator.update(wrench, self.period_s, surge_through_water_mps(nav), planned)
         self._achieved = allocation.achieved
         self._thrust = allocation.achieved if status.armed else None
         self.supervisor.thrust_achieved(allocation.achieved)

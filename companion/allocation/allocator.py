@@ -150,15 +150,16 @@ class Allocator(_AllocatorBase):
         self._thrift = Thrift(self._thrusters)
         self._thrifty = False  # in this cycle
 
-    def update(self, wrench: Wrench, dt_s: float, surge_mps: float = 0.0) -> Allocation:
-        """The allocation for `wrench`, within `dt_s` of the thrusters' rates from the last. `surge_mps` has no effect
-        on these thrusters."""
+    def update(self, wrench: Wrench, dt_s: float, surge_mps: float = 0.0, planned: bool = False) -> Allocation:
+        """The allocation for `wrench`, within `dt_s` of the thrusters' rates from the last. `planned`: the demand
+        follows a planned path; where the boat makes way through the water on it (`surge_mps`), its thrusters stay
+        aimed."""
         wrench = self._finite(wrench)
         ideal = self._inverse.forces_n((wrench.surge_n, wrench.sway_n, wrench.yaw_nm))
         if self._parameters["ALLOC_KIND"] == _UNCONSTRAINED:
             self._cut(ideal, dt_s)
         else:
-            self._optimise(wrench, ideal, dt_s, surge_mps)
+            self._optimise(wrench, ideal, dt_s, planned and surge_mps > self._way_mps)
         allocation = self._result(wrench)
         self._short = any(allocation.limited)
         self._missing = self._share_missing(wrench, allocation.achieved)
@@ -179,8 +180,9 @@ class Allocator(_AllocatorBase):
             self._forces[i] = min(high, max(low, force))
         self._crossing = [None] * len(self._thrusters)
 
-    def _optimise(self, wrench: Wrench, ideal: Sequence[tuple[float, float]], dt_s: float, surge_mps: float) -> None:
-        """Set forces and azimuths to the constrained optimum; `ideal` gives the preferred azimuths."""
+    def _optimise(self, wrench: Wrench, ideal: Sequence[tuple[float, float]], dt_s: float, aimed: bool) -> None:
+        """Set forces and azimuths to the constrained optimum; `ideal` gives the preferred azimuths, and `aimed` holds
+        thrusters there."""
         problem, parameters = self._problem, self._parameters
         problem.demand = (wrench.surge_n, wrench.sway_n, wrench.yaw_nm)
         problem.iterations = int(parameters["ALLOC_ITER"])
@@ -196,7 +198,7 @@ class Allocator(_AllocatorBase):
                 self._consider_turning_round(i, t, ideal[i], dt_s)
                 self._consider_thrift(i, t)
                 self._bound_turn(i, t, dt_s)
-                if surge_mps > self._way_mps and self._crossing[i] is None:
+                if aimed and self._crossing[i] is None:
                     self._keep_ahead(i, t, ideal[i], dt_s)
         self._forces, self._azimuths = self._solver.solve(problem)
 
@@ -216,7 +218,7 @@ class Allocator(_AllocatorBase):
         problem.turn_low_rad[i], problem.turn_high_rad[i] = low, max(low, high)
 
     def _keep_ahead(self, i: int, t: Thruster, ideal: tuple[float, float], dt_s: float) -> None:
-        """Under way: turn one thruster to its azimuth in the unconstrained solution, and let it push ahead there. Left
+        """Under way on a planned path: turn one thruster to its azimuth in the unconstrained solution, and let it push ahead there. Left
         to itself it would reverse for a moment's demand, and be left on the wrong side of it."""
         share = math.hypot(*ideal) / t.max_n
         if self._alone or share < _WORTH_AIMING:

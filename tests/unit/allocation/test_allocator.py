@@ -205,7 +205,7 @@ def test_under_way_a_turn_that_changes_sides_does_not_leave_a_thruster_reversed(
     settle(a, Wrench(80.0, 20.0, 0.0), 40)
     moments = [110.0] * 8 + [110.0 - 22.0 * i for i in range(11)] + [-110.0] * 8 + [0.0] * 20
     for moment in moments:
-        result = a.update(Wrench(80.0, 20.0, moment), DT_S, 1.0)
+        result = a.update(Wrench(80.0, 20.0, moment), DT_S, 1.0, planned=True)
         assert all(t.force_n >= -1.0 for t in result.thrusters)
     assert axes(result.achieved) == pytest.approx((80.0, 20.0, 0.0), abs=2.0)
     assert max(t.force_n for t in result.thrusters) < 60.0
