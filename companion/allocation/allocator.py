@@ -218,8 +218,8 @@ class Allocator(_AllocatorBase):
         problem.turn_low_rad[i], problem.turn_high_rad[i] = low, max(low, high)
 
     def _keep_ahead(self, i: int, t: Thruster, ideal: tuple[float, float], dt_s: float) -> None:
-        """Under way on a planned path: turn one thruster to its azimuth in the unconstrained solution, and let it push ahead there. Left
-        to itself it would reverse for a moment's demand, and be left on the wrong side of it."""
+        """Under way on a planned path: turn one thruster to its azimuth in the unconstrained solution, and let it push
+        ahead there. Left to itself it would reverse for a moment's demand, and stay on the wrong side of it."""
         share = math.hypot(*ideal) / t.max_n
         if self._alone or share < _WORTH_AIMING:
             return
