@@ -283,7 +283,10 @@ class Found:
 
     @property
     def model_halved(self) -> bool:
-        """Whether the difference from the true model fell by half."""
+        """Whether the difference from the true model fell by half. A rudder's blade also resists as a fin, which the trial
+        finds as damping: hull and blade alone are then not the true model, and the log is judged."""
+        if any(thruster.kind == "rudder" for thruster in self.boat.real.thrusters):
+            return self.halved
         return self.errors is not None and self.errors[1] <= 0.5 * self.errors[0]
 
     @property
