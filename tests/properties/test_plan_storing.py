@@ -64,7 +64,10 @@ class Sea:
             config=config,
             storage=self.medium,
             worker=self.worker,
-            supervisor=SimpleNamespace(status=lambda now_s: SimpleNamespace(home=None)),
+            supervisor=SimpleNamespace(
+                status=lambda now_s: SimpleNamespace(home=None),
+                mission_edits=SimpleNamespace(under_way=False, due=lambda: None),
+            ),
         )
         hub: Any = SimpleNamespace(patience=1.0, send=self._hear, announce=lambda now_s, *numbers: None)
         self.service = MissionService(hub, vessel)

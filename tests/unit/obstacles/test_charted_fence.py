@@ -11,7 +11,6 @@ from companion.fence.guard import FenceGuard
 from companion.mission.plan import Plans
 from companion.obstacles.chart_water import ChartKeeper
 from companion.obstacles.charted_fence import ChartedFence
-from companion.obstacles.open_water import OpenWater
 from companion.params.store import Parameters
 from companion.params.table import table_of
 from tests.unit.obstacles.charted import feature
@@ -24,8 +23,7 @@ def test_where_a_mission_has_switched_the_fence_off_the_chart_still_counts() -> 
     parameters, events, plans = Parameters(OTTER.parameters, table_of(OTTER)), EventLog(), Plans()
     fence = FenceGuard(OTTER, parameters, plans, events, lambda: HOME, lambda: None)
     chart = ChartKeeper(OTTER, parameters, lambda: HOME, [feature("land", box(20.0, -10.0, 40.0, 10.0), frame=HOME)])
-    water = OpenWater(OTTER, parameters, fence, chart)
-    charted = ChartedFence(fence, chart, water, parameters, plans, lambda: HOME)
+    charted = ChartedFence(OTTER, parameters, plans, lambda: HOME, fence, chart)
     assert charted.point_refusal(30.0, 0.0, fenced=False) == "in a chart obstacle"
     assert charted.line_refusal([(0.0, 0.0), (60.0, 0.0)], fenced=False) == "way crosses a chart obstacle"
     assert charted.line_refusal([(0.0, 30.0), (60.0, 30.0)], fenced=False) is None

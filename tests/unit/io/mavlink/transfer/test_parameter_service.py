@@ -217,7 +217,7 @@ def test_the_reason_names_the_remedy(desk: Desk) -> None:
     desk.tell(setting("MAN_RC_SAFE_CH", as_float(3), INT32))
     assert desk.texts() == [
         "WP_SPEED stays 0.6: it takes 0.05 to 20 m/s",
-        "MAN_RC_SAFE_CH stays 5: it takes 0, 5, 6, 7, 8",
+        "MAN_RC_SAFE_CH stays 5: it takes 0, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16",
     ]
 
 
