@@ -19,6 +19,7 @@ from companion.modes.trial.manoeuvres.manoeuvre import Begin, straight
 _SOFT = 0.25  # share of the top speed at which the whole force brakes
 _STILL = 0.08  # share of the top speed that counts as rest
 _STILL_MPS = 0.05  # what a receiver calls rest
+_SLOWS_SHARE, _SLOWS_S = 0.05, 2.0  # a boat that slows down by less in this time is held up by wind and current
 _SPEED_SHARE = 0.35  # of the top speed, on the way to the centre
 _CLOSING_1PS = 0.2
 _BEARING_RAD = math.radians(12.0)
@@ -34,8 +35,8 @@ _AWAY_RAD = math.radians(60.0)  # a boat that points further away from its way b
 
 
 class Approach:
-    """`begin`, then `update` every tick → setpoint; None: it is there. Remembers its target and the heading that it
-    keeps."""
+    """`begin`, then `update` every tick → setpoint; None: it is there. Remembers its target, the heading that it
+    keeps, and its least speed while it brakes."""
 
     def __init__(self, circle: TrialCircle, expectation: Expectation) -> None:
         self._circle, self._expectation = circle, expectation
@@ -43,12 +44,14 @@ class Approach:
         self._yaw_rad = 0.0
         self._braking = True
         self._begun_s = 0.0
-        self._fast_mps = 0.0
+        self._fast_mps = self._least_mps = 0.0
+        self._least_s = 0.0
 
     def begin(self, nav: NavState, target: Begin, brakes: bool, now_s: float) -> None:
         """`brakes`: come to rest first, with the heading of now."""
         self._target, self._yaw_rad, self._braking, self._begun_s = target, nav.yaw_rad, brakes, now_s
         self._fast_mps = math.hypot(nav.surge_mps, nav.sway_mps) if self._expectation.sways else abs(nav.surge_mps)
+        self._least_mps, self._least_s = math.inf, now_s
 
     @property
     def longest_s(self) -> float:
@@ -64,7 +67,7 @@ class Approach:
             self._braking = False  # the current would carry it further out before it turns: it brakes as it turns
         if self._braking:
             if speed > max(_STILL * e.top_mps, _STILL_MPS, nav.velocity_accuracy_mps) and (
-                now_s - self._begun_s < 6.0 * e.speeding_s
+                now_s - self._begun_s < 6.0 * e.speeding_s and self._slows(speed, now_s)
             ):
                 return self.towards(nav, (0.0, 0.0), self._yaw_rad)
             self._braking = False
@@ -72,6 +75,13 @@ class Approach:
         if self._target is Begin.HERE or now_s - self._begun_s > self.longest_s:
             return None
         return self._go(nav)
+
+    def _slows(self, speed_mps: float, now_s: float) -> bool:
+        """Whether a boat that brakes still slows down. Without an integral it never comes to rest in a strong stream,
+        and would be carried out of its circle."""
+        if speed_mps < (1.0 - _SLOWS_SHARE) * self._least_mps:
+            self._least_mps, self._least_s = speed_mps, now_s
+        return now_s - self._least_s < _SLOWS_S
 
     def _go(self, nav: NavState) -> Setpoint | None:
         e, circle = self._expectation, self._circle
