@@ -3,7 +3,8 @@ told to."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -121,3 +122,12 @@ class Desk:
 
 def of(messages: Sequence[Any], kind: str) -> list[Any]:
     return [message for message in messages if message.get_type() == kind]
+
+
+@contextmanager
+def rover_desk(folder: Path) -> Iterator[Desk]:
+    """The desk of a ground station that takes the boat for ArduPilot's Rover, after the first tick."""
+    desk = Desk(folder, link="memory:desk?dialect=ardupilot")
+    desk.tick()
+    yield desk
+    desk.close()

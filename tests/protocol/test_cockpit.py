@@ -15,7 +15,7 @@ import pytest
 from companion.core.geodesy import LocalFrame
 from companion.io.mavlink.wire import messages as mavlink
 from companion.params.table import TABLE
-from tests.protocol.desk import Desk, of
+from tests.protocol.desk import Desk, of, rover_desk
 
 ACCEPTED, UNSUPPORTED = mavlink.MAV_RESULT_ACCEPTED, mavlink.MAV_RESULT_UNSUPPORTED
 ARM, SET_MODE, START, INTERVAL, REQUEST_MESSAGE, REPOSITION = 400, 176, 300, 511, 512, 192
@@ -36,11 +36,9 @@ OTHERS = (27, 116, 129, 29, 137, 143, 125, 152, 127, 124, 128, 162, 36, 65, 35, 
 
 @pytest.fixture
 def desk(tmp_path: Path) -> Iterator[Desk]:
-    desk = Desk(tmp_path, link="memory:desk?dialect=ardupilot")
-    desk.tick()
-    desk.ready()
-    yield desk
-    desk.close()
+    with rover_desk(tmp_path) as desk:
+        desk.ready()
+        yield desk
 
 
 def test_it_takes_the_boat_for_a_rover(desk: Desk) -> None:

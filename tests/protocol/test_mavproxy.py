@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 import socket
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -117,16 +119,23 @@ def test_a_mission_from_upload_to_disarming(tmp_path: Path) -> None:
         companion.kill()
 
 
-def test_rover_mode_names_on_a_link_that_speaks_ardupilot(tmp_path: Path) -> None:
-    """Home is item 0 there, and `auto`, `rtl` and `hold` are words."""
+@contextmanager
+def rover_station(folder: Path) -> Iterator[MavProxy]:
+    """MAVProxy on a link of a running companion that speaks ArduPilot's dialect, with all parameters."""
     tcp_port = free_port(socket.SOCK_STREAM)
     links = (f"tcpin:127.0.0.1:{tcp_port}?dialect=ardupilot",)
     with (
-        Companion(tmp_path, speed=10.0, links=links),
-        MavProxy(f"tcp:127.0.0.1:{tcp_port}", tmp_path / "mavproxy") as station,
+        Companion(folder, speed=10.0, links=links),
+        MavProxy(f"tcp:127.0.0.1:{tcp_port}", folder / "mavproxy") as station,
     ):
         station.expect("online system 1")
         station.expect(f"Received {len(TABLE)} parameters")
+        yield station
+
+
+def test_rover_mode_names_on_a_link_that_speaks_ardupilot(tmp_path: Path) -> None:
+    """Home is item 0 there, and `auto`, `rtl` and `hold` are words."""
+    with rover_station(tmp_path) as station:
         rows = [row(0, 16, (0.0, 0.0))] + [row(n, 16, corner) for n, corner in enumerate(CORNERS, start=1)]
         station.say(f"wp load {write(tmp_path / 'plan.txt', rows)}")
         station.expect("Got MISSION_ACK: TYPE_MISSION: ACCEPTED")
@@ -144,14 +153,7 @@ def test_rover_mode_names_on_a_link_that_speaks_ardupilot(tmp_path: Path) -> Non
 
 def test_marks_fence_and_guided_limits_by_command(tmp_path: Path) -> None:
     """A mission with JUMP_TAG and DO_FENCE_ENABLE there and back, and their commands as MAVProxy sends them."""
-    tcp_port = free_port(socket.SOCK_STREAM)
-    links = (f"tcpin:127.0.0.1:{tcp_port}?dialect=ardupilot",)
-    with (
-        Companion(tmp_path, speed=10.0, links=links),
-        MavProxy(f"tcp:127.0.0.1:{tcp_port}", tmp_path / "mavproxy") as station,
-    ):
-        station.expect("online system 1")
-        station.expect(f"Received {len(TABLE)} parameters")
+    with rover_station(tmp_path) as station:
         rows = [row(0, 16, (0.0, 0.0)), row(1, 16, (8.0, 0.0)), row(2, 600, params=(7.0, 0, 0, 0))]
         rows += [row(3, 16, (8.0, 8.0)), row(4, 207, params=(1.0, 0, 0, 0)), row(5, 601, params=(7.0, 1.0, 0, 0))]
         plan = write(tmp_path / "plan.txt", rows)
@@ -180,14 +182,7 @@ def test_marks_fence_and_guided_limits_by_command(tmp_path: Path) -> None:
 
 def test_circle_by_its_rover_name_by_command_and_in_a_mission(tmp_path: Path) -> None:
     """`mode CIRCLE` knows only ArduPilot's numbers; DO_ORBIT goes out as COMMAND_LONG."""
-    tcp_port = free_port(socket.SOCK_STREAM)
-    links = (f"tcpin:127.0.0.1:{tcp_port}?dialect=ardupilot",)
-    with (
-        Companion(tmp_path, speed=10.0, links=links),
-        MavProxy(f"tcp:127.0.0.1:{tcp_port}", tmp_path / "mavproxy") as station,
-    ):
-        station.expect("online system 1")
-        station.expect(f"Received {len(TABLE)} parameters")
+    with rover_station(tmp_path) as station:
         station.say("param set CIRC_RADIUS 8")
         station.ask("param show CIRC_RADIUS", r"CIRC_RADIUS\s+8\.0")
         station.ask("arm throttle", "Got COMMAND_ACK: COMPONENT_ARM_DISARM: ACCEPTED", again_s=2.0)

@@ -17,7 +17,7 @@ from pymavlink import mavftp, mavutil
 from companion.core.geodesy import LocalFrame
 from companion.io.mavlink.wire import messages as mavlink
 from companion.params.table import TABLE
-from tests.protocol.desk import Desk, of
+from tests.protocol.desk import Desk, of, rover_desk
 
 ACCEPTED = mavlink.MAV_RESULT_ACCEPTED
 REQUEST_MESSAGE, CAPABILITIES, BANNER, GET_HOME, SET_MODE, ARM = 512, 520, 42428, 410, 176, 400
@@ -40,10 +40,8 @@ FRAME = LocalFrame(63.4389, 10.3990)
 
 @pytest.fixture
 def desk(tmp_path: Path) -> Iterator[Desk]:
-    desk = Desk(tmp_path, link="memory:desk?dialect=ardupilot")
-    desk.tick()
-    yield desk
-    desk.close()
+    with rover_desk(tmp_path) as desk:
+        yield desk
 
 
 def connect(desk: Desk) -> Any:

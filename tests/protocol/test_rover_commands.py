@@ -11,7 +11,7 @@ import pytest
 
 from companion.core.geodesy import LocalFrame
 from companion.io.mavlink.wire import messages as mavlink
-from tests.protocol.desk import Desk, of
+from tests.protocol.desk import Desk, of, rover_desk
 
 ACCEPTED, REJECTED, DENIED, UNSUPPORTED = 0, 1, 2, 3
 ARM, SET_MODE, JUMP_TAG, GUIDED_LIMITS = 400, 176, 601, 222
@@ -38,11 +38,9 @@ def zone(half_m: float = 40.0) -> list[Any]:
 
 @pytest.fixture
 def desk(tmp_path: Path) -> Iterator[Desk]:
-    desk = Desk(tmp_path, link="memory:desk?dialect=ardupilot")
-    desk.tick()
-    desk.ready()
-    yield desk
-    desk.close()
+    with rover_desk(tmp_path) as desk:
+        desk.ready()
+        yield desk
 
 
 def armed_in_hold(desk: Desk) -> None:

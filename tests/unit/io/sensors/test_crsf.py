@@ -18,7 +18,8 @@ from companion.core.readings import Battery
 from companion.core.tick import Inputs
 from companion.io.sensors.crsf_telemetry import CrsfTelemetry
 from tests.unit.estimates import AT_REST
-from tests.unit.io.sensors.test_sbus import CENTRE, CENTRED, HIGH, LOW, Line, cut, in_shares
+from tests.unit.io.sensors.rc_line import ANY_STREAM, HIGH, LOW, Line, cut, in_shares, packed
+from tests.unit.io.sensors.test_sbus import CENTRED
 from tests.wires import Listening
 
 CHANNELS, LINK, PING = 0x16, 0x14, 0x28
@@ -40,10 +41,7 @@ def frame(kind: int, payload: bytes, address: int = 0xC8) -> bytes:
 
 
 def sticks(*values: int) -> bytes:
-    bits = 0
-    for n, value in enumerate((*values, *(CENTRE for _ in range(16 - len(values))))):
-        bits |= value << (11 * n)
-    return frame(CHANNELS, bits.to_bytes(22, "little"))
+    return frame(CHANNELS, packed(values))
 
 
 def link(quality: int) -> bytes:
@@ -106,11 +104,7 @@ def test_a_wrong_baud_rate_is_explained() -> None:
 
 
 @settings(deadline=None, derandomize=True, max_examples=60)
-@given(
-    values=st.lists(st.integers(0, 2047), min_size=16, max_size=16),
-    noise=st.binary(max_size=40),
-    sizes=st.lists(st.integers(1, 40), min_size=1, max_size=8),
-)
+@given(**ANY_STREAM)
 def test_any_channels_come_through_after_any_noise(values: list[int], noise: bytes, sizes: list[int]) -> None:
     found = line().hear(*cut(noise + sticks(*values) * 5, sizes))
     assert found and found[-1].channels == pytest.approx(in_shares(values))

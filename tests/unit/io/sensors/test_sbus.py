@@ -2,66 +2,29 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import pytest
 from hypothesis import given, settings
-from hypothesis import strategies as st
 
-from companion.config.devices import SensorConfig
-from companion.core.readings import RcInput
-from companion.io.sensors import open_sensor
-from tests.wires import Wire
+from tests.unit.io.sensors import rc_line
+from tests.unit.io.sensors.rc_line import ANY_STREAM, HIGH, LOW, PERIOD_S, cut, in_shares, packed
 
-PERIOD_S = 0.014
 PROVEN = 10  # frames, before they count
-CENTRE, LOW, HIGH = 992, 192, 1792  # 1500, 1000 and 2000 µs
 # all channels at the centre: 992 is 0b01111100000, the lowest bit first
 CENTRED = bytes.fromhex("0f e0031ff8c0073ef0810f7c e0031ff8c0073ef0810f7c 00 00")
 
 
 def frame(*values: int, flags: int = 0x00, end: int = 0x00) -> bytes:
     """`values`: of the first channels; the others are at the centre."""
-    bits = 0
-    for n, value in enumerate((*values, *(CENTRE for _ in range(16 - len(values))))):
-        bits |= value << (11 * n)
-    return b"\x0f" + bits.to_bytes(22, "little") + bytes((flags, end))
+    return b"\x0f" + packed(values) + bytes((flags, end))
 
 
-def cut(stream: bytes, sizes: list[int]) -> list[bytes]:
-    """The stream in chunks of these sizes, again and again."""
-    chunks, at = [], 0
-    while at < len(stream):
-        chunks.append(stream[at : at + sizes[len(chunks) % len(sizes)]])
-        at += len(chunks[-1])
-    return chunks
-
-
-def in_shares(values: list[int]) -> tuple[float, ...]:
-    """What a reading says for these values of channels."""
-    return tuple(max(-1.4, min(1.4, (round(880 + 0.625 * value) - 1500) / 500)) for value in values)
-
-
-class Line:
-    """A driver and its wire: `hear` lets chunks arrive one by one, and reads."""
-
-    def __init__(self, driver: str = "sbus", **more: Any) -> None:
-        self.wire = Wire()
-        self.sensor: Any = open_sensor(SensorConfig("rc", driver, "serial:/dev/x:100000", **more), self.wire)
-        self.now_s, self.period_s = 0.0, PERIOD_S
+class Line(rc_line.Line):
+    """The line of an SBUS receiver."""
 
     def proven(self) -> Line:
         """It has sent ten frames, all channels at the centre."""
         self.hear(*[frame()] * PROVEN)
         return self
-
-    def hear(self, *chunks: bytes, every_s: float | None = None) -> list[RcInput]:
-        found: list[RcInput] = []
-        for chunk in chunks:
-            self.now_s += self.period_s if every_s is None else every_s
-            self.wire.chunks = [(self.now_s, chunk)]
-            found += self.sensor.read(self.now_s)
-        return found
 
 
 def test_a_frame_by_hand() -> None:
@@ -137,11 +100,7 @@ def test_an_inverted_line_is_explained() -> None:
 
 
 @settings(deadline=None, derandomize=True, max_examples=60)
-@given(
-    values=st.lists(st.integers(0, 2047), min_size=16, max_size=16),
-    noise=st.binary(max_size=40),
-    sizes=st.lists(st.integers(1, 40), min_size=1, max_size=8),
-)
+@given(**ANY_STREAM)
 def test_any_channels_come_through_after_any_noise(values: list[int], noise: bytes, sizes: list[int]) -> None:
     """Noise before the frames may hide the first of them, no more than its length allows."""
     found = Line().hear(*cut(noise + frame(*values) * (PROVEN + 4), sizes), every_s=0.02)
