@@ -7,7 +7,6 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass
 from functools import partial
-from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from companion.config.chart import ChartFeature
@@ -199,15 +198,6 @@ def _outline(taken: BaseGeometry) -> tuple[tuple[Place, ...], ...]:
 
 def _along_m(way: Sequence[Place], place: Place) -> float:
     """Length of a way up to a place on it."""
-    before, best = 0.0, (math.inf, 0.0)
-    for a, b in pairwise(way):
-        length = math.dist(a, b)
-        share = 0.0
-        if length > 0.0:
-            share = ((place[0] - a[0]) * (b[0] - a[0]) + (place[1] - a[1]) * (b[1] - a[1])) / length**2
-        share = min(1.0, max(0.0, share))
-        off = math.dist(place, (a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])))
-        if off < best[0] - 1e-6:
-            best = off, before + share * length
-        before += length
-    return best[1]
+    import shapely
+
+    return float(shapely.line_locate_point(shapely.linestrings(way), shapely.points(place)))
