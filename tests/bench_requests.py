@@ -1,0 +1,242 @@
+"""The part of `make bench` that a ground station waits for: start, uploads and commands, and the most that the control
+thread spends on them at a time."""
+
+from __future__ import annotations
+
+import gc
+import os
+import socket
+import statistics
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+from pymavlink.dialects.v20 import common as mavlink
+
+from companion.app import warm_up
+from companion.io.mavlink.wire import messages
+from tests.afloat_beside import BoatBeside
+from tests.bench_console import Line
+from tests.protocol.desk import Desk
+from tests.protocol.process import Companion
+from tests.waiting import wait_until
+
+
+def median_and_range(values: list[float], form: str) -> str:
+    """`median (smallest to largest)`."""
+    return f"{statistics.median(values):{form}} ({min(values):{form}}…{max(values):{form}})"
+
+
+class Client:
+    """A ground station on UDP, with pymavlink."""
+
+    def __init__(self, companion: Companion) -> None:
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._socket.bind(("127.0.0.1", companion.udp_port))
+        self._socket.settimeout(2.0)
+        self._vehicle: Any = None
+        self._codec = mavlink.MAVLink(None, srcSystem=255, srcComponent=190)
+        self._codec.robust_parsing = True
+
+    def send(self, message: Any) -> None:
+        """Send a message."""
+        self._socket.sendto(message.pack(self._codec), self._vehicle)
+        self._codec.seq = (self._codec.seq + 1) % 256
+
+    def wait_for(self, *kinds: str) -> Any:
+        """The next message of a type."""
+        while True:
+            data, self._vehicle = self._socket.recvfrom(65535)
+            for message in self._codec.parse_buffer(data) or ():
+                if message.get_type() in kinds:
+                    return message
+
+    def upload(self, count: int) -> tuple[int, float]:
+        """(MAV_MISSION_RESULT, seconds)."""
+        items = [
+            mavlink.MAVLink_mission_item_int_message(
+                1, 1, seq, 3, 16, 0, 1, 0.0, 0.0, 0.0, float("nan"), 634389000 + seq, 103990000 + 37 * (seq % 100), 0.0
+            )
+            for seq in range(min(count, 10_000))
+        ]
+        started_s = time.perf_counter()
+        self.send(mavlink.MAVLink_mission_count_message(1, 1, count))
+        while True:
+            message = self.wait_for("MISSION_REQUEST_INT", "MISSION_ACK")
+            if message.get_type() == "MISSION_ACK":
+                return message.type, time.perf_counter() - started_s
+            self.send(items[message.seq])
+
+    def refusal_time_s(self) -> float:
+        """Time from sending an unknown command to its acknowledgement."""
+        started_s = time.perf_counter()
+        self.send(mavlink.MAVLink_command_long_message(1, 1, 35, 0, 0, 0, 0, 0, 0, 0, 0))
+        self.wait_for("COMMAND_ACK")
+        return time.perf_counter() - started_s
+
+    def close(self) -> None:
+        """Close the socket."""
+        self._socket.close()
+
+
+def start_up(folder: Path, line: Line, runs: int = 7) -> None:
+    """Time from the start of the process to its first HEARTBEAT."""
+    times_s = []
+    for n in range(runs):
+        companion = Companion(folder / f"start{n}")
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as listener:
+            listener.bind(("127.0.0.1", companion.udp_port))
+            listener.settimeout(20.0)
+            codec = mavlink.MAVLink(None)
+            codec.robust_parsing = True
+            started_s = time.perf_counter()
+            with companion:
+                while not any(m.get_type() == "HEARTBEAT" for m in codec.parse_buffer(listener.recv(65535)) or ()):
+                    pass
+                times_s.append(time.perf_counter() - started_s)
+    line("process start to first HEARTBEAT", median_and_range(times_s, ".2f") + " s", "0.8 s")
+
+
+def transfers(folder: Path, line: Line) -> None:
+    """Speed of mission uploads and commands; processor and memory of the process."""
+    with Companion(folder / "transfers") as companion:
+        client = Client(companion)
+        client.wait_for("HEARTBEAT")
+        rates = []
+        for _ in range(5):
+            result, took_s = client.upload(2000)
+            assert result == mavlink.MAV_MISSION_ACCEPTED
+            rates.append(2000 / took_s)
+        line(
+            "mission upload over UDP loopback, pymavlink client",
+            median_and_range(rates, ".0f") + " items/s",
+            "3000 items/s",
+        )
+        waits_s = sorted(client.refusal_time_s() for _ in range(500))
+        text = f"median {1e3 * statistics.median(waits_s):.2f} ms, p99 {1e3 * waits_s[494]:.2f} ms"
+        line("unknown command to its UNSUPPORTED", text, "under 10 ms")
+        result, took_s = client.upload(10_000)
+        line("largest mission accepted", f"10000: result {result}, {took_s:.1f} s", "10000 items")
+        result, _ = client.upload(20_000)
+        line("  20000 items", f"refused with {result} (NO_SPACE is 4)", "refused")
+        assert companion.process is not None
+        before_s, wall_s = cpu_s(companion.process.pid), time.perf_counter()
+        time.sleep(10.0)
+        share = (cpu_s(companion.process.pid) - before_s) / (time.perf_counter() - wall_s)
+        line("whole process with plant, real time, one ground station", f"{100 * share:.1f} % of a core", "-")
+        line("peak memory of that process", f"{peak_mb(companion.process.pid):.0f} MB", "120 MB")
+        client.close()
+
+
+class _Longest:
+    """The processor time that the control thread spends at a time, without the plant: in one tick, or in one answer
+    between two."""
+
+    def __init__(self, boat: BoatBeside, line: Line) -> None:
+        self._line = line
+        self._longest_s = self._plant_s = 0.0
+        advance = boat.world.advance
+
+        def timed_advance(now_s: float) -> None:
+            started_s = time.thread_time()
+            advance(now_s)
+            self._plant_s += time.thread_time() - started_s
+
+        boat.world.advance = timed_advance  # type: ignore[method-assign]
+        for name in ("tick", "serve"):
+            setattr(boat.vessel, name, self._timed(getattr(boat.vessel, name)))
+
+    def _timed(self, method: Callable[[float], Any]) -> Callable[[float], Any]:
+        def timed(now_s: float) -> Any:
+            started_s, plant_before_s = time.thread_time(), self._plant_s
+            result = method(now_s)
+            plant_s = self._plant_s - plant_before_s
+            self._longest_s = max(self._longest_s, time.thread_time() - started_s - plant_s)
+            return result
+
+        return timed
+
+    def row(self, what: str) -> None:
+        """Print the longest since the last row."""
+        self._line(what, f"{1e3 * self._longest_s:.1f} ms", "under 10 ms")
+        self._longest_s = 0.0
+
+
+def long_requests(folder: Path, line: Line, count: int = 10_000) -> None:
+    """The most that the control thread spends at a time on the largest plans; what takes longer is done beside it."""
+    warm_up()
+    boat = BoatBeside(folder / "long_requests")
+    desk = Desk(folder, boat)  # type: ignore[arg-type]
+    desk.ready()
+    desk.tick(100)
+    longest = _Longest(boat, line)
+    desk.tick(50)
+    longest.row("most at a time: nothing asked")
+    _upload(desk, [_waypoint(seq) for seq in range(count)], 0)
+    longest.row(f"  upload of {count} items")
+    _upload(desk, list(_zones(count)), 1)
+    desk.tick(100)
+    longest.row(f"  fence of {count} zones, and the check of the mission")
+    _list_plans(desk)
+    longest.row("  listing plans over FTP")
+    desk.command(messages.MAV_CMD_COMPONENT_ARM_DISARM, 1.0)
+    desk.tick(30)
+    longest.row("  arming")
+    for what, sub_mode in (("mission entry", 4.0), ("RTL", 5.0)):
+        desk.command(messages.MAV_CMD_DO_SET_MODE, 1.0, 4.0, sub_mode)
+        desk.tick(100)
+        longest.row(f"  {what}")
+    x, y = 634396000, 103990000
+    desk.tell(messages.MAVLink_command_int_message(1, 1, 6, 192, 0, 0, -1.0, 1.0, 0.0, float("nan"), x, y, 0.0))
+    desk.tick(100)
+    longest.row("  go-to")
+    desk.tell(messages.MAVLink_mission_clear_all_message(1, 1, 255))
+    desk.tick(20)
+    longest.row("  clearing all plans")
+    boat.close()
+    gc.unfreeze()
+
+
+def _waypoint(seq: int) -> Any:
+    x, y = 634389000 + 40 * (seq // 100), 103990000 + 60 * (seq % 100)
+    return messages.MAVLink_mission_item_int_message(1, 1, seq, 6, 16, 0, 1, 0.0, 0.0, 0.0, float("nan"), x, y, 0.0)
+
+
+def _zones(count: int) -> Iterator[Any]:
+    """Circles of a metre to keep out of, beside the mission."""
+    for seq in range(count):
+        x, y = 634200000 + 400 * (seq // 100), 103980000 + 900 * (seq % 100)
+        yield messages.MAVLink_mission_item_int_message(1, 1, seq, 0, 5004, 0, 1, 1.0, 0.0, 0.0, 0.0, x, y, 0.0, 1)
+
+
+def _upload(desk: Desk, items: list[Any], kind: int) -> None:
+    """As a client does it, and until it is acknowledged."""
+    gc.collect()
+    gc.freeze()  # what the client has is no part of the boat
+    answers = desk.tell(messages.MAVLink_mission_count_message(1, 1, len(items), kind))
+    while requests := [answer.seq for answer in answers if answer.get_type() == "MISSION_REQUEST_INT"]:
+        answers = desk.tell(items[requests[-1]])
+        desk.received.clear()
+    wait_until(lambda: any(m.get_type() == "MISSION_ACK" for m in (*answers, *desk.tell())), "MISSION_ACK")
+
+
+def _list_plans(desk: Desk) -> None:
+    """ListDirectory of `plans`, and until it is answered."""
+    path = b"plans"
+    payload = bytes((1, 0, 0, 3, len(path), 0, 0, 0, 0, 0, 0, 0)) + path
+    message = messages.MAVLink_file_transfer_protocol_message(0, 1, 1, list(payload.ljust(251, b"\0")))
+    answers = desk.tell(message)
+    wait_until(lambda: any(m.get_type() == "FILE_TRANSFER_PROTOCOL" for m in (*answers, *desk.tell())), "the listing")
+
+
+def cpu_s(pid: int) -> float:
+    """Processor time of a process."""
+    fields = Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def peak_mb(pid: int) -> float:
+    """Peak memory of a process."""
+    status = Path(f"/proc/{pid}/status").read_text()
+    return next(int(row.split()[1]) / 1024 for row in status.splitlines() if row.startswith("VmHWM"))
