@@ -404,9 +404,12 @@ class FenceGuard:
         near = areas.keeping.margin(*place)
         return math.inf if north * near.north + east * near.east > 0.0 else 0.0
 
-    def limited(self, setpoint: Setpoint, nav: NavState, cruise_mps: float, now_s: float) -> Setpoint:
+    def limited(
+        self, setpoint: Setpoint, mode: SteeredMode, nav: NavState, cruise_mps: float, now_s: float
+    ) -> Setpoint:
         """The setpoint, limited so that the boat stops inside the fence: the speed of a path setpoint, the surge force
-        of a heading setpoint. Others are returned unchanged."""
+        of a heading setpoint. Others are returned unchanged. A boat steered by stick stops where the mode that the
+        failsafe enters at the line still has room; any other without sideways thrust keeps steerage way."""
         areas = self.areas()
         if areas is None or not isinstance(setpoint, PathSetpoint | HeadingSetpoint) or not nav.position_valid:
             self._slowed = False
@@ -414,10 +417,10 @@ class FenceGuard:
         from companion.fence.limit import SpeedLimit, speed_limit
 
         demand = _demand(setpoint, nav)
-        if isinstance(setpoint, HeadingSetpoint):  # leaves room for the mode that the failsafe enters at the line
+        if mode.by_stick:
             areas = replace(areas, stopping=areas.keeping)
         limit = speed_limit(areas, nav, demand, self._parameters)
-        if self._config.limits.sway_n <= 0.0 and isinstance(setpoint, PathSetpoint):
+        if self._config.limits.sway_n <= 0.0 and not mode.by_stick:
             limit = SpeedLimit(max(limit.speed_mps, _STEERAGE_SHARE * cruise_mps), limit.braking_mps2)
         result = (
             self._governed(setpoint, nav, limit) if isinstance(setpoint, HeadingSetpoint) else _slower(setpoint, limit)

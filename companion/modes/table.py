@@ -60,7 +60,7 @@ class ModeRow(NamedTuple):
 ROWS: tuple[ModeRow, ...] = (  # in display order; a mode's own failsafe is more severe than those of the rows below
     ModeRow(ManualMode, lambda p: ManualMode(p.config, p.parameters)),
     ModeRow(ForcesMode, lambda p: ForcesMode(p.config, p.parameters)),
-    ModeRow(HeadingMode, lambda p: HeadingMode(p.config, p.parameters)),
+    ModeRow(HeadingMode, lambda p: HeadingMode(p.config, p.parameters, p.events)),
     ModeRow(HoldMode, lambda p: HoldMode(p.config, p.parameters, p.events, p.fence)),
     ModeRow(MissionMode, lambda p: _mission(p)),
     ModeRow(RtlMode, lambda p: RtlMode(p.config, p.parameters, p.point, p.events, p.fence)),

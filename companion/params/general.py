@@ -294,6 +294,15 @@ ROWS: tuple[ParamSpec, ...] = (
         "Manual",
         "Yaw rate of the heading setpoint at full stick, in Heading and Hold",
     ),
+    real(
+        "MAN_SPEED",
+        0.0,
+        0.0,
+        20.0,
+        "m/s",
+        "Manual",
+        "Speed over ground at full stick in Heading; 0: the sticks give force",
+    ),
     choice(
         "MAN_RC_SAFE_CH",
         5,

@@ -270,7 +270,7 @@ class Supervisor(Requests):
             steered = parts.obstacles.steer(steered, helm.mode, inputs, parts.traffic_guard)
             if parts.obstacles.impossible is not None:
                 self._give_up(parts.obstacles.impossible, now_s)
-            return parts.fence.limited(steered, parts.nav, parts.cruise.speed_mps, now_s)
+            return parts.fence.limited(steered, helm.mode, parts.nav, parts.cruise.speed_mps, now_s)
         except Exception as error:  # noqa: BLE001  whatever is wrong there, the boat must not be without a helm
             text = f"Fence and obstacles not minded ({type(error).__name__}: {error})"
             if text != self._guard_failure:

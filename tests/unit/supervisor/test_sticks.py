@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -11,7 +12,15 @@ import pytest
 from companion.control.manual import beyond_deadband
 from companion.core.decision import ModeId, Result
 from companion.core.readings import ManualInput, RcInput
-from companion.core.setpoint import HeadingSetpoint, NeutralSetpoint, PoseSetpoint, ThrusterSetpoint, WrenchSetpoint
+from companion.core.setpoint import (
+    HeadingSetpoint,
+    NeutralSetpoint,
+    PathSetpoint,
+    PoseSetpoint,
+    ThrusterSetpoint,
+    WrenchSetpoint,
+)
+from companion.mission.plan import PlanItem, PlanKind
 from companion.params.store import Parameters
 from companion.supervisor.sticks import Sticks
 from tests.unit.conftest import Boat
@@ -67,6 +76,59 @@ def test_heading_does_not_run_away_from_a_boat_that_cannot_turn(boat: Boat) -> N
     boat.sticks = (0.0, 0.0, -1.0)
     boat.step(30.0)
     assert boat.setpoint.yaw_rad == pytest.approx(math.radians(-45.0))
+
+
+def test_sticks_demand_speed_with_man_speed(make_boat: Callable[..., Boat]) -> None:
+    boat = make_boat(MAN_SPEED=0.8)
+    boat.nav = replace(boat.nav, yaw_rad=1.0)
+    armed(boat, ModeId.HEADING)
+    boat.sticks = (0.5, -1.0, 0.0)
+    boat.step(30.0)
+    half = beyond_deadband(0.5, 0.05) * 0.8
+    assert isinstance(boat.setpoint, PathSetpoint) and boat.setpoint.surge_mps == pytest.approx(half)
+    assert boat.setpoint.sway_mps == pytest.approx(-boat.parameters["DP_SPEED_SWAY"])
+    assert boat.setpoint.yaw_rad == pytest.approx(1.0)
+    boat.sticks = (0.5, 0.0, 1.0)
+    boat.step(2.0)
+    rate_radps = math.radians(min(20.0, boat.parameters["PATH_YAW_RATE"]))
+    assert boat.setpoint.yaw_rate_radps == pytest.approx(rate_radps)
+    assert boat.setpoint.yaw_rad == pytest.approx(1.0 + 2.0 * rate_radps, abs=1e-6)
+    boat.sticks = (0.0, 0.0, 0.0)
+    boat.step(30.0)
+    assert boat.setpoint.surge_mps == 0.0 and boat.setpoint.yaw_rad == pytest.approx(1.0 + 2.0 * rate_radps, abs=1e-6)
+    boat.sticks = (-1.0, 0.0, 0.0)
+    boat.step(30.0)
+    assert boat.setpoint.surge_mps == pytest.approx(-boat.parameters["DP_SPEED_ASTERN"])
+
+
+def test_sticks_give_force_where_there_is_no_position_to_keep_a_speed_by(make_boat: Callable[..., Boat]) -> None:
+    boat = make_boat(MAN_SPEED=0.8)
+    armed(boat, ModeId.HEADING)
+    boat.sticks = (1.0, 0.0, 0.0)
+    boat.step(5.0)
+    boat.nav = replace(boat.nav, position_valid=False)
+    boat.step()
+    assert isinstance(boat.setpoint, HeadingSetpoint) and boat.setpoint.wrench.surge_n == pytest.approx(50.0)
+    assert boat.texts().count("Heading: no position, sticks give force") == 1
+    boat.nav = replace(boat.nav, position_valid=True)
+    boat.step()
+    assert isinstance(boat.setpoint, PathSetpoint)
+
+
+def test_a_boat_steered_by_speed_stops_at_the_fence(make_boat: Callable[..., Boat]) -> None:
+    boat = make_boat(MAN_SPEED=1.0)
+    corners = ((-30.0, -30.0), (30.0, -30.0), (30.0, 30.0), (-30.0, 30.0))
+    items = []
+    for seq, corner in enumerate(corners):
+        lat_deg, lon_deg = boat.point(*corner)
+        lat, lon = round(lat_deg * 1e7), round(lon_deg * 1e7)
+        items.append(PlanItem(seq, 5001, 0, float(len(corners)), 0.0, 0.0, 0.0, lat, lon, 0.0))
+    boat.plans.replace(PlanKind.FENCE, items)
+    armed(boat, ModeId.HEADING)
+    boat.sticks = (1.0, 0.0, 0.0)
+    boat.step(120.0)
+    assert boat.status.mode is ModeId.HEADING and "fence_slowed" in boat.names()
+    assert 27.0 < boat.nav.north_m < 29.0 and abs(boat.nav.surge_mps) < 0.05
 
 
 def test_sticks_off_centre_at_arming_must_be_centred_once(boat: Boat) -> None:
