@@ -12,6 +12,7 @@ from companion.control.economy import MeanForce
 from companion.control.heading import HeadingControl, YawLoop
 from companion.control.lqr import LqrTracking
 from companion.control.path_control import PathControl
+from companion.control.predictive import PredictiveControl
 from companion.control.wind import wind_force
 from companion.core.actuation import ZERO_WRENCH, Wrench
 from companion.core.estimate import NavState
@@ -78,6 +79,7 @@ class Controller:
         self._tracking = PathControl(config, parameters, yaw)
         self._baseline_tracking = baseline_tracking
         self._lqr = LqrTracking(config, parameters)
+        self._predictive = PredictiveControl(config, parameters)
         self._other_law: TrackingLaw | None = None  # the law in use under way, if it is not `_tracking`
         self._heading = HeadingControl(yaw)
         self._bias = BiasForce(config.limits)
@@ -98,6 +100,7 @@ class Controller:
         if not isinstance(setpoint, PathSetpoint):
             self._other_law = None
             self._tracking.restart()
+            self._predictive.restart()
         match setpoint:
             case PoseSetpoint():
                 return self._position(setpoint, nav, achieved, dt_s)
@@ -132,6 +135,13 @@ class Controller:
         if law is not None:
             return self._track_without_bias(law, setpoint, nav, dt_s)
         self._other_law = None
+        if self._predictive.chosen(setpoint):
+            wind = wind_force(self._config.windage, self._config.length_m, nav)
+            wrench = self._predictive.update(setpoint, nav, self._bias, wind, achieved, dt_s)
+            if wrench is not None:
+                self._demanded = None
+                self._tracking.restart()
+                return self._saturated(wrench)
         exact = setpoint.exact
         self._unwind(achieved, nav, dt_s, lambda d: Wrench(d.surge_n, d.sway_n if exact else achieved.sway_n, d.yaw_nm))
         return self._limited(self._against_wind(self._tracking.update(setpoint, nav, self._bias, dt_s), nav))

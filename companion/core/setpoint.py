@@ -63,10 +63,23 @@ class PoseSetpoint:
     circle_m: float = 0.0
 
 
+PATH_STEP_S = 0.3  # between the poses of `PathSetpoint.ahead`
+
+
+@dataclass(frozen=True, slots=True)
+class PlannedPose:
+    """Where a planned path has the boat at a time."""
+
+    north_m: float
+    east_m: float
+    yaw_rad: float
+
+
 @dataclass(frozen=True, slots=True)
 class PathSetpoint:
     """Path tracking: heading, speed and yaw rate under way, in body axes. `exact`: the motion is planned, with all its
-    accelerations, and the sideways speed is to be kept like the others; else sideways thrust only helps."""
+    accelerations, and the sideways speed is to be kept like the others; else sideways thrust only helps. `ahead`: the
+    poses planned from now on, PATH_STEP_S apart, for a law that looks ahead."""
 
     yaw_rad: float
     surge_mps: float = 0.0
@@ -77,6 +90,7 @@ class PathSetpoint:
     sway_mps2: float = 0.0
     yaw_radps2: float = 0.0
     exact: bool = False
+    ahead: tuple[PlannedPose, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from companion.core.angles import wrap_pi
 from companion.core.estimate import NavState
 from companion.core.frames import ned_to_body
-from companion.core.setpoint import PathSetpoint, Point, Progress
+from companion.core.setpoint import PATH_STEP_S, PathSetpoint, PlannedPose, Point, Progress
 from companion.guidance.agility import Agility, Weather
 from companion.guidance.crab_compensation import CrabCompensation
 from companion.guidance.path import PathKind, PathPoint, build_path
@@ -46,6 +46,8 @@ _FAR_M = 0.5  # cross-track error from which the bow too turns back to the track
 _CRAB_SHARE = 1.0  # of the commanded speed: a slower boat does not turn its bow further into the current
 _CORRECTING = 0.4  # of the planned yaw rate: how fast the heading comes to the plan where the boat is off it
 _NEW_WATER_MPS, _NEW_AIR_MPS = 0.15, 2.0  # changes of current and wind that are worth a new plan
+_PREDICTIVE = 2  # PATH_CTRL
+_POSES = 19  # ahead: 5.4 s
 _THROUGH = 1  # WP_CORNER
 _THROUGH_WINDOW_M = 2.4  # widest window of a corner that is passed through
 _THROUGH_M = 0.17  # how near the track passes a waypoint that is to be passed through, within 0.2 m
@@ -478,7 +480,19 @@ class PathTracker:
             across - turn * surge,
             change,
             True,
+            self._poses(plan, nav, track, pace) if self._parameters["PATH_CTRL"] == _PREDICTIVE else (),
         )
+
+    def _poses(self, plan: PathPlan, nav: NavState, track: Track, pace: float) -> tuple[PlannedPose, ...]:
+        """The poses from now on, with the bow turned into the current as now."""
+        speed, yaw = max(self._speed, _CRAB_SHARE * self._commanded), nav.yaw_rad if self._yaw is None else self._yaw
+        poses = []
+        for k in range(_POSES):
+            s_m = self._s if k == 0 else plan.ahead_m(self._s, k * PATH_STEP_S, pace)
+            there, course = track.at(s_m), plan.at(s_m).course_rad
+            heading = self._crab.heading_rad(nav, course, speed, yaw)
+            poses.append(PlannedPose(there.north_m, there.east_m, heading))
+        return tuple(poses)
 
     def _bow(
         self, plan: PathPlan, nav: NavState, pace: float, error: float, dt_s: float

@@ -69,9 +69,9 @@ ROWS: tuple[ParamSpec, ...] = (
     choice(
         "PATH_CTRL",
         0,
-        {0: "PID", 1: "LQR"},
+        {0: "PID", 1: "LQR", 2: "MPC"},
         "Path",
-        "Control of speed and heading under way: PID loops, or a linear-quadratic regulator",
+        "Control under way: PID loops, a linear-quadratic regulator, or on planned paths model-predictive control",
     ),
     real("PATH_BW_SURGE", 0.4, 0.05, 3.0, "rad/s", "Path", "Bandwidth of the speed loop"),
     real("PATH_BW_SWAY", 0.8, 0.05, 3.0, "rad/s", "Path", "Bandwidth of the sideways speed on a planned path"),
@@ -166,6 +166,18 @@ ROWS: tuple[ParamSpec, ...] = (
         "norm",
         "Path",
         "Share of the surge and yaw limits that the LQR_ERR_* errors are worth",
+    ),
+    # model-predictive control (PATH_CTRL 2)
+    real("PRED_ERR_TRACK", 0.05, 0.005, 2.0, "m", "Path", "Cross-track error that is worth PRED_CHANGE of the limits"),
+    real("PRED_ERR_YAW", 3.0, 0.2, 45.0, "deg", "Path", "Heading error that is worth PRED_CHANGE of the limits"),
+    real(
+        "PRED_CHANGE",
+        0.05,
+        0.005,
+        1.0,
+        "norm",
+        "Path",
+        "Change of thrust, in shares of the limits, that the PRED_ERR_* errors are worth",
     ),
     choice(
         "WP_STUCK_ACT",

@@ -150,7 +150,7 @@ def _draw(scenario: Scenario, folder: Path, asked: dict[str, Any], settings: Set
 _CHOICES: Mapping[str, tuple[tuple[str, ...], Mapping[str, float]]] = {
     "path": (("PATH_KIND",), {"linear": 0, "pchip": 1, "makima": 2, "cubic": 3}),
     "law": (("DP_LAW", "WP_LAW", "FOLL_LAW"), {"companion": 0, "thesis": 1}),
-    "control": (("PATH_CTRL",), {"pid": 0, "lqr": 1}),
+    "control": (("PATH_CTRL",), {"pid": 0, "lqr": 1, "mpc": 2}),
     "ahrs": (("AHRS_LAW",), {"companion": 0, "thesis": 1}),
     "feedforward": (("DP_FF_KIND",), {"off": 0, "thesis": 1, "tuned": 2, "on": 3}),
     "action": (("CA_ACTION",), {"off": 0, "warn": 1, "slow": 2, "alter": 3}),
