@@ -15,6 +15,7 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 from itertools import cycle
 from pathlib import Path
 from typing import Any
@@ -24,10 +25,12 @@ from companion.app import load_vessel
 from companion.baselines.ahrs import ThesisAhrs
 from companion.cli.rig import LockstepRig
 from companion.config.devices import SensorConfig
-from companion.core.actuation import Wrench
+from companion.control.controller import Controller
+from companion.core.actuation import ZERO_WRENCH, Wrench
 from companion.core.estimate import NO_ESTIMATE
 from companion.core.geodesy import LocalFrame
 from companion.core.readings import LeaderState
+from companion.core.setpoint import PATH_STEP_S, PathSetpoint, PlannedPose
 from companion.core.tick import Tick
 from companion.following.law import FollowLaw
 from companion.following.tracker import LeaderTracker
@@ -86,6 +89,20 @@ def blocks() -> None:
     )
     follower_step()
     line("allocation, three thrusters", median_and_p99_us(lambda: allocator.update(next(demands), 0.1)), "-")
+    path_laws()
+
+
+def path_laws() -> None:
+    """The wrench along a planned path, a circle of 10 m, by each law."""
+    config = load_vessel("aboat")
+    turns = [0.1 * PATH_STEP_S * k for k in range(19)]
+    ahead = tuple(PlannedPose(10.0 * math.sin(turn), 10.0 * (1.0 - math.cos(turn)), turn) for turn in turns)
+    setpoint = PathSetpoint(0.0, 1.0, yaw_rate_radps=0.1, exact=True, ahead=ahead)
+    nav = replace(NO_ESTIMATE, surge_mps=1.0, yaw_rate_radps=0.1)
+    for value, name in enumerate(("loops", "LQR", "MPC")):
+        controller = Controller(config, Parameters({**config.parameters, "PATH_CTRL": value}))
+        timed = median_and_p99_us(partial(controller.update, setpoint, nav, ZERO_WRENCH, 0.1), 500)
+        line(f"path law: {name}", timed, "-")
 
 
 def follower_step() -> None:

@@ -53,7 +53,7 @@ def hold(track: Track, vessel: VesselConfig, point: Point | None, yaw_rad: float
     if yaw_rad is not None:
         turned = [math.degrees(wrap_pi(row["yaw_rad"] - yaw_rad)) for row in rows]
         found.append(Figure("heading, RMS", "deg", rms(turned)))
-    return [*found, *_thrust(rows, vessel)]
+    return [*found, *thrust(rows, vessel)]
 
 
 def route(track: Track, vessel: VesselConfig, waypoints: Sequence[Point], radius_m: float) -> list[Figure]:
@@ -81,12 +81,12 @@ def route(track: Track, vessel: VesselConfig, waypoints: Sequence[Point], radius
         Figure("cross-track, 95 %", "m", percentile([abs(error) for error in sailed.error_m], 0.95)),
         Figure("worst miss of a waypoint passed", "m", max((closest(rows, at) for at in waypoints[1:-1]), default=0.0)),
         Figure("time", "s", rows[-1]["t_s"] - rows[0]["t_s"]),
-        *_thrust(rows, vessel),
+        *thrust(rows, vessel),
     ]
 
 
-def _thrust(rows: Track, vessel: VesselConfig) -> list[Figure]:
-    """Mean power and variation of the true forces, as shares of full force, over all thrusters."""
+def thrust(rows: Track, vessel: VesselConfig) -> list[Figure]:
+    """Mean power and variation of the true forces, as shares of full force, over all thrusters: two figures."""
     full_n: Mapping[str, float] = {
         f"{thruster.name}_force_n": max(thruster.max_n, -thruster.min_n) for thruster in vessel.thrusters
     }

@@ -55,6 +55,7 @@ def _sail(gcs: GroundStation, waypoints: Sequence[Point]) -> dict[str, Any]:
         "finished_s": gcs.rig.now_s,
         "announced": len(set(gcs.reached)),
         "vessel": gcs.rig.config.name,
+        "config": gcs.rig.config,
     }
 
 
@@ -84,6 +85,8 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
 
 def _figures(folder: Path, asked: dict[str, Any], kind: str) -> dict[str, float]:
     """The metrics of a route along the curve of that kind."""
+    from sitl.evaluate.figures import closest, regular, thrust  # which imports the scenarios
+
     track = between(read_truth(folder), asked["started_s"], asked["finished_s"])
     waypoints = asked["waypoints"]
     path = line(waypoints, kind)
@@ -91,6 +94,7 @@ def _figures(folder: Path, asked: dict[str, Any], kind: str) -> dict[str, float]
     rows = reached_rows(track, waypoints[1:], RADIUS_M)
     errors = [abs(error) for error in sailed.error_m]
     done = len(rows) == len(waypoints) - 1 and asked["announced"] == len(waypoints) - 1
+    power, variation = thrust(regular(track), asked["config"])
     return {
         "waypoints_reached": float(min(len(rows), asked["announced"])),
         "completed": float(done),
@@ -99,6 +103,9 @@ def _figures(folder: Path, asked: dict[str, Any], kind: str) -> dict[str, float]
         "cross_track_max_m": max(errors),
         "most_turn_deg": math.degrees(most_turn_rad(sailed, path, rows)),
         "time_s": asked["finished_s"] - asked["started_s"],
+        "miss_max_m": max((closest(track, point) for point in waypoints[1:-1]), default=0.0),
+        "power_percent": power.value,
+        "variation_percent_ps": variation.value,
     }
 
 
