@@ -15,7 +15,7 @@ from companion.control.path_control import PathControl
 from companion.control.predictive import PredictiveControl
 from companion.control.wind import wind_force
 from companion.core.actuation import ZERO_WRENCH, Wrench
-from companion.core.estimate import NavState
+from companion.core.estimate import NavState, without_waves
 from companion.core.setpoint import (
     HeadingSetpoint,
     NeutralSetpoint,
@@ -123,6 +123,7 @@ class Controller:
         if self._baseline is not None and self._parameters["DP_LAW"] == _BASELINE:
             return self._position_by_baseline(self._baseline, setpoint, nav, dt_s)
         self._by_baseline = False
+        nav = without_waves(nav)
         self._unwind(achieved, nav, dt_s, lambda demanded: demanded)
         wrench = self._positioning.update(setpoint, nav, self._bias, dt_s)
         wind = wind_force(self._config.windage, self._config.length_m, nav)

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
+from companion.core.angles import wrap_pi
+from companion.core.frames import ned_to_body
 from companion.core.readings import AisTarget, FixType, Wish
 
 
@@ -33,6 +35,20 @@ class Judged:
     square: float
     limit: float
     accepted: bool
+
+
+@dataclass(frozen=True, slots=True)
+class WaveMotion:
+    """What waves add to the boat's motion, as far as positioning should leave it alone: displacement and velocity of
+    the origin in NED, turn and rate about the vertical; and the waves' mean frequency as the boat meets them."""
+
+    radps: float
+    north_m: float
+    east_m: float
+    yaw_rad: float
+    north_mps: float
+    east_mps: float
+    yaw_rate_radps: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,6 +97,7 @@ class NavState:
     jumps_followed: int = 0  # how often the position has followed a jump that was accepted
     position_covariance_m2: tuple[float, float, float] | None = None  # north-north, north-east, east-east
     judged: tuple[Judged, ...] = ()  # the newest measurements of the inertial filter
+    waves: WaveMotion | None = None  # a part of this motion; None: calm, under way, or unknown
 
 
 NO_ESTIMATE = NavState(
@@ -133,6 +150,28 @@ def usable(nav: NavState) -> NavState:
         return nav
     return replace(
         nav, position_valid=nav.position_valid and position_ok, heading_valid=nav.heading_valid and heading_ok
+    )
+
+
+def without_waves(nav: NavState) -> NavState:
+    """The estimate less its wave motion."""
+    waves = nav.waves
+    if waves is None:
+        return nav
+    yaw_rad = wrap_pi(nav.yaw_rad - waves.yaw_rad)
+    north_mps, east_mps = nav.north_mps - waves.north_mps, nav.east_mps - waves.east_mps
+    surge_mps, sway_mps = ned_to_body(north_mps, east_mps, yaw_rad)
+    return replace(
+        nav,
+        north_m=nav.north_m - waves.north_m,
+        east_m=nav.east_m - waves.east_m,
+        yaw_rad=yaw_rad,
+        north_mps=north_mps,
+        east_mps=east_mps,
+        surge_mps=surge_mps,
+        sway_mps=sway_mps,
+        yaw_rate_radps=nav.yaw_rate_radps - waves.yaw_rate_radps,
+        waves=None,
     )
 
 

@@ -11,7 +11,7 @@ from companion.config.top_speed import top_speed_mps
 from companion.config.vessel import NavigatedBoat, VesselConfig
 from companion.core.actuation import Wrench
 from companion.core.decision import TextKind
-from companion.core.estimate import NavState
+from companion.core.estimate import NavState, WaveMotion
 from companion.core.events import Announce
 from companion.core.frames import ned_to_body
 from companion.core.geodesy import LocalFrame, distance_and_bearing
@@ -27,6 +27,7 @@ from companion.core.readings import (
     Wind,
 )
 from companion.nav.ahrs_heading import AttitudeFilter, ahrs_headings
+from companion.nav.blending import Offset, ReceiverBlend
 from companion.nav.corrections import corrections_of
 from companion.nav.current import CurrentObserver, GroundMotion
 from companion.nav.error_state import FilterNoise
@@ -40,6 +41,7 @@ from companion.nav.outliers import FirstPosition, ThesisOutlierRule, Verdict
 from companion.nav.solution import Motion, Place
 from companion.nav.sources import AbsoluteTime, GradeWatch, SourceSelector, TrueWind, plausible
 from companion.nav.velocity_aid import VelocityAid
+from companion.nav.wave_motion import WaveObserver
 from companion.nav.witness import Witness
 from companion.params.store import Parameters
 
@@ -124,7 +126,10 @@ class Estimator:
         self._current = self._current_observer()
         self._impossible_mps = _impossible_mps(config)
         self._aid = None if self._current is None else VelocityAid(self._current)
+        self._waves = WaveObserver(config.hull, config.length_m) if isinstance(config, VesselConfig) else None
         self._grade = GradeWatch()
+        self._blend = ReceiverBlend()
+        self._fix_types: dict[str, FixType] = {}  # of each receiver
         self._time = AbsoluteTime()
         self._wind = TrueWind(_WIND_TIMEOUT_S)
         self._fix: GnssFix | None = None
@@ -164,7 +169,14 @@ class Estimator:
         self._react(self._witness.conclude(driven, motion, self._inertial, self._current, now_s))
         if self._witness.monitor.untrusted:
             self._lied_s = now_s
-        return self._state(motion, now_s)
+        return self._state(motion, self._wave_motion(motion, thrust, now_s), now_s)
+
+    def _wave_motion(self, motion: Motion, thrust: Wrench | None, now_s: float) -> WaveMotion | None:
+        parameters = self._parameters
+        if self._waves is None or not parameters["DP_WAVES"]:
+            return None
+        place_radps = max(parameters["DP_BW_SURGE"], parameters["DP_BW_SWAY"])
+        return self._waves.update(now_s, thrust, motion, (place_radps, parameters["DP_BW_YAW"]))
 
     def _current_observer(self) -> CurrentObserver | None:
         return CurrentObserver(self._config) if isinstance(self._config, VesselConfig) else None
@@ -210,7 +222,11 @@ class Estimator:
             (Sense.VELOCITY, self._velocities.current),
             (Sense.HEADING, self._headings.used),
         }
+        if self._blends:
+            used |= {(sense, name) for name in self._fix_types for sense in (Sense.POSITION, Sense.VELOCITY)}
         taken = [finding for finding in findings if finding.channel in used and not finding.jump]
+        if taken:
+            self._blend.clear()
         if taken and inertial.feels:
             inertial.go_back(min(finding.since_s for finding in taken))
         if any(finding.widens for finding in taken):
@@ -366,9 +382,20 @@ class Estimator:
         used = self._positions.offer(fix.source, fix.t_s, good, int(fix.fix >= FixType.RTK_FLOAT))
         if used or self._fix is None or self._fix.source == fix.source:
             self._fix = fix
-        if not used:
-            return
-        self._announce(fix)
+        self._fix_types[fix.source] = fix.fix
+        if not good:
+            self._blend.drop(fix.source)
+        if used:
+            self._announce(fix)
+            self._use_fix(fix, (north, east), lever, sigma_m, rule)
+        elif good and self._blends and self._pose.started and rule is None:
+            self._fuse_position(fix, (north, east), lever, sigma_m, None)
+
+    def _use_fix(
+        self, fix: GnssFix, place: tuple[float, float], lever: Vector, sigma_m: float, rule: Verdict | None
+    ) -> None:
+        """Take a fix of the receiver in use."""
+        north, east = place
         self._jumps_followed += rule is Verdict.RESET
         if self._parameters["NAV_WILD_RULE"] == _THESIS_RULE:
             rule = rule or self._thesis.update(north, east)
@@ -379,7 +406,13 @@ class Estimator:
             here = self._solution().place(fix.t_s)
             off_m = math.hypot(north - here.north_m, east - here.east_m)
             rule = Verdict.RESET if rule is Verdict.RESET or off_m > _LIE_M else rule
-        self._fuse_position(fix, (north, east), lever, sigma_m, rule)
+        self._fuse_position(fix, place, lever, sigma_m, rule)
+
+    @property
+    def _blends(self) -> bool:
+        """Whether several receivers are used at once."""
+        chosen = self._parameters["NAV_BLEND"] and self._parameters["NAV_WILD_RULE"] != _THESIS_RULE
+        return len(self._fix_types) > 1 and bool(chosen)
 
     def _sigma_m(self, fix: GnssFix) -> float:
         """One sigma of the fix on each axis, as the receiver claims."""
@@ -389,23 +422,44 @@ class Estimator:
     def _fuse_position(
         self, fix: GnssFix, place: tuple[float, float], lever: Vector, sigma_m: float, rule: Verdict | None
     ) -> None:
-        solution, row = self._solution(), self._sensors.get(fix.source)
-        added_m2 = self._grade.update(fix.t_s, fix.fix, sigma_m)
+        solution, leads = self._solution(), fix.source == self._positions.current
+        added_m2 = self._grade.update(fix.t_s, fix.fix, sigma_m) if leads else 0.0
         if added_m2 > 0.0:
             solution.add_position_variance(added_m2)
-        carrier_phase = fix.fix >= FixType.RTK_FLOAT
-        fused_sigma_m = sigma_m if carrier_phase else _CORRELATED_FACTOR * sigma_m
+        fused_sigma_m = sigma_m if fix.fix >= FixType.RTK_FLOAT else _CORRELATED_FACTOR * sigma_m
+        slow_sigma_m = self._slow_m(fix, sigma_m)
+        if self._blends and rule is None:
+            offset = self._offset(fix, place, lever, fused_sigma_m, slow_sigma_m, leads)
+            if offset is None:
+                return
+            place = place[0] - offset.north_m, place[1] - offset.east_m
+            slow_sigma_m = offset.slow_sigma_m
         before = solution.place(fix.t_s)
         verdict = solution.position(fix.t_s, *place, lever, fused_sigma_m, rule)
         if verdict is Verdict.RESET:
+            self._blend.clear()
             self._announce_reset(fix, before, solution.place(fix.t_s))
         if verdict is not Verdict.REJECT:
             self._position_s = max(self._position_s, fix.t_s)
-            wander_m = row.position_wander_m if row is not None else None
-            if wander_m is None:
-                wander_m = _CARRIER_WANDER_M if carrier_phase else _CORRELATED_SHARE * sigma_m
-            self._slow_sigma_m = wander_m
-            self._take_altitude(fix, lever)
+            self._slow_sigma_m = slow_sigma_m
+            if leads:
+                self._take_altitude(fix, lever)
+
+    def _slow_m(self, fix: GnssFix, sigma_m: float) -> float:
+        """One sigma of the receiver's slow error."""
+        row = self._sensors.get(fix.source)
+        if row is not None and row.position_wander_m is not None:
+            return row.position_wander_m
+        return _CARRIER_WANDER_M if fix.fix >= FixType.RTK_FLOAT else _CORRELATED_SHARE * sigma_m
+
+    def _offset(
+        self, fix: GnssFix, place: tuple[float, float], lever: Vector, sigma_m: float, slow_sigma_m: float, leads: bool
+    ) -> Offset | None:
+        """What blending takes off a fix; None: the receiver is new."""
+        solution = self._solution()
+        here, arm = solution.place(fix.t_s), solution.offset(lever)
+        off_m = place[0] - arm.north_m - here.north_m, place[1] - arm.east_m - here.east_m
+        return self._blend.update(fix.source, fix.t_s, off_m, sigma_m, slow_sigma_m, leads)
 
     def _announce_reset(self, fix: GnssFix, before: Place, after: Place) -> None:
         """Announce that the estimate has restarted from a fix, where an inertial sensor had carried it."""
@@ -445,13 +499,11 @@ class Estimator:
         if self._pose.started:
             rule = self._witness.velocity(velocity, lever, sigma_mps, self._solution())
         good = self._witness.trusts(Sense.VELOCITY, velocity.source)
-        if not self._velocities.offer(velocity.source, velocity.t_s, good) or rule is Verdict.REJECT:
+        used = self._velocities.offer(velocity.source, velocity.t_s, good)
+        if rule is Verdict.REJECT or not (used or (good and self._blends)):
             return
-        course = self._headings.course(velocity)
-        if course is not None:
-            self._fuse_heading(velocity.t_s, course)
-        for ahrs in self._ahrs.values():
-            ahrs.velocity(velocity.t_s, velocity.north_mps, velocity.east_mps, sigma_mps, lever)
+        if used:
+            self._aid_heading(velocity, sigma_mps, lever)
         if self._pose.started:
             rule = self._begins_anew(Sense.VELOCITY, rule)
             measured = velocity.north_mps, velocity.east_mps
@@ -459,11 +511,20 @@ class Estimator:
             if verdict is not Verdict.REJECT:
                 self._velocity_s = max(self._velocity_s, velocity.t_s)
 
+    def _aid_heading(self, velocity: GroundVelocity, sigma_mps: float, lever: Vector) -> None:
+        course = self._headings.course(velocity)
+        if course is not None:
+            self._fuse_heading(velocity.t_s, course)
+        for ahrs in self._ahrs.values():
+            ahrs.velocity(velocity.t_s, velocity.north_mps, velocity.east_mps, sigma_mps, lever)
+
     def _sigma_mps(self, velocity: GroundVelocity) -> float:
         """One sigma of the velocity on each axis."""
         row = self._sensors.get(velocity.source)
         sigma_mps = row.velocity_accuracy_mps if row is not None else _UNKNOWN_ACCURACY_MPS
-        return sigma_mps if self._fix is None else sigma_mps * _VELOCITY_SHARES.get(self._fix.fix, 1.0)
+        if self._fix is None:
+            return sigma_mps
+        return sigma_mps * _VELOCITY_SHARES.get(self._fix_types.get(velocity.source, self._fix.fix), 1.0)
 
     def _take_heading(self, reading: Heading, by_field_rad: float | None = None) -> None:
         """`by_field_rad`: of a heading that our own attitude filter gives, what the magnetic field alone says."""
@@ -558,7 +619,7 @@ class Estimator:
         roll, pitch = inertial.levelling.tilt() or (0.0, 0.0)
         return replace(motion, attitude=(roll, pitch, motion.attitude[2]), rates=inertial.rates)
 
-    def _state(self, motion: Motion, now_s: float) -> NavState:
+    def _state(self, motion: Motion, waves: WaveMotion | None, now_s: float) -> NavState:
         (north, east, _), (vn, ve, _), (roll, pitch, yaw) = motion.position, motion.velocity, motion.attitude
         lat, lon = self.frame.to_geodetic(north, east)
         surge, sway = ned_to_body(vn, ve, yaw)
@@ -611,6 +672,7 @@ class Estimator:
             jumps_followed=self._jumps_followed,
             position_covariance_m2=self._covariance(motion),
             judged=() if self._inertial is None else tuple(self._inertial.judged.values()),
+            waves=waves,
         )
 
     def _covariance(self, motion: Motion) -> tuple[float, float, float]:

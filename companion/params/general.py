@@ -203,6 +203,13 @@ ROWS: tuple[ParamSpec, ...] = (
         "Rule that rejects outliers among positions",
     ),
     choice(
+        "NAV_BLEND",
+        1,
+        YES_NO,
+        "Navigation",
+        "Use all trusted receivers at once, each by its accuracy; 0: the best one alone",
+    ),
+    choice(
         "NAV_INTEG",
         2,
         {0: "Off", 1: "Report only", 2: "Act"},

@@ -109,6 +109,13 @@ ROWS: tuple[ParamSpec, ...] = (
         "Radius of the circle that Hold keeps with soft corrections, for less energy and wear; 0: off",
     ),
     choice(
+        "DP_WAVES",
+        1,
+        YES_NO,
+        "Dynamic positioning",
+        "Leave the to and fro of waves to itself while positioning: less thrust and wear at the same accuracy",
+    ),
+    choice(
         "DP_WEATHERVANE",
         0,
         YES_NO,

@@ -20,7 +20,7 @@ from typing import Any
 
 from companion.core.actuation import ThrusterFeedback
 from companion.core.decision import Event
-from companion.core.estimate import Leader, NavState, TrackedTarget
+from companion.core.estimate import Leader, NavState, TrackedTarget, WaveMotion
 from companion.core.setpoint import Progress
 from companion.core.tick import Tick
 from companion.record.recorder import tick_columns, tick_row
@@ -44,6 +44,7 @@ MORE: Mapping[str, str] = {
     "current_north_mps": "velocity of the water over ground",
     "current_east_mps": "velocity of the water over ground",
     "current_accuracy_mps": "one sigma on the worse axis",
+    "waves": "motion that positioning leaves alone: radps, north_m, east_m, yaw_rad; null where there is none",
     "roll_rad": "of the hull",
     "pitch_rad": "of the hull",
     "judged": "the newest innovation of each sense: sense, age_s, square, limit of the gate, accepted",
@@ -177,6 +178,10 @@ def more(tick: Tick) -> dict[str, Any]:
     }
 
 
+def _waves(waves: WaveMotion) -> dict[str, float]:
+    return {"radps": waves.radps, "north_m": waves.north_m, "east_m": waves.east_m, "yaw_rad": waves.yaw_rad}
+
+
 def _estimate(nav: NavState, now_s: float) -> dict[str, Any]:
     return {
         "lat_deg": nav.lat_deg,
@@ -195,6 +200,7 @@ def _estimate(nav: NavState, now_s: float) -> dict[str, Any]:
         "current_north_mps": nav.current_north_mps,
         "current_east_mps": nav.current_east_mps,
         "current_accuracy_mps": nav.current_accuracy_mps,
+        "waves": None if nav.waves is None else _waves(nav.waves),
         "roll_rad": nav.roll_rad,
         "pitch_rad": nav.pitch_rad,
         "judged": [

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -13,6 +14,8 @@ from companion.control.dynamic_positioning import pole_placement
 from companion.control.model import force_for
 from companion.control.wind import wind_force
 from companion.core.actuation import ZERO_WRENCH, Wrench
+from companion.core.estimate import WaveMotion
+from companion.core.frames import ned_to_body
 from companion.core.setpoint import (
     NEUTRAL_SETPOINT,
     HeadingSetpoint,
@@ -54,6 +57,16 @@ def test_errors_pull_back_by_the_placed_gains_in_body_axes() -> None:
     east = PoseSetpoint(0.0, 0.0, math.pi / 2.0)
     wrench = c.update(east, nav_state(north_m=0.1, yaw_rad=math.pi / 2.0), ZERO_WRENCH, DT_S)
     assert axes(wrench) == pytest.approx((0.0, 0.1 * hull.m22_kg * sway**2, 0.0), rel=1e-6, abs=1e-9)
+
+
+def test_positioning_leaves_waves_alone_and_answers_what_remains() -> None:
+    waves = WaveMotion(3.0, 0.08, -0.03, 0.01, 0.2, -0.1, 0.02)
+    surge, sway = ned_to_body(0.2, -0.1, 0.01)
+    moved = replace(nav_state(0.08, -0.03, 0.01, surge, sway, 0.02), waves=waves)
+    assert axes(controller().update(HERE, moved, ZERO_WRENCH, DT_S)) == pytest.approx((0.0, 0.0, 0.0), abs=1e-9)
+    still = axes(controller().update(HERE, nav_state(north_m=0.1), ZERO_WRENCH, DT_S))
+    off = replace(moved, north_m=0.18)
+    assert axes(controller().update(HERE, off, ZERO_WRENCH, DT_S)) == pytest.approx(still)
 
 
 def test_yaw_error_is_wrapped() -> None:
