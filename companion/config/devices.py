@@ -265,6 +265,13 @@ class SensorConfig:
             "raw magnetic field."
         ),
     ] = "none"
+    heading_with: Annotated[
+        Name | None,
+        means(
+            "Of a receiver: name of another one, whose antenna stands elsewhere. While both have carrier phase, "
+            "their two positions give the heading."
+        ),
+    ] = None
     mag_offset: Annotated[
         Vector,
         means(

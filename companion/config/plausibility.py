@@ -9,12 +9,14 @@ from dataclasses import dataclass
 from companion.config.dimensions.derivation import top_speed_mps
 from companion.config.dimensions.form import GRAVITY_MPS2
 from companion.config.kinds import Place
+from companion.config.sensor_checks import baseline_m
 from companion.config.vessel import VesselConfig
 
 _MOST_MPS2, _LEAST_MPS2 = 10.0, 0.03  # thrust over mass: a speedboat's, and one that wind carries off
 _OVER_HULL_SPEED = 2.5
 _OUTSIDE = 1.1  # of half the length or beam
 _CRUISE_MPS = 1.0
+_PAIR_RAD = math.radians(3.0)  # one sigma of a compass
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,6 +113,22 @@ def _places(config: VesselConfig) -> Iterator[Judgement]:
             )
 
 
+def _antenna_pairs(config: VesselConfig) -> Iterator[Judgement]:
+    rows = {row.name: row for row in config.sensors}
+    for i, row in enumerate(config.sensors):
+        other = rows.get(row.heading_with or "")
+        if other is None:
+            continue
+        length_m = baseline_m(row, other)
+        sigma_rad = math.hypot(row.accuracy_floor_m, other.accuracy_floor_m) / length_m
+        if sigma_rad > _PAIR_RAD:
+            yield Judgement(
+                ("sensor", i, "heading_with"),
+                f"a baseline of {length_m:.2f} m: one sigma of {math.degrees(sigma_rad):.1f}° at best",
+                "All modes: that heading is no better than a compass. Place the antennas further apart",
+            )
+
+
 def _axes(config: VesselConfig) -> Iterator[Judgement]:
     if config.limits.sway_n <= 0.0:
         astern = any(t.min_n < 0.0 or t.turns_round for t in config.thrusters)
@@ -140,6 +158,7 @@ _JUDGES: tuple[Callable[[VesselConfig], Iterator[Judgement]], ...] = (
     _speed,
     _turning,
     _places,
+    _antenna_pairs,
     _axes,
     _economy,
 )

@@ -27,6 +27,7 @@ from companion.core.readings import (
     Wind,
 )
 from companion.nav.ahrs_heading import AttitudeFilter, ahrs_headings
+from companion.nav.antenna_pair import antenna_pairs
 from companion.nav.blending import Offset, ReceiverBlend
 from companion.nav.corrections import corrections_of
 from companion.nav.current import CurrentObserver, GroundMotion
@@ -34,7 +35,7 @@ from companion.nav.error_state import FilterNoise
 from companion.nav.headings import HeadingSources, TrueHeading
 from companion.nav.inertial import InertialSolution, without_force
 from companion.nav.integrity.evidence import INERTIAL, LieFound, Sense
-from companion.nav.lever_arms import ZERO, Vector, normal_gravity_mps2
+from companion.nav.lever_arms import ZERO, Vector, euler_of, normal_gravity_mps2
 from companion.nav.mounting import Mounting
 from companion.nav.no_imu import PoseSolution
 from companion.nav.outliers import FirstPosition, ThesisOutlierRule, Verdict
@@ -129,6 +130,7 @@ class Estimator:
         self._waves = WaveObserver(config.hull, config.length_m) if isinstance(config, VesselConfig) else None
         self._grade = GradeWatch()
         self._blend = ReceiverBlend()
+        self._pairs = antenna_pairs(config.sensors)
         self._fix_types: dict[str, FixType] = {}  # of each receiver
         self._time = AbsoluteTime()
         self._wind = TrueWind(_WIND_TIMEOUT_S)
@@ -383,6 +385,8 @@ class Estimator:
         if used or self._fix is None or self._fix.source == fix.source:
             self._fix = fix
         self._fix_types[fix.source] = fix.fix
+        if good and self._pairs:
+            self._pair_heading(fix, (north, east), lever, sigma_m)
         if not good:
             self._blend.drop(fix.source)
         if used:
@@ -390,6 +394,19 @@ class Estimator:
             self._use_fix(fix, (north, east), lever, sigma_m, rule)
         elif good and self._blends and self._pose.started and rule is None:
             self._fuse_position(fix, (north, east), lever, sigma_m, None)
+
+    def _pair_heading(self, fix: GnssFix, place: tuple[float, float], lever: Vector, sigma_m: float) -> None:
+        """The heading that a fix gives with that of another receiver."""
+        solution, tilt = self._solution(), (0.0, 0.0)
+        if isinstance(solution, InertialSolution):
+            roll, pitch, _ = euler_of(solution.filter.rotation)
+            tilt = roll, pitch
+        here, swing = solution.place(fix.t_s), solution.offset(lever)
+        velocity = here.north_mps + swing.north_mps, here.east_mps + swing.east_mps
+        for pair in self._pairs:
+            heading = pair.take(fix, place, velocity, tilt, sigma_m)
+            if heading is not None:
+                self._take_heading(heading)
 
     def _use_fix(
         self, fix: GnssFix, place: tuple[float, float], lever: Vector, sigma_m: float, rule: Verdict | None

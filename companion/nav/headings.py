@@ -14,6 +14,7 @@ from companion.core.events import Announce
 from companion.core.geodesy import distance_and_bearing
 from companion.core.geomagnetism import decimal_year, declination_rad
 from companion.core.readings import GroundVelocity, Heading, HeadingBy
+from companion.nav.antenna_pair import antenna_pairs
 from companion.nav.corrections import SensorCorrections
 from companion.nav.sources import SourceSelector
 
@@ -77,19 +78,22 @@ class Declination:
 class HeadingSources:
     """`Heading` readings of all sources → true headings of the source in use.
 
-    The order is: baselines as in the vessel's file, then compasses, then course over ground. The first that is alive is
-    used; `SourceSelector` goes back to a better one after some seconds without a break. A change is announced, a
-    fall-back as a warning. Remembers the source in use, its slow error, the declination, and when a heading last came.
+    The order is: baselines as in the vessel's file, pairs of receivers, compasses, course over ground. The first that
+    is alive is used; `SourceSelector` goes back to a better one after some seconds without a break. A change is
+    announced, a fall-back as a warning. Remembers the source in use, its slow error, the declination, and when a
+    heading last came.
     """
 
     def __init__(
         self, config: NavigatedBoat, say: Announce, corrections: Mapping[str, SensorCorrections] | None = None
     ) -> None:
         """`corrections`: of the sensors that have some; they know how good a calibration aboard is."""
-        names = {row.name: row.timeout_s for row in config.sensors}
+        pairs = antenna_pairs(config.sensors)
+        names = {row.name: row.timeout_s for row in config.sensors} | {pair.name: pair.timeout_s for pair in pairs}
         self._selector = SourceSelector({**names, **{name + _COMPASS: timeout_s for name, timeout_s in names.items()}})
         self._ranks = {name: rank for rank, name in enumerate([*names, *(name + _COMPASS for name in names), _COURSE])}
         self._configured = {row.name: (row.heading_accuracy_rad, _wander_rad(row)) for row in config.sensors}
+        self._configured |= {pair.name: (None, pair.wander_rad) for pair in pairs}
         self._corrections = corrections or {}
         self._versions = {name: correction.version for name, correction in self._corrections.items()}
         self._say = say

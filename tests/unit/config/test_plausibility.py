@@ -16,6 +16,14 @@ def moved(boat: VesselConfig) -> VesselConfig:
     return replace(boat, thrusters=(replace(boat.thrusters[0], x_m=-3.0), *boat.thrusters[1:]))
 
 
+def with_pair(boat: VesselConfig) -> VesselConfig:
+    """Two receivers 0.4 m apart, whose positions are to give the heading."""
+    gnss = boat.sensors[0]
+    return replace(
+        boat, sensors=(*boat.sensors, replace(gnss, name="fore", x_m=gnss.x_m + 0.4, heading_with=gnss.name))
+    )
+
+
 @pytest.mark.parametrize(
     ("change", "text", "means"),
     [
@@ -33,6 +41,7 @@ def moved(boat: VesselConfig) -> VesselConfig:
         ),
         (lambda b: replace(b, limits=replace(b.limits, yaw_nm=3000.0)), "turning circle", "Follow"),
         (moved, "'stern_port' at x -3 m", "its lever is wrong"),
+        (with_pair, "a baseline of 0.40 m: one sigma of 4.1°", "no better than a compass"),
         (lambda b: replace(b, limits=replace(b.limits, sway_n=0.0)), "no sideways thrust", "Dock: needs it, refused"),
     ],
 )

@@ -165,6 +165,22 @@ def test_a_magnetometer_matrix_without_an_inverse_is_told_with_its_line() -> Non
 
 
 @pytest.mark.parametrize(
+    ("with_", "x_m", "problem"),
+    [
+        ("spare", 1.0, "sensor[3].heading_with: 'spare' is no other sensor"),
+        ("fore", 1.0, "sensor[3].heading_with: 'fore' is no other sensor"),
+        ("gnss", -0.81, "sensor[3].heading_with: 'gnss' has its antenna at the same x_m, y_m"),
+    ],
+)
+def test_a_pair_of_receivers_that_gives_no_heading_is_told(with_: str, x_m: float, problem: str) -> None:
+    text = config.find("revolt").read_text(encoding="utf-8")
+    row = f'\n[[sensor]]\nname = "fore"\ndriver = "nmea0183"\nport = "serial:/dev/a"\nx_m = {x_m}\nheading_with = "{with_}"\n'
+    with pytest.raises(ConfigError) as caught:
+        config.parse(text + row, "boat.toml")
+    assert any(problem in line for line in caught.value.problems), caught.value.problems
+
+
+@pytest.mark.parametrize(
     ("right", "wrong", "message"),
     [
         ('kind = "jet"', 'kind = "fixed"', r"thruster\[1\].jet: only for a thruster of kind 'jet'"),
