@@ -34,6 +34,7 @@ from companion.nav.current import CurrentObserver, GroundMotion
 from companion.nav.error_state import FilterNoise
 from companion.nav.headings import HeadingSources, TrueHeading
 from companion.nav.inertial import InertialSolution, without_force
+from companion.nav.inertial_units import inertial_units, silences_s
 from companion.nav.integrity.evidence import INERTIAL, LieFound, Sense
 from companion.nav.lever_arms import ZERO, Vector, euler_of, normal_gravity_mps2
 from companion.nav.mounting import Mounting
@@ -108,9 +109,10 @@ class Estimator:
         self._mounting = Mounting(config, parameters)
         self._velocities, self._imus, self._winds = (
             SourceSelector(timeouts_s),
-            SourceSelector(timeouts_s),
+            SourceSelector(silences_s(config.sensors)),
             SourceSelector(timeouts_s),
         )
+        self._units = inertial_units(config.sensors)  # None: there is one inertial sensor at most
         self._timeouts_s = timeouts_s
         self._lag_s = max(row.latency_s for row in config.sensors)
         self._witness = Witness(parameters, say)
@@ -168,7 +170,8 @@ class Estimator:
         self._side_readings(readings, motion)
         self._update_current(motion, thrust, now_s)
         driven = thrust is not None and self._pose.started
-        self._react(self._witness.conclude(driven, motion, self._inertial, self._current, now_s))
+        used = self._imus.current
+        self._react(self._witness.conclude(driven, motion, self._inertial, self._current, now_s, used))
         if self._witness.monitor.untrusted:
             self._lied_s = now_s
         return self._state(motion, self._wave_motion(motion, thrust, now_s), now_s)
@@ -215,7 +218,7 @@ class Estimator:
         if not findings or inertial is None or not inertial.running:
             return
         carrying = {(sense, self._imus.current) for sense in INERTIAL}
-        if any(finding.channel in carrying for finding in findings):
+        if any(finding.channel in carrying for finding in findings) and not self._voted(inertial.t_s):
             self._leave_inertial(inertial.t_s, _LIE_SIGMA)
             self._anew = {Sense.POSITION, Sense.VELOCITY, Sense.HEADING}
             return
@@ -290,8 +293,13 @@ class Estimator:
             return measured
         if source not in self._unfelt:
             self._unfelt.add(source)
-            self._feel(source, False)
+            if not self._voted(measured.t_s):
+                self._feel(source, False)
         return without_force(measured, normal_gravity_mps2(self.frame.lat_deg))
+
+    def _voted(self, now_s: float) -> bool:
+        """Whether the filter lately got the vote of several inertial sensors, which none of them can spoil."""
+        return self._units is not None and self._units.voted(now_s)
 
     def _feel(self, source: str, feels: bool) -> None:
         """Begin anew, with or without the forces of a sensor."""
@@ -300,17 +308,21 @@ class Estimator:
                 self._leave_inertial(self._inertial.t_s, _LIE_SIGMA)
             self._inertial.feel(feels)
 
-    def _take_imu(self, measured: Imu, imu: Imu) -> None:
-        """`imu`: the sample as it is used. A sensor whose forces lie gives way to another."""
-        feels = imu is measured
+    def _take_imu(self, measured: Imu, felt: Imu) -> None:
+        """`felt`: the sample as it is used. A sensor whose forces lie gives way to another."""
         before = self._imus.current
-        if not self._imus.offer(imu.source, imu.t_s, self._witness.imu(measured), int(feels)):
+        imu = self._chosen(measured, felt)
+        if imu is None:
             return
+        feels = felt is measured
         if before not in (None, imu.source) and self._inertial is not None and self._inertial.feels is not feels:
             self._feel(imu.source, feels)
+        lever, noise = self._levers.get(imu.source, ZERO), self._imu_noise(imu.source)
         if self._inertial is None:
-            lever, noise = self._levers.get(imu.source, ZERO), self._imu_noise(imu.source)
             self._inertial = InertialSolution(normal_gravity_mps2(self.frame.lat_deg), lever, noise)
+        elif before != imu.source:
+            self._inertial.carry_over(lever, noise)
+            self._say(imu.t_s, TextKind.ATTENTION, "inertial_source", f"Inertial source: {imu.source} (was {before})")
         inertial = self._inertial
         if inertial.running and (imu.t_s - inertial.t_s > _IMU_TIMEOUT_S or self._is_recalibrated(imu.source)):
             self._leave_inertial(inertial.t_s)
@@ -323,13 +335,31 @@ class Estimator:
             if tilt is not None:
                 inertial.start(motion, tilt, inertial.levelling.sigma_rad(surge_mps))
 
+    def _chosen(self, measured: Imu, felt: Imu) -> Imu | None:
+        """The sample for the filter; None if its sensor is not in use."""
+        feels, good = felt is measured, self._witness.imu(measured)
+        used, units, source = self._imus.offer(felt.source, felt.t_s, good, int(feels)), self._units, felt.source
+        if units is None:
+            return felt if used else None
+        if good and feels and not self._is_anew(source):
+            aligned = units.take(felt, used)
+            return aligned if used else None
+        if not used and self._is_anew(source):
+            self._versions[source] = self._corrections[source].version
+        units.drop(source)
+        return felt if used and (feels or not units.voted(felt.t_s)) else None
+
+    def _is_anew(self, source: str) -> bool:
+        """Whether a sensor has been calibrated since its last sample."""
+        corrections = self._corrections.get(source)
+        return corrections is not None and corrections.version != self._versions[source]
+
     def _is_recalibrated(self, source: str) -> bool:
         """Whether a sensor has been calibrated since its last sample; what the filter knows of its biases is void
         then."""
-        corrections = self._corrections.get(source)
-        if corrections is None or corrections.version == self._versions[source]:
+        if not self._is_anew(source):
             return False
-        self._versions[source] = corrections.version
+        self._versions[source] = self._corrections[source].version
         assert self._inertial is not None
         self._inertial.forget_biases()
         return True
@@ -626,7 +656,7 @@ class Estimator:
     def _motion(self, now_s: float) -> Motion:
         solution = self._solution()
         if isinstance(solution, InertialSolution):
-            later = [reading for reading in self._pending if type(reading) is Imu and reading.t_s <= now_s]
+            later = self._later_samples(now_s)
             if not solution.feels:
                 later = [without_force(imu, solution.filter.gravity_mps2) for imu in later]
             return solution.motion(now_s, later)
@@ -635,6 +665,12 @@ class Estimator:
             return motion
         roll, pitch = inertial.levelling.tilt() or (0.0, 0.0)
         return replace(motion, attitude=(roll, pitch, motion.attitude[2]), rates=inertial.rates)
+
+    def _later_samples(self, now_s: float) -> list[Imu]:
+        """Samples that wait for delayed measurements, of the inertial sensor in use."""
+        later = [reading for reading in self._pending if type(reading) is Imu and reading.t_s <= now_s]
+        units, used = self._units, self._imus.current
+        return later if units is None else [units.aligned(imu) for imu in later if imu.source == used]
 
     def _state(self, motion: Motion, waves: WaveMotion | None, now_s: float) -> NavState:
         (north, east, _), (vn, ve, _), (roll, pitch, yaw) = motion.position, motion.velocity, motion.attitude

@@ -139,6 +139,23 @@ class InertialSolution:
         self.feels = feels
         self.stop()
 
+    def carry_over(self, lever_m: Vector, noise: FilterNoise) -> None:
+        """Go on with the samples of another sensor, at that place from the boat's origin."""
+        filter_ = self.filter
+        self._noise = noise
+        if self.feels:
+            filter_.expect(noise)
+        further = relative(lever_m, self._imu_lever_m)
+        self._imu_lever_m = lever_m
+        if further == ZERO:
+            return
+        (n, e, d), (vn, ve, vd) = filter_.position, filter_.velocity
+        arm, swing = rotate(filter_.rotation, further), velocity_ned(filter_.rotation, filter_.rates, further)
+        filter_.position = n + arm[0], e + arm[1], d + arm[2]
+        filter_.velocity = vn + swing[0], ve + swing[1], vd + swing[2]
+        self.odometer.begin()
+        self._memory.clear()
+
     def forget_biases(self) -> None:
         """The sensor has been calibrated: what was learnt of it is void."""
         self.filter.accelerometer_bias = self.filter.gyro_bias = ZERO

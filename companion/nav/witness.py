@@ -137,10 +137,11 @@ class Witness:
         inertial: InertialSolution | None,
         current: CurrentObserver | None,
         now_s: float,
+        imu_used: str | None = None,
     ) -> list[LieFound]:
-        """Judge the tick; returns what is found to lie from now on."""
+        """Judge the tick; returns what is found to lie from now on. `imu_used`: the inertial sensor in use."""
         evidence, self._evidence = self._evidence, Evidence()
-        evidence.driven = driven
+        evidence.driven, evidence.imu_used = driven, imu_used
         if inertial is not None and inertial.running:
             evidence.inertial = _inertial_step(inertial)
         if current is not None and driven:

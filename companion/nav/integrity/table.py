@@ -7,6 +7,7 @@ from companion.nav.integrity.evidence import Hypothesis
 from companion.nav.integrity.heading_course import HeadingCourse
 from companion.nav.integrity.heading_drift import HeadingDrift
 from companion.nav.integrity.heading_jump import HeadingJump
+from companion.nav.integrity.imu_apart import ImuApart
 from companion.nav.integrity.imu_gravity import ImuGravity
 from companion.nav.integrity.imu_reversed import ImuReversed
 from companion.nav.integrity.imu_stuck import ImuStuck
@@ -32,6 +33,7 @@ class Hypotheses:
             Repeated(),
             ImuStuck(),
             ImuGravity(),
+            ImuApart(),
             ImuReversed(),
             self.position_jump,
             self.velocity_jump,

@@ -12,6 +12,7 @@ from companion.nav.integrity.evidence import Channel, Evidence, Hypothesis, Sens
 from companion.nav.integrity.heading_course import HeadingCourse
 from companion.nav.integrity.heading_drift import HeadingDrift
 from companion.nav.integrity.heading_jump import HeadingJump
+from companion.nav.integrity.imu_apart import ImuApart
 from companion.nav.integrity.imu_gravity import ImuGravity
 from companion.nav.integrity.imu_reversed import ImuReversed
 from companion.nav.integrity.imu_stuck import ImuStuck
@@ -50,6 +51,22 @@ def stuck_yaw(evidence: Evidence, age_s: float) -> None:
 
 def heavy(evidence: Evidence, age_s: float) -> None:
     evidence.imu = [replace(imu, z_mps2=1.3 * imu.z_mps2) for imu in evidence.imu]
+
+
+def two_more(evidence: Evidence, age_s: float) -> None:
+    """Inertial sensors with biases of their own."""
+    evidence.imu += [
+        replace(imu, source=name, x_mps2=imu.x_mps2 + bias, yaw_rate_radps=imu.yaw_rate_radps + 0.02 * bias)
+        for name, bias in (("imu2", 0.2), ("imu3", -0.2))
+        for imu in evidence.imu
+        if imu.source == "imu"
+    ]
+
+
+def turning(evidence: Evidence, age_s: float) -> None:
+    evidence.imu = [
+        replace(imu, yaw_rate_radps=imu.yaw_rate_radps + 0.1) if imu.source == "imu" else imu for imu in evidence.imu
+    ]
 
 
 def reversed_x(evidence: Evidence, age_s: float) -> None:
@@ -98,6 +115,7 @@ ROWS = (
     Row(Repeated, frozen_imu, IMU, "repeats", 0.5),
     Row(ImuStuck, stuck_yaw, GYRO, "yaw axis stuck", 1.0),
     Row(ImuGravity, heavy, ACCELEROMETER, "force is not gravity", 3.0),
+    Row(ImuApart, turning, GYRO, "is not as the others", 2.0, always=two_more),
     Row(ImuReversed, reversed_x, ACCELEROMETER, "x axis reversed", 15.0),
     Row(PositionJump, lambda evidence, _: moved(evidence, 5.0), POSITION, "jumped 5.0 m", 0.6),
     Row(VelocityJump, lambda evidence, _: sped(evidence, 0.5), VELOCITY, "jumped 0.5 m/s", 0.6),

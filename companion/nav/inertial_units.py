@@ -1,0 +1,134 @@
+"""Several inertial sensors: each brought to what the filter knows of the biases, and a vote among three or more.
+
+The filter learns the biases of one unit. Another one has others, so that a plain switch would turn and tilt the
+estimate by their difference for a minute. So each unit has an offset, its mean difference from what the filter gets,
+and the filter gets samples less that. Of three units or more it gets the median of each axis: one that lies has no part
+in it, from its first sample on, before anything has found that it lies (`integrity/imu_apart.py`). Of two, neither
+knows which is right: the filter gets the one in use.
+
+ArduPilot and PX4 run a whole filter for each unit instead, and choose the one with the smaller innovations. That costs
+a filter a unit, and notices a lie only by what it has done to one of them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from statistics import median
+
+from companion.config.devices import SensorConfig
+from companion.config.sensors import is_inertial
+from companion.core.readings import Imu
+
+_MEAN_S = 30.0  # over which an offset is averaged
+_KNOWN_S = 5.0  # from when on it counts
+_FRESH_S = 0.03  # age of a sample up to which it votes
+_GAP_S = 0.5  # after a longer silence a unit begins anew
+_VOTED_S = 1.0
+_SILENT_SAMPLES, _LEAST_SILENCE_S = 5.0, 0.05  # after which another unit takes over
+
+Six = tuple[float, ...]
+_ZERO: Six = (0.0,) * 6
+
+
+@dataclass(slots=True)
+class _Unit:
+    """Its last sample, and its offset since when."""
+
+    since_s: float
+    t_s: float
+    values: Six
+    offset: Six = _ZERO
+    bound: bool = False  # the offset is known: it counts from now on
+
+    @property
+    def aligned(self) -> Six:
+        return tuple([value - off for value, off in zip(self.values, self.offset, strict=True)])
+
+
+class InertialUnits:
+    """Call `take` for each sample of each unit that is trusted. Remembers the units, and what the filter got last."""
+
+    def __init__(self) -> None:
+        self._units: dict[str, _Unit] = {}
+        self._given: tuple[float, Six] | None = None
+        self._voted_s = -math.inf
+
+    def drop(self, source: str) -> None:
+        """A unit that is not trusted, or has been calibrated anew, begins again."""
+        self._units.pop(source, None)
+
+    def voted(self, now_s: float) -> bool:
+        """Whether what the filter got lately was a vote: then no single unit can have spoilt it."""
+        return now_s - self._voted_s <= _VOTED_S
+
+    def take(self, imu: Imu, used: bool) -> Imu:
+        """The sample for the filter, if the unit is the one in use; else of no meaning."""
+        unit, values = self._units.get(imu.source), _values(imu)
+        if unit is None or imu.t_s - unit.t_s > _GAP_S:
+            kept = _ZERO if unit is None else unit.offset
+            unit = self._units[imu.source] = _Unit(imu.t_s, imu.t_s, values, kept, bound=not self._runs(imu.t_s))
+        dt_s = imu.t_s - unit.t_s
+        unit.t_s, unit.values = imu.t_s, values
+        if used:
+            self._given = imu.t_s, self._vote(unit)
+        self._align(unit, dt_s)
+        if not used or self._given is None:
+            return imu
+        x, y, z, p, q, r = self._given[1]
+        return replace(imu, x_mps2=x, y_mps2=y, z_mps2=z, roll_rate_radps=p, pitch_rate_radps=q, yaw_rate_radps=r)
+
+    def aligned(self, imu: Imu) -> Imu:
+        """A sample less the offset of its unit."""
+        unit = self._units.get(imu.source)
+        if unit is None or unit.offset == _ZERO:
+            return imu
+        x, y, z, p, q, r = (value - off for value, off in zip(_values(imu), unit.offset, strict=True))
+        return replace(imu, x_mps2=x, y_mps2=y, z_mps2=z, roll_rate_radps=p, pitch_rate_radps=q, yaw_rate_radps=r)
+
+    def _runs(self, t_s: float) -> bool:
+        """Whether the filter gets samples that a unit can be compared with."""
+        return self._given is not None and t_s - self._given[0] <= _GAP_S
+
+    def _vote(self, used: _Unit) -> Six:
+        voters = [unit for unit in self._units.values() if unit.bound and abs(used.t_s - unit.t_s) <= _FRESH_S]
+        if len(voters) < 3 or not used.bound:
+            return used.aligned
+        self._voted_s = used.t_s
+        return tuple([median(axis) for axis in zip(*(unit.aligned for unit in voters), strict=True)])
+
+    def _align(self, unit: _Unit, dt_s: float) -> None:
+        """Average the difference from what the filter got."""
+        if self._given is None or abs(unit.t_s - self._given[0]) > _FRESH_S or dt_s <= 0.0:
+            return
+        known_s = unit.t_s - unit.since_s
+        share = dt_s / (_MEAN_S if unit.bound else min(_MEAN_S, max(known_s, dt_s)))
+        unit.offset = tuple(
+            [
+                off + share * (value - given - off)
+                for off, value, given in zip(unit.offset, unit.values, self._given[1], strict=True)
+            ]
+        )
+        unit.bound = unit.bound or known_s >= _KNOWN_S
+
+
+def inertial_units(sensors: Iterable[SensorConfig]) -> InertialUnits | None:
+    """None for a boat with one inertial sensor or none: it has nothing to bring together."""
+    return InertialUnits() if sum(is_inertial(row) for row in sensors) > 1 else None
+
+
+def silences_s(sensors: Iterable[SensorConfig]) -> dict[str, float]:
+    """How long each inertial sensor may be silent before another takes over: where there is another, some samples."""
+    rows = tuple(sensors)
+    several = sum(is_inertial(row) for row in rows) > 1
+    return {
+        row.name: min(row.timeout_s, max(_LEAST_SILENCE_S, _SILENT_SAMPLES / row.rate_hz))
+        if several and is_inertial(row)
+        else row.timeout_s
+        for row in rows
+    }
+
+
+def _values(imu: Imu) -> Six:
+    return imu.x_mps2, imu.y_mps2, imu.z_mps2, imu.roll_rate_radps, imu.pitch_rate_radps, imu.yaw_rate_radps

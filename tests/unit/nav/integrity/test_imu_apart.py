@@ -1,0 +1,65 @@
+"""One inertial sensor of three that is not as the others."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from companion.nav.integrity.evidence import Channel, Evidence, Sense
+from companion.nav.integrity.imu_apart import ImuApart
+from tests.unit.nav.integrity.honest_boat import Boat, Passage, Spoil
+from tests.unit.nav.integrity.lies import turning, two_more
+
+
+def three(lie: Spoil | None = None) -> Spoil:
+    def spoil(evidence: Evidence, age_s: float) -> None:
+        two_more(evidence, age_s)
+        if lie is not None:
+            lie(evidence, age_s)
+
+    return spoil
+
+
+def pushed(source: str, mps2: float) -> Spoil:
+    def spoil(evidence: Evidence, age_s: float) -> None:
+        evidence.imu = [replace(imu, y_mps2=imu.y_mps2 + mps2) if imu.source == source else imu for imu in evidence.imu]
+
+    return spoil
+
+
+@pytest.mark.parametrize("source", ["imu", "imu2", "imu3"])
+def test_whichever_it_is_is_found(source: str) -> None:
+    passage = Passage(ImuApart(), Boat())
+    assert passage.go(20.0, three()) == []
+    age_s, found = passage.go(5.0, three(pushed(source, 1.5)))[0]
+    assert found.channel == Channel(Sense.ACCELEROMETER, source) and age_s < 1.5 and found.lasting
+
+
+def test_of_two_neither_is_right() -> None:
+    def two(evidence: Evidence, age_s: float) -> None:
+        two_more(evidence, age_s)
+        evidence.imu = [imu for imu in evidence.imu if imu.source != "imu3"]
+        turning(evidence, age_s)
+
+    assert Passage(ImuApart(), Boat()).go(20.0, two) == []
+
+
+def test_a_knock_on_one_is_no_lie() -> None:
+    """Three tenths of a second, every five seconds."""
+
+    def knock(evidence: Evidence, age_s: float) -> None:
+        if age_s % 5.0 < 0.3:
+            pushed("imu2", 1.2)(evidence, age_s)
+
+    assert Passage(ImuApart(), Boat()).go(60.0, three(knock)) == []
+
+
+def test_one_that_is_known_to_lie_has_no_vote() -> None:
+    """Of the two that remain neither is right."""
+
+    def second(evidence: Evidence, age_s: float) -> None:
+        evidence.distrusted = frozenset({Channel(Sense.IMU, "imu3")})
+        turning(evidence, age_s)
+
+    assert Passage(ImuApart(), Boat()).go(20.0, three(second)) == []
