@@ -317,13 +317,9 @@ class Estimator:
         feels = felt is measured
         if before not in (None, imu.source) and self._inertial is not None and self._inertial.feels is not feels:
             self._feel(imu.source, feels)
-        lever, noise = self._levers.get(imu.source, ZERO), self._imu_noise(imu.source)
-        if self._inertial is None:
-            self._inertial = InertialSolution(normal_gravity_mps2(self.frame.lat_deg), lever, noise)
-        elif before != imu.source:
-            self._inertial.carry_over(lever, noise)
-            self._say(imu.t_s, TextKind.ATTENTION, "inertial_source", f"Inertial source: {imu.source} (was {before})")
         inertial = self._inertial
+        if inertial is None or before != imu.source:
+            inertial = self._carried_by(imu, before)
         if inertial.running and (imu.t_s - inertial.t_s > _IMU_TIMEOUT_S or self._is_recalibrated(imu.source)):
             self._leave_inertial(inertial.t_s)
         inertial.sample(imu)
@@ -334,6 +330,16 @@ class Estimator:
             tilt = inertial.levelling.tilt(surge_mps)
             if tilt is not None:
                 inertial.start(motion, tilt, inertial.levelling.sigma_rad(surge_mps))
+
+    def _carried_by(self, imu: Imu, before: str | None) -> InertialSolution:
+        """The solution, from now on with the samples of that sensor."""
+        lever, noise = self._levers.get(imu.source, ZERO), self._imu_noise(imu.source)
+        if self._inertial is None:
+            self._inertial = InertialSolution(normal_gravity_mps2(self.frame.lat_deg), lever, noise)
+        else:
+            self._inertial.carry_over(lever, noise)
+            self._say(imu.t_s, TextKind.ATTENTION, "inertial_source", f"Inertial source: {imu.source} (was {before})")
+        return self._inertial
 
     def _chosen(self, measured: Imu, felt: Imu) -> Imu | None:
         """The sample for the filter; None if its sensor is not in use."""

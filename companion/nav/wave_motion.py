@@ -58,28 +58,36 @@ class WaveSpectrum:
         self._moment = self._difference = self._weight = 0.0
         self._squares = [0.0] * size
         self._fresh = True
-        self.radps = 0.0
+        self._dt_s = self._share = self._fade = 0.0
 
     def update(self, velocities: Sequence[float], weights: Sequence[float], dt_s: float) -> None:
         """Take the velocities of a tick; `weights` bring them to one unit."""
-        share, fade = _HIGH_PASS_RADPS * dt_s / (1.0 + _HIGH_PASS_RADPS * dt_s), math.exp(-dt_s / _MEMORY_S)
-        first, second = self._low
-        self._weight = fade * self._weight + 1.0
-        self._moment, self._difference = fade * self._moment, fade * self._difference
+        if dt_s != self._dt_s:
+            self._dt_s, self._share = dt_s, _HIGH_PASS_RADPS * dt_s / (1.0 + _HIGH_PASS_RADPS * dt_s)
+            self._fade = math.exp(-dt_s / _MEMORY_S)
+        share, fade, (first, second), last, squares = self._share, self._fade, self._low, self._last, self._squares
+        if self._fresh:
+            first[:], self._fresh = velocities, False
+        moment = difference = 0.0
         for i, value in enumerate(velocities):
-            if self._fresh:
-                first[i] = value
             first[i] += share * (value - first[i])
             high = value - first[i]
             second[i] += share * (high - second[i])
             high -= second[i]
-            change, self._last[i] = high - self._last[i], high
-            self._squares[i] = fade * self._squares[i] + high * high
-            self._moment += weights[i] ** 2 * high * high
-            self._difference += weights[i] ** 2 * change * change
-        self._fresh = False
-        if self._moment > 0.0:
-            self.radps = 2.0 / dt_s * math.asin(min(1.0, 0.5 * math.sqrt(self._difference / self._moment)))
+            change, last[i] = weights[i] * (high - last[i]), high
+            squares[i] = fade * squares[i] + high * high
+            high *= weights[i]
+            moment += high * high
+            difference += change * change
+        self._weight = fade * self._weight + 1.0
+        self._moment, self._difference = fade * self._moment + moment, fade * self._difference + difference
+
+    @property
+    def radps(self) -> float:
+        """Mean frequency; 0 before there is any motion."""
+        if self._moment <= 0.0:
+            return 0.0
+        return 2.0 / self._dt_s * math.asin(min(1.0, 0.5 * math.sqrt(self._difference / self._moment)))
 
     def mean(self, axis: int) -> float:
         """Low-passed velocity of an axis, as it came."""
@@ -225,13 +233,16 @@ class WaveObserver:
     def _weights(self, motion: Motion, bandwidths_radps: tuple[float, float]) -> tuple[float, float]:
         """Shares of the wave motion of place and yaw that are taken off."""
         spectrum = self._spectrum
-        slow = 1.0 - _between(math.hypot(spectrum.mean(0), spectrum.mean(1)), _FULL_MPS, _UNDER_WAY_MPS)
         place = _between(math.hypot(spectrum.rms(0), spectrum.rms(1)), _CALM_MPS, _WAVES_MPS)
         yaw = _between(self._half_m * spectrum.rms(2), _CALM_MPS, _WAVES_MPS)
-        shares = [_between(spectrum.radps / bandwidth, _RATIO_OFF, _RATIO_ON) for bandwidth in bandwidths_radps]
-        if not spectrum.radps < _MOST_RADPS:
+        if place <= 0.0 and yaw <= 0.0:
             return 0.0, 0.0
-        return slow * place * shares[0], slow * yaw * shares[1]
+        slow, radps = math.hypot(spectrum.mean(0), spectrum.mean(1)), spectrum.radps
+        if not radps < _MOST_RADPS:
+            return 0.0, 0.0
+        kept = 1.0 - _between(slow, _FULL_MPS, _UNDER_WAY_MPS)
+        first, second = (_between(radps / bandwidth, _RATIO_OFF, _RATIO_ON) for bandwidth in bandwidths_radps)
+        return kept * place * first, kept * yaw * second
 
     def _tune(self, now_s: float, dt_s: float) -> _Tuning:
         radps, tuning = self._spectrum.radps, self._tuning
