@@ -17,7 +17,7 @@ _GUST_TAU_S = 10.0
 _WANDER_RAD = math.radians(8.0)
 _WANDER_TAU_S = 60.0
 _CURRENT_TAU_S = 120.0
-_GRAVITY_MPS2 = 9.81
+_PERIOD_S = 1.8  # of roll and pitch without a sea state
 
 
 def parse_directed(text: str, what: str = "value") -> tuple[float, float | None]:
@@ -111,31 +111,22 @@ def wind_force(
 
 
 class Waves:
-    """Effect of waves on the boat: roll and pitch as sums of sinusoids, and the orbital motion of the water.
+    """Motion of a boat on water without a sea state: roll and pitch as sums of sinusoids.
 
-    Roll and pitch are kinematic: 0.2° and 0.12° for each m/s of mean wind, and more with wave height. With a
-    significant height, the hull takes part in the orbital acceleration (Airy), less where it is long against the waves.
-    There is no mean drift.
+    They are kinematic: 0.2° and 0.12° for each m/s of mean wind. `heave_m`, the hull's way down, and its derivatives
+    are those of a sea with height, here 0.
     """
 
     __slots__ = (
-        "_pitch",
-        "_push",
-        "_roll",
-        "_towards",
-        "heave_mps2",
-        "pitch_rad",
-        "pitch_rate_radps",
-        "roll_rad",
+        "_pitch", "_roll", "heave_m", "heave_mps", "heave_mps2", "pitch_rad", "pitch_rate_radps", "roll_rad",
         "roll_rate_radps",
-    )
+    )  # fmt: skip
 
-    def __init__(self, height_m: float, wind: WindModel, length_m: float, seed: int) -> None:
+    def __init__(self, wind: WindModel, seed: int) -> None:
         rng = stream(seed, "waves")
-        period_s = max(1.2, 4.2 * math.sqrt(height_m)) if height_m > 0.0 else 1.8
-        roll_rad = math.radians(min(0.2 * wind.mean_mps + 12.0 * height_m, 15.0))
-        pitch_rad = math.radians(min(0.12 * wind.mean_mps + 8.0 * height_m, 10.0))
-        omegas = [TWO_PI / period_s * factor for factor in (0.87, 1.17)]
+        roll_rad = math.radians(min(0.2 * wind.mean_mps, 15.0))
+        pitch_rad = math.radians(min(0.12 * wind.mean_mps, 10.0))
+        omegas = [TWO_PI / _PERIOD_S * factor for factor in (0.87, 1.17)]
         self._roll = [
             (roll_rad * share, omega, rng.uniform(0.0, TWO_PI)) for share, omega in zip((0.6, 0.4), omegas, strict=True)
         ]
@@ -143,36 +134,13 @@ class Waves:
             (pitch_rad * share, omega, rng.uniform(0.0, TWO_PI))
             for share, omega in zip((0.6, 0.4), omegas, strict=True)
         ]
-        self._towards = math.cos(wind.mean_from_rad + math.pi), math.sin(wind.mean_from_rad + math.pi)
-        self._push = [
-            (_push_mps2(height_m, omega, length_m), omega, rng.uniform(0.0, TWO_PI))
-            for omega in omegas
-            if height_m > 0.0
-        ]
-        self.heave_mps2 = 0.0  # acceleration of the hull downwards
+        self.heave_m = self.heave_mps = self.heave_mps2 = 0.0
         self.update(0.0)
 
     def update(self, t_s: float) -> None:
         """Compute attitude and rates at `t_s`."""
         self.roll_rad, self.roll_rate_radps = _sum(self._roll, t_s)
         self.pitch_rad, self.pitch_rate_radps = _sum(self._pitch, t_s)
-
-    @property
-    def push(self) -> bool:
-        """Whether `acceleration` is other than zero."""
-        return bool(self._push)
-
-    def acceleration(self, t_s: float) -> tuple[float, float]:
-        """(north, east) acceleration of the water around the hull at `t_s`, in m/s²."""
-        along = sum(amplitude * math.sin(omega * t_s + phase) for amplitude, omega, phase in self._push)
-        return along * self._towards[0], along * self._towards[1]
-
-
-def _push_mps2(height_m: float, omega: float, length_m: float) -> float:
-    """Amplitude of one of two components: its elevation is a quarter of the significant height, so that the variance of
-    both is H²/16."""
-    wave_number = omega * omega / _GRAVITY_MPS2
-    return 0.25 * height_m * omega * omega / (1.0 + (length_m * wave_number / TWO_PI) ** 2)
 
 
 def _sum(components: list[tuple[float, float, float]], t_s: float) -> tuple[float, float]:

@@ -85,6 +85,7 @@ class Hull:
 
     __slots__ = (
         "_derivative",
+        "_orbit",
         "current_east_mps",
         "current_north_mps",
         "east_m",
@@ -103,6 +104,7 @@ class Hull:
     def __init__(self, config: HullConfig) -> None:
         self._derivative = dynamics(config)
         self.current_north_mps = self.current_east_mps = 0.0
+        self._orbit: tuple[float, float, float] | None = None  # of the waves, at the last step
         self.place(0.0, 0.0, 0.0)
 
     def place(
@@ -120,13 +122,15 @@ class Hull:
         c, s = math.cos(yaw_rad), math.sin(yaw_rad)
         self.north_mps, self.east_mps = c * surge_mps - s * sway_mps, s * surge_mps + c * sway_mps
         self.surge_mps2 = self.sway_mps2 = 0.0
+        self._orbit = None
         self.set_current(self.current_north_mps, self.current_east_mps)
 
     def set_current(self, north_mps: float, east_mps: float) -> None:
         """Change the water's velocity; the boat's velocity over ground stays."""
         self.current_north_mps, self.current_east_mps = north_mps, east_mps
+        orbit_north, orbit_east, _ = self._orbit or (0.0, 0.0, 0.0)
         c, s = math.cos(self.yaw_rad), math.sin(self.yaw_rad)
-        north, east = self.north_mps - north_mps, self.east_mps - east_mps
+        north, east = self.north_mps - orbit_north - north_mps, self.east_mps - orbit_east - east_mps
         self.water_surge_mps, self.water_sway_mps = c * north + s * east, c * east - s * north
 
     @property
@@ -160,3 +164,32 @@ class Hull:
         north_mps2, east_mps2 = (north_mps - self.north_mps) / dt_s, (east_mps - self.east_mps) / dt_s
         self.surge_mps2, self.sway_mps2 = c * north_mps2 + s * east_mps2, c * east_mps2 - s * north_mps2
         self.north_mps, self.east_mps = north_mps, east_mps
+
+    def step_in_waves(
+        self, surge_n: float, sway_n: float, yaw_nm: float, dt_s: float, orbit: tuple[float, float, float]
+    ) -> None:
+        """As `step`, in water whose orbital motion carries the hull along: velocity to north and east and rate of yaw
+        at the end of the step.
+
+        It displaces and accelerates the hull as its own motion does, but not through the water: mass and added mass
+        follow an accelerated water without a force of the thrusters. Where it begins, the hull has it already.
+        """
+        before = self._orbit or orbit
+        if self._orbit is not None:
+            self.north_mps, self.east_mps = self.north_mps - before[0], self.east_mps - before[1]
+            self.yaw_rate_radps -= before[2]
+        north_mps, east_mps = self.north_mps + before[0], self.east_mps + before[1]
+        self.step(surge_n, sway_n, yaw_nm, dt_s)
+        self.north_mps, self.east_mps = self.north_mps + orbit[0], self.east_mps + orbit[1]
+        self.north_m += 0.5 * dt_s * (before[0] + orbit[0])
+        self.east_m += 0.5 * dt_s * (before[1] + orbit[1])
+        turned_radps = 0.5 * (before[2] + orbit[2])
+        self.turn_radps += turned_radps
+        self.yaw_rate_radps += orbit[2]
+        self.yaw_rad = wrap_pi(self.yaw_rad + dt_s * turned_radps)
+        middle = self.yaw_rad - 0.5 * dt_s * self.turn_radps
+        c, s = math.cos(middle), math.sin(middle)
+        north_mps2, east_mps2 = (self.north_mps - north_mps) / dt_s, (self.east_mps - east_mps) / dt_s
+        self.surge_mps2, self.sway_mps2 = c * north_mps2 + s * east_mps2, c * east_mps2 - s * north_mps2
+        self._orbit = orbit
+        self.set_current(self.current_north_mps, self.current_east_mps)  # in the axes of the turned hull

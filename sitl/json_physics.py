@@ -148,9 +148,9 @@ class JsonPhysics:
         state = {
             "timestamp": round(self._now_s, 6),
             "imu": {"gyro": felt[3:], "accel_body": felt[:3]},
-            "position": [hull.north_m, hull.east_m, 0.0],
+            "position": [hull.north_m, hull.east_m, waves.heave_m],
             "attitude": [waves.roll_rad, waves.pitch_rad, hull.yaw_rad],
-            "velocity": [north_mps, east_mps, 0.0],
+            "velocity": [north_mps, east_mps, waves.heave_mps],
             "windvane": {
                 "direction": math.atan2(-starboard_mps, -ahead_mps),
                 "speed": math.hypot(ahead_mps, starboard_mps),

@@ -93,7 +93,7 @@ class LeadBoat:
         self._wanted_mps = self._speed_mps = 0.0
         self._turn_left_rad = self._rate_radps = self._turn_radps = 0.0
         self._course_rad = start[2]
-        self._waves = Waves(0.0, WindModel(0.0, 0.0, seed), LENGTH_M, seed)
+        self._waves = Waves(WindModel(0.0, 0.0, seed), seed)
         self._gnss = GnssModel(
             SensorConfig(f"{name}_gnss", "nmea0183", "memory:"), home, gnss, 1.0 / _FIX_HZ, seed, common
         )

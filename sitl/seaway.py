@@ -1,4 +1,7 @@
-"""Waves as a small boat under way meets them, with the wakes of other boats: heave, roll, pitch, and forces."""
+"""Chop of the wind as a small boat under way meets it, with the wakes of other boats: heave, roll, pitch, and forces.
+
+It is what a plant with `seaway` feels where no sea state is set; `sitl/sea.py` has the sea states.
+"""
 
 from __future__ import annotations
 
@@ -6,11 +9,11 @@ import math
 from collections.abc import Sequence
 
 from companion.core.angles import TWO_PI
-from companion.core.frames import ned_to_body
 from sitl.environment import Waves, WindModel
 from sitl.hull import Hull
 from sitl.noise import stream
 from sitl.wake import Wake
+from sitl.wake_feel import ARM_SHARE, WakeFeel
 
 _GRAVITY_MPS2 = 9.81
 _CHOP_M_PER_MPS = 0.01  # wave height for each m/s of wind
@@ -18,9 +21,6 @@ _SPREAD_RAD = math.radians(25.0)
 _COUNT = 5
 _HEAVE_RADPS = 5.0  # frequency of encounter above which the hull no longer follows the surface
 _TILT_SHARE = 0.6  # share of the surface's slope that the hull follows
-_ARM_SHARE = 0.25  # share of the length, ahead and astern, at which half of the weight is carried
-_WAKE_EVERY_S = 0.05
-_WAKE_TAU_S = 0.15  # time in which the hull follows a wake's slope
 
 
 class Seaway(Waves):
@@ -32,14 +32,10 @@ class Seaway(Waves):
     hull turns.
     """
 
-    __slots__ = (
-        "_arm_m", "_components", "_felt", "_hull", "_mass_kg", "_t_s", "_turn_nm",
-        "_wake_due_s", "_wake_slopes", "_wakes", "_x_n", "_y_n",
-    )  # fmt: skip
+    __slots__ = ("_arm_m", "_components", "_hull", "_mass_kg", "_t_s", "_turn_nm", "_wakes", "_x_n", "_y_n")
 
     def __init__(
         self,
-        height_m: float,
         wind: WindModel,
         length_m: float,
         seed: int,
@@ -48,16 +44,13 @@ class Seaway(Waves):
         wakes: Sequence[Wake] = (),
     ) -> None:
         self._hull, self._mass_kg = hull, mass_kg
-        self._wakes = tuple(wakes)
-        self._arm_m = _ARM_SHARE * length_m
-        self._wake_slopes = (0.0, 0.0, 0.0, 0.0)  # ahead and across in body axes, at bow and stern
-        self._felt = (0.0, 0.0, 0.0, 0.0)  # the same, after the hull's lag
-        self._wake_due_s = 0.0
+        self._wakes = WakeFeel(wakes, length_m)
+        self._arm_m = ARM_SHARE * length_m
         self._t_s = -1.0
         self.roll_rad = self.pitch_rad = 0.0
         self._x_n = self._y_n = self._turn_nm = 0.0
         rng = stream(seed, "seaway")
-        height_m = max(height_m, _CHOP_M_PER_MPS * wind.mean_mps)
+        height_m = _CHOP_M_PER_MPS * wind.mean_mps
         components = []
         for i in range(_COUNT if height_m > 0.0 else 0):
             period_s = max(1.2, 4.2 * math.sqrt(height_m)) * (0.8 + 0.1 * i)
@@ -69,14 +62,13 @@ class Seaway(Waves):
                 (amplitude, omega, number * math.cos(towards), number * math.sin(towards), rng.uniform(0.0, TWO_PI))
             )
         self._components = tuple(components)
-        super().__init__(0.0, wind, length_m, seed)
+        super().__init__(wind, seed)
 
     def update(self, t_s: float) -> None:
         """Compute attitude, rates, heave and forces at `t_s`."""
         hull, dt_s = self._hull, t_s - self._t_s
-        if self._wakes:
-            self._feel_wakes(t_s, dt_s)
-        bow_x, bow_y, stern_x, stern_y = self._felt
+        self._wakes.update(hull, t_s, dt_s)
+        bow_x, bow_y, stern_x, stern_y = self._wakes.felt
         ahead, across = 0.5 * (bow_x + stern_x), 0.5 * (bow_y + stern_y)
         heave_mps2 = 0.0
         twist = 0.5 * (bow_y - stern_y)
@@ -101,23 +93,3 @@ class Seaway(Waves):
     def force(self) -> tuple[float, float, float]:
         """(surge_n, sway_n, yaw_nm) at the last update."""
         return self._x_n, self._y_n, self._turn_nm
-
-    @property
-    def push(self) -> bool:
-        """False: `force` has all of it."""
-        return False
-
-    def _feel_wakes(self, t_s: float, dt_s: float) -> None:
-        hull = self._hull
-        if t_s >= self._wake_due_s:
-            self._wake_due_s = t_s + _WAKE_EVERY_S
-            c, s = math.cos(hull.yaw_rad), math.sin(hull.yaw_rad)
-            slopes: list[float] = []
-            for x_m in (self._arm_m, -self._arm_m):
-                north_m, east_m = hull.north_m + c * x_m, hull.east_m + s * x_m
-                felt = [wake.slope(north_m, east_m) for wake in self._wakes if wake.reaches(north_m, east_m)]
-                slopes += ned_to_body(sum(north for north, _ in felt), sum(east for _, east in felt), hull.yaw_rad)
-            self._wake_slopes = slopes[0], slopes[1], slopes[2], slopes[3]
-        share = dt_s / (dt_s + _WAKE_TAU_S)
-        a, b, d, e = (old + share * (new - old) for old, new in zip(self._felt, self._wake_slopes, strict=True))
-        self._felt = a, b, d, e

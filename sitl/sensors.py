@@ -143,12 +143,14 @@ class GnssModel:
             )
         north_m = hull.north_m + c * x - s * y + slow_north + gauss(0.0, now.white_m)
         east_m = hull.east_m + s * x + c * y + slow_east + gauss(0.0, now.white_m)
-        altitude_m = self._home.altitude_m - down + _ALTITUDE_FACTOR * (slow_up + gauss(0.0, now.white_m))
+        altitude_m = (
+            self._home.altitude_m - down - waves.heave_m + _ALTITUDE_FACTOR * (slow_up + gauss(0.0, now.white_m))
+        )
         x_mps = waves.pitch_rate_radps * config.z_m - hull.yaw_rate_radps * y
         y_mps = hull.yaw_rate_radps * x - waves.roll_rate_radps * config.z_m
         return GnssSample(
             now,
-            (*self._place(north_m, east_m, faults), altitude_m),
+            (*self._place(north_m, east_m, faults), altitude_m - waves.heave_m),
             hull.north_mps + c * x_mps - s * y_mps + gauss(0.0, now.velocity_mps),
             hull.east_mps + s * x_mps + c * y_mps + gauss(0.0, now.velocity_mps),
             None if "heading_lost" in faults else wrap_pi(hull.yaw_rad - config.heading_offset_rad + heading_error),

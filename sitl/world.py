@@ -27,12 +27,15 @@ from sitl.jet import Jet
 from sitl.memory import MemoryDevice, MemoryStream, garbling
 from sitl.obstacles import Obstacles
 from sitl.rudder import Rudder
+from sitl.sea import Sea
+from sitl.sea_state import components, parse_sea
 from sitl.seaway import Seaway
 from sitl.sensors import grade
 from sitl.shared_sea import SharedSea
 from sitl.thrusters import ThrusterModel, build
 from sitl.tow import TowedHull, TowLeg
 from sitl.traffic import Traffic
+from sitl.wave_hull import wave_hull
 
 EPOCH_UNIX_NS = 1_780_315_200_000_000_000  # 2026-06-01T12:00:00Z, where simulated time begins
 STEP_HZ = 100
@@ -52,7 +55,8 @@ class WorldConditions:
     wind: str | None = None  # "MPS@FROM_DEG" or "MPS"
     current: str | None = None  # "MPS@TOWARDS_DEG" or "MPS"
     current_variation_mps: float = 0.0  # one sigma of the slow variation of the current on each axis
-    waves_m: float = 0.0  # significant height
+    waves: str | None = None  # "HS[@FROM_DEG][/TP_S]"; empty: flat water
+    wave_drift: bool = True  # False: waves move the boat to and fro, and do not push it along
     push_ned_n: tuple[float, float] = (0.0, 0.0)  # constant force on the hull towards north and east
     faults: Sequence[str] = ()  # as `faults.parse` reads them
     gnss: str | None = None  # grade of the receivers, a key of `sensors.GRADES`
@@ -116,7 +120,7 @@ class World:
         self.battery = BatteryModel(self._sitl.battery_wh if given.capacity_wh is None else given.capacity_wh)
         self.hull = TowedHull(self._plant.hull, given.tow) if given.tow else Hull(self._plant.hull)
         self.shared_sea = shared_sea
-        self.waves = self._sea(given.waves_m, given.seed)
+        self.waves = self._water(given)
         dock = vessel.dock if given.dock is None else given.dock
         self.berth = None if dock is None else BerthModel(dock, vessel.home, vessel.length_m, vessel.beam_m)
         self.thrusters = _thrusters(vessel.thrusters, self._plant)
@@ -245,12 +249,22 @@ class World:
         for device in serial or self.boards:
             device.rc_us = channels_us
 
-    def _sea(self, height_m: float, seed: int) -> Waves:
-        """The waves, with the wakes of lead boats where the plant feels them."""
-        wakes = () if self.shared_sea is None else self.shared_sea.wakes
-        if not self._plant.seaway:
-            return Waves(height_m, self.wind, self._vessel.length_m, seed)
-        return Seaway(height_m, self.wind, self._vessel.length_m, seed, self.hull, self._plant.hull.m11_kg, wakes)
+    def _water(self, given: WorldConditions) -> Waves:
+        """The sea state that is set, else what the wind alone raises; with wakes where the plant feels them."""
+        hull, plant = self.hull, self._plant
+        wakes = self.shared_sea.wakes if plant.seaway and self.shared_sea is not None else ()
+        state = parse_sea(self._sitl.waves if given.waves is None else given.waves)
+        if state is not None:
+            boat = wave_hull(plant.hull, self._vessel)
+            from_rad = self.wind.mean_from_rad if state.from_rad is None else state.from_rad
+            sea = components(state, from_rad, given.seed)
+            return Sea(
+                sea, boat, hull, self.wind, seed=given.seed, mass_kg=plant.hull.m11_kg, wakes=wakes,
+                drift=given.wave_drift,
+            )  # fmt: skip
+        if not plant.seaway:
+            return Waves(self.wind, given.seed)
+        return Seaway(self.wind, self._vessel.length_m, given.seed, hull, plant.hull.m11_kg, wakes)
 
     def _port(self, name: str) -> MemoryDevice:
         if name in self._streams:
@@ -277,7 +291,7 @@ class World:
         self.waves.update(t_s)
         if "capsized" in self.faults.active:
             self._roll_over()
-        self._push(t_s)
+        self._push()
         self._send_due(t_s)
 
     def _roll_over(self) -> None:
@@ -286,7 +300,7 @@ class World:
         self.waves.roll_rad += self._over_rad
         self.waves.roll_rate_radps += rate
 
-    def _push(self, t_s: float) -> None:
+    def _push(self) -> None:
         """Sum the forces on the hull and step it."""
         hull = self.hull
         c, s = math.cos(hull.yaw_rad), math.sin(hull.yaw_rad)
@@ -301,11 +315,7 @@ class World:
         if self._conditions.push_ned_n != (0.0, 0.0):
             x_n, y_n = ned_to_body(*self._conditions.push_ned_n, hull.yaw_rad)
             surge_n, sway_n = surge_n + x_n, sway_n + y_n
-        if self.waves.push:
-            surge_mps2, sway_mps2 = ned_to_body(*self.waves.acceleration(t_s), hull.yaw_rad)
-            surge_n += self._plant.hull.m11_kg * surge_mps2
-            sway_n += self._plant.hull.m22_kg * sway_mps2
-        if isinstance(self.waves, Seaway):
+        if isinstance(self.waves, (Sea, Seaway)):
             x_n, y_n, n_nm = self.waves.force()
             surge_n, sway_n, yaw_nm = surge_n + x_n, sway_n + y_n, yaw_nm + n_nm
         if self.berth is not None:
@@ -314,7 +324,12 @@ class World:
         if "aground" in self.faults.active:
             x_n, y_n, n_nm = self._ground()
             surge_n, sway_n, yaw_nm = surge_n + x_n, sway_n + y_n, yaw_nm + n_nm
-        hull.step(surge_n, sway_n, yaw_nm, self._step_s)
+        if isinstance(self.waves, Sea):
+            north_mps, east_mps, yaw_radps = self.waves.orbit
+            orbit = (north_mps, east_mps, 0.0 if self._conditions.tow else yaw_radps)
+            hull.step_in_waves(surge_n, sway_n, yaw_nm, self._step_s, orbit)
+        else:
+            hull.step(surge_n, sway_n, yaw_nm, self._step_s)
 
     def _ground(self) -> tuple[float, float, float]:
         """Force and moment of the ground under the keel: friction that stops the boat and lets it creep."""

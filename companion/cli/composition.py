@@ -41,8 +41,9 @@ _PATIENT_S = {  # parameter: usual value, largest value
 class RunOptions:
     """How to run a vessel.
 
-    `devices`: the folder of a `companion sitl` whose ports replace the boat's. `wind`, `current`, `faults` and `seed`
-    are for `sitl` alone, and are written as on the command line. `clock`: the address of a program that gives the time.
+    `devices`: the folder of a `companion sitl` whose ports replace the boat's. `wind`, `current`, `waves`, `faults` and
+    `seed` are for `sitl` alone, and are written as on the command line. `clock`: the address of a program that gives
+    the time.
     """
 
     sitl: bool = False
@@ -52,6 +53,7 @@ class RunOptions:
     seed: int = 0
     wind: str | None = None
     current: str | None = None
+    waves: str | None = None
     faults: tuple[str, ...] = ()
 
     @property
@@ -83,14 +85,16 @@ def compose(
 
 
 def judge(config: VesselConfig, options: RunOptions) -> None:
-    """Raise ConfigError for a wind, current or fault that makes no sense, before anything is opened."""
+    """Raise ConfigError for a wind, current, sea state or fault that makes no sense, before anything is opened."""
     if options.sitl:
         from sitl.environment import parse_directed
         from sitl.faults import Faults
+        from sitl.sea_state import parse_sea
 
         for text, what in ((options.wind, "wind"), (options.current, "current")):
             if text is not None:
                 parse_directed(text, what)
+        parse_sea(options.waves or "")
         Faults(options.faults, config)
 
 
@@ -124,7 +128,9 @@ def _compose_simulated(
     from sitl.truth_log import TruthLog
     from sitl.world import EPOCH_UNIX_NS, World, WorldConditions
 
-    conditions = WorldConditions(seed=options.seed, wind=options.wind, current=options.current, faults=options.faults)
+    conditions = WorldConditions(
+        seed=options.seed, wind=options.wind, current=options.current, waves=options.waves, faults=options.faults
+    )
     world = World(config, conditions)
     driven = driven_clock(options.clock, EPOCH_UNIX_NS) if options.clock else None
     clock = driven or PacedClock(options.speed, EPOCH_UNIX_NS)

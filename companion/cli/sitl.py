@@ -48,6 +48,7 @@ def add_to(commands: Any) -> None:
     sitl.add_argument("--seed", type=int, default=0, help="seed of all noise")
     sitl.add_argument("--wind", metavar="MPS@FROM_DEG")
     sitl.add_argument("--current", metavar="MPS@TOWARDS_DEG")
+    sitl.add_argument("--waves", metavar="HS[@FROM_DEG][/TP_S]", help="sea state: height, direction, peak period")
     sitl.add_argument("--fault", action="append", default=[], metavar="NAME[:DEVICE][=SIZE]@T_S[+DURATION_S]")
     sitl.add_argument(
         "--leader",
@@ -161,6 +162,7 @@ def _world(config: VesselConfig, arguments: argparse.Namespace) -> World:
         seed=arguments.seed,
         wind=arguments.wind,
         current=arguments.current,
+        waves=arguments.waves,
         faults=tuple(arguments.fault),
         epoch_unix_ns=time.time_ns(),
     )

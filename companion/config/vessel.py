@@ -16,7 +16,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Annotated, Any, Literal, Protocol, TypeVar
 
-from pydantic import Field, TypeAdapter, ValidationError
+from pydantic import AfterValidator, Field, TypeAdapter, ValidationError
 
 from companion.config.actuators import BridgeRow
 from companion.config.bridge_checks import bridge_problems
@@ -50,6 +50,7 @@ from companion.config.overlay import in_force, is_overlay, with_overlay
 from companion.config.payload import CameraConfig, camera_problems
 from companion.config.rudder_checks import rudder_problems
 from companion.config.scripts import ScriptConfig, script_problems
+from companion.config.sea import checked_waves
 from companion.config.sensor_checks import sensor_problems
 from companion.config.sensors import SensorRow
 from companion.config.streams import CorrectionsConfig, NmeaOutConfig, stream_problems
@@ -155,7 +156,7 @@ AS_MODELLED = "as_modelled"
 
 @dataclass(frozen=True, slots=True)
 class SitlConfig:
-    """The simulated boat: its plants, its receiver and its battery."""
+    """The simulated boat: its plants, its receiver, its battery and its sea."""
 
     __pydantic_config__ = STRICT
     plant: Annotated[
@@ -170,6 +171,11 @@ class SitlConfig:
     battery_wh: Annotated[Positive, means("Energy of the simulated battery.")] = 900.0
     full_power_w: Annotated[Positive, means("Power of all thrusters together at full throttle.")] = 340.0
     hotel_power_w: Annotated[NonNegative, means("Power of everything else.")] = 20.0
+    waves: Annotated[
+        str,
+        AfterValidator(checked_waves),
+        means("Sea state, `HS[@FROM_DEG][/TP_S]`: significant height, direction it comes from, peak period."),
+    ] = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -58,7 +58,7 @@ def prepare(conditions: Conditions, settings: Settings) -> Conditions:
         conditions,
         wind=None if basin else f"{draw.uniform(0.0, day.wind_mps):.1f}",
         current=None if basin or draw.random() < 0.4 else f"{draw.uniform(0.0, day.current_mps):.2f}",
-        waves_m=0.0 if basin or draw.random() < 0.5 else round(draw.uniform(0.02, 0.4), 2),
+        waves=None if basin or draw.random() < 0.5 else f"{draw.uniform(0.02, 0.4):.2f}",
         gnss=draw.choice(day.gnss),
         model_error=0.0 if draw.random() < 0.3 else round(draw.uniform(-0.3, 0.3), 2),
         faults=tuple(_faults(draw, number(settings, "duration"), conditions.vessel)),

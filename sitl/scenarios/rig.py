@@ -102,7 +102,8 @@ class Conditions:
     wind: str | None = None
     current: str | None = None
     gnss: str = "rtk"
-    waves_m: float = 0.0
+    waves: str | None = None  # "HS[@FROM_DEG][/TP_S]"; None: as the vessel's file says
+    wave_drift: bool = True
     model_error: float = 0.0
     plant: str | None = None
     plant_error: float = (

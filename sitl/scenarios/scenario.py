@@ -9,12 +9,13 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from companion.config.vessel import VesselConfig, find, load
+from companion.config.vessel import ConfigError, VesselConfig, find, load
 from sitl.environment import parse_directed
 from sitl.scenarios.boat import Ability, outrun, sailed_with
 from sitl.scenarios.ground_station import GroundStation, GroundStationTimeout
 from sitl.scenarios.measure import Check
 from sitl.scenarios.rig import Composer, Conditions
+from sitl.sea_state import parse_sea
 from sitl.tow import TowLeg
 
 Settings = Mapping[str, str]
@@ -173,7 +174,8 @@ def _conditions(settings: Settings) -> Conditions:
         wind=settings.get("wind") or None,
         current=settings.get("current") or None,
         gnss=settings.get("gnss", "rtk"),
-        waves_m=number(settings, "waves"),
+        waves=_waves(settings),
+        wave_drift=bool(_choice(settings, "drift", {"off": 0, "on": 1})) if "drift" in settings else True,
         model_error=number(settings, "model_error"),
         controller_model=settings.get("hull") or None,
         plant=settings.get("plant") or None,
@@ -214,6 +216,16 @@ def _push(settings: Settings) -> tuple[float, float]:
     force_n, from_rad = parse_directed(text, "push")
     angle = from_rad or 0.0
     return -force_n * math.cos(angle), -force_n * math.sin(angle)
+
+
+def _waves(settings: Settings) -> str | None:
+    """The sea state, checked; None where it is left out: as the vessel's file says."""
+    text = settings.get("waves") or None
+    try:
+        parse_sea(text or "")
+    except ConfigError as error:
+        raise ScenarioError(str(error)) from error
+    return text
 
 
 def number(settings: Settings, key: str) -> float:

@@ -52,7 +52,7 @@ def surroundings(gnss: str = "rtk", faults: tuple[str, ...] = (), wind: WindMode
     active = Faults(faults, VESSEL)
     active.update(0.0)
     hull = Hull(PLANT.hull)
-    return SensedWorld(hull, Waves(0.0, wind, 3.0, 0), wind, active, VESSEL.home, gnss, 1, EPOCH_UNIX_NS, 100.0)
+    return SensedWorld(hull, Waves(wind, 0), wind, active, VESSEL.home, gnss, 1, EPOCH_UNIX_NS, 100.0)
 
 
 def printed(

@@ -1,4 +1,4 @@
-"""Waves as a boat under way meets them."""
+"""Chop of the wind as a boat under way meets it."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def sailed(
 ) -> list[tuple[float, ...]]:
     """Rows of (roll, roll rate, pitch, pitch rate, heave, surge_n, sway_n, yaw_nm) of a boat led along."""
     hull = Hull(HullConfig(472.5, 585.0, 741.0))
-    sea = Seaway(height_m, WindModel(0.0, WIND_FROM_NORTH, 1), 3.6, 1, hull, 472.5)
+    sea = Seaway(WindModel(100.0 * height_m, WIND_FROM_NORTH, 1), 3.6, 1, hull, 472.5)
     rows = []
     north = east = 0.0
     for k in range(round(duration_s / DT_S)):
@@ -76,5 +76,5 @@ def test_beam_seas_roll_and_head_seas_pitch() -> None:
     assert statistics.pstdev(row[2] for row in head) > 2.0 * statistics.pstdev(row[0] for row in head)
 
 
-def test_no_wind_and_no_height_is_flat_water() -> None:
+def test_no_wind_is_flat_water() -> None:
     assert all(value == 0.0 for row in sailed(8.0, 0.3, height_m=0.0, duration_s=2.0) for value in row)

@@ -24,7 +24,7 @@ NONE: frozenset[str] = frozenset()
 
 
 def calm() -> Waves:
-    return Waves(0.0, WindModel(0.0, 0.0, 0), 3.0, 0)
+    return Waves(WindModel(0.0, 0.0, 0), 0)
 
 
 def placed(yaw_rad: float = 0.0, *velocity: float) -> Hull:
@@ -164,7 +164,7 @@ def test_dead_reckoning_on_the_imu_follows_the_boat() -> None:
     """Bias-free integration of what the IMU measures, in waves, ends where the hull is: axes, signs and timing all
     fit."""
     hull, wind = placed(0.3), WindModel(5.0, 0.0, 1)
-    waves, model = Waves(0.0, wind, 3.0, 1), ImuModel(IMU, HOME, 0.01, 1)
+    waves, model = Waves(wind, 1), ImuModel(IMU, HOME, 0.01, 1)
     hull.set_current(0.1, 0.0)
     g = gravity_mps2(HOME.lat_deg)
     north_m, east_m, north_mps, east_mps, yaw = hull.north_m, hull.east_m, hull.north_mps, hull.east_mps, hull.yaw_rad

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import pytest
 
-from companion.config.vessel import ConfigError, find, load
+from companion.config.vessel import ConfigError, VesselConfig, find, load
 from companion.core.microcontroller_frame import BoardCommand, BoardStatus, FrameDecoder, ThrusterDemand, encode
 from companion.core.ports import ByteStream
 from sitl.world import EPOCH_UNIX_NS, World, WorldConditions
@@ -95,7 +95,7 @@ def test_wind_pushes_it_downwind() -> None:
 def test_same_seed_same_bytes_however_time_is_cut() -> None:
     def printed(seed: int, tick_s: float) -> str:
         return everything_printed(
-            World(VESSEL, WorldConditions(seed=seed, wind="4", current="0.2", waves_m=0.1)), 5.0, tick_s
+            World(VESSEL, WorldConditions(seed=seed, wind="4", current="0.2", waves="0.1")), 5.0, tick_s
         )
 
     assert printed(1, 0.1) == printed(1, 0.1) == printed(1, 0.5)
@@ -228,16 +228,32 @@ def test_unknown_devices_are_said() -> None:
         World(replace(VESSEL, sitl=None))
 
 
-def test_waves_move_it_to_and_fro_and_leave_it_where_it_was() -> None:
-    world = World(VESSEL, WorldConditions(waves_m=0.2))
-    places = []
-    for k in range(1, 2001):
-        world.advance(0.1 * k)
-        places.append((world.truth.north_m, world.truth.east_m))
-    late = places[1000:]  # after the start, which was not in step with the waves
-    spreads = [max(axis) - min(axis) for axis in zip(*late, strict=True)]
-    assert 0.05 < max(spreads) < 0.3
-    assert math.dist(late[0], late[-1]) < 0.3
+def test_waves_move_it_to_and_fro_and_push_it_along() -> None:
+    places = {}
+    for drift in (True, False):
+        world = World(VESSEL, WorldConditions(waves="0.2@90", wave_drift=drift))
+        norths = []
+        for k in range(1, 601):
+            world.advance(0.1 * k)
+            norths.append(world.truth.surge_mps)
+        places[drift] = world.truth.east_m
+        assert 0.05 < max(norths) - min(norths) < 1.5
+        assert world.waves.heave_m != 0.0
+    assert places[True] < -3.0  # away from where they come from
+    assert -3.0 < places[False] < 0.1  # no more than what floats in them does (Stokes 1847)
+
+
+def test_the_sea_of_the_vessel_s_file_is_there_unless_the_conditions_say_otherwise() -> None:
+    assert VESSEL.sitl is not None
+    rough = replace(VESSEL, sitl=replace(VESSEL.sitl, waves="0.2@90"))
+
+    def heave_m(vessel: VesselConfig, waves: str | None) -> float:
+        world = World(vessel, WorldConditions(waves=waves))
+        world.advance(1.0)
+        return world.waves.heave_m
+
+    assert heave_m(rough, None) == heave_m(VESSEL, "0.2@90") != 0.0
+    assert heave_m(rough, "0") == heave_m(VESSEL, None) == 0.0
 
 
 def test_simulated_time_begins_at_noon() -> None:
@@ -267,7 +283,7 @@ def test_a_boat_aground_stops_and_creeps_at_most() -> None:
 
 
 def test_a_boat_rolls_over_and_stays_so() -> None:
-    world = World(VESSEL, WorldConditions(waves_m=0.1, wind="3"))
+    world = World(VESSEL, WorldConditions(waves="0.1", wind="3"))
     world.add_fault("capsized")
     sail(world, 1.0)
     assert math.degrees(world.waves.roll_rad) == pytest.approx(60.0, abs=10.0)
