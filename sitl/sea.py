@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -154,7 +155,7 @@ class Sea(Waves):
         heave = heaves(self._boat, met)
         carried = omega * followed(self._boat, met)
         drift = self._table.coefficients(self._boat, met, hull.water_surge_mps, hull.water_sway_mps)
-        rows = [heave, 1j * met.encounter * heave, -(met.encounter**2) * heave]
+        rows: list[NDArray[Any]] = [heave, 1j * met.encounter * heave, -(met.encounter**2) * heave]
         rows += [rolls(self._boat, met), pitches(self._boat, met), yaws(self._boat, met)]
         rows += [carried * north, carried * east, np.ones(self._count), -1j * np.ones(self._count)]
         rows += [one for force in drift for one in (force, -1j * force)]
