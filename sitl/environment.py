@@ -118,9 +118,17 @@ class Waves:
     """
 
     __slots__ = (
-        "_pitch", "_roll", "heave_m", "heave_mps", "heave_mps2", "pitch_rad", "pitch_rate_radps", "roll_rad",
+        "_pitch",
+        "_roll",
+        "half_step_s",
+        "heave_m",
+        "heave_mps",
+        "heave_mps2",
+        "pitch_rad",
+        "pitch_rate_radps",
+        "roll_rad",
         "roll_rate_radps",
-    )  # fmt: skip
+    )
 
     def __init__(self, wind: WindModel, seed: int) -> None:
         rng = stream(seed, "waves")
@@ -135,6 +143,7 @@ class Waves:
             for share, omega in zip((0.6, 0.4), omegas, strict=True)
         ]
         self.heave_m = self.heave_mps = self.heave_mps2 = 0.0
+        self.half_step_s = 0.0  # by which the rates are older than the attitude
         self.update(0.0)
 
     def update(self, t_s: float) -> None:

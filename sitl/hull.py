@@ -13,6 +13,8 @@ from itertools import pairwise
 from companion.config.hull import HullConfig
 from companion.core.angles import wrap_pi
 
+_CARRIED_S = 60.0  # after which a hull that waves have carried along is where it is
+
 Dynamics = Callable[[float, float, float, float, float, float], tuple[float, float, float]]
 
 
@@ -80,12 +82,14 @@ class Hull:
 
     Positions are NED from home, velocities over ground; `water_*` are through the water, in body axes. `surge_mps2`,
     `sway_mps2` (acceleration over ground) and `turn_radps` are means of the last step: their integral ends where the
-    hull is.
+    hull is. `carried_*` is the part of the position that the waves' orbital motion has to and fro.
     """
 
     __slots__ = (
         "_derivative",
         "_orbit",
+        "carried_east_m",
+        "carried_north_m",
         "current_east_mps",
         "current_north_mps",
         "east_m",
@@ -123,6 +127,7 @@ class Hull:
         self.north_mps, self.east_mps = c * surge_mps - s * sway_mps, s * surge_mps + c * sway_mps
         self.surge_mps2 = self.sway_mps2 = 0.0
         self._orbit = None
+        self.carried_north_m = self.carried_east_m = 0.0
         self.set_current(self.current_north_mps, self.current_east_mps)
 
     def set_current(self, north_mps: float, east_mps: float) -> None:
@@ -181,8 +186,13 @@ class Hull:
         north_mps, east_mps = self.north_mps + before[0], self.east_mps + before[1]
         self.step(surge_n, sway_n, yaw_nm, dt_s)
         self.north_mps, self.east_mps = self.north_mps + orbit[0], self.east_mps + orbit[1]
-        self.north_m += 0.5 * dt_s * (before[0] + orbit[0])
-        self.east_m += 0.5 * dt_s * (before[1] + orbit[1])
+        north_m, east_m = 0.5 * dt_s * (before[0] + orbit[0]), 0.5 * dt_s * (before[1] + orbit[1])
+        self.north_m, self.east_m = self.north_m + north_m, self.east_m + east_m
+        keep = 1.0 - dt_s / _CARRIED_S
+        self.carried_north_m, self.carried_east_m = (
+            keep * self.carried_north_m + north_m,
+            keep * self.carried_east_m + east_m,
+        )
         turned_radps = 0.5 * (before[2] + orbit[2])
         self.turn_radps += turned_radps
         self.yaw_rate_radps += orbit[2]

@@ -28,8 +28,9 @@ _ROWS_A_PLACE = 3
 
 
 class Sea(Waves):
-    """Every signal is a sum over the components of Re(H a e^{iθ}), θ = ω t − k·x + ε at the hull's own place, and so at
-    the frequency of encounter; the responses H of `wave_hull` follow heading and speed.
+    """Every signal is a sum over the components of Re(H a e^{iθ}), θ = ω t − k·x + ε, and so at the frequency of
+    encounter; the responses H of `wave_hull` follow heading and speed. As in all first-order theory, x is the hull's
+    place without the motion to and fro, so that Stokes's drift is left out.
 
     Out, beside `Waves`: `orbit`, velocity north and east and rate of yaw with which the water carries the hull along,
     and `force()`, the drift: Newman's approximation (1974), Σ_j Σ_k a_j a_k ½(T_j + T_k) cos(θ_j − θ_k), as the product
@@ -95,7 +96,8 @@ class Sea(Waves):
             self._renew(t_s, dt_s if begun else 0.0)
         else:
             self._matrix += self._rise
-        np.dot(self._numbers, (t_s, hull.north_m, hull.east_m), out=self._phase)
+        place = (t_s, hull.north_m - hull.carried_north_m, hull.east_m - hull.carried_east_m)
+        np.dot(self._numbers, place, out=self._phase)
         self._phase += self._components.phase_rad
         np.cos(self._phase, out=self._waves[: self._count])
         np.sin(self._phase, out=self._waves[self._count :])
@@ -108,6 +110,7 @@ class Sea(Waves):
         self.roll_rate_radps = (roll - self.roll_rad) / dt_s if begun else 0.0
         self.pitch_rate_radps = (pitch - self.pitch_rad) / dt_s if begun else 0.0
         self.roll_rad, self.pitch_rad, self._t_s = roll, pitch, t_s
+        self.half_step_s = 0.5 * dt_s if begun else 0.0
         self.heave_m, self.heave_mps, self.heave_mps2 = -values[_HEAVE], -values[_HEAVE_RATE], -values[_HEAVE_ACC]
         self.orbit = (values[_NORTH], values[_EAST], values[_YAW])
 

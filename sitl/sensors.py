@@ -217,11 +217,9 @@ ImuSample = tuple[float, float, float, float, float, float, float, float, float]
 def true_imu(gravity_mps2: float, hull: Hull, waves: Waves) -> tuple[float, float, float, float, float, float]:
     """What a perfect inertial sensor in the middle of the boat feels: specific force x, y, z in m/s², roll, pitch, yaw
     rate in rad/s, axes forward, starboard, down."""
-    roll, pitch, turn = waves.roll_rad, waves.pitch_rad, hull.turn_radps
+    roll, pitch = waves.roll_rad, waves.pitch_rad
     c_roll, s_roll, c_pitch, s_pitch = math.cos(roll), math.sin(roll), math.cos(pitch), math.sin(pitch)
-    p = waves.roll_rate_radps - turn * s_pitch
-    q = waves.pitch_rate_radps * c_roll + turn * s_roll * c_pitch
-    r = turn * c_roll * c_pitch - waves.pitch_rate_radps * s_roll
+    p, q, r = _body_rates(waves, hull.turn_radps)
     forward, starboard = hull.surge_mps2, hull.sway_mps2
     felt_mps2 = gravity_mps2 - waves.heave_mps2
     z = s_pitch * forward - c_pitch * felt_mps2
@@ -232,6 +230,18 @@ def true_imu(gravity_mps2: float, hull: Hull, waves: Waves) -> tuple[float, floa
         p,
         q,
         r,
+    )
+
+
+def _body_rates(waves: Waves, turn_radps: float) -> tuple[float, float, float]:
+    """Rates about the body's axes, at the attitude that the boat had with these rates of roll, pitch and yaw."""
+    roll = waves.roll_rad - waves.half_step_s * waves.roll_rate_radps
+    pitch = waves.pitch_rad - waves.half_step_s * waves.pitch_rate_radps
+    c_roll, s_roll, c_pitch, s_pitch = math.cos(roll), math.sin(roll), math.cos(pitch), math.sin(pitch)
+    return (
+        waves.roll_rate_radps - turn_radps * s_pitch,
+        waves.pitch_rate_radps * c_roll + turn_radps * s_roll * c_pitch,
+        turn_radps * c_roll * c_pitch - waves.pitch_rate_radps * s_roll,
     )
 
 

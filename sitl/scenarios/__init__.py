@@ -32,6 +32,7 @@ from sitl.scenarios import (
     station_keeping,
     two_followers,
     watch_circle,
+    wave_hold,
     wild_points,
 )
 from sitl.scenarios.scenario import Scenario
@@ -45,6 +46,7 @@ BY_SUBJECT: dict[str, tuple[Scenario, ...]] = {
         watch_circle.SCENARIO,
         bow_hold.SCENARIO,
         endurance.SCENARIO,
+        wave_hold.SCENARIO,
         docking.SCENARIO,
     ),
     "Under way": (

@@ -1,0 +1,113 @@
+"""Station keeping in a sea state, beam on or bow on: what waves take of accuracy and thrust, and where the boat loses
+its place."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import accumulate
+from pathlib import Path
+from typing import Any
+
+from companion.core.angles import wrap_pi
+from sitl.scenarios.boat import sideways
+from sitl.scenarios.four_corner import SETTLE_S, thrusters_of
+from sitl.scenarios.ground_station import GroundStation
+from sitl.scenarios.measure import Check, Track, between, distance_to, read_truth, rms
+from sitl.scenarios.rig import Conditions
+from sitl.scenarios.scenario import Scenario, ScenarioError, Settings, number
+from sitl.sea_state import parse_sea
+
+_FROM_RAD = math.radians(90.0)  # of a sea without a direction
+_MEAN_S = 10.0  # motion slower than that is the controller's affair
+_LOST_LENGTHS = 1.0  # distance in boat lengths beyond which the place counts as lost
+
+
+def _yaw_rad(settings: Settings) -> float:
+    """The heading that is held. Raises ScenarioError."""
+    state = parse_sea(settings["waves"])
+    from_rad = _FROM_RAD if state is None or state.from_rad is None else state.from_rad
+    turned = {"beam": -0.5 * math.pi, "bow": 0.0}.get(settings["heading"])
+    if turned is None:
+        raise ScenarioError(f"heading={settings['heading']}: beam or bow")
+    return wrap_pi(from_rad + turned)
+
+
+def prepare(conditions: Conditions, settings: Settings) -> Conditions:
+    """At home with the heading that is to be held, in waves of a known direction."""
+    text = settings["waves"]
+    if "@" not in text:
+        height, slash, period = text.partition("/")
+        text = f"{height}@{math.degrees(_FROM_RAD):g}{slash}{period}"
+    return replace(conditions, waves=text, start=(0.0, 0.0, _yaw_rad(settings)))
+
+
+def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
+    """Hold at home with that heading for the setting `time`, after settling."""
+    config, yaw_rad = gcs.rig.config, _yaw_rad(settings)
+    gcs.ready()
+    gcs.set_mode(0x03040000)
+    gcs.arm()
+    gcs.reposition(config.home.lat_deg, config.home.lon_deg, yaw_rad)
+    gcs.sail(SETTLE_S)
+    from_s = gcs.rig.now_s
+    gcs.sail(number(settings, "time"))
+    return {
+        "from_s": from_s, "to_s": gcs.rig.now_s, "yaw_rad": yaw_rad, "length_m": config.length_m,
+        "thrusters": thrusters_of(config),
+    }  # fmt: skip
+
+
+def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[dict[str, float], Sequence[Check]]:
+    """By the truth: position with and without the first-order motion, heading, the mean force of the thrusters together
+    (`used_n`), and their mean share of full force."""
+    track = between(read_truth(folder), asked["from_s"], asked["to_s"])
+    slow = _slow(track)
+    headings = [math.degrees(wrap_pi(row["yaw_rad"] - asked["yaw_rad"])) for row in track]
+    used = [_net(row, asked) for row in track]
+    given = [sum(abs(row[f"{thruster.name}_force_n"]) for thruster in asked["thrusters"]) for row in track]
+    slow_max_m = max(math.hypot(*place) for place in slow)
+    metrics = {
+        "position_rms_m": rms([distance_to(row, 0.0, 0.0) for row in track]),
+        "slow_rms_m": rms([math.hypot(*place) for place in slow]),
+        "slow_max_m": slow_max_m,
+        "heading_rms_deg": rms(headings),
+        "used_n": math.hypot(*(sum(axis) / len(used) for axis in zip(*used, strict=True))),
+        "thrust_percent": 100.0 * sum(given) / len(given) / sum(thruster.full_n for thruster in asked["thrusters"]),
+        "kept": float(slow_max_m <= _LOST_LENGTHS * asked["length_m"]),
+    }
+    limit_m = _LOST_LENGTHS * asked["length_m"]
+    return metrics, (Check("position without first-order motion, largest", slow_max_m, limit_m, "m"),)
+
+
+def _slow(track: Track) -> list[tuple[float, float]]:
+    """Place as its mean over `_MEAN_S`."""
+    width = max(1, round(_MEAN_S * (len(track) - 1) / (track[-1]["t_s"] - track[0]["t_s"])))
+    means = []
+    for axis in ("north_m", "east_m"):
+        sums = [0.0, *accumulate(row[axis] for row in track)]
+        means.append([(b - a) / width for a, b in zip(sums, sums[width:], strict=False)])
+    return list(zip(*means, strict=True))
+
+
+def _net(row: dict[str, float], asked: dict[str, Any]) -> tuple[float, float]:
+    """Force of all thrusters ahead and to starboard."""
+    pairs = [(row[f"{thruster.name}_force_n"], row[f"{thruster.name}_azimuth_rad"]) for thruster in asked["thrusters"]]
+    return sum(n * math.cos(a) for n, a in pairs), sum(n * math.sin(a) for n, a in pairs)
+
+
+SCENARIO = Scenario(
+    name="wave_hold",
+    text="300 s of station keeping in a sea state, with (`drift=on`) or without its drift force",
+    vessel="revolt",
+    defaults={
+        "waves": "0.1", "heading": "beam", "drift": "on", "time": "300", "wind": "", "current": "", "gnss": "rtk",
+        "model_error": "", "plant": "",
+    },
+    needs=(sideways,),
+    sail=sail,
+    measure=measure,
+    prepare=prepare,
+    lasts_s=330.0,
+)  # fmt: skip
