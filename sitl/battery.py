@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-_FULL_V = 12.8
+FULL_V = 12.8  # without current
 _EMPTY_V = 11.2
 _RESISTANCE_OHM = 0.02
 _JOULE_PER_WH = 3600.0
@@ -28,9 +28,9 @@ class BatteryModel:
     @property
     def voltage_v(self) -> float:
         """At the terminals, under the present current."""
-        return _EMPTY_V + (_FULL_V - _EMPTY_V) * self.remaining - _RESISTANCE_OHM * self.current_a
+        return _EMPTY_V + (FULL_V - _EMPTY_V) * self.remaining - _RESISTANCE_OHM * self.current_a
 
     def step(self, power_w: float, dt_s: float) -> None:
         """Draw `power_w` for `dt_s`."""
         self._used_j += power_w * dt_s
-        self.current_a = power_w / (_EMPTY_V + (_FULL_V - _EMPTY_V) * self.remaining)
+        self.current_a = power_w / (_EMPTY_V + (FULL_V - _EMPTY_V) * self.remaining)

@@ -31,6 +31,7 @@ class ThrusterModel:
         "_config",
         "_dt_s",
         "_endless",
+        "_gear_rad",
         "_lag_s",
         "_share",
         "_target_n",
@@ -39,7 +40,9 @@ class ThrusterModel:
         "_x_m",
         "_y_m",
         "asked",
+        "azimuth_lag_s",
         "azimuth_rad",
+        "backlash_rad",
         "dead",
         "down",
         "force_n",
@@ -63,6 +66,8 @@ class ThrusterModel:
         self._target_n = 0.0
         self.azimuth_rad = config.azimuth_rad  # can exceed one turn where there are stops
         self._target_rad = config.azimuth_rad
+        self._gear_rad = config.azimuth_rad
+        self.azimuth_lag_s = self.backlash_rad = 0.0  # of a drive that is worse than the file says
         self.force_n = 0.0
         self.asked = 0.0
         self.down = 1.0
@@ -169,6 +174,9 @@ class ThrusterModel:
         self.force_n = 0.0
 
     def _turn(self, dt_s: float) -> None:
+        if self.backlash_rad or self.azimuth_lag_s:
+            self._turn_badly(dt_s)
+            return
         error = self._target_rad - self.azimuth_rad
         if self._endless:
             error = wrap_pi(error)
@@ -176,6 +184,18 @@ class ThrusterModel:
             most = self._config.azimuth_rate_radps * dt_s
             turned = self.azimuth_rad + min(max(error, -most), most)
             self.azimuth_rad = wrap_pi(turned) if self._endless else turned
+
+    def _turn_badly(self, dt_s: float) -> None:
+        """Turn the gear with its lag, and the thruster where the gear's play is used up."""
+        error = self._target_rad - self._gear_rad
+        error = wrap_pi(error) if self._endless else error
+        share = -math.expm1(-dt_s / self.azimuth_lag_s) if self.azimuth_lag_s > 0.0 else 1.0
+        most = self._config.azimuth_rate_radps * dt_s
+        self._gear_rad += min(max(share * error, -most), most)
+        behind, play = self._gear_rad - self.azimuth_rad, 0.5 * self.backlash_rad
+        behind = wrap_pi(behind) if self._endless else behind
+        turned = self.azimuth_rad + behind - min(max(behind, -play), play)
+        self.azimuth_rad = wrap_pi(turned) if self._endless else turned
 
     def _turn_with_lag(self, drive: NozzleConfig, dt_s: float) -> None:
         """Turn as a nozzle or a blade does: with the drive's lag, at most at its rate."""

@@ -32,6 +32,7 @@ from sitl.sea_state import components, parse_sea
 from sitl.seaway import Seaway
 from sitl.sensors import grade
 from sitl.shared_sea import SharedSea
+from sitl.thruster_losses import ThrusterLosses
 from sitl.thrusters import ThrusterModel, build
 from sitl.tow import TowedHull, TowLeg
 from sitl.traffic import Traffic
@@ -120,10 +121,18 @@ class World:
         self.battery = BatteryModel(self._sitl.battery_wh if given.capacity_wh is None else given.capacity_wh)
         self.hull = TowedHull(self._plant.hull, given.tow) if given.tow else Hull(self._plant.hull)
         self.shared_sea = shared_sea
+        losses, rows = self._plant.losses, vessel.thrusters
+        self._felt = losses is not None or any(row.kind in ("jet", "rudder") for row in rows)
+        x_m = self._plant.thruster_x_m or tuple(row.x_m for row in rows)
+        self._thruster_places = [(x, row.y_m) for x, row in zip(x_m, rows, strict=True)]
+        self._losses = None if losses is None else ThrusterLosses(losses, rows, self._thruster_places)
         self.waves = self._water(given)
         dock = vessel.dock if given.dock is None else given.dock
         self.berth = None if dock is None else BerthModel(dock, vessel.home, vessel.length_m, vessel.beam_m)
         self.thrusters = _thrusters(vessel.thrusters, self._plant)
+        if losses is not None:
+            for thruster in self.thrusters:
+                thruster.azimuth_lag_s, thruster.backlash_rad = losses.azimuth_lag_s, losses.backlash_rad
         self._retractable = [(c, t) for c, t in zip(vessel.thrusters, self.thrusters, strict=True) if c.retractable]
         self._steps = 0
         self._over_rad = 0.0  # by which the boat has rolled over
@@ -258,9 +267,11 @@ class World:
             boat = wave_hull(plant.hull, self._vessel)
             from_rad = self.wind.mean_from_rad if state.from_rad is None else state.from_rad
             sea = components(state, from_rad, given.seed)
+            depth_m = boat.draft_m if plant.losses is None else plant.losses.depth_m or boat.draft_m
+            places = [(x_m, y_m, depth_m) for x_m, y_m in self._thruster_places] if self._felt else []
             return Sea(
-                sea, boat, hull, self.wind, seed=given.seed, mass_kg=plant.hull.m11_kg, wakes=wakes,
-                drift=given.wave_drift,
+                sea, boat, hull, self.wind, seed=given.seed, mass_kg=plant.hull.m11_kg, places=places,
+                wakes=wakes, drift=given.wave_drift,
             )  # fmt: skip
         if not plant.seaway:
             return Waves(self.wind, given.seed)
@@ -308,10 +319,8 @@ class World:
         surge_n, sway_n, yaw_nm = wind_force(
             self._plant.windage, self._vessel.length_m, c * air_north + s * air_east, c * air_east - s * air_north
         )
-        for thruster in self.thrusters:
-            thruster.step(self._step_s, hull.water_surge_mps, hull.water_sway_mps, hull.yaw_rate_radps)
-            x_n, y_n, n_nm = thruster.wrench()
-            surge_n, sway_n, yaw_nm = surge_n + x_n, sway_n + y_n, yaw_nm + n_nm
+        x_n, y_n, n_nm = self._thrust()
+        surge_n, sway_n, yaw_nm = surge_n + x_n, sway_n + y_n, yaw_nm + n_nm
         if self._conditions.push_ned_n != (0.0, 0.0):
             x_n, y_n = ned_to_body(*self._conditions.push_ned_n, hull.yaw_rad)
             surge_n, sway_n = surge_n + x_n, sway_n + y_n
@@ -330,6 +339,21 @@ class World:
             hull.step_in_waves(surge_n, sway_n, yaw_nm, self._step_s, orbit)
         else:
             hull.step(surge_n, sway_n, yaw_nm, self._step_s)
+
+    def _thrust(self) -> tuple[float, float, float]:
+        """Step the thrusters in the water at each of them; the sum of their wrenches, less what is lost."""
+        hull, sea = self.hull, self.waves
+        water = [sea.water_at(i) for i in range(len(self.thrusters))] if self._felt and isinstance(sea, Sea) else None
+        surge_mps, sway_mps, surge_n, sway_n, yaw_nm = hull.water_surge_mps, hull.water_sway_mps, 0.0, 0.0, 0.0
+        for i, thruster in enumerate(self.thrusters):
+            ahead_mps, starboard_mps = (0.0, 0.0) if water is None else water[i][:2]
+            thruster.step(self._step_s, surge_mps - ahead_mps, sway_mps - starboard_mps, hull.yaw_rate_radps)
+            x_n, y_n, n_nm = thruster.wrench()
+            surge_n, sway_n, yaw_nm = surge_n + x_n, sway_n + y_n, yaw_nm + n_nm
+        if self._losses is None:
+            return surge_n, sway_n, yaw_nm
+        velocity = surge_mps, sway_mps, hull.yaw_rate_radps
+        return self._losses.wrench(self.thrusters, velocity, water, self.battery.voltage_v)
 
     def _ground(self) -> tuple[float, float, float]:
         """Force and moment of the ground under the keel: friction that stops the boat and lets it creep."""

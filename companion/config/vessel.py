@@ -44,6 +44,7 @@ from companion.config.fields import (
 )
 from companion.config.hull import HullConfig, ThesisModelConfig, WindageConfig, resistance_problems
 from companion.config.kinds import Equipment, Problem
+from companion.config.losses import LossConfig
 from companion.config.mistakes import problems_of
 from companion.config.outputs import BatteryConfig, RelayConfig, ServoConfig, battery_problems, rest_problems
 from companion.config.overlay import in_force, is_overlay, with_overlay
@@ -146,8 +147,12 @@ class PlantConfig:
     ] = None
     seaway: Annotated[
         bool,
-        means("Waves at the frequency of encounter, with heave and yaw. Otherwise they only roll, pitch and push."),
+        means(
+            "Without a sea state, the wind's chop at the frequency of encounter, with heave and yaw, and the wakes of "
+            "lead boats. Otherwise wind only rolls and pitches the boat."
+        ),
     ] = False
+    losses: Annotated[LossConfig | None, means("What water and battery take of the thrust. Left out: nothing.")] = None
 
 
 AS_MODELLED = "as_modelled"
