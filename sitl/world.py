@@ -319,8 +319,7 @@ class World:
         surge_n, sway_n, yaw_nm = wind_force(
             self._plant.windage, self._vessel.length_m, c * air_north + s * air_east, c * air_east - s * air_north
         )
-        x_n, y_n, n_nm = self._thrust()
-        surge_n, sway_n, yaw_nm = surge_n + x_n, sway_n + y_n, yaw_nm + n_nm
+        surge_n, sway_n, yaw_nm = self._with_thrust(surge_n, sway_n, yaw_nm)
         if self._conditions.push_ned_n != (0.0, 0.0):
             x_n, y_n = ned_to_body(*self._conditions.push_ned_n, hull.yaw_rad)
             surge_n, sway_n = surge_n + x_n, sway_n + y_n
@@ -340,20 +339,22 @@ class World:
         else:
             hull.step(surge_n, sway_n, yaw_nm, self._step_s)
 
-    def _thrust(self) -> tuple[float, float, float]:
-        """Step the thrusters in the water at each of them; the sum of their wrenches, less what is lost."""
+    def _with_thrust(self, surge_n: float, sway_n: float, yaw_nm: float) -> tuple[float, float, float]:
+        """Step the thrusters in the water at each of them; the wrench with theirs added, less what is lost."""
         hull, sea = self.hull, self.waves
         water = [sea.water_at(i) for i in range(len(self.thrusters))] if self._felt and isinstance(sea, Sea) else None
-        surge_mps, sway_mps, surge_n, sway_n, yaw_nm = hull.water_surge_mps, hull.water_sway_mps, 0.0, 0.0, 0.0
+        surge_mps, sway_mps = hull.water_surge_mps, hull.water_sway_mps
         for i, thruster in enumerate(self.thrusters):
             ahead_mps, starboard_mps = (0.0, 0.0) if water is None else water[i][:2]
             thruster.step(self._step_s, surge_mps - ahead_mps, sway_mps - starboard_mps, hull.yaw_rate_radps)
-            x_n, y_n, n_nm = thruster.wrench()
-            surge_n, sway_n, yaw_nm = surge_n + x_n, sway_n + y_n, yaw_nm + n_nm
+            if self._losses is None:
+                x_n, y_n, n_nm = thruster.wrench()
+                surge_n, sway_n, yaw_nm = surge_n + x_n, sway_n + y_n, yaw_nm + n_nm
         if self._losses is None:
             return surge_n, sway_n, yaw_nm
         velocity = surge_mps, sway_mps, hull.yaw_rate_radps
-        return self._losses.wrench(self.thrusters, velocity, water, self.battery.voltage_v)
+        x_n, y_n, n_nm = self._losses.wrench(self.thrusters, velocity, water, self.battery.voltage_v)
+        return surge_n + x_n, sway_n + y_n, yaw_nm + n_nm
 
     def _ground(self) -> tuple[float, float, float]:
         """Force and moment of the ground under the keel: friction that stops the boat and lets it creep."""
