@@ -22,6 +22,7 @@ from docs.generate.platforms import platforms
 from docs.generate.results import results
 from docs.generate.statustexts import statustexts
 from docs.generate.vessel_file import vessel_file
+from docs.generate.wave_curve import wave_curve
 
 
 def _rooms() -> str:
@@ -46,6 +47,7 @@ PAGES: Mapping[str, Callable[[], str]] = {
     "reference/platforms.md": platforms,
     "reference/results.md": results,
     "reference/energy-curve.svg": energy_curve,
+    "reference/wave-curve.svg": wave_curve,
     "reference/fault-matrix.md": fault_matrix,
     "ground-stations/mavsdk-examples.md": mavsdk_examples,
     "inside/rooms.md": _rooms,

@@ -1,0 +1,53 @@
+"""The picture of Hold in waves, and the static balance that it is held against."""
+
+from __future__ import annotations
+
+import json
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import pytest
+
+from companion.config.vessel import find, load
+from docs.generate.wave_balance import FROM_BEAM, FROM_BOW, mean_drift, static_height_m
+from docs.generate.wave_curve import points, vessels, wave_curve
+
+
+def row(boat: str, vessel: str, height: str, value: float) -> dict[str, object]:
+    runs = [{"metrics": {"slow_rms_m": value + step, "thrust_percent": 10.0 * value}} for step in (-0.01, 0.01)]
+    return {"label": f"{boat}, {height}", "runs": runs, "command": f"companion scenario run x --vessel {vessel}"}
+
+
+ROWS = [
+    row("ReVolt", "revolt", "0.2 m", 0.5),
+    row("ReVolt", "revolt", "0.1 m", 0.1),
+    row("ReVolt", "revolt", "0.1 m, no drift", 0.02),
+    row("ÅBOAT", "aboat", "0.3 m", 0.2),
+]
+
+
+def test_rows_become_curves_with_drift_and_without() -> None:
+    found = points(ROWS, "slow_rms_m")
+    assert found[("ReVolt", True)] == [(0.1, pytest.approx(0.1)), (0.2, pytest.approx(0.5))]
+    assert found[("ReVolt", False)] == [(0.1, pytest.approx(0.02))]
+    assert vessels(ROWS) == {"ReVolt": "revolt", "ÅBOAT": "aboat"}
+
+
+def test_it_is_whole_with_and_without_a_table(tmp_path: Path) -> None:
+    file = tmp_path / "waves.json"
+    bare = wave_curve(file)
+    file.write_text(json.dumps({"rows": ROWS}), encoding="utf-8")
+    drawn = wave_curve(file)
+    for picture in (bare, drawn):
+        assert "nan" not in picture
+        ET.fromstring(picture)
+    assert drawn.count("<polyline") == 4 and "mean drift up to 0.2" in drawn
+
+
+def test_the_static_balance_is_where_the_drift_is_as_large_as_the_thrust() -> None:
+    """ReVolt's limit sideways is 20 N; bow on it meets far less."""
+    vessel = load(find("revolt"))
+    height_m = static_height_m("revolt", FROM_BEAM)
+    drifts = [abs(mean_drift(vessel, f"{height_m:.4f}", FROM_BEAM, seed)[1]) for seed in range(4)]
+    assert sum(drifts) / 4 == pytest.approx(20.0, rel=0.1)
+    assert static_height_m("revolt", FROM_BOW) > 2.0 * height_m
