@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Protocol
 
 from companion.config.hull import WindageConfig
 from companion.config.vessel import ConfigError
@@ -33,19 +34,30 @@ def parse_directed(text: str, what: str = "value") -> tuple[float, float | None]
     return speed_mps, None if direction_deg is None else wrap_two_pi(math.radians(direction_deg))
 
 
+class GustModel(Protocol):
+    """Speed of the wind beside its mean."""
+
+    value: float
+
+    def update(self, dt_s: float) -> float:
+        """Advance by `dt_s`; returns the new value."""
+        ...
+
+
 class WindModel:
-    """True wind: a mean, gusts (an Ornstein–Uhlenbeck process of the speed) and a slow change of direction.
+    """True wind: a mean, gusts (an Ornstein–Uhlenbeck process of the speed, or `gusts`) and a slow change of direction.
 
     Remembers the present values. `north_mps` and `east_mps` are the velocity of the air over ground.
     """
 
     __slots__ = ("_gust", "_mean_from_rad", "_mean_mps", "_wander", "east_mps", "from_rad", "north_mps", "speed_mps")
 
-    def __init__(self, mean_mps: float, from_rad: float | None, seed: int) -> None:
+    def __init__(self, mean_mps: float, from_rad: float | None, seed: int, gusts: GustModel | None = None) -> None:
         """`from_rad` None: a direction from the seed."""
         self._mean_mps = mean_mps
         self._mean_from_rad = stream(seed, "wind direction").uniform(0.0, TWO_PI) if from_rad is None else from_rad
-        self._gust = GaussMarkov(stream(seed, "wind gusts"), _GUST_SHARE * mean_mps, _GUST_TAU_S)
+        usual = GaussMarkov(stream(seed, "wind gusts"), _GUST_SHARE * mean_mps, _GUST_TAU_S)
+        self._gust: GustModel = usual if gusts is None else gusts
         self._wander = GaussMarkov(stream(seed, "wind wander"), _WANDER_RAD if mean_mps > 0.0 else 0.0, _WANDER_TAU_S)
         self.update(0.0)
 

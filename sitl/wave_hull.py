@@ -65,6 +65,12 @@ def wave_hull(plant: HullConfig, vessel: VesselConfig) -> WaveHull:
     return WaveHull(length, beam, single, draft, roll, mass_kg * GRAVITY_MPS2 * height, hulls, form == "barge")
 
 
+def air_height_m(plant: HullConfig, vessel: VesselConfig) -> float:
+    """Height above the water of the middle of what the wind meets: half of the hull's and gear's."""
+    form = plant.form or vessel.hull.form or "monohull"
+    return 0.5 * (plant.height_m or vessel.hull.height_m or TRAITS[form].height_share * vessel.length_m)
+
+
 @dataclass(frozen=True, slots=True)
 class Met:
     """Regular waves as a hull meets them: their number k in rad/m, frequency ω, and frequency of encounter ω_e, in

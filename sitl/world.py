@@ -22,6 +22,7 @@ from sitl.camera import emulated_cameras
 from sitl.emulators.device import RcReceiver, SensedWorld
 from sitl.environment import UPDATE_S, CurrentModel, Waves, WindModel, parse_directed, wind_force
 from sitl.faults import Faults, parse
+from sitl.gusts import Gusts, at_height, parse_wind
 from sitl.hull import Hull
 from sitl.jet import Jet
 from sitl.memory import MemoryDevice, MemoryStream, garbling
@@ -36,12 +37,13 @@ from sitl.thruster_losses import ThrusterLosses
 from sitl.thrusters import ThrusterModel, build
 from sitl.tow import TowedHull, TowLeg
 from sitl.traffic import Traffic
-from sitl.wave_hull import wave_hull
+from sitl.wave_hull import air_height_m, wave_hull
 
 EPOCH_UNIX_NS = 1_780_315_200_000_000_000  # 2026-06-01T12:00:00Z, where simulated time begins
 STEP_HZ = 100
 FASTEST_HZ = 200
 _GROUND_MPS2, _CREEP_MPS = 15.0, 0.1  # deceleration by the ground, in full from that speed on
+_HEEL_S = 1.0  # in which a boat heels
 _OVER_RADPS, _OVER_RAD = math.radians(60.0), math.radians(170.0)
 
 
@@ -53,7 +55,7 @@ class WorldConditions:
     """
 
     seed: int = 0
-    wind: str | None = None  # "MPS@FROM_DEG" or "MPS"
+    wind: str | None = None  # "MPS[@FROM_DEG][/SPECTRUM]"
     current: str | None = None  # "MPS@TOWARDS_DEG" or "MPS"
     current_variation_mps: float = 0.0  # one sigma of the slow variation of the current on each axis
     waves: str | None = None  # "HS[@FROM_DEG][/TP_S]"; empty: flat water
@@ -112,7 +114,7 @@ class World:
         self._sitl = _simulation(vessel)
         self._plant = _chosen_plant(vessel, given.plant)
         self.faults = Faults(given.faults, vessel)
-        self.wind = WindModel(*(parse_directed(given.wind, "wind") if given.wind else (0.0, None)), given.seed)
+        self.wind = self._air(given)
         self.current = CurrentModel(
             *(parse_directed(given.current, "current") if given.current else (0.0, None)),
             given.seed,
@@ -136,6 +138,8 @@ class World:
         self._retractable = [(c, t) for c, t in zip(vessel.thrusters, self.thrusters, strict=True) if c.retractable]
         self._steps = 0
         self._over_rad = 0.0  # by which the boat has rolled over
+        self._heel_rad, self._heel_to_rad = 0.0, 0.0  # by the wind
+        self._stiffness_nm = wave_hull(self._plant.hull, vessel).stiffness_nm
         self._step_hz = FASTEST_HZ if any(sensor.rate_hz > STEP_HZ for sensor in vessel.sensors) else STEP_HZ
         self._step_s = 1.0 / self._step_hz
         self._update_steps = round(UPDATE_S * self._step_hz)
@@ -258,6 +262,16 @@ class World:
         for device in serial or self.boards:
             device.rc_us = channels_us
 
+    def _air(self, given: WorldConditions) -> WindModel:
+        """The wind at the boat. With a spectrum of gusts it is named by its mean at 10 m."""
+        mean_mps, from_rad, spectrum = parse_wind(given.wind) if given.wind else (0.0, None, "")
+        if not spectrum or mean_mps == 0.0:
+            return WindModel(mean_mps, from_rad, given.seed)
+        centre = self._plant.wind_centre_m
+        height_m = air_height_m(self._plant.hull, self._vessel) if centre is None else centre[1]
+        gusts = Gusts(spectrum, mean_mps, height_m, given.seed)
+        return WindModel(at_height(spectrum, mean_mps, height_m), from_rad, given.seed, gusts)
+
     def _water(self, given: WorldConditions) -> Waves:
         """The sea state that is set, else what the wind alone raises; with wakes where the plant feels them."""
         hull, plant = self.hull, self._plant
@@ -298,12 +312,21 @@ class World:
             self._update_weather()
         if self.shared_sea is not None:
             self.shared_sea.advance(t_s)
-        self.waves.roll_rad -= self._over_rad  # waves go on from their own
+        self.waves.roll_rad -= self._over_rad + self._heel_rad  # waves go on from their own
         self.waves.update(t_s)
+        if self._plant.wind_centre_m is not None:
+            self._heel()
         if "capsized" in self.faults.active:
             self._roll_over()
         self._push()
         self._send_due(t_s)
+
+    def _heel(self) -> None:
+        """Follow the angle at which the righting moment balances the wind's."""
+        before = self._heel_rad
+        self._heel_rad += self._step_s / _HEEL_S * (self._heel_to_rad - before)
+        self.waves.roll_rad += self._heel_rad
+        self.waves.roll_rate_radps += (self._heel_rad - before) / self._step_s
 
     def _roll_over(self) -> None:
         rate = _OVER_RADPS if self._over_rad < _OVER_RAD else 0.0
@@ -319,6 +342,10 @@ class World:
         surge_n, sway_n, yaw_nm = wind_force(
             self._plant.windage, self._vessel.length_m, c * air_north + s * air_east, c * air_east - s * air_north
         )
+        if self._plant.wind_centre_m is not None:
+            ahead_m, above_m = self._plant.wind_centre_m
+            yaw_nm += ahead_m * sway_n
+            self._heel_to_rad = above_m * sway_n / self._stiffness_nm
         surge_n, sway_n, yaw_nm = self._with_thrust(surge_n, sway_n, yaw_nm)
         if self._conditions.push_ned_n != (0.0, 0.0):
             x_n, y_n = ned_to_body(*self._conditions.push_ned_n, hull.yaw_rad)

@@ -89,11 +89,13 @@ def judge(config: VesselConfig, options: RunOptions) -> None:
     if options.sitl:
         from sitl.environment import parse_directed
         from sitl.faults import Faults
+        from sitl.gusts import parse_wind
         from sitl.sea_state import parse_sea
 
-        for text, what in ((options.wind, "wind"), (options.current, "current")):
-            if text is not None:
-                parse_directed(text, what)
+        if options.wind is not None:
+            parse_wind(options.wind)
+        if options.current is not None:
+            parse_directed(options.current, "current")
         parse_sea(options.waves or "")
         Faults(options.faults, config)
 

@@ -133,6 +133,13 @@ class PlantConfig:
     __pydantic_config__ = STRICT
     hull: Annotated[HullConfig, means("The hull as it really is.")]
     windage: Annotated[WindageConfig, means("Wind areas as they really are.")] = field(default_factory=WindageConfig)
+    wind_centre_m: Annotated[
+        tuple[float, Positive] | None,
+        means(
+            "Where the wind's force on the side attacks: ahead of the middle and above the water. Left out: by "
+            "`cn` of the windage alone, and the wind does not heel the boat."
+        ),
+    ] = None
     thruster_lag_s: Annotated[NonNegative, means("Time constant with which thrust follows its command.")] = 0.3
     thruster_x_m: Annotated[
         tuple[float, ...] | None,

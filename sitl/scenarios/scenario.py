@@ -180,6 +180,7 @@ def _conditions(settings: Settings) -> Conditions:
         controller_model=settings.get("hull") or None,
         plant=settings.get("plant") or None,
         plant_error=number(settings, "plant_error"),
+        windage_error=number(settings, "windage_error"),
         push_ned_n=_push(settings),
         magnetometer=_word(settings, "magnetometer", ("", "calibrated", "raw")),
         wind_sensor=bool(_choice(settings, "anemometer", {"off": 0, "on": 1})) if "anemometer" in settings else False,

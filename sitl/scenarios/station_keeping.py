@@ -104,7 +104,7 @@ def measure_with_failure(
 
 _DEFAULTS = {
     "law": "companion", "feedforward": "", "allocation": "constrained", "bow": "fixed", "wind": "3",
-    "current": "0.1", "push": "", "gnss": "rtk", "waves": "", "model_error": "", "plant": "",
+    "current": "0.1", "push": "", "gnss": "rtk", "waves": "", "model_error": "", "windage_error": "", "plant": "",
 }  # fmt: skip
 
 SCENARIO = Scenario(

@@ -103,7 +103,7 @@ SCENARIO = Scenario(
     vessel="revolt",
     defaults={
         "waves": "0.1", "heading": "beam", "drift": "on", "time": "300", "wind": "", "current": "", "gnss": "rtk",
-        "model_error": "", "plant": "",
+        "model_error": "", "windage_error": "", "plant": "",
     },
     needs=(sideways,),
     sail=sail,
