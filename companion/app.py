@@ -312,7 +312,8 @@ def _devices(config: VesselConfig, around: Surroundings, events: EventLog) -> tu
     if around.devices is not None:
         return around.devices, CorrectionsRelay(dict.fromkeys(receivers), names, events.say)
     ports = {sensor.name: around.opener.open(sensor.name, sensor.port) for sensor in config.sensors}
-    relay = CorrectionsRelay({name: ports[name] for name in receivers}, names, events.say)
+    moving = [ports[sensor.name] for sensor in config.sensors if sensor.moving_base]
+    relay = CorrectionsRelay({name: ports[name] for name in receivers}, names, events.say, moving)
     network = around.network
     sources = (
         ()

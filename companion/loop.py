@@ -52,11 +52,13 @@ from companion.core.readings import (
     Corrections,
     Depth,
     DepthAhead,
+    GnssFix,
     Leak,
     RadarTarget,
     Ranges,
     RcInput,
     Reading,
+    RelativeFix,
     Wind,
 )
 from companion.core.setpoint import NeutralSetpoint, PathSetpoint, Setpoint, ThrusterSetpoint
@@ -153,6 +155,8 @@ class Vessel:
             Ranges: self.supervisor.obstacle_heard,
             RadarTarget: self.supervisor.obstacle_heard,
             DepthAhead: self.supervisor.obstacle_heard,
+            GnssFix: self.supervisor.place_heard,
+            RelativeFix: self.supervisor.place_heard,
         }
         self._starved = 0  # ticks in a row for which there was no memory
         self._device_ok: dict[str, bool] = {}

@@ -58,6 +58,8 @@ class LeaderFix:
     east_mps: float
     yaw_rad: float
     yaw_rate_radps: float
+    quality: int = 1  # as in GGA
+    true_m: tuple[float, float] = (0.0, 0.0)  # north and east of home: what a base's observations stand for
 
 
 class LeadBoat:
@@ -169,4 +171,14 @@ class LeadBoat:
         yaw = hull.yaw_rad + self._heading_error.update(1.0 / _FIX_HZ) + self._rng.gauss(0.0, _HEADING_WHITE_RAD)
         rate = hull.yaw_rate_radps + self._rate_bias + self._rng.gauss(0.0, _RATE_WHITE_RADPS)
         lat_deg, lon_deg = (None, None) if sample.position is None else sample.position[:2]
-        return LeaderFix(self.t_s, lat_deg, lon_deg, sample.north_mps, sample.east_mps, wrap_pi(yaw), rate)
+        return LeaderFix(
+            self.t_s,
+            lat_deg,
+            lon_deg,
+            sample.north_mps,
+            sample.east_mps,
+            wrap_pi(yaw),
+            rate,
+            sample.grade.quality,
+            (hull.north_m, hull.east_m),
+        )

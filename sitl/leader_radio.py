@@ -14,11 +14,15 @@ from pymavlink.dialects.v20 import common as mavlink
 from companion.config.vessel import ConfigError
 from companion.core.geodesy import LocalFrame
 from sitl.lead_boat import LeadBoat, LeaderFix
+from sitl.moving_base import MovingBase
 from sitl.noise import stream
 from sitl.sensors import Grade, grade
 
 WISH_NONE, WISH_MANUAL, WISH_REMOTE, WISH_AUTONOMOUS = range(4)
-_MODULE_STATE = 0x55535600  # in custom_state: marks a leader module; the low byte is the crew's wish
+_MODULE_STATE = (
+    0x55535600  # in custom_state: marks a leader module; the low byte is the crew's wish, bits 40 to 43 the kind of fix
+)
+_FIX_TYPES = {1: 3, 2: 4, 4: 6}  # GGA's quality → GPS_FIX_TYPE
 _POSITION, _VELOCITY, _ATTITUDE = 1, 2, 8  # est_capabilities
 _NAN = math.nan
 _WHOLE_S = 1.0  # how often a radio module sends a whole message, not a short one
@@ -64,10 +68,12 @@ class EmulatedLeaderModule:
         gnss: str = "standalone",
         heading: bool = True,
         rate_hz: float = 0.0,
+        moving_base: bool = False,
         seed: int = 0,
     ) -> None:
         """`gnss`: grade of the boat's receiver, for the accuracy it reports. `heading` False: it has no inertial
-        sensor. `rate_hz` 0: the usual rate of its kind. Raises ConfigError for an unknown kind or grade."""
+        sensor. `rate_hz` 0: the usual rate of its kind. `moving_base`: its receiver sends RTCM once a
+        second. Raises ConfigError for an unknown kind or grade."""
         if kind not in KINDS:
             raise ConfigError([f"leader kind '{kind}': one of {', '.join(KINDS)}"])
         self.kind = kind
@@ -82,6 +88,8 @@ class EmulatedLeaderModule:
         self._heartbeat_s, self._sticks_s, self._whole_s = self.due_s, self.due_s, -math.inf
         self._clock_s, self._clock_rate = draws.uniform(5.0, 5000.0), 1.0 + draws.uniform(-50e-6, 50e-6)
         self._said = 0
+        self._rtcm = 0
+        self._base = MovingBase() if moving_base else None
         self._codec = mavlink.MAVLink(None, srcSystem=self._who.system, srcComponent=self._who.component)
 
     @property
@@ -105,6 +113,7 @@ class EmulatedLeaderModule:
         fix = self._boat.fix
         if fix is not None:
             packets.append(self._pack(self._position(fix, now_s)))
+            packets += [self._pack(message) for message in self._corrections(fix)]
         if self.sticks is not None and now_s >= self._sticks_s - 1e-9:
             self._sticks_s = now_s + 1.0 / _STICKS_HZ
             packets.append(self._pack(mavlink.MAVLink_manual_control_message(1, *self.sticks, 0)))
@@ -117,6 +126,17 @@ class EmulatedLeaderModule:
             return None
         clock_ns = round(1e9 * (self._clock_s + self._clock_rate * at_s))
         return self._pack(mavlink.MAVLink_timesync_message(clock_ns, message.ts1))
+
+    def _corrections(self, fix: LeaderFix) -> list[Any]:
+        """What its moving base sends of that fix, as GPS_RTCM_DATA: pieces of 180 bytes, numbered from 0 to 3."""
+        frames = [] if self._base is None or fix.lat_deg is None else self._base.frames(fix.t_s, fix.true_m)
+        messages = []
+        for frame in frames:
+            self._rtcm = (self._rtcm + 1) % 32
+            for n in range(0, len(frame), 180):
+                piece, flags = frame[n : n + 180], self._rtcm << 3 | n // 180 % 4 << 1 | (len(frame) > 180)
+                messages.append(mavlink.MAVLink_gps_rtcm_data_message(flags, len(piece), list(piece.ljust(180, b"\0"))))
+        return messages
 
     def _pack(self, message: Any) -> bytes:
         data: bytes = message.pack(self._codec)
@@ -154,7 +174,7 @@ class EmulatedLeaderModule:
             attitude,
             rates,
             covariance,
-            _MODULE_STATE | self.wish,
+            _MODULE_STATE | self.wish | (_FIX_TYPES[fix.quality] if lat or lon else 1) << 40,
         )
 
     def _bare(

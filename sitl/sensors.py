@@ -44,7 +44,8 @@ GRADES = {
 }
 _HEADING_TAU_S = 30.0
 _ALTITUDE_FACTOR = 1.7
-_COMMON_TAU_S = 300.0
+_COMMON_TAU_S = 300.0  # orbits, clocks, ionosphere, troposphere
+_MULTIPATH_TAU_S = 60.0  # what is left to each receiver under way
 _COMMON_STEP_S = 0.1
 
 
@@ -74,6 +75,11 @@ class GnssSample:
 
 class CommonWander:
     """The slow error that receivers near each other share (orbits, clocks, ionosphere): `share` of the variance.
+
+    Of a plain receiver's error that share is about 0.9 with the same satellites. Its usual budget of range errors is
+    1.1 m of clocks, 0.8 m of orbits, 0.2 m of troposphere and several metres of ionosphere, all shared, against at most
+    1 m of multipath and noise of its own (Kaplan & Hegarty 2006, chapter 7; Misra & Enge 2011, chapter 5). With SBAS it
+    is about half: its corrections take most of what is shared. Receivers that use other satellites share less.
 
     A function of time, seed and grade alone. For a time before the newest one it returns the newest error.
     """
@@ -120,9 +126,19 @@ class GnssModel:
         self._grade = grade(grade_name)
         self._dt_s = dt_s
         rng = self._rng = stream(seed, f"{config.name} white")
-        self._slow = {g: [GaussMarkov(rng, g.slow_m, g.slow_tau_s) for _ in range(3)] for g in GRADES.values()}
+        most_s = math.inf if common is None else _MULTIPATH_TAU_S
+        self._slow = {
+            g: [GaussMarkov(rng, g.slow_m, min(most_s, g.slow_tau_s)) for _ in range(3)] for g in GRADES.values()
+        }
         self._slow_heading = GaussMarkov(rng, self._grade.heading_rad, _HEADING_TAU_S)
         self._samples = 0
+
+    def antenna(self, hull: Hull, waves: Waves) -> tuple[float, float]:
+        """North and east of home, m, where the antenna truly is."""
+        config = self._config
+        x, y, _ = _levelled(config.x_m, config.y_m, config.z_m, waves.roll_rad, waves.pitch_rad)
+        c, s = math.cos(hull.yaw_rad), math.sin(hull.yaw_rad)
+        return hull.north_m + c * x - s * y, hull.east_m + s * x + c * y
 
     def sample(self, hull: Hull, waves: Waves, faults: Set[str]) -> GnssSample:
         """The next solution, for the true motion and the active faults."""

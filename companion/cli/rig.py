@@ -152,7 +152,14 @@ def _equipped(conditions: Conditions) -> VesselConfig:
         config = _with_sensor(config, "sounder", "nmea0183")
     if conditions.camera:
         config = config_module.with_camera(config)
-    return config
+    return _with_moving_base(config) if conditions.moving_base else config
+
+
+def _with_moving_base(config: VesselConfig) -> VesselConfig:
+    """The vessel whose first receiver uses the lead boat's as its base."""
+    first = next(sensor for sensor in config.sensors if sensor.driver == "nmea0183")
+    sensors = (replace(row, moving_base=True) if row is first else row for row in config.sensors)
+    return replace(config, sensors=tuple(sensors))
 
 
 def _with_sensor(config: VesselConfig, name: str, driver: str) -> VesselConfig:

@@ -248,6 +248,14 @@ class SensorConfig:
         means('Talkers of NMEA sentences to accept, such as `["GP", "GN"]`. Empty: all.'),
     ] = ()
     rtcm: Annotated[bool, means("This receiver is given the RTCM corrections.")] = False
+    moving_base: Annotated[
+        bool,
+        means(
+            "On the follower: this receiver is given the RTCM of the leader module, and none else, and sends the "
+            "vector between both antennas as UBX-NAV-RELPOSNED. On the leader module: the RTCM that this receiver "
+            "sends goes to the followers."
+        ),
+    ] = False
     configure: Annotated[bool, means("Tell an MTi or a VectorNav at the start what to send, at `rate_hz`.")] = False
     rotation_rad: Annotated[
         Vector | None,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from enum import Enum
 
 from companion.core.angles import wrap_pi
 from companion.core.frames import ned_to_body
@@ -173,6 +174,12 @@ def without_waves(nav: NavState) -> NavState:
         yaw_rate_radps=nav.yaw_rate_radps - waves.yaw_rate_radps,
         waves=None,
     )
+class RelativeBy(Enum):
+    """What the place of the lead boat relative to this one rests on."""
+
+    POSITIONS = "positions"  # two positions of receivers of different kinds, or of one that does not say its kind
+    DIFFERENCE = "difference"  # two receivers of one kind: their common errors cancel
+    MOVING_BASE = "moving base"  # carrier phase between the two boats
 
 
 @dataclass(frozen=True, slots=True)
@@ -182,7 +189,8 @@ class Leader:
 
     `age_s`: age of its last position; `interval_s`: recent interval between positions. `counter`: 0…40, up with each
     lost message, down with each received one. `acceleration_mps2`: along its course. `astern`: it goes stern first;
-    known only for a leader that reports its heading.
+    known only for a leader that reports its heading. `relative_m`: one sigma on each axis of its place relative to this
+    boat, which rests on `relative_by`; infinite while that is not known.
     """
 
     system_id: int
@@ -199,6 +207,8 @@ class Leader:
     counter: int = 0
     acceleration_mps2: float = 0.0
     astern: bool = False
+    relative_m: float = math.inf
+    relative_by: RelativeBy = RelativeBy.POSITIONS
 
     @property
     def speed_mps(self) -> float:

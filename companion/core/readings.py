@@ -45,6 +45,24 @@ class GnssFix:
 
 
 @dataclass(frozen=True, slots=True)
+class RelativeFix:
+    """Vector from a moving base's antenna, aboard a lead boat, to the antenna of a receiver aboard that uses its
+    observations, in NED. `fix` RTK_FIXED or RTK_FLOAT; with NONE there is no solution, and the vector is NaN.
+
+    `base`: station number in the base's messages.
+    """
+
+    t_s: float
+    source: str
+    north_m: float
+    east_m: float
+    down_m: float
+    fix: FixType
+    accuracy_m: float | None  # one sigma on each horizontal axis
+    base: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class GroundVelocity:
     """Velocity of the antenna over ground."""
 
@@ -280,7 +298,7 @@ class AisTarget:
 
 LEADER_MODULE = 0x55535600
 """FOLLOW_TARGET.custom_state of a leader module: these three bytes mark it; the low byte holds the `Wish`, bits 32 to
-39 the count of presses; the bits above are 0."""
+39 the count of presses, bits 40 to 43 the `FixType` of its receiver (0: not said); the bits above are 0."""
 
 
 class Wish(IntEnum):
@@ -316,6 +334,7 @@ class LeaderState:
     wish: Wish | None = None
     lost: int = 0
     presses: int = 0
+    fix: FixType | None = None  # of its receiver; None: not said
 
 
 class Reading(Protocol):
@@ -352,5 +371,6 @@ KINDS: Mapping[str, type[Reading]] = {
     "depth_ahead": DepthAhead,
     "ranges": Ranges,
     "radar": RadarTarget,
+    "relative": RelativeFix,
 }
 """Every kind of reading that the log keeps, by its name there. A new kind is its dataclass and its row."""

@@ -9,7 +9,7 @@ from collections import deque
 from companion.core.angles import wrap_pi
 from companion.core.estimate import Leader
 from companion.core.geodesy import LocalFrame
-from companion.core.readings import LeaderState
+from companion.core.readings import FixType, LeaderState
 from companion.following.filter import LeaderFilter
 from companion.following.link_counter import LinkCounter
 
@@ -50,6 +50,11 @@ class LeaderTracker:
         self._refused_s = 0.0
         self._link = LinkCounter()
         self._known: tuple[float, LocalFrame, Leader] | None = None
+
+    @property
+    def fix(self) -> FixType | None:
+        """Kind of fix of the last position; None where it is not said."""
+        return None if self._fixed is None else self._fixed.fix
 
     @property
     def system_id(self) -> int | None:

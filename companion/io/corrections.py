@@ -39,10 +39,17 @@ class CorrectionsRelay:
     heard.
     """
 
-    def __init__(self, receivers: Mapping[str, ByteStream | None], sources: Sequence[str], say: Say) -> None:
+    def __init__(
+        self,
+        receivers: Mapping[str, ByteStream | None],
+        sources: Sequence[str],
+        say: Say,
+        moving: Sequence[ByteStream | None] = (),
+    ) -> None:
         """`receivers`: ports by the names of the sensors, None for one that is not written to (a replay). `sources`:
-        those of the vessel's file, in its order."""
+        those of the vessel's file, in its order. `moving`: ports of the receivers that use a moving base."""
         self._receivers = dict(receivers)
+        self._moving = tuple(moving)
         self._ranks = {name: rank for rank, name in enumerate(sources)}
         self._say = say
         self._listens: dict[str, tuple[str, float]] = {}  # receiver → (source, when last)
@@ -51,6 +58,12 @@ class CorrectionsRelay:
         self._lost = False
         self._homeless_announced = False
         self._listeners: list[Callable[[Tick], None]] = []
+
+    def take_moving(self, frames: Sequence[bytes], now_s: float) -> None:
+        """Forward the frames of the leader module's receiver, a base that moves, to the receivers for it alone."""
+        for stream in self._moving:
+            if frames and stream is not None:
+                stream.write(b"".join(frames), now_s)
 
     def every_tick(self, listener: Callable[[Tick], None]) -> None:
         """Call `listener` with each tick: a source that needs the boat's position."""

@@ -19,7 +19,7 @@ from companion.core.decision import TextKind
 from companion.core.estimate import NavState
 from companion.core.events import EventLog
 from companion.core.geodesy import distance_and_bearing
-from companion.core.ports import Clock, Sensor, StreamOpener
+from companion.core.ports import ByteStream, Clock, Sensor, StreamOpener
 from companion.core.readings import ManualInput, Reading, Wish
 from companion.core.tick import DeviceHealth
 from companion.io.mavlink.wire.links import Link
@@ -32,6 +32,7 @@ from companion.leader_module.ground_station import LeadGroundStation
 from companion.leader_module.joystick import Joystick
 from companion.leader_module.link import Broadcast, Follower, LeadLink
 from companion.leader_module.log import LeaderLog
+from companion.leader_module.moving_base import RtcmTap
 from companion.nav.estimator import Estimator
 from companion.params.store import Parameters
 from companion.record.storage import log_health
@@ -101,7 +102,10 @@ class LeaderSurroundings:
 def build_leader(config: LeaderConfig, around: LeaderSurroundings) -> LeaderModule:
     """The module of `config`. Raises ConfigError for an unknown driver, OSError for a log folder that cannot be
     written."""
-    sensors = tuple(open_sensor(row, around.opener.open(row.name, row.port)) for row in config.sensors)
+    ports = {row.name: around.opener.open(row.name, row.port) for row in config.sensors}
+    bases = {row.name: RtcmTap(ports[row.name]) for row in config.sensors if row.moving_base}
+    lines: dict[str, ByteStream] = {name: bases.get(name) or port for name, port in ports.items()}
+    sensors = tuple(open_sensor(row, lines[row.name]) for row in config.sensors)
     log = None
     if around.log_folder is not None:
         manifest = {
@@ -110,7 +114,7 @@ def build_leader(config: LeaderConfig, around: LeaderSurroundings) -> LeaderModu
             "configuration": asdict(config),
         }
         log = LeaderLog(around.log_folder, manifest, around.durable_log)
-    return LeaderModule(config, around, sensors, log)
+    return LeaderModule(config, around, sensors, log, tuple(bases.values()))
 
 
 class LeaderModule:
@@ -121,14 +125,20 @@ class LeaderModule:
     """
 
     def __init__(
-        self, config: LeaderConfig, around: LeaderSurroundings, sensors: Sequence[Sensor], log: LeaderLog | None
+        self,
+        config: LeaderConfig,
+        around: LeaderSurroundings,
+        sensors: Sequence[Sensor],
+        log: LeaderLog | None,
+        bases: Sequence[RtcmTap] = (),
     ) -> None:
+        """`bases`: ports of the receivers that are moving bases."""
         self.period_s = 1.0 / config.rate_hz
         self.load = 0.0
         self.crew = CrewWish()
         self._events = EventLog()
         self._clock, self._display, self._log = around.clock, around.display, log
-        self._sensors = tuple(sensors)
+        self._sensors, self._bases = tuple(sensors), tuple(bases)
         self._estimator = Estimator(config, Parameters(config.parameters), self._events.say, ThesisAhrs)
         self._fixes = FixWatch()
         self._joystick = Joystick(config.joystick) if config.joystick is not None else None
@@ -185,8 +195,10 @@ class LeaderModule:
         nav = self._estimator.update(readings, now_s)
         placed = self._fixes.update(readings, nav, now_s)
         broadcast = Broadcast(nav, placed, self.crew.wish, self.crew.presses, self._sticks(now_s))
+        frames = [frame for base in self._bases for frame in base.frames()]
         for link in self._links:
             link.publish(broadcast)
+            link.send_corrections(frames, now_s)
         for ground_station in self._ground_stations:
             ground_station.publish(nav, placed)
         self._announce_changes(placed, now_s)

@@ -8,6 +8,9 @@ At 20 Hz on a narrow (`thrifty`) line of 2,000 bytes a second, both directions t
                        every second FOLLOW_TARGET is then omitted
     from the follower  HEARTBEAT, GLOBAL_POSITION_INT, DEBUG_VECT at 1 Hz: 103 bytes/s
     TIMESYNC           a question and an answer every 10 s: 6 bytes/s
+
+A receiver that is a moving base adds what it prints: GPS_RTCM_DATA, 16 bytes more for each 180. Four constellations of
+MSM4 and 4072.0 once a second are about 800 bytes/s, which the line of 2,000 bytes/s does not carry.
 """
 
 from __future__ import annotations
@@ -28,6 +31,7 @@ from companion.io.mavlink.wire.framer import Packed, UnknownMessage, pack
 from companion.io.mavlink.wire.links import Link
 from companion.io.mavlink.wire.personas import ARDUPILOT, PX4
 from companion.leader_module.messages import COMPONENT, follow_target, heartbeat, manual_control
+from companion.leader_module.moving_base import fragments
 
 _AUTOPILOT = mavlink.MAV_COMP_ID_AUTOPILOT1
 _WHOLE_S = _HEARTBEAT_S = 1.0
@@ -93,6 +97,7 @@ class LeadLink:
         self._reporting: Endpoint | None = None  # the remote of the follower's last report
         self._whole_s = self._heartbeat_s = self._sticks_s = -math.inf
         self._gave_way = False
+        self._frames_sent = 0
         self._chunks: dict[int, str] = {}
 
     @property
@@ -131,6 +136,17 @@ class LeadLink:
             packed = pack(follow_target(broadcast.nav, broadcast.placed, broadcast.wish, broadcast.presses, whole))
             for endpoint in free:
                 self._send(packed, endpoint)
+        self._flush(now_s)
+
+    def send_corrections(self, frames: Sequence[bytes], now_s: float) -> None:
+        """Send RTCM frames of the boat's moving base to followers whose line is free: what is late is of no use."""
+        free = [endpoint for endpoint in self._link.endpoints if not endpoint.backlog]
+        for frame in frames:
+            self._frames_sent += 1
+            for message in fragments(frame, self._frames_sent):
+                packed = pack(message)
+                for endpoint in free:
+                    self._send(packed, endpoint)
         self._flush(now_s)
 
     def filenos(self) -> Sequence[int]:

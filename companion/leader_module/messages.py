@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 from companion.core.estimate import NavState
-from companion.core.readings import LEADER_MODULE, ManualInput, Wish
+from companion.core.readings import LEADER_MODULE, FixType, ManualInput, Wish
 from companion.io.mavlink.telemetry.view import degrees_e7
 from companion.io.mavlink.wire import messages as mavlink
 
@@ -37,7 +37,7 @@ def follow_target(nav: NavState, placed: bool, wish: Wish, presses: int, whole: 
         attitude_q=_quaternion(nav.roll_rad, nav.pitch_rad, nav.yaw_rad) if nav.heading_valid else (*_NOTHING, 0.0),
         rates=(nav.roll_rate_radps, nav.pitch_rate_radps, nav.yaw_rate_radps),
         position_cov=(nav.position_accuracy_m, nav.position_accuracy_m, 0.0) if whole and placed else _NOTHING,
-        custom_state=LEADER_MODULE | int(wish) | presses << 32,
+        custom_state=LEADER_MODULE | int(wish) | presses << 32 | int(nav.fix if placed else FixType.NONE) << 40,
     )
 
 

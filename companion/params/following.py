@@ -157,6 +157,22 @@ ROWS: tuple[ParamSpec, ...] = (
         "Assumed age of a leader's message on arrival where it cannot be measured (phone, ground station)",
     ),
     choice(
+        "FOLL_REL",
+        2,
+        {0: "Positions", 1: "Difference of receivers", 2: "Moving base"},
+        "Follow",
+        "Best way that may place the leader relative to the boat; what it needs is used where it is there",
+    ),
+    real(
+        "FOLL_COMMON",
+        0.8,
+        0.0,
+        0.98,
+        "norm",
+        "Follow",
+        "Share of the variance of two like receivers' errors that both have in common (same satellites, corrections)",
+    ),
+    choice(
         "FOLL_LAW",
         0,
         {0: "Companion", 1: "Thesis"},

@@ -64,7 +64,8 @@ MORE: Mapping[str, str] = {
     "fence": "breached, slowed; null without a fence",
     "home": "lat_deg, lon_deg, yaw_rad; null while there is none",
     "orbit": "circle that is sailed: north_m, east_m, radius_m",
-    "leader": "system_id, north_m, east_m, north_mps, east_mps, yaw_rad, age_s, accuracy_m, counter",
+    "leader": "system_id, north_m, east_m, north_mps, east_mps, yaw_rad, age_s, accuracy_m, counter, relative_m (one "
+    "sigma of its place relative to the boat), relative_by (positions, difference or moving base)",
     "traffic": "vessels around: mmsi, name, lat_deg, lon_deg, course_rad, speed_mps, heading_rad, length_m, age_s",
     "progress": "where the setpoint leads: place, target ([north_m, east_m]), course_rad, distance_to_go_m",
     "pose": "whether the setpoint is a pose: dynamic positioning",
@@ -241,6 +242,8 @@ def _leader(leader: Leader) -> dict[str, Any]:
         "age_s": leader.age_s,
         "accuracy_m": leader.accuracy_m,
         "counter": leader.counter,
+        "relative_m": None if math.isinf(leader.relative_m) else leader.relative_m,
+        "relative_by": leader.relative_by.value,
     }
 
 

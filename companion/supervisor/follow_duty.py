@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable
 
 from companion.core.decision import ACCEPTED, ModeId, ModeInputs, Outcome, Result, TextKind
-from companion.core.estimate import NavState
+from companion.core.estimate import NavState, RelativeBy
 from companion.core.events import EventLog
 from companion.core.readings import LeaderState, Wish
 from companion.following.follow_position import FollowPosition
@@ -24,6 +24,8 @@ from companion.supervisor.sticks import Sticks
 _LATE_S = 1.0  # a message that was overtaken by a newer one comes within this
 _HEARD_S = 4.0  # since its last message, of a system that may be chosen as the leader
 _MOST_SYSTEMS = 32
+_LASTED_S = 6.0  # of another way to place the leader, before it is announced
+_WAYS = tuple(RelativeBy)
 _PRESSES = 255  # the counter goes from 255 to 1
 
 
@@ -62,6 +64,8 @@ class FollowDuty:
         self._armed = False
         self._awaits = False  # in Follow, which could not be entered yet
         self._since_s = 0.0
+        self._by: RelativeBy | None = None  # what the leader's place rests on, as last told
+        self._by_since: tuple[RelativeBy, float] = (RelativeBy.POSITIONS, 0.0)
 
     # --- what others ask -------------------------------------------------------------------------------------------
 
@@ -214,6 +218,24 @@ class FollowDuty:
         self._position.update(following, inputs.now_s)
         if following and inputs.leader_fault is None:
             self._followed = self._watch.system_id
+        self._tell_way(inputs, following)
+
+    def _tell_way(self, inputs: ModeInputs, following: bool) -> None:
+        """Announce in Follow what the leader's place rests on, once that has lasted."""
+        leader, now_s = inputs.leader, inputs.now_s
+        if not following:
+            self._by = None
+        if leader is None or not following:
+            return
+        by, since_s = self._by_since
+        if leader.relative_by is not by:
+            self._by_since = leader.relative_by, now_s
+        if leader.relative_by is not by or by is self._by or now_s - since_s < _LASTED_S:
+            return
+        worse = self._by is not None and _WAYS.index(by) < _WAYS.index(self._by)
+        self._by = by
+        text = f"Leader's place by {by.value}, ±{leader.relative_m:.1f} m"
+        self._events.say(now_s, TextKind.ATTENTION if worse else TextKind.ROUTINE, "leader_place", text)
 
     def _begin(self, inputs: ModeInputs) -> None:
         leader, nav, least_m = inputs.leader, inputs.nav, self._parameters["FOLL_MIN_DIST"]

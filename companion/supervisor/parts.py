@@ -8,12 +8,13 @@ from companion.allocation.propulsion import lost_motions
 from companion.config.vessel import VesselConfig
 from companion.core.actuation import ZERO_WRENCH
 from companion.core.decision import ModeId, ModeInputs, Outcome
-from companion.core.estimate import NO_ESTIMATE, Contact
+from companion.core.estimate import NO_ESTIMATE, Contact, Leader
 from companion.core.events import EventLog
 from companion.core.geodesy import LocalFrame
 from companion.core.ports import Worker
 from companion.core.tick import DeviceHealth, Inputs
 from companion.fence.guard import FenceGuard
+from companion.following.relative_tracker import RelativeTracker
 from companion.following.tracker import FORGET_S, LeaderTracker
 from companion.guidance.own_track import OwnTrack
 from companion.mission.executor import MissionExecutor
@@ -86,6 +87,7 @@ class SupervisorParts:
         self._bridges = frozenset(bridge.name for bridge in config.actuators)
         self.traffic = TrafficTracker(config.mmsi)
         self.leader = LeaderTracker()
+        self.relative = RelativeTracker(config, parameters, events.say)
         self.home = HomeKeeper(events)
         self.fence = FenceGuard(config, parameters, plans, events, frame_of, lambda: self.home.home)
         self.surroundings = around = Surroundings(config, parameters, events, frame_of)
@@ -199,12 +201,22 @@ class SupervisorParts:
             achieved=self.achieved,
             failed=self.failed,
             up=self.retraction.up,
-            leader=self.leader.leader(self.frame_of(), now_s),
+            leader=self.leader_now(now_s),
             leader_fault=self.following.fault(self.nav, now_s),
             station=self.following.follow_position,
             order=self.helm.order,
             contacts=self._contacts(now_s) if self.helm.mode is self.trial else (),
         )
+
+    def leader_now(self, now_s: float) -> Leader | None:
+        """The lead boat, where it is relative to this one."""
+        leader = self.leader.leader(self.frame_of(), now_s)
+        return None if leader is None else self.relative.placed(leader)
+
+    def see_leader(self, now_s: float) -> None:
+        """Once a tick, with the newest estimate: where the lead boat is relative to this one."""
+        frame = self.frame_of()
+        self.relative.update(self.leader.leader(frame, now_s), self.leader.fix, self.nav, frame, now_s)
 
     def _contacts(self, now_s: float) -> tuple[Contact, ...]:
         """The vessels around whose place is known."""

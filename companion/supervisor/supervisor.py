@@ -12,7 +12,7 @@ from companion.core.decision import ACCEPTED, ModeId, ModeInputs, Outcome, Statu
 from companion.core.estimate import NavState, usable
 from companion.core.events import EventLog
 from companion.core.geodesy import LocalFrame
-from companion.core.readings import AisTarget, LeaderState, ManualInput, RcInput
+from companion.core.readings import AisTarget, GnssFix, LeaderState, ManualInput, RcInput, RelativeFix
 from companion.core.setpoint import NEUTRAL_SETPOINT, HeadingSetpoint, Setpoint, WrenchSetpoint, desired_motion
 from companion.core.tick import DeviceHealth, Inputs
 from companion.mission.executor import MissionExecutor
@@ -114,6 +114,10 @@ class Supervisor(Requests):
         if leads and self.refusal(AuthorityRequest(RequestedAction.STAND_IN, Right.LEAD_BOAT, system), now_s) is None:
             self.ground_stations.heard(now_s)
 
+    def place_heard(self, reading: GnssFix | RelativeFix, now_s: float) -> None:
+        """A fix of a receiver aboard, or its vector from a moving base on the lead boat."""
+        self.parts.relative.take(reading)
+
     def offboard_setpoint(self, target: OffboardTarget, now_s: float) -> str | None:
         """A setpoint of another computer. Returns why it is refused, or None."""
         reason = self.parts.offboard.take(target, self.parts.nav, now_s)
@@ -164,7 +168,7 @@ class Supervisor(Requests):
             speed_override_mps=parts.cruise.asked_mps,
             fence=parts.fence.state,
             traffic=parts.traffic.targets,
-            leader=parts.leader.leader(parts.frame_of(), now_s),
+            leader=parts.leader_now(now_s),
             orbit=helm.mode.orbit if helm.armed else None,
             landed=self.landing.landed,
             trial_left_s=parts.trial.time_left_s if helm.armed else None,
@@ -200,6 +204,7 @@ class Supervisor(Requests):
         parts = self.parts
         parts.nav, parts.inputs, parts.health = usable(nav), inputs, health
         parts.traffic.update(now_s)
+        parts.see_leader(now_s)
         parts.surroundings.update(parts.nav, inputs.depth, now_s)
         parts.mission_duty.restore(now_s)
         parts.home.update(parts.nav, now_s)

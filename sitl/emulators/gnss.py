@@ -1,4 +1,5 @@
-"""A satellite receiver that prints NMEA 0183: GGA, HDT, VTG, ZDA with two antennas; GGA, RMC, VTG with one."""
+"""A satellite receiver that prints NMEA 0183: GGA, HDT, VTG, ZDA with two antennas; GGA, RMC, VTG with one. With
+`moving_base` it prints UBX-NAV-RELPOSNED besides."""
 
 from __future__ import annotations
 
@@ -10,6 +11,7 @@ from sitl.emulators.device import SensedWorld
 from sitl.emulators.nmea import KNOTS_PER_MPS, sentence
 from sitl.lies import GnssLies
 from sitl.memory import MemoryDevice
+from sitl.moving_base import PROCESSING_S, RelativeReceiver
 from sitl.sensors import GnssModel, GnssSample
 
 _MODES = {1: "A", 2: "D", 4: "R"}
@@ -28,6 +30,7 @@ class GnssEmulator:
         self._single = config.antennas == 1
         self._model = GnssModel(config, around.home, around.gnss, 1.0 / self.rate_hz, around.seed, around.common)
         self._lies = GnssLies(around.faults, config.name, around.home, around.seed)
+        self._relative = RelativeReceiver(around.seed, config.name) if config.moving_base else None
         self._date_of: tuple[int, str] = (-1, "")
 
     def speak(self, t_s: float) -> None:
@@ -36,6 +39,12 @@ class GnssEmulator:
         sample = self._lies.told(self._model.sample(around.hull, around.waves, around.faults.active), t_s)
         text = self.sentences(sample, t_s + self._lies.time_off_s(t_s))
         self._port.send(text.encode("ascii"), t_s + self._latency_s)
+        if self._relative is not None:
+            self._relative.hear(self._port.receive(t_s), t_s)
+            antenna = self._model.antenna(around.hull, around.waves)
+            has_fix = sample.position is not None
+            for data in self._relative.solutions(antenna, around.epoch_unix_ns, t_s, has_fix):
+                self._port.send(data, t_s + self._latency_s + PROCESSING_S)
 
     def sentences(self, sample: GnssSample, t_s: float) -> str:
         """The sentences of one solution, valid at `t_s` by the receiver's clock."""

@@ -51,7 +51,13 @@ class Convoy:
         self._shared_sea: SharedSea = shared_sea
         self.boat: LeadBoat = shared_sea.boats[0]
         seed, latency_s = rigs[0].world.seed, number(settings, "latency")
-        self.module = EmulatedLeaderModule(self.boat, kind=settings["kind"], gnss=settings["gnss"], seed=seed)
+        self.module = EmulatedLeaderModule(
+            self.boat,
+            kind=settings["kind"],
+            gnss=settings["gnss"],
+            moving_base=bool(settings.get("base")),
+            seed=seed,
+        )
         self.paths = tuple(
             RadioPath(
                 f"follower {i}",

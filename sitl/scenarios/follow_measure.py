@@ -238,14 +238,16 @@ class Chase:
                 swings.append(float(apart.max() - apart.min()))
         return max(swings, default=math.nan)
 
-    def recovery_s(self, gap_m: float) -> tuple[float, ...]:
-        """Time after each bend until the known gap is within 2 m and the known offset within 4 m, for 2 s.
+    def recovery_s(self, gap_m: float, truly: bool = False) -> tuple[float, ...]:
+        """Time after each bend until the known gap is within 2 m and the known offset within 4 m, for 2 s; with `truly`
+        the true ones.
 
         Infinite where that does not happen before the next bend or the end. Bends too close to the end of the run are
         omitted.
         """
         times = []
-        good = (abs(self.known_gap_m - gap_m) <= _BACK_M) & (abs(self.known_off_m) <= WAKE_M)
+        gap, off = (self.gap_m, self.off_m) if truly else (self.known_gap_m, self.known_off_m)
+        good = (abs(gap - gap_m) <= _BACK_M) & (abs(off) <= WAKE_M)
         ends = [*(bend.begin_s for bend in self.bends[1:]), float(self.t[-1])]
         for bend, through_s, end_s in zip(self.bends, self.through_s, ends, strict=False):
             if min(through_s, bend.end_s + _BEHIND_S) + _AFTER_BEND_S > self.t[-1]:

@@ -128,6 +128,7 @@ class Conditions:
     lead_boats: tuple[LeadBoatConfig, ...] = ()
     known: VesselConfig | None = None
     real: VesselConfig | None = None
+    moving_base: bool = False  # the receiver uses the lead boat's as its base
     gnss_common: float = 0.0  # share of the slow position error that all receivers have in common
 
 

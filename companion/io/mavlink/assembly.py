@@ -97,7 +97,7 @@ def connect(
     not used."""
 
     def services(hub: Hub) -> Sequence[Service]:
-        more: list[Service] = [] if relay is None else [RtcmService(relay)]
+        more: list[Service] = [] if relay is None else [RtcmService(relay, lambda: vessel.supervisor.following.module)]
         if signing is not None:
             more.append(SigningService(hub, vessel, signing))
         return (*default_services(hub, logs), *more)

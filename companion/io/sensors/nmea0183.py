@@ -3,8 +3,8 @@ network.
 
 Source: NMEA 0183 version 4.11 as pynmea2 knows it: its tables name the fields, their texts are read here. Sentences
 without a checksum are rejected. The two letters of the talker matter only where the vessel's file names them. Between
-the sentences there may be anything, such as RTCM or a maker's binary messages. Proprietary sentences ($P…) and AIS (!…)
-are ignored.
+the sentences there may be anything, such as RTCM or a maker's binary messages, of which UBX-NAV-RELPOSNED is read.
+Proprietary sentences ($P…) and AIS (!…) are ignored.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import pynmea2
 
 from companion.config.devices import SensorConfig
 from companion.core.ports import ByteStream
-from companion.core.readings import Reading
+from companion.core.readings import Reading, RelativeFix
 from companion.core.tick import DeviceHealth
 from companion.io.sensors.driver import StreamDriver
 from companion.io.sensors.nmea0183_fields import checksum
@@ -25,6 +25,7 @@ from companion.io.sensors.nmea0183_gnss import GnssSentences, Handler
 from companion.io.sensors.nmea0183_hull import TRANSDUCERS, HullSentences
 from companion.io.sensors.nmea0183_radar import RadarSentences
 from companion.io.sensors.nmea0183_time import SentenceTimes
+from companion.io.sensors.ubx_relative import RelativeSolution, RelativeSolutions
 
 _LONGEST = 120  # of a sentence between $ and *: receivers with many digits go past the standard's 82
 _SENTENCE = re.compile(rb"([$!])([ -#%%-)+-~]{6,%d})\*([0-9A-Fa-f]{2})" % _LONGEST)
@@ -45,7 +46,7 @@ class THS(pynmea2.TalkerSentence):  # type: ignore[misc]  # pynmea2 is untyped
 class Nmea0183Sensor(StreamDriver):
     """NMEA sentences → readings; `GnssSentences`, `HullSentences` and `RadarSentences` say which.
 
-    Times: `SentenceTimes`.
+    Times: `SentenceTimes`. `RelativeSolutions`: the vector to a moving base.
 
     Remembers the unfinished sentence, when each type of sentence last came, how many came without a checksum since the
     last with one, and whether any was of use.
@@ -63,6 +64,8 @@ class Nmea0183Sensor(StreamDriver):
         self._others: set[str] = set()
         self._talkers = frozenset(config.talkers)
         self._times = SentenceTimes(config.latency_s, self._pace)
+        self._relative = RelativeSolutions()
+        self._relative_of_day_s = math.nan
         self._gnss = GnssSentences(self.name, self._recent)
         self._handlers: Mapping[str, Handler] = {
             **self._gnss.handlers,
@@ -92,6 +95,24 @@ class Nmea0183Sensor(StreamDriver):
         return super()._nonsense()
 
     def _feed(self, arrival_s: float, data: bytes, readings: list[Reading]) -> None:
+        self._sentences(arrival_s, data, readings)
+        bad = self._relative.bad
+        for solution in self._relative.feed(data):
+            self._take_relative(solution, arrival_s, readings)
+        self._bad += self._relative.bad - bad
+
+    def _take_relative(self, solution: RelativeSolution, arrival_s: float, readings: list[Reading]) -> None:
+        """A relative position; one of the same moment as the last is a repetition, and is ignored."""
+        self._count_valid(arrival_s, "RELPOSNED")
+        self._used = True
+        if solution.of_day_s == self._relative_of_day_s:
+            return
+        self._relative_of_day_s = solution.of_day_s
+        t_s = self._times.at(solution.of_day_s, arrival_s)
+        vector = solution.north_m, solution.east_m, solution.down_m
+        readings.append(RelativeFix(t_s, self.name, *vector, solution.fix, solution.accuracy_m, solution.base))
+
+    def _sentences(self, arrival_s: float, data: bytes, readings: list[Reading]) -> None:
         kept = len(self._tail)
         buffer = self._tail + data if kept else data
         done = 0

@@ -8,6 +8,7 @@ from companion.io.sensors.nmea0183_fields import DAY_S, Sentence, seconds_of_day
 from companion.io.sensors.sample_clock import SampleClock
 
 _JUMP_S = 0.3
+_NEAR_S = 5.0  # from the last stamped sentence, for another message of the same clock
 _NO_DELAY_S = 1e-3  # less tells nothing: most receivers print hundredths
 _BURST_S = 0.03  # how long after a stamped sentence one without may still be of the same epoch,
 _BURST_SHARE = 0.4  # and that as a share of the time between epochs
@@ -48,6 +49,16 @@ class SentenceTimes:
             return direct_s
         self._seen.add(kind)
         return min(self._epoch_s, direct_s)
+
+    def at(self, of_day_s: float, arrival_s: float) -> float:
+        """Vessel time of a moment of UTC, by the clock of the stamped sentences; valid on arrival, less the latency,
+        where none came lately or the moment lies ahead or too far back."""
+        direct_s = arrival_s - self._latency_s
+        if self._stamp_s is None:
+            return direct_s
+        since_s = (of_day_s - self._stamp_s + 0.5 * DAY_S) % DAY_S - 0.5 * DAY_S
+        t_s = self._epoch_s + since_s
+        return t_s if abs(since_s) <= _NEAR_S and t_s <= arrival_s else direct_s
 
     def _aligned(self, clock: SampleClock, stamp_s: float, arrival_s: float) -> tuple[float, float]:
         """(time of validity, by how much it was late)."""

@@ -10,7 +10,7 @@ bytes; RTCM's own length and checksum tell where a message ends.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from companion.io.corrections import CorrectionsRelay
@@ -79,10 +79,12 @@ class Assembler:
 
 class RtcmService:
     """Passes GPS_RTCM_DATA and GPS_INJECT_DATA of any system as whole RTCM frames to the relay, which sends them to the
-    GNSS receivers."""
+    GNSS receivers. What a leader module sends comes from a base that moves: it goes to the receivers for that alone."""
 
-    def __init__(self, relay: CorrectionsRelay) -> None:
+    def __init__(self, relay: CorrectionsRelay, module: Callable[[], int | None] = lambda: None) -> None:
+        """`module()`: the system of the leader module that leads; None without one."""
         self._relay = relay
+        self._module = module
         self._assemblers: dict[tuple[int, int, Any], Assembler] = {}
         self.handles: Mapping[int, Handler] = {
             mavlink.MAVLINK_MSG_ID_GPS_RTCM_DATA: self._on_rtcm,
@@ -109,6 +111,8 @@ class RtcmService:
         return found
 
     def _hand_over(self, frames: list[bytes], peer: Peer, now_s: float) -> None:
-        if frames:
+        if frames and (peer.system, peer.component) == (self._module(), mavlink.MAV_COMP_ID_ONBOARD_COMPUTER):
+            self._relay.take_moving(frames, now_s)
+        elif frames:
             self._relay.heard(now_s)
             self._relay.take(f"mavlink:{peer.system}", frames, now_s, way=f"{peer.endpoint.name} {peer.component}")

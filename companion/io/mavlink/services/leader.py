@@ -19,7 +19,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from companion.core.readings import LEADER_MODULE, LeaderState, Wish
+from companion.core.readings import LEADER_MODULE, FixType, LeaderState, Wish
 from companion.following.clock_alignment import ClockAlignment
 from companion.io.mavlink.wire import messages as mavlink
 from companion.io.mavlink.wire.endpoint import Endpoint
@@ -40,6 +40,7 @@ _ANSWER_S = 5.0
 _ASK_MOST = 10  # questions to a system that never answers and is no leader module
 _FOLLOW_TARGET, _GLOBAL_POSITION = mavlink.MAVLINK_MSG_ID_FOLLOW_TARGET, mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT
 _WISHES = {int(wish): wish for wish in Wish}
+_FIXES = {int(fix): fix for fix in FixType if fix is not FixType.NONE}
 _SourceKey = tuple[str, int, int, int]  # name of the endpoint, system, component, id of the message
 
 
@@ -181,6 +182,7 @@ class LeaderService:
                 wish=None if state is None else _WISHES.get(state & 0xFF, Wish.NONE),
                 lost=max(0, reception.lost - lost_before),
                 presses=0 if state is None else state >> 32 & 0xFF,
+                fix=None if state is None else _FIXES.get(state >> 40 & 0x0F),
             )
         )
 

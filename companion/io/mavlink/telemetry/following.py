@@ -7,7 +7,7 @@ import math
 from typing import Any
 
 from companion.core.decision import ModeId
-from companion.core.estimate import Leader, TrackedTarget
+from companion.core.estimate import Leader, RelativeBy, TrackedTarget
 from companion.core.geodesy import LocalFrame
 from companion.core.readings import AisTarget
 from companion.io.mavlink.telemetry.high_latency import PERIOD_S
@@ -27,6 +27,7 @@ LEADER_STREAMS = {
 NARROW = {LEADER: LEADER_STREAMS, HIGH_LATENCY: {mavlink.MAVLINK_MSG_ID_HIGH_LATENCY2: PERIOD_S}}
 """Telemetry option of a link → message id → period in s, for the options that do not stream everything."""
 
+_UNKNOWN_M = 9999.0
 _SHOWN_S = 30.0  # after its last position, a leader is no longer shown
 
 
@@ -48,8 +49,12 @@ def report(view: View, persona: Persona) -> Any:
 
 
 def named_values(view: View, persona: Persona) -> Any:
-    """NAMED_VALUE_FLOAT: the retractable thruster; in Follow also the distance to the leader in m (`lead_gap`) and the
-    counter of its link, 0 good … 40 (`lead_link`); in Trial the seconds that are left (`trial_left`)."""
+    """NAMED_VALUE_FLOAT: the retractable thruster; in Trial the seconds that are left (`trial_left`).
+
+    In Follow also the distance to the leader in m (`lead_gap`), one sigma of its place relative to the boat in m
+    (`lead_sigma`, 9999 unknown), what that rests on (`lead_by`: 0 positions, 1 difference of receivers, 2 moving base)
+    and the counter of its link, 0 good … 40 (`lead_link`).
+    """
     values = [retraction(view, persona)]
     if view.status.trial_left_s is not None:
         left = view.status.trial_left_s
@@ -58,7 +63,13 @@ def named_values(view: View, persona: Persona) -> Any:
     if view.tick is not None and leader is not None and view.status.mode is ModeId.FOLLOW:
         nav = view.tick.nav
         gap_m = math.hypot(leader.north_m - nav.north_m, leader.east_m - nav.east_m)
-        for name, value in ((b"lead_gap", gap_m), (b"lead_link", float(leader.counter))):
+        by = float(list(RelativeBy).index(leader.relative_by))
+        for name, value in (
+            (b"lead_gap", gap_m),
+            (b"lead_link", float(leader.counter)),
+            (b"lead_sigma", min(_UNKNOWN_M, leader.relative_m)),
+            (b"lead_by", by),
+        ):
             values.append(mavlink.MAVLink_named_value_float_message(view.boot_ms, name, value))
     return tuple(value for value in values if value is not None)
 
