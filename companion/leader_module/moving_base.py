@@ -28,6 +28,7 @@ class RtcmTap:
     """
 
     def __init__(self, stream: ByteStream) -> None:
+        self.name = stream.name
         self._stream = stream
         self._framer = RtcmFramer()
         self._frames: list[bytes] = []

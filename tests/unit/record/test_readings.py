@@ -35,6 +35,7 @@ from companion.core.readings import (
     Ranges,
     RcInput,
     Reading,
+    RelativeFix,
     TimeOfDay,
     Wind,
 )
@@ -100,6 +101,8 @@ READINGS: tuple[Reading, ...] = (
     DepthAhead(THIRD, "sounder", 2.3, 15.0),
     Ranges(THIRD, "lidar", -0.1, 0.2, 0.5, 40.0, True, 1.0, -0.2, (3.2, math.inf)),
     RadarTarget(THIRD, "radar", 7, 926.0, 2.1, True, None, None, 4.7, None, True, False, "BUOY"),
+    RelativeFix(THIRD, "gnss", -20.3, THIRD, -0.0, FixType.RTK_FIXED, 0.012, 4),
+    RelativeFix(THIRD, "gnss", 1.0, 2.0, 3.0, FixType.RTK_FLOAT, None, None),
     RadarTarget(THIRD, "radar", 8, None, None, False, 63.4, 10.4, None, 2.0, False, True, None),
 )
 
