@@ -90,6 +90,7 @@ class LeadBoat:
         self.wake = Wake()
         self.faults: set[str] = set()  # as in `sitl.faults`: gnss_lost, gnss_wild, gnss_frozen …
         self.fix: LeaderFix | None = None
+        self._fixed_mps = (0.0, 0.0)
         self._departed_s: float | None = None
         self._steps = self._next = 0
         self._wanted_mps = self._speed_mps = 0.0
@@ -128,8 +129,15 @@ class LeadBoat:
         self.wake.leave(hull.north_m, hull.east_m, hull.north_mps, hull.east_mps, dt_s)
         if self._steps % (STEP_HZ // _FIX_HZ) == 0:
             fix = self._measure()
+            self._fixed_mps = self.hull.north_mps, self.hull.east_mps
             frozen = self.fix if "gnss_frozen" in self.faults else None
             self.fix = fix if frozen is None else replace(frozen, t_s=fix.t_s)
+
+    @property
+    def velocity_gained_mps(self) -> tuple[float, float]:
+        """North and east by which its velocity has changed since the last fix: an inertial sensor feels that."""
+        north_mps, east_mps = self._fixed_mps
+        return self.hull.north_mps - north_mps, self.hull.east_mps - east_mps
 
     def _take_orders(self) -> None:
         while (

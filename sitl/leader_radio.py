@@ -56,7 +56,7 @@ class EmulatedLeaderModule:
     sent.
 
     A module dead-reckons from the boat's last fix to the moment of sending, and so does a vehicle, with
-    GLOBAL_POSITION_INT. A phone and MAVSDK send the fix as it is. Set `wish`, what the crew asks for, and `sticks` (x,
+    GLOBAL_POSITION_INT. A module's inertial sensor keeps its velocity that of the moment. A phone and MAVSDK send the fix as it is. Set `wish`, what the crew asks for, and `sticks` (x,
     y, z, r; −1000 to 1000), what it steers.
     """
 
@@ -161,7 +161,8 @@ class EmulatedLeaderModule:
         half = 0.5 * (fix.yaw_rad + fix.yaw_rate_radps * (now_s - fix.t_s))
         attitude = [math.cos(half), 0.0, 0.0, math.sin(half)] if self._heading else [_NAN] * 4
         rates = [0.0, 0.0, fix.yaw_rate_radps if self._heading else 0.0]
-        velocity = [fix.north_mps, fix.east_mps, 0.0] if lat or lon else [0.0] * 3
+        gained_mps = self._boat.velocity_gained_mps if self._heading else (0.0, 0.0)
+        velocity = [fix.north_mps + gained_mps[0], fix.east_mps + gained_mps[1], 0.0] if lat or lon else [0.0] * 3
         covariance = [self._sigma_m, 0.0, 0.0] if whole else [0.0] * 3
         return mavlink.MAVLink_follow_target_message(
             self.clock_ms(now_s),

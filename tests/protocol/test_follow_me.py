@@ -267,7 +267,7 @@ def test_a_leader_module_is_followed(tmp_path: Path, way: str) -> None:
             assert station.following, station.texts[-5:]
             gaps.append(float(leader.rows[-1]["gap_m"]))
         assert gaps[-1] < gaps[0] - NEARER_M, gaps
-        assert {"lead_gap", "lead_link"} >= {station.latest["NAMED_VALUE_FLOAT"].name}
+        assert {"lead_gap", "lead_link", "lead_sigma", "lead_by"} >= {station.latest["NAMED_VALUE_FLOAT"].name}
         if way == "serial":
             rate = (sum(radio.carried) - before) / (driver.now_s - began_s)
             print(f"{rate:.0f} bytes/s on the serial line, both ways")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import replace
 
@@ -126,7 +127,7 @@ def test_the_leaders_place_moves_smoothly_to_a_better_one(sea: Sea) -> None:
     for _ in range(200):
         sea.sail(DT_S)
         gaps.append(sea.gap_m)
-    assert max(abs(b - a) for a, b in zip(gaps, gaps[1:], strict=False)) <= 0.5 * DT_S + 1e-6
+    assert max(abs(b - a) for a, b in itertools.pairwise(gaps)) <= 0.5 * DT_S + 1e-6
     assert gaps[-1] == pytest.approx(20.0, abs=0.1)
 
 

@@ -66,7 +66,7 @@ def test_positions_are_where_the_boat_is_when_they_are_sent() -> None:
                 assert abs(math.remainder(yaw - hull.yaw_rad, math.tau)) < math.radians(9.0), (
                     "four sigma of its compass, and what it turns in a step"
                 )
-                assert message.custom_state == 0x55535600 | WISH_AUTONOMOUS and message.est_capabilities == 11
+                assert message.custom_state == 0x55535600 | WISH_AUTONOMOUS | 6 << 40 and message.est_capabilities == 11
                 assert message.position_cov[0] == pytest.approx(math.hypot(0.001, 0.001))
     assert worst < 0.10, (
         "of a receiver that is exact to millimetres; dead reckoning over a tenth of a second in a turn is not"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import random
+from dataclasses import dataclass
 from typing import Any
 
 import pytest
@@ -12,7 +13,7 @@ from companion.io.corrections import CorrectionsRelay
 from companion.io.mavlink.assembly import default_services
 from companion.io.mavlink.services.corrections import Assembler, RtcmService
 from companion.io.mavlink.wire import messages as mavlink
-from companion.io.mavlink.wire.hub import Hub
+from companion.io.mavlink.wire.hub import Hub, Peer
 from tests.unit.io.mavlink.hub.conftest import Rig
 from tests.unit.io.test_rtcm import STATION, frame
 from tests.wires import Listening
@@ -112,6 +113,28 @@ def relaying() -> tuple[Rig, Listening]:
         return [*default_services(hub), RtcmService(relay)]
 
     return Rig(["memory:"], services=services), port
+
+
+@dataclass(frozen=True)
+class Port:
+    """As much of an endpoint as the service needs."""
+
+    name: str
+
+
+def test_frames_of_a_leader_module_go_to_the_receiver_for_a_moving_base_alone() -> None:
+    """Corrections of two bases must not be mixed, whichever comes first."""
+    fixed, moving = Listening(), Listening()
+    relay = CorrectionsRelay({"gnss": fixed}, (), lambda *said: None, [moving])
+    service = RtcmService(relay, lambda: 42)
+    handle = service.handles[mavlink.MAVLINK_MSG_ID_GPS_RTCM_DATA]
+    endpoint: Any = Port("udp")
+    for system, component, size in ((42, 191, 300), (1, 190, 400), (42, 1, 100), (41, 191, 500)):
+        for flags, data in qgroundcontrol(frame(size), 1):
+            message = mavlink.MAVLink_gps_rtcm_data_message(flags, len(data), list(data.ljust(180, b"\x00")))
+            handle(message, Peer(endpoint, system, component), 1.0)
+    assert b"".join(sent for _, sent in moving.sent) == frame(300)
+    assert b"".join(sent for _, sent in fixed.sent) == frame(400)
 
 
 def test_through_the_hub() -> None:

@@ -106,6 +106,18 @@ def target(**fields: Any) -> Any:
     return mavlink.MAVLink_follow_target_message(**{**known, **fields})
 
 
+def test_a_module_says_which_kind_of_fix_it_has(follower: Follower) -> None:
+    """Receivers of one kind can be compared. Modules of before and other senders do not say it."""
+    for fix in (FixType.FIX_3D, FixType.DGPS, FixType.RTK_FIXED):
+        state = follower.tell(follow_target(replace(NAV, fix=fix), True, Wish.REMOTE, 200, True))
+        assert state is not None and (state.fix, state.presses, state.wish) == (fix, 200, Wish.REMOTE)
+    lost = follower.tell(follow_target(NAV, False, Wish.REMOTE, 200, True))
+    before = follower.tell(target(custom_state=0x55535600 | 7 << 32 | 3))
+    phone = follower.tell(target(custom_state=5 << 40), system=250, component=190)
+    assert lost is not None and before is not None and phone is not None
+    assert (lost.fix, before.fix, phone.fix) == (None, None, None)
+
+
 def test_a_module_says_all_that_it_knows(follower: Follower) -> None:
     state = follower.tell(follow_target(NAV, True, Wish.AUTONOMOUS, 7, True))
     assert state is not None and (state.system_id, state.source, state.wish, state.presses) == (
