@@ -56,8 +56,8 @@ class EmulatedLeaderModule:
     sent.
 
     A module dead-reckons from the boat's last fix to the moment of sending, and so does a vehicle, with
-    GLOBAL_POSITION_INT. A module's inertial sensor keeps its velocity that of the moment. A phone and MAVSDK send the fix as it is. Set `wish`, what the crew asks for, and `sticks` (x,
-    y, z, r; −1000 to 1000), what it steers.
+    GLOBAL_POSITION_INT. A module's inertial sensor keeps its velocity that of the moment. A phone and MAVSDK send the
+    fix as it is. Set `wish`, what the crew asks for, and `sticks` (x, y, z, r; −1000 to 1000), what it steers.
     """
 
     def __init__(

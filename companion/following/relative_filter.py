@@ -20,7 +20,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-_VELOCITY_MPS, _VELOCITY_TAU_S = 0.03, 5.0  # b: steady part of a Doppler velocity's error, and of the boat's own
+_VELOCITY_MPS, _VELOCITY_TAU_S = 0.01, 5.0  # b: steady part of a Doppler velocity's error, and of the boat's own
 _WALK_M = 0.02  # m/√s: what changes faster than b
 _SLOW_TAU_S = 60.0  # e: multipath of receivers under way, and constellations that differ by a satellite
 _UNKNOWN_M = 1000.0

@@ -35,9 +35,13 @@ _BASE_S = 3.0  # since the last vector of a base: it comes once a second, and on
 _OLDEST_S = 2.0  # of a measurement on arrival
 _GATE = 5.0  # sigmas of the innovation, on each axis
 _NEW_GATE, _NEW_M = 4.0, 0.5  # sigmas of both positions, and metres, by which a base may differ when it comes
-_DRIFT_GATE = 6.0  # sigmas of the slow error
+_DRIFT_GATE = 5.0  # sigmas of the slow error
 _OTHER_S = 3.0  # of differences that are all outliers, after which the filter begins anew
-_LEAST_BASE_M, _FLOAT_TIMES = 0.03, 5.0  # a float solution errs slowly: its variance is that of 25
+_LEAST_BASE_M, _FLOAT_TIMES = (
+    0.05,
+    5.0,
+)  # an antenna swings with the boat; a float solution errs slowly: its variance is that of 25
+_JUMP_MPS = 0.5  # by which the velocities may be wrong in a sharp turn, before a vector counts as a jump
 _SAME = 3  # equal vectors in a row: a receiver at sea does not repeat itself
 _STEADY_M, _STEADY_S = 0.5, 30.0  # how steady a base must be, and for how long, to be believed again
 _JOIN_MPS = 0.5  # with which the leader's place moves to a better one
@@ -232,7 +236,8 @@ class RelativeTracker:
             return ""
         here = self._filter.position_m
         jump_m = math.dist(place, here)
-        if jump_m > _GATE * math.hypot(self._filter.sigma_m, sigma_m) + _LEAST_BASE_M:
+        turning_m = _JUMP_MPS * (now_s - self._base_s)
+        if jump_m > _GATE * math.hypot(self._filter.sigma_m, sigma_m) + turning_m:
             return f"jumped {jump_m:.1f} m"
         north_m, east_m, _ = self._filter.difference_m
         off_m = math.dist((north_m, east_m), here)

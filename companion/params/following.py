@@ -165,7 +165,7 @@ ROWS: tuple[ParamSpec, ...] = (
     ),
     real(
         "FOLL_COMMON",
-        0.8,
+        0.5,
         0.0,
         0.98,
         "norm",

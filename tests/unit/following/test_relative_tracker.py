@@ -88,7 +88,7 @@ def test_like_receivers_are_compared_with_each_other(sea: Sea) -> None:
     sea.off_m = sea.own_m = 5.0
     leader = sea.sail(10.0)
     assert leader.relative_by is RelativeBy.DIFFERENCE and sea.gap_m == pytest.approx(20.0, abs=0.01)
-    assert 0.3 < leader.relative_m < 0.85
+    assert 0.8 < leader.relative_m < 1.2
 
 
 def test_other_kinds_of_fix_are_not_compared(sea: Sea) -> None:
@@ -190,7 +190,7 @@ def test_one_that_stands_still_while_the_leader_goes_is_found(sea: Sea) -> None:
 
 
 def test_one_that_creeps_away_is_found_by_the_receivers(sea: Sea) -> None:
-    """Slower than the velocities tell, until it is six sigmas of the receivers' difference away."""
+    """Slower than the velocities tell, until it is five sigmas of the receivers' difference away."""
     sea.base = FixType.RTK_FIXED
     sea.sail(20.0)
     for _ in range(120):
@@ -198,7 +198,7 @@ def test_one_that_creeps_away_is_found_by_the_receivers(sea: Sea) -> None:
         sea.sail(1.0)
         if sea.tracker.doubt:
             break
-    assert sea.tracker.doubt.endswith("m off positions") and sea.base_off_m < 6.0
+    assert sea.tracker.doubt.endswith("m off positions") and sea.base_off_m < 6.5
 
 
 def test_a_single_wrong_difference_changes_nothing(sea: Sea) -> None:
