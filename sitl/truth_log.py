@@ -42,6 +42,8 @@ LEADER_COLUMNS = (
     "yaw_rate_radps",
     "fix_north_m",
     "fix_east_m",
+    "placed_north_m",
+    "placed_east_m",
 )
 
 
@@ -89,7 +91,8 @@ class LeaderTruthLog:
     """Recorder that writes the truth of a lead boat into a file with its name.
 
     Its time is the boat's own, at most one step (20 ms) before the tick's. `fix_…`: position by its receiver, moved on
-    from the last fix; empty without one.
+    from the last fix; empty without one. `placed_…`: where the follower places it, in the plane of its own estimate;
+    empty where it does not know.
     """
 
     def __init__(self, folder: Path, boat: LeadBoat, home: HomeConfig) -> None:
@@ -99,15 +102,16 @@ class LeaderTruthLog:
         self._file.write(",".join(LEADER_COLUMNS) + "\n")
 
     def record(self, tick: Tick) -> None:
-        """Write a row; the tick itself is not used."""
-        self.write()
+        """Write a row, with where the tick has the leader."""
+        leader = tick.status.leader
+        self.write("," if leader is None else f"{leader.north_m:.4f},{leader.east_m:.4f}")
 
-    def write(self) -> None:
+    def write(self, placed: str = ",") -> None:
         """Write a row of the present truth."""
         hull = self._boat.hull
         speed_mps = math.hypot(hull.north_mps, hull.east_mps)
         self._file.write(
-            f"{self._boat.t_s:.3f},{hull.north_m:.5f},{hull.east_m:.5f},{hull.yaw_rad:.6f},{speed_mps:.5f},{hull.surge_mps:.5f},{hull.yaw_rate_radps:.6f},{self._fix()}\n"
+            f"{self._boat.t_s:.3f},{hull.north_m:.5f},{hull.east_m:.5f},{hull.yaw_rad:.6f},{speed_mps:.5f},{hull.surge_mps:.5f},{hull.yaw_rate_radps:.6f},{self._fix()},{placed}\n"
         )
 
     def _fix(self) -> str:

@@ -125,6 +125,8 @@ PICTURES: Mapping[str, str] = {
 LEADER: Mapping[str, str] = {
     **{name: text for name, text in TRUTH.items() if name in LEADER_COLUMNS},
     "speed_mps": "Speed over ground.",
+    "placed_north_m": "Where the follower places it, in the plane of its own estimate.",
+    "placed_east_m": "The same, east.",
     "fix_north_m": "Where its receiver puts it, north of home, carried on from the last fix.",
     "fix_east_m": "Where its receiver puts it, east of home.",
 }

@@ -174,7 +174,7 @@ def figures(folder: Path, chase: Chase, asked: dict[str, Any], settings: Setting
     astern."""
     judged = chase.t >= asked["from_s"] + SETTLE_S
     metrics = (
-        _astern(chase, judged, follow_position_of(settings)[1], bool(settings.get("base")))
+        _astern(chase, judged, follow_position_of(settings)[1])
         if astern_of(settings)
         else _elsewhere(chase, judged, settings)
     )
@@ -194,7 +194,7 @@ def figures(folder: Path, chase: Chase, asked: dict[str, Any], settings: Setting
     return metrics
 
 
-def _astern(chase: Chase, judged: NDArray[np.bool_], gap_m: float, truly: bool) -> dict[str, float]:
+def _astern(chase: Chase, judged: NDArray[np.bool_], gap_m: float) -> dict[str, float]:
     moving = (
         judged & (chase.t < chase.ahead_until_s) & (chase.leader_speed > MOVING_SHARE * float(chase.leader_speed.max()))
     )
@@ -203,16 +203,18 @@ def _astern(chase: Chase, judged: NDArray[np.bool_], gap_m: float, truly: bool) 
     error, known = chase.gap_m - gap_m, chase.known_gap_m - gap_m
     return {
         "gap_rms_m": rms(error[moving]),
-        "receivers_gap_rms_m": rms((error - known)[moving]),  # of a follower without control errors, by positions
+        "receivers_gap_rms_m": rms(
+            (chase.receivers_gap_m - chase.gap_m)[moving]
+        ),  # of a follower without control errors, by positions
         "in_wake_share": share(abs(off) <= WAKE_M),
         "off_rms_m": rms(off),
         "off_max_m": float(abs(off).max()) if len(off) else math.nan,
         "gap_straight_rms_m": rms(error[straight]),
         "gap_bend_rms_m": rms(error[bend]),
         "gap_bend_max_m": float(abs(error[bend]).max()) if bend.any() else math.nan,
-        "recovery_max_s": max(chase.recovery_s(gap_m, truly), default=math.nan),
+        "recovery_max_s": max(chase.recovery_s(gap_m), default=math.nan),
         "receivers_in_wake_share": share(
-            abs(known_off - off) <= WAKE_M
+            abs(chase.receivers_off_m[moving] - off) <= WAKE_M
         ),  # the share of a follower without control errors
         "known_in_wake_share": share(abs(known_off) <= WAKE_M),
         "known_off_rms_m": rms(known_off),
@@ -251,8 +253,8 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
 def checks(metrics: dict[str, float], asked: dict[str, Any], settings: Settings) -> list[Check]:
     """What must hold of every run.
 
-    Track and gap are judged as both boats' receivers know them, since no law can see the receivers' errors; with a
-    moving base as they truly are.
+    Track and gap are judged as the boat knows them, since no law can see the receivers' errors; with a moving base as
+    they truly are.
     `tests/scenarios/test_follow.py` judges the truth over many seeds.
     """
     found = [

@@ -79,8 +79,8 @@ class LeaderTrack:
 class Chase:
     """Both boats at the follower's ticks, from `from_s` on. Columns are numpy arrays, one value a tick.
 
-    `gap_m` and `off_m` are the truth; `known_gap_m` and `known_off_m` are what both boats' receivers give, which is
-    what a law can hold.
+    `gap_m` and `off_m` are the truth; `known_gap_m` and `known_off_m` are by the boat's own estimate and where it
+    places the leader, which is what a law can hold; `receivers_gap_m` and `receivers_off_m` are by the leader's fixes.
     """
 
     def __init__(self, folder: Path, from_s: float = 0.0, leader: str = "leader") -> None:
@@ -109,8 +109,13 @@ class Chase:
             np.interp(t, clock, other["surge_mps"]),
             np.interp(t, clock, other["yaw_rate_radps"]),
         )
+        fixes = [other[f"fix_{name}"] - other[name] for name in ("north_m", "east_m")]
+        placed = [
+            other.get(f"placed_{name}", np.full(len(clock), np.nan)) - other[name] for name in ("north_m", "east_m")
+        ]
+        self._receiver_error = tuple(np.interp(t, clock, error) for error in fixes)
         self._leader_error = tuple(
-            np.interp(t, clock, other[f"fix_{name}"] - other[name]) for name in ("north_m", "east_m")
+            np.interp(t, clock, np.where(np.isfinite(own), own, fix)) for own, fix in zip(placed, fixes, strict=True)
         )
         self.distance = np.hypot(self.north - self.leader_north, self.east - self.leader_east)
         self.track = LeaderTrack(self.leader_north, self.leader_east, float(self.leader_yaw[0]))
@@ -162,25 +167,40 @@ class Chase:
 
     @property
     def known_off_m(self) -> Column:
-        """Offset from the leader's track as the receivers give it, to starboard."""
+        """Offset from the leader's track as the boat knows it, to starboard."""
+        return self._off_by(self._leader_error)
+
+    @property
+    def receivers_off_m(self) -> Column:
+        """Offset from the leader's track by the positions of both boats, to starboard."""
+        return self._off_by(self._receiver_error)
+
+    @property
+    def known_gap_m(self) -> Column:
+        """Gap along the leader's track as the boat knows it."""
+        return self._gap_by(self._leader_error)
+
+    @property
+    def receivers_gap_m(self) -> Column:
+        """Gap along the leader's track by the positions of both boats."""
+        return self._gap_by(self._receiver_error)
+
+    def _off_by(self, leader_error: tuple[Column, ...]) -> Column:
         import numpy as np
 
         _, off, course = self.along
         rows = np.arange(len(self.t))
         north, east = (
-            own - np.interp(self.passed, rows, theirs)
-            for own, theirs in zip(self._error, self._leader_error, strict=True)
+            own - np.interp(self.passed, rows, theirs) for own, theirs in zip(self._error, leader_error, strict=True)
         )
         return off + east * np.cos(course) - north * np.sin(course)
 
-    @property
-    def known_gap_m(self) -> Column:
-        """Gap along the leader's track as the receivers give it."""
+    def _gap_by(self, leader_error: tuple[Column, ...]) -> Column:
         import numpy as np
 
         course, there = self.along[2], self.leader_yaw
         own = self._error[0] * np.cos(course) + self._error[1] * np.sin(course)
-        theirs = self._leader_error[0] * np.cos(there) + self._leader_error[1] * np.sin(there)
+        theirs = leader_error[0] * np.cos(there) + leader_error[1] * np.sin(there)
         return self.gap_m + theirs - own
 
     @cached_property
@@ -238,16 +258,14 @@ class Chase:
                 swings.append(float(apart.max() - apart.min()))
         return max(swings, default=math.nan)
 
-    def recovery_s(self, gap_m: float, truly: bool = False) -> tuple[float, ...]:
-        """Time after each bend until the known gap is within 2 m and the known offset within 4 m, for 2 s; with `truly`
-        the true ones.
+    def recovery_s(self, gap_m: float) -> tuple[float, ...]:
+        """Time after each bend until the known gap is within 2 m and the known offset within 4 m, for 2 s.
 
         Infinite where that does not happen before the next bend or the end. Bends too close to the end of the run are
         omitted.
         """
         times = []
-        gap, off = (self.gap_m, self.off_m) if truly else (self.known_gap_m, self.known_off_m)
-        good = (abs(gap - gap_m) <= _BACK_M) & (abs(off) <= WAKE_M)
+        good = (abs(self.known_gap_m - gap_m) <= _BACK_M) & (abs(self.known_off_m) <= WAKE_M)
         ends = [*(bend.begin_s for bend in self.bends[1:]), float(self.t[-1])]
         for bend, through_s, end_s in zip(self.bends, self.through_s, ends, strict=False):
             if min(through_s, bend.end_s + _BEHIND_S) + _AFTER_BEND_S > self.t[-1]:
