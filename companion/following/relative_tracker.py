@@ -35,6 +35,7 @@ _BASE_S = 3.0  # since the last vector of a base: it comes once a second, and on
 _OLDEST_S = 2.0  # of a measurement on arrival
 _GATE = 5.0  # sigmas of the innovation, on each axis
 _NEW_GATE, _NEW_M = 4.0, 0.5  # sigmas of both positions, and metres, by which a base may differ when it comes
+_AGAIN_GATE = 3.0  # sigmas of the difference, by which one may differ that was doubted before
 _DRIFT_GATE = 5.0  # sigmas of the slow error
 _OTHER_S = 3.0  # of differences that are all outliers, after which the filter begins anew
 _LEAST_BASE_M, _FLOAT_TIMES = (
@@ -232,17 +233,21 @@ class RelativeTracker:
         apart_m = math.hypot(place[0] - leader.north_m + nav.north_m, place[1] - leader.east_m + nav.east_m)
         if apart_m > _NEW_GATE * math.hypot(leader.accuracy_m, nav.position_accuracy_m) + _NEW_M:
             return f"{apart_m:.1f} m off positions"
-        if now_s - self._base_s > _BASE_S:
-            return ""
-        here = self._filter.position_m
-        jump_m = math.dist(place, here)
-        turning_m = _JUMP_MPS * (now_s - self._base_s)
-        if jump_m > _GATE * math.hypot(self._filter.sigma_m, sigma_m) + turning_m:
-            return f"jumped {jump_m:.1f} m"
+        return self._against_filter(place, sigma_m, now_s)
+
+    def _against_filter(self, place: _Place, sigma_m: float, now_s: float) -> str:
+        """Why the vector cannot be true beside what is known without it; empty where it may be."""
+        compared = now_s - self._difference_s <= _FRESH_S
+        here, known_m = self._filter.position_m, math.hypot(self._filter.sigma_m, sigma_m)
+        off_m, silent_s = math.dist(place, here), now_s - self._base_s
+        if silent_s > _BASE_S:
+            strange = self._doubt and compared and off_m > _AGAIN_GATE * known_m
+            return f"{off_m:.1f} m off positions" if strange else ""
+        if off_m > _GATE * known_m + _JUMP_MPS * silent_s:
+            return f"jumped {off_m:.1f} m"
         north_m, east_m, _ = self._filter.difference_m
-        off_m = math.dist((north_m, east_m), here)
-        drifts = self._slow_m > 0.0 and off_m > _DRIFT_GATE * self._slow_m and now_s - self._difference_s < _FRESH_S
-        return f"{off_m:.1f} m off positions" if drifts else ""
+        drift_m = math.dist((north_m, east_m), here)
+        return f"{drift_m:.1f} m off positions" if compared and drift_m > _DRIFT_GATE * self._slow_m else ""
 
     def _is_steady(self, north_m: float, east_m: float, now_s: float) -> bool:
         """Whether the vector has moved as the velocities say since the one before."""

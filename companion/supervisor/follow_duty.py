@@ -25,6 +25,7 @@ _LATE_S = 1.0  # a message that was overtaken by a newer one comes within this
 _HEARD_S = 4.0  # since its last message, of a system that may be chosen as the leader
 _MOST_SYSTEMS = 32
 _LASTED_S = 6.0  # of another way to place the leader, before it is announced
+_BETTER = 0.7  # of the uncertainty: it still gets better
 _WAYS = tuple(RelativeBy)
 _PRESSES = 255  # the counter goes from 255 to 1
 
@@ -65,7 +66,7 @@ class FollowDuty:
         self._awaits = False  # in Follow, which could not be entered yet
         self._since_s = 0.0
         self._by: RelativeBy | None = None  # what the leader's place rests on, as last told
-        self._by_since: tuple[RelativeBy, float] = (RelativeBy.POSITIONS, 0.0)
+        self._by_since: tuple[RelativeBy, float, float] = (RelativeBy.POSITIONS, math.inf, 0.0)  # way, sigma, since
 
     # --- what others ask -------------------------------------------------------------------------------------------
 
@@ -221,19 +222,23 @@ class FollowDuty:
         self._tell_way(inputs, following)
 
     def _tell_way(self, inputs: ModeInputs, following: bool) -> None:
-        """Announce in Follow what the leader's place rests on, once that has lasted."""
+        """Announce in Follow what the leader's place rests on, once that has lasted and gets no better. That positions
+        are all there is, is no news at the beginning."""
         leader, now_s = inputs.leader, inputs.now_s
         if not following:
             self._by = None
         if leader is None or not following:
             return
-        by, since_s = self._by_since
-        if leader.relative_by is not by:
-            self._by_since = leader.relative_by, now_s
-        if leader.relative_by is not by or by is self._by or now_s - since_s < _LASTED_S:
+        by, sigma_m, since_s = self._by_since
+        if leader.relative_by is not by or leader.relative_m < _BETTER * sigma_m:
+            self._by_since = leader.relative_by, leader.relative_m, now_s
             return
-        worse = self._by is not None and _WAYS.index(by) < _WAYS.index(self._by)
-        self._by = by
+        if by is self._by or now_s - since_s < _LASTED_S:
+            return
+        before, self._by = self._by, by
+        if before is None and by is RelativeBy.POSITIONS:
+            return
+        worse = before is not None and _WAYS.index(by) < _WAYS.index(before)
         text = f"Leader's place by {by.value}, ±{leader.relative_m:.1f} m"
         self._events.say(now_s, TextKind.ATTENTION if worse else TextKind.ROUTINE, "leader_place", text)
 

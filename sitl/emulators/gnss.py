@@ -30,7 +30,7 @@ class GnssEmulator:
         self._single = config.antennas == 1
         self._model = GnssModel(config, around.home, around.gnss, 1.0 / self.rate_hz, around.seed, around.common)
         self._lies = GnssLies(around.faults, config.name, around.home, around.seed)
-        self._relative = RelativeReceiver(around.seed, config.name) if config.moving_base else None
+        self.relative = RelativeReceiver(around.seed, config.name) if config.moving_base else None
         self._date_of: tuple[int, str] = (-1, "")
 
     def speak(self, t_s: float) -> None:
@@ -39,11 +39,11 @@ class GnssEmulator:
         sample = self._lies.told(self._model.sample(around.hull, around.waves, around.faults.active), t_s)
         text = self.sentences(sample, t_s + self._lies.time_off_s(t_s))
         self._port.send(text.encode("ascii"), t_s + self._latency_s)
-        if self._relative is not None:
-            self._relative.hear(self._port.receive(t_s), t_s)
+        if self.relative is not None:
+            self.relative.hear(self._port.receive(t_s), t_s)
             antenna = self._model.antenna(around.hull, around.waves)
             has_fix = sample.position is not None
-            for data in self._relative.solutions(antenna, around.epoch_unix_ns, t_s, has_fix):
+            for data in self.relative.solutions(antenna, around.epoch_unix_ns, t_s, has_fix):
                 self._port.send(data, t_s + self._latency_s + PROCESSING_S)
 
     def sentences(self, sample: GnssSample, t_s: float) -> str:

@@ -13,6 +13,7 @@ from pymavlink.dialects.v20 import common as mavlink
 
 from companion.cli.rig import LockstepRig
 from companion.config.vessel import ConfigError, find
+from sitl.emulators.gnss import GnssEmulator
 from sitl.scenarios import SCENARIOS
 from sitl.scenarios.follow_measure import Chase
 from sitl.scenarios.measure import read_events, read_truth
@@ -77,6 +78,44 @@ def test_link_and_own_receiver_lost(tmp_path: Path) -> None:
     sail("link_loss", tmp_path, 1)
 
 
+def said(folder: Path) -> list[str]:
+    return [event.text for event in read_events(folder) if event.name.startswith(("leader_place", "relative"))]
+
+
+def test_a_moving_base_gives_the_true_gap(tmp_path: Path) -> None:
+    """Where both plain receivers say something else by a metre and more."""
+    metrics = sail("follow", tmp_path, 1, leader="straight@8.2", base="moving", time="45")
+    assert metrics["gap_rms_m"] <= 0.3 and metrics["off_rms_m"] <= 0.5
+    assert metrics["receivers_gap_rms_m"] > 1.0
+    assert said(tmp_path)[-1] == "Leader's place by moving base, ±0.1 m"
+
+
+@pytest.mark.sweep
+@pytest.mark.parametrize(
+    ("lie", "text"), [("jumps", "jumped"), ("repeats", "it repeats itself"), ("far", "m off positions"), ("silent", "")]
+)
+def test_a_moving_base_that_lies_is_not_followed(tmp_path: Path, lie: str, text: str) -> None:
+    """30 s after the departure, to the end. What is left is the difference of the receivers."""
+
+    class Lying(LockstepRig):
+        def step(self) -> None:
+            receiver = next(sensor for sensor in self.world.sensors if isinstance(sensor, GnssEmulator))
+            assert receiver.relative is not None
+            if self.now_s > 30.0:
+                receiver.relative.frozen = lie == "repeats"
+                receiver.relative.off_m = {"jumps": (4.0, 4.0), "far": (40.0, 0.0)}.get(lie, (0.0, 0.0))
+                receiver.relative.deaf = lie == "silent"
+            super().step()
+
+    changes = {"leader": "thesis@8.2", "base": "moving", "common": "0.9", "time": "100"}
+    outcome = run(SCENARIOS["follow"], Lying, tmp_path, seed=1, changes=changes)
+    assert outcome.error is None, outcome.error
+    metrics, texts = outcome.metrics, said(tmp_path)
+    assert metrics["gap_rms_m"] <= 2.0 and metrics["in_wake_share"] >= 0.98 and metrics["nearest_m"] >= 12.0
+    assert any(one.startswith("Leader's place by difference") for one in texts), texts
+    assert not text or any("ignored" in one and text in one for one in texts), texts
+
+
 @pytest.mark.sweep
 def test_round_the_leader_under_way(tmp_path: Path) -> None:
     sail("station_change", tmp_path, 1, each="32")
@@ -126,6 +165,21 @@ def test_words_that_do_not_exist_are_said(tmp_path: Path) -> None:
         sail("follow", tmp_path, 0, kind="gull")
     with pytest.raises(ConfigError, match="uturn"):
         sail("follow", tmp_path, 0, leader="loop")
+    with pytest.raises(ScenarioError, match="moving"):
+        sail("follow", tmp_path, 0, base="fixed")
+    with pytest.raises(ScenarioError, match="difference"):
+        sail("follow", tmp_path, 0, relative="best")
+
+
+@pytest.mark.sweep
+def test_receivers_with_errors_in_common_are_compared_with_each_other(tmp_path: Path) -> None:
+    """The difference of like receivers is closer to the truth than the leader's position beside the boat's own
+    estimate, over the seeds."""
+    by, beside = (
+        [sail("follow", tmp_path / way / str(seed), seed, common="0.9", relative=way) for seed in range(SEEDS)]
+        for way in ("difference", "positions")
+    )
+    assert pooled_rms(by, "gap_rms_m") <= min(0.7, pooled_rms(beside, "gap_rms_m"))
 
 
 # --- over 16 seeds -------------------------------------------------------------------------------------------------
