@@ -3,7 +3,9 @@ else by two positions.
 
 What two receivers near each other have in common drops out of the difference of their own positions: errors of orbits,
 clocks, ionosphere and troposphere, where both use the same satellites and the same corrections. It does not drop out of
-a leader's position beside an estimate that rests on another kind of fix.
+a leader's position beside an estimate that rests on another kind of fix. FOLL_COMMON says how much that is. The
+difference is used where it is clearly less uncertain than two positions: so where that share is known, and for a while
+after a moving base.
 
 A moving base is believed while it agrees with what is known without it: with the two positions when it comes, with the
 filter from then on. One that jumps, repeats itself or drifts away from the positions is ignored, and what the filter
@@ -31,6 +33,7 @@ _SIGMA_M = 1.5  # of a fix that does not say how good it is
 _NOISE_SHARE = 0.12  # of the accuracies: what is not slow
 _MOST_AGE_S, _INTERVALS = 1.0, 3.0  # of the leader's position
 _FRESH_S = 2.0  # since the last difference
+_TAKE_SHARE, _KEEP_SHARE = 0.7, 0.85  # of the uncertainty of positions, below which the difference is used
 _BASE_S = 3.0  # since the last vector of a base: it comes once a second, and one may be lost
 _OLDEST_S = 2.0  # of a measurement on arrival
 _GATE = 5.0  # sigmas of the innovation, on each axis
@@ -261,11 +264,11 @@ class RelativeTracker:
 
     def _decide(self, leader: Leader, nav: NavState, now_s: float) -> None:
         """What the leader's place rests on from now on, and how far it is moved."""
-        by_base, by_difference = now_s - self._base_s <= _BASE_S, now_s - self._difference_s <= _FRESH_S
-        self._by = (
-            RelativeBy.MOVING_BASE if by_base else RelativeBy.DIFFERENCE if by_difference else RelativeBy.POSITIONS
-        )
         self._sigma_m = math.hypot(leader.accuracy_m, nav.position_accuracy_m)
+        share = _KEEP_SHARE if self._by is RelativeBy.DIFFERENCE else _TAKE_SHARE
+        better = now_s - self._difference_s <= _FRESH_S and self._filter.sigma_m < share * self._sigma_m
+        by_base = now_s - self._base_s <= _BASE_S
+        self._by = RelativeBy.MOVING_BASE if by_base else RelativeBy.DIFFERENCE if better else RelativeBy.POSITIONS
         wanted = 0.0, 0.0
         if self._by is not RelativeBy.POSITIONS:
             self._sigma_m = self._filter.sigma_m

@@ -165,12 +165,12 @@ ROWS: tuple[ParamSpec, ...] = (
     ),
     real(
         "FOLL_COMMON",
-        0.5,
+        0.0,
         0.0,
         0.98,
         "norm",
         "Follow",
-        "Share of the variance of two like receivers' errors that both have in common (same satellites, corrections)",
+        "Share of the error variance that like receivers on both boats have in common; 0.9: one model, 0: not known",
     ),
     choice(
         "FOLL_LAW",

@@ -74,12 +74,13 @@ _WAYS = {"positions": 0.0, "difference": 1.0, "base": 2.0}
 
 
 def relative_parameters(settings: Settings) -> dict[str, float]:
-    """FOLL_REL of the setting `relative=positions|difference|base`, the best way to place the leader that may be used;
-    as it is where that is empty. Raises ScenarioError."""
+    """FOLL_REL of the setting `relative=positions|difference|base`, the best way to place the leader that may be used,
+    and FOLL_COMMON of `common`; as they are where these are empty. Raises ScenarioError."""
     text = settings.get("relative", "")
     if text and text not in _WAYS:
         raise ScenarioError(f"relative={text}: one of {', '.join(_WAYS)}")
-    return {"FOLL_REL": _WAYS[text]} if text else {}
+    common = {"FOLL_COMMON": number(settings, "common")} if settings.get("common") else {}
+    return {**common, **({"FOLL_REL": _WAYS[text]} if text else {})}
 
 
 def receivers(conditions: Conditions, settings: Settings) -> Conditions:

@@ -31,6 +31,7 @@ class Sea:
     def __init__(self, config: VesselConfig) -> None:
         self.said: list[str] = []
         self.parameters = Parameters()
+        self.parameters.set("FOLL_COMMON", 0.8)
         self.tracker = RelativeTracker(config, self.parameters, self._say)
         self.now_s = 100.0
         self.off_m, self.own_m = 0.0, 0.0
@@ -88,7 +89,7 @@ def test_like_receivers_are_compared_with_each_other(sea: Sea) -> None:
     sea.off_m = sea.own_m = 5.0
     leader = sea.sail(10.0)
     assert leader.relative_by is RelativeBy.DIFFERENCE and sea.gap_m == pytest.approx(20.0, abs=0.01)
-    assert 0.8 < leader.relative_m < 1.2
+    assert 0.4 < leader.relative_m < 0.85
 
 
 def test_other_kinds_of_fix_are_not_compared(sea: Sea) -> None:
@@ -140,10 +141,16 @@ def test_the_parameter_forbids_ways(sea: Sea) -> None:
 
 
 def test_what_two_receivers_share_makes_the_difference_better(sea: Sea) -> None:
-    sea.parameters.set("FOLL_COMMON", 0.0)
+    sea.parameters.set("FOLL_COMMON", 0.6)
     little = sea.sail(5.0).relative_m
     sea.parameters.set("FOLL_COMMON", 0.95)
     assert sea.sail(5.0).relative_m < 0.6 * little
+
+
+def test_where_that_is_not_known_positions_are_as_good(sea: Sea) -> None:
+    sea.parameters.set("FOLL_COMMON", 0.0)
+    sea.off_m = 2.0
+    assert sea.sail(20.0).relative_by is RelativeBy.POSITIONS and sea.gap_m == 22.0
 
 
 # --- vectors that are not true -------------------------------------------------------------------------------------
