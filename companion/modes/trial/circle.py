@@ -1,6 +1,7 @@
 """The circle of a trial: where the boat will come to rest, and whether that is inside.
 
-The deceleration is half of what the model says until the boat has braked; then it is what was seen, with a reserve.
+The deceleration is half of what the model says until the boat has braked; then it is what was seen, with a reserve. The
+turning rate of a boat that turns only with way on is half of the model's, then the least that was seen.
 """
 
 from __future__ import annotations
@@ -13,23 +14,34 @@ from companion.modes.trial.expectation import Expectation
 _UNSEEN, _SEEN = 0.5, 0.7  # share of the deceleration that is counted on
 _REACT_S = 1.5  # from the decision until the thrusters push astern
 _WORTH_MPS2 = 0.2  # share of the expected deceleration below which a braking tells nothing
+_WORTH_RADPS = 0.1  # the same of the turning rate
+_TURNED_RAD = math.radians(40.0)  # a smaller turn tells nothing of the rate
 _DRIFT_MOST = 0.6  # of the top speed
 _MARGIN, _MARGIN_UNDERACTUATED = 0.5, 1.5  # lengths inside the circle; a boat without sideways thrust must turn first
 
 
 class TrialCircle:
-    """`centre` and `radius_m` as the operator accepted them. Remembers the least deceleration seen."""
+    """`centre` and `radius_m` as the operator accepted them. Remembers the least deceleration and turning rate seen."""
 
     def __init__(self, centre: tuple[float, float], radius_m: float, expectation: Expectation) -> None:
         self.centre, self.radius_m = centre, radius_m
         self._expectation = expectation
         self._brake_mps2 = _UNSEEN * expectation.brake_mps2
-        self._seen = False
+        self._seen = self._turn_seen = False
+        self._turn_radps = (_UNSEEN if expectation.needs_way else 1.0) * expectation.turn_radps
 
     @property
     def brake_mps2(self) -> float:
         """The deceleration that is counted on."""
         return self._brake_mps2
+
+    @property
+    def turning_s(self) -> float:
+        """How long the boat drifts, until it has turned round; 0 for one that pushes sideways."""
+        e = self._expectation
+        if e.sways:
+            return 0.0
+        return math.pi / self._turn_radps + (0.0 if e.needs_way else e.speeding_s)  # with way on it turns at once
 
     def learn(self, from_mps: float, to_mps: float, time_s: float) -> None:
         """The boat has braked from one speed to another in that time."""
@@ -40,6 +52,14 @@ class TrialCircle:
             seen = _WORTH_MPS2 * self._expectation.brake_mps2 * _SEEN
         self._brake_mps2 = min(self._brake_mps2, seen) if self._seen else seen
         self._seen = True
+
+    def learn_turn(self, turned_rad: float, time_s: float) -> None:
+        """The boat has turned by that angle with the helm hard over in that time."""
+        if time_s <= 0.5 or turned_rad < _TURNED_RAD:
+            return
+        seen = max(turned_rad / time_s, _WORTH_RADPS * self._expectation.turn_radps)
+        self._turn_radps = min(self._turn_radps, seen) if self._turn_seen else seen
+        self._turn_seen = True
 
     def distance_m(self, nav: NavState) -> float:
         """From the centre to the boat."""

@@ -17,13 +17,15 @@ _GRAVITY_MPS2 = 9.81
 _LEAST_RADIUS_M = 15.0  # of what is proposed: a small boat drifts as far as a large one
 _STRONG_CURRENT = 0.4  # of the top speed: in such a current the motor check, which cannot be interrupted, stays inside
 _CHECK_S = 25.0  # time of the motor check
+STEERAGE_SHARE = 0.5
+"""Of the top speed, through the water: speed at which a boat turns that needs way for it."""
 _BRAKES = 0.5  # share of the model's deceleration that is counted on before it was seen
 
 
 @dataclass(frozen=True, slots=True)
 class Expectation:
-    """Figures of one boat: largest forces and moment, top speed, turning rate on the spot, time constant of the speed
-    ahead, deceleration with full thrust astern."""
+    """Figures of one boat: largest forces and moment, top speed, turning rate (on the spot, or with way on where
+    it needs that), time constant of the speed ahead, deceleration with full thrust astern."""
 
     length_m: float
     surge_n: float
@@ -43,7 +45,7 @@ class Expectation:
 
     @property
     def turn_s(self) -> float:
-        """Time for half a turn on the spot."""
+        """Time for half a turn."""
         return math.pi / self.turn_radps + self.speeding_s
 
     @property
@@ -75,6 +77,9 @@ def expected(config: VesselConfig) -> Expectation:
     top = top_speed_mps(config)
     top = min(top, 3.0 * _HULL_SPEED * math.sqrt(_GRAVITY_MPS2 * config.length_m))
     astern = min(limits.surge_n, sum(_astern_n(thruster) for thruster in config.thrusters))
+    needs_way = any(thruster.kind == "rudder" for thruster in config.thrusters) or (
+        largest(config.thrusters, 2, free=(1,)) < _NO_MOMENT_M * limits.surge_n
+    )
     return Expectation(
         length_m=config.length_m,
         surge_n=limits.surge_n,
@@ -82,11 +87,10 @@ def expected(config: VesselConfig) -> Expectation:
         sway_n=limits.sway_n,
         yaw_nm=limits.yaw_nm,
         top_mps=top,
-        turn_radps=_turn_radps(config),
+        turn_radps=_turn_radps(config, STEERAGE_SHARE * top if needs_way else 0.0),
         speeding_s=max(1.0, hull.m11_kg * top / limits.surge_n),
         brake_mps2=max(1e-3, astern / hull.m11_kg),
-        needs_way=any(thruster.kind == "rudder" for thruster in config.thrusters)
-        or largest(config.thrusters, 2, free=(1,)) < _NO_MOMENT_M * limits.surge_n,
+        needs_way=needs_way,
     )
 
 
@@ -97,11 +101,12 @@ def _astern_n(thruster: ThrusterConfig) -> float:
     return -thruster.min_n * along if along > 0.0 else -thruster.max_n * along
 
 
-def _turn_radps(config: VesselConfig) -> float:
-    """Steady yaw rate on the spot at half the largest moment: n_r r + n_rr r² = ½ N."""
+def _turn_radps(config: VesselConfig, ahead_mps: float) -> float:
+    """Steady yaw rate at half the largest moment, at that speed ahead: (n_r + n_ur u) r + n_rr r² = ½ N."""
     d, moment = config.hull.damping, 0.5 * config.limits.yaw_nm
+    linear = d.n_r + d.n_ur * ahead_mps
     if d.n_rr > 0.0:
-        rate = (-d.n_r + math.sqrt(d.n_r * d.n_r + 4.0 * d.n_rr * moment)) / (2.0 * d.n_rr)
+        rate = (-linear + math.sqrt(linear * linear + 4.0 * d.n_rr * moment)) / (2.0 * d.n_rr)
     else:
-        rate = moment / d.n_r if d.n_r > 0.0 else 1.0
+        rate = moment / linear if linear > 0.0 else 1.0
     return min(1.5, max(0.02, rate))

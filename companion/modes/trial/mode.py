@@ -238,7 +238,7 @@ class TrialMode(Mode):
         """The manoeuvre; None: it is over, and the way to the next one begins."""
         manoeuvre, scene = self._manoeuvres[self._index], self._scene(inputs)
         checks = isinstance(manoeuvre, MotorCheck)
-        if not checks and circle.leaves(inputs.nav, 0.0 if self._expectation.sways else self._expectation.turn_s):
+        if not checks and circle.leaves(inputs.nav, circle.turning_s):
             if not isinstance(manoeuvre, Stopping):
                 self._done(inputs, "at the circle")
                 return None
@@ -309,7 +309,8 @@ class TrialMode(Mode):
             self._say(inputs, TextKind.ROUTINE, "trial_goes_on", f"goes on, {self._minutes()}")
             self._begin_approach(inputs, brakes=True)
             return None
-        return approach.update(inputs.nav, inputs.now_s) or approach.towards(inputs.nav, (0.0, 0.0), inputs.nav.yaw_rad)
+        nav, now_s = inputs.nav, inputs.now_s
+        return approach.update(nav, now_s) or approach.towards(nav, (0.0, 0.0), nav.yaw_rad, now_s)
 
     def _comes_near(self, contact: Contact, circle: TrialCircle) -> bool:
         """Whether the vessel comes nearer than CA_DIST to the circle within `_LOOK_S`."""

@@ -7,16 +7,19 @@ from dataclasses import replace
 
 from companion.config.vessel import find, load
 from companion.core.estimate import NavState
-from companion.core.setpoint import HeadingSetpoint
+from companion.core.setpoint import HeadingSetpoint, Setpoint, WrenchSetpoint
 from companion.modes.trial.approach import Approach
 from companion.modes.trial.circle import TrialCircle
 from companion.modes.trial.expectation import expected
 from companion.modes.trial.manoeuvres.manoeuvre import Begin
 from tests.unit.conftest import AT_REST
+from tests.unit.rudder_boat import SKIFF
 
 REVOLT = load(find("revolt"))
 EXPECTED = expected(REVOLT)
 PERIOD_S = 0.1
+RUDDER = expected(SKIFF)
+STREAM_MPS = 0.4 * RUDDER.top_mps
 
 
 def carried(east_m: float, east_mps: float) -> NavState:
@@ -47,3 +50,70 @@ def test_a_boat_that_slows_down_brakes_until_it_is_slow() -> None:
     needed_s = 6.0 * EXPECTED.speeding_s
     slowing_mps2 = 0.12 * EXPECTED.top_mps / (0.5 * needed_s)  # from a fifth of the top speed to 0.08 of it
     assert 0.4 * needed_s < braked_for_s(slowing_mps2) < 0.6 * needed_s
+
+
+# --- a rudder boat that a stream carries out of its circle, north ---------------------------------------------------
+
+
+def downstream(through_water_mps: float, yaw_rad: float = 0.0, rate_radps: float = 0.0) -> NavState:
+    """Well out, with this speed ahead through a stream that sets north."""
+    north_mps = through_water_mps * math.cos(yaw_rad) + STREAM_MPS
+    east_mps = through_water_mps * math.sin(yaw_rad)
+    c, s = math.cos(yaw_rad), math.sin(yaw_rad)
+    return replace(
+        AT_REST,
+        north_m=0.6 * RUDDER.radius_m,
+        yaw_rad=yaw_rad,
+        yaw_rate_radps=rate_radps,
+        north_mps=north_mps,
+        east_mps=east_mps,
+        surge_mps=north_mps * c + east_mps * s,
+        sway_mps=east_mps * c - north_mps * s,
+        current_north_mps=STREAM_MPS,
+        current_east_mps=0.0,
+    )
+
+
+def coming_in() -> tuple[Approach, TrialCircle]:
+    circle = TrialCircle((0.0, 0.0), RUDDER.radius_m, RUDDER)
+    approach = Approach(circle, RUDDER)
+    approach.begin(downstream(0.2), Begin.CENTRE, True, 0.0)
+    return approach, circle
+
+
+def helm(asked: Setpoint | None) -> float:
+    """1 or −1 with the whole moment, 0 where the heading law steers."""
+    assert isinstance(asked, HeadingSetpoint | WrenchSetpoint)
+    if isinstance(asked, HeadingSetpoint):
+        return 0.0
+    assert abs(asked.wrench.yaw_nm) == RUDDER.yaw_nm
+    return math.copysign(1.0, asked.wrench.yaw_nm)
+
+
+def test_a_rudder_boat_turns_with_way_through_the_water() -> None:
+    """Not over ground: with the stream from astern there would be no flow over its blade."""
+    approach, _ = coming_in()
+    asked = approach.update(downstream(0.05 * RUDDER.top_mps, math.radians(30.0)), 0.1)
+    assert isinstance(asked, WrenchSetpoint) and asked.wrench.surge_n > 0.9 * RUDDER.surge_n
+    asked = approach.update(downstream(0.9 * RUDDER.top_mps, math.radians(30.0)), 0.2)
+    assert isinstance(asked, WrenchSetpoint) and asked.wrench.surge_n == 0.0  # it does not brake: it would not turn
+
+
+def test_a_turn_goes_on_to_its_side_until_the_bow_is_nearly_round() -> None:
+    approach, _ = coming_in()
+    assert helm(approach.update(downstream(0.5, math.radians(-20.0)), 0.1)) == -1.0
+    assert helm(approach.update(downstream(0.5, math.radians(20.0)), 0.2)) == -1.0  # a gust blew it across
+    assert helm(approach.update(downstream(0.5, math.radians(-130.0)), 9.0)) == 0.0
+    approach, _ = coming_in()
+    swinging = downstream(0.5, math.radians(-10.0), math.radians(10.0))
+    assert helm(approach.update(swinging, 0.1)) == 1.0
+
+
+def test_the_circle_learns_how_long_it_turns() -> None:
+    approach, circle = coming_in()
+    believed_s, rate = circle.turning_s, 0.3 * RUDDER.turn_radps
+    for tick in range(round(math.radians(140.0) / rate / PERIOD_S)):
+        t_s = tick * PERIOD_S
+        approach.update(downstream(0.5, 0.1 + rate * t_s, rate), t_s)
+    assert circle.turning_s > 1.3 * believed_s
+    assert math.pi / rate < 1.1 * circle.turning_s

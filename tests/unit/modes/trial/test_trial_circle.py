@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import pytest
@@ -10,6 +11,7 @@ from companion.config.vessel import find, load
 from companion.modes.trial.circle import TrialCircle
 from companion.modes.trial.expectation import expected
 from tests.unit.conftest import AT_REST
+from tests.unit.rudder_boat import SKIFF
 
 EXPECTATION = expected(load(find("revolt")))
 
@@ -50,6 +52,32 @@ def test_what_it_saw_of_braking_counts() -> None:
     assert circle.brake_mps2 == pytest.approx(0.7 * 0.05)
     circle.learn(0.1, 0.0, 8.0)  # too slow to tell
     assert circle.brake_mps2 == pytest.approx(0.7 * 0.05)
+
+
+def test_a_rudder_boat_turns_slower_with_way_on_and_is_believed_to_turn_slower_still() -> None:
+    skiff = expected(SKIFF)
+    d, u = SKIFF.hull.damping, 0.5 * skiff.top_mps
+    moment_nm = (d.n_r + d.n_ur * u + d.n_rr * skiff.turn_radps) * skiff.turn_radps
+    assert moment_nm == pytest.approx(0.5 * SKIFF.limits.yaw_nm)
+    circle = TrialCircle((0.0, 0.0), 20.0, skiff)
+    assert circle.turning_s == pytest.approx(math.pi / (0.5 * skiff.turn_radps))
+
+
+def test_what_it_saw_of_turning_counts() -> None:
+    skiff = expected(SKIFF)
+    circle = TrialCircle((0.0, 0.0), 20.0, skiff)
+    believed_s = circle.turning_s
+    circle.learn_turn(0.3, 10.0)  # too small a turn to tell
+    assert circle.turning_s == believed_s
+    circle.learn_turn(2.0, 4.0)
+    assert circle.turning_s == pytest.approx(math.pi / 0.5)
+    circle.learn_turn(2.0, 20.0)
+    circle.learn_turn(2.0, 4.0)  # the least counts
+    assert circle.turning_s == pytest.approx(math.pi / 0.1)
+
+
+def test_a_boat_with_sideways_thrust_need_not_turn() -> None:
+    assert TrialCircle((0.0, 0.0), 20.0, EXPECTATION).turning_s == 0.0
 
 
 def test_a_current_that_would_carry_it_back_does_not_help() -> None:

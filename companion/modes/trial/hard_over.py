@@ -1,0 +1,42 @@
+"""Helm hard over, for a boat that turns only with way on: a stream carries it out of its circle as long as it turns."""
+
+from __future__ import annotations
+
+import math
+
+from companion.core.angles import wrap_pi
+from companion.core.estimate import NavState
+from companion.modes.trial.circle import TrialCircle
+
+_BEGINS_RAD, _ENDS_RAD = math.radians(90.0), math.radians(60.0)  # off the heading that is asked for
+_EITHER_RAD = math.radians(160.0)  # off it: the boat turns on to the side to which it turns already
+_TURNS_RADPS = math.radians(6.0)
+
+
+class HardOver:
+    """`update` every tick → 1 or −1 for helm hard over to starboard or port, 0 for none. A turn goes on to the side to
+    which it began. Remembers the side, and when and how far the boat has turned; the circle learns how fast it was."""
+
+    def __init__(self, circle: TrialCircle) -> None:
+        self._circle = circle
+        self.ease()
+
+    def ease(self) -> None:
+        """No helm, for the next turn to begin anew."""
+        self._side = self._turned_rad = self._yaw_rad = self._begun_s = 0.0
+
+    def update(self, nav: NavState, yaw_rad: float, now_s: float) -> float:
+        """`yaw_rad`: the heading to turn to."""
+        off_rad = wrap_pi(yaw_rad - nav.yaw_rad)
+        if self._side == 0.0:
+            if abs(off_rad) > _BEGINS_RAD:
+                turns = abs(off_rad) > _EITHER_RAD and abs(nav.yaw_rate_radps) > _TURNS_RADPS
+                self._side = math.copysign(1.0, nav.yaw_rate_radps if turns else off_rad)
+                self._turned_rad, self._yaw_rad, self._begun_s = 0.0, nav.yaw_rad, now_s
+            return self._side
+        self._turned_rad += self._side * wrap_pi(nav.yaw_rad - self._yaw_rad)
+        self._yaw_rad = nav.yaw_rad
+        if abs(off_rad) < _ENDS_RAD:
+            self._circle.learn_turn(self._turned_rad, now_s - self._begun_s)
+            self.ease()
+        return self._side
