@@ -17,7 +17,8 @@ from sitl.thrusters import ThrusterModel
 _STALL_RAD = math.radians(35.0)  # in a race the flow stays on the blade longer than in free water (Molland 1992)
 _PLATE_DRAG = 1.2  # of a flat plate across the flow
 _BACKWARDS = 0.6  # share of the lift with the flow from the trailing edge
-_STRAIGHTENED = 0.6  # share of a drift angle that the blade sees
+STRAIGHTENED = 0.6
+"""Share of a drift angle that the blade sees."""
 
 
 class Rudder(ThrusterModel):
@@ -50,7 +51,7 @@ class Rudder(ThrusterModel):
     def step(self, dt_s: float, surge_mps: float = 0.0, sway_mps: float = 0.0, yaw_rate_radps: float = 0.0) -> None:
         """Advance by `dt_s` at that velocity through the water."""
         super().step(dt_s, surge_mps)
-        drift_mps = _STRAIGHTENED * (sway_mps + self._lever_m * yaw_rate_radps)
+        drift_mps = STRAIGHTENED * (sway_mps + self._lever_m * yaw_rate_radps)
         race = self._in_flow(self._race_mps(surge_mps), drift_mps)
         beside = self._in_flow((1.0 - self._blade.wake_share) * surge_mps, drift_mps)
         share = self._blade.race_share

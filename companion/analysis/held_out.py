@@ -16,7 +16,8 @@ from companion.analysis.trial_log import Ran
 
 _WINDOW_S = 10.0
 _SHARE = 0.25  # of the log that is held out where no trial says which part
-AROUND = ("current_", "wind_", "north_n", "east_n", "heading_")  # quantities that are no property of the hull
+AROUND = ("current_", "wind_", "north_n", "east_n", "heading_", "antenna_")
+"""Beginnings of quantities that are no property of the hull."""
 HELD_OUT = ("zig-zag 20/20", "turning circle port", "spin 80%", "surge +60% coast", "sway 90%")
 """Manoeuvres that are not fitted to: each motion is in another one, too."""
 
@@ -71,7 +72,7 @@ def prediction(
     `after`: what is compared is the hull."""
     if not held_out.stretches:
         return None
-    model = HullModel(log, held_out, heading=True)
+    model = HullModel(log, held_out, mounting=True)
     around = {name: after[name] for name in after if name.startswith(AROUND)}
     rows = np.concatenate([np.arange(a, b) for a, b in held_out.stretches])
     measured = held_out.velocity[rows]

@@ -78,11 +78,11 @@ class HullFit:
 
 
 def fit(
-    log: Log, manoeuvre: Manoeuvre, hold: Sequence[str] = (), heading: bool = False, told: Told = tell_nobody
+    log: Log, manoeuvre: Manoeuvre, hold: Sequence[str] = (), mounting: bool = False, told: Told = tell_nobody
 ) -> HullFit:
-    """Fit the hull to the manoeuvre. `hold`: quantities to leave at the model's value (`Estimate.name`). `heading`: as
-    in `HullModel`."""
-    model = HullModel(log, manoeuvre, heading)
+    """Fit the hull to the manoeuvre. `hold`: quantities to leave at the model's value (`Estimate.name`). `mounting`:
+    as in `HullModel`."""
+    model = HullModel(log, manoeuvre, mounting)
     work = Work(told, "fitting the hull", _USUAL * len(model.model))
     strongest = f"scale {model.groups[0].name}"
     held = {strongest: "sets the scale of all forces and inertias"} if model.scale_known else {}

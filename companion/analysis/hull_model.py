@@ -25,6 +25,7 @@ from companion.config.hull import AIR_KGPM3, DampingConfig, HullConfig
 
 INERTIA = ("m11_kg", "m22_kg", "m33_kgm2")
 HEADING = "heading_error_rad"  # by how much the heading reads too much
+ANTENNA = ("antenna_ahead_m", "antenna_starboard_m")  # by how much the antenna is further there than in the file
 LIFT = "rudder_scale"  # side force of a rudder over what its formula says
 CURRENT = ("current_north_mps", "current_east_mps")
 _WIND = ("wind_north_m2ps2", "wind_east_m2ps2")  # velocity of the air times its speed
@@ -35,6 +36,7 @@ _STANDARD = ("x_u", "x_uu", "y_v", "y_vv", "n_r", "n_rr")  # always fitted
 _RESISTING = frozenset({*_STANDARD, "x_uuu"})  # these cannot drive the boat
 _LAG_S = 0.3  # start of the fit of the thrusters' lag
 _FACTOR_SIGMAS = 0.5  # the factor of a damping that follows from dimensions counts as two sigmas
+_ANTENNA_DOUBT = 0.1  # of the boat's length
 _LEAST_DOUBT = 0.08  # share of an inertia that follows from dimensions
 _MOST = 50.0  # largest value, in scales of a quantity
 
@@ -42,9 +44,9 @@ _MOST = 50.0  # largest value, in scales of a quantity
 class HullModel:
     """The equations over one manoeuvre, by named quantities. Remembers the manoeuvre and the wrenches of one lag."""
 
-    def __init__(self, log: Log, manoeuvre: Manoeuvre, heading: bool = False) -> None:
-        """`heading`: the heading may read too much or too little (`HEADING`). Only runs at speed both ways tell that
-        from a current."""
+    def __init__(self, log: Log, manoeuvre: Manoeuvre, mounting: bool = False) -> None:
+        """`mounting`: the heading may read too much or too little (`HEADING`), which only runs at speed both ways tell
+        from a current, and the antenna may be elsewhere (`ANTENNA`), which only spins tell from a current."""
         self.log, self.manoeuvre = log, manoeuvre
         self._factors = {figure.key: figure.factor for figure in figures_of(log.config.hull, log.config.thrusters)}
         self.groups: tuple[Group, ...] = groups_of(log.config.thrusters, apart=not self.scale_known)
@@ -61,7 +63,7 @@ class HullModel:
             "lag_s": _LAG_S,
             **dict.fromkeys(CURRENT, 0.0),
             **dict.fromkeys(self.weather, 1.0 if self.weather is _WIND_SCALES else 0.0),
-            **({HEADING: 0.0} if heading else {}),
+            **(dict.fromkeys((HEADING, *ANTENNA), 0.0) if mounting else {}),
         }
         self.terms = tuple(terms)
         self._coupling = (hull.m23_kgm, hull.m23_kgm if hull.m32_kgm is None else hull.m32_kgm)
@@ -99,6 +101,7 @@ class HullModel:
             "lag_s": 0.3,
             LIFT: 0.3,
             HEADING: 0.1,
+            **dict.fromkeys(ANTENNA, _ANTENNA_DOUBT * self.log.config.length_m),
             **dict.fromkeys(CURRENT, 0.2),
             **dict.fromkeys(_WIND, 20.0),
             **dict.fromkeys(_WIND_SCALES, 0.5),
@@ -260,13 +263,15 @@ class HullModel:
         return self.turned(np.add(result, stream, dtype=np.float64), values, back=True)
 
     def turned(self, vectors: Array, values: Mapping[str, float], back: bool = False) -> Array:
-        """(n, 3) vectors in the axes of the estimate, in the true axes of the boat; `back`: the other way."""
-        angle = values.get(HEADING, 0.0)
-        if angle == 0.0:
-            return vectors
-        c, s = math.cos(angle), math.sin(-angle if back else angle)
+        """(n, 3) velocities of the estimate, or their slopes, as those of the middle of the boat in its true axes;
+        `back`: the other way. An estimate that believes the antenna elsewhere is of another point of the boat."""
+        angle, (ahead_m, starboard_m) = values.get(HEADING, 0.0), (values.get(name, 0.0) for name in ANTENNA)
         x, y, n = vectors.T
-        return np.stack([c * x - s * y, s * x + c * y, n], axis=1)
+        c, s = math.cos(angle), math.sin(angle)
+        if back:
+            x, y = x - starboard_m * n, y + ahead_m * n
+            return np.stack([c * x + s * y, c * y - s * x, n], axis=1)
+        return np.stack([c * x - s * y + starboard_m * n, s * x + c * y - ahead_m * n, n], axis=1)
 
     def _derivative(self, values: Mapping[str, float]) -> Any:
         """`reaction` and `inertia` on plain floats: a hundred times as fast for one velocity."""

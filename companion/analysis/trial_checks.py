@@ -16,7 +16,7 @@ import numpy as np
 
 from companion.analysis.disturbance import Whitener, most_likely
 from companion.analysis.hull_fit import SMALLEST, HullFit
-from companion.analysis.hull_model import HEADING, HullModel
+from companion.analysis.hull_model import ANTENNA, HEADING, HullModel
 from companion.analysis.log_reader import Log, read_table
 from companion.analysis.manoeuvre import Array, Manoeuvre
 from companion.analysis.trial_log import Ran
@@ -82,7 +82,7 @@ def checks(model: HullModel, fit: HullFit, ran: Sequence[Ran], warnings: list[st
     turns = _turning(model, values, ran)
     found = [
         _dead_band(evidence, log),
-        *_receiver(evidence, log, _by_source(read_kind(path, "gnss", warnings)) if path.exists() else ()),
+        *_receiver(fit, log, _by_source(read_kind(path, "gnss", warnings)) if path.exists() else ()),
         *(check for sensor, seen in inertial.items() for check in inertial_checks(log, turns, sensor, seen)),
         _heading(fit),
         *_headings(model, values, bearings),
@@ -128,11 +128,8 @@ def _fitted(columns: Array, seen: Array) -> tuple[Array, Array]:
 
 
 class _Evidence:
-    """The whitened residuals of the fit (`hull_fit`), as they change with quantities that it does not have.
-
-    These are a dead band, and an antenna that is elsewhere. All that was fitted may change with them, to first order,
-    at its prior's price.
-    """
+    """The whitened residuals of the fit (`hull_fit`), as they change with a dead band, which it does not have. All that
+    was fitted may change with it, to first order, at its prior's price."""
 
     def __init__(self, model: HullModel, found: HullFit) -> None:
         self._model = model
@@ -154,17 +151,11 @@ class _Evidence:
         prior = [(self._values[name] - model.model[name]) / model.doubt(name) for name in self._names]
         self._prior = np.array(prior)
 
-    def residuals(
-        self, changed: Mapping[str, float] | None = None, band: float = 0.0, antenna_m: tuple[float, float] = (0.0, 0.0)
-    ) -> Array:
-        """In sigmas. `changed`: quantities of the fit; `band`: the thrusters give nothing below that throttle;
-        `antenna_m`: by how much the antenna is further ahead and to starboard than the file says."""
-        manoeuvre, (ahead_m, starboard_m) = self._model.manoeuvre, antenna_m
-        velocity = manoeuvre.velocity.copy()
-        velocity[:, 0] += starboard_m * velocity[:, 2]
-        velocity[:, 1] -= ahead_m * velocity[:, 2]
+    def residuals(self, changed: Mapping[str, float] | None = None, band: float = 0.0) -> Array:
+        """In sigmas. `changed`: quantities of the fit; `band`: the thrusters give nothing below that throttle."""
+        manoeuvre = self._model.manoeuvre
         force_n = np.where(np.abs(self._throttle) < band, 0.0, manoeuvre.force_n)
-        model = HullModel(self._model.log, replace(manoeuvre, velocity=velocity, force_n=force_n), heading=True)
+        model = HullModel(self._model.log, replace(manoeuvre, force_n=force_n), mounting=True)
         left = model.imbalance({**self._values, **(changed or {})})
         return np.concatenate([one(left[:, k], manoeuvre.stretches) for k, one in enumerate(self._whiteners)])
 
@@ -174,19 +165,6 @@ class _Evidence:
         step, *_ = np.linalg.lstsq(self._slopes, -seen, rcond=None)
         rest = seen + self._slopes @ step
         return float(rest @ rest)
-
-    def antenna_m(self) -> tuple[tuple[float, float], tuple[float, float]]:
-        """((ahead, to starboard), half 95 % intervals) of where the antenna is beside its place in the file."""
-        here, step_m = self.residuals(), 1e-3
-        none = np.zeros(len(self._names))
-        columns = [
-            np.concatenate([(self.residuals(antenna_m=at) - here) / step_m, none])
-            for at in ((step_m, 0.0), (0.0, step_m))
-        ]
-        slopes = np.concatenate([np.stack(columns, axis=1), self._slopes], axis=1)
-        solution, *_ = np.linalg.lstsq(slopes, -np.concatenate([here, self._prior]), rcond=None)
-        half = _NINETY_FIVE * np.sqrt(np.diag(np.linalg.pinv(slopes.T @ slopes)))
-        return (float(solution[0]), float(solution[1])), (float(half[0]), float(half[1]))
 
 
 def _dead_band(evidence: _Evidence, log: Log) -> Check:
@@ -209,21 +187,21 @@ def _throttles(log: Log, t_s: Array) -> Array:
     return np.asarray(np.nan_to_num(np.stack([np.array(table[name])[at] for name in names], axis=1)), dtype=np.float64)
 
 
-def _receiver(evidence: _Evidence, log: Log, receivers: Collection[str]) -> list[Check]:
+def _receiver(fit: HullFit, log: Log, receivers: Collection[str]) -> list[Check]:
     """Where the antenna is: its turning round the middle of the boat shows as speed, −r y ahead and r x to starboard. A
     hull that turns round another point (`_PIVOT`) looks the same."""
     row = next((sensor for sensor in log.config.sensors if sensor.name in receivers), None)
     if row is None:
         return []
-    (ahead_m, starboard_m), seen = evidence.antenna_m()
     length_m = log.config.length_m
-    half = [math.hypot(one, share * length_m) for one, share in zip(seen, _PIVOT, strict=True)]
-    off = ahead_m, starboard_m
+    by = {estimate.name: estimate for estimate in fit.estimates}
     checks = []
-    rows = (PLACE_AHEAD, row.x_m, off[0], half[0]), (PLACE_ASIDE, row.y_m, off[1], half[1])
-    for where, file, by, interval in rows:
+    places = (PLACE_AHEAD, row.x_m), (PLACE_ASIDE, row.y_m)
+    for (where, file), name, pivot in zip(places, ANTENNA, _PIVOT, strict=True):
+        sigma = by[name].sigma
+        interval = math.inf if sigma is None else math.hypot(_NINETY_FIVE * sigma, pivot * length_m)
         would = "" if interval <= _LEVER_TOLD * length_m else f"{_SPINS}, in calm water,"
-        checks.append(Check(f"{row.name}: {where}", file + by, interval, "m", file, would))
+        checks.append(Check(f"{row.name}: {where}", file + by[name].value, interval, "m", file, would))
     return checks
 
 
@@ -237,7 +215,7 @@ def _turning(model: HullModel, values: Mapping[str, float], ran: Sequence[Ran]) 
                 a, b = np.searchsorted(manoeuvre.t_s[first:end], (one.from_s, one.to_s)).tolist()
                 stretches.append((first + a, first + b))
     part = replace(manoeuvre, stretches=tuple(stretches))
-    velocity = HullModel(model.log, part, heading=True).simulate(values)
+    velocity = HullModel(model.log, part, mounting=True).simulate(values)
     velocity[:, 2] = manoeuvre.velocity[:, 2]
     return replace(part, velocity=velocity)
 

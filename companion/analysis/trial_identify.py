@@ -83,10 +83,10 @@ def identify_trial(log: Log, hold: Sequence[str] = (), told: Told = tell_nobody)
     fitted, held_out = split(whole, ran)
     if not fitted.stretches:
         raise LogError(f"{log.folder}: nothing is left to fit beside what is held out; sail longer")
-    found = fit(log, fitted, hold, heading=True, told=part(told, _READ, _FITTED))
+    found = fit(log, fitted, hold, mounting=True, told=part(told, _READ, _FITTED))
     told("designing the gains", _FITTED)
     values = {estimate.name: estimate.value for estimate in found.estimates}
-    model = HullModel(log, whole, heading=True)
+    model = HullModel(log, whole, mounting=True)
     unknown = [name for name in hold if name not in model.model]
     if unknown:
         raise LogError(f"nothing named {', '.join(unknown)} to hold; there is {', '.join(model.model)}")

@@ -19,6 +19,7 @@ from tests.unit.analysis.test_identify import TRUE, lively, sailed
 
 pytestmark = pytest.mark.sweep  # a fit takes some seconds; its parts have their own tests
 HEADING_ERROR = 0.12
+ANTENNA_M = 0.3  # further ahead than the file says
 EVENTS = """t_s,time_unix_ns,severity,name,text
 1.0,0,INFO,trial_runs,"Trial: 1/3 surge +60% coast, 17 min left"
 31.0,0,INFO,trial_ran,"Trial: 1/3 done"
@@ -30,15 +31,15 @@ EVENTS = """t_s,time_unix_ns,severity,name,text
 
 
 def misread(folder: Path) -> None:
-    """The log as a heading that reads too much writes it; with the columns of a place."""
+    """The log as a heading that reads too much and an antenna that is elsewhere write it; with the columns of a place."""
     lines = (folder / "ticks.csv").read_text(encoding="utf-8").splitlines()
     names = lines[0].split(",")
-    yaw, u, v = (names.index(name) for name in ("yaw_rad", "surge_mps", "sway_mps"))
+    yaw, u, v, r = (names.index(name) for name in ("yaw_rad", "surge_mps", "sway_mps", "yaw_rate_radps"))
     c, s = math.cos(HEADING_ERROR), math.sin(HEADING_ERROR)
     rows = [lines[0] + ",north_m,east_m"]
     for line in lines[1:]:
         cells = line.split(",")
-        true_u, true_v = float(cells[u]), float(cells[v])
+        true_u, true_v = float(cells[u]), float(cells[v]) + ANTENNA_M * float(cells[r])
         cells[yaw] = f"{math.remainder(float(cells[yaw]) + HEADING_ERROR, math.tau):.5f}"
         cells[u], cells[v] = f"{c * true_u + s * true_v:.4f}", f"{c * true_v - s * true_u:.4f}"
         rows.append(",".join([*cells, "0.0", "0.0"]))
@@ -71,6 +72,8 @@ def test_what_the_log_says_beside_the_hull_comes_with_an_interval(found: TrialId
     checks = {check.name: check for check in found.checks}
     heading = checks["heading: reads too much by"]
     assert heading.differs and heading.value == pytest.approx(math.degrees(HEADING_ERROR), abs=1.2)
+    assert found.values["antenna_ahead_m"] == pytest.approx(ANTENNA_M, abs=0.05)
+    assert found.values["antenna_starboard_m"] == pytest.approx(0.0, abs=0.05)
     assert checks[DEAD_BAND].told or checks[DEAD_BAND].would
     assert all(check.text in found.text for check in found.checks)
 
