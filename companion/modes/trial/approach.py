@@ -8,14 +8,15 @@ from __future__ import annotations
 
 import math
 
+from companion.config.vessel import VesselConfig
 from companion.core.angles import wrap_pi
 from companion.core.estimate import NavState
 from companion.core.frames import ned_to_body
 from companion.core.setpoint import Setpoint
 from companion.modes.trial.circle import TrialCircle
 from companion.modes.trial.expectation import STEERAGE_SHARE, Expectation
-from companion.modes.trial.hard_over import HardOver
-from companion.modes.trial.manoeuvres.manoeuvre import Begin, pushed, straight
+from companion.modes.trial.hard_over import HardOver, hard_over
+from companion.modes.trial.manoeuvres.manoeuvre import Begin, straight
 
 _SOFT = 0.25  # share of the top speed at which the whole force brakes
 _STILL = 0.08  # share of the top speed that counts as rest
@@ -31,6 +32,7 @@ _FAR_IN_DRIFT_SHARE = 0.4  # the same for a boat that the current carries sidewa
 _BRAKES_SHARE = 0.4  # of the radius: further out a boat without sideways thrust does not come to rest first
 _UPSTREAM_SHARE = 0.4  # of the radius: where such a boat goes instead of the centre
 _DRIFTS_SHARE = 0.08  # of the top speed: a slower current does not count
+_TURNS_SHARE = 0.5  # of the expected turning rate: a boat that turns slower with its helm hard over gets full thrust
 _AWAY_RAD = math.radians(60.0)  # a boat that points further away from its way brakes, and does not sail
 
 
@@ -38,8 +40,8 @@ class Approach:
     """`begin`, then `update` every tick → setpoint; None: it is there. Remembers its target, the heading that it
     keeps, and its least speed while it brakes."""
 
-    def __init__(self, circle: TrialCircle, expectation: Expectation) -> None:
-        self._circle, self._expectation = circle, expectation
+    def __init__(self, circle: TrialCircle, expectation: Expectation, config: VesselConfig) -> None:
+        self._circle, self._expectation, self._config = circle, expectation, config
         self._target = Begin.HERE
         self._yaw_rad = 0.0
         self._braking = True
@@ -128,7 +130,8 @@ class Approach:
         share = min(1.0, max(-1.0, (x - nav.surge_mps) / soft))
         surge_n = share * (e.surge_n if share > 0.0 else e.astern_n)
         if e.needs_way and (side := self._hard_over.update(nav, yaw_rad, now_s)):
-            return pushed(max(0.0, surge_n), 0.0, side * e.yaw_nm)
+            turns = side * nav.yaw_rate_radps > _TURNS_SHARE * e.turn_radps
+            return hard_over(self._config, max(0.0, surge_n) if turns else e.surge_n, side)
         sway_n = e.sway_n * min(1.0, max(-1.0, (y - nav.sway_mps) / soft)) if e.sways else 0.0
         return straight(yaw_rad, surge_n, sway_n)
 

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import math
 
+from companion.config.vessel import VesselConfig
+from companion.core.actuation import ThrusterCommand
 from companion.core.angles import wrap_pi
 from companion.core.estimate import NavState
+from companion.core.setpoint import Setpoint, ThrusterSetpoint
 from companion.modes.trial.circle import TrialCircle
+from companion.modes.trial.manoeuvres.manoeuvre import pushed
 
 _BEGINS_RAD, _ENDS_RAD = math.radians(90.0), math.radians(60.0)  # off the heading that is asked for
 _EITHER_RAD = math.radians(160.0)  # off it: the boat turns on to the side to which it turns already
@@ -40,3 +44,15 @@ class HardOver:
             self._circle.learn_turn(self._turned_rad, now_s - self._begun_s)
             self.ease()
         return self._side
+
+
+def hard_over(config: VesselConfig, surge_n: float, side: float) -> Setpoint:
+    """That force ahead, with the rudder at its stop: `side` 1 to starboard, −1 to port. Of a moment the controller asks
+    for no more than the blade gives at rest; under way it gives several times that. For a boat without a rudder, the
+    largest moment."""
+    thruster = config.thrusters[0]
+    if thruster.rudder is None:
+        return pushed(surge_n, 0.0, side * config.limits.yaw_nm)
+    throttle = math.sqrt(min(1.0, max(0.0, surge_n / thruster.ahead_n)))
+    stop_rad = thruster.azimuth_min_rad if side > 0.0 else thruster.azimuth_max_rad  # the stern goes to the other side
+    return ThrusterSetpoint((ThrusterCommand(0.0, throttle, stop_rad),))

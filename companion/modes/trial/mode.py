@@ -33,6 +33,7 @@ COMPLETE = "complete"
 _CORNERS = 24
 _CLEAR_S = 10.0  # without traffic before the trial goes on
 _LOOK_S = 60.0  # how far ahead vessels are looked for
+_LOST = 1.5  # radii from the centre at which a boat does not come back
 _MOST_EXITS = 4  # times that the boat may be carried over the circle before the trial gives up
 
 
@@ -148,7 +149,7 @@ class TrialMode(Mode):
             self._manoeuvres = programme(e, self._hold_point)
             self._index, self._elapsed_s, self._exits = 0, 0.0, 0
         assert self._circle is not None
-        self._approach = Approach(self._circle, e)
+        self._approach = Approach(self._circle, e, self._config)
         self._active, self._ended, self._outside = True, None, False
         self._begin_approach(inputs, brakes=self._index > 0)
         what = f"goes on at {self._index + 1}" if goes_on else f"circle of {self._circle.radius_m:.0f} m"
@@ -282,14 +283,16 @@ class TrialMode(Mode):
         self._approach.begin(inputs.nav, self._manoeuvres[self._index].begins, brakes, inputs.now_s)
 
     def _count_exits(self, inputs: ModeInputs, circle: TrialCircle) -> None:
-        """Give up after the boat was carried out of the circle several times."""
-        outside = circle.distance_m(inputs.nav) > circle.radius_m
+        """Give up after the boat was carried out of the circle several times, or far out: it cannot come back."""
+        distance_m = circle.distance_m(inputs.nav)
+        outside = distance_m > circle.radius_m
         if outside and not self._outside:
             self._exits += 1
             self._say(inputs, TextKind.ATTENTION, "trial_outside", "outside the circle, coming back")
         self._outside = outside
-        if self._exits >= _MOST_EXITS:
-            self._ended = "carried out of the circle again and again"
+        if self._exits >= _MOST_EXITS or distance_m > _LOST * circle.radius_m:
+            far = distance_m > _LOST * circle.radius_m
+            self._ended = "carried far out of the circle" if far else "carried out of the circle again and again"
             self._say(inputs, TextKind.ALARM, "trial_ended", self._ended)
 
     # --- traffic ---------------------------------------------------------------------------------------------------

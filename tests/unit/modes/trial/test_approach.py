@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from companion.config.vessel import find, load
 from companion.core.estimate import NavState
-from companion.core.setpoint import HeadingSetpoint, Setpoint, WrenchSetpoint
+from companion.core.setpoint import HeadingSetpoint, Setpoint, ThrusterSetpoint
 from companion.modes.trial.approach import Approach
 from companion.modes.trial.circle import TrialCircle
 from companion.modes.trial.expectation import expected
@@ -30,7 +30,7 @@ def carried(east_m: float, east_mps: float) -> NavState:
 def braked_for_s(slowing_mps2: float) -> float:
     """Until the bow is turned to the centre. The boat is carried out at a fifth of its top speed, and slows down."""
     radius_m = EXPECTED.radius_m
-    approach = Approach(TrialCircle((0.0, 0.0), radius_m, EXPECTED), EXPECTED)
+    approach = Approach(TrialCircle((0.0, 0.0), radius_m, EXPECTED), EXPECTED, REVOLT)
     speed_mps, east_m, t_s = 0.2 * EXPECTED.top_mps, 0.8 * radius_m, 0.0
     approach.begin(carried(east_m, speed_mps), Begin.CENTRE, True, t_s)
     while t_s < 60.0:
@@ -76,27 +76,38 @@ def downstream(through_water_mps: float, yaw_rad: float = 0.0, rate_radps: float
 
 def coming_in() -> tuple[Approach, TrialCircle]:
     circle = TrialCircle((0.0, 0.0), RUDDER.radius_m, RUDDER)
-    approach = Approach(circle, RUDDER)
+    approach = Approach(circle, RUDDER, SKIFF)
     approach.begin(downstream(0.2), Begin.CENTRE, True, 0.0)
     return approach, circle
 
 
 def helm(asked: Setpoint | None) -> float:
-    """1 or −1 with the whole moment, 0 where the heading law steers."""
-    assert isinstance(asked, HeadingSetpoint | WrenchSetpoint)
-    if isinstance(asked, HeadingSetpoint):
+    """1 or −1 with the rudder at its stop, to starboard or port; 0 where the heading law steers."""
+    if not isinstance(asked, ThrusterSetpoint):
+        assert isinstance(asked, HeadingSetpoint)
         return 0.0
-    assert abs(asked.wrench.yaw_nm) == RUDDER.yaw_nm
-    return math.copysign(1.0, asked.wrench.yaw_nm)
+    (command,), thruster = asked.thrusters, SKIFF.thrusters[0]
+    assert command.azimuth_rad in (thruster.azimuth_min_rad, thruster.azimuth_max_rad)
+    return -math.copysign(1.0, command.azimuth_rad or 0.0)  # the stern goes to the other side
+
+
+def throttle(asked: Setpoint | None) -> float:
+    assert isinstance(asked, ThrusterSetpoint)
+    return asked.thrusters[0].throttle
 
 
 def test_a_rudder_boat_turns_with_way_through_the_water() -> None:
     """Not over ground: with the stream from astern there would be no flow over its blade."""
     approach, _ = coming_in()
-    asked = approach.update(downstream(0.05 * RUDDER.top_mps, math.radians(30.0)), 0.1)
-    assert isinstance(asked, WrenchSetpoint) and asked.wrench.surge_n > 0.9 * RUDDER.surge_n
-    asked = approach.update(downstream(0.9 * RUDDER.top_mps, math.radians(30.0)), 0.2)
-    assert isinstance(asked, WrenchSetpoint) and asked.wrench.surge_n == 0.0  # it does not brake: it would not turn
+    port, rate = math.radians(-30.0), RUDDER.turn_radps
+    assert throttle(approach.update(downstream(0.05 * RUDDER.top_mps, port, -rate), 0.1)) > 0.9
+    fast = downstream(0.9 * RUDDER.top_mps, port, -rate)
+    assert throttle(approach.update(fast, 0.2)) == 0.0  # it does not brake: it would not turn
+
+
+def test_a_boat_whose_bow_the_wind_holds_gets_full_thrust() -> None:
+    approach, _ = coming_in()
+    assert throttle(approach.update(downstream(0.9 * RUDDER.top_mps, math.radians(-30.0), 0.01), 0.1)) > 0.9
 
 
 def test_a_turn_goes_on_to_its_side_until_the_bow_is_nearly_round() -> None:
