@@ -32,7 +32,6 @@ _FAR_IN_DRIFT_SHARE = 0.4  # the same for a boat that the current carries sidewa
 _BRAKES_SHARE = 0.4  # of the radius: further out a boat without sideways thrust does not come to rest first
 _UPSTREAM_SHARE = 0.4  # of the radius: where such a boat goes instead of the centre
 _DRIFTS_SHARE = 0.08  # of the top speed: a slower current does not count
-_TURNS_SHARE = 0.5  # of the expected turning rate: a boat that turns slower with its helm hard over gets full thrust
 _AWAY_RAD = math.radians(60.0)  # a boat that points further away from its way brakes, and does not sail
 
 
@@ -130,8 +129,7 @@ class Approach:
         share = min(1.0, max(-1.0, (x - nav.surge_mps) / soft))
         surge_n = share * (e.surge_n if share > 0.0 else e.astern_n)
         if e.needs_way and (side := self._hard_over.update(nav, yaw_rad, now_s)):
-            turns = side * nav.yaw_rate_radps > _TURNS_SHARE * e.turn_radps
-            return hard_over(self._config, max(0.0, surge_n) if turns else e.surge_n, side)
+            return hard_over(self._config, e.surge_n, side)
         sway_n = e.sway_n * min(1.0, max(-1.0, (y - nav.sway_mps) / soft)) if e.sways else 0.0
         return straight(yaw_rad, surge_n, sway_n)
 

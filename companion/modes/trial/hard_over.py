@@ -1,4 +1,8 @@
-"""Helm hard over, for a boat that turns only with way on: a stream carries it out of its circle as long as it turns."""
+"""Helm hard over with full thrust, for a boat that turns only with way on.
+
+A stream carries it out of its circle as long as it turns. The width of its turn hardly depends on its speed, the time
+does; and with less thrust the wind may hold its bow.
+"""
 
 from __future__ import annotations
 
