@@ -182,7 +182,7 @@ def lagged(manoeuvre: Manoeuvre, lag_s: float) -> Array:
 
     decay = math.exp(-manoeuvre.period_s / lag_s)
     mean_share = lag_s / manoeuvre.period_s * (1.0 - decay)
-    result = np.empty_like(manoeuvre.force_n)
+    result = np.zeros_like(manoeuvre.force_n)
     for first, end in manoeuvre.stretches:
         command = manoeuvre.force_n[first:end]
         start = command[:1]

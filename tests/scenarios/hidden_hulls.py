@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import argparse
 import math
+import threading
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -23,12 +24,14 @@ from companion.analysis.hull_model import INERTIA, LIFT, HullModel
 from companion.analysis.log_reader import open_log, parameters_of
 from companion.analysis.trial_identify import TrialIdentification, identify_trial
 from companion.cli.rig import LockstepRig
+from companion.cli.trial_results import FileTrials, finding, identified
 from companion.config.devices import ThrusterConfig
 from companion.config.dimensions.form import WATER_KGPM3
 from companion.config.hull import HullConfig
 from companion.config.overlay import overlay_name, set_accepted
 from companion.config.top_speed import top_speed_mps
 from companion.config.vessel import VesselConfig, load
+from companion.core.trial_results import TrialFinding
 from companion.modes.trial.expectation import expected
 from sitl.hidden_hull import HiddenHull, hidden_hull
 from sitl.rudder import STRAIGHTENED
@@ -42,6 +45,8 @@ MANUAL, HOLD, RTL = 0x00010000, 0x03040000, 0x05040000
 USER_5 = 31014
 LONGEST_S = 2400.0
 WIND, CURRENT_SHARE = "4", 0.25  # m/s; of the top speed
+_WRITTEN_S = 3.0  # after a trial, for its log
+_QUESTIONS = ("Accept it?", "Accept them?")
 _SETTLE_S, _HOLD_S, _RETURN_S = 50.0, 100.0, 400.0
 _SIDE_LENGTHS, _LEAST_SIDE_M = 6.0, 20.0
 _PATH = "pchip"
@@ -97,11 +102,57 @@ def rig_of(
     return LockstepRig(conditions, folder)
 
 
+class Operator:
+    """Keeps the file that the owner typed, and accepts by MAVLink command what the boat says that its trial found.
+
+    The boat identifies from the log in a thread as it does beside a real one, which waits here until the log is
+    written. `identified`: what it found; None until then, and after a trial that did not end by itself.
+    """
+
+    def __init__(self, boat: HiddenHull, folder: Path) -> None:
+        folder.mkdir(parents=True, exist_ok=True)
+        self.file = folder / f"{boat.known.name}.toml"
+        self.file.write_text(boat.text, encoding="utf-8")
+        self.identified: TrialIdentification | None = None
+        self._written, self._done = threading.Event(), threading.Event()
+
+    def watch(self, rig: LockstepRig, log_folder: Path) -> None:
+        """Before the first tick."""
+
+        def identify() -> TrialFinding:
+            self._written.wait()
+            try:
+                self.identified = identified(log_folder, self.file)
+            finally:
+                self._done.set()
+            return finding(self.identified)
+
+        rig.vessel.supervisor.trial_duty.results = FileTrials(self.file, identify, rig.vessel.worker)
+
+    def accept(self, gcs: GroundStation) -> None:
+        """After the trial, in Hold. Raises GroundStationTimeout where it is refused."""
+        if "Trial: identifying the boat from the log" not in gcs.texts:
+            return
+        gcs.sail(_WRITTEN_S)
+        self._written.set()
+        self._done.wait()
+        gcs.wait("what the trial found", lambda: any(text.endswith(_QUESTIONS) for text in gcs.texts[-5:]), 5.0)
+        gcs.command(USER_5, 0.0, 1.0)
+        gcs.wait("stored", lambda: "Trial: accepted; reboot to use the new model" in gcs.texts, 5.0)
+
+
 def sail_trial(
-    boat: HiddenHull, real: VesselConfig, folder: Path, longest_s: float, weather: Weather = USUAL
+    boat: HiddenHull,
+    real: VesselConfig,
+    folder: Path,
+    longest_s: float,
+    weather: Weather = USUAL,
+    operator: Operator | None = None,
 ) -> Sailed:
-    """A trial, until it ends; its motor check alone where `longest_s` is below 100."""
+    """A trial, until it ends; its motor check alone where `longest_s` is below 100. `operator`: accepts the result."""
     rig = rig_of(boat, boat.known, real, folder, weather)
+    if operator is not None:
+        operator.watch(rig, folder)
     gcs = GroundStation(rig)
     gcs.ready()
     gcs.set_mode(MANUAL)
@@ -118,9 +169,11 @@ def sail_trial(
         excess_m = max(excess_m, away_m - radius_m)
         if longest_s < 100.0 and any("Trial: 1/" in text and text.endswith("done") for text in gcs.texts[-6:]):
             break
-    mode = rig.vessel.last_tick.status.mode.value
+    mode, seconds = rig.vessel.last_tick.status.mode.value, rig.now_s - begin_s
+    if operator is not None:
+        operator.accept(gcs)
     rig.close()
-    return Sailed(gcs.texts, excess_m, rig.now_s - begin_s, mode)
+    return Sailed(gcs.texts, excess_m, seconds, mode)
 
 
 # --- hold, square, return ------------------------------------------------------------------------------------------
@@ -347,18 +400,18 @@ def sail_seed(seed: int, folder: Path, only: Sequence[str] = PARTS, weather: Wea
     """The boat of that seed, through everything that `only` names."""
     boat = hidden_hull(seed)
     typed = sail_all(boat, boat.known, folder / "typed", weather) if "typed" in only else None
-    trial = identified = errors = after = true = None
+    trial = result = errors = after = true = None
     if "trial" in only:
-        trial = sail_trial(boat, boat.real, folder / "trial", LONGEST_S, weather)
-        identified = identify_trial(open_log(folder / "trial"))
-        errors = model_errors(boat, identified)
-    if identified is not None and "after" in only:
-        parameters = parameters_of(identified.log, [])
-        known = loaded_with(boat, identified.overlay, folder / "found")
-        after = sail_all(boat, known, folder / "after", weather)
+        operator = Operator(boat, folder / "found")
+        trial = sail_trial(boat, boat.real, folder / "trial", LONGEST_S, weather, operator)
+        result = operator.identified or identify_trial(open_log(folder / "trial"))
+        errors = model_errors(boat, result)
+    if result is not None and "after" in only:
+        parameters = parameters_of(result.log, [])
+        after = sail_all(boat, load(operator.file), folder / "after", weather)
         known = loaded_with(boat, true_overlay(boat, parameters), folder / "told")
         true = sail_all(boat, known, folder / "true", weather)
-    return Found(boat, typed, trial, identified, errors, after, true)
+    return Found(boat, typed, trial, result, errors, after, true)
 
 
 def _seeds(text: str) -> range:

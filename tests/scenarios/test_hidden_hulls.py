@@ -66,8 +66,8 @@ def test_a_mistake_of_wiring_is_named_in_the_first_minute(seed: int, mistake: st
 def test_a_hidden_hull_sails_as_typed_and_better_after_a_trial(
     seed: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Hold, a square and RTL work at once. The trial ends by itself, in time and near its circle. What it found keeps
-    control, too, and predicts better than what was typed."""
+    """Hold, a square and RTL work at once. The trial ends by itself, in time and near its circle. What it found, accepted
+    by command, keeps control, too, and predicts better than what was typed."""
     found = sail_seed(seed, tmp_path)
     with capsys.disabled():
         print(f"\n{found.line}")
@@ -75,6 +75,7 @@ def test_a_hidden_hull_sails_as_typed_and_better_after_a_trial(
     assert not found.typed.lost
     assert found.trial.mode == "Hold" and found.trial.seconds <= expected(found.boat.known).budget_s
     assert found.lengths <= 1.0
+    assert "Trial: accepted; reboot to use the new model" in found.trial.texts
     assert found.identified is not None and found.identified.prediction is not None
     assert found.identified.prediction.ratio < 1.0
     assert not found.after.lost

@@ -16,7 +16,7 @@ from companion.core.setpoint import Setpoint, ThrusterSetpoint
 from companion.modes.trial.circle import TrialCircle
 from companion.modes.trial.manoeuvres.manoeuvre import pushed
 
-_BEGINS_RAD, _ENDS_RAD = math.radians(90.0), math.radians(60.0)  # off the heading that is asked for
+_BEGINS_RAD, _ENDS_RAD = math.radians(60.0), math.radians(30.0)  # off the heading that is asked for
 _EITHER_RAD = math.radians(160.0)  # off it: the boat turns on to the side to which it turns already
 _TURNS_RADPS = math.radians(6.0)
 

@@ -96,25 +96,27 @@ def throttle(asked: Setpoint | None) -> float:
     return asked.thrusters[0].throttle
 
 
-def test_a_rudder_boat_turns_with_way_through_the_water() -> None:
-    """Not over ground: with the stream from astern there would be no flow over its blade."""
+def test_a_rudder_boat_comes_round_with_full_thrust_however_fast_it_is_over_ground() -> None:
+    """With the stream from astern there is no flow over its blade but that of its propeller, and braking takes that."""
     approach, _ = coming_in()
-    port, rate = math.radians(-30.0), RUDDER.turn_radps
-    assert throttle(approach.update(downstream(0.05 * RUDDER.top_mps, port, -rate), 0.1)) > 0.9
-    fast = downstream(0.9 * RUDDER.top_mps, port, -rate)
-    assert throttle(approach.update(fast, 0.2)) == 0.0  # it does not brake: it would not turn
+    for through_water_mps in (-0.2, 0.3, 0.9 * RUDDER.top_mps):
+        asked = approach.update(downstream(through_water_mps, math.radians(-30.0)), 0.1)
+        assert helm(asked) == -1.0 and throttle(asked) > 0.9
 
 
-def test_a_boat_whose_bow_the_wind_holds_gets_full_thrust() -> None:
+def test_what_is_left_of_a_turn_is_sailed_with_way_through_the_water() -> None:
     approach, _ = coming_in()
-    assert throttle(approach.update(downstream(0.9 * RUDDER.top_mps, math.radians(-30.0), 0.01), 0.1)) > 0.9
+    nearly_round = math.radians(-155.0)
+    asked = approach.update(downstream(0.3 * RUDDER.top_mps, nearly_round), 0.1)
+    assert isinstance(asked, HeadingSetpoint) and asked.wrench.surge_n > 0.0
 
 
 def test_a_turn_goes_on_to_its_side_until_the_bow_is_nearly_round() -> None:
     approach, _ = coming_in()
     assert helm(approach.update(downstream(0.5, math.radians(-20.0)), 0.1)) == -1.0
     assert helm(approach.update(downstream(0.5, math.radians(20.0)), 0.2)) == -1.0  # a gust blew it across
-    assert helm(approach.update(downstream(0.5, math.radians(-130.0)), 9.0)) == 0.0
+    assert helm(approach.update(downstream(0.5, math.radians(-130.0)), 9.0)) == -1.0
+    assert helm(approach.update(downstream(0.5, math.radians(-160.0)), 11.0)) == 0.0
     approach, _ = coming_in()
     swinging = downstream(0.5, math.radians(-10.0), math.radians(10.0))
     assert helm(approach.update(swinging, 0.1)) == 1.0
@@ -123,7 +125,7 @@ def test_a_turn_goes_on_to_its_side_until_the_bow_is_nearly_round() -> None:
 def test_the_circle_learns_how_long_it_turns() -> None:
     approach, circle = coming_in()
     believed_s, rate = circle.turning_s, 0.3 * RUDDER.turn_radps
-    for tick in range(round(math.radians(140.0) / rate / PERIOD_S)):
+    for tick in range(round(math.radians(170.0) / rate / PERIOD_S)):
         t_s = tick * PERIOD_S
         approach.update(downstream(0.5, 0.1 + rate * t_s, rate), t_s)
     assert circle.turning_s > 1.3 * believed_s
