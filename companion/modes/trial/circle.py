@@ -27,8 +27,8 @@ class TrialCircle:
         self.centre, self.radius_m = centre, radius_m
         self._expectation = expectation
         self._brake_mps2 = _UNSEEN * expectation.brake_mps2
-        self._seen = self._turn_seen = False
-        self._turn_radps = (_UNSEEN if expectation.needs_way else 1.0) * expectation.turn_radps
+        self._seen = False
+        self._turn_radps: float | None = None
 
     @property
     def brake_mps2(self) -> float:
@@ -38,10 +38,7 @@ class TrialCircle:
     @property
     def turning_s(self) -> float:
         """How long the boat drifts, until it has turned round; 0 for one that pushes sideways."""
-        e = self._expectation
-        if e.sways:
-            return 0.0
-        return math.pi / self._turn_radps + (0.0 if e.needs_way else e.speeding_s)  # with way on it turns at once
+        return self._expectation.turning_s if self._turn_radps is None else math.pi / self._turn_radps
 
     def learn(self, from_mps: float, to_mps: float, time_s: float) -> None:
         """The boat has braked from one speed to another in that time."""
@@ -58,8 +55,7 @@ class TrialCircle:
         if time_s <= 0.5 or turned_rad < _TURNED_RAD:
             return
         seen = max(turned_rad / time_s, _WORTH_RADPS * self._expectation.turn_radps)
-        self._turn_radps = min(self._turn_radps, seen) if self._turn_seen else seen
-        self._turn_seen = True
+        self._turn_radps = seen if self._turn_radps is None else min(self._turn_radps, seen)
 
     def distance_m(self, nav: NavState) -> float:
         """From the centre to the boat."""

@@ -19,7 +19,7 @@ _STRONG_CURRENT = 0.4  # of the top speed: in such a current the motor check, wh
 _CHECK_S = 25.0  # time of the motor check
 STEERAGE_SHARE = 0.5
 """Of the top speed, through the water: speed at which a boat turns that needs way for it."""
-_BRAKES = 0.5  # share of the model's deceleration that is counted on before it was seen
+_BRAKES, _TURNS = 0.5, 0.5  # share of the model's deceleration, and turning rate, counted on before they were seen
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,6 +49,14 @@ class Expectation:
         return math.pi / self.turn_radps + self.speeding_s
 
     @property
+    def turning_s(self) -> float:
+        """Time for half a turn that is counted on before one was seen, in which a current carries the boat; 0 for one
+        that pushes sideways. With way on a boat turns at once, but perhaps at half of the rate."""
+        if self.sways:
+            return 0.0
+        return math.pi / (_TURNS * self.turn_radps) if self.needs_way else self.turn_s
+
+    @property
     def run_m(self) -> float:
         """Way to nearly full speed and back to rest."""
         return 1.5 * self.speeding_s * self.top_mps + 0.5 * self.top_mps**2 / (_BRAKES * self.brake_mps2)
@@ -57,7 +65,7 @@ class Expectation:
     def radius_m(self) -> float:
         """Radius of a circle with room for every manoeuvre."""
         room_m = max(_LEAST_RADIUS_M, min(max(0.75 * self.run_m, 10.0 * self.length_m), 30.0 * self.length_m))
-        drift_m = _STRONG_CURRENT * self.top_mps * (_CHECK_S + (0.0 if self.sways else self.turn_s))
+        drift_m = _STRONG_CURRENT * self.top_mps * (_CHECK_S + self.turning_s)
         return max(room_m, drift_m + 2.0 * self.length_m)
 
     @property
