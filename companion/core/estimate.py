@@ -174,6 +174,8 @@ def without_waves(nav: NavState) -> NavState:
         yaw_rate_radps=nav.yaw_rate_radps - waves.yaw_rate_radps,
         waves=None,
     )
+
+
 class RelativeBy(Enum):
     """What the place of the lead boat relative to this one rests on."""
 

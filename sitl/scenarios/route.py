@@ -12,7 +12,7 @@ from pymavlink.dialects.v20 import common as mavlink
 from companion.core.geodesy import LocalFrame
 from sitl.scenarios import route_plot
 from sitl.scenarios.ground_station import GroundStation, Item
-from sitl.scenarios.measure import Check, Point, between, read_truth, rms
+from sitl.scenarios.measure import Check, Point, between, closest, read_truth, rms
 from sitl.scenarios.route_measure import follow, line, most_turn_rad, percentile, reached_rows
 from sitl.scenarios.routes import ROUTES, transects
 from sitl.scenarios.scenario import Scenario, ScenarioError, Settings
@@ -85,7 +85,7 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
 
 def _figures(folder: Path, asked: dict[str, Any], kind: str) -> dict[str, float]:
     """The metrics of a route along the curve of that kind."""
-    from sitl.evaluate.figures import closest, regular, thrust  # which imports the scenarios
+    from sitl.evaluate.figures import regular, thrust  # which imports the scenarios
 
     track = between(read_truth(folder), asked["started_s"], asked["finished_s"])
     waypoints = asked["waypoints"]
