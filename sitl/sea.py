@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from companion.config.dimensions.form import GRAVITY_MPS2
+from companion.core.angles import wrap_pi
 from sitl.environment import Waves, WindModel
 from sitl.hull import Hull
 from sitl.sea_state import Components
@@ -19,7 +20,8 @@ from sitl.wave_hull import DriftTable, Met, WaveHull, followed, heaves, pitches,
 
 Array = NDArray[np.float64]
 
-_EVERY_S = 0.1  # between two computations of the responses; in between they change linearly
+_EVERY_S = 0.1  # in which the responses change linearly to those of a new heading and speed
+_TURNED_RAD, _FASTER_MPS = 0.03, 0.1  # a smaller change is not worth new ones
 _WAKE_TILT = 0.6  # share of a wake's slope that the hull follows
 _HEAVE, _HEAVE_RATE, _HEAVE_ACC, _ROLL, _PITCH, _YAW, _NORTH, _EAST, _RE, _IM = range(10)
 _DRIFT = 10  # three pairs: real and imaginary part, of surge, sway and yaw
@@ -38,6 +40,7 @@ class Sea(Waves):
     """
 
     __slots__ = (
+        "_at",
         "_boat",
         "_components",
         "_count",
@@ -51,6 +54,7 @@ class Sea(Waves):
         "_rise",
         "_t_s",
         "_table",
+        "_target",
         "_values",
         "_wakes",
         "_waves",
@@ -85,7 +89,9 @@ class Sea(Waves):
         self._t_s, self._due_s = -1.0, -math.inf
         self.roll_rad = self.pitch_rad = 0.0
         self.orbit = (0.0, 0.0, 0.0)
+        self._at = self._heading_and_speed()  # those of the responses
         self._matrix = self._rise = self._responses()
+        self._target: Array | None = None  # responses on the way to which the matrix is
         super().__init__(wind, seed)
 
     def update(self, t_s: float) -> None:
@@ -94,7 +100,7 @@ class Sea(Waves):
         begun = self._t_s >= 0.0 and dt_s > 0.0
         if t_s >= self._due_s:
             self._renew(t_s, dt_s if begun else 0.0)
-        else:
+        if self._target is not None:
             self._matrix += self._rise
         place = (t_s, hull.north_m - hull.carried_north_m, hull.east_m - hull.carried_east_m)
         np.dot(self._numbers, place, out=self._phase)
@@ -136,14 +142,28 @@ class Sea(Waves):
         return c * north + s * east, c * east - s * north, z + up - risen
 
     def _renew(self, t_s: float, dt_s: float) -> None:
-        """Begin the way to the responses at the present heading and speed; at the first step they hold at once."""
+        """Begin the way to the responses at a new heading or speed; at the first step they hold at once."""
         self._due_s = t_s + _EVERY_S - 1e-9
-        wanted = self._responses()
-        if dt_s <= 0.0:
-            self._matrix, self._rise = wanted, np.zeros_like(wanted)
-            return
-        self._rise = (wanted - self._matrix) * (dt_s / _EVERY_S)
-        self._matrix = self._matrix + self._rise
+        yaw, north, east = now = self._heading_and_speed()
+        changed = abs(wrap_pi(yaw - self._at[0])) > _TURNED_RAD or (
+            math.hypot(north - self._at[1], east - self._at[2]) > _FASTER_MPS
+        )
+        if self._target is not None:  # arrived
+            self._matrix, self._target = self._target, None
+        if changed or dt_s <= 0.0:
+            self._at, wanted = now, self._responses()
+            if dt_s <= 0.0:
+                self._matrix = wanted
+                return
+            self._target, self._rise = wanted, (wanted - self._matrix) * (dt_s / _EVERY_S)
+
+    def _heading_and_speed(self) -> tuple[float, float, float]:
+        """Heading, and velocity over ground to north and east without the orbital motion."""
+        hull = self._hull
+        c, s = math.cos(hull.yaw_rad), math.sin(hull.yaw_rad)
+        surge, sway = hull.water_surge_mps, hull.water_sway_mps
+        north, east = c * surge - s * sway + hull.current_north_mps, s * surge + c * sway + hull.current_east_mps
+        return hull.yaw_rad, north, east
 
     def _responses(self) -> Array:
         """The matrix that makes signals of cos θ and sin θ."""
