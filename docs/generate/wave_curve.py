@@ -92,8 +92,8 @@ def _legend(boats: Mapping[str, str]) -> list[str]:
     texts = []
     for boat, vessel in boats.items():
         static_m = static_height_m(vessel, FROM_BEAM)
-        static = f"{static_m:.2f} m" if static_m < _HIGHEST_M else "beyond 1.9 m"
-        texts.append(f"{boat}: thrusters balance the mean drift up to {static}")
+        static = f"up to {static_m:.2f} m" if static_m < _HIGHEST_M else f"beyond {_HIGHEST_M:g} m"
+        texts.append(f"{boat}: thrusters balance the mean drift {static}")
     for number, text in enumerate(texts):
         y = TOP + HEIGHT + 60 + 22 * number
         shapes.append(f'<circle cx="{LEFT + 6}" cy="{y - 4}" r="5" fill="{COLOURS[number % len(COLOURS)]}"/>')
