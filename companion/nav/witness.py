@@ -89,6 +89,7 @@ class Witness:
         seen = PositionSeen(
             fix.t_s, fix.source, fix.lat_deg, fix.lon_deg, north, east, north - here.north_m, east - here.east_m,
             here.north_mps, here.east_mps, here.sigma_m, sigma_m, fix.fix, *way,
+            None if _fresh(solution, fix.t_s) else antenna,
         )  # fmt: skip
         self._evidence.positions.append(seen)
         return self.monitor.screen_position(seen)

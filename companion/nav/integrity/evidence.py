@@ -69,7 +69,8 @@ class PositionSeen(NamedTuple):
     """A fix. `lat_deg`, `lon_deg`: as the receiver gave them; the rest is of the boat's origin in the local plane.
 
     `off_*`: less the estimate, whose velocity and one sigma of position are the others. `inertial_*`: the way that
-    goes with the velocity which the accelerometers have added up to; None without them.
+    goes with the velocity which the accelerometers have added up to; None without them. `antenna`: the fix before the
+    lever arm was taken off; None where roll and pitch for that are measured.
     """
 
     t_s: float
@@ -87,6 +88,7 @@ class PositionSeen(NamedTuple):
     fix: FixType
     inertial_north_m: float | None = None
     inertial_east_m: float | None = None
+    antenna: tuple[float, float] | None = None
 
 
 class VelocitySeen(NamedTuple):

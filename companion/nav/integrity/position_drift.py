@@ -42,12 +42,13 @@ Way = tuple[float, float]
 
 @dataclass(slots=True)
 class _Receiver:
-    """`way`: what its velocity has added up to, by `velocity`. `carried`: the velocity of the estimate less that of the
-    inertial sums when the velocity was found to lie, and when that was. `last`: the last fix, and the way by then.
-    `drifted_s`: when it last drifted by the threshold."""
+    """`way`: what its velocity has added up to, by `velocity`; `antenna_way`: that of the antenna. `carried`: the
+    velocity of the estimate less that of the inertial sums when the velocity was found to lie, and when that was.
+    `last`: the last fix, and the way by then. `drifted_s`: when it last drifted by the threshold."""
 
     velocity: VelocitySeen | None = None
     way: Way = (0.0, 0.0)
+    antenna_way: Way = (0.0, 0.0)
     carried: tuple[float, float, float] | None = None
     last: tuple[PositionSeen, Way] | None = None
     noise: StepNoise = field(default_factory=StepNoise)
@@ -106,15 +107,19 @@ class PositionDrift(Hypothesis):
             receiver.last = None
             return
         half_s = 0.5 * (seen.t_s - last.t_s)
-        north, east = receiver.way
+        (north, east), (antenna_north, antenna_east) = receiver.way, receiver.antenna_way
         receiver.way = (
             north + half_s * (last.north_mps + seen.north_mps),
             east + half_s * (last.east_mps + seen.east_mps),
         )
+        receiver.antenna_way = (
+            antenna_north + half_s * (last.raw[0] + seen.raw[0]),
+            antenna_east + half_s * (last.raw[1] + seen.raw[1]),
+        )
 
     @staticmethod
     def _way(receiver: _Receiver, seen: PositionSeen) -> Way | None:
-        """The way that the boat has made by the time of a fix; None: unknown."""
+        """The way that the boat, or the antenna, has made by the time of a fix; None: unknown."""
         carried, velocity = receiver.carried, receiver.velocity
         if carried is not None:
             gone_s = seen.t_s - carried[2]
@@ -124,6 +129,9 @@ class PositionDrift(Hypothesis):
         if velocity is None or seen.t_s - velocity.t_s > _GAP_S:
             return None
         beyond_s = seen.t_s - velocity.t_s
+        if seen.antenna is not None:
+            north, east = receiver.antenna_way
+            return north + beyond_s * velocity.raw[0], east + beyond_s * velocity.raw[1]
         return (
             receiver.way[0] + beyond_s * velocity.north_mps,
             receiver.way[1] + beyond_s * velocity.east_mps,
@@ -151,8 +159,9 @@ def _drift(receiver: _Receiver, seen: PositionSeen, way: Way | None, threshold_m
     if way is None or last is None or distrusted or not _follows(last[0], seen):
         receiver.cusum.clear(seen.t_s)
         return 0.0
-    north = seen.north_m - last[0].north_m - (way[0] - last[1][0])
-    east = seen.east_m - last[0].east_m - (way[1] - last[1][1])
+    (north_m, east_m), (last_north_m, last_east_m) = _place(seen), _place(last[0])
+    north = north_m - last_north_m - (way[0] - last[1][0])
+    east = east_m - last_east_m - (way[1] - last[1][1])
     if math.hypot(north, east) > _OUTLIER * threshold_m:
         receiver.last = last
         return 0.0
@@ -167,6 +176,11 @@ def _carried(evidence: Evidence, inertial: InertialStep, t_s: float) -> tuple[fl
     return evidence.north_mps - inertial.north_mps, evidence.east_mps - inertial.east_mps, t_s
 
 
+def _place(seen: PositionSeen) -> Way:
+    return (seen.north_m, seen.east_m) if seen.antenna is None else seen.antenna
+
+
 def _follows(last: PositionSeen, seen: PositionSeen) -> bool:
-    """Whether two fixes can be compared: close in time and of one kind."""
-    return 0.0 < seen.t_s - last.t_s <= _GAP_S and last.fix is seen.fix
+    """Whether two fixes can be compared: close in time, of one kind, and both of the boat or both of the antenna."""
+    alike = last.fix is seen.fix and (last.antenna is None) == (seen.antenna is None)
+    return 0.0 < seen.t_s - last.t_s <= _GAP_S and alike

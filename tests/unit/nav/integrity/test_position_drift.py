@@ -50,6 +50,30 @@ def test_a_change_of_the_kind_of_fix_is_no_drift() -> None:
     assert passage.go(20.0) == []
 
 
+def test_an_arm_that_is_guessed_is_no_drift_of_the_receiver() -> None:
+    """Without roll, pitch and a good heading the lever arm jumps about, and the fixes with it: not the antenna."""
+    passage = Passage(PositionDrift(), BOAT)
+    passage.go(20.0)
+
+    def silent(evidence: Evidence, age_s: float) -> None:
+        evidence.positions = [seen._replace(antenna=(seen.north_m, seen.east_m)) for seen in evidence.positions]
+        moved(evidence, 0.4 * min(age_s, 0.5) + (0.15 if age_s > 1.5 else 0.0))
+
+    assert passage.go(10.0, silent) == []
+    assert passage.go(10.0) == []
+
+
+def test_a_creep_is_found_without_an_inertial_sensor() -> None:
+    passage = Passage(PositionDrift(), BOAT)
+    passage.go(20.0)
+
+    def creeping(evidence: Evidence, age_s: float) -> None:
+        moved(evidence, 0.5 * age_s)
+        evidence.positions = [seen._replace(antenna=(seen.north_m, seen.east_m)) for seen in evidence.positions]
+
+    assert passage.go(3.0, creeping)
+
+
 def test_a_jump_is_not_taken_for_a_drift() -> None:
     passage = Passage(PositionDrift(), BOAT)
     passage.go(20.0)
