@@ -6,7 +6,7 @@ import argparse
 import re
 import sys
 from collections.abc import Sequence
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from companion.analysis.log_reader import LogError
 from companion.app import program_version
@@ -32,6 +32,7 @@ from companion.cli import (
     service,
     signing,
     sitl,
+    sweep,
     thruster_test,
     trial,
 )
@@ -52,6 +53,7 @@ _COMMANDS = (
     devices,
     mission,
     scenario,
+    sweep,
     evaluate,
     leader,
     replay,
@@ -90,7 +92,18 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 class _Parser(argparse.ArgumentParser):
-    """Says what a misspelt command may have meant. Python does so from 3.14 on."""
+    """Says what a misspelt command may have meant. Python does so from 3.14 on.
+
+    `tasks`: of a command that may stand without its task: their names, and first the one that is meant then.
+    """
+
+    tasks: Sequence[str] = ()
+
+    def parse_known_args(self, args: Sequence[str] | None = None, namespace: Any = None) -> Any:  # type: ignore[override]
+        """As argparse's."""
+        if self.tasks and args and args[0] not in (*self.tasks, "-h", "--help"):
+            args = [self.tasks[0], *args]
+        return super().parse_known_args(args, namespace)
 
     def error(self, message: str) -> NoReturn:
         """As argparse's."""

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, Progress, ProgressColumn, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
 from companion.core.progress import Told, tell_nobody, usual_share
 
@@ -19,14 +19,15 @@ _PERIOD_S = 0.2  # between two states of the bar
 
 
 @contextmanager
-def bar(text: str, console: Console | None = None) -> Iterator[Told]:
+def bar(text: str, console: Console | None = None, time_left: bool = True) -> Iterator[Told]:
     """A bar that is shown until the end of the block. Call what it gives with words and the share done, 0 to 1, as
-    often as you like. `console`: where to; None: standard error."""
+    often as you like. `console`: where to; None: standard error. `time_left`: False: the words tell it."""
     console = console or Console(stderr=True)
     if not console.is_terminal or console.is_dumb_terminal:
         yield tell_nobody
         return
-    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
+    columns: list[ProgressColumn] = [TextColumn("{task.description}"), BarColumn(), TaskProgressColumn()]
+    columns += [TimeRemainingColumn()] if time_left else []
     # lines on standard output go above the bar where both are on one terminal, and elsewhere their own way
     with Progress(*columns, console=console, transient=True, redirect_stdout=sys.stdout.isatty()) as progress:
         task = progress.add_task(text, total=1.0)

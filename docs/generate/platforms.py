@@ -18,7 +18,7 @@ from docs.generate.source import ROOT
 LOCK = ROOT / "uv.lock"
 PROJECT = "usv-companion"
 PYTHONS = ((3, 11), (3, 12), (3, 13), (3, 14))
-EXTRAS = ("can", "console", "export", "report", "usvctl")
+EXTRAS = ("can", "console", "export", "report", "sweep", "usvctl")
 _OLDEST_GLIBC = 17
 
 _INTRODUCTION = """Where every package has a wheel, `pip` needs no compiler. These tables are made from `uv.lock`, which

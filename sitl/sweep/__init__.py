@@ -1,0 +1,1 @@
+"""Sweeps: a design of experiments over scenarios, sailed on many cores, a row of figures a run."""
