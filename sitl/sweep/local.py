@@ -21,6 +21,8 @@ from sitl.sweep.plan import Run
 from sitl.sweep.rows import Row
 from sitl.sweep.sailing import Died, Sail, sailed
 
+_IMPORTED_ONCE = ["sitl.sweep.sailing", "sitl.scenarios"]
+
 
 def cores() -> int:
     """How many processes this one may run at a time."""
@@ -83,7 +85,8 @@ class _Place:
     """A process that sails one run after another."""
 
     def __init__(self) -> None:
-        context = multiprocessing.get_context("spawn")
+        context = multiprocessing.get_context("forkserver")  # imports once; a fork of ours would inherit its threads
+        context.set_forkserver_preload(_IMPORTED_ONCE)
         self.executor = ProcessPoolExecutor(1, mp_context=context, initializer=_end_with_the_sweep)
         self._pid = self.executor.submit(os.getpid)
 

@@ -27,8 +27,8 @@ class Row:
     """What came of a run.
 
     `margin`: how far the check that came nearest to failing was from it, as a share of its limit; below 0 it fails;
-    `tightest`: the name of that check. Both are None of a run without a result, or whose checks only count. `error`: why there is none. `log`: the
-    folder of its log, from the sweep's folder; None where the log was deleted.
+    `tightest`: the name of that check. Both are None of a run without a result, or whose checks only count. `error`:
+    why there is no result. `log`: the folder of its log, from the sweep's folder; None where the log was deleted.
     """
 
     key: str
@@ -148,8 +148,8 @@ def read_parquet(path: Path) -> list[Row]:
     pyarrow, parquet = arrow()
     try:
         return [_from_flat(flat) for flat in parquet.read_table(path).to_pylist()]
-    except (pyarrow.ArrowException, TypeError) as error:
-        raise SweepError(f"{path}: not the rows of a sweep: {error}") from error
+    except (pyarrow.ArrowException, KeyError, TypeError) as error:
+        raise SweepError(f"{path}: not the rows of a sweep ({error!r})") from error
 
 
 def arrow() -> tuple[Any, Any]:

@@ -105,7 +105,7 @@ def row_of(key: str, run: Run, result: Mapping[str, Any], error: str | None, dur
         failed_checks=tuple(str(check["name"]) for check in checks if not check["ok"]),
         margin=margin,
         tightest=tightest,
-        metrics={name: float(value) for name, value in (result.get("metrics") or {}).items()},
+        metrics={name: float(v) for name, v in (result.get("metrics") or {}).items() if isinstance(v, int | float)},
         duration_s=duration_s,
         commit=commit(),
         versions=versions(),
