@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
@@ -162,7 +163,7 @@ def _sail_rest(
 
     taken = 0
     with _workers(arguments, sail, folder, len(left)) as workers, bar("sweep", time_left=False) as told:
-        progress = SweepProgress(told, len(left), time.monotonic())
+        progress = SweepProgress(told, len(left), time.monotonic(), lines=not sys.stderr.isatty())
 
         def take(row: Row) -> None:
             nonlocal taken

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from typing import TYPE_CHECKING
 
 from companion.core.progress import Told
@@ -15,15 +14,16 @@ _LINE_EVERY_S = 60.0
 
 
 class SweepProgress:
-    """Is told each row. `count`: how many are awaited; `told`: the bar; `now_s`: of any clock, the same in `take`."""
+    """Is told each row. `count`: how many are awaited; `told`: the bar; `now_s`: of any clock, the same in `take`;
+    `lines`: whether nobody sees the bar, so that lines are printed."""
 
-    def __init__(self, told: Told, count: int, now_s: float) -> None:
+    def __init__(self, told: Told, count: int, now_s: float, lines: bool) -> None:
         self._told = told
         self._count = count
         self._begun_s = self._line_s = now_s
         self._done = 0
         self._failed = 0
-        self._bar = sys.stderr.isatty()
+        self._lines = lines
 
     def take(self, row: Row, now_s: float) -> None:
         """A run has ended."""
@@ -32,7 +32,7 @@ class SweepProgress:
             self._failed += 1
             self._show(row)
         self._told(self.words(now_s), self._done / self._count)
-        if not self._bar and now_s >= self._line_s + _LINE_EVERY_S and self._done < self._count:
+        if self._lines and now_s >= self._line_s + _LINE_EVERY_S and self._done < self._count:
             self._line_s = now_s
             print(self.words(now_s), flush=True)
 

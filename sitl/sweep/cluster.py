@@ -14,7 +14,7 @@ from sitl.sweep.plan import Run
 from sitl.sweep.rows import Row, SweepError
 from sitl.sweep.sailing import LOGS, Died, Sail, sailed
 
-_CONNECTING_S = 10.0
+_CONNECTING_S = 5.0
 DASK_MISSING = "--scheduler needs Dask: pip install 'usv-companion[sweep]'"
 
 

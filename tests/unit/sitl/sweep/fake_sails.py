@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import multiprocessing
 import os
 import signal
 from pathlib import Path
@@ -70,3 +71,15 @@ def scheduler_killing_sail(marks: Path, deadly: tuple[int, ...], fatal: int, run
 def refusing_sail(run: Run, folder: Path) -> None:
     """No scenario takes these settings."""
     raise Refused(f"{run.command}: law=tesis: one of companion, thesis")
+
+
+def sweep_killing_sail(marks: Path, fatal: int, run: Run, folder: Path) -> None:
+    """As `told_sail`, but the first run of the fatal seed kills the sweep and never ends; its process number stays."""
+    mark = marks / "worker.pid"
+    if run.seed == fatal and not mark.exists():
+        mark.write_text(str(os.getpid()), encoding="utf-8")
+        sweep = multiprocessing.parent_process()
+        assert sweep is not None and sweep.pid is not None
+        os.kill(sweep.pid, signal.SIGKILL)
+        signal.pause()
+    told_sail(marks, run, folder)
