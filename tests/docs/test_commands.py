@@ -20,7 +20,22 @@ from tests.docs.pages import ROOT, Block, blocks, label, spans, written
 
 # Programs of others, whose words are not checked.
 _OTHERS = frozenset(
-    {"apt", "cd", "cp", "curl", "docker", "echo", "git", "journalctl", "mavproxy.py", "mkdir", "pipx", "scp", "sed"}
+    {
+        "apt",
+        "cd",
+        "cp",
+        "curl",
+        "dask",
+        "docker",
+        "echo",
+        "git",
+        "journalctl",
+        "mavproxy.py",
+        "mkdir",
+        "pipx",
+        "scp",
+        "sed",
+    }
     | {"source", "ssh", "systemctl", "tail", "unzip", "usermod", "uv", "ip", "nmcli", "less", "ls", "rm", "export"}
 )
 _BEGINS = frozenset({"sudo", "time", "nohup", "env"})

@@ -1,5 +1,5 @@
-"""Every TOML block on the pages is a vessel file or a leader module's file, or a part of one that fits a bundled
-vessel."""
+"""Every TOML block on the pages is a vessel file, a leader module's file, a sweep's design, or a part of one that fits a
+bundled vessel."""
 
 from __future__ import annotations
 
@@ -15,6 +15,8 @@ from companion.io.actuators import DRIVERS as ACTUATOR_DRIVERS
 from companion.io.sensors import DRIVERS as SENSOR_DRIVERS
 from companion.leader_module.config import LeaderConfig, parse_leader
 from companion.params.table import TABLE
+from sitl.scenarios import SCENARIOS
+from sitl.sweep.design import parse_design
 from tests.docs.pages import Block, blocks
 
 _BASE = "revolt"
@@ -46,6 +48,9 @@ def _check_whole(block: Block, data: dict[str, Any]) -> bool:
         return True
     if "system_id" in data:
         parse_leader(block.text, block.place)
+        return True
+    if "part" in data:
+        parse_design(block.text, block.place, SCENARIOS)
         return True
     return False
 
