@@ -208,12 +208,14 @@ def _refuse_other_commit(journal: Journal, folder: Path, commit: str) -> None:
 
 def _report(arguments: argparse.Namespace) -> int:
     from companion.cli.sweep_page import compare_by, print_comparisons, print_summaries, write_page
-    from sitl.sweep.rows import PARQUET, SweepError, read_rows, write_parquet
+    from sitl.sweep.rows import JOURNAL, PARQUET, SweepError, read_rows, write_parquet
     from sitl.sweep.summary import compared, summaries
 
     try:
         rows = read_rows(arguments.folder)
-        if not (arguments.folder / PARQUET).exists():  # a sweep that was killed wrote none
+        if (
+            arguments.folder / JOURNAL
+        ).exists():  # a sweep that goes on, or was killed, has rows that are not in the file
             write_parquet(rows, arguments.folder / PARQUET)
         found = summaries(rows)
         comparisons: dict[str, Sequence[Comparison]] = {}

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import io
 import math
+import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from html import escape
 from pathlib import Path
@@ -110,8 +111,15 @@ def write_page(
     """Write the page. Returns a hint where matplotlib is not installed, so that it has no pictures; else empty text.
     Raises OSError."""
     failed = sum(one.failures for one in found)
-    title = f"{folder.resolve().parent.name}: {len(rows)} runs, {failed} failed"
-    parts = [f"<h1>{escape(title)}</h1>", _about(rows), f"<p class='hint'>{_HINT}</p>", _overview(found)]
+    name, text = _design(folder)
+    title = f"{name}: {len(rows)} runs, {failed} failed"
+    parts = [
+        f"<h1>{escape(title)}</h1>",
+        f"<p>{escape(text)}</p>" if text else "",
+        _about(rows),
+        f"<p class='hint'>{_HINT}</p>",
+        _overview(found),
+    ]
     for name, of_points in comparisons.items():
         parts.append(_comparison(name, of_points))
     hint = ""
@@ -127,6 +135,15 @@ def write_page(
             hint = f"no pictures: {MATPLOTLIB_MISSING}"
     out.write_text(document(title, "\n".join(parts)), encoding="utf-8")
     return hint
+
+
+def _design(folder: Path) -> tuple[str, str]:
+    """Name and text of the design that was sailed last into a folder; the folder's name where there is none."""
+    try:
+        design = tomllib.loads((folder / "design.toml").read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return folder.resolve().name, ""
+    return str(design["name"]), str(design.get("text", ""))
 
 
 def _about(rows: Sequence[Row]) -> str:
@@ -157,7 +174,7 @@ def _point(one: PointSummary) -> str:
             str(len(metric.values)),
             *(_estimated(value) for value in (metric.low, metric.median, metric.high)),
             f"{figure(metric.least)} to {figure(metric.most)}",
-            f"seed {metric.largest.seed}",
+            _which(metric.largest),
             escape(", ".join(f"{name} {value:+.2f}" for name, value in metric.influences.items())),
         )
         for metric in one.distributions
@@ -259,6 +276,11 @@ def _percent(rate: Estimated) -> str:
 
 def _estimated(value: Estimated) -> str:
     return f"{figure(value.value)} ({figure(value.low)} to {figure(value.high)})"
+
+
+def _which(row: Row) -> str:
+    """A run of a design point: its seed, and what was sampled."""
+    return escape(", ".join((f"seed {row.seed}", *(f"{name} {value:g}" for name, value in row.factors.items()))))
 
 
 def _margin(row: Row) -> str:

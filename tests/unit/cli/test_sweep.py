@@ -23,6 +23,7 @@ from tests.unit.sitl.sweep.made import rows
 
 DESIGN = """
 name = "night"
+text = "From calm to a gale"
 seeds = 5
 [[part]]
 scenarios = ["hold"]
@@ -177,9 +178,23 @@ def test_a_report_names_failures_worst_runs_and_figures(tmp_path: Path, capsys: 
     said = capsys.readouterr().out
     assert "hold revolt gnss=rtk" in said and "worst of hold revolt gnss=sbas: companion scenario run hold" in said
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert "<h1>night: 20 runs, 8 failed</h1>" in page and "From calm to a gale" in page
     assert page.count("--seed 4") == 4 and page.count("--seed 3") == 2, "the worst three of two points"
     assert "4 of 10 failed: 40 % (16.8 to 68.7)" in page
-    assert "position rms m" in page and "speed +" in page and page.count("data:image/png") == 2
+    assert (
+        "position rms m" in page
+        and "speed +" in page
+        and "seed 3, speed " in page
+        and page.count("data:image/png") == 2
+    )
+
+
+def test_a_sweep_that_was_killed_is_reported_from_its_journal(tmp_path: Path) -> None:
+    sail_it(tmp_path)
+    whole = found(tmp_path)
+    (tmp_path / "out" / PARQUET).unlink()
+    assert main(["sweep", "report", str(tmp_path / "out")]) == 0
+    assert found(tmp_path) == whole
 
 
 def test_a_report_without_matplotlib_says_so(
