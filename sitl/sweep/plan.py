@@ -54,8 +54,8 @@ def _contents(vessel: str) -> str:
 
 
 def runs_of(design: DesignConfig, scenarios: Mapping[str, Scenario]) -> list[Run]:
-    """All runs, each once. The first seed of every point comes before the second of any, so that a sweep that is cut
-    off has equally many of each."""
+    """All runs, each once. The first seed of every point comes before the second of any, and a sample with all levels
+    before the next sample, so that a sweep that is cut off has equally many of each, and pairs."""
     by_part = [(list(_points(part, scenarios)), _seeds(design, part)) for part in design.parts]
     most = max(len(seeds) for _, seeds in by_part)
     ordered = (
@@ -92,11 +92,10 @@ def _seeds(design: DesignConfig, part: PartConfig) -> range:
 
 
 def _points(part: PartConfig, scenarios: Mapping[str, Scenario]) -> Iterator[Run]:
-    samples = sampled(part)
-    for name in part.scenarios:
-        for vessel in part.vessels or (scenarios[name].vessel,):
-            for levels in _crossed(part.levels):
-                for sample in samples:
+    for sample in sampled(part):
+        for name in part.scenarios:
+            for vessel in part.vessels or (scenarios[name].vessel,):
+                for levels in _crossed(part.levels):
                     settings = _settings(part, levels, sample)
                     yield Run(name, vessel, 0, settings, _words(part, name, vessel, levels), sample)
 

@@ -88,6 +88,13 @@ def test_samples_of_a_point_have_its_name_and_their_factors() -> None:
     assert [dict(run.settings)["wind"] for run in runs] == [f"{run.factors['wind']:g}" for run in runs]
 
 
+def test_a_sample_is_sailed_with_all_levels_before_the_next() -> None:
+    part = PartConfig(("hold",), levels={"gnss": ("rtk", "sbas")}, ranges={"wind": RangeConfig(0.0, 6.0)}, samples=3)
+    runs = runs_of(design(part), SCENARIOS)
+    assert [dict(run.settings)["gnss"] for run in runs] == ["rtk", "sbas"] * 3
+    assert all(a.factors == b.factors for a, b in zip(runs[::2], runs[1::2], strict=True))
+
+
 @pytest.mark.parametrize("sampling", ["latin_hypercube", "sobol"])
 def test_the_same_seed_gives_the_same_samples(sampling: str) -> None:
     def of(seed: int) -> list[dict[str, float]]:
