@@ -12,6 +12,8 @@ from companion.nav.integrity.statistics import NoiseSize
 _RATIO = 3.0  # of the scatter to the claim, where the claim is a lie
 _LEAST_M = 0.03  # scatter of a step, by waves and vibration, that is no lie
 _SAMPLES = 30  # of the average
+_MOST = 3.0  # a step counts with at most so many times the average: of ten positions one may be wild, two steps
+_MOST_AT_FIRST = 2.0  # and with at most so many thresholds, until the average is known
 _MEAN_OF_STEP = math.sqrt(math.pi)  # mean length of a step between two positions, in sigmas of one axis
 _GAP_S = 1.5
 _AGREES = 0.5
@@ -20,7 +22,7 @@ _AGREES = 0.5
 @dataclass(slots=True)
 class _Receiver:
     last: PositionSeen | None = None
-    scatter: NoiseSize = field(default_factory=lambda: NoiseSize(_SAMPLES, 6.0))
+    scatter: NoiseSize = field(default_factory=lambda: NoiseSize(_SAMPLES, _MOST))
     count: int = 0
     since_s: float | None = None
 
@@ -59,17 +61,17 @@ class AccuracyLie(Hypothesis):
             return
         last, receiver.last = receiver.last, seen
         if last is None or not 0.0 < seen.t_s - last.t_s <= _GAP_S or last.fix is not seen.fix:
-            receiver.count, receiver.scatter = 0, NoiseSize(_SAMPLES, 6.0)
+            receiver.count, receiver.scatter = 0, NoiseSize(_SAMPLES, _MOST)
             return
         dt_s = seen.t_s - last.t_s
-        receiver.scatter.update(
-            math.hypot(
-                seen.north_m - last.north_m - 0.5 * dt_s * (last.estimate_north_mps + seen.estimate_north_mps),
-                seen.east_m - last.east_m - 0.5 * dt_s * (last.estimate_east_mps + seen.estimate_east_mps),
-            )
+        step_m = math.hypot(
+            seen.north_m - last.north_m - 0.5 * dt_s * (last.estimate_north_mps + seen.estimate_north_mps),
+            seen.east_m - last.east_m - 0.5 * dt_s * (last.estimate_east_mps + seen.estimate_east_mps),
         )
-        receiver.count += 1
         threshold_m = max(_LEAST_M, _RATIO * _MEAN_OF_STEP * seen.sigma_m)
+        known = receiver.count >= _SAMPLES
+        receiver.scatter.update(step_m if known else min(step_m, _MOST_AT_FIRST * threshold_m))
+        receiver.count += 1
         doubt = receiver.scatter.size / threshold_m if receiver.count >= _SAMPLES else 0.0
         if driven:
             self.doubt = max(self.doubt, min(doubt, 1.0))

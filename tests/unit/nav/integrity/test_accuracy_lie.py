@@ -58,3 +58,18 @@ def test_one_wild_point_is_no_scatter() -> None:
             scattered(50.0)(evidence, age_s)
 
     assert Passage(AccuracyLie(), Boat()).go(30.0, wild) == []
+
+
+@pytest.mark.parametrize("from_s", [0.0, 10.0])
+def test_every_tenth_position_wild_is_no_scatter_of_the_others(from_s: float) -> None:
+    """In waves, with an honest scatter of twice the claim. Each wild position makes two steps."""
+    count = 0
+
+    def wild(evidence: Evidence, age_s: float) -> None:
+        nonlocal count
+        scattered(0.03)(evidence, age_s)
+        count += 1
+        if age_s >= from_s and count % 10 == 0:
+            evidence.positions = [seen._replace(north_m=seen.north_m - 6.0e6) for seen in evidence.positions]
+
+    assert Passage(AccuracyLie(), Boat()).go(60.0, wild) == []
