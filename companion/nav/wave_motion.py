@@ -28,7 +28,7 @@ from companion.nav.solution import Motion
 _HIGH_PASS_RADPS = 1.0  # of the velocities that tell the waves' frequency: above the motion of positioning
 _MEMORY_S = 20.0  # of the spectrum: a score of waves
 _MOST_RADPS = 8.0  # a hull follows no faster waves
-_CALM_MPS, _WAVES_MPS = 0.006, 0.015  # RMS velocity on an axis: up to the first calm, from the second on waves
+_CALM_MPS, _WAVES_MPS = 0.015, 0.03  # RMS velocity on an axis: up to the first calm, from the second on waves
 _RATIO_OFF, _RATIO_ON = 2.5, 3.5  # frequency of the waves over the bandwidth of the law: nothing is told apart below
 _FULL_MPS, _UNDER_WAY_MPS = 0.6, 1.0  # up to the first speed the frequency met is steady enough, from the second on not
 _RETUNE_SHARE, _RETUNE_S = 0.02, 1.0
@@ -179,10 +179,10 @@ def _placed(step: Array, seen: Array, wanted: Array) -> Four:
 class WaveObserver:
     """Motion and thrust → the boat's wave motion, None where there is none to take off. `update` every tick.
 
-    It is taken off in full from an RMS velocity of 15 mm/s on, and not at all in calm water (below 6 mm/s); where the
-    waves' frequency is well above the bandwidth of the law; and while the boat is slow, since the frequency that it
-    meets changes with speed and course. Each of these fades, so that no step reaches the thrusters. Remembers the
-    spectrum, the observers, and the frequency that they are tuned to.
+    It is taken off in full from an RMS velocity of 30 mm/s on, and not at all below 15 mm/s, which gusts alone make;
+    where the waves' frequency is well above the bandwidth of the law; and while the boat is slow, since the frequency
+    that it meets changes with speed and course. Each of these fades, so that no step reaches the thrusters. Remembers
+    the spectrum, the observers, and the frequency that they are tuned to.
     """
 
     def __init__(self, hull: HullConfig, length_m: float) -> None:
