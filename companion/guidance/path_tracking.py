@@ -46,7 +46,7 @@ _FAR_M = 0.5  # cross-track error from which the bow too turns back to the track
 _CRAB_SHARE = 1.0  # of the commanded speed: a slower boat does not turn its bow further into the current
 _CORRECTING = 0.4  # of the planned yaw rate: how fast the heading comes to the plan where the boat is off it
 _NEW_WATER_MPS, _NEW_AIR_MPS = 0.15, 2.0  # changes of current and wind that are worth a new plan
-_PREDICTIVE = 2  # PATH_CTRL
+_REGULATOR, _PREDICTIVE = 1, 2  # PATH_CTRL
 _POSES = 19  # ahead: 5.4 s
 _THROUGH = 1  # WP_CORNER
 _THROUGH_WINDOW_M = 2.4  # widest window of a corner that is passed through
@@ -239,8 +239,9 @@ class PathTracker:
 
     @property
     def _plans(self) -> bool:
-        """Whether the boat sails by a plan."""
-        return self._agility is not None and self._parameters["PATH_EFFORT"] > 0.0
+        """Whether the boat sails by a plan. The regulator of PATH_CTRL 1 keeps no sideways speed, as a plan asks."""
+        parameters = self._parameters
+        return self._agility is not None and parameters["PATH_EFFORT"] > 0.0 and parameters["PATH_CTRL"] != _REGULATOR
 
     # --- the place on the track ---
 

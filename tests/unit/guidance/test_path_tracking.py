@@ -336,6 +336,15 @@ def test_a_planned_corner_passes_through_the_point_and_legs_at_full_speed() -> N
     assert fastest == pytest.approx(1.2, abs=0.01)
 
 
+def test_a_law_gets_the_setpoints_that_it_can_keep() -> None:
+    """The regulator keeps no sideways speed: by a plan it was carried off its way. Poses ahead are for the MPC alone."""
+    for law, exact, poses in ((0.0, True, 0), (1.0, False, 0), (2.0, True, 19)):
+        guide = planner(PATH_CTRL=law)
+        guide.start(points((30, 0), (30, 30)), nav_state())
+        setpoint = guide.update(nav_state(), 1.2, DT_S).setpoint
+        assert (setpoint.exact, len(setpoint.ahead)) == (exact, poses)
+
+
 def test_rate_and_acceleration_of_a_planned_turn_are_those_of_its_heading() -> None:
     """Also where a current turns the bow off the course."""
     guide = planner()
