@@ -19,9 +19,8 @@ from sitl.noise import stream
 from sitl.sensors import Grade, grade
 
 WISH_NONE, WISH_MANUAL, WISH_REMOTE, WISH_AUTONOMOUS = range(4)
-_MODULE_STATE = (
-    0x55535600  # in custom_state: marks a leader module; the low byte is the crew's wish, bits 40 to 43 the kind of fix
-)
+# in custom_state: marks a leader module; the low byte is the crew's wish, bits 40 to 43 the kind of fix
+_MODULE_STATE = 0x55535600
 _FIX_TYPES = {1: 3, 2: 4, 4: 6}  # GGA's quality → GPS_FIX_TYPE
 _POSITION, _VELOCITY, _ATTITUDE = 1, 2, 8  # est_capabilities
 _NAN = math.nan

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import os
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -185,6 +186,8 @@ def _workers(arguments: argparse.Namespace, sail: Sail, folder: Path, most: int)
     if arguments.scheduler is not None:
         workers = ClusterWorkers(arguments.scheduler, sail, folder, arguments.keep)
     else:
+        # one core a run: a library's own threads would only get in the way; the workers take it over as they start
+        os.environ.setdefault("OMP_NUM_THREADS", "1")
         workers = LocalWorkers(min(arguments.jobs or cores(), most), sail, folder, arguments.keep)
     try:
         yield workers
@@ -213,9 +216,8 @@ def _report(arguments: argparse.Namespace) -> int:
 
     try:
         rows = read_rows(arguments.folder)
-        if (
-            arguments.folder / JOURNAL
-        ).exists():  # a sweep that goes on, or was killed, has rows that are not in the file
+        journal = arguments.folder / JOURNAL
+        if journal.exists():  # a sweep that goes on, or was killed, has rows that are not in the file
             write_parquet(rows, arguments.folder / PARQUET)
         found = summaries(rows)
         comparisons: dict[str, Sequence[Comparison]] = {}

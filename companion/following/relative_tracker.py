@@ -41,10 +41,8 @@ _NEW_GATE, _NEW_M = 4.0, 0.5  # sigmas of both positions, and metres, by which a
 _AGAIN_GATE = 3.0  # sigmas of the difference, by which one may differ that was doubted before
 _DRIFT_GATE = 5.0  # sigmas of the slow error
 _OTHER_S = 3.0  # of differences that are all outliers, after which the filter begins anew
-_LEAST_BASE_M, _FLOAT_TIMES = (
-    0.05,
-    5.0,
-)  # an antenna swings with the boat; a float solution errs slowly: its variance is that of 25
+_LEAST_BASE_M = 0.05  # an antenna swings with the boat
+_FLOAT_TIMES = 5.0  # the accuracy of a float solution, which errs slowly: its variance is that of 25
 _JUMP_MPS = 0.5  # by which the velocities may be wrong in a sharp turn, before a vector counts as a jump
 _SAME = 3  # equal vectors in a row: a receiver at sea does not repeat itself
 _STEADY_M, _STEADY_S = 0.5, 30.0  # how steady a base must be, and for how long, to be believed again

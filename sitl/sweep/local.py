@@ -33,8 +33,6 @@ class LocalWorkers:
     """A `Workers` of `count` processes. Logs go into `folder`; `keep`: those of good runs too."""
 
     def __init__(self, count: int, sail: Sail, folder: Path, keep: bool = False) -> None:
-        # one core a run: a library's own threads would only get in the way; processes take it over as they start
-        os.environ.setdefault("OMP_NUM_THREADS", "1")
         self._sail, self._folder, self._keep = sail, folder, keep
         self._free = [_Place() for _ in range(count)]
         self._taken: dict[Future[Row], tuple[str, _Place]] = {}

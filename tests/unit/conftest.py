@@ -101,6 +101,15 @@ class Boat:
             items.insert(seq, item)
         self.plans.replace(kind, [replace(item, seq=i) for i, item in enumerate(items)])
 
+    def fence(self, *corners: tuple[float, float]) -> None:
+        """A fence that the boat must stay in, as north_m, east_m."""
+        items = []
+        for seq, corner in enumerate(corners):
+            lat_deg, lon_deg = self.point(*corner)
+            lat, lon = round(lat_deg * 1e7), round(lon_deg * 1e7)
+            items.append(PlanItem(seq, 5001, 0, float(len(corners)), 0.0, 0.0, 0.0, lat, lon, 0.0))
+        self.plans.replace(PlanKind.FENCE, items)
+
     def tick(self) -> None:
         self.now_s = round(self.now_s + DT_S, 6)
         now = self.now_s

@@ -39,6 +39,7 @@ class Channel(NamedTuple):
 
 
 FORCE_AXES, RATE_AXES = ("x", "y", "z"), ("roll", "pitch", "yaw")
+IMU_AXES = (*FORCE_AXES, *RATE_AXES)
 
 
 def sense_of_axis(axis: str) -> Sense:

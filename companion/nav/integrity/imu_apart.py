@@ -13,8 +13,7 @@ from statistics import median
 
 from companion.core.readings import Imu
 from companion.nav.integrity.evidence import (
-    FORCE_AXES,
-    RATE_AXES,
+    IMU_AXES,
     Channel,
     Evidence,
     Hypothesis,
@@ -23,7 +22,6 @@ from companion.nav.integrity.evidence import (
     sense_of_axis,
 )
 
-_AXES = (*FORCE_AXES, *RATE_AXES)
 _LIMITS = (0.6,) * 3 + (math.radians(1.5),) * 3  # biases of calibrated units, and their places in a boat that rolls
 _TIME_S = 0.5
 _LASTS_S = 0.5
@@ -81,14 +79,14 @@ class ImuApart(Hypothesis):
         middle = [median(axis) for axis in zip(*(mean.values for mean in live.values()), strict=True)]
         for name, mean in live.items():
             shares = [abs(v - m) / limit for v, m, limit in zip(mean.values, middle, _LIMITS, strict=True)]
-            worst = max(range(len(_AXES)), key=shares.__getitem__)
+            worst = max(range(len(IMU_AXES)), key=shares.__getitem__)
             if shares[worst] < 1.0:
                 mean.apart_s = math.inf
                 continue
             mean.apart_s = min(mean.apart_s, now_s)
             self.doubt = max(self.doubt, min((now_s - mean.apart_s) / _LASTS_S, 1.0))
             if now_s - mean.apart_s >= _LASTS_S:
-                channel = Channel(sense_of_axis(_AXES[worst]), name)
+                channel = Channel(sense_of_axis(IMU_AXES[worst]), name)
                 self._found[name] = LieFound(channel, "is not as the others", mean.apart_s - _TIME_S, lasting=True)
 
 

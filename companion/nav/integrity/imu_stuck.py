@@ -6,8 +6,7 @@ from collections.abc import Sequence
 
 from companion.core.readings import Imu
 from companion.nav.integrity.evidence import (
-    FORCE_AXES,
-    RATE_AXES,
+    IMU_AXES,
     Channel,
     Evidence,
     Hypothesis,
@@ -16,7 +15,6 @@ from companion.nav.integrity.evidence import (
 )
 from companion.nav.integrity.statistics import RepeatRun
 
-AXES = (*FORCE_AXES, *RATE_AXES)
 _LEAST_RUN = 50  # samples; an axis of few bits may rest for some
 
 
@@ -31,7 +29,7 @@ class ImuStuck(Hypothesis):
         for imu in evidence.raw_imu:
             runs = self._runs.get(imu.source)
             if runs is None:
-                runs = self._runs[imu.source] = tuple(RepeatRun() for _ in AXES)
+                runs = self._runs[imu.source] = tuple(RepeatRun() for _ in IMU_AXES)
             for run, value in zip(runs, _values(imu), strict=True):
                 run.update(value, imu.t_s)
         self.doubt = 0.0
@@ -41,7 +39,7 @@ class ImuStuck(Hypothesis):
         if not driven or not any(run.run == 0 for run in runs):
             return ()
         found = []
-        for axis, run in zip(AXES, runs, strict=True):
+        for axis, run in zip(IMU_AXES, runs, strict=True):
             doubt = min(run.doubt, run.run / _LEAST_RUN) if run.run else 0.0
             self.doubt = max(self.doubt, doubt)
             if doubt >= 1.0:

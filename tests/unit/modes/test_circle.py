@@ -12,20 +12,10 @@ import pytest
 from companion.config.vessel import find, load
 from companion.core.decision import ModeId, OrbitState, Result
 from companion.core.setpoint import NeutralSetpoint, PathSetpoint, PoseSetpoint
-from companion.mission.plan import PlanItem, PlanKind
 from companion.modes.circle import OrbitOrder
 
 BOX = ((-60.0, -60.0), (60.0, -60.0), (60.0, 60.0), (-60.0, 60.0))
 TURN_RAD = 2.0 * math.pi
-
-
-def fence(boat: Any, corners: tuple[tuple[float, float], ...] = BOX) -> None:
-    items = []
-    for seq, corner in enumerate(corners):
-        lat_deg, lon_deg = boat.point(*corner)
-        lat, lon = round(lat_deg * 1e7), round(lon_deg * 1e7)
-        items.append(PlanItem(seq, 5001, 0, float(len(corners)), 0.0, 0.0, 0.0, lat, lon, 0.0))
-    boat.plans.replace(PlanKind.FENCE, items)
 
 
 def armed(boat: Any, mode: ModeId = ModeId.HOLD) -> Any:
@@ -131,7 +121,7 @@ def test_a_refused_order_does_not_end_the_orbit(boat: Any) -> None:
 
 
 def test_a_circle_that_leaves_the_fence_is_refused(boat: Any) -> None:
-    fence(boat)
+    boat.fence(*BOX)
     armed(boat)
     outcome = order(boat, centre=boat.point(45.0, 0.0), radius_m=20.0, clockwise=True)
     assert outcome.reason == "Circle refused: way crosses the fence" and boat.status.mode is ModeId.HOLD
@@ -140,7 +130,7 @@ def test_a_circle_that_leaves_the_fence_is_refused(boat: Any) -> None:
 
 def test_chosen_while_disarmed_it_is_refused_where_it_would_leave_the_fence(make_boat: Any) -> None:
     boat = make_boat(CIRC_RADIUS=70.0)
-    fence(boat)
+    boat.fence(*BOX)
     assert not boat.supervisor.request_mode(ModeId.CIRCLE, boat.now_s).accepted
     boat.parameters.set("CIRC_RADIUS", 20.0)
     assert boat.supervisor.request_mode(ModeId.CIRCLE, boat.now_s).accepted
@@ -150,7 +140,7 @@ def test_a_new_fence_stops_it(boat: Any) -> None:
     armed(boat)
     order(boat, centre=boat.point(45.0, 0.0), radius_m=20.0, clockwise=True)
     boat.step(2.0)
-    fence(boat)
+    boat.fence(*BOX)
     boat.step()
     assert boat.status.mode is ModeId.HOLD
     assert "Circle stopped: way crosses the fence" in boat.texts()

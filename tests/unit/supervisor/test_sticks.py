@@ -20,7 +20,6 @@ from companion.core.setpoint import (
     ThrusterSetpoint,
     WrenchSetpoint,
 )
-from companion.mission.plan import PlanItem, PlanKind
 from companion.params.store import Parameters
 from companion.supervisor.sticks import Sticks
 from tests.unit.conftest import Boat
@@ -117,13 +116,7 @@ def test_sticks_give_force_where_there_is_no_position_to_keep_a_speed_by(make_bo
 
 def test_a_boat_steered_by_speed_stops_at_the_fence(make_boat: Callable[..., Boat]) -> None:
     boat = make_boat(MAN_SPEED=1.0)
-    corners = ((-30.0, -30.0), (30.0, -30.0), (30.0, 30.0), (-30.0, 30.0))
-    items = []
-    for seq, corner in enumerate(corners):
-        lat_deg, lon_deg = boat.point(*corner)
-        lat, lon = round(lat_deg * 1e7), round(lon_deg * 1e7)
-        items.append(PlanItem(seq, 5001, 0, float(len(corners)), 0.0, 0.0, 0.0, lat, lon, 0.0))
-    boat.plans.replace(PlanKind.FENCE, items)
+    boat.fence((-30.0, -30.0), (30.0, -30.0), (30.0, 30.0), (-30.0, 30.0))
     armed(boat, ModeId.HEADING)
     boat.sticks = (1.0, 0.0, 0.0)
     boat.step(120.0)

@@ -6,15 +6,15 @@ from dataclasses import replace
 
 import pytest
 
-from companion.nav.integrity.evidence import Evidence
-from companion.nav.integrity.imu_stuck import AXES, ImuStuck
+from companion.nav.integrity.evidence import IMU_AXES, Evidence
+from companion.nav.integrity.imu_stuck import ImuStuck
 from tests.unit.nav.integrity.honest_boat import Boat, Passage
 from tests.unit.nav.integrity.lies import frozen_imu
 
 FIELDS = ("x_mps2", "y_mps2", "z_mps2", "roll_rate_radps", "pitch_rate_radps", "yaw_rate_radps")
 
 
-@pytest.mark.parametrize(("axis", "field"), list(zip(AXES, FIELDS, strict=True)))
+@pytest.mark.parametrize(("axis", "field"), list(zip(IMU_AXES, FIELDS, strict=True)))
 def test_each_axis_is_named(axis: str, field: str) -> None:
     def stuck(evidence: Evidence, age_s: float) -> None:
         evidence.raw_imu = [replace(imu, **{field: 20.0}) for imu in evidence.raw_imu]  # type: ignore[arg-type]
