@@ -13,7 +13,7 @@ from companion.core.readings import AisTarget
 from companion.core.setpoint import HeadingSetpoint, NeutralSetpoint, ThrusterSetpoint
 from companion.mission.plan import PlanKind
 from companion.modes.trial.mode import TrialOrder
-from tests.unit.modes.test_circle import armed, fence
+from tests.unit.modes.test_circle import BOX, armed
 
 
 def begun(boat: Any, radius_m: float | None = None) -> Any:
@@ -57,7 +57,7 @@ def test_the_circle_must_have_room(make_boat: Any, radius_m: float, reason: str)
 
 def test_the_circle_must_lie_inside_the_fence(make_boat: Any) -> None:
     boat = make_boat()
-    fence(boat)
+    boat.fence(*BOX)
     armed(boat)
     refused = boat.supervisor.give_order(TrialOrder(70.0), boat.now_s)
     assert refused.reason == "Trial refused: way crosses the fence"
@@ -66,7 +66,7 @@ def test_the_circle_must_lie_inside_the_fence(make_boat: Any) -> None:
 
 def test_a_new_fence_through_the_circle_ends_it(make_boat: Any) -> None:
     boat = begun(make_boat(), 50.0)
-    fence(boat, ((-20.0, -20.0), (20.0, -20.0), (20.0, 20.0), (-20.0, 20.0)))
+    boat.fence((-20.0, -20.0), (20.0, -20.0), (20.0, 20.0), (-20.0, 20.0))
     boat.step(1.0)
     assert boat.plans.plan_id(PlanKind.FENCE) and boat.status.mode is ModeId.HOLD
 
