@@ -26,15 +26,15 @@ from companion.core.readings import (
     TimeOfDay,
     Wind,
 )
+from companion.nav.accuracies import SensorAccuracies
 from companion.nav.ahrs_heading import AttitudeFilter, ahrs_headings
 from companion.nav.antenna_pair import antenna_pairs
 from companion.nav.blending import Offset, ReceiverBlend
 from companion.nav.corrections import corrections_of
 from companion.nav.current import CurrentObserver, GroundMotion
-from companion.nav.error_state import FilterNoise
 from companion.nav.headings import HeadingSources, TrueHeading
 from companion.nav.inertial import InertialSolution, without_force
-from companion.nav.inertial_units import inertial_units, silences_s
+from companion.nav.inertial_source import InertialSource
 from companion.nav.integrity.evidence import INERTIAL, LieFound, Sense
 from companion.nav.lever_arms import ZERO, Vector, euler_of, normal_gravity_mps2
 from companion.nav.mounting import Mounting
@@ -42,6 +42,7 @@ from companion.nav.no_imu import PoseSolution
 from companion.nav.outliers import FirstPosition, ThesisOutlierRule, Verdict
 from companion.nav.solution import Motion, Place
 from companion.nav.sources import AbsoluteTime, GradeWatch, SourceSelector, TrueWind, plausible
+from companion.nav.validity import Validity
 from companion.nav.velocity_aid import VelocityAid
 from companion.nav.wave_motion import WaveObserver
 from companion.nav.witness import Witness
@@ -51,24 +52,11 @@ _FAR_FROM_HOME_M = 50_000.0
 _TOP_SPEEDS, _PUSHED_MPS = 2.0, 5.0  # a boat is slower than that many times its top speed, and what current and sea add
 _UNCONFIRMED_S = 0.5  # shorter than the gates take to follow the receivers to where the estimate has gone
 _FASTEST_MPS = 60.0  # where no hull model tells the top speed
-_UNKNOWN_ACCURACY_M = 3.0
-_UNKNOWN_ACCURACY_MPS = 0.1
-_CORRELATED_FACTOR = 3.0  # errors of fixes without carrier phase are correlated: each counts as that much noisier
-_CORRELATED_SHARE = 0.7  # the share of their sigma that averaging does not remove
-_CARRIER_WANDER_M = 0.008  # slow error of fixes with carrier phase
-_VELOCITY_SHARES = {
-    FixType.DGPS: 0.5,
-    FixType.RTK_FLOAT: 0.3,
-    FixType.RTK_FIXED: 0.3,
-}  # of the velocity error of a plain fix
-_HEADING_USABLE_RAD = math.radians(20.0)
-_HEADING_COAST_RAD = math.radians(5.0)  # largest sigma at which the gyro alone may carry the heading
 _ALTITUDE_SHARE = 0.05
 _IMU_TIMEOUT_S = 0.5
 _WIND_TIMEOUT_S = 2.0
 _CURRENT_AGE_S = 1.0  # age of the position up to which the velocity counts as measured
 _AID_AGE_S = 0.2  # age of position and velocity above which neither counts as measured for the aid
-_CARRIED_AGE_S = 1.0  # age of the velocity up to which it carries the position
 _LIE_M = 1.5  # off by more after such a lie, the position begins anew
 _LIE_SIGMA = 0.5  # m, m/s: of the motion that a lying inertial sensor leaves
 _LIE_SIGMA_RAD = math.radians(15.0)  # of a heading that has followed a lie
@@ -100,26 +88,20 @@ class Estimator:
         self.frame = LocalFrame(config.home.lat_deg, config.home.lon_deg)
         self._levers: dict[str, Vector] = {row.name: (row.x_m, row.y_m, row.z_m) for row in config.sensors}
         timeouts_s = {row.name: row.timeout_s for row in config.sensors}
-        self._sensors = {row.name: row for row in config.sensors}
+        self._accuracies = SensorAccuracies(config.sensors)
         self._say = say
         self._corrections = corrections_of(config.sensors, parameters)
-        self._versions = dict.fromkeys(self._corrections, 0)
         self._positions, self._headings = SourceSelector(timeouts_s), HeadingSources(config, say, self._corrections)
         self._ahrs = ahrs_headings(config, parameters, self._corrections, baseline_ahrs)
         self._mounting = Mounting(config, parameters)
-        self._velocities, self._imus, self._winds = (
-            SourceSelector(timeouts_s),
-            SourceSelector(silences_s(config.sensors)),
-            SourceSelector(timeouts_s),
-        )
-        self._units = inertial_units(config.sensors)  # None: there is one inertial sensor at most
+        self._velocities, self._winds = SourceSelector(timeouts_s), SourceSelector(timeouts_s)
         self._timeouts_s = timeouts_s
         self._lag_s = max(row.latency_s for row in config.sensors)
         self._witness = Witness(parameters, say)
+        self._imus = InertialSource(config.sensors, self._corrections, self._mounting, self._witness)
         self._jumps_followed = 0
-        self._lied_s = -math.inf  # when a source was last not used because it lies
+        self._validity = Validity(parameters)
         self._anew: set[Sense] = set()  # of what the next measurement counts, after an inertial sensor has lied
-        self._unfelt: set[str] = set()  # inertial sensors whose forces lie
         self._pending: list[Reading] = []
         self._inertial: InertialSolution | None = None
         self._pose = PoseSolution()
@@ -139,8 +121,6 @@ class Estimator:
         self._fix: GnssFix | None = None
         self._altitude_m = config.home.altitude_m
         self._altitude_known = False
-        self._slow_sigma_m = self._slow_sigma_rad = 0.0
-        self._position_s = self._velocity_s = self._heading_s = self._imu_s = 0.0
         self._position_source: str | None = None
 
     @property
@@ -152,7 +132,11 @@ class Estimator:
         """Take the readings since the last call and return the state at `now_s`, which must not go back. `thrust`: the
         wrench that the thrusters gave since then; None if unknown (while disarmed, mooring lines may hold the boat, or
         others may drive its thrusters)."""
-        readings = [self._corrected(reading) for reading in readings if plausible(reading, now_s)]
+        readings = [
+            self._imus.corrected(reading) if type(reading) is Imu else reading
+            for reading in readings
+            if plausible(reading, now_s)
+        ]
         self._pending.extend(reading for reading in readings if isinstance(reading, _NAVIGATION))
         self._pending.sort(key=attrgetter("t_s"))
         horizon_s = now_s - self._lag_s
@@ -173,7 +157,7 @@ class Estimator:
         used = self._imus.current
         self._react(self._witness.conclude(driven, motion, self._inertial, self._current, now_s, used))
         if self._witness.monitor.untrusted:
-            self._lied_s = now_s
+            self._validity.lied_s = now_s
         return self._state(motion, self._wave_motion(motion, thrust, now_s), now_s)
 
     def _wave_motion(self, motion: Motion, thrust: Wrench | None, now_s: float) -> WaveMotion | None:
@@ -188,7 +172,7 @@ class Estimator:
 
     def _is_lost(self, motion: Motion, now_s: float) -> bool:
         """Whether the boat cannot be as fast as the estimate, and no receiver says that it is."""
-        return self._impossible(motion) and now_s - max(self._position_s, self._velocity_s) > _UNCONFIRMED_S
+        return self._impossible(motion) and self._validity.unmeasured_s(now_s) > _UNCONFIRMED_S
 
     def _impossible(self, motion: Motion) -> bool:
         return math.hypot(motion.velocity[0], motion.velocity[1]) > self._impossible_mps
@@ -218,7 +202,7 @@ class Estimator:
         if not findings or inertial is None or not inertial.running:
             return
         carrying = {(sense, self._imus.current) for sense in INERTIAL}
-        if any(finding.channel in carrying for finding in findings) and not self._voted(inertial.t_s):
+        if any(finding.channel in carrying for finding in findings) and not self._imus.voted(inertial.t_s):
             self._leave_inertial(inertial.t_s, _LIE_SIGMA)
             self._anew = {Sense.POSITION, Sense.VELOCITY, Sense.HEADING}
             return
@@ -244,14 +228,6 @@ class Estimator:
             return rule
         self._anew.discard(sense)
         return Verdict.RESET
-
-    def _corrected(self, reading: Reading) -> Reading:
-        """An inertial sample as calibrated, in body axes; every other reading as it is."""
-        if type(reading) is not Imu:
-            return reading
-        self._witness.raw(reading)
-        corrections = self._corrections.get(reading.source)
-        return self._mounting.turned(reading if corrections is None else corrections.imu(reading))
 
     def _take(self, reading: Reading) -> None:
         kind = type(reading)
@@ -285,21 +261,10 @@ class Estimator:
 
     def _felt(self, measured: Imu) -> Imu:
         """The sample as it is used: without its forces, where those lie."""
-        source = measured.source
-        if self._witness.trusts(Sense.ACCELEROMETER, source):
-            if source in self._unfelt:
-                self._unfelt.discard(source)
-                self._feel(source, True)
-            return measured
-        if source not in self._unfelt:
-            self._unfelt.add(source)
-            if not self._voted(measured.t_s):
-                self._feel(source, False)
-        return without_force(measured, normal_gravity_mps2(self.frame.lat_deg))
-
-    def _voted(self, now_s: float) -> bool:
-        """Whether the filter lately got the vote of several inertial sensors, which none of them can spoil."""
-        return self._units is not None and self._units.voted(now_s)
+        felt, feels = self._imus.felt(measured, normal_gravity_mps2(self.frame.lat_deg))
+        if feels is not None:
+            self._feel(measured.source, feels)
+        return felt
 
     def _feel(self, source: str, feels: bool) -> None:
         """Begin anew, with or without the forces of a sensor."""
@@ -311,7 +276,7 @@ class Estimator:
     def _take_imu(self, measured: Imu, felt: Imu) -> None:
         """`felt`: the sample as it is used. A sensor whose forces lie gives way to another."""
         before = self._imus.current
-        imu = self._chosen(measured, felt)
+        imu = self._imus.chosen(measured, felt)
         if imu is None:
             return
         feels = felt is measured
@@ -320,10 +285,10 @@ class Estimator:
         inertial = self._inertial
         if inertial is None or before != imu.source:
             inertial = self._carried_by(imu, before)
-        if inertial.running and (imu.t_s - inertial.t_s > _IMU_TIMEOUT_S or self._is_recalibrated(imu.source)):
+        if inertial.running and (imu.t_s - inertial.t_s > _IMU_TIMEOUT_S or self._recalibrated(imu.source)):
             self._leave_inertial(inertial.t_s)
         inertial.sample(imu)
-        self._imu_s = max(self._imu_s, imu.t_s)
+        self._validity.imu(imu.t_s)
         if not inertial.running and self._pose.started and self._pose.oriented:
             motion = self._pose.motion(imu.t_s)
             surge_mps, _ = ned_to_body(motion.velocity[0], motion.velocity[1], motion.attitude[2])
@@ -333,7 +298,7 @@ class Estimator:
 
     def _carried_by(self, imu: Imu, before: str | None) -> InertialSolution:
         """The solution, from now on with the samples of that sensor."""
-        lever, noise = self._levers.get(imu.source, ZERO), self._imu_noise(imu.source)
+        lever, noise = self._levers.get(imu.source, ZERO), self._accuracies.imu(imu.source)
         if self._inertial is None:
             self._inertial = InertialSolution(normal_gravity_mps2(self.frame.lat_deg), lever, noise)
         else:
@@ -341,40 +306,19 @@ class Estimator:
             self._say(imu.t_s, TextKind.ATTENTION, "inertial_source", f"Inertial source: {imu.source} (was {before})")
         return self._inertial
 
-    def _chosen(self, measured: Imu, felt: Imu) -> Imu | None:
-        """The sample for the filter; None if its sensor is not in use."""
-        feels, good = felt is measured, self._witness.imu(measured)
-        used, units, source = self._imus.offer(felt.source, felt.t_s, good, int(feels)), self._units, felt.source
-        if units is None:
-            return felt if used else None
-        if good and feels and not self._is_anew(source):
-            aligned = units.take(felt, used)
-            return aligned if used else None
-        if not used and self._is_anew(source):
-            self._versions[source] = self._corrections[source].version
-        units.drop(source)
-        return felt if used and (feels or not units.voted(felt.t_s)) else None
-
-    def _is_anew(self, source: str) -> bool:
-        """Whether a sensor has been calibrated since its last sample."""
-        corrections = self._corrections.get(source)
-        return corrections is not None and corrections.version != self._versions[source]
-
-    def _is_recalibrated(self, source: str) -> bool:
+    def _recalibrated(self, source: str) -> bool:
         """Whether a sensor has been calibrated since its last sample; what the filter knows of its biases is void
         then."""
-        if not self._is_anew(source):
-            return False
-        self._versions[source] = self._corrections[source].version
-        assert self._inertial is not None
-        self._inertial.forget_biases()
-        return True
+        anew = self._imus.recalibrated(source)
+        if anew and self._inertial is not None:
+            self._inertial.forget_biases()
+        return anew
 
     def _turn_ahrs(self, imu: Imu) -> None:
         ahrs = self._ahrs.get(imu.source) if self._witness.trusts(Sense.IMU, imu.source) else None
         if ahrs is None:
             return
-        ahrs.trust(imu.source not in self._unfelt, self._witness.trusts(Sense.GYRO, imu.source))
+        ahrs.trust(not self._imus.lies(imu.source), self._witness.trusts(Sense.GYRO, imu.source))
         heading = ahrs.imu(imu)
         if heading is not None:
             self._take_heading(heading, ahrs.by_field_rad)
@@ -386,12 +330,6 @@ class Estimator:
         )
         if ahrs is not None and declination is not None:
             ahrs.field(field, declination, self._mounting.compass(field.source))
-
-    def _imu_noise(self, source: str) -> FilterNoise:
-        row = self._sensors.get(source)
-        if row is None:
-            return FilterNoise()
-        return FilterNoise(row.accelerometer_noise_mps2_rthz, row.gyro_noise_radps_rthz)
 
     def _check_imu(self, horizon_s: float) -> None:
         """Stop the inertial filter when its samples have stopped."""
@@ -410,7 +348,7 @@ class Estimator:
     def _take_fix(self, fix: GnssFix) -> None:
         good = fix.fix >= FixType.FIX_2D and math.isfinite(fix.lat_deg) and math.isfinite(fix.lon_deg)
         lever = self._levers.get(fix.source, ZERO)
-        sigma_m = self._sigma_m(fix)
+        sigma_m = self._accuracies.position_m(fix)
         north, east = self.frame.to_ned(fix.lat_deg, fix.lon_deg)
         rule = None
         if good and self._pose.started:
@@ -467,11 +405,6 @@ class Estimator:
         chosen = self._parameters["NAV_BLEND"] and self._parameters["NAV_WILD_RULE"] != _THESIS_RULE
         return len(self._fix_types) > 1 and bool(chosen)
 
-    def _sigma_m(self, fix: GnssFix) -> float:
-        """One sigma of the fix on each axis, as the receiver claims."""
-        row = self._sensors.get(fix.source)
-        return max(fix.position_accuracy_m or _UNKNOWN_ACCURACY_M, row.accuracy_floor_m if row is not None else 0.0)
-
     def _fuse_position(
         self, fix: GnssFix, place: tuple[float, float], lever: Vector, sigma_m: float, rule: Verdict | None
     ) -> None:
@@ -479,8 +412,7 @@ class Estimator:
         added_m2 = self._grade.update(fix.t_s, fix.fix, sigma_m) if leads else 0.0
         if added_m2 > 0.0:
             solution.add_position_variance(added_m2)
-        fused_sigma_m = sigma_m if fix.fix >= FixType.RTK_FLOAT else _CORRELATED_FACTOR * sigma_m
-        slow_sigma_m = self._slow_m(fix, sigma_m)
+        fused_sigma_m, slow_sigma_m = self._accuracies.fused_m(fix, sigma_m), self._accuracies.slow_m(fix, sigma_m)
         if self._blends and rule is None:
             offset = self._offset(fix, place, lever, fused_sigma_m, slow_sigma_m, leads)
             if offset is None:
@@ -493,17 +425,9 @@ class Estimator:
             self._blend.clear()
             self._announce_reset(fix, before, solution.place(fix.t_s))
         if verdict is not Verdict.REJECT:
-            self._position_s = max(self._position_s, fix.t_s)
-            self._slow_sigma_m = slow_sigma_m
+            self._validity.position(fix.t_s, slow_sigma_m)
             if leads:
                 self._take_altitude(fix, lever)
-
-    def _slow_m(self, fix: GnssFix, sigma_m: float) -> float:
-        """One sigma of the receiver's slow error."""
-        row = self._sensors.get(fix.source)
-        if row is not None and row.position_wander_m is not None:
-            return row.position_wander_m
-        return _CARRIER_WANDER_M if fix.fix >= FixType.RTK_FLOAT else _CORRELATED_SHARE * sigma_m
 
     def _offset(
         self, fix: GnssFix, place: tuple[float, float], lever: Vector, sigma_m: float, slow_sigma_m: float, leads: bool
@@ -538,7 +462,7 @@ class Estimator:
             if self._inertial is not None:
                 self._inertial.filter.gravity_mps2 = normal_gravity_mps2(fix.lat_deg)
         self._pose.begin(fix.t_s, *approved, lever, sigma_m)
-        self._position_s = fix.t_s
+        self._validity.begin(fix.t_s)
         self._take_altitude(fix, lever)
 
     def _take_altitude(self, fix: GnssFix, lever: Vector) -> None:
@@ -548,7 +472,9 @@ class Estimator:
             self._altitude_known = True
 
     def _take_velocity(self, velocity: GroundVelocity) -> None:
-        lever, rule, sigma_mps = self._levers.get(velocity.source, ZERO), None, self._sigma_mps(velocity)
+        lever, rule = self._levers.get(velocity.source, ZERO), None
+        fix = None if self._fix is None else self._fix_types.get(velocity.source, self._fix.fix)
+        sigma_mps = self._accuracies.velocity_mps(velocity, fix)
         if self._pose.started:
             rule = self._witness.velocity(velocity, lever, sigma_mps, self._solution())
         good = self._witness.trusts(Sense.VELOCITY, velocity.source)
@@ -562,7 +488,7 @@ class Estimator:
             measured = velocity.north_mps, velocity.east_mps
             verdict = self._solution().velocity(velocity.t_s, *measured, lever, sigma_mps, rule)
             if verdict is not Verdict.REJECT:
-                self._velocity_s = max(self._velocity_s, velocity.t_s)
+                self._validity.velocity(velocity.t_s)
 
     def _aid_heading(self, velocity: GroundVelocity, sigma_mps: float, lever: Vector) -> None:
         course = self._headings.course(velocity)
@@ -570,14 +496,6 @@ class Estimator:
             self._fuse_heading(velocity.t_s, course)
         for ahrs in self._ahrs.values():
             ahrs.velocity(velocity.t_s, velocity.north_mps, velocity.east_mps, sigma_mps, lever)
-
-    def _sigma_mps(self, velocity: GroundVelocity) -> float:
-        """One sigma of the velocity on each axis."""
-        row = self._sensors.get(velocity.source)
-        sigma_mps = row.velocity_accuracy_mps if row is not None else _UNKNOWN_ACCURACY_MPS
-        if self._fix is None:
-            return sigma_mps
-        return sigma_mps * _VELOCITY_SHARES.get(self._fix_types.get(velocity.source, self._fix.fix), 1.0)
 
     def _take_heading(self, reading: Heading, by_field_rad: float | None = None) -> None:
         """`by_field_rad`: of a heading that our own attitude filter gives, what the magnetic field alone says."""
@@ -601,14 +519,14 @@ class Estimator:
         if heading.added_sigma_rad > 0.0:
             solution.add_heading_variance(heading.added_sigma_rad**2)
         if solution.heading(t_s, heading.yaw_rad, heading.sigma_rad, rule) is not Verdict.REJECT:
-            self._heading_s = max(self._heading_s, t_s)
-            self._slow_sigma_rad = heading.slow_sigma_rad
+            self._validity.heading(t_s, heading.slow_sigma_rad)
 
     def _update_current(self, motion: Motion, thrust: Wrench | None, now_s: float) -> None:
         if self._current is None or self._aid is None:
             return
         passage: GroundMotion | None = None
-        measured = now_s - self._position_s <= _CURRENT_AGE_S or self._carried(now_s)
+        validity = self._validity
+        measured = now_s - validity.position_s <= _CURRENT_AGE_S or validity.carried(now_s)
         if self._pose.started and self._pose.oriented and not self._impossible(motion):
             speed, from_rad = self._wind.at(now_s)
             air = (
@@ -620,30 +538,9 @@ class Estimator:
         self._current.update(now_s, thrust, passage, measured)
         solution = self._solution()
         if isinstance(solution, InertialSolution):
-            aid = self._aid.update(now_s, now_s - max(self._position_s, self._velocity_s) <= _AID_AGE_S, motion)
+            aid = self._aid.update(now_s, validity.unmeasured_s(now_s) <= _AID_AGE_S, motion)
             if aid is not None:
                 solution.aid(*aid)
-
-    def _carried(self, now_s: float) -> bool:
-        """Whether measured velocities carry on a position that no fix confirms, not for too long."""
-        return (
-            now_s - self._velocity_s <= _CARRIED_AGE_S
-            and now_s - self._position_s <= self._parameters["NAV_CARRY_T"]
-            and now_s - self._lied_s <= _CARRIED_AGE_S
-        )
-
-    def _heading_ok(self, sigma_rad: float, heading_age_s: float, position_age_s: float) -> bool:
-        """Whether control may use the heading: measured lately, or carried by the gyro while its sigma is small and
-        positions arrive."""
-        tolerated_s = self._parameters["FS_POS_T"]
-        if not self._pose.oriented or sigma_rad > _HEADING_USABLE_RAD:
-            return False
-        coasting = (
-            isinstance(self._solution(), InertialSolution)
-            and sigma_rad <= _HEADING_COAST_RAD
-            and position_age_s <= tolerated_s
-        )
-        return heading_age_s <= tolerated_s or coasting
 
     def _side_readings(self, readings: Sequence[Reading], motion: Motion) -> None:
         """Take the readings that do not affect the motion: time of day and wind."""
@@ -662,7 +559,7 @@ class Estimator:
     def _motion(self, now_s: float) -> Motion:
         solution = self._solution()
         if isinstance(solution, InertialSolution):
-            later = self._later_samples(now_s)
+            later = self._imus.later(self._pending, now_s)
             if not solution.feels:
                 later = [without_force(imu, solution.filter.gravity_mps2) for imu in later]
             return solution.motion(now_s, later)
@@ -672,31 +569,21 @@ class Estimator:
         roll, pitch = inertial.levelling.tilt() or (0.0, 0.0)
         return replace(motion, attitude=(roll, pitch, motion.attitude[2]), rates=inertial.rates)
 
-    def _later_samples(self, now_s: float) -> list[Imu]:
-        """Samples that wait for delayed measurements, of the inertial sensor in use."""
-        later = [reading for reading in self._pending if type(reading) is Imu and reading.t_s <= now_s]
-        units, used = self._units, self._imus.current
-        return later if units is None else [units.aligned(imu) for imu in later if imu.source == used]
-
     def _state(self, motion: Motion, waves: WaveMotion | None, now_s: float) -> NavState:
         (north, east, _), (vn, ve, _), (roll, pitch, yaw) = motion.position, motion.velocity, motion.attitude
         lat, lon = self.frame.to_geodetic(north, east)
         surge, sway = ned_to_body(vn, ve, yaw)
-        position_age_s = now_s - self._position_s
-        heading_age_s = now_s - self._heading_s
-        tolerated_s = self._parameters["FS_POS_T"]
-        position_sigma_m = math.hypot(motion.position_sigma_m, self._slow_sigma_m)
-        yaw_sigma_rad = min(math.hypot(motion.yaw_sigma_rad, self._slow_sigma_rad), math.pi)
-        carried = self._carried(now_s)
-        accurate = position_sigma_m <= self._parameters["COM_POS_FS_EPH"]
+        validity, pose = self._validity, self._pose
+        position_sigma_m, yaw_sigma_rad = validity.position_sigma_m(motion), validity.yaw_sigma_rad(motion)
+        by_gyro = isinstance(self._solution(), InertialSolution)
         fix = self._fix
-        heard = fix is not None and now_s - fix.t_s <= self._timeouts_s.get(fix.source, tolerated_s)
+        heard = fix is not None and now_s - fix.t_s <= self._timeouts_s.get(fix.source, self._parameters["FS_POS_T"])
         wind_speed, wind_from = self._wind.at(now_s)
         current = (None if self._current is None else self._current.estimate(now_s)) or (None, None, None)
         return NavState(
             t_s=now_s,
-            position_valid=self._pose.started and (position_age_s <= tolerated_s or carried) and accurate,
-            heading_valid=self._heading_ok(yaw_sigma_rad, heading_age_s, 0.0 if carried else position_age_s),
+            position_valid=pose.started and validity.position_valid(position_sigma_m, now_s),
+            heading_valid=pose.oriented and validity.heading_valid(yaw_sigma_rad, now_s, by_gyro),
             lat_deg=lat,
             lon_deg=lon,
             altitude_m=self._altitude_m,
@@ -715,9 +602,9 @@ class Estimator:
             position_accuracy_m=position_sigma_m,
             velocity_accuracy_mps=motion.velocity_sigma_mps,
             heading_accuracy_rad=yaw_sigma_rad,
-            position_age_s=position_age_s,
-            heading_age_s=heading_age_s,
-            imu_age_s=now_s - self._imu_s,
+            position_age_s=now_s - validity.position_s,
+            heading_age_s=now_s - validity.heading_s,
+            imu_age_s=now_s - validity.imu_s,
             fix=fix.fix if heard and fix is not None else FixType.NONE,
             satellites=fix.satellites if heard and fix is not None else None,
             hdop=fix.hdop if heard and fix is not None else None,
@@ -729,16 +616,10 @@ class Estimator:
             current_accuracy_mps=current[2],
             distrusted=self._witness.monitor.state,
             jumps_followed=self._jumps_followed,
-            position_covariance_m2=self._covariance(motion),
+            position_covariance_m2=validity.covariance_m2(motion),
             judged=() if self._inertial is None else tuple(self._inertial.judged.values()),
             waves=waves,
         )
-
-    def _covariance(self, motion: Motion) -> tuple[float, float, float]:
-        """Of the position: (north-north, north-east, east-east) in m², with what a receiver wanders slowly."""
-        slow_m2 = self._slow_sigma_m**2
-        nn, ne, ee = motion.position_covariance_m2 or (motion.position_sigma_m**2, 0.0, motion.position_sigma_m**2)
-        return nn + slow_m2, ne, ee + slow_m2
 
 
 def _impossible_mps(config: NavigatedBoat) -> float:

@@ -1,0 +1,46 @@
+"""What a measurement's sigma is, by its receiver's claim and the vessel's file."""
+
+from __future__ import annotations
+
+import pytest
+
+from companion.config.devices import SensorConfig
+from companion.core.readings import FixType, GnssFix, GroundVelocity
+from companion.nav.accuracies import SensorAccuracies
+from companion.nav.error_state import FilterNoise
+
+ROWS = (
+    SensorConfig("plain", "nmea0183", "memory:plain", velocity_accuracy_mps=0.2),
+    SensorConfig("known", "nmea0183", "memory:known", accuracy_floor_m=0.5, position_wander_m=0.04),
+    SensorConfig("imu", "vectornav", "memory:imu", accelerometer_noise_mps2_rthz=0.01, gyro_noise_radps_rthz=0.001),
+)
+OF = SensorAccuracies(ROWS)
+
+
+def fix(source: str, kind: FixType, claimed_m: float | None) -> GnssFix:
+    return GnssFix(0.0, source, 60.0, 22.0, None, kind, 12, 0.8, position_accuracy_m=claimed_m)
+
+
+@pytest.mark.parametrize(
+    ("source", "claimed_m", "sigma_m"),
+    [("plain", 0.3, 0.3), ("plain", None, 3.0), ("known", 0.3, 0.5), ("known", 0.9, 0.9), ("stranger", 0.01, 0.01)],
+)
+def test_a_claim_counts_down_to_the_floor_of_the_file(source: str, claimed_m: float | None, sigma_m: float) -> None:
+    assert OF.position_m(fix(source, FixType.FIX_3D, claimed_m)) == sigma_m
+
+
+def test_fixes_without_carrier_phase_count_less_and_wander_more() -> None:
+    plain, rtk = fix("plain", FixType.FIX_3D, 1.0), fix("plain", FixType.RTK_FIXED, 0.01)
+    assert OF.fused_m(plain, 1.0) == 3.0 and OF.fused_m(rtk, 0.01) == 0.01
+    assert OF.slow_m(plain, 1.0) == pytest.approx(0.7) and OF.slow_m(rtk, 0.01) == 0.008
+    assert OF.slow_m(fix("known", FixType.FIX_3D, 1.0), 1.0) == 0.04
+
+
+def test_velocity_is_as_good_as_its_receivers_fix() -> None:
+    velocity = GroundVelocity(0.0, "plain", 1.0, 0.0)
+    assert OF.velocity_mps(velocity, None) == OF.velocity_mps(velocity, FixType.FIX_3D) == 0.2
+    assert OF.velocity_mps(velocity, FixType.RTK_FIXED) == pytest.approx(0.06)
+
+
+def test_noise_of_an_inertial_sensor_is_of_its_row() -> None:
+    assert OF.imu("imu") == FilterNoise(0.01, 0.001) and OF.imu("stranger") == FilterNoise()
