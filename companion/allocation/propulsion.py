@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Collection, Sequence
 
@@ -29,6 +30,17 @@ def lost_motions(thrusters: Sequence[ThrusterConfig], failed: Collection[int]) -
     return tuple(lost)
 
 
+def keeps_straight(thrusters: Sequence[ThrusterConfig], failed: Collection[int]) -> bool:
+    """Whether a boat that has lost the thrusters at the indices `failed` can still go ahead without turning: one fixed
+    thruster off the centre line drives it in circles. True while none has failed."""
+    left = [thruster for i, thruster in enumerate(thrusters) if i not in failed]
+    if not failed or any(t.turns for t in left):
+        return True
+    pushes = [(math.cos(t.azimuth_rad), _moment_m(t)) for t in left]
+    circles = any(_steers(t) and abs(math.cos(t.azimuth_rad)) > _SHARE for t in left)
+    return not circles or any(_independent(one, other) for one, other in itertools.combinations(pushes, 2))
+
+
 def can_reverse(thrusters: Sequence[ThrusterConfig]) -> bool:
     """Whether a thruster can push astern, by reversing or by turning round."""
     return any(t.min_n < 0.0 or t.turns_round for t in thrusters)
@@ -38,8 +50,15 @@ def _steers(thruster: ThrusterConfig) -> bool:
     lever_m = math.hypot(thruster.x_m, thruster.y_m)
     if thruster.turns:
         return lever_m > 0.0
-    return (
-        abs(thruster.x_m * math.sin(thruster.azimuth_rad) - thruster.y_m * math.cos(thruster.azimuth_rad))
-        > _SHARE * lever_m
-        > 0.0
-    )
+    return abs(_moment_m(thruster)) > _SHARE * lever_m > 0.0
+
+
+def _moment_m(thruster: ThrusterConfig) -> float:
+    """Yaw moment of a fixed thruster for each newton, positive to starboard."""
+    return thruster.x_m * math.sin(thruster.azimuth_rad) - thruster.y_m * math.cos(thruster.azimuth_rad)
+
+
+def _independent(one: tuple[float, float], other: tuple[float, float]) -> bool:
+    """Whether two thrusters give force ahead (first) and moment (second) apart from each other."""
+    area = abs(one[0] * other[1] - other[0] * one[1])
+    return area > _SHARE * math.hypot(*one) * math.hypot(*other)

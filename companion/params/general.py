@@ -88,7 +88,7 @@ ROWS: tuple[ParamSpec, ...] = (
         3,
         FAILSAFE_ACTIONS,
         "Failsafe",
-        "Action when a thruster bridge is silent, or failed thrusters leave no way ahead or no steering",
+        "Action when a thruster bridge is silent, or failed thrusters leave no way ahead, steering or straight course",
     ),
     choice("FS_TICK_ACT", 3, FAILSAFE_ACTIONS, "Failsafe", "Action when the computer does not keep up with its ticks"),
     real(

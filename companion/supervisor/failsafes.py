@@ -176,6 +176,15 @@ FAILSAFES: tuple[Failsafe, ...] = (  # most severe first
         "Thrusters are enough again",
     ),
     Failsafe(
+        "one_sided_thrust",  # by sticks, a person may still use the thruster that is left
+        TextKind.ALARM,
+        lambda s, _: not s.keeps_straight,
+        _self_steered,
+        "FS_ACT_ACT",
+        lambda _: "Thrusters failed: no straight course left",
+        "Thrusters keep a straight course again",
+    ),
+    Failsafe(
         "ticks_late",
         TextKind.ALARM,
         lambda s, _: s.ticks_late,

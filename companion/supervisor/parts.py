@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from companion.allocation.propulsion import lost_motions
+from companion.allocation.propulsion import keeps_straight, lost_motions
 from companion.config.vessel import VesselConfig
 from companion.core.actuation import ZERO_WRENCH
 from companion.core.decision import ModeId, ModeInputs, Outcome
@@ -241,6 +241,7 @@ class SupervisorParts:
             authority=self.facts(now_s),
             failed_thrusters=tuple(thrusters[i].name for i in sorted(self.failed)),
             lost_motions=lost_motions(thrusters, self.failed),
+            keeps_straight=keeps_straight(thrusters, self.failed),
             kill_switch_fault=kill_switch_fault(self.parameters, self.switches.channels),
             fence=self.fence.cause,
             silent_ranges=self.surroundings.silent,

@@ -53,6 +53,7 @@ class Situation:
     sources: Mapping[ModeId, Source]
     failed_thrusters: tuple[str, ...] = ()
     lost_motions: tuple[str, ...] = ()  # what thrusters that have failed leave the boat unable to do
+    keeps_straight: bool = True  # with the thrusters left; otherwise it goes in circles
     fence_preparing: bool = False  # a fence that is set is not in force yet
     kill_switch_fault: str | None = None  # why the transmitter's kill switch would not work
     ticks_late: bool = False  # the computer does not keep up

@@ -34,6 +34,10 @@ CAUSES: Mapping[str, tuple[str, str]] = {  # name of a failsafe → what begins 
     "capsized": ("The boat heels by more than `FS_TILT_ANG`", "armed"),
     "bridge_silent": ("A thruster bridge does not answer", "armed"),
     "thrust_lost": ("So many thrusters have failed that the boat cannot go ahead, or cannot steer", "armed"),
+    "one_sided_thrust": (
+        "A fixed thruster off the centre line is the only one left: the boat would go in circles",
+        "armed, in a mode that steers itself",
+    ),
     "ticks_late": ("Five ticks of 3 s begin more than `FS_TICK_LATE` late; ends 3 s after the last", "armed"),
     "position_lost": (
         "The position is not valid: dead reckoning for `FS_POS_T`, or worse than `COM_POS_FS_EPH`",

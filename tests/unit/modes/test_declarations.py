@@ -38,6 +38,7 @@ def test_failsafes_in_order_of_severity() -> None:
         "capsized",
         "bridge_silent",
         "thrust_lost",
+        "one_sided_thrust",
         "ticks_late",
         "position_lost",
         "heading_lost",

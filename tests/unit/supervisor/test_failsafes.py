@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from companion.config.vessel import find, load
 from companion.core.decision import ModeId, Severity
 from companion.core.setpoint import NeutralSetpoint, PathSetpoint, PoseSetpoint, ThrusterSetpoint
 from companion.params.spec import FAILSAFE_ACTIONS
@@ -353,3 +354,26 @@ def test_a_mode_that_raises_becomes_hold_then_stops(boat: Boat) -> None:
     boat.sticks = (0.5, 0.0, 0.0)
     boat.step()
     assert isinstance(boat.setpoint, ThrusterSetpoint)
+
+
+@pytest.mark.parametrize("mode", [ModeId.HOLD, ModeId.MISSION])
+def test_one_fixed_thruster_of_two_is_left_alone(make_boat: Callable[..., Boat], mode: ModeId) -> None:
+    boat = make_boat(load(find("otter")))
+    boat.upload(*SQUARE)
+    assert boat.supervisor.request_mode(mode, boat.now_s).accepted and boat.supervisor.arm(boat.now_s).accepted
+    boat.step(5.0)
+    boat.supervisor.thruster_failed(0, True)
+    boat.step()
+    assert boat.status.mode is mode and isinstance(boat.setpoint, NeutralSetpoint)
+    assert boat.texts()[-1] == "Thrusters failed: no straight course left: neutral"
+    boat.supervisor.thruster_failed(0, False)
+    boat.step()
+    assert boat.status.mode is mode and not isinstance(boat.setpoint, NeutralSetpoint)
+
+
+def test_a_person_at_the_sticks_may_use_one_thruster_of_two(make_boat: Callable[..., Boat]) -> None:
+    boat = make_boat(load(find("otter")))
+    assert boat.supervisor.request_mode(ModeId.MANUAL, boat.now_s).accepted and boat.supervisor.arm(boat.now_s).accepted
+    boat.supervisor.thruster_failed(0, True)
+    boat.step()
+    assert boat.status.mode is ModeId.MANUAL and "one_sided_thrust" not in boat.status.failsafes
