@@ -43,6 +43,7 @@ from companion.config.fields import (
     means,
 )
 from companion.config.hull import HullConfig, ThesisModelConfig, WindageConfig, resistance_problems
+from companion.config.hull_flow import CrossFlowConfig, Equations, LiftConfig
 from companion.config.kinds import Equipment, Problem
 from companion.config.losses import LossConfig
 from companion.config.mistakes import problems_of
@@ -160,6 +161,23 @@ class PlantConfig:
         ),
     ] = False
     losses: Annotated[LossConfig | None, means("What water and battery take of the thrust. Left out: nothing.")] = None
+    lag_on: Annotated[
+        Literal["thrust", "revolutions"],
+        means("What follows the command with `thruster_lag_s`; thrust goes with the square of the revolutions."),
+    ] = "thrust"
+    cross_flow: Annotated[
+        CrossFlowConfig | None, means("Cross-flow drag by strips. Left out: the damping of the hull alone.")
+    ] = None
+    lift: Annotated[
+        LiftConfig | None, means("Lift of the hull under way. Left out: the damping of the hull alone.")
+    ] = None
+    equations: Annotated[
+        Equations,
+        means(
+            "Whose equations move the hull: the companion's, by `hull`, or those of the Otter in Fossen's Python Vehicle "
+            "Simulator, in six degrees of freedom, of that year. The latter are an Otter whatever `hull` says."
+        ),
+    ] = "companion"
 
 
 AS_MODELLED = "as_modelled"
