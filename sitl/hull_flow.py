@@ -9,7 +9,8 @@ from companion.config.dimensions.form import WATER_KGPM3
 from companion.config.hull import HullConfig
 from companion.config.hull_flow import CrossFlowConfig, LiftConfig
 from companion.config.vessel import PlantConfig, VesselConfig
-from sitl.hull import Flow
+from sitl.hull import Flow, Hull
+from sitl.otter_equations import OtterHull
 from sitl.wave_hull import WaveHull, wave_hull
 
 _SURGE_ADDED = 0.05  # share of the mass that the water adds in surge, where the file has no mass
@@ -36,6 +37,13 @@ def flows(plant: PlantConfig, vessel: VesselConfig) -> tuple[Flow, ...]:
     if plant.lift is not None:
         found.append(lift(plant.lift, plant.hull, boat))
     return tuple(found)
+
+
+def hull_of(vessel: VesselConfig, plant: PlantConfig) -> Hull:
+    """The hull of a plant of that vessel, by the equations that it asks for."""
+    if plant.equations != "companion":
+        return OtterHull(plant.hull, plant.equations)
+    return Hull(plant.hull, flows(plant, vessel))
 
 
 def strips(config: CrossFlowConfig, boat: WaveHull) -> Flow:

@@ -13,27 +13,26 @@ import numpy as np
 
 from companion.config.vessel import PlantConfig, VesselConfig
 from sitl.hull import dynamics, with_flows
-from sitl.hull_flow import flows
-from sitl.otter_equations import hull_of
+from sitl.hull_flow import flows, hull_of
 from sitl.thrusters import ThrusterModel, build
 
 STEP_S = 0.005
-_RUN_UP_S, _CIRCLE_S, _LONGEST_S = 40.0, 120.0, 200.0
+_RUN_UP_S, _CIRCLE_S, _LONGEST_S = 20.0, 60.0, 120.0
 _SMALL = 1e-5
 
 
 @dataclass(frozen=True, slots=True)
 class Thrust:
     """Of the port and the starboard thruster in N: `mean_n` each on a straight course, `difference_n` between both in a
-    turn. `helped_n`: a constant force ahead beside it."""
+    turn."""
 
     mean_n: float
     difference_n: float
-    helped_n: float = 0.0
 
 
 class Bare:
-    """A boat of two fixed thrusters, port before starboard, on flat water without devices."""
+    """A boat of two fixed thrusters, port before starboard, on flat water without devices. `helped_n`: a constant force
+    ahead beside theirs."""
 
     def __init__(self, vessel: VesselConfig, plant: PlantConfig, helped_n: float = 0.0) -> None:
         self.hull = hull_of(vessel, plant)
@@ -85,24 +84,24 @@ def turning_circle(boat: Bare, thrust: Thrust) -> Mapping[str, float]:
 
 
 def zigzag(boat: Bare, thrust: Thrust, angle_deg: float = 10.0) -> Mapping[str, float]:
-    """Overshoots of the first three turns back, the time to the first, and the period."""
+    """How far the heading goes on after the first three changes of side, the time to the first, and the period."""
     boat.run_up(thrust)
-    side, start_s = 1.0, boat.t_s
+    side, start_s, asked = 1.0, boat.t_s, math.radians(angle_deg)
     times: list[float] = []
-    peaks: list[float] = []
-    peak = 0.0
+    overshoots: list[float] = []
+    peak = changed = 0.0  # in the direction that the boat came from
     while len(times) < 5 and boat.t_s < start_s + _LONGEST_S:
         boat.turn(thrust, side)
-        heading = math.degrees(boat.turned_rad)
-        if side * heading >= angle_deg:
+        if side * boat.turned_rad >= asked:
             times.append(boat.t_s - start_s)
-            peaks.append(peak - angle_deg)
-            side, peak = -side, 0.0
-        peak = max(peak, -side * heading)
+            overshoots.append(math.degrees(peak - changed))
+            side = -side
+            peak = changed = -side * boat.turned_rad
+        peak = max(peak, -side * boat.turned_rad)
     return {
-        "overshoot_1_deg": peaks[1],
-        "overshoot_2_deg": peaks[2],
-        "overshoot_3_deg": peaks[3],
+        "overshoot_1_deg": overshoots[1],
+        "overshoot_2_deg": overshoots[2],
+        "overshoot_3_deg": overshoots[3],
         "first_turn_s": times[0],
         "period_s": times[4] - times[2],
     }

@@ -3,8 +3,8 @@
 Fossen's Python Vehicle Simulator (github.com/cybergalactic/PythonVehicleSimulator), otter.py and gnc.py, as of October
 2023 and of March 2024, in six degrees of freedom: M ν̇_r + C(ν_r) ν_r + D(ν_r) ν_r + G η = τ + g₀ (Fossen, Handbook of
 Marine Craft Hydrodynamics and Motion Control, 2nd ed., 2021). Written from the equations; nothing here is shared with
-`sitl.hull.dynamics`. What we would do otherwise stays as published: the payload's weight is taken along the boat, so
-that the trimmed boat pushes itself ahead by 7 N, and the 21 strips of the cross-flow count both ends whole.
+`sitl.hull.dynamics`. In both, the payload's weight pulls along a boat that is not level, with no buoyancy against it,
+and the 21 strips of the cross-flow count both ends whole; `otter_mended` is that of 2024 without either.
 """
 
 from __future__ import annotations
@@ -16,10 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from companion.config.hull import HullConfig
-from companion.config.vessel import PlantConfig, VesselConfig
 from companion.core.angles import wrap_pi
 from sitl.hull import Hull
-from sitl.hull_flow import flows
 
 Vector = tuple[float, float, float]
 Matrix = NDArray[np.float64]
@@ -34,23 +32,26 @@ _FLOTATION_X_M = -0.2
 _TOP_MPS, _FULL_KGF = 6.0 * 0.5144, 24.4
 _YAW_QUADRATIC = 10.0  # times the linear damping of yaw
 _STRIPS = 20
-_HOERNER = (  # beam over twice the draft, drag coefficient of a section: the points around the Otter's 0.64
-    (0.5585, 1.0836),
-    (0.6464, 0.9986),
-)
+_HOERNER = ((0.5585, 0.6464), (1.0836, 0.9986))  # beam over twice the draft, drag of a section, around the Otter's 0.64
 
 
 @dataclass(frozen=True, slots=True)
 class Edition:
-    """What differs between the two. `munk`: added mass turns with the boat in surge, sway and yaw. `sway_time_s`: time
-    constant of sway; None: no linear damping."""
+    """What differs between them. `munk`: added mass turns with the boat in surge, sway and yaw. `sway_time_s`: time
+    constant of sway; None: no linear damping. `mended`: weight has no part along the boat and across, strips end with
+    the hull."""
 
     water_kgpm3: float
     munk: bool
     sway_time_s: float | None
+    mended: bool = False
 
 
-EDITIONS = {"otter_2023": Edition(1026.0, False, None), "otter_2024": Edition(1025.0, True, 1.0)}
+EDITIONS = {
+    "otter_2023": Edition(1026.0, False, None),
+    "otter_2024": Edition(1025.0, True, 1.0),
+    "otter_mended": Edition(1025.0, True, 1.0, True),
+}
 
 
 class OtterHull(Hull):
@@ -62,7 +63,9 @@ class OtterHull(Hull):
         "_cross_n",
         "_d",
         "_inertia",
+        "_mended",
         "_munk",
+        "_places",
         "_restoring",
         "_weight_n",
         "heave_m",
@@ -76,7 +79,7 @@ class OtterHull(Hull):
     def __init__(self, config: HullConfig, edition: str) -> None:
         """`config` is there for what else a plant needs of its hull. `edition`: a key of EDITIONS."""
         chosen = EDITIONS[edition]
-        self._munk = chosen.munk
+        self._munk, self._mended = chosen.munk, chosen.mended
         self._prepare(chosen)
         self.roll_rad = self.pitch_rad = self.heave_m = 0.0
         self.roll_rate_radps = self.pitch_rate_radps = self.heave_mps = 0.0
@@ -86,8 +89,8 @@ class OtterHull(Hull):
     # --- figures -----------------------------------------------------------------------------------------------------
 
     def _prepare(self, chosen: Edition) -> None:
-        """Matrices of the published figures: `_inertia` holds mass, centre of gravity, rigid inertia and the diagonal of
-        added mass; `_blocks` the inverse inertia of (surge, heave, pitch) and (sway, roll, yaw)."""
+        """Matrices of the published figures: `_inertia` holds mass, centre of gravity, rigid inertia and the diagonal
+        of added mass; `_blocks` the inverse inertia of (surge, heave, pitch) and (sway, roll, yaw)."""
         mass = _HULL_KG + _PAYLOAD_KG
         centre = (_HULL_KG * np.array(_HULL_CENTRE_M) + _PAYLOAD_KG * np.array(_PAYLOAD_AT_M)) / mass
         radii = np.array([0.4 * _BEAM_M, 0.25 * _LENGTH_M, 0.25 * _LENGTH_M])
@@ -108,8 +111,10 @@ class OtterHull(Hull):
         self._restoring = _restoring(chosen.water_kgpm3, mass, draft, float(centre[2]))
         self._d = _damping(whole, self._restoring, chosen)
         share = 0.5 * _PONTOON_BEAM_M / draft
-        drag = float(np.interp(share, *zip(*_HOERNER, strict=True)))
+        drag = float(np.interp(share, *_HOERNER))
         self._cross_n = 0.5 * _CROSS_WATER_KGPM3 * draft * drag * _LENGTH_M / _STRIPS
+        ends = (0.5, _STRIPS) if chosen.mended else (0.0, _STRIPS + 1)
+        self._places = [((i + ends[0]) / _STRIPS - 0.5) * _LENGTH_M for i in range(int(ends[1]))]
         self._weight_n = _PAYLOAD_KG * _GRAVITY_MPS2
 
     def _settle(self) -> None:
@@ -124,7 +129,15 @@ class OtterHull(Hull):
     @property
     def trim_n(self) -> float:
         """Force ahead of the payload's weight in the present trim."""
-        return -self._weight_n * math.sin(self.pitch_rad)
+        return self._static()[0]
+
+    @property
+    def trim_kg(self) -> float:
+        """What the same weight adds to the inertia in surge, as acceleration pitches the boat."""
+        mass, centre, *_ = self._inertia
+        heave, _, pitch, both = self._restoring
+        stiffness = pitch - both * both / heave + self._weight_n * _PAYLOAD_AT_M[2]
+        return 0.0 if self._mended else -self._weight_n * mass * centre[2] / stiffness
 
     # --- equations ---------------------------------------------------------------------------------------------------
 
@@ -136,9 +149,10 @@ class OtterHull(Hull):
         weight = self._weight_n
         force = (-weight * s_pitch, weight * c_pitch * s_roll, weight * c_pitch * c_roll)
         k, m, n = _cross(_PAYLOAD_AT_M, force)
+        along, across = (0.0, 0.0) if self._mended else force[:2]
         return (
-            force[0],
-            force[1],
+            along,
+            across,
             force[2] - g33 * self.heave_m - g35 * self.pitch_rad,
             k - g44 * self.roll_rad,
             m - g55 * self.pitch_rad - g35 * self.heave_m,
@@ -180,8 +194,7 @@ class OtterHull(Hull):
 
     def _cross_flow(self, v: float, r: float) -> tuple[float, float]:
         sway = yaw = 0.0
-        for i in range(_STRIPS + 1):
-            x = (i / _STRIPS - 0.5) * _LENGTH_M
+        for x in self._places:
             one = abs(v + x * r) * (v + x * r)
             sway, yaw = sway - one, yaw - x * one
         return self._cross_n * sway, self._cross_n * yaw
@@ -225,13 +238,6 @@ class OtterHull(Hull):
         c, s = math.cos(middle), math.sin(middle)
         self.surge_mps2, self.sway_mps2 = c * north_mps2 + s * east_mps2, c * east_mps2 - s * north_mps2
         self.north_mps, self.east_mps = north_mps, east_mps
-
-
-def hull_of(vessel: VesselConfig, plant: PlantConfig) -> Hull:
-    """The hull of a plant, by the equations that it asks for."""
-    if plant.equations != "companion":
-        return OtterHull(plant.hull, plant.equations)
-    return Hull(plant.hull, flows(plant, vessel))
 
 
 def _restoring(water_kgpm3: float, mass: float, draft: float, centre_z_m: float) -> tuple[float, float, float, float]:

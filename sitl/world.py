@@ -23,11 +23,11 @@ from sitl.emulators.device import RcReceiver, SensedWorld
 from sitl.environment import UPDATE_S, CurrentModel, Waves, WindModel, parse_directed, wind_force
 from sitl.faults import Faults, parse
 from sitl.gusts import Gusts, at_height, parse_wind
-from sitl.hull import Hull
+from sitl.hull_flow import hull_of
 from sitl.jet import Jet
 from sitl.memory import MemoryDevice, MemoryStream, garbling
 from sitl.obstacles import Obstacles
-from sitl.otter_equations import OtterHull, hull_of
+from sitl.otter_equations import OtterHull
 from sitl.rudder import Rudder
 from sitl.sea import Sea
 from sitl.sea_state import components, parse_sea
@@ -113,7 +113,7 @@ class World:
         self._vessel = vessel
         self._conditions = given = WorldConditions() if conditions is None else conditions
         self._sitl = _simulation(vessel)
-        self._plant = _chosen_plant(vessel, given.plant)
+        self._plant = chosen_plant(vessel, given.plant)
         self.faults = Faults(given.faults, vessel)
         self.wind = self._air(given)
         self.current = CurrentModel(
@@ -315,6 +315,12 @@ class World:
             self._update_weather()
         if self.shared_sea is not None:
             self.shared_sea.advance(t_s)
+        self._rock(t_s)
+        self._push()
+        self._send_due(t_s)
+
+    def _rock(self, t_s: float) -> None:
+        """Roll, pitch and heave of this step, by waves, wind and the hull itself."""
         self.waves.roll_rad -= self._over_rad + self._heel_rad  # waves go on from their own
         self.waves.pitch_rad -= self._pitch_rad
         self.waves.update(t_s)
@@ -324,8 +330,6 @@ class World:
             self._heel()
         if "capsized" in self.faults.active:
             self._roll_over()
-        self._push()
-        self._send_due(t_s)
 
     def _heel(self) -> None:
         """Follow the angle at which the righting moment balances the wind's."""
@@ -465,7 +469,8 @@ def _thrusters(configs: Sequence[ThrusterConfig], plant: PlantConfig) -> tuple[T
     )
 
 
-def _chosen_plant(vessel: VesselConfig, name: str | None) -> PlantConfig:
+def chosen_plant(vessel: VesselConfig, name: str | None) -> PlantConfig:
+    """The vessel's plant of that name; None: the file's choice. Raises ConfigError where there is none."""
     simulation = _simulation(vessel)
     chosen = simulation.plant if name is None else name
     if chosen not in simulation.plants:

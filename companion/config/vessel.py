@@ -163,7 +163,7 @@ class PlantConfig:
     losses: Annotated[LossConfig | None, means("What water and battery take of the thrust. Left out: nothing.")] = None
     lag_on: Annotated[
         Literal["thrust", "revolutions"],
-        means("What follows the command with `thruster_lag_s`; thrust goes with the square of the revolutions."),
+        means("What of propellers follows with `thruster_lag_s`; thrust goes with the square of the revolutions."),
     ] = "thrust"
     cross_flow: Annotated[
         CrossFlowConfig | None, means("Cross-flow drag by strips. Left out: the damping of the hull alone.")
@@ -174,8 +174,9 @@ class PlantConfig:
     equations: Annotated[
         Equations,
         means(
-            "Whose equations move the hull: the companion's, by `hull`, or those of the Otter in Fossen's Python Vehicle "
-            "Simulator, in six degrees of freedom, of that year. The latter are an Otter whatever `hull` says."
+            "Whose equations move the hull: the companion's, by `hull`, or those of the Otter in Fossen's Python "
+            "Vehicle Simulator, in six degrees of freedom, of 2023, of 2024, or without two errors. These are an Otter "
+            "whatever `hull` says."
         ),
     ] = "companion"
 
