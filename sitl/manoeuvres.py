@@ -84,7 +84,8 @@ def turning_circle(boat: Bare, thrust: Thrust) -> Mapping[str, float]:
 
 
 def zigzag(boat: Bare, thrust: Thrust, angle_deg: float = 10.0) -> Mapping[str, float]:
-    """How far the heading goes on after the first three changes of side, the time to the first, and the period."""
+    """How far the heading goes on after the first three changes of side, the time to the first, and the period. Raises
+    ValueError for a boat that does not turn."""
     boat.run_up(thrust)
     side, start_s, asked = 1.0, boat.t_s, math.radians(angle_deg)
     times: list[float] = []
@@ -98,6 +99,8 @@ def zigzag(boat: Bare, thrust: Thrust, angle_deg: float = 10.0) -> Mapping[str, 
             side = -side
             peak = changed = -side * boat.turned_rad
         peak = max(peak, -side * boat.turned_rad)
+    if len(times) < 5:
+        raise ValueError(f"{len(times)} changes of side in {_LONGEST_S:g} s")
     return {
         "overshoot_1_deg": overshoots[1],
         "overshoot_2_deg": overshoots[2],

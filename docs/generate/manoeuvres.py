@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 
-from companion.config.vessel import find, load
+from companion.config.vessel import PlantConfig, find, load
 from docs.generate.markdown import code, page, section, table
 from docs.generate.source import ROOT
 from sitl.hull_flow import mass_kg, regression
@@ -50,6 +50,13 @@ _MANOEUVRES = {
     "stopping": (stopping, "deceleration", Thrust(40.0, 0.0)),
 }
 _AGAINST = {"otter_2024": ("published", "strips", "fossen"), "otter_2023": ("published_2023", "fossen")}
+_STEPS = """What makes the difference: from `fossen` to `strips`, one term after the other, as ratios to `mended`."""
+_STEPPED = (
+    ("turning_circle", "steady_diameter_m"),
+    ("turning_circle", "drift_deg"),
+    ("zigzag", "overshoot_2_deg"),
+    ("stopping", "half_speed_s"),
+)
 _COURSE = """The less stable eigenvalue of sway and yaw on a straight course, in 1/s: positive, the hull by itself
 leaves its course and needs the thrusters to keep it; negative, it comes back to a straight course. `C` is Y_v (N_r −
 m x_G u) − N_v (Y_r − m u) of the regression alone, over its first term: positive, the hull of that form is stable."""
@@ -115,14 +122,48 @@ def _rows(
 
 
 def _sailed(name: str, trim: Trim, manoeuvre: str) -> Mapping[str, float]:
-    vessel = load(find("otter"))
-    assert vessel.sitl is not None
-    plant, helped_n = vessel.sitl.plants[name], 0.0
+    return _sail(_plants()[name], trim, manoeuvre)
+
+
+def _plants() -> Mapping[str, PlantConfig]:
+    sitl = load(find("otter")).sitl
+    assert sitl is not None
+    return sitl.plants
+
+
+def _sail(plant: PlantConfig, trim: Trim, manoeuvre: str) -> Mapping[str, float]:
+    helped_n = 0.0
     if plant.equations == "companion":
         helped_n = trim.ahead_n
         plant = replace(plant, hull=replace(plant.hull, m11_kg=plant.hull.m11_kg + trim.surge_kg))
     sail, _, thrust = _MANOEUVRES[manoeuvre]
-    return sail(Bare(vessel, plant, helped_n), thrust)
+    return sail(Bare(load(find("otter")), plant, helped_n), thrust)
+
+
+def steps() -> Iterator[tuple[str, PlantConfig]]:
+    """From the plant `fossen` to `strips`, each with what is new."""
+    plants = _plants()
+    strips, plant = plants["strips"], plants["fossen"]
+    yield "`fossen`", plant
+    plant = replace(plant, thruster_lag_s=strips.thruster_lag_s, lag_on=strips.lag_on)
+    yield "propellers of 0.1 s in place of 0.3 s, by revolutions", plant
+    damping = replace(plant.hull.damping, y_v=strips.hull.damping.y_v)
+    plant = replace(plant, hull=replace(plant.hull, damping=damping))
+    yield "linear damping of sway", plant
+    plant = replace(plant, hull=replace(plant.hull, damping=replace(damping, n_uv=0.0)))
+    yield "the Munk moment", plant
+    plant = replace(plant, hull=replace(plant.hull, m23_kgm=strips.hull.m23_kgm))
+    yield "centre of gravity 0.153 m ahead", plant
+    yield "cross-flow drag by strips: `strips`", strips
+
+
+def _stepped() -> Iterator[str]:
+    reference = {name: _sailed("mended", Trim(), name) for name, _ in _STEPPED}
+    lines = []
+    for text, plant in steps():
+        made = {name: _sail(plant, Trim(), name) for name in reference}
+        lines.append((text, *(f"{made[name][key] / reference[name][key]:.2f}" for name, key in _STEPPED)))
+    yield table(("with", *(_PARTS[key].rsplit(",", 1)[0] for _, key in _STEPPED)), lines)
 
 
 def manoeuvres() -> str:
@@ -135,6 +176,8 @@ def manoeuvres() -> str:
             "The Otter against its published simulator",
             _OTTER.format(trim_n=as_published().ahead_n, trim_kg=as_published().surge_kg),
             *_otter(),
+            _STEPS,
+            *_stepped(),
         ),
         section(2, "Keeping a straight course", _COURSE, *_courses()),
     )

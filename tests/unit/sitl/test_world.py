@@ -11,6 +11,8 @@ import pytest
 from companion.config.vessel import ConfigError, VesselConfig, find, load
 from companion.core.microcontroller_frame import BoardCommand, BoardStatus, FrameDecoder, ThrusterDemand, encode
 from companion.core.ports import ByteStream
+from sitl.otter_equations import OtterHull
+from sitl.sensors import true_imu
 from sitl.world import EPOCH_UNIX_NS, World, WorldConditions
 
 VESSEL = load(find("revolt"))
@@ -200,10 +202,35 @@ def test_thesis_plant_can_be_chosen() -> None:
     assert abs(world.truth.sway_mps) < 0.1
 
 
+def test_the_published_otter_pitches_by_itself_and_its_sensors_feel_it() -> None:
+    otter = load(find("otter"))
+    world = World(otter, WorldConditions(plant="published"))
+    usual = World(otter)
+    for one in (world, usual):
+        one.set_state(yaw_rad=0.5)
+        one.advance(20.0)
+    hull = world.hull
+    assert isinstance(hull, OtterHull)
+    assert world.waves.pitch_rad - usual.waves.pitch_rad == pytest.approx(hull.pitch_rad, abs=1e-4)
+    assert world.truth.surge_mps == pytest.approx(hull.trim_n / 77.55, rel=0.05)
+    felt_mps2 = true_imu(9.82, hull, world.waves)[0]
+    assert felt_mps2 == pytest.approx(9.82 * math.sin(hull.pitch_rad), abs=0.02)
+
+
+@pytest.mark.parametrize("sea", ["", "0.1@90"])
+def test_hulls_with_strips_and_lift_sail_in_waves(sea: str) -> None:
+    for vessel, plant in (("otter", "strips"), ("otter", "published"), ("revolt", "slender"), ("aboat", "slender")):
+        world = World(load(find(vessel)), WorldConditions(plant=plant, waves=sea, wind="3@0", seed=100))
+        world.advance(20.0)
+        truth = world.truth
+        assert math.hypot(truth.north_m, truth.east_m) < 20.0
+        assert all(math.isfinite(value) for value in (truth.surge_mps, truth.sway_mps, truth.yaw_rate_radps))
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"plant": "ideal"}, "no plant named 'ideal'; there is as_sailed, thesis"),
+        ({"plant": "ideal"}, "no plant named 'ideal'; there is as_sailed, thesis, slender"),
         ({"gnss": "cold"}, "gnss 'cold': one of"),
         ({"wind": "fresh"}, "wind 'fresh'"),
         ({"current": "1@@"}, "current '1@@'"),
