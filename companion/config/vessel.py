@@ -442,7 +442,19 @@ def _sitl_problems(sitl: SitlConfig, thrusters: int) -> list[Problem]:
             text = f"needs {thrusters} values, one a thruster"
             problems.append((("sitl", "plants", name, "thruster_x_m"), text))
         problems += resistance_problems(plant.hull, ("sitl", "plants", name, "hull"))
+        problems += [(("sitl", "plants", name, key), text) for key, text in _flow_problems(plant)]
     return problems
+
+
+def _flow_problems(plant: PlantConfig) -> list[tuple[str, str]]:
+    """Keys of a plant that have no effect beside another, or count twice, each with the reason."""
+    damping = plant.hull.damping
+    if plant.equations == "companion":
+        twice = plant.lift is not None and (damping.y_uv, damping.n_uv, damping.n_ur) != (0.0, 0.0, 0.0)
+        return [("lift", "counts y_uv, n_uv and n_ur of the hull's damping twice; leave out one")] if twice else []
+    tables = (("cross_flow", plant.cross_flow), ("lift", plant.lift))
+    text = "is for the companion's own equations; leave it out, or `equations`"
+    return [(key, text) for key, table in tables if table is not None]
 
 
 def placed(path: Path, loc: Sequence[str | int], message: str) -> str:
