@@ -55,8 +55,9 @@ EDITIONS = {
 
 
 class OtterHull(Hull):
-    """A `Hull` that moves by the published equations; forces act in the water's plane. Beside its state: `roll_rad`,
-    `pitch_rad` and their rates. It starts in its trim."""
+    """A `Hull` that moves by the published equations; forces act along the boat and across. Beside its state:
+    `roll_rad`, `pitch_rad`, the means of their change in the last step, `rolling_radps` and `pitching_radps`, and the
+    rates about the boat's axes. It starts in its trim."""
 
     __slots__ = (
         "_blocks",
@@ -72,8 +73,10 @@ class OtterHull(Hull):
         "heave_mps",
         "pitch_rad",
         "pitch_rate_radps",
+        "pitching_radps",
         "roll_rad",
         "roll_rate_radps",
+        "rolling_radps",
     )
 
     def __init__(self, config: HullConfig, edition: str) -> None:
@@ -83,6 +86,7 @@ class OtterHull(Hull):
         self._prepare(chosen)
         self.roll_rad = self.pitch_rad = self.heave_m = 0.0
         self.roll_rate_radps = self.pitch_rate_radps = self.heave_mps = 0.0
+        self.rolling_radps = self.pitching_radps = 0.0
         super().__init__(config)
         self._settle()
 
@@ -201,39 +205,49 @@ class OtterHull(Hull):
 
     # --- motion ------------------------------------------------------------------------------------------------------
 
+    def set_current(self, north_mps: float, east_mps: float) -> None:
+        """As `Hull.set_current`, for axes that roll and pitch."""
+        super().set_current(north_mps, east_mps)
+        s_roll, c_roll = math.sin(self.roll_rad), math.cos(self.roll_rad)
+        s_pitch, c_pitch = math.sin(self.pitch_rad), math.cos(self.pitch_rad)
+        ahead, w = self.water_surge_mps, self.heave_mps
+        v = self.water_sway_mps = (self.water_sway_mps + s_roll * w) / c_roll
+        self.water_surge_mps = (ahead - s_pitch * (s_roll * v + c_roll * w)) / c_pitch
+
     def step(self, surge_n: float, sway_n: float, yaw_nm: float, dt_s: float) -> None:
-        """As `Hull.step`, semi-implicit: velocities by the forces at the start, the pose by the velocities at the end,
-        which keeps roll, pitch and heave stable."""
+        """As `Hull.step`, semi-implicit: velocities by the forces at the start, the attitude by the velocities at the
+        end, which keeps roll, pitch and heave stable."""
         speed = (self.water_surge_mps, self.water_sway_mps, self.heave_mps)
         turn = (self.roll_rate_radps, self.pitch_rate_radps, self.yaw_rate_radps)
         faster, swifter = self._accelerations(speed, turn, (surge_n, sway_n, yaw_nm))
         u, v, w = (old + dt_s * rate for old, rate in zip(speed, faster, strict=True))
         p, q, r = (old + dt_s * rate for old, rate in zip(turn, swifter, strict=True))
-        mean = tuple(0.5 * (old + new) for old, new in zip(speed, (u, v, w), strict=True))
-        rate = 0.5 * (turn[2] + r)
         s_roll, c_roll = math.sin(self.roll_rad), math.cos(self.roll_rad)
         s_pitch, c_pitch = math.sin(self.pitch_rad), math.cos(self.pitch_rad)
-        turned = dt_s * (q * s_roll + rate * c_roll) / c_pitch
-        middle = self.yaw_rad + 0.5 * turned
-        c, s = math.cos(middle), math.sin(middle)
-        across = c_roll * mean[1] - s_roll * mean[2]
-        ahead = c_pitch * mean[0] + s_pitch * (s_roll * mean[1] + c_roll * mean[2])
-        self.north_m += dt_s * (c * ahead - s * across + self.current_north_mps)
-        self.east_m += dt_s * (s * ahead + c * across + self.current_east_mps)
+        self.turn_radps = (q * s_roll + 0.5 * (turn[2] + r) * c_roll) / c_pitch
+        self.rolling_radps = p + (q * s_roll + r * c_roll) * s_pitch / c_pitch
+        self.pitching_radps = q * c_roll - r * s_roll
         self.heave_m += dt_s * (-s_pitch * u + c_pitch * (s_roll * v + c_roll * w))
-        self.roll_rad += dt_s * (p + (q * s_roll + r * c_roll) * s_pitch / c_pitch)
-        self.pitch_rad += dt_s * (q * c_roll - r * s_roll)
-        self.heave_mps, self.roll_rate_radps, self.pitch_rate_radps = w, p, q
-        self._moved(u, v, r, turned, dt_s)
+        self.roll_rad += dt_s * self.rolling_radps
+        self.pitch_rad += dt_s * self.pitching_radps
+        self.roll_rate_radps, self.pitch_rate_radps, self.yaw_rate_radps = p, q, r
+        self.water_surge_mps, self.water_sway_mps, self.heave_mps = u, v, w
+        self._carry(dt_s)
 
-    def _moved(self, u: float, v: float, r: float, turned: float, dt_s: float) -> None:
-        """Take over the velocities at the end of the step, and what sensors feel of it."""
-        middle = self.yaw_rad + 0.5 * turned
-        self.turn_radps = turned / dt_s
-        self.yaw_rad = wrap_pi(self.yaw_rad + turned)
-        self.water_surge_mps, self.water_sway_mps, self.yaw_rate_radps = u, v, r
+    def _carry(self, dt_s: float) -> None:
+        """Move by the velocities at the end of the step in level axes, and note what sensors feel of it."""
+        u, v, w = self.water_surge_mps, self.water_sway_mps, self.heave_mps
+        s_roll, c_roll = math.sin(self.roll_rad), math.cos(self.roll_rad)
+        s_pitch, c_pitch = math.sin(self.pitch_rad), math.cos(self.pitch_rad)
+        ahead = c_pitch * u + s_pitch * (s_roll * v + c_roll * w)
+        across = c_roll * v - s_roll * w
+        middle = self.yaw_rad + 0.5 * dt_s * self.turn_radps
+        self.yaw_rad = wrap_pi(self.yaw_rad + dt_s * self.turn_radps)
         c, s = math.cos(self.yaw_rad), math.sin(self.yaw_rad)
-        north_mps, east_mps = c * u - s * v + self.current_north_mps, s * u + c * v + self.current_east_mps
+        north_mps = c * ahead - s * across + self.current_north_mps
+        east_mps = s * ahead + c * across + self.current_east_mps
+        self.north_m += 0.5 * dt_s * (self.north_mps + north_mps)
+        self.east_m += 0.5 * dt_s * (self.east_mps + east_mps)
         north_mps2, east_mps2 = (north_mps - self.north_mps) / dt_s, (east_mps - self.east_mps) / dt_s
         c, s = math.cos(middle), math.sin(middle)
         self.surge_mps2, self.sway_mps2 = c * north_mps2 + s * east_mps2, c * east_mps2 - s * north_mps2

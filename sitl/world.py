@@ -140,8 +140,8 @@ class World:
         self._retractable = [(c, t) for c, t in zip(vessel.thrusters, self.thrusters, strict=True) if c.retractable]
         self._steps = 0
         self._over_rad = 0.0  # by which the boat has rolled over
-        self._heel_rad, self._heel_to_rad = 0.0, 0.0  # by the wind, or of a hull that rolls by itself
-        self._pitch_rad = 0.0  # of a hull that pitches by itself
+        self._heel_rad, self._heel_to_rad = 0.0, 0.0  # by the wind
+        self._rolled_rad, self._pitched_rad = 0.0, 0.0  # of a hull that rolls and pitches by itself
         self._stiffness_nm = wave_hull(self._plant.hull, vessel).stiffness_nm
         self._step_hz = FASTEST_HZ if any(sensor.rate_hz > STEP_HZ for sensor in vessel.sensors) else STEP_HZ
         self._step_s = 1.0 / self._step_hz
@@ -317,16 +317,16 @@ class World:
             self.shared_sea.advance(t_s)
         self._rock(t_s)
         self._push()
+        if isinstance(self.hull, OtterHull):
+            self._tilt(self.hull)
         self._send_due(t_s)
 
     def _rock(self, t_s: float) -> None:
         """Roll, pitch and heave of this step, by waves, wind and the hull itself."""
-        self.waves.roll_rad -= self._over_rad + self._heel_rad  # waves go on from their own
-        self.waves.pitch_rad -= self._pitch_rad
+        self.waves.roll_rad -= self._over_rad + self._heel_rad + self._rolled_rad  # waves go on from their own
+        self.waves.pitch_rad -= self._pitched_rad
         self.waves.update(t_s)
-        if isinstance(self.hull, OtterHull):
-            self._tilt(self.hull)
-        elif self._plant.wind_centre_m is not None:
+        if self._plant.wind_centre_m is not None:
             self._heel()
         if "capsized" in self.faults.active:
             self._roll_over()
@@ -340,11 +340,13 @@ class World:
 
     def _tilt(self, hull: OtterHull) -> None:
         """Add the hull's own attitude to what waves make of it."""
-        self._heel_rad, self._pitch_rad = hull.roll_rad, hull.pitch_rad
-        self.waves.roll_rad += hull.roll_rad
-        self.waves.pitch_rad += hull.pitch_rad
-        self.waves.roll_rate_radps += hull.roll_rate_radps
-        self.waves.pitch_rate_radps += hull.pitch_rate_radps
+        waves = self.waves
+        self._rolled_rad, self._pitched_rad = hull.roll_rad, hull.pitch_rad
+        waves.roll_rad += hull.roll_rad
+        waves.pitch_rad += hull.pitch_rad
+        waves.roll_rate_radps += hull.rolling_radps
+        waves.pitch_rate_radps += hull.pitching_radps
+        waves.half_step_s = 0.5 * self._step_s  # the hull's rates are means of the step
 
     def _roll_over(self) -> None:
         rate = _OVER_RADPS if self._over_rad < _OVER_RAD else 0.0

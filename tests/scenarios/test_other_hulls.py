@@ -16,6 +16,8 @@ SQUARE = {"side": "60", "limit": "2", "wind": "4", "current": "0.2"}
 def sail(name: str, vessel: str, folder: Path, seed: int, **changes: str) -> dict[str, float]:
     outcome = run(SCENARIOS[name], LockstepRig, folder, seed=seed, vessel=vessel, changes=changes)
     assert outcome.ok, (outcome.error, [check.row() for check in outcome.checks if not check.ok])
+    events = next(folder.rglob("events.csv")).read_text(encoding="utf-8")
+    assert "sense_distrusted" not in events, "honest sensors are doubted"
     return dict(outcome.metrics)
 
 
@@ -38,7 +40,7 @@ def test_another_otter_lies_bow_to_the_weather(tmp_path: Path, plant: str, seed:
 
 @pytest.mark.sweep
 @pytest.mark.parametrize("seed", range(4))
-@pytest.mark.parametrize("plant", ["strips", "published", "mended"])
+@pytest.mark.parametrize("plant", ["strips", "published", "mended", "published_2023"])
 def test_another_otter_sails_a_square_in_wind_and_current(tmp_path: Path, plant: str, seed: int) -> None:
     sail("mission_square", "otter", tmp_path, seed, plant=plant, **SQUARE)
 

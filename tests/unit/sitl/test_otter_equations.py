@@ -166,3 +166,16 @@ def test_the_boat_rolls_in_a_turn_and_comes_upright() -> None:
     for _ in range(2000):
         hull.step(0.0, 0.0, 0.0, 0.01)
     assert hull.roll_rad == pytest.approx(0.0, abs=1e-4)
+
+
+def test_a_change_of_current_does_not_jerk_a_boat_that_heels_and_pitches() -> None:
+    hull = OtterHull(CONFIG, "otter_2024")
+    for _ in range(500):
+        hull.step(80.0, 0.0, 12.0, 0.01)
+    before = hull.north_mps, hull.east_mps
+    water = hull.water_surge_mps, hull.water_sway_mps
+    hull.set_current(0.0, 0.0)
+    assert (hull.water_surge_mps, hull.water_sway_mps) == pytest.approx(water, abs=1e-12)
+    hull.set_current(0.3, 0.1)
+    hull.step(80.0, 0.0, 12.0, 1e-6)
+    assert (hull.north_mps, hull.east_mps) == pytest.approx(before, abs=1e-5)
