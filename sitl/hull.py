@@ -15,6 +15,8 @@ from companion.core.angles import wrap_pi
 
 _CARRIED_S = 60.0  # after which a hull that waves have carried along is where it is
 
+Flow = Callable[[float, float, float], tuple[float, float]]
+"""(surge, sway, rate of yaw) through the water → (sway_n, yaw_nm) on the hull."""
 Dynamics = Callable[[float, float, float, float, float, float], tuple[float, float, float]]
 
 
@@ -61,6 +63,20 @@ def dynamics(config: HullConfig) -> Dynamics:
     return derivative
 
 
+def with_flows(derivative: Dynamics, flows: Sequence[Flow]) -> Dynamics:
+    """The dynamics with further forces of the water on the hull."""
+    if not flows:
+        return derivative
+
+    def moved(u: float, v: float, r: float, surge_n: float, sway_n: float, yaw_nm: float) -> tuple[float, float, float]:
+        for flow in flows:
+            y, n = flow(u, v, r)
+            sway_n, yaw_nm = sway_n + y, yaw_nm + n
+        return derivative(u, v, r, surge_n, sway_n, yaw_nm)
+
+    return moved
+
+
 def resistance_of(points: Sequence[tuple[float, float]]) -> Callable[[float], float]:
     """The function from speed ahead to force: straight lines between points and beyond the last; 0 without points."""
     pieces = [
@@ -105,8 +121,8 @@ class Hull:
         "yaw_rate_radps",
     )
 
-    def __init__(self, config: HullConfig) -> None:
-        self._derivative = dynamics(config)
+    def __init__(self, config: HullConfig, flows: Sequence[Flow] = ()) -> None:
+        self._derivative = with_flows(dynamics(config), flows)
         self.current_north_mps = self.current_east_mps = 0.0
         self._orbit: tuple[float, float, float] | None = None  # of the waves, at the last step
         self.place(0.0, 0.0, 0.0)

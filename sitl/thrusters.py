@@ -48,6 +48,7 @@ class ThrusterModel:
         "force_n",
         "fouled",
         "jammed",
+        "lag_on_revolutions",
         "lower",
         "reversed",
         "runaway",
@@ -68,6 +69,7 @@ class ThrusterModel:
         self._target_rad = config.azimuth_rad
         self._gear_rad = config.azimuth_rad
         self.azimuth_lag_s = self.backlash_rad = 0.0  # of a drive that is worse than the file says
+        self.lag_on_revolutions = False  # True: they follow with the lag, and thrust goes with their square
         self.force_n = 0.0
         self.asked = 0.0
         self.down = 1.0
@@ -116,9 +118,18 @@ class ThrusterModel:
         if dt_s != self._dt_s:
             self._dt_s = dt_s
             self._share = -math.expm1(-dt_s / self._lag_s) if self._lag_s > 0.0 else 1.0
-        self.force_n = self.force_n + (target_n - self.force_n) * self._share if self._lag_s > 0.0 else target_n
+        if self.lag_on_revolutions:
+            self._spin(target_n)
+        else:
+            self.force_n = self.force_n + (target_n - self.force_n) * self._share if self._lag_s > 0.0 else target_n
         if self._turns and not (self.dead or self.stuck):
             self._turn(dt_s)
+
+    def _spin(self, target_n: float) -> None:
+        """Bring the revolutions nearer to those of the force."""
+        now = self._throttle_of(self.force_n)
+        u = now + (self._throttle_of(target_n) - now) * self._share
+        self.force_n = (self._config.ahead_n if u >= 0.0 else self._config.astern_n) * u * abs(u)
 
     def wrench(self) -> tuple[float, float, float]:
         """(surge_n, sway_n, yaw_nm) on the hull: τ = [cos α, sin α, lx sin α − ly cos α]ᵀ F."""
@@ -138,8 +149,11 @@ class ThrusterModel:
 
     def throttle(self) -> float:
         """The throttle that gives the present force."""
-        curve_n = self._config.ahead_n if self.force_n >= 0.0 else self._config.astern_n
-        return math.copysign(math.sqrt(abs(self.force_n) / curve_n), self.force_n)
+        return self._throttle_of(self.force_n)
+
+    def _throttle_of(self, force_n: float) -> float:
+        curve_n = self._config.ahead_n if force_n >= 0.0 else self._config.astern_n
+        return math.copysign(math.sqrt(abs(force_n) / curve_n), force_n)
 
     def current_a(self, full_a: float) -> float:
         """What the motor draws, of `full_a` at full throttle: by the cube of the revolutions; blocked, by the square

@@ -23,10 +23,11 @@ from sitl.emulators.device import RcReceiver, SensedWorld
 from sitl.environment import UPDATE_S, CurrentModel, Waves, WindModel, parse_directed, wind_force
 from sitl.faults import Faults, parse
 from sitl.gusts import Gusts, at_height, parse_wind
-from sitl.hull import Hull
+from sitl.hull_flow import hull_of
 from sitl.jet import Jet
 from sitl.memory import MemoryDevice, MemoryStream, garbling
 from sitl.obstacles import Obstacles
+from sitl.otter_equations import OtterHull
 from sitl.rudder import Rudder
 from sitl.sea import Sea
 from sitl.sea_state import components, parse_sea
@@ -112,7 +113,7 @@ class World:
         self._vessel = vessel
         self._conditions = given = WorldConditions() if conditions is None else conditions
         self._sitl = _simulation(vessel)
-        self._plant = _chosen_plant(vessel, given.plant)
+        self._plant = chosen_plant(vessel, given.plant)
         self.faults = Faults(given.faults, vessel)
         self.wind = self._air(given)
         self.current = CurrentModel(
@@ -121,7 +122,7 @@ class World:
             given.current_variation_mps,
         )
         self.battery = BatteryModel(self._sitl.battery_wh if given.capacity_wh is None else given.capacity_wh)
-        self.hull = TowedHull(self._plant.hull, given.tow) if given.tow else Hull(self._plant.hull)
+        self.hull = TowedHull(self._plant.hull, given.tow) if given.tow else hull_of(vessel, self._plant)
         self.shared_sea = shared_sea
         losses, rows = self._plant.losses, vessel.thrusters
         self._felt = losses is not None or any(row.kind in ("jet", "rudder") for row in rows)
@@ -132,13 +133,15 @@ class World:
         dock = vessel.dock if given.dock is None else given.dock
         self.berth = None if dock is None else BerthModel(dock, vessel.home, vessel.length_m, vessel.beam_m)
         self.thrusters = _thrusters(vessel.thrusters, self._plant)
-        if losses is not None:
-            for thruster in self.thrusters:
+        for thruster in self.thrusters:
+            thruster.lag_on_revolutions = self._plant.lag_on == "revolutions"
+            if losses is not None:
                 thruster.azimuth_lag_s, thruster.backlash_rad = losses.azimuth_lag_s, losses.backlash_rad
         self._retractable = [(c, t) for c, t in zip(vessel.thrusters, self.thrusters, strict=True) if c.retractable]
         self._steps = 0
         self._over_rad = 0.0  # by which the boat has rolled over
         self._heel_rad, self._heel_to_rad = 0.0, 0.0  # by the wind
+        self._rolled_rad, self._pitched_rad = 0.0, 0.0  # of a hull that rolls and pitches by itself
         self._stiffness_nm = wave_hull(self._plant.hull, vessel).stiffness_nm
         self._step_hz = FASTEST_HZ if any(sensor.rate_hz > STEP_HZ for sensor in vessel.sensors) else STEP_HZ
         self._step_s = 1.0 / self._step_hz
@@ -312,14 +315,21 @@ class World:
             self._update_weather()
         if self.shared_sea is not None:
             self.shared_sea.advance(t_s)
-        self.waves.roll_rad -= self._over_rad + self._heel_rad  # waves go on from their own
+        self._rock(t_s)
+        self._push()
+        if isinstance(self.hull, OtterHull):
+            self._tilt(self.hull)
+        self._send_due(t_s)
+
+    def _rock(self, t_s: float) -> None:
+        """Roll, pitch and heave of this step, by waves, wind and the hull itself."""
+        self.waves.roll_rad -= self._over_rad + self._heel_rad + self._rolled_rad  # waves go on from their own
+        self.waves.pitch_rad -= self._pitched_rad
         self.waves.update(t_s)
         if self._plant.wind_centre_m is not None:
             self._heel()
         if "capsized" in self.faults.active:
             self._roll_over()
-        self._push()
-        self._send_due(t_s)
 
     def _heel(self) -> None:
         """Follow the angle at which the righting moment balances the wind's."""
@@ -327,6 +337,16 @@ class World:
         self._heel_rad += self._step_s / _HEEL_S * (self._heel_to_rad - before)
         self.waves.roll_rad += self._heel_rad
         self.waves.roll_rate_radps += (self._heel_rad - before) / self._step_s
+
+    def _tilt(self, hull: OtterHull) -> None:
+        """Add the hull's own attitude to what waves make of it."""
+        waves = self.waves
+        self._rolled_rad, self._pitched_rad = hull.roll_rad, hull.pitch_rad
+        waves.roll_rad += hull.roll_rad
+        waves.pitch_rad += hull.pitch_rad
+        waves.roll_rate_radps += hull.rolling_radps
+        waves.pitch_rate_radps += hull.pitching_radps
+        waves.half_step_s = 0.5 * self._step_s  # the hull's rates are means of the step
 
     def _roll_over(self) -> None:
         rate = _OVER_RADPS if self._over_rad < _OVER_RAD else 0.0
@@ -451,7 +471,8 @@ def _thrusters(configs: Sequence[ThrusterConfig], plant: PlantConfig) -> tuple[T
     )
 
 
-def _chosen_plant(vessel: VesselConfig, name: str | None) -> PlantConfig:
+def chosen_plant(vessel: VesselConfig, name: str | None) -> PlantConfig:
+    """The vessel's plant of that name; None: the file's choice. Raises ConfigError where there is none."""
     simulation = _simulation(vessel)
     chosen = simulation.plant if name is None else name
     if chosen not in simulation.plants:

@@ -41,9 +41,9 @@ _PATIENT_S = {  # parameter: usual value, largest value
 class RunOptions:
     """How to run a vessel.
 
-    `devices`: the folder of a `companion sitl` whose ports replace the boat's. `wind`, `current`, `waves`, `faults` and
-    `seed` are for `sitl` alone, and are written as on the command line. `clock`: the address of a program that gives
-    the time.
+    `devices`: the folder of a `companion sitl` whose ports replace the boat's. `wind`, `current`, `waves`, `plant`,
+    `faults` and `seed` are for `sitl` alone, and are written as on the command line. `clock`: the address of a program
+    that gives the time.
     """
 
     sitl: bool = False
@@ -54,6 +54,7 @@ class RunOptions:
     wind: str | None = None
     current: str | None = None
     waves: str | None = None
+    plant: str | None = None
     faults: tuple[str, ...] = ()
 
     @property
@@ -85,18 +86,20 @@ def compose(
 
 
 def judge(config: VesselConfig, options: RunOptions) -> None:
-    """Raise ConfigError for a wind, current, sea state or fault that makes no sense, before anything is opened."""
+    """Raise ConfigError for a wind, current, sea state, plant or fault that makes no sense, before anything opens."""
     if options.sitl:
         from sitl.environment import parse_directed
         from sitl.faults import Faults
         from sitl.gusts import parse_wind
         from sitl.sea_state import parse_sea
+        from sitl.world import chosen_plant
 
         if options.wind is not None:
             parse_wind(options.wind)
         if options.current is not None:
             parse_directed(options.current, "current")
         parse_sea(options.waves or "")
+        chosen_plant(config, options.plant)
         Faults(options.faults, config)
 
 
@@ -131,7 +134,12 @@ def _compose_simulated(
     from sitl.world import EPOCH_UNIX_NS, World, WorldConditions
 
     conditions = WorldConditions(
-        seed=options.seed, wind=options.wind, current=options.current, waves=options.waves, faults=options.faults
+        seed=options.seed,
+        wind=options.wind,
+        current=options.current,
+        waves=options.waves,
+        faults=options.faults,
+        plant=options.plant,
     )
     world = World(config, conditions)
     driven = driven_clock(options.clock, EPOCH_UNIX_NS) if options.clock else None

@@ -43,6 +43,7 @@ from companion.config.fields import (
     means,
 )
 from companion.config.hull import HullConfig, ThesisModelConfig, WindageConfig, resistance_problems
+from companion.config.hull_flow import CrossFlowConfig, Equations, LiftConfig
 from companion.config.kinds import Equipment, Problem
 from companion.config.losses import LossConfig
 from companion.config.mistakes import problems_of
@@ -160,6 +161,24 @@ class PlantConfig:
         ),
     ] = False
     losses: Annotated[LossConfig | None, means("What water and battery take of the thrust. Left out: nothing.")] = None
+    lag_on: Annotated[
+        Literal["thrust", "revolutions"],
+        means("What of propellers follows with `thruster_lag_s`; thrust goes with the square of the revolutions."),
+    ] = "thrust"
+    cross_flow: Annotated[
+        CrossFlowConfig | None, means("Cross-flow drag by strips. Left out: the damping of the hull alone.")
+    ] = None
+    lift: Annotated[
+        LiftConfig | None, means("Lift of the hull under way. Left out: the damping of the hull alone.")
+    ] = None
+    equations: Annotated[
+        Equations,
+        means(
+            "Whose equations move the hull: the companion's, by `hull`, or those of the Otter in Fossen's Python "
+            "Vehicle Simulator, in six degrees of freedom, of 2023, of 2024, or without two errors. These are an Otter "
+            "whatever `hull` says."
+        ),
+    ] = "companion"
 
 
 AS_MODELLED = "as_modelled"
@@ -423,7 +442,19 @@ def _sitl_problems(sitl: SitlConfig, thrusters: int) -> list[Problem]:
             text = f"needs {thrusters} values, one a thruster"
             problems.append((("sitl", "plants", name, "thruster_x_m"), text))
         problems += resistance_problems(plant.hull, ("sitl", "plants", name, "hull"))
+        problems += [(("sitl", "plants", name, key), text) for key, text in _flow_problems(plant)]
     return problems
+
+
+def _flow_problems(plant: PlantConfig) -> list[tuple[str, str]]:
+    """Keys of a plant that have no effect beside another, or count twice, each with the reason."""
+    damping = plant.hull.damping
+    if plant.equations == "companion":
+        twice = plant.lift is not None and (damping.y_uv, damping.n_uv, damping.n_ur) != (0.0, 0.0, 0.0)
+        return [("lift", "counts y_uv, n_uv and n_ur of the hull's damping twice; leave out one")] if twice else []
+    tables = (("cross_flow", plant.cross_flow), ("lift", plant.lift))
+    text = "is for the companion's own equations; leave it out, or `equations`"
+    return [(key, text) for key, table in tables if table is not None]
 
 
 def placed(path: Path, loc: Sequence[str | int], message: str) -> str:

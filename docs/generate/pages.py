@@ -13,6 +13,7 @@ from docs.generate.house import house, rooms_table
 from docs.generate.hulls import hulls
 from docs.generate.licences import licences
 from docs.generate.log_columns import log_columns
+from docs.generate.manoeuvres import manoeuvres
 from docs.generate.markdown import page
 from docs.generate.mavlink import mavlink_page
 from docs.generate.mavsdk_examples import mavsdk_examples
@@ -40,6 +41,7 @@ PAGES: Mapping[str, Callable[[], str]] = {
     "reference/statustexts.md": statustexts,
     "reference/vessel-file.md": vessel_file,
     "reference/hulls.md": hulls,
+    "reference/manoeuvres.md": manoeuvres,
     "reference/command-line.md": command_line,
     "reference/mavlink.md": mavlink_page,
     "reference/log-columns.md": log_columns,

@@ -14,6 +14,9 @@ from companion.cli.main import main
     [
         (("run", "revolt", "--sitl", "--devices", "."), "leave out --devices"),
         (("run", "revolt", "--devices", ".", "--wind", "3"), "belongs to `companion sitl`"),
+        (("run", "revolt", "--plant", "slender"), "--plant needs --sitl"),
+        (("run", "revolt", "--sitl", "--plant", "slendr"), "did you mean 'slender'?"),
+        (("sitl", "otter", "--plant", "publishd"), "did you mean 'published'?"),
         (("run", "revolt", "--speed", "2"), "needs --sitl or --devices"),
         (("sitl", "revlot"), "no vessel named"),
         (("sitl", "revlot"), "did you mean 'revolt'?"),

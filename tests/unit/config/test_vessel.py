@@ -20,7 +20,7 @@ def test_the_bundled_revolt_is_as_in_the_thesis() -> None:
     assert (bow.max_n, bow.min_n, bow.azimuth_rad) == (14.0, -6.1, pytest.approx(math.pi / 2))
     assert bow.ahead_n == pytest.approx(1.518e-3 * 100**2)
     assert vessel.thrusters[0].azimuth_rate_radps == pytest.approx(math.radians(150.0))
-    assert vessel.sitl is not None and set(vessel.sitl.plants) == {"as_sailed", "thesis"}
+    assert vessel.sitl is not None and set(vessel.sitl.plants) == {"as_sailed", "thesis", "slender"}
 
 
 def test_the_bundled_aboat_needs_180_n_for_1_4_mps_and_lasts_two_hours() -> None:
@@ -31,11 +31,13 @@ def test_the_bundled_aboat_needs_180_n_for_1_4_mps_and_lasts_two_hours() -> None
         (t.max_n, t.min_n) == (240.0, -180.0) for t in vessel.thrusters
     )
     simulation = vessel.sitl
-    assert simulation is not None and set(simulation.plants) == {"as_rigged", "light", "laden"}
+    assert simulation is not None and set(simulation.plants) == {"as_rigged", "light", "laden", "slender"}
     power_w = simulation.hotel_power_w + simulation.full_power_w * (0.5 * 180.0 / 240.0) ** 1.5
     assert 2.0 < simulation.battery_wh / power_w < 4.0
     masses = {name: plant.hull.m11_kg / 1.05 for name, plant in simulation.plants.items()}
-    assert masses == pytest.approx({"as_rigged": 160.0, "light": 34.0 + 34.0, "laden": 34.0 + 295.0}, rel=0.001)
+    assert masses == pytest.approx(
+        {"as_rigged": 160.0, "slender": 160.0, "light": 34.0 + 34.0, "laden": 34.0 + 295.0}, rel=0.001
+    )
 
 
 def test_five_errors_are_listed_at_once_each_with_its_line() -> None:
@@ -73,6 +75,9 @@ def test_five_errors_are_listed_at_once_each_with_its_line() -> None:
         ('plant = "as_sailed"', 'plant = "dry"', "no plant named 'dry'"),
         ("m23_kgm = 7.0", "m23_kgm = 70000.0", "not positive definite"),
         ("thruster_x_m = [-1.12, -1.12, 1.12]", "thruster_x_m = [1.0]", "needs 3 values"),
+        ("[sitl.plants.slender]", '[sitl.plants.slender]\nequations = "otter_2024"', "the companion's own equations"),
+        ("n_rr = 300.0\n[sitl.plants.slender.lift]", "n_ur = 9.0\n[sitl.plants.slender.lift]", "twice"),
+        ('law = "clarke"', 'law = "lewis"', "clarke"),
         ("azimuth_rate_dps = 150.0", "azimuth_rate_dps = 0.0", "rate above 0"),
         ("travel_s = 5.0", "", r"thruster\[3\].travel_s: a retractable thruster needs the time"),
         ("retractable = true ", "retractable = false", "travel_s: only for a retractable thruster"),

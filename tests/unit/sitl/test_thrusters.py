@@ -50,6 +50,17 @@ def test_nothing_turns_in_the_dead_band() -> None:
     assert settled(banded, 0.11) == pytest.approx(27.0 * 0.11**2, rel=1e-6)
 
 
+def test_thrust_goes_with_the_square_of_revolutions_that_lag() -> None:
+    thruster = ThrusterModel(STERN, 0.3)
+    thruster.lag_on_revolutions = True
+    thruster.demand(0.5, None)
+    run(thruster, 0.3)
+    assert thruster.force_n == pytest.approx(6.75 * (1.0 - math.exp(-1.0)) ** 2, rel=1e-9)
+    thruster.demand(-0.5, None)
+    run(thruster, 3.0)
+    assert thruster.force_n == pytest.approx(-6.75, rel=1e-3)
+
+
 def test_force_follows_with_a_first_order_lag() -> None:
     thruster = ThrusterModel(STERN, 0.3)
     thruster.demand(0.5, None)

@@ -6,11 +6,16 @@ import hashlib
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from companion.config.vessel import ConfigError, VesselConfig, find, load
 from companion.core.microcontroller_frame import BoardCommand, BoardStatus, FrameDecoder, ThrusterDemand, encode
 from companion.core.ports import ByteStream
+from sitl.json_physics import without_boards
+from sitl.otter_equations import OtterHull
+from sitl.sensors import true_imu
 from sitl.world import EPOCH_UNIX_NS, World, WorldConditions
 
 VESSEL = load(find("revolt"))
@@ -200,10 +205,57 @@ def test_thesis_plant_can_be_chosen() -> None:
     assert abs(world.truth.sway_mps) < 0.1
 
 
+def test_the_published_otter_pitches_by_itself_and_its_sensors_feel_it() -> None:
+    otter = load(find("otter"))
+    world = World(otter, WorldConditions(plant="published"))
+    usual = World(otter)
+    for one in (world, usual):
+        one.set_state(yaw_rad=0.5)
+        one.advance(20.0)
+    hull = world.hull
+    assert isinstance(hull, OtterHull)
+    assert world.waves.pitch_rad - usual.waves.pitch_rad == pytest.approx(hull.pitch_rad, abs=1e-4)
+    assert world.truth.surge_mps == pytest.approx(hull.trim_n / 77.55, rel=0.05)
+    felt_mps2 = true_imu(9.82, hull, world.waves)[0]
+    assert felt_mps2 == pytest.approx(9.82 * math.sin(hull.pitch_rad), abs=0.02)
+
+
+@pytest.mark.parametrize("waves", ["", "0.1@90"])
+def test_a_perfect_inertial_sensor_carries_the_published_otter_on_through_a_turn(waves: str) -> None:
+    """Its rates turn the attitude, its forces change the velocity: nobody's measurement contradicts the truth."""
+    otter = load(find("otter"))
+    world = World(without_boards(otter), WorldConditions(plant="published", waves=waves, seed=100))
+    for thruster, throttle in zip(world.thrusters, (0.8, 0.3), strict=True):
+        thruster.drive(throttle)
+    world.advance(1.0)
+    hull, sea, dt_s = world.hull, world.waves, world.step_s
+    turn = Rotation.from_euler("ZYX", (hull.yaw_rad, sea.pitch_rad, sea.roll_rad))
+    velocity = np.array([hull.north_mps, hull.east_mps])
+    for k in range(101, 1600):
+        world.advance(k * dt_s)
+        felt = true_imu(9.82, hull, sea)
+        turn *= Rotation.from_rotvec(np.array(felt[3:]) * dt_s)
+        velocity += dt_s * turn.apply(felt[:3])[:2]
+    yaw, pitch, roll = turn.as_euler("ZYX")
+    assert abs(math.remainder(yaw - hull.yaw_rad, 2.0 * math.pi)) < 2e-3
+    assert (pitch, roll) == pytest.approx((sea.pitch_rad, sea.roll_rad), abs=2e-3)
+    assert velocity == pytest.approx([hull.north_mps, hull.east_mps], abs=0.03)
+
+
+@pytest.mark.parametrize("sea", ["", "0.1@90"])
+def test_hulls_with_strips_and_lift_sail_in_waves(sea: str) -> None:
+    for vessel, plant in (("otter", "strips"), ("otter", "published"), ("revolt", "slender"), ("aboat", "slender")):
+        world = World(load(find(vessel)), WorldConditions(plant=plant, waves=sea, wind="3@0", seed=100))
+        world.advance(20.0)
+        truth = world.truth
+        assert math.hypot(truth.north_m, truth.east_m) < 20.0
+        assert all(math.isfinite(value) for value in (truth.surge_mps, truth.sway_mps, truth.yaw_rate_radps))
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"plant": "ideal"}, "no plant named 'ideal'; there is as_sailed, thesis"),
+        ({"plant": "ideal"}, "no plant named 'ideal'; there is as_sailed, thesis, slender"),
         ({"gnss": "cold"}, "gnss 'cold': one of"),
         ({"wind": "fresh"}, "wind 'fresh'"),
         ({"current": "1@@"}, "current '1@@'"),
