@@ -58,10 +58,15 @@ class TextKind(Enum):
     ALARM = Severity.CRITICAL, "the boat cannot do what it should, or a failsafe acts"
     DANGER = Severity.ALERT, "a person must act at once"
 
-    def __init__(self, severity: Severity, meaning: str) -> None:
-        """`meaning`: for the documentation."""
-        self.severity = severity
-        self.meaning = meaning
+    @property
+    def severity(self) -> Severity:
+        """As ground stations get it."""
+        return self.value[0]
+
+    @property
+    def meaning(self) -> str:
+        """For the documentation."""
+        return self.value[1]
 
 
 class Need(Enum):
