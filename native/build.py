@@ -73,7 +73,10 @@ def _prepare(root: Path, sources: Path, modules: Sequence[str]) -> None:
             path.unlink()
     for name in wanted:
         text = (root / name).read_text(encoding="utf-8")
-        text = prepared(text) if name in modules else text
+        try:
+            text = prepared(text) if name in modules else text
+        except ValueError as error:
+            raise BuildError(f"{name}: {error}") from error
         path = sources / name
         if not path.exists() or path.read_text(encoding="utf-8") != text:
             path.parent.mkdir(parents=True, exist_ok=True)

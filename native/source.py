@@ -18,6 +18,7 @@ from dataclasses import dataclass, field
 
 _CONSTANT = re.compile(r"_*[A-Z][A-Z0-9_]*")
 _FUTURE = "from __future__ import annotations"
+_PURE = {"int", "len", "max", "min", "round"}
 _NO_CONSTANTS = ("TypeVar", "ParamSpec", "NewType")
 
 
@@ -57,7 +58,7 @@ class _Edits:
 
 
 def prepared(text: str) -> str:
-    """The source for mypyc."""
+    """The source for mypyc. Raises ValueError where mypyc would not do what is written."""
     tree = ast.parse(text)
     edits = _Edits(text)
     tail: list[str] = []
@@ -68,9 +69,18 @@ def prepared(text: str) -> str:
             edits.insert(edits.start(node), "unused")
         elif isinstance(node, ast.Call):
             _sum(node, edits)
+        elif isinstance(node, ast.Slice):
+            _refuse_effects(node)
     if _constants(tree, edits):
         edits.insert(text.encode().index(_FUTURE.encode()) + len(_FUTURE), "; from typing import Final")
     return edits.done() + "".join(f"{line}\n" for line in tail)
+
+
+def _refuse_effects(node: ast.Slice) -> None:
+    """mypyc 2.4 does the bounds of a slice twice."""
+    calls = {ast.unparse(part.func) for part in ast.walk(node) if isinstance(part, ast.Call)}
+    if (not calls <= _PURE) or any(isinstance(part, ast.NamedExpr) for part in ast.walk(node)):
+        raise ValueError(f"line {node.lineno}: a call in the bounds of a slice, which mypyc does twice")
 
 
 def _sum(call: ast.Call, edits: _Edits) -> None:

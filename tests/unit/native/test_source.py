@@ -118,3 +118,9 @@ def test_what_is_compiled_is_known() -> None:
     assert set(compiled(ROOT)) < set(known(ROOT))
     assert "companion/loop.py" in compiled(ROOT) and "companion/config/vessel.py" in known(ROOT)
     assert "companion/cli/main.py" not in known(ROOT)
+
+
+@pytest.mark.parametrize("bound", ["take(data)", "(n := 1)"])
+def test_a_slice_that_does_something_is_refused(bound: str) -> None:
+    with pytest.raises(ValueError, match="line 1: a call in the bounds"):
+        prepared(f"rest = data[{bound} :]\n")
