@@ -6,7 +6,9 @@
 * `sum` gets a list: mypyc would add a generator's values in a loop of its own, without the compensation of Python 3.12.
 * A parameter named `_` gets another name, since mypyc gives no type to it.
 
-No line moves but those after a dataclass's last one.
+* A class from which other packages inherit is told to allow that.
+
+Lines move only after a dataclass's last one, and by such a class.
 """
 
 from __future__ import annotations
@@ -18,6 +20,8 @@ from dataclasses import dataclass, field
 
 _CONSTANT = re.compile(r"_*[A-Z][A-Z0-9_]*")
 _FUTURE = "from __future__ import annotations"
+_OPEN = ("StreamDriver",)  # from which drivers of other packages inherit, which are not compiled
+_ATTRIBUTE = "@mypy_extensions.mypyc_attr(allow_interpreted_subclasses=True)\n"
 _PURE = {"int", "len", "max", "min", "round"}
 _NO_CONSTANTS = ("TypeVar", "ParamSpec", "NewType")
 
@@ -63,17 +67,33 @@ def prepared(text: str) -> str:
     edits = _Edits(text)
     tail: list[str] = []
     for node in ast.walk(tree):
-        if isinstance(node, ast.ClassDef):
-            tail += _dataclass(node, edits, node in tree.body)
-        elif isinstance(node, ast.arg) and node.arg == "_":
-            edits.insert(edits.start(node), "unused")
-        elif isinstance(node, ast.Call):
-            _sum(node, edits)
-        elif isinstance(node, ast.Slice):
-            _refuse_effects(node)
-    if _constants(tree, edits):
-        edits.insert(text.encode().index(_FUTURE.encode()) + len(_FUTURE), "; from typing import Final")
+        tail += _statement(node, edits, node in tree.body)
+    _imports(edits, _constants(tree, edits) > 0)
     return edits.done() + "".join(f"{line}\n" for line in tail)
+
+
+def _statement(node: ast.AST, edits: _Edits, outermost: bool) -> list[str]:
+    """Change one node. Returns what the module's end gets."""
+    if isinstance(node, ast.ClassDef):
+        if node.name in _OPEN:
+            edits.insert(edits.start(node), _ATTRIBUTE)
+        return _dataclass(node, edits, outermost)
+    if isinstance(node, ast.arg) and node.arg == "_":
+        edits.insert(edits.start(node), "unused")
+    elif isinstance(node, ast.Call):
+        _sum(node, edits)
+    elif isinstance(node, ast.Slice):
+        _refuse_effects(node)
+    return []
+
+
+def _imports(edits: _Edits, final: bool) -> None:
+    """Add the imports of what was inserted."""
+    lines = ["; from typing import Final"] if final else []
+    if any(new == _ATTRIBUTE for _, _, new in edits.edits):
+        lines += ["; from typing import TYPE_CHECKING\nif TYPE_CHECKING: import mypy_extensions"]
+    if lines:
+        edits.insert(edits.text.encode().index(_FUTURE.encode()) + len(_FUTURE), "".join(lines))
 
 
 def _refuse_effects(node: ast.Slice) -> None:
@@ -189,7 +209,7 @@ def _field(statement: ast.stmt) -> _Field | None:
         return None
     annotation, value = ast.unparse(statement.annotation), statement.value
     if annotation.startswith("ClassVar"):
-        return None
+        raise ValueError(f"line {statement.lineno}: a ClassVar in a dataclass, which mypyc takes for a field")
     if isinstance(value, ast.Call) and ast.unparse(value.func) == "field":
         given = {item.arg: ast.unparse(item.value) for item in value.keywords}
         return _Field(statement.target.id, annotation, given.get("default"), set(given) == {"default"})

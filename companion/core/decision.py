@@ -6,7 +6,6 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum, IntEnum
-from typing import ClassVar
 
 from companion.core.actuation import ZERO_WRENCH, Wrench
 from companion.core.estimate import Contact, Leader, NavState, TrackedTarget
@@ -115,7 +114,10 @@ class KnownRefusal:
 class Order:
     """What an operator asks of one mode when choosing it. Each such mode has its own frozen class."""
 
-    mode: ClassVar[ModeId]
+    @property
+    def mode(self) -> ModeId:
+        """The mode."""
+        raise NotImplementedError
 
 
 @dataclass(frozen=True, slots=True)

@@ -124,3 +124,13 @@ def test_what_is_compiled_is_known() -> None:
 def test_a_slice_that_does_something_is_refused(bound: str) -> None:
     with pytest.raises(ValueError, match="line 1: a call in the bounds"):
         prepared(f"rest = data[{bound} :]\n")
+
+
+def test_a_class_variable_of_a_dataclass_is_refused() -> None:
+    with pytest.raises(ValueError, match="line 3: a ClassVar"):
+        prepared("@dataclass\nclass Point:\n    kind: ClassVar[int] = 1\n")
+
+
+def test_drivers_of_other_packages_may_inherit() -> None:
+    text = prepared((ROOT / "companion/io/sensors/driver.py").read_text(encoding="utf-8"))
+    assert "\n@mypy_extensions.mypyc_attr(allow_interpreted_subclasses=True)\nclass StreamDriver(ABC):" in text
