@@ -92,7 +92,9 @@ def _translate(folder: Path, sources: Path, modules: Sequence[str]) -> None:
     )
     shutil.rmtree(folder / "c", ignore_errors=True)  # it may hold modules that are no longer compiled
     config = folder / "mypy.ini"
-    config.write_text("[mypy]\nstrict = True\nignore_missing_imports = True\nwarn_unused_ignores = False\n")
+    config.write_text(
+        "[mypy]\nstrict = True\nignore_missing_imports = True\nwarn_unused_ignores = False\nwarn_unreachable = True\n"
+    )
     cache = ("--config-file", str(config), "--cache-dir", str(folder / "cache"))
     _run([sys.executable, "-c", code, str(folder / "c")], sources, json.dumps([*cache, *modules]))
     for path in (folder / "c").glob("*.c"):
