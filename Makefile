@@ -1,6 +1,7 @@
 # make run      a simulated ReVolt for any ground station on this machine, and its live page; Ctrl-C ends both
 # make test     everything that CI runs
 # make bench    figures of speed; nothing is asserted
+# make native   compiles the arithmetic: several times as fast; needs a C compiler and some minutes; JOBS=N
 # make docs     the documentation as a site in out/site, checked; nothing is fetched when it is read
 # make results  the measured tables of the documentation anew (hours; goes on where it was cut off)
 # make matrix   the fault matrix of the documentation anew (an hour)
@@ -19,7 +20,7 @@ BOAT := .ci/requirements-boat.txt
 PIP := $(BIN)/python -m pip --quiet --disable-pip-version-check
 INSTALL := $(PIP) install --constraint $(CONSTRAINTS)
 
-.PHONY: run test lint bench docs results matrix scenarios wheel sbom hooks lock clean
+.PHONY: run test lint bench native docs results matrix scenarios wheel sbom hooks lock clean
 
 run: $(VENV)/.installed
 	@$(BIN)/companion run revolt --sitl --console --control $(ARGS)
@@ -35,6 +36,10 @@ lint: $(VENV)/.installed-test
 
 bench: $(VENV)/.installed-test
 	$(BIN)/python -m tests.bench
+
+native: $(VENV)/.installed-test
+	JOBS=$(JOBS) USV_NATIVE=0 $(BIN)/python -m native
+	@$(BIN)/companion --version
 
 docs: $(VENV)/.installed-docs
 	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict --quiet
@@ -97,4 +102,4 @@ $(VENV)/.installed-docs: pyproject.toml $(CONSTRAINTS) $(VENV)/.made
 	@touch $(VENV)/.installed $@
 
 clean:
-	rm -rf $(VENV) out build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache
+	rm -rf $(VENV) companion/_native out build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache

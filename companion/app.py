@@ -10,6 +10,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
+from companion import native
 from companion.allocation.allocator import Allocator
 from companion.allocation.availability import Availability
 from companion.allocation.jet import JetAllocator
@@ -432,6 +433,7 @@ def _log_folder(config: VesselConfig, parameters: Parameters, around: Surroundin
     manifest = {
         "version": program_version(),
         "python": sys.version.split()[0],
+        "arithmetic": native.status,
         "vessel": config.name,
         "started_unix_ns": around.clock.time_unix_ns(),
         **(around.manifest or {}),

@@ -20,6 +20,7 @@ from itertools import cycle
 from pathlib import Path
 from typing import Any
 
+from companion import native
 from companion.allocation.allocator import Allocator
 from companion.app import load_vessel
 from companion.baselines.ahrs import ThesisAhrs
@@ -459,7 +460,7 @@ def sensors(seconds: int = 20) -> None:
 
 def main() -> None:
     """Print all figures."""
-    print(f"Python {sys.version.split()[0]}, {os.cpu_count()} cores")
+    print(f"Python {sys.version.split()[0]}, {os.cpu_count()} cores; arithmetic: {native.status}")
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         blocks()

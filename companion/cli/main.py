@@ -8,6 +8,7 @@ import sys
 from collections.abc import Sequence
 from typing import Any, NoReturn
 
+from companion import native
 from companion.analysis.log_reader import LogError
 from companion.app import program_version
 from companion.cli import (
@@ -118,7 +119,7 @@ def argument_parser() -> argparse.ArgumentParser:
     parser = _Parser(
         prog="companion", description="Autopilot for small uncrewed boats, controlled by any MAVLink ground station."
     )
-    parser.add_argument("--version", action="version", version=f"USV companion {program_version()}")
+    parser.add_argument("--version", action="version", version=f"USV companion {program_version()}, {native.status}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     for module in _COMMANDS:
         module.add_to(commands)

@@ -6,7 +6,6 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum, IntEnum
-from typing import ClassVar
 
 from companion.core.actuation import ZERO_WRENCH, Wrench
 from companion.core.estimate import Contact, Leader, NavState, TrackedTarget
@@ -58,10 +57,15 @@ class TextKind(Enum):
     ALARM = Severity.CRITICAL, "the boat cannot do what it should, or a failsafe acts"
     DANGER = Severity.ALERT, "a person must act at once"
 
-    def __init__(self, severity: Severity, meaning: str) -> None:
-        """`meaning`: for the documentation."""
-        self.severity = severity
-        self.meaning = meaning
+    @property
+    def severity(self) -> Severity:
+        """As ground stations get it."""
+        return self.value[0]
+
+    @property
+    def meaning(self) -> str:
+        """For the documentation."""
+        return self.value[1]
 
 
 class Need(Enum):
@@ -110,7 +114,10 @@ class KnownRefusal:
 class Order:
     """What an operator asks of one mode when choosing it. Each such mode has its own frozen class."""
 
-    mode: ClassVar[ModeId]
+    @property
+    def mode(self) -> ModeId:
+        """The mode."""
+        raise NotImplementedError
 
 
 @dataclass(frozen=True, slots=True)

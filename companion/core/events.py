@@ -10,6 +10,10 @@ Announce = Callable[[float, TextKind, str, str], None]
 """(t_s, kind, name, text): `EventLog.say`, as blocks take it."""
 
 
+def unheard(t_s: float, kind: TextKind, name: str, text: str) -> None:
+    """Announce nothing: for blocks that stand alone."""
+
+
 class EventLog:
     """Collects the events of a tick. The same name and text within `repeat_s` is announced once."""
 

@@ -57,8 +57,11 @@ class PortListener:
         try:
             self._open()
         except (OSError, termios.error) as error:
-            self.fault = self.fault or _why_not(error)
-            self.close()
+            self._give_up(_why_not(error))
+
+    def _give_up(self, why: str) -> None:
+        self.fault = self.fault or why
+        self.close()
 
     def update(self, now_s: float) -> None:
         """Take what has come in. Decide whether to go on, to try the next speed, or to end."""

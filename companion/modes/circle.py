@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import ClassVar
 
 from companion.config.top_speed import top_speed_mps
 from companion.config.vessel import VesselConfig
@@ -34,12 +33,16 @@ class OrbitOrder(Order):
     the centre is the boat's place, and the orbit has no end. `total_rad`: the angle to sweep; infinite: no end.
     """
 
-    mode: ClassVar[ModeId] = ModeId.CIRCLE
     centre: tuple[float, float] | None = None  # lat_deg, lon_deg
     radius_m: float | None = None
     clockwise: bool | None = None
     speed_mps: float | None = None
     total_rad: float | None = None
+
+    @property
+    def mode(self) -> ModeId:
+        """As every order's."""
+        return ModeId.CIRCLE
 
 
 @dataclass(frozen=True, slots=True)

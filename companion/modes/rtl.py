@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import ClassVar
 
 from companion.config.vessel import VesselConfig
 from companion.core.decision import Home, KnownRefusal, ModeDeclaration, ModeId, ModeInputs, Order, TextKind
@@ -32,7 +31,10 @@ _SAME_PLACE_M = 1.0
 class ReturnByTrack(Order):
     """Return along the boat's own track, whatever RTL_TRACK says."""
 
-    mode: ClassVar[ModeId] = ModeId.RTL
+    @property
+    def mode(self) -> ModeId:
+        """As every order's."""
+        return ModeId.RTL
 
 
 class ReturnPoint:

@@ -320,7 +320,7 @@ class ErrorStateFilter:
             rows = self._single
             np.multiply(rows.hp, 1.0 / innovation.s11, rows.gain)
             y = innovation.y1
-            correction = [gain * y for gain in rows.gain_flat.tolist()]
+            correction = [gain * y for gain in rows.gain_flat]
         else:
             rows = self._pair
             determinant = innovation.s11 * innovation.s22 - innovation.s12 * innovation.s12

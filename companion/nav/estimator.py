@@ -12,7 +12,7 @@ from companion.config.vessel import NavigatedBoat, VesselConfig
 from companion.core.actuation import Wrench
 from companion.core.decision import TextKind
 from companion.core.estimate import NavState, WaveMotion
-from companion.core.events import Announce
+from companion.core.events import Announce, unheard
 from companion.core.frames import ned_to_body
 from companion.core.geodesy import LocalFrame, distance_and_bearing
 from companion.core.readings import (
@@ -78,7 +78,7 @@ class Estimator:
         self,
         config: NavigatedBoat,
         parameters: Parameters,
-        say: Announce = lambda *_: None,
+        say: Announce = unheard,
         baseline_ahrs: Callable[[float], AttitudeFilter] | None = None,
     ) -> None:
         """`say`: announces changes of source and position resets. `baseline_ahrs`: makes the thesis's attitude filter,

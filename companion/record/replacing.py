@@ -37,7 +37,8 @@ def write_all(fd: int, data: bytes) -> None:
     """Write all of `data`, in as many calls as it takes. Raises OSError."""
     view = memoryview(data)
     while view:
-        view = view[os.write(fd, view) :]
+        written = os.write(fd, view)
+        view = view[written:]
 
 
 def _sync_directory(directory: Path) -> None:

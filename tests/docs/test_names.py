@@ -22,7 +22,7 @@ from tests.docs.pages import Block, blocks, label, prose, written
 _OTHERS = frozenset(
     {"FS_THR_ENABLE", "MAV_GCS_SYSID", "RC_FS_TIMEOUT", "RC_OVERRIDE_TIME", "SERVO_RC_FS_MSK"}
     | {"DO_SEND_BANNER", "SIM_RATE_HZ", "SMART_RTL"}  # of ArduPilot
-    | {"BRD_SAFETY_DEFLT", "MAV_LOG", "USV_CONSOLE_TOKEN", "USV_LINK", "USV_SAFE_CUT", "USV_SAFE_STICKS"}
+    | {"BRD_SAFETY_DEFLT", "MAV_LOG", "USV_CONSOLE_TOKEN", "USV_LINK", "USV_NATIVE", "USV_SAFE_CUT", "USV_SAFE_STICKS"}
 )
 _NAME = re.compile(r"(?<![\w./-])[A-Z][A-Z0-9]*(?:_[A-Z0-9]+)+(?![\w*])")
 _TYPED = re.compile(

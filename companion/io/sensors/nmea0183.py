@@ -13,8 +13,6 @@ import math
 import re
 from collections.abc import Mapping
 
-import pynmea2
-
 from companion.config.devices import SensorConfig
 from companion.core.ports import ByteStream
 from companion.core.readings import Reading, RelativeFix
@@ -24,6 +22,7 @@ from companion.io.sensors.nmea0183_fields import checksum
 from companion.io.sensors.nmea0183_gnss import GnssSentences, Handler
 from companion.io.sensors.nmea0183_hull import TRANSDUCERS, HullSentences
 from companion.io.sensors.nmea0183_radar import RadarSentences
+from companion.io.sensors.nmea0183_sentences import TYPES
 from companion.io.sensors.nmea0183_time import SentenceTimes
 from companion.io.sensors.ubx_relative import RelativeSolution, RelativeSolutions
 
@@ -35,12 +34,6 @@ _PREFERRED_AGE_S = 2.0  # lesser sentences count only where nothing better came 
 _MANY = 50
 _MOST_OTHERS = 6
 _PROPRIETARY, _SATELLITES, _TRANSDUCERS = "P", "GSV", "XDR"
-
-
-class THS(pynmea2.TalkerSentence):  # type: ignore[misc]  # pynmea2 is untyped
-    """True heading and status. pynmea2 does not have it; the definition enters it in pynmea2's table."""
-
-    fields = (("True heading", "heading", float), ("Mode", "mode"))
 
 
 class Nmea0183Sensor(StreamDriver):
@@ -72,8 +65,7 @@ class Nmea0183Sensor(StreamDriver):
             **HullSentences(config, self._recent).handlers,
             **RadarSentences(self.name).handlers,
         }
-        types = pynmea2.TalkerSentence.sentence_types
-        self._names = {kind: tuple(field[1] for field in types[kind].fields) for kind in (*self._handlers, _SATELLITES)}
+        self._names = {kind: tuple(field[1] for field in TYPES[kind].fields) for kind in (*self._handlers, _SATELLITES)}
         self._names[_TRANSDUCERS] = TRANSDUCERS
 
     def health(self, now_s: float) -> DeviceHealth:

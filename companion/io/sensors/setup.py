@@ -78,7 +78,7 @@ class DeviceSetup:
         self._at += 1
         self._tries = 0
         self._next_s = None
-        if self.done:
+        if self._at == len(self._steps):
             self._trouble = ""
         return True
 

@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
-from typing import ClassVar
 
 from companion.config.vessel import VesselConfig
 from companion.core.decision import KnownRefusal, ModeDeclaration, ModeId, ModeInputs, OrbitState, Order, TextKind
@@ -41,8 +40,12 @@ _MOST_EXITS = 4  # times that the boat may be carried over the circle before the
 class TrialOrder(Order):
     """A trial as an operator asks for it: centre where the boat is. `radius_m` None: TRIAL_RADIUS."""
 
-    mode: ClassVar[ModeId] = ModeId.TRIAL
     radius_m: float | None = None
+
+    @property
+    def mode(self) -> ModeId:
+        """As every order's."""
+        return ModeId.TRIAL
 
 
 class _Phase(Enum):

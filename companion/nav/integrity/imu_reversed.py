@@ -66,9 +66,10 @@ class ImuReversed(Hypothesis):
 
     def update(self, evidence: Evidence, now_s: float) -> Sequence[LieFound]:
         """The sensor in use, if one of its axes is reversed."""
-        self.doubt = 0.0 if self._found is None else 1.0
-        if self._found is not None:
-            return (self._found,)
+        known = self._findings()
+        self.doubt = 1.0 if known else 0.0
+        if known:
+            return known
         if not _knows_attitude(evidence) or not evidence.driven or not evidence.imu:
             self.clear()
             return ()
@@ -86,6 +87,9 @@ class ImuReversed(Hypothesis):
                 self._compare(seen, evidence.yaw_rad)
         for imu in samples[at:]:
             self._sample(imu)
+        return self._findings()
+
+    def _findings(self) -> Sequence[LieFound]:
         return () if self._found is None else (self._found,)
 
     def _sample(self, imu: Imu) -> None:

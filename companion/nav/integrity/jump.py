@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
 from typing import Generic, TypeVar
 
 from companion.nav.integrity.continuity import Continuity
@@ -25,13 +24,15 @@ Seen = TypeVar("Seen", bound=PositionSeen | VelocitySeen | HeadingSeen)
 Noise = TypeVar("Noise")
 
 
-@dataclass(slots=True)
 class Tracked(Generic[Seen, Noise]):
     """A source: its last reading, the size of its usual steps, and its track."""
 
-    last: Seen
-    noise: Noise
-    track: Continuity = field(default_factory=Continuity)
+    __slots__ = ("last", "noise", "track")
+
+    def __init__(self, last: Seen, noise: Noise) -> None:
+        self.last = last
+        self.noise = noise
+        self.track = Continuity()
 
     @property
     def verdict(self) -> Verdict | None:

@@ -69,7 +69,7 @@ def _wire_values(number: int) -> Callable[[Any], tuple[Any, ...]]:
         f"_{name}_raw" if types[name] == "char" and length else name
         for name, length in zip(cls.ordered_fieldnames, cls.array_lengths, strict=True)
     ]
-    get = attrgetter(*names)
+    get: Callable[[Any], Any] = attrgetter(*names)  # a tuple, or the only value
     if len(names) == 1 and not arrays[0]:
         return lambda message: (get(message),)
     if not any(arrays):

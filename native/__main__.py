@@ -1,0 +1,5 @@
+"""`python -m native`."""
+
+from native.build import main
+
+raise SystemExit(main())

@@ -1,0 +1,222 @@
+"""A module's source as mypyc gets it: the same statements, in the form that mypyc makes fast code of.
+
+* A dataclass gets the `__init__` that it would get from `dataclass`, so that it is compiled. It loses `slots` and
+  `frozen`, of which mypyc's own classes have the first and do not know the second; mypy has checked the second.
+* A constant of a module becomes `Final`, else mypyc looks it up by its name each time.
+* `sum` gets a list: mypyc would add a generator's values in a loop of its own, without the compensation of Python 3.12.
+* A parameter named `_` gets another name, since mypyc gives no type to it.
+
+* A class from which other packages inherit is told to allow that.
+
+Lines move only after a dataclass's last one, and by such a class.
+"""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+_CONSTANT = re.compile(r"_*[A-Z][A-Z0-9_]*")
+_FUTURE = "from __future__ import annotations"
+_OPEN = ("StreamDriver",)  # from which drivers of other packages inherit, which are not compiled
+_ATTRIBUTE = "@mypy_extensions.mypyc_attr(allow_interpreted_subclasses=True)\n"
+_PURE = {"int", "len", "max", "min", "round"}
+_NO_CONSTANTS = ("TypeVar", "ParamSpec", "NewType")
+
+
+@dataclass
+class _Edits:
+    """Insertions into and removals from a text, by place."""
+
+    text: str
+    starts: list[int] = field(default_factory=list)
+    edits: list[tuple[int, int, str]] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        at = 0
+        for line in self.text.encode().splitlines(keepends=True):
+            self.starts.append(at)
+            at += len(line)
+        self.starts.append(at)
+
+    def start(self, node: ast.expr | ast.stmt | ast.arg) -> int:
+        return self.starts[node.lineno - 1] + node.col_offset
+
+    def end(self, node: ast.expr | ast.stmt) -> int:
+        assert node.end_lineno is not None and node.end_col_offset is not None
+        return self.starts[node.end_lineno - 1] + node.end_col_offset
+
+    def replace(self, start: int, end: int, text: str) -> None:
+        self.edits.append((start, end, text))
+
+    def insert(self, at: int, text: str) -> None:
+        self.edits.append((at, at, text))
+
+    def done(self) -> str:
+        data = self.text.encode()
+        for start, end, text in sorted(self.edits, key=lambda edit: edit[:2], reverse=True):
+            data = data[:start] + text.encode() + data[end:]
+        return data.decode()
+
+
+def prepared(text: str) -> str:
+    """The source for mypyc. Raises ValueError where mypyc would not do what is written."""
+    tree = ast.parse(text)
+    edits = _Edits(text)
+    tail: list[str] = []
+    for node in ast.walk(tree):
+        tail += _statement(node, edits, node in tree.body)
+    _imports(edits, _constants(tree, edits) > 0)
+    return edits.done() + "".join(f"{line}\n" for line in tail)
+
+
+def _statement(node: ast.AST, edits: _Edits, outermost: bool) -> list[str]:
+    """Change one node. Returns what the module's end gets."""
+    if isinstance(node, ast.ClassDef):
+        if node.name in _OPEN:
+            edits.insert(edits.start(node), _ATTRIBUTE)
+        return _dataclass(node, edits, outermost)
+    if isinstance(node, ast.arg) and node.arg == "_":
+        edits.insert(edits.start(node), "unused")
+    elif isinstance(node, ast.Call):
+        _sum(node, edits)
+    elif isinstance(node, ast.Slice):
+        _refuse_effects(node)
+    return []
+
+
+def _imports(edits: _Edits, final: bool) -> None:
+    """Add the imports of what was inserted."""
+    lines = ["; from typing import Final"] if final else []
+    if any(new == _ATTRIBUTE for _, _, new in edits.edits):
+        lines += ["; from typing import TYPE_CHECKING\nif TYPE_CHECKING: import mypy_extensions"]
+    if lines:
+        edits.insert(edits.text.encode().index(_FUTURE.encode()) + len(_FUTURE), "".join(lines))
+
+
+def _refuse_effects(node: ast.Slice) -> None:
+    """mypyc 2.4 does the bounds of a slice twice."""
+    calls = {ast.unparse(part.func) for part in ast.walk(node) if isinstance(part, ast.Call)}
+    if (not calls <= _PURE) or any(isinstance(part, ast.NamedExpr) for part in ast.walk(node)):
+        raise ValueError(f"line {node.lineno}: a call in the bounds of a slice, which mypyc does twice")
+
+
+def _sum(call: ast.Call, edits: _Edits) -> None:
+    if isinstance(call.func, ast.Name) and call.func.id == "sum" and isinstance(call.args[0], ast.GeneratorExp):
+        start, end = edits.start(call.args[0]), edits.end(call.args[0])  # with its parentheses
+        edits.replace(start, start + 1, "([")
+        edits.replace(end - 1, end, "])")
+
+
+# --- constants -------------------------------------------------------------------------------------------------------
+
+
+def _constants(tree: ast.Module, edits: _Edits) -> int:
+    """Make the constants of a module `Final`; how many."""
+    changed = 0
+    names = [name for statement in ast.walk(tree) for name in _bound(statement)]
+    for statement in tree.body:
+        targets = _targets(statement)
+        if targets and all(_CONSTANT.fullmatch(name) and names.count(name) == 1 for name in targets):
+            changed += _finalise(statement, edits)
+    return changed
+
+
+def _bound(node: ast.AST) -> Iterator[str]:
+    if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+        yield node.id
+    elif isinstance(node, ast.Global):
+        yield from node.names
+
+
+def _targets(statement: ast.stmt) -> list[str]:
+    if isinstance(statement, ast.AnnAssign) and statement.value is not None:
+        return [ast.unparse(statement.target)]
+    if not isinstance(statement, ast.Assign) or len(statement.targets) != 1:
+        return []
+    target = statement.targets[0]
+    parts = target.elts if isinstance(target, ast.Tuple) else [target]
+    return [ast.unparse(part) for part in parts]
+
+
+def _finalise(statement: ast.stmt, edits: _Edits) -> bool:
+    if isinstance(statement, ast.AnnAssign):
+        if "TypeAlias" in ast.unparse(statement.annotation):
+            return False
+        edits.insert(edits.start(statement.annotation), "Final[")
+        edits.insert(edits.end(statement.annotation), "]")
+        return True
+    assert isinstance(statement, ast.Assign)
+    target, value = statement.targets[0], statement.value
+    if isinstance(target, ast.Tuple):
+        if not isinstance(value, ast.Tuple) or len(value.elts) != len(target.elts):
+            return False
+        pairs = zip(target.elts, value.elts, strict=True)
+        text = "; ".join(f"{ast.unparse(name)}: Final = {ast.unparse(part)}" for name, part in pairs)
+        edits.replace(edits.start(statement), edits.end(statement), text)
+        return True
+    if isinstance(value, ast.Call) and ast.unparse(value.func) in _NO_CONSTANTS:
+        return False
+    edits.insert(edits.end(target), ": Final")
+    return True
+
+
+# --- dataclasses -----------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class _Field:
+    name: str
+    annotation: str
+    default: str | None
+    plain: bool
+
+
+def _dataclass(node: ast.ClassDef, edits: _Edits, outermost: bool) -> list[str]:
+    """Change a dataclass. Returns what the module's end gets: its annotations as they are written, which mypyc
+    simplifies."""
+    decorator = next((item for item in node.decorator_list if _is_dataclass(item)), None)
+    if decorator is None:
+        return []
+    edits.replace(edits.start(decorator), edits.end(decorator), f"dataclass({_options(decorator)})")
+    fields = [found for statement in node.body if (found := _field(statement)) is not None]
+    methods = {statement.name for statement in node.body if isinstance(statement, ast.FunctionDef)}
+    own = not node.bases and not methods & {"__init__", "__post_init__"}
+    if own and fields and all(item.plain for item in fields):
+        indent = " " * node.body[0].col_offset
+        edits.insert(edits.end(node), f"\n{indent}{_init(fields)}")
+    annotations = {item.name: item.annotation for item in fields}
+    return [f"setattr({node.name}, '__annotations__', {annotations!r})"] if outermost and fields else []
+
+
+def _is_dataclass(node: ast.expr) -> bool:
+    return ast.unparse(node.func if isinstance(node, ast.Call) else node) == "dataclass"
+
+
+def _options(decorator: ast.expr) -> str:
+    given = decorator.keywords if isinstance(decorator, ast.Call) else []
+    options = {item.arg or "": ast.unparse(item.value) for item in given}
+    if options.pop("frozen", "False") == "True" and "eq" not in options:
+        options["unsafe_hash"] = "True"
+    options.pop("slots", None)
+    return ", ".join(f"{name}={value}" for name, value in options.items())
+
+
+def _field(statement: ast.stmt) -> _Field | None:
+    if not isinstance(statement, ast.AnnAssign) or not isinstance(statement.target, ast.Name):
+        return None
+    annotation, value = ast.unparse(statement.annotation), statement.value
+    if annotation.startswith("ClassVar"):
+        raise ValueError(f"line {statement.lineno}: a ClassVar in a dataclass, which mypyc takes for a field")
+    if isinstance(value, ast.Call) and ast.unparse(value.func) == "field":
+        given = {item.arg: ast.unparse(item.value) for item in value.keywords}
+        return _Field(statement.target.id, annotation, given.get("default"), set(given) == {"default"})
+    return _Field(statement.target.id, annotation, None if value is None else ast.unparse(value), True)
+
+
+def _init(fields: list[_Field]) -> str:
+    given = (f"{item.name}: {item.annotation}" + (f" = {item.default}" if item.default else "") for item in fields)
+    kept = "; ".join(f"self.{item.name} = {item.name}" for item in fields)
+    return f"def __init__(self, {', '.join(given)}) -> None: {kept}"

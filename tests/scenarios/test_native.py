@@ -1,0 +1,46 @@
+"""Compiled and interpreted arithmetic give the same sail, to the last digit of the truth."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from companion import native
+
+SAIL = """
+import sys
+from pathlib import Path
+from companion.cli.rig import LockstepRig
+from sitl.scenarios import SCENARIOS
+from sitl.scenarios.scenario import run
+name, vessel, folder = sys.argv[1:]
+changes = {"time": "20"} if name == "follow" else {}
+run(SCENARIOS[name], LockstepRig, Path(folder), seed=0, vessel=vessel, changes=changes)
+"""
+
+BUILT = bool(native.usable(native.ROOT, native.FOLDER)[0])
+
+
+@pytest.mark.process
+@pytest.mark.skipif(not BUILT, reason="no native build of these sources: `make native`")
+@pytest.mark.parametrize(
+    ("scenario", "vessel"), [("docking", "revolt"), ("mission_square", "aboat"), ("follow", "rescuerunner")]
+)
+def test_both_sail_the_same(scenario: str, vessel: str, tmp_path: Path) -> None:
+    logs = {}
+    for wish in ("0", "require"):
+        folder = tmp_path / wish
+        command = [sys.executable, "-c", SAIL, scenario, vessel, str(folder)]
+        done = subprocess.run(
+            command, env={**os.environ, "USV_NATIVE": wish}, capture_output=True, text=True, check=False
+        )
+        assert done.returncode == 0, done.stderr
+        logs[wish] = folder
+    for name in ("truth.csv", "ticks.csv", "events.csv"):
+        assert (logs["0"] / name).read_bytes() == (logs["require"] / name).read_bytes()
+    for name in ("log.mcap", "telemetry.tlog"):
+        assert (logs["0"] / name).stat().st_size == (logs["require"] / name).stat().st_size
