@@ -38,7 +38,7 @@ bench: $(VENV)/.installed-test
 	$(BIN)/python -m tests.bench
 
 native: $(VENV)/.installed-test
-	JOBS=$(JOBS) USV_NATIVE=0 $(BIN)/python -m native
+	JOBS=$(JOBS) USV_NATIVE=0 $(BIN)/python -m sitl.native
 	@$(BIN)/companion --version
 
 docs: $(VENV)/.installed-docs

@@ -1,6 +1,6 @@
 """Imports the compiled arithmetic where it is built and as new as its sources; otherwise all runs interpreted.
 
-`python -m native` compiles most modules of `companion` and `sitl` into one library in `companion/_native`. The library
+`python -m sitl.native` compiles most modules of `companion` and `sitl` into one library in `companion/_native`. It
 counts only while every file that it was made of is still the same to the last byte, for this Python. The environment
 variable USV_NATIVE decides: 0 leaves it, `require` refuses to start without it, anything else takes it where it counts.
 """

@@ -1,1 +1,1 @@
-"""Compiles the arithmetic of the boat and of its simulation: `python -m native`. The .py files stay the source."""
+"""Compiles the arithmetic of the boat and of its simulation: `python -m sitl.native`. The .py files stay the source."""

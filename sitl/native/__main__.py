@@ -1,5 +1,5 @@
-"""`python -m native`."""
+"""`python -m sitl.native`."""
 
-from native.build import main
+from sitl.native.build import main
 
 raise SystemExit(main())

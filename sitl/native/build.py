@@ -1,4 +1,4 @@
-"""`python -m native`: compiles the modules of `modules.py` with mypyc and the machine's C compiler.
+"""`python -m sitl.native`: compiles the modules of `modules.py` with mypyc and the machine's C compiler.
 
 The work stays in `build/native`; what changes is compiled anew, the rest is kept. The library goes to
 `companion/_native`, where `companion/native.py` finds it.
@@ -20,8 +20,8 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from companion.native import FOLDER, LIBRARY, ROOT, SUFFIX, digest
-from native.modules import compiled, known
-from native.source import prepared
+from sitl.native.modules import compiled, known
+from sitl.native.source import prepared
 
 GROUP = "usv"
 FLAGS = ("-O1", "-fPIC", "-fwrapv", "-ffp-contract=off", "-DNDEBUG", "-w")

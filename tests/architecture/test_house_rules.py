@@ -50,7 +50,7 @@ def test_nothing_below_the_wiring_asks_whether_it_is_simulated(path: Path) -> No
 
 
 def test_the_top_level_is_as_agreed() -> None:
-    rooms = {"companion", "docs", "gcs_plugins", "mission_files", "native", "sitl", "tests"}
+    rooms = {"companion", "docs", "gcs_plugins", "mission_files", "sitl", "tests"}
     pages = {"README.md", "CONTRIBUTING.md", "CHANGELOG.md", "SECURITY.md", "LICENSE"}
     tools = {"pyproject.toml", "uv.lock", "mkdocs.yml", "Makefile"}
     made = {"out", "build", "dist"}

@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 
-from native.modules import compiled, known
-from native.source import prepared
+from sitl.native.modules import compiled, known
+from sitl.native.source import prepared
 
 ROOT = Path(__file__).parents[3]
 
