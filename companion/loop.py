@@ -273,13 +273,17 @@ class Vessel:
         return health
 
     def update_thruster_conditions(self, health: Sequence[DeviceHealth], now_s: float) -> None:
-        """Tell the allocation and the supervisor which thrusters have failed or are not lowered."""
+        """Tell allocation, control and supervisor which thrusters have failed or are not lowered, and how fast they
+        turn."""
         availability = self._blocks.availability
         silent = [device.name for device in health if not device.ok]
         if availability.update(self._reports.newest, self._command, self.supervisor.retraction.lower, silent, now_s):
             for i, condition in enumerate(availability.conditions):
                 self._blocks.allocator.set_failed(i, condition is not ThrusterCondition.READY)
                 self.supervisor.thruster_failed(i, condition is ThrusterCondition.FAILED)
+        for i, rate_radps in availability.take_turn_rates():
+            self._blocks.allocator.set_turn_rate(i, rate_radps)
+            self._blocks.controller.set_turn_rate(i, rate_radps)
         self.supervisor.retraction.see(availability.up, now_s)
 
     def allocate(self, setpoint: Setpoint, wrench: Wrench, status: Status, nav: NavState) -> Allocation:

@@ -52,6 +52,11 @@ class _AllocatorBase:
             self._failed = self._failed | {index} if failed else self._failed - {index}
             self._inverse.refresh(self._failed)
 
+    def set_turn_rate(self, index: int, rate_radps: float) -> None:
+        """Turn the azimuth of thruster `index` no faster from now on."""
+        if 0 <= index < len(self._thrusters):
+            self._thrusters[index].azimuth_rate_radps = rate_radps
+
     def neutral(self) -> Allocation:
         """Set all forces to zero; azimuths stay where they are."""
         self._forces = [0.0] * len(self._thrusters)

@@ -8,9 +8,16 @@ from collections.abc import Collection, Sequence
 
 from companion.allocation.motor_current import CurrentSupervision, LoadFault
 from companion.allocation.supervision import FeedbackSupervision, ThrusterFault, Tolerances
+from companion.allocation.turn_rate import TurnRate
 from companion.config.devices import ThrusterConfig
 from companion.config.vessel import VesselConfig
-from companion.core.actuation import ActuatorCommand, Deployment, ThrusterCondition, ThrusterFeedback
+from companion.core.actuation import (
+    ActuatorCommand,
+    Deployment,
+    ThrusterCommand,
+    ThrusterCondition,
+    ThrusterFeedback,
+)
 from companion.core.decision import TextKind
 from companion.core.events import Announce
 from companion.params.store import Parameters
@@ -26,6 +33,9 @@ class Availability:
     A thruster has failed while its board reports so, while the supervision of its feedback or of its motor's current
     finds a fault (THR_WATCH), or if it is ordered down and does not arrive. From the order to retract on, it does not
     count as lowered.
+
+    What turns slower than the vessel's file says is supervised at the rate that its reports show; `take_turn_rates`
+    tells it.
     """
 
     def __init__(self, config: VesselConfig, parameters: Parameters, say: Announce) -> None:
@@ -63,6 +73,10 @@ class Availability:
         )
         return True
 
+    def take_turn_rates(self) -> list[tuple[int, float]]:
+        """(index, rad/s) of the thrusters whose rate of turn has changed since the last call."""
+        return [(i, thruster.take_turn_radps()) for i, thruster in enumerate(self._thrusters) if thruster.turn_changed]
+
     def _parameter_changed(self, name: str, value: float) -> None:
         if name.startswith("THR_"):
             self._tolerances = self._read_tolerances()
@@ -89,6 +103,8 @@ class _Thruster:
         self._index = index
         self._say = say
         self._supervision = FeedbackSupervision(config)
+        self._turn = TurnRate(config.azimuth_rate_radps) if config.turns else None
+        self.turn_changed = self._said_slow = self._armed = False
         self._current = None if config.full_a is None else CurrentSupervision(config.full_a)
         self._ok = True
         self._fault: ThrusterFault | LoadFault | None = None
@@ -127,6 +143,7 @@ class _Thruster:
     ) -> ThrusterFault | LoadFault | None:
         """What its feedback tells, or else its motor's current."""
         demand, armed = command.thrusters[self._index], command.armed
+        self._see_turn(demand, armed, report, now_s)
         fault = self._supervision.update(demand, armed, report, tolerances, now_s)
         if self._current is None:
             return fault
@@ -134,6 +151,32 @@ class _Thruster:
         current_a = None if report is None else report.current_a
         load = self._current.update(demand.throttle, armed, current_a, tolerances.current, times_s, now_s)
         return fault or load
+
+    def _see_turn(self, demand: ThrusterCommand, armed: bool, report: ThrusterFeedback | None, now_s: float) -> None:
+        """Learn how fast it turns, anew at each arming."""
+        turn, was_armed = self._turn, self._armed
+        self._armed = armed
+        if turn is None:
+            return
+        if armed and not was_armed:
+            turn.begin_anew()
+            self._supervision.turns_at(turn.rate_radps)
+            self.turn_changed, self._said_slow = True, False
+        if not armed or report is None or demand.azimuth_rad is None or report.azimuth_rad is None:
+            return
+        if turn.update(demand.azimuth_rad, report.azimuth_rad, report.t_s):
+            self.turn_changed = True
+            self._supervision.turns_at(turn.rate_radps)
+        if turn.slow and not self._said_slow:
+            self._said_slow = True
+            rate, configured = math.degrees(turn.rate_radps), math.degrees(self._config.azimuth_rate_radps)
+            text = f"Thruster {self._config.name} turns at {rate:.0f} of {configured:.0f} deg/s"
+            self._say(now_s, TextKind.ATTENTION, f"turn_rate_{self._config.name}", text)
+
+    def take_turn_radps(self) -> float:
+        """The rate of turn; it counts as told."""
+        self.turn_changed = False
+        return self._config.azimuth_rate_radps if self._turn is None else self._turn.rate_radps
 
     def _placed(self, report: ThrusterFeedback | None, lower: bool | None, now_s: float) -> ThrusterCondition:
         """Its condition by the reported position, or by the time since the order."""

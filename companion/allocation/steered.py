@@ -27,12 +27,18 @@ class SteeredAllocator(ABC):
         self._limits = config.limits
         self._period_s = 1.0 / config.control_rate_hz
         self._angle_rad = 0.0
+        self._rate_radps = thruster.azimuth_rate_radps
         self._failed = False
 
     def set_failed(self, index: int, failed: bool) -> None:
         """Mark the thruster (index 0) as failed or not. A failed one gives no thrust; its angle still follows."""
         if index == 0:
             self._failed = failed
+
+    def set_turn_rate(self, index: int, rate_radps: float) -> None:
+        """Turn the nozzle or rudder (index 0) no faster from now on."""
+        if index == 0:
+            self._rate_radps = rate_radps
 
     def direct(
         self, thrusters: Sequence[ThrusterCommand], dt_s: float | None = None, surge_mps: float = 0.0
@@ -72,7 +78,7 @@ class SteeredAllocator(ABC):
         """What thrust and angle give now."""
 
     def _steer(self, angle_rad: float, dt_s: float) -> None:
-        reach = self._thruster.azimuth_rate_radps * max(0.0, dt_s)
+        reach = self._rate_radps * max(0.0, dt_s)
         held = min(self._high_rad, max(self._low_rad, math.remainder(angle_rad, math.tau)))
         self._angle_rad = min(self._angle_rad + reach, max(self._angle_rad - reach, held))
 

@@ -2,7 +2,8 @@
 
 A healthy thruster stays in a band between the command and the value that it comes from. For the throttle the edges of
 the band follow the command with a first-order lag, slower than any healthy propeller; for the azimuth they follow at
-half of its rate. A measurement outside the band by more than the tolerance, for long enough, is a fault.
+half of its rate, as configured or learned. A measurement outside the band by more than the tolerance, for long enough,
+is a fault.
 """
 
 from __future__ import annotations
@@ -58,12 +59,16 @@ class FeedbackSupervision:
     )  # fmt: skip
 
     def __init__(self, thruster: ThrusterConfig) -> None:
-        self._rate_radps = _AZIMUTH_RATE_SHARE * thruster.azimuth_rate_radps
+        self.turns_at(thruster.azimuth_rate_radps)
         self.fault: ThrusterFault | None = None
         self._seen = self._armed = self._moved = False
         self._last_s = self._fault_s = 0.0
         self._low = self._high = self._off_s = self._well_s = 0.0
         self._command_rad = self._azimuth_low = self._azimuth_high = self._azimuth_off_s = self._fault_rad = 0.0
+
+    def turns_at(self, rate_radps: float) -> None:
+        """Expect that rate of turn from now on."""
+        self._rate_radps = _AZIMUTH_RATE_SHARE * rate_radps
 
     def update(
         self,

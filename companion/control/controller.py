@@ -70,7 +70,7 @@ class Controller:
         """`baseline`, `baseline_tracking`: the theses' laws, which DP_LAW 1 and WP_LAW 1 choose; None: not
         available."""
         self._config = config
-        yaw = YawLoop(config, parameters)
+        self._yaw = yaw = YawLoop(config, parameters)
         self._parameters = parameters
         self._positioning = DynamicPositioning(config, parameters)
         self._mean_wind = MeanForce()
@@ -89,6 +89,11 @@ class Controller:
         """Forget the bias force."""
         self._bias.reset()
         self._demanded = None
+
+    def set_turn_rate(self, index: int, rate_radps: float) -> None:
+        """Thruster `index` turns no faster: one that alone steers the boat bounds the yaw loop's bandwidth."""
+        if index == 0:
+            self._yaw.steers_at(rate_radps)
 
     def update(self, setpoint: Setpoint, nav: NavState, achieved: Wrench, dt_s: float) -> Wrench:
         """The wrench for the setpoint. `achieved`: what the thrusters gave in the last cycle, by the allocation; the

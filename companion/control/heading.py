@@ -19,6 +19,7 @@ _INTEGRAL_SHARE = 0.1
 # The share of the way to its stop that a nozzle must cover in 1/bandwidth: with less, its rate limit makes the loop
 # oscillate.
 _SWING_SHARE = 0.6
+_SLOW_SWING_SHARE = 1.0  # the same for one that turns slower than the file says: the loop may be oscillating already
 _LARGE_ERROR_RAD = math.radians(25.0)  # a larger error is a turn, not an offset to learn
 _STALLED_SHARE = 0.25  # of the turn that is asked for
 
@@ -26,14 +27,19 @@ _STALLED_SHARE = 0.25  # of the turn that is asked for
 class YawLoop:
     """Setpoint → yaw moment. For a large error the boat turns at PATH_YAW_RATE. Remembers nothing itself.
 
-    Its bandwidth is PATH_BW_YAW, or what a jet's nozzle or a rudder can follow at its configured rate, if that is
-    less."""
+    Its bandwidth is PATH_BW_YAW, or what a jet's nozzle or a rudder can follow at its rate of turn, if that is less."""
 
     def __init__(self, config: VesselConfig, parameters: Parameters) -> None:
         self._hull = config.hull
-        self._most_radps = _followed_radps(config)
+        self._config, self._configured_radps = config, config.thrusters[0].azimuth_rate_radps
+        self.steers_at(self._configured_radps)
         self._by_difference = _steers_by_difference(config)
         self._parameters = parameters
+
+    def steers_at(self, rate_radps: float) -> None:
+        """The rate at which the nozzle or the rudder turns, where it is not the configured one."""
+        share = _SWING_SHARE if rate_radps >= self._configured_radps else _SLOW_SWING_SHARE
+        self._most_radps = _followed_radps(self._config, rate_radps, share)
 
     def moment_nm(
         self,
@@ -81,12 +87,12 @@ def _steers_by_difference(config: VesselConfig) -> bool:
     return config.limits.sway_n <= 0.0 and not any(t.turns for t in config.thrusters)
 
 
-def _followed_radps(config: VesselConfig) -> float:
+def _followed_radps(config: VesselConfig, rate_radps: float, swing_share: float) -> float:
     """The bandwidth that a jet's nozzle or a rudder can follow in large turns; infinite for other boats."""
     first = config.thrusters[0]
     stops = [abs(stop) for stop in (first.azimuth_min_rad, first.azimuth_max_rad) if stop is not None]
     slow = first.kind in ("jet", "rudder") and stops
-    return first.azimuth_rate_radps / (_SWING_SHARE * max(stops)) if slow else math.inf
+    return rate_radps / (swing_share * max(stops)) if slow else math.inf
 
 
 class HeadingControl:

@@ -1,0 +1,88 @@
+"""How fast a thruster really turns, learned from its reports: a nozzle may be slower than the vessel's file says."""
+
+from __future__ import annotations
+
+import math
+
+from companion.core.angles import wrap_pi
+
+_LAG_S = 0.25  # with which a steering gear closes the last of its way: farther off, its rate is what limits it
+_REACTION_S = 0.3  # from a command to the motion that is reported
+_SPAN_S = 0.3  # over which a rate is measured
+_LEARN_S = 0.6
+_STANDS_SHARE = 0.08  # of the configured rate: what turns more slowly is stuck, not slow
+_CHANGED_SHARE = 0.1  # of the rate: a change that matters
+_SETTLED_SHARE = 0.2  # of the rate: so near to it, a measured one confirms it
+_SLOW_SHARE = 0.8  # of the configured rate
+
+
+class TurnRate:
+    """Commands and reports of one thruster → its rate of turn.
+
+    `rate_radps` is never above the configured rate. A rate counts while the command is so far ahead that a gear with a
+    short lag would turn at its full rate. Remembers the rate, whether the last measurement confirms it, the rate used
+    last, the last report, and since when the command has been ahead.
+    """
+
+    __slots__ = (
+        "_ahead_s",
+        "_configured_radps",
+        "_last",
+        "_side",
+        "_span_s",
+        "_used_radps",
+        "_way_rad",
+        "rate_radps",
+        "settled",
+    )
+
+    def __init__(self, configured_radps: float) -> None:
+        self._configured_radps = configured_radps
+        self.begin_anew()
+
+    def begin_anew(self) -> None:
+        """Take the configured rate for true again."""
+        self.rate_radps = self._used_radps = self._configured_radps
+        self.settled = False
+        self._last: tuple[float, float] | None = None  # time and azimuth of the last report
+        self._ahead_s = self._span_s = self._way_rad = self._side = 0.0
+
+    @property
+    def slow(self) -> bool:
+        """Whether it turns markedly slower than configured, and a further measurement confirms it."""
+        return self.settled and self.rate_radps < _SLOW_SHARE * self._configured_radps
+
+    def update(self, command_rad: float, measured_rad: float, t_s: float) -> bool:
+        """Take a report of time `t_s` and the command before it; returns whether the rate has changed markedly."""
+        last, self._last = self._last, (t_s, measured_rad)
+        if last is None or not 0.0 < t_s - last[0] <= _SPAN_S:
+            if last is None or t_s != last[0]:
+                self._restart(0.0)
+            return False
+        dt_s, ahead_rad = t_s - last[0], wrap_pi(command_rad - last[1])
+        side = math.copysign(1.0, ahead_rad)
+        if abs(ahead_rad) < _LAG_S * self.rate_radps or side != self._side:
+            self._restart(side)
+            return False
+        self._ahead_s += dt_s
+        if self._ahead_s <= _REACTION_S:
+            return False
+        self._span_s += dt_s
+        self._way_rad += side * wrap_pi(measured_rad - last[1])
+        return self._span_s >= _SPAN_S and self._learn()
+
+    def _restart(self, side: float) -> None:
+        self._side, self._ahead_s, self._span_s, self._way_rad = side, 0.0, 0.0, 0.0
+
+    def _learn(self) -> bool:
+        seen_radps, span_s = self._way_rad / self._span_s, self._span_s
+        self._span_s = self._way_rad = 0.0
+        if seen_radps < _STANDS_SHARE * self._configured_radps:
+            return False
+        self.settled = abs(seen_radps - self.rate_radps) < _SETTLED_SHARE * self.rate_radps
+        share = 1.0 - math.exp(-span_s / _LEARN_S)
+        self.rate_radps = min(self._configured_radps, self.rate_radps + share * (seen_radps - self.rate_radps))
+        changed = abs(self.rate_radps - self._used_radps) >= _CHANGED_SHARE * self._used_radps
+        if changed:
+            self._used_radps = self.rate_radps
+        return changed
