@@ -92,6 +92,7 @@ class Availability:
             parameters["THR_FAIL_T"],
             parameters["THR_RETRY_T"],
             parameters["THR_TOL_CUR"],
+            bool(parameters["THR_LEARN_AZ"]),
         )
 
 
@@ -143,7 +144,7 @@ class _Thruster:
     ) -> ThrusterFault | LoadFault | None:
         """What its feedback tells, or else its motor's current."""
         demand, armed = command.thrusters[self._index], command.armed
-        self._see_turn(demand, armed, report, now_s)
+        self._see_turn(demand, armed, report if tolerances.learns_turns else None, now_s)
         fault = self._supervision.update(demand, armed, report, tolerances, now_s)
         if self._current is None:
             return fault

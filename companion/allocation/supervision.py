@@ -34,7 +34,8 @@ class ThrusterFault(Enum):
 class Tolerances:
     """`throttle` (0…1), `azimuth_rad`: tolerated distance from the band. `lag_s`: tolerated lag of a propeller.
     `after_s`: how long outside is a fault. `retry_s`: time until a faulty thruster is tried again; 0: at the next
-    arming. `current`: times the expected current that is tolerated."""
+    arming. `current`: times the expected current that is tolerated.
+    `learns_turns`: slow azimuths are learned."""
 
     throttle: float
     azimuth_rad: float
@@ -42,6 +43,7 @@ class Tolerances:
     after_s: float
     retry_s: float
     current: float = 1.8
+    learns_turns: bool = True
 
 
 class FeedbackSupervision:

@@ -12,7 +12,7 @@ _SPAN_S = 0.3  # over which a rate is measured
 _LEARN_S = 0.6
 _STANDS_SHARE = 0.08  # of the configured rate: what turns more slowly is stuck, not slow
 _CHANGED_SHARE = 0.1  # of the rate: a change that matters
-_SETTLED_SHARE = 0.2  # of the rate: so near to it, a measured one confirms it
+_SETTLED_SHARE = 0.2  # of a measured rate: so near to it, the next one confirms it
 _SLOW_SHARE = 0.8  # of the configured rate
 
 
@@ -20,14 +20,16 @@ class TurnRate:
     """Commands and reports of one thruster → its rate of turn.
 
     `rate_radps` is never above the configured rate. A rate counts while the command is so far ahead that a gear with a
-    short lag would turn at its full rate. Remembers the rate, whether the last measurement confirms it, the rate used
-    last, the last report, and since when the command has been ahead.
+    short lag would turn at its full rate. Remembers the rate, the last
+    measurement and whether it confirms the one before, the rate used last, the last report, and since when the command
+    has been ahead.
     """
 
     __slots__ = (
         "_ahead_s",
         "_configured_radps",
         "_last",
+        "_seen_radps",
         "_side",
         "_span_s",
         "_used_radps",
@@ -44,6 +46,7 @@ class TurnRate:
         """Take the configured rate for true again."""
         self.rate_radps = self._used_radps = self._configured_radps
         self.settled = False
+        self._seen_radps = 0.0
         self._last: tuple[float, float] | None = None  # time and azimuth of the last report
         self._ahead_s = self._span_s = self._way_rad = self._side = 0.0
 
@@ -79,9 +82,11 @@ class TurnRate:
         self._span_s = self._way_rad = 0.0
         if seen_radps < _STANDS_SHARE * self._configured_radps:
             return False
-        self.settled = abs(seen_radps - self.rate_radps) < _SETTLED_SHARE * self.rate_radps
+        before, self._seen_radps = self._seen_radps, seen_radps
+        self.settled = abs(seen_radps - before) < _SETTLED_SHARE * seen_radps
         share = 1.0 - math.exp(-span_s / _LEARN_S)
-        self.rate_radps = min(self._configured_radps, self.rate_radps + share * (seen_radps - self.rate_radps))
+        step = 0.5 * (before + seen_radps) - self.rate_radps if self.settled else share * (seen_radps - self.rate_radps)
+        self.rate_radps = min(self._configured_radps, self.rate_radps + step)
         changed = abs(self.rate_radps - self._used_radps) >= _CHANGED_SHARE * self._used_radps
         if changed:
             self._used_radps = self.rate_radps

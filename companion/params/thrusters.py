@@ -56,6 +56,7 @@ ROWS: tuple[ParamSpec, ...] = (
         "Thrusters",
         "Stop using a thruster whose feedback does not follow its command",
     ),
+    choice("THR_LEARN_AZ", 1, YES_NO, "Thrusters", "Learn how fast azimuths turn, if slower than configured"),
     real("THR_TOL", 0.15, 0.02, 1.0, "norm", "Thrusters", "Tolerated difference of the measured throttle"),
     real("THR_TOL_AZ", 15.0, 2.0, 90.0, "deg", "Thrusters", "Tolerated difference of the measured azimuth"),
     real(

@@ -94,17 +94,18 @@ def receivers(conditions: Conditions, settings: Settings) -> Conditions:
 
 
 def thesis_parameters(settings: Settings) -> dict[str, float]:
-    """Parameters of the thesis's law and AHRS; the setting `gains=KP/KD` is for its nozzle. Raises ScenarioError."""
+    """Parameters of the thesis's law and AHRS, which learns no rates; the setting `gains=KP/KD` is for its nozzle.
+    Raises ScenarioError."""
     text = settings.get("gains", "")
     if settings.get("law") != "thesis":
         if text:
             raise ScenarioError(f"gains={text}: only with law=thesis")
         return {}
     if not text:
-        return {"AHRS_LAW": 1.0}
+        return {"AHRS_LAW": 1.0, "THR_LEARN_AZ": 0.0}
     kp, _, kd = text.partition("/")
     try:
-        return {"AHRS_LAW": 1.0, "FOLT_KP": float(kp), "FOLT_KD": float(kd)}
+        return {"AHRS_LAW": 1.0, "THR_LEARN_AZ": 0.0, "FOLT_KP": float(kp), "FOLT_KD": float(kd)}
     except ValueError as error:
         raise ScenarioError(f"gains={text}: write KP/KD, as 1.2/1.5") from error
 

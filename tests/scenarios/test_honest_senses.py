@@ -25,7 +25,13 @@ def test_nor_on_any_other_day(tmp_path: Path, vessel: str, seed: int) -> None:
     sail(tmp_path, vessel, seed)
 
 
-def sail(tmp_path: Path, vessel: str, seed: int) -> None:
-    scenario, changes = SCENARIOS["honest_senses"], {"duration": "150"}
+@pytest.mark.sweep
+@pytest.mark.parametrize(("vessel", "seed"), [("aboat", 6018), ("blueboat", 6018), ("otter", 6018), ("otter", 6024)])
+def test_a_velocity_that_gets_noisier_is_no_jump(tmp_path: Path, vessel: str, seed: int) -> None:
+    sail(tmp_path, vessel, seed - 1000, "600")
+
+
+def sail(tmp_path: Path, vessel: str, seed: int, duration: str = "150") -> None:
+    scenario, changes = SCENARIOS["honest_senses"], {"duration": duration}
     outcome = run(scenario, LockstepRig, tmp_path, seed=1000 + seed, vessel=vessel, changes=changes)
     assert outcome.ok, outcome.error or [check.row() for check in outcome.checks]

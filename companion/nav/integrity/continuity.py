@@ -7,6 +7,7 @@ import math
 _LEAST_S = 0.4  # how long, and over how many samples, a step must last to be more than an outlier
 _LEAST_SAMPLES = 3
 _UNSTEADY_S, _UNSTEADY_SAMPLES = 3.0, 5  # the same for a source that goes on making impossible steps
+_GONE_SHARE = 0.5  # of the bound: an outlier that has gone back so near to its track is none
 _AGREES_S = 1.0  # how long a source must agree with the estimate again
 
 
@@ -23,6 +24,7 @@ class Continuity:
         self._settled_s = math.inf  # since when there was no further impossible step
         self._samples = self._all_samples = 0
         self._agrees_s = math.inf
+        self._back = (0.0, 0.0)  # by what it has gone back in small steps, before it was judged
         self._t_s = -math.inf
 
     @property
@@ -47,13 +49,20 @@ class Continuity:
         self.north = self.east = 0.0
         self.since_s = self._settled_s = self._agrees_s = math.inf
         self._samples = self._all_samples = 0
+        self._back = 0.0, 0.0
 
     def take(self, t_s: float, north: float, east: float, bound: float) -> None:
-        """`north`, `east`: the source's step less the boat's; `bound`: up to which that is noise."""
+        """`north`, `east`: the source's step less the boat's; `bound`: up to which that is noise. An outlier may go
+        back in several steps of noise."""
+        undecided = self.suspect and not self.jumped
         self._t_s = t_s
         self._all_samples += 1
         if math.hypot(north, east) <= bound:
             self._samples += 1
+            if undecided:
+                self._back = self._back[0] + north, self._back[1] + east
+                if math.hypot(self.north + self._back[0], self.east + self._back[1]) <= _GONE_SHARE * bound:
+                    self.clear()
             return
         self.north += north
         self.east += east
@@ -61,7 +70,7 @@ class Continuity:
             self.clear()
             return
         if not self.suspect:
-            self.since_s, self._all_samples = t_s, 1
+            self.since_s, self._all_samples, self._back = t_s, 1, (0.0, 0.0)
         self._settled_s, self._samples = t_s, 1
 
     def place(self, t_s: float, north: float, east: float, bound: float) -> None:

@@ -12,7 +12,7 @@ from companion.nav.outliers import Verdict
 
 _LEAST_MPS = 0.2
 _CLAIMS = 4.0  # of the accuracy that the vessel's file gives
-_NOISES = 8.0
+_NOISES = 8.0  # of its usual step beside the accelerometers', which is learned in sigmas: another grade has another
 _GAP_S = 2.0
 _FASTEST_MPS2 = 3.0  # a boat's own acceleration, where no accelerometer tells
 _AGREES_MPS = 0.15
@@ -53,7 +53,9 @@ class VelocityJump(JumpHypothesis[VelocitySeen, StepNoise]):
             return
         own = seen.north_mps - last.north_mps, seen.east_mps - last.east_mps
         felt, unfelt = _felt(last, seen, own)
-        bound_mps = max(_LEAST_MPS, _CLAIMS * max(last.sigma_mps, seen.sigma_mps), _NOISES * receiver.noise.size)
+        sigma_mps = max(last.sigma_mps, seen.sigma_mps)
+        noise_mps = receiver.noise.size * sigma_mps
+        bound_mps = max(_LEAST_MPS, _CLAIMS * sigma_mps, _NOISES * noise_mps)
         if felt is None:
             bound_mps += _FASTEST_MPS2 * dt_s
         elif math.hypot(*felt) > math.hypot(*own):
@@ -61,9 +63,9 @@ class VelocityJump(JumpHypothesis[VelocitySeen, StepNoise]):
         if driven:
             track.take(seen.t_s, *unfelt, bound_mps)
             off_mps = math.hypot(seen.off_north_mps, seen.off_east_mps)
-            track.compare(seen.t_s, off_mps, max(_AGREES_MPS, 4.0 * receiver.noise.size))
+            track.compare(seen.t_s, off_mps, max(_AGREES_MPS, 4.0 * noise_mps))
         if not track.suspect:
-            receiver.noise.update(*unfelt)
+            receiver.noise.update(unfelt[0] / sigma_mps, unfelt[1] / sigma_mps)
 
     @staticmethod
     def _size(track: Continuity) -> str:

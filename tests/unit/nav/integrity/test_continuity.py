@@ -28,6 +28,11 @@ def test_an_outlier_is_none() -> None:
     assert not track.suspect and not track.jumped
 
 
+def test_an_outlier_that_goes_back_in_steps_of_noise_is_none() -> None:
+    track = fed([(0.0, 0.0)] * 5 + [(0.0, 0.6), (0.0, -0.3), (0.0, -0.3)] + [(0.0, 0.0)] * 5)
+    assert not track.suspect and not track.jumped
+
+
 def test_scattered_outliers_are_no_steady_jump_at_first() -> None:
     scattered = [(5.0, 0.0), (-9.0, 3.0), (12.0, -2.0), (1.0, 7.0)]
     assert not fed(scattered * 2).jumped
