@@ -38,7 +38,7 @@ bench: $(VENV)/.installed-test
 	$(BIN)/python -m tests.bench
 
 native: $(VENV)/.installed-test
-	JOBS=$(JOBS) USV_NATIVE=0 $(BIN)/python -m sitl.native
+	USV_NATIVE=0 $(BIN)/python -m sitl.native $(if $(JOBS),--jobs $(JOBS)) $(if $(filter-out default,$(origin CC)),--cc '$(CC)')
 	@$(BIN)/companion --version
 
 docs: $(VENV)/.installed-docs

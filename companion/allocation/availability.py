@@ -75,7 +75,8 @@ class Availability:
 
     def take_turn_rates(self) -> list[tuple[int, float]]:
         """(index, rad/s) of the thrusters whose rate of turn has changed since the last call."""
-        return [(i, thruster.take_turn_radps()) for i, thruster in enumerate(self._thrusters) if thruster.turn_changed]
+        rates = ((i, thruster.take_turn_radps()) for i, thruster in enumerate(self._thrusters))
+        return [(i, rate_radps) for i, rate_radps in rates if rate_radps is not None]
 
     def _parameter_changed(self, name: str, value: float) -> None:
         if name.startswith("THR_"):
@@ -105,7 +106,8 @@ class _Thruster:
         self._say = say
         self._supervision = FeedbackSupervision(config)
         self._turn = TurnRate(config.azimuth_rate_radps) if config.turns else None
-        self.turn_changed = self._said_slow = self._armed = False
+        self._new_turn_radps: float | None = None
+        self._said_slow = self._armed = False
         self._current = None if config.full_a is None else CurrentSupervision(config.full_a)
         self._ok = True
         self._fault: ThrusterFault | LoadFault | None = None
@@ -161,23 +163,26 @@ class _Thruster:
             return
         if armed and not was_armed:
             turn.begin_anew()
-            self._supervision.turns_at(turn.rate_radps)
-            self.turn_changed, self._said_slow = True, False
+            self._turn_at(turn.rate_radps)
+            self._said_slow = False
         if not armed or report is None or demand.azimuth_rad is None or report.azimuth_rad is None:
             return
         if turn.update(demand.azimuth_rad, report.azimuth_rad, report.t_s):
-            self.turn_changed = True
-            self._supervision.turns_at(turn.rate_radps)
+            self._turn_at(turn.rate_radps)
         if turn.slow and not self._said_slow:
             self._said_slow = True
             rate, configured = math.degrees(turn.rate_radps), math.degrees(self._config.azimuth_rate_radps)
             text = f"Thruster {self._config.name} turns at {rate:.0f} of {configured:.0f} deg/s"
             self._say(now_s, TextKind.ATTENTION, f"turn_rate_{self._config.name}", text)
 
-    def take_turn_radps(self) -> float:
-        """The rate of turn; it counts as told."""
-        self.turn_changed = False
-        return self._config.azimuth_rate_radps if self._turn is None else self._turn.rate_radps
+    def _turn_at(self, rate_radps: float) -> None:
+        self._supervision.turns_at(rate_radps)
+        self._new_turn_radps = rate_radps
+
+    def take_turn_radps(self) -> float | None:
+        """The rate of turn, where it has changed since the last call."""
+        rate_radps, self._new_turn_radps = self._new_turn_radps, None
+        return rate_radps
 
     def _placed(self, report: ThrusterFeedback | None, lower: bool | None, now_s: float) -> ThrusterCondition:
         """Its condition by the reported position, or by the time since the order."""

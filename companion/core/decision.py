@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum, IntEnum
@@ -111,13 +112,13 @@ class KnownRefusal:
     remedy: str
 
 
-class Order:
+class Order(ABC):
     """What an operator asks of one mode when choosing it. Each such mode has its own frozen class."""
 
     @property
+    @abstractmethod
     def mode(self) -> ModeId:
         """The mode."""
-        raise NotImplementedError
 
 
 @dataclass(frozen=True, slots=True)

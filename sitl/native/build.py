@@ -1,4 +1,4 @@
-"""`python -m sitl.native`: compiles the modules of `modules.py` with mypyc and the machine's C compiler.
+"""Compiles the modules of `modules.py` with mypyc and a C compiler.
 
 The work stays in `build/native`; what changes is compiled anew, the rest is kept. The library goes to
 `companion/_native`, where `companion/native.py` finds it.
@@ -8,13 +8,10 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
-import shlex
 import shutil
 import subprocess
 import sys
 import sysconfig
-import time
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -36,19 +33,20 @@ class BuildError(Exception):
     """What the compiler says."""
 
 
-def build(folder: Path, jobs: int, root: Path = ROOT, into: Path = FOLDER) -> Path:
-    """Compile. `folder`: keeps what can be used again. Returns the library's path. Raises BuildError."""
+def build(folder: Path, compiler: Sequence[str], jobs: int, root: Path = ROOT, into: Path = FOLDER) -> Path:
+    """Compile. `folder`: keeps what can be used again. `compiler`: of C, as a command; `jobs`: how many of it run at
+    once. Returns the library's path. Raises BuildError."""
     modules, files = compiled(root), known(root)
     made_of = digest(root, files)  # what changes while the compiler runs makes the build stale
     sources = folder / "src"
     _prepare(root, sources, modules)
     _translate(folder, sources, modules)
-    objects = _compiled(folder / "c", folder / "o", jobs)
+    objects = _compiled(folder / "c", folder / "o", compiler, jobs)
     into.mkdir(parents=True, exist_ok=True)
     index, library = into / "index.json", into / f"{LIBRARY}{SUFFIX}"
     index.unlink(missing_ok=True)  # until the library is there, it does not count
     part = library.with_suffix(".part")
-    _run([*_compiler(), "-shared", "-o", str(part), *map(str, objects), "-lm"])
+    _run([*compiler, "-shared", "-o", str(part), *map(str, objects), "-lm"])
     part.replace(library)
     index.write_text(
         json.dumps(
@@ -103,7 +101,7 @@ def _translate(folder: Path, sources: Path, modules: Sequence[str]) -> None:
             path.write_text(text.replace(_WRONG, _RIGHT), encoding="utf-8")
 
 
-def _compiled(sources: Path, objects: Path, jobs: int) -> list[Path]:
+def _compiled(sources: Path, objects: Path, compiler: Sequence[str], jobs: int) -> list[Path]:
     """Compile all C files but those whose text and headers have an object. Returns the objects."""
     from mypyc.build import include_dir
 
@@ -118,7 +116,7 @@ def _compiled(sources: Path, objects: Path, jobs: int) -> list[Path]:
         found = objects / f"{source.stem.strip('_')}-{key.hexdigest()[:16]}.o"
         if not found.exists():
             part = found.with_suffix(".part")
-            _run([*_compiler(), *FLAGS, *include, "-c", str(source), "-o", str(part)])
+            _run([*compiler, *FLAGS, *include, "-c", str(source), "-o", str(part)])
             part.replace(found)
         return found
 
@@ -129,10 +127,6 @@ def _compiled(sources: Path, objects: Path, jobs: int) -> list[Path]:
     return kept
 
 
-def _compiler() -> list[str]:
-    return shlex.split(os.environ.get("CC") or sysconfig.get_config_var("CC") or "cc")
-
-
 def _run(command: Sequence[str], folder: Path | None = None, text: str = "") -> None:
     try:
         done = subprocess.run(command, cwd=folder, input=text, capture_output=True, text=True, check=False)
@@ -140,15 +134,3 @@ def _run(command: Sequence[str], folder: Path | None = None, text: str = "") -> 
         raise BuildError(f"{command[0]}: {error.strerror}") from error
     if done.returncode:
         raise BuildError("\n".join((done.stdout + done.stderr).splitlines()[-30:]))
-
-
-def main() -> int:
-    """The command. Returns its exit code."""
-    began_s = time.monotonic()
-    try:
-        library = build(ROOT / "build" / "native", int(os.environ.get("JOBS", "0")) or os.cpu_count() or 1)
-    except BuildError as error:
-        print(error, file=sys.stderr)
-        return 1
-    print(f"{library}: {library.stat().st_size / 1e6:.0f} MB after {time.monotonic() - began_s:.0f} s")
-    return 0
