@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum, IntEnum
+from typing import Protocol
 
 from companion.core.actuation import ZERO_WRENCH, Wrench
 from companion.core.estimate import Contact, Leader, NavState, TrackedTarget
@@ -112,11 +112,10 @@ class KnownRefusal:
     remedy: str
 
 
-class Order(ABC):
+class Order(Protocol):
     """What an operator asks of one mode when choosing it. Each such mode has its own frozen class."""
 
     @property
-    @abstractmethod
     def mode(self) -> ModeId:
         """The mode."""
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from companion.config.top_speed import top_speed_mps
 from companion.config.vessel import VesselConfig
-from companion.core.decision import KnownRefusal, ModeDeclaration, ModeId, ModeInputs, OrbitState, Order, TextKind
+from companion.core.decision import KnownRefusal, ModeDeclaration, ModeId, ModeInputs, OrbitState, TextKind
 from companion.core.events import EventLog
 from companion.core.geodesy import LocalFrame
 from companion.core.setpoint import Setpoint
@@ -26,7 +26,7 @@ _TURN_RAD = 2.0 * math.pi
 
 
 @dataclass(frozen=True, slots=True)
-class OrbitOrder(Order):
+class OrbitOrder:
     """An orbit as an operator asks for it.
 
     A field that is None keeps its value while the boat orbits. Otherwise CIRC_RADIUS, CIRC_SPEED and CIRC_DIR apply,

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from companion.config.vessel import VesselConfig
-from companion.core.decision import Home, KnownRefusal, ModeDeclaration, ModeId, ModeInputs, Order, TextKind
+from companion.core.decision import Home, KnownRefusal, ModeDeclaration, ModeId, ModeInputs, TextKind
 from companion.core.events import EventLog
 from companion.core.geodesy import LocalFrame
 from companion.core.setpoint import Setpoint
@@ -28,7 +28,7 @@ _SAME_PLACE_M = 1.0
 
 
 @dataclass(frozen=True, slots=True)
-class ReturnByTrack(Order):
+class ReturnByTrack:
     """Return along the boat's own track, whatever RTL_TRACK says."""
 
     @property

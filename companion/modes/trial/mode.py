@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from companion.config.vessel import VesselConfig
-from companion.core.decision import KnownRefusal, ModeDeclaration, ModeId, ModeInputs, OrbitState, Order, TextKind
+from companion.core.decision import KnownRefusal, ModeDeclaration, ModeId, ModeInputs, OrbitState, TextKind
 from companion.core.estimate import Contact
 from companion.core.events import EventLog
 from companion.core.geodesy import LocalFrame
@@ -37,7 +37,7 @@ _MOST_EXITS = 4  # times that the boat may be carried over the circle before the
 
 
 @dataclass(frozen=True, slots=True)
-class TrialOrder(Order):
+class TrialOrder:
     """A trial as an operator asks for it: centre where the boat is. `radius_m` None: TRIAL_RADIUS."""
 
     radius_m: float | None = None
