@@ -417,6 +417,15 @@ class ErrorStateFilter:
             worst = max(worst, sum(a * b * p[SIZE * i + j] for i, a in h for j, b in h))
         return math.sqrt(max(p[48], p[64], 0.0)), math.sqrt(worst)
 
+    def bias_sigmas(self) -> tuple[float, float]:
+        """One sigma of the accelerometer's bias (m/s²) on the worse of the level axes, and of the gyro's (rad/s) about
+        the worse of them."""
+        variances = self._diagonal
+        return (
+            math.sqrt(max(variances[_AB], variances[_AB + 1], 0.0)),
+            math.sqrt(max(variances[_WB], variances[_WB + 1], 0.0)),
+        )
+
     def healthy(self) -> bool:
         """False if a number is not finite: the filter must restart."""
         sums = self._p[0] + self._p[48] + self._p[96] + self._p[128]

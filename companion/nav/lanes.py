@@ -74,12 +74,16 @@ class Lane:
 
     __slots__ = (
         "_accelerometer_bias",
+        "_ahead",
+        "_bias_sigma_mps2",
         "_gravity_mps2",
         "_gyro_bias",
         "_last",
         "_quaternion",
         "_sigma_mps",
         "_sigma_mps2",
+        "_sigma_mps3",
+        "_turned_mps",
         "first",
         "from_s",
         "velocity",
@@ -93,10 +97,18 @@ class Lane:
         self._gravity_mps2 = filter_.gravity_mps2
         self._last: tuple[Vector, Vector] | None = None
         self._sigma_mps, self._sigma_mps2 = filter_.velocity_sigmas()
+        self._bias_sigma_mps2, gyro_sigma_radps = filter_.bias_sigmas()
+        self._sigma_mps3 = self._gravity_mps2 * gyro_sigma_radps
+        self._ahead = filter_.rotation[0], filter_.rotation[3]
+        self._turned_mps = 0.0
 
     def sigma_mps(self, now_s: float) -> float:
-        """One sigma of the velocity on an axis, by the filter's covariance at the start."""
-        return math.hypot(self._sigma_mps, self._sigma_mps2 * (now_s - self.from_s))
+        """One sigma of the velocity on an axis, by the filter's covariance at the start. What tilt and bias leave is
+        known together, not each alone: a boat that has turned since then feels the difference. The gyro's bias tilts
+        the lane."""
+        passed_s = now_s - self.from_s
+        tilted_mps = 0.5 * self._sigma_mps3 * passed_s * passed_s
+        return math.hypot(self._sigma_mps, self._sigma_mps2 * passed_s, self._turned_mps, tilted_mps)
 
     def advance(self, force: Vector, rates: Vector, dt_s: float) -> None:
         """Take one sample; the mean of two applies over a step, in the attitude at its middle."""
@@ -110,7 +122,10 @@ class Lane:
         middle = turned(self._quaternion, *turn)
         self._quaternion = turned(middle, *turn)
         mean = 0.5 * (fx + gx) - bx, 0.5 * (fy + gy) - by, 0.5 * (fz + gz) - bz
-        n, e, d = rotate(rotation(middle), mean)
+        matrix = rotation(middle)
+        n, e, d = rotate(matrix, mean)
+        chord = math.hypot(matrix[0] - self._ahead[0], matrix[3] - self._ahead[1])
+        self._turned_mps += chord * self._bias_sigma_mps2 * dt_s
         vn, ve, vd = self.velocity
         self.velocity = (vn + n * dt_s, ve + e * dt_s, vd + (d + self._gravity_mps2) * dt_s)
 

@@ -16,6 +16,7 @@ from companion.nav.solution import Motion
 _SILENT_S = 0.5  # without a measurement, before the model's velocity is used
 _PERIOD_S = 1.0
 _CORRELATION_S = 6.0  # how long an error of the model's velocity lasts
+_MISSING_S = 6.0  # over which the model's error is averaged: a boat in waves swings about it
 _CHANGE_SHARE = 0.15  # uncertain share of a change of velocity through the water: the steady error turns with the hull
 _LARGEST_SIGMA_MPS = 0.5
 
@@ -23,13 +24,14 @@ _LARGEST_SIGMA_MPS = 0.5
 class VelocityAid:
     """Call `update` every tick.
 
-    Remembers the model's velocity error at the last measurement, the velocity through the water then, and when a
-    modelled velocity was last fused.
+    Remembers the model's mean velocity error up to the last measurement and the time of which that is a mean, the
+    velocity through the water then, and when a modelled velocity was last fused.
     """
 
     def __init__(self, observer: CurrentObserver) -> None:
         self._observer = observer
         self._missing: tuple[float, float] | None = None
+        self._mean_of_s = 0.0
         self._water = (0.0, 0.0)
         self._measured_s = self._last_s = -math.inf
 
@@ -40,7 +42,7 @@ class VelocityAid:
         north, east, sigma = self._observer.over_ground(yaw_rad)
         water = body_to_ned(*self._observer.through_water, yaw_rad)
         if measured:
-            self._missing = (motion.velocity[0] - north, motion.velocity[1] - east)
+            self._learn(now_s, motion.velocity[0] - north, motion.velocity[1] - east)
             self._water, self._measured_s = water, now_s
             return None
         known = self._missing is not None and self._observer.can_predict(now_s)
@@ -53,3 +55,14 @@ class VelocityAid:
             return None
         self._last_s = now_s
         return north + self._missing[0], east + self._missing[1], sigma * math.sqrt(_CORRELATION_S / _PERIOD_S)
+
+    def _learn(self, now_s: float, north_mps: float, east_mps: float) -> None:
+        """Take the model's error of now into its mean. A silence begins the mean anew."""
+        passed_s = now_s - self._measured_s
+        if self._missing is None or passed_s > _SILENT_S:
+            self._missing, self._mean_of_s = (north_mps, east_mps), 0.0
+            return
+        self._mean_of_s = min(self._mean_of_s + passed_s, _MISSING_S)
+        share = passed_s / self._mean_of_s if self._mean_of_s > 0.0 else 1.0
+        north, east = self._missing
+        self._missing = north + share * (north_mps - north), east + share * (east_mps - east)

@@ -24,6 +24,7 @@ class Continuity:
         self._settled_s = math.inf  # since when there was no further impossible step
         self._samples = self._all_samples = 0
         self._agrees_s = math.inf
+        self._before = (0.0, 0.0)  # the last step of noise before the impossible one
         self._back = (0.0, 0.0)  # by what it has gone back in small steps, before it was judged
         self._t_s = -math.inf
 
@@ -49,20 +50,25 @@ class Continuity:
         self.north = self.east = 0.0
         self.since_s = self._settled_s = self._agrees_s = math.inf
         self._samples = self._all_samples = 0
-        self._back = 0.0, 0.0
+        self._before = self._back = 0.0, 0.0
 
-    def take(self, t_s: float, north: float, east: float, bound: float) -> None:
-        """`north`, `east`: the source's step less the boat's; `bound`: up to which that is noise. An outlier may go
-        back in several steps of noise."""
+    def take(self, t_s: float, north: float, east: float, bound: float, excused: bool = False) -> None:
+        """`north`, `east`: the source's step less the boat's; `bound`: up to which that is noise. `excused`: what the
+        boat is told to have done is the larger of the two, so the step may be its sensor's: it begins no suspicion,
+        but an outlier may go back by it. An outlier may come in a step of noise before, and go back in several."""
         undecided = self.suspect and not self.jumped
+        returns = undecided and math.hypot(self.north + north, self.east + east) < self.size
         self._t_s = t_s
         self._all_samples += 1
-        if math.hypot(north, east) <= bound:
+        if math.hypot(north, east) <= bound or (excused and not returns):
             self._samples += 1
-            if undecided:
-                self._back = self._back[0] + north, self._back[1] + east
-                if math.hypot(self.north + self._back[0], self.east + self._back[1]) <= _GONE_SHARE * bound:
-                    self.clear()
+            if not self.suspect:
+                self._before = north, east
+            elif undecided and (returns or not excused):
+                self._go_back(north, east, bound)
+            return
+        if not self.suspect and math.hypot(north + self._before[0], east + self._before[1]) <= _GONE_SHARE * bound:
+            self._before = north, east
             return
         self.north += north
         self.east += east
@@ -70,8 +76,14 @@ class Continuity:
             self.clear()
             return
         if not self.suspect:
-            self.since_s, self._all_samples, self._back = t_s, 1, (0.0, 0.0)
+            self.since_s, self._all_samples, self._back = t_s, 1, self._before
         self._settled_s, self._samples = t_s, 1
+
+    def _go_back(self, north: float, east: float, bound: float) -> None:
+        """A small step of a source that is not yet judged."""
+        self._back = self._back[0] + north, self._back[1] + east
+        if math.hypot(self.north + self._back[0], self.east + self._back[1]) <= _GONE_SHARE * bound:
+            self.clear()
 
     def place(self, t_s: float, north: float, east: float, bound: float) -> None:
         """After a gap: how far the source is from where the boat can be by dead reckoning."""

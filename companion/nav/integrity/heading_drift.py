@@ -124,8 +124,8 @@ class HeadingDrift(Hypothesis):
             return
         step_rad = wrap_pi(seen.yaw_rad - last.yaw_rad - (seen.turned_rad - last.turned_rad))
         threshold_rad = _threshold_rad(source, seen)
-        if abs(step_rad) > threshold_rad:
-            source.last = last  # a jump, which `heading_jump.py` judges
+        if abs(source.apart_rad.newest_off + step_rad) > threshold_rad:
+            source.last = last  # a jump off the median, which `heading_jump.py` judges
             return
         source.noise.update(abs(step_rad))
         _follow(source.track, seen, step_rad)

@@ -49,20 +49,20 @@ class HeadingJump(JumpHypothesis[HeadingSeen, NoiseSize]):
     def _compare(source: _Source, last: HeadingSeen, seen: HeadingSeen, driven: bool) -> None:
         track, own_rad, dt_s = source.track, wrap_pi(seen.yaw_rad - last.yaw_rad), seen.t_s - last.t_s
         bound_rad = max(_LEAST_RAD, 3.0 * seen.sigma_rad + _NOISES * source.noise.size)
-        unfelt_rad = own_rad
+        unfelt_rad, excused = own_rad, False
         if seen.turned_rad is None or last.turned_rad is None:
             bound_rad += _FASTEST_RADPS * dt_s
         else:
             felt_rad = seen.turned_rad - last.turned_rad
-            unfelt_rad = wrap_pi(own_rad - felt_rad) if abs(felt_rad) <= abs(own_rad) else 0.0
+            unfelt_rad, excused = wrap_pi(own_rad - felt_rad), abs(felt_rad) > abs(own_rad)
         if dt_s > _GAP_S:
             if driven:
                 track.place(seen.t_s, seen.off_rad, 0.0, bound_rad + _GYRO_RADPS * dt_s)
             return
         if driven:
-            track.take(seen.t_s, unfelt_rad, 0.0, bound_rad)
+            track.take(seen.t_s, unfelt_rad, 0.0, bound_rad, excused)
             track.compare(seen.t_s, abs(seen.off_rad), bound_rad)
-        if not track.suspect:
+        if not track.suspect and (not excused or abs(unfelt_rad) <= bound_rad):
             source.noise.update(abs(unfelt_rad))
 
     @staticmethod

@@ -18,6 +18,7 @@ from companion.nav.outliers import Verdict
 
 _LEAST_M = 0.3
 _CLAIMS = 3.0  # of the accuracy that the receiver claims, the worse one of the two fixes
+_GRADE_CLAIMS = 5.3  # the same from one grade of fix to another, whose errors have nothing in common: one in 10⁶
 _NOISES = 8.0  # of its usual step beside the boat's
 _GAP_S = 2.0  # after a longer one, a fix is compared with the estimate
 _GAP_MPS = 0.1  # error of dead reckoning beyond its sigma
@@ -81,7 +82,8 @@ class PositionJump(JumpHypothesis[PositionSeen, StepNoise]):
     @staticmethod
     def _bound_m(receiver: _Receiver, last: PositionSeen, seen: PositionSeen) -> float:
         claim_m = max(last.sigma_m, seen.sigma_m)
-        return max(_LEAST_M, _CLAIMS * claim_m + _NOISES * receiver.noise.size)
+        claims = _CLAIMS if last.fix == seen.fix else _GRADE_CLAIMS
+        return max(_LEAST_M, claims * claim_m + _NOISES * receiver.noise.size)
 
     @staticmethod
     def _learn(receiver: _Receiver, last: PositionSeen, seen: PositionSeen) -> None:

@@ -99,6 +99,11 @@ class Median3:
     def __init__(self) -> None:
         self._oldest = self._middle = self._newest = 0.0
 
+    @property
+    def newest_off(self) -> float:
+        """The newest of the three less their median."""
+        return self._newest - sorted((self._oldest, self._middle, self._newest))[1]
+
     def step(self, step: float) -> float:
         """Take one step."""
         before = sorted((self._oldest, self._middle, self._newest))[1]

@@ -58,13 +58,12 @@ class VelocityJump(JumpHypothesis[VelocitySeen, StepNoise]):
         bound_mps = max(_LEAST_MPS, _CLAIMS * sigma_mps, _NOISES * noise_mps)
         if felt is None:
             bound_mps += _FASTEST_MPS2 * dt_s
-        elif math.hypot(*felt) > math.hypot(*own):
-            unfelt = (0.0, 0.0)  # the accelerometers jumped, the receiver did not
+        excused = felt is not None and math.hypot(*felt) > math.hypot(*own)
         if driven:
-            track.take(seen.t_s, *unfelt, bound_mps)
+            track.take(seen.t_s, *unfelt, bound_mps, excused)
             off_mps = math.hypot(seen.off_north_mps, seen.off_east_mps)
             track.compare(seen.t_s, off_mps, max(_AGREES_MPS, 4.0 * noise_mps))
-        if not track.suspect:
+        if not track.suspect and (not excused or math.hypot(*unfelt) <= bound_mps):
             receiver.noise.update(unfelt[0] / sigma_mps, unfelt[1] / sigma_mps)
 
     @staticmethod

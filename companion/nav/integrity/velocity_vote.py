@@ -30,7 +30,7 @@ from companion.nav.integrity.evidence import (
 from companion.nav.integrity.statistics import NoiseSize
 
 _LANE_MPS = 0.06
-_LANE_SIGMAS = 6.0
+_LANE_SIGMAS = 5.0
 _LANE_SEAS = 0.3  # errors of scale and of timing grow with the motion
 _MODEL_MPS = 0.15
 _MODEL_MPS2 = 0.015  # what wind and hull that are not known add with time

@@ -87,3 +87,29 @@ def test_the_odometer_turns_by_the_bias_of_ten_seconds_ago() -> None:
     run = odometer.run
     odometer.begin()
     assert odometer.run == run + 1 and math.isinf(odometer.bias_sigma_radps)
+
+
+def test_a_lane_that_has_turned_is_less_sure() -> None:
+    """The accelerometer's bias and the tilt hide each other on the old heading, not on the new one."""
+    straight, round_ = InertialMemory(), InertialMemory()
+    filter_ = level_filter()
+    straight.keep(0.0, filter_)
+    round_.keep(0.0, filter_)
+    for k in range(500):
+        straight.sample(k * DT_S, AT_REST, NO_TURN, DT_S)
+        round_.sample(k * DT_S, AT_REST, (0.0, 0.0, math.pi if k < 100 else 0.0), DT_S)
+    further = math.sqrt(round_.lanes[0].sigma_mps(5.0) ** 2 - straight.lanes[0].sigma_mps(5.0) ** 2)
+    bias_sigma_mps2 = filter_.bias_sigmas()[0]
+    assert further == pytest.approx(2.0 * bias_sigma_mps2 * (4.0 + 2.0 / math.pi), rel=0.02)
+
+
+def test_a_gyro_that_is_not_yet_known_tilts_a_lane() -> None:
+    known, unknown = level_filter(), level_filter()
+    unknown.covariance[12, 12] = unknown.covariance[13, 13] = 3.5e-3**2
+    lanes = []
+    for filter_ in (known, unknown):
+        memory = InertialMemory()
+        memory.keep(0.0, filter_)
+        lanes.append(memory.lanes[0])
+    assert lanes[0].sigma_mps(0.0) == lanes[1].sigma_mps(0.0)
+    assert lanes[1].sigma_mps(10.0) > 0.5 * G * 3.5e-3 * 100.0

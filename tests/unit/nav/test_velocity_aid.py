@@ -94,3 +94,15 @@ def test_without_known_thrust_it_gives_none() -> None:
     sail.go(60.0, measured=True)
     sail.go(0.1, measured=False, thrust=None)
     assert sail.go(10.0, measured=False) == []
+
+
+def test_a_swing_in_waves_is_not_carried_on() -> None:
+    """The measurements end at the crest of an orbit: its velocity is no error of the model."""
+    swinging, steady = Sail(), Sail()
+    north_mps = swinging.north_mps
+    for k in range(398):
+        swinging.north_mps = north_mps + 0.4 * math.sin(math.tau * k * DT_S / 3.0)
+        assert swinging.go(DT_S, measured=True) == []
+    steady.go(39.8, measured=True)
+    (_, swung, _, _), (_, calm, _, _) = swinging.go(5.0, measured=False)[-1], steady.go(5.0, measured=False)[-1]
+    assert swung == pytest.approx(calm, abs=0.1)

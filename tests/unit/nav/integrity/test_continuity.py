@@ -58,3 +58,27 @@ def test_after_a_gap_the_place_counts() -> None:
     assert track.suspect and track.since_s == 20.0
     track.clear()
     assert not track.suspect and track.size == 0.0
+
+
+def test_an_outlier_that_came_in_a_step_of_noise_is_none() -> None:
+    """One side of it just under the bound, the other just over it."""
+    track = fed([(0.0, 0.0)] * 5 + [(0.0, -0.4), (0.0, 0.6), (0.0, -0.2)] + [(0.0, 0.0)] * 5)
+    assert not track.suspect and not track.jumped
+
+
+def test_an_outlier_may_go_back_by_a_step_that_is_excused() -> None:
+    track = fed([(0.0, 0.0)] * 5 + [(3.0, 4.0)])
+    track.take(0.6, -3.0, -4.0, 0.5, excused=True)
+    assert not track.suspect
+
+
+def test_an_excused_step_begins_no_suspicion_and_adds_to_none() -> None:
+    track = fed([(0.0, 0.0)] * 5)
+    track.take(0.5, 3.0, 4.0, 0.5, excused=True)
+    assert not track.suspect
+    track.take(0.6, -3.0, -4.0, 0.5)  # and back, which alone would be a jump
+    track.take(0.7, 0.0, 0.0, 0.5)
+    assert not track.suspect
+    jumped = fed([(0.0, 0.0)] * 5 + [(3.0, 4.0)])
+    jumped.take(0.6, 3.0, 4.0, 0.5, excused=True)
+    assert jumped.size == 5.0

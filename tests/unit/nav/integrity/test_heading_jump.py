@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import pytest
+
 from companion.nav.integrity.evidence import Evidence
 from companion.nav.integrity.heading_jump import HeadingJump
 from companion.nav.outliers import Verdict
@@ -43,3 +45,14 @@ def test_after_a_gap_the_gyro_has_carried_the_heading() -> None:
     jump.screen(heading(0.0, 0.0), True)
     assert jump.screen(heading(10.0, 0.5, 0.5, off_rad=0.02), True) is None
     assert jump.screen(heading(20.0, 2.0, 0.5, off_rad=1.5), True) is Verdict.REJECT
+
+
+@pytest.mark.parametrize("outlier_rad", [-0.11, 0.11])
+def test_an_outlier_in_a_turn_is_none(outlier_rad: float) -> None:
+    """Going back, the heading turns by less than the gyro felt."""
+    jump = HeadingJump()
+    for k in range(100):
+        yaw_rad = -0.07 * k
+        seen = heading(k / HZ, math.remainder(yaw_rad + (outlier_rad if k == 60 else 0.0), math.tau), yaw_rad)
+        assert (jump.screen(seen, True) is None) is (k != 60 or outlier_rad > 0.0)
+        assert not jump.update(Evidence(driven=True), k / HZ)

@@ -118,3 +118,12 @@ def test_another_receiver_confirms_a_jump_or_does_not(other_m: float, confirmed:
     assert jump.confirmed("gnss", frozenset(), 8.0) is confirmed
     assert not jump.confirmed("gnss", frozenset({Channel(Sense.POSITION, "spare")}), 8.0)
     assert not jump.confirmed("gnss", frozenset(), 99.0)
+
+
+@pytest.mark.parametrize(("off_m", "verdict"), [(8.0, None), (9.5, Verdict.REJECT)])
+def test_another_grade_of_fix_has_errors_of_its_own(off_m: float, verdict: Verdict | None) -> None:
+    """5.3 sigma of the worse grade: one change in a million honest ones is farther off."""
+    jump = PositionJump()
+    fixes(jump, [(0.0, 5.0, 0.0)], fix=FixType.RTK_FIXED)
+    worse = position(5.0, off_m, off=(off_m, 0.0), fix=FixType.FIX_3D, sigma_m=1.65)
+    assert jump.screen(worse, True) is verdict

@@ -8,6 +8,7 @@ import random
 import pytest
 
 from companion.nav.integrity.statistics import (
+    Median3,
     NoiseSize,
     RepeatRun,
     Resolution,
@@ -101,3 +102,13 @@ def test_a_scalar_sum_goes_both_ways(sign: float) -> None:
     assert cusum.largest == pytest.approx(4.5) and cusum.onset_s == 1.0
     cusum.clear(9.0)
     assert (cusum.largest, cusum.onset_s) == (0.0, 9.0)
+
+
+def test_the_newest_of_three_is_told_from_their_median() -> None:
+    median = Median3()
+    assert median.newest_off == 0.0
+    for step in (1.0, 0.0, 0.0, 5.0):
+        median.step(step)
+    assert median.newest_off == 5.0
+    median.step(-5.0)
+    assert median.newest_off == 0.0

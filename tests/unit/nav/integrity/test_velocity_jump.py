@@ -40,3 +40,16 @@ def test_without_accelerometers_a_boat_may_accelerate() -> None:
     for k in range(100):
         assert jump.screen(velocity(k / HZ, 0.14 * k, felt=None), True) is None
     assert jump.screen(velocity(5.0, 16.0, felt=None), True) is Verdict.REJECT
+
+
+def test_an_outlier_in_waves_is_none() -> None:
+    """It comes and goes in steps of which one is smaller than what the accelerometers felt."""
+    jump = VelocityJump()
+    steps = {60: -0.14, 61: 0.23, 62: -0.09}
+    apart = 0.0
+    for k in range(100):
+        apart += steps.get(k, 0.0)
+        felt = 0.1 * k
+        jump.screen(velocity(k / HZ, felt + apart + 0.001 * (k % 7), felt=(felt, 0.0)), True)
+        assert not jump.update(Evidence(driven=True), k / HZ)
+    assert not jump.suspects("gnss")
