@@ -19,6 +19,7 @@ import math
 from dataclasses import dataclass
 
 from companion.core.angles import wrap_pi
+from companion.nav.levelling import tilt_by, unfelt_tilt_rad
 from companion.nav.lever_arms import (
     ZERO,
     Matrix,
@@ -35,6 +36,7 @@ from companion.nav.lever_arms import (
 )
 
 _LONGEST_STEP_S = 0.1
+_SPEED_AGE_S = 2.0  # how long a speed over ground counts for the start
 _GAP_S = 0.5  # after a longer gap the turn in between is unknown: start again, keeping bias and correction
 _LEVELLING_S = 1.0
 _TILT_SIGMA_RAD, _YAW_SIGMA_RAD = math.radians(5.0), math.radians(10.0)
@@ -85,8 +87,9 @@ class Ahrs:
     """Call `sample` for every inertial sample, `magnetic` and `velocity` as they arrive, in order of time. Results:
     `attitude`, `rates`, `yaw_sigma_rad`.
 
-    It starts by itself after a second of samples with a magnetic field. Remembers quaternion, bias, covariance, and the
-    window since the last velocity that was used.
+    It starts by itself after a second of samples with a magnetic field; under way the tilt, and with it the heading by
+    the field, is less sure then. Remembers quaternion, bias, covariance, the speed over ground, and the window since
+    the last velocity that was used.
     """
 
     def __init__(self, gravity_mps2: float, noise: AhrsNoise | None = None, levelling_s: float = _LEVELLING_S) -> None:
@@ -104,6 +107,8 @@ class Ahrs:
         self._t_s = -math.inf
         self._since_s = math.inf
         self._mean: Vector = ZERO
+        self._mean_turn_radps = 0.0
+        self._speed_mps, self._speed_s = 0.0, -math.inf
         self._strength = 0.0
         self._strength_s = -math.inf
         self._turned_rad = 0.0
@@ -137,7 +142,7 @@ class Ahrs:
             self.running = False
         if not self.running:
             self._last_rates = rates
-            self._level(t_s, dt, force)
+            self._level(t_s, dt, force, rates[2])
             return
         dt = min(dt, _LONGEST_STEP_S)
         bx, by, bz = self.gyro_bias
@@ -160,10 +165,10 @@ class Ahrs:
             if self._sum_s >= _GRAVITY_PERIOD_S:
                 self._fuse_gravity()
 
-    def _level(self, t_s: float, dt: float, force: Vector) -> None:
-        """Average the specific force before the start."""
+    def _level(self, t_s: float, dt: float, force: Vector, turn_radps: float) -> None:
+        """Average the specific force and the rate of turn before the start."""
         if not dt <= _LONGEST_STEP_S:
-            self._since_s, self._mean = t_s, force
+            self._since_s, self._mean, self._mean_turn_radps = t_s, force, turn_radps
         share = 1.0 / (1.0 + max(t_s - self._since_s, 0.0) / max(min(dt, _LONGEST_STEP_S), 1e-3))
         m = self._mean
         self._mean = (
@@ -171,6 +176,7 @@ class Ahrs:
             m[1] + share * (force[1] - m[1]),
             m[2] + share * (force[2] - m[2]),
         )
+        self._mean_turn_radps += share * (turn_radps - self._mean_turn_radps)
 
     def _propagate(self, dt: float) -> None:
         """P ← F P Fᵀ + Q with F = [[1, −R dt], [0, 1]], block by block: B′ = B − R C dt, A′ = A − R dt Bᵀ − B′ (R
@@ -248,6 +254,8 @@ class Ahrs:
 
     def velocity(self, t_s: float, north_mps: float, east_mps: float, sigma_mps: float, lever_m: Vector = ZERO) -> None:
         """Velocity over ground of a point `lever_m` (body axes) from the inertial sensor; `sigma_mps` on each axis."""
+        if t_s > self._speed_s:
+            self._speed_mps, self._speed_s = math.hypot(north_mps, east_mps), t_s
         if not self.running or not t_s > self._velocity_s:
             return
         swing = velocity_ned(self.rotation, self.rates, lever_m)
@@ -334,16 +342,18 @@ class Ahrs:
     def _start(self, field: Vector, declination_rad: float) -> None:
         if not self._t_s - self._since_s >= self._levelling_s:
             return
-        x, y, z = self._mean
-        roll, pitch = math.atan2(-y, -z), math.atan2(x, math.hypot(y, z))
-        north, east, _ = rotate(rotation(quaternion_of(roll, pitch, 0.0)), field)
+        speed_mps = self._speed_mps if self._t_s - self._speed_s <= _SPEED_AGE_S else 0.0
+        unfelt_rad = unfelt_tilt_rad(speed_mps, self._mean_turn_radps)
+        roll, pitch = tilt_by(self._mean, speed_mps * self._mean_turn_radps if unfelt_rad else 0.0)
+        north, east, down = rotate(rotation(quaternion_of(roll, pitch, 0.0)), field)
+        dip = min(abs(down) / max(math.hypot(north, east), 1e-9), _DIP_LIMIT)
+        tilt_sigma_rad = math.hypot(_TILT_SIGMA_RAD, unfelt_rad)
+        yaw_sigma_rad = math.hypot(self._noise.start_rad, dip * unfelt_rad)
         self.quaternion = quaternion_of(roll, pitch, declination_rad + self._turned_rad - math.atan2(east, north))
         self.rotation = rotation(self.quaternion)
         self.covariance = [0.0] * 21
         bias = self._noise.gyro_switch_on_radps
-        for at, sigma in zip(
-            _DIAGONAL, (_TILT_SIGMA_RAD, _TILT_SIGMA_RAD, self._noise.start_rad, bias, bias, bias), strict=True
-        ):
+        for at, sigma in zip(_DIAGONAL, (tilt_sigma_rad, tilt_sigma_rad, yaw_sigma_rad, bias, bias, bias), strict=True):
             self.covariance[at] = sigma * sigma
         self._strength = math.hypot(*field)
         self._field_s = self._t_s

@@ -11,6 +11,7 @@ from companion.core.estimate import Judged
 from companion.core.readings import Imu
 from companion.nav.error_state import ErrorStateFilter, FilterNoise, Innovation
 from companion.nav.lanes import InertialMemory, InertialSums, Lane
+from companion.nav.levelling import TILT_SIGMA_RAD, Levelling
 from companion.nav.lever_arms import ZERO, Vector, euler_of, relative, rotate, velocity_ned
 from companion.nav.outliers import HEADING_GATE, POSITION_GATE, VELOCITY_GATE, InnovationGate, Verdict
 from companion.nav.solution import Motion, Offset, Place
@@ -22,10 +23,6 @@ _DOWN_SIGMA_MPS = 0.3
 _RESET_SIGMA_MPS = 0.1  # added to the velocity when the position is reset
 _LONGEST_LAG_S = 1.0
 _LONGEST_COAST_S = 0.5
-_TILT_SIGMA_RAD = math.radians(2.0)  # at rest
-_AT_REST_MPS, _UNDER_WAY_MPS = 0.5, 2.0  # up to the first speed the tilt is as good as at rest, from the second on not
-_UNKNOWN_MPS2 = 1.0  # acceleration of a boat under way that nothing tells while the filter does not run
-_GRAVITY_MPS2 = 9.81
 _UNFELT_MPS2_RTHZ = 1.0  # of a boat's acceleration, where no accelerometer tells: 1.5 m/s² for half a second
 ACCELEROMETER_BIAS_LIMIT_MPS2 = 0.5
 GYRO_BIAS_LIMIT_RADPS = math.radians(2.0)
@@ -34,52 +31,6 @@ GYRO_BIAS_LIMIT_RADPS = math.radians(2.0)
 def without_force(imu: Imu, gravity_mps2: float) -> Imu:
     """The sample with the force that a boat feels which is level and does not accelerate."""
     return replace(imu, x_mps2=0.0, y_mps2=0.0, z_mps2=-gravity_mps2)
-
-
-class Levelling:
-    """Roll and pitch from the direction of gravity: the specific force, low-pass filtered over 1 s.
-
-    Remembers the means of force and rate of turn, and since when samples have come without a gap.
-    """
-
-    _TIME_S = 1.0
-    _GAP_S = 0.5
-
-    def __init__(self) -> None:
-        self._since_s = self._last_s = -math.inf
-        self._mean: Vector = (0.0, 0.0, 0.0)
-        self._turn_radps = 0.0
-
-    def update(self, t_s: float, force: Vector, turn_radps: float = 0.0) -> None:
-        """Take one specific force (m/s², body axes), and the rate of turn."""
-        if not 0.0 <= t_s - self._last_s <= self._GAP_S:
-            self._since_s = t_s
-            self._mean, self._turn_radps = force, turn_radps
-        weight = 1.0 - math.exp(-(t_s - self._last_s) / self._TIME_S) if t_s > self._since_s else 0.0
-        m = self._mean
-        self._mean = (
-            m[0] + weight * (force[0] - m[0]),
-            m[1] + weight * (force[1] - m[1]),
-            m[2] + weight * (force[2] - m[2]),
-        )
-        self._turn_radps += weight * (turn_radps - self._turn_radps)
-        self._last_s = t_s
-
-    def tilt(self, surge_mps: float = 0.0) -> tuple[float, float] | None:
-        """(roll_rad, pitch_rad) of a boat that goes ahead at that speed: in a turn the force is not gravity alone. None
-        in the first second."""
-        if self._last_s - self._since_s < self._TIME_S or math.isinf(self._last_s):
-            return None
-        x, y, z = self._mean
-        y -= surge_mps * self._turn_radps
-        return math.atan2(-y, -z), math.atan2(x, math.hypot(y, z))
-
-    def sigma_rad(self, surge_mps: float) -> float:
-        """One sigma of that tilt. At rest the force is gravity; under way the boat gathers and loses speed, and half of
-        what a turn takes off may be wrong."""
-        under_way = min(abs(surge_mps) / _UNDER_WAY_MPS, 1.0) if abs(surge_mps) >= _AT_REST_MPS else 0.0
-        unknown_mps2 = math.hypot(under_way * _UNKNOWN_MPS2, 0.5 * under_way * surge_mps * self._turn_radps)
-        return math.hypot(_TILT_SIGMA_RAD, unknown_mps2 / _GRAVITY_MPS2)
 
 
 class InertialSolution:
@@ -107,7 +58,7 @@ class InertialSolution:
         self._velocity_gate = InnovationGate(VELOCITY_GATE)
         self._heading_gate = InnovationGate(HEADING_GATE)
 
-    def start(self, motion: Motion, tilt: tuple[float, float], tilt_sigma_rad: float = _TILT_SIGMA_RAD) -> None:
+    def start(self, motion: Motion, tilt: tuple[float, float], tilt_sigma_rad: float = TILT_SIGMA_RAD) -> None:
         """Begin from another solution's motion and (roll_rad, pitch_rad). The biases learnt before stay, with the
         variances of a first start."""
         noise = self.filter.noise

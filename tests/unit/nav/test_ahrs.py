@@ -225,3 +225,30 @@ def test_vertical_field_and_no_field_change_nothing() -> None:
         before = ahrs.quaternion
         ahrs.magnetic(t_s + 0.1, field, 0.0)
         assert ahrs.quaternion == before
+
+
+def start_in_a_turn(speed_mps: float, felt_mps2: float, turn_radps: float) -> Ahrs:
+    """A level boat, heading north by the field when it starts, that feels a push to starboard."""
+    ahrs = Ahrs(G)
+    for k in range(int(1.1 * HZ)):
+        ahrs.velocity(k / HZ, speed_mps, 0.0, 0.06)
+        ahrs.sample(k / HZ, (0.0, felt_mps2, -G), (0.0, 0.0, turn_radps))
+        if k >= 1.05 * HZ and not ahrs.running:
+            ahrs.magnetic(k / HZ, NORTH, 0.0)
+    assert ahrs.running
+    return ahrs
+
+
+def test_a_start_in_a_turn_takes_the_turn_for_no_heel() -> None:
+    """8 m/s and 0.4 rad/s: a heel of 18° would turn the heading by the field by 40°."""
+    ahrs = start_in_a_turn(8.0, 3.2, 0.4)
+    assert ahrs.attitude == pytest.approx((0.0, 0.0, 0.0), abs=0.03)
+
+
+@pytest.mark.parametrize(("felt_mps2", "turn_radps"), [(1.5, 0.0), (0.0, 0.2)])
+def test_a_start_under_way_is_as_sure_as_its_tilt(felt_mps2: float, turn_radps: float) -> None:
+    """A sideslip that nothing tells, or a turn on the spot: the heading may be far off, and says so."""
+    ahrs = start_in_a_turn(8.0, felt_mps2, turn_radps)
+    assert abs(ahrs.attitude[2]) > math.radians(15.0)
+    assert abs(ahrs.attitude[2]) < 2.5 * ahrs.yaw_sigma_rad
+    assert start_in_a_turn(0.0, 0.0, 0.0).yaw_sigma_rad < math.radians(11.0)

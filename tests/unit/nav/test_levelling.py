@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from companion.nav.inertial import Levelling
+from companion.nav.levelling import Levelling
 
 GRAVITY_MPS2 = 9.81
 

@@ -1,0 +1,70 @@
+"""Roll and pitch of a boat by the specific force alone, before a filter runs, and how far they may be off."""
+
+from __future__ import annotations
+
+import math
+
+from companion.nav.lever_arms import Vector
+
+TILT_SIGMA_RAD = math.radians(2.0)  # at rest
+_AT_REST_MPS, _UNDER_WAY_MPS = 0.5, 2.0  # up to the first speed the tilt is as good as at rest, from the second on not
+_UNKNOWN_MPS2 = 1.0  # acceleration of a boat under way that nothing tells while the filter does not run
+_GRAVITY_MPS2 = 9.81
+
+
+def tilt_by(force: Vector, sideways_mps2: float = 0.0) -> tuple[float, float]:
+    """(roll_rad, pitch_rad) by a specific force in body axes (m/s²) of a boat that accelerates by `sideways_mps2` to
+    starboard, as in a turn."""
+    x, y, z = force
+    y -= sideways_mps2
+    return math.atan2(-y, -z), math.atan2(x, math.hypot(y, z))
+
+
+def unfelt_tilt_rad(surge_mps: float, turn_radps: float) -> float:
+    """One sigma of that tilt by what nobody tells: 0 at rest, where the force is gravity. Under way the boat gathers
+    and loses speed, and half of what a turn takes off may be wrong."""
+    under_way = min(abs(surge_mps) / _UNDER_WAY_MPS, 1.0) if abs(surge_mps) >= _AT_REST_MPS else 0.0
+    unknown_mps2 = math.hypot(under_way * _UNKNOWN_MPS2, 0.5 * under_way * surge_mps * turn_radps)
+    return unknown_mps2 / _GRAVITY_MPS2
+
+
+class Levelling:
+    """Roll and pitch from the direction of gravity: the specific force, low-pass filtered over 1 s.
+
+    Remembers the means of force and rate of turn, and since when samples have come without a gap.
+    """
+
+    _TIME_S = 1.0
+    _GAP_S = 0.5
+
+    def __init__(self) -> None:
+        self._since_s = self._last_s = -math.inf
+        self._mean: Vector = (0.0, 0.0, 0.0)
+        self._turn_radps = 0.0
+
+    def update(self, t_s: float, force: Vector, turn_radps: float = 0.0) -> None:
+        """Take one specific force (m/s², body axes), and the rate of turn."""
+        if not 0.0 <= t_s - self._last_s <= self._GAP_S:
+            self._since_s = t_s
+            self._mean, self._turn_radps = force, turn_radps
+        weight = 1.0 - math.exp(-(t_s - self._last_s) / self._TIME_S) if t_s > self._since_s else 0.0
+        m = self._mean
+        self._mean = (
+            m[0] + weight * (force[0] - m[0]),
+            m[1] + weight * (force[1] - m[1]),
+            m[2] + weight * (force[2] - m[2]),
+        )
+        self._turn_radps += weight * (turn_radps - self._turn_radps)
+        self._last_s = t_s
+
+    def tilt(self, surge_mps: float = 0.0) -> tuple[float, float] | None:
+        """(roll_rad, pitch_rad) of a boat that goes ahead at that speed: in a turn the force is not gravity alone. None
+        in the first second."""
+        if self._last_s - self._since_s < self._TIME_S or math.isinf(self._last_s):
+            return None
+        return tilt_by(self._mean, surge_mps * self._turn_radps)
+
+    def sigma_rad(self, surge_mps: float) -> float:
+        """One sigma of that tilt. At rest the force is gravity; under way the boat gathers and loses speed, and half of
+        what a turn takes off may be wrong."""
+        return math.hypot(TILT_SIGMA_RAD, unfelt_tilt_rad(surge_mps, self._turn_radps))
