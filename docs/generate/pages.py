@@ -22,6 +22,7 @@ from docs.generate.parameters import parameters
 from docs.generate.platforms import platforms
 from docs.generate.results import results
 from docs.generate.statustexts import statustexts
+from docs.generate.theses import findings_page
 from docs.generate.vessel_file import vessel_file
 from docs.generate.wave_curve import wave_curve
 
@@ -48,6 +49,7 @@ PAGES: Mapping[str, Callable[[], str]] = {
     "reference/licences.md": licences,
     "reference/platforms.md": platforms,
     "reference/results.md": results,
+    "reference/theses.md": findings_page,
     "reference/energy-curve.svg": energy_curve,
     "reference/wave-curve.svg": wave_curve,
     "reference/fault-matrix.md": fault_matrix,

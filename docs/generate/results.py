@@ -12,17 +12,20 @@ from docs.generate.markdown import code, number, page, section, table
 from docs.generate.source import ROOT
 
 FOLDER = ROOT / "docs" / "results"
+_OWN_PAGE = ("theses",)
 
 _INTRODUCTION = """Figures that the program measured of itself, in simulation. Each table names its date, its commit
 and the command that makes it.
 Errors come from the plant's own record, not from the estimate. A simulation is not the sea: expect more there.
+
+[What the theses found](theses.md) has a page of its own.
 
 `make results` measures all tables anew. It takes hours; a run that was cut off goes on where it was."""
 
 
 def results(folder: Path = FOLDER) -> str:
     """The page."""
-    files = sorted(folder.glob("*.json"))
+    files = sorted(file for file in folder.glob("*.json") if file.stem not in _OWN_PAGE)
     parts = [_table(json.loads(file.read_text(encoding="utf-8"))) for file in files]
     return page("Measured results", _INTRODUCTION, *(parts or ["No table is measured yet."]))
 

@@ -1,4 +1,5 @@
-"""Sail the rows of tables.toml over their seeds and write the figures beside it: `python -m docs.results.measure`.
+"""Sail the rows of tables.toml, and the runs of theses.toml, over their seeds and write the figures beside them:
+`python -m docs.results.measure`.
 
 Each run is a process of its own, `companion scenario run …`. Finished runs stand in out/results and are not sailed
 again while the commit is the same, so that a measurement that was cut off goes on where it was.
@@ -25,6 +26,7 @@ from typing import Any
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
 TABLES = HERE / "tables.toml"
+THESES = HERE / "theses.toml"
 
 
 class Failed(Exception):
@@ -55,15 +57,51 @@ class Run:
 
 
 def tables() -> list[dict[str, Any]]:
-    """The tables as the file has them."""
+    """The tables as the file has them, and the runs of the theses' findings as one more."""
     found: list[dict[str, Any]] = tomllib.loads(TABLES.read_text(encoding="utf-8"))["table"]
-    return found
+    return [*found, theses_table(theses())]
+
+
+def theses() -> dict[str, Any]:
+    """The findings as theses.toml has them."""
+    return tomllib.loads(THESES.read_text(encoding="utf-8"))
+
+
+def theses_table(theses: Mapping[str, Any]) -> dict[str, Any]:
+    """The runs of all findings as one table. A row's label is `run_name` of its finding and number."""
+    findings = theses["finding"]
+    metrics = {metric: None for finding in findings for metric in _metrics_of(finding)}
+    return {
+        "name": THESES.stem,
+        "title": "What the theses found",
+        "text": theses["served"],
+        "seeds": theses["seeds"],
+        "first_seed": theses["first_seed"],
+        "columns": [{"metric": metric, "title": metric, "of": "mean"} for metric in metrics],
+        "rows": [
+            {**run, "label": run_name(finding, number)}
+            for finding in findings
+            for number, run in enumerate(finding.get("run", ()))
+        ],
+    }
+
+
+def run_name(finding: Mapping[str, Any], number: int) -> str:
+    """The label of a finding's run among the measured rows."""
+    return f"{finding['name']} {number}"
+
+
+def _metrics_of(finding: Mapping[str, Any]) -> Iterator[str]:
+    yield from (metric for run in finding.get("run", ()) for metric, _ in run["show"])
+    for expected in finding.get("expect", ()):
+        yield expected["metric"]
+        yield expected.get("of", expected["metric"])
 
 
 def runs_of(table: Mapping[str, Any], row: Mapping[str, Any], most_seeds: int | None = None) -> list[Run]:
     """The runs of one row. `most_seeds`: not more than these."""
-    count = int(row.get("seeds", table["seeds"]))
-    seeds = range(count if most_seeds is None else min(count, most_seeds))
+    count, first = int(row.get("seeds", table["seeds"])), int(table.get("first_seed", 0))
+    seeds = range(first, first + (count if most_seeds is None else min(count, most_seeds)))
     return [_run(table, row, seed) for seed in seeds]
 
 

@@ -28,8 +28,10 @@ from sitl.scenarios import (
     pictures,
     reroute,
     route,
+    shore_compass,
     station_change,
     station_keeping,
+    sway_demand,
     two_followers,
     watch_circle,
     wave_hold,
@@ -75,8 +77,9 @@ BY_SUBJECT: dict[str, tuple[Scenario, ...]] = {
         honest_senses.SCENARIO,
         lever_arm.SCENARIO,
         ahrs.SCENARIO,
+        shore_compass.SCENARIO,
     ),
-    "The boat's model": (identify.SCENARIO,),
+    "The boat's model": (identify.SCENARIO, sway_demand.SCENARIO),
 }
 SCENARIOS: dict[str, Scenario] = {
     scenario.name: scenario for scenarios in BY_SUBJECT.values() for scenario in scenarios

@@ -23,6 +23,7 @@ from sitl.shared_sea import LeadBoatConfig
 _THERE_M = 5.0  # distance beyond the gap that counts as arrived
 _NEAR_M = 60.0
 _TIMEOUT_S = 150.0
+_GATHERED_S = 20.0  # the boat has turned and got up its first speed
 
 
 def prepare(conditions: Conditions, settings: Settings) -> Conditions:
@@ -60,6 +61,7 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
         if distance <= gap_m + _THERE_M
     ]
     near = (coming.distance < _NEAR_M) & (coming.t <= (there[0] if there else asked["from_s"]))
+    far = rest & (coming.t < asked["begun_s"] + 2.0 * _GATHERED_S) & (coming.distance > _NEAR_M)
     yaw = coming.yaw[near].tolist()
     turned = sum(abs(b - a) for a, b in pairwise(yaw)) - abs(yaw[-1] - yaw[0]) if yaw else math.nan
     waiting = rest & (coming.t >= (there[0] if there else math.inf))
@@ -67,6 +69,9 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
         "nearest_m": float(coming.distance.min()),
         "circles": coming.circles(),
         "up_in_s": there[0] - asked["begun_s"] if there else math.inf,
+        "first_speed_mps": float(coming.speed[(coming.t >= asked["begun_s"] + _GATHERED_S) & far].mean())
+        if far.any()
+        else math.nan,
         "swaying_deg": math.degrees(turned),  # changes of heading beyond the net one, within 60 m
         "waiting_from_m": float(coming.distance[waiting].min()) if waiting.any() else math.nan,
         "waiting_to_m": float(coming.distance[waiting].max()) if waiting.any() else math.nan,

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from sitl.leader_script import script
 from sitl.scenarios.convoy import Convoy
-from sitl.scenarios.follow_measure import WAKE_M, Chase, modes, rms, share, variation_1ps
+from sitl.scenarios.follow_measure import WAKE_M, Chase, columns, modes, rms, share, variation_1ps
 from sitl.scenarios.follow_plot import draw as draw
 from sitl.scenarios.ground_station import GroundStation
 from sitl.scenarios.measure import Check
@@ -94,18 +94,19 @@ def receivers(conditions: Conditions, settings: Settings) -> Conditions:
 
 
 def thesis_parameters(settings: Settings) -> dict[str, float]:
-    """Parameters of the thesis's law and AHRS, which learns no rates; the setting `gains=KP/KD` is for its nozzle.
-    Raises ScenarioError."""
+    """Parameters of the thesis's law and AHRS, whose boat learned no rates, and doubted no thruster and no
+    sensor; the setting `gains=KP/KD` is for its nozzle. Raises ScenarioError."""
     text = settings.get("gains", "")
     if settings.get("law") != "thesis":
         if text:
             raise ScenarioError(f"gains={text}: only with law=thesis")
         return {}
+    own = {"AHRS_LAW": 1.0, "THR_LEARN_AZ": 0.0, "THR_WATCH": 0.0, "NAV_INTEG": 0.0}
     if not text:
-        return {"AHRS_LAW": 1.0, "THR_LEARN_AZ": 0.0}
+        return own
     kp, _, kd = text.partition("/")
     try:
-        return {"AHRS_LAW": 1.0, "THR_LEARN_AZ": 0.0, "FOLT_KP": float(kp), "FOLT_KD": float(kd)}
+        return {**own, "FOLT_KP": float(kp), "FOLT_KD": float(kd)}
     except ValueError as error:
         raise ScenarioError(f"gains={text}: write KP/KD, as 1.2/1.5") from error
 
@@ -193,7 +194,29 @@ def figures(folder: Path, chase: Chase, asked: dict[str, Any], settings: Setting
             folder, f"{nozzle}_azimuth_rad", asked["full_rad"], asked["from_s"] + SETTLE_S
         )
         metrics["throttle_variation_1ps"] = variation_1ps(folder, f"{nozzle}_throttle", 1.0, asked["from_s"] + SETTLE_S)
+        metrics |= _before_bends(folder, chase, judged, asked)
     return metrics
+
+
+def _before_bends(folder: Path, chase: Chase, judged: NDArray[np.bool_], asked: dict[str, Any]) -> dict[str, float]:
+    """Throttle, nozzle as a share of its range (95 % of the time below) and distance to the leader before its first
+    turn, and the largest distance after."""
+    import numpy as np
+
+    begin_s = chase.bends[0].begin_s if chase.bends else math.inf
+    at, later = judged & (chase.t < begin_s), judged & (chase.t >= begin_s)
+    ticks = columns(folder / "ticks.csv", "t_s", f"{asked['nozzle']}_throttle", f"{asked['nozzle']}_azimuth_rad")
+    same = np.isin(ticks["t_s"], chase.t[at])
+    if not same.any():
+        return {}
+    return {
+        "throttle_before_bends": float(ticks[f"{asked['nozzle']}_throttle"][same].mean()),
+        "nozzle_95_before_bends": float(
+            np.quantile(np.abs(ticks[f"{asked['nozzle']}_azimuth_rad"][same]) / asked["full_rad"], 0.95)
+        ),
+        "distance_before_bends_m": float(chase.distance[at].mean()),
+        "distance_after_bends_max_m": float(chase.distance[later].max()) if later.any() else math.nan,
+    }
 
 
 def _astern(chase: Chase, judged: NDArray[np.bool_], gap_m: float) -> dict[str, float]:

@@ -16,10 +16,11 @@ from sitl.scenarios import positioning_plot
 from sitl.scenarios.boat import sideways
 from sitl.scenarios.ground_station import GroundStation
 from sitl.scenarios.measure import Check
-from sitl.scenarios.positioning import ThrusterFigures, figures, read
+from sitl.scenarios.positioning import PositioningLog, ThrusterFigures, errors, figures, read
 from sitl.scenarios.scenario import Scenario, ScenarioError, Settings
 
 SETTLE_S = 30.0
+_TURN_LEG, _COUPLED_LEG = 2, 3
 # poses after each move, in sides of the box and degrees of heading
 _CORNERS = ((1.0, 0.0, 0.0), (1.0, -1.0, 0.0), (1.0, -1.0, -45.0), (0.0, -1.0, -45.0), (0.0, 0.0, 0.0))
 
@@ -43,6 +44,7 @@ def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
     return {
         "from_s": from_s,
         "to_s": gcs.rig.now_s,
+        "leg_s": leg_s,
         "thrusters": thrusters_of(config),
         "corners": corners,
         "vessel": config.name,
@@ -52,13 +54,38 @@ def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
 
 
 def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[dict[str, float], Sequence[Check]]:
-    """The thesis's figures, and the distance from the start at the end."""
+    """The thesis's figures, the legs in which the errors were largest, and the distance from the start at the end."""
     sailed = read(folder, asked["from_s"], asked["to_s"])
-    metrics = figures(sailed, asked["thrusters"])
+    metrics = figures(sailed, asked["thrusters"]) | by_leg(sailed, asked["from_s"], asked["leg_s"])
+    metrics["thrust_share_max"] = max(
+        abs(row[f"{thruster.name}_throttle"]) for row in sailed.ticks for thruster in asked["thrusters"]
+    )
     last_north, last_east, _ = asked["corners"][-1]
     end = sailed.truth[-1]
     metrics["end_off_m"] = math.hypot(end["north_m"] - last_north, end["east_m"] - last_east)
     return metrics, _checks(metrics, asked["vessel"], settings)
+
+
+def by_leg(sailed: PositioningLog, from_s: float, leg_s: float) -> dict[str, float]:
+    """The leg, from 1, with the largest error of each kind; the largest errors in the fourth, point 4 to 5 of the
+    thesis, astern and to port at once; and the pivot point of the turn on the spot in the third, in m ahead of the
+    centre of gravity (-v/r by least squares)."""
+    legs: list[list[tuple[float, float, float]]] = [[] for _ in _CORNERS]
+    turn_vr = turn_rr = 0.0
+    for truth, tick, error in zip(sailed.truth, sailed.ticks, errors(sailed), strict=True):
+        leg = min(int((tick["t_s"] - from_s) / leg_s), len(legs) - 1)
+        legs[leg].append(error)
+        if leg == _TURN_LEG:
+            turn_vr += truth["sway_mps"] * truth["yaw_rate_radps"]
+            turn_rr += truth["yaw_rate_radps"] ** 2
+    found: dict[str, float] = {"pivot_m": -turn_vr / turn_rr if turn_rr else math.nan}
+    for axis, name in enumerate(("north", "east", "heading")):
+        most = [max((abs(error[axis]) for error in leg), default=0.0) for leg in legs]
+        found[f"{name}_worst_leg"] = float(1 + most.index(max(most)))
+        found[f"{name}_leg4_{'deg' if name == 'heading' else 'm'}"] = (
+            math.degrees(most[_COUPLED_LEG]) if name == "heading" else most[_COUPLED_LEG]
+        )
+    return found
 
 
 def _checks(metrics: dict[str, float], vessel: str, settings: Settings) -> list[Check]:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +15,7 @@ from companion.core.geodesy import LocalFrame
 from sitl.scenarios import route_plot
 from sitl.scenarios.ground_station import GroundStation, Item
 from sitl.scenarios.measure import Check, Point, between, closest, read_truth, rms
+from sitl.scenarios.rig import Conditions
 from sitl.scenarios.route_measure import follow, line, most_turn_rad, percentile, reached_rows
 from sitl.scenarios.routes import ROUTES, transects
 from sitl.scenarios.scenario import Scenario, ScenarioError, Settings
@@ -20,6 +23,7 @@ from sitl.scenarios.scenario import Scenario, ScenarioError, Settings
 RADIUS_M = 5.0  # as in the thesis
 _MISSION = 0x04040000
 _SLOWEST_MPS = 0.4  # mean over the whole route; a slower boat circles or is stuck
+_GAINS = ("WPT_KP_YAW", "WPT_KI_YAW", "WPT_KD_YAW")
 _TURN_M = 15.0  # at each end of a survey's line, where the boat turns
 # cross-track error RMS and 95 %
 _LIMITS_M = {"rtk": (0.5, 1.0), "sbas": (1.0, 1.8), "standalone": (4.0, 8.0)}
@@ -102,6 +106,7 @@ def _figures(folder: Path, asked: dict[str, Any], kind: str) -> dict[str, float]
         "cross_track_95_m": percentile(errors, 0.95),
         "cross_track_max_m": max(errors),
         "most_turn_deg": math.degrees(most_turn_rad(sailed, path, rows)),
+        "turned_deg": math.degrees(sum(abs(b - a) for a, b in itertools.pairwise(sailed.yaw_rad))),
         "time_s": asked["finished_s"] - asked["started_s"],
         "miss_max_m": max((closest(track, point) for point in waypoints[1:-1]), default=0.0),
         "power_percent": power.value,
@@ -150,8 +155,26 @@ def _checks(metrics: dict[str, float], asked: dict[str, Any], settings: Settings
 
 _DEFAULTS = {
     "law": "companion", "control": "pid", "path": "", "wind": "6", "current": "0.3", "gnss": "rtk", "waves": "",
-    "model_error": "", "plant": "",
+    "model_error": "", "plant": "", "gains": "", "magnetometer": "", "ahrs": "companion",
 }  # fmt: skip
+
+
+def prepare(conditions: Conditions, settings: Settings) -> Conditions:
+    """The thesis's boat doubted no sensor and no thruster; the setting `gains=KP/KI/KD` is for its heading. Raises
+    ScenarioError."""
+    text = settings["gains"]
+    if settings["law"] != "thesis":
+        if text:
+            raise ScenarioError(f"gains={text}: only with law=thesis")
+        return conditions
+    own = {"NAV_INTEG": 0.0, "THR_WATCH": 0.0}
+    if text:
+        try:
+            own |= dict(zip(_GAINS, map(float, text.split("/")), strict=True))
+        except ValueError as error:
+            raise ScenarioError(f"gains={text}: write KP/KI/KD, as 350/40/430") from error
+    return replace(conditions, parameters={**conditions.parameters, **own})
+
 
 SCENARIO = Scenario(
     name="route",
@@ -160,6 +183,7 @@ SCENARIO = Scenario(
     defaults={"route": "3", **_DEFAULTS},
     sail=sail,
     measure=measure,
+    prepare=prepare,
     plot=lambda folder, asked, settings: route_plot.draw(folder, asked, path_of(settings), dict(settings)),
 )
 
@@ -170,6 +194,7 @@ SURVEY = Scenario(
     defaults={"transects": "20", **_DEFAULTS},
     sail=sail_survey,
     measure=measure_survey,
+    prepare=prepare,
     plot=lambda folder, asked, settings: route_plot.draw(folder, asked, "linear", dict(settings)),
     lasts_s=2200.0,
 )

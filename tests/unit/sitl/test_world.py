@@ -255,7 +255,7 @@ def test_hulls_with_strips_and_lift_sail_in_waves(sea: str) -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"plant": "ideal"}, "no plant named 'ideal'; there is as_sailed, thesis, slender"),
+        ({"plant": "ideal"}, "no plant named 'ideal'; there is as_sailed, sea_trial, thesis, slender"),
         ({"gnss": "cold"}, "gnss 'cold': one of"),
         ({"wind": "fresh"}, "wind 'fresh'"),
         ({"current": "1@@"}, "current '1@@'"),
