@@ -60,6 +60,14 @@ class Allowed:
             return f"way nearer than {self.kept_m:.1f} m to the fence"
         return None
 
+    def is_open(self, begin: Place, end: Place) -> bool:
+        """Whether the boat at `begin` may be sent straight to `end`: `line_refusal` without its reason, which takes long
+        in a large fence."""
+        areas = self.areas
+        if areas is None or areas.keeping.covers((begin, end)):
+            return True
+        return not areas.keeping.contains(*begin) and self.line_refusal((begin, end)) is None
+
     def inside(self, places: Sequence[Place]) -> Sequence[bool]:
         """Whether the boat may be sent to each of the places (`point_refusal`), for many at once."""
         return [True] * len(places) if self.areas is None else self.areas.keeping.contains_each(places)

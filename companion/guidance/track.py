@@ -146,14 +146,18 @@ class Track:
 
 def _apart(length: Floats, least: float) -> list[int] | slice:
     """The samples that are at least so far from the one kept before; the first and the last always."""
-    if np.all(np.diff(length) >= least):
+    near = np.nonzero(length[:-1] + least > length[1:])[0]  # samples whose next one is too near
+    if not len(near):
         return slice(None)
-    keep = [0]
-    while (following := int(np.searchsorted(length, length[keep[-1]] + least))) < len(length):
-        keep.append(following)
+    last = len(length) - 1
+    keep: list[int] = [0]
+    while (following := int(np.searchsorted(length, length[keep[-1]] + least))) <= last:
+        place = int(np.searchsorted(near, following))
+        until = int(near[place]) if place < len(near) else last
+        keep.extend(range(following, until + 1))
     if len(keep) == 1:
-        keep.append(len(length) - 1)
-    keep[-1] = len(length) - 1
+        keep.append(last)
+    keep[-1] = last
     return keep
 
 

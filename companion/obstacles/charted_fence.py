@@ -68,6 +68,11 @@ class ChartedFence:
         by_fence = self._fence.line_refusal(line) if fenced else None
         return by_fence or (None if chart is None else chart.line_refusal(line))
 
+    def is_open(self, begin: Place, end: Place) -> bool:
+        """Whether the boat at `begin` may be sent straight to `end`, by both."""
+        chart = self._chart.water
+        return self._fence.allowed.is_open(begin, end) and (chart is None or chart.line_refusal((begin, end)) is None)
+
     def inside(self, places: Sequence[Place]) -> Sequence[bool]:
         """Whether the boat may be sent to each of the places."""
         by_fence, chart = self._fence.inside(places), self._chart.water

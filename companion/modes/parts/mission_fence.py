@@ -111,10 +111,7 @@ class MissionFence:
         if not self._fence.key or not self._parameters["MIS_ROUND"]:
             return unchanged(waypoints)
 
-        def clear(begin: Place, end: Place) -> bool:
-            return self._fence.line_refusal((begin, end)) is None
-
-        found = rounded(waypoints, here, clear, self._fence.way, math.inf)
+        found = rounded(waypoints, here, self._fence.is_open, self._fence.way, math.inf)
         return unchanged(waypoints) if isinstance(found, int) else found
 
     def refusal(self, inputs: ModeInputs) -> str | None:
