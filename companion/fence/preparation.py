@@ -33,8 +33,8 @@ class Routes(Protocol):
 
 
 class Ways:
-    """Ways that leave room for the corners that a path cuts. Remembers the routes for each radius; of a large fence, and
-    of one with many zones, they are all made at the beginning."""
+    """Ways that leave room for the corners that a path cuts. Remembers the routes for each radius; of a large fence,
+    and of one with many zones, they are all made at the beginning."""
 
     def __init__(self, keeping: FenceArea, radius_m: float, large: bool) -> None:
         self._keeping = keeping

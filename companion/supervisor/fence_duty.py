@@ -35,8 +35,9 @@ class FenceDuty:
             if key and self._helm.armed:
                 self._mind_new_fence(inputs)
             self._tell_of_no_circles(inputs.now_s)
-        if self._helm.armed and self._helm.mode is self._mission and self._mission.blocked is not None:
-            self._interrupt(f"Mission stopped: {self._mission.blocked}", inputs)
+        mode = self._helm.mode
+        if self._helm.armed and mode.blocked is not None:
+            self._interrupt(f"{mode.id.value} stopped: {mode.blocked}", inputs)
         self._warn_of_plan(inputs)
 
     def _mind_new_fence(self, inputs: ModeInputs) -> None:
