@@ -84,11 +84,12 @@ class ReturnPoint:
         return partial(_back_or_shortest, allowed, places, track, self._frame().to_ned(home.lat_deg, home.lon_deg))
 
     def is_at_hand(self, here: Place, home: Home | None, by_track: bool) -> bool:
-        """Whether `look` takes no time: the nearest destination lies straight ahead."""
-        if by_track or self._parameters["RTL_TRACK"]:
-            return self._fence.areas() is None
+        """Whether `look` takes no time: the fence has few sides, or the nearest destination lies straight ahead."""
+        allowed = self._fence.allowed
+        if allowed.is_small or by_track or self._parameters["RTL_TRACK"]:
+            return allowed.is_small
         places = self._places(home)
-        return not places or self._fence.allowed.is_straight(here, min(places, key=lambda p: math.dist(p[1], here))[1])
+        return not places or allowed.is_straight(here, min(places, key=lambda p: math.dist(p[1], here))[1])
 
     def _places(self, home: Home | None) -> list[tuple[str, Place]]:
         frame = self._frame()
