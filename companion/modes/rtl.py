@@ -197,7 +197,8 @@ class RtlMode(Mode):
             self._checks.begin(self._point.look(place, inputs.home))
         if self._checks.done:
             found = self._checks.take()
-            self._checked = *self._checking, found if isinstance(found, str) else None
+            asked, at = self._checking
+            self._checked = asked, at, found if isinstance(found, str) else None
         return self._checked[2] if self._checked[0] == key else None
 
     def enter(self, inputs: ModeInputs) -> str | None:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from companion.guidance.path import PathKind, build_path
-from companion.guidance.track import Track, _apart
+from companion.guidance.track import Track, apart
 
 SQUARE = [(0.0, 0.0), (20.0, 0.0), (20.0, 20.0), (0.0, 20.0), (0.0, 0.0)]
 
@@ -110,5 +110,5 @@ def test_samples_that_coincide_are_left_out_one_by_one(seed: int) -> None:
         if length[expected[-1]] + 0.3 <= length[i]:
             expected.append(i)
     expected[-1] = last
-    assert _apart(length, 0.3) == expected
-    assert _apart(np.arange(9.0), 0.3) == slice(None)
+    assert apart(length, 0.3) == expected
+    assert apart(np.arange(9.0), 0.3) == slice(None)
