@@ -187,6 +187,13 @@ def long_requests(folder: Path, line: Line, count: int = 10_000) -> None:
         desk.command(messages.MAV_CMD_DO_SET_MODE, 1.0, 4.0, sub_mode)
         desk.tick(100)
         longest.row(f"  {what}")
+    desk.command(messages.MAV_CMD_DO_SET_MODE, 1.0, 4.0, 3.0)
+    x, y = 634195000, 103990000
+    desk.tell(messages.MAVLink_command_int_message(1, 1, 6, 179, 0, 0, 0.0, 0.0, 0.0, 0.0, x, y, 0.0))
+    desk.tick(20)
+    desk.command(messages.MAV_CMD_DO_SET_MODE, 1.0, 4.0, 5.0)
+    wait_until(lambda: bool(desk.tick()) and boat.vessel.supervisor.parts.helm.mode.goes_round, "the way home")
+    longest.row("  RTL to a home behind the zones")
     x, y = 634396000, 103990000
     desk.tell(messages.MAVLink_command_int_message(1, 1, 6, 192, 0, 0, -1.0, 1.0, 0.0, float("nan"), x, y, 0.0))
     desk.tick(100)

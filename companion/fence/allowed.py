@@ -39,6 +39,11 @@ class Allowed:
     kept_m: float
     radius_m: float
 
+    @property
+    def is_small(self) -> bool:
+        """Whether ways are found within a tick."""
+        return self.areas is None or self.areas.keeping.is_small
+
     def point_refusal(self, north_m: float, east_m: float) -> str | None:
         """Why the boat may not be sent to that point; None where it may."""
         areas = self.areas
@@ -59,6 +64,19 @@ class Allowed:
         if areas.keeping.first_exit(line, forgive_start=True) is not None:
             return f"way nearer than {self.kept_m:.1f} m to the fence"
         return None
+
+    def is_open(self, begin: Place, end: Place) -> bool:
+        """Whether the boat at `begin` may be sent straight to `end`: `line_refusal` without the reason, which takes
+        long in a large fence."""
+        areas = self.areas
+        if areas is None or areas.keeping.covers((begin, end)):
+            return True
+        return not areas.keeping.contains(*begin) and self.line_refusal((begin, end)) is None
+
+    def is_straight(self, begin: Place, end: Place) -> bool:
+        """Whether `way` leads straight from `begin` to `end`, so that finding it takes no time."""
+        keeping = None if self.areas is None else self.areas.keeping
+        return keeping is None or (keeping.contains(*begin) and keeping.contains(*end) and keeping.covers((begin, end)))
 
     def inside(self, places: Sequence[Place]) -> Sequence[bool]:
         """Whether the boat may be sent to each of the places (`point_refusal`), for many at once."""

@@ -31,6 +31,7 @@ _MOST_ARC_SIDES, _LEAST_ARC_SIDES = 720, 12
 _MOST_DISC_SIDES = 120_000  # of all circles together: beyond that, each is drawn more coarsely
 _TOUCH_M = 1.0e-6
 _SIMPLER_M = 0.01
+_FEW_SIDES = 60
 _ARCS = 4  # sides for each rounded corner of 90° in a shrunk area
 
 
@@ -97,6 +98,11 @@ class FenceArea:
     def empty(self) -> bool:
         """Whether no place is inside."""
         return bool(self.geometry.is_empty)
+
+    @property
+    def is_small(self) -> bool:
+        """Whether queries take so little time that a tick can make some hundred of them."""
+        return len(self._sides) <= _FEW_SIDES
 
     def shrunk(self, by_m: float) -> FenceArea:
         """The places that are inside by at least `by_m` (to 1 % of it at corners that stick into the area)."""

@@ -33,14 +33,16 @@ class Routes(Protocol):
 
 
 class Ways:
-    """Ways that leave room for the corners that a path cuts. Remembers the routes for each radius; of a large fence
-    they are all made at the beginning."""
+    """Ways that leave room for the corners that a path cuts. Remembers the routes for each radius; of a large fence,
+    and of one with many zones, they are all made at the beginning."""
 
     def __init__(self, keeping: FenceArea, radius_m: float, large: bool) -> None:
         self._keeping = keeping
         self.large = large
         self._routes: dict[float, Routes] = {}
-        for radius in _radii(radius_m) if large else ():
+        from companion.fence.way_round import is_for_few
+
+        for radius in _radii(radius_m) if large or not is_for_few(keeping) else ():
             self._routes[radius] = self._made(radius)
 
     def radii_m(self, radius_m: float) -> Sequence[float]:

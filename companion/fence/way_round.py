@@ -18,7 +18,7 @@ from companion.fence.area import FenceArea, Floats, Place
 Visible = NDArray[np.bool_]
 
 _MOST_CORNERS = 150
-_MOST_ZONES = 200
+_MOST_ZONES = 30  # each keeps three corners and more, and the first tolerances leave them
 _SIMPLER_M = (0.2, 0.5, 1.0, 3.0, 10.0, 30.0, 100.0)
 
 

@@ -74,7 +74,7 @@ class Track:
         length = np.concatenate(([0.0], np.cumsum(steps)))
         self.waypoint_s_m: tuple[float, ...] = tuple(np.interp(waypoint_s, grid, length).tolist())
         self.length_m = float(length[-1])
-        keep = _apart(length, 0.3 * spacing)
+        keep = apart(length, 0.3 * spacing)
         s, n, e = length[keep], north[keep], east[keep]
         if self.length_m <= 0.0:
             s = np.array([0.0, 1.0e-9])
@@ -144,16 +144,20 @@ class Track:
         return self.s_m[i] + x * (self.s_m[i + 1] - self.s_m[i])
 
 
-def _apart(length: Floats, least: float) -> list[int] | slice:
+def apart(length: Floats, least: float) -> list[int] | slice:
     """The samples that are at least so far from the one kept before; the first and the last always."""
-    if np.all(np.diff(length) >= least):
+    near = np.nonzero(length[:-1] + least > length[1:])[0]  # samples whose next one is too near
+    if not len(near):
         return slice(None)
-    keep = [0]
-    while (following := int(np.searchsorted(length, length[keep[-1]] + least))) < len(length):
-        keep.append(following)
+    last = len(length) - 1
+    keep: list[int] = [0]
+    while (following := int(np.searchsorted(length, length[keep[-1]] + least))) <= last:
+        place = int(np.searchsorted(near, following))
+        until = int(near[place]) if place < len(near) else last
+        keep.extend(range(following, until + 1))
     if len(keep) == 1:
-        keep.append(len(length) - 1)
-    keep[-1] = len(length) - 1
+        keep.append(last)
+    keep[-1] = last
     return keep
 
 

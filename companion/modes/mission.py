@@ -42,6 +42,7 @@ from companion.modes.parts.headway import Headway
 from companion.modes.parts.mission_fence import MissionFence, orbit_circle
 from companion.modes.parts.refusals import FAR_AWAY, FENCE_REFUSALS
 from companion.modes.parts.rounding import Rounded, rounded, unchanged
+from companion.modes.parts.search import Waiting
 from companion.modes.parts.sideways_leg import SidewaysLeg
 from companion.modes.parts.transit_round import transit_round
 from companion.modes.parts.turn import TurnPlan
@@ -128,6 +129,7 @@ class MissionMode(Mode):
         self._turn: TurnPlan | None = None
         self._turning = False  # the turn's last step is not requested yet
         self._actions: list[Action] = []
+        self._waiting = Waiting(events)  # the boat holds until the way is found
         self._gate: DoCondition | None = None
         self._gate_since_s = 0.0
         self._blocked: str | None = None
@@ -154,7 +156,7 @@ class MissionMode(Mode):
 
     def mind_fence(self, inputs: ModeInputs) -> str | None:
         """Lead the present route round the new fence; stop the mission if the rest of it crosses the fence."""
-        reason, task = self._fence.refusal(inputs), self._task
+        reason, task = self._fence.refusal(inputs, at_once=True), self._task
         if reason is None and isinstance(task, Sail) and not self._on_leg:
             route = self._rest_of_route
             here = (inputs.nav.north_m, inputs.nav.east_m)
@@ -283,6 +285,7 @@ class MissionMode(Mode):
         refusal = self.check(inputs) or self._executor.begin()
         if refusal is None:
             self._task = self._blocked = None
+            self._waiting.reset()
             self._headway.reset()
             self._at_berth = False
             self._hold_point.stop_here(inputs.nav)
@@ -309,6 +312,8 @@ class MissionMode(Mode):
             if task is None or isinstance(task, Complete):
                 break
             if task is not self._task:
+                if not self._is_planned(task, inputs):
+                    return self._wait_for_plan(inputs)
                 self._take_up(task, inputs)
             if self._blocked is not None:
                 return self._hold_point.update(inputs.nav, None, inputs.speed_mps, inputs.dt_s)
@@ -355,10 +360,28 @@ class MissionMode(Mode):
             self._task = Complete()
         return self._hold_point.update(inputs.nav, None, inputs.speed_mps, inputs.dt_s)
 
+    def _is_planned(self, task: Task, inputs: ModeInputs) -> bool:
+        """Whether the task can be taken up within a tick. A route that goes on from another one is laid at once."""
+        if not isinstance(task, Sail) or isinstance(self._task, Sail):
+            return True
+        waypoints = self._waypoints(task.route)
+        if self._ends_sideways(task):
+            waypoints.pop()
+        return self._fence.ready(waypoints, (inputs.nav.north_m, inputs.nav.east_m))
+
+    def _wait_for_plan(self, inputs: ModeInputs) -> Setpoint:
+        """Hold here until the way is found; it takes seconds at most."""
+        if not self._waiting.waits and isinstance(self._task, _MOVING | None):
+            self._hold_point.stop_here(inputs.nav)
+            self._task = None
+        self._blocked = self._waiting.update(inputs.now_s)
+        return self._hold_point.update(inputs.nav, None, inputs.speed_mps, inputs.dt_s)
+
     # --- taking up a task ------------------------------------------------------------------------------------------
 
     def _take_up(self, task: Task, inputs: ModeInputs) -> None:
         before, self._task = self._task, task
+        self._waiting.reset()
         self._homeward = isinstance(task, ReturnHome | Dock)
         self._headway.rebase()
         self._at_berth = False
@@ -458,8 +481,7 @@ class MissionMode(Mode):
         self._route = task.route
         self._reported = 0
         waypoints, beyond = self._waypoints(task.route), self._waypoints(task.beyond)
-        last = task.route[-1]
-        self._sideways = last.yaw_rad is not None and self._can_sway and bool(self._parameters["WP_YAW_MODE"])
+        self._sideways = self._ends_sideways(task)
         self._on_leg = False
         stop = task.stop
         if self._sideways:
@@ -476,6 +498,11 @@ class MissionMode(Mode):
         else:
             tracker.start(waypoints, inputs.nav, stop, beyond=beyond)
         self._mind_fence(inputs)
+
+    def _ends_sideways(self, task: Sail) -> bool:
+        """Whether the last leg of the route is sailed sideways."""
+        heads = task.route[-1].yaw_rad is not None
+        return heads and self._can_sway and bool(self._parameters["WP_YAW_MODE"])
 
     def _waypoints(self, route: Sequence[RoutePoint]) -> list[Waypoint]:
         frame, surveys = self._frame(), bool(self._parameters["PATH_SURVEY"])

@@ -84,6 +84,11 @@ class Mode(ABC):
         """React to a new fence while active. Return why the mode cannot continue (the boat then holds), or None."""
         return None
 
+    @property
+    def blocked(self) -> str | None:
+        """Why the active mode cannot continue, found under way; the boat then holds. None: not blocked."""
+        return None
+
     def stuck_s(self, now_s: float) -> float | None:
         """Return for how many seconds the boat has made no headway; None while it is not under way."""
         return None

@@ -63,7 +63,7 @@ ROWS: tuple[ModeRow, ...] = (  # in display order; a mode's own failsafe is more
     ModeRow(HeadingMode, lambda p: HeadingMode(p.config, p.parameters, p.events)),
     ModeRow(HoldMode, lambda p: HoldMode(p.config, p.parameters, p.events, p.fence)),
     ModeRow(MissionMode, lambda p: _mission(p)),
-    ModeRow(RtlMode, lambda p: RtlMode(p.config, p.parameters, p.point, p.events, p.fence)),
+    ModeRow(RtlMode, lambda p: RtlMode(p.config, p.parameters, p.point, p.events, p.charted)),
     ModeRow(DockMode, lambda p: DockMode(p.config, p.docking, p.berths)),
     ModeRow(CircleMode, lambda p: CircleMode(p.config, p.parameters, p.events, p.frame, p.fence)),
     ModeRow(TrialMode, lambda p: TrialMode(p.config, p.parameters, p.events, p.frame, p.fence)),

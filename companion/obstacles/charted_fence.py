@@ -7,10 +7,13 @@ round what its legs cross are found there, so that they are at hand when it is e
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future
 from itertools import pairwise
+from typing import Any
 
 from companion.config.vessel import VesselConfig
 from companion.core.geodesy import LocalFrame
+from companion.core.ports import Worker
 from companion.fence.allowed import Allowed, Place, Way
 from companion.fence.guard import FenceGuard
 from companion.mission.commands import DESTINATIONS
@@ -26,7 +29,8 @@ Found = dict[tuple[Place, Place], Way | None]
 
 
 class ChartedFence:
-    """Answers as `FenceGuard`, for the fence and the chart. Remembers the ways found while neither changes."""
+    """Answers as `FenceGuard`, for the fence and the chart. Remembers the ways found while neither changes.
+    `worker` looks for ways that modes ask for; None: that is done at once."""
 
     def __init__(
         self,
@@ -42,9 +46,32 @@ class ChartedFence:
         self._water = OpenWater(config, parameters, fence, chart)  # without what sensors see
         self._parameters = parameters
         self._frame = frame
+        self.worker: Worker | None = None
         self._ways: Found = {}
         self._ways_key: object = None
         plans.prepare_by(PlanKind.MISSION, self.prepare)
+
+    def work_with(self, worker: Worker) -> None:
+        """Let `worker` look for ways."""
+        self.worker = worker
+
+    def submit(self, work: Callable[[], Any]) -> Future[Any]:
+        """Carry out `work` beside the control thread, or at once without a worker; it then raises what work raises."""
+        if self.worker is not None:
+            return self.worker.submit(work)
+        future: Future[Any] = Future()
+        future.set_result(work())
+        return future
+
+    @property
+    def water(self) -> Water:
+        """Fence and chart as they are now; it never changes."""
+        return self._water.now
+
+    @property
+    def is_small(self) -> bool:
+        """Whether there is no chart, and so small a fence that ways are found within a tick."""
+        return self._chart.water is None and self._fence.allowed.is_small
 
     @property
     def guard(self) -> FenceGuard:
@@ -67,6 +94,10 @@ class ChartedFence:
         chart = self._chart.water
         by_fence = self._fence.line_refusal(line) if fenced else None
         return by_fence or (None if chart is None else chart.line_refusal(line))
+
+    def is_open(self, begin: Place, end: Place) -> bool:
+        """Whether the boat at `begin` may be sent straight to `end`, by both."""
+        return self._water.now.is_open(begin, end)
 
     def inside(self, places: Sequence[Place]) -> Sequence[bool]:
         """Whether the boat may be sent to each of the places."""

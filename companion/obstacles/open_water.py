@@ -81,6 +81,12 @@ class Water:
         """Whether the straight line keeps clear of obstacles and inside the fence."""
         return self.line_refusal((begin, end)) is None
 
+    def is_open(self, begin: Place, end: Place) -> bool:
+        """As `clear`, of fence and chart alone."""
+        return self.allowed.is_open(begin, end) and (
+            self.chart is None or self.chart.line_refusal((begin, end)) is None
+        )
+
     def line_refusal(self, line: Sequence[Place]) -> str | None:
         """Why the boat may not be sent along the line: the fence, or an obstacle; None where it may."""
         return "obstacle in the way" if math.isfinite(self.free_m(line)) else self.allowed.line_refusal(line)

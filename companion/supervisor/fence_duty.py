@@ -35,8 +35,9 @@ class FenceDuty:
             if key and self._helm.armed:
                 self._mind_new_fence(inputs)
             self._tell_of_no_circles(inputs.now_s)
-        if self._helm.armed and self._helm.mode is self._mission and self._mission.blocked is not None:
-            self._interrupt(f"Mission stopped: {self._mission.blocked}", inputs)
+        mode = self._helm.mode
+        if self._helm.armed and mode.blocked is not None:
+            self._interrupt(f"{mode.id.value} stopped: {mode.blocked}", inputs)
         self._warn_of_plan(inputs)
 
     def _mind_new_fence(self, inputs: ModeInputs) -> None:
@@ -69,10 +70,13 @@ class FenceDuty:
         if self._changed_s is None or not inputs.nav.position_valid:
             return
         under_way = self._helm.armed and self._helm.mode is self._mission
-        reason = self._mission.fence_refusal(inputs) if plans[0] and plans[1] and not under_way else None
+        reason = self._refusal(inputs) if plans[0] and plans[1] and not under_way else None
         unfinished = reason is None and not under_way and not self._mission.fence_checked
         if unfinished or inputs.now_s - self._changed_s < _SETTLED_S:
             return
         self._changed_s = None
         if reason is not None:
             self._events.say(inputs.now_s, TextKind.ATTENTION, "mission_crosses_fence", f"Check the mission: {reason}")
+
+    def _refusal(self, inputs: ModeInputs) -> str | None:
+        return self._helm.guarded(self._mission, lambda: self._mission.fence_refusal(inputs), inputs.now_s)

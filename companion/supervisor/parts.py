@@ -95,7 +95,7 @@ class SupervisorParts:
         clear = around.movers, aside.water.line_refusal
         self.traffic_guard = TrafficGuard(config, parameters, self.traffic, events, frame_of, self.fence, *clear)
         self.track = OwnTrack(frame_of)
-        charted = ChartedFence(config, parameters, plans, frame_of, self.fence, self.chart)
+        self.charted = charted = ChartedFence(config, parameters, plans, frame_of, self.fence, self.chart)
         modes = build_modes(config, parameters, plans, executor, events, frame_of, charted, self.track)
         self.hold = hold = mode_of(modes, HoldMode)
         self.mission = mission = mode_of(modes, MissionMode)
@@ -129,7 +129,7 @@ class SupervisorParts:
 
     def work_with(self, worker: Worker) -> None:
         """Let `worker` do what takes longer than a tick."""
-        for part in (self.fence, self.chart, self.obstacles):
+        for part in (self.fence, self.chart, self.obstacles, self.charted):
             part.work_with(worker)
 
     def watch_hull(self, desired_mps: float | None, now_s: float) -> None:

@@ -11,8 +11,10 @@ from hypothesis import strategies as st
 from shapely.geometry import LineString, Point
 
 from companion.config.vessel import find, load
+from companion.fence.allowed import Allowed
 from companion.fence.area import Disc, FenceArea
-from companion.fence.limit import speed_to_stop_in
+from companion.fence.limit import FenceAreas, speed_to_stop_in
+from companion.fence.preparation import Ways
 from companion.fence.way_round import ClearRoutes
 
 REVOLT = load(find("revolt"))
@@ -94,3 +96,27 @@ def test_cutting_a_shrunk_area_is_shrinking_a_cut_one(
     for place in np.random.default_rng(1).uniform(-130.0, 130.0, (300, 2)).tolist():
         if slow.contains(*place) is not quick.contains(*place):
             assert min(abs(slow.margin(*place).distance_m), abs(quick.margin(*place).distance_m)) < 0.1
+
+
+@given(waters(), st.integers(0, 1000))
+@settings(max_examples=40, deadline=None)
+def test_a_line_is_open_where_nothing_refuses_it(fence: FenceArea, seed: int) -> None:
+    kept = fence.shrunk(2.0)
+    assume(not kept.empty)
+    allowed = Allowed(FenceAreas(fence, fence.shrunk(1.0), kept), None, 2.0, 5.0)
+    places = np.random.default_rng(seed).uniform(-130.0, 130.0, (40, 2)).tolist()
+    for begin, end in itertools.pairwise(tuple(place) for place in places):
+        assert allowed.is_open(begin, end) is (allowed.line_refusal((begin, end)) is None)
+
+
+@given(st.integers(0, 1000), st.sampled_from((31, 60, 100, 200)))
+@settings(max_examples=8, deadline=None)
+def test_a_way_among_many_zones_is_found(seed: int, count: int) -> None:
+    """So many that not even three corners of each can be kept (`ClearRoutes`)."""
+    rng, across = np.random.default_rng(seed), math.ceil(math.sqrt(count))
+    grid = [(40.0 * (i // across), 40.0 * (i % across)) for i in range(count)]
+    kept = FenceArea({}, [Disc(n + 15.0, e + 15.0, rng.uniform(4.0, 8.0)) for n, e in grid]).shrunk(2.0)
+    begin, end = (-5.0, -5.0), (40.0 * (count // across) - 5.0, 40.0 * across - 5.0)
+    points = Ways(kept, 2.0, large=False).of(2.0).find(begin, end)
+    assert points is not None and kept.covers(points)
+    assert LineString(points).length < 1.3 * math.dist(begin, end)

@@ -5,7 +5,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import partial
 from itertools import pairwise
 
 from companion.config.vessel import VesselConfig
@@ -22,6 +23,7 @@ from companion.mission.plan import PlanItem, PlanKind, Plans, item_number
 from companion.mission.tasks import Dock, Orbit, ReturnHome, RoutePoint, Sail, Task
 from companion.modes.parts.berth import BerthChoice
 from companion.modes.parts.rounding import Rounded, rounded, unchanged
+from companion.modes.parts.search import Search
 from companion.modes.rtl import ReturnPoint
 from companion.obstacles.charted_fence import ChartedFence
 from companion.params.store import Parameters
@@ -32,6 +34,7 @@ _POINTS_A_STEP = 40
 _MOST_POINTS = 2_000
 _PLACES = (Sail, ReturnHome, Dock, Orbit)  # tasks after which it does not matter where the boat was before
 _SAME_PLACE_M = 1.0
+_NEAR_M = 50.0  # within which a route found from another place serves, where its first leg is open
 _SHAPE = (
     "PATH_KIND",
     "NAV_ACC_RAD",
@@ -65,6 +68,20 @@ def unfenced(items: Sequence[PlanItem]) -> frozenset[int]:
     return frozenset(found)
 
 
+@dataclass(frozen=True, slots=True)
+class _Sought:
+    """A route to lead round, what that depends on, and where the boat was."""
+
+    key: object
+    waypoints: tuple[Waypoint, ...]
+    here: Place
+
+    def serves(self, other: _Sought) -> bool:
+        """Whether the answer is one to `other` too, as far as that can be told without the first leg."""
+        same = self.key == other.key and self.waypoints == other.waypoints
+        return same and math.dist(self.here, other.here) <= _NEAR_M
+
+
 class MissionFence:
     """`refusal(inputs)` checks the rest of the mission; `track_refusal(legs, seqs)` checks a path just laid.
 
@@ -72,6 +89,9 @@ class MissionFence:
     A long mission is checked in steps, one a tick: until the last one, it is refused only for what was found by then.
     The check has two parts: from the boat to the first place of the mission, anew whenever the boat has moved, and from
     there on. Remembers the answer of the first part with its position, and how far the second part is.
+
+    Round a chart or a large fence, the present route is led by a search beside the control thread: `ready` asks for it,
+    `rounded` gives what it found. Remembers the route looked for, and the one found last.
     """
 
     def __init__(
@@ -99,6 +119,10 @@ class MissionFence:
         self._rest: Iterator[str | None] | None = None  # the second part, while it goes on
         self._rest_refusal: str | None = None
         self._stepped_s: float | None = None  # time of the last step
+        self._search: Search[Rounded | int] = Search(fence.submit)
+        self._sought: _Sought | None = None
+        self._found: tuple[_Sought, Rounded | int] | None = None
+        self._waits = False  # for the search, with the first part
         self._unfenced_of: tuple[int, frozenset[int]] = (0, frozenset())  # of the mission with that id
 
     @property
@@ -111,15 +135,45 @@ class MissionFence:
         if not self._fence.key or not self._parameters["MIS_ROUND"]:
             return unchanged(waypoints)
 
-        def clear(begin: Place, end: Place) -> bool:
-            return self._fence.line_refusal((begin, end)) is None
-
-        found = rounded(waypoints, here, clear, self._fence.way, math.inf)
+        known = self._known(self._asked(waypoints, here))
+        found = rounded(waypoints, here, self._fence.is_open, self._fence.way, math.inf) if known is None else known
         return unchanged(waypoints) if isinstance(found, int) else found
 
-    def refusal(self, inputs: ModeInputs) -> str | None:
+    def ready(self, waypoints: Sequence[Waypoint], here: Place) -> bool:
+        """Whether `rounded` takes no time now. Otherwise the way is looked for from here; ask again."""
+        fence = self._fence
+        needless = not fence.key or not self._parameters["MIS_ROUND"] or not waypoints
+        if fence.worker is None or needless or fence.is_small:
+            return True
+        asked = self._asked(waypoints, here)
+        if self._search.done and self._sought is not None:
+            self._found = self._sought, self._search.take()
+        if self._known(asked) is not None:
+            return True
+        if not self._search.pending or self._sought is None or not self._sought.serves(asked):
+            self._sought = asked
+            water = fence.water
+            self._search.begin(partial(rounded, asked.waypoints, here, water.is_open, water.way, math.inf))
+        return False
+
+    def _asked(self, waypoints: Sequence[Waypoint], here: Place) -> _Sought:
+        return _Sought((self._fence.key, self._parameters["NAV_ACC_RAD"]), tuple(waypoints), here)
+
+    def _known(self, asked: _Sought) -> Rounded | int | None:
+        """The route as found, where it can be sailed from here."""
+        if self._found is None or not self._found[0].serves(asked):
+            return None
+        sought, found = self._found
+        if asked.here == sought.here or isinstance(found, int):
+            return found if math.dist(asked.here, sought.here) <= _SAME_PLACE_M else None
+        first = found.waypoints[0]
+        return found if self._fence.is_open(asked.here, (first.north_m, first.east_m)) else None
+
+    def refusal(self, inputs: ModeInputs, at_once: bool = False) -> str | None:
         """Return which item leads out of the fence or into a chart obstacle, and why; None if none does as far as that
-        is checked. Callers ask every tick while disarmed, so the answer is kept while the boat stays within 1 m."""
+        is checked. Callers ask every tick while disarmed, so the answer is kept while the boat stays within 1 m.
+
+        What takes long is looked for first, unless `at_once`: nothing is refused until then."""
         nav = inputs.nav
         if not self._fence.key or not nav.position_valid:
             return None
@@ -129,20 +183,28 @@ class MissionFence:
         place = (nav.north_m, nav.east_m)
         if key != self._key:
             self._key, self._from_here = key, None
-        if self._from_here is None or math.dist(place, self._from_here[0]) > _SAME_PLACE_M:
+        stale = self._from_here is None or math.dist(place, self._from_here[0]) > _SAME_PLACE_M
+        self._waits = stale and not at_once and not self._first_ready(place)
+        if stale and not self._waits:
             anew = self._from_here is None or self._from_here[1] is not None
             self._begin(place, inputs, anew)
             self._stepped_s = None if anew else inputs.now_s
         if self._rest is not None and inputs.now_s != self._stepped_s:
             self._stepped_s = inputs.now_s
             self._go_on(self._rest)
-        assert self._from_here is not None
+        if self._from_here is None:
+            return None
         return self._from_here[1] or self._rest_refusal
+
+    def _first_ready(self, place: Place) -> bool:
+        """Whether the first part can be checked in a tick."""
+        first = next((task for task in self._executor.ahead() if isinstance(task, _PLACES)), None)
+        return not isinstance(first, Sail) or self.ready(self._waypoints(first.route), place)
 
     @property
     def checked(self) -> bool:
         """Whether the check of the mission asked for last is complete."""
-        return self._rest is None
+        return self._rest is None and not self._waits
 
     @property
     def _unfenced(self) -> frozenset[int]:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from companion.guidance.path import PathKind, build_path
-from companion.guidance.track import Track
+from companion.guidance.track import Track, apart
 
 SQUARE = [(0.0, 0.0), (20.0, 0.0), (20.0, 20.0), (0.0, 20.0), (0.0, 0.0)]
 
@@ -97,3 +97,18 @@ def test_a_path_of_no_length() -> None:
     assert track.length_m == 0.0
     assert track.project(5.0, 5.0, 0.0, 3.0) == 0.0
     assert (track.at(0.0).north_m, track.at(0.0).east_m) == (1.0, 2.0)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_samples_that_coincide_are_left_out_one_by_one(seed: int) -> None:
+    """Each kept sample is the first that is far enough from the one kept before."""
+    rng = np.random.default_rng(seed)
+    steps = rng.random(200) * rng.choice([1.0, 0.01, 0.0], 200, p=[0.8, 0.15, 0.05])
+    length = np.concatenate(([0.0], np.cumsum(steps)))
+    expected, last = [0], len(length) - 1
+    for i in range(1, last + 1):
+        if length[expected[-1]] + 0.3 <= length[i]:
+            expected.append(i)
+    expected[-1] = last
+    assert apart(length, 0.3) == expected
+    assert apart(np.arange(9.0), 0.3) == slice(None)

@@ -1,0 +1,192 @@
+"""RTL and Mission look for their way beside the control thread, and hold until it is found."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import pytest
+
+from companion.core.decision import ModeId
+from companion.core.setpoint import PathSetpoint
+from companion.mission.plan import PlanItem, PlanKind
+from tests.unit.conftest import Boat
+from tests.unit.io.mavlink.slow_storage import SlowWorker
+
+
+def circles(boat: Boat, *places: tuple[float, float], radius_m: float = 8.0) -> Sequence[PlanItem]:
+    """Circles to keep out of: each has so many sides that ways round them are looked for beside."""
+    rows = [boat.point(*place) for place in places]
+    return [
+        PlanItem(n, 5004, 0, radius_m, 0.0, 0.0, 0.0, round(lat_deg * 1e7), round(lon_deg * 1e7), 0.0)
+        for n, (lat_deg, lon_deg) in enumerate(rows)
+    ]
+
+
+def ring(boat: Boat) -> Sequence[PlanItem]:
+    """Circles that close home in."""
+    return circles(boat, (12.0, 0.0), (-12.0, 0.0), (0.0, 12.0), (0.0, -12.0), radius_m=9.0)
+
+
+def away(boat: Boat) -> SlowWorker:
+    """In Hold 50 m north of home, with a circle between; ways are looked for when the test says so."""
+    boat.supervisor.arm(boat.now_s)
+    assert boat.supervisor.go_to(*boat.point(50.0, 0.0), None, None, boat.now_s).accepted
+    boat.until(lambda: boat.away_m(50.0, 0.0) < 0.3)
+    boat.plans.replace(PlanKind.FENCE, circles(boat, (25.0, 0.0)))
+    worker = SlowWorker()
+    boat.supervisor.parts.charted.work_with(worker)
+    return worker
+
+
+def choose(boat: Boat, mode: ModeId) -> None:
+    assert boat.supervisor.request_mode(mode, boat.now_s).accepted
+
+
+def test_rtl_holds_until_its_way_is_found(boat: Boat) -> None:
+    worker = away(boat)
+    choose(boat, ModeId.RTL)
+    boat.step(0.5)
+    assert "Planning a way" not in boat.texts()
+    boat.step(4.0)
+    assert boat.texts().count("Planning a way") == 1
+    assert boat.status.mode is ModeId.RTL and boat.away_m(50.0, 0.0) < 0.5
+    assert not isinstance(boat.setpoint, PathSetpoint) and "rtl_arrived" not in boat.names()
+    worker.work()
+    boat.step()
+    assert isinstance(boat.setpoint, PathSetpoint)
+    boat.until(lambda: "rtl_arrived" in boat.names())
+    assert boat.away_m(0.0, 0.0) < 0.5
+
+
+def test_rtl_straight_ahead_waits_for_nothing(boat: Boat) -> None:
+    away(boat)
+    boat.plans.replace(PlanKind.FENCE, circles(boat, (25.0, 40.0)))
+    boat.step()
+    choose(boat, ModeId.RTL)
+    boat.step()
+    assert isinstance(boat.setpoint, PathSetpoint)
+
+
+def test_rtl_without_a_way_holds_and_says_so(boat: Boat) -> None:
+    worker = away(boat)
+    boat.plans.replace(PlanKind.FENCE, ring(boat))
+    choose(boat, ModeId.RTL)
+    boat.step(0.3)
+    worker.work()
+    boat.step(0.3)
+    assert boat.status.mode is ModeId.HOLD
+    assert "RTL stopped: no way home inside the fence" in boat.texts()
+
+
+def test_a_search_without_end_ends_in_hold(boat: Boat) -> None:
+    away(boat)
+    choose(boat, ModeId.RTL)
+    boat.step(29.0)
+    assert boat.status.mode is ModeId.RTL
+    boat.step(2.0)
+    assert boat.status.mode is ModeId.HOLD and "RTL stopped: no way found in 30 s" in boat.texts()
+    assert boat.away_m(50.0, 0.0) < 0.5
+
+
+def test_a_way_found_for_another_fence_is_thrown_away(boat: Boat) -> None:
+    worker = away(boat)
+    choose(boat, ModeId.RTL)
+    boat.step(0.3)
+    boat.plans.replace(PlanKind.FENCE, ring(boat))
+    boat.step(0.3)
+    assert worker.work() >= 1
+    boat.step(0.3)
+    assert not isinstance(boat.setpoint, PathSetpoint)
+    worker.work()
+    boat.step(0.3)
+    assert "RTL stopped: no way home inside the fence" in boat.texts()
+
+
+@pytest.mark.parametrize("leave", ["hold", "disarm"])
+def test_a_way_found_after_the_mode_was_left_changes_nothing(boat: Boat, leave: str) -> None:
+    worker = away(boat)
+    choose(boat, ModeId.RTL)
+    boat.step(0.3)
+    if leave == "hold":
+        choose(boat, ModeId.HOLD)
+    else:
+        boat.supervisor.disarm(boat.now_s)
+    worker.work()
+    boat.step(1.0)
+    assert not isinstance(boat.setpoint, PathSetpoint)
+    assert boat.status.mode is (ModeId.HOLD if leave == "hold" else ModeId.RTL)
+
+
+def mission_round(boat: Boat) -> SlowWorker:
+    worker = away(boat)
+    boat.upload((0.0, 0.0), (0.0, 20.0))
+    choose(boat, ModeId.MISSION)
+    return worker
+
+
+def test_mission_holds_until_its_way_is_found(boat: Boat) -> None:
+    worker = mission_round(boat)
+    boat.step(4.0)
+    assert boat.texts().count("Planning a way") == 1 and boat.status.mode is ModeId.MISSION
+    assert boat.away_m(50.0, 0.0) < 0.5 and not isinstance(boat.setpoint, PathSetpoint)
+    worker.work()
+    boat.step()
+    assert isinstance(boat.setpoint, PathSetpoint)
+    nearest_m = 99.0
+
+    def reached() -> bool:
+        nonlocal nearest_m
+        nearest_m = min(nearest_m, boat.away_m(25.0, 0.0))
+        return boat.status.mission.reached == 1
+
+    boat.until(reached)
+    assert nearest_m > 8.0
+
+
+def test_mission_whose_way_is_never_found_ends_in_hold(boat: Boat) -> None:
+    mission_round(boat)
+    boat.step(31.0)
+    assert boat.status.mode is ModeId.HOLD and "Mission stopped: no way found in 30 s" in boat.texts()
+
+
+def test_mission_without_a_way_ends_in_hold(boat: Boat) -> None:
+    worker = away(boat)
+    boat.plans.replace(PlanKind.FENCE, ring(boat))
+    boat.upload((0.0, 0.0))
+    choose(boat, ModeId.MISSION)
+    boat.step(0.3)
+    worker.work()
+    boat.step(0.5)
+    assert boat.status.mode is ModeId.HOLD
+    assert "Mission stopped: item 1: way crosses the fence" in boat.texts()
+
+
+def test_an_uploaded_mission_is_judged_when_its_way_is_known(boat: Boat) -> None:
+    worker = away(boat)
+    boat.plans.replace(PlanKind.FENCE, ring(boat))
+    boat.upload((0.0, 0.0))
+    boat.step(6.0)
+    assert not any(text.startswith("Check the mission") for text in boat.texts())
+    assert "Planning a way" not in boat.texts(), "nobody waits for it"
+    worker.work()
+    boat.step(1.0)
+    assert "Check the mission: item 1: way crosses the fence" in boat.texts()
+
+
+@pytest.mark.parametrize("mode", [ModeId.RTL, ModeId.MISSION])
+def test_a_search_that_fails_ends_in_hold(boat: Boat, mode: ModeId, monkeypatch: pytest.MonkeyPatch) -> None:
+    worker = away(boat)
+    boat.upload((0.0, 0.0))
+
+    def broken(work: Callable[[], object]) -> object:
+        def fails() -> object:
+            raise ArithmeticError("no such way")
+
+        return SlowWorker.submit(worker, fails)
+
+    monkeypatch.setattr(worker, "submit", broken)
+    choose(boat, mode)
+    boat.step(0.3)
+    worker.work()
+    boat.step(0.5)
+    assert boat.status.mode is ModeId.HOLD and any("failed (ArithmeticError" in text for text in boat.texts())
