@@ -72,7 +72,7 @@ def unfenced(items: Sequence[PlanItem]) -> frozenset[int]:
 class _Sought:
     """A route to lead round, what that depends on, and where the boat was."""
 
-    key: object
+    key: tuple[object, ...]
     waypoints: tuple[Waypoint, ...]
     here: Place
 
