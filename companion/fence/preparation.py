@@ -60,14 +60,11 @@ class Ways:
         return tuple(self._routes.values())
 
     def _made(self, radius_m: float) -> Routes:
-        from companion.fence.roadmap import Roadmap
-        from companion.fence.way_round import ClearRoutes, is_for_few
+        from companion.fence.roadmap import routes_in
+        from companion.fence.way_round import ClearRoutes
 
-        roomy = self._keeping.shrunk(_CORNER_CUT * radius_m)
-        if not is_for_few(roomy):
-            return Roadmap(roomy)
-        routes = ClearRoutes(roomy)
-        if self.large:
+        routes = routes_in(self._keeping.shrunk(_CORNER_CUT * radius_m))
+        if self.large and isinstance(routes, ClearRoutes):
             routes.look_around()
         return routes
 

@@ -14,7 +14,7 @@ import shapely
 from numpy.typing import NDArray
 
 from companion.fence.area import FenceArea, Floats, Place
-from companion.fence.way_round import way_inside
+from companion.fence.way_round import ClearRoutes, is_for_few, way_inside
 
 _CELLS = 6_400  # of the grid
 _BEYOND = 1.1  # the grid is so much larger than all zones
@@ -22,6 +22,11 @@ _WORLD_M = 100_000.0  # an area larger than this is not fenced in: its outer lin
 _NEIGHBOURS = ((0, 1), (1, 0), (1, 1), (1, -1))
 _TRIED = 24  # nearest places of the grid that a begin or an end may see
 _FEWEST = 2
+
+
+def routes_in(area: FenceArea) -> ClearRoutes | Roadmap:
+    """What finds ways in an area: by its corners where they are few, else by a grid."""
+    return ClearRoutes(area) if is_for_few(area) else Roadmap(area)
 
 
 class Roadmap:

@@ -118,7 +118,7 @@ class Water:
 
     def _way_within(self, begin: Place, end: Place, circles: Floats, around_m: float) -> Way | None:
         from companion.fence.area import FenceArea
-        from companion.fence.way_round import ClearRoutes
+        from companion.fence.roadmap import routes_in
 
         water = self._area(begin, end, circles, around_m)
         if water.empty:
@@ -133,7 +133,7 @@ class Water:
             roomy = FenceArea.of(water.geometry.buffer(-_CORNER_CUT * radius_m, quad_segs=_ARCS))
             if roomy.empty:
                 continue
-            points = ClearRoutes(roomy).find(begin, end, through=water)
+            points = routes_in(roomy).find(begin, end, through=water)
             if points is not None:
                 return Way(points, radius_m)
         return None

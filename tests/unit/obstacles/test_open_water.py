@@ -149,3 +149,15 @@ def test_a_long_headland_is_led_round() -> None:
     """Its end is further away than what is looked at first."""
     way = water([], charted=box(30.0, -400.0, 40.0, 300.0)).way(BEGIN, END)
     assert way is not None and way.length_m > 2.0 * 300.0
+
+
+def test_among_many_obstacles_there_is_a_way() -> None:
+    """120 buoys, 12 m apart: their corners are too many for the search by corners, which then dropped them."""
+    buoys = [(10.0 + 12.0 * (k // 10), -54.0 + 12.0 * (k % 10), 0.3) for k in range(120)]
+    end = (160.0, 3.0)
+    field = water(buoys)
+    way = field.way((0.0, -3.0), end)
+    assert way is not None and way.points[-1] == end
+    line = LineString(way.points)
+    assert all(line.distance(Point(north_m, east_m)) >= KEEP_M for north_m, east_m, _ in buoys)
+    assert way.length_m < 260.0
