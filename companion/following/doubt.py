@@ -15,6 +15,7 @@ _JUMP_LASTS_S = 10.0
 _SIGMA_M = 3.0  # of a leader that does not say how good its position is
 _WAY_M, _LEAST_S = 3.0, 1.5  # way by its velocity, and time, after which it is asked whether it has moved
 _MOVED_SHARE = 0.3
+_REST_MPS = 0.3  # below it a leader may lie still: what its velocity adds up to is noise
 
 _Place = tuple[float, float, float]
 """t_s, lat_deg, lon_deg."""
@@ -25,8 +26,8 @@ class LeaderDoubt:
 
     A jump is a position off the expected one by more than 10 m and 6 sigmas, confirmed by the next three: it counts for
     10 s, and `jump_m` stays until `forget_jump`. A leader repeats its position where none of a stretch is further from
-    its beginning than 0.3 of the way that its own velocity makes, in at least 3 m and 1.5 s. One that sends no velocity
-    is not judged.
+    its beginning than 0.3 of the way that its own velocity makes, in at least 3 m and 1.5 s. One that sends no velocity,
+    or lies still, is not judged.
     """
 
     def __init__(self) -> None:
@@ -73,7 +74,8 @@ class LeaderDoubt:
         lat_deg, lon_deg = state.lat_deg or 0.0, state.lon_deg or 0.0
         speed_mps = math.hypot(state.north_mps or 0.0, state.east_mps or 0.0)
         anchor, last = self._anchor, self._last
-        if anchor is None or last is None or state.t_s - last.t_s > _LONGEST_GAP_S:
+        unjudged = speed_mps < _REST_MPS or last is None or state.t_s - last.t_s > _LONGEST_GAP_S
+        if unjudged or anchor is None or last is None:
             self._anchor, self._way_m, self._moved_m = (state.t_s, lat_deg, lon_deg), 0.0, 0.0
             return
         self._way_m += speed_mps * (state.t_s - last.t_s)

@@ -111,3 +111,13 @@ def test_a_person_may_follow_it_all_the_same() -> None:
     assert doubt.text(0.8) is not None
     doubt.forget_jump()
     assert doubt.text(0.8) is None and doubt.jump_m is None
+
+
+def test_a_leader_that_lies_still_for_long_is_believed() -> None:
+    """A receiver that holds its position still while its velocity has noise, as many do."""
+    draws = stream(6, "leader at rest")
+
+    def at_rest(_: float) -> tuple[float, float, float, float]:
+        return 0.0, 0.0, draws.gauss(0.0, 0.05), draws.gauss(0.0, 0.05)
+
+    assert said(at_rest, 300.0) == []
