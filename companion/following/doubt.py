@@ -26,8 +26,8 @@ class LeaderDoubt:
 
     A jump is a position off the expected one by more than 10 m and 6 sigmas, confirmed by the next three: it counts for
     10 s, and `jump_m` stays until `forget_jump`. A leader repeats its position where none of a stretch is further from
-    its beginning than 0.3 of the way that its own velocity makes, in at least 3 m and 1.5 s. One that sends no velocity,
-    or lies still, is not judged.
+    its beginning than 0.3 of the way that its own velocity makes, in at least 3 m and 1.5 s. One that lies still, or
+    sends no velocity, is not judged.
     """
 
     def __init__(self) -> None:
