@@ -13,6 +13,7 @@ import numpy as np
 from companion.nav.error_state import ErrorStateFilter
 from companion.nav.lever_arms import Quaternion, Vector, rotate, rotation, turned
 
+_AXES_RAD = 0.004  # by which the gyro's axes may be askew: a turn about one tilts the others
 _KEPT_EVERY_S = 0.5
 _KEPT_S = 13.0
 _STEADY_S = 10.0
@@ -75,7 +76,6 @@ class Lane:
     __slots__ = (
         "_accelerometer_bias",
         "_ahead",
-        "_bias_sigma_mps2",
         "_gravity_mps2",
         "_gyro_bias",
         "_last",
@@ -83,6 +83,7 @@ class Lane:
         "_sigma_mps",
         "_sigma_mps2",
         "_sigma_mps3",
+        "_turn_sigma_mps2",
         "_turned_mps",
         "first",
         "from_s",
@@ -97,15 +98,16 @@ class Lane:
         self._gravity_mps2 = filter_.gravity_mps2
         self._last: tuple[Vector, Vector] | None = None
         self._sigma_mps, self._sigma_mps2 = filter_.velocity_sigmas()
-        self._bias_sigma_mps2, gyro_sigma_radps = filter_.bias_sigmas()
+        bias_sigma_mps2, gyro_sigma_radps = filter_.bias_sigmas()
+        self._turn_sigma_mps2 = math.hypot(bias_sigma_mps2, _AXES_RAD * self._gravity_mps2)
         self._sigma_mps3 = self._gravity_mps2 * gyro_sigma_radps
         self._ahead = filter_.rotation[0], filter_.rotation[3]
         self._turned_mps = 0.0
 
     def sigma_mps(self, now_s: float) -> float:
         """One sigma of the velocity on an axis, by the filter's covariance at the start. What tilt and bias leave is
-        known together, not each alone: a boat that has turned since then feels the difference. The gyro's bias tilts
-        the lane."""
+        known together, not each alone: a boat that has turned since then feels the difference. The gyro tilts the lane:
+        by its bias with time, by its axes in a turn."""
         passed_s = now_s - self.from_s
         tilted_mps = 0.5 * self._sigma_mps3 * passed_s * passed_s
         return math.hypot(self._sigma_mps, self._sigma_mps2 * passed_s, self._turned_mps, tilted_mps)
@@ -125,7 +127,7 @@ class Lane:
         matrix = rotation(middle)
         n, e, d = rotate(matrix, mean)
         chord = math.hypot(matrix[0] - self._ahead[0], matrix[3] - self._ahead[1])
-        self._turned_mps += chord * self._bias_sigma_mps2 * dt_s
+        self._turned_mps += chord * self._turn_sigma_mps2 * dt_s
         vn, ve, vd = self.velocity
         self.velocity = (vn + n * dt_s, ve + e * dt_s, vd + (d + self._gravity_mps2) * dt_s)
 

@@ -27,6 +27,7 @@ _WANDERS = 1.0  # of the slow error by the vessel's file, while the heading stay
 _TURNED_WANDERS = 3.0  # more of it after a turn, since a compass deviates with the heading
 _ALL_TURNED_RAD = math.radians(60.0)  # by so far; in proportion before
 _GAP_S = 1.5
+_SKIPPED = 5
 _AGREES_RAD = math.radians(3.0)
 _STEADY_S = 5.0  # without a further drift, before a source can be believed again
 _MEMORY_S = 15.0
@@ -48,6 +49,16 @@ class _Source:
     since_s: float | None = None
     drifted_s: float = 0.0  # when it last drifted by the threshold
     track: deque[tuple[float, float, float]] = field(default_factory=deque)  # time, heading and turn, each unwrapped
+    skipped: int = 0  # headings in a row that were off the others
+
+    def skip(self, last: HeadingSeen, seen: HeadingSeen) -> None:
+        """A heading is off the median: it jumps, which `heading_jump.py` judges, or the one before was an outlier, as
+        the first of all may be. Several of them count from now on."""
+        self.last = last
+        self.skipped += 1
+        if self.skipped >= _SKIPPED:
+            self.last, self.apart_rad, self.skipped = seen, Median3(), 0
+            self.cusum.clear(seen.t_s)
 
 
 class HeadingDrift(Hypothesis):
@@ -125,8 +136,9 @@ class HeadingDrift(Hypothesis):
         step_rad = wrap_pi(seen.yaw_rad - last.yaw_rad - (seen.turned_rad - last.turned_rad))
         threshold_rad = _threshold_rad(source, seen)
         if abs(source.apart_rad.newest_off + step_rad) > threshold_rad:
-            source.last = last  # a jump off the median, which `heading_jump.py` judges
+            source.skip(last, seen)
             return
+        source.skipped = 0
         source.noise.update(abs(step_rad))
         _follow(source.track, seen, step_rad)
         slack_radps = _SLACK_RADPS + _BIAS_SIGMAS * evidence.inertial.turn_sigma_radps

@@ -13,6 +13,7 @@ _GRAVITY_MPS2 = 9.81
 _TIME_S = 2.0  # over which waves and slamming average out
 _SHARE = 0.15  # of gravity, by which the mean may be off
 _LEAST_S = 2.0
+_GAP_S = 0.5
 
 
 @dataclass(slots=True)
@@ -57,7 +58,7 @@ class ImuGravity(Hypothesis):
     def _take(self, imu: Imu, speed_mps: float) -> None:
         length = _without_turn(imu, speed_mps)
         sensor = self._sensors.get(imu.source)
-        if sensor is None:
+        if sensor is None or imu.t_s - sensor.t_s > _GAP_S:
             self._sensors[imu.source] = _Sensor(length, imu.z_mps2, imu.t_s, imu.t_s)
             return
         share = min(max(imu.t_s - sensor.t_s, 0.0) / _TIME_S, 1.0)

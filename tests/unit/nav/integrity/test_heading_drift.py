@@ -43,6 +43,22 @@ def test_a_single_outlier_is_no_drift(off_deg: float) -> None:
         assert passage.go(10.0, lambda evidence, age_s, at=once_s: turned(evidence, _once(off_deg, at, age_s))) == []
 
 
+@pytest.mark.parametrize("off_deg", [-4.5, 4.5])
+def test_an_outlier_just_after_the_filter_began_is_no_drift(off_deg: float) -> None:
+    """It is the first to be compared; another one follows a second later."""
+    passage, began = known(), []
+
+    def anew(evidence: Evidence, age_s: float) -> None:
+        assert evidence.inertial is not None
+        evidence.inertial = evidence.inertial._replace(run=2)
+        if not began and evidence.headings:
+            began.append(age_s)
+        if began:
+            turned(evidence, _once(off_deg, began[0], age_s) + _once(0.8 * off_deg, began[0] + 1.0, age_s))
+
+    assert passage.go(10.0, anew) == []
+
+
 def _once(off_deg: float, once_s: float, age_s: float) -> float:
     return math.radians(off_deg) if abs(age_s - once_s) < 0.04 else 0.0
 

@@ -60,3 +60,13 @@ def test_a_tight_turn_at_speed_adds_to_gravity() -> None:
     assert faults((0.0, 8.0, -9.81), 8.0, 1.0) == set()
     assert faults((0.0, 0.0, -9.81), 8.0, 1.0) == set()
     assert faults((0.0, 8.0, -9.81), 1.0, 1.0) == {"force is not gravity"}
+
+
+def test_the_first_sample_after_a_gap_is_no_mean() -> None:
+    """It may be that of a wave's crest."""
+    hypothesis = ImuGravity()
+    for k in range(400):
+        lost = 200 <= k < 250
+        length = 12.5 if k == 250 else 9.81
+        imu = [] if lost else [Imu(0.1 * k, "imu", 0.0, 0.0, -length, 0.0, 0.0, 0.0)]
+        assert not hypothesis.update(Evidence(driven=True, imu=imu), 0.1 * k)
