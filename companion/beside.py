@@ -1,6 +1,6 @@
 """Work beside the control thread: a bell that wakes it, and a worker that computes for it.
 
-In lockstep the work is done at once instead (`loop.AtOnce`), behind the same interface. So results are the same.
+In lockstep the work is done at once instead (`core/work.py`), behind the same interface. So results are the same.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from concurrent.futures import Future
 from typing import Any, TypeVar
 
 from companion.core.tick import Tick
-from companion.loop import settle
+from companion.core.work import settle
 
 T = TypeVar("T")
 

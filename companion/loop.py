@@ -8,10 +8,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import Future
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from typing import Any, Protocol, TypeVar
+from typing import Any, Protocol
 
 from companion.allocation.allocator import Allocator
 from companion.allocation.availability import Availability
@@ -64,6 +63,7 @@ from companion.core.readings import (
 from companion.core.setpoint import NeutralSetpoint, PathSetpoint, Setpoint, ThrusterSetpoint
 from companion.core.storing import Ticket, durable
 from companion.core.tick import DeviceHealth, Inputs, Tick
+from companion.core.work import AtOnce
 from companion.mission.executor import MissionExecutor
 from companion.mission.plan import Plans
 from companion.nav.battery import BatteryGauge
@@ -72,8 +72,6 @@ from companion.params.store import Parameters
 from companion.safety import Gate
 from companion.supervisor.beacon import beacon
 from companion.supervisor.supervisor import Supervisor
-
-T = TypeVar("T")
 
 _ANSWER_S = 10.0  # time for a device to answer after the start: NMEA 2000 motors and drives that home need it
 _MOST_STARVED = 20
@@ -407,26 +405,6 @@ class NoGroundStations:
 
     def close(self) -> None:
         """Nothing to close."""
-
-
-class AtOnce:
-    """The `Worker` of a vessel in lockstep."""
-
-    def submit(self, work: Callable[[], T]) -> Future[T]:
-        """Carry it out now; the future is done."""
-        future: Future[T] = Future()
-        settle(future, work)
-        return future
-
-
-def settle(future: Future[T], work: Callable[[], T]) -> None:
-    """Carry out `work`, and put its result or its exception into the future."""
-    try:
-        result = work()
-    except Exception as error:  # noqa: BLE001  it is raised again where the result is asked for
-        future.set_exception(error)
-    else:
-        future.set_result(result)
 
 
 class WellHost:

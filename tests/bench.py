@@ -33,11 +33,11 @@ from companion.core.geodesy import LocalFrame
 from companion.core.readings import LeaderState
 from companion.core.setpoint import PATH_STEP_S, PathSetpoint, PlannedPose
 from companion.core.tick import Tick
+from companion.core.work import AtOnce
 from companion.following.law import FollowLaw
 from companion.following.tracker import LeaderTracker
 from companion.guidance.path import PathKind, build_path
 from companion.io.sensors import open_sensor
-from companion.loop import AtOnce
 from companion.nav.ahrs import Ahrs
 from companion.nav.error_state import ErrorStateFilter
 from companion.params.store import Parameters

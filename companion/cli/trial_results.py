@@ -25,7 +25,7 @@ from companion.core.ports import Worker
 from companion.core.storing import Stored, Ticket
 from companion.core.tick import Tick
 from companion.core.trial_results import TrialFinding, TrialResultError
-from companion.loop import settle
+from companion.core.work import settle
 
 if TYPE_CHECKING:
     from companion.analysis.trial_identify import TrialIdentification

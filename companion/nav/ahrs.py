@@ -19,7 +19,7 @@ import math
 from dataclasses import dataclass
 
 from companion.core.angles import wrap_pi
-from companion.nav.levelling import tilt_by, unfelt_tilt_rad
+from companion.nav.levelling import averaged, tilt_by, unfelt_tilt_rad
 from companion.nav.lever_arms import (
     ZERO,
     Matrix,
@@ -170,12 +170,7 @@ class Ahrs:
         if not dt <= _LONGEST_STEP_S:
             self._since_s, self._mean, self._mean_turn_radps = t_s, force, turn_radps
         share = 1.0 / (1.0 + max(t_s - self._since_s, 0.0) / max(min(dt, _LONGEST_STEP_S), 1e-3))
-        m = self._mean
-        self._mean = (
-            m[0] + share * (force[0] - m[0]),
-            m[1] + share * (force[1] - m[1]),
-            m[2] + share * (force[2] - m[2]),
-        )
+        self._mean = averaged(self._mean, force, share)
         self._mean_turn_radps += share * (turn_radps - self._mean_turn_radps)
 
     def _propagate(self, dt: float) -> None:

@@ -12,6 +12,15 @@ _UNKNOWN_MPS2 = 1.0  # acceleration of a boat under way that nothing tells while
 _GRAVITY_MPS2 = 9.81
 
 
+def averaged(mean: Vector, force: Vector, share: float) -> Vector:
+    """The mean of specific forces, moved by that share towards the newest one."""
+    return (
+        mean[0] + share * (force[0] - mean[0]),
+        mean[1] + share * (force[1] - mean[1]),
+        mean[2] + share * (force[2] - mean[2]),
+    )
+
+
 def tilt_by(force: Vector, sideways_mps2: float = 0.0) -> tuple[float, float]:
     """(roll_rad, pitch_rad) by a specific force in body axes (m/s²) of a boat that accelerates by `sideways_mps2` to
     starboard, as in a turn."""
@@ -48,12 +57,7 @@ class Levelling:
             self._since_s = t_s
             self._mean, self._turn_radps = force, turn_radps
         weight = 1.0 - math.exp(-(t_s - self._last_s) / self._TIME_S) if t_s > self._since_s else 0.0
-        m = self._mean
-        self._mean = (
-            m[0] + weight * (force[0] - m[0]),
-            m[1] + weight * (force[1] - m[1]),
-            m[2] + weight * (force[2] - m[2]),
-        )
+        self._mean = averaged(self._mean, force, weight)
         self._turn_radps += weight * (turn_radps - self._turn_radps)
         self._last_s = t_s
 

@@ -14,6 +14,7 @@ from typing import Any
 from companion.config.vessel import VesselConfig
 from companion.core.geodesy import LocalFrame
 from companion.core.ports import Worker
+from companion.core.work import AtOnce
 from companion.fence.allowed import Allowed, Place, Way
 from companion.fence.guard import FenceGuard
 from companion.mission.commands import DESTINATIONS
@@ -56,12 +57,8 @@ class ChartedFence:
         self.worker = worker
 
     def submit(self, work: Callable[[], Any]) -> Future[Any]:
-        """Carry out `work` beside the control thread, or at once without a worker; it then raises what work raises."""
-        if self.worker is not None:
-            return self.worker.submit(work)
-        future: Future[Any] = Future()
-        future.set_result(work())
-        return future
+        """Carry out `work` beside the control thread, or at once without a worker."""
+        return (self.worker or AtOnce()).submit(work)
 
     @property
     def water(self) -> Water:

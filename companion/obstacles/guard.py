@@ -7,7 +7,7 @@ It acts on what steers by itself (path and pose setpoints) and on the stick in H
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import Future
 from dataclasses import replace
 from functools import partial
@@ -23,6 +23,7 @@ from companion.core.events import EventLog
 from companion.core.frames import body_to_ned
 from companion.core.ports import Worker
 from companion.core.setpoint import HeadingSetpoint, PathSetpoint, PoseSetpoint, Setpoint, desired_motion
+from companion.core.work import AtOnce
 from companion.fence.allowed import Place
 from companion.fence.guard import FenceGuard
 from companion.fence.limit import direction
@@ -117,7 +118,7 @@ class ObstacleGuard:
         self._around = surroundings
         self._events = events
         self._chart = chart
-        self._worker: Worker | None = None
+        self._worker: Worker = AtOnce()
         self._work: tuple[WayRound[Any], Future[Any]] | None = None
         self.water = OpenWater(config, parameters, fence, chart)
         self._braking = Braking(config, parameters)
@@ -201,14 +202,7 @@ class ObstacleGuard:
             detour.give_up_detour()
             return
         if mode.goes_round and self._work is None and (round_it := mode.way_round(inputs)) is not None:
-            self._work = round_it, self._submitted(partial(round_it.find, self.water.now))
-
-    def _submitted(self, work: Callable[[], Any]) -> Future[Any]:
-        if self._worker is not None:
-            return self._worker.submit(work)
-        future: Future[Any] = Future()
-        future.set_result(work())
-        return future
+            self._work = round_it, self._worker.submit(partial(round_it.find, self.water.now))
 
     def _lay(self, mode: GuardedMode, inputs: ModeInputs) -> None:
         """Take the way round once it is found."""

@@ -33,6 +33,7 @@ class Helm:
         self.version = 0
         self.stopped = False
         self.cause: Cause | None = None
+        self._check_failures: dict[ModeId, str] = {}  # as announced
         self.order: Order | None = None
         """What is asked of a mode, while it is being chosen for that."""
         self.waits: Callable[[ModeId, NavState, float], bool] = lambda mode, nav, now_s: False
@@ -45,7 +46,14 @@ class Helm:
     def refusal(self, mode: ModeId, nav: NavState, now_s: float) -> str | None:
         """Why `mode` cannot be chosen now, or None."""
         candidate = self.modes[mode]
-        return candidate.check(self._inputs_at(now_s, 0.0)) or estimate_refusal(candidate, nav)
+        try:
+            reason = candidate.check(self._inputs_at(now_s, 0.0))
+        except Exception as error:  # noqa: BLE001  as in `guide`; asked in every tick, so it is announced once
+            reason = f"failed ({type(error).__name__}: {error})"
+            if self._check_failures.get(mode) != reason:
+                self._check_failures[mode] = reason
+                self._events.say(now_s, TextKind.ALARM, "mode_failed", f"{mode.value} {reason}")
+        return reason or estimate_refusal(candidate, nav)
 
     def choice_refusal(self, mode: ModeId, nav: NavState, now_s: float, cause: Cause = Cause.OPERATOR) -> str | None:
         """As `refusal`; None too for a mode that may be chosen before it can be entered."""

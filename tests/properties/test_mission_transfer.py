@@ -21,11 +21,12 @@ from hypothesis import strategies as st
 
 from companion.core.decision import ACCEPTED, Home, MissionProgress, MissionState, Outcome
 from companion.core.events import EventLog
+from companion.core.work import AtOnce
 from companion.io.mavlink.transfer.mission_service import MissionService
 from companion.io.mavlink.wire import messages as mavlink
 from companion.io.mavlink.wire.hub import Peer
 from companion.io.mavlink.wire.personas import ARDUPILOT, PX4, Persona
-from companion.loop import AtOnce, NoStorage
+from companion.loop import NoStorage
 from companion.mission.plan import PlanItem, PlanKind, PlanResult, Plans
 from companion.params.store import Parameters
 

@@ -12,7 +12,7 @@ from pymavlink.dialects.v20 import common as mavlink
 
 from companion.cli.rig import LockstepRig
 from companion.core.geodesy import LocalFrame
-from companion.loop import settle
+from companion.core.work import settle
 from companion.mission.plan import PlanItem, PlanKind
 from sitl.scenarios.ground_station import GroundStation, Item
 from sitl.scenarios.measure import between, read_truth

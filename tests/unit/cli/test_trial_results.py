@@ -14,7 +14,7 @@ from companion.config.overlay import free_place, in_force
 from companion.config.vessel import find, load
 from companion.core.storing import Stored
 from companion.core.trial_results import TrialFinding, TrialResultError
-from companion.loop import AtOnce
+from companion.core.work import AtOnce
 from tests.unit.config.test_overlay import OVERLAY
 
 

@@ -10,7 +10,7 @@ from shapely.geometry import LineString, Point, Polygon, box
 from companion.config.chart import ChartFeature
 from companion.config.vessel import find, load
 from companion.core.geodesy import LocalFrame
-from companion.loop import AtOnce
+from companion.core.work import AtOnce
 from companion.obstacles.chart_water import ChartKeeper, ChartWater, chart_water
 from companion.params.store import Parameters
 from tests.unit.obstacles.charted import FRAME, feature

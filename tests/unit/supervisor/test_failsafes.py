@@ -377,3 +377,15 @@ def test_a_person_at_the_sticks_may_use_one_thruster_of_two(make_boat: Callable[
     boat.supervisor.thruster_failed(0, True)
     boat.step()
     assert boat.status.mode is ModeId.MANUAL and "one_sided_thrust" not in boat.status.failsafes
+
+
+def test_a_mode_whose_check_raises_is_refused_and_said_once(boat: Boat) -> None:
+    def broken(*_: object) -> None:
+        raise ZeroDivisionError("division by zero")
+
+    boat.helm.modes[ModeId.MISSION].check = broken
+    for _ in range(3):
+        refused = boat.supervisor.request_mode(ModeId.MISSION, boat.now_s)
+        assert "division by zero" in str(refused)
+        boat.step()
+    assert boat.names().count("mode_failed") == 1 and boat.status.mode is ModeId.MANUAL

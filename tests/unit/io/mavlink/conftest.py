@@ -12,12 +12,13 @@ import pytest
 
 from companion.core.decision import ACCEPTED, Home, MissionProgress, MissionState, Outcome, Result, TextKind
 from companion.core.events import EventLog
+from companion.core.work import AtOnce
 from companion.io.mavlink.wire import messages as mavlink
 from companion.io.mavlink.wire.endpoint import Endpoint
 from companion.io.mavlink.wire.framer import Framer, Packed, frame, pack
 from companion.io.mavlink.wire.hub import Peer
 from companion.io.mavlink.wire.personas import ARDUPILOT, PX4
-from companion.loop import AtOnce, NoStorage
+from companion.loop import NoStorage
 from companion.mission.plan import PlanKind, Plans
 from companion.params.store import Parameters
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from companion.core.storing import Stored, Ticket
 from companion.core.tick import DeviceHealth
-from companion.loop import settle
+from companion.core.work import settle
 
 
 class SlowStorage:

@@ -127,3 +127,10 @@ def test_another_grade_of_fix_has_errors_of_its_own(off_m: float, verdict: Verdi
     fixes(jump, [(0.0, 5.0, 0.0)], fix=FixType.RTK_FIXED)
     worse = position(5.0, off_m, off=(off_m, 0.0), fix=FixType.FIX_3D, sigma_m=1.65)
     assert jump.screen(worse, True) is verdict
+
+
+@pytest.mark.parametrize(("off_m", "verdict"), [(0.4, None), (1.0, Verdict.REJECT)])
+def test_after_a_second_and_a_half_dead_reckoning_in_waves_may_be_off(off_m: float, verdict: Verdict | None) -> None:
+    jump = PositionJump()
+    fixes(jump, [(0.0, 5.0, 0.0)])
+    assert jump.screen(position(6.5, off_m, off=(off_m, 0.0), estimate_sigma_m=0.05), True) is verdict

@@ -20,13 +20,14 @@ from companion.core.geodesy import LocalFrame
 from companion.core.readings import AisTarget, LeaderState, ManualInput
 from companion.core.setpoint import NEUTRAL_SETPOINT
 from companion.core.tick import Inputs, Tick
+from companion.core.work import AtOnce
 from companion.io.mavlink.assembly import default_services
 from companion.io.mavlink.telemetry.streams import Telemetry
 from companion.io.mavlink.wire import messages as mavlink
 from companion.io.mavlink.wire.framer import Framer, frame, pack
 from companion.io.mavlink.wire.hub import Copies, Hub
 from companion.io.mavlink.wire.links import MemoryLink
-from companion.loop import AtOnce, NoStorage
+from companion.loop import NoStorage
 from companion.mission.plan import Plans
 from companion.modes.table import DECLARATIONS
 from companion.params.store import Parameters
