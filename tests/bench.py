@@ -336,7 +336,7 @@ class _TimedWorker:
     def __init__(self, times_s: list[float]) -> None:
         self._times_s = times_s
 
-    def submit(self, work: Callable[[], Any]) -> Any:
+    def submit(self, work: Callable[[], Any], urgent: bool = False) -> Any:
         """As `Worker.submit`."""
         started_s = time.thread_time()
         future = AtOnce().submit(work)

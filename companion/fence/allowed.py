@@ -65,6 +65,11 @@ class Allowed:
             return f"way nearer than {self.kept_m:.1f} m to the fence"
         return None
 
+    def allows_berth(self, line: Sequence[Place]) -> bool:
+        """Whether the boat may come alongside along `line`: at a berth only the fence counts, without a margin."""
+        areas = self.areas
+        return areas is None or areas.fence.first_exit(line, forgive_start=not areas.fence.contains(*line[0])) is None
+
     def is_open(self, begin: Place, end: Place) -> bool:
         """Whether the boat at `begin` may be sent straight to `end`: `line_refusal` without the reason, which takes
         long in a large fence."""

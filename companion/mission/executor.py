@@ -88,24 +88,22 @@ class MissionExecutor:
         then."""
         return tuple(self._cursor.open_gate())
 
+    @property
+    def following(self) -> Task | None:
+        """The task after the present route, where the boat sails on without a stop; None else."""
+        task = self.task
+        if not isinstance(task, Sail) or not task.beyond:
+            return None
+        cursor = self._cursor.copy()
+        for _ in task.route[self._passed :]:
+            cursor.advance()
+        return task_at(cursor, False)
+
     def ahead(self) -> Iterator[Task]:
-        """The tasks from here to the end, in order; endless for a mission with an endless loop. Changes nothing."""
+        """The tasks from here to the end, in order; endless for a mission with an endless loop. Changes nothing, and
+        what changes later does not change them."""
         done = self._state is MissionState.COMPLETE
-        cursor = Cursor(self._items) if done else self._cursor.copy()
-        cursor.settle()
-        arrived = self._arrived and not done
-        while cursor.item is not None:
-            task = task_at(cursor, arrived)
-            yield task
-            arrived = False
-            if isinstance(task, Sail):
-                for _ in task.route[1:]:
-                    cursor.advance()
-                arrived = must_stay(cursor.item) if cursor.item is not None else False
-            if isinstance(task, Stay) and task.duration_s is None:
-                return
-            if not arrived:
-                cursor.advance()
+        return _tasks(Cursor(self._items) if done else self._cursor.copy(), self._arrived and not done)
 
     def way_ahead(self) -> Cursor:
         """From here to the end, for `Reckoning`: a copy that takes no endless jumps. Changes nothing."""
@@ -308,3 +306,20 @@ class MissionExecutor:
         else:
             self.replaced = Replaced.RESTARTED if underway else None
             self._state = MissionState.NOT_STARTED
+
+
+def _tasks(cursor: Cursor, arrived: bool) -> Iterator[Task]:
+    """The tasks from a place of a mission on, which the cursor passes. `arrived`: the boat is at the first one."""
+    cursor.settle()
+    while cursor.item is not None:
+        task = task_at(cursor, arrived)
+        yield task
+        arrived = False
+        if isinstance(task, Sail):
+            for _ in task.route[1:]:
+                cursor.advance()
+            arrived = must_stay(cursor.item) if cursor.item is not None else False
+        if isinstance(task, Stay) and task.duration_s is None:
+            return
+        if not arrived:
+            cursor.advance()

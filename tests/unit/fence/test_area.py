@@ -125,3 +125,30 @@ def test_corners_stick_into_the_area() -> None:
     assert found == {(10.0, 5.0)}
     assert FenceArea({0: [BOX]}, []).corners().shape == (0, 2)
     assert len(FenceArea({0: [BOX]}, [HOLE]).corners()) == 4
+
+
+FIELD = FenceArea(
+    {0: [Disc(0.0, 0.0, 200.0)]}, [Disc(25.0 * i, 25.0 * k, 6.0) for i in range(-4, 5) for k in range(-4, 5)]
+)
+far_places = st.tuples(st.integers(-250, 250), st.integers(-250, 250))
+
+
+@given(st.lists(far_places, min_size=2, max_size=5, unique=True), st.booleans())
+@settings(max_examples=300, deadline=None)
+def test_a_long_line_leaves_a_large_area_where_its_difference_begins(
+    line: list[tuple[int, int]], forgive: bool
+) -> None:
+    whole = LineString(line)
+    assume(whole.is_simple)
+    parts = [part for part in shapely.get_parts(whole.difference(FIELD.geometry.buffer(1e-6))) if part.length > 1e-3]
+    assume(all(part.length < 1e-6 or part.length > 0.1 for part in parts))
+    begin = Point(line[0])
+    counting = [part for part in parts if not (forgive and part.distance(begin) < 1e-6)]
+    found = FIELD.first_exit(line, forgive)
+    if not counting:
+        assert found is None
+    else:
+        assert found is not None
+        assert whole.project(Point(found)) == pytest.approx(
+            min(whole.project(Point(part.coords[0])) for part in counting), abs=1e-3
+        )

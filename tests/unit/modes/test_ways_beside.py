@@ -178,11 +178,11 @@ def test_a_search_that_fails_ends_in_hold(boat: Boat, mode: ModeId, monkeypatch:
     worker = away(boat)
     boat.upload((0.0, 0.0))
 
-    def broken(work: Callable[[], object]) -> object:
+    def broken(work: Callable[[], object], urgent: bool = False) -> object:
         def fails() -> object:
             raise ArithmeticError("no such way")
 
-        return SlowWorker.submit(worker, fails)
+        return SlowWorker.submit(worker, fails, urgent)
 
     monkeypatch.setattr(worker, "submit", broken)
     choose(boat, mode)
