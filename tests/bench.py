@@ -48,7 +48,7 @@ from sitl.scenarios.ground_station import GroundStation
 from sitl.scenarios.rig import Conditions
 from sitl.scenarios.scenario import run as run_scenario
 from sitl.shared_sea import LeadBoatConfig
-from tests import bench_console, bench_requests
+from tests import bench_console, bench_control_thread, bench_requests
 from tests.protocol.lead_boat_module import Pair, circle
 
 _HOLD = 0x03040000
@@ -473,7 +473,7 @@ def main() -> None:
         following(folder, 1)
         following(folder, 2)
         leader_link(folder)
-        bench_requests.long_requests(folder, line)
+        bench_control_thread.most_at_a_time(folder, line)
         bench_console.feed_cost(folder, line)
         bench_console.console(folder, line)
         bench_requests.start_up(folder, line)

@@ -4,12 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import Future
+from enum import Enum
 from typing import Any, Generic, TypeVar
 
 T = TypeVar("T")
 
 Submit = Callable[[Callable[[], Any]], "Future[Any]"]
 """How work is given away: `Worker.submit`."""
+
+
+class Lane(Enum):
+    """The threads that compute. Some things serve one thread at a time, so each lane has its own of them."""
+
+    CONTROL = "control"
+    USUAL = "usual"  # work that nobody waits for
+    URGENT = "urgent"  # work that the boat waits for
 
 
 def at_once(work: Callable[[], T]) -> Future[T]:

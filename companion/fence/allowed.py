@@ -5,8 +5,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
+
+from companion.core.work import Lane
 
 if TYPE_CHECKING:
     from companion.fence.area import FenceArea
@@ -38,6 +40,13 @@ class Allowed:
     ways: Ways | None
     kept_m: float
     radius_m: float
+
+    def in_lane(self, lane: Lane) -> Allowed:
+        """The same for another thread (`FenceArea.in_lane`)."""
+        if self.areas is None or lane is Lane.CONTROL:
+            return self
+        ways = None if self.ways is None else self.ways.in_lane(lane)
+        return replace(self, areas=self.areas.in_lane(lane), ways=ways)
 
     @property
     def is_small(self) -> bool:

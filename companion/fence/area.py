@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from shapely.geometry import LineString, MultiPolygon, Point, Polygon, box
 from shapely.geometry.base import BaseGeometry
 
+from companion.core.work import Lane
 from companion.fence.sides import Sides, rings_of
 
 Floats = NDArray[np.float64]
@@ -58,7 +59,8 @@ class Margin:
 
 
 class FenceArea:
-    """An area that never changes. It is empty where the zones of a group do not overlap."""
+    """An area that never changes. It is empty where the zones of a group do not overlap. One thread may query it; the
+    others query theirs (`in_lane`)."""
 
     def __init__(self, groups: Mapping[int, Sequence[Shape]], exclusions: Sequence[Shape]) -> None:
         """`groups`: inclusion zones by group number. `exclusions`: exclusion zones."""
@@ -85,11 +87,32 @@ class FenceArea:
         self._touching = geometry.buffer(_TOUCH_M, join_style="mitre")  # much quicker than round corners
         shapely.prepare(self._touching)
         self._sides = Sides(rings_of(geometry))
-        if not geometry.is_empty:
-            self._use(shapely.point_on_surface(geometry))
+        self._others: dict[Lane, FenceArea] = {}
+        self._use()
 
-    def _use(self, place: Point) -> None:
+    def in_lane(self, lane: Lane) -> FenceArea:
+        """The same area for another thread: the prepared geometries of GEOS serve one thread at a time, and two at once
+        end the process. Call it there: the first time it takes as long as preparing them."""
+        if lane is Lane.CONTROL:
+            return self
+        if lane not in self._others:
+            self._others[lane] = self._copy()
+        return self._others[lane]
+
+    def _copy(self) -> FenceArea:
+        area = FenceArea.__new__(FenceArea)
+        area.geometry, area._touching = (shapely.from_wkb(shapely.to_wkb(g)) for g in (self.geometry, self._touching))
+        area._sides, area._others = self._sides, {}
+        shapely.prepare(area.geometry)
+        shapely.prepare(area._touching)
+        area._use()
+        return area
+
+    def _use(self) -> None:
         """Use the prepared geometries: GEOS makes their indices with the first and the second use, which takes long."""
+        if self.geometry.is_empty:
+            return
+        place = shapely.point_on_surface(self.geometry)
         for _ in range(3):
             self.contains(place.x, place.y)
             self.covers(((place.x, place.y), (place.x + 1.0, place.y)))

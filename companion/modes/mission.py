@@ -13,6 +13,7 @@ from companion.core.decision import KnownRefusal, MissionState, ModeDeclaration,
 from companion.core.events import EventLog
 from companion.core.geodesy import LocalFrame, distance_and_bearing
 from companion.core.setpoint import PoseSetpoint, Setpoint
+from companion.core.work import Lane
 from companion.guidance.orbit import OrbitGuidance
 from companion.mission.executor import MissionExecutor
 from companion.mission.plan import item_number
@@ -386,7 +387,7 @@ class MissionMode(Mode):
             self._home = returning.find(here)
             return True
         laying, key = self._hold_point.laying(), self._point.key(inputs.home)
-        answer = self._homing.look(key, here, lambda: returning.laid(here, laying))
+        answer = self._homing.look(key, here, lambda: returning.in_lane(Lane.URGENT).laid(here, laying))
         self._home = None if answer is None else answer.found
         return answer is not None
 

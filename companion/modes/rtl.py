@@ -10,6 +10,7 @@ from companion.config.vessel import VesselConfig
 from companion.core.decision import KnownRefusal, ModeDeclaration, ModeId, ModeInputs, TextKind
 from companion.core.events import EventLog
 from companion.core.setpoint import Setpoint
+from companion.core.work import Lane
 from companion.fence.allowed import Way
 from companion.modes.mode import Mode
 from companion.modes.parts.headway import Headway
@@ -93,7 +94,8 @@ class RtlMode(Mode):
         if not self._fence.key or not nav.position_valid:
             return None
         here = (nav.north_m, nav.east_m)
-        newest = self._checks.look(key, here, lambda: returning.find(here)) or self._checks.known(key, here)
+        answer = self._checks.look(key, here, lambda: returning.in_lane(Lane.USUAL).find(here))
+        newest = answer or self._checks.known(key, here)
         return newest.found if newest is not None and isinstance(newest.found, str) else None
 
     def enter(self, inputs: ModeInputs) -> str | None:
@@ -143,7 +145,7 @@ class RtlMode(Mode):
         """The way home; None while it is looked for. It may be found when the boat has moved."""
         here, laying = (inputs.nav.north_m, inputs.nav.east_m), self._hold_point.laying()
         key = (*self._point.key(inputs.home), self._by_track)
-        return self._search.look(key, here, lambda: returning.laid(here, laying), math.inf)
+        return self._search.look(key, here, lambda: returning.in_lane(Lane.URGENT).laid(here, laying), math.inf)
 
     def _start(self, found: Homeward | str, inputs: ModeInputs) -> str | None:
         self._seeks = False

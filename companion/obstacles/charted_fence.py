@@ -15,7 +15,7 @@ from typing import Any
 from companion.config.vessel import VesselConfig
 from companion.core.geodesy import LocalFrame
 from companion.core.ports import Worker
-from companion.core.work import AtOnce
+from companion.core.work import AtOnce, Lane
 from companion.fence.allowed import Allowed, Place, Way
 from companion.fence.guard import FenceGuard
 from companion.mission.commands import DESTINATIONS
@@ -32,11 +32,14 @@ Found = dict[tuple[Place, Place], Way | None]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Allowance:
-    """Where plans may send the boat, by fence and chart as they are at one moment: work beside the control thread can
-    ask it too. `found`: the ways found for them."""
+    """Where plans may send the boat, by fence and chart as they are at one moment. `found`: the ways found for them."""
 
     water: Water
     found: Found
+
+    def in_lane(self, lane: Lane) -> Allowance:
+        """The same for another thread (`FenceArea.in_lane`)."""
+        return Allowance(self.water.in_lane(lane), self.found)
 
     @property
     def is_small(self) -> bool:
@@ -143,9 +146,9 @@ class ChartedFence:
         """The work that a new mission needs (`Plans.prepare_by`). It raises PlanRefused for one that the chart does not
         allow: an item in an obstacle, or no way round one (MIS_ROUND 0: a leg that crosses one)."""
         now, rounds, frame = self.now, bool(self._parameters["MIS_ROUND"]), self._frame()
-        water = now.water
 
         def work() -> Adopt:
+            water = now.water.in_lane(Lane.USUAL)
             destinations = [item for item in items if item.command in DESTINATIONS]
             stops = [(item, frame.to_ned(item.lat_deg, item.lon_deg)) for item in destinations]
             _check_places(water, stops)

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from companion.config.vessel import VesselConfig
 from companion.core.decision import ModeInputs
 from companion.core.geodesy import LocalFrame
-from companion.core.work import Submit
+from companion.core.work import Lane, Submit
 from companion.fence.guard import FenceGuard
 from companion.guidance.path_laying import TrackShape
 from companion.mission.executor import MissionExecutor
@@ -107,8 +107,8 @@ class MissionFence:
         first, rest = self._first.known(key, here, SAME_PLACE_M), self._rest.known(key, here)
         if first is None or rest is None:
             terms, tasks, others = self.terms(inputs, shape), self._executor.ahead(), self._executor.ahead()
-            first = self._first.look(key, here, lambda: terms.first_refusal(tasks, here))
-            rest = self._rest.look(key, here, lambda: terms.rest_refusal(others, here), math.inf)
+            first = self._first.look(key, here, lambda: terms.in_lane(Lane.USUAL).first_refusal(tasks, here))
+            rest = self._rest.look(key, here, lambda: terms.in_lane(Lane.USUAL).rest_refusal(others, here), math.inf)
             self._checked = first is not None and rest is not None
         newest = first or self._first.known(key, here)
         found = None if newest is None else newest.found

@@ -12,6 +12,7 @@ from companion.baselines.waypoints import thesis_legs
 from companion.config.vessel import VesselConfig
 from companion.core.estimate import NavState
 from companion.core.geodesy import LocalFrame
+from companion.core.work import Lane
 from companion.fence.allowed import Place
 from companion.guidance.orbit import Circle, chosen_circle, whole_line
 from companion.guidance.path_laying import FromBoat, Joint, LaidTrack, TrackShape
@@ -87,6 +88,11 @@ class MissionTerms:
     def rounds(self) -> bool:
         """Whether routes are led round."""
         return self.fenced and bool(self.parameters["MIS_ROUND"])
+
+    def in_lane(self, lane: Lane) -> MissionTerms:
+        """The same for another thread (`FenceArea.in_lane`)."""
+        allowance, returning = self.allowance.in_lane(lane), self.returning.in_lane(lane)
+        return replace(self, allowance=allowance, returning=returning)
 
     # --- a route to sail now ---------------------------------------------------------------------------------------
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 from companion.core.decision import Home
 from companion.core.geodesy import LocalFrame
+from companion.core.work import Lane
 from companion.fence.allowed import Allowed, Place, Way
 from companion.fence.guard import FenceGuard
 from companion.guidance.own_track import OwnTrack, TrackBack
@@ -35,7 +36,7 @@ class Homeward:
 
 @dataclass(frozen=True, slots=True)
 class Return:
-    """All that a way home depends on, at one moment; it never changes, so a way can be found beside the control thread.
+    """All that a way home depends on, at one moment; it never changes. A way is found beside the control thread.
     `candidates`: (name, lat_deg, lon_deg) of each possible destination. `track`: the own track, where the boat is to go
     back along it."""
 
@@ -44,6 +45,10 @@ class Return:
     candidates: Candidates
     home: Home | None
     track: TrackBack | None = None
+
+    def in_lane(self, lane: Lane) -> Return:
+        """The same for another thread (`FenceArea.in_lane`)."""
+        return replace(self, allowed=self.allowed.in_lane(lane))
 
     def find(self, begin: Place) -> Homeward | str:
         """The destination with the shortest way from `begin`, or why there is none; back along the own track to home,

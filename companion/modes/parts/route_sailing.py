@@ -12,6 +12,7 @@ from companion.config.top_speed import top_speed_mps
 from companion.config.vessel import VesselConfig
 from companion.core.decision import ModeInputs
 from companion.core.estimate import NavState
+from companion.core.work import Lane
 from companion.fence.allowed import Place
 from companion.guidance.agility import agility_of
 from companion.guidance.path_laying import FromBoat, FromTrack, Joint, LaidTrack, Onward
@@ -160,7 +161,7 @@ class RouteSailing:
             begins, here = ("onward", joint), (joint.last[-1].north_m, joint.last[-1].east_m)
             nav = replace(nav, north_m=here[0], east_m=here[1])
         key = (route, *begins, *self._fence.key, replace(terms.shape, terms=None), terms.own_law, terms.rounds)
-        return _Question(key, here, near_m, lambda: terms.lay(route, joint, nav))
+        return _Question(key, here, near_m, lambda: terms.in_lane(Lane.URGENT).lay(route, joint, nav))
 
     def _route_of(self, task: Sail, terms: MissionTerms) -> Route:
         """The route without a last leg that is sailed sideways."""

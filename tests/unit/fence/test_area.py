@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -11,6 +13,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from shapely.geometry import LineString, Point, Polygon
 
+from companion.core.work import Lane
 from companion.fence.area import Disc, FenceArea
 
 BOX = [(-50.0, -40.0), (50.0, -40.0), (50.0, 40.0), (-50.0, 40.0)]
@@ -152,3 +155,41 @@ def test_a_long_line_leaves_a_large_area_where_its_difference_begins(
         assert whole.project(Point(found)) == pytest.approx(
             min(whole.project(Point(part.coords[0])) for part in counting), abs=1e-3
         )
+
+
+_TWO_THREADS = """
+import random, sys, threading
+from companion.core.work import Lane
+from companion.core.work import Lane
+from companion.fence.area import Disc, FenceArea
+
+area = FenceArea({}, [Disc(9.0 * (k // 40), 9.0 * (k % 40), 3.0) for k in range(1600)])
+begin = threading.Barrier(2)
+
+def query(lane):
+    dice, mine = random.Random(lane.value), area.in_lane(lane)
+    begin.wait()
+    for _ in range(8000):
+        here = dice.uniform(-5.0, 360.0), dice.uniform(-5.0, 360.0)
+        mine.covers((here, (here[0] + dice.uniform(-40.0, 40.0), here[1] + dice.uniform(-40.0, 40.0))))
+
+threads = [threading.Thread(target=query, args=(lane,)) for lane in (Lane.CONTROL, Lane.URGENT)]
+for thread in threads:
+    thread.start()
+for thread in threads:
+    thread.join()
+"""
+
+
+def test_two_threads_query_an_area_each_in_its_lane() -> None:
+    """Two threads in one prepared geometry end the process."""
+    assert subprocess.run([sys.executable, "-c", _TWO_THREADS], check=False, timeout=300).returncode == 0
+
+
+def test_another_lane_has_the_same_area() -> None:
+    line = [(-100.0, 3.0), (100.0, 7.0)]
+    other = FIELD.in_lane(Lane.URGENT)
+    assert other is FIELD.in_lane(Lane.URGENT) is not FIELD.in_lane(Lane.USUAL) is not FIELD.in_lane(Lane.CONTROL)
+    assert FIELD.in_lane(Lane.CONTROL) is FIELD
+    assert other.first_exit(line) == FIELD.first_exit(line) and other.margin(1.0, 2.0) == FIELD.margin(1.0, 2.0)
+    assert FenceArea({0: [Disc(0.0, 0.0, 1.0), Disc(9.0, 9.0, 1.0)]}, []).in_lane(Lane.USUAL).empty
