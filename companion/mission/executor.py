@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from enum import Enum
 from typing import Any
 
@@ -10,7 +10,7 @@ from companion.core.decision import MissionProgress, MissionState
 from companion.mission.commands import DESTINATIONS, Command, must_stay
 from companion.mission.cursor import Cursor
 from companion.mission.itinerary import task_at
-from companion.mission.plan import PlanItem, PlanKind, Plans, item_number, plan_id
+from companion.mission.plan import Adopt, PlanItem, PlanKind, Plans, item_number, shared_items
 from companion.mission.snapshot import SnapshotError, read_snapshot, write_snapshot
 from companion.mission.tasks import Action, Complete, DoCondition, Sail, SetSpeed, Stay, Task
 
@@ -47,6 +47,8 @@ class MissionExecutor:
         self._actions: list[Action] = []
         self.replaced: Replaced | None = None
         """Effect of the last change of plan on the mission under way; None once the mission has moved on."""
+        self._shared: tuple[Sequence[PlanItem], Sequence[PlanItem], int] = ((), (), 0)
+        plans.prepare_by(PlanKind.MISSION, self.prepare)
         plans.on_change(self._on_change)
 
     @property
@@ -284,6 +286,26 @@ class MissionExecutor:
 
     # --- a new plan ------------------------------------------------------------------------------------------------
 
+    def prepare(self, items: Sequence[PlanItem]) -> Callable[[], Adopt]:
+        """The work that a new mission needs (`Plans.prepare_by`): how many items it shares with the present one."""
+        before = self._items
+
+        def work() -> Adopt:
+            shared = shared_items(before, items)
+
+            def adopt() -> None:
+                self._shared = before, items, shared
+
+            return adopt
+
+        return work
+
+    def _shared_with(self, before: Sequence[PlanItem]) -> int:
+        """How many items the mission in force shares with the one before."""
+        if self._shared[0] is before and self._shared[1] is self._items:
+            return self._shared[2]
+        return shared_items(before, self._items)
+
     def _on_change(self, kind: PlanKind) -> None:
         if kind is not PlanKind.MISSION:
             return
@@ -292,7 +314,9 @@ class MissionExecutor:
         upto = self._cursor.seq + 1
         self._task = None
         self.replaced = None
-        if underway and len(self._items) >= upto and plan_id(before[:upto]) == plan_id(self._items[:upto]):
+        goes_on = underway and self._shared_with(before) >= upto
+        self._shared = (), (), 0
+        if goes_on:
             jumps = {seq: taken for seq, taken in self._cursor.jumps.items() if seq < upto}
             self._cursor = Cursor(self._items, self._cursor.seq, jumps, self._cursor.speed_mps, held=self._cursor.held)
             self.replaced = Replaced.CONTINUED

@@ -157,6 +157,21 @@ def test_a_long_line_leaves_a_large_area_where_its_difference_begins(
         )
 
 
+@given(st.tuples(st.floats(-250.0, 250.0), st.floats(-250.0, 250.0)), st.floats(-math.pi, math.pi))
+@settings(max_examples=200, deadline=None)
+def test_of_many_sides_the_nearest_is_found(place: tuple[float, float], course: float) -> None:
+    boundary = FIELD.geometry.boundary
+    assert len(boundary.geoms) > 64 and shapely.get_num_coordinates(boundary) > 2_000
+    margin = FIELD.margin(*place)
+    assert abs(margin.distance_m) == pytest.approx(boundary.distance(Point(place)), abs=1e-9)
+    north, east = math.cos(course), math.sin(course)
+    way = FIELD.way_to_line_m(*place, north, east)
+    ray = LineString([place, (place[0] + 1000.0 * north, place[1] + 1000.0 * east)])
+    hit = ray.intersection(boundary)
+    assume(hit.is_empty or abs(margin.distance_m) > 1e-3)
+    assert way == (math.inf if hit.is_empty else pytest.approx(hit.distance(Point(place)), abs=1e-6))
+
+
 _TWO_THREADS = """
 import random, sys, threading
 from companion.core.work import Lane
