@@ -14,6 +14,7 @@ from companion.guidance.waypoint import Waypoint
 
 CONTEXT = 16  # waypoints on either side that shape a section; further ones change a cubic spline by under 1e-9
 _ONWARD_RADII = 1.3  # how far a replaced track continues, so that its first bend begins at the boat
+_STRAIGHT_CORNERS = 200.0  # of a radius that would fit a straight line; ten samples each
 _THROUGH_M = 0.17  # how near the track passes a waypoint that is to be passed through, within 0.2 m
 
 Place = tuple[float, float]
@@ -114,7 +115,11 @@ class TrackShape:
         shape = (*begin, *waypoints, *beyond)
         points = [(w.north_m, w.east_m) for w in shape]
         path = build_path(points, self.kind, [w.straight for w in shape])
-        track = Track(path, points, [self._corner_m(w) for w in shape], self.widest_m, self.least_m)
+        if len(points) == 2:  # a straight line has no corner, and needs few samples
+            wide_m = max(self._corner_m(shape[1]), path.length_m / _STRAIGHT_CORNERS)
+            track = Track(path, points, [wide_m, wide_m], max(self.widest_m, 3.0 * wide_m), self.least_m)
+        else:
+            track = Track(path, points, [self._corner_m(w) for w in shape], self.widest_m, self.least_m)
         ends = track.waypoint_s_m[len(begin) : len(begin) + len(waypoints)]
         plan = None if self.terms is None else self.terms.plan(track, ends, waypoints, stop_at_end)
         return LaidTrack(joint, track, (*begin, *waypoints), tuple(waypoints), ends, stop_at_end, self.terms, plan)
