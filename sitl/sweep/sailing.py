@@ -110,6 +110,8 @@ def row_of(key: str, run: Run, result: Mapping[str, Any], error: str | None, dur
         commit=commit(),
         versions=versions(),
         host=socket.gethostname(),
+        faults=run.faults,
+        safety={str(one["name"]): float(one["value"]) for one in result.get("margins") or ()},
     )
 
 
