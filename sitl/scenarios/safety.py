@@ -21,6 +21,7 @@ _EVERY_S = 0.2  # between two places of the hull that are looked at
 _WINDOW_S = 60.0  # of headway and circling
 _SLOWEST_SHARE = 0.05  # of the top speed, by which a boat under way must at least move on
 _WAITING = ("obstacle_", "traffic_", "way_", "mission_delay")  # events of a boat that waits for good reason
+_ARRIVED = ("rtl_arrived", "mission_ended")  # after which the boat stays, in the same mode
 _UNDER_WAY = ("Mission", "RTL")
 _SELF_STEERED = ("Hold", "Mission", "RTL", "Dock", "Follow")
 _MOST_TURNS = 1.5  # of the bow to one side within the window
@@ -178,8 +179,11 @@ def _headway(name: str, voyage: Voyage) -> Margin | None:
     """Under way: how far the boat gets within a minute, while it has no reason to wait."""
     rows, least_m = round(_WINDOW_S / voyage.period_s), _SLOWEST_SHARE * top_speed_mps(voyage.config) * _WINDOW_S
     waits_s = np.array([event.t_s for event in voyage.events if event.name.startswith(_WAITING)])
+    arrived_s = np.array([event.t_s for event in voyage.events if event.name in _ARRIVED])
     found: list[tuple[float, float]] = []
-    for first, after in voyage.stretches(*_UNDER_WAY):
+    for first, end in voyage.stretches(*_UNDER_WAY):
+        there_s = arrived_s[arrived_s >= voyage.t_s[first]]
+        after = min(end, int(np.searchsorted(voyage.t_s, there_s[0]))) if len(there_s) else end
         for i in range(first, after - rows, max(1, round(5.0 / voyage.period_s))):
             if np.any((waits_s >= voyage.t_s[i] - _WINDOW_S) & (waits_s <= voyage.t_s[i + rows])):
                 continue
