@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import itertools
 import math
+import random
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -63,6 +64,7 @@ class Search:
         self._told: list[tuple[Any, Run, Mapping[str, float]]] = []
         self._known: list[Known] = []
         self._numbers = itertools.count()
+        self._first = self._begin()
 
     def ask(self) -> tuple[int, Run]:
         """A number to `tell` by, and the run."""
@@ -91,6 +93,17 @@ class Search:
         """Whether a run's violation of a property is a known one."""
         return any(known.covers(prop, run) for known in self._known)
 
+    def _begin(self) -> int:
+        """Let the first runs have every fault once, two at a time. Returns how many runs do not go by what was
+        learned."""
+        kinds = list(self._box.faults)
+        random.Random(self._seed).shuffle(kinds)
+        pairs = [kinds[i : i + 2] for i in range(0, len(kinds), 2)]
+        for pair in pairs:
+            chosen = {f"fault{number}": kind for number, kind in enumerate(pair)}
+            self._study(self._only or "").enqueue_trial({"faults": len(pair), **chosen})
+        return len(pairs) + _AT_RANDOM
+
     def _turn(self, number: int) -> str:
         """Whose turn it is: of the properties whose margins differ, and that are not violated by weather alone."""
         seen: dict[str, set[float]] = {}
@@ -99,7 +112,7 @@ class Search:
                 if not self.is_known(prop, run):
                     seen.setdefault(prop, set()).add(margin)
         props = sorted(prop for prop, values in seen.items() if len(values) > 1 and self._only in (None, prop))
-        return props[number % len(props)] if props and number >= _AT_RANDOM else self._only or ""
+        return props[number % len(props)] if props and number >= self._first else self._only or ""
 
     def _study(self, prop: str) -> Any:
         if prop not in self._studies:
