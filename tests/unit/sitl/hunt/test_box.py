@@ -10,11 +10,11 @@ import pytest
 
 from companion.config.vessel import find, load
 from sitl.faults import parse
-from sitl.hunt.box import boxes, thruster_of
+from sitl.hunt.box import Box, boxes, thruster_of
 from sitl.scenarios import SCENARIOS
 from sitl.scenarios.scenario import settings_for
 from sitl.sweep.plan import Run
-from tests.unit.sitl.hunt.made import box
+from tests.unit.sitl.hunt.made import Strong, box
 
 
 class Dice:
@@ -69,11 +69,15 @@ def test_no_fault_lasts_longer_than_is_fair() -> None:
             assert 1 <= int(times.partition("+")[2]) <= most[name]
 
 
-def test_a_boat_that_cannot_lose_a_thruster_loses_none() -> None:
-    """Two fixed thrusters: the model of `Strong` would allow it, so the table of names is looked at."""
-    names = box("bow_hold", "otter").faults
-    assert "thruster_port_dead" in names or any(name.startswith("thruster_") for name in names)
-    assert not any(name.endswith("_runaway") for name in names)
+def test_a_boat_that_needs_every_thruster_loses_none() -> None:
+    class Weak(Strong):
+        def wind_mps(self, current_mps: float, lost: frozenset[str]) -> float:
+            return 0.0 if lost else 10.0
+
+    config = load(find("otter"))
+    faults = Box(SCENARIOS["bow_hold"], "otter", config, Weak()).faults
+    assert faults and not any(map(thruster_of, faults))
+    assert any(map(thruster_of, box("bow_hold", "otter").faults))
 
 
 def test_without_faults_there_are_none() -> None:

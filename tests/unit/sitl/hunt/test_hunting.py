@@ -54,7 +54,7 @@ def test_the_same_seed_asks_the_same_questions() -> None:
 
 
 def test_a_run_that_an_error_ends_violates_that() -> None:
-    run = box().draw(Search(box(), 0)._study("").ask())
+    _, run = Search(box(), 0).ask()
     broken = row_of(key_of(run), run, {}, "ZeroDivisionError: division by zero", 0.0)
     assert violations(broken) == [BROKE_OFF]
     timeout = row_of(key_of(run), run, {"ok": False, "error": "docked: not within 400 s", "margins": []}, None, 0.0)
