@@ -29,7 +29,7 @@ class Row:
     `margin`: how far the check that came nearest to failing was from it, as a share of its limit; below 0 it fails;
     `tightest`: the name of that check. Both are None of a run without a result, or whose checks only count. `error`:
     why there is no result. `safety`: the margin of each safety property, by its name. `log`: the folder of its log,
-    from the sweep's folder; None where the log was deleted.
+    from the sweep's folder; None where the log was deleted. `cpu_s`: of the processor; `duration_s`: by the clock.
     """
 
     key: str
@@ -50,6 +50,7 @@ class Row:
     versions: Mapping[str, str] = field(default_factory=dict)
     host: str = ""
     log: str | None = None
+    cpu_s: float = 0.0
     faults: tuple[str, ...] = ()
     safety: Mapping[str, float] = field(default_factory=dict)
 
@@ -201,7 +202,7 @@ def _from_flat(flat: Mapping[str, Any]) -> Row:
 
 def _kind(pyarrow: Any, name: str) -> Any:
     """The type of a column: of the same name the same type, whatever the rows hold."""
-    if name.startswith(("metric.", "factor.", "safety.")) or name in ("margin", "duration_s"):
+    if name.startswith(("metric.", "factor.", "safety.")) or name in ("margin", "duration_s", "cpu_s"):
         return pyarrow.float64()
     texts = pyarrow.list_(pyarrow.string())
     kinds = {"seed": pyarrow.int64(), "ok": pyarrow.bool_(), "failed_checks": texts, "faults": texts}
