@@ -6,10 +6,12 @@ Steps are timed in processor time, which other processes do not change. Transfer
 from __future__ import annotations
 
 import gc
+import json
 import math
 import os
 import resource
 import statistics
+import subprocess
 import sys
 import tempfile
 import time
@@ -55,9 +57,18 @@ from tests.protocol.lead_boat_module import Pair, circle
 _HOLD = 0x03040000
 
 
-def line(what: str, value: str, aim: str) -> None:
-    """Print one row: what, measured, target."""
-    print(f"{what:58} {value:>28}   aim {aim}", flush=True)
+_speeds: dict[str, float] = {}
+_interpreted: dict[str, float] = {}
+
+
+def line(what: str, value: str, aim: str, speed: float | None = None) -> None:
+    """Print one row: what, measured, target. `speed`: a number that grows as this gets faster; its row ends with the
+    ratio to that of interpreted arithmetic, where both exist."""
+    ratio = ""
+    if speed is not None:
+        _speeds[what] = speed
+        ratio = f", {speed / _interpreted[what]:.2f} × interpreted" if what in _interpreted else ""
+    print(f"{what:58} {value:>28}   aim {aim}{ratio}", flush=True)
 
 
 def median_and_p99_us(call: Callable[[], Any], calls: int = 5000) -> str:
@@ -168,7 +179,7 @@ def control_step(folder: Path, duration_s: float = 120.0) -> None:
     rig.close()
     times_s = sorted(step.ticks_s)
     text = f"median {1e3 * statistics.median(times_s):.2f} ms, p99 {1e3 * times_s[len(times_s) * 99 // 100]:.2f} ms"
-    line("control step: estimate to gate", text, "p99 under 1 ms")
+    line("control step: estimate to gate", text, "p99 under 1 ms", 1.0 / statistics.median(times_s))
 
 
 def _armed_in_hold(rig: LockstepRig) -> GroundStation:
@@ -239,16 +250,18 @@ def lockstep(folder: Path, duration_s: float = 600.0) -> None:
     sailed_s = rig.now_s - from_s
     rig.close()
     rate = f"{sailed_s / cpu_took_s:.0f} × real time (wall {sailed_s / took_s:.0f})"
-    line("lockstep, whole stack, one core", rate, "200 ×")
-    line("  of which plant and emulators", f"{1e3 * world.took_s / sailed_s:.1f} ms a boat second", "-")
+    line("lockstep, whole stack, one core", rate, "200 ×", sailed_s / cpu_took_s)
+    text = f"{1e3 * world.took_s / sailed_s:.1f} ms a boat second"
+    line("  of which plant and emulators", text, "-", 1.0 / world.took_s * sailed_s)
     steps_s = sorted(tick_s for tick_s, _ in ticks)
     p99_s = steps_s[int(0.99 * len(steps_s))]
     text = f"median {1e3 * statistics.median(steps_s):.2f} ms, p99 {1e3 * p99_s:.2f} ms"
-    line("tick without the plant", text, "0.35 ms, 0.7 ms")
+    line("tick without the plant", text, "0.35 ms, 0.7 ms", 1.0 / statistics.median(steps_s))
     worst_s, collected_s = max(ticks)
     text = f"{1e3 * worst_s:.1f} ms, of it {1e3 * collected_s:.1f} ms garbage"
     line(f"  the worst in {duration_s / 60.0:.0f} minutes", text, "3 ms")
-    line("on-board part at real time", f"{100 * sum(steps_s) / sailed_s:.2f} % of a core", "0.5 %")
+    text = f"{100 * sum(steps_s) / sailed_s:.2f} % of a core"
+    line("on-board part at real time", text, "0.5 %", sailed_s / sum(steps_s))
 
 
 def obstacles(folder: Path, seed: int = 21) -> None:
@@ -298,7 +311,7 @@ def following(folder: Path, followers: int, duration_s: float = 30.0) -> None:
     settings = SCENARIOS["follow"].defaults
     leader = LeadBoatConfig("leader", "thesis", (20.0, 0.0, 0.0))
     conditions = Conditions(
-        "rescuerunner", seed=1, wind="5", gnss="standalone", others=(leader,), start=(0.0, 0.0, 0.0)
+        "rescuerunner", seed=1, wind="5", gnss="standalone", lead_boats=(leader,), start=(0.0, 0.0, 0.0)
     )
     rigs = [LockstepRig(conditions, folder / f"following{followers}")]
     for number in range(2, followers + 1):
@@ -323,6 +336,7 @@ def following(folder: Path, followers: int, duration_s: float = 30.0) -> None:
         f"{what} following a lead boat in lockstep",
         f"{duration_s / cpu_took_s:.0f} × real time, one core",
         "100 ×" if followers == 1 else "-",
+        duration_s / cpu_took_s,
     )
 
 
@@ -396,8 +410,27 @@ def sensors(seconds: int = 20) -> None:
         line(f"{driver} at {rate_hz} Hz", f"{100.0 * share:.2f} % of a core", "1 %")
 
 
+def _speeds_interpreted() -> dict[str, float]:
+    """The speeds of a process with interpreted arithmetic; none where this one's is."""
+    if not native.status.startswith("native"):
+        return {}
+    command = [sys.executable, "-m", "tests.bench", "--speeds"]
+    environment = {**os.environ, "USV_NATIVE": "0"}
+    done = subprocess.run(command, env=environment, stdout=subprocess.PIPE, text=True, check=True)
+    speeds: dict[str, float] = json.loads(done.stdout.splitlines()[-1])
+    return speeds
+
+
 def main() -> None:
-    """Print all figures."""
+    """Print all figures; with --speeds only some, and as the last line the speeds for the process that compares."""
+    if "--speeds" in sys.argv:
+        with tempfile.TemporaryDirectory() as name:
+            control_step(Path(name), 60.0)
+            lockstep(Path(name), 60.0)
+            following(Path(name), 1)
+        print(json.dumps(_speeds))
+        return
+    _interpreted.update(_speeds_interpreted())
     print(f"Python {sys.version.split()[0]}, {os.cpu_count()} cores; arithmetic: {native.status}")
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
