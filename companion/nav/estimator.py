@@ -61,7 +61,7 @@ _LIE_M = 1.5  # off by more after such a lie, the position begins anew
 _LIE_SIGMA = 0.5  # m, m/s: of the motion that a lying inertial sensor leaves
 _LIE_SIGMA_RAD = math.radians(15.0)  # of a heading that has followed a lie
 _THESIS_RULE = 1
-_NAVIGATION = (GnssFix, GroundVelocity, Heading, Imu, MagneticField)
+_NAVIGATION = frozenset({GnssFix, GroundVelocity, Heading, Imu, MagneticField})
 
 
 class Estimator:
@@ -137,7 +137,7 @@ class Estimator:
             for reading in readings
             if plausible(reading, now_s)
         ]
-        self._pending.extend(reading for reading in readings if isinstance(reading, _NAVIGATION))
+        self._pending.extend([reading for reading in readings if type(reading) in _NAVIGATION])
         self._pending.sort(key=attrgetter("t_s"))
         horizon_s = now_s - self._lag_s
         due = 0

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from companion.nav.error_state import ErrorStateFilter
-from companion.nav.lever_arms import Quaternion, Vector, rotate, rotation, turned
+from companion.nav.lever_arms import ZERO, Quaternion, Vector, rotate, rotation, turned
 
 _AXES_RAD = 0.004  # by which the gyro's axes may be askew: a turn about one tilts the others
 _KEPT_EVERY_S = 0.5
@@ -19,9 +19,6 @@ _KEPT_S = 13.0
 _STEADY_S = 10.0
 _LANE_EVERY_S, _LANE_LIFE_S = 6.0, 12.0
 _POSITION_MPS, _VELOCITY_MPS2, _HEADING_RADPS = 0.05, 0.02, math.radians(0.1)  # growth of sigmas that went back
-
-Sample = tuple[Vector, Vector, float]
-"""Specific force (m/s²), rates (rad/s), duration (s)."""
 
 
 @dataclass(slots=True)
@@ -76,9 +73,11 @@ class Lane:
     __slots__ = (
         "_accelerometer_bias",
         "_ahead",
+        "_begun",
         "_gravity_mps2",
         "_gyro_bias",
-        "_last",
+        "_last_force",
+        "_last_rates",
         "_quaternion",
         "_sigma_mps",
         "_sigma_mps2",
@@ -96,7 +95,8 @@ class Lane:
         self._quaternion: Quaternion = filter_.quaternion
         self._accelerometer_bias, self._gyro_bias = filter_.accelerometer_bias, filter_.gyro_bias
         self._gravity_mps2 = filter_.gravity_mps2
-        self._last: tuple[Vector, Vector] | None = None
+        self._last_force = self._last_rates = ZERO
+        self._begun = False
         self._sigma_mps, self._sigma_mps2 = filter_.velocity_sigmas()
         bias_sigma_mps2, gyro_sigma_radps = filter_.bias_sigmas()
         self._turn_sigma_mps2 = math.hypot(bias_sigma_mps2, _AXES_RAD * self._gravity_mps2)
@@ -114,15 +114,19 @@ class Lane:
 
     def advance(self, force: Vector, rates: Vector, dt_s: float) -> None:
         """Take one sample; the mean of two applies over a step, in the attitude at its middle."""
-        (fx, fy, fz), (p, q, r) = force, rates
-        (gx, gy, gz), (u, v, w) = self._last or (force, rates)
-        self._last = force, rates
+        if not self._begun:
+            self._begun, self._last_force, self._last_rates = True, force, rates
+        fx, fy, fz = force
+        p, q, r = rates
+        gx, gy, gz = self._last_force
+        u, v, w = self._last_rates
+        self._last_force, self._last_rates = force, rates
         bx, by, bz = self._accelerometer_bias
         wx, wy, wz = self._gyro_bias
         half_s = 0.5 * dt_s
-        turn = (0.5 * (p + u) - wx) * half_s, (0.5 * (q + v) - wy) * half_s, (0.5 * (r + w) - wz) * half_s
-        middle = turned(self._quaternion, *turn)
-        self._quaternion = turned(middle, *turn)
+        roll, pitch, yaw = (0.5 * (p + u) - wx) * half_s, (0.5 * (q + v) - wy) * half_s, (0.5 * (r + w) - wz) * half_s
+        middle = turned(self._quaternion, roll, pitch, yaw)
+        self._quaternion = turned(middle, roll, pitch, yaw)
         mean = 0.5 * (fx + gx) - bx, 0.5 * (fy + gy) - by, 0.5 * (fz + gz) - bz
         matrix = rotation(middle)
         n, e, d = rotate(matrix, mean)
@@ -130,6 +134,16 @@ class Lane:
         self._turned_mps += chord * self._turn_sigma_mps2 * dt_s
         vn, ve, vd = self.velocity
         self.velocity = (vn + n * dt_s, ve + e * dt_s, vd + (d + self._gravity_mps2) * dt_s)
+
+
+@dataclass(frozen=True, slots=True)
+class _Sample:
+    """Specific force (m/s²) and rates (rad/s) at the end of `dt_s`."""
+
+    t_s: float
+    force: Vector
+    rates: Vector
+    dt_s: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,7 +164,7 @@ class InertialMemory:
     def __init__(self) -> None:
         self.lanes: list[Lane] = []
         self._kept: deque[_Kept] = deque()
-        self._samples: deque[tuple[float, Sample]] = deque()
+        self._samples: deque[_Sample] = deque()
 
     def clear(self) -> None:
         """Forget all: the filter begins anew."""
@@ -161,8 +175,8 @@ class InertialMemory:
     def sample(self, t_s: float, force: Vector, rates: Vector, dt_s: float) -> None:
         """Take one sample."""
         samples = self._samples
-        samples.append((t_s, (force, rates, dt_s)))
-        if samples[0][0] < t_s - _KEPT_S:
+        samples.append(_Sample(t_s, force, rates, dt_s))
+        if samples[0].t_s < t_s - _KEPT_S:
             samples.popleft()
         for lane in self.lanes:
             lane.advance(force, rates, dt_s)
@@ -198,7 +212,7 @@ class InertialMemory:
         filter_.position, filter_.velocity = then.position, then.velocity
         filter_.quaternion, filter_.rotation = then.quaternion, rotation(then.quaternion)
         filter_.accelerometer_bias, filter_.gyro_bias = then.accelerometer_bias, then.gyro_bias
-        filter_.carry_on([sample for t_s, sample in self._samples if t_s > then.t_s + 1e-9])
+        filter_.carry_on([(s.force, s.rates, s.dt_s) for s in self._samples if s.t_s > then.t_s + 1e-9])
         filter_.covariance[:] = then.covariance
         passed_s = now_s - then.t_s
         growths = ((0, 1), _POSITION_MPS), ((3, 4), _VELOCITY_MPS2), ((8,), _HEADING_RADPS)
