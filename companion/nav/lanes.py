@@ -14,6 +14,7 @@ from companion.nav.error_state import ErrorStateFilter
 from companion.nav.lever_arms import ZERO, Quaternion, Vector, rotate, rotation, turned
 
 _AXES_RAD = 0.004  # by which the gyro's axes may be askew: a turn about one tilts the others
+_DOUBTED_SHARE = 0.3  # of the accelerometers' bias: what a filter takes for one may be a tilt, which stays in a turn
 _KEPT_EVERY_S = 0.5
 _KEPT_S = 13.0
 _STEADY_S = 10.0
@@ -99,7 +100,8 @@ class Lane:
         self._begun = False
         self._sigma_mps, self._sigma_mps2 = filter_.velocity_sigmas()
         bias_sigma_mps2, gyro_sigma_radps = filter_.bias_sigmas()
-        self._turn_sigma_mps2 = math.hypot(bias_sigma_mps2, _AXES_RAD * self._gravity_mps2)
+        doubted_mps2 = _DOUBTED_SHARE * math.hypot(self._accelerometer_bias[0], self._accelerometer_bias[1])
+        self._turn_sigma_mps2 = math.hypot(bias_sigma_mps2, _AXES_RAD * self._gravity_mps2, doubted_mps2)
         self._sigma_mps3 = self._gravity_mps2 * gyro_sigma_radps
         self._ahead = filter_.rotation[0], filter_.rotation[3]
         self._turned_mps = 0.0

@@ -15,6 +15,7 @@ from companion.nav.integrity.evidence import (
     Evidence,
     HeadingSeen,
     InertialStep,
+    InertialWay,
     LaneStep,
     LieFound,
     ModelStep,
@@ -26,7 +27,7 @@ from companion.nav.integrity.monitor import IntegrityMonitor
 from companion.nav.lever_arms import Vector
 from companion.nav.no_imu import PoseSolution
 from companion.nav.outliers import Verdict
-from companion.nav.solution import Motion
+from companion.nav.solution import Motion, Place
 from companion.params.store import Parameters
 
 _FRESH_S = 0.15  # age of the last inertial sample up to which its sums hold for a reading
@@ -83,11 +84,10 @@ class Witness:
         """Note a fix, `antenna` in the local plane; the verdict on it, or None: the usual rule."""
         here, arm = solution.place(fix.t_s), solution.offset(lever_m)
         north, east = antenna[0] - arm.north_m, antenna[1] - arm.east_m
-        felt = solution.odometer if _feels(solution, fix.t_s) else None
+        way = _way(solution, here, fix.t_s) if _feels(solution, fix.t_s) else None
         seen = PositionSeen(
             fix.t_s, fix.source, fix.lat_deg, fix.lon_deg, north, east, north - here.north_m, east - here.east_m,
-            here.north_mps, here.east_mps, here.sigma_m, sigma_m, fix.fix,
-            None if felt is None else felt.north_m, None if felt is None else felt.east_m,
+            here.north_mps, here.east_mps, here.sigma_m, sigma_m, fix.fix, way,
             None if _fresh(solution, fix.t_s) else antenna,
         )  # fmt: skip
         self._evidence.positions.append(seen)
@@ -148,6 +148,19 @@ class Witness:
         evidence.yaw_rad, evidence.turn_radps = motion.attitude[2], motion.rates[2]
         evidence.north_mps, evidence.east_mps = motion.velocity[0], motion.velocity[1]
         return list(self.monitor.update(evidence, now_s))
+
+
+def _way(solution: InertialSolution, here: Place, t_s: float) -> InertialWay:
+    """The way of the boat's origin, up to a time just before or after the last sample."""
+    odometer, filter_, ahead_s = solution.odometer, solution.filter, t_s - solution.t_s
+    arm_north = filter_.position[0] - here.north_m + ahead_s * here.north_mps
+    arm_east = filter_.position[1] - here.east_m + ahead_s * here.east_mps
+    return InertialWay(
+        odometer.north_m + ahead_s * odometer.north_mps - arm_north,
+        odometer.east_m + ahead_s * odometer.east_mps - arm_east,
+        filter_.velocity[0] - odometer.north_mps,
+        filter_.velocity[1] - odometer.east_mps,
+    )
 
 
 def _inertial_step(inertial: InertialSolution) -> InertialStep:
