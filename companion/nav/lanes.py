@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from companion.nav.error_state import ErrorStateFilter
+from companion.nav.error_state import ErrorStateFilter, at_the_middle
 from companion.nav.lever_arms import Quaternion, Vector, rotate, rotation, turned
 
 _AXES_RAD = 0.004  # by which the gyro's axes may be askew: a turn about one tilts the others
@@ -78,7 +78,6 @@ class Lane:
         "_ahead",
         "_gravity_mps2",
         "_gyro_bias",
-        "_last",
         "_quaternion",
         "_sigma_mps",
         "_sigma_mps2",
@@ -96,7 +95,6 @@ class Lane:
         self._quaternion: Quaternion = filter_.quaternion
         self._accelerometer_bias, self._gyro_bias = filter_.accelerometer_bias, filter_.gyro_bias
         self._gravity_mps2 = filter_.gravity_mps2
-        self._last: tuple[Vector, Vector] | None = None
         self._sigma_mps, self._sigma_mps2 = filter_.velocity_sigmas()
         bias_sigma_mps2, gyro_sigma_radps = filter_.bias_sigmas()
         self._turn_sigma_mps2 = math.hypot(bias_sigma_mps2, _AXES_RAD * self._gravity_mps2)
@@ -113,19 +111,14 @@ class Lane:
         return math.hypot(self._sigma_mps, self._sigma_mps2 * passed_s, self._turned_mps, tilted_mps)
 
     def advance(self, force: Vector, rates: Vector, dt_s: float) -> None:
-        """Take one sample; the mean of two applies over a step, in the attitude at its middle."""
-        (fx, fy, fz), (p, q, r) = force, rates
-        (gx, gy, gz), (u, v, w) = self._last or (force, rates)
-        self._last = force, rates
+        """Take one sample, as the filter does."""
         bx, by, bz = self._accelerometer_bias
-        wx, wy, wz = self._gyro_bias
-        half_s = 0.5 * dt_s
-        turn = (0.5 * (p + u) - wx) * half_s, (0.5 * (q + v) - wy) * half_s, (0.5 * (r + w) - wz) * half_s
-        middle = turned(self._quaternion, *turn)
-        self._quaternion = turned(middle, *turn)
-        mean = 0.5 * (fx + gx) - bx, 0.5 * (fy + gy) - by, 0.5 * (fz + gz) - bz
-        matrix = rotation(middle)
-        n, e, d = rotate(matrix, mean)
+        bp, bq, br = self._gyro_bias
+        p, q, r = rates[0] - bp, rates[1] - bq, rates[2] - br
+        matrix = rotation(self._quaternion)
+        self._quaternion = turned(self._quaternion, p * dt_s, q * dt_s, r * dt_s)
+        felt = at_the_middle(force[0] - bx, force[1] - by, force[2] - bz, p, q, r, dt_s)
+        n, e, d = rotate(matrix, felt)
         chord = math.hypot(matrix[0] - self._ahead[0], matrix[3] - self._ahead[1])
         self._turned_mps += chord * self._turn_sigma_mps2 * dt_s
         vn, ve, vd = self.velocity
