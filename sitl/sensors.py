@@ -232,8 +232,8 @@ ImuSample = tuple[float, float, float, float, float, float, float, float, float]
 
 def true_imu(gravity_mps2: float, hull: Hull, waves: Waves) -> tuple[float, float, float, float, float, float]:
     """What a perfect inertial sensor in the middle of the boat feels: specific force x, y, z in m/s², roll, pitch, yaw
-    rate in rad/s, axes forward, starboard, down."""
-    roll, pitch = waves.roll_rad, waves.pitch_rad
+    rate in rad/s, axes forward, starboard, down. Where the rates are means of the last step, so are the forces."""
+    roll, pitch = _meant(waves)
     c_roll, s_roll, c_pitch, s_pitch = math.cos(roll), math.sin(roll), math.cos(pitch), math.sin(pitch)
     p, q, r = _body_rates(waves, hull.turn_radps)
     forward, starboard = hull.surge_mps2, hull.sway_mps2
@@ -249,10 +249,17 @@ def true_imu(gravity_mps2: float, hull: Hull, waves: Waves) -> tuple[float, floa
     )
 
 
+def _meant(waves: Waves) -> tuple[float, float]:
+    """Roll and pitch that the boat had with its rates and accelerations: in the middle of the last step, or now."""
+    return (
+        waves.roll_rad - waves.half_step_s * waves.roll_rate_radps,
+        waves.pitch_rad - waves.half_step_s * waves.pitch_rate_radps,
+    )
+
+
 def _body_rates(waves: Waves, turn_radps: float) -> tuple[float, float, float]:
-    """Rates about the body's axes, at the attitude that the boat had with these rates of roll, pitch and yaw."""
-    roll = waves.roll_rad - waves.half_step_s * waves.roll_rate_radps
-    pitch = waves.pitch_rad - waves.half_step_s * waves.pitch_rate_radps
+    """Rates about the body's axes."""
+    roll, pitch = _meant(waves)
     c_roll, s_roll, c_pitch, s_pitch = math.cos(roll), math.sin(roll), math.cos(pitch), math.sin(pitch)
     return (
         waves.roll_rate_radps - turn_radps * s_pitch,

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from companion.nav.error_state import ErrorStateFilter
-from companion.nav.lever_arms import ZERO, Quaternion, Vector, rotate, rotation, turned
+from companion.nav.error_state import ErrorStateFilter, at_the_middle
+from companion.nav.lever_arms import Quaternion, Vector, rotate, rotation, turned
 
 _AXES_RAD = 0.004  # by which the gyro's axes may be askew: a turn about one tilts the others
 _DOUBTED_SHARE = 0.3  # of the accelerometers' bias: what a filter takes for one may be a tilt, which stays in a turn
@@ -74,11 +74,8 @@ class Lane:
     __slots__ = (
         "_accelerometer_bias",
         "_ahead",
-        "_begun",
         "_gravity_mps2",
         "_gyro_bias",
-        "_last_force",
-        "_last_rates",
         "_quaternion",
         "_sigma_mps",
         "_sigma_mps2",
@@ -96,8 +93,6 @@ class Lane:
         self._quaternion: Quaternion = filter_.quaternion
         self._accelerometer_bias, self._gyro_bias = filter_.accelerometer_bias, filter_.gyro_bias
         self._gravity_mps2 = filter_.gravity_mps2
-        self._last_force = self._last_rates = ZERO
-        self._begun = False
         self._sigma_mps, self._sigma_mps2 = filter_.velocity_sigmas()
         bias_sigma_mps2, gyro_sigma_radps = filter_.bias_sigmas()
         doubted_mps2 = _DOUBTED_SHARE * math.hypot(self._accelerometer_bias[0], self._accelerometer_bias[1])
@@ -115,23 +110,14 @@ class Lane:
         return math.hypot(self._sigma_mps, self._sigma_mps2 * passed_s, self._turned_mps, tilted_mps)
 
     def advance(self, force: Vector, rates: Vector, dt_s: float) -> None:
-        """Take one sample; the mean of two applies over a step, in the attitude at its middle."""
-        if not self._begun:
-            self._begun, self._last_force, self._last_rates = True, force, rates
-        fx, fy, fz = force
-        p, q, r = rates
-        gx, gy, gz = self._last_force
-        u, v, w = self._last_rates
-        self._last_force, self._last_rates = force, rates
+        """Take one sample, as the filter does."""
         bx, by, bz = self._accelerometer_bias
-        wx, wy, wz = self._gyro_bias
-        half_s = 0.5 * dt_s
-        roll, pitch, yaw = (0.5 * (p + u) - wx) * half_s, (0.5 * (q + v) - wy) * half_s, (0.5 * (r + w) - wz) * half_s
-        middle = turned(self._quaternion, roll, pitch, yaw)
-        self._quaternion = turned(middle, roll, pitch, yaw)
-        mean = 0.5 * (fx + gx) - bx, 0.5 * (fy + gy) - by, 0.5 * (fz + gz) - bz
-        matrix = rotation(middle)
-        n, e, d = rotate(matrix, mean)
+        bp, bq, br = self._gyro_bias
+        p, q, r = rates[0] - bp, rates[1] - bq, rates[2] - br
+        matrix = rotation(self._quaternion)
+        self._quaternion = turned(self._quaternion, p * dt_s, q * dt_s, r * dt_s)
+        felt = at_the_middle(force[0] - bx, force[1] - by, force[2] - bz, p, q, r, dt_s)
+        n, e, d = rotate(matrix, felt)
         chord = math.hypot(matrix[0] - self._ahead[0], matrix[3] - self._ahead[1])
         self._turned_mps += chord * self._turn_sigma_mps2 * dt_s
         vn, ve, vd = self.velocity
