@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import gc
 import statistics
-import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -18,6 +17,7 @@ from companion.app import warm_up
 from companion.io.mavlink.wire import messages
 from tests.afloat_beside import BoatBeside
 from tests.bench_console import Line
+from tests.bench_stopwatches import TimedVessel, time_world
 from tests.protocol.desk import Desk
 from tests.waiting import wait_until
 
@@ -30,39 +30,23 @@ _NAN = float("nan")
 
 
 class _Longest:
-    """The longest time since the last look, without the plant, in ms."""
+    """The processor time that the control thread spends at a time, without the plant: in one tick, or in one answer
+    between two."""
 
     def __init__(self, boat: BoatBeside) -> None:
-        self._plant_s = 0.0
-        self._ticks_s: list[float] = []
-        self._serves_s: list[float] = []
-        advance = boat.world.advance
+        self._took_s: dict[str, list[float]] = {"tick": [], "serve": []}
+        boat.vessel = TimedVessel(boat.vessel, time_world(boat.vessel), self._took)  # type: ignore[assignment]
 
-        def timed_advance(now_s: float) -> None:
-            started_s = time.thread_time()
-            advance(now_s)
-            self._plant_s += time.thread_time() - started_s
-
-        boat.world.advance = timed_advance  # type: ignore[method-assign]
-        for name, times_s in (("tick", self._ticks_s), ("serve", self._serves_s)):
-            setattr(boat.vessel, name, self._timed(getattr(boat.vessel, name), times_s))
-
-    def _timed(self, method: Callable[[float], Any], times_s: list[float]) -> Callable[[float], Any]:
-        def timed(now_s: float) -> Any:
-            started_s, plant_before_s = time.thread_time(), self._plant_s
-            result = method(now_s)
-            plant_s = self._plant_s - plant_before_s
-            times_s.append(time.thread_time() - started_s - plant_s)
-            return result
-
-        return timed
+    def _took(self, what: str, took_s: float) -> None:
+        self._took_s[what].append(took_s)
 
     def take_ms(self) -> tuple[float, float]:
         """(the longest, the median of the ticks), from now on anew."""
-        longest_s = max((*self._ticks_s, *self._serves_s), default=0.0)
-        median_s = statistics.median(self._ticks_s) if self._ticks_s else 0.0
-        self._ticks_s.clear()
-        self._serves_s.clear()
+        ticks_s, serves_s = self._took_s.values()
+        longest_s = max((*ticks_s, *serves_s), default=0.0)
+        median_s = statistics.median(ticks_s) if ticks_s else 0.0
+        ticks_s.clear()
+        serves_s.clear()
         return 1e3 * longest_s, 1e3 * median_s
 
 
