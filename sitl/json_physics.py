@@ -157,7 +157,7 @@ class JsonPhysics:
             },
             "battery": {"voltage": world.battery.voltage_v, "current": world.battery.current_a},
         }
-        return f"\n{json.dumps(state)}\n".encode()
+        return f"\n{json.dumps(state, separators=(',', ':'))}\n".encode()  # ArduPilot reads no space before a value
 
 
 def _share(pulses_us: Sequence[int], channel: int) -> float:

@@ -29,6 +29,7 @@ def physics(vessel: Any, outputs: str = "", **conditions: Any) -> JsonPhysics:
 
 def state(reply: bytes | None) -> dict[str, Any]:
     assert reply is not None and reply.startswith(b"\n") and reply.endswith(b"\n")
+    assert not set(reply[1:-1]) & set(b" \t\r\n")  # as in the documentation's example: ArduPilot looks for `"gyro":[`
     found: dict[str, Any] = json.loads(reply)
     assert {"timestamp", "imu", "position", "attitude", "velocity"} <= found.keys()
     return found
