@@ -34,6 +34,14 @@ def add_to(commands: Any) -> None:
     run.add_argument("--vessel", metavar="V")
     run.add_argument("--seed", type=int, default=0)
     run.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", dest="changes")
+    run.add_argument(
+        "--fault",
+        action="append",
+        default=[],
+        metavar="NAME@T_S[+DURATION_S]",
+        dest="faults",
+        help="a fault besides; then safety margins judge the run, and its checks are only shown",
+    )
     run.add_argument("--out", type=Path, metavar="DIR", help="folder of the log and result.json")
     run.set_defaults(command=_run)
     table = verbs.add_parser("table", help="compare the thesis's law with the companion's on the same seeds; slow")
@@ -120,7 +128,9 @@ def _run(arguments: argparse.Namespace) -> int:
     try:
         with bar(scenario.name) as told:
             compose = _watched(Sailing(told, scenario.name, scenario.lasts_s))
-            result = run(scenario, compose, folder, arguments.seed, arguments.vessel, changes, draw=True)
+            result = run(
+                scenario, compose, folder, arguments.seed, arguments.vessel, changes, draw=True, faults=arguments.faults
+            )
     except (ScenarioError, ValueError) as error:
         raise UsageError(str(error)) from error
     _print_result(result)
@@ -147,6 +157,9 @@ def _print_result(result: ScenarioResult) -> None:
     for check in result.checks:
         verdict, relation = "ok  " if check.ok else "FAIL", "at least" if check.at_least else "at most"
         print(f"{verdict} {check.name}: {check.value:.3f} {check.unit}, {relation} {check.limit:g}")
+    for margin in result.margins:
+        word = "ok  " if margin.value > 0.0 else "UNSAFE"
+        print(f"{word} safety, {margin.name}: {margin.value:.3f} {margin.unit} left, at {margin.at_s:.0f} s")
     if result.error:
         print(f"FAIL {result.error}")
     if result.hint:

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import argparse
-import contextlib
-import os
 import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from companion.cli.common import Interrupt, UsageError
+from companion.cli.crew import Ending, add_crew_to, check_crew, refuse_other_commit, workers_of
 from companion.cli.progress import bar
 from companion.cli.sweep_progress import SweepProgress
 from companion.config.vessel import ConfigError
@@ -20,7 +19,7 @@ if TYPE_CHECKING:
     from sitl.scenarios.rig import Conditions, Rig
     from sitl.sweep.plan import Run
     from sitl.sweep.rows import Journal
-    from sitl.sweep.sailing import Sail, Workers
+    from sitl.sweep.sailing import Sail
     from sitl.sweep.summary import Comparison
 
 _SWEEPS = Path("out") / "sweeps"
@@ -38,10 +37,8 @@ def add_to(commands: Any) -> None:
     run = tasks.add_parser("run", help="sail what the design asks for and has not been sailed yet")
     run.add_argument("file", type=Path, metavar="FILE", help="the design, a TOML file")
     run.add_argument("--out", type=Path, metavar="DIR", help="folder of the sweep; default: out/sweeps/NAME/COMMIT")
-    run.add_argument("--jobs", type=int, metavar="N", help="runs at a time on this machine; default: one a core")
-    run.add_argument("--scheduler", metavar="URL", help="sail on the cluster of this Dask scheduler, tcp://HOST:PORT")
+    add_crew_to(run)
     run.add_argument("--minutes", type=float, metavar="M", help="begin no run after this time; default: of the design")
-    run.add_argument("--keep", action="store_true", help="keep the logs of good runs too")
     run.set_defaults(command=_run)
     report = tasks.add_parser(
         "report", help="failure rates, distributions and worst cases of a sweep, as one HTML file"
@@ -70,7 +67,9 @@ def sail(run: Run, folder: Path) -> None:
         return rig
 
     try:
-        scenarios.run(SCENARIOS[run.scenario], compose, folder, run.seed, run.vessel, dict(run.settings))
+        scenarios.run(
+            SCENARIOS[run.scenario], compose, folder, run.seed, run.vessel, dict(run.settings), faults=run.faults
+        )
     except (scenarios.ScenarioError, ConfigError, UsageError, ValueError) as error:
         if composed:
             raise
@@ -84,10 +83,7 @@ def _run(arguments: argparse.Namespace) -> int:
     """Exit code 0 where all runs that were sailed are good, else 1."""
     from sitl.sweep.rows import SweepError
 
-    if arguments.jobs is not None and arguments.jobs < 1:
-        raise UsageError(f"--jobs {arguments.jobs}: must be at least 1")
-    if arguments.minutes is not None and arguments.minutes <= 0.0:
-        raise UsageError(f"--minutes {arguments.minutes:g}: must be above 0")
+    check_crew(arguments)
     interrupt = Interrupt()
     try:
         return sweep(arguments, sail, lambda: interrupt.received)
@@ -111,13 +107,13 @@ def sweep(arguments: argparse.Namespace, sail: Sail, interrupted: Callable[[], b
     folder = arguments.out or _SWEEPS / design.name / commit()
     minutes = design.minutes if arguments.minutes is None else arguments.minutes
     with Journal(folder) as journal:
-        _refuse_other_commit(journal, folder, commit())
+        refuse_other_commit(journal, folder, commit())
         (folder / "design.toml").write_text(text, encoding="utf-8")
         left = pending(runs, journal.rows, commit())
         before = f", {len(runs) - len(left)} of them before" if len(left) < len(runs) else ""
         print(f"{design.name}: {len(runs)} runs{before}; {folder}", flush=True)
         try:
-            over = _sail_rest(arguments, sail, journal, folder, left, _Ending(minutes, interrupted)) if left else ""
+            over = _sail_rest(arguments, sail, journal, folder, left, Ending(minutes, interrupted)) if left else ""
         finally:
             write_parquet(journal.rows.values(), folder / PARQUET)
         rows = [journal.rows[key] for key, _ in runs if key in journal.rows]
@@ -127,43 +123,20 @@ def sweep(arguments: argparse.Namespace, sail: Sail, interrupted: Callable[[], b
     return 1 if failed else 0
 
 
-class _Ending:
-    """Says when to stop: at once where it is asked to, and with no further run after `minutes`."""
-
-    def __init__(self, minutes: float | None, interrupted: Callable[[], bool]) -> None:
-        self._due_s = None if minutes is None else time.monotonic() + 60.0 * minutes
-        self._interrupted = interrupted
-
-    def stopped(self, what: str) -> bool:
-        """As `sail_all` asks."""
-        return self._interrupted() or (what == "begin" and self._is_late)
-
-    @property
-    def _is_late(self) -> bool:
-        return self._due_s is not None and time.monotonic() >= self._due_s
-
-    @property
-    def words(self) -> str:
-        """Why not all was sailed, to follow the count."""
-        if self._interrupted():
-            return "; interrupted: the same command goes on from here"
-        return "; the time is over: the same command goes on from here" if self._is_late else ""
-
-
 def _sail_rest(
     arguments: argparse.Namespace,
     sail: Sail,
     journal: Journal,
     folder: Path,
     left: Sequence[tuple[str, Run]],
-    ending: _Ending,
+    ending: Ending,
 ) -> str:
     """Sail what is left. Returns why some of it was not sailed, in words."""
     from sitl.sweep.rows import Row
     from sitl.sweep.sailing import sail_all
 
     taken = 0
-    with _workers(arguments, sail, folder, len(left)) as workers, bar("sweep", time_left=False) as told:
+    with workers_of(arguments, sail, folder, len(left)) as workers, bar("sweep", time_left=False) as told:
         progress = SweepProgress(told, len(left), time.monotonic(), lines=not sys.stderr.isatty())
 
         def take(row: Row) -> None:
@@ -174,36 +147,6 @@ def _sail_rest(
 
         sail_all(left, workers, take, ending.stopped)
     return ending.words if taken < len(left) else ""
-
-
-@contextlib.contextmanager
-def _workers(arguments: argparse.Namespace, sail: Sail, folder: Path, most: int) -> Iterator[Workers]:
-    """The workers, until the end of the block. Raises SweepError."""
-    from sitl.sweep.cluster import ClusterWorkers
-    from sitl.sweep.local import LocalWorkers, cores
-
-    workers: Workers
-    if arguments.scheduler is not None:
-        workers = ClusterWorkers(arguments.scheduler, sail, folder, arguments.keep)
-    else:
-        # one core a run: a library's own threads would only get in the way; the workers take it over as they start
-        os.environ.setdefault("OMP_NUM_THREADS", "1")
-        workers = LocalWorkers(min(arguments.jobs or cores(), most), sail, folder, arguments.keep)
-    try:
-        yield workers
-    finally:
-        workers.close()
-
-
-def _refuse_other_commit(journal: Journal, folder: Path, commit: str) -> None:
-    from sitl.sweep.rows import SweepError
-
-    others = sorted({row.commit for row in journal.rows.values()} - {commit})
-    if others:
-        raise SweepError(
-            f"{folder}: holds runs of {', '.join(others)}, and this is {commit}; choose another --out, and compare "
-            "both by `companion sweep report DIR --against DIR2`"
-        )
 
 
 # --- report --------------------------------------------------------------------------------------------------------

@@ -6,11 +6,12 @@ import math
 from dataclasses import dataclass
 
 from companion.core.estimate import NavState
+from companion.core.work import Lane
 from companion.fence.area import FenceArea
 from companion.params.store import Parameters
 
-_CREEP_MPS = 0.05  # allowed between the edge of the stopping area and the fence
-_CREEP_SHARE = 0.5  # of the way between the two, on which the creep speed falls to 0
+_CREEP_MPS = 0.05  # allowed up to the edge of the stopping area, however inaccurate the position is
+_CREEP_LAGS = 4.0  # time constant of the way to that edge, in delays of the speed: from 4 on none is overshot
 _SLOW_MPS = 0.1  # below it the course over ground is uncertain, and the demand tells where the boat will go
 _LAG = 1.5  # times 1/PATH_BW_SURGE: delay of the boat's speed behind its demand
 _SIGMAS = 2.0
@@ -37,6 +38,10 @@ class FenceAreas:
     stopping: FenceArea
     keeping: FenceArea
 
+    def in_lane(self, lane: Lane) -> FenceAreas:
+        """As `FenceArea.in_lane`."""
+        return FenceAreas(self.fence.in_lane(lane), self.stopping.in_lane(lane), self.keeping.in_lane(lane))
+
 
 def speed_to_stop_in(way_m: float, deceleration_mps2: float, lag_s: float) -> float:
     """Speed from which the boat stops within `way_m`: v t + v²/2a = way, with lag t and deceleration a."""
@@ -50,23 +55,24 @@ def speed_limit(areas: FenceAreas, nav: NavState, demand: tuple[float, float], p
     """The limit for a boat that the setpoint sends in the direction of `demand` (NED, of any length).
 
     Inside the stopping area, braking at PATH_ACC straight along the course over ground must end in there, with twice
-    the position's accuracy to spare. Between there and the fence the boat may creep outwards, ever slower, and move
-    along the line. Outside the fence it may only come back. A demand against the course is braking; then the direction
-    of the demand counts.
+    the position's accuracy to spare. Nearer to its edge the boat may creep outwards, ever slower, and beyond it move
+    along the line or inwards. Outside the fence it may only come back. A demand against the course is braking; then the
+    direction of the demand counts.
     """
     way = direction(nav, demand)
     if way is None:
         return NO_LIMIT
     reserve_m = _SIGMAS * nav.position_accuracy_m
     edge = areas.stopping.margin(nav.north_m, nav.east_m)
+    deceleration, lag = parameters["PATH_ACC"], _LAG / parameters["PATH_BW_SURGE"]
+    creep = min(_CREEP_MPS, max(0.0, edge.distance_m) / (_CREEP_LAGS * lag))
     if edge.distance_m > reserve_m:
-        deceleration, lag = parameters["PATH_ACC"], _LAG / parameters["PATH_BW_SURGE"]
         way_m = areas.stopping.way_to_line_m(nav.north_m, nav.east_m, *way) - reserve_m
         limit = speed_to_stop_in(way_m, deceleration, lag)
-        if limit > _CREEP_MPS:
+        if limit > creep:
             braking = deceleration * limit / (deceleration * lag + limit) if math.isfinite(limit) else 0.0
             return SpeedLimit(limit, braking)
-        return SpeedLimit(_CREEP_MPS)
+        return SpeedLimit(creep)
     near = areas.fence.margin(nav.north_m, nav.east_m)
     if near.distance_m <= 0.0:
         inwards = (demand[0] * near.north + demand[1] * near.east) > 0.0 or math.hypot(*demand) == 0.0
@@ -74,9 +80,7 @@ def speed_limit(areas: FenceAreas, nav: NavState, demand: tuple[float, float], p
     closing = way[0] * near.north + way[1] * near.east
     if closing <= 0.0:
         return NO_LIMIT
-    room_m = near.distance_m - edge.distance_m  # half a boat's length, for the hull; the boat may creep into half of it
-    share = 1.0 - (reserve_m - edge.distance_m) / max(1.0e-6, _CREEP_SHARE * room_m)
-    return SpeedLimit(_CREEP_MPS * max(0.0, share) / closing)
+    return SpeedLimit(creep / closing)
 
 
 def direction(nav: NavState, demand: tuple[float, float]) -> tuple[float, float] | None:

@@ -29,12 +29,19 @@ _INTERPRETED = (
     "companion/record/retention.py",
     "companion/record/writer.py",
     "sitl/emulators/mavlink_servo.py",  # mypyc does not know a starred index
-    *("sitl/evaluate/", "sitl/fault_matrix/", "sitl/native/", "sitl/scenarios/", "sitl/sweep/"),  # above the tick
+    *(
+        "sitl/evaluate/",
+        "sitl/fault_matrix/",
+        "sitl/hunt/",
+        "sitl/native/",
+        "sitl/scenarios/",
+        "sitl/sweep/",
+    ),  # above the tick
     *("sitl/hidden_hull.py", "sitl/json_physics.py", "sitl/plant_process.py"),
 )
 
 _ABOVE = ("analysis", "cli", "console", "leader_module", "scripting")  # of which no compiled module knows
-_BESIDE = ("evaluate", "fault_matrix", "native", "scenarios", "sweep")
+_BESIDE = ("evaluate", "fault_matrix", "hunt", "native", "scenarios", "sweep")
 
 
 def compiled(root: Path) -> list[str]:

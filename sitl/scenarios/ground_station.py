@@ -10,6 +10,7 @@ from typing import Any
 
 from pymavlink.dialects.v20 import common as mavlink
 
+from companion.core.geodesy import LocalFrame
 from sitl.scenarios.rig import Rig
 
 _HEARTBEAT_PERIOD_S = 1.0
@@ -32,7 +33,8 @@ class Item:
 
 class GroundStation:
     """`last`: newest message of each type; `texts`: all STATUSTEXTs, `heard_s` when each came; `acks`, `reached`:
-    results and items so far. `streamed`: what it sends in every tick. `heartbeats` False: it has fallen silent."""
+    results and items so far. `fences`: (when, corners as north and east of home in m) of the areas to stay in that it
+    uploaded. `streamed`: what it sends in every tick. `heartbeats` False: it has fallen silent."""
 
     def __init__(self, rig: Rig, system: int = 255, vessel: int = 1) -> None:
         """`system`: its own id; `vessel`: the boat's id."""
@@ -43,6 +45,7 @@ class GroundStation:
         self.heard_s: list[float] = []
         self.acks: list[Any] = []
         self.reached: list[int] = []
+        self.fences: list[tuple[float, tuple[tuple[float, float], ...]]] = []
         self.streamed: Callable[[], Sequence[Any]] = tuple
         self.heartbeats = True
         self._heartbeat_due_s = 0.0
@@ -179,6 +182,15 @@ class GroundStation:
                 self.send(self._item_message(items[request.seq], request.seq, kind))
         if self._mission_ack.type != mavlink.MAV_MISSION_ACCEPTED:
             raise GroundStationTimeout(f"mission refused with {self._mission_ack.type}; last texts: {self.texts[-3:]}")
+        if kind == mavlink.MAV_MISSION_TYPE_FENCE:
+            self._note_fence(items)
+
+    def _note_fence(self, items: Sequence[Item]) -> None:
+        home = LocalFrame(self.rig.config.home.lat_deg, self.rig.config.home.lon_deg)
+        vertices = [item for item in items if item.command == mavlink.MAV_CMD_NAV_FENCE_POLYGON_VERTEX_INCLUSION]
+        corners = tuple(home.to_ned(item.lat_deg, item.lon_deg) for item in vertices)
+        if len(corners) > 2:
+            self.fences.append((self.rig.now_s, corners))
 
     def _item_message(self, item: Item, seq: int, kind: int) -> Any:
         x, y = round(item.lat_deg * 1e7), round(item.lon_deg * 1e7)

@@ -15,6 +15,8 @@ from sitl.scenarios.boat import Ability, outrun, sailed_with
 from sitl.scenarios.ground_station import GroundStation, GroundStationTimeout
 from sitl.scenarios.measure import Check
 from sitl.scenarios.rig import Composer, Conditions
+from sitl.scenarios.safety import Margin, margins_of, violated
+from sitl.scenarios.voyage import read_voyage
 from sitl.sea_state import parse_sea
 from sitl.tow import TowLeg
 
@@ -51,7 +53,7 @@ class Scenario:
 
 @dataclass(frozen=True, slots=True)
 class ScenarioResult:
-    """What a run gave; the same as in result.json. `hint`: what could not be drawn, and why."""
+    """What a run gave; the same as in result.json. `hint`: what could not be drawn, and why. `margins`: of safety."""
 
     scenario: str
     ok: bool
@@ -60,6 +62,7 @@ class ScenarioResult:
     error: str | None
     hint: str = ""
     boat: str = ""  # which receiver, compass, plant and limits it was sailed with
+    margins: Sequence[Margin] = ()
 
 
 def run(
@@ -70,10 +73,15 @@ def run(
     vessel: str | None = None,
     changes: Settings | None = None,
     draw: bool = False,
+    faults: Sequence[str] = (),
 ) -> ScenarioResult:
     """Run it, measure it, write result.json beside the log, and draw it if asked to.
 
-    Raises ScenarioError for settings that the scenario does not have, and for a boat that cannot do it.
+    `faults`: more than the scenario's own, as `sitl.faults.parse` reads them. A run with them is good where no safety
+    property is violated: its checks are about a boat without faults, and may not even be measured.
+
+    Raises ScenarioError for settings that the scenario does not have, and for a boat that cannot do it; ConfigError for
+    a fault that the boat cannot have.
     """
     config = load(find(vessel or scenario.vessel))
     settings = settings_for(scenario, vessel or scenario.vessel, config, changes or {})
@@ -96,31 +104,39 @@ def run(
     )
     if scenario.prepare is not None:
         conditions = scenario.prepare(conditions, settings)
+    conditions = replace(conditions, faults=(*conditions.faults, *faults))
     rig = compose(conditions, folder)
+    gcs = GroundStation(rig)
     error: str | None = None
     asked: dict[str, Any] = {}
     try:
-        asked = scenario.sail(GroundStation(rig), settings)
+        asked = scenario.sail(gcs, settings)
     except GroundStationTimeout as timeout:
         error = str(timeout)
     finally:
         rig.close()
-    metrics: dict[str, float] = {}
-    checks: Sequence[Check] = ()
-    if error is None:
-        metrics, checks = scenario.measure(folder, asked, settings)
+    voyage = read_voyage(folder, rig, gcs.fences)
+    margins = [] if voyage is None else margins_of(voyage)
+    metrics, checks, error = ({}, (), error) if error else _measured(scenario, folder, asked, settings, bool(faults))
     hint = _draw(scenario, folder, asked, settings) if draw and error is None else ""
+    good = not violated(margins) if faults else error is None and all(check.ok for check in checks)
     outcome = ScenarioResult(
-        scenario.name,
-        error is None and all(check.ok for check in checks),
-        metrics,
-        checks,
-        error,
-        hint,
-        sailed_with(config, conditions),
+        scenario.name, good, metrics, checks, error, hint, sailed_with(config, conditions), margins
     )
     _write(folder, outcome, conditions, settings)
     return outcome
+
+
+def _measured(
+    scenario: Scenario, folder: Path, asked: dict[str, Any], settings: Settings, faulty: bool
+) -> tuple[dict[str, float], Sequence[Check], str | None]:
+    """Metrics, checks, and why there are none. A run with faults may lack what the scenario measures."""
+    try:
+        return *scenario.measure(folder, asked, settings), None
+    except (ArithmeticError, LookupError, ValueError) as failure:
+        if not faulty:
+            raise
+        return {}, (), f"not measured: {failure!r}"
 
 
 def run_folder(folder: Path, name: str, seed: int) -> Path:
@@ -244,9 +260,11 @@ def _write(folder: Path, outcome: ScenarioResult, conditions: Conditions, settin
         "boat": outcome.boat,
         "seed": conditions.seed,
         "settings": dict(settings),
+        "faults": list(conditions.faults),
         "ok": outcome.ok,
         "error": outcome.error,
         "metrics": dict(outcome.metrics),
         "checks": [check.row() for check in outcome.checks],
+        "margins": [margin.row() for margin in outcome.margins],
     }
     (folder / "result.json").write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")

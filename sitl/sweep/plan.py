@@ -20,7 +20,8 @@ from sitl.sweep.design import DesignConfig, PartConfig, Value, fields_in, text_o
 @dataclass(frozen=True, slots=True)
 class Run:
     """One scenario on one seed. `settings`: what differs from the scenario's own, in order of their names. `point`: the
-    design point in words, without what is sampled. `factors`: what was sampled, by name."""
+    design point in words, without what is sampled. `factors`: what was sampled, by name. `faults`: besides the
+    scenario's own."""
 
     scenario: str
     vessel: str
@@ -28,12 +29,14 @@ class Run:
     settings: tuple[tuple[str, str], ...] = ()
     point: str = ""
     factors: Mapping[str, float] = field(default_factory=dict, compare=False)
+    faults: tuple[str, ...] = ()
 
     @property
     def words(self) -> list[str]:
         """The command that repeats it, without the program's name."""
         changes = [word for key, value in self.settings for word in ("--set", f"{key}={value}")]
-        return ["scenario", "run", self.scenario, "--vessel", self.vessel, "--seed", str(self.seed), *changes]
+        faults = [word for fault in self.faults for word in ("--fault", fault)]
+        return ["scenario", "run", self.scenario, "--vessel", self.vessel, "--seed", str(self.seed), *changes, *faults]
 
     @property
     def command(self) -> str:
@@ -43,7 +46,7 @@ class Run:
 
 def key_of(run: Run) -> str:
     """What tells a run from all others: 16 hexadecimal digits. A vessel that is a file counts with its contents."""
-    text = json.dumps([run.scenario, run.vessel, _contents(run.vessel), run.seed, run.settings])
+    text = json.dumps([run.scenario, run.vessel, _contents(run.vessel), run.seed, run.settings, run.faults])
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 

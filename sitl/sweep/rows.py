@@ -28,7 +28,8 @@ class Row:
 
     `margin`: how far the check that came nearest to failing was from it, as a share of its limit; below 0 it fails;
     `tightest`: the name of that check. Both are None of a run without a result, or whose checks only count. `error`:
-    why there is no result. `log`: the folder of its log, from the sweep's folder; None where the log was deleted.
+    why there is no result. `safety`: the margin of each safety property, by its name. `log`: the folder of its log,
+    from the sweep's folder; None where the log was deleted. `cpu_s`: of the processor; `duration_s`: by the clock.
     """
 
     key: str
@@ -49,24 +50,27 @@ class Row:
     versions: Mapping[str, str] = field(default_factory=dict)
     host: str = ""
     log: str | None = None
+    cpu_s: float = 0.0
+    faults: tuple[str, ...] = ()
+    safety: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def run(self) -> Run:
         """The run that it is the row of."""
-        return Run(
-            self.scenario, self.vessel, self.seed, tuple(sorted(self.settings.items())), self.point, self.factors
-        )
+        settings = tuple(sorted(self.settings.items()))
+        return Run(self.scenario, self.vessel, self.seed, settings, self.point, self.factors, self.faults)
 
 
 class Journal:
     """The rows of a sweep's folder, a line each, written as the runs end. A line that was cut off is no row.
 
-    One process writes: a second one is refused. `rows` holds the newest row of each run, by its key.
+    One process writes: a second one is refused. `rows` holds the newest row of each run, by its key; `folder`: where.
     """
 
     def __init__(self, folder: Path) -> None:
         """Raises SweepError where another process writes, OSError."""
         folder.mkdir(parents=True, exist_ok=True)
+        self.folder = folder
         self._file = (folder / JOURNAL).open("a+b")
         try:
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -124,13 +128,18 @@ def read_rows(folder: Path) -> list[Row]:
 
 
 def in_order(rows: Iterable[Row]) -> list[Row]:
-    """By scenario, vessel, settings and seed: whoever sailed them, and whenever, the order is the same."""
-    return sorted(rows, key=lambda row: (row.scenario, row.vessel, sorted(row.settings.items()), row.seed, row.key))
+    """By scenario, vessel, settings, faults and seed: whoever sailed them, and whenever, the order is the same."""
+
+    def place(row: Row) -> tuple[object, ...]:
+        return row.scenario, row.vessel, sorted(row.settings.items()), row.faults, row.seed, row.key
+
+    return sorted(rows, key=place)
 
 
 def write_parquet(rows: Iterable[Row], path: Path) -> None:
-    """A table with a column for each field, `setting.NAME`, `factor.NAME`, `metric.NAME` and `version.NAME`;
-    empty where a run has none. Written whole or not at all. Raises SweepError without pyarrow, OSError."""
+    """A table with a column for each field, `setting.NAME`, `factor.NAME`, `metric.NAME`, `safety.NAME` and
+    `version.NAME`; empty where a run has none. Written whole or not at all. Raises SweepError without pyarrow,
+    OSError."""
     pyarrow, parquet = arrow()
     flat = [_flat(row) for row in in_order(rows)]
     names = list(dict.fromkeys(name for row in flat for name in row))
@@ -162,16 +171,22 @@ def arrow() -> tuple[Any, Any]:
     return pyarrow, parquet
 
 
-_TABLES = {"settings": "setting", "factors": "factor", "metrics": "metric", "versions": "version"}
+_TABLES = {
+    "settings": "setting",
+    "factors": "factor",
+    "metrics": "metric",
+    "safety": "safety",
+    "versions": "version",
+}
 
 
 def _row(data: Mapping[str, Any]) -> Row:
-    return Row(**{**data, "failed_checks": tuple(data["failed_checks"])})
+    return Row(**{**data, "failed_checks": tuple(data["failed_checks"]), "faults": tuple(data.get("faults", ()))})
 
 
 def _flat(row: Row) -> dict[str, Any]:
     flat = {name: value for name, value in asdict(row).items() if name not in _TABLES}
-    flat["failed_checks"] = list(row.failed_checks)
+    flat |= {"failed_checks": list(row.failed_checks), "faults": list(row.faults)}
     for name, short in _TABLES.items():
         flat |= {f"{short}.{key}": value for key, value in getattr(row, name).items()}
     return flat
@@ -187,9 +202,10 @@ def _from_flat(flat: Mapping[str, Any]) -> Row:
 
 def _kind(pyarrow: Any, name: str) -> Any:
     """The type of a column: of the same name the same type, whatever the rows hold."""
-    if name.startswith(("metric.", "factor.")) or name in ("margin", "duration_s"):
+    if name.startswith(("metric.", "factor.", "safety.")) or name in ("margin", "duration_s", "cpu_s"):
         return pyarrow.float64()
-    kinds = {"seed": pyarrow.int64(), "ok": pyarrow.bool_(), "failed_checks": pyarrow.list_(pyarrow.string())}
+    texts = pyarrow.list_(pyarrow.string())
+    kinds = {"seed": pyarrow.int64(), "ok": pyarrow.bool_(), "failed_checks": texts, "faults": texts}
     return kinds.get(name, pyarrow.string())
 
 

@@ -68,7 +68,7 @@ def sailed(key: str, run: Run, sail: Sail, folder: Path, keep: bool = False) -> 
     log = folder / LOGS / key
     shutil.rmtree(log, ignore_errors=True)
     log.mkdir(parents=True)
-    begun_s = time.perf_counter()
+    begun_s, cpu_s = time.perf_counter(), time.process_time()
     error: str | None = None
     result: Mapping[str, Any] = {}
     try:
@@ -81,6 +81,7 @@ def sailed(key: str, run: Run, sail: Sail, folder: Path, keep: bool = False) -> 
         error = f"{type(failure).__name__}: {failure}"
         (log / "error.txt").write_text(traceback.format_exc(), encoding="utf-8")
     row = row_of(key, run, result, error, time.perf_counter() - begun_s)
+    row = replace(row, cpu_s=time.process_time() - cpu_s)
     if row.ok and not keep:
         shutil.rmtree(log)
         return row
@@ -110,6 +111,8 @@ def row_of(key: str, run: Run, result: Mapping[str, Any], error: str | None, dur
         commit=commit(),
         versions=versions(),
         host=socket.gethostname(),
+        faults=run.faults,
+        safety={str(one["name"]): float(one["value"]) for one in result.get("margins") or ()},
     )
 
 

@@ -15,7 +15,7 @@ from sitl.sweep.sailing import sail_all
 
 def test_the_command_of_a_row_gives_the_figures_of_the_row(tmp_path: Path) -> None:
     taken: list[Row] = []
-    run = Run("lever_arm", "revolt", 5, (("wind", "3"),))
+    run = Run("lever_arm", "revolt", 5, (("wind", "3"),), faults=("imu_lost@20+2",))
     workers = LocalWorkers(1, sail, tmp_path)
     try:
         sail_all([(key_of(run), run)], workers, taken.append, lambda what: False)
@@ -26,3 +26,5 @@ def test_the_command_of_a_row_gives_the_figures_of_the_row(tmp_path: Path) -> No
     assert main([*run.words, "--out", str(tmp_path / "again")]) == (0 if row.ok else 1)
     again = json.loads((tmp_path / "again" / "result.json").read_text(encoding="utf-8"))
     assert again["metrics"] == dict(row.metrics) and again["ok"] == row.ok
+    assert {one["name"]: one["value"] for one in again["margins"]} == dict(row.safety)
+    assert row.safety["circling"] > 0.0 and again["faults"] == ["imu_lost@20+2"]

@@ -128,8 +128,7 @@ class Docking:
         self._enter(DockingPhase.GO, inputs.now_s, "Dock: going to the standoff point")
         standoff = berth.pose(berth.standoff_m)
         far = math.hypot(standoff[0] - nav.north_m, standoff[1] - nav.east_m) > self._parameters["DP_TRANSIT_DIST"]
-        # the boat arrives on any course and swings its bow: it needs one more boat length of clear water
-        self._way = [berth.pose(berth.standoff_m + self._config.length_m), standoff] if far else [standoff]
+        self._way = [self._turning_pose(), standoff] if far else [standoff]
         self._go_on(inputs, fresh=True)
         return None
 
@@ -308,9 +307,16 @@ class Docking:
         return None
 
     def _abort(self, reason: str, inputs: ModeInputs) -> None:
+        """Hold off the berth: a boat that has lined up at the standoff point, any other where it has room to turn."""
+        going = self._phase is DockingPhase.GO
         self._enter(DockingPhase.ABORTED, inputs.now_s, f"Docking given up: {reason}", TextKind.ATTENTION)
         self._clearing = True
-        self._hold_point.go_to(inputs.nav, *self._berth.pose(self._berth.standoff_m), None)
+        clear = self._turning_pose() if going else self._berth.pose(self._berth.standoff_m)
+        self._hold_point.go_to(inputs.nav, *clear, None)
+
+    def _turning_pose(self) -> tuple[float, float, float]:
+        """A boat length further out than the standoff point: it arrives there on any course and swings its bow."""
+        return self._berth.pose(self._berth.standoff_m + self._config.length_m)
 
     # --- parts -----------------------------------------------------------------------------------------------------
 

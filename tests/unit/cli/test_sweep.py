@@ -52,7 +52,7 @@ def sail_it(
 
 
 def found(folder: Path) -> list[Row]:
-    return [replace(row, duration_s=0.0) for row in read_parquet(folder / "out" / PARQUET)]
+    return [replace(row, duration_s=0.0, cpu_s=0.0) for row in read_parquet(folder / "out" / PARQUET)]
 
 
 def journalled(folder: Path) -> int:

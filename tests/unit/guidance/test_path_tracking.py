@@ -13,7 +13,8 @@ from companion.core.angles import wrap_pi
 from companion.core.estimate import NavState
 from companion.core.setpoint import PathSetpoint, Setpoint
 from companion.guidance.agility import agility_of
-from companion.guidance.path_tracking import PathProgress, PathTracker, Waypoint
+from companion.guidance.path_tracking import PathProgress, PathTracker
+from companion.guidance.waypoint import Waypoint
 from companion.params.store import Parameters
 from tests.unit.control.simple_boat import nav_state
 

@@ -240,6 +240,16 @@ def test_it_gives_up_goes_back_and_says_why(boat: Boat, quay: Quay, cause: Any, 
     assert "dock_push" not in boat.names()
 
 
+def test_given_up_on_the_way_it_holds_where_it_has_room_to_turn(boat: Boat, quay: Quay) -> None:
+    """It arrives bow first: at the standoff point its bow would touch the berth."""
+    dock(boat)
+    boat.step(5.0)
+    assert isinstance(boat.setpoint, PathSetpoint)
+    thruster(boat, quay)
+    boat.until(said(boat, "dock_clear"))
+    assert quay.off_m == pytest.approx(STANDOFF_M + boat.config.length_m, abs=0.05)
+
+
 def test_lining_up_may_not_take_for_ever(boat: Boat, quay: Quay) -> None:
     dock(boat)
     boat.until(said(boat, "dock_align"))

@@ -1,0 +1,72 @@
+"""The ground station falls silent while the boat is out on its mission: it returns by RTL, inside its fence, and holds
+at home."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from pymavlink.dialects.v20 import common as mavlink
+
+from companion.config.top_speed import top_speed_mps
+from companion.core.geodesy import LocalFrame
+from sitl.scenarios.ground_station import GroundStation, Item
+from sitl.scenarios.measure import Check, between, distance_to, read_truth
+from sitl.scenarios.scenario import Scenario, Settings, number
+
+_MISSION = 0x04040000
+_ROOM_M = 12.0  # of the fence beside the route
+_CHECKED_SHARE = 0.3  # of the top speed: mean on the way home
+_BESIDE_S, _AT_HOME_S = 60.0, 30.0
+_FENCE_LENGTHS = 4.0  # least room of the fence, in lengths of the boat
+
+
+def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
+    """A leg to the north of `out` metres, of which half is sailed with a ground station."""
+    out_m = number(settings, "out")
+    config = gcs.rig.config
+    home = LocalFrame(config.home.lat_deg, config.home.lon_deg)
+    room_m = max(_ROOM_M, _FENCE_LENGTHS * config.length_m)
+    sides = ((out_m + room_m, -room_m), (out_m + room_m, room_m), (-room_m, room_m), (-room_m, -room_m))
+    vertex, frame = mavlink.MAV_CMD_NAV_FENCE_POLYGON_VERTEX_INCLUSION, mavlink.MAV_FRAME_GLOBAL
+    gcs.ready()
+    fence = [Item(vertex, *home.to_geodetic(*side), params=(4.0, 0.0, 0.0, 0.0), frame=frame) for side in sides]
+    gcs.upload(fence, mavlink.MAV_MISSION_TYPE_FENCE)
+    gcs.set_parameter("NAV_DLL_ACT", 2.0)  # RTL
+    gcs.upload([Item(mavlink.MAV_CMD_NAV_WAYPOINT, *home.to_geodetic(out_m, 0.0))])
+    gcs.set_mode(_MISSION)
+    gcs.arm()
+    slow_mps = _CHECKED_SHARE * top_speed_mps(config)
+    gcs.wait("half the way", lambda: gcs.rig.world.truth.north_m > 0.5 * out_m, _BESIDE_S + out_m / slow_mps)
+    gcs.heartbeats = False
+    silent_s = gcs.rig.now_s
+    gcs.sail(_BESIDE_S + _AT_HOME_S + out_m / slow_mps)
+    return {"silent_s": silent_s, "to_s": gcs.rig.now_s, "length_m": config.length_m}
+
+
+def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[dict[str, float], Sequence[Check]]:
+    """Where it is in the last half minute, and when it was there first."""
+    track = between(read_truth(folder), asked["silent_s"])
+    near_m = 2.0 * asked["length_m"]
+    last = between(track, asked["to_s"] - _AT_HOME_S)
+    there_s = next((row["t_s"] for row in track if distance_to(row, 0.0, 0.0) <= near_m), math.inf)
+    metrics = {
+        "home_in_s": there_s - asked["silent_s"],
+        "farthest_at_end_m": max(distance_to(row, 0.0, 0.0) for row in last),
+    }
+    return metrics, (Check("from home in the last half minute", metrics["farthest_at_end_m"], near_m, "m"),)
+
+
+SCENARIO = Scenario(
+    name="homecoming",
+    text="the ground station falls silent on the way out: RTL, inside the fence, and Hold at home",
+    vessel="revolt",
+    defaults={"out": "60", "wind": "3", "current": "", "gnss": "rtk", "waves": "", "model_error": "", "plant": ""},
+    by_vessel={"rescuerunner": {"out": "300", "gnss": "standalone"}},
+    sail=sail,
+    measure=measure,
+    lasts_s=320.0,
+)
+"""The failsafe is NAV_DLL_ACT, which is set to RTL: its usual action differs from boat to boat."""

@@ -1,0 +1,74 @@
+"""`companion hunt`: what it says, what it leaves, and that it goes on where it was."""
+
+from __future__ import annotations
+
+import functools
+import json
+from pathlib import Path
+
+import pytest
+
+from companion.cli.hunt import FINDINGS, BoatStrength, hunt
+from companion.cli.main import argument_parser, main
+from companion.config.vessel import find, load
+from sitl.sweep.rows import JOURNAL, PARQUET, read_parquet
+from tests.unit.sitl.hunt.made import TALE, sail
+
+
+def hunted(folder: Path, *options: str) -> int:
+    words = ["hunt", "hold", "--jobs", "1", "--seed", "1", "--out", str(folder / "out"), *options]
+    return hunt(argument_parser().parse_args(words), functools.partial(sail, folder), lambda: False)
+
+
+def sailed(folder: Path) -> list[str]:
+    return (folder / TALE).read_text(encoding="utf-8").splitlines()
+
+
+def test_a_hunt_that_was_cut_off_asks_the_same_again_and_sails_only_the_rest(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    whole, parts = tmp_path / "whole", tmp_path / "parts"
+    whole.mkdir()
+    parts.mkdir()
+    code = hunted(whole, "--runs", "40")
+    said = capsys.readouterr().out
+    hunted(parts, "--runs", "15")
+    assert hunted(parts, "--runs", "40") == code
+    assert sailed(parts) == sailed(whole) and len(set(sailed(whole))) == 40
+    ours = json.loads((parts / "out" / FINDINGS).read_text(encoding="utf-8"))
+    assert ours == json.loads((whole / "out" / FINDINGS).read_text(encoding="utf-8"))
+    assert code == (1 if ours else 0)
+    rows = read_parquet(whole / "out" / PARQUET)
+    assert len(rows) == 40 and all(row.safety["disarmed"] == 0.02 and row.log is None for row in rows)
+    assert any(row.faults for row in rows)
+    assert "fence: " in said and "companion scenario run hold" in said
+    assert len((whole / "out" / JOURNAL).read_bytes().splitlines()) == 40
+    assert not list((whole / "out" / "logs").glob("*"))
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["holt"], "did you mean 'hold'"),
+        (["hold", "--property", "fense"], "--property fense: one of fence"),
+        (["hold", "--runs", "0"], "--runs 0: must be at least 1"),
+        (["hold", "--minutes", "-1"], "--minutes -1: must be above 0"),
+        (["hold", "--vessel", "otter"], "hold is not for otter"),
+    ],
+)
+def test_mistakes_are_told(words: list[str], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["hunt", *words, "--out", str(tmp_path)]) == 2
+    assert said in capsys.readouterr().err
+
+
+def test_strength_is_what_capability_says() -> None:
+    revolt = BoatStrength(load(find("revolt")))
+    assert 4.0 < revolt.wind_mps(0.0, frozenset()) < 5.0
+    assert revolt.wind_mps(0.0, frozenset({"bow"})) < revolt.wind_mps(0.0, frozenset())
+    held_mps = revolt.current_mps(1.0, frozenset())
+    assert revolt.wind_mps(held_mps, frozenset()) > 0.0 and revolt.wind_mps(held_mps + 0.02, frozenset()) == 0.0
+    jet = BoatStrength(load(find("rescuerunner")))
+    assert jet.wind_mps(0.3, frozenset()) == 8.0
+    otter = BoatStrength(load(find("otter")))
+    assert otter.wind_mps(0.0, frozenset()) > 8.0, "its bow lies in the wind"
+    assert otter.wind_mps(0.0, frozenset({"port"})) == 0.0, "one fixed thruster drives it in circles"

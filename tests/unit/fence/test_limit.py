@@ -1,0 +1,45 @@
+"""The speed limit before the fence: where a boat comes to rest that goes as fast as it may, and lags behind."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from companion.fence.area import FenceArea
+from companion.fence.limit import FenceAreas, speed_limit
+from companion.params.store import Parameters
+from tests.unit.estimates import AT_REST
+
+DT_S = 0.1
+LINE_M, HALF_M, MARGIN_M = 40.0, 1.5, 0.5
+FENCE = FenceArea({0: [[(LINE_M, -50.0), (LINE_M, 50.0), (-50.0, 50.0), (-50.0, -50.0)]]}, [])
+AREAS = FenceAreas(FENCE, FENCE.shrunk(HALF_M), FENCE.shrunk(HALF_M + MARGIN_M))
+
+
+def rest_m(from_m: float, speed_mps: float, accuracy_m: float) -> tuple[float, float]:
+    """Where the boat is after ten minutes at the limit, and how fast."""
+    parameters = Parameters()
+    lag_s = 1.0 / parameters["PATH_BW_SURGE"]
+    north_m = from_m
+    for _ in range(6000):
+        nav = replace(AT_REST, north_m=north_m, north_mps=speed_mps, position_accuracy_m=accuracy_m)
+        limit = speed_limit(AREAS, nav, (1.0, 0.0), parameters)
+        speed_mps += ((min(1.0, limit.speed_mps) - speed_mps) / lag_s - limit.braking_mps2) * DT_S
+        north_m += speed_mps * DT_S
+    return north_m, speed_mps
+
+
+@pytest.mark.parametrize("accuracy_m", [0.02, 0.5, 1.5])
+@pytest.mark.parametrize(("from_m", "speed_mps"), [(0.0, 0.0), (37.0, 0.05), (38.2, 0.0)])
+def test_a_boat_that_creeps_on_stays_with_its_bow_inside(from_m: float, speed_mps: float, accuracy_m: float) -> None:
+    north_m, speed_mps = rest_m(from_m, speed_mps, accuracy_m)
+    assert LINE_M - HALF_M - 0.1 <= north_m <= LINE_M - HALF_M + 0.02  # it gets there, however inaccurate its position
+    assert speed_mps < 0.005
+
+
+def test_a_boat_over_the_edge_may_move_along_the_line_and_inwards_but_not_outwards() -> None:
+    over = replace(AT_REST, north_m=LINE_M - HALF_M + 0.3, position_accuracy_m=0.02)
+    assert speed_limit(AREAS, over, (0.0, 1.0), Parameters()).speed_mps > 1.0
+    assert speed_limit(AREAS, over, (-1.0, 0.0), Parameters()).speed_mps > 1.0
+    assert speed_limit(AREAS, over, (1.0, 0.0), Parameters()).speed_mps == 0.0
