@@ -44,6 +44,7 @@ EPOCH_UNIX_NS = 1_780_315_200_000_000_000  # 2026-06-01T12:00:00Z, where simulat
 STEP_HZ = 100
 FASTEST_HZ = 200
 _GROUND_MPS2, _CREEP_MPS = 15.0, 0.1  # deceleration by the ground, in full from that speed on
+_STILL = (0.0, 0.0, 0.0)
 _HEEL_S = 1.0  # in which a boat heels
 _OVER_RADPS, _OVER_RAD = math.radians(60.0), math.radians(170.0)
 
@@ -389,10 +390,10 @@ class World:
     def _with_thrust(self, surge_n: float, sway_n: float, yaw_nm: float) -> tuple[float, float, float]:
         """Step the thrusters in the water at each of them; the wrench with theirs added, less what is lost."""
         hull, sea = self.hull, self.waves
-        water = [sea.water_at(i) for i in range(len(self.thrusters))] if self._felt and isinstance(sea, Sea) else None
+        water = sea.water_at_places() if self._felt and isinstance(sea, Sea) else None
         surge_mps, sway_mps = hull.water_surge_mps, hull.water_sway_mps
         for i, thruster in enumerate(self.thrusters):
-            ahead_mps, starboard_mps = (0.0, 0.0) if water is None else water[i][:2]
+            ahead_mps, starboard_mps, _ = _STILL if water is None else water[i]
             thruster.step(self._step_s, surge_mps - ahead_mps, sway_mps - starboard_mps, hull.yaw_rate_radps)
             if self._losses is None:
                 x_n, y_n, n_nm = thruster.wrench()
