@@ -32,6 +32,7 @@ from sitl.rudder import Rudder
 from sitl.sea import Sea
 from sitl.sea_state import components, parse_sea
 from sitl.seaway import Seaway
+from sitl.sensor_errors import Aboard
 from sitl.sensors import grade
 from sitl.shared_sea import SharedSea
 from sitl.thruster_losses import ThrusterLosses
@@ -167,6 +168,7 @@ class World:
         """What the sensors can measure. Raises ConfigError for an unknown grade of receiver."""
         gnss = self._sitl.gnss if self._conditions.gnss is None else self._conditions.gnss
         grade(gnss)
+        errors = self._plant.sensor_errors
         return SensedWorld(
             hull=self.hull,
             waves=self.waves,
@@ -178,6 +180,7 @@ class World:
             epoch_unix_ns=self._conditions.epoch_unix_ns,
             step_hz=self._step_hz,
             common=None if self.shared_sea is None else self.shared_sea.common,
+            aboard=None if errors is None else Aboard(errors, self.thrusters, self.battery),
             traffic=self.traffic,
             obstacles=self.obstacles,
         )

@@ -54,6 +54,7 @@ from companion.config.rudder_checks import rudder_problems
 from companion.config.scripts import ScriptConfig, script_problems
 from companion.config.sea import checked_waves
 from companion.config.sensor_checks import sensor_problems
+from companion.config.sensor_errors import SensorErrorConfig
 from companion.config.sensors import SensorRow
 from companion.config.streams import CorrectionsConfig, NmeaOutConfig, stream_problems
 from companion.config.thruster_checks import jet_problems, thruster_problems
@@ -161,6 +162,9 @@ class PlantConfig:
         ),
     ] = False
     losses: Annotated[LossConfig | None, means("What water and battery take of the thrust. Left out: nothing.")] = None
+    sensor_errors: Annotated[
+        SensorErrorConfig | None, means("What sensors get wrong beyond noise and biases. Left out: nothing.")
+    ] = None
     lag_on: Annotated[
         Literal["thrust", "revolutions"],
         means("What of propellers follows with `thruster_lag_s`; thrust goes with the square of the revolutions."),
