@@ -37,6 +37,7 @@ from companion.nav.inertial import InertialSolution, without_force
 from companion.nav.inertial_source import InertialSource
 from companion.nav.integrity.evidence import INERTIAL, LieFound, Sense
 from companion.nav.lever_arms import ZERO, Vector, euler_of, normal_gravity_mps2
+from companion.nav.measured_off import Wander
 from companion.nav.mounting import Mounting
 from companion.nav.no_imu import PoseSolution
 from companion.nav.outliers import FirstPosition, ThesisOutlierRule, Verdict
@@ -116,6 +117,7 @@ class Estimator:
         self._blend = ReceiverBlend()
         self._pairs = antenna_pairs(config.sensors)
         self._fix_types: dict[str, FixType] = {}  # of each receiver
+        self._wander_of: str | None = None  # the receiver whose slow error the inertial filter holds
         self._time = AbsoluteTime()
         self._wind = TrueWind(_WIND_TIMEOUT_S)
         self._fix: GnssFix | None = None
@@ -411,24 +413,36 @@ class Estimator:
     ) -> None:
         solution, leads = self._solution(), fix.source == self._positions.current
         added_m2 = self._grade.update(fix.t_s, fix.fix, sigma_m) if leads else 0.0
-        if added_m2 > 0.0:
+        inertial = isinstance(solution, InertialSolution)
+        if isinstance(solution, PoseSolution) and added_m2 > 0.0:
             solution.add_position_variance(added_m2)
-        fused_sigma_m, slow_sigma_m = self._accuracies.fused_m(fix, sigma_m), self._accuracies.slow_m(fix, sigma_m)
+        accuracies = self._accuracies
+        fused_sigma_m = accuracies.noise_m(fix, sigma_m) if inertial else accuracies.fused_m(fix, sigma_m)
+        slow_sigma_m = accuracies.slow_m(fix, sigma_m)
         if self._blends and rule is None:
             offset = self._offset(fix, place, lever, fused_sigma_m, slow_sigma_m, leads)
             if offset is None:
                 return
             place = place[0] - offset.north_m, place[1] - offset.east_m
             slow_sigma_m = offset.slow_sigma_m
+        if leads:
+            self._expect_wander(fix, slow_sigma_m)
         before = solution.place(fix.t_s)
         verdict = solution.position(fix.t_s, *place, lever, fused_sigma_m, rule)
         if verdict is Verdict.RESET:
             self._blend.clear()
             self._announce_reset(fix, before, solution.place(fix.t_s))
         if verdict is not Verdict.REJECT:
-            self._validity.position(fix.t_s, slow_sigma_m)
+            self._validity.position(fix.t_s, 0.0 if inertial else slow_sigma_m)
             if leads:
                 self._take_altitude(fix, lever)
+
+    def _expect_wander(self, fix: GnssFix, slow_sigma_m: float) -> None:
+        """Tell the inertial filter of the slow error of the receiver in use. Blended receivers have the one of all."""
+        before, self._wander_of = self._wander_of, fix.source
+        if self._inertial is not None:
+            another = before not in (None, fix.source) and not self._blends
+            self._inertial.expect_wander(self._accuracies.wander(fix, slow_sigma_m), another)
 
     def _offset(
         self, fix: GnssFix, place: tuple[float, float], lever: Vector, sigma_m: float, slow_sigma_m: float, leads: bool
@@ -484,6 +498,8 @@ class Estimator:
             return
         if used:
             self._aid_heading(velocity, sigma_mps, lever)
+            if self._inertial is not None:
+                self._inertial.filter.expect_walk(self._accuracies.walk_mps_rthz(velocity, fix, sigma_mps))
         if self._pose.started:
             rule = self._begins_anew(Sense.VELOCITY, rule)
             measured = velocity.north_mps, velocity.east_mps
@@ -518,11 +534,16 @@ class Estimator:
         return self._home.lat_deg, self._home.lon_deg
 
     def _fuse_heading(self, t_s: float, heading: TrueHeading, rule: Verdict | None = None) -> None:
-        solution = self._solution()
-        if heading.added_sigma_rad > 0.0:
+        solution, slow_sigma_rad = self._solution(), heading.slow_sigma_rad
+        if self._inertial is not None:
+            wander, common = Wander(slow_sigma_rad, heading.slow_time_s), 0.0 if heading.anew else 1.0
+            self._inertial.filter.expect_heading_wander(wander, common)
+        if isinstance(solution, InertialSolution):
+            slow_sigma_rad = 0.0
+        elif heading.added_sigma_rad > 0.0:
             solution.add_heading_variance(heading.added_sigma_rad**2)
         if solution.heading(t_s, heading.yaw_rad, heading.sigma_rad, rule) is not Verdict.REJECT:
-            self._validity.heading(t_s, heading.slow_sigma_rad)
+            self._validity.heading(t_s, slow_sigma_rad)
 
     def _update_current(self, motion: Motion, thrust: Wrench | None, now_s: float) -> None:
         if self._current is None or self._aid is None:
