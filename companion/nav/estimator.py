@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from operator import attrgetter
 
 from companion.config.top_speed import top_speed_mps
 from companion.config.vessel import NavigatedBoat, VesselConfig
@@ -41,6 +40,8 @@ from companion.nav.measured_off import Wander
 from companion.nav.mounting import Mounting
 from companion.nav.no_imu import PoseSolution
 from companion.nav.outliers import FirstPosition, ThesisOutlierRule, Verdict
+from companion.nav.reading_queue import ReadingQueue
+from companion.nav.receiver_latency import ReceiverLatency
 from companion.nav.solution import Motion, Place
 from companion.nav.sources import AbsoluteTime, GradeWatch, SourceSelector, TrueWind, plausible
 from companion.nav.validity import Validity
@@ -62,17 +63,16 @@ _LIE_M = 1.5  # off by more after such a lie, the position begins anew
 _LIE_SIGMA = 0.5  # m, m/s: of the motion that a lying inertial sensor leaves
 _LIE_SIGMA_RAD = math.radians(15.0)  # of a heading that has followed a lie
 _THESIS_RULE = 1
-_NAVIGATION = frozenset({GnssFix, GroundVelocity, Heading, Imu, MagneticField})
 
 
 class Estimator:
     """Readings of a tick, in any order → motion of the boat's origin at `now_s`, in NED around `frame`.
 
-    The filter runs behind the present by the longest configured latency, so that delayed measurements meet the state of
-    their own time. The later inertial samples carry its result to the present. Without inertial sensors, while they are
-    silent, or before there is a heading, the low-pass filter of `no_imu` takes over. A boat without a hull model (a
-    lead boat) has no estimate of the current. While the boat is armed, the integrity monitor says which sources are not
-    used. Remembers the filters, the sources in use, and when a reading of each kind was last accepted.
+    The filter runs behind the present (`ReadingQueue`). The later inertial samples carry its result to the present.
+    Without inertial sensors, while they are silent, or before there is a heading, the low-pass filter of `no_imu` takes
+    over. A boat without a hull model (a lead boat) has no estimate of the current. While the boat is armed, the
+    integrity monitor says which sources are not used. Remembers the filters, the sources in use, and when a reading of
+    each kind was last accepted.
     """
 
     def __init__(
@@ -97,13 +97,13 @@ class Estimator:
         self._mounting = Mounting(config, parameters)
         self._velocities, self._winds = SourceSelector(timeouts_s), SourceSelector(timeouts_s)
         self._timeouts_s = timeouts_s
-        self._lag_s = max(row.latency_s for row in config.sensors)
+        self._receivers = ReceiverLatency()
+        self._queue = ReadingQueue({row.name: row.latency_s for row in config.sensors}, self._receivers.late_s)
         self._witness = Witness(parameters, say)
         self._imus = InertialSource(config.sensors, self._corrections, self._mounting, self._witness)
         self._jumps_followed = 0
         self._validity = Validity(parameters)
         self._anew: set[Sense] = set()  # of what the next measurement counts, after an inertial sensor has lied
-        self._pending: list[Reading] = []
         self._inertial: InertialSolution | None = None
         self._pose = PoseSolution()
         self._first = FirstPosition()
@@ -140,17 +140,11 @@ class Estimator:
             for reading in readings
             if plausible(reading, now_s)
         ]
-        self._pending.extend([reading for reading in readings if type(reading) in _NAVIGATION])
-        self._pending.sort(key=attrgetter("t_s"))
-        horizon_s = now_s - self._lag_s
-        due = 0
-        for reading in self._pending:
-            if reading.t_s > horizon_s:
-                break
-            due += 1
+        self._queue.add(readings)
+        for reading in self._queue.due(now_s):
             self._take(reading)
-        del self._pending[:due]
-        self._check_imu(horizon_s)
+        self._check_imu(now_s - self._queue.lag_s)
+        self._watch_latency()
         motion = self._motion(now_s)
         if thrust is not None and self._is_lost(motion, now_s):
             motion = self._begin_anew(motion, now_s)
@@ -257,6 +251,16 @@ class Estimator:
             "inertial": self._imus.current,
             "wind": self._winds.current,
         }
+
+    def _watch_latency(self) -> None:
+        """What measurements say of how late the receiver in use is."""
+        inertial, source = self._inertial, self._positions.current
+        if inertial is None or not (inertial.running and inertial.feels) or source is None:
+            return
+        found = self._receivers.update(inertial, source)
+        row = None if found is None else next((row for row in self._config.sensors if row.name == source), None)
+        if found is not None and row is not None:
+            self._say(inertial.t_s, TextKind.ATTENTION, "receiver_late", found.text(row))
 
     def _solution(self) -> InertialSolution | PoseSolution:
         inertial = self._inertial
@@ -519,6 +523,9 @@ class Estimator:
         measured = self._headings.measured(reading, *self._place(), self._time.at_ns(reading.t_s))
         if measured is None:
             return
+        inertial = self._inertial
+        if inertial is not None and inertial.running and measured.source == self._positions.current:
+            self._receivers.heading(inertial, reading.t_s, measured.yaw_rad)
         rule = self._witness.heading(reading, measured, self._solution(), by_field_rad) if self._pose.oriented else None
         heading = self._headings.offer(measured, self._witness.trusts(Sense.HEADING, measured.source))
         if heading is not None:
@@ -583,12 +590,12 @@ class Estimator:
     def _motion(self, now_s: float) -> Motion:
         solution = self._solution()
         if isinstance(solution, InertialSolution):
-            later = self._imus.later(self._pending, now_s)
+            later = self._imus.later(self._queue.pending, now_s)
             if not solution.feels:
                 later = [without_force(imu, solution.filter.gravity_mps2) for imu in later]
             return solution.motion(now_s, later)
         motion, inertial = solution.motion(now_s), self._inertial
-        if inertial is None or now_s - self._lag_s - inertial.t_s > _IMU_TIMEOUT_S:
+        if inertial is None or now_s - self._queue.lag_s - inertial.t_s > _IMU_TIMEOUT_S:
             return motion
         roll, pitch = inertial.levelling.tilt() or (0.0, 0.0)
         return replace(motion, attitude=(roll, pitch, motion.attitude[2]), rates=inertial.rates)
