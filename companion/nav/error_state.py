@@ -176,11 +176,12 @@ class ErrorStateFilter:
         self.heading_wander *= self._redraw((_WH,), before.sigma, wander.sigma, common)
 
     def _redraw(self, states: Sequence[int], before: float, sigma: float, common: float) -> float:
-        """Another sigma of slow errors; returns the share of them that is kept. A smaller error comes of the one
-        before, as its share, a larger one by what is added. A sigma that changes a little is reached with time."""
+        """Another sigma of slow errors; returns the share of them that is kept. Of two errors the larger one is the
+        smaller one and something more, whichever comes first: that is how they are correlated. A sigma that changes a
+        little is reached with time."""
         if common == 1.0 and before > 0.0 and abs(sigma - before) <= _STEADY * before:
             return 1.0
-        kept = common * min(sigma / before, 1.0) if before > 0.0 else 0.0
+        kept = common * min((sigma / before) ** 2, 1.0) if before > 0.0 else 0.0
         for i in states:
             self.covariance[i, :] *= kept
             self.covariance[:, i] *= kept

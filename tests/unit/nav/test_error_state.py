@@ -405,9 +405,9 @@ def test_a_better_kind_of_fix_moves_the_boat_and_a_worse_one_does_not() -> None:
     made = at_rest(Wander(0.5, 300.0))
     fixes(made, 0.0, 40)
     made.expect_wander(Wander(0.01, 100.0))
-    assert made.covariance[15, 15] <= 0.01**2
+    assert made.covariance[15, 15] == pytest.approx(0.01**2, rel=1e-3)  # what was known of the other one tells nothing
     fixes(made, 0.6, 5)
-    assert made.position[1] == pytest.approx(0.6, abs=0.1) and made.sigmas()[0] < 0.1
+    assert made.position[1] == pytest.approx(0.6, abs=0.1) and 0.01 < made.sigmas()[0] < 0.1
     made.expect_wander(Wander(1.0, 300.0))
     fixes(made, 1.5, 5)
     assert made.position[1] == pytest.approx(0.6, abs=0.15) and made.wander[1] == pytest.approx(0.9, abs=0.15)
