@@ -15,6 +15,7 @@ from sitl.environment import Waves
 from sitl.faults import OFFSETS_M
 from sitl.hull import Hull
 from sitl.noise import GaussMarkov, Normals, stream
+from sitl.sensor_errors import Aboard, CurrentField, ImuErrors, current_field
 
 _SQRT_HALF = math.sqrt(0.5)
 _WILD_EVERY = 10
@@ -203,7 +204,17 @@ def north_of(home: HomeConfig, epoch_unix_ns: int) -> float:
 class CompassModel:
     """A magnetometer. In: true heading; out: magnetic heading in rad. Remembers its slow error."""
 
-    def __init__(self, config: SensorConfig, home: HomeConfig, epoch_unix_ns: int, dt_s: float, seed: int) -> None:
+    def __init__(
+        self,
+        config: SensorConfig,
+        home: HomeConfig,
+        epoch_unix_ns: int,
+        dt_s: float,
+        seed: int,
+        field: CurrentField | None = None,
+    ) -> None:
+        """`dt_s`: between two samples; `field`: of the battery's current, None for none."""
+        self._field = field
         self._north_rad = north_of(home, epoch_unix_ns)
         self._dt_s = dt_s
         self._rng = Normals(stream(seed, f"{config.name} white"))
@@ -212,6 +223,8 @@ class CompassModel:
     def sample(self, yaw_rad: float) -> float:
         """Magnetic heading in rad."""
         error = self._slow.update(self._dt_s) + self._rng.gauss(0.0, _COMPASS_WHITE_RAD)
+        if self._field is not None:
+            error += self._field.deviation_rad(yaw_rad - self._north_rad)
         return wrap_pi(yaw_rad - self._north_rad + error)
 
 
@@ -268,11 +281,24 @@ def _body_rates(waves: Waves, turn_radps: float) -> tuple[float, float, float]:
     )
 
 
+def imu_errors(
+    aboard: Aboard | None, name: str, home: HomeConfig, epoch_unix_ns: int, dt_s: float, seed: int
+) -> ImuErrors | None:
+    """The errors of the inertial sensor `name`; None where it has none."""
+    if aboard is None:
+        return None
+    field = current_field(aboard, name, home, epoch_unix_ns, seed)
+    return ImuErrors(aboard, field, north_of(home, epoch_unix_ns), name, dt_s, seed)
+
+
 class ImuModel:
     """An inertial sensor with its own attitude filter, axes forward, starboard, down. Remembers its biases."""
 
-    def __init__(self, config: SensorConfig, home: HomeConfig, dt_s: float, seed: int) -> None:
-        self._config = config
+    def __init__(
+        self, config: SensorConfig, home: HomeConfig, dt_s: float, seed: int, errors: ImuErrors | None = None
+    ) -> None:
+        """`dt_s`: between two samples; `errors`: of its axes and of where it stands, None for none."""
+        self._config, self._more = config, errors
         self._lever = bool(config.x_m or config.y_m or config.z_m)
         self._gravity_mps2 = gravity_mps2(home.lat_deg)
         self._slow_s = _SLOW_EVERY * dt_s
@@ -302,7 +328,7 @@ class ImuModel:
             x, y, z = x + dx, y + dy, z + dz
         ex, ey, ez, ep, eq, er, e_roll, e_pitch, e_yaw = self._errors
         normals = self._normals
-        return (
+        sample = (
             x + ex + _ACCEL_WHITE_MPS2 * normals.next(),
             y + ey + _ACCEL_WHITE_MPS2 * normals.next(),
             z + ez + _ACCEL_WHITE_MPS2 * normals.next(),
@@ -313,6 +339,7 @@ class ImuModel:
             waves.pitch_rad + e_pitch,
             wrap_pi(hull.yaw_rad - self._config.heading_offset_rad + e_yaw),
         )
+        return sample if self._more is None else self._more.told(sample, hull.yaw_rad)
 
     def _lever_arm(self, p: float, q: float, r: float) -> tuple[float, float, float]:
         """ω̇ × l + ω × (ω × l), with ω̇ over the last sample."""
