@@ -35,6 +35,7 @@ class Grade:
     heading_rad: float = math.radians(0.10)  # of the white noise, and of the slow error
 
 
+FLOAT = Grade(5, 16, 0.7, 0.02, 0.15, 120.0, 0.02)
 GRADES = {
     "rtk": Grade(4, 18, 0.6, 0.005, 0.008, 60.0, 0.015),
     "sbas": Grade(2, 14, 0.8, 0.05, 0.25, 150.0, 0.03),
@@ -42,6 +43,7 @@ GRADES = {
     "basin": Grade(
         4, 18, 0.6, 0.001, 0.001, 60.0, 0.005, math.radians(0.02)
     ),  # cameras in a towing tank that print the same sentences
+    "float": FLOAT,
 }
 _HEADING_TAU_S = 30.0
 _ALTITUDE_FACTOR = 1.7
@@ -129,7 +131,9 @@ class GnssModel:
         rng = self._rng = Normals(stream(seed, f"{config.name} white"))
         most_s = math.inf if common is None else _MULTIPATH_TAU_S
         self._slow = {
-            g: [GaussMarkov(rng, g.slow_m, min(most_s, g.slow_tau_s)) for _ in range(3)] for g in GRADES.values()
+            g: [GaussMarkov(draws, g.slow_m, min(most_s, g.slow_tau_s)) for _ in range(3)]
+            for g in GRADES.values()
+            for draws in (Normals(stream(seed, f"{config.name} float")) if g is FLOAT else rng,)
         }
         self._slow_heading = GaussMarkov(rng, self._grade.heading_rad, _HEADING_TAU_S)
         self._samples = 0
@@ -144,7 +148,7 @@ class GnssModel:
     def sample(self, hull: Hull, waves: Waves, faults: Set[str]) -> GnssSample:
         """The next solution, for the true motion and the active faults."""
         self._samples += 1
-        now = GRADES["standalone"] if "rtk_lost" in faults else self._grade
+        now = GRADES["standalone"] if "rtk_lost" in faults else FLOAT if "rtk_float" in faults else self._grade
         heading_error = self._slow_heading.update(self._dt_s) + self._rng.gauss(0.0, now.heading_rad)
         if "gnss_lost" in faults:
             return GnssSample(now, None, 0.0, 0.0, None)
