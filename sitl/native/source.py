@@ -145,6 +145,8 @@ def _dataclass(node: ast.ClassDef, edits: Edits, outermost: bool) -> list[str]:
     decorator = next((item for item in node.decorator_list if _is_dataclass(item)), None)
     if decorator is None:
         return []
+    if any(ast.unparse(base).startswith("Generic[") for base in node.bases):
+        raise ValueError(f"line {node.lineno}: a generic dataclass, which cannot be imported once compiled")
     edits.replace(edits.start(decorator), edits.end(decorator), f"dataclass({_options(decorator)})")
     fields = [found for statement in node.body if (found := _field(statement)) is not None]
     methods = {statement.name for statement in node.body if isinstance(statement, ast.FunctionDef)}

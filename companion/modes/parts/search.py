@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Generic, TypeVar
 
 from companion.core.decision import TextKind
@@ -21,13 +20,11 @@ Key = tuple[object, ...]
 Place = tuple[float, float]
 
 
-@dataclass(frozen=True, slots=True)
 class Answer(Generic[T]):
     """What a search has found, and for which question: what it depends on, and where the boat was."""
 
-    key: Key
-    here: Place
-    found: T
+    def __init__(self, key: Key, here: Place, found: T) -> None:
+        self.key, self.here, self.found = key, here, found
 
     def fits(self, key: Key, here: Place, near_m: float) -> bool:
         """Whether it answers that question too."""

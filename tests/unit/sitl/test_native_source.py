@@ -167,6 +167,11 @@ def test_a_class_variable_of_a_dataclass_is_refused() -> None:
         prepared("@dataclass\nclass Point:\n    kind: ClassVar[int] = 1\n")
 
 
+def test_a_generic_dataclass_is_refused() -> None:
+    with pytest.raises(ValueError, match="line 2: a generic dataclass"):
+        prepared("@dataclass(frozen=True)\nclass Answer(Generic[T]):\n    found: T\n")
+
+
 def test_drivers_of_other_packages_may_inherit() -> None:
     text = prepared((ROOT / "companion/io/sensors/driver.py").read_text(encoding="utf-8"))
     assert "\n@mypy_extensions.mypyc_attr(allow_interpreted_subclasses=True)\nclass StreamDriver(ABC):" in text

@@ -45,8 +45,9 @@ def test_forces(boat: Boat) -> None:
     boat.sticks = (1.0, -1.0, 0.0)
     boat.step()
     assert isinstance(boat.setpoint, WrenchSetpoint)
+    limits = boat.config.limits
     assert (boat.setpoint.wrench.surge_n, boat.setpoint.wrench.sway_n, boat.setpoint.wrench.yaw_nm) == pytest.approx(
-        (50.0, -20.0, 0.0)
+        (limits.surge_n, -limits.sway_n, 0.0)
     )
 
 
