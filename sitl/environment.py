@@ -8,7 +8,7 @@ from typing import Protocol
 from companion.config.hull import WindageConfig
 from companion.config.vessel import ConfigError
 from companion.core.angles import TWO_PI, wrap_two_pi
-from sitl.noise import GaussMarkov, stream
+from sitl.noise import GaussMarkov, Normals, stream
 
 AIR_DENSITY_KGPM3 = 1.225
 UPDATE_S = 0.1  # wind and current are constant in between
@@ -56,9 +56,10 @@ class WindModel:
         """`from_rad` None: a direction from the seed."""
         self._mean_mps = mean_mps
         self._mean_from_rad = stream(seed, "wind direction").uniform(0.0, TWO_PI) if from_rad is None else from_rad
-        usual = GaussMarkov(stream(seed, "wind gusts"), _GUST_SHARE * mean_mps, _GUST_TAU_S)
+        usual = GaussMarkov(Normals(stream(seed, "wind gusts")), _GUST_SHARE * mean_mps, _GUST_TAU_S)
         self._gust: GustModel = usual if gusts is None else gusts
-        self._wander = GaussMarkov(stream(seed, "wind wander"), _WANDER_RAD if mean_mps > 0.0 else 0.0, _WANDER_TAU_S)
+        wander_rad = _WANDER_RAD if mean_mps > 0.0 else 0.0
+        self._wander = GaussMarkov(Normals(stream(seed, "wind wander")), wander_rad, _WANDER_TAU_S)
         self.update(0.0)
 
     @property
@@ -93,8 +94,8 @@ class CurrentModel:
         """`towards_rad` None: a direction from the seed."""
         towards = stream(seed, "current direction").uniform(0.0, TWO_PI) if towards_rad is None else towards_rad
         self._mean_north_mps, self._mean_east_mps = mean_mps * math.cos(towards), mean_mps * math.sin(towards)
-        self._vary_north = GaussMarkov(stream(seed, "current north"), variation_mps, _CURRENT_TAU_S)
-        self._vary_east = GaussMarkov(stream(seed, "current east"), variation_mps, _CURRENT_TAU_S)
+        self._vary_north = GaussMarkov(Normals(stream(seed, "current north")), variation_mps, _CURRENT_TAU_S)
+        self._vary_east = GaussMarkov(Normals(stream(seed, "current east")), variation_mps, _CURRENT_TAU_S)
         self.varies = variation_mps > 0.0
         self.update(0.0)
 

@@ -13,7 +13,7 @@ from companion.core.angles import wrap_pi
 from sitl.environment import Waves, WindModel
 from sitl.hull import Hull, resistance_of
 from sitl.leader_script import Order
-from sitl.noise import GaussMarkov, stream
+from sitl.noise import GaussMarkov, Normals, stream
 from sitl.sensors import CommonWander, GnssModel
 from sitl.wake import Wake
 
@@ -100,7 +100,7 @@ class LeadBoat:
         self._gnss = GnssModel(
             SensorConfig(f"{name}_gnss", "nmea0183", "memory:"), home, gnss, 1.0 / _FIX_HZ, seed, common
         )
-        rng = self._rng = stream(seed, f"{name} attitude")
+        rng = self._rng = Normals(stream(seed, f"{name} attitude"))
         self._heading_error = GaussMarkov(rng, _HEADING_SLOW_RAD, _HEADING_TAU_S)
         self._rate_bias = rng.gauss(0.0, _RATE_BIAS_RADPS)
 

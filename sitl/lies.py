@@ -121,7 +121,8 @@ class ImuLies:
     def __init__(self, faults: Faults, name: str, seed: int = 0) -> None:
         self._faults, self._name = faults, name
         self._heading = HeadingLies(faults, name, seed)
-        self._last: ImuSample | None = None
+        self._last: ImuSample = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+        self._begun = False
 
     def told(self, sample: ImuSample, t_s: float) -> ImuSample:
         """The sample that the sensor reports at `t_s`."""
@@ -130,11 +131,11 @@ class ImuLies:
             sample = (*sample[:8], self._heading.told(sample[8], t_s))
             for lie in lies:
                 sample = self._spoilt(sample, lie)
-        self._last = sample
+        self._last, self._begun = sample, True
         return sample
 
     def _spoilt(self, sample: ImuSample, lie: Fault) -> ImuSample:
-        last = sample if self._last is None else self._last
+        last = self._last if self._begun else sample
         if lie.name == "imu_repeats":
             return last
         _, _, rest = lie.name.partition("imu_")

@@ -8,7 +8,7 @@ from dataclasses import replace
 from companion.config.devices import SensorConfig
 from companion.config.vessel import ConfigError, HomeConfig, VesselConfig
 from companion.core.geomagnetism import decimal_year, field_nt
-from sitl.noise import normals, stream
+from sitl.noise import Normals, stream
 
 _WHITE = 0.004  # noise of one sample, as a share of the field
 _LEFT_OFFSET = 0.002  # hard iron left by a calibration, as a share of the field
@@ -28,14 +28,14 @@ class MagnetometerModel:
         import numpy as np
 
         self._ned = _unit(field_nt(home.lat_deg, home.lon_deg, decimal_year(epoch_unix_ns)))
-        draw = stream(seed, f"{config.name} iron").gauss
+        draw = Normals(stream(seed, f"{config.name} iron")).gauss
         distortion = np.linalg.inv(np.array(config.mag_matrix))
         left = np.eye(3) + np.array([[draw(0.0, _LEFT_MATRIX) for _ in range(3)] for _ in range(3)])
         self._matrix: list[list[float]] = (distortion @ left).tolist()
         self._offset = (
             distortion @ np.array([draw(0.0, _LEFT_OFFSET) for _ in range(3)]) + np.array(config.mag_offset)
         ).tolist()
-        self._normal = normals(stream(seed, f"{config.name} field")).__next__
+        self._normals = Normals(stream(seed, f"{config.name} field"))
 
     def sample(self, roll_rad: float, pitch_rad: float, yaw_rad: float) -> tuple[float, float, float]:
         """(x, y, z) of the field at an attitude."""
@@ -46,9 +46,9 @@ class MagnetometerModel:
         x, z = c * x - s * d, s * x + c * d
         c, s = math.cos(roll_rad), math.sin(roll_rad)
         y, z = c * y + s * z, c * z - s * y
-        normal = self._normal
+        normals = self._normals
         x, y, z = (
-            row[0] * x + row[1] * y + row[2] * z + offset + _WHITE * normal()
+            row[0] * x + row[1] * y + row[2] * z + offset + _WHITE * normals.next()
             for row, offset in zip(self._matrix, self._offset, strict=True)
         )
         return x, y, z

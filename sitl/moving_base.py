@@ -12,7 +12,7 @@ import struct
 from collections import deque
 from collections.abc import Sequence
 
-from sitl.noise import GaussMarkov, stream
+from sitl.noise import GaussMarkov, Normals, stream
 
 PROCESSING_S = 0.05
 _LENGTHS = ((1074, 150), (1084, 110), (1094, 150), (1124, 200))  # RTCM message, bytes of data with 8 to 12 satellites
@@ -68,7 +68,7 @@ class RelativeReceiver:
     """
 
     def __init__(self, seed: int, name: str) -> None:
-        rng = self._rng = stream(seed, f"{name} relative")
+        rng = self._rng = Normals(stream(seed, f"{name} relative"))
         self._slow = [GaussMarkov(rng, _CM["slow_m"], 60.0) for _ in range(2)]
         self._float = [GaussMarkov(rng, _FLOAT_M, _FLOAT_TAU_S) for _ in range(2)]
         self._buffer = b""

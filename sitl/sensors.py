@@ -14,7 +14,7 @@ from companion.core.geomagnetism import decimal_year, declination_rad
 from sitl.environment import Waves
 from sitl.faults import OFFSETS_M
 from sitl.hull import Hull
-from sitl.noise import GaussMarkov, normals, stream
+from sitl.noise import GaussMarkov, Normals, stream
 
 _SQRT_HALF = math.sqrt(0.5)
 _WILD_EVERY = 10
@@ -89,7 +89,7 @@ class CommonWander:
         if not 0.0 <= share <= 1.0:
             raise ConfigError([f"common share of the receivers' errors {share:g}: must be from 0 to 1"])
         self.share = share
-        rng = stream(seed, "common wander")
+        rng = Normals(stream(seed, "common wander"))
         self._walks = [GaussMarkov(rng, 1.0, _COMMON_TAU_S) for _ in range(3)]
         self._steps = 0
 
@@ -125,7 +125,7 @@ class GnssModel:
         self._frame = LocalFrame(home.lat_deg, home.lon_deg)
         self._grade = grade(grade_name)
         self._dt_s = dt_s
-        rng = self._rng = stream(seed, f"{config.name} white")
+        rng = self._rng = Normals(stream(seed, f"{config.name} white"))
         most_s = math.inf if common is None else _MULTIPATH_TAU_S
         self._slow = {
             g: [GaussMarkov(rng, g.slow_m, min(most_s, g.slow_tau_s)) for _ in range(3)] for g in GRADES.values()
@@ -147,28 +147,28 @@ class GnssModel:
         heading_error = self._slow_heading.update(self._dt_s) + self._rng.gauss(0.0, now.heading_rad)
         if "gnss_lost" in faults:
             return GnssSample(now, None, 0.0, 0.0, None)
-        gauss, config = self._rng.gauss, self._config
+        rng, config = self._rng, self._config
         x, y, down = _levelled(config.x_m, config.y_m, config.z_m, waves.roll_rad, waves.pitch_rad)
         c, s = math.cos(hull.yaw_rad), math.sin(hull.yaw_rad)
-        slow_north, slow_east, slow_up = (process.update(self._dt_s) for process in self._slow[now])
+        slow_north, slow_east, slow_up = [process.update(self._dt_s) for process in self._slow[now]]
         if self._common is not None:
             shared = self._common.at(self._samples * self._dt_s, now)
             slow_north, slow_east, slow_up = (
                 self._own_share * own + other
                 for own, other in zip((slow_north, slow_east, slow_up), shared, strict=True)
             )
-        north_m = hull.north_m + c * x - s * y + slow_north + gauss(0.0, now.white_m)
-        east_m = hull.east_m + s * x + c * y + slow_east + gauss(0.0, now.white_m)
+        north_m = hull.north_m + c * x - s * y + slow_north + rng.gauss(0.0, now.white_m)
+        east_m = hull.east_m + s * x + c * y + slow_east + rng.gauss(0.0, now.white_m)
         altitude_m = (
-            self._home.altitude_m - down - waves.heave_m + _ALTITUDE_FACTOR * (slow_up + gauss(0.0, now.white_m))
+            self._home.altitude_m - down - waves.heave_m + _ALTITUDE_FACTOR * (slow_up + rng.gauss(0.0, now.white_m))
         )
         x_mps = waves.pitch_rate_radps * config.z_m - hull.yaw_rate_radps * y
         y_mps = hull.yaw_rate_radps * x - waves.roll_rate_radps * config.z_m
         return GnssSample(
             now,
             (*self._place(north_m, east_m, faults), altitude_m - waves.heave_m),
-            hull.north_mps + c * x_mps - s * y_mps + gauss(0.0, now.velocity_mps),
-            hull.east_mps + s * x_mps + c * y_mps + gauss(0.0, now.velocity_mps),
+            hull.north_mps + c * x_mps - s * y_mps + rng.gauss(0.0, now.velocity_mps),
+            hull.east_mps + s * x_mps + c * y_mps + rng.gauss(0.0, now.velocity_mps),
             None if "heading_lost" in faults else wrap_pi(hull.yaw_rad - config.heading_offset_rad + heading_error),
         )
 
@@ -206,7 +206,7 @@ class CompassModel:
     def __init__(self, config: SensorConfig, home: HomeConfig, epoch_unix_ns: int, dt_s: float, seed: int) -> None:
         self._north_rad = north_of(home, epoch_unix_ns)
         self._dt_s = dt_s
-        self._rng = stream(seed, f"{config.name} white")
+        self._rng = Normals(stream(seed, f"{config.name} white"))
         self._slow = GaussMarkov(self._rng, _COMPASS_SLOW_RAD, _COMPASS_TAU_S)
 
     def sample(self, yaw_rad: float) -> float:
@@ -232,8 +232,8 @@ ImuSample = tuple[float, float, float, float, float, float, float, float, float]
 
 def true_imu(gravity_mps2: float, hull: Hull, waves: Waves) -> tuple[float, float, float, float, float, float]:
     """What a perfect inertial sensor in the middle of the boat feels: specific force x, y, z in m/s², roll, pitch, yaw
-    rate in rad/s, axes forward, starboard, down."""
-    roll, pitch = waves.roll_rad, waves.pitch_rad
+    rate in rad/s, axes forward, starboard, down. Where the rates are means of the last step, so are the forces."""
+    roll, pitch = _meant(waves)
     c_roll, s_roll, c_pitch, s_pitch = math.cos(roll), math.sin(roll), math.cos(pitch), math.sin(pitch)
     p, q, r = _body_rates(waves, hull.turn_radps)
     forward, starboard = hull.surge_mps2, hull.sway_mps2
@@ -249,10 +249,17 @@ def true_imu(gravity_mps2: float, hull: Hull, waves: Waves) -> tuple[float, floa
     )
 
 
+def _meant(waves: Waves) -> tuple[float, float]:
+    """Roll and pitch that the boat had with its rates and accelerations: in the middle of the last step, or now."""
+    return (
+        waves.roll_rad - waves.half_step_s * waves.roll_rate_radps,
+        waves.pitch_rad - waves.half_step_s * waves.pitch_rate_radps,
+    )
+
+
 def _body_rates(waves: Waves, turn_radps: float) -> tuple[float, float, float]:
-    """Rates about the body's axes, at the attitude that the boat had with these rates of roll, pitch and yaw."""
-    roll = waves.roll_rad - waves.half_step_s * waves.roll_rate_radps
-    pitch = waves.pitch_rad - waves.half_step_s * waves.pitch_rate_radps
+    """Rates about the body's axes."""
+    roll, pitch = _meant(waves)
     c_roll, s_roll, c_pitch, s_pitch = math.cos(roll), math.sin(roll), math.cos(pitch), math.sin(pitch)
     return (
         waves.roll_rate_radps - turn_radps * s_pitch,
@@ -271,8 +278,8 @@ class ImuModel:
         self._slow_s = _SLOW_EVERY * dt_s
         self._dt_s = dt_s
         self._samples = 0
-        self._normal = normals(stream(seed, f"{config.name} white")).__next__
-        rng = stream(seed, f"{config.name} biases")
+        self._normals = Normals(stream(seed, f"{config.name} white"))
+        rng = Normals(stream(seed, f"{config.name} biases"))
         biases = [(_ACCEL_BIAS_MPS2, _BIAS_TAU_S)] * 3 + [(_GYRO_BIAS_RADPS, _BIAS_TAU_S)] * 3
         attitude = [(_TILT_RAD, _TILT_TAU_S)] * 2 + [(_YAW_RAD, _YAW_TAU_S)]
         self._slow = [GaussMarkov(rng, sigma, tau_s) for sigma, tau_s in biases + attitude]
@@ -294,14 +301,14 @@ class ImuModel:
             dx, dy, dz = self._lever_arm(p, q, r)
             x, y, z = x + dx, y + dy, z + dz
         ex, ey, ez, ep, eq, er, e_roll, e_pitch, e_yaw = self._errors
-        normal = self._normal
+        normals = self._normals
         return (
-            x + ex + _ACCEL_WHITE_MPS2 * normal(),
-            y + ey + _ACCEL_WHITE_MPS2 * normal(),
-            z + ez + _ACCEL_WHITE_MPS2 * normal(),
-            p + ep + _GYRO_WHITE_RADPS * normal(),
-            q + eq + _GYRO_WHITE_RADPS * normal(),
-            r + er + _GYRO_WHITE_RADPS * normal(),
+            x + ex + _ACCEL_WHITE_MPS2 * normals.next(),
+            y + ey + _ACCEL_WHITE_MPS2 * normals.next(),
+            z + ez + _ACCEL_WHITE_MPS2 * normals.next(),
+            p + ep + _GYRO_WHITE_RADPS * normals.next(),
+            q + eq + _GYRO_WHITE_RADPS * normals.next(),
+            r + er + _GYRO_WHITE_RADPS * normals.next(),
             waves.roll_rad + e_roll,
             waves.pitch_rad + e_pitch,
             wrap_pi(hull.yaw_rad - self._config.heading_offset_rad + e_yaw),

@@ -28,11 +28,17 @@ class ThrusterModel:
     """
 
     __slots__ = (
+        "_ahead_n",
+        "_astern_n",
+        "_azimuth_rate_radps",
         "_config",
         "_dt_s",
         "_endless",
         "_gear_rad",
         "_lag_s",
+        "_least_n",
+        "_most_n",
+        "_retractable",
         "_share",
         "_target_n",
         "_target_rad",
@@ -58,6 +64,9 @@ class ThrusterModel:
 
     def __init__(self, config: ThrusterConfig, lag_s: float, x_m: float | None = None) -> None:
         self._config = config
+        self._ahead_n, self._astern_n = config.ahead_n, config.astern_n
+        self._least_n, self._most_n = config.min_n, config.max_n
+        self._azimuth_rate_radps, self._retractable = config.azimuth_rate_radps, config.retractable
         self._lag_s = lag_s
         self._dt_s, self._share = 0.0, 0.0  # share of the way to the target in a step of dt_s
         self._endless = config.azimuth_min_rad is None and config.azimuth_max_rad is None
@@ -84,7 +93,7 @@ class ThrusterModel:
     @property
     def max_n(self) -> float:
         """The largest force in either direction."""
-        return max(self._config.max_n, -self._config.min_n)
+        return max(self._most_n, -self._least_n)
 
     def demand(self, throttle: float, azimuth_rad: float | None) -> None:
         """Set throttle and azimuth; None keeps the azimuth demanded before."""
@@ -108,10 +117,10 @@ class ThrusterModel:
 
     def step(self, dt_s: float, surge_mps: float = 0.0, sway_mps: float = 0.0, yaw_rate_radps: float = 0.0) -> None:
         """Advance by `dt_s`. The velocity of the boat through the water counts for jets and rudders only."""
-        target_n = self._target_n if not self.runaway else _RUNAWAY_SHARE * self._config.max_n
+        target_n = self._target_n if not self.runaway else _RUNAWAY_SHARE * self._most_n
         if self.reversed:
-            target_n = min(max(-target_n, self._config.min_n), self._config.max_n)
-        if self._config.retractable and not self.jammed:
+            target_n = min(max(-target_n, self._least_n), self._most_n)
+        if self._retractable and not self.jammed:
             self._travel(dt_s)
         if self.dead or self.stalled or self.down < 1.0:
             target_n = 0.0
@@ -129,7 +138,7 @@ class ThrusterModel:
         """Bring the revolutions nearer to those of the force."""
         now = self._throttle_of(self.force_n)
         u = now + (self._throttle_of(target_n) - now) * self._share
-        self.force_n = (self._config.ahead_n if u >= 0.0 else self._config.astern_n) * u * abs(u)
+        self.force_n = (self._ahead_n if u >= 0.0 else self._astern_n) * u * abs(u)
 
     def wrench(self) -> tuple[float, float, float]:
         """(surge_n, sway_n, yaw_nm) on the hull: τ = [cos α, sin α, lx sin α − ly cos α]ᵀ F."""
@@ -152,7 +161,7 @@ class ThrusterModel:
         return self._throttle_of(self.force_n)
 
     def _throttle_of(self, force_n: float) -> float:
-        curve_n = self._config.ahead_n if force_n >= 0.0 else self._config.astern_n
+        curve_n = self._ahead_n if force_n >= 0.0 else self._astern_n
         return math.copysign(math.sqrt(abs(force_n) / curve_n), force_n)
 
     def current_a(self, full_a: float) -> float:
@@ -172,7 +181,7 @@ class ThrusterModel:
     @property
     def deployment(self) -> Deployment | None:
         """What its end switches report; None where it is not retractable."""
-        if not self._config.retractable:
+        if not self._retractable:
             return None
         return (
             Deployment.LOWERED if self.down >= 1.0 else Deployment.RETRACTED if self.down <= 0.0 else Deployment.MOVING
@@ -195,7 +204,7 @@ class ThrusterModel:
         if self._endless:
             error = wrap_pi(error)
         if error:
-            most = self._config.azimuth_rate_radps * dt_s
+            most = self._azimuth_rate_radps * dt_s
             turned = self.azimuth_rad + min(max(error, -most), most)
             self.azimuth_rad = wrap_pi(turned) if self._endless else turned
 
@@ -204,7 +213,7 @@ class ThrusterModel:
         error = self._target_rad - self._gear_rad
         error = wrap_pi(error) if self._endless else error
         share = -math.expm1(-dt_s / self.azimuth_lag_s) if self.azimuth_lag_s > 0.0 else 1.0
-        most = self._config.azimuth_rate_radps * dt_s
+        most = self._azimuth_rate_radps * dt_s
         self._gear_rad += min(max(share * error, -most), most)
         behind, play = self._gear_rad - self.azimuth_rad, 0.5 * self.backlash_rad
         behind = wrap_pi(behind) if self._endless else behind

@@ -6,10 +6,12 @@ Steps are timed in processor time, which other processes do not change. Transfer
 from __future__ import annotations
 
 import gc
+import json
 import math
 import os
 import resource
 import statistics
+import subprocess
 import sys
 import tempfile
 import time
@@ -49,14 +51,24 @@ from sitl.scenarios.rig import Conditions
 from sitl.scenarios.scenario import run as run_scenario
 from sitl.shared_sea import LeadBoatConfig
 from tests import bench_console, bench_requests
+from tests.bench_stopwatches import ControlStep, GarbageCollector, TimedVessel, time_control_steps, time_world
 from tests.protocol.lead_boat_module import Pair, circle
 
 _HOLD = 0x03040000
 
 
-def line(what: str, value: str, aim: str) -> None:
-    """Print one row: what, measured, target."""
-    print(f"{what:58} {value:>28}   aim {aim}", flush=True)
+_speeds: dict[str, float] = {}
+_interpreted: dict[str, float] = {}
+
+
+def line(what: str, value: str, aim: str, speed: float | None = None) -> None:
+    """Print one row: what, measured, target. `speed`: a number that grows as this gets faster; its row ends with the
+    ratio to that of interpreted arithmetic, where both exist."""
+    ratio = ""
+    if speed is not None:
+        _speeds[what] = speed
+        ratio = f", {speed / _interpreted[what]:.2f} × interpreted" if what in _interpreted else ""
+    print(f"{what:58} {value:>28}   aim {aim}{ratio}", flush=True)
 
 
 def median_and_p99_us(call: Callable[[], Any], calls: int = 5000) -> str:
@@ -158,54 +170,24 @@ def ahrs() -> None:
         line(what, median_and_p99_us(step), "100 µs")
 
 
-class _Stopwatch:
-    """Times calls of methods, and sums their time in each tick."""
-
-    def __init__(self) -> None:
-        self.now_s = 0.0
-        self.ticks_s: list[float] = []
-
-    def watch(self, block: Any, name: str) -> None:
-        method = getattr(block, name)
-
-        def timed(*arguments: Any) -> Any:
-            started_s = time.thread_time()
-            result = method(*arguments)
-            self.now_s += time.thread_time() - started_s
-            return result
-
-        setattr(block, name, timed)
-
-    def tick(self) -> None:
-        self.ticks_s.append(self.now_s)
-        self.now_s = 0.0
-
-
 def control_step(folder: Path, duration_s: float = 120.0) -> None:
     """From estimate to gate, of one vessel that holds in wind."""
     rig = LockstepRig(Conditions("revolt", seed=1, wind="2"), folder / "control_step")
-    station, stopwatch = GroundStation(rig), _Stopwatch()
+    station = _armed_in_hold(rig)
+    step = time_control_steps(rig.vessel)
+    station.sail(duration_s)
+    rig.close()
+    times_s = sorted(step.ticks_s)
+    text = f"median {1e3 * statistics.median(times_s):.2f} ms, p99 {1e3 * times_s[len(times_s) * 99 // 100]:.2f} ms"
+    line("control step: estimate to gate", text, "p99 under 1 ms", 1.0 / statistics.median(times_s))
+
+
+def _armed_in_hold(rig: LockstepRig) -> GroundStation:
+    station = GroundStation(rig)
     station.ready()
     station.set_mode(_HOLD)
     station.arm()
-    blocks = rig.vessel._blocks
-    for block, name in (
-        (blocks.estimator, "update"),
-        (blocks.supervisor, "update"),
-        (blocks.supervisor, "guide"),
-        (blocks.controller, "update"),
-        (blocks.allocator, "update"),
-        (blocks.gate, "update"),
-    ):
-        stopwatch.watch(block, name)
-    end_s = rig.now_s + duration_s
-    while rig.now_s < end_s:
-        station.step()
-        stopwatch.tick()
-    rig.close()
-    times_s = sorted(stopwatch.ticks_s)
-    text = f"median {1e3 * statistics.median(times_s):.2f} ms, p99 {1e3 * times_s[len(times_s) * 99 // 100]:.2f} ms"
-    line("control step: estimate to gate", text, "p99 under 1 ms")
+    return station
 
 
 class _Kept:
@@ -248,67 +230,50 @@ def encoding(folder: Path, duration_s: float = 60.0, rounds: int = 5) -> None:
     )
 
 
-def lockstep(folder: Path, duration_s: float = 120.0) -> None:
+def lockstep(folder: Path, duration_s: float = 600.0) -> None:
     """Hold in wind with everything on: bytes, plant, estimator, telemetry, log."""
     rig = LockstepRig(Conditions("revolt", seed=1, wind="2"), folder / "lockstep")
-    plant_s = 0.0
-    steps_s: list[float] = []
-    advance = rig.world.advance
+    station = _armed_in_hold(rig)
+    collector = GarbageCollector()
+    ticks: list[tuple[float, float]] = []
+    world = time_world(rig.vessel, collector.take)  # what the plant's steps collect is not the tick's
 
-    def timed_advance(now_s: float) -> None:
-        nonlocal plant_s
-        started_s = time.thread_time()
-        advance(now_s)
-        plant_s += time.thread_time() - started_s
+    def took(_: str, tick_s: float) -> None:
+        ticks.append((tick_s, collector.take()))
 
-    station = GroundStation(rig)
-    station.ready()
-    station.set_mode(_HOLD)
-    station.arm()
-    rig.world.advance = timed_advance  # type: ignore[method-assign]
-    started_s, cpu_started_s = time.perf_counter(), time.process_time()
+    rig.vessel = TimedVessel(rig.vessel, world, took)  # type: ignore[assignment]
     from_s = rig.now_s
-    tick = rig.vessel.tick
-    rig.vessel.tick = _timed(tick, steps_s, lambda: plant_s)  # type: ignore[method-assign]
-    station.sail(duration_s)
+    started_s, cpu_started_s = time.perf_counter(), time.process_time()
+    with collector:
+        station.sail(duration_s)
     took_s, cpu_took_s = time.perf_counter() - started_s, time.process_time() - cpu_started_s
     sailed_s = rig.now_s - from_s
     rig.close()
-    steps_s.sort()
-    line(
-        "lockstep, whole stack, one core",
-        f"{sailed_s / cpu_took_s:.0f} × real time (wall {sailed_s / took_s:.0f})",
-        "100 ×",
-    )
-    line("  of which plant and emulators", f"{1e3 * plant_s / sailed_s:.1f} ms a boat second", "-")
-    line(
-        "tick without the plant",
-        f"median {1e3 * statistics.median(steps_s):.2f} ms, p99 {1e3 * steps_s[int(0.99 * len(steps_s))]:.2f} ms",
-        "both under 1 ms",
-    )
-    line("on-board part at real time", f"{100 * sum(steps_s) / sailed_s:.2f} % of a core", "under 4 %")
+    rate = f"{sailed_s / cpu_took_s:.0f} × real time (wall {sailed_s / took_s:.0f})"
+    line("lockstep, whole stack, one core", rate, "200 ×", sailed_s / cpu_took_s)
+    text = f"{1e3 * world.took_s / sailed_s:.1f} ms a boat second"
+    line("  of which plant and emulators", text, "-", 1.0 / world.took_s * sailed_s)
+    steps_s = sorted(tick_s for tick_s, _ in ticks)
+    p99_s = steps_s[int(0.99 * len(steps_s))]
+    text = f"median {1e3 * statistics.median(steps_s):.2f} ms, p99 {1e3 * p99_s:.2f} ms"
+    line("tick without the plant", text, "0.35 ms, 0.7 ms", 1.0 / statistics.median(steps_s))
+    worst_s, collected_s = max(ticks)
+    text = f"{1e3 * worst_s:.1f} ms, of it {1e3 * collected_s:.1f} ms garbage"
+    line(f"  the worst in {duration_s / 60.0:.0f} minutes", text, "3 ms")
+    text = f"{100 * sum(steps_s) / sailed_s:.2f} % of a core"
+    line("on-board part at real time", text, "0.5 %", sailed_s / sum(steps_s))
 
 
 def obstacles(folder: Path, seed: int = 21) -> None:
-    """A mission through a field of obstacles that a lidar sees: the guard's share of a tick, and the looks for a way
-    round that the worker does on a boat."""
-    guard_s: list[float] = []
+    """A mission through a field of obstacles that a lidar sees: a tick's control step with the guard, and the looks for
+    a way round that the worker does on a boat."""
     plans_s: list[float] = []
-
-    def timed(method: Callable[..., Any], times_s: list[float], but: list[float]) -> Callable[..., Any]:
-        def call(*arguments: Any) -> Any:
-            others_s, started_s = sum(but), time.thread_time()
-            found = method(*arguments)
-            times_s.append(time.thread_time() - started_s - sum(but) + others_s)
-            return found
-
-        return call
+    steps: list[ControlStep] = []
 
     def rig(conditions: Conditions, folder: Path) -> LockstepRig:
         made = LockstepRig(conditions, folder)
-        guard: Any = made.vessel.supervisor.parts.obstacles
-        guard.steer = timed(guard.steer, guard_s, plans_s)
-        guard.work_with(_TimedWorker(plans_s))
+        steps.append(time_control_steps(made.vessel))
+        made.vessel.supervisor.parts.obstacles.work_with(_TimedWorker(plans_s, steps[0].leave_out))
         return made
 
     gc.disable()  # of the simulation's objects, which a boat does not have
@@ -317,30 +282,26 @@ def obstacles(folder: Path, seed: int = 21) -> None:
     finally:
         gc.enable()
     assert outcome.error is None
-    guard_s.sort()
-    line(
-        "guard against obstacles, in a tick",
-        f"p99 {1e3 * guard_s[int(0.99 * len(guard_s))]:.1f} ms, worst {1e3 * guard_s[-1]:.1f} ms",
-        "worst under 20 ms",
-    )
-    line(
-        "  a look for a way round, beside",
-        bench_requests.median_and_range([1e3 * s for s in plans_s], ".0f") + " ms",
-        "-",
-    )
+    steps_s = sorted(steps[0].ticks_s)
+    p99_s = steps_s[int(0.99 * len(steps_s))]
+    text = f"p99 {1e3 * p99_s:.1f} ms, worst {1e3 * steps_s[-1]:.1f} ms"
+    line("control step among obstacles", text, "worst under 20 ms")
+    text = bench_requests.median_and_range([1e3 * s for s in plans_s], ".0f") + " ms"
+    line("  a look for a way round, beside", text, "-")
 
 
 class _TimedWorker:
-    """A worker that works at once and notes how long."""
+    """A worker that works at once, notes how long, and tells it to `took`."""
 
-    def __init__(self, times_s: list[float]) -> None:
-        self._times_s = times_s
+    def __init__(self, times_s: list[float], took: Callable[[float], None]) -> None:
+        self._times_s, self._took = times_s, took
 
     def submit(self, work: Callable[[], Any]) -> Any:
         """As `Worker.submit`."""
         started_s = time.thread_time()
         future = AtOnce().submit(work)
         self._times_s.append(time.thread_time() - started_s)
+        self._took(self._times_s[-1])
         return future
 
 
@@ -350,7 +311,7 @@ def following(folder: Path, followers: int, duration_s: float = 30.0) -> None:
     settings = SCENARIOS["follow"].defaults
     leader = LeadBoatConfig("leader", "thesis", (20.0, 0.0, 0.0))
     conditions = Conditions(
-        "rescuerunner", seed=1, wind="5", gnss="standalone", others=(leader,), start=(0.0, 0.0, 0.0)
+        "rescuerunner", seed=1, wind="5", gnss="standalone", lead_boats=(leader,), start=(0.0, 0.0, 0.0)
     )
     rigs = [LockstepRig(conditions, folder / f"following{followers}")]
     for number in range(2, followers + 1):
@@ -374,7 +335,8 @@ def following(folder: Path, followers: int, duration_s: float = 30.0) -> None:
     line(
         f"{what} following a lead boat in lockstep",
         f"{duration_s / cpu_took_s:.0f} × real time, one core",
-        "25 ×" if followers == 1 else "-",
+        "100 ×" if followers == 1 else "-",
+        duration_s / cpu_took_s,
     )
 
 
@@ -394,16 +356,6 @@ def leader_link(folder: Path, duration_s: float = 60.0) -> None:
         "2000 bytes/s",
     )
     line("leader module and follower in lockstep", f"{duration_s / took_s:.0f} × real time, one core", "-")
-
-
-def _timed(tick: Callable[[float], Any], steps_s: list[float], plant_s: Callable[[], float]) -> Callable[[float], Any]:
-    def timed(now_s: float) -> Any:
-        plant_before_s, started_s = plant_s(), time.thread_time()
-        result = tick(now_s)
-        steps_s.append(time.thread_time() - started_s - (plant_s() - plant_before_s))
-        return result
-
-    return timed
 
 
 def paths(points: int = 10_000) -> None:
@@ -458,8 +410,27 @@ def sensors(seconds: int = 20) -> None:
         line(f"{driver} at {rate_hz} Hz", f"{100.0 * share:.2f} % of a core", "1 %")
 
 
+def _speeds_interpreted() -> dict[str, float]:
+    """The speeds of a process with interpreted arithmetic; none where this one's is."""
+    if not native.status.startswith("native"):
+        return {}
+    command = [sys.executable, "-m", "tests.bench", "--speeds"]
+    environment = {**os.environ, "USV_NATIVE": "0"}
+    done = subprocess.run(command, env=environment, stdout=subprocess.PIPE, text=True, check=True)
+    speeds: dict[str, float] = json.loads(done.stdout.splitlines()[-1])
+    return speeds
+
+
 def main() -> None:
-    """Print all figures."""
+    """Print all figures; with --speeds only some, and as the last line the speeds for the process that compares."""
+    if "--speeds" in sys.argv:
+        with tempfile.TemporaryDirectory() as name:
+            control_step(Path(name), 60.0)
+            lockstep(Path(name), 60.0)
+            following(Path(name), 1)
+        print(json.dumps(_speeds))
+        return
+    _interpreted.update(_speeds_interpreted())
     print(f"Python {sys.version.split()[0]}, {os.cpu_count()} cores; arithmetic: {native.status}")
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)

@@ -8,7 +8,7 @@ import os
 import socket
 import statistics
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +18,7 @@ from companion.app import warm_up
 from companion.io.mavlink.wire import messages
 from tests.afloat_beside import BoatBeside
 from tests.bench_console import Line
+from tests.bench_stopwatches import TimedVessel, time_world
 from tests.protocol.desk import Desk
 from tests.protocol.process import Companion
 from tests.waiting import wait_until
@@ -135,42 +136,31 @@ class _Longest:
 
     def __init__(self, boat: BoatBeside, line: Line) -> None:
         self._line = line
-        self._longest_s = self._plant_s = 0.0
-        advance = boat.world.advance
+        self._longest_s = 0.0
+        boat.vessel = TimedVessel(boat.vessel, time_world(boat.vessel), self._took)  # type: ignore[assignment]
 
-        def timed_advance(now_s: float) -> None:
-            started_s = time.thread_time()
-            advance(now_s)
-            self._plant_s += time.thread_time() - started_s
+    def _took(self, _: str, took_s: float) -> None:
+        self._longest_s = max(self._longest_s, took_s)
 
-        boat.world.advance = timed_advance  # type: ignore[method-assign]
-        for name in ("tick", "serve"):
-            setattr(boat.vessel, name, self._timed(getattr(boat.vessel, name)))
-
-    def _timed(self, method: Callable[[float], Any]) -> Callable[[float], Any]:
-        def timed(now_s: float) -> Any:
-            started_s, plant_before_s = time.thread_time(), self._plant_s
-            result = method(now_s)
-            plant_s = self._plant_s - plant_before_s
-            self._longest_s = max(self._longest_s, time.thread_time() - started_s - plant_s)
-            return result
-
-        return timed
+    def forget(self) -> None:
+        """Begin anew."""
+        self._longest_s = 0.0
 
     def row(self, what: str) -> None:
         """Print the longest since the last row."""
         self._line(what, f"{1e3 * self._longest_s:.1f} ms", "under 10 ms")
-        self._longest_s = 0.0
+        self.forget()
 
 
 def long_requests(folder: Path, line: Line, count: int = 10_000) -> None:
     """The most that the control thread spends at a time on the largest plans; what takes longer is done beside it."""
     warm_up()
     boat = BoatBeside(folder / "long_requests")
+    longest = _Longest(boat, line)
     desk = Desk(folder, boat)  # type: ignore[arg-type]
     desk.ready()
     desk.tick(100)
-    longest = _Longest(boat, line)
+    longest.forget()
     desk.tick(50)
     longest.row("most at a time: nothing asked")
     _upload(desk, [_waypoint(seq) for seq in range(count)], 0)

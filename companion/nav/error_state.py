@@ -93,12 +93,23 @@ class _Rows:
         self.innovation = Innovation(size)
 
 
+def at_the_middle(ax: float, ay: float, az: float, wx: float, wy: float, wz: float, dt: float) -> Vector:
+    """A force in body axes at the middle of a step that turns by `w` rad/s, in the axes of its begin: f + ½ dt ω × f.
+
+    In the attitude of the begin itself a boat that rocks would feel a force half a step late, which the filter takes
+    for a bias and a tilt: 0.3 m/s² and 2° in waves of 0.2 m at 50 Hz.
+    """
+    half = 0.5 * dt
+    return ax + half * (wy * az - wz * ay), ay + half * (wz * ax - wx * az), az + half * (wx * ay - wy * ax)
+
+
 class ErrorStateFilter:
     """Nominal state and covariance. Call `predict` for every IMU sample; for each measurement compute an innovation
     and, to accept it, `fuse` it at once.
 
-    The reference point is the IMU; arguments are SI, NED or body as named. Remembers the nominal state, the covariance
-    and the last sample (the mean of two samples applies over a step).
+    The reference point is the IMU; arguments are SI, NED or body as named. A sample is the mean of the step that it
+    ends, as sensors with coning and sculling compensation give it: force and rates of one sample belong together.
+    Remembers the nominal state and the covariance.
     """
 
     def __init__(self, gravity_mps2: float, noise: FilterNoise | None = None) -> None:
@@ -111,8 +122,6 @@ class ErrorStateFilter:
         self.accelerometer_bias: Vector = ZERO
         self.gyro_bias: Vector = ZERO
         self.rates: Vector = ZERO  # rad/s in body axes, bias removed
-        self._last_force: Vector | None = None
-        self._last_rates: Vector = ZERO
         self.covariance = np.zeros((SIZE, SIZE))
         self._transition = np.eye(SIZE)
         self._reset = np.eye(SIZE)
@@ -143,20 +152,14 @@ class ErrorStateFilter:
         self.position, self.velocity = position, velocity
         self.quaternion = quaternion_of(*attitude)
         self.rotation = rotation(self.quaternion)
-        self._last_force = None
         self.covariance[:] = np.diag(np.square(np.asarray(sigmas, dtype=float)))
 
     def predict(self, force: Vector, rates: Vector, dt_s: float) -> None:
-        """Propagate by one IMU sample: specific force (m/s²) and angular rate (rad/s) in body axes, at the end of
-        `dt_s`."""
-        if self._last_force is None:
-            self._last_force, self._last_rates = force, rates
-        f, g, w, v = force, self._last_force, rates, self._last_rates
-        self._last_force, self._last_rates = force, rates
+        """Propagate by one IMU sample: specific force (m/s²) and angular rate (rad/s) in body axes, means of the
+        last `dt_s`."""
         ab, wb = self.accelerometer_bias, self.gyro_bias
-        self.rates = (w[0] - wb[0], w[1] - wb[1], w[2] - wb[2])
-        ax, ay, az = 0.5 * (f[0] + g[0]) - ab[0], 0.5 * (f[1] + g[1]) - ab[1], 0.5 * (f[2] + g[2]) - ab[2]
-        wx, wy, wz = 0.5 * (w[0] + v[0]) - wb[0], 0.5 * (w[1] + v[1]) - wb[1], 0.5 * (w[2] + v[2]) - wb[2]
+        self.rates = wx, wy, wz = rates[0] - wb[0], rates[1] - wb[1], rates[2] - wb[2]
+        ax, ay, az = force[0] - ab[0], force[1] - ab[1], force[2] - ab[2]
         if dt_s <= _LONGEST_STEP_S:
             self._step(ax, ay, az, wx, wy, wz, dt_s)
             return
@@ -166,6 +169,7 @@ class ErrorStateFilter:
 
     def _step(self, ax: float, ay: float, az: float, wx: float, wy: float, wz: float, dt: float) -> None:
         r0, r1, r2, r3, r4, r5, r6, r7, r8 = self.rotation
+        ax, ay, az = at_the_middle(ax, ay, az, wx, wy, wz, dt)
         fn, fe, fd = r0 * ax + r1 * ay + r2 * az, r3 * ax + r4 * ay + r5 * az, r6 * ax + r7 * ay + r8 * az
         self._propagate_covariance(fn, fe, fd, dt)
         down = fd + self.gravity_mps2
@@ -193,8 +197,9 @@ class ErrorStateFilter:
         p, v, q, r, w = self.position, self.velocity, self.quaternion, self.rotation, self.rates
         ab, wb = self.accelerometer_bias, self.gyro_bias
         for force, rates, dt in samples:
-            fn, fe, fd = rotate(r, relative(force, ab))
-            w = relative(rates, wb)
+            w = wx, wy, wz = relative(rates, wb)
+            ax, ay, az = relative(force, ab)
+            fn, fe, fd = rotate(r, at_the_middle(ax, ay, az, wx, wy, wz, dt))
             half, down = 0.5 * dt * dt, fd + self.gravity_mps2
             p = (p[0] + v[0] * dt + fn * half, p[1] + v[1] * dt + fe * half, p[2] + v[2] * dt + down * half)
             v = (v[0] + fn * dt, v[1] + fe * dt, v[2] + down * dt)

@@ -61,7 +61,7 @@ _LIE_M = 1.5  # off by more after such a lie, the position begins anew
 _LIE_SIGMA = 0.5  # m, m/s: of the motion that a lying inertial sensor leaves
 _LIE_SIGMA_RAD = math.radians(15.0)  # of a heading that has followed a lie
 _THESIS_RULE = 1
-_NAVIGATION = (GnssFix, GroundVelocity, Heading, Imu, MagneticField)
+_NAVIGATION = frozenset({GnssFix, GroundVelocity, Heading, Imu, MagneticField})
 
 
 class Estimator:
@@ -119,6 +119,7 @@ class Estimator:
         self._time = AbsoluteTime()
         self._wind = TrueWind(_WIND_TIMEOUT_S)
         self._fix: GnssFix | None = None
+        self._here: tuple[float, float] | None = None  # the estimate's latitude and longitude at the last tick
         self._altitude_m = config.home.altitude_m
         self._altitude_known = False
         self._position_source: str | None = None
@@ -137,7 +138,7 @@ class Estimator:
             for reading in readings
             if plausible(reading, now_s)
         ]
-        self._pending.extend(reading for reading in readings if isinstance(reading, _NAVIGATION))
+        self._pending.extend([reading for reading in readings if type(reading) in _NAVIGATION])
         self._pending.sort(key=attrgetter("t_s"))
         horizon_s = now_s - self._lag_s
         due = 0
@@ -508,7 +509,9 @@ class Estimator:
             self._fuse_heading(reading.t_s, heading, self._begins_anew(Sense.HEADING, rule))
 
     def _place(self) -> tuple[float, float]:
-        """(lat_deg, lon_deg) for the declination."""
+        """(lat_deg, lon_deg) for the declination: that of the estimate, since a fix may be a wild one."""
+        if self._here is not None:
+            return self._here
         fix = self._fix
         if fix is not None and fix.fix >= FixType.FIX_2D:
             return fix.lat_deg, fix.lon_deg
@@ -572,6 +575,8 @@ class Estimator:
     def _state(self, motion: Motion, waves: WaveMotion | None, now_s: float) -> NavState:
         (north, east, _), (vn, ve, _), (roll, pitch, yaw) = motion.position, motion.velocity, motion.attitude
         lat, lon = self.frame.to_geodetic(north, east)
+        if self._pose.started:
+            self._here = lat, lon
         surge, sway = ned_to_body(vn, ve, yaw)
         validity, pose = self._validity, self._pose
         position_sigma_m, yaw_sigma_rad = validity.position_sigma_m(motion), validity.yaw_sigma_rad(motion)

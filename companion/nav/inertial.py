@@ -138,8 +138,8 @@ class InertialSolution:
         north, east, _ = filter_.velocity
         filter_.predict(force, rates, dt_s)
         after_north, after_east, _ = filter_.velocity
-        _, q, r = filter_.rates
-        _, _, _, _, _, _, _, r7, r8 = filter_.rotation
+        rates_now, rotation = filter_.rates, filter_.rotation
+        q, r, r7, r8 = rates_now[1], rates_now[2], rotation[7], rotation[8]
         turn_radps = (q * r7 + r * r8) / max(r7 * r7 + r8 * r8, 0.1)  # (q sin φ + r cos φ) / cos θ
         self._memory.sample(self.t_s, force, rates, dt_s)
         self.odometer.add(dt_s, after_north - north, after_east - east, turn_radps, filter_.gyro_bias[2])
@@ -302,7 +302,8 @@ class InertialSolution:
         )
 
     def _smooth(self, rates: Vector, dt_s: float) -> None:
-        bias, (p, q, r) = self.filter.gyro_bias, self.rates
+        bias = self.filter.gyro_bias
+        p, q, r = self.rates
         share = 1.0 - math.exp(-dt_s / _RATES_TIME_S)
         self.rates = (
             p + share * (rates[0] - bias[0] - p),

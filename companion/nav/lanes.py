@@ -10,18 +10,16 @@ from typing import Any
 
 import numpy as np
 
-from companion.nav.error_state import ErrorStateFilter
+from companion.nav.error_state import ErrorStateFilter, at_the_middle
 from companion.nav.lever_arms import Quaternion, Vector, rotate, rotation, turned
 
 _AXES_RAD = 0.004  # by which the gyro's axes may be askew: a turn about one tilts the others
+_DOUBTED_SHARE = 0.3  # of the accelerometers' bias: what a filter takes for one may be a tilt, which stays in a turn
 _KEPT_EVERY_S = 0.5
 _KEPT_S = 13.0
 _STEADY_S = 10.0
 _LANE_EVERY_S, _LANE_LIFE_S = 6.0, 12.0
 _POSITION_MPS, _VELOCITY_MPS2, _HEADING_RADPS = 0.05, 0.02, math.radians(0.1)  # growth of sigmas that went back
-
-Sample = tuple[Vector, Vector, float]
-"""Specific force (m/s²), rates (rad/s), duration (s)."""
 
 
 @dataclass(slots=True)
@@ -78,7 +76,6 @@ class Lane:
         "_ahead",
         "_gravity_mps2",
         "_gyro_bias",
-        "_last",
         "_quaternion",
         "_sigma_mps",
         "_sigma_mps2",
@@ -96,10 +93,10 @@ class Lane:
         self._quaternion: Quaternion = filter_.quaternion
         self._accelerometer_bias, self._gyro_bias = filter_.accelerometer_bias, filter_.gyro_bias
         self._gravity_mps2 = filter_.gravity_mps2
-        self._last: tuple[Vector, Vector] | None = None
         self._sigma_mps, self._sigma_mps2 = filter_.velocity_sigmas()
         bias_sigma_mps2, gyro_sigma_radps = filter_.bias_sigmas()
-        self._turn_sigma_mps2 = math.hypot(bias_sigma_mps2, _AXES_RAD * self._gravity_mps2)
+        doubted_mps2 = _DOUBTED_SHARE * math.hypot(self._accelerometer_bias[0], self._accelerometer_bias[1])
+        self._turn_sigma_mps2 = math.hypot(bias_sigma_mps2, _AXES_RAD * self._gravity_mps2, doubted_mps2)
         self._sigma_mps3 = self._gravity_mps2 * gyro_sigma_radps
         self._ahead = filter_.rotation[0], filter_.rotation[3]
         self._turned_mps = 0.0
@@ -113,23 +110,28 @@ class Lane:
         return math.hypot(self._sigma_mps, self._sigma_mps2 * passed_s, self._turned_mps, tilted_mps)
 
     def advance(self, force: Vector, rates: Vector, dt_s: float) -> None:
-        """Take one sample; the mean of two applies over a step, in the attitude at its middle."""
-        (fx, fy, fz), (p, q, r) = force, rates
-        (gx, gy, gz), (u, v, w) = self._last or (force, rates)
-        self._last = force, rates
+        """Take one sample, as the filter does."""
         bx, by, bz = self._accelerometer_bias
-        wx, wy, wz = self._gyro_bias
-        half_s = 0.5 * dt_s
-        turn = (0.5 * (p + u) - wx) * half_s, (0.5 * (q + v) - wy) * half_s, (0.5 * (r + w) - wz) * half_s
-        middle = turned(self._quaternion, *turn)
-        self._quaternion = turned(middle, *turn)
-        mean = 0.5 * (fx + gx) - bx, 0.5 * (fy + gy) - by, 0.5 * (fz + gz) - bz
-        matrix = rotation(middle)
-        n, e, d = rotate(matrix, mean)
+        bp, bq, br = self._gyro_bias
+        p, q, r = rates[0] - bp, rates[1] - bq, rates[2] - br
+        matrix = rotation(self._quaternion)
+        self._quaternion = turned(self._quaternion, p * dt_s, q * dt_s, r * dt_s)
+        felt = at_the_middle(force[0] - bx, force[1] - by, force[2] - bz, p, q, r, dt_s)
+        n, e, d = rotate(matrix, felt)
         chord = math.hypot(matrix[0] - self._ahead[0], matrix[3] - self._ahead[1])
         self._turned_mps += chord * self._turn_sigma_mps2 * dt_s
         vn, ve, vd = self.velocity
         self.velocity = (vn + n * dt_s, ve + e * dt_s, vd + (d + self._gravity_mps2) * dt_s)
+
+
+@dataclass(frozen=True, slots=True)
+class _Sample:
+    """Specific force (m/s²) and rates (rad/s) at the end of `dt_s`."""
+
+    t_s: float
+    force: Vector
+    rates: Vector
+    dt_s: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,7 +152,7 @@ class InertialMemory:
     def __init__(self) -> None:
         self.lanes: list[Lane] = []
         self._kept: deque[_Kept] = deque()
-        self._samples: deque[tuple[float, Sample]] = deque()
+        self._samples: deque[_Sample] = deque()
 
     def clear(self) -> None:
         """Forget all: the filter begins anew."""
@@ -161,8 +163,8 @@ class InertialMemory:
     def sample(self, t_s: float, force: Vector, rates: Vector, dt_s: float) -> None:
         """Take one sample."""
         samples = self._samples
-        samples.append((t_s, (force, rates, dt_s)))
-        if samples[0][0] < t_s - _KEPT_S:
+        samples.append(_Sample(t_s, force, rates, dt_s))
+        if samples[0].t_s < t_s - _KEPT_S:
             samples.popleft()
         for lane in self.lanes:
             lane.advance(force, rates, dt_s)
@@ -198,7 +200,7 @@ class InertialMemory:
         filter_.position, filter_.velocity = then.position, then.velocity
         filter_.quaternion, filter_.rotation = then.quaternion, rotation(then.quaternion)
         filter_.accelerometer_bias, filter_.gyro_bias = then.accelerometer_bias, then.gyro_bias
-        filter_.carry_on([sample for t_s, sample in self._samples if t_s > then.t_s + 1e-9])
+        filter_.carry_on([(s.force, s.rates, s.dt_s) for s in self._samples if s.t_s > then.t_s + 1e-9])
         filter_.covariance[:] = then.covariance
         passed_s = now_s - then.t_s
         growths = ((0, 1), _POSITION_MPS), ((3, 4), _VELOCITY_MPS2), ((8,), _HEADING_RADPS)

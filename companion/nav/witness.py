@@ -15,6 +15,7 @@ from companion.nav.integrity.evidence import (
     Evidence,
     HeadingSeen,
     InertialStep,
+    InertialWay,
     LaneStep,
     LieFound,
     ModelStep,
@@ -26,7 +27,7 @@ from companion.nav.integrity.monitor import IntegrityMonitor
 from companion.nav.lever_arms import Vector
 from companion.nav.no_imu import PoseSolution
 from companion.nav.outliers import Verdict
-from companion.nav.solution import Motion
+from companion.nav.solution import Motion, Place
 from companion.params.store import Parameters
 
 _FRESH_S = 0.15  # age of the last inertial sample up to which its sums hold for a reading
@@ -83,12 +84,10 @@ class Witness:
         """Note a fix, `antenna` in the local plane; the verdict on it, or None: the usual rule."""
         here, arm = solution.place(fix.t_s), solution.offset(lever_m)
         north, east = antenna[0] - arm.north_m, antenna[1] - arm.east_m
-        way: tuple[float | None, float | None] = (None, None)
-        if _feels(solution, fix.t_s):
-            way = solution.odometer.north_m, solution.odometer.east_m
+        way = _way(solution, here, fix.t_s) if _feels(solution, fix.t_s) else None
         seen = PositionSeen(
             fix.t_s, fix.source, fix.lat_deg, fix.lon_deg, north, east, north - here.north_m, east - here.east_m,
-            here.north_mps, here.east_mps, here.sigma_m, sigma_m, fix.fix, *way,
+            here.north_mps, here.east_mps, here.sigma_m, sigma_m, fix.fix, way,
             None if _fresh(solution, fix.t_s) else antenna,
         )  # fmt: skip
         self._evidence.positions.append(seen)
@@ -100,12 +99,11 @@ class Witness:
         """Note a velocity; the verdict on it, or None: the usual rule."""
         here, swing = solution.place(velocity.t_s), solution.offset(lever_m)
         north, east = velocity.north_mps - swing.north_mps, velocity.east_mps - swing.east_mps
-        felt: tuple[float | None, float | None] = (None, None)
-        if _feels(solution, velocity.t_s):
-            felt = solution.odometer.north_mps, solution.odometer.east_mps
+        felt = solution.odometer if _feels(solution, velocity.t_s) else None
         seen = VelocitySeen(
             velocity.t_s, velocity.source, (velocity.north_mps, velocity.east_mps), north, east,
-            north - here.north_mps, east - here.east_mps, *felt, sigma_mps,
+            north - here.north_mps, east - here.east_mps,
+            None if felt is None else felt.north_mps, None if felt is None else felt.east_mps, sigma_mps,
         )  # fmt: skip
         self._evidence.velocities.append(seen)
         return self.monitor.screen_velocity(seen)
@@ -146,19 +144,33 @@ class Witness:
         if inertial is not None and inertial.running:
             evidence.inertial = _inertial_step(inertial)
         if current is not None and driven:
-            evidence.model = ModelStep(current.run, *current.carried, current.carried_turn_radps)
+            evidence.model = ModelStep(current.run, current.carried[0], current.carried[1], current.carried_turn_radps)
         evidence.yaw_rad, evidence.turn_radps = motion.attitude[2], motion.rates[2]
         evidence.north_mps, evidence.east_mps = motion.velocity[0], motion.velocity[1]
         return list(self.monitor.update(evidence, now_s))
 
 
+def _way(solution: InertialSolution, here: Place, t_s: float) -> InertialWay:
+    """The way of the boat's origin, up to a time just before or after the last sample."""
+    odometer, filter_, ahead_s = solution.odometer, solution.filter, t_s - solution.t_s
+    arm_north = filter_.position[0] - here.north_m + ahead_s * here.north_mps
+    arm_east = filter_.position[1] - here.east_m + ahead_s * here.east_mps
+    return InertialWay(
+        odometer.north_m + ahead_s * odometer.north_mps - arm_north,
+        odometer.east_m + ahead_s * odometer.east_mps - arm_east,
+        filter_.velocity[0] - odometer.north_mps,
+        filter_.velocity[1] - odometer.east_mps,
+    )
+
+
 def _inertial_step(inertial: InertialSolution) -> InertialStep:
-    odometer, (swing_north, swing_east) = inertial.odometer, inertial.swing
+    odometer = inertial.odometer
+    swing_north, swing_east = inertial.swing
     lanes = []
     for lane in inertial.lanes if inertial.feels else ():
-        (first_north, first_east, _), (north, east, _) = lane.first, lane.velocity
+        first, now = lane.first, lane.velocity
         sigma_mps = lane.sigma_mps(inertial.t_s)
-        lanes.append(LaneStep(lane.from_s, first_north, first_east, north - swing_north, east - swing_east, sigma_mps))
+        lanes.append(LaneStep(lane.from_s, first[0], first[1], now[0] - swing_north, now[1] - swing_east, sigma_mps))
     return InertialStep(
         odometer.run,
         odometer.north_mps,

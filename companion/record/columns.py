@@ -91,7 +91,7 @@ class ColumnWriter:
         rows = list(map(self._codec.values, readings))
         if (packer := self._quick.get(len(rows))) is None:
             packer = self._quick[len(rows)] = _Packer(self._source, self.layout.forms, len(rows))
-        if (quick := packer.packed(rows, tick_us)) is None:
+        if (quick := narrowed(packer, rows, tick_us)) is None:
             quick = self._widened(list(zip(*rows, strict=True)), tick_us)
         last = _FIRST + len(rows[0])
         parts = [quick]
@@ -120,12 +120,13 @@ class ColumnWriter:
 class _Packer:
     """Packs so many readings in one call, as long as the forms of their columns hold them.
 
-    Remembers the values to be packed: of each column what stands before it, then its value of each reading. So a
-    reading's values go into each `_stride`-th place.
+    `heads`: the source, and what stands before each column. Remembers the values to be packed: of each column what
+    stands before it, then its value of each reading. So a reading's values go into each `_stride`-th place.
     """
 
     def __init__(self, source: bytes, forms: str, count: int) -> None:
         heads = [head(_FIRST + at, count * struct.calcsize(_CODES[form])) for at, form in enumerate(forms)]
+        self.heads, self.forms = (source, *heads), forms
         self._struct = _row_struct(source, heads, [f"{count}{_CODES[form]}" for form in forms])
         exact = {"f": "d", "s": "d"}
         self._exact = _row_struct(source, heads, [f"{count}{exact.get(form, _CODES[form])}" for form in forms])
@@ -171,6 +172,11 @@ class _Packer:
             return False
         self._values[self._times] = ages
         return [(tick_us - age) / _US for age in ages] == times_s
+
+
+def narrowed(packer: _Packer, rows: list[Sequence[Any]], tick_us: int) -> bytes | None:
+    """As `_Packer.packed`. It has a second form in C (`sitl.native.operations`)."""
+    return packer.packed(rows, tick_us)
 
 
 def _row_struct(source: bytes, heads: Sequence[bytes], codes: Sequence[str]) -> struct.Struct:

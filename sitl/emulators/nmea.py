@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from functools import reduce
-from operator import xor
-
 KNOTS_PER_MPS = 3600.0 / 1852.0
 
 
 def checksum_text(body: str) -> str:
     """The checksum in two hexadecimal digits: exclusive or of the characters between the first one and *."""
-    return f"{reduce(xor, body.encode('ascii')):02X}"
+    total = 0
+    for byte in body.encode("ascii"):
+        total ^= byte
+    return f"{total:02X}"
 
 
 def sentence(body: str) -> str:

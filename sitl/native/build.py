@@ -18,12 +18,15 @@ from pathlib import Path
 
 from companion.native import FOLDER, LIBRARY, ROOT, SUFFIX, digest
 from sitl.native.modules import compiled, known
+from sitl.native.operations import HEADER
 from sitl.native.source import prepared
 
 GROUP = "usv"
-FLAGS = ("-O1", "-fPIC", "-fwrapv", "-ffp-contract=off", "-DNDEBUG", "-w")
+FLAGS = (*("-O2", "-fPIC", "-fvisibility=hidden", "-fwrapv", "-ffp-contract=off", "-fno-math-errno", "-DNDEBUG", "-w"),)
 """No fused multiply-add, which some processors have and which rounds once less: results stay as interpreted ones."""
 
+_HEADERS = (f"__native_{GROUP}.h", f"__native_internal_{GROUP}.h")
+"""What all C files include; read once, since it is larger than most of them."""
 
 _WRONG, _RIGHT = "!= -113.0 && PyErr_Occurred()", "!= -113.0 || !PyErr_Occurred()"
 """How mypyc 2.4 asks whether a constant that is a tuple of floats has its value, and how it should."""
@@ -46,7 +49,7 @@ def build(folder: Path, compiler: Sequence[str], jobs: int, root: Path = ROOT, i
     index, library = into / "index.json", into / f"{LIBRARY}{SUFFIX}"
     index.unlink(missing_ok=True)  # until the library is there, it does not count
     part = library.with_suffix(".part")
-    _run([*compiler, "-shared", "-o", str(part), *map(str, objects), "-lm"])
+    _run([*compiler, "-shared", "-Wl,-Bsymbolic", "-o", str(part), *map(str, objects), "-lm"])
     part.replace(library)
     index.write_text(
         json.dumps(
@@ -84,8 +87,8 @@ def _prepare(root: Path, sources: Path, modules: Sequence[str]) -> None:
 def _translate(folder: Path, sources: Path, modules: Sequence[str]) -> None:
     """Make C of the modules, in a process of its own: mypyc ends the process where it finds a mistake."""
     code = (
-        "import json, sys; from mypyc.build import mypycify; given = json.load(sys.stdin);"
-        "sys.setrecursionlimit(20000);"
+        "import json, sys; from mypyc.build import mypycify; from sitl.native.operations import register;"
+        "given = json.load(sys.stdin); sys.setrecursionlimit(20000); register();"
         f"mypycify(given, multi_file=True, group_name='{GROUP}', target_dir=sys.argv[1])"
     )
     shutil.rmtree(folder / "c", ignore_errors=True)  # it may hold modules that are no longer compiled
@@ -106,9 +109,13 @@ def _compiled(sources: Path, objects: Path, compiler: Sequence[str], jobs: int) 
     from mypyc.build import include_dir
 
     headers = hashlib.sha256(b"".join(path.read_bytes() for path in sorted(sources.glob("__native*.h"))))
-    headers.update(" ".join(FLAGS).encode())
+    headers.update(" ".join(FLAGS).encode() + HEADER.read_bytes())
     objects.mkdir(parents=True, exist_ok=True)
     include = [f"-I{path}" for path in (sources, include_dir(), sysconfig.get_paths()["include"])]
+    common = sources / "common.h"
+    common.write_text("".join(f'#include "{name}"\n' for name in (HEADER, *_HEADERS)))
+    _run([*compiler, *FLAGS, *include, "-x", "c-header", str(common), "-o", f"{common}.gch"])
+    include += ["-include", str(common)]
 
     def compile_one(source: Path) -> Path:
         key = headers.copy()
@@ -133,4 +140,5 @@ def _run(command: Sequence[str], folder: Path | None = None, text: str = "") -> 
     except OSError as error:
         raise BuildError(f"{command[0]}: {error.strerror}") from error
     if done.returncode:
-        raise BuildError("\n".join((done.stdout + done.stderr).splitlines()[-30:]))
+        lines = (done.stdout + done.stderr).splitlines()
+        raise BuildError("\n".join([line for line in lines if " warning: " not in line][-30:]))

@@ -3,7 +3,8 @@
 * A dataclass gets the `__init__` that it would get from `dataclass`, so that it is compiled. It loses `slots` and
   `frozen`, of which mypyc's own classes have the first and do not know the second; mypy has checked the second.
 * A constant of a module becomes `Final`, else mypyc looks it up by its name each time.
-* `sum` gets a list: mypyc would add a generator's values in a loop of its own, without the compensation of Python 3.12.
+* Statements and expressions get other forms (`forms.py`).
+* A NamedTuple of `_VALUES` becomes a dataclass; who unpacks one nevertheless is found by mypy.
 * A parameter named `_` gets another name, since mypyc gives no type to it.
 
 * A class from which other packages inherit is told to allow that.
@@ -16,104 +17,68 @@ from __future__ import annotations
 import ast
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+
+from sitl.native.edits import Edits
+from sitl.native.forms import change_form, change_formats
 
 _CONSTANT = re.compile(r"_*[A-Z][A-Z0-9_]*")
 _FUTURE = "from __future__ import annotations"
 _OPEN = ("StreamDriver",)  # from which drivers of other packages inherit, which are not compiled
 _ATTRIBUTE = "@mypy_extensions.mypyc_attr(allow_interpreted_subclasses=True)\n"
-_PURE = {"int", "len", "max", "min", "round"}
+_DECORATOR = "@dataclass(unsafe_hash=True)\n"
+_VALUES = (
+    *("Place", "Offset", "PositionSeen", "VelocitySeen", "HeadingSeen", "ModelStep", "LaneStep", "InertialStep"),
+)
+"""NamedTuples that nobody takes for tuples: compiled, they are made and read without Python's objects."""
 _NO_CONSTANTS = ("TypeVar", "ParamSpec", "NewType")
-
-
-@dataclass
-class _Edits:
-    """Insertions into and removals from a text, by place."""
-
-    text: str
-    starts: list[int] = field(default_factory=list)
-    edits: list[tuple[int, int, str]] = field(default_factory=list)
-
-    def __post_init__(self) -> None:
-        at = 0
-        for line in self.text.encode().splitlines(keepends=True):
-            self.starts.append(at)
-            at += len(line)
-        self.starts.append(at)
-
-    def start(self, node: ast.expr | ast.stmt | ast.arg) -> int:
-        return self.starts[node.lineno - 1] + node.col_offset
-
-    def end(self, node: ast.expr | ast.stmt) -> int:
-        assert node.end_lineno is not None and node.end_col_offset is not None
-        return self.starts[node.end_lineno - 1] + node.end_col_offset
-
-    def replace(self, start: int, end: int, text: str) -> None:
-        self.edits.append((start, end, text))
-
-    def insert(self, at: int, text: str) -> None:
-        self.edits.append((at, at, text))
-
-    def done(self) -> str:
-        data = self.text.encode()
-        for start, end, text in sorted(self.edits, key=lambda edit: edit[:2], reverse=True):
-            data = data[:start] + text.encode() + data[end:]
-        return data.decode()
 
 
 def prepared(text: str) -> str:
     """The source for mypyc. Raises ValueError where mypyc would not do what is written."""
     tree = ast.parse(text)
-    edits = _Edits(text)
+    edits = Edits(text)
     tail: list[str] = []
+    done: set[ast.AST] = set()
     for node in ast.walk(tree):
-        tail += _statement(node, edits, node in tree.body)
+        if isinstance(node, ast.JoinedStr) and node not in done:
+            done |= change_formats(node, edits)
+        if node not in done or isinstance(node, ast.Slice):
+            tail += _statement(node, edits, node in tree.body)
     _imports(edits, _constants(tree, edits) > 0)
     return edits.done() + "".join(f"{line}\n" for line in tail)
 
 
-def _statement(node: ast.AST, edits: _Edits, outermost: bool) -> list[str]:
+def _statement(node: ast.AST, edits: Edits, outermost: bool) -> list[str]:
     """Change one node. Returns what the module's end gets."""
     if isinstance(node, ast.ClassDef):
         if node.name in _OPEN:
             edits.insert(edits.start(node), _ATTRIBUTE)
+        if node.name in _VALUES and [ast.unparse(base) for base in node.bases] == ["NamedTuple"]:
+            return _value(node, edits)
         return _dataclass(node, edits, outermost)
     if isinstance(node, ast.arg) and node.arg == "_":
         edits.insert(edits.start(node), "unused")
-    elif isinstance(node, ast.Call):
-        _sum(node, edits)
-    elif isinstance(node, ast.Slice):
-        _refuse_effects(node)
+    else:
+        change_form(node, edits)
     return []
 
 
-def _imports(edits: _Edits, final: bool) -> None:
+def _imports(edits: Edits, final: bool) -> None:
     """Add the imports of what was inserted."""
     lines = ["; from typing import Final"] if final else []
+    if any(new == _DECORATOR for _, _, new in edits.edits):
+        lines += ["; from dataclasses import dataclass"]
     if any(new == _ATTRIBUTE for _, _, new in edits.edits):
         lines += ["; from typing import TYPE_CHECKING\nif TYPE_CHECKING: import mypy_extensions"]
     if lines:
         edits.insert(edits.text.encode().index(_FUTURE.encode()) + len(_FUTURE), "".join(lines))
 
 
-def _refuse_effects(node: ast.Slice) -> None:
-    """mypyc 2.4 does the bounds of a slice twice."""
-    calls = {ast.unparse(part.func) for part in ast.walk(node) if isinstance(part, ast.Call)}
-    if (not calls <= _PURE) or any(isinstance(part, ast.NamedExpr) for part in ast.walk(node)):
-        raise ValueError(f"line {node.lineno}: a call in the bounds of a slice, which mypyc does twice")
-
-
-def _sum(call: ast.Call, edits: _Edits) -> None:
-    if isinstance(call.func, ast.Name) and call.func.id == "sum" and isinstance(call.args[0], ast.GeneratorExp):
-        start, end = edits.start(call.args[0]), edits.end(call.args[0])  # with its parentheses
-        edits.replace(start, start + 1, "([")
-        edits.replace(end - 1, end, "])")
-
-
 # --- constants -------------------------------------------------------------------------------------------------------
 
 
-def _constants(tree: ast.Module, edits: _Edits) -> int:
+def _constants(tree: ast.Module, edits: Edits) -> int:
     """Make the constants of a module `Final`; how many."""
     changed = 0
     names = [name for statement in ast.walk(tree) for name in _bound(statement)]
@@ -141,7 +106,7 @@ def _targets(statement: ast.stmt) -> list[str]:
     return [ast.unparse(part) for part in parts]
 
 
-def _finalise(statement: ast.stmt, edits: _Edits) -> bool:
+def _finalise(statement: ast.stmt, edits: Edits) -> bool:
     if isinstance(statement, ast.AnnAssign):
         if "TypeAlias" in ast.unparse(statement.annotation):
             return False
@@ -174,7 +139,7 @@ class _Field:
     plain: bool
 
 
-def _dataclass(node: ast.ClassDef, edits: _Edits, outermost: bool) -> list[str]:
+def _dataclass(node: ast.ClassDef, edits: Edits, outermost: bool) -> list[str]:
     """Change a dataclass. Returns what the module's end gets: its annotations as they are written, which mypyc
     simplifies."""
     decorator = next((item for item in node.decorator_list if _is_dataclass(item)), None)
@@ -185,10 +150,19 @@ def _dataclass(node: ast.ClassDef, edits: _Edits, outermost: bool) -> list[str]:
     methods = {statement.name for statement in node.body if isinstance(statement, ast.FunctionDef)}
     own = not node.bases and not methods & {"__init__", "__post_init__"}
     if own and fields and all(item.plain for item in fields):
-        indent = " " * node.body[0].col_offset
-        edits.insert(edits.end(node), f"\n{indent}{_init(fields)}")
+        edits.insert(edits.end(node), _init(node, fields))
     annotations = {item.name: item.annotation for item in fields}
     return [f"setattr({node.name}, '__annotations__', {annotations!r})"] if outermost and fields else []
+
+
+def _value(node: ast.ClassDef, edits: Edits) -> list[str]:
+    """Make a NamedTuple a dataclass."""
+    edits.insert(edits.start(node), _DECORATOR)
+    base = node.bases[0]
+    edits.replace(edits.start(base) - 1, edits.end(base) + 1, "")
+    fields = [found for statement in node.body if (found := _field(statement)) is not None]
+    edits.insert(edits.end(node), _init(node, fields))
+    return []
 
 
 def _is_dataclass(node: ast.expr) -> bool:
@@ -216,7 +190,7 @@ def _field(statement: ast.stmt) -> _Field | None:
     return _Field(statement.target.id, annotation, None if value is None else ast.unparse(value), True)
 
 
-def _init(fields: list[_Field]) -> str:
+def _init(node: ast.ClassDef, fields: list[_Field]) -> str:
     given = (f"{item.name}: {item.annotation}" + (f" = {item.default}" if item.default else "") for item in fields)
     kept = "; ".join(f"self.{item.name} = {item.name}" for item in fields)
-    return f"def __init__(self, {', '.join(given)}) -> None: {kept}"
+    return f"\n{' ' * node.body[0].col_offset}def __init__(self, {', '.join(given)}) -> None: {kept}"

@@ -1,8 +1,8 @@
 """Honest sensors on a bad day: none of them may be found to lie.
 
-Drawn by the seed: holding, going from point to point or sailing a mission; wind with gusts, current, waves, the grade
-of the receiver, a wrong model of the hull; and RTK lost and regained, receivers and inertial sensors silent for a
-while, wild points.
+Drawn by the seed: holding, going from point to point or sailing a mission; wind with gusts, current, a sea or a swell,
+the grade of the receiver, a wrong model of the hull; and RTK lost and regained, receivers and inertial sensors silent
+for a while, wild points.
 """
 
 from __future__ import annotations
@@ -43,6 +43,8 @@ _DAYS = {
     "aboat": _Day(7.0, 0.3, 80.0),
     "rescuerunner": _Day(8.0, 1.0, 400.0),
 }
+_GUSTS = ("", "", "/davenport", "/npd")  # of a spectrum; the first ones: of 15 % and 10 s
+_PERIODS = (2.8, 8.0)  # of the sea's peak over √height, s/√m: the shortest do not yet break
 _ANY_DAY = _Day(3.0, 0.2, 50.0)
 
 
@@ -53,16 +55,25 @@ def _random(seed: int, what: str) -> random.Random:
 def prepare(conditions: Conditions, settings: Settings) -> Conditions:
     """The day of this seed."""
     draw, day = _random(conditions.seed, "day"), _DAYS.get(conditions.vessel, _ANY_DAY)
+    weather = _random(conditions.seed, "weather")
     basin = day.wind_mps == 0.0
     return replace(
         conditions,
-        wind=None if basin else f"{draw.uniform(0.0, day.wind_mps):.1f}",
+        wind=None if basin else f"{draw.uniform(0.0, day.wind_mps):.1f}" + weather.choice(_GUSTS),
         current=None if basin or draw.random() < 0.4 else f"{draw.uniform(0.0, day.current_mps):.2f}",
-        waves=None if basin or draw.random() < 0.5 else f"{draw.uniform(0.02, 0.4):.2f}",
+        waves=None if basin or draw.random() < 0.5 else _sea(draw.uniform(0.02, 0.4), weather),
         gnss=draw.choice(day.gnss),
         model_error=0.0 if draw.random() < 0.3 else round(draw.uniform(-0.3, 0.3), 2),
         faults=tuple(_faults(draw, number(settings, "duration"), conditions.vessel)),
     )
+
+
+def _sea(height_m: float, weather: random.Random) -> str:
+    """Waves of that height: as the wind raises them, or of any direction and from steep seas to swell."""
+    if weather.random() < 0.5:
+        return f"{height_m:.2f}"
+    from_deg, period_s = weather.uniform(0.0, 360.0), weather.uniform(*_PERIODS) * math.sqrt(height_m)
+    return f"{height_m:.2f}@{from_deg:.0f}/{period_s:.2f}"
 
 
 def _faults(draw: random.Random, duration_s: float, vessel: str) -> list[str]:

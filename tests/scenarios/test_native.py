@@ -44,3 +44,12 @@ def test_both_sail_the_same(scenario: str, vessel: str, tmp_path: Path) -> None:
         assert (logs["0"] / name).read_bytes() == (logs["require"] / name).read_bytes()
     for name in ("log.mcap", "telemetry.tlog"):
         assert (logs["0"] / name).stat().st_size == (logs["require"] / name).stat().st_size
+
+
+@pytest.mark.process
+@pytest.mark.skipif(not BUILT, reason="no native build of these sources: `make native`")
+def test_the_bench_can_time_it() -> None:
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "tests/unit/test_bench_stopwatches.py"]
+    environment = {**os.environ, "USV_NATIVE": "require"}
+    done = subprocess.run(command, cwd=native.ROOT, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout

@@ -11,8 +11,10 @@ from __future__ import annotations
 import math
 import re
 import struct
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from operator import itemgetter
+from typing import Any
 
 from companion.config.devices import SensorConfig
 from companion.core.ports import ByteStream
@@ -51,8 +53,26 @@ _ANGLES = struct.Struct("<3f")
 _header_at = struct.Struct(">HB").unpack_from
 _word_at = struct.Struct(">I").unpack_from
 
+_WHOLE = b"\xfa\xff\x36"  # begins a message with data
+_BEFORE_ITEMS, _ITEM_HEAD, _WORD_BYTES = 4, 3, 4
+_MOST_LAYOUTS = 8
+
 _SELF_TEST_OK = 0x1
 _CLIPPING = 0x00080000
+
+
+@dataclass(frozen=True, slots=True)
+class _Layout:
+    """Where the numbers of a message stand, for the next one with the same items. `values` gives all values of a
+    message, `heads` those that must be `expected`; `groups`: identifier, first value, the one past the last; `ticks`,
+    `status`: of which value that is, or None."""
+
+    values: Callable[[bytes], tuple[Any, ...]]
+    heads: Callable[[tuple[Any, ...]], tuple[Any, ...]]
+    expected: tuple[Any, ...]
+    groups: tuple[tuple[int, int, int], ...]
+    ticks: int | None
+    status: int | None
 
 
 class Mtdata2Sensor(StreamDriver):
@@ -68,6 +88,7 @@ class Mtdata2Sensor(StreamDriver):
     def __init__(self, config: SensorConfig, stream: ByteStream) -> None:
         super().__init__(config, stream)
         self._buffer = bytearray()
+        self._layouts: dict[int, _Layout | None] = {}  # by the length of the message; None: of no use
         self._clock = SampleClock(config.latency_s)
         self._remark = ""
         self._rate_remark = ""
@@ -75,6 +96,13 @@ class Mtdata2Sensor(StreamDriver):
         self._own_yaw = OwnYaw(config)
 
     def _feed(self, arrival_s: float, data: bytes, readings: list[Reading]) -> None:
+        if not self._buffer and _is_whole(data):
+            self._message(arrival_s, data, readings)
+        else:
+            self._search(arrival_s, data, readings)
+
+    def _search(self, arrival_s: float, data: bytes, readings: list[Reading]) -> None:
+        """Take bytes that may be parts of messages, and others between them."""
         buffer = self._buffer
         buffer += data
         at = 0
@@ -130,6 +158,31 @@ class Mtdata2Sensor(StreamDriver):
             self._rate_remark = rate_problem(data, self._config.rate_hz)
 
     def _message(self, arrival_s: float, message: bytes, readings: list[Reading]) -> None:
+        layout = self._layouts.get(len(message))
+        if layout is not None:
+            found = layout.values(message)
+            if layout.heads(found) == layout.expected:
+                self._quick(arrival_s, layout, found, readings)
+                return
+        elif len(message) not in self._layouts and len(self._layouts) < _MOST_LAYOUTS:
+            self._layouts[len(message)] = _layout_of(message)
+        self._items(arrival_s, message, readings)
+
+    def _quick(self, arrival_s: float, layout: _Layout, found: tuple[Any, ...], readings: list[Reading]) -> None:
+        """Take a message of a known layout."""
+        values: dict[int, tuple[float, ...]] = {}
+        for group, first, end in layout.groups:
+            numbers = found[first:end]
+            total: float = sum(numbers)
+            if math.isfinite(total):  # it is not as soon as one of them is not
+                values[group] = numbers
+        if layout.status is not None:
+            self._note_status(found[layout.status])
+        self._count_valid(arrival_s)
+        self._emit(arrival_s, None if layout.ticks is None else found[layout.ticks], values, readings)
+
+    def _items(self, arrival_s: float, message: bytes, readings: list[Reading]) -> None:
+        """Take a message item by item."""
         values: dict[int, tuple[float, ...]] = {}
         ticks: int | None = None
         at, end = (6 if message[3] == _EXTENDED else 4), len(message) - 1
@@ -190,6 +243,51 @@ class Mtdata2Sensor(StreamDriver):
         """As every driver's, with a remark where the device gives another rate than was asked for."""
         health = super().health(now_s)
         return replace(health, text=f"{health.text}; {self._rate_remark}") if self._rate_remark else health
+
+
+def _is_whole(data: bytes) -> bool:
+    """Whether this is one message with data, and nothing else."""
+    if data[:_PREAMBLE_BYTES] != _WHOLE or len(data) <= _BEFORE_ITEMS or data[_PREAMBLE_BYTES] == _EXTENDED:
+        return False
+    return len(data) == data[_PREAMBLE_BYTES] + _BEFORE_ITEMS + 1 and sum(data) & 0xFF == data[0]
+
+
+def _layout_of(message: bytes) -> _Layout | None:
+    """The layout of a message; None for one that is left to the slow way: long, in fixed point, or damaged."""
+    items = _items_of(message)
+    form, count, heads = f">{_BEFORE_ITEMS}s", 1, [0]
+    groups: dict[int, tuple[int, int, int]] = {}
+    numbers: dict[int, int] = {}  # places of whole numbers
+    for data_id, size in items:
+        heads.append(count)
+        form, count, group = f"{form}{_ITEM_HEAD}s", count + 1, data_id & _GROUP_MASK
+        floats = _FLOATS.get(data_id & (_GROUP_MASK | _PRECISION_MASK))
+        if floats is not None and floats.size == size and group not in groups:
+            groups[group] = group, count, count + _COUNTS[group]
+            form, count = form + floats.format[1:], count + _COUNTS[group]
+        elif group in _COUNTS:
+            return None
+        elif group in (_SAMPLE_TIME_FINE, _STATUS_WORD) and size == _WORD_BYTES:
+            numbers[group] = count
+            form, count = f"{form}I", count + 1
+        else:
+            form = f"{form}{size}x"
+    if not items:
+        return None
+    values, heads_of = struct.Struct(f"{form}x").unpack, itemgetter(*heads)
+    ticks, status = numbers.get(_SAMPLE_TIME_FINE), numbers.get(_STATUS_WORD)
+    return _Layout(values, heads_of, heads_of(values(message)), tuple(groups.values()), ticks, status)
+
+
+def _items_of(message: bytes) -> list[tuple[int, int]]:
+    """(identifier, size) of each item; none where they do not fill the message, or its length stands in two bytes."""
+    items: list[tuple[int, int]] = []
+    at, end = _BEFORE_ITEMS, len(message) - 1
+    while message[3] != _EXTENDED and at + _ITEM_HEAD <= end:
+        data_id, size = _header_at(message, at)
+        items.append((data_id, size))
+        at += _ITEM_HEAD + size
+    return items if at == end else []
 
 
 def _fixed_point(precision: int, count: int, raw: bytes) -> tuple[float, ...]:

@@ -111,7 +111,7 @@ class Nmea0183Sensor(StreamDriver):
         for match in _SENTENCE.finditer(buffer):
             began_s = self._tail_arrival_s if match.start() < kept else arrival_s
             done = match.end()
-            body = match[2]
+            body: bytes = match[2]
             if checksum(body) != int(match[3], 16):
                 self._bad += 1
             elif match[1] == b"$":

@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from datetime import date, time
+from functools import lru_cache
 
-from pynmea2.nmea_utils import datestamp, dm_to_sd, timestamp
+from pynmea2.nmea_utils import datestamp, timestamp
 
 Sentence = Mapping[
     str, str
@@ -15,6 +16,7 @@ Sentence = Mapping[
 MPS = {"N": 1852.0 / 3600.0, "K": 1.0 / 3.6, "M": 1.0, "S": 1609.344 / 3600.0}
 DAY_S = 86400
 _UNIX_DAY = date(1970, 1, 1).toordinal()
+_clock_of = lru_cache(16)(timestamp)  # several sentences of a moment have the same text
 
 
 def checksum(body: bytes) -> int:
@@ -58,13 +60,13 @@ def day(text: str | None) -> date | None:
 
 def seconds_of_day(text: str) -> float:
     """hhmmss.sss in seconds since midnight. Raises ValueError for text that is no time."""
-    clock: time = timestamp(text)
+    clock: time = _clock_of(text)
     return clock.hour * 3600 + clock.minute * 60 + clock.second + clock.microsecond * 1e-6
 
 
 def unix_ns(on: date, text: str) -> int:
     """hhmmss.sss on a day as ns since 1970."""
-    clock: time = timestamp(text)
+    clock: time = _clock_of(text)
     seconds = (on.toordinal() - _UNIX_DAY) * DAY_S + clock.hour * 3600 + clock.minute * 60 + clock.second
     return seconds * 1_000_000_000 + clock.microsecond * 1000
 
@@ -74,8 +76,17 @@ def place(sentence: Sentence) -> tuple[float, float] | None:
     lat, lon, north, east = sentence.get("lat"), sentence.get("lon"), sentence.get("lat_dir"), sentence.get("lon_dir")
     if not (lat and lon and north in ("N", "S") and east in ("E", "W")):
         return None
-    latitude: float = dm_to_sd(lat)
-    longitude: float = dm_to_sd(lon)
+    latitude, longitude = _degrees(lat), _degrees(lon)
     if latitude > 90.0 or longitude > 180.0:
         return None
     return (latitude if north == "N" else -latitude), (longitude if east == "E" else -longitude)
+
+
+def _degrees(text: str) -> float:
+    """(d)ddmm.mmm in degrees. Raises ValueError for text that is none."""
+    if text == "0":
+        return 0.0
+    point = text.find(".")
+    if point < 3 or not text[:point].isdigit() or not text[point + 1 :].isdigit():
+        raise ValueError(f"no degrees and minutes: {text!r}")
+    return float(text[: point - 2]) + float(text[point - 2 :]) / 60.0

@@ -56,7 +56,7 @@ class AccuracyLie(Hypothesis):
         ]
 
     def _take(self, receiver: _Receiver, seen: PositionSeen, driven: bool) -> None:
-        if seen.inertial_north_m is None:
+        if seen.way is None:
             receiver.last = receiver.since_s = None  # the estimate's velocity lags behind: not the positions scatter
             return
         last, receiver.last = receiver.last, seen

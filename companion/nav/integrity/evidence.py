@@ -66,12 +66,22 @@ class LieFound(NamedTuple):
     widens: bool = False
 
 
+class InertialWay(NamedTuple):
+    """The way that goes with the velocity which the accelerometers have added up to, and the estimate's velocity less
+    that one: it stays while nothing but forces changes the estimate."""
+
+    north_m: float
+    east_m: float
+    carried_north_mps: float
+    carried_east_mps: float
+
+
 class PositionSeen(NamedTuple):
     """A fix. `lat_deg`, `lon_deg`: as the receiver gave them; the rest is of the boat's origin in the local plane.
 
-    `off_*`: less the estimate, whose velocity and one sigma of position are the others. `inertial_*`: the way that
-    goes with the velocity which the accelerometers have added up to; None without them. `antenna`: the fix before the
-    lever arm was taken off; None where roll and pitch for that are measured.
+    `off_*`: less the estimate, whose velocity and one sigma of position are the others. `way`: by the accelerometers;
+    None without them. `antenna`: the fix before the lever arm was taken off; None where roll and pitch for that are
+    measured.
     """
 
     t_s: float
@@ -87,8 +97,7 @@ class PositionSeen(NamedTuple):
     estimate_sigma_m: float
     sigma_m: float
     fix: FixType
-    inertial_north_m: float | None = None
-    inertial_east_m: float | None = None
+    way: InertialWay | None = None
     antenna: tuple[float, float] | None = None
 
 

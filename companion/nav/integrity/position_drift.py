@@ -123,9 +123,9 @@ class PositionDrift(Hypothesis):
         carried, velocity = receiver.carried, receiver.velocity
         if carried is not None:
             gone_s = seen.t_s - carried[2]
-            if gone_s > _INERTIAL_S or seen.inertial_north_m is None or seen.inertial_east_m is None:
+            if gone_s > _INERTIAL_S or seen.way is None:
                 return None
-            return seen.inertial_north_m + gone_s * carried[0], seen.inertial_east_m + gone_s * carried[1]
+            return seen.way.north_m + gone_s * carried[0], seen.way.east_m + gone_s * carried[1]
         if velocity is None or seen.t_s - velocity.t_s > _GAP_S:
             return None
         beyond_s = seen.t_s - velocity.t_s

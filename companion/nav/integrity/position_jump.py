@@ -1,8 +1,8 @@
 """The position jumps: by more than the boat can have moved since the last fix.
 
 Whether the receiver jumped or the estimate drifted is told by the receiver's own track: a fix is compared with the fix
-before, moved on by the velocity; only after a gap with the dead-reckoned estimate. A jump is followed when independent
-evidence agrees with it, and when the operator accepts it.
+before, moved on by the velocity or by the forces felt; only after a gap with the dead-reckoned estimate. A jump is
+followed when independent evidence agrees with it, and when the operator accepts it.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ class PositionJump(JumpHypothesis[PositionSeen, StepNoise]):
         then a step like the one before is the boat's, too."""
         north, east = _step(last, seen)
         gap_s, before = seen.t_s - last.t_s, self._by_step.get(seen.source)
-        if seen.inertial_north_m is None and before is not None:
+        if seen.way is None and before is not None:
             n, e = seen.north_m - last.north_m - gap_s * before[0], seen.east_m - last.east_m - gap_s * before[1]
             if math.hypot(n, e) < math.hypot(north, east):
                 north, east = n, e
@@ -111,9 +111,13 @@ class PositionJump(JumpHypothesis[PositionSeen, StepNoise]):
 
 
 def _step(last: PositionSeen, seen: PositionSeen) -> tuple[float, float]:
-    """The receiver's step less the boat's, by the velocity of the estimate."""
-    dt_s = seen.t_s - last.t_s
-    return (
-        seen.north_m - last.north_m - 0.5 * dt_s * (last.estimate_north_mps + seen.estimate_north_mps),
-        seen.east_m - last.east_m - 0.5 * dt_s * (last.estimate_east_mps + seen.estimate_east_mps),
-    )
+    """The receiver's step less the boat's: by the velocity that it had and the forces since, as in waves a second is
+    long for a mean of two velocities; without forces by that."""
+    dt_s, began, ended = seen.t_s - last.t_s, last.way, seen.way
+    if began is not None and ended is not None:
+        north = ended.north_m - began.north_m + dt_s * began.carried_north_mps
+        east = ended.east_m - began.east_m + dt_s * began.carried_east_mps
+    else:
+        north = 0.5 * dt_s * (last.estimate_north_mps + seen.estimate_north_mps)
+        east = 0.5 * dt_s * (last.estimate_east_mps + seen.estimate_east_mps)
+    return seen.north_m - last.north_m - north, seen.east_m - last.east_m - east

@@ -61,6 +61,7 @@ class Repeated(Hypothesis):
 
     def __init__(self) -> None:
         self._watches: dict[Channel, _Watch] = {}
+        self._imus: dict[str, _Watch] = {}  # of the inertial sensors, whose samples are many
         self._way_north = self._way_east = 0.0
         self._last_s = math.inf
 
@@ -92,7 +93,10 @@ class Repeated(Hypothesis):
             sample = (
                 imu.x_mps2, imu.y_mps2, imu.z_mps2, imu.roll_rate_radps, imu.pitch_rate_radps, imu.yaw_rate_radps,
             )  # fmt: skip
-            self._watch(Sense.IMU, imu.source).take(imu.t_s, sample, none, none)
+            watch = self._imus.get(imu.source)
+            if watch is None:
+                watch = self._imus[imu.source] = self._watch(Sense.IMU, imu.source)
+            watch.take(imu.t_s, sample, none, none)
         for seen in evidence.fields:
             self._watch(Sense.FIELD, seen.source).take(seen.t_s, (seen.x, seen.y, seen.z), none, none)
         for wind in evidence.winds:

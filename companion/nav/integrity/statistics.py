@@ -64,13 +64,13 @@ class Resolution:
     """Values of one axis → the smallest step between two that differ. Remembers it."""
 
     def __init__(self) -> None:
-        self._last: float | None = None
+        self._last = math.nan
         self.step = math.inf
 
     def update(self, value: float) -> None:
         """Take one value."""
         last, self._last = self._last, value
-        if last is not None and value != last:
+        if not math.isnan(last) and value != last:
             self.step = min(self.step, abs(value - last))
 
 

@@ -2,9 +2,13 @@
 
 Each of them tells the velocity over ground: the receiver measures it; the inertial sensor carries on that of some
 seconds ago by its forces, in lanes that no measurement reaches; the model carries it on by thrust, damping and wind.
-One difference alone does not tell who is wrong; the one that differs from both others, by the same amount, is. The
-model itself is never blamed: collisions, moorings and failed thrusters make it wrong. Of an inertial sensor that is
-alone the accelerometers are blamed while gyro and heading agree: a gyro that is off turns away sooner than its forces.
+One difference alone does not tell who is wrong; the one that differs from both others, in the same way, is. The model
+itself is never blamed: collisions, moorings and failed thrusters make it wrong. Of an inertial sensor that is alone the
+accelerometers are blamed while gyro and heading agree: a gyro that is off turns away sooner than its forces.
+
+Against a receiver there are two witnesses that are wrong for different reasons, so each need not be sure alone. Against
+an inertial sensor there is in fact one, since model and receiver both differ from the same lane: a filter that has
+taken a tilt for a bias makes the next turn look like a lying sensor, so more is asked for.
 
 Lanes are judged by their own covariance, and what an honest sensor adds to that; the model by what hulls, gusts and
 waves have been seen to add.
@@ -40,7 +44,10 @@ _SEAS = 2.0  # of the waves' velocity, which the model does not know
 _NOISES = 1.5  # of one velocity, of which the mean of a second is judged
 _MEAN_S = 1.0
 _SEA_TIME_S, _SEA_PERIOD_S = 10.0, 3.0
-_ALIKE = 0.5  # share of the larger difference by which the two of the liar may differ
+_RECEIVER_ALONE = 0.75  # of the limits
+_INERTIAL_ALONE = 1.5  # of the lane's limit
+_ALIKE = 0.5  # share of the larger difference by which the two of an inertial sensor may differ
+_SAME_WAY = 0.9  # cosine of the angle between the two of a receiver: a lane may have followed a part of its lie
 _GAP_S = 1.5
 _JUST_AFTER_S = 0.01
 _MODEL_TICKS = 1000
@@ -203,13 +210,13 @@ class VelocityVote(Hypothesis):
         model_mps = _MODEL_MPS + _MODEL_MPS2 * (now_s - lane.from_s) + _SEAS * sea_mps
         model_mps = max(model_mps, _MODEL_USUALS * receiver.model.size)
         apart = math.hypot(*by_lane) / lane_mps
-        receiver_alone = min(apart, math.hypot(*by_model) / (model_mps + noise_mps))
-        imu_alone = min(apart, math.hypot(*lane_model) / model_mps)
+        receiver_alone = min(apart, math.hypot(*by_model) / (model_mps + noise_mps)) / _RECEIVER_ALONE
+        imu_alone = min(apart / _INERTIAL_ALONE, math.hypot(*lane_model) / model_mps)
         self.doubt = max(self.doubt, min(receiver_alone, 1.0), min(imu_alone, 1.0))
         since_s = lane.from_s + _JUST_AFTER_S  # it has begun in this lane, nobody knows when
-        if receiver_alone >= 1.0 and _alike(by_lane, by_model, 1.0):
+        if receiver_alone >= 1.0 and _same_way(by_lane, by_model):
             receiver.since_s, receiver.found_s, receiver.limit_mps = since_s, now_s, lane_mps
-        elif imu_alone >= 1.0 and _alike(by_lane, lane_model, -1.0) and evidence.imu:
+        elif imu_alone >= 1.0 and _opposite(by_lane, lane_model) and evidence.imu:
             agrees = now_s - self._agrees_s <= _GAP_S
             self._imu = Channel(Sense.ACCELEROMETER if agrees else Sense.IMU, evidence.imu[-1].source), since_s
 
@@ -235,7 +242,13 @@ class VelocityVote(Hypothesis):
         return found
 
 
-def _alike(first: Pair, second: Pair, sign: float) -> bool:
-    """Whether two differences are the same, `sign` −1: opposite."""
-    apart = math.hypot(first[0] - sign * second[0], first[1] - sign * second[1])
+def _same_way(first: Pair, second: Pair) -> bool:
+    """Whether two differences have the same direction."""
+    product = first[0] * second[0] + first[1] * second[1]
+    return product >= _SAME_WAY * math.hypot(*first) * math.hypot(*second)
+
+
+def _opposite(first: Pair, second: Pair) -> bool:
+    """Whether two differences are each other's opposite."""
+    apart = math.hypot(first[0] + second[0], first[1] + second[1])
     return apart <= _ALIKE * max(math.hypot(*first), math.hypot(*second))

@@ -8,7 +8,7 @@ import random
 import pytest
 
 from companion.following.relative_filter import RelativeFilter
-from sitl.noise import GaussMarkov
+from sitl.noise import GaussMarkov, Normals
 
 DT_S = 0.1
 SLOW_M, NOISE_M = 0.9, 0.25
@@ -18,7 +18,7 @@ class Two:
     """Two boats: the truth moves in steps of `DT_S`, and the filter hears of it."""
 
     def __init__(self, seed: int, slow_m: float = SLOW_M) -> None:
-        self.rng = random.Random(seed)
+        self.rng = Normals(random.Random(seed))
         self.filter = RelativeFilter()
         self.filter.suppose(slow_m)
         self.place = [20.0, -3.0]

@@ -74,6 +74,41 @@ def numeric(function: object, made: ErrorStateFilter) -> np.ndarray:
     return np.array(columns).T
 
 
+def rocking(t_s: float) -> tuple[float, float, float, float]:
+    """A boat in waves that roll it, carry it to starboard and back, and lift it most while it rolls: roll, velocity to
+    starboard, the acceleration of that, and the one downwards."""
+    return (
+        0.2 * math.sin(4.0 * t_s),
+        0.3 * math.sin(4.0 * t_s + 0.8),
+        1.2 * math.cos(4.0 * t_s + 0.8),
+        1.2 * math.cos(4.0 * t_s),
+    )
+
+
+def felt_in_waves(t_s: float) -> tuple[Vector, Vector]:
+    """Its specific force and rates in body axes."""
+    roll, _, sway_mps2, down_mps2 = rocking(t_s)
+    c, s = math.cos(roll), math.sin(roll)
+    down = down_mps2 - 9.82
+    return (0.0, c * sway_mps2 + s * down, c * down - s * sway_mps2), (0.8 * math.cos(4.0 * t_s), 0.0, 0.0)
+
+
+@pytest.mark.parametrize("delay_s", [0.01, 0.0], ids=["means of a step", "values at its end"])
+def test_waves_are_no_bias_and_no_tilt(delay_s: float) -> None:
+    """Force and attitude half a step apart look like both: 0.11 to 0.18 m/s² and 0.8° to 1.1° after a minute."""
+    made, dt_s = ErrorStateFilter(9.82), 0.02
+    made.start((0.0, 0.0, 0.0), (0.0, rocking(0.0)[1], 0.0), (0.0, 0.0, 0.0), SIGMAS)
+    for k in range(1, 3001):
+        made.predict(*felt_in_waves(k * dt_s - delay_s), dt_s)
+        if k % 10 == 0:
+            made.fuse(made.velocity_innovation(0.0, rocking(k * dt_s)[1], (0.0, 0.0, 0.0), 0.03**2))
+            made.fuse(made.heading_innovation(0.0, 0.01**2))
+            made.fuse_down(0.0, 0.3**2, 0.3**2)
+    tilt = math.asin(made.rotation[7]) - rocking(60.0)[0]
+    assert abs(made.accelerometer_bias[1]) < 0.1
+    assert abs(tilt) < math.radians(0.5)
+
+
 def test_erratum_1_heading_derivative() -> None:
     """∂ψ/∂w = [w2, −w1] / (w1² + w2²): against differences, at an attitude far from level."""
     made = a_filter()

@@ -11,7 +11,8 @@ import pytest
 
 from companion.config import vessel as vessel_config
 from companion.core.geodesy import LocalFrame
-from companion.core.readings import FixType, GnssFix, GroundVelocity, Heading, Imu, Reading, TimeOfDay, Wind
+from companion.core.geomagnetism import decimal_year, declination_rad
+from companion.core.readings import FixType, GnssFix, GroundVelocity, Heading, HeadingBy, Imu, Reading, TimeOfDay, Wind
 from companion.nav.estimator import Estimator
 from companion.nav.inertial import ACCELEROMETER_BIAS_LIMIT_MPS2, GYRO_BIAS_LIMIT_RADPS, InertialSolution
 from companion.nav.lever_arms import normal_gravity_mps2
@@ -160,6 +161,22 @@ def test_scattered_position_outliers_are_rejected_for_long() -> None:
 
     passage = navigate(Voyage(duration_s=34.0, seed=8), between(30.0, 31.99, throw), tick_every=5)
     assert passage.errors(29.9)[0].max() < 0.12
+
+
+def test_wild_fixes_do_not_turn_a_compass() -> None:
+    """Magnetic north is that of where the boat is, not of where a rejected fix says."""
+    east_of_north_rad = declination_rad(63.44, 10.4, decimal_year(None)) or 0.0
+
+    def sensed(reading: Reading) -> Reading:
+        if isinstance(reading, Heading):
+            return replace(reading, yaw_rad=reading.yaw_rad - east_of_north_rad, by=HeadingBy.MAGNETIC)
+        wild = 30.0 <= reading.t_s < 32.0
+        return displaced(reading, -3000e3 + 300e3 * math.sin(9.0 * reading.t_s), 1.0) if wild else reading
+
+    passage = navigate(Voyage(duration_s=34.0, seed=8), between(0.0, 99.0, sensed), tick_every=5)
+    assert passage.errors(29.9)[0].max() < 0.12
+    headings = [one for state in passage.states if state.t_s > 29.9 for one in state.judged if one.sense == "heading"]
+    assert headings and max(one.square for one in headings) < 1.0
 
 
 def test_a_lasting_step_of_3_m_is_accepted() -> None:

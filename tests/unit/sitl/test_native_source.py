@@ -19,6 +19,7 @@ MODULE = '''"""A module."""
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 _GAP_S = 0.5
 LOW, HIGH = 1.0, 2 * _GAP_S  # both
@@ -55,6 +56,29 @@ def call(_: int, other: float) -> float:
 
 def moved(point: Point) -> Point:
     return replace(point, x_m=point.x_m + LOW)
+
+
+class Seen(NamedTuple):
+    """A name of `_VALUES` would do."""
+
+    x_m: float
+    far: bool = False
+
+
+class Place(NamedTuple):
+    north_m: float
+    east_m: float = 2.0
+
+
+def forms(a: float, b: float) -> list[object]:
+    pairs = [x + y for x, y in zip((a, b), (b, a), strict=True)]
+    for one, other in zip([a], [b], strict=True):
+        pairs.append(one - other)
+    (p, q), (r, s) = divmod(a, 2.0), (max(a, b, 0.0, -a), min(b, 1.0, a))
+    (t, u), v = (a, b), None
+    width = 3
+    text = f"é {a:.3f},{b + 1.0:+08.2f} {width:02d} {width:0{width}d} {a!r:>7}" f"{max(a, b, 9.0)}"
+    return [pairs, p, q, r, s, t, u, v, text, Place(a).east_m]
 '''
 
 
@@ -70,6 +94,18 @@ def both(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
         exec(compile(text, name, "exec"), module.__dict__)
         modules.append(module)
     return modules
+
+
+def test_forms_are_the_same(both: list[Any]) -> None:
+    written, changed = both
+    for a, b in ((1.5, 2.25), (-3.0, 0.125), (7.0, 7.0)):
+        assert written.forms(a, b) == changed.forms(a, b)
+
+
+def test_forms_that_mypyc_makes_slow_are_gone() -> None:
+    text = prepared(MODULE)
+    assert "strict=True" not in text and "max(max(max(a, b), 0.0), -a)" in text and "{format(a, '.3f')}" in text
+    assert "(p, q) = " in text and "class Place:" in text and "class Seen(NamedTuple):" in text
 
 
 def test_values_are_the_same(both: list[Any]) -> None:

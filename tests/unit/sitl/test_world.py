@@ -242,6 +242,22 @@ def test_a_perfect_inertial_sensor_carries_the_published_otter_on_through_a_turn
     assert velocity == pytest.approx([hull.north_mps, hull.east_mps], abs=0.03)
 
 
+def test_a_perfect_inertial_sensor_carries_a_boat_on_in_waves() -> None:
+    """Forces and rates are means of one and the same step: half a step between them comes to 0.02 m/s."""
+    world = World(without_boards(load(find("blueboat"))), WorldConditions(waves="0.3@90", seed=100))
+    world.advance(1.0)
+    hull, sea, dt_s = world.hull, world.waves, world.step_s
+    turn = Rotation.from_euler("ZYX", (hull.yaw_rad, sea.pitch_rad, sea.roll_rad))
+    velocity = np.array([hull.north_mps, hull.east_mps])
+    for k in range(101, 3000):
+        world.advance(k * dt_s)
+        felt = true_imu(9.82, hull, sea)
+        half = Rotation.from_rotvec(0.5 * dt_s * np.array(felt[3:]))
+        velocity += dt_s * (turn * half).apply(felt[:3])[:2]
+        turn *= half * half
+    assert velocity == pytest.approx([hull.north_mps, hull.east_mps], abs=2e-3)
+
+
 @pytest.mark.parametrize("sea", ["", "0.1@90"])
 def test_hulls_with_strips_and_lift_sail_in_waves(sea: str) -> None:
     for vessel, plant in (("otter", "strips"), ("otter", "published"), ("revolt", "slender"), ("aboat", "slender")):

@@ -13,6 +13,7 @@ from companion.nav.integrity.evidence import (
     HeadingSeen,
     Hypothesis,
     InertialStep,
+    InertialWay,
     LaneStep,
     LieFound,
     ModelStep,
@@ -83,7 +84,22 @@ class Boat:
         dn, de = rng.gauss(0.0, 0.005), rng.gauss(0.0, 0.005)
         lat, lon = 60.0 + (n + dn) * METRE_DEG, 10.0 + (e + de) * METRE_DEG / math.cos(math.radians(60.0))
         evidence.positions.append(
-            PositionSeen(t_s, "gnss", lat, lon, n + dn, e + de, dn, de, vn, ve, 0.01, 0.02, FixType.RTK_FIXED, n, e)
+            PositionSeen(
+                t_s,
+                "gnss",
+                lat,
+                lon,
+                n + dn,
+                e + de,
+                dn,
+                de,
+                vn,
+                ve,
+                0.01,
+                0.02,
+                FixType.RTK_FIXED,
+                InertialWay(n, e, 0.0, 0.0),
+            )
         )
         dn, de = rng.gauss(0.0, 0.02), rng.gauss(0.0, 0.02)
         evidence.velocities.append(

@@ -12,6 +12,7 @@ from companion.nav.integrity.evidence import (
     HeadingSeen,
     Hypothesis,
     InertialStep,
+    InertialWay,
     LaneStep,
     LieFound,
     ModelStep,
@@ -35,12 +36,13 @@ def position(
     estimate_sigma_m: float = 0.01,
     fix: FixType = FixType.RTK_FIXED,
     inertial: tuple[float, float] | None = (0.0, 0.0),
+    carried: tuple[float, float] = (0.0, 0.0),
 ) -> PositionSeen:
     """A fix there."""
     lat, lon = 60.0 + north_m * METRE_DEG, 10.0 + east_m * METRE_DEG
-    way = (None, None) if inertial is None else inertial
+    way = None if inertial is None else InertialWay(*inertial, *carried)
     return PositionSeen(
-        t_s, source, lat, lon, north_m, east_m, *off, *velocity, estimate_sigma_m, sigma_m, fix, *way
+        t_s, source, lat, lon, north_m, east_m, *off, *velocity, estimate_sigma_m, sigma_m, fix, way
     )  # fmt: skip
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 
 from companion.core.readings import FixType
@@ -53,6 +55,21 @@ def test_a_boat_under_way_does_not_jump() -> None:
     for k in range(200):
         fix = position(k / HZ, 3.0 * k / HZ, velocity=(3.0, 0.0))
         assert jump.screen(fix, True) is None
+
+
+def test_a_second_without_fixes_in_waves_is_no_jump() -> None:
+    """The mean of the velocities before and after says nothing of the way between: the forces do. A jump shows beside
+    them as ever."""
+    for jumps_m, verdict in ((0.0, None), (0.5, Verdict.REJECT)):
+        jump = PositionJump()
+        for t_s in (*(k / HZ for k in range(200)), *(11.15 + k / HZ for k in range(20))):
+            way_m, mps = 0.2 * math.sin(4.0 * t_s), 0.8 * math.cos(4.0 * t_s)
+            off_m = jumps_m if t_s > 10.5 else 0.0
+            fix = position(
+                t_s, way_m + off_m, 0.1 * t_s, off=(off_m, 0.0), velocity=(mps, 0.1), inertial=(way_m, 0.0),
+                carried=(0.0, 0.1),
+            )  # fmt: skip
+            assert jump.screen(fix, True) is (verdict if t_s > 10.5 else None)
 
 
 def test_a_jump_back_ends_it() -> None:

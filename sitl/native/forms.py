@@ -1,0 +1,113 @@
+"""Statements and expressions in the form of which mypyc makes fast code, with the same result:
+
+* `sum` gets a list: mypyc would add a generator's values in a loop of its own, without the compensation of Python 3.12.
+* A loop over `zip` loses `strict`, and `min` and `max` of several become those of two each: forms of which mypyc makes
+  loops and comparisons of its own.
+* `(a, b), (c, d) = x, y` becomes one assignment each: mypyc would make objects of all the numbers.
+* A format in an f-string becomes a call of `format`, which `operations.py` knows.
+"""
+
+from __future__ import annotations
+
+import ast
+import copy
+
+from sitl.native.edits import Edits
+
+_PURE = {"int", "len", "max", "min", "round"}
+
+
+def change_form(node: ast.AST, edits: Edits) -> None:
+    """Change one node. Raises ValueError where mypyc would not do what is written."""
+    if isinstance(node, ast.Call):
+        _sum(node, edits)
+        _extreme(node, edits)
+    elif isinstance(node, ast.Assign):
+        _nested(node, edits)
+    elif isinstance(node, ast.For | ast.comprehension):
+        _zip(node.iter, edits)
+    elif isinstance(node, ast.Slice):
+        _refuse_effects(node)
+
+
+def _refuse_effects(node: ast.Slice) -> None:
+    """mypyc 2.4 does the bounds of a slice twice."""
+    calls = {ast.unparse(part.func) for part in ast.walk(node) if isinstance(part, ast.Call)}
+    if (not calls <= _PURE) or any(isinstance(part, ast.NamedExpr) for part in ast.walk(node)):
+        raise ValueError(f"line {node.lineno}: a call in the bounds of a slice, which mypyc does twice")
+
+
+def _sum(call: ast.Call, edits: Edits) -> None:
+    if isinstance(call.func, ast.Name) and call.func.id == "sum" and isinstance(call.args[0], ast.GeneratorExp):
+        start, end = edits.start(call.args[0]), edits.end(call.args[0])  # with its parentheses
+        edits.replace(start, start + 1, "([")
+        edits.replace(end - 1, end, "])")
+
+
+def _extreme(call: ast.Call, edits: Edits) -> None:
+    """`max(a, b, c)` as `max(max(a, b), c)`, which compares the same pairs."""
+    if not isinstance(call.func, ast.Name) or call.func.id not in ("min", "max") or call.keywords:
+        return
+    if len(call.args) > 2 and not any(isinstance(given, ast.Starred) for given in call.args):
+        edits.insert(edits.start(call.args[0]), f"{call.func.id}(" * (len(call.args) - 2))
+        for given in call.args[1:-1]:
+            edits.insert(edits.end(given), ")")
+
+
+def _zip(call: ast.expr, edits: Edits) -> None:
+    if not isinstance(call, ast.Call) or not isinstance(call.func, ast.Name) or call.func.id != "zip":
+        return
+    if len(call.args) > 1 and call.keywords and not any(isinstance(given, ast.Starred) for given in call.args):
+        edits.replace(edits.end(call.args[-1]), edits.end(call) - 1, "")
+
+
+def _nested(node: ast.Assign, edits: Edits) -> None:
+    """One assignment for each part of tuples in a tuple; all values come first, as before."""
+    target, value = node.targets[0], node.value
+    if len(node.targets) > 1 or not isinstance(target, ast.Tuple) or not isinstance(value, ast.Tuple):
+        return
+    parts, values, text = target.elts, value.elts, edits.text.encode()
+    if len(parts) != len(values) or not any(isinstance(part, ast.Tuple) for part in parts):
+        return
+    starts, ends = [edits.start(one) for one in values], [edits.end(one) for one in values]
+    between = [text[end:start] for end, start in zip(ends, starts[1:], strict=False)]
+    if any(isinstance(one, ast.Constant | ast.List | ast.Dict | ast.Set) for one in values):
+        return  # a name for it would have no type
+    if any(gap.strip() != b"," for gap in between) or ends[-1] != edits.end(node) or starts[0] != edits.start(value):
+        return
+    names = [f"value_{node.lineno}_{n}" for n in range(len(parts))]
+    edits.replace(edits.start(node), starts[0], f"{names[0]} = ")
+    for end, start, name in zip(ends, starts[1:], names[1:], strict=False):
+        edits.replace(end, start, f"; {name} = ")
+    edits.insert(ends[-1], "".join(f"; {ast.unparse(part)} = {name}" for part, name in zip(parts, names, strict=True)))
+
+
+class _Formats(ast.NodeTransformer):
+    """`{x:.3f}` as `{format(x, '.3f')}`. `count`: how many."""
+
+    def __init__(self) -> None:
+        self.count = 0
+
+    def visit_FormattedValue(self, node: ast.FormattedValue) -> ast.FormattedValue:
+        """As `ast.NodeTransformer`."""
+        self.generic_visit(node)
+        form = node.format_spec
+        if node.conversion != -1 or not isinstance(form, ast.JoinedStr) or not form.values:
+            return node
+        self.count += 1
+        constant = len(form.values) == 1 and isinstance(form.values[0], ast.Constant)
+        call = ast.Call(ast.Name("format", ast.Load()), [node.value, form.values[0] if constant else form], [])
+        return ast.FormattedValue(call, -1, None)
+
+
+def change_formats(string: ast.JoinedStr, edits: Edits) -> set[ast.AST]:
+    """Change the formats of an f-string. Returns the nodes that this replaces."""
+    inner = set(ast.walk(string))
+    formats = _Formats()
+    changed = formats.visit(copy.deepcopy(string))
+    start, end = edits.start(string), edits.end(string)
+    lines = (string.end_lineno or string.lineno) - string.lineno
+    if formats.count and b'"""' not in edits.text.encode()[start:end]:
+        edits.replace(start, end, ast.unparse(changed) + "\n" * lines)
+        return inner
+    return set()
