@@ -1,4 +1,4 @@
-"""Work beside the control thread: a bell that wakes it, and a worker that computes for it.
+"""Work beside the control thread: a bell that wakes it, and a worker that computes for it in threads.
 
 In lockstep the work is done at once instead (`core/work.py`), behind the same interface. So results are the same.
 """
@@ -56,27 +56,42 @@ class Bell:
 
 
 class ThreadWorker:
-    """Implements `core.ports.Worker` with a thread of its own. Rings the bell after each piece of work.
+    """Implements `core.ports.Worker` with two threads: urgent work passes all other. Rings the bell after each piece of
+    work."""
+
+    def __init__(self, bell: Bell) -> None:
+        self._usual, self._urgent = _Lane("worker", bell), _Lane("urgent-worker", bell)
+
+    def submit(self, work: Callable[[], T], urgent: bool = False) -> Future[T]:
+        """As `Worker.submit`."""
+        return (self._urgent if urgent else self._usual).submit(work)
+
+    def close(self) -> None:
+        """Cancel what waits, and end after what runs."""
+        for lane in (self._usual, self._urgent):
+            lane.close()
+
+
+class _Lane:
+    """A thread that does one piece of work after the other.
 
     What long work has made usually stays. It is taken out of the garbage collector's sight, since a full collection
     would stop all threads for tens of milliseconds.
     """
 
-    def __init__(self, bell: Bell) -> None:
+    def __init__(self, name: str, bell: Bell) -> None:
         self._bell = bell
         self._waiting: queue.SimpleQueue[tuple[Callable[[], Any], Future[Any]] | None] = queue.SimpleQueue()
         self._closed = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="worker", daemon=True)
+        self._thread = threading.Thread(target=self._run, name=name, daemon=True)
         self._thread.start()
 
     def submit(self, work: Callable[[], T]) -> Future[T]:
-        """As `Worker.submit`."""
         future: Future[T] = Future()
         self._waiting.put((work, future))
         return future
 
     def close(self) -> None:
-        """Cancel what waits, and end after what runs."""
         self._closed.set()
         self._waiting.put(None)
         self._thread.join()
@@ -107,6 +122,6 @@ class Beside:
         """Nothing to record."""
 
     def close(self) -> None:
-        """End the worker's thread and close the bell."""
+        """End the worker's threads and close the bell."""
         self.worker.close()
         self.bell.close()

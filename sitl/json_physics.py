@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 from companion.config.devices import ThrusterConfig
 from companion.config.vessel import ConfigError, VesselConfig
 from companion.core.frames import body_to_ned, ned_to_body
+from companion.core.geodesy import LocalFrame
 from companion.core.nearest import did_you_mean
 from sitl.sensors import gravity_mps2, true_imu
 from sitl.world import World
@@ -24,6 +25,7 @@ _CHANNELS = {18458: 16, 29569: 32}  # by the packet's first number
 _HEAD = struct.Struct("<HHI")
 _NEUTRAL_US, _SPAN_US = 1500.0, 400.0
 _LEAST_HZ, _MOST_HZ = 50, 1200
+_SPHERE_M = 6_378_100.0  # radius of the Earth by which ArduPilot turns metres into degrees
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,6 +115,7 @@ class JsonPhysics:
         self.world = world
         self._rows = [(row, outputs[row.name]) for row in vessel.thrusters]
         self._gravity_mps2 = gravity_mps2(vessel.home.lat_deg)
+        self._frame = LocalFrame(vessel.home.lat_deg, vessel.home.lon_deg)
         self._count: int | None = None
         self._now_s = world.t_s
         self._reply = b""
@@ -138,6 +141,17 @@ class JsonPhysics:
             else:
                 thruster.demand(throttle, _azimuth_rad(row, _share(pulses_us, channels.azimuth)))
 
+    def _on_sphere(self, north_m: float, east_m: float) -> tuple[float, float]:
+        """North and east of home on ArduPilot's sphere, so that its receivers tell the true latitude and longitude. On
+        the ellipsoid a degree is up to half a per cent shorter or longer."""
+        home = self._frame
+        lat_deg, lon_deg = home.to_geodetic(north_m, east_m)
+        shrink = math.cos(math.radians(0.5 * (lat_deg + home.lat_deg)))
+        return (
+            math.radians(lat_deg - home.lat_deg) * _SPHERE_M,
+            math.radians(math.remainder(lon_deg - home.lon_deg, 360.0)) * shrink * _SPHERE_M,
+        )
+
     def _state(self) -> bytes:
         world, hull, waves = self.world, self.world.hull, self.world.waves
         north_mps, east_mps = body_to_ned(hull.surge_mps, hull.sway_mps, hull.yaw_rad)
@@ -148,7 +162,7 @@ class JsonPhysics:
         state = {
             "timestamp": round(self._now_s, 6),
             "imu": {"gyro": felt[3:], "accel_body": felt[:3]},
-            "position": [hull.north_m, hull.east_m, waves.heave_m],
+            "position": [*self._on_sphere(hull.north_m, hull.east_m), waves.heave_m],
             "attitude": [waves.roll_rad, waves.pitch_rad, hull.yaw_rad],
             "velocity": [north_mps, east_mps, waves.heave_mps],
             "windvane": {
@@ -157,7 +171,7 @@ class JsonPhysics:
             },
             "battery": {"voltage": world.battery.voltage_v, "current": world.battery.current_a},
         }
-        return f"\n{json.dumps(state)}\n".encode()
+        return f"\n{json.dumps(state, separators=(',', ':'))}\n".encode()  # ArduPilot reads no space before a value
 
 
 def _share(pulses_us: Sequence[int], channel: int) -> float:

@@ -24,9 +24,10 @@ class BoatAfloat:
         disk: Disk = REAL_DISK,
         place: tuple[float, float] = (0.0, 0.0),
         link: str = "memory:desk",
+        vessel: str = "revolt",
     ) -> None:
         """`place`: where the boat begins, (north_m, east_m). `link`: the URL of its link."""
-        config = load_vessel("revolt")
+        config = load_vessel(vessel)
         self.world = World(config, WorldConditions(seed=3))
         self.world.set_state(*place)
         self.state = StateFile(state)

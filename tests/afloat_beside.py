@@ -11,5 +11,13 @@ from tests.afloat import BoatAfloat
 class BoatBeside(BoatAfloat):
     """Its state and logs are below `folder`."""
 
-    def __init__(self, folder: Path, disk: Disk = REAL_DISK, logs: bool = True, link: str = "memory:desk") -> None:
-        super().__init__(folder / "state", folder / "logs" / "run" if logs else None, beside=True, disk=disk, link=link)
+    def __init__(
+        self,
+        folder: Path,
+        disk: Disk = REAL_DISK,
+        logs: bool = True,
+        link: str = "memory:desk",
+        vessel: str = "revolt",
+    ) -> None:
+        log_folder = folder / "logs" / "run" if logs else None
+        super().__init__(folder / "state", log_folder, beside=True, disk=disk, link=link, vessel=vessel)

@@ -50,7 +50,7 @@ from sitl.scenarios.ground_station import GroundStation
 from sitl.scenarios.rig import Conditions
 from sitl.scenarios.scenario import run as run_scenario
 from sitl.shared_sea import LeadBoatConfig
-from tests import bench_console, bench_requests
+from tests import bench_console, bench_control_thread, bench_requests
 from tests.bench_stopwatches import ControlStep, GarbageCollector, TimedVessel, time_control_steps, time_world
 from tests.protocol.lead_boat_module import Pair, circle
 
@@ -296,7 +296,7 @@ class _TimedWorker:
     def __init__(self, times_s: list[float], took: Callable[[float], None]) -> None:
         self._times_s, self._took = times_s, took
 
-    def submit(self, work: Callable[[], Any]) -> Any:
+    def submit(self, work: Callable[[], Any], urgent: bool = False) -> Any:
         """As `Worker.submit`."""
         started_s = time.thread_time()
         future = AtOnce().submit(work)
@@ -444,7 +444,7 @@ def main() -> None:
         following(folder, 1)
         following(folder, 2)
         leader_link(folder)
-        bench_requests.long_requests(folder, line)
+        bench_control_thread.most_at_a_time(folder, line)
         bench_console.feed_cost(folder, line)
         bench_console.console(folder, line)
         bench_requests.start_up(folder, line)

@@ -1,27 +1,18 @@
-"""The part of `make bench` that a ground station waits for: start, uploads and commands, and the most that the control
-thread spends on them at a time."""
+"""The part of `make bench` that a ground station waits for: start, uploads and commands."""
 
 from __future__ import annotations
 
-import gc
 import os
 import socket
 import statistics
 import time
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 from pymavlink.dialects.v20 import common as mavlink
 
-from companion.app import warm_up
-from companion.io.mavlink.wire import messages
-from tests.afloat_beside import BoatBeside
 from tests.bench_console import Line
-from tests.bench_stopwatches import TimedVessel, time_world
-from tests.protocol.desk import Desk
 from tests.protocol.process import Companion
-from tests.waiting import wait_until
 
 
 def median_and_range(values: list[float], form: str) -> str:
@@ -128,103 +119,6 @@ def transfers(folder: Path, line: Line) -> None:
         line("whole process with plant, real time, one ground station", f"{100 * share:.1f} % of a core", "-")
         line("peak memory of that process", f"{peak_mb(companion.process.pid):.0f} MB", "120 MB")
         client.close()
-
-
-class _Longest:
-    """The processor time that the control thread spends at a time, without the plant: in one tick, or in one answer
-    between two."""
-
-    def __init__(self, boat: BoatBeside, line: Line) -> None:
-        self._line = line
-        self._longest_s = 0.0
-        boat.vessel = TimedVessel(boat.vessel, time_world(boat.vessel), self._took)  # type: ignore[assignment]
-
-    def _took(self, _: str, took_s: float) -> None:
-        self._longest_s = max(self._longest_s, took_s)
-
-    def forget(self) -> None:
-        """Begin anew."""
-        self._longest_s = 0.0
-
-    def row(self, what: str) -> None:
-        """Print the longest since the last row."""
-        self._line(what, f"{1e3 * self._longest_s:.1f} ms", "under 10 ms")
-        self.forget()
-
-
-def long_requests(folder: Path, line: Line, count: int = 10_000) -> None:
-    """The most that the control thread spends at a time on the largest plans; what takes longer is done beside it."""
-    warm_up()
-    boat = BoatBeside(folder / "long_requests")
-    longest = _Longest(boat, line)
-    desk = Desk(folder, boat)  # type: ignore[arg-type]
-    desk.ready()
-    desk.tick(100)
-    longest.forget()
-    desk.tick(50)
-    longest.row("most at a time: nothing asked")
-    _upload(desk, [_waypoint(seq) for seq in range(count)], 0)
-    longest.row(f"  upload of {count} items")
-    _upload(desk, list(_zones(count)), 1)
-    desk.tick(100)
-    longest.row(f"  fence of {count} zones, and the check of the mission")
-    _list_plans(desk)
-    longest.row("  listing plans over FTP")
-    desk.command(messages.MAV_CMD_COMPONENT_ARM_DISARM, 1.0)
-    desk.tick(30)
-    longest.row("  arming")
-    for what, sub_mode in (("mission entry", 4.0), ("RTL", 5.0)):
-        desk.command(messages.MAV_CMD_DO_SET_MODE, 1.0, 4.0, sub_mode)
-        desk.tick(100)
-        longest.row(f"  {what}")
-    desk.command(messages.MAV_CMD_DO_SET_MODE, 1.0, 4.0, 3.0)
-    x, y = 634195000, 103990000
-    desk.tell(messages.MAVLink_command_int_message(1, 1, 6, 179, 0, 0, 0.0, 0.0, 0.0, 0.0, x, y, 0.0))
-    desk.tick(20)
-    desk.command(messages.MAV_CMD_DO_SET_MODE, 1.0, 4.0, 5.0)
-    wait_until(lambda: bool(desk.tick()) and boat.vessel.supervisor.parts.helm.mode.goes_round, "the way home")
-    longest.row("  RTL to a home behind the zones")
-    x, y = 634396000, 103990000
-    desk.tell(messages.MAVLink_command_int_message(1, 1, 6, 192, 0, 0, -1.0, 1.0, 0.0, float("nan"), x, y, 0.0))
-    desk.tick(100)
-    longest.row("  go-to")
-    desk.tell(messages.MAVLink_mission_clear_all_message(1, 1, 255))
-    desk.tick(20)
-    longest.row("  clearing all plans")
-    boat.close()
-    gc.unfreeze()
-
-
-def _waypoint(seq: int) -> Any:
-    x, y = 634389000 + 40 * (seq // 100), 103990000 + 60 * (seq % 100)
-    return messages.MAVLink_mission_item_int_message(1, 1, seq, 6, 16, 0, 1, 0.0, 0.0, 0.0, float("nan"), x, y, 0.0)
-
-
-def _zones(count: int) -> Iterator[Any]:
-    """Circles of a metre to keep out of, beside the mission."""
-    for seq in range(count):
-        x, y = 634200000 + 400 * (seq // 100), 103980000 + 900 * (seq % 100)
-        yield messages.MAVLink_mission_item_int_message(1, 1, seq, 0, 5004, 0, 1, 1.0, 0.0, 0.0, 0.0, x, y, 0.0, 1)
-
-
-def _upload(desk: Desk, items: list[Any], kind: int) -> None:
-    """As a client does it, and until it is acknowledged."""
-    gc.collect()
-    gc.freeze()  # what the client has is no part of the boat
-    answers = desk.tell(messages.MAVLink_mission_count_message(1, 1, len(items), kind))
-    while requests := [answer.seq for answer in answers if answer.get_type() == "MISSION_REQUEST_INT"]:
-        answers = desk.tell(items[requests[-1]])
-        desk.received.clear()
-    wait_until(lambda: any(m.get_type() == "MISSION_ACK" for m in (*answers, *desk.tell())), "MISSION_ACK")
-
-
-def _list_plans(desk: Desk) -> None:
-    """ListDirectory of `plans`, and until it is answered."""
-    path = b"plans"
-    payload = bytes((1, 0, 0, 3, len(path), 0, 0, 0, 0, 0, 0, 0)) + path
-    message = messages.MAVLink_file_transfer_protocol_message(0, 1, 1, list(payload.ljust(251, b"\0")))
-    answers = desk.tell(message)
-    wait_until(lambda: any(m.get_type() == "FILE_TRANSFER_PROTOCOL" for m in (*answers, *desk.tell())), "the listing")
 
 
 def cpu_s(pid: int) -> float:

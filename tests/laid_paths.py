@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import pytest
 
-from companion.guidance.path_tracking import PathTracker, Waypoint
+from companion.core.estimate import NavState
+from companion.guidance.path_laying import LaidTrack
+from companion.guidance.path_tracking import PathTracker
+from companion.guidance.waypoint import Waypoint
 
 
 def followers_started(monkeypatch: pytest.MonkeyPatch) -> list[tuple[PathTracker, list[Waypoint]]]:
-    """A list that grows with each path that is laid from now on: who follows it, and its waypoints."""
+    """A list that grows with each path that is sailed from now on: who follows it, and its waypoints."""
     found: list[tuple[PathTracker, list[Waypoint]]] = []
-    start = PathTracker.start
+    take = PathTracker.take
 
-    def noted(self: PathTracker, waypoints: Any, *arguments: Any, **more: Any) -> None:
-        found.append((self, list(waypoints)))
-        start(self, waypoints, *arguments, **more)
+    def noted(self: PathTracker, laid: LaidTrack, nav: NavState) -> None:
+        found.append((self, list(laid.waypoints)))
+        take(self, laid, nav)
 
-    monkeypatch.setattr(PathTracker, "start", noted)
+    monkeypatch.setattr(PathTracker, "take", noted)
     return found

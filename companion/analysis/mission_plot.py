@@ -14,7 +14,8 @@ from companion.core.estimate import NavState
 from companion.core.geodesy import LocalFrame
 from companion.core.readings import FixType
 from companion.guidance.path import PathKind, build_path
-from companion.guidance.path_tracking import PathTracker, Waypoint
+from companion.guidance.path_tracking import PathTracker
+from companion.guidance.waypoint import Waypoint
 from companion.mission.commands import CIRCLES, PLACES, POLYGONS, Command, is_no_circle
 from companion.mission.executor import MissionExecutor
 from companion.mission.plan import PlanItem, PlanKind, Plans

@@ -9,8 +9,11 @@ from dataclasses import replace
 
 from companion.baselines.waypoints import ThesisWaypoints
 from companion.core.estimate import NavState
+from companion.core.work import Submit, at_once
 from companion.guidance.agility import Agility
-from companion.guidance.path_tracking import PathProgress, PathTracker, Waypoint
+from companion.guidance.path_laying import FromTrack, LaidTrack, Onward, TrackShape
+from companion.guidance.path_tracking import PathProgress, PathTracker
+from companion.guidance.waypoint import Waypoint
 from companion.params.store import Parameters
 
 _THESIS = 1
@@ -24,13 +27,16 @@ class ChosenPathTracker:
     """
 
     def __init__(
-        self, parameters: Parameters, can_sway: bool, top_mps: float = math.inf, agility: Agility | None = None
+        self,
+        parameters: Parameters,
+        can_sway: bool,
+        top_mps: float = math.inf,
+        agility: Agility | None = None,
+        submit: Submit = at_once,
     ) -> None:
         self._parameters = parameters
-        self._kinds: tuple[PathTracker | ThesisWaypoints, ...] = (
-            PathTracker(parameters, can_sway, top_mps, agility),
-            ThesisWaypoints(parameters),
-        )
+        self._own = PathTracker(parameters, can_sway, top_mps, agility, submit)
+        self._thesis = ThesisWaypoints(parameters)
         self._active = self._wanted()
         self._waypoints: tuple[Waypoint, ...] = ()
         self._stop_at_end = True
@@ -65,6 +71,29 @@ class ChosenPathTracker:
         self._remember(waypoints, stop_at_end)
         self._active.go_on(waypoints, nav, stop_at_end, beyond)
 
+    @property
+    def is_own(self) -> bool:
+        """Whether the companion's own law sails the next route: tracks can be laid for it."""
+        return self._wanted() is self._own
+
+    def shape(self, nav: NavState | None = None) -> TrackShape:
+        """As `PathTracker.shape`."""
+        return self._own.shape(nav)
+
+    def from_track(self) -> FromTrack | None:
+        """As `PathTracker.from_track`; None while the other law sails too."""
+        return self._own.from_track() if self._active is self._own else None
+
+    def onward(self) -> Onward | None:
+        """As `PathTracker.onward`; None while the other law sails too."""
+        return self._own.onward() if self._active is self._own else None
+
+    def take(self, laid: LaidTrack, nav: NavState) -> None:
+        """As `PathTracker.take`."""
+        self._active = self._own
+        self._remember(laid.waypoints, laid.stop_at_end)
+        self._own.take(laid, nav)
+
     def update(self, nav: NavState, speed_mps: float, dt_s: float) -> PathProgress:
         """As `PathTracker.update`."""
         wanted = self._wanted()
@@ -90,4 +119,4 @@ class ChosenPathTracker:
         self._way_before_m = 0.0
 
     def _wanted(self) -> PathTracker | ThesisWaypoints:
-        return self._kinds[1 if self._parameters["WP_LAW"] == _THESIS else 0]
+        return self._thesis if self._parameters["WP_LAW"] == _THESIS else self._own

@@ -17,7 +17,8 @@ from companion.core.estimate import NavState
 from companion.core.geodesy import LocalFrame
 from companion.core.setpoint import PathSetpoint, Point, Progress
 from companion.guidance.path import Path, PathKind, build_path
-from companion.guidance.path_tracking import PathProgress, Waypoint
+from companion.guidance.path_tracking import PathProgress
+from companion.guidance.waypoint import Waypoint
 from companion.params.store import Parameters
 
 EARTH_RADIUS_M = 6_371_000.0
@@ -51,6 +52,15 @@ def haversine_m(lat1_deg: float, lon1_deg: float, lat2_deg: float, lon2_deg: flo
     a, b, dlon = math.radians(lat1_deg), math.radians(lat2_deg), math.radians(lon2_deg - lon1_deg)
     h = math.sin(0.5 * (b - a)) ** 2 + math.cos(a) * math.cos(b) * math.sin(0.5 * dlon) ** 2
     return 2.0 * EARTH_RADIUS_M * math.asin(min(1.0, math.sqrt(h)))
+
+
+def thesis_legs(
+    waypoints: Sequence[Waypoint], nav: NavState, parameters: Parameters
+) -> list[list[tuple[float, float]]]:
+    """The curve from the boat that the law's intermediate waypoints would lie on, one list for each waypoint."""
+    law = ThesisWaypoints(parameters)
+    law.start(waypoints, nav)
+    return law.legs
 
 
 class ThesisWaypoints:

@@ -5,22 +5,9 @@ from __future__ import annotations
 import math
 
 from companion.config.hull import AIR_KGPM3, WindageConfig
-from companion.core.estimate import NavState
+from companion.core.estimate import Air, NavState, air_over_ground
 
 _COUNTERED = 0.8  # share of the modelled force to counter: the wind at the mast is stronger than at the hull
-
-Air = tuple[float, float]
-"""Velocity of the air over ground: north and east, in m/s."""
-
-
-def air_over_ground(nav: NavState) -> Air | None:
-    """The true wind as a velocity; None if it is not known."""
-    if nav.wind_speed_mps is None or nav.wind_from_rad is None:
-        return None
-    return (
-        -nav.wind_speed_mps * math.cos(nav.wind_from_rad),
-        -nav.wind_speed_mps * math.sin(nav.wind_from_rad),
-    )
 
 
 class SlowWind:

@@ -173,8 +173,9 @@ class Storage(Protocol):
 class Worker(Protocol):
     """Carries out functions that take longer than a tick may: beside the control thread, or at once in lockstep."""
 
-    def submit(self, work: Callable[[], T]) -> Future[T]:
-        """Carry out `work`, after what was submitted before. A future that is not running yet can be cancelled."""
+    def submit(self, work: Callable[[], T], urgent: bool = False) -> Future[T]:
+        """Carry out `work`, after what was submitted before. `urgent`: after what is urgent alone, since the boat waits
+        for it. A future that is not running yet can be cancelled."""
         ...
 
 

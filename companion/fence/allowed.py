@@ -5,8 +5,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
+
+from companion.core.work import Lane
 
 if TYPE_CHECKING:
     from companion.fence.area import FenceArea
@@ -39,6 +41,13 @@ class Allowed:
     kept_m: float
     radius_m: float
 
+    def in_lane(self, lane: Lane) -> Allowed:
+        """The same for another thread (`FenceArea.in_lane`)."""
+        if self.areas is None or lane is Lane.CONTROL:
+            return self
+        ways = None if self.ways is None else self.ways.in_lane(lane)
+        return replace(self, areas=self.areas.in_lane(lane), ways=ways)
+
     @property
     def is_small(self) -> bool:
         """Whether ways are found within a tick."""
@@ -64,6 +73,11 @@ class Allowed:
         if areas.keeping.first_exit(line, forgive_start=True) is not None:
             return f"way nearer than {self.kept_m:.1f} m to the fence"
         return None
+
+    def allows_berth(self, line: Sequence[Place]) -> bool:
+        """Whether the boat may come alongside along `line`: at a berth only the fence counts, without a margin."""
+        areas = self.areas
+        return areas is None or areas.fence.first_exit(line, forgive_start=not areas.fence.contains(*line[0])) is None
 
     def is_open(self, begin: Place, end: Place) -> bool:
         """Whether the boat at `begin` may be sent straight to `end`: `line_refusal` without the reason, which takes

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from shapely.geometry import LineString, MultiPolygon, Point, Polygon, box
 from shapely.geometry.base import BaseGeometry
 
+from companion.core.work import Lane
 from companion.fence.sides import Sides, rings_of
 
 Floats = NDArray[np.float64]
@@ -32,6 +33,7 @@ _MOST_DISC_SIDES = 120_000  # of all circles together: beyond that, each is draw
 _TOUCH_M = 1.0e-6
 _SIMPLER_M = 0.01
 _FEW_SIDES = 60
+_PIECE_M = 20.0
 _ARCS = 4  # sides for each rounded corner of 90° in a shrunk area
 
 
@@ -57,7 +59,8 @@ class Margin:
 
 
 class FenceArea:
-    """An area that never changes. It is empty where the zones of a group do not overlap."""
+    """An area that never changes. It is empty where the zones of a group do not overlap. One thread may query it; the
+    others query theirs (`in_lane`)."""
 
     def __init__(self, groups: Mapping[int, Sequence[Shape]], exclusions: Sequence[Shape]) -> None:
         """`groups`: inclusion zones by group number. `exclusions`: exclusion zones."""
@@ -84,11 +87,32 @@ class FenceArea:
         self._touching = geometry.buffer(_TOUCH_M, join_style="mitre")  # much quicker than round corners
         shapely.prepare(self._touching)
         self._sides = Sides(rings_of(geometry))
-        if not geometry.is_empty:
-            self._use(shapely.point_on_surface(geometry))
+        self._others: dict[Lane, FenceArea] = {}
+        self._use()
 
-    def _use(self, place: Point) -> None:
+    def in_lane(self, lane: Lane) -> FenceArea:
+        """The same area for another thread: the prepared geometries of GEOS serve one thread at a time, and two at once
+        end the process. Call it there: the first time it takes as long as preparing them."""
+        if lane is Lane.CONTROL:
+            return self
+        if lane not in self._others:
+            self._others[lane] = self._copy()
+        return self._others[lane]
+
+    def _copy(self) -> FenceArea:
+        area = FenceArea.__new__(FenceArea)
+        area.geometry, area._touching = (shapely.from_wkb(shapely.to_wkb(g)) for g in (self.geometry, self._touching))
+        area._sides, area._others = self._sides, {}
+        shapely.prepare(area.geometry)
+        shapely.prepare(area._touching)
+        area._use()
+        return area
+
+    def _use(self) -> None:
         """Use the prepared geometries: GEOS makes their indices with the first and the second use, which takes long."""
+        if self.geometry.is_empty:
+            return
+        place = shapely.point_on_surface(self.geometry)
         for _ in range(3):
             self.contains(place.x, place.y)
             self.covers(((place.x, place.y), (place.x + 1.0, place.y)))
@@ -169,18 +193,38 @@ class FenceArea:
     def first_exit(self, line: Sequence[Place] | Floats, forgive_start: bool = False) -> Place | None:
         """Where the line first leaves the area; None where it does not. `forgive_start`: a line that begins outside may
         come in; only what follows counts."""
-        if self.covers(line):
-            return None
-        outside = shapely.difference(_line(line), self._touching)
-        parts = [part for part in shapely.get_parts(outside).tolist() if part.length > 10.0 * _TOUCH_M]
-        if not parts:
-            return None
-        begin = Point(*(float(x) for x in line[0]))
-        if forgive_start:
-            parts = [part for part in parts if part.distance(begin) > _TOUCH_M]
+        return None if self.covers(line) else self._exit(np.asarray(line, dtype=np.float64), forgive_start)[0]
+
+    def _exit(self, line: Floats, forgive: bool) -> tuple[Place | None, bool]:
+        """Where a line that is not covered first leaves the area, and whether its end still belongs to a forgiven
+        beginning outside. Long lines are halved, since their difference from an area of many sides takes long."""
+        halves = None if self.is_small else _halves(line)
+        if halves is None:
+            return self._exit_of_piece(line, forgive)
+        for half in halves:
+            if self.covers(half):
+                forgive = False
+                continue
+            place, forgive = self._exit(half, forgive)
+            if place is not None:
+                return place, False
+        return None, forgive
+
+    def _exit_of_piece(self, line: Floats, forgive: bool) -> tuple[Place | None, bool]:
+        """As `_exit`, exactly."""
         whole = _line(line)
+        if not shapely.intersects(self._touching, whole):  # their difference would look at all sides
+            return (None, True) if forgive else ((float(line[0, 0]), float(line[0, 1])), False)
+        outside = shapely.difference(whole, self._touching)
+        parts = [part for part in shapely.get_parts(outside).tolist() if part.length > 10.0 * _TOUCH_M]
+        begin, end = Point(line[0]), Point(line[-1])
+        lasts = forgive and any(part.distance(begin) <= _TOUCH_M and part.distance(end) <= _TOUCH_M for part in parts)
+        if forgive:
+            parts = [part for part in parts if part.distance(begin) > _TOUCH_M]
+        if not parts:
+            return None, lasts
         places = sorted((float(whole.project(Point(*part.coords[0]))), part.coords[0]) for part in parts)
-        return (float(places[0][1][0]), float(places[0][1][1])) if places else None
+        return (float(places[0][1][0]), float(places[0][1][1])), False
 
     def corners(self, simplified_m: float = 0.0) -> Floats:
         """Vertices that stick into the area: a shortest way can bend only there. Shape (n, 2). `simplified_m`:
@@ -192,6 +236,19 @@ class FenceArea:
             after[:, 0] - here[:, 0]
         )
         return here[turn < -1.0e-9]
+
+
+def _halves(line: Floats) -> tuple[Floats, Floats] | None:
+    """The line cut in the middle of its length; None for a short one."""
+    steps = np.hypot(*np.diff(line, axis=0).T)
+    length = np.concatenate(([0.0], np.cumsum(steps)))
+    if length[-1] <= _PIECE_M:
+        return None
+    half = 0.5 * length[-1]
+    i = min(len(steps) - 1, max(0, int(np.searchsorted(length, half, side="right")) - 1))
+    share = (half - length[i]) / steps[i]
+    middle = line[i] + share * (line[i + 1] - line[i])
+    return np.vstack((line[: i + 1], [middle])), np.vstack(([middle], line[i + 1 :]))
 
 
 def _line(points: Sequence[Place] | Floats) -> LineString:

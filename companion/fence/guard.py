@@ -276,9 +276,8 @@ class FenceGuard:
         return self.point_refusal(north_m, east_m) or self.line_refusal(((nav.north_m, nav.east_m), (north_m, east_m)))
 
     def allows_berth(self, line: Sequence[Place]) -> bool:
-        """Whether the boat may come alongside along `line`: at a berth only the fence counts, without a margin."""
-        areas = self.areas()
-        return areas is None or areas.fence.first_exit(line, forgive_start=not areas.fence.contains(*line[0])) is None
+        """As `Allowed.allows_berth`."""
+        return self.allowed.allows_berth(line)
 
     def may_move_to(self, from_place: Place, to_place: Place) -> bool:
         """Whether sticks may move the hold point from one place to the other: to inside, or from outside further in."""

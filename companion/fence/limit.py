@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 from companion.core.estimate import NavState
+from companion.core.work import Lane
 from companion.fence.area import FenceArea
 from companion.params.store import Parameters
 
@@ -36,6 +37,10 @@ class FenceAreas:
     fence: FenceArea
     stopping: FenceArea
     keeping: FenceArea
+
+    def in_lane(self, lane: Lane) -> FenceAreas:
+        """As `FenceArea.in_lane`."""
+        return FenceAreas(self.fence.in_lane(lane), self.stopping.in_lane(lane), self.keeping.in_lane(lane))
 
 
 def speed_to_stop_in(way_m: float, deceleration_mps2: float, lag_s: float) -> float:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
 from companion.core.geodesy import LocalFrame
+from companion.core.work import Lane
 from companion.fence.zones import FenceZone, fence_zones
 from companion.mission.commands import is_no_circle
 from companion.mission.plan import PlanItem, plan_id
@@ -31,6 +32,10 @@ class Routes(Protocol):
         the last leg may lie."""
         ...
 
+    def in_lane(self, lane: Lane) -> Routes:
+        """The same for another thread (`FenceArea.in_lane`)."""
+        ...
+
 
 class Ways:
     """Ways that leave room for the corners that a path cuts. Remembers the routes for each radius; of a large fence,
@@ -40,10 +45,22 @@ class Ways:
         self._keeping = keeping
         self.large = large
         self._routes: dict[float, Routes] = {}
+        self._others: dict[Lane, Ways] = {}
         from companion.fence.way_round import is_for_few
 
         for radius in _radii(radius_m) if large or not is_for_few(keeping) else ():
             self._routes[radius] = self._made(radius)
+
+    def in_lane(self, lane: Lane) -> Ways:
+        """The same for another thread (`FenceArea.in_lane`)."""
+        if lane is Lane.CONTROL:
+            return self
+        if lane not in self._others:
+            ways = Ways.__new__(Ways)
+            ways._keeping, ways.large, ways._others = self._keeping.in_lane(lane), self.large, {}
+            ways._routes = {radius: routes.in_lane(lane) for radius, routes in self._routes.copy().items()}
+            self._others[lane] = ways
+        return self._others[lane]
 
     def radii_m(self, radius_m: float) -> Sequence[float]:
         """The radii to try, for a NAV_ACC_RAD of `radius_m`: those of a large fence stay as they were."""

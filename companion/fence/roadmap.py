@@ -13,6 +13,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from companion.core.work import Lane
 from companion.fence.area import FenceArea, Floats, Place
 from companion.fence.way_round import ClearRoutes, is_for_few, way_inside
 
@@ -52,6 +53,12 @@ class Roadmap:
         self._graph: Any = coo_matrix((lengths, (begins, ends)), shape=(count, count)).tocsr()
         if count:
             self._search(tuple(self._places[0].tolist()), tuple(self._places[-1].tolist()))  # the first one takes long
+
+    def in_lane(self, lane: Lane) -> Roadmap:
+        """The same for another thread (`FenceArea.in_lane`)."""
+        routes = Roadmap.__new__(Roadmap)
+        routes._area, routes._places, routes._graph = self._area.in_lane(lane), self._places, self._graph
+        return routes
 
     def find(self, begin: Place, end: Place, through: FenceArea | None = None) -> tuple[Place, ...] | None:
         """As `ClearRoutes.find`."""

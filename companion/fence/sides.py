@@ -1,7 +1,8 @@
-"""The sides of an area, in blocks of neighbours with a bounding box each: a tick looks at the few blocks that matter.
+"""The sides of an area, in blocks of neighbours with a bounding box each, and the blocks in groups: a tick looks at the
+few that matter.
 
-Of many sides, the nearest is looked for in the blocks whose boxes are not further away than the nearest first vertex of
-a block. So the result is that of looking at all of them. Coordinates are (north_m, east_m).
+Of many sides, the nearest is looked for in the boxes that are not further away than the nearest first vertex of a box.
+So the result is that of looking at all of them. Coordinates are (north_m, east_m).
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 _BLOCK = 64
+_GROUP = 64  # blocks
 _FEW = 2_000  # sides that are all looked at
 _RINGS_AT_ONCE = 500  # so that other threads have their turn
 
@@ -75,6 +77,29 @@ def _some_rings(rings: list[BaseGeometry], outer: bool) -> Rings:
     return Rings(places, before, after)
 
 
+class _Boxes(NamedTuple):
+    """Bounding boxes of runs of things: their corners, the first vertex in each, and the numbers of what is in it."""
+
+    low: Floats
+    high: Floats
+    first: Floats
+    begins: Indices
+    sizes: Indices
+
+    def grouped(self) -> _Boxes:
+        """The boxes of groups of these."""
+        begin = np.arange(0, len(self.low), _GROUP)
+        low, high = np.minimum.reduceat(self.low, begin), np.maximum.reduceat(self.high, begin)
+        return _Boxes(low, high, self.first[begin], begin, np.diff(begin, append=len(self.low)))
+
+    def members(self, which: Indices) -> Indices:
+        """Numbers of what is in these boxes, in order."""
+        counts = self.sizes[which]
+        behind = np.cumsum(counts) - counts
+        numbers: Indices = np.repeat(self.begins[which] - behind, counts) + np.arange(counts.sum())
+        return numbers
+
+
 class Sides:
     """Straight sides. They never change."""
 
@@ -82,15 +107,16 @@ class Sides:
         self._start = rings.places
         self._along = rings.places[rings.after] - rings.places
         self._square = np.maximum((self._along**2).sum(axis=1), 1.0e-12)
-        self._low = self._high = np.zeros((0, 2))
+        self._levels: tuple[_Boxes, ...] = ()  # the coarsest first; none for few sides
         if len(self._start) > _FEW:
             number = np.arange(len(self._start))
             ring_begin = np.maximum.accumulate(np.where(rings.before > number, number, 0))
-            self._begin = np.nonzero((number - ring_begin) % _BLOCK == 0)[0]  # a block is a part of one ring
-            self._count = np.diff(self._begin, append=len(number))
+            begin = np.nonzero((number - ring_begin) % _BLOCK == 0)[0]  # a block is a part of one ring
             end = self._start + self._along
-            self._low = np.minimum.reduceat(np.minimum(self._start, end), self._begin)
-            self._high = np.maximum.reduceat(np.maximum(self._start, end), self._begin)
+            low = np.minimum.reduceat(np.minimum(self._start, end), begin)
+            high = np.maximum.reduceat(np.maximum(self._start, end), begin)
+            blocks = _Boxes(low, high, self._start[begin], begin, np.diff(begin, append=len(number)))
+            self._levels = (blocks.grouped(), blocks)
 
     def __len__(self) -> int:
         return len(self._start)
@@ -98,13 +124,15 @@ class Sides:
     def nearest(self, north_m: float, east_m: float) -> Nearest:
         """The nearest point of the sides. Raises ValueError where there are none."""
         place = np.array((north_m, east_m))
-        if not len(self._low):
-            return self._nearest_of(slice(None), place)
-        off = np.maximum(np.maximum(self._low - place, place - self._high), 0.0)
-        least = np.einsum("ij,ij->i", off, off)
-        to_first = self._start[self._begin] - place
-        most = float(np.einsum("ij,ij->i", to_first, to_first).min())
-        return self._nearest_of(self._of_blocks(np.nonzero(least <= most * (1.0 + 1e-9))[0]), place)
+        which: Indices | None = None
+        for boxes in self._levels:
+            which = np.arange(len(boxes.low)) if which is None else which
+            off = np.maximum(np.maximum(boxes.low[which] - place, place - boxes.high[which]), 0.0)
+            least = np.einsum("ij,ij->i", off, off)
+            to_first = boxes.first[which] - place
+            most = float(np.einsum("ij,ij->i", to_first, to_first).min())
+            which = boxes.members(which[least <= most * (1.0 + 1e-9)])
+        return self._nearest_of(slice(None) if which is None else which, place)
 
     def _nearest_of(self, which: Indices | slice, place: Floats) -> Nearest:
         along = self._along[which]
@@ -118,12 +146,15 @@ class Sides:
     def first_hit_m(self, north_m: float, east_m: float, north: float, east: float) -> float:
         """Distance from a place to the sides along the unit vector (north, east); infinite where it never meets
         them."""
-        which: Indices | slice = slice(None)
-        if len(self._low):
-            middle, half = 0.5 * (self._low + self._high) - (north_m, east_m), 0.5 * (self._high - self._low)
+        found: Indices | None = None
+        for boxes in self._levels:
+            found = np.arange(len(boxes.low)) if found is None else found
+            low, high = boxes.low[found], boxes.high[found]
+            middle, half = 0.5 * (low + high) - (north_m, east_m), 0.5 * (high - low)
             beside = np.abs(middle[:, 0] * east - middle[:, 1] * north) - half @ (abs(east), abs(north))
             ahead = middle @ (north, east) + half @ (abs(north), abs(east))
-            which = self._of_blocks(np.nonzero((beside <= _NEAR_M) & (ahead >= -_NEAR_M))[0])
+            found = boxes.members(found[(beside <= _NEAR_M) & (ahead >= -_NEAR_M)])
+        which = slice(None) if found is None else found
         start, along = self._start[which], self._along[which]
         off_n, off_e = start[:, 0] - north_m, start[:, 1] - east_m
         cross = north * along[:, 1] - east * along[:, 0]
@@ -132,13 +163,6 @@ class Sides:
             share = (off_n * east - off_e * north) / cross
         hits = way[(np.abs(cross) > 1.0e-12) & (way >= 0.0) & (share >= -1.0e-9) & (share <= 1.0 + 1.0e-9)]
         return float(hits.min()) if len(hits) else math.inf
-
-    def _of_blocks(self, blocks: Indices) -> Indices:
-        """Numbers of the sides in these blocks, in order."""
-        counts = self._count[blocks]
-        behind = np.cumsum(counts) - counts
-        numbers: Indices = np.repeat(self._begin[blocks] - behind, counts) + np.arange(counts.sum())
-        return numbers
 
 
 _NEAR_M = 1.0e-3  # by which a box counts as larger than it is

@@ -13,6 +13,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from companion.core.work import Lane
 from companion.fence.area import FenceArea, Floats, Place
 
 Visible = NDArray[np.bool_]
@@ -60,6 +61,12 @@ class ClearRoutes:
         self._area = area
         self._corners = self._few_corners(area)
         self._visible: dict[int, Visible] = {}  # by corner
+
+    def in_lane(self, lane: Lane) -> ClearRoutes:
+        """The same for another thread (`FenceArea.in_lane`)."""
+        routes = ClearRoutes.__new__(ClearRoutes)
+        routes._area, routes._corners, routes._visible = self._area.in_lane(lane), self._corners, self._visible.copy()
+        return routes
 
     @staticmethod
     def _few_corners(area: FenceArea) -> Floats:

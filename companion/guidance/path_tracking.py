@@ -17,16 +17,17 @@ from dataclasses import dataclass
 from companion.core.angles import wrap_pi
 from companion.core.estimate import NavState
 from companion.core.setpoint import PathSetpoint, Point, Progress
+from companion.core.work import Submit, at_once
 from companion.guidance.agility import Agility
 from companion.guidance.crab_compensation import CrabCompensation
-from companion.guidance.path import PathKind, PathPoint, build_path
+from companion.guidance.path import PathKind, PathPoint
+from companion.guidance.path_laying import CONTEXT, FromBoat, FromTrack, LaidTrack, Onward, TrackShape
 from companion.guidance.planned_motion import OnTrack, PlannedMotion
 from companion.guidance.speed_profile import SpeedProfile
 from companion.guidance.track import Track
+from companion.guidance.waypoint import Waypoint
 from companion.params.store import Parameters
 
-CONTEXT = 16  # waypoints on either side that shape a section; further ones change a cubic spline by under 1e-9
-_ONWARD_RADII = 1.3  # how far a replaced track continues, so that its first bend begins at the boat
 _ALMOST_BACK_RAD = math.radians(120.0)  # a sharper turn leads back along the same line
 _STRAIGHT_RAD = math.radians(15.0)  # the integral learns where the track turns by less over the look-ahead distance
 _PLANNED_TURN = 0.7  # share of the yaw rate that bends are planned for; the rest is for corrections
@@ -40,20 +41,6 @@ _STEERAGE = 1.4  # times the current: speed over ground that leaves a speed thro
 _TURN_IN_PLACE_SHARE = 0.3  # of the speed, kept off the course by a boat that needs way to steer
 _REGULATOR = 1  # PATH_CTRL
 _THROUGH = 1  # WP_CORNER
-_SWING_S = 4.4  # widest window of a corner that is passed through, at the leg's speed
-_THROUGH_M = 0.17  # how near the track passes a waypoint that is to be passed through, within 0.2 m
-
-
-@dataclass(frozen=True, slots=True)
-class Waypoint:
-    """A point to pass within `radius_m` (None: NAV_ACC_RAD), with at most `speed_mps` on the leg to it (None: as
-    commanded). `straight`: the leg to it is a straight line, else the curve of PATH_KIND."""
-
-    north_m: float
-    east_m: float
-    radius_m: float | None = None
-    speed_mps: float | None = None
-    straight: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,23 +60,29 @@ class PathProgress:
 
 
 class PathTracker:
-    """Call `start(waypoints, nav)`, then `update` every tick.
+    """Call `start(waypoints, nav)`, then `update` every tick. Where laying the track would take too long, lay it beside
+    the control thread (`shape`, `TrackShape.lay`), and `take` it.
 
     `can_sway`: the boat has sideways thrust; the setpoint then has a sideways speed too. `top_mps`: top speed
-    through the water. `agility`: None for a boat whose bends PATH_ACC* and PATH_YAW_RATE bound. Remembers the
-    track, the arc length reached (which never decreases), the waypoints passed, the integral of the line of sight,
-    the drift, and the last setpoint's speed and heading.
+    through the water. `agility`: None for a boat whose bends PATH_ACC* and PATH_YAW_RATE bound. `submit`: makes plans
+    beside the control thread. Remembers the track, the arc length reached (which never decreases), the waypoints
+    passed, the integral of the line of sight, the drift, and the last setpoint's speed and heading.
     """
 
     def __init__(
-        self, parameters: Parameters, can_sway: bool, top_mps: float = math.inf, agility: Agility | None = None
+        self,
+        parameters: Parameters,
+        can_sway: bool,
+        top_mps: float = math.inf,
+        agility: Agility | None = None,
+        submit: Submit = at_once,
     ) -> None:
         self._parameters = parameters
         self._can_sway = can_sway
         self._agility = agility
+        self._laid: LaidTrack | None = None
         self._crab = CrabCompensation(top_mps)
-        self._motion = None if agility is None else PlannedMotion(parameters, agility, self._crab)
-        self._points: tuple[Waypoint, ...] = ()  # the points of the track, up to the last waypoint
+        self._motion = None if agility is None else PlannedMotion(parameters, agility, self._crab, submit)
         self._waypoints: tuple[Waypoint, ...] = ()
         self._track: Track | None = None
         self._profile: SpeedProfile | None = None
@@ -115,85 +108,97 @@ class PathTracker:
         passed. `beyond`: later waypoints, which affect the shape alone. Raises ValueError for no waypoints or a
         non-finite one."""
         from_here = from_here or len(waypoints) == 1
-        begin = (Waypoint(nav.north_m, nav.east_m),) if from_here else ()
-        self._lay(begin, waypoints, beyond, stop_at_end)
-        track = self._track
-        assert track is not None
-        self._passed = 0 if from_here else 1
-        self._integral = 0.0
-        self._crab.reset()
-        self._yaw = None
-        first_leg = track.waypoint_s_m[1]
-        self._s = 0.0 if from_here else min(first_leg, track.project(nav.north_m, nav.east_m, 0.0, first_leg))
-        self._surge = nav.surge_mps
-        course = track.at(self._s).course_rad
-        self._speed = max(0.0, nav.north_mps * math.cos(course) + nav.east_mps * math.sin(course))
+        joint = FromBoat((nav.north_m, nav.east_m) if from_here else None)
+        self.take(self.shape().lay(joint, waypoints, beyond, stop_at_end), nav)
 
     def replace(
         self, waypoints: Sequence[Waypoint], nav: NavState, stop_at_end: bool = True, beyond: Sequence[Waypoint] = ()
     ) -> None:
         """Change to other waypoints under way: the new track leaves the old one at the boat, in its direction. Raises
         ValueError as `start`."""
-        if self._track is None or not waypoints:
+        joint = self.from_track()
+        if joint is None or not waypoints:
             self.start(waypoints, nav, stop_at_end, beyond=beyond)
             return
-        here, first = self._track.at(self._s), waypoints[0]
-        c, s = math.cos(here.course_rad), math.sin(here.course_rad)
-        radius_m = self._parameters["NAV_ACC_RAD"]
-        away_m = math.hypot(first.north_m - here.north_m, first.east_m - here.east_m)
-        ahead_m = min(_ONWARD_RADII * radius_m, 0.5 * away_m)
-        begin = [
-            Waypoint(here.north_m + x * c, here.east_m + x * s, straight=True)
-            for x in (-_ONWARD_RADII * radius_m, 0.0, ahead_m)
-        ]
-        self._lay(begin, waypoints, beyond, stop_at_end)
-        self._s = self._track.waypoint_s_m[1]
+        self.take(self.shape().lay(joint, waypoints, beyond, stop_at_end), nav)
 
     def go_on(
         self, waypoints: Sequence[Waypoint], nav: NavState, stop_at_end: bool = True, beyond: Sequence[Waypoint] = ()
     ) -> None:
         """Continue with the waypoints that follow: the track is the same as if `start` had been given all of them.
         Raises ValueError as `start`."""
-        if self._track is None:
+        joint = self.onward()
+        if joint is None:
             self.start(waypoints, nav, stop_at_end, beyond=beyond)
             return
-        here, begin = self._track.at(self._s), self._points[-CONTEXT:]
-        self._lay(begin, waypoints, beyond, stop_at_end)
-        near = self._track.waypoint_s_m[len(begin) - 1]
-        self._s = self._track.project(
-            here.north_m, here.east_m, near, 4.0 * self._radius(begin[-1]) + self._parameters["PATH_LOOKAHEAD"]
+        self.take(self.shape().lay(joint, waypoints, beyond, stop_at_end), nav)
+
+    def shape(self, nav: NavState | None = None) -> TrackShape:
+        """How a track is laid now. `nav`: with its plan, for the weather that is known there."""
+        parameters = self._parameters
+        return TrackShape(
+            kind=PathKind(int(parameters["PATH_KIND"])),
+            radius_m=parameters["NAV_ACC_RAD"],
+            widest_m=self._widest_m(),
+            through=self._plans and parameters["WP_CORNER"] == _THROUGH,
+            cruise_mps=parameters["WP_SPEED"],
+            terms=None if nav is None or self._motion is None or not self._plans else self._motion.terms(nav),
         )
 
-    def _lay(
-        self, begin: Sequence[Waypoint], waypoints: Sequence[Waypoint], beyond: Sequence[Waypoint], stop_at_end: bool
-    ) -> None:
-        """Lay the track through `begin` (not waypoints to pass), `waypoints` and `beyond`."""
-        if not waypoints:
-            raise ValueError("a path needs waypoints")
-        shape = (*begin, *waypoints, *beyond)
-        points = [(w.north_m, w.east_m) for w in shape]
-        path = build_path(points, PathKind(int(self._parameters["PATH_KIND"])), [w.straight for w in shape])
-        radii, swings = [self._corner_m(w) for w in shape], [self._swing_m(w) for w in shape]
-        self._track = Track(path, points, radii, self._widest_m(), swings)
-        self._points = (*begin, *waypoints)
-        self._waypoints = tuple(waypoints)
-        self._waypoint_s_m = self._track.waypoint_s_m[len(begin) : len(self._points)]
-        self._stop_at_end = stop_at_end
+    def from_track(self) -> FromTrack | None:
+        """The joint of a track that replaces the present one; None without one."""
+        return None if self._track is None else FromTrack(self._track.at(self._s), self._parameters["NAV_ACC_RAD"])
+
+    def onward(self) -> Onward | None:
+        """The joint of a track that goes on from the present one; None without one."""
+        return None if self._laid is None else Onward(self._laid.points[-CONTEXT:])
+
+    def take(self, laid: LaidTrack, nav: NavState) -> None:
+        """Sail a track that was laid for about the place where the boat is."""
+        here = None if self._track is None else self._track.at(self._s)
+        track, joint, near = laid.track, laid.joint, laid.begin_s_m
+        self._use(laid)
+        if isinstance(joint, FromBoat) or here is None:
+            self._begin(laid, nav)
+        elif isinstance(joint, Onward):
+            window_m = 4.0 * self._radius(joint.last[-1]) + self._parameters["PATH_LOOKAHEAD"]
+            self._s = track.project(here.north_m, here.east_m, near, window_m)
+        else:
+            moved = here != joint.here
+            self._s = track.project(here.north_m, here.east_m, near, 4.0 * joint.radius_m) if moved else near
+
+    def _use(self, laid: LaidTrack) -> None:
+        self._laid, self._track = laid, laid.track
+        self._waypoints, self._waypoint_s_m = laid.waypoints, laid.ends_s_m
+        self._stop_at_end = laid.stop_at_end
         self._passed = 0
         self._finished = False
         self._profile_key = ()
         if self._motion is not None:
-            self._motion.lay(self._waypoint_s_m, [w.speed_mps for w in waypoints], stop_at_end)
+            self._motion.take(laid)
         self._tip_end = 0.0
+
+    def _begin(self, laid: LaidTrack, nav: NavState) -> None:
+        """Sail a track from the boat's motion, nothing of what was learned before counts."""
+        track = laid.track
+        from_here = not isinstance(laid.joint, FromBoat) or laid.joint.place is not None
+        self._passed = 0 if from_here else 1
+        self._integral = 0.0
+        self._crab.reset()
+        self._yaw = None
+        first_leg = laid.track.waypoint_s_m[1]
+        self._s = min(first_leg, track.project(nav.north_m, nav.east_m, 0.0, first_leg))
+        self._surge = nav.surge_mps
+        course = track.at(self._s).course_rad
+        self._speed = max(0.0, nav.north_mps * math.cos(course) + nav.east_mps * math.sin(course))
 
     @property
     def legs(self) -> list[list[tuple[float, float]]]:
         """The track from the boat on: closely spaced (north_m, east_m), one list for each waypoint ahead. Raises
         RuntimeError before `start`."""
-        if self._track is None:
+        if self._laid is None:
             raise RuntimeError("PathTracker.legs before start")
-        begins, ends = [self._s, *self._waypoint_s_m[:-1]], self._waypoint_s_m
-        return [self._track.part(a, max(a, b)) for a, b in zip(begins, ends, strict=True)]
+        return self._laid.legs(self._s)
 
     def update(self, nav: NavState, speed_mps: float, dt_s: float) -> PathProgress:
         """Find the boat on the track, count the waypoints passed, and make the setpoint, at `speed_mps` at most. Raises
@@ -214,8 +219,9 @@ class PathTracker:
         )
         straight = max(0.0, 1.0 - 2.0 * abs(nav.yaw_rate_radps) / math.radians(self._parameters["PATH_YAW_RATE"]))
         self._crab.update(nav, self._speed, straight, dt_s)
-        if self._motion is not None and self._plans:
-            setpoint = self._exactly(self._motion, nav, OnTrack(track, self._s, here, error), speed_mps, dt_s)
+        motion = self._motion
+        if motion is not None and self._plans and motion.is_planned(nav, speed_mps, dt_s):
+            setpoint = self._exactly(motion, nav, OnTrack(track, self._s, here, error), dt_s)
         else:
             last_speed = self._speed
             self._speed = self._next_speed(track, speed_mps, dt_s, self._steerage_mps(nav))
@@ -241,21 +247,6 @@ class PathTracker:
             if waypoint.radius_m is not None and waypoint.radius_m > 0.0
             else self._parameters["NAV_ACC_RAD"]
         )
-
-    def _corner_m(self, waypoint: Waypoint) -> float:
-        """How near to a waypoint the track passes."""
-        return _THROUGH_M if self._passes_through(waypoint) else self._radius(waypoint)
-
-    def _passes_through(self, waypoint: Waypoint) -> bool:
-        given = waypoint.radius_m is not None and waypoint.radius_m > 0.0
-        return self._plans and not given and self._parameters["WP_CORNER"] == _THROUGH
-
-    def _swing_m(self, waypoint: Waypoint) -> float:
-        """The widest window of the swing through a waypoint; 0: the corner is only cut."""
-        if not self._passes_through(waypoint):
-            return 0.0
-        own = waypoint.speed_mps
-        return _SWING_S * (self._parameters["WP_SPEED"] if own is None else own)
 
     def _widest_m(self) -> float:
         """The window at which a right-angled corner becomes a bend for full speed: the bend's radius is
@@ -409,12 +400,10 @@ class PathTracker:
 
     # --- a planned path ---
 
-    def _exactly(
-        self, motion: PlannedMotion, nav: NavState, place: OnTrack, speed_mps: float, dt_s: float
-    ) -> PathSetpoint:
+    def _exactly(self, motion: PlannedMotion, nav: NavState, place: OnTrack, dt_s: float) -> PathSetpoint:
         """The setpoint by the plan, from speed and heading of the last one."""
         motion.speed_mps, motion.yaw_rad = self._speed, self._yaw
-        setpoint = motion.update(place, nav, speed_mps, self._progress(place.here, place.off_m), dt_s)
+        setpoint = motion.update(place, nav, self._progress(place.here, place.off_m), dt_s)
         self._speed, self._yaw = motion.speed_mps, motion.yaw_rad
         return setpoint
 

@@ -1,22 +1,24 @@
 """Setpoints of a boat that sails by a `PathPlan`: planned speed, heading, turn and accelerations as feed-forward, and
 back to the track at PATH_BW_CROSS by sideways speed.
 
-The plan is made anew when a limit, the current, the mean wind or the commanded speed has changed.
+The plan is made anew, beside the control thread, when a limit, the current, the mean wind or the commanded speed has
+changed.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 from companion.core.angles import wrap_pi
-from companion.core.estimate import NavState
+from companion.core.estimate import Air, NavState, air_over_ground
 from companion.core.frames import ned_to_body
 from companion.core.setpoint import PATH_STEP_S, PathSetpoint, PlannedPose, Progress
+from companion.core.work import Job, Submit, at_once
 from companion.guidance.agility import Agility, Weather
 from companion.guidance.crab_compensation import CrabCompensation
 from companion.guidance.path import PathPoint
+from companion.guidance.path_laying import LaidTrack, PlanTerms
 from companion.guidance.path_plan import PathPlan, PlanLimits
 from companion.guidance.track import Track
 from companion.params.store import Parameters
@@ -29,7 +31,6 @@ _CORRECTING = 0.4  # of the planned yaw rate: how fast the heading comes to the 
 _SLOWEST_SHARE = 0.25  # of the commanded speed: no bend slows the boat below it
 _HARDER, _HARDER_MPS2 = 1.5, 0.1  # times the planned braking, and more: a boat that is too fast slows down so hard
 _SPEED_STEP_MPS = 0.05  # commanded speeds are planned in steps
-_NEW_WATER_MPS, _NEW_AIR_MPS = 0.15, 2.0  # changes of current and mean wind that are worth a new plan
 _MEAN_AIR_S = 20.0
 _PREDICTIVE = 2  # PATH_CTRL
 _POSES = 19  # ahead: 5.4 s
@@ -45,49 +46,61 @@ class OnTrack:
     off_m: float
 
 
-@dataclass(frozen=True, slots=True)
-class _Basis:
-    """What a plan is made for."""
-
-    share: float
-    top_mps: float
-    weather: Weather
-
-    def still_holds(self, now: _Basis) -> bool:
-        """Whether `now` differs by no more than is worth a new plan."""
-        a, b = self.weather, now.weather
-        water = math.hypot(a.water_north_mps - b.water_north_mps, a.water_east_mps - b.water_east_mps)
-        air = math.hypot(a.air_north_mps - b.air_north_mps, a.air_east_mps - b.air_east_mps)
-        same = self.share == now.share and self.top_mps == now.top_mps
-        return same and water <= _NEW_WATER_MPS and air <= _NEW_AIR_MPS
-
-
 class PlannedMotion:
-    """Call `lay` for a new track, then `update` every tick. Remembers the plan and what it was made for, the mean wind,
-    and the speed and heading of the last setpoint: `speed_mps`, `yaw_rad`, which may be set."""
+    """Call `take` for a new track, then every tick `is_planned` and, where it is, `update`. Remembers the plan and what
+    it was made for, the mean wind, and the speed and heading of the last setpoint: `speed_mps`, `yaw_rad`, which may be
+    set. `submit`: makes plans beside the control thread."""
 
-    def __init__(self, parameters: Parameters, agility: Agility, crab: CrabCompensation) -> None:
+    def __init__(
+        self, parameters: Parameters, agility: Agility, crab: CrabCompensation, submit: Submit = at_once
+    ) -> None:
         self._parameters, self._agility, self._crab = parameters, agility, crab
+        self._laid: LaidTrack | None = None
         self._plan: PathPlan | None = None
-        self._basis: _Basis | None = None
-        self._leg_end_s_m: Sequence[float] = ()
-        self._leg_mps: Sequence[float | None] = ()
-        self._stop_at_end = True
-        self._air: tuple[float, float] | None = None
-        self._commanded = 0.0
+        self._terms: PlanTerms | None = None  # of the plan
+        self._planning: Job[tuple[PlanTerms, PathPlan]] = Job(submit)
+        self._air: Air | None = None
+        self._commanded = parameters["WP_SPEED"]
         self.speed_mps = 0.0
         self.yaw_rad: float | None = None
 
-    def lay(self, leg_end_s_m: Sequence[float], leg_mps: Sequence[float | None], stop_at_end: bool) -> None:
-        """A new track: the arc length at which each leg ends, and the leg's own speed (None: as commanded)."""
-        self._leg_end_s_m, self._leg_mps, self._stop_at_end = leg_end_s_m, leg_mps, stop_at_end
-        self._plan = None
+    def take(self, laid: LaidTrack) -> None:
+        """A new track, perhaps with its plan."""
+        self._laid, self._plan, self._terms = laid, laid.plan, laid.terms
+        self._planning.drop()
 
-    def update(self, place: OnTrack, nav: NavState, speed_mps: float, progress: Progress, dt_s: float) -> PathSetpoint:
-        """The planned motion at the boat's place, at `speed_mps` at most. Accelerations and turns are those of a little
-        later, when the thrust that they need will have built up."""
+    def is_planned(self, nav: NavState, speed_mps: float, dt_s: float) -> bool:
+        """Whether there is a plan of the track, at `speed_mps` at most. It is made anew when a limit, the current, the
+        mean wind or the speed has changed."""
+        laid, job = self._laid, self._planning
+        if laid is None:
+            return False
         self._commanded = min(max(0.0, speed_mps), self._parameters["MPC_XY_VEL_MAX"])
-        plan = self._planned(place.track, nav, dt_s)
+        self._see_wind(nav, dt_s)
+        terms = self.terms(nav)
+        if not job.pending and (self._terms is None or self._plan is None or not self._terms.still_hold(terms)):
+            job.begin(lambda: (terms, terms.plan(laid.track, laid.ends_s_m, laid.waypoints, laid.stop_at_end)))
+        if job.done:
+            self._terms, self._plan = job.take()
+        return self._plan is not None
+
+    def terms(self, nav: NavState) -> PlanTerms:
+        """What a plan depends on now, at the speed commanded last."""
+        parameters = self._parameters
+        share, most = parameters["PATH_EFFORT"], parameters["MPC_XY_VEL_MAX"]
+        steps = math.ceil(self._commanded / _SPEED_STEP_MPS - 1.0e-6)
+        top = min(most, max(1, steps) * _SPEED_STEP_MPS)
+        sway = self._agility.sway_mps(share)
+        water = nav.current_north_mps or 0.0, nav.current_east_mps or 0.0
+        weather = Weather(*water, *(self._air or air_over_ground(nav) or (0.0, 0.0)))
+        return PlanTerms(PlanLimits(self._agility, share, sway, _SLOWEST_SHARE * top, weather), top)
+
+    def update(self, place: OnTrack, nav: NavState, progress: Progress, dt_s: float) -> PathSetpoint:
+        """The planned motion at the boat's place. Accelerations and turns are those of a little later, when the thrust
+        that they need will have built up. Raises RuntimeError without a plan."""
+        plan = self._plan
+        if plan is None:
+            raise RuntimeError("PlannedMotion.update without a plan")
         creep = self._creep_mps
         gain = self._next_speed(plan, place.s_m, creep, dt_s)
         pace = max(self.speed_mps, creep)
@@ -116,35 +129,23 @@ class PlannedMotion:
         )
 
     @property
+    def _stops(self) -> bool:
+        return self._laid is None or self._laid.stop_at_end
+
+    @property
     def _creep_mps(self) -> float:
         """Lowest speed of approach, so that the boat reaches the end."""
-        return min(self._commanded, 0.1 * self._parameters["WP_SPEED"]) if self._stop_at_end else 0.0
+        return min(self._commanded, 0.1 * self._parameters["WP_SPEED"]) if self._stops else 0.0
 
-    # --- the plan ---
-
-    def _planned(self, track: Track, nav: NavState, dt_s: float) -> PathPlan:
-        parameters = self._parameters
-        steps = math.ceil(self._commanded / _SPEED_STEP_MPS - 1.0e-6)
-        top = min(parameters["MPC_XY_VEL_MAX"], max(1, steps) * _SPEED_STEP_MPS)
-        basis = _Basis(parameters["PATH_EFFORT"], top, self._weather(nav, dt_s))
-        if self._plan is None or self._basis is None or not self._basis.still_holds(basis):
-            legs = [top if own is None else min(top, own) for own in self._leg_mps]
-            sway = self._agility.sway_mps(basis.share)
-            limits = PlanLimits(self._agility, basis.share, sway, _SLOWEST_SHARE * top, basis.weather)
-            self._plan, self._basis = PathPlan(track, self._leg_end_s_m, legs, limits, self._stop_at_end), basis
-        return self._plan
-
-    def _weather(self, nav: NavState, dt_s: float) -> Weather:
-        """Current and mean wind as far as they are known."""
-        water = (nav.current_north_mps or 0.0, nav.current_east_mps or 0.0)
-        if nav.wind_speed_mps is None or nav.wind_from_rad is None:
-            self._air = None
-            return Weather(*water)
-        north = -nav.wind_speed_mps * math.cos(nav.wind_from_rad)
-        east = -nav.wind_speed_mps * math.sin(nav.wind_from_rad)
-        before, part = self._air or (north, east), min(1.0, dt_s / _MEAN_AIR_S)
-        self._air = before[0] + part * (north - before[0]), before[1] + part * (east - before[1])
-        return Weather(*water, *self._air)
+    def _see_wind(self, nav: NavState, dt_s: float) -> None:
+        """Take the mean of the wind, as far as it is known."""
+        now = air_over_ground(nav)
+        if now is None or self._air is None:
+            self._air = now
+            return
+        part = min(1.0, dt_s / _MEAN_AIR_S)
+        north, east = self._air
+        self._air = north + part * (now[0] - north), east + part * (now[1] - east)
 
     # --- speed ---
 

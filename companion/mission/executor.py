@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from enum import Enum
 from typing import Any
 
@@ -10,7 +10,7 @@ from companion.core.decision import MissionProgress, MissionState
 from companion.mission.commands import DESTINATIONS, Command, must_stay
 from companion.mission.cursor import Cursor
 from companion.mission.itinerary import task_at
-from companion.mission.plan import PlanItem, PlanKind, Plans, item_number, plan_id
+from companion.mission.plan import Adopt, PlanItem, PlanKind, Plans, item_number, shared_items
 from companion.mission.snapshot import SnapshotError, read_snapshot, write_snapshot
 from companion.mission.tasks import Action, Complete, DoCondition, Sail, SetSpeed, Stay, Task
 
@@ -47,6 +47,8 @@ class MissionExecutor:
         self._actions: list[Action] = []
         self.replaced: Replaced | None = None
         """Effect of the last change of plan on the mission under way; None once the mission has moved on."""
+        self._shared: tuple[Sequence[PlanItem], Sequence[PlanItem], int] = ((), (), 0)
+        plans.prepare_by(PlanKind.MISSION, self.prepare)
         plans.on_change(self._on_change)
 
     @property
@@ -88,24 +90,22 @@ class MissionExecutor:
         then."""
         return tuple(self._cursor.open_gate())
 
+    @property
+    def following(self) -> Task | None:
+        """The task after the present route, where the boat sails on without a stop; None else."""
+        task = self.task
+        if not isinstance(task, Sail) or not task.beyond:
+            return None
+        cursor = self._cursor.copy()
+        for _ in task.route[self._passed :]:
+            cursor.advance()
+        return task_at(cursor, False)
+
     def ahead(self) -> Iterator[Task]:
-        """The tasks from here to the end, in order; endless for a mission with an endless loop. Changes nothing."""
+        """The tasks from here to the end, in order; endless for a mission with an endless loop. Changes nothing, and
+        what changes later does not change them."""
         done = self._state is MissionState.COMPLETE
-        cursor = Cursor(self._items) if done else self._cursor.copy()
-        cursor.settle()
-        arrived = self._arrived and not done
-        while cursor.item is not None:
-            task = task_at(cursor, arrived)
-            yield task
-            arrived = False
-            if isinstance(task, Sail):
-                for _ in task.route[1:]:
-                    cursor.advance()
-                arrived = must_stay(cursor.item) if cursor.item is not None else False
-            if isinstance(task, Stay) and task.duration_s is None:
-                return
-            if not arrived:
-                cursor.advance()
+        return _tasks(Cursor(self._items) if done else self._cursor.copy(), self._arrived and not done)
 
     def way_ahead(self) -> Cursor:
         """From here to the end, for `Reckoning`: a copy that takes no endless jumps. Changes nothing."""
@@ -286,6 +286,26 @@ class MissionExecutor:
 
     # --- a new plan ------------------------------------------------------------------------------------------------
 
+    def prepare(self, items: Sequence[PlanItem]) -> Callable[[], Adopt]:
+        """The work that a new mission needs (`Plans.prepare_by`): how many items it shares with the present one."""
+        before = self._items
+
+        def work() -> Adopt:
+            shared = shared_items(before, items)
+
+            def adopt() -> None:
+                self._shared = before, items, shared
+
+            return adopt
+
+        return work
+
+    def _shared_with(self, before: Sequence[PlanItem]) -> int:
+        """How many items the mission in force shares with the one before."""
+        if self._shared[0] is before and self._shared[1] is self._items:
+            return self._shared[2]
+        return shared_items(before, self._items)
+
     def _on_change(self, kind: PlanKind) -> None:
         if kind is not PlanKind.MISSION:
             return
@@ -294,7 +314,9 @@ class MissionExecutor:
         upto = self._cursor.seq + 1
         self._task = None
         self.replaced = None
-        if underway and len(self._items) >= upto and plan_id(before[:upto]) == plan_id(self._items[:upto]):
+        goes_on = underway and self._shared_with(before) >= upto
+        self._shared = (), (), 0
+        if goes_on:
             jumps = {seq: taken for seq, taken in self._cursor.jumps.items() if seq < upto}
             self._cursor = Cursor(self._items, self._cursor.seq, jumps, self._cursor.speed_mps, held=self._cursor.held)
             self.replaced = Replaced.CONTINUED
@@ -308,3 +330,20 @@ class MissionExecutor:
         else:
             self.replaced = Replaced.RESTARTED if underway else None
             self._state = MissionState.NOT_STARTED
+
+
+def _tasks(cursor: Cursor, arrived: bool) -> Iterator[Task]:
+    """The tasks from a place of a mission on, which the cursor passes. `arrived`: the boat is at the first one."""
+    cursor.settle()
+    while cursor.item is not None:
+        task = task_at(cursor, arrived)
+        yield task
+        arrived = False
+        if isinstance(task, Sail):
+            for _ in task.route[1:]:
+                cursor.advance()
+            arrived = must_stay(cursor.item) if cursor.item is not None else False
+        if isinstance(task, Stay) and task.duration_s is None:
+            return
+        if not arrived:
+            cursor.advance()

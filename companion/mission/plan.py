@@ -167,8 +167,16 @@ def plan_id(items: Sequence[PlanItem]) -> int:
     if not items:
         return 0
     crc = 0
-    for i in items:
-        crc = zlib.crc32(
-            struct.pack("<HBffffiif", i.command, i.frame, i.param1, i.param2, i.param3, i.param4, i.x, i.y, i.z), crc
-        )
+    for item in items:
+        crc = zlib.crc32(_content(item), crc)
     return crc or 1
+
+
+def shared_items(one: Sequence[PlanItem], other: Sequence[PlanItem]) -> int:
+    """How many items both begin with, bit for bit."""
+    pairs = zip(one, other, strict=False)
+    return next((n for n, (a, b) in enumerate(pairs) if _content(a) != _content(b)), min(len(one), len(other)))
+
+
+def _content(i: PlanItem) -> bytes:
+    return struct.pack("<HBffffiif", i.command, i.frame, i.param1, i.param2, i.param3, i.param4, i.x, i.y, i.z)

@@ -7,16 +7,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from companion.baselines.path_choice import ChosenPathTracker
 from companion.config.top_speed import top_speed_mps
 from companion.config.vessel import VesselConfig
 from companion.core.decision import KnownRefusal, MissionState, ModeDeclaration, ModeId, ModeInputs, TextKind
 from companion.core.events import EventLog
 from companion.core.geodesy import LocalFrame, distance_and_bearing
 from companion.core.setpoint import PoseSetpoint, Setpoint
-from companion.guidance.agility import agility_of
+from companion.core.work import Lane
 from companion.guidance.orbit import OrbitGuidance
-from companion.guidance.path_tracking import Waypoint
 from companion.mission.executor import MissionExecutor
 from companion.mission.plan import item_number
 from companion.mission.tasks import (
@@ -27,7 +25,6 @@ from companion.mission.tasks import (
     DoCondition,
     Orbit,
     ReturnHome,
-    RoutePoint,
     Sail,
     SeaTrial,
     Stay,
@@ -39,20 +36,21 @@ from companion.modes.mode import FURTHEST_LEG_M, Mode
 from companion.modes.parts.berth import BerthChoice
 from companion.modes.parts.docking import Docking
 from companion.modes.parts.headway import Headway
-from companion.modes.parts.mission_fence import MissionFence, orbit_circle
+from companion.modes.parts.mission_fence import MissionFence
+from companion.modes.parts.mission_terms import orbit_circle
 from companion.modes.parts.refusals import FAR_AWAY, FENCE_REFUSALS
-from companion.modes.parts.rounding import Rounded, rounded, unchanged
-from companion.modes.parts.search import Waiting
+from companion.modes.parts.return_point import Homeward, ReturnPoint
+from companion.modes.parts.route_sailing import RoundObstacles, RouteSailing
+from companion.modes.parts.search import Search, Waiting
 from companion.modes.parts.sideways_leg import SidewaysLeg
 from companion.modes.parts.transit_round import transit_round
 from companion.modes.parts.turn import TurnPlan
-from companion.modes.rtl import ReturnPoint
-from companion.obstacles.open_water import Water
 from companion.obstacles.way_round import WayRound
 from companion.params.store import Parameters
 from companion.positioning.hold_point import HoldPoint
 
 _TASKS_A_TICK = 4
+_SAIL_ON_S = 1.0  # along the path under way, while the next one is laid; then the boat stops
 _Ending = Stay | Wait | Turn | ReturnHome | Dock  # standing tasks that the mission itself finds done
 _Standing = _Ending | SeaTrial
 _MOVING = Sail | Dock | Orbit  # tasks that leave the boat moving, so a standing task must stop it first
@@ -113,17 +111,15 @@ class MissionMode(Mode):
         self._can_sway = config.limits.sway_n > 0.0
         self._hold_point = HoldPoint(config, parameters, fence.guard)
         self._leg = SidewaysLeg(self._hold_point)
-        self._sideways = False  # `_leg` sails the last leg of the route
         self._on_leg = False  # `_leg` sails now
         self._at_berth = False  # docking has started and was not refused
         self._landing = False  # the boat goes to hold where the mission lands it
-        self._path_tracker = ChosenPathTracker(parameters, self._can_sway, top_speed_mps(config), agility_of(config))
+        self._sailing = RouteSailing(config, parameters, executor, fence)
+        self._homing: Search[Homeward | str] = Search(fence.submit_urgent)
+        self._home: Homeward | str | None = None  # the way to it
         self._orbit = OrbitGuidance(parameters, self._can_sway, top_speed_mps(config))
         self._headway = Headway("Mission", events)
         self._task: Task | None = None
-        self._route: tuple[RoutePoint, ...] = ()
-        self._reported = 0  # points of the route reported to the executor as passed
-        self._rounded: Rounded = unchanged(())  # the points of the path, with those that lead round the fence
         self._since_s: float | None = None
         self._wait_s = math.inf
         self._turn: TurnPlan | None = None
@@ -135,6 +131,7 @@ class MissionMode(Mode):
         self._blocked: str | None = None
         self._way_home = False
         self._homeward = False  # the last task leads home or lands
+        self._minds_check = self._minds_route = False  # a new fence, until its effect on the mission is known
 
     @property
     def blocked(self) -> str | None:
@@ -143,11 +140,11 @@ class MissionMode(Mode):
 
     def fence_refusal(self, inputs: ModeInputs) -> str | None:
         """Return which item of the rest of the mission leads out of the fence, or None."""
-        return self._fence.refusal(inputs)
+        return self._fence.refusal(inputs, self._sailing.tracker.shape())
 
     @property
     def fence_checked(self) -> bool:
-        """Whether `fence_refusal` has seen all of the mission; each tick sees more of a long one."""
+        """Whether `fence_refusal` has seen all of the mission; that of a long one takes a while."""
         return self._fence.checked
 
     def chosen_again(self, inputs: ModeInputs) -> bool:
@@ -155,16 +152,26 @@ class MissionMode(Mode):
         return self._executor.progress.state is not MissionState.ACTIVE
 
     def mind_fence(self, inputs: ModeInputs) -> str | None:
-        """Lead the present route round the new fence; stop the mission if the rest of it crosses the fence."""
-        reason, task = self._fence.refusal(inputs, at_once=True), self._task
-        if reason is None and isinstance(task, Sail) and not self._on_leg:
-            route = self._rest_of_route
-            here = (inputs.nav.north_m, inputs.nav.east_m)
-            found = self._fence.rounded(self._waypoints(route), here)
-            if found.added:
-                self._relay(found, task, inputs)
-                self._mind_fence(inputs)
-        return reason
+        """Lead the present route round the new fence; stop the mission if the rest of it crosses the fence. Where that
+        takes long, the boat sails on meanwhile: the fence stops it in time."""
+        self._minds_check, self._minds_route = True, self._under_way is not None
+        return self._mind_new_fence(inputs)
+
+    def _mind_new_fence(self, inputs: ModeInputs) -> str | None:
+        """Why the mission cannot go on, as far as that is known by now."""
+        if self._minds_check:
+            reason = self.fence_refusal(inputs)
+            self._minds_check = reason is None and not self.fence_checked
+            if reason is not None:
+                self._minds_route = False
+                return reason
+        if self._minds_route and (task := self._under_way) is not None:
+            done, reason = self._sailing.led_round(task, inputs)
+            if done:
+                self._minds_route = False
+                self._headway.rebase()
+                self._stop_if_blocked(reason, inputs)
+        return None
 
     @property
     def ended(self) -> MissionState | None:
@@ -194,7 +201,7 @@ class MissionMode(Mode):
     def way_ahead(self) -> Sequence[tuple[float, float]]:
         """The path, circle or line of the present task."""
         if self._blocked is None and isinstance(self._task, Sail) and not self._on_leg:
-            return [point for leg in self._path_tracker.legs for point in leg]
+            return [point for leg in self._sailing.tracker.legs for point in leg]
         if self._blocked is None and isinstance(self._task, Orbit):
             return self._orbit.line()
         return self._hold_point.way_ahead if isinstance(self._task, Stay | ReturnHome) else ()
@@ -204,8 +211,8 @@ class MissionMode(Mode):
         asked_mps = None
         if isinstance(self._task, Orbit):
             asked_mps = self._task.speed_mps
-        elif isinstance(self._task, Sail) and self._reported < len(self._route):
-            asked_mps = self._route[self._reported].speed_mps
+        elif isinstance(self._task, Sail):
+            asked_mps = self._sailing.asked_mps
         return inputs.speed_mps if asked_mps is None else min(asked_mps, inputs.speed_mps)
 
     @property
@@ -226,35 +233,21 @@ class MissionMode(Mode):
         task = self._task
         if not isinstance(task, Sail):
             return transit_round(self._hold_point, inputs)
-        route, here = self._rest_of_route, (inputs.nav.north_m, inputs.nav.east_m)
-        waypoints = self._waypoints(route)
+        route, find = self._sailing.rest, self._sailing.finder(task, inputs)
 
-        def find(water: Water) -> Rounded | int:
-            return rounded(waypoints, here, water.clear, water.way)
-
-        def lay(found: Rounded | int, inputs: ModeInputs) -> str | None:
-            if self._task is not task or self._on_leg or self._rest_of_route != route:
+        def lay(found: RoundObstacles | int, inputs: ModeInputs) -> str | None:
+            if self._task is not task or self._on_leg or self._sailing.rest != route:
                 return None
             if isinstance(found, int):
                 return f"item {item_number(route[found].seq)} cannot be reached"
-            self._relay(found, task, inputs)
-            for index, off_m in found.beside:
+            self._sailing.go_round(task, found, inputs)
+            self._headway.rebase()
+            for index, off_m in found.rounded.beside:
                 text = f"Item {item_number(route[index].seq)} in an obstacle: passed {off_m:.0f} m off"
                 self._events.say(inputs.now_s, TextKind.ATTENTION, "item_beside", text)
             return None
 
         return WayRound(find, lay)
-
-    @property
-    def _rest_of_route(self) -> tuple[RoutePoint, ...]:
-        """Points of the present route ahead, but for a last one that is reached sideways."""
-        return self._route[self._reported : len(self._route) - self._sideways]
-
-    def _relay(self, found: Rounded, task: Sail, inputs: ModeInputs) -> None:
-        """Sail the rest of the present route by other points from here."""
-        self._route, self._reported, self._rounded = self._route[self._reported :], 0, found
-        self._path_tracker.start(found.waypoints, inputs.nav, task.stop and not self._sideways)
-        self._headway.rebase()
 
     def excuse(self) -> None:
         """Restart the headway watch."""
@@ -275,7 +268,7 @@ class MissionMode(Mode):
         seq, lat_deg, lon_deg = place
         away_m, _ = distance_and_bearing(inputs.nav.lat_deg, inputs.nav.lon_deg, lat_deg, lon_deg)
         return (
-            self._fence.refusal(inputs)
+            self.fence_refusal(inputs)
             if away_m <= FURTHEST_LEG_M
             else f"item {item_number(seq)} is {away_m / 1000.0:.0f} km away"
         )
@@ -284,8 +277,8 @@ class MissionMode(Mode):
         """Start or continue the mission at the executor's next item."""
         refusal = self.check(inputs) or self._executor.begin()
         if refusal is None:
+            self._give_up()
             self._task = self._blocked = None
-            self._waiting.reset()
             self._headway.reset()
             self._at_berth = False
             self._hold_point.stop_here(inputs.nav)
@@ -301,12 +294,22 @@ class MissionMode(Mode):
     def leave(self) -> None:
         """Pause the mission."""
         self._executor.pause()
+        self._give_up()
         self._task = None
         self._gate = None
+
+    def _give_up(self) -> None:
+        """Look for no way any longer."""
+        self._sailing.drop()
+        self._homing.drop()
+        self._waiting.reset()
+        self._minds_check = self._minds_route = False
 
     def update(self, inputs: ModeInputs) -> Setpoint:
         """Carry out the executor's task; stop when there is none."""
         self._mind_gate(inputs)
+        if (self._minds_check or self._minds_route) and (reason := self._mind_new_fence(inputs)) is not None:
+            self._stop_if_blocked(reason, inputs)
         for _ in range(_TASKS_A_TICK):
             task = self._executor.task
             if task is None or isinstance(task, Complete):
@@ -360,35 +363,60 @@ class MissionMode(Mode):
             self._task = Complete()
         return self._hold_point.update(inputs.nav, None, inputs.speed_mps, inputs.dt_s)
 
+    @property
+    def _under_way(self) -> Sail | None:
+        """The route whose path the boat sails; None where it sails none."""
+        return self._task if isinstance(self._task, Sail) and not self._on_leg else None
+
     def _is_planned(self, task: Task, inputs: ModeInputs) -> bool:
-        """Whether the task can be taken up within a tick. A route that goes on from another one is laid at once."""
-        if not isinstance(task, Sail) or isinstance(self._task, Sail):
+        """Whether the task can be taken up within a tick; its way is looked for else."""
+        if isinstance(task, Sail):
+            return self._goes_on(task) or self._sailing.ready(task, self._under_way, inputs)
+        if isinstance(task, ReturnHome):
+            return self._knows_home(inputs)
+        return True
+
+    def _goes_on(self, task: Sail) -> bool:
+        """Whether the boat already sails this rest of its route."""
+        before, sailing = self._task, self._sailing
+        return isinstance(before, Sail) and before.stop == task.stop and sailing.route[sailing.reported :] == task.route
+
+    def _knows_home(self, inputs: ModeInputs) -> bool:
+        here, returning = (inputs.nav.north_m, inputs.nav.east_m), self._point.now(inputs.home)
+        if returning.is_at_hand(here):
+            self._home = returning.find(here)
             return True
-        waypoints = self._waypoints(task.route)
-        if self._ends_sideways(task):
-            waypoints.pop()
-        return self._fence.ready(waypoints, (inputs.nav.north_m, inputs.nav.east_m))
+        laying, key = self._hold_point.laying(), self._point.key(inputs.home)
+        answer = self._homing.look(key, here, lambda: returning.in_lane(Lane.URGENT).laid(here, laying))
+        self._home = None if answer is None else answer.found
+        return answer is not None
 
     def _wait_for_plan(self, inputs: ModeInputs) -> Setpoint:
-        """Hold here until the way is found; it takes seconds at most."""
-        if not self._waiting.waits and isinstance(self._task, _MOVING | None):
+        """Sail on, or hold here, until the way is found; it takes seconds at most."""
+        waited_s = self._waiting.waited_s(inputs.now_s)
+        sails_on = self._under_way is not None and waited_s < _SAIL_ON_S
+        if not sails_on and (isinstance(self._task, _MOVING) or (self._task is None and not self._waiting.waits)):
             self._hold_point.stop_here(inputs.nav)
             self._task = None
         self._blocked = self._waiting.update(inputs.now_s)
+        if sails_on:
+            return self._sailing.update(inputs).setpoint
         return self._hold_point.update(inputs.nav, None, inputs.speed_mps, inputs.dt_s)
 
     # --- taking up a task ------------------------------------------------------------------------------------------
 
     def _take_up(self, task: Task, inputs: ModeInputs) -> None:
+        sailed = isinstance(task, Sail) and self._goes_on(task)
         before, self._task = self._task, task
         self._waiting.reset()
+        self._minds_route = False
         self._homeward = isinstance(task, ReturnHome | Dock)
         self._headway.rebase()
         self._at_berth = False
         self._since_s = None
         match task:
             case Sail():
-                self._start_sailing(task, inputs, before)
+                self._start_sailing(task, inputs, before, sailed)
             case Stay():
                 north_m, east_m = self._frame().to_ned(task.lat_deg, task.lon_deg)
                 self._hold_point.go_to(
@@ -410,10 +438,15 @@ class MissionMode(Mode):
         if isinstance(task := self._executor.task, SeaTrial):
             self._complete(task.seq, inputs)
 
-    def _start_sailing(self, task: Sail, inputs: ModeInputs, before: Task | None) -> None:
-        goes_on = isinstance(before, Sail) and before.stop == task.stop and self._route[self._reported :] == task.route
-        if not goes_on:  # otherwise the boat already sails this rest of its route
-            self._lay_path(task, inputs, before)
+    def _start_sailing(self, task: Sail, inputs: ModeInputs, before: Task | None, sailed: bool) -> None:
+        """`sailed`: the boat already sails this rest of its route."""
+        if not sailed:
+            before_path = before if isinstance(before, Sail) and not self._on_leg else None
+            refusal = self._sailing.take_up(task, before_path, inputs)
+            self._on_leg = False
+            if not self._sailing.rest:
+                self._start_leg(inputs)
+            self._stop_if_blocked(refusal, inputs)
 
     def _start_wait(self, task: Wait | SeaTrial, inputs: ModeInputs, before: Task | None) -> None:
         """Stay here, for a while or until the supervisor has changed to Trial."""
@@ -433,7 +466,7 @@ class MissionMode(Mode):
             self._events.say(inputs.now_s, TextKind.REFUSAL, "turn_skipped", text)
 
     def _return_home(self, task: ReturnHome, inputs: ModeInputs) -> None:
-        found = self._point.way((inputs.nav.north_m, inputs.nav.east_m), inputs.home)
+        found = "no home position" if self._home is None else self._home
         self._way_home = not isinstance(found, str)
         if isinstance(found, str):
             self._hold_point.stop_here(inputs.nav)
@@ -441,18 +474,19 @@ class MissionMode(Mode):
                 inputs.now_s, TextKind.REFUSAL, "no_home", f"Item {item_number(task.seq)}: {found}, holding here"
             )
         else:
-            self._hold_point.go_along(inputs.nav, found[1])
+            self._hold_point.go_along(inputs.nav, found.way, found.laid)
 
     def _start_orbit(self, task: Orbit, inputs: ModeInputs) -> None:
         circle = orbit_circle(task, self._frame(), self._parameters)
         leave_to = None if task.leave_to is None else self._frame().to_ned(*task.leave_to)
         self._orbit.start(circle, inputs.nav, 2.0 * math.pi * task.turns, leave_to)
-        self._stop_if_blocked(self._fence.track_refusal([self._orbit.line()], [task.seq]), inputs)
+        terms = self._sailing.terms(inputs)
+        self._stop_if_blocked(terms.track_refusal([self._orbit.line()], [task.seq]), inputs)
 
     def _go_to_berth(self, task: Dock, inputs: ModeInputs) -> None:
         """Start docking. If it is refused, announce why and hold here. Where the boat should not dock, or cannot, it
         goes there and holds."""
-        yaw_rad = self._fence.berth_heading_rad(task)
+        yaw_rad = self._sailing.terms(inputs).berth_heading_rad(task)
         self._landing = yaw_rad is None
         if yaw_rad is None:
             north_m, east_m = self._frame().to_ned(task.lat_deg, task.lon_deg)
@@ -469,53 +503,6 @@ class MissionMode(Mode):
                 f"Item {item_number(task.seq)}: docking refused: {refusal}",
             )
 
-    def _lay_path(self, task: Sail, inputs: ModeInputs, before: Task | None) -> None:
-        """Lay a path from the boat's position. If a path is under way, extend it with its next part, or replace it."""
-        tracker, underway = self._path_tracker, isinstance(before, Sail) and not self._on_leg
-        goes_on = (
-            isinstance(before, Sail)
-            and underway
-            and self._reported == len(self._route)
-            and before.beyond[:1] == task.route[:1]
-        )
-        self._route = task.route
-        self._reported = 0
-        waypoints, beyond = self._waypoints(task.route), self._waypoints(task.beyond)
-        self._sideways = self._ends_sideways(task)
-        self._on_leg = False
-        stop = task.stop
-        if self._sideways:
-            waypoints, beyond, stop = waypoints[:-1], [], False
-        self._rounded = self._fence.rounded(waypoints, (inputs.nav.north_m, inputs.nav.east_m))
-        waypoints = list(self._rounded.waypoints)
-        if not waypoints:
-            self._start_leg(inputs)
-            return
-        if goes_on:
-            tracker.go_on(waypoints, inputs.nav, stop, beyond)
-        elif underway:
-            tracker.replace(waypoints, inputs.nav, stop, beyond)
-        else:
-            tracker.start(waypoints, inputs.nav, stop, beyond=beyond)
-        self._mind_fence(inputs)
-
-    def _ends_sideways(self, task: Sail) -> bool:
-        """Whether the last leg of the route is sailed sideways."""
-        heads = task.route[-1].yaw_rad is not None
-        return heads and self._can_sway and bool(self._parameters["WP_YAW_MODE"])
-
-    def _waypoints(self, route: Sequence[RoutePoint]) -> list[Waypoint]:
-        frame, surveys = self._frame(), bool(self._parameters["PATH_SURVEY"])
-        return [
-            Waypoint(*frame.to_ned(p.lat_deg, p.lon_deg), p.radius_m, p.speed_mps, surveys and p.straight)
-            for p in route
-        ]
-
-    def _mind_fence(self, inputs: ModeInputs) -> None:
-        """Check the new path from the boat's true position, and stop if the fence blocks it."""
-        seqs = [self._route[self._rounded.own_index(i)].seq for i in range(len(self._rounded.waypoints))]
-        self._stop_if_blocked(self._fence.track_refusal(self._path_tracker.legs, seqs), inputs)
-
     def _stop_if_blocked(self, reason: str | None, inputs: ModeInputs) -> None:
         self._blocked = reason
         if self._blocked is not None:
@@ -523,7 +510,7 @@ class MissionMode(Mode):
 
     def _start_leg(self, inputs: ModeInputs) -> None:
         self._on_leg = True
-        end = self._route[-1]
+        end = self._sailing.route[-1]
         north_m, east_m = self._frame().to_ned(end.lat_deg, end.lon_deg)
         yaw_rad = inputs.nav.yaw_rad if end.yaw_rad is None else end.yaw_rad
         self._leg.start(inputs.nav, north_m, east_m, yaw_rad, end.speed_mps)
@@ -531,29 +518,31 @@ class MissionMode(Mode):
     # --- carrying it out -------------------------------------------------------------------------------------------
 
     def _sail(self, task: Sail, inputs: ModeInputs) -> Setpoint:
-        if self._sideways and self._reported == len(self._route) - 1:
+        sailing = self._sailing
+        if sailing.sideways and not sailing.rest:
             return self._sail_sideways(task, inputs)
-        progress = self._path_tracker.update(inputs.nav, inputs.speed_mps, inputs.dt_s)
+        progress = sailing.update(inputs)
         self._headway.update(progress.way_m, inputs.speed_mps, inputs.now_s)
-        if self._path_tracker.took_over:
-            self._mind_fence(inputs)
-        own = self._rounded.passed(progress.passed)
-        passed = len(self._route) - self._sideways if progress.finished else own
+        if sailing.tracker.took_over:
+            self._stop_if_blocked(sailing.refusal(inputs), inputs)
+        passed = len(sailing.route) - sailing.sideways if progress.finished else progress.passed
         if task.stop and not progress.finished:
-            passed = min(passed, len(self._route) - 1)  # the last one is reached at rest
-        while self._reported < passed and self._executor.task is task:
-            seq = self._route[self._reported].seq
-            self._reported += 1
+            passed = min(passed, len(sailing.route) - 1)  # the last one is reached at rest
+        while sailing.reported < passed and self._executor.task is task:
+            seq = sailing.route[sailing.reported].seq
+            sailing.reported += 1
             self._complete(seq, inputs)
-        if self._sideways and self._reported == len(self._route) - 1:
+        if sailing.sideways and not sailing.rest:
             self._start_leg(inputs)
+        elif not self._minds_route and self._executor.task is task:
+            sailing.foresee(task, inputs)
         return progress.setpoint
 
     def _sail_sideways(self, task: Sail, inputs: ModeInputs) -> Setpoint:
         self._leg.update(inputs.nav)
         setpoint = self._at_hold_point(inputs)
         if self._leg.arrived:
-            self._reported += 1
+            self._sailing.reported += 1
             self._complete(task.route[-1].seq, inputs)
         return setpoint
 

@@ -27,7 +27,8 @@ from companion.modes.offboard import OffboardMode
 from companion.modes.parts.berth import BerthChoice
 from companion.modes.parts.docking import Docking
 from companion.modes.parts.mission_fence import MissionFence
-from companion.modes.rtl import ReturnPoint, RtlMode
+from companion.modes.parts.return_point import ReturnPoint
+from companion.modes.rtl import RtlMode
 from companion.modes.trial.mode import TrialMode
 from companion.obstacles.charted_fence import ChartedFence
 from companion.params.store import Parameters
@@ -76,7 +77,7 @@ DECLARATIONS: Mapping[ModeId, ModeDeclaration] = {row.kind.declaration.id: row.k
 
 
 def _mission(p: Parts) -> MissionMode:
-    fence = MissionFence(p.config, p.parameters, p.plans, p.executor, p.point, p.berths, p.frame, p.charted)
+    fence = MissionFence(p.config, p.parameters, p.plans, p.executor, p.point, p.frame, p.charted)
     return MissionMode(
         p.config, p.parameters, p.executor, Destinations(p.point, p.berths, p.docking), p.events, p.frame, fence
     )

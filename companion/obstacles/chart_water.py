@@ -13,6 +13,7 @@ from companion.config.chart import ChartFeature
 from companion.config.vessel import VesselConfig
 from companion.core.geodesy import LocalFrame
 from companion.core.ports import Worker
+from companion.core.work import Lane
 from companion.fence.allowed import Place
 from companion.obstacles.clear_way import GRAZE_M, STOP_SHARE
 from companion.params.store import Parameters
@@ -41,6 +42,11 @@ class ChartWater:
     sailing: FenceArea
     keeping: FenceArea
     outline: tuple[tuple[Place, ...], ...]
+
+    def in_lane(self, lane: Lane) -> ChartWater:
+        """The same for another thread (`FenceArea.in_lane`)."""
+        bare, stopping = self.bare.in_lane(lane), self.stopping.in_lane(lane)
+        return ChartWater(bare, stopping, self.sailing.in_lane(lane), self.keeping.in_lane(lane), self.outline)
 
     def point_refusal(self, north_m: float, east_m: float) -> str | None:
         """Why the boat may not be sent to that point; None where it may."""

@@ -8,13 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
 from companion.config.vessel import VesselConfig
 from companion.core.geodesy import LocalFrame
 from companion.core.ports import Worker
-from companion.core.work import AtOnce
+from companion.core.work import AtOnce, Lane
 from companion.fence.allowed import Allowed, Place, Way
 from companion.fence.guard import FenceGuard
 from companion.mission.commands import DESTINATIONS
@@ -29,9 +30,65 @@ _MOST_LOOKS = 200  # for ways, when a mission is uploaded
 Found = dict[tuple[Place, Place], Way | None]
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Allowance:
+    """Where plans may send the boat, by fence and chart as they are at one moment. `found`: the ways found for them."""
+
+    water: Water
+    found: Found
+
+    def in_lane(self, lane: Lane) -> Allowance:
+        """The same for another thread (`FenceArea.in_lane`)."""
+        return Allowance(self.water.in_lane(lane), self.found)
+
+    @property
+    def is_small(self) -> bool:
+        """Whether there is no chart, and so small a fence that ways are found within a tick."""
+        return self.water.chart is None and self.water.allowed.is_small
+
+    def point_refusal(self, north_m: float, east_m: float, fenced: bool = True) -> str | None:
+        """Why the boat may not be sent to that point; None where it may. `fenced` False: the chart alone counts."""
+        chart = self.water.chart
+        by_fence = self.water.allowed.point_refusal(north_m, east_m) if fenced else None
+        return by_fence or (None if chart is None else chart.point_refusal(north_m, east_m))
+
+    def line_refusal(self, line: Sequence[Place], fenced: bool = True) -> str | None:
+        """Why the boat, at the begin of the line, may not be sent along it; None where it may. `fenced`: as above."""
+        chart = self.water.chart
+        by_fence = self.water.allowed.line_refusal(line) if fenced else None
+        return by_fence or (None if chart is None else chart.line_refusal(line))
+
+    def is_open(self, begin: Place, end: Place) -> bool:
+        """Whether the boat at `begin` may be sent straight to `end`, by both."""
+        return self.water.is_open(begin, end)
+
+    def inside(self, places: Sequence[Place]) -> Sequence[bool]:
+        """Whether the boat may be sent to each of the places."""
+        by_fence, chart = self.water.allowed.inside(places), self.water.chart
+        if chart is None:
+            return by_fence
+        return [a and b for a, b in zip(by_fence, chart.keeping.contains_each(places), strict=True)]
+
+    def clear(self, lines: Sequence[Sequence[Place]]) -> Sequence[bool]:
+        """Whether each line lies where the boat may be sent. False only means that `line_refusal` must tell."""
+        return _clear(self.water, lines)
+
+    def allows_berth(self, line: Sequence[Place]) -> bool:
+        """As `Allowed.allows_berth`: a berth lies at the land."""
+        return self.water.allowed.allows_berth(line)
+
+    def way(self, begin: Place, end: Place) -> Way | None:
+        """The shortest way that keeps clear of both; None where there is none."""
+        if (begin, end) not in self.found:
+            if len(self.found) >= _MOST_WAYS:
+                self.found.clear()
+            self.found[begin, end] = self.water.way(begin, end)
+        return self.found.get((begin, end))
+
+
 class ChartedFence:
-    """Answers as `FenceGuard`, for the fence and the chart. Remembers the ways found while neither changes.
-    `worker` looks for ways that modes ask for; None: that is done at once."""
+    """`now` → fence and chart as they are. Remembers the ways found while neither changes. `worker` looks for ways that
+    modes ask for; None: that is done at once."""
 
     def __init__(
         self,
@@ -47,28 +104,28 @@ class ChartedFence:
         self._water = OpenWater(config, parameters, fence, chart)  # without what sensors see
         self._parameters = parameters
         self._frame = frame
-        self.worker: Worker | None = None
-        self._ways: Found = {}
-        self._ways_key: object = None
+        self._worker: Worker = AtOnce()
+        self._found: Found = {}
+        self._found_key: object = None
         plans.prepare_by(PlanKind.MISSION, self.prepare)
 
     def work_with(self, worker: Worker) -> None:
         """Let `worker` look for ways."""
-        self.worker = worker
+        self._worker = worker
 
     def submit(self, work: Callable[[], Any]) -> Future[Any]:
-        """Carry out `work` beside the control thread, or at once without a worker."""
-        return (self.worker or AtOnce()).submit(work)
+        """Carry out `work` that nobody waits for, beside the control thread where there is a worker."""
+        return self._worker.submit(work)
+
+    def submit_urgent(self, work: Callable[[], Any]) -> Future[Any]:
+        """Carry out `work` that the boat waits for."""
+        return self._worker.submit(work, urgent=True)
 
     @property
-    def water(self) -> Water:
-        """Fence and chart as they are now; it never changes."""
-        return self._water.now
-
-    @property
-    def is_small(self) -> bool:
-        """Whether there is no chart, and so small a fence that ways are found within a tick."""
-        return self._chart.water is None and self._fence.allowed.is_small
+    def now(self) -> Allowance:
+        """Fence and chart as they are now."""
+        self._mind_key()
+        return Allowance(self._water.now, self._found)
 
     @property
     def guard(self) -> FenceGuard:
@@ -80,66 +137,26 @@ class ChartedFence:
         """Changes whenever the open water may have changed; () while there is neither a fence nor a chart."""
         return (*self._fence.key, *self._chart.key)
 
-    def point_refusal(self, north_m: float, east_m: float, fenced: bool = True) -> str | None:
-        """Why the boat may not be sent to that point; None where it may. `fenced` False: the chart alone counts."""
-        chart = self._chart.water
-        by_fence = self._fence.point_refusal(north_m, east_m) if fenced else None
-        return by_fence or (None if chart is None else chart.point_refusal(north_m, east_m))
-
-    def line_refusal(self, line: Sequence[Place], fenced: bool = True) -> str | None:
-        """Why the boat, at the begin of the line, may not be sent along it; None where it may. `fenced`: as above."""
-        chart = self._chart.water
-        by_fence = self._fence.line_refusal(line) if fenced else None
-        return by_fence or (None if chart is None else chart.line_refusal(line))
-
-    def is_open(self, begin: Place, end: Place) -> bool:
-        """Whether the boat at `begin` may be sent straight to `end`, by both."""
-        return self._water.now.is_open(begin, end)
-
-    def inside(self, places: Sequence[Place]) -> Sequence[bool]:
-        """Whether the boat may be sent to each of the places."""
-        by_fence, chart = self._fence.inside(places), self._chart.water
-        if chart is None:
-            return by_fence
-        return [a and b for a, b in zip(by_fence, chart.keeping.contains_each(places), strict=True)]
-
-    def clear(self, lines: Sequence[Sequence[Place]]) -> Sequence[bool]:
-        """Whether each line lies where the boat may be sent. False only means that `line_refusal` must tell."""
-        return _clear(self._water.now, lines)
-
-    def allows_berth(self, line: Sequence[Place]) -> bool:
-        """As `FenceGuard.allows_berth`: a berth lies at the land."""
-        return self._fence.allows_berth(line)
-
-    def way(self, begin: Place, end: Place) -> Way | None:
-        """The shortest way that keeps clear of both; None where there is none."""
-        self._mind_key()
-        if (begin, end) not in self._ways:
-            if len(self._ways) >= _MOST_WAYS:
-                self._ways.clear()
-            self._ways[begin, end] = self._water.now.way(begin, end)
-        return self._ways[begin, end]
-
     def _mind_key(self) -> None:
         key = (self.key, self._parameters["NAV_ACC_RAD"])
-        if key != self._ways_key:
-            self._ways, self._ways_key = {}, key
+        if key != self._found_key:
+            self._found, self._found_key = {}, key
 
     def prepare(self, items: Sequence[PlanItem]) -> Callable[[], Adopt]:
         """The work that a new mission needs (`Plans.prepare_by`). It raises PlanRefused for one that the chart does not
         allow: an item in an obstacle, or no way round one (MIS_ROUND 0: a leg that crosses one)."""
-        self._mind_key()
-        key, water, rounds = self._ways_key, self._water.now, bool(self._parameters["MIS_ROUND"])
-        frame = self._frame()
-        stops = [(item, frame.to_ned(item.lat_deg, item.lon_deg)) for item in items if item.command in DESTINATIONS]
+        now, rounds, frame = self.now, bool(self._parameters["MIS_ROUND"]), self._frame()
 
         def work() -> Adopt:
+            water = now.water.in_lane(Lane.USUAL)
+            destinations = [item for item in items if item.command in DESTINATIONS]
+            stops = [(item, frame.to_ned(item.lat_deg, item.lon_deg)) for item in destinations]
             _check_places(water, stops)
             found = dict(_looks(water, stops, rounds)) if rounds or water.chart is not None else {}
 
             def adopt() -> None:
-                if self._ways_key == key:
-                    self._ways.update(found)
+                if self._found is now.found:
+                    now.found.update(found)
 
             return adopt
 

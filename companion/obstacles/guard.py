@@ -10,7 +10,6 @@ import math
 from collections.abc import Sequence
 from concurrent.futures import Future
 from dataclasses import replace
-from functools import partial
 from typing import Any, Protocol
 
 import numpy as np
@@ -23,7 +22,7 @@ from companion.core.events import EventLog
 from companion.core.frames import body_to_ned
 from companion.core.ports import Worker
 from companion.core.setpoint import HeadingSetpoint, PathSetpoint, PoseSetpoint, Setpoint, desired_motion
-from companion.core.work import AtOnce
+from companion.core.work import AtOnce, Lane
 from companion.fence.allowed import Place
 from companion.fence.guard import FenceGuard
 from companion.fence.limit import direction
@@ -202,7 +201,8 @@ class ObstacleGuard:
             detour.give_up_detour()
             return
         if mode.goes_round and self._work is None and (round_it := mode.way_round(inputs)) is not None:
-            self._work = round_it, self._worker.submit(partial(round_it.find, self.water.now))
+            water = self.water.now
+            self._work = round_it, self._worker.submit(lambda: round_it.find(water.in_lane(Lane.URGENT)), urgent=True)
 
     def _lay(self, mode: GuardedMode, inputs: ModeInputs) -> None:
         """Take the way round once it is found."""

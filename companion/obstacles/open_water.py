@@ -10,12 +10,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from companion.config.vessel import VesselConfig
+from companion.core.work import Lane
 from companion.fence.allowed import Allowed, Place, Way
 from companion.fence.guard import FenceGuard
 from companion.obstacles.chart_water import ChartKeeper, ChartWater
@@ -39,7 +40,8 @@ _LEAST_RADIUS_M = 0.3
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Water:
-    """Queries over what is known at one moment. It never changes, so work beside the control thread can ask it too.
+    """Queries over what is known at one moment. It never changes; work beside the control thread asks the same of its
+    lane.
 
     `circles`: north_m, east_m, radius_m of obstacles that lie, shape (n, 3). `keep_m`: distance that the middle of the
     boat keeps from obstacles.
@@ -49,6 +51,11 @@ class Water:
     keep_m: float
     allowed: Allowed
     chart: ChartWater | None = None
+
+    def in_lane(self, lane: Lane) -> Water:
+        """The same for another thread (`FenceArea.in_lane`)."""
+        chart = None if self.chart is None else self.chart.in_lane(lane)
+        return replace(self, allowed=self.allowed.in_lane(lane), chart=chart)
 
     def free_m(self, way: Sequence[Place]) -> float:
         """How far along a way the boat keeps clear of all obstacles; infinite where it always does. Of an obstacle that

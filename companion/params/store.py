@@ -32,6 +32,13 @@ class Parameters:
     def __getitem__(self, name: str) -> float:
         return self._values[name]
 
+    def frozen(self) -> Parameters:
+        """The values as they are now, for work beside the control thread. What is set later does not change them."""
+        copy = Parameters.__new__(Parameters)
+        copy.specs, copy._by_name, copy.index, copy.defaults = self.specs, self._by_name, self.index, self.defaults
+        copy._values, copy._listeners, copy._after = dict(self._values), [], []
+        return copy
+
     def spec(self, name: str) -> ParamSpec | None:
         """The table's row, or None for an unknown name."""
         return self._by_name.get(name)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
 from companion.allocation.propulsion import can_reverse
@@ -18,8 +19,9 @@ from companion.core.readings import ManualInput
 from companion.core.setpoint import Setpoint
 from companion.fence.allowed import Way
 from companion.fence.guard import FenceGuard
-from companion.guidance.path_tracking import Waypoint
+from companion.guidance.path_laying import FromBoat, LaidTrack, TrackShape
 from companion.guidance.stopping import BRAKE_SHARE, SMOOTHING_S, stopping_point
+from companion.guidance.waypoint import Waypoint
 from companion.params.store import Parameters
 from companion.positioning.bow_keeper import BowKeeper
 from companion.positioning.drift import DriftKeeper
@@ -120,6 +122,27 @@ class PoseKeeper:
 def _way_to_rest(speed: float, acceleration: float) -> float:
     """Distance (or angle) that the reference covers from `speed` to rest, smoothing included; signed as `speed`."""
     return speed * (abs(speed) / (2.0 * BRAKE_SHARE * acceleration) + SMOOTHING_S)
+
+
+@dataclass(frozen=True, slots=True)
+class WayLaying:
+    """Lays the track along a way, for `HoldPoint.go_along`. It never changes, so that can be done beside the control
+    thread. `transit_m`: to a point so near the boat does not sail along a track."""
+
+    shape: TrackShape
+    transit_m: float
+
+    def lay(self, way: Way) -> LaidTrack | None:
+        """The track along a way from its begin; None where it needs none."""
+        if len(way.points) == 2 and math.dist(*way.points) <= self.transit_m:
+            return None
+        return self.shape.lay(FromBoat(way.points[0]), _waypoints_of(way), (), True)
+
+
+def _waypoints_of(way: Way) -> list[Waypoint]:
+    if len(way.points) == 2:
+        return [Waypoint(*way.points[1])]
+    return [Waypoint(*point, radius_m=way.radius_m, straight=True) for point in way.points[1:]]
 
 
 class _Transit(NamedTuple):
@@ -244,17 +267,25 @@ class HoldPoint:
         self._transit = None
         self._keeper.hold(north_m, east_m, self._keeper.target[2] if yaw_rad is None else yaw_rad, speed_mps)
 
-    def go_along(self, nav: NavState, way: Way) -> None:
-        """Go from the present motion along a way that begins here, to its end."""
-        if len(way.points) == 2:
+    def laying(self) -> WayLaying | None:
+        """What lays tracks for `go_along` now; None where the law of the thesis sails, which lays its own."""
+        if not self._path_tracker.is_own:
+            return None
+        return WayLaying(self._path_tracker.shape(), self._parameters["DP_TRANSIT_DIST"])
+
+    def go_along(self, nav: NavState, way: Way, laid: LaidTrack | None = None) -> None:
+        """Go from the present motion along a way that begins here, to its end. `laid`: its track, where there is one
+        already."""
+        if len(way.points) == 2 and (laid is None or not self._path_tracker.is_own):
             self.go_to(nav, *way.points[1], None, None)
             return
         self._going = True
         self._transit = _Transit(*way.points[-1], None, None)
         self._bends = len(way.points) - 2
-        self._path_tracker.start(
-            [Waypoint(*point, radius_m=way.radius_m, straight=True) for point in way.points[1:]], nav
-        )
+        if laid is None or not self._path_tracker.is_own:
+            self._path_tracker.start(_waypoints_of(way), nav)
+        else:
+            self._path_tracker.take(laid, nav)
 
     def go_round(self, nav: NavState, way: Way | None) -> str | None:
         """In transit: go on along another way to the same point, or to the nearest place beside it; None: there is no

@@ -80,7 +80,7 @@ class ColumnWriter:
     def __init__(self, kind: str, source: str, codec: Codec) -> None:
         self._codec = codec
         self._source = text(_SOURCE, source)
-        self._quick: dict[int, _Packer] = {}  # by the number of readings; of the present layout
+        self._quick: dict[int, Packer] = {}  # by the number of readings; of the present layout
         forms = "".join("q" if column.code == "q" else "f" for column in codec.numbers)
         names = tuple(column.name for column in codec.numbers)
         self.layout = Layout(kind, names, "u" + forms[1:], codec.tuple_name, tuple(codec.texts))
@@ -90,7 +90,7 @@ class ColumnWriter:
         """The message of these readings. `tick_us`: the time of the tick, rounded, µs."""
         rows = list(map(self._codec.values, readings))
         if (packer := self._quick.get(len(rows))) is None:
-            packer = self._quick[len(rows)] = _Packer(self._source, self.layout.forms, len(rows))
+            packer = self._quick[len(rows)] = Packer(self._source, self.layout.forms, len(rows))
         if (quick := narrowed(packer, rows, tick_us)) is None:
             quick = self._widened(list(zip(*rows, strict=True)), tick_us)
         last = _FIRST + len(rows[0])
@@ -117,7 +117,7 @@ class ColumnWriter:
         return b"".join(parts)
 
 
-class _Packer:
+class Packer:
     """Packs so many readings in one call, as long as the forms of their columns hold them.
 
     `heads`: the source, and what stands before each column. Remembers the values to be packed: of each column what
@@ -174,8 +174,8 @@ class _Packer:
         return [(tick_us - age) / _US for age in ages] == times_s
 
 
-def narrowed(packer: _Packer, rows: list[Sequence[Any]], tick_us: int) -> bytes | None:
-    """As `_Packer.packed`. It has a second form in C (`sitl.native.operations`)."""
+def narrowed(packer: Packer, rows: list[Sequence[Any]], tick_us: int) -> bytes | None:
+    """As `Packer.packed`. It has a second form in C (`sitl.native.operations`)."""
     return packer.packed(rows, tick_us)
 
 

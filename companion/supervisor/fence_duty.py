@@ -34,6 +34,8 @@ class FenceDuty:
             self._seen_fence = key
             if key and self._helm.armed:
                 self._mind_new_fence(inputs)
+            if key:
+                self._helm.refusal(ModeId.RTL, inputs.nav, inputs.now_s)  # its answer is known when RTL is asked for
             self._tell_of_no_circles(inputs.now_s)
         mode = self._helm.mode
         if self._helm.armed and mode.blocked is not None:

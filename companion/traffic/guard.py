@@ -26,7 +26,7 @@ from companion.core.events import EventLog
 from companion.core.geodesy import LocalFrame
 from companion.core.setpoint import PathSetpoint, Setpoint, desired_motion
 from companion.fence.guard import FenceGuard
-from companion.guidance.path_tracking import Waypoint
+from companion.guidance.waypoint import Waypoint
 from companion.params.store import Parameters
 from companion.positioning.hold_point import HoldPoint
 from companion.traffic import colreg, evasion

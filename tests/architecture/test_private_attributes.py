@@ -21,7 +21,7 @@ ALLOWED = {
 PUBLIC_ALL_THE_SAME = ("_replace", "_asdict", "_fields", "_exit")  # of named tuples and of os, in spite of their names
 MOST = 8  # files; the list may only shrink
 PACKAGES = ("companion", "sitl", "gcs_plugins")
-OTHERS = ("tests/docs/", "tests/packaging/", "tests/bench.py")  # argparse; a measurement, no test
+OTHERS = ("tests/docs/", "tests/packaging/", "tests/bench")  # argparse; measurements, no tests
 
 
 def own_names(tree: ast.Module) -> set[str]:

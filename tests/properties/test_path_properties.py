@@ -10,7 +10,8 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from companion.guidance.path import PathKind, build_path
-from companion.guidance.path_tracking import PathTracker, Waypoint
+from companion.guidance.path_tracking import PathTracker
+from companion.guidance.waypoint import Waypoint
 from companion.params.store import Parameters
 from tests.unit.control.simple_boat import nav_state
 

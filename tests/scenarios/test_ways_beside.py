@@ -30,7 +30,7 @@ class _TakesLong:
         self._rig = rig
         self._running: list[tuple[float, Future[Any], Callable[[], Any]]] = []
 
-    def submit(self, work: Callable[[], Any]) -> Future[Any]:
+    def submit(self, work: Callable[[], Any], urgent: bool = False) -> Future[Any]:
         future: Future[Any] = Future()
         self._running.append((self._rig.now_s + TAKES_S, future, work))
         return future

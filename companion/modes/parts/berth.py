@@ -65,13 +65,8 @@ class BerthChoice:
         self._frame = frame
 
     def at(self, lat_deg: float, lon_deg: float, yaw_rad: float) -> Berth:
-        """The berth at this position, with side, standoff and clearance from the vessel's [dock] table."""
-        config, dock = self._config, self._config.dock
-        side = "port" if dock is None else dock.side
-        clearance_m = _CLEARANCE_M if dock is None else dock.clearance_m
-        half_m = 0.5 * (config.beam_m if side in ("port", "starboard") else config.length_m)
-        standoff_m = _STANDOFF_M if dock is None else dock.standoff_m
-        return Berth(*self._frame().to_ned(lat_deg, lon_deg), yaw_rad, _TOWARDS[side], half_m + clearance_m, standoff_m)
+        """As `berth_at`, in the plane as it is now."""
+        return berth_at(self._config, self._frame(), lat_deg, lon_deg, yaw_rad)
 
     def find(self, nav: NavState) -> Berth | None:
         """The berth to dock at from here; None without one."""
@@ -82,3 +77,13 @@ class BerthChoice:
         if not berths and dock is not None:
             return self.at(dock.lat_deg, dock.lon_deg, dock.yaw_rad)
         return min(berths, key=lambda b: math.hypot(b.north_m - nav.north_m, b.east_m - nav.east_m), default=None)
+
+
+def berth_at(config: VesselConfig, frame: LocalFrame, lat_deg: float, lon_deg: float, yaw_rad: float) -> Berth:
+    """The berth at this position, with side, standoff and clearance from the vessel's [dock] table."""
+    dock = config.dock
+    side = "port" if dock is None else dock.side
+    clearance_m = _CLEARANCE_M if dock is None else dock.clearance_m
+    half_m = 0.5 * (config.beam_m if side in ("port", "starboard") else config.length_m)
+    standoff_m = _STANDOFF_M if dock is None else dock.standoff_m
+    return Berth(*frame.to_ned(lat_deg, lon_deg), yaw_rad, _TOWARDS[side], half_m + clearance_m, standoff_m)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from companion.fence.allowed import Place, Way
-from companion.guidance.path_tracking import Waypoint
+from companion.guidance.waypoint import Waypoint
 
 _HORIZON_M = 400.0  # of the route that is led round; the rest is looked at when the boat comes there
 

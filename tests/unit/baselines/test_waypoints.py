@@ -14,7 +14,8 @@ from companion.baselines.path_choice import ChosenPathTracker
 from companion.baselines.waypoints import EARTH_RADIUS_M, ThesisWaypoints, bearing_rad, haversine_m
 from companion.core.estimate import NavState
 from companion.core.geodesy import distance_and_bearing
-from companion.guidance.path_tracking import PathProgress, Waypoint
+from companion.guidance.path_tracking import PathProgress
+from companion.guidance.waypoint import Waypoint
 from companion.params.store import Parameters
 from tests.unit.control.simple_boat import nav_state
 

@@ -15,8 +15,9 @@ from companion.core.actuation import ZERO_WRENCH
 from companion.core.angles import wrap_pi
 from companion.core.estimate import NavState
 from companion.core.setpoint import Setpoint
-from companion.guidance.path_tracking import PathProgress, PathTracker, Waypoint
+from companion.guidance.path_tracking import PathProgress, PathTracker
 from companion.guidance.reference import ReferenceGenerator
+from companion.guidance.waypoint import Waypoint
 from companion.params.store import Parameters
 from companion.safety import Gate
 from tests.unit.control.simple_boat import BOW_DOWN, REVOLT, SimpleBoat

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -11,6 +13,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from shapely.geometry import LineString, Point, Polygon
 
+from companion.core.work import Lane
 from companion.fence.area import Disc, FenceArea
 
 BOX = [(-50.0, -40.0), (50.0, -40.0), (50.0, 40.0), (-50.0, 40.0)]
@@ -125,3 +128,83 @@ def test_corners_stick_into_the_area() -> None:
     assert found == {(10.0, 5.0)}
     assert FenceArea({0: [BOX]}, []).corners().shape == (0, 2)
     assert len(FenceArea({0: [BOX]}, [HOLE]).corners()) == 4
+
+
+FIELD = FenceArea(
+    {0: [Disc(0.0, 0.0, 200.0)]}, [Disc(25.0 * i, 25.0 * k, 6.0) for i in range(-4, 5) for k in range(-4, 5)]
+)
+far_places = st.tuples(st.integers(-250, 250), st.integers(-250, 250))
+
+
+@given(st.lists(far_places, min_size=2, max_size=5, unique=True), st.booleans())
+@settings(max_examples=300, deadline=None)
+def test_a_long_line_leaves_a_large_area_where_its_difference_begins(
+    line: list[tuple[int, int]], forgive: bool
+) -> None:
+    whole = LineString(line)
+    assume(whole.is_simple)
+    parts = [part for part in shapely.get_parts(whole.difference(FIELD.geometry.buffer(1e-6))) if part.length > 1e-3]
+    assume(all(part.length < 1e-6 or part.length > 0.1 for part in parts))
+    begin = Point(line[0])
+    counting = [part for part in parts if not (forgive and part.distance(begin) < 1e-6)]
+    found = FIELD.first_exit(line, forgive)
+    if not counting:
+        assert found is None
+    else:
+        assert found is not None
+        assert whole.project(Point(found)) == pytest.approx(
+            min(whole.project(Point(part.coords[0])) for part in counting), abs=1e-3
+        )
+
+
+@given(st.tuples(st.floats(-250.0, 250.0), st.floats(-250.0, 250.0)), st.floats(-math.pi, math.pi))
+@settings(max_examples=200, deadline=None)
+def test_of_many_sides_the_nearest_is_found(place: tuple[float, float], course: float) -> None:
+    boundary = FIELD.geometry.boundary
+    assert len(boundary.geoms) > 64 and shapely.get_num_coordinates(boundary) > 2_000
+    margin = FIELD.margin(*place)
+    assert abs(margin.distance_m) == pytest.approx(boundary.distance(Point(place)), abs=1e-9)
+    north, east = math.cos(course), math.sin(course)
+    way = FIELD.way_to_line_m(*place, north, east)
+    ray = LineString([place, (place[0] + 1000.0 * north, place[1] + 1000.0 * east)])
+    hit = ray.intersection(boundary)
+    assume(hit.is_empty or abs(margin.distance_m) > 1e-3)
+    assert way == (math.inf if hit.is_empty else pytest.approx(hit.distance(Point(place)), abs=1e-6))
+
+
+_TWO_THREADS = """
+import random, sys, threading
+from companion.core.work import Lane
+from companion.core.work import Lane
+from companion.fence.area import Disc, FenceArea
+
+area = FenceArea({}, [Disc(9.0 * (k // 40), 9.0 * (k % 40), 3.0) for k in range(1600)])
+begin = threading.Barrier(2)
+
+def query(lane):
+    dice, mine = random.Random(lane.value), area.in_lane(lane)
+    begin.wait()
+    for _ in range(8000):
+        here = dice.uniform(-5.0, 360.0), dice.uniform(-5.0, 360.0)
+        mine.covers((here, (here[0] + dice.uniform(-40.0, 40.0), here[1] + dice.uniform(-40.0, 40.0))))
+
+threads = [threading.Thread(target=query, args=(lane,)) for lane in (Lane.CONTROL, Lane.URGENT)]
+for thread in threads:
+    thread.start()
+for thread in threads:
+    thread.join()
+"""
+
+
+def test_two_threads_query_an_area_each_in_its_lane() -> None:
+    """Two threads in one prepared geometry end the process."""
+    assert subprocess.run([sys.executable, "-c", _TWO_THREADS], check=False, timeout=300).returncode == 0
+
+
+def test_another_lane_has_the_same_area() -> None:
+    line = [(-100.0, 3.0), (100.0, 7.0)]
+    other = FIELD.in_lane(Lane.URGENT)
+    assert other is FIELD.in_lane(Lane.URGENT) is not FIELD.in_lane(Lane.USUAL) is not FIELD.in_lane(Lane.CONTROL)
+    assert FIELD.in_lane(Lane.CONTROL) is FIELD
+    assert other.first_exit(line) == FIELD.first_exit(line) and other.margin(1.0, 2.0) == FIELD.margin(1.0, 2.0)
+    assert FenceArea({0: [Disc(0.0, 0.0, 1.0), Disc(9.0, 9.0, 1.0)]}, []).in_lane(Lane.USUAL).empty

@@ -14,7 +14,7 @@ from scipy.integrate import quad
 from scipy.interpolate import Akima1DInterpolator, CubicSpline, PchipInterpolator
 
 from companion.guidance.path import Path, PathKind, build_path
-from companion.guidance.path_tracking import CONTEXT
+from companion.guidance.path_laying import CONTEXT
 
 ROUTE = [(0.0, 0.0), (40.0, 10.0), (60.0, 50.0), (55.0, 90.0), (90.0, 100.0), (120.0, 60.0)]
 SQUARE = [(0.0, 0.0), (20.0, 0.0), (20.0, 20.0), (0.0, 20.0), (0.0, 0.0)]

@@ -13,10 +13,11 @@ from companion.config.vessel import find, load
 from companion.core.angles import wrap_pi
 from companion.core.estimate import NavState
 from companion.core.setpoint import PathSetpoint, Setpoint
-from companion.guidance import planned_motion
+from companion.guidance import path_laying
 from companion.guidance.agility import agility_of
 from companion.guidance.path_plan import PathPlan
-from companion.guidance.path_tracking import PathProgress, PathTracker, Waypoint
+from companion.guidance.path_tracking import PathProgress, PathTracker
+from companion.guidance.waypoint import Waypoint
 from companion.params.store import Parameters
 from tests.unit.control.simple_boat import nav_state
 
@@ -389,7 +390,7 @@ def test_the_plan_is_made_anew_for_other_weather_and_not_for_each_gust(monkeypat
         made += 1
         return PathPlan(*given)
 
-    monkeypatch.setattr(planned_motion, "PathPlan", count)
+    monkeypatch.setattr(path_laying, "PathPlan", count)
     guide = planner()
     guide.start(points((60, 0), (60, 60)), nav_state())
     for k in range(300):  # gusts of 2 m/s either way, and a current that is not quite sure

@@ -600,3 +600,16 @@ def test_a_long_route_knows_what_comes_beyond_it() -> None:
     assert isinstance(second, Sail) and second.stop
     assert first.beyond == second.route[: len(first.beyond)] and len(first.beyond) == 16
     assert second.beyond == ()
+
+
+def test_a_plan_that_was_prepared_is_not_compared_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of 10,000 items that takes longer than a tick has."""
+    executor, plans = _executor(*(_item(16, north=n) for n in range(4)))
+    items = plans.items(PlanKind.MISSION)
+    assert executor.begin() is None
+    executor.complete(0)
+    same = (*items[:3], replace(items[3], x=77))
+    plans.prepared(PlanKind.MISSION, same)()()
+    monkeypatch.setattr("companion.mission.executor.shared_items", None)
+    plans.replace(PlanKind.MISSION, same)
+    assert executor.replaced is Replaced.CONTINUED and executor.progress.seq == 1

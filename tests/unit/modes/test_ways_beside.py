@@ -8,6 +8,7 @@ import pytest
 
 from companion.core.decision import ModeId
 from companion.core.setpoint import PathSetpoint
+from companion.guidance.path_laying import TrackShape
 from companion.mission.plan import PlanItem, PlanKind
 from tests.unit.conftest import Boat
 from tests.unit.io.mavlink.slow_storage import SlowWorker
@@ -178,11 +179,11 @@ def test_a_search_that_fails_ends_in_hold(boat: Boat, mode: ModeId, monkeypatch:
     worker = away(boat)
     boat.upload((0.0, 0.0))
 
-    def broken(work: Callable[[], object]) -> object:
+    def broken(work: Callable[[], object], urgent: bool = False) -> object:
         def fails() -> object:
             raise ArithmeticError("no such way")
 
-        return SlowWorker.submit(worker, fails)
+        return SlowWorker.submit(worker, fails, urgent)
 
     monkeypatch.setattr(worker, "submit", broken)
     choose(boat, mode)
@@ -190,3 +191,148 @@ def test_a_search_that_fails_ends_in_hold(boat: Boat, mode: ModeId, monkeypatch:
     worker.work()
     boat.step(0.5)
     assert boat.status.mode is ModeId.HOLD and any("failed (ArithmeticError" in text for text in boat.texts())
+
+
+# --- a mission under way -------------------------------------------------------------------------------------------
+
+
+def sections(boat: Boat, monkeypatch: pytest.MonkeyPatch) -> SlowWorker:
+    """Under way in a mission of three parts, whose tracks are laid when the test says so."""
+    monkeypatch.setattr("companion.mission.itinerary.LONGEST_ROUTE", 3)
+    boat.supervisor.arm(boat.now_s)
+    boat.upload(*((12.0 * n, 6.0 * (n % 2)) for n in range(1, 8)))
+    worker = SlowWorker()
+    boat.supervisor.parts.work_with(worker)
+    choose(boat, ModeId.MISSION)
+    boat.step()
+    assert not isinstance(boat.setpoint, PathSetpoint)
+    worker.work()
+    boat.step(0.2)
+    assert isinstance(boat.setpoint, PathSetpoint)
+    return worker
+
+
+def test_the_next_part_of_a_mission_is_laid_ahead(boat: Boat, monkeypatch: pytest.MonkeyPatch) -> None:
+    worker = sections(boat, monkeypatch)
+    laid_in_ticks: list[object] = []
+    lay = TrackShape.lay
+    monkeypatch.setattr(TrackShape, "lay", lambda *given: laid_in_ticks.append(given) or lay(*given))
+    assert worker.work() >= 1, "the second part, while the first is sailed"
+    laid_in_ticks.clear()
+    speeds = []
+
+    def in_second_part() -> bool:
+        speeds.append(boat.setpoint.surge_mps if isinstance(boat.setpoint, PathSetpoint) else 0.0)
+        return boat.status.mission.seq == 4
+
+    boat.until(in_second_part)
+    assert not laid_in_ticks
+    assert min(speeds[100:]) > 0.8 * max(speeds)
+
+
+def test_a_part_that_is_not_laid_in_time_is_waited_for(boat: Boat, monkeypatch: pytest.MonkeyPatch) -> None:
+    worker = sections(boat, monkeypatch)
+    boat.until(lambda: boat.status.mission.seq == 3)
+    boat.step(0.8)
+    assert isinstance(boat.setpoint, PathSetpoint), "it sails on for a moment"
+    boat.step(3.0)
+    assert not isinstance(boat.setpoint, PathSetpoint) and boat.status.mode is ModeId.MISSION
+    assert boat.texts().count("Planning a way") == 1
+    for _ in range(2):  # first what was begun under way
+        worker.work()
+        boat.step(0.2)
+    assert isinstance(boat.setpoint, PathSetpoint)
+
+    def complete() -> bool:
+        worker.work()
+        return boat.status.mission.reached == 7
+
+    boat.until(complete)
+    assert boat.texts().count("Planning a way") == 1
+
+
+def test_another_mission_is_sailed_once_its_track_is_laid(boat: Boat, monkeypatch: pytest.MonkeyPatch) -> None:
+    worker = sections(boat, monkeypatch)
+    boat.until(lambda: boat.nav.north_m > 5.0)
+    boat.upload((5.0, -30.0), (5.0, -60.0))
+    boat.step(0.3)
+    assert isinstance(boat.setpoint, PathSetpoint) and boat.setpoint.progress.target.east_m > 0.0
+    worker.work()
+    boat.step()
+    assert isinstance(boat.setpoint, PathSetpoint) and boat.setpoint.progress.target.east_m < -29.0
+
+
+def test_a_new_fence_leads_the_present_route_round_once_that_is_laid(boat: Boat) -> None:
+    boat.supervisor.arm(boat.now_s)
+    boat.upload((60.0, 0.0))
+    choose(boat, ModeId.MISSION)
+    boat.until(lambda: boat.nav.north_m > 10.0)
+    worker = SlowWorker()
+    boat.supervisor.parts.work_with(worker)
+    boat.plans.replace(PlanKind.FENCE, circles(boat, (40.0, 0.0)))
+    boat.step(0.5)
+    assert isinstance(boat.setpoint, PathSetpoint), "the fence stops it in time, if need be"
+    assert abs(boat.nav.east_m) < 0.1
+    worker.work()
+    nearest_m = 99.0
+
+    def there() -> bool:
+        nonlocal nearest_m
+        worker.work()
+        nearest_m = min(nearest_m, boat.away_m(40.0, 0.0))
+        return boat.status.mission.reached == 1
+
+    boat.until(there)
+    assert nearest_m > 8.0
+
+
+def test_a_new_fence_without_a_way_stops_the_mission_once_that_is_known(boat: Boat) -> None:
+    boat.supervisor.arm(boat.now_s)
+    boat.upload((60.0, 0.0))
+    choose(boat, ModeId.MISSION)
+    boat.until(lambda: boat.nav.north_m > 10.0)
+    worker = SlowWorker()
+    boat.supervisor.parts.work_with(worker)
+    boat.plans.replace(PlanKind.FENCE, circles(boat, (60.0, 0.0)))
+    boat.step(0.5)
+    assert boat.status.mode is ModeId.MISSION
+    worker.work()
+    boat.step(0.3)
+    assert boat.status.mode is ModeId.HOLD
+    assert "Mission stopped: item 1: outside the fence" in boat.texts()
+
+
+def test_the_way_home_of_a_mission_is_found_beside(boat: Boat) -> None:
+    worker = away(boat)
+    boat.upload(commands={0: PlanItem(0, 20, 2, 0.0, 0.0, 0.0, 0.0, 0, 0, 0.0)})
+    choose(boat, ModeId.MISSION)
+    boat.step(0.5)
+    assert not isinstance(boat.setpoint, PathSetpoint) and boat.away_m(50.0, 0.0) < 0.5
+    worker.work()
+    boat.step()
+    assert isinstance(boat.setpoint, PathSetpoint)
+    boat.until(lambda: boat.status.mission.reached == 1)
+    assert boat.away_m(0.0, 0.0) < 0.5
+
+
+def test_what_the_boat_waits_for_is_urgent(boat: Boat) -> None:
+    away(boat)
+    urgencies: list[bool] = []
+
+    class Noting(SlowWorker):
+        def submit(self, work: Callable[[], object], urgent: bool = False) -> object:
+            urgencies.append(urgent)
+            return super().submit(work, urgent)
+
+    boat.supervisor.parts.work_with(Noting())
+    boat.upload((0.0, 0.0))
+    boat.step()
+    assert urgencies and not any(urgencies), "checks of what may be asked for"
+    urgencies.clear()
+    choose(boat, ModeId.RTL)
+    boat.step()
+    assert urgencies == [True]
+    urgencies.clear()
+    choose(boat, ModeId.MISSION)
+    boat.step()
+    assert True in urgencies

@@ -23,7 +23,7 @@ def test_where_a_mission_has_switched_the_fence_off_the_chart_still_counts() -> 
     parameters, events, plans = Parameters(OTTER.parameters, table_of(OTTER)), EventLog(), Plans()
     fence = FenceGuard(OTTER, parameters, plans, events, lambda: HOME, lambda: None)
     chart = ChartKeeper(OTTER, parameters, lambda: HOME, [feature("land", box(20.0, -10.0, 40.0, 10.0), frame=HOME)])
-    charted = ChartedFence(OTTER, parameters, plans, lambda: HOME, fence, chart)
+    charted = ChartedFence(OTTER, parameters, plans, lambda: HOME, fence, chart).now
     assert charted.point_refusal(30.0, 0.0, fenced=False) == "in a chart obstacle"
     assert charted.line_refusal([(0.0, 0.0), (60.0, 0.0)], fenced=False) == "way crosses a chart obstacle"
     assert charted.line_refusal([(0.0, 30.0), (60.0, 30.0)], fenced=False) is None

@@ -160,7 +160,7 @@ def test_a_way_is_looked_for_beside_and_laid_when_it_is_found() -> None:
         def __init__(self) -> None:
             self.jobs: list[tuple[Any, Future[Any]]] = []
 
-        def submit(self, work: Any) -> Future[Any]:
+        def submit(self, work: Any, urgent: bool = False) -> Future[Any]:
             self.jobs.append((work, Future()))
             return self.jobs[-1][1]
 

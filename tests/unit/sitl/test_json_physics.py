@@ -10,10 +10,11 @@ from typing import Any
 import pytest
 
 from companion.config.vessel import ConfigError, find, load
+from companion.core.geodesy import LocalFrame
 from sitl.json_physics import JsonPhysics, ThrusterChannels, parse_outputs, read_packet, without_boards
 from sitl.world import World, WorldConditions
 
-OTTER, REVOLT, BLUEBOAT = (load(find(name)) for name in ("otter", "revolt", "blueboat"))
+OTTER, REVOLT, BLUEBOAT, ABOAT = (load(find(name)) for name in ("otter", "revolt", "blueboat", "aboat"))
 RATE_HZ = 100
 
 
@@ -29,6 +30,7 @@ def physics(vessel: Any, outputs: str = "", **conditions: Any) -> JsonPhysics:
 
 def state(reply: bytes | None) -> dict[str, Any]:
     assert reply is not None and reply.startswith(b"\n") and reply.endswith(b"\n")
+    assert not set(reply[1:-1]) & set(b" \t\r\n")  # as in the documentation's example: ArduPilot looks for `"gyro":[`
     found: dict[str, Any] = json.loads(reply)
     assert {"timestamp", "imu", "position", "attitude", "velocity"} <= found.keys()
     return found
@@ -43,6 +45,16 @@ def test_ahead_is_ahead_and_a_frame_is_a_step() -> None:
     assert north_m > 3.0 and abs(east_m) < 0.2 and down_m == 0.0
     assert seen["velocity"][0] == pytest.approx(boat.world.truth.surge_mps, abs=0.05)
     assert seen["imu"]["accel_body"][2] == pytest.approx(-9.8, abs=0.05)
+
+
+def test_degrees_that_ardupilot_makes_of_its_metres_are_the_true_ones() -> None:
+    boat, home = physics(ABOAT), ABOAT.home
+    boat.world.set_state(250.0, 400.0)
+    north_m, east_m, _ = state(boat.answer(packet(0)))["position"]
+    lat_deg = home.lat_deg + north_m / 111_318.845  # m of a degree on its sphere
+    lon_deg = home.lon_deg + east_m / (111_318.845 * math.cos(math.radians(0.5 * (lat_deg + home.lat_deg))))
+    found = LocalFrame(home.lat_deg, home.lon_deg).to_ned(lat_deg, lon_deg)
+    assert found == pytest.approx((250.0, 400.0), abs=0.005)
 
 
 def test_port_thrust_turns_to_starboard_and_the_gyro_tells_it() -> None:

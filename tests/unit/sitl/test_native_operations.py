@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 
 from companion.io.sensors.nmea0183_fields import checksum
-from companion.record.columns import _Packer, narrowed
+from companion.record.columns import Packer, narrowed
 from sitl.native.build import FLAGS
 from sitl.native.operations import HEADER
 
@@ -195,7 +195,7 @@ def test_columns(library: Any, forms: str) -> None:
         rows: list[Any] = [tuple(_value(rng, form, tick_us) for form in forms) for _ in range(count)]
         if n % 7 == 0:
             rows = [list(row) for row in rows]
-        packer = _Packer(b"\x0a\x03imu", forms, count)
+        packer = Packer(b"\x0a\x03imu", forms, count)
         try:
             expected = narrowed(packer, rows, tick_us)
         except TypeError:  # an infinity for a whole number

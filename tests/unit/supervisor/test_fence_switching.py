@@ -9,7 +9,7 @@ import pytest
 
 from companion.core.decision import ModeId
 from companion.mission.plan import PlanItem, PlanKind
-from companion.modes.parts.mission_fence import unfenced
+from companion.modes.parts.mission_terms import unfenced
 from tests.unit.conftest import Boat
 
 FENCE = ((-60.0, -60.0), (60.0, -60.0), (60.0, 60.0), (-60.0, 60.0))

@@ -54,7 +54,7 @@ class SlowWorker:
     def __init__(self) -> None:
         self._waiting: list[Callable[[], None]] = []
 
-    def submit(self, work: Callable[[], Any]) -> Future[Any]:
+    def submit(self, work: Callable[[], Any], urgent: bool = False) -> Future[Any]:
         future: Future[Any] = Future()
 
         def carry_out() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from companion.fence.allowed import Place, Way
-from companion.guidance.path_tracking import Waypoint
+from companion.guidance.waypoint import Waypoint
 from companion.modes.parts.rounding import Rounded, rounded, unchanged
 
 

@@ -30,8 +30,8 @@ FILE: dict[str, Any] = json.loads(events_json(NAMES, PX4))
 SOURCES = {  # where the reasons for which a mode refuses are made
     ModeId.CIRCLE: ("modes.circle", "guidance.orbit", "fence.guard"),
     ModeId.TRIAL: ("modes.trial.mode", "fence.guard"),
-    ModeId.MISSION: ("modes.mission", "modes.parts.mission_fence", "fence.guard"),
-    ModeId.RTL: ("modes.rtl",),
+    ModeId.MISSION: ("modes.mission", "modes.parts.mission_terms", "fence.allowed"),
+    ModeId.RTL: ("modes.rtl", "modes.parts.return_point"),
     ModeId.DOCK: ("modes.dock", "modes.parts.docking"),
     ModeId.FOLLOW: ("modes.follow", "following.watch"),
     ModeId.OFFBOARD: ("modes.offboard",),
