@@ -1,6 +1,7 @@
 # make run      a simulated ReVolt for any ground station on this machine, and its live page; Ctrl-C ends both
 # make test     everything that CI runs
-# make bench    figures of speed; nothing is asserted
+# make bench    figures of speed; nothing is asserted; ARGS=--keep stores some of them for this commit
+# make growth   how costs grow with missions, links, traffic, vessels, pages and logs (minutes)
 # make native   compiles the arithmetic: several times as fast; needs a C compiler and some minutes; JOBS=N
 # make docs     the documentation as a site in out/site, checked; nothing is fetched when it is read
 # make results  the measured tables of the documentation anew (hours; goes on where it was cut off)
@@ -20,7 +21,7 @@ BOAT := .ci/requirements-boat.txt
 PIP := $(BIN)/python -m pip --quiet --disable-pip-version-check
 INSTALL := $(PIP) install --constraint $(CONSTRAINTS)
 
-.PHONY: run test lint bench native docs results matrix scenarios wheel sbom hooks lock clean
+.PHONY: run test lint bench growth native docs results matrix scenarios wheel sbom hooks lock clean
 
 run: $(VENV)/.installed
 	@$(BIN)/companion run revolt --sitl --console --control $(ARGS)
@@ -35,7 +36,10 @@ lint: $(VENV)/.installed-test
 	$(BIN)/lint-imports
 
 bench: $(VENV)/.installed-test
-	$(BIN)/python -m tests.bench
+	$(BIN)/python -m tests.bench $(ARGS)
+
+growth: $(VENV)/.installed-test
+	$(BIN)/python -m tests.bench_growth $(ARGS)
 
 native: $(VENV)/.installed-test
 	USV_NATIVE=0 $(BIN)/python -m sitl.native $(if $(JOBS),--jobs $(JOBS)) $(if $(filter-out default,$(origin CC)),--cc '$(CC)')

@@ -1,7 +1,7 @@
 """Faults of a run: NAME[:DEVICE][=SIZE]@T[+DURATION], in seconds. Without a duration a fault lasts to the end.
 
-Only a lie of a sensor (`lie_table.py`) has a device and a size: without them all devices lie, by the size of the
-table."""
+Only a lie of a sensor and a trouble of a receiver (`lie_table.py`) have a device and a size: without them it is all
+devices, by the size of the table."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from companion.config.actuators.nmea2000 import Nmea2000Config
 from companion.config.devices import ThrusterConfig
 from companion.config.vessel import ConfigError, VesselConfig
 from companion.core.nearest import did_you_mean
-from sitl.lie_table import LIES, text_of
+from sitl.lie_table import SIZED, text_of
 
 OFFSETS_M = (1, 3, 10, 100, 1000, 10_000, 100_000, 1_000_000)
 _FIXED = {
@@ -22,6 +22,7 @@ _FIXED = {
     **{f"gnss_off_{m}m": f"positions are {m} m off to the north-east" for m in OFFSETS_M},
     "gnss_wild": "every tenth position is near the Equator",
     "rtk_lost": "receivers fall back to a standalone fix",
+    "rtk_float": "receivers fall back to a float solution",
     "heading_lost": "the heading sentence stays empty",
     "imu_lost": "inertial sensors are silent",
     "leak": "the leak sensor is wet",
@@ -59,7 +60,8 @@ def _can(thruster: ThrusterConfig, kind: str) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """One fault, active in [start_s, end_s). `size`, `device`: of a lie; without a device all lie."""
+    """One fault, active in [start_s, end_s). `size`, `device`: of a lie or trouble; without a device it is all
+    devices'."""
 
     name: str
     start_s: float
@@ -79,7 +81,7 @@ def known(vessel: VesselConfig) -> dict[str, str]:
             single += [row.thruster for row in bridge.motors]
     return {
         **_FIXED,
-        **{name: text_of(lie) for name, lie in LIES.items()},
+        **{name: text_of(lie) for name, lie in SIZED.items()},
         **{
             f"thruster_{t.name}_{kind}": f"thruster {t.name} {text}"
             for t in vessel.thrusters
@@ -106,7 +108,7 @@ def parse(text: str, vessel: VesselConfig) -> Fault:
         raise ConfigError(
             [f"fault '{text}': no fault named '{name}'; known: {', '.join(sorted(names))}{did_you_mean(name, names)}"]
         )
-    lie = LIES.get(name)
+    lie = SIZED.get(name)
     if lie is None and (sized or limited):
         raise ConfigError([f"fault '{text}': '{name}' takes neither a size nor a device"])
     return Fault(
@@ -173,7 +175,8 @@ class Faults:
         return any(fault.name.startswith(prefix) for fault in self._faults)
 
     def lies(self, device: str) -> Sequence[Fault]:
-        """The lies that the sensor of that name tells now, in the order in which they were asked for."""
+        """The lies that the sensor of that name tells now, and its troubles, in the order in which they were asked
+        for."""
         lies = self._lies
         return [lie for lie in lies if lie.device is None or lie.device == device] if lies else ()
 
@@ -189,7 +192,7 @@ class Faults:
         now_s = t_s + 1e-9
         active = [fault for fault in self._faults if fault.start_s <= now_s < fault.end_s]
         self.active = frozenset(fault.name for fault in active)
-        self._lies = tuple(fault for fault in active if fault.name in LIES)
+        self._lies = tuple(fault for fault in active if fault.name in SIZED)
         edges = [edge for fault in self._faults for edge in (fault.start_s, fault.end_s) if edge > now_s]
         self._change_s = min(edges, default=math.inf) - 1e-9
         return True

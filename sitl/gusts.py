@@ -21,6 +21,7 @@ _DRAG = 0.0015  # of the sea's surface (Davenport's κ)
 _ROUGH_M, _KARMAN = 0.0002, 0.4  # open sea (DNV-RP-C205, table 2-1)
 _COUNT, _FINE = 48, 60
 _SLOWEST_HZ, _FASTEST_HZ = 1.0 / 600.0, 1.0
+_HALVINGS = 40
 
 
 def davenport(f_hz: Array, mean_mps: float, height_m: float) -> Array:
@@ -76,6 +77,17 @@ def parse_wind(text: str) -> tuple[float, float | None, str]:
 def at_height(name: str, mean_mps: float, height_m: float) -> float:
     """Mean wind at a height above the water, of that at 10 m."""
     return SPECTRA[name][1](mean_mps, height_m)
+
+
+def at_ten_metres(name: str, mean_mps: float, height_m: float) -> float:
+    """Mean wind at 10 m, of that at a lower height above the water."""
+    low, high = mean_mps, mean_mps
+    while at_height(name, high, height_m) < mean_mps:
+        high *= 2.0
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if at_height(name, middle, height_m) < mean_mps else (low, middle)
+    return high
 
 
 class Gusts:

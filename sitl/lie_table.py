@@ -1,4 +1,5 @@
-"""The faults of sensors that lie: names, what each does, and the size that it has where none is given."""
+"""The faults of sensors that have a device and a size: lies, and honest troubles of receivers. Names, what each does,
+and the size that it has where none is given."""
 
 from __future__ import annotations
 
@@ -44,6 +45,14 @@ LIES: Mapping[str, Lie] = {
     },
     "wind_frozen": Lie("wind sensors repeat their last wind"),
 }
+
+TROUBLES: Mapping[str, Lie] = {
+    "gnss_late": Lie("receivers' values are that old when they are sent, and bear the time of sending", 0.3, "s"),
+    "gnss_jitter": Lie("solutions arrive later by up to that, each by another time", 0.1, "s"),
+    "gnss_dropped": Lie("that share of the solutions is left out", 0.3),
+    "gnss_multipath": Lie("positions have a further error of that size, another one every 20 s", 0.5, "m"),
+}
+SIZED: Mapping[str, Lie] = {**LIES, **TROUBLES}
 
 
 def text_of(lie: Lie) -> str:

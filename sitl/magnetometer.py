@@ -9,6 +9,7 @@ from companion.config.devices import SensorConfig
 from companion.config.vessel import ConfigError, HomeConfig, VesselConfig
 from companion.core.geomagnetism import decimal_year, field_nt
 from sitl.noise import Normals, stream
+from sitl.sensor_errors import Aboard, current_field
 
 _WHITE = 0.004  # noise of one sample, as a share of the field
 _LEFT_OFFSET = 0.002  # hard iron left by a calibration, as a share of the field
@@ -24,9 +25,13 @@ class MagnetometerModel:
     seed, as no calibration is perfect.
     """
 
-    def __init__(self, config: SensorConfig, home: HomeConfig, epoch_unix_ns: int, seed: int) -> None:
+    def __init__(
+        self, config: SensorConfig, home: HomeConfig, epoch_unix_ns: int, seed: int, aboard: Aboard | None = None
+    ) -> None:
+        """`aboard`: whose battery's current disturbs it; None: nothing does."""
         import numpy as np
 
+        self._current = current_field(aboard, config.name, home, epoch_unix_ns, seed)
         self._ned = _unit(field_nt(home.lat_deg, home.lon_deg, decimal_year(epoch_unix_ns)))
         draw = Normals(stream(seed, f"{config.name} iron")).gauss
         distortion = np.linalg.inv(np.array(config.mag_matrix))
@@ -51,6 +56,9 @@ class MagnetometerModel:
             row[0] * x + row[1] * y + row[2] * z + offset + _WHITE * normals.next()
             for row, offset in zip(self._matrix, self._offset, strict=True)
         )
+        if self._current is not None:
+            dx, dy, dz = self._current.share
+            x, y, z = x + dx, y + dy, z + dz
         return x, y, z
 
 

@@ -39,24 +39,18 @@ def with_plant_error(vessel: VesselConfig, plant: str | None, fraction: float, s
     return replace(vessel, sitl=replace(simulation, plants={**simulation.plants, name: wrong}))
 
 
-def with_windage_error(vessel: VesselConfig, plant: str | None, fraction: float, seed: int) -> VesselConfig:
-    """The same vessel, whose plant of that name (None: the file's choice) has wind areas wrong by `fraction`, frontal
-    and lateral each up or down by the seed; its controller believes the file. Raises ConfigError as
-    `with_plant_error`, also of a boat without a jet."""
-    simulation = vessel.sitl
-    if simulation is None or not 0.0 <= fraction < 1.0:
-        raise ConfigError([f"windage_error {fraction:g}: must be a share from 0 to below 1, of a simulated vessel"])
-    name = simulation.plant if plant is None else plant
-    if name not in simulation.plants:
-        raise ConfigError([f"{vessel.name}: no plant named '{name}'; there is {', '.join(simulation.plants)}"])
-    right, signs = simulation.plants[name], stream(seed, "windage").choices((-1.0, 1.0), k=2)
+def with_wrong_windage(plant: PlantConfig, fraction: float, seed: int) -> PlantConfig:
+    """The same plant with wind areas wrong by `fraction`, frontal and lateral each up or down by the seed. Raises
+    ConfigError for a fraction outside 0 to 1."""
+    if not 0.0 <= fraction < 1.0:
+        raise ConfigError([f"windage_error {fraction:g}: must be a share from 0 to below 1"])
+    right, signs = plant.windage, stream(seed, "windage").choices((-1.0, 1.0), k=2)
     windage = replace(
-        right.windage,
-        frontal_m2=right.windage.frontal_m2 * (1.0 + signs[0] * fraction),
-        lateral_m2=right.windage.lateral_m2 * (1.0 + signs[1] * fraction),
+        right,
+        frontal_m2=right.frontal_m2 * (1.0 + signs[0] * fraction),
+        lateral_m2=right.lateral_m2 * (1.0 + signs[1] * fraction),
     )
-    wrong = replace(right, windage=windage)
-    return replace(vessel, sitl=replace(simulation, plants={**simulation.plants, name: wrong}))
+    return replace(plant, windage=windage)
 
 
 def _hull(plant: PlantConfig, mass: float, drag: float) -> PlantConfig:

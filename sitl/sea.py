@@ -50,8 +50,10 @@ class Sea(Waves):
         "_matrix",
         "_numbers",
         "_phase",
+        "_place",
         "_places",
         "_rise",
+        "_sums",
         "_t_s",
         "_table",
         "_target",
@@ -75,22 +77,25 @@ class Sea(Waves):
         wakes: Sequence[Wake] = (),
         drift: bool = True,
     ) -> None:
-        """`places`: points in the boat (x, y, z below the water), of which `water_at` tells; `drift` False: no drift
-        force."""
+        """`places`: points in the boat (x, y, z below the water), of which `water_at_places` tells; `drift` False: no
+        drift force."""
         self._components, self._boat, self._hull, self._drift_on = components, boat, hull, drift
         self._places = tuple(places)
         self._wakes, self._weight_n = WakeFeel(wakes, boat.length_m), mass_kg * GRAVITY_MPS2
         self._table = DriftTable(boat)
-        k, towards = components.number_radpm, components.towards_rad
-        self._numbers = np.stack([components.omega_radps, -k * np.cos(towards), -k * np.sin(towards)], axis=1)
+        k, towards, phase = components.number_radpm, components.towards_rad, components.phase_rad
+        one = np.stack([components.omega_radps, -k * np.cos(towards), -k * np.sin(towards), phase], axis=1)
+        self._numbers = np.concatenate([one, one - np.array([0.0, 0.0, 0.0, 0.5 * math.pi])])
         self._count = len(k)
+        self._place = np.array([0.0, 0.0, 0.0, 1.0])  # t, north, east
+        self._phase = np.empty(2 * self._count)  # θ, then θ − π/2
         self._waves = np.empty(2 * self._count)  # cos θ, then sin θ
-        self._phase = np.empty(self._count)
         self._t_s, self._due_s = -1.0, -math.inf
         self.roll_rad = self.pitch_rad = 0.0
         self.orbit = (0.0, 0.0, 0.0)
         self._at = self._heading_and_speed()  # those of the responses
         self._matrix = self._rise = self._responses()
+        self._sums = np.empty(len(self._matrix))
         self._target: Array | None = None  # responses on the way to which the matrix is
         super().__init__(wind, seed)
 
@@ -102,12 +107,12 @@ class Sea(Waves):
             self._renew(t_s, dt_s if begun else 0.0)
         if self._target is not None:
             self._matrix += self._rise
-        place = (t_s, hull.north_m - hull.carried_north_m, hull.east_m - hull.carried_east_m)
+        place = self._place
+        place[0] = t_s
+        place[1], place[2] = hull.north_m - hull.carried_north_m, hull.east_m - hull.carried_east_m
         np.dot(self._numbers, place, out=self._phase)
-        self._phase += self._components.phase_rad
-        np.cos(self._phase, out=self._waves[: self._count])
-        np.sin(self._phase, out=self._waves[self._count :])
-        values = self._values = (self._matrix @ self._waves).tolist()
+        np.cos(self._phase, out=self._waves)
+        values = self._values = np.dot(self._matrix, self._waves, out=self._sums).tolist()
         roll, pitch = values[_ROLL], values[_PITCH]
         self._wakes.update(hull, t_s, max(dt_s, 0.0))
         bow_x, bow_y, stern_x, stern_y = self._wakes.felt
@@ -132,14 +137,17 @@ class Sea(Waves):
         re, im, at = values[_RE], values[_IM], values[_DRIFT:_PLACES]
         return x + at[0] * re + at[1] * im, y + at[2] * re + at[3] * im, n + at[4] * re + at[5] * im
 
-    def water_at(self, place: int) -> tuple[float, float, float]:
-        """At a place in the boat: the water's velocity ahead and to starboard beyond what carries the hull along, and
-        the water above the place at rest plus the elevation beyond the hull's own motion, in m."""
-        north, east, up = self._values[_PLACES + _ROWS_A_PLACE * place :][:_ROWS_A_PLACE]
-        x, y, z = self._places[place]
+    def water_at_places(self) -> list[tuple[float, float, float]]:
+        """At each of the places in the boat: the water's velocity ahead and to starboard beyond what carries the hull
+        along, and the water above the place at rest plus the elevation beyond the hull's own motion, in m."""
+        values, at, found = self._values, _PLACES, []
         c, s = math.cos(self._hull.yaw_rad), math.sin(self._hull.yaw_rad)
-        risen = -self.heave_m + x * self.pitch_rad - y * self.roll_rad
-        return c * north + s * east, c * east - s * north, z + up - risen
+        heave, pitch, roll = self.heave_m, self.pitch_rad, self.roll_rad
+        for x, y, z in self._places:
+            north, east, up = values[at], values[at + 1], values[at + 2]
+            found.append((c * north + s * east, c * east - s * north, z + up + heave - x * pitch + y * roll))
+            at += _ROWS_A_PLACE
+        return found
 
     def _renew(self, t_s: float, dt_s: float) -> None:
         """Begin the way to the responses at a new heading or speed; at the first step they hold at once."""

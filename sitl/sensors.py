@@ -15,6 +15,7 @@ from sitl.environment import Waves
 from sitl.faults import OFFSETS_M
 from sitl.hull import Hull
 from sitl.noise import GaussMarkov, Normals, stream
+from sitl.sensor_errors import Aboard, CurrentField, ImuErrors, current_field
 
 _SQRT_HALF = math.sqrt(0.5)
 _WILD_EVERY = 10
@@ -34,6 +35,7 @@ class Grade:
     heading_rad: float = math.radians(0.10)  # of the white noise, and of the slow error
 
 
+FLOAT = Grade(5, 16, 0.7, 0.02, 0.15, 120.0, 0.02)
 GRADES = {
     "rtk": Grade(4, 18, 0.6, 0.005, 0.008, 60.0, 0.015),
     "sbas": Grade(2, 14, 0.8, 0.05, 0.25, 150.0, 0.03),
@@ -41,6 +43,7 @@ GRADES = {
     "basin": Grade(
         4, 18, 0.6, 0.001, 0.001, 60.0, 0.005, math.radians(0.02)
     ),  # cameras in a towing tank that print the same sentences
+    "float": FLOAT,
 }
 _HEADING_TAU_S = 30.0
 _ALTITUDE_FACTOR = 1.7
@@ -128,7 +131,9 @@ class GnssModel:
         rng = self._rng = Normals(stream(seed, f"{config.name} white"))
         most_s = math.inf if common is None else _MULTIPATH_TAU_S
         self._slow = {
-            g: [GaussMarkov(rng, g.slow_m, min(most_s, g.slow_tau_s)) for _ in range(3)] for g in GRADES.values()
+            g: [GaussMarkov(draws, g.slow_m, min(most_s, g.slow_tau_s)) for _ in range(3)]
+            for g in GRADES.values()
+            for draws in (Normals(stream(seed, f"{config.name} float")) if g is FLOAT else rng,)
         }
         self._slow_heading = GaussMarkov(rng, self._grade.heading_rad, _HEADING_TAU_S)
         self._samples = 0
@@ -143,7 +148,7 @@ class GnssModel:
     def sample(self, hull: Hull, waves: Waves, faults: Set[str]) -> GnssSample:
         """The next solution, for the true motion and the active faults."""
         self._samples += 1
-        now = GRADES["standalone"] if "rtk_lost" in faults else self._grade
+        now = GRADES["standalone"] if "rtk_lost" in faults else FLOAT if "rtk_float" in faults else self._grade
         heading_error = self._slow_heading.update(self._dt_s) + self._rng.gauss(0.0, now.heading_rad)
         if "gnss_lost" in faults:
             return GnssSample(now, None, 0.0, 0.0, None)
@@ -203,7 +208,17 @@ def north_of(home: HomeConfig, epoch_unix_ns: int) -> float:
 class CompassModel:
     """A magnetometer. In: true heading; out: magnetic heading in rad. Remembers its slow error."""
 
-    def __init__(self, config: SensorConfig, home: HomeConfig, epoch_unix_ns: int, dt_s: float, seed: int) -> None:
+    def __init__(
+        self,
+        config: SensorConfig,
+        home: HomeConfig,
+        epoch_unix_ns: int,
+        dt_s: float,
+        seed: int,
+        field: CurrentField | None = None,
+    ) -> None:
+        """`dt_s`: between two samples; `field`: of the battery's current, None for none."""
+        self._field = field
         self._north_rad = north_of(home, epoch_unix_ns)
         self._dt_s = dt_s
         self._rng = Normals(stream(seed, f"{config.name} white"))
@@ -212,6 +227,8 @@ class CompassModel:
     def sample(self, yaw_rad: float) -> float:
         """Magnetic heading in rad."""
         error = self._slow.update(self._dt_s) + self._rng.gauss(0.0, _COMPASS_WHITE_RAD)
+        if self._field is not None:
+            error += self._field.deviation_rad(yaw_rad - self._north_rad)
         return wrap_pi(yaw_rad - self._north_rad + error)
 
 
@@ -268,11 +285,24 @@ def _body_rates(waves: Waves, turn_radps: float) -> tuple[float, float, float]:
     )
 
 
+def imu_errors(
+    aboard: Aboard | None, name: str, home: HomeConfig, epoch_unix_ns: int, dt_s: float, seed: int
+) -> ImuErrors | None:
+    """The errors of the inertial sensor `name`; None where it has none."""
+    if aboard is None:
+        return None
+    field = current_field(aboard, name, home, epoch_unix_ns, seed)
+    return ImuErrors(aboard, field, north_of(home, epoch_unix_ns), name, dt_s, seed)
+
+
 class ImuModel:
     """An inertial sensor with its own attitude filter, axes forward, starboard, down. Remembers its biases."""
 
-    def __init__(self, config: SensorConfig, home: HomeConfig, dt_s: float, seed: int) -> None:
-        self._config = config
+    def __init__(
+        self, config: SensorConfig, home: HomeConfig, dt_s: float, seed: int, errors: ImuErrors | None = None
+    ) -> None:
+        """`dt_s`: between two samples; `errors`: of its axes and of where it stands, None for none."""
+        self._config, self._more = config, errors
         self._lever = bool(config.x_m or config.y_m or config.z_m)
         self._gravity_mps2 = gravity_mps2(home.lat_deg)
         self._slow_s = _SLOW_EVERY * dt_s
@@ -302,7 +332,7 @@ class ImuModel:
             x, y, z = x + dx, y + dy, z + dz
         ex, ey, ez, ep, eq, er, e_roll, e_pitch, e_yaw = self._errors
         normals = self._normals
-        return (
+        sample = (
             x + ex + _ACCEL_WHITE_MPS2 * normals.next(),
             y + ey + _ACCEL_WHITE_MPS2 * normals.next(),
             z + ez + _ACCEL_WHITE_MPS2 * normals.next(),
@@ -313,6 +343,7 @@ class ImuModel:
             waves.pitch_rad + e_pitch,
             wrap_pi(hull.yaw_rad - self._config.heading_offset_rad + e_yaw),
         )
+        return sample if self._more is None else self._more.told(sample, hull.yaw_rad)
 
     def _lever_arm(self, p: float, q: float, r: float) -> tuple[float, float, float]:
         """ω̇ × l + ω × (ω × l), with ω̇ over the last sample."""

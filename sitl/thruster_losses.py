@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from companion.config.devices import ThrusterConfig
 from companion.config.dimensions.form import WATER_KGPM3
@@ -17,6 +18,35 @@ _PUSHES = 0.05  # of full force: less makes no race
 _CALM = (0.0, 0.0, math.inf)
 
 Water = tuple[float, float, float]  # velocity ahead and to starboard beside the hull's water, depth of the shaft
+
+
+@dataclass(frozen=True, slots=True)
+class _Propeller:
+    """With √T₀ of the thrust at rest: the speed ahead without thrust is `free_mps` √T₀, and the mass flow ρ A √(T₀/2ρA)
+    is `taken_along` √T₀."""
+
+    diameter_m: float
+    free_mps: float
+    taken_along: float
+
+
+def _propeller(diameter_m: float | None) -> _Propeller | None:
+    """None without a diameter."""
+    if diameter_m is None:
+        return None
+    free_mps = _J / (diameter_m * math.sqrt(_KT * WATER_KGPM3))
+    return _Propeller(diameter_m, free_mps, math.sqrt(0.125 * math.pi * WATER_KGPM3) * diameter_m)
+
+
+@dataclass(frozen=True, slots=True)
+class _Race:
+    """The race of thruster `of` as another one meets it: the direction to there, and the share of its thrust that is
+    left right behind."""
+
+    of: int
+    x: float
+    y: float
+    straight: float
 
 
 class ThrusterLosses:
@@ -39,10 +69,26 @@ class ThrusterLosses:
     ) -> None:
         """`places`: ahead and to starboard, where they really are."""
         self._config, self._places = config, tuple(places)
-        self._diameters = [
-            None if thruster.kind in ("jet", "rudder") else config.propeller_m or thruster.propeller_m
+        self._propellers = [
+            None if thruster.kind in ("jet", "rudder") else _propeller(config.propeller_m or thruster.propeller_m)
             for thruster in thrusters
         ]
+        self._races = [self._races_at(i) for i in range(len(thrusters))]
+        self._pushes_n = [_PUSHES * max(thruster.max_n, -thruster.min_n) for thruster in thrusters]
+
+    def _races_at(self, i: int) -> tuple[_Race, ...]:
+        """The races that thruster `i` may lie in."""
+        here, propeller = self._places[i], self._propellers[i]
+        if propeller is None or not self._config.interaction:
+            return ()
+        found = []
+        for j, there in enumerate(self._places):
+            if j != i and self._propellers[j] is not None:
+                away_x, away_y = here[0] - there[0], here[1] - there[1]
+                distance = max(math.hypot(away_x, away_y), 1e-9)
+                straight = behind(distance / propeller.diameter_m)
+                found.append(_Race(j, away_x / distance, away_y / distance, straight))
+        return tuple(found)
 
     def wrench(
         self,
@@ -56,55 +102,51 @@ class ThrusterLosses:
         common = 1.0 - self._config.deduction
         if self._config.sag:
             common *= (battery_v / FULL_V) ** 2
+        pushes = [
+            (thruster.given_n, math.cos(thruster.azimuth_rad), math.sin(thruster.azimuth_rad)) for thruster in thrusters
+        ]
         surge = sway = yaw = 0.0
-        for i, thruster in enumerate(thrusters):
-            share, drag = common, (0.0, 0.0)
-            diameter = self._diameters[i]
-            if diameter is not None and thruster.given_n != 0.0:
-                factor, drag = self._in_water(i, thruster, diameter, velocity, _CALM if water is None else water[i])
-                share *= factor * self._in_races(i, thrusters, diameter)
-            x_n, y_n, n_nm = thruster.wrench()
+        for i, propeller in enumerate(self._propellers):
             x_m, y_m = self._places[i]
-            surge, sway = surge + share * x_n + drag[0], sway + share * y_n + drag[1]
-            yaw += share * n_nm + x_m * drag[1] - y_m * drag[0]
+            if propeller is None:
+                x_n, y_n, n_nm = thrusters[i].wrench()
+                surge, sway, yaw = surge + common * x_n, sway + common * y_n, yaw + common * n_nm
+            elif pushes[i][0] != 0.0:
+                flow = self._flow_at(i, velocity, _CALM if water is None else water[i])
+                share, across_n = self._in_water(propeller, pushes[i], flow)
+                force_n, c, s = pushes[i]
+                force_n *= common * share * self._in_races(i, pushes)
+                x_n, y_n = c * force_n - s * across_n, s * force_n + c * across_n
+                surge, sway, yaw = surge + x_n, sway + y_n, yaw + x_m * y_n - y_m * x_n
         return surge, sway, yaw
 
-    def _in_water(
-        self, i: int, thruster: ThrusterModel, diameter: float, velocity: tuple[float, float, float], water: Water
-    ) -> tuple[float, tuple[float, float]]:
-        """Share of the thrust that the flow leaves, and the force of the flow across."""
+    def _flow_at(self, i: int, velocity: tuple[float, float, float], water: Water) -> Water:
+        """The thruster's velocity through the water there, ahead and to starboard, and the depth of its shaft."""
         x_m, y_m = self._places[i]
-        ahead = velocity[0] - velocity[2] * y_m - water[0]
-        starboard = velocity[1] + velocity[2] * x_m - water[1]
-        c, s = math.cos(thruster.azimuth_rad), math.sin(thruster.azimuth_rad)
-        force_n = abs(thruster.given_n)
-        along, across = c * ahead + s * starboard, c * starboard - s * ahead
-        along = math.copysign(along, along * thruster.given_n)
-        share, drag = 1.0, (0.0, 0.0)
-        if self._config.inflow:
-            free_mps = _J * math.sqrt(force_n / (_KT * WATER_KGPM3)) / diameter
-            share = min(max(1.0 - along / free_mps, 0.0), _MOST_GAIN)
-        if self._config.cross_flow:
-            drag_n = -across * math.sqrt(0.5 * WATER_KGPM3 * 0.25 * math.pi * diameter * diameter * force_n)
-            drag = -s * drag_n, c * drag_n
-        if self._config.ventilation:
-            share *= ventilated(water[2] / (0.5 * diameter))
-        return share, drag
+        return velocity[0] - velocity[2] * y_m - water[0], velocity[1] + velocity[2] * x_m - water[1], water[2]
 
-    def _in_races(self, i: int, thrusters: Sequence[ThrusterModel], diameter: float) -> float:
+    def _in_water(self, propeller: _Propeller, push: tuple[float, float, float], flow: Water) -> tuple[float, float]:
+        """Share of the thrust that the flow leaves, and the force of the flow across, to the right of the shaft."""
+        config, (given_n, c, s), (ahead, starboard, depth_m) = self._config, push, flow
+        root, share, across_n = math.sqrt(abs(given_n)), 1.0, 0.0
+        if config.inflow:
+            along = c * ahead + s * starboard
+            share = 1.0 - (along if given_n > 0.0 else -along) / (propeller.free_mps * root)
+            share = 0.0 if share < 0.0 else _MOST_GAIN if share > _MOST_GAIN else share
+        if config.cross_flow:
+            across_n = -(c * starboard - s * ahead) * propeller.taken_along * root
+        if config.ventilation:
+            share *= ventilated(2.0 * depth_m / propeller.diameter_m)
+        return share, across_n
+
+    def _in_races(self, i: int, pushes: Sequence[tuple[float, float, float]]) -> float:
         """Share of the thrust that the races of the other thrusters leave."""
         share = 1.0
-        if not self._config.interaction:
-            return share
-        x_m, y_m = self._places[i]
-        for j, other in enumerate(thrusters):
-            if j == i or self._diameters[j] is None or abs(other.given_n) < _PUSHES * other.max_n:
-                continue
-            away_x, away_y = x_m - self._places[j][0], y_m - self._places[j][1]
-            distance = math.hypot(away_x, away_y)
-            race = other.azimuth_rad + (math.pi if other.given_n > 0.0 else 0.0)
-            off = (away_x * math.cos(race) + away_y * math.sin(race)) / max(distance, 1e-9)
-            share *= raced(distance / diameter, math.degrees(math.acos(min(max(off, -1.0), 1.0))))
+        for race in self._races[i]:
+            force_n, c, s = pushes[race.of]
+            if abs(force_n) >= self._pushes_n[race.of]:
+                along = race.x * c + race.y * s  # a race goes against the force on the boat
+                share *= off_race(race.straight, -along if force_n > 0.0 else along)
         return share
 
 
@@ -117,6 +159,15 @@ def ventilated(submergence: float) -> float:
 
 def raced(diameters: float, off_deg: float) -> float:
     """Share of the thrust at so many diameters from another thruster, so far off its race."""
-    straight = 1.0 - math.pow(0.8, math.pow(diameters, 2.0 / 3.0))
-    turned = off_deg**3
+    return off_race(behind(diameters), math.cos(math.radians(off_deg)))
+
+
+def behind(diameters: float) -> float:
+    """Share of the thrust right behind another thruster."""
+    return 1.0 - math.pow(0.8, math.pow(diameters, 2.0 / 3.0))
+
+
+def off_race(straight: float, cosine: float) -> float:
+    """Share of the thrust at an angle of that cosine off the race, from the share right behind."""
+    turned = math.degrees(math.acos(1.0 if cosine > 1.0 else -1.0 if cosine < -1.0 else cosine)) ** 3
     return straight + (1.0 - straight) * turned / (130.0 / max(straight, 1e-3) ** 3 + turned)

@@ -35,6 +35,7 @@ class ThrusterModel:
         "_dt_s",
         "_endless",
         "_gear_rad",
+        "_gear_share",
         "_lag_s",
         "_least_n",
         "_most_n",
@@ -68,7 +69,7 @@ class ThrusterModel:
         self._least_n, self._most_n = config.min_n, config.max_n
         self._azimuth_rate_radps, self._retractable = config.azimuth_rate_radps, config.retractable
         self._lag_s = lag_s
-        self._dt_s, self._share = 0.0, 0.0  # share of the way to the target in a step of dt_s
+        self._dt_s, self._share, self._gear_share = 0.0, 0.0, 0.0  # share of the way to the target in a step of dt_s
         self._endless = config.azimuth_min_rad is None and config.azimuth_max_rad is None
         self._x_m = config.x_m if x_m is None else x_m
         self._y_m = config.y_m
@@ -126,7 +127,8 @@ class ThrusterModel:
             target_n = 0.0
         if dt_s != self._dt_s:
             self._dt_s = dt_s
-            self._share = -math.expm1(-dt_s / self._lag_s) if self._lag_s > 0.0 else 1.0
+            self._share = _way_in(dt_s, self._lag_s)
+            self._gear_share = _way_in(dt_s, self.azimuth_lag_s)
         if self.lag_on_revolutions:
             self._spin(target_n)
         else:
@@ -212,13 +214,13 @@ class ThrusterModel:
         """Turn the gear with its lag, and the thruster where the gear's play is used up."""
         error = self._target_rad - self._gear_rad
         error = wrap_pi(error) if self._endless else error
-        share = -math.expm1(-dt_s / self.azimuth_lag_s) if self.azimuth_lag_s > 0.0 else 1.0
         most = self._azimuth_rate_radps * dt_s
-        self._gear_rad += min(max(share * error, -most), most)
+        self._gear_rad += min(max(self._gear_share * error, -most), most)
         behind, play = self._gear_rad - self.azimuth_rad, 0.5 * self.backlash_rad
         behind = wrap_pi(behind) if self._endless else behind
-        turned = self.azimuth_rad + behind - min(max(behind, -play), play)
-        self.azimuth_rad = wrap_pi(turned) if self._endless else turned
+        if abs(behind) > play:
+            turned = self.azimuth_rad + behind - math.copysign(play, behind)
+            self.azimuth_rad = wrap_pi(turned) if self._endless else turned
 
     def _turn_with_lag(self, drive: NozzleConfig, dt_s: float) -> None:
         """Turn as a nozzle or a blade does: with the drive's lag, at most at its rate."""
@@ -239,6 +241,11 @@ class ThrusterModel:
         return min(
             (stop for stop in (low, high) if math.isfinite(stop)), key=lambda stop: abs(wrap_pi(azimuth_rad - stop))
         )
+
+
+def _way_in(dt_s: float, lag_s: float) -> float:
+    """Share of the way to its target that a first-order lag goes in that time."""
+    return -math.expm1(-dt_s / lag_s) if lag_s > 0.0 else 1.0
 
 
 def build(configs: Sequence[ThrusterConfig], lag_s: float, x_m: Sequence[float] | None) -> tuple[ThrusterModel, ...]:

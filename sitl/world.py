@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from companion.config.devices import ThrusterConfig
+from companion.config.sea import SeaState
 from companion.config.vessel import ConfigError, DockConfig, PlantConfig, SitlConfig, VesselConfig
 from companion.core.angles import wrap_pi
 from companion.core.frames import ned_to_body
@@ -22,16 +23,19 @@ from sitl.camera import emulated_cameras
 from sitl.emulators.device import RcReceiver, SensedWorld
 from sitl.environment import UPDATE_S, CurrentModel, Waves, WindModel, parse_directed, wind_force
 from sitl.faults import Faults, parse
-from sitl.gusts import Gusts, at_height, parse_wind
+from sitl.gusts import Gusts, at_height, at_ten_metres, parse_wind
 from sitl.hull_flow import hull_of
 from sitl.jet import Jet
 from sitl.memory import MemoryDevice, MemoryStream, garbling
 from sitl.obstacles import Obstacles
 from sitl.otter_equations import OtterHull
+from sitl.plant_error import with_wrong_windage
+from sitl.rough_water import is_rough, plant_name, rough_plant, wind_sea
 from sitl.rudder import Rudder
 from sitl.sea import Sea
 from sitl.sea_state import components, parse_sea
 from sitl.seaway import Seaway
+from sitl.sensor_errors import Aboard
 from sitl.sensors import grade
 from sitl.shared_sea import SharedSea
 from sitl.thruster_losses import ThrusterLosses
@@ -44,6 +48,7 @@ EPOCH_UNIX_NS = 1_780_315_200_000_000_000  # 2026-06-01T12:00:00Z, where simulat
 STEP_HZ = 100
 FASTEST_HZ = 200
 _GROUND_MPS2, _CREEP_MPS = 15.0, 0.1  # deceleration by the ground, in full from that speed on
+_STILL = (0.0, 0.0, 0.0)
 _HEEL_S = 1.0  # in which a boat heels
 _OVER_RADPS, _OVER_RAD = math.radians(60.0), math.radians(170.0)
 
@@ -58,13 +63,14 @@ class WorldConditions:
     seed: int = 0
     wind: str | None = None  # "MPS[@FROM_DEG][/SPECTRUM]"
     current: str | None = None  # "MPS@TOWARDS_DEG" or "MPS"
-    current_variation_mps: float = 0.0  # one sigma of the slow variation of the current on each axis
+    water: str | None = None  # "usual" or "rough"
     waves: str | None = None  # "HS[@FROM_DEG][/TP_S]"; empty: flat water
     wave_drift: bool = True  # False: waves move the boat to and fro, and do not push it along
     push_ned_n: tuple[float, float] = (0.0, 0.0)  # constant force on the hull towards north and east
     faults: Sequence[str] = ()  # as `faults.parse` reads them
     gnss: str | None = None  # grade of the receivers, a key of `sensors.GRADES`
     plant: str | None = None  # name of one of the file's plants
+    windage_error: float | None = None  # share by which the wind areas differ, each up or down by the seed
     capacity_wh: float | None = None  # of the battery
     dock: DockConfig | None = None
     tow: Sequence[TowLeg] = ()  # towed along these legs, whatever the thrusters do
@@ -113,14 +119,12 @@ class World:
         self._vessel = vessel
         self._conditions = given = WorldConditions() if conditions is None else conditions
         self._sitl = _simulation(vessel)
-        self._plant = chosen_plant(vessel, given.plant)
+        self._rough = is_rough(given.water, self._sitl)
+        self._plant = self._made_plant(given)
+        self._sea_wind_mps = 0.0  # mean wind at 10 m
         self.faults = Faults(given.faults, vessel)
         self.wind = self._air(given)
-        self.current = CurrentModel(
-            *(parse_directed(given.current, "current") if given.current else (0.0, None)),
-            given.seed,
-            given.current_variation_mps,
-        )
+        self.current = self._stream(given)
         self.battery = BatteryModel(self._sitl.battery_wh if given.capacity_wh is None else given.capacity_wh)
         self.hull = TowedHull(self._plant.hull, given.tow) if given.tow else hull_of(vessel, self._plant)
         self.shared_sea = shared_sea
@@ -166,6 +170,7 @@ class World:
         """What the sensors can measure. Raises ConfigError for an unknown grade of receiver."""
         gnss = self._sitl.gnss if self._conditions.gnss is None else self._conditions.gnss
         grade(gnss)
+        errors = self._plant.sensor_errors
         return SensedWorld(
             hull=self.hull,
             waves=self.waves,
@@ -177,6 +182,7 @@ class World:
             epoch_unix_ns=self._conditions.epoch_unix_ns,
             step_hz=self._step_hz,
             common=None if self.shared_sea is None else self.shared_sea.common,
+            aboard=None if errors is None else Aboard(errors, self.thrusters, self.battery),
             traffic=self.traffic,
             obstacles=self.obstacles,
         )
@@ -203,6 +209,11 @@ class World:
     def t_s(self) -> float:
         """Time of the last step."""
         return self._steps / self._step_hz
+
+    @property
+    def plant(self) -> PlantConfig:
+        """The hull and what acts on it, as they are in this water."""
+        return self._plant
 
     @property
     def seed(self) -> int:
@@ -265,21 +276,48 @@ class World:
         for device in serial or self.boards:
             device.rc_us = channels_us
 
+    def _made_plant(self, given: WorldConditions) -> PlantConfig:
+        """The plant that is asked for, as it is in this water, with wind areas as they are there."""
+        plant, error = chosen_plant(self._vessel, given.plant, self._rough), given.windage_error
+        if self._rough:
+            plant = rough_plant(self._vessel, plant, self._sitl.rough)
+            error = self._sitl.rough.windage_error if error is None else error
+        return with_wrong_windage(plant, error, given.seed) if error else plant
+
     def _air(self, given: WorldConditions) -> WindModel:
-        """The wind at the boat. With a spectrum of gusts it is named by its mean at 10 m."""
+        """The wind at the boat. With a spectrum of gusts it is named by its mean at 10 m; in rough water, which has one
+        in any case, a wind that names none is named by its mean at the boat."""
         mean_mps, from_rad, spectrum = parse_wind(given.wind) if given.wind else (0.0, None, "")
-        if not spectrum or mean_mps == 0.0:
+        if mean_mps == 0.0 or not (spectrum or self._rough):
             return WindModel(mean_mps, from_rad, given.seed)
         centre = self._plant.wind_centre_m
         height_m = air_height_m(self._plant.hull, self._vessel) if centre is None else centre[1]
-        gusts = Gusts(spectrum, mean_mps, height_m, given.seed)
-        return WindModel(at_height(spectrum, mean_mps, height_m), from_rad, given.seed, gusts)
+        if spectrum:
+            at_sea_mps, here_mps = mean_mps, at_height(spectrum, mean_mps, height_m)
+        else:
+            spectrum, here_mps = self._sitl.rough.gusts, mean_mps
+            at_sea_mps = at_ten_metres(spectrum, here_mps, height_m)
+        self._sea_wind_mps = at_sea_mps
+        return WindModel(here_mps, from_rad, given.seed, Gusts(spectrum, at_sea_mps, height_m, given.seed))
+
+    def _stream(self, given: WorldConditions) -> CurrentModel:
+        """The current, which varies and turns in rough water."""
+        mean_mps, towards_rad = parse_directed(given.current, "current") if given.current else (0.0, None)
+        share = self._sitl.rough.current_share if self._rough else 0.0
+        return CurrentModel(mean_mps, towards_rad, given.seed, share * mean_mps)
+
+    def _sea_state(self, given: WorldConditions) -> SeaState | None:
+        """The sea state that is set; where none is, in rough water, the one that the wind raises."""
+        text = self._sitl.waves if given.waves is None else given.waves
+        if self._rough and not text.strip():
+            return wind_sea(self._sea_wind_mps, self._sitl.rough.fetch_m)
+        return parse_sea(text)
 
     def _water(self, given: WorldConditions) -> Waves:
-        """The sea state that is set, else what the wind alone raises; with wakes where the plant feels them."""
+        """The sea state, else what the wind alone raises; with wakes where the plant feels them."""
         hull, plant = self.hull, self._plant
         wakes = self.shared_sea.wakes if plant.seaway and self.shared_sea is not None else ()
-        state = parse_sea(self._sitl.waves if given.waves is None else given.waves)
+        state = self._sea_state(given)
         if state is not None:
             boat = wave_hull(plant.hull, self._vessel)
             from_rad = self.wind.mean_from_rad if state.from_rad is None else state.from_rad
@@ -389,10 +427,10 @@ class World:
     def _with_thrust(self, surge_n: float, sway_n: float, yaw_nm: float) -> tuple[float, float, float]:
         """Step the thrusters in the water at each of them; the wrench with theirs added, less what is lost."""
         hull, sea = self.hull, self.waves
-        water = [sea.water_at(i) for i in range(len(self.thrusters))] if self._felt and isinstance(sea, Sea) else None
+        water = sea.water_at_places() if self._felt and isinstance(sea, Sea) else None
         surge_mps, sway_mps = hull.water_surge_mps, hull.water_sway_mps
         for i, thruster in enumerate(self.thrusters):
-            ahead_mps, starboard_mps = (0.0, 0.0) if water is None else water[i][:2]
+            ahead_mps, starboard_mps, _ = _STILL if water is None else water[i]
             thruster.step(self._step_s, surge_mps - ahead_mps, sway_mps - starboard_mps, hull.yaw_rate_radps)
             if self._losses is None:
                 x_n, y_n, n_nm = thruster.wrench()
@@ -471,10 +509,11 @@ def _thrusters(configs: Sequence[ThrusterConfig], plant: PlantConfig) -> tuple[T
     )
 
 
-def chosen_plant(vessel: VesselConfig, name: str | None) -> PlantConfig:
-    """The vessel's plant of that name; None: the file's choice. Raises ConfigError where there is none."""
+def chosen_plant(vessel: VesselConfig, name: str | None, rough: bool = False) -> PlantConfig:
+    """The vessel's plant of that name; None: the file's choice for that water. Raises ConfigError where there is
+    none."""
     simulation = _simulation(vessel)
-    chosen = simulation.plant if name is None else name
+    chosen = plant_name(simulation, name, rough)
     if chosen not in simulation.plants:
         meant = did_you_mean(chosen, simulation.plants)
         raise ConfigError([f"{vessel.name}: no plant named '{chosen}'; there is {', '.join(simulation.plants)}{meant}"])

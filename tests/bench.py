@@ -50,7 +50,7 @@ from sitl.scenarios.ground_station import GroundStation
 from sitl.scenarios.rig import Conditions
 from sitl.scenarios.scenario import run as run_scenario
 from sitl.shared_sea import LeadBoatConfig
-from tests import bench_console, bench_control_thread, bench_requests
+from tests import bench_console, bench_control_thread, bench_reference, bench_requests
 from tests.bench_stopwatches import ControlStep, GarbageCollector, TimedVessel, time_control_steps, time_world
 from tests.protocol.lead_boat_module import Pair, circle
 
@@ -59,16 +59,19 @@ _HOLD = 0x03040000
 
 _speeds: dict[str, float] = {}
 _interpreted: dict[str, float] = {}
+_before: dict[str, float] = {}  # speeds of the newest kept commit, on this machine as it is now
+_before_commit = ""
 
 
 def line(what: str, value: str, aim: str, speed: float | None = None) -> None:
     """Print one row: what, measured, target. `speed`: a number that grows as this gets faster; its row ends with the
-    ratio to that of interpreted arithmetic, where both exist."""
-    ratio = ""
+    ratios to that of interpreted arithmetic and of the newest kept commit, where they exist."""
+    ratios = ""
     if speed is not None:
         _speeds[what] = speed
-        ratio = f", {speed / _interpreted[what]:.2f} × interpreted" if what in _interpreted else ""
-    print(f"{what:58} {value:>28}   aim {aim}{ratio}", flush=True)
+        ratios += f", {speed / _interpreted[what]:.2f} × interpreted" if what in _interpreted else ""
+        ratios += f", {speed / _before[what]:.2f} × {_before_commit}" if what in _before else ""
+    print(f"{what:58} {value:>28}   aim {aim}{ratios}", flush=True)
 
 
 def median_and_p99_us(call: Callable[[], Any], calls: int = 5000) -> str:
@@ -421,13 +424,33 @@ def _speeds_interpreted() -> dict[str, float]:
     return speeds
 
 
+def _remember() -> None:
+    """What the newest kept commit would do on this machine now, by the reference loop."""
+    global _before_commit
+    if (row := bench_reference.newest()) is not None:
+        reference_s, _before_commit = bench_reference.reference_s(), row["commit"]
+        _before.update({what: speed / reference_s for what, speed in row["speeds"].items()})
+
+
+def speeds() -> None:
+    """The rows that have a speed."""
+    with tempfile.TemporaryDirectory() as name:
+        control_step(Path(name), 60.0)
+        lockstep(Path(name), 60.0)
+        following(Path(name), 1)
+
+
 def main() -> None:
-    """Print all figures; with --speeds only some, and as the last line the speeds for the process that compares."""
+    """Print all figures; with --speeds only some, and as the last line the speeds for the process that compares; with
+    --keep these, and store them for the trend."""
+    _remember()
+    if "--keep" in sys.argv:
+        reference_s = bench_reference.reference_s()
+        speeds()
+        bench_reference.keep(_speeds, min(reference_s, bench_reference.reference_s()))
+        return
     if "--speeds" in sys.argv:
-        with tempfile.TemporaryDirectory() as name:
-            control_step(Path(name), 60.0)
-            lockstep(Path(name), 60.0)
-            following(Path(name), 1)
+        speeds()
         print(json.dumps(_speeds))
         return
     _interpreted.update(_speeds_interpreted())

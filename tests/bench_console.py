@@ -86,12 +86,12 @@ def console(folder: Path, line: Line) -> None:
             alone.take(feed)
             with socket.socket(socket.AF_UNIX) as stalled:
                 stalled.connect(str(feed))
-                with _Pages(url, 1):
-                    before_s, started_s = _cpu_s(process.pid), time.monotonic()
+                with Pages(url, 1):
+                    before_s, started_s = cpu_s(process.pid), time.monotonic()
                     one.take(feed)
-                    used_s += _cpu_s(process.pid) - before_s
+                    used_s += cpu_s(process.pid) - before_s
                     passed_s += time.monotonic() - started_s
-                with _Pages(url, _PAGES):
+                with Pages(url, _PAGES):
                     many.take(feed)
         line("tick lateness: nobody but the measuring reader", alone.text, "-")
         line("tick lateness: a page, and a stalled reader", one.text, "the same")
@@ -124,12 +124,13 @@ class _Late:
         return f"{middle:.1f} ms, 95 % {most:.1f} ms, {self._lost} lost"
 
 
-def _cpu_s(pid: int) -> float:
+def cpu_s(pid: int) -> float:
+    """Processor time of a process so far."""
     fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
-class _Pages:
+class Pages:
     """So many pages on the console's stream; the first of several reads nothing."""
 
     def __init__(self, url: str, count: int) -> None:

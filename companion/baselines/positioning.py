@@ -1,13 +1,13 @@
 """The positioning law of the ReVolt thesis (4.1…4.17; DP_LAW 1): PID with fixed gains and feed-forward, at 5 Hz.
 
 τ = τ_FF − Kp e − Ki ∫e dt − Kd (ν − ν_d), e = Rᵀ(η − η_d) in body axes, gains per metre and per radian (DPT_*). It has
-no anti-windup.
+no anti-windup. τ is saturated as the thesis prints it, where the vessel's `[thesis_model]` says so.
 """
 
 from __future__ import annotations
 
 from companion.config.vessel import VesselConfig
-from companion.control.dynamic_positioning import pose_errors
+from companion.control.dynamic_positioning import finite, pose_errors
 from companion.control.feedforward import feedforward
 from companion.core.actuation import ZERO_WRENCH, Wrench
 from companion.core.angles import wrap_pi
@@ -21,7 +21,8 @@ _AXES = ("SURGE", "SWAY", "YAW")
 
 
 class ThesisPositioning:
-    """`start` with the integral of the law before, then `update(setpoint, nav, dt_s)` → wrench before saturation.
+    """`start` with the integral of the law before, then `update(setpoint, nav, dt_s)` → wrench, within the thesis's own
+    saturation.
 
     Remembers the integral and the last wrench, which it holds for PERIOD_S. The integral is a wrench in body axes: it
     turns with the boat, as in the thesis.
@@ -44,8 +45,15 @@ class ThesisPositioning:
         if self._since_s < PERIOD_S - 1.0e-6:
             return self._held
         step_s, self._since_s = min(self._since_s, 2.0 * PERIOD_S), 0.0
-        self._held = self._sample(setpoint, nav, step_s)
+        self._held = self._saturated(self._sample(setpoint, nav, step_s))
         return self._held
+
+    def _saturated(self, wrench: Wrench) -> Wrench:
+        model = self._config.thesis_model
+        if model is None or model.saturation is None or not finite(wrench):
+            return wrench
+        x, y, n = model.saturation
+        return Wrench(min(x, max(-x, wrench.surge_n)), min(y, max(-y, wrench.sway_n)), min(n, max(-n, wrench.yaw_nm)))
 
     def _sample(self, setpoint: PoseSetpoint, nav: NavState, dt_s: float) -> Wrench:
         parameters = self._parameters

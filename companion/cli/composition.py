@@ -41,9 +41,9 @@ _PATIENT_S = {  # parameter: usual value, largest value
 class RunOptions:
     """How to run a vessel.
 
-    `devices`: the folder of a `companion sitl` whose ports replace the boat's. `wind`, `current`, `waves`, `plant`,
-    `faults` and `seed` are for `sitl` alone, and are written as on the command line. `clock`: the address of a program
-    that gives the time.
+    `devices`: the folder of a `companion sitl` whose ports replace the boat's. `wind`, `current`, `waves`, `water`,
+    `plant`, `faults` and `seed` are for `sitl` alone, and are written as on the command line. `clock`: the address of a
+    program that gives the time.
     """
 
     sitl: bool = False
@@ -54,6 +54,7 @@ class RunOptions:
     wind: str | None = None
     current: str | None = None
     waves: str | None = None
+    water: str | None = None
     plant: str | None = None
     faults: tuple[str, ...] = ()
 
@@ -86,11 +87,12 @@ def compose(
 
 
 def judge(config: VesselConfig, options: RunOptions) -> None:
-    """Raise ConfigError for a wind, current, sea state, plant or fault that makes no sense, before anything opens."""
+    """Raise ConfigError for weather, water, a plant or a fault that makes no sense, before anything opens."""
     if options.sitl:
         from sitl.environment import parse_directed
         from sitl.faults import Faults
         from sitl.gusts import parse_wind
+        from sitl.rough_water import is_rough
         from sitl.sea_state import parse_sea
         from sitl.world import chosen_plant
 
@@ -99,6 +101,8 @@ def judge(config: VesselConfig, options: RunOptions) -> None:
         if options.current is not None:
             parse_directed(options.current, "current")
         parse_sea(options.waves or "")
+        if config.sitl is not None:
+            is_rough(options.water, config.sitl)
         chosen_plant(config, options.plant)
         Faults(options.faults, config)
 
@@ -138,6 +142,7 @@ def _compose_simulated(
         wind=options.wind,
         current=options.current,
         waves=options.waves,
+        water=options.water,
         faults=options.faults,
         plant=options.plant,
     )

@@ -22,7 +22,8 @@ from companion.record.disk import REAL_DISK
 from sitl.camera import PictureLog
 from sitl.magnetometer import with_magnetometer
 from sitl.medium import FaultyMedium
-from sitl.plant_error import with_plant_error, with_windage_error
+from sitl.plant_error import with_plant_error
+from sitl.rough_water import is_rough, plant_name
 from sitl.scenarios.rig import Conditions, ControllerModel
 from sitl.shared_sea import SharedSea, build_shared_sea
 from sitl.truth_log import LeaderTruthLog, TruthLog
@@ -187,14 +188,18 @@ def _world(config: VesselConfig, conditions: Conditions, shared_sea: SharedSea |
     c = conditions
     if shared_sea is None and (c.lead_boats or c.gnss_common):
         shared_sea = build_shared_sea(c.lead_boats, config.home, c.seed, c.gnss_common)
-    real = with_plant_error(config, c.plant, c.plant_error, c.seed) if c.plant_error else c.real or config
-    real = with_windage_error(real, c.plant, c.windage_error, c.seed) if c.windage_error else real
+    real = c.real or config
+    if c.plant_error and config.sitl is not None:
+        name = plant_name(config.sitl, c.plant, is_rough(c.water, config.sitl))
+        real = with_plant_error(config, name, c.plant_error, c.seed)
     weather = WorldConditions(
         seed=c.seed,
         wind=c.wind,
         current=c.current,
         gnss=c.gnss,
         plant=c.plant,
+        windage_error=c.windage_error,
+        water=c.water,
         waves=c.waves,
         wave_drift=c.wave_drift,
         push_ned_n=c.push_ned_n,

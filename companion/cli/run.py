@@ -69,6 +69,7 @@ def add_to(commands: Any) -> None:
     add("--wind", metavar="MPS@FROM_DEG", help="with --sitl")
     add("--current", metavar="MPS@TOWARDS_DEG", help="with --sitl")
     add("--waves", metavar="HS[@FROM_DEG][/TP_S]", help="with --sitl: sea state by height, direction, peak period")
+    add("--water", metavar="KIND", help="with --sitl: usual, or rough: all that water, wind and sensors do to a boat")
     add("--plant", metavar="NAME", help="with --sitl: another of the vessel's simulated hulls, `[sitl.plants.NAME]`")
     add("--fault", action="append", default=[], metavar="NAME[:DEVICE][=SIZE]@T_S[+DURATION_S]", help="with --sitl")
     add("--realtime", action="store_true", help="before all other programs (SCHED_FIFO), with its memory locked")
@@ -187,7 +188,7 @@ def _check_arguments(arguments: argparse.Namespace) -> None:
     if arguments.sitl and arguments.devices is not None:
         raise UsageError("--sitl has its own devices: leave out --devices, or --sitl for those of a `companion sitl`")
     simulated = arguments.sitl or arguments.devices is not None
-    for flag in () if arguments.sitl else ("wind", "current", "waves", "plant", "fault"):
+    for flag in () if arguments.sitl else ("wind", "current", "waves", "water", "plant", "fault"):
         if getattr(arguments, flag):
             reason = "belongs to `companion sitl`" if simulated else "needs --sitl: a real boat has its own weather"
             raise UsageError(f"--{flag} {reason}")
@@ -213,6 +214,7 @@ def _options(arguments: argparse.Namespace) -> RunOptions:
         wind=arguments.wind,
         current=arguments.current,
         waves=arguments.waves,
+        water=arguments.water,
         plant=arguments.plant,
         faults=tuple(arguments.fault),
     )

@@ -49,6 +49,7 @@ def add_to(commands: Any) -> None:
     sitl.add_argument("--wind", metavar="MPS@FROM_DEG")
     sitl.add_argument("--current", metavar="MPS@TOWARDS_DEG")
     sitl.add_argument("--waves", metavar="HS[@FROM_DEG][/TP_S]", help="sea state: height, direction, peak period")
+    sitl.add_argument("--water", metavar="KIND", help="usual, or rough: all that water, wind and sensors do to a boat")
     sitl.add_argument("--plant", metavar="NAME", help="another of the vessel's simulated hulls, `[sitl.plants.NAME]`")
     sitl.add_argument("--fault", action="append", default=[], metavar="NAME[:DEVICE][=SIZE]@T_S[+DURATION_S]")
     sitl.add_argument(
@@ -164,6 +165,7 @@ def _world(config: VesselConfig, arguments: argparse.Namespace) -> World:
         wind=arguments.wind,
         current=arguments.current,
         waves=arguments.waves,
+        water=arguments.water,
         plant=arguments.plant,
         faults=tuple(arguments.fault),
         epoch_unix_ns=time.time_ns(),

@@ -308,8 +308,22 @@ class SensorConfig:
     position_wander_m: Annotated[
         NonNegative | None,
         means(
-            "Slow error of position that averaging does not remove. Left out: 8 mm with carrier phase, else "
-            "0.7 of the accuracy."
+            "Slow error of position that averaging does not remove. Left out: 8 mm of a fixed solution with carrier "
+            "phase, else 0.7 of the accuracy."
+        ),
+    ] = None
+    position_wander_s: Annotated[
+        Positive | None,
+        means(
+            "Time after which the slow error of position is another one. Left out: 100 s with carrier phase, else 300 "
+            "s."
+        ),
+    ] = None
+    position_noise_m: Annotated[
+        Positive | None,
+        means(
+            "Error of position from fix to fix. Left out: the accuracy of a fixed solution with carrier phase, else "
+            "0.3 of the accuracy."
         ),
     ] = None
     velocity_accuracy_mps: Annotated[
@@ -319,6 +333,13 @@ class SensorConfig:
             "phase 0.3 of it."
         ),
     ] = 0.06
+    velocity_lasts_s: Annotated[
+        NonNegative | None,
+        means(
+            "How long an error of velocity lasts; 0: each velocity errs by itself. Left out: 0 with carrier phase, "
+            "else 0.5 s."
+        ),
+    ] = None
     heading_accuracy_rad: Annotated[
         float | None,
         Field(alias="heading_accuracy_deg", gt=0.0, le=45.0),
@@ -332,6 +353,13 @@ class SensorConfig:
         means(
             "Slow error of heading that averaging does not remove. Left out: 0.1° from two antennas, 2° from "
             "a compass, 15° from a magnetometer that is not calibrated."
+        ),
+    ] = None
+    heading_wander_s: Annotated[
+        Positive | None,
+        means(
+            "Time after which the slow error of heading is another one. Left out: 60 s from two antennas, 300 s from a "
+            "compass."
         ),
     ] = None
     accelerometer_noise_mps2_rthz: Annotated[

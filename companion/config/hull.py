@@ -131,11 +131,15 @@ class WindageConfig:
 
 @dataclass(frozen=True, slots=True)
 class ThesisModelConfig:
-    """What the thesis's own feed-forward believes beside the inertia of `[hull]`. Only for DP_FF_KIND 1 and 2."""
+    """What the thesis's own law and its feed-forward (DP_FF_KIND 1 and 2) believe beside the inertia of `[hull]`."""
 
     __pydantic_config__ = STRICT
     mass_kg: Annotated[Positive, means("Mass of the bare hull.")]
     damping: Annotated[DampingConfig, means("Damping as the thesis prints it.")]
+    saturation: Annotated[
+        tuple[Positive, Positive, Positive] | None,
+        means("Most that the thesis's law asks for: surge N, sway N, yaw Nm. Left out: as of all laws, `[limits]`."),
+    ] = None
 
 
 def resistance_problems(hull: HullConfig, place: tuple[str | int, ...]) -> list[tuple[tuple[str | int, ...], str]]:

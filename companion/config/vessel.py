@@ -50,10 +50,12 @@ from companion.config.mistakes import problems_of
 from companion.config.outputs import BatteryConfig, RelayConfig, ServoConfig, battery_problems, rest_problems
 from companion.config.overlay import in_force, is_overlay, with_overlay
 from companion.config.payload import CameraConfig, camera_problems
+from companion.config.rough_water import USUAL, RoughWaterConfig, WaterKind
 from companion.config.rudder_checks import rudder_problems
 from companion.config.scripts import ScriptConfig, script_problems
 from companion.config.sea import checked_waves
 from companion.config.sensor_checks import sensor_problems
+from companion.config.sensor_errors import SensorErrorConfig
 from companion.config.sensors import SensorRow
 from companion.config.streams import CorrectionsConfig, NmeaOutConfig, stream_problems
 from companion.config.thruster_checks import jet_problems, thruster_problems
@@ -161,6 +163,9 @@ class PlantConfig:
         ),
     ] = False
     losses: Annotated[LossConfig | None, means("What water and battery take of the thrust. Left out: nothing.")] = None
+    sensor_errors: Annotated[
+        SensorErrorConfig | None, means("What sensors get wrong beyond noise and biases. Left out: nothing.")
+    ] = None
     lag_on: Annotated[
         Literal["thrust", "revolutions"],
         means("What of propellers follows with `thruster_lag_s`; thrust goes with the square of the revolutions."),
@@ -207,6 +212,13 @@ class SitlConfig:
         AfterValidator(checked_waves),
         means("Sea state, `HS[@FROM_DEG][/TP_S]`: significant height, direction it comes from, peak period."),
     ] = ""
+    water: Annotated[
+        WaterKind,
+        means("`usual`, or `rough`: all that water, wind and sensors can do to the boat, together."),
+    ] = USUAL
+    rough: Annotated[RoughWaterConfig, means('What `water = "rough"` is made of.')] = field(
+        default_factory=RoughWaterConfig
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -437,6 +449,9 @@ def _sitl_problems(sitl: SitlConfig, thrusters: int) -> list[Problem]:
     if sitl.plant not in sitl.plants:
         text = f"no plant named '{sitl.plant}'; there is {', '.join(sitl.plants)}"
         problems.append((("sitl", "plant"), text))
+    if sitl.rough.plant and sitl.rough.plant not in sitl.plants:
+        text = f"no plant named '{sitl.rough.plant}'; there is {', '.join(sitl.plants)}"
+        problems.append((("sitl", "rough", "plant"), text))
     for name, plant in sitl.plants.items():
         if plant.thruster_x_m is not None and len(plant.thruster_x_m) != thrusters:
             text = f"needs {thrusters} values, one a thruster"

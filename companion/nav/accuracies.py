@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 
 from companion.config.devices import SensorConfig
 from companion.core.readings import FixType, GnssFix, GroundVelocity
 from companion.nav.error_state import FilterNoise
+from companion.nav.measured_off import Wander
 
 _UNKNOWN_M, _UNKNOWN_MPS = 3.0, 0.1
-_CORRELATED_FACTOR = 3.0  # errors of fixes without carrier phase are correlated: each counts as that much noisier
-_CORRELATED_SHARE = 0.7  # the share of their sigma that averaging does not remove
+_CORRELATED_FACTOR = 3.0  # without an inertial sensor nothing tells slow errors from noise: a fix counts as noisier
+_NOISE_SHARE, _WANDER_SHARE = 0.3, 0.7  # of the sigma of a fix whose ambiguities are not fixed
 _CARRIER_WANDER_M = 0.008  # slow error of fixes with carrier phase
+_WANDER_S, _CARRIER_WANDER_S = 300.0, 100.0  # time constants: of code multipath and ionosphere, of carrier multipath
+_LASTS_S = 0.5  # an error of velocity without carrier phase: receivers smooth over about that time
 _VELOCITY_SHARES: Mapping[FixType, float] = {  # of the velocity error of a plain fix
     FixType.DGPS: 0.5,
     FixType.RTK_FLOAT: 0.3,
@@ -20,7 +24,12 @@ _VELOCITY_SHARES: Mapping[FixType, float] = {  # of the velocity error of a plai
 
 
 class SensorAccuracies:
-    """One sigma of each measurement, on each axis."""
+    """One sigma of each measurement, on each axis.
+
+    The error of a fix is noise and a slow part, a first-order Gauss–Markov process. Published time constants: 10 to 900
+    s of multipath, 5 to 20 min of differences between receivers with carrier phase (Joerger & Pervan 2020; Howind et
+    al. 1999), 300 s and more of ionosphere and orbits.
+    """
 
     def __init__(self, sensors: Sequence[SensorConfig]) -> None:
         self._sensors = {row.name: row for row in sensors}
@@ -31,15 +40,40 @@ class SensorAccuracies:
         return max(fix.position_accuracy_m or _UNKNOWN_M, row.accuracy_floor_m if row is not None else 0.0)
 
     def fused_m(self, fix: GnssFix, sigma_m: float) -> float:
-        """As the filter should take a fix of `sigma_m`, m."""
+        """As a filter without an inertial sensor should take a fix of `sigma_m`, m."""
         return sigma_m if fix.fix >= FixType.RTK_FLOAT else _CORRELATED_FACTOR * sigma_m
+
+    def noise_m(self, fix: GnssFix, sigma_m: float) -> float:
+        """Of the noise of a fix of `sigma_m`, which averaging removes, m."""
+        row = self._sensors.get(fix.source)
+        if row is not None and row.position_noise_m is not None:
+            return row.position_noise_m
+        if fix.fix is FixType.RTK_FIXED:
+            return sigma_m
+        return max(_NOISE_SHARE * sigma_m, row.accuracy_floor_m if row is not None else 0.0)
 
     def slow_m(self, fix: GnssFix, sigma_m: float) -> float:
         """Of the receiver's slow error, m."""
         row = self._sensors.get(fix.source)
         if row is not None and row.position_wander_m is not None:
             return row.position_wander_m
-        return _CARRIER_WANDER_M if fix.fix >= FixType.RTK_FLOAT else _CORRELATED_SHARE * sigma_m
+        return _CARRIER_WANDER_M if fix.fix is FixType.RTK_FIXED else _WANDER_SHARE * sigma_m
+
+    def wander(self, fix: GnssFix, slow_m: float) -> Wander:
+        """The slow error of that size, with its time constant."""
+        row = self._sensors.get(fix.source)
+        time_s = None if row is None else row.position_wander_s
+        default_s = _CARRIER_WANDER_S if fix.fix >= FixType.RTK_FLOAT else _WANDER_S
+        return Wander(slow_m, default_s if time_s is None else time_s)
+
+    def walk_mps_rthz(self, velocity: GroundVelocity, fix: FixType | None, sigma_mps: float) -> float:
+        """The random walk of a position that measured velocities of `sigma_mps` carry on, beside that of their noise.
+        `fix`: of their receiver."""
+        row = self._sensors.get(velocity.source)
+        lasts_s = None if row is None else row.velocity_lasts_s
+        if lasts_s is None:
+            lasts_s = 0.0 if fix is not None and fix >= FixType.RTK_FLOAT else _LASTS_S
+        return sigma_mps * math.sqrt(2.0 * lasts_s)
 
     def velocity_mps(self, velocity: GroundVelocity, fix: FixType | None) -> float:
         """Of a velocity, m/s. `fix`: of its receiver; None: none came yet."""

@@ -1,12 +1,17 @@
 """Error-state Kalman filter of a boat: the arithmetic alone. `inertial.py` decides which measurements to fuse.
 
 Nominal state in plain floats: position and velocity NED, attitude quaternion body → NED, biases of accelerometer and
-gyro. Error state of 15, in this order: δp, δv, δθ, δa_bias, δω_bias, with δθ in NED (R = Exp(δθ) R̂). The 15×15
-covariance is allocated once.
+gyro, and what measurements are off by: the slow error (wander) of positions in north and east and of headings. Error
+state of 18, in this order: δp, δv, δθ, δa_bias, δω_bias, δwander (north, east, heading), with δθ in NED
+(R = Exp(δθ) R̂). The covariance is allocated once.
 
-Source: Solà (2017), *Quaternion kinematics for the error-state Kalman filter*, sections 5 to 7 (global angular error).
-Errata of the ReVolt thesis are corrected: the covariance is propagated with every sample, the gyro has its own noise,
-the reset is P ← G P Gᵀ, and ∂ψ/∂w has its squares.
+A receiver's slow error is a first-order Gauss–Markov process, measured = true + wander + noise. As a state it tells the
+filter what averaging can remove and what not: the covariance is that of the errors.
+
+Source: Solà (2017), *Quaternion kinematics for the error-state Kalman filter*, sections 5 to 7 (global angular error);
+Bar-Shalom, Li & Kirubarajan (2001), *Estimation with Applications to Tracking and Navigation*, 8.2 (coloured noise by a
+larger state). Errata of the ReVolt thesis are corrected: the covariance is propagated with every sample, the gyro has
+its own noise, the reset is P ← G P Gᵀ, and ∂ψ/∂w has its squares.
 """
 
 from __future__ import annotations
@@ -34,10 +39,14 @@ from companion.nav.lever_arms import (
     rotation,
     turned,
 )
+from companion.nav.measured_off import MeasuredOff, Wander
 
-SIZE = 15
-_P, _V, _TH, _AB, _WB = 0, 3, 6, 9, 12  # where each part of the error state begins
+SIZE = 18
+_P, _V, _TH, _AB, _WB, _W, _WH = 0, 3, 6, 9, 12, 15, 17  # where each part of the error state begins
+_MOTION = 15  # states of motion and inertial sensor; what measurements are off by comes after them
 _LONGEST_STEP_S = 0.05
+_LARGE_TURN_RAD = 1e-3  # of an injected error: a smaller one changes no variance by a thousandth
+_STEADY = 0.3  # share by which the sigma of a wander may change and be taken for the same wander
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,6 +65,9 @@ class FilterNoise:
     accelerometer_bias_time_s: float = 600.0
     gyro_bias_radps: float = 5.0e-4
     gyro_bias_time_s: float = 1000.0
+
+
+Pair = tuple[float, float]
 
 
 class Innovation:
@@ -109,7 +121,8 @@ class ErrorStateFilter:
 
     The reference point is the IMU; arguments are SI, NED or body as named. A sample is the mean of the step that it
     ends, as sensors with coning and sculling compensation give it: force and rates of one sample belong together.
-    Remembers the nominal state and the covariance.
+    Measurements of positions and headings are off by `wander` and `heading_wander`. Remembers the nominal state and the
+    covariance.
     """
 
     def __init__(self, gravity_mps2: float, noise: FilterNoise | None = None) -> None:
@@ -122,6 +135,11 @@ class ErrorStateFilter:
         self.accelerometer_bias: Vector = ZERO
         self.gyro_bias: Vector = ZERO
         self.rates: Vector = ZERO  # rad/s in body axes, bias removed
+        self.acceleration: Vector = ZERO  # m/s² in NED
+        self.wander: Pair = (0.0, 0.0)  # m, north and east
+        self.heading_wander = 0.0  # rad
+        self._wander, self._heading_wander = Wander(0.0, 1.0), Wander(0.0, 1.0)
+        self._walk_mps_rthz = 0.0
         self.covariance = np.zeros((SIZE, SIZE))
         self._transition = np.eye(SIZE)
         self._reset = np.eye(SIZE)
@@ -135,6 +153,41 @@ class ErrorStateFilter:
         """Take other noise densities from the next sample on."""
         self.noise, self._noise_dt_s = noise, -1.0
 
+    def expect_walk(self, walk_mps_rthz: float) -> None:
+        """Measured velocities have errors that last; the position that they carry on strays by them as a random walk
+        of that density (m/s/√Hz)."""
+        if walk_mps_rthz != self._walk_mps_rthz:
+            self._walk_mps_rthz, self._noise_dt_s = walk_mps_rthz, -1.0
+
+    def expect_wander(self, wander: Wander, common: float = 1.0) -> None:
+        """The slow error of positions from now on. `common`: its correlation with the one before; 1: it is the same
+        error, 0: it has nothing to do with it."""
+        before, self._wander = self._wander, wander
+        if wander != before:
+            self._noise_dt_s = -1.0
+        kept = self._redraw((_W, _W + 1), before.sigma, wander.sigma, common)
+        self.wander = kept * self.wander[0], kept * self.wander[1]
+
+    def expect_heading_wander(self, wander: Wander, common: float = 1.0) -> None:
+        """As `expect_wander`, of headings."""
+        before, self._heading_wander = self._heading_wander, wander
+        if wander != before:
+            self._noise_dt_s = -1.0
+        self.heading_wander *= self._redraw((_WH,), before.sigma, wander.sigma, common)
+
+    def _redraw(self, states: Sequence[int], before: float, sigma: float, common: float) -> float:
+        """Another sigma of slow errors; returns the share of them that is kept. Of two errors the larger one is the
+        smaller one and something more, whichever comes first: that is how they are correlated. A sigma that changes a
+        little is reached with time."""
+        if common == 1.0 and before > 0.0 and abs(sigma - before) <= _STEADY * before:
+            return 1.0
+        kept = common * min((sigma / before) ** 2, 1.0) if before > 0.0 else 0.0
+        for i in states:
+            self.covariance[i, :] *= kept
+            self.covariance[:, i] *= kept
+        self.inflate(states, max(sigma * sigma - (kept * before) ** 2, 0.0))
+        return kept
+
     def _bind(self) -> None:
         """Make views into the arrays."""
         self._diagonal = self.covariance.reshape(-1)[:: SIZE + 1]
@@ -147,12 +200,44 @@ class ErrorStateFilter:
         self._q = _flat(self._noise_step)
 
     def start(self, position: Vector, velocity: Vector, attitude: Vector, sigmas: Sequence[float]) -> None:
-        """Begin at a position (m), velocity (m/s) and (roll, pitch, yaw); the biases stay. `sigmas`: one for each of
-        the 15 error states."""
+        """Begin at a measured position (m), velocity (m/s) and (roll, pitch, yaw); the biases stay. `sigmas`: one for
+        each of the 15 first error states, without the wander that the measurements hold."""
         self.position, self.velocity = position, velocity
         self.quaternion = quaternion_of(*attitude)
         self.rotation = rotation(self.quaternion)
-        self.covariance[:] = np.diag(np.square(np.asarray(sigmas, dtype=float)))
+        self.covariance[:] = 0.0
+        self._diagonal[:_MOTION] = np.square(np.asarray(sigmas, dtype=float))
+        self._measure_position(float(sigmas[_P]) ** 2, ZERO)
+        self._measure_heading(float(sigmas[_TH + 2]) ** 2)
+
+    def _measure_position(self, variance: float, arm: Vector) -> None:
+        """The position comes straight from a measurement at `arm` (NED) from it: it holds the whole of what that, and
+        the attitude, are off by."""
+        self.wander = (0.0, 0.0)
+        self._forget((_W, _W + 1), self._wander.sigma**2)
+        off = np.zeros((2, SIZE))
+        off[0, _W] = off[1, _W + 1] = 1.0
+        off[0, _TH : _TH + 3], off[1, _TH : _TH + 3] = (0.0, arm[2], -arm[1]), (-arm[2], 0.0, arm[0])
+        self._restart((_P, _P + 1), off, variance)
+
+    def _measure_heading(self, variance: float) -> None:
+        """As `_measure_position`, of the heading."""
+        self.heading_wander = 0.0
+        self._forget((_WH,), self._heading_wander.sigma**2)
+        off = np.zeros((1, SIZE))
+        off[0, _WH] = 1.0
+        self._restart((_TH + 2,), off, variance)
+
+    def _restart(self, states: Sequence[int], off: np.ndarray[Any, np.dtype[np.float64]], variance: float) -> None:
+        """Of states: true = measured − `off` · error state − noise of that variance."""
+        self._forget(states, 0.0)
+        cross = -off.dot(self.covariance)
+        own = -cross.dot(off.T)
+        for k, i in enumerate(states):
+            self.covariance[i, :], self.covariance[:, i] = cross[k], cross[k]
+        for k, i in enumerate(states):
+            for n, j in enumerate(states):
+                self.covariance[i, j] = own[k, n] + (variance if i == j else 0.0)
 
     def predict(self, force: Vector, rates: Vector, dt_s: float) -> None:
         """Propagate by one IMU sample: specific force (m/s²) and angular rate (rad/s) in body axes, means of the
@@ -173,6 +258,7 @@ class ErrorStateFilter:
         fn, fe, fd = r0 * ax + r1 * ay + r2 * az, r3 * ax + r4 * ay + r5 * az, r6 * ax + r7 * ay + r8 * az
         self._propagate_covariance(fn, fe, fd, dt)
         down = fd + self.gravity_mps2
+        self.acceleration = fn, fe, down
         vn, ve, vd = self.velocity
         pn, pe, pd = self.position
         half = 0.5 * dt * dt
@@ -213,33 +299,38 @@ class ErrorStateFilter:
         if dt != self._noise_dt_s:
             self._set_step(dt)
         n, e, d = fn * dt, fe * dt, fd * dt  # δv̇ = −[f]× δθ − R δa_bias
-        f[52], f[53], f[66], f[68], f[81], f[82] = d, -e, -d, n, e, -n  # flat: 15 · row + column
+        f[61], f[62], f[78], f[80], f[96], f[97] = d, -e, -d, n, e, -n  # flat: 18 · row + column
         r0, r1, r2, r3, r4, r5, r6, r7, r8 = r
-        f[54] = f[102] = -r0 * dt
-        f[55] = f[103] = -r1 * dt
-        f[56] = f[104] = -r2 * dt
-        f[69] = f[117] = -r3 * dt
-        f[70] = f[118] = -r4 * dt
-        f[71] = f[119] = -r5 * dt
-        f[84] = f[132] = -r6 * dt
-        f[85] = f[133] = -r7 * dt
-        f[86] = f[134] = -r8 * dt
+        f[63] = f[120] = -r0 * dt
+        f[64] = f[121] = -r1 * dt
+        f[65] = f[122] = -r2 * dt
+        f[81] = f[138] = -r3 * dt
+        f[82] = f[139] = -r4 * dt
+        f[83] = f[140] = -r5 * dt
+        f[99] = f[156] = -r6 * dt
+        f[100] = f[157] = -r7 * dt
+        f[101] = f[158] = -r8 * dt
         self._transition.dot(self.covariance, self._work)
         self._work.dot(self._transition_transposed, self.covariance)
         self._diagonal += self._noise_step
 
     def _set_step(self, dt: float) -> None:
         """Set the elements of F and Q that depend on the step alone."""
-        noise = self.noise
+        noise, wander, heading = self.noise, self._wander, self._heading_wander
         f, q = self._f, self._q
         accelerometer_kept, gyro_kept = 1.0 - dt / noise.accelerometer_bias_time_s, 1.0 - dt / noise.gyro_bias_time_s
-        f[3] = f[19] = f[35] = dt
-        f[144] = f[160] = f[176] = accelerometer_kept
-        f[192] = f[208] = f[224] = gyro_kept
+        f[3] = f[22] = f[41] = dt
+        f[171] = f[190] = f[209] = accelerometer_kept
+        f[228] = f[247] = f[266] = gyro_kept
+        f[285] = f[304] = 1.0 - dt / wander.time_s
+        f[323] = 1.0 - dt / heading.time_s
+        q[0] = q[1] = self._walk_mps_rthz**2 * dt
         q[3] = q[4] = q[5] = noise.accelerometer_mps2_rthz**2 * dt
         q[6] = q[7] = q[8] = noise.gyro_radps_rthz**2 * dt
         q[9] = q[10] = q[11] = 2.0 * noise.accelerometer_bias_mps2**2 * dt / noise.accelerometer_bias_time_s
         q[12] = q[13] = q[14] = 2.0 * noise.gyro_bias_radps**2 * dt / noise.gyro_bias_time_s
+        q[15] = q[16] = 2.0 * wander.sigma**2 * dt / wander.time_s
+        q[17] = 2.0 * heading.sigma**2 * dt / heading.time_s
         self._noise_dt_s = dt
 
     def position_innovation(
@@ -251,11 +342,11 @@ class ErrorStateFilter:
         vn, ve, _ = self.velocity
         turn = rotate(self.rotation, cross(self.rates, lever_m)) if lag_s else ZERO
         h = self._pair.h_flat
-        h[0] = h[SIZE + 1] = 1.0
+        h[0] = h[SIZE + 1] = h[_W] = h[SIZE + _W + 1] = 1.0
         h[_V] = h[SIZE + _V + 1] = -lag_s
         self._set_arm(h, arm)
-        y1 = north_m - (self.position[0] - lag_s * (vn + turn[0]) + arm[0])
-        y2 = east_m - (self.position[1] - lag_s * (ve + turn[1]) + arm[1])
+        y1 = north_m - (self.position[0] - lag_s * (vn + turn[0]) + arm[0]) - self.wander[0]
+        y2 = east_m - (self.position[1] - lag_s * (ve + turn[1]) + arm[1]) - self.wander[1]
         return self._pair_innovation(y1, y2, variance)
 
     def velocity_innovation(self, north_mps: float, east_mps: float, lever_m: Vector, variance: float) -> Innovation:
@@ -263,12 +354,11 @@ class ErrorStateFilter:
         axis."""
         arm = rotate(self.rotation, cross(self.rates, lever_m))
         h = self._pair.h_flat
-        h[0] = h[SIZE + 1] = 0.0
+        h[0] = h[SIZE + 1] = h[_W] = h[SIZE + _W + 1] = 0.0
         h[_V] = h[SIZE + _V + 1] = 1.0
         self._set_arm(h, arm)
-        return self._pair_innovation(
-            north_mps - self.velocity[0] - arm[0], east_mps - self.velocity[1] - arm[1], variance
-        )
+        y1, y2 = north_mps - self.velocity[0] - arm[0], east_mps - self.velocity[1] - arm[1]
+        return self._pair_innovation(y1, y2, variance)
 
     @staticmethod
     def _set_arm(h: memoryview[float], arm: Vector) -> None:
@@ -285,13 +375,39 @@ class ErrorStateFilter:
         h = self._single.h_flat
         h[0] = h[2] = h[_V + 2] = 0.0
         h[_TH], h[_TH + 1], h[_TH + 2] = -wn * wd / level, -we * wd / level, 1.0
-        return self._single_innovation(wrap_pi(yaw_rad - math.atan2(we, wn) + lag_s * self.rates[2]), variance)
+        h[_WH] = 1.0
+        predicted = math.atan2(we, wn) - lag_s * self.rates[2] + self.heading_wander
+        return self._single_innovation(wrap_pi(yaw_rad - predicted), variance)
+
+    def move_on(self, by_s: float) -> None:
+        """Move position, velocity and heading on by that time: they have come from measurements so late."""
+        (n, e, d), (vn, ve, vd), (an, ae, _) = self.position, self.velocity, self.acceleration
+        self.position = n + by_s * vn, e + by_s * ve, d
+        self.velocity = vn + by_s * an, ve + by_s * ae, vd
+        self.quaternion = multiply(exponential(0.0, 0.0, by_s * self.turn_radps), self.quaternion)
+        self.rotation = rotation(self.quaternion)
+
+    @property
+    def measured_off(self) -> MeasuredOff:
+        """The estimates of what measurements are off by."""
+        return MeasuredOff(*self.wander, self.heading_wander)
+
+    def put_off(self, off: MeasuredOff) -> None:
+        """Take other estimates of what measurements are off by: earlier ones."""
+        self.wander, self.heading_wander = (off.north_m, off.east_m), off.heading_rad
+
+    @property
+    def turn_radps(self) -> float:
+        """Rate of turn about the vertical."""
+        _, q, r = self.rates
+        r7, r8 = self.rotation[7], self.rotation[8]
+        return (q * r7 + r * r8) / max(r7 * r7 + r8 * r8, 0.1)  # (q sin φ + r cos φ) / cos θ
 
     def fuse_down(self, position_m: float, position_variance: float, velocity_variance: float) -> None:
         """A boat stays on the water: fuse `position_m` as down position and 0 as down velocity, with large variances
         (m², (m/s)²)."""
         h = self._single.h_flat
-        h[_TH] = h[_TH + 1] = h[_TH + 2] = h[_V + 2] = 0.0
+        h[_TH] = h[_TH + 1] = h[_TH + 2] = h[_V + 2] = h[_WH] = 0.0
         h[2] = 1.0
         self.fuse(self._single_innovation(position_m - self.position[2], position_variance))
         h[2] = 0.0
@@ -340,31 +456,35 @@ class ErrorStateFilter:
         self._inject(correction)
 
     def _inject(self, c: list[float]) -> None:
-        """Add the error state `c` to the nominal state and reset it: P ← G P Gᵀ, made exactly symmetric."""
+        """Add the error state `c` to the nominal state and reset it: P ← G P Gᵀ, made exactly symmetric. G is left out
+        where it changes nothing."""
         p, v, a, w = self.position, self.velocity, self.accelerometer_bias, self.gyro_bias
         self.position = (p[0] + c[0], p[1] + c[1], p[2] + c[2])
         self.velocity = (v[0] + c[3], v[1] + c[4], v[2] + c[5])
         self.accelerometer_bias = (a[0] + c[9], a[1] + c[10], a[2] + c[11])
         self.gyro_bias = (w[0] + c[12], w[1] + c[13], w[2] + c[14])
         self.rates = (self.rates[0] - c[12], self.rates[1] - c[13], self.rates[2] - c[14])
+        self.wander = (self.wander[0] + c[15], self.wander[1] + c[16])
+        self.heading_wander += c[17]
         x, y, z = c[6], c[7], c[8]
         self.quaternion = multiply(exponential(x, y, z), self.quaternion)
         self.rotation = rotation(self.quaternion)
-        g = self._g  # I + ½ [δθ]×
-        g[97], g[98], g[111], g[113], g[126], g[127] = -0.5 * z, 0.5 * y, 0.5 * z, -0.5 * x, -0.5 * y, 0.5 * x
-        self._reset.dot(self.covariance, self._work)
-        self._work.dot(self._reset_transposed, self.covariance)
+        if max(abs(x), abs(y), abs(z)) > _LARGE_TURN_RAD:
+            g = self._g  # I + ½ [δθ]×
+            g[115], g[116], g[132], g[134], g[150], g[151] = -0.5 * z, 0.5 * y, 0.5 * z, -0.5 * x, -0.5 * y, 0.5 * x
+            self._reset.dot(self.covariance, self._work)
+            self._work.dot(self._reset_transposed, self.covariance)
         np.add(self.covariance, self._covariance_transposed, self._work)
         np.multiply(self._work, 0.5, self.covariance)
 
     def reset_position(
         self, north_m: float, east_m: float, lever_m: Vector, variance: float, velocity_variance: float
     ) -> None:
-        """Restart the position at a measured one (m, `variance` m²); the velocity stays, with `velocity_variance`
-        added."""
+        """Restart the position at a measured one (m, `variance` m², to which comes its wander); the velocity stays,
+        with `velocity_variance` added."""
         arm = rotate(self.rotation, lever_m)
         self.position = (north_m - arm[0], east_m - arm[1], self.position[2])
-        self._forget((_P, _P + 1), variance)
+        self._measure_position(variance, arm)
         self.inflate((_V, _V + 1), velocity_variance)
 
     def reset_velocity(self, north_mps: float, east_mps: float, lever_m: Vector, variance: float) -> None:
@@ -374,11 +494,11 @@ class ErrorStateFilter:
         self._forget((_V, _V + 1), variance)
 
     def reset_heading(self, yaw_rad: float, variance: float) -> None:
-        """Restart the heading at a measured one (`variance` rad²); roll and pitch stay."""
+        """Restart the heading at a measured one (`variance` rad², to which comes its wander); roll and pitch stay."""
         roll, pitch, _ = self.euler()
         self.quaternion = quaternion_of(roll, pitch, yaw_rad)
         self.rotation = rotation(self.quaternion)
-        self._forget((_TH + 2,), variance)
+        self._measure_heading(variance)
 
     def _forget(self, states: Sequence[int], variance: float) -> None:
         for i in states:
@@ -390,10 +510,6 @@ class ErrorStateFilter:
         """Add `variance` to single error states."""
         for i in states:
             self.covariance[i, i] += variance
-
-    def inflate_position(self, variance: float) -> None:
-        """Add variance (m²) to the horizontal position, for example when the type of fix changes."""
-        self.inflate((_P, _P + 1), variance)
 
     def inflate_heading(self, variance: float) -> None:
         """Add variance (rad²) to the heading, for example when another source takes over."""
@@ -407,10 +523,15 @@ class ErrorStateFilter:
         """One sigma of horizontal position (m), horizontal velocity (m/s) and heading (rad)."""
         p = self._p
         return (
-            math.sqrt(max(0.5 * (p[0] + p[SIZE + 1]), 0.0)),
-            math.sqrt(max(0.5 * (p[48] + p[64]), 0.0)),
-            math.sqrt(max(p[128], 0.0)),
+            math.sqrt(max(0.5 * (p[0] + p[19]), 0.0)),
+            math.sqrt(max(0.5 * (p[57] + p[76]), 0.0)),
+            math.sqrt(max(p[152], 0.0)),
         )
+
+    def measured_sigma_m(self) -> float:
+        """One sigma of the position that a receiver with this wander would measure without noise, on each axis."""
+        p = self._p
+        return math.sqrt(max(0.5 * (p[0] + p[19] + p[285] + p[304]) + p[15] + p[34], 0.0))
 
     def velocity_sigmas(self) -> tuple[float, float]:
         """One sigma of the horizontal velocity, and of the acceleration that tilt and bias leave in it: of the worse
@@ -420,7 +541,7 @@ class ErrorStateFilter:
         for tilt, sign, row in ((_TH + 1, -g, r[0:3]), (_TH, g, r[3:6])):  # δv̇ = −[f]× δθ − R δa_bias, f ≈ (0, 0, −g)
             h = ((tilt, sign), *((_AB + i, -row[i]) for i in range(3)))
             worst = max(worst, sum(a * b * p[SIZE * i + j] for i, a in h for j, b in h))
-        return math.sqrt(max(p[48], p[64], 0.0)), math.sqrt(worst)
+        return math.sqrt(max(p[57], p[76], 0.0)), math.sqrt(worst)
 
     def bias_sigmas(self) -> tuple[float, float]:
         """One sigma of the accelerometer's bias (m/s²) on the worse of the level axes, and of the gyro's (rad/s) about
@@ -433,5 +554,5 @@ class ErrorStateFilter:
 
     def healthy(self) -> bool:
         """False if a number is not finite: the filter must restart."""
-        sums = self._p[0] + self._p[48] + self._p[96] + self._p[128]
+        sums = self._p[0] + self._p[57] + self._p[114] + self._p[152]
         return all(map(math.isfinite, (sums, *self.position, *self.velocity, *self.quaternion)))

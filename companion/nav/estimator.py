@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from operator import attrgetter
 
 from companion.config.top_speed import top_speed_mps
 from companion.config.vessel import NavigatedBoat, VesselConfig
@@ -37,9 +36,12 @@ from companion.nav.inertial import InertialSolution, without_force
 from companion.nav.inertial_source import InertialSource
 from companion.nav.integrity.evidence import INERTIAL, LieFound, Sense
 from companion.nav.lever_arms import ZERO, Vector, euler_of, normal_gravity_mps2
+from companion.nav.measured_off import Wander
 from companion.nav.mounting import Mounting
 from companion.nav.no_imu import PoseSolution
 from companion.nav.outliers import FirstPosition, ThesisOutlierRule, Verdict
+from companion.nav.reading_queue import ReadingQueue
+from companion.nav.receiver_latency import ReceiverLatency
 from companion.nav.solution import Motion, Place
 from companion.nav.sources import AbsoluteTime, GradeWatch, SourceSelector, TrueWind, plausible
 from companion.nav.validity import Validity
@@ -61,17 +63,16 @@ _LIE_M = 1.5  # off by more after such a lie, the position begins anew
 _LIE_SIGMA = 0.5  # m, m/s: of the motion that a lying inertial sensor leaves
 _LIE_SIGMA_RAD = math.radians(15.0)  # of a heading that has followed a lie
 _THESIS_RULE = 1
-_NAVIGATION = frozenset({GnssFix, GroundVelocity, Heading, Imu, MagneticField})
 
 
 class Estimator:
     """Readings of a tick, in any order → motion of the boat's origin at `now_s`, in NED around `frame`.
 
-    The filter runs behind the present by the longest configured latency, so that delayed measurements meet the state of
-    their own time. The later inertial samples carry its result to the present. Without inertial sensors, while they are
-    silent, or before there is a heading, the low-pass filter of `no_imu` takes over. A boat without a hull model (a
-    lead boat) has no estimate of the current. While the boat is armed, the integrity monitor says which sources are not
-    used. Remembers the filters, the sources in use, and when a reading of each kind was last accepted.
+    The filter runs behind the present (`ReadingQueue`). The later inertial samples carry its result to the present.
+    Without inertial sensors, while they are silent, or before there is a heading, the low-pass filter of `no_imu` takes
+    over. A boat without a hull model (a lead boat) has no estimate of the current. While the boat is armed, the
+    integrity monitor says which sources are not used. Remembers the filters, the sources in use, and when a reading of
+    each kind was last accepted.
     """
 
     def __init__(
@@ -96,13 +97,13 @@ class Estimator:
         self._mounting = Mounting(config, parameters)
         self._velocities, self._winds = SourceSelector(timeouts_s), SourceSelector(timeouts_s)
         self._timeouts_s = timeouts_s
-        self._lag_s = max(row.latency_s for row in config.sensors)
+        self._receivers = ReceiverLatency()
+        self._queue = ReadingQueue({row.name: row.latency_s for row in config.sensors}, self._receivers.late_s)
         self._witness = Witness(parameters, say)
         self._imus = InertialSource(config.sensors, self._corrections, self._mounting, self._witness)
         self._jumps_followed = 0
         self._validity = Validity(parameters)
         self._anew: set[Sense] = set()  # of what the next measurement counts, after an inertial sensor has lied
-        self._pending: list[Reading] = []
         self._inertial: InertialSolution | None = None
         self._pose = PoseSolution()
         self._first = FirstPosition()
@@ -116,6 +117,7 @@ class Estimator:
         self._blend = ReceiverBlend()
         self._pairs = antenna_pairs(config.sensors)
         self._fix_types: dict[str, FixType] = {}  # of each receiver
+        self._wander_of: str | None = None  # the receiver whose slow error the inertial filter holds
         self._time = AbsoluteTime()
         self._wind = TrueWind(_WIND_TIMEOUT_S)
         self._fix: GnssFix | None = None
@@ -138,17 +140,11 @@ class Estimator:
             for reading in readings
             if plausible(reading, now_s)
         ]
-        self._pending.extend([reading for reading in readings if type(reading) in _NAVIGATION])
-        self._pending.sort(key=attrgetter("t_s"))
-        horizon_s = now_s - self._lag_s
-        due = 0
-        for reading in self._pending:
-            if reading.t_s > horizon_s:
-                break
-            due += 1
+        self._queue.add(readings)
+        for reading in self._queue.due(now_s):
             self._take(reading)
-        del self._pending[:due]
-        self._check_imu(horizon_s)
+        self._check_imu(now_s - self._queue.lag_s)
+        self._watch_latency()
         motion = self._motion(now_s)
         if thrust is not None and self._is_lost(motion, now_s):
             motion = self._begin_anew(motion, now_s)
@@ -255,6 +251,16 @@ class Estimator:
             "inertial": self._imus.current,
             "wind": self._winds.current,
         }
+
+    def _watch_latency(self) -> None:
+        """What measurements say of how late the receiver in use is."""
+        inertial, source = self._inertial, self._positions.current
+        if inertial is None or not (inertial.running and inertial.feels) or source is None:
+            return
+        found = self._receivers.update(inertial, source)
+        row = None if found is None else next((row for row in self._config.sensors if row.name == source), None)
+        if found is not None and row is not None:
+            self._say(inertial.t_s, TextKind.ATTENTION, "receiver_late", found.text(row))
 
     def _solution(self) -> InertialSolution | PoseSolution:
         inertial = self._inertial
@@ -411,24 +417,36 @@ class Estimator:
     ) -> None:
         solution, leads = self._solution(), fix.source == self._positions.current
         added_m2 = self._grade.update(fix.t_s, fix.fix, sigma_m) if leads else 0.0
-        if added_m2 > 0.0:
+        inertial = isinstance(solution, InertialSolution)
+        if isinstance(solution, PoseSolution) and added_m2 > 0.0:
             solution.add_position_variance(added_m2)
-        fused_sigma_m, slow_sigma_m = self._accuracies.fused_m(fix, sigma_m), self._accuracies.slow_m(fix, sigma_m)
+        accuracies = self._accuracies
+        fused_sigma_m = accuracies.noise_m(fix, sigma_m) if inertial else accuracies.fused_m(fix, sigma_m)
+        slow_sigma_m = accuracies.slow_m(fix, sigma_m)
         if self._blends and rule is None:
             offset = self._offset(fix, place, lever, fused_sigma_m, slow_sigma_m, leads)
             if offset is None:
                 return
             place = place[0] - offset.north_m, place[1] - offset.east_m
             slow_sigma_m = offset.slow_sigma_m
+        if leads:
+            self._expect_wander(fix, slow_sigma_m)
         before = solution.place(fix.t_s)
         verdict = solution.position(fix.t_s, *place, lever, fused_sigma_m, rule)
         if verdict is Verdict.RESET:
             self._blend.clear()
             self._announce_reset(fix, before, solution.place(fix.t_s))
         if verdict is not Verdict.REJECT:
-            self._validity.position(fix.t_s, slow_sigma_m)
+            self._validity.position(fix.t_s, 0.0 if inertial else slow_sigma_m)
             if leads:
                 self._take_altitude(fix, lever)
+
+    def _expect_wander(self, fix: GnssFix, slow_sigma_m: float) -> None:
+        """Tell the inertial filter of the slow error of the receiver in use. Blended receivers have the one of all."""
+        before, self._wander_of = self._wander_of, fix.source
+        if self._inertial is not None:
+            another = before not in (None, fix.source) and not self._blends
+            self._inertial.expect_wander(self._accuracies.wander(fix, slow_sigma_m), another)
 
     def _offset(
         self, fix: GnssFix, place: tuple[float, float], lever: Vector, sigma_m: float, slow_sigma_m: float, leads: bool
@@ -484,6 +502,8 @@ class Estimator:
             return
         if used:
             self._aid_heading(velocity, sigma_mps, lever)
+            if self._inertial is not None:
+                self._inertial.filter.expect_walk(self._accuracies.walk_mps_rthz(velocity, fix, sigma_mps))
         if self._pose.started:
             rule = self._begins_anew(Sense.VELOCITY, rule)
             measured = velocity.north_mps, velocity.east_mps
@@ -503,6 +523,9 @@ class Estimator:
         measured = self._headings.measured(reading, *self._place(), self._time.at_ns(reading.t_s))
         if measured is None:
             return
+        inertial = self._inertial
+        if inertial is not None and inertial.running and measured.source == self._positions.current:
+            self._receivers.heading(inertial, reading.t_s, measured.yaw_rad)
         rule = self._witness.heading(reading, measured, self._solution(), by_field_rad) if self._pose.oriented else None
         heading = self._headings.offer(measured, self._witness.trusts(Sense.HEADING, measured.source))
         if heading is not None:
@@ -518,11 +541,16 @@ class Estimator:
         return self._home.lat_deg, self._home.lon_deg
 
     def _fuse_heading(self, t_s: float, heading: TrueHeading, rule: Verdict | None = None) -> None:
-        solution = self._solution()
-        if heading.added_sigma_rad > 0.0:
+        solution, slow_sigma_rad = self._solution(), heading.slow_sigma_rad
+        if self._inertial is not None:
+            wander, common = Wander(slow_sigma_rad, heading.slow_time_s), 0.0 if heading.anew else 1.0
+            self._inertial.filter.expect_heading_wander(wander, common)
+        if isinstance(solution, InertialSolution):
+            slow_sigma_rad = 0.0
+        elif heading.added_sigma_rad > 0.0:
             solution.add_heading_variance(heading.added_sigma_rad**2)
         if solution.heading(t_s, heading.yaw_rad, heading.sigma_rad, rule) is not Verdict.REJECT:
-            self._validity.heading(t_s, heading.slow_sigma_rad)
+            self._validity.heading(t_s, slow_sigma_rad)
 
     def _update_current(self, motion: Motion, thrust: Wrench | None, now_s: float) -> None:
         if self._current is None or self._aid is None:
@@ -562,12 +590,12 @@ class Estimator:
     def _motion(self, now_s: float) -> Motion:
         solution = self._solution()
         if isinstance(solution, InertialSolution):
-            later = self._imus.later(self._pending, now_s)
+            later = self._imus.later(self._queue.pending, now_s)
             if not solution.feels:
                 later = [without_force(imu, solution.filter.gravity_mps2) for imu in later]
             return solution.motion(now_s, later)
         motion, inertial = solution.motion(now_s), self._inertial
-        if inertial is None or now_s - self._lag_s - inertial.t_s > _IMU_TIMEOUT_S:
+        if inertial is None or now_s - self._queue.lag_s - inertial.t_s > _IMU_TIMEOUT_S:
             return motion
         roll, pitch = inertial.levelling.tilt() or (0.0, 0.0)
         return replace(motion, attitude=(roll, pitch, motion.attitude[2]), rates=inertial.rates)

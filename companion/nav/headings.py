@@ -22,6 +22,7 @@ _BASELINE_SIGMA_RAD = math.radians(0.4)
 _COMPASS_SIGMA_RAD = math.radians(3.0)
 _COMPASS_FACTOR = 3.0  # its errors are correlated: each reading counts as that much noisier
 _BASELINE_WANDER_RAD, _COMPASS_WANDER_RAD = math.radians(0.1), math.radians(2.1)  # slow errors: averaging keeps them
+_BASELINE_WANDER_S, _COMPASS_WANDER_S = 60.0, 300.0  # after which the slow error is another one
 _UNCALIBRATED_WANDER_RAD = math.radians(15.0)  # iron aboard deflects a raw magnetometer by tens of degrees
 _COURSE_SPEED_MPS = 1.0  # from this speed on, a boat points roughly along its course
 _COURSE_KEPT_MPS = 0.7  # a boat that steers by its course slows in turns: down to here, the course goes on to serve
@@ -36,19 +37,22 @@ _COMPASS, _COURSE = " compass", "course over ground"
 
 @dataclass(frozen=True, slots=True)
 class TrueHeading:
-    """A heading to fuse. `sigma_rad`: of one reading; `slow_sigma_rad`: of the slow error, which averaging keeps.
-    `added_sigma_rad`: to add to the estimate first, which still holds the slow error of the source before."""
+    """A heading to fuse. `sigma_rad`: of one reading; `slow_sigma_rad`: of the slow error, which averaging keeps, and
+    `slow_time_s` after which that is another one. `anew`: the source, or its calibration, is another than before;
+    `added_sigma_rad`: what an estimate that holds the slow error of the one before is off by then."""
 
     yaw_rad: float
     sigma_rad: float
     slow_sigma_rad: float = 0.0
+    slow_time_s: float = 1.0
+    anew: bool = False
     added_sigma_rad: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
 class Measured:
-    """A true heading of one source, `sigma_rad` as it would be fused; `wander_rad`: its slow error. `anew`: the source
-    has been calibrated anew since its last heading."""
+    """A true heading of one source, `sigma_rad` as it would be fused; `wander_rad`: its slow error, `wander_s`: the
+    time constant of that. `anew`: the source has been calibrated anew since its last heading."""
 
     t_s: float
     source: str
@@ -56,6 +60,7 @@ class Measured:
     sigma_rad: float
     wander_rad: float
     anew: bool = False
+    wander_s: float = 1.0
 
 
 class Declination:
@@ -94,6 +99,7 @@ class HeadingSources:
         self._ranks = {name: rank for rank, name in enumerate([*names, *(name + _COMPASS for name in names), _COURSE])}
         self._configured = {row.name: (row.heading_accuracy_rad, _wander_rad(row)) for row in config.sensors}
         self._configured |= {pair.name: (None, pair.wander_rad) for pair in pairs}
+        self._wander_s = {row.name: row.heading_wander_s for row in config.sensors}
         self._corrections = corrections or {}
         self._versions = {name: correction.version for name, correction in self._corrections.items()}
         self._say = say
@@ -123,7 +129,9 @@ class HeadingSources:
         if wander is None:
             wander = _BASELINE_WANDER_RAD if baseline else _COMPASS_WANDER_RAD
         source = heading.source if baseline else heading.source + _COMPASS
-        return Measured(heading.t_s, source, yaw, sigma if baseline else _COMPASS_FACTOR * sigma, wander, anew)
+        wander_s = self._wander_s.get(heading.source) or (_BASELINE_WANDER_S if baseline else _COMPASS_WANDER_S)
+        sigma = sigma if baseline else _COMPASS_FACTOR * sigma
+        return Measured(heading.t_s, source, yaw, sigma, wander, anew, wander_s)
 
     def offer(self, heading: Measured, good: bool = True) -> TrueHeading | None:
         """The heading to fuse; None if its source is not in use. One that is not `good` is never used."""
@@ -161,14 +169,15 @@ class HeadingSources:
     def _use(self, heading: Measured) -> TrueHeading:
         source, slow_sigma_rad = heading.source, heading.wander_rad
         before, self._used = self._used, source
-        added = max(self._slow_sigma_rad, slow_sigma_rad) if source != before or heading.anew else 0.0
+        anew = source != before or heading.anew
+        added = max(self._slow_sigma_rad, slow_sigma_rad) if anew else 0.0
         self._slow_sigma_rad = slow_sigma_rad
         if source != before:
             fallen = before is not None and self._rank(source) > self._rank(before)
             kind = TextKind.ATTENTION if fallen else TextKind.ROUTINE
             text = f"Heading source: {source}" + (f" ({before} lost)" if fallen else "")
             self._say(heading.t_s, kind, "heading_source", text)
-        return TrueHeading(heading.yaw_rad, heading.sigma_rad, slow_sigma_rad, added)
+        return TrueHeading(heading.yaw_rad, heading.sigma_rad, slow_sigma_rad, heading.wander_s, anew, added)
 
     def _rank(self, source: str) -> int:
         # a source that is not in the vessel's file ranks just before course over ground

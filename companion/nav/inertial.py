@@ -13,14 +13,18 @@ from companion.nav.error_state import ErrorStateFilter, FilterNoise, Innovation
 from companion.nav.lanes import InertialMemory, InertialSums, Lane
 from companion.nav.levelling import TILT_SIGMA_RAD, Levelling
 from companion.nav.lever_arms import ZERO, Vector, euler_of, relative, rotate, velocity_ned
+from companion.nav.measured_off import Wander
 from companion.nav.outliers import HEADING_GATE, POSITION_GATE, VELOCITY_GATE, InnovationGate, Verdict
 from companion.nav.solution import Motion, Offset, Place
 
 _RATES_TIME_S = 0.05  # time constant of the low-pass on the published rates
 _DOWN_PERIOD_S = 0.2
+_FIRST_S = 1.0  # after the start, for the first position
 _DOWN_SIGMA_M = 0.3
 _DOWN_SIGMA_MPS = 0.3
 _RESET_SIGMA_MPS = 0.1  # added to the velocity when the position is reset
+_COMMON = 0.7  # correlation of the slow errors of two receivers: of plain ones 0.9, with corrections 0.5
+_WANDERS = 4.0  # by which the slow error of a receiver may jump, as when other satellites come
 _LONGEST_LAG_S = 1.0
 _LONGEST_COAST_S = 0.5
 _UNFELT_MPS2_RTHZ = 1.0  # of a boat's acceleration, where no accelerometer tells: 1.5 m/s² for half a second
@@ -38,7 +42,8 @@ class InertialSolution:
 
     `feels`: the forces are measured. Without them the samples hold those of a boat that is level and does not
     accelerate (`without_force`), and count for little: velocities come from receivers, and the tilt stays near level.
-    `imu_lever_m`: the IMU's place from the boat's origin. Remembers the filter, the gates, and the smoothed rates.
+    `imu_lever_m`: the IMU's place from the boat's origin. The sigmas are those of the errors, with the slow errors of
+    the measurements. Remembers the filter, the gates, and the smoothed rates.
     """
 
     def __init__(self, gravity_mps2: float, imu_lever_m: Vector, noise: FilterNoise | None = None) -> None:
@@ -53,7 +58,9 @@ class InertialSolution:
         self.judged: dict[str, Judged] = {}  # the newest verdict on each sense
         self._memory = InertialMemory()
         self._imu_lever_m = imu_lever_m
+        self._wander = Wander(0.0, 1.0)
         self._down_s = -math.inf
+        self._begun_s: float | None = None  # until the first position
         self._position_gate = InnovationGate(POSITION_GATE)
         self._velocity_gate = InnovationGate(VELOCITY_GATE)
         self._heading_gate = InnovationGate(HEADING_GATE)
@@ -72,6 +79,7 @@ class InertialSolution:
         self._clear_gates()
         self.odometer.begin()
         self._memory.clear()
+        self._begun_s = self.t_s
         self.running = True
 
     def _clear_gates(self) -> None:
@@ -138,11 +146,8 @@ class InertialSolution:
         north, east, _ = filter_.velocity
         filter_.predict(force, rates, dt_s)
         after_north, after_east, _ = filter_.velocity
-        rates_now, rotation = filter_.rates, filter_.rotation
-        q, r, r7, r8 = rates_now[1], rates_now[2], rotation[7], rotation[8]
-        turn_radps = (q * r7 + r * r8) / max(r7 * r7 + r8 * r8, 0.1)  # (q sin φ + r cos φ) / cos θ
         self._memory.sample(self.t_s, force, rates, dt_s)
-        self.odometer.add(dt_s, after_north - north, after_east - east, turn_radps, filter_.gyro_bias[2])
+        self.odometer.add(dt_s, after_north - north, after_east - east, filter_.turn_radps, filter_.gyro_bias[2])
 
     def go_back(self, since_s: float) -> bool:
         """Take the filter back to before `since_s`, and on from there by the inertial sensor alone: what was fused
@@ -168,19 +173,19 @@ class InertialSolution:
         return math.sqrt(max(float(self.filter.covariance[14, 14]), 0.0))
 
     def place(self, t_s: float) -> Place:
-        """As `Solution.place`."""
+        """As `Solution.place`, with the slow error that measurements have."""
         filter_, ahead_s = self.filter, t_s - self.t_s
         arm = rotate(filter_.rotation, self._imu_lever_m)
         swing = velocity_ned(filter_.rotation, filter_.rates, self._imu_lever_m)
         north, east = filter_.velocity[0] - swing[0], filter_.velocity[1] - swing[1]
         yaw = math.atan2(filter_.rotation[3], filter_.rotation[0])
         return Place(
-            filter_.position[0] - arm[0] + ahead_s * north,
-            filter_.position[1] - arm[1] + ahead_s * east,
+            filter_.position[0] + filter_.wander[0] - arm[0] + ahead_s * north,
+            filter_.position[1] + filter_.wander[1] - arm[1] + ahead_s * east,
             north,
             east,
-            wrap_pi(yaw + ahead_s * filter_.rates[2]),
-            filter_.sigmas()[0],
+            wrap_pi(yaw + filter_.heading_wander + ahead_s * filter_.rates[2]),
+            filter_.measured_sigma_m(),
         )
 
     def offset(self, lever_m: Vector) -> Offset:
@@ -198,12 +203,33 @@ class InertialSolution:
         if lag_s > _LONGEST_LAG_S:
             return Verdict.REJECT
         arm, variance = relative(lever_m, self._imu_lever_m), sigma_m * sigma_m
-        innovation = self.filter.position_innovation(north_m, east_m, arm, variance, lag_s)
+        filter_ = self.filter
+        innovation = filter_.position_innovation(north_m, east_m, arm, variance, lag_s)
+        vn, ve, _ = filter_.velocity
+        now = north_m + lag_s * vn, east_m + lag_s * ve
+        if rule is None and self._begins(innovation):
+            filter_.reset_position(*now, arm, variance, 0.0)
+            return Verdict.ACCEPT
         verdict = self._judge("position", t_s, self._position_gate, innovation, sigma_m, rule)
+        if verdict is Verdict.RESET and rule is None and self._by_wander(innovation, sigma_m):
+            filter_.expect_wander(self._wander, common=0.0)
+            filter_.fuse(filter_.position_innovation(north_m, east_m, arm, variance, lag_s))
+            return Verdict.ACCEPT
         if verdict is Verdict.RESET:
-            vn, ve, _ = self.filter.velocity
-            self.filter.reset_position(north_m + lag_s * vn, east_m + lag_s * ve, arm, variance, _RESET_SIGMA_MPS**2)
+            filter_.reset_position(*now, arm, variance, _RESET_SIGMA_MPS**2)
         return verdict
+
+    def _begins(self, innovation: Innovation) -> bool:
+        """Whether the filter has just begun, at a position that came of such measurements: then it begins at this one,
+        and knows what it is off by."""
+        begun_s, self._begun_s = self._begun_s, None
+        lately = begun_s is not None and self.t_s - begun_s < _FIRST_S
+        return lately and innovation.normalised_square <= POSITION_GATE.chi_square
+
+    def _by_wander(self, innovation: Innovation, sigma_m: float) -> bool:
+        """Whether the slow error of the receiver explains where it is now. Then the boat has not gone there."""
+        reach_m = _WANDERS * math.hypot(self._wander.sigma, sigma_m)
+        return math.hypot(innovation.y1, innovation.y2) <= reach_m
 
     def velocity(
         self,
@@ -263,9 +289,10 @@ class InertialSolution:
             self._bound_biases()
         return verdict
 
-    def add_position_variance(self, variance_m2: float) -> None:
-        """As `Solution.add_position_variance`."""
-        self.filter.inflate_position(variance_m2)
+    def expect_wander(self, wander: Wander, another: bool) -> None:
+        """The slow error of positions from now on. `another`: of another receiver."""
+        self._wander = wander
+        self.filter.expect_wander(wander, _COMMON if another else 1.0)
 
     def add_heading_variance(self, variance_rad2: float) -> None:
         """As `Solution.add_heading_variance`."""

@@ -12,6 +12,7 @@ import numpy as np
 
 from companion.nav.error_state import ErrorStateFilter, at_the_middle
 from companion.nav.lever_arms import Quaternion, Vector, rotate, rotation, turned
+from companion.nav.measured_off import MeasuredOff
 
 _AXES_RAD = 0.004  # by which the gyro's axes may be askew: a turn about one tilts the others
 _DOUBTED_SHARE = 0.3  # of the accelerometers' bias: what a filter takes for one may be a tilt, which stays in a turn
@@ -142,6 +143,7 @@ class _Kept:
     quaternion: Quaternion
     accelerometer_bias: Vector
     gyro_bias: Vector
+    measured_off: MeasuredOff
     covariance: np.ndarray[Any, np.dtype[np.float64]]
 
 
@@ -179,7 +181,8 @@ class InertialMemory:
         f = filter_
         kept.append(
             _Kept(
-                t_s, f.position, f.velocity, f.quaternion, f.accelerometer_bias, f.gyro_bias, f.covariance.copy(),
+                t_s, f.position, f.velocity, f.quaternion, f.accelerometer_bias, f.gyro_bias, f.measured_off,
+                f.covariance.copy(),
             )
         )  # fmt: skip
         if lanes and t_s - lanes[0].from_s >= _LANE_LIFE_S:
@@ -200,6 +203,7 @@ class InertialMemory:
         filter_.position, filter_.velocity = then.position, then.velocity
         filter_.quaternion, filter_.rotation = then.quaternion, rotation(then.quaternion)
         filter_.accelerometer_bias, filter_.gyro_bias = then.accelerometer_bias, then.gyro_bias
+        filter_.put_off(then.measured_off)
         filter_.carry_on([(s.force, s.rates, s.dt_s) for s in self._samples if s.t_s > then.t_s + 1e-9])
         filter_.covariance[:] = then.covariance
         passed_s = now_s - then.t_s

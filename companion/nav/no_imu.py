@@ -175,7 +175,7 @@ class PoseSolution:
         return Offset(north, east, -self._rate * east, self._rate * north)
 
     def add_position_variance(self, variance_m2: float) -> None:
-        """As `Solution.add_position_variance`."""
+        """Add to the variance of the position: it still holds the slow error of a worse fix."""
         self._sigma_m = math.hypot(self._sigma_m, math.sqrt(variance_m2))
 
     def add_heading_variance(self, variance_rad2: float) -> None:

@@ -26,7 +26,7 @@ class Motion:
 
 
 class Place(NamedTuple):
-    """Horizontal motion of the boat's origin at some moment, and one sigma of its position."""
+    """Horizontal motion of the boat's origin at some moment, as measurements have it, and one sigma of its position."""
 
     north_m: float
     east_m: float
@@ -71,16 +71,12 @@ class Solution(Protocol):
         """Take a true heading and return its verdict. `rule` as for a position."""
         ...
 
-    def add_position_variance(self, variance_m2: float) -> None:
-        """Add to the variance of the horizontal position."""
-        ...
-
     def add_heading_variance(self, variance_rad2: float) -> None:
         """Add to the variance of the heading."""
         ...
 
     def place(self, t_s: float) -> Place:
-        """Where the boat was or will be at a moment near the last measurement."""
+        """Where measurements have the boat at a moment near the last one."""
         ...
 
     def offset(self, lever_m: Vector) -> Offset:

@@ -14,7 +14,8 @@ _CARRIED_AGE_S = 1.0  # age of the velocity up to which it carries the position
 
 
 class Validity:
-    """Remembers the times (`*_s`) of what was accepted, and the slow errors that no filter averages away."""
+    """Remembers the times (`*_s`) of what was accepted, and the slow errors of measurements that the sigmas of the
+    motion do not hold: those of a filter with inertial sensors do."""
 
     def __init__(self, parameters: Parameters) -> None:
         self._parameters = parameters

@@ -21,6 +21,7 @@ from docs.generate.modes import modes
 from docs.generate.parameters import parameters
 from docs.generate.platforms import platforms
 from docs.generate.results import results
+from docs.generate.speed import growth, speed_page, speed_trend
 from docs.generate.statustexts import statustexts
 from docs.generate.theses import findings_page
 from docs.generate.vessel_file import vessel_file
@@ -50,6 +51,9 @@ PAGES: Mapping[str, Callable[[], str]] = {
     "reference/platforms.md": platforms,
     "reference/results.md": results,
     "reference/theses.md": findings_page,
+    "reference/speed.md": speed_page,
+    "reference/speed-trend.svg": speed_trend,
+    "reference/growth.svg": growth,
     "reference/energy-curve.svg": energy_curve,
     "reference/wave-curve.svg": wave_curve,
     "reference/fault-matrix.md": fault_matrix,

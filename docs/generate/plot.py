@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 WIDTH, HEIGHT, LEFT, TOP, GAP = 330, 250, 56, 44, 84  # of a panel, its place, and the room between two
-COLOURS = ("#3f51b5", "#00897b", "#8e24aa", "#ef6c00")
+COLOURS = ("#3f51b5", "#00897b", "#8e24aa", "#ef6c00", "#6d4c41", "#1e88e5")
 
 
 def round_numbers(most: float) -> list[float]:

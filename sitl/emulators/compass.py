@@ -9,6 +9,7 @@ from sitl.emulators.device import SensedWorld
 from sitl.emulators.nmea import sentence
 from sitl.lies import HeadingLies
 from sitl.memory import MemoryDevice
+from sitl.sensor_errors import current_field
 from sitl.sensors import CompassModel
 
 
@@ -19,7 +20,8 @@ class CompassEmulator:
         self.name = config.name
         self.rate_hz = min(config.rate_hz, around.step_hz)
         self._config, self._port, self._around = config, port, around
-        self._model = CompassModel(config, around.home, around.epoch_unix_ns, 1.0 / self.rate_hz, around.seed)
+        field = current_field(around.aboard, config.name, around.home, around.epoch_unix_ns, around.seed)
+        self._model = CompassModel(config, around.home, around.epoch_unix_ns, 1.0 / self.rate_hz, around.seed, field)
         self._lies = HeadingLies(around.faults, config.name, around.seed)
 
     def speak(self, t_s: float) -> None:

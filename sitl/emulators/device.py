@@ -11,6 +11,7 @@ from sitl.environment import Waves, WindModel
 from sitl.faults import Faults
 from sitl.hull import Hull
 from sitl.obstacles import Obstacles
+from sitl.sensor_errors import Aboard
 from sitl.sensors import CommonWander
 from sitl.traffic import Traffic
 
@@ -58,5 +59,6 @@ class SensedWorld:
     epoch_unix_ns: int
     step_hz: float  # no device sends more often than the world steps
     common: CommonWander | None = None  # the error that all receivers share
+    aboard: Aboard | None = None  # what disturbs them aboard; None: nothing
     traffic: Traffic = field(default_factory=Traffic)
     obstacles: Obstacles = field(default_factory=Obstacles)

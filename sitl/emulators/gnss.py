@@ -12,9 +12,10 @@ from sitl.emulators.nmea import KNOTS_PER_MPS, sentence
 from sitl.lies import GnssLies
 from sitl.memory import MemoryDevice
 from sitl.moving_base import PROCESSING_S, RelativeReceiver
+from sitl.receiver_troubles import ReceiverTroubles
 from sitl.sensors import GnssModel, GnssSample
 
-_MODES = {1: "A", 2: "D", 4: "R"}
+_MODES = {1: "A", 2: "D", 4: "R", 5: "F"}
 _GEOID_M = 40.0  # printed height of the geoid; altitudes are above mean sea level
 
 
@@ -30,21 +31,26 @@ class GnssEmulator:
         self._single = config.antennas == 1
         self._model = GnssModel(config, around.home, around.gnss, 1.0 / self.rate_hz, around.seed, around.common)
         self._lies = GnssLies(around.faults, config.name, around.home, around.seed)
+        self._troubles = ReceiverTroubles(around.faults, config.name, around.home, 1.0 / self.rate_hz, around.seed)
         self.relative = RelativeReceiver(around.seed, config.name) if config.moving_base else None
         self._date_of: tuple[int, str] = (-1, "")
 
     def speak(self, t_s: float) -> None:
         """Measure now, and send."""
         around = self._around
-        sample = self._lies.told(self._model.sample(around.hull, around.waves, around.faults.active), t_s)
+        measured = self._troubles.sent(self._model.sample(around.hull, around.waves, around.faults.active), t_s)
+        if measured is None:
+            return
+        sample = self._lies.told(measured, t_s)
         text = self.sentences(sample, t_s + self._lies.time_off_s(t_s))
-        self._port.send(text.encode("ascii"), t_s + self._latency_s)
+        arrives_s = self._troubles.arrival_s(t_s + self._latency_s)
+        self._port.send(text.encode("ascii"), arrives_s)
         if self.relative is not None:
             self.relative.hear(self._port.receive(t_s), t_s)
             antenna = self._model.antenna(around.hull, around.waves)
             has_fix = sample.position is not None
             for data in self.relative.solutions(antenna, around.epoch_unix_ns, t_s, has_fix):
-                self._port.send(data, t_s + self._latency_s + PROCESSING_S)
+                self._port.send(data, arrives_s + PROCESSING_S)
 
     def sentences(self, sample: GnssSample, t_s: float) -> str:
         """The sentences of one solution, valid at `t_s` by the receiver's clock."""

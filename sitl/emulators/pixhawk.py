@@ -15,7 +15,7 @@ from sitl.emulators.device import SensedWorld
 from sitl.lies import HeadingLies, ImuLies
 from sitl.magnetometer import MagnetometerModel
 from sitl.memory import MemoryDevice
-from sitl.sensors import ImuModel, north_of
+from sitl.sensors import ImuModel, imu_errors, north_of
 
 _SYSTEM = 42
 _FIELDS = 0x1FF  # new values: accelerations, rates and magnetic field
@@ -27,8 +27,10 @@ class PixhawkEmulator:
     def __init__(self, config: SensorConfig, port: MemoryDevice, around: SensedWorld) -> None:
         self.name = config.name
         self.rate_hz = min(config.rate_hz, around.step_hz)
-        self._model = ImuModel(config, around.home, 1.0 / self.rate_hz, around.seed)
-        self._field = MagnetometerModel(config, around.home, around.epoch_unix_ns, around.seed)
+        dt_s = 1.0 / self.rate_hz
+        errors = imu_errors(around.aboard, config.name, around.home, around.epoch_unix_ns, dt_s, around.seed)
+        self._model = ImuModel(config, around.home, dt_s, around.seed, errors)
+        self._field = MagnetometerModel(config, around.home, around.epoch_unix_ns, around.seed, around.aboard)
         self._lies, self._field_lies = (
             ImuLies(around.faults, config.name, around.seed),
             HeadingLies(around.faults, config.name, around.seed),

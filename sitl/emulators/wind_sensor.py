@@ -11,6 +11,7 @@ from sitl.emulators.nmea import sentence
 from sitl.lies import WindLies
 from sitl.memory import MemoryDevice
 from sitl.noise import stream
+from sitl.sensor_errors import distorted_wind
 
 _SPEED_MPS = 0.15
 _ANGLE_RAD = math.radians(2.0)
@@ -30,8 +31,11 @@ class WindEmulator:
         """Measure now, and send."""
         hull, wind = self._around.hull, self._around.wind
         x_mps, y_mps = ned_to_body(hull.north_mps - wind.north_mps, hull.east_mps - wind.east_mps, hull.yaw_rad)
-        speed_mps = max(0.0, math.hypot(x_mps, y_mps) + self._gauss(0.0, _SPEED_MPS))
-        angle = math.atan2(y_mps, x_mps) - self._config.heading_offset_rad + self._gauss(0.0, _ANGLE_RAD)
+        speed_mps, angle = math.hypot(x_mps, y_mps), math.atan2(y_mps, x_mps)
+        if self._around.aboard is not None:
+            speed_mps, angle = distorted_wind(self._around.aboard.errors, speed_mps, angle)
+        speed_mps = max(0.0, speed_mps + self._gauss(0.0, _SPEED_MPS))
+        angle = angle - self._config.heading_offset_rad + self._gauss(0.0, _ANGLE_RAD)
         speed_mps, angle = self._lies.told(speed_mps, angle)
         text = sentence(f"WIMWV,{math.degrees(angle) % 360.0:.1f},R,{speed_mps:.2f},M,A")
         self._port.send(text.encode("ascii"), t_s + self._config.latency_s)

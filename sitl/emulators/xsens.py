@@ -16,7 +16,7 @@ from sitl.emulators.xsens_settings import XsensSettings
 from sitl.lies import HeadingLies, ImuLies
 from sitl.magnetometer import MagnetometerModel
 from sitl.memory import MemoryDevice
-from sitl.sensors import ImuModel, north_of
+from sitl.sensors import ImuModel, imu_errors, north_of
 
 _PACKET_COUNTER = 0x1020
 _SAMPLE_TIME_FINE = 0x1060
@@ -44,7 +44,9 @@ class XsensEmulator:
     def __init__(self, config: SensorConfig, port: MemoryDevice, around: SensedWorld) -> None:
         self.name = config.name
         self.rate_hz = min(config.rate_hz, around.step_hz)
-        self.model = ImuModel(config, around.home, 1.0 / self.rate_hz, around.seed)
+        dt_s = 1.0 / self.rate_hz
+        errors = imu_errors(around.aboard, config.name, around.home, around.epoch_unix_ns, dt_s, around.seed)
+        self.model = ImuModel(config, around.home, dt_s, around.seed, errors)
         self._lies, self._field_lies = (
             ImuLies(around.faults, config.name, around.seed),
             HeadingLies(around.faults, config.name, around.seed),
@@ -55,7 +57,7 @@ class XsensEmulator:
         self._north_rad = north_of(around.home, around.epoch_unix_ns) if config.heading == "magnetic" else 0.0
         self._counter = 0
         self._magnetometer = (
-            MagnetometerModel(config, around.home, around.epoch_unix_ns, around.seed)
+            MagnetometerModel(config, around.home, around.epoch_unix_ns, around.seed, around.aboard)
             if config.heading == "ahrs"
             else None
         )

@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
+from companion.config.rough_water import ROUGH, USUAL
 from companion.config.sensors import is_inertial
 from companion.config.top_speed import top_speed_mps
 from companion.config.vessel import VesselConfig
 from sitl.leader_script import script
+from sitl.rough_water import is_rough, plant_name
 from sitl.scenarios.rig import Conditions
 
 Ability = Callable[[VesselConfig], str | None]
@@ -32,12 +34,15 @@ def outrun(config: VesselConfig, leader: str) -> str | None:
 
 
 def sailed_with(config: VesselConfig, conditions: Conditions) -> str:
-    """Receiver, compass, plant and limits of a run, for its report."""
-    plant = conditions.plant or (config.sitl.plant if config.sitl is not None else "")
+    """Receiver, compass, plant, water and limits of a run, for its report."""
+    plant = water = ""
+    if config.sitl is not None:
+        rough = is_rough(conditions.water, config.sitl)
+        plant, water = plant_name(config.sitl, conditions.plant, rough), ROUGH if rough else USUAL
     limits = config.limits
     wrench = f"{limits.surge_n:g} N ahead, {limits.sway_n:g} N sideways, {limits.yaw_nm:g} Nm"
     senses = f"receiver {conditions.gnss}, compass {_compass(config, conditions)}"
-    return f"{config.name}: {senses}, plant {plant}, limits {wrench}"
+    return f"{config.name}: {senses}, plant {plant}, {water} water, limits {wrench}"
 
 
 def _compass(config: VesselConfig, conditions: Conditions) -> str:

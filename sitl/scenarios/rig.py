@@ -102,6 +102,7 @@ class Conditions:
     wind: str | None = None
     current: str | None = None
     gnss: str = "rtk"
+    water: str | None = None  # "usual" or "rough"; None: as the vessel's file says
     waves: str | None = None  # "HS[@FROM_DEG][/TP_S]"; None: as the vessel's file says
     wave_drift: bool = True
     model_error: float = 0.0
@@ -109,7 +110,7 @@ class Conditions:
     plant_error: float = (
         0.0  # share by which a jet boat's mass, thrust, nozzle and drag are wrong, each up or down by seed
     )
-    windage_error: float = 0.0  # share by which the true wind areas differ, each up or down by seed
+    windage_error: float | None = None  # share by which the true wind areas differ, each up or down by seed
     # the controller's model: the hull of the plant of that name, or this one; None: the vessel's own
     controller_model: str | ControllerModel | None = None
     push_ned_n: tuple[float, float] = (0.0, 0.0)

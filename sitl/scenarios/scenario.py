@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from companion.config.rough_water import ROUGH, USUAL
 from companion.config.vessel import ConfigError, VesselConfig, find, load
 from sitl.environment import parse_directed
 from sitl.scenarios.boat import Ability, outrun, sailed_with
@@ -22,6 +23,8 @@ from sitl.tow import TowLeg
 
 Settings = Mapping[str, str]
 
+_OF_ALL: Settings = {"water": ""}
+
 
 class ScenarioError(Exception):
     """A scenario that cannot be run as asked: an unknown name or key, an invalid value, or a boat that cannot do it."""
@@ -29,8 +32,8 @@ class ScenarioError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Scenario:
-    """`sail` plays the ground station, and returns what `measure` needs to know. `by_vessel`: defaults for some
-    vessels.
+    """`sail` plays the ground station, and returns what `measure` needs to know. `defaults`: the settings that it has,
+    to which all scenarios' own are added; `by_vessel`: defaults for some vessels.
 
     `plot` draws into the folder, and raises ImportError without matplotlib. `tow`: legs along which the boat is towed.
     `prepare`: changes of the conditions beyond the settings that all scenarios share. `needs`: what it asks of a boat.
@@ -49,6 +52,9 @@ class Scenario:
     prepare: Callable[[Conditions, Settings], Conditions] | None = None
     needs: Sequence[Ability] = ()
     lasts_s: float = 300.0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "defaults", {**self.defaults, **_OF_ALL})
 
 
 @dataclass(frozen=True, slots=True)
@@ -190,13 +196,14 @@ def _conditions(settings: Settings) -> Conditions:
         wind=settings.get("wind") or None,
         current=settings.get("current") or None,
         gnss=settings.get("gnss", "rtk"),
+        water=_word(settings, "water", ("", USUAL, ROUGH)) or None,
         waves=_waves(settings),
         wave_drift=bool(_choice(settings, "drift", {"off": 0, "on": 1})) if "drift" in settings else True,
         model_error=number(settings, "model_error"),
         controller_model=settings.get("hull") or None,
         plant=settings.get("plant") or None,
         plant_error=number(settings, "plant_error"),
-        windage_error=number(settings, "windage_error"),
+        windage_error=number(settings, "windage_error") if settings.get("windage_error") else None,
         push_ned_n=_push(settings),
         magnetometer=_word(settings, "magnetometer", ("", "calibrated", "raw")),
         wind_sensor=bool(_choice(settings, "anemometer", {"off": 0, "on": 1})) if "anemometer" in settings else False,

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from companion.core.angles import wrap_pi
+from sitl.gusts import parse_wind
 from sitl.scenarios.boat import sideways
 from sitl.scenarios.four_corner import SETTLE_S, thrusters_of
 from sitl.scenarios.ground_station import GroundStation
@@ -19,15 +20,23 @@ from sitl.scenarios.rig import Conditions
 from sitl.scenarios.scenario import Scenario, ScenarioError, Settings, number
 from sitl.sea_state import parse_sea
 
-_FROM_RAD = math.radians(90.0)  # of a sea without a direction
+_FROM_RAD = math.radians(90.0)  # of a sea or wind without a direction
 _MEAN_S = 10.0  # motion slower than that is the controller's affair
 _LOST_LENGTHS = 1.0  # distance in boat lengths beyond which the place counts as lost
 
 
+def _from_rad(settings: Settings) -> float:
+    """Where the sea comes from; where none is set, the wind."""
+    state = parse_sea(settings["waves"])
+    if state is None:
+        found = parse_wind(settings["wind"])[1] if settings["wind"] else None
+        return _FROM_RAD if found is None else found
+    return _FROM_RAD if state.from_rad is None else state.from_rad
+
+
 def _yaw_rad(settings: Settings) -> float:
     """The heading that is held. Raises ScenarioError."""
-    state = parse_sea(settings["waves"])
-    from_rad = _FROM_RAD if state is None or state.from_rad is None else state.from_rad
+    from_rad = _from_rad(settings)
     turned = {"beam": -0.5 * math.pi, "bow": 0.0}.get(settings["heading"])
     if turned is None:
         raise ScenarioError(f"heading={settings['heading']}: beam or bow")
@@ -35,12 +44,21 @@ def _yaw_rad(settings: Settings) -> float:
 
 
 def prepare(conditions: Conditions, settings: Settings) -> Conditions:
-    """At home with the heading that is to be held, in waves of a known direction."""
-    text = settings["waves"]
-    if "@" not in text:
-        height, slash, period = text.partition("/")
-        text = f"{height}@{math.degrees(_FROM_RAD):g}{slash}{period}"
-    return replace(conditions, waves=text, start=(0.0, 0.0, _yaw_rad(settings)))
+    """At home with the heading that is to be held, in waves or wind of a known direction."""
+    from_deg = f"@{math.degrees(_from_rad(settings)):g}"
+    waves, wind = settings["waves"], settings["wind"]
+    if waves and "@" not in waves:
+        waves = from_deg.join(_parted(waves))
+    if not waves and wind and "@" not in wind:
+        wind = from_deg.join(_parted(wind))
+    start = (0.0, 0.0, _yaw_rad(settings))
+    return replace(conditions, waves=waves or None, wind=wind or None, start=start)
+
+
+def _parted(text: str) -> tuple[str, str]:
+    """What stands before and behind the place of a direction."""
+    size, slash, rest = text.partition("/")
+    return size, slash + rest
 
 
 def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:

@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 from pydantic import TypeAdapter, ValidationError
 
+from companion.config.dimensions.completion import completed
 from companion.config.vessel import VesselConfig, find, parse
 from companion.io.actuators import DRIVERS as ACTUATOR_DRIVERS
 from companion.io.sensors import DRIVERS as SENSOR_DRIVERS
@@ -60,7 +61,7 @@ def test_every_toml_block_fits(block: Block) -> None:
     data = tomllib.loads(block.text)
     if not _check_whole(block, data):
         leader = bool({"joystick", "local_links", "follower", "thrifty"} & data.keys())
-        base = tomllib.loads(find(_BASE).read_text(encoding="utf-8"))
+        base = dict(completed(tomllib.loads(find(_BASE).read_text(encoding="utf-8"))).data)
         whole = {"name": "module", "system_id": 42, "links": ["udpin:0.0.0.0:1"], "sensor": base["sensor"]}
         kind: Any = LeaderConfig if leader else VesselConfig
         try:

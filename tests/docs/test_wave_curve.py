@@ -8,8 +8,9 @@ from pathlib import Path
 
 import pytest
 
+from companion.analysis.polar import wrench_against
 from companion.config.vessel import find, load
-from docs.generate.wave_balance import FROM_BEAM, FROM_BOW, mean_drift, static_height_m
+from docs.generate.wave_balance import FROM_BEAM, FROM_BOW, mean_drift, static_height_m, static_wind_mps
 from docs.generate.wave_curve import points, vessels, wave_curve
 
 
@@ -41,13 +42,22 @@ def test_it_is_whole_with_and_without_a_table(tmp_path: Path) -> None:
     for picture in (bare, drawn):
         assert "nan" not in picture
         ET.fromstring(picture)
-    assert drawn.count("<polyline") == 4 and "mean drift up to 0.2" in drawn
+    assert drawn.count("<polyline") == 4 and "mean drift up to 0.29 m" in drawn
 
 
 def test_the_static_balance_is_where_the_drift_is_as_large_as_the_thrust() -> None:
-    """ReVolt's limit sideways is 20 N; bow on it meets far less."""
+    """ReVolt's limit sideways is what its thrusters give; bow on it meets far less drift."""
     vessel = load(find("revolt"))
     height_m = static_height_m("revolt", FROM_BEAM)
     drifts = [abs(mean_drift(vessel, f"{height_m:.4f}", FROM_BEAM, seed)[1]) for seed in range(4)]
-    assert sum(drifts) / 4 == pytest.approx(20.0, rel=0.1)
+    assert sum(drifts) / 4 == pytest.approx(vessel.limits.sway_n, rel=0.1)
     assert static_height_m("revolt", FROM_BOW) > 2.0 * height_m
+
+
+def test_rough_water_balances_where_wind_and_waves_are_as_large_as_the_thrust() -> None:
+    """With the waves that it raises, the wind that ReVolt balances is weaker than without; bow on it stands far more."""
+    vessel = load(find("revolt"))
+    beam_mps = static_wind_mps("revolt", FROM_BEAM)
+    assert abs(wrench_against(vessel, beam_mps, FROM_BEAM).sway_n) < 0.8 * vessel.limits.sway_n
+    assert abs(wrench_against(vessel, 2.0 * beam_mps, FROM_BEAM).sway_n) > vessel.limits.sway_n
+    assert static_wind_mps("revolt", FROM_BOW) > 2.0 * beam_mps

@@ -75,7 +75,7 @@ def test_retract_in_manual_and_hold_lowers_it_again(make_desk: MakeDesk, tmp_pat
     assert "Thruster bow is being retracted" in desk.texts() and "Thruster bow is retracted" in desk.texts()
     assert desk.result(SET_MODE, *HOLD) == ACCEPTED
     sail(desk, 1.0)
-    assert "Hold: bow not down, sideways at most 4 of 20 N" in desk.texts()
+    assert "Hold: bow not down, sideways at most 5 of 25 N" in desk.texts()
     assert desk.result(USER_2, RETRACT) == TEMPORARILY_REJECTED
     sail(desk, travel_s)
     assert condition(desk, BOW) is ThrusterCondition.READY and "Thruster bow is lowered" in desk.texts()

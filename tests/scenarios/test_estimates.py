@@ -86,6 +86,13 @@ def test_errors_are_no_larger_than_three_sigma(gnss: str) -> None:
             assert max(normalised(state, truth)) < 16.0, state.t_s
 
 
+def test_a_receiver_that_is_late_is_found_out_in_turns() -> None:
+    """0.3 s more than its row says; until it has been found, 0.05 m and 1.3°."""
+    late = drive(REVOLT, 1, 90.0, "rtk", ("gnss_late=0.3@1",))[700:]
+    assert np.mean([math.hypot(state.north_m - truth[0], state.east_m - truth[1]) for state, truth in late]) < 0.03
+    assert np.mean([abs(math.remainder(state.yaw_rad - truth[4], 2.0 * math.pi)) for state, truth in late]) < 0.008
+
+
 @pytest.mark.parametrize("heading", ["magnetic", "true"])
 def test_a_compass_alone_carries_the_boat(heading: str) -> None:
     """The receiver has one antenna: the inertial sensor's own yaw serves from the start, at rest and under way."""

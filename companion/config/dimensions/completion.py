@@ -68,7 +68,7 @@ def completed(data: Mapping[str, Any]) -> Completion:
     work.problems += problems
     if thrusters is None:
         work.moot.append(("limits",))
-    elif not _given(work.data.get("limits"), LIMIT_KEYS):  # a search; a boat that gives its limits starts without it
+    elif not _given(work.data.get("limits"), LIMIT_KEYS):  # a search of 30 ms
         work.fill(limit_figures(thrusters))
     if boat is not None and thrusters is not None:
         _hull(work, boat, thrusters)

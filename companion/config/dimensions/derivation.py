@@ -75,4 +75,4 @@ def top_speed_mps(hull: HullConfig, thrust_n: float) -> float:
 
 def limit_figures(thrusters: Sequence[ThrusterConfig]) -> tuple[Figure, ...]:
     """The limits of the wrench."""
-    return limits.figures(thrusters)
+    return limits.figures(tuple(thrusters))

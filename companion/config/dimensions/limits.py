@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from functools import lru_cache
 
 from companion.config.devices import ThrusterConfig
 from companion.config.dimensions.figure import Figure
@@ -53,26 +54,31 @@ def _beyond(thruster: ThrusterConfig, direction: float) -> float:
 
 
 def largest(thrusters: Sequence[ThrusterConfig], axis: int, free: Sequence[int] = ()) -> float:
-    """Largest force or moment on `axis` (0 surge, 1 sway, 2 yaw) with the others at zero but those that are `free`.
+    """Largest force or moment on `axis` (0 surge, 1 sway, 2 yaw), to its stronger side, with the others at zero but
+    those that are `free`.
 
     By duality: the least of the support function over the multipliers of the axes at zero, which is convex.
     """
     held = [other for other in range(3) if other != axis and other not in free]
     scale = 1.0 if axis == 2 else 1.0 / max(0.1, max(math.hypot(t.x_m, t.y_m) for t in thrusters))
 
-    def value(multipliers: Sequence[float]) -> float:
+    def value(side: float, multipliers: Sequence[float]) -> float:
         weights = [0.0, 0.0, 0.0]
-        weights[axis] = 1.0
+        weights[axis] = side
         for other, multiplier in zip(held, multipliers, strict=True):
             weights[other] = multiplier
         return sum(support_n(t, *weights) for t in thrusters)
 
     bounds = [20.0 * (scale if other == 2 else 1.0) * (1.0 if axis != 2 else _reach(thrusters)) for other in held]
-    if not held:
-        return value(())
-    if len(held) == 1:
-        return _least(lambda m: value((m,)), bounds[0])
-    return _least(lambda m: _least(lambda k: value((m, k)), bounds[1]), bounds[0])
+
+    def to_side(side: float) -> float:
+        if not held:
+            return value(side, ())
+        if len(held) == 1:
+            return _least(lambda m: value(side, (m,)), bounds[0])
+        return _least(lambda m: _least(lambda k: value(side, (m, k)), bounds[1]), bounds[0])
+
+    return max(to_side(1.0), to_side(-1.0))
 
 
 def _reach(thrusters: Sequence[ThrusterConfig]) -> float:
@@ -96,7 +102,8 @@ def _least(function: Callable[[float], float], bound: float) -> float:
     return min(at_a, at_b)
 
 
-def figures(thrusters: Sequence[ThrusterConfig]) -> tuple[Figure, ...]:
+@lru_cache(maxsize=64)
+def figures(thrusters: tuple[ThrusterConfig, ...]) -> tuple[Figure, ...]:
     """Limits of surge, sway and yaw. Sway is 0 for a boat that cannot push itself sideways without turning."""
     ahead_n = largest(thrusters, 0)
     sideways_n = 0.0 if any(t.kind in ("jet", "rudder") for t in thrusters) else largest(thrusters, 1)

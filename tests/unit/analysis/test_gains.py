@@ -44,7 +44,7 @@ def test_thrust_and_receiver_limit_too() -> None:
     designs = {d.name: d for d in designed(REVOLT, hull, 0.05, PARAMETERS | {"DP_SMOOTH_T": 0.0})}
     assert set(designs) == {"DP_BW_SURGE", "DP_BW_SWAY", "DP_BW_YAW", "PATH_BW_YAW"}
     assert designs["DP_BW_SWAY"].limit == "thrust"
-    assert designs["DP_BW_SWAY"].value == pytest.approx(math.sqrt(20.0 / 0.7 / hull.m22_kg), abs=0.01)
+    assert designs["DP_BW_SWAY"].value == pytest.approx(math.sqrt(REVOLT.limits.sway_n / 0.7 / hull.m22_kg), abs=0.01)
     strong = replace(REVOLT, limits=replace(REVOLT.limits, surge_n=5000.0))
     assert designed(strong, hull, 0.05, PARAMETERS | {"DP_SMOOTH_T": 0.0})[0].value == pytest.approx(0.6, abs=0.01)
     aside = replace(REVOLT, limits=replace(REVOLT.limits, sway_n=0.0))

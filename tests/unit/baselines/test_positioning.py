@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from companion.baselines.controller_choice import controller_with_baselines
 from companion.baselines.positioning import ThesisPositioning
+from companion.config.vessel import VesselConfig
 from companion.control.feedforward import FULL, OFF, PRINTED, SCALED, as_printed, feedforward
 from companion.control.model import force_for
 from companion.core.actuation import ZERO_WRENCH, Wrench
@@ -47,11 +49,26 @@ def test_the_gains_are_those_of_the_sea_trial_per_metre_and_radian() -> None:
     assert turned.yaw_nm == pytest.approx(-30 * 0.1)
 
 
+def without_saturation(config: VesselConfig) -> VesselConfig:
+    assert config.thesis_model is not None
+    return replace(config, thesis_model=replace(config.thesis_model, saturation=None))
+
+
 def test_it_integrates_without_end() -> None:
-    thesis = law()
+    thesis = ThesisPositioning(without_saturation(REVOLT), Parameters({**REVOLT.parameters, "DP_FF_KIND": 0}))
     for _ in range(5 * 600):
         wrench = thesis.update(HERE, nav_state(north_m=1.0), 0.2)
     assert wrench.surge_n == pytest.approx(-25.0 - 0.3 * 600.0, rel=1e-3)
+
+
+def test_it_asks_for_no_more_than_the_thesis_prints() -> None:
+    """±[50, 20, 32], whatever the vessel's limits are; the integral behind it goes on."""
+    far = nav_state(north_m=10.0, east_m=-10.0, yaw_rad=math.radians(-90.0))
+    assert axes(law().update(HERE, far, 0.2)) == pytest.approx((-50.0, -20.0, 32.0))
+    wound = law()
+    for _ in range(5 * 600):
+        wound.update(HERE, nav_state(north_m=1.0), 0.2)
+    assert wound.update(HERE, nav_state(north_m=-5.0), 0.2).surge_n == -50.0
 
 
 def test_it_samples_at_5_hz_in_a_loop_of_10() -> None:

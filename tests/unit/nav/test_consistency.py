@@ -28,6 +28,7 @@ def told(voyage: Voyage) -> VesselConfig:
         accuracy_floor_m=0.001,
         position_wander_m=0.0,
         velocity_accuracy_mps=voyage.velocity_sigma_mps / 0.3,  # the fixes are of carrier phase
+        velocity_lasts_s=0.0,
         heading_accuracy_rad=voyage.heading_sigma_rad,
         heading_wander_rad=0.0,
     )

@@ -22,17 +22,22 @@ from companion.nav.lever_arms import (
     rotation,
     velocity_ned,
 )
+from companion.nav.measured_off import Wander
 
 ATTITUDE = (0.3, -0.4, 2.0)
 LEVER = (-0.81, 0.3, -0.2)
 SIGMAS = [0.5] * 3 + [0.2] * 3 + [0.05] * 3 + [0.05] * 3 + [0.003] * 3
+WANDER, HEADING_WANDER = Wander(0.3, 100.0), Wander(0.02, 50.0)
+WHOLE = [*SIGMAS, WANDER.sigma, WANDER.sigma, HEADING_WANDER.sigma]
 
 
 def a_filter(attitude: Vector = ATTITUDE, noise: FilterNoise | None = None) -> ErrorStateFilter:
     made = ErrorStateFilter(9.82, noise)
+    made.expect_wander(WANDER)
+    made.expect_heading_wander(HEADING_WANDER)
     made.start((3.0, -4.0, 0.1), (0.7, -0.2, 0.05), attitude, SIGMAS)
     random = np.random.default_rng(7)
-    mix = 0.05 * random.standard_normal((SIZE, SIZE)) * np.asarray(SIGMAS)[:, None]
+    mix = 0.05 * random.standard_normal((SIZE, SIZE)) * np.asarray(WHOLE)[:, None]
     made.covariance += mix @ mix.T  # correlations, so that no term of a product can hide
     return made
 
@@ -53,6 +58,8 @@ def turned_by(made: ErrorStateFilter, error: np.ndarray) -> ErrorStateFilter:
     other.quaternion = (float(w), float(x), float(y), float(z))
     other.accelerometer_bias = tuple(np.add(made.accelerometer_bias, error[9:12]).tolist())
     other.gyro_bias = tuple(np.add(made.gyro_bias, error[12:15]).tolist())
+    other.wander = tuple(np.add(made.wander, error[15:17]).tolist())
+    other.heading_wander = made.heading_wander + float(error[17])
     other.rates = made.rates
     return other
 
@@ -61,7 +68,8 @@ def error_between(true: ErrorStateFilter, estimate: ErrorStateFilter) -> np.ndar
     turn = Rotation.from_matrix(np.reshape(true.rotation, (3, 3)) @ np.reshape(estimate.rotation, (3, 3)).T).as_rotvec()
     parts = [np.subtract(getattr(true, name), getattr(estimate, name)) for name in ("position", "velocity")]
     biases = [np.subtract(getattr(true, name), getattr(estimate, name)) for name in ("accelerometer_bias", "gyro_bias")]
-    return np.concatenate([*parts, turn, *biases])
+    wander = [*np.subtract(true.wander, estimate.wander), true.heading_wander - estimate.heading_wander]
+    return np.concatenate([*parts, turn, *biases, wander])
 
 
 def numeric(function: object, made: ErrorStateFilter) -> np.ndarray:
@@ -113,7 +121,7 @@ def test_erratum_1_heading_derivative() -> None:
     """∂ψ/∂w = [w2, −w1] / (w1² + w2²): against differences, at an attitude far from level."""
     made = a_filter()
     made.heading_innovation(0.0, 0.01)
-    expected = numeric(lambda f: np.array(math.atan2(f.rotation[3], f.rotation[0])), made)
+    expected = numeric(lambda f: np.array(math.atan2(f.rotation[3], f.rotation[0]) + f.heading_wander), made)
     assert made._single.h[0] == pytest.approx(expected, abs=1e-6)
 
 
@@ -150,7 +158,7 @@ def test_reset_jacobian_against_differences() -> None:
 def test_erratum_3_the_gyro_has_its_own_noise() -> None:
     noise = FilterNoise(accelerometer_mps2_rthz=0.1, gyro_radps_rthz=1e-3)
     made = ErrorStateFilter(9.82, noise)
-    made.start((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), [0.0] * SIZE)
+    made.start((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), [0.0] * 15)
     for _ in range(100):
         made.predict((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.01)  # no force, so tilt does not reach the velocity
     p = made.covariance
@@ -166,6 +174,7 @@ def test_erratum_4_the_covariance_is_propagated_with_every_sample() -> None:
     rates, force, dt = (0.0, 0.0, 1.5), (0.5, 0.2, -9.7), 0.01
     q = np.zeros(SIZE)
     q[3:6], q[6:9] = noise.accelerometer_mps2_rthz**2 * dt, noise.gyro_radps_rthz**2 * dt
+    q[15:17], q[17] = 2.0 * WANDER.sigma**2 * dt / 100.0, 2.0 * HEADING_WANDER.sigma**2 * dt / 50.0
     attitude = Rotation.from_euler("ZYX", ATTITUDE[::-1])
     start = attitude
     for _ in range(200):
@@ -174,6 +183,7 @@ def test_erratum_4_the_covariance_is_propagated_with_every_sample() -> None:
         a[0:3, 3:6] = np.eye(3)
         a[3:6, 6:9] = -skew(tuple((matrix @ force).tolist()))
         a[3:6, 9:12] = a[6:9, 12:15] = -matrix
+        a[15:18, 15:18] = -np.diag([0.01, 0.01, 0.02])
         f = expm(a * dt)
         expected = f @ expected @ f.T + np.diag(q)
         attitude = attitude * Rotation.from_rotvec(np.multiply(rates, dt))
@@ -195,13 +205,14 @@ def test_transition_against_differences() -> None:
         return begun
 
     base = after(turned_by(made, np.zeros(SIZE)))
-    columns = []
+    columns = []  # of the nominal state: the slow errors, which it keeps, fade in the covariance alone
     for i in range(SIZE):
         step = np.zeros(SIZE)
         step[i] = 1e-5
         columns.append(error_between(after(turned_by(made, step)), base) / 1e-5)
     made.predict(force, rates, dt)
     assert made._transition == pytest.approx(np.array(columns).T, abs=1.5e-3)
+    assert np.diag(made._transition)[15:] == pytest.approx([1.0 - 1e-4, 1.0 - 1e-4, 1.0 - 2e-4])
 
 
 def test_erratum_5_heading_innovation_is_wrapped() -> None:
@@ -215,7 +226,7 @@ def test_erratum_5_heading_innovation_is_wrapped() -> None:
 def test_erratum_5_bias_variance_is_bounded() -> None:
     """Without measurements for hours the variance of the biases approaches its steady value and no more."""
     made = ErrorStateFilter(9.82)
-    made.start((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), [0.0] * SIZE)
+    made.start((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), [0.0] * 15)
     for _ in range(1000):
         made._propagate_covariance(0.0, 0.0, -9.82, 10.0)
     sigma = np.sqrt(np.diag(made.covariance))
@@ -247,7 +258,8 @@ def test_position_rows_against_differences(lag_s: float) -> None:
     made.position_innovation(0.0, 0.0, LEVER, 0.01, lag_s)
 
     def predicted(f: ErrorStateFilter) -> np.ndarray:
-        return np.array([f.position[i] - lag_s * f.velocity[i] + rotate(f.rotation, LEVER)[i] for i in (0, 1)])
+        arm = rotate(f.rotation, LEVER)
+        return np.array([f.position[i] - lag_s * f.velocity[i] + arm[i] + f.wander[i] for i in (0, 1)])
 
     assert made._pair.h == pytest.approx(numeric(predicted, made), abs=1e-6)
 
@@ -287,7 +299,8 @@ def test_the_boat_stays_on_the_water() -> None:
     assert abs(made.position[2]) < 0.1
     assert abs(made.velocity[2]) < 0.05
     made.heading_innovation(0.0, 0.01)
-    assert made._single.h[0] == pytest.approx(np.eye(SIZE)[8], abs=1e-3)  # nothing left behind in the shared row
+    expected = np.eye(SIZE)[8] + np.eye(SIZE)[17]
+    assert made._single.h[0] == pytest.approx(expected, abs=2e-3)  # nothing left behind in the shared row
 
 
 def test_a_long_step_is_divided() -> None:
@@ -316,18 +329,39 @@ def test_preview_equals_predict_and_changes_nothing() -> None:
 
 def test_resets() -> None:
     made = a_filter()
+    made.wander, made.heading_wander = (0.2, -0.1), 0.01
     made.reset_position(10.0, 20.0, LEVER, 0.04, 0.01)
     assert made.position_innovation(10.0, 20.0, LEVER, 1.0).normalised_square == pytest.approx(0.0, abs=1e-12)
-    assert made.covariance[0, 0] == 0.04
-    assert made.covariance[0, 3] == 0.0
+    assert made.covariance[0, 0] == pytest.approx(
+        0.04 + WANDER.sigma**2, abs=0.005
+    )  # and by the attitude, over the arm
+    assert made.covariance[0, 3] == pytest.approx(0.0, abs=1e-3)
+    assert made.measured_sigma_m() == pytest.approx(0.2, abs=0.01)  # the next fix will be where this one was
     roll, pitch, _ = made.euler()
     made.reset_heading(-3.0, 0.01)
     assert made.euler() == pytest.approx((roll, pitch, -3.0))
+    assert made.heading_innovation(-3.0, 1.0).y1 == pytest.approx(0.0, abs=1e-12)
+    assert made.sigmas()[2] ** 2 == pytest.approx(0.01 + HEADING_WANDER.sigma**2)
     made.reset_velocity(1.0, 2.0, LEVER, 0.01)
     assert made.velocity_innovation(1.0, 2.0, LEVER, 1.0).normalised_square == pytest.approx(0.0, abs=1e-12)
     assert made.healthy()
     made.velocity = (math.nan, 0.0, 0.0)
     assert not made.healthy()
+
+
+def test_the_motion_moves_on_by_a_time() -> None:
+    """As a step of prediction would do, but for the covariance, which stays."""
+    made, other = a_filter((0.0, 0.0, 1.0)), a_filter((0.0, 0.0, 1.0))
+    force, rates = (0.4, -0.3, -9.82), (0.0, 0.0, 0.3)
+    made.predict(force, rates, 1e-4)
+    other.predict(force, rates, 1e-4)
+    before = made.covariance.copy()
+    made.move_on(0.02)
+    other.predict(force, rates, 0.02)
+    assert made.position[:2] == pytest.approx(other.position[:2], abs=1e-3)
+    assert made.velocity[:2] == pytest.approx(other.velocity[:2], abs=1e-3)
+    assert made.euler()[2] == pytest.approx(other.euler()[2], abs=1e-5)
+    assert (made.covariance == before).all()
 
 
 def test_quaternions_against_scipy() -> None:
@@ -337,3 +371,75 @@ def test_quaternions_against_scipy() -> None:
     assert euler_of(rotation(q)) == pytest.approx(ATTITUDE)
     product = (matrix * Rotation.from_rotvec(turn)).as_matrix()
     assert np.reshape(rotation(multiply(q, exponential(*turn))), (3, 3)) == pytest.approx(product)
+
+
+# --- slow errors ------------------------------------------------------------------------------------------------------
+
+
+def fixes(made: ErrorStateFilter, east_m: float, seconds: int) -> None:
+    """At rest, with a fix and a velocity each second."""
+    for _ in range(100 * seconds):
+        made.predict((0.0, 0.0, -9.82), (0.0, 0.0, 0.0), 0.01)
+        if _ % 100 == 99:
+            made.fuse(made.velocity_innovation(0.0, 0.0, (0.0, 0.0, 0.0), 0.05**2))
+            made.fuse(made.position_innovation(0.0, east_m, (0.0, 0.0, 0.0), 0.1**2))
+
+
+def at_rest(wander: Wander) -> ErrorStateFilter:
+    made = ErrorStateFilter(9.82)
+    made.expect_wander(wander)
+    made.start((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), [0.1] * 6 + [0.01] * 3 + [0.01] * 3 + [0.001] * 3)
+    return made
+
+
+def test_averaging_does_not_remove_a_slow_error() -> None:
+    """The sigma stays near that of the wander, the sigma of the next fix does not; without wander both go down."""
+    made, without = at_rest(Wander(0.5, 300.0)), at_rest(Wander(0.0, 300.0))
+    fixes(made, 0.0, 40)
+    fixes(without, 0.0, 40)
+    assert 0.4 < made.sigmas()[0] < 0.52
+    assert made.measured_sigma_m() < 0.1 and without.sigmas()[0] < 0.1
+
+
+def test_a_better_kind_of_fix_moves_the_boat_and_a_worse_one_does_not() -> None:
+    made = at_rest(Wander(0.5, 300.0))
+    fixes(made, 0.0, 40)
+    made.expect_wander(Wander(0.01, 100.0))
+    assert made.covariance[15, 15] == pytest.approx(0.01**2, rel=1e-3)  # what was known of the other one tells nothing
+    fixes(made, 0.6, 5)
+    assert made.position[1] == pytest.approx(0.6, abs=0.1) and 0.01 < made.sigmas()[0] < 0.1
+    made.expect_wander(Wander(1.0, 300.0))
+    fixes(made, 1.5, 5)
+    assert made.position[1] == pytest.approx(0.6, abs=0.15) and made.wander[1] == pytest.approx(0.9, abs=0.15)
+
+
+def test_a_claim_that_changes_a_little_is_the_same_wander() -> None:
+    made = at_rest(Wander(0.5, 300.0))
+    fixes(made, 0.0, 10)
+    before = made.covariance.copy()
+    made.expect_wander(Wander(0.6, 300.0))
+    assert (made.covariance == before).all()
+    made.expect_wander(Wander(0.6, 300.0), common=0.5)  # of another receiver, which shares a part
+    assert made.covariance[15, 15] == pytest.approx(0.25 * before[15, 15] + 0.36 - 0.25 * 0.36)
+    assert made.covariance[0, 15] == pytest.approx(0.5 * before[0, 15])
+
+
+def test_velocities_whose_errors_last_let_the_position_stray() -> None:
+    sigmas = []
+    for walk in (0.0, 0.1):
+        made = at_rest(Wander(0.0, 300.0))
+        made.expect_walk(walk)
+        for _ in range(1000):
+            made.predict((0.0, 0.0, -9.82), (0.0, 0.0, 0.0), 0.01)
+            made.fuse(made.velocity_innovation(0.0, 0.0, (0.0, 0.0, 0.0), 0.01**2))
+        sigmas.append(made.sigmas()[0])
+    assert sigmas[1] ** 2 - sigmas[0] ** 2 == pytest.approx(0.1**2 * 10.0, rel=0.01)
+
+
+def test_what_measurements_are_off_by_can_be_put_back() -> None:
+    made = at_rest(Wander(0.5, 300.0))
+    fixes(made, 0.3, 5)
+    then = made.measured_off
+    fixes(made, 1.0, 5)
+    made.put_off(then)
+    assert made.measured_off == then and made.wander == (then.north_m, then.east_m)

@@ -113,7 +113,7 @@ def test_a_boat_with_a_compass_alone_has_a_heading_at_rest(by: HeadingBy) -> Non
     state = estimator.update([], 60.0)
     assert state.heading_valid and state.position_valid
     assert state.yaw_rad == pytest.approx(0.7, abs=math.radians(0.2))
-    assert math.degrees(state.heading_accuracy_rad) > 2.0  # a compass's slow error does not average away
+    assert math.degrees(state.heading_accuracy_rad) > 1.8  # a compass's slow error does not average away in a minute
     assert said == ["Heading source: imu compass"]
 
 

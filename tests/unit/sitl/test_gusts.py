@@ -11,9 +11,9 @@ import pytest
 from scipy.integrate import quad
 
 from companion.config.vessel import ConfigError, VesselConfig, find, load
-from sitl.gusts import SPECTRA, Gusts, at_height, davenport, kaimal, npd, parse_wind
-from sitl.plant_error import with_windage_error
-from sitl.world import World, WorldConditions
+from sitl.gusts import SPECTRA, Gusts, at_height, at_ten_metres, davenport, kaimal, npd, parse_wind
+from sitl.plant_error import with_wrong_windage
+from sitl.world import World, WorldConditions, chosen_plant
 
 REVOLT = load(find("revolt"))
 
@@ -84,15 +84,27 @@ def test_wind_heels_to_leeward_and_turns_about_its_centre() -> None:
 
 
 def test_windage_is_wrong_by_the_share_that_was_asked() -> None:
-    sitl = REVOLT.sitl
-    assert sitl is not None
-    right = sitl.plants[sitl.plant].windage
-    ratios = set()
+    plant, ratios = chosen_plant(REVOLT, None), set()
+    right = plant.windage
     for seed in range(8):
-        wrong = with_windage_error(REVOLT, None, 0.3, seed)
-        assert wrong.sitl is not None and wrong.windage == REVOLT.windage
-        windage = wrong.sitl.plants[sitl.plant].windage
+        wrong = with_wrong_windage(plant, 0.3, seed)
+        assert replace(wrong, windage=right) == plant
+        windage = wrong.windage
         ratios.add((round(windage.frontal_m2 / right.frontal_m2, 6), round(windage.lateral_m2 / right.lateral_m2, 6)))
     assert ratios == {(a, b) for a in (0.7, 1.3) for b in (0.7, 1.3)}
     with pytest.raises(ConfigError, match="share from 0 to below 1"):
-        with_windage_error(REVOLT, None, 1.5, 0)
+        with_wrong_windage(plant, 1.5, 0)
+
+
+def test_the_world_sails_the_wrong_windage_that_was_asked_for() -> None:
+    drifted = {}
+    for error in (None, 0.5):
+        world = World(REVOLT, WorldConditions(wind="6@90", windage_error=error))
+        world.advance(5.0)
+        drifted[error] = abs(world.truth.east_m)
+    assert abs(drifted[0.5] / drifted[None] - 1.0) > 0.3
+
+
+@pytest.mark.parametrize("name", SPECTRA)
+def test_the_wind_at_ten_metres_is_found_again(name: str) -> None:
+    assert at_ten_metres(name, at_height(name, 8.0, 0.3), 0.3) == pytest.approx(8.0)

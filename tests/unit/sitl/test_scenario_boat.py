@@ -31,6 +31,10 @@ def test_the_receiver_is_that_of_the_vessel_unless_it_is_set() -> None:
     assert gnss("mission_square", "blueboat", gnss="rtk") == "rtk"
 
 
+def test_every_scenario_sails_in_either_water() -> None:
+    assert {scenario.defaults["water"] for scenario in SCENARIOS.values()} == {""}
+
+
 def test_results_of_a_scenarios_own_boats_stay() -> None:
     assert gnss("mission_square", "revolt") == "rtk" and gnss("mission_square", "rescuerunner") == "standalone"
     assert gnss("four_corner", "cybership2") == "basin" and gnss("watch_circle", "rescuerunner") == "standalone"
@@ -39,9 +43,10 @@ def test_results_of_a_scenarios_own_boats_stay() -> None:
 def test_the_report_names_receiver_compass_plant_and_limits() -> None:
     text = sailed_with(load(find("otter")), Conditions("otter", gnss="sbas"))
     assert text == (
-        "otter: receiver sbas, compass two antennas, plant fossen, limits 215.5 N ahead, 0 N sideways, 47.42 Nm"
+        "otter: receiver sbas, compass two antennas, plant fossen, usual water, limits 215.5 N ahead, 0 N sideways, 47.42 Nm"
     )
     assert "compass true, plant as_modelled" in sailed_with(load(find("blueboat")), Conditions("blueboat"))
+    assert "plant strips, rough water" in sailed_with(load(find("otter")), Conditions("otter", water="rough"))
 
 
 @pytest.mark.parametrize("name", sorted(name for name, one in SCENARIOS.items() if "leader" in one.defaults))

@@ -1,6 +1,7 @@
 """A vessel from dimensions: what is filled in, what hand-given keys keep, and what is said of what is missing."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -138,6 +139,14 @@ def test_thrust_between_and_beyond_the_voltages_of_the_table() -> None:
 def test_thrust_by_power_and_propeller_is_near_that_of_a_known_motor() -> None:
     assert motors.disc_thrust_n(390.0, 0.076) == pytest.approx(51.5, rel=0.35)  # a T200 at 16 V
     assert motors.disc_thrust_n(1100.0, 0.29) == pytest.approx(311.0, rel=0.35)  # a Travel 1103
+
+
+def test_a_limit_is_that_to_the_stronger_side() -> None:
+    """ReVolt's tunnel gives 14 N to starboard and 6 N to port: turned round, the boat is as strong to the other side."""
+    boat = load(find("revolt"))
+    turned = [replace(t, max_n=-t.min_n, min_n=-t.max_n) for t in boat.thrusters]
+    for axis in range(3):
+        assert largest(turned, axis) == pytest.approx(largest(boat.thrusters, axis)), axis
 
 
 def test_every_bundled_boat_has_limits_that_its_thrusters_can_give() -> None:

@@ -334,7 +334,7 @@ def test_without_a_position_it_cannot_push(boat: Boat, quay: Quay, action: float
     ("free_n", "reason"),
     [
         (13.0, "weather 13 N, thrust 15 N"),
-        (-17.0, "weather 17 N, thrust 20 N off the berth"),
+        (-22.0, "weather 22 N, thrust 25 N off the berth"),
     ],
 )
 def test_wind_that_takes_most_of_the_thrust(boat: Boat, quay: Quay, free_n: float, reason: str) -> None:

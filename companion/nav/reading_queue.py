@@ -1,0 +1,65 @@
+"""Readings wait until the filter comes to their time: it runs behind the present by the longest latency of the sensors
+that give them, so that a delayed measurement meets the state of its own time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from operator import attrgetter
+
+from companion.core.readings import GnssFix, GroundVelocity, Heading, HeadingBy, Imu, MagneticField, Reading
+
+_NAVIGATION = frozenset({GnssFix, GroundVelocity, Heading, Imu, MagneticField})
+_LONGEST_S = 0.5  # no sensor, however slow, holds up the filter by more: what comes later is fused by its lag
+
+
+class ReadingQueue:
+    """`add` the readings of a tick, in any order, then take those that are `due`.
+
+    Only sensors whose readings have come count, so that a slow wind sensor holds up nothing. A receiver whose values
+    are later than its row says (`late_s`) gets its readings dated back by that. Remembers the readings that are not due
+    yet, and the longest latency.
+    """
+
+    def __init__(self, latencies_s: Mapping[str, float], late_s: Callable[[str], float]) -> None:
+        """`latencies_s`: by the vessel's file; `late_s(source)`: of a receiver, beyond that."""
+        self._latencies_s, self._late_s = latencies_s, late_s
+        self._lags_s: dict[tuple[str, bool], float] = {}
+        self.lag_s = 0.0
+        self.pending: list[Reading] = []
+
+    def add(self, readings: Sequence[Reading]) -> None:
+        """Take the readings of navigation among these."""
+        arrived = [self._dated(reading) for reading in readings if type(reading) in _NAVIGATION]
+        if arrived:
+            self.pending.extend(arrived)
+            self.pending.sort(key=attrgetter("t_s"))
+
+    def due(self, now_s: float) -> list[Reading]:
+        """Take out the readings up to `now_s` less the longest latency, in order of time."""
+        horizon_s = now_s - self.lag_s
+        count = 0
+        for reading in self.pending:
+            if reading.t_s > horizon_s:
+                break
+            count += 1
+        due = self.pending[:count]
+        del self.pending[:count]
+        return due
+
+    def _dated(self, reading: Reading) -> Reading:
+        late_s = self._late_s(reading.source) if _of_receiver(reading) else 0.0
+        key = reading.source, late_s != 0.0
+        lag_s = min(max(self._latencies_s.get(reading.source, 0.0) + late_s, 0.0), _LONGEST_S)
+        if lag_s != self._lags_s.get(key):
+            self._lags_s[key] = lag_s
+            self.lag_s = max(self._lags_s.values())
+        if late_s and isinstance(reading, GnssFix | GroundVelocity | Heading):
+            return replace(reading, t_s=reading.t_s - late_s)
+        return reading
+
+
+def _of_receiver(reading: Reading) -> bool:
+    return isinstance(reading, GnssFix | GroundVelocity) or (
+        isinstance(reading, Heading) and reading.by is HeadingBy.BASELINE
+    )

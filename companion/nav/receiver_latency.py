@@ -1,0 +1,119 @@
+"""How late the values of the receiver in use are, beyond what its row says.
+
+The gyro tells it from the receiver's headings in turns (`turn_latency.py`), without the filter. What has come out twice
+is told, and goes over to the times of the readings without a jump of the estimate.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from companion.config.devices import SensorConfig
+from companion.nav.inertial import InertialSolution
+from companion.nav.turn_latency import TurnLatency
+
+_LEAST_S, _MOST_S = 0.04, 0.5  # a smaller one is left as it is; a larger one is no latency
+_SURE_S = 0.05  # one sigma: one that is known no better is left as it is
+_SIGMAS = 5.0
+_AGREES, _AGREES_SIGMAS = 0.25, 3.0  # by which it may differ the second time
+_JOIN_SPS = 0.1  # s/s, with which it goes over to the readings: a boat at 3 m/s is moved by 0.3 m/s
+
+
+@dataclass(frozen=True, slots=True)
+class LatencyFound:
+    """The values of the receiver `source` are `late_s` later than its row says; `sigma_s`: one sigma."""
+
+    source: str
+    late_s: float
+    sigma_s: float
+
+    def text(self, row: SensorConfig) -> str:
+        """For people, with what the file says."""
+        return f"{self.source} is {row.latency_s + self.late_s:.2f} s late: the file says {row.latency_s:.2f}"
+
+    def agrees(self, before: LatencyFound) -> bool:
+        """Whether it comes to the same as before."""
+        reach_s = _AGREES * abs(before.late_s) + _AGREES_SIGMAS * math.hypot(before.sigma_s, self.sigma_s)
+        return abs(self.late_s - before.late_s) <= reach_s
+
+    def joined(self, before: LatencyFound) -> LatencyFound:
+        """The mean of both, by their variances."""
+        here, there = self.sigma_s**-2, before.sigma_s**-2
+        late_s = (here * self.late_s + there * before.late_s) / (here + there)
+        return LatencyFound(self.source, late_s, (here + there) ** -0.5)
+
+
+@dataclass(slots=True)
+class _Receiver:
+    """`late_s`: what has gone over to its readings, `coming_s`: what is still to. `once`: what has been seen once."""
+
+    late_s: float = 0.0
+    coming_s: float = 0.0
+    once: LatencyFound | None = None
+
+
+class ReceiverLatency:
+    """Call `heading` for each heading of the receiver in use, and `update` once a tick. Remembers of each receiver what
+    was found, the receiver and the run of the filter that it watches, and the time."""
+
+    def __init__(self) -> None:
+        self._receivers: dict[str, _Receiver] = {}
+        self._watched = ("", -1)
+        self._t_s = 0.0
+        self._turn = TurnLatency()
+
+    def late_s(self, source: str) -> float:
+        """By how much the values of a receiver are later than its row says."""
+        receiver = self._receivers.get(source)
+        return 0.0 if receiver is None else receiver.late_s
+
+    def heading(self, inertial: InertialSolution, t_s: float, yaw_rad: float) -> None:
+        """Take a heading of the receiver in use, whether it is used or not: one that lags seems to drift in a turn."""
+        turn_radps = inertial.filter.turn_radps
+        turned_rad = inertial.odometer.turned_rad + turn_radps * (t_s - inertial.t_s)
+        self._turn.take(t_s, yaw_rad - turned_rad, turn_radps)
+
+    def update(self, inertial: InertialSolution, source: str) -> LatencyFound | None:
+        """Returns what is found anew of the receiver in use."""
+        receiver = self._receivers.setdefault(source, _Receiver())
+        self._join(inertial, receiver, self._watch(inertial, source))
+        found = self._found(source, receiver)
+        before = receiver.once
+        if found is None:
+            return None
+        self._turn.begin()
+        if before is None or not found.agrees(before):
+            receiver.once = found
+            return None
+        receiver.once, found = None, found.joined(before)
+        receiver.coming_s = found.late_s - receiver.late_s
+        return found
+
+    def _watch(self, inertial: InertialSolution, source: str) -> float:
+        """Begin anew with another receiver, or another run of the filter. Returns the time since the last update, s."""
+        t_s, watched = inertial.t_s, (source, inertial.odometer.run)
+        if watched != self._watched:
+            self._watched, self._t_s = watched, t_s
+            self._turn.begin()
+        passed_s, self._t_s = max(t_s - self._t_s, 0.0), t_s
+        return passed_s
+
+    def _found(self, source: str, receiver: _Receiver) -> LatencyFound | None:
+        latency = self._turn.latency_s()
+        if latency is None:
+            return None
+        latency_s, sigma_s = latency
+        late_s = receiver.late_s + latency_s
+        sure = sigma_s <= _SURE_S and abs(latency_s) >= max(_LEAST_S, _SIGMAS * sigma_s)
+        return LatencyFound(source, late_s, sigma_s) if sure and abs(late_s) <= _MOST_S else None
+
+    def _join(self, inertial: InertialSolution, receiver: _Receiver, passed_s: float) -> None:
+        """Let a latency go over to the readings, and move the estimate along, which has been late as they were."""
+        if receiver.coming_s == 0.0:
+            return
+        step_s = max(-_JOIN_SPS * passed_s, min(_JOIN_SPS * passed_s, receiver.coming_s))
+        receiver.late_s += step_s
+        receiver.coming_s -= step_s
+        inertial.filter.move_on(step_s)
+        self._turn.begin()

@@ -1,0 +1,67 @@
+"""Readings in order of time, taken when the slowest of them has come."""
+
+from __future__ import annotations
+
+from companion.core.readings import FixType, GnssFix, Heading, HeadingBy, Imu, Reading, Wind
+from companion.nav.reading_queue import ReadingQueue
+
+LATENCIES_S = {"imu": 0.0, "gnss": 0.1, "spare": 0.3, "wind": 2.0, "slow": 5.0}
+LATE_S: dict[str, float] = {}
+
+
+def queue() -> ReadingQueue:
+    LATE_S.clear()
+    return ReadingQueue(LATENCIES_S, lambda source: LATE_S.get(source, 0.0))
+
+
+def imu(t_s: float) -> Imu:
+    return Imu(t_s, "imu", 0.0, 0.0, -9.8, 0.0, 0.0, 0.0)
+
+
+def fix(t_s: float, source: str = "gnss") -> GnssFix:
+    return GnssFix(t_s, source, 60.0, 10.0, None, FixType.RTK_FIXED, 12, 0.8, 0.02)
+
+
+def times(readings: list[Reading]) -> list[float]:
+    return [round(reading.t_s, 6) for reading in readings]
+
+
+def test_nothing_waits_where_nothing_is_late() -> None:
+    made = queue()
+    made.add([imu(1.0), imu(0.9)])
+    assert times(made.due(1.0)) == [0.9, 1.0] and made.lag_s == 0.0
+
+
+def test_all_wait_for_the_slowest_that_comes() -> None:
+    made = queue()
+    made.add([imu(1.0), fix(0.9)])
+    assert made.lag_s == 0.1
+    assert times(made.due(1.0)) == [0.9]
+    made.add([imu(1.1)])
+    assert times(made.due(1.1)) == [1.0]
+    made.add([fix(0.75, "spare")])
+    assert made.lag_s == 0.3
+    assert times(made.due(1.2)) == [0.75] and times(made.pending) == [1.1]
+
+
+def test_a_sensor_that_gives_no_motion_holds_up_nothing() -> None:
+    made = queue()
+    made.add([imu(1.0), Wind(1.0, "wind", 3.0, 0.0)])
+    assert made.lag_s == 0.0 and times(made.due(1.0)) == [1.0]
+
+
+def test_no_sensor_holds_up_the_others_for_longer_than_half_a_second() -> None:
+    made = queue()
+    made.add([imu(1.0), fix(-4.0, "slow")])
+    assert made.lag_s == 0.5
+
+
+def test_a_receiver_that_is_later_than_its_row_says_is_dated_back() -> None:
+    made = queue()
+    LATE_S["gnss"] = 0.25
+    made.add([imu(1.0), fix(1.0), Heading(1.0, "gnss", 0.5), Heading(1.0, "gnss", 0.5, None, HeadingBy.COMPASS)])
+    assert times(made.pending) == [0.75, 0.75, 1.0, 1.0]  # a compass has a latency of its own
+    assert made.lag_s == 0.35
+    LATE_S["gnss"] = -0.25
+    made.add([fix(2.0)])
+    assert made.pending[-1].t_s == 2.25 and made.lag_s == 0.1  # that of the compass
