@@ -31,7 +31,7 @@ _GROWTH = 1.3
 _LAST_MEAN_S = 2.0  # a second mean: the yaw acceleration changes as slowly as azimuths turn
 # Shares of the limits, as parts of the share that a plan may take. Speed that is lost in a bend must be made again, and
 # costs more thrust and time than the bend itself.
-_SIDEWAYS, _TURNING = 4.0, 2.0
+_SIDEWAYS, _TURNING = 1.85, 2.0
 
 Floats = NDArray[np.float64]
 

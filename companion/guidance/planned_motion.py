@@ -28,6 +28,7 @@ _ASIDE_LAG_S = 0.2  # from a command to the force across: azimuths turn a thrust
 _LEAST_BACK_MPS = 0.3  # speed from which the way back to the track grows steeper as the boat slows down
 _FAR_M = 0.5  # cross-track error from which the bow too turns back to the track
 _CORRECTING = 0.4  # of the planned yaw rate: how fast the heading comes to the plan where the boat is off it
+_ASIDE = 0.46  # of the share of the sway limit, for the sideways speed where the bow is not along the track
 _SLOWEST_SHARE = 0.25  # of the commanded speed: no bend slows the boat below it
 _HARDER, _HARDER_MPS2 = 1.5, 0.1  # times the planned braking, and more: a boat that is too fast slows down so hard
 _SPEED_STEP_MPS = 0.05  # commanded speeds are planned in steps
@@ -90,7 +91,7 @@ class PlannedMotion:
         share, most = parameters["PATH_EFFORT"], parameters["MPC_XY_VEL_MAX"]
         steps = math.ceil(self._commanded / _SPEED_STEP_MPS - 1.0e-6)
         top = min(most, max(1, steps) * _SPEED_STEP_MPS)
-        sway = self._agility.sway_mps(share)
+        sway = self._agility.sway_mps(_ASIDE * share)
         water = nav.current_north_mps or 0.0, nav.current_east_mps or 0.0
         weather = Weather(*water, *(self._air or air_over_ground(nav) or (0.0, 0.0)))
         return PlanTerms(PlanLimits(self._agility, share, sway, _SLOWEST_SHARE * top, weather), top)
