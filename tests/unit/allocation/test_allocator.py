@@ -218,8 +218,8 @@ def test_under_way_thrusters_on_the_wrong_side_push_while_they_turn_round() -> N
     settle(a, Wrench(0.0, -120.0, 0.0), 40)
     turned = [abs(t.azimuth_rad or 0.0) for t in a.update(Wrench(0.0, -120.0, 0.0), DT_S).thrusters]
     assert min(turned) > math.radians(70.0)
-    pushes = [a.update(Wrench(40.0, 120.0, 0.0), DT_S, 1.0, planned=True).achieved.sway_n for _ in range(30)]
-    assert sum(pushes[:10]) / 10 > 60.0
+    pushes = [a.update(Wrench(40.0, 120.0, 0.0), DT_S, 1.0, planned=True).achieved.sway_n for _ in range(40)]
+    assert sum(pushes[:10]) / 10 > 45.0
     assert pushes[-1] == pytest.approx(120.0, abs=15.0)
 
 
