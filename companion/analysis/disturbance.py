@@ -11,6 +11,7 @@ greatest likelihood for the residual itself.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,8 +27,8 @@ _START = (
     0.7,
     0.3,
 )  # start of the search: fields of `Disturbance` in smallest velocities (per second), and times
-_DOUBT = (1.5, 0.4, 1.0, 0.5, 1.0)  # one sigma of the prior of the logarithms
-_LOW, _HIGH = (1e-3, 3.0, 1e-3, 0.1, 1e-3), (1e4, 300.0, 1e3, 5.0, 1e3)
+_DOUBT = (1.5, 1.0, 1.0, 0.5, 1.0)  # one sigma of the prior of the logarithms
+_LOW, _HIGH = (1e-3, 0.5, 1e-3, 0.1, 1e-3), (1e4, 300.0, 1e3, 5.0, 1e3)
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,18 +60,49 @@ class Whitener:
         self.variance = float(spectrum[3] / (self._poles @ self._poles))
 
     def __call__(self, residual: Array, stretches: Stretches) -> Array:
-        """Innovations in sigmas, (n,), of velocities (n,) in m/s or rad/s; zero outside the stretches.
+        """Innovations in sigmas of velocities in m/s or rad/s, (n,) or columns (n, any); zero outside the stretches.
 
         A constant in a stretch has no effect, since the velocity at its start is not known.
         """
         from scipy.signal import lfilter
 
-        out = np.zeros_like(residual)
+        columns = residual.reshape(len(residual), -1)
+        out = np.zeros_like(columns)
         for first, end in stretches:
-            both = np.stack([residual[first:end] - residual[first], np.ones(end - first)])
-            part, constant = lfilter(self._zeros, self._poles, both, axis=1)
-            out[first:end] = part - constant * (constant @ part) / (constant @ constant)
-        return out / math.sqrt(self.variance)
+            part = lfilter(self._zeros, self._poles, columns[first:end] - columns[first], axis=0)
+            constant = lfilter(self._zeros, self._poles, np.ones(end - first))
+            out[first:end] = part - np.outer(constant, constant @ part / (constant @ constant))
+        return np.asarray(out.reshape(residual.shape) / math.sqrt(self.variance), dtype=np.float64)
+
+
+class Noise:
+    """The disturbances of several axes, whose innovations are correlated: a gust pushes a boat aside and turns it.
+    Without that the fit would explain it by a hull whose sway and yaw are coupled."""
+
+    def __init__(
+        self, axes: Sequence[Disturbance], period_s: float, stretches: Stretches, residual: Array | None = None
+    ) -> None:
+        """`residual`: (n, axes), of which the correlation is; None: none."""
+        self.axes = tuple(axes)
+        self._whiteners = [Whitener(one, period_s) for one in axes]
+        self._stretches = stretches
+        self._unmix = np.eye(len(self.axes))
+        if residual is not None:
+            seen = self(residual)
+            self._unmix = np.linalg.inv(np.linalg.cholesky(seen.T @ seen / len(seen))).T
+
+    @property
+    def log_size(self) -> float:
+        """Logarithm of the determinant of the innovations' covariance, for all samples."""
+        count = sum(end - first for first, end in self._stretches)
+        own = sum(math.log(whitener.variance) for whitener in self._whiteners)
+        return count * (own - 2.0 * float(np.linalg.slogdet(self._unmix)[1]))
+
+    def __call__(self, residual: Array) -> Array:
+        """Innovations without correlation, of size one, of residuals (n, axes) or (n, axes, any)."""
+        axes = [whitener(residual[:, i], self._stretches) for i, whitener in enumerate(self._whiteners)]
+        mixed = [sum(axis * share for axis, share in zip(axes, shares, strict=True)) for shares in self._unmix.T]
+        return np.asarray(np.stack(mixed, axis=1), dtype=np.float64)
 
 
 def most_likely(

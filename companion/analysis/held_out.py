@@ -16,7 +16,7 @@ from companion.analysis.trial_log import Ran
 
 _WINDOW_S = 10.0
 _SHARE = 0.25  # of the log that is held out where no trial says which part
-AROUND = ("current_", "wind_", "north_n", "east_n", "heading_", "antenna_")
+AROUND = ("current_", "wind_", "north_n", "east_n", "aside_", "twist_", "heading_", "antenna_")
 """Beginnings of quantities that are no property of the hull."""
 HELD_OUT = ("zig-zag 20/20", "turning circle port", "spin 80%", "surge +60% coast", "sway 90%")
 """Manoeuvres that are not fitted to: each motion is in another one, too."""

@@ -78,17 +78,14 @@ def advice(model: HullModel, found: HullFit) -> list[str]:
     by_name = {estimate.name: estimate for estimate in found.estimates}
     for axis, ((name, _), drag) in enumerate(zip(_AXES, found.drags, strict=True)):
         if not drag.determined:
-            lines.append(f"{name} damping is not determined by this log and keeps its value: {_ADVICE[axis]}")
+            lines.append(f"{name} damping is hardly determined by this log: {_ADVICE[axis]}")
         elif drag.sigma > _ENOUGH * abs(drag.force):
             lines.append(f"{name} damping is uncertain by {drag.sigma / abs(drag.force):.0%}: {_ADVICE[axis]}")
         elif by_name[INERTIA[axis]].held and by_name[INERTIA[axis]].held != "as asked":
-            lines.append(
-                f"{INERTIA[axis]} is not determined by this log and keeps its value: "
-                f"{_ADVICE[axis]}, and change it quickly"
-            )
+            lines.append(f"{INERTIA[axis]} is hardly determined by this log: {_ADVICE[axis]}, and change it quickly")
     for group in model.groups:
         if by_name[f"x_m {group.name}"].held not in ("", "as asked"):
-            lines.append(f"where {group.name} push is not determined by this log: go sideways and turn with them")
+            lines.append(f"where {group.name} push is hardly determined by this log: go sideways and turn with them")
     return lines
 
 
@@ -101,7 +98,7 @@ def report(found: HullFit, manoeuvre: Manoeuvre) -> str:
         f"{'':34}{'identified':>12}{'±':>10}{'model':>12}",
     ]
     for e in found.estimates:
-        doubt = "held" if e.sigma is None else f"{e.sigma:.3g}"
+        doubt = "-" if e.sigma is None else f"{e.sigma:.3g}"
         lines.append(f"{e.name:34}{e.value:12.4g}{doubt:>10}{e.model:12.4g}  {e.held}".rstrip())
     lines += [
         _drag_line(name, unit, axis, drag)
@@ -150,7 +147,7 @@ def toml_lines(log: Log, found: HullFit) -> str:
 def _line(name: str, value: float, estimate: Estimate | None) -> str:
     text = f"{name} = {value:.2f}"
     if estimate is None or estimate.sigma is None:
-        return f"{text:24}# as it was: {estimate.held if estimate is not None and estimate.held else 'not identified'}"
+        return f"{text:24}# {'as it was: not identified' if estimate is None else estimate.held}"
     return f"{text:24}# ± {estimate.sigma:.2g}"
 
 

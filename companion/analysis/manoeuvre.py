@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from companion.allocation.rudder_curve import RudderCurve
+from companion.analysis.band import wave_period_s
+from companion.analysis.blade import Blade, blade_of
 from companion.analysis.log_reader import Log, LogError, read_table
 from companion.config.devices import ThrusterConfig
 from companion.core.readings import Wind
@@ -34,7 +35,7 @@ class Group:
     members: tuple[int, ...]
     x_m: float
     max_n: float
-    blade: RudderCurve | None = None  # of a propeller with a rudder, whose place `x_m` then is
+    blade: Blade | None = None  # of a propeller with a rudder, whose place `x_m` then is
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +44,8 @@ class Manoeuvre:
 
     `velocity`: (n, 3) surge, sway, yaw rate. `force_n`, (n, thrusters): commanded until the next tick; `azimuth_rad`,
     (n, thrusters): its mean until then. `stretches`: (first, end) of rows without a gap. `wind_mps`, (n, 2): the air's
-    velocity towards north and east over ground, None without a wind sensor.
+    velocity towards north and east over ground, None without a wind sensor. `wave_s`: period of the waves that were
+    met, None without.
     """
 
     t_s: Array
@@ -54,6 +56,7 @@ class Manoeuvre:
     stretches: tuple[tuple[int, int], ...]
     period_s: float
     wind_mps: Array | None = None
+    wave_s: float | None = None
 
 
 def groups_of(thrusters: tuple[ThrusterConfig, ...], apart: bool = False) -> tuple[Group, ...]:
@@ -69,7 +72,7 @@ def groups_of(thrusters: tuple[ThrusterConfig, ...], apart: bool = False) -> tup
             tuple(members),
             x_m if (rudder := thrusters[members[0]].rudder) is None else rudder.x_m,
             sum(thrusters[i].max_n for i in members),
-            None if rudder is None else RudderCurve(thrusters[members[0]]),
+            blade_of(thrusters[members[0]]),
         )
         for (x_m, *_), members in found.items()
     ]
@@ -111,6 +114,7 @@ def read_manoeuvre(log: Log, warnings: list[str], from_s: float = 0.0, to_s: flo
         stretches=stretches,
         period_s=period_s,
         wind_mps=measured_wind(log, warnings, t_s[use], yaw_rad, velocity),
+        wave_s=wave_period_s(velocity, stretches, period_s),
     )
 
 
@@ -192,28 +196,16 @@ def lagged(manoeuvre: Manoeuvre, lag_s: float) -> Array:
 
 
 def group_wrenches(
-    manoeuvre: Manoeuvre, log: Log, groups: tuple[Group, ...], lag_s: float, surge_mps: Array | None = None
+    manoeuvre: Manoeuvre, log: Log, groups: tuple[Group, ...], lag_s: float
 ) -> list[tuple[Array, Array, Array]]:
-    """(surge_n, sway_n, yaw_nm about the group's own place on the centre line) of each group. `surge_mps`: speed
-    through the water, for a rudder; None: that over ground."""
+    """(surge_n, sway_n, yaw_nm about the group's own place on the centre line) of each group; of a propeller with a
+    rudder without its blade."""
     force = lagged(manoeuvre, lag_s)
     ahead, aside = force * np.cos(manoeuvre.azimuth_rad), force * np.sin(manoeuvre.azimuth_rad)
     y_m: Any = np.array([thruster.y_m for thruster in log.config.thrusters])
     wrenches = []
     for group in groups:
         i = list(group.members)
-        if group.blade is not None:  # a vessel's only thruster
-            wrenches.append(_behind_propeller(group.blade, manoeuvre, force[:, i[0]], surge_mps))
-            continue
-        wrenches.append((ahead[:, i].sum(axis=1), aside[:, i].sum(axis=1), -(ahead[:, i] * y_m[i]).sum(axis=1)))
+        x, y = (force, np.zeros_like(force)) if group.blade is not None else (ahead, aside)
+        wrenches.append((x[:, i].sum(axis=1), y[:, i].sum(axis=1), -(x[:, i] * y_m[i]).sum(axis=1)))
     return wrenches
-
-
-def _behind_propeller(
-    blade: RudderCurve, manoeuvre: Manoeuvre, thrust_n: Array, surge_mps: Array | None
-) -> tuple[Array, Array, Array]:
-    """The wrench of a propeller with a rudder about the blade's own place."""
-    speed = manoeuvre.velocity[:, 0] if surge_mps is None else surge_mps
-    rows = zip(thrust_n.tolist(), manoeuvre.azimuth_rad[:, 0].tolist(), speed.tolist(), strict=True)
-    forces = np.array([blade.force_n(thrust, angle, ahead) for thrust, angle, ahead in rows])
-    return forces[:, 0], forces[:, 1], np.zeros(len(forces))

@@ -14,9 +14,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from companion.analysis.disturbance import Whitener, most_likely
-from companion.analysis.hull_fit import SMALLEST, HullFit
+from companion.analysis.disturbance import Noise, most_likely
+from companion.analysis.hull_fit import HullFit
 from companion.analysis.hull_model import ANTENNA, HEADING, HullModel
+from companion.analysis.hull_search import SMALLEST
 from companion.analysis.log_reader import Log, read_table
 from companion.analysis.manoeuvre import Array, Manoeuvre
 from companion.analysis.trial_log import Ran
@@ -135,11 +136,11 @@ class _Evidence:
         self._model = model
         self._values = {estimate.name: estimate.value for estimate in found.estimates}
         self._names = [estimate.name for estimate in found.estimates if estimate.sigma is not None]
-        manoeuvre = model.manoeuvre
-        left = model.imbalance(self._values)
-        noise = [most_likely(left[:, k], manoeuvre.stretches, manoeuvre.period_s, SMALLEST[k]) for k in range(3)]
-        self._whiteners = [Whitener(one, manoeuvre.period_s) for one in noise]
-        self._throttle = _throttles(model.log, manoeuvre.t_s)
+        band = model.band
+        left = band.sampled(model.imbalance(self._values))
+        axes = [most_likely(left[:, k], band.stretches, band.period_s, SMALLEST[k]) for k in range(3)]
+        self._noise = Noise(axes, band.period_s, band.stretches, left)
+        self._throttle = _throttles(model.log, model.manoeuvre.t_s)
         doubts = np.array([model.doubt(name) for name in self._names])
         here = self.residuals()
         step = 1e-3
@@ -157,7 +158,7 @@ class _Evidence:
         force_n = np.where(np.abs(self._throttle) < band, 0.0, manoeuvre.force_n)
         model = HullModel(self._model.log, replace(manoeuvre, force_n=force_n), mounting=True)
         left = model.imbalance({**self._values, **(changed or {})})
-        return np.concatenate([one(left[:, k], manoeuvre.stretches) for k, one in enumerate(self._whiteners)])
+        return np.asarray(self._noise(self._model.band.sampled(left)).ravel(), dtype=np.float64)
 
     def squares(self, band: float) -> float:
         """The least sum of squares with that dead band."""

@@ -12,7 +12,7 @@ import numpy as np
 from companion.analysis.gains import NEEDED, Design, designed
 from companion.analysis.held_out import Prediction, prediction, split
 from companion.analysis.hull_fit import HullFit, fit
-from companion.analysis.hull_model import HEADING, HullModel
+from companion.analysis.hull_model import COUPLING, HEADING, INERTIA, HullModel
 from companion.analysis.identify import advice, plot, report
 from companion.analysis.log_reader import Log, LogError, parameters_of
 from companion.analysis.manoeuvre import Manoeuvre, read_manoeuvre
@@ -21,6 +21,7 @@ from companion.analysis.trial_log import Ran, manoeuvres
 from companion.config.devices import SensorConfig
 from companion.config.hull import DampingConfig, WindageConfig
 from companion.config.overlay import free_place
+from companion.config.rudder import RudderConfig
 from companion.core.progress import Told, part, tell_nobody
 
 _NINETY_FIVE = 1.96  # sigmas of a 95 % interval
@@ -139,17 +140,18 @@ def _overlay(found: TrialIdentification) -> str:
         return "\n".join([*lines, *_parameters(found)]) + "\n"
     sigmas = {estimate.name: estimate.sigma for estimate in fitted.estimates}
     lines += ["", "[hull]"]
-    lines += [_row(name, found.values[name], sigmas[name]) for name in ("m11_kg", "m22_kg", "m33_kgm2")]
+    lines += [_row(name, getattr(fitted.hull, name), sigmas[name]) for name in (*INERTIA, COUPLING)]
+    lines += [_row("m32_kgm", fitted.hull.m32_kgm, sigmas[COUPLING])] if fitted.hull.m32_kgm is not None else []
     lines += ["[hull.damping]"]
-    lines += [_row(name, found.values[name], sigmas[name]) for name in DampingConfig.__slots__ if name in sigmas]
+    terms = [name for name in DampingConfig.__slots__ if name in sigmas]
+    lines += [_row(name, getattr(fitted.hull.damping, name), sigmas[name]) for name in terms]
     lines += _windage(config.windage, found.values, sigmas)
     lines += _limits(found)
     for before, after in zip(config.thrusters, fitted.thrusters, strict=True):
         lines += ["", "[[thruster]]", f'name = "{before.name}"']
         lines += [f"{name} = {getattr(after, name):.4g}" for name in ("x_m", "max_n", "min_n", "ahead_n", "astern_n")]
         if before.rudder is not None and after.rudder is not None:
-            blade = after.rudder
-            lines.append(f"rudder = {{ x_m = {blade.x_m:.4g}, lift_scale = {blade.lift_scale:.4g} }}")
+            lines.append(f"rudder = {{ {_blade(after.rudder)} }}")
         lines += [
             f"dead_band = {check.value:.3f}" for check in found.checks if check.name == DEAD_BAND and check.differs
         ]
@@ -163,8 +165,13 @@ def _parameters(found: TrialIdentification) -> list[str]:
     return ["", "[parameters]", *(f"{design.name} = {design.value:g}" for design in found.designs)]
 
 
-def _row(name: str, value: float, sigma: float | None) -> str:
-    doubt = "as it was" if sigma is None else f"± {_NINETY_FIVE * sigma:.2g}"
+def _blade(rudder: RudderConfig) -> str:
+    """What the fit finds of a rudder."""
+    return ", ".join(f"{name} = {getattr(rudder, name):.4g}" for name in ("x_m", "lift_scale", "race_gain"))
+
+
+def _row(name: str, value: float, sigma: float | None, without: str = "the log says little") -> str:
+    doubt = without if sigma is None else f"± {_NINETY_FIVE * sigma:.2g}"
     return f"{f'{name} = {value:.5g}':28}# {doubt}"
 
 
@@ -172,7 +179,7 @@ def _windage(windage: WindageConfig, values: Mapping[str, float], sigmas: Mappin
     """The areas: as a wind sensor has told, else as they were, since an overlay accepted before gives way to this."""
     areas = ("frontal_m2", "lateral_m2")
     if any(name not in values for name in _WIND_SCALES):
-        kept = [_row(area, getattr(windage, area), None) for area in areas if getattr(windage, area) > 0.0]
+        kept = [_row(area, getattr(windage, area), None, "as it was") for area in areas if getattr(windage, area) > 0.0]
         return ["", "[windage]", *kept] if kept else []
     rows = [
         _row(area, size * values[scale], None if sigmas[scale] is None else size * (sigmas[scale] or 0.0))

@@ -87,9 +87,9 @@ def write_report(found: TrialIdentification, out: Path, kept: Sequence[Keeping] 
 def _changes(found: TrialIdentification) -> list[str]:
     rows = []
     for e in found.fit.estimates:
-        if e.name.startswith(("current", "wind_north", "wind_east", "north_n", "east_n")):
+        if e.name.startswith(("current", "wind_north", "wind_east", "north_n", "east_n", "aside_", "twist_")):
             continue
-        doubt = e.held or "as it was" if e.sigma is None else f"± {1.96 * e.sigma:.2g}"
+        doubt = e.held if e.sigma is None else f"± {1.96 * e.sigma:.2g}"
         rows.append((e.name, f"{e.model:.4g}", f"{e.value:.4g}", doubt))
     parts = [_table(("quantity", "before", "now", "95 % interval"), rows)]
     if (p := found.prediction) is not None:

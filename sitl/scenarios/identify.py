@@ -125,8 +125,8 @@ def _damping(hull: HullConfig, u: float, v: float, r: float) -> tuple[float, flo
     d, au, av, ar = hull.damping, abs(u), abs(v), abs(r)
     return (
         u * (d.x_u + d.x_uu * au + d.x_uuu * au * au),
-        v * (d.y_v + d.y_vv * av + d.y_rv * ar) + r * (d.y_r + d.y_vr * av + d.y_rr * ar),
-        v * (d.n_v + d.n_vv * av + d.n_rv * ar) + r * (d.n_r + d.n_vr * av + d.n_rr * ar),
+        v * (d.y_v + d.y_vv * av + d.y_rv * ar + d.y_uv * au) + r * (d.y_r + d.y_vr * av + d.y_rr * ar),
+        v * (d.n_v + d.n_vv * av + d.n_rv * ar + d.n_uv * au) + r * (d.n_r + d.n_vr * av + d.n_rr * ar + d.n_ur * au),
     )
 
 

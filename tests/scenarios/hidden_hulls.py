@@ -12,33 +12,30 @@ import argparse
 import math
 import threading
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
 
-from companion.allocation.rudder_curve import RudderCurve
+from companion.analysis.blade import with_fins
 from companion.analysis.gains import NEEDED, designed
 from companion.analysis.held_out import AROUND, split
-from companion.analysis.hull_model import INERTIA, LIFT, HullModel
-from companion.analysis.log_reader import open_log, parameters_of
+from companion.analysis.hull_model import COUPLING, INERTIA, HullModel
+from companion.analysis.log_reader import Log, open_log, parameters_of
+from companion.analysis.manoeuvre import Manoeuvre
 from companion.analysis.trial_identify import TrialIdentification, identify_trial
 from companion.cli.rig import LockstepRig
 from companion.cli.trial_results import FileTrials, finding, identified
-from companion.config.devices import ThrusterConfig
-from companion.config.dimensions.form import WATER_KGPM3
-from companion.config.hull import HullConfig
 from companion.config.overlay import overlay_name, set_accepted
-from companion.config.top_speed import top_speed_mps
 from companion.config.vessel import VesselConfig, load
 from companion.core.trial_results import TrialFinding
 from companion.modes.trial.expectation import expected
 from sitl.hidden_hull import HiddenHull, hidden_hull
-from sitl.rudder import STRAIGHTENED
 from sitl.scenarios import mission_square
 from sitl.scenarios.ground_station import GroundStation, GroundStationTimeout
 from sitl.scenarios.measure import between, distance_to, read_truth, rms
 from sitl.scenarios.rig import Conditions
+from tests.scenarios.hidden_truth import truth_of
 
 PARTS = ("typed", "trial", "after")
 MANUAL, HOLD, RTL = 0x00010000, 0x03040000, 0x05040000
@@ -75,10 +72,11 @@ class Kept:
 
 @dataclass(frozen=True, slots=True)
 class Weather:
-    """`wind`: as a scenario takes it; `current_share`: of the boat's top speed."""
+    """`wind`, `waves`: as a scenario takes them; `current_share`: of the boat's top speed."""
 
     wind: str = WIND
     current_share: float = CURRENT_SHARE
+    waves: str = ""
 
 
 USUAL = Weather()
@@ -97,6 +95,7 @@ def rig_of(
         seed=boat.seed,
         wind=weather.wind,
         current=f"{current:.2f}",
+        waves=weather.waves,
         gnss=boat.known.sitl.gnss,
     )
     return LockstepRig(conditions, folder)
@@ -256,7 +255,7 @@ def true_overlay(boat: HiddenHull, parameters: Mapping[str, float]) -> str:
     assert real.sitl is not None
     lag_s = real.sitl.plants[real.sitl.plant].thruster_lag_s
     lines = ["[trial]", "accepted = false", "[hull]"]
-    lines += [f"{name} = {getattr(hull, name)!r}" for name in ("m11_kg", "m22_kg", "m33_kgm2")]
+    lines += [f"{name} = {getattr(hull, name)!r}" for name in (*INERTIA, COUPLING)]
     lines += ["[hull.damping]", *(f"{name} = {value!r}" for name, value in asdict(hull.damping).items())]
     lines += ["[windage]", f"frontal_m2 = {real.windage.frontal_m2!r}", f"lateral_m2 = {real.windage.lateral_m2!r}"]
     lines += ["[limits]", *(f"{name} = {getattr(real.limits, name)!r}" for name in ("surge_n", "sway_n", "yaw_nm"))]
@@ -271,27 +270,12 @@ def true_overlay(boat: HiddenHull, parameters: Mapping[str, float]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def model_errors(boat: HiddenHull, identified: TrialIdentification) -> tuple[float, float]:
+def model_errors(boat: HiddenHull, log: Log, held_out: Manoeuvre, found: Mapping[str, float]) -> tuple[float, float]:
     """(as typed, as found): difference of the velocities that each model and the true one predict for the manoeuvres
     that were held out, over the size of the motion. Unlike the error against the log it has no gusts in it."""
-    log, real = identified.log, boat.real
-    assert real.sitl is not None
-    _, held_out = split(identified.manoeuvre, identified.ran)
     typed = HullModel(log, held_out, mounting=True)
-    around = {name: value for name, value in identified.values.items() if name.startswith(AROUND)}
-    groups = {
-        name: value
-        for group in typed.groups
-        for name, value in (
-            (f"x_m {group.name}", _arm_m(real.thrusters[group.members[0]])),
-            (f"scale {group.name}", _strength(boat, group.members)),
-        )
-    }
-    blades = [t.rudder.lift_scale * (t.rudder.race_gain / 0.6) ** 2 for t in real.thrusters if t.rudder is not None]
-    groups |= {LIFT: blades[0]} if blades else {}
-    hull = {name: getattr(real.hull, name) for name in INERTIA} | asdict(with_fins(real).damping)
-    true = {name: {**hull, **groups}.get(name, value) for name, value in typed.model.items()}
-    true["lag_s"] = real.sitl.plants[real.sitl.plant].thruster_lag_s
+    around = {name: value for name, value in found.items() if name.startswith(AROUND)}
+    true = {**typed.model, **truth_of(boat, typed)}
     rows = np.concatenate([np.arange(a, b) for a, b in held_out.stretches])
     size = np.sqrt((held_out.velocity[rows] ** 2).mean(axis=0))
     ours = typed.simulate({**true, **around})[rows]
@@ -300,38 +284,7 @@ def model_errors(boat: HiddenHull, identified: TrialIdentification) -> tuple[flo
         wrong = typed.simulate({**values, **around})[rows] - ours
         return float(np.sqrt(((np.sqrt((wrong**2).mean(axis=0)) / size) ** 2).mean()))
 
-    return error(typed.model), error(identified.values)
-
-
-def with_fins(real: VesselConfig) -> HullConfig:
-    """The hull with what the blades of its rudders add to its damping: a blade that drifts is a fin.
-
-    Its side force is −C u (v + x r) at small angles, C = ½ ρ A ∂C_L/∂δ γ U/u (MMG, as in `sitl.rudder`), with γ the share
-    of the drift that it sees, and U/u of a steady run at the top speed. The hull has no term for u r in its sway.
-    """
-    damping, top_mps = real.hull.damping, top_speed_mps(real)
-    for thruster in real.thrusters:
-        if (rudder := thruster.rudder) is not None:
-            speed_mps = math.sqrt(RudderCurve(thruster).inflow(real.limits.surge_n, top_mps))
-            fin = 0.5 * WATER_KGPM3 * rudder.area_m2 * rudder.lift_scale * rudder.slope * STRAIGHTENED
-            fin *= speed_mps / top_mps
-            damping = replace(
-                damping,
-                y_uv=damping.y_uv + fin,
-                n_uv=damping.n_uv + fin * rudder.x_m,
-                n_ur=damping.n_ur + fin * rudder.x_m**2,
-            )
-    return replace(real.hull, damping=damping)
-
-
-def _arm_m(thruster: ThrusterConfig) -> float:
-    """Where the thruster pushes sideways: at its rudder, if it has one."""
-    return thruster.x_m if thruster.rudder is None else thruster.rudder.x_m
-
-
-def _strength(boat: HiddenHull, members: Sequence[int]) -> float:
-    """Thrust in truth over that in the file."""
-    return sum(boat.real.thrusters[i].ahead_n / boat.known.thrusters[i].ahead_n for i in members) / len(members)
+    return error(typed.model), error(found)
 
 
 # --- one seed ------------------------------------------------------------------------------------------------------
@@ -405,7 +358,8 @@ def sail_seed(seed: int, folder: Path, only: Sequence[str] = PARTS, weather: Wea
         operator = Operator(boat, folder / "found")
         trial = sail_trial(boat, boat.real, folder / "trial", LONGEST_S, weather, operator)
         result = operator.identified or identify_trial(open_log(folder / "trial"))
-        errors = model_errors(boat, result)
+        _, held_out = split(result.manoeuvre, result.ran)
+        errors = model_errors(boat, result.log, held_out, result.values)
     if result is not None and "after" in only:
         parameters = parameters_of(result.log, [])
         after = sail_all(boat, load(operator.file), folder / "after", weather)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.linalg import solve_discrete_are
 
-from companion.analysis.disturbance import Array, Disturbance, Whitener, most_likely
+from companion.analysis.disturbance import Array, Disturbance, Noise, Whitener, most_likely
 
 PERIOD_S = 0.1
 GUSTY = Disturbance(gust=0.004, gust_s=10.0, slow=0.003, slow_s=0.7, white=0.001)
@@ -73,3 +73,16 @@ def test_a_constant_velocity_tells_nothing() -> None:
     left = drawn(GUSTY, 500, 7)
     whitener = Whitener(GUSTY, PERIOD_S)
     assert whitener(left + 3.0, ((0, 500),)) == pytest.approx(whitener(left, ((0, 500),)), abs=1e-6)
+
+
+def test_gusts_that_push_aside_and_turn_at_once_are_counted_once() -> None:
+    both = drawn(GUSTY, 4000, 8)
+    left = np.stack([drawn(GUSTY, 4000, 9), both, 0.8 * both + 0.6 * drawn(GUSTY, 4000, 10)], axis=1)
+    stretches = ((0, 4000),)
+    noise = Noise([GUSTY] * 3, PERIOD_S, stretches, left)
+    white = noise(left)
+    assert white.T @ white / 4000 == pytest.approx(np.eye(3), abs=0.01)
+    apart = Noise([GUSTY] * 3, PERIOD_S, stretches)
+    assert noise.log_size < apart.log_size - 1000.0  # correlation makes the residuals likelier
+    columns = np.stack([left, 2.0 * left], axis=2)
+    assert noise(columns)[:, :, 1] == pytest.approx(2.0 * white)
