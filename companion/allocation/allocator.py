@@ -224,7 +224,8 @@ class Allocator(_AllocatorBase):
 
     def _keep_ahead(self, i: int, t: Thruster, ideal: tuple[float, float], dt_s: float) -> None:
         """Under way on a planned path: turn one thruster to its azimuth in the unconstrained solution, and let it push
-        ahead there. Left to itself it would reverse for a moment's demand, and stay on the wrong side of it."""
+        ahead there. Left to itself it would reverse for a moment's demand, and stay on the wrong side of it. While it
+        is still more than 90° off, only reverse is of use."""
         share = math.hypot(*ideal) / t.max_n
         if self._alone or share < _WORTH_AIMING:
             return
@@ -237,7 +238,7 @@ class Allocator(_AllocatorBase):
         step = min(high, max(low, min(present + reach, max(present - reach, aim))))
         problem.turn_low_rad[i] = problem.turn_high_rad[i] = step
         least, most = problem.force_low_n[i], problem.force_high_n[i]
-        if reverse:
+        if math.cos(step - direction) < 0.0:
             problem.force_high_n[i] = max(least, min(most, 0.0))
         else:
             problem.force_low_n[i] = min(most, max(least, 0.0))

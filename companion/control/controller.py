@@ -13,7 +13,7 @@ from companion.control.heading import HeadingControl, YawLoop
 from companion.control.lqr import LqrTracking
 from companion.control.path_control import PathControl
 from companion.control.predictive import PredictiveControl
-from companion.control.wind import wind_force
+from companion.control.wind import SlowWind, force_of_air, wind_force
 from companion.core.actuation import ZERO_WRENCH, Wrench
 from companion.core.estimate import NavState, without_waves
 from companion.core.setpoint import (
@@ -74,6 +74,7 @@ class Controller:
         self._parameters = parameters
         self._positioning = DynamicPositioning(config, parameters)
         self._mean_wind = MeanForce()
+        self._slow_wind = SlowWind()
         self._baseline = baseline
         self._by_baseline = False
         self._tracking = PathControl(config, parameters, yaw)
@@ -106,6 +107,7 @@ class Controller:
             self._other_law = None
             self._tracking.restart()
             self._predictive.restart()
+            self._slow_wind.restart()
         match setpoint:
             case PoseSetpoint():
                 return self._position(setpoint, nav, achieved, dt_s)
@@ -150,7 +152,8 @@ class Controller:
                 return self._saturated(wrench)
         exact = setpoint.exact
         self._unwind(achieved, nav, dt_s, lambda d: Wrench(d.surge_n, d.sway_n if exact else achieved.sway_n, d.yaw_nm))
-        return self._limited(self._against_wind(self._tracking.update(setpoint, nav, self._bias, dt_s), nav))
+        wrench = self._tracking.update(setpoint, nav, self._bias, dt_s)
+        return self._limited(self._against_wind(wrench, nav, dt_s))
 
     def _unwind(self, achieved: Wrench, nav: NavState, dt_s: float, relevant: Callable[[Wrench], Wrench]) -> None:
         """Reduce the bias by what fell short of the last demand. `relevant` keeps the demand on the axes whose bias the
@@ -199,9 +202,10 @@ class Controller:
             return ZERO_WRENCH
         return self._saturated(wrench)
 
-    def _against_wind(self, wrench: Wrench, nav: NavState) -> Wrench:
-        """The wrench, plus force and moment against the wind."""
-        x, y, n = wind_force(self._config.windage, self._config.length_m, nav)
+    def _against_wind(self, wrench: Wrench, nav: NavState, dt_s: float) -> Wrench:
+        """The wrench, plus force and moment against the wind under way, without its short gusts."""
+        air = self._slow_wind.update(nav, self._parameters["PATH_GUST_T"], dt_s)
+        x, y, n = force_of_air(self._config.windage, self._config.length_m, nav, air)
         return Wrench(wrench.surge_n - x, wrench.sway_n - y, wrench.yaw_nm - n)
 
     def _against_wind_moment(self, wrench: Wrench, nav: NavState) -> Wrench:

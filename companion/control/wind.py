@@ -5,23 +5,49 @@ from __future__ import annotations
 import math
 
 from companion.config.hull import AIR_KGPM3, WindageConfig
-from companion.core.estimate import NavState
+from companion.core.estimate import Air, NavState, air_over_ground
 
 _COUNTERED = 0.8  # share of the modelled force to counter: the wind at the mast is stronger than at the hull
 
 
+class SlowWind:
+    """The wind without gusts that are shorter than a given time. Remembers it."""
+
+    def __init__(self) -> None:
+        self.restart()
+
+    def restart(self) -> None:
+        """Begin with the wind of the next update."""
+        self._air: Air | None = None
+
+    def update(self, nav: NavState, shortest_s: float, dt_s: float) -> Air | None:
+        """The low-pass filtered wind; None while none is known."""
+        now = air_over_ground(nav)
+        if now is None or self._air is None:
+            self._air = now
+            return now
+        part = dt_s / (dt_s + shortest_s)
+        north, east = self._air
+        self._air = north + part * (now[0] - north), east + part * (now[1] - east)
+        return self._air
+
+
 def wind_force(windage: WindageConfig, length_m: float, nav: NavState) -> tuple[float, float, float]:
     """(surge_n, sway_n, yaw_nm) of the wind to counter, from the true wind and the boat's velocity; zeros if no wind is
-    known.
+    known."""
+    return force_of_air(windage, length_m, nav, air_over_ground(nav))
+
+
+def force_of_air(windage: WindageConfig, length_m: float, nav: NavState, air: Air | None) -> tuple[float, float, float]:
+    """As `wind_force`, of that wind.
 
     With (x, y) the velocity of the air past the hull and V its size: X = ½ρ cx A_F V x, Y = ½ρ cy A_L V y, N = −½ρ cn
     A_L L 2xy, which turns the boat beam to the wind (Fossen 2011, 8.1.3, with sin 2γ written out).
     """
-    if nav.wind_speed_mps is None or nav.wind_from_rad is None:
+    if air is None:
         return 0.0, 0.0, 0.0
-    towards = nav.wind_from_rad + math.pi - nav.yaw_rad
-    x = nav.wind_speed_mps * math.cos(towards) - nav.surge_mps
-    y = nav.wind_speed_mps * math.sin(towards) - nav.sway_mps
+    c, s = math.cos(nav.yaw_rad), math.sin(nav.yaw_rad)
+    x, y = c * air[0] + s * air[1] - nav.surge_mps, c * air[1] - s * air[0] - nav.sway_mps
     speed = math.hypot(x, y)
     pressure = 0.5 * AIR_KGPM3 * _COUNTERED
     return (

@@ -154,6 +154,20 @@ def usable(nav: NavState) -> NavState:
     )
 
 
+Air = tuple[float, float]
+"""Velocity of the air over ground: north and east, in m/s."""
+
+
+def air_over_ground(nav: NavState) -> Air | None:
+    """The true wind as a velocity; None if it is not known."""
+    if nav.wind_speed_mps is None or nav.wind_from_rad is None:
+        return None
+    return (
+        -nav.wind_speed_mps * math.cos(nav.wind_from_rad),
+        -nav.wind_speed_mps * math.sin(nav.wind_from_rad),
+    )
+
+
 def without_waves(nav: NavState) -> NavState:
     """The estimate less its wave motion."""
     waves = nav.waves

@@ -37,17 +37,19 @@ class Agility:
     sway_n: float
     yaw_nm: float
 
-    def speeding_up_mps2(self, speed_mps: float, course_rad: float, weather: Weather, share: float) -> float:
-        """Acceleration along that course, bow ahead, that leaves thrust to spare at `speed_mps` over ground."""
-        resisting = self._resisting_n(speed_mps, course_rad, weather)
-        spare = (1.0 - _KEPT_SHARE) * self.surge_n - resisting
-        return max(_LEAST_MPS2, min(share * self.surge_n, spare) / self.hull.m11_kg)
+    @property
+    def most_n(self) -> float:
+        """The thrust along the path that a plan may count on."""
+        return (1.0 - _KEPT_SHARE) * self.surge_n
 
-    def braking_mps2(self, speed_mps: float, course_rad: float, weather: Weather, share: float) -> float:
-        """Deceleration likewise; a following wind or stream takes of the thrust that brakes."""
-        resisting = self._resisting_n(speed_mps, course_rad, weather)
-        spare = (1.0 - _KEPT_SHARE) * self.surge_n + resisting
-        return max(_LEAST_MPS2, min(share * self.surge_n, spare) / self.hull.m11_kg)
+    @property
+    def least_mps2(self) -> float:
+        """Acceleration and braking that a plan counts on where no thrust is left."""
+        return _LEAST_MPS2
+
+    def gain_mps2(self, force_n: float) -> float:
+        """Acceleration by a surplus of thrust along the path."""
+        return max(_LEAST_MPS2, force_n / self.hull.m11_kg)
 
     def lateral_mps2(self, share: float) -> float:
         """Sideways acceleration of the boat's path."""
@@ -63,8 +65,8 @@ class Agility:
         d = self.hull.damping
         return max(_LEAST_TURN_RADPS, min(math.pi / 2.0, _speed_at(share * self.yaw_nm, d.n_r, d.n_rr)))
 
-    def _resisting_n(self, speed_mps: float, course_rad: float, weather: Weather) -> float:
-        """What water and wind take of the thrust, bow along the course."""
+    def resisting_n(self, speed_mps: float, course_rad: float, weather: Weather) -> float:
+        """What water and wind take of the thrust at that speed over ground, bow along the course."""
         c, s = math.cos(course_rad), math.sin(course_rad)
         drag = self.hull.drag_n(speed_mps - weather.water_north_mps * c - weather.water_east_mps * s)
         air = weather.air_north_mps * c + weather.air_east_mps * s - speed_mps

@@ -15,7 +15,9 @@ from companion.guidance.waypoint import Waypoint
 CONTEXT = 16  # waypoints on either side that shape a section; further ones change a cubic spline by under 1e-9
 _ONWARD_RADII = 1.3  # how far a replaced track continues, so that its first bend begins at the boat
 _STRAIGHT_CORNERS = 200.0  # of a radius that would fit a straight line; ten samples each
+_SWING_S = 4.4  # widest window of a corner that is passed through, at the leg's speed
 _THROUGH_M = 0.17  # how near the track passes a waypoint that is to be passed through, within 0.2 m
+_NEW_WATER_MPS, _NEW_AIR_MPS = 0.15, 2.0  # changes of current and mean wind that are worth a new plan
 
 Place = tuple[float, float]
 
@@ -79,11 +81,18 @@ Joint = FromBoat | FromTrack | Onward
 
 @dataclass(frozen=True, slots=True)
 class PlanTerms:
-    """What a plan depends on besides its track. `key`: changes when another plan is worth its time."""
+    """What a plan depends on besides its track. `top_mps`: the speed commanded."""
 
-    key: tuple[float, ...]
     limits: PlanLimits
     top_mps: float
+
+    def still_hold(self, now: PlanTerms) -> bool:
+        """Whether `now` differs by no more than is worth a new plan."""
+        a, b = self.limits.weather, now.limits.weather
+        water = math.hypot(a.water_north_mps - b.water_north_mps, a.water_east_mps - b.water_east_mps)
+        air = math.hypot(a.air_north_mps - b.air_north_mps, a.air_east_mps - b.air_east_mps)
+        same = self.limits.share == now.limits.share and self.top_mps == now.top_mps
+        return same and water <= _NEW_WATER_MPS and air <= _NEW_AIR_MPS
 
     def plan(self, track: Track, leg_end_s_m: Sequence[float], waypoints: Sequence[Waypoint], stops: bool) -> PathPlan:
         """The plan of a track with these legs."""
@@ -94,14 +103,15 @@ class PlanTerms:
 
 @dataclass(frozen=True, slots=True)
 class TrackShape:
-    """The parameters that shape a track. `radius_m`: NAV_ACC_RAD; `widest_m`, `least_m`: of the window of its means;
-    `through`: waypoints without a radius of their own are passed through (WP_CORNER). `terms`: None without a plan."""
+    """The parameters that shape a track. `radius_m`: NAV_ACC_RAD; `widest_m`: of the window of its means; `through`:
+    waypoints without a radius of their own are passed through (WP_CORNER), at `cruise_mps` (WP_SPEED) or the leg's own
+    speed. `terms`: None without a plan."""
 
     kind: PathKind
     radius_m: float
     widest_m: float
-    least_m: float
     through: bool
+    cruise_mps: float
     terms: PlanTerms | None
 
     def lay(
@@ -117,9 +127,10 @@ class TrackShape:
         path = build_path(points, self.kind, [w.straight for w in shape])
         if len(points) == 2:  # a straight line has no corner, and needs few samples
             wide_m = max(self._corner_m(shape[1]), path.length_m / _STRAIGHT_CORNERS)
-            track = Track(path, points, [wide_m, wide_m], max(self.widest_m, 3.0 * wide_m), self.least_m)
+            track = Track(path, points, [wide_m, wide_m], max(self.widest_m, 3.0 * wide_m))
         else:
-            track = Track(path, points, [self._corner_m(w) for w in shape], self.widest_m, self.least_m)
+            radii, swings = [self._corner_m(w) for w in shape], [self._swing_m(w) for w in shape]
+            track = Track(path, points, radii, self.widest_m, swings)
         ends = track.waypoint_s_m[len(begin) : len(begin) + len(waypoints)]
         plan = None if self.terms is None else self.terms.plan(track, ends, waypoints, stop_at_end)
         return LaidTrack(joint, track, (*begin, *waypoints), tuple(waypoints), ends, stop_at_end, self.terms, plan)
@@ -131,8 +142,17 @@ class TrackShape:
 
     def _corner_m(self, waypoint: Waypoint) -> float:
         """How near to a waypoint the track passes."""
+        return _THROUGH_M if self._passes_through(waypoint) else self.acceptance_m(waypoint)
+
+    def _swing_m(self, waypoint: Waypoint) -> float:
+        """The widest window of the swing through a waypoint; 0: the corner is only cut."""
+        if not self._passes_through(waypoint):
+            return 0.0
+        return _SWING_S * (self.cruise_mps if waypoint.speed_mps is None else waypoint.speed_mps)
+
+    def _passes_through(self, waypoint: Waypoint) -> bool:
         given = waypoint.radius_m is not None and waypoint.radius_m > 0.0
-        return _THROUGH_M if self.through and not given else self.acceptance_m(waypoint)
+        return self.through and not given
 
 
 @dataclass(frozen=True, slots=True, eq=False)

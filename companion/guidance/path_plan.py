@@ -1,10 +1,10 @@
 """Speed, heading and turn along a track, from what the boat can do: planned once, then read by arc length.
 
 The speed is the highest that keeps, everywhere, the legs' limits, v ≤ √(a_lat/κ) in bends, the sideways speed where the
-bow is not along the track, and the acceleration and braking that the thrust leaves at that course in the present
-current and wind (v² changes by at most 2∫a ds, forward and backward). The heading is the mean of the track's course
-over a window of time around each place: a sharp corner, through which the boat passes slowly, becomes a turn at the
-boat's yaw rate, half before and half after the corner.
+bow is not along the track, and the acceleration and braking that the planned thrust leaves at that course and speed in
+the present current and wind (v² changes by at most 2∫a ds, forward and backward). The heading is the mean of the
+track's course over a window of time around each place: a sharp corner, through which the boat passes slowly, becomes a
+turn at the boat's yaw rate, half before and half after the corner.
 """
 
 from __future__ import annotations
@@ -18,19 +18,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from companion.guidance.agility import Agility, Weather
+from companion.guidance.planned_thrust import PlannedThrust
 from companion.guidance.track import Track
 
 _STRAIGHT_1PM = 1.0e-6
 _ROUNDS = 3  # speed and heading depend on each other
+_SAMPLES_PER_M, _RAD_PER_SAMPLE = 4.0, 0.02  # of the track: as dense as a straight leg and a bend need
 _STEP_S = 0.1  # of the table of headings
 _MOST_STEPS = 20_000
 _SHORTEST_S, _LONGEST_S = 0.8, 30.0  # windows of the mean
 _GROWTH = 1.3
-_LAST_MEAN_S = 1.0  # a second mean: the yaw acceleration stays finite
-# Shares of the thrust, as parts of the share that a plan may take. Speed that is lost in a bend must be made again, and
+_LAST_MEAN_S = 2.0  # a second mean: the yaw acceleration changes as slowly as azimuths turn
+# Shares of the limits, as parts of the share that a plan may take. Speed that is lost in a bend must be made again, and
 # costs more thrust and time than the bend itself.
-_ALONG, _SIDEWAYS, _TURNING = 0.75, 3.0, 1.2
-_COURSES = 72  # directions for which the acceleration is computed
+_SIDEWAYS, _TURNING = 1.85, 2.0
 
 Floats = NDArray[np.float64]
 
@@ -47,17 +48,6 @@ class PlanLimits:
     weather: Weather
 
 
-@dataclass(frozen=True, slots=True)
-class Planned:
-    """The motion at a place of the track: speed m/s, course of the bow, and the acceleration and braking that the boat
-    has there."""
-
-    speed_mps: float
-    course_rad: float
-    speeding_up_mps2: float
-    braking_mps2: float
-
-
 class PathPlan:
     """It never changes. Times are those of a boat that sails at the planned speed from the track's beginning."""
 
@@ -70,41 +60,42 @@ class PathPlan:
         stop_at_end: bool,
     ) -> None:
         """`leg_end_s_m`, `leg_speed_mps`: end and speed limit of each leg, in order."""
-        s, course = np.asarray(track.s_m), np.asarray(track.course_rad)
-        bend = np.maximum(np.abs(np.asarray(track.curvature_1pm)), _STRAIGHT_1PM)
-        leg = np.searchsorted(np.asarray(leg_end_s_m)[:-1], s)
-        most = np.asarray(leg_speed_mps)[leg]
-        up, down = _accelerations(course, float(np.max(most)), limits)
+        leg_end = np.asarray(leg_end_s_m)
+        s, course, bend = _sparse(track, leg_end)
+        most = np.asarray(leg_speed_mps)[np.searchsorted(leg_end[:-1], s)]
+        thrust = PlannedThrust(s, course, most, limits.agility, limits.weather)
         by_bend = np.sqrt(limits.agility.lateral_mps2(_SIDEWAYS * limits.share) / bend)
         speed = np.minimum(most, np.maximum(by_bend, limits.slowest_mps))
         turn_radps = limits.agility.turn_radps(_TURNING * limits.share)
         for _ in range(_ROUNDS):
-            kept = _within_accelerations(s, speed, up, down, stop_at_end)
+            kept = thrust.followed(speed, limits.share, stop_at_end)
             at, bow = _bow(s, course, kept, turn_radps)
             sideways = np.abs(np.sin(np.clip(np.interp(s, at, bow) - course, -0.5 * math.pi, 0.5 * math.pi)))
             by_sway = limits.sway_mps / np.maximum(sideways, 1.0e-3)
             speed = np.minimum(speed, np.maximum(by_sway, np.minimum(most, limits.slowest_mps)))
-        kept = _within_accelerations(s, speed, up, down, stop_at_end)
+        kept = thrust.followed(speed, limits.share, stop_at_end)
         at, bow = _bow(s, course, kept, turn_radps)
+        self._limits = limits
         self._step_s = max(1.0e-3, float(_times(s, kept)[-1]) / (len(at) - 1))
         self._s: list[float] = s.tolist()
         self._square: list[float] = (kept * kept).tolist()
-        self._up: list[float] = up.tolist()
-        self._down: list[float] = down.tolist()
+        self._course: list[float] = course.tolist()
+        self._high_n: list[float] = thrust.high_n.tolist()
+        self._low_n: list[float] = thrust.low_n.tolist()
         self._at: list[float] = at.tolist()
         self._bow: list[float] = bow.tolist()
 
-    def at(self, s_m: float) -> Planned:
-        """The motion planned at that arc length."""
-        i, x = _place(self._s, s_m)
-        square = self._square[i] + x * (self._square[i + 1] - self._square[i])
+    def course_rad(self, s_m: float) -> float:
+        """The course of the bow planned at that arc length, not wrapped."""
         j, y = _place(self._at, s_m)
-        return Planned(
-            math.sqrt(max(0.0, square)),
-            self._bow[j] + y * (self._bow[j + 1] - self._bow[j]),
-            self._up[i],
-            self._down[i],
-        )
+        return self._bow[j] + y * (self._bow[j + 1] - self._bow[j])
+
+    def reach_mps2(self, s_m: float, speed_mps: float) -> tuple[float, float]:
+        """Acceleration and braking of a boat that has that speed there, by the thrust that is planned with."""
+        i, _ = _place(self._s, s_m)
+        limits, agility = self._limits, self._limits.agility
+        resisting = agility.resisting_n(speed_mps, self._course[i], limits.weather)
+        return agility.gain_mps2(self._high_n[i] - resisting), agility.gain_mps2(resisting - self._low_n[i])
 
     def ahead_m(self, s_m: float, after_s: float, speed_mps: float) -> float:
         """The arc length that the boat reaches `after_s` after it is at `s_m`, at `speed_mps` there."""
@@ -128,28 +119,16 @@ def _place(table: list[float], s_m: float) -> tuple[int, float]:
     return i, min(1.0, max(0.0, (s_m - table[i]) / width)) if width > 0.0 else 0.0
 
 
-def _accelerations(course: Floats, speed_mps: float, limits: PlanLimits) -> tuple[Floats, Floats]:
-    """Acceleration and braking at each course, near the highest speed, where thrust is scarcest."""
-    fan = np.linspace(-math.pi, math.pi, _COURSES + 1)
-    agility, share, weather = limits.agility, _ALONG * limits.share, limits.weather
-    ups = [agility.speeding_up_mps2(speed_mps, float(c), weather, share) for c in fan]
-    downs = [agility.braking_mps2(speed_mps, float(c), weather, share) for c in fan]
-    wrapped = np.remainder(course + math.pi, 2.0 * math.pi) - math.pi
-    return np.interp(wrapped, fan, ups), np.interp(wrapped, fan, downs)
-
-
-def _within_accelerations(s: Floats, speed: Floats, up: Floats, down: Floats, stop_at_end: bool) -> Floats:
-    """The highest speeds up to `speed` that speeding up and braking can follow."""
-    step = np.diff(s)
-    rise = np.concatenate(([0.0], np.cumsum((up[1:] + up[:-1]) * step)))
-    fall = np.concatenate(([0.0], np.cumsum((down[1:] + down[:-1]) * step)))
-    square = speed * speed
-    if stop_at_end:
-        square[-1] = 0.0
-    square = np.minimum.accumulate((square + fall)[::-1])[::-1] - fall
-    square[:-1] = np.minimum.accumulate((square - rise)[:-1]) + rise[:-1]
-    kept: Floats = np.sqrt(np.maximum(square, 0.0))
-    return kept
+def _sparse(track: Track, leg_end_s_m: Floats) -> tuple[Floats, Floats, Floats]:
+    """(arc length, course, absolute curvature) at the samples of the track that a plan needs."""
+    s, course = np.asarray(track.s_m), np.asarray(track.course_rad)
+    bend = np.maximum(np.abs(np.asarray(track.curvature_1pm)), _STRAIGHT_1PM)
+    dense = np.maximum(_SAMPLES_PER_M, np.maximum(bend[1:], bend[:-1]) / _RAD_PER_SAMPLE) * np.diff(s)
+    number = np.floor(np.concatenate(([0.0], np.cumsum(dense))))
+    keep = np.concatenate(([True], np.diff(number) > 0.0))
+    keep[np.clip(np.searchsorted(s, leg_end_s_m), 0, len(s) - 1)] = True
+    keep[-1] = True
+    return s[keep], course[keep], bend[keep]
 
 
 def _times(s: Floats, speed: Floats) -> Floats:

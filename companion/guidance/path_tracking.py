@@ -5,8 +5,7 @@ Fossen 2021, 12.3), Δ the look-ahead distance. Heading ψ_d = χ_d − β, with
 waypoint counts as passed inside its radius or abeam of it, so the boat never circles one that it missed. The heading
 setpoint never jumps: it turns at PATH_YAW_RATE at most.
 
-A boat with sideways thrust and a known agility sails by a `PathPlan` instead: planned speed, heading, turn and
-accelerations as feed-forward, and back to the track at PATH_BW_CROSS by sideways speed.
+A boat with sideways thrust and a known agility sails by a plan instead: see `PlannedMotion`.
 """
 
 from __future__ import annotations
@@ -17,14 +16,13 @@ from dataclasses import dataclass
 
 from companion.core.angles import wrap_pi
 from companion.core.estimate import NavState
-from companion.core.frames import ned_to_body
-from companion.core.setpoint import PATH_STEP_S, PathSetpoint, PlannedPose, Point, Progress
-from companion.core.work import Job, Submit, at_once
-from companion.guidance.agility import Agility, Weather
+from companion.core.setpoint import PathSetpoint, Point, Progress
+from companion.core.work import Submit, at_once
+from companion.guidance.agility import Agility
 from companion.guidance.crab_compensation import CrabCompensation
 from companion.guidance.path import PathKind, PathPoint
-from companion.guidance.path_laying import CONTEXT, FromBoat, FromTrack, LaidTrack, Onward, PlanTerms, TrackShape
-from companion.guidance.path_plan import PathPlan, PlanLimits
+from companion.guidance.path_laying import CONTEXT, FromBoat, FromTrack, LaidTrack, Onward, TrackShape
+from companion.guidance.planned_motion import OnTrack, PlannedMotion
 from companion.guidance.speed_profile import SpeedProfile
 from companion.guidance.track import Track
 from companion.guidance.waypoint import Waypoint
@@ -41,16 +39,8 @@ _TURN_PREVIEW_S = 1.2  # lag of the heading loop
 _PREVIEW_S = 0.5  # lag of the speed loop
 _STEERAGE = 1.4  # times the current: speed over ground that leaves a speed through the water in every direction
 _TURN_IN_PLACE_SHARE = 0.3  # of the speed, kept off the course by a boat that needs way to steer
-_THRUST_LAG_S = 0.4  # from a command to its thrust
-_LEAST_BACK_MPS = 0.3  # speed from which the way back to the track grows steeper as the boat slows down
-_FAR_M = 0.5  # cross-track error from which the bow too turns back to the track
-_CRAB_SHARE = 1.0  # of the commanded speed: a slower boat does not turn its bow further into the current
-_CORRECTING = 0.4  # of the planned yaw rate: how fast the heading comes to the plan where the boat is off it
-_NEW_WATER_MPS, _NEW_AIR_MPS = 0.15, 2.0  # changes of current and wind that are worth a new plan
-_REGULATOR, _PREDICTIVE = 1, 2  # PATH_CTRL
-_POSES = 19  # ahead: 5.4 s
+_REGULATOR = 1  # PATH_CTRL
 _THROUGH = 1  # WP_CORNER
-_THROUGH_WINDOW_M = 2.4  # widest window of a corner that is passed through
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,10 +81,8 @@ class PathTracker:
         self._can_sway = can_sway
         self._agility = agility
         self._laid: LaidTrack | None = None
-        self._plan: PathPlan | None = None
-        self._terms: PlanTerms | None = None  # of the plan
-        self._planning: Job[tuple[PlanTerms, PathPlan]] = Job(submit)
         self._crab = CrabCompensation(top_mps)
+        self._motion = None if agility is None else PlannedMotion(parameters, agility, self._crab, submit)
         self._waypoints: tuple[Waypoint, ...] = ()
         self._track: Track | None = None
         self._profile: SpeedProfile | None = None
@@ -107,7 +95,6 @@ class PathTracker:
         self._tip_end = 0.0  # arc length at which the last turn back ends
         self._surge = 0.0  # of the last setpoint
         self._yaw: float | None = None  # of the last setpoint
-        self._commanded = 0.0
 
     def start(
         self,
@@ -153,9 +140,9 @@ class PathTracker:
             kind=PathKind(int(parameters["PATH_KIND"])),
             radius_m=parameters["NAV_ACC_RAD"],
             widest_m=self._widest_m(),
-            least_m=_THROUGH_WINDOW_M if self._plans else 0.0,
             through=self._plans and parameters["WP_CORNER"] == _THROUGH,
-            terms=None if nav is None else self._terms_now(nav),
+            cruise_mps=parameters["WP_SPEED"],
+            terms=None if nav is None or self._motion is None or not self._plans else self._motion.terms(nav),
         )
 
     def from_track(self) -> FromTrack | None:
@@ -187,8 +174,8 @@ class PathTracker:
         self._passed = 0
         self._finished = False
         self._profile_key = ()
-        self._plan, self._terms = laid.plan, laid.terms
-        self._planning.drop()
+        if self._motion is not None:
+            self._motion.take(laid)
         self._tip_end = 0.0
 
     def _begin(self, laid: LaidTrack, nav: NavState) -> None:
@@ -232,9 +219,9 @@ class PathTracker:
         )
         straight = max(0.0, 1.0 - 2.0 * abs(nav.yaw_rate_radps) / math.radians(self._parameters["PATH_YAW_RATE"]))
         self._crab.update(nav, self._speed, straight, dt_s)
-        plan = self._planned(nav, track)
-        if plan is not None:
-            setpoint = self._exactly(plan, nav, track, here, error, speed_mps, dt_s)
+        motion = self._motion
+        if motion is not None and self._plans and motion.is_planned(nav, speed_mps, dt_s):
+            setpoint = self._exactly(motion, nav, OnTrack(track, self._s, here, error), dt_s)
         else:
             last_speed = self._speed
             self._speed = self._next_speed(track, speed_mps, dt_s, self._steerage_mps(nav))
@@ -413,125 +400,12 @@ class PathTracker:
 
     # --- a planned path ---
 
-    def _planned(self, nav: NavState, track: Track) -> PathPlan | None:
-        """The plan of the track; None for a boat without sideways thrust, with PATH_EFFORT 0, and until the first one
-        is made. It is made anew when a limit, the current or the wind has changed."""
-        terms = self._terms_now(nav)
-        if terms is None:
-            return None
-        job, ends, waypoints, stops = self._planning, self._waypoint_s_m, self._waypoints, self._stop_at_end
-        if not job.pending and (self._terms is None or terms.key != self._terms.key):
-            job.begin(lambda: (terms, terms.plan(track, ends, waypoints, stops)))
-        if job.done:
-            self._terms, self._plan = job.take()
-        return self._plan
-
-    def _terms_now(self, nav: NavState) -> PlanTerms | None:
-        """What a plan depends on now; None where the boat does not sail by one."""
-        agility, parameters = self._agility, self._parameters
-        if agility is None or not self._plans:
-            return None
-        weather = _weather(nav)
-        share, top, least = parameters["PATH_EFFORT"], parameters["MPC_XY_VEL_MAX"], 0.5 * self._creep_mps()
-        sway = agility.sway_mps(share)
-        key = (
-            share, top, least, sway,
-            *(
-                round(value / step)
-                for value, step in (
-                    (weather.water_north_mps, _NEW_WATER_MPS), (weather.water_east_mps, _NEW_WATER_MPS),
-                    (weather.air_north_mps, _NEW_AIR_MPS), (weather.air_east_mps, _NEW_AIR_MPS),
-                )
-            ),
-        )  # fmt: skip
-        return PlanTerms(key, PlanLimits(agility, share, sway, least, weather), top)
-
-    def _exactly(
-        self,
-        plan: PathPlan,
-        nav: NavState,
-        track: Track,
-        here: PathPoint,
-        error: float,
-        speed_mps: float,
-        dt_s: float,
-    ) -> PathSetpoint:
-        """The planned motion at the boat's place, and back to the track by sideways speed. Accelerations and turns are
-        those of a little later, when the thrust that they need will have built up."""
-        now = plan.at(self._s)
-        self._commanded = min(speed_mps, self._parameters["MPC_XY_VEL_MAX"])
-        creep = min(speed_mps, self._creep_mps()) if self._stop_at_end else 0.0
-        wanted = max(creep, min(max(0.0, speed_mps), now.speed_mps))
-        self._speed = min(
-            self._speed + now.speeding_up_mps2 * dt_s, max(self._speed - 1.5 * now.braking_mps2 * dt_s, wanted)
-        )
-        pace = max(self._speed, creep)
-        later_s = plan.ahead_m(self._s, _THRUST_LAG_S, pace)
-        later, there = plan.at(later_s), track.at(later_s)
-        later_speed = min(
-            self._speed + now.speeding_up_mps2 * _THRUST_LAG_S, max(creep, min(max(0.0, speed_mps), later.speed_mps))
-        )
-        gain = (later_speed - self._speed) / _THRUST_LAG_S
-        bend = later_speed * later_speed * there.curvature_1pm
-        back = math.atan2(self._parameters["PATH_BW_CROSS"] * error, max(self._speed, _LEAST_BACK_MPS))
-        course = here.course_rad - back
-        heading, turn, change, against = self._bow(plan, nav, pace, error, dt_s)
-        off = wrap_pi(course - nav.yaw_rad)
-        surge = self._speed * max(-1.0 if against else 0.0, math.cos(off))
-        assert self._terms is not None
-        most_sway = max(self._parameters["DP_SPEED_SWAY"], self._terms.limits.sway_mps)
-        sway = self._crab.sway_mps(nav, self._speed * math.sin(off), most_sway)
-        along, across = ned_to_body(gain, bend, nav.yaw_rad - there.course_rad)
-        return PathSetpoint(
-            heading,
-            surge,
-            sway,
-            turn,
-            along + turn * sway,
-            self._progress(here, error),
-            across - turn * surge,
-            change,
-            True,
-            self._poses(plan, nav, track, pace) if self._parameters["PATH_CTRL"] == _PREDICTIVE else (),
-        )
-
-    def _poses(self, plan: PathPlan, nav: NavState, track: Track, pace: float) -> tuple[PlannedPose, ...]:
-        """The poses from now on, with the bow turned into the current as now."""
-        speed, yaw = max(self._speed, _CRAB_SHARE * self._commanded), nav.yaw_rad if self._yaw is None else self._yaw
-        poses = []
-        for k in range(_POSES):
-            s_m = self._s if k == 0 else plan.ahead_m(self._s, k * PATH_STEP_S, pace)
-            there, course = track.at(s_m), plan.at(s_m).course_rad
-            heading = self._crab.heading_rad(nav, course, speed, yaw)
-            poses.append(PlannedPose(there.north_m, there.east_m, heading))
-        return tuple(poses)
-
-    def _bow(
-        self, plan: PathPlan, nav: NavState, pace: float, error: float, dt_s: float
-    ) -> tuple[float, float, float, bool]:
-        """(heading, yaw rate, yaw acceleration, whether the bow points into a current that carries the boat
-        along): the planned course of the bow, turned into the current as at the leg's speed, and towards the track
-        where it is far. Rate and acceleration are those of the very same heading a little further on."""
-        far = math.copysign(max(0.0, abs(error) - _FAR_M), error)
-        aside = math.atan2(self._parameters["PATH_BW_CROSS"] * far, max(self._speed, _LEAST_BACK_MPS))
-        last = nav.yaw_rad if self._yaw is None else self._yaw
-        speed = max(self._speed, _CRAB_SHARE * self._commanded)
-        course, best, turn, change = self._heading_ahead(plan, nav, pace, speed, aside, last)
-        assert self._agility is not None
-        most = _CORRECTING * self._agility.turn_radps(self._parameters["PATH_EFFORT"])
-        self._yaw = wrap_pi(_towards(last + turn * dt_s, last + wrap_pi(best - last), most * dt_s))
-        return self._yaw, turn, change, math.cos(best - course) < 0.0
-
-    def _heading_ahead(
-        self, plan: PathPlan, nav: NavState, pace: float, speed: float, aside: float, last: float
-    ) -> tuple[float, float, float, float]:
-        """(course, heading now, its rate, its acceleration), by differences along the plan in steps of the thrust's
-        lag."""
-        places = (self._s, *(plan.ahead_m(self._s, i * _THRUST_LAG_S, pace) for i in (1, 2)))
-        courses = [plan.at(place).course_rad - aside for place in places]
-        now, soon, later = (self._crab.heading_rad(nav, course, speed, last) for course in courses)
-        first, second = wrap_pi(soon - now), wrap_pi(later - soon)
-        return courses[0], now, first / _THRUST_LAG_S, (second - first) / _THRUST_LAG_S**2
+    def _exactly(self, motion: PlannedMotion, nav: NavState, place: OnTrack, dt_s: float) -> PathSetpoint:
+        """The setpoint by the plan, from speed and heading of the last one."""
+        motion.speed_mps, motion.yaw_rad = self._speed, self._yaw
+        setpoint = motion.update(place, nav, self._progress(place.here, place.off_m), dt_s)
+        self._speed, self._yaw = motion.speed_mps, motion.yaw_rad
+        return setpoint
 
     def _turn_rate(self, nav: NavState, here: PathPoint, ahead: PathPoint, leaning: float, lookahead: float) -> float:
         """Yaw rate of the course to sail: by the bend, and by the change of the cross-track error.
@@ -545,15 +419,6 @@ class PathTracker:
         rate = pace * ahead.curvature_1pm - drift * lookahead / (lookahead * lookahead + leaning * leaning)
         limit = math.radians(self._parameters["PATH_YAW_RATE"])
         return min(limit, max(-limit, rate))
-
-
-def _weather(nav: NavState) -> Weather:
-    """Current and wind as far as they are known."""
-    water = (nav.current_north_mps or 0.0, nav.current_east_mps or 0.0)
-    if nav.wind_speed_mps is None or nav.wind_from_rad is None:
-        return Weather(*water)
-    speed, towards = nav.wind_speed_mps, nav.wind_from_rad + math.pi
-    return Weather(*water, speed * math.cos(towards), speed * math.sin(towards))
 
 
 def _towards(value: float, wanted: float, most: float) -> float:

@@ -4,6 +4,10 @@ Every point is the mean of the path over a window of width w around it. A straig
 (by w²/24R). A corner of angle θ is cut by w/4·sin(θ/2) and becomes a bend of finite curvature, whatever the curve. Two
 means in a row, a wide and a narrow one, keep the curvature continuous. The window shrinks to nothing at both ends, so
 the track begins and ends where the path does.
+
+Where a boat is to pass near the point and yet quickly, the track swings out a little before the corner and behind it,
+as a driver takes a bend: from the mean m another mean m' is taken, and m + g (m − m') is sailed. At the same distance
+from the corner its bend is twice as wide.
 """
 
 from __future__ import annotations
@@ -20,6 +24,9 @@ from companion.guidance.path import Path, PathPoint
 _WINDOW_PER_RADIUS = 2.4
 _WIDE, _NARROW = 0.8, 0.25  # widths of the two means, as shares of the window
 _LARGEST_CUT = 0.6  # of a waypoint's radius
+_SWING = 1.4  # by how much of what two means take off a corner a swing goes out before it and behind it
+_SWING_WIDE, _SWING_NARROW, _SWING_LAST = 0.6, 0.5, 1.0  # widths of its three means
+_LARGEST_SWING_CUT = 0.8
 _MOST_SHRINK = 0.3  # of a window at once: on a curve the cut shrinks with its square
 _SAMPLES_PER_WINDOW = 24
 _FEWEST_M = 0.02
@@ -42,28 +49,31 @@ class Track:
         waypoints: Sequence[tuple[float, float]],
         radii_m: Sequence[float],
         widest_m: float,
-        least_m: float = 0.0,
+        swings_m: Sequence[float] = (),
     ) -> None:
         """`waypoints`: the points of `path`, (north_m, east_m); `radii_m`: how near to each the track must pass;
-        `widest_m`: widest useful window; `least_m`: the window to begin with where a radius is small, so that a gentle
-        corner is cut as far as its radius allows, as a sharp one is."""
+        `widest_m`: widest useful window; `swings_m`: of each waypoint the widest window of a swing, 0 where the corner
+        is only cut; none: no swings."""
         narrow = [min(_WINDOW_PER_RADIUS * r, widest_m) for r in radii_m]
-        widths = [max(w, min(least_m, widest_m)) for w in narrow]
+        swings = np.asarray(swings_m or [0.0] * len(narrow))
+        widths = [max(w, min(swing, widest_m)) if swing > 0.0 else w for w, swing in zip(narrow, swings, strict=True)]
+        allowed = np.where(swings > 0.0, _LARGEST_SWING_CUT, _LARGEST_CUT) * np.asarray(radii_m)
         spacing = max(min(narrow) / _SAMPLES_PER_WINDOW, _FEWEST_M, path.length_m / _MOST_SAMPLES)
         grid, north, east = _evenly(*path.samples(0.5 * spacing), spacing)
         waypoint_s = np.asarray(path.waypoint_s_m) * (grid[-1] / path.length_m if path.length_m > 0.0 else 1.0)
+        swing = np.interp(grid, waypoint_s, (swings > 0.0).astype(float))
         for _ in range(6):
             window = np.interp(grid, waypoint_s, widths)
-            smooth_north, smooth_east = _smoothed(grid, north, east, window)
+            smooth_north, smooth_east = _smoothed(grid, north, east, window, swing)
             cuts = np.hypot(
                 np.interp(waypoint_s, grid, smooth_north) - [w[0] for w in waypoints],
                 np.interp(waypoint_s, grid, smooth_east) - [w[1] for w in waypoints],
             )
-            if np.all(cuts <= _LARGEST_CUT * np.asarray(radii_m) + 1.0e-9):
+            if np.all(cuts <= allowed + 1.0e-9):
                 break
             widths = [
-                w * max(_MOST_SHRINK, 0.98 * _LARGEST_CUT * r / cut) if cut > _LARGEST_CUT * r else w
-                for w, cut, r in zip(widths, cuts, radii_m, strict=True)
+                w * max(_MOST_SHRINK, 0.98 * most / cut) if cut > most else w
+                for w, cut, most in zip(widths, cuts, allowed, strict=True)
             ]
         self._measure(grid, smooth_north, smooth_east, waypoint_s, spacing)
 
@@ -168,11 +178,17 @@ def _evenly(north: Floats, east: Floats, spacing: float) -> tuple[Floats, Floats
     return grid, np.interp(grid, length, north), np.interp(grid, length, east)
 
 
-def _smoothed(grid: Floats, north: Floats, east: Floats, window: Floats) -> tuple[Floats, Floats]:
-    for share in (_WIDE, _NARROW):
-        half = np.minimum(0.5 * share * window, np.minimum(grid, grid[-1] - grid))
+def _smoothed(grid: Floats, north: Floats, east: Floats, window: Floats, swing: Floats) -> tuple[Floats, Floats]:
+    """The means of the line over the window at each sample, and with `swing` 1 the swing out besides."""
+    room = np.minimum(grid, grid[-1] - grid)
+    for plain, swung in ((_WIDE, _SWING_WIDE), (_NARROW, _SWING_NARROW)):
+        half = np.minimum(0.5 * (plain + (swung - plain) * swing) * window, room)
         north, east = _mean(grid, north, half), _mean(grid, east, half)
-    return north, east
+    if not np.any(swing):
+        return north, east
+    half = np.minimum(0.5 * _SWING_LAST * window, room)
+    out = _SWING * swing
+    return north + out * (north - _mean(grid, north, half)), east + out * (east - _mean(grid, east, half))
 
 
 def _mean(grid: Floats, values: Floats, half: Floats) -> Floats:

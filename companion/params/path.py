@@ -76,6 +76,15 @@ ROWS: tuple[ParamSpec, ...] = (
     real("PATH_BW_SURGE", 0.4, 0.05, 3.0, "rad/s", "Path", "Bandwidth of the speed loop"),
     real("PATH_BW_SWAY", 0.8, 0.05, 3.0, "rad/s", "Path", "Bandwidth of the sideways speed on a planned path"),
     real(
+        "PATH_GUST_T",
+        3.0,
+        0.0,
+        60.0,
+        "s",
+        "Path",
+        "Gusts shorter than this are left to the loops under way; 0: thrust answers each reading of the wind sensor",
+    ),
+    real(
         "PATH_BW_YAW",
         0.8,
         0.05,

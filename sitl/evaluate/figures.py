@@ -16,6 +16,15 @@ from sitl.scenarios.route_measure import follow, line, percentile, reached_rows
 _ROW_S = 0.1
 _AWAY_M = 0.5  # from the first waypoint: under way
 _CORNER_M = 5.0  # a leg alone is what is farther than this from both its ends
+_ROUTE_ENDS_M = 2.0
+_METRICS = {
+    "legs_rms_m": "cross-track on legs alone, RMS",
+    "route_rms_m": "cross-track, RMS",
+    "route_miss_m": "worst miss of a waypoint passed",
+    "route_time_s": "time",
+    "route_power_percent": "mean power",
+    "route_variation_percent_ps": "thrust variation",
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,6 +92,16 @@ def route(track: Track, vessel: VesselConfig, waypoints: Sequence[Point], radius
         Figure("time", "s", rows[-1]["t_s"] - rows[0]["t_s"]),
         *thrust(rows, vessel),
     ]
+
+
+def route_metrics(track: Track, vessel: VesselConfig, waypoints: Sequence[Point]) -> dict[str, float]:
+    """The figures of `route`, as a scenario's metrics; a route is over 2 m from its last waypoint, before a boat that
+    stops there slows down. Empty where a waypoint was not reached so near."""
+    try:
+        figures = {figure.name: figure.value for figure in route(track, vessel, waypoints, _ROUTE_ENDS_M)}
+    except ValueError:
+        return {}
+    return {metric: figures[name] for metric, name in _METRICS.items() if math.isfinite(figures[name])}
 
 
 def thrust(rows: Track, vessel: VesselConfig) -> list[Figure]:

@@ -23,7 +23,7 @@ def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
     """Upload the square, arm in Mission and wait for its last waypoint."""
     home = gcs.rig.config.home
     frame = LocalFrame(home.lat_deg, home.lon_deg)
-    radius_m = _RADIUS_SHARE * number(settings, "side")
+    radius_m = number(settings, "radius") if settings["radius"] else _RADIUS_SHARE * number(settings, "side")
     items = [
         Item(mavlink.MAV_CMD_NAV_WAYPOINT, *frame.to_geodetic(*corner), params=(0.0, radius_m, 0.0, math.nan))
         for corner in square(number(settings, "side"))
@@ -42,14 +42,18 @@ def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
         "started_s": started_s,
         "finished_s": finished_s,
         "reached": list(gcs.reached),
+        "config": gcs.rig.config,
     }
 
 
 def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[dict[str, float], Sequence[Check]]:
     """Cross-track errors against scipy's curve, and how near each waypoint was passed."""
+    from sitl.evaluate.figures import route_metrics  # which imports the scenarios
+
     track = between(read_truth(folder), asked["started_s"], asked["finished_s"])
     corners = square(number(settings, "side"))
-    path = sampled_path([asked["start"], *corners], settings["path"])
+    waypoints = [asked["start"], *corners]
+    path = sampled_path(waypoints, settings["path"])
     errors = cross_track_errors(track, path)
     misses = [closest(track, corner) for corner in corners]
     metrics = {
@@ -59,6 +63,7 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
         "time_s": asked["finished_s"] - asked["started_s"],
         "waypoints_reached": float(len(set(asked["reached"]))),
         "speed_max_mps": max(math.hypot(row["surge_mps"], row["sway_mps"]) for row in track),
+        **(route_metrics(track, asked["config"], waypoints) if settings["path"] == "linear" else {}),
     }
     radius_m = _RADIUS_SHARE * number(settings, "side")
     checks = (
@@ -81,6 +86,7 @@ SCENARIO = Scenario(
     vessel="revolt",
     defaults={
         "side": "20",
+        "radius": "",
         "limit": "0.5",
         "wind": "2",
         "current": "",

@@ -89,7 +89,7 @@ def measure(folder: Path, asked: dict[str, Any], settings: Settings) -> tuple[di
 
 def _figures(folder: Path, asked: dict[str, Any], kind: str) -> dict[str, float]:
     """The metrics of a route along the curve of that kind."""
-    from sitl.evaluate.figures import regular, thrust  # which imports the scenarios
+    from sitl.evaluate.figures import regular, route_metrics, thrust  # which imports the scenarios
 
     track = between(read_truth(folder), asked["started_s"], asked["finished_s"])
     waypoints = asked["waypoints"]
@@ -111,6 +111,7 @@ def _figures(folder: Path, asked: dict[str, Any], kind: str) -> dict[str, float]
         "miss_max_m": max((closest(track, point) for point in waypoints[1:-1]), default=0.0),
         "power_percent": power.value,
         "variation_percent_ps": variation.value,
+        **(route_metrics(track, asked["config"], waypoints) if kind == "linear" else {}),
     }
 
 

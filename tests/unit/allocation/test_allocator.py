@@ -211,6 +211,18 @@ def test_under_way_a_turn_that_changes_sides_does_not_leave_a_thruster_reversed(
     assert max(t.force_n for t in result.thrusters) < 60.0
 
 
+def test_under_way_thrusters_on_the_wrong_side_push_while_they_turn_round() -> None:
+    """Behind a turn back: both lie far off the demand, where only reverse is of use. They gave nothing until they had
+    come round, which took more than two seconds."""
+    a = Allocator(ABOAT, Parameters())
+    settle(a, Wrench(0.0, -120.0, 0.0), 40)
+    turned = [abs(t.azimuth_rad or 0.0) for t in a.update(Wrench(0.0, -120.0, 0.0), DT_S).thrusters]
+    assert min(turned) > math.radians(70.0)
+    pushes = [a.update(Wrench(40.0, 120.0, 0.0), DT_S, 1.0, planned=True).achieved.sway_n for _ in range(40)]
+    assert sum(pushes[:10]) / 10 > 45.0
+    assert pushes[-1] == pytest.approx(120.0, abs=15.0)
+
+
 def test_a_thruster_that_cannot_reverse_turns_round() -> None:
     boat = replace(REVOLT, thrusters=(azimuth("port", -1.0, -0.5, 0.0), azimuth("starboard", -1.0, 0.5, 0.0)))
     a = allocator(boat)

@@ -119,6 +119,24 @@ def test_known_wind_is_countered() -> None:
     assert x < 0.0 and y < 0.0 and n < 0.0, "from the starboard bow: pushed astern and to port, bow falls off to port"
 
 
+def test_under_way_short_gusts_are_left_to_the_loops() -> None:
+    """Thrust follows the wind within PATH_GUST_T, in the boat's axes of the moment; in Hold it answers at once."""
+    ahead = PathSetpoint(0.0)
+    quick, slow = controller(PATH_GUST_T=0.0), controller(PATH_GUST_T=3.0)
+    for law in (quick, slow):
+        law.update(ahead, nav_state(wind=(3.0, 0.0)), ZERO_WRENCH, DT_S)
+    gust = nav_state(wind=(4.0, 0.0))
+    at_once, first = (law.update(ahead, gust, ZERO_WRENCH, DT_S).surge_n for law in (quick, slow))
+    before = controller().update(ahead, nav_state(wind=(3.0, 0.0)), ZERO_WRENCH, DT_S).surge_n
+    assert at_once == pytest.approx(before * 16.0 / 9.0)
+    assert before < first < before + 0.1 * (at_once - before)
+    for _ in range(150):
+        last = slow.update(ahead, gust, ZERO_WRENCH, DT_S).surge_n
+    assert last == pytest.approx(at_once, rel=0.01)
+    turned = slow.update(ahead, nav_state(yaw_rad=math.pi / 2.0, wind=(4.0, 0.0)), ZERO_WRENCH, DT_S)
+    assert abs(turned.surge_n) < 0.05 * at_once
+
+
 def test_the_bias_stays_fixed_in_ned_while_the_boat_turns() -> None:
     bias = BiasForce(REVOLT.limits)
     bias.grow(10.0, 0.0, 0.0, 0.0, 1.0)

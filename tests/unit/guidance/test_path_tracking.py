@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from dataclasses import astuple, replace
+from typing import Any
 
 import pytest
 
@@ -12,7 +13,9 @@ from companion.config.vessel import find, load
 from companion.core.angles import wrap_pi
 from companion.core.estimate import NavState
 from companion.core.setpoint import PathSetpoint, Setpoint
+from companion.guidance import path_laying
 from companion.guidance.agility import agility_of
+from companion.guidance.path_plan import PathPlan
 from companion.guidance.path_tracking import PathProgress, PathTracker
 from companion.guidance.waypoint import Waypoint
 from companion.params.store import Parameters
@@ -350,11 +353,12 @@ def test_rate_and_acceleration_of_a_planned_turn_are_those_of_its_heading() -> N
     """Also where a current turns the bow off the course."""
     guide = planner()
     guide.start(points((30, 0), (30, 30)), nav_state())
-    north = east = 0.0
+    north = east = yaw = 0.0
     headings, rates = [], []
     for _ in range(450):
-        nav = replace(nav_state(north, east, 0.0), current_north_mps=0.0, current_east_mps=0.3)
+        nav = replace(nav_state(north, east, yaw), current_north_mps=0.0, current_east_mps=0.3)
         setpoint = guide.update(nav, 1.2, DT_S).setpoint
+        yaw = setpoint.yaw_rad
         course = setpoint.progress.course_rad or 0.0
         speed = math.hypot(setpoint.surge_mps, setpoint.sway_mps)
         north, east = north + speed * math.cos(course) * DT_S, east + speed * math.sin(course) * DT_S
@@ -363,6 +367,40 @@ def test_rate_and_acceleration_of_a_planned_turn_are_those_of_its_heading() -> N
     turned = wrap_pi(headings[-1] - headings[50])
     assert sum(rates[50:]) * DT_S == pytest.approx(turned, abs=0.15)
     assert abs(turned - math.pi / 2.0) > 0.1  # the current takes its part of the turn
+
+
+def test_a_boat_that_is_too_fast_for_its_plan_is_not_told_to_stop_at_once() -> None:
+    """Carried along by a stream, it went on at a speed asked for that sank slowly, with an acceleration asked for that
+    would have stopped it at once."""
+    guide = planner()
+    guide.start(points((30, 0), (30, 30)), nav_state(surge_mps=1.2))
+    asked = []
+    for k in range(280):
+        asked.append(guide.update(nav_state(0.12 * k, 0.0, 0.0, 1.2), 1.2, DT_S).setpoint)
+    slowing = max((a.surge_mps - b.surge_mps) / DT_S for a, b in itertools.pairwise(asked))
+    assert slowing > 0.3
+    assert min(setpoint.surge_mps2 for setpoint in asked) > -1.1 * slowing
+
+
+def test_the_plan_is_made_anew_for_other_weather_and_not_for_each_gust(monkeypatch: pytest.MonkeyPatch) -> None:
+    made = 0
+
+    def count(*given: Any) -> PathPlan:
+        nonlocal made
+        made += 1
+        return PathPlan(*given)
+
+    monkeypatch.setattr(path_laying, "PathPlan", count)
+    guide = planner()
+    guide.start(points((60, 0), (60, 60)), nav_state())
+    for k in range(300):  # gusts of 2 m/s either way, and a current that is not quite sure
+        wind, current = 6.0 + 2.0 * math.sin(0.2 * k), 0.225 + 0.03 * math.sin(0.9 * k)
+        gusty = replace(nav_state(0.01 * k, 0.0), wind_speed_mps=wind, wind_from_rad=1.0, current_north_mps=current)
+        guide.update(replace(gusty, current_east_mps=0.0), 1.2, DT_S)
+    assert made == 1
+    guide.update(replace(nav_state(3.0, 0.0), current_north_mps=-0.2, current_east_mps=0.0), 1.2, DT_S)
+    guide.update(replace(nav_state(3.0, 0.0), current_north_mps=-0.2, current_east_mps=0.0), 0.8, DT_S)
+    assert made == 3
 
 
 def test_beside_the_tip_of_a_sharp_corner_the_plan_goes_on() -> None:

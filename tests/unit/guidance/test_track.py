@@ -51,13 +51,29 @@ def test_no_more_rounding_than_the_speed_needs() -> None:
 
 
 @pytest.mark.parametrize("turn_deg", [30.0, 60.0, 90.0, 140.0])
-def test_a_gentle_corner_uses_its_allowance_as_a_sharp_one_does(turn_deg: float) -> None:
+def test_a_swing_passes_the_point_as_near_with_a_wider_bend(turn_deg: float) -> None:
     turn = math.radians(turn_deg)
     points = [(0.0, 0.0), (30.0, 0.0), (30.0 + 30.0 * math.cos(turn), 30.0 * math.sin(turn))]
-    narrow = Track(build_path(points, PathKind.LINEAR), points, [0.2] * 3, 10.0)
-    wide = Track(build_path(points, PathKind.LINEAR), points, [0.2] * 3, 10.0, least_m=2.4)
-    assert 0.09 < cuts(wide, points)[1] <= 0.12 + 1e-6
-    assert max(map(abs, wide.curvature_1pm)) < max(map(abs, narrow.curvature_1pm))
+    path = build_path(points, PathKind.LINEAR)
+    cut, swung = Track(path, points, [0.2] * 3, 10.0), Track(path, points, [0.2] * 3, 10.0, [6.0] * 3)
+    assert cuts(swung, points)[1] <= 0.16 + 1e-6
+    assert max(map(abs, swung.curvature_1pm)) < 0.55 * max(map(abs, cut.curvature_1pm))
+
+
+def test_a_swing_leaves_the_leg_by_no_more_than_it_cuts_the_corner() -> None:
+    points = [(0.0, 0.0), (30.0, 0.0), (55.0, 17.0)]
+    swung = Track(build_path(points, PathKind.LINEAR), points, [0.2] * 3, 10.0, [6.0] * 3)
+    aside = [swung.at(float(s)).east_m for s in np.linspace(0.0, 29.0, 100)]
+    assert -0.2 < min(aside) < -0.05, "to the outside of the corner"
+    assert max(abs(y) for y in aside[:60]) < 0.01, "not far from it"
+
+
+def test_a_corner_with_a_radius_of_its_own_is_cut_beside_one_with_a_swing() -> None:
+    points = [(0.0, 0.0), (30.0, 0.0), (30.0, 30.0), (60.0, 30.0)]
+    path = build_path(points, PathKind.LINEAR)
+    mixed = Track(path, points, [0.2, 0.2, 2.0, 0.2], 10.0, [4.0, 4.0, 0.0, 4.0])
+    _, through, rounded, _ = cuts(mixed, points)
+    assert through <= 0.16 and 0.5 < rounded < 1.2
 
 
 def test_waypoints_close_together_are_still_passed_inside_their_radius() -> None:

@@ -12,7 +12,7 @@ from companion.cli.main import main
 from companion.config.vessel import find, load
 from companion.core.geodesy import LocalFrame
 from companion.mission import files
-from sitl.evaluate.figures import hold, regular, route
+from sitl.evaluate.figures import hold, regular, route, route_metrics
 from sitl.evaluate.table import table
 
 BLUEBOAT = load(find("blueboat"))
@@ -61,6 +61,16 @@ def test_a_route_beside_its_legs() -> None:
     assert found["cross-track on legs alone, RMS"] == pytest.approx(0.2, abs=0.01)
     assert found["worst miss of a waypoint passed"] == pytest.approx(0.2, abs=0.08)
     assert found["time"] == pytest.approx(57.6, abs=0.3)
+
+
+def test_a_scenarios_metrics_are_the_figures_of_its_route() -> None:
+    rows, waypoints = track(70.0, along), [(0.0, 0.0), (30.0, 0.0), (30.0, 30.0)]
+    found, figures = route_metrics(rows, BLUEBOAT, waypoints), values(route(rows, BLUEBOAT, waypoints, 2.0))  # type: ignore[arg-type]
+    assert found["legs_rms_m"] == figures["cross-track on legs alone, RMS"] == pytest.approx(0.2, abs=0.01)
+    assert found["route_miss_m"] == figures["worst miss of a waypoint passed"]
+    assert found["route_time_s"] == figures["time"]
+    assert route_metrics(rows, BLUEBOAT, [*waypoints, (60.0, 30.0)]) == {}, "never near the last waypoint"
+    assert "legs_rms_m" not in route_metrics(rows, BLUEBOAT, [(0.0, 0.0), (4.0, 0.0)]), "all of it is corner"
 
 
 def test_a_waypoint_that_is_not_reached_is_named() -> None:

@@ -1,0 +1,194 @@
+"""Setpoints of a boat that sails by a `PathPlan`: planned speed, heading, turn and accelerations as feed-forward, and
+back to the track at PATH_BW_CROSS by sideways speed.
+
+The plan is made anew, beside the control thread, when a limit, the current, the mean wind or the commanded speed has
+changed.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from companion.core.angles import wrap_pi
+from companion.core.estimate import Air, NavState, air_over_ground
+from companion.core.frames import ned_to_body
+from companion.core.setpoint import PATH_STEP_S, PathSetpoint, PlannedPose, Progress
+from companion.core.work import Job, Submit, at_once
+from companion.guidance.agility import Agility, Weather
+from companion.guidance.crab_compensation import CrabCompensation
+from companion.guidance.path import PathPoint
+from companion.guidance.path_laying import LaidTrack, PlanTerms
+from companion.guidance.path_plan import PathPlan, PlanLimits
+from companion.guidance.track import Track
+from companion.params.store import Parameters
+
+_THRUST_LAG_S = 0.4  # from a command to its thrust
+_ASIDE_LAG_S = 0.2  # from a command to the force across: azimuths turn a thrust that is there already
+_LEAST_BACK_MPS = 0.3  # speed from which the way back to the track grows steeper as the boat slows down
+_FAR_M = 0.5  # cross-track error from which the bow too turns back to the track
+_CORRECTING = 0.4  # of the planned yaw rate: how fast the heading comes to the plan where the boat is off it
+_ASIDE = 0.46  # of the share of the sway limit, for the sideways speed where the bow is not along the track
+_SLOWEST_SHARE = 0.25  # of the commanded speed: no bend slows the boat below it
+_HARDER, _HARDER_MPS2 = 1.5, 0.1  # times the planned braking, and more: a boat that is too fast slows down so hard
+_SPEED_STEP_MPS = 0.05  # commanded speeds are planned in steps
+_MEAN_AIR_S = 20.0
+_PREDICTIVE = 2  # PATH_CTRL
+_POSES = 19  # ahead: 5.4 s
+
+
+@dataclass(frozen=True, slots=True)
+class OnTrack:
+    """The boat on its track: the arc length reached, the point there, and how far the boat is off to starboard."""
+
+    track: Track
+    s_m: float
+    here: PathPoint
+    off_m: float
+
+
+class PlannedMotion:
+    """Call `take` for a new track, then every tick `is_planned` and, where it is, `update`. Remembers the plan and what
+    it was made for, the mean wind, and the speed and heading of the last setpoint: `speed_mps`, `yaw_rad`, which may be
+    set. `submit`: makes plans beside the control thread."""
+
+    def __init__(
+        self, parameters: Parameters, agility: Agility, crab: CrabCompensation, submit: Submit = at_once
+    ) -> None:
+        self._parameters, self._agility, self._crab = parameters, agility, crab
+        self._laid: LaidTrack | None = None
+        self._plan: PathPlan | None = None
+        self._terms: PlanTerms | None = None  # of the plan
+        self._planning: Job[tuple[PlanTerms, PathPlan]] = Job(submit)
+        self._air: Air | None = None
+        self._commanded = parameters["WP_SPEED"]
+        self.speed_mps = 0.0
+        self.yaw_rad: float | None = None
+
+    def take(self, laid: LaidTrack) -> None:
+        """A new track, perhaps with its plan."""
+        self._laid, self._plan, self._terms = laid, laid.plan, laid.terms
+        self._planning.drop()
+
+    def is_planned(self, nav: NavState, speed_mps: float, dt_s: float) -> bool:
+        """Whether there is a plan of the track, at `speed_mps` at most. It is made anew when a limit, the current, the
+        mean wind or the speed has changed."""
+        laid, job = self._laid, self._planning
+        if laid is None:
+            return False
+        self._commanded = min(max(0.0, speed_mps), self._parameters["MPC_XY_VEL_MAX"])
+        self._see_wind(nav, dt_s)
+        terms = self.terms(nav)
+        if not job.pending and (self._terms is None or self._plan is None or not self._terms.still_hold(terms)):
+            job.begin(lambda: (terms, terms.plan(laid.track, laid.ends_s_m, laid.waypoints, laid.stop_at_end)))
+        if job.done:
+            self._terms, self._plan = job.take()
+        return self._plan is not None
+
+    def terms(self, nav: NavState) -> PlanTerms:
+        """What a plan depends on now, at the speed commanded last."""
+        parameters = self._parameters
+        share, most = parameters["PATH_EFFORT"], parameters["MPC_XY_VEL_MAX"]
+        steps = math.ceil(self._commanded / _SPEED_STEP_MPS - 1.0e-6)
+        top = min(most, max(1, steps) * _SPEED_STEP_MPS)
+        sway = self._agility.sway_mps(_ASIDE * share)
+        water = nav.current_north_mps or 0.0, nav.current_east_mps or 0.0
+        weather = Weather(*water, *(self._air or air_over_ground(nav) or (0.0, 0.0)))
+        return PlanTerms(PlanLimits(self._agility, share, sway, _SLOWEST_SHARE * top, weather), top)
+
+    def update(self, place: OnTrack, nav: NavState, progress: Progress, dt_s: float) -> PathSetpoint:
+        """The planned motion at the boat's place. Accelerations and turns are those of a little later, when the thrust
+        that they need will have built up. Raises RuntimeError without a plan."""
+        plan = self._plan
+        if plan is None:
+            raise RuntimeError("PlannedMotion.update without a plan")
+        creep = self._creep_mps
+        gain = self._next_speed(plan, place.s_m, creep, dt_s)
+        pace = max(self.speed_mps, creep)
+        back = math.atan2(self._parameters["PATH_BW_CROSS"] * place.off_m, max(self.speed_mps, _LEAST_BACK_MPS))
+        course = place.here.course_rad - back
+        turn, change, against = self._turn(plan, place, nav, pace, dt_s)
+        off = wrap_pi(course - nav.yaw_rad)
+        surge = self.speed_mps * max(-1.0 if against else 0.0, math.cos(off))
+        most_sway = max(self._parameters["DP_SPEED_SWAY"], self._agility.sway_mps(self._parameters["PATH_EFFORT"]))
+        sway = self._crab.sway_mps(nav, self.speed_mps * math.sin(off), most_sway)
+        soon = place.track.at(plan.ahead_m(place.s_m, _ASIDE_LAG_S, pace))
+        bend = self.speed_mps * self.speed_mps * soon.curvature_1pm
+        along, across = ned_to_body(gain, bend, nav.yaw_rad - soon.course_rad)
+        assert self.yaw_rad is not None
+        return PathSetpoint(
+            self.yaw_rad,
+            surge,
+            sway,
+            turn,
+            along + turn * sway,
+            progress,
+            across - turn * surge,
+            change,
+            True,
+            self._poses(plan, place, nav, pace) if self._parameters["PATH_CTRL"] == _PREDICTIVE else (),
+        )
+
+    @property
+    def _stops(self) -> bool:
+        return self._laid is None or self._laid.stop_at_end
+
+    @property
+    def _creep_mps(self) -> float:
+        """Lowest speed of approach, so that the boat reaches the end."""
+        return min(self._commanded, 0.1 * self._parameters["WP_SPEED"]) if self._stops else 0.0
+
+    def _see_wind(self, nav: NavState, dt_s: float) -> None:
+        """Take the mean of the wind, as far as it is known."""
+        now = air_over_ground(nav)
+        if now is None or self._air is None:
+            self._air = now
+            return
+        part = min(1.0, dt_s / _MEAN_AIR_S)
+        north, east = self._air
+        self._air = north + part * (now[0] - north), east + part * (now[1] - east)
+
+    # --- speed ---
+
+    def _next_speed(self, plan: PathPlan, s_m: float, creep: float, dt_s: float) -> float:
+        """Take the next speed along the track; returns the acceleration that follows, when the thrust for it will have
+        built up."""
+        up, down = plan.reach_mps2(s_m, self.speed_mps)
+        down = _HARDER * down + _HARDER_MPS2
+        wanted = max(creep, min(self._commanded, plan.speed_mps(s_m)))
+        self.speed_mps = min(self.speed_mps + up * dt_s, max(self.speed_mps - down * dt_s, wanted))
+        later_m = plan.ahead_m(s_m, _THRUST_LAG_S, max(self.speed_mps, creep))
+        later = max(creep, min(self._commanded, plan.speed_mps(later_m)))
+        return min(up, max(-down, (later - self.speed_mps) / _THRUST_LAG_S))
+
+    # --- heading ---
+
+    def _turn(
+        self, plan: PathPlan, place: OnTrack, nav: NavState, pace: float, dt_s: float
+    ) -> tuple[float, float, bool]:
+        """Take the next heading: the planned course of the bow, turned into the current as at the leg's speed, and
+        towards the track where it is far. Returns its rate and acceleration a little further on, and whether the bow
+        points into a current that carries the boat along."""
+        far = math.copysign(max(0.0, abs(place.off_m) - _FAR_M), place.off_m)
+        aside = math.atan2(self._parameters["PATH_BW_CROSS"] * far, max(self.speed_mps, _LEAST_BACK_MPS))
+        last = nav.yaw_rad if self.yaw_rad is None else self.yaw_rad
+        speed = max(self.speed_mps, self._commanded)
+        places = (place.s_m, *(plan.ahead_m(place.s_m, i * _ASIDE_LAG_S, pace) for i in (1, 2)))
+        courses = [plan.course_rad(s_m) - aside for s_m in places]
+        now, soon, later = (self._crab.heading_rad(nav, course, speed, last) for course in courses)
+        first, second = wrap_pi(soon - now), wrap_pi(later - soon)
+        turn, change = (first + second) / (2.0 * _ASIDE_LAG_S), (second - first) / _ASIDE_LAG_S**2
+        correcting = _CORRECTING * self._agility.turn_radps(self._parameters["PATH_EFFORT"])
+        most = (correcting + abs(turn)) * dt_s
+        self.yaw_rad = wrap_pi(last + min(most, max(-most, wrap_pi(now - last))))
+        return turn, change, math.cos(now - courses[0]) < 0.0
+
+    def _poses(self, plan: PathPlan, place: OnTrack, nav: NavState, pace: float) -> tuple[PlannedPose, ...]:
+        """The poses from now on, with the bow turned into the current as now."""
+        speed, yaw = max(self.speed_mps, self._commanded), nav.yaw_rad if self.yaw_rad is None else self.yaw_rad
+        poses = []
+        for k in range(_POSES):
+            s_m = place.s_m if k == 0 else plan.ahead_m(place.s_m, k * PATH_STEP_S, pace)
+            there, course = place.track.at(s_m), plan.course_rad(s_m)
+            poses.append(PlannedPose(there.north_m, there.east_m, self._crab.heading_rad(nav, course, speed, yaw)))
+        return tuple(poses)
