@@ -32,6 +32,8 @@ _LEAST_M = 0.2
 _CLAIMS = 3.0  # of the accuracy that the receiver claims
 _NOISES = 8.0  # of its usual step beside the boat's
 _GAP_S = 1.5
+_PAUSE = 2.5  # times the usual time between velocities: in waves, nobody knows what the boat has done meanwhile
+_USUAL_PART = 0.1
 _LEAST_S = 0.35  # a single step is noise, or a jump, which `position_jump.py` judges
 _AGREES = 0.5  # share of the threshold below which a position agrees with the estimate again
 _STEADY_S = 3.0  # without a further drift, before it can agree
@@ -42,11 +44,13 @@ Way = tuple[float, float]
 
 @dataclass(slots=True)
 class _Receiver:
-    """`way`: what its velocity has added up to, by `velocity`; `antenna_way`: that of the antenna. `carried`: the
-    velocity of the estimate less that of the inertial sums when the velocity was found to lie, and when that was.
-    `last`: the last fix, and the way by then. `drifted_s`: when it last drifted by the threshold."""
+    """`way`: what its velocity has added up to, by `velocity`; `antenna_way`: that of the antenna. `usual_s`: between
+    two velocities. `carried`: the velocity of the estimate less that of the inertial sums when the velocity was found
+    to lie, and when that was. `last`: the last fix, and the way by then. `drifted_s`: when it last drifted by the
+    threshold."""
 
     velocity: VelocitySeen | None = None
+    usual_s: float = 0.0
     way: Way = (0.0, 0.0)
     antenna_way: Way = (0.0, 0.0)
     carried: tuple[float, float, float] | None = None
@@ -55,6 +59,14 @@ class _Receiver:
     cusum: VectorCusum = field(default_factory=VectorCusum)
     since_s: float | None = None
     drifted_s: float = 0.0
+
+    def goes_on(self, passed_s: float) -> bool:
+        """Whether so long between two velocities is no pause. Learns what is usual."""
+        if not 0.0 < passed_s <= _GAP_S:
+            return False
+        usual_s = self.usual_s or passed_s
+        self.usual_s = usual_s + _USUAL_PART * (passed_s - usual_s)
+        return passed_s <= _PAUSE * usual_s
 
 
 class PositionDrift(Hypothesis):
@@ -103,10 +115,11 @@ class PositionDrift(Hypothesis):
         if receiver.carried is not None:
             receiver.carried = receiver.last = None
         last, receiver.velocity = receiver.velocity, seen
-        if last is None or not 0.0 < seen.t_s - last.t_s <= _GAP_S:
+        passed_s = math.inf if last is None else seen.t_s - last.t_s
+        if last is None or not receiver.goes_on(passed_s):
             receiver.last = None
             return
-        half_s = 0.5 * (seen.t_s - last.t_s)
+        half_s = 0.5 * passed_s
         (north, east), (antenna_north, antenna_east) = receiver.way, receiver.antenna_way
         receiver.way = (
             north + half_s * (last.north_mps + seen.north_mps),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import random
 
 import pytest
@@ -149,6 +150,20 @@ def test_gaps_are_not_bridged() -> None:
             evidence.positions = evidence.velocities = []
 
     assert passage.go(60.0, gaps) == []
+
+
+def test_a_pause_in_waves_is_not_bridged() -> None:
+    """In a second without the receiver, waves of 0.4 m/s and 2.3 s carry a boat to and fro: the mean of the velocities
+    before and after is not its way."""
+    passage = Passage(PositionDrift(), BOAT)
+
+    def waves(evidence: Evidence, age_s: float) -> None:
+        moved(evidence, 0.15 * math.sin(2.7 * age_s))
+        sped(evidence, 0.15 * 2.7 * math.cos(2.7 * age_s))
+        if age_s % 7.3 < 1.0:
+            evidence.positions = evidence.velocities = []
+
+    assert passage.go(120.0, waves) == []
 
 
 def test_a_velocity_that_has_just_jumped_is_not_the_positions_fault() -> None:
