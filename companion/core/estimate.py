@@ -160,12 +160,14 @@ Air = tuple[float, float]
 
 def air_over_ground(nav: NavState) -> Air | None:
     """The true wind as a velocity; None if it is not known."""
-    if nav.wind_speed_mps is None or nav.wind_from_rad is None:
+    return air_of(nav.wind_speed_mps, nav.wind_from_rad)
+
+
+def air_of(speed_mps: float | None, from_rad: float | None) -> Air | None:
+    """The velocity of a wind; None where either is unknown."""
+    if speed_mps is None or from_rad is None:
         return None
-    return (
-        -nav.wind_speed_mps * math.cos(nav.wind_from_rad),
-        -nav.wind_speed_mps * math.sin(nav.wind_from_rad),
-    )
+    return -speed_mps * math.cos(from_rad), -speed_mps * math.sin(from_rad)
 
 
 def without_waves(nav: NavState) -> NavState:

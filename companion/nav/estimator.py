@@ -6,11 +6,10 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
-from companion.config.top_speed import top_speed_mps
-from companion.config.vessel import NavigatedBoat, VesselConfig
+from companion.config.vessel import NavigatedBoat
 from companion.core.actuation import Wrench
 from companion.core.decision import TextKind
-from companion.core.estimate import NavState, WaveMotion
+from companion.core.estimate import NavState, WaveMotion, air_of
 from companion.core.events import Announce, unheard
 from companion.core.frames import ned_to_body
 from companion.core.geodesy import LocalFrame, distance_and_bearing
@@ -27,16 +26,17 @@ from companion.core.readings import (
 )
 from companion.nav.accuracies import SensorAccuracies
 from companion.nav.ahrs_heading import AttitudeFilter, ahrs_headings
+from companion.nav.altitude import Altitude
 from companion.nav.antenna_pair import antenna_pairs
 from companion.nav.blending import Offset, ReceiverBlend
 from companion.nav.corrections import corrections_of
-from companion.nav.current import CurrentObserver, GroundMotion
 from companion.nav.headings import HeadingSources, TrueHeading
 from companion.nav.inertial import InertialSolution, without_force
 from companion.nav.inertial_source import InertialSource
 from companion.nav.integrity.evidence import INERTIAL, LieFound, Sense
 from companion.nav.lever_arms import ZERO, Vector, euler_of, normal_gravity_mps2
 from companion.nav.measured_off import Wander
+from companion.nav.model_aid import ModelAid
 from companion.nav.mounting import Mounting
 from companion.nav.no_imu import PoseSolution
 from companion.nav.outliers import FirstPosition, ThesisOutlierRule, Verdict
@@ -45,20 +45,13 @@ from companion.nav.receiver_latency import ReceiverLatency
 from companion.nav.solution import Motion, Place
 from companion.nav.sources import AbsoluteTime, GradeWatch, SourceSelector, TrueWind, plausible
 from companion.nav.validity import Validity
-from companion.nav.velocity_aid import VelocityAid
-from companion.nav.wave_motion import WaveObserver
 from companion.nav.witness import Witness
 from companion.params.store import Parameters
 
 _FAR_FROM_HOME_M = 50_000.0
-_TOP_SPEEDS, _PUSHED_MPS = 2.0, 5.0  # a boat is slower than that many times its top speed, and what current and sea add
 _UNCONFIRMED_S = 0.5  # shorter than the gates take to follow the receivers to where the estimate has gone
-_FASTEST_MPS = 60.0  # where no hull model tells the top speed
-_ALTITUDE_SHARE = 0.05
 _IMU_TIMEOUT_S = 0.5
 _WIND_TIMEOUT_S = 2.0
-_CURRENT_AGE_S = 1.0  # age of the position up to which the velocity counts as measured
-_AID_AGE_S = 0.2  # age of position and velocity above which neither counts as measured for the aid
 _LIE_M = 1.5  # off by more after such a lie, the position begins anew
 _LIE_SIGMA = 0.5  # m, m/s: of the motion that a lying inertial sensor leaves
 _LIE_SIGMA_RAD = math.radians(15.0)  # of a heading that has followed a lie
@@ -98,7 +91,8 @@ class Estimator:
         self._velocities, self._winds = SourceSelector(timeouts_s), SourceSelector(timeouts_s)
         self._timeouts_s = timeouts_s
         self._receivers = ReceiverLatency()
-        self._queue = ReadingQueue({row.name: row.latency_s for row in config.sensors}, self._receivers.late_s)
+        self._latencies_s = {row.name: row.latency_s for row in config.sensors}
+        self._queue = ReadingQueue(self._latencies_s, self._receivers.late_s)
         self._witness = Witness(parameters, say)
         self._imus = InertialSource(config.sensors, self._corrections, self._mounting, self._witness)
         self._jumps_followed = 0
@@ -108,11 +102,7 @@ class Estimator:
         self._pose = PoseSolution()
         self._first = FirstPosition()
         self._thesis = ThesisOutlierRule()
-        self._config = config
-        self._current = self._current_observer()
-        self._impossible_mps = _impossible_mps(config)
-        self._aid = None if self._current is None else VelocityAid(self._current)
-        self._waves = WaveObserver(config.hull, config.length_m) if isinstance(config, VesselConfig) else None
+        self._model = ModelAid(config, parameters)
         self._grade = GradeWatch()
         self._blend = ReceiverBlend()
         self._pairs = antenna_pairs(config.sensors)
@@ -122,8 +112,7 @@ class Estimator:
         self._wind = TrueWind(_WIND_TIMEOUT_S)
         self._fix: GnssFix | None = None
         self._here: tuple[float, float] | None = None  # the estimate's latitude and longitude at the last tick
-        self._altitude_m = config.home.altitude_m
-        self._altitude_known = False
+        self._altitude = Altitude(config.home.altitude_m)
         self._position_source: str | None = None
 
     @property
@@ -149,30 +138,17 @@ class Estimator:
         if thrust is not None and self._is_lost(motion, now_s):
             motion = self._begin_anew(motion, now_s)
         self._side_readings(readings, motion)
-        self._update_current(motion, thrust, now_s)
+        self._aid_by_model(motion, thrust, now_s)
         driven = thrust is not None and self._pose.started
         used = self._imus.current
-        self._react(self._witness.conclude(driven, motion, self._inertial, self._current, now_s, used))
+        self._react(self._witness.conclude(driven, motion, self._inertial, self._model.current, now_s, used))
         if self._witness.monitor.untrusted:
             self._validity.lied_s = now_s
-        return self._state(motion, self._wave_motion(motion, thrust, now_s), now_s)
-
-    def _wave_motion(self, motion: Motion, thrust: Wrench | None, now_s: float) -> WaveMotion | None:
-        parameters = self._parameters
-        if self._waves is None or not parameters["DP_WAVES"]:
-            return None
-        place_radps = max(parameters["DP_BW_SURGE"], parameters["DP_BW_SWAY"])
-        return self._waves.update(now_s, thrust, motion, (place_radps, parameters["DP_BW_YAW"]))
-
-    def _current_observer(self) -> CurrentObserver | None:
-        return CurrentObserver(self._config) if isinstance(self._config, VesselConfig) else None
+        return self._state(motion, self._model.waves(now_s, thrust, motion), now_s)
 
     def _is_lost(self, motion: Motion, now_s: float) -> bool:
         """Whether the boat cannot be as fast as the estimate, and no receiver says that it is."""
-        return self._impossible(motion) and self._validity.unmeasured_s(now_s) > _UNCONFIRMED_S
-
-    def _impossible(self, motion: Motion) -> bool:
-        return math.hypot(motion.velocity[0], motion.velocity[1]) > self._impossible_mps
+        return self._model.is_impossible(motion) and self._validity.unmeasured_s(now_s) > _UNCONFIRMED_S
 
     def _begin_anew(self, motion: Motion, now_s: float) -> Motion:
         """Forget an estimate that no boat can sail: it has lost itself, and speaks against receivers that are right.
@@ -184,8 +160,7 @@ class Estimator:
             self._inertial.stop()
             self._inertial.forget_biases()
         self._pose, self._first = PoseSolution(), FirstPosition()
-        self._current = self._current_observer()
-        self._aid = None if self._current is None else VelocityAid(self._current)
+        self._model.begin_anew()
         self._witness.monitor.begin_anew()
         return self._motion(now_s)
 
@@ -258,9 +233,9 @@ class Estimator:
         if inertial is None or not (inertial.running and inertial.feels) or source is None:
             return
         found = self._receivers.update(inertial, source)
-        row = None if found is None else next((row for row in self._config.sensors if row.name == source), None)
-        if found is not None and row is not None:
-            self._say(inertial.t_s, TextKind.ATTENTION, "receiver_late", found.text(row))
+        if found is not None:
+            text = found.text(self._latencies_s.get(source, 0.0))
+            self._say(inertial.t_s, TextKind.ATTENTION, "receiver_late", text)
 
     def _solution(self) -> InertialSolution | PoseSolution:
         inertial = self._inertial
@@ -439,7 +414,7 @@ class Estimator:
         if verdict is not Verdict.REJECT:
             self._validity.position(fix.t_s, 0.0 if inertial else slow_sigma_m)
             if leads:
-                self._take_altitude(fix, lever)
+                self._altitude.take(fix, lever)
 
     def _expect_wander(self, fix: GnssFix, slow_sigma_m: float) -> None:
         """Tell the inertial filter of the slow error of the receiver in use. Blended receivers have the one of all."""
@@ -482,13 +457,7 @@ class Estimator:
                 self._inertial.filter.gravity_mps2 = normal_gravity_mps2(fix.lat_deg)
         self._pose.begin(fix.t_s, *approved, lever, sigma_m)
         self._validity.begin(fix.t_s)
-        self._take_altitude(fix, lever)
-
-    def _take_altitude(self, fix: GnssFix, lever: Vector) -> None:
-        if fix.altitude_m is not None:
-            share = _ALTITUDE_SHARE if self._altitude_known else 1.0
-            self._altitude_m += share * (fix.altitude_m + lever[2] - self._altitude_m)
-            self._altitude_known = True
+        self._altitude.take(fix, lever)
 
     def _take_velocity(self, velocity: GroundVelocity) -> None:
         lever, rule = self._levers.get(velocity.source, ZERO), None
@@ -552,24 +521,14 @@ class Estimator:
         if solution.heading(t_s, heading.yaw_rad, heading.sigma_rad, rule) is not Verdict.REJECT:
             self._validity.heading(t_s, slow_sigma_rad)
 
-    def _update_current(self, motion: Motion, thrust: Wrench | None, now_s: float) -> None:
-        if self._current is None or self._aid is None:
-            return
-        passage: GroundMotion | None = None
-        validity = self._validity
-        measured = now_s - validity.position_s <= _CURRENT_AGE_S or validity.carried(now_s)
-        if self._pose.started and self._pose.oriented and not self._impossible(motion):
-            speed, from_rad = self._wind.at(now_s)
-            air = (
-                (None, None)
-                if speed is None or from_rad is None
-                else (-speed * math.cos(from_rad), -speed * math.sin(from_rad))
-            )
-            passage = GroundMotion(motion.velocity[0], motion.velocity[1], motion.attitude[2], motion.rates[2], *air)
-        self._current.update(now_s, thrust, passage, measured)
+    def _aid_by_model(self, motion: Motion, thrust: Wrench | None, now_s: float) -> None:
+        """Let the hull model learn from the motion, and carry the velocity on where nothing measures it."""
+        usable = self._pose.started and self._pose.oriented and not self._model.is_impossible(motion)
+        air = air_of(*self._wind.at(now_s))
+        self._model.observe(now_s, thrust, motion if usable else None, air, self._validity)
         solution = self._solution()
         if isinstance(solution, InertialSolution):
-            aid = self._aid.update(now_s, validity.unmeasured_s(now_s) <= _AID_AGE_S, motion)
+            aid = self._model.velocity(now_s, motion, self._validity)
             if aid is not None:
                 solution.aid(*aid)
 
@@ -612,14 +571,15 @@ class Estimator:
         fix = self._fix
         heard = fix is not None and now_s - fix.t_s <= self._timeouts_s.get(fix.source, self._parameters["FS_POS_T"])
         wind_speed, wind_from = self._wind.at(now_s)
-        current = (None if self._current is None else self._current.estimate(now_s)) or (None, None, None)
+        observer = self._model.current
+        current = (None if observer is None else observer.estimate(now_s)) or (None, None, None)
         return NavState(
             t_s=now_s,
             position_valid=pose.started and validity.position_valid(position_sigma_m, now_s),
             heading_valid=pose.oriented and validity.heading_valid(yaw_sigma_rad, now_s, by_gyro),
             lat_deg=lat,
             lon_deg=lon,
-            altitude_m=self._altitude_m,
+            altitude_m=self._altitude.altitude_m,
             north_m=north,
             east_m=east,
             roll_rad=roll,
@@ -653,9 +613,3 @@ class Estimator:
             judged=() if self._inertial is None else tuple(self._inertial.judged.values()),
             waves=waves,
         )
-
-
-def _impossible_mps(config: NavigatedBoat) -> float:
-    """A speed over ground that the boat cannot have."""
-    top_mps = top_speed_mps(config) if isinstance(config, VesselConfig) else math.inf
-    return min(_TOP_SPEEDS * top_mps + _PUSHED_MPS, _FASTEST_MPS)

@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from companion.config.devices import SensorConfig
 from companion.nav.inertial import InertialSolution
 from companion.nav.turn_latency import TurnLatency
 
@@ -28,9 +27,9 @@ class LatencyFound:
     late_s: float
     sigma_s: float
 
-    def text(self, row: SensorConfig) -> str:
-        """For people, with what the file says."""
-        return f"{self.source} is {row.latency_s + self.late_s:.2f} s late: the file says {row.latency_s:.2f}"
+    def text(self, told_s: float) -> str:
+        """For people, with the latency that the file says."""
+        return f"{self.source} is {told_s + self.late_s:.2f} s late: the file says {told_s:.2f}"
 
     def agrees(self, before: LatencyFound) -> bool:
         """Whether it comes to the same as before."""

@@ -8,7 +8,6 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
-from companion.config.devices import SensorConfig
 from companion.core.readings import Imu
 from companion.nav.error_state import FilterNoise
 from companion.nav.inertial import InertialSolution
@@ -19,7 +18,6 @@ from companion.nav.solution import Motion
 
 G = 9.82
 HZ, EVERY = 100, 10
-ROW = SensorConfig("gnss", "nmea0183", "memory:gnss", latency_s=0.1)
 
 
 @dataclass
@@ -89,7 +87,7 @@ def test_a_late_receiver_is_found_and_taken_out(late_s: float) -> None:
     assert not more and found.late_s == pytest.approx(late_s, abs=0.06) and t_s < 40.0
     assert sailed.latency.late_s("gnss") == pytest.approx(found.late_s, abs=1e-6)
     assert sailed.off_m < 0.2 and math.degrees(sailed.off_rad) < 1.2  # untouched: 1.2 m, 3.6 degrees
-    assert found.text(ROW) == f"gnss is {0.1 + found.late_s:.2f} s late: the file says 0.10"
+    assert found.text(0.1) == f"gnss is {0.1 + found.late_s:.2f} s late: the file says 0.10"
 
 
 def test_of_another_receiver_nothing_is_known() -> None:

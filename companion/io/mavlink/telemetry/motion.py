@@ -6,6 +6,7 @@ import math
 from typing import Any
 
 from companion.core.actuation import ThrusterCondition
+from companion.core.estimate import air_over_ground
 from companion.core.frames import body_to_ned
 from companion.core.readings import FixType
 from companion.core.setpoint import PathSetpoint, PoseSetpoint, Setpoint, desired_motion
@@ -235,17 +236,11 @@ def wind_cov(view: View, persona: Persona) -> Any:
     """WIND_COV: the true wind, as the direction it blows to; None where it is not measured."""
     if view.tick is None:
         return None
-    nav = view.tick.nav
-    if nav.wind_speed_mps is None or nav.wind_from_rad is None:
+    air, altitude_m = air_over_ground(view.tick.nav), view.tick.nav.altitude_m
+    if air is None:
         return None
-    north_mps, east_mps = (
-        -nav.wind_speed_mps * math.cos(nav.wind_from_rad),
-        -nav.wind_speed_mps * math.sin(nav.wind_from_rad),
-    )
     unknown = math.nan
-    return mavlink.MAVLink_wind_cov_message(
-        view.unix_us, north_mps, east_mps, 0.0, unknown, unknown, nav.altitude_m, unknown, unknown
-    )
+    return mavlink.MAVLink_wind_cov_message(view.unix_us, *air, 0.0, unknown, unknown, altitude_m, unknown, unknown)
 
 
 def retraction(view: View, persona: Persona) -> Any:
