@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from companion.app import program_version
-from companion.cli.common import UsageError
+from companion.cli.common import UsageError, seeds
 from companion.core.nearest import did_you_mean
 
 if TYPE_CHECKING:
@@ -31,12 +31,6 @@ def add_to(tasks: Any) -> None:
     beside.add_argument("--seeds", type=seeds, default=range(8), metavar="A-B", help="as 0-7, or 3")
     beside.add_argument("--out", type=Path, default=Path("out/ardurover"), metavar="DIR")
     beside.set_defaults(command=_beside)
-
-
-def seeds(text: str) -> range:
-    """`0-7` or `3`. Raises ValueError."""
-    first, _, last = text.partition("-")
-    return range(int(first), int(last or first) + 1)
 
 
 def _beside(arguments: argparse.Namespace) -> int:

@@ -24,6 +24,12 @@ class UsageError(Exception):
     """A command that cannot be carried out: one line that says why and what to do."""
 
 
+def seeds(text: str) -> range:
+    """The seeds `0-7`, or `3` alone. Raises ValueError."""
+    first, _, last = text.partition("-")
+    return range(int(first), int(last or first) + 1)
+
+
 def add_clock_to(parser: argparse.ArgumentParser) -> None:
     """Add `--clock HOST:PORT`: the time comes from another program (`companion.clock.DrivenClock`). It is for tests and
     co-simulation; the help leaves it out."""

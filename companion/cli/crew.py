@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from companion.cli.common import UsageError
+from companion.cli.common import Interrupt, UsageError
 
 if TYPE_CHECKING:
     from sitl.sweep.rows import Journal
@@ -26,12 +26,25 @@ def add_crew_to(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--keep", action="store_true", help="keep the logs of good runs too")
 
 
-def check_crew(arguments: argparse.Namespace) -> None:
+def _check(arguments: argparse.Namespace) -> None:
     """Raises UsageError for a number that makes no sense."""
     if arguments.jobs is not None and arguments.jobs < 1:
         raise UsageError(f"--jobs {arguments.jobs}: must be at least 1")
     if arguments.minutes is not None and arguments.minutes <= 0.0:
         raise UsageError(f"--minutes {arguments.minutes:g}: must be above 0")
+
+
+def sail_to_the_end(arguments: argparse.Namespace, task: Callable[[Callable[[], bool]], int]) -> int:
+    """Returns what `task(interrupted)` returns, which Ctrl-C asks to end. Raises UsageError for a number that makes no
+    sense, and for what cannot be sailed."""
+    from sitl.sweep.rows import SweepError
+
+    _check(arguments)
+    interrupt = Interrupt()
+    try:
+        return task(lambda: interrupt.received)
+    except SweepError as error:
+        raise UsageError(str(error)) from error
 
 
 class Ending:

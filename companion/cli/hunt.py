@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from companion.analysis.capability import capability
-from companion.cli.common import Interrupt, UsageError
-from companion.cli.crew import Ending, add_crew_to, check_crew, refuse_other_commit, workers_of
+from companion.cli.common import UsageError
+from companion.cli.crew import Ending, add_crew_to, refuse_other_commit, sail_to_the_end, workers_of
 from companion.cli.progress import bar
 from companion.cli.sweep import sail
 from companion.config.top_speed import top_speed_mps
@@ -96,18 +96,11 @@ class BoatStrength:
 
 def _hunt(arguments: argparse.Namespace) -> int:
     """Exit code 0 where no property is violated, else 1."""
-    from sitl.sweep.rows import SweepError
-
     if arguments.runs is not None and arguments.runs < 1:
         raise UsageError(f"--runs {arguments.runs}: must be at least 1")
     minutes = arguments.minutes
     arguments.minutes = _MINUTES if minutes is None and arguments.runs is None else minutes
-    check_crew(arguments)
-    interrupt = Interrupt()
-    try:
-        return hunt(arguments, sail, lambda: interrupt.received)
-    except SweepError as error:
-        raise UsageError(str(error)) from error
+    return sail_to_the_end(arguments, lambda interrupted: hunt(arguments, sail, interrupted))
 
 
 def hunt(arguments: argparse.Namespace, sail: Sail, interrupted: Callable[[], bool]) -> int:

@@ -9,8 +9,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from companion.cli.common import Interrupt, UsageError
-from companion.cli.crew import Ending, add_crew_to, check_crew, refuse_other_commit, workers_of
+from companion.cli.common import UsageError
+from companion.cli.crew import Ending, add_crew_to, refuse_other_commit, sail_to_the_end, workers_of
 from companion.cli.progress import bar
 from companion.cli.sweep_progress import SweepProgress
 from companion.config.vessel import ConfigError
@@ -81,14 +81,7 @@ def sail(run: Run, folder: Path) -> None:
 
 def _run(arguments: argparse.Namespace) -> int:
     """Exit code 0 where all runs that were sailed are good, else 1."""
-    from sitl.sweep.rows import SweepError
-
-    check_crew(arguments)
-    interrupt = Interrupt()
-    try:
-        return sweep(arguments, sail, lambda: interrupt.received)
-    except SweepError as error:
-        raise UsageError(str(error)) from error
+    return sail_to_the_end(arguments, lambda interrupted: sweep(arguments, sail, interrupted))
 
 
 def sweep(arguments: argparse.Namespace, sail: Sail, interrupted: Callable[[], bool]) -> int:

@@ -10,7 +10,6 @@ import math
 import select
 import socket
 import subprocess
-import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
@@ -25,7 +24,7 @@ from sitl.world import World
 
 _LOOPBACK = "127.0.0.1"
 _TRUTH_S = 0.05
-_SILENT_S = 60.0  # by the wall clock
+_WAIT_S, _WAITS = 1.0, 60  # by the wall clock: so often it may be silent for so long
 _AGAIN_S = 2.0  # of the boat's time, between two sendings of an order
 _LIVE_HZ: Mapping[int, float] = {
     mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT: 5.0,
@@ -146,11 +145,13 @@ class ArduRover:
 
     def _step(self) -> None:
         """Answer one packet of pulses, and hear what was said until it came. Raises RoverError where none comes."""
-        end_s = time.monotonic() + _SILENT_S
-        while self._pulses not in (ready := select.select([self._pulses, self._words], [], [], 1.0)[0]):
+        silent = 0
+        while self._pulses not in (ready := select.select([self._pulses, self._words], [], [], _WAIT_S)[0]):
             if self._words in ready:
                 self._hear()
-            elif self._process.poll() is not None or time.monotonic() > end_s:
+                continue
+            silent += 1
+            if self._process.poll() is not None or silent >= _WAITS:
                 raise RoverError("it went away; what it printed stands in ardurover.txt")
         if self._words in ready:
             self._hear()

@@ -9,6 +9,7 @@ prints one line a seed. `--only trial` or `--only typed` sails a part.
 from __future__ import annotations
 
 import argparse
+import itertools
 import math
 import threading
 from collections.abc import Mapping, Sequence
@@ -24,6 +25,7 @@ from companion.analysis.hull_model import COUPLING, INERTIA, HullModel
 from companion.analysis.log_reader import Log, open_log, parameters_of
 from companion.analysis.manoeuvre import Manoeuvre
 from companion.analysis.trial_identify import TrialIdentification, identify_trial
+from companion.cli.common import seeds
 from companion.cli.rig import LockstepRig
 from companion.cli.trial_results import FileTrials, finding, identified
 from companion.config.overlay import overlay_name, set_accepted
@@ -368,15 +370,10 @@ def sail_seed(seed: int, folder: Path, only: Sequence[str] = PARTS, weather: Wea
     return Found(boat, typed, trial, result, errors, after, true)
 
 
-def _seeds(text: str) -> range:
-    first, _, last = text.partition("-")
-    return range(int(first), int(last or first) + 1)
-
-
 def main() -> int:
     """Sail the seeds; 0 if all of them passed."""
     parser = argparse.ArgumentParser(description="hidden hulls")
-    parser.add_argument("seeds", nargs="+", type=_seeds, help="such as 0-19 or 7")
+    parser.add_argument("seeds", nargs="+", type=seeds, help="such as 0-19 or 7")
     parser.add_argument("--folder", type=Path, required=True, help="for the logs")
     parser.add_argument("--only", nargs="+", choices=PARTS, default=PARTS)
     parser.add_argument("--wind", default=WIND, help="m/s; default %(default)s")
@@ -386,7 +383,7 @@ def main() -> int:
     arguments = parser.parse_args()
     weather = Weather(arguments.wind, arguments.current)
     found = []
-    for seed in (seed for seeds in arguments.seeds for seed in seeds):
+    for seed in itertools.chain.from_iterable(arguments.seeds):
         found.append(sail_seed(seed, arguments.folder / f"seed{seed}", arguments.only, weather))
         print(found[-1].line, flush=True)
     kept = sum(one.typed is None or not one.typed.lost for one in found)

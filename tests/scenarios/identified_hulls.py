@@ -10,6 +10,7 @@ Prints a line a boat, then a table of the quantities.
 from __future__ import annotations
 
 import argparse
+import itertools
 import json
 import math
 from collections.abc import Sequence
@@ -24,6 +25,7 @@ from companion.analysis.log_reader import open_log
 from companion.analysis.manoeuvre import read_manoeuvre
 from companion.analysis.trial_identify import identify_trial
 from companion.analysis.trial_log import manoeuvres
+from companion.cli.common import seeds
 from sitl.hidden_hull import HiddenHull
 from sitl.hidden_structure import structure_of, structured_hull, water_of
 from tests.scenarios.hidden_hulls import (
@@ -184,21 +186,16 @@ def _tracked(sailed: Sequence[tuple[Kept, Kept]]) -> str:
     )
 
 
-def _seeds(text: str) -> range:
-    first, _, last = text.partition("-")
-    return range(int(first), int(last or first) + 1)
-
-
 def main() -> int:
     """Study the seeds; 0 if nine of ten stated intervals have the truth."""
     parser = argparse.ArgumentParser(description="identified hulls")
-    parser.add_argument("seeds", nargs="+", type=_seeds, help="such as 200-249 or 207")
+    parser.add_argument("seeds", nargs="+", type=seeds, help="such as 200-249 or 207")
     parser.add_argument("--folder", type=Path, required=True, help="for the logs")
     parser.add_argument("--track", action="store_true", help="sail as typed and as found")
     parser.add_argument("--out", type=Path, help="all figures as JSON")
     arguments = parser.parse_args()
     found = []
-    for seed in (seed for seeds in arguments.seeds for seed in seeds):
+    for seed in itertools.chain.from_iterable(arguments.seeds):
         found.append(study(seed, arguments.folder / f"seed{seed}", arguments.track))
         print(found[-1].line, flush=True)
         if arguments.out is not None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -220,6 +221,13 @@ def test_the_published_otter_pitches_by_itself_and_its_sensors_feel_it() -> None
     assert felt_mps2 == pytest.approx(9.82 * math.sin(hull.pitch_rad), abs=0.02)
 
 
+def true_motion(world: World) -> tuple[Rotation, Any]:
+    """Attitude, and velocity to north and east."""
+    hull, sea = world.hull, world.waves
+    turn = Rotation.from_euler("ZYX", (hull.yaw_rad, sea.pitch_rad, sea.roll_rad))
+    return turn, np.array([hull.north_mps, hull.east_mps])
+
+
 @pytest.mark.parametrize("waves", ["", "0.1@90"])
 def test_a_perfect_inertial_sensor_carries_the_published_otter_on_through_a_turn(waves: str) -> None:
     """Its rates turn the attitude, its forces change the velocity: nobody's measurement contradicts the truth."""
@@ -229,8 +237,7 @@ def test_a_perfect_inertial_sensor_carries_the_published_otter_on_through_a_turn
         thruster.drive(throttle)
     world.advance(1.0)
     hull, sea, dt_s = world.hull, world.waves, world.step_s
-    turn = Rotation.from_euler("ZYX", (hull.yaw_rad, sea.pitch_rad, sea.roll_rad))
-    velocity = np.array([hull.north_mps, hull.east_mps])
+    turn, velocity = true_motion(world)
     for k in range(101, 1600):
         world.advance(k * dt_s)
         felt = true_imu(9.82, hull, sea)
@@ -247,8 +254,7 @@ def test_a_perfect_inertial_sensor_carries_a_boat_on_in_waves() -> None:
     world = World(without_boards(load(find("blueboat"))), WorldConditions(waves="0.3@90", seed=100))
     world.advance(1.0)
     hull, sea, dt_s = world.hull, world.waves, world.step_s
-    turn = Rotation.from_euler("ZYX", (hull.yaw_rad, sea.pitch_rad, sea.roll_rad))
-    velocity = np.array([hull.north_mps, hull.east_mps])
+    turn, velocity = true_motion(world)
     for k in range(101, 3000):
         world.advance(k * dt_s)
         felt = true_imu(9.82, hull, sea)
