@@ -38,8 +38,7 @@ _SHAPE = (
 
 
 class MissionFence:
-    """`refusal(inputs)` checks the rest of the mission beside the control thread; `terms(home, nav)` is what its ways
-    depend on now.
+    """`refusal` checks the rest of the mission beside the control thread; `terms` is what its ways depend on now.
 
     The check has two parts: from the boat to the first place of the mission, anew whenever the boat has moved, and from
     there on. Until they are complete, a mission is refused only for what was found by then. Remembers the answers.

@@ -4,7 +4,7 @@ sails on or holds; the next part of a long mission is laid ahead of time."""
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from companion.baselines.path_choice import ChosenPathTracker
@@ -61,9 +61,9 @@ class RouteSailing:
         self._parameters = parameters
         self._executor = executor
         self._fence = fence
-        self._can_sway = config.limits.sway_n > 0.0
+        can_sway = config.limits.sway_n > 0.0
         submit = fence.submit_urgent
-        self.tracker = ChosenPathTracker(parameters, self._can_sway, top_speed_mps(config), agility_of(config), submit)
+        self.tracker = ChosenPathTracker(parameters, can_sway, top_speed_mps(config), agility_of(config), submit)
         self._search: Search[LaidRoute] = Search(submit)
         self._next: LaidRoute | None = None  # to be taken up
         self._foreseen: tuple[Sail, Onward, Key] | None = None
@@ -122,7 +122,7 @@ class RouteSailing:
             raise RuntimeError("RouteSailing.take_up before it is ready")
         goes_on = before is not None and self._goes_on(task, before)
         self.route, self.reported = task.route, 0
-        self.sideways = self.ends_sideways(task.route)
+        self.sideways = len(laid.route.seqs) < len(task.route)
         self._rounded = laid.rounded
         route, waypoints = laid.route, laid.rounded.waypoints
         if laid.laid is not None:
@@ -166,13 +166,9 @@ class RouteSailing:
     def _route_of(self, task: Sail, terms: MissionTerms) -> Route:
         """The route without a last leg that is sailed sideways."""
         points, beyond, stop = task.route, task.beyond, task.stop
-        if self.ends_sideways(points):
+        if terms.ends_sideways(points):
             points, beyond, stop = points[:-1], (), False
         return Route(terms.waypoints(points), tuple(p.seq for p in points), terms.waypoints(beyond), stop)
-
-    def ends_sideways(self, route: Sequence[RoutePoint]) -> bool:
-        """Whether the last leg of a route is sailed sideways."""
-        return route[-1].yaw_rad is not None and self._can_sway and bool(self._parameters["WP_YAW_MODE"])
 
     @staticmethod
     def _from_boat(nav: NavState) -> FromBoat:
