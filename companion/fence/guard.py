@@ -14,7 +14,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Protocol
 
 from companion.config.vessel import VesselConfig
-from companion.control.model import damping
+from companion.control.surge_governor import SurgeGovernor
 from companion.core.decision import FenceState, Home, ModeId, TextKind
 from companion.core.estimate import NavState
 from companion.core.events import EventLog
@@ -86,6 +86,7 @@ class FenceGuard:
         self._events = events
         self._frame = frame
         self._circle = HomeCircle(parameters, home, events)
+        self._governor = SurgeGovernor(config, parameters)
         self._key: tuple[object, ...] = ()
         self._areas: FenceAreas | None = None
         self._ways: Ways | None = None
@@ -94,6 +95,7 @@ class FenceGuard:
         self._worker: Worker | None = None
         self._work: tuple[tuple[object, ...], Future[Prepared]] | None = None
         self._entered = False
+        self._kept = False  # the armed boat has been where plans may lead
         self._breached = False
         self._breaches = 0
         self._breach_s: float | None = None
@@ -196,7 +198,7 @@ class FenceGuard:
         self._key, self._areas, self._ways = prepared.key, prepared.areas, prepared.ways
         self.no_circle = prepared.no_circle
         if not circle_moved:
-            self._entered = self._breached = self._slowed = False
+            self._entered = self._kept = self._breached = self._slowed = False
             self.cause = None
 
     def _leave(self, prepared: Prepared) -> None:
@@ -314,6 +316,8 @@ class FenceGuard:
             if not self._entered:
                 self._events.say(now_s, TextKind.ROUTINE, "fence_entered", "Inside the fence: enforced from now on")
         self._entered = self._entered or not outside
+        kept_m = areas.keeping.margin(nav.north_m, nav.east_m).distance_m
+        self._kept = armed and (self._kept or kept_m > 0.0)
         if self._breached:
             self.cause = "Outside the fence" if self._entered else None
         else:
@@ -346,7 +350,7 @@ class FenceGuard:
         """The warning where the operator steers the boat out of the fence; None where that is not so.
 
         It comes while the boat can still stop inside. In Heading, which slows down by itself, it comes when the boat
-        has reached the line.
+        has reached the line. However slowly a boat drifts, it comes when the hull may touch the line.
         """
         if not mode.by_stick and self.cause is None:
             return None
@@ -362,8 +366,10 @@ class FenceGuard:
             need_m = math.dist(stop, (nav.north_m, nav.east_m)) + _DECIDE_S * speed
         near = areas.fence.margin(nav.north_m, nav.east_m)
         closing = nav.north_mps * near.north + nav.east_mps * near.east > _DRIFT_MPS
-        begins = (edge.distance_m <= 2.0 * nav.position_accuracy_m + _DECIDE_S * _DRIFT_MPS and closing) or (
-            edge.distance_m > 0.0 and speed > 2.0 * _DRIFT_MPS and way_m <= need_m
+        begins = (
+            (edge.distance_m <= 2.0 * nav.position_accuracy_m + _DECIDE_S * _DRIFT_MPS and closing)
+            or (edge.distance_m > 0.0 and speed > 2.0 * _DRIFT_MPS and way_m <= need_m)
+            or (self._kept and edge.distance_m <= -self._parameters["FENCE_MARGIN"])
         )
         lasts = lasting and (edge.distance_m < _AWAY_M or way_m <= need_m)
         if not begins and not lasts:
@@ -421,9 +427,12 @@ class FenceGuard:
         limit = speed_limit(areas, nav, demand, self._parameters)
         if self._config.limits.sway_n <= 0.0 and not mode.by_stick:
             limit = SpeedLimit(max(limit.speed_mps, _STEERAGE_SHARE * cruise_mps), limit.braking_mps2)
-        result = (
-            self._governed(setpoint, nav, limit) if isinstance(setpoint, HeadingSetpoint) else _slower(setpoint, limit)
-        )
+        if isinstance(setpoint, HeadingSetpoint):
+            result: HeadingSetpoint | PathSetpoint = self._governor.limited(
+                setpoint, nav, limit.speed_mps, limit.braking_mps2, now_s
+            )
+        else:
+            result = _slower(setpoint, limit)
         slowed = math.hypot(*_demand(result, nav)) < _SLOWED_SHARE * math.hypot(*demand)
         if slowed:
             if not self._slowed:
@@ -431,19 +440,6 @@ class FenceGuard:
             self._slowed_s = now_s
         self._slowed = slowed or (self._slowed and now_s - self._slowed_s < _SLOWED_S)
         return result
-
-    def _governed(self, setpoint: HeadingSetpoint, nav: NavState, limit: SpeedLimit) -> HeadingSetpoint:
-        """Surge force of the stick, at most what brings the boat to the limit: m11 (−a + ω (u_lim − u)) + X(u_lim)."""
-        wrench = setpoint.wrench
-        if math.isinf(limit.speed_mps):
-            return setpoint
-        hull = self._config.hull
-        sign = -1.0 if nav.surge_mps < 0.0 else 1.0
-        drag_n, _, _ = damping(hull, limit.speed_mps, 0.0, 0.0)
-        slack = limit.speed_mps - sign * nav.surge_mps
-        most_n = hull.m11_kg * (self._parameters["PATH_BW_SURGE"] * slack - limit.braking_mps2) + drag_n
-        surge_n = min(wrench.surge_n, most_n) if sign > 0.0 else max(wrench.surge_n, -most_n)
-        return setpoint if surge_n == wrench.surge_n else replace(setpoint, wrench=replace(wrench, surge_n=surge_n))
 
 
 def _drop_one(pieces: list[object]) -> None:

@@ -15,7 +15,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from companion.config.vessel import VesselConfig
-from companion.control.model import damping
+from companion.control.surge_governor import SurgeGovernor
 from companion.core.decision import ModeId, ModeInputs, TextKind
 from companion.core.estimate import NavState
 from companion.core.events import EventLog
@@ -113,6 +113,7 @@ class ObstacleGuard:
         chart: ChartKeeper,
     ) -> None:
         self._config = config
+        self._governor = SurgeGovernor(config, parameters)
         self._parameters = parameters
         self._around = surroundings
         self._events = events
@@ -264,7 +265,7 @@ class ObstacleGuard:
         limit = self._limit_mps(nav, along)
         size = math.hypot(*demand)
         if isinstance(setpoint, HeadingSetpoint):
-            return self._governed(setpoint, nav, limit)
+            return self._governor.limited(setpoint, nav, limit, 0.0, inputs.now_s)
         if isinstance(setpoint, PoseSetpoint):
             return self._posed(setpoint, nav, limit, inputs)
         slowed = self._is_slowed(limit < _SLOWED_SHARE * size, inputs.now_s)
@@ -303,17 +304,6 @@ class ObstacleGuard:
         """Way straight ahead until the hull is too near to something."""
         keep_m = 0.5 * self._config.length_m + STOP_SHARE * self._parameters["CP_DIST"]
         return clear_way_m((nav.north_m, nav.east_m), along, self._circles, keep_m)
-
-    def _governed(self, setpoint: HeadingSetpoint, nav: NavState, limit: float) -> HeadingSetpoint:
-        """Surge force of the stick, at most what brings the boat to the limit."""
-        if math.isinf(limit):
-            return setpoint
-        hull, wrench = self._config.hull, setpoint.wrench
-        sign = -1.0 if nav.surge_mps < 0.0 else 1.0
-        drag_n, _, _ = damping(hull, limit, 0.0, 0.0)
-        most_n = hull.m11_kg * self._parameters["PATH_BW_SURGE"] * (limit - sign * nav.surge_mps) + drag_n
-        surge_n = min(wrench.surge_n, most_n) if sign > 0.0 else max(wrench.surge_n, -most_n)
-        return setpoint if surge_n == wrench.surge_n else replace(setpoint, wrench=replace(wrench, surge_n=surge_n))
 
     def _posed(self, setpoint: PoseSetpoint, nav: NavState, limit: float, inputs: ModeInputs) -> Setpoint:
         """Dynamic positioning on its way to another pose stops where something lies before it, until that is gone."""

@@ -272,6 +272,36 @@ def test_a_breach_counts_acts_and_ends_with_hysteresis(boat: Boat) -> None:
     assert "fence" not in boat.status.failsafes
 
 
+@pytest.mark.parametrize("mode", [ModeId.MANUAL, ModeId.FORCES, ModeId.HEADING])
+def test_a_slow_drift_ends_before_the_hull_is_over_the_line(boat: Boat, mode: ModeId) -> None:
+    fence(boat)
+    armed_in(boat, mode)
+    half_m, margin_m = 0.5 * boat.config.length_m, boat.parameters["FENCE_MARGIN"]
+    for step in range(400):
+        north_m = 46.0 + 0.01 * step
+        at(boat, north_m, 0.0, north_mps=0.03)
+        boat.step()
+        if boat.status.mode is ModeId.HOLD:
+            break
+    assert 50.0 - half_m - margin_m <= north_m <= 50.0 - half_m + 0.03
+    assert "Fence 1 m ahead: Hold" in boat.texts()
+
+
+def test_a_boat_armed_near_the_line_is_left_to_the_operator_until_it_has_been_inside(boat: Boat) -> None:
+    fence(boat)
+    at(boat, 49.0, 0.0)
+    armed_in(boat, ModeId.MANUAL)
+    for north_m in (49.0, 49.1):
+        at(boat, north_m, 0.0, north_mps=0.03)
+        boat.step()
+        assert boat.status.mode is ModeId.MANUAL and not boat.status.failsafes
+    at(boat, 47.0, 0.0, north_mps=-0.2)
+    boat.step()
+    at(boat, 49.0, 0.0)
+    boat.step()
+    assert boat.status.mode is ModeId.HOLD
+
+
 def test_an_operator_may_leave_by_manual(boat: Boat) -> None:
     fence(boat)
     armed_in(boat, ModeId.MANUAL)

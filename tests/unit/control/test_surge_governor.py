@@ -1,0 +1,77 @@
+"""The stick's surge force under a speed limit: a hull with one degree of freedom, pushed by wind."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from companion.config.vessel import VesselConfig, bundled, find, load
+from companion.control.model import damping
+from companion.control.surge_governor import SurgeGovernor
+from companion.core.actuation import Wrench
+from companion.core.setpoint import HeadingSetpoint
+from companion.params.store import Parameters
+from tests.unit.control.simple_boat import REVOLT
+from tests.unit.estimates import AT_REST
+
+DT_S = 0.1
+
+
+def sail(
+    config: VesselConfig, stick_n: float, push_n: float, limit_mps: float, speed_mps: float = 0.0
+) -> tuple[float, float]:
+    """Speed after five minutes of the stick held, and the way made in the last minute. `push_n`: a steady force."""
+    governor, way_m = SurgeGovernor(config, Parameters()), 0.0
+    for tick in range(3000):
+        nav = replace(AT_REST, surge_mps=speed_mps)
+        asked = HeadingSetpoint(0.0, Wrench(stick_n, 0.0, 0.0))
+        got = governor.limited(asked, nav, limit_mps, 0.0, tick * DT_S).wrench.surge_n
+        got = max(-config.limits.surge_n, min(config.limits.surge_n, got))
+        drag_n, _, _ = damping(config.hull, speed_mps, 0.0, 0.0)
+        speed_mps += (got + push_n - drag_n) / config.hull.m11_kg * DT_S
+        way_m += speed_mps * DT_S if tick >= 2400 else 0.0
+    return speed_mps, way_m
+
+
+@pytest.mark.parametrize("name", bundled())
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_boat_pushed_over_its_limit_comes_to_rest(name: str, sign: float) -> None:
+    config = load(find(name))
+    full = sign * config.limits.surge_n
+    speed_mps, way_m = sail(config, full, 0.1 * full, 0.0)
+    assert abs(speed_mps) < 1e-4 and abs(way_m) < 0.01
+
+
+@pytest.mark.parametrize(("push_n", "slowest_mps"), [(0.0, 0.299), (5.0, 0.299), (-5.0, 0.25)])
+def test_the_boat_goes_at_the_limit_and_below_it_against_the_wind(push_n: float, slowest_mps: float) -> None:
+    speed_mps, _ = sail(REVOLT, 50.0, push_n, 0.3)
+    assert slowest_mps <= speed_mps <= 0.301
+
+
+def test_a_boat_that_moves_slowly_the_other_way_is_limited_all_the_same() -> None:
+    governor = SurgeGovernor(REVOLT, Parameters())
+    full = HeadingSetpoint(0.0, Wrench(50.0, 0.0, 0.0))
+    got = governor.limited(full, replace(AT_REST, surge_mps=-0.01), 0.0, 0.0, 0.0).wrench.surge_n
+    assert got == pytest.approx(REVOLT.hull.m11_kg * Parameters()["PATH_BW_SURGE"] * 0.01)
+
+
+def test_no_limit_leaves_the_stick_alone_and_clears_the_integral() -> None:
+    governor, fast = SurgeGovernor(REVOLT, Parameters()), replace(AT_REST, surge_mps=0.2)
+    full = HeadingSetpoint(0.0, Wrench(50.0, 0.0, 0.0))
+    first = governor.limited(full, fast, 0.0, 0.0, 0.0)
+    assert governor.limited(full, fast, 0.0, 0.0, 0.1).wrench.surge_n == pytest.approx(first.wrench.surge_n)
+    later = governor.limited(full, fast, 0.0, 0.0, 0.2)
+    assert later.wrench.surge_n < first.wrench.surge_n - 0.1
+    assert governor.limited(full, fast, math.inf, 0.0, 0.3) is full
+    assert governor.limited(full, fast, 0.0, 0.0, 0.4) == first
+
+
+def test_after_a_gap_the_integral_begins_anew() -> None:
+    governor, fast = SurgeGovernor(REVOLT, Parameters()), replace(AT_REST, surge_mps=0.2)
+    full = HeadingSetpoint(0.0, Wrench(50.0, 0.0, 0.0))
+    first = governor.limited(full, fast, 0.0, 0.0, 0.0)
+    for tick in range(1, 9):
+        governor.limited(full, fast, 0.0, 0.0, tick * DT_S)
+    assert governor.limited(full, fast, 0.0, 0.0, 60.0) == first
