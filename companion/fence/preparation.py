@@ -3,7 +3,7 @@ that may change meanwhile and can be done beside the control thread."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
@@ -41,13 +41,18 @@ class Ways:
     """Ways that leave room for the corners that a path cuts. Remembers the routes for each radius; of a large fence,
     and of one with many zones, they are all made at the beginning."""
 
-    def __init__(self, keeping: FenceArea, radius_m: float, large: bool) -> None:
+    def __init__(
+        self, keeping: FenceArea, radius_m: float, large: bool, routes: Mapping[float, Routes] | None = None
+    ) -> None:
+        """`routes`: those made before, by radius; then no others are made here."""
         self._keeping = keeping
         self.large = large
-        self._routes: dict[float, Routes] = {}
+        self._routes: dict[float, Routes] = dict(routes or {})
         self._others: dict[Lane, Ways] = {}
         from companion.fence.way_round import is_for_few
 
+        if routes is not None:
+            return
         for radius in _radii(radius_m) if large or not is_for_few(keeping) else ():
             self._routes[radius] = self._made(radius)
 
@@ -56,10 +61,8 @@ class Ways:
         if lane is Lane.CONTROL:
             return self
         if lane not in self._others:
-            ways = Ways.__new__(Ways)
-            ways._keeping, ways.large, ways._others = self._keeping.in_lane(lane), self.large, {}
-            ways._routes = {radius: routes.in_lane(lane) for radius, routes in self._routes.copy().items()}
-            self._others[lane] = ways
+            routes = {radius: routes.in_lane(lane) for radius, routes in self._routes.copy().items()}
+            self._others[lane] = Ways(self._keeping.in_lane(lane), 0.0, self.large, routes)
         return self._others[lane]
 
     def radii_m(self, radius_m: float) -> Sequence[float]:

@@ -33,10 +33,17 @@ def routes_in(area: FenceArea) -> ClearRoutes | Roadmap:
 class Roadmap:
     """As `ClearRoutes`, for areas that have too many corners for it."""
 
-    def __init__(self, area: FenceArea) -> None:
+    def __init__(self, area: FenceArea, grid: tuple[Floats, Any] | None = None) -> None:
+        """`grid`: places and graph of the same area in another lane."""
+        self._area = area
+        self._places, self._graph = self._gridded() if grid is None else grid
+        if grid is None and len(self._places):  # the first search takes long
+            self._search(tuple(self._places[0].tolist()), tuple(self._places[-1].tolist()))
+
+    def _gridded(self) -> tuple[Floats, Any]:
         from scipy.sparse import coo_matrix
 
-        self._area = area
+        area = self._area
         low, high = _extent(area)
         cell_m = max(1.0, math.sqrt(float(np.prod(high - low)) / _CELLS))
         counts = np.maximum(2, np.ceil((high - low) / cell_m).astype(int) + 1)
@@ -44,21 +51,16 @@ class Roadmap:
         places = np.stack(np.meshgrid(norths, easts, indexing="ij"), axis=-1)
         inside = np.array([shapely.intersects_xy(area.geometry, row[:, 0], row[:, 1]) for row in places])
         number = np.where(inside, np.cumsum(inside).reshape(inside.shape) - 1, -1)
-        self._places: Floats = places[inside]
+        kept: Floats = places[inside]
         begins, ends = _edges(number)
-        seen = self._sees(self._places[begins], self._places[ends])
+        seen = self._sees(kept[begins], kept[ends])
         begins, ends = begins[seen], ends[seen]
-        lengths = np.hypot(*(self._places[begins] - self._places[ends]).T)
-        count = len(self._places)
-        self._graph: Any = coo_matrix((lengths, (begins, ends)), shape=(count, count)).tocsr()
-        if count:
-            self._search(tuple(self._places[0].tolist()), tuple(self._places[-1].tolist()))  # the first one takes long
+        lengths = np.hypot(*(kept[begins] - kept[ends]).T)
+        return kept, coo_matrix((lengths, (begins, ends)), shape=(len(kept), len(kept))).tocsr()
 
     def in_lane(self, lane: Lane) -> Roadmap:
         """The same for another thread (`FenceArea.in_lane`)."""
-        routes = Roadmap.__new__(Roadmap)
-        routes._area, routes._places, routes._graph = self._area.in_lane(lane), self._places, self._graph
-        return routes
+        return Roadmap(self._area.in_lane(lane), (self._places, self._graph))
 
     def find(self, begin: Place, end: Place, through: FenceArea | None = None) -> tuple[Place, ...] | None:
         """As `ClearRoutes.find`."""

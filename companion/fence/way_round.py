@@ -57,16 +57,14 @@ class ClearRoutes:
     """Shortest ways inside `area`, which already includes the clearance. Remembers the corners, and which of them see
     each other."""
 
-    def __init__(self, area: FenceArea) -> None:
+    def __init__(self, area: FenceArea, seen: tuple[Floats, dict[int, Visible]] | None = None) -> None:
+        """`seen`: the corners, and what is known of their sight, from the same area in another lane."""
         self._area = area
-        self._corners = self._few_corners(area)
-        self._visible: dict[int, Visible] = {}  # by corner
+        self._corners, self._visible = (self._few_corners(area), {}) if seen is None else seen
 
     def in_lane(self, lane: Lane) -> ClearRoutes:
         """The same for another thread (`FenceArea.in_lane`)."""
-        routes = ClearRoutes.__new__(ClearRoutes)
-        routes._area, routes._corners, routes._visible = self._area.in_lane(lane), self._corners, self._visible.copy()
-        return routes
+        return ClearRoutes(self._area.in_lane(lane), (self._corners, self._visible.copy()))
 
     @staticmethod
     def _few_corners(area: FenceArea) -> Floats:

@@ -34,9 +34,9 @@ class Parameters:
 
     def frozen(self) -> Parameters:
         """The values as they are now, for work beside the control thread. What is set later does not change them."""
-        copy = Parameters.__new__(Parameters)
+        copy = Parameters(table=())
         copy.specs, copy._by_name, copy.index, copy.defaults = self.specs, self._by_name, self.index, self.defaults
-        copy._values, copy._listeners, copy._after = dict(self._values), [], []
+        copy._values = dict(self._values)
         return copy
 
     def spec(self, name: str) -> ParamSpec | None:

@@ -20,6 +20,7 @@ _PURE = {"int", "len", "max", "min", "round"}
 def change_form(node: ast.AST, edits: Edits) -> None:
     """Change one node. Raises ValueError where mypyc would not do what is written."""
     if isinstance(node, ast.Call):
+        _refuse_bare(node)
         _sum(node, edits)
         _extreme(node, edits)
     elif isinstance(node, ast.Assign):
@@ -35,6 +36,12 @@ def _refuse_effects(node: ast.Slice) -> None:
     calls = {ast.unparse(part.func) for part in ast.walk(node) if isinstance(part, ast.Call)}
     if (not calls <= _PURE) or any(isinstance(part, ast.NamedExpr) for part in ast.walk(node)):
         raise ValueError(f"line {node.lineno}: a call in the bounds of a slice, which mypyc does twice")
+
+
+def _refuse_bare(call: ast.Call) -> None:
+    """mypyc's classes call `__init__` in `__new__`, so there is no object without it."""
+    if isinstance(call.func, ast.Attribute) and call.func.attr == "__new__" and ast.unparse(call.func.value) != "int":
+        raise ValueError(f"line {call.lineno}: an object made by __new__, for which mypyc calls __init__")
 
 
 def _sum(call: ast.Call, edits: Edits) -> None:

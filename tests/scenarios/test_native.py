@@ -18,7 +18,7 @@ from companion.cli.rig import LockstepRig
 from sitl.scenarios import SCENARIOS
 from sitl.scenarios.scenario import run
 name, vessel, folder = sys.argv[1:]
-changes = {"time": "20"} if name == "follow" else {}
+changes = {"follow": {"time": "20"}, "fence_stop": {"by": "mission"}}.get(name, {})
 run(SCENARIOS[name], LockstepRig, Path(folder), seed=0, vessel=vessel, changes=changes)
 """
 
@@ -28,7 +28,14 @@ BUILT = bool(native.usable(native.ROOT, native.FOLDER)[0])
 @pytest.mark.process
 @pytest.mark.skipif(not BUILT, reason="no native build of these sources: `make native`")
 @pytest.mark.parametrize(
-    ("scenario", "vessel"), [("docking", "revolt"), ("mission_square", "aboat"), ("follow", "rescuerunner")]
+    ("scenario", "vessel"),
+    [
+        ("docking", "revolt"),
+        ("mission_square", "aboat"),
+        ("follow", "rescuerunner"),
+        ("fence_stop", "revolt"),
+        ("obstacles", "otter"),
+    ],
 )
 def test_both_sail_the_same(scenario: str, vessel: str, tmp_path: Path) -> None:
     logs = {}

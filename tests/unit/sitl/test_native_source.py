@@ -162,6 +162,11 @@ def test_a_slice_that_does_something_is_refused(bound: str) -> None:
         prepared(f"rest = data[{bound} :]\n")
 
 
+def test_an_object_without_its_init_is_refused() -> None:
+    with pytest.raises(ValueError, match="line 1: an object made by __new__"):
+        prepared("area = Area.__new__(Area)\n")
+
+
 def test_a_class_variable_of_a_dataclass_is_refused() -> None:
     with pytest.raises(ValueError, match="line 3: a ClassVar"):
         prepared("@dataclass\nclass Point:\n    kind: ClassVar[int] = 1\n")
