@@ -17,7 +17,11 @@ from companion.params.store import Parameters
 _LIMITED_SHARE = 0.01  # shortfall, as a share of the axis's limit, from which an axis counts as limited
 _IDLE_SHARE = 0.1  # share of full force below which turning a thruster costs no thrust
 _PULL = 0.05  # weight of the preferred azimuth of an idle or limited thruster
-_WORTH_A_TURN = 0.2  # share of a limit that must be missing before a thruster at its stop turns round without thrust
+# Share of a limit that must be missing before a thruster at its stop turns round without thrust; with less it waits
+# longer: 2 s where half of the demand or more is missing.
+_WORTH_A_TURN = 0.2
+_LEAST_WORTH = 0.02
+_HALF_MISSING, _SOON = 0.5, 0.25  # of the demand; of the pace at which it waits with _WORTH_A_TURN
 # How long a better azimuth must lie beyond a forbidden sector, or the other way round the stops, before the thruster
 # turns there.
 _APART_S = 0.5
@@ -147,6 +151,7 @@ class Allocator(_AllocatorBase):
         self._short = False
         self._wasted = 0.0  # power beyond that of the unconstrained solution, in full thrusters
         self._missing = 0.0  # shortfall of the worst axis, as a share of its limit
+        self._asked = 0.0  # demand of the axis that is asked for most, likewise
         self._alone = len(self._thrusters) == 1
         self._way_mps = _WAY_LENGTHS_PS * config.length_m
         self._crossing: list[float | None] = [None] * len(self._thrusters)  # azimuth to turn to without thrust
@@ -167,7 +172,8 @@ class Allocator(_AllocatorBase):
             self._optimise(wrench, ideal, dt_s, planned and surge_mps > self._way_mps)
         allocation = self._result(wrench)
         self._short = any(allocation.limited)
-        self._missing = self._share_missing(wrench, allocation.achieved)
+        self._missing = self._largest_share(wrench, allocation.achieved)
+        self._asked = self._largest_share(wrench, Wrench(0.0, 0.0, 0.0))
         return allocation
 
     def _cut(self, ideal: Sequence[tuple[float, float]], dt_s: float) -> None:
@@ -308,11 +314,21 @@ class Allocator(_AllocatorBase):
         turned = abs(wanted_rad - present) > 0.5 * math.pi
         if self._alone:  # nothing else gives what is missing while it pushes the wrong way
             turned = self._forces[i] * (-1.0 if reverse else 1.0) < 0.0
-        apart = (apart and not t.sectors.free) or (self._missing > _WORTH_A_TURN and stopped and turned)
-        self._apart_s[i] = self._apart_s[i] + dt_s if apart else 0.0
+        pace = 1.0 if apart and not t.sectors.free else self._worth_a_turn() if stopped and turned else 0.0
+        apart = pace > 0.0
+        self._apart_s[i] = self._apart_s[i] + pace * dt_s if apart else 0.0
         if (self._apart_s[i] >= _APART_S and not self._others_cross(i)) or (apart and not t.sectors.allowed(present)):
             self._crossing[i] = wanted_rad
             self._apart_s[i] = 0.0
+
+    def _worth_a_turn(self) -> float:
+        """How much is missing: 1 for so much that a thruster at its stop should turn round at once, 0 for nothing."""
+        if self._alone:
+            return 1.0 if self._missing > _WORTH_A_TURN else 0.0
+        if self._missing < _LEAST_WORTH:
+            return 0.0
+        soon = _SOON if self._missing > _HALF_MISSING * self._asked else 0.0
+        return min(1.0, max(soon, self._missing / _WORTH_A_TURN))
 
     def _consider_turning_round(self, i: int, t: Thruster, ideal: tuple[float, float], dt_s: float) -> None:
         """Begin to turn a thruster without thrust that has long pushed, weakly, against its share of the demand.
@@ -339,8 +355,8 @@ class Allocator(_AllocatorBase):
             for t, force, (x, y) in zip(self._thrusters, self._forces, ideal, strict=True)
         )
 
-    def _share_missing(self, demanded: Wrench, achieved: Wrench) -> float:
-        """Shortfall of the worst axis, as a share of its limit."""
+    def _largest_share(self, demanded: Wrench, achieved: Wrench) -> float:
+        """Difference on the axis where it is largest, as a share of its limit."""
         x, y, n = self._scales
         return max(
             abs(demanded.surge_n - achieved.surge_n) / x,

@@ -47,7 +47,8 @@ def sail(gcs: GroundStation, settings: Settings) -> dict[str, Any]:
     else:
         push = lambda: None  # noqa: E731
         home = LocalFrame(gcs.rig.config.home.lat_deg, gcs.rig.config.home.lon_deg)
-        end_m = line_m - 0.5 * gcs.rig.config.length_m - 0.6 if by == "mission" else line_m + 40.0
+        kept_m = 0.5 * gcs.rig.config.length_m + gcs.parameter("FENCE_MARGIN") + 0.1
+        end_m = line_m - kept_m if by == "mission" else line_m + 40.0
         gcs.upload([Item(mavlink.MAV_CMD_NAV_WAYPOINT, *home.to_geodetic(end_m, 0.0))])
         gcs.set_mode(_MISSION)
         gcs.command(mavlink.MAV_CMD_DO_CHANGE_SPEED, 1.0, 25.0, -1.0)

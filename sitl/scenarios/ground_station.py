@@ -123,6 +123,13 @@ class GroundStation:
         )
         self.wait(f"{name} = {value:g}", lambda: getattr(self.last.get("PARAM_VALUE"), "param_id", "") == name, 3.0)
 
+    def parameter(self, name: str) -> float:
+        """The value of a parameter, asked for by PARAM_REQUEST_READ. Raises GroundStationTimeout where none comes."""
+        self.last.pop("PARAM_VALUE", None)
+        self.send(mavlink.MAVLink_param_request_read_message(self.vessel, 1, name.encode(), -1))
+        self.wait(name, lambda: getattr(self.last.get("PARAM_VALUE"), "param_id", "") == name, 3.0)
+        return float(self.last["PARAM_VALUE"].param_value)
+
     def hold_at_home(self, settle_s: float) -> None:
         """Arm in Hold, go to home with the heading of the start, and settle."""
         home = self.rig.config.home

@@ -18,6 +18,8 @@ _CRUISE_SHARE, _TOP_SHARE, _POSITIONING_SHARE = 0.6, 0.85, 0.25  # of top speed
 _ACCELERATION_SHARE = 0.3  # of the thrust
 _SLOWEST_CRUISE_MPS = 0.3
 _CIRCLE = 3.0  # lengths: radius of the water that a boat with a rudder needs to turn and come back
+# Lengths, for a boat without sideways thrust: while it turns its bow into a wind of 5 m/s it drifts by up to 1.4.
+_BOW_CIRCLE = 1.5
 # Lengths: radius of its turn with full rudder, at every speed. Ships must turn within 2.5 (IMO MSC.137(76)).
 _TURN = 2.0
 
@@ -43,11 +45,13 @@ def figures(
         "PATH_BW_SURGE": _within(0.15, math.sqrt(surge_n / (hull.m11_kg * _FULL_AT_M)), min(1.0, by_lag)),
         "PATH_BW_YAW": _within(0.3, math.sqrt(yaw_nm / (hull.m33_kgm2 * _FULL_AT_RAD)), min(1.3, 1.6 * by_lag)),
         **_speeds(top_mps, surge_n / hull.m11_kg, yaw_nm, hull, _TURN * length_m if needs_flow else 0.0),
-        **_circles(length_m, receiver, _CIRCLE if needs_flow else 1.0 if sway_n > 0.0 else 1.5),
+        **_circles(length_m, receiver, _CIRCLE if needs_flow else 1.0 if sway_n > 0.0 else _BOW_CIRCLE),
         "NAV_ACC_RAD": max(1.5 if receiver == "rtk" else 2.0, (_TURN if needs_flow else 0.75) * length_m),
     }
     if needs_flow:  # it may drift through its watch circle, beside the fence too
         rows["FENCE_MARGIN"] = rows["DP_WATCH_R"]
+    elif sway_n <= 0.0:
+        rows["FENCE_MARGIN"] = _BOW_CIRCLE * length_m
     if sway_n > 0.0:
         rows["DP_BW_SWAY"] = _within(0.1, math.sqrt(sway_n / (hull.m22_kg * _FULL_AT_M)), most)
         rows["DP_ACC_SWAY"] = _within(0.01, _ACCELERATION_SHARE * sway_n / hull.m22_kg, 0.2)
