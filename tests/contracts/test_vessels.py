@@ -27,6 +27,16 @@ def test_its_parameters_are_within_the_table(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", NAMES)
+def test_its_fence_leaves_room_for_what_its_hold_needs(name: str) -> None:
+    """A boat without sideways thrust drifts while it turns its bow to the wind; a jet, within its watch circle."""
+    boat = load(find(name))
+    values = Parameters(boat.parameters, table_of(boat))
+    lengths = 0.0 if boat.limits.sway_n > 0.0 else 1.5
+    needed_m = values["DP_WATCH_R"] if boat.thrusters[0].kind == "jet" else lengths * boat.length_m
+    assert values["FENCE_MARGIN"] >= needed_m - 1e-3
+
+
+@pytest.mark.parametrize("name", NAMES)
 def test_its_simulated_boat_drifts_with_the_stream_and_stays_finite(name: str) -> None:
     boat = load(find(name))
     assert boat.sitl is not None and boat.sitl.gnss in GRADES
