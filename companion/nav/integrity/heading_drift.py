@@ -63,7 +63,8 @@ class _Track:
 
     def spread_rad(self, from_s: float) -> float:
         """By how much the turns since a time differ at most."""
-        since = self.turns_rad[bisect_left(self.times_s, from_s) :]
+        first = bisect_left(self.times_s, from_s)
+        since = self.turns_rad[first:]
         return max(since) - min(since) if since else 0.0
 
     def is_opposite(self, from_s: float) -> bool:
