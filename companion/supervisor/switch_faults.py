@@ -49,5 +49,7 @@ def kill_switch_fault(parameters: Parameters, channels: int | None) -> str | Non
     heard (`channels` None)."""
     if channels is None:
         return None
-    missing = [number for number in kill_channels(parameters) if number > channels]
-    return f"transmitter has no channel {missing[0]} for its kill switch" if missing else None
+    for number in kill_channels(parameters):
+        if number > channels:
+            return f"transmitter has no channel {number} for its kill switch"
+    return None
