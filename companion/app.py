@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
@@ -58,6 +58,7 @@ from companion.safety import Gate
 from companion.supervisor.supervisor import Supervisor
 
 
+@cache
 def program_version() -> str:
     """The installed version, or "0.0.0" from a source tree."""
     try:
@@ -92,11 +93,11 @@ def parameter_problems(path: Path, settings: Mapping[str, float]) -> list[str]:
     """One line, with its place in the file, for each entry of `[parameters]` that the table of parameters refuses."""
     found: list[str] = []
     table = Parameters()
-    lines = config_module.parameter_lines(path)
     for name, value in settings.items():
         if (refusal := table.refusal(name, value)) is not None:
             why = refusal.name.lower().replace("_", " ")
-            found.append(f"{path}:{lines.get(name, 0)}: parameters.{name}: {value:g}: {why}{_allowed(table, name)}")
+            text = f"{value:g}: {why}{_allowed(table, name)}"
+            found.append(config_module.placed(path, ("parameters", name), text))
     return found
 
 
@@ -350,10 +351,10 @@ def _tell_exposed(around: Surroundings, events: EventLog) -> None:
             events.say(around.clock.now_s(), TextKind.ATTENTION, "link_exposed", f"Link {link.name} obeys anybody")
 
 
-def warm_up() -> None:
-    """Load scipy's interpolation before it is needed: the import takes most of a second (several on a small board), too
-    long for a tick."""
-    build_path(((0.0, 0.0), (1.0, 0.0), (1.0, 1.0)), PathKind.PCHIP)
+def warm_up(parameters: Parameters) -> None:
+    """Load what PATH_KIND needs of scipy before it is needed: the import takes most of a second (several on a small
+    board), too long for a tick. PCHIP, the usual kind, needs nothing."""
+    build_path(((0.0, 0.0), (1.0, 0.0), (1.0, 1.0)), PathKind(int(parameters["PATH_KIND"])))
 
 
 def _warner(events: EventLog, clock: WaitingClock) -> Callable[[str], None]:

@@ -141,6 +141,7 @@ class Vessel:
         self._recorders: list[Recorder] = []
         self._arrived: list[Reading] = []  # readings that came in between two ticks
         self._inputs = Inputs()
+        self._newest: dict[str, Any] = {}  # of a tick, by the fields of `Inputs`
         self._battery = BatteryGauge(config, parameters, events.say)
         self._reports = ThrusterReports(len(config.thrusters))
         self._achieved: Wrench = ZERO_WRENCH
@@ -240,20 +241,22 @@ class Vessel:
         self._stations.serve(now_s)
         self._collect(now_s)
         readings, self._arrived = self._arrived, []
-        newest: dict[str, Any] = {}
+        newest = self._newest
+        newest.clear()
         for reading in readings:
             kind = type(reading)
             if kind in self._taken:
                 self._taken[kind](reading, now_s)
             elif kind in NEWEST:
                 newest[NEWEST[kind]] = reading
-        self._inputs = replace(self._inputs, **newest) if newest else self._inputs
+        if newest:
+            self._inputs = self._inputs.renewed(newest)
         self.supervisor.calibration.take(readings, now_s)
         return readings
 
     def _battery_read(self, reading: Battery, now_s: float) -> None:
-        battery = self._battery.update(reading, self._inputs.battery, now_s)
-        self._inputs = replace(self._inputs, battery=battery)
+        before: Battery | None = self._newest.get("battery", self._inputs.battery)
+        self._newest["battery"] = self._battery.update(reading, before, now_s)
 
     def device_health(self, now_s: float) -> tuple[DeviceHealth, ...]:
         """Health of every device. Announces changes, and devices that do not answer within `_ANSWER_S` of the start."""
@@ -314,7 +317,7 @@ class Vessel:
         )
         leak = self._inputs.leak
         lamps = beacon(status, leak is not None and leak.wet, health, self._blocks.availability.conditions)
-        return replace(command, beacon=lamps)
+        return command.lit(lamps)
 
     def act(self, command: ActuatorCommand, now_s: float) -> None:
         """Send the command to all bridges."""

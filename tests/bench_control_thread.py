@@ -13,7 +13,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from companion.app import warm_up
 from companion.io.mavlink.wire import messages
 from tests.afloat_beside import BoatBeside
 from tests.bench_console import Line
@@ -167,7 +166,6 @@ class _Bench:
 
 def most_at_a_time(folder: Path, line: Line) -> None:
     """The rows of a boat that follows its path by feedback, and of one that plans its motion along it."""
-    warm_up()
     for vessel in ("revolt", "aboat"):
         bench = _Bench(folder / "most_at_a_time", vessel, line)
         line(f"most at a time: {vessel}", "", "")

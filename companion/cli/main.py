@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import importlib
 import re
 import sys
 from collections.abc import Sequence
@@ -11,33 +12,6 @@ from typing import Any, NoReturn
 from companion import native
 from companion.analysis.log_reader import LogError
 from companion.app import program_version
-from companion.cli import (
-    bollard,
-    calibrate,
-    capability,
-    check,
-    console,
-    devices,
-    draw,
-    evaluate,
-    export,
-    hunt,
-    identify,
-    leader,
-    mission,
-    new,
-    replay,
-    report,
-    run,
-    scenario,
-    script,
-    service,
-    signing,
-    sitl,
-    sweep,
-    thruster_test,
-    trial,
-)
 from companion.cli.common import UsageError, complain
 from companion.config.vessel import ConfigError
 from companion.core.nearest import did_you_mean
@@ -47,32 +21,11 @@ from companion.mission.plan_file import PlanFileError
 from companion.record.state_file import StateFileBusy
 
 _COMMANDS = (
-    run,
-    new,
-    draw,
-    check,
-    sitl,
-    devices,
-    mission,
-    scenario,
-    sweep,
-    hunt,
-    evaluate,
-    leader,
-    replay,
-    identify,
-    calibrate,
-    capability,
-    report,
-    console,
-    script,
-    export,
-    service,
-    signing,
-    bollard,
-    thruster_test,
-    trial,
+    *("run", "new", "draw", "check", "sitl", "devices", "mission", "scenario", "sweep", "hunt", "evaluate", "leader"),
+    *("replay", "identify", "calibrate", "capability", "report", "console", "script", "export", "service", "signing"),
+    *("bollard", "thruster_test", "trial"),
 )
+"""Their modules, in the order of the help."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -80,7 +33,16 @@ def main(argv: Sequence[str] | None = None) -> int:
 
     `argv`: the arguments after the program's name; None: those of the process.
     """
-    arguments = argument_parser().parse_args(argv)
+    return carry_out(parsed(sys.argv[1:] if argv is None else argv))
+
+
+def parsed(words: Sequence[str]) -> argparse.Namespace:
+    """What is asked for. Exits where that cannot be understood, or only help is asked for."""
+    return argument_parser(words[0] if words else "").parse_args(words)
+
+
+def carry_out(arguments: argparse.Namespace) -> int:
+    """Carry out what is asked for, as `main`."""
     try:
         code: int = arguments.command(arguments)
         return code
@@ -116,13 +78,15 @@ class _Parser(argparse.ArgumentParser):
         super().error(message)
 
 
-def argument_parser() -> argparse.ArgumentParser:
-    """What can be asked on the command line."""
+def argument_parser(command: str = "") -> argparse.ArgumentParser:
+    """What can be asked on the command line: of that command, where there is one of that name, else of all. The modules
+    of the others are not imported then."""
     parser = _Parser(
         prog="companion", description="Autopilot for small uncrewed boats, controlled by any MAVLink ground station."
     )
     parser.add_argument("--version", action="version", version=f"USV companion {program_version()}, {native.status}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
-    for module in _COMMANDS:
-        module.add_to(commands)
+    named = command.replace("-", "_")
+    for name in (named,) if named in _COMMANDS else _COMMANDS:
+        importlib.import_module(f"companion.cli.{name}").add_to(commands)
     return parser

@@ -10,8 +10,9 @@ import math
 import re
 import tomllib
 from collections.abc import Callable, Mapping, Sequence
+from copy import deepcopy
 from dataclasses import asdict, dataclass, field, replace
-from functools import cache
+from functools import cache, lru_cache
 from importlib import resources
 from pathlib import Path
 from typing import Annotated, Any, Literal, Protocol, TypeVar
@@ -368,7 +369,7 @@ def validated(
     """A TOML's text as one of our dataclasses, and a function that puts file, line and key before a message. `complete`
     fills in what follows from other keys. Raises ConfigError with every problem."""
     try:
-        data = tomllib.loads(text)
+        data = _tables(text)
     except tomllib.TOMLDecodeError as error:
         raise ConfigError([_not_toml(place, str(error))]) from error
     lines = text.splitlines()
@@ -542,9 +543,20 @@ def as_dict(config: VesselConfig) -> dict[str, Any]:
 def raw(path: Path) -> dict[str, Any]:
     """The tables of a file as they are, with their faults; empty where it is no TOML."""
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
+        return _tables(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError):
         return {}
+
+
+def _tables(text: str) -> dict[str, Any]:
+    """The tables of a TOML's text, for the caller to change. Raises tomllib.TOMLDecodeError."""
+    return deepcopy(_read_once(text))
+
+
+@lru_cache(8)
+def _read_once(text: str) -> dict[str, Any]:
+    """Each check looks at the same file."""
+    return tomllib.loads(text)
 
 
 def raw_parameters(path: Path) -> dict[str, float]:
@@ -554,12 +566,3 @@ def raw_parameters(path: Path) -> dict[str, float]:
     return {
         name: float(value) for name, value in numbers if isinstance(value, (int, float)) and not isinstance(value, bool)
     }
-
-
-def parameter_lines(path: Path) -> Mapping[str, int]:
-    """Line of each entry of `[parameters]`, for messages about them."""
-    try:
-        lines = path.read_text(encoding="utf-8").splitlines()
-    except (OSError, UnicodeDecodeError):
-        return {}
-    return {name: line_of(lines, ("parameters", name)) or 0 for name in raw_parameters(path)}

@@ -4,7 +4,9 @@ the bridges report back."""
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import Enum, IntEnum
+from enum import IntEnum
+
+from companion.core.named import Named
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,6 +89,10 @@ class ActuatorCommand:
     beacon: Beacon = DARK
     auxiliary: Auxiliary = NO_AUXILIARY
 
+    def lit(self, beacon: Beacon) -> ActuatorCommand:
+        """With other lamps. `dataclasses.replace` looks all fields up by name, which is much for each tick."""
+        return ActuatorCommand(self.t_s, self.armed, self.thrusters, self.gated, self.lower, beacon, self.auxiliary)
+
 
 class Deployment(IntEnum):
     """Position of a retractable thruster."""
@@ -114,7 +120,7 @@ class ThrusterFeedback:
     current_a: float | None = None
 
 
-class ThrusterCondition(Enum):
+class ThrusterCondition(Named):
     """Whether a thruster can be used. The allocation uses only those that are ready."""
 
     READY = "ready"

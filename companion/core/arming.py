@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import Enum
 
 from companion.core.decision import ModeId
+from companion.core.named import Named
 
 
-class ArmingCheck(Enum):
+class ArmingCheck(Named):
     """What a finding is about."""
 
     POSITION = "position"

@@ -10,10 +10,11 @@ from typing import Protocol
 
 from companion.core.actuation import ZERO_WRENCH, Wrench
 from companion.core.estimate import Contact, Leader, NavState, TrackedTarget
+from companion.core.named import Named
 from companion.core.readings import ManualInput
 
 
-class ModeId(Enum):
+class ModeId(Named):
     """The modes of the vessel; the value is the name that people see. Logs count them in this order: a new one comes
     last."""
 
@@ -69,7 +70,7 @@ class TextKind(Enum):
         return self.value[1]
 
 
-class Need(Enum):
+class Need(Named):
     """What a mode cannot do without."""
 
     POSITION = "position"

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 from geographiclib.constants import Constants
 from geographiclib.geodesic import Geodesic
 
-_A_M = Constants.WGS84_a
+_A_M: float = Constants.WGS84_a
 _PLANE_M = 20_000.0
 _MEAN_RADIUS_M = 6_371_008.8
 _SETTLED_M = 1e-6  # each pass shrinks the rest by distance over Earth radius: below this, nothing is left
-_E2 = Constants.WGS84_f * (2.0 - Constants.WGS84_f)
+_E2: float = Constants.WGS84_f * (2.0 - Constants.WGS84_f)
 
 
 def _radii_m(lat_rad: float) -> tuple[float, float]:

@@ -9,10 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from enum import Enum, IntEnum
+from enum import IntEnum
 from typing import Annotated, Protocol
 
 from companion.core.actuation import ThrusterFeedback
+from companion.core.named import Named
 
 Int64 = Annotated[int, "int64"]
 """A whole number that a float64 cannot hold exactly; the log keeps it as an int64."""
@@ -72,7 +73,7 @@ class GroundVelocity:
     east_mps: float
 
 
-class HeadingBy(Enum):
+class HeadingBy(Named):
     """What a heading rests on."""
 
     BASELINE = "baseline"  # two antennas, or a gyrocompass: true heading

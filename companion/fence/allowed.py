@@ -12,7 +12,7 @@ from companion.core.work import Lane
 
 if TYPE_CHECKING:
     from companion.fence.area import FenceArea
-    from companion.fence.limit import FenceAreas
+    from companion.fence.areas import FenceAreas
     from companion.fence.preparation import Ways
 
 Place = tuple[float, float]

@@ -31,7 +31,8 @@ from companion.mission.plan import Adopt, PlanItem, PlanKind, Plans
 from companion.params.store import Parameters
 
 if TYPE_CHECKING:
-    from companion.fence.limit import FenceAreas, SpeedLimit
+    from companion.fence.areas import FenceAreas
+    from companion.fence.limit import SpeedLimit
 
 _NO_ACTION = 0  # of GF_ACTION
 _DECIDE_S = 1.0  # delay from the moment when a stop is needed to its begin

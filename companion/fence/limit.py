@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from companion.core.estimate import NavState
-from companion.core.work import Lane
-from companion.fence.area import FenceArea
 from companion.params.store import Parameters
+
+if TYPE_CHECKING:
+    from companion.fence.areas import FenceAreas
 
 _CREEP_MPS = 0.05  # allowed up to the edge of the stopping area, however inaccurate the position is
 _CREEP_LAGS = 4.0  # time constant of the way to that edge, in delays of the speed: from 4 on none is overshot
@@ -27,20 +29,6 @@ class SpeedLimit:
 
 
 NO_LIMIT = SpeedLimit(math.inf)
-
-
-@dataclass(frozen=True, slots=True)
-class FenceAreas:
-    """`fence`: where the boat may be. `stopping`: where its middle may come to rest, half a boat's length further in.
-    `keeping`: where plans may lead, further in again by FENCE_MARGIN."""
-
-    fence: FenceArea
-    stopping: FenceArea
-    keeping: FenceArea
-
-    def in_lane(self, lane: Lane) -> FenceAreas:
-        """As `FenceArea.in_lane`."""
-        return FenceAreas(self.fence.in_lane(lane), self.stopping.in_lane(lane), self.keeping.in_lane(lane))
 
 
 def speed_to_stop_in(way_m: float, deceleration_mps2: float, lag_s: float) -> float:

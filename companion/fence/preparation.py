@@ -15,7 +15,7 @@ from companion.mission.plan import PlanItem, plan_id
 
 if TYPE_CHECKING:
     from companion.fence.area import FenceArea, Shape
-    from companion.fence.limit import FenceAreas
+    from companion.fence.areas import FenceAreas
 
 Place = tuple[float, float]
 FEW_ITEMS = 200  # prepared within a tick; so are their ways
@@ -140,7 +140,7 @@ class FencePlan:
     def _cut(self, zones: FenceAreas | None, circle: FenceZone) -> FenceAreas:
         """The areas within the circle around home."""
         from companion.fence.area import Disc, FenceArea
-        from companion.fence.limit import FenceAreas
+        from companion.fence.areas import FenceAreas
 
         north_m, east_m = self.frame.to_ned(*circle.points[0])
         radius_m, half_m = circle.radius_m or 0.0, 0.5 * self.length_m
@@ -155,7 +155,7 @@ class FencePlan:
     def _zones(self) -> FenceAreas | None:
         """The areas of the plan's zones; None if it has none."""
         from companion.fence.area import FenceArea
-        from companion.fence.limit import FenceAreas
+        from companion.fence.areas import FenceAreas
 
         zones = fence_zones(self.items)
         if not zones:

@@ -103,10 +103,7 @@ class RelativeTracker:
     ) -> None:
         """`leader`: as its messages place it; `fix`: of its receiver. `nav` and `frame`: this boat at `now_s`."""
         arrived, self._arrived = self._arrived, []
-        if leader is None or leader.system_id != self._system or not self._usable(leader, nav, now_s):
-            self._forget()
-            self._system = None if leader is None else leader.system_id
-        if leader is None or not self._usable(leader, nav, now_s):
+        if not self._keeps(leader, nav, now_s) or leader is None:
             return
         self._advance(leader, nav, now_s)
         best = int(self._parameters["FOLL_REL"])
@@ -131,6 +128,16 @@ class RelativeTracker:
             relative_m=self._sigma_m,
             relative_by=self._by,
         )
+
+    def _keeps(self, leader: Leader | None, nav: NavState, now_s: float) -> bool:
+        """Whether the leader can be placed. What is known of another one, or before it could be, is forgotten."""
+        if leader is None and self._system is None:
+            return False
+        usable = leader is not None and self._usable(leader, nav, now_s)
+        if leader is None or leader.system_id != self._system or not usable:
+            self._forget()
+            self._system = None if leader is None else leader.system_id
+        return usable
 
     @staticmethod
     def _usable(leader: Leader, nav: NavState, now_s: float) -> bool:

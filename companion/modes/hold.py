@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 
 from companion.allocation.propulsion import can_reverse
 from companion.config.vessel import VesselConfig
@@ -217,7 +216,7 @@ class HoldMode(Mode):
             self._consequence.update(inputs)
         self._turn_to_weather(inputs)
         if isinstance(setpoint, PoseSetpoint) and not self.going:
-            return replace(setpoint, circle_m=self._parameters["DP_ECON"])
+            return setpoint.within(self._parameters["DP_ECON"])
         return setpoint
 
     def _turn_to_weather(self, inputs: ModeInputs) -> None:

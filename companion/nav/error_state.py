@@ -19,7 +19,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -68,6 +68,8 @@ class FilterNoise:
 
 
 Pair = tuple[float, float]
+Array = np.ndarray[Any, np.dtype[np.float64]]
+Flat: TypeAlias = "memoryview[float]"
 
 
 class Innovation:
@@ -81,9 +83,28 @@ class Innovation:
         self.y1 = self.y2 = self.s11 = self.s12 = self.s22 = self.normalised_square = 0.0
 
 
-def _flat(array: np.ndarray[Any, np.dtype[np.float64]]) -> memoryview[float]:
+def flat(array: Array) -> Flat:
     """The array as a flat memoryview: writing through it costs a third of numpy indexing."""
     return array.data.cast("B").cast("d")
+
+
+# Each of the next three has a second form in C, which takes the flat views (`sitl.native.operations`).
+
+
+def add_to_diagonal(diagonal: Array, added: Array, matrix_flat: Flat, added_flat: Flat) -> None:
+    """Add to the diagonal of a square matrix. `diagonal`: a view of it."""
+    diagonal += added
+
+
+def subtract(matrix: Array, other: Array, matrix_flat: Flat, other_flat: Flat) -> None:
+    """Subtract another matrix of the same size."""
+    matrix -= other
+
+
+def symmetrise(matrix: Array, transposed: Array, work: Array, matrix_flat: Flat) -> None:
+    """P ← ½ (P + Pᵀ). `work`: another matrix of that size, whose contents are lost."""
+    np.add(matrix, transposed, work)
+    np.multiply(work, 0.5, matrix)
 
 
 class _Rows:
@@ -98,10 +119,10 @@ class _Rows:
         self.y = np.zeros(size)
         self.h_transposed = self.h.T
         self.hp_transposed = self.hp.T
-        self.h_flat = _flat(self.h)
-        self.gain_flat = _flat(self.gain)
-        self.s_flat = _flat(self.s)
-        self.s_inverse_flat = _flat(self.s_inverse)
+        self.h_flat = flat(self.h)
+        self.gain_flat = flat(self.gain)
+        self.s_flat = flat(self.s)
+        self.s_inverse_flat = flat(self.s_inverse)
         self.innovation = Innovation(size)
 
 
@@ -194,10 +215,11 @@ class ErrorStateFilter:
         self._transition_transposed = self._transition.T
         self._reset_transposed = self._reset.T
         self._covariance_transposed = self.covariance.T
-        self._f = _flat(self._transition)
-        self._g = _flat(self._reset)
-        self._p = _flat(self.covariance)
-        self._q = _flat(self._noise_step)
+        self._f = flat(self._transition)
+        self._g = flat(self._reset)
+        self._p = flat(self.covariance)
+        self._q = flat(self._noise_step)
+        self._work_flat = flat(self._work)
 
     def start(self, position: Vector, velocity: Vector, attitude: Vector, sigmas: Sequence[float]) -> None:
         """Begin at a measured position (m), velocity (m/s) and (roll, pitch, yaw); the biases stay. `sigmas`: one for
@@ -228,7 +250,7 @@ class ErrorStateFilter:
         off[0, _WH] = 1.0
         self._restart((_TH + 2,), off, variance)
 
-    def _restart(self, states: Sequence[int], off: np.ndarray[Any, np.dtype[np.float64]], variance: float) -> None:
+    def _restart(self, states: Sequence[int], off: Array, variance: float) -> None:
         """Of states: true = measured − `off` · error state − noise of that variance."""
         self._forget(states, 0.0)
         cross = -off.dot(self.covariance)
@@ -312,7 +334,7 @@ class ErrorStateFilter:
         f[101] = f[158] = -r8 * dt
         self._transition.dot(self.covariance, self._work)
         self._work.dot(self._transition_transposed, self.covariance)
-        self._diagonal += self._noise_step
+        add_to_diagonal(self._diagonal, self._noise_step, self._p, self._q)
 
     def _set_step(self, dt: float) -> None:
         """Set the elements of F and Q that depend on the step alone."""
@@ -361,7 +383,7 @@ class ErrorStateFilter:
         return self._pair_innovation(y1, y2, variance)
 
     @staticmethod
-    def _set_arm(h: memoryview[float], arm: Vector) -> None:
+    def _set_arm(h: Flat, arm: Vector) -> None:
         """The first two rows of −[arm]×: the effect of an attitude error on a vector fixed to the hull."""
         h[_TH + 1], h[_TH + 2] = arm[2], -arm[1]
         h[SIZE + _TH], h[SIZE + _TH + 2] = -arm[2], arm[0]
@@ -452,7 +474,7 @@ class ErrorStateFilter:
             rows.y[0], rows.y[1] = innovation.y1, innovation.y2
             correction = rows.y.dot(rows.gain).tolist()
         rows.hp_transposed.dot(rows.gain, self._work)
-        self.covariance -= self._work
+        subtract(self.covariance, self._work, self._p, self._work_flat)
         self._inject(correction)
 
     def _inject(self, c: list[float]) -> None:
@@ -474,8 +496,7 @@ class ErrorStateFilter:
             g[115], g[116], g[132], g[134], g[150], g[151] = -0.5 * z, 0.5 * y, 0.5 * z, -0.5 * x, -0.5 * y, 0.5 * x
             self._reset.dot(self.covariance, self._work)
             self._work.dot(self._reset_transposed, self.covariance)
-        np.add(self.covariance, self._covariance_transposed, self._work)
-        np.multiply(self._work, 0.5, self.covariance)
+        symmetrise(self.covariance, self._covariance_transposed, self._work, self._p)
 
     def reset_position(
         self, north_m: float, east_m: float, lever_m: Vector, variance: float, velocity_variance: float

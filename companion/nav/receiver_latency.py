@@ -75,7 +75,9 @@ class ReceiverLatency:
 
     def update(self, inertial: InertialSolution, source: str) -> LatencyFound | None:
         """Returns what is found anew of the receiver in use."""
-        receiver = self._receivers.setdefault(source, _Receiver())
+        receiver = self._receivers.get(source)
+        if receiver is None:
+            receiver = self._receivers[source] = _Receiver()
         self._join(inertial, receiver, self._watch(inertial, source))
         found = self._found(source, receiver)
         before = receiver.once

@@ -76,6 +76,7 @@ class Codec:
         self._format = struct.Struct("<" + "".join(column.code for column in self.numbers))
         self._values_of = attrgetter(*(column.name for column in self.numbers), "source")  # two or more: a tuple
         self._places = _places(self.numbers)
+        self._optional = any(column.optional for column in self.numbers)
 
     def reading(self, source: str, data: bytes) -> Reading:
         """The reading of a line. Raises ValueError for values that are not of this kind."""
@@ -107,7 +108,9 @@ class Codec:
             values = list(values)
             for at, place_of in self._places.items():
                 values[at] = None if values[at] is None else place_of[values[at]]
-        return [math.nan if value is None else value for value in values] if None in values else values
+        if not self._optional or None not in values:
+            return values
+        return [math.nan if value is None else value for value in values]
 
 
 def floats(data: bytes) -> tuple[float, ...]:

@@ -14,13 +14,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass
-from enum import Enum
 
 from companion.core.decision import ModeId
+from companion.core.named import Named
 from companion.core.readings import Wish
 
 
-class RequestedAction(Enum):
+class RequestedAction(Named):
     """What is asked for; the value is for people."""
 
     READ = "read, or set message rates"
@@ -44,7 +44,7 @@ class RequestedAction(Enum):
     STAND_IN = "count as a ground station"
 
 
-class Right(Enum):
+class Right(Named):
     """By what right somebody asks; the value is for people."""
 
     GROUND_STATION = "ground station"
@@ -338,16 +338,17 @@ ROWS: tuple[RefusalRule, ...] = (
     ),
 )
 
-_BY_ACTION: Mapping[RequestedAction, tuple[RefusalRule, ...]] = {
-    action: tuple(row for row in ROWS if action in row.about) for action in RequestedAction
+_ABOUT: Mapping[RequestedAction, Mapping[Right, tuple[RefusalRule, ...]]] = {
+    action: {right: tuple(row for row in ROWS if action in row.about and right in row.by) for right in Right}
+    for action in RequestedAction
 }
 _STICKS = tuple(AuthorityRequest(RequestedAction.STEER, right) for right in (Right.GROUND_STATION, Right.TRANSMITTER))
 
 
 def refusal(request: AuthorityRequest, facts: Facts) -> str | None:
     """Why `request` is refused, for people; "" where it is ignored without a word; None where it is obeyed."""
-    for row in _BY_ACTION[request.action]:
-        if request.right in row.by and row.refuses(request, facts):
+    for row in _ABOUT[request.action][request.right]:
+        if row.refuses(request, facts):
             return row.text(request, facts)
     return None
 

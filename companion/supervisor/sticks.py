@@ -36,6 +36,8 @@ class Sticks:
         self.remote_system: int | None = None
         self.safe_switch = False
         self.heard = False
+        self._asked_of: tuple[bool, int | None] | None = None  # safe switch and remote system,
+        self._rights: tuple[Right, ...] = ()  # and whose sticks may steer by them
 
     def ground_station_input(self, manual: ManualInput) -> None:
         """Sticks of the ground station that steers; ignored if a value is not a number."""
@@ -123,8 +125,11 @@ class Sticks:
             self.safe_switch = False
 
     def _in_charge(self) -> list[ManualInput | None]:
-        facts = Facts(safe_switch=self.safe_switch, remote_system=self.remote_system)
-        return [self._last[right] for right in sticks_in_charge(facts)]
+        given = self.safe_switch, self.remote_system
+        if given != self._asked_of:
+            facts = Facts(safe_switch=self.safe_switch, remote_system=self.remote_system)
+            self._asked_of, self._rights = given, sticks_in_charge(facts)
+        return [self._last[right] for right in self._rights]
 
     def _fresh(self, manual: ManualInput | None, now_s: float) -> bool:
         return manual is not None and now_s - manual.t_s <= self._parameters["COM_RC_LOSS_T"]

@@ -47,7 +47,9 @@ def switch_faults(parameters: Parameters, channels: int) -> Iterator[str]:
 def kill_switch_fault(parameters: Parameters, channels: int | None) -> str | None:
     """Why a kill switch that is mapped would not work; None if it would, if none is mapped, or while no transmitter is
     heard (`channels` None)."""
-    missing = [number for number in kill_channels(parameters) if channels is not None and number > channels]
-    for number in missing:
-        return f"transmitter has no channel {number} for its kill switch"
+    if channels is None:
+        return None
+    for number in kill_channels(parameters):
+        if number > channels:
+            return f"transmitter has no channel {number} for its kill switch"
     return None

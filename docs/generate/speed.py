@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from html import escape
 from pathlib import Path
@@ -15,6 +16,7 @@ from docs.generate.source import ROOT
 
 SPEEDS = ROOT / "docs" / "results" / "speed" / "commits.json"
 GROWTH = ROOT / "docs" / "results" / "speed" / "growth.json"
+BOUNDS = ROOT / "docs" / "results" / "speed" / "bounds.toml"
 
 _STRAIGHT = 1.3  # the last stretch may cost so many times the mean of those before, for each further one
 _FLAT = 0.1  # share of the least cost
@@ -24,11 +26,12 @@ _LEAD = (
 )
 
 
-def speed_page(speeds: Path = SPEEDS, growth: Path = GROWTH) -> str:
+def speed_page(speeds: Path = SPEEDS, growth: Path = GROWTH, bounds: Path = BOUNDS) -> str:
     """The page."""
     return page(
         "Speed and growth",
         _LEAD,
+        *_bounds(bounds),
         "## From commit to commit",
         "`make bench ARGS=--keep` adds a commit. 1 is the oldest of the same arithmetic; more is faster.",
         "![Speed by commit](speed-trend.svg)",
@@ -50,6 +53,22 @@ def _commits(file: Path) -> list[dict[str, Any]]:
 def _axes(file: Path) -> list[dict[str, Any]]:
     rows: list[dict[str, Any]] = json.loads(file.read_text(encoding="utf-8"))["axes"] if file.is_file() else []
     return rows
+
+
+def _bounds(file: Path) -> Iterator[str]:
+    """What bounds the speed, and where a tick's instructions go; nothing without a file."""
+    if not file.is_file():
+        return
+    found = tomllib.loads(file.read_text(encoding="utf-8"))
+    yield "## What bounds it"
+    yield found["text"]
+    yield table(
+        ["what", "before", "now", "aim", "what bounds it now"],
+        [[row[key] for key in ("what", "before", "now", "aim", "bound")] for row in found["figure"]],
+    )
+    for shares in found["shares"]:
+        yield shares["of"]
+        yield table(["part", *shares["columns"]], shares["rows"])
 
 
 # --- the trend -----------------------------------------------------------------------------------------------------

@@ -19,7 +19,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from pymavlink.dialects.v20 import ardupilotmega
 from pymavlink.dialects.v20 import common as mavlink
 
 from companion.config.actuators.mavlink_servo import MavlinkServoConfig
@@ -38,12 +37,8 @@ _THROTTLE, _THROTTLE_LOST_US = 3, 910.0
 _RC_CENTRED = (1500, 1500, 1500, 1500, 1000, 1000, 1000, 1000, *(1500,) * 8)
 _RC_SAFE = (1500, 1500, 1500, 1500, 2000, 1000, 1000, 1000, *(1500,) * 8)
 _SCALED = 139
-_ESC_TELEMETRY = {  # message and its first channel
-    11030: (ardupilotmega.MAVLink_esc_telemetry_1_to_4_message, 1),
-    11031: (ardupilotmega.MAVLink_esc_telemetry_5_to_8_message, 5),
-    11032: (ardupilotmega.MAVLink_esc_telemetry_9_to_12_message, 9),
-    11040: (ardupilotmega.MAVLink_esc_telemetry_13_to_16_message, 13),
-}
+_ESC_TELEMETRY = {11030: "1_to_4", 11031: "5_to_8", 11032: "9_to_12", 11040: "13_to_16"}
+"""Numbers of the messages, and the channels of each."""
 _OUTPUTS_BIT, _RECEIVER_BIT = mavlink.MAV_SYS_STATUS_SENSOR_MOTOR_OUTPUTS, mavlink.MAV_SYS_STATUS_SENSOR_RC_RECEIVER
 
 
@@ -242,7 +237,11 @@ class MavlinkServoEmulator:
 
     def _esc_telemetry(self, number: int) -> Any:
         """Of four motor controllers; zeros where there is none."""
-        kind, first = _ESC_TELEMETRY[number]
+        from pymavlink.dialects.v20 import ardupilotmega  # which takes 80 ms and 7 MB to import: few boards need it
+
+        channels = _ESC_TELEMETRY[number]
+        kind = getattr(ardupilotmega, f"MAVLink_esc_telemetry_{channels}_message")
+        first = int(channels.partition("_")[0])
         self._telemetry_count = (self._telemetry_count + 1) & 0xFFFF
         volts, amps, counts = [0] * 4, [0] * 4, [0] * 4
         for channel, thruster in zip(self._throttle_channels, self._thrusters, strict=True):

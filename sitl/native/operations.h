@@ -267,6 +267,44 @@ end:
     return data;
 }
 
+/* The numbers of a flat memoryview of float64 that has `count` of them, or any number for -1; else NULL, with an error. */
+static inline double *usv_all_numbers(PyObject *view, Py_ssize_t count) {
+    double *numbers = usv_numbers(view, 0);
+    if (numbers != NULL && (count < 0 || PyMemoryView_GET_BUFFER(view)->shape[0] == count)) return numbers;
+    PyErr_SetString(PyExc_TypeError, "not a flat memoryview of so many float64");
+    return NULL;
+}
+
+/* `companion.nav.error_state.add_to_diagonal` */
+static inline char usv_add_to_diagonal(PyObject *diagonal, PyObject *added, PyObject *matrix_flat, PyObject *added_flat) {
+    double *to, *from = usv_all_numbers(added_flat, -1);
+    Py_ssize_t count = from == NULL ? 0 : PyMemoryView_GET_BUFFER(added_flat)->shape[0], at;
+    if (from == NULL || (to = usv_all_numbers(matrix_flat, count * count)) == NULL) return 2;
+    for (at = 0; at < count; at++) to[at * (count + 1)] += from[at];
+    return 1;
+}
+
+/* `companion.nav.error_state.subtract` */
+static inline char usv_subtract(PyObject *matrix, PyObject *other, PyObject *matrix_flat, PyObject *other_flat) {
+    double *to, *from = usv_all_numbers(other_flat, -1);
+    Py_ssize_t count = from == NULL ? 0 : PyMemoryView_GET_BUFFER(other_flat)->shape[0], at;
+    if (from == NULL || (to = usv_all_numbers(matrix_flat, count)) == NULL) return 2;
+    for (at = 0; at < count; at++) to[at] -= from[at];
+    return 1;
+}
+
+/* `companion.nav.error_state.symmetrise` */
+static inline char usv_symmetrise(PyObject *matrix, PyObject *transposed, PyObject *work, PyObject *matrix_flat) {
+    double *p = usv_all_numbers(matrix_flat, -1);
+    Py_ssize_t count = 0, row, column;
+    if (p == NULL) return 2;
+    while (count * count < PyMemoryView_GET_BUFFER(matrix_flat)->shape[0]) count++;
+    for (row = 1; row < count; row++)
+        for (column = 0; column < row; column++)
+            p[row * count + column] = p[column * count + row] = 0.5 * (p[row * count + column] + p[column * count + row]);
+    return 1;
+}
+
 /* The exclusive or of all bytes. */
 static inline CPyTagged usv_checksum(PyObject *data) {
     const unsigned char *at = (const unsigned char *)PyBytes_AS_STRING(data), *end = at + PyBytes_GET_SIZE(data);

@@ -26,6 +26,7 @@ def register() -> None:
         float_rprimitive,
         int_rprimitive,
         list_rprimitive,
+        none_rprimitive,
         object_rprimitive,
         str_rprimitive,
     )
@@ -63,5 +64,7 @@ def register() -> None:
     function_op("builtins.sum", [bytes_rprimitive], object_rprimitive, "usv_sum_bytes", ERR_MAGIC)
     rows: list[RType] = [anything, list_rprimitive, int_rprimitive]
     function_op("companion.record.columns.narrowed", rows, anything, "usv_narrowed", ERR_MAGIC)
+    for name in ("add_to_diagonal", "subtract", "symmetrise"):
+        function_op(f"companion.nav.error_state.{name}", [anything] * 4, none_rprimitive, f"usv_{name}", ERR_MAGIC)
     checksum = "companion.io.sensors.nmea0183_fields.checksum"
     function_op(checksum, [bytes_rprimitive], int_rprimitive, "usv_checksum", ERR_MAGIC)

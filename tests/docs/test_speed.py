@@ -31,6 +31,12 @@ AXES = [
     }
 ]
 
+BOUNDS = """
+text = "Measured so."
+figure = [{ what = "start", before = "2 s", now = "1 s", aim = "0.5 s", bound = "imports" }]
+shares = [{ of = "A tick:", columns = ["share"], rows = [["plant", "12 %"]] }]
+"""
+
 
 def test_speeds_are_multiples_of_the_oldest_commit_of_their_arithmetic() -> None:
     assert relative(COMMITS) == {
@@ -55,7 +61,8 @@ def test_a_line_is_judged_by_its_last_stretch(points: list[tuple[float, float]],
 
 def test_the_page_is_whole_with_and_without_figures(tmp_path: Path) -> None:
     speeds, sizes = tmp_path / "speed.json", tmp_path / "growth.json"
-    assert "|" not in speed_page(speeds, sizes)
+    bounds = tmp_path / "bounds.toml"
+    assert "|" not in speed_page(speeds, sizes, bounds)
     bare = [speed_trend(speeds), growth(sizes)]
     speeds.write_text(json.dumps({"commits": COMMITS}), encoding="utf-8")
     sizes.write_text(json.dumps({"axes": AXES}), encoding="utf-8")
@@ -64,5 +71,7 @@ def test_the_page_is_whole_with_and_without_figures(tmp_path: Path) -> None:
         assert "nan" not in picture
         ET.fromstring(picture)
     assert [picture.count("<polyline") for picture in drawn] == [3, 1]
-    text = speed_page(speeds, sizes)
+    bounds.write_text(BOUNDS, encoding="utf-8")
+    text = speed_page(speeds, sizes, bounds)
+    assert "| start | 2 s | 1 s | 0.5 s | imports |" in text and "| plant | 12 % |" in text
     assert "aaa 1.00, bbb 1.50" in text and "| Links & all | links |" in text and "| straight |" in text

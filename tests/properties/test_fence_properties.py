@@ -13,7 +13,8 @@ from shapely.geometry import LineString, Point
 from companion.config.vessel import find, load
 from companion.fence.allowed import Allowed
 from companion.fence.area import Disc, FenceArea
-from companion.fence.limit import FenceAreas, speed_to_stop_in
+from companion.fence.areas import FenceAreas
+from companion.fence.limit import speed_to_stop_in
 from companion.fence.preparation import Ways
 from companion.fence.way_round import ClearRoutes
 

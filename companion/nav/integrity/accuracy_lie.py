@@ -48,7 +48,10 @@ class AccuracyLie(Hypothesis):
         """Receivers whose accuracy is a lie; they are used by their scatter."""
         self.doubt = 0.0
         for seen in evidence.positions:
-            self._take(self._receivers.setdefault(seen.source, _Receiver()), seen, evidence.driven)
+            receiver = self._receivers.get(seen.source)
+            if receiver is None:
+                receiver = self._receivers[seen.source] = _Receiver()
+            self._take(receiver, seen, evidence.driven)
         return [
             LieFound(Channel(Sense.POSITION, source), "is noisier than it claims", receiver.since_s, used=True)
             for source, receiver in self._receivers.items()

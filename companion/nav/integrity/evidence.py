@@ -6,15 +6,15 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from enum import Enum
 from typing import NamedTuple
 
+from companion.core.named import Named
 from companion.core.readings import FixType, Imu, MagneticField, TimeOfDay, Wind
 
 SETTLED_RADPS = math.radians(0.1)  # sigma of the gyro's bias
 
 
-class Sense(Enum):
+class Sense(Named):
     """What a source measures; the value is the word for people."""
 
     POSITION = "position"

@@ -9,6 +9,7 @@ told from a heading that does: the heading is blamed.
 from __future__ import annotations
 
 import math
+from bisect import bisect_left
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -40,6 +41,42 @@ _MODEL_TICKS = 5  # between two rates that are compared with the model
 _MODEL_SLOPE = 0.3
 
 
+class _Track:
+    """Heading and turn of the last seconds, each unwrapped, in the order of time."""
+
+    def __init__(self) -> None:
+        self.times_s: list[float] = []
+        self.headings_rad: list[float] = []
+        self.turns_rad: list[float] = []
+
+    def add(self, t_s: float, turn_rad: float, step_rad: float) -> None:
+        """The next moment; `step_rad`: what the heading gained on the turn since the one before."""
+        gained_rad = self.headings_rad[-1] - self.turns_rad[-1] + step_rad if self.times_s else 0.0
+        self.times_s.append(t_s)
+        self.headings_rad.append(turn_rad + gained_rad)
+        self.turns_rad.append(turn_rad)
+        old = 0
+        while self.times_s[old] < t_s - _MEMORY_S:
+            old += 1
+        if old:
+            del self.times_s[:old], self.headings_rad[:old], self.turns_rad[:old]
+
+    def spread_rad(self, from_s: float) -> float:
+        """By how much the turns since a time differ at most."""
+        first = bisect_left(self.times_s, from_s)
+        since = self.turns_rad[first:]
+        return max(since) - min(since) if since else 0.0
+
+    def is_opposite(self, from_s: float) -> bool:
+        """Whether the heading has turned about as far as the gyro since a time, but the other way."""
+        first = bisect_left(self.times_s, from_s)
+        if len(self.times_s) - first < 2:
+            return False
+        heading_rad = self.headings_rad[-1] - self.headings_rad[first]
+        turn_rad = self.turns_rad[-1] - self.turns_rad[first]
+        return abs(heading_rad + turn_rad) <= _OPPOSITE * abs(heading_rad - turn_rad)
+
+
 @dataclass(slots=True)
 class _Source:
     last: HeadingSeen | None = None
@@ -48,7 +85,7 @@ class _Source:
     cusum: ScalarCusum = field(default_factory=ScalarCusum)
     since_s: float | None = None
     drifted_s: float = 0.0  # when it last drifted by the threshold
-    track: deque[tuple[float, float, float]] = field(default_factory=deque)  # time, heading and turn, each unwrapped
+    track: _Track = field(default_factory=_Track)
     skipped: int = 0  # headings in a row that were off the others
 
     def skip(self, last: HeadingSeen, seen: HeadingSeen) -> None:
@@ -88,7 +125,9 @@ class HeadingDrift(Hypothesis):
         self.doubt = 0.0
         self._remember(evidence, now_s)
         for seen in evidence.headings:
-            source = self._sources.setdefault(seen.source, _Source())
+            source = self._sources.get(seen.source)
+            if source is None:
+                source = self._sources[seen.source] = _Source()
             settled = evidence.inertial is not None and evidence.inertial.settled
             if evidence.driven and settled and seen.turned_rad is not None:
                 self._compare(source, seen, evidence, Channel(Sense.HEADING, seen.source) in evidence.distrusted)
@@ -140,7 +179,7 @@ class HeadingDrift(Hypothesis):
             return
         source.skipped = 0
         source.noise.update(abs(step_rad))
-        _follow(source.track, seen, step_rad)
+        source.track.add(seen.t_s, seen.turned_rad, step_rad)
         slack_radps = _SLACK_RADPS + _BIAS_SIGMAS * evidence.inertial.turn_sigma_radps
         turn_rad = abs(seen.turned_rad - last.turned_rad)
         source.cusum.update(
@@ -163,7 +202,7 @@ class HeadingDrift(Hypothesis):
         mirrored = step_radps <= 2.0 * self._rate_before_radps(onset_s) + _LEAST_STEP_RADPS
         if not evidence.imu:
             source.since_s = onset_s
-        elif mirrored and _opposite(source.track, onset_s) and _against_model(self._turning, onset_s):
+        elif mirrored and source.track.is_opposite(onset_s) and _against_model(self._turning, onset_s):
             self._imu = evidence.imu[-1].source, "yaw axis reversed", onset_s
         elif step_radps >= max(_STEP_SHARE * rate_radps, _LEAST_STEP_RADPS):
             self._imu = evidence.imu[-1].source, "yaw rate is off", onset_s
@@ -189,30 +228,10 @@ class HeadingDrift(Hypothesis):
 def _threshold_rad(source: _Source, seen: HeadingSeen) -> float:
     """How far heading and turn may honestly come apart, after the turns since they began to."""
     wanders = _WANDERS
-    if seen.wander_rad > 0.0 and source.track:
-        onset_s = source.cusum.onset_s
-        turns_rad = [turn_rad for t_s, _, turn_rad in source.track if t_s >= onset_s]
-        spread_rad = max(turns_rad, default=0.0) - min(turns_rad, default=0.0)
+    if seen.wander_rad > 0.0:
+        spread_rad = source.track.spread_rad(source.cusum.onset_s)
         wanders += _TURNED_WANDERS * min(spread_rad / _ALL_TURNED_RAD, 1.0)
     return max(_LEAST_RAD, _NOISES * source.noise.size) + wanders * seen.wander_rad
-
-
-def _follow(track: deque[tuple[float, float, float]], seen: HeadingSeen, step_rad: float) -> None:
-    """Add heading and turn to the track of the last seconds; `step_rad`: what the heading gained on the turn."""
-    turned_rad = seen.turned_rad or 0.0
-    gained_rad = track[-1][1] - track[-1][2] + step_rad if track else 0.0
-    track.append((seen.t_s, turned_rad + gained_rad, turned_rad))
-    while track[0][0] < seen.t_s - _MEMORY_S:
-        track.popleft()
-
-
-def _opposite(track: Sequence[tuple[float, float, float]], from_s: float) -> bool:
-    """Whether the heading has turned about as far as the gyro, but the other way."""
-    since = [point for point in track if point[0] >= from_s]
-    if len(since) < 2:
-        return False
-    heading_rad, turn_rad = since[-1][1] - since[0][1], since[-1][2] - since[0][2]
-    return abs(heading_rad + turn_rad) <= _OPPOSITE * abs(heading_rad - turn_rad)
 
 
 def _against_model(turning: Sequence[tuple[float, float, float]], from_s: float) -> bool:

@@ -92,7 +92,9 @@ class PositionDrift(Hypothesis):
         by_time: list[PositionSeen | VelocitySeen] = [*evidence.velocities, *evidence.positions]
         by_time.sort(key=lambda seen: seen.t_s)
         for seen in by_time:
-            receiver = self._receivers.setdefault(seen.source, _Receiver())
+            receiver = self._receivers.get(seen.source)
+            if receiver is None:
+                receiver = self._receivers[seen.source] = _Receiver()
             if isinstance(seen, VelocitySeen):
                 lies = Channel(Sense.VELOCITY, seen.source) in evidence.distrusted | evidence.suspected
                 self._advance(receiver, seen, lies, evidence)

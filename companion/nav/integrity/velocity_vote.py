@@ -133,7 +133,7 @@ class VelocityVote(Hypothesis):
         self._sea.update(dt_s, inertial)
         self._begin(inertial.lanes, model)
         for seen in evidence.velocities:
-            self._take(self._receivers.setdefault(seen.source, _Receiver()), seen, inertial)
+            self._take(self._receiver(seen.source), seen, inertial)
         for receiver in self._receivers.values():
             for i, lane in enumerate(inertial.lanes):
                 apart = self._differences(receiver, lane, model)
@@ -229,6 +229,12 @@ class VelocityVote(Hypothesis):
             return
         if math.hypot(last.off_north_mps, last.off_east_mps) < _AGREES * receiver.limit_mps:
             receiver.since_s = None
+
+    def _receiver(self, source: str) -> _Receiver:
+        found = self._receivers.get(source)
+        if found is None:
+            found = self._receivers[source] = _Receiver()
+        return found
 
     def _findings(self) -> Sequence[LieFound]:
         found = [

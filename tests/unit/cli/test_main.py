@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
-from companion.cli.main import main
+from companion.cli.main import argument_parser, main
 
 
 @pytest.mark.parametrize(
@@ -69,3 +71,25 @@ def test_a_log_that_cannot_be_written_is_said_before_the_state_is_taken(
 def test_devices_on_a_port_that_is_not_there_fails(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["devices", "--port", "/dev/no-such-port", "--seconds", "0.5"]) == 1
     assert "no such device" in capsys.readouterr().out
+
+
+def test_a_usual_boat_starts_without_what_it_does_not_use() -> None:
+    heavy = {"scipy", "shapely", "aiohttp", "pandas", "pymavlink.dialects.v20.ardupilotmega", "companion.cli.sweep"}
+    script = (
+        "import sys\n"
+        "from companion.cli.main import parsed\n"
+        "parsed(['run', 'revolt', '--sitl'])\n"
+        "import sitl.emulators, sitl.world\n"
+        f"print(sorted({heavy!r} & set(sys.modules)))\n"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+def test_help_and_mistakes_know_all_commands(capsys: pytest.CaptureFixture[str]) -> None:
+    for command in ("", "thrustertest"):
+        with pytest.raises(SystemExit):
+            argument_parser(command).parse_args([command or "--help"])
+        written = "".join(capsys.readouterr())
+        assert "thruster-test" in written
+        assert "scenario" in written

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import FrozenInstanceError, fields, is_dataclass
+from dataclasses import FrozenInstanceError, fields, is_dataclass, replace
+from enum import Enum
+from typing import Any
 
 import pytest
 
@@ -29,3 +31,27 @@ def test_a_value_cannot_be_changed(cls: type) -> None:
     assert not hasattr(instance, "__dict__")
     with pytest.raises(FrozenInstanceError):
         setattr(instance, fields(cls)[0].name, 1.0)
+
+
+def _marked(cls: Any) -> Any:
+    """A value with something else in each of its fields."""
+    return cls(**{field.name: object() for field in fields(cls)})
+
+
+def test_values_renewed_in_each_tick_keep_all_other_fields() -> None:
+    inputs, command, pose = _marked(tick.Inputs), _marked(actuation.ActuatorCommand), _marked(setpoint.PoseSetpoint)
+    assert inputs.renewed({}) == inputs
+    for field in fields(inputs):
+        new = {field.name: object()}
+        assert inputs.renewed(new) == replace(inputs, **new)
+        assert inputs.renewed({field.name: None}) == replace(inputs, **{field.name: None})
+    lamps = actuation.Beacon()
+    assert command.lit(lamps) == replace(command, beacon=lamps)
+    assert pose.within(2.0) == replace(pose, circle_m=2.0)
+
+
+def test_enumerations_that_are_keys_are_hashed_without_python_code() -> None:
+    for cls in (decision.ModeId, decision.Need, readings.HeadingBy, actuation.ThrusterCondition):
+        assert cls.__hash__ is object.__hash__
+        assert issubclass(cls, Enum)
+        assert {member: member.name for member in cls} == {cls[member.name]: member.name for member in cls}

@@ -7,7 +7,8 @@ from dataclasses import replace
 import pytest
 
 from companion.fence.area import FenceArea
-from companion.fence.limit import FenceAreas, speed_limit
+from companion.fence.areas import FenceAreas
+from companion.fence.limit import speed_limit
 from companion.params.store import Parameters
 from tests.unit.estimates import AT_REST
 

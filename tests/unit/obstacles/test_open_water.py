@@ -12,7 +12,7 @@ from shapely.geometry import LineString, MultiPolygon, Point, box
 
 from companion.fence.allowed import Allowed
 from companion.fence.area import FenceArea
-from companion.fence.limit import FenceAreas
+from companion.fence.areas import FenceAreas
 from companion.fence.preparation import Ways
 from companion.obstacles.chart_water import chart_water
 from companion.obstacles.open_water import Water

@@ -12,9 +12,12 @@ from functools import reduce
 from operator import xor
 from typing import Any
 
+import numpy as np
 import pytest
 
 from companion.io.sensors.nmea0183_fields import checksum
+from companion.nav import error_state
+from companion.nav.error_state import flat
 from companion.record.columns import Packer, narrowed
 from sitl.native.build import FLAGS
 from sitl.native.operations import HEADER
@@ -41,6 +44,10 @@ PyObject *get_item(PyObject *view, long at) { return usv_get_item(view, (CPyTagg
 PyObject *sum_bytes(PyObject *data) { return usv_sum_bytes(data); }
 PyObject *narrowed(PyObject *packer, PyObject *rows, long tick_us) { return usv_narrowed(packer, rows, tick_us * 2); }
 long checksum(PyObject *data) { return usv_checksum(data) / 2; }
+int on_matrix(int which, PyObject *matrix, PyObject *other) {
+    return which == 0 ? usv_add_to_diagonal(matrix, other, matrix, other)
+        : which == 1 ? usv_subtract(matrix, other, matrix, other) : usv_symmetrise(matrix, matrix, other, matrix);
+}
 """
 _OF_ONE: tuple[Callable[[float], float], ...] = (math.radians, math.degrees, math.asin, math.acos, math.expm1)
 _OF_TWO: tuple[Callable[[float, float], float], ...] = (math.hypot, math.fmod, math.remainder, lambda x, y: x**y)
@@ -76,6 +83,7 @@ def _declared(library: Any) -> Any:
         ("sum_bytes", thing, (thing,)),
         ("narrowed", thing, (thing, thing, whole)),
         ("checksum", whole, (thing,)),
+        ("on_matrix", ctypes.c_int, (ctypes.c_int, thing, thing)),
     ):
         function = getattr(library, name)
         function.restype, function.argtypes = result, given
@@ -165,6 +173,29 @@ def test_items_of_flat_views(library: Any) -> None:
     assert list(numbers) == [0.0, 5.0, 9.0]
     bytes_of = memoryview(numbers).cast("B")
     assert library.get_item(bytes_of, 0) == 0
+
+
+def test_matrices(library: Any) -> None:
+    rng = np.random.default_rng(3)
+    for size in (1, 2, 18):
+        matrix, other = rng.normal(size=(size, size)), rng.normal(size=(size, size))
+        row, work = rng.normal(size=size), np.zeros((size, size))
+        for which, added in enumerate((row, other, work)):
+            theirs = matrix.copy()
+            if which == 0:
+                error_state.add_to_diagonal(theirs.reshape(-1)[:: size + 1], row, flat(theirs), flat(row))
+            elif which == 1:
+                error_state.subtract(theirs, other, flat(theirs), flat(other))
+            else:
+                error_state.symmetrise(theirs, theirs.T, work, flat(theirs))
+            assert library.on_matrix(which, flat(matrix), flat(added)) == 1
+            assert matrix.tobytes() == theirs.tobytes()
+
+
+def test_matrices_of_other_sizes_are_refused(library: Any) -> None:
+    for which, size in ((0, 3), (1, 5)):
+        with pytest.raises(TypeError):
+            library.on_matrix(which, flat(np.zeros((2, 2))), flat(np.zeros(size)))
 
 
 def test_bytes(library: Any) -> None:

@@ -119,21 +119,21 @@ class ArmingService:
 
     def _send_texts(self, now_s: float) -> None:
         """Texts to each endpoint where they are due, unless all who are there use events."""
+        due: list[tuple[Endpoint, _Listener]] = []
         for outlet in self._hub.listeners:
             listener = self._listener(outlet, now_s)
             silent = [key for key, client in listener.clients.items() if now_s - client.heard_s > self._forget_s]
             for key in silent:
                 del listener.clients[key]
             if now_s >= listener.due_s and not _all_use_events(listener):
-                self._send_texts_to(outlet, listener, now_s)
-
-    def _send_texts_to(self, outlet: Endpoint, listener: _Listener, now_s: float) -> None:
-        texts = unasked_prearm_texts(self._vessel.supervisor.status(now_s))
+                due.append((outlet, listener))
+        texts = unasked_prearm_texts(self._vessel.supervisor.status(now_s)) if due else ()
         if texts:
-            listener.due_s = now_s + PREARM_PERIOD_S
-        for text in texts:
-            for message in self._hub.texts(TextKind.ATTENTION, text):
-                self._hub.send_packed(outlet, pack(message))
+            for outlet, listener in due:
+                listener.due_s = now_s + PREARM_PERIOD_S
+                for text in texts:
+                    for message in self._hub.texts(TextKind.ATTENTION, text):
+                        self._hub.send_packed(outlet, pack(message))
 
     # --- who is there ----------------------------------------------------------------------------------------------
 

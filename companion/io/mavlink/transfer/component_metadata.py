@@ -12,6 +12,7 @@ import lzma
 import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 from companion.config.devices import ThrusterConfig
@@ -23,6 +24,8 @@ from companion.params.spec import ParamSpec
 from companion.params.store import Parameters
 
 GENERAL, PARAMETERS, EVENTS, ACTUATORS = "general.json", "parameters.json.xz", "events.json.xz", "actuators.json.xz"
+_FILTERS = ({"id": lzma.FILTER_LZMA2, "preset": lzma.PRESET_DEFAULT, "dict_size": 1 << 18},)
+"""A window of twice the largest file: the usual one of 8 MB takes half as long again to set up."""
 _TYPES = {PARAMETERS: 1, EVENTS: 4, ACTUATORS: 5}  # COMP_METADATA_TYPE
 
 
@@ -77,9 +80,10 @@ def _json(content: Mapping[str, Any]) -> bytes:
     return json.dumps(content, separators=(",", ":"), ensure_ascii=False).encode()
 
 
+@lru_cache(32)
 def _packed(content: bytes) -> bytes:
-    """QGroundControl reads no other container."""
-    return lzma.compress(content, format=lzma.FORMAT_XZ, check=lzma.CHECK_CRC32)
+    """QGroundControl reads no other container. Personas have files in common, and so have the boats of a process."""
+    return lzma.compress(content, format=lzma.FORMAT_XZ, check=lzma.CHECK_CRC32, filters=_FILTERS)
 
 
 def parameter_row(spec: ParamSpec, default: float) -> dict[str, Any]:

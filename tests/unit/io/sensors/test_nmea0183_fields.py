@@ -1,0 +1,30 @@
+"""Times of day in NMEA 0183 sentences, against pynmea2."""
+
+from __future__ import annotations
+
+from datetime import UTC, date, datetime
+
+import pytest
+from pynmea2.nmea_utils import timestamp
+
+from companion.io.sensors.nmea0183_fields import seconds_of_day, unix_ns
+
+
+@pytest.mark.parametrize("text", ["000000", "235959.999", "123519.5", "092750.000", "010203.123456", "201530.00"])
+def test_a_time_is_that_of_pynmea2(text: str) -> None:
+    clock = timestamp(text)
+    whole = clock.hour * 3600 + clock.minute * 60 + clock.second
+    assert seconds_of_day(text) == whole + clock.microsecond * 1e-6
+    moment = datetime.combine(date(2026, 5, 31), clock, UTC)
+    seconds = int(moment.replace(microsecond=0).timestamp())
+    assert unix_ns(date(2026, 5, 31), text) == seconds * 1_000_000_000 + clock.microsecond * 1000
+
+
+@pytest.mark.parametrize(
+    "text", ["", "12", "240000", "126000", "125960", "12a519", "123519.x", "123519.nan", "1235191.5"]
+)
+def test_what_is_no_time_is_refused(text: str) -> None:
+    with pytest.raises(ValueError):
+        timestamp(text)
+    with pytest.raises(ValueError):
+        seconds_of_day(text)
