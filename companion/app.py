@@ -351,10 +351,10 @@ def _tell_exposed(around: Surroundings, events: EventLog) -> None:
             events.say(around.clock.now_s(), TextKind.ATTENTION, "link_exposed", f"Link {link.name} obeys anybody")
 
 
-def warm_up(parameters: Parameters) -> None:
-    """Load what PATH_KIND needs of scipy before it is needed: the import takes most of a second (several on a small
-    board), too long for a tick. PCHIP, the usual kind, needs nothing."""
-    build_path(((0.0, 0.0), (1.0, 0.0), (1.0, 1.0)), PathKind(int(parameters["PATH_KIND"])))
+def warm_up() -> None:
+    """Load scipy's interpolation before it is needed: the import takes most of a second (several on a small board), too
+    long for a tick."""
+    build_path(((0.0, 0.0), (1.0, 0.0), (1.0, 1.0)), PathKind.PCHIP)
 
 
 def _warner(events: EventLog, clock: WaitingClock) -> Callable[[str], None]:

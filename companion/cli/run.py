@@ -171,7 +171,7 @@ def _run_until_stopped(
     gc.collect()
     gc.freeze()
     sys.setswitchinterval(_SWITCH_S)
-    loading = threading.Thread(target=warm_up, args=(vessel.parameters,), name="warm-up")
+    loading = threading.Thread(target=warm_up, name="warm-up")
     loading.start()
     try:
         run(vessel, clock, lambda: asked_to_stop() or vessel.restart_requested, punctuality)

@@ -2,8 +2,7 @@
 corrected).
 
 North and east are interpolated separately over the chord length between waypoints, so a route may turn back on itself.
-The coefficients are computed once (by scipy, imported only then, for other curves than PCHIP); after that the curve is
-evaluated in plain floats.
+scipy computes the coefficients once (it is imported only then); after that the curve is evaluated in plain floats.
 PCHIP is shape-preserving: it never leaves the span of two neighbouring waypoints in north or in east.
 """
 
@@ -17,8 +16,6 @@ from enum import IntEnum
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
-
-from companion.guidance import pchip
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -306,36 +303,28 @@ def _mixed(knots: Floats, points: Floats, kind: PathKind, lines: set[int]) -> Fl
 
 
 def _curves(knots: Floats, points: Floats, kind: PathKind, before: Floats | None, after: Floats | None) -> Floats:
-    """Coefficients (segments, axis, power) of the piecewise cubics. `before`, `after`: slope of the straight leg that
-    the curve joins there, if any."""
-    if kind is not PathKind.PCHIP:
-        return _by_scipy(knots, points, kind, before, after)
-    return pchip.hermite(knots, points, _joined(pchip.slopes(knots, points), knots, points, kind, before, after))
+    """Coefficients (segments, axis, power) of the piecewise cubics, by scipy. `before`, `after`: slope of the straight
+    leg that the curve joins there, if any."""
+    from scipy.interpolate import Akima1DInterpolator, CubicHermiteSpline, CubicSpline, PchipInterpolator
 
-
-def _by_scipy(knots: Floats, points: Floats, kind: PathKind, before: Floats | None, after: Floats | None) -> Floats:
-    from scipy.interpolate import Akima1DInterpolator, CubicSpline
-
-    if kind is PathKind.CUBIC:
-        ends: Any = tuple("not-a-knot" if slope is None else (1, slope) for slope in (before, after))
-        curve: Akima1DInterpolator | CubicSpline = CubicSpline(knots, points, bc_type=ends)
-    else:
+    curve: PchipInterpolator | Akima1DInterpolator | CubicSpline | CubicHermiteSpline
+    if kind is PathKind.PCHIP:
+        curve = PchipInterpolator(knots, points)
+    elif kind is PathKind.MAKIMA:
         curve = Akima1DInterpolator(knots, points, method="makima")
-        if before is not None or after is not None:
-            return pchip.hermite(knots, points, _joined(curve(knots, 1), knots, points, kind, before, after))
+    else:
+        ends: Any = tuple("not-a-knot" if slope is None else (1, slope) for slope in (before, after))
+        curve = CubicSpline(knots, points, bc_type=ends)
+    if kind is not PathKind.CUBIC and (before is not None or after is not None):
+        slopes = curve(knots, 1)
+        for at, slope, first in ((0, before, 0), (-1, after, -2)):
+            if slope is not None:
+                slopes[at] = _within(
+                    slope, (points[first + 1] - points[first]) / (knots[first + 1] - knots[first]), kind
+                )
+        curve = CubicHermiteSpline(knots, points, slopes)
     coefficients: Floats = np.ascontiguousarray(np.moveaxis(curve.c, 0, 2), dtype=float)
     return coefficients
-
-
-def _joined(
-    derivatives: Floats, knots: Floats, points: Floats, kind: PathKind, before: Floats | None, after: Floats | None
-) -> Floats:
-    """The derivatives with those of the straight legs at the ends."""
-    for at, slope, first in ((0, before, 0), (-1, after, -2)):
-        if slope is not None:
-            chord = (points[first + 1] - points[first]) / (knots[first + 1] - knots[first])
-            derivatives[at] = _within(slope, chord, kind)
-    return derivatives
 
 
 def _within(slope: Floats, chord: Floats, kind: PathKind) -> Floats:

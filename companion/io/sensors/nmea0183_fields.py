@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from datetime import date
+from datetime import date, time
 from functools import lru_cache
 
-from pynmea2.nmea_utils import datestamp
+from pynmea2.nmea_utils import datestamp, timestamp
 
 Sentence = Mapping[
     str, str
@@ -16,6 +16,7 @@ Sentence = Mapping[
 MPS = {"N": 1852.0 / 3600.0, "K": 1.0 / 3.6, "M": 1.0, "S": 1609.344 / 3600.0}
 DAY_S = 86400
 _UNIX_DAY = date(1970, 1, 1).toordinal()
+_clock_of = lru_cache(16)(timestamp)  # several sentences of a moment have the same text
 
 
 def checksum(body: bytes) -> int:
@@ -59,24 +60,15 @@ def day(text: str | None) -> date | None:
 
 def seconds_of_day(text: str) -> float:
     """hhmmss.sss in seconds since midnight. Raises ValueError for text that is no time."""
-    seconds, microseconds = _clock_of(text)
-    return seconds + microseconds * 1e-6
-
-
-@lru_cache(16)  # several sentences of a moment have the same text
-def _clock_of(text: str) -> tuple[int, int]:
-    """hhmmss.sss as whole seconds since midnight, and microseconds. Raises ValueError, OverflowError."""
-    hours, minutes, seconds = int(text[:2]), int(text[2:4]), int(text[4:6])
-    microseconds = int(float(text[6:]) * 1e6) if text[6:] else 0
-    if not (0 <= hours < 24 and 0 <= minutes < 60 and 0 <= seconds < 60 and 0 <= microseconds < 1_000_000):
-        raise ValueError(f"no time of day: {text!r}")
-    return hours * 3600 + minutes * 60 + seconds, microseconds
+    clock: time = _clock_of(text)
+    return clock.hour * 3600 + clock.minute * 60 + clock.second + clock.microsecond * 1e-6
 
 
 def unix_ns(on: date, text: str) -> int:
     """hhmmss.sss on a day as ns since 1970."""
-    seconds, microseconds = _clock_of(text)
-    return ((on.toordinal() - _UNIX_DAY) * DAY_S + seconds) * 1_000_000_000 + microseconds * 1000
+    clock: time = _clock_of(text)
+    seconds = (on.toordinal() - _UNIX_DAY) * DAY_S + clock.hour * 3600 + clock.minute * 60 + clock.second
+    return seconds * 1_000_000_000 + clock.microsecond * 1000
 
 
 def place(sentence: Sentence) -> tuple[float, float] | None:

@@ -203,12 +203,11 @@ def test_one_point_gives_a_path_of_length_0_and_none_is_refused() -> None:
         build_path([(0.0, math.nan)], PathKind.PCHIP)
 
 
-def test_straight_lines_and_pchip_need_no_scipy() -> None:
+def test_straight_lines_need_no_scipy() -> None:
     script = (
         "import sys\n"
         "from companion.guidance.path import PathKind, build_path\n"
         "build_path([(0, 0), (5, 5), (9, 0)], PathKind.LINEAR)\n"
-        "build_path([(0, 0), (5, 5), (9, 0), (9, 9)], PathKind.PCHIP, [False, True, False, False])\n"
         "[build_path([(0, 0), (5, 5)], kind) for kind in PathKind]\n"
         "assert 'scipy' not in sys.modules\n"
     )
