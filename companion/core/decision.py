@@ -28,6 +28,7 @@ class ModeId(Enum):
     OFFBOARD = "Offboard"
     CIRCLE = "Circle"
     TRIAL = "Trial"
+    RATE = "Rate"
 
 
 class Severity(IntEnum):

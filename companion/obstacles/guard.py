@@ -275,13 +275,13 @@ class ObstacleGuard:
         self._holding = False
         if size <= limit:
             return setpoint
-        share = limit / size
         assert isinstance(setpoint, PathSetpoint)
+        share, way = limit / size, math.copysign(1.0, setpoint.surge_mps)
         return replace(
             setpoint,
             surge_mps=share * setpoint.surge_mps,
             sway_mps=share * setpoint.sway_mps,
-            surge_mps2=min(setpoint.surge_mps2, -self._parameters["PATH_ACC"] * min(1.0, limit)),
+            surge_mps2=way * min(way * setpoint.surge_mps2, -self._parameters["PATH_ACC"] * min(1.0, limit)),
         )
 
     def _is_slowed(self, slowed: bool, now_s: float) -> bool:
