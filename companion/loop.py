@@ -253,7 +253,7 @@ class Vessel:
 
     def _battery_read(self, reading: Battery, now_s: float) -> None:
         battery = self._battery.update(reading, self._inputs.battery, now_s)
-        self._inputs = replace(self._inputs, battery=battery)
+        self._inputs = replace(self._inputs, battery=battery, batteries=self._battery.packs(now_s))
 
     def device_health(self, now_s: float) -> tuple[DeviceHealth, ...]:
         """Health of every device. Announces changes, and devices that do not answer within `_ANSWER_S` of the start."""

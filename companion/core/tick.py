@@ -29,7 +29,8 @@ class DeviceHealth:
 
 @dataclass(frozen=True, slots=True)
 class Inputs:
-    """The newest of the slow readings."""
+    """The newest of the slow readings. `battery`: the one that counts; `batteries`: every pack, always in the same
+    order, None for one that fell silent."""
 
     battery: Battery | None = None
     leak: Leak | None = None
@@ -38,6 +39,7 @@ class Inputs:
     wind: Wind | None = None
     depth: Depth | None = None
     corrections: Corrections | None = None
+    batteries: tuple[Battery | None, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
