@@ -21,7 +21,7 @@ from companion.core.events import EventLog
 from companion.core.frames import body_to_ned
 from companion.core.geodesy import LocalFrame
 from companion.core.ports import Worker
-from companion.core.setpoint import HeadingSetpoint, PathSetpoint, Setpoint
+from companion.core.setpoint import HeadingSetpoint, PathSetpoint, Setpoint, braked
 from companion.fence.allowed import Allowed, Place, Way
 from companion.fence.home_circle import PARAMETER as _HOME_CIRCLE
 from companion.fence.home_circle import HomeCircle
@@ -473,10 +473,4 @@ def _slower(setpoint: PathSetpoint, limit: SpeedLimit) -> PathSetpoint:
     speed = math.hypot(setpoint.surge_mps, setpoint.sway_mps)
     if speed <= limit.speed_mps:
         return setpoint
-    share, way = limit.speed_mps / speed, math.copysign(1.0, setpoint.surge_mps)
-    return replace(
-        setpoint,
-        surge_mps=share * setpoint.surge_mps,
-        sway_mps=share * setpoint.sway_mps,
-        surge_mps2=way * min(way * setpoint.surge_mps2, -limit.braking_mps2),
-    )
+    return braked(setpoint, limit.speed_mps / speed, limit.braking_mps2)
